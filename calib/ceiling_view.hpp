@@ -1,0 +1,62 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "calib/pose2.hpp"
+#include "calib/rig.hpp"
+
+namespace ceilmap::calib {
+
+/// The upward camera as the rest of the program sees it: a virtual pinhole camera that looks
+/// exactly upwards, without distortion and with square pixels. Distortion, unequal focal lengths
+/// and small mounting tilts are taken out of the picture by one precomputed map; a camera that has
+/// none of them (up to 1e-9) gets no map and its pictures pass through untouched.
+///
+/// A level plane ceiling then is an image to scale, and coordinates in the view's plane are
+///   p_view = m_per_px * ((u, v) - c),   c = ((W-1)/2, (H-1)/2)   (u right, v down)
+///   p_base = T_base_view * p_view.
+/// Because v runs downwards and the view upwards, T_base_view is a proper planar motion, no
+/// reflection. The offset of the principal point from the picture's centre is part of T_base_view.
+class CeilingView {
+ public:
+  /// @param up  the mounted upward camera; its optical axis within 45 deg of straight up.
+  /// @param ceiling_height_m  above the floor; must be above the camera.
+  /// @throws InputError when the camera cannot see a ceiling there.
+  CeilingView(const MountedCamera& up, double ceiling_height_m);
+
+  /// View without a rig: one pixel is one unit of length, x forward = up in the picture, y left =
+  /// RIGHT in the picture (seen from below, the picture's right is the robot's left), centre of the
+  /// picture over base.
+  static CeilingView InPixels(cv::Size size);
+
+  /// Size of the pictures taken and returned.
+  [[nodiscard]] cv::Size Size() const { return size_; }
+  /// Metres on the ceiling per pixel (1 without a rig), > 0.
+  [[nodiscard]] double MetresPerPixel() const { return m_per_px_; }
+  [[nodiscard]] const Pose2& T_base_view() const { return T_base_view_; }
+  /// Focal length of the virtual camera in pixels; 0 without a rig.
+  [[nodiscard]] double FocalLength() const { return focal_px_; }
+  /// True when Rectify changes the picture.
+  [[nodiscard]] bool NeedsRectification() const { return !map_xy_.empty(); }
+
+  /// Brings a raw picture into the view. Returns `raw` itself (no copy) when nothing needs doing,
+  /// else fills and returns `buffer`. Pixels that the camera did not see become 0 and are 0 in
+  /// Mask().
+  /// @param raw  CV_8UC1 of Size(). @throws InputError on another type or size. Thread-safe.
+  const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer) const;
+  /// CV_8UC1 of Size(), 255 where the rectified picture has content; empty when everywhere.
+  [[nodiscard]] const cv::Mat& Mask() const { return mask_; }
+
+ private:
+  CeilingView() = default;
+
+  cv::Size size_;
+  double m_per_px_ = 1;
+  double focal_px_ = 0;
+  Pose2 T_base_view_;
+  cv::Mat map_xy_;    // CV_16SC2 fixed-point map of cv::remap; empty: identity
+  cv::Mat map_frac_;  // its interpolation table
+  cv::Mat mask_;
+};
+
+}  // namespace ceilmap::calib

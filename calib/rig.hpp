@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "calib/camera.hpp"
+
+namespace ceilmap::calib {
+
+/// Convex hyperbolic mirror over a pinhole camera: z^2/A^2 - r^2/B^2 = 1 (upper sheet), C^2 = A^2 +
+/// B^2, pinhole at (0, 0, -C), effective single viewpoint at (0, 0, C). Metres and pixels.
+struct HyperbolicMirror {
+  double A_m = 0;
+  double B_m = 0;
+  double C_m = 0;
+  double rim_radius_m = 0;
+  double rim_radius_px = 0;
+  double horizon_radius_px = 0;
+};
+
+/// A camera on the robot.
+struct MountedCamera {
+  PinholeCamera camera;
+  /// p_base = T_base_cam * p_cam; cam is the optical frame.
+  Eigen::Isometry3d T_base_cam = Eigen::Isometry3d::Identity();
+  double exposure_time_s = 0;
+  std::optional<HyperbolicMirror> mirror;  ///< only for type hyperbolic_mirror
+};
+
+/// What a robot carries, as read from rig.yaml. base: foot of the camera mast on the floor, x
+/// forward, y left, z up.
+struct Rig {
+  std::string robot;
+  double axle_behind_mast_m = 0;           ///< `a`: the axle stands at base x = -a; may be negative
+  std::optional<double> forward_height_m;  ///< `d`: forward camera above the floor, > 0
+  double ceiling_height_m = 0;             ///< `h`: ceiling above the floor, > 0
+  std::optional<MountedCamera> up;
+  std::optional<MountedCamera> forward;
+  std::optional<MountedCamera> omni;
+  std::string source_yaml;  ///< the file's text as read, kept for provenance
+};
+
+/// Reads rig.yaml (format: calib/README.md). A camera's intrinsics stand inline in the manner of
+/// ROS camera_info or in a camera_info file of their own (`camera_info: PATH`, relative to
+/// rig.yaml).
+///
+/// @throws InputError naming file, line, key and the mend when a key is missing, unknown, of the
+/// wrong
+///   type, or impossible (focal length <= 0, picture size <= 0, pose not orthonormal, matrix and
+///   quaternion that disagree, ceiling not above the camera, up camera that looks down, ...).
+Rig ReadRig(const std::filesystem::path& file);
+
+}  // namespace ceilmap::calib

@@ -1,0 +1,29 @@
+# One place for what all targets share: include root, warnings, sanitizers.
+
+add_library(ceilmap_build_flags INTERFACE)
+target_compile_options(ceilmap_build_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wunused -Wnull-dereference)
+if(CEILMAP_WERROR)
+  target_compile_options(ceilmap_build_flags INTERFACE -Werror)
+endif()
+if(CEILMAP_SANITIZE)
+  target_compile_options(ceilmap_build_flags INTERFACE -fsanitize=${CEILMAP_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(ceilmap_build_flags INTERFACE -fsanitize=${CEILMAP_SANITIZE})
+  target_compile_definitions(ceilmap_build_flags INTERFACE CEILMAP_SANITIZED)
+endif()
+target_compile_definitions(ceilmap_build_flags INTERFACE $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
+
+# ceilmap_add_library(NAME SOURCES ... LINKS ...): the library ceilmap::NAME of the calling folder. Headers are
+# included from the project's root ("calib/pose2.hpp"), in the build tree and installed alike.
+function(ceilmap_add_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+  add_library(ceilmap_${name} STATIC ${ARG_SOURCES})
+  add_library(ceilmap::${name} ALIAS ceilmap_${name})
+  target_compile_features(ceilmap_${name} PUBLIC cxx_std_20)
+  target_include_directories(ceilmap_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/ceilmap>)
+  target_link_libraries(ceilmap_${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS}
+    $<BUILD_INTERFACE:ceilmap_build_flags>)
+  set_target_properties(ceilmap_${name} PROPERTIES EXPORT_NAME ${name})
+  set_property(GLOBAL APPEND PROPERTY CEILMAP_LIBRARIES ceilmap_${name})
+endfunction()

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "calib/pose2.hpp"
+
+namespace ceilmap::mapping {
+
+using calib::Pose2;
+
+/// How far a pose can be trusted (DESIGN.md: what is not known is said, never guessed).
+enum class TrackingStatus { kTracking, kRelocalized, kAmbiguous, kLost };
+const char* ToString(TrackingStatus status);
+
+/// One video frame's pose on the map.
+struct FramePose {
+  std::int64_t frame_index = 0;
+  double stamp_s = 0;
+  TrackingStatus status = TrackingStatus::kTracking;
+  Pose2 T_map_base;
+  /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2 (pixels for metres without a rig).
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+/// A frame that is kept: its picture becomes part of the mosaic and later frames are registered
+/// against it.
+struct Keyframe {
+  std::int64_t id = 0;  ///< 0, 1, 2, ... in order of time
+  FramePose pose;
+  cv::Mat picture;  ///< CV_8UC1, rectified (CeilingView); may be empty where only poses are needed
+};
+
+/// A measured motion between two keyframes: an edge of the pose graph.
+struct Edge {
+  enum class Kind { kOdometry, kLoopClosure };
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  Kind kind = Kind::kOdometry;
+  Pose2 T_from_to;  ///< p_from = T_from_to * p_to, both base frames
+  /// Inverse covariance of T_from_to's (x, y, yaw), expressed in frame `from`.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();
+};
+
+}  // namespace ceilmap::mapping

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "mapping/keyframe.hpp"
+
+namespace ceilmap::mapping {
+
+/// What a map says of itself.
+struct MapMetadata {
+  int format_version = 1;
+  std::string unit = "m";       ///< "m", or "px" for a map made without a rig
+  double resolution = 0;        ///< mosaic: units per mosaic pixel, > 0
+  double ceiling_height_m = 0;  ///< above the floor; 0 without a rig
+  std::string rig_yaml;         ///< text of the rig file, empty without a rig
+  std::string robot;
+  cv::Size view_size;            ///< size of the keyframe pictures
+  double view_units_per_px = 0;  ///< units on the ceiling per keyframe picture pixel
+  Pose2 T_base_view;             ///< CeilingView::T_base_view of the mapping camera
+  std::string program_version;
+  std::string provenance;  ///< command line, source names, date; free text
+};
+
+/// Extent of a mosaic and how its pixels lie in the map: pixel (col, row) of the full mosaic has
+/// its CENTRE at
+///   x = min_x + (col + 0.5) * resolution,  y = max_y - (row + 0.5) * resolution.
+/// The mosaic is stored as seen from above: x right, y up (GEOMETRY: mirrored against a photograph
+/// from below).
+struct MosaicGrid {
+  double min_x = 0;
+  double max_y = 0;
+  double resolution = 0;
+  int width_px = 0;
+  int height_px = 0;
+};
+
+/// Fills a window of the mosaic: grey and alpha, both CV_8UC1 of the window's size (alpha 0: never
+/// seen).
+using MosaicSource = std::function<void(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha)>;
+
+/// Writes NAME.gpkg: an OGC GeoPackage with the layers `mosaic` (raster tile pyramid, grey +
+/// alpha), `keyframes`, `trajectory`, `edges` (vector) and the tables `keyframe_pictures`,
+/// `ceilmap_metadata`.
+///
+/// Everything goes to a partial file beside the target (a fixed name, so that the next run replaces
+/// what a killed one left behind); Commit() closes it, syncs it to disk and renames it over the
+/// target: at any moment the target is the old map or the new one. Without Commit() the destructor
+/// removes the partial file. Not thread-safe. All calls throw calib::RunError when the disk refuses
+/// (full, read-only).
+class MapWriter {
+ public:
+  /// @throws calib::InputError when the folder of `file` does not exist or cannot be written, or
+  /// the name does
+  ///   not end in .gpkg.
+  MapWriter(const std::filesystem::path& file, MapMetadata metadata);
+  ~MapWriter();
+  MapWriter(const MapWriter&) = delete;
+  MapWriter& operator=(const MapWriter&) = delete;
+
+  /// Stores the picture losslessly; its pose comes later, with WriteKeyframes. Bounded memory:
+  /// nothing is kept.
+  void AddPicture(std::int64_t keyframe_id, const cv::Mat& picture);
+  /// Reads a stored picture back (the mosaic is rendered from them).
+  [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
+
+  /// Poses of all keyframes (pictures ignored), then of all frames, then the edges: once each,
+  /// before Commit.
+  void WriteKeyframes(const std::vector<Keyframe>& keyframes);
+  void WriteTrajectory(const std::vector<FramePose>& frames);
+  void WriteEdges(const std::vector<Edge>& edges);
+  /// Renders the mosaic window by window (aligned to tiles) and builds its pyramid.
+  /// @param progress  called with done/total windows; may be empty.
+  void WriteMosaic(const MosaicGrid& grid,
+                   const MosaicSource& source,
+                   const std::function<void(int, int)>& progress = {});
+  void Commit();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Reads a map. @throws calib::InputError when the file is missing, no GeoPackage, no ceilmap map,
+/// damaged, or of another format version (each with what to do).
+class MapReader {
+ public:
+  explicit MapReader(const std::filesystem::path& file);
+  ~MapReader();
+  MapReader(const MapReader&) = delete;
+  MapReader& operator=(const MapReader&) = delete;
+
+  [[nodiscard]] const MapMetadata& Metadata() const;
+  [[nodiscard]] const MosaicGrid& Grid() const;
+  [[nodiscard]] std::vector<Keyframe> ReadKeyframes() const;  ///< without pictures, by id
+  [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
+  [[nodiscard]] std::vector<FramePose> ReadTrajectory() const;
+  [[nodiscard]] std::vector<Edge> ReadEdges() const;
+  /// A window of the mosaic at full resolution; must lie inside the grid.
+  void ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ceilmap::mapping

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "mapping/keyframe.hpp"
+#include "mapping/map_file.hpp"
+
+namespace ceilmap::mapping {
+
+struct MosaicParams {
+  double resolution = 0;  ///< map units per mosaic pixel; 0: that of the keyframe pictures
+  /// Feathering: a picture's weight falls from its centre to its border as (distance to the
+  /// border)^power. 1 is a plain linear feather; larger values let each point of the ceiling come
+  /// almost from the one picture that sees it most centrally, which keeps things below the ceiling
+  /// (parallax) and small pose errors from showing as doubled edges.
+  double feather_power = 4;
+  bool level_exposure = true;  ///< take out gain differences and vignetting
+  int cache_pictures = 64;     ///< decoded pictures kept in memory while rendering
+  int threads = 0;             ///< 0: as many as the machine has cores
+
+  void Validate() const;  ///< throws calib::InputError naming field, value and range
+};
+
+/// Loads the picture of a keyframe (CV_8UC1). Called under a lock, one call at a time.
+using PictureLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
+
+/// Renders the mosaic from keyframe pictures and poses, any window at a time, in memory bounded by
+/// the cache.
+///
+/// Exposure: log I_k(u) = log E(X) + g_k + v(r), with a gain g_k per keyframe and one radial
+/// vignetting profile v(r) (even polynomial, v(0) = 0) for the camera, solved by linear least
+/// squares (robust: saturated and dark pixels left out, Huber) from points that several keyframes
+/// see; then each picture is divided by exp(g_k + v(r)).
+class MosaicRenderer {
+ public:
+  /// @param keyframes  poses (pictures ignored), at least one.
+  /// @param metadata  gives view size, units per pixel and T_base_view:
+  ///   p_map = T_map_base * T_base_view * (view_units_per_px * ((u, v) - centre)).
+  MosaicRenderer(std::vector<Keyframe> keyframes,
+                 const MapMetadata& metadata,
+                 PictureLoader loader,
+                 const MosaicParams& params = {});
+  ~MosaicRenderer();
+
+  /// Smallest grid over all pictures, its edges on multiples of the resolution.
+  [[nodiscard]] const MosaicGrid& Grid() const;
+  /// Grey as seen from above (see MosaicGrid), alpha 255 where any picture sees the ceiling.
+  void Render(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ceilmap::mapping

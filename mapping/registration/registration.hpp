@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+namespace ceilmap::registration {
+
+/// Similarity motion between two pictures of the same size W x H:
+///   x' = s R(theta) (x - c) + c + t,   R = [[cos, -sin], [sin, cos]],   c = ((W-1)/2, (H-1)/2)
+/// takes a pixel x of the reference to the pixel x' of the current picture that shows the same
+/// point. u right, v down, so theta > 0 turns the content clockwise on the screen.
+struct ImageMotion {
+  double tx_px = 0;
+  double ty_px = 0;
+  double theta_rad = 0;  ///< in (-pi, pi]
+  double scale = 1;      ///< > 0
+
+  [[nodiscard]] ImageMotion Inverse() const;
+  /// x' of x; both relative to the picture's centre c.
+  [[nodiscard]] Eigen::Vector2d Apply(const Eigen::Vector2d& x_centred) const;
+};
+
+/// first, then second: x'' = second(first(x)).
+ImageMotion Compose(const ImageMotion& second, const ImageMotion& first);
+
+}  // namespace ceilmap::registration
