@@ -1,5 +1,8 @@
 # One place for what all targets share: include root, warnings, sanitizers.
 
+set(CEILMAP_ROOT ${CMAKE_CURRENT_LIST_DIR}/..)
+cmake_path(NORMAL_PATH CEILMAP_ROOT)
+
 add_library(ceilmap_build_flags INTERFACE)
 target_compile_options(ceilmap_build_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wunused -Wnull-dereference)
@@ -21,7 +24,7 @@ function(ceilmap_add_library name)
   add_library(ceilmap::${name} ALIAS ceilmap_${name})
   target_compile_features(ceilmap_${name} PUBLIC cxx_std_20)
   target_include_directories(ceilmap_${name} PUBLIC
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/ceilmap>)
+    $<BUILD_INTERFACE:${CEILMAP_ROOT}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/ceilmap>)
   target_link_libraries(ceilmap_${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS}
     $<BUILD_INTERFACE:ceilmap_build_flags>)
   set_target_properties(ceilmap_${name} PROPERTIES EXPORT_NAME ${name})

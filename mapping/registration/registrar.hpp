@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "mapping/registration/registration.hpp"
+
+namespace ceilmap::registration {
+
+/// Why a registration has an answer, or none.
+enum class Verdict {
+  kOk,         ///< one motion explains the pictures, and no other does nearly as well
+  kNoTexture,  ///< a picture shows nothing that could be registered (uniform, black, saturated)
+  kNoMatch,    ///< no motion brings the pictures to agreement: no or too little overlap
+  kAmbiguous,  ///< several different motions explain the pictures about equally well (periodic
+               ///< ceiling)
+};
+const char* ToString(Verdict verdict);
+
+/// What is known of the motion beforehand (odometry, a motion model, a compass): chooses among
+/// hypotheses that the pictures alone leave open, and is never averaged into the result.
+struct MotionPrior {
+  ImageMotion motion;
+  double sigma_px = 0;         ///< of tx and ty, > 0
+  double sigma_theta_rad = 0;  ///< > 0
+};
+
+struct Registration {
+  Verdict verdict = Verdict::kNoMatch;
+  ImageMotion motion;  ///< reference -> current; meaningless unless ok()
+  /// Of (tx_px, ty_px, theta_rad, ln scale), from the residuals of the fine stage; the scale's row
+  /// and column are zero when the scale is held at 1.
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  double peak = 0;       ///< agreement of the pictures under the motion, 0..1
+  double runner_up = 0;  ///< the same for the best different motion, 0..1
+  double overlap = 0;    ///< part of the reference picture that the current one sees, 0..1
+  int blocks = 0;        ///< blocks of the fine stage that could be compared
+  int inliers = 0;       ///< those that agree with the motion
+
+  [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
+};
+
+struct RegistrarParams {
+  bool estimate_scale = false;  ///< false: scale 1 (level robot, one camera); true: 0.7 .. 1.4
+};
+
+/// Everything that is computed once of a picture and kept: its working copies and spectra. Cheap to
+/// move and to share (the data behind it are immutable); made by Registrar::Analyze.
+class FrameSpectrum {
+ public:
+  FrameSpectrum() = default;
+  [[nodiscard]] bool empty() const { return !data_; }
+  struct Data;
+
+ private:
+  friend class Registrar;
+  std::shared_ptr<Data> data_;
+};
+
+/// Registers pictures of one size. Holds FFT plans and scratch memory: one object per thread.
+class Registrar {
+ public:
+  explicit Registrar(cv::Size size, const RegistrarParams& params = {});
+  ~Registrar();
+  Registrar(Registrar&&) noexcept;
+  Registrar& operator=(Registrar&&) noexcept;
+
+  /// @param grey  CV_8UC1 of the registrar's size. @throws calib::InputError on another type or
+  /// size.
+  [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey);
+
+  /// Motion that takes pixels of `reference` to pixels of `current`. Never throws on picture
+  /// content.
+  [[nodiscard]] Registration Register(const FrameSpectrum& reference,
+                                      const FrameSpectrum& current,
+                                      const std::optional<MotionPrior>& prior = std::nullopt);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ceilmap::registration
