@@ -1,7 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <opencv2/core.hpp>
+#include <optional>
 
 namespace ceilmap::calib {
 
@@ -20,6 +22,12 @@ struct PinholeCamera {
   [[nodiscard]] bool IsDistorted() const;
   [[nodiscard]] cv::Size Size() const { return {width_px, height_px}; }
   [[nodiscard]] cv::Matx33d Matrix() const { return {fx, 0, cx, 0, fy, cy, 0, 0, 1}; }
+
+  /// Pixel that shows the point p_cam of the optical frame; inside the picture or not.
+  /// @return nothing for a point not in front of the camera, and for one so far off the axis that
+  ///   the radial polynomial r (1 + k1 r^2 + k2 r^4 + k3 r^6) has stopped growing: from there on
+  ///   the model folds back into the picture and means nothing.
+  [[nodiscard]] std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& p_cam) const;
 };
 
 }  // namespace ceilmap::calib

@@ -3,14 +3,16 @@
 #include <opencv2/core.hpp>
 
 #include "calib/pose2.hpp"
+#include "calib/remap_table.hpp"
 #include "calib/rig.hpp"
 
 namespace ceilmap::calib {
 
 /// The upward camera as the rest of the program sees it: a virtual pinhole camera that looks
-/// exactly upwards, without distortion and with square pixels. Distortion, unequal focal lengths
-/// and small mounting tilts are taken out of the picture by one precomputed map; a camera that has
-/// none of them (up to 1e-9) gets no map and its pictures pass through untouched.
+/// exactly upwards, without distortion and with square pixels, turned about z like the mounted
+/// camera. Distortion, unequal focal lengths and mounting tilts are taken out of the picture by one
+/// precomputed map; a camera whose map would move no pixel by 0.001 px gets none, and its pictures
+/// pass through untouched.
 ///
 /// A level plane ceiling then is an image to scale, and coordinates in the view's plane are
 ///   p_view = m_per_px * ((u, v) - c),   c = ((W-1)/2, (H-1)/2)   (u right, v down)
@@ -34,15 +36,16 @@ class CeilingView {
   /// Metres on the ceiling per pixel (1 without a rig), > 0.
   [[nodiscard]] double MetresPerPixel() const { return m_per_px_; }
   [[nodiscard]] const Pose2& T_base_view() const { return T_base_view_; }
-  /// Focal length of the virtual camera in pixels; 0 without a rig.
+  /// Focal length of the virtual camera in pixels, sqrt(fx fy); 0 without a rig.
   [[nodiscard]] double FocalLength() const { return focal_px_; }
   /// True when Rectify changes the picture.
-  [[nodiscard]] bool NeedsRectification() const { return !map_xy_.empty(); }
+  [[nodiscard]] bool NeedsRectification() const { return !table_.empty(); }
 
   /// Brings a raw picture into the view. Returns `raw` itself (no copy) when nothing needs doing,
   /// else fills and returns `buffer`. Pixels that the camera did not see become 0 and are 0 in
   /// Mask().
-  /// @param raw  CV_8UC1 of Size(). @throws InputError on another type or size. Thread-safe.
+  /// @param raw  CV_8UC1 of Size(). @throws InputError on another type or size. Thread-safe with a
+  ///   buffer per thread.
   const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer) const;
   /// CV_8UC1 of Size(), 255 where the rectified picture has content; empty when everywhere.
   [[nodiscard]] const cv::Mat& Mask() const { return mask_; }
@@ -54,8 +57,7 @@ class CeilingView {
   double m_per_px_ = 1;
   double focal_px_ = 0;
   Pose2 T_base_view_;
-  cv::Mat map_xy_;    // CV_16SC2 fixed-point map of cv::remap; empty: identity
-  cv::Mat map_frac_;  // its interpolation table
+  RemapTable table_;  // empty: the pictures need nothing
   cv::Mat mask_;
 };
 

@@ -46,10 +46,15 @@ struct Rig {
 /// ROS camera_info or in a camera_info file of their own (`camera_info: PATH`, relative to
 /// rig.yaml).
 ///
-/// @throws InputError naming file, line, key and the mend when a key is missing, unknown, of the
-/// wrong
-///   type, or impossible (focal length <= 0, picture size <= 0, pose not orthonormal, matrix and
-///   quaternion that disagree, ceiling not above the camera, up camera that looks down, ...).
+/// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to mend` when a key is missing,
+///   unknown, of the wrong type, or impossible (focal length <= 0, picture size <= 0, pose not
+///   orthonormal, matrix and quaternion that disagree, ceiling not above the upward camera, upward
+///   camera that does not look up, ...), and when the file is missing, empty, no YAML or larger
+///   than 1 MiB.
 Rig ReadRig(const std::filesystem::path& file);
+
+/// The same from a text. @param file  its name in messages; its folder is where a relative
+/// `camera_info` path starts.
+Rig ParseRig(const std::string& text, const std::filesystem::path& file);
 
 }  // namespace ceilmap::calib

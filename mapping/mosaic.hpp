@@ -18,8 +18,14 @@ struct MosaicParams {
   /// (parallax) and small pose errors from showing as doubled edges.
   double feather_power = 4;
   bool level_exposure = true;  ///< take out gain differences and vignetting
-  int cache_pictures = 64;     ///< decoded pictures kept in memory while rendering
-  int threads = 0;             ///< 0: as many as the machine has cores
+  /// Leave out what one picture shows but most of the others that see the place do not (a person,
+  /// something carried past, a wall): at least three pictures, more than a fifth off their median.
+  bool reject_outliers = true;
+  int cache_pictures = 64;  ///< decoded pictures kept in memory while rendering
+  int threads = 0;          ///< 0: as many as the machine has cores
+  /// CeilingView::Mask(): where the rectified pictures have content, CV_8UC1 of the view's size;
+  /// empty: everywhere.
+  cv::Mat view_mask;
 
   void Validate() const;  ///< throws calib::InputError naming field, value and range
 };

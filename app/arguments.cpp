@@ -1,0 +1,44 @@
+#include "app/arguments.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+#include <system_error>
+
+#include "app/csv.hpp"
+#include "calib/error.hpp"
+
+namespace ceilmap::app {
+
+calib::Pose2 ParsePose2(const std::string& text, const std::string& option) {
+  std::array<double, 3> values{};
+  std::string_view rest = text;
+  bool good = true;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t comma = rest.find(',');
+    const bool last = i + 1 == values.size();
+    good = good && last == (comma == std::string_view::npos) &&
+           ParseNumber(rest.substr(0, comma), values[i]) && std::isfinite(values[i]);
+    rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
+  }
+  if (!good) {
+    throw calib::InputError(
+        fmt::format("{} {}: must be X,Y,YAW_DEG, e.g. 1.5,-0.2,90", option, text));
+  }
+  return {values[0], values[1], calib::WrapAngle(values[2] * std::numbers::pi / 180)};
+}
+
+NamedFile ParseNamedFile(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  std::error_code ignored;
+  const bool named = equals != std::string::npos && equals > 0 && text.find('/') > equals &&
+                     !std::filesystem::exists(text, ignored);
+  if (named) return {text.substr(0, equals), text.substr(equals + 1)};
+  const std::filesystem::path file = text;
+  return {file.stem().string(), file};
+}
+
+}  // namespace ceilmap::app

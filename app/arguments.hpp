@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "calib/pose2.hpp"
+
+namespace ceilmap::app {
+
+/// `X,Y,YAW_DEG` as a pose (yaw in degrees, any turn). `option` names it in the message.
+/// @throws calib::InputError
+calib::Pose2 ParsePose2(const std::string& text, const std::string& option);
+
+/// `[NAME=]FILE`.
+struct NamedFile {
+  std::string name;  ///< the file's name without folder and extension unless given
+  std::filesystem::path file;
+};
+/// A file of that whole name wins over a name in front of it.
+NamedFile ParseNamedFile(const std::string& text);
+
+}  // namespace ceilmap::app

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ceilmap::app {
+
+/// A comma-separated file with a header line, held in memory. Quoted fields ("a, b", doubled quotes
+/// for a quote) are understood within a line; blank lines are skipped; a byte order mark and CRLF
+/// line ends do no harm.
+struct CsvTable {
+  struct Row {
+    int line = 0;  ///< in the file, from 1
+    std::vector<std::string> fields;
+  };
+  std::string name;  ///< of the file, for messages
+  std::vector<std::string> header;
+  std::vector<Row> rows;  ///< each with as many fields as the header
+
+  /// Position of a column. @throws calib::InputError when there is no such column.
+  [[nodiscard]] std::size_t Column(std::string_view column) const;
+  /// `NAME:LINE`, the start of a message about a row.
+  [[nodiscard]] std::string Place(const Row& row) const;
+};
+
+/// @throws calib::InputError when the file is missing, has no header, or a row has another number
+/// of
+///   fields than the header.
+CsvTable ReadCsv(const std::filesystem::path& file);
+
+/// The field as CSV: quoted where it must be.
+std::string CsvField(std::string_view text);
+
+/// The number that the whole text spells, finite or not; false when it spells none.
+bool ParseNumber(std::string_view text, double& number);
+
+}  // namespace ceilmap::app

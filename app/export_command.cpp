@@ -1,0 +1,76 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "app/commands.hpp"
+#include "app/output_files.hpp"
+#include "calib/error.hpp"
+#include "mapping/export.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+namespace {
+
+struct ExportParams {
+  fs::path map;
+  std::string format;
+  fs::path output;
+  bool from_below = false;
+};
+
+std::vector<fs::path> OutputFiles(const ExportParams& params) {
+  if (params.format != "ros") return {params.output};
+  fs::path yaml = params.output;
+  if (yaml.extension() != ".yaml") yaml += ".yaml";
+  return {yaml, fs::path(yaml).replace_extension(".png")};
+}
+
+void RunExport(const ExportParams& params, const CommonOptions& common, Summary& summary) {
+  if (params.from_below && params.format != "png") {
+    throw calib::InputError(
+        fmt::format("--from-below is for --format png: --format {} lies on maps drawn from above",
+                    params.format));
+  }
+  const std::vector<fs::path> files = OutputFiles(params);
+  CheckOutputFiles(files);
+  const mapping::MapReader map(params.map);
+  if (params.format == "png") {
+    mapping::ExportPng(map, params.output, {.seen_from_below = params.from_below});
+  } else if (params.format == "geotiff") {
+    mapping::ExportGeoTiff(map, params.output);
+  } else {
+    mapping::ExportRos(map, params.output);
+  }
+  summary.files = files;
+  summary.quality = {{"map_width_px", map.Grid().width_px},
+                     {"map_height_px", map.Grid().height_px}};
+  if (common.quiet) return;
+  for (const fs::path& file : files) fmt::print("written {}\n", file.string());
+}
+
+}  // namespace
+
+Command AddExportCommand(CLI::App& program) {
+  Command command = MakeCommand(
+      program,
+      "export",
+      "Writes a map's picture for other programs: ROS map_server and Nav2, GIS, people.",
+      "ceilmap export lab.gpkg --format ros -o lab.yaml");
+  auto params = std::make_shared<ExportParams>();
+  CLI::App& cli = *command.cli;
+  cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
+  cli.add_option("--format", params->format, "What to write")
+      ->required()
+      ->check(CLI::IsMember({"ros", "geotiff", "png"}));
+  cli.add_option("-o,--output", params->output, "File; for ros PATH.yaml and PATH.png")
+      ->required()
+      ->type_name("PATH");
+  cli.add_flag("--from-below", params->from_below, "png as a person sees it who looks up");
+  command.run = [params](const CommonOptions& common, Summary& summary) {
+    RunExport(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::app

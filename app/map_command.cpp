@@ -1,0 +1,320 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "app/arguments.hpp"
+#include "app/commands.hpp"
+#include "app/console.hpp"
+#include "app/frame_source.hpp"
+#include "app/interrupt.hpp"
+#include "app/output_files.hpp"
+#include "app/progress.hpp"
+#include "app/table.hpp"
+#include "app/tum.hpp"
+#include "calib/ceiling_view.hpp"
+#include "calib/error.hpp"
+#include "calib/rig.hpp"
+#include "mapping/export.hpp"
+#include "mapping/mapper.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct MapParams {
+  fs::path rig;
+  std::string up;
+  std::string forward;
+  std::string omni;
+  fs::path stamps;
+  std::string origin;
+  calib::Pose2 T_map_first;  // --origin, parsed
+  std::optional<double> resolution;
+  bool append = false;
+  std::string tilt = "none";
+  fs::path output;
+  fs::path trajectory;
+  fs::path uncompensated;
+  fs::path picture;
+
+  // Checks everything that can be told without the recording. @throws calib::InputError
+  void Resolve();
+};
+
+void MapParams::Resolve() {
+  RejectUnavailable(!forward.empty(), "--forward");
+  RejectUnavailable(!omni.empty(), "--omni");
+  RejectUnavailable(append, "--append");
+  RejectUnavailable(tilt != "none", "--tilt " + tilt);
+  if (output.extension() != ".gpkg") {
+    throw calib::InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
+  }
+  if (!picture.empty() && picture.extension() != ".png") {
+    throw calib::InputError(
+        fmt::format("{}: the picture's name must end in .png", picture.string()));
+  }
+  if (resolution && !(*resolution > 0 && *resolution < 1e6)) {
+    throw calib::InputError(
+        fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
+  }
+  if (!origin.empty()) T_map_first = ParsePose2(origin, "--origin");
+  CheckOutputFiles({output, trajectory, uncompensated, picture});
+}
+
+// The camera's view of the ceiling; pictures that cannot come from the rig's camera are refused.
+calib::CeilingView MakeView(const std::optional<calib::Rig>& rig,
+                            const MapParams& params,
+                            const FrameSource& source) {
+  const cv::Size size = source.Size();
+  if (!rig) return calib::CeilingView::InPixels(size);
+  if (!rig->up) {
+    throw calib::InputError(
+        fmt::format("{}: has no camera 'up'; add it under cameras, or leave "
+                    "--rig out to map in pixels",
+                    params.rig.string()));
+  }
+  const cv::Size expected = rig->up->camera.Size();
+  if (size != expected) {
+    throw calib::InputError(fmt::format(
+        "{}: pictures are {}x{} px, but camera 'up' of {} has {}x{} px; use this recording's rig",
+        source.Name(),
+        size.width,
+        size.height,
+        params.rig.string(),
+        expected.width,
+        expected.height));
+  }
+  return {*rig->up, rig->ceiling_height_m};
+}
+
+std::string UtcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z",
+                     utc.tm_year + 1900,
+                     utc.tm_mon + 1,
+                     utc.tm_mday,
+                     utc.tm_hour,
+                     utc.tm_min,
+                     utc.tm_sec);
+}
+
+mapping::MapMetadata Describe(const std::optional<calib::Rig>& rig,
+                              const calib::CeilingView& view,
+                              const MapParams& params,
+                              const CommonOptions& common) {
+  mapping::MapMetadata metadata;
+  metadata.unit = rig ? "m" : "px";
+  metadata.resolution = params.resolution.value_or(view.MetresPerPixel());
+  if (rig) {
+    metadata.ceiling_height_m = rig->ceiling_height_m;
+    metadata.rig_yaml = rig->source_yaml;
+    metadata.robot = rig->robot;
+  }
+  metadata.view_size = view.Size();
+  metadata.view_units_per_px = view.MetresPerPixel();
+  metadata.T_base_view = view.T_base_view();
+  metadata.program_version = CEILMAP_VERSION;
+  metadata.provenance = fmt::format("{}; from {}; {}", common.command_line, params.up, UtcNow());
+  return metadata;
+}
+
+// What the map rests on without anybody having said so. Told at the end, so that an error before it
+// stays one line.
+void TellAssumptions(bool have_rig, StampOrigin stamps) {
+  if (!have_rig) Note("no --rig: lengths are in pixels of the recording, not in metres");
+  if (stamps == StampOrigin::kFrameIndex) {
+    Note("no --stamps: pictures are taken to be one second apart");
+  }
+}
+
+void MapFrames(FrameSource& source, mapping::Mapper& mapper) {
+  Progress progress("mapping", "frames", source.ExpectedFrames());
+  Frame frame;
+  std::int64_t done = 0;
+  while (source.Read(frame)) {
+    const mapping::FramePose pose = mapper.Process(frame.grey, frame.index, frame.stamp_s);
+    progress.Update(++done);
+    Detail("frame {} at {:.6f} s: {}", frame.index, frame.stamp_s, mapping::ToString(pose.status));
+  }
+}
+
+// A camera is always ended this way, so it is no error once there is something to keep.
+void TellInterrupted(const mapping::Mapper& mapper) {
+  if (mapper.Trajectory().empty()) {
+    throw calib::RunError("interrupted before any frame was mapped; nothing was written");
+  }
+  PrintNote(fmt::format("interrupted: {} frames were kept", mapper.Trajectory().size()));
+}
+
+void FinishMap(mapping::Mapper& mapper) {
+  Progress progress("drawing", "tiles");
+  mapper.Finish([&progress](int done, int total) { progress.Update(done, total); });
+}
+
+std::string TrajectoryText(const mapping::Mapper& mapper) {
+  std::vector<StampedPose> poses;
+  for (const mapping::FramePose& frame : mapper.Trajectory()) {
+    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base));
+  }
+  return FormatTum(poses);
+}
+
+// The map and the trajectories appear together, or none of them.
+void CommitFiles(const mapping::Mapper& mapper,
+                 mapping::MapWriter& writer,
+                 const MapParams& params,
+                 Summary& summary) {
+  const std::string text = TrajectoryText(mapper);
+  std::vector<std::unique_ptr<mapping::AtomicFile>> trajectories;
+  // Without tilt there is nothing to compensate: both trajectories are the same.
+  for (const fs::path& file : {params.trajectory, params.uncompensated}) {
+    if (file.empty()) continue;
+    trajectories.push_back(std::make_unique<mapping::AtomicFile>(file));
+    WriteText(*trajectories.back(), text);
+  }
+  writer.Commit();
+  summary.files.push_back(params.output);
+  for (const auto& trajectory : trajectories) {
+    trajectory->Commit();
+    summary.files.push_back(trajectory->Target());
+  }
+  if (!params.picture.empty()) {
+    mapping::ExportPng(mapping::MapReader(params.output), params.picture);
+    summary.files.push_back(params.picture);
+  }
+}
+
+void Summarize(const mapping::MapperReport& report,
+               const FrameSourceReport& reading,
+               const std::string& unit,
+               Summary& summary) {
+  summary.frames = report.frames;
+  summary.interrupted = Interrupted();
+  summary.stages_ms = {{"decode", reading.decode_ms},
+                       {"rectify", report.rectify_ms},
+                       {"register", report.register_ms},
+                       {"keyframe", report.keyframe_ms},
+                       {"mosaic", report.mosaic_ms}};
+  summary.quality = {{"tracked", report.tracked},
+                     {"lost", report.lost},
+                     {"ambiguous", report.ambiguous},
+                     {"without_texture", report.without_texture},
+                     {"dropped", reading.dropped},
+                     {"keyframes", report.keyframes},
+                     {"median_peak", report.median_peak},
+                     {"path", report.path},
+                     {"map_width_px", report.grid.width_px},
+                     {"map_height_px", report.grid.height_px},
+                     {"map_resolution", report.grid.resolution},
+                     {"unit", unit}};
+}
+
+void PrintReport(const mapping::MapperReport& report,
+                 const std::string& unit,
+                 double seconds,
+                 const Summary& summary) {
+  const double rate = seconds > 0 ? static_cast<double>(report.frames) / seconds : 0;
+  const int decimals = unit == "m" ? 3 : 1;
+  const mapping::MosaicGrid& grid = report.grid;
+  Table table;
+  table.AddRow({"frames", fmt::format("{}", report.frames)});
+  table.AddRow({"tracked", fmt::format("{}", report.tracked)});
+  table.AddRow({"lost", fmt::format("{}", report.lost)});
+  table.AddRow({"ambiguous", fmt::format("{}", report.ambiguous)});
+  table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
+  table.AddRow({"path", fmt::format("{:.{}f}", report.path, decimals), unit});
+  table.AddRow({"map",
+                fmt::format("{:.{}f} x {:.{}f}",
+                            grid.width_px * grid.resolution,
+                            decimals,
+                            grid.height_px * grid.resolution,
+                            decimals),
+                unit});
+  table.AddRow({"map", fmt::format("{} x {}", grid.width_px, grid.height_px), "px of the mosaic"});
+  table.AddRow({"time", fmt::format("{:.2f}", seconds), fmt::format("s ({:.1f} frames/s)", rate)});
+  fmt::print("{}", table.Format());
+  for (const fs::path& file : summary.files) fmt::print("written {}\n", file.string());
+}
+
+void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
+  const auto start = steady_clock::now();
+  params.Resolve();
+  const std::optional<calib::Rig> rig =
+      params.rig.empty() ? std::nullopt : std::optional(calib::ReadRig(params.rig));
+  FrameSource source(params.up, {.stamps = params.stamps});
+  const calib::CeilingView view = MakeView(rig, params, source);
+
+  const mapping::MapMetadata metadata = Describe(rig, view, params, common);
+  mapping::MapperParams mapper_params;
+  mapper_params.origin = params.T_map_first;
+  mapper_params.mosaic.resolution = metadata.resolution;
+  mapping::MapWriter writer(params.output, metadata);
+  mapping::Mapper mapper(view, writer, metadata, mapper_params);
+
+  MapFrames(source, mapper);
+  for (const std::string& warning : source.Warnings()) PrintWarning(warning);
+  if (Interrupted()) TellInterrupted(mapper);
+  FinishMap(mapper);
+  CommitFiles(mapper, writer, params, summary);
+  TellAssumptions(rig.has_value(), source.Stamps());
+
+  const double seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
+  Summarize(mapper.Report(), source.Report(), metadata.unit, summary);
+  if (!common.quiet) PrintReport(mapper.Report(), metadata.unit, seconds, summary);
+}
+
+}  // namespace
+
+Command AddMapCommand(CLI::App& program) {
+  Command command = MakeCommand(
+      program,
+      "map",
+      "Makes a map of the ceiling, and the robot's trajectory, from a recording.",
+      "ceilmap map --rig rig.yaml --up up.mp4 --stamps frames.csv -o lab.gpkg --trajectory "
+      "lab.tum\n"
+      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+  auto params = std::make_shared<MapParams>();
+  CLI::App& cli = *command.cli;
+  const std::string input = "Input";
+  const std::string result = "Results";
+  const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type);
+  };
+  add("--rig", params->rig, "The robot's cameras; without it the map is in pixels", "RIG.yaml")
+      ->group(input);
+  add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
+  add("--forward", params->forward, "Forward camera (not in this version)", "SOURCE")->group(input);
+  add("--omni", params->omni, "Mirror camera (not in this version)", "SOURCE")->group(input);
+  add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
+      ->group(input);
+  add("--origin", params->origin, "Pose of the first frame on the map", "X,Y,YAW_DEG")
+      ->group(input);
+  add("--tilt", params->tilt, "Tilt compensation; only none in this version", "METHOD")
+      ->check(CLI::IsMember({"none", "forward", "ceiling", "fused"}))
+      ->capture_default_str()
+      ->group(input);
+  cli.add_flag("--append", params->append, "Extend the map (not in this version)")->group(result);
+  add("--resolution", params->resolution, "Metres per map pixel [that of the camera]", "M")
+      ->group(result);
+  add("-o,--output", params->output, "The map", "MAP.gpkg")->required()->group(result);
+  add("--trajectory", params->trajectory, "Poses of all frames found", "T.tum")->group(result);
+  add("--uncompensated", params->uncompensated, "The same without tilt compensation", "T0.tum")
+      ->group(result);
+  add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
+  command.run = [params](const CommonOptions& common, Summary& summary) {
+    RunMap(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::app

@@ -1,0 +1,50 @@
+#include "app/output_files.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <set>
+#include <system_error>
+
+#include "calib/error.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+
+void CheckOutputFiles(const std::vector<fs::path>& targets) {
+  std::set<fs::path> seen;
+  for (const fs::path& target : targets) {
+    if (target.empty()) continue;
+    std::error_code ignored;
+    const bool special = fs::exists(target, ignored) && !fs::is_regular_file(target, ignored) &&
+                         !fs::is_directory(target, ignored);
+    if (special) {  // a rename would replace even /dev/null
+      throw calib::InputError(fmt::format(
+          "{}: is a device or pipe and would be replaced; name another file", target.string()));
+    }
+    const mapping::AtomicFile probe(target);  // refuses what cannot be written
+    if (!seen.insert(fs::weakly_canonical(target, ignored)).second) {
+      throw calib::InputError(fmt::format(
+          "{}: is named for two results; give each a file of its own", target.string()));
+    }
+  }
+}
+
+void WriteText(const mapping::AtomicFile& file, std::string_view text) {
+  std::ofstream stream(file.PartialPath(), std::ios::binary | std::ios::trunc);
+  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+  stream.close();
+  if (!stream) {
+    throw calib::RunError(
+        fmt::format("{}: cannot be written; is the disk full?", file.Target().string()));
+  }
+}
+
+void WriteFileAtomically(const fs::path& target, std::string_view text) {
+  mapping::AtomicFile file(target);
+  WriteText(file, text);
+  file.Commit();
+}
+
+}  // namespace ceilmap::app

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+#include "mapping/atomic_file.hpp"
+
+namespace ceilmap::app {
+
+/// Tells before hours of work, not after them, that a result could not be stored. Empty paths are
+/// skipped; nothing stays behind.
+/// @throws calib::InputError when a folder does not exist or cannot be written to, a target exists
+///   but is not a regular file, or two targets are the same file.
+void CheckOutputFiles(const std::vector<std::filesystem::path>& targets);
+
+/// The text as the content of a file that Commit() will name.
+/// @throws calib::RunError when the disk refuses.
+void WriteText(const mapping::AtomicFile& file, std::string_view text);
+
+/// A text file that is there complete or not at all.
+void WriteFileAtomically(const std::filesystem::path& target, std::string_view text);
+
+}  // namespace ceilmap::app

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ceilmap::app {
+
+/// Order of names as people count: "frame2" before "frame10". Runs of digits compare as numbers,
+/// everything else byte by byte; equal numbers ("7", "07") fall back to plain order.
+bool NaturalLess(std::string_view a, std::string_view b);
+
+/// The pictures of a folder, by their usual extensions in either case, in natural order of the
+/// names. Hidden files are left out.
+/// @throws calib::InputError when there is none.
+std::vector<std::filesystem::path> ListFolder(const std::filesystem::path& folder);
+
+/// True for a name with one printf number field: `%d`, `%4d` or `%04d`.
+bool IsPattern(std::string_view source);
+
+/// A series of pictures that a pattern names.
+struct PatternPictures {
+  std::vector<std::filesystem::path> files;  ///< by number, from the first that exists
+  std::size_t missing = 0;                   ///< numbers between first and last without a file
+};
+
+/// @param pattern  as IsPattern says; the number field must be in the file's name, not in a
+/// folder's.
+/// @throws calib::InputError when no such file exists.
+PatternPictures ListPattern(const std::filesystem::path& pattern);
+
+/// Reads a picture file as grey: colour by OpenCV's COLOR_BGR2GRAY, 16 bits scaled to 8, alpha
+/// ignored, rotation flags ignored (the picture as the camera took it).
+/// @return CV_8UC1. @throws calib::InputError naming the file.
+cv::Mat ReadGreyPicture(const std::filesystem::path& file);
+
+/// The same for a picture in memory with 1, 3 or 4 channels of 8 or 16 bits; `grey` is reused.
+/// @throws calib::InputError on another type, naming `name`.
+void ToGrey(const cv::Mat& picture, cv::Mat& grey, std::string_view name);
+
+}  // namespace ceilmap::app

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace ceilmap::app {
+
+/// A table for people: columns as wide as their content, two blanks apart.
+class Table {
+ public:
+  /// Where cells stand that start with a number; the first column and words stand to the left.
+  enum class Numbers { kLeft, kRight };
+
+  void AddRow(std::vector<std::string> cells);
+  /// Lines with a line feed each, without blanks at their ends.
+  [[nodiscard]] std::string Format(Numbers numbers = Numbers::kRight) const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+}  // namespace ceilmap::app

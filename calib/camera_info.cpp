@@ -1,0 +1,92 @@
+#include "calib/camera_info.hpp"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace ceilmap::calib {
+namespace {
+
+constexpr int kMaxPicturePx = 16384;
+constexpr std::string_view kFocalMend = "take it from the camera's calibration, in pixels";
+
+/// `{rows: R, cols: C, data: [...]}` in row order.
+std::vector<double> ReadMatrix(const YamlValue& matrix, int rows, int cols) {
+  matrix.AllowOnly({"rows", "cols", "data"});
+  matrix.At("rows", "rows: " + std::to_string(rows)).WholeNumber(rows, rows);
+  matrix.At("cols", "cols: " + std::to_string(cols)).WholeNumber(cols, cols);
+  return matrix.At("data", "its numbers, row by row")
+      .Numbers(static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols));
+}
+
+void ReadCameraMatrix(const YamlValue& info, PinholeCamera& camera) {
+  const YamlValue matrix = info.At(
+      "camera_matrix", "camera_matrix: {rows: 3, cols: 3, data: [fx, 0, cx, 0, fy, cy, 0, 0, 1]}");
+  const std::vector<double> k = ReadMatrix(matrix, 3, 3);
+  const YamlValue data = matrix.At("data", "");
+  if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
+    data.Fail("[fx, 0, cx, 0, fy, cy, 0, 0, 1]", "calibrate the camera without skew");
+  }
+  if (!(k[0] > 0)) data.Fail("a matrix with fx > 0 (its first number)", kFocalMend);
+  if (!(k[4] > 0)) data.Fail("a matrix with fy > 0 (its fifth number)", kFocalMend);
+  camera.fx = k[0];
+  camera.fy = k[4];
+  camera.cx = k[2];
+  camera.cy = k[5];
+}
+
+/// plumb_bob, or a camera that says it has no distortion: model "none" or "" with zeros or without
+/// coefficients.
+void ReadDistortion(const YamlValue& info, PinholeCamera& camera) {
+  const YamlValue model = info.At("distortion_model", "distortion_model: plumb_bob");
+  const std::string name = model.Text();
+  const bool none = name.empty() || name == "none";
+  if (!none && name != "plumb_bob") {
+    model.Fail("plumb_bob or none", "calibrate the camera again with the plumb_bob model");
+  }
+  if (none && !info.Find("distortion_coefficients")) return;
+  const YamlValue matrix =
+      info.At("distortion_coefficients",
+              "distortion_coefficients: {rows: 1, cols: 5, data: [k1, k2, p1, p2, k3]}");
+  if (none) {
+    matrix.AllowOnly({"rows", "cols", "data"});
+    const YamlValue data = matrix.At("data", "data: [0, 0, 0, 0, 0]");
+    const std::vector<double> zeros = data.Numbers(data.ListSize());
+    if (std::all_of(zeros.begin(), zeros.end(), [](double k) { return k == 0; })) return;
+    data.Fail("all zero for a camera without distortion", "or write distortion_model: plumb_bob");
+  }
+  const std::vector<double> d = ReadMatrix(matrix, 1, 5);
+  std::copy(d.begin(), d.end(), camera.distortion.begin());
+}
+
+}  // namespace
+
+PinholeCamera ParseCameraInfo(const YamlValue& info) {
+  PinholeCamera camera;
+  camera.width_px =
+      info.At("image_width", "the picture's width in pixels").WholeNumber(1, kMaxPicturePx);
+  camera.height_px =
+      info.At("image_height", "the picture's height in pixels").WholeNumber(1, kMaxPicturePx);
+  if (const auto name = info.Find("camera_name")) name->Text();
+  ReadCameraMatrix(info, camera);
+  ReadDistortion(info, camera);
+  if (const auto r = info.Find("rectification_matrix")) ReadMatrix(*r, 3, 3);
+  if (const auto p = info.Find("projection_matrix")) ReadMatrix(*p, 3, 4);
+  return camera;
+}
+
+PinholeCamera ReadCameraInfo(const std::filesystem::path& file) {
+  constexpr std::string_view kWhat = "a ROS camera_info file";
+  const YamlValue info = YamlValue::Parse(ReadSettingsText(file, kWhat), file, kWhat);
+  info.AllowOnly({"image_width",
+                  "image_height",
+                  "camera_name",
+                  "camera_matrix",
+                  "distortion_model",
+                  "distortion_coefficients",
+                  "rectification_matrix",
+                  "projection_matrix"});
+  return ParseCameraInfo(info);
+}
+
+}  // namespace ceilmap::calib

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "calib/rig.hpp"
+#include "calib/yaml_value.hpp"
+
+namespace ceilmap::calib {
+
+/// Reads `base_link_to_camera` of rig.yaml (T_base_cam: p_base = R p_cam + t): translation and
+/// rotation_xyzw, or a 4 x 4 matrix, or both when they agree to 1e-3 (rad, m). Rounded rotations
+/// (off by up to 1e-3) are made orthonormal.
+/// @throws InputError
+Eigen::Isometry3d ParseCameraPose(const YamlValue& pose);
+
+/// Reads `mirror` of rig.yaml. @throws InputError also when C^2 = A^2 + B^2 does not hold, or the
+/// viewpoint is not where T_base_cam and the mirror put it (both to 1e-3).
+HyperbolicMirror ParseMirror(const YamlValue& mirror, const Eigen::Isometry3d& T_base_cam);
+
+}  // namespace ceilmap::calib

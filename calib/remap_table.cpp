@@ -1,0 +1,75 @@
+#include "calib/remap_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ceilmap::calib {
+namespace {
+
+constexpr int kPartBits = 11;
+constexpr std::uint32_t kOne = 1U << kPartBits;
+constexpr std::uint32_t kHalf = 1U << (2 * kPartBits - 1);
+
+}  // namespace
+
+RemapTable::Tap RemapTable::MakeTap(cv::Point2d at, cv::Size size) {
+  constexpr double kRounding = 0.5 / kOne;  // a border pixel may miss the border by rounding
+  const double right = size.width - 1;
+  const double bottom = size.height - 1;
+  if (!(at.x >= -kRounding && at.x <= right + kRounding && at.y >= -kRounding &&
+        at.y <= bottom + kRounding)) {
+    return {};
+  }
+  const double x = std::clamp(at.x, 0.0, right);
+  const double y = std::clamp(at.y, 0.0, bottom);
+  const double x0 = std::min(std::floor(x), right - 1);
+  const double y0 = std::min(std::floor(y), bottom - 1);
+  return {static_cast<std::int16_t>(x0),
+          static_cast<std::int16_t>(y0),
+          static_cast<std::uint16_t>(std::lround((x - x0) * kOne)),
+          static_cast<std::uint16_t>(std::lround((y - y0) * kOne))};
+}
+
+RemapTable::RemapTable(cv::Size size, const Source& source) : size_(size) {
+  taps_.reserve(static_cast<std::size_t>(size.area()));
+  for (int v = 0; v < size.height; ++v) {
+    for (int u = 0; u < size.width; ++u) {
+      const std::optional<cv::Point2d> at = source(u, v);
+      taps_.push_back(at ? MakeTap(*at, size) : Tap{});
+    }
+  }
+}
+
+cv::Mat RemapTable::Mask() const {
+  cv::Mat mask(size_, CV_8UC1);
+  std::transform(taps_.begin(), taps_.end(), mask.begin<std::uint8_t>(), [](const Tap& tap) {
+    return static_cast<std::uint8_t>(tap.x < 0 ? 0 : 255);
+  });
+  return mask;
+}
+
+void RemapTable::Apply(const cv::Mat& raw, cv::Mat& result) const {
+  CV_Assert(raw.type() == CV_8UC1 && raw.size() == size_);
+  result.create(size_, CV_8UC1);
+  CV_Assert(result.data != raw.data);
+  const std::size_t step = raw.step[0];
+  const Tap* tap = taps_.data();
+  for (int v = 0; v < size_.height; ++v) {
+    auto* out = result.ptr<std::uint8_t>(v);
+    for (int u = 0; u < size_.width; ++u, ++tap) {
+      if (tap->x < 0) {
+        out[u] = 0;
+        continue;
+      }
+      const std::uint8_t* p = raw.data + static_cast<std::size_t>(tap->y) * step + tap->x;
+      const std::uint32_t right = tap->x_part;
+      const std::uint32_t below = tap->y_part;
+      const std::uint32_t upper = p[0] * (kOne - right) + p[1] * right;
+      const std::uint32_t lower = p[step] * (kOne - right) + p[step + 1] * right;
+      out[u] = static_cast<std::uint8_t>((upper * (kOne - below) + lower * below + kHalf) >>
+                                         (2 * kPartBits));
+    }
+  }
+}
+
+}  // namespace ceilmap::calib

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+namespace ceilmap::calib {
+
+/// A precomputed warp of 8-bit pictures of one size, bilinear with fractions of 1/2048 px.
+///
+/// cv::remap rounds every map, float ones too, to 1/32 px: up to 0.016 px of shift that stays at
+/// its place in the picture and so passes for motion of the ceiling. This table costs about twice
+/// the time (calib/README.md) and has no such pattern.
+class RemapTable {
+ public:
+  /// Where a pixel of the result lies in the raw picture, in pixels; nothing: nowhere.
+  using Source = std::function<std::optional<cv::Point2d>(int u, int v)>;
+
+  RemapTable() = default;
+  /// @param size  of raw pictures and results, at least 2 x 2. Sources outside the raw picture
+  ///   count as nowhere.
+  RemapTable(cv::Size size, const Source& source);
+
+  [[nodiscard]] bool empty() const { return taps_.empty(); }
+  /// CV_8UC1, 255 where the result has content, 0 where its source is nowhere.
+  [[nodiscard]] cv::Mat Mask() const;
+  /// @param raw  CV_8UC1 of the table's size. @param result  the same, must not share memory with
+  ///   `raw`; 0 where there is no content. Thread-safe.
+  void Apply(const cv::Mat& raw, cv::Mat& result) const;
+
+ private:
+  struct Tap {
+    std::int16_t x = -1;  // top-left of the four neighbours; -1: nowhere
+    std::int16_t y = 0;
+    std::uint16_t x_part = 0;  // weight of the right and lower neighbours, in 1/2048
+    std::uint16_t y_part = 0;
+  };
+  static Tap MakeTap(cv::Point2d at, cv::Size size);
+
+  cv::Size size_;
+  std::vector<Tap> taps_;  // row by row
+};
+
+}  // namespace ceilmap::calib

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace YAML {
+class Node;
+}
+
+namespace ceilmap::calib {
+
+/// A value in a YAML settings file, read strictly: it knows its file, line and dotted key, and
+/// everything that is absent, unknown, doubled or of the wrong type ends in an InputError of the
+/// form
+///   FILE:LINE: KEY = VALUE, must be ...; how to mend
+/// on one line. A key whose value is null counts as absent.
+class YamlValue {
+ public:
+  /// @param what  names the kind of file in messages, e.g. "a rig file".
+  /// @throws InputError when `text` is not one YAML document holding a map of keys.
+  static YamlValue Parse(const std::string& text,
+                         const std::filesystem::path& file,
+                         std::string_view what);
+
+  /// The value under a key. @param mend  what to write there, when it is missing.
+  [[nodiscard]] YamlValue At(std::string_view key, std::string_view mend) const;
+  [[nodiscard]] std::optional<YamlValue> Find(std::string_view key) const;
+  /// @throws InputError unless this is a map whose keys are all named here, each at most once.
+  void AllowOnly(std::initializer_list<std::string_view> keys) const;
+
+  std::string Text() const;
+  double Number() const;  ///< finite
+  double PositiveNumber(std::string_view mend) const;
+  int WholeNumber(int least, int most) const;
+  /// A list of exactly `count` finite numbers.
+  std::vector<double> Numbers(std::size_t count) const;
+  /// The number of entries when this is a list, else throws.
+  std::size_t ListSize() const;
+
+  /// Throws "FILE:LINE: KEY = VALUE, must be MUST_BE; MEND".
+  [[noreturn]] void Fail(std::string_view must_be, std::string_view mend) const;
+
+  [[nodiscard]] const std::filesystem::path& File() const { return file_; }
+
+ private:
+  YamlValue() = default;
+  [[nodiscard]] std::string Where() const;
+  [[nodiscard]] YamlValue Child(std::string name, const YAML::Node& node, int line) const;
+
+  std::filesystem::path file_;
+  std::string key_;  // dotted, empty at the top
+  int line_ = 0;     // from 1; 0: unknown
+  std::shared_ptr<const YAML::Node> node_;
+};
+
+/// The whole text of a settings file.
+/// @param what  as above. @throws InputError when it is missing, unreadable, a folder or larger
+///   than 1 MiB.
+std::string ReadSettingsText(const std::filesystem::path& file, std::string_view what);
+
+}  // namespace ceilmap::calib

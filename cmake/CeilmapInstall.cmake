@@ -1,0 +1,23 @@
+# Installs the program, the libraries and what find_package(ceilmap) needs of them: targets ceilmap::calib,
+# ceilmap::registration, ceilmap::mapping, ...; headers under include/ceilmap as they are included.
+include(CMakePackageConfigHelpers)
+
+set(CEILMAP_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/ceilmap)
+get_property(CEILMAP_INSTALLED_LIBRARIES GLOBAL PROPERTY CEILMAP_LIBRARIES)
+
+install(TARGETS ${CEILMAP_INSTALLED_LIBRARIES}
+  EXPORT ceilmapTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET ceilmap)
+  install(TARGETS ceilmap RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+install(DIRECTORY calib mapping localization compensation
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap FILES_MATCHING PATTERN "*.hpp")
+
+install(EXPORT ceilmapTargets NAMESPACE ceilmap:: DESTINATION ${CEILMAP_CONFIG_DIR})
+configure_package_config_file(cmake/ceilmapConfig.cmake.in ${PROJECT_BINARY_DIR}/ceilmapConfig.cmake
+  INSTALL_DESTINATION ${CEILMAP_CONFIG_DIR})
+# Before 1.0 a change of the minor number may break users of the libraries.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/ceilmapConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES
+  ${PROJECT_BINARY_DIR}/ceilmapConfig.cmake ${PROJECT_BINARY_DIR}/ceilmapConfigVersion.cmake
+  cmake/FindFFTW3f.cmake DESTINATION ${CEILMAP_CONFIG_DIR})

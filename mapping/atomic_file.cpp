@@ -1,0 +1,94 @@
+#include "mapping/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::mapping {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Reason(int error) {
+  return std::generic_category().message(error);
+}
+
+/// fsync by path: the file's content, or a folder's list of names. Returns errno, 0 when done.
+int SyncPath(const fs::path& path, int flags) {
+  const int fd = ::open(path.c_str(), flags | O_CLOEXEC);
+  if (fd < 0) return errno;
+  const int error = ::fsync(fd) == 0 ? 0 : errno;
+  ::close(fd);
+  return error;
+}
+
+fs::path FolderOf(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(fs::path target, std::vector<std::string> side_suffixes)
+    : target_(std::move(target)), side_suffixes_(std::move(side_suffixes)) {
+  const fs::path folder = FolderOf(target_);
+  std::error_code ignored;
+  if (!target_.has_filename()) {
+    throw calib::InputError("'" + target_.string() + "' names no file; give a file name");
+  }
+  if (!fs::is_directory(folder, ignored)) {
+    throw calib::InputError(target_.string() + ": the folder '" + folder.string() +
+                            "' does not exist; create it or choose another");
+  }
+  if (fs::is_directory(target_, ignored)) {
+    throw calib::InputError(target_.string() + ": is a folder; give a file name");
+  }
+  partial_ = folder / ("." + target_.filename().string() + ".partial");
+  RemovePartial();
+
+  // Creating the file is the only test for a writable folder that holds for every user and file
+  // system.
+  const int fd = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (fd < 0) {
+    throw calib::InputError(target_.string() + ": cannot write in folder '" + folder.string() +
+                            "' (" + Reason(errno) + "); choose another");
+  }
+  ::close(fd);
+}
+
+AtomicFile::~AtomicFile() {
+  if (!committed_) RemovePartial();
+}
+
+void AtomicFile::Commit() {
+  if (const int error = SyncPath(partial_, O_RDONLY); error != 0) {
+    throw calib::RunError("cannot write " + target_.string() + ": " + Reason(error));
+  }
+  std::error_code error;
+  fs::rename(partial_, target_, error);
+  if (error) {
+    throw calib::RunError("cannot write " + target_.string() + ": " + error.message());
+  }
+  committed_ = true;
+  // Some file systems cannot sync a folder (EINVAL); the file itself is whole either way.
+  const int folder_error = SyncPath(FolderOf(target_), O_RDONLY | O_DIRECTORY);
+  if (folder_error != 0 && folder_error != EINVAL) {
+    throw calib::RunError("cannot write " + target_.string() + ": " + Reason(folder_error));
+  }
+}
+
+void AtomicFile::RemovePartial() noexcept {
+  std::error_code ignored;
+  fs::remove(partial_, ignored);
+  for (const std::string& suffix : side_suffixes_) {
+    fs::path side = partial_;
+    side += suffix;
+    fs::remove(side, ignored);
+  }
+}
+
+}  // namespace ceilmap::mapping

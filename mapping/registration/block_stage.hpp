@@ -1,0 +1,82 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "mapping/registration/fft.hpp"
+#include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/motion_fit.hpp"
+
+namespace ceilmap::registration {
+
+struct BlockParams {
+  int block_px = 64;         ///< side of a block; an even fast FFT size, a multiple of 4
+  double taper = 0.4;        ///< of the Tukey window
+  double band_sigma = 0.12;  ///< Gaussian weight of the cross spectrum, cycles per pixel
+  double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
+  int target_blocks = 90;   ///< the grid is laid out for about this many
+};
+
+/// The fine stage: block POC. A grid of small blocks of the reference is compared with the current
+/// picture sampled under a motion that is nearly right; each block gives the shift that is left, to
+/// a few hundredths of a pixel (peak of the band-limited phase-only correlation, Takita et al.
+/// 2003; with a Gaussian spectral weight its peak is a Gaussian, whose top is found in closed form
+/// from the logarithms around the highest sample).
+///
+/// The window biases a shift towards zero; sampling again with the corrected motion takes the bias
+/// out, as the remaining shift goes to zero.
+///
+/// Works on one Level: pixels, motions and shifts are those of the level's picture, positions from
+/// its centre.
+class BlockStage {
+ public:
+  explicit BlockStage(cv::Size size, const BlockParams& params = {});
+
+  [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
+
+  /// Fills level.blocks: from then on the level can be a reference.
+  void PrepareReference(Level& level) const;
+
+  /// The blocks of the reference that lie inside the current picture under `motion`, at the most
+  /// `count`, spread over the picture, the better textured ones of each neighbourhood first.
+  std::vector<int> Select(const Level& reference, const ImageMotion& motion, int count) const;
+
+  /// Shifts of the chosen blocks. @param search_px  the peak is searched within this distance.
+  void Measure(const Level& reference,
+               const Level& current,
+               const ImageMotion& motion,
+               const std::vector<int>& chosen,
+               int search_px,
+               std::vector<BlockShift>& shifts);
+
+  /// How badly the pictures disagree under an exact motion: over all blocks that both see, the sum
+  /// of ln(1 + residual energy / expected energy), brightness and contrast of each block being
+  /// free. A block on which both show the same adds little, one that shows a mark in one picture
+  /// only adds much; so a difference between two motions' means times the number of blocks is
+  /// evidence, in natural logarithms.
+  struct Dissimilarity {
+    double mean = 0;
+    int blocks = 0;
+  };
+  Dissimilarity Compare(const Level& reference, const Level& current, const ImageMotion& motion);
+
+ private:
+  void SampleBlock(const Level& level, const ImageMotion& motion, cv::Point corner);
+  bool Inside(const ImageMotion& motion, cv::Point corner) const;
+  BlockShift Peak(int search_px, double total) const;
+
+  BlockParams params_;
+  cv::Size size_;
+  cv::Size grid_;
+  std::vector<cv::Point> corners_;
+  RealFft fft_;
+  std::vector<float> window_;
+  double window_power_ = 0;
+  std::vector<float> band_;
+  RealArray samples_;
+  ComplexArray spectrum_;
+  ComplexArray cross_;
+  RealArray surface_;
+};
+
+}  // namespace ceilmap::registration

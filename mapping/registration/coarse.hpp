@@ -1,0 +1,111 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calib/pose2.hpp"
+#include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/kernels.hpp"
+#include "mapping/registration/polar.hpp"
+#include "mapping/registration/registration.hpp"
+
+namespace ceilmap::registration {
+
+struct CoarseParams {
+  int working_px = 320;  ///< longer side of the working picture, about; larger pictures are reduced
+  double local_mean = 0.12;  ///< box of the local mean that is removed, part of the longer side
+  double taper = 0.4;  ///< part of each side of the window that rises and falls (0: box, 0.5: Hann)
+  double band_sigma = 0.16;  ///< Gaussian weight of the cross spectrum, cycles per working pixel
+  double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
+  int peaks_per_rotation = 3;  ///< translations kept of each correlation surface
+  double min_overlap = 0.12;   ///< hypotheses with less common area are dropped
+  int max_hypotheses = 6;
+  double min_relative_score = 0.5;  ///< hypotheses below this part of the best score are dropped
+  double decisive_score =
+      1.0;  ///< no further rotations are tried once a hypothesis is better than this ...
+  double decisive_ratio =
+      0.7;  ///< ... unless their angular correlation is above this part of the best one's
+  PolarParams polar;
+};
+
+/// A motion that the coarse stage thinks possible.
+struct Hypothesis {
+  ImageMotion motion;      ///< full pixels
+  double peak = 0;         ///< of the POC surface, 0..1
+  double correlation = 0;  ///< normalised cross-correlation over the common area, -1..1
+  double overlap = 0;      ///< common area, part of the reference
+  double score =
+      0;  ///< peak + correlation * sqrt(overlap): the more common area, the less is chance
+};
+
+/// The coarse stage of registration, RI-POC: rotation (and scale) by PolarSearch on the amplitude
+/// spectra, then for each proposed rotation the current picture is turned back and phase-only
+/// correlation gives translations; both half turns come from one transform, because the spectrum of
+/// a picture turned by 180 degrees is its conjugate up to a phase. Translations are tested with
+/// their wrapped twins (t +- W, t +- H) on the common area.
+class CoarseStage {
+ public:
+  explicit CoarseStage(cv::Size size, const CoarseParams& params = {});
+
+  [[nodiscard]] cv::Size WorkingSize() const { return work_; }
+  [[nodiscard]] int Reduction() const { return factor_; }
+
+  /// Fills what the coarse stage needs of `data`: flat, spectrum, rings, noise_sigma and contrast.
+  /// @param grey  CV_8UC1, checked by the caller.
+  void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data);
+
+  /// Possible motions, best score first; may be empty.
+  std::vector<Hypothesis> Propose(const FrameSpectrum::Data& reference,
+                                  const FrameSpectrum::Data& current,
+                                  bool estimate_scale);
+
+ private:
+  struct Translation {
+    int dx = 0;
+    int dy = 0;
+    double offset_x = 0;
+    double offset_y = 0;
+    double value = 0;
+  };
+  void TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale);
+  void Surface(const FrameSpectrum::Data& reference,
+               const FrameSpectrum::Data& current,
+               bool half_turn);
+  std::vector<Translation> BestPeaks() const;
+  void Test(const FrameSpectrum::Data& reference,
+            const RotationPeak& rotation,
+            bool half_turn,
+            const Translation& peak,
+            std::vector<Hypothesis>& hypotheses) const;
+  void RemoveTwins(std::vector<Hypothesis>& hypotheses) const;
+  ImageMotion ToFull(double theta_rad, double scale, double dx, double dy) const;
+
+  CoarseParams params_;
+  cv::Size full_;
+  cv::Size work_;
+  int factor_ = 1;
+  cv::Point start_;  // first full pixel of the working picture
+  std::vector<float> window_x_;
+  std::vector<float> window_y_;
+  std::vector<float> band_;
+  double window_power_ = 0;  // sum of the squared window: noise power of a bin per unit of variance
+  RealFft fft_;
+  PolarSearch polar_;
+  RealArray reduced_;
+  RealArray mean_;
+  RealArray windowed_;
+  RealArray turned_;  // current picture, turned back, flat (NaN-free; kOutside where unseen)
+  ComplexArray turned_spectrum_;
+  ComplexArray cross_;
+  RealArray surface_;
+  double surface_scale_ = 1;
+};
+
+/// Standard deviation of white noise in a picture, in grey levels, from the median of its mixed
+/// second differences (texture raises it a little; at least 0.3, the rounding to 8 bits).
+float EstimateNoise(const cv::Mat& grey);
+
+/// Rising and falling cosine edges over `taper` of each end, 1 between (Tukey window), n samples.
+std::vector<float> TukeyWindow(int n, double taper);
+
+}  // namespace ceilmap::registration

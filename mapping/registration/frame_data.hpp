@@ -1,0 +1,40 @@
+#pragma once
+
+#include <mutex>
+#include <vector>
+
+#include "mapping/registration/fft.hpp"
+#include "mapping/registration/registrar.hpp"
+
+namespace ceilmap::registration {
+
+/// One block of the fine stage in the reference picture.
+struct ReferenceBlock {
+  ComplexArray spectrum;  ///< of the windowed block
+  double texture = 0;  ///< sharpness of its correlation peak in the worst direction, see BlockStage
+};
+
+/// A picture at one resolution of the fine stage.
+struct Level {
+  RealArray grey;         ///< grey levels 0..255, row-major
+  float noise_sigma = 0;  ///< of white noise in `grey`, grey levels
+  std::vector<ReferenceBlock>
+      blocks;  ///< of the grid; empty until the picture serves as a reference
+};
+
+/// What FrameSpectrum keeps of a picture. Immutable after Registrar::Analyze, but for the levels'
+/// blocks, which the first registration against this picture fills in once, under the lock.
+struct FrameSpectrum::Data {
+  RealArray flat;         ///< coarse working picture: reduced, local mean removed
+  ComplexArray spectrum;  ///< of `flat` under the window
+  ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)
+  float noise_sigma = 0;  ///< of the picture at full resolution, grey levels
+  float contrast = 0;     ///< standard deviation of `flat`, grey levels
+  Level half;             ///< 2x2 pixels averaged
+  Level full;
+
+  std::mutex blocks_mutex;
+  bool blocks_ready = false;
+};
+
+}  // namespace ceilmap::registration

@@ -1,0 +1,240 @@
+#include "mapping/registration/kernels.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+namespace ceilmap::registration::kernels {
+
+CEILMAP_HOT
+void ReduceArea(
+    const unsigned char* src, std::size_t stride, int factor, int w, int h, float* dst) {
+  const float scale = 1.0F / static_cast<float>(factor * factor);
+  for (int y = 0; y < h; ++y, dst += w) {
+    const unsigned char* rows = src + static_cast<std::size_t>(y * factor) * stride;
+    if (factor == 1) {
+      for (int x = 0; x < w; ++x) dst[x] = rows[x];
+    } else if (factor == 2) {
+      const unsigned char* next = rows + stride;
+      for (int x = 0; x < w; ++x) {
+        const int sum = rows[2 * x] + rows[2 * x + 1] + next[2 * x] + next[2 * x + 1];
+        dst[x] = static_cast<float>(sum) * scale;
+      }
+    } else {
+      for (int x = 0; x < w; ++x) {
+        int sum = 0;
+        for (int j = 0; j < factor; ++j) {
+          const unsigned char* p = rows + static_cast<std::size_t>(j) * stride + x * factor;
+          for (int i = 0; i < factor; ++i) sum += p[i];
+        }
+        dst[x] = static_cast<float>(sum) * scale;
+      }
+    }
+  }
+}
+
+CEILMAP_HOT
+void SubtractAndWindow(
+    const float* a, const float* b, const float* wx, const float* wy, int w, int h, float* dst) {
+  for (int y = 0; y < h; ++y, a += w, b += w, dst += w) {
+    const float row_weight = wy[y];
+    for (int x = 0; x < w; ++x) dst[x] = (a[x] - b[x]) * (wx[x] * row_weight);
+  }
+}
+
+CEILMAP_HOT
+void SampleBilinear(
+    const float* src, int w, int h, const Affine& m, int dw, int dh, float outside, float* dst) {
+  const float max_x = static_cast<float>(w - 1);
+  const float max_y = static_cast<float>(h - 1);
+  for (int y = 0; y < dh; ++y, dst += dw) {
+    const float row_x = m.xy * static_cast<float>(y) + m.x0;
+    const float row_y = m.yy * static_cast<float>(y) + m.y0;
+    for (int x = 0; x < dw; ++x) {
+      const float sx = m.xx * static_cast<float>(x) + row_x;
+      const float sy = m.yx * static_cast<float>(x) + row_y;
+      const bool inside = sx >= 0 && sy >= 0 && sx <= max_x && sy <= max_y;
+      // Clamped positions keep the loop free of branches; what they read is dropped below.
+      const float cx = std::min(std::max(sx, 0.0F), max_x - 1e-3F);
+      const float cy = std::min(std::max(sy, 0.0F), max_y - 1e-3F);
+      const int ix = static_cast<int>(cx);
+      const int iy = static_cast<int>(cy);
+      const float fx = cx - static_cast<float>(ix);
+      const float fy = cy - static_cast<float>(iy);
+      const int at = iy * w + ix;
+      const float top = src[at] + fx * (src[at + 1] - src[at]);
+      const float low = src[at + w] + fx * (src[at + w + 1] - src[at + w]);
+      const float value = top + fy * (low - top);
+      dst[x] = inside ? value : outside;
+    }
+  }
+}
+
+namespace {
+
+// Four lanes hold the four taps of a bicubic row; GCC and Clang map this to SSE or NEON.
+using Four = float __attribute__((vector_size(16)));
+using FourInt = std::int32_t __attribute__((vector_size(16)));
+
+inline Four Load(const float* p) {
+  Four v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+
+// Positions are rounded to 1/512 pixel, so that the weights come from a table (error at most 0.001
+// px).
+constexpr int kFractionBits = 9;
+constexpr int kFractions = 1 << kFractionBits;
+
+// Catmull-Rom weights of the taps at -1, 0, 1, 2 for a position t in [0, 1) after tap 0.
+constexpr std::array<std::array<float, 4>, kFractions> MakeCubicTable() {
+  std::array<std::array<float, 4>, kFractions> table{};
+  for (int i = 0; i < kFractions; ++i) {
+    const double t = static_cast<double>(i) / kFractions;
+    const double t2 = t * t;
+    const double t3 = t2 * t;
+    table[static_cast<std::size_t>(i)] = {static_cast<float>(-0.5 * t3 + t2 - 0.5 * t),
+                                          static_cast<float>(1.5 * t3 - 2.5 * t2 + 1.0),
+                                          static_cast<float>(-1.5 * t3 + 2.0 * t2 + 0.5 * t),
+                                          static_cast<float>(0.5 * t3 - 0.5 * t2)};
+  }
+  return table;
+}
+
+alignas(16) constexpr auto kCubicTable = MakeCubicTable();
+
+// The four products of a bicubic sample's columns with their weights; their sum is the sample.
+inline Four CubicColumns(const float* src, std::ptrdiff_t w, int x_fixed, int y_fixed) {
+  const float* p = src + ((y_fixed >> kFractionBits) - 1) * w + ((x_fixed >> kFractionBits) - 1);
+  const float* wy = kCubicTable[static_cast<std::size_t>(y_fixed & (kFractions - 1))].data();
+  const Four column =
+      Load(p) * wy[0] + Load(p + w) * wy[1] + Load(p + 2 * w) * wy[2] + Load(p + 3 * w) * wy[3];
+  return column * Load(kCubicTable[static_cast<std::size_t>(x_fixed & (kFractions - 1))].data());
+}
+
+// Sums of four vectors, one in each lane.
+inline Four SumsOf(Four a, Four b, Four c, Four d) {
+  const Four ab =
+      __builtin_shufflevector(a, b, 0, 4, 1, 5) + __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  const Four cd =
+      __builtin_shufflevector(c, d, 0, 4, 1, 5) + __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+}
+
+}  // namespace
+
+CEILMAP_HOT
+void SampleCubicWindowed(const float* src,
+                         int w,
+                         const Affine& m,
+                         const float* wx,
+                         const float* wy,
+                         int dw,
+                         int dh,
+                         float* dst) {
+  const std::ptrdiff_t stride = w;
+  Four total{};
+  float* out = dst;
+  for (int y = 0; y < dh; ++y, out += dw) {
+    const float row_x = kFractions * (m.xy * static_cast<float>(y) + m.x0) + 0.5F;
+    const float row_y = kFractions * (m.yy * static_cast<float>(y) + m.y0) + 0.5F;
+    const float step_x = kFractions * m.xx;
+    const float step_y = kFractions * m.yx;
+    for (int x = 0; x < dw; x += 4) {
+      const Four at = Four{0, 1, 2, 3} + static_cast<float>(x);
+      const FourInt xs = __builtin_convertvector(at * step_x + row_x, FourInt);
+      const FourInt ys = __builtin_convertvector(at * step_y + row_y, FourInt);
+      const Four value = SumsOf(CubicColumns(src, stride, xs[0], ys[0]),
+                                CubicColumns(src, stride, xs[1], ys[1]),
+                                CubicColumns(src, stride, xs[2], ys[2]),
+                                CubicColumns(src, stride, xs[3], ys[3]));
+      std::memcpy(out + x, &value, sizeof value);
+      total += value;
+    }
+  }
+  const float mean = (total[0] + total[1] + total[2] + total[3]) / static_cast<float>(dw * dh);
+  out = dst;
+  for (int y = 0; y < dh; ++y, out += dw) {
+    for (int x = 0; x < dw; ++x) out[x] = (out[x] - mean) * (wx[x] * wy[y]);
+  }
+}
+
+CEILMAP_HOT
+double CrossSpectrum(const std::complex<float>* a,
+                     const std::complex<float>* b,
+                     const float* band,
+                     float noise,
+                     bool conjugate_b,
+                     int rows,
+                     int half_cols,
+                     bool even_cols,
+                     std::complex<float>* out) {
+  const float sign = conjugate_b ? -1.0F : 1.0F;
+  const auto* pa = reinterpret_cast<const float*>(a);
+  const auto* pb = reinterpret_cast<const float*>(b);
+  auto* po = reinterpret_cast<float*>(out);
+  double total = 0;
+  for (int y = 0; y < rows; ++y) {
+    float row_total = 0;
+    float first = 0;
+    float last = 0;
+    for (int x = 0; x < half_cols; ++x) {
+      const float ar = pa[2 * x];
+      const float ai = pa[2 * x + 1];
+      const float br = pb[2 * x];
+      const float bi = sign * pb[2 * x + 1];
+      const float re = ar * br + ai * bi;
+      const float im = ar * bi - ai * br;
+      const float power = re * re + im * im;
+      const float amplitude = std::sqrt(power);
+      const float weight = band[x] / (amplitude + noise);
+      po[2 * x] = re * weight;
+      po[2 * x + 1] = im * weight;
+      row_total += amplitude * weight;
+    }
+    first = std::sqrt(po[0] * po[0] + po[1] * po[1]);
+    const int end = 2 * (half_cols - 1);
+    if (even_cols) last = std::sqrt(po[end] * po[end] + po[end + 1] * po[end + 1]);
+    total += 2.0 * row_total - first - last;
+    pa += 2 * static_cast<std::ptrdiff_t>(half_cols);
+    pb += 2 * static_cast<std::ptrdiff_t>(half_cols);
+    po += 2 * static_cast<std::ptrdiff_t>(half_cols);
+    band += half_cols;
+  }
+  return total;
+}
+
+CEILMAP_HOT
+void LogPower(const std::complex<float>* bins, float floor, std::size_t n, float* out) {
+  const auto* p = reinterpret_cast<const float*>(bins);
+  for (std::size_t i = 0; i < n; ++i) {
+    const float power = p[2 * i] * p[2 * i] + p[2 * i + 1] * p[2 * i + 1] + floor;
+    const auto bits = std::bit_cast<std::int32_t>(power);
+    const auto exponent = static_cast<float>((bits >> 23) - 127);
+    const float mantissa = std::bit_cast<float>((bits & 0x007fffff) | 0x3f800000);
+    // Minimax cubic of log2 over [1, 2): error below 8e-4.
+    const float log2_mantissa =
+        ((0.15824871F * mantissa - 1.05187502F) * mantissa + 3.0478841F) * mantissa - 2.1536207F;
+    out[i] = 0.69314718F * (exponent + log2_mantissa);
+  }
+}
+
+CEILMAP_HOT
+void AccumulateCross(const std::complex<float>* a,
+                     const std::complex<float>* b,
+                     std::size_t n,
+                     std::complex<float>* acc) {
+  const auto* pa = reinterpret_cast<const float*>(a);
+  const auto* pb = reinterpret_cast<const float*>(b);
+  auto* pc = reinterpret_cast<float*>(acc);
+  for (std::size_t i = 0; i < n; ++i) {
+    pc[2 * i] += pa[2 * i] * pb[2 * i] + pa[2 * i + 1] * pb[2 * i + 1];
+    pc[2 * i + 1] += pa[2 * i] * pb[2 * i + 1] - pa[2 * i + 1] * pb[2 * i];
+  }
+}
+
+}  // namespace ceilmap::registration::kernels

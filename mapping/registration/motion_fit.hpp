@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mapping/registration/registration.hpp"
+
+namespace ceilmap::registration {
+
+/// What one block says: near `point` the content of the reference lies at point + shift, once the
+/// current picture is brought back by the motion it was sampled with.
+struct BlockShift {
+  Eigen::Vector2d point =
+      Eigen::Vector2d::Zero();  ///< block centre in the reference, from the picture's centre, px
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();  ///< measured, px of the reference
+  /// Sharpness of the peak, relative to the sharpest that the band allows: 1 in directions with
+  /// full texture, near 0 along an edge. sqrt(r' S r) is the distance of a residual r in pixels "as
+  /// far as the block can see it".
+  Eigen::Matrix2d sharpness = Eigen::Matrix2d::Identity();
+  /// Weight of the block; its shift has the inverse covariance quality * sharpness up to a common
+  /// factor.
+  double quality = 1;
+  double peak = 0;  ///< phase agreement at the peak, 0..1
+};
+
+struct FitParams {
+  bool estimate_scale = false;
+  double inlier_px = 1.0;        ///< consensus: a block agrees within this (weighted) distance
+  double sigma_floor_px = 0.01;  ///< residuals are never believed to be smaller
+  int iterations = 12;
+};
+
+struct MotionFit {
+  bool ok = false;
+  /// Small motion of the reference: shift(p) = motion.Apply(p) - p.
+  ImageMotion motion;
+  /// Of (tx, ty, theta, ln scale), from the residuals.
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  double sigma_px = 0;  ///< robust deviation of a fully informative block's residual, one axis
+  int inliers = 0;
+  std::vector<double> weights;  ///< robust weight of each block, 0..1
+};
+
+/// Small motion on which most blocks agree, found among all pairs of blocks: for a first round, in
+/// which many shifts are chance. Exhaustive, so the same input always gives the same answer; n^3
+/// small steps for n blocks.
+MotionFit FindConsensus(const std::vector<BlockShift>& blocks, const FitParams& params);
+
+/// Least squares of the linearised small motion, shift = t + theta J p + (ln s) p, weighted by each
+/// block's quality and sharpness and Tukey's biweight on a robust scale; starts from
+/// `start_weights` (empty: all 1).
+MotionFit FitRobust(const std::vector<BlockShift>& blocks,
+                    const FitParams& params,
+                    const std::vector<double>& start_weights = {});
+
+}  // namespace ceilmap::registration

@@ -1,0 +1,189 @@
+#include "mapping/registration/polar.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mapping/registration/kernels.hpp"
+
+namespace ceilmap::registration {
+
+PolarSearch::PolarSearch(cv::Size size, const PolarParams& params)
+    : params_(params),
+      log_step_(std::log(params.rho_max / params.rho_min) / (params.rings - 1)),
+      lines_(RealFft::Lines(params.rings, params.angles)),
+      line_(RealFft::Lines(1, params.angles)),
+      power_(static_cast<std::size_t>(size.height) *
+             (static_cast<std::size_t>(size.width) / 2 + 1)),
+      polar_(lines_.RealSize()),
+      sum_(line_.SpectrumSize()) {
+  MakeSamples(size);
+}
+
+void PolarSearch::MakeSamples(cv::Size size) {
+  const int half_cols = size.width / 2 + 1;
+  samples_.reserve(lines_.RealSize());
+  for (int r = 0; r < params_.rings; ++r) {
+    const double rho = params_.rho_min * std::exp(r * log_step_);
+    for (int a = 0; a < params_.angles; ++a) {
+      // Angles over (-pi/2, pi/2]: the half with kx >= 0 that the real transform stores.
+      const double phi = std::numbers::pi * (static_cast<double>(a) / params_.angles - 0.5);
+      // A W x H picture has unequal frequency axes: bins are kx W and ky H apart from zero.
+      const double x = rho * std::cos(phi) * size.width;
+      const double y = rho * std::sin(phi) * size.height;
+      const int column = std::min(static_cast<int>(x), half_cols - 2);
+      const int row = static_cast<int>(std::floor(y));
+      const auto wrap = [&](int index) { return (index + size.height) % size.height; };
+      Sample s;
+      s.top = wrap(row) * half_cols + column;
+      s.bottom = wrap(row + 1) * half_cols + column;
+      s.right = static_cast<float>(x - column);
+      s.down = static_cast<float>(y - row);
+      s.weight = std::min(std::abs(x), std::abs(y)) < params_.cross_bins ? 0.0F : 1.0F;
+      samples_.push_back(s);
+    }
+  }
+}
+
+void PolarSearch::Analyze(std::span<const std::complex<float>> spectrum,
+                          float noise_power,
+                          std::span<std::complex<float>> rings) {
+  kernels::LogPower(spectrum.data(), noise_power, power_.size(), power_.data());
+  const float* log_power = power_.data();
+  const Sample* sample = samples_.data();
+  float* ring = polar_.data();
+  for (int r = 0; r < params_.rings; ++r, ring += params_.angles, sample += params_.angles) {
+    float sum = 0;
+    float weights = 0;
+    for (int a = 0; a < params_.angles; ++a) {
+      const Sample& s = sample[a];
+      const float top = log_power[s.top] + s.right * (log_power[s.top + 1] - log_power[s.top]);
+      const float bottom =
+          log_power[s.bottom] + s.right * (log_power[s.bottom + 1] - log_power[s.bottom]);
+      ring[a] = top + s.down * (bottom - top);
+      sum += s.weight * ring[a];
+      weights += s.weight;
+    }
+    const float mean = sum / std::max(weights, 1.0F);
+    for (int a = 0; a < params_.angles; ++a) ring[a] = (ring[a] - mean) * sample[a].weight;
+  }
+  lines_.Forward({polar_.data(), polar_.size()}, rings);
+}
+
+void PolarSearch::Correlate(std::span<const std::complex<float>> reference,
+                            std::span<const std::complex<float>> current,
+                            int ring_shift,
+                            std::span<float> profile) {
+  const auto bins = static_cast<std::size_t>(params_.angles / 2 + 1);
+  const int first = std::max(0, -ring_shift);
+  const int last = std::min(params_.rings, params_.rings - ring_shift);
+  const auto count = static_cast<std::size_t>(last - first) * bins;
+  const auto* a = reference.data() + static_cast<std::size_t>(first) * bins;
+  const auto* b = current.data() + static_cast<std::size_t>(first + ring_shift) * bins;
+  std::fill_n(sum_.data(), bins, std::complex<float>{});
+  double energy_a = 0;
+  double energy_b = 0;
+  for (std::size_t i = 0; i < count; i += bins) {
+    kernels::AccumulateCross(a + i, b + i, bins, sum_.data());
+    // The lowest harmonics carry the shape of the frame and of motion blur, not the content.
+    for (std::size_t m = 2; m < bins; ++m) {
+      energy_a += std::norm(a[i + m]);
+      energy_b += std::norm(b[i + m]);
+    }
+  }
+  sum_[0] = sum_[1] = 0;
+  line_.Inverse({sum_.data(), sum_.size()}, profile);
+  // Fewer common rings are easier to please: the coefficient is scaled down with their number.
+  const double common = static_cast<double>(last - first) / params_.rings;
+  const auto norm =
+      static_cast<float>(std::sqrt(common) / (2 * std::sqrt(energy_a * energy_b) + 1e-12));
+  for (float& value : profile) value *= norm;
+}
+
+namespace {
+
+struct Vertex {
+  double offset = 0;
+  double value = 0;
+};
+
+Vertex Parabola(double left, double centre, double right) {
+  const double curvature = left - 2 * centre + right;
+  if (curvature >= 0) return {0, centre};
+  const double offset = std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5);
+  return {offset, centre - 0.25 * (left - right) * offset};
+}
+
+}  // namespace
+
+void PolarSearch::CollectPeaks(
+    int first_scale, int last_scale, int reach, int count, std::vector<RotationPeak>& peaks) const {
+  const int n = params_.angles;
+  const auto at = [&](int s, int a) {
+    return surface_[static_cast<std::size_t>(s) * static_cast<std::size_t>(n) +
+                    static_cast<std::size_t>((a + n) % n)];
+  };
+  std::vector<std::pair<int, int>> maxima;
+  for (int s = first_scale; s <= last_scale; ++s) {
+    for (int a = 0; a < n; ++a) {
+      const float value = at(s, a);
+      if (value <= 0 || value < at(s, a - 1) || value <= at(s, a + 1)) continue;
+      if (s > first_scale && value < at(s - 1, a)) continue;
+      if (s < last_scale && value < at(s + 1, a)) continue;
+      maxima.emplace_back(s, a);
+    }
+  }
+  const auto kept = std::min<std::size_t>(maxima.size(), 32);
+  std::partial_sort(
+      maxima.begin(),
+      maxima.begin() + static_cast<std::ptrdiff_t>(kept),
+      maxima.end(),
+      [&](const auto& l, const auto& r) { return at(l.first, l.second) > at(r.first, r.second); });
+  const double same_angle = 3.0 * std::numbers::pi / 180;
+  double best = 0;
+  for (std::size_t i = 0; i < kept && count > 0; ++i) {
+    const auto [s, a] = maxima[i];
+    const Vertex angle = Parabola(at(s, a - 1), at(s, a), at(s, a + 1));
+    const Vertex ring = s > first_scale && s < last_scale
+                            ? Parabola(at(s - 1, a), at(s, a), at(s + 1, a))
+                            : Vertex{0, at(s, a)};
+    best = std::max(best, angle.value);
+    if (angle.value < params_.min_relative * best) break;
+    double theta = (a + angle.offset) * std::numbers::pi / n;
+    if (theta >= std::numbers::pi / 2) theta -= std::numbers::pi;
+    const RotationPeak peak{theta, std::exp((s + ring.offset - reach) * log_step_), angle.value};
+    const bool known = std::any_of(peaks.begin(), peaks.end(), [&](const RotationPeak& p) {
+      return std::abs(std::remainder(p.theta_rad - peak.theta_rad, std::numbers::pi)) <
+                 same_angle &&
+             std::abs(std::log(p.scale / peak.scale)) < 2 * log_step_;
+    });
+    if (known) continue;
+    peaks.push_back(peak);
+    --count;
+  }
+}
+
+std::vector<RotationPeak> PolarSearch::Search(std::span<const std::complex<float>> reference,
+                                              std::span<const std::complex<float>> current,
+                                              bool estimate_scale) {
+  const int reach =
+      estimate_scale ? static_cast<int>(std::ceil(std::log(params_.max_scale) / log_step_)) : 0;
+  const int scales = 2 * reach + 1;
+  const auto n = static_cast<std::size_t>(params_.angles);
+  surface_.resize(static_cast<std::size_t>(scales) * n);
+  // A magnified picture (scale s) has its spectrum shrunk: ring r of the reference lies at ring r -
+  // ln s / step.
+  for (int s = 0; s < scales; ++s) {
+    Correlate(
+        reference, current, reach - s, {surface_.data() + static_cast<std::size_t>(s) * n, n});
+  }
+  std::vector<RotationPeak> peaks;
+  CollectPeaks(0, scales - 1, reach, params_.max_peaks, peaks);
+  // Most pairs come from one camera at one height: scale 1 is always worth a try, with less freedom
+  // to go wrong.
+  if (estimate_scale) CollectPeaks(reach, reach, reach, 2, peaks);
+  if (peaks.empty()) peaks.push_back({});
+  return peaks;
+}
+
+}  // namespace ceilmap::registration

@@ -1,0 +1,32 @@
+#include "mapping/registration/registration.hpp"
+
+#include <cmath>
+
+#include "calib/pose2.hpp"
+
+namespace ceilmap::registration {
+
+Eigen::Vector2d ImageMotion::Apply(const Eigen::Vector2d& x_centred) const {
+  const double c = scale * std::cos(theta_rad);
+  const double s = scale * std::sin(theta_rad);
+  return {c * x_centred.x() - s * x_centred.y() + tx_px,
+          s * x_centred.x() + c * x_centred.y() + ty_px};
+}
+
+ImageMotion ImageMotion::Inverse() const {
+  ImageMotion inverse{0, 0, calib::WrapAngle(-theta_rad), 1 / scale};
+  const Eigen::Vector2d t = inverse.Apply({tx_px, ty_px});
+  inverse.tx_px = -t.x();
+  inverse.ty_px = -t.y();
+  return inverse;
+}
+
+ImageMotion Compose(const ImageMotion& second, const ImageMotion& first) {
+  const Eigen::Vector2d t = second.Apply({first.tx_px, first.ty_px});
+  return {t.x(),
+          t.y(),
+          calib::WrapAngle(second.theta_rad + first.theta_rad),
+          second.scale * first.scale};
+}
+
+}  // namespace ceilmap::registration

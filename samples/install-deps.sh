@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Installs from Debian what is missing to build ceilmap and to run its tests.
+#   samples/install-deps.sh         compiler, libraries, test libraries
+#   samples/install-deps.sh --dev   also the tools of the style checks
+# Needs root or sudo only when something is missing.
+set -euo pipefail
+
+packages=(
+  cmake ninja-build g++ pkg-config
+  libopencv-dev libfftw3-dev libeigen3-dev libceres-dev libgdal-dev gdal-bin libyaml-cpp-dev
+  nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev
+  libgtest-dev libgmock-dev libbenchmark-dev
+)
+case "${1:-}" in
+  '') ;;
+  --dev) packages+=(clang-format clang-tidy) ;;
+  *)
+    echo "install-deps.sh: unknown argument '$1', must be --dev or nothing" >&2
+    exit 2
+    ;;
+esac
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+  if [[ $status != installed ]]; then
+    missing+=("$package")
+  fi
+done
+if ((${#missing[@]} == 0)); then
+  exit 0
+fi
+
+as_root=()
+if ((EUID != 0)); then
+  if ! command -v sudo >/dev/null; then
+    echo "install-deps.sh: missing ${missing[*]}; run as root: apt-get install ${missing[*]}" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+echo "Installing ${missing[*]}"
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -q
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get install -y -q --no-install-recommends "${missing[@]}"

@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Holds every #include "folder/..." against the layers:
+#   calib <- registration <- mapping <- localization <- app
+#   calib <- registration <- compensation <- app
+# mapping/registration/ and localization/compass/ are layers of their own. tests/ may include anything.
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+declare -A may_include=(
+  [calib]="calib"
+  [registration]="registration calib"
+  [mapping]="mapping registration calib"
+  [compass]="compass calib registration"
+  [localization]="localization compass mapping registration calib"
+  [compensation]="compensation registration calib"
+  [app]="app localization compass compensation mapping registration calib samples"
+  [samples]="samples calib"
+)
+
+layer_of() {
+  case "$1" in
+    mapping/registration/*) echo registration ;;
+    localization/compass/*) echo compass ;;
+    calib/* | mapping/* | localization/* | compensation/* | app/* | samples/* | tests/*) echo "${1%%/*}" ;;
+  esac
+}
+
+bad=0
+while IFS=: read -r file line text; do
+  included=${text#*\"}
+  included=${included%%\"*}
+  from=$(layer_of "$file")
+  to=$(layer_of "$included")
+  if [[ -z $to ]]; then
+    echo "$file:$line: \"$included\" must name its folder from the project's root, e.g. \"calib/pose2.hpp\"" >&2
+    bad=1
+  elif [[ " ${may_include[$from]} " != *" $to "* ]]; then
+    echo "$file:$line: $from must not include $to (\"$included\"); it may include: ${may_include[$from]}" >&2
+    bad=1
+  fi
+done < <(grep -rnE '^[[:space:]]*#[[:space:]]*include[[:space:]]*"' --include='*.hpp' --include='*.cpp' \
+  calib mapping localization compensation app samples || true)
+exit "$bad"

@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Format, include arrows and clang-tidy over the project's own sources. Needs build/release (tests/run.sh makes it).
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+samples/install-deps.sh --dev
+
+database=build/release
+if [[ ! -f $database/compile_commands.json ]]; then
+  echo "check-style.sh: $database/compile_commands.json is missing; run tests/run.sh first" >&2
+  exit 1
+fi
+
+echo "Format"
+git ls-files -z --cached --others --exclude-standard -- '*.cpp' '*.hpp' |
+  while IFS= read -r -d '' file; do
+    if [[ -f $file ]]; then printf '%s\0' "$file"; fi
+  done | xargs -0 -r clang-format --dry-run -Werror
+
+echo "Includes"
+tests/check-includes.sh
+
+echo "clang-tidy"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! run-clang-tidy -quiet -p "$database" -j "$(nproc)" \
+  "^$PWD/(calib|mapping|localization|compensation|app|samples|tests)/" >"$log" 2>&1; then
+  grep -E -A 4 '(warning|error):' "$log" || tail -n 20 "$log"
+  echo "check-style.sh: clang-tidy has findings" >&2
+  exit 1
+fi
+echo "Style is clean"

@@ -1,0 +1,249 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <ogrsf_frmts.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "calib/error.hpp"
+#include "mapping/map_file.hpp"
+#include "tests/mapping/synthetic_map.hpp"
+#include "tests/mapping/temp_folder.hpp"
+
+namespace ceilmap::mapping {
+namespace {
+
+namespace fs = std::filesystem;
+using synthetic::SmallMap;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::ThrowsMessage;
+
+std::string Bytes(const fs::path& file) {
+  std::ostringstream bytes;
+  bytes << std::ifstream(file, std::ios::binary).rdbuf();
+  return bytes.str();
+}
+
+void Store(const fs::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+auto Opening(const fs::path& file) {
+  return [file] { const MapReader reader(file); };
+}
+
+/// Changes a good map by SQL.
+fs::path Altered(const TempFolder& folder, const std::vector<std::string>& statements) {
+  const fs::path file = folder / "altered.gpkg";
+  SmallMap().Write(file);
+  GDALAllRegister();
+  const GDALDatasetUniquePtr dataset(
+      GDALDataset::Open(file.c_str(), GDAL_OF_VECTOR | GDAL_OF_UPDATE | GDAL_OF_VERBOSE_ERROR));
+  for (const std::string& sql : statements) {
+    dataset->ReleaseResultSet(dataset->ExecuteSQL(sql.c_str(), nullptr, nullptr));
+  }
+  return file;
+}
+
+TEST(MapDamage, FilesThatAreNoMap) {
+  const TempFolder folder;
+  EXPECT_THAT(
+      Opening(folder / "none.gpkg"),
+      ThrowsMessage<calib::InputError>(AllOf(HasSubstr("none.gpkg"), HasSubstr("no such"))));
+  fs::create_directory(folder / "dir.gpkg");
+  EXPECT_THAT(Opening(folder / "dir.gpkg"), ThrowsMessage<calib::InputError>(HasSubstr("no file")));
+  Store(folder / "empty.gpkg", "");
+  Store(folder / "text.gpkg", std::string(5000, 'x'));
+  for (const char* name : {"empty.gpkg", "text.gpkg"}) {
+    EXPECT_THAT(Opening(folder / name),
+                ThrowsMessage<calib::InputError>(AllOf(
+                    HasSubstr(name), HasSubstr("is no GeoPackage"), HasSubstr("ceilmap map"))));
+  }
+}
+
+TEST(MapDamage, AnotherGeoPackage) {
+  const TempFolder folder;
+  GDALAllRegister();
+  {
+    const GDALDatasetUniquePtr other(GetGDALDriverManager()->GetDriverByName("GPKG")->Create(
+        (folder / "other.gpkg").c_str(), 0, 0, 0, GDT_Unknown, nullptr));
+    ASSERT_NE(other->CreateLayer("roads", nullptr, wkbPoint, nullptr), nullptr);
+  }
+  EXPECT_THAT(Opening(folder / "other.gpkg"),
+              ThrowsMessage<calib::InputError>(HasSubstr("no ceilmap map")));
+}
+
+TEST(MapDamage, AnotherFormatVersion) {
+  const TempFolder folder;
+  EXPECT_THAT(
+      Opening(Altered(folder,
+                      {"UPDATE ceilmap_metadata SET value = '2' WHERE key = 'format_version'"})),
+      ThrowsMessage<calib::InputError>(
+          AllOf(HasSubstr("format version 2"), HasSubstr("make the map again"))));
+}
+
+TEST(MapDamage, ImpossibleMetadata) {
+  for (const auto& [key, value] :
+       std::vector<std::pair<std::string, std::string>>{{"format_version", "one"},
+                                                        {"unit", "ft"},
+                                                        {"resolution", "-1"},
+                                                        {"resolution", "nan"},
+                                                        {"resolution", "0.005x"},
+                                                        {"view_width_px", "2000000000"},
+                                                        {"view_height_px", "0"},
+                                                        {"view_units_per_px", "inf"},
+                                                        {"T_base_view_x", "1e300"}}) {
+    const TempFolder folder;
+    EXPECT_THAT(Opening(Altered(folder,
+                                {"UPDATE ceilmap_metadata SET value = '" + value +
+                                 "' WHERE key = '" + key + "'"})),
+                ThrowsMessage<calib::InputError>(
+                    AllOf(HasSubstr("altered.gpkg"), HasSubstr("ceilmap_metadata"))))
+        << key << " = " << value;
+  }
+  const TempFolder folder;
+  EXPECT_THAT(Opening(Altered(folder, {"DELETE FROM ceilmap_metadata WHERE key = 'unit'"})),
+              ThrowsMessage<calib::InputError>(HasSubstr("no 'unit'")));
+}
+
+TEST(MapDamage, MissingTable) {
+  const TempFolder folder;
+  EXPECT_THAT(Opening(Altered(folder, {"DROP TABLE edges"})),
+              ThrowsMessage<calib::InputError>(HasSubstr("no table edges")));
+}
+
+TEST(MapDamage, ImpossibleRows) {
+  const auto reading = [](const std::string& sql) {
+    return [sql] {
+      const TempFolder folder;
+      const MapReader reader(Altered(folder, {sql}));
+      (void)reader.ReadKeyframes();
+      (void)reader.ReadTrajectory();
+      (void)reader.ReadEdges();
+    };
+  };
+  for (const std::string sql : {"UPDATE keyframes SET yaw_rad = 9e999 WHERE id = 2",
+                                "UPDATE keyframes SET yaw_rad = NULL WHERE id = 2",
+                                "UPDATE keyframes SET geom = NULL WHERE id = 2",
+                                "UPDATE trajectory SET status = 'sure' WHERE fid = 3",
+                                "UPDATE trajectory SET cxx = -9e999 WHERE fid = 3",
+                                "UPDATE edges SET kind = 'guess' WHERE fid = 1",
+                                "UPDATE edges SET x = 1e200 WHERE fid = 1",
+                                "UPDATE edges SET ixx = NULL WHERE fid = 1"}) {
+    EXPECT_THAT(
+        reading(sql),
+        ThrowsMessage<calib::InputError>(AllOf(HasSubstr("altered.gpkg"), HasSubstr("row"))))
+        << sql;
+  }
+}
+
+TEST(MapDamage, PicturesOfAnotherSizeAreNotDecoded) {
+  const TempFolder folder;
+  // The header of a PNG that says 60000 x 60000.
+  const fs::path file =
+      Altered(folder,
+              {"UPDATE keyframe_pictures SET png = x'89504E470D0A1A0A0000000D494844"
+               "520000EA600000EA600800000000' WHERE id = 1",
+               "UPDATE keyframe_pictures SET png = x'00' WHERE id = 2",
+               "UPDATE keyframe_pictures SET png = NULL WHERE id = 3"});
+  const MapReader reader(file);
+  for (const int id : {1, 2, 3, 99}) {
+    EXPECT_THROW((void)reader.ReadPicture(id), calib::InputError) << id;
+  }
+  EXPECT_EQ(reader.ReadPicture(0).size(), cv::Size(64, 48));
+}
+
+TEST(MapDamage, HostileMosaicSize) {
+  const TempFolder folder;
+  EXPECT_THROW(Opening(Altered(
+                   folder, {"UPDATE gpkg_contents SET max_x = 1e12 WHERE table_name='mosaic'"}))(),
+               calib::InputError);
+  EXPECT_THROW(Opening(Altered(folder, {"UPDATE gpkg_tile_matrix SET tile_width = 2000000000"}))(),
+               calib::InputError);
+  EXPECT_THROW(Opening(Altered(folder, {"DELETE FROM gpkg_tile_matrix"}))(), calib::InputError);
+}
+
+TEST(MapDamage, TruncatedFilesAreNoticedAtOnce) {
+  const TempFolder folder;
+  SmallMap().Write(folder / "good.gpkg");
+  const std::string good = Bytes(folder / "good.gpkg");
+  for (const std::size_t size : {std::size_t{1},
+                                 std::size_t{99},
+                                 std::size_t{100},
+                                 std::size_t{4096},
+                                 good.size() / 2,
+                                 good.size() - 1}) {
+    Store(folder / "short.gpkg", good.substr(0, size));
+    EXPECT_THAT(
+        Opening(folder / "short.gpkg"),
+        ThrowsMessage<calib::InputError>(AllOf(HasSubstr("short.gpkg"), Not(HasSubstr("\n")))))
+        << size;
+  }
+}
+
+/// Reads all that the map holds.
+void ReadAll(const fs::path& file) {
+  const MapReader reader(file);
+  for (const Keyframe& keyframe : reader.ReadKeyframes()) (void)reader.ReadPicture(keyframe.id);
+  (void)reader.ReadTrajectory();
+  (void)reader.ReadEdges();
+  cv::Mat grey;
+  cv::Mat alpha;
+  reader.ReadMosaic({0, 0, reader.Grid().width_px, reader.Grid().height_px}, grey, alpha);
+}
+
+TEST(MapDamage, AFlippedByteInAPictureOrTileIsNoticed) {
+  const TempFolder folder;
+  SmallMap().Write(folder / "good.gpkg");
+  const std::string good = Bytes(folder / "good.gpkg");
+  const std::string signature("\x89PNG\r\n\x1a\n", 8);
+  int pngs = 0;
+  int noticed = 0;
+  for (std::size_t at = good.find(signature); at != std::string::npos;
+       at = good.find(signature, at + 1)) {
+    ++pngs;
+    std::string bad = good;
+    bad[at + 300] = static_cast<char>(bad[at + 300] ^ 0x10);  // amid the compressed pixels
+    Store(folder / "bad.gpkg", bad);
+    try {
+      ReadAll(folder / "bad.gpkg");
+      ADD_FAILURE() << "PNG " << pngs << " at byte " << at;
+    } catch (const calib::InputError&) {
+      ++noticed;
+    }
+  }
+  EXPECT_GE(pngs, 12);
+  EXPECT_EQ(noticed, pngs);
+}
+
+TEST(MapDamage, FlippedBytesGiveAnErrorOrOtherValuesButNoCrash) {
+  const TempFolder folder;
+  SmallMap().Write(folder / "good.gpkg");
+  const std::string good = Bytes(folder / "good.gpkg");
+  cv::RNG rng(5);
+  int errors = 0;
+  ::testing::internal::CaptureStderr();
+  for (int round = 0; round < 60; ++round) {
+    std::string bad = good;
+    // A block of 64 bytes anywhere, most often in the first pages, which hold the schema.
+    const int limit = static_cast<int>(round % 2 == 0 ? bad.size() : 40'000) - 64;
+    const auto start = static_cast<std::size_t>(rng.uniform(0, limit));
+    for (std::size_t i = start; i < start + 64; ++i)
+      bad[i] = static_cast<char>(rng.uniform(0, 256));
+    Store(folder / "bad.gpkg", bad);
+    try {
+      ReadAll(folder / "bad.gpkg");
+    } catch (const calib::InputError& error) {
+      ++errors;
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("bad.gpkg"), Not(HasSubstr("\n"))));
+    }
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_GT(errors, 30);
+}
+
+}  // namespace
+}  // namespace ceilmap::mapping
