@@ -92,7 +92,7 @@ std::string CsvField(std::string_view text) {
 }
 
 bool ParseNumber(std::string_view text, double& number) {
-  if (text.starts_with('+')) text.remove_prefix(1);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   const char* const end = text.data() + text.size();
   const auto result = std::from_chars(text.data(), end, number);
   return result.ec == std::errc() && result.ptr == end;

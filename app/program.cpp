@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <string>
 #include <vector>
 
 #include "app/commands.hpp"
@@ -48,10 +49,14 @@ const Command* ChosenCommand(const std::vector<Command>& commands) {
 }
 
 // CLI11 would only say that a command is missing.
-void CheckCommandName(const CLI::App& program, int argc, const char* const* argv) {
-  if (argc < 2 || argv[1][0] == '-' || program.get_subcommand_no_throw(argv[1]) != nullptr) return;
+void CheckCommandName(const std::vector<Command>& commands, int argc, const char* const* argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  const std::string name = argv[1];
+  for (const Command& command : commands) {
+    if (command.cli->get_name() == name) return;
+  }
   throw calib::InputError(
-      fmt::format("there is no command '{}'; 'ceilmap --help' lists them", argv[1]));
+      fmt::format("there is no command '{}'; 'ceilmap --help' lists them", name));
 }
 
 int ParseAndRun(int argc, const char* const* argv) {
@@ -66,7 +71,7 @@ int ParseAndRun(int argc, const char* const* argv) {
                                          AddExportCommand(program),
                                          AddRegisterCommand(program),
                                          AddEvaluateCommand(program)};
-  CheckCommandName(program, argc, argv);
+  CheckCommandName(commands, argc, argv);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

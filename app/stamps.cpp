@@ -18,7 +18,8 @@ std::vector<double> ReadStamps(const std::filesystem::path& file) {
   for (const CsvTable::Row& row : table.rows) {
     double index = 0;
     double stamp_s = 0;
-    if (!ParseNumber(row.fields[index_column], index) || index != std::floor(index)) {
+    if (!ParseNumber(row.fields[index_column], index) || !std::isfinite(index) ||
+        index != std::floor(index)) {
       throw calib::InputError(fmt::format(
           "{}: index '{}' is not a whole number", table.Place(row), row.fields[index_column]));
     }

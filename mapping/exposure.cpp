@@ -13,7 +13,7 @@ namespace {
 constexpr int kVignettingTerms = 3;
 constexpr int kRounds = 6;
 constexpr double kHuber = 0.02;  // log units: about 2 % of grey, twice the noise of a patch mean
-constexpr double kRidge = 1e-3;  // in units of one observation
+constexpr double kRidge = 1e-4;  // in units of one observation
 
 using Observations = std::span<const ExposureObservation>;
 using SparseMatrix = Eigen::SparseMatrix<double>;

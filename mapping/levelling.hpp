@@ -19,8 +19,9 @@ cv::Mat MakeShading(cv::Size size,
                     double power,
                     const ExposureModel& exposure);
 
-/// A grey value times the levelling factor. Towards white a pixel counts more and more as
-/// saturated: its true brightness is unknown, and a white lamp must not turn grey.
+/// A grey value times the levelling factor, which may leave [0, 255]. Towards white a pixel counts
+/// more and more as saturated: its true brightness is unknown and it is not darkened, so that a
+/// white lamp does not turn grey.
 inline float LevelGrey(float grey, float factor) {
   constexpr float kSaturationStart = 240;
   constexpr float kSaturationEnd = 252;
@@ -28,7 +29,7 @@ inline float LevelGrey(float grey, float factor) {
   if (grey <= kSaturationStart) return levelled;
   const float saturated =
       std::min((grey - kSaturationStart) / (kSaturationEnd - kSaturationStart), 1.0F);
-  return levelled + saturated * (255.0F - levelled);
+  return levelled + saturated * std::max(grey - levelled, 0.0F);
 }
 
 }  // namespace ceilmap::mapping

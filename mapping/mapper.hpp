@@ -10,11 +10,13 @@
 #include "mapping/keyframe.hpp"
 #include "mapping/map_file.hpp"
 #include "mapping/mosaic.hpp"
+#include "mapping/odometry.hpp"
 
 namespace ceilmap::mapping {
 
 struct MapperParams {
   Pose2 origin;  ///< T_map_base of the first mapped frame
+  OdometryParams odometry;
   MosaicParams mosaic;
 };
 

@@ -1,0 +1,282 @@
+#include "mapping/odometry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "calib/error.hpp"
+#include "mapping/planar_motion.hpp"
+
+namespace ceilmap::mapping {
+
+using registration::FrameSpectrum;
+using registration::MotionPrior;
+using registration::Registrar;
+using registration::Registration;
+using registration::Verdict;
+
+void OdometryParams::Validate() const {
+  const auto require = [](bool good, const char* field, double value, const char* range) {
+    if (!good) {
+      throw calib::InputError(fmt::format("odometry: {} = {}, must be {}", field, value, range));
+    }
+  };
+  require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
+  require(min_inlier_part >= 0 && min_inlier_part < 1, "min_inlier_part", min_inlier_part, "in [0, 1)");
+  require(recent_keyframes >= 1, "recent_keyframes", recent_keyframes, "at least 1");
+  require(local_keyframes >= 1, "local_keyframes", local_keyframes, "at least 1");
+  require(prior_sigma_part > 0, "prior_sigma_part", prior_sigma_part, "> 0");
+  require(prior_sigma_rad > 0, "prior_sigma_rad", prior_sigma_rad, "> 0");
+}
+
+namespace {
+
+/// A keyframe that new frames can still be registered against.
+struct ActiveKeyframe {
+  Keyframe keyframe;
+  FrameSpectrum spectrum;
+};
+
+/// The frame before the current one, kept in case that it has to become a keyframe.
+struct LastFrame {
+  FramePose pose;
+  FrameSpectrum spectrum;
+  cv::Mat picture;
+  Edge edge;  // to the keyframe that placed it
+};
+
+}  // namespace
+
+struct Odometry::Impl {
+  Impl(const calib::CeilingView& ceiling_view, const Pose2& start, const OdometryParams& p)
+      : view(ceiling_view), origin(start), params(p), registrar(view.Size(), p.registration) {}
+
+  const calib::CeilingView& view;
+  Pose2 origin;
+  OdometryParams params;
+  Registrar registrar;
+  std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
+  std::int64_t next_id = 0;
+  std::optional<LastFrame> last;
+  std::optional<FramePose> before_last;
+
+  Pose2 Predict(double stamp_s) const;
+  MotionPrior PriorFor(const ActiveKeyframe& reference, const Pose2& T_map_base) const;
+  Edge MakeEdge(const ActiveKeyframe& reference, const Registration& registration) const;
+  void Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const;
+  bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
+  bool TryReference(std::size_t index, const FrameSpectrum& spectrum, const std::optional<Pose2>& predicted, OdometryStep& step, Edge& edge);
+  bool Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
+  bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
+  void MakeKeyframe(const FramePose& pose, const FrameSpectrum& spectrum, const cv::Mat& picture, const Edge& edge, OdometryStep& step);
+  void TieToOlder(const FrameSpectrum& spectrum, FramePose& pose, const Edge& edge, std::vector<Edge>& edges);
+  void Remember(const OdometryStep& step, const FrameSpectrum& spectrum, const cv::Mat& picture, const Edge& edge);
+};
+
+Pose2 Odometry::Impl::Predict(double stamp_s) const {
+  if (!before_last) return last->pose.T_map_base;
+  const double step_s = last->pose.stamp_s - before_last->stamp_s;
+  const double ahead_s = stamp_s - last->pose.stamp_s;
+  // After a gap the speed is not known any more: the robot may have stopped or turned.
+  if (step_s <= 0 || ahead_s > 3 * step_s) return last->pose.T_map_base;
+  const Pose2 step = before_last->T_map_base.Inverse() * last->pose.T_map_base;
+  return last->pose.T_map_base * Interpolate(step, ahead_s / step_s);
+}
+
+MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference, const Pose2& T_map_base) const {
+  const int side = std::max(view.Size().width, view.Size().height);
+  return {ImageMotionOf(view, reference.keyframe.pose.T_map_base.Inverse() * T_map_base),
+          params.prior_sigma_part * side,
+          params.prior_sigma_rad};
+}
+
+Edge Odometry::Impl::MakeEdge(const ActiveKeyframe& reference, const Registration& registration) const {
+  Edge edge;
+  edge.from = reference.keyframe.id;
+  edge.T_from_to = BaseMotion(view, registration.motion);
+  const Eigen::Matrix3d covariance = BaseMotionCovariance(
+      view, registration.motion, registration.covariance.topLeftCorner<3, 3>());
+  edge.information = covariance.inverse();
+  return edge;
+}
+
+void Odometry::Impl::Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const {
+  const FramePose& from = reference.keyframe.pose;
+  pose.T_map_base = from.T_map_base * edge.T_from_to;
+  pose.covariance = ComposeCovariance(
+      from.T_map_base, from.covariance, edge.T_from_to, edge.information.inverse());
+}
+
+bool Odometry::Impl::Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step) {
+  // A picture that cannot be registered even against itself shows nothing that a map could be made of.
+  step.registration = registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
+  if (!step.registration.ok()) return false;
+  step.pose.T_map_base = origin;
+  step.pose.status = TrackingStatus::kTracking;
+  MakeKeyframe(step.pose, spectrum, picture, {}, step);
+  step.reference_keyframe = step.new_keyframe->id;
+  return true;
+}
+
+bool Odometry::Impl::TryReference(std::size_t index,
+                                  const FrameSpectrum& spectrum,
+                                  const std::optional<Pose2>& predicted,
+                                  OdometryStep& step,
+                                  Edge& edge) {
+  const ActiveKeyframe& reference = active[index];
+  std::optional<MotionPrior> prior;
+  if (predicted) prior = PriorFor(reference, *predicted);
+  step.registration = registrar.Register(reference.spectrum, spectrum, prior);
+  if (!step.registration.ok()) return false;
+  edge = MakeEdge(reference, step.registration);
+  Place(reference, edge, step.pose);
+  step.reference_keyframe = reference.keyframe.id;
+  return true;
+}
+
+bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
+  // After a loss nothing is known of where the robot is.
+  std::optional<Pose2> predicted;
+  if (last) predicted = Predict(step.pose.stamp_s);
+  if (TryReference(active.size() - 1, spectrum, predicted, step, edge)) return true;
+  // The last frame that was still placed sees more of what this one sees: it becomes the keyframe.
+  if (!last || last->edge.to >= 0 || step.registration.verdict == Verdict::kNoTexture) return false;
+  const LastFrame bridge = *last;
+  MakeKeyframe(bridge.pose, bridge.spectrum, bridge.picture, bridge.edge, step);
+  last->edge.to = active.back().keyframe.id;
+  return TryReference(active.size() - 1, spectrum, predicted, step, edge);
+}
+
+bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
+  // Where the robot is now is unknown, so no prior: only a place that is unmistakable counts.
+  const Registration tracked = step.registration;
+  if (tracked.verdict == Verdict::kNoTexture) return false;
+  for (std::size_t i = active.size(); i-- > 0;) {
+    if (TryReference(i, spectrum, std::nullopt, step, edge)) {
+      step.pose.status = TrackingStatus::kRelocalized;
+      return true;
+    }
+  }
+  step.registration = tracked;
+  return false;
+}
+
+void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
+                                FramePose& pose,
+                                const Edge& edge,
+                                std::vector<Edge>& edges) {
+  // Each tie is an estimate of the same pose; they are averaged by their information.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
+  const auto add = [&](const ActiveKeyframe& reference, const Edge& tie) {
+    const Pose2 T = reference.keyframe.pose.T_map_base * tie.T_from_to;
+    const Eigen::Vector3d difference(T.x - pose.T_map_base.x,
+                                     T.y - pose.T_map_base.y,
+                                     calib::WrapAngle(T.yaw - pose.T_map_base.yaw));
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = reference.keyframe.pose.T_map_base.Rotation();
+    const Eigen::Matrix3d in_map = turn * tie.information * turn.transpose();
+    information += in_map;
+    weighted += in_map * difference;
+  };
+  const int width = view.Size().width;
+  const int height = view.Size().height;
+  for (std::size_t i = active.size(); i-- > 0;) {
+    const ActiveKeyframe& reference = active[i];
+    if (reference.keyframe.id == edge.from) {
+      add(reference, edge);
+      continue;
+    }
+    if (static_cast<int>(edges.size()) >= params.local_keyframes) break;
+    MotionPrior prior = PriorFor(reference, pose.T_map_base);
+    if (std::abs(prior.motion.tx_px) > 0.5 * width || std::abs(prior.motion.ty_px) > 0.5 * height) continue;
+    prior.sigma_px = 3;
+    prior.sigma_theta_rad = 0.01;
+    const Registration registration = registrar.Register(reference.spectrum, spectrum, prior);
+    const double off = std::hypot(registration.motion.tx_px - prior.motion.tx_px,
+                                  registration.motion.ty_px - prior.motion.ty_px);
+    if (!registration.ok() || off > 5) continue;
+    Edge tie = MakeEdge(reference, registration);
+    tie.to = edge.to;
+    add(reference, tie);
+    edges.push_back(tie);
+  }
+  const Eigen::Vector3d correction = information.ldlt().solve(weighted);
+  pose.T_map_base.x += correction.x();
+  pose.T_map_base.y += correction.y();
+  pose.T_map_base.yaw = calib::WrapAngle(pose.T_map_base.yaw + correction.z());
+}
+
+void Odometry::Impl::MakeKeyframe(const FramePose& pose,
+                                  const FrameSpectrum& spectrum,
+                                  const cv::Mat& picture,
+                                  const Edge& edge,
+                                  OdometryStep& step) {
+  Keyframe keyframe{next_id++, pose, picture.clone()};
+  if (!active.empty()) {
+    Edge tie = edge;
+    tie.to = keyframe.id;
+    step.new_edges.push_back(tie);
+    TieToOlder(spectrum, keyframe.pose, tie, step.new_edges);
+  }
+  step.new_keyframe = keyframe;
+  active.push_back({std::move(keyframe), spectrum});
+  active.back().keyframe.picture.release();
+  while (static_cast<int>(active.size()) > params.recent_keyframes) active.pop_front();
+}
+
+void Odometry::Impl::Remember(const OdometryStep& step,
+                              const FrameSpectrum& spectrum,
+                              const cv::Mat& picture,
+                              const Edge& edge) {
+  before_last.reset();
+  if (last) before_last = last->pose;
+  if (!last) last.emplace();
+  last->pose = step.pose;
+  last->spectrum = spectrum;
+  picture.copyTo(last->picture);
+  last->edge = edge;
+  last->edge.to = step.new_keyframe && step.new_keyframe->pose.frame_index == step.pose.frame_index
+                      ? step.new_keyframe->id
+                      : -1;
+}
+
+Odometry::Odometry(const calib::CeilingView& view, const Pose2& origin, const OdometryParams& params) {
+  params.Validate();
+  impl_ = std::make_unique<Impl>(view, origin, params);
+}
+Odometry::~Odometry() = default;
+
+OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index, double stamp_s) {
+  Impl& me = *impl_;
+  OdometryStep step;
+  step.pose.frame_index = frame_index;
+  step.pose.stamp_s = stamp_s;
+  const FrameSpectrum spectrum = me.registrar.Analyze(picture);
+  Edge edge;
+  bool placed = false;
+  if (me.active.empty()) {
+    placed = me.Start(spectrum, picture, step);
+  } else {
+    placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge);
+    const Registration& r = step.registration;
+    if (placed && (r.overlap < me.params.min_overlap || r.inliers < me.params.min_inlier_part * r.blocks) &&
+        !step.new_keyframe) {
+      me.MakeKeyframe(step.pose, spectrum, picture, edge, step);
+      step.pose.T_map_base = step.new_keyframe->pose.T_map_base;
+    }
+  }
+  if (!placed) {
+    step.pose.status = step.registration.verdict == Verdict::kAmbiguous ? TrackingStatus::kAmbiguous
+                                                                         : TrackingStatus::kLost;
+    me.last.reset();
+    me.before_last.reset();
+    return step;
+  }
+  me.Remember(step, spectrum, picture, edge);
+  return step;
+}
+
+}  // namespace ceilmap::mapping

@@ -1,0 +1,72 @@
+#include "mapping/planar_motion.hpp"
+
+#include <cmath>
+
+namespace ceilmap::mapping {
+
+Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion& motion) {
+  // In the view's plane p_cur = R(theta) p_ref + m_per_px t.
+  const double m = view.MetresPerPixel();
+  const Pose2 T_viewcur_viewref{m * motion.tx_px, m * motion.ty_px, motion.theta_rad};
+  return view.T_base_view() * T_viewcur_viewref.Inverse() * view.T_base_view().Inverse();
+}
+
+registration::ImageMotion ImageMotionOf(const calib::CeilingView& view, const Pose2& T_ref_cur) {
+  const Pose2 T_viewcur_viewref =
+      (view.T_base_view().Inverse() * T_ref_cur * view.T_base_view()).Inverse();
+  const double m = view.MetresPerPixel();
+  return {T_viewcur_viewref.x / m, T_viewcur_viewref.y / m, T_viewcur_viewref.yaw, 1.0};
+}
+
+Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
+                                     const registration::ImageMotion& motion,
+                                     const Eigen::Matrix3d& image_covariance) {
+  // Numerical derivative: three evaluations of a smooth map of moderate size are exact enough (1e-6) and cannot
+  // disagree with BaseMotion.
+  const Pose2 centre = BaseMotion(view, motion);
+  Eigen::Matrix3d jacobian;
+  const double step_px = 1e-3;
+  const double step_rad = 1e-6;
+  for (int i = 0; i < 3; ++i) {
+    registration::ImageMotion moved = motion;
+    (i == 0 ? moved.tx_px : i == 1 ? moved.ty_px : moved.theta_rad) += i == 2 ? step_rad : step_px;
+    const Pose2 shifted = BaseMotion(view, moved);
+    jacobian.col(i) = Eigen::Vector3d(shifted.x - centre.x,
+                                      shifted.y - centre.y,
+                                      calib::WrapAngle(shifted.yaw - centre.yaw)) /
+                      (i == 2 ? step_rad : step_px);
+  }
+  return jacobian * image_covariance * jacobian.transpose();
+}
+
+Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
+                                  const Eigen::Matrix3d& cov_a_b,
+                                  const Pose2& T_b_c,
+                                  const Eigen::Matrix3d& cov_b_c) {
+  const Eigen::Vector2d arm = T_a_b.Rotation() * T_b_c.Translation();
+  Eigen::Matrix3d by_first = Eigen::Matrix3d::Identity();
+  by_first(0, 2) = -arm.y();
+  by_first(1, 2) = arm.x();
+  Eigen::Matrix3d by_second = Eigen::Matrix3d::Identity();
+  by_second.topLeftCorner<2, 2>() = T_a_b.Rotation();
+  return by_first * cov_a_b * by_first.transpose() + by_second * cov_b_c * by_second.transpose();
+}
+
+Pose2 Interpolate(const Pose2& T_a_b, double factor) {
+  // The constant-velocity arc: exp(factor * log(T)).
+  const double yaw = T_a_b.yaw;
+  const auto integral = [](double angle) {
+    // V(angle) of exp: [[sin/a, -(1-cos)/a], [(1-cos)/a, sin/a]], with its series at 0.
+    const double a2 = angle * angle;
+    const double s = std::abs(angle) < 1e-4 ? 1 - a2 / 6 : std::sin(angle) / angle;
+    const double c = std::abs(angle) < 1e-4 ? angle / 2 : (1 - std::cos(angle)) / angle;
+    Eigen::Matrix2d v;
+    v << s, -c, c, s;
+    return v;
+  };
+  const Eigen::Vector2d velocity = integral(yaw).inverse() * T_a_b.Translation();
+  const Eigen::Vector2d t = integral(factor * yaw) * (factor * velocity);
+  return {t.x(), t.y(), calib::WrapAngle(factor * yaw)};
+}
+
+}  // namespace ceilmap::mapping

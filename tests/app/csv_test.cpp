@@ -1,0 +1,50 @@
+#include "app/csv.hpp"
+
+#include "tests/app/test_folder.hpp"
+
+namespace ceilmap::app {
+namespace {
+
+using testing::ElementsAre;
+
+TEST(ReadCsv, UnderstandsQuotesBlankLinesAndForeignLineEnds) {
+  const TestFolder folder;
+  const CsvTable table =
+      ReadCsv(folder.Write("t.csv", "\xEF\xBB\xBFid,name\r\n\r\n1 , \"a, \"\"b\"\"\"\r\n2,\n"));
+  EXPECT_THAT(table.header, ElementsAre("id", "name"));
+  ASSERT_EQ(table.rows.size(), 2U);
+  EXPECT_THAT(table.rows[0].fields, ElementsAre("1", "a, \"b\""));
+  EXPECT_THAT(table.rows[1].fields, ElementsAre("2", ""));
+  EXPECT_EQ(table.rows[0].line, 3);
+  EXPECT_EQ(table.Column("name"), 1U);
+}
+
+TEST(ReadCsv, NamesTheFaultyLine) {
+  const TestFolder folder;
+  ExpectInputError([&] { ReadCsv(folder / "none.csv"); }, {"none.csv", "no such file"});
+  ExpectInputError([&] { ReadCsv(folder.Path()); }, {"no such file"});
+  ExpectInputError([&] { ReadCsv(folder.Write("e.csv", "\n")); }, {"e.csv", "empty"});
+  ExpectInputError([&] { ReadCsv(folder.Write("r.csv", "a,b\n1,2\n1\n")); },
+                   {"r.csv:3", "1 fields", "2"});
+  ExpectInputError([&] { (void)ReadCsv(folder.Write("c.csv", "a,b\n")).Column("id"); },
+                   {"c.csv:1", "'id'"});
+}
+
+TEST(CsvField, QuotesOnlyWhereNeeded) {
+  EXPECT_EQ(CsvField("plain text"), "plain text");
+  EXPECT_EQ(CsvField("a,\"b"), "\"a,\"\"b\"");
+}
+
+TEST(ParseNumber, TakesWholeTextsOnly) {
+  double number = 0;
+  EXPECT_TRUE(ParseNumber("-1.5e3", number));
+  EXPECT_EQ(number, -1500);
+  EXPECT_TRUE(ParseNumber("+7", number));
+  EXPECT_EQ(number, 7);
+  for (const char* text : {"", " ", "1 ", "1,5", "0x10", "one", "+-1"}) {
+    EXPECT_FALSE(ParseNumber(text, number)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::app

@@ -1,0 +1,70 @@
+#include "app/output_files.hpp"
+
+#include <sys/stat.h>
+
+#include "tests/app/test_folder.hpp"
+
+namespace ceilmap::app {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+TEST(CheckOutputFiles, LeavesNothingBehind) {
+  const TestFolder folder;
+  CheckOutputFiles({folder / "a.tum", "", folder / "b.tum"});
+  EXPECT_THAT(folder.Names(), IsEmpty());
+}
+
+TEST(CheckOutputFiles, KeepsWhatIsThere) {
+  const TestFolder folder;
+  const auto file = folder.Write("a.tum", "old");
+  CheckOutputFiles({file});
+  EXPECT_EQ(ReadAll(file), "old");
+}
+
+TEST(CheckOutputFiles, RefusesWhatCannotBeWritten) {
+  const TestFolder folder;
+  ExpectInputError([&] { CheckOutputFiles({folder / "none/a.tum"}); }, {"none", "does not exist"});
+  // Not even root can make a file there.
+  ExpectInputError([&] { CheckOutputFiles({"/proc/a.tum"}); }, {"/proc", "cannot write"});
+  ExpectInputError([&] { CheckOutputFiles({folder.Path()}); }, {"is a folder"});
+}
+
+TEST(CheckOutputFiles, RefusesPipesAndDevices) {
+  const TestFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  ExpectInputError([&] { CheckOutputFiles({folder / "pipe"}); }, {"pipe", "would be replaced"});
+}
+
+TEST(CheckOutputFiles, RefusesOneFileForTwoResults) {
+  const TestFolder folder;
+  ExpectInputError(
+      [&] {
+        CheckOutputFiles({folder / "a.tum", folder / "./a.tum"});
+      },
+      {"two results"});
+}
+
+TEST(WriteFileAtomically, ReplacesTheOldFile) {
+  const TestFolder folder;
+  const auto file = folder.Write("a.json", "old and longer");
+  WriteFileAtomically(file, "new");
+  EXPECT_EQ(ReadAll(file), "new");
+  EXPECT_THAT(folder.Names(), ElementsAre("a.json"));
+}
+
+TEST(WriteText, WithoutCommitTheOldFileStays) {
+  const TestFolder folder;
+  const auto file = folder.Write("a.json", "old");
+  {
+    const mapping::AtomicFile aside(file);
+    WriteText(aside, "new");
+    EXPECT_EQ(ReadAll(file), "old");
+  }
+  EXPECT_EQ(ReadAll(file), "old");
+  EXPECT_THAT(folder.Names(), ElementsAre("a.json"));
+}
+
+}  // namespace
+}  // namespace ceilmap::app

@@ -1,0 +1,124 @@
+#include "app/pictures.hpp"
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/app/test_folder.hpp"
+
+namespace ceilmap::app {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+
+std::vector<std::string> NamesOf(const std::vector<fs::path>& files) {
+  std::vector<std::string> names;
+  for (const fs::path& file : files) names.push_back(file.filename().string());
+  return names;
+}
+
+TEST(NaturalLess, CountsAsPeopleDo) {
+  std::vector<std::string> names = {
+      "b1", "a10", "a9", "a", "a9b", "a010", "a09", "A1", "a1.2", "a1.10"};
+  std::sort(names.begin(), names.end(), NaturalLess);
+  EXPECT_THAT(names,
+              ElementsAre("A1", "a", "a1.2", "a1.10", "a09", "a9", "a9b", "a010", "a10", "b1"));
+}
+
+TEST(NaturalLess, TakesNumbersBeyondAnyIntegerType) {
+  EXPECT_TRUE(NaturalLess("f99999999999999999999998", "f99999999999999999999999"));
+  EXPECT_TRUE(NaturalLess("f00000000000000000000000000002", "f10"));
+  EXPECT_FALSE(NaturalLess("f1", "f1"));
+  EXPECT_TRUE(NaturalLess("f0", "f00") != NaturalLess("f00", "f0"));
+}
+
+TEST(ListFolder, TakesPicturesOnlyInNaturalOrder) {
+  const TestFolder folder;
+  for (const char* name : {"f10.png", "f9.PNG", "f1.jpeg", "notes.txt", ".hidden.png", "png"}) {
+    folder.Write(name, "x");
+  }
+  fs::create_directory(folder / "folder.png");
+  EXPECT_THAT(NamesOf(ListFolder(folder.Path())), ElementsAre("f1.jpeg", "f9.PNG", "f10.png"));
+}
+
+TEST(ListFolder, RefusesAFolderWithoutPictures) {
+  const TestFolder folder;
+  folder.Write("notes.txt", "x");
+  ExpectInputError([&] { ListFolder(folder.Path()); }, {"holds no pictures"});
+}
+
+TEST(IsPattern, KnowsPrintfNumbers) {
+  for (const char* name : {"f%d.png", "f%04d.png", "%3d", "/a/b/f%06d_x.jpg"}) {
+    EXPECT_TRUE(IsPattern(name)) << name;
+  }
+  for (const char* name : {"f.png", "f%s.png", "f%d%d.png", "100%.png", "/a%d/b.png", "f%1000d"}) {
+    EXPECT_FALSE(IsPattern(name)) << name;
+  }
+}
+
+TEST(ListPattern, StartsAtTheFirstThatExists) {
+  const TestFolder folder;
+  for (const char* name :
+       {"f0003.png", "f0004.png", "f0007.png", "f12345.png", "f5.png", "g0001.png"}) {
+    folder.Write(name, "x");
+  }
+  const PatternPictures pictures = ListPattern(folder / "f%04d.png");
+  EXPECT_THAT(NamesOf(pictures.files),
+              ElementsAre("f0003.png", "f0004.png", "f0007.png", "f12345.png"));
+  EXPECT_EQ(pictures.missing, 12345U - 3 + 1 - 4);
+  EXPECT_THAT(NamesOf(ListPattern(folder / "f%d.png").files), ElementsAre("f5.png", "f12345.png"));
+  ExpectInputError([&] { ListPattern(folder / "h%d.png"); }, {"h%d.png", "no file"});
+  ExpectInputError([&] { ListPattern(folder / "none/h%d.png"); }, {"no file"});
+}
+
+TEST(ToGrey, ConvertsEveryUsualKind) {
+  cv::Mat grey;
+  ToGrey(cv::Mat(2, 3, CV_8UC1, cv::Scalar(77)), grey, "x");
+  EXPECT_EQ(grey.at<uchar>(1, 2), 77);
+  ToGrey(cv::Mat(2, 3, CV_16UC1, cv::Scalar(65535)), grey, "x");
+  EXPECT_EQ(grey.type(), CV_8UC1);
+  EXPECT_EQ(grey.at<uchar>(1, 2), 255);
+  ToGrey(cv::Mat(2, 3, CV_16UC3, cv::Scalar::all(257 * 100)), grey, "x");
+  EXPECT_EQ(grey.at<uchar>(1, 2), 100);
+  // 0.114 B + 0.587 G + 0.299 R
+  ToGrey(cv::Mat(2, 3, CV_8UC3, cv::Scalar(0, 200, 0)), grey, "x");
+  EXPECT_EQ(grey.at<uchar>(1, 2), 117);
+  ToGrey(cv::Mat(2, 3, CV_8UC4, cv::Scalar(0, 0, 200, 0)), grey, "x");
+  EXPECT_EQ(grey.at<uchar>(1, 2), 60);
+  ExpectInputError([&] { ToGrey(cv::Mat(2, 3, CV_32FC1, cv::Scalar(1)), grey, "deep.tif"); },
+                   {"deep.tif", "CV_32FC1"});
+}
+
+TEST(ToGrey, NeverSharesMemoryWithThePicture) {
+  const cv::Mat picture(2, 3, CV_8UC1, cv::Scalar(1));
+  cv::Mat grey;
+  ToGrey(picture, grey, "x");
+  EXPECT_NE(grey.data, picture.data);
+}
+
+TEST(ReadGreyPicture, RefusesWhatIsNone) {
+  const TestFolder folder;
+  ExpectInputError([&] { ReadGreyPicture(folder / "none.png"); }, {"none.png", "no such file"});
+  ExpectInputError([&] { ReadGreyPicture(folder.Write("t.png", "hello")); }, {"t.png", "picture"});
+  ExpectInputError([&] { ReadGreyPicture(folder.Path()); }, {"not a picture"});
+}
+
+TEST(ReadGreyPicture, RefusesAnAbsurdSizeInTheHeader) {
+  const TestFolder folder;
+  ExpectInputError(
+      [&] { ReadGreyPicture(folder.Write("huge.pgm", "P5 2000000000 2000000000 255\n")); },
+      {"huge.pgm"});
+}
+
+TEST(ReadGreyPicture, ReadsBackWhatWasWritten) {
+  const TestFolder folder;
+  cv::Mat picture(5, 7, CV_16UC1, cv::Scalar(257 * 12));
+  cv::imwrite((folder / "p.png").string(), picture);
+  const cv::Mat grey = ReadGreyPicture(folder / "p.png");
+  EXPECT_EQ(grey.size(), cv::Size(7, 5));
+  EXPECT_EQ(grey.type(), CV_8UC1);
+  EXPECT_EQ(grey.at<uchar>(4, 6), 12);
+}
+
+}  // namespace
+}  // namespace ceilmap::app

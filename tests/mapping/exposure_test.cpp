@@ -1,0 +1,79 @@
+#include "mapping/exposure.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <opencv2/core.hpp>
+
+namespace ceilmap::mapping {
+namespace {
+
+/// Observations of points of random brightness by keyframes of known gains.
+struct Scene {
+  ExposureModel truth;
+  std::vector<ExposureObservation> observations;
+
+  Scene(int keyframes, int points, double noise, double outlier_share) {
+    cv::RNG rng(7);
+    for (int k = 0; k < keyframes; ++k) truth.log_gain.push_back(rng.uniform(-0.3, 0.3));
+    const double mean = std::accumulate(truth.log_gain.begin(), truth.log_gain.end(), 0.0) /
+                        static_cast<double>(keyframes);
+    for (double& gain : truth.log_gain) gain -= mean;
+    truth.vignetting = {-0.4, 0.15, -0.1};
+    for (int point = 0; point < points; ++point) {
+      const double log_brightness = rng.uniform(4.0, 5.2);
+      const int first = rng.uniform(0, keyframes);
+      for (int look = 0; look < 4; ++look) {
+        ExposureObservation o;
+        o.point = point;
+        o.keyframe = (first + look) % keyframes;
+        o.q = rng.uniform(0.0, 1.0);
+        o.log_grey = log_brightness + truth.log_gain[static_cast<std::size_t>(o.keyframe)] +
+                     truth.LogVignetting(o.q) + rng.gaussian(noise);
+        if (rng.uniform(0.0, 1.0) < outlier_share) o.log_grey += 0.5;
+        observations.push_back(o);
+      }
+    }
+  }
+
+  void ExpectSolved(double tolerance) const {
+    const ExposureModel model =
+        SolveExposure(static_cast<int>(truth.log_gain.size()), observations);
+    for (std::size_t k = 0; k < truth.log_gain.size(); ++k) {
+      EXPECT_NEAR(model.log_gain[k], truth.log_gain[k], tolerance) << k;
+    }
+    for (const double q : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+      EXPECT_NEAR(model.LogVignetting(q), truth.LogVignetting(q), tolerance) << q;
+    }
+  }
+};
+
+TEST(Exposure, FindsGainsAndVignetting) {
+  Scene(20, 500, 0, 0).ExpectSolved(1e-4);
+}
+TEST(Exposure, AveragesNoise) {
+  Scene(20, 2000, 0.01, 0).ExpectSolved(2e-3);
+}
+TEST(Exposure, LeavesOutliersAside) {
+  Scene(20, 2000, 0.005, 0.05).ExpectSolved(4e-3);
+}
+
+TEST(Exposure, MeanGainIsZero) {
+  const ExposureModel model = SolveExposure(20, Scene(20, 300, 0.01, 0.1).observations);
+  EXPECT_NEAR(std::accumulate(model.log_gain.begin(), model.log_gain.end(), 0.0), 0, 1e-12);
+}
+
+TEST(Exposure, NothingInCommonMeansNoCorrection) {
+  std::vector<ExposureObservation> observations;
+  for (int k = 0; k < 3; ++k) observations.push_back({k, k, 0.3, 4.0 + k});
+  for (const auto& looks : {observations, std::vector<ExposureObservation>()}) {
+    const ExposureModel model = SolveExposure(3, looks);
+    EXPECT_EQ(model.log_gain, std::vector<double>(3, 0.0));
+    EXPECT_EQ(model.LogVignetting(1), 0);
+  }
+  EXPECT_TRUE(SolveExposure(0, {}).log_gain.empty());
+}
+
+}  // namespace
+}  // namespace ceilmap::mapping
