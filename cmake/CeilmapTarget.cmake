@@ -5,7 +5,7 @@ cmake_path(NORMAL_PATH CEILMAP_ROOT)
 
 add_library(ceilmap_build_flags INTERFACE)
 target_compile_options(ceilmap_build_flags INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wunused -Wnull-dereference)
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wunused)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # GCC 12 sees an overlap in every '"text" + std::string' (GCC bug 105651, mended in 13).
   target_compile_options(ceilmap_build_flags INTERFACE -Wno-restrict)

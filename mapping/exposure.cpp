@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <random>
 #include <span>
 
 namespace ceilmap::mapping {
@@ -15,16 +16,44 @@ constexpr int kRounds = 6;
 constexpr double kHuber = 0.02;  // log units: about 2 % of grey, twice the noise of a patch mean
 constexpr double kRidge = 1e-4;  // in units of one observation
 
+/// Of one point: its share of the work grows with the square of this number, and a robot may pass
+/// under a point any number of times.
+constexpr std::size_t kMaxLooks = 8;
+
 using Observations = std::span<const ExposureObservation>;
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-/// Splits observations, sorted by point, into one span for each point that is seen at least twice.
+/// The observations sorted by point, without the points seen only once, and of each point at most
+/// kMaxLooks. Those are drawn at random: a regular choice would fall apart into groups of keyframes
+/// that are hardly compared with each other.
+std::vector<ExposureObservation> Select(std::vector<ExposureObservation> all) {
+  std::stable_sort(
+      all.begin(), all.end(), [](const ExposureObservation& a, const ExposureObservation& b) {
+        return a.point < b.point;
+      });
+  std::minstd_rand random;  // from its fixed seed: the same map every time
+  std::vector<ExposureObservation> selected;
+  for (std::size_t begin = 0; begin < all.size();) {
+    std::size_t end = begin + 1;
+    while (end < all.size() && all[end].point == all[begin].point) ++end;
+    const std::size_t seen = end - begin;
+    const std::size_t looks = seen < 2 ? 0 : std::min(seen, kMaxLooks);
+    for (std::size_t i = 0; i < looks; ++i) {
+      if (seen > kMaxLooks) std::swap(all[begin + i], all[begin + i + random() % (seen - i)]);
+      selected.push_back(all[begin + i]);
+    }
+    begin = end;
+  }
+  return selected;
+}
+
+/// One span of sorted observations for each point.
 std::vector<Observations> GroupByPoint(const std::vector<ExposureObservation>& observations) {
   std::vector<Observations> points;
   for (std::size_t begin = 0; begin < observations.size();) {
     std::size_t end = begin + 1;
     while (end < observations.size() && observations[end].point == observations[begin].point) ++end;
-    if (end - begin >= 2) points.emplace_back(&observations[begin], end - begin);
+    points.emplace_back(&observations[begin], end - begin);
     begin = end;
   }
   return points;
@@ -111,11 +140,8 @@ double ExposureModel::LogVignetting(double q) const {
 }
 
 ExposureModel SolveExposure(int keyframes, std::vector<ExposureObservation> observations) {
-  std::stable_sort(
-      observations.begin(),
-      observations.end(),
-      [](const ExposureObservation& a, const ExposureObservation& b) { return a.point < b.point; });
-  const std::vector<Observations> points = GroupByPoint(observations);
+  const std::vector<ExposureObservation> selected = Select(std::move(observations));
+  const std::vector<Observations> points = GroupByPoint(selected);
 
   ExposureModel model;
   model.log_gain.assign(static_cast<std::size_t>(keyframes), 0);

@@ -65,7 +65,8 @@ class MapWriter {
   /// Stores the picture losslessly; its pose comes later, with WriteKeyframes. Bounded memory:
   /// nothing is kept.
   void AddPicture(std::int64_t keyframe_id, const cv::Mat& picture);
-  /// Reads a stored picture back (the mosaic is rendered from them).
+  /// Reads a stored picture back (the mosaic is rendered from them). The one call that a source may
+  /// make, from any thread, while WriteMosaic runs.
   [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
 
   /// Poses of all keyframes (pictures ignored), then of all frames, then the edges: once each,
@@ -74,6 +75,9 @@ class MapWriter {
   void WriteTrajectory(const std::vector<FramePose>& frames);
   void WriteEdges(const std::vector<Edge>& edges);
   /// Renders the mosaic window by window (aligned to tiles) and builds its pyramid.
+  /// @param grid  of no pixels: the map gets no mosaic.
+  /// @param source  called one window at a time, from another thread: the next window is rendered
+  ///   while this one is written.
   /// @param progress  called with done/total windows; may be empty.
   void WriteMosaic(const MosaicGrid& grid,
                    const MosaicSource& source,
@@ -86,7 +90,7 @@ class MapWriter {
 };
 
 /// Reads a map. @throws calib::InputError when the file is missing, no GeoPackage, no ceilmap map,
-/// damaged, or of another format version (each with what to do).
+/// damaged, or of another format version (each with what to do). Thread-safe.
 class MapReader {
  public:
   explicit MapReader(const std::filesystem::path& file);
@@ -95,7 +99,7 @@ class MapReader {
   MapReader& operator=(const MapReader&) = delete;
 
   [[nodiscard]] const MapMetadata& Metadata() const;
-  [[nodiscard]] const MosaicGrid& Grid() const;
+  [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic
   [[nodiscard]] std::vector<Keyframe> ReadKeyframes() const;  ///< without pictures, by id
   [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
   [[nodiscard]] std::vector<FramePose> ReadTrajectory() const;

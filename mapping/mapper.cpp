@@ -15,7 +15,8 @@ class StageTimer {
  public:
   explicit StageTimer(double& total_ms) : total_ms_(total_ms) {}
   ~StageTimer() {
-    const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - start_;
+    const std::chrono::duration<double, std::milli> spent =
+        std::chrono::steady_clock::now() - start_;
     total_ms_ += spent.count();
   }
   StageTimer(const StageTimer&) = delete;
@@ -29,8 +30,15 @@ class StageTimer {
 }  // namespace
 
 struct Mapper::Impl {
-  Impl(const calib::CeilingView& ceiling_view, MapWriter& map_writer, const MapMetadata& map_metadata, const MapperParams& p)
-      : view(ceiling_view), writer(map_writer), metadata(map_metadata), params(p), odometry(view, p.origin, p.odometry) {}
+  Impl(const calib::CeilingView& ceiling_view,
+       MapWriter& map_writer,
+       const MapMetadata& map_metadata,
+       const MapperParams& p)
+      : view(ceiling_view),
+        writer(map_writer),
+        metadata(map_metadata),
+        params(p),
+        odometry(view, p.origin, p.odometry) {}
 
   const calib::CeilingView& view;
   MapWriter& writer;
@@ -71,7 +79,10 @@ void Mapper::Impl::Count(const OdometryStep& step) {
   if (step.registration.verdict == registration::Verdict::kNoTexture) ++report.without_texture;
 }
 
-Mapper::Mapper(const calib::CeilingView& view, MapWriter& writer, const MapMetadata& metadata, const MapperParams& params) {
+Mapper::Mapper(const calib::CeilingView& view,
+               MapWriter& writer,
+               const MapMetadata& metadata,
+               const MapperParams& params) {
   params.mosaic.Validate();
   impl_ = std::make_unique<Impl>(view, writer, metadata, params);
 }
@@ -104,11 +115,16 @@ FramePose Mapper::Process(const cv::Mat& raw_grey, std::int64_t frame_index, dou
 void Mapper::Impl::WriteMosaic(const std::function<void(int, int)>& progress) {
   const StageTimer timer(report.mosaic_ms);
   const MosaicRenderer renderer(
-      keyframes, metadata, [this](std::int64_t id) { return writer.ReadPicture(id); }, params.mosaic);
+      keyframes,
+      metadata,
+      [this](std::int64_t id) { return writer.ReadPicture(id); },
+      params.mosaic);
   report.grid = renderer.Grid();
   writer.WriteMosaic(
       report.grid,
-      [&](const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) { renderer.Render(window, grey, alpha); },
+      [&](const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
+        renderer.Render(window, grey, alpha);
+      },
       progress);
 }
 
@@ -130,7 +146,11 @@ void Mapper::Finish(const std::function<void(int, int)>& progress) {
   me.WriteMosaic(progress);
 }
 
-const std::vector<FramePose>& Mapper::Trajectory() const { return impl_->trajectory; }
-const MapperReport& Mapper::Report() const { return impl_->report; }
+const std::vector<FramePose>& Mapper::Trajectory() const {
+  return impl_->trajectory;
+}
+const MapperReport& Mapper::Report() const {
+  return impl_->report;
+}
 
 }  // namespace ceilmap::mapping

@@ -129,7 +129,6 @@ MosaicRenderer::Impl::Impl(const std::vector<Keyframe>& keyframes,
   params.threads = std::max(params.threads, 1);
   MakeGrid();
   MakeIndex();
-
   Survey();
 }
 
@@ -138,8 +137,8 @@ void MosaicRenderer::Impl::Survey() {
   ExposureModel exposure;
   exposure.log_gain.assign(views.size(), 0);
   const auto picture = [this](std::size_t k) {
-    const cv::Mat padded = cache.Get(ids[k]);
-    const cv::Mat inner = padded(cv::Rect(kPadding, kPadding, view_size.width, view_size.height));
+    const PictureCache::Picture padded = cache.Get(ids[k]);
+    cv::Mat inner = (*padded)(cv::Rect(kPadding, kPadding, view_size.width, view_size.height));
     if (params.reject_outliers) thumbnails.Add(inner);
     return inner;
   };
@@ -197,7 +196,7 @@ void MosaicRenderer::Impl::MakeGrid() {
 }
 
 std::int64_t TileKey(int tile_x, int tile_y) {
-  return std::int64_t{tile_y} << 32 | tile_x;
+  return std::int64_t{tile_y} * (std::int64_t{1} << 32) + tile_x;
 }
 
 void MosaicRenderer::Impl::MakeIndex() {
@@ -252,8 +251,7 @@ void MosaicRenderer::Impl::ForEachPixel(const ViewPlacement& view,
       const cv::Point2d pixel(std::clamp(map.start.x + col * map.step.x, 0.0, max_u),
                               std::clamp(map.start.y + col * map.step.y, 0.0, max_v));
       // Weight and vignetting are smooth: the nearest pixel's will do.
-      const Shading& shade =
-          shading.ptr<Shading>(static_cast<int>(pixel.y + 0.5))[static_cast<int>(pixel.x + 0.5)];
+      const Shading& shade = shading.ptr<Shading>(cvRound(pixel.y))[cvRound(pixel.x)];
       const float agreed = agreement.IsFull() ? 1 : agreement.At(col, tile.y + row);
       visit(cv::Point(col - tile.x, row), pixel, shade[0] * agreed, shade[1]);
     }
@@ -278,7 +276,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
   }
   cv::Mat sums(tile.size(), CV_32FC2, cv::Scalar(0, 0));  // of weight * grey, of weight
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const cv::Mat picture = cache.Get(ids[candidates[i]]);
+    const PictureCache::Picture picture = cache.Get(ids[candidates[i]]);
     const float gain = gain_factors[candidates[i]];
     ForEachPixel(views[candidates[i]],
                  agreements[i],
@@ -286,7 +284,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
                  [&](cv::Point at, cv::Point2d pixel, float weight, float vignetting) {
                    if (weight <= kNegligible * largest.ptr<float>(at.y)[at.x]) return;
                    auto& sum = sums.ptr<cv::Vec2f>(at.y)[at.x];
-                   sum[0] += weight * LevelGrey(Sample(picture, pixel), gain * vignetting);
+                   sum[0] += weight * LevelGrey(Sample(*picture, pixel), gain * vignetting);
                    sum[1] += weight;
                  });
   }
@@ -301,7 +299,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
   }
 }
 
-MosaicRenderer::MosaicRenderer(std::vector<Keyframe> keyframes,
+MosaicRenderer::MosaicRenderer(const std::vector<Keyframe>& keyframes,
                                const MapMetadata& metadata,
                                PictureLoader loader,
                                const MosaicParams& params) {

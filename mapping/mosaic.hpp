@@ -34,7 +34,7 @@ struct MosaicParams {
 using PictureLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
 
 /// Renders the mosaic from keyframe pictures and poses, any window at a time, in memory bounded by
-/// the cache.
+/// the cache (and about 10 kB for each keyframe). The constructor loads every picture once.
 ///
 /// Exposure: log I_k(u) = log E(X) + g_k + v(r), with a gain g_k per keyframe and one radial
 /// vignetting profile v(r) (even polynomial, v(0) = 0) for the camera, solved by linear least
@@ -45,7 +45,7 @@ class MosaicRenderer {
   /// @param keyframes  poses (pictures ignored), at least one.
   /// @param metadata  gives view size, units per pixel and T_base_view:
   ///   p_map = T_map_base * T_base_view * (view_units_per_px * ((u, v) - centre)).
-  MosaicRenderer(std::vector<Keyframe> keyframes,
+  MosaicRenderer(const std::vector<Keyframe>& keyframes,
                  const MapMetadata& metadata,
                  PictureLoader loader,
                  const MosaicParams& params = {});
@@ -54,6 +54,8 @@ class MosaicRenderer {
   /// Smallest grid over all pictures, its edges on multiples of the resolution.
   [[nodiscard]] const MosaicGrid& Grid() const;
   /// Grey as seen from above (see MosaicGrid), alpha 255 where any picture sees the ceiling.
+  /// Thread-safe, and works on several threads itself; a point looks the same in every window.
+  /// @throws calib::InputError for a window that is empty or leaves the grid.
   void Render(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;
 
  private:

@@ -24,7 +24,8 @@ void OdometryParams::Validate() const {
     }
   };
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
-  require(min_inlier_part >= 0 && min_inlier_part < 1, "min_inlier_part", min_inlier_part, "in [0, 1)");
+  require(
+      min_inlier_part >= 0 && min_inlier_part < 1, "min_inlier_part", min_inlier_part, "in [0, 1)");
   require(recent_keyframes >= 1, "recent_keyframes", recent_keyframes, "at least 1");
   require(local_keyframes >= 1, "local_keyframes", local_keyframes, "at least 1");
   require(prior_sigma_part > 0, "prior_sigma_part", prior_sigma_part, "> 0");
@@ -67,12 +68,26 @@ struct Odometry::Impl {
   Edge MakeEdge(const ActiveKeyframe& reference, const Registration& registration) const;
   void Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const;
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
-  bool TryReference(std::size_t index, const FrameSpectrum& spectrum, const std::optional<Pose2>& predicted, OdometryStep& step, Edge& edge);
+  bool TryReference(std::size_t index,
+                    const FrameSpectrum& spectrum,
+                    const std::optional<Pose2>& predicted,
+                    OdometryStep& step,
+                    Edge& edge);
   bool Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
   bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
-  void MakeKeyframe(const FramePose& pose, const FrameSpectrum& spectrum, const cv::Mat& picture, const Edge& edge, OdometryStep& step);
-  void TieToOlder(const FrameSpectrum& spectrum, FramePose& pose, const Edge& edge, std::vector<Edge>& edges);
-  void Remember(const OdometryStep& step, const FrameSpectrum& spectrum, const cv::Mat& picture, const Edge& edge);
+  void MakeKeyframe(const FramePose& pose,
+                    const FrameSpectrum& spectrum,
+                    const cv::Mat& picture,
+                    const Edge& edge,
+                    OdometryStep& step);
+  void TieToOlder(const FrameSpectrum& spectrum,
+                  FramePose& pose,
+                  const Edge& edge,
+                  std::vector<Edge>& edges);
+  void Remember(const OdometryStep& step,
+                const FrameSpectrum& spectrum,
+                const cv::Mat& picture,
+                const Edge& edge);
 };
 
 Pose2 Odometry::Impl::Predict(double stamp_s) const {
@@ -85,14 +100,16 @@ Pose2 Odometry::Impl::Predict(double stamp_s) const {
   return last->pose.T_map_base * Interpolate(step, ahead_s / step_s);
 }
 
-MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference, const Pose2& T_map_base) const {
+MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
+                                     const Pose2& T_map_base) const {
   const int side = std::max(view.Size().width, view.Size().height);
   return {ImageMotionOf(view, reference.keyframe.pose.T_map_base.Inverse() * T_map_base),
           params.prior_sigma_part * side,
           params.prior_sigma_rad};
 }
 
-Edge Odometry::Impl::MakeEdge(const ActiveKeyframe& reference, const Registration& registration) const {
+Edge Odometry::Impl::MakeEdge(const ActiveKeyframe& reference,
+                              const Registration& registration) const {
   Edge edge;
   edge.from = reference.keyframe.id;
   edge.T_from_to = BaseMotion(view, registration.motion);
@@ -102,15 +119,20 @@ Edge Odometry::Impl::MakeEdge(const ActiveKeyframe& reference, const Registratio
   return edge;
 }
 
-void Odometry::Impl::Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const {
+void Odometry::Impl::Place(const ActiveKeyframe& reference,
+                           const Edge& edge,
+                           FramePose& pose) const {
   const FramePose& from = reference.keyframe.pose;
   pose.T_map_base = from.T_map_base * edge.T_from_to;
   pose.covariance = ComposeCovariance(
       from.T_map_base, from.covariance, edge.T_from_to, edge.information.inverse());
 }
 
-bool Odometry::Impl::Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step) {
-  // A picture that cannot be registered even against itself shows nothing that a map could be made of.
+bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
+                           const cv::Mat& picture,
+                           OdometryStep& step) {
+  // A picture that cannot be registered even against itself shows nothing that a map could be made
+  // of.
   step.registration = registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
   if (!step.registration.ok()) return false;
   step.pose.T_map_base = origin;
@@ -191,7 +213,8 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
     }
     if (static_cast<int>(edges.size()) >= params.local_keyframes) break;
     MotionPrior prior = PriorFor(reference, pose.T_map_base);
-    if (std::abs(prior.motion.tx_px) > 0.5 * width || std::abs(prior.motion.ty_px) > 0.5 * height) continue;
+    if (std::abs(prior.motion.tx_px) > 0.5 * width || std::abs(prior.motion.ty_px) > 0.5 * height)
+      continue;
     prior.sigma_px = 3;
     prior.sigma_theta_rad = 0.01;
     const Registration registration = registrar.Register(reference.spectrum, spectrum, prior);
@@ -243,7 +266,9 @@ void Odometry::Impl::Remember(const OdometryStep& step,
                       : -1;
 }
 
-Odometry::Odometry(const calib::CeilingView& view, const Pose2& origin, const OdometryParams& params) {
+Odometry::Odometry(const calib::CeilingView& view,
+                   const Pose2& origin,
+                   const OdometryParams& params) {
   params.Validate();
   impl_ = std::make_unique<Impl>(view, origin, params);
 }
@@ -262,7 +287,8 @@ OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index,
   } else {
     placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge);
     const Registration& r = step.registration;
-    if (placed && (r.overlap < me.params.min_overlap || r.inliers < me.params.min_inlier_part * r.blocks) &&
+    if (placed &&
+        (r.overlap < me.params.min_overlap || r.inliers < me.params.min_inlier_part * r.blocks) &&
         !step.new_keyframe) {
       me.MakeKeyframe(step.pose, spectrum, picture, edge, step);
       step.pose.T_map_base = step.new_keyframe->pose.T_map_base;
@@ -270,7 +296,7 @@ OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index,
   }
   if (!placed) {
     step.pose.status = step.registration.verdict == Verdict::kAmbiguous ? TrackingStatus::kAmbiguous
-                                                                         : TrackingStatus::kLost;
+                                                                        : TrackingStatus::kLost;
     me.last.reset();
     me.before_last.reset();
     return step;

@@ -12,14 +12,16 @@
 namespace ceilmap::mapping {
 
 struct OdometryParams {
-  /// A new keyframe is made when less than this part of the last one is in view. Larger: more keyframes and more drift;
-  /// smaller: less common area to register on.
+  /// A new keyframe is made when less than this part of the last one is in view. Larger: more
+  /// keyframes and more drift; smaller: less common area to register on.
   double min_overlap = 0.6;
-  double min_inlier_part = 0.5;   ///< ... or when fewer of the compared blocks agree
-  int recent_keyframes = 4;       ///< keyframes that a lost robot is compared with, the last ones first
-  int local_keyframes = 3;        ///< keyframes that a new keyframe is registered against, if they overlap
-  double prior_sigma_part = 0.06; ///< spread of the predicted shift, part of the picture's longer side, for choosing
-                                  ///< among equal motions on periodic ceilings; well below half a tile
+  double min_inlier_part = 0.5;  ///< ... or when fewer of the compared blocks agree
+  int recent_keyframes = 4;  ///< keyframes that a lost robot is compared with, the last ones first
+  int local_keyframes =
+      3;  ///< keyframes that a new keyframe is registered against, if they overlap
+  double prior_sigma_part =
+      0.06;  ///< spread of the predicted shift, part of the picture's longer side, for choosing
+             ///< among equal motions on periodic ceilings; well below half a tile
   double prior_sigma_rad = 0.15;
   registration::RegistrarParams registration;
 
@@ -36,15 +38,18 @@ struct OdometryStep {
   std::vector<Edge> new_edges;  ///< measured motions that tie it to earlier keyframes
 };
 
-/// Visual odometry on the ceiling: every frame is registered against the last keyframe, never only against the frame
-/// before, so that errors add up per keyframe and not per frame. Level robot, plane ceiling (GEOMETRY section 2).
+/// Visual odometry on the ceiling: every frame is registered against the last keyframe, never only
+/// against the frame before, so that errors add up per keyframe and not per frame. Level robot,
+/// plane ceiling (GEOMETRY section 2).
 ///
-/// A keyframe is made of the last frame that was still seen well, when the next one is seen badly, or of the frame itself
-/// when it has moved far enough. It is tied to the last few keyframes that it overlaps, and placed by their weighted
-/// mean. Loop closing (to old keyframes) is not done here: it takes the keyframes and edges that come out.
+/// A keyframe is made of the last frame that was still seen well, when the next one is seen badly,
+/// or of the frame itself when it has moved far enough. It is tied to the last few keyframes that
+/// it overlaps, and placed by their weighted mean. Loop closing (to old keyframes) is not done
+/// here: it takes the keyframes and edges that come out.
 class Odometry {
  public:
-  /// @param view  must outlive the odometry. @param origin  T_map_base of the first frame that shows texture.
+  /// @param view  must outlive the odometry. @param origin  T_map_base of the first frame that
+  /// shows texture.
   Odometry(const calib::CeilingView& view, const Pose2& origin, const OdometryParams& params = {});
   ~Odometry();
 

@@ -7,25 +7,25 @@ namespace ceilmap::mapping {
 PictureCache::PictureCache(Loader loader, int capacity)
     : loader_(std::move(loader)), capacity_(static_cast<std::size_t>(std::max(capacity, 1))) {}
 
-cv::Mat PictureCache::Get(std::int64_t id) {
-  if (cv::Mat picture = Find(id); !picture.empty()) return picture;
+PictureCache::Picture PictureCache::Get(std::int64_t id) {
+  if (Picture picture = Find(id)) return picture;
   const std::lock_guard loading(load_mutex_);
   // Another thread may have loaded it while this one waited.
-  if (cv::Mat picture = Find(id); !picture.empty()) return picture;
-  cv::Mat picture = loader_(id);
+  if (Picture picture = Find(id)) return picture;
+  auto picture = std::make_shared<const cv::Mat>(loader_(id));
   Insert(id, picture);
   return picture;
 }
 
-cv::Mat PictureCache::Find(std::int64_t id) {
+PictureCache::Picture PictureCache::Find(std::int64_t id) {
   const std::lock_guard lock(mutex_);
   const auto found = index_.find(id);
-  if (found == index_.end()) return {};
+  if (found == index_.end()) return nullptr;
   entries_.splice(entries_.begin(), entries_, found->second);
   return found->second->picture;
 }
 
-void PictureCache::Insert(std::int64_t id, const cv::Mat& picture) {
+void PictureCache::Insert(std::int64_t id, const Picture& picture) {
   const std::lock_guard lock(mutex_);
   entries_.push_front({id, picture});
   index_[id] = entries_.begin();

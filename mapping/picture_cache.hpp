@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <list>
+#include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <unordered_map>
@@ -13,21 +14,22 @@ namespace ceilmap::mapping {
 /// meanwhile other threads get what is already there.
 class PictureCache {
  public:
+  using Picture = std::shared_ptr<const cv::Mat>;
   using Loader = std::function<cv::Mat(std::int64_t id)>;
 
   /// @param capacity  pictures kept, at least 1. Pictures in use live on outside of it.
   PictureCache(Loader loader, int capacity);
 
-  /// The picture, shared: not to be written to. Throws what the loader throws.
-  [[nodiscard]] cv::Mat Get(std::int64_t id);
+  /// The picture, never null. Throws what the loader throws.
+  [[nodiscard]] Picture Get(std::int64_t id);
 
  private:
-  [[nodiscard]] cv::Mat Find(std::int64_t id);
-  void Insert(std::int64_t id, const cv::Mat& picture);
+  [[nodiscard]] Picture Find(std::int64_t id);
+  void Insert(std::int64_t id, const Picture& picture);
 
   struct Entry {
     std::int64_t id;
-    cv::Mat picture;
+    Picture picture;
   };
   Loader loader_;
   std::size_t capacity_;

@@ -21,8 +21,8 @@ registration::ImageMotion ImageMotionOf(const calib::CeilingView& view, const Po
 Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,
                                      const Eigen::Matrix3d& image_covariance) {
-  // Numerical derivative: three evaluations of a smooth map of moderate size are exact enough (1e-6) and cannot
-  // disagree with BaseMotion.
+  // Numerical derivative: three evaluations of a smooth map of moderate size are exact enough
+  // (1e-6) and cannot disagree with BaseMotion.
   const Pose2 centre = BaseMotion(view, motion);
   Eigen::Matrix3d jacobian;
   const double step_px = 1e-3;

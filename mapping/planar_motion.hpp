@@ -7,11 +7,13 @@
 #include "mapping/keyframe.hpp"
 #include "mapping/registration/registration.hpp"
 
-/// Planar motion of a level robot from the motion of its ceiling pictures, and the algebra around it (GEOMETRY section 2).
+/// Planar motion of a level robot from the motion of its ceiling pictures, and the algebra around
+/// it (GEOMETRY section 2).
 namespace ceilmap::mapping {
 
-/// T_ref_cur, p_ref = T_ref_cur * p_cur in base frames, from the motion that takes pixels of the reference picture
-/// to pixels of the current one. The scale is taken as 1 (one camera, level floor).
+/// T_ref_cur, p_ref = T_ref_cur * p_cur in base frames, from the motion that takes pixels of the
+/// reference picture to pixels of the current one. The scale is taken as 1 (one camera, level
+/// floor).
 Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion& motion);
 
 /// The inverse of BaseMotion: the image motion that a base motion causes.
@@ -22,14 +24,15 @@ Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,
                                      const Eigen::Matrix3d& image_covariance);
 
-/// Covariance of T_a_c = T_a_b * T_b_c, first order, from those of the factors' (x, y, yaw), taken as independent.
+/// Covariance of T_a_c = T_a_b * T_b_c, first order, from those of the factors' (x, y, yaw), taken
+/// as independent.
 Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
                                   const Eigen::Matrix3d& cov_a_b,
                                   const Pose2& T_b_c,
                                   const Eigen::Matrix3d& cov_b_c);
 
-/// The part `factor` of a motion at constant forward, sideways and turning speed; factor may exceed 1 or be negative
-/// (prediction). |yaw| of the motion below pi.
+/// The part `factor` of a motion at constant forward, sideways and turning speed; factor may exceed
+/// 1 or be negative (prediction). |yaw| of the motion below pi.
 Pose2 Interpolate(const Pose2& T_a_b, double factor);
 
 }  // namespace ceilmap::mapping

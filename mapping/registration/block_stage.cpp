@@ -1,11 +1,8 @@
 #include "mapping/registration/block_stage.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "mapping/registration/coarse.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::registration {
@@ -27,91 +24,69 @@ kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point 
           static_cast<float>(s * px + c * py + motion.ty_px + cy)};
 }
 
-// Gaussian weight over the half spectrum of an n x n block; the mean is left out.
-std::vector<float> GaussianBand(int n, double sigma) {
-  std::vector<float> band;
-  for (int row = 0; row < n; ++row) {
-    const double ky = static_cast<double>(row <= n / 2 ? row : row - n) / n;
-    for (int col = 0; col <= n / 2; ++col) {
-      const double kx = static_cast<double>(col) / n;
-      band.push_back(static_cast<float>(std::exp(-(kx * kx + ky * ky) / (2 * sigma * sigma))));
-    }
-  }
-  band[0] = 0;
-  return band;
-}
-
 }  // namespace
 
 BlockStage::BlockStage(cv::Size size, const BlockParams& params)
     : params_(params),
       size_(size),
-      fft_(RealFft::Plane(params.block_px, params.block_px)),
-      window_(TukeyWindow(params.block_px, params.taper)) {
-  const int block = params.block_px;
-  // One pixel of margin on the near sides and two on the far ones: the reach of bicubic sampling.
-  const int room_x = size.width - block - 4;
-  const int room_y = size.height - block - 4;
-  if (room_x >= 0 && room_y >= 0) {
-    const double area = static_cast<double>(room_x + block) * (room_y + block);
-    const double step = std::max(block / 2.0, std::sqrt(area / params.target_blocks));
-    grid_ = {1 + static_cast<int>(room_x / step), 1 + static_cast<int>(room_y / step)};
-    for (int j = 0; j < grid_.height; ++j) {
-      for (int i = 0; i < grid_.width; ++i) {
-        const double fx = grid_.width > 1 ? static_cast<double>(i) / (grid_.width - 1) : 0.5;
-        const double fy = grid_.height > 1 ? static_cast<double>(j) / (grid_.height - 1) : 0.5;
-        corners_.emplace_back(2 + static_cast<int>(std::lround(fx * room_x)),
-                              2 + static_cast<int>(std::lround(fy * room_y)));
-      }
+      poc_({params.block_px, params.block_px}, params.poc),
+      samples_(poc_.Area()),
+      spectrum_(poc_.SpectrumSize()) {
+  LayOutGrid();
+}
+
+void BlockStage::LayOutGrid() {
+  const int block = params_.block_px;
+  // Two pixels of margin: the reach of bicubic sampling.
+  const int room_x = size_.width - block - 4;
+  const int room_y = size_.height - block - 4;
+  if (room_x < 0 || room_y < 0) return;
+  const double area = static_cast<double>(room_x + block) * (room_y + block);
+  const double step = std::max(block / 2.0, std::sqrt(area / params_.target_blocks));
+  grid_ = {1 + static_cast<int>(room_x / step), 1 + static_cast<int>(room_y / step)};
+  for (int j = 0; j < grid_.height; ++j) {
+    for (int i = 0; i < grid_.width; ++i) {
+      const double fx = grid_.width > 1 ? static_cast<double>(i) / (grid_.width - 1) : 0.5;
+      const double fy = grid_.height > 1 ? static_cast<double>(j) / (grid_.height - 1) : 0.5;
+      corners_.emplace_back(2 + static_cast<int>(std::lround(fx * room_x)),
+                            2 + static_cast<int>(std::lround(fy * room_y)));
     }
   }
-  double power = 0;
-  for (const float w : window_) power += w * w;
-  window_power_ = power * power;
-  band_ = GaussianBand(block, params.band_sigma);
-  samples_ = RealArray(fft_.RealSize());
-  surface_ = RealArray(fft_.RealSize());
-  spectrum_ = ComplexArray(fft_.SpectrumSize());
-  cross_ = ComplexArray(fft_.SpectrumSize());
 }
 
 void BlockStage::PrepareReference(Level& level) const {
-  RealArray samples(fft_.RealSize());
   const int block = params_.block_px;
   const int half = block / 2 + 1;
-  const double noise = params_.noise_factor * level.noise_sigma * level.noise_sigma * window_power_;
+  const double noise =
+      params_.noise_factor * level.noise_sigma * level.noise_sigma * poc_.WindowPower();
+  RealArray samples(poc_.Area());
   level.blocks.resize(corners_.size());
   for (std::size_t i = 0; i < corners_.size(); ++i) {
-    kernels::SampleCubicWindowed(level.grey.data(),
-                                 size_.width,
-                                 SamplingMap({}, size_, corners_[i]),
-                                 window_.data(),
-                                 window_.data(),
-                                 block,
-                                 block,
-                                 samples.data());
+    SampleBlock(level, SamplingMap({}, size_, corners_[i]), samples);
     ReferenceBlock& out = level.blocks[i];
-    out.spectrum = ComplexArray(fft_.SpectrumSize());
-    fft_.Forward({samples.data(), samples.size()}, {out.spectrum.data(), out.spectrum.size()});
-    // What the block can tell: the sharpness that its correlation peak will have in its worst
-    // direction.
-    Eigen::Matrix2d sharpness = Eigen::Matrix2d::Zero();
+    out.spectrum.Resize(poc_.SpectrumSize());
+    poc_.Transform(samples, out.spectrum);
+    // The sharpness that the block's correlation peak will have.
+    double xx = 0;
+    double yy = 0;
+    double xy = 0;
     for (int row = 0; row < block; ++row) {
       const double ky = row <= block / 2 ? row : row - block;
       for (int col = 0; col < half; ++col) {
         const auto k = static_cast<std::size_t>(row * half + col);
         const double power = std::norm(out.spectrum[k]);
-        const double weight = band_[k] * power / (power + noise);
-        sharpness += weight * Eigen::Vector2d(col, ky) * Eigen::RowVector2d(col, ky);
+        const double weight = poc_.Band()[k] * power / (power + noise);
+        xx += weight * col * col;
+        yy += weight * ky * ky;
+        xy += weight * col * ky;
       }
     }
-    out.texture = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(sharpness, Eigen::EigenvaluesOnly)
-                      .eigenvalues()[0];
+    // Smaller eigenvalue of the sharpness: what the block can tell in its worst direction.
+    out.texture = 0.5 * (xx + yy - std::hypot(xx - yy, 2 * xy));
   }
 }
 
-bool BlockStage::Inside(const ImageMotion& motion, cv::Point corner) const {
-  const kernels::Affine m = SamplingMap(motion, size_, corner);
+bool BlockStage::Inside(const kernels::Affine& m) const {
   const auto last = static_cast<float>(params_.block_px - 1);
   for (const float x : {0.0F, last}) {
     for (const float y : {0.0F, last}) {
@@ -131,7 +106,8 @@ std::vector<int> BlockStage::Select(const Level& reference,
                                     int count) const {
   std::vector<int> inside;
   for (int i = 0; i < GridSize(); ++i) {
-    if (Inside(motion, corners_[static_cast<std::size_t>(i)])) inside.push_back(i);
+    if (Inside(SamplingMap(motion, size_, corners_[static_cast<std::size_t>(i)])))
+      inside.push_back(i);
   }
   if (static_cast<int>(inside.size()) <= count) return inside;
   const auto texture = [&](int i) { return reference.blocks[static_cast<std::size_t>(i)].texture; };
@@ -159,64 +135,17 @@ std::vector<int> BlockStage::Select(const Level& reference,
   return chosen;
 }
 
-BlockShift BlockStage::Peak(int search_px, double total) const {
-  const int n = params_.block_px;
-  const auto at = [&](int x, int y) {
-    return surface_[static_cast<std::size_t>(((y + n) % n) * n + (x + n) % n)];
-  };
-  float best = -1e30F;
-  int bx = 0;
-  int by = 0;
-  for (int y = -search_px; y <= search_px; ++y) {
-    const float* row = surface_.data() + static_cast<std::ptrdiff_t>((y + n) % n) * n;
-    for (int x = -search_px; x <= search_px; ++x) {
-      const float value = row[(x + n) % n];
-      if (value > best) {
-        best = value;
-        bx = x;
-        by = y;
-      }
-    }
-  }
-  BlockShift shift;
-  if (!(best > 0) || !(total > 0)) return shift;
-  // Logarithms of the 3x3 neighbourhood: exact for the Gaussian peak of a Gaussian band. Samples
-  // that are too low to be part of the peak are held at a twentieth of it.
-  std::array<std::array<double, 3>, 3> v{};
-  for (int j = -1; j <= 1; ++j) {
-    for (int i = -1; i <= 1; ++i) {
-      v[static_cast<std::size_t>(j + 1)][static_cast<std::size_t>(i + 1)] =
-          std::log(std::max(at(bx + i, by + j) / best, 0.05F));
-    }
-  }
-  const Eigen::Vector2d gradient(0.5 * (v[1][2] - v[1][0]), 0.5 * (v[2][1] - v[0][1]));
-  Eigen::Matrix2d hessian;
-  hessian(0, 0) = -(v[1][2] + v[1][0] - 2 * v[1][1]);
-  hessian(1, 1) = -(v[2][1] + v[0][1] - 2 * v[1][1]);
-  hessian(0, 1) = hessian(1, 0) = -0.25 * (v[2][2] - v[2][0] - v[0][2] + v[0][0]);
-  // At a maximum both curvatures are positive; the mixed one is kept from making the form
-  // indefinite.
-  const double limit = 0.95 * std::sqrt(std::max(hessian(0, 0) * hessian(1, 1), 0.0));
-  hessian(0, 1) = hessian(1, 0) = std::clamp(hessian(0, 1), -limit, limit);
-  hessian.diagonal().array() += 1e-4;
-  const Eigen::Vector2d offset = hessian.inverse() * gradient;
-  shift.shift = Eigen::Vector2d(bx, by) + offset.cwiseMax(-1.0).cwiseMin(1.0);
-  shift.peak = std::clamp(best / total, 0.0, 1.0);
-  const double full_sharpness = std::pow(2 * std::numbers::pi * params_.band_sigma, 2);
-  shift.sharpness = hessian / full_sharpness;
-  shift.quality = shift.peak * shift.peak / (1.05 - shift.peak * shift.peak);
-  return shift;
-}
-
-void BlockStage::SampleBlock(const Level& level, const ImageMotion& motion, cv::Point corner) {
+void BlockStage::SampleBlock(const Level& level,
+                             const kernels::Affine& map,
+                             RealArray& samples) const {
   kernels::SampleCubicWindowed(level.grey.data(),
                                size_.width,
-                               SamplingMap(motion, size_, corner),
-                               window_.data(),
-                               window_.data(),
+                               map,
+                               poc_.WindowX().data(),
+                               poc_.WindowY().data(),
                                params_.block_px,
                                params_.block_px,
-                               samples_.data());
+                               samples.data());
 }
 
 BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
@@ -226,15 +155,16 @@ BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
   // true motion.
   constexpr double kUnexplained = 0.02;
   const double noise =
-      static_cast<double>(reference.noise_sigma) * current.noise_sigma * window_power_;
+      static_cast<double>(reference.noise_sigma) * current.noise_sigma * poc_.WindowPower();
   Dissimilarity result;
   const auto n = static_cast<Eigen::Index>(samples_.size());
   Eigen::VectorXf wanted(n);
   for (const cv::Point corner : corners_) {
-    if (!Inside(motion, corner)) continue;
-    SampleBlock(reference, {}, corner);
+    const kernels::Affine map = SamplingMap(motion, size_, corner);
+    if (!Inside(map)) continue;
+    SampleBlock(reference, SamplingMap({}, size_, corner), samples_);
     wanted = Eigen::Map<const Eigen::VectorXf>(samples_.data(), n);
-    SampleBlock(current, motion, corner);
+    SampleBlock(current, map, samples_);
     const Eigen::Map<const Eigen::VectorXf> seen(samples_.data(), n);
     const double energy = std::sqrt(static_cast<double>(wanted.squaredNorm()) * seen.squaredNorm());
     const double common = wanted.dot(seen);
@@ -247,36 +177,76 @@ BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
   return result;
 }
 
+Eigen::Vector2d BlockStage::Centre(int block) const {
+  const cv::Point corner = corners_[static_cast<std::size_t>(block)];
+  const double middle = 0.5 * (params_.block_px - 1);
+  return {corner.x + middle - 0.5 * (size_.width - 1),
+          corner.y + middle - 0.5 * (size_.height - 1)};
+}
+
+bool BlockStage::MeasureBlock(const Level& reference,
+                              const Level& current,
+                              int block,
+                              const kernels::Affine& map,
+                              int search_px,
+                              BlockShift& shift) {
+  const double noise =
+      params_.noise_factor * reference.noise_sigma * current.noise_sigma * poc_.WindowPower();
+  SampleBlock(current, map, samples_);
+  poc_.Transform(samples_, spectrum_);
+  poc_.Correlate(reference.blocks[static_cast<std::size_t>(block)].spectrum, spectrum_, noise);
+  const PocPeak peak = poc_.PeakWithin(search_px);
+  if (peak.height <= 0) return false;
+  shift.point = Centre(block);
+  shift.shift = peak.shift;
+  shift.sharpness = peak.sharpness;
+  shift.peak = peak.height;
+  shift.quality = peak.height * peak.height / (1.05 - peak.height * peak.height);
+  return true;
+}
+
 void BlockStage::Measure(const Level& reference,
                          const Level& current,
                          const ImageMotion& motion,
                          const std::vector<int>& chosen,
                          int search_px,
                          std::vector<BlockShift>& shifts) {
-  const int block = params_.block_px;
-  const auto noise = static_cast<float>(params_.noise_factor * reference.noise_sigma *
-                                        current.noise_sigma * window_power_);
   shifts.clear();
   for (const int i : chosen) {
-    const cv::Point corner = corners_[static_cast<std::size_t>(i)];
-    if (!Inside(motion, corner)) continue;
-    SampleBlock(current, motion, corner);
-    fft_.Forward({samples_.data(), samples_.size()}, {spectrum_.data(), spectrum_.size()});
-    const double total =
-        kernels::CrossSpectrum(reference.blocks[static_cast<std::size_t>(i)].spectrum.data(),
-                               spectrum_.data(),
-                               band_.data(),
-                               noise,
-                               false,
-                               block,
-                               block / 2 + 1,
-                               true,
-                               cross_.data());
-    fft_.Inverse({cross_.data(), cross_.size()}, {surface_.data(), surface_.size()});
-    BlockShift shift = Peak(search_px, total);
-    if (shift.peak <= 0) continue;
-    shift.point = Eigen::Vector2d(corner.x + 0.5 * (block - 1) - 0.5 * (size_.width - 1),
-                                  corner.y + 0.5 * (block - 1) - 0.5 * (size_.height - 1));
+    const kernels::Affine map = SamplingMap(motion, size_, corners_[static_cast<std::size_t>(i)]);
+    BlockShift shift;
+    if (Inside(map) && MeasureBlock(reference, current, i, map, search_px, shift)) {
+      shifts.push_back(shift);
+    }
+  }
+}
+
+void BlockStage::MeasurePlane(const Level& reference,
+                              const Level& current,
+                              const PlaneCamera& camera,
+                              const PlaneMotion& motion,
+                              const std::vector<int>& chosen,
+                              int search_px,
+                              std::vector<PlaneShift>& shifts) {
+  shifts.clear();
+  const double middle = 0.5 * (params_.block_px - 1);
+  for (const int i : chosen) {
+    const Eigen::Vector2d centre = Centre(i);
+    const Eigen::Vector2d seen = motion.Apply(camera, centre);
+    const Eigen::Matrix2d linear = motion.Jacobian(camera, centre);
+    const Eigen::Vector2d corner =
+        seen + Eigen::Vector2d(0.5 * (size_.width - 1), 0.5 * (size_.height - 1)) -
+        linear * Eigen::Vector2d(middle, middle);
+    const kernels::Affine map{static_cast<float>(linear(0, 0)),
+                              static_cast<float>(linear(0, 1)),
+                              static_cast<float>(corner.x()),
+                              static_cast<float>(linear(1, 0)),
+                              static_cast<float>(linear(1, 1)),
+                              static_cast<float>(corner.y())};
+    PlaneShift shift;
+    if (!Inside(map) || !MeasureBlock(reference, current, i, map, search_px, shift.block)) continue;
+    shift.seen = seen + linear * shift.block.shift;
+    shift.current_from_reference = linear;
     shifts.push_back(shift);
   }
 }

@@ -5,14 +5,16 @@
 
 #include "mapping/registration/fft.hpp"
 #include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/kernels.hpp"
 #include "mapping/registration/motion_fit.hpp"
+#include "mapping/registration/plane_motion.hpp"
+#include "mapping/registration/poc.hpp"
 
 namespace ceilmap::registration {
 
 struct BlockParams {
-  int block_px = 64;         ///< side of a block; an even fast FFT size, a multiple of 4
-  double taper = 0.4;        ///< of the Tukey window
-  double band_sigma = 0.12;  ///< Gaussian weight of the cross spectrum, cycles per pixel
+  int block_px = 64;        ///< side of a block; an even fast FFT size, a multiple of 4
+  PocParams poc;            ///< window and band of the blocks
   double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
   int target_blocks = 90;   ///< the grid is laid out for about this many
 };
@@ -60,23 +62,35 @@ class BlockStage {
   };
   Dissimilarity Compare(const Level& reference, const Level& current, const ImageMotion& motion);
 
+  /// Shifts of the chosen blocks under a plane motion, each block sampled with the motion's linear
+  /// part at its centre; the motion is that of the level's picture and camera.
+  void MeasurePlane(const Level& reference,
+                    const Level& current,
+                    const PlaneCamera& camera,
+                    const PlaneMotion& motion,
+                    const std::vector<int>& chosen,
+                    int search_px,
+                    std::vector<PlaneShift>& shifts);
+
  private:
-  void SampleBlock(const Level& level, const ImageMotion& motion, cv::Point corner);
-  bool Inside(const ImageMotion& motion, cv::Point corner) const;
-  BlockShift Peak(int search_px, double total) const;
+  void SampleBlock(const Level& level, const kernels::Affine& map, RealArray& samples) const;
+  bool MeasureBlock(const Level& reference,
+                    const Level& current,
+                    int block,
+                    const kernels::Affine& map,
+                    int search_px,
+                    BlockShift& shift);
+  [[nodiscard]] bool Inside(const kernels::Affine& map) const;
+  [[nodiscard]] Eigen::Vector2d Centre(int block) const;
+  void LayOutGrid();
 
   BlockParams params_;
   cv::Size size_;
   cv::Size grid_;
   std::vector<cv::Point> corners_;
-  RealFft fft_;
-  std::vector<float> window_;
-  double window_power_ = 0;
-  std::vector<float> band_;
+  PocPlane poc_;
   RealArray samples_;
   ComplexArray spectrum_;
-  ComplexArray cross_;
-  RealArray surface_;
 };
 
 }  // namespace ceilmap::registration

@@ -3,9 +3,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calib/pose2.hpp"
 #include "mapping/registration/frame_data.hpp"
-#include "mapping/registration/kernels.hpp"
+#include "mapping/registration/poc.hpp"
 #include "mapping/registration/polar.hpp"
 #include "mapping/registration/registration.hpp"
 
@@ -14,8 +13,6 @@ namespace ceilmap::registration {
 struct CoarseParams {
   int working_px = 320;  ///< longer side of the working picture, about; larger pictures are reduced
   double local_mean = 0.12;  ///< box of the local mean that is removed, part of the longer side
-  double taper = 0.4;  ///< part of each side of the window that rises and falls (0: box, 0.5: Hann)
-  double band_sigma = 0.16;  ///< Gaussian weight of the cross spectrum, cycles per working pixel
   double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
   int peaks_per_rotation = 3;  ///< translations kept of each correlation surface
   double min_overlap = 0.12;   ///< hypotheses with less common area are dropped
@@ -25,6 +22,7 @@ struct CoarseParams {
       1.0;  ///< no further rotations are tried once a hypothesis is better than this ...
   double decisive_ratio =
       0.7;  ///< ... unless their angular correlation is above this part of the best one's
+  PocParams poc{.taper = 0.4, .band_sigma = 0.16};
   PolarParams polar;
 };
 
@@ -60,52 +58,36 @@ class CoarseStage {
                                   bool estimate_scale);
 
  private:
-  struct Translation {
-    int dx = 0;
-    int dy = 0;
-    double offset_x = 0;
-    double offset_y = 0;
-    double value = 0;
-  };
   void TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale);
-  void Surface(const FrameSpectrum::Data& reference,
-               const FrameSpectrum::Data& current,
-               bool half_turn);
-  std::vector<Translation> BestPeaks() const;
-  void Test(const FrameSpectrum::Data& reference,
-            const RotationPeak& rotation,
-            bool half_turn,
-            const Translation& peak,
-            std::vector<Hypothesis>& hypotheses) const;
-  void RemoveTwins(std::vector<Hypothesis>& hypotheses) const;
-  ImageMotion ToFull(double theta_rad, double scale, double dx, double dy) const;
+  void ProposeShifts(const FrameSpectrum::Data& reference,
+                     const FrameSpectrum::Data& current,
+                     const RotationPeak& rotation,
+                     bool half_turn,
+                     std::vector<Hypothesis>& hypotheses);
+  void TestShift(const FrameSpectrum::Data& reference,
+                 const RotationPeak& rotation,
+                 bool half_turn,
+                 const PocPeak& peak,
+                 std::vector<Hypothesis>& hypotheses) const;
+  [[nodiscard]] std::vector<Hypothesis> Best(std::vector<Hypothesis> hypotheses) const;
+  [[nodiscard]] ImageMotion ToFull(double theta_rad, double scale, double dx, double dy) const;
 
   CoarseParams params_;
   cv::Size full_;
-  cv::Size work_;
   int factor_ = 1;
+  cv::Size work_;
   cv::Point start_;  // first full pixel of the working picture
-  std::vector<float> window_x_;
-  std::vector<float> window_y_;
-  std::vector<float> band_;
-  double window_power_ = 0;  // sum of the squared window: noise power of a bin per unit of variance
-  RealFft fft_;
+  PocPlane poc_;
   PolarSearch polar_;
   RealArray reduced_;
   RealArray mean_;
   RealArray windowed_;
-  RealArray turned_;  // current picture, turned back, flat (NaN-free; kOutside where unseen)
+  RealArray turned_;  // current picture, turned back
   ComplexArray turned_spectrum_;
-  ComplexArray cross_;
-  RealArray surface_;
-  double surface_scale_ = 1;
 };
 
 /// Standard deviation of white noise in a picture, in grey levels, from the median of its mixed
 /// second differences (texture raises it a little; at least 0.3, the rounding to 8 bits).
 float EstimateNoise(const cv::Mat& grey);
-
-/// Rising and falling cosine edges over `taper` of each end, 1 between (Tukey window), n samples.
-std::vector<float> TukeyWindow(int n, double taper);
 
 }  // namespace ceilmap::registration

@@ -13,6 +13,11 @@ class AlignedArray {
  public:
   AlignedArray() = default;
   explicit AlignedArray(std::size_t size);
+  /// Gives the array `size` elements; keeps its memory (and contents) when that is its size
+  /// already.
+  void Resize(std::size_t size) {
+    if (size != size_) *this = AlignedArray(size);
+  }
   [[nodiscard]] T* data() { return data_.get(); }
   [[nodiscard]] const T* data() const { return data_.get(); }
   [[nodiscard]] std::size_t size() const { return size_; }

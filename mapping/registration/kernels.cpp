@@ -37,29 +37,50 @@ void ReduceArea(
 }
 
 CEILMAP_HOT
-void SubtractAndWindow(
-    const float* a, const float* b, const float* wx, const float* wy, int w, int h, float* dst) {
-  for (int y = 0; y < h; ++y, a += w, b += w, dst += w) {
+double FlattenAndWindow(const float* a,
+                        const float* b,
+                        const float* wx,
+                        const float* wy,
+                        int w,
+                        int h,
+                        float* flat,
+                        float* windowed) {
+  double total = 0;
+  for (int y = 0; y < h; ++y, a += w, b += w, flat += w, windowed += w) {
     const float row_weight = wy[y];
-    for (int x = 0; x < w; ++x) dst[x] = (a[x] - b[x]) * (wx[x] * row_weight);
+    float row_total = 0;
+    for (int x = 0; x < w; ++x) {
+      const float value = a[x] - b[x];
+      flat[x] = value;
+      windowed[x] = value * (wx[x] * row_weight);
+      row_total += value * value;
+    }
+    total += row_total;
   }
+  return total;
 }
 
 CEILMAP_HOT
-void SampleBilinear(
-    const float* src, int w, int h, const Affine& m, int dw, int dh, float outside, float* dst) {
-  const float max_x = static_cast<float>(w - 1);
-  const float max_y = static_cast<float>(h - 1);
-  for (int y = 0; y < dh; ++y, dst += dw) {
+void TurnAndWindow(const float* src,
+                   int w,
+                   int h,
+                   const Affine& m,
+                   const float* wx,
+                   const float* wy,
+                   float* plain,
+                   float* windowed) {
+  const auto max_x = static_cast<float>(w - 1);
+  const auto max_y = static_cast<float>(h - 1);
+  for (int y = 0; y < h; ++y, plain += w, windowed += w) {
     const float row_x = m.xy * static_cast<float>(y) + m.x0;
     const float row_y = m.yy * static_cast<float>(y) + m.y0;
-    for (int x = 0; x < dw; ++x) {
+    for (int x = 0; x < w; ++x) {
       const float sx = m.xx * static_cast<float>(x) + row_x;
       const float sy = m.yx * static_cast<float>(x) + row_y;
-      const bool inside = sx >= 0 && sy >= 0 && sx <= max_x && sy <= max_y;
       // Clamped positions keep the loop free of branches; what they read is dropped below.
       const float cx = std::min(std::max(sx, 0.0F), max_x - 1e-3F);
       const float cy = std::min(std::max(sy, 0.0F), max_y - 1e-3F);
+      const bool inside = (sx >= 0) & (sy >= 0) & (sx <= max_x) & (sy <= max_y);
       const int ix = static_cast<int>(cx);
       const int iy = static_cast<int>(cy);
       const float fx = cx - static_cast<float>(ix);
@@ -68,8 +89,75 @@ void SampleBilinear(
       const float top = src[at] + fx * (src[at + 1] - src[at]);
       const float low = src[at + w] + fx * (src[at + w + 1] - src[at + w]);
       const float value = top + fy * (low - top);
-      dst[x] = inside ? value : outside;
+      const float weight = wx[static_cast<int>(cx + 0.5F)] * wy[static_cast<int>(cy + 0.5F)];
+      plain[x] = inside ? value : kOutside;
+      windowed[x] = inside ? value * weight : 0.0F;
     }
+  }
+}
+
+CEILMAP_HOT
+Sums RowSums(const float* a, const float* b, int n, bool backwards) {
+  Sums sums;
+  const auto add = [&sums](float va, float vb) {
+    const float weight = vb == kOutside ? 0.0F : 1.0F;
+    const float wa = va * weight;
+    const float wb = vb * weight;
+    sums.count += weight;
+    sums.a += wa;
+    sums.b += wb;
+    sums.aa += wa * va;
+    sums.bb += wb * wb;
+    sums.ab += wa * wb;
+  };
+  if (backwards) {
+    for (int i = 0; i < n; ++i) add(a[i], b[-i]);
+  } else {
+    for (int i = 0; i < n; ++i) add(a[i], b[i]);
+  }
+  return sums;
+}
+
+CEILMAP_HOT
+void CellMaxima(const float* surface, int w, int h, int cell, float* maxima) {
+  constexpr int kMaxColumns = 64;
+  for (int y0 = 0; y0 < h; y0 += cell) {
+    const int rows = std::min(cell, h - y0);
+    const float* top = surface + static_cast<std::ptrdiff_t>(y0) * w;
+    for (int x0 = 0; x0 < w; x0 += kMaxColumns) {
+      std::array<float, kMaxColumns> columns{};
+      const int n = std::min(kMaxColumns, w - x0);
+      for (int x = 0; x < n; ++x) columns[static_cast<std::size_t>(x)] = top[x0 + x];
+      for (int y = 1; y < rows; ++y) {
+        const float* row = top + static_cast<std::ptrdiff_t>(y) * w + x0;
+        for (int x = 0; x < n; ++x) {
+          float& best = columns[static_cast<std::size_t>(x)];
+          best = std::max(best, row[x]);
+        }
+      }
+      for (int x = 0; x < n; x += cell) {
+        float best = columns[static_cast<std::size_t>(x)];
+        for (int i = 1; i < std::min(cell, n - x); ++i) {
+          best = std::max(best, columns[static_cast<std::size_t>(x + i)]);
+        }
+        *maxima++ = best;
+      }
+    }
+  }
+}
+
+CEILMAP_HOT
+void GatherBilinear(const float* plane,
+                    const int* top,
+                    const int* bottom,
+                    const float* right,
+                    const float* down,
+                    std::size_t n,
+                    float* out) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const float upper = plane[top[i]] + right[i] * (plane[top[i] + 1] - plane[top[i]]);
+    const float lower = plane[bottom[i]] + right[i] * (plane[bottom[i] + 1] - plane[bottom[i]]);
+    out[i] = upper + down[i] * (lower - upper);
   }
 }
 
@@ -221,6 +309,26 @@ void LogPower(const std::complex<float>* bins, float floor, std::size_t n, float
         ((0.15824871F * mantissa - 1.05187502F) * mantissa + 3.0478841F) * mantissa - 2.1536207F;
     out[i] = 0.69314718F * (exponent + log2_mantissa);
   }
+}
+
+CEILMAP_HOT
+void CentreRing(const float* weights, int n, float* values) {
+  float sum = 0;
+  float total = 0;
+  for (int i = 0; i < n; ++i) {
+    sum += weights[i] * values[i];
+    total += weights[i];
+  }
+  const float mean = sum / std::max(total, 1.0F);
+  for (int i = 0; i < n; ++i) values[i] = (values[i] - mean) * weights[i];
+}
+
+CEILMAP_HOT
+double Energy(const std::complex<float>* bins, std::size_t n) {
+  const auto* p = reinterpret_cast<const float*>(bins);
+  float sum = 0;
+  for (std::size_t i = 0; i < 2 * n; ++i) sum += p[i] * p[i];
+  return sum;
 }
 
 CEILMAP_HOT

@@ -25,14 +25,53 @@ struct Affine {
 /// apart.
 void ReduceArea(const unsigned char* src, std::size_t stride, int factor, int w, int h, float* dst);
 
-/// dst = (a - b) * wx[col] * wy[row].
-void SubtractAndWindow(
-    const float* a, const float* b, const float* wx, const float* wy, int w, int h, float* dst);
+/// flat = a - b and windowed = flat * wx[col] * wy[row], dense w x h. Returns the sum of the
+/// squares of `flat`.
+double FlattenAndWindow(const float* a,
+                        const float* b,
+                        const float* wx,
+                        const float* wy,
+                        int w,
+                        int h,
+                        float* flat,
+                        float* windowed);
 
-/// Bilinear sampling of src (w x h) at affine positions into dst (dw x dh); `outside` where the
-/// position is outside [0, w-1] x [0, h-1].
-void SampleBilinear(
-    const float* src, int w, int h, const Affine& m, int dw, int dh, float outside, float* dst);
+/// Value of positions that a picture does not show.
+constexpr float kOutside = 1e9F;
+
+/// Bilinear sampling of src at affine positions; src and both results are w x h. `plain` gets the
+/// samples, kOutside where the position is outside [0, w-1] x [0, h-1]; `windowed` gets them times
+/// the window at the SOURCE position (wx[round x] * wy[round y]), 0 outside.
+void TurnAndWindow(const float* src,
+                   int w,
+                   int h,
+                   const Affine& m,
+                   const float* wx,
+                   const float* wy,
+                   float* plain,
+                   float* windowed);
+
+/// Sums over one row of two pictures, for a correlation coefficient; pixels that are kOutside in b
+/// are left out.
+struct Sums {
+  float count = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+};
+/// b is read forwards, or backwards from b[0] to b[-(n-1)].
+Sums RowSums(const float* a, const float* b, int n, bool backwards);
+
+/// Largest value of each cell x cell square of a w x h surface, row by row of cells; border cells
+/// may be smaller.
+void CellMaxima(const float* surface, int w, int h, int cell, float* maxima);
+
+/// out[i] = bilinear sample i of a plane: values at top[i], top[i] + 1, bottom[i], bottom[i] + 1,
+/// mixed by right[i] and down[i].
+void GatherBilinear(const float* plane,
+                    const int* top,
+                    const int* bottom,
+                    const float* right,
+                    const float* down,
+                    std::size_t n,
+                    float* out);
 
 /// Catmull-Rom (bicubic) sampling of src at affine positions, times window wx[col] * wy[row]; every
 /// position must lie in [1, w-2) x [1, h-2); dw must be a multiple of 4. The samples' mean is
@@ -62,6 +101,12 @@ double CrossSpectrum(const std::complex<float>* a,
 
 /// ln(re^2 + im^2 + floor) of n bins, to about 1e-3.
 void LogPower(const std::complex<float>* bins, float floor, std::size_t n, float* out);
+
+/// Removes the weighted mean of n values and multiplies them with their weights (0 or 1).
+void CentreRing(const float* weights, int n, float* values);
+
+/// Sum of |bin|^2.
+double Energy(const std::complex<float>* bins, std::size_t n);
 
 /// acc += conj(a) * b over n bins.
 void AccumulateCross(const std::complex<float>* a,

@@ -22,7 +22,8 @@ PolarSearch::PolarSearch(cv::Size size, const PolarParams& params)
 
 void PolarSearch::MakeSamples(cv::Size size) {
   const int half_cols = size.width / 2 + 1;
-  samples_.reserve(lines_.RealSize());
+  for (auto* table : {&right_, &down_, &weight_}) table->reserve(lines_.RealSize());
+  for (auto* table : {&top_, &bottom_}) table->reserve(lines_.RealSize());
   for (int r = 0; r < params_.rings; ++r) {
     const double rho = params_.rho_min * std::exp(r * log_step_);
     for (int a = 0; a < params_.angles; ++a) {
@@ -34,13 +35,11 @@ void PolarSearch::MakeSamples(cv::Size size) {
       const int column = std::min(static_cast<int>(x), half_cols - 2);
       const int row = static_cast<int>(std::floor(y));
       const auto wrap = [&](int index) { return (index + size.height) % size.height; };
-      Sample s;
-      s.top = wrap(row) * half_cols + column;
-      s.bottom = wrap(row + 1) * half_cols + column;
-      s.right = static_cast<float>(x - column);
-      s.down = static_cast<float>(y - row);
-      s.weight = std::min(std::abs(x), std::abs(y)) < params_.cross_bins ? 0.0F : 1.0F;
-      samples_.push_back(s);
+      top_.push_back(wrap(row) * half_cols + column);
+      bottom_.push_back(wrap(row + 1) * half_cols + column);
+      right_.push_back(static_cast<float>(x - column));
+      down_.push_back(static_cast<float>(y - row));
+      weight_.push_back(std::min(std::abs(x), std::abs(y)) < params_.cross_bins ? 0.0F : 1.0F);
     }
   }
 }
@@ -49,23 +48,16 @@ void PolarSearch::Analyze(std::span<const std::complex<float>> spectrum,
                           float noise_power,
                           std::span<std::complex<float>> rings) {
   kernels::LogPower(spectrum.data(), noise_power, power_.size(), power_.data());
-  const float* log_power = power_.data();
-  const Sample* sample = samples_.data();
-  float* ring = polar_.data();
-  for (int r = 0; r < params_.rings; ++r, ring += params_.angles, sample += params_.angles) {
-    float sum = 0;
-    float weights = 0;
-    for (int a = 0; a < params_.angles; ++a) {
-      const Sample& s = sample[a];
-      const float top = log_power[s.top] + s.right * (log_power[s.top + 1] - log_power[s.top]);
-      const float bottom =
-          log_power[s.bottom] + s.right * (log_power[s.bottom + 1] - log_power[s.bottom]);
-      ring[a] = top + s.down * (bottom - top);
-      sum += s.weight * ring[a];
-      weights += s.weight;
-    }
-    const float mean = sum / std::max(weights, 1.0F);
-    for (int a = 0; a < params_.angles; ++a) ring[a] = (ring[a] - mean) * sample[a].weight;
+  kernels::GatherBilinear(power_.data(),
+                          top_.data(),
+                          bottom_.data(),
+                          right_.data(),
+                          down_.data(),
+                          polar_.size(),
+                          polar_.data());
+  for (int r = 0; r < params_.rings; ++r) {
+    const auto first = static_cast<std::size_t>(r) * static_cast<std::size_t>(params_.angles);
+    kernels::CentreRing(weight_.data() + first, params_.angles, polar_.data() + first);
   }
   lines_.Forward({polar_.data(), polar_.size()}, rings);
 }
@@ -83,14 +75,13 @@ void PolarSearch::Correlate(std::span<const std::complex<float>> reference,
   std::fill_n(sum_.data(), bins, std::complex<float>{});
   double energy_a = 0;
   double energy_b = 0;
-  for (std::size_t i = 0; i < count; i += bins) {
-    kernels::AccumulateCross(a + i, b + i, bins, sum_.data());
-    // The lowest harmonics carry the shape of the frame and of motion blur, not the content.
-    for (std::size_t m = 2; m < bins; ++m) {
-      energy_a += std::norm(a[i + m]);
-      energy_b += std::norm(b[i + m]);
-    }
+  for (int r = first; r < last; ++r) {
+    energy_a += reference_energy_[static_cast<std::size_t>(r)];
+    energy_b += current_energy_[static_cast<std::size_t>(r + ring_shift)];
   }
+  for (std::size_t i = 0; i < count; i += bins)
+    kernels::AccumulateCross(a + i, b + i, bins, sum_.data());
+  // The lowest harmonics carry the shape of the frame and of motion blur, not the content.
   sum_[0] = sum_[1] = 0;
   line_.Inverse({sum_.data(), sum_.size()}, profile);
   // Fewer common rings are easier to please: the coefficient is scaled down with their number.
@@ -115,6 +106,16 @@ Vertex Parabola(double left, double centre, double right) {
 }
 
 }  // namespace
+
+void PolarSearch::RingEnergies(std::span<const std::complex<float>> rings,
+                               std::vector<double>& energies) const {
+  const auto bins = static_cast<std::size_t>(params_.angles / 2 + 1);
+  energies.assign(static_cast<std::size_t>(params_.rings), 0.0);
+  for (std::size_t r = 0; r < energies.size(); ++r) {
+    // Without the two lowest harmonics, as in Correlate.
+    energies[r] = kernels::Energy(rings.data() + r * bins + 2, bins - 2);
+  }
+}
 
 void PolarSearch::CollectPeaks(
     int first_scale, int last_scale, int reach, int count, std::vector<RotationPeak>& peaks) const {
@@ -170,6 +171,8 @@ std::vector<RotationPeak> PolarSearch::Search(std::span<const std::complex<float
       estimate_scale ? static_cast<int>(std::ceil(std::log(params_.max_scale) / log_step_)) : 0;
   const int scales = 2 * reach + 1;
   const auto n = static_cast<std::size_t>(params_.angles);
+  RingEnergies(reference, reference_energy_);
+  RingEnergies(current, current_energy_);
   surface_.resize(static_cast<std::size_t>(scales) * n);
   // A magnified picture (scale s) has its spectrum shrunk: ring r of the reference lies at ring r -
   // ln s / step.

@@ -53,13 +53,6 @@ class PolarSearch {
                                    bool estimate_scale);
 
  private:
-  struct Sample {  // bilinear position of a polar sample in the half spectrum; weight 0: left out
-    int top = 0;
-    int bottom = 0;
-    float right = 0;
-    float down = 0;
-    float weight = 0;
-  };
   void MakeSamples(cv::Size size);
   void CollectPeaks(int first_scale,
                     int last_scale,
@@ -70,16 +63,25 @@ class PolarSearch {
                  std::span<const std::complex<float>> current,
                  int ring_shift,
                  std::span<float> profile);
+  void RingEnergies(std::span<const std::complex<float>> rings,
+                    std::vector<double>& energies) const;
 
   PolarParams params_;
   double log_step_ = 0;  // ln of the ratio of successive radii
-  std::vector<Sample> samples_;
+  // Bilinear positions of the polar samples in the half spectrum; weight 0: left out.
+  std::vector<int> top_;
+  std::vector<int> bottom_;
+  std::vector<float> right_;
+  std::vector<float> down_;
+  std::vector<float> weight_;
   RealFft lines_;
   RealFft line_;
   RealArray power_;
   RealArray polar_;
   ComplexArray sum_;
   std::vector<float> surface_;
+  std::vector<double> reference_energy_;
+  std::vector<double> current_energy_;
 };
 
 }  // namespace ceilmap::registration

@@ -1,15 +1,16 @@
 #include "mapping/registration/registrar.hpp"
 
 #include <fmt/format.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <stdexcept>
 
 #include "calib/error.hpp"
 #include "calib/pose2.hpp"
-#include "mapping/registration/block_stage.hpp"
 #include "mapping/registration/coarse.hpp"
-#include "mapping/registration/kernels.hpp"
-#include "mapping/registration/motion_fit.hpp"
+#include "mapping/registration/fine_stage.hpp"
 
 namespace ceilmap::registration {
 
@@ -29,24 +30,6 @@ const char* ToString(Verdict verdict) {
 
 namespace {
 
-/// A hypothesis after its test by blocks.
-struct Candidate {
-  ImageMotion motion;
-  double overlap = 0;
-  double support = 0;  // sum of the peaks of the blocks that agree with one motion
-  int inliers = 0;
-  int blocks = 0;
-
-  double Agreement() const { return support / std::max(blocks, 1); }
-};
-
-/// A candidate after the last rounds.
-struct Finalist {
-  Registration result;
-  double agreement = 0;  // mean over the compared blocks of the peaks of those that agree
-  BlockStage::Dissimilarity unlike;
-};
-
 bool Differ(const ImageMotion& a, const ImageMotion& b) {
   return std::hypot(a.tx_px - b.tx_px, a.ty_px - b.ty_px) > 6.0 ||
          std::abs(calib::WrapAngle(a.theta_rad - b.theta_rad)) > 0.03;
@@ -62,17 +45,16 @@ double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion) {
   return dt * dt + dr * dr;
 }
 
-/// The candidates that explain the pictures about as well as the best one, best first.
-/// Coarse agreement says little on tiles, so the net is wide.
-std::vector<Candidate> NearlyBest(std::vector<Candidate> candidates,
-                                  const RegistrarParams& params) {
+/// The candidates that explain the pictures about as well as the best one, best first. Blocks of
+/// tiles agree with many motions at low resolution, so the net is wide.
+std::vector<Candidate> NearlyBest(std::vector<Candidate> candidates, double ratio) {
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return a.support > b.support;
   });
   std::vector<Candidate> kept;
   for (const Candidate& c : candidates) {
     if (!kept.empty() && (c.support < 0.5 * kept.front().support ||
-                          c.Agreement() < params.rival_ratio * kept.front().Agreement())) {
+                          c.Agreement() < ratio * kept.front().Agreement())) {
       continue;
     }
     if (std::none_of(kept.begin(), kept.end(), [&](const Candidate& k) {
@@ -84,177 +66,85 @@ std::vector<Candidate> NearlyBest(std::vector<Candidate> candidates,
   return kept;
 }
 
-/// Moves the candidate that the prior prefers to the front; true when the prior settles the choice.
+/// Finalists that are sound and agree about as well as the best one; at least the best one itself.
+std::vector<Finalist> Rivals(std::vector<Finalist> finalists, double ratio) {
+  std::sort(finalists.begin(), finalists.end(), [](const Finalist& a, const Finalist& b) {
+    return a.result.ok() != b.result.ok() ? a.result.ok() : a.agreement > b.agreement;
+  });
+  std::vector<Finalist> rivals;
+  for (const Finalist& f : finalists) {
+    const bool close =
+        !rivals.empty() && f.result.ok() && f.agreement > ratio * rivals.front().agreement;
+    const bool different = std::all_of(rivals.begin(), rivals.end(), [&](const Finalist& r) {
+      return Differ(r.result.motion, f.result.motion);
+    });
+    if (rivals.empty() || (close && different)) rivals.push_back(f);
+  }
+  return rivals;
+}
+
+/// Moves the rival that the prior prefers to the front; true when the prior settles the choice.
 bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist>& rivals) {
-  if (rivals.size() < 2) return true;
   if (!prior) return false;
+  const auto distance2 = [&](const Finalist& f) { return PriorDistance2(*prior, f.result.motion); };
   std::sort(rivals.begin(), rivals.end(), [&](const Finalist& a, const Finalist& b) {
-    return PriorDistance2(*prior, a.result.motion) < PriorDistance2(*prior, b.result.motion);
+    return distance2(a) < distance2(b);
   });
   constexpr double kNineSigma2 = 9;
-  const double best = PriorDistance2(*prior, rivals[0].result.motion);
-  return best < kNineSigma2 && PriorDistance2(*prior, rivals[1].result.motion) - best > kNineSigma2;
+  const double best = distance2(rivals[0]);
+  return best < kNineSigma2 && distance2(rivals[1]) - best > kNineSigma2;
 }
-
-BlockParams HalfParams() {
-  // The low band: half the resolution, so that 0.12 cycles per half pixel are 0.06 per pixel.
-  // Motion blur in one of two pictures turns the sign of the spectrum beyond 1/length of the smear,
-  // which splits a phase-only peak into twins beside the truth; this band stays below that for
-  // smears up to about ten pixels, and noise hurts it least.
-  BlockParams params;
-  params.block_px = 32;
-  return params;
-}
-
-/// Where the half-resolution picture lies in the full one: x_full = 2 x_half + offset, both from
-/// the centres.
-struct HalfFrame {
-  explicit HalfFrame(cv::Size full)
-      : size(full.width / 2, full.height / 2),
-        offset(0.5 * (2 * size.width - full.width), 0.5 * (2 * size.height - full.height)) {}
-
-  ImageMotion ToHalf(const ImageMotion& full) const {
-    ImageMotion half = full;
-    const Eigen::Vector2d t = 0.5 * (full.Apply(offset) - offset);
-    half.tx_px = t.x();
-    half.ty_px = t.y();
-    return half;
-  }
-  void ToFull(std::vector<BlockShift>& shifts) const {
-    for (BlockShift& s : shifts) {
-      s.point = 2 * s.point + offset;
-      s.shift *= 2;
-    }
-  }
-
-  cv::Size size;
-  Eigen::Vector2d offset;
-};
 
 }  // namespace
 
 struct Registrar::Impl {
   Impl(cv::Size picture_size, const RegistrarParams& p)
-      : size(picture_size),
-        params(p),
-        half(picture_size),
-        coarse(picture_size),
-        low(half.size, HalfParams()),
-        fine(picture_size) {}
+      : size(picture_size), params(p), coarse(picture_size), fine(picture_size, p) {}
 
   using Data = FrameSpectrum::Data;
   cv::Size size;
   RegistrarParams params;
-  HalfFrame half;
   CoarseStage coarse;
-  BlockStage low;
-  BlockStage fine;
-  std::vector<BlockShift> shifts;
+  FineStage fine;
+  std::vector<std::shared_ptr<Data>> pool;
 
-  FitParams Fit() const {
-    FitParams fit;
-    fit.estimate_scale = params.estimate_scale;
-    return fit;
-  }
-  void MeasureLow(const Data& reference,
-                  const Data& current,
-                  const ImageMotion& motion,
-                  int count,
-                  int search_px);
-  void MeasureFine(const Data& reference,
-                   const Data& current,
-                   const ImageMotion& motion,
-                   int count);
-  Candidate TestHypothesis(const Data& reference,
-                           const Data& current,
-                           const Hypothesis& hypothesis);
-  void PrepareReference(Data& data) const;
-  Finalist RefineAndJudge(const Data& reference, const Data& current, const Candidate& best);
-  std::vector<Finalist> Rivals(std::vector<Finalist> finalists) const;
+  std::shared_ptr<Data> Recycle();
   Registration Choose(const Data& reference,
                       const Data& current,
                       const std::vector<Finalist>& finalists,
                       const std::optional<MotionPrior>& prior);
-  bool FitShifts(Finalist& finalist) const;
-  void Refine(const Data& reference, const Data& current, Finalist& finalist);
 };
 
-void Registrar::Impl::MeasureLow(const Data& reference,
-                                 const Data& current,
-                                 const ImageMotion& motion,
-                                 int count,
-                                 int search_px) {
-  const ImageMotion half_motion = half.ToHalf(motion);
-  low.Measure(reference.half,
-              current.half,
-              half_motion,
-              low.Select(reference.half, half_motion, count),
-              search_px,
-              shifts);
-  half.ToFull(shifts);
-}
-
-void Registrar::Impl::MeasureFine(const Data& reference,
-                                  const Data& current,
-                                  const ImageMotion& motion,
-                                  int count) {
-  fine.Measure(
-      reference.full, current.full, motion, fine.Select(reference.full, motion, count), 4, shifts);
-}
-
-Candidate Registrar::Impl::TestHypothesis(const Data& reference,
-                                          const Data& current,
-                                          const Hypothesis& hypothesis) {
-  Candidate candidate{hypothesis.motion, hypothesis.overlap, 0, 0, 0};
-  MeasureLow(reference, current, hypothesis.motion, params.first_blocks, 8);
-  FitParams fit = Fit();
-  fit.inlier_px = 1.5;
-  const MotionFit consensus = FindConsensus(shifts, fit);
-  candidate.blocks = static_cast<int>(shifts.size());
-  candidate.inliers = consensus.inliers;
-  for (std::size_t i = 0; i < consensus.weights.size(); ++i) {
-    candidate.support += consensus.weights[i] * shifts[i].peak;
+std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Recycle() {
+  // A frame's buffers are megabytes: asking the system for them anew costs as much as a transform.
+  for (const auto& data : pool) {
+    if (data.use_count() == 1) {
+      std::atomic_thread_fence(
+          std::memory_order_acquire);  // its last user may have been another thread
+      data->blocks_ready = false;
+      return data;
+    }
   }
-  if (consensus.ok) candidate.motion = Compose(hypothesis.motion, consensus.motion);
-  return candidate;
+  auto data = std::make_shared<Data>();
+  constexpr std::size_t kPoolSize = 12;  // current, last, and the keyframes in use
+  if (pool.size() < kPoolSize) pool.push_back(data);
+  return data;
 }
 
-bool Registrar::Impl::FitShifts(Finalist& finalist) const {
-  Registration& result = finalist.result;
-  const MotionFit fit = FitRobust(shifts, Fit());
-  if (!fit.ok) return false;
-  result.motion = Compose(result.motion, fit.motion);
-  result.covariance = fit.covariance;
-  result.blocks = static_cast<int>(shifts.size());
-  result.inliers = fit.inliers;
-  double support = 0;
-  for (std::size_t i = 0; i < shifts.size(); ++i) support += fit.weights[i] * shifts[i].peak;
-  finalist.agreement = support / static_cast<double>(std::max<std::size_t>(shifts.size(), 1));
-  return true;
-}
-
-void Registrar::Impl::Refine(const Data& reference, const Data& current, Finalist& finalist) {
-  Registration& result = finalist.result;
-  MeasureLow(reference, current, result.motion, params.final_blocks, 4);
-  if (!FitShifts(finalist)) return;
-  Finalist sharp = finalist;
-  MeasureFine(reference, current, result.motion, params.final_blocks);
-  if (!FitShifts(sharp)) return;
-  const ImageMotion change = Compose(sharp.result.motion, result.motion.Inverse());
-  const double step = std::hypot(change.tx_px, change.ty_px);
-  if (step < 0.5 + 4 * std::sqrt(result.covariance.diagonal().head<2>().maxCoeff()) &&
-      sharp.result.inliers >= sharp.result.blocks / 3) {
-    finalist = sharp;
-    return;
+Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
+  constexpr int kSmallest = 96;
+  constexpr int kLargest = 16384;
+  if (std::min(size.width, size.height) < kSmallest ||
+      std::max(size.width, size.height) > kLargest) {
+    throw calib::InputError(
+        fmt::format("pictures of {}x{} cannot be registered; each side must have {} to {} pixels",
+                    size.width,
+                    size.height,
+                    kSmallest,
+                    kLargest));
   }
-  // One of the pictures is blurred: the low band once more, from where it stands, is the best there
-  // is.
-  MeasureLow(reference, current, result.motion, params.final_blocks, 4);
-  FitShifts(finalist);
+  impl_ = std::make_unique<Impl>(size, params);
 }
-
-Registrar::Registrar(cv::Size size, const RegistrarParams& params)
-    : impl_(std::make_unique<Impl>(size, params)) {}
 Registrar::~Registrar() = default;
 Registrar::Registrar(Registrar&&) noexcept = default;
 Registrar& Registrar::operator=(Registrar&&) noexcept = default;
@@ -268,85 +158,35 @@ FrameSpectrum Registrar::Analyze(const cv::Mat& grey) {
                                         impl_->size.height));
   }
   FrameSpectrum spectrum;
-  spectrum.data_ = std::make_shared<FrameSpectrum::Data>();
-  FrameSpectrum::Data& data = *spectrum.data_;
-  impl_->coarse.Analyze(grey, data);
-  data.full.grey = RealArray(grey.total());
-  data.full.noise_sigma = data.noise_sigma;
-  cv::Mat full(grey.size(), CV_32FC1, data.full.grey.data());
-  grey.convertTo(full, CV_32F);
-  const cv::Size half = impl_->half.size;
-  data.half.grey = RealArray(static_cast<std::size_t>(half.area()));
-  data.half.noise_sigma = 0.5F * data.noise_sigma;
-  kernels::ReduceArea(
-      grey.ptr<unsigned char>(), grey.step, 2, half.width, half.height, data.half.grey.data());
+  spectrum.data_ = impl_->Recycle();
+  impl_->coarse.Analyze(grey, *spectrum.data_);
+  impl_->fine.Analyze(grey, *spectrum.data_);
   return spectrum;
-}
-
-void Registrar::Impl::PrepareReference(Data& data) const {
-  const std::scoped_lock lock(data.blocks_mutex);
-  if (data.blocks_ready) return;
-  low.PrepareReference(data.half);
-  fine.PrepareReference(data.full);
-  data.blocks_ready = true;
-}
-
-Finalist Registrar::Impl::RefineAndJudge(const Data& reference,
-                                         const Data& current,
-                                         const Candidate& best) {
-  Finalist finalist;
-  Registration& result = finalist.result;
-  result.motion = best.motion;
-  result.overlap = best.overlap;
-  if (best.support < params.min_support || best.inliers < params.min_inliers) return finalist;
-  Refine(reference, current, finalist);
-  const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
-  const bool sound = sigma > 0 && sigma < params.max_sigma_px &&
-                     result.inliers >= params.min_inliers &&
-                     result.inliers >= params.min_inlier_part * result.blocks;
-  if (sound) result.verdict = Verdict::kOk;
-  return finalist;
-}
-
-std::vector<Finalist> Registrar::Impl::Rivals(std::vector<Finalist> finalists) const {
-  std::sort(finalists.begin(), finalists.end(), [](const Finalist& a, const Finalist& b) {
-    return a.result.ok() != b.result.ok() ? a.result.ok() : a.agreement > b.agreement;
-  });
-  std::vector<Finalist> rivals;
-  for (const Finalist& f : finalists) {
-    const bool close = f.result.ok() && !rivals.empty() &&
-                       f.agreement > params.rival_ratio * rivals.front().agreement;
-    const bool different = std::all_of(rivals.begin(), rivals.end(), [&](const Finalist& r) {
-      return Differ(r.result.motion, f.result.motion);
-    });
-    if (rivals.empty() || (close && different)) rivals.push_back(f);
-  }
-  return rivals;
 }
 
 Registration Registrar::Impl::Choose(const Data& reference,
                                      const Data& current,
                                      const std::vector<Finalist>& finalists,
                                      const std::optional<MotionPrior>& prior) {
-  std::vector<Finalist> rivals = Rivals(finalists);
+  std::vector<Finalist> rivals = Rivals(finalists, params.rival_ratio);
   bool settled = true;
   if (rivals.size() > 1) {
     // On a nearly periodic ceiling few marks tell: look at all blocks for what one motion leaves
     // unexplained.
-    for (Finalist& f : rivals)
-      f.unlike = low.Compare(reference.half, current.half, half.ToHalf(f.result.motion));
+    for (Finalist& f : rivals) fine.Compare(reference, current, f);
     std::sort(rivals.begin(), rivals.end(), [](const Finalist& a, const Finalist& b) {
-      return a.unlike.mean < b.unlike.mean;
+      return a.unlike < b.unlike;
     });
-    const double evidence = (rivals[1].unlike.mean - rivals[0].unlike.mean) *
-                            std::min(rivals[0].unlike.blocks, rivals[1].unlike.blocks);
+    const double evidence = (rivals[1].unlike - rivals[0].unlike) *
+                            std::min(rivals[0].unlike_blocks, rivals[1].unlike_blocks);
     settled = evidence > params.min_evidence || ChooseByPrior(prior, rivals);
   }
   Registration result = rivals.front().result;
   result.peak = rivals.front().agreement;
   for (const Finalist& f : finalists) {
-    if (Differ(f.result.motion, result.motion))
+    if (Differ(f.result.motion, result.motion)) {
       result.runner_up = std::max(result.runner_up, f.agreement);
+    }
   }
   if (result.ok() && !settled) result.verdict = Verdict::kAmbiguous;
   return result;
@@ -355,8 +195,9 @@ Registration Registrar::Impl::Choose(const Data& reference,
 Registration Registrar::Register(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const std::optional<MotionPrior>& prior) {
-  if (reference.empty() || current.empty())
-    throw std::invalid_argument("Register: an empty FrameSpectrum");
+  if (reference.empty() || current.empty()) {
+    throw std::invalid_argument("Registrar::Register: an empty FrameSpectrum");
+  }
   FrameSpectrum::Data& ref = *reference.data_;
   const FrameSpectrum::Data& cur = *current.data_;
   Registration none;
@@ -366,14 +207,14 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   }
   const auto hypotheses = impl_->coarse.Propose(ref, cur, impl_->params.estimate_scale);
   if (hypotheses.empty()) return none;
-  impl_->PrepareReference(ref);
+  impl_->fine.PrepareReference(ref);
   std::vector<Candidate> candidates;
   for (const Hypothesis& hypothesis : hypotheses) {
-    candidates.push_back(impl_->TestHypothesis(ref, cur, hypothesis));
+    candidates.push_back(impl_->fine.Test(ref, cur, hypothesis));
   }
   std::vector<Finalist> finalists;
-  for (const Candidate& rival : NearlyBest(candidates, impl_->params)) {
-    finalists.push_back(impl_->RefineAndJudge(ref, cur, rival));
+  for (const Candidate& rival : NearlyBest(candidates, impl_->params.rival_ratio)) {
+    finalists.push_back(impl_->fine.Refine(ref, cur, rival));
   }
   Registration result = impl_->Choose(ref, cur, finalists, prior);
   for (const Candidate& c : candidates) {
@@ -381,6 +222,37 @@ Registration Registrar::Register(const FrameSpectrum& reference,
       result.runner_up = std::max(result.runner_up, c.Agreement());
     }
   }
+  return result;
+}
+
+PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
+                                const FrameSpectrum& current,
+                                const PlaneCamera& camera,
+                                const PlaneMotion& start,
+                                const PlaneFitParams& params) {
+  if (reference.empty() || current.empty()) {
+    throw std::invalid_argument("Registrar::RefinePlane: an empty FrameSpectrum");
+  }
+  constexpr int kRounds = 3;
+  impl_->fine.PrepareReference(*reference.data_);
+  return impl_->fine.RefinePlane(*reference.data_, *current.data_, camera, start, params, kRounds);
+}
+
+Registration Registrar::Refine(const FrameSpectrum& reference,
+                               const FrameSpectrum& current,
+                               const ImageMotion& start) {
+  if (reference.empty() || current.empty()) {
+    throw std::invalid_argument("Registrar::Refine: an empty FrameSpectrum");
+  }
+  FrameSpectrum::Data& ref = *reference.data_;
+  const FrameSpectrum::Data& cur = *current.data_;
+  impl_->fine.PrepareReference(ref);
+  Hypothesis hypothesis;
+  hypothesis.motion = start;
+  hypothesis.overlap = OverlapOf(start, impl_->size);
+  const Finalist finalist = impl_->fine.Refine(ref, cur, impl_->fine.Test(ref, cur, hypothesis));
+  Registration result = finalist.result;
+  result.peak = finalist.agreement;
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "mapping/registration/plane_motion.hpp"
 #include "mapping/registration/registration.hpp"
 
 namespace ceilmap::registration {
@@ -76,6 +77,7 @@ class FrameSpectrum {
 /// Registers pictures of one size. Holds FFT plans and scratch memory: one object per thread.
 class Registrar {
  public:
+  /// @throws calib::InputError when a side has less than 96 or more than 16384 pixels.
   explicit Registrar(cv::Size size, const RegistrarParams& params = {});
   ~Registrar();
   Registrar(Registrar&&) noexcept;
@@ -90,6 +92,23 @@ class Registrar {
   [[nodiscard]] Registration Register(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt);
+
+  /// The fine stage alone, from a motion that is known to about 10 px and 2 degrees (tracking on a
+  /// map, checking a prediction). kOk or kNoMatch; says nothing about other motions that might
+  /// explain the pictures too.
+  [[nodiscard]] Registration Refine(const FrameSpectrum& reference,
+                                    const FrameSpectrum& current,
+                                    const ImageMotion& start);
+
+  /// The plane-induced motion with pitch and roll (GEOMETRY section 4), from a motion that is known
+  /// to a few degrees, e.g. PlaneMotion::FromSimilarity of a Register result. The reference must be
+  /// a level view. Three rounds of measuring and fitting; `ok` is false where too few blocks can be
+  /// compared.
+  [[nodiscard]] PlaneFit RefinePlane(const FrameSpectrum& reference,
+                                     const FrameSpectrum& current,
+                                     const PlaneCamera& camera,
+                                     const PlaneMotion& start,
+                                     const PlaneFitParams& params = {});
 
  private:
   struct Impl;

@@ -29,4 +29,18 @@ ImageMotion Compose(const ImageMotion& second, const ImageMotion& first) {
           second.scale * first.scale};
 }
 
+double OverlapOf(const ImageMotion& motion, cv::Size size) {
+  constexpr int kSamples = 24;
+  int seen = 0;
+  for (int j = 0; j < kSamples; ++j) {
+    for (int i = 0; i < kSamples; ++i) {
+      const Eigen::Vector2d x(((i + 0.5) / kSamples - 0.5) * size.width,
+                              ((j + 0.5) / kSamples - 0.5) * size.height);
+      const Eigen::Vector2d y = motion.Apply(x);
+      if (std::abs(y.x()) < 0.5 * size.width && std::abs(y.y()) < 0.5 * size.height) ++seen;
+    }
+  }
+  return static_cast<double>(seen) / (kSamples * kSamples);
+}
+
 }  // namespace ceilmap::registration

@@ -23,4 +23,8 @@ struct ImageMotion {
 /// first, then second: x'' = second(first(x)).
 ImageMotion Compose(const ImageMotion& second, const ImageMotion& first);
 
+/// Part of the reference picture (0..1) whose points the current one shows under the motion; to
+/// about 1 %.
+double OverlapOf(const ImageMotion& motion, cv::Size size);
+
 }  // namespace ceilmap::registration

@@ -59,14 +59,33 @@ TEST(Exposure, LeavesOutliersAside) {
   Scene(20, 2000, 0.005, 0.05).ExpectSolved(4e-3);
 }
 
+TEST(Exposure, APointSeenByAllKeyframesIsNoBurden) {
+  // 300 keyframes on one spot: each of the few points is seen by all of them.
+  cv::RNG rng(3);
+  std::vector<double> gains;
+  std::vector<ExposureObservation> observations;
+  for (int k = 0; k < 300; ++k) {
+    gains.push_back(0.2 * std::sin(k));
+    for (int point = 0; point < 200; ++point) {
+      observations.push_back(
+          {point, k, 0.0, 4 + 0.001 * point + gains.back() + rng.gaussian(0.003)});
+    }
+  }
+  const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / 300;
+  const ExposureModel model = SolveExposure(300, observations);
+  for (std::size_t k = 0; k < gains.size(); ++k) {
+    EXPECT_NEAR(model.log_gain[k], gains[k] - mean, 0.01) << k;
+  }
+}
+
 TEST(Exposure, MeanGainIsZero) {
   const ExposureModel model = SolveExposure(20, Scene(20, 300, 0.01, 0.1).observations);
   EXPECT_NEAR(std::accumulate(model.log_gain.begin(), model.log_gain.end(), 0.0), 0, 1e-12);
 }
 
 TEST(Exposure, NothingInCommonMeansNoCorrection) {
-  std::vector<ExposureObservation> observations;
-  for (int k = 0; k < 3; ++k) observations.push_back({k, k, 0.3, 4.0 + k});
+  const std::vector<ExposureObservation> observations = {
+      {0, 0, 0.3, 4.0}, {1, 1, 0.3, 5.0}, {2, 2, 0.3, 6.0}};
   for (const auto& looks : {observations, std::vector<ExposureObservation>()}) {
     const ExposureModel model = SolveExposure(3, looks);
     EXPECT_EQ(model.log_gain, std::vector<double>(3, 0.0));

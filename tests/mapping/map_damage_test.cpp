@@ -37,7 +37,7 @@ auto Opening(const fs::path& file) {
 
 /// Changes a good map by SQL.
 fs::path Altered(const TempFolder& folder, const std::vector<std::string>& statements) {
-  const fs::path file = folder / "altered.gpkg";
+  fs::path file = folder / "altered.gpkg";
   SmallMap().Write(file);
   GDALAllRegister();
   const GDALDatasetUniquePtr dataset(
@@ -97,9 +97,9 @@ TEST(MapDamage, ImpossibleMetadata) {
                                                         {"view_units_per_px", "inf"},
                                                         {"T_base_view_x", "1e300"}}) {
     const TempFolder folder;
-    EXPECT_THAT(Opening(Altered(folder,
-                                {"UPDATE ceilmap_metadata SET value = '" + value +
-                                 "' WHERE key = '" + key + "'"})),
+    std::string sql = "UPDATE ceilmap_metadata SET value = '";
+    sql.append(value).append("' WHERE key = '").append(key).append("'");
+    EXPECT_THAT(Opening(Altered(folder, {sql})),
                 ThrowsMessage<calib::InputError>(
                     AllOf(HasSubstr("altered.gpkg"), HasSubstr("ceilmap_metadata"))))
         << key << " = " << value;

@@ -101,7 +101,7 @@ MosaicParams Plain() {
 TEST(Mosaic, OnePictureAtTheOriginIsCopiedPixelByPixel) {
   MapMetadata metadata = synthetic::Metadata({64, 48}, 0.5);
   metadata.T_base_view = {};
-  const cv::Mat picture = synthetic::Picture(1, metadata.view_size);
+  cv::Mat picture = synthetic::Picture(1, metadata.view_size);
   const MosaicRenderer renderer(
       {Keyframe{}}, metadata, [&](std::int64_t) { return picture; }, Plain());
   const Rendered mosaic(renderer);
@@ -239,7 +239,7 @@ TEST(Mosaic, MaskedPixelsAreNotPartOfTheMosaic) {
   MosaicParams params = Plain();
   params.view_mask = cv::Mat(48, 64, CV_8UC1, cv::Scalar(255));
   params.view_mask(cv::Rect(0, 0, 10, 48)).setTo(0);
-  const cv::Mat picture(48, 64, CV_8UC1, cv::Scalar(99));
+  cv::Mat picture(48, 64, CV_8UC1, cv::Scalar(99));
   const Rendered mosaic(MosaicRenderer(
       {Keyframe{}}, metadata, [&](std::int64_t) { return picture; }, params));
   EXPECT_EQ(cv::countNonZero(mosaic.alpha), 54 * 48);

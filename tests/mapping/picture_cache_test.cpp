@@ -18,7 +18,7 @@ TEST(PictureCache, LoadsOnceAndDropsTheLongestUnused) {
         return cv::Mat(1, 1, CV_8UC1, cv::Scalar(static_cast<double>(id)));
       },
       2);
-  for (const int id : {1, 2, 1, 3, 1, 2}) EXPECT_EQ(cache.Get(id).at<unsigned char>(0, 0), id);
+  for (const int id : {1, 2, 1, 3, 1, 2}) EXPECT_EQ(cache.Get(id)->at<unsigned char>(0, 0), id);
   EXPECT_EQ(loads, (std::vector<std::int64_t>{1, 2, 3, 2}));
 }
 
@@ -31,7 +31,7 @@ TEST(PictureCache, AFailedLoadIsTriedAgain) {
       },
       1);
   EXPECT_THROW((void)cache.Get(5), std::runtime_error);
-  EXPECT_FALSE(cache.Get(5).empty());
+  EXPECT_FALSE(cache.Get(5)->empty());
 }
 
 TEST(PictureCache, ThreadsShareOneLoad) {
@@ -45,10 +45,11 @@ TEST(PictureCache, ThreadsShareOneLoad) {
       8);
   {
     std::vector<std::jthread> threads;
+    threads.reserve(4);
     for (int t = 0; t < 4; ++t) {
       threads.emplace_back([&] {
         for (int i = 0; i < 400; ++i) {
-          if (cache.Get(i % 8).at<unsigned char>(0, 0) != i % 8) ++wrong;
+          if (cache.Get(i % 8)->at<unsigned char>(0, 0) != i % 8) ++wrong;
         }
       });
     }

@@ -1,0 +1,99 @@
+#include "compensation/tilt_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::compensation {
+namespace {
+
+constexpr double kMinHeightPerPivot = 1.1;
+constexpr double kResolutionRad = 1e-15;
+constexpr int kMaxSteps = 200;  // each step halves the bracket or the step: 110 reach 1e-15 rad
+
+void CheckTilt(double tilt_rad) {
+  if (!(std::abs(tilt_rad) <= kMaxTiltRad)) {
+    throw calib::InputError(
+        fmt::format("tilt model: tilt_rad = {}, must be in [-pi/4, pi/4]; give radians", tilt_rad));
+  }
+}
+
+}  // namespace
+
+TiltModel::TiltModel(double pivot_m, double ceiling_height_m)
+    : pivot_m_(pivot_m), ceiling_height_m_(ceiling_height_m) {
+  if (!std::isfinite(pivot_m)) {
+    throw calib::InputError(
+        fmt::format("tilt model: pivot_m = {}, must be finite; correct a in the rig", pivot_m));
+  }
+  if (!(std::isfinite(ceiling_height_m) && ceiling_height_m > 0 &&
+        ceiling_height_m > kMinHeightPerPivot * std::abs(pivot_m))) {
+    throw calib::InputError(
+        fmt::format("tilt model: ceiling_height_m = {}, must be > 0 and > {} |pivot_m| = {}; "
+                    "correct h or a in the rig, in metres",
+                    ceiling_height_m,
+                    kMinHeightPerPivot,
+                    kMinHeightPerPivot * std::abs(pivot_m)));
+  }
+}
+
+double TiltModel::CeilingShift(double tilt_rad) const {
+  CheckTilt(tilt_rad);
+  return (ceiling_height_m_ - pivot_m_ * std::sin(tilt_rad)) * std::tan(tilt_rad);
+}
+
+double TiltModel::CeilingShiftSlope(double tilt_rad) const {
+  CheckTilt(tilt_rad);
+  const double s = std::sin(tilt_rad);
+  const double c = std::cos(tilt_rad);
+  return (ceiling_height_m_ - pivot_m_ * s) / (c * c) - pivot_m_ * s;
+}
+
+std::optional<double> TiltModel::TiltFromShift(double shift_m) const {
+  double low = -kMaxTiltRad;
+  double high = kMaxTiltRad;
+  if (!(shift_m >= CeilingShift(low) && shift_m <= CeilingShift(high))) return std::nullopt;
+  // Newton's method from the tilt that a pivot under the mast would need; halves the bracket where
+  // a step leaves it or does not shrink fast enough.
+  double tilt = std::clamp(std::atan(shift_m / ceiling_height_m_), low, high);
+  double last_step = high - low;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const double excess = CeilingShift(tilt) - shift_m;
+    if (excess == 0) break;
+    (excess > 0 ? high : low) = tilt;
+    double next = tilt - excess / CeilingShiftSlope(tilt);
+    if (!(next > low && next < high && std::abs(next - tilt) <= 0.5 * last_step)) {
+      next = low + 0.5 * (high - low);
+    }
+    last_step = std::abs(next - tilt);
+    tilt = next;
+    if (last_step <= kResolutionRad) break;
+  }
+  return tilt;
+}
+
+double TiltModel::MastLength(double tilt_rad, double camera_height_m) const {
+  CheckTilt(tilt_rad);
+  if (!(camera_height_m > 0 && camera_height_m < ceiling_height_m_)) {
+    throw calib::InputError(
+        fmt::format("tilt model: camera_height_m = {}, must be between the floor and the ceiling "
+                    "at {}; correct d in the rig, in metres",
+                    camera_height_m,
+                    ceiling_height_m_));
+  }
+  return camera_height_m + pivot_m_ * std::tan(tilt_rad);
+}
+
+double TiltModel::CameraHeight(double tilt_rad, double camera_height_m) const {
+  return MastLength(tilt_rad, camera_height_m) * std::cos(tilt_rad);
+}
+
+double TiltModel::BaseShift(double tilt_rad, double camera_height_m, double seen_motion_m) const {
+  return seen_motion_m + ceiling_height_m_ * std::tan(tilt_rad) -
+         MastLength(tilt_rad, camera_height_m) * std::sin(tilt_rad);
+}
+
+}  // namespace ceilmap::compensation

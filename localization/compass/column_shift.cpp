@@ -1,0 +1,115 @@
+#include "localization/compass/column_shift.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numbers>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::compass {
+namespace {
+
+constexpr int kMaxChannels = 3;
+// One row's sum of squares fits 32 bits, which doubles the width of the vectorised loop.
+static_assert(std::uint64_t{kMaxColumns} * kMaxChannels * 255 * 255 <=
+              std::numeric_limits<std::uint32_t>::max());
+
+void CheckPanorama(const cv::Mat& panorama, const char* name) {
+  if (panorama.rows < 1 || panorama.cols < 2 || panorama.cols > kMaxColumns) {
+    throw calib::InputError(
+        fmt::format("{} panorama is {} x {} pixels, must have 2 to {} columns and at least 1 row; "
+                    "unwrap it with other settings",
+                    name,
+                    panorama.cols,
+                    panorama.rows,
+                    kMaxColumns));
+  }
+  if (panorama.type() != CV_8UC1 && panorama.type() != CV_8UC3) {
+    throw calib::InputError(fmt::format("{} panorama is {}, must be CV_8UC1 or CV_8UC3; convert it",
+                                        name,
+                                        cv::typeToString(panorama.type())));
+  }
+}
+
+void CheckPanoramas(const cv::Mat& reference, const cv::Mat& current) {
+  CheckPanorama(reference, "reference");
+  CheckPanorama(current, "current");
+  if (reference.size() != current.size() || reference.type() != current.type()) {
+    throw calib::InputError(
+        fmt::format("panoramas differ: reference {} x {} {}, current {} x {} {}, must be alike; "
+                    "unwrap both with the same settings",
+                    reference.cols,
+                    reference.rows,
+                    cv::typeToString(reference.type()),
+                    current.cols,
+                    current.rows,
+                    cv::typeToString(current.type())));
+  }
+}
+
+std::uint32_t SumOfSquares(const std::uint8_t* a, const std::uint8_t* b, std::size_t count) {
+  std::uint32_t sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const int difference = int{a[i]} - int{b[i]};
+    sum += static_cast<std::uint32_t>(difference * difference);
+  }
+  return sum;
+}
+
+/// The least value's shift in (-W/2, W/2]; nothing unless it is unique or shared by two neighbours.
+std::optional<int> LeastShift(const std::vector<std::uint64_t>& squared) {
+  const int width = static_cast<int>(squared.size());
+  const auto signed_shift = [width](int shift) {
+    return 2 * shift > width ? shift - width : shift;
+  };
+  const auto least = std::min_element(squared.begin(), squared.end());
+  const auto ties = std::count(least, squared.end(), *least);
+  const int first = static_cast<int>(least - squared.begin());
+  if (ties == 1) return signed_shift(first);
+  if (ties > 2 || width == 2) return std::nullopt;
+  const int second =
+      static_cast<int>(std::find(least + 1, squared.end(), *least) - squared.begin());
+  if (second - first != 1 && second - first != width - 1) return std::nullopt;
+  const int a = signed_shift(first);
+  const int b = signed_shift(second);
+  return std::abs(b) < std::abs(a) ? b : a;
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> SquaredShiftDistances(const cv::Mat& reference, const cv::Mat& current) {
+  CheckPanoramas(reference, current);
+  const auto width = static_cast<std::size_t>(current.cols);
+  const std::size_t pixel_bytes = current.elemSize();
+  const std::size_t row_bytes = width * pixel_bytes;
+  std::vector<std::uint64_t> squared(width, 0);
+  // With the reference's row twice in a row, every circular shift of it is one run of bytes.
+  std::vector<std::uint8_t> twice(2 * row_bytes);
+  for (int v = 0; v < current.rows; ++v) {
+    std::copy_n(reference.ptr(v), row_bytes, twice.begin());
+    std::copy_n(
+        reference.ptr(v), row_bytes, twice.begin() + static_cast<std::ptrdiff_t>(row_bytes));
+    for (std::size_t shift = 0; shift < width; ++shift) {
+      const std::uint8_t* shifted = twice.data() + (width - shift) * pixel_bytes;
+      squared[shift] += SumOfSquares(current.ptr(v), shifted, row_bytes);
+    }
+  }
+  return squared;
+}
+
+std::optional<ColumnShift> FindColumnShift(const cv::Mat& reference, const cv::Mat& current) {
+  const std::vector<std::uint64_t> squared = SquaredShiftDistances(reference, current);
+  const std::optional<int> shift = LeastShift(squared);
+  if (!shift) return std::nullopt;
+  const int width = current.cols;
+  const auto index = static_cast<std::size_t>(*shift < 0 ? *shift + width : *shift);
+  return ColumnShift{.columns = *shift,
+                     .heading_change_rad = std::numbers::pi * (2.0 * *shift / width),
+                     .distance = std::sqrt(static_cast<double>(squared[index]))};
+}
+
+}  // namespace ceilmap::compass

@@ -1,0 +1,93 @@
+#include "localization/heading_track.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "calib/error.hpp"
+#include "calib/pose2.hpp"
+
+namespace ceilmap::localization {
+namespace {
+
+void CheckSamples(const std::vector<HeadingSample>& samples) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto require = [i](bool good, const char* field, double value, const char* range) {
+      if (!good) {
+        throw calib::InputError(
+            fmt::format("heading sample {}: {} = {}, must be {}", i + 1, field, value, range));
+      }
+    };
+    const HeadingSample& sample = samples[i];
+    require(std::isfinite(sample.stamp_s), "stamp_s", sample.stamp_s, "finite");
+    require(std::isfinite(sample.heading_rad),
+            "heading_rad",
+            sample.heading_rad,
+            "finite; leave out moments without a heading");
+    require(std::isfinite(sample.sigma_rad) && sample.sigma_rad > 0,
+            "sigma_rad",
+            sample.sigma_rad,
+            "finite and > 0");
+    require(i == 0 || sample.stamp_s > samples[i - 1].stamp_s,
+            "stamp_s",
+            sample.stamp_s,
+            "larger than the one before; sort the samples and drop repeated stamps");
+  }
+}
+
+double Variance(const HeadingSample& sample) {
+  return sample.sigma_rad * sample.sigma_rad;
+}
+
+HeadingPrior Interpolate(const HeadingSample& before, const HeadingSample& after, double stamp_s) {
+  const double part = (stamp_s - before.stamp_s) / (after.stamp_s - before.stamp_s);
+  const double turn = calib::WrapAngle(after.heading_rad - before.heading_rad);
+  return {calib::WrapAngle(before.heading_rad + part * turn),
+          (1 - part) * Variance(before) + part * Variance(after)};
+}
+
+}  // namespace
+
+void HeadingTrackParams::Validate() const {
+  const auto require = [](const char* field, double value) {
+    if (!(std::isfinite(value) && value >= 0)) {
+      throw calib::InputError(
+          fmt::format("heading track: {} = {}, must be finite and >= 0", field, value));
+    }
+  };
+  require("variance_growth_rad2_per_s", variance_growth_rad2_per_s);
+  require("max_gap_s", max_gap_s);
+}
+
+HeadingTrack::HeadingTrack(std::vector<HeadingSample> samples, const HeadingTrackParams& params)
+    : samples_(std::move(samples)), params_(params) {
+  params_.Validate();
+  CheckSamples(samples_);
+  for (HeadingSample& sample : samples_) sample.heading_rad = calib::WrapAngle(sample.heading_rad);
+}
+
+std::optional<HeadingPrior> HeadingTrack::At(double stamp_s) const {
+  if (samples_.empty()) return std::nullopt;
+  const auto after = std::upper_bound(
+      samples_.begin(), samples_.end(), stamp_s, [](double stamp, const HeadingSample& sample) {
+        return stamp < sample.stamp_s;
+      });
+  const HeadingSample& next = after == samples_.end() ? samples_.back() : *after;
+  const HeadingSample& last = after == samples_.begin() ? samples_.front() : *std::prev(after);
+  const bool next_is_nearer = std::abs(next.stamp_s - stamp_s) < std::abs(stamp_s - last.stamp_s);
+  const HeadingSample& nearest = next_is_nearer ? next : last;
+  const double distance_s = std::abs(stamp_s - nearest.stamp_s);
+  if (!(distance_s <= params_.max_gap_s)) return std::nullopt;
+
+  const bool between = last.stamp_s < next.stamp_s;
+  const bool close = next.stamp_s - last.stamp_s <= 2 * params_.max_gap_s;
+  HeadingPrior prior = between && close ? Interpolate(last, next, stamp_s)
+                                        : HeadingPrior{nearest.heading_rad, Variance(nearest)};
+  prior.variance_rad2 += params_.variance_growth_rad2_per_s * distance_s;
+  return prior;
+}
+
+}  // namespace ceilmap::localization

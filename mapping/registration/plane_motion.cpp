@@ -1,0 +1,170 @@
+#include "mapping/registration/plane_motion.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace ceilmap::registration {
+namespace {
+
+using Parameters = std::array<double, 6>;  // x, y, height, yaw, tilt_x, tilt_y
+
+// Current picture position of a reference pixel; the plane lies at distance 1.
+template <typename T>
+Eigen::Matrix<T, 2, 1> Project(const PlaneCamera& camera, const T* p, const Eigen::Vector2d& x) {
+  using std::cos;
+  using std::sin;
+  const Eigen::Vector2d ray = (x - camera.principal_px) / camera.focal_px;
+  const T dx = T(ray.x()) - p[0];
+  const T dy = T(ray.y()) - p[1];
+  const T dz = T(1.0) - p[2];
+  // R' = Rx(-tilt_x) Ry(-tilt_y) Rz(-yaw), one after another.
+  const T ax = cos(p[3]) * dx + sin(p[3]) * dy;
+  const T ay = -sin(p[3]) * dx + cos(p[3]) * dy;
+  const T bx = cos(p[5]) * ax - sin(p[5]) * dz;
+  const T bz = sin(p[5]) * ax + cos(p[5]) * dz;
+  const T cy = cos(p[4]) * ay + sin(p[4]) * bz;
+  const T cz = -sin(p[4]) * ay + cos(p[4]) * bz;
+  return {camera.focal_px * bx / cz + camera.principal_px.x(),
+          camera.focal_px * cy / cz + camera.principal_px.y()};
+}
+
+Parameters ToArray(const PlaneMotion& m) {
+  return {m.x, m.y, m.height, m.yaw, m.tilt_x, m.tilt_y};
+}
+
+PlaneMotion FromArray(const Parameters& p) {
+  return {p[0], p[1], p[2], p[3], p[4], p[5]};
+}
+
+// Residual of a block in reference pixels, weighted by what the block can see.
+struct BlockResidual {
+  const PlaneCamera* camera;
+  const PlaneShift* shift;
+  Eigen::Matrix2d whitening;
+
+  template <typename T>
+  bool operator()(const T* const p, T* residual) const {
+    const Eigen::Matrix<T, 2, 1> error =
+        Project(*camera, p, shift->block.point) - shift->seen.cast<T>();
+    const Eigen::Matrix<T, 2, 1> weighted = whitening.cast<T>() * error;
+    residual[0] = weighted[0];
+    residual[1] = weighted[1];
+    return true;
+  }
+};
+
+Eigen::Matrix2d Whitening(const PlaneShift& shift) {
+  // W'W = quality * sharpness, taken to the current picture by the local linear part.
+  const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
+  const Eigen::LLT<Eigen::Matrix2d> llt(information + 1e-9 * Eigen::Matrix2d::Identity());
+  return llt.matrixU().toDenseMatrix() * shift.current_from_reference.inverse();
+}
+
+std::vector<int> HeldParameters(const PlaneFitParams& params) {
+  std::vector<int> held;
+  if (!params.fit_height) held.push_back(2);
+  if (!params.fit_tilt) held.insert(held.end(), {4, 5});
+  return held;
+}
+
+}  // namespace
+
+Eigen::Vector2d PlaneMotion::Apply(const PlaneCamera& camera, const Eigen::Vector2d& at) const {
+  const Parameters p = ToArray(*this);
+  return Project(camera, p.data(), at);
+}
+
+Eigen::Matrix2d PlaneMotion::Jacobian(const PlaneCamera& camera, const Eigen::Vector2d& at) const {
+  const double h = 1e-3;
+  Eigen::Matrix2d j;
+  j.col(0) =
+      (Apply(camera, at + Eigen::Vector2d(h, 0)) - Apply(camera, at - Eigen::Vector2d(h, 0))) /
+      (2 * h);
+  j.col(1) =
+      (Apply(camera, at + Eigen::Vector2d(0, h)) - Apply(camera, at - Eigen::Vector2d(0, h))) /
+      (2 * h);
+  return j;
+}
+
+PlaneMotion PlaneMotion::FromSimilarity(const PlaneCamera& camera, const ImageMotion& motion) {
+  // x_cur = s R(theta) x_ref + t about the centre; without tilt the model gives
+  // x_cur - pp = f Rz(-yaw) ((x_ref - pp) / f - (x, y)) / (1 - height).
+  PlaneMotion plane;
+  plane.yaw = -motion.theta_rad;
+  plane.height = 1 - 1 / motion.scale;
+  const Eigen::Vector2d pp = camera.principal_px;
+  const Eigen::Vector2d centre_ray = (motion.Apply(pp) - pp) / (camera.focal_px * motion.scale);
+  const double c = std::cos(motion.theta_rad);
+  const double s = std::sin(motion.theta_rad);
+  plane.x = -(c * centre_ray.x() + s * centre_ray.y());
+  plane.y = -(-s * centre_ray.x() + c * centre_ray.y());
+  return plane;
+}
+
+PlaneFit FitPlaneMotion(const PlaneCamera& camera,
+                        const std::vector<PlaneShift>& shifts,
+                        const PlaneMotion& start,
+                        const PlaneFitParams& params) {
+  PlaneFit fit;
+  fit.motion = start;
+  if (shifts.size() < 6) return fit;
+  Parameters p = ToArray(start);
+  std::vector<double> sizes(shifts.size());
+  const auto robust_scale = [&] {
+    for (std::size_t i = 0; i < shifts.size(); ++i) {
+      const Eigen::Vector2d error =
+          Project(camera, p.data(), shifts[i].block.point) - shifts[i].seen;
+      sizes[i] = (Whitening(shifts[i]) * error).norm();
+    }
+    auto sorted = sizes;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    return std::max(params.sigma_floor_px, *middle / 1.1774);
+  };
+  const std::vector<int> held = HeldParameters(params);
+  for (int round = 0; round < 3; ++round) {
+    fit.sigma_px = robust_scale();
+    ceres::Problem problem;
+    // The scale belongs to the squared residual norm: Cauchy's 2.3849 sigma keeps 95 % efficiency.
+    for (const PlaneShift& shift : shifts) {
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BlockResidual, 2, 6>(
+                                   new BlockResidual{&camera, &shift, Whitening(shift)}),
+                               new ceres::CauchyLoss(2.3849 * fit.sigma_px),
+                               p.data());
+    }
+    if (!held.empty()) problem.SetManifold(p.data(), new ceres::SubsetManifold(6, held));
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_QR;
+    options.logging_type = ceres::SILENT;
+    options.max_num_iterations = 20;
+    options.num_threads = 1;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    if (!summary.IsSolutionUsable()) return fit;
+    if (round < 2) continue;
+    ceres::Covariance::Options covariance_options;
+    covariance_options.algorithm_type = ceres::DENSE_SVD;
+    ceres::Covariance covariance(covariance_options);
+    const std::vector<const double*> blocks{p.data()};
+    if (!covariance.Compute(blocks, &problem)) return fit;
+    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> unscaled;
+    covariance.GetCovarianceBlock(p.data(), p.data(), unscaled.data());
+    fit.sigma_px = robust_scale();
+    fit.covariance = fit.sigma_px * fit.sigma_px * unscaled;
+  }
+  for (const PlaneShift& shift : shifts) {
+    const Eigen::Vector2d error = Project(camera, p.data(), shift.block.point) - shift.seen;
+    const Eigen::Vector2d in_reference = shift.current_from_reference.inverse() * error;
+    fit.inliers += in_reference.dot(shift.block.sharpness * in_reference) < 1 ? 1 : 0;
+  }
+  fit.motion = FromArray(p);
+  fit.ok = true;
+  return fit;
+}
+
+}  // namespace ceilmap::registration

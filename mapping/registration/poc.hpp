@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "mapping/registration/fft.hpp"
+
+namespace ceilmap::registration {
+
+/// Rising and falling cosine edges over the part `taper` of each end, 1 between (Tukey window); n
+/// samples. taper 0: all 1, 0.5: Hann window.
+std::vector<float> TukeyWindow(int n, double taper);
+
+/// A peak of a correlation surface.
+struct PocPeak {
+  /// Shift of the second picture's content against the first's, pixels: second(x) = first(x -
+  /// shift). With periodic wrap- around, so each coordinate is only known modulo the size; given in
+  /// [-size/2, size/2).
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+  /// Agreement of the weighted phases under this shift, 1 when both pictures are the same up to the
+  /// shift.
+  double height = 0;
+  /// Curvature of the peak relative to the sharpest that the band allows: 1 in directions with full
+  /// texture, near 0 along an edge, where the shift is not determined.
+  Eigen::Matrix2d sharpness = Eigen::Matrix2d::Identity();
+};
+
+struct PocParams {
+  double taper = 0.4;  ///< of the Tukey window on both axes, 0 .. 0.5
+  double band_sigma =
+      0.12;  ///< standard deviation of the Gaussian spectral weight, cycles per pixel, > 0
+};
+
+/// Phase-only correlation of pictures of one size, in single precision, with a Gaussian spectral
+/// weight (Kuglin & Hines 1975; band limitation after Ito et al. 2004 and Takita et al. 2003).
+///
+/// The cross spectrum is whitened down to the noise: each bin is weighted by band / (|A||B| +
+/// noise), which is pure phase-only correlation where both pictures stand above the noise and turns
+/// into plain correlation below it. Noise-only bins then do not shout down the others, as they do
+/// in the pure method.
+///
+/// With a Gaussian weight the surface around a peak is a Gaussian of known shape: its top follows
+/// in closed form from the logarithms of the 3x3 samples around the highest one.
+///
+/// Holds buffers and a surface: one object per thread. Results refer to the last Correlate.
+class PocPlane {
+ public:
+  PocPlane(cv::Size size, const PocParams& params = {});
+
+  [[nodiscard]] cv::Size Size() const { return size_; }
+  [[nodiscard]] std::size_t Area() const { return fft_.RealSize(); }
+  [[nodiscard]] std::size_t SpectrumSize() const { return fft_.SpectrumSize(); }
+  [[nodiscard]] const std::vector<float>& WindowX() const { return window_x_; }
+  [[nodiscard]] const std::vector<float>& WindowY() const { return window_y_; }
+  /// Sum of the squared window: expected power of a bin per unit variance of white noise.
+  [[nodiscard]] double WindowPower() const { return window_power_; }
+  [[nodiscard]] std::span<const float> Band() const { return band_; }
+
+  /// Spectrum of a picture that has been multiplied with the window. out: SpectrumSize() bins.
+  void Transform(const RealArray& windowed, ComplexArray& out) const;
+  /// Mean removed, windowed, transformed. @param picture  CV_32FC1 or CV_8UC1 of Size().
+  /// @throws std::invalid_argument on another type or size.
+  ComplexArray Spectrum(const cv::Mat& picture);
+
+  /// Correlation surface of two spectra. @param noise_power  expected |A||B| of noise alone.
+  /// @param conjugate_b  as if the second picture were turned by 180 degrees about pixel (0, 0).
+  void Correlate(const ComplexArray& a,
+                 const ComplexArray& b,
+                 double noise_power,
+                 bool conjugate_b = false);
+
+  /// Highest peaks of the surface, at least about half a cell of 8 pixels apart, highest first.
+  [[nodiscard]] std::vector<PocPeak> BestPeaks(int count) const;
+  /// Highest peak with both coordinates within +-reach pixels (reach < size / 2). Height 0 where
+  /// there is none.
+  [[nodiscard]] PocPeak PeakWithin(int reach) const;
+
+ private:
+  [[nodiscard]] float At(int x, int y) const;
+  [[nodiscard]] PocPeak SubPixel(int x, int y) const;
+
+  cv::Size size_;
+  PocParams params_;
+  RealFft fft_;
+  std::vector<float> window_x_;
+  std::vector<float> window_y_;
+  double window_power_ = 0;
+  std::vector<float> band_;
+  RealArray windowed_;
+  ComplexArray cross_;
+  RealArray surface_;
+  double total_ = 0;  // height of the peak of two equal pictures
+};
+
+}  // namespace ceilmap::registration

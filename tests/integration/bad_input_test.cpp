@@ -1,0 +1,196 @@
+// Every unusable input ends with its exit code, one line on stderr that says what is wrong, and
+// nothing left behind.
+
+#include <algorithm>
+
+#include "tests/integration/recordings.hpp"
+
+namespace ceilmap::integration {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+struct BadInput {
+  std::string name;
+  std::vector<std::string> arguments;
+  std::string message;  // part of it
+  int exit_code = 2;
+};
+
+std::ostream& operator<<(std::ostream& stream, const BadInput& input) {
+  return stream << input.name;
+}
+
+// Arguments of a mapping run that is right but for what follows.
+std::vector<std::string> Map(std::vector<std::string> more) {
+  more.insert(more.begin(), "map");
+  const bool has_output = std::find(more.begin(), more.end(), "-o") != more.end();
+  if (!has_output) more.insert(more.end(), {"-o", "m.gpkg"});
+  more.insert(more.end(), {"--trajectory=t.tum", "--summary=s.json"});
+  return more;
+}
+
+void WriteBadInputs(const app::TestFolder& in) {
+  const std::vector<cv::Mat> pictures = CeilingPictures();
+  std::vector<cv::Mat> some(pictures.begin(), pictures.begin() + 6);
+  app::WritePictures(in / "damaged", some);
+  in.Write("damaged/frame4.png", "no picture");
+  some[4] = some[4](cv::Rect(0, 0, 200, 200)).clone();
+  app::WritePictures(in / "sizes", some);
+  app::WritePictures(in / "small", {some[4], some[4]});
+  app::WritePictures(in / "black", std::vector<cv::Mat>(5, cv::Mat::zeros(kPictureSize, CV_8U)));
+  app::WriteVideo(
+      in / "grey.avi", std::vector<cv::Mat>(5, cv::Mat(kPictureSize, CV_8U, cv::Scalar(128))), 10);
+  std::filesystem::create_directory(in / "nothing");
+  in.Write("empty.mp4", "");
+  in.Write("text.mp4", "this is no video\n");
+  const std::string video = app::ReadAll(in / "run.avi");
+  in.Write("headless.avi", video.substr(video.size() / 2));
+  in.Write("zero.avi", video.substr(0, video.find("movi") + 4));
+  in.Write("short.csv", app::StampsCsv(kFrames - 1, 0, 1));
+  in.Write("long.csv", app::StampsCsv(kFrames + 1, 0, 1));
+  in.Write("back.csv", "index,timestamp\n0,1\n1,0.5\n");
+  std::string rig = kRig;
+  in.Write("focal.yaml", rig.replace(rig.find("data: [200"), 10, "data: [-20"));
+  in.Write("pairs.csv", "id,reference,current\na,run/frame0.png,run/none.png\n");
+  in.Write("sizes.csv", "id,reference,current\na,run/frame0.png,sizes/frame4.png\n");
+  in.Write(
+      "twice.csv",
+      "id,reference,current\na,run/frame0.png,run/frame1.png\na,run/frame0.png,run/frame1.png\n");
+  in.Write("damaged.csv", "id,reference,current\na,run/frame0.png,damaged/frame4.png\n");
+  in.Write("truth.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n");
+  in.Write("later.tum", "11 0 0 0 0 0 0 1\n12 1 0 0 0 0 0 1\n");
+  in.Write("nan.tum", "1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n");
+}
+
+class BadInputTest : public testing::TestWithParam<BadInput> {};
+
+TEST_P(BadInputTest, IsOneLineAndLeavesNothing) {
+  const Recordings test;
+  WriteBadInputs(test.in);
+  const ProcessResult result = test.Run(GetParam().arguments);
+  EXPECT_EQ(result.exit_code, GetParam().exit_code);
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));
+  EXPECT_THAT(result.err, HasSubstr(GetParam().message));
+  EXPECT_EQ(result.out, "");
+  EXPECT_THAT(test.out.Names(), IsEmpty());
+}
+
+const std::vector<BadInput> kSources = {
+    {"NoSuchFile", Map({"--up=@none.mp4"}), "no such file"},
+    {"NotAVideo", Map({"--up=@text.mp4"}), "not a video"},
+    {"EmptyFile", Map({"--up=@empty.mp4"}), "is empty"},
+    {"NoHeader", Map({"--up=@headless.avi"}), "headless.avi"},
+    {"ZeroFrames", Map({"--up=@zero.avi"}), "zero.avi"},
+    {"EmptyFolder", Map({"--up=@nothing"}), "no pictures"},
+    {"EmptyPattern", Map({"--up=@nothing/%d.png"}), "no file"},
+    {"NoCamera", Map({"--up=/dev/video4711"}), "/dev/video4711"},
+    {"NotTheRigsSize", Map({"--rig=@rig.yaml", "--up=@small"}), "200x200 px, but camera 'up'"},
+    {"SizesThatChange", Map({"--up=@sizes"}), "frame 4 is 200x200"},
+    {"DamagedPicture", Map({"--up=@damaged"}), "frame4.png"},
+    {"Black", Map({"--up=@black"}), "texture", 1},
+    {"Uniform", Map({"--up=@grey.avi"}), "texture", 1},
+};
+
+const std::vector<BadInput> kStampsAndRigs = {
+    {"FewStamps", Map({"--up=@run.avi", "--stamps=@short.csv"}), "23 stamps"},
+    {"ManyStamps", Map({"--up=@run.avi", "--stamps=@long.csv"}), "25 stamps"},
+    {"FewStampsForPictures", Map({"--up=@run", "--stamps=@short.csv"}), "24 frames"},
+    {"StampsGoBack", Map({"--up=@run.avi", "--stamps=@back.csv"}), "back.csv:3"},
+    {"NoStampsFile", Map({"--up=@run.avi", "--stamps=@none.csv"}), "none.csv"},
+    {"NoRig", Map({"--up=@run.avi", "--rig=@none.yaml"}), "none.yaml"},
+    {"RigIsNone", Map({"--up=@run.avi", "--rig=@stamps.csv"}), "stamps.csv"},
+    {"NegativeFocalLength", Map({"--up=@run.avi", "--rig=@focal.yaml"}), "focal.yaml"},
+};
+
+const std::vector<BadInput> kArguments = {
+    {"NoCommand", {}, "ceilmap --help"},
+    {"UnknownCommand", {"fly"}, "no command 'fly'"},
+    {"UnknownOption", Map({"--up=@run", "--fast"}), "--fast"},
+    {"NoSource", Map({}), "--up"},
+    {"NoOutput", {"map", "--up=@run"}, "-o"},
+    {"OptionWithoutValue", {"map", "--up"}, "--up"},
+    {"QuietAndVerbose", Map({"--up=@run", "--quiet", "--verbose"}), "--quiet"},
+    {"BadOrigin", Map({"--up=@run", "--origin=1,2"}), "X,Y,YAW_DEG"},
+    {"ZeroResolution", Map({"--up=@run", "--resolution=0"}), "--resolution"},
+    {"ResolutionIsNoNumber", Map({"--up=@run", "--resolution=fine"}), "--resolution"},
+    {"UnknownTilt", Map({"--up=@run", "--tilt=some"}), "--tilt"},
+    {"TiltNotYet", Map({"--up=@run", "--tilt=fused"}), "not available"},
+    {"ForwardNotYet", Map({"--up=@run", "--forward=@run"}), "not available"},
+    {"OmniNotYet", Map({"--up=@run", "--omni=@run"}), "not available"},
+    {"AppendNotYet", Map({"--up=@run", "--append"}), "not available"},
+};
+
+const std::vector<BadInput> kOutputs = {
+    {"NotAGeoPackage", Map({"--up=@run", "-o", "m.tif"}), ".gpkg"},
+    {"NoFolder", Map({"--up=@run", "-o", "none/m.gpkg"}), "does not exist"},
+    {"ReadOnlyFolder", Map({"--up=@run", "-o", "/proc/m.gpkg"}), "/proc"},
+    {"NoFolderForPicture", Map({"--up=@run", "--picture=none/m.png"}), "does not exist"},
+    {"PictureIsNoPng", Map({"--up=@run", "--picture=m.jpg"}), ".png"},
+    {"TwoResultsInOneFile", Map({"--up=@run", "--uncompensated=t.tum"}), "two results"},
+    {"NoFolderForSummary", {"info", "@m.gpkg", "--summary=none/s.json"}, "does not exist"},
+};
+
+const std::vector<BadInput> kMaps = {
+    {"InfoWithoutMap", {"info", "@none.gpkg"}, "none.gpkg"},
+    {"InfoOnNoMap", {"info", "@run.avi"}, "run.avi"},
+    {"ExportWithoutMap", {"export", "@none.gpkg", "--format=png", "-o", "m.png"}, "none.gpkg"},
+    {"ExportUnknownFormat", {"export", "@none.gpkg", "--format=bmp", "-o", "m.bmp"}, "--format"},
+    {"ExportNoFolder", {"export", "@m.gpkg", "--format=png", "-o", "none/m.png"}, "does not exist"},
+    {"ExportRosFromBelow",
+     {"export", "@m.gpkg", "--format=ros", "-o", "m", "--from-below"},
+     "--from-below"},
+};
+
+const std::vector<BadInput> kPairs = {
+    {"RegisterNothing", {"register"}, "two pictures"},
+    {"RegisterOnePicture", {"register", "@run/frame0.png"}, "two pictures"},
+    {"RegisterMissing", {"register", "@run/frame0.png", "@none.png", "-o", "r.csv"}, "none.png"},
+    {"RegisterSizes", {"register", "@run/frame0.png", "@small/frame0.png"}, "320x240"},
+    {"PairsAndPictures",
+     {"register", "@run/frame0.png", "@run/frame1.png", "--pairs=@pairs.csv", "-o", "r.csv"},
+     "two pictures"},
+    {"PairsWithoutOutput", {"register", "--pairs=@pairs.csv"}, "-o OUT.csv"},
+    {"PairsNoFile", {"register", "--pairs=@none.csv", "-o", "r.csv"}, "none.csv"},
+    {"PairsNoColumns", {"register", "--pairs=@stamps.csv", "-o", "r.csv"}, "'id'"},
+    {"PairsMissingPicture", {"register", "--pairs=@pairs.csv", "-o", "r.csv"}, "pairs.csv:2"},
+    {"PairsSizes", {"register", "--pairs=@sizes.csv", "-o", "r.csv"}, "sizes.csv:2"},
+    {"PairsTwice", {"register", "--pairs=@twice.csv", "-o", "r.csv"}, "twice.csv:3"},
+    {"PairsDamagedPicture", {"register", "--pairs=@damaged.csv", "-o", "r.csv"}, "damaged.csv:2"},
+    {"PairsNoFolder", {"register", "--pairs=@pairs.csv", "-o", "none/r.csv"}, "does not exist"},
+};
+
+const std::vector<BadInput> kTrajectories = {
+    {"NoTruth", {"evaluate", "--truth=@none.tum", "@truth.tum", "-o", "r"}, "none.tum"},
+    {"NoEstimate", {"evaluate", "--truth=@truth.tum", "-o", "r"}, "estimates"},
+    {"FaultyEstimate", {"evaluate", "--truth=@truth.tum", "@nan.tum", "-o", "r"}, "nan.tum:2"},
+    {"NothingInCommon", {"evaluate", "--truth=@truth.tum", "@later.tum", "-o", "r"}, "later.tum"},
+    {"OneNameTwice",
+     {"evaluate", "--truth=@truth.tum", "@truth.tum", "truth=@truth.tum"},
+     "'truth' is taken"},
+    {"ReportFolderInUse", {"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "@run"}, "empty"},
+    {"ReportInNoFolder",
+     {"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "none/r"},
+     "does not exist"},
+    {"UnknownAlignment", {"evaluate", "--truth=@truth.tum", "@truth.tum", "--align=x"}, "--align"},
+    {"MapNotYet",
+     {"evaluate", "--truth=@truth.tum", "@truth.tum", "--map=@m.gpkg"},
+     "not available"},
+};
+
+std::string NameOf(const testing::TestParamInfo<BadInput>& info) {
+  return info.param.name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Sources, BadInputTest, testing::ValuesIn(kSources), NameOf);
+INSTANTIATE_TEST_SUITE_P(StampsAndRigs, BadInputTest, testing::ValuesIn(kStampsAndRigs), NameOf);
+INSTANTIATE_TEST_SUITE_P(Arguments, BadInputTest, testing::ValuesIn(kArguments), NameOf);
+INSTANTIATE_TEST_SUITE_P(Outputs, BadInputTest, testing::ValuesIn(kOutputs), NameOf);
+INSTANTIATE_TEST_SUITE_P(Maps, BadInputTest, testing::ValuesIn(kMaps), NameOf);
+INSTANTIATE_TEST_SUITE_P(Pairs, BadInputTest, testing::ValuesIn(kPairs), NameOf);
+INSTANTIATE_TEST_SUITE_P(Trajectories, BadInputTest, testing::ValuesIn(kTrajectories), NameOf);
+
+}  // namespace
+}  // namespace ceilmap::integration

@@ -1,0 +1,371 @@
+#include <sys/stat.h>
+
+#include <atomic>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "app/tum.hpp"
+#include "tests/integration/recordings.hpp"
+
+namespace ceilmap::integration {
+namespace {
+
+using app::ReadAll;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+using testing::UnorderedElementsAre;
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// Checks a trajectory of the test recording: straight, without a turn.
+void ExpectStraightPath(const std::filesystem::path& file,
+                        double units_per_px,
+                        double first_s,
+                        double period_s) {
+  const std::vector<app::StampedPose> poses = app::ReadTum(file);
+  ASSERT_EQ(poses.size(), static_cast<std::size_t>(kFrames));
+  for (int i = 0; i < kFrames; ++i) {
+    SCOPED_TRACE(i);
+    const app::StampedPose& pose = poses[static_cast<std::size_t>(i)];
+    EXPECT_NEAR(pose.stamp_s, first_s + i * period_s, 1e-6);
+    EXPECT_NEAR(pose.position.x(), -kStep.y * i * units_per_px, 0.2 * units_per_px);
+    EXPECT_NEAR(pose.position.y(), kStep.x * i * units_per_px, 0.2 * units_per_px);
+    EXPECT_EQ(pose.position.z(), 0);
+    EXPECT_NEAR(app::YawOf(pose), 0, 0.001);
+  }
+}
+
+TEST(Program, TellsItsVersionAndItsCommands) {
+  const app::TestFolder folder;
+  const ProcessResult version = RunCeilmap({"--version"}, folder.Path());
+  EXPECT_EQ(version.exit_code, 0);
+  EXPECT_EQ(version.out, std::string("ceilmap ") + CEILMAP_VERSION + "\n");
+  const ProcessResult help = RunCeilmap({"--help"}, folder.Path());
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_EQ(help.err, "");
+  for (const char* command : {"map", "info", "export", "register", "evaluate"}) {
+    EXPECT_THAT(help.out, HasSubstr(command));
+    const ProcessResult more = RunCeilmap({command, "--help"}, folder.Path());
+    EXPECT_EQ(more.exit_code, 0);
+    EXPECT_THAT(more.out, HasSubstr(std::string("\n  ceilmap ") + command)) << "no example";
+    for (const char* option : {"--summary", "--quiet", "--verbose"}) {
+      EXPECT_THAT(more.out, HasSubstr(option));
+    }
+  }
+}
+
+TEST(Map, FromAVideoInMetres) {
+  const Recordings test;
+  const ProcessResult result = test.Run({"map",
+                                         "--rig=@rig.yaml",
+                                         "--up=@run.avi",
+                                         "--stamps=@stamps.csv",
+                                         "-o",
+                                         "m.gpkg",
+                                         "--trajectory=t.tum",
+                                         "--uncompensated=t0.tum",
+                                         "--picture=m.png",
+                                         "--summary=s.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(test.out.Names(),
+              UnorderedElementsAre("m.gpkg", "t.tum", "t0.tum", "m.png", "s.json"));
+  for (const char* text : {"frames", "keyframes", "path", "1.455", "frames/s", "written m.gpkg"}) {
+    EXPECT_THAT(result.out, HasSubstr(text));
+  }
+  ExpectStraightPath(test.out / "t.tum", 0.01, 100, 0.1);
+  EXPECT_EQ(ReadAll(test.out / "t.tum"), ReadAll(test.out / "t0.tum"));
+
+  const auto summary = nlohmann::json::parse(ReadAll(test.out / "s.json"));
+  EXPECT_EQ(summary["command"], "map");
+  EXPECT_EQ(summary["frames"], kFrames);
+  EXPECT_EQ(summary["quality"]["tracked"], kFrames);
+  EXPECT_EQ(summary["quality"]["unit"], "m");
+  EXPECT_EQ(summary["files"].size(), 4U);
+  EXPECT_GT(summary["stages_ms"]["decode"], 0);
+
+  // The mosaic spans all pictures: (320 + 23 * 6) x (240 + 23 * 2), as seen from above.
+  const cv::Mat picture = cv::imread((test.out / "m.png").string(), cv::IMREAD_UNCHANGED);
+  EXPECT_NEAR(picture.rows, 320 + 23 * 6, 3);
+  EXPECT_NEAR(picture.cols, 240 + 23 * 2, 3);
+}
+
+TEST(Map, FromPicturesInPixelsSaysSo) {
+  const Recordings test;
+  const ProcessResult result =
+      test.Run({"map", "--up", "@run", "-o", "m.gpkg", "--trajectory", "t.tum"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(Lines(result.err), ElementsAre(HasSubstr("in pixels"), HasSubstr("one second")));
+  ExpectStraightPath(test.out / "t.tum", 1, 0, 1);
+}
+
+TEST(Map, FromAPattern) {
+  const Recordings test;
+  const ProcessResult result =
+      test.Run({"map", "--up", "@run/frame%d.png", "-o", "m.gpkg", "--trajectory", "t.tum"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  ExpectStraightPath(test.out / "t.tum", 1, 0, 1);
+}
+
+TEST(Map, QuietSaysNothing) {
+  const Recordings test;
+  const ProcessResult result = test.Run({"map", "--up", "@run", "-o", "m.gpkg", "--quiet"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(result.err, "");
+}
+
+TEST(Map, StartsAtTheOrigin) {
+  const Recordings test;
+  const ProcessResult result = test.Run({"map",
+                                         "--rig=@rig.yaml",
+                                         "--up=@run.avi",
+                                         "--origin",
+                                         "-1,2,90",
+                                         "-o",
+                                         "m.gpkg",
+                                         "--trajectory=t.tum"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::vector<app::StampedPose> poses = app::ReadTum(test.out / "t.tum");
+  EXPECT_NEAR(poses.front().position.x(), -1, 1e-9);
+  EXPECT_NEAR(poses.front().position.y(), 2, 1e-9);
+  // Turned by 90 degrees to the left, the robot's left is -x and its back -y.
+  EXPECT_NEAR(poses.back().position.x(), -1 - 0.06 * (kFrames - 1), 0.002);
+  EXPECT_NEAR(poses.back().position.y(), 2 - 0.02 * (kFrames - 1), 0.002);
+}
+
+TEST(Map, TakesTheResolution) {
+  const Recordings test;
+  EXPECT_EQ(
+      test.Run({"map", "--rig=@rig.yaml", "--up=@run.avi", "--resolution=0.02", "-o", "m.gpkg"})
+          .exit_code,
+      0);
+  const auto info = nlohmann::json::parse(test.Run({"info", "m.gpkg", "--json"}).out);
+  EXPECT_EQ(info["resolution"], 0.02);
+  EXPECT_NEAR(info["grid"]["height_px"].get<int>(), (320 + 23 * 6) / 2, 3);
+}
+
+TEST(Map, UsesACutVideoAsFarAsItGoes) {
+  const Recordings test;
+  const auto video = test.in / "run.avi";
+  std::filesystem::resize_file(video, std::filesystem::file_size(video) * 2 / 3);
+  const ProcessResult result = test.Run({"map",
+                                         "--rig=@rig.yaml",
+                                         "--up=@run.avi",
+                                         "--stamps=@stamps.csv",
+                                         "-o",
+                                         "m.gpkg",
+                                         "--trajectory=t.tum"});
+  EXPECT_EQ(result.exit_code, 0);
+  ASSERT_EQ(Lines(result.err).size(), 1U) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("warning"));
+  EXPECT_THAT(result.err, HasSubstr("of 24 frames"));
+  const std::size_t count = app::ReadTum(test.out / "t.tum").size();
+  EXPECT_GT(count, 10U);
+  EXPECT_LT(count, 24U);
+}
+
+// Endless Motion JPEG into a pipe, to and fro along the ceiling, until nobody reads any more.
+class EndlessStream {
+ public:
+  explicit EndlessStream(const std::filesystem::path& pipe) {
+    signal(SIGPIPE, SIG_IGN);
+    EXPECT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    for (const cv::Mat& picture : CeilingPictures()) {
+      std::vector<uchar> code;
+      cv::imencode(".jpg", picture, code);
+      pictures_.push_back(std::move(code));
+    }
+    pictures_.insert(pictures_.end(), pictures_.rbegin(), pictures_.rend());
+    writer_ = std::thread([this, pipe] {
+      std::ofstream stream(pipe, std::ios::binary);
+      for (std::size_t i = 0; stream; i = (i + 1) % pictures_.size()) {
+        const std::vector<uchar>& code = pictures_[i];
+        stream.write(reinterpret_cast<const char*>(code.data()),
+                     static_cast<std::streamsize>(code.size()));
+      }
+    });
+  }
+  ~EndlessStream() { writer_.join(); }
+  EndlessStream(const EndlessStream&) = delete;
+  EndlessStream& operator=(const EndlessStream&) = delete;
+
+ private:
+  std::vector<std::vector<uchar>> pictures_;
+  std::thread writer_;
+};
+
+TEST(Map, KeepsWhatIsDoneWhenInterrupted) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const Recordings test;
+    const EndlessStream stream(test.in / "pipe.mjpeg");
+    ChildProcess child(test.Resolve({CEILMAP_EXE,
+                                     "map",
+                                     "--rig=@rig.yaml",
+                                     "--up=@pipe.mjpeg",
+                                     "-o",
+                                     "m.gpkg",
+                                     "--trajectory=t.tum",
+                                     "--summary=s.json",
+                                     "--verbose"}),
+                       test.out.Path());
+    EXPECT_TRUE(child.WaitForErr("frame 30 at"));
+    child.Send(signal);
+    const ProcessResult result = child.Wait();
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(test.out.Names(), UnorderedElementsAre("m.gpkg", "t.tum", "s.json"));
+    const std::size_t kept = app::ReadTum(test.out / "t.tum").size();
+    EXPECT_GE(kept, 31U);
+    EXPECT_THAT(Lines(result.err),
+                Contains(fmt::format("ceilmap: interrupted: {} frames were kept", kept)));
+    EXPECT_EQ(nlohmann::json::parse(ReadAll(test.out / "s.json"))["interrupted"], true);
+    EXPECT_EQ(test.Run({"info", "m.gpkg"}).exit_code, 0);
+  }
+}
+
+TEST(Info, TellsWhatTheMapHolds) {
+  const Recordings test;
+  ASSERT_EQ(
+      test.Run({"map", "--rig=@rig.yaml", "--up=@run.avi", "--stamps=@stamps.csv", "-o", "m.gpkg"})
+          .exit_code,
+      0);
+  const ProcessResult table = test.Run({"info", "m.gpkg"});
+  EXPECT_EQ(table.exit_code, 0);
+  for (const char* text : {"test robot", "24 poses", "0.01 m per px", "2.400 m", "version 1"}) {
+    EXPECT_THAT(table.out, HasSubstr(text));
+  }
+  const ProcessResult result = test.Run({"info", "m.gpkg", "--json"});
+  EXPECT_EQ(result.exit_code, 0);
+  const auto info = nlohmann::json::parse(result.out);
+  EXPECT_EQ(info["unit"], "m");
+  EXPECT_EQ(info["robot"], "test robot");
+  EXPECT_EQ(info["ceiling_height_m"], 2.4);
+  EXPECT_EQ(info["trajectory_poses"], kFrames);
+  EXPECT_EQ(info["first_stamp_s"], 100);
+  EXPECT_EQ(info["view"]["width_px"], 320);
+  EXPECT_EQ(info["rig_yaml"], kRig);
+  EXPECT_THAT(info["provenance"].get<std::string>(), StartsWith("ceilmap map --rig="));
+  // Seen: the sweep of a 3.2 m x 2.4 m picture along 23 steps.
+  EXPECT_NEAR(info["covered_area"].get<double>(),
+              3.2 * 2.4 + 23 * (0.06 * 2.4 + 0.02 * 3.2 - 0.06 * 0.02),
+              0.1);
+  EXPECT_EQ(info["file_bytes"], std::filesystem::file_size(test.out / "m.gpkg"));
+}
+
+TEST(Export, WritesEveryFormat) {
+  const Recordings test;
+  ASSERT_EQ(test.Run({"map", "--rig=@rig.yaml", "--up=@run.avi", "-o", "m.gpkg"}).exit_code, 0);
+  const auto expect = [&test](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"export", "m.gpkg"});
+    const ProcessResult result = test.Run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, StartsWith("written "));
+  };
+  expect({"--format=png", "-o", "above.png"});
+  expect({"--format=png", "-o", "below.png", "--from-below"});
+  expect({"--format=geotiff", "-o", "m.tif"});
+  expect({"--format=ros", "-o", "ros"});
+  EXPECT_THAT(test.out.Names(),
+              ElementsAre("above.png", "below.png", "m.gpkg", "m.tif", "ros.png", "ros.yaml"));
+  const cv::Mat above = cv::imread((test.out / "above.png").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat below = cv::imread((test.out / "below.png").string(), cv::IMREAD_UNCHANGED);
+  cv::Mat flipped;
+  cv::flip(below, flipped, 1);
+  EXPECT_EQ(cv::norm(above, flipped, cv::NORM_INF), 0);
+  EXPECT_THAT(ReadAll(test.out / "ros.yaml"), HasSubstr("image: ros.png"));
+}
+
+TEST(Export, PixelsAreNoMetresForRos) {
+  const Recordings test;
+  ASSERT_EQ(test.Run({"map", "--up=@run", "-o", "m.gpkg"}).exit_code, 0);
+  const ProcessResult result = test.Run({"export", "m.gpkg", "--format=ros", "-o", "ros"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(Lines(result.err).size(), 1U) << result.err;
+  EXPECT_THAT(test.out.Names(), ElementsAre("m.gpkg"));
+}
+
+TEST(Register, OnePair) {
+  const Recordings test;
+  const ProcessResult result =
+      test.Run({"register", "@run/frame0.png", "@run/frame3.png", "--fixed-scale", "-o", "r.csv"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("verdict"));
+  EXPECT_THAT(result.out, HasSubstr("clockwise"));
+  const std::vector<std::string> lines = Lines(ReadAll(test.out / "r.csv"));
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_THAT(lines[1], StartsWith("frame3,1,-1"));
+}
+
+TEST(Register, AListWithPathsFromItsFolder) {
+  const Recordings test;
+  cv::imwrite((test.in / "black.png").string(), cv::Mat::zeros(kPictureSize, CV_8UC1));
+  test.in.Write("pairs.csv",
+                "id,reference,current\n"
+                "near,run/frame0.png,run/frame3.png\n"
+                "\"a, b\",run/frame5.png,run/frame5.png\n"
+                "dark,run/frame0.png,black.png\n");
+  const ProcessResult result =
+      test.Run({"register", "--pairs", "@pairs.csv", "-o", "r.csv", "--summary", "s.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::vector<std::string> lines = Lines(ReadAll(test.out / "r.csv"));
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_EQ(lines[0], "id,ok,tx,ty,theta_deg,scale,peak,runner_up,ms");
+  EXPECT_EQ(lines[3], "dark,0,,,,,,,");
+  EXPECT_THAT(lines[2], StartsWith("\"a, b\",1,"));
+  double tx = 0;
+  double ty = 0;
+  double theta_deg = 0;
+  double scale = 0;
+  ASSERT_EQ(std::sscanf(lines[1].c_str(), "near,1,%lf,%lf,%lf,%lf", &tx, &ty, &theta_deg, &scale),
+            4);
+  EXPECT_NEAR(tx, -3 * kStep.x, 0.05);  // the content moves against the camera
+  EXPECT_NEAR(ty, -3 * kStep.y, 0.05);
+  EXPECT_NEAR(theta_deg, 0, 0.02);
+  EXPECT_NEAR(scale, 1, 0.001);
+  const auto summary = nlohmann::json::parse(ReadAll(test.out / "s.json"));
+  EXPECT_EQ(summary["frames"], 3);
+  EXPECT_EQ(summary["quality"]["verdicts"]["ok"], 2);
+}
+
+TEST(Evaluate, ReportsEachEstimate) {
+  const Recordings test;
+  std::string truth;
+  std::string estimate;
+  for (int i = 0; i < 10; ++i) {
+    truth += fmt::format("{} {} 0 0 0 0 0 1\n", i, 0.5 * i);
+    if (i != 4)
+      estimate += fmt::format("{} 7 {} 0 0 0 {} {}\n", i, 0.5 * i, std::sqrt(0.5), std::sqrt(0.5));
+  }
+  test.in.Write("truth.tum", truth);
+  test.in.Write("est.tum", estimate);
+  const ProcessResult result =
+      test.Run({"evaluate", "--truth=@truth.tum", "turned=@est.tum", "@truth.tum", "-o", "report"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("position per metre"));
+  const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
+  const auto& turned = metrics["estimates"]["turned"];
+  EXPECT_EQ(turned["matched"], 9);
+  EXPECT_EQ(turned["coverage"], 0.9);
+  EXPECT_LT(turned["position_m"]["max"], 1e-12);
+  EXPECT_LT(turned["yaw_deg"]["max"], 1e-12);
+  EXPECT_EQ(metrics["estimates"]["truth"]["matched"], 10);
+
+  const ProcessResult unaligned =
+      test.Run({"evaluate", "--truth=@truth.tum", "@est.tum", "--align=none", "-o", "plain"});
+  EXPECT_EQ(unaligned.exit_code, 0);
+  const auto plain = nlohmann::json::parse(ReadAll(test.out / "plain/metrics.json"));
+  EXPECT_NEAR(plain["estimates"]["est"]["yaw_deg"]["rmse"].get<double>(), 90, 1e-9);
+}
+
+}  // namespace
+}  // namespace ceilmap::integration

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/app/synthetic_recording.hpp"
+#include "tests/app/test_folder.hpp"
+#include "tests/integration/child_process.hpp"
+
+namespace ceilmap::integration {
+
+/// A level upward camera of 320 x 240 px at 0.4 m under a ceiling at 2.4 m: 0.01 m per pixel. The
+/// picture's right is the robot's left, its top the robot's front.
+inline const std::string kRig = R"(robot: "test robot"
+a: 0.1
+d: null
+h: 2.4
+frames: {map: map, base: base_link}
+cameras:
+  up:
+    type: pinhole
+    image_width: 320
+    image_height: 240
+    camera_name: up
+    camera_matrix: {rows: 3, cols: 3, data: [200, 0, 159.5, 0, 200, 119.5, 0, 0, 1]}
+    distortion_model: plumb_bob
+    distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
+    base_link_to_camera:
+      frame: up_optical_frame
+      translation: [0, 0, 0.4]
+      rotation_xyzw: [0, 0, 0.707106781186548, 0.707106781186548]
+)";
+
+constexpr int kFrames = 24;
+const cv::Size kPictureSize(320, 240);
+/// Picture pixels from frame to frame: 0.06 m to the robot's left, 0.02 m backwards.
+const cv::Point kStep(6, 2);
+
+inline std::vector<cv::Mat> CeilingPictures() {
+  return app::CropAlong(app::SyntheticCeiling({520, 340}), kPictureSize, kStep, kFrames);
+}
+
+/// A folder with recordings beside an empty one for results, where the program runs.
+class Recordings {
+ public:
+  Recordings() {
+    const std::vector<cv::Mat> pictures = CeilingPictures();
+    app::WritePictures(in / "run", pictures);
+    app::WriteVideo(in / "run.avi", pictures, 10);
+    in.Write("rig.yaml", kRig);
+    in.Write("stamps.csv", app::StampsCsv(kFrames, 100, 0.1));
+  }
+
+  /// Runs ceilmap in the folder `out`; `@NAME` in an argument stands for NAME among the inputs.
+  [[nodiscard]] ProcessResult Run(std::vector<std::string> arguments) const {
+    return RunCeilmap(Resolve(std::move(arguments)), out.Path().string());
+  }
+  [[nodiscard]] std::vector<std::string> Resolve(std::vector<std::string> arguments) const {
+    for (std::string& argument : arguments) {
+      const std::size_t at = argument.find('@');
+      if (at != std::string::npos) argument.replace(at, 1, in.Path().string() + "/");
+    }
+    return arguments;
+  }
+
+  app::TestFolder in;
+  app::TestFolder out;
+};
+
+}  // namespace ceilmap::integration
