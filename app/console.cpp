@@ -65,8 +65,8 @@ struct Console {
 
 // Never destroyed: a reader thread that waits for a camera may outlive main.
 Console& TheConsole() {
-  static auto* const console = new Console;
-  return *console;
+  static auto* const kConsole = new Console;
+  return *kConsole;
 }
 
 void SilenceLibraries() {

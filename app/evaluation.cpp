@@ -16,7 +16,7 @@ using calib::Pose2;
 using calib::WrapAngle;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
-constexpr double kRelativeLength_m = 1;
+constexpr double kRelativeLengthM = 1;
 
 // A planar pose of the truth beside the estimate's at the same time.
 struct PosePair {
@@ -115,7 +115,7 @@ void AddRelativeErrors(const std::vector<PosePair>& pairs, TrajectoryErrors& err
     const auto to = std::lower_bound(
         pairs.begin(),
         pairs.end(),
-        from.distance_m + kRelativeLength_m,
+        from.distance_m + kRelativeLengthM,
         [](const PosePair& pair, double distance_m) { return pair.distance_m < distance_m; });
     if (to == pairs.end()) break;
     const Pose2 true_motion = from.truth.Inverse() * to->truth;

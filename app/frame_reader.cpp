@@ -66,9 +66,9 @@ class VideoReader final : public FrameReader {
     ToGrey(picture_, grey, name_);
     // Frames without a time stamp come as zero (the last ones of a delayed decoder) or as absurd
     // numbers (raw streams).
-    constexpr double kLatest_s = 1e10;
+    constexpr double kLatestSeconds = 1e10;
     const double position_s = capture_.get(cv::CAP_PROP_POS_MSEC) * 1e-3;
-    const bool known = position_s < kLatest_s && (first_ ? position_s >= 0 : position_s > 0);
+    const bool known = position_s < kLatestSeconds && (first_ ? position_s >= 0 : position_s > 0);
     time_s = known ? std::optional(position_s) : std::nullopt;
     first_ = false;
     return true;

@@ -27,6 +27,14 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+OdometryParams ForView(OdometryParams params, const calib::CeilingView& view) {
+  // Without a rig nothing says that the camera keeps its height: the scale is estimated, so that it does not disturb
+  // the rest.
+  if (view.FocalLength() <= 0) params.registration.estimate_scale = true;
+  params.registration.mask = view.Mask();
+  return params;
+}
+
 }  // namespace
 
 struct Mapper::Impl {
@@ -38,7 +46,9 @@ struct Mapper::Impl {
         writer(map_writer),
         metadata(map_metadata),
         params(p),
-        odometry(view, p.origin, p.odometry) {}
+        odometry(view, p.origin, ForView(p.odometry, view)) {
+    params.mosaic.view_mask = view.Mask();
+  }
 
   const calib::CeilingView& view;
   MapWriter& writer;

@@ -5,10 +5,12 @@
 namespace ceilmap::mapping {
 
 Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion& motion) {
-  // In the view's plane p_cur = R(theta) p_ref + m_per_px t.
+  // In the view's plane p_ref = R p_cur / s + t of the inverse motion: the current picture's centre, in the scale of
+  // the reference, lies at that t.
+  const registration::ImageMotion back = motion.Inverse();
   const double m = view.MetresPerPixel();
-  const Pose2 T_viewcur_viewref{m * motion.tx_px, m * motion.ty_px, motion.theta_rad};
-  return view.T_base_view() * T_viewcur_viewref.Inverse() * view.T_base_view().Inverse();
+  const Pose2 T_viewref_viewcur{m * back.tx_px, m * back.ty_px, back.theta_rad};
+  return view.T_base_view() * T_viewref_viewcur * view.T_base_view().Inverse();
 }
 
 registration::ImageMotion ImageMotionOf(const calib::CeilingView& view, const Pose2& T_ref_cur) {

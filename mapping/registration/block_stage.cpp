@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "mapping/registration/kernels.hpp"
 
@@ -26,13 +27,15 @@ kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point 
 
 }  // namespace
 
-BlockStage::BlockStage(cv::Size size, const BlockParams& params)
+BlockStage::BlockStage(cv::Size size, const cv::Mat& mask, const BlockParams& params)
     : params_(params),
       size_(size),
       poc_({params.block_px, params.block_px}, params.poc),
       samples_(poc_.Area()),
       spectrum_(poc_.SpectrumSize()) {
+  if (!mask.empty()) cv::integral((mask < 255) / 255, blank_, CV_32S);
   LayOutGrid();
+  for (const cv::Point corner : corners_) usable_.push_back(Inside(SamplingMap({}, size_, corner)) ? 1 : 0);
 }
 
 void BlockStage::LayOutGrid() {
@@ -98,16 +101,31 @@ bool BlockStage::Inside(const kernels::Affine& m) const {
       }
     }
   }
-  return true;
+  if (blank_.empty()) return true;
+  // Any blank pixel in the box around the block's picture leaves it out.
+  const float x0 = m.x0 + std::min(0.0F, m.xx * last) + std::min(0.0F, m.xy * last);
+  const float y0 = m.y0 + std::min(0.0F, m.yx * last) + std::min(0.0F, m.yy * last);
+  const float x1 = m.x0 + std::max(0.0F, m.xx * last) + std::max(0.0F, m.xy * last);
+  const float y1 = m.y0 + std::max(0.0F, m.yx * last) + std::max(0.0F, m.yy * last);
+  const auto column = [&](float x) { return std::clamp(static_cast<int>(x), 0, size_.width); };
+  const auto row = [&](float y) { return std::clamp(static_cast<int>(y), 0, size_.height); };
+  const int left = column(x0 - 1);
+  const int right = column(x1 + 3);
+  const int top = row(y0 - 1);
+  const int bottom = row(y1 + 3);
+  return blank_.at<int>(bottom, right) - blank_.at<int>(top, right) - blank_.at<int>(bottom, left) +
+             blank_.at<int>(top, left) ==
+         0;
 }
 
 std::vector<int> BlockStage::Select(const Level& reference,
                                     const ImageMotion& motion,
                                     int count) const {
   std::vector<int> inside;
-  for (int i = 0; i < GridSize(); ++i) {
-    if (Inside(SamplingMap(motion, size_, corners_[static_cast<std::size_t>(i)])))
-      inside.push_back(i);
+  for (std::size_t i = 0; i < corners_.size(); ++i) {
+    if (usable_[i] != 0 && Inside(SamplingMap(motion, size_, corners_[i]))) {
+      inside.push_back(static_cast<int>(i));
+    }
   }
   if (static_cast<int>(inside.size()) <= count) return inside;
   const auto texture = [&](int i) { return reference.blocks[static_cast<std::size_t>(i)].texture; };
@@ -159,9 +177,10 @@ BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
   Dissimilarity result;
   const auto n = static_cast<Eigen::Index>(samples_.size());
   Eigen::VectorXf wanted(n);
-  for (const cv::Point corner : corners_) {
+  for (std::size_t i = 0; i < corners_.size(); ++i) {
+    const cv::Point corner = corners_[i];
     const kernels::Affine map = SamplingMap(motion, size_, corner);
-    if (!Inside(map)) continue;
+    if (usable_[i] == 0 || !Inside(map)) continue;
     SampleBlock(reference, SamplingMap({}, size_, corner), samples_);
     wanted = Eigen::Map<const Eigen::VectorXf>(samples_.data(), n);
     SampleBlock(current, map, samples_);

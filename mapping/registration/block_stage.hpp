@@ -32,7 +32,8 @@ struct BlockParams {
 /// its centre.
 class BlockStage {
  public:
-  explicit BlockStage(cv::Size size, const BlockParams& params = {});
+  /// @param mask  see RegistrarParams::mask, of the level's size; empty: pictures have content everywhere.
+  explicit BlockStage(cv::Size size, const cv::Mat& mask = {}, const BlockParams& params = {});
 
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
 
@@ -86,8 +87,10 @@ class BlockStage {
 
   BlockParams params_;
   cv::Size size_;
+  cv::Mat blank_;  // integral of the pixels without content; empty: none
   cv::Size grid_;
   std::vector<cv::Point> corners_;
+  std::vector<char> usable_;  // whether the reference has content in the whole block
   PocPlane poc_;
   RealArray samples_;
   ComplexArray spectrum_;

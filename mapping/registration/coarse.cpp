@@ -55,7 +55,7 @@ float EstimateNoise(const cv::Mat& grey) {
   return std::max(kRounding, median / (2 * 0.6745F));
 }
 
-CoarseStage::CoarseStage(cv::Size size, const CoarseParams& params)
+CoarseStage::CoarseStage(cv::Size size, const cv::Mat& mask, const CoarseParams& params)
     : params_(params),
       full_(size),
       factor_(ReductionFor(size, params.working_px)),
@@ -67,7 +67,24 @@ CoarseStage::CoarseStage(cv::Size size, const CoarseParams& params)
       mean_(poc_.Area()),
       windowed_(poc_.Area()),
       turned_(poc_.Area()),
-      turned_spectrum_(poc_.SpectrumSize()) {}
+      turned_spectrum_(poc_.SpectrumSize()) {
+  if (!mask.empty()) TakeMask(mask);
+}
+
+void CoarseStage::TakeMask(const cv::Mat& mask) {
+  const cv::Rect used(start_, cv::Size(work_.width * factor_, work_.height * factor_));
+  cv::Mat weight;
+  mask(used).convertTo(weight, CV_32F, 1.0 / 255);
+  cv::resize(weight, weight, work_, 0, 0, cv::INTER_AREA);
+  // Eroded by a tenth of the picture and blurred, so that the blank border's edge itself is not seen.
+  const int reach = std::max(work_.width, work_.height) / 20;
+  const cv::Size box(2 * reach + 1, 2 * reach + 1);
+  cv::threshold(weight, weight, 0.999, 1.0, cv::THRESH_BINARY);
+  cv::erode(weight, weight, cv::getStructuringElement(cv::MORPH_RECT, box), {-1, -1}, 1, cv::BORDER_CONSTANT,
+            cv::Scalar(1));
+  cv::blur(weight, weight, box, {-1, -1}, cv::BORDER_REPLICATE);
+  mask_.assign(weight.begin<float>(), weight.end<float>());
+}
 
 void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) {
   kernels::ReduceArea(grey.ptr<unsigned char>(start_.y) + start_.x,
@@ -86,6 +103,12 @@ void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) {
                 {-1, -1},
                 true,
                 cv::BORDER_REFLECT_101);
+  if (!mask_.empty()) {
+    // Towards the blank border the picture fades into its own local mean.
+    for (std::size_t i = 0; i < mask_.size(); ++i) {
+      reduced_[i] = mean_[i] + (reduced_[i] - mean_[i]) * mask_[i];
+    }
+  }
   data.flat.Resize(poc_.Area());
   const double squares = kernels::FlattenAndWindow(reduced_.data(),
                                                    mean_.data(),

@@ -43,7 +43,8 @@ struct Hypothesis {
 /// their wrapped twins (t +- W, t +- H) on the common area.
 class CoarseStage {
  public:
-  explicit CoarseStage(cv::Size size, const CoarseParams& params = {});
+  /// @param mask  see RegistrarParams::mask; empty: pictures have content everywhere.
+  explicit CoarseStage(cv::Size size, const cv::Mat& mask = {}, const CoarseParams& params = {});
 
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }
   [[nodiscard]] int Reduction() const { return factor_; }
@@ -58,6 +59,7 @@ class CoarseStage {
                                   bool estimate_scale);
 
  private:
+  void TakeMask(const cv::Mat& mask);
   void TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale);
   void ProposeShifts(const FrameSpectrum::Data& reference,
                      const FrameSpectrum::Data& current,
@@ -77,6 +79,7 @@ class CoarseStage {
   int factor_ = 1;
   cv::Size work_;
   cv::Point start_;  // first full pixel of the working picture
+  std::vector<float> mask_;  // 1 inside, falling to 0 towards blank borders; empty: all 1
   PocPlane poc_;
   PolarSearch polar_;
   RealArray reduced_;

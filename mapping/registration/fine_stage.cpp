@@ -2,17 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::registration {
 namespace {
 
-constexpr int kWideSearch = 8;   // half pixels: reaches what the coarse stage may be off by
+constexpr int kWideSearch = 8;   // rough pixels: reaches what the coarse stage may be off by
 constexpr int kCloseSearch = 4;  // pixels of the level, once the motion is nearly right
 
-BlockParams HalfParams() {
-  // Half the resolution: 0.12 cycles per half pixel are 0.06 per pixel. Motion blur in one of two
+constexpr int kFineSide = 1200;  // longer side of the fine level, at the most about
+
+BlockParams RoughParams() {
+  // 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of two
   // pictures turns the sign of the spectrum beyond 1/length of the smear, which splits a phase-only
   // peak into twins beside the truth; this band stays below that for smears up to about ten pixels,
   // and noise hurts it least.
@@ -21,74 +24,99 @@ BlockParams HalfParams() {
   return params;
 }
 
+// A pixel of the level has content only where all of its full pixels do.
+cv::Mat LevelMask(const cv::Mat& mask, cv::Size size) {
+  if (mask.empty()) return {};
+  cv::Mat reduced;
+  cv::resize(mask, reduced, size, 0, 0, cv::INTER_AREA);
+  return reduced;
+}
+
 }  // namespace
+
+LevelFrame::LevelFrame(cv::Size full, int reduction)
+    : factor(reduction),
+      size(full.width / reduction, full.height / reduction),
+      offset(0.5 * (reduction * size.width - full.width),
+             0.5 * (reduction * size.height - full.height)) {}
+
+ImageMotion LevelFrame::FromFull(const ImageMotion& full) const {
+  ImageMotion level = full;
+  const Eigen::Vector2d t = (full.Apply(offset) - offset) / factor;
+  level.tx_px = t.x();
+  level.ty_px = t.y();
+  return level;
+}
+
+ImageMotion LevelFrame::ToFull(const ImageMotion& level) const {
+  ImageMotion full = level;
+  full.tx_px = 0;
+  full.ty_px = 0;
+  const Eigen::Vector2d t =
+      factor * Eigen::Vector2d(level.tx_px, level.ty_px) + offset - full.Apply(offset);
+  full.tx_px = t.x();
+  full.ty_px = t.y();
+  return full;
+}
 
 FineStage::FineStage(cv::Size size, const RegistrarParams& params)
     : params_(params),
-      half_size_(size.width / 2, size.height / 2),
-      half_offset_(0.5 * (2 * half_size_.width - size.width),
-                   0.5 * (2 * half_size_.height - size.height)),
-      half_(half_size_, HalfParams()),
-      full_(size) {}
+      fine_frame_(size, 1 + (std::max(size.width, size.height) - 1) / kFineSide),
+      rough_frame_(fine_frame_.size, 2),
+      rough_(rough_frame_.size, LevelMask(params.mask, rough_frame_.size), RoughParams()),
+      fine_(fine_frame_.size, LevelMask(params.mask, fine_frame_.size)) {}
 
 void FineStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) const {
-  data.full.grey.Resize(grey.total());
-  data.full.noise_sigma = data.noise_sigma;
-  cv::Mat full(grey.size(), CV_32FC1, data.full.grey.data());
-  grey.convertTo(full, CV_32F);
-  data.half.grey.Resize(static_cast<std::size_t>(half_size_.area()));
-  data.half.noise_sigma = 0.5F * data.noise_sigma;
-  kernels::ReduceArea(grey.ptr<unsigned char>(),
-                      grey.step,
-                      2,
-                      half_size_.width,
-                      half_size_.height,
-                      data.half.grey.data());
+  const auto reduce = [&grey](int factor, cv::Size size, float noise_sigma, Level& level) {
+    level.grey.Resize(static_cast<std::size_t>(size.area()));
+    level.noise_sigma = noise_sigma / static_cast<float>(factor);
+    kernels::ReduceArea(grey.ptr<unsigned char>(),
+                        grey.step,
+                        factor,
+                        size.width,
+                        size.height,
+                        level.grey.data());
+  };
+  reduce(fine_frame_.factor, fine_frame_.size, data.noise_sigma, data.fine);
+  reduce(2 * fine_frame_.factor, rough_frame_.size, data.noise_sigma, data.rough);
 }
 
 void FineStage::PrepareReference(FrameSpectrum::Data& data) const {
   const std::scoped_lock lock(data.blocks_mutex);
   if (data.blocks_ready) return;
-  half_.PrepareReference(data.half);
-  full_.PrepareReference(data.full);
+  rough_.PrepareReference(data.rough);
+  fine_.PrepareReference(data.fine);
   data.blocks_ready = true;
 }
 
-ImageMotion FineStage::ToHalf(const ImageMotion& full) const {
-  ImageMotion half = full;
-  const Eigen::Vector2d t = 0.5 * (full.Apply(half_offset_) - half_offset_);
-  half.tx_px = t.x();
-  half.ty_px = t.y();
-  return half;
-}
-
-void FineStage::MeasureHalf(const FrameSpectrum::Data& reference,
-                            const FrameSpectrum::Data& current,
-                            const ImageMotion& motion,
-                            int count,
-                            int search_px) {
-  const ImageMotion half_motion = ToHalf(motion);
-  const auto chosen = half_.Select(reference.half, half_motion, count);
-  half_.Measure(reference.half, current.half, half_motion, chosen, search_px, shifts_);
+void FineStage::MeasureRough(const FrameSpectrum::Data& reference,
+                             const FrameSpectrum::Data& current,
+                             const ImageMotion& motion,
+                             int count,
+                             int search_px) {
+  const ImageMotion rough = rough_frame_.FromFull(motion);
+  const auto chosen = rough_.Select(reference.rough, rough, count);
+  rough_.Measure(reference.rough, current.rough, rough, chosen, search_px, shifts_);
   for (BlockShift& s : shifts_) {
-    s.point = 2 * s.point + half_offset_;
+    s.point = 2 * s.point + rough_frame_.offset;
     s.shift *= 2;
   }
 }
 
-void FineStage::MeasureFull(const FrameSpectrum::Data& reference,
+void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
                             const FrameSpectrum::Data& current,
                             const ImageMotion& motion,
                             int count) {
-  const auto chosen = full_.Select(reference.full, motion, count);
-  full_.Measure(reference.full, current.full, motion, chosen, kCloseSearch, shifts_);
+  const auto chosen = fine_.Select(reference.fine, motion, count);
+  fine_.Measure(reference.fine, current.fine, motion, chosen, kCloseSearch, shifts_);
 }
 
 Candidate FineStage::Test(const FrameSpectrum::Data& reference,
                           const FrameSpectrum::Data& current,
                           const Hypothesis& hypothesis) {
   Candidate candidate{hypothesis.motion, hypothesis.overlap, 0, 0, 0};
-  MeasureHalf(reference, current, hypothesis.motion, params_.first_blocks, kWideSearch);
+  const ImageMotion start = fine_frame_.FromFull(hypothesis.motion);
+  MeasureRough(reference, current, start, params_.first_blocks, kWideSearch);
   FitParams fit;
   fit.estimate_scale = params_.estimate_scale;
   fit.inlier_px = 1.5;
@@ -98,7 +126,7 @@ Candidate FineStage::Test(const FrameSpectrum::Data& reference,
   for (std::size_t i = 0; i < consensus.weights.size(); ++i) {
     candidate.support += consensus.weights[i] * shifts_[i].peak;
   }
-  if (consensus.ok) candidate.motion = Compose(hypothesis.motion, consensus.motion);
+  if (consensus.ok) candidate.motion = fine_frame_.ToFull(Compose(start, consensus.motion));
   return candidate;
 }
 
@@ -122,10 +150,10 @@ void FineStage::LastRounds(const FrameSpectrum::Data& reference,
                            const FrameSpectrum::Data& current,
                            Finalist& finalist) {
   Registration& result = finalist.result;
-  MeasureHalf(reference, current, result.motion, params_.final_blocks, kCloseSearch);
+  MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
   if (!FitShifts(finalist)) return;
   Finalist sharp = finalist;
-  MeasureFull(reference, current, result.motion, params_.final_blocks);
+  MeasureFine(reference, current, result.motion, params_.final_blocks);
   if (!FitShifts(sharp)) return;
   const ImageMotion change = Compose(sharp.result.motion, result.motion.Inverse());
   const double step = std::hypot(change.tx_px, change.ty_px);
@@ -136,7 +164,7 @@ void FineStage::LastRounds(const FrameSpectrum::Data& reference,
   }
   // One of the pictures is blurred: the low band once more, from where it stands, is the best there
   // is.
-  MeasureHalf(reference, current, result.motion, params_.final_blocks, kCloseSearch);
+  MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
   FitShifts(finalist);
 }
 
@@ -145,9 +173,10 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
                            const Candidate& candidate) {
   Finalist finalist;
   Registration& result = finalist.result;
-  result.motion = candidate.motion;
+  result.motion = fine_frame_.FromFull(candidate.motion);
   result.overlap = candidate.overlap;
   if (candidate.support < params_.min_support || candidate.inliers < params_.min_inliers) {
+    result.motion = candidate.motion;
     return finalist;
   }
   LastRounds(reference, current, finalist);
@@ -156,6 +185,9 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
                      result.inliers >= params_.min_inliers &&
                      result.inliers >= params_.min_inlier_part * result.blocks;
   if (sound) result.verdict = Verdict::kOk;
+  result.motion = fine_frame_.ToFull(result.motion);
+  result.covariance.topLeftCorner<2, 4>() *= fine_frame_.factor;
+  result.covariance.topLeftCorner<4, 2>() *= fine_frame_.factor;
   return finalist;
 }
 
@@ -165,30 +197,36 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params,
                                 int rounds) {
+  // A plane motion is in units of the plane's distance: the same on every level, only the camera differs.
+  const PlaneCamera level_camera{camera.focal_px / fine_frame_.factor,
+                                 (camera.principal_px - fine_frame_.offset) / fine_frame_.factor};
   PlaneFit fit;
   fit.motion = start;
   std::vector<PlaneShift> shifts;
   for (int round = 0; round < rounds; ++round) {
     // The selection needs only a rough idea of what both pictures see.
     ImageMotion rough;
-    const Eigen::Vector2d centre = fit.motion.Apply(camera, Eigen::Vector2d::Zero());
+    const Eigen::Vector2d centre = fit.motion.Apply(level_camera, Eigen::Vector2d::Zero());
     rough.tx_px = centre.x();
     rough.ty_px = centre.y();
     rough.theta_rad = -fit.motion.yaw;
-    const auto chosen = full_.Select(reference.full, rough, params_.final_blocks);
+    const auto chosen = fine_.Select(reference.fine, rough, params_.final_blocks);
     const int search_px = round == 0 ? 2 * kWideSearch : kCloseSearch;
-    full_.MeasurePlane(reference.full, current.full, camera, fit.motion, chosen, search_px, shifts);
+    fine_.MeasurePlane(
+        reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, shifts);
     const PlaneMotion from = fit.motion;
-    fit = FitPlaneMotion(camera, shifts, from, params);
+    fit = FitPlaneMotion(level_camera, shifts, from, params);
     if (!fit.ok) return fit;
   }
+  fit.sigma_px *= fine_frame_.factor;
   return fit;
 }
 
 void FineStage::Compare(const FrameSpectrum::Data& reference,
                         const FrameSpectrum::Data& current,
                         Finalist& finalist) {
-  const auto unlike = half_.Compare(reference.half, current.half, ToHalf(finalist.result.motion));
+  const ImageMotion fine = fine_frame_.FromFull(finalist.result.motion);
+  const auto unlike = rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
   finalist.unlike = unlike.mean;
   finalist.unlike_blocks = unlike.blocks;
 }

@@ -31,9 +31,22 @@ struct Finalist {
   int unlike_blocks = 0;
 };
 
-/// The fine stage of registration on two levels: blocks of the half-resolution picture, which see
-/// the low band, robust against noise and motion blur, and blocks of the full picture, which are
-/// exact. Motions are those of full pixels.
+/// One reduced picture of the fine stage and where it lies in the full one: x_full = factor * x_level + offset, both from the
+/// pictures' centres.
+struct LevelFrame {
+  LevelFrame(cv::Size full, int reduction);
+  [[nodiscard]] ImageMotion FromFull(const ImageMotion& full) const;
+  [[nodiscard]] ImageMotion ToFull(const ImageMotion& level) const;
+
+  int factor = 1;
+  cv::Size size;
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+};
+
+/// The fine stage of registration on two levels: blocks of a rough level (half the resolution of the fine one), which see
+/// the low band, robust against noise and motion blur, and blocks of the fine level, which are exact. The fine level is the
+/// picture itself up to about 1200 pixels and reduced above, so that a block always sees a fair part of the scene and
+/// the cost does not grow with the picture. Motions going in and out are those of full pixels.
 class FineStage {
  public:
   FineStage(cv::Size size, const RegistrarParams& params);
@@ -44,7 +57,7 @@ class FineStage {
   /// Makes `data` able to be a reference; once, thread-safe.
   void PrepareReference(FrameSpectrum::Data& data) const;
 
-  /// Do blocks agree on a motion near the hypothesis (within 16 px and about 3 degrees)?
+  /// Do blocks agree on a motion near the hypothesis (within 16 fine pixels and about 3 degrees)?
   Candidate Test(const FrameSpectrum::Data& reference,
                  const FrameSpectrum::Data& current,
                  const Hypothesis& hypothesis);
@@ -67,12 +80,12 @@ class FineStage {
                        int rounds);
 
  private:
-  void MeasureHalf(const FrameSpectrum::Data& reference,
-                   const FrameSpectrum::Data& current,
-                   const ImageMotion& motion,
-                   int count,
-                   int search_px);
-  void MeasureFull(const FrameSpectrum::Data& reference,
+  void MeasureRough(const FrameSpectrum::Data& reference,
+                    const FrameSpectrum::Data& current,
+                    const ImageMotion& motion,
+                    int count,
+                    int search_px);
+  void MeasureFine(const FrameSpectrum::Data& reference,
                    const FrameSpectrum::Data& current,
                    const ImageMotion& motion,
                    int count);
@@ -80,14 +93,13 @@ class FineStage {
   void LastRounds(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
                   Finalist& finalist);
-  [[nodiscard]] ImageMotion ToHalf(const ImageMotion& full) const;
 
   RegistrarParams params_;
-  cv::Size half_size_;
-  Eigen::Vector2d half_offset_;  // x_full = 2 x_half + offset, both from the pictures' centres
-  BlockStage half_;
-  BlockStage full_;
-  std::vector<BlockShift> shifts_;
+  LevelFrame fine_frame_;
+  LevelFrame rough_frame_;           // its parent is the fine level
+  BlockStage rough_;
+  BlockStage fine_;
+  std::vector<BlockShift> shifts_;   // in fine pixels
 };
 
 }  // namespace ceilmap::registration

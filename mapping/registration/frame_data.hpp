@@ -30,8 +30,8 @@ struct FrameSpectrum::Data {
   ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)
   float noise_sigma = 0;  ///< of the picture at full resolution, grey levels
   float contrast = 0;     ///< standard deviation of `flat`, grey levels
-  Level half;             ///< 2x2 pixels averaged
-  Level full;
+  Level fine;             ///< the picture, reduced if it is very large (FineStage)
+  Level rough;            ///< half the resolution of `fine`
 
   std::mutex blocks_mutex;
   bool blocks_ready = false;

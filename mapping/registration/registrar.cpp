@@ -99,7 +99,7 @@ bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist
 
 struct Registrar::Impl {
   Impl(cv::Size picture_size, const RegistrarParams& p)
-      : size(picture_size), params(p), coarse(picture_size), fine(picture_size, p) {}
+      : size(picture_size), params(p), coarse(picture_size, p.mask), fine(picture_size, p) {}
 
   using Data = FrameSpectrum::Data;
   cv::Size size;
@@ -142,6 +142,9 @@ Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
                     size.height,
                     kSmallest,
                     kLargest));
+  }
+  if (!params.mask.empty() && (params.mask.type() != CV_8UC1 || params.mask.size() != size)) {
+    throw calib::InputError("the mask of a registrar must be an 8-bit picture of its pictures' size");
   }
   impl_ = std::make_unique<Impl>(size, params);
 }

@@ -45,6 +45,9 @@ struct Registration {
 
 struct RegistrarParams {
   bool estimate_scale = false;  ///< false: scale 1 (level robot, one camera); true: 0.7 .. 1.4
+  /// Where pictures have content (CeilingView::Mask): CV_8UC1 of the picture's size, 0 where they have none; empty:
+  /// everywhere. Blank borders would otherwise be matched with each other.
+  cv::Mat mask;
   int first_blocks = 24;        ///< blocks that test a coarse hypothesis and bring it close
   int final_blocks = 48;        ///< blocks of the last rounds
 

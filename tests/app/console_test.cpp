@@ -20,7 +20,7 @@ TEST(Console, WritesWhatTheVerbosityAdmits) {
     Warn("w {}", 1);
     Note("n {}", 2);
     Detail("d {}", 3);
-    const std::string text = testing::internal::GetCapturedStderr();
+    std::string text = testing::internal::GetCapturedStderr();
     SetVerbosity(Verbosity::kNormal);
     return text;
   };

@@ -14,6 +14,7 @@ constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 std::vector<StampedPose> Poses(const std::vector<Pose2>& planar, double first_s = 0) {
   std::vector<StampedPose> poses;
+  poses.reserve(planar.size());
   for (const Pose2& pose : planar) {
     poses.push_back(ToStampedPose(first_s + static_cast<double>(poses.size()), pose));
   }
@@ -34,6 +35,7 @@ TEST(EvaluateTrajectory, AlignmentTakesARigidMotionOut) {
   const std::vector<Pose2> path = {{0, 0, 0}, {1, 0, 0.3}, {1, 2, 1}, {-1, 2, -2.5}};
   const Pose2 T{3, -4, 2.9};
   std::vector<Pose2> moved;
+  moved.reserve(path.size());
   for (const Pose2& pose : path) moved.push_back(T * pose);
   for (const Alignment align : {Alignment::kSe2, Alignment::kFirst}) {
     const auto errors = EvaluateTrajectory(Poses(path), Poses(moved), {.align = align});

@@ -27,6 +27,7 @@ std::vector<cv::Mat> Pictures(int count) {
 // Flat pictures whose brightness tells their number, in whatever codec.
 std::vector<cv::Mat> Numbered(int count) {
   std::vector<cv::Mat> pictures;
+  pictures.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) pictures.emplace_back(kSize, CV_8UC1, cv::Scalar(10 + 5 * i));
   return pictures;
 }

@@ -13,6 +13,7 @@ using testing::ElementsAre;
 
 std::vector<std::string> NamesOf(const std::vector<fs::path>& files) {
   std::vector<std::string> names;
+  names.reserve(files.size());
   for (const fs::path& file : files) names.push_back(file.filename().string());
   return names;
 }

@@ -36,6 +36,7 @@ inline std::vector<cv::Mat> CropAlong(const cv::Mat& ceiling,
                                       cv::Point step,
                                       int count) {
   std::vector<cv::Mat> pictures;
+  pictures.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     pictures.push_back(ceiling(cv::Rect(cv::Point(10, 10) + i * step, size)).clone());
   }

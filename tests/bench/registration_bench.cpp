@@ -53,7 +53,8 @@ struct Sequence {
 
 const Sequence& Frames() {
   static const Sequence sequence = [] {
-    const synthetic::SyntheticCeiling ceiling;
+    // Coarse grain, in which features can be found too.
+    const synthetic::SyntheticCeiling ceiling({.speckle_grey = 30});
     constexpr double kNoise = 2;
     constexpr int kFrames = 8;
     Sequence s;

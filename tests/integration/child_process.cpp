@@ -42,6 +42,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments, const std:
   const Pipe out;
   const Pipe err;
   std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   pid_ = fork();

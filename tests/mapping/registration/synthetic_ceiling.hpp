@@ -1,10 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "calib/ceiling_view.hpp"
 #include "calib/pose2.hpp"
@@ -20,6 +22,7 @@ struct CeilingParams {
   double speckle_grey = 14;  ///< height of the grain of the surface, light and dark
   bool lamps = true;         ///< bright strips, about one in 300 x 300 px
   bool marks = true;         ///< dark spots, about one in 160 x 160 px
+  std::vector<Eigen::Vector2d> own_marks{};  ///< more dark spots, at these places
 };
 
 /// A ceiling without end, drawn from formulas: every picture of it is exact under any similarity
@@ -40,6 +43,9 @@ class SyntheticCeiling {
       DrawSpots(frame, {1, 8, 1.0, 1.3, 2.3, params_.speckle_grey, true}, picture);
     }
     if (params_.marks) DrawSpots(frame, {2, 160, 0.8, 4, 9, -60, false}, picture);
+    for (const Eigen::Vector2d& p : params_.own_marks) {
+      AddSpot(motion.Apply(p), 7 * motion.scale, -60, picture);
+    }
     if (params_.lamps) DrawLamps(frame, picture);
     return picture;
   }

@@ -1,0 +1,330 @@
+#include "mapping/odometry.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "calib/error.hpp"
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+namespace ceilmap::mapping {
+namespace {
+
+using calib::CeilingView;
+using registration::Verdict;
+using registration::synthetic::MotionAt;
+using registration::synthetic::SyntheticCeiling;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kMillimetre = 1e-3;
+
+/// Camera ahead of the axis and to its right, turned a little in its mount; 5 mm per pixel, 3.2 m x
+/// 2.4 m in view.
+CeilingView MakeView() {
+  calib::MountedCamera up;
+  up.camera = {640, 480, 440, 440, 322.5, 238, {}};
+  up.T_base_cam.linear() =
+      Eigen::AngleAxisd(93 * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  up.T_base_cam.translation() = Eigen::Vector3d(0.12, -0.05, 0.4);
+  return {up, 2.6};
+}
+
+/// A robot that drives under a synthetic ceiling and is told nothing but its pictures.
+class Drive {
+ public:
+  explicit Drive(const Pose2& origin = {0.4, -0.3, 0.5}, const OdometryParams& params = {})
+      : T_map_base_(origin), odometry_(view_, origin, params) {}
+
+  void Move(double forward_m, double turn_deg) {
+    T_map_base_ = T_map_base_ * Pose2{forward_m, 0, turn_deg * kDegree};
+  }
+  void Jump(const Pose2& T_map_base) { T_map_base_ = T_map_base; }
+  OdometryStep See() { return Process(ceiling_.Render(kSize, MotionAt(view_, T_map_base_), 1.5, Next())); }
+  OdometryStep SeeUniform(int grey) {
+    Next();
+    return Process(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
+  }
+
+  [[nodiscard]] const Pose2& Truth() const { return T_map_base_; }
+  [[nodiscard]] const std::vector<OdometryStep>& Steps() const { return steps_; }
+  [[nodiscard]] const std::vector<Pose2>& Truths() const { return truths_; }
+  [[nodiscard]] const CeilingView& View() const { return view_; }
+
+ private:
+  static inline const cv::Size kSize{640, 480};
+
+  std::uint32_t Next() { return static_cast<std::uint32_t>(truths_.size()) + 1; }
+  OdometryStep Process(const cv::Mat& picture) {
+    const auto index = static_cast<std::int64_t>(truths_.size());
+    truths_.push_back(T_map_base_);
+    steps_.push_back(odometry_.Process(picture, index, 0.1 * static_cast<double>(index)));
+    return steps_.back();
+  }
+
+  SyntheticCeiling ceiling_;
+  CeilingView view_ = MakeView();
+  Pose2 T_map_base_;
+  Odometry odometry_;
+  std::vector<OdometryStep> steps_;
+  std::vector<Pose2> truths_;
+};
+
+void ExpectNear(const Pose2& pose, const Pose2& truth, const std::string& what) {
+  EXPECT_LT((pose.Translation() - truth.Translation()).norm(), kMillimetre) << what;
+  EXPECT_LT(std::abs(calib::WrapAngle(pose.yaw - truth.yaw)), 0.02 * kDegree) << what;
+}
+
+bool Placed(const OdometryStep& step) {
+  return step.pose.status == TrackingStatus::kTracking ||
+         step.pose.status == TrackingStatus::kRelocalized;
+}
+
+/// About 6 m: straight, a left turn, straight, a right turn.
+Drive PathWithTurns() {
+  Drive drive;
+  drive.See();
+  const auto drive_on = [&](int frames, double forward_m, double turn_deg) {
+    for (int i = 0; i < frames; ++i) {
+      drive.Move(forward_m, turn_deg);
+      drive.See();
+    }
+  };
+  drive_on(14, 0.12, 0);
+  drive_on(14, 0.06, 7);
+  drive_on(14, 0.12, 0.5);
+  drive_on(10, 0.05, -9);
+  drive_on(10, 0.12, -0.5);
+  return drive;
+}
+
+class OdometryOnAPath : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { drive_ = std::make_unique<Drive>(PathWithTurns()); }
+  static void TearDownTestSuite() { drive_.reset(); }
+
+  static inline std::unique_ptr<Drive> drive_;
+};
+
+TEST_F(OdometryOnAPath, FollowsTheTruth) {
+  int keyframes = 0;
+  for (std::size_t i = 0; i < drive_->Steps().size(); ++i) {
+    const OdometryStep& step = drive_->Steps()[i];
+    ASSERT_EQ(step.pose.status, TrackingStatus::kTracking) << i;
+    EXPECT_EQ(step.pose.frame_index, static_cast<std::int64_t>(i));
+    EXPECT_EQ(step.pose.stamp_s, 0.1 * static_cast<double>(i));
+    EXPECT_EQ(step.registration.verdict, Verdict::kOk);
+    ExpectNear(step.pose.T_map_base, drive_->Truths()[i], "frame " + std::to_string(i));
+    keyframes += step.new_keyframe ? 1 : 0;
+  }
+  EXPECT_GE(keyframes, 5);
+  EXPECT_LE(keyframes, 20) << "a keyframe is not every third frame";
+}
+
+TEST_F(OdometryOnAPath, KeyframesCountFromZeroAndHoldTheirPicture) {
+  std::int64_t next = 0;
+  for (const OdometryStep& step : drive_->Steps()) {
+    if (!step.new_keyframe) continue;
+    EXPECT_EQ(step.new_keyframe->id, next++);
+    EXPECT_EQ(step.new_keyframe->picture.size(), drive_->View().Size());
+    ExpectNear(step.new_keyframe->pose.T_map_base,
+               drive_->Truths()[static_cast<std::size_t>(step.new_keyframe->pose.frame_index)],
+               "keyframe");
+    EXPECT_LT(step.reference_keyframe, next);
+    EXPECT_GE(step.reference_keyframe, 0);
+  }
+}
+
+TEST_F(OdometryOnAPath, CovarianceIsPositiveAndGrows) {
+  double last_area = 0;
+  double last_yaw = 0;
+  for (std::size_t i = 1; i < drive_->Steps().size(); ++i) {
+    const Eigen::Matrix3d& c = drive_->Steps()[i].pose.covariance;
+    EXPECT_LT((c - c.transpose()).norm(), 1e-9 * c.norm());
+    EXPECT_EQ(c.llt().info(), Eigen::Success) << i;
+    if (!drive_->Steps()[i].new_keyframe) continue;
+    const Eigen::Matrix3d& k = drive_->Steps()[i].new_keyframe->pose.covariance;
+    const double area = k.topLeftCorner<2, 2>().determinant();
+    EXPECT_GT(area, last_area) << i;
+    EXPECT_GT(k(2, 2), last_yaw) << i;
+    last_area = area;
+    last_yaw = k(2, 2);
+  }
+  EXPECT_GT(last_yaw, 0);
+  EXPECT_LT(std::sqrt(last_yaw), 0.05 * kDegree);
+}
+
+TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
+  std::map<std::int64_t, std::size_t> frame_of;
+  int edges = 0;
+  int to_older = 0;
+  for (const OdometryStep& step : drive_->Steps()) {
+    if (step.new_keyframe) {
+      frame_of[step.new_keyframe->id] =
+          static_cast<std::size_t>(step.new_keyframe->pose.frame_index);
+      EXPECT_EQ(step.new_edges.empty(), step.new_keyframe->id == 0);
+    }
+    for (const Edge& edge : step.new_edges) {
+      ASSERT_TRUE(frame_of.contains(edge.from) && frame_of.contains(edge.to));
+      EXPECT_LT(edge.from, edge.to);
+      EXPECT_EQ(edge.kind, Edge::Kind::kOdometry);
+      to_older += edge.to - edge.from > 1 ? 1 : 0;
+      const Pose2 truth = drive_->Truths()[frame_of[edge.from]].Inverse() *
+                          drive_->Truths()[frame_of[edge.to]];
+      const Eigen::Vector3d error(edge.T_from_to.x - truth.x,
+                                  edge.T_from_to.y - truth.y,
+                                  calib::WrapAngle(edge.T_from_to.yaw - truth.yaw));
+      EXPECT_LT(error.head<2>().norm(), 0.5 * kMillimetre);
+      EXPECT_LT(std::abs(error.z()), 0.015 * kDegree);
+      EXPECT_LT(error.dot(edge.information * error), 36) << "six sigmas";
+      ++edges;
+    }
+  }
+  EXPECT_GE(edges, 5);
+  EXPECT_GE(to_older, 1) << "ties skip a keyframe where the view still overlaps";
+}
+
+TEST(Odometry, StartsAtTheFirstFrameWithTexture) {
+  const Pose2 origin{-1, 2, 2.5};
+  Drive drive(origin);
+  for (const int grey : {0, 0, 255, 90}) {
+    const OdometryStep step = drive.SeeUniform(grey);
+    EXPECT_EQ(step.pose.status, TrackingStatus::kLost);
+    EXPECT_EQ(step.registration.verdict, Verdict::kNoTexture);
+    EXPECT_FALSE(step.new_keyframe);
+  }
+  const OdometryStep first = drive.See();
+  EXPECT_EQ(first.pose.status, TrackingStatus::kTracking);
+  ASSERT_TRUE(first.new_keyframe);
+  EXPECT_EQ(first.new_keyframe->id, 0);
+  EXPECT_EQ(first.new_keyframe->pose.frame_index, 4);
+  EXPECT_EQ(first.pose.T_map_base.x, origin.x);
+  EXPECT_EQ(first.pose.T_map_base.y, origin.y);
+  EXPECT_EQ(first.pose.T_map_base.yaw, origin.yaw);
+  drive.Move(0.1, 5);
+  ExpectNear(drive.See().pose.T_map_base, drive.Truth(), "second");
+}
+
+TEST(Odometry, FramesWithoutTextureAreLostAndThenFoundAgain) {
+  Drive drive;
+  drive.See();
+  for (int i = 0; i < 3; ++i) {
+    drive.Move(0.1, 3);
+    EXPECT_TRUE(Placed(drive.See()));
+  }
+  for (const int grey : {0, 128, 255}) {
+    drive.Move(0.1, 3);
+    const OdometryStep lost = drive.SeeUniform(grey);
+    EXPECT_EQ(lost.pose.status, TrackingStatus::kLost);
+    EXPECT_EQ(lost.reference_keyframe, -1);
+    EXPECT_FALSE(lost.new_keyframe);
+    EXPECT_TRUE(lost.new_edges.empty());
+  }
+  for (int i = 0; i < 4; ++i) {
+    drive.Move(0.1, 3);
+    const OdometryStep found = drive.See();
+    ASSERT_TRUE(Placed(found)) << i;
+    ExpectNear(found.pose.T_map_base, drive.Truth(), "after the gap " + std::to_string(i));
+  }
+}
+
+TEST(Odometry, CarriedAwayIsLostAndBroughtBackIsRelocalized) {
+  Drive drive({0, 0, 0});
+  drive.See();
+  std::vector<Pose2> visited;
+  for (int i = 0; i < 16; ++i) {
+    drive.Move(0.15, 2);
+    ASSERT_TRUE(Placed(drive.See())) << i;
+    visited.push_back(drive.Truth());
+  }
+  for (int i = 0; i < 3; ++i) {
+    drive.Jump({40 + 0.1 * i, -30, 1});
+    EXPECT_FALSE(Placed(drive.See())) << "a place it has never seen";
+  }
+  // Back over one of the older of the recent keyframes, turned around.
+  drive.Jump(visited[6] * Pose2{0.1, 0.05, 2.8});
+  const OdometryStep found = drive.See();
+  ASSERT_TRUE(Placed(found));
+  ExpectNear(found.pose.T_map_base, drive.Truth(), "relocalized");
+  drive.Move(0.1, -2);
+  const OdometryStep next = drive.See();
+  ASSERT_TRUE(Placed(next));
+  ExpectNear(next.pose.T_map_base, drive.Truth(), "after");
+}
+
+TEST(Odometry, AFastFrameIsBridgedByTheLastGoodOne) {
+  // From the keyframe less than an eighth is in view, from the frame before about half.
+  Drive drive;
+  drive.See();
+  drive.Move(0.9, 0);
+  const OdometryStep good = drive.See();
+  ASSERT_TRUE(Placed(good));
+  drive.Move(1.3, 0);
+  const OdometryStep fast = drive.See();
+  ASSERT_TRUE(Placed(fast));
+  ExpectNear(fast.pose.T_map_base, drive.Truth(), "fast");
+}
+
+TEST(Odometry, WorksInPixelsWithoutARig) {
+  const CeilingView view = CeilingView::InPixels({320, 240});
+  const SyntheticCeiling ceiling({.tile_px = 70});
+  Odometry odometry(view, {});
+  Pose2 truth;
+  for (int i = 0; i < 8; ++i) {
+    const OdometryStep step =
+        odometry.Process(ceiling.Render(view.Size(), MotionAt(view, truth)), i, i);
+    ASSERT_TRUE(Placed(step)) << i;
+    EXPECT_LT((step.pose.T_map_base.Translation() - truth.Translation()).norm(), 0.1);
+    EXPECT_LT(std::abs(calib::WrapAngle(step.pose.T_map_base.yaw - truth.yaw)), 0.05 * kDegree);
+    truth = truth * Pose2{25, 3, 0.1};
+  }
+}
+
+TEST(Odometry, RefusesOtherPictures) {
+  const CeilingView view = MakeView();
+  Odometry odometry(view, {});
+  EXPECT_THROW(odometry.Process(cv::Mat::zeros(480, 640, CV_8UC3), 0, 0), calib::InputError);
+  EXPECT_THROW(odometry.Process(cv::Mat::zeros(240, 320, CV_8UC1), 0, 0), calib::InputError);
+}
+
+TEST(OdometryParams, OutOfRange) {
+  const auto message = [](const std::function<void(OdometryParams&)>& change) -> std::string {
+    OdometryParams params;
+    change(params);
+    try {
+      params.Validate();
+    } catch (const calib::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message([](OdometryParams&) {}), "");
+  EXPECT_EQ(message([](OdometryParams& p) { p.min_overlap = 1; }),
+            "odometry: min_overlap = 1, must be in (0, 1)");
+  EXPECT_EQ(message([](OdometryParams& p) { p.min_overlap = 0; }),
+            "odometry: min_overlap = 0, must be in (0, 1)");
+  EXPECT_EQ(message([](OdometryParams& p) { p.min_inlier_part = -0.5; }),
+            "odometry: min_inlier_part = -0.5, must be in [0, 1)");
+  EXPECT_EQ(message([](OdometryParams& p) { p.recent_keyframes = 0; }),
+            "odometry: recent_keyframes = 0, must be at least 1");
+  EXPECT_EQ(message([](OdometryParams& p) { p.local_keyframes = 0; }),
+            "odometry: local_keyframes = 0, must be at least 1");
+  EXPECT_EQ(message([](OdometryParams& p) { p.prior_sigma_part = 0; }),
+            "odometry: prior_sigma_part = 0, must be > 0");
+  EXPECT_EQ(message([](OdometryParams& p) { p.prior_sigma_rad = std::nan(""); }),
+            "odometry: prior_sigma_rad = nan, must be > 0");
+  OdometryParams bad;
+  bad.min_overlap = 2;
+  const CeilingView view = MakeView();
+  EXPECT_THROW(Odometry(view, {}, bad), calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::mapping

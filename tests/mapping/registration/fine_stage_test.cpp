@@ -1,0 +1,119 @@
+#include "mapping/registration/fine_stage.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+using synthetic::AngleErrorDeg;
+using synthetic::ShiftError;
+using synthetic::SyntheticCeiling;
+
+const cv::Size kSize(480, 360);
+constexpr double kDegree = std::numbers::pi / 180;
+
+class FineStageTest : public testing::Test {
+ protected:
+  void Analyze(const cv::Mat& picture, FrameSpectrum::Data& data) {
+    coarse_.Analyze(picture, data);
+    fine_.Analyze(picture, data);
+  }
+
+  Hypothesis Near(const ImageMotion& truth, double off_px, double off_deg) {
+    Hypothesis hypothesis;
+    hypothesis.motion = truth;
+    hypothesis.motion.tx_px += off_px;
+    hypothesis.motion.ty_px -= 0.5 * off_px;
+    hypothesis.motion.theta_rad += off_deg * kDegree;
+    hypothesis.overlap = OverlapOf(truth, kSize);
+    return hypothesis;
+  }
+
+  RegistrarParams params_;
+  CoarseStage coarse_{kSize};
+  FineStage fine_{kSize, params_};
+  SyntheticCeiling ceiling_;
+  FrameSpectrum::Data reference_;
+  FrameSpectrum::Data current_;
+};
+
+TEST_F(FineStageTest, BringsARoughMotionToTheLastDigit) {
+  Analyze(ceiling_.Render(kSize), reference_);
+  fine_.PrepareReference(reference_);
+  for (const ImageMotion& truth : {ImageMotion{13.7, -41.2, 0.2, 1},
+                                   ImageMotion{-60.3, 25.8, -2.1, 1},
+                                   ImageMotion{0.25, 0.5, 3.1, 1}}) {
+    Analyze(ceiling_.Render(kSize, truth), current_);
+    for (const double off : {0.0, 4.0, -8.0}) {
+      const Candidate candidate =
+          fine_.Test(reference_, current_, Near(truth, off, 0.15 * off));
+      EXPECT_GT(candidate.support, 2 * params_.min_support) << off;
+      EXPECT_LT(ShiftError(candidate.motion, truth), 1) << off;
+      const Finalist finalist = fine_.Refine(reference_, current_, candidate);
+      ASSERT_TRUE(finalist.result.ok()) << off;
+      EXPECT_LT(ShiftError(finalist.result.motion, truth), 0.01) << off;
+      EXPECT_LT(AngleErrorDeg(finalist.result.motion, truth), 0.004) << off;
+      EXPECT_GT(finalist.agreement, 0.8);
+      EXPECT_EQ(finalist.result.blocks, static_cast<int>(fine_.Shifts().size()));
+    }
+  }
+}
+
+TEST_F(FineStageTest, HoldsUnderBlurOfOnePicture) {
+  // A smear of 7 px turns the sign of the spectrum beyond 0.14 cycles per pixel.
+  const ImageMotion truth{21.4, 8.3, 0.1, 1};
+  Analyze(ceiling_.Render(kSize), reference_);
+  fine_.PrepareReference(reference_);
+  cv::Mat smeared;
+  cv::blur(ceiling_.Render(kSize, truth), smeared, {7, 1});
+  Analyze(smeared, current_);
+  const Finalist finalist = fine_.Refine(
+      reference_, current_, fine_.Test(reference_, current_, Near(truth, 3, 0.3)));
+  ASSERT_TRUE(finalist.result.ok());
+  EXPECT_LT(ShiftError(finalist.result.motion, truth), 0.1);
+  EXPECT_LT(AngleErrorDeg(finalist.result.motion, truth), 0.05);
+}
+
+TEST_F(FineStageTest, BelievesNoWrongHypothesis) {
+  const ImageMotion truth{21.4, 8.3, 0.1, 1};
+  Analyze(ceiling_.Render(kSize), reference_);
+  Analyze(ceiling_.Render(kSize, truth), current_);
+  fine_.PrepareReference(reference_);
+  for (const ImageMotion& wrong :
+       {ImageMotion{75, -30, 0.1, 1}, ImageMotion{21, 8, 0.9, 1}, ImageMotion{21, 8, -2.7, 1}}) {
+    Hypothesis hypothesis;
+    hypothesis.motion = wrong;
+    const Finalist finalist =
+        fine_.Refine(reference_, current_, fine_.Test(reference_, current_, hypothesis));
+    EXPECT_EQ(finalist.result.verdict, Verdict::kNoMatch);
+  }
+}
+
+TEST_F(FineStageTest, CompareTellsTheTrueMotionFromOneByATile) {
+  const SyntheticCeiling tiles({.tile_px = 60,
+                                .tile_grey = 0,
+                                .speckle_grey = 0,
+                                .lamps = false,
+                                .marks = false,
+                                .own_marks = {{30, 40}}});
+  const ImageMotion truth{11, 7, 0.02, 1};
+  Analyze(tiles.Render(kSize), reference_);
+  Analyze(tiles.Render(kSize, truth), current_);
+  fine_.PrepareReference(reference_);
+  Finalist right;
+  right.result.motion = truth;
+  Finalist wrong;
+  wrong.result.motion = Compose(truth, ImageMotion{60, 0, 0, 1});
+  fine_.Compare(reference_, current_, right);
+  fine_.Compare(reference_, current_, wrong);
+  EXPECT_GT((wrong.unlike - right.unlike) * std::min(wrong.unlike_blocks, right.unlike_blocks),
+            params_.min_evidence);
+}
+
+}  // namespace
+}  // namespace ceilmap::registration

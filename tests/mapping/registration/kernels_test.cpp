@@ -1,0 +1,432 @@
+#include "mapping/registration/kernels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <random>
+#include <vector>
+
+namespace ceilmap::registration::kernels {
+namespace {
+
+constexpr int kW = 37;
+constexpr int kH = 29;
+
+std::size_t At(int x, int y, int w = kW) { return static_cast<std::size_t>(y * w + x); }
+
+std::vector<float> RandomFloats(std::size_t n, unsigned seed, float low = -1, float high = 1) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> value(low, high);
+  std::vector<float> values(n);
+  for (float& v : values) v = value(random);
+  return values;
+}
+
+std::vector<std::complex<float>> RandomBins(std::size_t n, unsigned seed) {
+  const auto parts = RandomFloats(2 * n, seed);
+  std::vector<std::complex<float>> bins(n);
+  for (std::size_t i = 0; i < n; ++i) bins[i] = {parts[2 * i], parts[2 * i + 1]};
+  return bins;
+}
+
+TEST(Kernels, ReduceArea) {
+  constexpr int kStride = 120;
+  std::mt19937 random(1);
+  std::vector<unsigned char> src(kStride * 90);
+  for (auto& v : src) v = static_cast<unsigned char>(random() & 255U);
+  for (const int factor : {1, 2, 3, 5}) {
+    const int w = 113 / factor;
+    const int h = 87 / factor;
+    std::vector<float> dst(static_cast<std::size_t>(w * h));
+    ReduceArea(src.data(), kStride, factor, w, h, dst.data());
+    for (int y = 0; y < h; ++y) {
+      for (int x = 0; x < w; ++x) {
+        int sum = 0;
+        for (int j = 0; j < factor; ++j) {
+          for (int i = 0; i < factor; ++i) sum += src[At(x * factor + i, y * factor + j, kStride)];
+        }
+        ASSERT_NEAR(dst[At(x, y, w)], static_cast<double>(sum) / (factor * factor), 1e-4)
+            << factor << " " << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(Kernels, FlattenAndWindow) {
+  const auto a = RandomFloats(kW * kH, 1, 0, 255);
+  const auto b = RandomFloats(kW * kH, 2, 0, 255);
+  const auto wx = RandomFloats(kW, 3, 0, 1);
+  const auto wy = RandomFloats(kH, 4, 0, 1);
+  std::vector<float> flat(kW * kH);
+  std::vector<float> windowed(kW * kH);
+  const double squares = FlattenAndWindow(
+      a.data(), b.data(), wx.data(), wy.data(), kW, kH, flat.data(), windowed.data());
+  double expected = 0;
+  for (int y = 0; y < kH; ++y) {
+    for (int x = 0; x < kW; ++x) {
+      const double value = static_cast<double>(a[At(x, y)]) - b[At(x, y)];
+      expected += value * value;
+      ASSERT_NEAR(flat[At(x, y)], value, 2e-5);
+      ASSERT_NEAR(windowed[At(x, y)],
+                  value * wx[static_cast<std::size_t>(x)] * wy[static_cast<std::size_t>(y)],
+                  5e-5);
+    }
+  }
+  EXPECT_NEAR(squares / expected, 1, 1e-6);
+}
+
+struct Turned {
+  std::vector<float> plain = std::vector<float>(kW * kH);
+  std::vector<float> windowed = std::vector<float>(kW * kH);
+};
+
+Turned Turn(const std::vector<float>& src,
+            const Affine& m,
+            const std::vector<float>& wx,
+            const std::vector<float>& wy) {
+  Turned turned;
+  TurnAndWindow(src.data(),
+                kW,
+                kH,
+                m,
+                wx.data(),
+                wy.data(),
+                turned.plain.data(),
+                turned.windowed.data());
+  return turned;
+}
+
+struct Position {
+  double x, y;
+
+  [[nodiscard]] double InsideBy() const {  // > 0 inside
+    return std::min({x, y, kW - 1 - x, kH - 1 - y});
+  }
+};
+
+Position Source(const Affine& m, int x, int y) {
+  return {static_cast<double>(m.xx) * x + static_cast<double>(m.xy) * y + m.x0,
+          static_cast<double>(m.yx) * x + static_cast<double>(m.yy) * y + m.y0};
+}
+
+const Affine kTurn{0.92F, -0.31F, 4.2F, 0.31F, 0.92F, -3.7F};
+
+TEST(Kernels, TurnAndWindowIsBilinear) {
+  const auto src = RandomFloats(kW * kH, 5, -100, 100);
+  const auto wx = RandomFloats(kW, 6, 0, 1);
+  const auto wy = RandomFloats(kH, 7, 0, 1);
+  const Turned turned = Turn(src, kTurn, wx, wy);
+  int inside = 0;
+  int outside = 0;
+  for (int y = 0; y < kH; ++y) {
+    for (int x = 0; x < kW; ++x) {
+      const Position p = Source(kTurn, x, y);
+      if (p.InsideBy() < -1e-4) {
+        ++outside;
+        ASSERT_EQ(turned.plain[At(x, y)], kOutside);
+        ASSERT_EQ(turned.windowed[At(x, y)], 0);
+      }
+      if (p.InsideBy() < 1e-2) continue;
+      ++inside;
+      const int ix = static_cast<int>(p.x);
+      const int iy = static_cast<int>(p.y);
+      const double fx = p.x - ix;
+      const double fy = p.y - iy;
+      const double value =
+          (1 - fy) * ((1 - fx) * src[At(ix, iy)] + fx * src[At(ix + 1, iy)]) +
+          fy * ((1 - fx) * src[At(ix, iy + 1)] + fx * src[At(ix + 1, iy + 1)]);
+      ASSERT_NEAR(turned.plain[At(x, y)], value, 2e-3);
+      // Which weight a position just between two pixels gets is a matter of rounding.
+      if (std::abs(fx - 0.5) < 1e-4 || std::abs(fy - 0.5) < 1e-4) continue;
+      const double weight = static_cast<double>(wx[static_cast<std::size_t>(std::lround(p.x))]) *
+                            wy[static_cast<std::size_t>(std::lround(p.y))];
+      ASSERT_NEAR(turned.windowed[At(x, y)], value * weight, 2e-3);
+    }
+  }
+  EXPECT_GT(inside, 500);
+  EXPECT_GT(outside, 100);
+}
+
+TEST(Kernels, TurnAndWindowReproducesBilinearForms) {
+  const auto form = [](double x, double y) { return 3 - 0.7 * x + 1.1 * y + 0.05 * x * y; };
+  std::vector<float> src(kW * kH);
+  for (int y = 0; y < kH; ++y) {
+    for (int x = 0; x < kW; ++x) src[At(x, y)] = static_cast<float>(form(x, y));
+  }
+  const std::vector<float> ones(std::max(kW, kH), 1.0F);
+  // A shift keeps the cells' axes, so that x * y stays bilinear inside each.
+  for (const Affine& m : {Affine{1, 0, 2.37F, 0, 1, -1.61F}, Affine{1, 0, 0, 0, 1, 0}}) {
+    const Turned turned = Turn(src, m, ones, ones);
+    for (int y = 0; y < kH; ++y) {
+      for (int x = 0; x < kW; ++x) {
+        const Position p = Source(m, x, y);
+        if (p.InsideBy() < 0) continue;
+        ASSERT_NE(turned.plain[At(x, y)], kOutside) << x << " " << y;
+        // The last row and column are read a thousandth of a pixel inside.
+        const double tolerance = p.InsideBy() < 1e-3 ? 5e-3 : 5e-5;
+        ASSERT_NEAR(turned.plain[At(x, y)], form(p.x, p.y), tolerance) << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(Kernels, RowSums) {
+  for (const int n : {1, 7, 64, 101}) {
+    const auto count = static_cast<std::size_t>(n);
+    const auto a = RandomFloats(count, 8);
+    auto b = RandomFloats(count, 9);
+    for (std::size_t i = 0; i < b.size(); i += 3) b[i] = kOutside;
+    for (const bool backwards : {false, true}) {
+      double sums[6] = {};
+      for (std::size_t i = 0; i < count; ++i) {
+        const float vb = backwards ? b[count - 1 - i] : b[i];
+        if (vb == kOutside) continue;
+        const double va = a[i];
+        const double terms[6] = {1, va, vb, va * va, static_cast<double>(vb) * vb, va * vb};
+        for (int k = 0; k < 6; ++k) sums[k] += terms[k];
+      }
+      const Sums s = RowSums(a.data(), backwards ? b.data() + n - 1 : b.data(), n, backwards);
+      EXPECT_EQ(s.count, sums[0]);
+      EXPECT_NEAR(s.a, sums[1], 1e-4);
+      EXPECT_NEAR(s.b, sums[2], 1e-4);
+      EXPECT_NEAR(s.aa, sums[3], 1e-4);
+      EXPECT_NEAR(s.bb, sums[4], 1e-4);
+      EXPECT_NEAR(s.ab, sums[5], 1e-4);
+    }
+  }
+}
+
+TEST(Kernels, CellMaxima) {
+  for (const int w : {8, 37, 64, 150}) {
+    constexpr int kCell = 8;
+    const auto surface = RandomFloats(static_cast<std::size_t>(w * kH), 10, -2, -1);
+    const int cells_x = (w + kCell - 1) / kCell;
+    const int cells_y = (kH + kCell - 1) / kCell;
+    std::vector<float> maxima(static_cast<std::size_t>(cells_x * cells_y));
+    CellMaxima(surface.data(), w, kH, kCell, maxima.data());
+    for (int j = 0; j < cells_y; ++j) {
+      for (int i = 0; i < cells_x; ++i) {
+        float best = -10;
+        for (int y = j * kCell; y < std::min(kH, (j + 1) * kCell); ++y) {
+          for (int x = i * kCell; x < std::min(w, (i + 1) * kCell); ++x) {
+            best = std::max(best, surface[At(x, y, w)]);
+          }
+        }
+        ASSERT_EQ(maxima[At(i, j, cells_x)], best) << w << " " << i << " " << j;
+      }
+    }
+  }
+}
+
+TEST(Kernels, GatherBilinear) {
+  constexpr std::size_t kSamples = 203;
+  const auto plane = RandomFloats(kW * kH, 11);
+  const auto right = RandomFloats(kSamples, 12, 0, 1);
+  const auto down = RandomFloats(kSamples, 13, 0, 1);
+  std::mt19937 random(14);
+  std::vector<int> top(kSamples);
+  std::vector<int> bottom(kSamples);
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    top[i] = static_cast<int>(random() % (kW * kH - 1));
+    bottom[i] = static_cast<int>(random() % (kW * kH - 1));
+  }
+  std::vector<float> out(kSamples);
+  GatherBilinear(plane.data(),
+                 top.data(),
+                 bottom.data(),
+                 right.data(),
+                 down.data(),
+                 kSamples,
+                 out.data());
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const auto mix = [&](int at) {
+      const auto k = static_cast<std::size_t>(at);
+      return (1.0 - right[i]) * plane[k] + static_cast<double>(right[i]) * plane[k + 1];
+    };
+    ASSERT_NEAR(out[i], (1.0 - down[i]) * mix(top[i]) + down[i] * mix(bottom[i]), 1e-6);
+  }
+}
+
+double CatmullRom(double before, double at, double next, double after, double t) {
+  return at + 0.5 * t *
+                  (next - before +
+                   t * (2 * before - 5 * at + 4 * next - after +
+                        t * (3 * (at - next) + after - before)));
+}
+
+struct Patch {
+  static constexpr int kW = 12;
+  static constexpr int kH = 9;
+  std::vector<float> wx = RandomFloats(kW, 15, 0.2F, 1);
+  std::vector<float> wy = RandomFloats(kH, 16, 0.2F, 1);
+
+  /// Largest difference of the kernel from `value(x, y)`, less its mean and times the window.
+  template <typename Value>
+  [[nodiscard]] double WorstError(const std::vector<float>& src,
+                                  int src_w,
+                                  const Affine& m,
+                                  Value value) const {
+    std::vector<float> dst(kW * kH);
+    SampleCubicWindowed(src.data(), src_w, m, wx.data(), wy.data(), kW, kH, dst.data());
+    std::vector<double> expected;
+    double mean = 0;
+    for (int y = 0; y < kH; ++y) {
+      for (int x = 0; x < kW; ++x) {
+        const Position p = Source(m, x, y);
+        expected.push_back(value(p.x, p.y));
+        mean += expected.back() / (kW * kH);
+      }
+    }
+    double worst = 0;
+    for (int y = 0; y < kH; ++y) {
+      for (int x = 0; x < kW; ++x) {
+        const double wanted = (expected[At(x, y, kW)] - mean) * wx[static_cast<std::size_t>(x)] *
+                              wy[static_cast<std::size_t>(y)];
+        worst = std::max(worst, std::abs(dst[At(x, y, kW)] - wanted));
+      }
+    }
+    return worst;
+  }
+};
+
+TEST(Kernels, SampleCubicIsCatmullRom) {
+  const auto src = RandomFloats(kW * kH, 17);
+  const auto sample = [&](double x, double y) {
+    const int ix = static_cast<int>(x);
+    const int iy = static_cast<int>(y);
+    double columns[4];
+    for (int j = 0; j < 4; ++j) {
+      const float* row = src.data() + At(ix - 1, iy - 1 + j);
+      columns[j] = CatmullRom(row[0], row[1], row[2], row[3], x - ix);
+    }
+    return CatmullRom(columns[0], columns[1], columns[2], columns[3], y - iy);
+  };
+  // Positions are rounded to 1/512 px; this picture changes by up to 3 a pixel.
+  for (const Affine& m : {Affine{0.92F, -0.31F, 6.2F, 0.31F, 0.92F, 2.7F},
+                          Affine{1.3F, 0.2F, 3.1F, -0.2F, 1.3F, 8.4F},
+                          Affine{-1, 0.01F, 30.5F, -0.01F, -1, 20.3F}}) {
+    EXPECT_LT(Patch().WorstError(src, kW, m, sample), 0.006);
+  }
+  EXPECT_LT(Patch().WorstError(src, kW, {1, 0, 3.25F, 0, 1, 5.125F}, sample), 2e-6);
+}
+
+TEST(Kernels, SampleCubicReproducesQuadratics) {
+  const auto form = [](double x, double y) {
+    return 3 - 0.7 * x + 1.1 * y + 0.05 * x * y - 0.03 * x * x + 0.02 * y * y;
+  };
+  std::vector<float> src(kW * kH);
+  for (int y = 0; y < kH; ++y) {
+    for (int x = 0; x < kW; ++x) src[At(x, y)] = static_cast<float>(form(x, y));
+  }
+  // At positions that are whole parts of 512 nothing is rounded.
+  for (const Affine& m : {Affine{1, 0, 3.25F, 0, 1, 4 + 77 / 512.0F},
+                          Affine{0, -1, 20.5F, 1, 0, 2.75F},
+                          Affine{0.75F, 0.25F, 5.5F, -0.25F, 0.75F, 8}}) {
+    EXPECT_LT(Patch().WorstError(src, kW, m, form), 3e-5);
+  }
+}
+
+TEST(Kernels, SampleCubicReadsUpToTheBorder) {
+  // Positions in [1, w-2) x [1, h-2): a picture of exactly the patch and its margin.
+  constexpr int kSrcW = Patch::kW + 3;
+  const auto src = RandomFloats(kSrcW * (Patch::kH + 3), 18);
+  const auto value = [&](double x, double y) {
+    return src[At(static_cast<int>(x), static_cast<int>(y), kSrcW)];
+  };
+  EXPECT_LT(Patch().WorstError(src, kSrcW, {1, 0, 1, 0, 1, 1}, value), 1e-6);
+}
+
+TEST(Kernels, CrossSpectrum) {
+  constexpr int kRows = 7;
+  for (const int cols : {12, 13}) {
+    const int half = cols / 2 + 1;
+    const auto n = static_cast<std::size_t>(kRows * half);
+    const auto a = RandomBins(n, 19);
+    const auto b = RandomBins(n, 20);
+    auto band = RandomFloats(n, 21, 0, 1);
+    band[0] = 0;
+    for (const bool conjugate : {false, true}) {
+      for (const float noise : {1e-6F, 0.3F, 50.0F}) {
+        std::vector<std::complex<float>> out(n);
+        const double total = CrossSpectrum(a.data(),
+                                           b.data(),
+                                           band.data(),
+                                           noise,
+                                           conjugate,
+                                           kRows,
+                                           half,
+                                           cols % 2 == 0,
+                                           out.data());
+        double expected_total = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+          const std::complex<double> bd = conjugate ? std::conj(b[i]) : b[i];
+          const std::complex<double> cross = std::conj(std::complex<double>(a[i])) * bd;
+          const std::complex<double> wanted =
+              cross * (static_cast<double>(band[i]) / (std::abs(cross) + noise));
+          ASSERT_LT(std::abs(std::complex<double>(out[i]) - wanted), 1e-5);
+          const int column = static_cast<int>(i) % half;
+          const bool once = column == 0 || (cols % 2 == 0 && column == half - 1);
+          expected_total += (once ? 1 : 2) * std::abs(wanted);
+        }
+        EXPECT_NEAR(total / expected_total, 1, 1e-5) << cols << " " << noise;
+      }
+    }
+  }
+}
+
+TEST(Kernels, LogPower) {
+  constexpr std::size_t kBins = 1001;
+  std::vector<std::complex<float>> bins(kBins);
+  for (std::size_t i = 0; i < kBins; ++i) {
+    bins[i] = std::polar(std::pow(10.0F, -3 + 0.01F * static_cast<float>(i)),
+                         0.37F * static_cast<float>(i));
+  }
+  std::vector<float> out(kBins);
+  for (const float floor : {1e-4F, 25.0F}) {
+    LogPower(bins.data(), floor, kBins, out.data());
+    for (std::size_t i = 0; i < kBins; ++i) {
+      ASSERT_NEAR(out[i], std::log(std::norm(std::complex<double>(bins[i])) + floor), 1e-3) << i;
+    }
+  }
+}
+
+TEST(Kernels, CentreRing) {
+  auto values = RandomFloats(kW, 22);
+  const auto before = values;
+  std::vector<float> weights(kW, 1.0F);
+  for (std::size_t i = 0; i < kW; i += 4) weights[i] = 0;
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < kW; ++i) {
+    sum += weights[i] * before[i];
+    count += weights[i];
+  }
+  CentreRing(weights.data(), kW, values.data());
+  for (std::size_t i = 0; i < kW; ++i) {
+    EXPECT_NEAR(values[i], weights[i] * (before[i] - sum / count), 1e-6);
+  }
+  const std::vector<float> none(kW, 0.0F);
+  CentreRing(none.data(), kW, values.data());
+  for (const float v : values) EXPECT_EQ(v, 0);
+}
+
+TEST(Kernels, EnergyAndAccumulateCross) {
+  for (const std::size_t n : {1U, 17U, 193U}) {
+    const auto a = RandomBins(n, 23);
+    const auto b = RandomBins(n, 24);
+    auto sum = RandomBins(n, 25);
+    const auto before = sum;
+    double energy = 0;
+    for (const auto& bin : a) energy += std::norm(std::complex<double>(bin));
+    EXPECT_NEAR(Energy(a.data(), n) / energy, 1, 1e-5);
+    AccumulateCross(a.data(), b.data(), n, sum.data());
+    for (std::size_t i = 0; i < n; ++i) {
+      EXPECT_LT(std::abs(sum[i] - before[i] - std::conj(a[i]) * b[i]), 1e-6);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::registration::kernels

@@ -1,0 +1,246 @@
+#include "mapping/registration/poc.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+const cv::Size kSize(96, 80);
+
+/// Periodic pictures: no window, so that shifts are exact.
+PocParams Periodic() { return {.taper = 0, .band_sigma = 0.12}; }
+
+/// White noise, i.e. all frequencies, shifted by any amount in its spectrum.
+class PeriodicPicture {
+ public:
+  explicit PeriodicPicture(unsigned seed) : fft_(RealFft::Plane(kSize.height, kSize.width)) {
+    std::mt19937 random(seed);
+    std::normal_distribution<float> normal(0, 20);
+    RealArray samples(fft_.RealSize());
+    for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = normal(random);
+    bins_.Resize(fft_.SpectrumSize());
+    fft_.Forward({samples.data(), samples.size()}, {bins_.data(), bins_.size()});
+  }
+
+  /// Picture with B(x) = A(x - shift), mean 0.
+  [[nodiscard]] cv::Mat Shifted(const Eigen::Vector2d& shift) const {
+    ComplexArray bins(bins_.size());
+    const int half = kSize.width / 2 + 1;
+    for (int row = 0; row < kSize.height; ++row) {
+      for (int col = 0; col < half; ++col) {
+        // The highest frequency has no counterpart of the other sign; it is left out.
+        if (row == kSize.height / 2 || col == kSize.width / 2) continue;
+        const int k = row < kSize.height / 2 ? row : row - kSize.height;
+        const double turns = col * shift.x() / kSize.width + k * shift.y() / kSize.height;
+        const auto i = static_cast<std::size_t>(row * half + col);
+        bins[i] = bins_[i] * std::complex<float>(std::polar(1.0, -2 * kPi * turns));
+      }
+    }
+    bins[0] = 0;
+    cv::Mat picture(kSize, CV_32FC1);
+    fft_.Inverse({bins.data(), bins.size()}, {picture.ptr<float>(), fft_.RealSize()});
+    return picture / kSize.area();
+  }
+
+ private:
+  RealFft fft_;
+  ComplexArray bins_;
+};
+
+double ErrorTo(const PocPeak& peak, double x, double y) {
+  return (peak.shift - Eigen::Vector2d(x, y)).norm();
+}
+
+TEST(PocPlane, SubPixelShiftsOfPeriodicPictures) {
+  PocPlane poc(kSize, Periodic());
+  const PeriodicPicture picture(1);
+  const ComplexArray a = poc.Spectrum(picture.Shifted({0, 0}));
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> x(-45, 45);
+  std::uniform_real_distribution<double> y(-38, 38);
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector2d shift(x(random), y(random));
+    poc.Correlate(a, poc.Spectrum(picture.Shifted(shift)), 1e-3);
+    const auto peaks = poc.BestPeaks(1);
+    ASSERT_EQ(peaks.size(), 1U);
+    EXPECT_LT(ErrorTo(peaks[0], shift.x(), shift.y()), 0.002) << shift.transpose();
+  }
+}
+
+TEST(PocPlane, EqualPicturesAgreeCompletely) {
+  PocPlane poc(kSize, Periodic());
+  const PeriodicPicture picture(3);
+  const ComplexArray a = poc.Spectrum(picture.Shifted({0, 0}));
+  poc.Correlate(a, poc.Spectrum(picture.Shifted({-11, 7})), 1e-3);
+  const PocPeak peak = poc.BestPeaks(1).at(0);
+  EXPECT_LT(ErrorTo(peak, -11, 7), 1e-3);
+  EXPECT_NEAR(peak.height, 1, 1e-3);
+  EXPECT_LT((peak.sharpness - Eigen::Matrix2d::Identity()).norm(), 0.02);
+}
+
+TEST(PocPlane, HeightBetweenPixelsIsThatOfTheNearestSample) {
+  // A Gaussian band of deviation s is a Gaussian peak exp(-(2 pi s r)^2 / 2); half a pixel on both
+  // axes is the farthest that a sample can be off its top.
+  PocPlane poc(kSize, Periodic());
+  const PeriodicPicture picture(4);
+  const ComplexArray a = poc.Spectrum(picture.Shifted({0, 0}));
+  poc.Correlate(a, poc.Spectrum(picture.Shifted({3.5, -2.5})), 1e-3);
+  const double lowest = std::exp(-0.5 * std::pow(2 * kPi * 0.12, 2) * 0.5);
+  EXPECT_NEAR(poc.BestPeaks(1).at(0).height, lowest, 0.01);
+}
+
+TEST(PocPlane, UnrelatedPicturesDoNotAgree) {
+  PocPlane poc(kSize, Periodic());
+  const ComplexArray a = poc.Spectrum(PeriodicPicture(5).Shifted({0, 0}));
+  poc.Correlate(a, poc.Spectrum(PeriodicPicture(6).Shifted({0, 0})), 1e-3);
+  for (const PocPeak& peak : poc.BestPeaks(3)) EXPECT_LT(peak.height, 0.25);
+}
+
+TEST(PocPlane, FindsTheGhostToo) {
+  PocPlane poc(kSize, Periodic());
+  const PeriodicPicture picture(7);
+  const cv::Mat both =
+      picture.Shifted({12.3, -5.6}) + 0.6 * picture.Shifted({-20.4, 17.7});
+  poc.Correlate(poc.Spectrum(picture.Shifted({0, 0})), poc.Spectrum(both), 1e-3);
+  const auto peaks = poc.BestPeaks(3);
+  ASSERT_EQ(peaks.size(), 3U);
+  EXPECT_LT(ErrorTo(peaks[0], 12.3, -5.6), 0.1);
+  EXPECT_LT(ErrorTo(peaks[1], -20.4, 17.7), 0.15);
+  EXPECT_GT(peaks[0].height, peaks[1].height);
+  EXPECT_LT(peaks[2].height, 0.6 * peaks[1].height);
+}
+
+TEST(PocPlane, PeaksAcrossTheBorderAreFoundOnce) {
+  PocPlane poc(kSize, Periodic());
+  const PeriodicPicture picture(8);
+  const ComplexArray a = poc.Spectrum(picture.Shifted({0, 0}));
+  for (const Eigen::Vector2d& shift : {Eigen::Vector2d(-0.4, 0.4), Eigen::Vector2d(-47.6, 39.6)}) {
+    poc.Correlate(a, poc.Spectrum(picture.Shifted(shift)), 1e-3);
+    const auto peaks = poc.BestPeaks(2);
+    ASSERT_GE(peaks.size(), 1U);
+    EXPECT_NEAR(std::remainder(peaks[0].shift.x() - shift.x(), kSize.width), 0, 0.002);
+    EXPECT_NEAR(std::remainder(peaks[0].shift.y() - shift.y(), kSize.height), 0, 0.002);
+    for (std::size_t i = 1; i < peaks.size(); ++i) EXPECT_LT(peaks[i].height, 0.2);
+  }
+}
+
+TEST(PocPlane, HalfTurnIsAConjugate) {
+  PocPlane poc(kSize, Periodic());
+  const PeriodicPicture picture(9);
+  const cv::Mat first = picture.Shifted({0, 0});
+  const cv::Mat shifted = picture.Shifted({8.25, -13.5});
+  cv::Mat turned(kSize, CV_32FC1);  // about pixel (0, 0)
+  for (int y = 0; y < kSize.height; ++y) {
+    for (int x = 0; x < kSize.width; ++x) {
+      turned.at<float>((kSize.height - y) % kSize.height, (kSize.width - x) % kSize.width) =
+          shifted.at<float>(y, x);
+    }
+  }
+  poc.Correlate(poc.Spectrum(first), poc.Spectrum(turned), 1e-3, true);
+  const PocPeak peak = poc.BestPeaks(1).at(0);
+  EXPECT_LT(ErrorTo(peak, 8.25, -13.5), 0.002);
+  EXPECT_GT(peak.height, 0.85);
+  poc.Correlate(poc.Spectrum(first), poc.Spectrum(turned), 1e-3, false);
+  EXPECT_LT(poc.BestPeaks(1).at(0).height, 0.3);
+}
+
+TEST(PocPlane, NoiseLowersThePeakAndHardlyMovesIt) {
+  PocPlane poc(kSize, Periodic());
+  const PeriodicPicture picture(10);
+  const cv::Mat first = picture.Shifted({0, 0});
+  cv::RNG random(11);
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Vector2d shift(0.7 * i - 3, 2.5 - 0.3 * i);
+    cv::Mat second = picture.Shifted(shift);
+    cv::Mat noise(kSize, CV_32FC1);
+    random.fill(noise, cv::RNG::NORMAL, 0, 10);  // half of the picture's own deviation
+    second += noise;
+    poc.Correlate(poc.Spectrum(first), poc.Spectrum(second), 20 * 10 * poc.WindowPower());
+    const PocPeak peak = poc.PeakWithin(8);
+    EXPECT_LT(ErrorTo(peak, shift.x(), shift.y()), 0.05) << i;
+    EXPECT_LT(peak.height, 0.97);
+    EXPECT_GT(peak.height, 0.6);
+  }
+}
+
+TEST(PocPlane, SubPixelShiftsOfCeilingsInOneShot) {
+  const cv::Size size(256, 256);
+  PocPlane poc(size);
+  const synthetic::SyntheticCeiling ceiling;
+  const ComplexArray a = poc.Spectrum(ceiling.Render(size));
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> part(-0.7, 0.7);
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Vector2d shift(part(random), part(random));
+    const cv::Mat moved = ceiling.Render(size, {shift.x(), shift.y(), 0, 1});
+    poc.Correlate(a, poc.Spectrum(moved), 0.3 * 0.3 * poc.WindowPower());
+    EXPECT_LT(ErrorTo(poc.PeakWithin(4), shift.x(), shift.y()), 0.02) << shift.transpose();
+  }
+}
+
+TEST(PocPlane, AnEdgeTellsOneDirectionOnly) {
+  PocPlane poc({64, 64});
+  cv::Mat edge(64, 64, CV_32FC1);
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      edge.at<float>(y, x) = static_cast<float>(100 * std::erf((x - 30) / 2.0));
+    }
+  }
+  const ComplexArray a = poc.Spectrum(edge);
+  poc.Correlate(a, a, 4 * poc.WindowPower());
+  const PocPeak peak = poc.PeakWithin(4);
+  EXPECT_GT(peak.sharpness(0, 0), 10 * peak.sharpness(1, 1));
+  EXPECT_NEAR(peak.shift.x(), 0, 1e-3);
+}
+
+TEST(PocPlane, LooksNoFartherThanItIsTold) {
+  PocPlane poc(kSize, Periodic());
+  const PeriodicPicture picture(13);
+  poc.Correlate(poc.Spectrum(picture.Shifted({0, 0})), poc.Spectrum(picture.Shifted({9, 0})), 1e-3);
+  EXPECT_LT(poc.PeakWithin(5).height, 0.3);
+  EXPECT_LT(ErrorTo(poc.PeakWithin(10), 9, 0), 1e-2);
+}
+
+TEST(PocPlane, EmptyPicturesHaveNoPeak) {
+  PocPlane poc(kSize);
+  const ComplexArray nothing = poc.Spectrum(cv::Mat(kSize, CV_8UC1, cv::Scalar(77)));
+  for (const double noise_power : {0.0, 1.0}) {
+    poc.Correlate(nothing, nothing, noise_power);
+    EXPECT_TRUE(poc.BestPeaks(3).empty());
+    EXPECT_EQ(poc.PeakWithin(4).height, 0);
+  }
+}
+
+TEST(PocPlane, RefusesOtherPictures) {
+  PocPlane poc(kSize);
+  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kSize, CV_16UC1)), std::invalid_argument);
+  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kSize, CV_8UC3)), std::invalid_argument);
+  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kSize.width, kSize.height, CV_8UC1)),
+               std::invalid_argument);
+}
+
+TEST(TukeyWindow, BetweenNoneAndHann) {
+  for (const float w : TukeyWindow(9, 0)) EXPECT_EQ(w, 1);
+  const auto hann = TukeyWindow(30, 0.5);
+  for (int i = 0; i < 30; ++i) {
+    EXPECT_NEAR(
+        hann[static_cast<std::size_t>(i)], std::pow(std::sin(kPi * (i + 0.5) / 30), 2), 1e-6);
+  }
+  const auto window = TukeyWindow(41, 0.2);
+  for (std::size_t i = 0; i < 41; ++i) EXPECT_EQ(window[i], window[40 - i]);
+  EXPECT_EQ(window[9], 1);
+  EXPECT_LT(window[7], 1);
+  EXPECT_LT(window[0], 0.02);
+}
+
+}  // namespace
+}  // namespace ceilmap::registration

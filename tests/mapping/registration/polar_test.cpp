@@ -1,0 +1,121 @@
+#include "mapping/registration/polar.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "mapping/registration/poc.hpp"
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kDegree = kPi / 180;
+const cv::Size kSize(320, 240);
+
+/// A picture without a preferred direction.
+synthetic::CeilingParams Plaster() { return {.seed = 3, .tile_px = 0, .lamps = false}; }
+
+class PolarTest : public testing::Test {
+ protected:
+  ComplexArray Rings(const cv::Mat& picture) {
+    const ComplexArray spectrum = poc_.Spectrum(picture);
+    ComplexArray rings(search_.RingSpectrumSize());
+    search_.Analyze({spectrum.data(), spectrum.size()},
+                    static_cast<float>(0.1 * poc_.WindowPower()),
+                    {rings.data(), rings.size()});
+    return rings;
+  }
+  std::vector<RotationPeak> Search(const ComplexArray& a, const ComplexArray& b, bool scale) {
+    return search_.Search({a.data(), a.size()}, {b.data(), b.size()}, scale);
+  }
+
+  PocPlane poc_{kSize};
+  PolarSearch search_{kSize};
+};
+
+/// Difference of two angles that are known up to half a turn, degrees.
+double HalfTurnErrorDeg(double a, double b) {
+  return std::abs(std::remainder(a - b, kPi)) / kDegree;
+}
+
+TEST_F(PolarTest, APictureAgreesWithItself) {
+  const ComplexArray rings = Rings(synthetic::SyntheticCeiling().Render(kSize));
+  const auto peaks = Search(rings, rings, false);
+  ASSERT_FALSE(peaks.empty());
+  EXPECT_NEAR(peaks[0].theta_rad, 0, 1e-6);
+  EXPECT_EQ(peaks[0].scale, 1);
+  EXPECT_NEAR(peaks[0].value, 1, 1e-4);
+}
+
+TEST_F(PolarTest, RotationsOverTheHalfCircle) {
+  const synthetic::SyntheticCeiling ceiling(Plaster());
+  const ComplexArray reference = Rings(ceiling.Render(kSize));
+  for (double theta_deg = -176.5; theta_deg < 180; theta_deg += 11) {
+    const double theta = theta_deg * kDegree;
+    const auto peaks = Search(reference, Rings(ceiling.Render(kSize, {6, -4, theta, 1})), false);
+    ASSERT_FALSE(peaks.empty());
+    EXPECT_LT(HalfTurnErrorDeg(peaks[0].theta_rad, theta), 0.25) << theta_deg;
+    EXPECT_GE(peaks[0].theta_rad, -kPi / 2);
+    EXPECT_LT(peaks[0].theta_rad, kPi / 2);
+    EXPECT_EQ(peaks[0].scale, 1);
+  }
+}
+
+TEST_F(PolarTest, ScalesAndRotations) {
+  const synthetic::SyntheticCeiling ceiling(Plaster());
+  const ComplexArray reference = Rings(ceiling.Render(kSize));
+  for (const double scale : {0.7, 0.8, 0.9, 1.0, 1.12, 1.25, 1.4}) {
+    const double theta = scale - 0.6;
+    const auto peaks = Search(reference, Rings(ceiling.Render(kSize, {0, 0, theta, scale})), true);
+    ASSERT_FALSE(peaks.empty());
+    EXPECT_LT(HalfTurnErrorDeg(peaks[0].theta_rad, theta), 0.5) << scale;
+    EXPECT_NEAR(peaks[0].scale / scale, 1, 0.02);
+  }
+}
+
+TEST_F(PolarTest, TilesLeaveTheTrueRotationAmongTheProposals) {
+  const synthetic::SyntheticCeiling ceiling;
+  const ComplexArray reference = Rings(ceiling.Render(kSize));
+  for (double theta_deg = -85; theta_deg < 95; theta_deg += 19) {
+    const auto peaks = Search(
+        reference, Rings(ceiling.Render(kSize, {0, 0, theta_deg * kDegree, 1})), false);
+    double nearest = 90;
+    for (const RotationPeak& peak : peaks) {
+      nearest = std::min(nearest, HalfTurnErrorDeg(peak.theta_rad, theta_deg * kDegree));
+    }
+    EXPECT_LT(nearest, 0.5) << theta_deg;
+  }
+}
+
+TEST_F(PolarTest, BestFirstNoMoreThanAskedAndApart) {
+  const synthetic::SyntheticCeiling ceiling;
+  const auto peaks = Search(Rings(ceiling.Render(kSize)),
+                            Rings(ceiling.Render(kSize, {0, 0, 0.3, 1})),
+                            false);
+  ASSERT_LE(peaks.size(), static_cast<std::size_t>(PolarParams().max_peaks));
+  for (std::size_t i = 1; i < peaks.size(); ++i) {
+    EXPECT_LE(peaks[i].value, peaks[i - 1].value + 1e-3);
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_GT(HalfTurnErrorDeg(peaks[i].theta_rad, peaks[j].theta_rad), 3);
+    }
+  }
+}
+
+TEST_F(PolarTest, UniformPicturesGetAProposalTooAndItIsANumber) {
+  const ComplexArray flat = Rings(cv::Mat(kSize, CV_8UC1, cv::Scalar(128)));
+  for (const bool scale : {false, true}) {
+    const auto peaks = Search(flat, flat, scale);
+    ASSERT_FALSE(peaks.empty());
+    for (const RotationPeak& peak : peaks) {
+      EXPECT_TRUE(std::isfinite(peak.theta_rad) && std::isfinite(peak.scale) &&
+                  std::isfinite(peak.value));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::registration
