@@ -62,9 +62,20 @@ struct Mapper::Impl {
   std::vector<float> peaks;
   MapperReport report;
 
+  void KeepKeyframe(OdometryStep& step);
   void Count(const OdometryStep& step);
   void WriteMosaic(const std::function<void(int, int)>& progress);
 };
+
+void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
+  if (!step.new_keyframe) return;
+  const StageTimer timer(report.keyframe_ms);
+  writer.AddPicture(step.new_keyframe->id, step.new_keyframe->picture);
+  step.new_keyframe->picture.release();
+  keyframes.push_back(*step.new_keyframe);
+  edges.insert(edges.end(), step.new_edges.begin(), step.new_edges.end());
+  report.keyframes = static_cast<std::int64_t>(keyframes.size());
+}
 
 void Mapper::Impl::Count(const OdometryStep& step) {
   ++report.frames;
@@ -110,14 +121,7 @@ FramePose Mapper::Process(const cv::Mat& raw_grey, std::int64_t frame_index, dou
     const StageTimer timer(me.report.register_ms);
     step = me.odometry.Process(*picture, frame_index, stamp_s);
   }
-  if (step.new_keyframe) {
-    const StageTimer timer(me.report.keyframe_ms);
-    me.writer.AddPicture(step.new_keyframe->id, step.new_keyframe->picture);
-    step.new_keyframe->picture.release();
-    me.keyframes.push_back(*step.new_keyframe);
-    me.edges.insert(me.edges.end(), step.new_edges.begin(), step.new_edges.end());
-    me.report.keyframes = static_cast<std::int64_t>(me.keyframes.size());
-  }
+  me.KeepKeyframe(step);
   me.Count(step);
   return step.pose;
 }
@@ -145,6 +149,8 @@ void Mapper::Finish(const std::function<void(int, int)>& progress) {
         "no frame shows any texture that could be mapped: the ceiling is black, uniform or out of "
         "focus; check lens cap, light and exposure");
   }
+  OdometryStep last = me.odometry.Close();
+  me.KeepKeyframe(last);
   if (!me.peaks.empty()) {
     const auto middle = me.peaks.begin() + static_cast<std::ptrdiff_t>(me.peaks.size() / 2);
     std::nth_element(me.peaks.begin(), middle, me.peaks.end());

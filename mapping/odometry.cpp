@@ -29,6 +29,8 @@ void OdometryParams::Validate() const {
   require(recent_keyframes >= 1, "recent_keyframes", recent_keyframes, "at least 1");
   require(local_keyframes >= 1, "local_keyframes", local_keyframes, "at least 1");
   require(prior_sigma_part > 0, "prior_sigma_part", prior_sigma_part, "> 0");
+  require(systematic_px > 0, "systematic_px", systematic_px, "> 0");
+  require(systematic_rad > 0, "systematic_rad", systematic_rad, "> 0");
   require(prior_sigma_rad > 0, "prior_sigma_rad", prior_sigma_rad, "> 0");
 }
 
@@ -113,8 +115,11 @@ Edge Odometry::Impl::MakeEdge(const ActiveKeyframe& reference,
   Edge edge;
   edge.from = reference.keyframe.id;
   edge.T_from_to = BaseMotion(view, registration.motion);
-  const Eigen::Matrix3d covariance = BaseMotionCovariance(
-      view, registration.motion, registration.covariance.topLeftCorner<3, 3>());
+  Eigen::Matrix3d in_picture = registration.covariance.topLeftCorner<3, 3>();
+  in_picture.diagonal() += Eigen::Vector3d(params.systematic_px * params.systematic_px,
+                                           params.systematic_px * params.systematic_px,
+                                           params.systematic_rad * params.systematic_rad);
+  const Eigen::Matrix3d covariance = BaseMotionCovariance(view, registration.motion, in_picture);
   edge.information = covariance.inverse();
   return edge;
 }
@@ -302,6 +307,16 @@ OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index,
     return step;
   }
   me.Remember(step, spectrum, picture, edge);
+  return step;
+}
+
+OdometryStep Odometry::Close() {
+  OdometryStep step;
+  if (impl_->last && impl_->last->edge.to < 0) {
+    const LastFrame frame = *impl_->last;
+    impl_->MakeKeyframe(frame.pose, frame.spectrum, frame.picture, frame.edge, step);
+    impl_->last->edge.to = step.new_keyframe->id;
+  }
   return step;
 }
 

@@ -280,23 +280,29 @@ std::vector<Hypothesis> CoarseStage::Best(std::vector<Hypothesis> hypotheses) co
 
 std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Data& reference,
                                              const FrameSpectrum::Data& current,
-                                             bool estimate_scale) {
+                                             bool estimate_scale,
+                                             const std::optional<RotationRange>& near) {
+  const auto wanted = [&near](double theta_rad) {
+    return !near || std::abs(calib::WrapAngle(theta_rad - near->theta_rad)) <= near->reach_rad;
+  };
   std::vector<Hypothesis> hypotheses;
   const auto rotations = polar_.Search({reference.rings.data(), reference.rings.size()},
                                        {current.rings.data(), current.rings.size()},
                                        estimate_scale);
   double best_score = 0;
   for (const RotationPeak& rotation : rotations) {
-    // A rotation that explained the pictures well ends the search, unless the next one looks about
-    // as good in the spectra (square tiles).
+    // A rotation that explained the pictures well ends the search, unless the next one looks about as good in the
+    // spectra (square tiles).
     if (best_score > params_.decisive_score &&
         rotation.value < params_.decisive_ratio * rotations.front().value) {
       break;
     }
+    const bool as_is = wanted(rotation.theta_rad);
+    const bool turned = wanted(rotation.theta_rad + std::numbers::pi);
+    if (!as_is && !turned) continue;
     TurnBack(current, rotation.theta_rad, rotation.scale);
-    for (const bool half_turn : {false, true}) {
-      ProposeShifts(reference, current, rotation, half_turn, hypotheses);
-    }
+    if (as_is) ProposeShifts(reference, current, rotation, false, hypotheses);
+    if (turned) ProposeShifts(reference, current, rotation, true, hypotheses);
     for (const Hypothesis& h : hypotheses) best_score = std::max(best_score, h.score);
   }
   return Best(std::move(hypotheses));

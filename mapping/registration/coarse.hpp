@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "mapping/registration/frame_data.hpp"
@@ -24,6 +25,12 @@ struct CoarseParams {
       0.7;  ///< ... unless their angular correlation is above this part of the best one's
   PocParams poc{.taper = 0.4, .band_sigma = 0.16};
   PolarParams polar;
+};
+
+/// Rotations that are worth a try.
+struct RotationRange {
+  double theta_rad = 0;
+  double reach_rad = 0;
 };
 
 /// A motion that the coarse stage thinks possible.
@@ -54,9 +61,11 @@ class CoarseStage {
   void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data);
 
   /// Possible motions, best score first; may be empty.
+  /// @param near  only rotations within this range are tried: half the work when the range says which half turn.
   std::vector<Hypothesis> Propose(const FrameSpectrum::Data& reference,
                                   const FrameSpectrum::Data& current,
-                                  bool estimate_scale);
+                                  bool estimate_scale,
+                                  const std::optional<RotationRange>& near = std::nullopt);
 
  private:
   void TakeMask(const cv::Mat& mask);

@@ -119,29 +119,18 @@ Sums RowSums(const float* a, const float* b, int n, bool backwards) {
 }
 
 CEILMAP_HOT
-void CellMaxima(const float* surface, int w, int h, int cell, float* maxima) {
-  constexpr int kMaxColumns = 64;
+void CellMaxima(const float* surface, int w, int h, int cell, float* row, float* maxima) {
   for (int y0 = 0; y0 < h; y0 += cell) {
-    const int rows = std::min(cell, h - y0);
-    const float* top = surface + static_cast<std::ptrdiff_t>(y0) * w;
-    for (int x0 = 0; x0 < w; x0 += kMaxColumns) {
-      std::array<float, kMaxColumns> columns{};
-      const int n = std::min(kMaxColumns, w - x0);
-      for (int x = 0; x < n; ++x) columns[static_cast<std::size_t>(x)] = top[x0 + x];
-      for (int y = 1; y < rows; ++y) {
-        const float* row = top + static_cast<std::ptrdiff_t>(y) * w + x0;
-        for (int x = 0; x < n; ++x) {
-          float& best = columns[static_cast<std::size_t>(x)];
-          best = std::max(best, row[x]);
-        }
-      }
-      for (int x = 0; x < n; x += cell) {
-        float best = columns[static_cast<std::size_t>(x)];
-        for (int i = 1; i < std::min(cell, n - x); ++i) {
-          best = std::max(best, columns[static_cast<std::size_t>(x + i)]);
-        }
-        *maxima++ = best;
-      }
+    const float* in = surface + static_cast<std::ptrdiff_t>(y0) * w;
+    std::memcpy(row, in, static_cast<std::size_t>(w) * sizeof(float));
+    for (int y = y0 + 1; y < std::min(y0 + cell, h); ++y) {
+      in += w;
+      for (int x = 0; x < w; ++x) row[x] = row[x] < in[x] ? in[x] : row[x];
+    }
+    for (int x0 = 0; x0 < w; x0 += cell) {
+      float best = row[x0];
+      for (int x = x0 + 1; x < std::min(x0 + cell, w); ++x) best = best < row[x] ? row[x] : best;
+      *maxima++ = best;
     }
   }
 }

@@ -61,7 +61,8 @@ Sums RowSums(const float* a, const float* b, int n, bool backwards);
 
 /// Largest value of each cell x cell square of a w x h surface, row by row of cells; border cells
 /// may be smaller.
-void CellMaxima(const float* surface, int w, int h, int cell, float* maxima);
+/// @param row  scratch, w values.
+void CellMaxima(const float* surface, int w, int h, int cell, float* row, float* maxima);
 
 /// out[i] = bilinear sample i of a plane: values at top[i], top[i] + 1, bottom[i], bottom[i] + 1,
 /// mixed by right[i] and down[i].

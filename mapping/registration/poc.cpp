@@ -150,7 +150,9 @@ std::vector<PocPeak> PocPlane::BestPeaks(int count) const {
   const int cells_x = (size_.width + kCell - 1) / kCell;
   const int cells_y = (size_.height + kCell - 1) / kCell;
   std::vector<float> maxima(static_cast<std::size_t>(cells_x) * static_cast<std::size_t>(cells_y));
-  kernels::CellMaxima(surface_.data(), size_.width, size_.height, kCell, maxima.data());
+  std::vector<float> row(static_cast<std::size_t>(size_.width));
+  kernels::CellMaxima(
+      surface_.data(), size_.width, size_.height, kCell, row.data(), maxima.data());
   std::vector<int> order(maxima.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
   const auto tried = std::min<std::size_t>(order.size(), 4 * static_cast<std::size_t>(count));

@@ -109,6 +109,10 @@ struct Registrar::Impl {
   std::vector<std::shared_ptr<Data>> pool;
 
   std::shared_ptr<Data> Recycle();
+  Registration Run(Data& reference,
+                   const Data& current,
+                   const std::optional<MotionPrior>& prior,
+                   const std::optional<RotationRange>& near);
   Registration Choose(const Data& reference,
                       const Data& current,
                       const std::vector<Finalist>& finalists,
@@ -195,6 +199,31 @@ Registration Registrar::Impl::Choose(const Data& reference,
   return result;
 }
 
+Registration Registrar::Impl::Run(Data& reference,
+                                  const Data& current,
+                                  const std::optional<MotionPrior>& prior,
+                                  const std::optional<RotationRange>& near) {
+  const auto hypotheses = coarse.Propose(reference, current, params.estimate_scale, near);
+  if (hypotheses.empty()) return {};
+  fine.PrepareReference(reference);
+  std::vector<Candidate> candidates;
+  candidates.reserve(hypotheses.size());
+  for (const Hypothesis& hypothesis : hypotheses) {
+    candidates.push_back(fine.Test(reference, current, hypothesis));
+  }
+  std::vector<Finalist> finalists;
+  for (const Candidate& rival : NearlyBest(candidates, params.rival_ratio)) {
+    finalists.push_back(fine.Refine(reference, current, rival));
+  }
+  Registration result = Choose(reference, current, finalists, prior);
+  for (const Candidate& c : candidates) {
+    if (finalists.size() == 1 && Differ(c.motion, result.motion)) {
+      result.runner_up = std::max(result.runner_up, c.Agreement());
+    }
+  }
+  return result;
+}
+
 Registration Registrar::Register(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const std::optional<MotionPrior>& prior) {
@@ -203,29 +232,19 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   }
   FrameSpectrum::Data& ref = *reference.data_;
   const FrameSpectrum::Data& cur = *current.data_;
-  Registration none;
   if (std::min(ref.contrast, cur.contrast) < impl_->params.min_contrast) {
+    Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;
   }
-  const auto hypotheses = impl_->coarse.Propose(ref, cur, impl_->params.estimate_scale);
-  if (hypotheses.empty()) return none;
-  impl_->fine.PrepareReference(ref);
-  std::vector<Candidate> candidates;
-  for (const Hypothesis& hypothesis : hypotheses) {
-    candidates.push_back(impl_->fine.Test(ref, cur, hypothesis));
+  if (prior) {
+    // What the prior holds for impossible need not be computed, as long as what it expects is found.
+    constexpr double kSigmas = 4;
+    const RotationRange near{prior->motion.theta_rad, kSigmas * prior->sigma_theta_rad + 0.05};
+    const Registration expected = impl_->Run(ref, cur, prior, near);
+    if (expected.ok()) return expected;
   }
-  std::vector<Finalist> finalists;
-  for (const Candidate& rival : NearlyBest(candidates, impl_->params.rival_ratio)) {
-    finalists.push_back(impl_->fine.Refine(ref, cur, rival));
-  }
-  Registration result = impl_->Choose(ref, cur, finalists, prior);
-  for (const Candidate& c : candidates) {
-    if (finalists.size() == 1 && Differ(c.motion, result.motion)) {
-      result.runner_up = std::max(result.runner_up, c.Agreement());
-    }
-  }
-  return result;
+  return impl_->Run(ref, cur, prior, std::nullopt);
 }
 
 PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,

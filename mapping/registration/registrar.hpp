@@ -20,8 +20,9 @@ enum class Verdict {
 };
 const char* ToString(Verdict verdict);
 
-/// What is known of the motion beforehand (odometry, a motion model, a compass): chooses among
-/// hypotheses that the pictures alone leave open, and is never averaged into the result.
+/// What is known of the motion beforehand (odometry, a motion model, a compass). Rotations near it are tried first,
+/// others only when none of those explains the pictures; and it chooses among motions that the pictures leave
+/// open. It is never averaged into the result.
 struct MotionPrior {
   ImageMotion motion;
   double sigma_px = 0;         ///< of tx and ty, > 0

@@ -81,7 +81,8 @@ std::map<std::string, std::vector<double>>& FrameTimes() {
   return times;
 }
 
-/// Runs `work(i)` on one frame after the other; it returns the error in the answer, empty when it is right.
+/// Runs `work(i)` on one frame after the other; it returns the error in the answer, empty when it
+/// is right.
 template <typename Work>
 void RunFrames(benchmark::State& state, const std::string& name, Work work) {
   std::vector<double>& times = FrameTimes()[name];
@@ -111,9 +112,9 @@ auto MotionWithin(const ImageMotion& motion, double bound_px, double bound_deg) 
   };
 }
 
-/// (a) The floor: forward transforms of the frame and of the turned frame, forward and inverse of a 512x256 polar array,
-/// one inverse of the frame. Only the transforms are timed; between them their buffers are written,
-/// as they would be by the steps around them.
+/// (a) The floor: forward transforms of the frame and of the turned frame, forward and inverse of a
+/// 512x256 polar array, one inverse of the frame. Only the transforms are timed; between them their
+/// buffers are written, as they would be by the steps around them.
 class Floor {
  public:
   Floor()
@@ -252,12 +253,17 @@ void RegisterFrames(benchmark::State& state, const std::string& name, bool estim
 }
 
 /// (d) Both stages of one streamed frame.
-void Both(benchmark::State& state) { RegisterFrames(state, "both", false); }
+void Both(benchmark::State& state) {
+  RegisterFrames(state, "both", false);
+}
 /// (e) The same with the scale unknown.
-void BothWithScale(benchmark::State& state) { RegisterFrames(state, "both, scale", true); }
+void BothWithScale(benchmark::State& state) {
+  RegisterFrames(state, "both, scale", true);
+}
 
-/// (f) The coarse method put together from OpenCV: rotation by phase correlation of the log amplitude spectra in polar
-/// coordinates, both half turns turned back, translation by phase correlation.
+/// (f) The coarse method put together from OpenCV: rotation by phase correlation of the log
+/// amplitude spectra in polar coordinates, both half turns turned back, translation by phase
+/// correlation.
 class OpenCvPieces {
  public:
   explicit OpenCvPieces(const cv::Mat& reference) {
@@ -344,8 +350,7 @@ void Orb(benchmark::State& state) {
   const cv::BFMatcher matcher(cv::NORM_HAMMING, true);
   std::vector<cv::KeyPoint> reference_keys;
   cv::Mat reference_descriptors;
-  orb->detectAndCompute(
-      Frames().reference, cv::noArray(), reference_keys, reference_descriptors);
+  orb->detectAndCompute(Frames().reference, cv::noArray(), reference_keys, reference_descriptors);
   RunFrames(state, "ORB", [&](std::size_t i) {
     std::vector<cv::KeyPoint> keys;
     cv::Mat descriptors;
@@ -387,8 +392,7 @@ void PrintTable() {
   fmt::print("{:<16}{:>9}{:>9}\n", "", "median", "p95");
   for (const char* name :
        {"floor", "coarse", "fine", "both", "both, scale", "OpenCV pieces", "ORB"}) {
-    fmt::print(
-        "{:<16}{:>9.2f}{:>9.2f}\n", name, median(name), Quantile(FrameTimes()[name], 0.95));
+    fmt::print("{:<16}{:>9.2f}{:>9.2f}\n", name, median(name), Quantile(FrameTimes()[name], 0.95));
   }
   fmt::print("\nratios of the medians\n");
   for (const auto& [over, under] : {std::pair{"coarse", "floor"},
@@ -396,7 +400,8 @@ void PrintTable() {
                                     {"both, scale", "floor"},
                                     {"OpenCV pieces", "both"},
                                     {"ORB", "both"}}) {
-    fmt::print("{:<30}{:>8.2f}\n", fmt::format("{} / {}", over, under), median(over) / median(under));
+    fmt::print(
+        "{:<30}{:>8.2f}\n", fmt::format("{} / {}", over, under), median(over) / median(under));
   }
 }
 
@@ -433,4 +438,6 @@ int Main(int argc, char** argv) {
 }  // namespace
 }  // namespace ceilmap::registration
 
-int main(int argc, char** argv) { return ceilmap::registration::Main(argc, argv); }
+int main(int argc, char** argv) {
+  return ceilmap::registration::Main(argc, argv);
+}

@@ -47,7 +47,9 @@ class Drive {
     T_map_base_ = T_map_base_ * Pose2{forward_m, 0, turn_deg * kDegree};
   }
   void Jump(const Pose2& T_map_base) { T_map_base_ = T_map_base; }
-  OdometryStep See() { return Process(ceiling_.Render(kSize, MotionAt(view_, T_map_base_), 1.5, Next())); }
+  OdometryStep See() {
+    return Process(ceiling_.Render(kSize, MotionAt(view_, T_map_base_), 1.5, Next()));
+  }
   OdometryStep SeeUniform(int grey) {
     Next();
     return Process(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
@@ -88,8 +90,7 @@ bool Placed(const OdometryStep& step) {
 }
 
 /// About 6 m: straight, a left turn, straight, a right turn.
-Drive PathWithTurns() {
-  Drive drive;
+void DrivePathWithTurns(Drive& drive) {
   drive.See();
   const auto drive_on = [&](int frames, double forward_m, double turn_deg) {
     for (int i = 0; i < frames; ++i) {
@@ -102,12 +103,14 @@ Drive PathWithTurns() {
   drive_on(14, 0.12, 0.5);
   drive_on(10, 0.05, -9);
   drive_on(10, 0.12, -0.5);
-  return drive;
 }
 
 class OdometryOnAPath : public testing::Test {
  protected:
-  static void SetUpTestSuite() { drive_ = std::make_unique<Drive>(PathWithTurns()); }
+  static void SetUpTestSuite() {
+    drive_ = std::make_unique<Drive>();
+    DrivePathWithTurns(*drive_);
+  }
   static void TearDownTestSuite() { drive_.reset(); }
 
   static inline std::unique_ptr<Drive> drive_;
@@ -176,8 +179,8 @@ TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
       EXPECT_LT(edge.from, edge.to);
       EXPECT_EQ(edge.kind, Edge::Kind::kOdometry);
       to_older += edge.to - edge.from > 1 ? 1 : 0;
-      const Pose2 truth = drive_->Truths()[frame_of[edge.from]].Inverse() *
-                          drive_->Truths()[frame_of[edge.to]];
+      const Pose2 truth =
+          drive_->Truths()[frame_of[edge.from]].Inverse() * drive_->Truths()[frame_of[edge.to]];
       const Eigen::Vector3d error(edge.T_from_to.x - truth.x,
                                   edge.T_from_to.y - truth.y,
                                   calib::WrapAngle(edge.T_from_to.yaw - truth.yaw));

@@ -83,8 +83,7 @@ TEST(BaseMotion, ComposesLikeTheImageMotions) {
   for (int i = 0; i < 50; ++i) {
     const Pose2 T_a_b = RandomPose(random);
     const Pose2 T_b_c = RandomPose(random);
-    const ImageMotion a_to_c =
-        Compose(ImageMotionOf(view, T_b_c), ImageMotionOf(view, T_a_b));
+    const ImageMotion a_to_c = Compose(ImageMotionOf(view, T_b_c), ImageMotionOf(view, T_a_b));
     const Pose2 T_a_c = T_a_b * T_b_c;
     ExpectPose(BaseMotion(view, a_to_c), T_a_c.x, T_a_c.y, T_a_c.yaw, 1e-9);
   }
@@ -169,8 +168,7 @@ TEST(ComposeCovariance, ByHand) {
   // An error in yaw moves what is 3 m ahead sideways.
   Eigen::Matrix3d yaw_only = Eigen::Matrix3d::Zero();
   yaw_only(2, 2) = 1e-4;
-  const Eigen::Matrix3d c =
-      ComposeCovariance({}, yaw_only, {3, 0, 0}, Eigen::Matrix3d::Zero());
+  const Eigen::Matrix3d c = ComposeCovariance({}, yaw_only, {3, 0, 0}, Eigen::Matrix3d::Zero());
   EXPECT_NEAR(c(0, 0), 0, 1e-15);
   EXPECT_NEAR(c(1, 1), 9e-4, 1e-15);
   EXPECT_NEAR(c(1, 2), 3e-4, 1e-15);
@@ -184,8 +182,7 @@ TEST(BaseMotionCovariance, AgreesWithMonteCarlo) {
   Normal3 draw(covariance, 6);
   const Eigen::Matrix3d sampled = MonteCarlo(BaseMotion(view, motion), [&] {
     const Eigen::Vector3d d = draw();
-    return BaseMotion(
-        view, {motion.tx_px + d[0], motion.ty_px + d[1], motion.theta_rad + d[2], 1});
+    return BaseMotion(view, {motion.tx_px + d[0], motion.ty_px + d[1], motion.theta_rad + d[2], 1});
   });
   ExpectCovariance(BaseMotionCovariance(view, motion, covariance), sampled, 0.03);
 }

@@ -108,8 +108,7 @@ TEST(BlockStage, SelectsSpreadBlocksThatBothPicturesShow) {
   const ImageMotion half{200, 0, 0, 1};
   const auto seen = stage.Select(reference, half, 10000);
   EXPECT_LT(static_cast<int>(seen.size()), 2 * stage.GridSize() / 3);
-  stage.Measure(
-      reference, MakeLevel(ceiling.RenderFloat(kSize, half)), half, seen, 4, shifts);
+  stage.Measure(reference, MakeLevel(ceiling.RenderFloat(kSize, half)), half, seen, 4, shifts);
   ASSERT_FALSE(shifts.empty());
   for (const BlockShift& s : shifts) EXPECT_LT(s.point.x(), 0);
   EXPECT_TRUE(stage.Select(reference, {400, 0, 0, 1}, 10000).empty());
@@ -126,9 +125,8 @@ TEST(BlockStage, PrefersTexture) {
   for (const int i : chosen) {
     EXPECT_GT(level.blocks[static_cast<std::size_t>(i)].texture, 0);
   }
-  const auto textured = std::count_if(level.blocks.begin(), level.blocks.end(), [](const auto& b) {
-    return b.texture > 1;
-  });
+  const auto textured = std::count_if(
+      level.blocks.begin(), level.blocks.end(), [](const auto& b) { return b.texture > 1; });
   EXPECT_GT(textured, stage.GridSize() / 4);
   EXPECT_LT(textured, 3 * stage.GridSize() / 4);
 }
@@ -163,8 +161,7 @@ TEST(BlockStage, OnlyTheTrueMotionLeavesNothingUnexplained) {
   const Level reference = MakeLevel(ceiling.RenderFloat(kSize));
   const Level current = MakeLevel(ceiling.RenderFloat(kSize, truth));
   const auto right = stage.Compare(reference, current, truth);
-  const auto wrong =
-      stage.Compare(reference, current, Compose(truth, ImageMotion{50, 0, 0, 1}));
+  const auto wrong = stage.Compare(reference, current, Compose(truth, ImageMotion{50, 0, 0, 1}));
   ASSERT_GT(right.blocks, 10);
   ASSERT_GT(wrong.blocks, 10);
   EXPECT_GT((wrong.mean - right.mean) * std::min(wrong.blocks, right.blocks), 6);

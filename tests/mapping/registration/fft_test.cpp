@@ -22,8 +22,12 @@ RealArray RandomSamples(std::size_t size, unsigned seed) {
   return samples;
 }
 
-std::span<float> All(RealArray& samples) { return {samples.data(), samples.size()}; }
-std::span<std::complex<float>> All(ComplexArray& bins) { return {bins.data(), bins.size()}; }
+std::span<float> All(RealArray& samples) {
+  return {samples.data(), samples.size()};
+}
+std::span<std::complex<float>> All(ComplexArray& bins) {
+  return {bins.data(), bins.size()};
+}
 
 ComplexArray Transformed(const RealFft& fft, RealArray& samples) {
   ComplexArray bins(fft.SpectrumSize());
@@ -36,8 +40,7 @@ std::complex<double> DftBin(const RealArray& samples, int rows, int cols, int k,
   std::complex<double> sum = 0;
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < cols; ++c) {
-      const double turns =
-          static_cast<double>(r * k) / rows + static_cast<double>(c * l) / cols;
+      const double turns = static_cast<double>(r * k) / rows + static_cast<double>(c * l) / cols;
       sum += std::polar<double>(samples[static_cast<std::size_t>(r * cols + c)],
                                 -2 * std::numbers::pi * turns);
     }

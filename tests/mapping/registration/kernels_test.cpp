@@ -14,7 +14,9 @@ namespace {
 constexpr int kW = 37;
 constexpr int kH = 29;
 
-std::size_t At(int x, int y, int w = kW) { return static_cast<std::size_t>(y * w + x); }
+std::size_t At(int x, int y, int w = kW) {
+  return static_cast<std::size_t>(y * w + x);
+}
 
 std::vector<float> RandomFloats(std::size_t n, unsigned seed, float low = -1, float high = 1) {
   std::mt19937 random(seed);
@@ -87,14 +89,8 @@ Turned Turn(const std::vector<float>& src,
             const std::vector<float>& wx,
             const std::vector<float>& wy) {
   Turned turned;
-  TurnAndWindow(src.data(),
-                kW,
-                kH,
-                m,
-                wx.data(),
-                wy.data(),
-                turned.plain.data(),
-                turned.windowed.data());
+  TurnAndWindow(
+      src.data(), kW, kH, m, wx.data(), wy.data(), turned.plain.data(), turned.windowed.data());
   return turned;
 }
 
@@ -134,9 +130,8 @@ TEST(Kernels, TurnAndWindowIsBilinear) {
       const int iy = static_cast<int>(p.y);
       const double fx = p.x - ix;
       const double fy = p.y - iy;
-      const double value =
-          (1 - fy) * ((1 - fx) * src[At(ix, iy)] + fx * src[At(ix + 1, iy)]) +
-          fy * ((1 - fx) * src[At(ix, iy + 1)] + fx * src[At(ix + 1, iy + 1)]);
+      const double value = (1 - fy) * ((1 - fx) * src[At(ix, iy)] + fx * src[At(ix + 1, iy)]) +
+                           fy * ((1 - fx) * src[At(ix, iy + 1)] + fx * src[At(ix + 1, iy + 1)]);
       ASSERT_NEAR(turned.plain[At(x, y)], value, 2e-3);
       // Which weight a position just between two pixels gets is a matter of rounding.
       if (std::abs(fx - 0.5) < 1e-4 || std::abs(fy - 0.5) < 1e-4) continue;
@@ -205,7 +200,8 @@ TEST(Kernels, CellMaxima) {
     const int cells_x = (w + kCell - 1) / kCell;
     const int cells_y = (kH + kCell - 1) / kCell;
     std::vector<float> maxima(static_cast<std::size_t>(cells_x * cells_y));
-    CellMaxima(surface.data(), w, kH, kCell, maxima.data());
+    std::vector<float> row(static_cast<std::size_t>(w));
+    CellMaxima(surface.data(), w, kH, kCell, row.data(), maxima.data());
     for (int j = 0; j < cells_y; ++j) {
       for (int i = 0; i < cells_x; ++i) {
         float best = -10;
@@ -233,13 +229,8 @@ TEST(Kernels, GatherBilinear) {
     bottom[i] = static_cast<int>(random() % (kW * kH - 1));
   }
   std::vector<float> out(kSamples);
-  GatherBilinear(plane.data(),
-                 top.data(),
-                 bottom.data(),
-                 right.data(),
-                 down.data(),
-                 kSamples,
-                 out.data());
+  GatherBilinear(
+      plane.data(), top.data(), bottom.data(), right.data(), down.data(), kSamples, out.data());
   for (std::size_t i = 0; i < kSamples; ++i) {
     const auto mix = [&](int at) {
       const auto k = static_cast<std::size_t>(at);

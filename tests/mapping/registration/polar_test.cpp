@@ -17,7 +17,9 @@ constexpr double kDegree = kPi / 180;
 const cv::Size kSize(320, 240);
 
 /// A picture without a preferred direction.
-synthetic::CeilingParams Plaster() { return {.seed = 3, .tile_px = 0, .lamps = false}; }
+synthetic::CeilingParams Plaster() {
+  return {.seed = 3, .tile_px = 0, .lamps = false};
+}
 
 class PolarTest : public testing::Test {
  protected:
@@ -81,8 +83,8 @@ TEST_F(PolarTest, TilesLeaveTheTrueRotationAmongTheProposals) {
   const synthetic::SyntheticCeiling ceiling;
   const ComplexArray reference = Rings(ceiling.Render(kSize));
   for (double theta_deg = -85; theta_deg < 95; theta_deg += 19) {
-    const auto peaks = Search(
-        reference, Rings(ceiling.Render(kSize, {0, 0, theta_deg * kDegree, 1})), false);
+    const auto peaks =
+        Search(reference, Rings(ceiling.Render(kSize, {0, 0, theta_deg * kDegree, 1})), false);
     double nearest = 90;
     for (const RotationPeak& peak : peaks) {
       nearest = std::min(nearest, HalfTurnErrorDeg(peak.theta_rad, theta_deg * kDegree));
@@ -93,9 +95,8 @@ TEST_F(PolarTest, TilesLeaveTheTrueRotationAmongTheProposals) {
 
 TEST_F(PolarTest, BestFirstNoMoreThanAskedAndApart) {
   const synthetic::SyntheticCeiling ceiling;
-  const auto peaks = Search(Rings(ceiling.Render(kSize)),
-                            Rings(ceiling.Render(kSize, {0, 0, 0.3, 1})),
-                            false);
+  const auto peaks =
+      Search(Rings(ceiling.Render(kSize)), Rings(ceiling.Render(kSize, {0, 0, 0.3, 1})), false);
   ASSERT_LE(peaks.size(), static_cast<std::size_t>(PolarParams().max_peaks));
   for (std::size_t i = 1; i < peaks.size(); ++i) {
     EXPECT_LE(peaks[i].value, peaks[i - 1].value + 1e-3);

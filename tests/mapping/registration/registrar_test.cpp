@@ -73,14 +73,45 @@ TEST_F(RegistrarTest, RandomMotionsOverTheFullCircle) {
   std::mt19937 random(1);
   for (std::uint32_t i = 0; i < 24; ++i) {
     const SyntheticCeiling ceiling({.seed = i, .tile_px = i % 3 == 0 ? 0.0 : 90.0 + i});
-    const ImageMotion truth = RandomMotion(random, false, 0.35);
+    const ImageMotion truth = RandomMotion(random, false, 0.5);
     const Registration r = Register(ceiling.Render(kSize), ceiling.Render(kSize, truth));
     EXPECT_THAT(r, IsMotion(truth, 0.02, 0.02)) << i;
     EXPECT_EQ(r.motion.scale, 1);
-    EXPECT_NEAR(r.overlap, OverlapOf(truth, kSize), 0.08);
     EXPECT_GT(r.peak, 0.6);
     EXPECT_LE(r.peak, 1);
     EXPECT_LT(r.runner_up, r.peak);
+  }
+}
+
+TEST_F(RegistrarTest, LittleCommonAreaIsMostlyEnoughAndNeverMisleads) {
+  std::mt19937 random(10);
+  int answers = 0;
+  constexpr int kPairs = 16;
+  for (std::uint32_t i = 0; i < kPairs; ++i) {
+    const SyntheticCeiling ceiling({.seed = 90 + i, .tile_px = i % 3 == 0 ? 0.0 : 90.0 + i});
+    ImageMotion truth;
+    do {
+      truth = RandomMotion(random, false, 0.3);
+    } while (OverlapOf(truth, kSize) > 0.5);
+    const Registration r = Register(ceiling.Render(kSize), ceiling.Render(kSize, truth));
+    if (!r.ok()) continue;
+    ++answers;
+    EXPECT_THAT(r, IsMotion(truth, 0.04, 0.02)) << i;
+  }
+  EXPECT_GE(answers, kPairs * 3 / 4);
+}
+
+TEST_F(RegistrarTest, OverlapIsThePartOfTheReferenceInView) {
+  const SyntheticCeiling ceiling;
+  const FrameSpectrum reference = registrar_.Analyze(ceiling.Render(kSize));
+  for (const ImageMotion& truth : {ImageMotion{160, 0, 0, 1},
+                                   ImageMotion{0, -120, kPi, 1},
+                                   ImageMotion{0, 0, kPi / 2, 1},
+                                   ImageMotion{140, 60, 0.8, 1}}) {
+    const FrameSpectrum current = registrar_.Analyze(ceiling.Render(kSize, truth));
+    const Registration r = registrar_.Register(reference, current);
+    ASSERT_TRUE(r.ok());
+    EXPECT_NEAR(r.overlap, OverlapOf(truth, kSize), 0.02) << truth.theta_rad;
   }
 }
 
@@ -187,8 +218,7 @@ TEST_F(RegistrarTest, CovarianceIsSymmetricAndPositive) {
   const Eigen::Matrix4d rigid = Register(first, second).covariance;
   EXPECT_EQ(rigid.row(3).norm() + rigid.col(3).norm(), 0) << "the scale is held";
   const FrameSpectrum a = with_scale.Analyze(first);
-  const Eigen::Matrix4d similar =
-      with_scale.Register(a, with_scale.Analyze(second)).covariance;
+  const Eigen::Matrix4d similar = with_scale.Register(a, with_scale.Analyze(second)).covariance;
   for (const Eigen::MatrixXd& c :
        {Eigen::MatrixXd(rigid.topLeftCorner<3, 3>()), Eigen::MatrixXd(similar)}) {
     EXPECT_LT((c - c.transpose()).norm(), 1e-12);
@@ -253,7 +283,9 @@ TEST_F(RegistrarTest, NoiseAloneIsNeverRegistered) {
 
 TEST_F(RegistrarTest, UnrelatedPicturesDoNotMatch) {
   Registrar with_scale(kSize, WithScale());
-  for (std::uint32_t i = 0; i < 60; ++i) {
+  int not_matched = 0;
+  constexpr int kPairs = 60;
+  for (std::uint32_t i = 0; i < kPairs; ++i) {
     // Plaster against plaster, and tiles against tiles of another size.
     const bool tiles = i % 2 == 0;
     const SyntheticCeiling here({.seed = 1000 + i, .tile_px = tiles ? 80.0 : 0.0});
@@ -262,7 +294,20 @@ TEST_F(RegistrarTest, UnrelatedPicturesDoNotMatch) {
     const FrameSpectrum a = registrar.Analyze(here.Render(kSize, {}, 2, i));
     const FrameSpectrum b = registrar.Analyze(there.Render(kSize, {}, 2, i + 500));
     const Registration r = registrar.Register(a, b);
-    EXPECT_EQ(r.verdict, Verdict::kNoMatch) << i << " " << ToString(r.verdict);
+    EXPECT_FALSE(r.ok()) << i << ", peak " << r.peak << ", runner-up " << r.runner_up;
+    not_matched += r.verdict == Verdict::kNoMatch ? 1 : 0;
+  }
+  EXPECT_GE(not_matched, kPairs - 6) << "the lines between tiles may be called ambiguous";
+}
+
+TEST_F(RegistrarTest, OtherPlacesOfATiledCeilingAreNeverTakenForSure) {
+  // The grid fits everywhere; grain, marks and lamps say that it is another place.
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    const SyntheticCeiling ceiling({.seed = 300 + i});
+    const ImageMotion far{4000.0 + 37 * i, -3000, 0.3 * i, 1};
+    const Registration r =
+        Register(ceiling.Render(kSize, {}, 2, i), ceiling.Render(kSize, far, 2, i + 500));
+    EXPECT_FALSE(r.ok()) << i << ", peak " << r.peak << ", runner-up " << r.runner_up;
   }
 }
 
@@ -305,7 +350,8 @@ TEST_F(RegistrarTest, OneMarkSettlesPeriodicTiles) {
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int i = 0; i < 6; ++i) {
     CeilingParams params = BareTiles(75 + 8 * i);
-    params.own_marks = {{50 * unit(random), 50 * unit(random)}};
+    // Off all the places about which the grid could be turned or mirrored.
+    params.own_marks = {{0.27 * params.tile_px, 0.11 * params.tile_px}};
     const SyntheticCeiling ceiling(params);
     const ImageMotion truth{100 * unit(random), 80 * unit(random), kPi * unit(random), 1};
     const Registration r =
@@ -320,8 +366,7 @@ TEST_F(RegistrarTest, APriorIsNotMixedIntoTheResult) {
   const cv::Mat reference = ceiling.Render(kSize);
   const cv::Mat current = ceiling.Render(kSize, truth);
   const Registration alone = Register(reference, current);
-  const Registration misled =
-      Register(reference, current, MotionPrior{{-100, 50, 2, 1}, 1, 0.01});
+  const Registration misled = Register(reference, current, MotionPrior{{-100, 50, 2, 1}, 1, 0.01});
   EXPECT_EQ(misled.verdict, Verdict::kOk);
   EXPECT_EQ(misled.motion.tx_px, alone.motion.tx_px);
   EXPECT_EQ(misled.motion.theta_rad, alone.motion.theta_rad);
@@ -388,7 +433,9 @@ TEST_F(RegistrarTest, ARowStrideIsNoHindrance) {
 }
 
 TEST(Registrar, RefusesSizes) {
-  EXPECT_EQ(MessageOf([] { Registrar registrar({95, 480}); }),
+  EXPECT_EQ(MessageOf([] {
+              Registrar registrar({95, 480});
+            }),
             "pictures of 95x480 cannot be registered; each side must have 96 to 16384 pixels");
   EXPECT_THROW(Registrar({640, 16385}), calib::InputError);
   EXPECT_THROW(Registrar({0, 0}), calib::InputError);

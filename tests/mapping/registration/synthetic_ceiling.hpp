@@ -16,13 +16,13 @@ namespace ceilmap::registration::synthetic {
 
 struct CeilingParams {
   std::uint32_t seed = 1;
-  double tile_px = 110;      ///< side of the square tiles; 0: no tiles
-  double tile_grey = 5;      ///< brightness differs by up to this from tile to tile
-  double groove_grey = 35;   ///< depth of the dark lines between the tiles
-  double speckle_grey = 14;  ///< height of the grain of the surface, light and dark
-  bool lamps = true;         ///< bright strips, about one in 300 x 300 px
-  bool marks = true;         ///< dark spots, about one in 160 x 160 px
-  std::vector<Eigen::Vector2d> own_marks{};  ///< more dark spots, at these places
+  double tile_px = 110;                      ///< side of the square tiles; 0: no tiles
+  double tile_grey = 5;                      ///< brightness differs by up to this from tile to tile
+  double groove_grey = 35;                   ///< depth of the dark lines between the tiles
+  double speckle_grey = 14;                  ///< height of the grain of the surface, light and dark
+  bool lamps = true;                         ///< bright strips, about one in 300 x 300 px
+  bool marks = true;                         ///< dark spots, about one in 160 x 160 px
+  std::vector<Eigen::Vector2d> own_marks{};  ///< large dark spots at these places
 };
 
 /// A ceiling without end, drawn from formulas: every picture of it is exact under any similarity
@@ -44,7 +44,7 @@ class SyntheticCeiling {
     }
     if (params_.marks) DrawSpots(frame, {2, 160, 0.8, 4, 9, -60, false}, picture);
     for (const Eigen::Vector2d& p : params_.own_marks) {
-      AddSpot(motion.Apply(p), 7 * motion.scale, -60, picture);
+      AddSpot(motion.Apply(p), 12 * motion.scale, -70, picture);
     }
     if (params_.lamps) DrawLamps(frame, picture);
     return picture;
@@ -198,10 +198,8 @@ class SyntheticCeiling {
         const double dx = p.x() - i * params_.tile_px;
         const double dy = p.y() - j * params_.tile_px;
         if (!known || i != i_known || j != j_known) {
-          greys = {tile_grey(i - 1, j - 1),
-                   tile_grey(i, j - 1),
-                   tile_grey(i - 1, j),
-                   tile_grey(i, j)};
+          greys = {
+              tile_grey(i - 1, j - 1), tile_grey(i, j - 1), tile_grey(i - 1, j), tile_grey(i, j)};
           i_known = i;
           j_known = j;
           known = true;

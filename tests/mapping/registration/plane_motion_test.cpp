@@ -1,0 +1,218 @@
+#include "mapping/registration/plane_motion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "mapping/registration/registrar.hpp"
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+const PlaneCamera kCamera{457, {3, -2}};
+
+PlaneMotion RandomMotion(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  return {0.2 * unit(random),
+          0.2 * unit(random),
+          0.05 * unit(random),
+          0.5 * unit(random),
+          4 * kDegree * unit(random),
+          4 * kDegree * unit(random)};
+}
+
+/// The same by rays: the pixel's point on the plane, brought to the current camera.
+Eigen::Vector2d ByRays(const PlaneMotion& m, const Eigen::Vector2d& x) {
+  const Eigen::Vector3d p_ref = ((x - kCamera.principal_px) / kCamera.focal_px).homogeneous();
+  const Eigen::Matrix3d R = (Eigen::AngleAxisd(m.yaw, Eigen::Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(m.tilt_y, Eigen::Vector3d::UnitY()) *
+                             Eigen::AngleAxisd(m.tilt_x, Eigen::Vector3d::UnitX()))
+                                .toRotationMatrix();
+  const Eigen::Vector3d p_cur = R.transpose() * (p_ref - Eigen::Vector3d(m.x, m.y, m.height));
+  return kCamera.focal_px * p_cur.hnormalized() + kCamera.principal_px;
+}
+
+TEST(PlaneMotion, AppliesLikeRays) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 50; ++i) {
+    const PlaneMotion motion = RandomMotion(random);
+    const Eigen::Vector2d x(12.0 * i - 300, 230 - 9.0 * i);
+    EXPECT_LT((motion.Apply(kCamera, x) - ByRays(motion, x)).norm(), 1e-9);
+  }
+}
+
+TEST(PlaneMotion, JacobianIsTheDerivative) {
+  std::mt19937 random(2);
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < 20; ++i) {
+    const PlaneMotion motion = RandomMotion(random);
+    const Eigen::Vector2d x(30.0 * i - 300, 230 - 22.0 * i);
+    const Eigen::Matrix2d jacobian = motion.Jacobian(kCamera, x);
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(k);
+      const Eigen::Vector2d slope =
+          (motion.Apply(kCamera, x + step) - motion.Apply(kCamera, x - step)) / (2 * kStep);
+      EXPECT_LT((jacobian.col(k) - slope).norm(), 1e-6);
+    }
+  }
+}
+
+TEST(PlaneMotion, OneDegreeOfTiltMovesTheBorderByFourPixels) {
+  // GEOMETRY section 4: f = 457 px, 320 px off centre, against the centre's motion.
+  PlaneMotion motion;
+  motion.tilt_y = kDegree;
+  const PlaneCamera camera{457, {0, 0}};
+  const double centre = motion.Apply(camera, {0, 0}).x();
+  EXPECT_NEAR(std::abs(motion.Apply(camera, {320, 0}).x() - 320 - centre), 3.9, 0.2);
+}
+
+TEST(PlaneMotion, FromSimilarityMovesPixelsAlike) {
+  for (const ImageMotion& motion : {ImageMotion{30, -20, 0.4, 1}, ImageMotion{-5, 60, -2, 1.1}}) {
+    const PlaneMotion plane = PlaneMotion::FromSimilarity(kCamera, motion);
+    EXPECT_EQ(plane.tilt_x, 0);
+    EXPECT_EQ(plane.tilt_y, 0);
+    for (const Eigen::Vector2d& x :
+         {Eigen::Vector2d(0, 0), Eigen::Vector2d(300, -200), Eigen::Vector2d(-100, 150)}) {
+      EXPECT_LT((plane.Apply(kCamera, x) - motion.Apply(x)).norm(), 1e-9);
+    }
+  }
+}
+
+/// Blocks of a 640x480 picture, where `truth` and some noise show them.
+std::vector<PlaneShift> Shifts(const PlaneMotion& truth, double noise_px) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<PlaneShift> shifts;
+  for (int j = 0; j < 6; ++j) {
+    for (int i = 0; i < 8; ++i) {
+      PlaneShift s;
+      s.block.point = {72.0 * i - 252, 72.0 * j - 180};
+      s.block.peak = 0.8;
+      s.seen = truth.Apply(kCamera, s.block.point) +
+               noise_px * Eigen::Vector2d(normal(random), normal(random));
+      s.current_from_reference = truth.Jacobian(kCamera, s.block.point);
+      shifts.push_back(s);
+    }
+  }
+  return shifts;
+}
+
+using Six = Eigen::Matrix<double, 6, 1>;
+Six Difference(const PlaneMotion& a, const PlaneMotion& b) {
+  Six d;
+  d << a.x - b.x, a.y - b.y, a.height - b.height, a.yaw - b.yaw, a.tilt_x - b.tilt_x,
+      a.tilt_y - b.tilt_y;
+  return d;
+}
+
+TEST(FitPlaneMotion, ExactMotions) {
+  std::mt19937 random(4);
+  for (int i = 0; i < 10; ++i) {
+    const PlaneMotion truth = RandomMotion(random);
+    PlaneMotion start = truth;
+    start.x += 0.004;
+    start.yaw -= 0.005;
+    start.tilt_x += 0.01;
+    const PlaneFit fit = FitPlaneMotion(kCamera, Shifts(truth, 0), start);
+    ASSERT_TRUE(fit.ok);
+    EXPECT_LT(Difference(fit.motion, truth).cwiseAbs().maxCoeff(), 1e-7) << i;
+    EXPECT_EQ(fit.inliers, 48);
+  }
+}
+
+TEST(FitPlaneMotion, LampsBelowTheCeilingDropOut) {
+  const PlaneMotion truth{0.1, -0.05, 0.01, 0.2, 2 * kDegree, -kDegree};
+  auto shifts = Shifts(truth, 0.02);
+  for (std::size_t i = 0; i < shifts.size(); i += 6) shifts[i].seen += Eigen::Vector2d(6, 3);
+  const PlaneFit fit = FitPlaneMotion(kCamera, shifts, truth);
+  ASSERT_TRUE(fit.ok);
+  EXPECT_EQ(fit.inliers, 40);
+  EXPECT_LT(std::abs(fit.motion.tilt_x - truth.tilt_x), 0.02 * kDegree);
+  EXPECT_LT(std::abs(fit.motion.tilt_y - truth.tilt_y), 0.02 * kDegree);
+  const Six d = Difference(fit.motion, truth);
+  EXPECT_LT(d.dot(fit.covariance.ldlt().solve(d)), 36) << "six sigmas";
+}
+
+TEST(FitPlaneMotion, HoldsWhatItIsTold) {
+  const PlaneMotion truth{0.1, -0.05, 0, 0.2, 0, 0};
+  PlaneFitParams params;
+  params.fit_height = false;
+  params.fit_tilt = false;
+  const PlaneFit fit = FitPlaneMotion(kCamera, Shifts(truth, 0.02), truth, params);
+  ASSERT_TRUE(fit.ok);
+  EXPECT_EQ(fit.motion.height, 0);
+  EXPECT_EQ(fit.motion.tilt_x, 0);
+  EXPECT_EQ(fit.motion.tilt_y, 0);
+  for (const int held : {2, 4, 5}) EXPECT_EQ(fit.covariance.row(held).norm(), 0) << held;
+  for (const int free : {0, 1, 3}) EXPECT_GT(fit.covariance(free, free), 0) << free;
+}
+
+TEST(FitPlaneMotion, TooFewBlocksAreNotOk) {
+  auto shifts = Shifts({}, 0);
+  shifts.resize(5);
+  EXPECT_FALSE(FitPlaneMotion(kCamera, shifts, {}).ok);
+  EXPECT_FALSE(FitPlaneMotion(kCamera, {}, {}).ok);
+}
+
+TEST(RefinePlane, FindsTheTiltOfARenderedPicture) {
+  const cv::Size size(640, 480);
+  const PlaneCamera camera{457, {0, 0}};
+  // A larger and finer picture of the ceiling, looked up under the plane motion.
+  constexpr int kFiner = 2;
+  const cv::Size large(2048, 1600);
+  const cv::Mat fine = synthetic::SyntheticCeiling().RenderFloat(large, {0, 0, 0, kFiner});
+  const auto render = [&](const PlaneMotion& motion) {
+    // Reference pixel of each current pixel: by Newton, as Apply has a derivative.
+    cv::Mat picture(size, CV_8UC1);
+    for (int v = 0; v < size.height; ++v) {
+      for (int u = 0; u < size.width; ++u) {
+        const Eigen::Vector2d seen(u - 319.5, v - 239.5);
+        Eigen::Vector2d x = seen;
+        for (int step = 0; step < 4; ++step) {
+          x -= motion.Jacobian(camera, x).inverse() * (motion.Apply(camera, x) - seen);
+        }
+        const double fx = kFiner * x.x() + 0.5 * (large.width - 1);
+        const double fy = kFiner * x.y() + 0.5 * (large.height - 1);
+        const int ix = static_cast<int>(fx);
+        const int iy = static_cast<int>(fy);
+        const double px = fx - ix;
+        const double py = fy - iy;
+        const double upper = (1 - px) * fine.at<float>(iy, ix) + px * fine.at<float>(iy, ix + 1);
+        const double lower =
+            (1 - px) * fine.at<float>(iy + 1, ix) + px * fine.at<float>(iy + 1, ix + 1);
+        picture.at<std::uint8_t>(v, u) =
+            cv::saturate_cast<std::uint8_t>((1 - py) * upper + py * lower);
+      }
+    }
+    return picture;
+  };
+  Registrar registrar(size);
+  const FrameSpectrum reference = registrar.Analyze(render({}));
+  for (const PlaneMotion& truth : {PlaneMotion{0.06, -0.04, 0, 0.1, 2.5 * kDegree, -1.5 * kDegree},
+                                   PlaneMotion{-0.05, 0.02, 0.01, -0.2, -kDegree, 3 * kDegree}}) {
+    const FrameSpectrum current = registrar.Analyze(render(truth));
+    PlaneMotion start = truth;
+    start.tilt_x = 0;
+    start.tilt_y = 0;
+    start.x += truth.tilt_y;  // where the tilted camera's axis meets the plane
+    start.y -= truth.tilt_x;
+    start.height = 0;
+    const PlaneFit fit = registrar.RefinePlane(reference, current, camera, start);
+    ASSERT_TRUE(fit.ok);
+    EXPECT_LT(std::abs(fit.motion.tilt_x - truth.tilt_x), 0.01 * kDegree);
+    EXPECT_LT(std::abs(fit.motion.tilt_y - truth.tilt_y), 0.01 * kDegree);
+    EXPECT_LT(std::abs(fit.motion.yaw - truth.yaw), 0.005 * kDegree);
+    // 2.2 m below a ceiling, 0.5 mm.
+    EXPECT_LT(std::hypot(fit.motion.x - truth.x, fit.motion.y - truth.y), 0.5e-3 / 2.2);
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::registration
