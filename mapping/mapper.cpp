@@ -28,8 +28,8 @@ class StageTimer {
 };
 
 OdometryParams ForView(OdometryParams params, const calib::CeilingView& view) {
-  // Without a rig nothing says that the camera keeps its height: the scale is estimated, so that it does not disturb
-  // the rest.
+  // Without a rig nothing says that the camera keeps its height: the scale is estimated, so that it
+  // does not disturb the rest.
   if (view.FocalLength() <= 0) params.registration.estimate_scale = true;
   params.registration.mask = view.Mask();
   return params;

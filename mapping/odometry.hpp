@@ -23,8 +23,9 @@ struct OdometryParams {
       0.06;  ///< spread of the predicted shift, part of the picture's longer side, for choosing
              ///< among equal motions on periodic ceilings; well below half a tile
   double prior_sigma_rad = 0.15;
-  /// What the residuals of one registration cannot show, added to each edge's covariance: compression, exposure time, things
-  /// below the ceiling. From the errors of single registrations on rendered recordings with exact truth.
+  /// What the residuals of one registration cannot show, added to each edge's covariance:
+  /// compression, exposure time, things below the ceiling. From the errors of single registrations
+  /// on rendered recordings with exact truth.
   double systematic_px = 0.02;
   double systematic_rad = 3e-5;
   registration::RegistrarParams registration;
@@ -60,8 +61,8 @@ class Odometry {
   /// @param picture  CV_8UC1, rectified, of the view's size.
   OdometryStep Process(const cv::Mat& picture, std::int64_t frame_index, double stamp_s);
 
-  /// Makes the last placed frame a keyframe if it is not one yet, so that a map shows all that was seen. For the end of a
-  /// recording; sets nothing but new_keyframe and new_edges.
+  /// Makes the last placed frame a keyframe if it is not one yet, so that a map shows all that was
+  /// seen. For the end of a recording; sets nothing but new_keyframe and new_edges.
   OdometryStep Close();
 
  private:

@@ -5,8 +5,8 @@
 namespace ceilmap::mapping {
 
 Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion& motion) {
-  // In the view's plane p_ref = R p_cur / s + t of the inverse motion: the current picture's centre, in the scale of
-  // the reference, lies at that t.
+  // In the view's plane p_ref = R p_cur / s + t of the inverse motion: the current picture's
+  // centre, in the scale of the reference, lies at that t.
   const registration::ImageMotion back = motion.Inverse();
   const double m = view.MetresPerPixel();
   const Pose2 T_viewref_viewcur{m * back.tx_px, m * back.ty_px, back.theta_rad};

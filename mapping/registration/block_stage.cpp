@@ -35,7 +35,8 @@ BlockStage::BlockStage(cv::Size size, const cv::Mat& mask, const BlockParams& pa
       spectrum_(poc_.SpectrumSize()) {
   if (!mask.empty()) cv::integral((mask < 255) / 255, blank_, CV_32S);
   LayOutGrid();
-  for (const cv::Point corner : corners_) usable_.push_back(Inside(SamplingMap({}, size_, corner)) ? 1 : 0);
+  for (const cv::Point corner : corners_)
+    usable_.push_back(Inside(SamplingMap({}, size_, corner)) ? 1 : 0);
 }
 
 void BlockStage::LayOutGrid() {

@@ -32,7 +32,8 @@ struct BlockParams {
 /// its centre.
 class BlockStage {
  public:
-  /// @param mask  see RegistrarParams::mask, of the level's size; empty: pictures have content everywhere.
+  /// @param mask  see RegistrarParams::mask, of the level's size; empty: pictures have content
+  /// everywhere.
   explicit BlockStage(cv::Size size, const cv::Mat& mask = {}, const BlockParams& params = {});
 
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }

@@ -76,11 +76,17 @@ void CoarseStage::TakeMask(const cv::Mat& mask) {
   cv::Mat weight;
   mask(used).convertTo(weight, CV_32F, 1.0 / 255);
   cv::resize(weight, weight, work_, 0, 0, cv::INTER_AREA);
-  // Eroded by a tenth of the picture and blurred, so that the blank border's edge itself is not seen.
+  // Eroded by a tenth of the picture and blurred, so that the blank border's edge itself is not
+  // seen.
   const int reach = std::max(work_.width, work_.height) / 20;
   const cv::Size box(2 * reach + 1, 2 * reach + 1);
   cv::threshold(weight, weight, 0.999, 1.0, cv::THRESH_BINARY);
-  cv::erode(weight, weight, cv::getStructuringElement(cv::MORPH_RECT, box), {-1, -1}, 1, cv::BORDER_CONSTANT,
+  cv::erode(weight,
+            weight,
+            cv::getStructuringElement(cv::MORPH_RECT, box),
+            {-1, -1},
+            1,
+            cv::BORDER_CONSTANT,
             cv::Scalar(1));
   cv::blur(weight, weight, box, {-1, -1}, cv::BORDER_REPLICATE);
   mask_.assign(weight.begin<float>(), weight.end<float>());
@@ -291,8 +297,8 @@ std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Data& referenc
                                        estimate_scale);
   double best_score = 0;
   for (const RotationPeak& rotation : rotations) {
-    // A rotation that explained the pictures well ends the search, unless the next one looks about as good in the
-    // spectra (square tiles).
+    // A rotation that explained the pictures well ends the search, unless the next one looks about
+    // as good in the spectra (square tiles).
     if (best_score > params_.decisive_score &&
         rotation.value < params_.decisive_ratio * rotations.front().value) {
       break;

@@ -61,7 +61,8 @@ class CoarseStage {
   void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data);
 
   /// Possible motions, best score first; may be empty.
-  /// @param near  only rotations within this range are tried: half the work when the range says which half turn.
+  /// @param near  only rotations within this range are tried: half the work when the range says
+  /// which half turn.
   std::vector<Hypothesis> Propose(const FrameSpectrum::Data& reference,
                                   const FrameSpectrum::Data& current,
                                   bool estimate_scale,
@@ -87,7 +88,7 @@ class CoarseStage {
   cv::Size full_;
   int factor_ = 1;
   cv::Size work_;
-  cv::Point start_;  // first full pixel of the working picture
+  cv::Point start_;          // first full pixel of the working picture
   std::vector<float> mask_;  // 1 inside, falling to 0 towards blank borders; empty: all 1
   PocPlane poc_;
   PolarSearch polar_;

@@ -70,12 +70,8 @@ void FineStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) const {
   const auto reduce = [&grey](int factor, cv::Size size, float noise_sigma, Level& level) {
     level.grey.Resize(static_cast<std::size_t>(size.area()));
     level.noise_sigma = noise_sigma / static_cast<float>(factor);
-    kernels::ReduceArea(grey.ptr<unsigned char>(),
-                        grey.step,
-                        factor,
-                        size.width,
-                        size.height,
-                        level.grey.data());
+    kernels::ReduceArea(
+        grey.ptr<unsigned char>(), grey.step, factor, size.width, size.height, level.grey.data());
   };
   reduce(fine_frame_.factor, fine_frame_.size, data.noise_sigma, data.fine);
   reduce(2 * fine_frame_.factor, rough_frame_.size, data.noise_sigma, data.rough);
@@ -114,7 +110,10 @@ void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
 Candidate FineStage::Test(const FrameSpectrum::Data& reference,
                           const FrameSpectrum::Data& current,
                           const Hypothesis& hypothesis) {
-  Candidate candidate{hypothesis.motion, hypothesis.overlap, 0, 0, 0};
+  Candidate candidate;
+  candidate.motion = hypothesis.motion;
+  candidate.overlap = hypothesis.overlap;
+  candidate.poc_peak = hypothesis.peak;
   const ImageMotion start = fine_frame_.FromFull(hypothesis.motion);
   MeasureRough(reference, current, start, params_.first_blocks, kWideSearch);
   FitParams fit;
@@ -180,15 +179,30 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
     return finalist;
   }
   LastRounds(reference, current, finalist);
-  const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
-  const bool sound = sigma > 0 && sigma < params_.max_sigma_px &&
-                     result.inliers >= params_.min_inliers &&
-                     result.inliers >= params_.min_inlier_part * result.blocks;
-  if (sound) result.verdict = Verdict::kOk;
+  const auto unlike =
+      rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(result.motion));
+  finalist.unlike = unlike.mean;
+  finalist.unlike_blocks = unlike.blocks;
+  if (IsSound(candidate, finalist)) result.verdict = Verdict::kOk;
+  result.overlap = OverlapOf(result.motion, fine_frame_.size);
   result.motion = fine_frame_.ToFull(result.motion);
   result.covariance.topLeftCorner<2, 4>() *= fine_frame_.factor;
   result.covariance.topLeftCorner<4, 2>() *= fine_frame_.factor;
   return finalist;
+}
+
+bool FineStage::IsSound(const Candidate& candidate, const Finalist& finalist) const {
+  const Registration& r = finalist.result;
+  const double sigma = std::sqrt(r.covariance.diagonal().head<2>().maxCoeff());
+  const bool determined = sigma > 0 && sigma < params_.max_sigma_px &&
+                          r.inliers >= params_.min_inliers &&
+                          r.inliers >= params_.min_inlier_part * r.blocks;
+  // The lines between tiles fit at any place of a tiled ceiling, and blocks agree on them. So
+  // either the pictures are the same down to the noise, or all that sees more than lines agrees
+  // too.
+  const bool same = finalist.unlike < params_.max_unlike;
+  const double agreement = candidate.Agreement() + finalist.agreement + candidate.poc_peak;
+  return determined && (same || agreement > params_.min_agreement);
 }
 
 PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
@@ -197,7 +211,8 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params,
                                 int rounds) {
-  // A plane motion is in units of the plane's distance: the same on every level, only the camera differs.
+  // A plane motion is in units of the plane's distance: the same on every level, only the camera
+  // differs.
   const PlaneCamera level_camera{camera.focal_px / fine_frame_.factor,
                                  (camera.principal_px - fine_frame_.offset) / fine_frame_.factor};
   PlaneFit fit;
@@ -220,15 +235,6 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
   }
   fit.sigma_px *= fine_frame_.factor;
   return fit;
-}
-
-void FineStage::Compare(const FrameSpectrum::Data& reference,
-                        const FrameSpectrum::Data& current,
-                        Finalist& finalist) {
-  const ImageMotion fine = fine_frame_.FromFull(finalist.result.motion);
-  const auto unlike = rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
-  finalist.unlike = unlike.mean;
-  finalist.unlike_blocks = unlike.blocks;
 }
 
 }  // namespace ceilmap::registration

@@ -16,7 +16,8 @@ namespace ceilmap::registration {
 struct Candidate {
   ImageMotion motion;
   double overlap = 0;
-  double support = 0;  ///< sum of the peaks of the blocks that agree with one motion
+  double poc_peak = 0;  ///< of the whole pictures, from the coarse stage
+  double support = 0;   ///< sum of the peaks of the blocks that agree with one motion
   int inliers = 0;
   int blocks = 0;
 
@@ -27,12 +28,12 @@ struct Candidate {
 struct Finalist {
   Registration result;
   double agreement = 0;  ///< mean over the compared blocks of the peaks of those that agree
-  double unlike = 0;     ///< BlockStage::Dissimilarity, filled in where finalists compete
+  double unlike = 0;     ///< BlockStage::Dissimilarity, mean over blocks
   int unlike_blocks = 0;
 };
 
-/// One reduced picture of the fine stage and where it lies in the full one: x_full = factor * x_level + offset, both from the
-/// pictures' centres.
+/// One reduced picture of the fine stage and where it lies in the full one: x_full = factor *
+/// x_level + offset, both from the pictures' centres.
 struct LevelFrame {
   LevelFrame(cv::Size full, int reduction);
   [[nodiscard]] ImageMotion FromFull(const ImageMotion& full) const;
@@ -43,10 +44,11 @@ struct LevelFrame {
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
 };
 
-/// The fine stage of registration on two levels: blocks of a rough level (half the resolution of the fine one), which see
-/// the low band, robust against noise and motion blur, and blocks of the fine level, which are exact. The fine level is the
-/// picture itself up to about 1200 pixels and reduced above, so that a block always sees a fair part of the scene and
-/// the cost does not grow with the picture. Motions going in and out are those of full pixels.
+/// The fine stage of registration on two levels: blocks of a rough level (half the resolution of
+/// the fine one), which see the low band, robust against noise and motion blur, and blocks of the
+/// fine level, which are exact. The fine level is the picture itself up to about 1200 pixels and
+/// reduced above, so that a block always sees a fair part of the scene and the cost does not grow
+/// with the picture. Motions going in and out are those of full pixels.
 class FineStage {
  public:
   FineStage(cv::Size size, const RegistrarParams& params);
@@ -66,11 +68,6 @@ class FineStage {
   Finalist Refine(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
                   const Candidate& candidate);
-  /// Fills `unlike` of a finalist.
-  void Compare(const FrameSpectrum::Data& reference,
-               const FrameSpectrum::Data& current,
-               Finalist& finalist);
-
   /// Plane motion from blocks of the full picture, measured and fitted `rounds` times from `start`.
   PlaneFit RefinePlane(const FrameSpectrum::Data& reference,
                        const FrameSpectrum::Data& current,
@@ -90,16 +87,17 @@ class FineStage {
                    const ImageMotion& motion,
                    int count);
   bool FitShifts(Finalist& finalist) const;
+  [[nodiscard]] bool IsSound(const Candidate& candidate, const Finalist& finalist) const;
   void LastRounds(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
                   Finalist& finalist);
 
   RegistrarParams params_;
   LevelFrame fine_frame_;
-  LevelFrame rough_frame_;           // its parent is the fine level
+  LevelFrame rough_frame_;  // its parent is the fine level
   BlockStage rough_;
   BlockStage fine_;
-  std::vector<BlockShift> shifts_;   // in fine pixels
+  std::vector<BlockShift> shifts_;  // in fine pixels
 };
 
 }  // namespace ceilmap::registration

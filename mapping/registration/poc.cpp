@@ -151,8 +151,7 @@ std::vector<PocPeak> PocPlane::BestPeaks(int count) const {
   const int cells_y = (size_.height + kCell - 1) / kCell;
   std::vector<float> maxima(static_cast<std::size_t>(cells_x) * static_cast<std::size_t>(cells_y));
   std::vector<float> row(static_cast<std::size_t>(size_.width));
-  kernels::CellMaxima(
-      surface_.data(), size_.width, size_.height, kCell, row.data(), maxima.data());
+  kernels::CellMaxima(surface_.data(), size_.width, size_.height, kCell, row.data(), maxima.data());
   std::vector<int> order(maxima.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
   const auto tried = std::min<std::size_t>(order.size(), 4 * static_cast<std::size_t>(count));

@@ -113,10 +113,8 @@ struct Registrar::Impl {
                    const Data& current,
                    const std::optional<MotionPrior>& prior,
                    const std::optional<RotationRange>& near);
-  Registration Choose(const Data& reference,
-                      const Data& current,
-                      const std::vector<Finalist>& finalists,
-                      const std::optional<MotionPrior>& prior);
+  [[nodiscard]] Registration Choose(const std::vector<Finalist>& finalists,
+                                    const std::optional<MotionPrior>& prior) const;
 };
 
 std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Recycle() {
@@ -148,7 +146,8 @@ Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
                     kLargest));
   }
   if (!params.mask.empty() && (params.mask.type() != CV_8UC1 || params.mask.size() != size)) {
-    throw calib::InputError("the mask of a registrar must be an 8-bit picture of its pictures' size");
+    throw calib::InputError(
+        "the mask of a registrar must be an 8-bit picture of its pictures' size");
   }
   impl_ = std::make_unique<Impl>(size, params);
 }
@@ -171,16 +170,13 @@ FrameSpectrum Registrar::Analyze(const cv::Mat& grey) {
   return spectrum;
 }
 
-Registration Registrar::Impl::Choose(const Data& reference,
-                                     const Data& current,
-                                     const std::vector<Finalist>& finalists,
-                                     const std::optional<MotionPrior>& prior) {
+Registration Registrar::Impl::Choose(const std::vector<Finalist>& finalists,
+                                     const std::optional<MotionPrior>& prior) const {
   std::vector<Finalist> rivals = Rivals(finalists, params.rival_ratio);
   bool settled = true;
   if (rivals.size() > 1) {
     // On a nearly periodic ceiling few marks tell: look at all blocks for what one motion leaves
     // unexplained.
-    for (Finalist& f : rivals) fine.Compare(reference, current, f);
     std::sort(rivals.begin(), rivals.end(), [](const Finalist& a, const Finalist& b) {
       return a.unlike < b.unlike;
     });
@@ -215,7 +211,7 @@ Registration Registrar::Impl::Run(Data& reference,
   for (const Candidate& rival : NearlyBest(candidates, params.rival_ratio)) {
     finalists.push_back(fine.Refine(reference, current, rival));
   }
-  Registration result = Choose(reference, current, finalists, prior);
+  Registration result = Choose(finalists, prior);
   for (const Candidate& c : candidates) {
     if (finalists.size() == 1 && Differ(c.motion, result.motion)) {
       result.runner_up = std::max(result.runner_up, c.Agreement());
@@ -238,7 +234,8 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     return none;
   }
   if (prior) {
-    // What the prior holds for impossible need not be computed, as long as what it expects is found.
+    // What the prior holds for impossible need not be computed, as long as what it expects is
+    // found.
     constexpr double kSigmas = 4;
     const RotationRange near{prior->motion.theta_rad, kSigmas * prior->sigma_theta_rad + 0.05};
     const Registration expected = impl_->Run(ref, cur, prior, near);
@@ -272,6 +269,7 @@ Registration Registrar::Refine(const FrameSpectrum& reference,
   Hypothesis hypothesis;
   hypothesis.motion = start;
   hypothesis.overlap = OverlapOf(start, impl_->size);
+  hypothesis.peak = impl_->params.refine_poc_peak;
   const Finalist finalist = impl_->fine.Refine(ref, cur, impl_->fine.Test(ref, cur, hypothesis));
   Registration result = finalist.result;
   result.peak = finalist.agreement;

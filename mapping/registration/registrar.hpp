@@ -20,9 +20,9 @@ enum class Verdict {
 };
 const char* ToString(Verdict verdict);
 
-/// What is known of the motion beforehand (odometry, a motion model, a compass). Rotations near it are tried first,
-/// others only when none of those explains the pictures; and it chooses among motions that the pictures leave
-/// open. It is never averaged into the result.
+/// What is known of the motion beforehand (odometry, a motion model, a compass). Rotations near it
+/// are tried first, others only when none of those explains the pictures; and it chooses among
+/// motions that the pictures leave open. It is never averaged into the result.
 struct MotionPrior {
   ImageMotion motion;
   double sigma_px = 0;         ///< of tx and ty, > 0
@@ -46,20 +46,28 @@ struct Registration {
 
 struct RegistrarParams {
   bool estimate_scale = false;  ///< false: scale 1 (level robot, one camera); true: 0.7 .. 1.4
-  /// Where pictures have content (CeilingView::Mask): CV_8UC1 of the picture's size, 0 where they have none; empty:
-  /// everywhere. Blank borders would otherwise be matched with each other.
+  /// Where pictures have content (CeilingView::Mask): CV_8UC1 of the picture's size, 0 where they
+  /// have none; empty: everywhere. Blank borders would otherwise be matched with each other.
   cv::Mat mask;
-  int first_blocks = 24;        ///< blocks that test a coarse hypothesis and bring it close
-  int final_blocks = 48;        ///< blocks of the last rounds
+  int first_blocks = 24;  ///< blocks that test a coarse hypothesis and bring it close
+  int final_blocks = 48;  ///< blocks of the last rounds
 
-  // When an answer is believed. Over 1300 pairs that do not overlap, of eight scenes, the support
-  // by chance was at most 4.1 with a sigma of 0.47 px, 2.5 and 0.4 px at the 99th percentile; true
-  // motions have 5 and more (median 22) and below 0.33 px (median 0.003).
+  // When an answer is believed. Over 1300 pairs that have nothing in common, of eight scenes, the
+  // support by chance was at most 4.1 with a sigma of 0.47 px, 2.5 and 0.4 px at the 99th
+  // percentile; true motions have 5 and more (median 22) and below 0.33 px (median 0.003). Over 250
+  // pairs of other places on one tiled ceiling, `unlike` was 0.98 and more and the agreement 1.35
+  // and less; true motions have either `unlike` below 0.87 (noise) or agreement above 1.6 (other
+  // light, blur).
   double min_support = 4.2;  ///< sum of the peaks of agreeing blocks in the test of a hypothesis
   int min_inliers = 5;       ///< blocks that agree
   double min_inlier_part = 0.25;  ///< of the compared blocks, after the last round
   double max_sigma_px = 0.42;     ///< of the translation, from the residuals
-  double min_contrast = 0.25;     ///< grey levels; pictures with less show nothing
+  double max_unlike = 0.92;  ///< mean ln(1 + unexplained / expected energy) of the blocks, or ...
+  double min_agreement =
+      1.5;  ///< ... sum of the agreements of rough blocks, fine blocks and whole pictures, 0..3
+  double refine_poc_peak =
+      0.3;  ///< stands for the whole pictures' in Refine, where it is not computed
+  double min_contrast = 0.25;  ///< grey levels; pictures with less show nothing
   double rival_ratio =
       0.7;  ///< another motion with this part of the best agreement is a rival, and ...
   double min_evidence = 6;  ///< ... stays one unless the pictures speak against it by so many nats

@@ -55,6 +55,8 @@ class Drive {
     return Process(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
   }
 
+  OdometryStep Close() { return odometry_.Close(); }
+
   [[nodiscard]] const Pose2& Truth() const { return T_map_base_; }
   [[nodiscard]] const std::vector<OdometryStep>& Steps() const { return steps_; }
   [[nodiscard]] const std::vector<Pose2>& Truths() const { return truths_; }
@@ -275,6 +277,25 @@ TEST(Odometry, AFastFrameIsBridgedByTheLastGoodOne) {
   ExpectNear(fast.pose.T_map_base, drive.Truth(), "fast");
 }
 
+TEST(Odometry, CloseKeepsTheLastPlacedFrame) {
+  Drive drive;
+  EXPECT_FALSE(drive.Close().new_keyframe) << "nothing seen";
+  drive.See();
+  EXPECT_FALSE(drive.Close().new_keyframe) << "the first frame is a keyframe already";
+  drive.Move(0.2, 4);
+  ASSERT_FALSE(drive.See().new_keyframe);
+  const OdometryStep end = drive.Close();
+  ASSERT_TRUE(end.new_keyframe);
+  EXPECT_EQ(end.new_keyframe->id, 1);
+  EXPECT_EQ(end.new_keyframe->pose.frame_index, 1);
+  EXPECT_FALSE(end.new_keyframe->picture.empty());
+  ExpectNear(end.new_keyframe->pose.T_map_base, drive.Truth(), "last keyframe");
+  ASSERT_EQ(end.new_edges.size(), 1U);
+  EXPECT_EQ(end.new_edges[0].from, 0);
+  EXPECT_EQ(end.new_edges[0].to, 1);
+  EXPECT_FALSE(drive.Close().new_keyframe) << "once";
+}
+
 TEST(Odometry, WorksInPixelsWithoutARig) {
   const CeilingView view = CeilingView::InPixels({320, 240});
   const SyntheticCeiling ceiling({.tile_px = 70});
@@ -323,6 +344,10 @@ TEST(OdometryParams, OutOfRange) {
             "odometry: prior_sigma_part = 0, must be > 0");
   EXPECT_EQ(message([](OdometryParams& p) { p.prior_sigma_rad = std::nan(""); }),
             "odometry: prior_sigma_rad = nan, must be > 0");
+  EXPECT_EQ(message([](OdometryParams& p) { p.systematic_px = 0; }),
+            "odometry: systematic_px = 0, must be > 0");
+  EXPECT_EQ(message([](OdometryParams& p) { p.systematic_rad = -1; }),
+            "odometry: systematic_rad = -1, must be > 0");
   OdometryParams bad;
   bad.min_overlap = 2;
   const CeilingView view = MakeView();
