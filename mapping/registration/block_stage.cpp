@@ -74,10 +74,10 @@ void BlockStage::PrepareReference(Level& level) const {
     double xx = 0;
     double yy = 0;
     double xy = 0;
+    std::size_t k = 0;
     for (int row = 0; row < block; ++row) {
       const double ky = row <= block / 2 ? row : row - block;
-      for (int col = 0; col < half; ++col) {
-        const auto k = static_cast<std::size_t>(row * half + col);
+      for (int col = 0; col < half; ++col, ++k) {
         const double power = std::norm(out.spectrum[k]);
         const double weight = poc_.Band()[k] * power / (power + noise);
         xx += weight * col * col;

@@ -201,8 +201,11 @@ bool FineStage::IsSound(const Candidate& candidate, const Finalist& finalist) co
   // either the pictures are the same down to the noise, or all that sees more than lines agrees
   // too.
   const bool same = finalist.unlike < params_.max_unlike;
-  const double agreement = candidate.Agreement() + finalist.agreement + candidate.poc_peak;
-  return determined && (same || agreement > params_.min_agreement);
+  const double by_blocks = candidate.Agreement() + finalist.agreement;
+  const bool agreed =
+      by_blocks + 2 * candidate.poc_peak > params_.min_agreement &&
+      (finalist.unlike < params_.max_unlike_weak || by_blocks > params_.min_block_agreement);
+  return determined && (same || agreed);
 }
 
 PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,

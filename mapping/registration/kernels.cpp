@@ -89,7 +89,9 @@ void TurnAndWindow(const float* src,
       const float top = src[at] + fx * (src[at + 1] - src[at]);
       const float low = src[at + w] + fx * (src[at + w + 1] - src[at + w]);
       const float value = top + fy * (low - top);
-      const float weight = wx[static_cast<int>(cx + 0.5F)] * wy[static_cast<int>(cy + 0.5F)];
+      const int nearest_x = ix + (fx > 0.5F ? 1 : 0);
+      const int nearest_y = iy + (fy > 0.5F ? 1 : 0);
+      const float weight = wx[nearest_x] * wy[nearest_y];
       plain[x] = inside ? value : kOutside;
       windowed[x] = inside ? value * weight : 0.0F;
     }

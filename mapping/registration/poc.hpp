@@ -20,8 +20,9 @@ struct PocPeak {
   /// shift). With periodic wrap- around, so each coordinate is only known modulo the size; given in
   /// [-size/2, size/2).
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
-  /// Agreement of the weighted phases under this shift, 1 when both pictures are the same up to the
-  /// shift.
+  /// Agreement of the weighted phases at the sample nearest to the peak: 1 when both pictures are
+  /// the same up to a shift by whole pixels, 0.87 when the shift lies half-way between two pixels
+  /// in one axis.
   double height = 0;
   /// Curvature of the peak relative to the sharpest that the band allows: 1 in directions with full
   /// texture, near 0 along an edge, where the shift is not determined.

@@ -66,18 +66,20 @@ void PolarSearch::Correlate(std::span<const std::complex<float>> reference,
                             std::span<const std::complex<float>> current,
                             int ring_shift,
                             std::span<float> profile) {
-  const auto bins = static_cast<std::size_t>(params_.angles / 2 + 1);
+  const auto bins = static_cast<std::size_t>(params_.angles) / 2 + 1;
   const int first = std::max(0, -ring_shift);
   const int last = std::min(params_.rings, params_.rings - ring_shift);
-  const auto count = static_cast<std::size_t>(last - first) * bins;
+  const int common_rings = last - first;
+  const auto count = static_cast<std::size_t>(common_rings) * bins;
   const auto* a = reference.data() + static_cast<std::size_t>(first) * bins;
-  const auto* b = current.data() + static_cast<std::size_t>(first + ring_shift) * bins;
+  const auto* b = current.data() + static_cast<std::ptrdiff_t>(bins) * (first + ring_shift);
   std::fill_n(sum_.data(), bins, std::complex<float>{});
   double energy_a = 0;
   double energy_b = 0;
   for (int r = first; r < last; ++r) {
     energy_a += reference_energy_[static_cast<std::size_t>(r)];
-    energy_b += current_energy_[static_cast<std::size_t>(r + ring_shift)];
+    const int shifted = r + ring_shift;
+    energy_b += current_energy_[static_cast<std::size_t>(shifted)];
   }
   for (std::size_t i = 0; i < count; i += bins)
     kernels::AccumulateCross(a + i, b + i, bins, sum_.data());
@@ -109,7 +111,7 @@ Vertex Parabola(double left, double centre, double right) {
 
 void PolarSearch::RingEnergies(std::span<const std::complex<float>> rings,
                                std::vector<double>& energies) const {
-  const auto bins = static_cast<std::size_t>(params_.angles / 2 + 1);
+  const auto bins = static_cast<std::size_t>(params_.angles) / 2 + 1;
   energies.assign(static_cast<std::size_t>(params_.rings), 0.0);
   for (std::size_t r = 0; r < energies.size(); ++r) {
     // Without the two lowest harmonics, as in Correlate.

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <mutex>
 #include <stdexcept>
 
 #include "calib/error.hpp"
@@ -97,6 +97,24 @@ bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist
 
 }  // namespace
 
+/// Buffers of frames that nobody holds any more. A frame's buffers are megabytes: asking the system
+/// for them anew costs as much as a transform. Frames may outlive their registrar and end in any
+/// thread.
+struct Registrar::Pool {
+  using Data = FrameSpectrum::Data;
+  static constexpr std::size_t kMost = 4;
+
+  Pool() { free.reserve(kMost); }
+  void TakeBack(Data* released) {
+    std::unique_ptr<Data> data(released);
+    const std::scoped_lock lock(mutex);
+    if (free.size() < kMost) free.push_back(std::move(data));
+  }
+
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Data>> free;
+};
+
 struct Registrar::Impl {
   Impl(cv::Size picture_size, const RegistrarParams& p)
       : size(picture_size), params(p), coarse(picture_size, p.mask), fine(picture_size, p) {}
@@ -106,7 +124,7 @@ struct Registrar::Impl {
   RegistrarParams params;
   CoarseStage coarse;
   FineStage fine;
-  std::vector<std::shared_ptr<Data>> pool;
+  std::shared_ptr<Pool> pool = std::make_shared<Pool>();
 
   std::shared_ptr<Data> Recycle();
   Registration Run(Data& reference,
@@ -118,19 +136,17 @@ struct Registrar::Impl {
 };
 
 std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Recycle() {
-  // A frame's buffers are megabytes: asking the system for them anew costs as much as a transform.
-  for (const auto& data : pool) {
-    if (data.use_count() == 1) {
-      std::atomic_thread_fence(
-          std::memory_order_acquire);  // its last user may have been another thread
-      data->blocks_ready = false;
-      return data;
+  std::unique_ptr<Data> data;
+  {
+    const std::scoped_lock lock(pool->mutex);
+    if (!pool->free.empty()) {
+      data = std::move(pool->free.back());
+      pool->free.pop_back();
     }
   }
-  auto data = std::make_shared<Data>();
-  constexpr std::size_t kPoolSize = 12;  // current, last, and the keyframes in use
-  if (pool.size() < kPoolSize) pool.push_back(data);
-  return data;
+  if (!data) data = std::make_unique<Data>();
+  data->blocks_ready = false;
+  return {data.release(), [pool = pool](Data* released) { pool->TakeBack(released); }};
 }
 
 Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
@@ -238,7 +254,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     // found.
     constexpr double kSigmas = 4;
     const RotationRange near{prior->motion.theta_rad, kSigmas * prior->sigma_theta_rad + 0.05};
-    const Registration expected = impl_->Run(ref, cur, prior, near);
+    Registration expected = impl_->Run(ref, cur, prior, near);
     if (expected.ok()) return expected;
   }
   return impl_->Run(ref, cur, prior, std::nullopt);

@@ -52,7 +52,7 @@ struct Sequence {
 };
 
 const Sequence& Frames() {
-  static const Sequence sequence = [] {
+  static const Sequence kSequence = [] {
     // Coarse grain, in which features can be found too.
     const synthetic::SyntheticCeiling ceiling({.speckle_grey = 30});
     constexpr double kNoise = 2;
@@ -72,7 +72,7 @@ const Sequence& Frames() {
     }
     return s;
   }();
-  return sequence;
+  return kSequence;
 }
 
 /// Milliseconds of every single frame, by benchmark.
@@ -87,7 +87,7 @@ template <typename Work>
 void RunFrames(benchmark::State& state, const std::string& name, Work work) {
   std::vector<double>& times = FrameTimes()[name];
   std::size_t i = 0;
-  for (auto _ : state) {
+  while (state.KeepRunning()) {
     const double start = ThreadSeconds();
     const auto answer = work(i);
     const double seconds = ThreadSeconds() - start;
@@ -162,7 +162,7 @@ class Floor {
 
   static std::size_t Area(cv::Size size) { return static_cast<std::size_t>(size.area()); }
   static std::size_t Bins(cv::Size size) {
-    return static_cast<std::size_t>(size.height * (size.width / 2 + 1));
+    return static_cast<std::size_t>(size.height) * (static_cast<std::size_t>(size.width) / 2 + 1);
   }
   static fftwf_complex* AsFftw(ComplexArray& bins) {
     return reinterpret_cast<fftwf_complex*>(bins.data());
@@ -196,7 +196,7 @@ void TransformsAlone(benchmark::State& state) {
   static Floor floor;
   std::vector<double>& times = FrameTimes()["floor"];
   std::size_t i = 0;
-  for (auto _ : state) {
+  while (state.KeepRunning()) {
     const double seconds = floor.Run(Frames().frames[i]);
     state.SetIterationTime(seconds);
     times.push_back(seconds * 1e3);
@@ -415,6 +415,7 @@ int Main(int argc, char** argv) {
                                  "--benchmark_report_aggregates_only=true"};
   texts.insert(texts.end(), argv + 1, argv + argc);
   std::vector<char*> arguments;
+  arguments.reserve(texts.size());
   for (std::string& text : texts) arguments.push_back(text.data());
   int count = static_cast<int>(arguments.size());
   benchmark::Initialize(&count, arguments.data());

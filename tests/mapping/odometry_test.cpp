@@ -110,23 +110,23 @@ void DrivePathWithTurns(Drive& drive) {
 class OdometryOnAPath : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    drive_ = std::make_unique<Drive>();
-    DrivePathWithTurns(*drive_);
+    drive = std::make_unique<Drive>();
+    DrivePathWithTurns(*drive);
   }
-  static void TearDownTestSuite() { drive_.reset(); }
+  static void TearDownTestSuite() { drive.reset(); }
 
-  static inline std::unique_ptr<Drive> drive_;
+  static inline std::unique_ptr<Drive> drive;
 };
 
 TEST_F(OdometryOnAPath, FollowsTheTruth) {
   int keyframes = 0;
-  for (std::size_t i = 0; i < drive_->Steps().size(); ++i) {
-    const OdometryStep& step = drive_->Steps()[i];
+  for (std::size_t i = 0; i < drive->Steps().size(); ++i) {
+    const OdometryStep& step = drive->Steps()[i];
     ASSERT_EQ(step.pose.status, TrackingStatus::kTracking) << i;
     EXPECT_EQ(step.pose.frame_index, static_cast<std::int64_t>(i));
     EXPECT_EQ(step.pose.stamp_s, 0.1 * static_cast<double>(i));
     EXPECT_EQ(step.registration.verdict, Verdict::kOk);
-    ExpectNear(step.pose.T_map_base, drive_->Truths()[i], "frame " + std::to_string(i));
+    ExpectNear(step.pose.T_map_base, drive->Truths()[i], "frame " + std::to_string(i));
     keyframes += step.new_keyframe ? 1 : 0;
   }
   EXPECT_GE(keyframes, 5);
@@ -135,12 +135,12 @@ TEST_F(OdometryOnAPath, FollowsTheTruth) {
 
 TEST_F(OdometryOnAPath, KeyframesCountFromZeroAndHoldTheirPicture) {
   std::int64_t next = 0;
-  for (const OdometryStep& step : drive_->Steps()) {
+  for (const OdometryStep& step : drive->Steps()) {
     if (!step.new_keyframe) continue;
     EXPECT_EQ(step.new_keyframe->id, next++);
-    EXPECT_EQ(step.new_keyframe->picture.size(), drive_->View().Size());
+    EXPECT_EQ(step.new_keyframe->picture.size(), drive->View().Size());
     ExpectNear(step.new_keyframe->pose.T_map_base,
-               drive_->Truths()[static_cast<std::size_t>(step.new_keyframe->pose.frame_index)],
+               drive->Truths()[static_cast<std::size_t>(step.new_keyframe->pose.frame_index)],
                "keyframe");
     EXPECT_LT(step.reference_keyframe, next);
     EXPECT_GE(step.reference_keyframe, 0);
@@ -150,12 +150,12 @@ TEST_F(OdometryOnAPath, KeyframesCountFromZeroAndHoldTheirPicture) {
 TEST_F(OdometryOnAPath, CovarianceIsPositiveAndGrows) {
   double last_area = 0;
   double last_yaw = 0;
-  for (std::size_t i = 1; i < drive_->Steps().size(); ++i) {
-    const Eigen::Matrix3d& c = drive_->Steps()[i].pose.covariance;
+  for (std::size_t i = 1; i < drive->Steps().size(); ++i) {
+    const Eigen::Matrix3d& c = drive->Steps()[i].pose.covariance;
     EXPECT_LT((c - c.transpose()).norm(), 1e-9 * c.norm());
     EXPECT_EQ(c.llt().info(), Eigen::Success) << i;
-    if (!drive_->Steps()[i].new_keyframe) continue;
-    const Eigen::Matrix3d& k = drive_->Steps()[i].new_keyframe->pose.covariance;
+    if (!drive->Steps()[i].new_keyframe) continue;
+    const Eigen::Matrix3d& k = drive->Steps()[i].new_keyframe->pose.covariance;
     const double area = k.topLeftCorner<2, 2>().determinant();
     EXPECT_GT(area, last_area) << i;
     EXPECT_GT(k(2, 2), last_yaw) << i;
@@ -170,7 +170,7 @@ TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
   std::map<std::int64_t, std::size_t> frame_of;
   int edges = 0;
   int to_older = 0;
-  for (const OdometryStep& step : drive_->Steps()) {
+  for (const OdometryStep& step : drive->Steps()) {
     if (step.new_keyframe) {
       frame_of[step.new_keyframe->id] =
           static_cast<std::size_t>(step.new_keyframe->pose.frame_index);
@@ -182,7 +182,7 @@ TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
       EXPECT_EQ(edge.kind, Edge::Kind::kOdometry);
       to_older += edge.to - edge.from > 1 ? 1 : 0;
       const Pose2 truth =
-          drive_->Truths()[frame_of[edge.from]].Inverse() * drive_->Truths()[frame_of[edge.to]];
+          drive->Truths()[frame_of[edge.from]].Inverse() * drive->Truths()[frame_of[edge.to]];
       const Eigen::Vector3d error(edge.T_from_to.x - truth.x,
                                   edge.T_from_to.y - truth.y,
                                   calib::WrapAngle(edge.T_from_to.yaw - truth.yaw));

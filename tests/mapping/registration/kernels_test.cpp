@@ -15,7 +15,7 @@ constexpr int kW = 37;
 constexpr int kH = 29;
 
 std::size_t At(int x, int y, int w = kW) {
-  return static_cast<std::size_t>(y * w + x);
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x);
 }
 
 std::vector<float> RandomFloats(std::size_t n, unsigned seed, float low = -1, float high = 1) {
@@ -196,7 +196,7 @@ TEST(Kernels, RowSums) {
 TEST(Kernels, CellMaxima) {
   for (const int w : {8, 37, 64, 150}) {
     constexpr int kCell = 8;
-    const auto surface = RandomFloats(static_cast<std::size_t>(w * kH), 10, -2, -1);
+    const auto surface = RandomFloats(static_cast<std::size_t>(w) * kH, 10, -2, -1);
     const int cells_x = (w + kCell - 1) / kCell;
     const int cells_y = (kH + kCell - 1) / kCell;
     std::vector<float> maxima(static_cast<std::size_t>(cells_x * cells_y));
@@ -333,7 +333,7 @@ TEST(Kernels, CrossSpectrum) {
   constexpr int kRows = 7;
   for (const int cols : {12, 13}) {
     const int half = cols / 2 + 1;
-    const auto n = static_cast<std::size_t>(kRows * half);
+    const auto n = kRows * static_cast<std::size_t>(half);
     const auto a = RandomBins(n, 19);
     const auto b = RandomBins(n, 20);
     auto band = RandomFloats(n, 21, 0, 1);

@@ -36,14 +36,14 @@ class PeriodicPicture {
   /// Picture with B(x) = A(x - shift), mean 0.
   [[nodiscard]] cv::Mat Shifted(const Eigen::Vector2d& shift) const {
     ComplexArray bins(bins_.size());
-    const int half = kSize.width / 2 + 1;
+    const std::size_t half = static_cast<std::size_t>(kSize.width) / 2 + 1;
     for (int row = 0; row < kSize.height; ++row) {
-      for (int col = 0; col < half; ++col) {
+      for (int col = 0; col <= kSize.width / 2; ++col) {
         // The highest frequency has no counterpart of the other sign; it is left out.
         if (row == kSize.height / 2 || col == kSize.width / 2) continue;
         const int k = row < kSize.height / 2 ? row : row - kSize.height;
         const double turns = col * shift.x() / kSize.width + k * shift.y() / kSize.height;
-        const auto i = static_cast<std::size_t>(row * half + col);
+        const std::size_t i = static_cast<std::size_t>(row) * half + static_cast<std::size_t>(col);
         bins[i] = bins_[i] * std::complex<float>(std::polar(1.0, -2 * kPi * turns));
       }
     }

@@ -56,7 +56,8 @@ TEST_F(PolarTest, APictureAgreesWithItself) {
 TEST_F(PolarTest, RotationsOverTheHalfCircle) {
   const synthetic::SyntheticCeiling ceiling(Plaster());
   const ComplexArray reference = Rings(ceiling.Render(kSize));
-  for (double theta_deg = -176.5; theta_deg < 180; theta_deg += 11) {
+  for (int i = 0; i < 33; ++i) {
+    const double theta_deg = -176.5 + 11 * i;
     const double theta = theta_deg * kDegree;
     const auto peaks = Search(reference, Rings(ceiling.Render(kSize, {6, -4, theta, 1})), false);
     ASSERT_FALSE(peaks.empty());
@@ -82,7 +83,8 @@ TEST_F(PolarTest, ScalesAndRotations) {
 TEST_F(PolarTest, TilesLeaveTheTrueRotationAmongTheProposals) {
   const synthetic::SyntheticCeiling ceiling;
   const ComplexArray reference = Rings(ceiling.Render(kSize));
-  for (double theta_deg = -85; theta_deg < 95; theta_deg += 19) {
+  for (int i = 0; i < 10; ++i) {
+    const double theta_deg = -85 + 19 * i;
     const auto peaks =
         Search(reference, Rings(ceiling.Render(kSize, {0, 0, theta_deg * kDegree, 1})), false);
     double nearest = 90;

@@ -400,6 +400,42 @@ TEST_F(RegistrarTest, RefineFromNearby) {
   EXPECT_EQ(registrar_.Refine(a, b, start).verdict, Verdict::kNoMatch);
 }
 
+TEST_F(RegistrarTest, RefineTakesNoisyAndBlurredFrames) {
+  // A moving frame against a sharp map: what Register answers, Refine answers as well.
+  const SyntheticCeiling ceiling;
+  const ImageMotion truth{-30.4, 21.9, 1.2, 1};
+  const FrameSpectrum a = registrar_.Analyze(ceiling.Render(kSize, {}, 2, 1));
+  ImageMotion start = truth;
+  start.tx_px += 3;
+  start.theta_rad += 0.01;
+  cv::Mat blurred;
+  cv::blur(ceiling.Render(kSize, truth, 2, 2), blurred, {7, 1});
+  EXPECT_THAT(registrar_.Refine(a, registrar_.Analyze(blurred), start),
+              IsMotion(truth, 0.15, 0.05));
+  const cv::Mat noisy = ceiling.Render(kSize, truth, 10, 3);
+  EXPECT_THAT(registrar_.Refine(a, registrar_.Analyze(noisy), start), IsMotion(truth, 0.15, 0.05));
+}
+
+TEST_F(RegistrarTest, ABlankBorderIsNotMatchedWithItself) {
+  // Rectified pictures have corners without content, which stand still while the ceiling moves.
+  cv::Mat mask(kSize, CV_8UC1, cv::Scalar(255));
+  for (int v = 0; v < kSize.height; ++v) {
+    for (int u = 0; u < kSize.width; ++u) {
+      if (std::hypot(u - 319.5, v - 239.5) > 350) mask.at<std::uint8_t>(v, u) = 0;
+    }
+  }
+  RegistrarParams params;
+  params.mask = mask;
+  Registrar registrar(kSize, params);
+  const SyntheticCeiling ceiling;
+  const FrameSpectrum a = registrar.Analyze(ceiling.Render(kSize) & mask);
+  for (const ImageMotion& truth :
+       {ImageMotion{2, 1, 0.01, 1}, ImageMotion{60, -40, 0.5, 1}, ImageMotion{-90, 100, -2.5, 1}}) {
+    const FrameSpectrum b = registrar.Analyze(ceiling.Render(kSize, truth) & mask);
+    EXPECT_THAT(registrar.Register(a, b), IsMotion(truth, 0.02, 0.02));
+  }
+}
+
 TEST_F(RegistrarTest, RefineOfPicturesWithoutTexture) {
   const FrameSpectrum flat = registrar_.Analyze(cv::Mat(kSize, CV_8UC1, cv::Scalar(60)));
   EXPECT_FALSE(registrar_.Refine(flat, flat, {}).ok());
@@ -518,6 +554,7 @@ TEST_F(RegistrarTest, TwoThreadsShareAReference) {
     frames.push_back(ceiling.Render(kSize, {15 * step - 40, 8 * step, 0.4 * step, 1}));
   }
   std::vector<Registration> alone;
+  alone.reserve(frames.size());
   for (const cv::Mat& frame : frames) alone.push_back(Register(reference_picture, frame));
 
   // Both threads make the shared reference ready, at about the same time.

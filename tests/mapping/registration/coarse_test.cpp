@@ -1,0 +1,118 @@
+#include "mapping/registration/coarse.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+using synthetic::AngleErrorDeg;
+using synthetic::ShiftError;
+using synthetic::SyntheticCeiling;
+
+const cv::Size kSize(640, 480);
+constexpr double kPi = std::numbers::pi;
+
+class CoarseStageTest : public testing::Test {
+ protected:
+  std::vector<Hypothesis> Propose(const ImageMotion& truth, bool estimate_scale = false) {
+    stage_.Analyze(ceiling_.Render(kSize), reference_);
+    stage_.Analyze(ceiling_.Render(kSize, truth), current_);
+    return stage_.Propose(reference_, current_, estimate_scale);
+  }
+
+  SyntheticCeiling ceiling_;
+  CoarseStage stage_{kSize};
+  FrameSpectrum::Data reference_;
+  FrameSpectrum::Data current_;
+};
+
+TEST_F(CoarseStageTest, WorksOnHalfThePicture) {
+  EXPECT_EQ(stage_.Reduction(), 2);
+  EXPECT_EQ(stage_.WorkingSize(), cv::Size(320, 240));
+  EXPECT_EQ(CoarseStage({1283, 722}).Reduction(), 4);
+  EXPECT_EQ(CoarseStage({1283, 722}).WorkingSize(), cv::Size(320, 180));
+  EXPECT_EQ(CoarseStage({200, 150}).Reduction(), 1);
+}
+
+TEST_F(CoarseStageTest, BestHypothesisIsNearTheTruth) {
+  for (const ImageMotion& truth : {ImageMotion{0, 0, 0, 1},
+                                   ImageMotion{37.3, -18.6, 0.3, 1},
+                                   ImageMotion{0, 0, kPi, 1},
+                                   ImageMotion{-55.1, 24.9, kPi - 0.02, 1},
+                                   ImageMotion{81.5, 60.2, -2.4, 1},
+                                   ImageMotion{-300, 10, 0, 1},
+                                   ImageMotion{20, 235, kPi, 1}}) {
+    const auto hypotheses = Propose(truth);
+    ASSERT_FALSE(hypotheses.empty());
+    // Half a working pixel.
+    EXPECT_LT(ShiftError(hypotheses[0].motion, truth), 1) << truth.tx_px << " " << truth.theta_rad;
+    EXPECT_LT(AngleErrorDeg(hypotheses[0].motion, truth), 0.3);
+    EXPECT_EQ(hypotheses[0].motion.scale, 1);
+    EXPECT_GT(hypotheses[0].correlation, 0.6);
+    for (std::size_t i = 1; i < hypotheses.size(); ++i) {
+      EXPECT_LE(hypotheses[i].score, hypotheses[i - 1].score);
+    }
+  }
+}
+
+TEST_F(CoarseStageTest, WithScale) {
+  for (const ImageMotion& truth :
+       {ImageMotion{22, -31, 0.7, 1.3}, ImageMotion{-14, 5, kPi, 0.75}}) {
+    const auto hypotheses = Propose(truth, true);
+    ASSERT_FALSE(hypotheses.empty());
+    EXPECT_LT(ShiftError(hypotheses[0].motion, truth), 4);
+    EXPECT_LT(AngleErrorDeg(hypotheses[0].motion, truth), 0.5);
+    EXPECT_NEAR(hypotheses[0].motion.scale / truth.scale, 1, 0.02);
+  }
+}
+
+TEST_F(CoarseStageTest, TriesOnlyRotationsInRange) {
+  const ImageMotion truth{30, -20, 0.4, 1};
+  Propose(truth);
+  const auto expected = stage_.Propose(reference_, current_, false, RotationRange{0.35, 0.2});
+  ASSERT_FALSE(expected.empty());
+  EXPECT_LT(ShiftError(expected[0].motion, truth), 1);
+  for (const double elsewhere : {0.4 + kPi, 0.4 + kPi / 2, -0.6}) {
+    const RotationRange range{calib::WrapAngle(elsewhere), 0.2};
+    for (const Hypothesis& h : stage_.Propose(reference_, current_, false, range)) {
+      EXPECT_LE(std::abs(calib::WrapAngle(h.motion.theta_rad - elsewhere)), 0.21);
+    }
+  }
+}
+
+TEST_F(CoarseStageTest, ContrastIsThatOfTheTexture) {
+  stage_.Analyze(cv::Mat(kSize, CV_8UC1, cv::Scalar(200)), reference_);
+  EXPECT_LT(reference_.contrast, 0.01);
+  // A shallow slope of brightness is no texture; a ceiling is.
+  cv::Mat slope(kSize, CV_8UC1);
+  for (int v = 0; v < kSize.height; ++v) slope.row(v).setTo(40 + 0.25 * v);
+  stage_.Analyze(slope, reference_);
+  EXPECT_LT(reference_.contrast, 3);
+  stage_.Analyze(ceiling_.Render(kSize), reference_);
+  EXPECT_GT(reference_.contrast, 8);
+}
+
+TEST(EstimateNoise, MeasuresWhiteNoise) {
+  const SyntheticCeiling empty({.tile_px = 0, .speckle_grey = 0, .lamps = false, .marks = false});
+  for (const double sigma : {1.0, 2.0, 5.0, 12.0}) {
+    EXPECT_NEAR(EstimateNoise(empty.Render(kSize, {}, sigma)) / sigma, 1, 0.06) << sigma;
+  }
+  // Texture raises it a little.
+  const float noise = EstimateNoise(SyntheticCeiling().Render(kSize, {}, 3));
+  EXPECT_GT(noise, 2.9);
+  EXPECT_LT(noise, 3.6);
+}
+
+TEST(EstimateNoise, NeverBelowTheRoundingToEightBits) {
+  for (const int grey : {0, 128, 255}) {
+    EXPECT_FLOAT_EQ(EstimateNoise(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey))), 0.3F);
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::registration
