@@ -179,33 +179,42 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
     return finalist;
   }
   LastRounds(reference, current, finalist);
-  const auto unlike =
-      rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(result.motion));
-  finalist.unlike = unlike.mean;
-  finalist.unlike_blocks = unlike.blocks;
-  if (IsSound(candidate, finalist)) result.verdict = Verdict::kOk;
   result.overlap = OverlapOf(result.motion, fine_frame_.size);
   result.motion = fine_frame_.ToFull(result.motion);
+  if (IsSound(reference, current, candidate, finalist)) result.verdict = Verdict::kOk;
   result.covariance.topLeftCorner<2, 4>() *= fine_frame_.factor;
   result.covariance.topLeftCorner<4, 2>() *= fine_frame_.factor;
   return finalist;
 }
 
-bool FineStage::IsSound(const Candidate& candidate, const Finalist& finalist) const {
+bool FineStage::IsSound(const FrameSpectrum::Data& reference,
+                        const FrameSpectrum::Data& current,
+                        const Candidate& candidate,
+                        Finalist& finalist) {
   const Registration& r = finalist.result;
   const double sigma = std::sqrt(r.covariance.diagonal().head<2>().maxCoeff());
   const bool determined = sigma > 0 && sigma < params_.max_sigma_px &&
                           r.inliers >= params_.min_inliers &&
                           r.inliers >= params_.min_inlier_part * r.blocks;
+  if (!determined) return false;
   // The lines between tiles fit at any place of a tiled ceiling, and blocks agree on them. So
-  // either the pictures are the same down to the noise, or all that sees more than lines agrees
-  // too.
-  const bool same = finalist.unlike < params_.max_unlike;
+  // either all that sees more than lines agrees too, or the pictures must be the same down to the
+  // noise.
   const double by_blocks = candidate.Agreement() + finalist.agreement;
-  const bool agreed =
-      by_blocks + 2 * candidate.poc_peak > params_.min_agreement &&
-      (finalist.unlike < params_.max_unlike_weak || by_blocks > params_.min_block_agreement);
-  return determined && (same || agreed);
+  const bool agreed = by_blocks + 2 * candidate.poc_peak > params_.min_agreement;
+  if (agreed && by_blocks > params_.min_block_agreement) return true;
+  Compare(reference, current, finalist);
+  return finalist.unlike < (agreed ? params_.max_unlike_weak : params_.max_unlike);
+}
+
+void FineStage::Compare(const FrameSpectrum::Data& reference,
+                        const FrameSpectrum::Data& current,
+                        Finalist& finalist) {
+  if (finalist.unlike_blocks > 0) return;
+  const ImageMotion fine = fine_frame_.FromFull(finalist.result.motion);
+  const auto unlike = rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
+  finalist.unlike = unlike.mean;
+  finalist.unlike_blocks = unlike.blocks;
 }
 
 PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,

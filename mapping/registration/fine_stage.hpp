@@ -28,7 +28,7 @@ struct Candidate {
 struct Finalist {
   Registration result;
   double agreement = 0;  ///< mean over the compared blocks of the peaks of those that agree
-  double unlike = 0;     ///< BlockStage::Dissimilarity, mean over blocks
+  double unlike = 0;     ///< BlockStage::Dissimilarity, mean over blocks; see FineStage::Compare
   int unlike_blocks = 0;
 };
 
@@ -68,6 +68,11 @@ class FineStage {
   Finalist Refine(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
                   const Candidate& candidate);
+  /// Fills `unlike` of a finalist, as it stands in full pixels, unless it is filled in already.
+  void Compare(const FrameSpectrum::Data& reference,
+               const FrameSpectrum::Data& current,
+               Finalist& finalist);
+
   /// Plane motion from blocks of the full picture, measured and fitted `rounds` times from `start`.
   PlaneFit RefinePlane(const FrameSpectrum::Data& reference,
                        const FrameSpectrum::Data& current,
@@ -87,7 +92,10 @@ class FineStage {
                    const ImageMotion& motion,
                    int count);
   bool FitShifts(Finalist& finalist) const;
-  [[nodiscard]] bool IsSound(const Candidate& candidate, const Finalist& finalist) const;
+  bool IsSound(const FrameSpectrum::Data& reference,
+               const FrameSpectrum::Data& current,
+               const Candidate& candidate,
+               Finalist& finalist);
   void LastRounds(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
                   Finalist& finalist);

@@ -131,8 +131,10 @@ struct Registrar::Impl {
                    const Data& current,
                    const std::optional<MotionPrior>& prior,
                    const std::optional<RotationRange>& near);
-  [[nodiscard]] Registration Choose(const std::vector<Finalist>& finalists,
-                                    const std::optional<MotionPrior>& prior) const;
+  Registration Choose(const Data& reference,
+                      const Data& current,
+                      const std::vector<Finalist>& finalists,
+                      const std::optional<MotionPrior>& prior);
 };
 
 std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Recycle() {
@@ -186,13 +188,16 @@ FrameSpectrum Registrar::Analyze(const cv::Mat& grey) {
   return spectrum;
 }
 
-Registration Registrar::Impl::Choose(const std::vector<Finalist>& finalists,
-                                     const std::optional<MotionPrior>& prior) const {
+Registration Registrar::Impl::Choose(const Data& reference,
+                                     const Data& current,
+                                     const std::vector<Finalist>& finalists,
+                                     const std::optional<MotionPrior>& prior) {
   std::vector<Finalist> rivals = Rivals(finalists, params.rival_ratio);
   bool settled = true;
   if (rivals.size() > 1) {
     // On a nearly periodic ceiling few marks tell: look at all blocks for what one motion leaves
     // unexplained.
+    for (Finalist& f : rivals) fine.Compare(reference, current, f);
     std::sort(rivals.begin(), rivals.end(), [](const Finalist& a, const Finalist& b) {
       return a.unlike < b.unlike;
     });
@@ -227,7 +232,7 @@ Registration Registrar::Impl::Run(Data& reference,
   for (const Candidate& rival : NearlyBest(candidates, params.rival_ratio)) {
     finalists.push_back(fine.Refine(reference, current, rival));
   }
-  Registration result = Choose(finalists, prior);
+  Registration result = Choose(reference, current, finalists, prior);
   for (const Candidate& c : candidates) {
     if (finalists.size() == 1 && Differ(c.motion, result.motion)) {
       result.runner_up = std::max(result.runner_up, c.Agreement());

@@ -107,7 +107,10 @@ TEST_F(FineStageTest, TellsTheTrueMotionFromOneByATile) {
   Analyze(tiles.Render(kSize, truth), current_);
   fine_.PrepareReference(reference_);
   const auto refine_near = [&](const ImageMotion& motion) {
-    return fine_.Refine(reference_, current_, fine_.Test(reference_, current_, Near(motion, 0, 0)));
+    Finalist finalist =
+        fine_.Refine(reference_, current_, fine_.Test(reference_, current_, Near(motion, 0, 0)));
+    fine_.Compare(reference_, current_, finalist);
+    return finalist;
   };
   const Finalist right = refine_near(truth);
   const Finalist wrong = refine_near(Compose(truth, ImageMotion{60, 0, 0, 1}));
