@@ -14,7 +14,7 @@ namespace ceilmap::mapping {
 struct OdometryParams {
   /// A new keyframe is made when less than this part of the last one is in view. Larger: more
   /// keyframes and more drift; smaller: less common area to register on.
-  double min_overlap = 0.6;
+  double min_overlap = 0.7;
   double min_inlier_part = 0.5;  ///< ... or when fewer of the compared blocks agree
   int recent_keyframes = 4;  ///< keyframes that a lost robot is compared with, the last ones first
   int local_keyframes =
