@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include "app/commands.hpp"
 #include "app/output_files.hpp"
+#include "app/tum.hpp"
 #include "calib/error.hpp"
 #include "mapping/export.hpp"
+#include "mapping/g2o.hpp"
 
 namespace fs = std::filesystem;
 
@@ -18,6 +23,18 @@ struct ExportParams {
   fs::path output;
   bool from_below = false;
 };
+
+// Of every recording that the map was made of; stamps may repeat where recordings were merged.
+std::string TrajectoryText(const mapping::MapReader& map) {
+  std::vector<StampedPose> poses;
+  for (const mapping::FramePose& frame : map.ReadTrajectory()) {
+    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base));
+  }
+  std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
+    return a.stamp_s < b.stamp_s;
+  });
+  return FormatTum(poses);
+}
 
 std::vector<fs::path> OutputFiles(const ExportParams& params) {
   if (params.format != "ros") return {params.output};
@@ -39,6 +56,10 @@ void RunExport(const ExportParams& params, const CommonOptions& common, Summary&
     mapping::ExportPng(map, params.output, {.seen_from_below = params.from_below});
   } else if (params.format == "geotiff") {
     mapping::ExportGeoTiff(map, params.output);
+  } else if (params.format == "g2o") {
+    WriteFileAtomically(params.output, mapping::FormatG2o(map.ReadGraph()));
+  } else if (params.format == "tum") {
+    WriteFileAtomically(params.output, TrajectoryText(map));
   } else {
     mapping::ExportRos(map, params.output);
   }
@@ -55,14 +76,15 @@ Command AddExportCommand(CLI::App& program) {
   Command command = MakeCommand(
       program,
       "export",
-      "Writes a map's picture for other programs: ROS map_server and Nav2, GIS, people.",
+      "Writes a map for other programs: its picture for ROS map_server and Nav2, GIS or people, its "
+      "pose graph as g2o text, its trajectory as TUM lines.",
       "ceilmap export lab.gpkg --format ros -o lab.yaml");
   auto params = std::make_shared<ExportParams>();
   CLI::App& cli = *command.cli;
   cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
   cli.add_option("--format", params->format, "What to write")
       ->required()
-      ->check(CLI::IsMember({"ros", "geotiff", "png"}));
+      ->check(CLI::IsMember({"ros", "geotiff", "png", "g2o", "tum"}));
   cli.add_option("-o,--output", params->output, "File; for ros PATH.yaml and PATH.png")
       ->required()
       ->type_name("PATH");

@@ -12,6 +12,7 @@
 #include "app/console.hpp"
 #include "app/frame_source.hpp"
 #include "app/interrupt.hpp"
+#include "app/map_quality.hpp"
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
 #include "app/table.hpp"
@@ -20,6 +21,7 @@
 #include "calib/error.hpp"
 #include "calib/rig.hpp"
 #include "mapping/export.hpp"
+#include "mapping/map_union.hpp"
 #include "mapping/mapper.hpp"
 
 namespace fs = std::filesystem;
@@ -52,7 +54,9 @@ struct MapParams {
 void MapParams::Resolve() {
   RejectUnavailable(!forward.empty(), "--forward");
   RejectUnavailable(!omni.empty(), "--omni");
-  RejectUnavailable(append, "--append");
+  if (append && !origin.empty()) {
+    throw calib::InputError("--origin: with --append the map has its origin already; leave it out");
+  }
   RejectUnavailable(tilt != "none", "--tilt " + tilt);
   if (output.extension() != ".gpkg") {
     throw calib::InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
@@ -123,6 +127,7 @@ mapping::MapMetadata Describe(const std::optional<calib::Rig>& rig,
   metadata.view_size = view.Size();
   metadata.view_units_per_px = view.MetresPerPixel();
   metadata.T_base_view = view.T_base_view();
+  metadata.view_mask = view.Mask();
   metadata.program_version = CEILMAP_VERSION;
   metadata.provenance = fmt::format("{}; from {}; {}", common.command_line, params.up, UtcNow());
   return metadata;
@@ -161,20 +166,78 @@ void FinishMap(mapping::Mapper& mapper) {
   mapper.Finish([&progress](int done, int total) { progress.Update(done, total); });
 }
 
-std::string TrajectoryText(const mapping::Mapper& mapper) {
+// The map that a recording is appended to, and what the two together are.
+struct Appending {
+  Appending(const MapParams& params, const mapping::MapMetadata& recording)
+      : map(params.output), metadata(map.Metadata()) {
+    const std::string problem = mapping::Incompatibility(metadata, recording);
+    if (!problem.empty()) {
+      throw calib::InputError(fmt::format("--append: {}: {}", params.output.string(), problem));
+    }
+    if (params.resolution) metadata.resolution = *params.resolution;
+    metadata.provenance += "\n" + recording.provenance;
+    metadata.program_version = CEILMAP_VERSION;
+    for (const mapping::Keyframe& keyframe : map.ReadKeyframes()) {
+      next_keyframe_id = keyframe.id + 1;
+    }
+  }
+
+  mapping::MapReader map;
+  mapping::MapMetadata metadata;
+  std::int64_t next_keyframe_id = 0;
+};
+
+// What is written, and told of.
+struct MapResult {
+  std::vector<mapping::FramePose> frames;  // of this recording
+  mapping::MapperReport report;
+};
+
+MapResult FinishAppend(const Appending& appending,
+                                             const calib::CeilingView& view,
+                                             const MapParams& params,
+                                             mapping::Mapper& mapper,
+                                             mapping::MapWriter& writer) {
+  mapper.Close();
+  Progress progress("drawing", "tiles");
+  const mapping::MergeResult merged = mapping::AppendRecording(
+      appending.map,
+      mapper.Graph(),
+      view,
+      appending.metadata,
+      {},
+      writer,
+      [&progress](int done, int total) { progress.Update(done, total); });
+  if (!merged.ok()) {
+    throw calib::RunError(fmt::format("--append: {} does not join {}: {}; the map stays as it was",
+                                      params.up,
+                                      params.output.string(),
+                                      merged.results.back().reason));
+  }
+  MapResult result{{}, mapper.Report()};
+  for (const mapping::FramePose& frame : merged.graph.trajectory) {
+    if (frame.keyframe_id >= appending.next_keyframe_id) result.frames.push_back(frame);
+  }
+  result.report.grid = merged.grid;
+  result.report.quality = merged.graph.quality;
+  result.report.keyframes = static_cast<std::int64_t>(merged.graph.keyframes.size());
+  return result;
+}
+
+std::string TrajectoryText(const std::vector<mapping::FramePose>& frames) {
   std::vector<StampedPose> poses;
-  for (const mapping::FramePose& frame : mapper.Trajectory()) {
+  for (const mapping::FramePose& frame : frames) {
     poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base));
   }
   return FormatTum(poses);
 }
 
 // The map and the trajectories appear together, or none of them.
-void CommitFiles(const mapping::Mapper& mapper,
+void CommitFiles(const std::vector<mapping::FramePose>& frames,
                  mapping::MapWriter& writer,
                  const MapParams& params,
                  Summary& summary) {
-  const std::string text = TrajectoryText(mapper);
+  const std::string text = TrajectoryText(frames);
   std::vector<std::unique_ptr<mapping::AtomicFile>> trajectories;
   // Without tilt there is nothing to compensate: both trajectories are the same.
   for (const fs::path& file : {params.trajectory, params.uncompensated}) {
@@ -204,13 +267,19 @@ void Summarize(const mapping::MapperReport& report,
                        {"rectify", report.rectify_ms},
                        {"register", report.register_ms},
                        {"keyframe", report.keyframe_ms},
+                       {"loops", report.loop_ms},
+                       {"optimize", report.optimize_ms},
                        {"mosaic", report.mosaic_ms}};
   summary.quality = {{"tracked", report.tracked},
                      {"lost", report.lost},
                      {"ambiguous", report.ambiguous},
                      {"without_texture", report.without_texture},
                      {"dropped", reading.dropped},
+                     {"unconnected", report.unconnected},
                      {"keyframes", report.keyframes},
+                     {"loops", ToJson(report.quality.loops)},
+                     {"chi2_per_dof", report.quality.chi2_per_dof},
+                     {"loop_rms", report.quality.loop_rms},
                      {"median_peak", report.median_peak},
                      {"path", report.path},
                      {"map_width_px", report.grid.width_px},
@@ -231,7 +300,13 @@ void PrintReport(const mapping::MapperReport& report,
   table.AddRow({"tracked", fmt::format("{}", report.tracked)});
   table.AddRow({"lost", fmt::format("{}", report.lost)});
   table.AddRow({"ambiguous", fmt::format("{}", report.ambiguous)});
+  if (report.unconnected > 0) {
+    table.AddRow({"unconnected", fmt::format("{}", report.unconnected), "seen from a part that nothing ties to the map; left out"});
+  }
   table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
+  table.AddRow({"loops closed",
+                fmt::format("{}", report.quality.loops.accepted - report.quality.loops.outliers),
+                fmt::format("of {} compared", report.quality.loops.compared)});
   table.AddRow({"path", fmt::format("{:.{}f}", report.path, decimals), unit});
   table.AddRow({"map",
                 fmt::format("{:.{}f} x {:.{}f}",
@@ -258,19 +333,30 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   mapping::MapperParams mapper_params;
   mapper_params.origin = params.T_map_first;
   mapper_params.mosaic.resolution = metadata.resolution;
-  mapping::MapWriter writer(params.output, metadata);
+  std::optional<Appending> appending;
+  if (params.append) {
+    appending.emplace(params, metadata);
+    mapper_params.first_keyframe_id = appending->next_keyframe_id;
+  }
+  mapping::MapWriter writer(params.output, appending ? appending->metadata : metadata);
   mapping::Mapper mapper(view, writer, metadata, mapper_params);
 
   MapFrames(source, mapper);
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
   if (Interrupted()) TellInterrupted(mapper);
-  FinishMap(mapper);
-  CommitFiles(mapper, writer, params, summary);
+  MapResult result;
+  if (appending) {
+    result = FinishAppend(*appending, view, params, mapper, writer);
+  } else {
+    FinishMap(mapper);
+    result = {mapper.Trajectory(), mapper.Report()};
+  }
+  CommitFiles(result.frames, writer, params, summary);
   TellAssumptions(rig.has_value(), source.Stamps());
 
   const double seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
-  Summarize(mapper.Report(), source.Report(), metadata.unit, summary);
-  if (!common.quiet) PrintReport(mapper.Report(), metadata.unit, seconds, summary);
+  Summarize(result.report, source.Report(), metadata.unit, summary);
+  if (!common.quiet) PrintReport(result.report, metadata.unit, seconds, summary);
 }
 
 }  // namespace
@@ -303,7 +389,11 @@ Command AddMapCommand(CLI::App& program) {
       ->check(CLI::IsMember({"none", "forward", "ceiling", "fused"}))
       ->capture_default_str()
       ->group(input);
-  cli.add_flag("--append", params->append, "Extend the map (not in this version)")->group(result);
+  cli.add_flag("--append",
+               params->append,
+               "Extend the map, wherever on it the recording begins; it stays as it was if nothing "
+               "is seen in both")
+      ->group(result);
   add("--resolution", params->resolution, "Metres per map pixel [that of the camera]", "M")
       ->group(result);
   add("-o,--output", params->output, "The map", "MAP.gpkg")->required()->group(result);

@@ -133,6 +133,23 @@ CeilingView CeilingView::InPixels(cv::Size size) {
   return view;
 }
 
+CeilingView CeilingView::OfRectified(cv::Size size,
+                                     double m_per_px,
+                                     const Pose2& T_base_view,
+                                     const cv::Mat& mask) {
+  if (size.width <= 0 || size.height <= 0 || !(m_per_px > 0) ||
+      (!mask.empty() && (mask.size() != size || mask.type() != CV_8UC1))) {
+    throw InputError("a view of " + SizeText(size) + " pixels at " + std::to_string(m_per_px) +
+                     " m per pixel cannot be, or its mask does not fit");
+  }
+  CeilingView view;
+  view.size_ = size;
+  view.m_per_px_ = m_per_px;
+  view.T_base_view_ = T_base_view;
+  view.mask_ = mask.clone();
+  return view;
+}
+
 const cv::Mat& CeilingView::Rectify(const cv::Mat& raw, cv::Mat& buffer) const {
   if (raw.type() != CV_8UC1 || raw.size() != size_) {
     throw InputError("picture of " + SizeText(raw.size()) + " pixels" +

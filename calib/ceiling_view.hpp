@@ -31,12 +31,19 @@ class CeilingView {
   /// picture over base.
   static CeilingView InPixels(cv::Size size);
 
+  /// View of pictures that are rectified already, e.g. those kept in a map.
+  /// @param m_per_px  > 0. @param mask  see Mask(). @throws InputError when the arguments cannot be.
+  static CeilingView OfRectified(cv::Size size,
+                                 double m_per_px,
+                                 const Pose2& T_base_view,
+                                 const cv::Mat& mask = {});
+
   /// Size of the pictures taken and returned.
   [[nodiscard]] cv::Size Size() const { return size_; }
   /// Metres on the ceiling per pixel (1 without a rig), > 0.
   [[nodiscard]] double MetresPerPixel() const { return m_per_px_; }
   [[nodiscard]] const Pose2& T_base_view() const { return T_base_view_; }
-  /// Focal length of the virtual camera in pixels, sqrt(fx fy); 0 without a rig.
+  /// Focal length of the virtual camera in pixels, sqrt(fx fy); 0 where nothing is known of it.
   [[nodiscard]] double FocalLength() const { return focal_px_; }
   /// True when Rectify changes the picture.
   [[nodiscard]] bool NeedsRectification() const { return !table_.empty(); }

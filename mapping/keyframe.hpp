@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -24,6 +25,9 @@ struct FramePose {
   Pose2 T_map_base;
   /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2 (pixels for metres without a rig).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// The keyframe that the frame was measured against, its own id for a keyframe: when that one is
+  /// moved by a loop closure, the frame moves with it. -1: none.
+  std::int64_t keyframe_id = -1;
 };
 
 /// A frame that is kept: its picture becomes part of the mosaic and later frames are registered
@@ -32,7 +36,13 @@ struct Keyframe {
   std::int64_t id = 0;  ///< 0, 1, 2, ... in order of time
   FramePose pose;
   cv::Mat picture;  ///< CV_8UC1, rectified (CeilingView); may be empty where only poses are needed
+  /// Several motions explained its picture as well, prediction alone chose (strictly periodic
+  /// ceiling, Registration::by_prior).
+  bool ambiguous = false;
 };
+
+/// Loads the picture of a keyframe (CV_8UC1, rectified) from where it is kept.
+using PictureLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
 
 /// A measured motion between two keyframes: an edge of the pose graph.
 struct Edge {

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "mapping/keyframe.hpp"
+#include "mapping/map_graph.hpp"
 
 namespace ceilmap::mapping {
 
 /// What a map says of itself.
 struct MapMetadata {
-  int format_version = 1;
+  int format_version = 2;
   std::string unit = "m";       ///< "m", or "px" for a map made without a rig
   double resolution = 0;        ///< mosaic: units per mosaic pixel, > 0
   double ceiling_height_m = 0;  ///< above the floor; 0 without a rig
@@ -22,6 +23,7 @@ struct MapMetadata {
   cv::Size view_size;            ///< size of the keyframe pictures
   double view_units_per_px = 0;  ///< units on the ceiling per keyframe picture pixel
   Pose2 T_base_view;             ///< CeilingView::T_base_view of the mapping camera
+  cv::Mat view_mask;             ///< CeilingView::Mask of the keyframe pictures; empty: none
   std::string program_version;
   std::string provenance;  ///< command line, source names, date; free text
 };
@@ -43,8 +45,10 @@ struct MosaicGrid {
 /// seen).
 using MosaicSource = std::function<void(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha)>;
 
+class MapReader;
+
 /// Writes NAME.gpkg: an OGC GeoPackage with the layers `mosaic` (raster tile pyramid, grey +
-/// alpha), `keyframes`, `trajectory`, `edges` (vector) and the tables `keyframe_pictures`,
+/// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots` (vector) and the tables `keyframe_pictures`,
 /// `ceilmap_metadata`.
 ///
 /// Everything goes to a partial file beside the target (a fixed name, so that the next run replaces
@@ -65,15 +69,21 @@ class MapWriter {
   /// Stores the picture losslessly; its pose comes later, with WriteKeyframes. Bounded memory:
   /// nothing is kept.
   void AddPicture(std::int64_t keyframe_id, const cv::Mat& picture);
-  /// Reads a stored picture back (the mosaic is rendered from them). The one call that a source may
-  /// make, from any thread, while WriteMosaic runs.
+  /// Takes a keyframe's picture and descriptors as they are stored in another map, whose views are
+  /// of the same size and scale.
+  void CopyPicture(const MapReader& from, std::int64_t id_there, std::int64_t keyframe_id);
+  /// Of a keyframe that does not come into the map; its descriptors too.
+  void RemovePicture(std::int64_t keyframe_id);
+  /// Stores what global localization and joining need of a keyframe, see PlaceDescriber.
+  void AddDescriptors(std::int64_t keyframe_id, const cv::Mat& descriptors);
+  [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;  ///< as ReadPicture
+  /// Reads a stored picture back (loop closing compares them, the mosaic is rendered from them).
+  /// From any thread, at any time, also while WriteMosaic runs.
   [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
 
-  /// Poses of all keyframes (pictures ignored), then of all frames, then the edges: once each,
-  /// before Commit.
-  void WriteKeyframes(const std::vector<Keyframe>& keyframes);
-  void WriteTrajectory(const std::vector<FramePose>& frames);
-  void WriteEdges(const std::vector<Edge>& edges);
+  /// Everything but pictures and mosaic, once, before Commit.
+  /// @throws calib::InputError for an edge whose keyframes are not in the graph.
+  void WriteGraph(const MapGraph& graph);
   /// Renders the mosaic window by window (aligned to tiles) and builds its pyramid.
   /// @param grid  of no pixels: the map gets no mosaic.
   /// @param source  called one window at a time, from another thread: the next window is rendered
@@ -102,8 +112,17 @@ class MapReader {
   [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic
   [[nodiscard]] std::vector<Keyframe> ReadKeyframes() const;  ///< without pictures, by id
   [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
+  /// CV_32FC1 as PlaceDescriber gives it.
+  [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;
+  /// The picture as it is stored, PNG.
+  [[nodiscard]] std::vector<unsigned char> ReadPng(std::int64_t keyframe_id) const;
   [[nodiscard]] std::vector<FramePose> ReadTrajectory() const;
   [[nodiscard]] std::vector<Edge> ReadEdges() const;
+  [[nodiscard]] std::vector<WeakSpot> ReadWeakSpots() const;
+  [[nodiscard]] const MapQuality& Quality() const;
+  /// All of these. @throws calib::InputError also when they do not fit together (an edge or a frame
+  /// names a keyframe that is not there).
+  [[nodiscard]] MapGraph ReadGraph() const;
   /// A window of the mosaic at full resolution; must lie inside the grid.
   void ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;
 

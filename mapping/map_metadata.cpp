@@ -73,6 +73,36 @@ std::map<std::string, std::string> ToRows(const MapMetadata& m) {
           {"provenance", m.provenance}};
 }
 
+std::map<std::string, std::string> ToRows(const MapQuality& q) {
+  return {{"loops_compared", std::to_string(q.loops.compared)},
+          {"loops_accepted", std::to_string(q.loops.accepted)},
+          {"loops_no_match", std::to_string(q.loops.no_match)},
+          {"loops_ambiguous", std::to_string(q.loops.ambiguous)},
+          {"loops_off_prediction", std::to_string(q.loops.off_prediction)},
+          {"loops_unconfirmed", std::to_string(q.loops.unconfirmed)},
+          {"loops_outliers", std::to_string(q.loops.outliers)},
+          {"chi2_per_dof", ToText(q.chi2_per_dof)},
+          {"max_edge_sigmas", ToText(q.max_edge_sigmas)},
+          {"odometry_rms", ToText(q.odometry_rms)},
+          {"loop_rms", ToText(q.loop_rms)}};
+}
+
+MapQuality QualityFromRows(const std::map<std::string, std::string>& rows) {
+  MapQuality q;
+  q.loops.compared = Value<std::int64_t>(rows, "loops_compared");
+  q.loops.accepted = Value<std::int64_t>(rows, "loops_accepted");
+  q.loops.no_match = Value<std::int64_t>(rows, "loops_no_match");
+  q.loops.ambiguous = Value<std::int64_t>(rows, "loops_ambiguous");
+  q.loops.off_prediction = Value<std::int64_t>(rows, "loops_off_prediction");
+  q.loops.unconfirmed = Value<std::int64_t>(rows, "loops_unconfirmed");
+  q.loops.outliers = Value<std::int64_t>(rows, "loops_outliers");
+  q.chi2_per_dof = Value<double>(rows, "chi2_per_dof");
+  q.max_edge_sigmas = Value<double>(rows, "max_edge_sigmas");
+  q.odometry_rms = Value<double>(rows, "odometry_rms");
+  q.loop_rms = Value<double>(rows, "loop_rms");
+  return q;
+}
+
 MapMetadata FromRows(const std::map<std::string, std::string>& rows) {
   MapMetadata m;
   m.format_version = Value<int>(rows, "format_version");
@@ -113,6 +143,9 @@ std::string Problem(const MapMetadata& m) {
            " is not that of a picture";
   }
   if (!IsPositive(m.view_units_per_px)) return "view_units_per_px must be > 0";
+  if (!m.view_mask.empty() && (m.view_mask.type() != CV_8UC1 || m.view_mask.size() != size)) {
+    return "the view's mask must be of the view's size";
+  }
   const Pose2& T = m.T_base_view;
   if (!IsCoordinate(T.x) || !IsCoordinate(T.y) || !IsCoordinate(T.yaw)) {
     return "T_base_view must be finite";

@@ -4,11 +4,12 @@
 #include <string>
 
 #include "mapping/map_file.hpp"
+#include "mapping/map_graph.hpp"
 
 namespace ceilmap::mapping {
 
 /// The layout of the map file that this program writes and the only one it reads.
-inline constexpr int kMapFormatVersion = 1;
+inline constexpr int kMapFormatVersion = 2;
 
 /// MapMetadata as the rows (key, value) of the table ceilmap_metadata. Numbers are written in the
 /// shortest form that reads back to the same value, whatever the locale.
@@ -18,6 +19,10 @@ std::map<std::string, std::string> ToRows(const MapMetadata& metadata);
 /// @throws calib::InputError (without the file's name) for another format version, a key that is
 ///   missing or a value that cannot be.
 MapMetadata FromRows(const std::map<std::string, std::string>& rows);
+
+/// MapQuality as rows of the same table.
+std::map<std::string, std::string> ToRows(const MapQuality& quality);
+MapQuality QualityFromRows(const std::map<std::string, std::string>& rows);
 
 /// What is wrong with the metadata, empty when nothing is. Sizes beyond any camera or building
 /// count as wrong, so that a damaged or hostile file cannot make a reader allocate without bound.

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <map>
 #include <mutex>
+#include <unordered_set>
 
 #include "calib/error.hpp"
 #include "mapping/gdal_support.hpp"
@@ -86,6 +87,7 @@ struct MapReader::Impl {
 
   fs::path path;
   MapMetadata metadata;
+  MapQuality quality;
   MosaicGrid grid;
   mutable std::mutex mutex;  // GDAL datasets take one call at a time
   GDALDatasetUniquePtr database;
@@ -113,10 +115,23 @@ void MapReader::Impl::OpenTables() {
   }
   Check(gdal);
   metadata = Named([&] { return FromRows(rows); });
+  quality = Named([&] { return QualityFromRows(rows); });
   for (const char* table :
-       {tables::kKeyframes, tables::kTrajectory, tables::kEdges, tables::kPictures}) {
+       {tables::kKeyframes,
+                            tables::kTrajectory,
+                            tables::kEdges,
+                            tables::kWeakSpots,
+                            tables::kDescriptors,
+                            tables::kMask,
+                            tables::kPictures}) {
     Layer(table);
   }
+  if (Layer(tables::kMask).GetFeatureCount() > 0) {
+    metadata.view_mask = Named([&] {
+      return DecodePicture(tables::ReadPng(Layer(tables::kMask), 0), metadata.view_size);
+    });
+  }
+  Check(gdal);
 }
 
 void MapReader::Impl::OpenMosaic() {
@@ -196,17 +211,62 @@ std::vector<Edge> MapReader::ReadEdges() const {
   return impl_->ReadAll<Edge>(tables::kEdges, tables::ToEdge);
 }
 
-cv::Mat MapReader::ReadPicture(std::int64_t keyframe_id) const {
-  return impl_->Named([&] {
-    std::vector<unsigned char> png;
-    {
-      const std::lock_guard lock(impl_->mutex);
-      const GdalScope gdal;
-      png = tables::ReadPng(impl_->Layer(tables::kPictures), keyframe_id);
-      impl_->Check(gdal);
+std::vector<WeakSpot> MapReader::ReadWeakSpots() const {
+  return impl_->ReadAll<WeakSpot>(tables::kWeakSpots, tables::ToWeakSpot);
+}
+
+const MapQuality& MapReader::Quality() const {
+  return impl_->quality;
+}
+
+MapGraph MapReader::ReadGraph() const {
+  MapGraph graph;
+  graph.keyframes = ReadKeyframes();
+  graph.trajectory = ReadTrajectory();
+  graph.edges = ReadEdges();
+  graph.weak_spots = ReadWeakSpots();
+  graph.quality = Quality();
+  std::unordered_set<std::int64_t> known;
+  for (const Keyframe& keyframe : graph.keyframes) known.insert(keyframe.id);
+  const auto check = [&](std::int64_t id) {
+    if (!known.contains(id)) {
+      impl_->Throw("keyframe " + std::to_string(id) + " is missing; the file is damaged");
     }
-    return DecodePicture(png, impl_->metadata.view_size);
+  };
+  for (const FramePose& frame : graph.trajectory) check(frame.keyframe_id);
+  for (const WeakSpot& spot : graph.weak_spots) check(spot.keyframe_id);
+  for (const Edge& edge : graph.edges) {
+    check(edge.from);
+    check(edge.to);
+  }
+  return graph;
+}
+
+cv::Mat MapReader::ReadDescriptors(std::int64_t keyframe_id) const {
+  return impl_->Named([&] {
+    const std::lock_guard lock(impl_->mutex);
+    const GdalScope gdal;
+    const cv::Mat descriptors =
+        tables::ReadDescriptors(impl_->Layer(tables::kDescriptors), keyframe_id);
+    impl_->Check(gdal);
+    return descriptors;
   });
+}
+
+std::vector<unsigned char> MapReader::ReadPng(std::int64_t keyframe_id) const {
+  return impl_->Named([&] {
+    const std::lock_guard lock(impl_->mutex);
+    const GdalScope gdal;
+    std::vector<unsigned char> png =
+        tables::ReadPng(impl_->Layer(tables::kPictures), keyframe_id);
+    impl_->Check(gdal);
+    return png;
+  });
+}
+
+cv::Mat MapReader::ReadPicture(std::int64_t keyframe_id) const {
+  const std::vector<unsigned char> png = ReadPng(keyframe_id);
+  return impl_->Named([&] { return DecodePicture(png, impl_->metadata.view_size); });
 }
 
 void MapReader::ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const {

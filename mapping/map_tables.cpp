@@ -1,5 +1,6 @@
 #include "mapping/map_tables.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -38,7 +39,8 @@ bool AddMatrixFields(OGRLayer& layer, const std::array<const char*, 6>& names) {
 }
 
 bool AddFrameFields(OGRLayer& layer) {
-  return AddField(layer, "frame_index", OFTInteger64) && AddField(layer, "stamp_s", OFTReal) &&
+  return AddField(layer, "frame_index", OFTInteger64) &&
+         AddField(layer, "keyframe_id", OFTInteger64) && AddField(layer, "stamp_s", OFTReal) &&
          AddField(layer, "yaw_rad", OFTReal) && AddField(layer, "status", OFTString) &&
          AddMatrixFields(layer, kCovariance);
 }
@@ -68,6 +70,7 @@ void SetMatrix(OGRFeature& row,
 
 void SetFrame(OGRFeature& row, const FramePose& frame) {
   row.SetField("frame_index", static_cast<GIntBig>(frame.frame_index));
+  row.SetField("keyframe_id", static_cast<GIntBig>(frame.keyframe_id));
   row.SetField("stamp_s", frame.stamp_s);
   row.SetField("yaw_rad", frame.T_map_base.yaw);
   row.SetField("status", ToString(frame.status));
@@ -125,11 +128,24 @@ void CheckCoordinates(OGRFeature& row, double x, double y) {
   }
 }
 
+Eigen::Vector2d Point(OGRFeature& row) {
+  const OGRGeometry* geometry = row.GetGeometryRef();
+  if (geometry == nullptr || wkbFlatten(geometry->getGeometryType()) != wkbPoint ||
+      geometry->IsEmpty()) {
+    ThrowDamaged(row, "no point");
+  }
+  const OGRPoint& point = *geometry->toPoint();
+  CheckCoordinates(row, point.getX(), point.getY());
+  return {point.getX(), point.getY()};
+}
+
 }  // namespace
 
 OGRLayer* CreateKeyframes(GDALDataset& dataset, OGRSpatialReference& srs) {
   OGRLayer* layer = CreateTable(dataset, kKeyframes, &srs, wkbPoint, "id");
-  return layer != nullptr && AddFrameFields(*layer) ? layer : nullptr;
+  const bool done =
+      layer != nullptr && AddFrameFields(*layer) && AddField(*layer, "ambiguous", OFTInteger);
+  return done ? layer : nullptr;
 }
 
 OGRLayer* CreateTrajectory(GDALDataset& dataset, OGRSpatialReference& srs) {
@@ -147,9 +163,24 @@ OGRLayer* CreateEdges(GDALDataset& dataset, OGRSpatialReference& srs) {
   return done ? layer : nullptr;
 }
 
-OGRLayer* CreatePictures(GDALDataset& dataset) {
-  OGRLayer* layer = CreateTable(dataset, kPictures, nullptr, wkbNone, "id");
+OGRLayer* CreateWeakSpots(GDALDataset& dataset, OGRSpatialReference& srs) {
+  OGRLayer* layer = CreateTable(dataset, kWeakSpots, &srs, wkbPoint, "fid");
+  const bool done = layer != nullptr && AddField(*layer, "kind", OFTString) &&
+                    AddField(*layer, "keyframe_id", OFTInteger64) &&
+                    AddField(*layer, "extent", OFTReal);
+  return done ? layer : nullptr;
+}
+
+OGRLayer* CreatePictures(GDALDataset& dataset, const char* name) {
+  OGRLayer* layer = CreateTable(dataset, name, nullptr, wkbNone, "id");
   return layer != nullptr && AddField(*layer, kPng, OFTBinary) ? layer : nullptr;
+}
+
+OGRLayer* CreateDescriptors(GDALDataset& dataset) {
+  OGRLayer* layer = CreateTable(dataset, kDescriptors, nullptr, wkbNone, "id");
+  const bool done = layer != nullptr && AddField(*layer, "columns", OFTInteger) &&
+                    AddField(*layer, "float32", OFTBinary);
+  return done ? layer : nullptr;
 }
 
 OGRLayer* CreateMetadata(GDALDataset& dataset) {
@@ -163,6 +194,7 @@ bool Append(OGRLayer& layer, const Keyframe& keyframe) {
   const FeaturePtr row = NewRow(layer);
   row->SetFID(keyframe.id);
   SetFrame(*row, keyframe.pose);
+  row->SetField("ambiguous", keyframe.ambiguous ? 1 : 0);
   return layer.CreateFeature(row.get()) == OGRERR_NONE;
 }
 
@@ -188,10 +220,31 @@ bool Append(OGRLayer& layer, const Edge& edge, const Pose2& T_map_from, const Po
   return layer.CreateFeature(row.get()) == OGRERR_NONE;
 }
 
+bool Append(OGRLayer& layer, const WeakSpot& spot) {
+  const FeaturePtr row = NewRow(layer);
+  row->SetField("kind", ToString(spot.kind));
+  row->SetField("keyframe_id", static_cast<GIntBig>(spot.keyframe_id));
+  row->SetField("extent", spot.extent);
+  const OGRPoint point(spot.x, spot.y);
+  row->SetGeometry(&point);
+  return layer.CreateFeature(row.get()) == OGRERR_NONE;
+}
+
 bool Append(OGRLayer& layer, std::int64_t keyframe_id, const std::vector<unsigned char>& png) {
   const FeaturePtr row = NewRow(layer);
   row->SetFID(keyframe_id);
   row->SetField(row->GetFieldIndex(kPng), static_cast<int>(png.size()), png.data());
+  return layer.CreateFeature(row.get()) == OGRERR_NONE;
+}
+
+bool Append(OGRLayer& layer, std::int64_t keyframe_id, const cv::Mat& descriptors) {
+  const FeaturePtr row = NewRow(layer);
+  row->SetFID(keyframe_id);
+  row->SetField("columns", descriptors.cols);
+  const cv::Mat whole = descriptors.isContinuous() ? descriptors : descriptors.clone();
+  row->SetField(row->GetFieldIndex("float32"),
+                static_cast<int>(whole.total() * sizeof(float)),
+                whole.ptr());
   return layer.CreateFeature(row.get()) == OGRERR_NONE;
 }
 
@@ -203,18 +256,13 @@ bool Append(OGRLayer& layer, const std::string& key, const std::string& value) {
 }
 
 FramePose ToFramePose(OGRFeature& row) {
-  const OGRGeometry* geometry = row.GetGeometryRef();
-  if (geometry == nullptr || wkbFlatten(geometry->getGeometryType()) != wkbPoint ||
-      geometry->IsEmpty()) {
-    ThrowDamaged(row, "no point");
-  }
-  const OGRPoint& point = *geometry->toPoint();
-  CheckCoordinates(row, point.getX(), point.getY());
+  const Eigen::Vector2d point = Point(row);
   FramePose frame;
   frame.frame_index = Integer(row, "frame_index");
+  frame.keyframe_id = Integer(row, "keyframe_id");
   frame.stamp_s = Real(row, "stamp_s");
   frame.status = Status(row);
-  frame.T_map_base = {point.getX(), point.getY(), Real(row, "yaw_rad")};
+  frame.T_map_base = {point.x(), point.y(), Real(row, "yaw_rad")};
   frame.covariance = Matrix(row, kCovariance);
   return frame;
 }
@@ -224,6 +272,7 @@ Keyframe ToKeyframe(OGRFeature& row) {
   keyframe.id = row.GetFID();
   if (keyframe.id < 0) ThrowDamaged(row, "negative id");
   keyframe.pose = ToFramePose(row);
+  keyframe.ambiguous = Integer(row, "ambiguous") != 0;
   return keyframe;
 }
 
@@ -240,6 +289,24 @@ Edge ToEdge(OGRFeature& row) {
   return edge;
 }
 
+WeakSpot ToWeakSpot(OGRFeature& row) {
+  WeakSpot spot;
+  const Eigen::Vector2d point = Point(row);
+  spot.x = point.x();
+  spot.y = point.y();
+  spot.keyframe_id = Integer(row, "keyframe_id");
+  spot.extent = Real(row, "extent");
+  const std::string text = row.GetFieldAsString(Column(row, "kind"));
+  for (const WeakSpot::Kind kind :
+       {WeakSpot::Kind::kAmbiguous, WeakSpot::Kind::kLost, WeakSpot::Kind::kUnclosed}) {
+    if (text == ToString(kind)) {
+      spot.kind = kind;
+      return spot;
+    }
+  }
+  ThrowDamaged(row, "unknown kind");
+}
+
 std::vector<unsigned char> ReadPng(OGRLayer& pictures, std::int64_t keyframe_id) {
   const FeaturePtr row(pictures.GetFeature(keyframe_id));
   const int column = row ? row->GetFieldIndex(kPng) : -1;
@@ -249,6 +316,27 @@ std::vector<unsigned char> ReadPng(OGRLayer& pictures, std::int64_t keyframe_id)
     throw calib::InputError("the map holds no picture of keyframe " + std::to_string(keyframe_id));
   }
   return {bytes, bytes + size};
+}
+
+cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id) {
+  constexpr int kMostColumns = 1 << 16;
+  const FeaturePtr row(descriptors.GetFeature(keyframe_id));
+  if (!row) {
+    throw calib::InputError("the map holds no place descriptors of keyframe " +
+                            std::to_string(keyframe_id));
+  }
+  const std::int64_t columns = Integer(*row, "columns");
+  int bytes = 0;
+  const int field = row->GetFieldIndex("float32");
+  const GByte* data = field >= 0 ? row->GetFieldAsBinary(field, &bytes) : nullptr;
+  if (columns < 1 || columns > kMostColumns || bytes % (columns * sizeof(float)) != 0) {
+    ThrowDamaged(*row, "place descriptors of an impossible size");
+  }
+  const int cols = static_cast<int>(columns);
+  cv::Mat result(bytes / (cols * static_cast<int>(sizeof(float))), cols, CV_32FC1);
+  if (bytes > 0) std::copy_n(data, bytes, result.ptr());
+  if (!cv::checkRange(result)) ThrowDamaged(*row, "place descriptors that are not finite");
+  return result;
 }
 
 }  // namespace ceilmap::mapping::tables

@@ -82,7 +82,6 @@ struct MapWriter::Impl {
 
   AtomicFile file;
   MapMetadata metadata;
-  std::unordered_map<std::int64_t, Pose2> keyframe_poses;  // ends of the edges' lines
   // GDAL datasets take one call at a time; while a window is written, the next one is rendered from
   // pictures read back by another thread.
   mutable std::mutex mutex;
@@ -100,10 +99,16 @@ void MapWriter::Impl::CreateTables() {
   OGRSpatialReference srs = LocalSrs(metadata.unit);
   Check(gdal,
         tables::CreateKeyframes(*dataset, srs) && tables::CreateTrajectory(*dataset, srs) &&
-            tables::CreateEdges(*dataset, srs) && tables::CreatePictures(*dataset));
+            tables::CreateEdges(*dataset, srs) && tables::CreateWeakSpots(*dataset, srs) &&
+            tables::CreatePictures(*dataset, tables::kPictures) &&
+            tables::CreatePictures(*dataset, tables::kMask) &&
+            tables::CreateDescriptors(*dataset));
   OGRLayer* rows = tables::CreateMetadata(*dataset);
   Check(gdal, rows != nullptr);
   for (const auto& [key, value] : ToRows(metadata)) Check(gdal, tables::Append(*rows, key, value));
+  if (metadata.view_mask.empty()) return;
+  const std::vector<unsigned char> mask = EncodePicture(metadata.view_mask);
+  Check(gdal, tables::Append(Layer(tables::kMask), 0, mask));
 }
 
 void MapWriter::Impl::OpenDataset(const GdalScope& gdal) {
@@ -225,35 +230,68 @@ cv::Mat MapWriter::ReadPicture(std::int64_t keyframe_id) const {
   return DecodePicture(png, impl_->metadata.view_size);
 }
 
-void MapWriter::WriteKeyframes(const std::vector<Keyframe>& keyframes) {
+void MapWriter::CopyPicture(const MapReader& from,
+                            std::int64_t id_there,
+                            std::int64_t keyframe_id) {
+  const std::vector<unsigned char> png = from.ReadPng(id_there);
+  AddDescriptors(keyframe_id, from.ReadDescriptors(id_there));
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
-  OGRLayer& layer = impl_->Layer(tables::kKeyframes);
-  for (const Keyframe& keyframe : keyframes) {
-    impl_->Check(gdal, tables::Append(layer, keyframe));
-    impl_->keyframe_poses[keyframe.id] = keyframe.pose.T_map_base;
+  impl_->Check(gdal, tables::Append(impl_->Layer(tables::kPictures), keyframe_id, png));
+}
+
+void MapWriter::AddDescriptors(std::int64_t keyframe_id, const cv::Mat& descriptors) {
+  if (descriptors.type() != CV_32FC1) {
+    throw calib::InputError("keyframe " + std::to_string(keyframe_id) +
+                            ": place descriptors must be 32 bit numbers");
   }
-}
-
-void MapWriter::WriteTrajectory(const std::vector<FramePose>& frames) {
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
-  OGRLayer& layer = impl_->Layer(tables::kTrajectory);
-  for (const FramePose& frame : frames) impl_->Check(gdal, tables::Append(layer, frame));
+  impl_->Check(gdal,
+               tables::Append(impl_->Layer(tables::kDescriptors), keyframe_id, descriptors));
 }
 
-void MapWriter::WriteEdges(const std::vector<Edge>& edges) {
+cv::Mat MapWriter::ReadDescriptors(std::int64_t keyframe_id) const {
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
-  OGRLayer& layer = impl_->Layer(tables::kEdges);
-  for (const Edge& edge : edges) {
-    const auto from = impl_->keyframe_poses.find(edge.from);
-    const auto to = impl_->keyframe_poses.find(edge.to);
-    if (from == impl_->keyframe_poses.end() || to == impl_->keyframe_poses.end()) {
+  return tables::ReadDescriptors(impl_->Layer(tables::kDescriptors), keyframe_id);
+}
+
+void MapWriter::RemovePicture(std::int64_t keyframe_id) {
+  const std::lock_guard lock(impl_->mutex);
+  const GdalScope gdal;
+  impl_->Check(gdal,
+               impl_->Layer(tables::kPictures).DeleteFeature(keyframe_id) == OGRERR_NONE &&
+                   impl_->Layer(tables::kDescriptors).DeleteFeature(keyframe_id) == OGRERR_NONE);
+}
+
+void MapWriter::WriteGraph(const MapGraph& graph) {
+  const std::lock_guard lock(impl_->mutex);
+  const GdalScope gdal;
+  std::unordered_map<std::int64_t, Pose2> poses;
+  for (const Keyframe& keyframe : graph.keyframes) {
+    impl_->Check(gdal, tables::Append(impl_->Layer(tables::kKeyframes), keyframe));
+    poses[keyframe.id] = keyframe.pose.T_map_base;
+  }
+  for (const FramePose& frame : graph.trajectory) {
+    impl_->Check(gdal, tables::Append(impl_->Layer(tables::kTrajectory), frame));
+  }
+  for (const Edge& edge : graph.edges) {
+    const auto from = poses.find(edge.from);
+    const auto to = poses.find(edge.to);
+    if (from == poses.end() || to == poses.end()) {
       throw calib::InputError("edge " + std::to_string(edge.from) + " -> " +
-                              std::to_string(edge.to) + ": write its keyframes first");
+                              std::to_string(edge.to) + ": the graph lacks its keyframes");
     }
-    impl_->Check(gdal, tables::Append(layer, edge, from->second, to->second));
+    OGRLayer& edges = impl_->Layer(tables::kEdges);
+    impl_->Check(gdal, tables::Append(edges, edge, from->second, to->second));
+  }
+  for (const WeakSpot& spot : graph.weak_spots) {
+    impl_->Check(gdal, tables::Append(impl_->Layer(tables::kWeakSpots), spot));
+  }
+  OGRLayer& metadata = impl_->Layer(tables::kMetadata);
+  for (const auto& [key, value] : ToRows(graph.quality)) {
+    impl_->Check(gdal, tables::Append(metadata, key, value));
   }
 }
 

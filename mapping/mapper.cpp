@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <future>
+#include <unordered_set>
 
 #include "calib/error.hpp"
-#include "mapping/odometry.hpp"
+#include "mapping/map_builder.hpp"
+#include "mapping/map_merge.hpp"
+#include "mapping/place_descriptor.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -27,13 +30,28 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-OdometryParams ForView(OdometryParams params, const calib::CeilingView& view) {
+void SetForView(const calib::CeilingView& view, registration::RegistrarParams& params) {
   // Without a rig nothing says that the camera keeps its height: the scale is estimated, so that it
   // does not disturb the rest.
-  if (view.FocalLength() <= 0) params.registration.estimate_scale = true;
-  params.registration.mask = view.Mask();
+  if (view.FocalLength() <= 0) params.estimate_scale = true;
+  params.mask = view.Mask();
+}
+
+MapperParams ForView(MapperParams params, const calib::CeilingView& view) {
+  SetForView(view, params.odometry.registration);
+  params.loops.registration = params.odometry.registration;
+  params.loops.noise = params.odometry.noise;
+  params.odometry.first_keyframe_id = params.first_keyframe_id;
+  params.mosaic.view_mask = view.Mask();
   return params;
 }
+
+/// What the loop closer takes of a step of the odometry, in its own thread.
+struct NewKeyframe {
+  Keyframe keyframe;  // with its picture
+  registration::FrameSpectrum spectrum;
+  std::vector<Edge> edges;
+};
 
 }  // namespace
 
@@ -45,36 +63,58 @@ struct Mapper::Impl {
       : view(ceiling_view),
         writer(map_writer),
         metadata(map_metadata),
-        params(p),
-        odometry(view, p.origin, ForView(p.odometry, view)) {
-    params.mosaic.view_mask = view.Mask();
-  }
+        params(ForView(p, ceiling_view)),
+        odometry(view, p.origin, params.odometry),
+        closer(view, [this](std::int64_t id) { return writer.ReadPicture(id); }, params.loops),
+        describer(view.Size(),
+                  view.MetresPerPixel(),
+                  PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()),
+                  view.Mask()) {}
 
   const calib::CeilingView& view;
   MapWriter& writer;
   MapMetadata metadata;
   MapperParams params;
   Odometry odometry;
+  LoopCloser closer;
+  PlaceDescriber describer;
+  std::future<void> closing;  // the loop closer's work on the last keyframe
   cv::Mat rectified;
-  std::vector<FramePose> trajectory;
-  std::vector<Keyframe> keyframes;  // poses; the pictures are in the writer
-  std::vector<Edge> edges;
+  MapGraph graph;
   std::vector<float> peaks;
+  int lost_in_a_row = 0;
+  bool closed = false;
   MapperReport report;
 
+  void WaitForLoops() {
+    if (closing.valid()) closing.get();
+  }
+  void CloseLoops(NewKeyframe added);
   void KeepKeyframe(OdometryStep& step);
   void Count(const OdometryStep& step);
-  void WriteMosaic(const std::function<void(int, int)>& progress);
+  void NoteLoss();
+  void JoinSegments();
 };
+
+void Mapper::Impl::CloseLoops(NewKeyframe added) {
+  const StageTimer timer(report.loop_ms);
+  const cv::Mat descriptors = describer.Describe(added.keyframe.picture);
+  writer.AddDescriptors(added.keyframe.id, descriptors);
+  closer.Add(added.keyframe, added.spectrum, added.edges, descriptors);
+  closer.Close(added.keyframe.id);
+}
 
 void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
   if (!step.new_keyframe) return;
   const StageTimer timer(report.keyframe_ms);
   writer.AddPicture(step.new_keyframe->id, step.new_keyframe->picture);
+  NewKeyframe added{*step.new_keyframe, step.new_spectrum, step.new_edges};
   step.new_keyframe->picture.release();
-  keyframes.push_back(*step.new_keyframe);
-  edges.insert(edges.end(), step.new_edges.begin(), step.new_edges.end());
-  report.keyframes = static_cast<std::int64_t>(keyframes.size());
+  graph.keyframes.push_back(*step.new_keyframe);
+  WaitForLoops();
+  closing = std::async(std::launch::async, [this, added = std::move(added)]() mutable {
+    CloseLoops(std::move(added));
+  });
 }
 
 void Mapper::Impl::Count(const OdometryStep& step) {
@@ -84,20 +124,55 @@ void Mapper::Impl::Count(const OdometryStep& step) {
     case TrackingStatus::kRelocalized:
       ++report.tracked;
       peaks.push_back(static_cast<float>(step.registration.peak));
-      if (!trajectory.empty()) {
-        const Pose2 moved = trajectory.back().T_map_base.Inverse() * step.pose.T_map_base;
-        report.path += moved.Translation().norm();
-      }
-      trajectory.push_back(step.pose);
+      NoteLoss();
+      graph.trajectory.push_back(step.pose);
       break;
     case TrackingStatus::kAmbiguous:
       ++report.ambiguous;
+      ++lost_in_a_row;
       break;
     case TrackingStatus::kLost:
       ++report.lost;
+      ++lost_in_a_row;
       break;
   }
   if (step.registration.verdict == registration::Verdict::kNoTexture) ++report.without_texture;
+}
+
+/// The place where frames could not be placed is the last one before them.
+void Mapper::Impl::NoteLoss() {
+  if (lost_in_a_row > 0 && !graph.trajectory.empty()) {
+    WeakSpot spot;
+    spot.kind = WeakSpot::Kind::kLost;
+    spot.keyframe_id = graph.trajectory.back().keyframe_id;
+    spot.extent = lost_in_a_row;
+    graph.weak_spots.push_back(spot);
+  }
+  lost_in_a_row = 0;
+}
+
+/// Puts the parts together between which the robot had lost itself; what fits nowhere goes.
+void Mapper::Impl::JoinSegments() {
+  const std::vector<std::vector<std::int64_t>> parts = Components(graph);
+  if (parts.size() < 2) return;
+  const DescriptorSource descriptors = [this](std::int64_t id) {
+    return writer.ReadDescriptors(id);
+  };
+  const JoinedParts joined = JoinAll(closer, parts, descriptors, params.join);
+  std::unordered_set<std::int64_t> keep;
+  for (const std::size_t part : joined.joined) keep.insert(parts[part].begin(), parts[part].end());
+  graph.edges = closer.Graph().Edges();
+  MoveKeyframes(graph, closer.Graph().Poses());
+  for (const Keyframe& keyframe : graph.keyframes) {
+    if (!keep.contains(keyframe.id)) writer.RemovePicture(keyframe.id);
+  }
+  const std::size_t before = graph.trajectory.size();
+  const Pose2 T_map_first = graph.keyframes.front().pose.T_map_base;
+  KeepOnly(graph, keep);
+  const Pose2 T_map_kept = graph.keyframes.front().pose.T_map_base;
+  // A segment that is left without what came before it begins the map.
+  MoveAll(graph, T_map_first * T_map_kept.Inverse());
+  report.unconnected = static_cast<std::int64_t>(before - graph.trajectory.size());
 }
 
 Mapper::Mapper(const calib::CeilingView& view,
@@ -126,44 +201,49 @@ FramePose Mapper::Process(const cv::Mat& raw_grey, std::int64_t frame_index, dou
   return step.pose;
 }
 
-void Mapper::Impl::WriteMosaic(const std::function<void(int, int)>& progress) {
-  const StageTimer timer(report.mosaic_ms);
-  const MosaicRenderer renderer(
-      keyframes,
-      metadata,
-      [this](std::int64_t id) { return writer.ReadPicture(id); },
-      params.mosaic);
-  report.grid = renderer.Grid();
-  writer.WriteMosaic(
-      report.grid,
-      [&](const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
-        renderer.Render(window, grey, alpha);
-      },
-      progress);
-}
-
-void Mapper::Finish(const std::function<void(int, int)>& progress) {
+void Mapper::Close() {
   Impl& me = *impl_;
-  if (me.keyframes.empty()) {
+  if (me.closed) return;
+  if (me.graph.keyframes.empty()) {
     throw calib::RunError(
         "no frame shows any texture that could be mapped: the ceiling is black, uniform or out of "
         "focus; check lens cap, light and exposure");
   }
   OdometryStep last = me.odometry.Close();
   me.KeepKeyframe(last);
+  me.NoteLoss();
+  me.WaitForLoops();
+  me.closed = true;
   if (!me.peaks.empty()) {
     const auto middle = me.peaks.begin() + static_cast<std::ptrdiff_t>(me.peaks.size() / 2);
     std::nth_element(me.peaks.begin(), middle, me.peaks.end());
     me.report.median_peak = *middle;
   }
-  me.writer.WriteKeyframes(me.keyframes);
-  me.writer.WriteTrajectory(me.trajectory);
-  me.writer.WriteEdges(me.edges);
-  me.WriteMosaic(progress);
+  const StageTimer timer(me.report.optimize_ms);
+  me.graph.edges = me.closer.Graph().Edges();
+  MoveKeyframes(me.graph, me.closer.Graph().Poses());
+  me.JoinSegments();
+  me.graph.quality.loops = me.closer.Counts();
+  Optimize(me.graph, me.params.optimize);
+  const cv::Size size = me.view.Size();
+  FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
+  me.report.keyframes = static_cast<std::int64_t>(me.graph.keyframes.size());
+  me.report.quality = me.graph.quality;
+  me.report.path = PathLength(me.graph.trajectory);
+}
+
+void Mapper::Finish(const std::function<void(int, int)>& progress) {
+  Close();
+  const StageTimer timer(impl_->report.mosaic_ms);
+  impl_->report.grid =
+      WriteMap(impl_->graph, impl_->metadata, impl_->params.mosaic, impl_->writer, progress);
 }
 
 const std::vector<FramePose>& Mapper::Trajectory() const {
-  return impl_->trajectory;
+  return impl_->graph.trajectory;
+}
+const MapGraph& Mapper::Graph() const {
+  return impl_->graph;
 }
 const MapperReport& Mapper::Report() const {
   return impl_->report;

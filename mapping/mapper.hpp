@@ -2,13 +2,14 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
 #include "mapping/keyframe.hpp"
+#include "mapping/loop_closer.hpp"
 #include "mapping/map_file.hpp"
+#include "mapping/map_graph.hpp"
+#include "mapping/map_joiner.hpp"
 #include "mapping/mosaic.hpp"
 #include "mapping/odometry.hpp"
 
@@ -17,7 +18,11 @@ namespace ceilmap::mapping {
 struct MapperParams {
   Pose2 origin;  ///< T_map_base of the first mapped frame
   OdometryParams odometry;
+  LoopCloserParams loops;
+  JoinParams join;  ///< of parts between which the robot had lost itself
+  OptimizeParams optimize;
   MosaicParams mosaic;
+  std::int64_t first_keyframe_id = 0;  ///< for a recording that comes into an existing map
 };
 
 /// What a mapping run did, for the summary and for people.
@@ -27,18 +32,24 @@ struct MapperReport {
   std::int64_t lost = 0;
   std::int64_t ambiguous = 0;
   std::int64_t without_texture = 0;  ///< part of lost
+  std::int64_t unconnected = 0;  ///< tracked, but in a part that nothing connects with the map
   std::int64_t keyframes = 0;
+  MapQuality quality;
   double median_peak = 0;
   double path = 0;  ///< length of the trajectory in map units
   MosaicGrid grid;
   double rectify_ms = 0;  ///< totals over the run
   double register_ms = 0;
   double keyframe_ms = 0;
+  double loop_ms = 0;      ///< loop closing, in a thread of its own
+  double optimize_ms = 0;  ///< the full pose graph at the end
   double mosaic_ms = 0;
 };
 
-/// From frames to a map file: odometry against the last keyframe, keyframes into the map file as
-/// they come, the mosaic at the end. Memory does not grow with the number of pixels mapped.
+/// From frames to a map: odometry against the last keyframe, keyframes' pictures into the map file
+/// as they come, loop closing beside it in a thread of its own (one keyframe behind, at fixed
+/// points, so that the same recording always gives the same map), all poses once more at the end,
+/// then the mosaic. Memory does not grow with the number of pixels mapped.
 class Mapper {
  public:
   /// @param view, writer  must outlive the mapper.
@@ -53,12 +64,17 @@ class Mapper {
   /// trajectory.
   FramePose Process(const cv::Mat& raw_grey, std::int64_t frame_index, double stamp_s);
 
-  /// Writes keyframes, trajectory, edges and mosaic to the writer (without Commit).
-  /// @param progress  done, total tiles of the mosaic.
+  /// Ends the recording: all poses are optimised together. No Process after it.
   /// @throws calib::RunError when no frame showed any texture.
+  void Close();
+  /// Close(), then writes the map and its mosaic to the writer (without Commit).
+  /// @param progress  done, total tiles of the mosaic.
   void Finish(const std::function<void(int, int)>& progress = {});
 
-  [[nodiscard]] const std::vector<FramePose>& Trajectory() const;  ///< placed frames only
+  /// Placed frames only; before Close() as the odometry has them.
+  [[nodiscard]] const std::vector<FramePose>& Trajectory() const;
+  /// The map without pictures; complete after Close().
+  [[nodiscard]] const MapGraph& Graph() const;
   [[nodiscard]] const MapperReport& Report() const;
 
  private:

@@ -30,9 +30,6 @@ struct MosaicParams {
   void Validate() const;  ///< throws calib::InputError naming field, value and range
 };
 
-/// Loads the picture of a keyframe (CV_8UC1). Called under a lock, one call at a time.
-using PictureLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
-
 /// Renders the mosaic from keyframe pictures and poses, any window at a time, in memory bounded by
 /// the cache (and about 10 kB for each keyframe). The constructor loads every picture once.
 ///
@@ -45,6 +42,7 @@ class MosaicRenderer {
   /// @param keyframes  poses (pictures ignored), at least one.
   /// @param metadata  gives view size, units per pixel and T_base_view:
   ///   p_map = T_map_base * T_base_view * (view_units_per_px * ((u, v) - centre)).
+  /// @param loader  called under a lock, one call at a time.
   MosaicRenderer(const std::vector<Keyframe>& keyframes,
                  const MapMetadata& metadata,
                  PictureLoader loader,

@@ -29,8 +29,13 @@ void OdometryParams::Validate() const {
   require(recent_keyframes >= 1, "recent_keyframes", recent_keyframes, "at least 1");
   require(local_keyframes >= 1, "local_keyframes", local_keyframes, "at least 1");
   require(prior_sigma_part > 0, "prior_sigma_part", prior_sigma_part, "> 0");
-  require(systematic_px > 0, "systematic_px", systematic_px, "> 0");
-  require(systematic_rad > 0, "systematic_rad", systematic_rad, "> 0");
+  require(noise.systematic_px > 0, "noise.systematic_px", noise.systematic_px, "> 0");
+  require(noise.systematic_rad > 0, "noise.systematic_rad", noise.systematic_rad, "> 0");
+  require(first_keyframe_id >= 0,
+          "first_keyframe_id",
+          static_cast<double>(first_keyframe_id),
+          "at least 0");
+  require(restart_after >= 1, "restart_after", restart_after, "at least 1");
   require(prior_sigma_rad > 0, "prior_sigma_rad", prior_sigma_rad, "> 0");
 }
 
@@ -48,6 +53,7 @@ struct LastFrame {
   FrameSpectrum spectrum;
   cv::Mat picture;
   Edge edge;  // to the keyframe that placed it
+  bool ambiguous = false;
 };
 
 }  // namespace
@@ -61,13 +67,14 @@ struct Odometry::Impl {
   OdometryParams params;
   Registrar registrar;
   std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
-  std::int64_t next_id = 0;
+  std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
   std::optional<FramePose> before_last;
+  Pose2 T_last_seen = origin;  // where a segment begins that nothing connects
+  int lost_in_a_row = 0;
 
   Pose2 Predict(double stamp_s) const;
   MotionPrior PriorFor(const ActiveKeyframe& reference, const Pose2& T_map_base) const;
-  Edge MakeEdge(const ActiveKeyframe& reference, const Registration& registration) const;
   void Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const;
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
   bool TryReference(std::size_t index,
@@ -77,10 +84,12 @@ struct Odometry::Impl {
                     Edge& edge);
   bool Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
   bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
+  bool Restart(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
   void MakeKeyframe(const FramePose& pose,
                     const FrameSpectrum& spectrum,
                     const cv::Mat& picture,
                     const Edge& edge,
+                    bool ambiguous,
                     OdometryStep& step);
   void TieToOlder(const FrameSpectrum& spectrum,
                   FramePose& pose,
@@ -110,20 +119,6 @@ MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
           params.prior_sigma_rad};
 }
 
-Edge Odometry::Impl::MakeEdge(const ActiveKeyframe& reference,
-                              const Registration& registration) const {
-  Edge edge;
-  edge.from = reference.keyframe.id;
-  edge.T_from_to = BaseMotion(view, registration.motion);
-  Eigen::Matrix3d in_picture = registration.covariance.topLeftCorner<3, 3>();
-  in_picture.diagonal() += Eigen::Vector3d(params.systematic_px * params.systematic_px,
-                                           params.systematic_px * params.systematic_px,
-                                           params.systematic_rad * params.systematic_rad);
-  const Eigen::Matrix3d covariance = BaseMotionCovariance(view, registration.motion, in_picture);
-  edge.information = covariance.inverse();
-  return edge;
-}
-
 void Odometry::Impl::Place(const ActiveKeyframe& reference,
                            const Edge& edge,
                            FramePose& pose) const {
@@ -140,10 +135,10 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
   // of.
   step.registration = registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
   if (!step.registration.ok()) return false;
-  step.pose.T_map_base = origin;
+  step.pose.T_map_base = T_last_seen;
   step.pose.status = TrackingStatus::kTracking;
-  MakeKeyframe(step.pose, spectrum, picture, {}, step);
-  step.reference_keyframe = step.new_keyframe->id;
+  MakeKeyframe(step.pose, spectrum, picture, {}, false, step);
+  step.pose = step.new_keyframe->pose;
   return true;
 }
 
@@ -157,9 +152,9 @@ bool Odometry::Impl::TryReference(std::size_t index,
   if (predicted) prior = PriorFor(reference, *predicted);
   step.registration = registrar.Register(reference.spectrum, spectrum, prior);
   if (!step.registration.ok()) return false;
-  edge = MakeEdge(reference, step.registration);
+  edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   Place(reference, edge, step.pose);
-  step.reference_keyframe = reference.keyframe.id;
+  step.pose.keyframe_id = reference.keyframe.id;
   return true;
 }
 
@@ -171,7 +166,7 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Ed
   // The last frame that was still placed sees more of what this one sees: it becomes the keyframe.
   if (!last || last->edge.to >= 0 || step.registration.verdict == Verdict::kNoTexture) return false;
   const LastFrame bridge = *last;
-  MakeKeyframe(bridge.pose, bridge.spectrum, bridge.picture, bridge.edge, step);
+  MakeKeyframe(bridge.pose, bridge.spectrum, bridge.picture, bridge.edge, bridge.ambiguous, step);
   last->edge.to = active.back().keyframe.id;
   return TryReference(active.size() - 1, spectrum, predicted, step, edge);
 }
@@ -187,6 +182,20 @@ bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, 
     }
   }
   step.registration = tracked;
+  return false;
+}
+
+bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
+                             const cv::Mat& picture,
+                             OdometryStep& step) {
+  if (step.registration.verdict == Verdict::kNoTexture) return false;
+  if (++lost_in_a_row < params.restart_after || step.new_keyframe) return false;
+  const Registration failed = step.registration;
+  std::deque<ActiveKeyframe> before;
+  before.swap(active);
+  if (Start(spectrum, picture, step)) return true;
+  active.swap(before);
+  step.registration = failed;
   return false;
 }
 
@@ -226,8 +235,8 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
     const double off = std::hypot(registration.motion.tx_px - prior.motion.tx_px,
                                   registration.motion.ty_px - prior.motion.ty_px);
     if (!registration.ok() || off > 5) continue;
-    Edge tie = MakeEdge(reference, registration);
-    tie.to = edge.to;
+    const Edge tie =
+        MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
     add(reference, tie);
     edges.push_back(tie);
   }
@@ -241,8 +250,10 @@ void Odometry::Impl::MakeKeyframe(const FramePose& pose,
                                   const FrameSpectrum& spectrum,
                                   const cv::Mat& picture,
                                   const Edge& edge,
+                                  bool ambiguous,
                                   OdometryStep& step) {
-  Keyframe keyframe{next_id++, pose, picture.clone()};
+  Keyframe keyframe{next_id++, pose, picture.clone(), ambiguous};
+  keyframe.pose.keyframe_id = keyframe.id;
   if (!active.empty()) {
     Edge tie = edge;
     tie.to = keyframe.id;
@@ -250,6 +261,7 @@ void Odometry::Impl::MakeKeyframe(const FramePose& pose,
     TieToOlder(spectrum, keyframe.pose, tie, step.new_edges);
   }
   step.new_keyframe = keyframe;
+  step.new_spectrum = spectrum;
   active.push_back({std::move(keyframe), spectrum});
   active.back().keyframe.picture.release();
   while (static_cast<int>(active.size()) > params.recent_keyframes) active.pop_front();
@@ -259,6 +271,8 @@ void Odometry::Impl::Remember(const OdometryStep& step,
                               const FrameSpectrum& spectrum,
                               const cv::Mat& picture,
                               const Edge& edge) {
+  T_last_seen = step.pose.T_map_base;
+  lost_in_a_row = 0;
   before_last.reset();
   if (last) before_last = last->pose;
   if (!last) last.emplace();
@@ -266,6 +280,7 @@ void Odometry::Impl::Remember(const OdometryStep& step,
   last->spectrum = spectrum;
   picture.copyTo(last->picture);
   last->edge = edge;
+  last->ambiguous = step.registration.by_prior;
   last->edge.to = step.new_keyframe && step.new_keyframe->pose.frame_index == step.pose.frame_index
                       ? step.new_keyframe->id
                       : -1;
@@ -290,13 +305,14 @@ OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index,
   if (me.active.empty()) {
     placed = me.Start(spectrum, picture, step);
   } else {
-    placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge);
+    placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge) ||
+             me.Restart(spectrum, picture, step);
     const Registration& r = step.registration;
     if (placed &&
         (r.overlap < me.params.min_overlap || r.inliers < me.params.min_inlier_part * r.blocks) &&
         !step.new_keyframe) {
-      me.MakeKeyframe(step.pose, spectrum, picture, edge, step);
-      step.pose.T_map_base = step.new_keyframe->pose.T_map_base;
+      me.MakeKeyframe(step.pose, spectrum, picture, edge, r.by_prior, step);
+      step.pose = step.new_keyframe->pose;
     }
   }
   if (!placed) {
@@ -306,6 +322,7 @@ OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index,
     me.before_last.reset();
     return step;
   }
+  step.tie = edge;
   me.Remember(step, spectrum, picture, edge);
   return step;
 }
@@ -314,7 +331,8 @@ OdometryStep Odometry::Close() {
   OdometryStep step;
   if (impl_->last && impl_->last->edge.to < 0) {
     const LastFrame frame = *impl_->last;
-    impl_->MakeKeyframe(frame.pose, frame.spectrum, frame.picture, frame.edge, step);
+    impl_->MakeKeyframe(
+        frame.pose, frame.spectrum, frame.picture, frame.edge, frame.ambiguous, step);
     impl_->last->edge.to = step.new_keyframe->id;
   }
   return step;

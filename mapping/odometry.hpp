@@ -7,6 +7,7 @@
 
 #include "calib/ceiling_view.hpp"
 #include "mapping/keyframe.hpp"
+#include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::mapping {
@@ -23,11 +24,11 @@ struct OdometryParams {
       0.06;  ///< spread of the predicted shift, part of the picture's longer side, for choosing
              ///< among equal motions on periodic ceilings; well below half a tile
   double prior_sigma_rad = 0.15;
-  /// What the residuals of one registration cannot show, added to each edge's covariance:
-  /// compression, exposure time, things below the ceiling. From the errors of single registrations
-  /// on rendered recordings with exact truth.
-  double systematic_px = 0.02;
-  double systematic_rad = 3e-5;
+  EdgeNoise noise;
+  /// After so many frames in a row that show texture but no place that is known, a new segment
+  /// begins, unconnected with what came before (a loop closure may connect it later).
+  int restart_after = 5;
+  std::int64_t first_keyframe_id = 0;  ///< >= 0; later ones count up from it
   registration::RegistrarParams registration;
 
   void Validate() const;  ///< throws calib::InputError naming field, value and range
@@ -37,10 +38,13 @@ struct OdometryParams {
 struct OdometryStep {
   FramePose pose;
   registration::Registration registration;  ///< against the keyframe that placed the frame
-  std::int64_t reference_keyframe = -1;
+  /// Against the keyframe that placed the frame (pose.keyframe_id); `to` is meaningless.
+  Edge tie;
   /// Set when this frame, or the one before it, became a keyframe in this step (with its picture).
   std::optional<Keyframe> new_keyframe;
-  std::vector<Edge> new_edges;  ///< measured motions that tie it to earlier keyframes
+  registration::FrameSpectrum new_spectrum;  ///< of the new keyframe
+  /// Measured motions that tie it to earlier keyframes; none for the first one of a segment.
+  std::vector<Edge> new_edges;
 };
 
 /// Visual odometry on the ceiling: every frame is registered against the last keyframe, never only

@@ -2,11 +2,11 @@
 
 #include <cstdint>
 #include <functional>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
-#include <unordered_map>
+
+#include "mapping/recently_used.hpp"
 
 namespace ceilmap::mapping {
 
@@ -25,18 +25,11 @@ class PictureCache {
 
  private:
   [[nodiscard]] Picture Find(std::int64_t id);
-  void Insert(std::int64_t id, const Picture& picture);
 
-  struct Entry {
-    std::int64_t id;
-    Picture picture;
-  };
   Loader loader_;
-  std::size_t capacity_;
   std::mutex load_mutex_;
-  std::mutex mutex_;          // of what follows
-  std::list<Entry> entries_;  // latest use first
-  std::unordered_map<std::int64_t, std::list<Entry>::iterator> index_;
+  std::mutex mutex_;  // of what follows
+  RecentlyUsed<Picture> pictures_;
 };
 
 }  // namespace ceilmap::mapping

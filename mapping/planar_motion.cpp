@@ -1,5 +1,6 @@
 #include "mapping/planar_motion.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 
 namespace ceilmap::mapping {
@@ -39,6 +40,23 @@ Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                       (i == 2 ? step_rad : step_px);
   }
   return jacobian * image_covariance * jacobian.transpose();
+}
+
+Edge MeasuredEdge(const calib::CeilingView& view,
+                  const registration::Registration& registration,
+                  std::int64_t from,
+                  std::int64_t to,
+                  const EdgeNoise& noise) {
+  Edge edge;
+  edge.from = from;
+  edge.to = to;
+  edge.T_from_to = BaseMotion(view, registration.motion);
+  Eigen::Matrix3d in_picture = registration.covariance.topLeftCorner<3, 3>();
+  in_picture.diagonal() += Eigen::Vector3d(noise.systematic_px * noise.systematic_px,
+                                           noise.systematic_px * noise.systematic_px,
+                                           noise.systematic_rad * noise.systematic_rad);
+  edge.information = BaseMotionCovariance(view, registration.motion, in_picture).inverse();
+  return edge;
 }
 
 Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,

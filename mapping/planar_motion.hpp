@@ -5,6 +5,7 @@
 #include "calib/ceiling_view.hpp"
 #include "calib/pose2.hpp"
 #include "mapping/keyframe.hpp"
+#include "mapping/registration/registrar.hpp"
 #include "mapping/registration/registration.hpp"
 
 /// Planar motion of a level robot from the motion of its ceiling pictures, and the algebra around
@@ -23,6 +24,21 @@ registration::ImageMotion ImageMotionOf(const calib::CeilingView& view, const Po
 Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,
                                      const Eigen::Matrix3d& image_covariance);
+
+/// What the residuals of one registration cannot show, added to each edge's covariance: compression,
+/// exposure time, things below the ceiling. From the errors of single registrations on rendered
+/// recordings with exact truth.
+struct EdgeNoise {
+  double systematic_px = 0.02;   ///< of tx and ty, > 0
+  double systematic_rad = 3e-5;  ///< of the rotation, > 0
+};
+
+/// The edge that a registration (reference: keyframe `from`, current: keyframe `to`) measures.
+Edge MeasuredEdge(const calib::CeilingView& view,
+                  const registration::Registration& registration,
+                  std::int64_t from,
+                  std::int64_t to,
+                  const EdgeNoise& noise);
 
 /// Covariance of T_a_c = T_a_b * T_b_c, first order, from those of the factors' (x, y, yaw), taken
 /// as independent.

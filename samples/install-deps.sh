@@ -8,7 +8,7 @@ set -euo pipefail
 packages=(
   cmake ninja-build g++ pkg-config
   libopencv-dev libfftw3-dev libeigen3-dev libceres-dev libgdal-dev gdal-bin libyaml-cpp-dev
-  nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev
+  nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libhnswlib-dev
   libgtest-dev libgmock-dev libbenchmark-dev
 )
 case "${1:-}" in

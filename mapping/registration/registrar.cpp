@@ -194,6 +194,7 @@ Registration Registrar::Impl::Choose(const Data& reference,
                                      const std::optional<MotionPrior>& prior) {
   std::vector<Finalist> rivals = Rivals(finalists, params.rival_ratio);
   bool settled = true;
+  bool by_prior = false;
   if (rivals.size() > 1) {
     // On a nearly periodic ceiling few marks tell: look at all blocks for what one motion leaves
     // unexplained.
@@ -203,10 +204,12 @@ Registration Registrar::Impl::Choose(const Data& reference,
     });
     const double evidence = (rivals[1].unlike - rivals[0].unlike) *
                             std::min(rivals[0].unlike_blocks, rivals[1].unlike_blocks);
-    settled = evidence > params.min_evidence || ChooseByPrior(prior, rivals);
+    by_prior = evidence <= params.min_evidence;
+    settled = !by_prior || ChooseByPrior(prior, rivals);
   }
   Registration result = rivals.front().result;
   result.peak = rivals.front().agreement;
+  result.by_prior = result.ok() && by_prior;
   for (const Finalist& f : finalists) {
     if (Differ(f.result.motion, result.motion)) {
       result.runner_up = std::max(result.runner_up, f.agreement);

@@ -40,6 +40,9 @@ struct Registration {
   double overlap = 0;    ///< part of the reference picture that the current one sees, 0..1
   int blocks = 0;        ///< blocks of the fine stage that could be compared
   int inliers = 0;       ///< those that agree with the motion
+  /// Other motions explain the pictures as well; the prior alone chose this one (kOk) or could not
+  /// (kAmbiguous). A place where this happens cannot be told from others by what is seen there.
+  bool by_prior = false;
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
 };

@@ -250,7 +250,7 @@ TEST(Info, TellsWhatTheMapHolds) {
       0);
   const ProcessResult table = test.Run({"info", "m.gpkg"});
   EXPECT_EQ(table.exit_code, 0);
-  for (const char* text : {"test robot", "24 poses", "0.01 m per px", "2.400 m", "version 1"}) {
+  for (const char* text : {"test robot", "24 poses", "0.01 m per px", "2.400 m", "version 2"}) {
     EXPECT_THAT(table.out, HasSubstr(text));
   }
   const ProcessResult result = test.Run({"info", "m.gpkg", "--json"});

@@ -80,9 +80,9 @@ TEST(MapDamage, AnotherFormatVersion) {
   const TempFolder folder;
   EXPECT_THAT(
       Opening(Altered(folder,
-                      {"UPDATE ceilmap_metadata SET value = '2' WHERE key = 'format_version'"})),
+                      {"UPDATE ceilmap_metadata SET value = '9' WHERE key = 'format_version'"})),
       ThrowsMessage<calib::InputError>(
-          AllOf(HasSubstr("format version 2"), HasSubstr("make the map again"))));
+          AllOf(HasSubstr("format version 9"), HasSubstr("make the map again"))));
 }
 
 TEST(MapDamage, ImpossibleMetadata) {

@@ -40,7 +40,7 @@ TEST(MapFile, KeepsMetadataExactly) {
   map.Write(folder / "map.gpkg");
   const MapReader reader(folder / "map.gpkg");
   const MapMetadata& read = reader.Metadata();
-  EXPECT_EQ(read.format_version, 1);
+  EXPECT_EQ(read.format_version, 2);
   EXPECT_EQ(read.unit, map.metadata.unit);
   EXPECT_EQ(read.resolution, map.metadata.resolution);
   EXPECT_EQ(read.ceiling_height_m, map.metadata.ceiling_height_m);
@@ -84,6 +84,37 @@ TEST(MapFile, KeepsPosesEdgesAndPicturesExactly) {
     EXPECT_EQ(edges[i].T_from_to.yaw, map.edges[i].T_from_to.yaw);
     EXPECT_EQ(edges[i].information, map.edges[i].information);
   }
+}
+
+TEST(MapFile, KeepsWeakSpotsAndQualityExactly) {
+  const TempFolder folder;
+  const MapGraph graph = SmallMap().Graph();
+  SmallMap().Write(folder / "map.gpkg");
+  const MapGraph read = MapReader(folder / "map.gpkg").ReadGraph();
+  ASSERT_EQ(read.weak_spots.size(), graph.weak_spots.size());
+  for (std::size_t i = 0; i < read.weak_spots.size(); ++i) {
+    EXPECT_EQ(read.weak_spots[i].kind, graph.weak_spots[i].kind);
+    EXPECT_EQ(read.weak_spots[i].keyframe_id, graph.weak_spots[i].keyframe_id);
+    EXPECT_EQ(read.weak_spots[i].x, graph.weak_spots[i].x);
+    EXPECT_EQ(read.weak_spots[i].y, graph.weak_spots[i].y);
+    EXPECT_EQ(read.weak_spots[i].extent, graph.weak_spots[i].extent);
+  }
+  EXPECT_EQ(read.keyframes[3].ambiguous, true);
+  EXPECT_EQ(read.keyframes[2].ambiguous, false);
+  EXPECT_EQ(read.trajectory[5].keyframe_id, graph.trajectory[5].keyframe_id);
+  const MapQuality& a = read.quality;
+  const MapQuality& b = graph.quality;
+  EXPECT_EQ(a.loops.compared, b.loops.compared);
+  EXPECT_EQ(a.loops.accepted, b.loops.accepted);
+  EXPECT_EQ(a.loops.no_match, b.loops.no_match);
+  EXPECT_EQ(a.loops.ambiguous, b.loops.ambiguous);
+  EXPECT_EQ(a.loops.off_prediction, b.loops.off_prediction);
+  EXPECT_EQ(a.loops.unconfirmed, b.loops.unconfirmed);
+  EXPECT_EQ(a.loops.outliers, b.loops.outliers);
+  EXPECT_EQ(a.chi2_per_dof, b.chi2_per_dof);
+  EXPECT_EQ(a.max_edge_sigmas, b.max_edge_sigmas);
+  EXPECT_EQ(a.odometry_rms, b.odometry_rms);
+  EXPECT_EQ(a.loop_rms, b.loop_rms);
 }
 
 TEST(MapFile, KeepsMosaicExactly) {
@@ -289,7 +320,9 @@ TEST(MapFile, WriterRefusesWrongInput) {
   MapWriter writer(folder / "map.gpkg", map.metadata);
   EXPECT_THROW(writer.AddPicture(0, cv::Mat(48, 65, CV_8UC1)), calib::InputError);
   EXPECT_THROW(writer.AddPicture(0, cv::Mat(48, 64, CV_8UC3)), calib::InputError);
-  EXPECT_THROW(writer.WriteEdges(map.edges), calib::InputError);  // no keyframes yet
+  MapGraph without_keyframes;
+  without_keyframes.edges = map.edges;
+  EXPECT_THROW(writer.WriteGraph(without_keyframes), calib::InputError);
   writer.AddPicture(3, synthetic::Picture(3, map.metadata.view_size));
   EXPECT_THROW(writer.AddPicture(3, synthetic::Picture(3, map.metadata.view_size)),
                calib::RunError);

@@ -142,8 +142,8 @@ TEST_F(OdometryOnAPath, KeyframesCountFromZeroAndHoldTheirPicture) {
     ExpectNear(step.new_keyframe->pose.T_map_base,
                drive->Truths()[static_cast<std::size_t>(step.new_keyframe->pose.frame_index)],
                "keyframe");
-    EXPECT_LT(step.reference_keyframe, next);
-    EXPECT_GE(step.reference_keyframe, 0);
+    EXPECT_LT(step.pose.keyframe_id, next);
+    EXPECT_GE(step.pose.keyframe_id, 0);
   }
 }
 
@@ -228,7 +228,7 @@ TEST(Odometry, FramesWithoutTextureAreLostAndThenFoundAgain) {
     drive.Move(0.1, 3);
     const OdometryStep lost = drive.SeeUniform(grey);
     EXPECT_EQ(lost.pose.status, TrackingStatus::kLost);
-    EXPECT_EQ(lost.reference_keyframe, -1);
+    EXPECT_EQ(lost.pose.keyframe_id, -1);
     EXPECT_FALSE(lost.new_keyframe);
     EXPECT_TRUE(lost.new_edges.empty());
   }
@@ -344,10 +344,10 @@ TEST(OdometryParams, OutOfRange) {
             "odometry: prior_sigma_part = 0, must be > 0");
   EXPECT_EQ(message([](OdometryParams& p) { p.prior_sigma_rad = std::nan(""); }),
             "odometry: prior_sigma_rad = nan, must be > 0");
-  EXPECT_EQ(message([](OdometryParams& p) { p.systematic_px = 0; }),
-            "odometry: systematic_px = 0, must be > 0");
-  EXPECT_EQ(message([](OdometryParams& p) { p.systematic_rad = -1; }),
-            "odometry: systematic_rad = -1, must be > 0");
+  EXPECT_EQ(message([](OdometryParams& p) { p.noise.systematic_px = 0; }),
+            "odometry: noise.systematic_px = 0, must be > 0");
+  EXPECT_EQ(message([](OdometryParams& p) { p.noise.systematic_rad = -1; }),
+            "odometry: noise.systematic_rad = -1, must be > 0");
   OdometryParams bad;
   bad.min_overlap = 2;
   const CeilingView view = MakeView();

@@ -68,6 +68,8 @@ inline std::vector<Keyframe> Lawnmower(int columns, int rows, double step) {
       const double along = (row % 2 == 0 ? col : columns - 1 - col) * step;
       keyframe.pose.T_map_base = {
           along + 0.0137, row * step * 0.9 - 0.0071, 0.37 * row + 0.21 * col};
+      keyframe.pose.keyframe_id = keyframe.id;
+      keyframe.ambiguous = keyframe.id == 3;
       keyframes.push_back(keyframe);
     }
   }
@@ -111,6 +113,7 @@ struct SmallMap {
       FramePose frame;
       frame.frame_index = i;
       frame.stamp_s = 100 + i / 30.0;
+      frame.keyframe_id = i % 6;
       frame.status = i % 7 == 0 ? TrackingStatus::kRelocalized : TrackingStatus::kTracking;
       frame.T_map_base = {0.1 * i + 1.0 / 3, -0.2 * i, 0.1 * i - 2};
       frame.covariance << 1.0 / 3, 0.1, 0.2, 0.1, 1.0 / 7, 0.3, 0.2, 0.3, 1e-17;
@@ -127,13 +130,24 @@ struct SmallMap {
     }
   }
 
+  [[nodiscard]] MapGraph Graph() const {
+    MapGraph graph{keyframes, edges, trajectory, {}, {}};
+    graph.weak_spots = {{WeakSpot::Kind::kLost, 1, 1.0 / 3, -2, 17},
+                        {WeakSpot::Kind::kAmbiguous, 2, 4, 5, 0},
+                        {WeakSpot::Kind::kUnclosed, 0, 6, 7, 12.5}};
+    graph.quality.loops = {100, 50, 20, 10, 5, 3, 2};
+    graph.quality.chi2_per_dof = 1.0 / 3;
+    graph.quality.max_edge_sigmas = 4.5;
+    graph.quality.odometry_rms = 1e-4;
+    graph.quality.loop_rms = 2e-4;
+    return graph;
+  }
+
   void WriteTo(MapWriter& writer) const {
     for (const Keyframe& keyframe : keyframes) {
       writer.AddPicture(keyframe.id, Picture(keyframe.id, metadata.view_size));
     }
-    writer.WriteKeyframes(keyframes);
-    writer.WriteTrajectory(trajectory);
-    writer.WriteEdges(edges);
+    writer.WriteGraph(Graph());
     writer.WriteMosaic(kGrid, FillMosaic);
   }
   void Write(const std::filesystem::path& file) const {

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calib/ceiling_view.hpp"
+#include "mapping/keyframe.hpp"
+#include "mapping/keyframe_graph.hpp"
+#include "mapping/map_graph.hpp"
+#include "mapping/planar_motion.hpp"
+#include "mapping/registration/registrar.hpp"
+
+namespace ceilmap::mapping {
+
+struct LoopCloserParams {
+  double min_overlap = 0.35;  ///< keyframes that share less of their pictures are not compared
+  int comparisons_per_keyframe = 5;  ///< registrations at the most: bounds the work
+  int closures_per_keyframe = 3;
+  /// A closure is looked for only where the motion is known worse than this many times the
+  /// variance of one measurement: others would cost time and tell nothing.
+  double min_gain = 2;
+  /// A measured motion further from the predicted one is not believed, in standard deviations of
+  /// their difference ...
+  double max_sigmas = 5;
+  /// ... which is never taken to be less than this: what the model leaves out.
+  double floor_px = 1;
+  double floor_rad = 0.003;
+  /// Where the prediction is less certain than this, a closure waits until another one, of other
+  /// pictures, says the same.
+  double confirm_px = 12;
+  int confirm_within = 10;  ///< keyframes for which an unconfirmed closure is kept
+  /// Where the position is known worse than this part of what a picture spans, candidates are found
+  /// by their looks.
+  double looks_sigma_part = 0.15;
+  int window = 30;  ///< latest keyframes that are moved when a closure is found
+  int cached_spectra = 40;  ///< about 4 MB each for pictures of 640 x 480
+  EdgeNoise noise;
+  registration::RegistrarParams registration;
+
+  void Validate() const;  ///< throws calib::InputError naming field, value and range
+};
+
+/// Finds where the robot sees again what it has seen before. Candidates are the keyframes whose
+/// pictures overlap the new one's by position, or, where the position has become too uncertain for
+/// that, those that look alike (PlaceIndex). Each is checked by registration, and against what the
+/// graph says already. On a periodic ceiling
+/// several motions fit: the prediction decides where it is sharp enough for that (a few standard
+/// deviations within half a period), else the pair is left out and counted as ambiguous.
+///
+/// Bounded work per keyframe: a few registrations, and a pose graph over the last few keyframes.
+/// Not thread-safe, but it may run in a thread of its own beside the odometry.
+class LoopCloser {
+ public:
+  /// @param view  must outlive the closer. @param load  called when a keyframe's spectrum is not
+  /// among those kept.
+  LoopCloser(const calib::CeilingView& view,
+             PictureLoader load,
+             const LoopCloserParams& params = {});
+  ~LoopCloser();
+
+  /// Takes a keyframe whose pose is one of a recording's odometry (or a map's), and the edges that
+  /// tie it to earlier ones. Without edges it begins a segment of its own, at its pose.
+  /// @param spectrum  of its picture; empty: loaded when needed.
+  /// @param descriptors  PlaceDescriber's of its picture; empty: it is not found by its looks.
+  void Add(const Keyframe& keyframe,
+           const registration::FrameSpectrum& spectrum = {},
+           std::span<const Edge> edges = {},
+           const cv::Mat& descriptors = {});
+  /// An edge between known keyframes, measured elsewhere.
+  void Add(const Edge& edge);
+  /// Compares a keyframe with those around it, adds the closures that hold to the graph, and moves
+  /// the latest keyframes accordingly.
+  void Close(std::int64_t id);
+
+  /// Registers two keyframes (reference: from).
+  registration::Registration Compare(
+      std::int64_t from,
+      std::int64_t to,
+      const std::optional<registration::MotionPrior>& prior = std::nullopt);
+  /// What is known of T_from_to as the prior of a registration. @param sigma  of x and y, map units.
+  [[nodiscard]] registration::MotionPrior Prior(const Pose2& T_from_to,
+                                                double sigma,
+                                                double sigma_rad) const;
+  /// The loop closure that a registration measures.
+  [[nodiscard]] Edge ClosureEdge(const registration::Registration& measured,
+                                 std::int64_t from,
+                                 std::int64_t to) const;
+  /// Part of a picture that is seen from another pose too, 0..1.
+  [[nodiscard]] double Overlap(const Pose2& T_from_to) const;
+  /// Map units across a picture's longer side.
+  [[nodiscard]] double Span() const;
+
+  [[nodiscard]] const KeyframeGraph& Graph() const;
+  [[nodiscard]] KeyframeGraph& Graph();
+  /// Closures still unconfirmed count as such.
+  [[nodiscard]] LoopCounts Counts() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ceilmap::mapping

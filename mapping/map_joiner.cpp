@@ -1,0 +1,266 @@
+#include "mapping/map_joiner.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <unordered_set>
+
+#include "mapping/place_descriptor.hpp"
+#include "mapping/place_index.hpp"
+#include "mapping/planar_motion.hpp"
+
+namespace ceilmap::mapping {
+
+using registration::MotionPrior;
+using registration::Registration;
+using registration::Verdict;
+
+namespace {
+
+/// A position of part b on part a, and the pairs that speak for it.
+struct Hypothesis {
+  Pose2 T_a_b;
+  std::vector<Edge> edges;
+  std::unordered_set<std::int64_t> supporters;  // keyframes of b
+};
+
+/// A hypothesis put to the test of what it predicts.
+struct Tested {
+  Hypothesis hypothesis;
+  int expected = 0;
+  int matched = 0;
+  int distinct = 0;  // matches that need no prior: nothing else there looks the same
+};
+
+/// 0 .. n-1 so that every prefix is spread over the whole: first the ends' middle, then the
+/// quarters, ...
+std::vector<std::size_t> SpreadOrder(std::size_t n) {
+  std::vector<std::size_t> order;
+  std::vector<char> taken(n, 0);
+  for (std::size_t step = std::max<std::size_t>(n / 2, 1);; step = std::max<std::size_t>(step / 2, 1)) {
+    for (std::size_t i = step / 2; i < n; i += step) {
+      if (taken[i] == 0) order.push_back(i);
+      taken[i] = 1;
+    }
+    if (step == 1) break;
+  }
+  return order;
+}
+
+class Joiner {
+ public:
+  Joiner(LoopCloser& closer,
+         std::span<const std::int64_t> a,
+         std::span<const std::int64_t> b,
+         const DescriptorSource& descriptors,
+         const JoinParams& params)
+      : closer_(closer), a_(a), b_(b), descriptors_(descriptors), params_(params) {}
+
+  JoinResult Run();
+
+ private:
+  [[nodiscard]] Pose2 Pose(std::int64_t id) const { return closer_.Graph().T_map_base(id); }
+  [[nodiscard]] bool SaysTheSame(const Hypothesis& hypothesis, const Edge& edge) const;
+  void Propose();
+  void AddMatch(const Edge& edge);
+  [[nodiscard]] bool Decided() const;
+  [[nodiscard]] bool Differ(const Hypothesis& x, const Hypothesis& y) const;
+  [[nodiscard]] std::optional<std::int64_t> NearestInA(const Pose2& T_a_base) const;
+  Tested Test(const Hypothesis& hypothesis);
+  [[nodiscard]] JoinResult Judge(const std::vector<Tested>& tested) const;
+
+  LoopCloser& closer_;
+  std::span<const std::int64_t> a_;
+  std::span<const std::int64_t> b_;
+  const DescriptorSource& descriptors_;
+  const JoinParams& params_;
+  std::vector<Hypothesis> hypotheses_;
+  int compared_ = 0;
+  int ambiguous_ = 0;
+};
+
+/// Where the match puts its keyframe of b, against where the hypothesis puts it.
+bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const Edge& edge) const {
+  const Pose2 off = (hypothesis.T_a_b * Pose(edge.to)).Inverse() * (Pose(edge.from) * edge.T_from_to);
+  return off.Translation().norm() < params_.tolerance_part * closer_.Span() &&
+         std::abs(off.yaw) < params_.tolerance_rad;
+}
+
+void Joiner::AddMatch(const Edge& edge) {
+  for (Hypothesis& hypothesis : hypotheses_) {
+    if (!SaysTheSame(hypothesis, edge)) continue;
+    hypothesis.edges.push_back(edge);
+    hypothesis.supporters.insert(edge.to);
+    return;
+  }
+  hypotheses_.push_back(
+      {Pose(edge.from) * edge.T_from_to * Pose(edge.to).Inverse(), {edge}, {edge.to}});
+}
+
+/// True when more matches would not change which hypothesis is the best.
+bool Joiner::Decided() const {
+  constexpr std::size_t kEnough = 8;
+  constexpr std::size_t kTimes = 4;
+  std::size_t best = 0;
+  std::size_t second = 0;
+  for (const Hypothesis& hypothesis : hypotheses_) {
+    const std::size_t n = hypothesis.supporters.size();
+    second = std::max(second, std::min(n, best));
+    best = std::max(best, n);
+  }
+  return best >= kEnough && best >= kTimes * second;
+}
+
+/// Not merely the same position seen through maps that are bent a little.
+bool Joiner::Differ(const Hypothesis& x, const Hypothesis& y) const {
+  constexpr double kTolerances = 1.2;
+  return std::all_of(x.supporters.begin(), x.supporters.end(), [&](std::int64_t id) {
+    const Pose2 off = (x.T_a_b * Pose(id)).Inverse() * (y.T_a_b * Pose(id));
+    return off.Translation().norm() > kTolerances * params_.tolerance_part * closer_.Span() ||
+           std::abs(off.yaw) > kTolerances * params_.tolerance_rad;
+  });
+}
+
+void Joiner::Propose() {
+  PlaceIndex index(PlaceDescriber::Dimension());
+  for (const std::int64_t id : a_) index.Add(id, descriptors_(id));
+  for (const std::size_t i : SpreadOrder(b_.size())) {
+    if (compared_ >= params_.max_comparisons || Decided()) break;
+    for (const PlaceIndex::Match& match :
+         index.Search(descriptors_(b_[i]), params_.candidates_per_keyframe)) {
+      ++compared_;
+      const Registration measured = closer_.Compare(match.keyframe_id, b_[i]);
+      ambiguous_ += measured.verdict == Verdict::kAmbiguous ? 1 : 0;
+      if (measured.ok()) AddMatch(closer_.ClosureEdge(measured, match.keyframe_id, b_[i]));
+    }
+  }
+  std::stable_sort(
+      hypotheses_.begin(), hypotheses_.end(), [](const Hypothesis& x, const Hypothesis& y) {
+        return x.supporters.size() > y.supporters.size();
+      });
+}
+
+/// The keyframe of a that sees most of what a robot there would see.
+std::optional<std::int64_t> Joiner::NearestInA(const Pose2& T_a_base) const {
+  // True overlaps of this much are recognised nearly always (mapping/registration/README.md).
+  constexpr double kMinOverlap = 0.6;
+  std::optional<std::int64_t> nearest;
+  double most = kMinOverlap;
+  for (const std::int64_t id : a_) {
+    if ((Pose(id).Translation() - T_a_base.Translation()).norm() > closer_.Span()) continue;
+    const double overlap = closer_.Overlap(Pose(id).Inverse() * T_a_base);
+    if (overlap <= most) continue;
+    most = overlap;
+    nearest = id;
+  }
+  return nearest;
+}
+
+Tested Joiner::Test(const Hypothesis& hypothesis) {
+  Tested tested{hypothesis};
+  for (const std::size_t i : SpreadOrder(b_.size())) {
+    if (tested.expected >= params_.max_checks) break;
+    const Pose2 T_a_base = hypothesis.T_a_b * Pose(b_[i]);
+    const std::optional<std::int64_t> from = NearestInA(T_a_base);
+    if (!from) continue;
+    ++tested.expected;
+    ++compared_;
+    const MotionPrior prior = closer_.Prior(Pose(*from).Inverse() * T_a_base,
+                                            params_.tolerance_part * closer_.Span() / 3,
+                                            params_.tolerance_rad / 3);
+    const Registration measured = closer_.Compare(*from, b_[i], prior);
+    if (!measured.ok()) continue;
+    const Edge edge = closer_.ClosureEdge(measured, *from, b_[i]);
+    if (!SaysTheSame(hypothesis, edge)) continue;
+    ++tested.matched;
+    if (!measured.by_prior) ++tested.distinct;
+    const bool known = std::any_of(
+        tested.hypothesis.edges.begin(), tested.hypothesis.edges.end(), [&](const Edge& e) {
+          return e.from == edge.from && e.to == edge.to;
+        });
+    if (!known) tested.hypothesis.edges.push_back(edge);
+  }
+  return tested;
+}
+
+JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
+  JoinResult result;
+  result.compared = compared_;
+  const auto holds = [&](const Tested& t) {
+    return t.matched >= params_.min_matches && t.matched >= params_.min_match_part * t.expected;
+  };
+  const auto best =
+      std::max_element(tested.begin(), tested.end(), [&](const Tested& x, const Tested& y) {
+        return holds(x) != holds(y) ? holds(y) : x.matched < y.matched;
+      });
+  if (best == tested.end()) {
+    result.verdict = ambiguous_ > 0 ? JoinResult::Verdict::kAmbiguous : result.verdict;
+    result.reason =
+        ambiguous_ > 0
+            ? fmt::format("the ceiling repeats itself: {} of {} pairs of pictures fit in several "
+                          "ways, and none in one only",
+                          ambiguous_,
+                          compared_)
+            : fmt::format("nothing is seen in both: none of {} pairs of pictures agrees", compared_);
+    return result;
+  }
+  result.expected = best->expected;
+  result.matched = best->matched;
+  if (best->matched < params_.min_matches) {
+    result.reason = fmt::format(
+        "too little is seen in both: {} pictures agree, at least {} must; record a longer common "
+        "stretch",
+        best->matched,
+        params_.min_matches);
+    return result;
+  }
+  if (!holds(*best)) {
+    result.verdict = JoinResult::Verdict::kContradicts;
+    result.reason = fmt::format(
+        "they contradict each other: where they overlap only {} of {} pictures agree",
+        best->matched,
+        best->expected);
+    return result;
+  }
+  const auto rival = std::find_if(tested.begin(), tested.end(), [&](const Tested& t) {
+    return holds(t) && t.matched >= params_.rival_part * best->matched &&
+           Differ(t.hypothesis, best->hypothesis);
+  });
+  if (rival != tested.end() || best->distinct < params_.min_matches) {
+    result.verdict = JoinResult::Verdict::kAmbiguous;
+    result.reason = fmt::format(
+        "the ceiling repeats itself: several positions fit ({} and {} pictures agree)",
+        best->matched,
+        rival != tested.end() ? rival->matched : best->matched - best->distinct);
+    return result;
+  }
+  result.verdict = JoinResult::Verdict::kJoined;
+  result.T_a_b = best->hypothesis.T_a_b;
+  result.edges = best->hypothesis.edges;
+  return result;
+}
+
+JoinResult Joiner::Run() {
+  Propose();
+  constexpr std::size_t kMostTested = 4;
+  std::vector<Tested> tested;
+  for (const Hypothesis& hypothesis : hypotheses_) {
+    if (tested.size() >= kMostTested) break;
+    tested.push_back(Test(hypothesis));
+  }
+  return Judge(tested);
+}
+
+}  // namespace
+
+JoinResult JoinParts(LoopCloser& closer,
+                     std::span<const std::int64_t> a,
+                     std::span<const std::int64_t> b,
+                     const DescriptorSource& descriptors,
+                     const JoinParams& params) {
+  return Joiner(closer, a, b, descriptors, params).Run();
+}
+
+}  // namespace ceilmap::mapping

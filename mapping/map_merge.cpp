@@ -1,0 +1,158 @@
+#include "mapping/map_merge.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace ceilmap::mapping {
+namespace {
+
+std::vector<std::int64_t> Ids(const MapGraph& graph) {
+  std::vector<std::int64_t> ids;
+  for (const Keyframe& keyframe : graph.keyframes) ids.push_back(keyframe.id);
+  return ids;
+}
+
+/// Brings a part to where it belongs and ties it to what is there.
+void Attach(LoopCloser& closer, const std::vector<std::int64_t>& part, const JoinResult& join) {
+  for (const std::int64_t id : part) {
+    closer.Graph().Move(id, join.T_a_b * closer.Graph().T_map_base(id));
+  }
+  for (const Edge& edge : join.edges) closer.Add(edge);
+  for (const std::int64_t id : part) closer.Close(id);
+}
+
+/// Everything of a part but its edges, which are in the closer's graph.
+void Append(MapGraph& graph, const MapGraph& part) {
+  graph.keyframes.insert(graph.keyframes.end(), part.keyframes.begin(), part.keyframes.end());
+  graph.trajectory.insert(graph.trajectory.end(), part.trajectory.begin(), part.trajectory.end());
+  graph.weak_spots.insert(graph.weak_spots.end(), part.weak_spots.begin(), part.weak_spots.end());
+  graph.quality.loops += part.quality.loops;
+}
+
+}  // namespace
+
+void Renumber(MapGraph& graph, std::int64_t offset) {
+  for (Keyframe& keyframe : graph.keyframes) {
+    keyframe.id += offset;
+    keyframe.pose.keyframe_id += offset;
+  }
+  for (FramePose& frame : graph.trajectory) frame.keyframe_id += offset;
+  for (WeakSpot& spot : graph.weak_spots) spot.keyframe_id += offset;
+  for (Edge& edge : graph.edges) {
+    edge.from += offset;
+    edge.to += offset;
+  }
+}
+
+void ChangeView(MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view) {
+  const Pose2 T_own_new = T_base_view_own * T_base_view.Inverse();
+  // The new base hangs on the old one like a rigid arm.
+  Eigen::Matrix3d by_own = Eigen::Matrix3d::Identity();
+  for (Keyframe& keyframe : graph.keyframes) {
+    const Eigen::Vector2d arm =
+        keyframe.pose.T_map_base.Rotation() * T_own_new.Translation();
+    by_own(0, 2) = -arm.y();
+    by_own(1, 2) = arm.x();
+    keyframe.pose.covariance = by_own * keyframe.pose.covariance * by_own.transpose();
+    keyframe.pose.T_map_base = keyframe.pose.T_map_base * T_own_new;
+  }
+  for (Edge& edge : graph.edges) {
+    const Pose2 T = edge.T_from_to;
+    edge.T_from_to = T_own_new.Inverse() * T * T_own_new;
+    // d(new) = J d(old): the arm at the `to` end turns with the edge's yaw, then all is seen from
+    // the new `from` base.
+    const Eigen::Vector2d arm = T.Rotation() * T_own_new.Translation();
+    Eigen::Matrix3d jacobian = Eigen::Matrix3d::Identity();
+    jacobian(0, 2) = -arm.y();
+    jacobian(1, 2) = arm.x();
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = T_own_new.Rotation().transpose();
+    const Eigen::Matrix3d back = (turn * jacobian).inverse();
+    edge.information = back.transpose() * edge.information * back;
+  }
+}
+
+JoinedParts JoinAll(LoopCloser& closer,
+                    const std::vector<std::vector<std::int64_t>>& parts,
+                    const DescriptorSource& descriptors,
+                    const JoinParams& params) {
+  JoinedParts all;
+  if (parts.empty()) return all;
+  all.results.resize(parts.size());
+  all.results.front().verdict = JoinResult::Verdict::kJoined;
+  all.joined = {0};
+  std::vector<std::int64_t> base = parts.front();
+  // What fits nowhere now may fit once another part is there; so again after each success.
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+      if (all.results[i].ok()) continue;
+      all.results[i] = JoinParts(closer, base, parts[i], descriptors, params);
+      if (!all.results[i].ok()) continue;
+      Attach(closer, parts[i], all.results[i]);
+      base.insert(base.end(), parts[i].begin(), parts[i].end());
+      all.joined.push_back(i);
+      grown = true;
+    }
+    if (all.joined.size() == parts.size()) break;
+  }
+  return all;
+}
+
+bool MergeResult::ok() const {
+  return std::all_of(results.begin(), results.end(), [](const JoinResult& r) { return r.ok(); });
+}
+
+MergeResult MergeGraphs(const calib::CeilingView& view,
+                        const std::vector<MapGraph>& parts,
+                        const PictureLoader& load,
+                        const DescriptorSource& descriptors,
+                        const MergeParams& params) {
+  LoopCloser closer(view, load, params.loops);
+  std::vector<std::vector<std::int64_t>> ids;
+  std::unordered_map<std::int64_t, std::size_t> part_of;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    ids.push_back(Ids(parts[i]));
+    for (const Keyframe& keyframe : parts[i].keyframes) {
+      closer.Add(keyframe);
+      part_of[keyframe.id] = i;
+    }
+    for (const Edge& edge : parts[i].edges) closer.Add(edge);
+  }
+  const JoinedParts joined = JoinAll(closer, ids, descriptors, params.join);
+
+  MergeResult merged;
+  merged.results = joined.results;
+  for (const std::size_t i : joined.joined) Append(merged.graph, parts[i]);
+  std::sort(merged.graph.keyframes.begin(),
+            merged.graph.keyframes.end(),
+            [](const Keyframe& x, const Keyframe& y) { return x.id < y.id; });
+  std::int64_t across = 0;
+  for (const Edge& edge : closer.Graph().Edges()) {
+    if (!merged.results[part_of.at(edge.from)].ok()) continue;
+    merged.graph.edges.push_back(edge);
+    across += part_of.at(edge.from) != part_of.at(edge.to) ? 1 : 0;
+  }
+  merged.graph.quality.loops += closer.Counts();
+  MoveKeyframes(merged.graph, closer.Graph().Poses());
+  const std::int64_t outliers = merged.graph.quality.loops.outliers;
+  Optimize(merged.graph, params.optimize);
+  const std::int64_t bad = merged.graph.quality.loops.outliers - outliers;
+  if (across > 0 && static_cast<double>(bad) > params.max_outlier_part * static_cast<double>(across)) {
+    JoinResult& last = merged.results[joined.joined.back()];
+    last.verdict = JoinResult::Verdict::kContradicts;
+    last.reason = fmt::format(
+        "they contradict each other: of {} places that both show, {} do not fit the rest",
+        across,
+        bad);
+  }
+  FindWeakSpots(merged.graph, closer.Span());
+  return merged;
+}
+
+}  // namespace ceilmap::mapping

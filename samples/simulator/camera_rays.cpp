@@ -1,0 +1,114 @@
+#include "samples/simulator/camera_rays.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ceilmap::simulator {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+/// Brown-Conrady as in calib::PinholeCamera, and its derivative.
+Vector2d Distort(const std::array<double, 5>& k, const Vector2d& p, Matrix2d& derivative) {
+  const double x = p.x();
+  const double y = p.y();
+  const double r2 = p.squaredNorm();
+  const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+  const double slope = 2 * (k[0] + r2 * (2 * k[1] + r2 * 3 * k[4]));  // d radial / d r2, doubled
+  const double mixed = x * y * slope + 2 * k[2] * x + 2 * k[3] * y;
+  derivative << radial + x * x * slope + 2 * k[2] * y + 6 * k[3] * x, mixed, mixed,
+      radial + y * y * slope + 6 * k[2] * y + 2 * k[3] * x;
+  return {x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x),
+          y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y};
+}
+
+}  // namespace
+
+CameraRays::CameraRays(const calib::PinholeCamera& camera) : camera_(camera), size_(camera.Size()) {
+  if (camera_.IsDistorted()) {
+    taps_.create(2 * size_.height, 2 * size_.width, CV_32FC2);
+    for (int r = 0; r < taps_.rows; ++r) {
+      for (int c = 0; c < taps_.cols; ++c) {
+        taps_.at<cv::Vec2f>(r, c) = cv::Point2f(Undistort((c - 0.5) / 2, (r - 0.5) / 2));
+      }
+    }
+  }
+  for (int c = 0; c < 2 * size_.width; ++c) column_x_.push_back(static_cast<float>(Tap(0, c).x));
+  MakeBlocks();
+}
+
+cv::Point2d CameraRays::Undistort(double u, double v) const {
+  const Vector2d wanted((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy);
+  Vector2d ray = wanted;
+  for (int i = 0; i < 30; ++i) {  // Newton's method
+    Matrix2d derivative;
+    const Vector2d error = Distort(camera_.distortion, ray, derivative) - wanted;
+    ray -= derivative.inverse() * error;
+    if (error.squaredNorm() < 1e-24) break;
+  }
+  const auto seen = camera_.Project({ray.x(), ray.y(), 1});
+  const double nothing = std::numeric_limits<double>::quiet_NaN();
+  if (!seen || !((*seen - Vector2d(u, v)).norm() < 1e-6)) return {nothing, nothing};
+  return {ray.x(), ray.y()};
+}
+
+cv::Point2d CameraRays::Tap(int tap_row, int tap_column) const {
+  if (!taps_.empty()) return cv::Point2f(taps_.at<cv::Vec2f>(tap_row, tap_column));
+  return {((tap_column - 0.5) / 2 - camera_.cx) / camera_.fx,
+          ((tap_row - 0.5) / 2 - camera_.cy) / camera_.fy};
+}
+
+void CameraRays::TapRow(int tap_row, int first, int count, float* x, float* y) const {
+  if (taps_.empty()) {
+    std::copy_n(&column_x_[first], count, x);
+    std::fill_n(y, count, static_cast<float>(Tap(tap_row, 0).y));
+    return;
+  }
+  const auto* taps = taps_.ptr<cv::Vec2f>(tap_row) + first;
+  for (int i = 0; i < count; ++i) {
+    x[i] = taps[i][0];
+    y[i] = taps[i][1];
+  }
+}
+
+cv::Point2d CameraRays::Ray(int u, int v, double du, double dv) const {
+  if (taps_.empty()) {
+    return {(u + du - camera_.cx) / camera_.fx, (v + dv - camera_.cy) / camera_.fy};
+  }
+  // Within a pixel the lens is straight: the taps give centre and derivative.
+  const cv::Point2d a = Tap(2 * v, 2 * u);
+  const cv::Point2d b = Tap(2 * v, 2 * u + 1);
+  const cv::Point2d c = Tap(2 * v + 1, 2 * u);
+  const cv::Point2d d = Tap(2 * v + 1, 2 * u + 1);
+  return 0.25 * (a + b + c + d) + du * (b + d - a - c) + dv * (c + d - a - b);
+}
+
+void CameraRays::MakeBlocks() {
+  const cv::Rect all(cv::Point(), size_);
+  const double margin = 1 / std::min(camera_.fx, camera_.fy);  // a pixel; half of one is needed
+  for (int v = 0; v < size_.height; v += kBlockSize) {
+    for (int u = 0; u < size_.width; u += kBlockSize) {
+      Block block{cv::Rect(u, v, kBlockSize, kBlockSize) & all, {}, true};
+      cv::Point2d low(1e9, 1e9);
+      cv::Point2d high(-1e9, -1e9);
+      const cv::Rect taps(2 * u, 2 * v, 2 * block.pixels.width, 2 * block.pixels.height);
+      for (int r = taps.y; r < taps.y + taps.height; ++r) {
+        for (int c = taps.x; c < taps.x + taps.width; ++c) {
+          const cv::Point2d ray = Tap(r, c);
+          if (std::isnan(ray.x)) block.whole = false;
+          low = {std::fmin(low.x, ray.x), std::fmin(low.y, ray.y)};
+          high = {std::fmax(high.x, ray.x), std::fmax(high.y, ray.y)};
+        }
+      }
+      const cv::Point2d border(margin, margin);
+      block.rays = high.x < low.x ? cv::Rect2d(0, 0, -1, -1)  // the lens shows nothing here
+                                  : cv::Rect2d(low - border, high + border);
+      blocks_.push_back(block);
+    }
+  }
+}
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calib/camera.hpp"
+
+namespace ceilmap::simulator {
+
+/// The rays of a camera's pixels. Each pixel has four taps at (u +- 0.25, v +- 0.25): tap (row r,
+/// column c) of the picture lies at u = (c - 0.5) / 2, v = (r - 0.5) / 2. A ray is the point (x, y,
+/// 1) of the optical frame, without distortion.
+class CameraRays {
+ public:
+  /// A part of the picture and what its pixels see, borders included: x and y of their rays lie in
+  /// the rectangle, which has a negative size when none has a ray. `whole`: all have one.
+  struct Block {
+    cv::Rect pixels;
+    cv::Rect2d rays;
+    bool whole = true;
+  };
+  static constexpr int kBlockSize = 32;  // pixels
+
+  explicit CameraRays(const calib::PinholeCamera& camera);
+
+  [[nodiscard]] cv::Size Size() const { return size_; }
+  [[nodiscard]] const std::vector<Block>& Blocks() const { return blocks_; }
+
+  /// Rays of the taps first..first+count-1 of a row of taps. Not a number where the lens shows
+  /// nothing.
+  void TapRow(int tap_row, int first, int count, float* x, float* y) const;
+
+  /// The ray a part of a pixel away from the pixel's centre.
+  [[nodiscard]] cv::Point2d Ray(int u, int v, double du, double dv) const;
+
+ private:
+  [[nodiscard]] cv::Point2d Undistort(double u, double v) const;
+  [[nodiscard]] cv::Point2d Tap(int tap_row, int tap_column) const;
+  void MakeBlocks();
+
+  calib::PinholeCamera camera_;
+  cv::Size size_;
+  cv::Mat taps_;                 // CV_32FC2, x and y of each tap; empty without distortion
+  std::vector<float> column_x_;  // x of each tap column; without distortion
+  std::vector<Block> blocks_;
+};
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "samples/simulator/noise.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace ceilmap::simulator {
+
+/// What lies on the ceiling's own texture at single places: stains, which darken it, and marks,
+/// which cover it.
+class CeilingFeatures {
+ public:
+  explicit CeilingFeatures(const Scene& scene);
+
+  /// Draws what touches the grid. @param light  CV_32FC1 of the grid's size.
+  void Draw(const SampleGrid& grid, cv::Mat& light) const;
+
+ private:
+  enum class Shape { kDisc, kRing, kBar, kStain };
+  struct Feature {
+    Shape shape = Shape::kDisc;
+    double x_m = 0;
+    double y_m = 0;
+    double radius_m = 0;
+    double angle_rad = 0;
+    double brightness = 0;  // of a mark; depth of a stain
+    [[nodiscard]] double Reach() const;
+    /// Signed distance of a mark's outline in metres, < 0 inside.
+    [[nodiscard]] double Distance(double dx, double dy) const;
+    /// What a stain leaves of the light.
+    [[nodiscard]] double Remaining(double dx, double dy) const;
+  };
+  static void DrawOne(const Feature& feature, const SampleGrid& grid, cv::Mat& light);
+  void AddStains(const Scene& scene);
+  void AddMarks(const Scene& scene);
+
+  std::vector<Feature> features_;
+};
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,167 @@
+#include "samples/simulator/ceiling_pattern.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "samples/simulator/random.hpp"
+
+namespace ceilmap::simulator {
+namespace {
+
+constexpr int kSpeckleSize = 1024;
+
+bool IsTiled(CeilingKind kind) {
+  return kind == CeilingKind::kTiles || kind == CeilingKind::kPeriodic;
+}
+
+std::uint64_t KeyOf(std::uint64_t seed, Purpose purpose) {
+  return Random(seed, purpose).Bits();
+}
+
+/// Share of [from, from + 1] that lies in [low, high].
+double Overlap(double from, double low, double high) {
+  return std::clamp(std::min(from + 1, high) - std::max(from, low), 0.0, 1.0);
+}
+
+std::int64_t FloorDivide(std::int64_t a, std::int64_t b) {
+  return a >= 0 ? a / b : -((-a + b - 1) / b);
+}
+
+bool IsMultiple(std::int64_t index, int every) {
+  return every > 0 && index % every == 0;
+}
+
+}  // namespace
+
+CeilingPattern::CeilingPattern(const Scene& scene, double pitch_m)
+    : ceiling_(scene.ceiling),
+      seed_(scene.seed),
+      pitch_x_m_(pitch_m),
+      pitch_y_m_(pitch_m),
+      features_(scene) {
+  if (!IsTiled(ceiling_.kind)) return;
+  const auto samples = [pitch_m](double tile_m) {
+    return std::max(4, static_cast<int>(std::ceil(tile_m / pitch_m - 1e-9)));
+  };
+  tile_columns_ = samples(ceiling_.tile_length_m);
+  tile_rows_ = samples(ceiling_.tile_width_m);
+  pitch_x_m_ = ceiling_.tile_length_m / tile_columns_;
+  pitch_y_m_ = ceiling_.tile_width_m / tile_rows_;
+  along_x_ = MakeProfile(ceiling_.tile_length_m, tile_columns_, ceiling_.joint_m);
+  along_y_ = MakeProfile(ceiling_.tile_width_m, tile_rows_, ceiling_.joint_m);
+  speckle_ = MakeSpeckle(seed_, kSpeckleSize, pitch_x_m_, pitch_y_m_);
+  vent_share_ = ceiling_.vents_per_100m2 / 100 * ceiling_.tile_length_m * ceiling_.tile_width_m;
+}
+
+CeilingPattern::Profile CeilingPattern::MakeProfile(double tile_m, int samples, double joint_m) {
+  constexpr double kSlat_m = 0.04;
+  const double pitch = tile_m / samples;
+  const double joint = joint_m / 2 / pitch;
+  const double inset = joint + std::min(0.03, tile_m / 10) / pitch;
+  const double phase = std::numbers::pi * pitch / kSlat_m;
+  const double slat_contrast = phase < 3 ? 0.45 * std::sin(phase) / phase : 0;  // of a mean
+  Profile profile;
+  for (int i = 0; i < samples; ++i) {
+    const double from_edge_m = (std::min(i, samples - 1 - i) + 0.5 - joint) * pitch;
+    profile.panel.push_back(static_cast<float>(Overlap(i, joint, samples - joint)));
+    profile.inset.push_back(static_cast<float>(Overlap(i, inset, samples - inset)));
+    profile.bevel.push_back(
+        static_cast<float>(1 - 0.12 * std::exp(-std::max(0.0, from_edge_m) / 0.008)));
+    profile.slats.push_back(
+        static_cast<float>(0.5 + slat_contrast * std::cos(2 * phase * (i + 0.5))));
+  }
+  return profile;
+}
+
+CeilingPattern::Tile CeilingPattern::TileAt(std::int64_t column, std::int64_t row) const {
+  Tile tile;
+  tile.brightness = static_cast<float>(ceiling_.brightness);
+  const bool lamp =
+      IsMultiple(column, ceiling_.lamp_every_x) && IsMultiple(row, ceiling_.lamp_every_y);
+  if (lamp) tile.style = Style::kLamp;
+  if (ceiling_.kind == CeilingKind::kPeriodic) return tile;
+  Random random(HashAt(seed_, column, row), Purpose::kTileStyle);
+  tile.speckle_column = static_cast<int>(random.Bits() % kSpeckleSize);
+  tile.speckle_row = static_cast<int>(random.Bits() % kSpeckleSize);
+  tile.brightness *= static_cast<float>(1 + ceiling_.tile_contrast * random.Normal());
+  const double choice = random.Uniform(0, 1);
+  if (lamp && choice < ceiling_.lamps_off_share) tile.style = Style::kLampOff;
+  if (!lamp && choice < vent_share_) tile.style = Style::kVent;
+  return tile;
+}
+
+void CeilingPattern::DrawTile(
+    const Tile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const {
+  const auto joint = static_cast<float>(ceiling_.brightness * (1 - ceiling_.joint_contrast));
+  const auto contrast = static_cast<float>(ceiling_.speckle_contrast);
+  const float lamp = tile.style == Style::kLamp ? static_cast<float>(ceiling_.lamp_brightness)
+                                                : tile.brightness * 0.55F;
+  for (int v = part.y; v < part.y + part.height; ++v) {
+    const int y = v - tile_v;
+    auto* out = light.ptr<float>(v);
+    const auto* speckle = speckle_.ptr<float>((y + tile.speckle_row) % kSpeckleSize);
+    for (int u = part.x; u < part.x + part.width; ++u) {
+      const int x = u - tile_u;
+      float panel = tile.brightness * along_x_.bevel[x] * along_y_.bevel[y];
+      if (tile.style == Style::kPanel) {
+        panel *= 1 + contrast * speckle[(x + tile.speckle_column) % kSpeckleSize];
+      } else {
+        const float inset = along_x_.inset[x] * along_y_.inset[y];
+        const float inside = tile.style == Style::kVent ? panel * along_y_.slats[y] : lamp;
+        panel += inset * (inside - panel);
+      }
+      const float cover = along_x_.panel[x] * along_y_.panel[y];
+      out[u] = joint + cover * (panel - joint);
+    }
+  }
+}
+
+void CeilingPattern::DrawTiles(const SampleGrid& grid, cv::Mat& light) const {
+  const cv::Rect all(0, 0, grid.columns, grid.rows);
+  const std::int64_t column_end = FloorDivide(grid.column0 + grid.columns - 1, tile_columns_);
+  const std::int64_t row_end = FloorDivide(grid.row0 + grid.rows - 1, tile_rows_);
+  for (auto row = FloorDivide(grid.row0, tile_rows_); row <= row_end; ++row) {
+    for (auto column = FloorDivide(grid.column0, tile_columns_); column <= column_end; ++column) {
+      const auto u = static_cast<int>(column * tile_columns_ - grid.column0);
+      const auto v = static_cast<int>(row * tile_rows_ - grid.row0);
+      DrawTile(TileAt(column, row), u, v, cv::Rect(u, v, tile_columns_, tile_rows_) & all, light);
+    }
+  }
+}
+
+void CeilingPattern::DrawPlaster(const SampleGrid& grid, cv::Mat& light) const {
+  light.setTo(1);
+  const std::uint64_t key = KeyOf(seed_, Purpose::kPlaster);
+  // Trowel strokes are a few centimetres to decimetres; equal shares on five scales.
+  std::uint64_t scale = 0;
+  for (const double cell_m : {0.012, 0.035, 0.1, 0.3, 0.9}) {
+    AddSplineNoise(key + ++scale, cell_m, ceiling_.speckle_contrast / std::sqrt(5.0), grid, light);
+  }
+  light *= ceiling_.brightness;
+}
+
+void CeilingPattern::DrawUnevenLight(const SampleGrid& grid, cv::Mat& light) const {
+  cv::Mat factor(light.size(), CV_32FC1, cv::Scalar(1));
+  const std::uint64_t key = KeyOf(seed_, Purpose::kLight);
+  AddSplineNoise(key, 4.0, ceiling_.light_contrast * 0.8, grid, factor);
+  AddSplineNoise(key + 1, 1.3, ceiling_.light_contrast * 0.6, grid, factor);
+  cv::multiply(light, factor, light);
+}
+
+cv::Mat CeilingPattern::Sample(std::int64_t column0,
+                               std::int64_t row0,
+                               int columns,
+                               int rows) const {
+  const SampleGrid grid{column0, row0, pitch_x_m_, pitch_y_m_, columns, rows};
+  cv::Mat light(rows, columns, CV_32FC1, cv::Scalar(ceiling_.brightness));
+  if (IsTiled(ceiling_.kind)) DrawTiles(grid, light);
+  if (ceiling_.kind == CeilingKind::kPlaster) DrawPlaster(grid, light);
+  const bool uneven =
+      ceiling_.kind == CeilingKind::kTiles || ceiling_.kind == CeilingKind::kPlaster;
+  if (uneven && ceiling_.light_contrast > 0) DrawUnevenLight(grid, light);
+  features_.Draw(grid, light);
+  return light;
+}
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "samples/simulator/ceiling_features.hpp"
+#include "samples/simulator/noise.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace ceilmap::simulator {
+
+/// The ceiling's light as a function of the place, without end and without memory: any piece of it
+/// is computed from the seed. Samples hold the mean over their area at edges, so that edges lie
+/// exactly where they are and not at the nearest sample.
+class CeilingPattern {
+ public:
+  /// @param pitch_m  wanted distance of samples; tiles are made of whole numbers of samples, so the
+  ///   real one may be smaller. It and the tile's size count per axis.
+  CeilingPattern(const Scene& scene, double pitch_m);
+
+  [[nodiscard]] double PitchX() const { return pitch_x_m_; }
+  [[nodiscard]] double PitchY() const { return pitch_y_m_; }
+
+  /// @return CV_32FC1, rows x columns, first sample (column0, row0).
+  [[nodiscard]] cv::Mat Sample(std::int64_t column0,
+                               std::int64_t row0,
+                               int columns,
+                               int rows) const;
+
+ private:
+  enum class Style { kPanel, kLamp, kLampOff, kVent };
+  /// Along one axis of a tile, sample by sample.
+  struct Profile {
+    std::vector<float> panel;  // share of the sample inside of the joints
+    std::vector<float> inset;  // share inside of a lamp's or vent's frame
+    std::vector<float> bevel;  // light left by the rounded edge
+    std::vector<float> slats;  // light left by the slats of a vent, those across the axis
+  };
+  struct Tile {
+    Style style = Style::kPanel;
+    float brightness = 0;
+    int speckle_column = 0;  // where in the speckle the tile was cut from
+    int speckle_row = 0;
+  };
+
+  static Profile MakeProfile(double tile_m, int samples, double joint_m);
+  [[nodiscard]] Tile TileAt(std::int64_t column, std::int64_t row) const;
+  void DrawTiles(const SampleGrid& grid, cv::Mat& light) const;
+  void DrawTile(const Tile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const;
+  void DrawPlaster(const SampleGrid& grid, cv::Mat& light) const;
+  void DrawUnevenLight(const SampleGrid& grid, cv::Mat& light) const;
+
+  Ceiling ceiling_;
+  std::uint64_t seed_;
+  double pitch_x_m_;
+  double pitch_y_m_;
+  int tile_columns_ = 0;  // samples in a tile
+  int tile_rows_ = 0;
+  double vent_share_ = 0;
+  Profile along_x_;
+  Profile along_y_;
+  cv::Mat speckle_;
+  CeilingFeatures features_;
+};
+
+}  // namespace ceilmap::simulator

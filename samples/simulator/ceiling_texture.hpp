@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <unordered_map>
+
+#include "samples/simulator/ceiling_pattern.hpp"
+
+namespace ceilmap::simulator {
+
+/// A rectangle of the ceiling's samples, ready to be looked up: texel (row, column) of `light` lies
+/// at x = (column0 + column + 0.5) * pitch_x_m. Light as 16 bit, 8192 = 1.
+struct CeilingWindow {
+  static constexpr float kOne = 8192;
+  cv::Mat light;  ///< CV_16UC1
+  std::int64_t column0 = 0;
+  std::int64_t row0 = 0;
+  double pitch_x_m = 1;
+  double pitch_y_m = 1;
+
+  /// Looks texels up, `count` at most kMostSamples at a time and bilinear between their centres:
+  /// sampled[i] at (column[i], row[i]), counted from the window's first texel; both >= 0 and with a
+  /// texel to the right and below.
+  static constexpr int kMostSamples = 64;
+  void Sample(const float* column, const float* row, int count, float* sampled) const;
+};
+
+/// The ceiling's picture, computed where it is looked at and kept in tiles, those used last. Level
+/// n has texels of 2^n x 2^n samples, for views too wide for single samples. Thread-safe.
+class CeilingTexture {
+ public:
+  CeilingTexture(const Scene& scene, double pitch_m) : pattern_(scene, pitch_m) {}
+
+  /// The window that holds x0..x1, y0..y1 (metres) and a margin of two texels, at the finest level
+  /// that keeps it below 4096 x 4096 texels.
+  [[nodiscard]] CeilingWindow Window(double x0_m, double y0_m, double x1_m, double y1_m) const;
+
+ private:
+  static constexpr int kTileSize = 256;
+  static constexpr std::size_t kMostTiles = 700;  // of 128 kB
+
+  struct Key {
+    int level;
+    std::int64_t column;
+    std::int64_t row;
+    bool operator==(const Key&) const = default;
+  };
+  struct KeyHash {
+    std::size_t operator()(const Key& key) const;
+  };
+  struct Entry {
+    Key key;
+    cv::Mat tile;
+  };
+
+  [[nodiscard]] cv::Mat Tile(const Key& key) const;
+  [[nodiscard]] cv::Mat Draw(const Key& key) const;
+  [[nodiscard]] cv::Mat Find(const Key& key) const;
+  void Keep(const Key& key, const cv::Mat& tile) const;
+
+  CeilingPattern pattern_;
+  mutable std::mutex mutex_;        // of what follows
+  mutable std::list<Entry> tiles_;  // used last first
+  mutable std::unordered_map<Key, std::list<Entry>::iterator, KeyHash> places_;
+};
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "calib/pose2.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace ceilmap::simulator {
+
+/// A drive along a line of points: straight lines, arcs and turns on the spot, with speeds that
+/// rise and fall at constant acceleration. Lines and arcs between two turns on the spot are driven
+/// through without braking.
+class Drive {
+ public:
+  /// @param points_m  at least two; points closer than 1 mm to the one before are skipped.
+  /// @param path  gives speeds and the radius of the corners; a corner too tight for the radius
+  /// gets
+  ///   a smaller one.
+  Drive(const std::vector<std::array<double, 2>>& points_m, const Path& path);
+
+  /// Seconds from start to end, both at rest.
+  [[nodiscard]] double Duration() const;
+  /// The axle's pose, T_map_axle, x along the drive. Before the start and after the end it rests.
+  [[nodiscard]] calib::Pose2 PoseAt(double time_s) const;
+
+ private:
+  // A line, an arc or a turn on the spot.
+  struct Piece {
+    calib::Pose2 start;
+    double extent = 0;     // metres, radians for a turn on the spot
+    double curvature = 0;  // left turn in rad per metre; +-1 for a turn on the spot
+    bool on_spot = false;
+    [[nodiscard]] calib::Pose2 At(double along) const;
+  };
+  // Pieces [first, last) driven with one rise and one fall of the speed.
+  struct Stretch {
+    std::size_t first = 0;
+    std::size_t last = 0;
+    double start_s = 0;
+    double extent = 0;
+    double speed = 0;  // reached
+    double acceleration = 0;
+    [[nodiscard]] double Duration() const;
+    [[nodiscard]] double Along(double time_s) const;
+  };
+
+  void Add(Piece piece);
+  void AddCorner(double turn_rad, double radius_m);
+  void MakeStretches(const Path& path);
+
+  std::vector<Piece> pieces_;
+  std::vector<Stretch> stretches_;
+};
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+
+namespace ceilmap::simulator {
+
+/// A piece of a plane sampled on a grid: sample (row, column) lies at x = (column0 + column + 0.5)
+/// * pitch_x, y likewise.
+struct SampleGrid {
+  std::int64_t column0 = 0;
+  std::int64_t row0 = 0;
+  double pitch_x_m = 0.01;
+  double pitch_y_m = 0.01;
+  int columns = 0;
+  int rows = 0;
+
+  [[nodiscard]] double X(int column) const {
+    return (static_cast<double>(column0 + column) + 0.5) * pitch_x_m;
+  }
+  [[nodiscard]] double Y(int row) const {
+    return (static_cast<double>(row0 + row) + 0.5) * pitch_y_m;
+  }
+};
+
+/// Adds smooth noise of mean 0 and the given standard deviation to `samples` (CV_32FC1 of the
+/// grid's size): a cubic B-spline over random values at the corners of square cells. The same place
+/// has the same value in whatever grid it is sampled.
+/// @param key  seeds it. @param cell_m  size of its bumps; finer than two samples it fades away.
+/// @param period_cells  repeats after so many cells in x and y; 0: never.
+void AddSplineNoise(std::uint64_t key,
+                    double cell_m,
+                    double deviation,
+                    const SampleGrid& grid,
+                    cv::Mat& samples,
+                    std::int64_t period_cells = 0);
+
+/// The texture of mineral fibre: dark pits of 2 to 12 mm in all directions on a fine mottle, mean
+/// 0, standard deviation 1. Repeats after `size` samples in both directions.
+/// @param size  a power of two. @return CV_32FC1, size x size.
+cv::Mat MakeSpeckle(std::uint64_t key, int size, double pitch_x_m, double pitch_y_m);
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "calib/pose2.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace ceilmap::simulator {
+
+/// One picture to take: when, and where the robot is meanwhile. p_map = T_map_base * p_base.
+struct Frame {
+  std::int64_t index = 0;
+  double stamp_s = 0;  ///< middle of the exposure, and so is the pose
+  Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_map_base_open = Eigen::Isometry3d::Identity();   ///< exposure begins
+  Eigen::Isometry3d T_map_base_close = Eigen::Isometry3d::Identity();  ///< exposure ends
+};
+
+/// A frame of a robot at rest on the level floor.
+Frame StillFrame(std::int64_t index, const calib::Pose2& T_map_base, double stamp_s = 0);
+
+/// The frames of the scene's drive, at most path.max_frames when that is not 0. Never empty.
+/// @throws calib::InputError when the scene is not valid, the drive is longer than 10 million
+///   frames, or a TUM file cannot be used.
+std::vector<Frame> MakePath(const Scene& scene);
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "samples/simulator/path.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace ceilmap::simulator {
+
+/// Turns light into grey values as Picture describes. Thread-safe.
+class PictureModel {
+ public:
+  explicit PictureModel(const Scene& scene);
+
+  /// @param light  CV_32FC1 of the camera's size, consumed as working memory.
+  /// @return CV_8UC1. The noise depends on the scene's seed and frame.index only.
+  [[nodiscard]] cv::Mat Develop(cv::Mat& light, const Frame& frame) const;
+
+  /// Exposure of a frame: gain, drift and steps.
+  [[nodiscard]] double Gain(const Frame& frame) const;
+
+ private:
+  void AddGlare(cv::Mat& light) const;
+  [[nodiscard]] cv::Mat Expose(const cv::Mat& light, float gain, std::int64_t index) const;
+
+  Picture picture_;
+  double start_stamp_s_;
+  std::uint64_t noise_key_;
+  cv::Mat sensitivity_;              // CV_32FC1: vignetting times the pixels' own gain
+  std::vector<float> normal_;        // random numbers of deviation 1
+  std::vector<float> noise_;         // deviation of the noise by light
+  std::vector<std::uint8_t> curve_;  // grey value by light
+};
+
+}  // namespace ceilmap::simulator

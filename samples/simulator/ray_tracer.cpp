@@ -1,0 +1,321 @@
+#include "samples/simulator/ray_tracer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "samples/simulator/box_tracer.hpp"
+
+namespace ceilmap::simulator {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::RowVector3d;
+using Eigen::Vector3d;
+
+constexpr float kFloorLight = 0.1F;
+constexpr double kLeastRise = 1e-3;  // of a ray that counts as hitting the ceiling somewhere
+constexpr int kTaps = 2 * CameraRays::kBlockSize;
+static_assert(kTaps <= CeilingWindow::kMostSamples);
+
+/// Surfaces; boxes follow with six faces each.
+enum Surface : std::uint16_t { kCeiling = 0, kWalls = 1, kFloor = 5, kNothing = 6, kBoxes = 8 };
+
+/// 55 places in a pixel, from its centre: a Fibonacci lattice, whose places all have different u
+/// and different v, so that an edge along the rows or columns is placed within 1/110 pixel.
+constexpr int kLattice = 55;
+cv::Point2d LatticePoint(int i) {
+  return {(i + 0.5) / kLattice - 0.5, ((i * 34) % kLattice + 0.5) / kLattice - 0.5};
+}
+
+using TapArray = std::array<float, kTaps>;
+
+}  // namespace
+
+/// The room from one camera pose.
+class RayTracer::View {
+ public:
+  View(const RayTracer& tracer, const CameraRays& rays, const Isometry3d& T_map_cam);
+  [[nodiscard]] cv::Mat Trace();
+
+ private:
+  struct Hit {
+    float light = 0;
+    std::uint16_t surface = kNothing;
+  };
+  struct Footprint {
+    Eigen::AlignedBox2d box;
+    bool endless = false;  // some rays never reach the ceiling
+  };
+
+  [[nodiscard]] std::optional<Eigen::Vector2d> OnCeiling(double x, double y) const;
+  /// True when all of the block's rays reach the ceiling before a wall.
+  [[nodiscard]] bool IsBelowCeiling(const CameraRays::Block& block) const;
+  [[nodiscard]] Footprint SeenCeiling() const;
+  void ChooseWindow(const Footprint& seen);
+  void ChooseBoxes(const Footprint& seen);
+  void TraceCeilingBlock(const CameraRays::Block& block);
+  void TraceMixedBlock(const CameraRays::Block& block, bool below_ceiling);
+  void SmoothEdges(const CameraRays::Block& block, bool below_ceiling);
+  [[nodiscard]] bool IsEdge(int u, int v) const;
+  void ChooseNearBoxes(const cv::Rect2d& rays);
+  [[nodiscard]] Hit TraceRay(double x, double y, bool below_ceiling) const;
+  [[nodiscard]] Hit TraceRoom(const Vector3d& direction, double& distance) const;
+  [[nodiscard]] float CeilingLight(double x, double y) const;
+
+  const RayTracer& tracer_;
+  const CameraRays& rays_;
+  Isometry3d T_map_cam_;
+  Matrix3d R_;  // of T_map_cam
+  Vector3d p_;  // the camera in map
+  CeilingWindow window_;
+  RowVector3d to_column_;  // of (x, y, 1); over to_depth_: column in the window
+  RowVector3d to_row_;
+  RowVector3d to_depth_;
+  std::vector<SeenBox> boxes_;
+  std::vector<std::size_t> near_;  // of boxes_, those that the current block may show
+  cv::Mat light_;
+  cv::Mat surfaces_;  // of each tap; only where blocks are mixed
+};
+
+RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m)
+    : boxes_(std::move(boxes)), room_(scene.room), ceiling_(scene, texel_m), wall_(scene.seed) {}
+
+cv::Mat RayTracer::Trace(const CameraRays& rays, const Isometry3d& T_map_cam) const {
+  return View(*this, rays, T_map_cam).Trace();
+}
+
+RayTracer::View::View(const RayTracer& tracer, const CameraRays& rays, const Isometry3d& T_map_cam)
+    : tracer_(tracer),
+      rays_(rays),
+      T_map_cam_(T_map_cam),
+      R_(T_map_cam.linear()),
+      p_(T_map_cam.translation()) {
+  const Footprint seen = SeenCeiling();
+  ChooseWindow(seen);
+  ChooseBoxes(seen);
+}
+
+std::optional<Eigen::Vector2d> RayTracer::View::OnCeiling(double x, double y) const {
+  const Vector3d direction = R_ * Vector3d(x, y, 1);
+  if (!(direction.z() > kLeastRise)) return std::nullopt;
+  return (p_ + (tracer_.room_.height_m - p_.z()) / direction.z() * direction).head<2>();
+}
+
+RayTracer::View::Footprint RayTracer::View::SeenCeiling() const {
+  Footprint seen;
+  for (const CameraRays::Block& block : rays_.Blocks()) {
+    const cv::Rect2d& r = block.rays;
+    if (!(r.width >= 0)) continue;
+    for (const double x : {r.x, r.x + r.width}) {
+      for (const double y : {r.y, r.y + r.height}) {
+        const auto at = OnCeiling(x, y);
+        if (at) seen.box.extend(*at);
+        seen.endless |= !at;
+      }
+    }
+  }
+  const Eigen::AlignedBox2d room(Eigen::Vector2d(0, 0),
+                                 Eigen::Vector2d(tracer_.room_.length_m, tracer_.room_.width_m));
+  seen.box = seen.endless ? room : seen.box.intersection(room);
+  return seen;
+}
+
+void RayTracer::View::ChooseWindow(const Footprint& seen) {
+  const Eigen::Vector2d low = seen.box.isEmpty() ? Eigen::Vector2d(0, 0) : seen.box.min();
+  const Eigen::Vector2d high = seen.box.isEmpty() ? Eigen::Vector2d(0, 0) : seen.box.max();
+  window_ = tracer_.ceiling_.Window(low.x(), low.y(), high.x(), high.y());
+  // p + (h - p.z) R (x, y, 1) / (R.row(2) (x, y, 1)), as one fraction.
+  const double rise = tracer_.room_.height_m - p_.z();
+  const auto column0 = static_cast<double>(window_.column0);
+  const auto row0 = static_cast<double>(window_.row0);
+  to_depth_ = R_.row(2);
+  to_column_ = (rise * R_.row(0) + (p_.x() - (column0 + 0.5) * window_.pitch_x_m) * to_depth_) /
+               window_.pitch_x_m;
+  to_row_ = (rise * R_.row(1) + (p_.y() - (row0 + 0.5) * window_.pitch_y_m) * to_depth_) /
+            window_.pitch_y_m;
+}
+
+void RayTracer::View::ChooseBoxes(const Footprint& seen) {
+  Eigen::AlignedBox2d region = seen.box;
+  region.extend(p_.head<2>());
+  for (const Box& box : tracer_.boxes_) {
+    if (region.intersects(SeenBox::Ground(box))) boxes_.emplace_back(box, T_map_cam_);
+  }
+}
+
+bool RayTracer::View::IsBelowCeiling(const CameraRays::Block& block) const {
+  if (!block.whole) return false;
+  const cv::Rect2d& r = block.rays;
+  for (const double x : {r.x, r.x + r.width}) {
+    for (const double y : {r.y, r.y + r.height}) {
+      const auto at = OnCeiling(x, y);
+      const bool inside = at && at->x() > 0 && at->x() < tracer_.room_.length_m && at->y() > 0 &&
+                          at->y() < tracer_.room_.width_m;
+      if (!inside) return false;
+    }
+  }
+  return true;
+}
+
+void RayTracer::View::ChooseNearBoxes(const cv::Rect2d& rays) {
+  near_.clear();
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    if (boxes_[i].MayShowIn(rays)) near_.push_back(i);
+  }
+}
+
+cv::Mat RayTracer::View::Trace() {
+  light_ = cv::Mat(rays_.Size(), CV_32FC1, cv::Scalar(0));
+  std::vector<const CameraRays::Block*> mixed;
+  for (const CameraRays::Block& block : rays_.Blocks()) {
+    ChooseNearBoxes(block.rays);
+    if (near_.empty() && IsBelowCeiling(block)) {
+      TraceCeilingBlock(block);
+    } else {
+      mixed.push_back(&block);
+    }
+  }
+  if (mixed.empty()) return light_;
+  surfaces_ = cv::Mat(rays_.Size() * 2, CV_16UC1, cv::Scalar(kCeiling));
+  for (const bool smooth : {false, true}) {
+    for (const CameraRays::Block* block : mixed) {
+      ChooseNearBoxes(block->rays);
+      const bool below_ceiling = IsBelowCeiling(*block);
+      smooth ? SmoothEdges(*block, below_ceiling) : TraceMixedBlock(*block, below_ceiling);
+    }
+  }
+  return light_;
+}
+
+void RayTracer::View::TraceCeilingBlock(const CameraRays::Block& block) {
+  const Eigen::RowVector3f column = to_column_.cast<float>();
+  const Eigen::RowVector3f row = to_row_.cast<float>();
+  const Eigen::RowVector3f depth = to_depth_.cast<float>();
+  TapArray x, y, light;
+  const cv::Rect& pixels = block.pixels;
+  const int taps = 2 * pixels.width;
+  for (int tap_row = 2 * pixels.y; tap_row < 2 * (pixels.y + pixels.height); ++tap_row) {
+    rays_.TapRow(tap_row, 2 * pixels.x, taps, x.data(), y.data());
+    for (int i = 0; i < taps; ++i) {
+      const float scale = 1 / (depth[0] * x[i] + depth[1] * y[i] + depth[2]);
+      const float u = (column[0] * x[i] + column[1] * y[i] + column[2]) * scale;
+      y[i] = (row[0] * x[i] + row[1] * y[i] + row[2]) * scale;
+      x[i] = u;
+    }
+    window_.Sample(x.data(), y.data(), taps, light.data());
+    auto* out = light_.ptr<float>(tap_row / 2) + pixels.x;
+    for (int i = 0; i < pixels.width; ++i) out[i] += 0.25F * (light[2 * i] + light[2 * i + 1]);
+  }
+}
+
+void RayTracer::View::TraceMixedBlock(const CameraRays::Block& block, bool below_ceiling) {
+  std::array<float, kTaps> x{};
+  std::array<float, kTaps> y{};
+  const cv::Rect& pixels = block.pixels;
+  for (int tap_row = 2 * pixels.y; tap_row < 2 * (pixels.y + pixels.height); ++tap_row) {
+    rays_.TapRow(tap_row, 2 * pixels.x, 2 * pixels.width, x.data(), y.data());
+    auto* out = light_.ptr<float>(tap_row / 2) + pixels.x;
+    auto* surfaces = surfaces_.ptr<std::uint16_t>(tap_row) + std::ptrdiff_t{2} * pixels.x;
+    for (int i = 0; i < 2 * pixels.width; ++i) {
+      const Hit hit = TraceRay(x[i], y[i], below_ceiling);
+      out[i / 2] += 0.25F * hit.light;
+      surfaces[i] = hit.surface;
+    }
+  }
+}
+
+bool RayTracer::View::IsEdge(int u, int v) const {
+  const int left = std::max(0, 2 * u - 1);
+  const int right = std::min(surfaces_.cols - 1, 2 * u + 2);
+  const auto own = surfaces_.at<std::uint16_t>(2 * v, 2 * u);
+  for (int row = std::max(0, 2 * v - 1); row <= std::min(surfaces_.rows - 1, 2 * v + 2); ++row) {
+    const auto* surfaces = surfaces_.ptr<std::uint16_t>(row);
+    for (int column = left; column <= right; ++column) {
+      if (surfaces[column] != own) return true;
+    }
+  }
+  return false;
+}
+
+void RayTracer::View::SmoothEdges(const CameraRays::Block& block, bool below_ceiling) {
+  const cv::Rect& pixels = block.pixels;
+  for (int v = pixels.y; v < pixels.y + pixels.height; ++v) {
+    for (int u = pixels.x; u < pixels.x + pixels.width; ++u) {
+      if (!IsEdge(u, v)) continue;
+      float sum = 0;
+      for (int i = 0; i < kLattice; ++i) {
+        const cv::Point2d offset = LatticePoint(i);
+        const cv::Point2d ray = rays_.Ray(u, v, offset.x, offset.y);
+        sum += TraceRay(ray.x, ray.y, below_ceiling).light;
+      }
+      light_.at<float>(v, u) = sum / kLattice;
+    }
+  }
+}
+
+float RayTracer::View::CeilingLight(double x, double y) const {
+  const double z = to_depth_[0] * x + to_depth_[1] * y + to_depth_[2];
+  const double column = (to_column_[0] * x + to_column_[1] * y + to_column_[2]) / z;
+  const double row = (to_row_[0] * x + to_row_[1] * y + to_row_[2]) / z;
+  const auto u = static_cast<float>(std::clamp(column, 0.0, window_.light.cols - 2.0));
+  const auto v = static_cast<float>(std::clamp(row, 0.0, window_.light.rows - 2.0));
+  float light = 0;
+  window_.Sample(&u, &v, 1, &light);
+  return light;
+}
+
+RayTracer::View::Hit RayTracer::View::TraceRoom(const Vector3d& d, double& distance) const {
+  const Room& room = tracer_.room_;
+  const std::array<double, 3> far{d.x() > 0 ? room.length_m : 0.0,
+                                  d.y() > 0 ? room.width_m : 0.0,
+                                  d.z() > 0 ? room.height_m : 0.0};
+  int axis = 0;
+  distance = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const double t = (far.at(i) - p_[i]) / d[i];
+    if (t > 0 && t < distance) {
+      distance = t;
+      axis = i;
+    }
+  }
+  if (axis == 2) return d.z() > 0 ? Hit{0, kCeiling} : Hit{kFloorLight, kFloor};
+  const Vector3d at = p_ + distance * d;
+  const double shade = axis == 0 ? 1 : 0.85;
+  const float texture = tracer_.wall_.At(at[1 - axis] + 1.7 * axis, at.z());
+  const double light = room.wall_brightness * shade * (1 + room.wall_contrast * texture);
+  const int side = 2 * axis + (d[axis] > 0 ? 1 : 0);
+  return {static_cast<float>(std::max(0.0, light)), static_cast<std::uint16_t>(kWalls + side)};
+}
+
+RayTracer::View::Hit RayTracer::View::TraceRay(double x, double y, bool below_ceiling) const {
+  if (std::isnan(x)) return {};
+  const Vector3d direction = R_ * Vector3d(x, y, 1);
+  double distance = (tracer_.room_.height_m - p_.z()) / direction.z();
+  Hit hit{0, kCeiling};
+  if (!below_ceiling) hit = TraceRoom(direction, distance);
+  const SeenBox* nearest = nullptr;
+  SeenBox::Entry entry;
+  for (const std::size_t i : near_) {
+    const auto candidate = boxes_[i].Enter(direction, distance);
+    if (!candidate) continue;
+    distance = candidate->distance;
+    entry = *candidate;
+    nearest = &boxes_[i];
+    hit.surface = static_cast<std::uint16_t>(kBoxes + (i % 8000) * 6 + entry.face);
+  }
+  if (nearest != nullptr) {
+    const Eigen::Vector2d at = nearest->OnFace(direction, entry);
+    constexpr float kContrast = 0.04F;
+    const float texture = 1 + kContrast * tracer_.wall_.At(at.x(), at.y());
+    hit.light = std::max(0.0F, nearest->Light(entry) * texture);
+  } else if (hit.surface == kCeiling) {
+    hit.light = CeilingLight(x, y);
+  }
+  return hit;
+}
+
+}  // namespace ceilmap::simulator

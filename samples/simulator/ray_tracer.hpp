@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "samples/simulator/camera_rays.hpp"
+#include "samples/simulator/ceiling_texture.hpp"
+#include "samples/simulator/scene.hpp"
+#include "samples/simulator/wall_texture.hpp"
+
+namespace ceilmap::simulator {
+
+/// What a camera anywhere in the room sees: the ceiling, the walls, the floor, and boxes with
+/// parallax and side faces. Rays are straight and surfaces shine by themselves, the same in every
+/// direction. Edges between surfaces lie where they are within 1/100 pixel.
+class RayTracer {
+ public:
+  /// @param texel_m  distance of the ceiling's samples, best half a pixel's footprint.
+  RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m);
+
+  /// The light on the pixels, CV_32FC1, 0 where the lens shows nothing. Thread-safe.
+  [[nodiscard]] cv::Mat Trace(const CameraRays& rays, const Eigen::Isometry3d& T_map_cam) const;
+
+  [[nodiscard]] const std::vector<Box>& Boxes() const { return boxes_; }
+
+ private:
+  class View;  // one camera pose
+
+  std::vector<Box> boxes_;
+  Room room_;
+  CeilingTexture ceiling_;
+  WallTexture wall_;  // of boxes too
+};
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,142 @@
+#include "samples/simulator/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "calib/error.hpp"
+#include "samples/simulator/scene_fields.hpp"
+
+namespace ceilmap::simulator {
+namespace {
+
+[[noreturn]] void Fail(const std::string& key, double value, const std::string& must_be) {
+  throw calib::InputError(fmt::format("{} = {:g}, must be {}", key, value, must_be));
+}
+
+void CheckRange(const std::string& key, double value, double least, double most) {
+  if (!(value >= least && value <= most)) Fail(key, value, RangeText(least, most));
+}
+
+template <typename Group, std::size_t N>
+void CheckGroup(const char* name, const Group& group, const std::array<Field<Group>, N>& fields) {
+  for (const Field<Group>& field : fields) {
+    std::visit(
+        [&](auto member) {
+          if constexpr (!std::is_same_v<decltype(member), bool Group::*>) {
+            CheckRange(
+                fmt::format("{}.{}", name, field.key), group.*member, field.least, field.most);
+          }
+        },
+        field.member);
+  }
+}
+
+void CheckMarks(const Scene& scene) {
+  for (std::size_t i = 0; i < scene.ceiling.marks_at.size(); ++i) {
+    const Mark& mark = scene.ceiling.marks_at[i];
+    const std::string name = fmt::format("ceiling.marks_at[{}].", i);
+    CheckRange(name + "x_m", mark.x_m, 0, scene.room.length_m);
+    CheckRange(name + "y_m", mark.y_m, 0, scene.room.width_m);
+    CheckRange(name + "radius_m", mark.radius_m, 1e-4, 100);
+    CheckRange(name + "brightness", mark.brightness, 0, 7);
+  }
+}
+
+void CheckBoxes(const Scene& scene) {
+  for (std::size_t i = 0; i < scene.fixtures.boxes.size(); ++i) {
+    const Box& box = scene.fixtures.boxes[i];
+    const std::string name = fmt::format("fixtures.boxes[{}].", i);
+    CheckRange(name + "x_m", box.x_m, -1e4, 1e4);
+    CheckRange(name + "y_m", box.y_m, -1e4, 1e4);
+    CheckRange(name + "length_m", box.length_m, 1e-3, 1e4);
+    CheckRange(name + "width_m", box.width_m, 1e-3, 1e4);
+    CheckRange(name + "bottom_m", box.bottom_m, 0, scene.room.height_m);
+    if (!(box.top_m > box.bottom_m && box.top_m <= scene.room.height_m)) {
+      Fail(name + "top_m", box.top_m, "above bottom_m and not above the ceiling");
+    }
+    CheckRange(name + "yaw_deg", box.yaw_deg, -360, 360);
+    CheckRange(name + "brightness", box.brightness, 0, 7);
+  }
+}
+
+void CheckSteps(const Picture& picture) {
+  std::int64_t previous = -1;
+  for (std::size_t i = 0; i < picture.exposure_steps.size(); ++i) {
+    const ExposureStep& step = picture.exposure_steps[i];
+    const std::string name = fmt::format("picture.exposure_steps[{}].", i);
+    if (step.frame <= previous) {
+      Fail(name + "frame", static_cast<double>(step.frame), "later than the step before");
+    }
+    CheckRange(name + "gain", step.gain, 0.001, 1000);
+    previous = step.frame;
+  }
+}
+
+void CheckPath(const Scene& scene) {
+  const Path& path = scene.path;
+  if (path.kind == PathKind::kTum) {
+    if (path.tum_file.empty()) {
+      throw calib::InputError("path.tum_file is missing, must be given for kind tum");
+    }
+    return;
+  }
+  const double length = scene.room.length_m;
+  const double width = scene.room.width_m;
+  if (path.kind == PathKind::kWaypoints) {
+    if (path.waypoints_m.size() < 2) {
+      throw calib::InputError("path.waypoints_m is too short, must be at least two points");
+    }
+    for (std::size_t i = 0; i < path.waypoints_m.size(); ++i) {
+      const std::string name = fmt::format("path.waypoints_m[{}].", i);
+      CheckRange(name + "x", path.waypoints_m[i][0], 0, length);
+      CheckRange(name + "y", path.waypoints_m[i][1], 0, width);
+    }
+    return;
+  }
+  const auto& area = path.area_m;
+  if (!(area[0] >= 0 && area[2] > area[0] && area[2] <= length && area[1] >= 0 &&
+        area[3] > area[1] && area[3] <= width)) {
+    throw calib::InputError(
+        fmt::format("path.area_m = [{:g}, {:g}, {:g}, {:g}], must be x_min, y_min, x_max, y_max "
+                    "inside of the room of {:g} x {:g} m",
+                    area[0],
+                    area[1],
+                    area[2],
+                    area[3],
+                    length,
+                    width));
+  }
+}
+
+}  // namespace
+
+std::string RangeText(double least, double most) {
+  return fmt::format("in [{:g}, {:g}]", least, most);
+}
+
+void Scene::Validate() const {
+  CheckRange("axle_behind_mast_m", axle_behind_mast_m, -10, 10);
+  CheckGroup("room", room, kRoomFields);
+  CheckGroup("ceiling", ceiling, kCeilingFields);
+  CheckGroup("fixtures", fixtures, kFixtureFields);
+  CheckGroup("camera", camera, kCameraFields);
+  CheckGroup("picture", picture, kPictureFields);
+  CheckGroup("path", path, kPathFields);
+  for (const double coefficient : camera.distortion) {
+    CheckRange("camera.distortion", coefficient, -10, 10);
+  }
+  if (!(camera.mount_height_m < room.height_m)) {
+    Fail("camera.mount_height_m", camera.mount_height_m, "below the ceiling (room.height_m)");
+  }
+  const double narrow = std::min(ceiling.tile_length_m, ceiling.tile_width_m);
+  if (!(ceiling.joint_m < narrow)) {
+    Fail("ceiling.joint_m", ceiling.joint_m, "narrower than a tile");
+  }
+  CheckMarks(*this);
+  CheckBoxes(*this);
+  CheckSteps(picture);
+  CheckPath(*this);
+}
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,190 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace ceilmap::simulator {
+
+/// What is simulated: a room, its ceiling and what hangs from it, a robot with an upward camera,
+/// its drive, and what the camera makes of the light. Every default gives a usable scene; the file
+/// format is these fields by name (samples/simulator/README.md).
+///
+/// Frames as in CONTRIBUTING.md; `map` stands in a corner of the floor, x along the room's length,
+/// y along its width, z up. Brightness is linear light, 1 = white in the picture at exposure
+/// gain 1. Shares and contrasts are relative, e.g. 0.03 = 3 %.
+
+/// The walls stand at x = 0, x = length, y = 0 and y = width.
+struct Room {
+  double length_m = 12;
+  double width_m = 8;
+  double height_m = 2.6;  ///< of the ceiling above the floor
+  double wall_brightness = 0.3;
+  double wall_contrast = 0.08;  ///< of the walls' faint texture
+};
+
+enum class CeilingKind {
+  kTiles,     ///< tiles with joints, each with a texture of its own; stains, vents and lamps
+  kPeriodic,  ///< tiles of which each is the same picture, bit by bit
+  kPlaster,   ///< weak noise on several scales, no edges
+  kUniform    ///< nothing at all
+};
+
+/// A disc on the ceiling that occurs once, with an edge as sharp as the picture can hold.
+struct Mark {
+  double x_m = 0;  ///< centre
+  double y_m = 0;
+  double radius_m = 0.05;
+  double brightness = 0.1;
+};
+
+struct Ceiling {
+  CeilingKind kind = CeilingKind::kTiles;
+  double brightness = 0.40;
+  // Tiles, also periodic ones; the first tile's corner is the room's corner.
+  double tile_length_m = 0.6;      ///< along x; for kPeriodic this is the period
+  double tile_width_m = 0.6;       ///< along y
+  double joint_m = 0.015;          ///< full width of the joint between two tiles
+  double joint_contrast = 0.35;    ///< how much darker the joint is
+  double speckle_contrast = 0.05;  ///< standard deviation of the pits in a tile, or of the plaster
+  /// A lamp in the place of every n-th tile along x and y; 0: none. With kPeriodic this multiplies
+  /// the period.
+  int lamp_every_x = 0;
+  int lamp_every_y = 0;
+  double lamp_brightness = 2.5;
+  // What makes places differ; not for kPeriodic.
+  double tile_contrast = 0.02;   ///< standard deviation of the brightness from tile to tile
+  double light_contrast = 0.05;  ///< slow variation of the light over metres (not for kUniform)
+  double stains_per_100m2 = 4;   ///< water stains and scuffs
+  double vents_per_100m2 = 1.5;  ///< tiles replaced by an air vent
+  double lamps_off_share = 0.0;  ///< share of the lamps that are switched off
+  /// Further marks at random places, of random size and shape (all kinds).
+  int marks = 0;
+  std::vector<Mark> marks_at;
+};
+
+/// A box with horizontal bottom, e.g. a lamp, a beam, a duct or a pillar.
+struct Box {
+  double x_m = 0;  ///< centre
+  double y_m = 0;
+  double length_m = 1;  ///< along the box's own x axis
+  double width_m = 0.1;
+  double bottom_m = 2.4;  ///< above the floor
+  double top_m = 2.5;
+  double yaw_deg = 0;       ///< of the box's x axis
+  double brightness = 0.3;  ///< of the bottom; the sides are darker, differently
+};
+
+/// Things that hang below the ceiling and so show parallax; the random ones may touch each other.
+struct Fixtures {
+  double beam_every_m = 0;  ///< beams across the room (along y) at this spacing; 0: none
+  double beam_width_m = 0.2;
+  double beam_depth_m = 0.25;
+  double beam_brightness = 0.25;
+  double pillar_every_m = 0;  ///< square pillars from floor to ceiling on a square grid; 0: none
+  double pillar_width_m = 0.4;
+  double lamps_per_100m2 = 0;  ///< long lamps hanging a little below the ceiling
+  double lamp_drop_m = 0.15;   ///< from the ceiling to a lamp's bottom
+  double lamp_brightness = 2.5;
+  double ducts_per_100m2 = 0;       ///< air ducts and cable trays of 2 to 6 m
+  double sprinklers_per_100m2 = 0;  ///< sprinklers and smoke detectors
+  std::vector<Box> boxes;
+};
+
+/// The upward camera. Level and not turned, its picture's top is the robot's front and its right
+/// the robot's LEFT (x_cam = +y_base, y_cam = -x_base, z_cam = +z_base).
+struct Camera {
+  int width_px = 640;
+  int height_px = 480;
+  double focal_px = 457.0;  ///< in both axes; the principal point is the picture's centre
+  std::array<double, 5> distortion{};  ///< plumb_bob k1, k2, p1, p2, k3
+  double mount_x_m = 0;                ///< in base
+  double mount_y_m = 0;
+  double mount_height_m = 0.4;  ///< above the floor
+  double mount_yaw_deg = 0;     ///< about the vertical
+  double mount_pitch_deg = 0;   ///< about base y, then roll about base x: how far it is not level
+  double mount_roll_deg = 0;
+  double exposure_time_s = 0.005;
+};
+
+/// From this frame on the exposure is multiplied by gain (instead of the step before).
+struct ExposureStep {
+  std::int64_t frame = 0;
+  double gain = 1;
+};
+
+/// From light to grey values, in this order: motion blur, glare, vignetting, optical blur,
+/// exposure, noise, sRGB curve, 8 bit.
+struct Picture {
+  bool motion_blur = true;  ///< by the true motion during the exposure
+  double blur_px = 0.6;     ///< standard deviation of the optics' blur; 0: none
+  double glare = 0.02;      ///< share of the light that spreads widely around bright places
+  double vignetting = 0.3;  ///< light lost in the corners; follows the squared radius
+  double exposure_gain = 1;
+  double exposure_drift = 0.0;    ///< amplitude of a slow sine
+  double exposure_period_s = 30;  ///< of that sine
+  std::vector<ExposureStep> exposure_steps;
+  double shot_noise = 0.008;   ///< standard deviation at white; grows with the root of the light
+  double read_noise = 0.0005;  ///< standard deviation everywhere
+  double gain_spread = 0.003;  ///< standard deviation of the pixels' sensitivity, fixed in place
+};
+
+enum class PathKind {
+  kLawnmower,   ///< rows along x, `row_spacing_m` apart, from the area's lower left corner
+  kLoops,       ///< `laps` rounds along the area's border, counter-clockwise
+  kWaypoints,   ///< straight from point to point
+  kRandomWalk,  ///< random points in the area until `length_m` is driven
+  kTum          ///< the poses of a file
+};
+
+/// How the robot drives. All kinds but kTum start and end at rest and turn at corners: on the spot
+/// where corner_radius_m is 0, else on arcs without stopping.
+struct Path {
+  PathKind kind = PathKind::kLawnmower;
+  double frame_rate_hz = 10;
+  double start_stamp_s = 100;
+  int max_frames = 0;  ///< 0: the whole path
+  /// Area of the drive of the axle: x_min, y_min, x_max, y_max.
+  std::array<double, 4> area_m{1.5, 1.5, 10.5, 6.5};
+  double row_spacing_m = 1.0;
+  int laps = 2;
+  double length_m = 50;
+  std::vector<std::array<double, 2>> waypoints_m;
+  std::filesystem::path tum_file;  ///< relative to the scene's file
+  double corner_radius_m = 0;
+  double speed_m_s = 0.8;
+  double acceleration_m_s2 = 0.6;
+  double turn_rate_deg_s = 45;
+  double turn_acceleration_deg_s2 = 90;
+};
+
+struct Scene {
+  std::uint64_t seed = 1;  ///< of everything random
+  std::string robot = "simulated robot";
+  /// Axle behind the camera mast: the robot turns about base x = -a, so base runs on circles.
+  double axle_behind_mast_m = 0;
+  Room room;
+  Ceiling ceiling;
+  Fixtures fixtures;
+  Camera camera;
+  Picture picture;
+  Path path;
+
+  /// @throws calib::InputError `KEY = VALUE, must be ...` for the first field out of range, and
+  /// when
+  ///   parts do not fit each other (camera above the ceiling, area outside of the room, ...).
+  void Validate() const;
+};
+
+/// Reads a scene strictly: an unknown key, one that the chosen kind does not use, a wrong type or
+/// an impossible value is an error. The result is valid.
+/// @throws calib::InputError `FILE:LINE: KEY = VALUE, must be ...; how to mend`
+Scene ReadScene(const std::filesystem::path& file);
+
+/// The same from a text. @param file  its name in messages; relative paths start at its folder.
+Scene ParseScene(const std::string& text, const std::filesystem::path& file);
+
+}  // namespace ceilmap::simulator

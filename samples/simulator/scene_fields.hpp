@@ -1,0 +1,140 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "samples/simulator/scene.hpp"
+
+namespace ceilmap::simulator {
+
+/// The plain fields of a scene with their ranges, once for the reader, the checks and the messages.
+/// Lists of numbers are handled by name in scene.cpp and scene_reader.cpp.
+
+/// Bit of a kind in Field::kinds.
+template <typename Kind>
+constexpr unsigned Only(Kind kind) {
+  return 1U << static_cast<unsigned>(kind);
+}
+constexpr unsigned kEveryKind = ~0U;
+
+template <typename Group>
+struct Field {
+  std::string_view key;
+  std::variant<double Group::*, int Group::*, bool Group::*> member;
+  double least = 0;
+  double most = 0;
+  unsigned kinds = kEveryKind;  ///< of the group for which the field means something
+};
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+constexpr std::array kRoomFields{
+    Field<Room>{"length_m", &Room::length_m, 0.5, 2000},
+    Field<Room>{"width_m", &Room::width_m, 0.5, 2000},
+    Field<Room>{"height_m", &Room::height_m, 0.5, 100},
+    Field<Room>{"wall_brightness", &Room::wall_brightness, 0, 7},
+    Field<Room>{"wall_contrast", &Room::wall_contrast, 0, 0.3},
+};
+
+constexpr unsigned kTiled = Only(CeilingKind::kTiles) | Only(CeilingKind::kPeriodic);
+constexpr unsigned kTilesOnly = Only(CeilingKind::kTiles);
+constexpr unsigned kUneven = kTilesOnly | Only(CeilingKind::kPlaster);
+
+constexpr std::array kCeilingFields{
+    Field<Ceiling>{"brightness", &Ceiling::brightness, 0, 7},
+    Field<Ceiling>{"tile_length_m", &Ceiling::tile_length_m, 0.05, 20, kTiled},
+    Field<Ceiling>{"tile_width_m", &Ceiling::tile_width_m, 0.05, 20, kTiled},
+    Field<Ceiling>{"joint_m", &Ceiling::joint_m, 0, 1, kTiled},
+    Field<Ceiling>{"joint_contrast", &Ceiling::joint_contrast, 0, 1, kTiled},
+    Field<Ceiling>{"speckle_contrast",
+                   &Ceiling::speckle_contrast,
+                   0,
+                   0.3,
+                   kTiled | Only(CeilingKind::kPlaster)},
+    Field<Ceiling>{"lamp_every_x", &Ceiling::lamp_every_x, 0, 1000, kTiled},
+    Field<Ceiling>{"lamp_every_y", &Ceiling::lamp_every_y, 0, 1000, kTiled},
+    Field<Ceiling>{"lamp_brightness", &Ceiling::lamp_brightness, 0, 7, kTiled},
+    Field<Ceiling>{"tile_contrast", &Ceiling::tile_contrast, 0, 0.3, kTilesOnly},
+    Field<Ceiling>{"light_contrast", &Ceiling::light_contrast, 0, 0.3, kUneven},
+    Field<Ceiling>{"stains_per_100m2", &Ceiling::stains_per_100m2, 0, 500, kTilesOnly},
+    Field<Ceiling>{"vents_per_100m2", &Ceiling::vents_per_100m2, 0, 500, kTilesOnly},
+    Field<Ceiling>{"lamps_off_share", &Ceiling::lamps_off_share, 0, 1, kTilesOnly},
+    Field<Ceiling>{"marks", &Ceiling::marks, 0, 100000},
+};
+
+constexpr std::array kFixtureFields{
+    Field<Fixtures>{"beam_every_m", &Fixtures::beam_every_m, 0, 1000},
+    Field<Fixtures>{"beam_width_m", &Fixtures::beam_width_m, 0.01, 10},
+    Field<Fixtures>{"beam_depth_m", &Fixtures::beam_depth_m, 0.01, 10},
+    Field<Fixtures>{"beam_brightness", &Fixtures::beam_brightness, 0, 7},
+    Field<Fixtures>{"pillar_every_m", &Fixtures::pillar_every_m, 0, 1000},
+    Field<Fixtures>{"pillar_width_m", &Fixtures::pillar_width_m, 0.01, 10},
+    Field<Fixtures>{"lamps_per_100m2", &Fixtures::lamps_per_100m2, 0, 200},
+    Field<Fixtures>{"lamp_drop_m", &Fixtures::lamp_drop_m, 0.02, 20},
+    Field<Fixtures>{"lamp_brightness", &Fixtures::lamp_brightness, 0, 7},
+    Field<Fixtures>{"ducts_per_100m2", &Fixtures::ducts_per_100m2, 0, 200},
+    Field<Fixtures>{"sprinklers_per_100m2", &Fixtures::sprinklers_per_100m2, 0, 200},
+};
+
+constexpr std::array kCameraFields{
+    Field<Camera>{"width_px", &Camera::width_px, 16, 8192},
+    Field<Camera>{"height_px", &Camera::height_px, 16, 8192},
+    Field<Camera>{"focal_px", &Camera::focal_px, 8, 100000},
+    Field<Camera>{"mount_x_m", &Camera::mount_x_m, -10, 10},
+    Field<Camera>{"mount_y_m", &Camera::mount_y_m, -10, 10},
+    Field<Camera>{"mount_height_m", &Camera::mount_height_m, 0, 100},
+    Field<Camera>{"mount_yaw_deg", &Camera::mount_yaw_deg, -360, 360},
+    Field<Camera>{"mount_pitch_deg", &Camera::mount_pitch_deg, -30, 30},
+    Field<Camera>{"mount_roll_deg", &Camera::mount_roll_deg, -30, 30},
+    Field<Camera>{"exposure_time_s", &Camera::exposure_time_s, 0, 10},
+};
+
+constexpr std::array kPictureFields{
+    Field<Picture>{"motion_blur", &Picture::motion_blur},
+    Field<Picture>{"blur_px", &Picture::blur_px, 0, 20},
+    Field<Picture>{"glare", &Picture::glare, 0, 1},
+    Field<Picture>{"vignetting", &Picture::vignetting, 0, 1},
+    Field<Picture>{"exposure_gain", &Picture::exposure_gain, 0.001, 1000},
+    Field<Picture>{"exposure_drift", &Picture::exposure_drift, 0, 0.9},
+    Field<Picture>{"exposure_period_s", &Picture::exposure_period_s, 0.01, 1e6},
+    Field<Picture>{"shot_noise", &Picture::shot_noise, 0, 1},
+    Field<Picture>{"read_noise", &Picture::read_noise, 0, 1},
+    Field<Picture>{"gain_spread", &Picture::gain_spread, 0, 0.3},
+};
+
+constexpr unsigned kPlanned = ~Only(PathKind::kTum);
+constexpr unsigned kLawnmowerOnly = Only(PathKind::kLawnmower);
+
+constexpr std::array kPathFields{
+    Field<Path>{"frame_rate_hz", &Path::frame_rate_hz, 0.01, 10000},
+    Field<Path>{"start_stamp_s", &Path::start_stamp_s, -1e10, 1e10, kPlanned},
+    Field<Path>{"max_frames", &Path::max_frames, 0, 10000000},
+    Field<Path>{"row_spacing_m", &Path::row_spacing_m, 0.01, 2000, kLawnmowerOnly},
+    Field<Path>{"laps", &Path::laps, 1, 100000, Only(PathKind::kLoops)},
+    Field<Path>{"length_m", &Path::length_m, 0.01, 1e6, Only(PathKind::kRandomWalk)},
+    Field<Path>{"corner_radius_m", &Path::corner_radius_m, 0, 1000, kPlanned},
+    Field<Path>{"speed_m_s", &Path::speed_m_s, 0.001, 100, kPlanned},
+    Field<Path>{"acceleration_m_s2", &Path::acceleration_m_s2, 0.001, 100, kPlanned},
+    Field<Path>{"turn_rate_deg_s", &Path::turn_rate_deg_s, 0.1, 3600, kPlanned},
+    Field<Path>{"turn_acceleration_deg_s2", &Path::turn_acceleration_deg_s2, 0.1, 36000, kPlanned},
+};
+
+/// Names of the kinds in files, in the order of the enumerators.
+constexpr std::array<std::string_view, 4> kCeilingKinds{"tiles", "periodic", "plaster", "uniform"};
+constexpr std::array<std::string_view, 5> kPathKinds{
+    "lawnmower", "loops", "waypoints", "random_walk", "tum"};
+
+/// Columns of the lists, for messages.
+constexpr std::string_view kMarkColumns = "x_m, y_m, radius_m, brightness";
+constexpr std::string_view kBoxColumns =
+    "x_m, y_m, length_m, width_m, bottom_m, top_m, yaw_deg, brightness";
+constexpr std::string_view kStepColumns = "frame, gain";
+constexpr std::string_view kPointColumns = "x, y";
+
+/// `in [LEAST, MOST]`.
+std::string RangeText(double least, double most);
+
+}  // namespace ceilmap::simulator

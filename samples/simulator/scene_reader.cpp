@@ -1,0 +1,222 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "calib/error.hpp"
+#include "calib/yaml_value.hpp"
+#include "samples/simulator/scene.hpp"
+#include "samples/simulator/scene_fields.hpp"
+
+namespace ceilmap::simulator {
+namespace {
+
+using calib::YamlValue;
+
+constexpr std::string_view kWhat = "a scene file (format: samples/simulator/README.md)";
+
+template <typename Group, std::size_t N, typename... Others>
+void AllowOnly(const YamlValue& value,
+               const std::array<Field<Group>, N>& fields,
+               const Others&... others) {
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    value.AllowOnly({fields[I].key..., std::string_view(others)...});
+  }
+  (std::make_index_sequence<N>());
+}
+
+bool ReadBool(const YamlValue& value) {
+  const std::string text = value.Text();
+  if (text != "true" && text != "false") value.Fail("true or false", "correct it");
+  return text == "true";
+}
+
+template <typename Group>
+void ReadField(const YamlValue& value, const Field<Group>& field, Group& group) {
+  std::visit(
+      [&](auto member) {
+        if constexpr (std::is_same_v<decltype(member), bool Group::*>) {
+          group.*member = ReadBool(value);
+        } else if constexpr (std::is_same_v<decltype(member), int Group::*>) {
+          group.*member =
+              value.WholeNumber(static_cast<int>(field.least), static_cast<int>(field.most));
+        } else {
+          group.*member = value.Number();
+          if (!(group.*member >= field.least && group.*member <= field.most)) {
+            value.Fail(RangeText(field.least, field.most), "correct the value");
+          }
+        }
+      },
+      field.member);
+}
+
+/// @param kind_bit  of the group's kind, and its name for messages.
+template <typename Group, std::size_t N>
+void ReadFields(const YamlValue& value,
+                const std::array<Field<Group>, N>& fields,
+                Group& group,
+                unsigned kind_bit = kEveryKind,
+                std::string_view kind_name = {}) {
+  for (const Field<Group>& field : fields) {
+    const auto given = value.Find(field.key);
+    if (!given) continue;
+    if ((field.kinds & kind_bit) == 0) {
+      given->Fail(fmt::format("absent for kind {}", kind_name),
+                  "remove it, it would have no effect");
+    }
+    ReadField(*given, field, group);
+  }
+}
+
+template <typename Kind, std::size_t N>
+void ReadKind(const YamlValue& value, const std::array<std::string_view, N>& names, Kind& kind) {
+  const auto given = value.Find("kind");
+  if (!given) return;
+  const std::string text = given->Text();
+  for (std::size_t i = 0; i < N; ++i) {
+    if (text != names[i]) continue;
+    kind = static_cast<Kind>(i);
+    return;
+  }
+  given->Fail(fmt::format("one of {}", fmt::join(names, ", ")), "correct it");
+}
+
+/// A list of numbers as rows of `Columns`, calling `add` with each.
+template <std::size_t Columns, typename Add>
+void ReadRows(const YamlValue& value,
+              std::string_view key,
+              std::string_view columns,
+              const Add& add) {
+  const auto given = value.Find(key);
+  if (!given) return;
+  const std::size_t count = given->ListSize();
+  if (count % Columns != 0) {
+    given->Fail(fmt::format("rows of {} numbers ({}), not {} numbers", Columns, columns, count),
+                "complete the last row");
+  }
+  const std::vector<double> numbers = given->Numbers(count);
+  for (std::size_t i = 0; i < count; i += Columns) add(&numbers[i]);
+}
+
+template <std::size_t N>
+void ReadArray(const YamlValue& value, std::string_view key, std::array<double, N>& numbers) {
+  const auto given = value.Find(key);
+  if (!given) return;
+  const std::vector<double> read = given->Numbers(N);
+  std::copy(read.begin(), read.end(), numbers.begin());
+}
+
+/// A key that only one kind knows.
+void RefuseUnless(bool used, const YamlValue& value, const char* key, std::string_view kind) {
+  const auto given = value.Find(key);
+  if (given && !used) {
+    given->Fail(fmt::format("absent for kind {}", kind), "remove it, it would have no effect");
+  }
+}
+
+void ReadCeiling(const YamlValue& value, Ceiling& ceiling) {
+  AllowOnly(value, kCeilingFields, "kind", "marks_at");
+  ReadKind(value, kCeilingKinds, ceiling.kind);
+  ReadFields(value,
+             kCeilingFields,
+             ceiling,
+             Only(ceiling.kind),
+             kCeilingKinds.at(static_cast<std::size_t>(ceiling.kind)));
+  ReadRows<4>(value, "marks_at", kMarkColumns, [&](const double* row) {
+    ceiling.marks_at.push_back({row[0], row[1], row[2], row[3]});
+  });
+}
+
+void ReadFixtures(const YamlValue& value, Fixtures& fixtures) {
+  AllowOnly(value, kFixtureFields, "boxes");
+  ReadFields(value, kFixtureFields, fixtures);
+  ReadRows<8>(value, "boxes", kBoxColumns, [&](const double* row) {
+    fixtures.boxes.push_back({row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7]});
+  });
+}
+
+void ReadPicture(const YamlValue& value, Picture& picture) {
+  AllowOnly(value, kPictureFields, "exposure_steps");
+  ReadFields(value, kPictureFields, picture);
+  ReadRows<2>(value, "exposure_steps", kStepColumns, [&](const double* row) {
+    const auto frame = static_cast<std::int64_t>(std::clamp(row[0], -1.0, 1e9));
+    if (static_cast<double>(frame) != row[0]) {
+      value.At("exposure_steps", "")
+          .Fail("whole frame numbers >= 0", "correct " + fmt::format("{:g}", row[0]));
+    }
+    picture.exposure_steps.push_back({frame, row[1]});
+  });
+}
+
+void ReadPath(const YamlValue& value, Path& path) {
+  AllowOnly(value, kPathFields, "kind", "area_m", "waypoints_m", "tum_file");
+  ReadKind(value, kPathKinds, path.kind);
+  const std::string_view kind = kPathKinds.at(static_cast<std::size_t>(path.kind));
+  ReadFields(value, kPathFields, path, Only(path.kind), kind);
+  const bool is_tum = path.kind == PathKind::kTum;
+  const bool is_waypoints = path.kind == PathKind::kWaypoints;
+  RefuseUnless(!is_tum && !is_waypoints, value, "area_m", kind);
+  RefuseUnless(is_waypoints, value, "waypoints_m", kind);
+  RefuseUnless(is_tum, value, "tum_file", kind);
+  ReadArray(value, "area_m", path.area_m);
+  ReadRows<2>(value, "waypoints_m", kPointColumns, [&](const double* row) {
+    path.waypoints_m.push_back({row[0], row[1]});
+  });
+  if (const auto file = value.Find("tum_file")) {
+    path.tum_file = value.File().parent_path() / file->Text();
+  }
+}
+
+void ReadCamera(const YamlValue& value, Camera& camera) {
+  AllowOnly(value, kCameraFields, "distortion");
+  ReadFields(value, kCameraFields, camera);
+  ReadArray(value, "distortion", camera.distortion);
+}
+
+Scene ReadAll(const YamlValue& root) {
+  root.AllowOnly({"seed",
+                  "robot",
+                  "axle_behind_mast_m",
+                  "room",
+                  "ceiling",
+                  "fixtures",
+                  "camera",
+                  "picture",
+                  "path"});
+  Scene scene;
+  if (const auto seed = root.Find("seed")) {
+    scene.seed = static_cast<std::uint64_t>(seed->WholeNumber(0, 2147483647));
+  }
+  if (const auto robot = root.Find("robot")) scene.robot = robot->Text();
+  if (const auto axle = root.Find("axle_behind_mast_m")) {
+    scene.axle_behind_mast_m = axle->Number();
+  }
+  if (const auto room = root.Find("room")) {
+    AllowOnly(*room, kRoomFields);
+    ReadFields(*room, kRoomFields, scene.room);
+  }
+  if (const auto ceiling = root.Find("ceiling")) ReadCeiling(*ceiling, scene.ceiling);
+  if (const auto fixtures = root.Find("fixtures")) ReadFixtures(*fixtures, scene.fixtures);
+  if (const auto camera = root.Find("camera")) ReadCamera(*camera, scene.camera);
+  if (const auto picture = root.Find("picture")) ReadPicture(*picture, scene.picture);
+  if (const auto path = root.Find("path")) ReadPath(*path, scene.path);
+  return scene;
+}
+
+}  // namespace
+
+Scene ParseScene(const std::string& text, const std::filesystem::path& file) {
+  Scene scene = ReadAll(YamlValue::Parse(text, file, kWhat));
+  try {
+    scene.Validate();
+  } catch (const calib::InputError& error) {
+    throw calib::InputError(fmt::format("{}: {}", file.string(), error.what()));
+  }
+  return scene;
+}
+
+Scene ReadScene(const std::filesystem::path& file) {
+  return ParseScene(calib::ReadSettingsText(file, kWhat), file);
+}
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,135 @@
+#include "mapping/map_merge.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/mapping/synthetic_drive.hpp"
+
+namespace ceilmap::mapping {
+namespace {
+
+using synthetic::CeilingParams;
+using synthetic::DriveUnder;
+using synthetic::Periodic;
+using testing::HasSubstr;
+
+/// A straight drive along x at `y`, from x0 on.
+std::vector<Pose2> Row(double x0, double y, int count, double yaw = 0) {
+  std::vector<Pose2> places;
+  for (int i = 0; i < count; ++i) places.push_back({x0 + 0.7 * i, y, yaw});
+  return places;
+}
+
+/// Merges drives; the second one's ids begin at 1000.
+MergeResult Merge(const DriveUnder& a, const DriveUnder& b) {
+  const auto of = [&](std::int64_t id) -> const DriveUnder& { return id < 1000 ? a : b; };
+  return MergeGraphs(
+      a.view,
+      {a.graph, b.graph},
+      [&](std::int64_t id) { return of(id).Picture(id); },
+      [&](std::int64_t id) { return of(id).Descriptors(id); });
+}
+
+/// Worst distance of a keyframe from its place to the first one.
+double WorstError(const MergeResult& merged, const DriveUnder& a, const DriveUnder& b) {
+  double worst = 0;
+  const Pose2 T_map_first = merged.graph.keyframes.front().pose.T_map_base;
+  for (const Keyframe& keyframe : merged.graph.keyframes) {
+    const Pose2& truth = keyframe.id < 1000 ? a.truth.at(keyframe.id) : b.truth.at(keyframe.id);
+    const Pose2 expected = T_map_first * a.truth.at(0).Inverse() * truth;
+    worst =
+        std::max(worst, (expected.Inverse() * keyframe.pose.T_map_base).Translation().norm());
+  }
+  return worst;
+}
+
+TEST(MapMerge, PartsOfOneCeilingComeTogether) {
+  const DriveUnder a({}, Row(0, 0, 9));
+  const DriveUnder b({}, Row(6, 0.6, 9, std::numbers::pi), {}, 1000);
+  const MergeResult merged = Merge(a, b);
+  ASSERT_TRUE(merged.ok()) << merged.results[1].reason;
+  EXPECT_EQ(merged.graph.keyframes.size(), 18U);
+  EXPECT_EQ(merged.graph.trajectory.size(), 18U);
+  EXPECT_LT(WorstError(merged, a, b), 0.03);
+  EXPECT_GE(merged.results[1].matched, 3);
+  // The first keyframe stays.
+  EXPECT_EQ(merged.graph.keyframes.front().pose.T_map_base.x, 0);
+}
+
+TEST(MapMerge, OtherCeilingsAreRefused) {
+  CeilingParams other;
+  other.seed = 99;
+  const DriveUnder a({}, Row(0, 0, 9));
+  const DriveUnder b(other, Row(0, 0, 9), {}, 1000);
+  const MergeResult merged = Merge(a, b);
+  EXPECT_FALSE(merged.ok());
+  EXPECT_EQ(merged.results[1].verdict, JoinResult::Verdict::kNoOverlap);
+  EXPECT_THAT(merged.results[1].reason, HasSubstr("nothing is seen in both"));
+  EXPECT_EQ(merged.graph.keyframes.size(), 9U) << "what was joined is there";
+}
+
+TEST(MapMerge, TooLittleInCommonIsRefused) {
+  const DriveUnder a({}, Row(0, 0, 9));
+  const DriveUnder b({}, Row(5.6, 0, 9), {}, 1000);  // one place
+  const DriveUnder far({}, Row(8.2, 0, 9), {}, 1000);
+  EXPECT_FALSE(Merge(a, far).ok());
+  const MergeResult little = Merge(a, b);
+  if (!little.ok()) EXPECT_THAT(little.results[1].reason, HasSubstr("too little"));
+}
+
+TEST(MapMerge, PeriodicCeilingIsAmbiguous) {
+  const DriveUnder a(Periodic(60), Row(0, 0, 9));
+  const DriveUnder b(Periodic(60), Row(3, 0, 9), {}, 1000);
+  const MergeResult merged = Merge(a, b);
+  EXPECT_FALSE(merged.ok());
+  EXPECT_THAT(merged.results[1].reason, HasSubstr("repeats itself"));
+}
+
+TEST(MapMerge, BaysThatLookAlikeAreAmbiguous) {
+  // The same mark every 2 m, seen one or two at a time: every picture fits at several places.
+  CeilingParams bays = Periodic(0);
+  for (int i = -20; i < 40; ++i) {
+    bays.own_marks.emplace_back(200.0 * i, 10);
+    bays.own_marks.emplace_back(200.0 * i + 50, -60);
+    bays.own_marks.emplace_back(200.0 * i + 90, 70);
+  }
+  const DriveUnder a(bays, Row(0, 0, 14));
+  const DriveUnder b(bays, Row(30, 0, 14), {}, 1000);  // elsewhere
+  const MergeResult merged = Merge(a, b);
+  EXPECT_FALSE(merged.ok()) << "joined where they have nothing in common";
+}
+
+TEST(MapMerge, ThirdPartMayHangOnTheSecond) {
+  const DriveUnder a({}, Row(0, 0, 8));
+  const DriveUnder b({}, Row(3.5, 0.3, 12), {}, 1000);
+  const DriveUnder c({}, Row(9.5, 0, 8), {}, 2000);
+  const auto of = [&](std::int64_t id) -> const DriveUnder& {
+    return id < 1000 ? a : id < 2000 ? b : c;
+  };
+  const MergeResult merged = MergeGraphs(
+      a.view,
+      {a.graph, c.graph, b.graph},
+      [&](std::int64_t id) { return of(id).Picture(id); },
+      [&](std::int64_t id) { return of(id).Descriptors(id); });
+  ASSERT_TRUE(merged.ok()) << merged.results[1].reason << merged.results[2].reason;
+  EXPECT_EQ(merged.graph.keyframes.size(), 28U);
+}
+
+TEST(MapMerge, RenumberingKeepsWhatBelongsTogether) {
+  DriveUnder a({}, Row(0, 0, 4));
+  MapGraph graph = a.graph;
+  graph.weak_spots.push_back({WeakSpot::Kind::kLost, 2, 0, 0, 1});
+  Renumber(graph, 50);
+  EXPECT_EQ(graph.keyframes[3].id, 53);
+  EXPECT_EQ(graph.keyframes[3].pose.keyframe_id, 53);
+  EXPECT_EQ(graph.trajectory[1].keyframe_id, 51);
+  EXPECT_EQ(graph.edges[0].from, 50);
+  EXPECT_EQ(graph.edges[0].to, 51);
+  EXPECT_EQ(graph.weak_spots[0].keyframe_id, 52);
+}
+
+}  // namespace
+}  // namespace ceilmap::mapping

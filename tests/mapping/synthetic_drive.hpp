@@ -1,0 +1,134 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "calib/ceiling_view.hpp"
+#include "mapping/keyframe.hpp"
+#include "mapping/map_graph.hpp"
+#include "mapping/place_descriptor.hpp"
+#include "mapping/planar_motion.hpp"
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+/// Keyframes of a robot under a synthetic ceiling, with an odometry whose errors are known, for the
+/// tests of loop closing and merging.
+namespace ceilmap::mapping::synthetic {
+
+using registration::synthetic::CeilingParams;
+using registration::synthetic::MotionAt;
+using registration::synthetic::SyntheticCeiling;
+
+/// 320 x 240 px of 10 mm: 3.2 m x 2.4 m of ceiling in view.
+inline calib::CeilingView SmallView() {
+  calib::MountedCamera up;
+  up.camera = {320, 240, 220, 220, 159.5, 119.5, {}};
+  up.T_base_cam.linear() =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  up.T_base_cam.translation() = Eigen::Vector3d(0.05, 0, 0.4);
+  return {up, 2.6};
+}
+
+/// Tiles, and nothing by which one could tell them apart.
+inline CeilingParams Periodic(double tile_px) {
+  CeilingParams params;
+  params.tile_px = tile_px;
+  params.tile_grey = 0;
+  params.speckle_grey = 0;
+  params.lamps = false;
+  params.marks = false;
+  return params;
+}
+
+struct DriftParams {
+  double sigma = 0.002;       ///< of an edge, in x and y; the edges claim it
+  double sigma_rad = 0.0005;  ///< the same in yaw
+  double yaw_bias_rad = 0;    ///< of each edge; the edges do not know
+};
+
+/// Keyframes at given places, tied from one to the next.
+class DriveUnder {
+ public:
+  DriveUnder(const CeilingParams& ceiling,
+             const std::vector<Pose2>& truths,
+             const DriftParams& drift = {},
+             std::int64_t first_id = 0)
+      : ceiling_(ceiling), drift_(drift), random_(7 + static_cast<unsigned>(first_id)) {
+    for (std::size_t i = 0; i < truths.size(); ++i) {
+      const std::int64_t id = first_id + static_cast<std::int64_t>(i);
+      truth[id] = truths[i];
+      Keyframe keyframe;
+      keyframe.id = id;
+      keyframe.pose.keyframe_id = id;
+      if (i > 0) {
+        Edge tie = Tie(id - 1, id);
+        const FramePose& before = graph.keyframes.back().pose;
+        keyframe.pose.T_map_base = before.T_map_base * tie.T_from_to;
+        keyframe.pose.covariance = ComposeCovariance(
+            before.T_map_base, before.covariance, tie.T_from_to, tie.information.inverse());
+        graph.edges.push_back(tie);
+      }
+      graph.keyframes.push_back(keyframe);
+      graph.trajectory.push_back(keyframe.pose);
+    }
+  }
+
+  [[nodiscard]] cv::Mat Picture(std::int64_t id) const {
+    return ceiling_.Render(
+        {320, 240}, MotionAt(view, truth.at(id)), 1.5, static_cast<std::uint32_t>(id) + 1);
+  }
+  [[nodiscard]] cv::Mat Descriptors(std::int64_t id) const {
+    PlaceDescriber describer(view.Size(),
+                             view.MetresPerPixel(),
+                             PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()));
+    return describer.Describe(Picture(id));
+  }
+  /// How far an edge is from the truth: metres.
+  [[nodiscard]] double Error(const Edge& edge) const {
+    const Pose2 off =
+        edge.T_from_to.Inverse() * (truth.at(edge.from).Inverse() * truth.at(edge.to));
+    return off.Translation().norm();
+  }
+
+  const calib::CeilingView view = SmallView();
+  std::map<std::int64_t, Pose2> truth;
+  MapGraph graph;  ///< as the odometry has it
+
+ private:
+  Edge Tie(std::int64_t from, std::int64_t to) {
+    Edge edge{from, to, Edge::Kind::kOdometry, truth[from].Inverse() * truth[to], {}};
+    edge.T_from_to.x += drift_.sigma * normal_(random_);
+    edge.T_from_to.y += drift_.sigma * normal_(random_);
+    edge.T_from_to.yaw += drift_.sigma_rad * normal_(random_) + drift_.yaw_bias_rad;
+    const double xy = 1 / (drift_.sigma * drift_.sigma);
+    edge.information =
+        Eigen::Vector3d(xy, xy, 1 / (drift_.sigma_rad * drift_.sigma_rad)).asDiagonal();
+    return edge;
+  }
+
+  SyntheticCeiling ceiling_;
+  DriftParams drift_;
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+/// Places `step` apart along a square of side `side`, `laps` times, the robot looking along.
+inline std::vector<Pose2> Square(double side, double step, int laps) {
+  std::vector<Pose2> places;
+  const int per_side = static_cast<int>(std::lround(side / step));
+  for (int i = 0; i < 4 * per_side * laps; ++i) {
+    const int corner = i / per_side % 4;
+    const double along = (i % per_side) * step;
+    Pose2 T{0, 0, corner * std::numbers::pi / 2};
+    const std::vector<Eigen::Vector2d> corners = {{0, 0}, {side, 0}, {side, side}, {0, side}};
+    const Eigen::Vector2d p =
+        corners[static_cast<std::size_t>(corner)] + T.Rotation() * Eigen::Vector2d(along, 0);
+    places.push_back({p.x(), p.y(), calib::WrapAngle(T.yaw)});
+  }
+  return places;
+}
+
+}  // namespace ceilmap::mapping::synthetic
