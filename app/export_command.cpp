@@ -73,12 +73,12 @@ void RunExport(const ExportParams& params, const CommonOptions& common, Summary&
 }  // namespace
 
 Command AddExportCommand(CLI::App& program) {
-  Command command = MakeCommand(
-      program,
-      "export",
-      "Writes a map for other programs: its picture for ROS map_server and Nav2, GIS or people, its "
-      "pose graph as g2o text, its trajectory as TUM lines.",
-      "ceilmap export lab.gpkg --format ros -o lab.yaml");
+  Command command = MakeCommand(program,
+                                "export",
+                                "Writes a map for other programs: its picture for ROS map_server "
+                                "and Nav2, GIS or people, its "
+                                "pose graph as g2o text, its trajectory as TUM lines.",
+                                "ceilmap export lab.gpkg --format ros -o lab.yaml");
   auto params = std::make_shared<ExportParams>();
   CLI::App& cli = *command.cli;
   cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");

@@ -194,20 +194,20 @@ struct MapResult {
 };
 
 MapResult FinishAppend(const Appending& appending,
-                                             const calib::CeilingView& view,
-                                             const MapParams& params,
-                                             mapping::Mapper& mapper,
-                                             mapping::MapWriter& writer) {
+                       const calib::CeilingView& view,
+                       const MapParams& params,
+                       mapping::Mapper& mapper,
+                       mapping::MapWriter& writer) {
   mapper.Close();
   Progress progress("drawing", "tiles");
-  const mapping::MergeResult merged = mapping::AppendRecording(
-      appending.map,
-      mapper.Graph(),
-      view,
-      appending.metadata,
-      {},
-      writer,
-      [&progress](int done, int total) { progress.Update(done, total); });
+  const mapping::MergeResult merged =
+      mapping::AppendRecording(appending.map,
+                               mapper.Graph(),
+                               view,
+                               appending.metadata,
+                               {},
+                               writer,
+                               [&progress](int done, int total) { progress.Update(done, total); });
   if (!merged.ok()) {
     throw calib::RunError(fmt::format("--append: {} does not join {}: {}; the map stays as it was",
                                       params.up,
@@ -301,7 +301,9 @@ void PrintReport(const mapping::MapperReport& report,
   table.AddRow({"lost", fmt::format("{}", report.lost)});
   table.AddRow({"ambiguous", fmt::format("{}", report.ambiguous)});
   if (report.unconnected > 0) {
-    table.AddRow({"unconnected", fmt::format("{}", report.unconnected), "seen from a part that nothing ties to the map; left out"});
+    table.AddRow({"unconnected",
+                  fmt::format("{}", report.unconnected),
+                  "seen from a part that nothing ties to the map; left out"});
   }
   table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
   table.AddRow({"loops closed",

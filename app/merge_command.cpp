@@ -81,7 +81,8 @@ void Report(const mapping::MergeResult& merged,
   }
   const mapping::MapQuality& quality = merged.graph.quality;
   table.AddRow({"keyframes", fmt::format("{}", merged.graph.keyframes.size())});
-  table.AddRow({"loops closed", fmt::format("{}", quality.loops.accepted - quality.loops.outliers)});
+  table.AddRow(
+      {"loops closed", fmt::format("{}", quality.loops.accepted - quality.loops.outliers)});
   table.AddRow({"they fit to", fmt::format("{:.2g}", quality.loop_rms), unit + " RMS"});
   fmt::print("{}written {}\n", table.Format(), params.output.string());
 }
@@ -99,10 +100,9 @@ void RunMerge(const MergeCommandParams& params, const CommonOptions& common, Sum
   mapping::MergeResult merged;
   {
     Progress progress("drawing", "tiles");
-    merged = mapping::MergeMaps(
-        readers, metadata, {}, writer, [&progress](int done, int total) {
-          progress.Update(done, total);
-        });
+    merged = mapping::MergeMaps(readers, metadata, {}, writer, [&progress](int done, int total) {
+      progress.Update(done, total);
+    });
   }
   if (!merged.ok()) Refuse(merged, params);
   writer.Commit();

@@ -32,7 +32,8 @@ class CeilingView {
   static CeilingView InPixels(cv::Size size);
 
   /// View of pictures that are rectified already, e.g. those kept in a map.
-  /// @param m_per_px  > 0. @param mask  see Mask(). @throws InputError when the arguments cannot be.
+  /// @param m_per_px  > 0. @param mask  see Mask(). @throws InputError when the arguments cannot
+  /// be.
   static CeilingView OfRectified(cv::Size size,
                                  double m_per_px,
                                  const Pose2& T_base_view,

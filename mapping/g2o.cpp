@@ -7,7 +7,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "calib/error.hpp"
@@ -172,26 +171,40 @@ class Reader {
   std::vector<Line> fix_lines_;
 };
 
+void AppendVertex(std::int64_t id, const Pose2& pose, std::string& text) {
+  text += fmt::format("{} {} {} {} {}\n", kVertex, id, pose.x, pose.y, pose.yaw);
+}
+
+void AppendEdge(const Edge& edge, std::string& text) {
+  const Pose2& T = edge.T_from_to;
+  text += fmt::format("{} {} {} {} {} {}", kEdge, edge.from, edge.to, T.x, T.y, T.yaw);
+  for (const auto& [row, column] : kTriangle) {
+    text += fmt::format(" {}", edge.information(row, column));
+  }
+  text += '\n';
+}
+
 }  // namespace
 
 std::string FormatG2o(std::span<const Pose2> poses,
                       std::span<const Edge> edges,
                       std::span<const std::int64_t> fixed) {
   std::string text;
-  const auto out = std::back_inserter(text);
   for (std::size_t id = 0; id < poses.size(); ++id) {
-    const Pose2& p = poses[id];
-    fmt::format_to(out, "{} {} {} {} {}\n", kVertex, id, p.x, p.y, p.yaw);
+    AppendVertex(static_cast<std::int64_t>(id), poses[id], text);
   }
-  for (const std::int64_t id : fixed) fmt::format_to(out, "{} {}\n", kFix, id);
-  for (const Edge& edge : edges) {
-    const Pose2& p = edge.T_from_to;
-    fmt::format_to(out, "{} {} {} {} {} {}", kEdge, edge.from, edge.to, p.x, p.y, p.yaw);
-    for (const auto& [row, column] : kTriangle) {
-      fmt::format_to(out, " {}", edge.information(row, column));
-    }
-    text += '\n';
+  for (const std::int64_t id : fixed) text += fmt::format("{} {}\n", kFix, id);
+  for (const Edge& edge : edges) AppendEdge(edge, text);
+  return text;
+}
+
+std::string FormatG2o(const MapGraph& graph) {
+  std::string text;
+  for (const Keyframe& keyframe : graph.keyframes) {
+    AppendVertex(keyframe.id, keyframe.pose.T_map_base, text);
   }
+  if (!graph.keyframes.empty()) text += fmt::format("{} {}\n", kFix, graph.keyframes.front().id);
+  for (const Edge& edge : graph.edges) AppendEdge(edge, text);
   return text;
 }
 

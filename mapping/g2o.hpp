@@ -8,6 +8,7 @@
 
 #include "calib/pose2.hpp"
 #include "mapping/keyframe.hpp"
+#include "mapping/map_graph.hpp"
 
 /// Pose graphs as g2o text, the form other solvers read: VERTEX_SE2 id x y yaw, FIX id, and
 /// EDGE_SE2 from to x y yaw ixx ixy ixyaw iyy iyyaw iyawyaw.
@@ -24,6 +25,9 @@ struct PoseGraph {
 std::string FormatG2o(std::span<const Pose2> poses,
                       std::span<const Edge> edges,
                       std::span<const std::int64_t> fixed = {});
+
+/// The same for a map: vertices keep their keyframes' ids, the first one is fixed.
+std::string FormatG2o(const MapGraph& graph);
 
 /// Reads such text; vertices and edges may come in any order, '#' begins a comment line. The format
 /// does not tell odometry from loop closures: an edge to the next keyframe is taken as odometry.

@@ -120,10 +120,8 @@ KeyframeGraph::Relative KeyframeGraph::Along(
   }
   Relative relative;
   for (auto step = path.rbegin(); step != path.rend(); ++step) {
-    relative.covariance = ComposeCovariance(relative.T_from_to,
-                                            relative.covariance,
-                                            step->T_from_to,
-                                            step->information.inverse());
+    relative.covariance = ComposeCovariance(
+        relative.T_from_to, relative.covariance, step->T_from_to, step->information.inverse());
     relative.T_from_to = relative.T_from_to * step->T_from_to;
   }
   return relative;

@@ -27,7 +27,8 @@ using registration::Verdict;
 void LoopCloserParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (!good) {
-      throw calib::InputError(fmt::format("loop closing: {} = {}, must be {}", field, value, range));
+      throw calib::InputError(
+          fmt::format("loop closing: {} = {}, must be {}", field, value, range));
     }
   };
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
@@ -41,6 +42,7 @@ void LoopCloserParams::Validate() const {
   require(floor_px > 0, "floor_px", floor_px, "> 0");
   require(floor_rad > 0, "floor_rad", floor_rad, "> 0");
   require(confirm_px > 0, "confirm_px", confirm_px, "> 0");
+  require(max_rival_part > 0 && max_rival_part <= 1, "max_rival_part", max_rival_part, "in (0, 1]");
   require(confirm_within >= 1, "confirm_within", confirm_within, "at least 1");
   require(looks_sigma_part > 0, "looks_sigma_part", looks_sigma_part, "> 0");
   require(window >= 1, "window", window, "at least 1");
@@ -89,8 +91,8 @@ struct LoopCloser::Impl {
   KeyframeGraph graph;
   RecentlyUsed<FrameSpectrum> spectra;
   PlaceIndex places;
-  std::int64_t latest = -1;    // keyframe that was added last ...
-  cv::Mat latest_descriptors;  // ... and what it looks like
+  std::int64_t latest_id = -1;              // keyframe that was added last ...
+  cv::Mat latest_descriptors;               // ... and what it looks like
   std::vector<Pose2> recorded;              // by id: the pose that the keyframe came with
   std::vector<Eigen::Matrix3d> covariance;  // by id: of the pose, by the best path from the start
   std::vector<Pending> pending;
@@ -105,7 +107,10 @@ struct LoopCloser::Impl {
   std::vector<LoopCandidate> Alike(std::int64_t id) const;
   bool WorthWhile(const Relative& predicted, std::int64_t id) const;
   bool Agrees(const Edge& edge, const Relative& predicted) const;
-  std::optional<Edge> Measure(std::int64_t from, std::int64_t to, const Relative& predicted);
+  std::optional<Edge> Measure(std::int64_t from,
+                              std::int64_t to,
+                              const Relative& predicted,
+                              bool doubtful);
   bool Supports(const Edge& known, const Edge& edge) const;
   bool Confirm(const Edge& edge, std::int64_t keyframe);
   void Accept(const Edge& edge);
@@ -152,11 +157,10 @@ std::vector<LoopCandidate> LoopCloser::Impl::Around(std::int64_t id, double sigm
     const double overlap = Overlap(graph.T_map_base(other).Inverse() * T_map_base);
     if (overlap + 3 * sigma / span >= params.min_overlap) candidates.push_back({other, overlap});
   }
-  std::stable_sort(candidates.begin(),
-                   candidates.end(),
-                   [](const LoopCandidate& a, const LoopCandidate& b) {
-                     return a.overlap > b.overlap;
-                   });
+  std::stable_sort(
+      candidates.begin(), candidates.end(), [](const LoopCandidate& a, const LoopCandidate& b) {
+        return a.overlap > b.overlap;
+      });
   constexpr std::size_t kMost = 24;
   if (candidates.size() > kMost) candidates.resize(kMost);
   return candidates;
@@ -164,7 +168,7 @@ std::vector<LoopCandidate> LoopCloser::Impl::Around(std::int64_t id, double sigm
 
 /// Most alike first. The latest keyframes look alike too, but close no loop.
 std::vector<LoopCandidate> LoopCloser::Impl::Alike(std::int64_t id) const {
-  if (id != latest) return {};
+  if (id != latest_id) return {};
   const std::unordered_set<std::int64_t> tied = Tied(graph, id);
   std::vector<LoopCandidate> candidates;
   for (const PlaceIndex::Match& match :
@@ -176,9 +180,7 @@ std::vector<LoopCandidate> LoopCloser::Impl::Alike(std::int64_t id) const {
   return candidates;
 }
 
-MotionPrior LoopCloser::Impl::Prior(const Pose2& T_from_to,
-                                    double sigma,
-                                    double sigma_rad) const {
+MotionPrior LoopCloser::Impl::Prior(const Pose2& T_from_to, double sigma, double sigma_rad) const {
   MotionPrior prior;
   prior.motion = ImageMotionOf(view, T_from_to);
   prior.sigma_px = std::max(2.0, sigma / view.MetresPerPixel());
@@ -202,8 +204,7 @@ bool LoopCloser::Impl::WorthWhile(const Relative& predicted, std::int64_t id) co
     return c(0, 0) + c(1, 1) + 0.25 * span * span * c(2, 2);
   };
   const Edge& tie = graph.Edges()[graph.EdgesOf(id).front()];
-  return variance(predicted.covariance) >
-         params.min_gain * variance(tie.information.inverse());
+  return variance(predicted.covariance) > params.min_gain * variance(tie.information.inverse());
 }
 
 bool LoopCloser::Impl::Agrees(const Edge& edge, const Relative& predicted) const {
@@ -215,13 +216,13 @@ bool LoopCloser::Impl::Agrees(const Edge& edge, const Relative& predicted) const
   // `off` is expressed in the predicted `to` frame, the covariance in `from`.
   const Eigen::Vector2d t = predicted.T_from_to.Rotation() * off.Translation();
   const Eigen::Vector3d difference(t.x(), t.y(), off.yaw);
-  return difference.dot(spread.ldlt().solve(difference)) <
-         params.max_sigmas * params.max_sigmas;
+  return difference.dot(spread.ldlt().solve(difference)) < params.max_sigmas * params.max_sigmas;
 }
 
 std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
                                               std::int64_t to,
-                                              const Relative& predicted) {
+                                              const Relative& predicted,
+                                              bool doubtful) {
   ++counts.compared;
   const MotionPrior prior = Prior(predicted.T_from_to,
                                   LargestSigma(predicted.covariance.topLeftCorner<2, 2>()),
@@ -230,6 +231,12 @@ std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
   if (measured.verdict == Verdict::kAmbiguous) ++counts.ambiguous;
   if (!measured.ok()) {
     if (measured.verdict != Verdict::kAmbiguous) ++counts.no_match;
+    return std::nullopt;
+  }
+  const bool rivalled =
+      measured.by_prior || measured.runner_up > params.max_rival_part * measured.peak;
+  if (doubtful && rivalled) {
+    ++counts.ambiguous;
     return std::nullopt;
   }
   const Edge edge = ClosureEdge(measured, from, to);
@@ -255,8 +262,8 @@ bool LoopCloser::Impl::Supports(const Edge& known, const Edge& edge) const {
   around.covariance = ComposeCovariance(
       first.T_from_to, first.covariance, known.T_from_to, known.information.inverse());
   around.T_from_to = first.T_from_to * known.T_from_to;
-  around.covariance = ComposeCovariance(
-      around.T_from_to, around.covariance, last.T_from_to, last.covariance);
+  around.covariance =
+      ComposeCovariance(around.T_from_to, around.covariance, last.T_from_to, last.covariance);
   around.T_from_to = around.T_from_to * last.T_from_to;
   return Agrees(edge, around);
 }
@@ -286,10 +293,8 @@ void LoopCloser::Impl::Accept(const Edge& edge) {
   // The newer keyframe is known at least as well as the older one and the closure.
   const auto from = static_cast<std::size_t>(edge.from);
   const auto to = static_cast<std::size_t>(edge.to);
-  const Eigen::Matrix3d through = ComposeCovariance(graph.T_map_base(edge.from),
-                                                    covariance[from],
-                                                    edge.T_from_to,
-                                                    edge.information.inverse());
+  const Eigen::Matrix3d through = ComposeCovariance(
+      graph.T_map_base(edge.from), covariance[from], edge.T_from_to, edge.information.inverse());
   if (through.topLeftCorner<2, 2>().trace() < covariance[to].topLeftCorner<2, 2>().trace()) {
     covariance[to] = through;
   }
@@ -343,8 +348,8 @@ void LoopCloser::Add(const Keyframe& keyframe,
     // What loop closing has moved takes along what comes after it.
     const Edge& tie = edges.front();
     const auto from = static_cast<std::size_t>(tie.from);
-    T_map_base = me.graph.T_map_base(tie.from) *
-                 (me.recorded[from].Inverse() * keyframe.pose.T_map_base);
+    T_map_base =
+        me.graph.T_map_base(tie.from) * (me.recorded[from].Inverse() * keyframe.pose.T_map_base);
     covariance = ComposeCovariance(me.graph.T_map_base(tie.from),
                                    me.covariance[from],
                                    tie.T_from_to,
@@ -361,7 +366,7 @@ void LoopCloser::Add(const Keyframe& keyframe,
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
   if (!descriptors.empty()) {
     me.places.Add(keyframe.id, descriptors);
-    me.latest = keyframe.id;
+    me.latest_id = keyframe.id;
     me.latest_descriptors = descriptors;
   }
 }
@@ -388,13 +393,13 @@ void LoopCloser::Close(std::int64_t id) {
     const auto relative = me.graph.RelativeTo(candidate.id, target);
     if (relative.empty()) continue;  // another segment
     const KeyframeGraph::Relative& predicted = relative.begin()->second;
-    const double doubt_px = LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) /
-                            me.view.MetresPerPixel();
+    const double doubt_px =
+        LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) / me.view.MetresPerPixel();
     const bool doubtful = doubt_px > params.confirm_px;
     if (!me.WorthWhile(predicted, id)) continue;
     if (!doubtful && me.Overlap(predicted.T_from_to) < params.min_overlap) continue;
     ++compared;
-    const std::optional<Edge> edge = me.Measure(candidate.id, id, predicted);
+    const std::optional<Edge> edge = me.Measure(candidate.id, id, predicted, doubtful);
     if (edge && (!doubtful || me.Confirm(*edge, id))) me.Accept(*edge);
   }
   if (me.counts.accepted > accepted_before) me.MoveWindow(id);

@@ -33,11 +33,14 @@ struct LoopCloserParams {
   /// Where the prediction is less certain than this, a closure waits until another one, of other
   /// pictures, says the same.
   double confirm_px = 12;
+  /// ... and is left out as ambiguous when another motion of the pictures agrees with this part of
+  /// the best one's agreement.
+  double max_rival_part = 0.7;
   int confirm_within = 10;  ///< keyframes for which an unconfirmed closure is kept
   /// Where the position is known worse than this part of what a picture spans, candidates are found
   /// by their looks.
   double looks_sigma_part = 0.15;
-  int window = 30;  ///< latest keyframes that are moved when a closure is found
+  int window = 30;          ///< latest keyframes that are moved when a closure is found
   int cached_spectra = 40;  ///< about 4 MB each for pictures of 640 x 480
   EdgeNoise noise;
   registration::RegistrarParams registration;
@@ -82,7 +85,8 @@ class LoopCloser {
       std::int64_t from,
       std::int64_t to,
       const std::optional<registration::MotionPrior>& prior = std::nullopt);
-  /// What is known of T_from_to as the prior of a registration. @param sigma  of x and y, map units.
+  /// What is known of T_from_to as the prior of a registration. @param sigma  of x and y, map
+  /// units.
   [[nodiscard]] registration::MotionPrior Prior(const Pose2& T_from_to,
                                                 double sigma,
                                                 double sigma_rad) const;

@@ -48,8 +48,8 @@ using MosaicSource = std::function<void(const cv::Rect& window, cv::Mat& grey, c
 class MapReader;
 
 /// Writes NAME.gpkg: an OGC GeoPackage with the layers `mosaic` (raster tile pyramid, grey +
-/// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots` (vector) and the tables `keyframe_pictures`,
-/// `ceilmap_metadata`.
+/// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots` (vector) and the tables
+/// `keyframe_pictures`, `ceilmap_metadata`.
 ///
 /// Everything goes to a partial file beside the target (a fixed name, so that the next run replaces
 /// what a killed one left behind); Commit() closes it, syncs it to disk and renames it over the

@@ -31,8 +31,7 @@ KeyframesById ById(const std::vector<Keyframe>& keyframes) {
 
 /// The nearest covariance without negative eigenvalues.
 Eigen::Matrix3d Positive(const Eigen::Matrix3d& matrix) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 *
-                                                              (matrix + matrix.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (matrix + matrix.transpose()));
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).asDiagonal() *
          solver.eigenvectors().transpose();
 }
@@ -47,10 +46,8 @@ std::vector<Tie> Ties(const MapGraph& graph) {
     const FramePose& keyframe = keyframes.at(frame.keyframe_id)->pose;
     Tie tie;
     tie.T_keyframe_frame = keyframe.T_map_base.Inverse() * frame.T_map_base;
-    const Eigen::Matrix3d inherited = ComposeCovariance(keyframe.T_map_base,
-                                                        keyframe.covariance,
-                                                        tie.T_keyframe_frame,
-                                                        Eigen::Matrix3d::Zero());
+    const Eigen::Matrix3d inherited = ComposeCovariance(
+        keyframe.T_map_base, keyframe.covariance, tie.T_keyframe_frame, Eigen::Matrix3d::Zero());
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
     turn.topLeftCorner<2, 2>() = keyframe.T_map_base.Rotation();
     tie.covariance = Positive(turn.transpose() * (frame.covariance - inherited) * turn);
@@ -73,27 +70,30 @@ void PlaceFrames(MapGraph& graph, const std::vector<Tie>& ties, double variance_
 }
 
 double Chi2(const Edge& edge, const std::vector<Pose2>& poses) {
-  return EdgeChi2(edge,
-                  poses[static_cast<std::size_t>(edge.from)],
-                  poses[static_cast<std::size_t>(edge.to)]);
+  return EdgeChi2(
+      edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)]);
+}
+
+/// How many times larger the squared residuals usually are than the edges claim, at least 1. The
+/// median, so that false closures do not count.
+double ClaimFactor(const MapGraph& graph, const std::vector<Pose2>& poses) {
+  std::vector<double> all;
+  for (const Edge& edge : graph.edges) all.push_back(Chi2(edge, poses));
+  const double n = static_cast<double>(graph.edges.size());
+  const double dof = n - static_cast<double>(graph.keyframes.size()) + 1;
+  if (dof <= 0) return 1;  // every edge is needed: nothing is known of its error
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  constexpr double kMedianOfChi2With3 = 2.366;
+  return std::max(1.0, *middle / kMedianOfChi2With3 * n / dof);
 }
 
 /// Takes out the loop closures that the optimum contradicts; how many.
 std::int64_t RemoveOutliers(std::vector<Edge>& edges,
                             const std::vector<Pose2>& poses,
-                            double max_sigmas) {
-  // Relative to what is usual on this ceiling: where all residuals are larger than claimed, the
-  // claims are wrong and not the edges.
-  std::vector<double> all;
-  for (const Edge& edge : edges) all.push_back(Chi2(edge, poses));
-  if (all.empty()) return 0;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  constexpr double kMedianOfChi2With3 = 2.366;
-  const double scale = std::max(1.0, *middle / kMedianOfChi2With3);
+                            double max_chi2) {
   return static_cast<std::int64_t>(std::erase_if(edges, [&](const Edge& edge) {
-    return edge.kind == Edge::Kind::kLoopClosure &&
-           Chi2(edge, poses) > scale * max_sigmas * max_sigmas;
+    return edge.kind == Edge::Kind::kLoopClosure && Chi2(edge, poses) > max_chi2;
   }));
 }
 
@@ -106,9 +106,8 @@ void MeasureQuality(const MapGraph& graph, const std::vector<Pose2>& poses, MapQ
     const double chi2 = Chi2(edge, poses);
     sum += chi2;
     largest = std::max(largest, chi2);
-    const Eigen::Vector3d residual = EdgeResidual(edge,
-                                                  poses[static_cast<std::size_t>(edge.from)],
-                                                  poses[static_cast<std::size_t>(edge.to)]);
+    const Eigen::Vector3d residual = EdgeResidual(
+        edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)]);
     const std::size_t kind = edge.kind == Edge::Kind::kLoopClosure ? 1 : 0;
     squares[kind] += residual.head<2>().squaredNorm() / 2;
     ++counts[kind];
@@ -240,16 +239,27 @@ void Optimize(MapGraph& graph, const OptimizeParams& params) {
   const std::vector<Tie> ties = Ties(graph);
   const std::vector<std::int64_t> fixed = {graph.keyframes.front().id};
   std::vector<Pose2> poses = PosesById(graph);
-  constexpr int kMostRounds = 5;
+  // Where all residuals are larger than claimed, the claims are wrong and not the edges: outliers
+  // are told by what is usual on this ceiling, which plain squares say first.
+  PoseGraphParams plain = params.pose_graph;
+  plain.loop_loss_scale = 0;
+  OptimizePoses(graph.edges, fixed, poses, plain);
+  double factor = ClaimFactor(graph, poses);
+  PoseGraphParams robust = params.pose_graph;
+  constexpr int kMostRounds = 6;
   for (int round = 0; round < kMostRounds; ++round) {
-    OptimizePoses(graph.edges, fixed, poses, params.pose_graph);
-    const std::int64_t removed = RemoveOutliers(graph.edges, poses, params.max_sigmas);
-    if (removed == 0) break;
+    robust.loop_loss_scale = params.pose_graph.loop_loss_scale * std::sqrt(factor);
+    OptimizePoses(graph.edges, fixed, poses, robust);
+    const double before = factor;
+    factor = std::min(factor, ClaimFactor(graph, poses));
+    const std::int64_t removed =
+        RemoveOutliers(graph.edges, poses, factor * params.max_sigmas * params.max_sigmas);
     graph.quality.loops.outliers += removed;
+    if (removed == 0 && factor > 0.8 * before) break;
   }
   MeasureQuality(graph, poses, graph.quality);
   const double variance_factor = std::max(1.0, graph.quality.chi2_per_dof);
-  const auto covariances = MarginalCovariances(graph.edges, fixed, poses, params.pose_graph);
+  const auto covariances = MarginalCovariances(graph.edges, fixed, poses, robust);
   for (Keyframe& keyframe : graph.keyframes) {
     const auto index = static_cast<std::size_t>(keyframe.id);
     keyframe.pose.T_map_base = poses[index];

@@ -13,13 +13,13 @@ namespace ceilmap::mapping {
 
 /// What became of the places where a loop might have closed.
 struct LoopCounts {
-  std::int64_t compared = 0;   ///< pairs of keyframes that were registered
-  std::int64_t accepted = 0;   ///< became edges of the graph
-  std::int64_t no_match = 0;   ///< the pictures do not agree, or show nothing
-  std::int64_t ambiguous = 0;  ///< several motions fit (periodic ceiling): left out
+  std::int64_t compared = 0;        ///< pairs of keyframes that were registered
+  std::int64_t accepted = 0;        ///< became edges of the graph
+  std::int64_t no_match = 0;        ///< the pictures do not agree, or show nothing
+  std::int64_t ambiguous = 0;       ///< several motions fit (periodic ceiling): left out
   std::int64_t off_prediction = 0;  ///< agree, but on a motion that the rest of the map excludes
-  std::int64_t unconfirmed = 0;  ///< agree, but far from certain beforehand and said by one pair
-  std::int64_t outliers = 0;     ///< of the accepted: taken out again by the pose graph
+  std::int64_t unconfirmed = 0;     ///< agree, but far from certain beforehand and said by one pair
+  std::int64_t outliers = 0;        ///< of the accepted: taken out again by the pose graph
 
   LoopCounts& operator+=(const LoopCounts& other);
 };

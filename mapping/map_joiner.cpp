@@ -39,7 +39,8 @@ struct Tested {
 std::vector<std::size_t> SpreadOrder(std::size_t n) {
   std::vector<std::size_t> order;
   std::vector<char> taken(n, 0);
-  for (std::size_t step = std::max<std::size_t>(n / 2, 1);; step = std::max<std::size_t>(step / 2, 1)) {
+  for (std::size_t step = std::max<std::size_t>(n / 2, 1);;
+       step = std::max<std::size_t>(step / 2, 1)) {
     for (std::size_t i = step / 2; i < n; i += step) {
       if (taken[i] == 0) order.push_back(i);
       taken[i] = 1;
@@ -83,7 +84,8 @@ class Joiner {
 
 /// Where the match puts its keyframe of b, against where the hypothesis puts it.
 bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const Edge& edge) const {
-  const Pose2 off = (hypothesis.T_a_b * Pose(edge.to)).Inverse() * (Pose(edge.from) * edge.T_from_to);
+  const Pose2 off =
+      (hypothesis.T_a_b * Pose(edge.to)).Inverse() * (Pose(edge.from) * edge.T_from_to);
   return off.Translation().norm() < params_.tolerance_part * closer_.Span() &&
          std::abs(off.yaw) < params_.tolerance_rad;
 }
@@ -199,11 +201,13 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
     result.verdict = ambiguous_ > 0 ? JoinResult::Verdict::kAmbiguous : result.verdict;
     result.reason =
         ambiguous_ > 0
-            ? fmt::format("the ceiling repeats itself: {} of {} pairs of pictures fit in several "
-                          "ways, and none in one only",
-                          ambiguous_,
-                          compared_)
-            : fmt::format("nothing is seen in both: none of {} pairs of pictures agrees", compared_);
+            ? fmt::format(
+                  "the ceiling repeats itself: {} of {} pairs of pictures fit in several "
+                  "ways, and none in one only",
+                  ambiguous_,
+                  compared_)
+            : fmt::format("nothing is seen in both: none of {} pairs of pictures agrees",
+                          compared_);
     return result;
   }
   result.expected = best->expected;
@@ -218,10 +222,10 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   }
   if (!holds(*best)) {
     result.verdict = JoinResult::Verdict::kContradicts;
-    result.reason = fmt::format(
-        "they contradict each other: where they overlap only {} of {} pictures agree",
-        best->matched,
-        best->expected);
+    result.reason =
+        fmt::format("they contradict each other: where they overlap only {} of {} pictures agree",
+                    best->matched,
+                    best->expected);
     return result;
   }
   const auto rival = std::find_if(tested.begin(), tested.end(), [&](const Tested& t) {
@@ -230,10 +234,10 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   });
   if (rival != tested.end() || best->distinct < params_.min_matches) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
-    result.reason = fmt::format(
-        "the ceiling repeats itself: several positions fit ({} and {} pictures agree)",
-        best->matched,
-        rival != tested.end() ? rival->matched : best->matched - best->distinct);
+    result.reason =
+        fmt::format("the ceiling repeats itself: several positions fit ({} and {} pictures agree)",
+                    best->matched,
+                    rival != tested.end() ? rival->matched : best->matched - best->distinct);
     return result;
   }
   result.verdict = JoinResult::Verdict::kJoined;

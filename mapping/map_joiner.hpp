@@ -40,8 +40,8 @@ struct JoinResult {
   Pose2 T_a_b;              ///< p_a = T_a_b * p_b between the parts' map frames, when joined
   std::vector<Edge> edges;  ///< from keyframes of a to keyframes of b, as measured, when joined
   int compared = 0;         ///< pairs of pictures
-  int expected = 0;  ///< keyframes of b that should have been recognised under the best position
-  int matched = 0;   ///< ... and were
+  int expected = 0;    ///< keyframes of b that should have been recognised under the best position
+  int matched = 0;     ///< ... and were
   std::string reason;  ///< in words, for a person, empty when joined
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kJoined; }

@@ -54,8 +54,7 @@ void ChangeView(MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_ba
   // The new base hangs on the old one like a rigid arm.
   Eigen::Matrix3d by_own = Eigen::Matrix3d::Identity();
   for (Keyframe& keyframe : graph.keyframes) {
-    const Eigen::Vector2d arm =
-        keyframe.pose.T_map_base.Rotation() * T_own_new.Translation();
+    const Eigen::Vector2d arm = keyframe.pose.T_map_base.Rotation() * T_own_new.Translation();
     by_own(0, 2) = -arm.y();
     by_own(1, 2) = arm.x();
     keyframe.pose.covariance = by_own * keyframe.pose.covariance * by_own.transpose();
@@ -143,7 +142,8 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
   const std::int64_t outliers = merged.graph.quality.loops.outliers;
   Optimize(merged.graph, params.optimize);
   const std::int64_t bad = merged.graph.quality.loops.outliers - outliers;
-  if (across > 0 && static_cast<double>(bad) > params.max_outlier_part * static_cast<double>(across)) {
+  if (across > 0 &&
+      static_cast<double>(bad) > params.max_outlier_part * static_cast<double>(across)) {
     JoinResult& last = merged.results[joined.joined.back()];
     last.verdict = JoinResult::Verdict::kContradicts;
     last.reason = fmt::format(

@@ -21,7 +21,7 @@ void ChangeView(MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_ba
 
 /// What became of the parts of a map.
 struct JoinedParts {
-  std::vector<std::size_t> joined;   ///< indices of the parts; the first one and what joined it
+  std::vector<std::size_t> joined;  ///< indices of the parts; the first one and what joined it
   std::vector<JoinResult> results;  ///< for each part, the last attempt; the first one's is empty
 };
 
@@ -50,8 +50,8 @@ struct MergeResult {
 };
 
 /// Makes one map of several. The keyframes' ids must differ between the parts (Renumber) and their
-/// pictures have the geometry of `view` (ChangeView). The first keyframe of the first part keeps its
-/// pose.
+/// pictures have the geometry of `view` (ChangeView). The first keyframe of the first part keeps
+/// its pose.
 MergeResult MergeGraphs(const calib::CeilingView& view,
                         const std::vector<MapGraph>& parts,
                         const PictureLoader& load,

@@ -115,9 +115,9 @@ void MapReader::Impl::OpenTables() {
   }
   Check(gdal);
   metadata = Named([&] { return FromRows(rows); });
-  quality = Named([&] { return QualityFromRows(rows); });
-  for (const char* table :
-       {tables::kKeyframes,
+  // A map to which no graph was written has no quality either.
+  if (rows.contains("loops_compared")) quality = Named([&] { return QualityFromRows(rows); });
+  for (const char* table : {tables::kKeyframes,
                             tables::kTrajectory,
                             tables::kEdges,
                             tables::kWeakSpots,
@@ -257,8 +257,7 @@ std::vector<unsigned char> MapReader::ReadPng(std::int64_t keyframe_id) const {
   return impl_->Named([&] {
     const std::lock_guard lock(impl_->mutex);
     const GdalScope gdal;
-    std::vector<unsigned char> png =
-        tables::ReadPng(impl_->Layer(tables::kPictures), keyframe_id);
+    std::vector<unsigned char> png = tables::ReadPng(impl_->Layer(tables::kPictures), keyframe_id);
     impl_->Check(gdal);
     return png;
   });

@@ -242,9 +242,8 @@ bool Append(OGRLayer& layer, std::int64_t keyframe_id, const cv::Mat& descriptor
   row->SetFID(keyframe_id);
   row->SetField("columns", descriptors.cols);
   const cv::Mat whole = descriptors.isContinuous() ? descriptors : descriptors.clone();
-  row->SetField(row->GetFieldIndex("float32"),
-                static_cast<int>(whole.total() * sizeof(float)),
-                whole.ptr());
+  row->SetField(
+      row->GetFieldIndex("float32"), static_cast<int>(whole.total() * sizeof(float)), whole.ptr());
   return layer.CreateFeature(row.get()) == OGRERR_NONE;
 }
 

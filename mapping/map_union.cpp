@@ -84,10 +84,8 @@ MergeResult Unite(const std::vector<MapGraph>& parts,
 }  // namespace
 
 calib::CeilingView ViewOf(const MapMetadata& metadata) {
-  return calib::CeilingView::OfRectified(metadata.view_size,
-                                         metadata.view_units_per_px,
-                                         metadata.T_base_view,
-                                         metadata.view_mask);
+  return calib::CeilingView::OfRectified(
+      metadata.view_size, metadata.view_units_per_px, metadata.T_base_view, metadata.view_mask);
 }
 
 std::string Incompatibility(const MapMetadata& a, const MapMetadata& b) {
@@ -104,11 +102,12 @@ std::string Incompatibility(const MapMetadata& a, const MapMetadata& b) {
                        b.view_size.height);
   }
   if (std::abs(a.view_units_per_px / b.view_units_per_px - 1) > kSameScale) {
-    return fmt::format("their pictures have {:.6g} and {:.6g} {} per px; use maps of one kind of "
-                       "camera at one height",
-                       a.view_units_per_px,
-                       b.view_units_per_px,
-                       a.unit);
+    return fmt::format(
+        "their pictures have {:.6g} and {:.6g} {} per px; use maps of one kind of "
+        "camera at one height",
+        a.view_units_per_px,
+        b.view_units_per_px,
+        a.unit);
   }
   return {};
 }

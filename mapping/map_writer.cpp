@@ -101,8 +101,7 @@ void MapWriter::Impl::CreateTables() {
         tables::CreateKeyframes(*dataset, srs) && tables::CreateTrajectory(*dataset, srs) &&
             tables::CreateEdges(*dataset, srs) && tables::CreateWeakSpots(*dataset, srs) &&
             tables::CreatePictures(*dataset, tables::kPictures) &&
-            tables::CreatePictures(*dataset, tables::kMask) &&
-            tables::CreateDescriptors(*dataset));
+            tables::CreatePictures(*dataset, tables::kMask) && tables::CreateDescriptors(*dataset));
   OGRLayer* rows = tables::CreateMetadata(*dataset);
   Check(gdal, rows != nullptr);
   for (const auto& [key, value] : ToRows(metadata)) Check(gdal, tables::Append(*rows, key, value));
@@ -247,8 +246,7 @@ void MapWriter::AddDescriptors(std::int64_t keyframe_id, const cv::Mat& descript
   }
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
-  impl_->Check(gdal,
-               tables::Append(impl_->Layer(tables::kDescriptors), keyframe_id, descriptors));
+  impl_->Check(gdal, tables::Append(impl_->Layer(tables::kDescriptors), keyframe_id, descriptors));
 }
 
 cv::Mat MapWriter::ReadDescriptors(std::int64_t keyframe_id) const {

@@ -65,7 +65,8 @@ struct Mapper::Impl {
         metadata(map_metadata),
         params(ForView(p, ceiling_view)),
         odometry(view, p.origin, params.odometry),
-        closer(view, [this](std::int64_t id) { return writer.ReadPicture(id); }, params.loops),
+        closer(
+            view, [this](std::int64_t id) { return writer.ReadPicture(id); }, params.loops),
         describer(view.Size(),
                   view.MetresPerPixel(),
                   PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()),

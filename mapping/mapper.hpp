@@ -32,7 +32,7 @@ struct MapperReport {
   std::int64_t lost = 0;
   std::int64_t ambiguous = 0;
   std::int64_t without_texture = 0;  ///< part of lost
-  std::int64_t unconnected = 0;  ///< tracked, but in a part that nothing connects with the map
+  std::int64_t unconnected = 0;      ///< tracked, but in a part that nothing connects with the map
   std::int64_t keyframes = 0;
   MapQuality quality;
   double median_peak = 0;

@@ -235,8 +235,7 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
     const double off = std::hypot(registration.motion.tx_px - prior.motion.tx_px,
                                   registration.motion.ty_px - prior.motion.ty_px);
     if (!registration.ok() || off > 5) continue;
-    const Edge tie =
-        MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
+    const Edge tie = MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
     add(reference, tie);
     edges.push_back(tie);
   }

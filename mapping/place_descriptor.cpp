@@ -175,7 +175,7 @@ void PlaceDescriber::Impl::MakeRings() {
     const double radius = params.window_radius_px * RingRadius(r);
     for (int a = 0; a < kAngles; ++a) {
       const double angle = 2 * std::numbers::pi * a / kAngles;
-      const auto i = static_cast<std::size_t>(r * kAngles + a);
+      const auto i = static_cast<std::size_t>(r) * kAngles + static_cast<std::size_t>(a);
       ring_x[i] = static_cast<float>(radius * std::cos(angle));
       ring_y[i] = static_cast<float>(radius * std::sin(angle));
     }
@@ -306,7 +306,7 @@ void PlaceDescriber::Impl::Sample(const Mark& mark) {
 void PlaceDescriber::Impl::Invariants(std::span<float> vector) const {
   // A ring counts as much as the area it stands for.
   const auto at = [&](int ring, int m) {
-    return harmonics[static_cast<std::size_t>(ring * kBins + m)] *
+    return harmonics[static_cast<std::size_t>(ring) * kBins + static_cast<std::size_t>(m)] *
            static_cast<float>(std::sqrt(RingRadius(ring)));
   };
   std::size_t i = 0;

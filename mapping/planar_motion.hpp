@@ -25,9 +25,9 @@ Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,
                                      const Eigen::Matrix3d& image_covariance);
 
-/// What the residuals of one registration cannot show, added to each edge's covariance: compression,
-/// exposure time, things below the ceiling. From the errors of single registrations on rendered
-/// recordings with exact truth.
+/// What the residuals of one registration cannot show, added to each edge's covariance:
+/// compression, exposure time, things below the ceiling. From the errors of single registrations on
+/// rendered recordings with exact truth.
 struct EdgeNoise {
   double systematic_px = 0.02;   ///< of tx and ty, > 0
   double systematic_rad = 3e-5;  ///< of the rotation, > 0

@@ -23,8 +23,8 @@ struct PoseGraphParams {
   /// Robust loss of loop closures, in sigmas of the whitened residual; 0: plain squares. Dynamic
   /// covariance scaling: up to the scale an edge counts in full, far beyond it not at all. With 5
   /// to 30 % false closures it ends where the true ones alone would; Cauchy's loss is pulled off,
-  /// and Geman-McClure's takes three times the steps and wastes a part of what is measured. Where
-  /// it sets edges aside it also starts from Cauchy's optimum, and the lower cost decides.
+  /// and Geman-McClure's takes two to four times the steps and wastes a part of what is measured.
+  /// Where it sets edges aside it also starts from Cauchy's optimum, and the lower cost decides.
   double loop_loss_scale = 3;
   /// The same for odometry.
   double odometry_loss_scale = 0;

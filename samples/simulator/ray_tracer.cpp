@@ -82,7 +82,11 @@ class RayTracer::View {
 };
 
 RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m)
-    : boxes_(std::move(boxes)), room_(scene.room), ceiling_(scene, texel_m), wall_(scene.seed) {}
+    : boxes_(std::move(boxes)),
+      room_(scene.room),
+      box_contrast_(static_cast<float>(scene.fixtures.contrast)),
+      ceiling_(scene, texel_m),
+      wall_(scene.seed) {}
 
 cv::Mat RayTracer::Trace(const CameraRays& rays, const Isometry3d& T_map_cam) const {
   return View(*this, rays, T_map_cam).Trace();
@@ -309,8 +313,7 @@ RayTracer::View::Hit RayTracer::View::TraceRay(double x, double y, bool below_ce
   }
   if (nearest != nullptr) {
     const Eigen::Vector2d at = nearest->OnFace(direction, entry);
-    constexpr float kContrast = 0.04F;
-    const float texture = 1 + kContrast * tracer_.wall_.At(at.x(), at.y());
+    const float texture = 1 + tracer_.box_contrast_ * tracer_.wall_.At(at.x(), at.y());
     hit.light = std::max(0.0F, nearest->Light(entry) * texture);
   } else if (hit.surface == kCeiling) {
     hit.light = CeilingLight(x, y);

@@ -29,6 +29,7 @@ class RayTracer {
 
   std::vector<Box> boxes_;
   Room room_;
+  float box_contrast_;
   CeilingTexture ceiling_;
   WallTexture wall_;  // of boxes too
 };

@@ -80,6 +80,7 @@ struct Box {
 
 /// Things that hang below the ceiling and so show parallax; the random ones may touch each other.
 struct Fixtures {
+  double contrast = 0.04;   ///< of the faint texture of all boxes
   double beam_every_m = 0;  ///< beams across the room (along y) at this spacing; 0: none
   double beam_width_m = 0.2;
   double beam_depth_m = 0.25;

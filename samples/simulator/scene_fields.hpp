@@ -66,6 +66,7 @@ constexpr std::array kCeilingFields{
 };
 
 constexpr std::array kFixtureFields{
+    Field<Fixtures>{"contrast", &Fixtures::contrast, 0, 0.3},
     Field<Fixtures>{"beam_every_m", &Fixtures::beam_every_m, 0, 1000},
     Field<Fixtures>{"beam_width_m", &Fixtures::beam_width_m, 0.01, 10},
     Field<Fixtures>{"beam_depth_m", &Fixtures::beam_depth_m, 0.01, 10},

@@ -93,9 +93,7 @@ class Circle {
 
  public:
   static Pose2 Tie(int i) { return {0.1 * i, 0.02, 0.05 * i}; }
-  static Eigen::Matrix3d TieCovariance() {
-    return Eigen::Vector3d(1e-6, 2e-6, 3e-8).asDiagonal();
-  }
+  static Eigen::Matrix3d TieCovariance() { return Eigen::Vector3d(1e-6, 2e-6, 3e-8).asDiagonal(); }
 
  private:
   std::mt19937 random_;
@@ -123,7 +121,8 @@ TEST(MapGraph, ErrorsAreWhatTheCovariancesSay) {
       if (keyframe.id == 0) continue;
       const Pose2& T = keyframe.pose.T_map_base;
       const Pose2& truth = circle.truth[static_cast<std::size_t>(keyframe.id)];
-      const Eigen::Vector3d error(T.x - truth.x, T.y - truth.y, calib::WrapAngle(T.yaw - truth.yaw));
+      const Eigen::Vector3d error(
+          T.x - truth.x, T.y - truth.y, calib::WrapAngle(T.yaw - truth.yaw));
       sum += error.dot(keyframe.pose.covariance.inverse() * error);
       ++count;
     }

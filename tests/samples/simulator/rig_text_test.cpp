@@ -1,0 +1,70 @@
+#include <gmock/gmock.h>
+
+#include "calib/ceiling_view.hpp"
+#include "tests/samples/simulator/scenes.hpp"
+
+namespace ceilmap::simulator {
+namespace {
+
+TEST(RigYaml, ReadsBackAsTheScenesRobot) {
+  Scene scene;
+  scene.robot = "the \"second\" robot \\ 2";
+  scene.axle_behind_mast_m = 0.14;
+  scene.camera.distortion = {-0.21, 0.043, 0.0012, -0.0007, 0.001};
+  scene.camera.mount_x_m = 0.02;
+  scene.camera.mount_y_m = -0.01;
+  scene.camera.mount_height_m = 0.52;
+  const calib::Rig rig = calib::ParseRig(RigYaml(scene), "rig.yaml");
+  EXPECT_EQ(rig.robot, scene.robot);
+  EXPECT_EQ(rig.axle_behind_mast_m, 0.14);
+  EXPECT_EQ(rig.ceiling_height_m, 2.6);
+  EXPECT_FALSE(rig.forward_height_m.has_value());
+  ASSERT_TRUE(rig.up.has_value());
+  const calib::MountedCamera& up = rig.up.value();
+  EXPECT_EQ(up.camera.distortion, scene.camera.distortion);
+  EXPECT_EQ(up.camera.cx, 319.5);
+  EXPECT_EQ(up.camera.cy, 239.5);
+  EXPECT_EQ(up.camera.fy, 457.0);
+  EXPECT_EQ(up.exposure_time_s, 0.005);
+  EXPECT_EQ(up.T_base_cam.translation(), Eigen::Vector3d(0.02, -0.01, 0.52));
+  // x_cam = +y_base, y_cam = -x_base, z_cam = +z_base.
+  Eigen::Matrix3d R;
+  R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  EXPECT_LT((up.T_base_cam.linear() - R).norm(), 1e-8);
+}
+
+TEST(RigYaml, ACameraThatIsNotLevelKeepsItsTilt) {
+  Scene scene;
+  scene.camera.mount_yaw_deg = 20;
+  scene.camera.mount_pitch_deg = 3;
+  scene.camera.mount_roll_deg = -2;
+  const calib::Rig rig = calib::ParseRig(RigYaml(scene), "rig.yaml");
+  const Eigen::Vector3d axis = rig.up->T_base_cam.linear().col(2);
+  EXPECT_NEAR(axis.x(), std::sin(3 * kDegree), 1e-8);  // pitch about y tips the axis forward
+  EXPECT_NEAR(axis.y(), std::sin(2 * kDegree) * std::cos(3 * kDegree), 1e-8);
+  EXPECT_NO_THROW(calib::CeilingView(*rig.up, rig.ceiling_height_m));
+}
+
+TEST(RigYaml, RectifiedPictureIsTheCeilingToScale) {
+  // What the mapper sees of a mark, through the rig's distortion and mount.
+  Scene scene = PlainScene();
+  scene.camera.distortion = {-0.15, 0.02, 0, 0, 0};
+  scene.camera.mount_x_m = 0.06;
+  scene.ceiling.marks_at = {{6.2, 4.1, 0.05, 0.0}};
+  const Renderer renderer(scene);
+  const calib::CeilingView view(*renderer.GetRig().up, renderer.GetRig().ceiling_height_m);
+  cv::Mat buffer;
+  const cv::Mat& picture = view.Rectify(renderer.Render(StillFrame(0, {6, 4, 0.3})), buffer);
+  cv::Mat light;
+  picture.convertTo(light, CV_32F, 1 / 170.0);
+  if (!view.Mask().empty()) light.setTo(1, view.Mask() == 0);
+  const Eigen::Vector2d seen = CentreOfMark(light, 1.0);
+  const Eigen::Vector2d p_view =
+      view.MetresPerPixel() * (seen - Eigen::Vector2d((320 - 1) / 2.0, (240 - 1) / 2.0));
+  const Eigen::Vector2d p_map = calib::Pose2{6, 4, 0.3} * (view.T_base_view() * p_view);
+  EXPECT_NEAR(p_map.x(), 6.2, 0.0005);
+  EXPECT_NEAR(p_map.y(), 4.1, 0.0005);
+}
+
+}  // namespace
+}  // namespace ceilmap::simulator

@@ -1,0 +1,160 @@
+#include "samples/simulator/scene.hpp"
+
+#include <gmock/gmock.h>
+
+#include <string>
+#include <vector>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::simulator {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    (void)ParseScene(text, "s.yaml");
+  } catch (const calib::InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Scene, DefaultsAreValid) {
+  EXPECT_NO_THROW(Scene().Validate());
+  const Scene scene = ParseScene("seed: 5", "s.yaml");
+  EXPECT_EQ(scene.seed, 5U);
+  EXPECT_EQ(scene.ceiling.tile_length_m, Scene().ceiling.tile_length_m);
+}
+
+TEST(Scene, ReadsEveryGroup) {
+  const Scene scene = ParseScene(R"(seed: 7
+robot: "r"
+axle_behind_mast_m: 0.2
+room: {length_m: 20, width_m: 10, height_m: 3}
+ceiling:
+  kind: periodic
+  tile_length_m: 0.5
+  lamp_every_x: 4
+  lamp_every_y: 3
+  marks_at: [1, 2, 0.1, 0.2,
+             3, 4, 0.3, 0.4]
+fixtures:
+  beam_every_m: 2.5
+  boxes: [5, 6, 1, 0.2, 2.5, 2.8, 30, 0.7]
+camera: {width_px: 800, focal_px: 500, distortion: [0.1, 0, 0, 0, 0]}
+picture: {motion_blur: false, exposure_steps: [10, 1.5]}
+path:
+  kind: waypoints
+  waypoints_m: [1, 1, 5, 1]
+  max_frames: 9
+)",
+                                 "s.yaml");
+  EXPECT_EQ(scene.robot, "r");
+  EXPECT_EQ(scene.axle_behind_mast_m, 0.2);
+  EXPECT_EQ(scene.room.height_m, 3);
+  EXPECT_EQ(scene.ceiling.kind, CeilingKind::kPeriodic);
+  EXPECT_EQ(scene.ceiling.lamp_every_y, 3);
+  ASSERT_EQ(scene.ceiling.marks_at.size(), 2U);
+  EXPECT_EQ(scene.ceiling.marks_at[1].radius_m, 0.3);
+  ASSERT_EQ(scene.fixtures.boxes.size(), 1U);
+  EXPECT_EQ(scene.fixtures.boxes[0].top_m, 2.8);
+  EXPECT_EQ(scene.fixtures.boxes[0].yaw_deg, 30);
+  EXPECT_EQ(scene.camera.width_px, 800);
+  EXPECT_EQ(scene.camera.distortion[0], 0.1);
+  EXPECT_FALSE(scene.picture.motion_blur);
+  ASSERT_EQ(scene.picture.exposure_steps.size(), 1U);
+  EXPECT_EQ(scene.picture.exposure_steps[0].frame, 10);
+  EXPECT_EQ(scene.path.kind, PathKind::kWaypoints);
+  EXPECT_EQ(scene.path.waypoints_m[1][0], 5);
+  EXPECT_EQ(scene.path.max_frames, 9);
+}
+
+TEST(Scene, PathOfATumFileStartsAtTheScene) {
+  const Scene scene = ParseScene("path: {kind: tum, tum_file: drive.tum}", "some/where/s.yaml");
+  EXPECT_EQ(scene.path.tum_file, std::filesystem::path("some/where/drive.tum"));
+}
+
+TEST(Scene, SamplesAreValid) {
+  for (const char* name : {"hall", "periodic", "corridor", "lens"}) {
+    const std::string file = std::string(CEILMAP_SOURCE_DIR) + "/samples/scenes/" + name + ".yaml";
+    EXPECT_NO_THROW((void)ReadScene(file)) << file;
+  }
+}
+
+TEST(Scene, FaultsAreSaidWithTheirLine) {
+  EXPECT_THAT(ErrorOf("seed: 1\nroom: {lenght_m: 3}"),
+              HasSubstr("s.yaml:2: room.lenght_m = 3 is an unknown key, must be one of length_m"));
+  EXPECT_EQ(ErrorOf("room:\n  height_m: tall"),
+            "s.yaml:2: room.height_m = tall, must be a finite number; write it plainly, e.g. 0.45, "
+            "without quotes or unit");
+  EXPECT_EQ(ErrorOf("room:\n  height_m: 0.1"),
+            "s.yaml:2: room.height_m = 0.1, must be in [0.5, 100]; correct the value");
+  EXPECT_EQ(ErrorOf("camera: {width_px: 10.5}"),
+            "s.yaml:1: camera.width_px = 10.5, must be a whole number in 16..8192; correct the "
+            "value");
+  EXPECT_EQ(ErrorOf("picture: {motion_blur: maybe}"),
+            "s.yaml:1: picture.motion_blur = maybe, must be true or false; correct it");
+  EXPECT_EQ(ErrorOf("ceiling:\n  kind: wood"),
+            "s.yaml:2: ceiling.kind = wood, must be one of tiles, periodic, plaster, uniform; "
+            "correct it");
+  EXPECT_THAT(ErrorOf("seed: -1"), HasSubstr("s.yaml:1: seed = -1, must be a whole number"));
+  EXPECT_THAT(ErrorOf("room: 5"), HasSubstr("s.yaml:1: room = 5, must be a map of keys"));
+}
+
+TEST(Scene, KeysOfAnotherKindAreRefused) {
+  EXPECT_EQ(ErrorOf("ceiling:\n  kind: periodic\n  tile_contrast: 0.1"),
+            "s.yaml:3: ceiling.tile_contrast = 0.1, must be absent for kind periodic; remove it, "
+            "it would have no effect");
+  EXPECT_EQ(ErrorOf("path: {laps: 3}"),
+            "s.yaml:1: path.laps = 3, must be absent for kind lawnmower; remove it, it would have "
+            "no effect");
+  EXPECT_THAT(ErrorOf("path: {kind: tum, tum_file: a, area_m: [1, 1, 2, 2]}"),
+              HasSubstr("path.area_m = [1, 1, 2, 2], must be absent for kind tum"));
+  EXPECT_THAT(ErrorOf("path: {waypoints_m: [1, 1, 2, 2]}"), HasSubstr("must be absent for kind"));
+}
+
+TEST(Scene, ListsComeInWholeRows) {
+  EXPECT_EQ(ErrorOf("fixtures:\n  boxes: [1, 2, 3]"),
+            "s.yaml:2: fixtures.boxes = [1, 2, 3], must be rows of 8 numbers (x_m, y_m, length_m, "
+            "width_m, bottom_m, top_m, yaw_deg, brightness), not 3 numbers; complete the last row");
+  EXPECT_THAT(ErrorOf("picture: {exposure_steps: [1.5, 2]}"), HasSubstr("whole frame numbers"));
+}
+
+TEST(Scene, PartsThatDoNotFitAreRefused) {
+  EXPECT_EQ(ErrorOf("camera: {mount_height_m: 3}"),
+            "s.yaml: camera.mount_height_m = 3, must be below the ceiling (room.height_m)");
+  EXPECT_EQ(ErrorOf("room: {length_m: 5}"),
+            "s.yaml: path.area_m = [1.5, 1.5, 10.5, 6.5], must be x_min, y_min, x_max, y_max "
+            "inside of the room of 5 x 8 m");
+  EXPECT_EQ(ErrorOf("fixtures: {boxes: [5, 5, 1, 1, 2.5, 2.4, 0, 1]}"),
+            "s.yaml: fixtures.boxes[0].top_m = 2.4, must be above bottom_m and not above the "
+            "ceiling");
+  EXPECT_EQ(ErrorOf("path: {kind: waypoints, waypoints_m: [1, 1]}"),
+            "s.yaml: path.waypoints_m is too short, must be at least two points");
+  EXPECT_EQ(ErrorOf("path: {kind: waypoints, waypoints_m: [1, 1, 20, 1]}"),
+            "s.yaml: path.waypoints_m[1].x = 20, must be in [0, 12]");
+  EXPECT_EQ(ErrorOf("path: {kind: tum}"),
+            "s.yaml: path.tum_file is missing, must be given for kind tum");
+  EXPECT_EQ(ErrorOf("ceiling: {joint_m: 0.7}"),
+            "s.yaml: ceiling.joint_m = 0.7, must be narrower than a tile");
+  EXPECT_EQ(ErrorOf("ceiling: {marks_at: [13, 2, 0.1, 0.2]}"),
+            "s.yaml: ceiling.marks_at[0].x_m = 13, must be in [0, 12]");
+  EXPECT_EQ(ErrorOf("picture: {exposure_steps: [5, 1, 5, 2]}"),
+            "s.yaml: picture.exposure_steps[1].frame = 5, must be later than the step before");
+}
+
+TEST(Scene, ValidateNamesTheField) {
+  Scene scene;
+  scene.path.speed_m_s = -1;
+  try {
+    scene.Validate();
+    FAIL();
+  } catch (const calib::InputError& error) {
+    EXPECT_STREQ(error.what(), "path.speed_m_s = -1, must be in [0.001, 100]");
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::simulator

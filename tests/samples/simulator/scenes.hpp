@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "samples/simulator/renderer.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace ceilmap::simulator {
+
+inline constexpr double kDegree = std::numbers::pi / 180;
+
+/// A room of 12 x 8 x 2.4 m with an even ceiling of light 0.4 and a camera at 0.4 m that spans 2 m
+/// / 400 px = 5 mm a pixel there. Its picture is the light itself, but for the sRGB curve.
+inline Scene PlainScene() {
+  Scene scene;
+  scene.room.height_m = 2.4;
+  scene.ceiling.kind = CeilingKind::kUniform;
+  scene.camera.width_px = 320;
+  scene.camera.height_px = 240;
+  scene.camera.focal_px = 400;
+  scene.fixtures.contrast = 0;
+  scene.picture.motion_blur = false;
+  scene.picture.blur_px = 0;
+  scene.picture.glare = 0;
+  scene.picture.vignetting = 0;
+  scene.picture.shot_noise = 0;
+  scene.picture.read_noise = 0;
+  scene.picture.gain_spread = 0;
+  return scene;
+}
+
+inline Eigen::Isometry3d Level(double x_m, double y_m, double yaw_deg) {
+  return StillFrame(0, {x_m, y_m, yaw_deg * kDegree}).T_map_base;
+}
+
+/// Pixel that shows a point of the map, by the rig's own camera model.
+inline Eigen::Vector2d Pixel(const Renderer& renderer,
+                             const Eigen::Isometry3d& T_map_base,
+                             const Eigen::Vector3d& p_map) {
+  const calib::MountedCamera& up = *renderer.GetRig().up;
+  return *up.camera.Project((T_map_base * up.T_base_cam).inverse() * p_map);
+}
+
+/// Centre of what differs from the even ceiling, weighted by how much.
+inline Eigen::Vector2d CentreOfMark(const cv::Mat& light, double ceiling = 0.4) {
+  double sum = 0;
+  Eigen::Vector2d moment(0, 0);
+  for (int v = 0; v < light.rows; ++v) {
+    for (int u = 0; u < light.cols; ++u) {
+      const double weight = std::abs(light.at<float>(v, u) - ceiling);
+      if (weight < 1e-3) continue;  // the texture's 16 bits
+      sum += weight;
+      moment += weight * Eigen::Vector2d(u, v);
+    }
+  }
+  return moment / sum;
+}
+
+}  // namespace ceilmap::simulator
