@@ -119,7 +119,7 @@ struct LoopCloser::Impl {
 
 FrameSpectrum LoopCloser::Impl::Spectrum(std::int64_t id) {
   if (const FrameSpectrum* kept = spectra.Find(id)) return *kept;
-  const FrameSpectrum spectrum = registrar.Analyze(load(id));
+  FrameSpectrum spectrum = registrar.Analyze(load(id));
   spectra.Insert(id, spectrum);
   return spectrum;
 }

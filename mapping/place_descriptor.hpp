@@ -36,8 +36,8 @@ struct PlaceDescriptorParams {
 /// mark and transformed along the angle. A rotation of the picture by theta multiplies harmonic m
 /// of all rings by the same exp(-i m theta); it cancels in a conj(b) / sqrt(|a||b|) of two
 /// neighbouring rings. These products and the rings' means make the vector: unlike amplitude
-/// spectra (Reddy & Chatterji 1996) it tells how the rings lie to each other, which on weak
-/// plaster under noise brings 93 instead of 85 % of places among the first ten.
+/// spectra (Reddy & Chatterji 1996) it tells how the rings lie to each other, which counts on
+/// weak plaster under noise.
 ///
 /// Holds FFT plans and scratch memory: one object per thread. Same picture, same rows, to the last
 /// bit on one machine.

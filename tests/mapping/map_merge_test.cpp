@@ -76,7 +76,9 @@ TEST(MapMerge, TooLittleInCommonIsRefused) {
   const DriveUnder far({}, Row(8.2, 0, 9), {}, 1000);
   EXPECT_FALSE(Merge(a, far).ok());
   const MergeResult little = Merge(a, b);
-  if (!little.ok()) EXPECT_THAT(little.results[1].reason, HasSubstr("too little"));
+  if (!little.ok()) {
+    EXPECT_THAT(little.results[1].reason, HasSubstr("too little"));
+  }
 }
 
 TEST(MapMerge, PeriodicCeilingIsAmbiguous) {
