@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
+#include <iterator>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -215,9 +217,12 @@ MapResult FinishAppend(const Appending& appending,
                                       merged.results.back().reason));
   }
   MapResult result{{}, mapper.Report()};
-  for (const mapping::FramePose& frame : merged.graph.trajectory) {
-    if (frame.keyframe_id >= appending.next_keyframe_id) result.frames.push_back(frame);
-  }
+  std::copy_if(merged.graph.trajectory.begin(),
+               merged.graph.trajectory.end(),
+               std::back_inserter(result.frames),
+               [&](const mapping::FramePose& frame) {
+                 return frame.keyframe_id >= appending.next_keyframe_id;
+               });
   result.report.grid = merged.grid;
   result.report.quality = merged.graph.quality;
   result.report.keyframes = static_cast<std::int64_t>(merged.graph.keyframes.size());

@@ -246,8 +246,7 @@ cv::Mat MapReader::ReadDescriptors(std::int64_t keyframe_id) const {
   return impl_->Named([&] {
     const std::lock_guard lock(impl_->mutex);
     const GdalScope gdal;
-    const cv::Mat descriptors =
-        tables::ReadDescriptors(impl_->Layer(tables::kDescriptors), keyframe_id);
+    cv::Mat descriptors = tables::ReadDescriptors(impl_->Layer(tables::kDescriptors), keyframe_id);
     impl_->Check(gdal);
     return descriptors;
   });
