@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/commands.hpp"
+#include "app/map_quality.hpp"
 #include "app/table.hpp"
 #include "mapping/map_file.hpp"
 
@@ -33,6 +34,8 @@ struct MapInfo {
   double last_stamp_s = 0;
   double covered_area = 0;  // unit^2
   std::uintmax_t file_bytes = 0;
+  mapping::MapQuality quality;
+  std::vector<mapping::WeakSpot> weak_spots;
 };
 
 // Window by window, since a map can be larger than memory.
@@ -70,6 +73,8 @@ MapInfo Inspect(const fs::path& file) {
   }
   info.covered_area = CoveredArea(map);
   info.file_bytes = fs::file_size(file);
+  info.quality = map.Quality();
+  info.weak_spots = map.ReadWeakSpots();
   return info;
 }
 
@@ -103,6 +108,8 @@ ordered_json ToJson(const MapInfo& info) {
       {"first_stamp_s", info.first_stamp_s},
       {"last_stamp_s", info.last_stamp_s},
       {"edges", info.edges},
+      {"quality", app::ToJson(info.quality)},
+      {"weak_spots", app::ToJson(info.weak_spots)},
       {"file_bytes", info.file_bytes},
       {"program_version", metadata.program_version},
       {"provenance", metadata.provenance},
@@ -129,6 +136,8 @@ void PrintTable(const MapInfo& info) {
   table.AddRow({"trajectory", fmt::format("{} poses", info.poses)});
   table.AddRow({"time", fmt::format("{:.3f} .. {:.3f} s", info.first_stamp_s, info.last_stamp_s)});
   table.AddRow({"edges", fmt::format("{}", info.edges)});
+  constexpr int kMostSpots = 8;
+  AddQuality(info.quality, info.weak_spots, unit, kMostSpots, table);
   table.AddRow({"pictures",
                 fmt::format("{} x {} px, {:.6g} {} per px",
                             metadata.view_size.width,
@@ -160,10 +169,11 @@ void RunInfo(const InfoParams& params, Summary& summary) {
 }  // namespace
 
 Command AddInfoCommand(CLI::App& program) {
-  Command command = MakeCommand(program,
-                                "info",
-                                "Tells what a map holds: size, resolution, coverage, origin.",
-                                "ceilmap info lab.gpkg --json");
+  Command command =
+      MakeCommand(program,
+                  "info",
+                  "Tells what a map holds and how good it is: size, coverage, loops, weak spots.",
+                  "ceilmap info lab.gpkg --json");
   auto params = std::make_shared<InfoParams>();
   command.cli->add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
   command.cli->add_flag("--json", params->json, "One JSON object instead of a table");

@@ -1,5 +1,9 @@
 #include "app/map_quality.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 namespace ceilmap::app {
 
 nlohmann::ordered_json ToJson(const mapping::LoopCounts& loops) {
@@ -10,6 +14,87 @@ nlohmann::ordered_json ToJson(const mapping::LoopCounts& loops) {
           {"off_prediction", loops.off_prediction},
           {"unconfirmed", loops.unconfirmed},
           {"outliers", loops.outliers}};
+}
+
+nlohmann::ordered_json ToJson(const mapping::MapQuality& quality) {
+  return {{"loops", ToJson(quality.loops)},
+          {"chi2_per_dof", quality.chi2_per_dof},
+          {"max_edge_sigmas", quality.max_edge_sigmas},
+          {"odometry_rms", quality.odometry_rms},
+          {"loop_rms", quality.loop_rms}};
+}
+
+nlohmann::ordered_json ToJson(const std::vector<mapping::WeakSpot>& spots) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const mapping::WeakSpot& spot : spots) {
+    list.push_back({{"kind", mapping::ToString(spot.kind)},
+                    {"keyframe_id", spot.keyframe_id},
+                    {"x", spot.x},
+                    {"y", spot.y},
+                    {"extent", spot.extent}});
+  }
+  return list;
+}
+
+namespace {
+
+std::string Describe(const mapping::WeakSpot& spot, const std::string& unit) {
+  const std::string place = fmt::format("at ({:.1f}, {:.1f})", spot.x, spot.y);
+  switch (spot.kind) {
+    case mapping::WeakSpot::Kind::kAmbiguous:
+      return fmt::format("ambiguous {} and {:.1f} {} around: the ceiling repeats itself",
+                         place,
+                         spot.extent,
+                         unit);
+    case mapping::WeakSpot::Kind::kLost:
+      return fmt::format("lost {}: {:.0f} frames could not be placed", place, spot.extent);
+    case mapping::WeakSpot::Kind::kUnclosed:
+      return fmt::format(
+          "unclosed {}: {:.1f} {} of way that meets no other", place, spot.extent, unit);
+  }
+  return place;
+}
+
+}  // namespace
+
+void AddQuality(const mapping::MapQuality& quality,
+                std::vector<mapping::WeakSpot> spots,
+                const std::string& unit,
+                int most_spots,
+                Table& table) {
+  const mapping::LoopCounts& loops = quality.loops;
+  table.AddRow({"loops closed",
+                fmt::format("{} of {} compared", loops.accepted - loops.outliers, loops.compared)});
+  table.AddRow({"not closed",
+                fmt::format("{} no match, {} ambiguous, {} off the prediction, {} unconfirmed, {} "
+                            "contradicted by the rest",
+                            loops.no_match,
+                            loops.ambiguous,
+                            loops.off_prediction,
+                            loops.unconfirmed,
+                            loops.outliers)});
+  table.AddRow({"residuals",
+                fmt::format("odometry {:.2g} {}, loops {:.2g} {} RMS an axis; chi2/dof {:.2f}, "
+                            "largest {:.1f} sigmas",
+                            quality.odometry_rms,
+                            unit,
+                            quality.loop_rms,
+                            unit,
+                            quality.chi2_per_dof,
+                            quality.max_edge_sigmas)});
+  if (spots.empty()) {
+    table.AddRow({"weak spots", "none"});
+    return;
+  }
+  std::stable_sort(spots.begin(), spots.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.kind, -a.extent) < std::pair(b.kind, -b.extent);
+  });
+  table.AddRow({"weak spots", fmt::format("{}", spots.size())});
+  const auto shown = std::min(spots.size(), static_cast<std::size_t>(most_spots));
+  for (std::size_t i = 0; i < shown; ++i) table.AddRow({"", Describe(spots[i], unit)});
+  if (shown < spots.size()) {
+    table.AddRow({"", fmt::format("and {} more; --json lists them all", spots.size() - shown)});
+  }
 }
 
 }  // namespace ceilmap::app

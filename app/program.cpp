@@ -71,7 +71,8 @@ int ParseAndRun(int argc, const char* const* argv) {
                                          AddInfoCommand(program),
                                          AddExportCommand(program),
                                          AddRegisterCommand(program),
-                                         AddEvaluateCommand(program)};
+                                         AddEvaluateCommand(program),
+                                         AddSimulateCommand(program)};
   CheckCommandName(commands, argc, argv);
   try {
     program.parse(argc, argv);

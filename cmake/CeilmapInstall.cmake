@@ -1,5 +1,5 @@
 # Installs the program, the libraries and what find_package(ceilmap) needs of them: targets ceilmap::calib,
-# ceilmap::registration, ceilmap::mapping, ...; headers under include/ceilmap as they are included.
+# ceilmap::registration, ceilmap::mapping, ceilmap::simulator, ...; headers under include/ceilmap as they are included.
 include(CMakePackageConfigHelpers)
 
 set(CEILMAP_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/ceilmap)
@@ -12,6 +12,8 @@ if(TARGET ceilmap)
 endif()
 install(DIRECTORY calib mapping localization compensation
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY samples/simulator
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap/samples FILES_MATCHING PATTERN "*.hpp")
 
 install(EXPORT ceilmapTargets NAMESPACE ceilmap:: DESTINATION ${CEILMAP_CONFIG_DIR})
 configure_package_config_file(cmake/ceilmapConfig.cmake.in ${PROJECT_BINARY_DIR}/ceilmapConfig.cmake

@@ -43,6 +43,7 @@ void LoopCloserParams::Validate() const {
   require(floor_rad > 0, "floor_rad", floor_rad, "> 0");
   require(confirm_px > 0, "confirm_px", confirm_px, "> 0");
   require(max_rival_part > 0 && max_rival_part <= 1, "max_rival_part", max_rival_part, "in (0, 1]");
+  require(max_contradicting_part >= 0, "max_contradicting_part", max_contradicting_part, ">= 0");
   require(confirm_within >= 1, "confirm_within", confirm_within, "at least 1");
   require(looks_sigma_part > 0, "looks_sigma_part", looks_sigma_part, "> 0");
   require(window >= 1, "window", window, "at least 1");
@@ -268,13 +269,21 @@ bool LoopCloser::Impl::Supports(const Edge& known, const Edge& edge) const {
   return Agrees(edge, around);
 }
 
-/// True when another closure supports this one; those that waited for it are accepted.
+/// True when other closures support this one and few contradict it; those that waited for it are
+/// accepted. On a ceiling that repeats itself a place is found in several places at once.
 bool LoopCloser::Impl::Confirm(const Edge& edge, std::int64_t keyframe) {
   std::vector<Edge> confirmed;
+  std::size_t contradicting = 0;
   for (const Pending& waiting : pending) {
-    if (Supports(waiting.edge, edge)) confirmed.push_back(waiting.edge);
+    if (Supports(waiting.edge, edge)) {
+      confirmed.push_back(waiting.edge);
+    } else {
+      ++contradicting;
+    }
   }
-  if (confirmed.empty()) {
+  const bool doubled = static_cast<double>(contradicting) >
+                       params.max_contradicting_part * static_cast<double>(confirmed.size());
+  if (confirmed.empty() || doubled) {
     pending.push_back({edge, keyframe});
     return false;
   }

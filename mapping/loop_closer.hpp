@@ -36,6 +36,9 @@ struct LoopCloserParams {
   /// ... and is left out as ambiguous when another motion of the pictures agrees with this part of
   /// the best one's agreement.
   double max_rival_part = 0.7;
+  /// ... or when other closures of the last keyframes contradict it, more than this part of those
+  /// that support it: the place has doubles.
+  double max_contradicting_part = 0.34;
   int confirm_within = 10;  ///< keyframes for which an unconfirmed closure is kept
   /// Where the position is known worse than this part of what a picture spans, candidates are found
   /// by their looks.

@@ -272,6 +272,31 @@ void Optimize(MapGraph& graph, const OptimizeParams& params) {
   }
 }
 
+namespace {
+
+/// Adds a spot for each run of neighbouring keyframes that `weak` holds for and that is at least
+/// `min_length` long.
+template <typename Predicate>
+void AddRuns(WeakSpot::Kind kind, double min_length, const Predicate& weak, MapGraph& graph) {
+  const std::vector<Keyframe>& keyframes = graph.keyframes;
+  for (std::size_t first = 0; first < keyframes.size(); ++first) {
+    if (!weak(keyframes[first])) continue;
+    double length = 0;
+    std::size_t last = first;
+    for (; last + 1 < keyframes.size() && weak(keyframes[last + 1]); ++last) {
+      length += (keyframes[last + 1].pose.T_map_base.Translation() -
+                 keyframes[last].pose.T_map_base.Translation())
+                    .norm();
+    }
+    const Keyframe& middle = keyframes[(first + last) / 2];
+    const Pose2& T = middle.pose.T_map_base;
+    if (length >= min_length) graph.weak_spots.push_back({kind, middle.id, T.x, T.y, length});
+    first = last;
+  }
+}
+
+}  // namespace
+
 void FindWeakSpots(MapGraph& graph, double view_span) {
   std::erase_if(graph.weak_spots,
                 [](const WeakSpot& spot) { return spot.kind != WeakSpot::Kind::kLost; });
@@ -281,32 +306,13 @@ void FindWeakSpots(MapGraph& graph, double view_span) {
     closed.insert(edge.from);
     closed.insert(edge.to);
   }
-  const auto add = [&](WeakSpot::Kind kind, const Keyframe& keyframe, double extent) {
-    const Pose2& T = keyframe.pose.T_map_base;
-    graph.weak_spots.push_back({kind, keyframe.id, T.x, T.y, extent});
-  };
-  std::size_t open_from = 0;  // of the run of keyframes without a closure
-  double length = 0;
-  for (std::size_t i = 0; i <= graph.keyframes.size(); ++i) {
-    const bool open = i < graph.keyframes.size() && !closed.contains(graph.keyframes[i].id);
-    if (open) {
-      if (graph.keyframes[i].ambiguous) add(WeakSpot::Kind::kAmbiguous, graph.keyframes[i], 0);
-      if (i > open_from) {
-        length += (graph.keyframes[i].pose.T_map_base.Translation() -
-                   graph.keyframes[i - 1].pose.T_map_base.Translation())
-                      .norm();
-      }
-      continue;
-    }
-    if (length > view_span) {
-      add(WeakSpot::Kind::kUnclosed, graph.keyframes[(open_from + i - 1) / 2], length);
-    }
-    if (i < graph.keyframes.size() && graph.keyframes[i].ambiguous) {
-      add(WeakSpot::Kind::kAmbiguous, graph.keyframes[i], 0);
-    }
-    open_from = i + 1;
-    length = 0;
-  }
+  AddRuns(
+      WeakSpot::Kind::kAmbiguous, 0, [](const Keyframe& k) { return k.ambiguous; }, graph);
+  AddRuns(
+      WeakSpot::Kind::kUnclosed,
+      view_span,
+      [&closed](const Keyframe& k) { return !closed.contains(k.id); },
+      graph);
 }
 
 }  // namespace ceilmap::mapping

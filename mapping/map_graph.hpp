@@ -38,12 +38,14 @@ struct MapQuality {
 /// A place where the map deserves less trust.
 struct WeakSpot {
   enum class Kind {
-    kAmbiguous,  ///< several motions explain what is seen here: the ceiling repeats itself
-    kLost,       ///< frames could not be placed here; extent: how many
-    kUnclosed,   ///< the path leads on without meeting itself; extent: its length in map units
+    /// Several motions explain what is seen here: the ceiling repeats itself. extent: length of the
+    /// way on which it does, map units.
+    kAmbiguous,
+    kLost,      ///< frames could not be placed here; extent: how many
+    kUnclosed,  ///< the path leads on without meeting itself; extent: its length in map units
   };
   Kind kind = Kind::kAmbiguous;
-  std::int64_t keyframe_id = -1;  ///< nearest in time
+  std::int64_t keyframe_id = -1;  ///< nearest in time, or the middle one
   double x = 0;                   ///< in the map
   double y = 0;
   double extent = 0;

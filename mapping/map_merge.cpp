@@ -92,6 +92,8 @@ JoinedParts JoinAll(LoopCloser& closer,
     for (std::size_t i = 1; i < parts.size(); ++i) {
       if (all.results[i].ok()) continue;
       all.results[i] = JoinParts(closer, base, parts[i], descriptors, params);
+      all.loops.compared += all.results[i].compared;
+      all.loops.accepted += static_cast<std::int64_t>(all.results[i].edges.size());
       if (!all.results[i].ok()) continue;
       Attach(closer, parts[i], all.results[i]);
       base.insert(base.end(), parts[i].begin(), parts[i].end());
@@ -137,6 +139,7 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
     merged.graph.edges.push_back(edge);
     across += part_of.at(edge.from) != part_of.at(edge.to) ? 1 : 0;
   }
+  merged.graph.quality.loops += joined.loops;
   merged.graph.quality.loops += closer.Counts();
   MoveKeyframes(merged.graph, closer.Graph().Poses());
   const std::int64_t outliers = merged.graph.quality.loops.outliers;

@@ -23,6 +23,7 @@ void ChangeView(MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_ba
 struct JoinedParts {
   std::vector<std::size_t> joined;  ///< indices of the parts; the first one and what joined it
   std::vector<JoinResult> results;  ///< for each part, the last attempt; the first one's is empty
+  LoopCounts loops;                 ///< pictures compared to find how the parts lie
 };
 
 /// Joins parts to the first one, one after the other, as long as one more fits to what is joined

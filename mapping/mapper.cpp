@@ -1,5 +1,9 @@
 #include "mapping/mapper.hpp"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <chrono>
 #include <future>
@@ -44,6 +48,14 @@ MapperParams ForView(MapperParams params, const calib::CeilingView& view) {
   params.odometry.first_keyframe_id = params.first_keyframe_id;
   params.mosaic.view_mask = view.Mask();
   return params;
+}
+
+/// Gives free memory back to the system. Spectra and pictures come and go between small things that
+/// stay, which leaves holes that glibc keeps: half a megabyte for each keyframe of a long run.
+void ReturnFreeMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 /// What the loop closer takes of a step of the odometry, in its own thread.
@@ -103,6 +115,8 @@ void Mapper::Impl::CloseLoops(NewKeyframe added) {
   writer.AddDescriptors(added.keyframe.id, descriptors);
   closer.Add(added.keyframe, added.spectrum, added.edges, descriptors);
   closer.Close(added.keyframe.id);
+  constexpr std::int64_t kReturnEvery = 100;  // keyframes; it takes a few milliseconds
+  if (added.keyframe.id % kReturnEvery == kReturnEvery - 1) ReturnFreeMemory();
 }
 
 void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
@@ -160,6 +174,7 @@ void Mapper::Impl::JoinSegments() {
     return writer.ReadDescriptors(id);
   };
   const JoinedParts joined = JoinAll(closer, parts, descriptors, params.join);
+  graph.quality.loops += joined.loops;
   std::unordered_set<std::int64_t> keep;
   for (const std::size_t part : joined.joined) keep.insert(parts[part].begin(), parts[part].end());
   graph.edges = closer.Graph().Edges();
@@ -224,7 +239,7 @@ void Mapper::Close() {
   me.graph.edges = me.closer.Graph().Edges();
   MoveKeyframes(me.graph, me.closer.Graph().Poses());
   me.JoinSegments();
-  me.graph.quality.loops = me.closer.Counts();
+  me.graph.quality.loops += me.closer.Counts();
   Optimize(me.graph, me.params.optimize);
   const cv::Size size = me.view.Size();
   FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());

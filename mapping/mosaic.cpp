@@ -13,6 +13,7 @@
 #include "mapping/map_metadata.hpp"
 #include "mapping/parallel.hpp"
 #include "mapping/picture_cache.hpp"
+#include "mapping/sharpness.hpp"
 #include "mapping/view_agreement.hpp"
 #include "mapping/view_placement.hpp"
 
@@ -73,6 +74,9 @@ void MosaicParams::Validate() const {
   if (!(feather_power >= 0 && feather_power <= 64)) {
     fail("feather_power = " + std::to_string(feather_power) + ", must be in [0, 64]");
   }
+  if (!(sharpness_power >= 0 && sharpness_power <= 64)) {
+    fail("sharpness_power = " + std::to_string(sharpness_power) + ", must be in [0, 64]");
+  }
   if (cache_pictures < 1) {
     fail("cache_pictures = " + std::to_string(cache_pictures) + ", must be >= 1");
   }
@@ -90,6 +94,7 @@ struct MosaicRenderer::Impl {
   void MakeGrid();
   void MakeIndex();
   void Survey();
+  void WeighBySharpness(const std::vector<double>& sharpness);
   std::vector<int> ViewsAt(const cv::Rect& tile) const;
   RowMap MapRow(const ViewPlacement& view, const cv::Rect& tile, int row) const;
   template <typename Visit>
@@ -106,6 +111,7 @@ struct MosaicRenderer::Impl {
   std::vector<std::int64_t> ids;
   std::vector<ViewPlacement> views;
   std::vector<float> gain_factors;  // 1 / exp(g_k)
+  std::vector<float> view_weights;  // of blurred pictures below 1
   cv::Mat shading;                  // Shading per picture pixel
   Thumbnails thumbnails;
   MosaicGrid grid;
@@ -132,20 +138,22 @@ MosaicRenderer::Impl::Impl(const std::vector<Keyframe>& keyframes,
   Survey();
 }
 
-/// The one look at all pictures before any of them is rendered: exposure and thumbnails.
+/// The one look at all pictures before any of them is rendered: exposure, sharpness, thumbnails.
 void MosaicRenderer::Impl::Survey() {
   ExposureModel exposure;
   exposure.log_gain.assign(views.size(), 0);
-  const auto picture = [this](std::size_t k) {
+  std::vector<double> sharpness(views.size(), 0);
+  const auto picture = [this, &sharpness](std::size_t k) {
     const PictureCache::Picture padded = cache.Get(ids[k]);
     cv::Mat inner = (*padded)(cv::Rect(kPadding, kPadding, view_size.width, view_size.height));
     if (params.reject_outliers) thumbnails.Add(inner);
+    if (params.sharpness_power > 0) sharpness[k] = Sharpness(inner);
     return inner;
   };
   if (params.level_exposure) {
     exposure = SolveExposure(static_cast<int>(views.size()),
                              ObserveExposure(views, view_size, units_per_px, picture));
-  } else if (params.reject_outliers) {
+  } else if (params.reject_outliers || params.sharpness_power > 0) {
     for (std::size_t k = 0; k < views.size(); ++k) picture(k);
   }
   for (const double gain : exposure.log_gain) {
@@ -153,6 +161,24 @@ void MosaicRenderer::Impl::Survey() {
   }
   shading = MakeShading(view_size, params.view_mask, params.feather_power, exposure);
   if (params.reject_outliers) thumbnails.Level(gain_factors, shading);
+  WeighBySharpness(sharpness);
+}
+
+/// The places are compared where a picture has its centre: what it shows best.
+void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness) {
+  constexpr double kLeast = 1e-4;  // what nothing else shows stays in the mosaic
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const cv::Point2d centre = views[k].Centre();
+    const cv::Rect at(static_cast<int>((centre.x - grid.min_x) / grid.resolution),
+                      static_cast<int>((grid.max_y - centre.y) / grid.resolution),
+                      1,
+                      1);
+    double sharpest = sharpness[k];
+    for (const int other : ViewsAt(at)) sharpest = std::max(sharpest, sharpness[other]);
+    const double part = sharpest > 0 ? sharpness[k] / sharpest : 1;
+    view_weights.push_back(
+        static_cast<float>(std::max(kLeast, std::pow(part, params.sharpness_power))));
+  }
 }
 
 /// A picture ready for sampling: smoothed when the mosaic is coarser, then padded.
@@ -266,22 +292,25 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
   }
   cv::Mat largest(tile.size(), CV_32FC1, cv::Scalar(0));
   for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const float share = view_weights[candidates[i]];
     ForEachPixel(views[candidates[i]],
                  agreements[i],
                  tile,
                  [&](cv::Point at, cv::Point2d /*pixel*/, float weight, float /*vignetting*/) {
                    float& most = largest.ptr<float>(at.y)[at.x];
-                   most = std::max(most, weight);
+                   most = std::max(most, share * weight);
                  });
   }
   cv::Mat sums(tile.size(), CV_32FC2, cv::Scalar(0, 0));  // of weight * grey, of weight
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const PictureCache::Picture picture = cache.Get(ids[candidates[i]]);
     const float gain = gain_factors[candidates[i]];
+    const float share = view_weights[candidates[i]];
     ForEachPixel(views[candidates[i]],
                  agreements[i],
                  tile,
                  [&](cv::Point at, cv::Point2d pixel, float weight, float vignetting) {
+                   weight *= share;
                    if (weight <= kNegligible * largest.ptr<float>(at.y)[at.x]) return;
                    auto& sum = sums.ptr<cv::Vec2f>(at.y)[at.x];
                    sum[0] += weight * LevelGrey(Sample(*picture, pixel), gain * vignetting);

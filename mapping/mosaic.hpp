@@ -17,6 +17,9 @@ struct MosaicParams {
   /// almost from the one picture that sees it most centrally, which keeps things below the ceiling
   /// (parallax) and small pose errors from showing as doubled edges.
   double feather_power = 4;
+  /// A blurred picture's weight: (its sharpness / that of the sharpest picture of the place)^power.
+  /// 0: all pictures count alike.
+  double sharpness_power = 2;
   bool level_exposure = true;  ///< take out gain differences and vignetting
   /// Leave out what one picture shows but most of the others that see the place do not (a person,
   /// something carried past, a wall): at least three pictures, more than a fifth off their median.

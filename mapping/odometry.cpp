@@ -29,6 +29,8 @@ void OdometryParams::Validate() const {
   require(recent_keyframes >= 1, "recent_keyframes", recent_keyframes, "at least 1");
   require(local_keyframes >= 1, "local_keyframes", local_keyframes, "at least 1");
   require(prior_sigma_part > 0, "prior_sigma_part", prior_sigma_part, "> 0");
+  require(prior_sigma_errors > 0, "prior_sigma_errors", prior_sigma_errors, "> 0");
+  require(min_prior_sigma_px > 0, "min_prior_sigma_px", min_prior_sigma_px, "> 0");
   require(noise.systematic_px > 0, "noise.systematic_px", noise.systematic_px, "> 0");
   require(noise.systematic_rad > 0, "noise.systematic_rad", noise.systematic_rad, "> 0");
   require(first_keyframe_id >= 0,
@@ -72,14 +74,18 @@ struct Odometry::Impl {
   std::optional<FramePose> before_last;
   Pose2 T_last_seen = origin;  // where a segment begins that nothing connects
   int lost_in_a_row = 0;
+  std::optional<Pose2> predicted;             // where this frame was expected, at an even speed
+  std::optional<double> prediction_error_px;  // the largest one lately, fading
 
-  Pose2 Predict(double stamp_s) const;
+  Pose2 Predict(double stamp_s);
+  double PriorSigma() const;
+  void LearnFromPrediction(const Pose2& T_map_base);
   MotionPrior PriorFor(const ActiveKeyframe& reference, const Pose2& T_map_base) const;
   void Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const;
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
   bool TryReference(std::size_t index,
                     const FrameSpectrum& spectrum,
-                    const std::optional<Pose2>& predicted,
+                    const std::optional<Pose2>& expected,
                     OdometryStep& step,
                     Edge& edge);
   bool Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
@@ -101,21 +107,39 @@ struct Odometry::Impl {
                 const Edge& edge);
 };
 
-Pose2 Odometry::Impl::Predict(double stamp_s) const {
+Pose2 Odometry::Impl::Predict(double stamp_s) {
+  predicted.reset();
   if (!before_last) return last->pose.T_map_base;
   const double step_s = last->pose.stamp_s - before_last->stamp_s;
   const double ahead_s = stamp_s - last->pose.stamp_s;
   // After a gap the speed is not known any more: the robot may have stopped or turned.
   if (step_s <= 0 || ahead_s > 3 * step_s) return last->pose.T_map_base;
   const Pose2 step = before_last->T_map_base.Inverse() * last->pose.T_map_base;
-  return last->pose.T_map_base * Interpolate(step, ahead_s / step_s);
+  predicted = last->pose.T_map_base * Interpolate(step, ahead_s / step_s);
+  return *predicted;
+}
+
+/// Robots move evenly from frame to frame: on a periodic ceiling that tells one period from the
+/// next, even short ones.
+double Odometry::Impl::PriorSigma() const {
+  const double most = params.prior_sigma_part * std::max(view.Size().width, view.Size().height);
+  if (!prediction_error_px) return most;
+  const double sigma = params.prior_sigma_errors * *prediction_error_px;
+  return std::min(most, std::max(sigma, params.min_prior_sigma_px));
+}
+
+void Odometry::Impl::LearnFromPrediction(const Pose2& T_map_base) {
+  if (!predicted) return;
+  constexpr double kKept = 0.9;  // a frame: forgotten after a second or two
+  const double error_px =
+      (predicted->Translation() - T_map_base.Translation()).norm() / view.MetresPerPixel();
+  prediction_error_px = std::max(error_px, kKept * prediction_error_px.value_or(0));
 }
 
 MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
                                      const Pose2& T_map_base) const {
-  const int side = std::max(view.Size().width, view.Size().height);
   return {ImageMotionOf(view, reference.keyframe.pose.T_map_base.Inverse() * T_map_base),
-          params.prior_sigma_part * side,
+          PriorSigma(),
           params.prior_sigma_rad};
 }
 
@@ -144,12 +168,12 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
 
 bool Odometry::Impl::TryReference(std::size_t index,
                                   const FrameSpectrum& spectrum,
-                                  const std::optional<Pose2>& predicted,
+                                  const std::optional<Pose2>& expected,
                                   OdometryStep& step,
                                   Edge& edge) {
   const ActiveKeyframe& reference = active[index];
   std::optional<MotionPrior> prior;
-  if (predicted) prior = PriorFor(reference, *predicted);
+  if (expected) prior = PriorFor(reference, *expected);
   step.registration = registrar.Register(reference.spectrum, spectrum, prior);
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
@@ -160,15 +184,15 @@ bool Odometry::Impl::TryReference(std::size_t index,
 
 bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
   // After a loss nothing is known of where the robot is.
-  std::optional<Pose2> predicted;
-  if (last) predicted = Predict(step.pose.stamp_s);
-  if (TryReference(active.size() - 1, spectrum, predicted, step, edge)) return true;
+  std::optional<Pose2> expected;
+  if (last) expected = Predict(step.pose.stamp_s);
+  if (TryReference(active.size() - 1, spectrum, expected, step, edge)) return true;
   // The last frame that was still placed sees more of what this one sees: it becomes the keyframe.
   if (!last || last->edge.to >= 0 || step.registration.verdict == Verdict::kNoTexture) return false;
   const LastFrame bridge = *last;
   MakeKeyframe(bridge.pose, bridge.spectrum, bridge.picture, bridge.edge, bridge.ambiguous, step);
   last->edge.to = active.back().keyframe.id;
-  return TryReference(active.size() - 1, spectrum, predicted, step, edge);
+  return TryReference(active.size() - 1, spectrum, expected, step, edge);
 }
 
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
@@ -319,9 +343,13 @@ OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index,
                                                                         : TrackingStatus::kLost;
     me.last.reset();
     me.before_last.reset();
+    me.predicted.reset();
+    me.prediction_error_px.reset();
     return step;
   }
   step.tie = edge;
+  me.LearnFromPrediction(step.pose.T_map_base);
+  me.predicted.reset();
   me.Remember(step, spectrum, picture, edge);
   return step;
 }

@@ -20,9 +20,12 @@ struct OdometryParams {
   int recent_keyframes = 4;  ///< keyframes that a lost robot is compared with, the last ones first
   int local_keyframes =
       3;  ///< keyframes that a new keyframe is registered against, if they overlap
-  double prior_sigma_part =
-      0.06;  ///< spread of the predicted shift, part of the picture's longer side, for choosing
-             ///< among equal motions on periodic ceilings; well below half a tile
+  /// Spread of the predicted shift, part of the picture's longer side, for choosing among equal
+  /// motions on periodic ceilings. Once the prediction has proved better than this, its own recent
+  /// errors count, times `prior_sigma_errors` and not below `min_prior_sigma_px`.
+  double prior_sigma_part = 0.04;
+  double prior_sigma_errors = 4;
+  double min_prior_sigma_px = 4;
   double prior_sigma_rad = 0.15;
   EdgeNoise noise;
   /// After so many frames in a row that show texture but no place that is known, a new segment

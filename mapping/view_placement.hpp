@@ -22,6 +22,8 @@ class ViewPlacement {
   }
   [[nodiscard]] cv::Point2d ToMap(double u, double v) const;
 
+  /// Of the picture, in the map.
+  [[nodiscard]] cv::Point2d Centre() const { return {x_, y_}; }
   /// Axis-aligned box in the map around the picture, up to the pixels' outer edges.
   [[nodiscard]] cv::Rect2d Bounds() const;
 

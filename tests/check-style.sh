@@ -24,7 +24,7 @@ echo "clang-tidy"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 if ! run-clang-tidy -quiet -p "$database" -j "$(nproc)" \
-  "^$PWD/(calib|mapping|localization|compensation|app)/" >"$log" 2>&1; then
+  "^$PWD/(calib|mapping|localization|compensation|app|samples)/" >"$log" 2>&1; then
   grep -E -A 4 '(warning|error):' "$log" || tail -n 20 "$log"
   echo "check-style.sh: clang-tidy has findings" >&2
   exit 1

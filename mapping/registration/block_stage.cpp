@@ -176,6 +176,7 @@ BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
   const double noise =
       static_cast<double>(reference.noise_sigma) * current.noise_sigma * poc_.WindowPower();
   Dissimilarity result;
+  result.by_block.assign(corners_.size(), -1);
   const auto n = static_cast<Eigen::Index>(samples_.size());
   Eigen::VectorXf wanted(n);
   for (std::size_t i = 0; i < corners_.size(); ++i) {
@@ -190,11 +191,24 @@ BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
     const double common = wanted.dot(seen);
     const double unlike =
         energy > 0 ? energy * (1 - std::pow(std::max(common, 0.0) / energy, 2)) : 0.0;
-    result.mean += std::log1p(unlike / (noise + kUnexplained * energy + 1e-9));
+    const double nats = std::log1p(unlike / (noise + kUnexplained * energy + 1e-9));
+    result.by_block[i] = static_cast<float>(nats);
+    result.mean += nats;
     ++result.blocks;
   }
   if (result.blocks > 0) result.mean /= result.blocks;
   return result;
+}
+
+double BlockStage::Evidence(const Dissimilarity& a, const Dissimilarity& b) {
+  constexpr double kEveryday = 0.7;  // nats by which blocks differ without showing anything else
+  double evidence = 0;
+  for (std::size_t i = 0; i < std::min(a.by_block.size(), b.by_block.size()); ++i) {
+    if (a.by_block[i] < 0 || b.by_block[i] < 0) continue;
+    const double difference = b.by_block[i] - a.by_block[i];
+    if (std::abs(difference) > kEveryday) evidence += difference;
+  }
+  return evidence;
 }
 
 Eigen::Vector2d BlockStage::Centre(int block) const {

@@ -53,15 +53,20 @@ class BlockStage {
                int search_px,
                std::vector<BlockShift>& shifts);
 
-  /// How badly the pictures disagree under an exact motion: over all blocks that both see, the sum
-  /// of ln(1 + residual energy / expected energy), brightness and contrast of each block being
-  /// free. A block on which both show the same adds little, one that shows a mark in one picture
-  /// only adds much; so a difference between two motions' means times the number of blocks is
-  /// evidence, in natural logarithms.
+  /// How badly the pictures disagree under an exact motion: for each block of the reference that
+  /// both see, ln(1 + residual energy / expected energy), brightness and contrast of each block
+  /// being free. A block on which both show the same gives little, one that shows a mark in one
+  /// picture only gives much.
   struct Dissimilarity {
     double mean = 0;
     int blocks = 0;
+    std::vector<float> by_block;  ///< of all the grid's blocks, < 0 where not both see it
   };
+  /// What the blocks that both motions have in common say for the motion of `a` and against that
+  /// of `b`, in natural logarithms; negative when they speak for b. Vignetting, noise and blur make
+  /// small differences on every block, in favour of whichever motion is the smaller one: only what
+  /// goes beyond them counts.
+  static double Evidence(const Dissimilarity& a, const Dissimilarity& b);
   Dissimilarity Compare(const Level& reference, const Level& current, const ImageMotion& motion);
 
   /// Shifts of the chosen blocks under a plane motion, each block sampled with the motion's linear

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::registration {
@@ -107,6 +108,14 @@ void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
   fine_.Measure(reference.fine, current.fine, motion, chosen, kCloseSearch, shifts_);
 }
 
+bool FineStage::Reaches(const ImageMotion& start, const ImageMotion& motion) const {
+  constexpr double kReach_px = 12;  // of the fine level
+  constexpr double kReach_rad = 0.05;
+  return std::hypot(start.tx_px - motion.tx_px, start.ty_px - motion.ty_px) <
+             kReach_px * fine_frame_.factor &&
+         std::abs(calib::WrapAngle(start.theta_rad - motion.theta_rad)) < kReach_rad;
+}
+
 Candidate FineStage::Test(const FrameSpectrum::Data& reference,
                           const FrameSpectrum::Data& current,
                           const Hypothesis& hypothesis) {
@@ -204,17 +213,15 @@ bool FineStage::IsSound(const FrameSpectrum::Data& reference,
   const bool agreed = by_blocks + 2 * candidate.poc_peak > params_.min_agreement;
   if (agreed && by_blocks > params_.min_block_agreement) return true;
   Compare(reference, current, finalist);
-  return finalist.unlike < (agreed ? params_.max_unlike_weak : params_.max_unlike);
+  return finalist.unlike.mean < (agreed ? params_.max_unlike_weak : params_.max_unlike);
 }
 
 void FineStage::Compare(const FrameSpectrum::Data& reference,
                         const FrameSpectrum::Data& current,
                         Finalist& finalist) {
-  if (finalist.unlike_blocks > 0) return;
+  if (finalist.unlike.blocks > 0) return;
   const ImageMotion fine = fine_frame_.FromFull(finalist.result.motion);
-  const auto unlike = rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
-  finalist.unlike = unlike.mean;
-  finalist.unlike_blocks = unlike.blocks;
+  finalist.unlike = rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
 }
 
 PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,

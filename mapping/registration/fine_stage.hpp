@@ -28,8 +28,7 @@ struct Candidate {
 struct Finalist {
   Registration result;
   double agreement = 0;  ///< mean over the compared blocks of the peaks of those that agree
-  double unlike = 0;     ///< BlockStage::Dissimilarity, mean over blocks; see FineStage::Compare
-  int unlike_blocks = 0;
+  BlockStage::Dissimilarity unlike;  ///< see FineStage::Compare
 };
 
 /// One reduced picture of the fine stage and where it lies in the full one: x_full = factor *
@@ -59,6 +58,8 @@ class FineStage {
   /// Makes `data` able to be a reference; once, thread-safe.
   void PrepareReference(FrameSpectrum::Data& data) const;
 
+  /// Would Test find the motion when it starts at this one?
+  [[nodiscard]] bool Reaches(const ImageMotion& start, const ImageMotion& motion) const;
   /// Do blocks agree on a motion near the hypothesis (within 16 fine pixels and about 3 degrees)?
   Candidate Test(const FrameSpectrum::Data& reference,
                  const FrameSpectrum::Data& current,

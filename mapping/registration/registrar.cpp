@@ -127,6 +127,7 @@ struct Registrar::Impl {
   std::shared_ptr<Pool> pool = std::make_shared<Pool>();
 
   std::shared_ptr<Data> Recycle();
+  void AddExpected(const MotionPrior& prior, std::vector<Hypothesis>& hypotheses) const;
   Registration Run(Data& reference,
                    const Data& current,
                    const std::optional<MotionPrior>& prior,
@@ -200,10 +201,12 @@ Registration Registrar::Impl::Choose(const Data& reference,
     // unexplained.
     for (Finalist& f : rivals) fine.Compare(reference, current, f);
     std::sort(rivals.begin(), rivals.end(), [](const Finalist& a, const Finalist& b) {
-      return a.unlike < b.unlike;
+      return a.unlike.mean < b.unlike.mean;
     });
-    const double evidence = (rivals[1].unlike - rivals[0].unlike) *
-                            std::min(rivals[0].unlike_blocks, rivals[1].unlike_blocks);
+    double evidence = BlockStage::Evidence(rivals[0].unlike, rivals[1].unlike);
+    for (std::size_t i = 2; i < rivals.size(); ++i) {
+      evidence = std::min(evidence, BlockStage::Evidence(rivals[0].unlike, rivals[i].unlike));
+    }
     by_prior = evidence <= params.min_evidence;
     settled = !by_prior || ChooseByPrior(prior, rivals);
   }
@@ -219,12 +222,29 @@ Registration Registrar::Impl::Choose(const Data& reference,
   return result;
 }
 
+/// On a periodic ceiling the motions with the most overlap come first, and the expected one may not
+/// be among them.
+void Registrar::Impl::AddExpected(const MotionPrior& prior,
+                                  std::vector<Hypothesis>& hypotheses) const {
+  const bool known =
+      std::any_of(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& hypothesis) {
+        return fine.Reaches(hypothesis.motion, prior.motion);
+      });
+  if (known) return;
+  Hypothesis expected = hypotheses.front();
+  expected.motion = prior.motion;
+  expected.overlap = OverlapOf(prior.motion, size);
+  constexpr double kLeastOverlap = 0.25;
+  if (expected.overlap > kLeastOverlap) hypotheses.push_back(expected);
+}
+
 Registration Registrar::Impl::Run(Data& reference,
                                   const Data& current,
                                   const std::optional<MotionPrior>& prior,
                                   const std::optional<RotationRange>& near) {
-  const auto hypotheses = coarse.Propose(reference, current, params.estimate_scale, near);
+  auto hypotheses = coarse.Propose(reference, current, params.estimate_scale, near);
   if (hypotheses.empty()) return {};
+  if (prior) AddExpected(*prior, hypotheses);
   fine.PrepareReference(reference);
   std::vector<Candidate> candidates;
   candidates.reserve(hypotheses.size());

@@ -87,7 +87,7 @@ struct RegistrarParams {
   /// Another motion with this part of the best agreement is a rival, and ...
   double rival_ratio = 0.7;
   /// ... stays one unless the pictures speak against it by so many nats.
-  double min_evidence = 6;
+  double min_evidence = 4.5;
 };
 
 /// Everything that is computed once of a picture and kept: its working copies and spectra. Cheap to

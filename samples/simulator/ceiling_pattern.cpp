@@ -9,8 +9,6 @@
 namespace ceilmap::simulator {
 namespace {
 
-constexpr int kSpeckleSize = 1024;
-
 bool IsTiled(CeilingKind kind) {
   return kind == CeilingKind::kTiles || kind == CeilingKind::kPeriodic;
 }
@@ -50,16 +48,15 @@ CeilingPattern::CeilingPattern(const Scene& scene, double pitch_m)
   pitch_y_m_ = ceiling_.tile_width_m / tile_rows_;
   along_x_ = MakeProfile(ceiling_.tile_length_m, tile_columns_, ceiling_.joint_m);
   along_y_ = MakeProfile(ceiling_.tile_width_m, tile_rows_, ceiling_.joint_m);
-  speckle_ = MakeSpeckle(seed_, kSpeckleSize, pitch_x_m_, pitch_y_m_);
   vent_share_ = ceiling_.vents_per_100m2 / 100 * ceiling_.tile_length_m * ceiling_.tile_width_m;
 }
 
 CeilingPattern::Profile CeilingPattern::MakeProfile(double tile_m, int samples, double joint_m) {
-  constexpr double kSlat_m = 0.04;
+  constexpr double kSlat = 0.04;  // metres
   const double pitch = tile_m / samples;
   const double joint = joint_m / 2 / pitch;
   const double inset = joint + std::min(0.03, tile_m / 10) / pitch;
-  const double phase = std::numbers::pi * pitch / kSlat_m;
+  const double phase = std::numbers::pi * pitch / kSlat;
   const double slat_contrast = phase < 3 ? 0.45 * std::sin(phase) / phase : 0;  // of a mean
   Profile profile;
   for (int i = 0; i < samples; ++i) {
@@ -77,18 +74,26 @@ CeilingPattern::Profile CeilingPattern::MakeProfile(double tile_m, int samples, 
 CeilingPattern::Tile CeilingPattern::TileAt(std::int64_t column, std::int64_t row) const {
   Tile tile;
   tile.brightness = static_cast<float>(ceiling_.brightness);
+  tile.grain_key = KeyOf(seed_, Purpose::kSpeckle);
   const bool lamp =
       IsMultiple(column, ceiling_.lamp_every_x) && IsMultiple(row, ceiling_.lamp_every_y);
   if (lamp) tile.style = Style::kLamp;
   if (ceiling_.kind == CeilingKind::kPeriodic) return tile;
   Random random(HashAt(seed_, column, row), Purpose::kTileStyle);
-  tile.speckle_column = static_cast<int>(random.Bits() % kSpeckleSize);
-  tile.speckle_row = static_cast<int>(random.Bits() % kSpeckleSize);
+  tile.grain_key = random.Bits();
   tile.brightness *= static_cast<float>(1 + ceiling_.tile_contrast * random.Normal());
   const double choice = random.Uniform(0, 1);
   if (lamp && choice < ceiling_.lamps_off_share) tile.style = Style::kLampOff;
   if (!lamp && choice < vent_share_) tile.style = Style::kVent;
   return tile;
+}
+
+cv::Mat CeilingPattern::Grain(const Tile& tile, cv::Rect part) const {
+  cv::Mat grain(part.size(), CV_32FC1, cv::Scalar(0));
+  if (tile.style != Style::kPanel || ceiling_.speckle_contrast <= 0) return grain;
+  AddGrain(
+      tile.grain_key, {part.x, part.y, pitch_x_m_, pitch_y_m_, part.width, part.height}, grain);
+  return grain;
 }
 
 void CeilingPattern::DrawTile(
@@ -97,15 +102,16 @@ void CeilingPattern::DrawTile(
   const auto contrast = static_cast<float>(ceiling_.speckle_contrast);
   const float lamp = tile.style == Style::kLamp ? static_cast<float>(ceiling_.lamp_brightness)
                                                 : tile.brightness * 0.55F;
+  const cv::Mat grain = Grain(tile, part - cv::Point(tile_u, tile_v));
   for (int v = part.y; v < part.y + part.height; ++v) {
     const int y = v - tile_v;
     auto* out = light.ptr<float>(v);
-    const auto* speckle = speckle_.ptr<float>((y + tile.speckle_row) % kSpeckleSize);
+    const auto* speckle = grain.ptr<float>(v - part.y);
     for (int u = part.x; u < part.x + part.width; ++u) {
       const int x = u - tile_u;
       float panel = tile.brightness * along_x_.bevel[x] * along_y_.bevel[y];
       if (tile.style == Style::kPanel) {
-        panel *= 1 + contrast * speckle[(x + tile.speckle_column) % kSpeckleSize];
+        panel *= 1 + contrast * speckle[u - part.x];
       } else {
         const float inset = along_x_.inset[x] * along_y_.inset[y];
         const float inside = tile.style == Style::kVent ? panel * along_y_.slats[y] : lamp;

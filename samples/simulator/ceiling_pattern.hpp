@@ -40,13 +40,14 @@ class CeilingPattern {
   struct Tile {
     Style style = Style::kPanel;
     float brightness = 0;
-    int speckle_column = 0;  // where in the speckle the tile was cut from
-    int speckle_row = 0;
+    std::uint64_t grain_key = 0;
   };
 
   static Profile MakeProfile(double tile_m, int samples, double joint_m);
   [[nodiscard]] Tile TileAt(std::int64_t column, std::int64_t row) const;
   void DrawTiles(const SampleGrid& grid, cv::Mat& light) const;
+  /// The texture of a part of a tile, counted in samples from the tile's corner.
+  [[nodiscard]] cv::Mat Grain(const Tile& tile, cv::Rect part) const;
   void DrawTile(const Tile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const;
   void DrawPlaster(const SampleGrid& grid, cv::Mat& light) const;
   void DrawUnevenLight(const SampleGrid& grid, cv::Mat& light) const;
@@ -60,7 +61,6 @@ class CeilingPattern {
   double vent_share_ = 0;
   Profile along_x_;
   Profile along_y_;
-  cv::Mat speckle_;
   CeilingFeatures features_;
 };
 

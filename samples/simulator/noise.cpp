@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "samples/simulator/random.hpp"
@@ -42,26 +43,75 @@ float LatticeValue(std::uint64_t key, std::int64_t x, std::int64_t y, std::int64
   return static_cast<float>(2 * UnitInterval(HashAt(key, x, y)) - 1);
 }
 
+/// A dent of Gaussian shape. Places in metres.
 struct Pit {
-  double x, y, length, width, angle, depth;  // samples, radians
+  double x, y;
+  double length, width;  // standard deviations along and across its direction
+  double angle;
+  double depth;
 };
 
-void Dig(const Pit& pit, double shrink_y, cv::Mat& speckle) {
-  const int mask = speckle.cols - 1;
-  const int reach = static_cast<int>(std::ceil(3 * pit.length)) + 1;
-  const int u0 = static_cast<int>(pit.x);
-  const int v0 = static_cast<int>(pit.y);
+constexpr double kPitCell = 0.04;  // metres
+constexpr int kPitsInCell = 4;
+constexpr double kPitReach = 3.5;         // standard deviations
+constexpr double kLongestPit = 0.006;     // standard deviation in metres
+constexpr double kPitMean = 0.0574;       // of the pits' sum, by their density and volume
+constexpr double kPitDeviation = 0.1032;  // of the sum, in samples 4 mm apart
+constexpr double kMottle = 0.2;           // deviation beside the pits' 1
+constexpr double kMottleCell = 0.008;     // metres
+constexpr double kFadingPitch = 0.02;     // metres between samples that begin to lose the grain
+
+Pit PitAt(Random& random, double x0_m, double y0_m) {
+  Pit pit{};
+  pit.x = x0_m + random.Uniform(0, kPitCell);
+  pit.y = y0_m + random.Uniform(0, kPitCell);
+  pit.length = random.Uniform(0.0015, kLongestPit);
+  pit.width = random.Uniform(0.001, 0.002);
+  pit.angle = random.Uniform(0, std::numbers::pi);
+  pit.depth = random.Uniform(0.3, 1);
+  return pit;
+}
+
+/// The pit as samples see it that are the mean of a Gaussian of this standard deviation.
+Pit Blurred(Pit pit, double blur_m) {
+  const double volume = pit.depth * pit.length * pit.width;
+  pit.length = std::hypot(pit.length, blur_m);
+  pit.width = std::hypot(pit.width, blur_m);
+  pit.depth = volume / (pit.length * pit.width);
+  return pit;
+}
+
+/// Samples [first, last) of an axis within reach of a place.
+std::pair<int, int> Within(double at_m, double reach_m, double start, double pitch_m, int count) {
+  const double low = std::ceil((at_m - reach_m) / pitch_m - 0.5 - start);
+  const double high = std::floor((at_m + reach_m) / pitch_m - 0.5 - start);
+  return {static_cast<int>(std::clamp(low, 0.0, static_cast<double>(count))),
+          static_cast<int>(std::clamp(high + 1, 0.0, static_cast<double>(count)))};
+}
+
+void Dig(const Pit& pit, double scale, const SampleGrid& grid, cv::Mat& samples) {
   const double c = std::cos(pit.angle);
   const double s = std::sin(pit.angle);
-  for (int v = v0 - reach; v <= v0 + reach; ++v) {
-    float* row = speckle.ptr<float>(v & mask);
-    for (int u = u0 - reach; u <= u0 + reach; ++u) {
-      const double dx = u - pit.x;
-      const double dy = (v - pit.y) * shrink_y;
-      const double along = (c * dx + s * dy) / pit.length;
-      const double across = (c * dy - s * dx) / pit.width;
-      const double squared = along * along + across * across;
-      if (squared < 12) row[u & mask] -= static_cast<float>(pit.depth * std::exp(-squared / 2));
+  const double reach_x = kPitReach * std::hypot(c * pit.length, s * pit.width);
+  const double reach_y = kPitReach * std::hypot(s * pit.length, c * pit.width);
+  const auto [u0, u1] =
+      Within(pit.x, reach_x, static_cast<double>(grid.column0), grid.pitch_x_m, grid.columns);
+  const auto [v0, v1] =
+      Within(pit.y, reach_y, static_cast<double>(grid.row0), grid.pitch_y_m, grid.rows);
+  const auto depth = static_cast<float>(pit.depth * scale);
+  const double along_x = c / pit.length;
+  const double across_x = -s / pit.width;
+  for (int v = v0; v < v1; ++v) {
+    const double dy = grid.Y(v) - pit.y;
+    const double along_y = s * dy / pit.length;
+    const double across_y = c * dy / pit.width;
+    auto* const row = samples.ptr<float>(v);
+    for (int u = u0; u < u1; ++u) {
+      // From the place itself, not in steps: a sample must not depend on the grid it is in.
+      const double dx = grid.X(u) - pit.x;
+      const auto along = static_cast<float>(along_y + dx * along_x);
+      const auto across = static_cast<float>(across_y + dx * across_x);
+      row[u] -= depth * std::exp(-0.5F * (along * along + across * across));
     }
   }
 }
@@ -100,33 +150,31 @@ void AddSplineNoise(std::uint64_t key,
   }
 }
 
-cv::Mat MakeSpeckle(std::uint64_t key, int size, double pitch_x_m, double pitch_y_m) {
-  constexpr double kPitsPerM2 = 2500;
-  cv::Mat speckle(size, size, CV_32FC1, cv::Scalar(0));
-  Random random(key, Purpose::kSpeckle);
-  for (int v = 0; v < size; ++v) {
-    for (int u = 0; u < size; ++u) {
-      speckle.at<float>(v, u) = static_cast<float>(random.Uniform(-0.12, 0.12));
+void AddGrain(std::uint64_t key, const SampleGrid& grid, cv::Mat& samples) {
+  const double pitch = std::max(grid.pitch_x_m, grid.pitch_y_m);
+  const double fade = std::clamp(2 - pitch / kFadingPitch, 0.0, 1.0);
+  if (fade <= 0 || samples.empty()) return;
+  const double scale = fade / kPitDeviation;
+  samples += cv::Scalar(scale * kPitMean);
+  // Half a sample of blur leaves little of what samples would show as false patterns.
+  const double blur_m = pitch / 2;
+  const double reach_m = kPitReach * std::hypot(kLongestPit, blur_m);
+  const auto cell = [](double at_m) {
+    return static_cast<std::int64_t>(std::floor(at_m / kPitCell));
+  };
+  const std::int64_t last_x = cell(grid.X(grid.columns - 1) + reach_m);
+  const std::int64_t last_y = cell(grid.Y(grid.rows - 1) + reach_m);
+  for (std::int64_t y = cell(grid.Y(0) - reach_m); y <= last_y; ++y) {
+    for (std::int64_t x = cell(grid.X(0) - reach_m); x <= last_x; ++x) {
+      Random random(HashAt(key, x, y), Purpose::kSpeckle);
+      for (int i = 0; i < kPitsInCell; ++i) {
+        const Pit pit =
+            PitAt(random, static_cast<double>(x) * kPitCell, static_cast<double>(y) * kPitCell);
+        Dig(Blurred(pit, blur_m), scale, grid, samples);
+      }
     }
   }
-  const double area_m2 = size * pitch_x_m * size * pitch_y_m;
-  const auto count = static_cast<int>(std::min(kPitsPerM2 * area_m2, 3e5));
-  for (int i = 0; i < count; ++i) {
-    Pit pit{random.Uniform(0, size), random.Uniform(0, size), 0, 0, 0, 0};
-    // A pit smaller than a sample is as wide as one and as much shallower.
-    const double length = random.Uniform(0.0015, 0.006) / pitch_x_m;
-    const double width = random.Uniform(0.001, 0.002) / pitch_x_m;
-    pit.length = std::max(length, 0.6);
-    pit.width = std::max(width, 0.6);
-    pit.angle = random.Uniform(0, std::numbers::pi);
-    pit.depth = random.Uniform(0.3, 1) * length * width / (pit.length * pit.width);
-    Dig(pit, pitch_y_m / pitch_x_m, speckle);
-  }
-  cv::Scalar mean;
-  cv::Scalar deviation;
-  cv::meanStdDev(speckle, mean, deviation);
-  speckle = (speckle - mean[0]) * (1 / deviation[0]);
-  return speckle;
+  AddSplineNoise(key, kMottleCell, kMottle, grid, samples);
 }
 
 }  // namespace ceilmap::simulator

@@ -35,9 +35,9 @@ void AddSplineNoise(std::uint64_t key,
                     cv::Mat& samples,
                     std::int64_t period_cells = 0);
 
-/// The texture of mineral fibre: dark pits of 2 to 12 mm in all directions on a fine mottle, mean
-/// 0, standard deviation 1. Repeats after `size` samples in both directions.
-/// @param size  a power of two. @return CV_32FC1, size x size.
-cv::Mat MakeSpeckle(std::uint64_t key, int size, double pitch_x_m, double pitch_y_m);
+/// Adds the grain of mineral fibre: dark pits of 2 to 12 mm in all directions on a fine mottle,
+/// mean 0, standard deviation 1 in samples 4 mm apart. A function of the key and the place alone:
+/// finer samples show the same pits deeper and sharper, coarser ones their mean, which fades away.
+void AddGrain(std::uint64_t key, const SampleGrid& grid, cv::Mat& samples);
 
 }  // namespace ceilmap::simulator

@@ -48,12 +48,12 @@ Points Loops(const Path& path) {
 }
 
 Points RandomWalk(const Path& path, std::uint64_t seed) {
-  const auto [x_min, y_min, x_max, y_max] = path.area_m;
-  const double least_step = std::min(x_max - x_min, y_max - y_min) / 4;
+  const std::array<double, 4>& area = path.area_m;
+  const double least_step = std::min(area[2] - area[0], area[3] - area[1]) / 4;
   Random random(seed, Purpose::kWalk);
   const auto any_point = [&]() -> std::array<double, 2> {
-    const double x = random.Uniform(x_min, x_max);
-    return {x, random.Uniform(y_min, y_max)};
+    const double x = random.Uniform(area[0], area[2]);
+    return {x, random.Uniform(area[1], area[3])};
   };
   Points points{any_point()};
   for (double driven = 0; driven < path.length_m;) {

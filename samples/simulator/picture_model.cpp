@@ -100,7 +100,8 @@ cv::Mat PictureModel::Expose(const cv::Mat& light, float gain, std::int64_t inde
       const float seen = in[u] * sensitivity[u] * gain;
       const float noise = noise_[static_cast<std::size_t>(std::min(seen, 1.0F) * kNoiseSteps)];
       const float noisy = std::clamp(seen + noise * random, 0.0F, 1.0F);
-      out[u] = curve_[static_cast<std::size_t>(noisy * kCurveSteps + 0.5F)];
+      constexpr float kHalf = 0.5F;  // rounds; lround would cost more than all the rest
+      out[u] = curve_[static_cast<std::size_t>(noisy * kCurveSteps + kHalf)];
     }
   }
   return grey;

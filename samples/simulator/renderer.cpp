@@ -75,8 +75,8 @@ std::vector<double> Moments(double blur_px) {
   // they are nearer to each other than a pixel.
   if (blur_px < 1.5) return {-1 / std::sqrt(3.0), 1 / std::sqrt(3.0)};
   const int count = std::clamp(static_cast<int>(std::ceil(blur_px / 0.75)), 3, 64);
-  std::vector<double> moments;
-  for (int i = 0; i < count; ++i) moments.push_back((2.0 * i + 1) / count - 1);
+  std::vector<double> moments(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) moments[i] = (2.0 * i + 1) / count - 1;
   return moments;
 }
 

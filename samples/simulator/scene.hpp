@@ -49,7 +49,7 @@ struct Ceiling {
   double tile_width_m = 0.6;       ///< along y
   double joint_m = 0.015;          ///< full width of the joint between two tiles
   double joint_contrast = 0.35;    ///< how much darker the joint is
-  double speckle_contrast = 0.05;  ///< standard deviation of the pits in a tile, or of the plaster
+  double speckle_contrast = 0.05;  ///< standard deviation of a tile's grain or the plaster
   /// A lamp in the place of every n-th tile along x and y; 0: none. With kPeriodic this multiplies
   /// the period.
   int lamp_every_x = 0;

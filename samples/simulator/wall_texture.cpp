@@ -8,25 +8,25 @@
 namespace ceilmap::simulator {
 namespace {
 
-constexpr int kSize = 512;  // a power of two
-constexpr double kPitch_m = 0.008;
+constexpr int kSize = 512;        // a power of two
+constexpr double kPitch = 0.008;  // metres
 
 }  // namespace
 
 WallTexture::WallTexture(std::uint64_t seed) : samples_(kSize, kSize, CV_32FC1, cv::Scalar(0)) {
-  const SampleGrid grid{0, 0, kPitch_m, kPitch_m, kSize, kSize};
+  const SampleGrid grid{0, 0, kPitch, kPitch, kSize, kSize};
   const std::uint64_t key = Random(seed, Purpose::kWalls).Bits();
   std::uint64_t scale = 0;
   for (const int cells : {8, 32, 128}) {
     AddSplineNoise(
-        key + ++scale, kSize * kPitch_m / cells, 1 / std::numbers::sqrt3, grid, samples_, cells);
+        key + ++scale, kSize * kPitch / cells, 1 / std::numbers::sqrt3, grid, samples_, cells);
   }
 }
 
 float WallTexture::At(double x_m, double y_m) const {
   constexpr double kPeriods = 1 << 20;  // to count from 0: truncation then is the floor
-  const double x = x_m / kPitch_m + kPeriods;
-  const double y = y_m / kPitch_m + kPeriods;
+  const double x = x_m / kPitch + kPeriods;
+  const double y = y_m / kPitch + kPeriods;
   const int u = static_cast<int>(x);
   const int v = static_cast<int>(y);
   const auto part_x = static_cast<float>(x - u);

@@ -118,7 +118,6 @@ const std::vector<BadInput> kArguments = {
     {"TiltNotYet", Map({"--up=@run", "--tilt=fused"}), "not available"},
     {"ForwardNotYet", Map({"--up=@run", "--forward=@run"}), "not available"},
     {"OmniNotYet", Map({"--up=@run", "--omni=@run"}), "not available"},
-    {"AppendNotYet", Map({"--up=@run", "--append"}), "not available"},
 };
 
 const std::vector<BadInput> kOutputs = {

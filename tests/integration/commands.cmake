@@ -7,3 +7,20 @@ ceilmap_add_test(commands_test
   LINKS ceilmap_app opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 target_compile_definitions(commands_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
 add_dependencies(commands_test ceilmap)
+
+ceilmap_add_test(simulate_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/simulate_test.cpp
+  LINKS ceilmap_app opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
+target_compile_definitions(simulate_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
+add_dependencies(simulate_test ceilmap)
+
+ceilmap_add_test(sites_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/durability_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/sites_test.cpp
+  LINKS ceilmap_app opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
+target_compile_definitions(sites_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
+add_dependencies(sites_test ceilmap)

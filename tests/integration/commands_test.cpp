@@ -62,7 +62,7 @@ TEST(Program, TellsItsVersionAndItsCommands) {
   const ProcessResult help = RunCeilmap({"--help"}, folder.Path());
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_EQ(help.err, "");
-  for (const char* command : {"map", "info", "export", "register", "evaluate"}) {
+  for (const char* command : {"map", "info", "export", "register", "evaluate", "simulate"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const ProcessResult more = RunCeilmap({command, "--help"}, folder.Path());
     EXPECT_EQ(more.exit_code, 0);

@@ -194,18 +194,21 @@ TEST(MapGraph, ComponentsAreFoundAndUnconnectedOnesLeave) {
 
 TEST(MapGraph, WeakSpotsAreNamed) {
   Circle circle(1);  // nothing closes
-  circle.graph.keyframes[7].ambiguous = true;
+  for (const int id : {6, 7, 8, 12}) circle.graph.keyframes[id].ambiguous = true;
   circle.graph.weak_spots.push_back({WeakSpot::Kind::kLost, 3, 0, 0, 12});
   Optimize(circle.graph);
   FindWeakSpots(circle.graph, 2);
   FindWeakSpots(circle.graph, 2);  // finds them anew, not once more
-  ASSERT_EQ(circle.graph.weak_spots.size(), 3U);
+  ASSERT_EQ(circle.graph.weak_spots.size(), 4U);
   EXPECT_EQ(circle.graph.weak_spots[0].kind, WeakSpot::Kind::kLost);
   EXPECT_NEAR(circle.graph.weak_spots[0].x, circle.graph.keyframes[3].pose.T_map_base.x, 1e-12);
   EXPECT_EQ(circle.graph.weak_spots[1].kind, WeakSpot::Kind::kAmbiguous);
   EXPECT_EQ(circle.graph.weak_spots[1].keyframe_id, 7);
-  EXPECT_EQ(circle.graph.weak_spots[2].kind, WeakSpot::Kind::kUnclosed);
-  EXPECT_NEAR(circle.graph.weak_spots[2].extent, 19 * 6 * std::sin(std::numbers::pi / 20), 0.05);
+  EXPECT_NEAR(circle.graph.weak_spots[1].extent, 2 * 6 * std::sin(std::numbers::pi / 20), 0.01);
+  EXPECT_EQ(circle.graph.weak_spots[2].keyframe_id, 12);
+  EXPECT_EQ(circle.graph.weak_spots[2].extent, 0);
+  EXPECT_EQ(circle.graph.weak_spots[3].kind, WeakSpot::Kind::kUnclosed);
+  EXPECT_NEAR(circle.graph.weak_spots[3].extent, 19 * 6 * std::sin(std::numbers::pi / 20), 0.05);
   Circle closed(3);
   FindWeakSpots(closed.graph, 2);
   EXPECT_TRUE(closed.graph.weak_spots.empty());

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <thread>
 
 #include "calib/error.hpp"
@@ -175,6 +176,24 @@ TEST(Mosaic, LeavesOutWhatOnlyOnePictureShows) {
   MosaicParams params;
   params.reject_outliers = false;
   EXPECT_GT(Rendered(survey.Renderer(params)).Rms(SlowBrightness), 4);
+}
+
+TEST(Mosaic, SharpPicturesCountMoreThanBlurredOnes) {
+  Survey survey(Brightness, [](std::size_t, double q) { return NoGain(q); });
+  for (std::size_t k = 0; k < survey.pictures.size(); k += 3) {
+    cv::GaussianBlur(survey.pictures[k], survey.pictures[k], {}, 4);
+  }
+  MosaicParams params = Plain();
+  params.reject_outliers = false;
+  params.sharpness_power = 0;
+  const double alike = Rendered(survey.Renderer(params)).Rms(Brightness);
+  params.sharpness_power = MosaicParams().sharpness_power;
+  const Rendered weighted(survey.Renderer(params));
+  EXPECT_LT(weighted.Rms(Brightness), 0.6 * alike);
+  // Places that only a blurred picture shows are there all the same.
+  params.sharpness_power = 0;
+  EXPECT_EQ(cv::countNonZero(weighted.alpha),
+            cv::countNonZero(Rendered(survey.Renderer(params)).alpha));
 }
 
 TEST(Mosaic, AnyWindowShowsTheSameAsTheWhole) {

@@ -164,11 +164,24 @@ TEST(BlockStage, OnlyTheTrueMotionLeavesNothingUnexplained) {
   const auto wrong = stage.Compare(reference, current, Compose(truth, ImageMotion{50, 0, 0, 1}));
   ASSERT_GT(right.blocks, 10);
   ASSERT_GT(wrong.blocks, 10);
-  EXPECT_GT((wrong.mean - right.mean) * std::min(wrong.blocks, right.blocks), 6);
+  EXPECT_GT(BlockStage::Evidence(right, wrong), 6);
   // Brightness and contrast are free.
   cv::Mat darker = 0.7 * ceiling.RenderFloat(kSize, truth) + 20;
   EXPECT_NEAR(stage.Compare(reference, MakeLevel(darker), truth).mean, right.mean, 0.01);
   EXPECT_EQ(stage.Compare(reference, current, {1000, 0, 0, 1}).blocks, 0);
+}
+
+TEST(BlockStage, SmallDifferencesEverywhereAreNoEvidence) {
+  BlockStage::Dissimilarity a;
+  BlockStage::Dissimilarity b;
+  a.by_block.assign(40, 0.3F);
+  b.by_block.assign(40, 0.8F);  // vignetting: half a nat on each block
+  EXPECT_EQ(BlockStage::Evidence(a, b), 0);
+  b.by_block[7] = 4.3F;  // a mark
+  EXPECT_NEAR(BlockStage::Evidence(a, b), 4, 1e-5);
+  EXPECT_NEAR(BlockStage::Evidence(b, a), -4, 1e-5);
+  a.by_block[7] = -1;  // that only one of the two motions sees
+  EXPECT_EQ(BlockStage::Evidence(a, b), 0);
 }
 
 }  // namespace

@@ -116,8 +116,9 @@ TEST_F(FineStageTest, TellsTheTrueMotionFromOneByATile) {
   const Finalist wrong = refine_near(Compose(truth, ImageMotion{60, 0, 0, 1}));
   ASSERT_TRUE(right.result.ok());
   EXPECT_LT(ShiftError(right.result.motion, truth), 0.05);
-  EXPECT_GT((wrong.unlike - right.unlike) * std::min(wrong.unlike_blocks, right.unlike_blocks),
-            params_.min_evidence);
+  EXPECT_GT(BlockStage::Evidence(right.unlike, wrong.unlike), params_.min_evidence);
+  EXPECT_EQ(BlockStage::Evidence(wrong.unlike, right.unlike),
+            -BlockStage::Evidence(right.unlike, wrong.unlike));
 }
 
 }  // namespace

@@ -13,8 +13,6 @@
 namespace ceilmap::simulator {
 namespace {
 
-using ::testing::HasSubstr;
-
 double YawOf(const Eigen::Isometry3d& T) {
   return std::atan2(T(1, 0), T(0, 0));
 }

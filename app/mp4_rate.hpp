@@ -1,0 +1,12 @@
+#pragma once
+
+#include <filesystem>
+
+namespace ceilmap::app {
+
+/// Makes a finished MP4 file (ISO 14496-12) play `factor` times as fast: multiplies the units per
+/// second in its movie and track headers (mvhd, mdhd) and touches no picture.
+/// @param factor  > 0. @throws calib::RunError when the file is no such file or cannot be written.
+void SpeedUpMp4(const std::filesystem::path& file, double factor);
+
+}  // namespace ceilmap::app

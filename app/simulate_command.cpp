@@ -1,0 +1,255 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <iterator>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "app/commands.hpp"
+#include "app/console.hpp"
+#include "app/interrupt.hpp"
+#include "app/ordered_work.hpp"
+#include "app/progress.hpp"
+#include "app/recording_writer.hpp"
+#include "app/simulation_folder.hpp"
+#include "app/table.hpp"
+#include "app/tum.hpp"
+#include "calib/error.hpp"
+#include "calib/yaml_value.hpp"
+#include "samples/simulator/path.hpp"
+#include "samples/simulator/renderer.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct SimulateParams {
+  fs::path scene;
+  std::optional<std::int64_t> seed;
+  std::optional<int> frames;
+  bool lossless = false;
+  bool pictures = false;
+  bool force = false;
+  fs::path output;
+
+  [[nodiscard]] RecordingFormat Format() const {
+    if (pictures) return RecordingFormat::kPictures;
+    return lossless ? RecordingFormat::kLosslessVideo : RecordingFormat::kVideo;
+  }
+};
+
+double MillisecondsSince(steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(steady_clock::now() - start).count();
+}
+
+// The scene with what the options change in it.
+simulator::Scene MakeScene(const std::string& text, const SimulateParams& params) {
+  simulator::Scene scene = simulator::ParseScene(text, params.scene);
+  if (params.seed) scene.seed = static_cast<std::uint64_t>(*params.seed);
+  if (params.frames) {
+    int& most = scene.path.max_frames;
+    most = most == 0 ? *params.frames : std::min(most, *params.frames);
+  }
+  return scene;
+}
+
+struct RenderReport {
+  std::int64_t frames = 0;
+  int threads = 1;
+  double render_ms = 0;  // of all threads together
+  double write_ms = 0;
+};
+
+RenderReport RenderFrames(const simulator::Renderer& renderer,
+                          const std::vector<simulator::Frame>& frames,
+                          RecordingWriter& writer) {
+  RenderReport report;
+  report.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  std::atomic<double> render_ms = 0;
+  const auto count = static_cast<std::int64_t>(frames.size());
+  OrderedWork<RecordingWriter::Prepared> work(count, report.threads, [&](std::int64_t i) {
+    const auto start = steady_clock::now();
+    auto picture = writer.Prepare(renderer.Render(frames[static_cast<std::size_t>(i)]));
+    render_ms += MillisecondsSince(start);
+    return picture;
+  });
+  Progress progress("rendering", "frames", count);
+  while (!Interrupted()) {
+    const auto picture = work.Next();
+    if (!picture) break;
+    const auto start = steady_clock::now();
+    writer.Write(*picture);
+    report.write_ms += MillisecondsSince(start);
+    const simulator::Frame& frame = frames[static_cast<std::size_t>(report.frames)];
+    progress.Update(++report.frames);
+    Detail("frame {} at {:.6f} s", frame.index, frame.stamp_s);
+  }
+  report.render_ms = render_ms;
+  return report;
+}
+
+std::vector<StampedPose> TruePoses(const std::vector<simulator::Frame>& frames) {
+  std::vector<StampedPose> poses;
+  poses.reserve(frames.size());
+  for (const simulator::Frame& frame : frames) {
+    poses.push_back({frame.stamp_s,
+                     frame.T_map_base.translation(),
+                     Eigen::Quaterniond(frame.T_map_base.linear())});
+  }
+  return poses;
+}
+
+std::string StampsText(const std::vector<StampedPose>& poses) {
+  std::string text = "index,timestamp\n";
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    fmt::format_to(std::back_inserter(text), "{},{:.6f}\n", i, poses[i].stamp_s);
+  }
+  return text;
+}
+
+// How far the robot went, and over which part of the floor.
+struct Way {
+  explicit Way(const std::vector<StampedPose>& poses) {
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      ground.extend(poses[i].position.head<2>());
+      if (i > 0) length_m += (poses[i].position - poses[i - 1].position).norm();
+    }
+  }
+  double length_m = 0;
+  Eigen::AlignedBox2d ground;
+};
+
+// Somebody who stops a recording wants what there is of it.
+void TellInterrupted(std::int64_t frames) {
+  if (frames == 0) {
+    throw calib::RunError("interrupted before any frame was rendered; nothing was written");
+  }
+  PrintNote(fmt::format("interrupted: {} frames were kept", frames));
+}
+
+void Summarize(const RenderReport& report,
+               const simulator::Scene& scene,
+               const Way& way,
+               double seconds,
+               Summary& summary) {
+  const auto frames = static_cast<double>(report.frames);
+  summary.frames = report.frames;
+  summary.interrupted = Interrupted();
+  summary.stages_ms = {{"render", report.render_ms}, {"write", report.write_ms}};
+  summary.quality = {{"ms_per_frame", 1000 * seconds / frames},
+                     {"threads", report.threads},
+                     {"path_m", way.length_m},
+                     {"extent_m", {way.ground.sizes().x(), way.ground.sizes().y()}},
+                     {"width_px", scene.camera.width_px},
+                     {"height_px", scene.camera.height_px},
+                     {"seed", scene.seed}};
+}
+
+void PrintReport(const RenderReport& report,
+                 const simulator::Scene& scene,
+                 const Way& way,
+                 double seconds,
+                 const Summary& summary) {
+  const auto frames = static_cast<double>(report.frames);
+  Table table;
+  table.AddRow({"frames", fmt::format("{}", report.frames)});
+  table.AddRow({"pictures",
+                fmt::format("{} x {}", scene.camera.width_px, scene.camera.height_px),
+                fmt::format("px at {:g} Hz", scene.path.frame_rate_hz)});
+  table.AddRow({"path", fmt::format("{:.3f}", way.length_m), "m"});
+  const Eigen::Vector2d extent = way.ground.sizes();
+  table.AddRow({"extent", fmt::format("{:.3f} x {:.3f}", extent.x(), extent.y()), "m"});
+  table.AddRow({"time",
+                fmt::format("{:.2f}", seconds),
+                fmt::format("s ({:.1f} ms per frame)", 1000 * seconds / frames)});
+  fmt::print("{}", table.Format());
+  for (const fs::path& file : summary.files) fmt::print("written {}\n", file.string());
+}
+
+void RunSimulate(const SimulateParams& params, const CommonOptions& common, Summary& summary) {
+  const auto start = steady_clock::now();
+  const std::string text =
+      calib::ReadSettingsText(params.scene, "a scene file (format: samples/simulator/README.md)");
+  const simulator::Scene scene = MakeScene(text, params);
+  std::vector<simulator::Frame> frames = simulator::MakePath(scene);
+  SimulationFolder folder(params.output, params.Format(), params.force);
+  const auto writer = RecordingWriter::Create(params.Format(),
+                                              folder.Recording(),
+                                              {scene.camera.width_px, scene.camera.height_px},
+                                              scene.path.frame_rate_hz);
+  const simulator::Renderer renderer(scene);
+
+  const RenderReport report = RenderFrames(renderer, frames, *writer);
+  if (Interrupted()) TellInterrupted(report.frames);
+  frames.resize(static_cast<std::size_t>(report.frames));
+  const std::vector<StampedPose> poses = TruePoses(frames);
+  summary.files = folder.Commit(*writer,
+                                {.stamps = StampsText(poses),
+                                 .truth = FormatTum(poses),
+                                 .rig = simulator::RigYaml(scene),
+                                 .scene = WithSeed(text, params.scene, scene.seed)});
+
+  const Way way(poses);
+  const double seconds = MillisecondsSince(start) / 1000;
+  Summarize(report, scene, way, seconds, summary);
+  if (!common.quiet) PrintReport(report, scene, way, seconds, summary);
+}
+
+}  // namespace
+
+Command AddSimulateCommand(CLI::App& program) {
+  Command command = MakeCommand(
+      program,
+      "simulate",
+      "Renders what an upward camera on a driving robot records in a room, with the true "
+      "trajectory.",
+      "ceilmap simulate samples/scenes/hall.yaml -o hall\n"
+      "  ceilmap map --rig hall/rig.yaml --up hall/up.mp4 --stamps hall/frames.csv -o hall.gpkg\n"
+      "samples/simulator/README.md tells what a scene holds.");
+  auto params = std::make_shared<SimulateParams>();
+  CLI::App& cli = *command.cli;
+  const std::string input = "Input";
+  const std::string result = "Results";
+  cli.add_option("scene", params->scene, "Room, ceiling, camera and path")
+      ->required()
+      ->type_name("SCENE.yaml");
+  cli.add_option("--seed", params->seed, "Of everything random, instead of the scene's")
+      ->check(CLI::Range(0, 2147483647))
+      ->type_name("N")
+      ->group(input);
+  cli.add_option("--frames", params->frames, "At most so many, from the start")
+      ->check(CLI::Range(1, 10000000))
+      ->type_name("N")
+      ->group(input);
+  cli.add_option("-o,--output",
+                 params->output,
+                 "Folder, made if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml")
+      ->required()
+      ->type_name("DIR")
+      ->group(result);
+  CLI::Option* const lossless =
+      cli.add_flag("--lossless",
+                   params->lossless,
+                   "up.mkv (FFV1), bit by bit as rendered, instead of up.mp4 (H.264), which is "
+                   "three to four times smaller and loses a little of the finest grain")
+          ->group(result);
+  cli.add_flag("--pictures", params->pictures, "up/000000.png, ... instead of a video")
+      ->excludes(lossless)
+      ->group(result);
+  cli.add_flag("--force", params->force, "Replace an earlier recording in DIR")->group(result);
+  command.run = [params](const CommonOptions& common, Summary& summary) {
+    RunSimulate(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::app

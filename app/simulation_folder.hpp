@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/recording_writer.hpp"
+
+namespace ceilmap::app {
+
+/// The folder of a simulated recording: `up.mp4` (or `up.mkv`, or the pictures `up/`),
+/// `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other files in it are left alone.
+class SimulationFolder {
+ public:
+  struct Texts {
+    std::string stamps;
+    std::string truth;
+    std::string rig;
+    std::string scene;
+  };
+
+  /// Makes the folder when it is missing; the destructor removes it again without a Commit().
+  /// @param replace  an earlier recording may be in the folder, and Commit() replaces it.
+  /// @throws calib::InputError when the folder cannot be made or written to, or holds a recording
+  ///   that must not be replaced.
+  SimulationFolder(std::filesystem::path folder, RecordingFormat format, bool replace);
+  ~SimulationFolder();
+  SimulationFolder(const SimulationFolder&) = delete;
+  SimulationFolder& operator=(const SimulationFolder&) = delete;
+
+  /// Where the upward camera's pictures go.
+  [[nodiscard]] std::filesystem::path Recording() const;
+
+  /// Gives all files their names. @param recording  writes Recording().
+  /// @return the files. @throws calib::RunError when the disk refuses.
+  std::vector<std::filesystem::path> Commit(RecordingWriter& recording, const Texts& texts);
+
+ private:
+  void RefuseEarlier(bool replace) const;
+
+  std::filesystem::path folder_;
+  RecordingFormat format_;
+  bool made_ = false;  // by this object, and not yet committed
+};
+
+/// A scene's text with another seed, so that it gives the same recording without options.
+/// @param file  the scene's, for messages.
+std::string WithSeed(const std::string& text,
+                     const std::filesystem::path& file,
+                     std::uint64_t seed);
+
+}  // namespace ceilmap::app

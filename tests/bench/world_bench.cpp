@@ -1,0 +1,255 @@
+// Large and hard simulated worlds, rendered on the fly and mapped:
+//   ceilmap_world_bench accuracy SCENE.yaml [-o DIR]  accuracy against the truth
+//   ceilmap_world_bench growth SCENE.yaml [-o DIR]    time and memory while the map grows, with a
+//   plot ceilmap_world_bench periodic SCENE.yaml [-o DIR]  20 seeds of a ceiling that repeats
+//   itself
+// DIR (default: the current folder) takes the map, curve.csv, curve.svg, truth.tum, map.tum. Exits
+// with 1 when a bound is broken.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "app/evaluation.hpp"
+#include "calib/error.hpp"
+#include "tests/bench/world_run.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::bench {
+namespace {
+
+constexpr double kMaxRmse_m = 0.01;
+constexpr double kMaxResidentMb = 1500;
+constexpr double kMaxGrowth = 1.3;
+constexpr double kFalseClosure_m = 0.1;
+constexpr int kSeeds = 20;
+
+void ShowProgress(std::int64_t done, std::int64_t total) {
+  if (done % 500 == 0 || done == total) fmt::print(stderr, "\r{}/{} frames ", done, total);
+  if (done == total) fmt::print(stderr, "\n");
+}
+
+int FalseClosures(const WorldRun& run) {
+  return static_cast<int>(
+      std::count_if(run.closures.begin(), run.closures.end(), [](const ClosureCheck& closure) {
+        return closure.error_m > kFalseClosure_m;
+      }));
+}
+
+int Spots(const WorldRun& run, mapping::WeakSpot::Kind kind) {
+  const auto& spots = run.graph.weak_spots;
+  return static_cast<int>(
+      std::count_if(spots.begin(), spots.end(), [kind](const mapping::WeakSpot& spot) {
+        return spot.kind == kind;
+      }));
+}
+
+void WriteTum(const fs::path& file, const std::vector<app::StampedPose>& poses) {
+  std::ofstream(file) << app::FormatTum(poses);
+}
+
+/// @return whether the position is as exact as asked.
+bool ReportAccuracy(const WorldRun& run) {
+  const auto errors = app::EvaluateTrajectory(run.truth, run.estimate);
+  const mapping::MapperReport& report = run.report;
+  const mapping::LoopCounts& loops = report.quality.loops;
+  fmt::print("frames        {} ({} tracked, {} lost, {} ambiguous, {} unconnected), {} keyframes\n",
+             report.frames,
+             report.tracked,
+             report.lost,
+             report.ambiguous,
+             report.unconnected,
+             report.keyframes);
+  fmt::print(
+      "loops         {} accepted of {} compared: {} no match, {} ambiguous, {} off, {} "
+      "unconfirmed; {} outliers\n",
+      loops.accepted,
+      loops.compared,
+      loops.no_match,
+      loops.ambiguous,
+      loops.off_prediction,
+      loops.unconfirmed,
+      loops.outliers);
+  fmt::print("false         {} of {} closures in the map are off by more than {} m\n",
+             FalseClosures(run),
+             run.closures.size(),
+             kFalseClosure_m);
+  fmt::print("quality       chi2/dof {:.2f}, odometry {:.2f} mm, loops {:.2f} mm RMS\n",
+             report.quality.chi2_per_dof,
+             1e3 * report.quality.odometry_rms,
+             1e3 * report.quality.loop_rms);
+  fmt::print(
+      "time          {:.1f} s, {:.2f} ms a frame; loops {:.2f} ms a keyframe, optimize {:.1f} s, "
+      "mosaic {:.1f} s\n",
+      run.seconds,
+      1e3 * run.seconds / static_cast<double>(report.frames),
+      report.loop_ms / static_cast<double>(report.keyframes),
+      report.optimize_ms / 1e3,
+      report.mosaic_ms / 1e3);
+  fmt::print("file          {:.0f} MB, mosaic {} x {} px\n",
+             run.file_mb,
+             report.grid.width_px,
+             report.grid.height_px);
+  if (!errors) {
+    fmt::print("accuracy      no pose matches the truth\n");
+    return false;
+  }
+  fmt::print(
+      "accuracy      path {:.0f} m, coverage {:.4f}, position RMSE {:.2f} mm, max {:.2f} mm, "
+      "yaw RMSE {:.4f} deg\n",
+      errors->path_m,
+      errors->Coverage(),
+      1e3 * errors->position_m.rmse,
+      1e3 * errors->position_m.max,
+      errors->yaw_deg.rmse);
+  return errors->position_m.rmse <= kMaxRmse_m;
+}
+
+/// The curve as text, and as curve.svg beside curve.csv.
+void Plot(const fs::path& folder) {
+  const std::string common = fmt::format(
+      "set datafile separator ','; set key top left; set xlabel 'frames'; set yrange [0:*]; "
+      "csv = '{}'; ",
+      (folder / "curve.csv").string());
+  const auto curves = [](const char* title, const char* columns) {
+    return fmt::format("set title '{}'; plot {}; ", title, columns);
+  };
+  const std::string time = curves("time per frame, ms",
+                                  "csv using 1:4 skip 1 with linespoints title 'all threads', csv "
+                                  "using 1:3 skip 1 with linespoints title 'wall'");
+  const std::string memory =
+      curves("resident memory, MB", "csv using 1:5 skip 1 with linespoints notitle");
+  std::FILE* gnuplot = ::popen("gnuplot 2>&1", "w");
+  if (gnuplot == nullptr) return;
+  fmt::print(gnuplot, "{}set terminal dumb 100 22; {}{}\n", common, time, memory);
+  fmt::print(gnuplot,
+             "set terminal svg size 900,700; set output '{}'; set multiplot layout 2,1; {}{}\n",
+             (folder / "curve.svg").string(),
+             time,
+             memory);
+  if (::pclose(gnuplot) != 0) fmt::print("no plot: it needs gnuplot\n");
+}
+
+/// Means over the first and the last fifth.
+struct Ends {
+  double first = 0;
+  double last = 0;
+};
+Ends EndsOf(const std::vector<CostSample>& curve, double CostSample::*value) {
+  const std::size_t part = std::max<std::size_t>(1, curve.size() / 5);
+  Ends ends;
+  for (std::size_t i = 0; i < part; ++i) {
+    ends.first += curve[i].*value / static_cast<double>(part);
+    ends.last += curve[curve.size() - 1 - i].*value / static_cast<double>(part);
+  }
+  return ends;
+}
+
+bool ReportGrowth(const WorldRun& run, const fs::path& folder) {
+  std::ofstream csv(folder / "curve.csv");
+  csv << "frame,map_m2,wall_ms,cpu_ms,resident_mb\n";
+  for (const CostSample& sample : run.curve) {
+    csv << fmt::format("{},{:.0f},{:.3f},{:.3f},{:.1f}\n",
+                       sample.frame,
+                       sample.map_m2,
+                       sample.wall_ms,
+                       sample.cpu_ms,
+                       sample.resident_mb);
+  }
+  csv.close();
+  std::fflush(stdout);
+  Plot(folder);
+  const Ends wall = EndsOf(run.curve, &CostSample::wall_ms);
+  const Ends cpu = EndsOf(run.curve, &CostSample::cpu_ms);
+  const double growth = std::max(wall.last / wall.first, cpu.last / cpu.first);
+  fmt::print(
+      "time growth   wall {:.2f} -> {:.2f} ms ({:.2f}), all threads {:.2f} -> {:.2f} ms "
+      "({:.2f}); at most {}\n",
+      wall.first,
+      wall.last,
+      wall.last / wall.first,
+      cpu.first,
+      cpu.last,
+      cpu.last / cpu.first,
+      kMaxGrowth);
+  fmt::print(
+      "memory        {:.0f} MB at the most, simulator included; at most {:.0f}; {:.0f} m2 "
+      "mapped\n",
+      run.peak_mb,
+      kMaxResidentMb,
+      run.curve.back().map_m2);
+  return growth <= kMaxGrowth && run.peak_mb <= kMaxResidentMb;
+}
+
+bool RunOne(const simulator::Scene& scene, const fs::path& folder, bool growth) {
+  const WorldRun run = RunWorld(scene, folder / "world.gpkg", 50, ShowProgress);
+  WriteTum(folder / "truth.tum", run.truth);
+  WriteTum(folder / "map.tum", run.estimate);
+  const bool exact = ReportAccuracy(run);
+  return growth ? ReportGrowth(run, folder) : exact && FalseClosures(run) == 0;
+}
+
+bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
+  int total = 0;
+  bool told = true;
+  fmt::print(
+      "seed  frames  closures  false  largest off  ambiguous  weak spots: ambiguous lost  "
+      "position RMSE\n");
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    scene.seed = static_cast<std::uint64_t>(seed);
+    const WorldRun run = RunWorld(scene, folder / "world.gpkg", 1);
+    const auto errors = app::EvaluateTrajectory(run.truth, run.estimate);
+    double largest = 0;
+    for (const ClosureCheck& closure : run.closures) largest = std::max(largest, closure.error_m);
+    const int ambiguous = Spots(run, mapping::WeakSpot::Kind::kAmbiguous);
+    fmt::print("{:4}  {:6}  {:8}  {:5}  {:8.1f} mm  {:9}  {:21} {:4}  {:10.1f} mm\n",
+               seed,
+               run.report.frames,
+               run.closures.size(),
+               FalseClosures(run),
+               1e3 * largest,
+               run.report.quality.loops.ambiguous,
+               ambiguous,
+               Spots(run, mapping::WeakSpot::Kind::kLost),
+               errors ? 1e3 * errors->position_m.rmse : -1.0);
+    std::fflush(stdout);
+    total += FalseClosures(run);
+    told = told && ambiguous > 0;
+  }
+  fmt::print("false loop closures in {} seeds: {}; every map says where it is ambiguous: {}\n",
+             kSeeds,
+             total,
+             told ? "yes" : "no");
+  return total == 0 && told;
+}
+
+int Run(const std::vector<std::string>& arguments) {
+  if (arguments.size() != 2 && !(arguments.size() == 4 && arguments[2] == "-o")) {
+    throw calib::InputError("ceilmap_world_bench accuracy|growth|periodic SCENE.yaml [-o DIR]");
+  }
+  const std::string& mode = arguments[0];
+  const simulator::Scene scene = simulator::ReadScene(arguments[1]);
+  const fs::path folder = arguments.size() == 4 ? arguments[3] : ".";
+  fs::create_directories(folder);
+  if (mode == "accuracy" || mode == "growth")
+    return RunOne(scene, folder, mode == "growth") ? 0 : 1;
+  if (mode == "periodic") return RunSeeds(scene, folder) ? 0 : 1;
+  throw calib::InputError(fmt::format("'{}': must be accuracy, growth or periodic", mode));
+}
+
+}  // namespace
+}  // namespace ceilmap::bench
+
+int main(int argc, char** argv) {
+  try {
+    return ceilmap::bench::Run(std::vector<std::string>(argv + 1, argv + argc));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "ceilmap_world_bench: {}\n", error.what());
+    return 2;
+  }
+}

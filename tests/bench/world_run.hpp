@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "app/tum.hpp"
+#include "mapping/mapper.hpp"
+#include "samples/simulator/scene.hpp"
+
+/// A simulated world, rendered on the fly and mapped: for worlds too large to keep as a recording.
+namespace ceilmap::bench {
+
+/// Cost of a stretch of a run.
+struct CostSample {
+  std::int64_t frame = 0;  ///< end of the stretch
+  double map_m2 = 0;       ///< ceiling that the keyframes cover by then
+  double wall_ms = 0;      ///< Mapper::Process of a frame, mean of the stretch
+  double cpu_ms = 0;       ///< of all threads and a frame, rendering not counted
+  double resident_mb = 0;  ///< of the process, the simulator included
+};
+
+/// A closure that the map kept, against the truth.
+struct ClosureCheck {
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  double error_m = 0;
+};
+
+struct WorldRun {
+  std::vector<CostSample> curve;
+  std::vector<app::StampedPose> truth;
+  std::vector<app::StampedPose> estimate;
+  mapping::MapGraph graph;
+  mapping::MapperReport report;
+  std::vector<ClosureCheck> closures;
+  double peak_mb = 0;  ///< largest resident memory of the whole run, mosaic included
+  double seconds = 0;  ///< mapping alone, from the first frame to the written map
+  double file_mb = 0;
+};
+
+/// @param file  the map, replaced. @param samples  stretches of the curve.
+/// @param progress  done, total frames; may be empty.
+WorldRun RunWorld(const simulator::Scene& scene,
+                  const std::filesystem::path& file,
+                  int samples,
+                  const std::function<void(std::int64_t, std::int64_t)>& progress = {});
+
+}  // namespace ceilmap::bench

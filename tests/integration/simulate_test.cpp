@@ -1,0 +1,253 @@
+// `ceilmap simulate` as users run it, and what the other commands make of its recordings.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "app/stamps.hpp"
+#include "app/tum.hpp"
+#include "calib/rig.hpp"
+#include "tests/app/test_folder.hpp"
+#include "tests/integration/child_process.hpp"
+
+namespace ceilmap::integration {
+namespace {
+
+using app::ReadAll;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// 3.6 m along a tiled ceiling, 2 m above a small camera: 13 mm a pixel.
+const std::string kScene = R"(seed: 5   # of this test
+robot: "test robot"
+axle_behind_mast_m: 0.1
+room: {length_m: 7, width_m: 5, height_m: 2.4}
+ceiling: {kind: tiles, stains_per_100m2: 60}
+camera: {width_px: 240, height_px: 180, focal_px: 150}
+path:
+  kind: waypoints
+  waypoints_m: [1.6, 2.5, 5.2, 2.5]
+  speed_m_s: 0.9
+  frame_rate_hz: 5
+)";
+// Rise and fall of the speed take 0.9 / 0.6 s: 3.6 / 0.9 + 1.5 s at 5 Hz, and the first frame.
+constexpr int kFrames = 29;
+
+class SimulateTest : public testing::Test {
+ protected:
+  SimulateTest() { folder_.Write("scene.yaml", kScene); }
+
+  [[nodiscard]] ProcessResult Run(const std::vector<std::string>& arguments) const {
+    return RunCeilmap(arguments, folder_.Path().string());
+  }
+  void Simulate(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "simulate");
+    const ProcessResult result = Run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+  }
+  [[nodiscard]] std::vector<std::string> NamesIn(const std::string& name) const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / name)) {
+      names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+  [[nodiscard]] std::vector<cv::Mat> Video(const std::string& name) const {
+    cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
+    std::vector<cv::Mat> pictures;
+    for (cv::Mat picture; video.read(picture);) {
+      cv::cvtColor(picture, picture, cv::COLOR_BGR2GRAY);
+      pictures.push_back(picture.clone());
+    }
+    return pictures;
+  }
+  [[nodiscard]] std::vector<cv::Mat> Pictures(const std::string& name) const {
+    std::vector<cv::Mat> pictures;
+    for (const std::string& picture : NamesIn(name)) {
+      pictures.push_back(
+          cv::imread((folder_ / (name + "/" + picture)).string(), cv::IMREAD_UNCHANGED));
+    }
+    return pictures;
+  }
+
+  app::TestFolder folder_;
+};
+
+// Root mean square difference in grey values.
+double Difference(const std::vector<cv::Mat>& a, const std::vector<cv::Mat>& b) {
+  double sum = 0;
+  double count = 0;
+  EXPECT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    sum += cv::norm(a[i], b[i], cv::NORM_L2SQR);
+    count += static_cast<double>(a[i].total());
+  }
+  return count > 0 ? std::sqrt(sum / count) : 1e9;
+}
+
+TEST_F(SimulateTest, WritesARecording) {
+  const ProcessResult result = Run({"simulate", "scene.yaml", "-o", "run", "--summary", "s.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  for (const char* text : {"frames", "29", "3.600", "240 x 180", "ms per frame", "run/up.mp4"}) {
+    EXPECT_THAT(result.out, HasSubstr(text));
+  }
+  EXPECT_THAT(NamesIn("run"),
+              ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
+  EXPECT_EQ(ReadAll(folder_ / "run/scene.yaml"), kScene);
+  EXPECT_THAT(ReadAll(folder_ / "run/frames.csv"),
+              testing::StartsWith("index,timestamp\n0,100.000000\n1,100.200000\n"));
+
+  const std::vector<double> stamps_s = app::ReadStamps(folder_ / "run/frames.csv");
+  const std::vector<app::StampedPose> truth = app::ReadTum(folder_ / "run/truth.tum");
+  EXPECT_EQ(Video("run/up.mp4").size(), static_cast<std::size_t>(kFrames));
+  ASSERT_EQ(stamps_s.size(), static_cast<std::size_t>(kFrames));
+  ASSERT_EQ(truth.size(), static_cast<std::size_t>(kFrames));
+  for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(truth[i].stamp_s, stamps_s[i]);
+  EXPECT_NEAR(truth.front().position.x(), 1.7, 1e-9);  // base stands before the axle
+  EXPECT_NEAR(truth.back().position.x(), 5.3, 1e-9);
+  EXPECT_NEAR(truth.back().position.y(), 2.5, 1e-9);
+
+  const calib::Rig rig = calib::ReadRig(folder_ / "run/rig.yaml");
+  EXPECT_EQ(rig.robot, "test robot");
+  EXPECT_EQ(rig.up->camera.Size(), cv::Size(240, 180));
+
+  const auto summary = nlohmann::json::parse(ReadAll(folder_ / "s.json"));
+  EXPECT_EQ(summary["command"], "simulate");
+  EXPECT_EQ(summary["frames"], kFrames);
+  EXPECT_EQ(summary["interrupted"], false);
+  EXPECT_NEAR(summary["quality"]["path_m"].get<double>(), 3.6, 1e-6);
+  EXPECT_GT(summary["quality"]["ms_per_frame"], 0);
+  EXPECT_EQ(summary["files"].size(), 5U);
+}
+
+TEST_F(SimulateTest, SeedDecidesThePictures) {
+  Simulate({"scene.yaml", "-o", "a", "--pictures", "--frames", "6", "--quiet"});
+  Simulate({"scene.yaml", "-o", "b", "--pictures", "--frames", "6"});
+  Simulate({"scene.yaml", "-o", "other", "--pictures", "--frames", "6", "--seed", "6"});
+  Simulate({"other/scene.yaml", "-o", "again", "--pictures", "--frames", "6"});
+  EXPECT_THAT(
+      NamesIn("a/up"),
+      ElementsAre(
+          "000000.png", "000001.png", "000002.png", "000003.png", "000004.png", "000005.png"));
+  EXPECT_EQ(Pictures("a/up").front().type(), CV_8UC1);
+  EXPECT_EQ(Difference(Pictures("a/up"), Pictures("b/up")), 0);
+  EXPECT_GT(Difference(Pictures("a/up"), Pictures("other/up")), 3);
+  EXPECT_EQ(Difference(Pictures("other/up"), Pictures("again/up")), 0);
+}
+
+TEST_F(SimulateTest, VideosHoldThePictures) {
+  Simulate({"scene.yaml", "-o", "png", "--pictures"});
+  Simulate({"scene.yaml", "-o", "mkv", "--lossless"});
+  Simulate({"scene.yaml", "-o", "mp4"});
+  const std::vector<cv::Mat> pictures = Pictures("png/up");
+  EXPECT_EQ(pictures.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(Difference(Video("mkv/up.mkv"), pictures), 0);
+  // What OpenCV writes of itself differs by 1.8.
+  EXPECT_LT(Difference(Video("mp4/up.mp4"), pictures), 1.55);
+  for (const char* name : {"mkv/up.mkv", "mp4/up.mp4"}) {
+    cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
+    EXPECT_DOUBLE_EQ(video.get(cv::CAP_PROP_FPS), 5) << name;
+    for (int i = 0; i < 10; ++i) (void)video.grab();
+    EXPECT_NEAR(video.get(cv::CAP_PROP_POS_MSEC), 9 * 200, 1) << name;
+  }
+}
+
+TEST_F(SimulateTest, IsMappedAndEvaluated) {
+  Simulate({"scene.yaml", "-o", "run"});
+  const ProcessResult mapped = Run({"map",
+                                    "--rig=run/rig.yaml",
+                                    "--up=run/up.mp4",
+                                    "--stamps=run/frames.csv",
+                                    "-o",
+                                    "m.gpkg",
+                                    "--trajectory=e.tum"});
+  ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
+  const ProcessResult judged =
+      Run({"evaluate", "--truth=run/truth.tum", "mapped=e.tum", "-o", "report"});
+  ASSERT_EQ(judged.exit_code, 0) << judged.err;
+  const auto metrics = nlohmann::json::parse(ReadAll(folder_ / "report/metrics.json"));
+  const auto& mapping = metrics["estimates"]["mapped"];
+  EXPECT_EQ(mapping["coverage"], 1);
+  EXPECT_LT(mapping["position_m"]["rmse"], 0.0013);  // a tenth of a pixel
+  EXPECT_LT(mapping["yaw_deg"]["rmse"], 0.1);
+}
+
+TEST_F(SimulateTest, ReplacesAnEarlierRecordingOnlyWhenTold) {
+  Simulate({"scene.yaml", "-o", "run", "--frames", "4"});
+  folder_.Write("run/notes.txt", "keep");
+  const std::string truth = ReadAll(folder_ / "run/truth.tum");
+  const ProcessResult refused = Run({"simulate", "scene.yaml", "-o", "run", "--frames", "3"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--force"));
+  EXPECT_EQ(ReadAll(folder_ / "run/truth.tum"), truth);
+  Simulate({"scene.yaml", "-o", "run/", "--frames", "3", "--pictures", "--force"});
+  EXPECT_THAT(NamesIn("run"),
+              ElementsAre("frames.csv", "notes.txt", "rig.yaml", "scene.yaml", "truth.tum", "up"));
+  Simulate({"scene.yaml", "-o", "run", "--frames", "2", "--pictures", "--force"});
+  EXPECT_EQ(NamesIn("run/up").size(), 2U);
+  EXPECT_EQ(app::ReadTum(folder_ / "run/truth.tum").size(), 2U);
+}
+
+TEST_F(SimulateTest, KeepsWhatIsDoneWhenInterrupted) {
+  folder_.Write("long.yaml",
+                "camera: {width_px: 160, height_px: 120, focal_px: 110}\n"
+                "path: {kind: random_walk, length_m: 5000}\n");
+  ChildProcess child({CEILMAP_EXE, "simulate", "long.yaml", "-o", "run", "--verbose"},
+                     folder_.Path().string());
+  EXPECT_TRUE(child.WaitForErr("frame 8 at"));
+  child.Send(SIGINT);
+  const ProcessResult result = child.Wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(NamesIn("run"),
+              ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
+  const std::size_t kept = app::ReadStamps(folder_ / "run/frames.csv").size();
+  EXPECT_GE(kept, 9U);
+  EXPECT_EQ(app::ReadTum(folder_ / "run/truth.tum").size(), kept);
+  EXPECT_EQ(Video("run/up.mp4").size(), kept);
+  EXPECT_THAT(result.err, HasSubstr(fmt::format("interrupted: {} frames were kept", kept)));
+}
+
+TEST_F(SimulateTest, RefusesBadInputInOneLine) {
+  folder_.Write("key.yaml", "room:\n  lenght_m: 3\n");
+  folder_.Write("high.yaml", "camera: {mount_height_m: 3}\n");
+  folder_.Write("odd.yaml", "camera: {width_px: 161, height_px: 120}\n");
+  folder_.Write("way.yaml", "path: {kind: tum, tum_file: none.tum}\n");
+  folder_.Write("file", "");
+  const std::vector<std::string> before = folder_.Names();
+  const auto expect = [&](const std::vector<std::string>& arguments, const std::string& message) {
+    SCOPED_TRACE(message);
+    std::vector<std::string> all{"simulate"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const ProcessResult result = Run(all);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(message));
+    EXPECT_EQ(result.out, "");
+    EXPECT_EQ(folder_.Names(), before);
+  };
+  expect({"key.yaml", "-o", "run"}, "key.yaml:2: room.lenght_m = 3 is an unknown key");
+  expect({"none.yaml", "-o", "run"}, "none.yaml");
+  expect({"high.yaml", "-o", "run"}, "below the ceiling");
+  expect({"odd.yaml", "-o", "run"}, "must be even, not 161 x 120 px");
+  expect({"way.yaml", "-o", "run"}, "none.tum");
+  expect({"scene.yaml", "-o", "none/run"}, "does not exist");
+  expect({"scene.yaml", "-o", "file"}, "not a folder");
+  expect({"scene.yaml", "-o", "/proc/run"}, "/proc");
+  expect({"scene.yaml"}, "-o");
+  expect({"scene.yaml", "-o", "run", "--frames", "0"}, "--frames");
+  expect({"scene.yaml", "-o", "run", "--seed", "-1"}, "--seed");
+  expect({"scene.yaml", "-o", "run", "--pictures", "--lossless"}, "--lossless");
+}
+
+}  // namespace
+}  // namespace ceilmap::integration

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/integration/recordings.hpp"
+
+namespace ceilmap::integration {
+
+/// One room driven through twice, and another room. The drives share about a third of their way:
+/// frames [0, 50) and [32, 80) of one straight line of 0.063 m a frame, recorded at other times.
+class Sites {
+ public:
+  static constexpr int kFirst = 50;
+  static constexpr int kSecondBegins = 32;
+  static constexpr int kSecond = 48;
+
+  Sites() {
+    constexpr int kAll = kSecondBegins + kSecond;
+    const std::vector<cv::Mat> all = app::CropAlong(Ceiling(0), kPictureSize, kStep, kAll);
+    Write("first", {all.begin(), all.begin() + kFirst}, 100);
+    Write("second", {all.begin() + kSecondBegins, all.end()}, 1000);
+    Write("elsewhere", app::CropAlong(Ceiling(1), kPictureSize, kStep, kFirst), 2000);
+  }
+
+  [[nodiscard]] std::vector<std::string> MapArguments(const std::string& name,
+                                                      const std::string& map) const {
+    return {"map",
+            "--rig=@rig.yaml",
+            "--up=@" + name,
+            "--stamps=@" + name + ".csv",
+            "-o",
+            map,
+            "--trajectory=" + name + ".tum"};
+  }
+  [[nodiscard]] ProcessResult Map(const std::string& name, const std::string& map) const {
+    return recordings.Run(MapArguments(name, map));
+  }
+  [[nodiscard]] nlohmann::json Info(const std::string& map) const {
+    const ProcessResult result = recordings.Run({"info", map, "--json"});
+    EXPECT_EQ(result.exit_code, 0) << map << ": " << result.err;
+    return nlohmann::json::parse(result.out, nullptr, false);
+  }
+
+  Recordings recordings;
+
+ private:
+  static cv::Mat Ceiling(int room) {
+    const cv::Mat ceiling = app::SyntheticCeiling({820, 820});
+    return room == 0 ? ceiling.rowRange(0, 410) : ceiling.rowRange(410, 820);
+  }
+  void Write(const std::string& name, const std::vector<cv::Mat>& pictures, double first_s) {
+    app::WritePictures(recordings.in / name, pictures);
+    recordings.in.Write(name + ".csv",
+                        app::StampsCsv(static_cast<int>(pictures.size()), first_s, 0.1));
+  }
+};
+
+}  // namespace ceilmap::integration

@@ -1,0 +1,74 @@
+// Ceilings that repeat themselves, through a real lens: nothing but the camera differs from place
+// to place, and that must not be taken for evidence.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "mapping/registration/registrar.hpp"
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+using synthetic::SyntheticCeiling;
+
+const cv::Size kSize(640, 480);
+
+/// A third of the light is lost in the corners.
+cv::Mat ThroughALens(const cv::Mat& picture) {
+  cv::Mat seen = picture.clone();
+  const double cu = 0.5 * (kSize.width - 1);
+  const double cv = 0.5 * (kSize.height - 1);
+  for (int v = 0; v < kSize.height; ++v) {
+    for (int u = 0; u < kSize.width; ++u) {
+      const double q = (std::pow(u - cu, 2) + std::pow(v - cv, 2)) / (cu * cu + cv * cv);
+      auto& grey = seen.at<unsigned char>(v, u);
+      grey = cv::saturate_cast<unsigned char>(grey * (1 - 0.35 * q));
+    }
+  }
+  return seen;
+}
+
+class PeriodicCeiling : public testing::Test {
+ protected:
+  Registration Pair(const SyntheticCeiling& ceiling,
+                    const ImageMotion& motion,
+                    const std::optional<MotionPrior>& prior = std::nullopt) {
+    const ImageMotion from{kPhase, -kPhase, 0, 1};
+    const FrameSpectrum a = registrar_.Analyze(ThroughALens(ceiling.Render(kSize, from, 1.5, 1)));
+    const FrameSpectrum b =
+        registrar_.Analyze(ThroughALens(ceiling.Render(kSize, Compose(motion, from), 1.5, 2)));
+    return registrar_.Register(a, b, prior);
+  }
+
+  static constexpr double kPhase = 13.7;
+  Registrar registrar_{kSize};
+};
+
+TEST_F(PeriodicCeiling, IsNeverSureThroughALensWithVignetting) {
+  const SyntheticCeiling tiles({.tile_grey = 0, .speckle_grey = 0, .lamps = false, .marks = false});
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> shift(-220, 220);
+  std::uniform_real_distribution<double> turn(-0.3, 0.3);
+  for (int i = 0; i < 40; ++i) {
+    const ImageMotion motion{shift(random), shift(random), turn(random), 1};
+    const Registration result = Pair(tiles, motion);
+    EXPECT_NE(result.verdict, Verdict::kOk) << motion.tx_px << ' ' << motion.ty_px << " answered "
+                                            << result.motion.tx_px << ' ' << result.motion.ty_px;
+  }
+}
+
+TEST_F(PeriodicCeiling, APredictionSettlesIt) {
+  const SyntheticCeiling tiles({.tile_grey = 0, .speckle_grey = 0, .lamps = false, .marks = false});
+  const ImageMotion motion{140, -60, 0.05, 1};
+  const Registration result = Pair(tiles, motion, MotionPrior{{145, -57, 0.04, 1}, 10, 0.05});
+  ASSERT_TRUE(result.ok());
+  EXPECT_TRUE(result.by_prior);
+  EXPECT_NEAR(result.motion.tx_px, motion.tx_px, 0.1);
+  EXPECT_NEAR(result.motion.ty_px, motion.ty_px, 0.1);
+}
+
+}  // namespace
+}  // namespace ceilmap::registration
