@@ -79,7 +79,7 @@ CeilingPattern::Tile CeilingPattern::TileAt(std::int64_t column, std::int64_t ro
       IsMultiple(column, ceiling_.lamp_every_x) && IsMultiple(row, ceiling_.lamp_every_y);
   if (lamp) tile.style = Style::kLamp;
   if (ceiling_.kind == CeilingKind::kPeriodic) return tile;
-  Random random(HashAt(seed_, column, row), Purpose::kTileStyle);
+  Random random(HashAt(KeyOf(seed_, Purpose::kTileStyle), column, row), Purpose::kTileStyle);
   tile.grain_key = random.Bits();
   tile.brightness *= static_cast<float>(1 + ceiling_.tile_contrast * random.Normal());
   const double choice = random.Uniform(0, 1);
@@ -142,7 +142,8 @@ void CeilingPattern::DrawPlaster(const SampleGrid& grid, cv::Mat& light) const {
   // Trowel strokes are a few centimetres to decimetres; equal shares on five scales.
   std::uint64_t scale = 0;
   for (const double cell_m : {0.012, 0.035, 0.1, 0.3, 0.9}) {
-    AddSplineNoise(key + ++scale, cell_m, ceiling_.speckle_contrast / std::sqrt(5.0), grid, light);
+    AddSplineNoise(
+        Mix(key + ++scale), cell_m, ceiling_.speckle_contrast / std::sqrt(5.0), grid, light);
   }
   light *= ceiling_.brightness;
 }
@@ -151,7 +152,7 @@ void CeilingPattern::DrawUnevenLight(const SampleGrid& grid, cv::Mat& light) con
   cv::Mat factor(light.size(), CV_32FC1, cv::Scalar(1));
   const std::uint64_t key = KeyOf(seed_, Purpose::kLight);
   AddSplineNoise(key, 4.0, ceiling_.light_contrast * 0.8, grid, factor);
-  AddSplineNoise(key + 1, 1.3, ceiling_.light_contrast * 0.6, grid, factor);
+  AddSplineNoise(Mix(key + 1), 1.3, ceiling_.light_contrast * 0.6, grid, factor);
   cv::multiply(light, factor, light);
 }
 

@@ -28,6 +28,8 @@ constexpr std::uint64_t Mix(std::uint64_t x) {
 }
 
 /// The random number of a place on a grid.
+/// @param key  a mixed number: two keys that differ in their last bits only, like plain seeds, give
+///   the same numbers at other places.
 constexpr std::uint64_t HashAt(std::uint64_t key, std::int64_t x, std::int64_t y) {
   return Mix(Mix(key ^ static_cast<std::uint64_t>(x)) + static_cast<std::uint64_t>(y));
 }

@@ -19,7 +19,7 @@ WallTexture::WallTexture(std::uint64_t seed) : samples_(kSize, kSize, CV_32FC1, 
   std::uint64_t scale = 0;
   for (const int cells : {8, 32, 128}) {
     AddSplineNoise(
-        key + ++scale, kSize * kPitch / cells, 1 / std::numbers::sqrt3, grid, samples_, cells);
+        Mix(key + ++scale), kSize * kPitch / cells, 1 / std::numbers::sqrt3, grid, samples_, cells);
   }
 }
 

@@ -126,5 +126,21 @@ TEST(CeilingPattern, TilesHaveGrainsOfTheirOwn) {
   EXPECT_LT(std::abs(Correlation(one, next)), 0.1);
 }
 
+TEST(CeilingPattern, NoTileOfOneSeedIsATileOfTheNext) {
+  Scene scene = GrainyScene();
+  scene.ceiling.tile_length_m = 1;
+  scene.ceiling.tile_width_m = 1;
+  const CeilingPattern pattern(scene, 0.01);
+  ++scene.seed;
+  const CeilingPattern other(scene, 0.01);
+  const cv::Mat tile = pattern.Sample(100 * 5 + 5, 100 * 2 + 5, 90, 90);
+  for (int column = 0; column < 10; ++column) {
+    for (int row = 0; row < 6; ++row) {
+      const cv::Mat there = other.Sample(100 * column + 5, 100 * row + 5, 90, 90);
+      EXPECT_LT(std::abs(Correlation(tile, there)), 0.3) << column << ' ' << row;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ceilmap::simulator
