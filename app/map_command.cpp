@@ -14,10 +14,9 @@
 #include "app/console.hpp"
 #include "app/frame_source.hpp"
 #include "app/interrupt.hpp"
-#include "app/map_quality.hpp"
+#include "app/map_report.hpp"
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
-#include "app/table.hpp"
 #include "app/tum.hpp"
 #include "calib/ceiling_view.hpp"
 #include "calib/error.hpp"
@@ -189,12 +188,6 @@ struct Appending {
   std::int64_t next_keyframe_id = 0;
 };
 
-// What is written, and told of.
-struct MapResult {
-  std::vector<mapping::FramePose> frames;  // of this recording
-  mapping::MapperReport report;
-};
-
 MapResult FinishAppend(const Appending& appending,
                        const calib::CeilingView& view,
                        const MapParams& params,
@@ -216,7 +209,7 @@ MapResult FinishAppend(const Appending& appending,
                                       params.output.string(),
                                       merged.results.back().reason));
   }
-  MapResult result{{}, mapper.Report()};
+  MapResult result{{}, mapper.Report(), merged.graph.weak_spots};
   std::copy_if(merged.graph.trajectory.begin(),
                merged.graph.trajectory.end(),
                std::back_inserter(result.frames),
@@ -262,72 +255,6 @@ void CommitFiles(const std::vector<mapping::FramePose>& frames,
   }
 }
 
-void Summarize(const mapping::MapperReport& report,
-               const FrameSourceReport& reading,
-               const std::string& unit,
-               Summary& summary) {
-  summary.frames = report.frames;
-  summary.interrupted = Interrupted();
-  summary.stages_ms = {{"decode", reading.decode_ms},
-                       {"rectify", report.rectify_ms},
-                       {"register", report.register_ms},
-                       {"keyframe", report.keyframe_ms},
-                       {"loops", report.loop_ms},
-                       {"optimize", report.optimize_ms},
-                       {"mosaic", report.mosaic_ms}};
-  summary.quality = {{"tracked", report.tracked},
-                     {"lost", report.lost},
-                     {"ambiguous", report.ambiguous},
-                     {"without_texture", report.without_texture},
-                     {"dropped", reading.dropped},
-                     {"unconnected", report.unconnected},
-                     {"keyframes", report.keyframes},
-                     {"loops", ToJson(report.quality.loops)},
-                     {"chi2_per_dof", report.quality.chi2_per_dof},
-                     {"loop_rms", report.quality.loop_rms},
-                     {"median_peak", report.median_peak},
-                     {"path", report.path},
-                     {"map_width_px", report.grid.width_px},
-                     {"map_height_px", report.grid.height_px},
-                     {"map_resolution", report.grid.resolution},
-                     {"unit", unit}};
-}
-
-void PrintReport(const mapping::MapperReport& report,
-                 const std::string& unit,
-                 double seconds,
-                 const Summary& summary) {
-  const double rate = seconds > 0 ? static_cast<double>(report.frames) / seconds : 0;
-  const int decimals = unit == "m" ? 3 : 1;
-  const mapping::MosaicGrid& grid = report.grid;
-  Table table;
-  table.AddRow({"frames", fmt::format("{}", report.frames)});
-  table.AddRow({"tracked", fmt::format("{}", report.tracked)});
-  table.AddRow({"lost", fmt::format("{}", report.lost)});
-  table.AddRow({"ambiguous", fmt::format("{}", report.ambiguous)});
-  if (report.unconnected > 0) {
-    table.AddRow({"unconnected",
-                  fmt::format("{}", report.unconnected),
-                  "seen from a part that nothing ties to the map; left out"});
-  }
-  table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
-  table.AddRow({"loops closed",
-                fmt::format("{}", report.quality.loops.accepted - report.quality.loops.outliers),
-                fmt::format("of {} compared", report.quality.loops.compared)});
-  table.AddRow({"path", fmt::format("{:.{}f}", report.path, decimals), unit});
-  table.AddRow({"map",
-                fmt::format("{:.{}f} x {:.{}f}",
-                            grid.width_px * grid.resolution,
-                            decimals,
-                            grid.height_px * grid.resolution,
-                            decimals),
-                unit});
-  table.AddRow({"map", fmt::format("{} x {}", grid.width_px, grid.height_px), "px of the mosaic"});
-  table.AddRow({"time", fmt::format("{:.2f}", seconds), fmt::format("s ({:.1f} frames/s)", rate)});
-  fmt::print("{}", table.Format());
-  for (const fs::path& file : summary.files) fmt::print("written {}\n", file.string());
-}
-
 void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   const auto start = steady_clock::now();
   params.Resolve();
@@ -356,14 +283,15 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
     result = FinishAppend(*appending, view, params, mapper, writer);
   } else {
     FinishMap(mapper);
-    result = {mapper.Trajectory(), mapper.Report()};
+    result = {mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
   }
   CommitFiles(result.frames, writer, params, summary);
   TellAssumptions(rig.has_value(), source.Stamps());
 
   const double seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
-  Summarize(result.report, source.Report(), metadata.unit, summary);
-  if (!common.quiet) PrintReport(result.report, metadata.unit, seconds, summary);
+  Summarize(result, source.Report(), metadata.unit, summary);
+  WarnOfParts(result);
+  if (!common.quiet) PrintReport(result, metadata.unit, seconds, summary);
 }
 
 }  // namespace

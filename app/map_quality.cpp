@@ -39,7 +39,7 @@ nlohmann::ordered_json ToJson(const std::vector<mapping::WeakSpot>& spots) {
 namespace {
 
 std::string Describe(const mapping::WeakSpot& spot, const std::string& unit) {
-  const std::string place = fmt::format("at ({:.1f}, {:.1f})", spot.x, spot.y);
+  std::string place = fmt::format("at ({:.1f}, {:.1f})", spot.x, spot.y);
   switch (spot.kind) {
     case mapping::WeakSpot::Kind::kAmbiguous:
       return fmt::format("ambiguous {} and {:.1f} {} around: the ceiling repeats itself",
@@ -47,7 +47,10 @@ std::string Describe(const mapping::WeakSpot& spot, const std::string& unit) {
                          spot.extent,
                          unit);
     case mapping::WeakSpot::Kind::kLost:
-      return fmt::format("lost {}: {:.0f} frames could not be placed", place, spot.extent);
+      return fmt::format("lost {}: {:.0f} frame{} could not be placed",
+                         place,
+                         spot.extent,
+                         spot.extent == 1 ? "" : "s");
     case mapping::WeakSpot::Kind::kUnclosed:
       return fmt::format(
           "unclosed {}: {:.1f} {} of way that meets no other", place, spot.extent, unit);

@@ -46,6 +46,7 @@ void LoopCloserParams::Validate() const {
   require(max_contradicting_part >= 0, "max_contradicting_part", max_contradicting_part, ">= 0");
   require(confirm_within >= 1, "confirm_within", confirm_within, "at least 1");
   require(looks_sigma_part > 0, "looks_sigma_part", looks_sigma_part, "> 0");
+  require(looks_gap >= 1, "looks_gap", looks_gap, "at least 1");
   require(window >= 1, "window", window, "at least 1");
   require(cached_spectra >= 2, "cached_spectra", cached_spectra, "at least 2");
 }
@@ -112,7 +113,7 @@ struct LoopCloser::Impl {
                               std::int64_t to,
                               const Relative& predicted,
                               bool doubtful);
-  bool Supports(const Edge& known, const Edge& edge) const;
+  bool Consistent(const Edge& known, const Edge& edge) const;
   bool Confirm(const Edge& edge, std::int64_t keyframe);
   void Accept(const Edge& edge);
   void MoveWindow(std::int64_t latest);
@@ -174,7 +175,7 @@ std::vector<LoopCandidate> LoopCloser::Impl::Alike(std::int64_t id) const {
   std::vector<LoopCandidate> candidates;
   for (const PlaceIndex::Match& match :
        places.Search(latest_descriptors, params.comparisons_per_keyframe, [&](std::int64_t other) {
-         return tied.contains(other) || (other < id && other + params.window > id);
+         return tied.contains(other) || (other < id && other + params.looks_gap > id);
        })) {
     candidates.push_back({match.keyframe_id, 0});
   }
@@ -249,8 +250,7 @@ std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
 }
 
 /// Do two closures say the same of how the old part of the path lies to the new one?
-bool LoopCloser::Impl::Supports(const Edge& known, const Edge& edge) const {
-  if (known.from == edge.from && known.to == edge.to) return false;
+bool LoopCloser::Impl::Consistent(const Edge& known, const Edge& edge) const {
   const std::vector<std::int64_t> old_target = {known.from};
   const std::vector<std::int64_t> new_target = {edge.to};
   const auto old_part = graph.RelativeTo(edge.from, old_target);
@@ -269,30 +269,22 @@ bool LoopCloser::Impl::Supports(const Edge& known, const Edge& edge) const {
   return Agrees(edge, around);
 }
 
-/// True when other closures support this one and few contradict it; those that waited for it are
-/// accepted. On a ceiling that repeats itself a place is found in several places at once.
+/// True when closures of other new pictures support this one and few contradict it; those that
+/// waited for it are accepted. On a ceiling that repeats itself a place is found in several places
+/// at once.
 bool LoopCloser::Impl::Confirm(const Edge& edge, std::int64_t keyframe) {
-  std::vector<Edge> confirmed;
-  std::size_t contradicting = 0;
-  for (const Pending& waiting : pending) {
-    if (Supports(waiting.edge, edge)) {
-      confirmed.push_back(waiting.edge);
-    } else {
-      ++contradicting;
-    }
-  }
-  const bool doubled = static_cast<double>(contradicting) >
-                       params.max_contradicting_part * static_cast<double>(confirmed.size());
-  if (confirmed.empty() || doubled) {
+  const auto agreeing = std::stable_partition(
+      pending.begin(), pending.end(), [&](const Pending& p) { return !Consistent(p.edge, edge); });
+  const auto contradicting = static_cast<double>(agreeing - pending.begin());
+  const auto supporting = static_cast<double>(std::count_if(
+      agreeing, pending.end(), [&](const Pending& p) { return p.edge.to != edge.to; }));
+  if (supporting == 0 || contradicting > params.max_contradicting_part * supporting) {
     pending.push_back({edge, keyframe});
     return false;
   }
-  std::erase_if(pending, [&](const Pending& waiting) {
-    return std::any_of(confirmed.begin(), confirmed.end(), [&](const Edge& e) {
-      return e.from == waiting.edge.from && e.to == waiting.edge.to;
-    });
-  });
-  for (const Edge& e : confirmed) Accept(e);
+  const std::vector<Pending> confirmed(agreeing, pending.end());
+  pending.erase(agreeing, pending.end());
+  for (const Pending& waited : confirmed) Accept(waited.edge);
   return true;
 }
 

@@ -30,8 +30,8 @@ struct LoopCloserParams {
   /// ... which is never taken to be less than this: what the model leaves out.
   double floor_px = 1;
   double floor_rad = 0.003;
-  /// Where the prediction is less certain than this, a closure waits until another one, of other
-  /// pictures, says the same.
+  /// Where the prediction is less certain than this, a closure waits until another one, of another
+  /// new picture, says the same.
   double confirm_px = 12;
   /// ... and is left out as ambiguous when another motion of the pictures agrees with this part of
   /// the best one's agreement.
@@ -43,6 +43,7 @@ struct LoopCloserParams {
   /// Where the position is known worse than this part of what a picture spans, candidates are found
   /// by their looks.
   double looks_sigma_part = 0.15;
+  int looks_gap = 10;       ///< ... other than among so many keyframes before, which close no loop
   int window = 30;          ///< latest keyframes that are moved when a closure is found
   int cached_spectra = 40;  ///< about 4 MB each for pictures of 640 x 480
   EdgeNoise noise;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs from Debian what is missing to build ceilmap and to run its tests.
 #   samples/install-deps.sh         compiler, libraries, test libraries
-#   samples/install-deps.sh --dev   also the tools of the style checks
+#   samples/install-deps.sh --dev   also the tools of the style checks, and gnuplot for the plots of benchmarks
 # Needs root or sudo only when something is missing.
 set -euo pipefail
 
@@ -13,7 +13,7 @@ packages=(
 )
 case "${1:-}" in
   '') ;;
-  --dev) packages+=(clang-format clang-tidy) ;;
+  --dev) packages+=(clang-format clang-tidy gnuplot-nox) ;;
   *)
     echo "install-deps.sh: unknown argument '$1', must be --dev or nothing" >&2
     exit 2

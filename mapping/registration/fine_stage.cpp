@@ -109,11 +109,11 @@ void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
 }
 
 bool FineStage::Reaches(const ImageMotion& start, const ImageMotion& motion) const {
-  constexpr double kReach_px = 12;  // of the fine level
-  constexpr double kReach_rad = 0.05;
+  constexpr double kReachPx = 12;  // of the fine level
+  constexpr double kReachRad = 0.05;
   return std::hypot(start.tx_px - motion.tx_px, start.ty_px - motion.ty_px) <
-             kReach_px * fine_frame_.factor &&
-         std::abs(calib::WrapAngle(start.theta_rad - motion.theta_rad)) < kReach_rad;
+             kReachPx * fine_frame_.factor &&
+         std::abs(calib::WrapAngle(start.theta_rad - motion.theta_rad)) < kReachRad;
 }
 
 Candidate FineStage::Test(const FrameSpectrum::Data& reference,

@@ -83,6 +83,23 @@ std::vector<Finalist> Rivals(std::vector<Finalist> finalists, double ratio) {
   return rivals;
 }
 
+/// The shortest step between two rivals of one orientation, px: the period of the ceiling, as far
+/// as it shows. 0: none.
+double PeriodOf(const std::vector<Finalist>& rivals) {
+  constexpr double kSameTurn = 0.03;
+  double period = 0;
+  for (std::size_t i = 0; i < rivals.size(); ++i) {
+    for (std::size_t j = i + 1; j < rivals.size(); ++j) {
+      const ImageMotion& a = rivals[i].result.motion;
+      const ImageMotion& b = rivals[j].result.motion;
+      if (std::abs(calib::WrapAngle(a.theta_rad - b.theta_rad)) > kSameTurn) continue;
+      const double step = std::hypot(a.tx_px - b.tx_px, a.ty_px - b.ty_px);
+      if (period == 0 || step < period) period = step;
+    }
+  }
+  return period;
+}
+
 /// Moves the rival that the prior prefers to the front; true when the prior settles the choice.
 bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist>& rivals) {
   if (!prior) return false;
@@ -92,7 +109,14 @@ bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist
   });
   constexpr double kNineSigma2 = 9;
   const double best = distance2(rivals[0]);
-  return best < kNineSigma2 && distance2(rivals[1]) - best > kNineSigma2;
+  if (best >= kNineSigma2 || distance2(rivals[1]) - best <= kNineSigma2) return false;
+  // The next period on the other side of the prediction fits as well, proposed or not.
+  const double period = PeriodOf(rivals);
+  if (period == 0) return true;
+  const ImageMotion& chosen = rivals[0].result.motion;
+  const double off =
+      std::hypot(chosen.tx_px - prior->motion.tx_px, chosen.ty_px - prior->motion.ty_px);
+  return period * (period - 2 * off) > kNineSigma2 * prior->sigma_px * prior->sigma_px;
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ using app::ReadAll;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
+using testing::IsSupersetOf;
 using testing::StartsWith;
 using testing::UnorderedElementsAre;
 
@@ -26,6 +26,12 @@ std::vector<std::string> Lines(const std::string& text) {
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
   return lines;
+}
+
+std::vector<std::string> Keys(const nlohmann::json& object) {
+  std::vector<std::string> keys;
+  for (const auto& item : object.items()) keys.push_back(item.key());
+  return keys;
 }
 
 // Checks a trajectory of the test recording: straight, without a turn.
@@ -253,6 +259,9 @@ TEST(Info, TellsWhatTheMapHolds) {
   for (const char* text : {"test robot", "24 poses", "0.01 m per px", "2.400 m", "version 2"}) {
     EXPECT_THAT(table.out, HasSubstr(text));
   }
+  for (const char* row : {"loops closed", "not closed", "residuals", "weak spots"}) {
+    EXPECT_THAT(Lines(table.out), Contains(StartsWith(row)));
+  }
   const ProcessResult result = test.Run({"info", "m.gpkg", "--json"});
   EXPECT_EQ(result.exit_code, 0);
   const auto info = nlohmann::json::parse(result.out);
@@ -269,6 +278,14 @@ TEST(Info, TellsWhatTheMapHolds) {
   EXPECT_GE(info["covered_area"].get<double>(), 1.01 * 3.2 * 2.4);
   EXPECT_LE(info["covered_area"].get<double>(), 1.02e-4 * size.width * size.height);
   EXPECT_EQ(info["file_bytes"], std::filesystem::file_size(test.out / "m.gpkg"));
+
+  const auto quality = info.at("quality");
+  EXPECT_THAT(Keys(quality),
+              ElementsAre("chi2_per_dof", "loop_rms", "loops", "max_edge_sigmas", "odometry_rms"));
+  EXPECT_THAT(Keys(quality["loops"]), IsSupersetOf({"accepted", "ambiguous", "unconfirmed"}));
+  EXPECT_EQ(quality["loops"].size(), 7U);
+  EXPECT_LT(quality["odometry_rms"], 0.001) << "cut from one picture: true to a part of a pixel";
+  EXPECT_TRUE(info.at("weak_spots").is_array());
 }
 
 TEST(Export, WritesEveryFormat) {

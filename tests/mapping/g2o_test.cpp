@@ -5,6 +5,7 @@
 
 #include <clocale>
 #include <string>
+#include <vector>
 
 #include "calib/error.hpp"
 #include "tests/mapping/synthetic_graph.hpp"
@@ -60,6 +61,51 @@ TEST(FormatG2o, ByHand) {
             "EDGE_SE2 0 1 1 2 3 4 0.5 0.25 5 0.125 6\n");
 }
 
+/// Three keyframes left of many, as in a part that is cut out of a map.
+MapGraph MapWithGaps() {
+  MapGraph graph;
+  graph.keyframes.resize(3);
+  graph.keyframes[0].id = 4;
+  graph.keyframes[0].pose.T_map_base = {0.5, -0.25, 3};
+  graph.keyframes[1].id = 7;
+  graph.keyframes[1].pose.T_map_base = {1.5, -2, 0.1};
+  graph.keyframes[2].id = 12;
+  graph.keyframes[2].pose.T_map_base = {-3, 1e-7, -0.5};
+  Edge tie{4, 7, Edge::Kind::kOdometry, {1, 2, 3}, {}};
+  tie.information << 4, 0.5, 0.25, 0.5, 5, 0.125, 0.25, 0.125, 6;
+  Edge loop{12, 4, Edge::Kind::kLoopClosure, {-1, -2, -3}, {}};
+  loop.information << 7, 1.5, 2.5, 1.5, 8, 3.5, 2.5, 3.5, 9;
+  graph.edges = {tie, loop};
+  return graph;
+}
+
+TEST(FormatG2o, AMapKeepsItsIdsAndFixesTheFirstKeyframe) {
+  EXPECT_EQ(FormatG2o(MapWithGaps()),
+            "VERTEX_SE2 4 0.5 -0.25 3\n"
+            "VERTEX_SE2 7 1.5 -2 0.1\n"
+            "VERTEX_SE2 12 -3 1e-07 -0.5\n"
+            "FIX 4\n"
+            "EDGE_SE2 4 7 1 2 3 4 0.5 0.25 5 0.125 6\n"
+            "EDGE_SE2 12 4 -1 -2 -3 7 1.5 2.5 8 3.5 9\n");
+  EXPECT_EQ(FormatG2o(MapGraph()), "") << "nothing to fix";
+}
+
+TEST(FormatG2o, AMapIsWrittenLikeItsPosesAndEdges) {
+  const PoseGraph graph = synthetic::Manhattan(60, 5).graph;
+  MapGraph map;
+  map.edges = graph.edges;
+  for (std::size_t i = 0; i < graph.poses.size(); ++i) {
+    Keyframe keyframe;
+    keyframe.id = static_cast<std::int64_t>(i);
+    keyframe.pose.T_map_base = graph.poses[i];
+    keyframe.pose.frame_index = 100 + keyframe.id;  // a vertex is named by its keyframe
+    map.keyframes.push_back(keyframe);
+    map.trajectory.push_back(keyframe.pose);
+  }
+  const std::vector<std::int64_t> fixed = {0};
+  EXPECT_EQ(FormatG2o(map), FormatG2o(graph.poses, graph.edges, fixed));
+}
+
 TEST(ParseG2o, ReadsBackExactlyWhatWasWritten) {
   PoseGraph graph = synthetic::Manhattan(300, 5).graph;
   graph.poses[7] = {1e-300, -1.0 / 3, std::numbers::pi};
@@ -106,6 +152,9 @@ TEST(ParseG2o, RefusesIdsThatDoNotFitTogether) {
   EXPECT_EQ(Refusal(two + "VERTEX_SE2 1 0 0 0"), "graph.g2o:3: there is a VERTEX_SE2 1 already");
   EXPECT_EQ(Refusal(two + "VERTEX_SE2 9000000000 0 0 0"),
             "graph.g2o:3: VERTEX_SE2 9000000000, but no VERTEX_SE2 2; ids must be 0, 1, 2, ...");
+  EXPECT_EQ(Refusal(FormatG2o(MapWithGaps())),
+            "graph.g2o:1: VERTEX_SE2 4, but no VERTEX_SE2 0; ids must be 0, 1, 2, ...")
+      << "gaps are written, and not read";
   EXPECT_EQ(Refusal(two + "VERTEX_SE2 -1 0 0 0"),
             "graph.g2o:3: VERTEX_SE2 -1, but no VERTEX_SE2 0; ids must be 0, 1, 2, ...");
   EXPECT_EQ(Refusal("EDGE_SE2 0 2" + numbers + two), "graph.g2o:1: there is no VERTEX_SE2 2");

@@ -77,7 +77,7 @@ TEST(Scene, PathOfATumFileStartsAtTheScene) {
 }
 
 TEST(Scene, SamplesAreValid) {
-  for (const char* name : {"hall", "periodic", "corridor", "lens"}) {
+  for (const char* name : {"hall", "warehouse", "periodic", "lights-off", "corridor", "lens"}) {
     const std::string file = std::string(CEILMAP_SOURCE_DIR) + "/samples/scenes/" + name + ".yaml";
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }

@@ -1,0 +1,214 @@
+// Odometry under ceilings that repeat themselves: pictures alone never tell one tile from the next,
+// only where the robot is expected does, and where that does not either, nothing may be claimed.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mapping/odometry.hpp"
+#include "tests/mapping/synthetic_drive.hpp"
+
+namespace ceilmap::mapping {
+namespace {
+
+using calib::CeilingView;
+using synthetic::CeilingParams;
+using synthetic::MotionAt;
+using synthetic::Periodic;
+using synthetic::SyntheticCeiling;
+
+constexpr double kPixel = 0.01;  // metres on the ceiling, SmallView
+constexpr int kTilePx = 60;
+constexpr double kTile = kTilePx * kPixel;
+
+class Drive {
+ public:
+  explicit Drive(const CeilingParams& ceiling, const OdometryParams& params = {})
+      : ceiling_(ceiling), odometry_(view_, T_map_base_, params) {}
+
+  /// Moves by T_before_after, and sees the ceiling from there.
+  const OdometryStep& See(const Pose2& T_before_after = {}) {
+    T_map_base_ = T_map_base_ * T_before_after;
+    truths_.push_back(T_map_base_);
+    const auto index = static_cast<std::int64_t>(steps_.size());
+    const cv::Mat picture = ceiling_.Render(
+        view_.Size(), MotionAt(view_, T_map_base_), 1.5, static_cast<std::uint32_t>(index) + 1);
+    steps_.push_back(odometry_.Process(picture, index, 0.1 * static_cast<double>(index)));
+    return steps_.back();
+  }
+  /// Speeds up to half a tile a frame, and goes on like that for four tiles.
+  void SpeedUpAndDriveEvenly(double turn = 0) {
+    See();
+    for (const double forward : {0.1, 0.2}) See({forward, 0, 0});
+    for (int i = 0; i < 8; ++i) See({0.5 * kTile, 0, turn});
+  }
+  void Close() {
+    truths_.push_back(T_map_base_);
+    steps_.push_back(odometry_.Close());
+  }
+
+  [[nodiscard]] const std::vector<OdometryStep>& Steps() const { return steps_; }
+  [[nodiscard]] double ErrorPx(std::size_t frame) const {
+    const Pose2 off = steps_[frame].pose.T_map_base.Inverse() * truths_[frame];
+    return off.Translation().norm() / kPixel;
+  }
+  /// Of all measured motions between keyframes, pixels.
+  [[nodiscard]] double WorstEdgePx() const {
+    std::map<std::int64_t, Pose2> truth;
+    double worst = 0;
+    for (const OdometryStep& step : steps_) {
+      if (step.new_keyframe) {
+        const auto frame = static_cast<std::size_t>(step.new_keyframe->pose.frame_index);
+        truth[step.new_keyframe->id] = truths_[frame];
+      }
+      for (const Edge& edge : step.new_edges) {
+        const Pose2 off =
+            edge.T_from_to.Inverse() * (truth.at(edge.from).Inverse() * truth.at(edge.to));
+        worst = std::max(worst, off.Translation().norm() / kPixel);
+      }
+    }
+    return worst;
+  }
+
+ private:
+  SyntheticCeiling ceiling_;
+  CeilingView view_ = synthetic::SmallView();
+  Pose2 T_map_base_{0.137, -0.213, 0.1};
+  Odometry odometry_;
+  std::vector<OdometryStep> steps_;
+  std::vector<Pose2> truths_;
+};
+
+void ExpectTrackedThroughout(const Drive& drive) {
+  for (std::size_t i = 0; i < drive.Steps().size(); ++i) {
+    EXPECT_EQ(drive.Steps()[i].pose.status, TrackingStatus::kTracking) << i;
+    EXPECT_LT(drive.ErrorPx(i), 1) << i;
+  }
+  EXPECT_LT(drive.WorstEdgePx(), 1);
+}
+
+/// Of each keyframe, the first one apart: that one was compared with none.
+std::vector<bool> AmbiguousKeyframes(const Drive& drive) {
+  std::vector<bool> ambiguous;
+  for (const OdometryStep& step : drive.Steps()) {
+    if (step.new_keyframe && step.new_keyframe->id > 0) {
+      ambiguous.push_back(step.new_keyframe->ambiguous);
+    }
+  }
+  return ambiguous;
+}
+
+TEST(OdometryUnderTiles, AnEvenDriveIsTrackedByThePrediction) {
+  // Half a tile a frame: from one frame to the next, forward and backward look the same.
+  for (const double turn : {0.0, 0.04}) {
+    Drive drive(Periodic(kTilePx));
+    drive.SpeedUpAndDriveEvenly(turn);
+    ExpectTrackedThroughout(drive);
+  }
+}
+
+TEST(OdometryUnderTiles, KeyframesSayThatOnlyThePredictionPlacedThem) {
+  Drive drive(Periodic(kTilePx));
+  drive.SpeedUpAndDriveEvenly();
+  drive.See({0.1, 0, 0});
+  drive.Close();
+  const std::vector<bool> periodic = AmbiguousKeyframes(drive);
+  EXPECT_GE(periodic.size(), 4U);
+  EXPECT_EQ(periodic, std::vector<bool>(periodic.size(), true));
+  // The same drive under a ceiling that tells its places apart.
+  Drive other({});
+  other.SpeedUpAndDriveEvenly();
+  other.See({0.1, 0, 0});
+  other.Close();
+  const std::vector<bool> marked = AmbiguousKeyframes(other);
+  EXPECT_GE(marked.size(), 4U);
+  EXPECT_EQ(marked, std::vector<bool>(marked.size(), false));
+}
+
+TEST(OdometryUnderTiles, APredictionThatHasProvedGoodTellsShortPeriodsApart) {
+  // The prior that a drive begins with could not choose among tiles of 0.3 m. Marks help over the
+  // start; where they end, the robot has moved evenly for long enough.
+  CeilingParams ceiling = Periodic(30);
+  ceiling.own_marks = {{10, -30}, {60, 20}, {110, -60}};
+  Drive drive(ceiling);
+  drive.See();
+  EXPECT_FALSE(drive.See({0.2, 0, 0}).registration.by_prior);
+  for (int i = 0; i < 20; ++i) drive.See({0.2, 0, 0});
+  ExpectTrackedThroughout(drive);
+  EXPECT_TRUE(drive.Steps().back().registration.by_prior);
+}
+
+TEST(OdometryUnderTiles, AnUnevenDriveIsPredictedWithLessConfidence) {
+  // Off the prediction by 14 px at every frame: more than three of the smallest sigmas.
+  Drive drive(Periodic(kTilePx));
+  drive.See();
+  for (int i = 0; i < 12; ++i) drive.See({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
+  ExpectTrackedThroughout(drive);
+}
+
+TEST(OdometryUnderTiles, AStartByHalfATileIsAmbiguous) {
+  // Both tiles lie within three sigmas of where the robot stood: being near is not enough, the
+  // place must also be nearer than its doubles.
+  for (const double angle : {0.0, 1.6, 3.1, 4.7}) {
+    const Pose2 direction{0, 0, angle};
+    for (const double tiles : {0.15, 0.5}) {
+      Drive drive(Periodic(kTilePx));
+      drive.See();
+      const Eigen::Vector2d t = direction.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
+      EXPECT_EQ(drive.See({t.x(), t.y(), 0}).pose.status,
+                tiles < 0.2 ? TrackingStatus::kTracking : TrackingStatus::kAmbiguous)
+          << tiles << " tiles at " << angle;
+    }
+  }
+}
+
+/// Off the expected place, in tiles.
+struct Jump {
+  std::string name;
+  double forward;
+  double left;
+};
+
+class JumpUnderTiles : public testing::TestWithParam<Jump> {};
+
+/// A jump by a whole tile leaves no trace in the pictures. By half a tile the robot may be before
+/// or behind the place where it was expected, and nobody can know.
+TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
+  Drive drive(Periodic(kTilePx));
+  drive.See();
+  for (int i = 0; i < 8; ++i) drive.See({0.1, 0, 0});
+  ExpectTrackedThroughout(drive);
+  drive.See({0.1 + GetParam().forward * kTile, GetParam().left * kTile, 0});
+  for (int i = 1; i < OdometryParams().restart_after; ++i) {
+    EXPECT_EQ(drive.Steps().back().pose.status, TrackingStatus::kAmbiguous) << i;
+    drive.See({0.1, 0, 0});
+  }
+  const OdometryStep& anew = drive.Steps().back();
+  EXPECT_EQ(anew.pose.status, TrackingStatus::kTracking);
+  ASSERT_TRUE(anew.new_keyframe);
+  EXPECT_TRUE(anew.new_edges.empty()) << "nothing ties it to the time before";
+  const std::int64_t first_anew = anew.new_keyframe->id;
+  for (int i = 0; i < 8; ++i) {
+    for (const Edge& edge : drive.See({0.1, 0, 0}).new_edges) EXPECT_GE(edge.from, first_anew);
+  }
+  EXPECT_EQ(drive.Steps().back().pose.status, TrackingStatus::kTracking);
+  EXPECT_LT(drive.WorstEdgePx(), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(ByTiles,
+                         JumpUnderTiles,
+                         testing::Values(Jump{"HalfForward", 0.5, 0},
+                                         Jump{"HalfBack", -0.5, 0},
+                                         Jump{"HalfAside", 0, 0.5},
+                                         Jump{"HalfBoth", 0.5, 0.5},
+                                         Jump{"MoreThanHalf", 0.7, 0},
+                                         Jump{"OneAndAHalf", 1.5, 0},
+                                         Jump{"MoreThanHalfAside", 0.2, 0.6}),
+                         [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace ceilmap::mapping
