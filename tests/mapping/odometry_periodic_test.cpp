@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -114,7 +115,8 @@ TEST(OdometryUnderTiles, AnEvenDriveIsTrackedByThePrediction) {
 TEST(OdometryUnderTiles, KeyframesSayThatOnlyThePredictionPlacedThem) {
   Drive drive(Periodic(kTilePx));
   drive.SpeedUpAndDriveEvenly();
-  drive.See({0.1, 0, 0});
+  drive.See({0.25, 0, 0});
+  ExpectTrackedThroughout(drive);
   drive.Close();
   const std::vector<bool> periodic = AmbiguousKeyframes(drive);
   EXPECT_GE(periodic.size(), 4U);
@@ -122,7 +124,7 @@ TEST(OdometryUnderTiles, KeyframesSayThatOnlyThePredictionPlacedThem) {
   // The same drive under a ceiling that tells its places apart.
   Drive other({});
   other.SpeedUpAndDriveEvenly();
-  other.See({0.1, 0, 0});
+  other.See({0.25, 0, 0});
   other.Close();
   const std::vector<bool> marked = AmbiguousKeyframes(other);
   EXPECT_GE(marked.size(), 4U);
@@ -162,6 +164,21 @@ TEST(OdometryUnderTiles, AStartByHalfATileIsAmbiguous) {
       EXPECT_EQ(drive.See({t.x(), t.y(), 0}).pose.status,
                 tiles < 0.2 ? TrackingStatus::kTracking : TrackingStatus::kAmbiguous)
           << tiles << " tiles at " << angle;
+    }
+  }
+}
+
+TEST(OdometryUnderTiles, ANeighbourThatNobodyProposedCountsToo) {
+  // Still speeding up: the prediction is vague, and of the places a tile apart that fit, those far
+  // from the last keyframe are not among the candidates.
+  for (const double tiles : {0.5, 0.6, 0.7}) {
+    for (int eighth = 0; eighth < 8; ++eighth) {
+      Drive drive(Periodic(kTilePx));
+      drive.SpeedUpAndDriveEvenly();
+      const Eigen::Vector2d off =
+          Pose2{0, 0, eighth * std::numbers::pi / 4}.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
+      EXPECT_EQ(drive.See({0.3 + off.x(), off.y(), 0}).pose.status, TrackingStatus::kAmbiguous)
+          << tiles << " tiles, direction " << eighth;
     }
   }
 }
