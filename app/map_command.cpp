@@ -224,6 +224,7 @@ MapResult FinishAppend(const Appending& appending,
 
 std::string TrajectoryText(const std::vector<mapping::FramePose>& frames) {
   std::vector<StampedPose> poses;
+  poses.reserve(frames.size());
   for (const mapping::FramePose& frame : frames) {
     poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base));
   }
