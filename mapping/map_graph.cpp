@@ -302,7 +302,10 @@ void FindWeakSpots(MapGraph& graph, double view_span) {
                 [](const WeakSpot& spot) { return spot.kind != WeakSpot::Kind::kLost; });
   std::unordered_set<std::int64_t> closed;
   for (const Edge& edge : graph.edges) {
+    // A picture that overlaps the last few closes no loop.
+    constexpr std::int64_t kAlongTheWay = 10;
     if (edge.kind != Edge::Kind::kLoopClosure) continue;
+    if (std::abs(edge.to - edge.from) <= kAlongTheWay) continue;
     closed.insert(edge.from);
     closed.insert(edge.to);
   }
