@@ -1,20 +1,20 @@
 // Ceilings that repeat themselves, through a real lens: nothing but the camera differs from place
 // to place, and that must not be taken for evidence.
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
 #include <random>
 
-#include "mapping/registration/registrar.hpp"
-#include "tests/mapping/registration/synthetic_ceiling.hpp"
+#include "tests/mapping/registration/registrar_fixture.hpp"
 
 namespace ceilmap::registration {
 namespace {
 
-using synthetic::SyntheticCeiling;
-
-const cv::Size kSize(640, 480);
+/// Square tiles and nothing else.
+CeilingParams BareTiles(double tile_px) {
+  return {.tile_px = tile_px, .tile_grey = 0, .speckle_grey = 0, .lamps = false, .marks = false};
+}
 
 /// A third of the light is lost in the corners.
 cv::Mat ThroughALens(const cv::Mat& picture) {
@@ -48,7 +48,7 @@ class PeriodicCeiling : public testing::Test {
 };
 
 TEST_F(PeriodicCeiling, IsNeverSureThroughALensWithVignetting) {
-  const SyntheticCeiling tiles({.tile_grey = 0, .speckle_grey = 0, .lamps = false, .marks = false});
+  const SyntheticCeiling tiles(BareTiles(110));
   std::mt19937 random(11);
   std::uniform_real_distribution<double> shift(-220, 220);
   std::uniform_real_distribution<double> turn(-0.3, 0.3);
@@ -61,13 +61,49 @@ TEST_F(PeriodicCeiling, IsNeverSureThroughALensWithVignetting) {
 }
 
 TEST_F(PeriodicCeiling, APredictionSettlesIt) {
-  const SyntheticCeiling tiles({.tile_grey = 0, .speckle_grey = 0, .lamps = false, .marks = false});
+  const SyntheticCeiling tiles(BareTiles(110));
   const ImageMotion motion{140, -60, 0.05, 1};
   const Registration result = Pair(tiles, motion, MotionPrior{{145, -57, 0.04, 1}, 10, 0.05});
   ASSERT_TRUE(result.ok());
   EXPECT_TRUE(result.by_prior);
   EXPECT_NEAR(result.motion.tx_px, motion.tx_px, 0.1);
   EXPECT_NEAR(result.motion.ty_px, motion.ty_px, 0.1);
+}
+
+TEST_F(RegistrarTest, PeriodicTilesAreAmbiguous) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const double tile_px : {60.0, 97.0, 130.0}) {
+    const SyntheticCeiling ceiling(BareTiles(tile_px));
+    const ImageMotion truth{
+        0.4 * tile_px * unit(random), 0.4 * tile_px * unit(random), 0.2 * unit(random), 1};
+    const cv::Mat reference = ceiling.Render(kSize, {}, 1, 1);
+    const cv::Mat current = ceiling.Render(kSize, truth, 1, 2);
+    const Registration alone = Register(reference, current);
+    if (alone.verdict != Verdict::kAmbiguous) {
+      EXPECT_THAT(alone, IsMotion(truth, 0.1, 0.05)) << tile_px;
+    }
+    MotionPrior prior{truth, tile_px / 12, 0.1};
+    prior.motion.tx_px += 0.05 * tile_px;
+    prior.motion.theta_rad -= 0.05;
+    const Registration guided = Register(reference, current, prior);
+    EXPECT_THAT(guided, IsMotion(truth, 0.1, 0.05)) << tile_px;
+  }
+}
+
+TEST_F(RegistrarTest, OneMarkSettlesPeriodicTiles) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 6; ++i) {
+    CeilingParams params = BareTiles(75 + 8 * i);
+    // Off all the places about which the grid could be turned or mirrored.
+    params.own_marks = {{0.27 * params.tile_px, 0.11 * params.tile_px}};
+    const SyntheticCeiling ceiling(params);
+    const ImageMotion truth{100 * unit(random), 80 * unit(random), kPi * unit(random), 1};
+    const Registration r =
+        Register(ceiling.Render(kSize, {}, 1, 1), ceiling.Render(kSize, truth, 1, 2));
+    EXPECT_THAT(r, IsMotion(truth, 0.1, 0.05)) << i;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,171 @@
+// How the registrar is used: sizes, wrong arguments, memory, threads.
+
+#include <gmock/gmock.h>
+
+#include <functional>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "calib/error.hpp"
+#include "tests/mapping/registration/registrar_fixture.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+TEST(Registrar, OtherSizes) {
+  for (const cv::Size size :
+       {cv::Size(320, 240), cv::Size(641, 479), cv::Size(1280, 720), cv::Size(300, 400)}) {
+    Registrar registrar(size);
+    const SyntheticCeiling ceiling({.tile_px = 70});
+    const ImageMotion truth{17.25, -23.5, 0.8, 1};
+    const FrameSpectrum a = registrar.Analyze(ceiling.Render(size));
+    const FrameSpectrum b = registrar.Analyze(ceiling.Render(size, truth));
+    EXPECT_THAT(registrar.Register(a, b), IsMotion(truth, 0.02, 0.02)) << size;
+  }
+}
+
+std::string MessageOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const calib::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(RegistrarTest, RefusesOtherPictures) {
+  EXPECT_EQ(MessageOf([&] { (void)registrar_.Analyze(cv::Mat::zeros(kSize, CV_8UC3)); }),
+            "picture of 640x480 where 640x480 grey is expected");
+  EXPECT_EQ(MessageOf([&] { (void)registrar_.Analyze(cv::Mat::zeros(480, 641, CV_8UC1)); }),
+            "picture of 641x480 where 640x480 grey is expected");
+  EXPECT_THROW((void)registrar_.Analyze(cv::Mat()), calib::InputError);
+}
+
+TEST_F(RegistrarTest, ARowStrideIsNoHindrance) {
+  const SyntheticCeiling ceiling;
+  cv::Mat wide(480, 700, CV_8UC1, cv::Scalar(0));
+  const cv::Mat picture = ceiling.Render(kSize, {12, 5, 0.1, 1});
+  picture.copyTo(wide(cv::Rect(30, 0, 640, 480)));
+  const cv::Mat reference = ceiling.Render(kSize);
+  const Registration dense = Register(reference, picture);
+  const Registration strided = Register(reference, wide(cv::Rect(30, 0, 640, 480)));
+  EXPECT_EQ(dense.motion.tx_px, strided.motion.tx_px);
+  EXPECT_EQ(dense.motion.theta_rad, strided.motion.theta_rad);
+}
+
+TEST(Registrar, RefusesSizes) {
+  EXPECT_EQ(MessageOf([] {
+              Registrar registrar({95, 480});
+            }),
+            "pictures of 95x480 cannot be registered; each side must have 96 to 16384 pixels");
+  EXPECT_THROW(Registrar({640, 16385}), calib::InputError);
+  EXPECT_THROW(Registrar({0, 0}), calib::InputError);
+  EXPECT_NO_THROW(Registrar({96, 96}));
+}
+
+TEST_F(RegistrarTest, RefusesEmptySpectra) {
+  const FrameSpectrum a = registrar_.Analyze(SyntheticCeiling().Render(kSize));
+  EXPECT_TRUE(FrameSpectrum().empty());
+  EXPECT_FALSE(a.empty());
+  EXPECT_THROW((void)registrar_.Register(a, {}), std::invalid_argument);
+  EXPECT_THROW((void)registrar_.Register({}, a), std::invalid_argument);
+  EXPECT_THROW((void)registrar_.Refine({}, a, {}), std::invalid_argument);
+}
+
+void ExpectSame(const Registration& a, const Registration& b) {
+  EXPECT_EQ(a.verdict, b.verdict);
+  EXPECT_EQ(a.motion.tx_px, b.motion.tx_px);
+  EXPECT_EQ(a.motion.ty_px, b.motion.ty_px);
+  EXPECT_EQ(a.motion.theta_rad, b.motion.theta_rad);
+  EXPECT_EQ(a.motion.scale, b.motion.scale);
+  EXPECT_EQ(a.covariance, b.covariance);
+  EXPECT_EQ(a.peak, b.peak);
+  EXPECT_EQ(a.runner_up, b.runner_up);
+  EXPECT_EQ(a.blocks, b.blocks);
+  EXPECT_EQ(a.inliers, b.inliers);
+}
+
+TEST_F(RegistrarTest, SameInputSameBits) {
+  const SyntheticCeiling ceiling;
+  const cv::Mat reference = ceiling.Render(kSize, {}, 3, 1);
+  const cv::Mat current = ceiling.Render(kSize, {-44, 61, 1.2, 1}, 3, 2);
+  const cv::Mat other = ceiling.Render(kSize, {200, 5, 3, 1}, 3, 3);
+  const Registration first = Register(reference, current);
+  ASSERT_TRUE(first.ok());
+  // Not even what the registrar did in between, or which registrar it is, matters.
+  Register(other, current);
+  ExpectSame(Register(reference, current), first);
+  Registrar fresh(kSize);
+  const FrameSpectrum a = fresh.Analyze(reference);
+  ExpectSame(fresh.Register(a, fresh.Analyze(current)), first);
+}
+
+TEST_F(RegistrarTest, SpectraOutliveManyFramesThatCameAfter) {
+  // Buffers are used again once no one holds them, and not before.
+  const SyntheticCeiling ceiling;
+  const ImageMotion truth{-44, 61, 1.2, 1};
+  const FrameSpectrum reference = registrar_.Analyze(ceiling.Render(kSize));
+  const FrameSpectrum current = registrar_.Analyze(ceiling.Render(kSize, truth));
+  const Registration before = registrar_.Register(reference, current);
+  const cv::Mat other = ceiling.Render(kSize, {500, 300, 0, 1});
+  for (int i = 0; i < 20; ++i) {
+    const FrameSpectrum passing = registrar_.Analyze(other);
+    (void)registrar_.Register(passing, passing);
+  }
+  ExpectSame(registrar_.Register(reference, current), before);
+}
+
+TEST_F(RegistrarTest, TwoThreadsShareAReference) {
+  const SyntheticCeiling ceiling;
+  const cv::Mat reference_picture = ceiling.Render(kSize);
+  constexpr std::size_t kFrames = 3;
+  std::vector<cv::Mat> frames;
+  for (std::size_t i = 0; i < 2 * kFrames; ++i) {
+    const double step = static_cast<double>(i);
+    frames.push_back(ceiling.Render(kSize, {15 * step - 40, 8 * step, 0.4 * step, 1}));
+  }
+  std::vector<Registration> alone;
+  alone.reserve(frames.size());
+  for (const cv::Mat& frame : frames) alone.push_back(Register(reference_picture, frame));
+
+  // Both threads make the shared reference ready, at about the same time.
+  const FrameSpectrum reference = registrar_.Analyze(reference_picture);
+  std::vector<Registration> shared(frames.size());
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < 2; ++t) {
+    threads.emplace_back([&, t] {
+      Registrar registrar(kSize);
+      for (std::size_t i = t * kFrames; i < (t + 1) * kFrames; ++i) {
+        shared[i] = registrar.Register(reference, registrar.Analyze(frames[i]));
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    ASSERT_TRUE(alone[i].ok()) << i;
+    ExpectSame(shared[i], alone[i]);
+  }
+}
+
+TEST_F(RegistrarTest, SpectraMayEndInAnotherThread) {
+  const SyntheticCeiling ceiling;
+  const cv::Mat picture = ceiling.Render(kSize);
+  const Registration expected = Register(picture, picture);
+  std::vector<Registration> results(4);
+  for (Registration& result : results) {
+    const FrameSpectrum reference = registrar_.Analyze(picture);
+    std::thread user([&result, spectrum = reference] {
+      Registrar registrar(kSize);
+      result = registrar.Register(spectrum, spectrum);
+    });
+    FrameSpectrum meanwhile = registrar_.Analyze(picture);
+    user.join();
+  }
+  for (const Registration& result : results) ExpectSame(result, expected);
+}
+
+}  // namespace
+}  // namespace ceilmap::registration
