@@ -71,20 +71,29 @@ ChildProcess::~ChildProcess() {
   if (err_ >= 0) close(err_);
 }
 
-// Waits for either stream; false when both have ended.
-bool ChildProcess::ReadSome() {
+// Waits for either stream, or for `also`; false when both streams have ended.
+bool ChildProcess::ReadSome(int also, bool* also_ready) {
   if (out_ < 0 && err_ < 0) return false;
-  std::array<pollfd, 2> streams = {{{out_, POLLIN, 0}, {err_, POLLIN, 0}}};
+  std::array<pollfd, 3> streams = {{{out_, POLLIN, 0}, {err_, POLLIN, 0}, {also, POLLIN, 0}}};
   constexpr int kForever = -1;
   if (poll(streams.data(), streams.size(), kForever) < 0 && errno != EINTR) return false;
   if (out_ >= 0 && streams[0].revents != 0) ReadInto(result_.out, out_);
   if (err_ >= 0 && streams[1].revents != 0) ReadInto(result_.err, err_);
+  if (also_ready != nullptr) *also_ready = (streams[2].revents & POLLIN) != 0;
   return true;
 }
 
 bool ChildProcess::WaitForErr(const std::string& text) {
   while (result_.err.find(text) == std::string::npos) {
     if (!ReadSome()) return false;
+  }
+  return true;
+}
+
+bool ChildProcess::WaitForDescriptor(int descriptor) {
+  bool ready = false;
+  while (!ready) {
+    if (!ReadSome(descriptor, &ready)) return false;
   }
   return true;
 }

@@ -26,12 +26,15 @@ class ChildProcess {
 
   /// Reads stderr until it holds the text; false when it ended without.
   bool WaitForErr(const std::string& text);
+  /// Reads what comes until the descriptor has something to read too; false when the program ended
+  /// without.
+  bool WaitForDescriptor(int descriptor);
   void Send(int signal) const;
   /// Reads everything until the program ends.
   ProcessResult Wait();
 
  private:
-  bool ReadSome();
+  bool ReadSome(int also = -1, bool* also_ready = nullptr);
 
   pid_t pid_ = -1;
   int out_ = -1;

@@ -1,9 +1,15 @@
 // Killed at any moment, a run leaves the old map or the new one, and nothing that piles up.
 
-#include <chrono>
+#include <sys/inotify.h>
+#include <unistd.h>
+
+#include <array>
+#include <climits>
 #include <csignal>
+#include <cstring>
+#include <limits>
 #include <random>
-#include <thread>
+#include <stdexcept>
 
 #include "tests/integration/sites.hpp"
 
@@ -11,7 +17,44 @@ namespace ceilmap::integration {
 namespace {
 
 using app::ReadAll;
-using std::chrono::steady_clock;
+
+/// Counts what happens to the files of a folder: each creation, write, closing and renaming. These
+/// are the moments at which being killed could matter, and they do not depend on the machine's
+/// speed.
+class FolderEvents {
+ public:
+  explicit FolderEvents(const std::filesystem::path& folder) : descriptor_(inotify_init1(0)) {
+    const auto watched = IN_CREATE | IN_MODIFY | IN_CLOSE_WRITE | IN_MOVE | IN_DELETE;
+    if (inotify_add_watch(descriptor_, folder.c_str(), watched) < 0) {
+      throw std::runtime_error("the folder cannot be watched");
+    }
+  }
+  ~FolderEvents() { close(descriptor_); }
+  FolderEvents(const FolderEvents&) = delete;
+  FolderEvents& operator=(const FolderEvents&) = delete;
+
+  /// Waits for so many events of the running program; @return how many came before its end.
+  int WaitFor(int count, ChildProcess& child) const {
+    int seen = 0;
+    while (seen < count && child.WaitForDescriptor(descriptor_)) seen += ReadSome();
+    return seen;
+  }
+
+ private:
+  [[nodiscard]] int ReadSome() const {
+    alignas(inotify_event) std::array<char, sizeof(inotify_event) + NAME_MAX + 1> buffer{};
+    const ssize_t length = read(descriptor_, buffer.data(), buffer.size());
+    int events = 0;
+    for (ssize_t at = 0; at < length; ++events) {
+      inotify_event event{};
+      std::memcpy(&event, buffer.data() + at, sizeof(event));
+      at += static_cast<ssize_t>(sizeof(event) + event.len);
+    }
+    return events;
+  }
+
+  int descriptor_;
+};
 
 /// A command that replaces a map.
 struct Replacing {
@@ -35,15 +78,21 @@ class Durability : public testing::Test {
     return ReadAll(sites_.recordings.out / map);
   }
 
-  /// Kills the command after that time. @return whether the target holds the new map.
-  bool KillAfter(const Replacing& command, std::chrono::microseconds delay) {
+  /// Kills the command after so many events, or lets it end. @return how many came.
+  int Run(const Replacing& command, int events) {
     Restore(command);
     std::vector<std::string> arguments = sites_.recordings.Resolve(command.arguments);
     arguments.insert(arguments.begin(), CEILMAP_EXE);
+    const FolderEvents folder(sites_.recordings.out.Path());
     ChildProcess child(arguments, sites_.recordings.out.Path());
-    std::this_thread::sleep_for(delay);
+    const int seen = folder.WaitFor(events, child);
     child.Send(SIGKILL);
     (void)child.Wait();
+    return seen;
+  }
+
+  /// Whether the target holds the new map and not the old one; one of them it must be.
+  [[nodiscard]] bool HoldsTheNew(const Replacing& command) const {
     const nlohmann::json info = sites_.Info(kTarget);
     if (ReadAll(sites_.recordings.out / kTarget) == command.old_map) return false;
     EXPECT_EQ(info["trajectory_poses"], command.poses) << "neither the old map nor the new one";
@@ -51,25 +100,22 @@ class Durability : public testing::Test {
   }
 
   void Survive(const Replacing& command) {
-    Restore(command);
-    const auto start = steady_clock::now();
-    (void)Make(command.arguments, kTarget);
-    const auto whole =
-        std::chrono::duration_cast<std::chrono::microseconds>(steady_clock::now() - start).count();
+    const int all = Run(command, std::numeric_limits<int>::max());
+    ASSERT_GT(all, 2 * kTrials);
+    ASSERT_TRUE(HoldsTheNew(command));
     const std::vector<std::string> clean = sites_.recordings.out.Names();
     int replaced = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
       // Anywhere, and every other time near the end, where the files take their places.
-      std::uniform_real_distribution<double> part(trial % 2 == 0 ? 0.0 : 0.85, 1.0);
-      const double moment = part(random_) * static_cast<double>(whole);
-      if (KillAfter(command, std::chrono::microseconds(static_cast<std::int64_t>(moment)))) {
-        ++replaced;
-      }
+      std::uniform_int_distribution<int> moment(trial % 2 == 0 ? 1 : all - 8, all);
+      Run(command, moment(random_));
+      replaced += HoldsTheNew(command) ? 1 : 0;
       // One partial file for each file that is written, whatever was killed before.
       EXPECT_LE(sites_.recordings.out.Names().size(), clean.size() + 2);
     }
-    std::printf("%d times killed: %d times the old map, %d times the new one\n",
+    std::printf("%d times killed, at events 1 to %d: %d times the old map, %d times the new one\n",
                 kTrials,
+                all,
                 kTrials - replaced,
                 replaced);
     Restore(command);
