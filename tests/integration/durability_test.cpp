@@ -33,27 +33,38 @@ class FolderEvents {
   FolderEvents(const FolderEvents&) = delete;
   FolderEvents& operator=(const FolderEvents&) = delete;
 
+  /// Waits until a file takes the place of the named one; false when the program ended without.
+  bool WaitForReplacement(const std::string& name, ChildProcess& child) {
+    replaced_.clear();
+    while (replaced_ != name) {
+      if (!child.WaitForDescriptor(descriptor_)) return false;
+      (void)ReadSome();
+    }
+    return true;
+  }
   /// Waits for so many events of the running program; @return how many came before its end.
-  int WaitFor(int count, ChildProcess& child) const {
+  int WaitFor(int count, ChildProcess& child) {
     int seen = 0;
     while (seen < count && child.WaitForDescriptor(descriptor_)) seen += ReadSome();
     return seen;
   }
 
  private:
-  [[nodiscard]] int ReadSome() const {
+  int ReadSome() {
     alignas(inotify_event) std::array<char, sizeof(inotify_event) + NAME_MAX + 1> buffer{};
     const ssize_t length = read(descriptor_, buffer.data(), buffer.size());
     int events = 0;
     for (ssize_t at = 0; at < length; ++events) {
       inotify_event event{};
       std::memcpy(&event, buffer.data() + at, sizeof(event));
+      if ((event.mask & IN_MOVED_TO) != 0) replaced_ = buffer.data() + at + sizeof(event);
       at += static_cast<ssize_t>(sizeof(event) + event.len);
     }
     return events;
   }
 
   int descriptor_;
+  std::string replaced_;  // name that a file was given last
 };
 
 /// A command that replaces a map.
@@ -67,6 +78,7 @@ class Durability : public testing::Test {
  protected:
   static constexpr const char* kTarget = "m.gpkg";
   static constexpr int kTrials = 7;
+  static constexpr int kUntilReplaced = -1;
 
   void Restore(const Replacing& command) const {
     sites_.recordings.out.Write(kTarget, command.old_map);
@@ -78,14 +90,17 @@ class Durability : public testing::Test {
     return ReadAll(sites_.recordings.out / map);
   }
 
-  /// Kills the command after so many events, or lets it end. @return how many came.
+  /// Kills the command after so many events (kUntilReplaced: as soon as the target is), or lets it
+  /// end. @return how many came.
   int Run(const Replacing& command, int events) {
     Restore(command);
     std::vector<std::string> arguments = sites_.recordings.Resolve(command.arguments);
     arguments.insert(arguments.begin(), CEILMAP_EXE);
-    const FolderEvents folder(sites_.recordings.out.Path());
+    FolderEvents folder(sites_.recordings.out.Path());
     ChildProcess child(arguments, sites_.recordings.out.Path());
-    const int seen = folder.WaitFor(events, child);
+    const int seen = events == kUntilReplaced
+                         ? static_cast<int>(folder.WaitForReplacement(kTarget, child))
+                         : folder.WaitFor(events, child);
     child.Send(SIGKILL);
     (void)child.Wait();
     return seen;
@@ -118,6 +133,8 @@ class Durability : public testing::Test {
                 all,
                 kTrials - replaced,
                 replaced);
+    EXPECT_EQ(Run(command, kUntilReplaced), 1);
+    EXPECT_TRUE(HoldsTheNew(command)) << "killed as soon as the new map has its name";
     Restore(command);
     (void)Make(command.arguments, kTarget);
     EXPECT_EQ(sites_.recordings.out.Names(), clean) << "the next run leaves nothing behind";
