@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <optional>
 #include <set>
 #include <span>
 #include <tuple>
@@ -92,34 +93,90 @@ struct PlacePair {
   float weight = 0;
 };
 
-// Weight of the pairs that agree with the rotation and shift which two of them define.
-float Agreement(std::span<const PlacePair> pairs, std::size_t i, std::size_t j, float tolerance) {
-  const Point in_query = pairs[j].query - pairs[i].query;
-  const Point in_stored = pairs[j].stored - pairs[i].stored;
+/// p_stored = turn * p_query + shift, places as complex numbers.
+struct PlaceMotion {
+  Point turn{1, 0};
+  Point shift;
+};
+
+// The motion that two pairs define; none where they are too close together, or not equally far
+// apart in both pictures.
+std::optional<PlaceMotion> MotionOf(const PlacePair& a, const PlacePair& b, float tolerance) {
+  const Point in_query = b.query - a.query;
+  const Point in_stored = b.stored - a.stored;
   const float length = std::abs(in_query);
   const float stored_length = std::abs(in_stored);
-  if (length < 3 * tolerance || std::abs(length - stored_length) > 1.5F * tolerance) return 0;
-  const Point turn = in_stored * std::conj(in_query) / (length * stored_length);
-  const Point query_centre = 0.5F * (pairs[i].query + pairs[j].query);
-  const Point stored_centre = 0.5F * (pairs[i].stored + pairs[j].stored);
-  float weight = 0;
-  for (const PlacePair& pair : pairs) {
-    const Point arm = pair.query - query_centre;
-    // The farther away from the two, the more their own errors turn it.
-    const float allowed = tolerance * (1 + std::abs(arm) / length);
-    if (std::norm(stored_centre + turn * arm - pair.stored) < allowed * allowed) {
-      weight += pair.weight;
-    }
+  if (length < 3 * tolerance || std::abs(length - stored_length) > 1.5F * tolerance) {
+    return std::nullopt;
   }
-  return weight;
+  const Point turn = in_stored * std::conj(in_query) / (length * stored_length);
+  return PlaceMotion{turn, 0.5F * (a.stored + b.stored) - turn * 0.5F * (a.query + b.query)};
 }
 
-float BestAgreement(std::span<const PlacePair> pairs, float tolerance) {
-  float best = 0;
+// Does a pair agree with the motion that `a` and `b` define? The farther away from the two, the
+// more their own errors turn it.
+bool Agrees(const PlacePair& pair,
+            const PlaceMotion& motion,
+            const PlacePair& a,
+            const PlacePair& b,
+            float tolerance) {
+  const float arm = std::abs(pair.query - 0.5F * (a.query + b.query));
+  const float allowed = tolerance * (1 + arm / std::abs(b.query - a.query));
+  return std::norm(motion.turn * pair.query + motion.shift - pair.stored) < allowed * allowed;
+}
+
+/// The motion that most votes agree with.
+struct PlaceFit {
+  float weight = 0;  // of the agreeing pairs
+  int pairs = 0;
+  PlaceMotion motion;
+};
+
+PlaceFit Fit(std::span<const PlacePair> pairs, std::size_t i, std::size_t j, float tolerance) {
+  PlaceFit fit;
+  const std::optional<PlaceMotion> motion = MotionOf(pairs[i], pairs[j], tolerance);
+  if (!motion) return fit;
+  fit.motion = *motion;
+  for (const PlacePair& pair : pairs) {
+    if (!Agrees(pair, *motion, pairs[i], pairs[j], tolerance)) continue;
+    fit.weight += pair.weight;
+    ++fit.pairs;
+  }
+  return fit;
+}
+
+PlaceFit BestFit(std::span<const PlacePair> pairs, float tolerance) {
+  PlaceFit best;
+  std::pair<std::size_t, std::size_t> defining;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     for (std::size_t j = i + 1; j < pairs.size(); ++j) {
-      best = std::max(best, Agreement(pairs, i, j, tolerance));
+      const PlaceFit fit = Fit(pairs, i, j, tolerance);
+      if (fit.weight <= best.weight) continue;
+      best = fit;
+      defining = {i, j};
     }
+  }
+  if (best.pairs == 0) return best;
+  // All that agree, weighted least squares.
+  const PlacePair& a = pairs[defining.first];
+  const PlacePair& b = pairs[defining.second];
+  Point query_mean;
+  Point stored_mean;
+  Point turn;
+  for (const bool means : {true, false}) {
+    for (const PlacePair& pair : pairs) {
+      if (!Agrees(pair, best.motion, a, b, tolerance)) continue;
+      if (means) {
+        query_mean += pair.query * (pair.weight / best.weight);
+        stored_mean += pair.stored * (pair.weight / best.weight);
+      } else {
+        turn += pair.weight * (pair.stored - stored_mean) * std::conj(pair.query - query_mean);
+      }
+    }
+  }
+  if (std::abs(turn) > 0) {
+    best.motion.turn = turn / std::abs(turn);
+    best.motion.shift = stored_mean - best.motion.turn * query_mean;
   }
   return best;
 }
@@ -167,10 +224,10 @@ struct PlaceIndex::Impl {
                       std::vector<Neighbour>& neighbours) const;
   [[nodiscard]] std::vector<Vote> CollectVotes(
       const cv::Mat& descriptors, const std::function<bool(std::int64_t)>& exclude) const;
-  [[nodiscard]] double Score(const cv::Mat& descriptors,
-                             std::span<const Vote> votes,
-                             const Candidate& candidate,
-                             std::vector<PlacePair>& pairs) const;
+  [[nodiscard]] Match Test(const cv::Mat& descriptors,
+                           std::span<const Vote> votes,
+                           const Candidate& candidate,
+                           std::vector<PlacePair>& pairs) const;
 
   static constexpr std::size_t kFirstCapacity = 1024;  // windows
 
@@ -257,10 +314,10 @@ std::vector<Vote> PlaceIndex::Impl::CollectVotes(
   return votes;
 }
 
-double PlaceIndex::Impl::Score(const cv::Mat& descriptors,
-                               std::span<const Vote> votes,
-                               const Candidate& candidate,
-                               std::vector<PlacePair>& pairs) const {
+PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
+                                         std::span<const Vote> votes,
+                                         const Candidate& candidate,
+                                         std::vector<PlacePair>& pairs) const {
   constexpr std::size_t kMostPairs = 32;     // the work grows with the cube
   constexpr double kVoteWithoutPlace = 0.1;  // of a vote whose place agrees
   pairs.clear();
@@ -272,8 +329,14 @@ double PlaceIndex::Impl::Score(const cv::Mat& descriptors,
     return a.weight > b.weight;
   });
   if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
-  return BestAgreement(pairs, static_cast<float>(params.tolerance_px)) +
-         kVoteWithoutPlace * candidate.weight;
+  const PlaceFit fit = BestFit(pairs, static_cast<float>(params.tolerance_px));
+  Match match;
+  match.keyframe_id = keyframe_ids[votes[candidate.first].keyframe];
+  match.score = fit.weight + kVoteWithoutPlace * candidate.weight;
+  match.windows = fit.pairs;
+  match.T_stored_query = {
+      fit.motion.shift.real(), fit.motion.shift.imag(), std::arg(fit.motion.turn)};
+  return match;
 }
 
 PlaceIndex::PlaceIndex(int dimension, const PlaceIndexParams& params) {
@@ -332,8 +395,7 @@ std::vector<PlaceIndex::Match> PlaceIndex::Search(
   matches.reserve(candidates.size());
   std::vector<PlacePair> pairs;
   for (const Candidate& candidate : candidates) {
-    matches.push_back({d.keyframe_ids[votes[candidate.first].keyframe],
-                       d.Score(descriptors, votes, candidate, pairs)});
+    matches.push_back(d.Test(descriptors, votes, candidate, pairs));
   }
   std::sort(matches.begin(), matches.end(), [](const Match& a, const Match& b) {
     return a.score != b.score ? a.score > b.score : a.keyframe_id < b.keyframe_id;

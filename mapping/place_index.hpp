@@ -7,6 +7,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "calib/pose2.hpp"
+
 namespace ceilmap::mapping {
 
 struct PlaceIndexParams {
@@ -50,6 +52,12 @@ class PlaceIndex {
   struct Match {
     std::int64_t keyframe_id = 0;
     double score = 0;  ///< comparable within one query, > 0
+    /// Windows that lie in both pictures alike, under one motion: 0, or at least 2.
+    int windows = 0;
+    /// That motion: p_stored = T_stored_query * p_query for places in the two pictures (x right,
+    /// y down from the centre, in lengths of units_per_px), to about tolerance_px.
+    /// Means nothing without windows.
+    calib::Pose2 T_stored_query;
   };
 
   /// Keyframes that may show the same place, best first; equal scores by id. Fewer than `count`

@@ -33,10 +33,25 @@ BlockStage::BlockStage(cv::Size size, const cv::Mat& mask, const BlockParams& pa
       poc_({params.block_px, params.block_px}, params.poc),
       samples_(poc_.Area()),
       spectrum_(poc_.SpectrumSize()) {
-  if (!mask.empty()) cv::integral((mask < 255) / 255, blank_, CV_32S);
+  if (!mask.empty()) {
+    any_blank_ = mask < 255;
+    blank_ = IntegralOf(any_blank_);
+  }
   LayOutGrid();
-  for (const cv::Point corner : corners_)
-    usable_.push_back(Inside(SamplingMap({}, size_, corner)) ? 1 : 0);
+}
+
+cv::Mat BlockStage::IntegralOf(const cv::Mat& blank) {
+  cv::Mat integral;
+  cv::integral(blank / 255, integral, CV_32S);
+  return integral;
+}
+
+void BlockStage::TakeMask(const cv::Mat& mask, Level& level) const {
+  level.blank.release();
+  if (mask.empty()) return;
+  cv::Mat blank = mask < 255;
+  if (!any_blank_.empty()) cv::bitwise_or(blank, any_blank_, blank);
+  level.blank = IntegralOf(blank);
 }
 
 void BlockStage::LayOutGrid() {
@@ -90,7 +105,11 @@ void BlockStage::PrepareReference(Level& level) const {
   }
 }
 
-bool BlockStage::Inside(const kernels::Affine& m) const {
+bool BlockStage::Usable(const Level& reference, int block) const {
+  return Inside(SamplingMap({}, size_, corners_[static_cast<std::size_t>(block)]), reference);
+}
+
+bool BlockStage::Inside(const kernels::Affine& m, const Level& level) const {
   const auto last = static_cast<float>(params_.block_px - 1);
   for (const float x : {0.0F, last}) {
     for (const float y : {0.0F, last}) {
@@ -102,7 +121,8 @@ bool BlockStage::Inside(const kernels::Affine& m) const {
       }
     }
   }
-  if (blank_.empty()) return true;
+  const cv::Mat& blank = level.blank.empty() ? blank_ : level.blank;
+  if (blank.empty()) return true;
   // Any blank pixel in the box around the block's picture leaves it out.
   const float x0 = m.x0 + std::min(0.0F, m.xx * last) + std::min(0.0F, m.xy * last);
   const float y0 = m.y0 + std::min(0.0F, m.yx * last) + std::min(0.0F, m.yy * last);
@@ -114,19 +134,19 @@ bool BlockStage::Inside(const kernels::Affine& m) const {
   const int right = column(x1 + 3);
   const int top = row(y0 - 1);
   const int bottom = row(y1 + 3);
-  return blank_.at<int>(bottom, right) - blank_.at<int>(top, right) - blank_.at<int>(bottom, left) +
-             blank_.at<int>(top, left) ==
+  return blank.at<int>(bottom, right) - blank.at<int>(top, right) - blank.at<int>(bottom, left) +
+             blank.at<int>(top, left) ==
          0;
 }
 
 std::vector<int> BlockStage::Select(const Level& reference,
+                                    const Level& current,
                                     const ImageMotion& motion,
                                     int count) const {
   std::vector<int> inside;
-  for (std::size_t i = 0; i < corners_.size(); ++i) {
-    if (usable_[i] != 0 && Inside(SamplingMap(motion, size_, corners_[i]))) {
-      inside.push_back(static_cast<int>(i));
-    }
+  for (int i = 0; i < GridSize(); ++i) {
+    const kernels::Affine map = SamplingMap(motion, size_, corners_[static_cast<std::size_t>(i)]);
+    if (Usable(reference, i) && Inside(map, current)) inside.push_back(i);
   }
   if (static_cast<int>(inside.size()) <= count) return inside;
   const auto texture = [&](int i) { return reference.blocks[static_cast<std::size_t>(i)].texture; };
@@ -167,9 +187,9 @@ void BlockStage::SampleBlock(const Level& level,
                                samples.data());
 }
 
-BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
-                                              const Level& current,
-                                              const ImageMotion& motion) {
+Dissimilarity BlockStage::Compare(const Level& reference,
+                                  const Level& current,
+                                  const ImageMotion& motion) {
   // Sampling and compression leave about this part of a block's energy unexplained even under the
   // true motion.
   constexpr double kUnexplained = 0.02;
@@ -182,7 +202,7 @@ BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     const cv::Point corner = corners_[i];
     const kernels::Affine map = SamplingMap(motion, size_, corner);
-    if (usable_[i] == 0 || !Inside(map)) continue;
+    if (!Usable(reference, static_cast<int>(i)) || !Inside(map, current)) continue;
     SampleBlock(reference, SamplingMap({}, size_, corner), samples_);
     wanted = Eigen::Map<const Eigen::VectorXf>(samples_.data(), n);
     SampleBlock(current, map, samples_);
@@ -198,17 +218,6 @@ BlockStage::Dissimilarity BlockStage::Compare(const Level& reference,
   }
   if (result.blocks > 0) result.mean /= result.blocks;
   return result;
-}
-
-double BlockStage::Evidence(const Dissimilarity& a, const Dissimilarity& b) {
-  constexpr double kEveryday = 0.7;  // nats by which blocks differ without showing anything else
-  double evidence = 0;
-  for (std::size_t i = 0; i < std::min(a.by_block.size(), b.by_block.size()); ++i) {
-    if (a.by_block[i] < 0 || b.by_block[i] < 0) continue;
-    const double difference = b.by_block[i] - a.by_block[i];
-    if (std::abs(difference) > kEveryday) evidence += difference;
-  }
-  return evidence;
 }
 
 Eigen::Vector2d BlockStage::Centre(int block) const {
@@ -249,7 +258,7 @@ void BlockStage::Measure(const Level& reference,
   for (const int i : chosen) {
     const kernels::Affine map = SamplingMap(motion, size_, corners_[static_cast<std::size_t>(i)]);
     BlockShift shift;
-    if (Inside(map) && MeasureBlock(reference, current, i, map, search_px, shift)) {
+    if (Inside(map, current) && MeasureBlock(reference, current, i, map, search_px, shift)) {
       shifts.push_back(shift);
     }
   }
@@ -278,7 +287,8 @@ void BlockStage::MeasurePlane(const Level& reference,
                               static_cast<float>(linear(1, 1)),
                               static_cast<float>(corner.y())};
     PlaneShift shift;
-    if (!Inside(map) || !MeasureBlock(reference, current, i, map, search_px, shift.block)) continue;
+    if (!Inside(map, current) || !MeasureBlock(reference, current, i, map, search_px, shift.block))
+      continue;
     shift.seen = seen + linear * shift.block.shift;
     shift.current_from_reference = linear;
     shifts.push_back(shift);

@@ -38,12 +38,19 @@ class BlockStage {
 
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
 
+  /// Fills level.blank. @param mask  of the level's size, 0 where this picture has no content
+  /// beyond what all lack; empty: none.
+  void TakeMask(const cv::Mat& mask, Level& level) const;
+
   /// Fills level.blocks: from then on the level can be a reference.
   void PrepareReference(Level& level) const;
 
   /// The blocks of the reference that lie inside the current picture under `motion`, at the most
   /// `count`, spread over the picture, the better textured ones of each neighbourhood first.
-  std::vector<int> Select(const Level& reference, const ImageMotion& motion, int count) const;
+  std::vector<int> Select(const Level& reference,
+                          const Level& current,
+                          const ImageMotion& motion,
+                          int count) const;
 
   /// Shifts of the chosen blocks. @param search_px  the peak is searched within this distance.
   void Measure(const Level& reference,
@@ -53,20 +60,7 @@ class BlockStage {
                int search_px,
                std::vector<BlockShift>& shifts);
 
-  /// How badly the pictures disagree under an exact motion: for each block of the reference that
-  /// both see, ln(1 + residual energy / expected energy), brightness and contrast of each block
-  /// being free. A block on which both show the same gives little, one that shows a mark in one
-  /// picture only gives much.
-  struct Dissimilarity {
-    double mean = 0;
-    int blocks = 0;
-    std::vector<float> by_block;  ///< of all the grid's blocks, < 0 where not both see it
-  };
-  /// What the blocks that both motions have in common say for the motion of `a` and against that
-  /// of `b`, in natural logarithms; negative when they speak for b. Vignetting, noise and blur make
-  /// small differences on every block, in favour of whichever motion is the smaller one: only what
-  /// goes beyond them counts.
-  static double Evidence(const Dissimilarity& a, const Dissimilarity& b);
+  /// See Dissimilarity.
   Dissimilarity Compare(const Level& reference, const Level& current, const ImageMotion& motion);
 
   /// Shifts of the chosen blocks under a plane motion, each block sampled with the motion's linear
@@ -87,16 +81,18 @@ class BlockStage {
                     const kernels::Affine& map,
                     int search_px,
                     BlockShift& shift);
-  [[nodiscard]] bool Inside(const kernels::Affine& map) const;
+  [[nodiscard]] bool Usable(const Level& reference, int block) const;
+  [[nodiscard]] bool Inside(const kernels::Affine& map, const Level& level) const;
+  static cv::Mat IntegralOf(const cv::Mat& blank);
   [[nodiscard]] Eigen::Vector2d Centre(int block) const;
   void LayOutGrid();
 
   BlockParams params_;
   cv::Size size_;
-  cv::Mat blank_;  // integral of the pixels without content; empty: none
+  cv::Mat any_blank_;  // 255 where no picture has content; empty: nowhere
+  cv::Mat blank_;      // its integral
   cv::Size grid_;
   std::vector<cv::Point> corners_;
-  std::vector<char> usable_;  // whether the reference has content in the whole block
   PocPlane poc_;
   RealArray samples_;
   ComplexArray spectrum_;

@@ -68,10 +68,10 @@ CoarseStage::CoarseStage(cv::Size size, const cv::Mat& mask, const CoarseParams&
       windowed_(poc_.Area()),
       turned_(poc_.Area()),
       turned_spectrum_(poc_.SpectrumSize()) {
-  if (!mask.empty()) TakeMask(mask);
+  if (!mask.empty()) mask_ = FadingMask(mask);
 }
 
-void CoarseStage::TakeMask(const cv::Mat& mask) {
+std::vector<float> CoarseStage::FadingMask(const cv::Mat& mask) const {
   const cv::Rect used(start_, cv::Size(work_.width * factor_, work_.height * factor_));
   cv::Mat weight;
   mask(used).convertTo(weight, CV_32F, 1.0 / 255);
@@ -89,16 +89,10 @@ void CoarseStage::TakeMask(const cv::Mat& mask) {
             cv::BORDER_CONSTANT,
             cv::Scalar(1));
   cv::blur(weight, weight, box, {-1, -1}, cv::BORDER_REPLICATE);
-  mask_.assign(weight.begin<float>(), weight.end<float>());
+  return {weight.begin<float>(), weight.end<float>()};
 }
 
-void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) {
-  kernels::ReduceArea(grey.ptr<unsigned char>(start_.y) + start_.x,
-                      grey.step,
-                      factor_,
-                      work_.width,
-                      work_.height,
-                      reduced_.data());
+void CoarseStage::LocalMean() {
   const int side = std::max(work_.width, work_.height);
   const int box = 2 * static_cast<int>(0.5 * params_.local_mean * side) + 1;
   cv::Mat mean(work_, CV_32FC1, mean_.data());
@@ -109,12 +103,41 @@ void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) {
                 {-1, -1},
                 true,
                 cv::BORDER_REFLECT_101);
-  if (!mask_.empty()) {
-    // Towards the blank border the picture fades into its own local mean.
-    for (std::size_t i = 0; i < mask_.size(); ++i) {
-      reduced_[i] = mean_[i] + (reduced_[i] - mean_[i]) * mask_[i];
-    }
+}
+
+// A lamp or a window is brighter than all texture together: nearly all that the spectrum shows, and
+// wrong as soon as it is switched off.
+bool CoarseStage::LimitLamps() {
+  constexpr std::size_t kStep = 37;  // shares no factor with usual widths
+  deviations_.clear();
+  for (std::size_t i = 0; i < reduced_.size(); i += kStep) {
+    deviations_.push_back(std::abs(reduced_[i] - mean_[i]));
   }
+  const auto middle = deviations_.begin() + static_cast<std::ptrdiff_t>(deviations_.size() / 2);
+  std::nth_element(deviations_.begin(), middle, deviations_.end());
+  constexpr float kLeastTypical = 0.5F;  // grey levels
+  const float limit = static_cast<float>(params_.lamp_limit) * std::max(*middle, kLeastTypical);
+  return kernels::LimitAbove(mean_.data(), limit, reduced_.size(), reduced_.data());
+}
+
+// Towards what has no content the picture fades into its own local mean.
+void CoarseStage::FadeToMean(const std::vector<float>& weights) {
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    reduced_[i] = mean_[i] + (reduced_[i] - mean_[i]) * weights[i];
+  }
+}
+
+void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask) {
+  kernels::ReduceArea(grey.ptr<unsigned char>(start_.y) + start_.x,
+                      grey.step,
+                      factor_,
+                      work_.width,
+                      work_.height,
+                      reduced_.data());
+  LocalMean();
+  if (LimitLamps()) LocalMean();
+  FadeToMean(mask_);
+  if (!mask.empty()) FadeToMean(FadingMask(mask));
   data.flat.Resize(poc_.Area());
   const double squares = kernels::FlattenAndWindow(reduced_.data(),
                                                    mean_.data(),

@@ -14,6 +14,8 @@ namespace ceilmap::registration {
 struct CoarseParams {
   int working_px = 320;  ///< longer side of the working picture, about; larger pictures are reduced
   double local_mean = 0.12;  ///< box of the local mean that is removed, part of the longer side
+  /// What is brighter than its surroundings by more than this many typical deviations is cut off.
+  double lamp_limit = 7;
   double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
   int peaks_per_rotation = 3;  ///< translations kept of each correlation surface
   double min_overlap = 0.12;   ///< hypotheses with less common area are dropped
@@ -57,8 +59,9 @@ class CoarseStage {
   [[nodiscard]] int Reduction() const { return factor_; }
 
   /// Fills what the coarse stage needs of `data`: flat, spectrum, rings, noise_sigma and contrast.
-  /// @param grey  CV_8UC1, checked by the caller.
-  void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data);
+  /// @param grey  CV_8UC1, checked by the caller. @param mask  CV_8UC1 of the same size, 0 where
+  /// this picture has no content beyond what all lack; empty: none.
+  void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask = {});
 
   /// Possible motions, best score first; may be empty.
   /// @param near  only rotations within this range are tried: half the work when the range says
@@ -69,7 +72,10 @@ class CoarseStage {
                                   const std::optional<RotationRange>& near = std::nullopt);
 
  private:
-  void TakeMask(const cv::Mat& mask);
+  [[nodiscard]] std::vector<float> FadingMask(const cv::Mat& mask) const;
+  void LocalMean();
+  bool LimitLamps();
+  void FadeToMean(const std::vector<float>& weights);
   void TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale);
   void ProposeShifts(const FrameSpectrum::Data& reference,
                      const FrameSpectrum::Data& current,
@@ -90,6 +96,7 @@ class CoarseStage {
   cv::Size work_;
   cv::Point start_;          // first full pixel of the working picture
   std::vector<float> mask_;  // 1 inside, falling to 0 towards blank borders; empty: all 1
+  std::vector<float> deviations_;
   PocPlane poc_;
   PolarSearch polar_;
   RealArray reduced_;

@@ -67,7 +67,7 @@ FineStage::FineStage(cv::Size size, const RegistrarParams& params)
       rough_(rough_frame_.size, LevelMask(params.mask, rough_frame_.size), RoughParams()),
       fine_(fine_frame_.size, LevelMask(params.mask, fine_frame_.size)) {}
 
-void FineStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) const {
+void FineStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask) const {
   const auto reduce = [&grey](int factor, cv::Size size, float noise_sigma, Level& level) {
     level.grey.Resize(static_cast<std::size_t>(size.area()));
     level.noise_sigma = noise_sigma / static_cast<float>(factor);
@@ -76,6 +76,8 @@ void FineStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) const {
   };
   reduce(fine_frame_.factor, fine_frame_.size, data.noise_sigma, data.fine);
   reduce(2 * fine_frame_.factor, rough_frame_.size, data.noise_sigma, data.rough);
+  fine_.TakeMask(LevelMask(mask, fine_frame_.size), data.fine);
+  rough_.TakeMask(LevelMask(mask, rough_frame_.size), data.rough);
 }
 
 void FineStage::PrepareReference(FrameSpectrum::Data& data) const {
@@ -92,7 +94,7 @@ void FineStage::MeasureRough(const FrameSpectrum::Data& reference,
                              int count,
                              int search_px) {
   const ImageMotion rough = rough_frame_.FromFull(motion);
-  const auto chosen = rough_.Select(reference.rough, rough, count);
+  const auto chosen = rough_.Select(reference.rough, current.rough, rough, count);
   rough_.Measure(reference.rough, current.rough, rough, chosen, search_px, shifts_);
   for (BlockShift& s : shifts_) {
     s.point = 2 * s.point + rough_frame_.offset;
@@ -104,7 +106,7 @@ void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
                             const FrameSpectrum::Data& current,
                             const ImageMotion& motion,
                             int count) {
-  const auto chosen = fine_.Select(reference.fine, motion, count);
+  const auto chosen = fine_.Select(reference.fine, current.fine, motion, count);
   fine_.Measure(reference.fine, current.fine, motion, chosen, kCloseSearch, shifts_);
 }
 
@@ -220,8 +222,14 @@ void FineStage::Compare(const FrameSpectrum::Data& reference,
                         const FrameSpectrum::Data& current,
                         Finalist& finalist) {
   if (finalist.unlike.blocks > 0) return;
-  const ImageMotion fine = fine_frame_.FromFull(finalist.result.motion);
-  finalist.unlike = rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
+  finalist.unlike = Compare(reference, current, finalist.result.motion);
+}
+
+Dissimilarity FineStage::Compare(const FrameSpectrum::Data& reference,
+                                 const FrameSpectrum::Data& current,
+                                 const ImageMotion& motion) {
+  const ImageMotion fine = fine_frame_.FromFull(motion);
+  return rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
 }
 
 PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
@@ -244,7 +252,7 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
     rough.tx_px = centre.x();
     rough.ty_px = centre.y();
     rough.theta_rad = -fit.motion.yaw;
-    const auto chosen = fine_.Select(reference.fine, rough, params_.final_blocks);
+    const auto chosen = fine_.Select(reference.fine, current.fine, rough, params_.final_blocks);
     const int search_px = round == 0 ? 2 * kWideSearch : kCloseSearch;
     fine_.MeasurePlane(
         reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, shifts);

@@ -28,7 +28,7 @@ struct Candidate {
 struct Finalist {
   Registration result;
   double agreement = 0;  ///< mean over the compared blocks of the peaks of those that agree
-  BlockStage::Dissimilarity unlike;  ///< see FineStage::Compare
+  Dissimilarity unlike;  ///< see FineStage::Compare
 };
 
 /// One reduced picture of the fine stage and where it lies in the full one: x_full = factor *
@@ -54,7 +54,8 @@ class FineStage {
 
   /// Fills the levels of `data`. @param grey  CV_8UC1, after CoarseStage::Analyze (the noise is
   /// taken from there).
-  void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data) const;
+  /// @param mask  see CoarseStage::Analyze.
+  void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask = {}) const;
   /// Makes `data` able to be a reference; once, thread-safe.
   void PrepareReference(FrameSpectrum::Data& data) const;
 
@@ -73,6 +74,10 @@ class FineStage {
   void Compare(const FrameSpectrum::Data& reference,
                const FrameSpectrum::Data& current,
                Finalist& finalist);
+
+  Dissimilarity Compare(const FrameSpectrum::Data& reference,
+                        const FrameSpectrum::Data& current,
+                        const ImageMotion& motion);
 
   /// Plane motion from blocks of the full picture, measured and fitted `rounds` times from `start`.
   PlaneFit RefinePlane(const FrameSpectrum::Data& reference,

@@ -18,6 +18,9 @@ struct ReferenceBlock {
 struct Level {
   RealArray grey;         ///< grey levels 0..255, row-major
   float noise_sigma = 0;  ///< of white noise in `grey`, grey levels
+  /// Where this picture has no content: integral (CV_32S) of the pixels without; empty: where no
+  /// picture has any (RegistrarParams::mask).
+  cv::Mat blank;
   std::vector<ReferenceBlock>
       blocks;  ///< of the grid; empty until the picture serves as a reference
 };

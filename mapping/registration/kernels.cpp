@@ -61,6 +61,17 @@ double FlattenAndWindow(const float* a,
 }
 
 CEILMAP_HOT
+bool LimitAbove(const float* mean, float limit, std::size_t n, float* values) {
+  float above = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float excess = std::max(values[i] - mean[i] - limit, 0.0F);
+    values[i] -= excess;
+    above = std::max(above, excess);
+  }
+  return above > 0;
+}
+
+CEILMAP_HOT
 void TurnAndWindow(const float* src,
                    int w,
                    int h,

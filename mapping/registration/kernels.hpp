@@ -36,6 +36,9 @@ double FlattenAndWindow(const float* a,
                         float* flat,
                         float* windowed);
 
+/// Lowers values to at the most mean + limit; true when any was above.
+bool LimitAbove(const float* mean, float limit, std::size_t n, float* values);
+
 /// Value of positions that a picture does not show.
 constexpr float kOutside = 1e9F;
 

@@ -198,7 +198,7 @@ Registrar::~Registrar() = default;
 Registrar::Registrar(Registrar&&) noexcept = default;
 Registrar& Registrar::operator=(Registrar&&) noexcept = default;
 
-FrameSpectrum Registrar::Analyze(const cv::Mat& grey) {
+FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
   if (grey.type() != CV_8UC1 || grey.size() != impl_->size) {
     throw calib::InputError(fmt::format("picture of {}x{} where {}x{} grey is expected",
                                         grey.cols,
@@ -206,10 +206,13 @@ FrameSpectrum Registrar::Analyze(const cv::Mat& grey) {
                                         impl_->size.width,
                                         impl_->size.height));
   }
+  if (!mask.empty() && (mask.type() != CV_8UC1 || mask.size() != impl_->size)) {
+    throw calib::InputError("a picture's mask must be an 8-bit picture of its size");
+  }
   FrameSpectrum spectrum;
   spectrum.data_ = impl_->Recycle();
-  impl_->coarse.Analyze(grey, *spectrum.data_);
-  impl_->fine.Analyze(grey, *spectrum.data_);
+  impl_->coarse.Analyze(grey, *spectrum.data_, mask);
+  impl_->fine.Analyze(grey, *spectrum.data_, mask);
   return spectrum;
 }
 
@@ -227,9 +230,9 @@ Registration Registrar::Impl::Choose(const Data& reference,
     std::sort(rivals.begin(), rivals.end(), [](const Finalist& a, const Finalist& b) {
       return a.unlike.mean < b.unlike.mean;
     });
-    double evidence = BlockStage::Evidence(rivals[0].unlike, rivals[1].unlike);
+    double evidence = Evidence(rivals[0].unlike, rivals[1].unlike);
     for (std::size_t i = 2; i < rivals.size(); ++i) {
-      evidence = std::min(evidence, BlockStage::Evidence(rivals[0].unlike, rivals[i].unlike));
+      evidence = std::min(evidence, Evidence(rivals[0].unlike, rivals[i].unlike));
     }
     by_prior = evidence <= params.min_evidence;
     settled = !by_prior || ChooseByPrior(prior, rivals);
@@ -323,6 +326,15 @@ PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
   constexpr int kRounds = 3;
   impl_->fine.PrepareReference(*reference.data_);
   return impl_->fine.RefinePlane(*reference.data_, *current.data_, camera, start, params, kRounds);
+}
+
+Dissimilarity Registrar::Compare(const FrameSpectrum& reference,
+                                 const FrameSpectrum& current,
+                                 const ImageMotion& motion) {
+  if (reference.empty() || current.empty()) {
+    throw std::invalid_argument("Registrar::Compare: an empty FrameSpectrum");
+  }
+  return impl_->fine.Compare(*reference.data_, *current.data_, motion);
 }
 
 Registration Registrar::Refine(const FrameSpectrum& reference,

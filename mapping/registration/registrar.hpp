@@ -112,15 +112,22 @@ class Registrar {
   Registrar(Registrar&&) noexcept;
   Registrar& operator=(Registrar&&) noexcept;
 
-  /// @param grey  CV_8UC1 of the registrar's size. @throws calib::InputError on another type or
-  /// size.
-  [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey);
+  /// @param grey  CV_8UC1 of the registrar's size. @param mask  the same, 0 where this picture has
+  /// no content beyond what all lack (RegistrarParams::mask); empty: none.
+  /// @throws calib::InputError on another type or size.
+  [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey, const cv::Mat& mask = {});
 
   /// Motion that takes pixels of `reference` to pixels of `current`. Never throws on picture
   /// content.
   [[nodiscard]] Registration Register(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt);
+
+  /// How badly the pictures disagree under an exact motion. Two comparisons of the same reference
+  /// can be weighed against each other (Evidence), with different current pictures too.
+  [[nodiscard]] Dissimilarity Compare(const FrameSpectrum& reference,
+                                      const FrameSpectrum& current,
+                                      const ImageMotion& motion);
 
   /// The fine stage alone, from a motion that is known to about 10 px and 2 degrees (tracking on a
   /// map, checking a prediction). kOk or kNoMatch; says nothing about other motions that might

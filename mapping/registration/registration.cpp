@@ -43,4 +43,15 @@ double OverlapOf(const ImageMotion& motion, cv::Size size) {
   return static_cast<double>(seen) / (kSamples * kSamples);
 }
 
+double Evidence(const Dissimilarity& a, const Dissimilarity& b) {
+  constexpr double kEveryday = 0.7;  // nats by which blocks differ without showing anything else
+  double evidence = 0;
+  for (std::size_t i = 0; i < std::min(a.by_block.size(), b.by_block.size()); ++i) {
+    if (a.by_block[i] < 0 || b.by_block[i] < 0) continue;
+    const double difference = b.by_block[i] - a.by_block[i];
+    if (std::abs(difference) > kEveryday) evidence += difference;
+  }
+  return evidence;
+}
+
 }  // namespace ceilmap::registration

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <vector>
 
 namespace ceilmap::registration {
 
@@ -22,6 +23,22 @@ struct ImageMotion {
 
 /// first, then second: x'' = second(first(x)).
 ImageMotion Compose(const ImageMotion& second, const ImageMotion& first);
+
+/// How badly two pictures disagree under an exact motion: for each block of the reference that both
+/// see, ln(1 + residual energy / expected energy), brightness and contrast of each block being
+/// free. A block on which both show the same gives little, one that shows a mark in one picture
+/// only gives much.
+struct Dissimilarity {
+  double mean = 0;
+  int blocks = 0;
+  std::vector<float> by_block;  ///< of all the grid's blocks, < 0 where not both see it
+};
+
+/// What the blocks that both comparisons have in common say for the first and against the second,
+/// in natural logarithms; negative when they speak for the second. Both must have the same
+/// reference. Vignetting, noise and blur make small differences on every block, in favour of
+/// whichever motion is the smaller one: only what goes beyond them counts.
+double Evidence(const Dissimilarity& a, const Dissimilarity& b);
 
 /// Part of the reference picture (0..1) whose points the current one shows under the motion; to
 /// about 1 %.

@@ -53,13 +53,13 @@ TEST(BlockStage, MeasuresWhatIsLeftOfTheMotion) {
   used.tx_px += 1.2;
   used.ty_px -= 0.9;
   used.theta_rad += 0.004;
-  auto chosen = stage.Select(reference, used, 40);
+  auto chosen = stage.Select(reference, reference, used, 40);
   stage.Measure(reference, current, used, chosen, 4, shifts);
   ASSERT_GE(shifts.size(), 20U);
   // The window draws a shift towards zero, by a few hundredths of it.
   EXPECT_LT(ErrorsOf(shifts, truth, used).median, 0.1);
 
-  chosen = stage.Select(reference, truth, 40);
+  chosen = stage.Select(reference, reference, truth, 40);
   stage.Measure(reference, current, truth, chosen, 4, shifts);
   EXPECT_LT(ErrorsOf(shifts, truth, truth).median, 0.01);
   EXPECT_LT(ErrorsOf(shifts, truth, truth).largest, 0.05);
@@ -80,7 +80,7 @@ TEST(BlockStage, MeasuresUnderScale) {
   stage.Measure(reference,
                 MakeLevel(ceiling.RenderFloat(kSize, truth)),
                 truth,
-                stage.Select(reference, truth, 40),
+                stage.Select(reference, reference, truth, 40),
                 4,
                 shifts);
   EXPECT_LT(ErrorsOf(shifts, truth, truth).median, 0.02);
@@ -92,10 +92,10 @@ TEST(BlockStage, SelectsSpreadBlocksThatBothPicturesShow) {
   Level reference = MakeLevel(ceiling.RenderFloat(kSize));
   stage.PrepareReference(reference);
   ASSERT_EQ(static_cast<int>(reference.blocks.size()), stage.GridSize());
-  const auto all = stage.Select(reference, {}, 10000);
+  const auto all = stage.Select(reference, reference, {}, 10000);
   EXPECT_EQ(static_cast<int>(all.size()), stage.GridSize());
 
-  const auto some = stage.Select(reference, {}, 16);
+  const auto some = stage.Select(reference, reference, {}, 16);
   EXPECT_EQ(some.size(), 16U);
   EXPECT_EQ(std::set<int>(some.begin(), some.end()).size(), 16U) << "none twice";
   std::vector<BlockShift> shifts;
@@ -106,12 +106,12 @@ TEST(BlockStage, SelectsSpreadBlocksThatBothPicturesShow) {
 
   // Half of the picture has left: what remains lies to one side.
   const ImageMotion half{200, 0, 0, 1};
-  const auto seen = stage.Select(reference, half, 10000);
+  const auto seen = stage.Select(reference, reference, half, 10000);
   EXPECT_LT(static_cast<int>(seen.size()), 2 * stage.GridSize() / 3);
   stage.Measure(reference, MakeLevel(ceiling.RenderFloat(kSize, half)), half, seen, 4, shifts);
   ASSERT_FALSE(shifts.empty());
   for (const BlockShift& s : shifts) EXPECT_LT(s.point.x(), 0);
-  EXPECT_TRUE(stage.Select(reference, {400, 0, 0, 1}, 10000).empty());
+  EXPECT_TRUE(stage.Select(reference, reference, {400, 0, 0, 1}, 10000).empty());
 }
 
 TEST(BlockStage, PrefersTexture) {
@@ -121,7 +121,7 @@ TEST(BlockStage, PrefersTexture) {
   BlockStage stage(kSize);
   Level level = MakeLevel(picture);
   stage.PrepareReference(level);
-  const auto chosen = stage.Select(level, {}, 6);
+  const auto chosen = stage.Select(level, level, {}, 6);
   for (const int i : chosen) {
     EXPECT_GT(level.blocks[static_cast<std::size_t>(i)].texture, 0);
   }
@@ -136,7 +136,7 @@ TEST(BlockStage, PicturesSmallerThanABlockHaveNoGrid) {
   EXPECT_EQ(stage.GridSize(), 0);
   Level level = MakeLevel(cv::Mat(200, 60, CV_8UC1, cv::Scalar(50)));
   stage.PrepareReference(level);
-  EXPECT_TRUE(stage.Select(level, {}, 10).empty());
+  EXPECT_TRUE(stage.Select(level, level, {}, 10).empty());
 }
 
 TEST(BlockStage, UniformPicturesGiveNoShifts) {
@@ -144,7 +144,7 @@ TEST(BlockStage, UniformPicturesGiveNoShifts) {
   Level flat = MakeLevel(cv::Mat(kSize, CV_8UC1, cv::Scalar(90)));
   stage.PrepareReference(flat);
   std::vector<BlockShift> shifts;
-  stage.Measure(flat, flat, {}, stage.Select(flat, {}, 40), 4, shifts);
+  stage.Measure(flat, flat, {}, stage.Select(flat, flat, {}, 40), 4, shifts);
   EXPECT_TRUE(shifts.empty());
 }
 
@@ -164,7 +164,7 @@ TEST(BlockStage, OnlyTheTrueMotionLeavesNothingUnexplained) {
   const auto wrong = stage.Compare(reference, current, Compose(truth, ImageMotion{50, 0, 0, 1}));
   ASSERT_GT(right.blocks, 10);
   ASSERT_GT(wrong.blocks, 10);
-  EXPECT_GT(BlockStage::Evidence(right, wrong), 6);
+  EXPECT_GT(Evidence(right, wrong), 6);
   // Brightness and contrast are free.
   cv::Mat darker = 0.7 * ceiling.RenderFloat(kSize, truth) + 20;
   EXPECT_NEAR(stage.Compare(reference, MakeLevel(darker), truth).mean, right.mean, 0.01);
@@ -172,16 +172,16 @@ TEST(BlockStage, OnlyTheTrueMotionLeavesNothingUnexplained) {
 }
 
 TEST(BlockStage, SmallDifferencesEverywhereAreNoEvidence) {
-  BlockStage::Dissimilarity a;
-  BlockStage::Dissimilarity b;
+  Dissimilarity a;
+  Dissimilarity b;
   a.by_block.assign(40, 0.3F);
   b.by_block.assign(40, 0.8F);  // vignetting: half a nat on each block
-  EXPECT_EQ(BlockStage::Evidence(a, b), 0);
+  EXPECT_EQ(Evidence(a, b), 0);
   b.by_block[7] = 4.3F;  // a mark
-  EXPECT_NEAR(BlockStage::Evidence(a, b), 4, 1e-5);
-  EXPECT_NEAR(BlockStage::Evidence(b, a), -4, 1e-5);
+  EXPECT_NEAR(Evidence(a, b), 4, 1e-5);
+  EXPECT_NEAR(Evidence(b, a), -4, 1e-5);
   a.by_block[7] = -1;  // that only one of the two motions sees
-  EXPECT_EQ(BlockStage::Evidence(a, b), 0);
+  EXPECT_EQ(Evidence(a, b), 0);
 }
 
 }  // namespace

@@ -116,9 +116,8 @@ TEST_F(FineStageTest, TellsTheTrueMotionFromOneByATile) {
   const Finalist wrong = refine_near(Compose(truth, ImageMotion{60, 0, 0, 1}));
   ASSERT_TRUE(right.result.ok());
   EXPECT_LT(ShiftError(right.result.motion, truth), 0.05);
-  EXPECT_GT(BlockStage::Evidence(right.unlike, wrong.unlike), params_.min_evidence);
-  EXPECT_EQ(BlockStage::Evidence(wrong.unlike, right.unlike),
-            -BlockStage::Evidence(right.unlike, wrong.unlike));
+  EXPECT_GT(Evidence(right.unlike, wrong.unlike), params_.min_evidence);
+  EXPECT_EQ(Evidence(wrong.unlike, right.unlike), -Evidence(right.unlike, wrong.unlike));
 }
 
 }  // namespace

@@ -1,0 +1,61 @@
+#include "localization/frame_chain.hpp"
+
+#include "mapping/odometry.hpp"
+
+namespace ceilmap::localization {
+
+struct FrameChain::Impl {
+  const calib::CeilingView& view;
+  std::unique_ptr<mapping::Odometry> odometry;
+  std::optional<calib::Pose2> T_chain_before;
+  bool began = false;
+  bool broken = false;
+};
+
+FrameChain::FrameChain(const calib::CeilingView& view)
+    : impl_(std::make_unique<Impl>(Impl{view, nullptr, std::nullopt, false, false})) {}
+FrameChain::~FrameChain() = default;
+
+void FrameChain::Reset() {
+  impl_->odometry.reset();
+  impl_->T_chain_before.reset();
+  impl_->began = false;
+  impl_->broken = false;
+}
+
+bool FrameChain::Began() const {
+  return impl_->began;
+}
+
+bool FrameChain::Broken() const {
+  return impl_->broken;
+}
+
+std::optional<ChainStep> FrameChain::Next(const cv::Mat& picture,
+                                          std::int64_t frame_index,
+                                          double stamp_s) {
+  Impl& me = *impl_;
+  if (!me.odometry) {
+    mapping::OdometryParams params;
+    params.restart_after = 1;
+    params.local_keyframes = 1;
+    me.odometry = std::make_unique<mapping::Odometry>(me.view, calib::Pose2{}, params);
+  }
+  const mapping::OdometryStep step = me.odometry->Process(picture, frame_index, stamp_s);
+  const bool placed = step.pose.status == mapping::TrackingStatus::kTracking ||
+                      step.pose.status == mapping::TrackingStatus::kRelocalized;
+  me.began = placed && step.new_keyframe && step.new_edges.empty();
+  me.broken = me.began && me.T_chain_before;
+  if (!placed) return std::nullopt;
+  const std::optional<calib::Pose2> before = me.T_chain_before;
+  me.T_chain_before = step.pose.T_map_base;
+  if (!before || me.began) return std::nullopt;
+  ChainStep result;
+  result.T_before_now = before->Inverse() * step.pose.T_map_base;
+  // Both frames were measured against a keyframe: twice the error of one measurement, at the most.
+  if (step.tie.information.trace() > 0) result.covariance = 2 * step.tie.information.inverse();
+  result.by_prior = step.registration.by_prior;
+  return result;
+}
+
+}  // namespace ceilmap::localization

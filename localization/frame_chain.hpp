@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "calib/ceiling_view.hpp"
+
+namespace ceilmap::localization {
+
+/// How the robot moved between two frames.
+struct ChainStep {
+  calib::Pose2 T_before_now;  ///< from the last frame that could be placed in the chain
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw)
+  /// Several motions explain the pictures, an even speed alone chose this one (periodic ceiling).
+  bool by_prior = false;
+};
+
+/// The robot's own motion, from frame to frame, where no map says where it is: it carries guesses
+/// of the position on until one of them turns out to be right. Visual odometry on the ceiling
+/// (mapping::Odometry), begun anew whenever a frame cannot be tied to those before.
+class FrameChain {
+ public:
+  /// @param view  must outlive the object.
+  explicit FrameChain(const calib::CeilingView& view);
+  ~FrameChain();
+
+  /// Forgets all frames.
+  void Reset();
+  /// Takes the next frame. @param picture  CV_8UC1, rectified.
+  /// @return nothing for a frame that shows nothing, and for one that nothing ties to those before
+  /// (the first one, and after a jump); Broken() tells which.
+  std::optional<ChainStep> Next(const cv::Mat& picture, std::int64_t frame_index, double stamp_s);
+  /// True when the last frame began a chain.
+  [[nodiscard]] bool Began() const;
+  /// True when the last frame began a chain although there was one: a jump, or there was nothing to
+  /// see for a while. Whatever was known before is not tied to it.
+  [[nodiscard]] bool Broken() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ceilmap::localization

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+
+#include "localization/heading_track.hpp"
+
+namespace ceilmap::localization {
+
+struct HeadingParams {
+  /// False: headings are of the map (a compass that was taught there). True: their zero is unknown,
+  /// e.g. the first frame's heading; it is learnt as soon as the robot's pose is known.
+  bool unknown_zero = true;
+  /// How fast the zero wanders off: variance it gains in a second, rad^2/s, >= 0. The default
+  /// means 1.5 degrees in a minute.
+  double drift_rad2_per_s = 1e-5;
+
+  void Validate() const;  ///< throws calib::InputError naming field, value and range
+};
+
+/// Brings measured headings into the map's frame, so that they can tell places apart that look
+/// the same (a ceiling of square tiles looks alike after every quarter turn).
+class HeadingFusion {
+ public:
+  explicit HeadingFusion(const HeadingParams& params = {});
+
+  /// The robot's yaw on the map by the measured heading; nothing while the zero is unknown.
+  [[nodiscard]] std::optional<HeadingPrior> InMap(const HeadingPrior& measured,
+                                                  double stamp_s) const;
+  /// Learns the zero from a frame whose pose is known. Only the latest one counts: errors of a
+  /// compass last from frame to frame, so a mean would not be better than it looks.
+  void Learn(const HeadingPrior& measured,
+             double yaw_map_rad,
+             double yaw_variance_rad2,
+             double stamp_s);
+
+ private:
+  HeadingParams params_;
+  bool known_ = false;
+  double zero_rad_ = 0;  // yaw on the map - measured heading
+  double variance_rad2_ = 0;
+  double stamp_s_ = 0;
+};
+
+}  // namespace ceilmap::localization

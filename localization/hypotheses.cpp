@@ -1,0 +1,177 @@
+#include "localization/hypotheses.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::localization {
+
+void HypothesesParams::Validate() const {
+  const auto require = [](bool good, const char* field, double value, const char* range) {
+    if (good) return;
+    throw calib::InputError(fmt::format("hypotheses: {} = {}, must be {}", field, value, range));
+  };
+  require(most >= 2, "most", most, "at least 2");
+  require(confirmations >= 1, "confirmations", confirmations, "at least 1");
+  require(max_misses >= 1, "max_misses", max_misses, "at least 1");
+  require(min_evidence > 0, "min_evidence", min_evidence, "> 0");
+  require(miss_evidence >= 0, "miss_evidence", miss_evidence, ">= 0");
+  require(look_part >= 0, "look_part", look_part, ">= 0");
+  require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");
+}
+
+Hypotheses::Hypotheses(double span, const HypothesesParams& params) : span_(span), params_(params) {
+  params_.Validate();
+}
+
+void Hypotheses::Clear() {
+  all_.clear();
+  travelled_ = span_;
+}
+
+bool Hypotheses::Same(const calib::Pose2& a, const calib::Pose2& b) const {
+  constexpr double kSamePart = 0.03;  // of the span
+  constexpr double kSameRad = 0.05;
+  return std::hypot(a.x - b.x, a.y - b.y) < kSamePart * span_ &&
+         std::abs(calib::WrapAngle(a.yaw - b.yaw)) < kSameRad;
+}
+
+bool Hypotheses::Knows(const calib::Pose2& T_map_base) const {
+  // A proposal is rougher than a look.
+  constexpr double kNearPart = 0.1;
+  constexpr double kNearRad = 0.2;
+  return std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
+    const calib::Pose2& T = h.pose.T_map_base;
+    return std::hypot(T.x - T_map_base.x, T.y - T_map_base.y) < kNearPart * span_ &&
+           std::abs(calib::WrapAngle(T.yaw - T_map_base.yaw)) < kNearRad;
+  });
+}
+
+void Hypotheses::Move(const calib::Pose2& T_before_now,
+                      const Eigen::Matrix3d& covariance,
+                      bool sure) {
+  travelled_ += T_before_now.Translation().norm();
+  for (Hypothesis& h : all_) {
+    h.pose = Moved(h.pose, T_before_now, covariance);
+    h.trusted = h.trusted && sure;
+  }
+}
+
+void Hypotheses::Spread(double sigma, double sigma_rad) {
+  for (Hypothesis& h : all_) {
+    h.trusted = false;
+    h.pose.covariance.diagonal() +=
+        Eigen::Vector3d(sigma * sigma, sigma * sigma, sigma_rad * sigma_rad);
+  }
+  std::erase_if(all_, [this](const Hypothesis& h) {
+    const double variance = h.pose.covariance.diagonal().head<2>().maxCoeff();
+    return std::sqrt(variance) > 0.5 * span_;
+  });
+}
+
+void Hypotheses::Trust(const PoseEstimate& pose) {
+  Hypothesis hypothesis;
+  hypothesis.pose = pose;
+  const double variance = pose.covariance.diagonal().head<2>().maxCoeff();
+  constexpr double kTrustedPart = 0.2;
+  hypothesis.trusted = std::sqrt(variance) < kTrustedPart * span_;
+  all_.push_back(hypothesis);
+}
+
+void Hypotheses::Add(const Look& look) {
+  const bool known = std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
+    return Same(h.pose.T_map_base, look.pose.T_map_base);
+  });
+  if (known) return;
+  Hypothesis hypothesis;
+  hypothesis.pose = look.pose;
+  hypothesis.looks = 1;
+  hypothesis.confirmations = look.by_prior ? 0 : 1;
+  hypothesis.recognised = true;
+  hypothesis.look = look;
+  all_.push_back(hypothesis);
+}
+
+void Hypotheses::LookAtAll(const std::function<std::optional<Look>(const Hypothesis&)>& look_at) {
+  const double max_distance2 = params_.max_sigmas * params_.max_sigmas;
+  for (Hypothesis& h : all_) {
+    const std::optional<Look> look = look_at(h);
+    // What is seen must also be where it was expected.
+    h.recognised = look && SquaredDistance(look->pose, h.pose) < max_distance2;
+    if (!h.recognised) {
+      ++h.misses;
+      continue;
+    }
+    h.look = *look;
+    h.misses = 0;
+    h.pose = look->pose;
+    ++h.looks;
+    h.confirmations += look->by_prior ? 0 : 1;
+  }
+  // Two guesses may turn out to be the same place: the one that is known longer stays.
+  std::stable_sort(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
+    return a.trusted != b.trusted ? a.trusted : a.confirmations > b.confirmations;
+  });
+  std::vector<Hypothesis> kept;
+  for (const Hypothesis& h : all_) {
+    const bool twin = std::any_of(kept.begin(), kept.end(), [&](const Hypothesis& k) {
+      return Same(k.pose.T_map_base, h.pose.T_map_base);
+    });
+    if (!twin) kept.push_back(h);
+  }
+  all_ = std::move(kept);
+}
+
+bool Hypotheses::AnyLook() const {
+  return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) { return h.recognised; });
+}
+
+void Hypotheses::Weigh() {
+  if (AnyLook()) {
+    const auto best =
+        std::min_element(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
+          if (a.recognised != b.recognised) return a.recognised;
+          return a.recognised && a.look.unlike.mean < b.look.unlike.mean;
+        });
+    const double weight =
+        params_.look_part > 0 ? std::min(1.0, travelled_ / (params_.look_part * span_)) : 1;
+    travelled_ = 0;
+    for (Hypothesis& h : all_) {
+      const double against = h.recognised ? registration::Evidence(best->look.unlike, h.look.unlike)
+                                          : params_.miss_evidence;
+      h.evidence -= (h.looks == 1 ? 1 : weight) * against;
+    }
+    const double most =
+        std::max_element(all_.begin(), all_.end(), [](const auto& a, const auto& b) {
+          return a.evidence < b.evidence;
+        })->evidence;
+    for (Hypothesis& h : all_) h.evidence -= most;
+  }
+  std::erase_if(all_, [this](const Hypothesis& h) {
+    return h.misses >= params_.max_misses || h.evidence < -3 * params_.min_evidence;
+  });
+  std::stable_sort(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
+    return a.evidence > b.evidence;
+  });
+  if (all_.size() > static_cast<std::size_t>(params_.most)) {
+    all_.resize(static_cast<std::size_t>(params_.most));
+  }
+}
+
+const Hypothesis* Hypotheses::Sure() const {
+  for (const Hypothesis& h : all_) {
+    if (h.trusted && h.recognised) return &h;
+  }
+  if (all_.empty()) return nullptr;
+  const Hypothesis& best = all_.front();
+  if (!best.recognised || best.confirmations < params_.confirmations) return nullptr;
+  for (std::size_t i = 1; i < all_.size(); ++i) {
+    if (best.evidence - all_[i].evidence < params_.min_evidence) return nullptr;
+  }
+  return &best;
+}
+
+}  // namespace ceilmap::localization

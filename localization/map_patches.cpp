@@ -1,0 +1,174 @@
+#include "localization/map_patches.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/error.hpp"
+#include "mapping/recently_used.hpp"
+#include "mapping/view_placement.hpp"
+
+namespace ceilmap::localization {
+
+void PatchParams::Validate() const {
+  const auto require = [](bool good, const char* field, double value, const char* range) {
+    if (good) return;
+    throw calib::InputError(fmt::format("map patches: {} = {}, must be {}", field, value, range));
+  };
+  require(spacing_part > 0 && spacing_part < 1, "spacing_part", spacing_part, "in (0, 1)");
+  require(headings >= 4 && headings <= 360, "headings", headings, "in [4, 360]");
+  require(min_content > 0 && min_content <= 1, "min_content", min_content, "in (0, 1]");
+  require(kept >= 2, "kept", kept, "at least 2");
+}
+
+namespace {
+
+/// Point of the lattice.
+struct Node {
+  std::int64_t x = 0;
+  std::int64_t y = 0;
+  std::int64_t heading = 0;
+
+  /// One number for all three; places repeat only after 2^27 steps.
+  [[nodiscard]] std::int64_t Key() const {
+    constexpr std::int64_t kPlaces = std::int64_t{1} << 27;
+    const auto wrapped = [](std::int64_t v) { return (v % kPlaces + kPlaces) % kPlaces; };
+    constexpr std::int64_t kHeadings = 512;
+    return (wrapped(x) * kPlaces + wrapped(y)) * kHeadings + heading;
+  }
+};
+
+}  // namespace
+
+struct MapPatches::Impl {
+  const mapping::MapReader& map;
+  const calib::CeilingView& view;
+  registration::Registrar& registrar;
+  PatchParams params;
+  double spacing = 0;  // map units
+  mapping::RecentlyUsed<std::shared_ptr<const Patch>> patches;
+  cv::Mat grey;
+  cv::Mat mask;
+
+  [[nodiscard]] Node NodeNear(const calib::Pose2& T_map_base) const;
+  [[nodiscard]] calib::Pose2 PoseOf(const Node& node) const;
+};
+
+Node MapPatches::Impl::NodeNear(const calib::Pose2& T_map_base) const {
+  const double step = 2 * std::numbers::pi / params.headings;
+  const std::int64_t heading = std::llround(T_map_base.yaw / step);
+  return {std::llround(T_map_base.x / spacing),
+          std::llround(T_map_base.y / spacing),
+          (heading + params.headings) % params.headings};
+}
+
+calib::Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
+  const double step = 2 * std::numbers::pi / params.headings;
+  return {static_cast<double>(node.x) * spacing,
+          static_cast<double>(node.y) * spacing,
+          calib::WrapAngle(static_cast<double>(node.heading) * step)};
+}
+
+MapPatches::MapPatches(const mapping::MapReader& map,
+                       const calib::CeilingView& view,
+                       registration::Registrar& registrar,
+                       const PatchParams& params) {
+  params.Validate();
+  const double shorter = std::min(view.Size().width, view.Size().height) * view.MetresPerPixel();
+  impl_ = std::make_unique<Impl>(Impl{
+      map,
+      view,
+      registrar,
+      params,
+      params.spacing_part * shorter,
+      mapping::RecentlyUsed<std::shared_ptr<const Patch>>(static_cast<std::size_t>(params.kept)),
+      {},
+      {}});
+}
+MapPatches::~MapPatches() = default;
+
+std::shared_ptr<const Patch> MapPatches::Near(const calib::Pose2& T_map_base) {
+  Impl& me = *impl_;
+  const Node node = me.NodeNear(T_map_base);
+  if (const auto* known = me.patches.Find(node.Key())) return *known;
+  Patch patch;
+  patch.T_map_base = me.PoseOf(node);
+  Draw(patch.T_map_base, me.grey, me.mask);
+  patch.content = cv::countNonZero(me.mask) / static_cast<double>(me.mask.total());
+  std::shared_ptr<const Patch> result;
+  if (patch.content >= me.params.min_content) {
+    const bool whole = patch.content == 1;
+    patch.spectrum = me.registrar.Analyze(me.grey, whole ? cv::Mat() : me.mask);
+    result = std::make_shared<const Patch>(std::move(patch));
+  }
+  me.patches.Insert(node.Key(), result);
+  return result;
+}
+
+void MapPatches::Draw(const calib::Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
+  const Impl& me = *impl_;
+  const mapping::MosaicGrid& grid = me.map.Grid();
+  const cv::Size size = me.view.Size();
+  const mapping::ViewPlacement placement(
+      T_map_base * me.view.T_base_view(), size, me.view.MetresPerPixel());
+  grey.create(size, CV_8UC1);
+  mask.create(size, CV_8UC1);
+  // The window of the mosaic around the view, with room for the interpolation.
+  constexpr double kMargin_px = 4;
+  const cv::Rect2d bounds = placement.Bounds();
+  const int left = static_cast<int>((bounds.x - grid.min_x) / grid.resolution - kMargin_px);
+  const int top = static_cast<int>((grid.max_y - bounds.br().y) / grid.resolution - kMargin_px);
+  const int width = static_cast<int>(bounds.width / grid.resolution + 2 * kMargin_px);
+  const int height = static_cast<int>(bounds.height / grid.resolution + 2 * kMargin_px);
+  const cv::Rect window =
+      cv::Rect(left, top, width, height) & cv::Rect(0, 0, grid.width_px, grid.height_px);
+  if (window.empty()) {
+    mask.setTo(0);
+    return;
+  }
+  cv::Mat seen;
+  cv::Mat alpha;
+  me.map.ReadMosaic(window, seen, alpha);
+  // A camera that sees less finely than the map takes means of the map's pixels.
+  const int factor =
+      std::max(1, static_cast<int>(std::lround(me.view.MetresPerPixel() / grid.resolution)));
+  if (factor > 1) {
+    const cv::Size reduced((window.width + factor - 1) / factor,
+                           (window.height + factor - 1) / factor);
+    const int right = reduced.width * factor - window.width;
+    const int bottom = reduced.height * factor - window.height;
+    cv::copyMakeBorder(seen, seen, 0, bottom, 0, right, cv::BORDER_REPLICATE);
+    cv::copyMakeBorder(alpha, alpha, 0, bottom, 0, right, cv::BORDER_CONSTANT, cv::Scalar(0));
+    cv::resize(seen, seen, reduced, 0, 0, cv::INTER_AREA);
+    cv::resize(alpha, alpha, reduced, 0, 0, cv::INTER_AREA);
+  }
+  // Pixel of the read window under a pixel of the patch: linear, so three points tell.
+  const auto in_window = [&](double u, double v) {
+    const cv::Point2d p = placement.ToMap(u, v);
+    const double col = (p.x - grid.min_x) / grid.resolution - 0.5 - window.x;
+    const double row = (grid.max_y - p.y) / grid.resolution - 0.5 - window.y;
+    return cv::Point2d((col + 0.5) / factor - 0.5, (row + 0.5) / factor - 0.5);
+  };
+  const cv::Point2d origin = in_window(0, 0);
+  const cv::Point2d along_u = in_window(1, 0) - origin;
+  const cv::Point2d along_v = in_window(0, 1) - origin;
+  const cv::Matx23d map(along_u.x, along_v.x, origin.x, along_u.y, along_v.y, origin.y);
+  cv::warpAffine(
+      seen, grey, map, size, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+  cv::warpAffine(alpha,
+                 mask,
+                 map,
+                 size,
+                 cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_CONSTANT,
+                 cv::Scalar(0));
+  cv::threshold(mask, mask, 254, 255, cv::THRESH_BINARY);
+  // The interpolation reaches two pixels over an edge.
+  cv::erode(mask, mask, cv::Mat(), {-1, -1}, 2, cv::BORDER_CONSTANT, cv::Scalar(255));
+}
+
+}  // namespace ceilmap::localization

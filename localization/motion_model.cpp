@@ -1,0 +1,128 @@
+#include "localization/motion_model.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/error.hpp"
+#include "mapping/planar_motion.hpp"
+
+namespace ceilmap::localization {
+
+void MotionModelParams::Validate() const {
+  const auto require_positive = [](const char* field, double value) {
+    if (value > 0 && std::isfinite(value)) return;
+    throw calib::InputError(fmt::format("motion model: {} = {}, must be > 0", field, value));
+  };
+  require_positive("speed_noise", speed_noise);
+  require_positive("turn_noise", turn_noise);
+  require_positive("first_speed_sigma", first_speed_sigma);
+  require_positive("first_turn_sigma", first_turn_sigma);
+}
+
+MotionModel::MotionModel(const MotionModelParams& params) : params_(params) {
+  params_.Validate();
+}
+
+void MotionModel::Start(const PoseEstimate& pose, double stamp_s) {
+  started_ = true;
+  stamp_s_ = stamp_s;
+  state_ << pose.T_map_base.x, pose.T_map_base.y, pose.T_map_base.yaw, 0, 0, 0;
+  covariance_.setZero();
+  covariance_.topLeftCorner<3, 3>() = pose.covariance;
+  const double speed = params_.first_speed_sigma * params_.first_speed_sigma;
+  const double turn = params_.first_turn_sigma * params_.first_turn_sigma;
+  covariance_.diagonal().tail<3>() << speed, speed, turn;
+}
+
+PoseEstimate MotionModel::PredictedAt(double stamp_s) const {
+  MotionModel later = *this;
+  later.Predict(stamp_s);
+  return later.Pose();
+}
+
+void MotionModel::Predict(double stamp_s) {
+  const double dt = stamp_s - stamp_s_;
+  if (!(dt > 0)) return;
+  stamp_s_ = stamp_s;
+  // Along the chord: the heading half-way.
+  const double middle = state_[2] + 0.5 * dt * state_[5];
+  const double c = std::cos(middle);
+  const double s = std::sin(middle);
+  const double step_x = dt * (c * state_[3] - s * state_[4]);
+  const double step_y = dt * (s * state_[3] + c * state_[4]);
+  Covariance F = Covariance::Identity();
+  F(0, 2) = -step_y;
+  F(1, 2) = step_x;
+  F(0, 3) = dt * c;
+  F(0, 4) = -dt * s;
+  F(1, 3) = dt * s;
+  F(1, 4) = dt * c;
+  F(0, 5) = -0.5 * dt * step_y;
+  F(1, 5) = 0.5 * dt * step_x;
+  F(2, 5) = dt;
+  // White acceleration over dt; position, its product with the velocity, velocity.
+  Covariance Q = Covariance::Zero();
+  const double speed = params_.speed_noise;
+  Q.diagonal().head<2>().setConstant(speed * dt * dt * dt / 3);
+  Q.block<2, 2>(0, 3) << c, -s, s, c;
+  Q.block<2, 2>(0, 3) *= speed * dt * dt / 2;
+  Q.block<2, 2>(3, 0) = Q.block<2, 2>(0, 3).transpose();
+  Q.diagonal().segment<2>(3).setConstant(speed * dt);
+  Q(2, 2) = params_.turn_noise * dt * dt * dt / 3;
+  Q(2, 5) = params_.turn_noise * dt * dt / 2;
+  Q(5, 2) = Q(2, 5);
+  Q(5, 5) = params_.turn_noise * dt;
+  state_[0] += step_x;
+  state_[1] += step_y;
+  state_[2] = calib::WrapAngle(state_[2] + dt * state_[5]);
+  covariance_ = F * covariance_ * F.transpose() + Q;
+}
+
+void MotionModel::Update(const PoseEstimate& measured) {
+  Eigen::Vector3d innovation(measured.T_map_base.x - state_[0],
+                             measured.T_map_base.y - state_[1],
+                             calib::WrapAngle(measured.T_map_base.yaw - state_[2]));
+  const Eigen::Matrix3d S = covariance_.topLeftCorner<3, 3>() + measured.covariance;
+  const Eigen::Matrix<double, 3, 6> HP = covariance_.topRows<3>();
+  const Eigen::Matrix<double, 6, 3> K = S.ldlt().solve(HP).transpose();
+  state_ += K * innovation;
+  state_[2] = calib::WrapAngle(state_[2]);
+  // Joseph's form: stays positive whatever the rounding.
+  Covariance I_KH = Covariance::Identity();
+  I_KH.leftCols<3>() -= K;
+  covariance_ = I_KH * covariance_ * I_KH.transpose() + K * measured.covariance * K.transpose();
+}
+
+void MotionModel::UpdateYaw(double yaw_rad, double variance_rad2) {
+  const double innovation = calib::WrapAngle(yaw_rad - state_[2]);
+  const State K = covariance_.col(2) / (covariance_(2, 2) + variance_rad2);
+  state_ += K * innovation;
+  state_[2] = calib::WrapAngle(state_[2]);
+  Covariance I_KH = Covariance::Identity();
+  I_KH.col(2) -= K;
+  covariance_ = I_KH * covariance_ * I_KH.transpose() + K * variance_rad2 * K.transpose();
+}
+
+PoseEstimate MotionModel::Pose() const {
+  return {{state_[0], state_[1], state_[2]}, covariance_.topLeftCorner<3, 3>()};
+}
+
+double SquaredDistance(const PoseEstimate& a, const PoseEstimate& b) {
+  const Eigen::Vector3d difference(a.T_map_base.x - b.T_map_base.x,
+                                   a.T_map_base.y - b.T_map_base.y,
+                                   calib::WrapAngle(a.T_map_base.yaw - b.T_map_base.yaw));
+  const Eigen::Matrix3d spread = a.covariance + b.covariance;
+  return difference.dot(spread.ldlt().solve(difference));
+}
+
+PoseEstimate Moved(const PoseEstimate& pose,
+                   const calib::Pose2& T_base_next,
+                   const Eigen::Matrix3d& covariance) {
+  return {pose.T_map_base * T_base_next,
+          mapping::ComposeCovariance(pose.T_map_base, pose.covariance, T_base_next, covariance)};
+}
+
+}  // namespace ceilmap::localization

@@ -1,0 +1,144 @@
+#include "localization/place_finder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::localization {
+
+using mapping::PlaceDescriber;
+using mapping::PlaceDescriptorParams;
+using mapping::PlaceIndex;
+
+void PlaceFinderParams::Validate() const {
+  const auto require = [](bool good, const char* field, double value, const char* range) {
+    if (good) return;
+    throw calib::InputError(fmt::format("place finder: {} = {}, must be {}", field, value, range));
+  };
+  require(keyframes > 0, "keyframes", keyframes, "> 0");
+  require(places > 0, "places", places, "> 0");
+  require(same_part > 0, "same_part", same_part, "> 0");
+  require(same_rad > 0, "same_rad", same_rad, "> 0");
+  require(min_votes_part >= 0 && min_votes_part < 1, "min_votes_part", min_votes_part, "in [0, 1)");
+}
+
+namespace {
+
+PlaceDescriptorParams ParamsOf(const mapping::MapMetadata& metadata) {
+  return PlaceDescriptorParams::ForCamera(metadata.view_size, metadata.view_units_per_px);
+}
+
+// The map's keyframes by what they look like.
+struct Gallery {
+  PlaceIndex index{PlaceDescriber::Dimension()};
+  std::unordered_map<std::int64_t, calib::Pose2> T_map_view;
+};
+
+std::unique_ptr<Gallery> Fill(const mapping::MapReader& map, const std::atomic<bool>& stop) {
+  auto gallery = std::make_unique<Gallery>();
+  const calib::Pose2& T_base_view = map.Metadata().T_base_view;
+  for (const mapping::Keyframe& keyframe : map.ReadKeyframes()) {
+    if (stop) break;
+    gallery->index.Add(keyframe.id, map.ReadDescriptors(keyframe.id));
+    gallery->T_map_view[keyframe.id] = keyframe.pose.T_map_base * T_base_view;
+  }
+  return gallery;
+}
+
+}  // namespace
+
+struct PlaceFinder::Impl {
+  Impl(const mapping::MapReader& map, const calib::CeilingView& view, const PlaceFinderParams& p)
+      : params(p),
+        units_per_px(ParamsOf(map.Metadata()).units_per_px),
+        T_view_base(view.T_base_view().Inverse()),
+        same(p.same_part * std::max(view.Size().width, view.Size().height) * view.MetresPerPixel()),
+        describer(view.Size(), view.MetresPerPixel(), ParamsOf(map.Metadata()), view.Mask()),
+        filling(std::async(std::launch::async, [&map, this] { return Fill(map, stop); })) {}
+  ~Impl() { stop = true; }
+
+  PlaceFinderParams params;
+  double units_per_px;  // of the descriptors
+  calib::Pose2 T_view_base;
+  double same;
+  PlaceDescriber describer;
+  std::unique_ptr<Gallery> gallery;
+  std::atomic<bool> stop{false};
+  std::future<std::unique_ptr<Gallery>> filling;  // last: ends before what it uses
+
+  [[nodiscard]] calib::Pose2 PoseFrom(const PlaceIndex::Match& match) const;
+  [[nodiscard]] std::vector<PlaceProposal> Gather(std::vector<PlaceProposal> single) const;
+};
+
+calib::Pose2 PlaceFinder::Impl::PoseFrom(const PlaceIndex::Match& match) const {
+  calib::Pose2 T_stored_query = match.T_stored_query;
+  T_stored_query.x *= units_per_px;
+  T_stored_query.y *= units_per_px;
+  return gallery->T_map_view.at(match.keyframe_id) * T_stored_query * T_view_base;
+}
+
+/// The strongest first, with all that say the same; then the strongest of the rest.
+std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> single) const {
+  std::vector<PlaceProposal> places;
+  while (!single.empty()) {
+    const calib::Pose2 first = single.front().T_map_base;
+    PlaceProposal place;
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+    std::erase_if(single, [&](const PlaceProposal& other) {
+      const Eigen::Vector3d d(other.T_map_base.x - first.x,
+                              other.T_map_base.y - first.y,
+                              calib::WrapAngle(other.T_map_base.yaw - first.yaw));
+      if (d.head<2>().norm() > same || std::abs(d.z()) > params.same_rad) return false;
+      offset += other.votes * d;
+      place.votes += other.votes;
+      ++place.keyframes;
+      return true;
+    });
+    offset /= place.votes;
+    place.T_map_base = {
+        first.x + offset.x(), first.y + offset.y(), calib::WrapAngle(first.yaw + offset.z())};
+    places.push_back(place);
+  }
+  std::stable_sort(
+      places.begin(), places.end(), [](const PlaceProposal& a, const PlaceProposal& b) {
+        return a.votes > b.votes;
+      });
+  const auto enough = [&](const PlaceProposal& place) {
+    return place.votes >= params.min_votes_part * places.front().votes;
+  };
+  std::size_t count = 0;
+  while (count < places.size() && count < static_cast<std::size_t>(params.places) &&
+         enough(places[count])) {
+    ++count;
+  }
+  places.resize(count);
+  return places;
+}
+
+PlaceFinder::PlaceFinder(const mapping::MapReader& map,
+                         const calib::CeilingView& view,
+                         const PlaceFinderParams& params) {
+  params.Validate();
+  impl_ = std::make_unique<Impl>(map, view, params);
+}
+PlaceFinder::~PlaceFinder() = default;
+
+std::vector<PlaceProposal> PlaceFinder::Find(
+    const cv::Mat& picture, const std::function<bool(const calib::Pose2&)>& wanted) {
+  Impl& me = *impl_;
+  if (!me.gallery) me.gallery = me.filling.get();
+  std::vector<PlaceProposal> single;
+  for (const PlaceIndex::Match& match :
+       me.gallery->index.Search(me.describer.Describe(picture), me.params.keyframes)) {
+    if (match.windows == 0) continue;
+    const PlaceProposal proposal{me.PoseFrom(match), match.score, 1};
+    if (!wanted || wanted(proposal.T_map_base)) single.push_back(proposal);
+  }
+  return me.Gather(std::move(single));
+}
+
+}  // namespace ceilmap::localization

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <functional>
+#include <future>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <unordered_map>
+#include <vector>
+
+#include "calib/ceiling_view.hpp"
+#include "mapping/map_file.hpp"
+#include "mapping/place_descriptor.hpp"
+#include "mapping/place_index.hpp"
+
+namespace ceilmap::localization {
+
+struct PlaceFinderParams {
+  int keyframes = 40;  ///< look-alikes of a picture that are asked where it is, > 0
+  int places = 6;      ///< different places that come out at the most, > 0
+  /// Keyframes that say the same place, to this part of what a picture spans ...
+  double same_part = 0.1;
+  double same_rad = 0.15;  ///< ... and this, count together. Both > 0.
+  /// Places with less of the best one's votes are left out, [0, 1).
+  double min_votes_part = 0.25;
+
+  void Validate() const;  ///< throws calib::InputError naming field, value and range
+};
+
+/// A place of the map that looks like a picture.
+struct PlaceProposal {
+  calib::Pose2 T_map_base;  ///< of the picture's robot; to a few percent of the picture's span
+  double votes = 0;         ///< comparable within one search, > 0
+  int keyframes = 0;        ///< that say so
+};
+
+/// Finds places of a map that look like a picture, wherever on the map it was taken: every window
+/// of the picture (PlaceDescriber) finds similar ones all over the map, the look-alikes of each
+/// keyframe tell how that keyframe would lie to the picture (PlaceIndex), and keyframes that say
+/// the same place add up. On a ceiling that repeats itself many places get about as many votes.
+///
+/// The index is built from the map's descriptors in a thread of its own, beginning with the
+/// constructor: 2 to 3 ms a keyframe. Find waits for it. A search takes 5 to 10 ms, nearly
+/// independent of the map's size.
+///
+/// Not thread-safe.
+class PlaceFinder {
+ public:
+  /// @param map, view  must outlive the object.
+  PlaceFinder(const mapping::MapReader& map,
+              const calib::CeilingView& view,
+              const PlaceFinderParams& params = {});
+  ~PlaceFinder();
+
+  /// Places with most votes first; none for a picture without marks.
+  /// @param picture  CV_8UC1, rectified, of the view's size.
+  /// @param wanted  false for poses that cannot be (another heading, another part of the building);
+  /// may be empty.
+  [[nodiscard]] std::vector<PlaceProposal> Find(
+      const cv::Mat& picture, const std::function<bool(const calib::Pose2&)>& wanted = {});
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ceilmap::localization
