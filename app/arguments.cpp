@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <string_view>
 #include <system_error>
 
@@ -13,9 +14,10 @@
 
 namespace ceilmap::app {
 
-calib::Pose2 ParsePose2(const std::string& text, const std::string& option) {
-  std::array<double, 3> values{};
-  std::string_view rest = text;
+namespace {
+
+// Numbers between commas, as many as there is room for; false for anything else.
+bool ParseNumbers(std::string_view rest, std::span<double> values) {
   bool good = true;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::size_t comma = rest.find(',');
@@ -24,11 +26,27 @@ calib::Pose2 ParsePose2(const std::string& text, const std::string& option) {
            ParseNumber(rest.substr(0, comma), values[i]) && std::isfinite(values[i]);
     rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
   }
-  if (!good) {
+  return good;
+}
+
+}  // namespace
+
+calib::Pose2 ParsePose2(const std::string& text, const std::string& option) {
+  std::array<double, 3> values{};
+  if (!ParseNumbers(text, values)) {
     throw calib::InputError(
         fmt::format("{} {}: must be X,Y,YAW_DEG, e.g. 1.5,-0.2,90", option, text));
   }
   return {values[0], values[1], calib::WrapAngle(values[2] * std::numbers::pi / 180)};
+}
+
+PoseSpread ParseSpread(const std::string& text, const std::string& option) {
+  std::array<double, 2> values{};
+  if (!ParseNumbers(text, values) || !(values[0] > 0) || !(values[1] > 0)) {
+    throw calib::InputError(
+        fmt::format("{} {}: must be METRES,DEGREES, both > 0, e.g. 0.5,10", option, text));
+  }
+  return {values[0], values[1] * std::numbers::pi / 180};
 }
 
 NamedFile ParseNamedFile(const std::string& text) {

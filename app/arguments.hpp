@@ -11,6 +11,14 @@ namespace ceilmap::app {
 /// @throws calib::InputError
 calib::Pose2 ParsePose2(const std::string& text, const std::string& option);
 
+/// How well a pose is known: standard deviations, both > 0.
+struct PoseSpread {
+  double position_m = 0;  ///< of x and of y
+  double yaw_rad = 0;
+};
+/// `METRES,DEGREES`. @throws calib::InputError
+PoseSpread ParseSpread(const std::string& text, const std::string& option);
+
 /// `[NAME=]FILE`.
 struct NamedFile {
   std::string name;  ///< the file's name without folder and extension unless given

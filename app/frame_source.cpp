@@ -239,7 +239,8 @@ FrameSource::FrameSource(const std::string& source, const FrameSourceOptions& op
   state.warnings = state.reader->Remarks();
   state.stamp_origin = ChooseStamps(!state.stamps_s.empty(), state.reader->GetKind());
   state.drop_oldest = state.reader->GetKind() == FrameReader::Kind::kLive;
-  state.read_ahead = static_cast<std::size_t>(std::max(options.read_ahead, 1));
+  const int queue = state.drop_oldest ? options.live_queue : options.read_ahead;
+  state.read_ahead = static_cast<std::size_t>(std::max(queue, 1));
   if (!state.drop_oldest) state.expected = state.reader->ExpectedFrames();
   state.CheckStampCount();
   Frame first;

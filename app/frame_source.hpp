@@ -28,6 +28,9 @@ enum class StampOrigin {
 struct FrameSourceOptions {
   std::filesystem::path stamps;  ///< frames' time stamps (ReadStamps); empty: none
   int read_ahead = 8;            ///< frames decoded in advance, > 0
+  /// The same for a live source: frames that wait, at the most, before the oldest is dropped. 1:
+  /// the newest picture, always.
+  int live_queue = 8;
 };
 
 /// What reading a recording took, for the summary.

@@ -17,6 +17,7 @@
 #include "app/map_report.hpp"
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
+#include "app/robot_rig.hpp"
 #include "app/tum.hpp"
 #include "calib/ceiling_view.hpp"
 #include "calib/error.hpp"
@@ -74,30 +75,11 @@ void MapParams::Resolve() {
   CheckOutputFiles({output, trajectory, uncompensated, picture});
 }
 
-// The camera's view of the ceiling; pictures that cannot come from the rig's camera are refused.
 calib::CeilingView MakeView(const std::optional<calib::Rig>& rig,
                             const MapParams& params,
                             const FrameSource& source) {
-  const cv::Size size = source.Size();
-  if (!rig) return calib::CeilingView::InPixels(size);
-  if (!rig->up) {
-    throw calib::InputError(
-        fmt::format("{}: has no camera 'up'; add it under cameras, or leave "
-                    "--rig out to map in pixels",
-                    params.rig.string()));
-  }
-  const cv::Size expected = rig->up->camera.Size();
-  if (size != expected) {
-    throw calib::InputError(fmt::format(
-        "{}: pictures are {}x{} px, but camera 'up' of {} has {}x{} px; use this recording's rig",
-        source.Name(),
-        size.width,
-        size.height,
-        params.rig.string(),
-        expected.width,
-        expected.height));
-  }
-  return {*rig->up, rig->ceiling_height_m};
+  if (!rig) return calib::CeilingView::InPixels(source.Size());
+  return {UpCameraOf(*rig, params.rig, source), rig->ceiling_height_m};
 }
 
 std::string UtcNow() {

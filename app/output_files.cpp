@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <set>
 #include <system_error>
 
@@ -31,14 +30,37 @@ void CheckOutputFiles(const std::vector<fs::path>& targets) {
   }
 }
 
+namespace {
+
+void RequireWritten(const std::ofstream& stream, const fs::path& target) {
+  if (stream) return;
+  throw calib::RunError(fmt::format("{}: cannot be written; is the disk full?", target.string()));
+}
+
+}  // namespace
+
+GrowingFile::GrowingFile(const fs::path& target) {
+  if (target.empty()) return;
+  file_ = std::make_unique<mapping::AtomicFile>(target);
+  stream_.open(file_->PartialPath(), std::ios::binary | std::ios::trunc);
+}
+
+void GrowingFile::Append(std::string_view text) {
+  if (file_) stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+}
+
+void GrowingFile::Commit() {
+  if (!file_) return;
+  stream_.close();
+  RequireWritten(stream_, file_->Target());
+  file_->Commit();
+}
+
 void WriteText(const mapping::AtomicFile& file, std::string_view text) {
   std::ofstream stream(file.PartialPath(), std::ios::binary | std::ios::trunc);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   stream.close();
-  if (!stream) {
-    throw calib::RunError(
-        fmt::format("{}: cannot be written; is the disk full?", file.Target().string()));
-  }
+  RequireWritten(stream, file.Target());
 }
 
 void WriteFileAtomically(const fs::path& target, std::string_view text) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
+#include <memory>
 #include <string_view>
 #include <vector>
 
@@ -17,6 +19,22 @@ void CheckOutputFiles(const std::vector<std::filesystem::path>& targets);
 /// The text as the content of a file that Commit() will name.
 /// @throws calib::RunError when the disk refuses.
 void WriteText(const mapping::AtomicFile& file, std::string_view text);
+
+/// A text file that grows line by line, on the disk and not in memory, and gets its name at the end
+/// (mapping::AtomicFile). Without a name it takes everything and keeps nothing.
+class GrowingFile {
+ public:
+  /// @throws as mapping::AtomicFile.
+  explicit GrowingFile(const std::filesystem::path& target);
+
+  void Append(std::string_view text);
+  /// @throws calib::RunError when the disk refused any of it.
+  void Commit();
+
+ private:
+  std::unique_ptr<mapping::AtomicFile> file_;
+  std::ofstream stream_;
+};
 
 /// A text file that is there complete or not at all.
 void WriteFileAtomically(const std::filesystem::path& target, std::string_view text);

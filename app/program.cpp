@@ -67,6 +67,7 @@ int ParseAndRun(int argc, const char* const* argv) {
   program.require_subcommand(1);
   program.footer("ceilmap COMMAND --help tells more, with examples.");
   const std::vector<Command> commands = {AddMapCommand(program),
+                                         AddLocalizeCommand(program),
                                          AddMergeCommand(program),
                                          AddInfoCommand(program),
                                          AddExportCommand(program),

@@ -50,21 +50,26 @@ double YawOf(const StampedPose& pose) {
   return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z()));
 }
 
+std::string_view TumHeader() {
+  return "# timestamp tx ty tz qx qy qz qw\n";
+}
+
+std::string FormatTumLine(const StampedPose& pose) {
+  const Eigen::Quaterniond q = pose.orientation.normalized();
+  return fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.12f} {:.12f} {:.12f} {:.12f}\n",
+                     pose.stamp_s,
+                     pose.position.x(),
+                     pose.position.y(),
+                     pose.position.z(),
+                     q.x(),
+                     q.y(),
+                     q.z(),
+                     q.w());
+}
+
 std::string FormatTum(const std::vector<StampedPose>& poses) {
-  std::string text = "# timestamp tx ty tz qx qy qz qw\n";
-  for (const StampedPose& pose : poses) {
-    const Eigen::Quaterniond q = pose.orientation.normalized();
-    fmt::format_to(std::back_inserter(text),
-                   "{:.6f} {:.9f} {:.9f} {:.9f} {:.12f} {:.12f} {:.12f} {:.12f}\n",
-                   pose.stamp_s,
-                   pose.position.x(),
-                   pose.position.y(),
-                   pose.position.z(),
-                   q.x(),
-                   q.y(),
-                   q.z(),
-                   q.w());
-  }
+  std::string text(TumHeader());
+  for (const StampedPose& pose : poses) text += FormatTumLine(pose);
   return text;
 }
 

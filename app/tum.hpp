@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/pose2.hpp"
@@ -23,6 +24,10 @@ StampedPose ToStampedPose(double stamp_s, const calib::Pose2& T_map_base);
 
 /// Turn about the vertical in (-pi, pi], counter-clockwise seen from above (z-y-x Euler angles).
 double YawOf(const StampedPose& pose);
+
+/// The comment line that names the columns of a trajectory file, and one of its lines.
+std::string_view TumHeader();
+std::string FormatTumLine(const StampedPose& pose);
 
 /// The trajectory as TUM lines `timestamp tx ty tz qx qy qz qw` under one comment line that names
 /// the columns: stamps to the microsecond, lengths to the nanometre, quaternions of unit length to

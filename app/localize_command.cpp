@@ -1,0 +1,311 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "app/arguments.hpp"
+#include "app/commands.hpp"
+#include "app/console.hpp"
+#include "app/frame_source.hpp"
+#include "app/heading_csv.hpp"
+#include "app/interrupt.hpp"
+#include "app/localize_report.hpp"
+#include "app/output_files.hpp"
+#include "app/progress.hpp"
+#include "app/robot_rig.hpp"
+#include "app/status_csv.hpp"
+#include "app/tum.hpp"
+#include "calib/error.hpp"
+#include "calib/rig.hpp"
+#include "localization/heading_track.hpp"
+#include "localization/localizer.hpp"
+#include "mapping/map_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct LocalizeParams {
+  fs::path map;
+  fs::path rig;
+  std::string up;
+  std::string forward;
+  std::string omni;
+  fs::path stamps;
+  std::string start;
+  std::string start_spread = "0.5,10";
+  fs::path heading;
+  std::string heading_zero = "first";
+  std::string tilt = "none";
+  fs::path output;
+  fs::path uncompensated;
+  fs::path status;
+  bool stream = false;
+
+  // Checks everything that can be told without the recording. @throws calib::InputError
+  void Check() const;
+  [[nodiscard]] localization::LocalizerParams ForLocalizer() const;
+};
+
+void LocalizeParams::Check() const {
+  RejectUnavailable(!forward.empty(), "--forward");
+  RejectUnavailable(!omni.empty(), "--omni");
+  RejectUnavailable(tilt != "none", "--tilt " + tilt);
+  CheckOutputFiles({output, uncompensated, status});
+}
+
+localization::LocalizerParams LocalizeParams::ForLocalizer() const {
+  localization::LocalizerParams params;
+  params.heading.unknown_zero = heading_zero == "first";
+  const PoseSpread spread = ParseSpread(start_spread, "--start-spread");
+  if (!start.empty()) {
+    localization::PoseEstimate pose{ParsePose2(start, "--start")};
+    const double position = spread.position_m * spread.position_m;
+    pose.covariance.diagonal() << position, position, spread.yaw_rad * spread.yaw_rad;
+    params.start = pose;
+  }
+  return params;
+}
+
+// The files that grow with the run, and what is told as it goes.
+class Results {
+ public:
+  explicit Results(const LocalizeParams& params)
+      : trajectory_(params.output),
+        uncompensated_(params.uncompensated),
+        status_(params.status),
+        stream_(params.stream) {
+    for (GrowingFile* file : {&trajectory_, &uncompensated_}) file->Append(TumHeader());
+    status_.Append(StatusHeader());
+  }
+
+  void Add(const localization::Location& location) {
+    status_.Append(FormatStatusLine(location));
+    if (!location.Placed()) return;
+    const mapping::FramePose& pose = location.pose;
+    const std::string line = FormatTumLine(ToStampedPose(pose.stamp_s, pose.T_map_base));
+    // Without tilt there is nothing to compensate: both trajectories are the same.
+    for (GrowingFile* file : {&trajectory_, &uncompensated_}) file->Append(line);
+    if (!stream_) return;
+    fmt::print("{}", line);
+    std::fflush(stdout);
+  }
+
+  void Commit(const LocalizeParams& params, Summary& summary) {
+    for (GrowingFile* file : {&trajectory_, &uncompensated_, &status_}) file->Commit();
+    for (const fs::path& file : {params.output, params.uncompensated, params.status}) {
+      if (!file.empty()) summary.files.push_back(file);
+    }
+  }
+
+ private:
+  GrowingFile trajectory_;
+  GrowingFile uncompensated_;
+  GrowingFile status_;
+  bool stream_;
+};
+
+double ClockSeconds() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(since_1970).count();
+}
+
+// Sums over the frames.
+class Tally {
+ public:
+  void Add(const localization::Location& location, bool live, LocalizeResult& result) {
+    const mapping::FramePose& pose = location.pose;
+    if (!first_stamp_s_) first_stamp_s_ = pose.stamp_s;
+    if (live) {
+      const double latency_ms = 1e3 * (ClockSeconds() - pose.stamp_s);
+      result.latency_ms = std::max(latency_ms, result.latency_ms.value_or(0));
+    }
+    if (!location.Placed()) {
+      had_pose_ = false;
+      return;
+    }
+    if (!result.first_placed_s) {
+      result.first_placed_s = pose.stamp_s - *first_stamp_s_;
+      result.first_placed_frame = pose.frame_index;
+    }
+    if (had_pose_) result.path_m += (pose.T_map_base.Translation() - last_.Translation()).norm();
+    had_pose_ = true;
+    last_ = pose.T_map_base;
+    variances_ += 0.5 * (pose.covariance(0, 0) + pose.covariance(1, 1));
+    ++placed_;
+    result.mean_sigma_m = std::sqrt(variances_ / static_cast<double>(placed_));
+  }
+
+ private:
+  std::optional<double> first_stamp_s_;
+  bool had_pose_ = false;  // in the frame before
+  calib::Pose2 last_;
+  double variances_ = 0;
+  std::int64_t placed_ = 0;
+};
+
+void LocateFrames(FrameSource& source,
+                  const std::optional<localization::HeadingTrack>& headings,
+                  localization::Localizer& localizer,
+                  Results& results,
+                  LocalizeResult& result) {
+  Progress progress("localizing", "frames", source.ExpectedFrames());
+  const bool live = source.Stamps() == StampOrigin::kClock;
+  Frame frame;
+  Tally tally;
+  std::int64_t done = 0;
+  while (source.Read(frame)) {
+    localization::CeilingFrame input{frame.grey, frame.index, frame.stamp_s, std::nullopt};
+    if (headings) input.heading = headings->At(frame.stamp_s);
+    const localization::Location location = localizer.Locate(input);
+    results.Add(location);
+    tally.Add(location, live, result);
+    progress.Update(++done);
+    Detail("frame {} at {:.6f} s: {}",
+           frame.index,
+           frame.stamp_s,
+           mapping::ToString(location.pose.status));
+  }
+}
+
+// A recording of another room, or nothing to see: no pose, and why.
+[[noreturn]] void TellNothingFound(const LocalizeParams& params, const LocalizeResult& result) {
+  const localization::LocalizerReport& report = result.report;
+  if (report.frames == 0) {
+    throw calib::RunError("interrupted before any frame was located; nothing was written");
+  }
+  const char* const reason =
+      report.ambiguous > report.lost
+          ? "several places of the map look alike; drive farther, or give --start or --heading"
+          : "nothing on the map looks like it; is it the map of this place, and the rig of this "
+            "robot?";
+  throw calib::RunError(fmt::format("{}: none of its {} frames could be placed on {}: {}",
+                                    params.up,
+                                    report.frames,
+                                    params.map.string(),
+                                    reason));
+}
+
+// Where rig and map do not agree; the map's word counts.
+void WarnOfScale(const calib::Rig& rig,
+                 const mapping::MapMetadata& map,
+                 const LocalizeResult& result) {
+  constexpr double kNotable = 0.01;
+  if (std::abs(rig.ceiling_height_m / map.ceiling_height_m - 1) > kNotable) {
+    Warn("the rig says that the ceiling is at {} m, the map says {} m: the map's height is used",
+         rig.ceiling_height_m,
+         map.ceiling_height_m);
+  }
+  const double scale = result.report.scale.value_or(1);
+  if (std::abs(scale - 1) > kNotable) {
+    Warn(
+        "the ceiling looks {:.1f} % {} than the rig says; check the camera's height and focal "
+        "length",
+        100 * std::abs(scale - 1),
+        scale > 1 ? "larger" : "smaller");
+  }
+}
+
+void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summary& summary) {
+  const auto start = steady_clock::now();
+  params.Check();
+  const localization::LocalizerParams localizer_params = params.ForLocalizer();
+  const calib::Rig rig = calib::ReadRig(params.rig);
+  std::optional<localization::HeadingTrack> headings;
+  if (!params.heading.empty()) headings.emplace(ReadHeadings(params.heading));
+  const mapping::MapReader map(params.map);
+  FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
+  const calib::MountedCamera& up = UpCameraOf(rig, params.rig, source);
+  localization::Localizer localizer = [&] {
+    try {
+      return localization::Localizer(map, up, localizer_params);
+    } catch (const calib::InputError& error) {
+      throw calib::InputError(
+          fmt::format("{} on {}: {}", params.rig.string(), params.map.string(), error.what()));
+    }
+  }();
+
+  LocalizeResult result;
+  Results results(params);
+  LocateFrames(source, headings, localizer, results, result);
+  for (const std::string& warning : source.Warnings()) PrintWarning(warning);
+  result.report = localizer.Report();
+  result.reading = source.Report();
+  result.seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
+  if (result.Placed() == 0) TellNothingFound(params, result);
+  results.Commit(params, summary);
+  if (Interrupted()) {
+    PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));
+  }
+  if (source.Stamps() == StampOrigin::kFrameIndex) {
+    Note("no --stamps: pictures are taken to be one second apart");
+  }
+  WarnOfScale(rig, map.Metadata(), result);
+  Summarize(result, summary);
+  if (!common.quiet && !params.stream) PrintReport(result, summary);
+}
+
+}  // namespace
+
+Command AddLocalizeCommand(CLI::App& program) {
+  Command command = MakeCommand(
+      program,
+      "localize",
+      "Finds a robot on a map of the ceiling, wherever it is switched on, and follows it.",
+      "ceilmap localize lab.gpkg --rig rig2.yaml --up up2.mp4 --stamps frames2.csv -o robot2.tum\n"
+      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+  auto params = std::make_shared<LocalizeParams>();
+  CLI::App& cli = *command.cli;
+  const std::string input = "Input";
+  const std::string prior = "What is known";
+  const std::string result = "Results";
+  const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type);
+  };
+  add("map", params->map, "The map, made with --rig", "MAP.gpkg")->required()->group(input);
+  add("--rig", params->rig, "This robot's cameras", "RIG.yaml")->required()->group(input);
+  add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
+  add("--forward", params->forward, "Forward camera (not in this version)", "SOURCE")->group(input);
+  add("--omni", params->omni, "Mirror camera (not in this version)", "SOURCE")->group(input);
+  add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
+      ->group(input);
+  add("--tilt", params->tilt, "Tilt compensation; only none in this version", "METHOD")
+      ->check(CLI::IsMember({"none", "forward", "ceiling", "fused"}))
+      ->capture_default_str()
+      ->group(input);
+  add("--start", params->start, "Pose of the first frame [anywhere on the map]", "X,Y,YAW_DEG")
+      ->group(prior);
+  add("--start-spread", params->start_spread, "Standard deviations of --start", "M,DEG")
+      ->capture_default_str()
+      ->group(prior);
+  add("--heading", params->heading, "Headings: timestamp,heading_deg,sigma_deg", "H.csv")
+      ->group(prior);
+  add("--heading-zero",
+      params->heading_zero,
+      "Where headings count from: the first frame (or any other unknown direction), or the map's x "
+      "axis",
+      "ZERO")
+      ->check(CLI::IsMember({"first", "map"}))
+      ->capture_default_str()
+      ->group(prior);
+  add("-o,--output", params->output, "Poses of all frames found", "T.tum")
+      ->required()
+      ->group(result);
+  add("--uncompensated", params->uncompensated, "The same without tilt compensation", "T0.tum")
+      ->group(result);
+  add("--status", params->status, "What is known of every frame, and how well", "S.csv")
+      ->group(result);
+  cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")
+      ->group(result);
+  command.run = [params](const CommonOptions& common, Summary& summary) {
+    RunLocalize(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::app
