@@ -17,6 +17,10 @@ if(CEILMAP_SANITIZE)
   target_compile_options(ceilmap_build_flags INTERFACE -fsanitize=${CEILMAP_SANITIZE} -fno-omit-frame-pointer)
   target_link_options(ceilmap_build_flags INTERFACE -fsanitize=${CEILMAP_SANITIZE})
   target_compile_definitions(ceilmap_build_flags INTERFACE CEILMAP_SANITIZED)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # Instrumented code confuses this warning, in the standard library's own headers too (GCC bug 105562).
+    target_compile_options(ceilmap_build_flags INTERFACE -Wno-maybe-uninitialized)
+  endif()
 endif()
 target_compile_definitions(ceilmap_build_flags INTERFACE $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
 
