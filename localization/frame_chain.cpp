@@ -1,5 +1,7 @@
 #include "localization/frame_chain.hpp"
 
+#include <limits>
+
 #include "mapping/odometry.hpp"
 
 namespace ceilmap::localization {
@@ -10,7 +12,23 @@ struct FrameChain::Impl {
   std::optional<calib::Pose2> T_chain_before;
   bool began = false;
   bool broken = false;
+
+  [[nodiscard]] std::unique_ptr<mapping::Odometry> NewOdometry() const {
+    mapping::OdometryParams params;
+    params.local_keyframes = 1;
+    params.restart_after = std::numeric_limits<int>::max();  // begun anew here instead
+    return std::make_unique<mapping::Odometry>(view, calib::Pose2{}, params);
+  }
 };
+
+namespace {
+
+bool Placed(const mapping::OdometryStep& step) {
+  return step.pose.status == mapping::TrackingStatus::kTracking ||
+         step.pose.status == mapping::TrackingStatus::kRelocalized;
+}
+
+}  // namespace
 
 FrameChain::FrameChain(const calib::CeilingView& view)
     : impl_(std::make_unique<Impl>(Impl{view, nullptr, std::nullopt, false, false})) {}
@@ -35,16 +53,19 @@ std::optional<ChainStep> FrameChain::Next(const cv::Mat& picture,
                                           std::int64_t frame_index,
                                           double stamp_s) {
   Impl& me = *impl_;
-  if (!me.odometry) {
-    mapping::OdometryParams params;
-    params.restart_after = 1;
-    params.local_keyframes = 1;
-    me.odometry = std::make_unique<mapping::Odometry>(me.view, calib::Pose2{}, params);
+  const bool first = !me.odometry;
+  if (first) me.odometry = me.NewOdometry();
+  mapping::OdometryStep step = me.odometry->Process(picture, frame_index, stamp_s);
+  bool placed = Placed(step);
+  me.began = placed && first;
+  if (!placed && !first) {
+    // A picture that can begin a chain shows something, only nothing that was seen before.
+    std::unique_ptr<mapping::Odometry> anew = me.NewOdometry();
+    step = anew->Process(picture, frame_index, stamp_s);
+    placed = Placed(step);
+    me.began = placed;
+    if (placed) me.odometry = std::move(anew);
   }
-  const mapping::OdometryStep step = me.odometry->Process(picture, frame_index, stamp_s);
-  const bool placed = step.pose.status == mapping::TrackingStatus::kTracking ||
-                      step.pose.status == mapping::TrackingStatus::kRelocalized;
-  me.began = placed && step.new_keyframe && step.new_edges.empty();
   me.broken = me.began && me.T_chain_before;
   if (!placed) return std::nullopt;
   const std::optional<calib::Pose2> before = me.T_chain_before;

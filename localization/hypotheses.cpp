@@ -97,10 +97,17 @@ void Hypotheses::Add(const Look& look) {
 
 void Hypotheses::LookAtAll(const std::function<std::optional<Look>(const Hypothesis&)>& look_at) {
   const double max_distance2 = params_.max_sigmas * params_.max_sigmas;
+  // The robot's own motion is not better known than this: its camera's scale may not be known yet.
+  constexpr double kFloorPart = 0.005;  // of the span
+  constexpr double kFloorRad = 0.005;
+  const double floor = kFloorPart * span_;
+  const Eigen::Vector3d floors(floor * floor, floor * floor, kFloorRad * kFloorRad);
   for (Hypothesis& h : all_) {
     const std::optional<Look> look = look_at(h);
     // What is seen must also be where it was expected.
-    h.recognised = look && SquaredDistance(look->pose, h.pose) < max_distance2;
+    PoseEstimate expected = h.pose;
+    expected.covariance.diagonal() += floors;
+    h.recognised = look && SquaredDistance(look->pose, expected) < max_distance2;
     if (!h.recognised) {
       ++h.misses;
       continue;

@@ -10,6 +10,7 @@
 #include "calib/ceiling_view.hpp"
 #include "calib/error.hpp"
 #include "localization/frame_chain.hpp"
+#include "localization/map_shape.hpp"
 
 namespace ceilmap::localization {
 
@@ -115,6 +116,7 @@ struct Localizer::Impl {
         patches(std::make_unique<MapPatches>(map, view, registrar, p.patches)),
         chain(view),
         finder(map, view, p.places),
+        shape(map),
         motion(p.motion),
         hypotheses(span, p.hypotheses),
         heading(p.heading),
@@ -133,6 +135,7 @@ struct Localizer::Impl {
   std::unique_ptr<MapPatches> patches;
   FrameChain chain;
   PlaceFinder finder;
+  MapShape shape;
   MotionModel motion;
   Hypotheses hypotheses;
   HeadingFusion heading;
@@ -149,7 +152,7 @@ struct Localizer::Impl {
   double seen_stamp_s = 0;             // of the last frame that the chain could place
   bool was_placed = false;
   int frames_of_start = 0;
-  bool ambiguous = false;  // several poses within one picture explain this frame
+  int ambiguous_looks = 0;  // places of this frame within which several poses explain it
 
   cv::Mat rectified;
 
@@ -157,7 +160,7 @@ struct Localizer::Impl {
   [[nodiscard]] MotionPrior PriorFor(const Patch& at, const PoseEstimate& expected) const;
   std::optional<Look> LookAt(const Patch& at,
                              const FrameSpectrum& spectrum,
-                             const PoseEstimate& expected,
+                             const std::optional<PoseEstimate>& expected,
                              double* scale = nullptr);
   void Compare(const Patch& at, const FrameSpectrum& spectrum, Look& look);
   [[nodiscard]] double Overlap(const Patch& at, const Pose2& T_map_base) const;
@@ -167,16 +170,23 @@ struct Localizer::Impl {
              const std::optional<HeadingPrior>& yaw,
              Location& location);
   void MoveHypotheses(const CeilingFrame& frame, const cv::Mat& picture, bool& seen);
-  [[nodiscard]] bool Wanted(const Pose2& T_map_base,
+  [[nodiscard]] bool Wanted(const PlaceProposal& place,
                             double stamp_s,
                             const std::optional<HeadingPrior>& yaw) const;
+  std::optional<Look> LookNear(const Pose2& T_map_base,
+                               const FrameSpectrum& spectrum,
+                               const std::optional<PoseEstimate>& expected);
+  void LookElsewhere(double stamp_s,
+                     const cv::Mat& picture,
+                     const FrameSpectrum& spectrum,
+                     const std::optional<HeadingPrior>& yaw);
   void Search(const CeilingFrame& frame,
               const cv::Mat& picture,
               const FrameSpectrum& spectrum,
               const std::optional<HeadingPrior>& yaw,
               Location& location);
   void LearnScale(double scale);
-  void Place(const Look& look, Location& location) const;
+  void Place(const Look& look, Location& location);
 };
 
 void Localizer::Impl::Check(const CeilingFrame& frame) const {
@@ -206,17 +216,20 @@ MotionPrior Localizer::Impl::PriorFor(const Patch& at, const PoseEstimate& expec
 
 std::optional<Look> Localizer::Impl::LookAt(const Patch& at,
                                             const FrameSpectrum& spectrum,
-                                            const PoseEstimate& expected,
+                                            const std::optional<PoseEstimate>& expected,
                                             double* scale) {
   Registrar& active = scale_known ? registrar : scaling;
-  Registration found = active.Register(at.spectrum, spectrum, PriorFor(at, expected));
-  if (found.verdict == Verdict::kAmbiguous) ambiguous = true;
+  std::optional<MotionPrior> prior;
+  if (expected) prior = PriorFor(at, *expected);
+  Registration found = active.Register(at.spectrum, spectrum, prior);
+  if (found.verdict == Verdict::kAmbiguous) ++ambiguous_looks;
   if (!found.ok()) return std::nullopt;
   if (std::abs(std::log(found.motion.scale)) > params.max_scale_error) return std::nullopt;
   if (scale != nullptr) *scale = found.motion.scale;
   // The shift in pixels of the patch, whose size on the ceiling is known.
   found.motion.tx_px /= found.motion.scale;
   found.motion.ty_px /= found.motion.scale;
+  found.motion.scale = 1;
   const mapping::Edge edge = mapping::MeasuredEdge(view, found, 0, 1, params.noise);
   Look look;
   look.pose = Moved({at.T_map_base}, edge.T_from_to, edge.information.inverse());
@@ -255,9 +268,9 @@ void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
   patch = patches->Near(T_map_base);
 }
 
-void Localizer::Impl::Place(const Look& look, Location& location) const {
+void Localizer::Impl::Place(const Look& look, Location& location) {
   location.pose.T_map_base = look.pose.T_map_base;
-  location.pose.covariance = look.pose.covariance;
+  location.pose.covariance = look.pose.covariance + shape.At(look.pose.T_map_base);
   location.peak = look.peak;
   location.inliers = look.inliers;
   location.blocks = look.blocks;
@@ -316,12 +329,13 @@ void Localizer::Impl::MoveHypotheses(const CeilingFrame& frame,
   if (seen) seen_stamp_s = frame.stamp_s;
 }
 
-bool Localizer::Impl::Wanted(const Pose2& T_map_base,
+bool Localizer::Impl::Wanted(const PlaceProposal& place,
                              double stamp_s,
                              const std::optional<HeadingPrior>& yaw) const {
   constexpr double kSigmas = 4;
   constexpr double kProposal_rad = 0.1;  // what a proposal may be off by
-  if (yaw) {
+  Pose2 T_map_base = place.T_map_base;
+  if (yaw && !place.any_yaw) {
     const double off = calib::WrapAngle(T_map_base.yaw - yaw->heading_rad);
     if (std::abs(off) > kSigmas * std::sqrt(yaw->variance_rad2) + kProposal_rad) return false;
   }
@@ -330,8 +344,43 @@ bool Localizer::Impl::Wanted(const Pose2& T_map_base,
   const double moved = params.unseen_speed * elapsed_s + 0.1 * span;
   const double turned = params.unseen_turn * elapsed_s + kProposal_rad;
   PoseEstimate start = *params.start;
+  if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
   start.covariance.diagonal() += Eigen::Vector3d(moved * moved, moved * moved, turned * turned);
   return SquaredDistance(start, {T_map_base}) < kSigmas * kSigmas;
+}
+
+std::optional<Look> Localizer::Impl::LookNear(const Pose2& T_map_base,
+                                              const FrameSpectrum& spectrum,
+                                              const std::optional<PoseEstimate>& expected) {
+  const std::shared_ptr<const Patch> at = patches->Near(T_map_base);
+  if (!at) return std::nullopt;
+  std::optional<Look> look = LookAt(*at, spectrum, expected);
+  if (look) Compare(*at, spectrum, *look);
+  return look;
+}
+
+/// All over the map, where it looks like the picture.
+void Localizer::Impl::LookElsewhere(double stamp_s,
+                                    const cv::Mat& picture,
+                                    const FrameSpectrum& spectrum,
+                                    const std::optional<HeadingPrior>& yaw) {
+  ++report.searches;
+  const double sigma = 0.5 * params.places.same_part * span;
+  constexpr double kProposalVariance = 0.01;  // rad^2
+  Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
+  rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;
+  const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, stamp_s, yaw); };
+  // Where a picture fits in several ways within each place, it does so everywhere.
+  constexpr int kEnoughAmbiguous = 3;
+  for (const PlaceProposal& place : finder.Find(picture, wanted)) {
+    if (ambiguous_looks >= kEnoughAmbiguous) break;
+    if (!place.any_yaw && hypotheses.Knows(place.T_map_base)) continue;
+    std::optional<PoseEstimate> expected;
+    if (!place.any_yaw) expected = {place.T_map_base, rough};
+    const std::optional<Look> look = LookNear(place.T_map_base, spectrum, expected);
+    // A look that more than one pose explains is no news of where the robot is.
+    if (look && !look->by_prior) hypotheses.Add(*look);
+  }
 }
 
 void Localizer::Impl::Search(const CeilingFrame& frame,
@@ -344,26 +393,10 @@ void Localizer::Impl::Search(const CeilingFrame& frame,
   MoveHypotheses(frame, picture, seen);
   if (!seen) return;
   ++frames_of_start;
-  const auto look_at = [&](const PoseEstimate& expected) -> std::optional<Look> {
-    const std::shared_ptr<const Patch> at = patches->Near(expected.T_map_base);
-    if (!at) return std::nullopt;
-    std::optional<Look> look = LookAt(*at, spectrum, expected);
-    if (look) Compare(*at, spectrum, *look);
-    return look;
-  };
-  ambiguous = false;
-  hypotheses.LookAtAll([&](const Hypothesis& h) { return look_at(h.pose); });
-  if (hypotheses.Sure() == nullptr) {
-    ++report.searches;
-    const double sigma = 0.5 * params.places.same_part * span;
-    Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
-    rough.diagonal() << sigma * sigma, sigma * sigma, 0.01;
-    const auto wanted = [&](const Pose2& T) { return Wanted(T, frame.stamp_s, yaw); };
-    for (const PlaceProposal& place : finder.Find(picture, wanted)) {
-      if (hypotheses.Knows(place.T_map_base)) continue;
-      if (const auto look = look_at({place.T_map_base, rough})) hypotheses.Add(*look);
-    }
-  }
+  ambiguous_looks = 0;
+  hypotheses.LookAtAll(
+      [&](const Hypothesis& h) { return LookNear(h.pose.T_map_base, spectrum, h.pose); });
+  if (hypotheses.Sure() == nullptr) LookElsewhere(frame.stamp_s, picture, spectrum, yaw);
   hypotheses.Weigh();
   location.hypotheses = static_cast<int>(hypotheses.All().size());
   if (const Hypothesis* sure = hypotheses.Sure()) {
@@ -373,7 +406,7 @@ void Localizer::Impl::Search(const CeilingFrame& frame,
     hypotheses.Clear();
     patch.reset();
     frames_of_start = params.give_up_start_after + 1;
-  } else if (ambiguous || hypotheses.AnyLook()) {
+  } else if (ambiguous_looks > 0 || hypotheses.AnyLook()) {
     location.pose.status = TrackingStatus::kAmbiguous;
   }
 }
@@ -426,7 +459,8 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   }
   me.was_placed = location.Placed();
   if (location.Placed()) {
-    me.last_pose = {location.pose.T_map_base, location.pose.covariance};
+    me.last_pose = {location.pose.T_map_base,
+                    location.pose.covariance - me.shape.At(location.pose.T_map_base)};
     picture.copyTo(me.last_picture);
     me.last_index = frame.index;
     if (frame.heading) {
@@ -453,6 +487,17 @@ Location Localizer::Locate(const CeilingFrame& frame) {
       break;
   }
   return location;
+}
+
+void Localizer::Reset() {
+  Impl& me = *impl_;
+  me.motion.Stop();
+  me.hypotheses.Clear();
+  me.chain.Reset();
+  me.heading = HeadingFusion(me.params.heading);
+  me.patch.reset();
+  me.was_placed = false;
+  me.frames_of_start = me.params.give_up_start_after + 1;
 }
 
 const LocalizerReport& Localizer::Report() const {

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <unordered_map>
 
 #include "calib/error.hpp"
 
@@ -21,6 +23,7 @@ void PlaceFinderParams::Validate() const {
   };
   require(keyframes > 0, "keyframes", keyframes, "> 0");
   require(places > 0, "places", places, "> 0");
+  require(marks >= 0, "marks", marks, "at least 0");
   require(same_part > 0, "same_part", same_part, "> 0");
   require(same_rad > 0, "same_rad", same_rad, "> 0");
   require(min_votes_part >= 0 && min_votes_part < 1, "min_votes_part", min_votes_part, "in [0, 1)");
@@ -87,12 +90,14 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
   while (!single.empty()) {
     const calib::Pose2 first = single.front().T_map_base;
     PlaceProposal place;
+    place.any_yaw = single.front().any_yaw;
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     std::erase_if(single, [&](const PlaceProposal& other) {
       const Eigen::Vector3d d(other.T_map_base.x - first.x,
                               other.T_map_base.y - first.y,
                               calib::WrapAngle(other.T_map_base.yaw - first.yaw));
-      if (d.head<2>().norm() > same || std::abs(d.z()) > params.same_rad) return false;
+      const bool turned = !place.any_yaw && std::abs(d.z()) > params.same_rad;
+      if (d.head<2>().norm() > same || turned || other.any_yaw != place.any_yaw) return false;
       offset += other.votes * d;
       place.votes += other.votes;
       ++place.keyframes;
@@ -107,15 +112,14 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
       places.begin(), places.end(), [](const PlaceProposal& a, const PlaceProposal& b) {
         return a.votes > b.votes;
       });
-  const auto enough = [&](const PlaceProposal& place) {
-    return place.votes >= params.min_votes_part * places.front().votes;
-  };
-  std::size_t count = 0;
-  while (count < places.size() && count < static_cast<std::size_t>(params.places) &&
-         enough(places[count])) {
-    ++count;
-  }
-  places.resize(count);
+  // Of each kind the best ones.
+  std::array<int, 2> left = {params.places, params.marks};
+  std::array<double, 2> most = {0, 0};
+  std::erase_if(places, [&](const PlaceProposal& place) {
+    const std::size_t kind = place.any_yaw ? 1 : 0;
+    most[kind] = std::max(most[kind], place.votes);
+    return place.votes < params.min_votes_part * most[kind] || left[kind]-- <= 0;
+  });
   return places;
 }
 
@@ -128,15 +132,14 @@ PlaceFinder::PlaceFinder(const mapping::MapReader& map,
 PlaceFinder::~PlaceFinder() = default;
 
 std::vector<PlaceProposal> PlaceFinder::Find(
-    const cv::Mat& picture, const std::function<bool(const calib::Pose2&)>& wanted) {
+    const cv::Mat& picture, const std::function<bool(const PlaceProposal&)>& wanted) {
   Impl& me = *impl_;
   if (!me.gallery) me.gallery = me.filling.get();
   std::vector<PlaceProposal> single;
   for (const PlaceIndex::Match& match :
        me.gallery->index.Search(me.describer.Describe(picture), me.params.keyframes)) {
-    if (match.windows == 0) continue;
-    const PlaceProposal proposal{me.PoseFrom(match), match.score, 1};
-    if (!wanted || wanted(proposal.T_map_base)) single.push_back(proposal);
+    const PlaceProposal proposal{me.PoseFrom(match), match.score, 1, match.windows == 0};
+    if (!wanted || wanted(proposal)) single.push_back(proposal);
   }
   return me.Gather(std::move(single));
 }

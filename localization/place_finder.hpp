@@ -4,7 +4,6 @@
 #include <future>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <unordered_map>
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
@@ -17,6 +16,7 @@ namespace ceilmap::localization {
 struct PlaceFinderParams {
   int keyframes = 40;  ///< look-alikes of a picture that are asked where it is, > 0
   int places = 6;      ///< different places that come out at the most, > 0
+  int marks = 3;       ///< further ones of which a single mark looks alike, >= 0
   /// Keyframes that say the same place, to this part of what a picture spans ...
   double same_part = 0.1;
   double same_rad = 0.15;  ///< ... and this, count together. Both > 0.
@@ -31,12 +31,15 @@ struct PlaceProposal {
   calib::Pose2 T_map_base;  ///< of the picture's robot; to a few percent of the picture's span
   double votes = 0;         ///< comparable within one search, > 0
   int keyframes = 0;        ///< that say so
+  /// One mark alone looks alike: the robot is somewhere below it, its yaw is not known.
+  bool any_yaw = false;
 };
 
 /// Finds places of a map that look like a picture, wherever on the map it was taken: every window
 /// of the picture (PlaceDescriber) finds similar ones all over the map, the look-alikes of each
 /// keyframe tell how that keyframe would lie to the picture (PlaceIndex), and keyframes that say
-/// the same place add up. On a ceiling that repeats itself many places get about as many votes.
+/// the same place add up. On a ceiling that repeats itself many places get about as many votes; a
+/// single mark on it cannot say how the robot is turned, but where to look.
 ///
 /// The index is built from the map's descriptors in a thread of its own, beginning with the
 /// constructor: 2 to 3 ms a keyframe. Find waits for it. A search takes 5 to 10 ms, nearly
@@ -53,10 +56,10 @@ class PlaceFinder {
 
   /// Places with most votes first; none for a picture without marks.
   /// @param picture  CV_8UC1, rectified, of the view's size.
-  /// @param wanted  false for poses that cannot be (another heading, another part of the building);
-  /// may be empty.
+  /// @param wanted  false for places that cannot be (another heading, another part of the
+  /// building); may be empty.
   [[nodiscard]] std::vector<PlaceProposal> Find(
-      const cv::Mat& picture, const std::function<bool(const calib::Pose2&)>& wanted = {});
+      const cv::Mat& picture, const std::function<bool(const PlaceProposal&)>& wanted = {});
 
  private:
   struct Impl;

@@ -334,8 +334,8 @@ PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
   match.keyframe_id = keyframe_ids[votes[candidate.first].keyframe];
   match.score = fit.weight + kVoteWithoutPlace * candidate.weight;
   match.windows = fit.pairs;
-  match.T_stored_query = {
-      fit.motion.shift.real(), fit.motion.shift.imag(), std::arg(fit.motion.turn)};
+  const Point at = fit.pairs > 0 ? fit.motion.shift : pairs.front().stored;
+  match.T_stored_query = {at.real(), at.imag(), std::arg(fit.motion.turn)};
   return match;
 }
 

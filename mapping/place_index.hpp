@@ -55,8 +55,8 @@ class PlaceIndex {
     /// Windows that lie in both pictures alike, under one motion: 0, or at least 2.
     int windows = 0;
     /// That motion: p_stored = T_stored_query * p_query for places in the two pictures (x right,
-    /// y down from the centre, in lengths of units_per_px), to about tolerance_px.
-    /// Means nothing without windows.
+    /// y down from the centre, in lengths of units_per_px), to about tolerance_px. Without such
+    /// windows the place of the stored window with the strongest vote, the yaw being unknown.
     calib::Pose2 T_stored_query;
   };
 

@@ -69,4 +69,18 @@ std::vector<Eigen::Matrix3d> MarginalCovariances(std::span<const Edge> edges,
                                                  const std::vector<Pose2>& poses,
                                                  const PoseGraphParams& params = {});
 
+/// The same, but relative to the map as a whole instead of one keyframe: how far each keyframe may
+/// lie off once the map is laid onto the truth by the planar motion with the least squared error of
+/// the keyframes' positions. A map is bent by this much; where it begins does not matter. In map
+/// axes; infinity on the diagonal for keyframes that no path of edges joins to `anchor`.
+///
+/// With d_i the error of keyframe i given that the anchor is right, the fitted motion is
+/// g = sum G_i d_i, and what is left is d_i - K_i g; its covariance needs three solutions of the
+/// normal equations beyond the marginals.
+/// @param anchor  any keyframe of the part that is asked for; the result does not depend on it.
+std::vector<Eigen::Matrix3d> ShapeCovariances(std::span<const Edge> edges,
+                                              std::int64_t anchor,
+                                              const std::vector<Pose2>& poses,
+                                              const PoseGraphParams& params = {});
+
 }  // namespace ceilmap::mapping

@@ -1,0 +1,46 @@
+#include "localization/heading_fusion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::localization {
+namespace {
+
+TEST(HeadingFusion, OfTheMapIsTakenAsItIs) {
+  HeadingParams params;
+  params.unknown_zero = false;
+  HeadingFusion fusion(params);
+  const auto yaw = fusion.InMap({1, 0.01}, 5);
+  ASSERT_TRUE(yaw);
+  EXPECT_EQ(yaw->heading_rad, 1);
+  EXPECT_EQ(yaw->variance_rad2, 0.01);
+}
+
+TEST(HeadingFusion, LearnsAnUnknownZeroFromAPose) {
+  HeadingFusion fusion;
+  EXPECT_FALSE(fusion.InMap({1, 0.01}, 5));
+  fusion.Learn({1, 0.01}, 3, 0.002, 5);
+  const auto yaw = fusion.InMap({2.5, 0.01}, 5);
+  ASSERT_TRUE(yaw);
+  EXPECT_NEAR(yaw->heading_rad, 4.5 - 2 * std::acos(-1.0), 1e-12);
+  EXPECT_NEAR(yaw->variance_rad2, 0.022, 1e-12);
+  // The zero wanders.
+  EXPECT_NEAR(fusion.InMap({2.5, 0.01}, 105)->variance_rad2, 0.022 + 100 * 1e-5, 1e-12);
+  fusion.Learn({1, 0.001}, 1, 0.001, 106);
+  EXPECT_NEAR(fusion.InMap({0.5, 0.01}, 106)->heading_rad, 0.5, 1e-12);
+}
+
+TEST(HeadingFusion, RefusesAnImpossibleDrift) {
+  HeadingParams params;
+  params.drift_rad2_per_s = -1;
+  EXPECT_THROW(HeadingFusion{params}, calib::InputError);
+  params.drift_rad2_per_s = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(HeadingFusion{params}, calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::localization

@@ -1,0 +1,157 @@
+#include "localization/hypotheses.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::localization {
+namespace {
+
+using calib::Pose2;
+
+constexpr double kSpan = 3;
+
+/// A look whose blocks are explained up to `unlike` nats each.
+Look LookAt(const Pose2& T, double unlike, bool by_prior = false) {
+  Look look;
+  look.pose = {T, 1e-6 * Eigen::Matrix3d::Identity()};
+  look.by_prior = by_prior;
+  look.peak = 0.7;
+  look.unlike.by_block.assign(10, static_cast<float>(unlike));
+  look.unlike.mean = unlike;
+  look.unlike.blocks = 10;
+  return look;
+}
+
+class HypothesesTest : public testing::Test {
+ protected:
+  // A frame of a robot that drives along x: `unlike` says how well each of the places fits.
+  void Frame(const std::map<double, double>& unlike_at_y, bool by_prior = false) {
+    const Pose2 step{0.3, 0, 0};
+    x_ += step.x;
+    hypotheses_.Move(step, 1e-6 * Eigen::Matrix3d::Identity(), true);
+    hypotheses_.LookAtAll([&](const Hypothesis& h) -> std::optional<Look> {
+      for (const auto& [y, unlike] : unlike_at_y) {
+        if (std::abs(h.pose.T_map_base.y - y) < 0.1) return LookAt({x_, y, 0}, unlike, by_prior);
+      }
+      return std::nullopt;
+    });
+    for (const auto& [y, unlike] : unlike_at_y)
+      hypotheses_.Add(LookAt({x_, y, 0}, unlike, by_prior));
+    hypotheses_.Weigh();
+  }
+  [[nodiscard]] std::optional<double> SureY() const {
+    const Hypothesis* sure = hypotheses_.Sure();
+    if (sure == nullptr) return std::nullopt;
+    return sure->pose.T_map_base.y;
+  }
+
+  void SetUp() override { hypotheses_.Clear(); }
+
+  Hypotheses hypotheses_{kSpan};
+  double x_ = 0;
+};
+
+TEST_F(HypothesesTest, OnePlaceIsBelievedOnceItIsConfirmed) {
+  Frame({{5, 0.2}});
+  EXPECT_FALSE(SureY());
+  EXPECT_TRUE(hypotheses_.AnyLook());
+  Frame({{5, 0.2}});
+  EXPECT_FALSE(SureY());
+  Frame({{5, 0.2}});
+  EXPECT_EQ(SureY(), 5);
+}
+
+TEST_F(HypothesesTest, PlacesThatFitAlikeAreNeverBelieved) {
+  for (int i = 0; i < 30; ++i) {
+    Frame({{5, 0.2}, {8, 0.2}});
+    EXPECT_FALSE(SureY()) << i;
+  }
+  EXPECT_EQ(hypotheses_.All().size(), 2U);
+}
+
+TEST_F(HypothesesTest, WhatOnePlaceDoesNotExplainDecides) {
+  for (int i = 0; i < 5; ++i) Frame({{5, 0.2}, {8, 0.2}});
+  EXPECT_FALSE(SureY());
+  Frame({{5, 0.2}, {8, 1.2}});  // ten blocks, one nat each
+  EXPECT_EQ(SureY(), 5);
+}
+
+TEST_F(HypothesesTest, SmallDifferencesDecideNothing) {
+  for (int i = 0; i < 10; ++i) {
+    Frame({{5, 0.2}, {8, 0.6}});
+    EXPECT_FALSE(SureY()) << i;
+  }
+}
+
+TEST_F(HypothesesTest, APlaceThatIsNotRecognisedAnyMoreGoes) {
+  Frame({{5, 0.2}, {8, 0.2}});
+  for (int i = 0; i < 3; ++i) Frame({{5, 0.2}});
+  EXPECT_EQ(hypotheses_.All().size(), 1U);
+  EXPECT_EQ(SureY(), 5);
+}
+
+TEST_F(HypothesesTest, LooksThatRestOnThePredictionConfirmNothing) {
+  for (int i = 0; i < 10; ++i) Frame({{5, 0.2}}, true);
+  EXPECT_FALSE(SureY());
+}
+
+TEST_F(HypothesesTest, ATrustedPlaceIsBelievedAtTheFirstLook) {
+  hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
+  Frame({{5, 0.2}}, true);
+  EXPECT_EQ(SureY(), 5);
+}
+
+TEST_F(HypothesesTest, AVagueHintIsNotTrusted) {
+  hypotheses_.Trust({{0, 5, 0}, 1.0 * Eigen::Matrix3d::Identity()});
+  Frame({{5, 0.2}}, true);
+  EXPECT_FALSE(SureY());
+}
+
+TEST_F(HypothesesTest, AMotionThatMayBeAnotherEndsTrust) {
+  hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
+  hypotheses_.Move({0.1, 0, 0}, 1e-6 * Eigen::Matrix3d::Identity(), false);
+  EXPECT_FALSE(hypotheses_.All().front().trusted);
+}
+
+TEST_F(HypothesesTest, ALookFarFromWhereItWasExpectedIsAnotherPlace) {
+  hypotheses_.Trust({{0, 5, 0}, 1e-6 * Eigen::Matrix3d::Identity()});
+  hypotheses_.LookAtAll([](const Hypothesis&) { return LookAt({0, 5.2, 0}, 0.2); });
+  EXPECT_FALSE(hypotheses_.AnyLook());
+}
+
+TEST_F(HypothesesTest, WhatBecomesTooVagueIsDropped) {
+  hypotheses_.Trust({{0, 5, 0}, 1e-6 * Eigen::Matrix3d::Identity()});
+  hypotheses_.Spread(0.4, 0.1);
+  ASSERT_EQ(hypotheses_.All().size(), 1U);
+  EXPECT_FALSE(hypotheses_.All().front().trusted);
+  hypotheses_.Spread(2, 0.1);
+  EXPECT_TRUE(hypotheses_.Empty());
+}
+
+TEST_F(HypothesesTest, GuessesThatMeetBecomeOne) {
+  hypotheses_.Add(LookAt({0, 5, 0}, 0.2));
+  hypotheses_.Add(LookAt({0, 5.3, 0}, 0.2));
+  hypotheses_.Add(LookAt({0, 5.001, 0}, 0.2));
+  EXPECT_EQ(hypotheses_.All().size(), 2U);
+  EXPECT_TRUE(hypotheses_.Knows({0.1, 5.1, 0.1}));
+  EXPECT_FALSE(hypotheses_.Knows({0.1, 5.1, 1}));
+}
+
+TEST_F(HypothesesTest, KeepsTheBestFew) {
+  std::map<double, double> many;
+  for (int i = 0; i < 12; ++i) many[i] = 0.1 + 0.02 * i;
+  Frame(many);
+  EXPECT_EQ(hypotheses_.All().size(), 8U);
+}
+
+TEST(HypothesesParams, AreChecked) {
+  HypothesesParams params;
+  params.confirmations = 0;
+  EXPECT_THROW(Hypotheses(kSpan, params), calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::localization

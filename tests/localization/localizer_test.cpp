@@ -1,0 +1,349 @@
+#include "localization/localizer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "calib/error.hpp"
+#include "tests/localization/true_map.hpp"
+
+namespace ceilmap::localization {
+namespace {
+
+using calib::Pose2;
+using mapping::TrackingStatus;
+using synthetic::AngleBetween;
+using synthetic::DistanceOf;
+using synthetic::Periodic;
+using synthetic::Seen;
+using synthetic::SyntheticCeiling;
+using synthetic::TrueMap;
+using synthetic::UpCamera;
+
+constexpr double kRight_m = 0.01;
+constexpr double kRight_rad = 0.005;
+
+/// A robot under a ceiling, located on a map frame by frame.
+class Visitor {
+ public:
+  Visitor(const TrueMap& map,
+          const calib::MountedCamera& up = UpCamera(250, 0.5),
+          const LocalizerParams& params = {})
+      : ceiling_(map.ceiling), view_(up, synthetic::kCeiling_m), localizer_(*map.map, up, params) {}
+
+  Location See(const Pose2& T, const std::optional<HeadingPrior>& heading = std::nullopt) {
+    return Show(Seen(ceiling_, view_, T, static_cast<std::uint32_t>(index_) + 7), heading);
+  }
+  Location Show(const cv::Mat& picture, const std::optional<HeadingPrior>& heading = std::nullopt) {
+    ++index_;
+    return localizer_.Locate({picture, index_, 0.1 * static_cast<double>(index_), heading});
+  }
+  /// Drives on; the last frame's result. Every pose that is given must be right.
+  Location Drive(Pose2& T, const Pose2& step, int frames) {
+    Location location;
+    for (int i = 0; i < frames; ++i) {
+      T = T * step;
+      location = See(T);
+      ExpectRight(location, T);
+    }
+    return location;
+  }
+  static void ExpectRight(const Location& location, const Pose2& truth) {
+    if (!location.Placed()) return;
+    EXPECT_LT(DistanceOf(location.pose.T_map_base, truth), kRight_m);
+    EXPECT_LT(AngleBetween(location.pose.T_map_base, truth), kRight_rad);
+    EXPECT_GT(location.pose.covariance(0, 0), 0);
+    EXPECT_LT(std::sqrt(location.pose.covariance(0, 0)), kRight_m);
+  }
+
+  [[nodiscard]] cv::Mat Uniform(int grey) const {
+    return {view_.Size(), CV_8UC1, cv::Scalar(grey)};
+  }
+  Localizer& Get() { return localizer_; }
+
+ private:
+  SyntheticCeiling ceiling_;
+  calib::CeilingView view_;
+  Localizer localizer_;
+  std::int64_t index_ = 0;
+};
+
+const Pose2 kStep{0.06, 0.01, 0.03};
+
+class LocalizerTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { map_ = new TrueMap(); }
+  static void TearDownTestSuite() { delete map_; }
+  static TrueMap* map_;
+};
+TrueMap* LocalizerTest::map_ = nullptr;
+
+TEST_F(LocalizerTest, IsSwitchedOnAnywhereAndFollowed) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> x(1.2, 3.6);
+  std::uniform_real_distribution<double> y(1.0, 3.0);
+  std::uniform_real_distribution<double> yaw(-3.1, 3.1);
+  Visitor visitor(*map_);
+  for (int place = 0; place < 6; ++place) {
+    SCOPED_TRACE(place);
+    visitor.Get().Reset();
+    Pose2 T{x(random), y(random), yaw(random)};
+    Location location = visitor.Drive(T, kStep, 5);
+    EXPECT_TRUE(location.Placed());
+    for (int i = 0; i < 10; ++i) {
+      location = visitor.Drive(T, kStep, 1);
+      EXPECT_EQ(location.pose.status, TrackingStatus::kTracking);
+      EXPECT_GT(location.peak, 0.4);
+      EXPECT_GT(location.inliers, 10);
+    }
+  }
+  const LocalizerReport& report = visitor.Get().Report();
+  EXPECT_EQ(report.frames, 6 * 15);
+  EXPECT_EQ(report.relocalized, 6);
+  EXPECT_GE(report.tracking, 6 * 10);
+  EXPECT_GE(report.searches, 6);
+}
+
+TEST_F(LocalizerTest, TheFirstSureFrameIsToldApart) {
+  Visitor visitor(*map_);
+  Pose2 T{2, 2, 0};
+  std::vector<TrackingStatus> seen;
+  for (int i = 0; i < 6; ++i) seen.push_back(visitor.Drive(T, kStep, 1).pose.status);
+  EXPECT_EQ(seen.front(), TrackingStatus::kAmbiguous);  // not confirmed yet
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), TrackingStatus::kRelocalized), 1);
+  EXPECT_EQ(seen.back(), TrackingStatus::kTracking);
+}
+
+TEST_F(LocalizerTest, AStartMakesItSureAtOnce) {
+  LocalizerParams params;
+  PoseEstimate start{{2.1, 1.95, 0.45}};
+  start.covariance.diagonal() << 0.04, 0.04, 0.01;
+  params.start = start;
+  Visitor visitor(*map_, UpCamera(250, 0.5), params);
+  const Pose2 T{2, 2, 0.5};
+  const Location location = visitor.See(T);
+  EXPECT_TRUE(location.Placed());
+  Visitor::ExpectRight(location, T);
+}
+
+TEST_F(LocalizerTest, AWrongStartIsGivenUp) {
+  LocalizerParams params;
+  PoseEstimate start{{4, 3.5, 0}};
+  start.covariance.diagonal() << 1e-2, 1e-2, 1e-2;
+  params.start = start;
+  params.give_up_start_after = 4;
+  params.unseen_speed = 0.1;
+  Visitor visitor(*map_, UpCamera(250, 0.5), params);
+  Pose2 T{0.8, 1, 2};
+  EXPECT_FALSE(visitor.Drive(T, kStep, 4).Placed());
+  EXPECT_TRUE(visitor.Drive(T, kStep, 8).Placed());
+}
+
+TEST_F(LocalizerTest, DarknessAndACoveredLensAreLostAndFoundAgain) {
+  Visitor visitor(*map_);
+  Pose2 T{1.5, 1.5, 0};
+  visitor.Drive(T, kStep, 6);
+  for (const int grey : {0, 128, 255}) {
+    SCOPED_TRACE(grey);
+    for (int i = 0; i < 4; ++i) {
+      EXPECT_EQ(visitor.Show(visitor.Uniform(grey)).pose.status, TrackingStatus::kLost);
+    }
+    T = T * Pose2{0.4, 0.1, 0.5};  // it went on meanwhile
+    EXPECT_TRUE(visitor.Drive(T, kStep, 5).Placed());
+  }
+  EXPECT_GE(visitor.Get().Report().relocalized, 4);
+}
+
+TEST_F(LocalizerTest, IsFoundAgainAfterItWasCarriedAway) {
+  Visitor visitor(*map_);
+  for (const Pose2& at : {Pose2{1, 1, 0}, Pose2{3.5, 3, 2}, Pose2{0.8, 3.1, -2}}) {
+    Pose2 T = at;
+    visitor.Drive(T, kStep, 5);
+    EXPECT_TRUE(visitor.Drive(T, kStep, 2).Placed());
+  }
+}
+
+TEST_F(LocalizerTest, OffTheMapItIsLost) {
+  Visitor visitor(*map_);
+  Pose2 T{4.0, 2, 0};
+  visitor.Drive(T, {0.08, 0, 0}, 6);
+  const Location outside = visitor.Drive(T, {0.1, 0, 0}, 40);
+  EXPECT_EQ(outside.pose.status, TrackingStatus::kLost);
+  T = {3.0, 2, 3};
+  EXPECT_TRUE(visitor.Drive(T, {0.08, 0, 0}, 6).Placed());
+}
+
+TEST_F(LocalizerTest, LightAndAFifthOfTheCeilingMayChange) {
+  synthetic::CeilingParams changed;
+  changed.lamps = false;  // all of them are off
+  const SyntheticCeiling other(changed);
+  const calib::MountedCamera up = UpCamera(250, 0.5);
+  const calib::CeilingView view(up, synthetic::kCeiling_m);
+  Visitor visitor(*map_, up);
+  Pose2 T{1.5, 1.2, 0};
+  int placed = 0;
+  constexpr int kFrames = 30;
+  for (int i = 0; i < kFrames; ++i) {
+    T = T * kStep;
+    cv::Mat picture = Seen(other, view, T, static_cast<std::uint32_t>(i) + 50);
+    picture.convertTo(picture, CV_8U, i < 15 ? 0.6 : 1.2, i < 15 ? 5 : -20);  // and exposure
+    // Something covers a fifth of what it sees, at rest in the picture.
+    picture(cv::Rect(0, 0, 130, 118)).setTo(70);
+    const Location location = visitor.Show(picture);
+    Visitor::ExpectRight(location, T);
+    placed += location.Placed() ? 1 : 0;
+  }
+  EXPECT_GE(placed, kFrames - 4);
+}
+
+TEST_F(LocalizerTest, AnotherCeilingIsNeverAPose) {
+  const calib::MountedCamera up = UpCamera(250, 0.5);
+  const calib::CeilingView view(up, synthetic::kCeiling_m);
+  for (std::uint32_t seed = 2; seed <= 5; ++seed) {
+    const SyntheticCeiling elsewhere({.seed = seed});
+    Visitor visitor(*map_, up);
+    Pose2 T{1, 1, 0};
+    for (int i = 0; i < 8; ++i) {
+      T = T * kStep;
+      EXPECT_FALSE(visitor.Show(Seen(elsewhere, view, T)).Placed()) << seed << " " << i;
+    }
+  }
+}
+
+TEST_F(LocalizerTest, HeadingsOfTheMapChooseAmongPlaces) {
+  LocalizerParams params;
+  params.heading.unknown_zero = false;
+  Visitor right(*map_, UpCamera(250, 0.5), params);
+  Visitor wrong(*map_, UpCamera(250, 0.5), params);
+  Pose2 T{2, 2, 0.5};
+  bool found = false;
+  for (int i = 0; i < 6; ++i) {
+    T = T * kStep;
+    const Location location = right.See(T, HeadingPrior{T.yaw + 0.02, 0.001});
+    Visitor::ExpectRight(location, T);
+    found = found || location.Placed();
+    EXPECT_FALSE(wrong.See(T, HeadingPrior{T.yaw + 2, 0.001}).Placed());
+  }
+  EXPECT_TRUE(found);
+}
+
+TEST_F(LocalizerTest, MeasuresAWrongScaleOfTheRigOnce) {
+  // The camera is 4 cm higher than its rig says: 2 % of the distance to the ceiling.
+  const calib::MountedCamera truth = UpCamera(250, 0.54);
+  const calib::CeilingView view(truth, synthetic::kCeiling_m);
+  Visitor visitor(*map_, UpCamera(250, 0.5));
+  Pose2 T{1.5, 1.5, 0};
+  int placed = 0;
+  double last_error = 1;
+  for (int i = 0; i < 30; ++i) {
+    T = T * kStep;
+    const Location location =
+        visitor.Show(Seen(map_->ceiling, view, T, static_cast<std::uint32_t>(i) + 9));
+    if (!location.Placed()) continue;
+    ++placed;
+    last_error = DistanceOf(location.pose.T_map_base, T);
+    EXPECT_LT(last_error, kRight_m);
+  }
+  EXPECT_GE(placed, 27);
+  EXPECT_LT(last_error, 0.002);
+  ASSERT_TRUE(visitor.Get().Report().scale);
+  EXPECT_NEAR(*visitor.Get().Report().scale, 2.1 / 2.06, 0.001);
+}
+
+TEST_F(LocalizerTest, BadCallsAreRefused) {
+  Visitor visitor(*map_);
+  EXPECT_THROW(visitor.Show(cv::Mat(100, 100, CV_8UC1)), calib::InputError);
+  const cv::Mat picture = visitor.Uniform(1);
+  EXPECT_THROW(visitor.Get().Locate({picture, 1, std::nan(""), {}}), calib::InputError);
+  (void)visitor.Get().Locate({picture, 1, 50, {}});
+  EXPECT_THROW(visitor.Get().Locate({picture, 2, 50, {}}), calib::InputError);
+  EXPECT_THROW(visitor.Get().Locate({picture, 2, 51, HeadingPrior{0, 0}}), calib::InputError);
+  (void)visitor.Get().Locate({picture, 2, 51, {}});                            // nothing was harmed
+  EXPECT_THROW(Localizer(*map_->map, UpCamera(250, 2.7)), calib::InputError);  // above the ceiling
+  EXPECT_THROW(Localizer(*map_->map, UpCamera(5000, 0.5)), calib::InputError);  // another scale
+}
+
+class PeriodicMap : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { map_ = new TrueMap(Periodic()); }
+  static void TearDownTestSuite() { delete map_; }
+  static TrueMap* map_;
+};
+TrueMap* PeriodicMap::map_ = nullptr;
+
+TEST_F(PeriodicMap, NoPlaceIsBelieved) {
+  Visitor visitor(*map_);
+  Pose2 T{1, 1, 0};
+  bool ambiguous = false;
+  for (int i = 0; i < 40; ++i) {
+    T = T * Pose2{0.05, 0, 0.01};
+    const Location location = visitor.See(T);
+    EXPECT_FALSE(location.Placed());
+    ambiguous = ambiguous || location.pose.status == TrackingStatus::kAmbiguous;
+  }
+  EXPECT_TRUE(ambiguous);
+}
+
+TEST_F(PeriodicMap, AStartKnownWellIsFollowed) {
+  LocalizerParams params;
+  const Pose2 first{1.2, 1.1, 0.2};
+  PoseEstimate start{first};
+  start.covariance.diagonal() << 0.0016, 0.0016, 4e-4;
+  params.start = start;
+  Visitor visitor(*map_, UpCamera(250, 0.5), params);
+  Pose2 T = first;
+  for (int i = 0; i < 30; ++i) {
+    const Location location = visitor.See(T);
+    EXPECT_TRUE(location.Placed()) << i;
+    Visitor::ExpectRight(location, T);
+    T = T * Pose2{0.05, 0, 0.01};
+  }
+}
+
+TEST_F(PeriodicMap, AStartKnownBadlyIsNot) {
+  LocalizerParams params;
+  PoseEstimate start{{1.5, 1.1, 0.2}};
+  start.covariance.diagonal() << 0.09, 0.09, 4e-4;
+  params.start = start;
+  Visitor visitor(*map_, UpCamera(250, 0.5), params);
+  Pose2 T{1.2, 1.1, 0.2};
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_FALSE(visitor.See(T).Placed());
+    T = T * Pose2{0.05, 0, 0.01};
+  }
+}
+
+TEST_F(PeriodicMap, WhoIsCarriedAwayIsNotBelievedToBeWhereHeWas) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> off(-0.29, 0.29);  // within a tile of 0.6 m
+  for (int trial = 0; trial < 8; ++trial) {
+    LocalizerParams params;
+    const Pose2 first{1.2, 1.1, 0.2};
+    PoseEstimate start{first};
+    start.covariance.diagonal() << 0.0016, 0.0016, 4e-4;
+    params.start = start;
+    Visitor visitor(*map_, UpCamera(250, 0.5), params);
+    Pose2 T = first;
+    for (int i = 0; i < 8; ++i) {
+      visitor.See(T);
+      T = T * Pose2{0.05, 0, 0};
+    }
+    T = Pose2{T.x + 1.2 + off(random), T.y + 0.6 + off(random), T.yaw + 0.1};
+    for (int i = 0; i < 10; ++i) {
+      EXPECT_FALSE(visitor.See(T).Placed()) << trial << " " << i;
+      T = T * Pose2{0.05, 0, 0};
+    }
+  }
+}
+
+TEST(LocalizerParams, AreChecked) {
+  LocalizerParams params;
+  params.min_overlap = 1.5;
+  EXPECT_THROW(params.Validate(), calib::InputError);
+  params = {};
+  params.patches.kept = 0;
+  EXPECT_THROW(params.Validate(), calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::localization

@@ -1,0 +1,105 @@
+#include "localization/map_patches.hpp"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "calib/error.hpp"
+#include "tests/localization/true_map.hpp"
+
+namespace ceilmap::localization {
+namespace {
+
+using calib::Pose2;
+using synthetic::Seen;
+using synthetic::TrueMap;
+using synthetic::UpCamera;
+
+class MapPatchesTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { map_ = new TrueMap(); }
+  static void TearDownTestSuite() { delete map_; }
+
+  /// Root mean square difference of a drawn patch and what a camera would see there, grey levels.
+  static double Difference(const calib::CeilingView& view, const Pose2& T_map_base) {
+    registration::Registrar registrar(view.Size());
+    const MapPatches patches(*map_->map, view, registrar);
+    cv::Mat grey;
+    cv::Mat mask;
+    patches.Draw(T_map_base, grey, mask);
+    EXPECT_EQ(cv::countNonZero(mask), static_cast<int>(mask.total()));
+    return cv::norm(grey, Seen(map_->ceiling, view, T_map_base), cv::NORM_L2) /
+           std::sqrt(static_cast<double>(grey.total()));
+  }
+
+  static TrueMap* map_;
+};
+TrueMap* MapPatchesTest::map_ = nullptr;
+
+TEST_F(MapPatchesTest, ShowWhatTheVisitorWouldSee) {
+  // Noise of 1.5 grey levels is in the pictures; half a pixel of shift would make more than 4.
+  const calib::CeilingView same(UpCamera(), synthetic::kCeiling_m);
+  EXPECT_LT(Difference(same, {2.4, 2.0, 0}), 2.5);
+  EXPECT_LT(Difference(same, {2.613, 1.787, 2.2}), 2.5);
+  const calib::CeilingView nearer(UpCamera(300, 0.6), synthetic::kCeiling_m);
+  EXPECT_LT(Difference(nearer, {2.4, 2.0, -1}), 2.5);
+  const calib::CeilingView wider(UpCamera(180, 0.3), synthetic::kCeiling_m);
+  EXPECT_LT(Difference(wider, {2.4, 2.0, 0.5}), 2.5);
+}
+
+TEST_F(MapPatchesTest, ACameraThatSeesCoarselyGetsMeans) {
+  const calib::CeilingView coarse(UpCamera(100, 0.2), synthetic::kCeiling_m);  // 24 mm a pixel
+  registration::Registrar registrar(coarse.Size());
+  const MapPatches patches(*map_->map, coarse, registrar);
+  cv::Mat grey;
+  cv::Mat mask;
+  patches.Draw({2.4, 2.0, 0}, grey, mask);
+  const double seen = cv::countNonZero(mask) / static_cast<double>(mask.total());
+  EXPECT_GT(seen, 0.5);  // it sees beyond the map's border
+  EXPECT_LT(seen, 1);
+  // Grain of single map pixels averages out: the patch is smoother than the map.
+  cv::Mat sharp;
+  const calib::CeilingView same(UpCamera(), synthetic::kCeiling_m);
+  const MapPatches of_map(*map_->map, same, registrar);
+  of_map.Draw({2.4, 2.0, 0}, sharp, mask);
+  EXPECT_LT(cv::norm(grey.colRange(1, 320), grey.colRange(0, 319), cv::NORM_L1),
+            1.5 * cv::norm(sharp.colRange(1, 320), sharp.colRange(0, 319), cv::NORM_L1));
+}
+
+TEST_F(MapPatchesTest, AreKeptAndSharedByNeighbours) {
+  const calib::CeilingView view(UpCamera(), synthetic::kCeiling_m);
+  registration::Registrar registrar(view.Size());
+  MapPatches patches(*map_->map, view, registrar);
+  const auto first = patches.Near({2.4, 2.0, 0});
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(first->spectrum.empty());
+  EXPECT_NEAR(first->content, 1, 1e-9);
+  EXPECT_EQ(patches.Near({2.45, 2.05, 0.1}), first);
+  EXPECT_NE(patches.Near({2.9, 2.0, 0}), first);
+  EXPECT_NE(patches.Near({2.4, 2.0, 0.5}), first);
+  // The heading -pi + a bit is the same direction as pi.
+  EXPECT_EQ(patches.Near({2.4, 2.0, 3.13}), patches.Near({2.4, 2.0, -3.13}));
+}
+
+TEST_F(MapPatchesTest, WhereLittleIsMappedThereIsNone) {
+  const calib::CeilingView view(UpCamera(), synthetic::kCeiling_m);
+  registration::Registrar registrar(view.Size());
+  MapPatches patches(*map_->map, view, registrar);
+  EXPECT_FALSE(patches.Near({-2, -2, 0}));
+  EXPECT_FALSE(patches.Near({1e7, -1e7, 1}));
+  const auto half = patches.Near({2.4, -1.1, 0});
+  ASSERT_TRUE(half);
+  EXPECT_LT(half->content, 0.7);
+  EXPECT_GT(half->content, 0.3);
+}
+
+TEST_F(MapPatchesTest, ImpossibleParametersAreRefused) {
+  const calib::CeilingView view(UpCamera(), synthetic::kCeiling_m);
+  registration::Registrar registrar(view.Size());
+  PatchParams params;
+  params.headings = 3;
+  EXPECT_THROW(MapPatches(*map_->map, view, registrar, params), calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::localization

@@ -1,0 +1,125 @@
+#include "localization/motion_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <random>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::localization {
+namespace {
+
+using calib::Pose2;
+
+PoseEstimate Known(const Pose2& T, double sigma = 1e-3, double sigma_rad = 1e-3) {
+  PoseEstimate pose{T};
+  pose.covariance.diagonal() << sigma * sigma, sigma * sigma, sigma_rad * sigma_rad;
+  return pose;
+}
+
+TEST(MotionModel, LearnsAnEvenSpeedAndKeepsIt) {
+  MotionModel model;
+  EXPECT_FALSE(model.Started());
+  const Pose2 step{0.05, 0.01, 0.03};  // along an arc, 0.1 s each
+  Pose2 T{1, 2, 3.1};
+  model.Start(Known(T), 0);
+  for (int i = 1; i <= 30; ++i) {
+    T = T * step;
+    model.Predict(0.1 * i);
+    model.Update(Known(T));
+  }
+  EXPECT_NEAR(model.Velocity().x(), 0.5, 0.03);
+  EXPECT_NEAR(model.Velocity().y(), 0.1, 0.03);
+  EXPECT_NEAR(model.Velocity().z(), 0.3, 0.02);
+  const PoseEstimate later = model.PredictedAt(3.3);
+  const Pose2 expected = T * step * step * step;
+  EXPECT_NEAR(later.T_map_base.x, expected.x, 5e-3);
+  EXPECT_NEAR(later.T_map_base.y, expected.y, 5e-3);
+  EXPECT_NEAR(calib::WrapAngle(later.T_map_base.yaw - expected.yaw), 0, 5e-3);
+  EXPECT_EQ(model.Stamp(), 3.0);  // PredictedAt changes nothing
+}
+
+TEST(MotionModel, KnowsLessTheLongerNothingIsSeen) {
+  MotionModel model;
+  model.Start(Known({}), 10);
+  double before = 0;
+  for (const double ahead : {0.0, 0.05, 0.1, 0.5, 2.0}) {
+    const double variance = model.PredictedAt(10 + ahead).covariance(0, 0);
+    EXPECT_GT(variance, before);
+    before = variance;
+  }
+  EXPECT_GT(before, 1);  // after two seconds it may be anywhere near
+  EXPECT_EQ(model.PredictedAt(9).covariance(0, 0), model.Pose().covariance(0, 0));
+}
+
+TEST(MotionModel, ErrorsAreAsLargeAsItSays) {
+  // Robots that do what the model says: its normalised squared error must average 3.
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  const MotionModelParams params;
+  constexpr double kDt = 0.1;
+  double sum = 0;
+  int count = 0;
+  for (int robot = 0; robot < 300; ++robot) {
+    Pose2 T;
+    Eigen::Vector3d v(params.first_speed_sigma * normal(random),
+                      params.first_speed_sigma * normal(random),
+                      params.first_turn_sigma * normal(random));
+    MotionModel model;
+    const auto measure = [&] {
+      constexpr double kSigma = 0.01;
+      return Known({T.x + kSigma * normal(random),
+                    T.y + kSigma * normal(random),
+                    T.yaw + kSigma * normal(random)},
+                   kSigma,
+                   kSigma);
+    };
+    model.Start(measure(), 0);
+    for (int i = 1; i <= 15; ++i) {
+      constexpr int kSteps = 20;
+      for (int k = 0; k < kSteps; ++k) {
+        const double dt = kDt / kSteps;
+        T = T * Pose2{v.x() * dt, v.y() * dt, v.z() * dt};
+        v.x() += std::sqrt(params.speed_noise * dt) * normal(random);
+        v.y() += std::sqrt(params.speed_noise * dt) * normal(random);
+        v.z() += std::sqrt(params.turn_noise * dt) * normal(random);
+      }
+      model.Predict(kDt * i);
+      sum += SquaredDistance(model.Pose(), {T});
+      ++count;
+      model.Update(measure());
+    }
+  }
+  EXPECT_NEAR(sum / count, 3, 0.45);
+}
+
+TEST(MotionModel, TakesAHeadingAlone) {
+  MotionModel model;
+  model.Start(Known({0, 0, 3.1}, 0.01, 0.2), 0);
+  model.UpdateYaw(-3.1, 1e-6);  // across the turn
+  EXPECT_NEAR(model.Pose().T_map_base.yaw, -3.1, 1e-4);
+  EXPECT_NEAR(model.Pose().covariance(2, 2), 1e-6, 1e-8);
+  EXPECT_EQ(model.Pose().T_map_base.x, 0);
+}
+
+TEST(PoseEstimates, DistanceAndMotion) {
+  const PoseEstimate a = Known({0, 0, 3.1}, 0.1, 0.1);
+  const PoseEstimate b = Known({0.3, 0, -3.1}, 0.1, 0.1);
+  const double turn = 2 * (std::acos(-1.0) - 3.1);
+  EXPECT_NEAR(SquaredDistance(a, b), (0.09 + turn * turn) / 0.02, 1e-9);
+  const PoseEstimate moved = Moved(Known({1, 1, 0}, 0.1, 0.01), {2, 0, 1}, Eigen::Matrix3d::Zero());
+  EXPECT_NEAR(moved.T_map_base.x, 3, 1e-12);
+  // The heading's error swings the robot sideways.
+  EXPECT_NEAR(moved.covariance(1, 1), 0.01 + 4 * 1e-4, 1e-9);
+}
+
+TEST(MotionModel, RefusesImpossibleParameters) {
+  MotionModelParams params;
+  params.turn_noise = 0;
+  EXPECT_THROW(MotionModel{params}, calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::localization
