@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds ceilmap and maps the bundled recording: a map, a trajectory and a picture, scored.
+# Installs what is missing, builds ceilmap, maps the bundled recording and finds a second robot on the map; both scored.
 #   samples/run.sh [OUTPUT_DIR]     default: samples/out
 set -euo pipefail
 
@@ -22,6 +22,15 @@ echo
 echo "2. What it scores against the exact truth (position after a planar alignment)"
 "$ceilmap" evaluate --truth "$sample/truth.tum" map="$out/lab.tum"
 echo
+echo "3. Another robot, with another camera on another day, switched on anywhere on that map"
+second=$root/samples/lab-second-robot
+"$ceilmap" localize "$out/lab.gpkg" --rig "$second/rig.yaml" --up "$second/up.mp4" \
+  --stamps "$second/frames.csv" -o "$out/second.tum" --status "$out/second.csv"
+echo
+echo "4. What that scores"
+"$ceilmap" evaluate --truth "$second/truth.tum" second="$out/second.tum"
+echo
 echo "The map         $out/lab.gpkg   (QGIS and GDAL open it; 'ceilmap info' describes it)"
 echo "The trajectory  $out/lab.tum"
+echo "The second one  $out/second.tum, and its status frame by frame in second.csv"
 echo "The picture     $out/lab.png    (seen from above)"

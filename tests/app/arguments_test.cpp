@@ -39,5 +39,14 @@ TEST(ParseNamedFile, AFileOfTheWholeNameWins) {
   EXPECT_EQ(file.file, "x=1.tum");
 }
 
+TEST(ParseSpread, MetresAndDegrees) {
+  const PoseSpread spread = ParseSpread("0.5,18", "--start-spread");
+  EXPECT_EQ(spread.position_m, 0.5);
+  EXPECT_NEAR(spread.yaw_rad, std::numbers::pi / 10, 1e-12);
+  for (const char* bad : {"", "1", "0,1", "1,-1", "1,2,3", "a,b", "nan,1"}) {
+    EXPECT_THROW((void)ParseSpread(bad, "--start-spread"), calib::InputError) << bad;
+  }
+}
+
 }  // namespace
 }  // namespace ceilmap::app

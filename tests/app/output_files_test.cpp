@@ -66,5 +66,27 @@ TEST(WriteText, WithoutCommitTheOldFileStays) {
   EXPECT_THAT(folder.Names(), ElementsAre("a.json"));
 }
 
+TEST(GrowingFile, AppearsWhenItIsComplete) {
+  const TestFolder folder;
+  folder.Write("a.txt", "old");
+  {
+    GrowingFile file(folder / "a.txt");
+    file.Append("one\n");
+    file.Append("two\n");
+    EXPECT_EQ(ReadAll(folder / "a.txt"), "old");
+    file.Commit();
+  }
+  EXPECT_EQ(ReadAll(folder / "a.txt"), "one\ntwo\n");
+  {
+    GrowingFile file(folder / "a.txt");
+    file.Append("never");
+  }
+  EXPECT_EQ(ReadAll(folder / "a.txt"), "one\ntwo\n");
+  EXPECT_EQ(folder.Names().size(), 1U);
+  GrowingFile nameless{std::filesystem::path()};
+  nameless.Append("nothing");
+  nameless.Commit();
+}
+
 }  // namespace
 }  // namespace ceilmap::app

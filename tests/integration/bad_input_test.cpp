@@ -2,7 +2,9 @@
 // nothing left behind.
 
 #include <algorithm>
+#include <opencv2/core.hpp>
 
+#include "tests/integration/format_version.hpp"
 #include "tests/integration/recordings.hpp"
 
 namespace ceilmap::integration {
@@ -29,6 +31,43 @@ std::vector<std::string> Map(std::vector<std::string> more) {
   if (!has_output) more.insert(more.end(), {"-o", "m.gpkg"});
   more.insert(more.end(), {"--trajectory=t.tum", "--summary=s.json"});
   return more;
+}
+
+// Arguments of a localization that is right but for what they say.
+std::vector<std::string> Localize(const std::string& map,
+                                  const std::string& rig,
+                                  const std::string& up,
+                                  std::vector<std::string> more = {}) {
+  more.insert(more.begin(), {"localize", map, "--rig=" + rig, "--up=" + up, "-o", "t.tum"});
+  more.insert(more.end(), {"--status=s.csv", "--summary=s.json"});
+  return more;
+}
+
+// A map of the recording, and files that only look like one.
+void WriteMaps(const Recordings& test) {
+  ASSERT_EQ(
+      test.Run({"map", "--quiet", "--rig=@rig.yaml", "--up=@run.avi", "-o", "@good.gpkg"}).err, "");
+  const std::string map = app::ReadAll(test.in / "good.gpkg");
+  test.in.Write("half.gpkg", map.substr(0, map.size() / 2));
+  std::filesystem::copy_file(test.in / "good.gpkg", test.in / "old.gpkg");
+  SetFormatVersion(test.in / "old.gpkg", 1);
+  ASSERT_EQ(test.Run({"map", "--quiet", "--up=@run", "-o", "@pixels.gpkg"}).exit_code, 0);
+  std::string rig = kRig;
+  test.in.Write("high.yaml", rig.replace(rig.find("[0, 0, 0.4]"), 11, "[0, 0, 2.39]"));
+  rig = kRig;
+  test.in.Write("blind.yaml", rig.replace(rig.find("  up:"), 5, "  forward:"));
+  rig = kRig;
+  test.in.Write(
+      "down.yaml",
+      rig.replace(rig.find("[0, 0, 0.707106781186548, 0.707106781186548]"), 44, "[1, 0, 0, 0]"));
+  std::vector<cv::Mat> elsewhere;
+  for (const cv::Mat& picture : CeilingPictures()) {
+    cv::Mat mirrored;  // no ceiling looks like its mirror image
+    cv::flip(picture, mirrored, 0);
+    elsewhere.push_back(mirrored);
+  }
+  app::WritePictures(test.in / "elsewhere", elsewhere);
+  test.in.Write("h.csv", "timestamp,heading_deg,sigma_deg\n1,2,0\n");
 }
 
 void WriteBadInputs(const app::TestFolder& in) {
@@ -68,6 +107,7 @@ class BadInputTest : public testing::TestWithParam<BadInput> {};
 TEST_P(BadInputTest, IsOneLineAndLeavesNothing) {
   const Recordings test;
   WriteBadInputs(test.in);
+  if (!GetParam().arguments.empty() && GetParam().arguments[0] == "localize") WriteMaps(test);
   const ProcessResult result = test.Run(GetParam().arguments);
   EXPECT_EQ(result.exit_code, GetParam().exit_code);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
@@ -141,6 +181,35 @@ const std::vector<BadInput> kMaps = {
      "--from-below"},
 };
 
+const std::vector<BadInput> kLocalize = {
+    {"NoMap", Localize("@none.gpkg", "@rig.yaml", "@run.avi"), "none.gpkg: no such file"},
+    {"MapIsNone", Localize("@run.avi", "@rig.yaml", "@run.avi"), "is no GeoPackage"},
+    {"MapIsTruncated", Localize("@half.gpkg", "@rig.yaml", "@run.avi"), "half.gpkg"},
+    {"MapOfAnotherVersion", Localize("@old.gpkg", "@rig.yaml", "@run.avi"), "version 1"},
+    {"MapInPixels", Localize("@pixels.gpkg", "@rig.yaml", "@run.avi"), "make it again with --rig"},
+    {"CameraAtTheCeiling", Localize("@good.gpkg", "@high.yaml", "@run.avi"), "high.yaml"},
+    {"NoUpwardCamera", Localize("@good.gpkg", "@blind.yaml", "@run.avi"), "blind.yaml"},
+    {"CameraLooksDown", Localize("@good.gpkg", "@down.yaml", "@run.avi"), "down.yaml"},
+    {"NotTheRigsPictures", Localize("@good.gpkg", "@rig.yaml", "@small"), "200x200 px"},
+    {"AnotherRoom", Localize("@good.gpkg", "@rig.yaml", "@elsewhere"), "none of its 24 frames", 1},
+    {"NothingToSee", Localize("@good.gpkg", "@rig.yaml", "@grey.avi"), "none of its 5 frames", 1},
+    {"StartIsNoPose",
+     Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--start=1,2"}),
+     "must be X,Y,YAW_DEG"},
+    {"SpreadIsNone",
+     Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--start-spread=0,5"}),
+     "must be METRES,DEGREES"},
+    {"HeadingsWithoutSigma",
+     Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--heading=@h.csv"}),
+     "h.csv:2"},
+    {"TiltNotYet",
+     Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--tilt=fused"}),
+     "not available"},
+    {"TwoResults",
+     Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--uncompensated=t.tum"}),
+     "two results"},
+};
+
 const std::vector<BadInput> kPairs = {
     {"RegisterNothing", {"register"}, "two pictures"},
     {"RegisterOnePicture", {"register", "@run/frame0.png"}, "two pictures"},
@@ -186,6 +255,7 @@ INSTANTIATE_TEST_SUITE_P(StampsAndRigs, BadInputTest, testing::ValuesIn(kStampsA
 INSTANTIATE_TEST_SUITE_P(Arguments, BadInputTest, testing::ValuesIn(kArguments), NameOf);
 INSTANTIATE_TEST_SUITE_P(Outputs, BadInputTest, testing::ValuesIn(kOutputs), NameOf);
 INSTANTIATE_TEST_SUITE_P(Maps, BadInputTest, testing::ValuesIn(kMaps), NameOf);
+INSTANTIATE_TEST_SUITE_P(Localize, BadInputTest, testing::ValuesIn(kLocalize), NameOf);
 INSTANTIATE_TEST_SUITE_P(Pairs, BadInputTest, testing::ValuesIn(kPairs), NameOf);
 INSTANTIATE_TEST_SUITE_P(Trajectories, BadInputTest, testing::ValuesIn(kTrajectories), NameOf);
 

@@ -138,5 +138,61 @@ TEST(MarginalCovariances, AFalseClosureAddsNoTrust) {
   EXPECT_LT(plain[2].norm(), 0.7 * without[2].norm());
 }
 
+/// Of the errors of all keyframes, dense, from the marginal case with the anchor fixed.
+Eigen::MatrixXd DenseCovariance(const std::vector<Edge>& edges,
+                                std::int64_t anchor,
+                                const std::vector<Pose2>& poses) {
+  const Eigen::MatrixXd jacobian = NumericJacobian(edges, poses);
+  Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+  information.middleRows(3 * anchor, 3).setZero();
+  information.middleCols(3 * anchor, 3).setZero();
+  information.block<3, 3>(3 * anchor, 3 * anchor).setIdentity();
+  Eigen::MatrixXd covariance = information.inverse();
+  covariance.block<3, 3>(3 * anchor, 3 * anchor).setZero();
+  return covariance;
+}
+
+TEST(ShapeCovariances, AreWhatAFitOfThePositionsLeaves) {
+  constexpr int kSize = 25;
+  const synthetic::World world = RandomWorld(kSize, 10);
+  const std::vector<Edge>& edges = world.graph.edges;
+  const std::vector<Pose2>& poses = world.truth;
+  const auto shape = ShapeCovariances(edges, 0, poses, kPlain);
+  ASSERT_EQ(shape.size(), poses.size());
+  // Projector: subtract the planar motion with the least squared error of the positions.
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+  for (const Pose2& pose : poses) centroid += pose.Translation() / kSize;
+  Eigen::MatrixXd motions(3 * kSize, 3);
+  Eigen::MatrixXd positions = Eigen::MatrixXd::Zero(3 * kSize, 3);
+  for (int i = 0; i < kSize; ++i) {
+    const Eigen::Vector2d arm = poses[static_cast<std::size_t>(i)].Translation() - centroid;
+    motions.block<3, 3>(3 * i, 0) << 1, 0, -arm.y(), 0, 1, arm.x(), 0, 0, 1;
+    positions.block<2, 3>(3 * i, 0) = motions.block<2, 3>(3 * i, 0);
+  }
+  const Eigen::MatrixXd fit = (positions.transpose() * positions).inverse() * positions.transpose();
+  const Eigen::MatrixXd project = Eigen::MatrixXd::Identity(3 * kSize, 3 * kSize) - motions * fit;
+  const Eigen::MatrixXd expected = project * DenseCovariance(edges, 0, poses) * project.transpose();
+  for (int i = 0; i < kSize; ++i) {
+    const Eigen::Matrix3d block = expected.block<3, 3>(3 * i, 3 * i);
+    EXPECT_LT(RelativeError(shape[static_cast<std::size_t>(i)], block), 1e-5) << i;
+  }
+}
+
+TEST(ShapeCovariances, DoNotDependOnTheAnchor) {
+  const synthetic::World world = RandomWorld(40, 10);
+  const auto a = ShapeCovariances(world.graph.edges, 0, world.truth, kPlain);
+  const auto b = ShapeCovariances(world.graph.edges, 23, world.truth, kPlain);
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_LT(RelativeError(a[i], b[i]), 1e-6) << i;
+}
+
+TEST(ShapeCovariances, WhatIsNotConnectedIsUnknown) {
+  const std::vector<Edge> edges = {MakeEdge(0, 1, {1, 0, 0}), MakeEdge(2, 3, {1, 0, 0})};
+  const std::vector<Pose2> apart = {{0, 0, 0}, {1, 0, 0}, {5, 0, 0}, {6, 0, 0}};
+  const auto shape = ShapeCovariances(edges, 0, apart, kPlain);
+  EXPECT_TRUE(shape[0].allFinite());
+  EXPECT_TRUE(shape[1].allFinite());
+  EXPECT_FALSE(shape[2].allFinite());
+}
+
 }  // namespace
 }  // namespace ceilmap::mapping

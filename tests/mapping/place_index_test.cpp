@@ -81,6 +81,47 @@ TEST(PlaceIndex, AgreesWithBruteForce) {
   }
 }
 
+TEST(PlaceIndex, TellsHowAPictureLiesToTheKeyframe) {
+  std::mt19937 random(8);
+  PlaceIndex index(kDimension);
+  std::vector<cv::Mat> places;
+  for (int id = 0; id < 40; ++id) {
+    places.push_back(RandomRows(20, random));
+    index.Add(id, places.back());
+  }
+  for (int trial = 0; trial < 10; ++trial) {
+    const int id = 4 * trial;
+    const ImageMotion motion{12.0 - 3 * trial, 5.0 * trial - 20, 0.6 * trial - 3, 1};
+    const cv::Mat query = SeenAgain(places[static_cast<std::size_t>(id)], motion, random);
+    const auto matches = index.Search(query, 3);
+    ASSERT_FALSE(matches.empty());
+    ASSERT_EQ(matches[0].keyframe_id, id);
+    EXPECT_GE(matches[0].windows, 15);
+    // Places move with the content: p_query = motion(p_stored).
+    const ImageMotion back = motion.Inverse();
+    EXPECT_NEAR(matches[0].T_stored_query.x, back.tx_px, 0.5);
+    EXPECT_NEAR(matches[0].T_stored_query.y, back.ty_px, 0.5);
+    EXPECT_NEAR(calib::WrapAngle(matches[0].T_stored_query.yaw - back.theta_rad), 0, 0.02);
+  }
+}
+
+TEST(PlaceIndex, ASingleWindowTellsWhereButNotHowTurned) {
+  std::mt19937 random(9);
+  PlaceIndex index(kDimension);
+  cv::Mat first;
+  for (int id = 0; id < 40; ++id) {
+    const cv::Mat rows = RandomRows(5, random);
+    if (id == 0) first = rows;
+    index.Add(id, rows);
+  }
+  const auto matches = index.Search(first.row(2), 1);
+  ASSERT_FALSE(matches.empty());
+  EXPECT_EQ(matches[0].keyframe_id, 0);
+  EXPECT_EQ(matches[0].windows, 0);
+  EXPECT_FLOAT_EQ(static_cast<float>(matches[0].T_stored_query.x), first.at<float>(2, 0));
+  EXPECT_FLOAT_EQ(static_cast<float>(matches[0].T_stored_query.y), first.at<float>(2, 1));
+}
+
 TEST(PlaceIndex, FindsKeyframesSeenAgain) {
   std::mt19937 random(6);
   PlaceIndex index(kDimension);

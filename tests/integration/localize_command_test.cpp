@@ -1,0 +1,154 @@
+// `ceilmap localize` through the real program: a second recording on the map of the first.
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <sstream>
+
+#include "app/csv.hpp"
+#include "app/tum.hpp"
+#include "tests/integration/recordings.hpp"
+
+namespace ceilmap::integration {
+namespace {
+
+using testing::HasSubstr;
+using testing::UnorderedElementsAre;
+
+// The way back under the same ceiling, half a turn, in dimmer light: the second robot's recording.
+class LocalizeCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::vector<cv::Mat> pictures = CeilingPictures();
+    std::reverse(pictures.begin(), pictures.end());
+    for (cv::Mat& picture : pictures) {
+      cv::Mat turned;
+      cv::flip(picture, turned, -1);
+      turned.convertTo(picture, CV_8U, 0.8, 3);
+    }
+    app::WriteVideo(test_.in / "back.avi", pictures, 10);
+    ASSERT_EQ(test_
+                  .Run({"map",
+                        "--quiet",
+                        "--rig=@rig.yaml",
+                        "--up=@run.avi",
+                        "--stamps=@stamps.csv",
+                        "-o",
+                        "@m.gpkg"})
+                  .exit_code,
+              0);
+  }
+
+  // Picture k of the way back is picture kFrames - 1 - k of the way there, turned.
+  static void ExpectWayBack(const app::StampedPose& pose, double first_s) {
+    const double k = kFrames - 1 - std::round((pose.stamp_s - first_s) / 0.1);
+    EXPECT_NEAR(pose.position.x(), -kStep.y * k * 0.01, 0.003);
+    EXPECT_NEAR(pose.position.y(), kStep.x * k * 0.01, 0.003);
+    EXPECT_NEAR(std::abs(app::YawOf(pose)), std::numbers::pi, 0.005);
+  }
+
+  Recordings test_;
+};
+
+TEST_F(LocalizeCommand, FindsAndFollows) {
+  const ProcessResult result = test_.Run({"localize",
+                                          "@m.gpkg",
+                                          "--rig=@rig.yaml",
+                                          "--up=@back.avi",
+                                          "--stamps=@stamps.csv",
+                                          "-o",
+                                          "t.tum",
+                                          "--status=s.csv",
+                                          "--uncompensated=t0.tum",
+                                          "--summary=s.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(test_.out.Names(), UnorderedElementsAre("t.tum", "t0.tum", "s.csv", "s.json"));
+  for (const char* text : {"placed", "found", "sigma", "frames/s", "written t.tum"}) {
+    EXPECT_THAT(result.out, HasSubstr(text));
+  }
+  const std::vector<app::StampedPose> poses = app::ReadTum(test_.out / "t.tum");
+  EXPECT_GE(poses.size(), static_cast<std::size_t>(kFrames - 4));
+  for (const app::StampedPose& pose : poses) ExpectWayBack(pose, 100);
+  EXPECT_EQ(app::ReadAll(test_.out / "t.tum"), app::ReadAll(test_.out / "t0.tum"));
+
+  const app::CsvTable status = app::ReadCsv(test_.out / "s.csv");
+  ASSERT_EQ(status.rows.size(), static_cast<std::size_t>(kFrames));
+  std::size_t placed = 0;
+  for (const app::CsvTable::Row& row : status.rows) {
+    const std::string& what = row.fields[status.Column("status")];
+    const bool has_pose = what == "tracking" || what == "relocalized";
+    EXPECT_TRUE(has_pose || what == "ambiguous" || what == "lost") << what;
+    for (const char* column : {"x",
+                               "y",
+                               "yaw_deg",
+                               "pitch_deg",
+                               "roll_deg",
+                               "sigma_x",
+                               "sigma_y",
+                               "sigma_yaw_deg",
+                               "peak",
+                               "inliers"}) {
+      EXPECT_EQ(row.fields[status.Column(column)].empty(), !has_pose) << column;
+    }
+    placed += has_pose ? 1 : 0;
+  }
+  EXPECT_EQ(placed, poses.size());
+
+  const auto summary = nlohmann::json::parse(app::ReadAll(test_.out / "s.json"));
+  EXPECT_EQ(summary["command"], "localize");
+  EXPECT_EQ(summary["frames"], kFrames);
+  EXPECT_EQ(summary["quality"]["relocalized"], 1);
+  EXPECT_EQ(summary["quality"]["dropped"], 0);
+  EXPECT_LE(summary["quality"]["first_placed_frame"], 4);
+  EXPECT_EQ(summary["files"].size(), 3U);
+}
+
+TEST_F(LocalizeCommand, StreamsPosesToStdout) {
+  const ProcessResult result = test_.Run(
+      {"localize", "@m.gpkg", "--rig=@rig.yaml", "--up=@back.avi", "-o", "t.tum", "--stream"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string file = app::ReadAll(test_.out / "t.tum");
+  EXPECT_EQ(result.out, file.substr(file.find('\n') + 1));
+}
+
+TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
+  // A start that is right makes the first frame sure; headings that contradict the pictures leave
+  // nothing to be sure of.
+  const double k = kFrames - 1;
+  const std::string start =
+      std::to_string(-kStep.y * k * 0.01) + "," + std::to_string(kStep.x * k * 0.01) + ",180";
+  ProcessResult result = test_.Run({"localize",
+                                    "@m.gpkg",
+                                    "--rig=@rig.yaml",
+                                    "--up=@back.avi",
+                                    "-o",
+                                    "t.tum",
+                                    "--start=" + start,
+                                    "--start-spread=0.1,5"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(app::ReadTum(test_.out / "t.tum").size(), static_cast<std::size_t>(kFrames));
+  std::string headings = "timestamp,heading_deg,sigma_deg\n";
+  for (int i = 0; i < kFrames; ++i) headings += std::to_string(0.1 * i) + ",60,1\n";
+  test_.in.Write("h.csv", headings);
+  result = test_.Run({"localize",
+                      "@m.gpkg",
+                      "--rig=@rig.yaml",
+                      "--up=@back.avi",
+                      "-o",
+                      "h.tum",
+                      "--heading=@h.csv",
+                      "--heading-zero=map"});
+  EXPECT_EQ(result.exit_code, 1);
+  result = test_.Run({"localize",
+                      "@m.gpkg",
+                      "--rig=@rig.yaml",
+                      "--up=@back.avi",
+                      "-o",
+                      "h.tum",
+                      "--heading=@h.csv"});  // from an unknown direction: constant, and so it is
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+}  // namespace
+}  // namespace ceilmap::integration
