@@ -228,6 +228,11 @@ void FrameSource::State::Run() {
 }
 
 FrameSource::FrameSource(const std::string& source, const FrameSourceOptions& options)
+    : FrameSource(nullptr, source, options) {}
+
+FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
+                         const std::string& source,
+                         const FrameSourceOptions& options)
     : state_(std::make_shared<State>()) {
   State& state = *state_;
   state.name = source;
@@ -235,7 +240,7 @@ FrameSource::FrameSource(const std::string& source, const FrameSourceOptions& op
     state.stamps_name = options.stamps.string();
     state.stamps_s = ReadStamps(options.stamps);
   }
-  state.reader = FrameReader::Open(source);
+  state.reader = reader ? std::move(reader) : FrameReader::Open(source);
   state.warnings = state.reader->Remarks();
   state.stamp_origin = ChooseStamps(!state.stamps_s.empty(), state.reader->GetKind());
   state.drop_oldest = state.reader->GetKind() == FrameReader::Kind::kLive;

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "app/frame_reader.hpp"
+
 namespace ceilmap::app {
 
 /// One picture of a recording.
@@ -52,6 +54,10 @@ class FrameSource {
   /// stamps
   ///   do not fit.
   explicit FrameSource(const std::string& source, const FrameSourceOptions& options = {});
+  /// The same with a reader that is open already. @param source  its name in messages.
+  FrameSource(std::unique_ptr<FrameReader> reader,
+              const std::string& source,
+              const FrameSourceOptions& options = {});
   /// Stops decoding. A reader that waits for a stalled camera or pipe is left behind, not waited
   /// for.
   ~FrameSource();

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <future>
 #include <thread>
 
 #include "app/interrupt.hpp"
@@ -238,6 +239,48 @@ TEST(FrameSource, LeavesAStalledPipeBehind) {
   }
   ClearInterrupt();
   close(descriptor);
+}
+
+/// A camera that delivers faster than anybody looks.
+class FastCamera : public FrameReader {
+ public:
+  FastCamera(int frames, std::promise<void>& all_delivered)
+      : frames_(frames), all_delivered_(all_delivered) {}
+
+  bool Next(cv::Mat& grey, std::optional<double>&) override {
+    if (delivered_ == frames_) {
+      all_delivered_.set_value();
+      return false;
+    }
+    grey = cv::Mat(4, 4, CV_8UC1, cv::Scalar(delivered_));
+    ++delivered_;
+    return true;
+  }
+  [[nodiscard]] Kind GetKind() const override { return Kind::kLive; }
+  [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override { return std::nullopt; }
+
+ private:
+  int frames_;
+  int delivered_ = 0;
+  std::promise<void>& all_delivered_;
+};
+
+TEST(FrameSource, OfALiveSourceOnlyTheNewestFrameWaits) {
+  for (const int queue : {1, 3}) {
+    std::promise<void> all_delivered;
+    FrameSource source(
+        std::make_unique<FastCamera>(10, all_delivered), "camera", {.live_queue = queue});
+    all_delivered.get_future().wait();
+    Frame frame;
+    for (int i = 10 - queue; i < 10; ++i) {
+      ASSERT_TRUE(source.Read(frame));
+      EXPECT_EQ(frame.index, i);  // counts what was dropped
+      EXPECT_EQ(frame.grey.at<unsigned char>(0, 0), i);
+    }
+    EXPECT_FALSE(source.Read(frame));
+    EXPECT_EQ(source.Report().dropped, 10 - queue);
+    EXPECT_EQ(source.Report().decoded, 10);
+  }
 }
 
 }  // namespace
