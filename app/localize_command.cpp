@@ -57,6 +57,14 @@ void LocalizeParams::Check() const {
   RejectUnavailable(!omni.empty(), "--omni");
   RejectUnavailable(tilt != "none", "--tilt " + tilt);
   CheckOutputFiles({output, uncompensated, status});
+  std::error_code ignored;
+  for (const fs::path& target : {output, uncompensated, status}) {
+    for (const fs::path& source : {map, rig, stamps, heading, fs::path(up)}) {
+      if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
+      throw calib::InputError(
+          fmt::format("{}: is read by this run and cannot be its result too", target.string()));
+    }
+  }
 }
 
 localization::LocalizerParams LocalizeParams::ForLocalizer() const {
@@ -96,6 +104,7 @@ class Results {
     std::fflush(stdout);
   }
 
+  void CommitStatus() { status_.Commit(); }
   void Commit(const LocalizeParams& params, Summary& summary) {
     for (GrowingFile* file : {&trajectory_, &uncompensated_, &status_}) file->Commit();
     for (const fs::path& file : {params.output, params.uncompensated, params.status}) {
@@ -176,8 +185,9 @@ void LocateFrames(FrameSource& source,
 // A recording of another room, or nothing to see: no pose, and why.
 [[noreturn]] void TellNothingFound(const LocalizeParams& params, const LocalizeResult& result) {
   const localization::LocalizerReport& report = result.report;
-  if (report.frames == 0) {
-    throw calib::RunError("interrupted before any frame was located; nothing was written");
+  if (Interrupted()) {
+    throw calib::RunError(
+        fmt::format("interrupted after {} frames, before any could be placed", report.frames));
   }
   const char* const reason =
       report.ambiguous > report.lost
@@ -237,7 +247,10 @@ void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summ
   result.report = localizer.Report();
   result.reading = source.Report();
   result.seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
-  if (result.Placed() == 0) TellNothingFound(params, result);
+  if (result.Placed() == 0) {
+    results.CommitStatus();  // it tells why
+    TellNothingFound(params, result);
+  }
   results.Commit(params, summary);
   if (Interrupted()) {
     PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));

@@ -43,10 +43,13 @@ GrowingFile::GrowingFile(const fs::path& target) {
   if (target.empty()) return;
   file_ = std::make_unique<mapping::AtomicFile>(target);
   stream_.open(file_->PartialPath(), std::ios::binary | std::ios::trunc);
+  RequireWritten(stream_, target);
 }
 
 void GrowingFile::Append(std::string_view text) {
-  if (file_) stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!file_) return;
+  stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  RequireWritten(stream_, file_->Target());
 }
 
 void GrowingFile::Commit() {

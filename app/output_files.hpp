@@ -24,9 +24,10 @@ void WriteText(const mapping::AtomicFile& file, std::string_view text);
 /// (mapping::AtomicFile). Without a name it takes everything and keeps nothing.
 class GrowingFile {
  public:
-  /// @throws as mapping::AtomicFile.
+  /// @throws as mapping::AtomicFile, and calib::RunError when the disk refuses.
   explicit GrowingFile(const std::filesystem::path& target);
 
+  /// @throws calib::RunError when the disk refuses.
   void Append(std::string_view text);
   /// @throws calib::RunError when the disk refused any of it.
   void Commit();

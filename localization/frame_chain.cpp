@@ -16,6 +16,7 @@ struct FrameChain::Impl {
   [[nodiscard]] std::unique_ptr<mapping::Odometry> NewOdometry() const {
     mapping::OdometryParams params;
     params.local_keyframes = 1;
+    params.registration.mask = view.Mask();
     params.restart_after = std::numeric_limits<int>::max();  // begun anew here instead
     return std::make_unique<mapping::Odometry>(view, calib::Pose2{}, params);
   }
@@ -57,7 +58,8 @@ std::optional<ChainStep> FrameChain::Next(const cv::Mat& picture,
   if (first) me.odometry = me.NewOdometry();
   mapping::OdometryStep step = me.odometry->Process(picture, frame_index, stamp_s);
   bool placed = Placed(step);
-  me.began = placed && first;
+  // The first picture that shows anything begins it, whether or not dark ones came before.
+  me.began = placed && !me.T_chain_before;
   if (!placed && !first) {
     // A picture that can begin a chain shows something, only nothing that was seen before.
     std::unique_ptr<mapping::Odometry> anew = me.NewOdometry();
@@ -74,7 +76,12 @@ std::optional<ChainStep> FrameChain::Next(const cv::Mat& picture,
   ChainStep result;
   result.T_before_now = before->Inverse() * step.pose.T_map_base;
   // Both frames were measured against a keyframe: twice the error of one measurement, at the most.
-  if (step.tie.information.trace() > 0) result.covariance = 2 * step.tie.information.inverse();
+  if (step.tie.information.trace() > 0) {
+    const double turn = result.T_before_now.yaw - step.tie.T_from_to.yaw;  // keyframe -> before
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    R.topLeftCorner<2, 2>() = calib::Pose2{0, 0, turn}.Rotation();
+    result.covariance = 2 * R * step.tie.information.inverse() * R.transpose();
+  }
   result.by_prior = step.registration.by_prior;
   return result;
 }

@@ -13,7 +13,8 @@ namespace ceilmap::localization {
 /// How the robot moved between two frames.
 struct ChainStep {
   calib::Pose2 T_before_now;  ///< from the last frame that could be placed in the chain
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw)
+  Eigen::Matrix3d covariance =
+      Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw), in the frame before
   /// Several motions explain the pictures, an even speed alone chose this one (periodic ceiling).
   bool by_prior = false;
 };

@@ -21,6 +21,7 @@ struct HeadingParams {
 /// the same (a ceiling of square tiles looks alike after every quarter turn).
 class HeadingFusion {
  public:
+  /// @throws calib::InputError for impossible parameters.
   explicit HeadingFusion(const HeadingParams& params = {});
 
   /// The robot's yaw on the map by the measured heading; nothing while the zero is unknown.
@@ -32,6 +33,8 @@ class HeadingFusion {
              double yaw_map_rad,
              double yaw_variance_rad2,
              double stamp_s);
+  /// The zero is not known any more. Headings of the map stay what they are.
+  void Forget() { known_ = false; }
 
  private:
   HeadingParams params_;

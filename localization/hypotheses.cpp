@@ -21,6 +21,10 @@ void HypothesesParams::Validate() const {
   require(miss_evidence >= 0, "miss_evidence", miss_evidence, ">= 0");
   require(look_part >= 0, "look_part", look_part, ">= 0");
   require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");
+  require(min_peak_at_rest >= 0 && min_peak_at_rest <= 1,
+          "min_peak_at_rest",
+          min_peak_at_rest,
+          "in [0, 1]");
 }
 
 Hypotheses::Hypotheses(double span, const HypothesesParams& params) : span_(span), params_(params) {
@@ -116,7 +120,9 @@ void Hypotheses::LookAtAll(const std::function<std::optional<Look>(const Hypothe
     h.misses = 0;
     h.pose = look->pose;
     ++h.looks;
-    h.confirmations += look->by_prior ? 0 : 1;
+    const bool anew = travelled_ >= params_.look_part * span_;
+    const bool counts = !look->by_prior && (anew || look->peak >= params_.min_peak_at_rest);
+    h.confirmations += counts ? 1 : 0;
   }
   // Two guesses may turn out to be the same place: the one that is known longer stays.
   std::stable_sort(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
@@ -136,18 +142,30 @@ bool Hypotheses::AnyLook() const {
   return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) { return h.recognised; });
 }
 
+/// The place that explains the latest frame best. Where the map shows little of the frame, few
+/// blocks are easily alike: such places are not asked.
+const Hypothesis& Hypotheses::BestOfFrame() const {
+  int most_blocks = 0;
+  for (const Hypothesis& h : all_) {
+    if (h.recognised) most_blocks = std::max(most_blocks, h.look.unlike.blocks);
+  }
+  const auto comparable = [most_blocks](const Hypothesis& h) {
+    return h.recognised && 2 * h.look.unlike.blocks >= most_blocks;
+  };
+  return *std::min_element(all_.begin(), all_.end(), [&](const Hypothesis& a, const Hypothesis& b) {
+    if (comparable(a) != comparable(b)) return comparable(a);
+    return comparable(a) && a.look.unlike.mean < b.look.unlike.mean;
+  });
+}
+
 void Hypotheses::Weigh() {
   if (AnyLook()) {
-    const auto best =
-        std::min_element(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
-          if (a.recognised != b.recognised) return a.recognised;
-          return a.recognised && a.look.unlike.mean < b.look.unlike.mean;
-        });
+    const Hypothesis& best = BestOfFrame();
     const double weight =
         params_.look_part > 0 ? std::min(1.0, travelled_ / (params_.look_part * span_)) : 1;
     travelled_ = 0;
     for (Hypothesis& h : all_) {
-      const double against = h.recognised ? registration::Evidence(best->look.unlike, h.look.unlike)
+      const double against = h.recognised ? registration::Evidence(best.look.unlike, h.look.unlike)
                                           : params_.miss_evidence;
       h.evidence -= (h.looks == 1 ? 1 : weight) * against;
     }
@@ -163,9 +181,14 @@ void Hypotheses::Weigh() {
   std::stable_sort(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
     return a.evidence > b.evidence;
   });
-  if (all_.size() > static_cast<std::size_t>(params_.most)) {
-    all_.resize(static_cast<std::size_t>(params_.most));
-  }
+  const auto most = static_cast<std::size_t>(params_.most);
+  if (all_.size() <= most) return;
+  // One that may be the right one goes for want of room: the others must prove themselves anew, and
+  // it may come back meanwhile.
+  const bool crowded = all_.front().evidence - all_[most].evidence < params_.min_evidence;
+  all_.resize(most);
+  if (!crowded) return;
+  for (Hypothesis& h : all_) h.confirmations = 0;
 }
 
 const Hypothesis* Hypotheses::Sure() const {

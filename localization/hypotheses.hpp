@@ -21,6 +21,8 @@ struct HypothesesParams {
   /// Looks at the same spot tell the same again: only this part of the picture's span and more of
   /// travel makes a look count in full.
   double look_part = 0.08;
+  /// A look at the same spot confirms a place again only when it agrees as well as this, 0..1.
+  double min_peak_at_rest = 0.5;
   double max_sigmas = 5;  ///< a place further from where it was expected is another one
 
   void Validate() const;  ///< throws calib::InputError naming field, value and range
@@ -29,6 +31,7 @@ struct HypothesesParams {
 /// What a frame says of a hypothesis.
 struct Look {
   PoseEstimate pose;  ///< measured
+  double scale = 1;   ///< of the frame against the map, where that is estimated
   /// Other poses within the picture explain it as well: it says nothing against those.
   bool by_prior = false;
   double peak = 0;  ///< see registration::Registration
@@ -96,6 +99,7 @@ class Hypotheses {
   [[nodiscard]] bool AnyLook() const;
 
  private:
+  [[nodiscard]] const Hypothesis& BestOfFrame() const;
   [[nodiscard]] bool Same(const calib::Pose2& a, const calib::Pose2& b) const;
 
   double span_;

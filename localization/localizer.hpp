@@ -36,6 +36,12 @@ struct LocalizerParams {
   double min_prior_sigma_rad = 0.02;
   /// After this many frames in a row without a place of `start`, the whole map is searched.
   int give_up_start_after = 15;
+  /// After this many frames in a row without a place, headings whose zero was learnt leave no place
+  /// out any more: they may have drifted, or the zero may be wrong.
+  int give_up_heading_after = 40;
+  /// Seconds without anything to see (a hand, a flicker) after which the prediction from before
+  /// still holds, >= 0.
+  double blink_s = 0.5;
   /// How fast a robot may be that nobody can see: standard deviations, m/s and rad/s, > 0.
   double unseen_speed = 1.0;
   double unseen_turn = 1.0;
@@ -62,7 +68,8 @@ struct CeilingFrame {
 
 /// Where the robot is, or why that is not known.
 struct Location {
-  /// Status, T_map_base and its covariance, which mean something when Placed().
+  /// Status, T_map_base and its covariance, which mean something when Placed(). The covariance is
+  /// that of the look and of the map there (MapShape), relative to the map as a whole.
   mapping::FramePose pose;
   double peak = 0;     ///< agreement of the picture with the map, 0..1
   int inliers = 0;     ///< blocks of the picture that agree ...
@@ -104,7 +111,8 @@ struct LocalizerReport {
 ///   ambiguous    several places fit, or one that has not been confirmed yet
 ///   lost         no place fits, or there is nothing to see
 ///
-/// Not thread-safe; uses one thread, and another one at the beginning to index the map.
+/// Not thread-safe. Two threads of its own read the map in the beginning (index, shape); the first
+/// search and the first pose wait for them, up to seconds for a large map.
 class Localizer {
  public:
   /// @param map  must outlive the localizer. @param up  the robot's upward camera.
@@ -118,12 +126,13 @@ class Localizer {
   Localizer& operator=(Localizer&&) noexcept;
 
   /// Where the robot was when the frame was taken.
-  /// @throws calib::InputError on a picture of another size or type, or a stamp that does not
-  /// increase. Never throws on what the picture shows.
+  /// @throws calib::InputError on a picture of another size or type, a stamp that does not
+  /// increase, an impossible heading, and when the map turns out to be damaged. Never throws on
+  /// what the picture shows.
   Location Locate(const CeilingFrame& frame);
 
   /// As just switched on: forgets where the robot was, its heading and LocalizerParams::start. What
-  /// was learnt of the camera's scale and the index of the map stay.
+  /// was learnt of the camera's scale and the index of the map stay, and stamps go on increasing.
   void Reset();
 
   [[nodiscard]] const LocalizerReport& Report() const;

@@ -61,8 +61,9 @@ struct MapPatches::Impl {
 Node MapPatches::Impl::NodeNear(const calib::Pose2& T_map_base) const {
   const double step = 2 * std::numbers::pi / params.headings;
   const std::int64_t heading = std::llround(T_map_base.yaw / step);
-  return {std::llround(T_map_base.x / spacing),
-          std::llround(T_map_base.y / spacing),
+  constexpr double kFarthest = 1e9;  // steps; nothing is mapped there
+  return {std::llround(std::clamp(T_map_base.x / spacing, -kFarthest, kFarthest)),
+          std::llround(std::clamp(T_map_base.y / spacing, -kFarthest, kFarthest)),
           (heading + params.headings) % params.headings};
 }
 
@@ -120,12 +121,17 @@ void MapPatches::Draw(const calib::Pose2& T_map_base, cv::Mat& grey, cv::Mat& ma
   // The window of the mosaic around the view, with room for the interpolation.
   constexpr double kMargin_px = 4;
   const cv::Rect2d bounds = placement.Bounds();
-  const int left = static_cast<int>((bounds.x - grid.min_x) / grid.resolution - kMargin_px);
-  const int top = static_cast<int>((grid.max_y - bounds.br().y) / grid.resolution - kMargin_px);
-  const int width = static_cast<int>(bounds.width / grid.resolution + 2 * kMargin_px);
-  const int height = static_cast<int>(bounds.height / grid.resolution + 2 * kMargin_px);
-  const cv::Rect window =
-      cv::Rect(left, top, width, height) & cv::Rect(0, 0, grid.width_px, grid.height_px);
+  const auto column = [&](double x) {
+    return static_cast<int>(
+        std::clamp((x - grid.min_x) / grid.resolution, 0.0, 1.0 * grid.width_px));
+  };
+  const auto row = [&](double y) {
+    return static_cast<int>(
+        std::clamp((grid.max_y - y) / grid.resolution, 0.0, 1.0 * grid.height_px));
+  };
+  const double margin = kMargin_px * grid.resolution;
+  const cv::Rect window(cv::Point(column(bounds.x - margin), row(bounds.br().y + margin)),
+                        cv::Point(column(bounds.br().x + margin), row(bounds.y - margin)));
   if (window.empty()) {
     mask.setTo(0);
     return;
@@ -149,9 +155,9 @@ void MapPatches::Draw(const calib::Pose2& T_map_base, cv::Mat& grey, cv::Mat& ma
   // Pixel of the read window under a pixel of the patch: linear, so three points tell.
   const auto in_window = [&](double u, double v) {
     const cv::Point2d p = placement.ToMap(u, v);
-    const double col = (p.x - grid.min_x) / grid.resolution - 0.5 - window.x;
-    const double row = (grid.max_y - p.y) / grid.resolution - 0.5 - window.y;
-    return cv::Point2d((col + 0.5) / factor - 0.5, (row + 0.5) / factor - 0.5);
+    const double along = (p.x - grid.min_x) / grid.resolution - 0.5 - window.x;
+    const double down = (grid.max_y - p.y) / grid.resolution - 0.5 - window.y;
+    return cv::Point2d((along + 0.5) / factor - 0.5, (down + 0.5) / factor - 0.5);
   };
   const cv::Point2d origin = in_window(0, 0);
   const cv::Point2d along_u = in_window(1, 0) - origin;
@@ -169,6 +175,7 @@ void MapPatches::Draw(const calib::Pose2& T_map_base, cv::Mat& grey, cv::Mat& ma
   cv::threshold(mask, mask, 254, 255, cv::THRESH_BINARY);
   // The interpolation reaches two pixels over an edge.
   cv::erode(mask, mask, cv::Mat(), {-1, -1}, 2, cv::BORDER_CONSTANT, cv::Scalar(255));
+  grey.setTo(0, mask == 0);  // black counts as nothing where the noise is estimated
 }
 
 }  // namespace ceilmap::localization

@@ -1,24 +1,38 @@
 #include "localization/map_shape.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "mapping/map_graph.hpp"
 #include "mapping/pose_graph.hpp"
 
 namespace ceilmap::localization {
 
+namespace {
+
+/// What the edges' claims must be multiplied with where they disagree more than they claim. Never
+/// less than 1: what all of them have in common (the camera's calibration, the light) no
+/// disagreement shows.
+double ClaimFactor(const mapping::MapQuality& quality) {
+  return std::max(1.0, quality.chi2_per_dof);
+}
+
+}  // namespace
+
 MapShape::MapShape(const mapping::MapReader& map)
     : computing_(std::async(std::launch::async, [&map] { return Compute(map); })) {}
 
 std::vector<MapShape::Place> MapShape::Compute(const mapping::MapReader& map) {
-  const mapping::MapGraph graph = map.ReadGraph();
+  mapping::MapGraph graph;
+  graph.keyframes = map.ReadKeyframes();
+  graph.edges = map.ReadEdges();
   std::vector<Place> places;
   if (graph.keyframes.size() < 2 || graph.edges.empty()) return places;
-  const std::vector<Eigen::Matrix3d> covariances =
-      mapping::ShapeCovariances(graph.edges, graph.keyframes.front().id, mapping::PosesById(graph));
-  // Without a loop the edges cannot disagree, and are taken at their word.
-  const double disagreement = graph.quality.chi2_per_dof;
-  const double factor = disagreement > 0 ? disagreement : 1;
+  const double factor = ClaimFactor(map.Quality());
+  mapping::PoseGraphParams params;
+  params.loop_loss_scale *= std::sqrt(factor);  // as when the map was optimised
+  const std::vector<Eigen::Matrix3d> covariances = mapping::ShapeCovariances(
+      graph.edges, graph.keyframes.front().id, mapping::PosesById(graph), params);
   for (const mapping::Keyframe& keyframe : graph.keyframes) {
     const auto id = static_cast<std::size_t>(keyframe.id);
     if (id >= covariances.size() || !covariances[id].allFinite()) continue;

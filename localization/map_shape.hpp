@@ -12,8 +12,8 @@ namespace ceilmap::localization {
 /// How far a map is bent, at any of its places: the part of a pose's error that no look at the map
 /// can show, because the map itself is off there.
 ///
-/// Computed from the map's edges (mapping::ShapeCovariances), scaled by how well these agree with
-/// each other (MapQuality::chi2_per_dof), in a thread of its own beginning with the constructor;
+/// Computed from the map's edges (mapping::ShapeCovariances), scaled up where these disagree more than they
+/// claim (MapQuality::chi2_per_dof), in a thread of its own beginning with the constructor;
 /// 0.2 s for 2000 keyframes. Not thread-safe.
 class MapShape {
  public:
@@ -22,6 +22,7 @@ class MapShape {
 
   /// Covariance of a pose's (x, y, yaw) by the map's error, in the map frame: that of the nearest
   /// keyframe. Zero for a map of which nothing is known.
+  /// @throws calib::InputError or calib::RunError when the map's edges are damaged.
   [[nodiscard]] Eigen::Matrix3d At(const calib::Pose2& T_map_base);
 
  private:

@@ -41,8 +41,8 @@ struct Gallery {
   std::unordered_map<std::int64_t, calib::Pose2> T_map_view;
 };
 
-std::unique_ptr<Gallery> Fill(const mapping::MapReader& map, const std::atomic<bool>& stop) {
-  auto gallery = std::make_unique<Gallery>();
+std::shared_ptr<const Gallery> Fill(const mapping::MapReader& map, const std::atomic<bool>& stop) {
+  auto gallery = std::make_shared<Gallery>();
   const calib::Pose2& T_base_view = map.Metadata().T_base_view;
   for (const mapping::Keyframe& keyframe : map.ReadKeyframes()) {
     if (stop) break;
@@ -57,21 +57,31 @@ std::unique_ptr<Gallery> Fill(const mapping::MapReader& map, const std::atomic<b
 struct PlaceFinder::Impl {
   Impl(const mapping::MapReader& map, const calib::CeilingView& view, const PlaceFinderParams& p)
       : params(p),
-        units_per_px(ParamsOf(map.Metadata()).units_per_px),
-        T_view_base(view.T_base_view().Inverse()),
-        same(p.same_part * std::max(view.Size().width, view.Size().height) * view.MetresPerPixel()),
-        describer(view.Size(), view.MetresPerPixel(), ParamsOf(map.Metadata()), view.Mask()),
-        filling(std::async(std::launch::async, [&map, this] { return Fill(map, stop); })) {}
+        descriptors(ParamsOf(map.Metadata())),
+        describer(MakeDescriber(view)),
+        filling(std::async(std::launch::async, [&map, this] { return Fill(map, stop); }).share()) {
+    SetView(view);
+  }
   ~Impl() { stop = true; }
 
+  [[nodiscard]] PlaceDescriber MakeDescriber(const calib::CeilingView& view) const {
+    return {view.Size(), view.MetresPerPixel(), descriptors, view.Mask()};
+  }
+  void SetView(const calib::CeilingView& view) {
+    describer = MakeDescriber(view);
+    T_view_base = view.T_base_view().Inverse();
+    const int longer = std::max(view.Size().width, view.Size().height);
+    same = params.same_part * longer * view.MetresPerPixel();
+  }
+
   PlaceFinderParams params;
-  double units_per_px;  // of the descriptors
+  PlaceDescriptorParams descriptors;
   calib::Pose2 T_view_base;
-  double same;
+  double same = 0;  // map units
   PlaceDescriber describer;
-  std::unique_ptr<Gallery> gallery;
+  std::shared_ptr<const Gallery> gallery;
   std::atomic<bool> stop{false};
-  std::future<std::unique_ptr<Gallery>> filling;  // last: ends before what it uses
+  std::shared_future<std::shared_ptr<const Gallery>> filling;  // last: ends before what it uses
 
   [[nodiscard]] calib::Pose2 PoseFrom(const PlaceIndex::Match& match) const;
   [[nodiscard]] std::vector<PlaceProposal> Gather(std::vector<PlaceProposal> single) const;
@@ -79,8 +89,8 @@ struct PlaceFinder::Impl {
 
 calib::Pose2 PlaceFinder::Impl::PoseFrom(const PlaceIndex::Match& match) const {
   calib::Pose2 T_stored_query = match.T_stored_query;
-  T_stored_query.x *= units_per_px;
-  T_stored_query.y *= units_per_px;
+  T_stored_query.x *= descriptors.units_per_px;
+  T_stored_query.y *= descriptors.units_per_px;
   return gallery->T_map_view.at(match.keyframe_id) * T_stored_query * T_view_base;
 }
 
@@ -131,10 +141,14 @@ PlaceFinder::PlaceFinder(const mapping::MapReader& map,
 }
 PlaceFinder::~PlaceFinder() = default;
 
+void PlaceFinder::SetView(const calib::CeilingView& view) {
+  impl_->SetView(view);
+}
+
 std::vector<PlaceProposal> PlaceFinder::Find(
     const cv::Mat& picture, const std::function<bool(const PlaceProposal&)>& wanted) {
   Impl& me = *impl_;
-  if (!me.gallery) me.gallery = me.filling.get();
+  if (!me.gallery) me.gallery = me.filling.get();  // a damaged map throws, each time
   std::vector<PlaceProposal> single;
   for (const PlaceIndex::Match& match :
        me.gallery->index.Search(me.describer.Describe(picture), me.params.keyframes)) {

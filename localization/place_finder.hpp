@@ -48,14 +48,19 @@ struct PlaceProposal {
 /// Not thread-safe.
 class PlaceFinder {
  public:
-  /// @param map, view  must outlive the object.
+  /// @param map  must outlive the object. @throws calib::InputError when the view's scale is too
+  /// far from the map's for its pictures to be described alike.
   PlaceFinder(const mapping::MapReader& map,
               const calib::CeilingView& view,
               const PlaceFinderParams& params = {});
   ~PlaceFinder();
 
+  /// Another view of the same map, e.g. with a corrected scale; the index stays.
+  void SetView(const calib::CeilingView& view);
+
   /// Places with most votes first; none for a picture without marks.
   /// @param picture  CV_8UC1, rectified, of the view's size.
+  /// @throws calib::InputError when the map's descriptors are damaged.
   /// @param wanted  false for places that cannot be (another heading, another part of the
   /// building); may be empty.
   [[nodiscard]] std::vector<PlaceProposal> Find(

@@ -107,12 +107,18 @@ void CoarseStage::LocalMean() {
 
 // A lamp or a window is brighter than all texture together: nearly all that the spectrum shows, and
 // wrong as soon as it is switched off.
-bool CoarseStage::LimitLamps() {
+bool CoarseStage::LimitLamps(const std::vector<float>& fading) {
   constexpr std::size_t kStep = 37;  // shares no factor with usual widths
   deviations_.clear();
+  constexpr float kInside = 0.99F;
+  const auto outside = [](const std::vector<float>& weights, std::size_t i) {
+    return !weights.empty() && weights[i] < kInside;
+  };
   for (std::size_t i = 0; i < reduced_.size(); i += kStep) {
+    if (outside(mask_, i) || outside(fading, i)) continue;
     deviations_.push_back(std::abs(reduced_[i] - mean_[i]));
   }
+  if (deviations_.empty()) return false;
   const auto middle = deviations_.begin() + static_cast<std::ptrdiff_t>(deviations_.size() / 2);
   std::nth_element(deviations_.begin(), middle, deviations_.end());
   constexpr float kLeastTypical = 0.5F;  // grey levels
@@ -134,10 +140,11 @@ void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const 
                       work_.width,
                       work_.height,
                       reduced_.data());
+  const std::vector<float> fading = mask.empty() ? std::vector<float>() : FadingMask(mask);
   LocalMean();
-  if (LimitLamps()) LocalMean();
+  if (LimitLamps(fading)) LocalMean();
   FadeToMean(mask_);
-  if (!mask.empty()) FadeToMean(FadingMask(mask));
+  FadeToMean(fading);
   data.flat.Resize(poc_.Area());
   const double squares = kernels::FlattenAndWindow(reduced_.data(),
                                                    mean_.data(),

@@ -74,7 +74,7 @@ class CoarseStage {
  private:
   [[nodiscard]] std::vector<float> FadingMask(const cv::Mat& mask) const;
   void LocalMean();
-  bool LimitLamps();
+  bool LimitLamps(const std::vector<float>& fading);
   void FadeToMean(const std::vector<float>& weights);
   void TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale);
   void ProposeShifts(const FrameSpectrum::Data& reference,

@@ -215,7 +215,12 @@ bool FineStage::IsSound(const FrameSpectrum::Data& reference,
   const bool agreed = by_blocks + 2 * candidate.poc_peak > params_.min_agreement;
   if (agreed && by_blocks > params_.min_block_agreement) return true;
   Compare(reference, current, finalist);
-  return finalist.unlike.mean < (agreed ? params_.max_unlike_weak : params_.max_unlike);
+  if (finalist.unlike.mean < (agreed ? params_.max_unlike_weak : params_.max_unlike)) return true;
+  constexpr int kEnoughBlocks = 20;
+  constexpr double kFifth = 0.2;
+  return r.inliers >= kEnoughBlocks && r.inliers >= params_.min_partial_inliers * r.blocks &&
+         finalist.agreement > params_.min_partial_agreement &&
+         finalist.unlike.Quantile(kFifth) < params_.max_partial_unlike;
 }
 
 void FineStage::Compare(const FrameSpectrum::Data& reference,

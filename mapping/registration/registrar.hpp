@@ -80,6 +80,13 @@ struct RegistrarParams {
   /// under other light have 1.15 and more).
   double max_unlike_weak = 1.9;
   double min_block_agreement = 1.12;
+  /// A part of what is seen may have changed (covered, moved, switched off): then at least this
+  /// part of the blocks must agree as well as this, and a fifth of them down to the noise. At the
+  /// true place with a fifth to a half changed the agreement was 0.37 and more and that fifth's
+  /// `unlike` 1.1 and less; one tile further 0.32 and less, and 1.9 and more.
+  double min_partial_inliers = 0.6;
+  double min_partial_agreement = 0.36;
+  double max_partial_unlike = 1.4;
   /// Stands for that POC peak in Refine, where it is not computed.
   double refine_poc_peak = 0.3;
   /// Grey levels; pictures with less show nothing.

@@ -29,9 +29,12 @@ ImageMotion Compose(const ImageMotion& second, const ImageMotion& first);
 /// free. A block on which both show the same gives little, one that shows a mark in one picture
 /// only gives much.
 struct Dissimilarity {
-  double mean = 0;
+  double mean = 0;  ///< 0 when no block could be compared
   int blocks = 0;
   std::vector<float> by_block;  ///< of all the grid's blocks, < 0 where not both see it
+
+  /// Nats below which this part (0..1) of the compared blocks lies; infinity when there are none.
+  [[nodiscard]] double Quantile(double part) const;
 };
 
 /// What the blocks that both comparisons have in common say for the first and against the second,

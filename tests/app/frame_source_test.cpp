@@ -268,8 +268,9 @@ class FastCamera : public FrameReader {
 TEST(FrameSource, OfALiveSourceOnlyTheNewestFrameWaits) {
   for (const int queue : {1, 3}) {
     std::promise<void> all_delivered;
-    FrameSource source(
-        std::make_unique<FastCamera>(10, all_delivered), "camera", {.live_queue = queue});
+    FrameSourceOptions options;
+    options.live_queue = queue;
+    FrameSource source(std::make_unique<FastCamera>(10, all_delivered), "camera", options);
     all_delivered.get_future().wait();
     Frame frame;
     for (int i = 10 - queue; i < 10; ++i) {

@@ -39,7 +39,7 @@ std::vector<std::string> Localize(const std::string& map,
                                   const std::string& up,
                                   std::vector<std::string> more = {}) {
   more.insert(more.begin(), {"localize", map, "--rig=" + rig, "--up=" + up, "-o", "t.tum"});
-  more.insert(more.end(), {"--status=s.csv", "--summary=s.json"});
+  more.insert(more.end(), {"--summary=s.json"});
   return more;
 }
 
@@ -205,6 +205,9 @@ const std::vector<BadInput> kLocalize = {
     {"TiltNotYet",
      Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--tilt=fused"}),
      "not available"},
+    {"ResultIsTheMap",
+     {"localize", "@good.gpkg", "--rig=@rig.yaml", "--up=@run.avi", "-o", "@good.gpkg"},
+     "is read by this run"},
     {"TwoResults",
      Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--uncompensated=t.tum"}),
      "two results"},

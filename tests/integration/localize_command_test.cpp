@@ -150,5 +150,29 @@ TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
+TEST_F(LocalizeCommand, OfARecordingOfAnotherPlaceOnlyTheStatusStays) {
+  std::vector<cv::Mat> elsewhere;
+  for (const cv::Mat& picture : CeilingPictures()) {
+    cv::Mat mirrored;  // no ceiling looks like its mirror image
+    cv::flip(picture, mirrored, 0);
+    elsewhere.push_back(mirrored);
+  }
+  app::WritePictures(test_.in / "elsewhere", elsewhere);
+  const ProcessResult result = test_.Run({"localize",
+                                          "@m.gpkg",
+                                          "--rig=@rig.yaml",
+                                          "--up=@elsewhere",
+                                          "-o",
+                                          "t.tum",
+                                          "--status=s.csv",
+                                          "--summary=s.json"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(test_.out.Names(), UnorderedElementsAre("s.csv"));
+  for (const app::CsvTable::Row& row : app::ReadCsv(test_.out / "s.csv").rows) {
+    EXPECT_TRUE(row.fields[1] == "lost" || row.fields[1] == "ambiguous") << row.fields[1];
+    EXPECT_EQ(row.fields[2], "");
+  }
+}
+
 }  // namespace
 }  // namespace ceilmap::integration

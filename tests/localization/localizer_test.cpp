@@ -336,6 +336,92 @@ TEST_F(PeriodicMap, WhoIsCarriedAwayIsNotBelievedToBeWhereHeWas) {
   }
 }
 
+TEST_F(PeriodicMap, ABlinkDoesNotEndIt) {
+  LocalizerParams params;
+  const Pose2 first{1.2, 1.1, 0.2};
+  PoseEstimate start{first};
+  start.covariance.diagonal() << 0.0016, 0.0016, 4e-4;
+  params.start = start;
+  Visitor visitor(*map_, UpCamera(250, 0.5), params);
+  Pose2 T = first;
+  for (int i = 0; i < 12; ++i) {
+    visitor.See(T);
+    T = T * Pose2{0.05, 0, 0};
+  }
+  EXPECT_EQ(visitor.Show(visitor.Uniform(20)).pose.status, TrackingStatus::kLost);
+  T = T * Pose2{0.05, 0, 0};
+  const Location after = visitor.See(T);
+  EXPECT_EQ(after.pose.status, TrackingStatus::kRelocalized);
+  Visitor::ExpectRight(after, T);
+}
+
+TEST_F(PeriodicMap, DarknessInWhichTheRobotDroveLeavesItOpen) {
+  LocalizerParams params;
+  const Pose2 first{1.2, 1.1, 0.2};
+  PoseEstimate start{first};
+  start.covariance.diagonal() << 0.0016, 0.0016, 4e-4;
+  params.start = start;
+  for (const bool dark_at_once : {true, false}) {
+    Visitor visitor(*map_, UpCamera(250, 0.5), params);
+    Pose2 T = first;
+    for (int i = 0; i < (dark_at_once ? 0 : 8); ++i) {
+      visitor.See(T);
+      T = T * Pose2{0.05, 0, 0};
+    }
+    for (int i = 0; i < 30; ++i) visitor.Show(visitor.Uniform(20));
+    T = T * Pose2{0.9, 0.3, 0};
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_FALSE(visitor.See(T).Placed()) << dark_at_once;
+      T = T * Pose2{0.05, 0, 0};
+    }
+  }
+}
+
+TEST_F(LocalizerTest, AGapInTimeIsNotBridgedByOneLook) {
+  Visitor visitor(*map_);
+  Pose2 T{1.5, 1.5, 0};
+  visitor.Drive(T, kStep, 8);
+  // Ten seconds later: it must confirm the place anew.
+  const calib::CeilingView view(UpCamera(250, 0.5), synthetic::kCeiling_m);
+  const Location later = visitor.Get().Locate({Seen(map_->ceiling, view, T), 100, 20, {}});
+  EXPECT_FALSE(later.pose.status == TrackingStatus::kTracking && !later.Placed());
+  Visitor::ExpectRight(later, T);
+}
+
+TEST_F(LocalizerTest, AHeadingThatTheMotionExcludesIsNotUsed) {
+  LocalizerParams params;
+  params.heading.unknown_zero = false;
+  Visitor visitor(*map_, UpCamera(250, 0.5), params);
+  Pose2 T{1.5, 1.5, 0.3};
+  for (int i = 0; i < 20; ++i) {
+    T = T * kStep;
+    const double off = i > 8 && i % 3 == 0 ? 1.5 : 0;  // beside steel
+    const Location location = visitor.See(T, HeadingPrior{T.yaw + off, 1e-4});
+    Visitor::ExpectRight(location, T);
+    EXPECT_TRUE(i <= 5 || location.Placed()) << i;
+  }
+}
+
+TEST_F(LocalizerTest, AWrongZeroOfHeadingsIsForgotten) {
+  LocalizerParams params;
+  params.give_up_heading_after = 6;
+  Visitor visitor(*map_, UpCamera(250, 0.5), params);
+  Pose2 T{1.2, 1.2, 0};
+  for (int i = 0; i < 6; ++i) {
+    T = T * kStep;
+    visitor.See(T, HeadingPrior{T.yaw, 1e-4});
+  }
+  T = Pose2{3, 2.5, 1};  // carried away, and the compass now counts from elsewhere
+  bool found = false;
+  for (int i = 0; i < 14; ++i) {
+    T = T * kStep;
+    const Location location = visitor.See(T, HeadingPrior{T.yaw + 2, 1e-4});
+    Visitor::ExpectRight(location, T);
+    found = found || location.Placed();
+  }
+  EXPECT_TRUE(found);
+}
+
 TEST(LocalizerParams, AreChecked) {
   LocalizerParams params;
   params.min_overlap = 1.5;

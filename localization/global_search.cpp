@@ -1,0 +1,147 @@
+#include "localization/global_search.hpp"
+
+#include <cmath>
+
+namespace ceilmap::localization {
+
+using calib::Pose2;
+using mapping::TrackingStatus;
+using registration::FrameSpectrum;
+
+GlobalSearch::GlobalSearch(const mapping::MapReader& map,
+                           MapSight& sight,
+                           const LocalizerParams& params)
+    : sight_(sight),
+      params_(params),
+      chain_(sight.View()),
+      finder_(map, sight.View(), params.places),
+      hypotheses_(sight.Span(), params.hypotheses),
+      use_start_(params.start.has_value()) {
+  hypotheses_.Clear();
+  if (use_start_) hypotheses_.Trust(*params_.start);
+}
+
+void GlobalSearch::Reset() {
+  hypotheses_.Clear();
+  chain_.Reset();
+  use_start_ = false;
+  frames_ = 0;
+  begin_s_.reset();
+  seen_s_.reset();
+}
+
+void GlobalSearch::BeginAt(const PoseEstimate& pose,
+                           const cv::Mat& picture,
+                           std::int64_t index,
+                           double stamp_s) {
+  Reset();
+  hypotheses_.Trust(pose);
+  (void)chain_.Next(picture, index, stamp_s);
+  begin_s_ = stamp_s;
+  seen_s_ = stamp_s;
+}
+
+void GlobalSearch::ChangeView() {
+  chain_.Reset();
+  finder_.SetView(sight_.View());
+}
+
+/// Carries the hypotheses on by the robot's own motion, as far as it can be seen. False when there
+/// is nothing to see.
+bool GlobalSearch::Move(const cv::Mat& picture, std::int64_t index, double stamp_s) {
+  constexpr double kBlink_s = 1;  // after a longer darkness the robot may have been carried
+  if (!begin_s_) begin_s_ = stamp_s;
+  const std::optional<ChainStep> step = chain_.Next(picture, index, stamp_s);
+  if (!step && !chain_.Began()) return false;
+  const double unseen_s = stamp_s - seen_s_.value_or(*begin_s_);
+  if (step) {
+    hypotheses_.Move(step->T_before_now, step->covariance, !step->by_prior && unseen_s < kBlink_s);
+  } else if (unseen_s > 0) {
+    hypotheses_.Spread(params_.unseen_speed * unseen_s, params_.unseen_turn * unseen_s);
+  }
+  seen_s_ = stamp_s;
+  return true;
+}
+
+bool GlobalSearch::Wanted(const PlaceProposal& place,
+                          double stamp_s,
+                          const std::optional<HeadingPrior>& yaw) const {
+  constexpr double kSigmas = 4;
+  constexpr double kProposal_rad = 0.1;  // what a proposal may be off by
+  if (!place.any_yaw && hypotheses_.Knows(place.T_map_base)) return false;
+  Pose2 T_map_base = place.T_map_base;
+  if (yaw && !place.any_yaw) {
+    const double off = calib::WrapAngle(T_map_base.yaw - yaw->heading_rad);
+    if (std::abs(off) > kSigmas * std::sqrt(yaw->variance_rad2) + kProposal_rad) return false;
+  }
+  if (!use_start_ || frames_ > params_.give_up_start_after) return true;
+  const double elapsed_s = stamp_s - *begin_s_;
+  const double moved = params_.unseen_speed * elapsed_s + 0.1 * sight_.Span();
+  const double turned = params_.unseen_turn * elapsed_s + kProposal_rad;
+  PoseEstimate start = *params_.start;
+  if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
+  start.covariance.diagonal() += Eigen::Vector3d(moved * moved, moved * moved, turned * turned);
+  return SquaredDistance(start, {T_map_base}) < kSigmas * kSigmas;
+}
+
+std::optional<Look> GlobalSearch::LookNear(const Pose2& T_map_base,
+                                           const FrameSpectrum& spectrum,
+                                           const std::optional<PoseEstimate>& expected) {
+  const std::optional<Look> look = sight_.LookNear(T_map_base, spectrum, expected);
+  if (sight_.Verdict() == registration::Verdict::kAmbiguous) ++ambiguous_looks_;
+  return look;
+}
+
+/// All over the map, where it looks like the picture.
+void GlobalSearch::LookElsewhere(double stamp_s,
+                                 const cv::Mat& picture,
+                                 const FrameSpectrum& spectrum,
+                                 const std::optional<HeadingPrior>& yaw) {
+  ++searches_;
+  const double sigma = 0.5 * params_.places.same_part * sight_.Span();
+  constexpr double kProposalVariance = 0.01;  // rad^2
+  Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
+  rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;
+  const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, stamp_s, yaw); };
+  // Where a picture fits in several ways within each place, it does so everywhere.
+  constexpr int kEnoughAmbiguous = 3;
+  for (const PlaceProposal& place : finder_.Find(picture, wanted)) {
+    if (ambiguous_looks_ >= kEnoughAmbiguous) break;
+    std::optional<PoseEstimate> expected;
+    if (!place.any_yaw) expected = {place.T_map_base, rough};
+    const std::optional<Look> look = LookNear(place.T_map_base, spectrum, expected);
+    // A look that more than one pose explains is no news of where the robot is.
+    if (look && !look->by_prior) hypotheses_.Add(*look);
+  }
+}
+
+GlobalSearch::Result GlobalSearch::Next(const cv::Mat& picture,
+                                        const FrameSpectrum& spectrum,
+                                        std::int64_t index,
+                                        double stamp_s,
+                                        const std::optional<HeadingPrior>& yaw) {
+  Result result;
+  if (!Move(picture, index, stamp_s)) return result;
+  ++frames_;
+  ambiguous_looks_ = 0;
+  hypotheses_.LookAtAll(
+      [&](const Hypothesis& h) { return LookNear(h.pose.T_map_base, spectrum, h.pose); });
+  if (hypotheses_.Sure() == nullptr) {
+    // A compass that has drifted, or learnt a wrong zero, must not hide the right place for ever.
+    const bool believe_yaw =
+        !params_.heading.unknown_zero || frames_ <= params_.give_up_heading_after;
+    LookElsewhere(stamp_s, picture, spectrum, believe_yaw ? yaw : std::nullopt);
+  }
+  hypotheses_.Weigh();
+  result.hypotheses = static_cast<int>(hypotheses_.All().size());
+  if (const Hypothesis* sure = hypotheses_.Sure()) {
+    result.status = TrackingStatus::kRelocalized;
+    result.look = sure->look;
+    Reset();
+  } else if (ambiguous_looks_ > 0 || hypotheses_.AnyLook()) {
+    result.status = TrackingStatus::kAmbiguous;
+  }
+  return result;
+}
+
+}  // namespace ceilmap::localization

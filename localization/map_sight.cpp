@@ -1,0 +1,160 @@
+#include "localization/map_sight.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/error.hpp"
+#include "mapping/planar_motion.hpp"
+
+namespace ceilmap::localization {
+
+using calib::Pose2;
+using registration::FrameSpectrum;
+using registration::MotionPrior;
+using registration::Registrar;
+using registration::Registration;
+
+namespace {
+
+/// The camera's view when everything that it sees is `scale` times as large as the rig says, in
+/// pixels.
+calib::CeilingView MakeView(const calib::MountedCamera& up, double ceiling_height_m, double scale) {
+  const double camera_m = up.T_base_cam.translation().z();
+  return {up, camera_m + (ceiling_height_m - camera_m) / scale};
+}
+
+calib::CeilingView MakeFirstView(const mapping::MapReader& map, const calib::MountedCamera& up) {
+  const mapping::MapMetadata& metadata = map.Metadata();
+  if (metadata.unit != "m") {
+    throw calib::InputError(
+        "the map is in pixels, because it was made without a rig; make it again with --rig");
+  }
+  if (map.Grid().width_px == 0) {
+    throw calib::InputError("the map has no mosaic to find a robot on; make it again");
+  }
+  calib::CeilingView view = MakeView(up, metadata.ceiling_height_m, 1);
+  constexpr double kMostScale = 4;
+  const double scale = view.MetresPerPixel() / metadata.view_units_per_px;
+  if (scale > kMostScale || scale < 1 / kMostScale) {
+    throw calib::InputError(fmt::format(
+        "the camera sees {:.2g} mm of this ceiling in a pixel, the map's camera {:.2g} mm: too "
+        "different to be compared; check the rig's focal length and height",
+        1e3 * view.MetresPerPixel(),
+        1e3 * metadata.view_units_per_px));
+  }
+  return view;
+}
+
+registration::RegistrarParams WithScale(registration::RegistrarParams params,
+                                        const calib::CeilingView& view,
+                                        bool estimate_scale) {
+  params.estimate_scale = estimate_scale;
+  params.mask = view.Mask();
+  return params;
+}
+
+}  // namespace
+
+double PositionSigma(const Eigen::Matrix3d& covariance) {
+  const double mean = 0.5 * (covariance(0, 0) + covariance(1, 1));
+  const double root = std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1));
+  return std::sqrt(std::max(0.0, mean + root));
+}
+
+MapSight::MapSight(const mapping::MapReader& map,
+                   const calib::MountedCamera& up,
+                   const LocalizerParams& params)
+    : map_(map),
+      up_(up),
+      params_(params),
+      view_(MakeFirstView(map, up)),
+      span_(std::max(view_.Size().width, view_.Size().height) * view_.MetresPerPixel()),
+      registrar_(view_.Size(), WithScale(params.registration, view_, false)),
+      scaling_(view_.Size(), WithScale(params.registration, view_, true)),
+      patches_(std::make_unique<MapPatches>(map, view_, registrar_, params.patches)),
+      scale_known_(params.scale_frames == 0) {}
+
+FrameSpectrum MapSight::Analyze(const cv::Mat& picture) {
+  return registrar_.Analyze(picture);
+}
+
+MotionPrior MapSight::PriorFor(const Patch& at, const PoseEstimate& expected) const {
+  MotionPrior prior;
+  prior.motion = mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * expected.T_map_base);
+  prior.sigma_px = std::max(params_.min_prior_sigma_px,
+                            PositionSigma(expected.covariance) / view_.MetresPerPixel());
+  prior.sigma_theta_rad =
+      std::max(params_.min_prior_sigma_rad, std::sqrt(expected.covariance(2, 2)));
+  return prior;
+}
+
+std::optional<Look> MapSight::LookAt(const Patch& at,
+                                     const FrameSpectrum& frame,
+                                     const std::optional<PoseEstimate>& expected) {
+  Registrar& registrar = scale_known_ ? registrar_ : scaling_;
+  std::optional<MotionPrior> prior;
+  if (expected) prior = PriorFor(at, *expected);
+  Registration found = registrar.Register(at.spectrum, frame, prior);
+  verdict_ = found.verdict;
+  if (!found.ok()) return std::nullopt;
+  Look look;
+  look.scale = found.motion.scale;
+  if (std::abs(std::log(look.scale)) > params_.max_scale_error) return std::nullopt;
+  // The shift in pixels of the patch, whose size on the ceiling is known.
+  found.motion.tx_px /= look.scale;
+  found.motion.ty_px /= look.scale;
+  found.motion.scale = 1;
+  const mapping::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, params_.noise);
+  look.pose = Moved({at.T_map_base}, edge.T_from_to, edge.information.inverse());
+  look.by_prior = found.by_prior;
+  look.peak = found.peak;
+  look.inliers = found.inliers;
+  look.blocks = found.blocks;
+  return look;
+}
+
+std::optional<Look> MapSight::LookNear(const Pose2& T_map_base,
+                                       const FrameSpectrum& frame,
+                                       const std::optional<PoseEstimate>& expected) {
+  const std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
+  if (!at) return std::nullopt;
+  std::optional<Look> look = LookAt(*at, frame, expected);
+  if (!look) return std::nullopt;
+  // The frame is the reference, so that places can be weighed against each other.
+  registration::ImageMotion to_map =
+      mapping::ImageMotionOf(view_, look->pose.T_map_base.Inverse() * at->T_map_base);
+  to_map.scale = 1 / look->scale;
+  look->unlike = registrar_.Compare(frame, at->spectrum, to_map);
+  return look;
+}
+
+double MapSight::Overlap(const Patch& at, const Pose2& T_map_base) const {
+  return registration::OverlapOf(
+      mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * T_map_base), view_.Size());
+}
+
+bool MapSight::LearnScale(const Look& look) {
+  if (scale_known_) return false;
+  scales_.push_back(look.scale);
+  if (static_cast<int>(scales_.size()) < params_.scale_frames) return false;
+  std::sort(scales_.begin(), scales_.end());
+  const double median = scales_[scales_.size() / 2];
+  // Twelve looks at one ceiling agree to a few parts in ten thousand. Where they do not, something
+  // else is seen: begin anew.
+  constexpr double kSpread = 0.004;  // between the quartiles
+  const double spread = scales_[3 * scales_.size() / 4] - scales_[scales_.size() / 4];
+  if (spread > kSpread) {
+    scales_.clear();
+    return false;
+  }
+  scale_known_ = true;
+  scale_ = median;
+  patches_.reset();
+  view_ = MakeView(up_, map_.Metadata().ceiling_height_m, median);
+  patches_ = std::make_unique<MapPatches>(map_, view_, registrar_, params_.patches);
+  return true;
+}
+
+}  // namespace ceilmap::localization

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "calib/ceiling_view.hpp"
+#include "calib/rig.hpp"
+#include "localization/hypotheses.hpp"
+#include "localization/localizer.hpp"
+#include "localization/map_patches.hpp"
+#include "mapping/map_file.hpp"
+#include "mapping/registration/registrar.hpp"
+
+namespace ceilmap::localization {
+
+/// Compares a visitor's frames with the map, and learns on what scale its camera sees it. The part
+/// of Localizer that knows pictures; what the poses mean is up to that.
+class MapSight {
+ public:
+  /// @throws calib::InputError as Localizer.
+  MapSight(const mapping::MapReader& map,
+           const calib::MountedCamera& up,
+           const LocalizerParams& params);
+
+  /// As seen with the scale that is known now. Changes when LearnScale returns true.
+  [[nodiscard]] const calib::CeilingView& View() const { return view_; }
+  /// Map units across the picture's longer side.
+  [[nodiscard]] double Span() const { return span_; }
+  [[nodiscard]] registration::FrameSpectrum Analyze(const cv::Mat& picture);
+  [[nodiscard]] MapPatches& Patches() { return *patches_; }
+
+  /// What a frame says of a patch. @param expected  its pose; unset: nothing is known, not even how
+  /// the robot is turned.
+  /// @return nothing when the patch is not recognised; Verdict() says why.
+  std::optional<Look> LookAt(const Patch& at,
+                             const registration::FrameSpectrum& frame,
+                             const std::optional<PoseEstimate>& expected);
+  [[nodiscard]] registration::Verdict Verdict() const { return verdict_; }
+  /// The same near a place, and how it compares with other places (Look::unlike).
+  std::optional<Look> LookNear(const calib::Pose2& T_map_base,
+                               const registration::FrameSpectrum& frame,
+                               const std::optional<PoseEstimate>& expected);
+  /// Part of a patch that a robot at this pose sees, 0..1.
+  [[nodiscard]] double Overlap(const Patch& at, const calib::Pose2& T_map_base) const;
+
+  /// Takes the scale of a look that is sure. True when the view has changed by it: then all patches
+  /// are new ones.
+  bool LearnScale(const Look& look);
+  /// See LocalizerReport::scale.
+  [[nodiscard]] std::optional<double> Scale() const { return scale_; }
+
+ private:
+  [[nodiscard]] registration::MotionPrior PriorFor(const Patch& at,
+                                                   const PoseEstimate& expected) const;
+
+  const mapping::MapReader& map_;
+  calib::MountedCamera up_;
+  LocalizerParams params_;
+  calib::CeilingView view_;
+  double span_;
+  registration::Registrar registrar_;
+  registration::Registrar scaling_;  // until the scale is known
+  std::unique_ptr<MapPatches> patches_;
+  bool scale_known_;
+  std::vector<double> scales_;
+  std::optional<double> scale_;
+  registration::Verdict verdict_ = registration::Verdict::kNoMatch;
+};
+
+/// Largest standard deviation of a position, in any direction.
+double PositionSigma(const Eigen::Matrix3d& covariance);
+
+}  // namespace ceilmap::localization
