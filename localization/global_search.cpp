@@ -49,13 +49,13 @@ void GlobalSearch::ChangeView() {
 /// Carries the hypotheses on by the robot's own motion, as far as it can be seen. False when there
 /// is nothing to see.
 bool GlobalSearch::Move(const cv::Mat& picture, std::int64_t index, double stamp_s) {
-  constexpr double kBlink_s = 1;  // after a longer darkness the robot may have been carried
+  constexpr double kBlinkS = 1;  // after a longer darkness the robot may have been carried
   if (!begin_s_) begin_s_ = stamp_s;
   const std::optional<ChainStep> step = chain_.Next(picture, index, stamp_s);
   if (!step && !chain_.Began()) return false;
   const double unseen_s = stamp_s - seen_s_.value_or(*begin_s_);
   if (step) {
-    hypotheses_.Move(step->T_before_now, step->covariance, !step->by_prior && unseen_s < kBlink_s);
+    hypotheses_.Move(step->T_before_now, step->covariance, !step->by_prior && unseen_s < kBlinkS);
   } else if (unseen_s > 0) {
     hypotheses_.Spread(params_.unseen_speed * unseen_s, params_.unseen_turn * unseen_s);
   }
@@ -67,17 +67,17 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
                           double stamp_s,
                           const std::optional<HeadingPrior>& yaw) const {
   constexpr double kSigmas = 4;
-  constexpr double kProposal_rad = 0.1;  // what a proposal may be off by
+  constexpr double kProposalRad = 0.1;  // what a proposal may be off by
   if (!place.any_yaw && hypotheses_.Knows(place.T_map_base)) return false;
   Pose2 T_map_base = place.T_map_base;
   if (yaw && !place.any_yaw) {
     const double off = calib::WrapAngle(T_map_base.yaw - yaw->heading_rad);
-    if (std::abs(off) > kSigmas * std::sqrt(yaw->variance_rad2) + kProposal_rad) return false;
+    if (std::abs(off) > kSigmas * std::sqrt(yaw->variance_rad2) + kProposalRad) return false;
   }
   if (!use_start_ || frames_ > params_.give_up_start_after) return true;
   const double elapsed_s = stamp_s - *begin_s_;
   const double moved = params_.unseen_speed * elapsed_s + 0.1 * sight_.Span();
-  const double turned = params_.unseen_turn * elapsed_s + kProposal_rad;
+  const double turned = params_.unseen_turn * elapsed_s + kProposalRad;
   PoseEstimate start = *params_.start;
   if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
   start.covariance.diagonal() += Eigen::Vector3d(moved * moved, moved * moved, turned * turned);
@@ -87,7 +87,7 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
 std::optional<Look> GlobalSearch::LookNear(const Pose2& T_map_base,
                                            const FrameSpectrum& spectrum,
                                            const std::optional<PoseEstimate>& expected) {
-  const std::optional<Look> look = sight_.LookNear(T_map_base, spectrum, expected);
+  std::optional<Look> look = sight_.LookNear(T_map_base, spectrum, expected);
   if (sight_.Verdict() == registration::Verdict::kAmbiguous) ++ambiguous_looks_;
   return look;
 }

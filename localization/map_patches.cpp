@@ -119,7 +119,7 @@ void MapPatches::Draw(const calib::Pose2& T_map_base, cv::Mat& grey, cv::Mat& ma
   grey.create(size, CV_8UC1);
   mask.create(size, CV_8UC1);
   // The window of the mosaic around the view, with room for the interpolation.
-  constexpr double kMargin_px = 4;
+  constexpr double kMarginPx = 4;
   const cv::Rect2d bounds = placement.Bounds();
   const auto column = [&](double x) {
     return static_cast<int>(
@@ -129,7 +129,7 @@ void MapPatches::Draw(const calib::Pose2& T_map_base, cv::Mat& grey, cv::Mat& ma
     return static_cast<int>(
         std::clamp((grid.max_y - y) / grid.resolution, 0.0, 1.0 * grid.height_px));
   };
-  const double margin = kMargin_px * grid.resolution;
+  const double margin = kMarginPx * grid.resolution;
   const cv::Rect window(cv::Point(column(bounds.x - margin), row(bounds.br().y + margin)),
                         cv::Point(column(bounds.br().x + margin), row(bounds.y - margin)));
   if (window.empty()) {
