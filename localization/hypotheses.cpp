@@ -34,6 +34,7 @@ Hypotheses::Hypotheses(double span, const HypothesesParams& params) : span_(span
 void Hypotheses::Clear() {
   all_.clear();
   travelled_ = span_;
+  since_confirmed_ = span_;
 }
 
 bool Hypotheses::Same(const calib::Pose2& a, const calib::Pose2& b) const {
@@ -58,6 +59,7 @@ void Hypotheses::Move(const calib::Pose2& T_before_now,
                       const Eigen::Matrix3d& covariance,
                       bool sure) {
   travelled_ += T_before_now.Translation().norm();
+  since_confirmed_ += T_before_now.Translation().norm();
   for (Hypothesis& h : all_) {
     h.pose = Moved(h.pose, T_before_now, covariance);
     h.trusted = h.trusted && sure;
@@ -106,6 +108,8 @@ void Hypotheses::LookAtAll(const std::function<std::optional<Look>(const Hypothe
   constexpr double kFloorRad = 0.005;
   const double floor = kFloorPart * span_;
   const Eigen::Vector3d floors(floor * floor, floor * floor, kFloorRad * kFloorRad);
+  const bool anew = since_confirmed_ >= params_.look_part * span_;
+  if (anew) since_confirmed_ = 0;
   for (Hypothesis& h : all_) {
     const std::optional<Look> look = look_at(h);
     // What is seen must also be where it was expected.
@@ -120,7 +124,6 @@ void Hypotheses::LookAtAll(const std::function<std::optional<Look>(const Hypothe
     h.misses = 0;
     h.pose = look->pose;
     ++h.looks;
-    const bool anew = travelled_ >= params_.look_part * span_;
     const bool counts = !look->by_prior && (anew || look->peak >= params_.min_peak_at_rest);
     h.confirmations += counts ? 1 : 0;
   }

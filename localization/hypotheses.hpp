@@ -104,7 +104,8 @@ class Hypotheses {
 
   double span_;
   HypothesesParams params_;
-  double travelled_ = 0;  // since the last look that counted
+  double travelled_ = 0;        // since the latest frame that was weighed, map units
+  double since_confirmed_ = 0;  // since looks last confirmed places anew
   std::vector<Hypothesis> all_;
 };
 

@@ -98,6 +98,43 @@ TEST_F(HypothesesTest, LooksThatRestOnThePredictionConfirmNothing) {
   EXPECT_FALSE(SureY());
 }
 
+TEST_F(HypothesesTest, AtRestOnlyAGoodLookConfirmsAgain) {
+  const auto look_again = [this](double peak) {
+    hypotheses_.LookAtAll([&](const Hypothesis&) -> std::optional<Look> {
+      Look look = LookAt({0, 5, 0}, 0.2);
+      look.peak = peak;
+      return look;
+    });
+    hypotheses_.Weigh();
+  };
+  hypotheses_.Add(LookAt({0, 5, 0}, 0.2));
+  hypotheses_.Weigh();
+  look_again(0.3);  // the way before counts
+  for (int i = 0; i < 10; ++i) look_again(0.3);
+  EXPECT_FALSE(SureY());
+  look_again(0.7);
+  EXPECT_EQ(SureY(), 5);
+}
+
+TEST_F(HypothesesTest, ManySmallStepsAreAWayToo) {
+  hypotheses_.Add(LookAt({0, 5, 0}, 0.2));
+  hypotheses_.Weigh();
+  double x = 0;
+  int frames = 0;
+  for (; frames < 30 && !SureY(); ++frames) {
+    x += 0.05;
+    hypotheses_.Move({0.05, 0, 0}, 1e-6 * Eigen::Matrix3d::Identity(), true);
+    hypotheses_.LookAtAll([&](const Hypothesis&) -> std::optional<Look> {
+      Look look = LookAt({x, 5, 0}, 0.2);
+      look.peak = 0.3;
+      return look;
+    });
+    hypotheses_.Weigh();
+  }
+  EXPECT_GT(frames, 3);
+  EXPECT_LT(frames, 12);
+}
+
 TEST_F(HypothesesTest, ATrustedPlaceIsBelievedAtTheFirstLook) {
   hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
   Frame({{5, 0.2}}, true);
