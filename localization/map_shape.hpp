@@ -12,9 +12,9 @@ namespace ceilmap::localization {
 /// How far a map is bent, at any of its places: the part of a pose's error that no look at the map
 /// can show, because the map itself is off there.
 ///
-/// Computed from the map's edges (mapping::ShapeCovariances), scaled up where these disagree more than they
-/// claim (MapQuality::chi2_per_dof), in a thread of its own beginning with the constructor;
-/// 0.2 s for 2000 keyframes. Not thread-safe.
+/// Computed from the map's edges (mapping::ShapeCovariances), scaled up where these disagree more
+/// than they claim (MapQuality::chi2_per_dof), in a thread of its own beginning with the
+/// constructor; 0.2 s for 2000 keyframes. Not thread-safe.
 class MapShape {
  public:
   /// @param map  must outlive the object.
