@@ -1,6 +1,7 @@
 #include "localization/global_search.hpp"
 
 #include <cmath>
+#include <vector>
 
 namespace ceilmap::localization {
 
@@ -105,13 +106,19 @@ void GlobalSearch::LookElsewhere(double stamp_s,
   const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, stamp_s, yaw); };
   // Where a picture fits in several ways within each place, it does so everywhere.
   constexpr int kEnoughAmbiguous = 3;
-  for (const PlaceProposal& place : finder_.Find(picture, wanted)) {
-    if (ambiguous_looks_ >= kEnoughAmbiguous) break;
-    std::optional<PoseEstimate> expected;
-    if (!place.any_yaw) expected = {place.T_map_base, rough};
-    const std::optional<Look> look = LookNear(place.T_map_base, spectrum, expected);
-    // A look that more than one pose explains is no news of where the robot is.
-    if (look && !look->by_prior) hypotheses_.Add(*look);
+  const std::vector<PlaceProposal> places = finder_.Find(picture, wanted);
+  for (const bool any_yaw : {false, true}) {
+    // Single marks need a check over the full circle; where whole places fit, the best one will do.
+    int left = any_yaw && hypotheses_.AnyLook() ? 1 : static_cast<int>(places.size());
+    for (const PlaceProposal& place : places) {
+      if (place.any_yaw != any_yaw) continue;
+      if (ambiguous_looks_ >= kEnoughAmbiguous || left-- <= 0) break;
+      std::optional<PoseEstimate> expected;
+      if (!any_yaw) expected = {place.T_map_base, rough};
+      const std::optional<Look> look = LookNear(place.T_map_base, spectrum, expected);
+      // A look that more than one pose explains is no news of where the robot is.
+      if (look && !look->by_prior) hypotheses_.Add(*look);
+    }
   }
 }
 
