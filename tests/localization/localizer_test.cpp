@@ -2,73 +2,26 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <vector>
 
 #include "calib/error.hpp"
-#include "tests/localization/true_map.hpp"
+#include "tests/localization/visitor.hpp"
 
 namespace ceilmap::localization {
 namespace {
 
 using calib::Pose2;
 using mapping::TrackingStatus;
-using synthetic::AngleBetween;
 using synthetic::DistanceOf;
-using synthetic::Periodic;
+using synthetic::kRight_m;
+using synthetic::kStep;
 using synthetic::Seen;
 using synthetic::SyntheticCeiling;
 using synthetic::TrueMap;
 using synthetic::UpCamera;
-
-constexpr double kRight_m = 0.01;
-constexpr double kRight_rad = 0.005;
-
-/// A robot under a ceiling, located on a map frame by frame.
-class Visitor {
- public:
-  Visitor(const TrueMap& map,
-          const calib::MountedCamera& up = UpCamera(250, 0.5),
-          const LocalizerParams& params = {})
-      : ceiling_(map.ceiling), view_(up, synthetic::kCeiling_m), localizer_(*map.map, up, params) {}
-
-  Location See(const Pose2& T, const std::optional<HeadingPrior>& heading = std::nullopt) {
-    return Show(Seen(ceiling_, view_, T, static_cast<std::uint32_t>(index_) + 7), heading);
-  }
-  Location Show(const cv::Mat& picture, const std::optional<HeadingPrior>& heading = std::nullopt) {
-    ++index_;
-    return localizer_.Locate({picture, index_, 0.1 * static_cast<double>(index_), heading});
-  }
-  /// Drives on; the last frame's result. Every pose that is given must be right.
-  Location Drive(Pose2& T, const Pose2& step, int frames) {
-    Location location;
-    for (int i = 0; i < frames; ++i) {
-      T = T * step;
-      location = See(T);
-      ExpectRight(location, T);
-    }
-    return location;
-  }
-  static void ExpectRight(const Location& location, const Pose2& truth) {
-    if (!location.Placed()) return;
-    EXPECT_LT(DistanceOf(location.pose.T_map_base, truth), kRight_m);
-    EXPECT_LT(AngleBetween(location.pose.T_map_base, truth), kRight_rad);
-    EXPECT_GT(location.pose.covariance(0, 0), 0);
-    EXPECT_LT(std::sqrt(location.pose.covariance(0, 0)), kRight_m);
-  }
-
-  [[nodiscard]] cv::Mat Uniform(int grey) const {
-    return {view_.Size(), CV_8UC1, cv::Scalar(grey)};
-  }
-  Localizer& Get() { return localizer_; }
-
- private:
-  SyntheticCeiling ceiling_;
-  calib::CeilingView view_;
-  Localizer localizer_;
-  std::int64_t index_ = 0;
-};
-
-const Pose2 kStep{0.06, 0.01, 0.03};
+using synthetic::Visitor;
 
 class LocalizerTest : public testing::Test {
  protected:
@@ -261,120 +214,6 @@ TEST_F(LocalizerTest, BadCallsAreRefused) {
   (void)visitor.Get().Locate({picture, 2, 51, {}});                            // nothing was harmed
   EXPECT_THROW(Localizer(*map_->map, UpCamera(250, 2.7)), calib::InputError);  // above the ceiling
   EXPECT_THROW(Localizer(*map_->map, UpCamera(5000, 0.5)), calib::InputError);  // another scale
-}
-
-class PeriodicMap : public testing::Test {
- protected:
-  static void SetUpTestSuite() { map_ = new TrueMap(Periodic()); }
-  static void TearDownTestSuite() { delete map_; }
-  static TrueMap* map_;
-};
-TrueMap* PeriodicMap::map_ = nullptr;
-
-TEST_F(PeriodicMap, NoPlaceIsBelieved) {
-  Visitor visitor(*map_);
-  Pose2 T{1, 1, 0};
-  bool ambiguous = false;
-  for (int i = 0; i < 40; ++i) {
-    T = T * Pose2{0.05, 0, 0.01};
-    const Location location = visitor.See(T);
-    EXPECT_FALSE(location.Placed());
-    ambiguous = ambiguous || location.pose.status == TrackingStatus::kAmbiguous;
-  }
-  EXPECT_TRUE(ambiguous);
-}
-
-TEST_F(PeriodicMap, AStartKnownWellIsFollowed) {
-  LocalizerParams params;
-  const Pose2 first{1.2, 1.1, 0.2};
-  PoseEstimate start{first};
-  start.covariance.diagonal() << 0.0016, 0.0016, 4e-4;
-  params.start = start;
-  Visitor visitor(*map_, UpCamera(250, 0.5), params);
-  Pose2 T = first;
-  for (int i = 0; i < 30; ++i) {
-    const Location location = visitor.See(T);
-    EXPECT_TRUE(location.Placed()) << i;
-    Visitor::ExpectRight(location, T);
-    T = T * Pose2{0.05, 0, 0.01};
-  }
-}
-
-TEST_F(PeriodicMap, AStartKnownBadlyIsNot) {
-  LocalizerParams params;
-  PoseEstimate start{{1.5, 1.1, 0.2}};
-  start.covariance.diagonal() << 0.09, 0.09, 4e-4;
-  params.start = start;
-  Visitor visitor(*map_, UpCamera(250, 0.5), params);
-  Pose2 T{1.2, 1.1, 0.2};
-  for (int i = 0; i < 20; ++i) {
-    EXPECT_FALSE(visitor.See(T).Placed());
-    T = T * Pose2{0.05, 0, 0.01};
-  }
-}
-
-TEST_F(PeriodicMap, WhoIsCarriedAwayIsNotBelievedToBeWhereHeWas) {
-  std::mt19937 random(11);
-  std::uniform_real_distribution<double> off(-0.29, 0.29);  // within a tile of 0.6 m
-  for (int trial = 0; trial < 8; ++trial) {
-    LocalizerParams params;
-    const Pose2 first{1.2, 1.1, 0.2};
-    PoseEstimate start{first};
-    start.covariance.diagonal() << 0.0016, 0.0016, 4e-4;
-    params.start = start;
-    Visitor visitor(*map_, UpCamera(250, 0.5), params);
-    Pose2 T = first;
-    for (int i = 0; i < 8; ++i) {
-      visitor.See(T);
-      T = T * Pose2{0.05, 0, 0};
-    }
-    T = Pose2{T.x + 1.2 + off(random), T.y + 0.6 + off(random), T.yaw + 0.1};
-    for (int i = 0; i < 10; ++i) {
-      EXPECT_FALSE(visitor.See(T).Placed()) << trial << " " << i;
-      T = T * Pose2{0.05, 0, 0};
-    }
-  }
-}
-
-TEST_F(PeriodicMap, ABlinkDoesNotEndIt) {
-  LocalizerParams params;
-  const Pose2 first{1.2, 1.1, 0.2};
-  PoseEstimate start{first};
-  start.covariance.diagonal() << 0.0016, 0.0016, 4e-4;
-  params.start = start;
-  Visitor visitor(*map_, UpCamera(250, 0.5), params);
-  Pose2 T = first;
-  for (int i = 0; i < 12; ++i) {
-    visitor.See(T);
-    T = T * Pose2{0.05, 0, 0};
-  }
-  EXPECT_EQ(visitor.Show(visitor.Uniform(20)).pose.status, TrackingStatus::kLost);
-  T = T * Pose2{0.05, 0, 0};
-  const Location after = visitor.See(T);
-  EXPECT_EQ(after.pose.status, TrackingStatus::kRelocalized);
-  Visitor::ExpectRight(after, T);
-}
-
-TEST_F(PeriodicMap, DarknessInWhichTheRobotDroveLeavesItOpen) {
-  LocalizerParams params;
-  const Pose2 first{1.2, 1.1, 0.2};
-  PoseEstimate start{first};
-  start.covariance.diagonal() << 0.0016, 0.0016, 4e-4;
-  params.start = start;
-  for (const bool dark_at_once : {true, false}) {
-    Visitor visitor(*map_, UpCamera(250, 0.5), params);
-    Pose2 T = first;
-    for (int i = 0; i < (dark_at_once ? 0 : 8); ++i) {
-      visitor.See(T);
-      T = T * Pose2{0.05, 0, 0};
-    }
-    for (int i = 0; i < 30; ++i) visitor.Show(visitor.Uniform(20));
-    T = T * Pose2{0.9, 0.3, 0};
-    for (int i = 0; i < 6; ++i) {
-      EXPECT_FALSE(visitor.See(T).Placed()) << dark_at_once;
-      T = T * Pose2{0.05, 0, 0};
-    }
-  }
 }
 
 TEST_F(LocalizerTest, AGapInTimeIsNotBridgedByOneLook) {

@@ -1,0 +1,117 @@
+// A localizer under a ceiling whose tiles are all the same.
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "localization/localizer.hpp"
+#include "tests/localization/visitor.hpp"
+
+namespace ceilmap::localization {
+namespace {
+
+using calib::Pose2;
+using mapping::TrackingStatus;
+using synthetic::Periodic;
+using synthetic::TrueMap;
+using synthetic::UpCamera;
+using synthetic::Visitor;
+
+const Pose2 kFirst{1.2, 1.1, 0.2};
+
+class PeriodicMap : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { map_ = new TrueMap(Periodic()); }
+  static void TearDownTestSuite() { delete map_; }
+  /// Switched on at a pose that is known to so many metres, and 1.1 degrees.
+  static LocalizerParams StartingAt(const Pose2& T_map_base, double sigma) {
+    LocalizerParams params;
+    PoseEstimate start{T_map_base};
+    start.covariance.diagonal() << sigma * sigma, sigma * sigma, 4e-4;
+    params.start = start;
+    return params;
+  }
+  /// Straight on, for so many frames, which must all be placed.
+  static void DriveOn(Visitor& visitor, Pose2& T, int frames) {
+    for (int i = 0; i < frames; ++i) {
+      const Location location = visitor.See(T);
+      EXPECT_TRUE(location.Placed()) << i;
+      Visitor::ExpectRight(location, T);
+      T = T * Pose2{0.05, 0, 0};
+    }
+  }
+
+  static TrueMap* map_;
+};
+TrueMap* PeriodicMap::map_ = nullptr;
+
+TEST_F(PeriodicMap, NoPlaceIsBelieved) {
+  Visitor visitor(*map_);
+  Pose2 T{1, 1, 0};
+  bool ambiguous = false;
+  for (int i = 0; i < 40; ++i) {
+    T = T * Pose2{0.05, 0, 0.01};
+    const Location location = visitor.See(T);
+    EXPECT_FALSE(location.Placed());
+    ambiguous = ambiguous || location.pose.status == TrackingStatus::kAmbiguous;
+  }
+  EXPECT_TRUE(ambiguous);
+}
+
+TEST_F(PeriodicMap, AStartKnownWellIsFollowed) {
+  Visitor visitor(*map_, UpCamera(250, 0.5), StartingAt(kFirst, 0.04));
+  Pose2 T = kFirst;
+  DriveOn(visitor, T, 30);
+}
+
+TEST_F(PeriodicMap, AStartKnownBadlyIsNot) {
+  Visitor visitor(*map_, UpCamera(250, 0.5), StartingAt({1.5, 1.1, 0.2}, 0.3));
+  Pose2 T = kFirst;
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_FALSE(visitor.See(T).Placed());
+    T = T * Pose2{0.05, 0, 0.01};
+  }
+}
+
+TEST_F(PeriodicMap, WhoIsCarriedAwayIsNotBelievedToBeWhereHeWas) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> off(-0.29, 0.29);  // within a tile of 0.6 m
+  for (int trial = 0; trial < 8; ++trial) {
+    Visitor visitor(*map_, UpCamera(250, 0.5), StartingAt(kFirst, 0.04));
+    Pose2 T = kFirst;
+    DriveOn(visitor, T, 8);
+    T = Pose2{T.x + 1.2 + off(random), T.y + 0.6 + off(random), T.yaw + 0.1};
+    for (int i = 0; i < 10; ++i) {
+      EXPECT_FALSE(visitor.See(T).Placed()) << trial << " " << i;
+      T = T * Pose2{0.05, 0, 0};
+    }
+  }
+}
+
+TEST_F(PeriodicMap, ABlinkDoesNotEndIt) {
+  Visitor visitor(*map_, UpCamera(250, 0.5), StartingAt(kFirst, 0.04));
+  Pose2 T = kFirst;
+  DriveOn(visitor, T, 12);
+  EXPECT_EQ(visitor.Show(visitor.Uniform(20)).pose.status, TrackingStatus::kLost);
+  T = T * Pose2{0.05, 0, 0};
+  const Location after = visitor.See(T);
+  EXPECT_EQ(after.pose.status, TrackingStatus::kRelocalized);
+  Visitor::ExpectRight(after, T);
+}
+
+TEST_F(PeriodicMap, DarknessInWhichTheRobotDroveLeavesItOpen) {
+  for (const bool dark_at_once : {true, false}) {
+    Visitor visitor(*map_, UpCamera(250, 0.5), StartingAt(kFirst, 0.04));
+    Pose2 T = kFirst;
+    if (!dark_at_once) DriveOn(visitor, T, 8);
+    for (int i = 0; i < 30; ++i) visitor.Show(visitor.Uniform(20));
+    T = T * Pose2{0.9, 0.3, 0};
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_FALSE(visitor.See(T).Placed()) << dark_at_once;
+      T = T * Pose2{0.05, 0, 0};
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::localization
