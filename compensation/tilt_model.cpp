@@ -6,13 +6,12 @@
 #include <cmath>
 
 #include "calib/error.hpp"
+#include "compensation/bracketed_root.hpp"
 
 namespace ceilmap::compensation {
 namespace {
 
 constexpr double kMinHeightPerPivot = 1.1;
-constexpr double kResolutionRad = 1e-15;
-constexpr int kMaxSteps = 200;  // each step halves the bracket or the step: 110 reach 1e-15 rad
 
 void CheckTilt(double tilt_rad) {
   if (!(std::abs(tilt_rad) <= kMaxTiltRad)) {
@@ -53,26 +52,15 @@ double TiltModel::CeilingShiftSlope(double tilt_rad) const {
 }
 
 std::optional<double> TiltModel::TiltFromShift(double shift_m) const {
-  double low = -kMaxTiltRad;
-  double high = kMaxTiltRad;
+  const double low = -kMaxTiltRad;
+  const double high = kMaxTiltRad;
   if (!(shift_m >= CeilingShift(low) && shift_m <= CeilingShift(high))) return std::nullopt;
-  // Newton's method from the tilt that a pivot under the mast would need; halves the bracket where
-  // a step leaves it or does not shrink fast enough.
-  double tilt = std::clamp(std::atan(shift_m / ceiling_height_m_), low, high);
-  double last_step = high - low;
-  for (int i = 0; i < kMaxSteps; ++i) {
-    const double excess = CeilingShift(tilt) - shift_m;
-    if (excess == 0) break;
-    (excess > 0 ? high : low) = tilt;
-    double next = tilt - excess / CeilingShiftSlope(tilt);
-    if (!(next > low && next < high && std::abs(next - tilt) <= 0.5 * last_step)) {
-      next = low + 0.5 * (high - low);
-    }
-    last_step = std::abs(next - tilt);
-    tilt = next;
-    if (last_step <= kResolutionRad) break;
-  }
-  return tilt;
+  const auto excess = [&](double tilt_rad) {
+    return ValueAndSlope{CeilingShift(tilt_rad) - shift_m, CeilingShiftSlope(tilt_rad)};
+  };
+  // Starts from the tilt that a pivot under the mast would need.
+  return BracketedRoot(
+      excess, low, high, std::clamp(std::atan(shift_m / ceiling_height_m_), low, high));
 }
 
 double TiltModel::MastLength(double tilt_rad, double camera_height_m) const {
@@ -91,9 +79,21 @@ double TiltModel::CameraHeight(double tilt_rad, double camera_height_m) const {
   return MastLength(tilt_rad, camera_height_m) * std::cos(tilt_rad);
 }
 
+double TiltModel::CameraHeightSlope(double tilt_rad, double camera_height_m) const {
+  // L' cos(tilt) - L sin(tilt) with L' = a / cos(tilt)^2
+  return pivot_m_ / std::cos(tilt_rad) - MastLength(tilt_rad, camera_height_m) * std::sin(tilt_rad);
+}
+
 double TiltModel::BaseShift(double tilt_rad, double camera_height_m, double seen_motion_m) const {
   return seen_motion_m + ceiling_height_m_ * std::tan(tilt_rad) -
          MastLength(tilt_rad, camera_height_m) * std::sin(tilt_rad);
+}
+
+double TiltModel::BaseShiftSlope(double tilt_rad, double camera_height_m) const {
+  // (L sin(tilt))' = L' sin(tilt) + L cos(tilt) with L' = a / cos(tilt)^2
+  const double s = std::sin(tilt_rad);
+  const double c = std::cos(tilt_rad);
+  return (ceiling_height_m_ - pivot_m_ * s) / (c * c) - MastLength(tilt_rad, camera_height_m) * c;
 }
 
 }  // namespace ceilmap::compensation

@@ -29,6 +29,8 @@ class TiltModel {
   /// @throws calib::InputError on other or non-finite values.
   TiltModel(double pivot_m, double ceiling_height_m);
 
+  [[nodiscard]] double CeilingHeight() const { return ceiling_height_m_; }  ///< `h`.
+
   /// Eq. (2), (3): T_d = (h - a sin(tilt)) tan(tilt), how far ahead of the mast's foot the mast's
   /// axis, and with it that of the upward camera, meets the ceiling.
   /// @throws calib::InputError unless |tilt_rad| <= kMaxTiltRad; so do all functions below that
@@ -51,6 +53,9 @@ class TiltModel {
   /// wheels climb (a tilt >= 0).
   [[nodiscard]] double CameraHeight(double tilt_rad, double camera_height_m) const;
 
+  /// Derivative of CameraHeight by the tilt, in metres per radian; a at tilt 0.
+  [[nodiscard]] double CameraHeightSlope(double tilt_rad, double camera_height_m) const;
+
   /// b = C + h tan(tilt) - L sin(tilt): how far the camera moved ahead between a tilted frame A and
   /// a level frame B.
   /// @param seen_motion_m  `Cx`, the motion ahead from A to B that the upward camera shows when it
@@ -58,6 +63,9 @@ class TiltModel {
   [[nodiscard]] double BaseShift(double tilt_rad,
                                  double camera_height_m,
                                  double seen_motion_m) const;
+
+  /// Derivative of BaseShift by the tilt, in metres per radian; h - d at tilt 0.
+  [[nodiscard]] double BaseShiftSlope(double tilt_rad, double camera_height_m) const;
 
  private:
   double pivot_m_;

@@ -127,7 +127,7 @@ TEST(TiltModel, IsTheSameForRollAlongY) {
   }
 }
 
-TEST(TiltModel, SlopeIsTheDerivative) {
+TEST(TiltModel, SlopesAreTheDerivatives) {
   std::mt19937 random(3);
   const double step = 1e-5;
   for (int i = 0; i < 500; ++i) {
@@ -136,6 +136,13 @@ TEST(TiltModel, SlopeIsTheDerivative) {
     const double difference =
         model.CeilingShift(robot.tilt_rad + step) - model.CeilingShift(robot.tilt_rad - step);
     EXPECT_NEAR(model.CeilingShiftSlope(robot.tilt_rad), difference / (2 * step), 1e-7);
+    const double d = robot.camera_height_m;
+    const double climb =
+        model.CameraHeight(robot.tilt_rad + step, d) - model.CameraHeight(robot.tilt_rad - step, d);
+    EXPECT_NEAR(model.CameraHeightSlope(robot.tilt_rad, d), climb / (2 * step), 1e-7);
+    const double shift = model.BaseShift(robot.tilt_rad + step, d, 0.3) -
+                         model.BaseShift(robot.tilt_rad - step, d, 0.3);
+    EXPECT_NEAR(model.BaseShiftSlope(robot.tilt_rad, d), shift / (2 * step), 1e-7);
   }
 }
 

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace ceilmap::compensation {
+
+/// A function of one variable at one place, and its derivative there.
+struct ValueAndSlope {
+  double value;
+  double slope;
+};
+
+/// The root of `function` between `low` and `high`, to 1e-15: Newton's method, which halves the
+/// bracket where a step leaves it or does not shrink fast enough, so it never diverges.
+///
+/// @param function  Callable as ValueAndSlope(double); continuous, of opposite signs (or zero) at
+///   the two ends, finite between them. Of several roots one is found.
+/// @param low, high  The bracket, low <= high.
+/// @param start  First guess, in [low, high].
+template <typename Function>
+double BracketedRoot(const Function& function, double low, double high, double start) {
+  constexpr double kResolution = 1e-15;
+  constexpr int kMaxSteps = 200;  // each step halves the bracket or the step: 110 reach 1e-15
+  const bool rising = function(low).value < 0 || function(high).value > 0;
+  double x = start;
+  double last_step = high - low;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const ValueAndSlope at_x = function(x);
+    if (at_x.value == 0) break;
+    ((at_x.value > 0) == rising ? high : low) = x;
+    double next = x - at_x.value / at_x.slope;
+    if (!(next > low && next < high && std::abs(next - x) <= 0.5 * last_step)) {
+      next = low + 0.5 * (high - low);
+    }
+    last_step = std::abs(next - x);
+    x = next;
+    if (last_step <= kResolution) break;
+  }
+  return x;
+}
+
+}  // namespace ceilmap::compensation

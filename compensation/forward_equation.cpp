@@ -1,0 +1,264 @@
+#include "compensation/forward_equation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "calib/error.hpp"
+#include "compensation/bracketed_root.hpp"
+
+namespace ceilmap::compensation {
+namespace {
+
+constexpr double kCellRad = std::numbers::pi / 180;
+constexpr double kSameRootRad = 1e-12;
+constexpr double kTouch = 1e-15;       // a valley this near to zero reaches it but for rounding
+constexpr double kNoParallaxM = 1e-9;  // neither the base line nor the height says how far D is
+constexpr double kNoSlope = 1e-9;
+constexpr double kSlackSigmas = 3;
+constexpr double kZoomRounding = 1e-12;
+
+void Check(bool good, std::string_view field, double value, std::string_view range) {
+  if (!good) {
+    throw calib::InputError(
+        fmt::format("forward limits: {} = {}, must be {}", field, value, range));
+  }
+}
+
+/// Where |function|, which falls at `low` and rises at `high`, is least.
+template <typename Function>
+double Valley(const Function& function, double low, double high) {
+  const double falls = function(low).slope;
+  while (true) {
+    const double middle = low + 0.5 * (high - low);
+    if (!(middle > low && middle < high)) return middle;
+    (function(middle).slope * falls > 0 ? low : high) = middle;
+  }
+}
+
+/// All roots of `function` within +-range_rad, rising. Searches cells of at most a degree and
+/// misses none as long as the slope changes its sign at most once in a cell.
+template <typename Function>
+std::vector<double> AllRoots(const Function& function, double range_rad) {
+  std::vector<double> roots;
+  const auto add = [&](double root) {
+    if (roots.empty() || root - roots.back() > kSameRootRad) roots.push_back(root);
+  };
+  const auto add_between = [&](double low, double high) {
+    add(BracketedRoot(function, low, high, 0.5 * (low + high)));
+  };
+  // An odd number of cells: tilt 0, the commonest root, is inside one.
+  const int cells = 2 * static_cast<int>(std::ceil(range_rad / kCellRad)) + 1;
+  double low = -range_rad;
+  ValueAndSlope at_low = function(low);
+  for (int i = 1; i <= cells; ++i) {
+    const double high = range_rad * (2.0 * i / cells - 1);
+    const ValueAndSlope at_high = function(high);
+    if (at_low.value * at_high.value <= 0) {
+      add_between(low, high);
+    } else if (at_low.value * at_low.slope < 0 && at_high.value * at_high.slope > 0) {
+      const double valley = Valley(function, low, high);
+      const double depth = function(valley).value;
+      if (depth * at_low.value <= 0) {
+        add_between(low, valley);
+        add_between(valley, high);
+      } else if (std::abs(depth) <= kTouch) {
+        add(valley);
+      }
+    }
+    low = high;
+    at_low = at_high;
+  }
+  return roots;
+}
+
+/// What Eq. (1) is made of at one tilt, each with its slope.
+struct State {
+  ValueAndSlope tan;
+  ValueAndSlope base;   // b
+  ValueAndSlope climb;  // z' - d
+
+  State(const TiltModel& model, double camera_height_m, double tilt_rad, double seen_motion_m) {
+    tan.value = std::tan(tilt_rad);
+    tan.slope = 1 + tan.value * tan.value;
+    base.value = model.BaseShift(tilt_rad, camera_height_m, seen_motion_m);
+    base.slope = model.BaseShiftSlope(tilt_rad, camera_height_m);
+    climb.value = model.CameraHeight(tilt_rad, camera_height_m) - camera_height_m;
+    climb.slope = model.CameraHeightSlope(tilt_rad, camera_height_m);
+  }
+};
+
+/// F = b (s t - t1) - (s - 1) (z' - d)
+ValueAndSlope ZoomResidual(const State& at, const ForwardObservation& seen) {
+  const double drop = seen.zoom * at.tan.value - seen.tan_shift;
+  return {at.base.value * drop - (seen.zoom - 1) * at.climb.value,
+          at.base.slope * drop + at.base.value * seen.zoom * at.tan.slope -
+              (seen.zoom - 1) * at.climb.slope};
+}
+
+/// E = t - t1 (1 - b / D) - (z' - d) / D
+ValueAndSlope WallResidual(const State& at, const WallObservation& seen) {
+  const double parallax = seen.tan_shift * at.base.value - at.climb.value;
+  const double slope = seen.tan_shift * at.base.slope - at.climb.slope;
+  return {at.tan.value - seen.tan_shift + seen.wall_per_m * parallax,
+          at.tan.slope + seen.wall_per_m * slope};
+}
+
+/// d(tilt) / d(input) of residual(tilt, input) = 0.
+double Implicit(double by_input, double by_tilt) {
+  // Below this slope two roots have met: what is left of it is rounding.
+  return std::abs(by_tilt) < kNoSlope ? std::numeric_limits<double>::infinity()
+                                      : -by_input / by_tilt;
+}
+
+/// 1 / D at a root, where b / D = 1 - 1 / s and (z' - d) / D = t - t1 / s agree: both at once, as
+/// each is 0 / 0 somewhere.
+double WallPerM(const State& at, const ForwardObservation& seen) {
+  const double size = std::hypot(at.base.value, at.climb.value);
+  if (size < kNoParallaxM) return 0;
+  return (at.base.value / size * (1 - 1 / seen.zoom) +
+          at.climb.value / size * (at.tan.value - seen.tan_shift / seen.zoom)) /
+         size;
+}
+
+ForwardTilt FromZoom(double tilt_rad, const State& at, const ForwardObservation& seen) {
+  const double slope = ZoomResidual(at, seen).slope;
+  ForwardSensitivity by;
+  by.by_tan_shift = Implicit(-at.base.value, slope);
+  by.by_zoom = Implicit(at.base.value * at.tan.value - at.climb.value, slope);
+  by.by_seen_motion_m = Implicit(seen.zoom * at.tan.value - seen.tan_shift, slope);
+  return {tilt_rad, at.base.value, WallPerM(at, seen), by};
+}
+
+ForwardTilt FromWall(double tilt_rad, const State& at, const WallObservation& seen) {
+  const double slope = WallResidual(at, seen).slope;
+  ForwardSensitivity by;
+  by.by_tan_shift = Implicit(seen.wall_per_m * at.base.value - 1, slope);
+  by.by_wall_per_m = Implicit(seen.tan_shift * at.base.value - at.climb.value, slope);
+  by.by_seen_motion_m = Implicit(seen.tan_shift * seen.wall_per_m, slope);
+  return {tilt_rad, at.base.value, seen.wall_per_m, by};
+}
+
+/// The wall stands before both cameras, not nearer than it may.
+bool IsBeforeBoth(const ForwardTilt& tilt, double zoom, const ForwardLimits& limits) {
+  return zoom > 0 && std::max(1.0, zoom) * tilt.wall_per_m * limits.nearest_wall_m <= 1;
+}
+
+/// The wall is not farther than it may be, nor seems so by more than the zoom's noise does.
+bool IsNearEnough(const ForwardTilt& tilt, double zoom, const ForwardLimits& limits) {
+  const double zoom_slack = kSlackSigmas * limits.zoom_sigma + kZoomRounding;
+  const double slack = zoom_slack / (zoom * zoom * std::abs(tilt.base_shift_m));
+  return tilt.wall_per_m >=
+         std::max(1 / limits.farthest_wall_m - slack, -1 / limits.nearest_wall_m);
+}
+
+ForwardVerdict VerdictOf(const std::vector<ForwardTilt>& tilts, bool any_root) {
+  if (tilts.size() > 1) return ForwardVerdict::kAmbiguous;
+  if (tilts.size() == 1) return ForwardVerdict::kUnique;
+  return any_root ? ForwardVerdict::kImplausible : ForwardVerdict::kNoRoot;
+}
+
+}  // namespace
+
+void ForwardLimits::Validate() const {
+  Check(max_tilt_rad > 0 && max_tilt_rad <= kMaxTiltRad,
+        "max_tilt_rad",
+        max_tilt_rad,
+        "in (0, pi/4]; give radians");
+  Check(nearest_wall_m > 0 && std::isfinite(nearest_wall_m),
+        "nearest_wall_m",
+        nearest_wall_m,
+        "finite and > 0");
+  Check(farthest_wall_m > nearest_wall_m, "farthest_wall_m", farthest_wall_m, "> nearest_wall_m");
+  Check(zoom_sigma >= 0 && std::isfinite(zoom_sigma), "zoom_sigma", zoom_sigma, "finite and >= 0");
+}
+
+std::optional<ForwardTilt> ForwardSolution::Unique() const {
+  if (verdict != ForwardVerdict::kUnique) return std::nullopt;
+  return tilts.front();
+}
+
+ForwardEquation::ForwardEquation(const TiltModel& model, double camera_height_m)
+    : model_(model), camera_height_m_(camera_height_m) {
+  (void)model_.MastLength(0, camera_height_m_);  // refuses a wrong height
+}
+
+std::optional<double> ForwardEquation::PrintedResidual(double tilt_rad,
+                                                       const ForwardObservation& seen) const {
+  const double t = std::tan(tilt_rad);
+  const double t1 = seen.tan_shift;
+  const double t2 = t1 / seen.zoom;
+  if (t == 0 || t1 == t2) return std::nullopt;
+  const double d = camera_height_m_;
+  const double h = model_.CeilingHeight();
+  const double mast = model_.MastLength(tilt_rad, d);  // d + a t
+  return d - mast * std::cos(tilt_rad) +
+         ((h + seen.seen_motion_m / t) * t - mast * std::sin(tilt_rad)) *
+             (t + t2 / (t1 - t2) * (t - t1));
+}
+
+std::optional<double> ForwardEquation::EqualResidual(double tilt_rad,
+                                                     const ForwardObservation& seen) const {
+  if (seen.zoom == 1) return std::nullopt;
+  const State at(model_, camera_height_m_, tilt_rad, seen.seen_motion_m);
+  const double wall_m = at.base.value * seen.zoom / (seen.zoom - 1);
+  return wall_m * (at.tan.value - seen.tan_shift / seen.zoom) - at.climb.value;
+}
+
+double ForwardEquation::PoleFreeResidual(double tilt_rad, const ForwardObservation& seen) const {
+  return ZoomResidual(State(model_, camera_height_m_, tilt_rad, seen.seen_motion_m), seen).value;
+}
+
+ForwardSolution ForwardEquation::SolveFromZoom(const ForwardObservation& seen,
+                                               const ForwardLimits& limits) const {
+  limits.Validate();
+  if (!(std::isfinite(seen.tan_shift) && std::isfinite(seen.seen_motion_m) &&
+        std::isfinite(seen.zoom) && seen.zoom > 0)) {
+    return {ForwardVerdict::kInvalid, {}};
+  }
+  const auto at = [&](double tilt_rad) {
+    return State(model_, camera_height_m_, tilt_rad, seen.seen_motion_m);
+  };
+  const std::vector<double> roots = AllRoots(
+      [&](double tilt_rad) { return ZoomResidual(at(tilt_rad), seen); }, limits.max_tilt_rad);
+  std::vector<ForwardTilt> tilts;
+  for (const double root : roots) {
+    const ForwardTilt tilt = FromZoom(root, at(root), seen);
+    if (IsBeforeBoth(tilt, seen.zoom, limits) && IsNearEnough(tilt, seen.zoom, limits)) {
+      tilts.push_back(tilt);
+    }
+  }
+  std::sort(tilts.begin(), tilts.end(), [](const ForwardTilt& one, const ForwardTilt& other) {
+    return std::abs(one.wall_per_m) < std::abs(other.wall_per_m);
+  });
+  return {VerdictOf(tilts, !roots.empty()), tilts};
+}
+
+ForwardSolution ForwardEquation::SolveFromWall(const WallObservation& seen,
+                                               const ForwardLimits& limits) const {
+  limits.Validate();
+  if (!(std::isfinite(seen.tan_shift) && std::isfinite(seen.seen_motion_m) &&
+        std::isfinite(seen.wall_per_m) && seen.wall_per_m >= 0)) {
+    return {ForwardVerdict::kInvalid, {}};
+  }
+  const auto at = [&](double tilt_rad) {
+    return State(model_, camera_height_m_, tilt_rad, seen.seen_motion_m);
+  };
+  const std::vector<double> roots = AllRoots(
+      [&](double tilt_rad) { return WallResidual(at(tilt_rad), seen); }, limits.max_tilt_rad);
+  std::vector<ForwardTilt> tilts;
+  for (const double root : roots) {
+    const ForwardTilt tilt = FromWall(root, at(root), seen);
+    const double zoom = 1 / (1 - tilt.base_shift_m * seen.wall_per_m);
+    if (IsBeforeBoth(tilt, zoom, limits)) tilts.push_back(tilt);
+  }
+  std::sort(tilts.begin(), tilts.end(), [&](const ForwardTilt& one, const ForwardTilt& other) {
+    const double th1 = std::atan(seen.tan_shift);
+    return std::abs(one.tilt_rad - th1) < std::abs(other.tilt_rad - th1);
+  });
+  return {VerdictOf(tilts, !roots.empty()), tilts};
+}
+
+}  // namespace ceilmap::compensation
