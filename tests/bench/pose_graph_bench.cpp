@@ -16,21 +16,19 @@
 
 #include "mapping/g2o.hpp"
 #include "mapping/pose_graph.hpp"
+#include "tests/bench/median.hpp"
 #include "tests/mapping/synthetic_graph.hpp"
 
 namespace ceilmap::mapping {
 namespace {
+
+using bench::Median;
 
 constexpr double kMaxCostDifference = 1e-6;
 
 double Seconds() {
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   return std::chrono::duration<double>(now).count();
-}
-
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 /// What one of the two made of a graph.

@@ -1,27 +1,28 @@
 #include "tests/bench/visit.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <chrono>
 #include <cmath>
+#include <numbers>
+
+#include "samples/simulator/path.hpp"
+#include "tests/bench/world_run.hpp"
 
 namespace ceilmap::bench {
+namespace {
 
-simulator::Scene AnotherRobot(simulator::Scene scene) {
-  scene.robot = "another robot";
-  scene.axle_behind_mast_m = 0.1;
-  scene.camera.focal_px *= 1.08;
-  scene.camera.mount_height_m += 0.15;
-  scene.camera.mount_x_m = 0.03;
-  scene.picture.exposure_gain *= 0.75;
-  scene.picture.exposure_drift = 0.05;
-  if (scene.ceiling.lamps_off_share > 0) scene.ceiling.lamps_off_share += 0.1;
-  return scene;
+constexpr double kRight_m = 0.05;
+constexpr double kRight_rad = 0.02;
+
+void ShowProgress(std::int64_t done, std::int64_t total) {
+  if (done % 200 == 0 || done == total) fmt::print(stderr, "\rmapping {}/{} ", done, total);
+  if (done == total) fmt::print(stderr, "\n");
 }
 
-calib::Pose2 Planar(const Eigen::Isometry3d& T) {
-  return {T.translation().x(), T.translation().y(), std::atan2(T.linear()(1, 0), T.linear()(0, 0))};
-}
-
+// Where the map lies in the room: the planar motion that brings the keyframes to where they were
+// truly taken, least squares. `mapping` are the frames of the mapping run.
 calib::Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator::Frame>& mapping) {
   const std::vector<mapping::Keyframe> keyframes = map.ReadKeyframes();
   Eigen::Vector2d mean_map = Eigen::Vector2d::Zero();
@@ -51,11 +52,12 @@ calib::Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator:
   return T_room_map;
 }
 
+// Frames of a robot that drives at an even speed from a pose. `velocity` is forward, to the left,
+// turning: m/s, m/s, rad/s.
 std::vector<simulator::Frame> Drive(const calib::Pose2& T_room_base,
                                     const Eigen::Vector3d& velocity,
                                     int frames,
-                                    double period_s,
-                                    const simulator::Scene& scene) {
+                                    double exposure_time_s) {
   const auto at = [&](double time_s) {
     // Along the arc of a constant twist.
     const double turn = velocity.z() * time_s;
@@ -71,34 +73,71 @@ std::vector<simulator::Frame> Drive(const calib::Pose2& T_room_base,
   };
   std::vector<simulator::Frame> drive;
   drive.reserve(static_cast<std::size_t>(frames));
-  const double half_s = 0.5 * scene.camera.exposure_time_s;
+  const double half_s = 0.5 * exposure_time_s;
   for (int i = 0; i < frames; ++i) {
-    const double time_s = i * period_s;
+    const double time_s = i * kPeriod_s;
     drive.push_back({i, time_s, at(time_s), at(time_s - half_s), at(time_s + half_s)});
   }
   return drive;
 }
 
-Visitor::Visitor(const simulator::Scene& scene,
-                 const mapping::MapReader& map,
-                 const calib::Pose2& T_map_room,
-                 const localization::LocalizerParams& params)
-    : renderer_(scene), map_(map), T_map_room_(T_map_room), params_(params) {
+}  // namespace
+
+simulator::Scene AnotherRobot(simulator::Scene scene) {
+  scene.robot = "another robot";
+  scene.axle_behind_mast_m = 0.1;
+  scene.camera.focal_px *= 1.08;
+  scene.camera.mount_height_m += 0.15;
+  scene.camera.mount_x_m = 0.03;
+  scene.picture.exposure_gain *= 0.75;
+  scene.picture.exposure_drift = 0.05;
+  if (scene.ceiling.lamps_off_share > 0) scene.ceiling.lamps_off_share += 0.1;
+  return scene;
+}
+
+World::World(const simulator::Scene& world, const std::filesystem::path& file) : scene(world) {
+  if (!std::filesystem::exists(file)) RunWorld(scene, file, 1, ShowProgress);
+  map = std::make_unique<mapping::MapReader>(file);
+  T_map_room = FindMap(*map, simulator::MakePath(scene)).Inverse();
+}
+
+Places::Places(const simulator::Scene& scene, unsigned seed)
+    : area_(scene.path.area_m), exposure_time_s_(scene.camera.exposure_time_s), random_(seed) {}
+
+calib::Pose2 Places::Next() {
+  std::uniform_real_distribution<double> x(area_[0], area_[2]);
+  std::uniform_real_distribution<double> y(area_[1], area_[3]);
+  std::uniform_real_distribution<double> yaw(-std::numbers::pi, std::numbers::pi);
+  return {x(random_), y(random_), yaw(random_)};
+}
+
+std::vector<simulator::Frame> Places::NextDrive(int frames) {
+  std::uniform_real_distribution<double> speed(0.2, 0.8);
+  std::uniform_real_distribution<double> turn(-0.4, 0.4);
+  const Eigen::Vector3d velocity{speed(random_), 0, turn(random_)};
+  return Drive(Next(), velocity, frames, exposure_time_s_);
+}
+
+bool Visit::Right() const {
+  return location.Placed() && error_m < kRight_m && error_rad < kRight_rad;
+}
+
+Visitor::Visitor(const simulator::Scene& scene, const World& world)
+    : renderer_(scene), world_(world) {
   SwitchOn();
 }
 
 void Visitor::SwitchOn() {
   if (!localizer_) {
-    localizer_ = std::make_unique<localization::Localizer>(map_, *renderer_.GetRig().up, params_);
+    localizer_ = std::make_unique<localization::Localizer>(*world_.map, *renderer_.GetRig().up);
   } else {
     localizer_->Reset();
   }
 }
 
 Visit Visitor::See(const simulator::Frame& frame) {
-  constexpr double kPeriod_s = 0.1;
   Visit visit;
-  visit.T_map_base = T_map_room_ * Planar(frame.T_map_base);
+  visit.T_map_base = world_.T_map_room * Planar(frame.T_map_base);
   simulator::Frame now = frame;
   now.index = next_index_;  // the noise of no two pictures is the same
   const cv::Mat picture = renderer_.Render(now);

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
+#include <memory>
+#include <random>
 #include <vector>
 
 #include "calib/pose2.hpp"
@@ -16,21 +17,40 @@
 /// A second robot in a simulated world, rendered on the fly and located on that world's map.
 namespace ceilmap::bench {
 
+/// From frame to frame.
+constexpr double kPeriod_s = 0.1;
+
 /// The world on another day, seen by another robot: higher camera, longer focal length, darker
 /// pictures, more lamps off.
 simulator::Scene AnotherRobot(simulator::Scene scene);
 
-/// Where the map lies in the room: the planar motion that brings the keyframes to where they were
-/// truly taken, least squares. @param mapping  the frames of the mapping run.
-calib::Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator::Frame>& mapping);
+/// A world, its map and where that lies in the room.
+struct World {
+  /// @param file  its map; made from the scene's own drive, with progress on stderr, where there is
+  /// none.
+  World(const simulator::Scene& world, const std::filesystem::path& file);
 
-/// Frames of a robot that drives at an even speed from a pose.
-/// @param velocity  forward, to the left, turning: m/s, m/s, rad/s.
-std::vector<simulator::Frame> Drive(const calib::Pose2& T_room_base,
-                                    const Eigen::Vector3d& velocity,
-                                    int frames,
-                                    double period_s,
-                                    const simulator::Scene& scene);
+  simulator::Scene scene;
+  std::unique_ptr<mapping::MapReader> map;
+  calib::Pose2 T_map_room;
+};
+
+/// Random poses in the area that was driven through, the same for the same seed.
+class Places {
+ public:
+  Places(const simulator::Scene& scene, unsigned seed);
+
+  /// In the room.
+  calib::Pose2 Next();
+  /// Frames of a robot that drives from such a pose at an even speed, 0.2 to 0.8 m/s, turning by up
+  /// to 0.4 rad/s.
+  std::vector<simulator::Frame> NextDrive(int frames);
+
+ private:
+  std::array<double, 4> area_;
+  double exposure_time_s_;
+  std::mt19937 random_;
+};
 
 /// One frame located, against the truth.
 struct Visit {
@@ -40,34 +60,29 @@ struct Visit {
   double error_rad = 0;
   double nees = 0;  ///< normalised squared error of x and y, by the full covariance
   double milliseconds = 0;
+
+  /// A placed frame within 0.05 m and 0.02 rad of the truth.
+  [[nodiscard]] bool Right() const;
 };
 
 /// Takes the pictures of frames and locates them, one after the other.
 class Visitor {
  public:
-  /// @param scene  of the visitor. @param T_map_room  of FindMap, inverted.
-  Visitor(const simulator::Scene& scene,
-          const mapping::MapReader& map,
-          const calib::Pose2& T_map_room,
-          const localization::LocalizerParams& params = {});
+  /// @param scene  of the visitor. @param world  must outlive the object.
+  Visitor(const simulator::Scene& scene, const World& world);
 
   /// Forgets where the robot was.
   void SwitchOn();
   /// Renders and locates the frame, at the next moment of the visitor's clock.
   Visit See(const simulator::Frame& frame);
 
-  [[nodiscard]] localization::Localizer& GetLocalizer() { return *localizer_; }
   [[nodiscard]] const simulator::Renderer& GetRenderer() const { return renderer_; }
 
  private:
   simulator::Renderer renderer_;
-  const mapping::MapReader& map_;
-  calib::Pose2 T_map_room_;
-  localization::LocalizerParams params_;
+  const World& world_;
   std::unique_ptr<localization::Localizer> localizer_;
   std::int64_t next_index_ = 0;
 };
-
-calib::Pose2 Planar(const Eigen::Isometry3d& T);
 
 }  // namespace ceilmap::bench

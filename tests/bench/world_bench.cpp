@@ -1,8 +1,7 @@
 // Large and hard simulated worlds, rendered on the fly and mapped:
 //   ceilmap_world_bench accuracy SCENE.yaml [-o DIR]  accuracy against the truth
-//   ceilmap_world_bench growth SCENE.yaml [-o DIR]    time and memory while the map grows, with a
-//   plot ceilmap_world_bench periodic SCENE.yaml [-o DIR]  20 seeds of a ceiling that repeats
-//   itself
+//   ceilmap_world_bench growth SCENE.yaml [-o DIR]    time and memory, with a plot
+//   ceilmap_world_bench periodic SCENE.yaml [-o DIR]  20 seeds of a ceiling that repeats itself
 // DIR (default: the current folder) takes the map, curve.csv, curve.svg, truth.tum, map.tum. Exits
 // with 1 when a bound is broken.
 
@@ -16,6 +15,7 @@
 
 #include "app/evaluation.hpp"
 #include "calib/error.hpp"
+#include "tests/bench/command_line.hpp"
 #include "tests/bench/world_run.hpp"
 
 namespace fs = std::filesystem;
@@ -228,17 +228,15 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
   return total == 0 && told;
 }
 
-int Run(const std::vector<std::string>& arguments) {
-  if (arguments.size() != 2 && !(arguments.size() == 4 && arguments[2] == "-o")) {
-    throw calib::InputError("ceilmap_world_bench accuracy|growth|periodic SCENE.yaml [-o DIR]");
-  }
-  const std::string& mode = arguments[0];
-  const simulator::Scene scene = simulator::ReadScene(arguments[1]);
-  const fs::path folder = arguments.size() == 4 ? arguments[3] : ".";
+bool Run(const std::vector<std::string>& arguments) {
+  const auto [mode, scene_file, folder] = ParseCommandLine(
+      arguments,
+      [](const std::string&) { return true; },
+      "ceilmap_world_bench accuracy|growth|periodic SCENE.yaml [-o DIR]");
+  const simulator::Scene scene = simulator::ReadScene(scene_file);
   fs::create_directories(folder);
-  if (mode == "accuracy" || mode == "growth")
-    return RunOne(scene, folder, mode == "growth") ? 0 : 1;
-  if (mode == "periodic") return RunSeeds(scene, folder) ? 0 : 1;
+  if (mode == "accuracy" || mode == "growth") return RunOne(scene, folder, mode == "growth");
+  if (mode == "periodic") return RunSeeds(scene, folder);
   throw calib::InputError(fmt::format("'{}': must be accuracy, growth or periodic", mode));
 }
 
@@ -246,10 +244,5 @@ int Run(const std::vector<std::string>& arguments) {
 }  // namespace ceilmap::bench
 
 int main(int argc, char** argv) {
-  try {
-    return ceilmap::bench::Run(std::vector<std::string>(argv + 1, argv + argc));
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "ceilmap_world_bench: {}\n", error.what());
-    return 2;
-  }
+  return ceilmap::bench::RunBenchmark("ceilmap_world_bench", argc, argv, ceilmap::bench::Run);
 }

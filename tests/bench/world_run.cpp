@@ -42,11 +42,6 @@ double PeakMb() {
   return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
 }
 
-calib::Pose2 Planar(const Eigen::Isometry3d& T) {
-  const double yaw = std::atan2(T.linear()(1, 0), T.linear()(0, 0));
-  return {T.translation().x(), T.translation().y(), yaw};
-}
-
 /// Squares of a quarter metre whose centres some picture has shown.
 class Coverage {
  public:
@@ -106,6 +101,11 @@ std::vector<ClosureCheck> CheckClosures(const mapping::MapGraph& graph,
 }
 
 }  // namespace
+
+calib::Pose2 Planar(const Eigen::Isometry3d& T) {
+  const double yaw = std::atan2(T.linear()(1, 0), T.linear()(0, 0));
+  return {T.translation().x(), T.translation().y(), yaw};
+}
 
 WorldRun RunWorld(const simulator::Scene& scene,
                   const std::filesystem::path& file,

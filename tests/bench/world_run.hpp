@@ -1,16 +1,21 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <vector>
 
 #include "app/tum.hpp"
+#include "calib/pose2.hpp"
 #include "mapping/mapper.hpp"
 #include "samples/simulator/scene.hpp"
 
 /// A simulated world, rendered on the fly and mapped: for worlds too large to keep as a recording.
 namespace ceilmap::bench {
+
+/// A level pose as x, y and yaw.
+calib::Pose2 Planar(const Eigen::Isometry3d& T);
 
 /// Cost of a stretch of a run.
 struct CostSample {
