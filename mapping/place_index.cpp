@@ -9,21 +9,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
-#include <optional>
 #include <set>
 #include <span>
 #include <tuple>
 #include <utility>
 
 #include "calib/error.hpp"
+#include "mapping/place_fit.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::mapping {
 namespace {
 
 constexpr int kPlace = 2;  // columns of a window's place
-using Point = std::complex<float>;
 
 void Require(bool good, const char* field, double value, const char* allowed) {
   if (good) return;
@@ -86,101 +84,6 @@ struct Candidate {
   float weight = 0;  // sum, each window of the query counted once
 };
 
-/// Where a window lies in the query and in the keyframe, if it is the same.
-struct PlacePair {
-  Point query;
-  Point stored;
-  float weight = 0;
-};
-
-/// p_stored = turn * p_query + shift, places as complex numbers.
-struct PlaceMotion {
-  Point turn{1, 0};
-  Point shift;
-};
-
-// The motion that two pairs define; none where they are too close together, or not equally far
-// apart in both pictures.
-std::optional<PlaceMotion> MotionOf(const PlacePair& a, const PlacePair& b, float tolerance) {
-  const Point in_query = b.query - a.query;
-  const Point in_stored = b.stored - a.stored;
-  const float length = std::abs(in_query);
-  const float stored_length = std::abs(in_stored);
-  if (length < 3 * tolerance || std::abs(length - stored_length) > 1.5F * tolerance) {
-    return std::nullopt;
-  }
-  const Point turn = in_stored * std::conj(in_query) / (length * stored_length);
-  return PlaceMotion{turn, 0.5F * (a.stored + b.stored) - turn * 0.5F * (a.query + b.query)};
-}
-
-// Does a pair agree with the motion that `a` and `b` define? The farther away from the two, the
-// more their own errors turn it.
-bool Agrees(const PlacePair& pair,
-            const PlaceMotion& motion,
-            const PlacePair& a,
-            const PlacePair& b,
-            float tolerance) {
-  const float arm = std::abs(pair.query - 0.5F * (a.query + b.query));
-  const float allowed = tolerance * (1 + arm / std::abs(b.query - a.query));
-  return std::norm(motion.turn * pair.query + motion.shift - pair.stored) < allowed * allowed;
-}
-
-/// The motion that most votes agree with.
-struct PlaceFit {
-  float weight = 0;  // of the agreeing pairs
-  int pairs = 0;
-  PlaceMotion motion;
-};
-
-PlaceFit Fit(std::span<const PlacePair> pairs, std::size_t i, std::size_t j, float tolerance) {
-  PlaceFit fit;
-  const std::optional<PlaceMotion> motion = MotionOf(pairs[i], pairs[j], tolerance);
-  if (!motion) return fit;
-  fit.motion = *motion;
-  for (const PlacePair& pair : pairs) {
-    if (!Agrees(pair, *motion, pairs[i], pairs[j], tolerance)) continue;
-    fit.weight += pair.weight;
-    ++fit.pairs;
-  }
-  return fit;
-}
-
-PlaceFit BestFit(std::span<const PlacePair> pairs, float tolerance) {
-  PlaceFit best;
-  std::pair<std::size_t, std::size_t> defining;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    for (std::size_t j = i + 1; j < pairs.size(); ++j) {
-      const PlaceFit fit = Fit(pairs, i, j, tolerance);
-      if (fit.weight <= best.weight) continue;
-      best = fit;
-      defining = {i, j};
-    }
-  }
-  if (best.pairs == 0) return best;
-  // All that agree, weighted least squares.
-  const PlacePair& a = pairs[defining.first];
-  const PlacePair& b = pairs[defining.second];
-  Point query_mean;
-  Point stored_mean;
-  Point turn;
-  for (const bool means : {true, false}) {
-    for (const PlacePair& pair : pairs) {
-      if (!Agrees(pair, best.motion, a, b, tolerance)) continue;
-      if (means) {
-        query_mean += pair.query * (pair.weight / best.weight);
-        stored_mean += pair.stored * (pair.weight / best.weight);
-      } else {
-        turn += pair.weight * (pair.stored - stored_mean) * std::conj(pair.query - query_mean);
-      }
-    }
-  }
-  if (std::abs(turn) > 0) {
-    best.motion.turn = turn / std::abs(turn);
-    best.motion.shift = stored_mean - best.motion.turn * query_mean;
-  }
-  return best;
-}
-
 // Votes by keyframe, then by window of the query, the strongest first.
 std::vector<Candidate> GroupByKeyframe(std::vector<Vote>& votes) {
   std::sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) {
@@ -239,7 +142,7 @@ struct PlaceIndex::Impl {
   std::vector<std::int64_t> keyframe_ids;
   std::set<std::int64_t> known;
   std::vector<std::size_t> keyframe_of;  // of each window, position in keyframe_ids
-  std::vector<Point> places;             // of each window
+  std::vector<PicturePoint> places;      // of each window
 };
 
 PlaceIndex::Impl::Impl(int dimension_in, const PlaceIndexParams& params_in)
@@ -323,7 +226,7 @@ PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
   pairs.clear();
   for (const Vote& vote : votes.subspan(candidate.first, candidate.last - candidate.first)) {
     const auto* row = descriptors.ptr<float>(vote.query);
-    pairs.push_back({Point(row[0], row[1]), places[vote.window], vote.weight});
+    pairs.push_back({PicturePoint(row[0], row[1]), places[vote.window], vote.weight});
   }
   std::stable_sort(pairs.begin(), pairs.end(), [](const PlacePair& a, const PlacePair& b) {
     return a.weight > b.weight;
@@ -334,7 +237,7 @@ PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
   match.keyframe_id = keyframe_ids[votes[candidate.first].keyframe];
   match.score = fit.weight + kVoteWithoutPlace * candidate.weight;
   match.windows = fit.pairs;
-  const Point at = fit.pairs > 0 ? fit.motion.shift : pairs.front().stored;
+  const PicturePoint at = fit.pairs > 0 ? fit.motion.shift : pairs.front().stored;
   match.T_stored_query = {at.real(), at.imag(), std::arg(fit.motion.turn)};
   return match;
 }
