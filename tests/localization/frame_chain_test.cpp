@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgproc.hpp>
+
 #include "tests/localization/true_map.hpp"
 
 namespace ceilmap::localization {
@@ -45,6 +47,29 @@ TEST_F(FrameChainTest, MeasuresTheMotionFromFrameToFrame) {
     EXPECT_LT(std::abs(off.yaw), 1e-3);
     EXPECT_LT(std::sqrt(measured->covariance(0, 0)), 5e-3);
     EXPECT_GT(measured->covariance(0, 0), 0);
+  }
+}
+
+// A lens that fills a disc of the picture: the rim moves with the camera, and is seen better than
+// the plain ceiling.
+TEST_F(FrameChainTest, BlankBordersDoNotHoldTheRobot) {
+  cv::Mat mask(view_.Size(), CV_8UC1, cv::Scalar(0));
+  cv::circle(mask, {160, 120}, 110, cv::Scalar(255), cv::FILLED);
+  const calib::CeilingView disc = calib::CeilingView::OfRectified(
+      view_.Size(), view_.MetresPerPixel(), view_.T_base_view(), mask);
+  const SyntheticCeiling plain({.tile_px = 0, .lamps = false, .marks = false});
+  FrameChain chain(disc);
+  Pose2 T{1, 2, 0.5};
+  const Pose2 step{0.1, 0.01, 0.04};
+  for (int i = 0; i < 12; ++i, T = T * step) {
+    cv::Mat picture = Seen(plain, disc, T, static_cast<std::uint32_t>(i));
+    picture.setTo(0, mask == 0);
+    const auto measured = chain.Next(picture, i, 0.1 * i);
+    EXPECT_EQ(measured.has_value(), i > 0) << i;
+    if (!measured) continue;
+    const Pose2 off = step.Inverse() * measured->T_before_now;
+    EXPECT_LT(off.Translation().norm(), 2e-3) << i;
+    EXPECT_LT(std::abs(off.yaw), 1e-3) << i;
   }
 }
 
