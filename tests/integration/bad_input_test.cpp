@@ -38,9 +38,8 @@ std::vector<std::string> Localize(const std::string& map,
                                   const std::string& rig,
                                   const std::string& up,
                                   std::vector<std::string> more = {}) {
-  more.insert(more.begin(), {"localize", map, "--rig=" + rig, "--up=" + up, "-o", "t.tum"});
-  more.insert(more.end(), {"--summary=s.json"});
-  return more;
+  more.emplace_back("--summary=s.json");
+  return LocalizeArguments(map, rig, up, more);
 }
 
 // A map of the recording, and files that only look like one.
@@ -60,13 +59,7 @@ void WriteMaps(const Recordings& test) {
   test.in.Write(
       "down.yaml",
       rig.replace(rig.find("[0, 0, 0.707106781186548, 0.707106781186548]"), 44, "[1, 0, 0, 0]"));
-  std::vector<cv::Mat> elsewhere;
-  for (const cv::Mat& picture : CeilingPictures()) {
-    cv::Mat mirrored;  // no ceiling looks like its mirror image
-    cv::flip(picture, mirrored, 0);
-    elsewhere.push_back(mirrored);
-  }
-  app::WritePictures(test.in / "elsewhere", elsewhere);
+  app::WritePictures(test.in / "elsewhere", PicturesFromElsewhere());
   test.in.Write("h.csv", "timestamp,heading_deg,sigma_deg\n1,2,0\n");
 }
 

@@ -39,6 +39,11 @@ class LocalizeCommand : public testing::Test {
               0);
   }
 
+  [[nodiscard]] ProcessResult Localize(const std::string& up,
+                                       const std::vector<std::string>& more) const {
+    return test_.Run(LocalizeArguments("@m.gpkg", "@rig.yaml", up, more));
+  }
+
   // Picture k of the way back is picture kFrames - 1 - k of the way there, turned.
   static void ExpectWayBack(const app::StampedPose& pose, double first_s) {
     const double k = kFrames - 1 - std::round((pose.stamp_s - first_s) / 0.1);
@@ -51,16 +56,9 @@ class LocalizeCommand : public testing::Test {
 };
 
 TEST_F(LocalizeCommand, FindsAndFollows) {
-  const ProcessResult result = test_.Run({"localize",
-                                          "@m.gpkg",
-                                          "--rig=@rig.yaml",
-                                          "--up=@back.avi",
-                                          "--stamps=@stamps.csv",
-                                          "-o",
-                                          "t.tum",
-                                          "--status=s.csv",
-                                          "--uncompensated=t0.tum",
-                                          "--summary=s.json"});
+  const ProcessResult result = Localize(
+      "@back.avi",
+      {"--stamps=@stamps.csv", "--status=s.csv", "--uncompensated=t0.tum", "--summary=s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(test_.out.Names(), UnorderedElementsAre("t.tum", "t0.tum", "s.csv", "s.json"));
@@ -105,8 +103,7 @@ TEST_F(LocalizeCommand, FindsAndFollows) {
 }
 
 TEST_F(LocalizeCommand, StreamsPosesToStdout) {
-  const ProcessResult result = test_.Run(
-      {"localize", "@m.gpkg", "--rig=@rig.yaml", "--up=@back.avi", "-o", "t.tum", "--stream"});
+  const ProcessResult result = Localize("@back.avi", {"--stream"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::string file = app::ReadAll(test_.out / "t.tum");
   EXPECT_EQ(result.out, file.substr(file.find('\n') + 1));
@@ -118,54 +115,22 @@ TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
   const double k = kFrames - 1;
   const std::string start =
       std::to_string(-kStep.y * k * 0.01) + "," + std::to_string(kStep.x * k * 0.01) + ",180";
-  ProcessResult result = test_.Run({"localize",
-                                    "@m.gpkg",
-                                    "--rig=@rig.yaml",
-                                    "--up=@back.avi",
-                                    "-o",
-                                    "t.tum",
-                                    "--start=" + start,
-                                    "--start-spread=0.1,5"});
+  ProcessResult result = Localize("@back.avi", {"--start=" + start, "--start-spread=0.1,5"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(app::ReadTum(test_.out / "t.tum").size(), static_cast<std::size_t>(kFrames));
   std::string headings = "timestamp,heading_deg,sigma_deg\n";
   for (int i = 0; i < kFrames; ++i) headings += std::to_string(0.1 * i) + ",60,1\n";
   test_.in.Write("h.csv", headings);
-  result = test_.Run({"localize",
-                      "@m.gpkg",
-                      "--rig=@rig.yaml",
-                      "--up=@back.avi",
-                      "-o",
-                      "h.tum",
-                      "--heading=@h.csv",
-                      "--heading-zero=map"});
+  result = Localize("@back.avi", {"--heading=@h.csv", "--heading-zero=map"});
   EXPECT_EQ(result.exit_code, 1);
-  result = test_.Run({"localize",
-                      "@m.gpkg",
-                      "--rig=@rig.yaml",
-                      "--up=@back.avi",
-                      "-o",
-                      "h.tum",
-                      "--heading=@h.csv"});  // from an unknown direction: constant, and so it is
+  // From an unknown direction: constant, and so it is.
+  result = Localize("@back.avi", {"--heading=@h.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
 TEST_F(LocalizeCommand, OfARecordingOfAnotherPlaceOnlyTheStatusStays) {
-  std::vector<cv::Mat> elsewhere;
-  for (const cv::Mat& picture : CeilingPictures()) {
-    cv::Mat mirrored;  // no ceiling looks like its mirror image
-    cv::flip(picture, mirrored, 0);
-    elsewhere.push_back(mirrored);
-  }
-  app::WritePictures(test_.in / "elsewhere", elsewhere);
-  const ProcessResult result = test_.Run({"localize",
-                                          "@m.gpkg",
-                                          "--rig=@rig.yaml",
-                                          "--up=@elsewhere",
-                                          "-o",
-                                          "t.tum",
-                                          "--status=s.csv",
-                                          "--summary=s.json"});
+  app::WritePictures(test_.in / "elsewhere", PicturesFromElsewhere());
+  const ProcessResult result = Localize("@elsewhere", {"--status=s.csv", "--summary=s.json"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(test_.out.Names(), UnorderedElementsAre("s.csv"));
   for (const app::CsvTable::Row& row : app::ReadCsv(test_.out / "s.csv").rows) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,27 @@ const cv::Point kStep(6, 2);
 
 inline std::vector<cv::Mat> CeilingPictures() {
   return app::CropAlong(app::SyntheticCeiling({520, 340}), kPictureSize, kStep, kFrames);
+}
+
+/// The same of a place that is nowhere under that ceiling.
+inline std::vector<cv::Mat> PicturesFromElsewhere() {
+  std::vector<cv::Mat> pictures = CeilingPictures();
+  for (cv::Mat& picture : pictures) {
+    cv::Mat mirrored;  // no ceiling looks like its mirror image
+    cv::flip(picture, mirrored, 0);
+    picture = mirrored;
+  }
+  return pictures;
+}
+
+/// Arguments of a localization, the poses in `t.tum`, and more of them.
+inline std::vector<std::string> LocalizeArguments(const std::string& map,
+                                                  const std::string& rig,
+                                                  const std::string& up,
+                                                  const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments{"localize", map, "--rig=" + rig, "--up=" + up, "-o", "t.tum"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
 }
 
 /// A folder with recordings beside an empty one for results, where the program runs.
