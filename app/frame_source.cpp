@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "app/clock.hpp"
 #include "app/frame_reader.hpp"
 #include "app/interrupt.hpp"
 #include "app/stamps.hpp"
@@ -20,15 +21,6 @@ namespace ceilmap::app {
 namespace {
 
 using std::chrono::steady_clock;
-
-double MillisecondsSince(steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(steady_clock::now() - start).count();
-}
-
-double ClockSeconds() {
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration<double>(since_1970).count();
-}
 
 StampOrigin ChooseStamps(bool have_file, FrameReader::Kind kind) {
   if (have_file) return StampOrigin::kStampsFile;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "app/arguments.hpp"
+#include "app/clock.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/frame_source.hpp"
@@ -118,11 +119,6 @@ class Results {
   GrowingFile status_;
   bool stream_;
 };
-
-double ClockSeconds() {
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration<double>(since_1970).count();
-}
 
 // Sums over the frames.
 class Tally {
@@ -246,7 +242,7 @@ void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summ
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
   result.report = localizer.Report();
   result.reading = source.Report();
-  result.seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
+  result.seconds = SecondsSince(start);
   if (result.Placed() == 0) {
     results.CommitStatus();  // it tells why
     TellNothingFound(params, result);

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "app/arguments.hpp"
+#include "app/clock.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/frame_source.hpp"
@@ -271,7 +272,7 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   CommitFiles(result.frames, writer, params, summary);
   TellAssumptions(rig.has_value(), source.Stamps());
 
-  const double seconds = std::chrono::duration<double>(steady_clock::now() - start).count();
+  const double seconds = SecondsSince(start);
   Summarize(result, source.Report(), metadata.unit, summary);
   WarnOfParts(result);
   if (!common.quiet) PrintReport(result, metadata.unit, seconds, summary);

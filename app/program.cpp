@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/clock.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/interrupt.hpp"
@@ -33,8 +34,7 @@ void RunCommand(const Command& command) {
   const auto start = std::chrono::steady_clock::now();
   Summary summary;
   command.run(common, summary);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = SecondsSince(start);
   if (!common.summary.empty()) {
     WriteFileAtomically(common.summary, summary.ToJson(command.cli->get_name(), seconds));
   }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/clock.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/csv.hpp"
@@ -115,8 +116,7 @@ class PairRegistrar {
     const registration::FrameSpectrum reference_spectrum = registrar.Analyze(reference);
     const registration::FrameSpectrum current_spectrum = registrar.Analyze(current);
     PairResult result{pair.id, registrar.Register(reference_spectrum, current_spectrum)};
-    const auto elapsed = std::chrono::steady_clock::now() - start;
-    result.ms = std::chrono::duration<double, std::milli>(elapsed).count();
+    result.ms = MillisecondsSince(start);
     return result;
   }
 

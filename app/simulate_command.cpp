@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/clock.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/interrupt.hpp"
@@ -46,10 +47,6 @@ struct SimulateParams {
     return lossless ? RecordingFormat::kLosslessVideo : RecordingFormat::kVideo;
   }
 };
-
-double MillisecondsSince(steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(steady_clock::now() - start).count();
-}
 
 // The scene with what the options change in it.
 simulator::Scene MakeScene(const std::string& text, const SimulateParams& params) {
@@ -199,7 +196,7 @@ void RunSimulate(const SimulateParams& params, const CommonOptions& common, Summ
                                  .scene = WithSeed(text, params.scene, scene.seed)});
 
   const Way way(poses);
-  const double seconds = MillisecondsSince(start) / 1000;
+  const double seconds = SecondsSince(start);
   Summarize(report, scene, way, seconds, summary);
   if (!common.quiet) PrintReport(report, scene, way, seconds, summary);
 }
