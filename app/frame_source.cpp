@@ -43,6 +43,8 @@ struct FrameSource::State {
   std::unique_ptr<FrameReader> reader;  // used by the thread alone
   std::vector<double> stamps_s;
   std::string stamps_name;
+  bool stamps_of_another = false;
+  double first_stamp_s = 0;  // what the recording's own time counts from
   StampOrigin stamp_origin = StampOrigin::kContainer;
   cv::Size size;
   std::optional<std::int64_t> expected;
@@ -70,6 +72,7 @@ struct FrameSource::State {
   std::thread thread;
 
   void CheckStampCount();
+  void UseOwnTime();
   bool Decode(Frame& frame);
   double StampOf(std::int64_t index, const std::optional<double>& time_s);
   void CheckEnd();
@@ -86,6 +89,10 @@ void FrameSource::State::CheckStampCount() {
   const bool countable = reader->GetKind() == FrameReader::Kind::kVideo && !reader->CanStall();
   if (countable) expected = CountFrames(name);
   if (stamps == *expected) return;
+  if (stamps_of_another) {
+    UseOwnTime();
+    return;
+  }
   throw calib::InputError(
       fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
                   stamps_name,
@@ -94,10 +101,29 @@ void FrameSource::State::CheckStampCount() {
                   *expected));
 }
 
+// Pictures without a time of their own keep the stamps as far as they go.
+void FrameSource::State::UseOwnTime() {
+  const bool has_time = reader->GetKind() == FrameReader::Kind::kVideo;
+  warnings.push_back(fmt::format("{} has {} frames, {} {} stamps: {}",
+                                 name,
+                                 *expected,
+                                 stamps_name,
+                                 stamps_s.size(),
+                                 has_time ? "the video's own time counts, from the first stamp on"
+                                          : "the first of both go together"));
+  if (has_time) {
+    stamp_origin = StampOrigin::kContainer;
+    first_stamp_s = stamps_s.front();
+  }
+  stamps_s.resize(has_time ? 0 : std::min<std::size_t>(stamps_s.size(), *expected));
+}
+
 bool FrameSource::State::Decode(Frame& frame) {
   const auto start = steady_clock::now();
   std::optional<double> time_s;
-  if (!reader->Next(frame.grey, time_s)) return false;
+  const bool no_stamp = stamp_origin == StampOrigin::kStampsFile && stamps_of_another &&
+                        static_cast<std::size_t>(next_index) >= stamps_s.size();
+  if (no_stamp || !reader->Next(frame.grey, time_s)) return false;
   if (size.empty()) size = frame.grey.size();
   if (frame.grey.size() != size) {
     throw calib::InputError(fmt::format("{}: frame {} is {}x{} px, the frames before it are {}x{}",
@@ -131,7 +157,7 @@ double FrameSource::State::StampOf(std::int64_t index, const std::optional<doubl
       stamp_s = ClockSeconds();
       break;
     case StampOrigin::kContainer:
-      stamp_s = time_s.value_or(0);
+      stamp_s = first_stamp_s + time_s.value_or(0);
       if (!time_s) ++stamps_missing;
       break;
   }
@@ -147,13 +173,14 @@ double FrameSource::State::StampOf(std::int64_t index, const std::optional<doubl
 // At the natural end: is it the end that was promised?
 void FrameSource::State::CheckEnd() {
   const std::lock_guard lock(mutex);
-  if (expected && next_index < *expected) {
+  const bool all_stamps = static_cast<std::size_t>(next_index) >= stamps_s.size();
+  if (expected && next_index < *expected && !(stamps_of_another && all_stamps)) {
     warnings.push_back(fmt::format(
         "{}: only {} of {} frames could be read; the file seems to be cut off or damaged",
         name,
         next_index,
         *expected));
-  } else if (!stamps_s.empty() && static_cast<std::size_t>(next_index) < stamps_s.size()) {
+  } else if (!stamps_s.empty() && !all_stamps && !stamps_of_another) {
     throw calib::InputError(
         fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
                     stamps_name,
@@ -231,6 +258,7 @@ FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
   if (!options.stamps.empty()) {
     state.stamps_name = options.stamps.string();
     state.stamps_s = ReadStamps(options.stamps);
+    state.stamps_of_another = options.stamps_of_another;
   }
   state.reader = reader ? std::move(reader) : FrameReader::Open(source);
   state.warnings = state.reader->Remarks();

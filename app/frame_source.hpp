@@ -29,7 +29,10 @@ enum class StampOrigin {
 
 struct FrameSourceOptions {
   std::filesystem::path stamps;  ///< frames' time stamps (ReadStamps); empty: none
-  int read_ahead = 8;            ///< frames decoded in advance, > 0
+  /// The stamps may belong to another camera's recording: they count when there is one for each
+  /// frame. Else the recording's own time does, from the first stamp on, and a warning tells.
+  bool stamps_of_another = false;
+  int read_ahead = 8;  ///< frames decoded in advance, > 0
   /// The same for a live source: frames that wait, at the most, before the oldest is dropped. 1:
   /// the newest picture, always.
   int live_queue = 8;

@@ -19,9 +19,11 @@
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
 #include "app/robot_rig.hpp"
+#include "app/tilt_meter.hpp"
 #include "app/tum.hpp"
 #include "calib/ceiling_view.hpp"
 #include "calib/error.hpp"
+#include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "mapping/export.hpp"
 #include "mapping/map_union.hpp"
@@ -37,17 +39,15 @@ using std::chrono::steady_clock;
 struct MapParams {
   fs::path rig;
   std::string up;
-  std::string forward;
   std::string omni;
   fs::path stamps;
   std::string origin;
   calib::Pose2 T_map_first;  // --origin, parsed
   std::optional<double> resolution;
   bool append = false;
-  std::string tilt = "none";
+  TiltOptions tilt;
   fs::path output;
   fs::path trajectory;
-  fs::path uncompensated;
   fs::path picture;
 
   // Checks everything that can be told without the recording. @throws calib::InputError
@@ -55,12 +55,11 @@ struct MapParams {
 };
 
 void MapParams::Resolve() {
-  RejectUnavailable(!forward.empty(), "--forward");
   RejectUnavailable(!omni.empty(), "--omni");
   if (append && !origin.empty()) {
     throw calib::InputError("--origin: with --append the map has its origin already; leave it out");
   }
-  RejectUnavailable(tilt != "none", "--tilt " + tilt);
+  tilt.Check(!rig.empty());
   if (output.extension() != ".gpkg") {
     throw calib::InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
   }
@@ -73,7 +72,7 @@ void MapParams::Resolve() {
         fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
   }
   if (!origin.empty()) T_map_first = ParsePose2(origin, "--origin");
-  CheckOutputFiles({output, trajectory, uncompensated, picture});
+  CheckOutputFiles({output, trajectory, tilt.uncompensated, picture});
 }
 
 calib::CeilingView MakeView(const std::optional<calib::Rig>& rig,
@@ -126,12 +125,15 @@ void TellAssumptions(bool have_rig, StampOrigin stamps) {
   }
 }
 
-void MapFrames(FrameSource& source, mapping::Mapper& mapper) {
+void MapFrames(FrameSource& source, TiltMeter* tilt, mapping::Mapper& mapper) {
   Progress progress("mapping", "frames", source.ExpectedFrames());
-  Frame frame;
+  TiltedFrames frames(source, tilt);
+  TiltedFrame tilted;
   std::int64_t done = 0;
-  while (source.Read(frame)) {
-    const mapping::FramePose pose = mapper.Process(frame.grey, frame.index, frame.stamp_s);
+  while (frames.Read(tilted)) {
+    const Frame& frame = tilted.frame;
+    const mapping::FramePose pose =
+        mapper.Process(frame.grey, frame.index, frame.stamp_s, tilted.tilt);
     progress.Update(++done);
     Detail("frame {} at {:.6f} s: {}", frame.index, frame.stamp_s, mapping::ToString(pose.status));
   }
@@ -192,7 +194,7 @@ MapResult FinishAppend(const Appending& appending,
                                       params.output.string(),
                                       merged.results.back().reason));
   }
-  MapResult result{{}, mapper.Report(), merged.graph.weak_spots};
+  MapResult result{nullptr, {}, mapper.Report(), merged.graph.weak_spots};
   std::copy_if(merged.graph.trajectory.begin(),
                merged.graph.trajectory.end(),
                std::back_inserter(result.frames),
@@ -209,24 +211,39 @@ std::string TrajectoryText(const std::vector<mapping::FramePose>& frames) {
   std::vector<StampedPose> poses;
   poses.reserve(frames.size());
   for (const mapping::FramePose& frame : frames) {
-    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base));
+    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
+  }
+  return FormatTum(poses);
+}
+
+// Without a rig there is no tilt: both trajectories are the same.
+std::string UncompensatedText(const std::vector<mapping::FramePose>& frames,
+                              const calib::CeilingView& view) {
+  if (!(view.FocalLength() > 0)) return TrajectoryText(frames);
+  const calib::LevelView level(view);
+  std::vector<StampedPose> poses;
+  poses.reserve(frames.size());
+  for (const mapping::FramePose& frame : frames) {
+    poses.push_back(
+        ToStampedPose(frame.stamp_s, level.Uncompensated(frame.T_map_base, frame.tilt)));
   }
   return FormatTum(poses);
 }
 
 // The map and the trajectories appear together, or none of them.
 void CommitFiles(const std::vector<mapping::FramePose>& frames,
+                 const calib::CeilingView& view,
                  mapping::MapWriter& writer,
                  const MapParams& params,
                  Summary& summary) {
-  const std::string text = TrajectoryText(frames);
   std::vector<std::unique_ptr<mapping::AtomicFile>> trajectories;
-  // Without tilt there is nothing to compensate: both trajectories are the same.
-  for (const fs::path& file : {params.trajectory, params.uncompensated}) {
-    if (file.empty()) continue;
+  const auto write = [&trajectories](const fs::path& file, const std::string& text) {
+    if (file.empty()) return;
     trajectories.push_back(std::make_unique<mapping::AtomicFile>(file));
     WriteText(*trajectories.back(), text);
-  }
+  };
+  write(params.trajectory, TrajectoryText(frames));
+  write(params.tilt.uncompensated, UncompensatedText(frames, view));
   writer.Commit();
   summary.files.push_back(params.output);
   for (const auto& trajectory : trajectories) {
@@ -246,6 +263,8 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
       params.rig.empty() ? std::nullopt : std::optional(calib::ReadRig(params.rig));
   FrameSource source(params.up, {.stamps = params.stamps});
   const calib::CeilingView view = MakeView(rig, params, source);
+  const std::unique_ptr<TiltMeter> tilt =
+      TiltMeter::Make(params.tilt, rig, params.rig, params.stamps);
 
   const mapping::MapMetadata metadata = Describe(rig, view, params, common);
   mapping::MapperParams mapper_params;
@@ -259,17 +278,21 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   mapping::MapWriter writer(params.output, appending ? appending->metadata : metadata);
   mapping::Mapper mapper(view, writer, metadata, mapper_params);
 
-  MapFrames(source, mapper);
+  MapFrames(source, tilt.get(), mapper);
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
+  if (tilt) {
+    for (const std::string& warning : tilt->Warnings()) PrintWarning(warning);
+  }
   if (Interrupted()) TellInterrupted(mapper);
   MapResult result;
   if (appending) {
     result = FinishAppend(*appending, view, params, mapper, writer);
   } else {
     FinishMap(mapper);
-    result = {mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
+    result = {nullptr, mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
   }
-  CommitFiles(result.frames, writer, params, summary);
+  result.tilt = tilt.get();
+  CommitFiles(result.frames, view, writer, params, summary);
   TellAssumptions(rig.has_value(), source.Stamps());
 
   const double seconds = SecondsSince(start);
@@ -298,15 +321,10 @@ Command AddMapCommand(CLI::App& program) {
   add("--rig", params->rig, "The robot's cameras; without it the map is in pixels", "RIG.yaml")
       ->group(input);
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
-  add("--forward", params->forward, "Forward camera (not in this version)", "SOURCE")->group(input);
   add("--omni", params->omni, "Mirror camera (not in this version)", "SOURCE")->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
       ->group(input);
   add("--origin", params->origin, "Pose of the first frame on the map", "X,Y,YAW_DEG")
-      ->group(input);
-  add("--tilt", params->tilt, "Tilt compensation; only none in this version", "METHOD")
-      ->check(CLI::IsMember({"none", "forward", "ceiling", "fused"}))
-      ->capture_default_str()
       ->group(input);
   cli.add_flag("--append",
                params->append,
@@ -317,8 +335,7 @@ Command AddMapCommand(CLI::App& program) {
       ->group(result);
   add("-o,--output", params->output, "The map", "MAP.gpkg")->required()->group(result);
   add("--trajectory", params->trajectory, "Poses of all frames found", "T.tum")->group(result);
-  add("--uncompensated", params->uncompensated, "The same without tilt compensation", "T0.tum")
-      ->group(result);
+  params->tilt.AddTo(cli, input, result);
   add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
   command.run = [params](const CommonOptions& common, Summary& summary) {
     RunMap(*params, common, summary);

@@ -42,6 +42,9 @@ void Summarize(const MapResult& result,
                      {"map_height_px", report.grid.height_px},
                      {"map_resolution", report.grid.resolution},
                      {"unit", unit}};
+  if (result.tilt == nullptr) return;
+  result.tilt->AddTimes(summary.stages_ms);
+  summary.quality["tilt"] = result.tilt->Quality();
 }
 
 void WarnOfParts(const MapResult& result) {
@@ -71,6 +74,7 @@ void PrintReport(const MapResult& result,
                   fmt::format("{}", report.unconnected),
                   "seen from a part that nothing ties to the map; left out"});
   }
+  if (result.tilt != nullptr) result.tilt->AddRows(table);
   table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
   table.AddRow({"loops closed",
                 fmt::format("{}", report.quality.loops.accepted - report.quality.loops.outliers),

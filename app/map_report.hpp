@@ -5,6 +5,7 @@
 
 #include "app/frame_source.hpp"
 #include "app/summary.hpp"
+#include "app/tilt_meter.hpp"
 #include "mapping/map_graph.hpp"
 #include "mapping/mapper.hpp"
 
@@ -12,6 +13,7 @@ namespace ceilmap::app {
 
 /// What a mapping run made.
 struct MapResult {
+  const TiltMeter* tilt = nullptr;         ///< null: tilt was not measured
   std::vector<mapping::FramePose> frames;  ///< of this recording
   mapping::MapperReport report;
   std::vector<mapping::WeakSpot> weak_spots;  ///< of the whole map

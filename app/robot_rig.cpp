@@ -5,27 +5,45 @@
 #include "calib/error.hpp"
 
 namespace ceilmap::app {
+namespace {
 
-const calib::MountedCamera& UpCameraOf(const calib::Rig& rig,
-                                       const std::filesystem::path& file,
-                                       const FrameSource& source) {
-  if (!rig.up) {
+const calib::MountedCamera& CameraFor(const std::optional<calib::MountedCamera>& camera,
+                                      const char* name,
+                                      const std::filesystem::path& file,
+                                      const std::string& source,
+                                      cv::Size size) {
+  if (!camera) {
     throw calib::InputError(
-        fmt::format("{}: has no camera 'up'; add it under cameras", file.string()));
+        fmt::format("{}: has no camera '{}'; add it under cameras", file.string(), name));
   }
-  const cv::Size size = source.Size();
-  const cv::Size expected = rig.up->camera.Size();
+  const cv::Size expected = camera->camera.Size();
   if (size != expected) {
     throw calib::InputError(fmt::format(
-        "{}: pictures are {}x{} px, but camera 'up' of {} has {}x{} px; use this recording's rig",
-        source.Name(),
+        "{}: pictures are {}x{} px, but camera '{}' of {} has {}x{} px; use this recording's rig",
+        source,
         size.width,
         size.height,
+        name,
         file.string(),
         expected.width,
         expected.height));
   }
-  return *rig.up;
+  return *camera;
+}
+
+}  // namespace
+
+const calib::MountedCamera& UpCameraOf(const calib::Rig& rig,
+                                       const std::filesystem::path& file,
+                                       const FrameSource& source) {
+  return CameraFor(rig.up, "up", file, source.Name(), source.Size());
+}
+
+void CheckForwardCamera(const calib::Rig& rig,
+                        const std::filesystem::path& file,
+                        const std::string& source,
+                        cv::Size size) {
+  CameraFor(rig.forward, "forward", file, source, size);
 }
 
 }  // namespace ceilmap::app

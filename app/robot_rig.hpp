@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
 
 #include "app/frame_source.hpp"
 #include "calib/rig.hpp"
@@ -13,5 +15,11 @@ namespace ceilmap::app {
 const calib::MountedCamera& UpCameraOf(const calib::Rig& rig,
                                        const std::filesystem::path& file,
                                        const FrameSource& source);
+
+/// Checks that a recording can come from the rig's forward camera; otherwise as UpCameraOf.
+void CheckForwardCamera(const calib::Rig& rig,
+                        const std::filesystem::path& file,
+                        const std::string& source,
+                        cv::Size size);
 
 }  // namespace ceilmap::app

@@ -39,10 +39,12 @@ StampedPose ParsePose(const std::string& text, const std::string& place) {
 
 }  // namespace
 
-StampedPose ToStampedPose(double stamp_s, const calib::Pose2& T_map_base) {
+StampedPose ToStampedPose(double stamp_s, const calib::Pose2& T_map_base, const calib::Tilt& tilt) {
+  const Eigen::Quaterniond yaw(std::cos(T_map_base.yaw / 2), 0, 0, std::sin(T_map_base.yaw / 2));
+  if (tilt.IsLevel()) return {stamp_s, {T_map_base.x, T_map_base.y, 0}, yaw};
   return {stamp_s,
-          {T_map_base.x, T_map_base.y, 0},
-          Eigen::Quaterniond(std::cos(T_map_base.yaw / 2), 0, 0, std::sin(T_map_base.yaw / 2))};
+          {T_map_base.x, T_map_base.y, tilt.lift_m},
+          yaw * Eigen::Quaterniond(tilt.T_level_base().linear())};
 }
 
 double YawOf(const StampedPose& pose) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/pose2.hpp"
+#include "calib/tilt.hpp"
 
 namespace ceilmap::app {
 
@@ -19,8 +20,10 @@ struct StampedPose {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
 };
 
-/// A planar pose as a level pose on the floor.
-StampedPose ToStampedPose(double stamp_s, const calib::Pose2& T_map_base);
+/// A robot whose foot stands at a planar pose, level on the floor unless it is tilted.
+StampedPose ToStampedPose(double stamp_s,
+                          const calib::Pose2& T_map_base,
+                          const calib::Tilt& tilt = {});
 
 /// Turn about the vertical in (-pi, pi], counter-clockwise seen from above (z-y-x Euler angles).
 double YawOf(const StampedPose& pose);

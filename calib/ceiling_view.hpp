@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
 #include "calib/pose2.hpp"
@@ -46,6 +47,12 @@ class CeilingView {
   [[nodiscard]] const Pose2& T_base_view() const { return T_base_view_; }
   /// Focal length of the virtual camera in pixels, sqrt(fx fy); 0 where nothing is known of it.
   [[nodiscard]] double FocalLength() const { return focal_px_; }
+  /// Principal point of the virtual camera, from the top-left pixel's centre, pixels. The picture's
+  /// centre where nothing is known of the camera.
+  [[nodiscard]] const Eigen::Vector2d& PrincipalPoint() const { return principal_px_; }
+  /// The virtual camera's optical frame in base (identity where nothing is known of it): looks
+  /// along base's z, turned about it like the mounted camera.
+  [[nodiscard]] const Eigen::Isometry3d& T_base_camera() const { return T_base_camera_; }
   /// True when Rectify changes the picture.
   [[nodiscard]] bool NeedsRectification() const { return !table_.empty(); }
 
@@ -64,6 +71,8 @@ class CeilingView {
   cv::Size size_;
   double m_per_px_ = 1;
   double focal_px_ = 0;
+  Eigen::Vector2d principal_px_ = Eigen::Vector2d::Zero();
+  Eigen::Isometry3d T_base_camera_ = Eigen::Isometry3d::Identity();
   Pose2 T_base_view_;
   RemapTable table_;  // empty: the pictures need nothing
   cv::Mat mask_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/pose2.hpp"
+#include "calib/tilt.hpp"
 
 namespace ceilmap::mapping {
 
@@ -22,7 +23,10 @@ struct FramePose {
   std::int64_t frame_index = 0;
   double stamp_s = 0;
   TrackingStatus status = TrackingStatus::kTracking;
-  Pose2 T_map_base;
+  Pose2 T_map_base;  ///< of the mast's foot, tilted or not
+  /// How the robot stood, where that was measured; level otherwise. Its picture was taken as a
+  /// level robot would have seen it.
+  calib::Tilt tilt;
   /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2 (pixels for metres without a rig).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /// The keyframe that the frame was measured against, its own id for a keyframe: when that one is
@@ -35,7 +39,9 @@ struct FramePose {
 struct Keyframe {
   std::int64_t id = 0;  ///< 0, 1, 2, ... in order of time
   FramePose pose;
-  cv::Mat picture;  ///< CV_8UC1, rectified (CeilingView); may be empty where only poses are needed
+  /// CV_8UC1, rectified (CeilingView), level (LevelView): 0 where there is no content and nowhere
+  /// else. May be empty where only poses are needed.
+  cv::Mat picture;
   /// Several motions explained its picture as well, prediction alone chose (strictly periodic
   /// ceiling, Registration::by_prior).
   bool ambiguous = false;

@@ -11,6 +11,7 @@
 #include <unordered_set>
 
 #include "calib/error.hpp"
+#include "calib/level_view.hpp"
 #include "mapping/place_descriptor.hpp"
 #include "mapping/place_index.hpp"
 #include "mapping/pose_graph.hpp"
@@ -121,7 +122,8 @@ struct LoopCloser::Impl {
 
 FrameSpectrum LoopCloser::Impl::Spectrum(std::int64_t id) {
   if (const FrameSpectrum* kept = spectra.Find(id)) return *kept;
-  FrameSpectrum spectrum = registrar.Analyze(load(id));
+  const cv::Mat picture = load(id);
+  FrameSpectrum spectrum = registrar.Analyze(picture, calib::ContentMask(picture));
   spectra.Insert(id, spectrum);
   return spectrum;
 }

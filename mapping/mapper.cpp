@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <chrono>
 #include <future>
+#include <optional>
 #include <unordered_set>
 
 #include "calib/error.hpp"
+#include "calib/level_view.hpp"
 #include "mapping/map_builder.hpp"
 #include "mapping/map_merge.hpp"
 #include "mapping/place_descriptor.hpp"
@@ -93,6 +95,8 @@ struct Mapper::Impl {
   PlaceDescriber describer;
   std::future<void> closing;  // the loop closer's work on the last keyframe
   cv::Mat rectified;
+  std::optional<calib::LevelView> level_view;  // made for the first tilted frame
+  cv::Mat levelled;
   MapGraph graph;
   std::vector<float> peaks;
   int lost_in_a_row = 0;
@@ -111,7 +115,11 @@ struct Mapper::Impl {
 
 void Mapper::Impl::CloseLoops(NewKeyframe added) {
   const StageTimer timer(report.loop_ms);
-  const cv::Mat descriptors = describer.Describe(added.keyframe.picture);
+  // The borders of a picture that was drawn level would pass for marks of the ceiling.
+  const cv::Mat& picture = added.keyframe.picture;
+  const bool level = added.keyframe.pose.tilt.IsLevel();
+  const cv::Mat descriptors =
+      describer.Describe(level ? picture : cv::Mat(picture.size(), CV_8UC1, cv::Scalar(0)));
   writer.AddDescriptors(added.keyframe.id, descriptors);
   closer.Add(added.keyframe, added.spectrum, added.edges, descriptors);
   closer.Close(added.keyframe.id);
@@ -200,17 +208,25 @@ Mapper::Mapper(const calib::CeilingView& view,
 }
 Mapper::~Mapper() = default;
 
-FramePose Mapper::Process(const cv::Mat& raw_grey, std::int64_t frame_index, double stamp_s) {
+FramePose Mapper::Process(const cv::Mat& raw_grey,
+                          std::int64_t frame_index,
+                          double stamp_s,
+                          const calib::Tilt& tilt) {
   Impl& me = *impl_;
   const cv::Mat* picture = nullptr;
   {
     const StageTimer timer(me.report.rectify_ms);
     picture = &me.view.Rectify(raw_grey, me.rectified);
+    if (!tilt.IsLevel()) {
+      if (!me.level_view) me.level_view.emplace(me.view);
+      me.level_view->Draw(*picture, tilt, me.levelled);
+      picture = &me.levelled;
+    }
   }
   OdometryStep step;
   {
     const StageTimer timer(me.report.register_ms);
-    step = me.odometry.Process(*picture, frame_index, stamp_s);
+    step = me.odometry.Process(*picture, frame_index, stamp_s, tilt);
   }
   me.KeepKeyframe(step);
   me.Count(step);

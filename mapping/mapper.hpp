@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
+#include "calib/tilt.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/loop_closer.hpp"
 #include "mapping/map_file.hpp"
@@ -60,9 +61,13 @@ class Mapper {
   ~Mapper();
 
   /// Takes the next frame: CV_8UC1 raw picture of the view's size; stamps must increase.
-  /// A frame that cannot be placed comes back as kLost or kAmbiguous and gets no line in the
-  /// trajectory.
-  FramePose Process(const cv::Mat& raw_grey, std::int64_t frame_index, double stamp_s);
+  /// @param tilt  how the robot stood, where that is known: it is taken out of the picture, and
+  /// comes back with the pose. Needs a view of a rig. A frame that cannot be placed comes back as
+  /// kLost or kAmbiguous and gets no line in the trajectory.
+  FramePose Process(const cv::Mat& raw_grey,
+                    std::int64_t frame_index,
+                    double stamp_s,
+                    const calib::Tilt& tilt = {});
 
   /// Ends the recording: all poses are optimised together. No Process after it.
   /// @throws calib::RunError when no frame showed any texture.

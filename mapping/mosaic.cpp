@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "calib/error.hpp"
+#include "calib/level_view.hpp"
 #include "mapping/exposure.hpp"
 #include "mapping/exposure_sampling.hpp"
 #include "mapping/levelling.hpp"
@@ -64,6 +65,14 @@ inline float Sample(const cv::Mat& padded, const cv::Point2d& pixel) {
   return upper + fv * (lower - upper);
 }
 
+/// Sample would mix in what the picture has no content for.
+bool TouchesBlank(const cv::Mat& padded, const cv::Point2d& pixel) {
+  const unsigned char* top = padded.ptr<unsigned char>(static_cast<int>(pixel.y) + kPadding) +
+                             static_cast<int>(pixel.x) + kPadding;
+  const unsigned char* bottom = top + padded.step[0];
+  return top[0] == 0 || top[1] == 0 || bottom[0] == 0 || bottom[1] == 0;
+}
+
 }  // namespace
 
 void MosaicParams::Validate() const {
@@ -97,8 +106,9 @@ struct MosaicRenderer::Impl {
   void WeighBySharpness(const std::vector<double>& sharpness);
   std::vector<int> ViewsAt(const cv::Rect& tile) const;
   RowMap MapRow(const ViewPlacement& view, const cv::Rect& tile, int row) const;
+  bool HasBlanks(const cv::Mat& picture) const;
   template <typename Visit>
-  void ForEachPixel(const ViewPlacement& view,
+  void ForEachPixel(int k,
                     const Agreement& agreement,
                     const cv::Rect& tile,
                     const Visit& visit) const;
@@ -112,6 +122,7 @@ struct MosaicRenderer::Impl {
   std::vector<ViewPlacement> views;
   std::vector<float> gain_factors;  // 1 / exp(g_k)
   std::vector<float> view_weights;  // of blurred pictures below 1
+  std::vector<bool> has_blanks;     // pictures of a tilted robot
   cv::Mat shading;                  // Shading per picture pixel
   Thumbnails thumbnails;
   MosaicGrid grid;
@@ -143,9 +154,11 @@ void MosaicRenderer::Impl::Survey() {
   ExposureModel exposure;
   exposure.log_gain.assign(views.size(), 0);
   std::vector<double> sharpness(views.size(), 0);
+  has_blanks.assign(views.size(), false);
   const auto picture = [this, &sharpness](std::size_t k) {
     const PictureCache::Picture padded = cache.Get(ids[k]);
     cv::Mat inner = (*padded)(cv::Rect(kPadding, kPadding, view_size.width, view_size.height));
+    has_blanks[k] = HasBlanks(inner);
     if (params.reject_outliers) thumbnails.Add(inner);
     if (params.sharpness_power > 0) sharpness[k] = Sharpness(inner);
     return inner;
@@ -153,7 +166,7 @@ void MosaicRenderer::Impl::Survey() {
   if (params.level_exposure) {
     exposure = SolveExposure(static_cast<int>(views.size()),
                              ObserveExposure(views, view_size, units_per_px, picture));
-  } else if (params.reject_outliers || params.sharpness_power > 0) {
+  } else {
     for (std::size_t k = 0; k < views.size(); ++k) picture(k);
   }
   for (const double gain : exposure.log_gain) {
@@ -165,6 +178,13 @@ void MosaicRenderer::Impl::Survey() {
 }
 
 /// The places are compared where a picture has its centre: what it shows best.
+/// Places without content beyond those that no picture has any for.
+bool MosaicRenderer::Impl::HasBlanks(const cv::Mat& picture) const {
+  const cv::Mat content = calib::ContentMask(picture);
+  if (content.empty()) return false;
+  return params.view_mask.empty() || cv::countNonZero(~content & params.view_mask) > 0;
+}
+
 void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness) {
   constexpr double kLeast = 1e-4;  // what nothing else shows stays in the mosaic
   for (std::size_t k = 0; k < views.size(); ++k) {
@@ -265,10 +285,13 @@ RowMap MosaicRenderer::Impl::MapRow(const ViewPlacement& view,
 /// Calls visit(position in the tile, picture pixel, weight, vignetting factor) for each pixel of
 /// the tile that lies inside the picture.
 template <typename Visit>
-void MosaicRenderer::Impl::ForEachPixel(const ViewPlacement& view,
+void MosaicRenderer::Impl::ForEachPixel(int k,
                                         const Agreement& agreement,
                                         const cv::Rect& tile,
                                         const Visit& visit) const {
+  const ViewPlacement& view = views[k];
+  PictureCache::Picture blanks;
+  if (has_blanks[k]) blanks = cache.Get(ids[k]);
   const double max_u = view_size.width - 1;
   const double max_v = view_size.height - 1;
   for (int row = 0; row < tile.height; ++row) {
@@ -276,6 +299,7 @@ void MosaicRenderer::Impl::ForEachPixel(const ViewPlacement& view,
     for (int col = map.first; col < map.last; ++col) {
       const cv::Point2d pixel(std::clamp(map.start.x + col * map.step.x, 0.0, max_u),
                               std::clamp(map.start.y + col * map.step.y, 0.0, max_v));
+      if (blanks && TouchesBlank(*blanks, pixel)) continue;
       // Weight and vignetting are smooth: the nearest pixel's will do.
       const Shading& shade = shading.ptr<Shading>(cvRound(pixel.y))[cvRound(pixel.x)];
       const float agreed = agreement.IsFull() ? 1 : agreement.At(col, tile.y + row);
@@ -293,7 +317,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
   cv::Mat largest(tile.size(), CV_32FC1, cv::Scalar(0));
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const float share = view_weights[candidates[i]];
-    ForEachPixel(views[candidates[i]],
+    ForEachPixel(candidates[i],
                  agreements[i],
                  tile,
                  [&](cv::Point at, cv::Point2d /*pixel*/, float weight, float /*vignetting*/) {
@@ -306,7 +330,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
     const PictureCache::Picture picture = cache.Get(ids[candidates[i]]);
     const float gain = gain_factors[candidates[i]];
     const float share = view_weights[candidates[i]];
-    ForEachPixel(views[candidates[i]],
+    ForEachPixel(candidates[i],
                  agreements[i],
                  tile,
                  [&](cv::Point at, cv::Point2d pixel, float weight, float vignetting) {

@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "calib/error.hpp"
+#include "calib/level_view.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::mapping {
@@ -16,30 +17,6 @@ using registration::MotionPrior;
 using registration::Registrar;
 using registration::Registration;
 using registration::Verdict;
-
-void OdometryParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (!good) {
-      throw calib::InputError(fmt::format("odometry: {} = {}, must be {}", field, value, range));
-    }
-  };
-  require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
-  require(
-      min_inlier_part >= 0 && min_inlier_part < 1, "min_inlier_part", min_inlier_part, "in [0, 1)");
-  require(recent_keyframes >= 1, "recent_keyframes", recent_keyframes, "at least 1");
-  require(local_keyframes >= 1, "local_keyframes", local_keyframes, "at least 1");
-  require(prior_sigma_part > 0, "prior_sigma_part", prior_sigma_part, "> 0");
-  require(prior_sigma_errors > 0, "prior_sigma_errors", prior_sigma_errors, "> 0");
-  require(min_prior_sigma_px > 0, "min_prior_sigma_px", min_prior_sigma_px, "> 0");
-  require(noise.systematic_px > 0, "noise.systematic_px", noise.systematic_px, "> 0");
-  require(noise.systematic_rad > 0, "noise.systematic_rad", noise.systematic_rad, "> 0");
-  require(first_keyframe_id >= 0,
-          "first_keyframe_id",
-          static_cast<double>(first_keyframe_id),
-          "at least 0");
-  require(restart_after >= 1, "restart_after", restart_after, "at least 1");
-  require(prior_sigma_rad > 0, "prior_sigma_rad", prior_sigma_rad, "> 0");
-}
 
 namespace {
 
@@ -54,7 +31,8 @@ struct LastFrame {
   FramePose pose;
   FrameSpectrum spectrum;
   cv::Mat picture;
-  Edge edge;  // to the keyframe that placed it
+  Edge edge;           // to the keyframe that placed it
+  double overlap = 1;  // with it
   bool ambiguous = false;
 };
 
@@ -97,6 +75,9 @@ struct Odometry::Impl {
                     const Edge& edge,
                     bool ambiguous,
                     OdometryStep& step);
+  void Bridge(OdometryStep& step);
+  [[nodiscard]] cv::Mat Stored(const cv::Mat& picture) const;
+  [[nodiscard]] bool WantsKeyframe(const OdometryStep& step) const;
   void TieToOlder(const FrameSpectrum& spectrum,
                   FramePose& pose,
                   const Edge& edge,
@@ -177,6 +158,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
   step.registration = registrar.Register(reference.spectrum, spectrum, prior);
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
+  AddTiltDoubt(view, step.pose.tilt, edge);
   Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
   return true;
@@ -186,13 +168,28 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Ed
   // After a loss nothing is known of where the robot is.
   std::optional<Pose2> expected;
   if (last) expected = Predict(step.pose.stamp_s);
+  const bool tilting = last && last->edge.to < 0 && last->pose.tilt.IsLevel() &&
+                       !step.pose.tilt.IsLevel() && last->overlap < params.level_overlap;
+  if (tilting) Bridge(step);
   if (TryReference(active.size() - 1, spectrum, expected, step, edge)) return true;
   // The last frame that was still placed sees more of what this one sees: it becomes the keyframe.
   if (!last || last->edge.to >= 0 || step.registration.verdict == Verdict::kNoTexture) return false;
+  Bridge(step);
+  return TryReference(active.size() - 1, spectrum, expected, step, edge);
+}
+
+/// Makes the last frame a keyframe.
+void Odometry::Impl::Bridge(OdometryStep& step) {
   const LastFrame bridge = *last;
   MakeKeyframe(bridge.pose, bridge.spectrum, bridge.picture, bridge.edge, bridge.ambiguous, step);
   last->edge.to = active.back().keyframe.id;
-  return TryReference(active.size() - 1, spectrum, expected, step, edge);
+}
+
+bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
+  const Registration& r = step.registration;
+  const bool level = step.pose.tilt.IsLevel();
+  return r.overlap < (level ? params.min_overlap : params.min_tilted_overlap) ||
+         (level && r.inliers < params.min_inlier_part * r.blocks);
 }
 
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
@@ -259,7 +256,8 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
     const double off = std::hypot(registration.motion.tx_px - prior.motion.tx_px,
                                   registration.motion.ty_px - prior.motion.ty_px);
     if (!registration.ok() || off > 5) continue;
-    const Edge tie = MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
+    Edge tie = MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
+    AddTiltDoubt(view, pose.tilt, tie);
     add(reference, tie);
     edges.push_back(tie);
   }
@@ -269,13 +267,23 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
   pose.T_map_base.yaw = calib::WrapAngle(pose.T_map_base.yaw + correction.z());
 }
 
+/// What is kept of a picture: black pixels are content, 0 is none (Keyframe::picture).
+cv::Mat Odometry::Impl::Stored(const cv::Mat& picture) const {
+  cv::Mat stored;
+  cv::max(picture, 1, stored);
+  const cv::Mat content = calib::ContentMask(picture);
+  if (!content.empty()) cv::bitwise_and(stored, content, stored);
+  if (!view.Mask().empty()) cv::bitwise_and(stored, view.Mask(), stored);
+  return stored;
+}
+
 void Odometry::Impl::MakeKeyframe(const FramePose& pose,
                                   const FrameSpectrum& spectrum,
                                   const cv::Mat& picture,
                                   const Edge& edge,
                                   bool ambiguous,
                                   OdometryStep& step) {
-  Keyframe keyframe{next_id++, pose, picture.clone(), ambiguous};
+  Keyframe keyframe{next_id++, pose, Stored(picture), ambiguous};
   keyframe.pose.keyframe_id = keyframe.id;
   if (!active.empty()) {
     Edge tie = edge;
@@ -303,6 +311,7 @@ void Odometry::Impl::Remember(const OdometryStep& step,
   last->spectrum = spectrum;
   picture.copyTo(last->picture);
   last->edge = edge;
+  last->overlap = step.registration.overlap;
   last->ambiguous = step.registration.by_prior;
   last->edge.to = step.new_keyframe && step.new_keyframe->pose.frame_index == step.pose.frame_index
                       ? step.new_keyframe->id
@@ -317,12 +326,17 @@ Odometry::Odometry(const calib::CeilingView& view,
 }
 Odometry::~Odometry() = default;
 
-OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index, double stamp_s) {
+OdometryStep Odometry::Process(const cv::Mat& picture,
+                               std::int64_t frame_index,
+                               double stamp_s,
+                               const calib::Tilt& tilt) {
   Impl& me = *impl_;
   OdometryStep step;
   step.pose.frame_index = frame_index;
   step.pose.stamp_s = stamp_s;
-  const FrameSpectrum spectrum = me.registrar.Analyze(picture);
+  step.pose.tilt = tilt;
+  const FrameSpectrum spectrum =
+      me.registrar.Analyze(picture, tilt.IsLevel() ? cv::Mat() : calib::ContentMask(picture));
   Edge edge;
   bool placed = false;
   if (me.active.empty()) {
@@ -330,11 +344,8 @@ OdometryStep Odometry::Process(const cv::Mat& picture, std::int64_t frame_index,
   } else {
     placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge) ||
              me.Restart(spectrum, picture, step);
-    const Registration& r = step.registration;
-    if (placed &&
-        (r.overlap < me.params.min_overlap || r.inliers < me.params.min_inlier_part * r.blocks) &&
-        !step.new_keyframe) {
-      me.MakeKeyframe(step.pose, spectrum, picture, edge, r.by_prior, step);
+    if (placed && !step.new_keyframe && me.WantsKeyframe(step)) {
+      me.MakeKeyframe(step.pose, spectrum, picture, edge, step.registration.by_prior, step);
       step.pose = step.new_keyframe->pose;
     }
   }

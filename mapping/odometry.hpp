@@ -17,6 +17,11 @@ struct OdometryParams {
   /// keyframes and more drift; smaller: less common area to register on.
   double min_overlap = 0.7;
   double min_inlier_part = 0.5;  ///< ... or when fewer of the compared blocks agree
+  /// A tilted frame is no good keyframe: its picture has blank borders, its place is less exact. So
+  /// the last level frame before it becomes one when less than the first part of the last keyframe
+  /// is in view, and the tilted frame itself only below the second.
+  double level_overlap = 0.9;
+  double min_tilted_overlap = 0.5;
   int recent_keyframes = 4;  ///< keyframes that a lost robot is compared with, the last ones first
   int local_keyframes =
       3;  ///< keyframes that a new keyframe is registered against, if they overlap
@@ -51,8 +56,8 @@ struct OdometryStep {
 };
 
 /// Visual odometry on the ceiling: every frame is registered against the last keyframe, never only
-/// against the frame before, so that errors add up per keyframe and not per frame. Level robot,
-/// plane ceiling (GEOMETRY section 2).
+/// against the frame before, so that errors add up per keyframe and not per frame. Plane ceiling;
+/// level robot, or one whose tilt was taken out of its pictures (GEOMETRY section 2).
 ///
 /// A keyframe is made of the last frame that was still seen well, when the next one is seen badly,
 /// or of the frame itself when it has moved far enough. It is tied to the last few keyframes that
@@ -65,8 +70,12 @@ class Odometry {
   Odometry(const calib::CeilingView& view, const Pose2& origin, const OdometryParams& params = {});
   ~Odometry();
 
-  /// @param picture  CV_8UC1, rectified, of the view's size.
-  OdometryStep Process(const cv::Mat& picture, std::int64_t frame_index, double stamp_s);
+  /// @param picture  CV_8UC1, rectified, of the view's size; drawn level (LevelView) unless
+  /// `tilt` is level.
+  OdometryStep Process(const cv::Mat& picture,
+                       std::int64_t frame_index,
+                       double stamp_s,
+                       const calib::Tilt& tilt = {});
 
   /// Makes the last placed frame a keyframe if it is not one yet, so that a map shows all that was
   /// seen. For the end of a recording; sets nothing but new_keyframe and new_edges.

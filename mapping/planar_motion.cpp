@@ -59,6 +59,19 @@ Edge MeasuredEdge(const calib::CeilingView& view,
   return edge;
 }
 
+void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge& edge) {
+  if (tilt.covariance.isZero()) return;
+  const double height = view.T_base_camera().translation().z() +
+                        view.FocalLength() * view.MetresPerPixel();  // of the ceiling
+  // A pitch that is taken for too large puts the foot too far back, a roll too far to the left.
+  Eigen::Matrix2d slope;
+  slope << -height, 0, 0, height;
+  const Eigen::Matrix2d in_from = edge.T_from_to.Rotation() * slope;
+  Eigen::Matrix3d covariance = edge.information.inverse();
+  covariance.topLeftCorner<2, 2>() += in_from * tilt.covariance * in_from.transpose();
+  edge.information = covariance.inverse();
+}
+
 Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
                                   const Eigen::Matrix3d& cov_a_b,
                                   const Pose2& T_b_c,

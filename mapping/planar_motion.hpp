@@ -4,6 +4,7 @@
 
 #include "calib/ceiling_view.hpp"
 #include "calib/pose2.hpp"
+#include "calib/tilt.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "mapping/registration/registration.hpp"
@@ -39,6 +40,11 @@ Edge MeasuredEdge(const calib::CeilingView& view,
                   std::int64_t from,
                   std::int64_t to,
                   const EdgeNoise& noise);
+
+/// Adds to an edge's covariance what is not known of the tilt that was taken out of the picture of
+/// `to`: the foot of a robot stands off by its height under the ceiling times the error.
+/// @param view  of a rig.
+void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge& edge);
 
 /// Covariance of T_a_c = T_a_b * T_b_c, first order, from those of the factors' (x, y, yaw), taken
 /// as independent.

@@ -112,6 +112,7 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
                         const PlaneFitParams& params) {
   PlaneFit fit;
   fit.motion = start;
+  fit.blocks = static_cast<int>(shifts.size());
   if (shifts.size() < 6) return fit;
   Parameters p = ToArray(start);
   std::vector<double> sizes(shifts.size());

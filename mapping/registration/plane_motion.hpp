@@ -60,7 +60,8 @@ struct PlaneFit {
   /// held.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   double sigma_px = 0;  ///< robust deviation of a fully informative block, one axis
-  int inliers = 0;      ///< within 1 px
+  int inliers = 0;      ///< within 1 px ...
+  int blocks = 0;       ///< ... of so many
 };
 
 /// Robust least squares (Ceres; Cauchy loss on a robust scale, found twice) of the plane motion

@@ -1,0 +1,81 @@
+#include "app/forward_frames.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::app {
+
+ForwardFrames::ForwardFrames(const std::string& source, const std::filesystem::path& stamps)
+    : ForwardFrames(std::make_unique<FrameSource>(
+          source, FrameSourceOptions{.stamps = stamps, .stamps_of_another = true})) {}
+
+ForwardFrames::ForwardFrames(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {
+  Advance();
+}
+
+void ForwardFrames::Advance() {
+  Frame frame;
+  if (before_) frame.grey = std::move(before_->grey);  // its memory is used again
+  before_ = std::exchange(after_, std::nullopt);
+  if (ended_) return;
+  try {
+    if (source_->Read(frame)) {
+      after_ = std::move(frame);
+    } else {
+      ended_ = true;
+    }
+  } catch (const calib::InputError& error) {
+    damage_ = error.what();
+    ended_ = true;
+  }
+}
+
+cv::Mat ForwardFrames::At(double stamp_s) {
+  while (after_ && after_->stamp_s <= stamp_s) Advance();
+  const Frame* nearest = nullptr;
+  double offset_s = 0.05;  // farther away another moment is seen
+  for (const std::optional<Frame>* candidate : {&before_, &after_}) {
+    if (!*candidate || std::abs((*candidate)->stamp_s - stamp_s) > offset_s) continue;
+    nearest = &**candidate;
+    offset_s = std::abs(nearest->stamp_s - stamp_s);
+  }
+  if (nearest == nullptr) {
+    ++report_.missing;
+    return {};
+  }
+  ++report_.matched;
+  report_.largest_offset_s = std::max(report_.largest_offset_s, offset_s);
+  return nearest->grey;
+}
+
+ForwardFrames::Report ForwardFrames::GetReport() const {
+  Report report = report_;
+  report.reading = source_->Report();
+  return report;
+}
+
+std::vector<std::string> ForwardFrames::Warnings() const {
+  std::vector<std::string> warnings = source_->Warnings();
+  if (!damage_.empty()) warnings.push_back(damage_ + "; it is not used from there on");
+  const std::int64_t all = report_.matched + report_.missing;
+  if (report_.missing > 0) {
+    warnings.push_back(fmt::format("{}: {} of {} upward frames have no forward frame at their time",
+                                   Name(),
+                                   report_.missing,
+                                   all));
+  }
+  constexpr double kNotable_s = 1e-3;
+  if (report_.largest_offset_s > kNotable_s) {
+    warnings.push_back(fmt::format("{}: its frames were matched by time, up to {:.0f} ms apart",
+                                   Name(),
+                                   1e3 * report_.largest_offset_s));
+  }
+  return warnings;
+}
+
+}  // namespace ceilmap::app

@@ -1,0 +1,71 @@
+#include "calib/virtual_camera.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <string>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::calib {
+namespace {
+
+/// A rectification that moves no pixel by more is not worth its interpolation.
+constexpr double kUntouchedPx = 1e-3;
+
+std::string SizeText(cv::Size size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+}  // namespace
+
+VirtualCamera::VirtualCamera(const MountedCamera& mounted, const Eigen::Matrix3d& R_base_view)
+    : camera_(mounted.camera),
+      focal_px_(std::sqrt(mounted.camera.fx * mounted.camera.fy)),
+      R_cam_view_(mounted.T_base_cam.linear().transpose() * R_base_view) {
+  const Eigen::Vector3d axis = R_cam_view_.transpose().col(2);
+  principal_px_ = Eigen::Vector2d(camera_.cx, camera_.cy) - focal_px_ * axis.head<2>() / axis.z();
+}
+
+std::optional<cv::Point2d> VirtualCamera::Raw(double u, double v) const {
+  const Eigen::Vector2d slope = (Eigen::Vector2d(u, v) - principal_px_) / focal_px_;
+  const auto raw = camera_.Project(R_cam_view_ * slope.homogeneous());
+  if (!raw) return std::nullopt;
+  return cv::Point2d(raw->x(), raw->y());
+}
+
+/// Largest displacement over a grid of pixels that includes the borders.
+bool VirtualCamera::MovesPixels() const {
+  constexpr int kSteps = 16;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      const double u = (camera_.width_px - 1.0) * i / kSteps;
+      const double v = (camera_.height_px - 1.0) * j / kSteps;
+      const auto raw = Raw(u, v);
+      if (!raw || std::hypot(raw->x - u, raw->y - v) > kUntouchedPx) return true;
+    }
+  }
+  return false;
+}
+
+RemapTable VirtualCamera::MakeTable() const {
+  if (!MovesPixels()) return {};
+  return {camera_.Size(), [this](int u, int v) { return Raw(u, v); }};
+}
+
+const cv::Mat& RectifyBy(const RemapTable& table,
+                         cv::Size size,
+                         const cv::Mat& raw,
+                         cv::Mat& buffer) {
+  if (raw.type() != CV_8UC1 || raw.size() != size) {
+    throw InputError("picture of " + SizeText(raw.size()) + " pixels" +
+                     (raw.type() == CV_8UC1 ? "" : " that is not 8-bit grey") + ", must be " +
+                     SizeText(size) + " and 8-bit grey; use the rig of the camera that took it");
+  }
+  if (table.empty()) return raw;
+  const cv::Mat source = raw;  // keeps the pixels when raw and buffer are one
+  if (buffer.data == source.data) buffer.release();
+  table.Apply(source, buffer);
+  return buffer;
+}
+
+}  // namespace ceilmap::calib

@@ -1,0 +1,167 @@
+#include "compensation/ceiling_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/error.hpp"
+#include "calib/level_view.hpp"
+
+namespace ceilmap::compensation {
+
+using calib::PlanarTilt;
+using calib::Pose2;
+using Eigen::Isometry3d;
+using registration::PlaneFit;
+using registration::PlaneMotion;
+using registration::Registration;
+
+namespace {
+
+registration::RegistrarParams WithMask(registration::RegistrarParams params, const cv::Mat& mask) {
+  params.mask = mask;
+  return params;
+}
+
+Eigen::Vector2d PrincipalFromCentre(const calib::CeilingView& view) {
+  const cv::Size size = view.Size();
+  return view.PrincipalPoint() - Eigen::Vector2d(0.5 * (size.width - 1), 0.5 * (size.height - 1));
+}
+
+/// The pose without its tilt: where a level robot with the same foot and heading stands.
+Isometry3d Levelled(const Isometry3d& T) {
+  return calib::ToSpace(calib::FromSpace(T).pose, {});
+}
+
+}  // namespace
+
+CeilingTracker::CeilingTracker(const calib::CeilingView& view, const CeilingTrackerParams& params)
+    : view_(view),
+      params_(params),
+      camera_{view.FocalLength(), PrincipalFromCentre(view)},
+      distance_m_(view.FocalLength() * view.MetresPerPixel()),
+      registrar_(view.Size(), WithMask(params.registration, view.Mask())) {
+  if (!(camera_.focal_px > 0)) {
+    throw calib::InputError("tilt cannot be seen on the ceiling without a rig");
+  }
+}
+
+CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& picture, double stamp_s) {
+  Frame frame;
+  frame.spectrum = registrar_.Analyze(picture);
+  frame.stamp_s = stamp_s;
+  return frame;
+}
+
+PlanarTilt CeilingTracker::Predict(double stamp_s) const {
+  if (!last_) return {};
+  if (!before_) return last_->at;
+  const double step_s = last_->stamp_s - before_->stamp_s;
+  const double ahead_s = stamp_s - last_->stamp_s;
+  constexpr double kMostSteps = 3;  // after a gap the speed is not known any more
+  if (!(step_s > 0) || ahead_s > kMostSteps * step_s) return last_->at;
+  const double part = ahead_s / step_s;
+  const Pose2 step = before_->at.pose.Inverse() * last_->at.pose;
+  PlanarTilt ahead = last_->at;
+  ahead.pose = last_->at.pose * Pose2{part * step.x, part * step.y, part * step.yaw};
+  ahead.tilt.pitch_rad += part * (last_->at.tilt.pitch_rad - before_->at.tilt.pitch_rad);
+  ahead.tilt.roll_rad += part * (last_->at.tilt.roll_rad - before_->at.tilt.roll_rad);
+  return ahead;
+}
+
+PlaneMotion CeilingTracker::ToMotion(const PlanarTilt& at) const {
+  const Isometry3d& T_base_camera = view_.T_base_camera();
+  const PlanarTilt camera =
+      calib::FromSpace(T_base_camera.inverse() * calib::ToSpace(at.pose, at.tilt) * T_base_camera);
+  return {camera.pose.x / distance_m_,
+          camera.pose.y / distance_m_,
+          camera.tilt.lift_m / distance_m_,
+          camera.pose.yaw,
+          camera.tilt.roll_rad,
+          camera.tilt.pitch_rad};
+}
+
+Isometry3d CeilingTracker::ToPose(const PlaneMotion& motion) const {
+  const Pose2 planar{distance_m_ * motion.x, distance_m_ * motion.y, motion.yaw};
+  const calib::Tilt tilt{motion.tilt_y, motion.tilt_x, distance_m_ * motion.height, {}};
+  const Isometry3d& T_base_camera = view_.T_base_camera();
+  return T_base_camera * calib::ToSpace(planar, tilt) * T_base_camera.inverse();
+}
+
+bool CeilingTracker::IsSound(const PlaneFit& fit) const {
+  return fit.ok && fit.inliers >= params_.min_inliers &&
+         fit.inliers >= params_.min_inlier_part * fit.blocks &&
+         fit.sigma_px <= params_.max_sigma_px &&
+         std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= params_.max_tilt_rad;
+}
+
+CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
+  CeilingMotion motion;
+  motion.T_reference_base = ToPose(fit.motion);
+  motion.inliers = fit.inliers;
+  motion.blocks = fit.blocks;
+  // Small turns about x and y of the camera are turns about x and y of base, turned by the camera's
+  // yaw. (roll, pitch) there, (pitch, roll) here.
+  const Eigen::Matrix2d turn = view_.T_base_camera().linear().topLeftCorner<2, 2>();
+  const Eigen::Matrix2d in_base =
+      turn * fit.covariance.bottomRightCorner<2, 2>() * turn.transpose();
+  const double systematic = params_.systematic_rad * params_.systematic_rad;
+  motion.covariance << in_base(1, 1) + systematic, in_base(1, 0), in_base(0, 1),
+      in_base(0, 0) + systematic;
+  // The part of the picture that is seen, as a level robot would see it.
+  const Pose2 planar = calib::FromSpace(motion.T_reference_base).pose;
+  const PlaneMotion level = ToMotion({planar, {}});
+  registration::ImageMotion shift;
+  const Eigen::Vector2d centre = level.Apply(camera_, Eigen::Vector2d::Zero());
+  shift.tx_px = centre.x();
+  shift.ty_px = centre.y();
+  shift.theta_rad = -level.yaw;
+  motion.overlap = registration::OverlapOf(shift, view_.Size());
+  return motion;
+}
+
+std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
+  if (!HasReference()) return std::nullopt;
+  PlaneFit fit =
+      registrar_.RefinePlane(reference_, frame.spectrum, camera_, ToMotion(Predict(frame.stamp_s)));
+  if (!IsSound(fit)) {
+    // The prediction was no good: begin with what a level robot would see.
+    const Registration found = registrar_.Register(reference_, frame.spectrum);
+    const bool hopeless = found.verdict == registration::Verdict::kNoTexture;
+    if (!hopeless) {
+      fit = registrar_.RefinePlane(
+          reference_, frame.spectrum, camera_, PlaneMotion::FromSimilarity(camera_, found.motion));
+    }
+    if (hopeless || !IsSound(fit)) {
+      last_.reset();
+      before_.reset();
+      return std::nullopt;
+    }
+    last_.reset();
+  }
+  CeilingMotion motion = Describe(fit);
+  frame.T_reference_base = motion.T_reference_base;
+  before_ = last_;
+  last_ = Moment{calib::FromSpace(motion.T_reference_base), frame.stamp_s};
+  return motion;
+}
+
+void CeilingTracker::MoveTo(const Isometry3d& T_reference_new) {
+  const Isometry3d T_new_reference = Levelled(T_reference_new).inverse();
+  for (std::optional<Moment>* moment : {&last_, &before_}) {
+    if (!*moment) continue;
+    PlanarTilt& at = (*moment)->at;
+    at = calib::FromSpace(T_new_reference * calib::ToSpace(at.pose, at.tilt));
+  }
+}
+
+void CeilingTracker::SetReference(const Frame& frame) {
+  MoveTo(frame.T_reference_base);
+  reference_ = frame.spectrum;
+}
+
+void CeilingTracker::SetReference(const Frame& frame, const cv::Mat& level) {
+  MoveTo(frame.T_reference_base);
+  reference_ = registrar_.Analyze(level, calib::ContentMask(level));
+}
+
+}  // namespace ceilmap::compensation

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "calib/ceiling_view.hpp"
+#include "calib/tilt.hpp"
+#include "mapping/registration/registrar.hpp"
+
+namespace ceilmap::compensation {
+
+struct CeilingTrackerParams {
+  /// A fit is believed when at least this part of its blocks, and so many, lie within a pixel, and
+  /// the others spread by less than this.
+  double min_inlier_part = 0.4;
+  int min_inliers = 10;
+  double max_sigma_px = 0.4;
+  /// Larger tilts are no debris but a wrong fit, rad.
+  double max_tilt_rad = 0.25;
+  /// What residuals cannot show (things below the ceiling, compression), rad, of pitch and roll.
+  double systematic_rad = 1e-4;
+  registration::RegistrarParams registration;
+};
+
+/// How a frame stands relative to a reference frame.
+struct CeilingMotion {
+  /// p_reference = T_reference_base * p_base, where the reference is level: its z is up. Nothing:
+  /// the ceiling did not tell.
+  Eigen::Isometry3d T_reference_base = Eigen::Isometry3d::Identity();
+  /// Of (pitch, roll), rad^2.
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  double overlap = 0;  ///< part of the reference's picture that is seen, 0..1
+  int inliers = 0;
+  int blocks = 0;
+};
+
+/// Pitch and roll from the key-stone of the ceiling (GEOMETRY section 4): many small blocks of a
+/// level reference picture are found again in the current one, and the motion of a camera in space
+/// under a plane is fitted to where they went (Registrar::RefinePlane). Tilt, height and position
+/// come out together, absolute against the reference. Needs no forward camera.
+class CeilingTracker {
+ public:
+  /// A picture that can become the reference.
+  struct Frame {
+    registration::FrameSpectrum spectrum;
+    Eigen::Isometry3d T_reference_base = Eigen::Isometry3d::Identity();  ///< as measured
+    double stamp_s = 0;
+  };
+
+  /// @param view  of a rig; must outlive the tracker.
+  explicit CeilingTracker(const calib::CeilingView& view, const CeilingTrackerParams& params = {});
+
+  [[nodiscard]] bool HasReference() const { return !reference_.empty(); }
+
+  /// @param picture  CV_8UC1, rectified. Stamps must increase.
+  Frame Analyze(const cv::Mat& picture, double stamp_s);
+  /// Measures a frame against the reference and remembers its motion for the next prediction.
+  /// Sets frame.T_reference_base. @return nothing where the ceiling does not tell; what was known
+  /// of the motion is then forgotten.
+  std::optional<CeilingMotion> Measure(Frame& frame);
+
+  /// From now on this level frame, which may be an earlier one, is the reference; the motion that
+  /// is going on is taken along.
+  void SetReference(const Frame& frame);
+  /// The same for a frame that stood tilted: `level` is its picture drawn level (LevelView).
+  void SetReference(const Frame& frame, const cv::Mat& level);
+
+ private:
+  struct Moment {
+    calib::PlanarTilt at;  // in the reference
+    double stamp_s = 0;
+  };
+  [[nodiscard]] calib::PlanarTilt Predict(double stamp_s) const;
+  [[nodiscard]] registration::PlaneMotion ToMotion(const calib::PlanarTilt& at) const;
+  [[nodiscard]] Eigen::Isometry3d ToPose(const registration::PlaneMotion& motion) const;
+  [[nodiscard]] bool IsSound(const registration::PlaneFit& fit) const;
+  [[nodiscard]] CeilingMotion Describe(const registration::PlaneFit& fit) const;
+  void MoveTo(const Eigen::Isometry3d& T_reference_new);
+
+  const calib::CeilingView& view_;
+  CeilingTrackerParams params_;
+  registration::PlaneCamera camera_;
+  double distance_m_;  // of a level camera from the ceiling
+  registration::Registrar registrar_;
+  registration::FrameSpectrum reference_;
+  std::optional<Moment> last_;
+  std::optional<Moment> before_;
+};
+
+}  // namespace ceilmap::compensation

@@ -1,0 +1,78 @@
+#include "compensation/forward_solver.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::compensation {
+namespace {
+
+double ForwardHeight(const calib::Rig& rig) {
+  if (!rig.forward) {
+    throw calib::InputError("the rig has no camera 'forward'; add it under cameras");
+  }
+  return rig.forward_height_m.value_or(rig.forward->T_base_cam.translation().z());
+}
+
+double Squared(double value) {
+  return value * value;
+}
+
+/// A frame that looks down or up shows a wall narrower by cos(pitch) and lower by its square; the
+/// registered zoom has the mean of both.
+double WithoutKeystone(double zoom, double tan_shift) {
+  return zoom * std::pow(1 + tan_shift * tan_shift, -0.75);
+}
+
+}  // namespace
+
+ForwardSolver::ForwardSolver(const calib::Rig& rig,
+                             double camera_yaw_rad,
+                             const ForwardSolverParams& params)
+    : yaw_rad_(camera_yaw_rad),
+      params_(params),
+      front_climbs_(TiltModel(-rig.axle_behind_mast_m, rig.ceiling_height_m), ForwardHeight(rig)),
+      // Nobody says where the wheels before the mast are. They matter only to the height of the
+      // mast's foot, by millimetres.
+      rear_climbs_(TiltModel(0, rig.ceiling_height_m), ForwardHeight(rig)),
+      wall_(params.wall_per_m, params.wall_per_m_sigma) {}
+
+std::optional<TiltAngles> ForwardSolver::Solve(const ForwardMotion& seen,
+                                               std::optional<double> ceiling_motion_m) {
+  double pitch = std::atan(seen.tan_shift);
+  double variance = Squared(seen.sigma_tan_shift);
+  if (ceiling_motion_m) {
+    const ForwardEquation& equation = seen.tan_shift < 0 ? front_climbs_ : rear_climbs_;
+    std::optional<ForwardTilt> found;
+    double base_shift_m = *ceiling_motion_m;
+    constexpr int kRounds = 2;  // the wall's distance depends on the base shift, a little
+    for (int round = 0; round < kRounds; ++round) {
+      found =
+          equation.SolveFromWall({seen.tan_shift, wall_.PerMetre(base_shift_m), *ceiling_motion_m})
+              .Unique();
+      if (!found) return std::nullopt;
+      base_shift_m = found->base_shift_m;
+    }
+    wall_.Learn(WithoutKeystone(seen.zoom, seen.tan_shift), seen.sigma_zoom, base_shift_m);
+    pitch = found->tilt_rad;
+    const ForwardSensitivity& by = found->sensitivity;
+    variance = Squared(by.by_tan_shift * seen.sigma_tan_shift) +
+               Squared(by.by_wall_per_m * wall_.Sigma()) +
+               Squared(by.by_seen_motion_m * params_.ceiling_motion_sigma_m);
+  } else {
+    variance += Squared(params_.without_parallax_part * pitch);
+  }
+  // Along and across the direction of the camera; from there to base.
+  const double c = std::cos(yaw_rad_);
+  const double s = std::sin(yaw_rad_);
+  Eigen::Matrix2d turn;  // of (pitch, roll): both are turns about horizontal axes
+  turn << c, s, -s, c;
+  TiltAngles tilt;
+  tilt.angles = turn * Eigen::Vector2d(pitch, seen.roll_rad);
+  tilt.covariance = turn * Eigen::Vector2d(variance, Squared(seen.sigma_roll_rad)).asDiagonal() *
+                    turn.transpose();
+  return tilt;
+}
+
+}  // namespace ceilmap::compensation

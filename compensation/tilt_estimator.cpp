@@ -1,0 +1,302 @@
+#include "compensation/tilt_estimator.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <future>
+
+#include "calib/error.hpp"
+#include "calib/level_view.hpp"
+
+namespace ceilmap::compensation {
+
+using calib::PlanarTilt;
+using calib::Pose2;
+using calib::Tilt;
+using Eigen::Isometry3d;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Adds the time of a scope to a total, in milliseconds.
+class StageTimer {
+ public:
+  explicit StageTimer(double& total_ms) : total_ms_(total_ms) {}
+  ~StageTimer() {
+    total_ms_ += std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  double& total_ms_;
+  Clock::time_point start_ = Clock::now();
+};
+
+/// What a frame is kept as until it may be a keyframe.
+struct Moment {
+  CeilingTracker::Frame ceiling;
+  bool has_ceiling = false;  // measured against the reference
+  std::optional<ForwardTracker::Frame> forward;
+  bool level = false;
+};
+
+const calib::MountedCamera& UpOf(const calib::Rig& rig) {
+  if (!rig.up) throw calib::InputError("the rig has no camera 'up'; add it under cameras");
+  return *rig.up;
+}
+
+/// How far from level, in standard deviations.
+double Sigmas(const TiltAngles& tilt) {
+  return std::sqrt(tilt.angles.dot(tilt.covariance.inverse() * tilt.angles));
+}
+
+}  // namespace
+
+struct TiltEstimator::Impl {
+  Impl(const calib::Rig& robot, const TiltEstimatorParams& p)
+      : rig(robot),
+        params(p),
+        view(UpOf(rig), rig.ceiling_height_m),
+        level_view(view),
+        ceiling(view, p.ceiling),
+        filter(p.filter) {
+    const bool wants_forward = params.method != TiltMethod::kCeiling;
+    if (!wants_forward || (!rig.forward && params.method == TiltMethod::kFused)) return;
+    if (!rig.forward) {
+      throw calib::InputError("the rig has no camera 'forward'; add it under cameras");
+    }
+    forward_view = std::make_unique<calib::ForwardView>(*rig.forward);
+    forward = std::make_unique<ForwardTracker>(*forward_view, params.forward);
+    solver = std::make_unique<ForwardSolver>(rig, forward_view->Yaw(), params.solver);
+  }
+
+  calib::Rig rig;
+  TiltEstimatorParams params;
+  calib::CeilingView view;
+  calib::LevelView level_view;
+  CeilingTracker ceiling;
+  std::unique_ptr<calib::ForwardView> forward_view;
+  std::unique_ptr<ForwardTracker> forward;
+  std::unique_ptr<ForwardSolver> solver;
+  TiltFilter filter;
+  TiltReport report;
+
+  std::optional<double> last_stamp_s;
+  cv::Mat rectified;
+  cv::Mat up_picture;  // of the frame at hand, rectified
+  cv::Mat forward_rectified;
+  std::deque<Moment> moments;                               // the last ones, oldest first
+  int ceiling_failed = 0;                                   // frames in a row
+  double reference_variance = 0;                            // of the ceiling's keyframe's own tilt
+  Isometry3d T_reference_forward = Isometry3d::Identity();  // the forward keyframe in the ceiling's
+
+  struct Seen {
+    std::optional<CeilingMotion> ceiling;
+    std::optional<ForwardMotion> forward;
+  };
+  void Check(const TiltFrame& frame) const;
+  Seen Look(const TiltFrame& frame, Moment& moment);
+  [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
+  void Measure(const Seen& seen, TiltEstimate& estimate);
+  void Fuse(TiltEstimate& estimate);
+  void Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate);
+  void Renew(const Seen& seen);
+  void MakeKeyframe(const Moment& moment);
+  void MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt);
+};
+
+void TiltEstimator::Impl::Check(const TiltFrame& frame) const {
+  if (!std::isfinite(frame.stamp_s) || (last_stamp_s && !(frame.stamp_s > *last_stamp_s))) {
+    throw calib::InputError(fmt::format(
+        "a frame's time, {} s, is not later than that of the frame before", frame.stamp_s));
+  }
+}
+
+TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Moment& moment) {
+  Seen seen;
+  std::future<void> ahead;
+  if (forward && !frame.forward.empty()) {
+    ahead = std::async(std::launch::async, [&] {
+      const StageTimer timer(report.forward_ms);
+      moment.forward = forward->Analyze(forward_view->Rectify(frame.forward, forward_rectified));
+      seen.forward = forward->Measure(*moment.forward);
+    });
+  }
+  {
+    const StageTimer timer(report.ceiling_ms);
+    up_picture = view.Rectify(frame.up, rectified);
+    moment.ceiling = ceiling.Analyze(up_picture, frame.stamp_s);
+    seen.ceiling = ceiling.Measure(moment.ceiling);
+    moment.has_ceiling = seen.ceiling.has_value();
+  }
+  if (ahead.valid()) ahead.get();
+  return seen;
+}
+
+/// Cx of Eq. (1): from the point of the ceiling that the frame's camera looks at to the one that
+/// the forward keyframe's looked at, along the direction of the forward camera in the frame.
+std::optional<double> TiltEstimator::Impl::CeilingMotionToForward(const Seen& seen) const {
+  if (!seen.ceiling) return std::nullopt;
+  const PlanarTilt at =
+      calib::FromSpace(T_reference_forward.inverse() * seen.ceiling->T_reference_base);
+  const Eigen::Vector2d camera = view.T_base_camera().translation().head<2>();
+  // Both in the forward keyframe's level base.
+  const Eigen::Vector2d frame_sees = at.pose * (camera + level_view.CeilingShift(at.tilt)).eval();
+  const double yaw = at.pose.yaw + forward_view->Yaw();
+  return Eigen::Vector2d(std::cos(yaw), std::sin(yaw)).dot(camera - frame_sees);
+}
+
+void TiltEstimator::Impl::Measure(const Seen& seen, TiltEstimate& estimate) {
+  if (seen.ceiling) {
+    const Tilt tilt = calib::FromSpace(seen.ceiling->T_reference_base).tilt;
+    TiltAngles angles{{tilt.pitch_rad, tilt.roll_rad}, seen.ceiling->covariance};
+    angles.covariance += reference_variance * Eigen::Matrix2d::Identity();
+    estimate.by_ceiling = angles;
+    ++report.by_ceiling;
+  }
+  if (seen.forward) {
+    estimate.by_forward = solver->Solve(*seen.forward, CeilingMotionToForward(seen));
+    if (estimate.by_forward) ++report.by_forward;
+  }
+}
+
+void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
+  const bool use_ceiling = params.method != TiltMethod::kForward && estimate.by_ceiling;
+  const bool use_forward = params.method != TiltMethod::kCeiling && estimate.by_forward;
+  // The ceiling is absolute and checked by many blocks; it is believed where the prediction is not.
+  if (use_ceiling && !filter.Update(*estimate.by_ceiling)) filter.Restart(*estimate.by_ceiling);
+  bool took_forward = false;
+  if (use_forward) {
+    took_forward = filter.Update(*estimate.by_forward);
+    if (!took_forward) ++report.forward_refused;
+    if (!took_forward && !use_ceiling) {
+      filter.Restart(*estimate.by_forward);
+      took_forward = true;
+    }
+  }
+  estimate.source = use_ceiling && took_forward ? TiltSource::kBoth
+                    : use_ceiling               ? TiltSource::kCeiling
+                    : took_forward              ? TiltSource::kForward
+                                                : TiltSource::kNone;
+  if (estimate.source == TiltSource::kNone) ++report.unknown;
+}
+
+/// Level or not, and by how much.
+void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate) {
+  const TiltAngles now = filter.Now();
+  estimate.tilt.covariance = now.covariance;
+  const double part = std::clamp(
+      (Sigmas(now) - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
+  moment.level = part < 1;
+  report.level += moment.level ? 1 : 0;
+  if (part == 0) return;
+  Tilt& tilt = estimate.tilt;
+  tilt.pitch_rad = part * now.angles[0];
+  tilt.roll_rad = part * now.angles[1];
+  report.largest_rad = std::max(report.largest_rad, part * now.angles.norm());
+  const bool measured = seen.ceiling && params.method != TiltMethod::kForward;
+  // Wheels before the mast that climb lift its foot; of others the height of the pivot is unknown.
+  tilt.lift_m = measured ? part * seen.ceiling->T_reference_base.translation().z()
+                         : rig.axle_behind_mast_m * std::sin(std::max(0.0, -tilt.pitch_rad));
+}
+
+void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
+  const Isometry3d T_old_new =
+      calib::ToSpace(calib::FromSpace(moment.ceiling.T_reference_base).pose, {});
+  ceiling.SetReference(moment.ceiling);
+  reference_variance = 0;
+  for (Moment& other : moments) {
+    other.ceiling.T_reference_base = T_old_new.inverse() * other.ceiling.T_reference_base;
+  }
+  T_reference_forward = T_old_new.inverse() * T_reference_forward;
+  ++report.keyframes;
+  if (!forward || !moment.forward) return;
+  forward->SetReference(*moment.forward);
+  const Eigen::Vector2d step = T_reference_forward.inverse().translation().head<2>();
+  const double yaw = forward_view->Yaw();
+  solver->MoveKeyframe(Eigen::Vector2d(std::cos(yaw), std::sin(yaw)).dot(step));
+  T_reference_forward = Isometry3d::Identity();
+}
+
+/// Levels what the ceiling shows; the forward keyframe stays.
+void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt) {
+  cv::Mat level;
+  level_view.Draw(up_picture, tilt, level);
+  const Isometry3d T_old_new =
+      calib::ToSpace(calib::FromSpace(moment.ceiling.T_reference_base).pose, {});
+  ceiling.SetReference(moment.ceiling, level);
+  reference_variance = 0.5 * tilt.covariance.trace();
+  for (Moment& other : moments) {
+    other.ceiling.T_reference_base = T_old_new.inverse() * other.ceiling.T_reference_base;
+  }
+  T_reference_forward = T_old_new.inverse() * T_reference_forward;
+  ++report.keyframes;
+}
+
+/// A new keyframe from the level frames that went before, when one is wanted.
+void TiltEstimator::Impl::Renew(const Seen& seen) {
+  const bool far = seen.ceiling && seen.ceiling->overlap < params.renew_overlap;
+  const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > params.renew_zoom;
+  const bool none = forward && !forward->HasReference() && moments.back().forward;
+  if (!far && !near && !none) return;
+  if (static_cast<int>(moments.size()) < params.level_frames) return;
+  const bool all_level = std::all_of(moments.begin(), moments.end(), [](const Moment& moment) {
+    return moment.level && moment.has_ceiling;
+  });
+  if (all_level) MakeKeyframe(Moment(moments[moments.size() / 2]));
+}
+
+TiltEstimator::TiltEstimator(const calib::Rig& rig, const TiltEstimatorParams& params)
+    : impl_(std::make_unique<Impl>(rig, params)) {}
+TiltEstimator::~TiltEstimator() = default;
+TiltEstimator::TiltEstimator(TiltEstimator&&) noexcept = default;
+TiltEstimator& TiltEstimator::operator=(TiltEstimator&&) noexcept = default;
+
+TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
+  Impl& me = *impl_;
+  me.Check(frame);
+  me.last_stamp_s = frame.stamp_s;
+  ++me.report.frames;
+  if (me.forward && frame.forward.empty()) ++me.report.without_forward;
+
+  me.moments.emplace_back();
+  if (static_cast<int>(me.moments.size()) > me.params.level_frames) me.moments.pop_front();
+  Moment& moment = me.moments.back();
+  const Impl::Seen seen = me.Look(frame, moment);
+  TiltEstimate estimate;
+  me.filter.Predict(frame.stamp_s);
+  me.Measure(seen, estimate);
+  me.Fuse(estimate);
+  me.Decide(seen, moment, estimate);
+
+  me.ceiling_failed = seen.ceiling ? 0 : me.ceiling_failed + 1;
+  if (!me.ceiling.HasReference() || me.ceiling_failed >= me.params.restart_after) {
+    moment.ceiling.T_reference_base = Isometry3d::Identity();
+    if (moment.level) {
+      me.MakeKeyframe(Moment(moment));
+    } else {
+      me.MakeTiltedKeyframe(Moment(moment), estimate.tilt);
+    }
+    // The first one is level by definition.
+    if (me.report.frames > 1) me.reference_variance = std::pow(me.params.assumed_sigma_rad, 2);
+    me.ceiling_failed = 0;
+  } else if (seen.ceiling && seen.ceiling->overlap < me.params.least_overlap && !moment.level) {
+    me.MakeTiltedKeyframe(Moment(moment), estimate.tilt);
+  } else {
+    me.Renew(seen);
+  }
+  me.up_picture.release();  // the caller's memory
+  return estimate;
+}
+
+const TiltReport& TiltEstimator::Report() const {
+  return impl_->report;
+}
+
+}  // namespace ceilmap::compensation

@@ -1,0 +1,54 @@
+#include "compensation/tilt_filter.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace ceilmap::compensation {
+
+void TiltFilter::ForgetRates() {
+  state_.tail<2>().setZero();
+  covariance_.rightCols<2>().setZero();
+  covariance_.bottomRows<2>().setZero();
+  covariance_.bottomRightCorner<2, 2>() =
+      params_.first_rate_sigma * params_.first_rate_sigma * Eigen::Matrix2d::Identity();
+}
+
+void TiltFilter::Predict(double stamp_s) {
+  if (!stamp_s_) {
+    covariance_.topLeftCorner<2, 2>() =
+        params_.first_sigma_rad * params_.first_sigma_rad * Eigen::Matrix2d::Identity();
+    ForgetRates();
+  } else {
+    const double dt = stamp_s - *stamp_s_;
+    if (dt > params_.forget_s) ForgetRates();
+    Eigen::Matrix4d step = Eigen::Matrix4d::Identity();
+    step.topRightCorner<2, 2>() = dt * Eigen::Matrix2d::Identity();
+    // Constant acceleration over the step.
+    Eigen::Matrix<double, 4, 2> push;
+    push << 0.5 * dt * dt * Eigen::Matrix2d::Identity(), dt * Eigen::Matrix2d::Identity();
+    state_ = step * state_;
+    covariance_ = step * covariance_ * step.transpose() +
+                  params_.acceleration * params_.acceleration * push * push.transpose();
+  }
+  stamp_s_ = stamp_s;
+}
+
+bool TiltFilter::Update(const TiltAngles& measured) {
+  const Eigen::Vector2d off = measured.angles - state_.head<2>();
+  const Eigen::Matrix2d spread = covariance_.topLeftCorner<2, 2>() + measured.covariance;
+  const Eigen::Matrix2d weight = spread.inverse();
+  if (!(off.dot(weight * off) <= params_.max_sigmas * params_.max_sigmas)) return false;
+  const Eigen::Matrix<double, 4, 2> gain = covariance_.leftCols<2>() * weight;
+  state_ += gain * off;
+  covariance_ -= gain * covariance_.topRows<2>();
+  covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
+  return true;
+}
+
+void TiltFilter::Restart(const TiltAngles& measured) {
+  state_.head<2>() = measured.angles;
+  covariance_.topLeftCorner<2, 2>() = measured.covariance;
+  ForgetRates();
+}
+
+}  // namespace ceilmap::compensation

@@ -1,0 +1,52 @@
+#include "compensation/wall_distance.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ceilmap::compensation {
+namespace {
+
+constexpr double kNearest_m = 0.3;
+
+}  // namespace
+
+WallDistance::WallDistance(double per_m, double sigma)
+    : first_per_m_(per_m),
+      first_variance_(sigma * sigma),
+      per_m_(per_m),
+      variance_(sigma * sigma) {}
+
+void WallDistance::Learn(double zoom, double sigma_zoom, double base_shift_m) {
+  // What is matched changes from frame to frame, and with it the distance: forget slowly.
+  constexpr double kForget = 0.02;  // a frame
+  variance_ = std::min(first_variance_, variance_ + kForget * kForget);
+  constexpr double kLeastShift_m = 0.02;
+  if (std::abs(base_shift_m) < kLeastShift_m) return;
+  // zoom = (x1 + b) / x1 = 1 + b / x1, x1 the keyframe's distance.
+  const double seen = (zoom - 1) / base_shift_m;
+  const double sigma = sigma_zoom / std::abs(base_shift_m);
+  const double off = seen - per_m_;
+  constexpr double kMostSigmas = 4;
+  const double spread = variance_ + sigma * sigma;
+  if (off * off > kMostSigmas * kMostSigmas * spread) return;
+  per_m_ += variance_ / spread * off;
+  variance_ *= sigma * sigma / spread;
+}
+
+void WallDistance::MoveAhead(double metres) {
+  per_m_ = PerMetre(-metres);
+  // The wall may end, a door may open: what was learned fades with the way.
+  variance_ = std::min(first_variance_, variance_ + std::pow(0.1 * metres, 2));
+}
+
+double WallDistance::PerMetre(double base_shift_m) const {
+  const double per_m = std::clamp(per_m_, 0.0, 1 / kNearest_m);
+  const double part = 1 + base_shift_m * per_m;  // D / x1
+  return part > 0 ? std::min(per_m / part, 1 / kNearest_m) : 1 / kNearest_m;
+}
+
+double WallDistance::Sigma() const {
+  return std::sqrt(variance_);
+}
+
+}  // namespace ceilmap::compensation

@@ -1,0 +1,37 @@
+#include <fmt/format.h>
+
+#include "calib/error.hpp"
+#include "mapping/odometry.hpp"
+
+namespace ceilmap::mapping {
+
+void OdometryParams::Validate() const {
+  const auto require = [](bool good, const char* field, double value, const char* range) {
+    if (!good) {
+      throw calib::InputError(fmt::format("odometry: {} = {}, must be {}", field, value, range));
+    }
+  };
+  require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
+  require(
+      min_inlier_part >= 0 && min_inlier_part < 1, "min_inlier_part", min_inlier_part, "in [0, 1)");
+  require(level_overlap > 0 && level_overlap <= 1, "level_overlap", level_overlap, "in (0, 1]");
+  require(min_tilted_overlap > 0 && min_tilted_overlap <= min_overlap,
+          "min_tilted_overlap",
+          min_tilted_overlap,
+          "in (0, min_overlap]");
+  require(recent_keyframes >= 1, "recent_keyframes", recent_keyframes, "at least 1");
+  require(local_keyframes >= 1, "local_keyframes", local_keyframes, "at least 1");
+  require(prior_sigma_part > 0, "prior_sigma_part", prior_sigma_part, "> 0");
+  require(prior_sigma_errors > 0, "prior_sigma_errors", prior_sigma_errors, "> 0");
+  require(min_prior_sigma_px > 0, "min_prior_sigma_px", min_prior_sigma_px, "> 0");
+  require(noise.systematic_px > 0, "noise.systematic_px", noise.systematic_px, "> 0");
+  require(noise.systematic_rad > 0, "noise.systematic_rad", noise.systematic_rad, "> 0");
+  require(first_keyframe_id >= 0,
+          "first_keyframe_id",
+          static_cast<double>(first_keyframe_id),
+          "at least 0");
+  require(restart_after >= 1, "restart_after", restart_after, "at least 1");
+  require(prior_sigma_rad > 0, "prior_sigma_rad", prior_sigma_rad, "> 0");
+}
+
+}  // namespace ceilmap::mapping
