@@ -66,25 +66,58 @@ struct RenderReport {
   double write_ms = 0;
 };
 
+using Recordings = std::vector<SimulationFolder::Recording>;
+
+Recordings OpenRecordings(const simulator::Scene& scene,
+                          RecordingFormat format,
+                          const SimulationFolder& folder) {
+  Recordings recordings;
+  const auto open = [&](const char* name, const simulator::Camera& camera) {
+    recordings.push_back({name,
+                          RecordingWriter::Create(format,
+                                                  folder.PicturesOf(name),
+                                                  {camera.width_px, camera.height_px},
+                                                  scene.path.frame_rate_hz)});
+  };
+  open("up", scene.camera);
+  if (scene.forward) open("forward", *scene.forward);
+  return recordings;
+}
+
+// The pictures of one frame, one for each recording.
+using Pictures = std::vector<RecordingWriter::Prepared>;
+
+Pictures TakePictures(const simulator::Renderer& renderer,
+                      const simulator::Frame& frame,
+                      const Recordings& recordings) {
+  Pictures pictures{recordings[0].writer->Prepare(renderer.Render(frame))};
+  if (recordings.size() > 1) {
+    pictures.push_back(recordings[1].writer->Prepare(renderer.RenderForward(frame)));
+  }
+  return pictures;
+}
+
 RenderReport RenderFrames(const simulator::Renderer& renderer,
                           const std::vector<simulator::Frame>& frames,
-                          RecordingWriter& writer) {
+                          const Recordings& recordings) {
   RenderReport report;
   report.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::atomic<double> render_ms = 0;
   const auto count = static_cast<std::int64_t>(frames.size());
-  OrderedWork<RecordingWriter::Prepared> work(count, report.threads, [&](std::int64_t i) {
+  OrderedWork<Pictures> work(count, report.threads, [&](std::int64_t i) {
     const auto start = steady_clock::now();
-    auto picture = writer.Prepare(renderer.Render(frames[static_cast<std::size_t>(i)]));
+    Pictures pictures = TakePictures(renderer, frames[static_cast<std::size_t>(i)], recordings);
     render_ms += MillisecondsSince(start);
-    return picture;
+    return pictures;
   });
   Progress progress("rendering", "frames", count);
   while (!Interrupted()) {
-    const auto picture = work.Next();
-    if (!picture) break;
+    const auto pictures = work.Next();
+    if (!pictures) break;
     const auto start = steady_clock::now();
-    writer.Write(*picture);
+    for (std::size_t i = 0; i < recordings.size(); ++i) {
+      recordings[i].writer->Write((*pictures)[i]);
+    }
     report.write_ms += MillisecondsSince(start);
     const simulator::Frame& frame = frames[static_cast<std::size_t>(report.frames)];
     progress.Update(++report.frames);
@@ -149,6 +182,10 @@ void Summarize(const RenderReport& report,
                      {"width_px", scene.camera.width_px},
                      {"height_px", scene.camera.height_px},
                      {"seed", scene.seed}};
+  if (scene.forward) {
+    summary.quality["forward_width_px"] = scene.forward->width_px;
+    summary.quality["forward_height_px"] = scene.forward->height_px;
+  }
 }
 
 void PrintReport(const RenderReport& report,
@@ -162,6 +199,11 @@ void PrintReport(const RenderReport& report,
   table.AddRow({"pictures",
                 fmt::format("{} x {}", scene.camera.width_px, scene.camera.height_px),
                 fmt::format("px at {:g} Hz", scene.path.frame_rate_hz)});
+  if (scene.forward) {
+    table.AddRow({"forward pictures",
+                  fmt::format("{} x {}", scene.forward->width_px, scene.forward->height_px),
+                  "px"});
+  }
   table.AddRow({"path", fmt::format("{:.3f}", way.length_m), "m"});
   const Eigen::Vector2d extent = way.ground.sizes();
   table.AddRow({"extent", fmt::format("{:.3f} x {:.3f}", extent.x(), extent.y()), "m"});
@@ -179,17 +221,14 @@ void RunSimulate(const SimulateParams& params, const CommonOptions& common, Summ
   const simulator::Scene scene = MakeScene(text, params);
   std::vector<simulator::Frame> frames = simulator::MakePath(scene);
   SimulationFolder folder(params.output, params.Format(), params.force);
-  const auto writer = RecordingWriter::Create(params.Format(),
-                                              folder.Recording(),
-                                              {scene.camera.width_px, scene.camera.height_px},
-                                              scene.path.frame_rate_hz);
+  const Recordings recordings = OpenRecordings(scene, params.Format(), folder);
   const simulator::Renderer renderer(scene);
 
-  const RenderReport report = RenderFrames(renderer, frames, *writer);
+  const RenderReport report = RenderFrames(renderer, frames, recordings);
   if (Interrupted()) TellInterrupted(report.frames);
   frames.resize(static_cast<std::size_t>(report.frames));
   const std::vector<StampedPose> poses = TruePoses(frames);
-  summary.files = folder.Commit(*writer,
+  summary.files = folder.Commit(recordings,
                                 {.stamps = StampsText(poses),
                                  .truth = FormatTum(poses),
                                  .rig = simulator::RigYaml(scene),
@@ -207,8 +246,8 @@ Command AddSimulateCommand(CLI::App& program) {
   Command command = MakeCommand(
       program,
       "simulate",
-      "Renders what an upward camera on a driving robot records in a room, with the true "
-      "trajectory.",
+      "Renders what an upward camera on a driving robot records in a room, and a forward camera "
+      "where the scene has one, with the true trajectory.",
       "ceilmap simulate samples/scenes/hall.yaml -o hall\n"
       "  ceilmap map --rig hall/rig.yaml --up hall/up.mp4 --stamps hall/frames.csv -o hall.gpkg\n"
       "samples/simulator/README.md tells what a scene holds.");
@@ -227,9 +266,11 @@ Command AddSimulateCommand(CLI::App& program) {
       ->check(CLI::Range(1, 10000000))
       ->type_name("N")
       ->group(input);
-  cli.add_option("-o,--output",
-                 params->output,
-                 "Folder, made if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml")
+  cli.add_option(
+         "-o,--output",
+         params->output,
+         "Folder, made if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
+         "forward.mp4 of a forward camera")
       ->required()
       ->type_name("DIR")
       ->group(result);

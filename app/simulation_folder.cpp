@@ -20,8 +20,18 @@ namespace {
 
 constexpr std::array kFormats{
     RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kPictures};
+constexpr std::array kCameras{"up", "forward"};
 constexpr std::array<const char*, 4> kTextNames{
     "frames.csv", "truth.tum", "rig.yaml", "scene.yaml"};
+
+// All names that pictures of a recording may have.
+std::vector<fs::path> PictureNames() {
+  std::vector<fs::path> names;
+  for (const char* camera : kCameras) {
+    for (const RecordingFormat format : kFormats) names.push_back(RecordingName(camera, format));
+  }
+  return names;
+}
 
 // Nothing but numbered pictures, so that to replace the folder destroys nothing else.
 bool HoldsOnlyRecording(const fs::path& pictures) {
@@ -77,7 +87,8 @@ SimulationFolder::SimulationFolder(fs::path folder, RecordingFormat format, bool
 
 void SimulationFolder::RefuseEarlier(bool replace) const {
   std::vector<fs::path> names(kTextNames.begin(), kTextNames.end());
-  for (const RecordingFormat format : kFormats) names.push_back(RecordingName("up", format));
+  const std::vector<fs::path> pictures = PictureNames();
+  names.insert(names.end(), pictures.begin(), pictures.end());
   std::error_code ignored;
   for (const fs::path& name : names) {
     if (replace || !fs::exists(folder_ / name, ignored)) continue;
@@ -86,11 +97,12 @@ void SimulationFolder::RefuseEarlier(bool replace) const {
                     folder_.string(),
                     name.string()));
   }
-  const fs::path pictures = folder_ / RecordingName("up", RecordingFormat::kPictures);
-  if (fs::exists(pictures, ignored) && !HoldsOnlyRecording(pictures)) {
+  for (const char* camera : kCameras) {
+    const fs::path folder = folder_ / RecordingName(camera, RecordingFormat::kPictures);
+    if (!fs::exists(folder, ignored) || HoldsOnlyRecording(folder)) continue;
     throw calib::InputError(
         fmt::format("{}: holds other things than pictures of a recording; name another folder",
-                    pictures.string()));
+                    folder.string()));
   }
 }
 
@@ -99,11 +111,12 @@ SimulationFolder::~SimulationFolder() {
   if (made_) fs::remove(folder_, ignored);
 }
 
-fs::path SimulationFolder::Recording() const {
-  return folder_ / RecordingName("up", format_);
+fs::path SimulationFolder::PicturesOf(std::string_view camera) const {
+  return folder_ / RecordingName(camera, format_);
 }
 
-std::vector<fs::path> SimulationFolder::Commit(RecordingWriter& recording, const Texts& texts) {
+std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& recordings,
+                                               const Texts& texts) {
   const std::array<const std::string*, 4> contents{
       &texts.stamps, &texts.truth, &texts.rig, &texts.scene};
   std::vector<std::unique_ptr<mapping::AtomicFile>> files;
@@ -111,14 +124,15 @@ std::vector<fs::path> SimulationFolder::Commit(RecordingWriter& recording, const
     files.push_back(std::make_unique<mapping::AtomicFile>(folder_ / kTextNames.at(i)));
     WriteText(*files.back(), *contents.at(i));
   }
-  // Pictures of an earlier run in another format would not fit the new stamps.
-  for (const RecordingFormat format : kFormats) {
+  std::vector<fs::path> names;
+  for (const Recording& recording : recordings) names.push_back(PicturesOf(recording.camera));
+  for (const fs::path& name : PictureNames()) {
     std::error_code ignored;
-    if (format != format_) fs::remove_all(folder_ / RecordingName("up", format), ignored);
+    const bool is_new = std::find(names.begin(), names.end(), folder_ / name) != names.end();
+    if (!is_new) fs::remove_all(folder_ / name, ignored);
   }
-  recording.Commit();
+  for (const Recording& recording : recordings) recording.writer->Commit();
   made_ = false;
-  std::vector<fs::path> names{Recording()};
   for (const auto& file : files) {
     file->Commit();
     names.push_back(file->Target());

@@ -2,17 +2,25 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/recording_writer.hpp"
 
 namespace ceilmap::app {
 
-/// The folder of a simulated recording: `up.mp4` (or `up.mkv`, or the pictures `up/`),
-/// `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other files in it are left alone.
+/// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4` (or `up.mkv`, or
+/// the pictures `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other files in it
+/// are left alone.
 class SimulationFolder {
  public:
+  /// The pictures of one camera, `up` or `forward`.
+  struct Recording {
+    std::string camera;
+    std::unique_ptr<RecordingWriter> writer;
+  };
   struct Texts {
     std::string stamps;
     std::string truth;
@@ -29,12 +37,14 @@ class SimulationFolder {
   SimulationFolder(const SimulationFolder&) = delete;
   SimulationFolder& operator=(const SimulationFolder&) = delete;
 
-  /// Where the upward camera's pictures go.
-  [[nodiscard]] std::filesystem::path Recording() const;
+  /// Where a camera's pictures go.
+  [[nodiscard]] std::filesystem::path PicturesOf(std::string_view camera) const;
 
-  /// Gives all files their names. @param recording  writes Recording().
+  /// Gives all files their names; pictures of an earlier run under other names go, since they would
+  /// not fit the new stamps. @param recordings  each writes PicturesOf() its camera.
   /// @return the files. @throws calib::RunError when the disk refuses.
-  std::vector<std::filesystem::path> Commit(RecordingWriter& recording, const Texts& texts);
+  std::vector<std::filesystem::path> Commit(const std::vector<Recording>& recordings,
+                                            const Texts& texts);
 
  private:
   void RefuseEarlier(bool replace) const;

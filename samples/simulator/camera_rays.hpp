@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -24,6 +25,8 @@ class CameraRays {
   explicit CameraRays(const calib::PinholeCamera& camera);
 
   [[nodiscard]] cv::Size Size() const { return size_; }
+  /// What a pixel spans at a depth of one metre.
+  [[nodiscard]] double PixelSpan() const { return 1 / std::min(camera_.fx, camera_.fy); }
   [[nodiscard]] const std::vector<Block>& Blocks() const { return blocks_; }
 
   /// Rays of the taps first..first+count-1 of a row of taps. Not a number where the lens shows

@@ -35,12 +35,12 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
   const std::vector<Vector2d> points = DistinctPoints(points_m);
   Pose2 start{points[0].x(), points[0].y(), 0};
   if (points.size() > 1) start.yaw = Heading(points[0], points[1]);
-  pieces_.push_back({start, 0, 0, false});
+  pieces_.push_back({start, 0, 0, false, 0});
   double cut_m = 0;  // of the current line's start, by the arc before it
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const double length = (points[i + 1] - points[i]).norm();
     if (i + 2 == points.size()) {
-      Add({{}, length - cut_m, 0, false});
+      Add({{}, length - cut_m, 0, false, 0});
       break;
     }
     const double turn =
@@ -51,7 +51,7 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
     if (per_radius > kLeast)
       radius = std::min(radius, std::min(length, next_length) / 2 / per_radius);
     const double next_cut = radius > 0 ? radius * per_radius : 0;
-    Add({{}, length - cut_m - next_cut, 0, false});
+    Add({{}, length - cut_m - next_cut, 0, false, 0});
     AddCorner(turn, radius);
     cut_m = next_cut;
   }
@@ -61,15 +61,16 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
 void Drive::Add(Piece piece) {
   if (piece.extent < kLeast) return;
   piece.start = pieces_.back().At(pieces_.back().extent);
+  piece.way_m = pieces_.back().WayTo(pieces_.back().extent);
   pieces_.push_back(piece);
 }
 
 void Drive::AddCorner(double turn_rad, double radius_m) {
   const double sign = turn_rad < 0 ? -1 : 1;
   if (radius_m > kLeast) {
-    Add({{}, std::abs(turn_rad) * radius_m, sign / radius_m, false});
+    Add({{}, std::abs(turn_rad) * radius_m, sign / radius_m, false, 0});
   } else {
-    Add({{}, std::abs(turn_rad), sign, true});
+    Add({{}, std::abs(turn_rad), sign, true, 0});
   }
 }
 
@@ -124,8 +125,7 @@ double Drive::Duration() const {
   return stretches_.empty() ? 0 : stretches_.back().start_s + stretches_.back().Duration();
 }
 
-Pose2 Drive::PoseAt(double time_s) const {
-  if (stretches_.empty()) return pieces_.front().start;
+Drive::Place Drive::PlaceAt(double time_s) const {
   auto stretch = std::upper_bound(
       stretches_.begin(), stretches_.end(), time_s, [](double t, const Stretch& s) {
         return t < s.start_s;
@@ -136,7 +136,19 @@ Pose2 Drive::PoseAt(double time_s) const {
   while (piece + 1 < stretch->last && along > pieces_[piece].extent) {
     along -= pieces_[piece++].extent;
   }
-  return pieces_[piece].At(along);
+  return {piece, along};
+}
+
+Pose2 Drive::PoseAt(double time_s) const {
+  if (stretches_.empty()) return pieces_.front().start;
+  const Place place = PlaceAt(time_s);
+  return pieces_[place.piece].At(place.along);
+}
+
+double Drive::WayAt(double time_s) const {
+  if (stretches_.empty()) return 0;
+  const Place place = PlaceAt(time_s);
+  return pieces_[place.piece].WayTo(place.along);
 }
 
 }  // namespace ceilmap::simulator

@@ -23,6 +23,8 @@ class Drive {
   [[nodiscard]] double Duration() const;
   /// The axle's pose, T_map_axle, x along the drive. Before the start and after the end it rests.
   [[nodiscard]] calib::Pose2 PoseAt(double time_s) const;
+  /// Metres that the axle has travelled; a turn on the spot adds none.
+  [[nodiscard]] double WayAt(double time_s) const;
 
  private:
   // A line, an arc or a turn on the spot.
@@ -31,6 +33,8 @@ class Drive {
     double extent = 0;     // metres, radians for a turn on the spot
     double curvature = 0;  // left turn in rad per metre; +-1 for a turn on the spot
     bool on_spot = false;
+    double way_m = 0;  // travelled before
+    [[nodiscard]] double WayTo(double along) const { return way_m + (on_spot ? 0 : along); }
     [[nodiscard]] calib::Pose2 At(double along) const;
   };
   // Pieces [first, last) driven with one rise and one fall of the speed.
@@ -45,9 +49,16 @@ class Drive {
     [[nodiscard]] double Along(double time_s) const;
   };
 
+  // Part of a piece.
+  struct Place {
+    std::size_t piece = 0;
+    double along = 0;
+  };
+
   void Add(Piece piece);
   void AddCorner(double turn_rad, double radius_m);
   void MakeStretches(const Path& path);
+  [[nodiscard]] Place PlaceAt(double time_s) const;
 
   std::vector<Piece> pieces_;
   std::vector<Stretch> stretches_;

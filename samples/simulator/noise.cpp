@@ -150,6 +150,25 @@ void AddSplineNoise(std::uint64_t key,
   }
 }
 
+float SamplePeriodic(const cv::Mat& samples, double column, double row) {
+  constexpr double kPeriods = 1 << 20;  // to count from 0: truncation then is the floor
+  const double x = column + kPeriods;
+  const double y = row + kPeriods;
+  const int u = static_cast<int>(x);
+  const int v = static_cast<int>(y);
+  const auto part_x = static_cast<float>(x - u);
+  const auto part_y = static_cast<float>(y - v);
+  const int columns = samples.cols;
+  const float* const data = samples.ptr<float>();
+  const float* const top = data + std::ptrdiff_t{v & (samples.rows - 1)} * columns;
+  const float* const low = data + std::ptrdiff_t{(v + 1) & (samples.rows - 1)} * columns;
+  const int left = u & (columns - 1);
+  const int right = (u + 1) & (columns - 1);
+  const float over = top[left] + part_x * (top[right] - top[left]);
+  const float under = low[left] + part_x * (low[right] - low[left]);
+  return over + part_y * (under - over);
+}
+
 void AddGrain(std::uint64_t key, const SampleGrid& grid, cv::Mat& samples) {
   const double pitch = std::max(grid.pitch_x_m, grid.pitch_y_m);
   const double fade = std::clamp(2 - pitch / kFadingPitch, 0.0, 1.0);

@@ -35,6 +35,10 @@ void AddSplineNoise(std::uint64_t key,
                     cv::Mat& samples,
                     std::int64_t period_cells = 0);
 
+/// Samples that repeat without end, bilinear between them: `column` and `row` count samples, below
+/// 0 too. @param samples  CV_32FC1, width and height a power of two.
+float SamplePeriodic(const cv::Mat& samples, double column, double row);
+
 /// Adds the grain of mineral fibre: dark pits of 2 to 12 mm in all directions on a fine mottle,
 /// mean 0, standard deviation 1 in samples 4 mm apart. A function of the key and the place alone:
 /// finer samples show the same pits deeper and sharper, coarser ones their mean, which fades away.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "calib/error.hpp"
+#include "samples/simulator/debris.hpp"
 #include "samples/simulator/drive.hpp"
 #include "samples/simulator/random.hpp"
 #include "samples/simulator/tum_path.hpp"
@@ -81,6 +82,27 @@ Points PathPoints(const Scene& scene) {
   return scene.path.waypoints_m;
 }
 
+/// A bump that the robot never reaches is a mistake in the scene.
+void CheckReached(const Scene& scene, double way_m) {
+  for (std::size_t i = 0; i < scene.debris.bumps.size(); ++i) {
+    const double start_m = scene.debris.bumps[i].start_m;
+    if (start_m < way_m) continue;
+    throw calib::InputError(
+        fmt::format("debris.bumps[{}].start_m = {:g}, must be less than the {:.3f} m of the path",
+                    i,
+                    start_m,
+                    way_m));
+  }
+}
+
+/// Where the robot is, tilted where something lies in its way.
+Eigen::Isometry3d BaseAt(const Scene& scene, const Drive& drive, double time_s) {
+  const calib::Pose2 T_map_axle = drive.PoseAt(time_s);
+  const Tilt tilt = TiltAt(scene.debris, drive.WayAt(time_s));
+  if (!tilt.IsLevel()) return TiltedBase(T_map_axle, tilt, scene.axle_behind_mast_m);
+  return OnFloor(T_map_axle * calib::Pose2{scene.axle_behind_mast_m, 0, 0});
+}
+
 constexpr double kMostFrames = 1e7;
 
 std::vector<Frame> PlannedFrames(const Scene& scene) {
@@ -95,14 +117,21 @@ std::vector<Frame> PlannedFrames(const Scene& scene) {
                     count,
                     kMostFrames));
   }
-  const calib::Pose2 T_axle_base{scene.axle_behind_mast_m, 0, 0};
-  const auto pose_at = [&](double t) { return OnFloor(drive.PoseAt(t) * T_axle_base); };
+  CheckReached(scene, drive.WayAt(drive.Duration()));
+  const auto pose_at = [&](double t) { return BaseAt(scene, drive, t); };
   const double half = scene.camera.exposure_time_s / 2;
+  const double forward_half = scene.forward ? scene.forward->exposure_time_s / 2 : 0;
   std::vector<Frame> frames;
   frames.reserve(static_cast<std::size_t>(count));
   for (std::int64_t i = 0; i < static_cast<std::int64_t>(count); ++i) {
     const double t = static_cast<double>(i) / path.frame_rate_hz;
-    frames.push_back({i, path.start_stamp_s + t, pose_at(t), pose_at(t - half), pose_at(t + half)});
+    frames.push_back({i,
+                      path.start_stamp_s + t,
+                      pose_at(t),
+                      pose_at(t - half),
+                      pose_at(t + half),
+                      pose_at(t - forward_half),
+                      pose_at(t + forward_half)});
   }
   return frames;
 }
@@ -111,7 +140,7 @@ std::vector<Frame> PlannedFrames(const Scene& scene) {
 
 Frame StillFrame(std::int64_t index, const calib::Pose2& T_map_base, double stamp_s) {
   const Eigen::Isometry3d pose = OnFloor(T_map_base);
-  return {index, stamp_s, pose, pose, pose};
+  return {index, stamp_s, pose, pose, pose, pose, pose};
 }
 
 std::vector<Frame> MakePath(const Scene& scene) {

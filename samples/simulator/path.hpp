@@ -16,6 +16,9 @@ struct Frame {
   Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_map_base_open = Eigen::Isometry3d::Identity();   ///< exposure begins
   Eigen::Isometry3d T_map_base_close = Eigen::Isometry3d::Identity();  ///< exposure ends
+  // The same of the forward camera, whose exposure has the same middle and may be longer.
+  Eigen::Isometry3d T_map_base_forward_open = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_map_base_forward_close = Eigen::Isometry3d::Identity();
 };
 
 /// A frame of a robot at rest on the level floor.
@@ -23,7 +26,7 @@ Frame StillFrame(std::int64_t index, const calib::Pose2& T_map_base, double stam
 
 /// The frames of the scene's drive, at most path.max_frames when that is not 0. Never empty.
 /// @throws calib::InputError when the scene is not valid, the drive is longer than 10 million
-///   frames, or a TUM file cannot be used.
+///   frames, debris lies beyond its end, or a TUM file cannot be used.
 std::vector<Frame> MakePath(const Scene& scene);
 
 }  // namespace ceilmap::simulator

@@ -5,8 +5,6 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "samples/simulator/random.hpp"
-
 namespace ceilmap::simulator {
 namespace {
 
@@ -19,8 +17,7 @@ double SrgbCurve(double light) {
   return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
 
-std::vector<float> NormalNumbers(std::uint64_t seed) {
-  Random random(seed, Purpose::kPixelNoise);
+std::vector<float> NormalNumbers(Random random) {
   std::vector<float> numbers(std::size_t{1} << kNormalBits);
   for (std::size_t i = 0; i < numbers.size(); i += 2) {
     numbers[i] = static_cast<float>(random.Normal());
@@ -29,17 +26,15 @@ std::vector<float> NormalNumbers(std::uint64_t seed) {
   return numbers;
 }
 
-cv::Mat Sensitivity(const Scene& scene) {
-  const Camera& camera = scene.camera;
+cv::Mat Sensitivity(const Picture& picture, const Camera& camera, Random random) {
   cv::Mat sensitivity(camera.height_px, camera.width_px, CV_32FC1);
-  Random random(scene.seed, Purpose::kPixelGain);
   const double cx = (camera.width_px - 1) / 2.0;
   const double cy = (camera.height_px - 1) / 2.0;
   for (int v = 0; v < sensitivity.rows; ++v) {
     for (int u = 0; u < sensitivity.cols; ++u) {
       const double r2 = ((u - cx) * (u - cx) + (v - cy) * (v - cy)) / (cx * cx + cy * cy);
-      const double own = 1 + scene.picture.gain_spread * random.Normal();
-      sensitivity.at<float>(v, u) = static_cast<float>((1 - scene.picture.vignetting * r2) * own);
+      const double own = 1 + picture.gain_spread * random.Normal();
+      sensitivity.at<float>(v, u) = static_cast<float>((1 - picture.vignetting * r2) * own);
     }
   }
   return sensitivity;
@@ -47,12 +42,12 @@ cv::Mat Sensitivity(const Scene& scene) {
 
 }  // namespace
 
-PictureModel::PictureModel(const Scene& scene)
+PictureModel::PictureModel(const Scene& scene, const Camera& camera, PixelPurposes purposes)
     : picture_(scene.picture),
       start_stamp_s_(scene.path.start_stamp_s),
-      noise_key_(Random(scene.seed, Purpose::kPixelNoise).Bits()),
-      sensitivity_(Sensitivity(scene)),
-      normal_(NormalNumbers(scene.seed)) {
+      noise_key_(Random(scene.seed, purposes.noise).Bits()),
+      sensitivity_(Sensitivity(scene.picture, camera, {scene.seed, purposes.gain})),
+      normal_(NormalNumbers({scene.seed, purposes.noise})) {
   for (int i = 0; i <= kNoiseSteps; ++i) {
     const double light = (i + 0.5) / kNoiseSteps;
     noise_.push_back(static_cast<float>(

@@ -5,14 +5,21 @@
 #include <vector>
 
 #include "samples/simulator/path.hpp"
+#include "samples/simulator/random.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace ceilmap::simulator {
 
+/// What the random numbers of a camera are drawn for, so that two cameras have noise of their own.
+struct PixelPurposes {
+  Purpose gain = Purpose::kPixelGain;
+  Purpose noise = Purpose::kPixelNoise;
+};
+
 /// Turns light into grey values as Picture describes. Thread-safe.
 class PictureModel {
  public:
-  explicit PictureModel(const Scene& scene);
+  PictureModel(const Scene& scene, const Camera& camera, PixelPurposes purposes);
 
   /// @param light  CV_32FC1 of the camera's size, consumed as working memory.
   /// @return CV_8UC1. The noise depends on the scene's seed and frame.index only.

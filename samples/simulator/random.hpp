@@ -17,6 +17,10 @@ enum class Purpose : std::uint64_t {
   kWalls,
   kPixelGain,
   kPixelNoise,
+  kPosters,
+  kFloor,
+  kForwardGain,
+  kForwardNoise,
 };
 
 /// A well-mixed 64-bit number from any number (splitmix64, Steele et al. 2014).

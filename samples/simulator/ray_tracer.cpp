@@ -16,13 +16,20 @@ using Eigen::Matrix3d;
 using Eigen::RowVector3d;
 using Eigen::Vector3d;
 
-constexpr float kFloorLight = 0.1F;
 constexpr double kLeastRise = 1e-3;  // of a ray that counts as hitting the ceiling somewhere
 constexpr int kTaps = 2 * CameraRays::kBlockSize;
 static_assert(kTaps <= CeilingWindow::kMostSamples);
 
-/// Surfaces; boxes follow with six faces each.
-enum Surface : std::uint16_t { kCeiling = 0, kWalls = 1, kFloor = 5, kNothing = 6, kBoxes = 8 };
+/// Surfaces; boxes follow with six faces each, then the fields of what hangs on the walls.
+enum Surface : std::uint16_t {
+  kCeiling = 0,
+  kWalls = 1,
+  kFloor = 5,
+  kNothing = 6,
+  kBoxes = 8,
+  kPosters = 48100
+};
+constexpr int kMostPosterFields = 17000;  // beyond these the numbers repeat
 
 /// 55 places in a pixel, from its centre: a Fibonacci lattice, whose places all have different u
 /// and different v, so that an edge along the rows or columns is placed within 1/110 pixel.
@@ -64,6 +71,8 @@ class RayTracer::View {
   void ChooseNearBoxes(const cv::Rect2d& rays);
   [[nodiscard]] Hit TraceRay(double x, double y, bool below_ceiling) const;
   [[nodiscard]] Hit TraceRoom(const Vector3d& direction, double& distance) const;
+  [[nodiscard]] Hit TraceWall(int axis, bool far, const Vector3d& at) const;
+  [[nodiscard]] float FloorLight(const Vector3d& direction, double distance) const;
   [[nodiscard]] float CeilingLight(double x, double y) const;
 
   const RayTracer& tracer_;
@@ -86,7 +95,9 @@ RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m)
       room_(scene.room),
       box_contrast_(static_cast<float>(scene.fixtures.contrast)),
       ceiling_(scene, texel_m),
-      wall_(scene.seed) {}
+      wall_(scene.seed),
+      posters_(scene),
+      floor_(scene.seed) {}
 
 cv::Mat RayTracer::Trace(const CameraRays& rays, const Isometry3d& T_map_cam) const {
   return View(*this, rays, T_map_cam).Trace();
@@ -286,13 +297,33 @@ RayTracer::View::Hit RayTracer::View::TraceRoom(const Vector3d& d, double& dista
       axis = i;
     }
   }
-  if (axis == 2) return d.z() > 0 ? Hit{0, kCeiling} : Hit{kFloorLight, kFloor};
-  const Vector3d at = p_ + distance * d;
+  if (axis < 2) return TraceWall(axis, d[axis] > 0, p_ + distance * d);
+  return d.z() > 0 ? Hit{0, kCeiling} : Hit{FloorLight(d, distance), kFloor};
+}
+
+RayTracer::View::Hit RayTracer::View::TraceWall(int axis, bool far, const Vector3d& at) const {
+  const Room& room = tracer_.room_;
   const double shade = axis == 0 ? 1 : 0.85;
   const float texture = tracer_.wall_.At(at[1 - axis] + 1.7 * axis, at.z());
-  const double light = room.wall_brightness * shade * (1 + room.wall_contrast * texture);
-  const int side = 2 * axis + (d[axis] > 0 ? 1 : 0);
-  return {static_cast<float>(std::max(0.0, light)), static_cast<std::uint16_t>(kWalls + side)};
+  double light = room.wall_brightness * shade * (1 + room.wall_contrast * texture);
+  const int wall = 2 * axis + (far ? 1 : 0);
+  int surface = kWalls + wall;
+  if (const auto field = tracer_.posters_.At(wall, at[1 - axis], at.z())) {
+    light *= field->brightness;
+    surface = kPosters + field->index % kMostPosterFields;
+  }
+  return {static_cast<float>(std::max(0.0, light)), static_cast<std::uint16_t>(surface)};
+}
+
+float RayTracer::View::FloorLight(const Vector3d& d, double distance) const {
+  const Room& room = tracer_.room_;
+  if (room.floor_contrast == 0) return static_cast<float>(room.floor_brightness);
+  const Vector3d at = p_ + distance * d;
+  // The optical frame's depth is `distance`; seen flat, a pixel spans more of the floor.
+  const double footprint = distance * rays_.PixelSpan() * d.norm() / std::abs(d.z());
+  const double texture = tracer_.floor_.At(at.x(), at.y(), footprint);
+  return static_cast<float>(
+      std::max(0.0, room.floor_brightness * (1 + room.floor_contrast * texture)));
 }
 
 RayTracer::View::Hit RayTracer::View::TraceRay(double x, double y, bool below_ceiling) const {

@@ -6,14 +6,17 @@
 
 #include "samples/simulator/camera_rays.hpp"
 #include "samples/simulator/ceiling_texture.hpp"
+#include "samples/simulator/floor_texture.hpp"
 #include "samples/simulator/scene.hpp"
+#include "samples/simulator/wall_posters.hpp"
 #include "samples/simulator/wall_texture.hpp"
 
 namespace ceilmap::simulator {
 
-/// What a camera anywhere in the room sees: the ceiling, the walls, the floor, and boxes with
-/// parallax and side faces. Rays are straight and surfaces shine by themselves, the same in every
-/// direction. Edges between surfaces lie where they are within 1/100 pixel.
+/// What a camera anywhere in the room sees: the ceiling, the walls and what hangs on them, the
+/// floor, and boxes with parallax and side faces. Rays are straight and surfaces shine by
+/// themselves, the same in every direction. Edges between surfaces lie where they are within 1/100
+/// pixel.
 class RayTracer {
  public:
   /// @param texel_m  distance of the ceiling's samples, best half a pixel's footprint.
@@ -32,6 +35,8 @@ class RayTracer {
   float box_contrast_;
   CeilingTexture ceiling_;
   WallTexture wall_;  // of boxes too
+  WallPosters posters_;
+  FloorTexture floor_;
 };
 
 }  // namespace ceilmap::simulator

@@ -15,13 +15,13 @@ namespace ceilmap::simulator {
 std::string RigYaml(const Scene& scene);
 
 /// Takes the pictures. A point p_map of the room appears where
-/// camera.Project(T_base_cam^-1 T_map_base^-1 p_map) of GetRig().up says, to a few thousandths of a
-/// pixel; pixel (0, 0) is the centre of the top-left pixel.
+/// camera.Project(T_base_cam^-1 T_map_base^-1 p_map) of GetRig().up or .forward says, to a few
+/// thousandths of a pixel; pixel (0, 0) is the centre of the top-left pixel.
 ///
 /// A picture depends on the scene and its frame only: the noise is seeded by the scene's seed and
 /// the frame's index, never by what was rendered before. All const members are thread-safe; threads
-/// share the ceiling's texture, of which the parts used last are kept (memory stays below 200 MB
-/// whatever the room's size).
+/// share the ceiling's texture, of which the parts used last are kept (memory stays below 200 MB a
+/// camera whatever the room's size).
 class Renderer {
  public:
   /// @throws calib::InputError when the scene is not valid.
@@ -32,14 +32,20 @@ class Renderer {
 
   /// The upward camera's picture: CV_8UC1 of the camera's size.
   [[nodiscard]] cv::Mat Render(const Frame& frame) const;
-  /// The light that falls on the pixels, before all that Picture describes: CV_32FC1, 1 = white. A
-  /// frame at T_map_base; without motion blur, optical blur, vignetting, glare and noise.
+  /// The forward camera's picture: CV_8UC1 of its size. It neither changes Render() nor depends on
+  /// it. @throws calib::InputError when the scene has no forward camera.
+  [[nodiscard]] cv::Mat RenderForward(const Frame& frame) const;
+  /// The light that falls on the upward camera's pixels, before all that Picture describes:
+  /// CV_32FC1, 1 = white. A frame at T_map_base; without motion blur, optical blur, vignetting,
+  /// glare and noise.
   [[nodiscard]] cv::Mat RenderLight(const Eigen::Isometry3d& T_map_base) const;
+  /// The same of the forward camera. @throws as RenderForward().
+  [[nodiscard]] cv::Mat RenderForwardLight(const Eigen::Isometry3d& T_map_base) const;
 
   [[nodiscard]] const Scene& GetScene() const;
   /// The robot as MakePath and Render take it, read back from RigYaml().
   [[nodiscard]] const calib::Rig& GetRig() const;
-  /// All things below the ceiling, those drawn from the seed included.
+  /// All things between floor and ceiling, those drawn from the seed included.
   [[nodiscard]] const std::vector<Box>& Boxes() const;
 
  private:

@@ -32,6 +32,37 @@ void CheckGroup(const char* name, const Group& group, const std::array<Field<Gro
   }
 }
 
+void CheckCamera(const char* name, const Camera& camera, const Room& room) {
+  CheckGroup(name, camera, kCameraFields);
+  for (const double coefficient : camera.distortion) {
+    CheckRange(fmt::format("{}.distortion", name), coefficient, -10, 10);
+  }
+  if (!(camera.mount_height_m < room.height_m)) {
+    Fail(fmt::format("{}.mount_height_m", name),
+         camera.mount_height_m,
+         "below the ceiling (room.height_m)");
+  }
+}
+
+void CheckForward(const Scene& scene) {
+  if (!scene.forward) return;
+  CheckCamera("forward", *scene.forward, scene.room);
+  if (!(scene.forward->mount_height_m > 0)) {
+    Fail("forward.mount_height_m", scene.forward->mount_height_m, "above the floor");
+  }
+}
+
+void CheckDebris(const Scene& scene) {
+  const std::vector<Bump>& bumps = scene.debris.bumps;
+  for (std::size_t i = 0; i < bumps.size(); ++i) {
+    CheckGroup(fmt::format("debris.bumps[{}]", i).c_str(), bumps[i], kBumpFields);
+  }
+  if (!bumps.empty() && scene.path.kind == PathKind::kTum) {
+    throw calib::InputError(
+        "debris.bumps must be absent for path.kind tum, whose poses hold the tilt");
+  }
+}
+
 void CheckMarks(const Scene& scene) {
   for (std::size_t i = 0; i < scene.ceiling.marks_at.size(); ++i) {
     const Mark& mark = scene.ceiling.marks_at[i];
@@ -120,15 +151,10 @@ void Scene::Validate() const {
   CheckGroup("room", room, kRoomFields);
   CheckGroup("ceiling", ceiling, kCeilingFields);
   CheckGroup("fixtures", fixtures, kFixtureFields);
-  CheckGroup("camera", camera, kCameraFields);
   CheckGroup("picture", picture, kPictureFields);
   CheckGroup("path", path, kPathFields);
-  for (const double coefficient : camera.distortion) {
-    CheckRange("camera.distortion", coefficient, -10, 10);
-  }
-  if (!(camera.mount_height_m < room.height_m)) {
-    Fail("camera.mount_height_m", camera.mount_height_m, "below the ceiling (room.height_m)");
-  }
+  CheckCamera("camera", camera, room);
+  CheckForward(*this);
   const double narrow = std::min(ceiling.tile_length_m, ceiling.tile_width_m);
   if (!(ceiling.joint_m < narrow)) {
     Fail("ceiling.joint_m", ceiling.joint_m, "narrower than a tile");
@@ -137,6 +163,7 @@ void Scene::Validate() const {
   CheckBoxes(*this);
   CheckSteps(picture);
   CheckPath(*this);
+  CheckDebris(*this);
 }
 
 }  // namespace ceilmap::simulator

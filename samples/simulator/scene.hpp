@@ -4,14 +4,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace ceilmap::simulator {
 
-/// What is simulated: a room, its ceiling and what hangs from it, a robot with an upward camera,
-/// its drive, and what the camera makes of the light. Every default gives a usable scene; the file
-/// format is these fields by name (samples/simulator/README.md).
+/// What is simulated: a room, its ceiling and what hangs from it, a robot with an upward camera and
+/// perhaps a forward one, its drive, what lies in its way, and what the cameras make of the light.
+/// Every default gives a usable scene; the file format is these fields by name
+/// (samples/simulator/README.md).
 ///
 /// Frames as in CONTRIBUTING.md; `map` stands in a corner of the floor, x along the room's length,
 /// y along its width, z up. Brightness is linear light, 1 = white in the picture at exposure
@@ -24,6 +26,11 @@ struct Room {
   double height_m = 2.6;  ///< of the ceiling above the floor
   double wall_brightness = 0.3;
   double wall_contrast = 0.08;  ///< of the walls' faint texture
+  /// Pictures, doors and panels at random places of the walls: what a forward camera can hold on
+  /// to.
+  double wall_posters_per_100m2 = 0;
+  double floor_brightness = 0.1;
+  double floor_contrast = 0;  ///< of the floor's texture
 };
 
 enum class CeilingKind {
@@ -95,8 +102,15 @@ struct Fixtures {
   std::vector<Box> boxes;
 };
 
-/// The upward camera. Level and not turned, its picture's top is the robot's front and its right
-/// the robot's LEFT (x_cam = +y_base, y_cam = -x_base, z_cam = +z_base).
+/// A camera on the robot.
+///
+/// The upward one, level and not turned, has the robot's front at its picture's top and the robot's
+/// LEFT at its right (x_cam = +y_base, y_cam = -x_base, z_cam = +z_base). It is turned by its yaw,
+/// then tipped about base y by its pitch, forward when positive, then about base x by its roll.
+///
+/// The forward one, level and not turned, looks along base x (x_cam = -y_base, y_cam = -z_base,
+/// z_cam = +x_base). It is turned to the left by its yaw, then RAISED by its pitch, then rolled
+/// about its own view, left side up.
 struct Camera {
   int width_px = 640;
   int height_px = 480;
@@ -106,10 +120,19 @@ struct Camera {
   double mount_y_m = 0;
   double mount_height_m = 0.4;  ///< above the floor
   double mount_yaw_deg = 0;     ///< about the vertical
-  double mount_pitch_deg = 0;   ///< about base y, then roll about base x: how far it is not level
+  double mount_pitch_deg = 0;   ///< how far it is not level
   double mount_roll_deg = 0;
   double exposure_time_s = 0.005;
 };
+
+/// A forward camera as scenes have it that say nothing else: 60 degrees wide, 0.45 m up.
+inline Camera DefaultForwardCamera() {
+  Camera camera;
+  camera.focal_px = 554;
+  camera.mount_height_m = 0.45;
+  camera.exposure_time_s = 0.008;
+  return camera;
+}
 
 /// From this frame on the exposure is multiplied by gain (instead of the step before).
 struct ExposureStep {
@@ -162,6 +185,21 @@ struct Path {
   double turn_acceleration_deg_s2 = 90;
 };
 
+/// Something on the floor that the robot drives over. Its tilt follows a raised cosine of the way
+/// that the axle travels: x * (1 - cos(2 pi (way - start) / length)) / 2. Tilts of bumps that
+/// overlap add up.
+struct Bump {
+  double start_m = 0;  ///< of the axle's way; turns on the spot are no way
+  double length_m = 0.4;
+  double pitch_deg =
+      0;  ///< at the top; positive: nose up, about the line where the axle's wheels stand
+  double roll_deg = 0;  ///< at the top; positive: left side up, about base x
+};
+
+struct Debris {
+  std::vector<Bump> bumps;
+};
+
 struct Scene {
   std::uint64_t seed = 1;  ///< of everything random
   std::string robot = "simulated robot";
@@ -170,9 +208,11 @@ struct Scene {
   Room room;
   Ceiling ceiling;
   Fixtures fixtures;
-  Camera camera;
-  Picture picture;
+  Camera camera;                  ///< looks up
+  std::optional<Camera> forward;  ///< looks ahead; it takes its pictures when `camera` does
+  Picture picture;                ///< of both cameras
   Path path;
+  Debris debris;  ///< not with PathKind::kTum, whose poses hold the tilt themselves
 
   /// @throws calib::InputError `KEY = VALUE, must be ...` for the first field out of range, and
   /// when

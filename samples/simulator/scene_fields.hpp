@@ -37,6 +37,9 @@ constexpr std::array kRoomFields{
     Field<Room>{"height_m", &Room::height_m, 0.5, 100},
     Field<Room>{"wall_brightness", &Room::wall_brightness, 0, 7},
     Field<Room>{"wall_contrast", &Room::wall_contrast, 0, 0.3},
+    Field<Room>{"wall_posters_per_100m2", &Room::wall_posters_per_100m2, 0, 500},
+    Field<Room>{"floor_brightness", &Room::floor_brightness, 0, 7},
+    Field<Room>{"floor_contrast", &Room::floor_contrast, 0, 0.3},
 };
 
 constexpr unsigned kTiled = Only(CeilingKind::kTiles) | Only(CeilingKind::kPeriodic);
@@ -123,6 +126,13 @@ constexpr std::array kPathFields{
     Field<Path>{"turn_acceleration_deg_s2", &Path::turn_acceleration_deg_s2, 0.1, 36000, kPlanned},
 };
 
+constexpr std::array kBumpFields{
+    Field<Bump>{"start_m", &Bump::start_m, 0, 1e6},
+    Field<Bump>{"length_m", &Bump::length_m, 0.01, 1000},
+    Field<Bump>{"pitch_deg", &Bump::pitch_deg, -30, 30},
+    Field<Bump>{"roll_deg", &Bump::roll_deg, -30, 30},
+};
+
 /// Names of the kinds in files, in the order of the enumerators.
 constexpr std::array<std::string_view, 4> kCeilingKinds{"tiles", "periodic", "plaster", "uniform"};
 constexpr std::array<std::string_view, 5> kPathKinds{
@@ -134,6 +144,7 @@ constexpr std::string_view kBoxColumns =
     "x_m, y_m, length_m, width_m, bottom_m, top_m, yaw_deg, brightness";
 constexpr std::string_view kStepColumns = "frame, gain";
 constexpr std::string_view kPointColumns = "x, y";
+constexpr std::string_view kBumpColumns = "start_m, length_m, pitch_deg, roll_deg";
 
 /// `in [LEAST, MOST]`.
 std::string RangeText(double least, double most);

@@ -173,6 +173,29 @@ void ReadCamera(const YamlValue& value, Camera& camera) {
   ReadArray(value, "distortion", camera.distortion);
 }
 
+/// Values out of range are said here, where their line is known.
+void CheckBump(const YamlValue& bumps, const Bump& bump) {
+  for (const Field<Bump>& field : kBumpFields) {
+    const double number = bump.*std::get<double Bump::*>(field.member);
+    if (number >= field.least && number <= field.most) continue;
+    bumps.Fail(fmt::format("rows with {} {}", field.key, RangeText(field.least, field.most)),
+               fmt::format("correct {:g}", number));
+  }
+}
+
+void ReadDebris(const YamlValue& value, const Path& path, Debris& debris) {
+  value.AllowOnly({"bumps"});
+  const auto bumps = value.Find("bumps");
+  if (!bumps) return;
+  if (path.kind == PathKind::kTum) {
+    bumps->Fail("absent for path.kind tum", "remove it, the poses of the file hold the tilt");
+  }
+  ReadRows<4>(value, "bumps", kBumpColumns, [&](const double* row) {
+    debris.bumps.push_back({row[0], row[1], row[2], row[3]});
+    CheckBump(*bumps, debris.bumps.back());
+  });
+}
+
 Scene ReadAll(const YamlValue& root) {
   root.AllowOnly({"seed",
                   "robot",
@@ -181,8 +204,10 @@ Scene ReadAll(const YamlValue& root) {
                   "ceiling",
                   "fixtures",
                   "camera",
+                  "forward",
                   "picture",
-                  "path"});
+                  "path",
+                  "debris"});
   Scene scene;
   if (const auto seed = root.Find("seed")) {
     scene.seed = static_cast<std::uint64_t>(seed->WholeNumber(0, 2147483647));
@@ -198,8 +223,12 @@ Scene ReadAll(const YamlValue& root) {
   if (const auto ceiling = root.Find("ceiling")) ReadCeiling(*ceiling, scene.ceiling);
   if (const auto fixtures = root.Find("fixtures")) ReadFixtures(*fixtures, scene.fixtures);
   if (const auto camera = root.Find("camera")) ReadCamera(*camera, scene.camera);
+  if (const auto forward = root.Find("forward")) {
+    ReadCamera(*forward, scene.forward.emplace(DefaultForwardCamera()));
+  }
   if (const auto picture = root.Find("picture")) ReadPicture(*picture, scene.picture);
   if (const auto path = root.Find("path")) ReadPath(*path, scene.path);
+  if (const auto debris = root.Find("debris")) ReadDebris(*debris, scene.path, scene.debris);
   return scene;
 }
 

@@ -37,8 +37,7 @@ Frame ParseLine(const Scene& scene, int line, const std::string& text) {
   return frame;
 }
 
-void CheckInside(const Scene& scene, int line, const Frame& frame) {
-  const Camera& camera = scene.camera;
+void CheckInside(const Scene& scene, const Camera& camera, int line, const Frame& frame) {
   const Eigen::Vector3d p =
       frame.T_map_base * Eigen::Vector3d(camera.mount_x_m, camera.mount_y_m, camera.mount_height_m);
   const Room& room = scene.room;
@@ -90,7 +89,8 @@ std::vector<Frame> TumFrames(const Scene& scene) {
     const std::size_t start = text.find_first_not_of(" \t\r");
     if (start == std::string::npos || text[start] == '#') continue;
     Frame frame = ParseLine(scene, line, text);
-    CheckInside(scene, line, frame);
+    CheckInside(scene, scene.camera, line, frame);
+    if (scene.forward) CheckInside(scene, *scene.forward, line, frame);
     if (!frames.empty() && !(frame.stamp_s > frames.back().stamp_s)) {
       Fail(scene, line, "the timestamp must be later than the one before");
     }
@@ -101,9 +101,12 @@ std::vector<Frame> TumFrames(const Scene& scene) {
     throw calib::InputError(fmt::format("{}: holds no poses", scene.path.tum_file.string()));
   }
   const double half = scene.camera.exposure_time_s / 2;
+  const double forward_half = scene.forward ? scene.forward->exposure_time_s / 2 : 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].T_map_base_open = Near(frames, i, -half);
     frames[i].T_map_base_close = Near(frames, i, half);
+    frames[i].T_map_base_forward_open = Near(frames, i, -forward_half);
+    frames[i].T_map_base_forward_close = Near(frames, i, forward_half);
   }
   const auto most = static_cast<std::size_t>(scene.path.max_frames);
   if (most > 0 && frames.size() > most) frames.resize(most);

@@ -24,22 +24,7 @@ WallTexture::WallTexture(std::uint64_t seed) : samples_(kSize, kSize, CV_32FC1, 
 }
 
 float WallTexture::At(double x_m, double y_m) const {
-  constexpr double kPeriods = 1 << 20;  // to count from 0: truncation then is the floor
-  const double x = x_m / kPitch + kPeriods;
-  const double y = y_m / kPitch + kPeriods;
-  const int u = static_cast<int>(x);
-  const int v = static_cast<int>(y);
-  const auto part_x = static_cast<float>(x - u);
-  const auto part_y = static_cast<float>(y - v);
-  constexpr int kMask = kSize - 1;
-  const float* const data = samples_.ptr<float>();
-  const float* const top = data + (v & kMask) * kSize;
-  const float* const low = data + ((v + 1) & kMask) * kSize;
-  const int left = u & kMask;
-  const int right = (u + 1) & kMask;
-  const float over = top[left] + part_x * (top[right] - top[left]);
-  const float under = low[left] + part_x * (low[right] - low[left]);
-  return over + part_y * (under - over);
+  return SamplePeriodic(samples_, x_m / kPitch, y_m / kPitch);
 }
 
 }  // namespace ceilmap::simulator

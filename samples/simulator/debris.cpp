@@ -1,0 +1,36 @@
+#include "samples/simulator/debris.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace ceilmap::simulator {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
+Tilt TiltAt(const Debris& debris, double way_m) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  Tilt tilt;
+  for (const Bump& bump : debris.bumps) {
+    const double part = (way_m - bump.start_m) / bump.length_m;
+    if (!(part > 0 && part < 1)) continue;
+    const double height = (1 - std::cos(2 * std::numbers::pi * part)) / 2;
+    tilt.pitch_rad += height * bump.pitch_deg * kDegree;
+    tilt.roll_rad += height * bump.roll_deg * kDegree;
+  }
+  return tilt;
+}
+
+Eigen::Isometry3d TiltedBase(const calib::Pose2& T_map_axle,
+                             const Tilt& tilt,
+                             double axle_behind_mast_m) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = Vector3d(T_map_axle.x, T_map_axle.y, 0);
+  T.rotate(AngleAxisd(T_map_axle.yaw, Vector3d::UnitZ()));
+  T.rotate(AngleAxisd(-tilt.pitch_rad, Vector3d::UnitY()));
+  T.rotate(AngleAxisd(tilt.roll_rad, Vector3d::UnitX()));
+  T.translate(Vector3d(axle_behind_mast_m, 0, 0));
+  return T;
+}
+
+}  // namespace ceilmap::simulator

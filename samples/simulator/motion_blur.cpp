@@ -1,0 +1,112 @@
+#include "samples/simulator/motion_blur.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ceilmap::simulator {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Part way from one pose to another one nearby.
+Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double part) {
+  const Eigen::Quaterniond a(T_map_a.linear());
+  Isometry3d T = Isometry3d::Identity();
+  T.linear() = a.slerp(part, Eigen::Quaterniond(T_map_b.linear())).toRotationMatrix();
+  T.translation() = (1 - part) * T_map_a.translation() + part * T_map_b.translation();
+  return T;
+}
+
+/// When a share `time` in [-1, 1] of the half exposure before or after its middle has passed.
+Isometry3d During(const Exposure& exposure, double time) {
+  return time < 0 ? Between(exposure.T_map_base, exposure.T_map_base_open, -time)
+                  : Between(exposure.T_map_base, exposure.T_map_base_close, time);
+}
+
+/// Moments of the exposure, in [-1, 1], whose mean picture has the blur of the whole.
+std::vector<double> Moments(double blur_px) {
+  if (!(blur_px > 0.1)) return {0};
+  // Two pictures at Gauss's points spread as much as the whole way does, and look like it while
+  // they are nearer to each other than a pixel.
+  if (blur_px < 1.5) return {-1 / std::sqrt(3.0), 1 / std::sqrt(3.0)};
+  const int count = std::clamp(static_cast<int>(std::ceil(blur_px / 0.75)), 3, 64);
+  std::vector<double> moments(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) moments[i] = (2.0 * i + 1) / count - 1;
+  return moments;
+}
+
+/// How far a ray from inside of the room runs, in lengths of `direction`.
+double WayToHull(const Vector3d& from, const Vector3d& direction, const Room& room) {
+  const Vector3d size(room.length_m, room.width_m, room.height_m);
+  double way = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const double way_i = ((direction[i] > 0 ? size[i] : 0.0) - from[i]) / direction[i];
+    if (way_i > 0) way = std::min(way, way_i);
+  }
+  return way;
+}
+
+}  // namespace
+
+std::vector<Vector3d> CeilingInCorners(const calib::MountedCamera& mounted,
+                                       const Isometry3d& T_map_base,
+                                       double ceiling_height_m) {
+  const calib::PinholeCamera& camera = mounted.camera;
+  const double right = camera.width_px - 1;
+  const double low = camera.height_px - 1;
+  const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
+  const double rise = ceiling_height_m - T_map_cam.translation().z();
+  std::vector<Vector3d> points_map;
+  for (const Vector2d& corner :
+       {Vector2d(0, 0), Vector2d(right, 0), Vector2d(0, low), Vector2d(right, low)}) {
+    const Vector3d ray(
+        (corner.x() - camera.cx) / camera.fx, (corner.y() - camera.cy) / camera.fy, 1);
+    points_map.emplace_back(T_map_cam * (rise * ray));
+  }
+  return points_map;
+}
+
+std::vector<Vector3d> RoomInPicture(const calib::MountedCamera& mounted,
+                                    const Isometry3d& T_map_base,
+                                    const Room& room) {
+  const calib::PinholeCamera& camera = mounted.camera;
+  const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
+  std::vector<Vector3d> points_map;
+  for (int i = 0; i < 9; ++i) {
+    const double u = (i % 3) * (camera.width_px - 1) / 2.0;
+    const double v = (i / 3) * (camera.height_px - 1) / 2.0;
+    const Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
+    const Vector3d direction = T_map_cam.linear() * ray;
+    const double way = WayToHull(T_map_cam.translation(), direction, room);
+    if (std::isfinite(way)) points_map.emplace_back(T_map_cam.translation() + way * direction);
+  }
+  return points_map;
+}
+
+double BlurLength(const calib::MountedCamera& mounted,
+                  const Exposure& exposure,
+                  const std::vector<Vector3d>& points_map) {
+  const calib::PinholeCamera& camera = mounted.camera;
+  double longest = 0;
+  for (const Vector3d& p_map : points_map) {
+    const auto seen_from = [&](const Isometry3d& T_map_base) {
+      const Vector3d p = (T_map_base * mounted.T_base_cam).inverse() * p_map;
+      return Vector2d(camera.fx * p.x() / p.z(), camera.fy * p.y() / p.z());
+    };
+    longest = std::max(
+        longest,
+        (seen_from(exposure.T_map_base_close) - seen_from(exposure.T_map_base_open)).norm());
+  }
+  return longest;
+}
+
+std::vector<Isometry3d> PosesDuring(const Exposure& exposure, double blur_px) {
+  std::vector<Isometry3d> poses;
+  for (const double moment : Moments(blur_px)) poses.push_back(During(exposure, moment));
+  return poses;
+}
+
+}  // namespace ceilmap::simulator
