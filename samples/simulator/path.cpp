@@ -82,19 +82,6 @@ Points PathPoints(const Scene& scene) {
   return scene.path.waypoints_m;
 }
 
-/// A bump that the robot never reaches is a mistake in the scene.
-void CheckReached(const Scene& scene, double way_m) {
-  for (std::size_t i = 0; i < scene.debris.bumps.size(); ++i) {
-    const double start_m = scene.debris.bumps[i].start_m;
-    if (start_m < way_m) continue;
-    throw calib::InputError(
-        fmt::format("debris.bumps[{}].start_m = {:g}, must be less than the {:.3f} m of the path",
-                    i,
-                    start_m,
-                    way_m));
-  }
-}
-
 /// Where the robot is, tilted where something lies in its way.
 Eigen::Isometry3d BaseAt(const Scene& scene, const Drive& drive, double time_s) {
   const calib::Pose2 T_map_axle = drive.PoseAt(time_s);
@@ -117,7 +104,6 @@ std::vector<Frame> PlannedFrames(const Scene& scene) {
                     count,
                     kMostFrames));
   }
-  CheckReached(scene, drive.WayAt(drive.Duration()));
   const auto pose_at = [&](double t) { return BaseAt(scene, drive, t); };
   const double half = scene.camera.exposure_time_s / 2;
   const double forward_half = scene.forward ? scene.forward->exposure_time_s / 2 : 0;
@@ -141,6 +127,12 @@ std::vector<Frame> PlannedFrames(const Scene& scene) {
 Frame StillFrame(std::int64_t index, const calib::Pose2& T_map_base, double stamp_s) {
   const Eigen::Isometry3d pose = OnFloor(T_map_base);
   return {index, stamp_s, pose, pose, pose, pose, pose};
+}
+
+double PathLength(const Scene& scene) {
+  if (scene.path.kind == PathKind::kTum) return 0;
+  const Drive drive(PathPoints(scene), scene.path);
+  return drive.WayAt(drive.Duration());
 }
 
 std::vector<Frame> MakePath(const Scene& scene) {

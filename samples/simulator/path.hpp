@@ -24,9 +24,12 @@ struct Frame {
 /// A frame of a robot at rest on the level floor.
 Frame StillFrame(std::int64_t index, const calib::Pose2& T_map_base, double stamp_s = 0);
 
+/// Metres that the axle travels on the whole path of a valid scene; 0 for PathKind::kTum.
+double PathLength(const Scene& scene);
+
 /// The frames of the scene's drive, at most path.max_frames when that is not 0. Never empty.
 /// @throws calib::InputError when the scene is not valid, the drive is longer than 10 million
-///   frames, debris lies beyond its end, or a TUM file cannot be used.
+///   frames, or a TUM file cannot be used.
 std::vector<Frame> MakePath(const Scene& scene);
 
 }  // namespace ceilmap::simulator

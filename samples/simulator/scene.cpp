@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/error.hpp"
+#include "samples/simulator/path.hpp"
 #include "samples/simulator/scene_fields.hpp"
 
 namespace ceilmap::simulator {
@@ -60,6 +61,13 @@ void CheckDebris(const Scene& scene) {
   if (!bumps.empty() && scene.path.kind == PathKind::kTum) {
     throw calib::InputError(
         "debris.bumps must be absent for path.kind tum, whose poses hold the tilt");
+  }
+  const double length_m = bumps.empty() ? 0 : PathLength(scene);
+  for (std::size_t i = 0; i < bumps.size(); ++i) {
+    if (bumps[i].start_m < length_m) continue;
+    Fail(fmt::format("debris.bumps[{}].start_m", i),
+         bumps[i].start_m,
+         fmt::format("less than the {:.3f} m of the path", length_m));
   }
 }
 

@@ -46,6 +46,14 @@ TEST(SimulationFolder, RefusesWhatItMustNotReplace) {
   EXPECT_NO_THROW(open(true));
   test.Write("up/holiday.png", "of somebody");
   ExpectInputError([&] { open(true); }, {"up", "other things"});
+  std::filesystem::remove_all(test / "up");
+  std::filesystem::create_directory(test / "forward");
+  test.Write("forward/holiday.png", "of somebody");
+  ExpectInputError([&] { open(true); }, {"forward", "other things"});
+  std::filesystem::remove_all(test / "forward");
+  std::filesystem::remove(test / "truth.tum");
+  test.Write("forward.mkv", "of an earlier run");
+  ExpectInputError([&] { open(false); }, {"forward.mkv", "--force"});
   ExpectInputError(
       [&] { const SimulationFolder folder(test / "notes.txt", RecordingFormat::kVideo, true); },
       {"notes.txt", "not a folder"});

@@ -198,6 +198,45 @@ TEST_F(SimulateTest, ReplacesAnEarlierRecordingOnlyWhenTold) {
   EXPECT_EQ(app::ReadTum(folder_ / "run/truth.tum").size(), 2U);
 }
 
+TEST_F(SimulateTest, ForwardCameraHasAVideoOfItsOwn) {
+  const std::string forward = "forward: {width_px: 200, height_px: 160, focal_px: 170}\n";
+  folder_.Write("both.yaml", kScene + forward + "debris: {bumps: [1, 0.6, 4, 1]}\n");
+  const ProcessResult result = Run({"simulate", "both.yaml", "-o", "run", "--summary", "s.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("200 x 160"));
+  EXPECT_THAT(result.out, HasSubstr("run/forward.mp4"));
+  EXPECT_THAT(
+      NamesIn("run"),
+      ElementsAre("forward.mp4", "frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
+  const std::vector<cv::Mat> pictures = Video("run/forward.mp4");
+  ASSERT_EQ(pictures.size(), app::ReadStamps(folder_ / "run/frames.csv").size());
+  EXPECT_EQ(pictures.front().size(), cv::Size(200, 160));
+  EXPECT_EQ(Video("run/up.mp4").size(), pictures.size());
+  EXPECT_EQ(nlohmann::json::parse(ReadAll(folder_ / "s.json"))["quality"]["forward_width_px"], 200);
+
+  const calib::Rig rig = calib::ReadRig(folder_ / "run/rig.yaml");
+  EXPECT_EQ(rig.forward_height_m, 0.45);
+  EXPECT_EQ(rig.forward->camera.Size(), cv::Size(200, 160));
+  double steepest = 0;  // nose up is a negative pitch about y in the truth
+  for (const app::StampedPose& pose : app::ReadTum(folder_ / "run/truth.tum")) {
+    steepest = std::max(steepest, (pose.orientation * Eigen::Vector3d::UnitX()).z());
+  }
+  EXPECT_NEAR(steepest, std::sin(4 * M_PI / 180), 0.01);
+
+  // The same scene level and without a forward camera: its earlier video goes.
+  Simulate({"scene.yaml", "-o", "run", "--frames", "3", "--pictures", "--force"});
+  EXPECT_THAT(NamesIn("run"),
+              ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up"));
+  Simulate({"both.yaml", "-o", "run", "--frames", "3", "--pictures", "--force"});
+  EXPECT_EQ(NamesIn("run/forward").size(), 3U);
+  EXPECT_EQ(NamesIn("run/up").size(), 3U);
+  EXPECT_GT(Difference(Pictures("run/forward"),
+                       {cv::Mat::zeros(160, 200, CV_8UC1),
+                        cv::Mat::zeros(160, 200, CV_8UC1),
+                        cv::Mat::zeros(160, 200, CV_8UC1)}),
+            20);
+}
+
 TEST_F(SimulateTest, KeepsWhatIsDoneWhenInterrupted) {
   folder_.Write("long.yaml",
                 "camera: {width_px: 160, height_px: 120, focal_px: 110}\n"
@@ -222,6 +261,9 @@ TEST_F(SimulateTest, RefusesBadInputInOneLine) {
   folder_.Write("high.yaml", "camera: {mount_height_m: 3}\n");
   folder_.Write("odd.yaml", "camera: {width_px: 161, height_px: 120}\n");
   folder_.Write("way.yaml", "path: {kind: tum, tum_file: none.tum}\n");
+  folder_.Write("bump.yaml", "room: {height_m: 3}\ndebris:\n  bumps: [1, -1, 2, 0]\n");
+  folder_.Write("far.yaml", "debris: {bumps: [100, 1, 2, 0]}\n");
+  folder_.Write("odd2.yaml", "forward: {width_px: 161, height_px: 120}\n");
   folder_.Write("file", "");
   const std::vector<std::string> before = folder_.Names();
   const auto expect = [&](const std::vector<std::string>& arguments, const std::string& message) {
@@ -240,6 +282,11 @@ TEST_F(SimulateTest, RefusesBadInputInOneLine) {
   expect({"high.yaml", "-o", "run"}, "below the ceiling");
   expect({"odd.yaml", "-o", "run"}, "must be even, not 161 x 120 px");
   expect({"way.yaml", "-o", "run"}, "none.tum");
+  expect({"bump.yaml", "-o", "run"},
+         "bump.yaml:3: debris.bumps = [1, -1, 2, 0], must be rows with");
+  expect({"far.yaml", "-o", "run"},
+         "far.yaml: debris.bumps[0].start_m = 100, must be less than the");
+  expect({"odd2.yaml", "-o", "run"}, "must be even, not 161 x 120 px");
   expect({"scene.yaml", "-o", "none/run"}, "does not exist");
   expect({"scene.yaml", "-o", "file"}, "not a folder");
   expect({"scene.yaml", "-o", "/proc/run"}, "/proc");

@@ -45,6 +45,40 @@ TEST(RigYaml, ACameraThatIsNotLevelKeepsItsTilt) {
   EXPECT_NO_THROW(calib::CeilingView(*rig.up, rig.ceiling_height_m));
 }
 
+TEST(RigYaml, ForwardCameraReadsBackAsTheScenes) {
+  Scene scene;
+  scene.forward = DefaultForwardCamera();
+  scene.forward->mount_x_m = 0.03;
+  scene.forward->distortion = {-0.1, 0.02, 0, 0, 0};
+  const calib::Rig rig = calib::ParseRig(RigYaml(scene), "rig.yaml");
+  EXPECT_EQ(rig.forward_height_m, 0.45);
+  ASSERT_TRUE(rig.forward.has_value());
+  const calib::MountedCamera& forward = rig.forward.value();
+  EXPECT_EQ(forward.camera.Size(), cv::Size(640, 480));
+  EXPECT_EQ(forward.camera.fx, 554.0);
+  EXPECT_EQ(forward.camera.distortion, scene.forward->distortion);
+  EXPECT_EQ(forward.exposure_time_s, 0.008);
+  EXPECT_EQ(forward.T_base_cam.translation(), Eigen::Vector3d(0.03, 0, 0.45));
+  // x_cam = -y_base, y_cam = -z_base, z_cam = +x_base.
+  Eigen::Matrix3d R;
+  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  EXPECT_LT((forward.T_base_cam.linear() - R).norm(), 1e-8);
+  EXPECT_EQ(rig.up->camera.fx, 457.0);
+}
+
+TEST(RigYaml, ForwardCameraIsTurnedLeftThenRaisedThenRolled) {
+  Scene scene;
+  scene.forward = DefaultForwardCamera();
+  scene.forward->mount_yaw_deg = 20;
+  scene.forward->mount_pitch_deg = 14;
+  scene.forward->mount_roll_deg = 5;
+  const calib::Rig rig = calib::ParseRig(RigYaml(scene), "rig.yaml");
+  const Eigen::Matrix3d R = rig.forward->T_base_cam.linear();
+  EXPECT_NEAR(R(2, 2), std::sin(14 * kDegree), 1e-8);
+  EXPECT_NEAR(std::atan2(R(1, 2), R(0, 2)), 20 * kDegree, 1e-8);
+  EXPECT_NEAR(R(2, 0), -std::sin(5 * kDegree) * std::cos(14 * kDegree), 1e-8);  // right side down
+}
+
 TEST(RigYaml, RectifiedPictureIsTheCeilingToScale) {
   // What the mapper sees of a mark, through the rig's distortion and mount.
   Scene scene = PlainScene();

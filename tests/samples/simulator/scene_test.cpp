@@ -49,6 +49,10 @@ path:
   kind: waypoints
   waypoints_m: [1, 1, 5, 1]
   max_frames: 9
+forward: {focal_px: 300, mount_pitch_deg: 14}
+debris:
+  bumps: [0.5, 0.4, 2.4, 0,
+          1.5, 0.6, -1, 2]
 )",
                                  "s.yaml");
   EXPECT_EQ(scene.robot, "r");
@@ -69,6 +73,22 @@ path:
   EXPECT_EQ(scene.path.kind, PathKind::kWaypoints);
   EXPECT_EQ(scene.path.waypoints_m[1][0], 5);
   EXPECT_EQ(scene.path.max_frames, 9);
+  ASSERT_TRUE(scene.forward.has_value());
+  EXPECT_EQ(scene.forward->focal_px, 300);
+  EXPECT_EQ(scene.forward->mount_pitch_deg, 14);
+  EXPECT_EQ(scene.forward->mount_height_m, 0.45);  // a forward camera's own default
+  ASSERT_EQ(scene.debris.bumps.size(), 2U);
+  EXPECT_EQ(scene.debris.bumps[0].length_m, 0.4);
+  EXPECT_EQ(scene.debris.bumps[1].pitch_deg, -1);
+  EXPECT_EQ(scene.debris.bumps[1].roll_deg, 2);
+}
+
+TEST(Scene, ForwardCameraIsThereWhenItsGroupIs) {
+  EXPECT_FALSE(ParseScene("seed: 5", "s.yaml").forward.has_value());
+  const Scene scene = ParseScene("forward: {}", "s.yaml");
+  ASSERT_TRUE(scene.forward.has_value());
+  EXPECT_EQ(scene.forward->focal_px, 554);
+  EXPECT_EQ(scene.forward->exposure_time_s, 0.008);
 }
 
 TEST(Scene, PathOfATumFileStartsAtTheScene) {
@@ -77,7 +97,8 @@ TEST(Scene, PathOfATumFileStartsAtTheScene) {
 }
 
 TEST(Scene, SamplesAreValid) {
-  for (const char* name : {"hall", "warehouse", "periodic", "lights-off", "corridor", "lens"}) {
+  for (const char* name :
+       {"hall", "warehouse", "periodic", "lights-off", "corridor", "lens", "debris"}) {
     const std::string file = std::string(CEILMAP_SOURCE_DIR) + "/samples/scenes/" + name + ".yaml";
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }
@@ -113,6 +134,33 @@ TEST(Scene, KeysOfAnotherKindAreRefused) {
   EXPECT_THAT(ErrorOf("path: {kind: tum, tum_file: a, area_m: [1, 1, 2, 2]}"),
               HasSubstr("path.area_m = [1, 1, 2, 2], must be absent for kind tum"));
   EXPECT_THAT(ErrorOf("path: {waypoints_m: [1, 1, 2, 2]}"), HasSubstr("must be absent for kind"));
+}
+
+TEST(Scene, FaultsOfDebrisAreSaidWithTheirLine) {
+  EXPECT_EQ(ErrorOf("seed: 1\ndebris:\n  bumps: [1, 0, 2, 0]"),
+            "s.yaml:3: debris.bumps = [1, 0, 2, 0], must be rows with length_m in [0.01, 1000]; "
+            "correct 0");
+  EXPECT_EQ(ErrorOf("debris: {bumps: [1, 1, 40, 0]}"),
+            "s.yaml:1: debris.bumps = [1, 1, 40, 0], must be rows with pitch_deg in [-30, 30]; "
+            "correct 40");
+  EXPECT_EQ(ErrorOf("debris: {bumps: [1, 1, 2]}"),
+            "s.yaml:1: debris.bumps = [1, 1, 2], must be rows of 4 numbers (start_m, length_m, "
+            "pitch_deg, roll_deg), not 3 numbers; complete the last row");
+  EXPECT_EQ(ErrorOf("path: {kind: tum, tum_file: a}\ndebris: {bumps: [1, 1, 2, 0]}"),
+            "s.yaml:2: debris.bumps = [1, 1, 2, 0], must be absent for path.kind tum; remove it, "
+            "the poses of the file hold the tilt");
+  EXPECT_THAT(ErrorOf("debris: {bump: [1, 1, 2, 0]}"), HasSubstr("is an unknown key"));
+}
+
+TEST(Scene, FaultsOfTheForwardCameraAreSaidWithTheirLine) {
+  EXPECT_EQ(ErrorOf("seed: 1\nforward: {focal_px: 1}"),
+            "s.yaml:2: forward.focal_px = 1, must be in [8, 100000]; correct the value");
+  EXPECT_THAT(ErrorOf("forward: {height: 1}"),
+              HasSubstr("s.yaml:1: forward.height = 1 is an unknown key"));
+  EXPECT_EQ(ErrorOf("forward: {mount_height_m: 2.6}"),
+            "s.yaml: forward.mount_height_m = 2.6, must be below the ceiling (room.height_m)");
+  EXPECT_EQ(ErrorOf("forward: {mount_height_m: 0}"),
+            "s.yaml: forward.mount_height_m = 0, must be above the floor");
 }
 
 TEST(Scene, ListsComeInWholeRows) {
@@ -153,6 +201,14 @@ TEST(Scene, ValidateNamesTheField) {
     FAIL();
   } catch (const calib::InputError& error) {
     EXPECT_STREQ(error.what(), "path.speed_m_s = -1, must be in [0.001, 100]");
+  }
+  scene.path.speed_m_s = 1;
+  scene.debris.bumps = {{1, 1, 2, 0}, {1, 1, 2, 31}};
+  try {
+    scene.Validate();
+    FAIL();
+  } catch (const calib::InputError& error) {
+    EXPECT_STREQ(error.what(), "debris.bumps[1].roll_deg = 31, must be in [-30, 30]");
   }
 }
 
