@@ -125,6 +125,7 @@ std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& rec
     WriteText(*files.back(), *contents.at(i));
   }
   std::vector<fs::path> names;
+  names.reserve(recordings.size() + files.size());
   for (const Recording& recording : recordings) names.push_back(PicturesOf(recording.camera));
   for (const fs::path& name : PictureNames()) {
     std::error_code ignored;

@@ -75,13 +75,13 @@ std::vector<Vector3d> RoomInPicture(const calib::MountedCamera& mounted,
   const calib::PinholeCamera& camera = mounted.camera;
   const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
   std::vector<Vector3d> points_map;
-  for (int i = 0; i < 9; ++i) {
-    const double u = (i % 3) * (camera.width_px - 1) / 2.0;
-    const double v = (i / 3) * (camera.height_px - 1) / 2.0;
-    const Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
-    const Vector3d direction = T_map_cam.linear() * ray;
-    const double way = WayToHull(T_map_cam.translation(), direction, room);
-    if (std::isfinite(way)) points_map.emplace_back(T_map_cam.translation() + way * direction);
+  for (const double u : {0.0, (camera.width_px - 1) / 2.0, camera.width_px - 1.0}) {
+    for (const double v : {0.0, (camera.height_px - 1) / 2.0, camera.height_px - 1.0}) {
+      const Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
+      const Vector3d direction = T_map_cam.linear() * ray;
+      const double way = WayToHull(T_map_cam.translation(), direction, room);
+      if (std::isfinite(way)) points_map.emplace_back(T_map_cam.translation() + way * direction);
+    }
   }
   return points_map;
 }
