@@ -28,7 +28,7 @@ struct ExportParams {
 std::string TrajectoryText(const mapping::MapReader& map) {
   std::vector<StampedPose> poses;
   for (const mapping::FramePose& frame : map.ReadTrajectory()) {
-    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base));
+    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
   }
   std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
     return a.stamp_s < b.stamp_s;

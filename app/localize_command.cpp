@@ -17,8 +17,10 @@
 #include "app/progress.hpp"
 #include "app/robot_rig.hpp"
 #include "app/status_csv.hpp"
+#include "app/tilt_meter.hpp"
 #include "app/tum.hpp"
 #include "calib/error.hpp"
+#include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "localization/heading_track.hpp"
 #include "localization/localizer.hpp"
@@ -35,16 +37,14 @@ struct LocalizeParams {
   fs::path map;
   fs::path rig;
   std::string up;
-  std::string forward;
   std::string omni;
   fs::path stamps;
   std::string start;
   std::string start_spread = "0.5,10";
   fs::path heading;
   std::string heading_zero = "first";
-  std::string tilt = "none";
+  TiltOptions tilt;
   fs::path output;
-  fs::path uncompensated;
   fs::path status;
   bool stream = false;
 
@@ -54,12 +54,11 @@ struct LocalizeParams {
 };
 
 void LocalizeParams::Check() const {
-  RejectUnavailable(!forward.empty(), "--forward");
   RejectUnavailable(!omni.empty(), "--omni");
-  RejectUnavailable(tilt != "none", "--tilt " + tilt);
-  CheckOutputFiles({output, uncompensated, status});
+  tilt.Check(true);
+  CheckOutputFiles({output, tilt.uncompensated, status});
   std::error_code ignored;
-  for (const fs::path& target : {output, uncompensated, status}) {
+  for (const fs::path& target : {output, tilt.uncompensated, status}) {
     for (const fs::path& source : {map, rig, stamps, heading, fs::path(up)}) {
       if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
       throw calib::InputError(
@@ -84,9 +83,10 @@ localization::LocalizerParams LocalizeParams::ForLocalizer() const {
 // The files that grow with the run, and what is told as it goes.
 class Results {
  public:
-  explicit Results(const LocalizeParams& params)
-      : trajectory_(params.output),
-        uncompensated_(params.uncompensated),
+  Results(const LocalizeParams& params, const calib::LevelView& level)
+      : level_(level),
+        trajectory_(params.output),
+        uncompensated_(params.tilt.uncompensated),
         status_(params.status),
         stream_(params.stream) {
     for (GrowingFile* file : {&trajectory_, &uncompensated_}) file->Append(TumHeader());
@@ -97,9 +97,10 @@ class Results {
     status_.Append(FormatStatusLine(location));
     if (!location.Placed()) return;
     const mapping::FramePose& pose = location.pose;
-    const std::string line = FormatTumLine(ToStampedPose(pose.stamp_s, pose.T_map_base));
-    // Without tilt there is nothing to compensate: both trajectories are the same.
-    for (GrowingFile* file : {&trajectory_, &uncompensated_}) file->Append(line);
+    const std::string line = FormatTumLine(ToStampedPose(pose.stamp_s, pose.T_map_base, pose.tilt));
+    trajectory_.Append(line);
+    uncompensated_.Append(FormatTumLine(
+        ToStampedPose(pose.stamp_s, level_.Uncompensated(pose.T_map_base, pose.tilt))));
     if (!stream_) return;
     fmt::print("{}", line);
     std::fflush(stdout);
@@ -108,12 +109,13 @@ class Results {
   void CommitStatus() { status_.Commit(); }
   void Commit(const LocalizeParams& params, Summary& summary) {
     for (GrowingFile* file : {&trajectory_, &uncompensated_, &status_}) file->Commit();
-    for (const fs::path& file : {params.output, params.uncompensated, params.status}) {
+    for (const fs::path& file : {params.output, params.tilt.uncompensated, params.status}) {
       if (!file.empty()) summary.files.push_back(file);
     }
   }
 
  private:
+  calib::LevelView level_;
   GrowingFile trajectory_;
   GrowingFile uncompensated_;
   GrowingFile status_;
@@ -155,19 +157,26 @@ class Tally {
 };
 
 void LocateFrames(FrameSource& source,
+                  TiltMeter* tilt,
                   const std::optional<localization::HeadingTrack>& headings,
                   localization::Localizer& localizer,
                   Results& results,
                   LocalizeResult& result) {
   Progress progress("localizing", "frames", source.ExpectedFrames());
   const bool live = source.Stamps() == StampOrigin::kClock;
-  Frame frame;
+  TiltedFrames frames(source, tilt);
+  TiltedFrame tilted;
   Tally tally;
   std::int64_t done = 0;
-  while (source.Read(frame)) {
-    localization::CeilingFrame input{frame.grey, frame.index, frame.stamp_s, std::nullopt};
+  while (frames.Read(tilted)) {
+    const Frame& frame = tilted.frame;
+    localization::CeilingFrame input{
+        frame.grey, frame.index, frame.stamp_s, std::nullopt, tilted.tilt};
     if (headings) input.heading = headings->At(frame.stamp_s);
     const localization::Location location = localizer.Locate(input);
+    if (location.tilt_left) {
+      frames.Correct({location.tilt_left->angles, location.tilt_left->covariance});
+    }
     results.Add(location);
     tally.Add(location, live, result);
     progress.Update(++done);
@@ -236,10 +245,17 @@ void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summ
     }
   }();
 
+  const std::unique_ptr<TiltMeter> tilt =
+      TiltMeter::Make(params.tilt, rig, params.rig, params.stamps);
   LocalizeResult result;
-  Results results(params);
-  LocateFrames(source, headings, localizer, results, result);
+  result.tilt = tilt.get();
+  Results results(params,
+                  calib::LevelView(calib::CeilingView(up, map.Metadata().ceiling_height_m)));
+  LocateFrames(source, tilt.get(), headings, localizer, results, result);
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
+  if (tilt) {
+    for (const std::string& warning : tilt->Warnings()) PrintWarning(warning);
+  }
   result.report = localizer.Report();
   result.reading = source.Report();
   result.seconds = SecondsSince(start);
@@ -279,13 +295,8 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("map", params->map, "The map, made with --rig", "MAP.gpkg")->required()->group(input);
   add("--rig", params->rig, "This robot's cameras", "RIG.yaml")->required()->group(input);
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
-  add("--forward", params->forward, "Forward camera (not in this version)", "SOURCE")->group(input);
   add("--omni", params->omni, "Mirror camera (not in this version)", "SOURCE")->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
-      ->group(input);
-  add("--tilt", params->tilt, "Tilt compensation; only none in this version", "METHOD")
-      ->check(CLI::IsMember({"none", "forward", "ceiling", "fused"}))
-      ->capture_default_str()
       ->group(input);
   add("--start", params->start, "Pose of the first frame [anywhere on the map]", "X,Y,YAW_DEG")
       ->group(prior);
@@ -305,8 +316,7 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("-o,--output", params->output, "Poses of all frames found", "T.tum")
       ->required()
       ->group(result);
-  add("--uncompensated", params->uncompensated, "The same without tilt compensation", "T0.tum")
-      ->group(result);
+  params->tilt.AddTo(cli, input, result);
   add("--status", params->status, "What is known of every frame, and how well", "S.csv")
       ->group(result);
   cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")

@@ -30,6 +30,9 @@ void Summarize(const LocalizeResult& result, Summary& summary) {
                      {"mean_sigma_m", result.mean_sigma_m},
                      {"path", result.path_m},
                      {"latency_ms", or_null(result.latency_ms)}};
+  if (result.tilt == nullptr) return;
+  result.tilt->AddTimes(summary.stages_ms);
+  summary.quality["tilt"] = result.tilt->Quality();
 }
 
 void PrintReport(const LocalizeResult& result, const Summary& summary) {
@@ -53,6 +56,7 @@ void PrintReport(const LocalizeResult& result, const Summary& summary) {
   if (result.reading.dropped > 0) {
     table.AddRow({"dropped", count(result.reading.dropped), "frames that came too fast"});
   }
+  if (result.tilt != nullptr) result.tilt->AddRows(table);
   if (report.scale) {
     table.AddRow({"scale",
                   fmt::format("{:.4f}", *report.scale),

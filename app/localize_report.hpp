@@ -6,12 +6,14 @@
 
 #include "app/frame_source.hpp"
 #include "app/summary.hpp"
+#include "app/tilt_meter.hpp"
 #include "localization/localizer.hpp"
 
 namespace ceilmap::app {
 
 /// What a localization run found.
 struct LocalizeResult {
+  const TiltMeter* tilt = nullptr;  ///< null: tilt was not measured
   localization::LocalizerReport report;
   FrameSourceReport reading;
   std::optional<double> first_placed_s;  ///< after the first frame

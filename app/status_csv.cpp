@@ -18,17 +18,20 @@ std::string FormatStatusLine(const localization::Location& location) {
   if (!location.Placed()) return fmt::format("{:.6f},{},,,,,,,,,,\n", pose.stamp_s, status);
   constexpr double kDegPerRad = 180 / std::numbers::pi;
   const auto sigma = [&](int i) { return std::sqrt(pose.covariance(i, i)); };
-  return fmt::format("{:.6f},{},{:.6f},{:.6f},{:.5f},0,0,{:.6f},{:.6f},{:.5f},{:.3f},{}\n",
-                     pose.stamp_s,
-                     status,
-                     pose.T_map_base.x,
-                     pose.T_map_base.y,
-                     kDegPerRad * pose.T_map_base.yaw,
-                     sigma(0),
-                     sigma(1),
-                     kDegPerRad * sigma(2),
-                     location.peak,
-                     location.inliers);
+  return fmt::format(
+      "{:.6f},{},{:.6f},{:.6f},{:.5f},{:.5f},{:.5f},{:.6f},{:.6f},{:.5f},{:.3f},{}\n",
+      pose.stamp_s,
+      status,
+      pose.T_map_base.x,
+      pose.T_map_base.y,
+      kDegPerRad * pose.T_map_base.yaw,
+      kDegPerRad * pose.tilt.pitch_rad,
+      kDegPerRad * pose.tilt.roll_rad,
+      sigma(0),
+      sigma(1),
+      kDegPerRad * sigma(2),
+      location.peak,
+      location.inliers);
 }
 
 }  // namespace ceilmap::app

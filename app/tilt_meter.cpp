@@ -189,14 +189,24 @@ bool TiltedFrames::ReadNow(TiltedFrame& frame) {
 
 bool TiltedFrames::Read(TiltedFrame& frame) {
   if (!ahead_) return ReadNow(frame);
-  const auto begin = [this] {
-    reading_ = std::async(std::launch::async, [this] { return ReadNow(next_); });
-  };
-  if (!reading_.valid()) begin();
+  if (!reading_.valid()) Begin();
   if (!reading_.get()) return false;
   std::swap(frame, next_);
-  begin();
+  Begin();
   return true;
+}
+
+void TiltedFrames::Begin() {
+  reading_ = std::async(std::launch::async, [this, left = std::exchange(left_, std::nullopt)] {
+    if (left) meter_->Correct(*left);
+    return ReadNow(next_);
+  });
+}
+
+void TiltedFrames::Correct(const compensation::TiltAngles& left) {
+  left_ = left;
+  if (ahead_ || meter_ == nullptr) return;
+  meter_->Correct(*std::exchange(left_, std::nullopt));
 }
 
 }  // namespace ceilmap::app

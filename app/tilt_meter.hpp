@@ -49,6 +49,8 @@ class TiltMeter {
             std::unique_ptr<ForwardFrames> forward);
 
   calib::Tilt Measure(const Frame& up);
+  /// See compensation::TiltEstimator::Correct.
+  void Correct(const compensation::TiltAngles& left) { estimator_.Correct(left); }
 
   [[nodiscard]] std::vector<std::string> Warnings() const;
   /// For --summary.
@@ -79,16 +81,20 @@ class TiltedFrames {
   TiltedFrames(const TiltedFrames&) = delete;
   TiltedFrames& operator=(const TiltedFrames&) = delete;
 
-  /// As FrameSource::Read.
+  /// As FrameSource::Read. The meter may be at work between two calls.
   bool Read(TiltedFrame& frame);
+  /// What a level map says is left of the tilt of the frame read last.
+  void Correct(const compensation::TiltAngles& left);
 
  private:
   bool ReadNow(TiltedFrame& frame);
+  void Begin();
 
   FrameSource& source_;
   TiltMeter* meter_;
   bool ahead_;
   TiltedFrame next_;
+  std::optional<compensation::TiltAngles> left_;  // for the meter, once it is at rest
   std::future<bool> reading_;
 };
 

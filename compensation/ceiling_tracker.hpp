@@ -19,7 +19,7 @@ struct CeilingTrackerParams {
   /// Larger tilts are no debris but a wrong fit, rad.
   double max_tilt_rad = 0.25;
   /// What residuals cannot show (things below the ceiling, compression), rad, of pitch and roll.
-  double systematic_rad = 1e-4;
+  double systematic_rad = 1.5e-4;
   registration::RegistrarParams registration;
 };
 

@@ -96,6 +96,9 @@ struct TiltEstimator::Impl {
   double reference_variance = 0;                            // of the ceiling's keyframe's own tilt
   Isometry3d T_reference_forward = Isometry3d::Identity();  // the forward keyframe in the ceiling's
 
+  int contradictions = 0;                // in a row
+  std::optional<TiltAngles> correction;  // for the next frame
+
   struct Seen {
     std::optional<CeilingMotion> ceiling;
     std::optional<ForwardMotion> forward;
@@ -106,6 +109,7 @@ struct TiltEstimator::Impl {
   void Measure(const Seen& seen, TiltEstimate& estimate);
   void Fuse(TiltEstimate& estimate);
   void Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate);
+  void ApplyCorrection(Moment& moment, TiltEstimate& estimate);
   void Renew(const Seen& seen);
   void MakeKeyframe(const Moment& moment);
   void MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt);
@@ -239,6 +243,26 @@ void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& t
   ++report.keyframes;
 }
 
+/// The keyframe stood tilted by what the map says is left.
+void TiltEstimator::Impl::ApplyCorrection(Moment& moment, TiltEstimate& estimate) {
+  TiltAngles tilt = filter.Now();
+  tilt.angles += correction->angles;
+  tilt.covariance = correction->covariance;
+  correction.reset();
+  filter.Restart(tilt);
+  moment.level = Sigmas(tilt) < params.tilted_sigmas;
+  estimate.tilt.covariance = tilt.covariance;
+  estimate.tilt.pitch_rad = moment.level ? 0 : tilt.angles[0];
+  estimate.tilt.roll_rad = moment.level ? 0 : tilt.angles[1];
+  if (moment.level) {
+    estimate.tilt.lift_m = 0;
+    MakeKeyframe(Moment(moment));
+  } else {
+    MakeTiltedKeyframe(Moment(moment), estimate.tilt);
+  }
+  ++report.corrected;
+}
+
 /// A new keyframe from the level frames that went before, when one is wanted.
 void TiltEstimator::Impl::Renew(const Seen& seen) {
   const bool far = seen.ceiling && seen.ceiling->overlap < params.renew_overlap;
@@ -275,6 +299,11 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   me.Fuse(estimate);
   me.Decide(seen, moment, estimate);
 
+  if (me.correction && seen.ceiling) {
+    me.ApplyCorrection(moment, estimate);
+    me.up_picture.release();
+    return estimate;
+  }
   me.ceiling_failed = seen.ceiling ? 0 : me.ceiling_failed + 1;
   if (!me.ceiling.HasReference() || me.ceiling_failed >= me.params.restart_after) {
     moment.ceiling.T_reference_base = Isometry3d::Identity();
@@ -293,6 +322,16 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   }
   me.up_picture.release();  // the caller's memory
   return estimate;
+}
+
+void TiltEstimator::Correct(const TiltAngles& left) {
+  Impl& me = *impl_;
+  constexpr double kSigmas = 4;
+  const bool contradicts = left.angles.norm() > me.params.correct_rad && Sigmas(left) > kSigmas;
+  me.contradictions = contradicts ? me.contradictions + 1 : 0;
+  if (me.contradictions < me.params.correct_after) return;
+  me.contradictions = 0;
+  me.correction = left;
 }
 
 const TiltReport& TiltEstimator::Report() const {

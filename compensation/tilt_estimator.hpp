@@ -43,6 +43,9 @@ struct TiltEstimatorParams {
   double least_overlap = 0.55;
   /// After so many frames in a row that the ceiling tells nothing of, its keyframe is given up.
   int restart_after = 5;
+  /// A map's contradiction counts from this angle on, rad, and this many times in a row.
+  double correct_rad = 1.5e-3;
+  int correct_after = 3;
   /// Of a keyframe that had to be taken for level unseen, rad.
   double assumed_sigma_rad = 0.002;
 };
@@ -80,7 +83,8 @@ struct TiltReport {
   std::int64_t forward_refused = 0;  ///< frames whose forward camera contradicted (something moved)
   std::int64_t unknown = 0;          ///< neither told
   std::int64_t keyframes = 0;
-  double largest_rad = 0;  ///< tilt
+  std::int64_t corrected = 0;  ///< keyframes that were not level (Correct)
+  double largest_rad = 0;      ///< tilt
   double ceiling_ms = 0;
   double forward_ms = 0;
 };
@@ -99,6 +103,11 @@ class TiltEstimator {
   /// @throws calib::InputError on a picture of another size or type, or a stamp that does not
   /// increase. Never on what a picture shows.
   TiltEstimate Estimate(const TiltFrame& frame);
+
+  /// What a level map says is left of the last frame's tilt after Estimate. Keyframes were level as
+  /// far as anybody knew; when the map contradicts, again and again, they were not (a robot that
+  /// was switched on with debris under a wheel), and the next frame becomes one that is.
+  void Correct(const TiltAngles& left);
 
   [[nodiscard]] const TiltReport& Report() const;
 

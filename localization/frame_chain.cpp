@@ -50,20 +50,19 @@ bool FrameChain::Broken() const {
   return impl_->broken;
 }
 
-std::optional<ChainStep> FrameChain::Next(const cv::Mat& picture,
-                                          std::int64_t frame_index,
-                                          double stamp_s) {
+std::optional<ChainStep> FrameChain::Next(const LevelFrame& frame) {
   Impl& me = *impl_;
   const bool first = !me.odometry;
   if (first) me.odometry = me.NewOdometry();
-  mapping::OdometryStep step = me.odometry->Process(picture, frame_index, stamp_s);
+  mapping::OdometryStep step =
+      me.odometry->Process(frame.picture, frame.index, frame.stamp_s, frame.tilt);
   bool placed = Placed(step);
   // The first picture that shows anything begins it, whether or not dark ones came before.
   me.began = placed && !me.T_chain_before;
   if (!placed && !first) {
     // A picture that can begin a chain shows something, only nothing that was seen before.
     std::unique_ptr<mapping::Odometry> anew = me.NewOdometry();
-    step = anew->Process(picture, frame_index, stamp_s);
+    step = anew->Process(frame.picture, frame.index, frame.stamp_s, frame.tilt);
     placed = Placed(step);
     me.began = placed;
     if (placed) me.odometry = std::move(anew);

@@ -7,8 +7,17 @@
 #include <optional>
 
 #include "calib/ceiling_view.hpp"
+#include "calib/tilt.hpp"
 
 namespace ceilmap::localization {
+
+/// A picture as a level robot sees it: CV_8UC1, rectified (CeilingView) and level (LevelView).
+struct LevelFrame {
+  cv::Mat picture;
+  std::int64_t index = 0;
+  double stamp_s = 0;
+  calib::Tilt tilt = {};  ///< that was taken out
+};
 
 /// How the robot moved between two frames.
 struct ChainStep {
@@ -30,10 +39,10 @@ class FrameChain {
 
   /// Forgets all frames.
   void Reset();
-  /// Takes the next frame. @param picture  CV_8UC1, rectified.
+  /// Takes the next frame.
   /// @return nothing for a frame that shows nothing, and for one that nothing ties to those before
   /// (the first one, and after a jump); Broken() tells which.
-  std::optional<ChainStep> Next(const cv::Mat& picture, std::int64_t frame_index, double stamp_s);
+  std::optional<ChainStep> Next(const LevelFrame& frame);
   /// True when the last frame began a chain.
   [[nodiscard]] bool Began() const;
   /// True when the last frame began a chain although there was one: a jump, or there was nothing to

@@ -31,15 +31,12 @@ void GlobalSearch::Reset() {
   seen_s_.reset();
 }
 
-void GlobalSearch::BeginAt(const PoseEstimate& pose,
-                           const cv::Mat& picture,
-                           std::int64_t index,
-                           double stamp_s) {
+void GlobalSearch::BeginAt(const PoseEstimate& pose, const LevelFrame& frame) {
   Reset();
   hypotheses_.Trust(pose);
-  (void)chain_.Next(picture, index, stamp_s);
-  begin_s_ = stamp_s;
-  seen_s_ = stamp_s;
+  (void)chain_.Next(frame);
+  begin_s_ = frame.stamp_s;
+  seen_s_ = frame.stamp_s;
 }
 
 void GlobalSearch::ChangeView() {
@@ -49,10 +46,11 @@ void GlobalSearch::ChangeView() {
 
 /// Carries the hypotheses on by the robot's own motion, as far as it can be seen. False when there
 /// is nothing to see.
-bool GlobalSearch::Move(const cv::Mat& picture, std::int64_t index, double stamp_s) {
+bool GlobalSearch::Move(const LevelFrame& frame) {
   constexpr double kBlinkS = 1;  // after a longer darkness the robot may have been carried
+  const double stamp_s = frame.stamp_s;
   if (!begin_s_) begin_s_ = stamp_s;
-  const std::optional<ChainStep> step = chain_.Next(picture, index, stamp_s);
+  const std::optional<ChainStep> step = chain_.Next(frame);
   if (!step && !chain_.Began()) return false;
   const double unseen_s = stamp_s - seen_s_.value_or(*begin_s_);
   if (step) {
@@ -94,8 +92,7 @@ std::optional<Look> GlobalSearch::LookNear(const Pose2& T_map_base,
 }
 
 /// All over the map, where it looks like the picture.
-void GlobalSearch::LookElsewhere(double stamp_s,
-                                 const cv::Mat& picture,
+void GlobalSearch::LookElsewhere(const LevelFrame& frame,
                                  const FrameSpectrum& spectrum,
                                  const std::optional<HeadingPrior>& yaw) {
   ++searches_;
@@ -103,10 +100,10 @@ void GlobalSearch::LookElsewhere(double stamp_s,
   constexpr double kProposalVariance = 0.01;  // rad^2
   Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
   rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;
-  const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, stamp_s, yaw); };
+  const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, frame.stamp_s, yaw); };
   // Where a picture fits in several ways within each place, it does so everywhere.
   constexpr int kEnoughAmbiguous = 3;
-  const std::vector<PlaceProposal> places = finder_.Find(picture, wanted);
+  const std::vector<PlaceProposal> places = finder_.Find(frame.picture, wanted);
   for (const bool any_yaw : {false, true}) {
     // Single marks need a check over the full circle; where whole places fit, the best one will do.
     int left = any_yaw && hypotheses_.AnyLook() ? 1 : static_cast<int>(places.size());
@@ -122,13 +119,11 @@ void GlobalSearch::LookElsewhere(double stamp_s,
   }
 }
 
-GlobalSearch::Result GlobalSearch::Next(const cv::Mat& picture,
+GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
                                         const FrameSpectrum& spectrum,
-                                        std::int64_t index,
-                                        double stamp_s,
                                         const std::optional<HeadingPrior>& yaw) {
   Result result;
-  if (!Move(picture, index, stamp_s)) return result;
+  if (!Move(frame)) return result;
   ++frames_;
   ambiguous_looks_ = 0;
   hypotheses_.LookAtAll(
@@ -137,7 +132,7 @@ GlobalSearch::Result GlobalSearch::Next(const cv::Mat& picture,
     // A compass that has drifted, or learnt a wrong zero, must not hide the right place for ever.
     const bool believe_yaw =
         !params_.heading.unknown_zero || frames_ <= params_.give_up_heading_after;
-    LookElsewhere(stamp_s, picture, spectrum, believe_yaw ? yaw : std::nullopt);
+    LookElsewhere(frame, spectrum, believe_yaw ? yaw : std::nullopt);
   }
   hypotheses_.Weigh();
   result.hypotheses = static_cast<int>(hypotheses_.All().size());

@@ -22,11 +22,8 @@ class GlobalSearch {
 
   /// Nothing is known any more; LocalizerParams::start neither.
   void Reset();
-  /// The robot was at this pose a moment ago, when it saw this picture (rectified).
-  void BeginAt(const PoseEstimate& pose,
-               const cv::Mat& picture,
-               std::int64_t index,
-               double stamp_s);
+  /// The robot was at this pose a moment ago, when it saw this frame.
+  void BeginAt(const PoseEstimate& pose, const LevelFrame& frame);
   /// The sight's view has changed.
   void ChangeView();
 
@@ -37,24 +34,21 @@ class GlobalSearch {
     int hypotheses = 0;  ///< places where the robot may be
   };
   /// @param yaw  of the robot on the map, where a compass says.
-  Result Next(const cv::Mat& picture,
+  Result Next(const LevelFrame& frame,
               const registration::FrameSpectrum& spectrum,
-              std::int64_t index,
-              double stamp_s,
               const std::optional<HeadingPrior>& yaw);
 
   [[nodiscard]] std::int64_t Searches() const { return searches_; }
 
  private:
-  bool Move(const cv::Mat& picture, std::int64_t index, double stamp_s);
+  bool Move(const LevelFrame& frame);
   [[nodiscard]] bool Wanted(const PlaceProposal& place,
                             double stamp_s,
                             const std::optional<HeadingPrior>& yaw) const;
   std::optional<Look> LookNear(const calib::Pose2& T_map_base,
                                const registration::FrameSpectrum& spectrum,
                                const std::optional<PoseEstimate>& expected);
-  void LookElsewhere(double stamp_s,
-                     const cv::Mat& picture,
+  void LookElsewhere(const LevelFrame& frame,
                      const registration::FrameSpectrum& spectrum,
                      const std::optional<HeadingPrior>& yaw);
 

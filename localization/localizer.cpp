@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <chrono>
 #include <cmath>
 
 #include "calib/error.hpp"
+#include "calib/level_view.hpp"
 #include "localization/global_search.hpp"
 #include "localization/map_shape.hpp"
 #include "localization/map_sight.hpp"
@@ -45,6 +47,9 @@ void LocalizerParams::Validate() const {
     require(
         std::isfinite(T.x + T.y + T.yaw) && start->covariance.allFinite(), "start", T.x, "finite");
   }
+  require(tilt_checks >= 0, "tilt_checks", tilt_checks, "at least 0");
+  require(tilt_check_every >= 0, "tilt_check_every", tilt_check_every, "at least 0");
+  require(tilt_noise_rad > 0, "tilt_noise_rad", tilt_noise_rad, "> 0");
   require(noise.systematic_px > 0, "noise.systematic_px", noise.systematic_px, "> 0");
   require(noise.systematic_rad > 0, "noise.systematic_rad", noise.systematic_rad, "> 0");
 }
@@ -77,14 +82,21 @@ struct Localizer::Impl {
   LocalizerReport report;
 
   std::shared_ptr<const Patch> patch;  // that the robot is followed on
-  PoseEstimate last_pose;              // of the last placed frame, ...
-  cv::Mat last_picture;                // ... rectified
-  std::int64_t last_index = 0;
-  double placed_s = 0;                 // its stamp
+  PoseEstimate last_pose;              // of the last placed frame
+  LevelFrame last_frame;               // the same
+  int placed_frames = 0;               // since it was found
   std::optional<double> last_stamp_s;  // of any frame
   bool was_placed = false;
   cv::Mat rectified;
+  std::optional<calib::LevelView>
+      level_view;  // of the sight's view, made for the first tilted frame
+  cv::Mat levelled;
 
+  [[nodiscard]] LevelFrame Levelled(const CeilingFrame& frame);
+  void CheckTilt(const Patch& at,
+                 const FrameSpectrum& spectrum,
+                 const Look& look,
+                 Location& location);
   void Check(const CeilingFrame& frame) const;
   void ChoosePatch(const PoseEstimate& expected);
   void TakeHeading(const HeadingPrior& yaw);
@@ -93,15 +105,47 @@ struct Localizer::Impl {
              const std::optional<HeadingPrior>& yaw,
              Location& location);
   [[nodiscard]] bool OnlyBlinked(double stamp_s) const;
-  void Search(const CeilingFrame& frame,
-              const cv::Mat& picture,
+  void Search(const LevelFrame& frame,
               const FrameSpectrum& spectrum,
               const std::optional<HeadingPrior>& yaw,
               Location& location);
   void Place(const Look& look, Location& location);
-  void Remember(const CeilingFrame& frame, const cv::Mat& picture, const Location& location);
+  void Remember(const CeilingFrame& frame, const LevelFrame& level, const Location& location);
   void Count(TrackingStatus status);
 };
+
+LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
+  LevelFrame level{sight.View().Rectify(frame.grey, rectified), frame.index, frame.stamp_s};
+  if (frame.tilt.IsLevel()) return level;
+  if (!level_view) level_view.emplace(sight.View());
+  level_view->Draw(level.picture, frame.tilt, levelled);
+  level.picture = levelled;
+  level.tilt = frame.tilt;
+  return level;
+}
+
+/// A robot that stands tilted unnoticed is off by its height under the ceiling times the tilt.
+void Localizer::Impl::CheckTilt(const Patch& at,
+                                const FrameSpectrum& spectrum,
+                                const Look& look,
+                                Location& location) {
+  const int frames = placed_frames + 1;
+  const bool due = params.tilt_check_every > 0 && frames % params.tilt_check_every == 0;
+  if (frames > params.tilt_checks && !due) return;
+  location.tilt_left = sight.MeasureTilt(at, spectrum, look);
+  if (!location.tilt_left) return;
+  const TiltLeft& left = *location.tilt_left;
+  constexpr double kSigmas = 3;
+  const double sigmas2 = left.angles.dot(left.covariance.inverse() * left.angles);
+  if (sigmas2 < kSigmas * kSigmas) return;
+  mapping::Edge pose;
+  pose.T_from_to = location.pose.T_map_base;
+  pose.information = location.pose.covariance.inverse();
+  calib::Tilt unnoticed;
+  unnoticed.covariance = left.angles * left.angles.transpose();
+  mapping::AddTiltDoubt(sight.View(), unnoticed, pose);
+  location.pose.covariance = pose.information.inverse();
+}
 
 void Localizer::Impl::Check(const CeilingFrame& frame) const {
   if (!std::isfinite(frame.stamp_s)) {
@@ -167,9 +211,11 @@ bool Localizer::Impl::Track(double stamp_s,
   if (!(distance2 <= params.max_sigmas * params.max_sigmas)) return false;
   motion.Update(look->pose);
   Place(*look, location);
+  CheckTilt(*patch, spectrum, *look, location);
   location.pose.status = was_placed ? TrackingStatus::kTracking : TrackingStatus::kRelocalized;
   if (sight.LearnScale(*look)) {
     patch.reset();
+    level_view.reset();
     search.ChangeView();
     report.scale = sight.Scale();
   }
@@ -179,16 +225,14 @@ bool Localizer::Impl::Track(double stamp_s,
 /// Nothing was to be seen for a moment: what was predicted before still holds.
 bool Localizer::Impl::OnlyBlinked(double stamp_s) const {
   return sight.Verdict() == registration::Verdict::kNoTexture &&
-         stamp_s - placed_s <= params.blink_s;
+         stamp_s - last_frame.stamp_s <= params.blink_s;
 }
 
-void Localizer::Impl::Search(const CeilingFrame& frame,
-                             const cv::Mat& picture,
+void Localizer::Impl::Search(const LevelFrame& frame,
                              const FrameSpectrum& spectrum,
                              const std::optional<HeadingPrior>& yaw,
                              Location& location) {
-  const GlobalSearch::Result result =
-      search.Next(picture, spectrum, frame.index, frame.stamp_s, yaw);
+  const GlobalSearch::Result result = search.Next(frame, spectrum, yaw);
   location.pose.status = result.status;
   location.hypotheses = result.hypotheses;
   report.searches = search.Searches();
@@ -209,11 +253,12 @@ void Localizer::Impl::Place(const Look& look, Location& location) {
 }
 
 void Localizer::Impl::Remember(const CeilingFrame& frame,
-                               const cv::Mat& picture,
+                               const LevelFrame& level,
                                const Location& location) {
-  picture.copyTo(last_picture);
-  last_index = frame.index;
-  placed_s = frame.stamp_s;
+  level.picture.copyTo(last_frame.picture);
+  last_frame.index = level.index;
+  last_frame.stamp_s = level.stamp_s;
+  last_frame.tilt = level.tilt;
   if (!frame.heading) return;
   heading.Learn(
       *frame.heading, location.pose.T_map_base.yaw, location.pose.covariance(2, 2), frame.stamp_s);
@@ -253,11 +298,12 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   Location location;
   location.pose.frame_index = frame.index;
   location.pose.stamp_s = frame.stamp_s;
+  location.pose.tilt = frame.tilt;
   auto start = Clock::now();
-  const cv::Mat& picture = me.sight.View().Rectify(frame.grey, me.rectified);
+  const LevelFrame level = me.Levelled(frame);
   me.report.rectify_ms += MillisecondsSince(start);
   start = Clock::now();
-  const FrameSpectrum spectrum = me.sight.Analyze(picture);
+  const FrameSpectrum spectrum = me.sight.Analyze(level);
   me.report.analyze_ms += MillisecondsSince(start);
   std::optional<HeadingPrior> yaw;
   if (frame.heading) yaw = me.heading.InMap(*frame.heading, frame.stamp_s);
@@ -274,16 +320,17 @@ Location Localizer::Locate(const CeilingFrame& frame) {
     if (!decided) {
       // From now on as somebody who knows where he was a moment ago.
       me.motion.Stop();
-      me.search.BeginAt(me.last_pose, me.last_picture, me.last_index, me.placed_s);
+      me.search.BeginAt(me.last_pose, me.last_frame);
     }
   }
   if (!decided) {
     start = Clock::now();
-    me.Search(frame, picture, spectrum, yaw, location);
+    me.Search(level, spectrum, yaw, location);
     me.report.search_ms += MillisecondsSince(start);
   }
   me.was_placed = location.Placed();
-  if (location.Placed()) me.Remember(frame, picture, location);
+  me.placed_frames = location.Placed() ? me.placed_frames + 1 : 0;
+  if (location.Placed()) me.Remember(frame, level, location);
   me.last_stamp_s = frame.stamp_s;
   me.Count(location.pose.status);
   return location;

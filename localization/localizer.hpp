@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "calib/rig.hpp"
+#include "calib/tilt.hpp"
 #include "localization/heading_fusion.hpp"
 #include "localization/hypotheses.hpp"
 #include "localization/map_patches.hpp"
@@ -52,6 +53,12 @@ struct LocalizerParams {
   /// Of a look at the map: what residuals cannot show (things below the ceiling, sampling). From
   /// eleven rendered recordings with exact truth.
   mapping::EdgeNoise noise{0.012, 3e-5};
+  /// Whether frames are level is checked against the map: the first ones after the robot was found,
+  /// so many, then every so many; 0: never.
+  int tilt_checks = 5;
+  int tilt_check_every = 10;
+  /// Of such a check, beyond what residuals show, rad, > 0.
+  double tilt_noise_rad = 3e-4;
   registration::RegistrarParams registration;
 
   void Validate() const;  ///< throws calib::InputError naming field, value and range
@@ -64,6 +71,14 @@ struct CeilingFrame {
   double stamp_s = 0;  ///< must increase
   /// From a compass or odometry, where there is one; variance > 0.
   std::optional<HeadingPrior> heading;
+  /// How the robot stands, where that is known: it is taken out of the picture.
+  calib::Tilt tilt = {};
+};
+
+/// A tilt that a frame has beyond CeilingFrame::tilt.
+struct TiltLeft {
+  Eigen::Vector2d angles = Eigen::Vector2d::Zero();  ///< pitch, roll by REP-103, rad
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
 /// Where the robot is, or why that is not known.
@@ -75,6 +90,9 @@ struct Location {
   int inliers = 0;     ///< blocks of the picture that agree ...
   int blocks = 0;      ///< ... of those compared
   int hypotheses = 0;  ///< places where the robot may be, while it is not known
+  /// Where it was checked (LocalizerParams::tilt_checks): what tilt is left. The pose's covariance
+  /// holds what it does.
+  std::optional<TiltLeft> tilt_left;
 
   [[nodiscard]] bool Placed() const {
     return pose.status == mapping::TrackingStatus::kTracking ||

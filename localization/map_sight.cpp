@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "calib/error.hpp"
+#include "calib/level_view.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::localization {
@@ -76,8 +77,10 @@ MapSight::MapSight(const mapping::MapReader& map,
       patches_(std::make_unique<MapPatches>(map, view_, registrar_, params.patches)),
       scale_known_(params.scale_frames == 0) {}
 
-FrameSpectrum MapSight::Analyze(const cv::Mat& picture) {
-  return registrar_.Analyze(picture);
+FrameSpectrum MapSight::Analyze(const LevelFrame& frame) {
+  tilt_ = frame.tilt;
+  return registrar_.Analyze(frame.picture,
+                            tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(frame.picture));
 }
 
 MotionPrior MapSight::PriorFor(const Patch& at, const PoseEstimate& expected) const {
@@ -106,7 +109,8 @@ std::optional<Look> MapSight::LookAt(const Patch& at,
   found.motion.tx_px /= look.scale;
   found.motion.ty_px /= look.scale;
   found.motion.scale = 1;
-  const mapping::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, params_.noise);
+  mapping::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, params_.noise);
+  mapping::AddTiltDoubt(view_, tilt_, edge);
   look.pose = Moved({at.T_map_base}, edge.T_from_to, edge.information.inverse());
   look.by_prior = found.by_prior;
   look.peak = found.peak;
@@ -128,6 +132,29 @@ std::optional<Look> MapSight::LookNear(const Pose2& T_map_base,
   to_map.scale = 1 / look->scale;
   look->unlike = registrar_.Compare(frame, at->spectrum, to_map);
   return look;
+}
+
+std::optional<TiltLeft> MapSight::MeasureTilt(const Patch& at,
+                                              const FrameSpectrum& frame,
+                                              const Look& look) {
+  const cv::Size size = view_.Size();
+  const registration::PlaneCamera camera{
+      view_.FocalLength(),
+      view_.PrincipalPoint() - Eigen::Vector2d(0.5 * (size.width - 1), 0.5 * (size.height - 1))};
+  const registration::PlaneMotion start = registration::PlaneMotion::FromSimilarity(
+      camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * look.pose.T_map_base));
+  const registration::PlaneFit fit = registrar_.RefinePlane(at.spectrum, frame, camera, start);
+  constexpr int kFewest = 12;
+  if (!fit.ok || fit.inliers < kFewest || 2 * fit.inliers < fit.blocks) return std::nullopt;
+  // Small turns about the camera's x and y axes are turns about base's, turned by the camera's yaw.
+  const Eigen::Matrix2d turn = view_.T_base_camera().linear().topLeftCorner<2, 2>();
+  const Eigen::Vector2d about = turn * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
+  const Eigen::Matrix2d spread = turn * fit.covariance.bottomRightCorner<2, 2>() * turn.transpose();
+  TiltLeft left;
+  left.angles << about.y(), about.x();
+  left.covariance << spread(1, 1), spread(1, 0), spread(0, 1), spread(0, 0);
+  left.covariance.diagonal().array() += params_.tilt_noise_rad * params_.tilt_noise_rad;
+  return left;
 }
 
 double MapSight::Overlap(const Patch& at, const Pose2& T_map_base) const {

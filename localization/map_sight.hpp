@@ -7,6 +7,7 @@
 
 #include "calib/ceiling_view.hpp"
 #include "calib/rig.hpp"
+#include "localization/frame_chain.hpp"
 #include "localization/hypotheses.hpp"
 #include "localization/localizer.hpp"
 #include "localization/map_patches.hpp"
@@ -28,7 +29,8 @@ class MapSight {
   [[nodiscard]] const calib::CeilingView& View() const { return view_; }
   /// Map units across the picture's longer side.
   [[nodiscard]] double Span() const { return span_; }
-  [[nodiscard]] registration::FrameSpectrum Analyze(const cv::Mat& picture);
+  /// The frame that is looked at from now on.
+  [[nodiscard]] registration::FrameSpectrum Analyze(const LevelFrame& frame);
   [[nodiscard]] MapPatches& Patches() { return *patches_; }
 
   /// What a frame says of a patch. @param expected  its pose; unset: nothing is known, not even how
@@ -42,6 +44,11 @@ class MapSight {
   std::optional<Look> LookNear(const calib::Pose2& T_map_base,
                                const registration::FrameSpectrum& frame,
                                const std::optional<PoseEstimate>& expected);
+  /// The tilt that is left in a frame, as a level map shows it.
+  /// @param look  of the frame at this patch. @return nothing when the blocks do not tell.
+  std::optional<TiltLeft> MeasureTilt(const Patch& at,
+                                      const registration::FrameSpectrum& frame,
+                                      const Look& look);
   /// Part of a patch that a robot at this pose sees, 0..1.
   [[nodiscard]] double Overlap(const Patch& at, const calib::Pose2& T_map_base) const;
 
@@ -66,6 +73,7 @@ class MapSight {
   bool scale_known_;
   std::vector<double> scales_;
   std::optional<double> scale_;
+  calib::Tilt tilt_;  // that was taken out of the frame
   registration::Verdict verdict_ = registration::Verdict::kNoMatch;
 };
 

@@ -18,6 +18,11 @@ constexpr std::array<const char*, 6> kCovariance = {
 constexpr std::array<const char*, 6> kInformation = {
     "ixx", "ixy", "ixyaw", "iyy", "iyyaw", "iyawyaw"};
 
+// Of a robot that was measured to stand tilted; maps of earlier versions have no such columns.
+constexpr char kPitch[] = "pitch_rad";
+constexpr char kRoll[] = "roll_rad";
+constexpr char kLift[] = "lift";
+
 constexpr double kMaxCoordinate = 1e9;
 
 using FeaturePtr = OGRFeatureUniquePtr;
@@ -41,8 +46,9 @@ bool AddMatrixFields(OGRLayer& layer, const std::array<const char*, 6>& names) {
 bool AddFrameFields(OGRLayer& layer) {
   return AddField(layer, "frame_index", OFTInteger64) &&
          AddField(layer, "keyframe_id", OFTInteger64) && AddField(layer, "stamp_s", OFTReal) &&
-         AddField(layer, "yaw_rad", OFTReal) && AddField(layer, "status", OFTString) &&
-         AddMatrixFields(layer, kCovariance);
+         AddField(layer, "yaw_rad", OFTReal) && AddField(layer, kPitch, OFTReal) &&
+         AddField(layer, kRoll, OFTReal) && AddField(layer, kLift, OFTReal) &&
+         AddField(layer, "status", OFTString) && AddMatrixFields(layer, kCovariance);
 }
 
 OGRLayer* CreateTable(GDALDataset& dataset,
@@ -73,6 +79,9 @@ void SetFrame(OGRFeature& row, const FramePose& frame) {
   row.SetField("keyframe_id", static_cast<GIntBig>(frame.keyframe_id));
   row.SetField("stamp_s", frame.stamp_s);
   row.SetField("yaw_rad", frame.T_map_base.yaw);
+  row.SetField(kPitch, frame.tilt.pitch_rad);
+  row.SetField(kRoll, frame.tilt.roll_rad);
+  row.SetField(kLift, frame.tilt.lift_m);
   row.SetField("status", ToString(frame.status));
   SetMatrix(row, kCovariance, frame.covariance);
   const OGRPoint point(frame.T_map_base.x, frame.T_map_base.y);
@@ -262,6 +271,11 @@ FramePose ToFramePose(OGRFeature& row) {
   frame.stamp_s = Real(row, "stamp_s");
   frame.status = Status(row);
   frame.T_map_base = {point.x(), point.y(), Real(row, "yaw_rad")};
+  if (row.GetFieldIndex(kPitch) >= 0) {
+    frame.tilt.pitch_rad = Real(row, kPitch);
+    frame.tilt.roll_rad = Real(row, kRoll);
+    frame.tilt.lift_m = Real(row, kLift);
+  }
   frame.covariance = Matrix(row, kCovariance);
   return frame;
 }

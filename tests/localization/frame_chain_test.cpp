@@ -21,7 +21,7 @@ class FrameChainTest : public testing::Test {
   }
   std::optional<ChainStep> Show(const cv::Mat& picture) {
     ++index_;
-    return chain_.Next(picture, index_, 0.1 * static_cast<double>(index_));
+    return chain_.Next({picture, index_, 0.1 * static_cast<double>(index_)});
   }
 
   SyntheticCeiling ceiling_;
@@ -64,7 +64,7 @@ TEST_F(FrameChainTest, BlankBordersDoNotHoldTheRobot) {
   for (int i = 0; i < 12; ++i, T = T * step) {
     cv::Mat picture = Seen(plain, disc, T, static_cast<std::uint32_t>(i));
     picture.setTo(0, mask == 0);
-    const auto measured = chain.Next(picture, i, 0.1 * i);
+    const auto measured = chain.Next({picture, i, 0.1 * i});
     EXPECT_EQ(measured.has_value(), i > 0) << i;
     if (!measured) continue;
     const Pose2 off = step.Inverse() * measured->T_before_now;
