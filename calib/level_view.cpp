@@ -1,19 +1,13 @@
 #include "calib/level_view.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 
 #include "calib/error.hpp"
 
 namespace ceilmap::calib {
-namespace {
-
-cv::Matx33d ToMatx(const Eigen::Matrix3d& m) {
-  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
-}
-
-}  // namespace
-
 LevelView::LevelView(const CeilingView& view) : size_(view.Size()), focal_px_(view.FocalLength()) {
   if (!(focal_px_ > 0)) {
     throw InputError("a tilt can only be taken out of pictures of a camera whose rig is known");
@@ -21,18 +15,10 @@ LevelView::LevelView(const CeilingView& view) : size_(view.Size()), focal_px_(vi
   distance_m_ = focal_px_ * view.MetresPerPixel();
   principal_px_ = view.PrincipalPoint();
   T_base_camera_ = view.T_base_camera();
-  // A cubic sample reaches two pixels beyond its place: content ends there.
-  constexpr int kReach = 2;
-  content_ = cv::Mat(size_, CV_8UC1, cv::Scalar(0));
-  const cv::Rect inside(kReach, kReach, size_.width - 2 * kReach, size_.height - 2 * kReach);
-  if (view.Mask().empty()) {
-    content_(inside).setTo(255);
-  } else {
-    const cv::Mat reach(2 * kReach + 1, 2 * kReach + 1, CV_8UC1, cv::Scalar(1));
-    cv::Mat eroded;
-    cv::erode(view.Mask(), eroded, reach);
-    eroded(inside).copyTo(content_(inside));
-  }
+  if (view.Mask().empty()) return;
+  // A sample reaches to its right and lower neighbours.
+  const cv::Mat reach(2, 2, CV_8UC1, cv::Scalar(1));
+  cv::erode(view.Mask(), content_, reach, cv::Point(0, 0));
 }
 
 Eigen::Isometry3d LevelView::T_level_camera(const Tilt& tilt) const {
@@ -67,19 +53,37 @@ Pose2 LevelView::Uncompensated(const Pose2& T_map_base, const Tilt& tilt) const 
 
 void LevelView::Draw(const cv::Mat& picture, const Tilt& tilt, cv::Mat& level) const {
   CV_Assert(picture.type() == CV_8UC1 && picture.size() == size_ && level.data != picture.data);
-  const cv::Matx33d map = ToMatx(TiltedFromLevel(tilt));
-  constexpr int kHow = cv::INTER_CUBIC | cv::WARP_INVERSE_MAP;
-  cv::warpPerspective(picture, level, map, size_, kHow, cv::BORDER_REPLICATE);
-  cv::Mat mask;
-  cv::warpPerspective(content_,
-                      mask,
-                      map,
-                      size_,
-                      cv::INTER_NEAREST | cv::WARP_INVERSE_MAP,
-                      cv::BORDER_CONSTANT,
-                      cv::Scalar(0));
-  cv::max(level, 1, level);
-  cv::bitwise_and(level, mask, level);
+  level.create(size_, CV_8UC1);
+  // cv::warpPerspective rounds to 1/32 px, see RemapTable.
+  const Eigen::Matrix3f map = TiltedFromLevel(tilt).cast<float>();
+  const auto right = static_cast<float>(size_.width - 1);
+  const auto bottom = static_cast<float>(size_.height - 1);
+  for (int v = 0; v < size_.height; ++v) {
+    const Eigen::Vector3f row = map.col(1) * static_cast<float>(v) + map.col(2);
+    auto* out = level.ptr<std::uint8_t>(v);
+    for (int u = 0; u < size_.width; ++u) {
+      const auto column = static_cast<float>(u);
+      const float scale = 1 / (map(2, 0) * column + row[2]);
+      const float x = (map(0, 0) * column + row[0]) * scale;
+      const float y = (map(1, 0) * column + row[1]) * scale;
+      const bool inside = x >= 0 && x < right && y >= 0 && y < bottom;
+      out[u] = inside ? Sample(picture, x, y) : 0;
+    }
+  }
+}
+
+/// Bilinear, at least 1; 0 where the picture has no content.
+std::uint8_t LevelView::Sample(const cv::Mat& picture, float x, float y) const {
+  const int x0 = static_cast<int>(x);
+  const int y0 = static_cast<int>(y);
+  if (!content_.empty() && content_.ptr<std::uint8_t>(y0)[x0] == 0) return 0;
+  const auto* top = picture.ptr<std::uint8_t>(y0) + x0;
+  const auto* low = top + picture.step[0];
+  const float part = x - static_cast<float>(x0);
+  const float upper = static_cast<float>(top[0]) + part * static_cast<float>(top[1] - top[0]);
+  const float lower = static_cast<float>(low[0]) + part * static_cast<float>(low[1] - low[0]);
+  const float grey = upper + (y - static_cast<float>(y0)) * (lower - upper);
+  return static_cast<std::uint8_t>(std::max(1.0F, grey + 0.5F));
 }
 
 cv::Mat ContentMask(const cv::Mat& level) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <opencv2/core.hpp>
 
 #include "calib/ceiling_view.hpp"
@@ -36,10 +37,11 @@ class LevelView {
   void Draw(const cv::Mat& picture, const Tilt& tilt, cv::Mat& level) const;
 
  private:
+  [[nodiscard]] std::uint8_t Sample(const cv::Mat& picture, float x, float y) const;
   [[nodiscard]] Eigen::Isometry3d T_level_camera(const Tilt& tilt) const;
 
   cv::Size size_;
-  cv::Mat content_;  // mask of what a tilted picture shows, less the reach of its interpolation
+  cv::Mat content_;  // 255 where a sample with this top left corner has content; empty: everywhere
   double focal_px_;
   double distance_m_;                // of the level camera from the ceiling
   Eigen::Vector2d principal_px_;     // from the top-left pixel's centre

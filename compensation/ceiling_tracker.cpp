@@ -47,7 +47,8 @@ CeilingTracker::CeilingTracker(const calib::CeilingView& view, const CeilingTrac
 
 CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& picture, double stamp_s) {
   Frame frame;
-  frame.spectrum = registrar_.Analyze(picture);
+  frame.picture = picture.clone();
+  frame.spectrum = registrar_.AnalyzeFine(picture);
   frame.stamp_s = stamp_s;
   return frame;
 }
@@ -119,24 +120,28 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   return motion;
 }
 
+/// Where the prediction is no good: begins with what a level robot would see.
+PlaneFit CeilingTracker::Find(const Frame& frame) {
+  if (whole_reference_.empty()) {
+    whole_reference_ =
+        registrar_.Analyze(reference_picture_, calib::ContentMask(reference_picture_));
+  }
+  const Registration found =
+      registrar_.Register(whole_reference_, registrar_.Analyze(frame.picture));
+  if (found.verdict == registration::Verdict::kNoTexture) return {};
+  return registrar_.RefinePlane(
+      reference_, frame.spectrum, camera_, PlaneMotion::FromSimilarity(camera_, found.motion));
+}
+
 std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (!HasReference()) return std::nullopt;
   PlaneFit fit =
       registrar_.RefinePlane(reference_, frame.spectrum, camera_, ToMotion(Predict(frame.stamp_s)));
   if (!IsSound(fit)) {
-    // The prediction was no good: begin with what a level robot would see.
-    const Registration found = registrar_.Register(reference_, frame.spectrum);
-    const bool hopeless = found.verdict == registration::Verdict::kNoTexture;
-    if (!hopeless) {
-      fit = registrar_.RefinePlane(
-          reference_, frame.spectrum, camera_, PlaneMotion::FromSimilarity(camera_, found.motion));
-    }
-    if (hopeless || !IsSound(fit)) {
-      last_.reset();
-      before_.reset();
-      return std::nullopt;
-    }
     last_.reset();
+    before_.reset();
+    fit = Find(frame);
+    if (!IsSound(fit)) return std::nullopt;
   }
   CeilingMotion motion = Describe(fit);
   frame.T_reference_base = motion.T_reference_base;
@@ -157,11 +162,15 @@ void CeilingTracker::MoveTo(const Isometry3d& T_reference_new) {
 void CeilingTracker::SetReference(const Frame& frame) {
   MoveTo(frame.T_reference_base);
   reference_ = frame.spectrum;
+  reference_picture_ = frame.picture;
+  whole_reference_ = {};
 }
 
 void CeilingTracker::SetReference(const Frame& frame, const cv::Mat& level) {
   MoveTo(frame.T_reference_base);
-  reference_ = registrar_.Analyze(level, calib::ContentMask(level));
+  reference_ = registrar_.AnalyzeFine(level, calib::ContentMask(level));
+  reference_picture_ = level.clone();
+  whole_reference_ = {};
 }
 
 }  // namespace ceilmap::compensation

@@ -43,7 +43,8 @@ class CeilingTracker {
  public:
   /// A picture that can become the reference.
   struct Frame {
-    registration::FrameSpectrum spectrum;
+    cv::Mat picture;                                                     ///< a copy
+    registration::FrameSpectrum spectrum;                                ///< of the fine stage
     Eigen::Isometry3d T_reference_base = Eigen::Isometry3d::Identity();  ///< as measured
     double stamp_s = 0;
   };
@@ -74,6 +75,7 @@ class CeilingTracker {
   [[nodiscard]] calib::PlanarTilt Predict(double stamp_s) const;
   [[nodiscard]] registration::PlaneMotion ToMotion(const calib::PlanarTilt& at) const;
   [[nodiscard]] Eigen::Isometry3d ToPose(const registration::PlaneMotion& motion) const;
+  registration::PlaneFit Find(const Frame& frame);
   [[nodiscard]] bool IsSound(const registration::PlaneFit& fit) const;
   [[nodiscard]] CeilingMotion Describe(const registration::PlaneFit& fit) const;
   void MoveTo(const Eigen::Isometry3d& T_reference_new);
@@ -84,6 +86,8 @@ class CeilingTracker {
   double distance_m_;  // of a level camera from the ceiling
   registration::Registrar registrar_;
   registration::FrameSpectrum reference_;
+  cv::Mat reference_picture_;
+  registration::FrameSpectrum whole_reference_;  // with the coarse stage, once it was needed
   std::optional<Moment> last_;
   std::optional<Moment> before_;
 };

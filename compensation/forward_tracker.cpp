@@ -1,6 +1,8 @@
 #include "compensation/forward_tracker.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ceilmap::compensation {
 
@@ -18,28 +20,63 @@ registration::RegistrarParams ForForward(registration::RegistrarParams params,
   return params;
 }
 
+/// Where a dozen blocks agree on what was predicted, less agreement of the rest will do: a scene in
+/// depth never fits one motion as a ceiling does.
+registration::RegistrarParams ForFollowing(registration::RegistrarParams params) {
+  params.min_inliers = 10;
+  params.refine_poc_peak = 0;
+  params.min_agreement = 0.6;
+  params.min_block_agreement = 0.6;
+  params.min_partial_inliers = 1;
+  return params;
+}
+
 }  // namespace
 
 ForwardTracker::ForwardTracker(const calib::ForwardView& view, const ForwardTrackerParams& params)
     : view_(view),
       params_(params),
-      registrar_(view.Size(), ForForward(params.registration, view.Mask())) {}
+      registrar_(view.Size(), ForForward(params.registration, view.Mask())),
+      following_(view.Size(), ForFollowing(ForForward(params.registration, view.Mask()))) {}
 
-ForwardTracker::Frame ForwardTracker::Analyze(const cv::Mat& picture) {
+ForwardTracker::Frame ForwardTracker::Analyze(const cv::Mat& picture, double stamp_s) {
   Frame frame;
-  frame.spectrum = registrar_.Analyze(picture);
+  frame.picture = picture.clone();
+  frame.spectrum = registrar_.AnalyzeFine(picture);
+  frame.stamp_s = stamp_s;
   return frame;
 }
 
+/// The motion against the reference, at an even speed.
+ImageMotion ForwardTracker::Predict(double stamp_s) const {
+  if (!last_) return {};
+  ImageMotion ahead = last_->from_reference;
+  if (!before_) return ahead;
+  const double part = (stamp_s - last_->stamp_s) / (last_->stamp_s - before_->stamp_s);
+  constexpr double kMostSteps = 3;  // after a gap the speed is not known any more
+  if (!(part > 0 && part < kMostSteps)) return ahead;
+  const ImageMotion& old = before_->from_reference;
+  ahead.tx_px += part * (ahead.tx_px - old.tx_px);
+  ahead.ty_px += part * (ahead.ty_px - old.ty_px);
+  ahead.theta_rad += part * (ahead.theta_rad - old.theta_rad);
+  return ahead;
+}
+
 /// Registers the frame against one whose motion is known, or is the reference itself.
-bool ForwardTracker::Against(const Frame& from, Frame& frame, Registration& found) {
-  // From frame to frame a robot pitches by a few degrees at the most.
-  constexpr double kReachRad = 0.06;
+bool ForwardTracker::Against(Frame& from, Frame& frame, Registration& found) {
   MotionPrior prior;
-  if (last_) prior.motion = Compose(last_->from_reference, from.from_reference.Inverse());
-  prior.sigma_px = kReachRad * view_.FocalLength();
-  prior.sigma_theta_rad = kReachRad;
-  found = registrar_.Register(from.spectrum, frame.spectrum, prior);
+  prior.motion = Compose(Predict(frame.stamp_s), from.from_reference.Inverse());
+  found = last_ ? following_.Refine(from.spectrum, frame.spectrum, prior.motion) : Registration{};
+  if (!found.ok()) {
+    for (Frame* each : {&from, &frame}) {
+      if (each->whole.empty()) each->whole = registrar_.Analyze(each->picture);
+    }
+    // From frame to frame a robot pitches by a few degrees at the most.
+    constexpr double kReachRad = 0.06;
+    prior.sigma_px = kReachRad * view_.FocalLength();
+    prior.sigma_theta_rad = kReachRad;
+    found = registrar_.Register(from.whole, frame.whole, prior);
+  }
   if (!found.ok()) return false;
   frame.from_reference = Compose(found.motion, from.from_reference);
   frame.variance_px2 = from.variance_px2;
@@ -70,7 +107,7 @@ ForwardMotion ForwardTracker::Describe(const Frame& frame, const Registration& f
 std::optional<ForwardMotion> ForwardTracker::Measure(Frame& frame) {
   if (!HasReference()) return std::nullopt;
   Registration found;
-  bool placed = Against({reference_, {}, 0}, frame, found);
+  bool placed = Against(*reference_, frame, found);
   if (!placed && last_ && found.verdict != registration::Verdict::kNoTexture) {
     placed = Against(*last_, frame, found);
     constexpr double kBridgePx = 1;
@@ -78,17 +115,23 @@ std::optional<ForwardMotion> ForwardTracker::Measure(Frame& frame) {
   }
   if (!placed) {
     last_.reset();
+    before_.reset();
     return std::nullopt;
   }
+  before_ = std::move(last_);
   last_ = frame;
   return Describe(frame, found);
 }
 
 void ForwardTracker::SetReference(const Frame& frame) {
-  reference_ = frame.spectrum;
-  if (!last_) return;
-  last_->from_reference = Compose(last_->from_reference, frame.from_reference.Inverse());
-  last_->variance_px2 = std::max(0.0, last_->variance_px2 - frame.variance_px2);
+  reference_ = frame;
+  reference_->from_reference = {};
+  reference_->variance_px2 = 0;
+  for (std::optional<Frame>* moment : {&last_, &before_}) {
+    if (!*moment) continue;
+    (*moment)->from_reference = Compose((*moment)->from_reference, frame.from_reference.Inverse());
+    (*moment)->variance_px2 = std::max(0.0, (*moment)->variance_px2 - frame.variance_px2);
+  }
 }
 
 }  // namespace ceilmap::compensation

@@ -45,7 +45,10 @@ struct ForwardMotion {
 class ForwardTracker {
  public:
   struct Frame {
-    registration::FrameSpectrum spectrum;
+    cv::Mat picture;                       ///< a copy
+    registration::FrameSpectrum spectrum;  ///< of the fine stage
+    registration::FrameSpectrum whole;     ///< with the coarse stage, once it was needed
+    double stamp_s = 0;
     registration::ImageMotion from_reference;  ///< as measured
     double variance_px2 = 0;                   ///< what bridging has added to its shift
   };
@@ -53,10 +56,10 @@ class ForwardTracker {
   /// @param view  must outlive the tracker.
   explicit ForwardTracker(const calib::ForwardView& view, const ForwardTrackerParams& params = {});
 
-  [[nodiscard]] bool HasReference() const { return !reference_.empty(); }
+  [[nodiscard]] bool HasReference() const { return reference_.has_value(); }
 
   /// @param picture  CV_8UC1, rectified.
-  Frame Analyze(const cv::Mat& picture);
+  Frame Analyze(const cv::Mat& picture, double stamp_s);
   /// Measures a frame against the reference, sets frame.from_reference, and remembers the frame.
   /// @return nothing where the picture does not tell: dark, bare, covered, another place.
   std::optional<ForwardMotion> Measure(Frame& frame);
@@ -64,15 +67,18 @@ class ForwardTracker {
   void SetReference(const Frame& frame);
 
  private:
-  [[nodiscard]] bool Against(const Frame& from, Frame& frame, registration::Registration& found);
+  [[nodiscard]] registration::ImageMotion Predict(double stamp_s) const;
+  bool Against(Frame& from, Frame& frame, registration::Registration& found);
   [[nodiscard]] ForwardMotion Describe(const Frame& frame,
                                        const registration::Registration& found) const;
 
   const calib::ForwardView& view_;
   ForwardTrackerParams params_;
   registration::Registrar registrar_;
-  registration::FrameSpectrum reference_;
+  registration::Registrar following_;  // near a prediction
+  std::optional<Frame> reference_;
   std::optional<Frame> last_;
+  std::optional<Frame> before_;
 };
 
 }  // namespace ceilmap::compensation

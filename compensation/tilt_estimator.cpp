@@ -93,6 +93,7 @@ struct TiltEstimator::Impl {
   cv::Mat forward_rectified;
   std::deque<Moment> moments;                               // the last ones, oldest first
   int ceiling_failed = 0;                                   // frames in a row
+  bool tilted_since = false;                                // the keyframe
   double reference_variance = 0;                            // of the ceiling's keyframe's own tilt
   Isometry3d T_reference_forward = Isometry3d::Identity();  // the forward keyframe in the ceiling's
 
@@ -128,7 +129,8 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
   if (forward && !frame.forward.empty()) {
     ahead = std::async(std::launch::async, [&] {
       const StageTimer timer(report.forward_ms);
-      moment.forward = forward->Analyze(forward_view->Rectify(frame.forward, forward_rectified));
+      moment.forward =
+          forward->Analyze(forward_view->Rectify(frame.forward, forward_rectified), frame.stamp_s);
       seen.forward = forward->Measure(*moment.forward);
     });
   }
@@ -199,6 +201,7 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
       (Sigmas(now) - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
   moment.level = part < 1;
   report.level += moment.level ? 1 : 0;
+  tilted_since = tilted_since || !moment.level;
   if (part == 0) return;
   Tilt& tilt = estimate.tilt;
   tilt.pitch_rad = part * now.angles[0];
@@ -214,6 +217,7 @@ void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
   const Isometry3d T_old_new =
       calib::ToSpace(calib::FromSpace(moment.ceiling.T_reference_base).pose, {});
   ceiling.SetReference(moment.ceiling);
+  tilted_since = false;
   reference_variance = 0;
   for (Moment& other : moments) {
     other.ceiling.T_reference_base = T_old_new.inverse() * other.ceiling.T_reference_base;
@@ -268,7 +272,7 @@ void TiltEstimator::Impl::Renew(const Seen& seen) {
   const bool far = seen.ceiling && seen.ceiling->overlap < params.renew_overlap;
   const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > params.renew_zoom;
   const bool none = forward && !forward->HasReference() && moments.back().forward;
-  if (!far && !near && !none) return;
+  if (!far && !near && !none && !tilted_since) return;
   if (static_cast<int>(moments.size()) < params.level_frames) return;
   const bool all_level = std::all_of(moments.begin(), moments.end(), [](const Moment& moment) {
     return moment.level && moment.has_ceiling;

@@ -34,10 +34,10 @@ struct TiltEstimatorParams {
   double tilted_sigmas = 3;
   /// So many level frames in a row make the one in their middle a keyframe, when one is wanted: it
   /// is neither the first nor the last one of a bump, which may be tilted unnoticed. That is when
-  /// less than this part of the last one's ceiling is seen, or when the forward camera has come
-  /// nearer by more than this.
+  /// the robot has been tilted since the last one, when less than this part of its ceiling is seen,
+  /// or when the forward camera has come nearer by more than this.
   int level_frames = 3;
-  double renew_overlap = 0.88;
+  double renew_overlap = 0.8;
   double renew_zoom = 0.03;
   /// A tilted frame becomes the keyframe, drawn level, when less than this is seen.
   double least_overlap = 0.55;

@@ -81,11 +81,18 @@ void FineStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv
 }
 
 void FineStage::PrepareReference(FrameSpectrum::Data& data) const {
+  PrepareFine(data);
   const std::scoped_lock lock(data.blocks_mutex);
-  if (data.blocks_ready) return;
+  if (data.rough_ready) return;
   rough_.PrepareReference(data.rough);
+  data.rough_ready = true;
+}
+
+void FineStage::PrepareFine(FrameSpectrum::Data& data) const {
+  const std::scoped_lock lock(data.blocks_mutex);
+  if (data.fine_ready) return;
   fine_.PrepareReference(data.fine);
-  data.blocks_ready = true;
+  data.fine_ready = true;
 }
 
 void FineStage::MeasureRough(const FrameSpectrum::Data& reference,
@@ -237,6 +244,22 @@ Dissimilarity FineStage::Compare(const FrameSpectrum::Data& reference,
   return rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
 }
 
+/// How far apart two motions put the picture's corners, the larger way, pixels of the level.
+double FineStage::CornerStep(const PlaneCamera& camera,
+                             const PlaneMotion& a,
+                             const PlaneMotion& b) const {
+  const double right = 0.5 * fine_frame_.size.width;
+  const double low = 0.5 * fine_frame_.size.height;
+  double largest = 0;
+  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(-right, -low),
+                                        Eigen::Vector2d(right, -low),
+                                        Eigen::Vector2d(-right, low),
+                                        Eigen::Vector2d(right, low)}) {
+    largest = std::max(largest, (a.Apply(camera, corner) - b.Apply(camera, corner)).norm());
+  }
+  return largest;
+}
+
 PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
                                 const FrameSpectrum::Data& current,
                                 const PlaneCamera& camera,
@@ -257,13 +280,17 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
     rough.tx_px = centre.x();
     rough.ty_px = centre.y();
     rough.theta_rad = -fit.motion.yaw;
-    const auto chosen = fine_.Select(reference.fine, current.fine, rough, params_.final_blocks);
+    const int count = round == 0 ? params_.first_blocks : params_.final_blocks;
+    const auto chosen = fine_.Select(reference.fine, current.fine, rough, count);
     const int search_px = round == 0 ? 2 * kWideSearch : kCloseSearch;
     fine_.MeasurePlane(
         reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, shifts);
     const PlaneMotion from = fit.motion;
     fit = FitPlaneMotion(level_camera, shifts, from, params);
     if (!fit.ok) return fit;
+    // Sampled once more from less than this away, a block would say the same.
+    constexpr double kSettledPx = 0.3;
+    if (round > 0 && CornerStep(level_camera, from, fit.motion) < kSettledPx) break;
   }
   fit.sigma_px *= fine_frame_.factor;
   return fit;

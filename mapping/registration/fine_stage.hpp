@@ -58,6 +58,8 @@ class FineStage {
   void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask = {}) const;
   /// Makes `data` able to be a reference; once, thread-safe.
   void PrepareReference(FrameSpectrum::Data& data) const;
+  /// The same for RefinePlane alone.
+  void PrepareFine(FrameSpectrum::Data& data) const;
 
   /// Would Test find the motion when it starts at this one?
   [[nodiscard]] bool Reaches(const ImageMotion& start, const ImageMotion& motion) const;
@@ -79,7 +81,8 @@ class FineStage {
                         const FrameSpectrum::Data& current,
                         const ImageMotion& motion);
 
-  /// Plane motion from blocks of the full picture, measured and fitted `rounds` times from `start`.
+  /// Plane motion from blocks of the full picture, measured and fitted from `start` until it stands
+  /// still, `rounds` times at the most.
   PlaneFit RefinePlane(const FrameSpectrum::Data& reference,
                        const FrameSpectrum::Data& current,
                        const PlaneCamera& camera,
@@ -88,6 +91,9 @@ class FineStage {
                        int rounds);
 
  private:
+  [[nodiscard]] double CornerStep(const PlaneCamera& camera,
+                                  const PlaneMotion& a,
+                                  const PlaneMotion& b) const;
   void MeasureRough(const FrameSpectrum::Data& reference,
                     const FrameSpectrum::Data& current,
                     const ImageMotion& motion,

@@ -28,6 +28,7 @@ struct Level {
 /// What FrameSpectrum keeps of a picture. Immutable after Registrar::Analyze, but for the levels'
 /// blocks, which the first registration against this picture fills in once, under the lock.
 struct FrameSpectrum::Data {
+  bool coarse = false;    ///< the next three are there (not after Registrar::AnalyzeFine)
   RealArray flat;         ///< coarse working picture: reduced, local mean removed
   ComplexArray spectrum;  ///< of `flat` under the window
   ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)
@@ -37,7 +38,8 @@ struct FrameSpectrum::Data {
   Level rough;            ///< half the resolution of `fine`
 
   std::mutex blocks_mutex;
-  bool blocks_ready = false;
+  bool rough_ready = false;
+  bool fine_ready = false;
 };
 
 }  // namespace ceilmap::registration

@@ -172,7 +172,8 @@ std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Recycle() {
     }
   }
   if (!data) data = std::make_unique<Data>();
-  data->blocks_ready = false;
+  data->rough_ready = false;
+  data->fine_ready = false;
   return {data.release(), [pool = pool](Data* released) { pool->TakeBack(released); }};
 }
 
@@ -198,7 +199,7 @@ Registrar::~Registrar() = default;
 Registrar::Registrar(Registrar&&) noexcept = default;
 Registrar& Registrar::operator=(Registrar&&) noexcept = default;
 
-FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
+void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
   if (grey.type() != CV_8UC1 || grey.size() != impl_->size) {
     throw calib::InputError(fmt::format("picture of {}x{} where {}x{} grey is expected",
                                         grey.cols,
@@ -209,9 +210,24 @@ FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
   if (!mask.empty() && (mask.type() != CV_8UC1 || mask.size() != impl_->size)) {
     throw calib::InputError("a picture's mask must be an 8-bit picture of its size");
   }
+}
+
+FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
+  Check(grey, mask);
   FrameSpectrum spectrum;
   spectrum.data_ = impl_->Recycle();
   impl_->coarse.Analyze(grey, *spectrum.data_, mask);
+  spectrum.data_->coarse = true;
+  impl_->fine.Analyze(grey, *spectrum.data_, mask);
+  return spectrum;
+}
+
+FrameSpectrum Registrar::AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask) {
+  Check(grey, mask);
+  FrameSpectrum spectrum;
+  spectrum.data_ = impl_->Recycle();
+  spectrum.data_->coarse = false;
+  spectrum.data_->noise_sigma = EstimateNoise(grey);
   impl_->fine.Analyze(grey, *spectrum.data_, mask);
   return spectrum;
 }
@@ -299,6 +315,9 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   }
   FrameSpectrum::Data& ref = *reference.data_;
   const FrameSpectrum::Data& cur = *current.data_;
+  if (!ref.coarse || !cur.coarse) {
+    throw std::invalid_argument("Registrar::Register: a FrameSpectrum of AnalyzeFine");
+  }
   if (std::min(ref.contrast, cur.contrast) < impl_->params.min_contrast) {
     Registration none;
     none.verdict = Verdict::kNoTexture;
@@ -324,7 +343,7 @@ PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
     throw std::invalid_argument("Registrar::RefinePlane: an empty FrameSpectrum");
   }
   constexpr int kRounds = 3;
-  impl_->fine.PrepareReference(*reference.data_);
+  impl_->fine.PrepareFine(*reference.data_);
   return impl_->fine.RefinePlane(*reference.data_, *current.data_, camera, start, params, kRounds);
 }
 
