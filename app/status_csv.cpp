@@ -18,20 +18,23 @@ std::string FormatStatusLine(const localization::Location& location) {
   if (!location.Placed()) return fmt::format("{:.6f},{},,,,,,,,,,\n", pose.stamp_s, status);
   constexpr double kDegPerRad = 180 / std::numbers::pi;
   const auto sigma = [&](int i) { return std::sqrt(pose.covariance(i, i)); };
-  return fmt::format(
-      "{:.6f},{},{:.6f},{:.6f},{:.5f},{:.5f},{:.5f},{:.6f},{:.6f},{:.5f},{:.3f},{}\n",
-      pose.stamp_s,
-      status,
-      pose.T_map_base.x,
-      pose.T_map_base.y,
-      kDegPerRad * pose.T_map_base.yaw,
-      kDegPerRad * pose.tilt.pitch_rad,
-      kDegPerRad * pose.tilt.roll_rad,
-      sigma(0),
-      sigma(1),
-      kDegPerRad * sigma(2),
-      location.peak,
-      location.inliers);
+  // A level robot is exactly level.
+  const auto tilt = [](double rad) {
+    return rad == 0 ? std::string("0") : fmt::format("{:.5f}", kDegPerRad * rad);
+  };
+  return fmt::format("{:.6f},{},{:.6f},{:.6f},{:.5f},{},{},{:.6f},{:.6f},{:.5f},{:.3f},{}\n",
+                     pose.stamp_s,
+                     status,
+                     pose.T_map_base.x,
+                     pose.T_map_base.y,
+                     kDegPerRad * pose.T_map_base.yaw,
+                     tilt(pose.tilt.pitch_rad),
+                     tilt(pose.tilt.roll_rad),
+                     sigma(0),
+                     sigma(1),
+                     kDegPerRad * sigma(2),
+                     location.peak,
+                     location.inliers);
 }
 
 }  // namespace ceilmap::app

@@ -123,7 +123,7 @@ std::vector<std::string> TiltMeter::Warnings() const {
                     pictures - report.by_forward,
                     pictures));
   }
-  if (report.unknown > 1) {
+  if (report.unknown > 1 && report.unknown < report.frames) {
     warnings.push_back(fmt::format("the tilt of {} frames is only a prediction: nothing showed it",
                                    report.unknown));
   }

@@ -106,8 +106,12 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   const Eigen::Matrix2d in_base =
       turn * fit.covariance.bottomRightCorner<2, 2>() * turn.transpose();
   const double systematic = params_.systematic_rad * params_.systematic_rad;
-  motion.covariance << in_base(1, 1) + systematic, in_base(1, 0), in_base(0, 1),
-      in_base(0, 0) + systematic;
+  // The median of few residuals is a poor scale, and too small when the fit could follow them.
+  constexpr double kFewBlocks = 12;
+  const double few = 1 + std::pow(kFewBlocks / fit.inliers, 2);
+  motion.covariance << in_base(1, 1), in_base(1, 0), in_base(0, 1), in_base(0, 0);
+  motion.covariance *= few;
+  motion.covariance.diagonal().array() += systematic;
   // The part of the picture that is seen, as a level robot would see it.
   const Pose2 planar = calib::FromSpace(motion.T_reference_base).pose;
   const PlaneMotion level = ToMotion({planar, {}});

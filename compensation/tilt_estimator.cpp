@@ -197,8 +197,11 @@ void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
 void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate) {
   const TiltAngles now = filter.Now();
   estimate.tilt.covariance = now.covariance;
+  const bool was_level = std::all_of(
+      moments.begin(), moments.end() - 1, [](const Moment& before) { return before.level; });
+  const double sigmas = Sigmas(now) - (was_level ? params.doubt_sigmas : 0);
   const double part = std::clamp(
-      (Sigmas(now) - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
+      (sigmas - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
   moment.level = part < 1;
   report.level += moment.level ? 1 : 0;
   tilted_since = tilted_since || !moment.level;

@@ -30,8 +30,10 @@ struct TiltEstimatorParams {
   /// Robots stand level but for debris: a frame that noise explains, within this many standard
   /// deviations of level, has a tilt of exactly zero, ...
   double level_sigmas = 2;
-  /// ... one beyond so many has the measured one, and in between a part of it.
+  /// ... one beyond so many has the measured one, and in between a part of it. After level frames
+  /// both are larger by `doubt_sigmas`: of many frames some are noisy, and a bump rises fast.
   double tilted_sigmas = 3;
+  double doubt_sigmas = 1;
   /// So many level frames in a row make the one in their middle a keyframe, when one is wanted: it
   /// is neither the first nor the last one of a bump, which may be tilted unnoticed. That is when
   /// the robot has been tilted since the last one, when less than this part of its ceiling is seen,

@@ -110,7 +110,8 @@ calib::Pose2 Planar(const Eigen::Isometry3d& T) {
 WorldRun RunWorld(const simulator::Scene& scene,
                   const std::filesystem::path& file,
                   int samples,
-                  const std::function<void(std::int64_t, std::int64_t)>& progress) {
+                  const std::function<void(std::int64_t, std::int64_t)>& progress,
+                  std::optional<compensation::TiltMethod> tilt) {
   const simulator::Renderer renderer(scene);
   const std::vector<simulator::Frame> frames = simulator::MakePath(scene);
   const calib::Rig& rig = renderer.GetRig();
@@ -128,6 +129,15 @@ WorldRun RunWorld(const simulator::Scene& scene,
   mapping::MapWriter writer(file, metadata);
   mapping::Mapper mapper(view, writer, metadata, params);
 
+  std::optional<compensation::TiltEstimator> estimator;
+  if (tilt) {
+    compensation::TiltEstimatorParams tilt_params;
+    tilt_params.method = *tilt;
+    estimator.emplace(rig, tilt_params);
+  }
+  const bool needs_forward =
+      tilt && *tilt != compensation::TiltMethod::kCeiling && rig.forward.has_value();
+
   WorldRun run;
   Coverage coverage;
   Stretch stretch;
@@ -138,15 +148,19 @@ WorldRun RunWorld(const simulator::Scene& scene,
     const double cpu_before = Clock(CLOCK_PROCESS_CPUTIME_ID);
     const double render_before = Clock(CLOCK_THREAD_CPUTIME_ID);
     const cv::Mat picture = renderer.Render(frame);
+    const cv::Mat forward = needs_forward ? renderer.RenderForward(frame) : cv::Mat();
     const double rendered = Clock(CLOCK_THREAD_CPUTIME_ID) - render_before;
     const double start = WallSeconds();
-    mapper.Process(picture, frame.index, frame.stamp_s);
+    calib::Tilt measured;
+    if (estimator) measured = estimator->Estimate({picture, forward, frame.stamp_s}).tilt;
+    mapper.Process(picture, frame.index, frame.stamp_s, measured);
     const double spent = WallSeconds() - start;
     stretch.wall_s += spent;
     stretch.cpu_s += Clock(CLOCK_PROCESS_CPUTIME_ID) - cpu_before - rendered;
     ++stretch.frames;
     run.seconds += spent;
-    run.truth.push_back(app::ToStampedPose(frame.stamp_s, pose));
+    run.truth.push_back(
+        app::ToStampedPose(frame.stamp_s, pose, calib::FromSpace(frame.T_map_base).tilt));
     if (frame.index % 20 == 0) coverage.Add(view, pose);
     if (stretch.frames == per_sample) {
       run.curve.push_back(stretch.End(frame.index + 1, coverage.SquareMetres()));
@@ -161,7 +175,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
   run.graph = mapper.Graph();
   run.report = mapper.Report();
   for (const mapping::FramePose& pose : run.graph.trajectory) {
-    run.estimate.push_back(app::ToStampedPose(pose.stamp_s, pose.T_map_base));
+    run.estimate.push_back(app::ToStampedPose(pose.stamp_s, pose.T_map_base, pose.tilt));
   }
   run.closures = CheckClosures(run.graph, frames);
   run.peak_mb = PeakMb();

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "app/tum.hpp"
 #include "calib/pose2.hpp"
+#include "compensation/tilt_estimator.hpp"
 #include "mapping/mapper.hpp"
 #include "samples/simulator/scene.hpp"
 
@@ -47,9 +49,12 @@ struct WorldRun {
 
 /// @param file  the map, replaced. @param samples  stretches of the curve.
 /// @param progress  done, total frames; may be empty.
+/// @param tilt  how it is measured and taken out; unset: frames are taken as level. The forward
+/// camera is rendered where the method has use for it.
 WorldRun RunWorld(const simulator::Scene& scene,
                   const std::filesystem::path& file,
                   int samples,
-                  const std::function<void(std::int64_t, std::int64_t)>& progress = {});
+                  const std::function<void(std::int64_t, std::int64_t)>& progress = {},
+                  std::optional<compensation::TiltMethod> tilt = std::nullopt);
 
 }  // namespace ceilmap::bench

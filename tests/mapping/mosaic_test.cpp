@@ -102,7 +102,8 @@ MosaicParams Plain() {
 TEST(Mosaic, OnePictureAtTheOriginIsCopiedPixelByPixel) {
   MapMetadata metadata = synthetic::Metadata({64, 48}, 0.5);
   metadata.T_base_view = {};
-  cv::Mat picture = synthetic::Picture(1, metadata.view_size);
+  // In keyframe pictures black is 1, and 0 no content.
+  cv::Mat picture = cv::max(synthetic::Picture(1, metadata.view_size), 1);
   const MosaicRenderer renderer(
       {Keyframe{}}, metadata, [&](std::int64_t) { return picture; }, Plain());
   const Rendered mosaic(renderer);
