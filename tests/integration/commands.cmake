@@ -17,6 +17,14 @@ ceilmap_add_test(simulate_test
 target_compile_definitions(simulate_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
 add_dependencies(simulate_test ceilmap)
 
+ceilmap_add_test(tilt_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/tilt_test.cpp
+  LINKS ceilmap_app fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
+target_compile_definitions(tilt_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
+add_dependencies(tilt_test ceilmap)
+
 ceilmap_add_test(sites_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
