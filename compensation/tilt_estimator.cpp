@@ -196,7 +196,6 @@ void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
 /// Level or not, and by how much.
 void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate) {
   const TiltAngles now = filter.Now();
-  estimate.tilt.covariance = now.covariance;
   const bool was_level = std::all_of(
       moments.begin(), moments.end() - 1, [](const Moment& before) { return before.level; });
   const double sigmas = Sigmas(now) - (was_level ? params.doubt_sigmas : 0);
@@ -205,8 +204,17 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   moment.level = part < 1;
   report.level += moment.level ? 1 : 0;
   tilted_since = tilted_since || !moment.level;
-  if (part == 0) return;
   Tilt& tilt = estimate.tilt;
+  // The first frame is level by definition, and one that the ceiling shows to be so is, exactly;
+  // the forward camera would not notice the foot of a bump.
+  const bool sure = report.frames == 1 || estimate.source == TiltSource::kCeiling ||
+                    estimate.source == TiltSource::kBoth;
+  if (part > 0 || !sure) {
+    const double most = params.unknown_sigma_rad * params.unknown_sigma_rad;
+    const double variance = now.covariance.diagonal().maxCoeff();
+    tilt.covariance = now.covariance * std::min(1.0, most / variance);
+  }
+  if (part == 0) return;
   tilt.pitch_rad = part * now.angles[0];
   tilt.roll_rad = part * now.angles[1];
   report.largest_rad = std::max(report.largest_rad, part * now.angles.norm());

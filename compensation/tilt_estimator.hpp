@@ -48,6 +48,8 @@ struct TiltEstimatorParams {
   /// A map's contradiction counts from this angle on, rad, and this many times in a row.
   double correct_rad = 1.5e-3;
   int correct_after = 3;
+  /// Of frames that nothing measures, for however long: debris is not higher, rad.
+  double unknown_sigma_rad = 0.035;
   /// Of a keyframe that had to be taken for level unseen, rad.
   double assumed_sigma_rad = 0.002;
 };
@@ -68,7 +70,8 @@ enum class TiltSource {
 };
 
 struct TiltEstimate {
-  calib::Tilt tilt;  ///< with its covariance; exactly zero for a level frame
+  calib::Tilt tilt;  ///< with its covariance; exactly zero, both, for a frame that the ceiling
+                     ///< shows to be level
   TiltSource source = TiltSource::kNone;
   /// Before any fusion: pitch and roll by one of the two alone.
   std::optional<TiltAngles> by_forward;

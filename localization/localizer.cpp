@@ -116,11 +116,11 @@ struct Localizer::Impl {
 
 LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
   LevelFrame level{sight.View().Rectify(frame.grey, rectified), frame.index, frame.stamp_s};
+  level.tilt = frame.tilt;
   if (frame.tilt.IsLevel()) return level;
   if (!level_view) level_view.emplace(sight.View());
   level_view->Draw(level.picture, frame.tilt, levelled);
   level.picture = levelled;
-  level.tilt = frame.tilt;
   return level;
 }
 
