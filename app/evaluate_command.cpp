@@ -8,6 +8,8 @@
 
 #include "app/arguments.hpp"
 #include "app/commands.hpp"
+#include "app/compensation_report.hpp"
+#include "app/compensation_table.hpp"
 #include "app/evaluation.hpp"
 #include "app/output_files.hpp"
 #include "app/table.hpp"
@@ -26,6 +28,7 @@ const std::map<std::string, Alignment> kAlignments = {
 
 struct EvaluateParams {
   fs::path truth;
+  fs::path before;  // empty: no table of a compensation
   std::vector<std::string> estimates;
   fs::path map;
   std::string align = "se2";
@@ -36,6 +39,23 @@ struct EvaluateParams {
 struct Result {
   std::string name;
   TrajectoryErrors errors;
+};
+
+// What tilt compensation is worth.
+struct BeforeAndAfter {
+  LevelAlignment alignment;
+  TiltDegrees largest_true_tilt;
+  std::vector<NamedCompensation> estimates;
+};
+
+struct Evaluation {
+  std::vector<Result> results;
+  std::optional<BeforeAndAfter> compensation;
+};
+
+struct ReportFile {
+  std::string name;
+  std::string text;
 };
 
 // The report must not mix with what is in the folder already.
@@ -64,29 +84,54 @@ std::vector<NamedFile> ParseEstimates(const std::vector<std::string>& arguments)
   return files;
 }
 
-std::vector<Result> Evaluate(const EvaluateParams& params) {
-  const std::vector<NamedFile> files = ParseEstimates(params.estimates);
-  const std::vector<StampedPose> truth = ReadTum(params.truth);
-  std::vector<Result> results;
-  for (const NamedFile& file : files) {
-    const auto errors = EvaluateTrajectory(truth, ReadTum(file.file), params.evaluation);
-    if (!errors) {
-      throw calib::InputError(fmt::format("{}: no pose within {} s of one of {}; see --max-dt",
-                                          file.file.string(),
-                                          params.evaluation.max_dt_s,
-                                          params.truth.string()));
-    }
-    results.push_back({file.name, *errors});
-  }
-  return results;
+[[noreturn]] void ThrowNothingInCommon(const fs::path& file, const EvaluateParams& params) {
+  throw calib::InputError(fmt::format("{}: no pose within {} s of one of {}; see --max-dt",
+                                      file.string(),
+                                      params.evaluation.max_dt_s,
+                                      params.truth.string()));
 }
 
-ordered_json ToJson(const ErrorStatistics& statistics) {
-  return {{"rmse", statistics.rmse},
-          {"mean", statistics.mean},
-          {"median", statistics.median},
-          {"p95", statistics.p95},
-          {"max", statistics.max}};
+BeforeAndAfter AlignBefore(const std::vector<StampedPose>& truth,
+                           const std::vector<StampedPose>& before,
+                           const CompensationParams& compensation,
+                           const EvaluateParams& params) {
+  const LevelAlignment alignment = AlignLevelFrames(truth, before, compensation);
+  if (alignment.matched == 0) ThrowNothingInCommon(params.before, params);
+  if (!alignment.T_truth_before) {
+    throw calib::InputError(
+        fmt::format("{}: {} of its {} compared frames level by {} (pitch and roll below {} deg), "
+                    "must be at least 2 to align on",
+                    params.before.string(),
+                    alignment.level,
+                    alignment.matched,
+                    params.truth.string(),
+                    compensation.level_below_deg));
+  }
+  return {alignment, LargestTilt(truth), {}};
+}
+
+Evaluation Evaluate(const EvaluateParams& params) {
+  const std::vector<NamedFile> files = ParseEstimates(params.estimates);
+  const std::vector<StampedPose> truth = ReadTum(params.truth);
+  const CompensationParams compensation{.max_dt_s = params.evaluation.max_dt_s};
+  Evaluation evaluation;
+  std::vector<StampedPose> before;
+  if (!params.before.empty()) {
+    before = ReadTum(params.before);
+    evaluation.compensation = AlignBefore(truth, before, compensation, params);
+  }
+  for (const NamedFile& file : files) {
+    const std::vector<StampedPose> estimate = ReadTum(file.file);
+    const auto errors = EvaluateTrajectory(truth, estimate, params.evaluation);
+    if (!errors) ThrowNothingInCommon(file.file, params);
+    evaluation.results.push_back({file.name, *errors});
+    if (!evaluation.compensation) continue;
+    const calib::Pose2& T_truth_before = *evaluation.compensation->alignment.T_truth_before;
+    auto compared = CompareCompensation(truth, before, estimate, T_truth_before, compensation);
+    if (!compared) ThrowNothingInCommon(file.file, params);
+    evaluation.compensation->estimates.push_back({file.name, std::move(*compared)});
+  }
+  return evaluation;
 }
 
 ordered_json ToJson(const TrajectoryErrors& errors, const std::string& align) {
@@ -116,12 +161,41 @@ void AddRow(Table& table,
   table.AddRow(std::move(cells));
 }
 
-void PrintReport(const std::vector<Result>& results) {
+ordered_json Metrics(const Evaluation& evaluation, const EvaluateParams& params) {
+  ordered_json metrics = {{"truth", params.truth.string()}};
+  for (const Result& result : evaluation.results) {
+    metrics["estimates"][result.name] = ToJson(result.errors, params.align);
+  }
+  if (!evaluation.compensation) return metrics;
+  const auto& [alignment, largest_true_tilt, estimates] = *evaluation.compensation;
+  for (const auto& [name, compensation] : estimates) {
+    metrics["estimates"][name]["compensation"] = ToJson(compensation);
+  }
+  metrics["before"] = ToJson(estimates.front().compensation.before);
+  metrics["before"]["file"] = params.before.string();
+  metrics["before"]["level_frames"] = alignment.level;
+  metrics["true_tilt_deg"] = {{"pitch_max", largest_true_tilt.pitch_deg},
+                              {"roll_max", largest_true_tilt.roll_deg}};
+  return metrics;
+}
+
+std::vector<ReportFile> ReportFiles(const Evaluation& evaluation, const ordered_json& metrics) {
+  std::vector<ReportFile> files = {{"metrics.json", metrics.dump(2) + "\n"}};
+  if (!evaluation.compensation) return files;
+  const std::vector<NamedCompensation>& estimates = evaluation.compensation->estimates;
+  files.push_back({"compensation.csv", FormatTableCsv(estimates)});
+  for (const auto& [name, compensation] : estimates) {
+    files.push_back({name + "-errors.csv", FormatFramesCsv(compensation)});
+  }
+  return files;
+}
+
+void PrintReport(const Evaluation& evaluation) {
   Table coverage;
   coverage.AddRow({"estimate", "poses", "of", "coverage", "path m"});
   Table errors;
   errors.AddRow({"estimate", "error", "unit", "rmse", "mean", "median", "p95", "max"});
-  for (const auto& [name, result] : results) {
+  for (const auto& [name, result] : evaluation.results) {
     coverage.AddRow({name,
                      fmt::format("{}", result.matched),
                      fmt::format("{}", result.expected),
@@ -133,38 +207,47 @@ void PrintReport(const std::vector<Result>& results) {
     AddRow(errors, name, "yaw per metre", "deg", result.per_metre_yaw_deg);
   }
   fmt::print("{}\n{}", coverage.Format(), errors.Format());
+  if (evaluation.compensation) {
+    fmt::print("\n{}", FormatTables(evaluation.compensation->estimates));
+  }
 }
 
-void WriteReport(const fs::path& folder, const ordered_json& metrics, Summary& summary) {
+// All files of the report or none of them.
+void WriteReport(const fs::path& folder,
+                 const std::vector<ReportFile>& files,
+                 std::vector<fs::path>& written) {
   std::error_code error;
   const bool created = fs::create_directory(folder, error);
   if (error) {
     throw calib::RunError(
         fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
   }
+  std::vector<fs::path> done;
   try {
-    WriteFileAtomically(folder / "metrics.json", metrics.dump(2) + "\n");
+    for (const ReportFile& file : files) {
+      WriteFileAtomically(folder / file.name, file.text);
+      done.push_back(folder / file.name);
+    }
   } catch (...) {
+    for (const fs::path& file : done) fs::remove(file, error);
     if (created) fs::remove(folder, error);
     throw;
   }
-  summary.files.push_back(folder / "metrics.json");
+  written.insert(written.end(), done.begin(), done.end());
 }
 
 void RunEvaluate(EvaluateParams params, Summary& summary) {
   RejectUnavailable(!params.map.empty(), "--map");
   params.evaluation.align = kAlignments.at(params.align);
   CheckReportFolder(params.report);
-  const std::vector<Result> results = Evaluate(params);
+  const Evaluation evaluation = Evaluate(params);
 
-  ordered_json metrics = {{"truth", params.truth.string()}};
-  for (const Result& result : results) {
-    metrics["estimates"][result.name] = ToJson(result.errors, params.align);
-    summary.frames += result.errors.matched;
+  for (const Result& result : evaluation.results) summary.frames += result.errors.matched;
+  summary.quality = Metrics(evaluation, params);
+  if (!params.report.empty()) {
+    WriteReport(params.report, ReportFiles(evaluation, summary.quality), summary.files);
   }
-  summary.quality = metrics;
-  if (!params.report.empty()) WriteReport(params.report, metrics, summary);
-  PrintReport(results);
+  PrintReport(evaluation);
 }
 
 }  // namespace
@@ -173,23 +256,35 @@ Command AddEvaluateCommand(CLI::App& program) {
   Command command = MakeCommand(program,
                                 "evaluate",
                                 "Compares estimated trajectories with the true one.",
-                                "ceilmap evaluate --truth truth.tum mapped=lab.tum -o report");
+                                "ceilmap evaluate --truth truth.tum mapped=lab.tum -o report\n"
+                                "ceilmap evaluate --truth truth.tum --before uncompensated.tum "
+                                "fused=compensated.tum -o table");
   auto params = std::make_shared<EvaluateParams>();
   CLI::App& cli = *command.cli;
   cli.add_option("--truth", params->truth, "The true trajectory")->required()->type_name("T.tum");
   cli.add_option("estimates", params->estimates, "Trajectories to judge")
       ->required()
       ->type_name("[NAME=]EST.tum");
+  cli.add_option(
+         "--before",
+         params->before,
+         "Without tilt compensation; adds what it is worth: largest errors along and across "
+         "the path before and after, aligned on the level frames of this one")
+      ->type_name("T0.tum");
   cli.add_option("--map", params->map, "Picture under the paths (not in this version)")
       ->type_name("MAP.gpkg");
-  cli.add_option("--align", params->align, "How estimates are brought into the truth's frame")
+  cli.add_option("--align",
+                 params->align,
+                 "How estimates are brought into the truth's frame, --before aside")
       ->check(CLI::IsMember({"none", "first", "se2"}))
       ->capture_default_str();
   cli.add_option("--max-dt", params->evaluation.max_dt_s, "Most seconds between compared poses")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S")
       ->capture_default_str();
-  cli.add_option("-o,--output", params->report, "Folder for metrics.json, new or empty")
+  cli.add_option("-o,--output",
+                 params->report,
+                 "Folder for metrics.json and, with --before, CSV files; new or empty")
       ->type_name("REPORT_DIR");
   command.run = [params](const CommonOptions&, Summary& summary) { RunEvaluate(*params, summary); };
   return command;

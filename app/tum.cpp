@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -50,6 +51,16 @@ StampedPose ToStampedPose(double stamp_s, const calib::Pose2& T_map_base, const 
 double YawOf(const StampedPose& pose) {
   const Eigen::Quaterniond& q = pose.orientation;
   return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z()));
+}
+
+double PitchOf(const StampedPose& pose) {
+  const Eigen::Quaterniond& q = pose.orientation;
+  return std::asin(std::clamp(2 * (q.w() * q.y() - q.z() * q.x()), -1.0, 1.0));
+}
+
+double RollOf(const StampedPose& pose) {
+  const Eigen::Quaterniond& q = pose.orientation;
+  return std::atan2(2 * (q.w() * q.x() + q.y() * q.z()), 1 - 2 * (q.x() * q.x() + q.y() * q.y()));
 }
 
 std::string_view TumHeader() {

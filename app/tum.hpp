@@ -27,6 +27,10 @@ StampedPose ToStampedPose(double stamp_s,
 
 /// Turn about the vertical in (-pi, pi], counter-clockwise seen from above (z-y-x Euler angles).
 double YawOf(const StampedPose& pose);
+/// The other two of these angles by REP-103: pitch in [-pi/2, pi/2], > 0 with the nose down; roll
+/// in (-pi, pi], > 0 with the left side up.
+double PitchOf(const StampedPose& pose);
+double RollOf(const StampedPose& pose);
 
 /// The comment line that names the columns of a trajectory file, and one of its lines.
 std::string_view TumHeader();

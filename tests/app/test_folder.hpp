@@ -16,6 +16,16 @@
 
 namespace ceilmap::app {
 
+/// Names in a folder, sorted.
+inline std::vector<std::string> NamesIn(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 /// A folder of its own for each test, removed with the object.
 class TestFolder {
  public:
@@ -42,14 +52,7 @@ class TestFolder {
   }
 
   /// Names in the folder, sorted.
-  [[nodiscard]] std::vector<std::string> Names() const {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(path_)) {
-      names.push_back(entry.path().filename().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-  }
+  [[nodiscard]] std::vector<std::string> Names() const { return NamesIn(path_); }
 
  private:
   std::filesystem::path path_;

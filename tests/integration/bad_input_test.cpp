@@ -91,6 +91,7 @@ void WriteBadInputs(const app::TestFolder& in) {
       "id,reference,current\na,run/frame0.png,run/frame1.png\na,run/frame0.png,run/frame1.png\n");
   in.Write("damaged.csv", "id,reference,current\na,run/frame0.png,damaged/frame4.png\n");
   in.Write("truth.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n");
+  in.Write("tilted.tum", "1 0 0 0 0 0.6 0 0.8\n2 1 0 0 0 0 0 1\n");
   in.Write("later.tum", "11 0 0 0 0 0 0 1\n12 1 0 0 0 0 0 1\n");
   in.Write("nan.tum", "1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n");
 }
@@ -247,6 +248,18 @@ const std::vector<BadInput> kTrajectories = {
      {"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "none/r"},
      "does not exist"},
     {"UnknownAlignment", {"evaluate", "--truth=@truth.tum", "@truth.tum", "--align=x"}, "--align"},
+    {"BeforeMissing",
+     {"evaluate", "--truth=@truth.tum", "--before=@none.tum", "@truth.tum", "-o", "r"},
+     "none.tum: no such file"},
+    {"BeforeHasNothingInCommon",
+     {"evaluate", "--truth=@truth.tum", "--before=@later.tum", "@truth.tum", "-o", "r"},
+     "later.tum: no pose within 0.02 s of one of "},
+    {"BeforeHardlyEverLevel",
+     {"evaluate", "--truth=@tilted.tum", "--before=@truth.tum", "@truth.tum", "-o", "r"},
+     "truth.tum: 1 of its 2 compared frames level by "},
+    {"EstimateWithoutBefore",
+     {"evaluate", "--truth=@truth.tum", "--before=@truth.tum", "@later.tum", "-o", "r"},
+     "later.tum: no pose within 0.02 s of one of "},
     {"MapNotYet",
      {"evaluate", "--truth=@truth.tum", "@truth.tum", "--map=@m.gpkg"},
      "not available"},

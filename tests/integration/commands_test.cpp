@@ -363,35 +363,5 @@ TEST(Register, AListWithPathsFromItsFolder) {
   EXPECT_EQ(summary["quality"]["verdicts"]["ok"], 2);
 }
 
-TEST(Evaluate, ReportsEachEstimate) {
-  const Recordings test;
-  std::string truth;
-  std::string estimate;
-  for (int i = 0; i < 10; ++i) {
-    truth += fmt::format("{} {} 0 0 0 0 0 1\n", i, 0.5 * i);
-    if (i != 4)
-      estimate += fmt::format("{} 7 {} 0 0 0 {} {}\n", i, 0.5 * i, std::sqrt(0.5), std::sqrt(0.5));
-  }
-  test.in.Write("truth.tum", truth);
-  test.in.Write("est.tum", estimate);
-  const ProcessResult result =
-      test.Run({"evaluate", "--truth=@truth.tum", "turned=@est.tum", "@truth.tum", "-o", "report"});
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("position per metre"));
-  const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
-  const auto& turned = metrics["estimates"]["turned"];
-  EXPECT_EQ(turned["matched"], 9);
-  EXPECT_EQ(turned["coverage"], 0.9);
-  EXPECT_LT(turned["position_m"]["max"], 1e-12);
-  EXPECT_LT(turned["yaw_deg"]["max"], 1e-12);
-  EXPECT_EQ(metrics["estimates"]["truth"]["matched"], 10);
-
-  const ProcessResult unaligned =
-      test.Run({"evaluate", "--truth=@truth.tum", "@est.tum", "--align=none", "-o", "plain"});
-  EXPECT_EQ(unaligned.exit_code, 0);
-  const auto plain = nlohmann::json::parse(ReadAll(test.out / "plain/metrics.json"));
-  EXPECT_NEAR(plain["estimates"]["est"]["yaw_deg"]["rmse"].get<double>(), 90, 1e-9);
-}
-
 }  // namespace
 }  // namespace ceilmap::integration

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "app/tum.hpp"
+#include "calib/pose2.hpp"
+
+namespace ceilmap::app {
+
+/// Positions (truth, estimate) of poses nearest in time: each estimate goes to the nearest truth
+/// that is within max_dt_s, each truth takes one. By rising stamps.
+/// @param truth, estimate  stamps strictly increasing.
+std::vector<std::pair<std::size_t, std::size_t>> MatchStamps(
+    const std::vector<StampedPose>& truth,
+    const std::vector<StampedPose>& estimate,
+    double max_dt_s);
+
+/// A point of the truth, and where an estimate has it.
+struct PointPair {
+  Eigen::Vector2d truth;
+  Eigen::Vector2d estimate;
+};
+
+/// The planar motion that minimises the sum of |truth - T estimate|^2; no scale.
+/// @param pairs  at least one; of points that all coincide the rotation is 0.
+calib::Pose2 FitPlanarMotion(const std::vector<PointPair>& pairs);
+
+}  // namespace ceilmap::app

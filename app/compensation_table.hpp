@@ -1,0 +1,99 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "app/evaluation.hpp"
+#include "app/tum.hpp"
+#include "calib/pose2.hpp"
+
+namespace ceilmap::app {
+
+/// What tilt compensation is worth, as Matsumoto et al. 2010 ("Visual compensation in localization
+/// of a robot on a ceiling map") tabulate it: the largest errors along and across the path before
+/// and after it, and their ratio.
+///
+/// Before and after come to the truth by one planar motion, which the level part of BEFORE fixes:
+/// aligned over all frames, the errors of tilted ones would hide in the alignment.
+
+struct CompensationParams {
+  double max_dt_s = 0.02;        ///< poses further apart in time are not compared, >= 0
+  double level_below_deg = 0.2;  ///< true pitch and roll of a level frame, either side, > 0
+};
+
+/// BEFORE against the truth.
+struct LevelAlignment {
+  std::int64_t matched = 0;  ///< poses of BEFORE that have a true one
+  std::int64_t level = 0;    ///< those of them that are truly level
+  /// p_truth = T_truth_before * p_before; unset with fewer than two level frames.
+  std::optional<calib::Pose2> T_truth_before;
+};
+
+/// @param truth, before  stamps strictly increasing, at least one pose each; so everywhere below.
+LevelAlignment AlignLevelFrames(const std::vector<StampedPose>& truth,
+                                const std::vector<StampedPose>& before,
+                                const CompensationParams& params = {});
+
+/// An aligned position, and how far it is from the true one.
+struct PlacedError {
+  Eigen::Vector2d p_truth = Eigen::Vector2d::Zero();  ///< metres, in the frame of the truth
+  double along_m = 0;                                 ///< > 0: ahead of the true position ...
+  double across_m = 0;                                ///< ... left of it, by the true yaw
+};
+
+struct TiltDegrees {
+  double pitch_deg = 0;  ///< > 0: nose down
+  double roll_deg = 0;   ///< > 0: left side up
+};
+
+/// One frame of the truth, and what is known of it.
+struct CompensatedFrame {
+  double stamp_s = 0;
+  Eigen::Vector2d p_truth = Eigen::Vector2d::Zero();
+  TiltDegrees true_tilt;
+  std::optional<PlacedError> before;
+  std::optional<PlacedError> after;
+  std::optional<TiltDegrees> tilt;  ///< estimated; set where `after` is
+};
+
+/// Of one trajectory's aligned positions; the largest ones are of absolute values.
+struct PathErrors {
+  std::int64_t matched = 0;
+  std::int64_t expected = 0;  ///< poses of the truth
+  double max_along_m = 0;
+  double max_across_m = 0;
+  double max_m = 0;  ///< distance from the true position
+  double rmse_m = 0;
+};
+
+/// AFTER over BEFORE, each of PathErrors.
+struct CompensationRatio {
+  double max_along = 0;
+  double max_across = 0;
+  double max = 0;
+  double rmse = 0;
+};
+
+struct Compensation {
+  PathErrors before;
+  PathErrors after;
+  CompensationRatio ratio;
+  ErrorStatistics pitch_deg;             ///< estimated minus true
+  ErrorStatistics roll_deg;              ///< the same
+  std::vector<CompensatedFrame> frames;  ///< one for each pose of the truth
+};
+
+/// @param T_truth_before  of AlignLevelFrames; it moves `before` and `after` alike.
+/// @return unset when `before` or `after` has no pose within max_dt_s of a true one.
+std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& truth,
+                                                const std::vector<StampedPose>& before,
+                                                const std::vector<StampedPose>& after,
+                                                const calib::Pose2& T_truth_before,
+                                                const CompensationParams& params = {});
+
+/// Largest absolute pitch and roll of a trajectory.
+TiltDegrees LargestTilt(const std::vector<StampedPose>& poses);
+
+}  // namespace ceilmap::app
