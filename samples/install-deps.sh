@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs from Debian what is missing to build ceilmap and to run its tests.
 #   samples/install-deps.sh         compiler, libraries, test libraries
-#   samples/install-deps.sh --dev   also the tools of the style checks, and gnuplot for the plots of benchmarks
+#   samples/install-deps.sh --plots also gnuplot, which draws the figures of experiments and benchmarks
+#   samples/install-deps.sh --dev   that and the tools of the style checks
 # Needs root or sudo only when something is missing.
 set -euo pipefail
 
@@ -13,9 +14,10 @@ packages=(
 )
 case "${1:-}" in
   '') ;;
+  --plots) packages+=(gnuplot-nox) ;;
   --dev) packages+=(clang-format clang-tidy gnuplot-nox) ;;
   *)
-    echo "install-deps.sh: unknown argument '$1', must be --dev or nothing" >&2
+    echo "install-deps.sh: unknown argument '$1', must be --plots, --dev or nothing" >&2
     exit 2
     ;;
 esac
