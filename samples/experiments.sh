@@ -35,11 +35,14 @@ map_recording() {
 
 # The paper's table from the reports in a folder ($1). Of the paper's own figures only these are known here.
 print_table() {
-  printf '%-22s %31s   %31s\n' '' 'x, along the path' 'y, across the path'
-  printf '%-22s %11s %11s %7s   %11s %11s %7s\n' 'largest error' 'before cm' 'after cm' 'ratio' 'before cm' 'after cm' 'ratio'
-  printf '%-22s %11s %11s %7s   %11s %11s %7s\n' 'Matsumoto et al. 2010' 'about 21' '-' '0.11' '-' '-' '-'
+  local row='%-22s %11s %11s %10s   %11s %11s %10s\n'
+  printf '%-22s %34s   %34s\n' '' 'x, along the path' 'y, across the path'
+  # shellcheck disable=SC2059
+  printf "$row" 'largest error' 'before cm' 'after cm' 'ratio' 'before cm' 'after cm' 'ratio'
+  # shellcheck disable=SC2059
+  printf "$row" 'Matsumoto et al. 2010' 'about 21' '-' 'about 0.11' '-' '-' '-'
   awk -F, 'FNR > 1 {
-    printf "%-22s %11.2f %11.2f %7.3f   %11.2f %11.2f %7.3f\n", $1, 100 * $2, 100 * $3, $4, 100 * $5, 100 * $6, $7
+    printf "%-22s %11.2f %11.2f %10.3f   %11.2f %11.2f %10.3f\n", $1, 100 * $2, 100 * $3, $4, 100 * $5, 100 * $6, $7
   }' "$1"/report-{forward,ceiling,fused}/compensation.csv
 }
 
@@ -56,13 +59,13 @@ mosaic_place() {
     }'
 }
 
+# The figures in a folder ($1).
 draw() {
-  local folder=$1 number=$2
-  gnuplot -e "folder = '$folder'; number = $number; $(mosaic_place "$folder/fused.gpkg")" "$root/samples/experiments.gp"
+  gnuplot -e "folder = '$1'; $(mosaic_place "$1/fused.gpkg")" "$root/samples/experiments.gp"
 }
 
-# Each method against the same run without it. A run's poses before and after compensation share one map, and so one way of
-# aligning them with the truth.
+# Each method against the same run without it: a run's poses before and after compensation share one map, and so one way
+# of aligning them with the truth.
 evaluate() {
   local sample=$1 folder=$2 method
   : >"$folder/evaluation.txt"
@@ -83,15 +86,15 @@ experiment() {
   evaluate "$sample" "$folder"
   echo
   print_table "$folder"
-  draw "$folder" "$number"
+  draw "$folder"
 }
 
 experiment 1 "the front wheels climb debris, four times"
 experiment 2 "the front wheels climb debris, and the wheels of either side"
 
 echo
-echo "The paper reports an error of about 21 cm brought down to about 11 % of it."
-echo "Without roll, experiment 1 has no error across the path to bring down; its ratios there compare parts of a millimetre."
+echo "The paper reports about 21 cm brought down to about 11 % of it, set here beside x of both experiments."
+echo "Experiment 1 has no roll: across the path there is no error before, so its ratio there tells nothing."
 echo "evaluation.txt in the folders below has errors of the estimated tilt, report-*/*-errors.csv those of each frame."
 for number in 1 2; do
   echo
