@@ -257,7 +257,7 @@ Command AddEvaluateCommand(CLI::App& program) {
                                 "evaluate",
                                 "Compares estimated trajectories with the true one.",
                                 "ceilmap evaluate --truth truth.tum mapped=lab.tum -o report\n"
-                                "ceilmap evaluate --truth truth.tum --before uncompensated.tum "
+                                "  ceilmap evaluate --truth truth.tum --before uncompensated.tum "
                                 "fused=compensated.tum -o table");
   auto params = std::make_shared<EvaluateParams>();
   CLI::App& cli = *command.cli;
@@ -268,8 +268,7 @@ Command AddEvaluateCommand(CLI::App& program) {
   cli.add_option(
          "--before",
          params->before,
-         "Without tilt compensation; adds what it is worth: largest errors along and across "
-         "the path before and after, aligned on the level frames of this one")
+         "Without tilt compensation; tells what it is worth: largest errors before and after")
       ->type_name("T0.tum");
   cli.add_option("--map", params->map, "Picture under the paths (not in this version)")
       ->type_name("MAP.gpkg");
