@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds ceilmap, maps the bundled recording and finds a second robot on the map; both scored.
+# Installs what is missing, builds ceilmap, maps a bundled recording, finds a second robot on the map, and takes
+# debris out of a third drive; all scored.
 #   samples/run.sh [OUTPUT_DIR]     default: samples/out
 set -euo pipefail
 
@@ -29,6 +30,15 @@ second=$root/samples/lab-second-robot
 echo
 echo "4. What that scores"
 "$ceilmap" evaluate --truth "$second/truth.tum" second="$out/second.tum"
+echo
+echo "5. A drive over debris: the tilt measured by forward camera and ceiling, and taken out"
+debris=$root/samples/lab-debris-1
+"$ceilmap" map --rig "$debris/rig.yaml" --up "$debris/up.mp4" --forward "$debris/forward.mp4" \
+  --stamps "$debris/frames.csv" -o "$out/debris.gpkg" --trajectory "$out/debris.tum" \
+  --uncompensated "$out/debris-before.tum"
+echo
+echo "6. What that scores, before and after (samples/experiments.sh has the whole of it)"
+"$ceilmap" evaluate --truth "$debris/truth.tum" --before "$out/debris-before.tum" debris="$out/debris.tum"
 echo
 echo "The map         $out/lab.gpkg   (QGIS and GDAL open it; 'ceilmap info' describes it)"
 echo "The trajectory  $out/lab.tum"
