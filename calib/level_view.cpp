@@ -88,18 +88,14 @@ std::uint8_t LevelView::Sample(const cv::Mat& picture, float x, float y) const {
 
 cv::Mat ContentMask(const cv::Mat& level) {
   if (cv::countNonZero(level) == level.size().area()) return {};
-  cv::Mat blank = level == 0;
-  const cv::Mat reach(5, 5, CV_8UC1, cv::Scalar(1));
+  constexpr int kReach = 5;
   // What lies beyond the picture counts as blank: a thin blank border stays one.
-  constexpr int kOutside = 255;
-  cv::morphologyEx(blank,
-                   blank,
-                   cv::MORPH_OPEN,
-                   reach,
-                   cv::Point(-1, -1),
-                   1,
-                   cv::BORDER_CONSTANT,
-                   cv::Scalar(kOutside));
+  constexpr int kBeyond = kReach - 1;
+  cv::Mat blank;
+  cv::copyMakeBorder(
+      level == 0, blank, kBeyond, kBeyond, kBeyond, kBeyond, cv::BORDER_CONSTANT, cv::Scalar(255));
+  cv::morphologyEx(blank, blank, cv::MORPH_OPEN, cv::Mat(kReach, kReach, CV_8UC1, cv::Scalar(1)));
+  blank = blank(cv::Rect(cv::Point(kBeyond, kBeyond), level.size()));
   if (cv::countNonZero(blank) == 0) return {};
   return ~blank;
 }
