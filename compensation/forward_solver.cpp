@@ -54,12 +54,13 @@ std::optional<TiltAngles> ForwardSolver::Solve(const ForwardMotion& seen,
       if (!found) return std::nullopt;
       base_shift_m = found->base_shift_m;
     }
-    wall_.Learn(WithoutKeystone(seen.zoom, seen.tan_shift), seen.sigma_zoom, base_shift_m);
     pitch = found->tilt_rad;
     const ForwardSensitivity& by = found->sensitivity;
     variance = Squared(by.by_tan_shift * seen.sigma_tan_shift) +
-               Squared(by.by_wall_per_m * wall_.Sigma()) +
+               Squared(by.by_wall_per_m * wall_.Sigma(base_shift_m)) +
                Squared(by.by_seen_motion_m * params_.ceiling_motion_sigma_m);
+    // For the next frame: this one was solved with what was known before.
+    wall_.Learn(WithoutKeystone(seen.zoom, seen.tan_shift), seen.sigma_zoom, base_shift_m);
   } else {
     variance += Squared(params_.without_parallax_part * pitch);
   }

@@ -45,8 +45,9 @@ double WallDistance::PerMetre(double base_shift_m) const {
   return part > 0 ? std::min(per_m / part, 1 / kNearest_m) : 1 / kNearest_m;
 }
 
-double WallDistance::Sigma() const {
-  return std::sqrt(variance_);
+double WallDistance::Sigma(double base_shift_m) const {
+  // 1 / D = p / (1 + b p), so its slope by p is (1 / D / p)^2, or (1 - b / D)^2.
+  return std::sqrt(variance_) * std::pow(1 - base_shift_m * PerMetre(base_shift_m), 2);
 }
 
 }  // namespace ceilmap::compensation

@@ -18,7 +18,8 @@ class WallDistance {
 
   /// 1 / D: from a frame that is so far behind the keyframe; within 1 / kNearest_m.
   [[nodiscard]] double PerMetre(double base_shift_m) const;
-  [[nodiscard]] double Sigma() const;
+  /// Standard deviation of PerMetre there, 1/m.
+  [[nodiscard]] double Sigma(double base_shift_m) const;
 
  private:
   double first_per_m_;
