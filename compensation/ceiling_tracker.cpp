@@ -27,6 +27,11 @@ Eigen::Vector2d PrincipalFromCentre(const calib::CeilingView& view) {
   return view.PrincipalPoint() - Eigen::Vector2d(0.5 * (size.width - 1), 0.5 * (size.height - 1));
 }
 
+/// Standard deviation of the tilt, rad.
+double TiltSigma(const PlaneFit& fit) {
+  return std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace());
+}
+
 /// The pose without its tilt: where a level robot with the same foot and heading stands.
 Isometry3d Levelled(const Isometry3d& T) {
   return calib::ToSpace(calib::FromSpace(T).pose, {});
@@ -91,7 +96,7 @@ Isometry3d CeilingTracker::ToPose(const PlaneMotion& motion) const {
 bool CeilingTracker::IsSound(const PlaneFit& fit) const {
   return fit.ok && fit.inliers >= params_.min_inliers &&
          fit.inliers >= params_.min_inlier_part * fit.blocks &&
-         fit.sigma_px <= params_.max_sigma_px &&
+         fit.sigma_px <= params_.max_sigma_px && TiltSigma(fit) <= params_.max_sigma_rad &&
          std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= params_.max_tilt_rad;
 }
 
@@ -141,11 +146,16 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (!HasReference()) return std::nullopt;
   PlaneFit fit =
       registrar_.RefinePlane(reference_, frame.spectrum, camera_, ToMotion(Predict(frame.stamp_s)));
-  if (!IsSound(fit)) {
-    last_.reset();
-    before_.reset();
-    fit = Find(frame);
-    if (!IsSound(fit)) return std::nullopt;
+  const bool sound = IsSound(fit);
+  if (!sound || TiltSigma(fit) > params_.vague_sigma_rad) {
+    const PlaneFit found = Find(frame);
+    const bool better = IsSound(found) && (!sound || TiltSigma(found) < TiltSigma(fit));
+    if (better || !sound) {
+      last_.reset();
+      before_.reset();
+    }
+    if (better) fit = found;
+    if (!better && !sound) return std::nullopt;
   }
   CeilingMotion motion = Describe(fit);
   frame.T_reference_base = motion.T_reference_base;

@@ -16,6 +16,11 @@ struct CeilingTrackerParams {
   double min_inlier_part = 0.4;
   int min_inliers = 10;
   double max_sigma_px = 0.4;
+  /// ... and the tilt comes out better than this, rad. A fit that was begun too far off may settle
+  /// beside the truth, where half of the blocks agree by chance, badly; it shows here.
+  double max_sigma_rad = 5e-3;
+  /// A fit that is worse than this is compared with one that was begun anew, rad.
+  double vague_sigma_rad = 2e-3;
   /// Larger tilts are no debris but a wrong fit, rad.
   double max_tilt_rad = 0.25;
   /// What residuals cannot show (things below the ceiling, compression), rad, of pitch and roll.
