@@ -20,8 +20,9 @@ wrong_rig() {
   awk -v what="$1" -v factor="$2" '
     /^[adh]:/ && what == substr($1, 1, 1) { sub(/[0-9.]+/, factor * $2) }
     /^  [a-z]+:$/ { camera = substr($1, 1, length($1) - 1) }
-    # The mount of the forward camera stands d above the floor.
+    # The mount of the forward camera stands d above the floor; the matrix says it once more.
     what == "d" && camera == "forward" && /translation:/ { $0 = "      translation: [0, 0, " factor * 0.45 "]" }
+    what == "d" && camera == "forward" && /^      matrix:/ { next }
     /camera_matrix:/ && what == "f_" camera {
       match($0, /data: \[[0-9.]+/)
       focal = substr($0, RSTART + 7, RLENGTH - 7)
@@ -45,9 +46,12 @@ measure() {
 }
 
 row() {
-  printf '| %s |' "$1"
-  for method in forward ceiling fused; do printf ' %s |' "$(measure "$2" "$method")"; done
-  echo
+  local cells="| $1 |" cell method
+  for method in forward ceiling fused; do
+    cell=$(measure "$2" "$method")
+    cells+=" $cell |"
+  done
+  echo "$cells"
 }
 
 echo
