@@ -164,6 +164,10 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   return motion;
 }
 
+bool CeilingTracker::IsBare(const Frame& frame) {
+  return !registrar_.Refine(frame.spectrum, frame.spectrum, {}).ok();
+}
+
 void CeilingTracker::MoveTo(const Isometry3d& T_reference_new) {
   const Isometry3d T_new_reference = Levelled(T_reference_new).inverse();
   for (std::optional<Moment>* moment : {&last_, &before_}) {

@@ -66,6 +66,9 @@ class CeilingTracker {
   /// of the motion is then forgotten.
   std::optional<CeilingMotion> Measure(Frame& frame);
 
+  /// Shows nothing that another frame could be compared with.
+  [[nodiscard]] bool IsBare(const Frame& frame);
+
   /// From now on this level frame, which may be an earlier one, is the reference; the motion that
   /// is going on is taken along.
   void SetReference(const Frame& frame);

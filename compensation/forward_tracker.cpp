@@ -76,6 +76,11 @@ bool ForwardTracker::Against(Frame& from, Frame& frame, Registration& found) {
     prior.sigma_px = kReachRad * view_.FocalLength();
     prior.sigma_theta_rad = kReachRad;
     found = registrar_.Register(from.whole, frame.whole, prior);
+    // Something large that moves may agree with itself better than the room does.
+    constexpr double kMostSigmas = 4;
+    const double off_px = std::hypot(found.motion.tx_px - prior.motion.tx_px,
+                                     found.motion.ty_px - prior.motion.ty_px);
+    if (last_ && off_px > kMostSigmas * prior.sigma_px) return false;
   }
   if (!found.ok()) return false;
   frame.from_reference = Compose(found.motion, from.from_reference);
@@ -121,6 +126,10 @@ std::optional<ForwardMotion> ForwardTracker::Measure(Frame& frame) {
   before_ = std::move(last_);
   last_ = frame;
   return Describe(frame, found);
+}
+
+bool ForwardTracker::IsBare(const Frame& frame) {
+  return !registrar_.Refine(frame.spectrum, frame.spectrum, {}).ok();
 }
 
 void ForwardTracker::SetReference(const Frame& frame) {

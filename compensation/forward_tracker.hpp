@@ -63,6 +63,8 @@ class ForwardTracker {
   /// Measures a frame against the reference, sets frame.from_reference, and remembers the frame.
   /// @return nothing where the picture does not tell: dark, bare, covered, another place.
   std::optional<ForwardMotion> Measure(Frame& frame);
+  /// Shows nothing that another frame could be compared with.
+  [[nodiscard]] bool IsBare(const Frame& frame);
   /// From now on this frame, which may be an earlier one, is the reference.
   void SetReference(const Frame& frame);
 

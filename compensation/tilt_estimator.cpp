@@ -41,8 +41,8 @@ class StageTimer {
 /// What a frame is kept as until it may be a keyframe.
 struct Moment {
   CeilingTracker::Frame ceiling;
-  bool has_ceiling = false;  // measured against the reference
-  std::optional<ForwardTracker::Frame> forward;
+  bool has_ceiling = false;                      // measured against the reference
+  std::optional<ForwardTracker::Frame> forward;  // unless it shows nothing
   bool level = false;
 };
 
@@ -91,11 +91,14 @@ struct TiltEstimator::Impl {
   cv::Mat rectified;
   cv::Mat up_picture;  // of the frame at hand, rectified
   cv::Mat forward_rectified;
-  std::deque<Moment> moments;                               // the last ones, oldest first
-  int ceiling_failed = 0;                                   // frames in a row
-  bool tilted_since = false;                                // the keyframe
-  double reference_variance = 0;                            // of the ceiling's keyframe's own tilt
-  Isometry3d T_reference_forward = Isometry3d::Identity();  // the forward keyframe in the ceiling's
+  std::deque<Moment> moments;     // the last ones, oldest first
+  int ceiling_failed = 0;         // frames in a row
+  int forward_failed = 0;         // the same, of those that show something
+  bool tilted_since = false;      // the keyframe
+  double reference_variance = 0;  // of the ceiling's keyframe's own tilt
+  bool bare_reference = false;    // the ceiling's shows nothing
+  // The forward keyframe in the ceiling's; nothing: the ceiling did not show how they stand.
+  std::optional<Isometry3d> T_reference_forward = Isometry3d::Identity();
 
   int contradictions = 0;                // in a row
   std::optional<TiltAngles> correction;  // for the next frame
@@ -112,6 +115,8 @@ struct TiltEstimator::Impl {
   void Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate);
   void ApplyCorrection(Moment& moment, TiltEstimate& estimate);
   void Renew(const Seen& seen);
+  [[nodiscard]] bool WantsNewBeginning(const Moment& moment);
+  void BeginAnew(Moment& moment, const TiltEstimate& estimate);
   void MakeKeyframe(const Moment& moment);
   void MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt);
 };
@@ -132,6 +137,8 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
       moment.forward =
           forward->Analyze(forward_view->Rectify(frame.forward, forward_rectified), frame.stamp_s);
       seen.forward = forward->Measure(*moment.forward);
+      // A covered camera is no keyframe.
+      if (!seen.forward && forward->IsBare(*moment.forward)) moment.forward.reset();
     });
   }
   {
@@ -148,9 +155,9 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
 /// Cx of Eq. (1): from the point of the ceiling that the frame's camera looks at to the one that
 /// the forward keyframe's looked at, along the direction of the forward camera in the frame.
 std::optional<double> TiltEstimator::Impl::CeilingMotionToForward(const Seen& seen) const {
-  if (!seen.ceiling) return std::nullopt;
+  if (!seen.ceiling || !T_reference_forward) return std::nullopt;
   const PlanarTilt at =
-      calib::FromSpace(T_reference_forward.inverse() * seen.ceiling->T_reference_base);
+      calib::FromSpace(T_reference_forward->inverse() * seen.ceiling->T_reference_base);
   const Eigen::Vector2d camera = view.T_base_camera().translation().head<2>();
   // Both in the forward keyframe's level base.
   const Eigen::Vector2d frame_sees = at.pose * (camera + level_view.CeilingShift(at.tilt)).eval();
@@ -233,13 +240,16 @@ void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
   for (Moment& other : moments) {
     other.ceiling.T_reference_base = T_old_new.inverse() * other.ceiling.T_reference_base;
   }
-  T_reference_forward = T_old_new.inverse() * T_reference_forward;
+  if (T_reference_forward) T_reference_forward = T_old_new.inverse() * *T_reference_forward;
   ++report.keyframes;
   if (!forward || !moment.forward) return;
   forward->SetReference(*moment.forward);
-  const Eigen::Vector2d step = T_reference_forward.inverse().translation().head<2>();
-  const double yaw = forward_view->Yaw();
-  solver->MoveKeyframe(Eigen::Vector2d(std::cos(yaw), std::sin(yaw)).dot(step));
+  forward_failed = 0;
+  if (T_reference_forward) {
+    const Eigen::Vector2d step = T_reference_forward->inverse().translation().head<2>();
+    const double yaw = forward_view->Yaw();
+    solver->MoveKeyframe(Eigen::Vector2d(std::cos(yaw), std::sin(yaw)).dot(step));
+  }
   T_reference_forward = Isometry3d::Identity();
 }
 
@@ -254,7 +264,7 @@ void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& t
   for (Moment& other : moments) {
     other.ceiling.T_reference_base = T_old_new.inverse() * other.ceiling.T_reference_base;
   }
-  T_reference_forward = T_old_new.inverse() * T_reference_forward;
+  if (T_reference_forward) T_reference_forward = T_old_new.inverse() * *T_reference_forward;
   ++report.keyframes;
 }
 
@@ -278,11 +288,33 @@ void TiltEstimator::Impl::ApplyCorrection(Moment& moment, TiltEstimate& estimate
   ++report.corrected;
 }
 
+/// Nothing can be seen against the ceiling's keyframe. One that was taken in the dark is given up
+/// as soon as there is light.
+bool TiltEstimator::Impl::WantsNewBeginning(const Moment& moment) {
+  if (!ceiling.HasReference() || ceiling_failed >= params.restart_after) return true;
+  return bare_reference && ceiling_failed > 0 && !ceiling.IsBare(moment.ceiling);
+}
+
+void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate) {
+  moment.ceiling.T_reference_base = Isometry3d::Identity();
+  T_reference_forward.reset();
+  if (moment.level) {
+    MakeKeyframe(Moment(moment));
+  } else {
+    MakeTiltedKeyframe(Moment(moment), estimate.tilt);
+  }
+  // The first one is level by definition.
+  if (report.frames > 1) reference_variance = std::pow(params.assumed_sigma_rad, 2);
+  ceiling_failed = 0;
+  bare_reference = ceiling.IsBare(moment.ceiling);
+}
+
 /// A new keyframe from the level frames that went before, when one is wanted.
 void TiltEstimator::Impl::Renew(const Seen& seen) {
   const bool far = seen.ceiling && seen.ceiling->overlap < params.renew_overlap;
   const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > params.renew_zoom;
-  const bool none = forward && !forward->HasReference() && moments.back().forward;
+  const bool none = moments.back().forward &&
+                    (!forward->HasReference() || forward_failed >= params.restart_after);
   if (!far && !near && !none && !tilted_since) return;
   if (static_cast<int>(moments.size()) < params.level_frames) return;
   const bool all_level = std::all_of(moments.begin(), moments.end(), [](const Moment& moment) {
@@ -320,16 +352,9 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
     return estimate;
   }
   me.ceiling_failed = seen.ceiling ? 0 : me.ceiling_failed + 1;
-  if (!me.ceiling.HasReference() || me.ceiling_failed >= me.params.restart_after) {
-    moment.ceiling.T_reference_base = Isometry3d::Identity();
-    if (moment.level) {
-      me.MakeKeyframe(Moment(moment));
-    } else {
-      me.MakeTiltedKeyframe(Moment(moment), estimate.tilt);
-    }
-    // The first one is level by definition.
-    if (me.report.frames > 1) me.reference_variance = std::pow(me.params.assumed_sigma_rad, 2);
-    me.ceiling_failed = 0;
+  if (moment.forward) me.forward_failed = seen.forward ? 0 : me.forward_failed + 1;
+  if (me.WantsNewBeginning(moment)) {
+    me.BeginAnew(moment, estimate);
   } else if (seen.ceiling && seen.ceiling->overlap < me.params.least_overlap && !moment.level) {
     me.MakeTiltedKeyframe(Moment(moment), estimate.tilt);
   } else {
