@@ -30,10 +30,11 @@ inline simulator::Scene Lab() {
   return scene;
 }
 
-/// The same over two bumps: one lifts the front by 4.6 degrees, one the left side by 2.
+/// The same over two bumps: one lifts the front by 4.6 degrees, one the left side by 2. 40 frames.
 inline simulator::Scene BumpyLab() {
   simulator::Scene scene = Lab();
-  scene.debris.bumps = {{0.5, 0.4, 4.6, 0}, {1.2, 0.4, 0, 2}};
+  scene.path.max_frames = 40;
+  scene.debris.bumps = {{0.25, 0.35, 4.6, 0}, {0.8, 0.35, 0, 2}};
   return scene;
 }
 
