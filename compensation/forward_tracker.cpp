@@ -23,6 +23,7 @@ registration::RegistrarParams ForForward(registration::RegistrarParams params,
 /// Where a dozen blocks agree on what was predicted, less agreement of the rest will do: a scene in
 /// depth never fits one motion as a ceiling does.
 registration::RegistrarParams ForFollowing(registration::RegistrarParams params) {
+  params.final_blocks = 32;
   params.min_inliers = 10;
   params.refine_poc_peak = 0;
   params.min_agreement = 0.6;

@@ -203,9 +203,13 @@ void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
 /// Level or not, and by how much.
 void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate) {
   const TiltAngles now = filter.Now();
+  const bool by_ceiling =
+      estimate.source == TiltSource::kCeiling || estimate.source == TiltSource::kBoth;
+  // What is measured exactly, and against a keyframe that is level.
+  const bool exact = by_ceiling && reference_variance == 0;
   const bool was_level = std::all_of(
       moments.begin(), moments.end() - 1, [](const Moment& before) { return before.level; });
-  const double sigmas = Sigmas(now) - (was_level ? params.doubt_sigmas : 0);
+  const double sigmas = Sigmas(now) - (was_level && exact ? params.doubt_sigmas : 0);
   const double part = std::clamp(
       (sigmas - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
   moment.level = part < 1;
@@ -214,8 +218,7 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   Tilt& tilt = estimate.tilt;
   // The first frame is level by definition, and one that the ceiling shows to be so is, exactly;
   // the forward camera would not notice the foot of a bump.
-  const bool sure = report.frames == 1 || estimate.source == TiltSource::kCeiling ||
-                    estimate.source == TiltSource::kBoth;
+  const bool sure = report.frames == 1 || exact;
   if (part > 0 || !sure) {
     const double most = params.unknown_sigma_rad * params.unknown_sigma_rad;
     const double variance = now.covariance.diagonal().maxCoeff();

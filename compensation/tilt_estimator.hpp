@@ -31,7 +31,8 @@ struct TiltEstimatorParams {
   /// deviations of level, has a tilt of exactly zero, ...
   double level_sigmas = 2;
   /// ... one beyond so many has the measured one, and in between a part of it. After level frames
-  /// both are larger by `doubt_sigmas`: of many frames some are noisy, and a bump rises fast.
+  /// both are larger by `doubt_sigmas` where the ceiling tells: of many frames some are noisy, and
+  /// a bump rises fast.
   double tilted_sigmas = 3;
   double doubt_sigmas = 1;
   /// So many level frames in a row make the one in their middle a keyframe, when one is wanted: it
