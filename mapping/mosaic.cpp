@@ -177,7 +177,6 @@ void MosaicRenderer::Impl::Survey() {
   WeighBySharpness(sharpness);
 }
 
-/// The places are compared where a picture has its centre: what it shows best.
 /// Places without content beyond those that no picture has any for.
 bool MosaicRenderer::Impl::HasBlanks(const cv::Mat& picture) const {
   const cv::Mat content = calib::ContentMask(picture);
@@ -185,6 +184,7 @@ bool MosaicRenderer::Impl::HasBlanks(const cv::Mat& picture) const {
   return params.view_mask.empty() || cv::countNonZero(~content & params.view_mask) > 0;
 }
 
+/// The places are compared where a picture has its centre: what it shows best.
 void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness) {
   constexpr double kLeast = 1e-4;  // what nothing else shows stays in the mosaic
   for (std::size_t k = 0; k < views.size(); ++k) {

@@ -266,6 +266,37 @@ TEST(Mosaic, MaskedPixelsAreNotPartOfTheMosaic) {
   EXPECT_EQ(cv::countNonZero(mosaic.alpha(cv::Rect(0, 0, 10, 48))), 0);
 }
 
+// Pictures of a tilted robot end at slanting borders, beyond which they are 0.
+TEST(Mosaic, BlankBordersLeaveNoDarkSeam) {
+  Survey survey(Brightness, [](std::size_t, double q) { return NoGain(q); });
+  const Rendered before(survey.Renderer());
+  for (const std::size_t k : {7U, 8U, 14U}) {
+    const std::vector<cv::Point> wedge = {{0, 0}, {159, 0}, {159, 20}, {0, 45}};
+    cv::fillConvexPoly(survey.pictures[k], wedge, cv::Scalar(0));
+    survey.pictures[k].col(159).setTo(0);
+  }
+  for (const MosaicParams& params : {MosaicParams{}, Plain()}) {
+    const Rendered mosaic(survey.Renderer(params));
+    EXPECT_LT(mosaic.Rms(Brightness), 1.15 * before.Rms(Brightness) + 0.1);
+    cv::Mat dark = mosaic.grey < 50;  // no texture is
+    EXPECT_EQ(cv::countNonZero(dark & mosaic.alpha), 0);
+    // Others see what those pictures do not.
+    EXPECT_EQ(cv::countNonZero(mosaic.alpha), cv::countNonZero(before.alpha));
+  }
+}
+
+TEST(Mosaic, WhatNoPictureHasContentForIsNotSeen) {
+  MapMetadata metadata = synthetic::Metadata({64, 48}, 0.5);
+  metadata.T_base_view = {};
+  cv::Mat picture(48, 64, CV_8UC1, cv::Scalar(99));
+  picture(cv::Rect(0, 0, 10, 48)).setTo(0);
+  picture.at<unsigned char>(20, 40) = 0;
+  const Rendered mosaic(MosaicRenderer(
+      {Keyframe{}}, metadata, [&](std::int64_t) { return picture; }, Plain()));
+  EXPECT_EQ(cv::countNonZero(mosaic.alpha(cv::Rect(0, 0, 10, 48))), 0);
+  EXPECT_EQ(cv::countNonZero(mosaic.alpha(cv::Rect(11, 0, 20, 48))), 20 * 48);
+}
+
 TEST(Mosaic, GridCoversAllPicturesOnMultiplesOfTheResolution) {
   const Survey survey(Brightness, [](std::size_t, double q) { return NoGain(q); });
   const MosaicGrid grid = survey.Renderer().Grid();

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 #include <random>
+
+#include "calib/level_view.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -185,6 +188,58 @@ TEST(BaseMotionCovariance, AgreesWithMonteCarlo) {
     return BaseMotion(view, {motion.tx_px + d[0], motion.ty_px + d[1], motion.theta_rad + d[2], 1});
   });
   ExpectCovariance(BaseMotionCovariance(view, motion, covariance), sampled, 0.03);
+}
+
+/// Of robots whose ceiling was seen without error, but whose tilts are not what they were taken
+/// for: what is said of the foot's place against where it comes out.
+TEST(AddTiltDoubt, AgreesWithMonteCarlo) {
+  const CeilingView view = OffsetView();
+  const calib::LevelView level_view(view);
+  calib::Tilt tilt{0.05, -0.03, 0, {}};
+  tilt.covariance << 4e-6, 1.5e-6, 1.5e-6, 1e-6;
+  Edge edge;
+  edge.T_from_to = {0.3, -0.2, 0.8};
+  edge.information = Eigen::Vector3d(1e12, 1e12, 1e6).asDiagonal();
+  AddTiltDoubt(view, tilt, edge);
+  const Eigen::Matrix3d claimed = edge.information.inverse();
+  EXPECT_NEAR(claimed(2, 2), 1e-6, 1e-12);
+  EXPECT_NEAR(claimed(0, 2), 0, 1e-12);
+
+  std::mt19937 random(12);
+  std::normal_distribution<double> normal;
+  const Eigen::Matrix2d root = tilt.covariance.llt().matrixL();
+  const Pose2 seen = level_view.Uncompensated(edge.T_from_to, tilt);
+  constexpr int kRuns = 20000;
+  Eigen::Matrix2d sampled = Eigen::Matrix2d::Zero();
+  for (int i = 0; i < kRuns; ++i) {
+    const Eigen::Vector2d off = root * Eigen::Vector2d(normal(random), normal(random));
+    calib::Tilt taken = tilt;
+    taken.pitch_rad += off[0];
+    taken.roll_rad += off[1];
+    const Eigen::Vector2d shift = level_view.CeilingShift(taken);
+    const Pose2 foot = seen * Pose2{-shift.x(), -shift.y(), 0};
+    const Eigen::Vector2d error = foot.Translation() - edge.T_from_to.Translation();
+    sampled += error * error.transpose() / kRuns;
+  }
+  EXPECT_LT((sampled - claimed.topLeftCorner<2, 2>()).norm(), 0.04 * sampled.norm())
+      << sampled << "\n\n"
+      << claimed;
+}
+
+TEST(AddTiltDoubt, ByHandAndNothingWithoutDoubt) {
+  // A pitch that is wrong by 0.01 rad under a ceiling of 2.6 m, of a robot that looks along y.
+  const CeilingView view = OffsetView();
+  Edge edge;
+  edge.T_from_to = {1, 2, kPi / 2};
+  edge.information.setIdentity();
+  calib::Tilt tilt;
+  AddTiltDoubt(view, tilt, edge);
+  EXPECT_EQ(edge.information, Eigen::Matrix3d::Identity());
+  tilt.covariance(0, 0) = 1e-4;
+  AddTiltDoubt(view, tilt, edge);
+  EXPECT_NEAR(edge.information(0, 0), 1, 1e-12);
+  EXPECT_NEAR(1 / edge.information(1, 1), 1 + 0.026 * 0.026, 1e-12);
+  EXPECT_NEAR(edge.information(2, 2), 1, 1e-12);
 }
 
 TEST(Interpolate, TwoHalvesMakeTheWhole) {
