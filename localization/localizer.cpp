@@ -142,7 +142,7 @@ void Localizer::Impl::CheckTilt(const Patch& at,
   pose.T_from_to = location.pose.T_map_base;
   pose.information = location.pose.covariance.inverse();
   calib::Tilt unnoticed;
-  unnoticed.covariance = left.angles * left.angles.transpose();
+  unnoticed.covariance = left.angles * left.angles.transpose() + left.covariance;
   mapping::AddTiltDoubt(sight.View(), unnoticed, pose);
   location.pose.covariance = pose.information.inverse();
 }
