@@ -1,0 +1,164 @@
+// Robots that stand tilted on a map of level pictures.
+
+#include <gmock/gmock.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/level_view.hpp"
+#include "localization/localizer.hpp"
+#include "tests/localization/true_map.hpp"
+
+namespace ceilmap::localization {
+namespace {
+
+using calib::Pose2;
+using calib::Tilt;
+using synthetic::TrueMap;
+using synthetic::UpCamera;
+
+constexpr double kDegree = std::numbers::pi / 180;
+/// A level drive past several keyframes, from frame to frame.
+const Pose2 kStep{0.05, 0.01, 0.02};
+
+Tilt MakeTilt(double pitch_deg, double roll_deg, double lift_m) {
+  return {pitch_deg * kDegree, roll_deg * kDegree, lift_m, Eigen::Matrix2d::Zero()};
+}
+
+/// A robot under a ceiling, tilted or not.
+class Visitor {
+ public:
+  explicit Visitor(const TrueMap& map, LocalizerParams params = {}) : ceiling_(map.ceiling) {
+    PoseEstimate start{truth_};
+    start.covariance.diagonal() << 0.01, 0.01, 0.01;
+    params.start = start;
+    localizer_ = std::make_unique<Localizer>(*map.map, up_, params);
+  }
+
+  /// Drives on and looks, standing tilted so. @param told  what the localizer is told of it.
+  Location See(const Tilt& tilt, const Tilt& told) {
+    truth_ = truth_ * kStep;
+    ++index_;
+    return localizer_->Locate(
+        {Picture(tilt), index_, 0.1 * static_cast<double>(index_), std::nullopt, told});
+  }
+  [[nodiscard]] const Pose2& Truth() const { return truth_; }
+  [[nodiscard]] double ErrorOf(const Location& location) const {
+    return (location.pose.T_map_base.Translation() - truth_.Translation()).norm();
+  }
+
+ private:
+  /// A wide level picture, seen by the tilted camera: the other way about than LevelView::Draw.
+  cv::Mat Picture(const Tilt& tilt) const {
+    constexpr int kMargin = 80;
+    calib::MountedCamera wide = up_;
+    wide.camera.width_px += 2 * kMargin;
+    wide.camera.height_px += 2 * kMargin;
+    wide.camera.cx += kMargin;
+    wide.camera.cy += kMargin;
+    const cv::Mat level = synthetic::Seen(
+        ceiling_, {wide, synthetic::kCeiling_m}, truth_, static_cast<std::uint32_t>(index_) + 7);
+    Eigen::Matrix3d crop = Eigen::Matrix3d::Identity();
+    crop(0, 2) = crop(1, 2) = -kMargin;
+    const Eigen::Matrix3d map = calib::LevelView(view_).TiltedFromLevel(tilt) * crop;
+    cv::Matx33d homography;
+    for (int i = 0; i < 9; ++i) homography(i / 3, i % 3) = map(i / 3, i % 3);
+    cv::Mat picture;
+    cv::warpPerspective(level, picture, homography, view_.Size(), cv::INTER_CUBIC);
+    return picture;
+  }
+
+  synthetic::SyntheticCeiling ceiling_;
+  calib::MountedCamera up_ = UpCamera(250, 0.5);
+  calib::CeilingView view_{up_, synthetic::kCeiling_m};
+  Pose2 truth_{1.5, 1.4, 0.5};
+  std::unique_ptr<Localizer> localizer_;
+  std::int64_t index_ = 0;
+};
+
+class TiltedVisitor : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { map_ = new TrueMap({}, 6, 5); }
+  static void TearDownTestSuite() { delete map_; }
+  static TrueMap* map_;
+};
+TrueMap* TiltedVisitor::map_ = nullptr;
+
+TEST_F(TiltedVisitor, IsPlacedRightWhenItsTiltIsGiven) {
+  Visitor visitor(*map_);
+  for (int i = 0; i < 24; ++i) {
+    const bool tilted = i >= 6 && i < 18;
+    const Tilt tilt = tilted ? MakeTilt(-0.6 * (i - 5), 0.3 * (i - 9), 0.01) : Tilt{};
+    const Location location = visitor.See(tilt, tilt);
+    ASSERT_TRUE(location.Placed()) << i;
+    EXPECT_LT(visitor.ErrorOf(location), 0.01) << i;
+    EXPECT_LT(std::abs(calib::WrapAngle(location.pose.T_map_base.yaw - visitor.Truth().yaw)),
+              0.005);
+    EXPECT_EQ(location.pose.tilt.pitch_rad, tilt.pitch_rad);
+    EXPECT_EQ(location.pose.tilt.lift_m, tilt.lift_m);
+    EXPECT_LT(std::sqrt(location.pose.covariance(0, 0)), 0.01);
+    if (!location.tilt_left) continue;
+    EXPECT_LT(location.tilt_left->angles.norm(), 0.1 * kDegree) << i;
+  }
+}
+
+// 2 degrees under 2.6 m are 9 cm.
+TEST_F(TiltedVisitor, AnUnnoticedTiltIsToldAndHeldByTheCovariance) {
+  for (const Tilt& tilt : {MakeTilt(2, 0, 0), MakeTilt(0, -1.5, 0), MakeTilt(-1.2, 1.2, 0)}) {
+    Visitor visitor(*map_);
+    int told = 0;
+    for (int i = 0; i < 6; ++i) {
+      const Location location = visitor.See(tilt, {});
+      ASSERT_TRUE(location.Placed()) << i;
+      const double error = visitor.ErrorOf(location);
+      EXPECT_GT(error, 0.06);
+      if (!location.tilt_left) continue;
+      ++told;
+      const Eigen::Vector2d& left = location.tilt_left->angles;
+      EXPECT_NEAR(left[0], tilt.pitch_rad, 0.15 * kDegree) << i;
+      EXPECT_NEAR(left[1], tilt.roll_rad, 0.15 * kDegree) << i;
+      const Eigen::Vector2d off = left - Eigen::Vector2d(tilt.pitch_rad, tilt.roll_rad);
+      EXPECT_LT(off.dot(location.tilt_left->covariance.inverse() * off), 25);
+      const Eigen::Vector2d miss =
+          location.pose.T_map_base.Translation() - visitor.Truth().Translation();
+      const Eigen::Matrix2d covariance = location.pose.covariance.topLeftCorner<2, 2>();
+      EXPECT_LT(miss.dot(covariance.inverse() * miss), 16) << i;
+      EXPECT_LT(std::sqrt(covariance.trace()), 2 * error) << i;
+    }
+    EXPECT_GE(told, 4);
+  }
+}
+
+// What is left is what was not taken out.
+TEST_F(TiltedVisitor, AHalfKnownTiltLeavesTheOtherHalf) {
+  Visitor visitor(*map_);
+  int told = 0;
+  for (int i = 0; i < 5; ++i) {
+    const Location location = visitor.See(MakeTilt(3, 0, 0), MakeTilt(1.5, 0, 0));
+    ASSERT_TRUE(location.Placed());
+    if (!location.tilt_left) continue;
+    ++told;
+    EXPECT_NEAR(location.tilt_left->angles[0], 1.5 * kDegree, 0.15 * kDegree);
+    EXPECT_NEAR(location.tilt_left->angles[1], 0, 0.15 * kDegree);
+  }
+  EXPECT_GE(told, 3);
+}
+
+TEST_F(TiltedVisitor, IsCheckedInTheBeginningAndThenNowAndThen) {
+  LocalizerParams params;
+  params.tilt_checks = 3;
+  params.tilt_check_every = 8;
+  Visitor visitor(*map_, params);
+  std::vector<int> checked;
+  for (int i = 1; i <= 17; ++i) {
+    if (visitor.See({}, {}).tilt_left) checked.push_back(i);
+  }
+  EXPECT_THAT(checked, testing::ElementsAre(2, 3, 8, 16));  // the first one found the robot
+  params.tilt_checks = params.tilt_check_every = 0;
+  Visitor unchecked(*map_, params);
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(unchecked.See({}, {}).tilt_left.has_value());
+}
+
+}  // namespace
+}  // namespace ceilmap::localization
