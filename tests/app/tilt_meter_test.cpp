@@ -154,8 +154,9 @@ TEST(TiltedFrames, AreLevelWithoutAMeter) {
 
 TEST(TiltMeter, WarnsOfFramesThatNothingShowed) {
   const Drive drive;
-  const std::vector<cv::Mat> dark(5, cv::Mat(240, 320, CV_8UC1, cv::Scalar(2)));
-  const auto source = Source(dark, "up.avi");
+  std::vector<cv::Mat> pictures(drive.up.begin(), drive.up.begin() + 3);
+  pictures.insert(pictures.end(), 4, cv::Mat(240, 320, CV_8UC1, cv::Scalar(2)));
+  const auto source = Source(pictures, "up.avi");
   TiltMeter meter(drive.rig, TiltMethod::kCeiling, nullptr);
   EXPECT_THAT(meter.Warnings(), IsEmpty());
   TiltedFrames frames(*source, &meter);
