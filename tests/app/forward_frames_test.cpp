@@ -66,13 +66,14 @@ TEST(ForwardFrames, FartherThan50MillisecondsIsAnotherMoment) {
   const TestFolder folder;
   ForwardFrames frames = Frames(folder, 3, 100, 0.2);
   EXPECT_EQ(NumberAt(frames, 99.9), -1);  // before the first
+  EXPECT_EQ(NumberAt(frames, 99.949), -1);
   EXPECT_EQ(NumberAt(frames, 99.951), 0);
   EXPECT_EQ(NumberAt(frames, 100.049), 0);
   EXPECT_EQ(NumberAt(frames, 100.1), -1);  // between two
   EXPECT_EQ(NumberAt(frames, 100.151), 1);
   EXPECT_EQ(NumberAt(frames, 100.41), 2);
   EXPECT_EQ(frames.GetReport().matched, 4);
-  EXPECT_EQ(frames.GetReport().missing, 2);
+  EXPECT_EQ(frames.GetReport().missing, 3);
 }
 
 TEST(ForwardFrames, OneThatEndsSoonerIsUsedAsFarAsItGoes) {

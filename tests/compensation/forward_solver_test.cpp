@@ -167,6 +167,23 @@ TEST(ForwardSolver, LearnsTheWallsDistanceFromTheZoom) {
   EXPECT_GT(std::abs(guessed->angles[0] - scene.pitch_rad), 0.1 * kDegree);
 }
 
+// By 1.5 % at 8 degrees, which would put a wall that is 1.6 m away at 1.5 m.
+TEST(ForwardSolver, KeystoneIsNoZoom) {
+  ForwardSolver solver(PapersRig(), 0);
+  Scene scene;
+  scene.pitch_rad = -8 * kDegree;
+  for (int i = 0; i < 20; ++i) {
+    scene.base_shift_m = 0.4;
+    scene.wall_m = 1.6 + scene.base_shift_m;
+    scene.Look();
+    const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
+    ASSERT_TRUE(tilt.has_value());
+    if (i > 15) {
+      EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.03 * kDegree) << i;
+    }
+  }
+}
+
 TEST(ForwardSolver, AKeyframeFartherAheadIsNearerToTheWall) {
   Scene scene;
   scene.pitch_rad = -4 * kDegree;

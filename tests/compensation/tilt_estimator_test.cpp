@@ -274,6 +274,20 @@ std::vector<simulator::Frame> Creep(const std::vector<std::pair<calib::Pose2, Ti
   return path;
 }
 
+// Tilted over 0.7 m, a fifth of the way to the wall: the keyframe stays behind, and what is seen of
+// the tilt is that much too small or large.
+TEST(TiltEstimator, ParallaxOfALongTiltIsTakenOut) {
+  std::vector<simulator::Frame> path;
+  for (int i = 0; i < 18; ++i) {
+    const Tilt tilt = i < 4 ? Tilt{} : synthetic::FrontUp(5, 0.14);
+    path.push_back(synthetic::FrameAt(i, {4.2 + 0.05 * i, 3, 0}, tilt));
+    path.back().stamp_s = 0.1 * i;
+  }
+  Recording recording(Lab(), path);
+  recording.Run(TiltMethod::kForward);
+  EXPECT_LT(recording.WorstDeg(0, recording.Size()), 0.25);
+}
+
 TEST(TiltEstimator, ARobotThatIsCarriedAwayIsLevelElsewhere) {
   Recording recording(Lab(), Creep({{{2.6, 2.6, 0.2}, {}}, {{5, 4, -0.9}, {}}}, 9));
   recording.Run(TiltMethod::kFused);
