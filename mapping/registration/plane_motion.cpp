@@ -150,6 +150,8 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
     if (round < 2) continue;
     ceres::Covariance::Options covariance_options;
     covariance_options.algorithm_type = ceres::DENSE_SVD;
+    // What the blocks leave open comes out as a huge variance, not as a line on stderr.
+    covariance_options.min_reciprocal_condition_number = 0;
     ceres::Covariance covariance(covariance_options);
     const std::vector<const double*> blocks{p.data()};
     if (!covariance.Compute(blocks, &problem)) return fit;
@@ -157,6 +159,7 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
     covariance.GetCovarianceBlock(p.data(), p.data(), unscaled.data());
     fit.sigma_px = robust_scale();
     fit.covariance = fit.sigma_px * fit.sigma_px * unscaled;
+    if (!fit.covariance.allFinite()) return fit;
   }
   for (const PlaneShift& shift : shifts) {
     const Eigen::Vector2d error = Project(camera, p.data(), shift.block.point) - shift.seen;
