@@ -69,8 +69,8 @@ std::vector<std::string> ForwardFrames::Warnings() const {
                                    report_.missing,
                                    all));
   }
-  constexpr double kNotable_s = 1e-3;
-  if (report_.largest_offset_s > kNotable_s) {
+  constexpr double kNotableS = 1e-3;
+  if (report_.largest_offset_s > kNotableS) {
     warnings.push_back(fmt::format("{}: its frames were matched by time, up to {:.0f} ms apart",
                                    Name(),
                                    1e3 * report_.largest_offset_s));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <future>
 #include <memory>
@@ -14,10 +15,6 @@
 #include "calib/rig.hpp"
 #include "calib/tilt.hpp"
 #include "compensation/tilt_estimator.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace ceilmap::app {
 
