@@ -87,21 +87,20 @@ struct TiltEstimator::Impl {
   TiltFilter filter;
   TiltReport report;
 
+  std::optional<TiltAngles> correction;  // for the next frame
+  // The forward keyframe in the ceiling's; nothing: the ceiling did not show how they stand.
+  std::optional<Isometry3d> T_reference_forward = Isometry3d::Identity();
+  double reference_variance = 0;  // of the ceiling's keyframe's own tilt
   std::optional<double> last_stamp_s;
+  std::deque<Moment> moments;  // the last ones, oldest first
   cv::Mat rectified;
   cv::Mat up_picture;  // of the frame at hand, rectified
   cv::Mat forward_rectified;
-  std::deque<Moment> moments;     // the last ones, oldest first
-  int ceiling_failed = 0;         // frames in a row
-  int forward_failed = 0;         // the same, of those that show something
-  bool tilted_since = false;      // the keyframe
-  double reference_variance = 0;  // of the ceiling's keyframe's own tilt
-  bool bare_reference = false;    // the ceiling's shows nothing
-  // The forward keyframe in the ceiling's; nothing: the ceiling did not show how they stand.
-  std::optional<Isometry3d> T_reference_forward = Isometry3d::Identity();
-
-  int contradictions = 0;                // in a row
-  std::optional<TiltAngles> correction;  // for the next frame
+  int ceiling_failed = 0;       // frames in a row
+  int forward_failed = 0;       // the same, of those that show something
+  int contradictions = 0;       // in a row
+  bool tilted_since = false;    // the keyframe
+  bool bare_reference = false;  // the ceiling's shows nothing
 
   struct Seen {
     std::optional<CeilingMotion> ceiling;
