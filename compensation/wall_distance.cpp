@@ -6,7 +6,7 @@
 namespace ceilmap::compensation {
 namespace {
 
-constexpr double kNearest_m = 0.3;
+constexpr double kNearestM = 0.3;
 
 }  // namespace
 
@@ -20,8 +20,8 @@ void WallDistance::Learn(double zoom, double sigma_zoom, double base_shift_m) {
   // What is matched changes from frame to frame, and with it the distance: forget slowly.
   constexpr double kForget = 0.02;  // a frame
   variance_ = std::min(first_variance_, variance_ + kForget * kForget);
-  constexpr double kLeastShift_m = 0.02;
-  if (std::abs(base_shift_m) < kLeastShift_m) return;
+  constexpr double kLeastShiftM = 0.02;
+  if (std::abs(base_shift_m) < kLeastShiftM) return;
   // zoom = (x1 + b) / x1 = 1 + b / x1, x1 the keyframe's distance.
   const double seen = (zoom - 1) / base_shift_m;
   const double sigma = sigma_zoom / std::abs(base_shift_m);
@@ -40,9 +40,9 @@ void WallDistance::MoveAhead(double metres) {
 }
 
 double WallDistance::PerMetre(double base_shift_m) const {
-  const double per_m = std::clamp(per_m_, 0.0, 1 / kNearest_m);
+  const double per_m = std::clamp(per_m_, 0.0, 1 / kNearestM);
   const double part = 1 + base_shift_m * per_m;  // D / x1
-  return part > 0 ? std::min(per_m / part, 1 / kNearest_m) : 1 / kNearest_m;
+  return part > 0 ? std::min(per_m / part, 1 / kNearestM) : 1 / kNearestM;
 }
 
 double WallDistance::Sigma(double base_shift_m) const {

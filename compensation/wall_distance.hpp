@@ -16,7 +16,7 @@ class WallDistance {
   /// From now on counted from a keyframe that stands so much farther ahead.
   void MoveAhead(double metres);
 
-  /// 1 / D: from a frame that is so far behind the keyframe; within 1 / kNearest_m.
+  /// 1 / D: from a frame that is so far behind the keyframe; within 1 / kNearestM.
   [[nodiscard]] double PerMetre(double base_shift_m) const;
   /// Standard deviation of PerMetre there, 1/m.
   [[nodiscard]] double Sigma(double base_shift_m) const;
