@@ -5,36 +5,19 @@
 #endif
 
 #include <algorithm>
-#include <chrono>
 #include <future>
 #include <optional>
 #include <unordered_set>
 
 #include "calib/error.hpp"
 #include "calib/level_view.hpp"
+#include "calib/stage_timer.hpp"
 #include "mapping/map_builder.hpp"
 #include "mapping/map_merge.hpp"
 #include "mapping/place_descriptor.hpp"
 
 namespace ceilmap::mapping {
 namespace {
-
-/// Adds the time of a scope to a total, in milliseconds.
-class StageTimer {
- public:
-  explicit StageTimer(double& total_ms) : total_ms_(total_ms) {}
-  ~StageTimer() {
-    const std::chrono::duration<double, std::milli> spent =
-        std::chrono::steady_clock::now() - start_;
-    total_ms_ += spent.count();
-  }
-  StageTimer(const StageTimer&) = delete;
-  StageTimer& operator=(const StageTimer&) = delete;
-
- private:
-  double& total_ms_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 void SetForView(const calib::CeilingView& view, registration::RegistrarParams& params) {
   // Without a rig nothing says that the camera keeps its height: the scale is estimated, so that it
@@ -114,7 +97,7 @@ struct Mapper::Impl {
 };
 
 void Mapper::Impl::CloseLoops(NewKeyframe added) {
-  const StageTimer timer(report.loop_ms);
+  const calib::StageTimer timer(report.loop_ms);
   // The borders of a picture that was drawn level would pass for marks of the ceiling.
   const cv::Mat& picture = added.keyframe.picture;
   const bool level = added.keyframe.pose.tilt.IsLevel();
@@ -129,7 +112,7 @@ void Mapper::Impl::CloseLoops(NewKeyframe added) {
 
 void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
   if (!step.new_keyframe) return;
-  const StageTimer timer(report.keyframe_ms);
+  const calib::StageTimer timer(report.keyframe_ms);
   writer.AddPicture(step.new_keyframe->id, step.new_keyframe->picture);
   NewKeyframe added{*step.new_keyframe, step.new_spectrum, step.new_edges};
   step.new_keyframe->picture.release();
@@ -215,7 +198,7 @@ FramePose Mapper::Process(const cv::Mat& raw_grey,
   Impl& me = *impl_;
   const cv::Mat* picture = nullptr;
   {
-    const StageTimer timer(me.report.rectify_ms);
+    const calib::StageTimer timer(me.report.rectify_ms);
     picture = &me.view.Rectify(raw_grey, me.rectified);
     if (!tilt.IsLevel()) {
       if (!me.level_view) me.level_view.emplace(me.view);
@@ -225,7 +208,7 @@ FramePose Mapper::Process(const cv::Mat& raw_grey,
   }
   OdometryStep step;
   {
-    const StageTimer timer(me.report.register_ms);
+    const calib::StageTimer timer(me.report.register_ms);
     step = me.odometry.Process(*picture, frame_index, stamp_s, tilt);
   }
   me.KeepKeyframe(step);
@@ -251,7 +234,7 @@ void Mapper::Close() {
     std::nth_element(me.peaks.begin(), middle, me.peaks.end());
     me.report.median_peak = *middle;
   }
-  const StageTimer timer(me.report.optimize_ms);
+  const calib::StageTimer timer(me.report.optimize_ms);
   me.graph.edges = me.closer.Graph().Edges();
   MoveKeyframes(me.graph, me.closer.Graph().Poses());
   me.JoinSegments();
@@ -266,7 +249,7 @@ void Mapper::Close() {
 
 void Mapper::Finish(const std::function<void(int, int)>& progress) {
   Close();
-  const StageTimer timer(impl_->report.mosaic_ms);
+  const calib::StageTimer timer(impl_->report.mosaic_ms);
   impl_->report.grid =
       WriteMap(impl_->graph, impl_->metadata, impl_->params.mosaic, impl_->writer, progress);
 }
