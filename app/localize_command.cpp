@@ -175,7 +175,7 @@ void LocateFrames(FrameSource& source,
     if (headings) input.heading = headings->At(frame.stamp_s);
     const localization::Location location = localizer.Locate(input);
     if (location.tilt_left) {
-      frames.Correct({location.tilt_left->angles, location.tilt_left->covariance});
+      frames.Correct(*location.tilt_left);
     }
     results.Add(location);
     tally.Add(location, live, result);

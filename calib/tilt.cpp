@@ -1,5 +1,6 @@
 #include "calib/tilt.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -12,6 +13,10 @@ Eigen::Isometry3d Tilt::T_level_base() const {
                 Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX()))
                    .toRotationMatrix();
   return T;
+}
+
+double TiltAngles::Sigmas() const {
+  return std::sqrt(angles.dot(covariance.inverse() * angles));
 }
 
 Eigen::Isometry3d ToSpace(const Pose2& T_map_base, const Tilt& tilt) {

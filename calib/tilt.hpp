@@ -21,6 +21,15 @@ struct Tilt {
   [[nodiscard]] Eigen::Isometry3d T_level_base() const;
 };
 
+/// Two small angles and how well they are known.
+struct TiltAngles {
+  Eigen::Vector2d angles = Eigen::Vector2d::Zero();  ///< pitch, roll by REP-103, rad
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+
+  /// How far from level, in standard deviations. The covariance must be invertible.
+  [[nodiscard]] double Sigmas() const;
+};
+
 /// The pose of base in space whose foot stands at a planar pose.
 Eigen::Isometry3d ToSpace(const Pose2& T_map_base, const Tilt& tilt);
 

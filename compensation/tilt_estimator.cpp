@@ -2,15 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <deque>
 #include <future>
 
 #include "calib/error.hpp"
 #include "calib/level_view.hpp"
+#include "calib/stage_timer.hpp"
 
 namespace ceilmap::compensation {
 
@@ -20,23 +19,6 @@ using calib::Tilt;
 using Eigen::Isometry3d;
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-/// Adds the time of a scope to a total, in milliseconds.
-class StageTimer {
- public:
-  explicit StageTimer(double& total_ms) : total_ms_(total_ms) {}
-  ~StageTimer() {
-    total_ms_ += std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
-  }
-  StageTimer(const StageTimer&) = delete;
-  StageTimer& operator=(const StageTimer&) = delete;
-
- private:
-  double& total_ms_;
-  Clock::time_point start_ = Clock::now();
-};
 
 /// What a frame is kept as until it may be a keyframe.
 struct Moment {
@@ -49,11 +31,6 @@ struct Moment {
 const calib::MountedCamera& UpOf(const calib::Rig& rig) {
   if (!rig.up) throw calib::InputError("the rig has no camera 'up'; add it under cameras");
   return *rig.up;
-}
-
-/// How far from level, in standard deviations.
-double Sigmas(const TiltAngles& tilt) {
-  return std::sqrt(tilt.angles.dot(tilt.covariance.inverse() * tilt.angles));
 }
 
 }  // namespace
@@ -116,6 +93,7 @@ struct TiltEstimator::Impl {
   void Renew(const Seen& seen);
   [[nodiscard]] bool WantsNewBeginning(const Moment& moment);
   void BeginAnew(Moment& moment, const TiltEstimate& estimate);
+  void CountFrom(const Moment& keyframe);
   void MakeKeyframe(const Moment& moment);
   void MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt);
 };
@@ -132,7 +110,7 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
   std::future<void> ahead;
   if (forward && !frame.forward.empty()) {
     ahead = std::async(std::launch::async, [&] {
-      const StageTimer timer(report.forward_ms);
+      const calib::StageTimer timer(report.forward_ms);
       moment.forward =
           forward->Analyze(forward_view->Rectify(frame.forward, forward_rectified), frame.stamp_s);
       seen.forward = forward->Measure(*moment.forward);
@@ -141,7 +119,7 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
     });
   }
   {
-    const StageTimer timer(report.ceiling_ms);
+    const calib::StageTimer timer(report.ceiling_ms);
     up_picture = view.Rectify(frame.up, rectified);
     moment.ceiling = ceiling.Analyze(up_picture, frame.stamp_s);
     seen.ceiling = ceiling.Measure(moment.ceiling);
@@ -208,11 +186,11 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   const bool exact = by_ceiling && reference_variance == 0;
   const bool was_level = std::all_of(
       moments.begin(), moments.end() - 1, [](const Moment& before) { return before.level; });
-  const double sigmas = Sigmas(now) - (was_level && exact ? params.doubt_sigmas : 0);
+  const double sigmas = now.Sigmas() - (was_level && exact ? params.doubt_sigmas : 0);
   const double part = std::clamp(
       (sigmas - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
   moment.level = part < 1;
-  report.level += moment.level ? 1 : 0;
+  report.level += part == 0 ? 1 : 0;
   tilted_since = tilted_since || !moment.level;
   Tilt& tilt = estimate.tilt;
   // The first frame is level by definition, and one that the ceiling shows to be so is, exactly;
@@ -233,17 +211,22 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
                          : rig.axle_behind_mast_m * std::sin(std::max(0.0, -tilt.pitch_rad));
 }
 
+/// What is kept relative to the keyframe is, from now on, relative to this one.
+void TiltEstimator::Impl::CountFrom(const Moment& keyframe) {
+  const Isometry3d T_new_old =
+      calib::ToSpace(calib::FromSpace(keyframe.ceiling.T_reference_base).pose, {}).inverse();
+  for (Moment& moment : moments) {
+    moment.ceiling.T_reference_base = T_new_old * moment.ceiling.T_reference_base;
+  }
+  if (T_reference_forward) T_reference_forward = T_new_old * *T_reference_forward;
+  ++report.keyframes;
+}
+
 void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
-  const Isometry3d T_old_new =
-      calib::ToSpace(calib::FromSpace(moment.ceiling.T_reference_base).pose, {});
   ceiling.SetReference(moment.ceiling);
   tilted_since = false;
   reference_variance = 0;
-  for (Moment& other : moments) {
-    other.ceiling.T_reference_base = T_old_new.inverse() * other.ceiling.T_reference_base;
-  }
-  if (T_reference_forward) T_reference_forward = T_old_new.inverse() * *T_reference_forward;
-  ++report.keyframes;
+  CountFrom(moment);
   if (!forward || !moment.forward) return;
   forward->SetReference(*moment.forward);
   forward_failed = 0;
@@ -259,15 +242,9 @@ void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
 void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt) {
   cv::Mat level;
   level_view.Draw(up_picture, tilt, level);
-  const Isometry3d T_old_new =
-      calib::ToSpace(calib::FromSpace(moment.ceiling.T_reference_base).pose, {});
   ceiling.SetReference(moment.ceiling, level);
   reference_variance = 0.5 * tilt.covariance.trace();
-  for (Moment& other : moments) {
-    other.ceiling.T_reference_base = T_old_new.inverse() * other.ceiling.T_reference_base;
-  }
-  if (T_reference_forward) T_reference_forward = T_old_new.inverse() * *T_reference_forward;
-  ++report.keyframes;
+  CountFrom(moment);
 }
 
 /// The keyframe stood tilted by what the map says is left.
@@ -277,7 +254,7 @@ void TiltEstimator::Impl::ApplyCorrection(Moment& moment, TiltEstimate& estimate
   tilt.covariance = correction->covariance;
   correction.reset();
   filter.Restart(tilt);
-  moment.level = Sigmas(tilt) < params.tilted_sigmas;
+  moment.level = tilt.Sigmas() < params.tilted_sigmas;
   estimate.tilt.covariance = tilt.covariance;
   estimate.tilt.pitch_rad = moment.level ? 0 : tilt.angles[0];
   estimate.tilt.roll_rad = moment.level ? 0 : tilt.angles[1];
@@ -369,7 +346,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
 void TiltEstimator::Correct(const TiltAngles& left) {
   Impl& me = *impl_;
   constexpr double kSigmas = 4;
-  const bool contradicts = left.angles.norm() > me.params.correct_rad && Sigmas(left) > kSigmas;
+  const bool contradicts = left.angles.norm() > me.params.correct_rad && left.Sigmas() > kSigmas;
   me.contradictions = contradicts ? me.contradictions + 1 : 0;
   if (me.contradictions < me.params.correct_after) return;
   me.contradictions = 0;

@@ -3,13 +3,11 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "calib/tilt.hpp"
+
 namespace ceilmap::compensation {
 
-/// Two small angles and how well they are known.
-struct TiltAngles {
-  Eigen::Vector2d angles = Eigen::Vector2d::Zero();  ///< pitch, roll by REP-103
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-};
+using calib::TiltAngles;
 
 struct TiltFilterParams {
   /// Standard deviation of the angular acceleration, rad/s^2, > 0. A wheel climbs a cable in a

@@ -134,7 +134,7 @@ void Localizer::Impl::CheckTilt(const Patch& at,
   if (frames > params.tilt_checks && !due) return;
   location.tilt_left = sight.MeasureTilt(at, spectrum, look);
   if (!location.tilt_left) return;
-  const TiltLeft& left = *location.tilt_left;
+  const calib::TiltAngles& left = *location.tilt_left;
   constexpr double kSigmas = 3;
   const double sigmas2 = left.angles.dot(left.covariance.inverse() * left.angles);
   if (sigmas2 < kSigmas * kSigmas) return;

@@ -75,12 +75,6 @@ struct CeilingFrame {
   calib::Tilt tilt = {};
 };
 
-/// A tilt that a frame has beyond CeilingFrame::tilt.
-struct TiltLeft {
-  Eigen::Vector2d angles = Eigen::Vector2d::Zero();  ///< pitch, roll by REP-103, rad
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-};
-
 /// Where the robot is, or why that is not known.
 struct Location {
   /// Status, T_map_base and its covariance, which mean something when Placed(). The covariance is
@@ -90,9 +84,9 @@ struct Location {
   int inliers = 0;     ///< blocks of the picture that agree ...
   int blocks = 0;      ///< ... of those compared
   int hypotheses = 0;  ///< places where the robot may be, while it is not known
-  /// Where it was checked (LocalizerParams::tilt_checks): what tilt is left. The pose's covariance
-  /// holds what it does.
-  std::optional<TiltLeft> tilt_left;
+  /// Where it was checked (LocalizerParams::tilt_checks): what tilt is left beyond
+  /// CeilingFrame::tilt. The pose's covariance holds what it does.
+  std::optional<calib::TiltAngles> tilt_left;
 
   [[nodiscard]] bool Placed() const {
     return pose.status == mapping::TrackingStatus::kTracking ||

@@ -134,9 +134,9 @@ std::optional<Look> MapSight::LookNear(const Pose2& T_map_base,
   return look;
 }
 
-std::optional<TiltLeft> MapSight::MeasureTilt(const Patch& at,
-                                              const FrameSpectrum& frame,
-                                              const Look& look) {
+std::optional<calib::TiltAngles> MapSight::MeasureTilt(const Patch& at,
+                                                       const FrameSpectrum& frame,
+                                                       const Look& look) {
   const cv::Size size = view_.Size();
   const registration::PlaneCamera camera{
       view_.FocalLength(),
@@ -150,7 +150,7 @@ std::optional<TiltLeft> MapSight::MeasureTilt(const Patch& at,
   const Eigen::Matrix2d turn = view_.T_base_camera().linear().topLeftCorner<2, 2>();
   const Eigen::Vector2d about = turn * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
   const Eigen::Matrix2d spread = turn * fit.covariance.bottomRightCorner<2, 2>() * turn.transpose();
-  TiltLeft left;
+  calib::TiltAngles left;
   left.angles << about.y(), about.x();
   left.covariance << spread(1, 1), spread(1, 0), spread(0, 1), spread(0, 0);
   left.covariance.diagonal().array() += params_.tilt_noise_rad * params_.tilt_noise_rad;

@@ -46,9 +46,9 @@ class MapSight {
                                const std::optional<PoseEstimate>& expected);
   /// The tilt that is left in a frame, as a level map shows it.
   /// @param look  of the frame at this patch. @return nothing when the blocks do not tell.
-  std::optional<TiltLeft> MeasureTilt(const Patch& at,
-                                      const registration::FrameSpectrum& frame,
-                                      const Look& look);
+  std::optional<calib::TiltAngles> MeasureTilt(const Patch& at,
+                                               const registration::FrameSpectrum& frame,
+                                               const Look& look);
   /// Part of a patch that a robot at this pose sees, 0..1.
   [[nodiscard]] double Overlap(const Patch& at, const calib::Pose2& T_map_base) const;
 
