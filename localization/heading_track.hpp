@@ -3,21 +3,12 @@
 #include <optional>
 #include <vector>
 
+#include "calib/heading.hpp"
+
 namespace ceilmap::localization {
 
-/// A measured heading. Counter-clockwise seen from above; which direction is 0 is up to whoever
-/// made the samples.
-struct HeadingSample {
-  double stamp_s = 0;
-  double heading_rad = 0;  ///< any finite angle
-  double sigma_rad = 0;    ///< standard deviation, > 0
-};
-
-/// What is known of the heading at some moment, as a prior for registration, tracking or search.
-struct HeadingPrior {
-  double heading_rad = 0;    ///< in (-pi, pi]
-  double variance_rad2 = 0;  ///< > 0
-};
+using calib::HeadingPrior;
+using calib::HeadingSample;
 
 struct HeadingTrackParams {
   /// Variance that a prior gains per second of distance to the nearest sample, >= 0. The default
