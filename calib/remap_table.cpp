@@ -12,10 +12,10 @@ constexpr std::uint32_t kHalf = 1U << (2 * kPartBits - 1);
 
 }  // namespace
 
-RemapTable::Tap RemapTable::MakeTap(cv::Point2d at, cv::Size size) {
+RemapTable::Tap RemapTable::MakeTap(cv::Point2d at, cv::Size raw) {
   constexpr double kRounding = 0.5 / kOne;  // a border pixel may miss the border by rounding
-  const double right = size.width - 1;
-  const double bottom = size.height - 1;
+  const double right = raw.width - 1;
+  const double bottom = raw.height - 1;
   if (!(at.x >= -kRounding && at.x <= right + kRounding && at.y >= -kRounding &&
         at.y <= bottom + kRounding)) {
     return {};
@@ -30,12 +30,13 @@ RemapTable::Tap RemapTable::MakeTap(cv::Point2d at, cv::Size size) {
           static_cast<std::uint16_t>(std::lround((y - y0) * kOne))};
 }
 
-RemapTable::RemapTable(cv::Size size, const Source& source) : size_(size) {
-  taps_.reserve(static_cast<std::size_t>(size.area()));
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
+RemapTable::RemapTable(cv::Size raw, cv::Size result, const Source& source)
+    : raw_size_(raw), size_(result) {
+  taps_.reserve(static_cast<std::size_t>(result.area()));
+  for (int v = 0; v < result.height; ++v) {
+    for (int u = 0; u < result.width; ++u) {
       const std::optional<cv::Point2d> at = source(u, v);
-      taps_.push_back(at ? MakeTap(*at, size) : Tap{});
+      taps_.push_back(at ? MakeTap(*at, raw) : Tap{});
     }
   }
 }
@@ -49,25 +50,37 @@ cv::Mat RemapTable::Mask() const {
 }
 
 void RemapTable::Apply(const cv::Mat& raw, cv::Mat& result) const {
-  CV_Assert(raw.type() == CV_8UC1 && raw.size() == size_);
-  result.create(size_, CV_8UC1);
+  CV_Assert((raw.type() == CV_8UC1 || raw.type() == CV_8UC3) && raw.size() == raw_size_);
+  result.create(size_, raw.type());
   CV_Assert(result.data != raw.data);
+  if (raw.channels() == 1) {
+    Gather<1>(raw, result);
+  } else {
+    Gather<3>(raw, result);
+  }
+}
+
+template <int kChannels>
+void RemapTable::Gather(const cv::Mat& raw, cv::Mat& result) const {
   const std::size_t step = raw.step[0];
   const Tap* tap = taps_.data();
   for (int v = 0; v < size_.height; ++v) {
     auto* out = result.ptr<std::uint8_t>(v);
-    for (int u = 0; u < size_.width; ++u, ++tap) {
+    for (int u = 0; u < size_.width; ++u, ++tap, out += kChannels) {
       if (tap->x < 0) {
-        out[u] = 0;
+        std::fill_n(out, kChannels, std::uint8_t{0});
         continue;
       }
-      const std::uint8_t* p = raw.data + static_cast<std::size_t>(tap->y) * step + tap->x;
+      const std::uint8_t* p = raw.data + static_cast<std::size_t>(tap->y) * step +
+                              static_cast<std::size_t>(tap->x) * kChannels;
       const std::uint32_t right = tap->x_part;
       const std::uint32_t below = tap->y_part;
-      const std::uint32_t upper = p[0] * (kOne - right) + p[1] * right;
-      const std::uint32_t lower = p[step] * (kOne - right) + p[step + 1] * right;
-      out[u] = static_cast<std::uint8_t>((upper * (kOne - below) + lower * below + kHalf) >>
-                                         (2 * kPartBits));
+      for (int c = 0; c < kChannels; ++c, ++p) {
+        const std::uint32_t upper = p[0] * (kOne - right) + p[kChannels] * right;
+        const std::uint32_t lower = p[step] * (kOne - right) + p[step + kChannels] * right;
+        out[c] = static_cast<std::uint8_t>((upper * (kOne - below) + lower * below + kHalf) >>
+                                           (2 * kPartBits));
+      }
     }
   }
 }

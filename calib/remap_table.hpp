@@ -8,7 +8,8 @@
 
 namespace ceilmap::calib {
 
-/// A precomputed warp of 8-bit pictures of one size, bilinear with fractions of 1/2048 px.
+/// A precomputed warp of 8-bit pictures of one size, grey or colour, bilinear with fractions of
+/// 1/2048 px. Sources at whole pixels are copied.
 ///
 /// cv::remap rounds every map, float ones too, to 1/32 px: up to 0.016 px of shift that stays at
 /// its place in the picture and so passes for motion of the ceiling. This table costs about twice
@@ -19,15 +20,17 @@ class RemapTable {
   using Source = std::function<std::optional<cv::Point2d>(int u, int v)>;
 
   RemapTable() = default;
-  /// @param size  of raw pictures and results, at least 2 x 2. Sources outside the raw picture
-  ///   count as nowhere.
-  RemapTable(cv::Size size, const Source& source);
+  /// @param raw  size of raw pictures, at least 2 x 2 and less than 32768. @param result  of
+  ///   results. Sources outside the raw picture count as nowhere.
+  RemapTable(cv::Size raw, cv::Size result, const Source& source);
+  /// The same for raw pictures and results of one size.
+  RemapTable(cv::Size size, const Source& source) : RemapTable(size, size, source) {}
 
   [[nodiscard]] bool empty() const { return taps_.empty(); }
   /// CV_8UC1, 255 where the result has content, 0 where its source is nowhere.
   [[nodiscard]] cv::Mat Mask() const;
-  /// @param raw  CV_8UC1 of the table's size. @param result  the same, must not share memory with
-  ///   `raw`; 0 where there is no content. Thread-safe.
+  /// @param raw  CV_8UC1 or CV_8UC3 of the table's size. @param result  of the same type, allocated
+  ///   unless it fits; must not share memory with `raw`; 0 where there is no content. Thread-safe.
   void Apply(const cv::Mat& raw, cv::Mat& result) const;
 
  private:
@@ -37,9 +40,12 @@ class RemapTable {
     std::uint16_t x_part = 0;  // weight of the right and lower neighbours, in 1/2048
     std::uint16_t y_part = 0;
   };
-  static Tap MakeTap(cv::Point2d at, cv::Size size);
+  static Tap MakeTap(cv::Point2d at, cv::Size raw);
+  template <int kChannels>
+  void Gather(const cv::Mat& raw, cv::Mat& result) const;
 
-  cv::Size size_;
+  cv::Size raw_size_;
+  cv::Size size_;          // of results
   std::vector<Tap> taps_;  // row by row
 };
 

@@ -68,6 +68,32 @@ TEST(RemapTable, SamplesFinelyBetweenPixels) {
   }
 }
 
+TEST(RemapTable, TreatsEachColourAsAPictureOfItsOwn) {
+  const cv::Size size(31, 17);
+  const RemapTable table(size, {40, 9}, [](int u, int v) {
+    return cv::Point2d(0.7 * u + 0.2, 1.5 * v + 0.4);  // past the picture's right border too
+  });
+  const cv::Mat blue = RandomPicture(size);
+  cv::Mat green;
+  cv::flip(blue, green, 0);
+  cv::Mat red;
+  cv::flip(blue, red, 1);
+  cv::Mat colour;
+  cv::merge(std::vector<cv::Mat>{blue, green, red}, colour);
+  cv::Mat result;
+  table.Apply(colour, result);
+  ASSERT_EQ(result.size(), cv::Size(40, 9));
+  ASSERT_EQ(table.Mask().size(), cv::Size(40, 9));
+  std::vector<cv::Mat> channels;
+  cv::split(result, channels);
+  const cv::Mat* const raw[] = {&blue, &green, &red};
+  for (std::size_t c = 0; c < 3; ++c) {
+    cv::Mat alone;
+    table.Apply(*raw[c], alone);
+    EXPECT_EQ(cv::norm(alone, channels[c], cv::NORM_INF), 0);
+  }
+}
+
 TEST(RemapTable, TakesAPartOfALargerPicture) {
   const cv::Mat large = RandomPicture({60, 50});
   const cv::Mat part = large(cv::Rect(7, 5, 30, 20));
