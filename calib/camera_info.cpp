@@ -61,13 +61,18 @@ void ReadDistortion(const YamlValue& info, PinholeCamera& camera) {
 
 }  // namespace
 
-PinholeCamera ParseCameraInfo(const YamlValue& info) {
+PinholeCamera ParsePictureSize(const YamlValue& info) {
   PinholeCamera camera;
   camera.width_px =
       info.At("image_width", "the picture's width in pixels").WholeNumber(1, kMaxPicturePx);
   camera.height_px =
       info.At("image_height", "the picture's height in pixels").WholeNumber(1, kMaxPicturePx);
   if (const auto name = info.Find("camera_name")) name->Text();
+  return camera;
+}
+
+PinholeCamera ParseCameraInfo(const YamlValue& info) {
+  PinholeCamera camera = ParsePictureSize(info);
   ReadCameraMatrix(info, camera);
   ReadDistortion(info, camera);
   if (const auto r = info.Find("rectification_matrix")) ReadMatrix(*r, 3, 3);

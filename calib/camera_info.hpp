@@ -17,4 +17,7 @@ PinholeCamera ReadCameraInfo(const std::filesystem::path& file);
 /// The same from a map of keys already read. The caller checks for unknown keys.
 PinholeCamera ParseCameraInfo(const YamlValue& info);
 
+/// Its image_width, image_height and camera_name alone; focal lengths 0.
+PinholeCamera ParsePictureSize(const YamlValue& info);
+
 }  // namespace ceilmap::calib

@@ -83,35 +83,4 @@ Eigen::Isometry3d ParseCameraPose(const YamlValue& pose) {
   return T_base_cam;
 }
 
-HyperbolicMirror ParseMirror(const YamlValue& mirror, const Eigen::Isometry3d& T_base_cam) {
-  mirror.AllowOnly({"A",
-                    "B",
-                    "C",
-                    "rim_radius",
-                    "base_link_to_viewpoint",
-                    "rim_radius_px",
-                    "horizon_radius_px"});
-  const auto positive = [&](const char* key) {
-    return mirror.At(key, "it from the mirror's data sheet or calibration")
-        .PositiveNumber("take it from the mirror's data sheet or calibration");
-  };
-  HyperbolicMirror m;
-  m.A_m = positive("A");
-  m.B_m = positive("B");
-  m.C_m = positive("C");
-  m.rim_radius_m = positive("rim_radius");
-  m.rim_radius_px = positive("rim_radius_px");
-  m.horizon_radius_px = positive("horizon_radius_px");
-  if (std::abs(m.C_m / std::hypot(m.A_m, m.B_m) - 1) > kTolerance) {
-    mirror.At("C", "").Fail("sqrt(A^2 + B^2)", "correct A, B or C");
-  }
-  if (const auto viewpoint = mirror.Find("base_link_to_viewpoint")) {
-    const Eigen::Vector3d given(viewpoint->Numbers(3).data());
-    if ((T_base_cam * Eigen::Vector3d(0, 0, 2 * m.C_m) - given).norm() > kTolerance) {
-      viewpoint->Fail("2 C along the camera's axis from the camera", "correct it or remove it");
-    }
-  }
-  return m;
-}
-
 }  // namespace ceilmap::calib

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 
-#include "calib/rig.hpp"
 #include "calib/yaml_value.hpp"
 
 namespace ceilmap::calib {
@@ -12,9 +11,5 @@ namespace ceilmap::calib {
 /// (off by up to 1e-3) are made orthonormal.
 /// @throws InputError
 Eigen::Isometry3d ParseCameraPose(const YamlValue& pose);
-
-/// Reads `mirror` of rig.yaml. @throws InputError also when C^2 = A^2 + B^2 does not hold, or the
-/// viewpoint is not where T_base_cam and the mirror put it (both to 1e-3).
-HyperbolicMirror ParseMirror(const YamlValue& mirror, const Eigen::Isometry3d& T_base_cam);
 
 }  // namespace ceilmap::calib

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "calib/camera_info.hpp"
+#include "calib/mirror_reader.hpp"
 #include "calib/mount_reader.hpp"
 #include "calib/yaml_value.hpp"
 
@@ -30,6 +31,34 @@ PinholeCamera ParseIntrinsics(const YamlValue& value) {
   return ReadCameraInfo(value.File().parent_path() / path->Text());
 }
 
+/// A ring needs no more of the camera than the size of its pictures.
+PinholeCamera ParseRingIntrinsics(const YamlValue& value) {
+  for (const char* key :
+       {"camera_info", "camera_matrix", "distortion_model", "distortion_coefficients"}) {
+    if (value.Find(key)) return ParseIntrinsics(value);
+  }
+  return ParsePictureSize(value);
+}
+
+/// The mirror of a camera of that type, whose intrinsics and pose are known.
+void ParseMirrorOf(const YamlValue& value, const std::string& type, MountedCamera& mounted) {
+  if (type == "hyperbolic_mirror") {
+    mounted.mirror = ParseMirror(value.At("mirror", "mirror: {A: ..., B: ..., C: ..., ...}"),
+                                 mounted.T_base_cam);
+  } else if (type == "mirror") {
+    const PinholeCamera& camera = mounted.camera;
+    std::optional<Eigen::Vector2d> axis_px;
+    if (camera.fx > 0) axis_px = {camera.cx, camera.cy};
+    mounted.mirror_ring = ParseMirrorRing(
+        value.At("mirror",
+                 "mirror: {inner_radius_px: ..., outer_radius_px: ..., centre_px: [u, v]}"),
+        camera.Size(),
+        axis_px);
+  } else if (const auto mirror = value.Find("mirror")) {
+    mirror->Fail("absent for type pinhole", "remove it, or write type: hyperbolic_mirror");
+  }
+}
+
 MountedCamera ParseCamera(const YamlValue& value) {
   value.AllowOnly({"type",
                    "camera_info",
@@ -44,13 +73,13 @@ MountedCamera ParseCamera(const YamlValue& value) {
                    "base_link_to_camera",
                    "exposure_time",
                    "mirror"});
-  const YamlValue type = value.At("type", "type: pinhole or type: hyperbolic_mirror");
-  const bool has_mirror = type.Text() == "hyperbolic_mirror";
-  if (!has_mirror && type.Text() != "pinhole") {
-    type.Fail("pinhole or hyperbolic_mirror", "correct it");
+  const YamlValue type = value.At("type", "type: pinhole, hyperbolic_mirror or mirror");
+  const std::string name = type.Text();
+  if (name != "pinhole" && name != "hyperbolic_mirror" && name != "mirror") {
+    type.Fail("pinhole, hyperbolic_mirror or mirror", "correct it");
   }
   MountedCamera mounted;
-  mounted.camera = ParseIntrinsics(value);
+  mounted.camera = name == "mirror" ? ParseRingIntrinsics(value) : ParseIntrinsics(value);
   const YamlValue pose =
       value.At("base_link_to_camera", "base_link_to_camera with translation and rotation_xyzw");
   mounted.T_base_cam = ParseCameraPose(pose);
@@ -61,19 +90,14 @@ MountedCamera ParseCamera(const YamlValue& value) {
     mounted.exposure_time_s = exposure->Number();
     if (mounted.exposure_time_s < 0) exposure->Fail(">= 0", "give it in seconds, or 0");
   }
-  if (has_mirror) {
-    mounted.mirror = ParseMirror(value.At("mirror", "mirror: {A: ..., B: ..., C: ..., ...}"),
-                                 mounted.T_base_cam);
-  } else if (const auto mirror = value.Find("mirror")) {
-    mirror->Fail("absent for type pinhole", "remove it, or write type: hyperbolic_mirror");
-  }
+  ParseMirrorOf(value, name, mounted);
   return mounted;
 }
 
 /// The upward camera must look at the ceiling from below.
 void CheckUpwardCamera(const YamlValue& rig, const YamlValue& up, const Rig& result) {
   const MountedCamera& camera = *result.up;
-  if (camera.mirror) {
+  if (camera.mirror || camera.mirror_ring) {
     up.At("type", "").Fail("pinhole for the upward camera", "name a mirror camera omni");
   }
   const double up_cosine = camera.T_base_cam.linear()(2, 2);

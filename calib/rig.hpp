@@ -6,27 +6,18 @@
 #include <string>
 
 #include "calib/camera.hpp"
+#include "calib/mirror.hpp"
 
 namespace ceilmap::calib {
 
-/// Convex hyperbolic mirror over a pinhole camera: z^2/A^2 - r^2/B^2 = 1 (upper sheet), C^2 = A^2 +
-/// B^2, pinhole at (0, 0, -C), effective single viewpoint at (0, 0, C). Metres and pixels.
-struct HyperbolicMirror {
-  double A_m = 0;
-  double B_m = 0;
-  double C_m = 0;
-  double rim_radius_m = 0;
-  double rim_radius_px = 0;
-  double horizon_radius_px = 0;
-};
-
 /// A camera on the robot.
 struct MountedCamera {
-  PinholeCamera camera;
+  PinholeCamera camera;  ///< focal lengths 0: not known, only with mirror_ring
   /// p_base = T_base_cam * p_cam; cam is the optical frame.
   Eigen::Isometry3d T_base_cam = Eigen::Isometry3d::Identity();
   double exposure_time_s = 0;
   std::optional<HyperbolicMirror> mirror;  ///< only for type hyperbolic_mirror
+  std::optional<MirrorRing> mirror_ring;   ///< only for type mirror, whose shape is not known
 };
 
 /// What a robot carries, as read from rig.yaml. base: foot of the camera mast on the floor, x

@@ -79,6 +79,29 @@ TEST(Rig, ReadsAMirror) {
   EXPECT_EQ(rig.omni->T_base_cam.translation().z(), 0.55);
 }
 
+// Of an uncalibrated camera the size of its pictures, the ring and the pose are enough.
+TEST(Rig, ReadsAMirrorOfUnknownShape) {
+  const std::string mirror = kRigText.substr(kRigText.find("    mirror:\n"));
+  std::string text =
+      Replaced(kRigText, mirror, "    mirror: {inner_radius_px: 60, outer_radius_px: 225}\n");
+  text = Replaced(text, "type: hyperbolic_mirror", "type: mirror");
+  const Rig calibrated = ParseRig(text, "rig.yaml");
+  ASSERT_TRUE(calibrated.omni && calibrated.omni->mirror_ring);
+  EXPECT_FALSE(calibrated.omni->mirror);
+  EXPECT_EQ(calibrated.omni->mirror_ring->centre_px, Eigen::Vector2d(239.5, 239.5));
+  EXPECT_EQ(calibrated.omni->mirror_ring->inner_radius_px, 60);
+  EXPECT_EQ(calibrated.omni->mirror_ring->outer_radius_px, 225);
+
+  const std::size_t begin = text.rfind("    camera_matrix");
+  text.erase(begin, text.rfind("    base_link_to_camera") - begin);
+  text = Replaced(text, "outer_radius_px: 225", "outer_radius_px: 225, centre_px: [238, 241]");
+  const Rig plain = ParseRig(text, "rig.yaml");
+  ASSERT_TRUE(plain.omni && plain.omni->mirror_ring);
+  EXPECT_EQ(plain.omni->camera.Size(), cv::Size(480, 480));
+  EXPECT_EQ(plain.omni->camera.fx, 0);
+  EXPECT_EQ(plain.omni->mirror_ring->centre_px, Eigen::Vector2d(238, 241));
+}
+
 TEST(Rig, TakesNullAndAbsentForwardHeightAlike) {
   for (const char* line : {"d: null\n", "d: ~\n", "d:\n", ""}) {
     EXPECT_FALSE(ParseRig(Replaced(kRigText, "d: 0.45\n", line), "rig.yaml").forward_height_m);
