@@ -1,0 +1,244 @@
+#include "calib/mirror_view.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::calib {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kRadPerDeg = kPi / 180;
+
+std::string SizeText(cv::Size size) {
+  return fmt::format("{} x {}", size.width, size.height);
+}
+
+std::string Degrees(double angle_rad) {
+  return fmt::format("{:.4g} deg", angle_rad / kRadPerDeg);
+}
+
+void CheckRange(const char* name, int value, int least, int most) {
+  if (value >= least && value <= most) return;
+  throw InputError(
+      fmt::format("MirrorViewParams.{} = {}, must be in {}..{}", name, value, least, most));
+}
+
+void CheckElevation(const char* name, const std::optional<double>& elevation_rad) {
+  if (!elevation_rad || std::abs(*elevation_rad) < kPi / 2) return;
+  throw InputError(fmt::format("MirrorViewParams.{} = {}, must be above -90 deg and below 90 deg",
+                               name,
+                               Degrees(*elevation_rad)));
+}
+
+/// @throws InputError unless the camera looks up.
+double TiltOf(const MountedCamera& omni) {
+  const double cosine = omni.T_base_cam.linear()(2, 2);
+  if (cosine > std::numbers::sqrt2 / 2) return std::acos(std::min(cosine, 1.0));
+  throw InputError(
+      "mirror camera: its optical axis must point upwards (within 45 deg); correct the camera's "
+      "pose in the rig");
+}
+
+/// Column's azimuth in base, as in the class comment.
+double Azimuth(int u, int columns) {
+  return kPi - 2 * kPi * u / columns;
+}
+
+/// A quantity that changes evenly from the upper to the lower edge of the panorama.
+struct Edges {
+  double upper = 0;
+  double lower = 0;
+  int rows = 1;
+
+  [[nodiscard]] double At(double row) const { return upper + (lower - upper) * (row + 0.5) / rows; }
+  /// The row at which it has that value.
+  [[nodiscard]] double RowOf(double value) const {
+    return rows * (value - upper) / (lower - upper) - 0.5;
+  }
+};
+
+/// Elevations of the rows of a panorama from a mirror of known shape.
+class RowElevations {
+ public:
+  RowElevations(const HyperbolicMirror& mirror, double tilt_rad, const MirrorViewParams& params)
+      : mirror_(mirror), spacing_(params.row_spacing.value_or(PanoramaRows::kElevation)) {
+    constexpr double kLeastBelow = 15 * kRadPerDeg;
+    constexpr double kMostBelow = 30 * kRadPerDeg;
+    const double highest_rad =
+        params.highest_elevation_rad.value_or(mirror.RimElevation() - tilt_rad);
+    const double lowest_rad =
+        params.lowest_elevation_rad.value_or(-std::clamp(highest_rad, kLeastBelow, kMostBelow));
+    if (!(lowest_rad < highest_rad)) {
+      throw InputError(fmt::format(
+          "mirror camera: the panorama's lowest elevation {} must be below its highest, "
+          "{}; the mirror looks up to {}",
+          Degrees(lowest_rad),
+          Degrees(highest_rad),
+          Degrees(mirror.RimElevation() - tilt_rad)));
+    }
+    edges_ = {ToSpacing(highest_rad), ToSpacing(lowest_rad), params.rows};
+  }
+
+  [[nodiscard]] double At(int row) const { return FromSpacing(edges_.At(row)); }
+  [[nodiscard]] double HorizonRow() const { return edges_.RowOf(ToSpacing(0)); }
+
+ private:
+  [[nodiscard]] double ToSpacing(double elevation_rad) const {
+    switch (spacing_) {
+      case PanoramaRows::kRadius:
+        return mirror_.CameraSlope(elevation_rad);
+      case PanoramaRows::kTanElevation:
+        return std::tan(elevation_rad);
+      default:
+        return elevation_rad;
+    }
+  }
+  [[nodiscard]] double FromSpacing(double value) const {
+    switch (spacing_) {
+      case PanoramaRows::kRadius:
+        return mirror_.Elevation(value);
+      case PanoramaRows::kTanElevation:
+        return std::atan(value);
+      default:
+        return value;
+    }
+  }
+
+  HyperbolicMirror mirror_;
+  PanoramaRows spacing_;
+  Edges edges_;
+};
+
+void CheckRing(const MirrorRing& ring, const MirrorViewParams& params) {
+  if (!ring.centre_px.allFinite() || !(ring.inner_radius_px > 0) ||
+      !(ring.outer_radius_px > ring.inner_radius_px && std::isfinite(ring.outer_radius_px))) {
+    throw InputError(fmt::format(
+        "mirror ring: inner radius {} px, outer {} px, must be 0 < inner < outer about a "
+        "centre in the picture",
+        ring.inner_radius_px,
+        ring.outer_radius_px));
+  }
+  if (params.row_spacing.value_or(PanoramaRows::kRadius) != PanoramaRows::kRadius ||
+      params.highest_elevation_rad || params.lowest_elevation_rad) {
+    throw InputError(
+        "mirror ring: elevations are not known of a mirror without its shape; leave them out, or "
+        "give the mirror's A, B and C in the rig");
+  }
+}
+
+/// Reads along the scan lines of a ring. The camera may be turned about its axis.
+RemapTable::Source RingSource(const MirrorRing& ring,
+                              const Eigen::Matrix3d& R_base_cam,
+                              const MirrorViewParams& params) {
+  const Edges radii{ring.outer_radius_px, ring.inner_radius_px, params.rows};
+  return [=, columns = params.columns](int u, int v) -> std::optional<cv::Point2d> {
+    const double azimuth = Azimuth(u, columns);
+    const Eigen::Vector3d level_base(std::cos(azimuth), std::sin(azimuth), 0);
+    const Eigen::Vector2d direction = (R_base_cam.transpose() * level_base).head<2>().normalized();
+    const Eigen::Vector2d at = ring.centre_px + radii.At(v) * direction;
+    return cv::Point2d(at.x(), at.y());
+  };
+}
+
+/// Looks in directions of base, through mirror and lens.
+RemapTable::Source MirrorSource(const MountedCamera& omni,
+                                const RowElevations& elevations,
+                                const MirrorViewParams& params) {
+  const Eigen::Matrix3d R_cam_base = omni.T_base_cam.linear().transpose();
+  return [=, mirror = *omni.mirror, camera = omni.camera, columns = params.columns](
+             int u, int v) -> std::optional<cv::Point2d> {
+    const double azimuth = Azimuth(u, columns);
+    const double elevation = elevations.At(v);
+    const Eigen::Vector3d direction_base(std::cos(elevation) * std::cos(azimuth),
+                                         std::cos(elevation) * std::sin(azimuth),
+                                         std::sin(elevation));
+    const auto p_cam = mirror.Reflection(R_cam_base * direction_base);
+    if (!p_cam) return std::nullopt;
+    const auto at = camera.Project(*p_cam);
+    if (!at) return std::nullopt;
+    return cv::Point2d(at->x(), at->y());
+  };
+}
+
+/// For a camera that looks up: x_cam = y_base, y_cam = -x_base.
+Eigen::Matrix3d FrontAtTop() {
+  Eigen::Matrix3d R_base_cam;
+  R_base_cam << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  return R_base_cam;
+}
+
+}  // namespace
+
+void MirrorViewParams::Validate() const {
+  CheckRange("columns", columns, 8, 16384);
+  CheckRange("rows", rows, 1, 4096);
+  CheckElevation("highest_elevation_rad", highest_elevation_rad);
+  CheckElevation("lowest_elevation_rad", lowest_elevation_rad);
+}
+
+MirrorView::MirrorView(const MountedCamera& omni, const MirrorViewParams& params)
+    : raw_size_(omni.camera.Size()), size_(params.columns, params.rows) {
+  params.Validate();
+  const double tilt_rad = TiltOf(omni);
+  if (omni.mirror_ring) {
+    CheckRing(*omni.mirror_ring, params);
+    MakeTable(RingSource(*omni.mirror_ring, omni.T_base_cam.linear(), params),
+              params.interpolation);
+    return;
+  }
+  if (!omni.mirror) {
+    throw InputError("mirror camera: has no mirror; describe it in the rig (calib/README.md)");
+  }
+  const RowElevations elevations(*omni.mirror, tilt_rad, params);
+  horizon_row_ = elevations.HorizonRow();
+  MakeTable(MirrorSource(omni, elevations, params), params.interpolation);
+}
+
+MirrorView::MirrorView(cv::Size raw, const MirrorRing& ring, const MirrorViewParams& params)
+    : raw_size_(raw), size_(params.columns, params.rows) {
+  params.Validate();
+  CheckRing(ring, params);
+  MakeTable(RingSource(ring, FrontAtTop(), params), params.interpolation);
+}
+
+void MirrorView::MakeTable(const RemapTable::Source& source, Interpolation interpolation) {
+  constexpr int kMaxPicturePx = 16384;
+  if (raw_size_.width < 2 || raw_size_.height < 2 || raw_size_.width > kMaxPicturePx ||
+      raw_size_.height > kMaxPicturePx) {
+    throw InputError(fmt::format("mirror camera: pictures of {} pixels, must be 2 x 2 to {} x {}",
+                                 SizeText(raw_size_),
+                                 kMaxPicturePx,
+                                 kMaxPicturePx));
+  }
+  const bool nearest = interpolation == Interpolation::kNearest;
+  table_ = {raw_size_, size_, [&](int u, int v) {
+              std::optional<cv::Point2d> at = source(u, v);
+              if (at && nearest) at = {std::round(at->x), std::round(at->y)};
+              return at;
+            }};
+  if (cv::countNonZero(table_.Mask()) == size_.area()) return;
+  throw InputError(fmt::format(
+      "mirror camera: parts of the panorama lie outside the mirror or the picture of {} "
+      "pixels; take a smaller outer radius or a lower highest elevation",
+      SizeText(raw_size_)));
+}
+
+void MirrorView::Unwrap(const cv::Mat& raw, cv::Mat& panorama) const {
+  if ((raw.type() != CV_8UC1 && raw.type() != CV_8UC3) || raw.size() != raw_size_) {
+    throw InputError(fmt::format(
+        "mirror picture of {} pixels, {}, must be {} and CV_8UC1 or CV_8UC3; use the rig "
+        "or ring of the camera that took it",
+        SizeText(raw.size()),
+        cv::typeToString(raw.type()),
+        SizeText(raw_size_)));
+  }
+  table_.Apply(raw, panorama);
+}
+
+}  // namespace ceilmap::calib
