@@ -1,14 +1,10 @@
 #include "localization/compass/column_shift.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <numbers>
-
-#include "calib/error.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -17,39 +13,6 @@ constexpr int kMaxChannels = 3;
 // One row's sum of squares fits 32 bits, which doubles the width of the vectorised loop.
 static_assert(std::uint64_t{kMaxColumns} * kMaxChannels * 255 * 255 <=
               std::numeric_limits<std::uint32_t>::max());
-
-void CheckPanorama(const cv::Mat& panorama, const char* name) {
-  if (panorama.rows < 1 || panorama.cols < 2 || panorama.cols > kMaxColumns) {
-    throw calib::InputError(
-        fmt::format("{} panorama is {} x {} pixels, must have 2 to {} columns and at least 1 row; "
-                    "unwrap it with other settings",
-                    name,
-                    panorama.cols,
-                    panorama.rows,
-                    kMaxColumns));
-  }
-  if (panorama.type() != CV_8UC1 && panorama.type() != CV_8UC3) {
-    throw calib::InputError(fmt::format("{} panorama is {}, must be CV_8UC1 or CV_8UC3; convert it",
-                                        name,
-                                        cv::typeToString(panorama.type())));
-  }
-}
-
-void CheckPanoramas(const cv::Mat& reference, const cv::Mat& current) {
-  CheckPanorama(reference, "reference");
-  CheckPanorama(current, "current");
-  if (reference.size() != current.size() || reference.type() != current.type()) {
-    throw calib::InputError(
-        fmt::format("panoramas differ: reference {} x {} {}, current {} x {} {}, must be alike; "
-                    "unwrap both with the same settings",
-                    reference.cols,
-                    reference.rows,
-                    cv::typeToString(reference.type()),
-                    current.cols,
-                    current.rows,
-                    cv::typeToString(current.type())));
-  }
-}
 
 std::uint32_t SumOfSquares(const std::uint8_t* a, const std::uint8_t* b, std::size_t count) {
   std::uint32_t sum = 0;

@@ -5,12 +5,9 @@
 #include <optional>
 #include <vector>
 
-namespace ceilmap::compass {
+#include "localization/compass/panorama.hpp"
 
-/// Panoramas here show the full circle, one column per 360/W deg, and azimuth falls from left to
-/// right: what stands left of the robot is at the left of what stands ahead. They are CV_8UC1 or
-/// CV_8UC3, 2 to kMaxColumns wide, and both of one size and type.
-inline constexpr int kMaxColumns = 16384;
+namespace ceilmap::compass {
 
 /// Squared Euclidean distances of two panoramas for all circular shifts of columns, exact: value s
 /// is the sum over pixels and channels of (current(v, u) - reference(v, (u - s) mod W))^2, for s =

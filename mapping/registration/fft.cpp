@@ -123,6 +123,63 @@ void RealFft::Inverse(std::span<std::complex<float>> in, std::span<float> out) c
   fftwf_execute_dft_c2r(plans_->inverse, AsFftw(in.data()), out.data());
 }
 
+struct ComplexFft::Plans {
+  fftwf_plan forward = nullptr;
+  fftwf_plan inverse = nullptr;
+
+  Plans() = default;
+  Plans(const Plans&) = delete;
+  Plans& operator=(const Plans&) = delete;
+  ~Plans() {
+    const std::scoped_lock lock(PlannerMutex());
+    fftwf_destroy_plan(forward);
+    fftwf_destroy_plan(inverse);
+  }
+};
+
+ComplexFft::ComplexFft(std::shared_ptr<const Plans> plans, std::size_t size)
+    : plans_(std::move(plans)), size_(size) {}
+
+ComplexFft ComplexFft::Lines(int count, int length) {
+  const auto size = static_cast<std::size_t>(count) * static_cast<std::size_t>(length);
+  const ComplexArray in(size);
+  const ComplexArray out(size);
+  auto plans = std::make_shared<Plans>();
+  const std::scoped_lock lock(PlannerMutex());
+  const auto plan = [&](int sign) {
+    return fftwf_plan_many_dft(1,
+                               &length,
+                               count,
+                               AsFftw(in.data()),
+                               nullptr,
+                               1,
+                               length,
+                               AsFftw(out.data()),
+                               nullptr,
+                               1,
+                               length,
+                               sign,
+                               FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
+  };
+  plans->forward = plan(FFTW_FORWARD);
+  plans->inverse = plan(FFTW_BACKWARD);
+  return {std::move(plans), size};
+}
+
+void ComplexFft::Forward(std::span<const std::complex<float>> in,
+                         std::span<std::complex<float>> out) const {
+  RequireSize(in.size(), size_);
+  RequireSize(out.size(), size_);
+  fftwf_execute_dft(plans_->forward, AsFftw(in.data()), AsFftw(out.data()));
+}
+
+void ComplexFft::Inverse(std::span<const std::complex<float>> in,
+                         std::span<std::complex<float>> out) const {
+  RequireSize(in.size(), size_);
+  RequireSize(out.size(), size_);
+  fftwf_execute_dft(plans_->inverse, AsFftw(in.data()), AsFftw(out.data()));
+}
+
 int FastFftSize(int n) {
   for (int candidate = n - n % 2; candidate > 2; candidate -= 2) {
     int rest = candidate;

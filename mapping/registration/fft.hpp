@@ -68,6 +68,28 @@ class RealFft {
   std::size_t spectrum_size_ = 0;
 };
 
+/// Complex FFT of many lines in single precision, unnormalised, as RealFft otherwise. Two real
+/// lines as the parts of one complex line transform in little more than half the time of two real
+/// ones.
+class ComplexFft {
+ public:
+  /// `count` independent 1-D transforms of `length` samples that lie one after another.
+  static ComplexFft Lines(int count, int length);
+
+  [[nodiscard]] std::size_t Size() const { return size_; }
+
+  /// @param in, out  Size() values each, from AlignedArray memory; `in` is kept.
+  /// @throws std::invalid_argument when a span is too small.
+  void Forward(std::span<const std::complex<float>> in, std::span<std::complex<float>> out) const;
+  void Inverse(std::span<const std::complex<float>> in, std::span<std::complex<float>> out) const;
+
+ private:
+  struct Plans;
+  ComplexFft(std::shared_ptr<const Plans> plans, std::size_t size);
+  std::shared_ptr<const Plans> plans_;
+  std::size_t size_ = 0;
+};
+
 /// Smallest n' <= n that is even and has only the prime factors 2, 3 and 5: a size that transforms
 /// fast. n >= 2.
 int FastFftSize(int n);

@@ -1,0 +1,397 @@
+#include "localization/compass/fft_compass.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
+
+#include "calib/error.hpp"
+#include "calib/pose2.hpp"
+#include "localization/compass/fields_of_view.hpp"
+#include "localization/compass/heading_graph.hpp"
+#include "localization/compass/panorama.hpp"
+#include "localization/compass/shift_distances.hpp"
+
+namespace ceilmap::compass {
+
+using std::numbers::pi;
+
+namespace {
+
+// What places look like in few pixels, to find those that were seen before.
+constexpr int kThumbColumns = 72;
+constexpr int kThumbRows = 5;
+
+/// A panorama that others may be compared with.
+struct View {
+  PanoramaSpectrum spectrum;
+  PooledPanorama pooled;
+  PanoramaSpectrum thumb;
+  std::int64_t frame = 0;
+};
+
+/// A view with a heading of its own, in the graph.
+struct Reference {
+  std::shared_ptr<View> view;
+  int place = 0;
+};
+
+}  // namespace
+
+void FftCompassParams::Validate() const {
+  const auto require = [](bool ok, const char* field, double value, const char* range) {
+    if (!ok) {
+      throw calib::InputError(fmt::format("fft compass: {} = {}, must be {}", field, value, range));
+    }
+  };
+  const auto part = [&](const char* field, double value) {
+    require(value >= 0 && value <= 1, field, value, "in [0, 1]");
+  };
+  require(field_of_view_rad > 0 && field_of_view_rad <= 2 * pi,
+          "field_of_view_rad",
+          field_of_view_rad,
+          "in (0, 2 pi]");
+  require(max_parallax_rad > 0, "max_parallax_rad", max_parallax_rad, "> 0");
+  part("min_inlier_part", min_inlier_part);
+  part("min_believed_part", min_believed_part);
+  require(reference_sigma_rad >= 0, "reference_sigma_rad", reference_sigma_rad, ">= 0");
+  require(recent_references >= 1, "recent_references", recent_references, "at least 1");
+  require(kept_references >= 4, "kept_references", kept_references, "at least 4");
+  require(revisits >= 0, "revisits", revisits, ">= 0");
+  require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
+  require(restart_after >= 1, "restart_after", restart_after, "at least 1");
+  sectors.Validate();
+  parallax.Validate();
+}
+
+struct FftCompass::Impl {
+  explicit Impl(const FftCompassParams& p) : params(p) {}
+
+  FftCompassParams params;
+  std::optional<ShiftDistances> distances;
+  std::optional<ShiftDistances> thumbs;
+  std::optional<SectorMatcher> matcher;
+  std::vector<double> squared;
+  std::vector<double> thumb_squared;
+  cv::Mat grey;
+  cv::Mat thumb;
+
+  HeadingGraph graph;
+  std::vector<Reference> references;  // by time; the last one is the current one
+  std::shared_ptr<View> current;
+  std::shared_ptr<View> before;  // the frame before, while its heading was measured
+  double before_turn_rad = 0;    // from the last reference
+  double before_variance = 0;
+  HeadingEstimate estimate;
+  double last_stamp_s = 0;
+  double seen_stamp_s = 0;   // of the last frame that was measured
+  double seen_variance = 0;  // ... and its variance
+  double turned_rad = 0;     // from the frame before that to the last one
+  double shift_columns = 0;  // that was taken last
+  int unmatched = 0;         // frames in a row
+  std::int64_t frames = 0;
+  std::int64_t made = 0;
+  std::int64_t revisited = 0;
+
+  [[nodiscard]] int Columns() const { return distances->Columns(); }
+  [[nodiscard]] double ColumnsPerRad() const { return Columns() / (2 * pi); }
+  [[nodiscard]] const HeadingGraph::Place& PlaceOf(const Reference& reference) const {
+    return graph.At(reference.place);
+  }
+  void Prepare(const cv::Mat& panorama);
+  void Analyze(const cv::Mat& panorama);
+  std::shared_ptr<View> FreshView();
+  double LeastShift(const View& reference, const std::vector<float>& weights);
+  std::optional<ParallaxFit> Around(const View& reference, double shift_columns, double direction);
+  std::optional<ParallaxFit> Match(const View& reference,
+                                   const PanoramaFrame& frame,
+                                   std::optional<double> expected_rad);
+  void Take(const ParallaxFit& fit, double stamp_s);
+  void Hold(double stamp_s);
+  void MakeReference(const std::shared_ptr<View>& view, double turn_rad, double variance_rad2);
+  void MeasureAgainst(const Reference& old, int place, bool revisit);
+  void MeasureRevisits(int place);
+  void Forget();
+  bool Retry(const PanoramaFrame& frame);
+  void Restart();
+};
+
+FftCompass::FftCompass(const FftCompassParams& params) {
+  params.Validate();
+  impl_ = std::make_unique<Impl>(params);
+}
+FftCompass::~FftCompass() = default;
+FftCompass::FftCompass(FftCompass&&) noexcept = default;
+FftCompass& FftCompass::operator=(FftCompass&&) noexcept = default;
+
+void FftCompass::Impl::Prepare(const cv::Mat& panorama) {
+  CheckPanorama(panorama, "the");
+  constexpr int kLeastColumns = 48;
+  if (panorama.cols < kLeastColumns) {
+    throw calib::InputError(
+        fmt::format("a panorama of {} columns is too narrow for method fft, must have at least {}; "
+                    "unwrap it to more columns",
+                    panorama.cols,
+                    kLeastColumns));
+  }
+  const int channels = panorama.channels();
+  distances.emplace(panorama.size(), channels);
+  matcher.emplace(panorama.size(), channels, params.sectors);
+  thumbs.emplace(cv::Size(kThumbColumns, std::min(kThumbRows, panorama.rows)), 1);
+  squared.resize(static_cast<std::size_t>(panorama.cols));
+  thumb_squared.resize(kThumbColumns);
+}
+
+/// The memory of a view that nobody keeps is used again.
+std::shared_ptr<View> FftCompass::Impl::FreshView() {
+  if (current && current.use_count() == 1) return std::move(current);
+  return std::make_shared<View>();
+}
+
+void FftCompass::Impl::Analyze(const cv::Mat& panorama) {
+  current = FreshView();
+  distances->Analyze(panorama, current->spectrum);
+  matcher->Analyze(panorama, current->pooled);
+  const cv::Mat* one = &panorama;
+  if (panorama.channels() == 3) {
+    cv::cvtColor(panorama, grey, cv::COLOR_BGR2GRAY);
+    one = &grey;
+  }
+  cv::resize(
+      *one, thumb, {kThumbColumns, std::min(kThumbRows, panorama.rows)}, 0, 0, cv::INTER_AREA);
+  thumbs->Analyze(thumb, current->thumb);
+  current->frame = frames;
+}
+
+/// Columns by which the reference's content moved to the right, in [-W/2, W/2).
+double FftCompass::Impl::LeastShift(const View& reference, const std::vector<float>& weights) {
+  distances->Squared(
+      reference.spectrum, current->spectrum, weights, ShiftDistances::Means::kIgnore, squared);
+  const auto shift = std::min_element(squared.begin(), squared.end()) - squared.begin();
+  const int columns = Columns();
+  return static_cast<double>(2 * shift >= columns ? shift - columns : shift);
+}
+
+std::optional<ParallaxFit> FftCompass::Impl::Around(const View& reference,
+                                                    double shift,
+                                                    double direction) {
+  const auto sectors = matcher->Measure(reference.pooled, current->pooled, shift);
+  ParallaxFit fit = FitParallax(sectors, params.sectors.sectors, direction, params.parallax);
+  if (!(fit.inlier_part >= params.min_believed_part)) return std::nullopt;
+  // Further than that from the shift that was looked around nothing was looked at.
+  if (std::abs(fit.rotation_rad - shift / ColumnsPerRad()) > params.sectors.search_rad) {
+    return std::nullopt;
+  }
+  return fit;
+}
+
+/// The turn since a reference. Where the fields of view say something else than the motion so far
+/// both are tried: something that moves by itself may fill a field of view.
+std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
+                                                   const PanoramaFrame& frame,
+                                                   std::optional<double> expected_rad) {
+  const double ahead = frame.travel_direction_rad.value_or(0);
+  const auto fields = FieldsOfView::FrontAndBack(ahead, params.field_of_view_rad);
+  const double seen = LeastShift(reference, fields.ColumnWeights(Columns()));
+  // From the reference the robot came along a chord, seen from here half a turn back.
+  const auto direction = [&](double shift) {
+    return ahead - 0.5 * calib::WrapAngle(shift / ColumnsPerRad());
+  };
+  std::optional<ParallaxFit> best = Around(reference, seen, direction(seen));
+  if (!expected_rad) return best;
+  const double off = calib::WrapAngle(seen / ColumnsPerRad() - *expected_rad);
+  constexpr double kSame = 0.25;  // of the search
+  if (best && std::abs(off) < kSame * params.sectors.search_rad) return best;
+  const double expected = calib::WrapAngle(*expected_rad) * ColumnsPerRad();
+  const std::optional<ParallaxFit> other = Around(reference, expected, direction(expected));
+  if (other && (!best || other->inlier_part > best->inlier_part)) best = other;
+  return best;
+}
+
+/// A turn since the last reference becomes the heading.
+void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
+  const HeadingGraph::Place& place = PlaceOf(references.back());
+  const double heading = calib::WrapAngle(place.heading_rad + fit.rotation_rad);
+  turned_rad = calib::WrapAngle(heading - estimate.heading_rad);
+  estimate.heading_rad = heading;
+  estimate.variance_rad2 = place.variance_rad2 + fit.variance_rad2 +
+                           params.reference_sigma_rad * params.reference_sigma_rad;
+  estimate.confidence = std::clamp(fit.inlier_part, 0.0, 1.0);
+  shift_columns = calib::WrapAngle(fit.rotation_rad) * ColumnsPerRad();
+  seen_stamp_s = stamp_s;
+  seen_variance = estimate.variance_rad2;
+  unmatched = 0;
+  before_turn_rad = fit.rotation_rad;
+  before_variance = fit.variance_rad2;
+}
+
+void FftCompass::Impl::Hold(double stamp_s) {
+  const double sigma = params.unseen_rate_rad_s * (stamp_s - seen_stamp_s);
+  // Beyond this a heading is any heading.
+  constexpr double kAny = pi * pi;
+  estimate.variance_rad2 = std::min(seen_variance + sigma * sigma, kAny);
+  estimate.confidence = 0;
+  turned_rad = 0;
+  before.reset();
+}
+
+void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revisit) {
+  const double expected = calib::WrapAngle(graph.At(place).heading_rad - PlaceOf(old).heading_rad);
+  const double expected_columns = expected * ColumnsPerRad();
+  std::optional<ParallaxFit> fit = Around(*old.view, expected_columns, -0.5 * expected);
+  if (!fit || fit->inlier_part < params.min_inlier_part) return;
+  if (std::abs(fit->parallax_rad) > 2 * params.max_parallax_rad) return;
+  const double off = calib::WrapAngle(fit->rotation_rad - expected);
+  const double sigma = params.reference_sigma_rad;
+  const double variance = fit->variance_rad2 + sigma * sigma;
+  if (revisit) {
+    // The expectation is off by what has drifted in between.
+    constexpr double kSigmas = 4;
+    const double drifted = std::abs(graph.At(place).variance_rad2 - PlaceOf(old).variance_rad2);
+    if (off * off > kSigmas * kSigmas * (drifted + variance) + 1e-3) return;
+    ++revisited;
+  }
+  graph.Measure(old.place, place, fit->rotation_rad, variance);
+}
+
+void FftCompass::Impl::MeasureRevisits(int place) {
+  const auto old = static_cast<std::ptrdiff_t>(references.size()) - 1 - params.recent_references;
+  if (old <= 0 || params.revisits == 0) return;
+  std::vector<std::pair<double, std::size_t>> alike;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(old); ++i) {
+    const PanoramaSpectrum& thumb_then = references[i].view->thumb;
+    thumbs->Squared(thumb_then, current->thumb, {}, ShiftDistances::Means::kIgnore, thumb_squared);
+    const double energy = thumb_then.total_energy + current->thumb.total_energy;
+    const double least = *std::min_element(thumb_squared.begin(), thumb_squared.end());
+    constexpr double kAlike = 0.35;
+    if (least < kAlike * energy) alike.emplace_back(least / energy, i);
+  }
+  const std::size_t count = std::min(alike.size(), static_cast<std::size_t>(params.revisits));
+  std::partial_sort(alike.begin(), alike.begin() + static_cast<std::ptrdiff_t>(count), alike.end());
+  for (std::size_t k = 0; k < count; ++k) MeasureAgainst(references[alike[k].second], place, true);
+}
+
+/// @param turn_rad, variance_rad2  since the last reference.
+void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
+                                     double turn_rad,
+                                     double variance_rad2) {
+  const Reference last = references.back();
+  const int place = graph.Add(calib::WrapAngle(PlaceOf(last).heading_rad + turn_rad));
+  const double sigma = params.reference_sigma_rad;
+  graph.Measure(last.place, place, turn_rad, variance_rad2 + sigma * sigma);
+  references.push_back({view, place});
+  ++made;
+  if (view == current) {
+    const auto count = static_cast<int>(references.size());
+    graph.Solve();
+    for (int i = count - 3; i >= std::max(0, count - 1 - params.recent_references); --i) {
+      MeasureAgainst(references[static_cast<std::size_t>(i)], place, false);
+    }
+    MeasureRevisits(place);
+  }
+  graph.Solve();
+  Forget();
+}
+
+/// Every second one of the older references goes, so that the rest covers the way evenly.
+void FftCompass::Impl::Forget() {
+  if (static_cast<int>(references.size()) <= params.kept_references) return;
+  std::vector<Reference> kept;
+  const std::size_t recent =
+      references.size() - static_cast<std::size_t>(std::min<int>(
+                              params.recent_references + 1, static_cast<int>(references.size())));
+  for (std::size_t i = 0; i < references.size(); ++i) {
+    if (i == 0 || i >= recent || i % 2 == 0) {
+      kept.push_back(references[i]);
+    } else {
+      graph.Remove(references[i].place);
+    }
+  }
+  references = std::move(kept);
+}
+
+/// The reference does not fit any more: the frame before, which did, becomes the reference.
+bool FftCompass::Impl::Retry(const PanoramaFrame& frame) {
+  if (!before || before == references.back().view) return false;
+  const std::optional<ParallaxFit> fit = Match(*before, frame, turned_rad);
+  if (!fit) return false;
+  MakeReference(before, before_turn_rad, before_variance);
+  Take(*fit, frame.stamp_s);
+  return true;
+}
+
+void FftCompass::Impl::Restart() {
+  const double turn =
+      calib::WrapAngle(estimate.heading_rad - PlaceOf(references.back()).heading_rad);
+  MakeReference(current, turn, estimate.variance_rad2);
+  unmatched = 0;
+}
+
+std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
+  Impl& me = *impl_;
+  if (!me.distances) {
+    me.Prepare(frame.panorama);
+  } else if (!(frame.stamp_s > me.last_stamp_s)) {
+    throw calib::InputError(fmt::format(
+        "panorama {}: time {} s is not later than the one before", me.frames, frame.stamp_s));
+  }
+  me.Analyze(frame.panorama);
+  me.last_stamp_s = frame.stamp_s;
+  if (me.frames++ == 0) {
+    me.references.push_back({me.current, me.graph.Add(0)});
+    me.made = 1;
+    me.seen_stamp_s = frame.stamp_s;
+    me.estimate.confidence = me.current->spectrum.total_energy > 0 ? 1 : 0;
+    return me.estimate;
+  }
+  const Reference& reference = me.references.back();
+  const double expected =
+      me.estimate.heading_rad + me.turned_rad - me.PlaceOf(reference).heading_rad;
+  const bool known = me.unmatched == 0;
+  const std::optional<ParallaxFit> fit =
+      me.Match(*reference.view, frame, known ? std::optional(expected) : std::nullopt);
+  if (!fit) {
+    if (!me.Retry(frame)) {
+      me.Hold(frame.stamp_s);
+      const bool blind = me.current->spectrum.total_energy <= 0;
+      if (!blind && ++me.unmatched >= me.params.restart_after) me.Restart();
+      if (blind) me.unmatched = std::max(me.unmatched, 1);
+      return me.estimate;
+    }
+  } else {
+    me.Take(*fit, frame.stamp_s);
+    if (std::abs(fit->parallax_rad) > me.params.max_parallax_rad ||
+        fit->inlier_part < me.params.min_inlier_part) {
+      me.MakeReference(me.current, fit->rotation_rad, fit->variance_rad2);
+      const HeadingGraph::Place& place = me.PlaceOf(me.references.back());
+      me.estimate.heading_rad = place.heading_rad;
+      me.estimate.variance_rad2 = place.variance_rad2;
+      me.before_turn_rad = 0;
+      me.before_variance = 0;
+    }
+  }
+  me.before = me.current;
+  return me.estimate;
+}
+
+DistanceProfile FftCompass::Profile() const {
+  const Impl& me = *impl_;
+  DistanceProfile profile;
+  if (me.frames < 2) return profile;
+  for (const double squared : me.squared) profile.distance.push_back(std::sqrt(squared));
+  profile.shift_columns = me.shift_columns;
+  profile.reference_frame = me.references.back().view->frame;
+  return profile;
+}
+
+std::int64_t FftCompass::References() const {
+  return impl_->made;
+}
+std::int64_t FftCompass::Revisits() const {
+  return impl_->revisited;
+}
+
+}  // namespace ceilmap::compass

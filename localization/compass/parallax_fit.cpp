@@ -1,0 +1,138 @@
+#include "localization/compass/parallax_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "calib/error.hpp"
+#include "calib/pose2.hpp"
+
+namespace ceilmap::compass {
+namespace {
+
+using std::numbers::pi;
+
+constexpr int kMaxOrder = 12;
+// Rotation, direction, then the series: mean, and cosine and sine of each order.
+constexpr int kRotation = 0;
+constexpr int kDirection = 1;
+constexpr int kSeries = 2;
+constexpr int kMaxUnknowns = kSeries + 1 + 2 * kMaxOrder;
+
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
+
+/// The function of one sector that is fitted, and its derivatives by the unknowns.
+double Model(double azimuth_rad, int order, const Vector& x, Vector& derivatives) {
+  const double sine = std::sin(azimuth_rad - x[kDirection]);
+  double nearness = x[kSeries];
+  derivatives[kRotation] = 1;
+  derivatives[kSeries] = sine;
+  for (int k = 1; k <= order; ++k) {
+    const int at = kSeries + 2 * k - 1;
+    const double c = std::cos(k * azimuth_rad);
+    const double s = std::sin(k * azimuth_rad);
+    nearness += x[at] * c + x[at + 1] * s;
+    derivatives[at] = sine * c;
+    derivatives[at + 1] = sine * s;
+  }
+  derivatives[kDirection] = -nearness * std::cos(azimuth_rad - x[kDirection]);
+  return x[kRotation] + nearness * sine;
+}
+
+double MedianShift(std::span<const SectorShift> shifts) {
+  std::vector<double> values;
+  values.reserve(shifts.size());
+  for (const SectorShift& shift : shifts) values.push_back(shift.shift_rad);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Information of the prior on each unknown.
+Vector Prior(const ParallaxParams& params, double mean_nearness_rad) {
+  constexpr double kAnyNearness = 0.35;
+  constexpr double kLeastNearness = 0.0035;
+  Vector information = Vector::Zero(kSeries + 1 + 2 * params.order);
+  information[kDirection] = 1 / (params.direction_sigma_rad * params.direction_sigma_rad);
+  information[kSeries] = 1 / (kAnyNearness * kAnyNearness);
+  const double nearness = std::max(std::abs(mean_nearness_rad), kLeastNearness);
+  for (int k = 1; k <= params.order; ++k) {
+    const double sigma = params.roughness / k * nearness;
+    information[kSeries + 2 * k - 1] = information[kSeries + 2 * k] = 1 / (sigma * sigma);
+  }
+  return information;
+}
+
+}  // namespace
+
+void ParallaxParams::Validate() const {
+  const auto require = [](bool ok, const char* field, double value, const char* range) {
+    if (!ok) {
+      throw calib::InputError(fmt::format("parallax: {} = {}, must be {}", field, value, range));
+    }
+  };
+  require(order >= 0 && order <= kMaxOrder, "order", order, "in [0, 12]");
+  require(roughness > 0, "roughness", roughness, "> 0");
+  require(direction_sigma_rad > 0, "direction_sigma_rad", direction_sigma_rad, "> 0");
+  require(floor_rad > 0, "floor_rad", floor_rad, "> 0");
+  require(floor_part > 0, "floor_part", floor_part, "> 0");
+  require(robust_sigmas > 0, "robust_sigmas", robust_sigmas, "> 0");
+}
+
+ParallaxFit FitParallax(std::span<const SectorShift> shifts,
+                        int sectors_asked,
+                        double expected_direction_rad,
+                        const ParallaxParams& params) {
+  ParallaxFit fit;
+  fit.variance_rad2 = std::numeric_limits<double>::infinity();
+  constexpr std::size_t kLeastSectors = 6;
+  if (shifts.size() < kLeastSectors) return fit;
+  const Eigen::Index unknowns = kSeries + 1 + 2 * params.order;
+  Vector expected = Vector::Zero(unknowns);
+  expected[kDirection] = expected_direction_rad;
+  Vector x = expected;
+  x[kRotation] = MedianShift(shifts);
+  Vector derivatives(unknowns);
+  Matrix information(unknowns, unknowns);
+  Eigen::LLT<Matrix> solver;
+  double inliers = 0;
+  constexpr int kRounds = 8;
+  for (int round = 0; round < kRounds; ++round) {
+    const Vector prior = Prior(params, x[kSeries]);
+    const double floor = params.floor_rad + params.floor_part * std::abs(x[kSeries]);
+    information = prior.asDiagonal();
+    Vector gradient = prior.cwiseProduct(expected - x);
+    inliers = 0;
+    for (const SectorShift& shift : shifts) {
+      const double residual =
+          shift.shift_rad - Model(shift.azimuth_rad, params.order, x, derivatives);
+      const double variance = shift.variance_rad2 + floor * floor;
+      const double off2 = residual * residual / variance;
+      const double trust = 1 / (1 + off2 / (params.robust_sigmas * params.robust_sigmas));
+      // Beyond three standard deviations it is another motion, not noise.
+      inliers += off2 < 9 ? 1 : 0;
+      information += trust / variance * derivatives * derivatives.transpose();
+      gradient += trust / variance * residual * derivatives;
+    }
+    solver.compute(information);
+    x += solver.solve(gradient);
+    // A direction further off than this is noise of a robot that hardly moved.
+    x[kDirection] =
+        std::clamp(x[kDirection], expected_direction_rad - pi / 4, expected_direction_rad + pi / 4);
+  }
+  fit.rotation_rad = x[kRotation];
+  fit.variance_rad2 = solver.solve(Vector::Unit(unknowns, kRotation))[kRotation];
+  fit.direction_rad = calib::WrapAngle(x[kDirection]);
+  fit.parallax_rad = x[kSeries];
+  fit.inlier_part = inliers / sectors_asked;
+  return fit;
+}
+
+}  // namespace ceilmap::compass

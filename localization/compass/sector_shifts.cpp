@@ -1,0 +1,158 @@
+#include "localization/compass/sector_shifts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calib/error.hpp"
+#include "calib/pose2.hpp"
+#include "mapping/registration/kernels.hpp"
+
+namespace ceilmap::compass {
+namespace {
+
+using std::numbers::pi;
+
+std::size_t Size(int n) {
+  return static_cast<std::size_t>(n);
+}
+
+CEILMAP_HOT void AddSquaredDifferences(const float* a, const float* b, int n, float* sum) {
+  for (int i = 0; i < n; ++i) {
+    const float off = a[i] - b[i];
+    sum[i] += off * off;
+  }
+}
+
+CEILMAP_HOT void AddRow(const std::uint8_t* row, int channels, int columns, float* line) {
+  for (int u = 0; u < columns; ++u) line[u] += static_cast<float>(row[u * channels]);
+}
+
+}  // namespace
+
+void SectorParams::Validate() const {
+  const auto require = [](bool ok, const char* field, double value, const char* range) {
+    if (!ok) {
+      throw calib::InputError(fmt::format("sectors: {} = {}, must be {}", field, value, range));
+    }
+  };
+  require(sectors >= 12 && sectors <= 360, "sectors", sectors, "in [12, 360]");
+  require(width_rad > 0 && width_rad <= pi / 2, "width_rad", width_rad, "in (0, pi/2]");
+  require(search_rad > 0 && search_rad <= pi / 2, "search_rad", search_rad, "in (0, pi/2]");
+  require(rows >= 1, "rows", rows, "at least 1");
+}
+
+SectorMatcher::SectorMatcher(cv::Size size, int channels, const SectorParams& params)
+    : params_(params),
+      columns_(size.width),
+      rows_(size.height),
+      channels_(channels),
+      pooled_rows_(std::min(params.rows, size.height)) {
+  params_.Validate();
+  const double columns_per_rad = columns_ / (2 * pi);
+  // Two to either side are the least that a parabola and a test of its depth can do with.
+  reach_ = std::clamp(static_cast<int>(std::lround(params_.search_rad * columns_per_rad)),
+                      std::min(3, (columns_ - 1) / 2),
+                      (columns_ - 1) / 2);
+  const int half = std::clamp(static_cast<int>(std::lround(params_.width_rad * columns_per_rad)),
+                              std::min(2, (columns_ - 1) / 2),
+                              (columns_ - 1) / 2);
+  for (int i = -half; i <= half; ++i) {
+    window_.push_back(static_cast<float>(0.5 + 0.5 * std::cos(pi * i / (half + 1))));
+  }
+  volume_.Resize(Size(2 * reach_ + 1) * Size(columns_));
+  doubled_.resize(Size(columns_ + 2 * reach_ + 2));
+  cost_.resize(Size(2 * reach_ + 1));
+  shifts_.reserve(Size(params_.sectors));
+}
+
+void SectorMatcher::Analyze(const cv::Mat& panorama, PooledPanorama& pooled) const {
+  pooled.lines.Resize(Size(pooled_rows_ * channels_) * Size(columns_));
+  for (int row = 0; row < pooled_rows_; ++row) {
+    const int begin = row * rows_ / pooled_rows_;
+    const int end = (row + 1) * rows_ / pooled_rows_;
+    for (int channel = 0; channel < channels_; ++channel) {
+      float* line = pooled.lines.data() + Size(row * channels_ + channel) * Size(columns_);
+      std::fill_n(line, columns_, 0.F);
+      for (int v = begin; v < end; ++v) {
+        AddRow(panorama.ptr(v) + channel, channels_, columns_, line);
+      }
+      double sum = 0;
+      for (int u = 0; u < columns_; ++u) sum += line[u];
+      const auto mean = static_cast<float>(sum / columns_);
+      const float scale = 1.F / static_cast<float>(end - begin);
+      for (int u = 0; u < columns_; ++u) line[u] = (line[u] - mean) * scale;
+    }
+  }
+}
+
+/// volume_(k, u) = sum over lines of (current(u) - reference(u - s))^2, s = expected + k - reach_.
+void SectorMatcher::Compare(const PooledPanorama& reference,
+                            const PooledPanorama& current,
+                            int expected) {
+  std::fill_n(volume_.data(), volume_.size(), 0.F);
+  const int lines = pooled_rows_ * channels_;
+  // doubled_(i) = reference(i - expected - reach_): the largest shift begins at 0.
+  const int first = ((-expected - reach_) % columns_ + columns_) % columns_;
+  for (int line = 0; line < lines; ++line) {
+    const float* from = reference.lines.data() + Size(line) * Size(columns_);
+    for (int i = 0, u = first; i < columns_ + 2 * reach_; ++i) {
+      doubled_[Size(i)] = from[u];
+      if (++u == columns_) u = 0;
+    }
+    const float* to = current.lines.data() + Size(line) * Size(columns_);
+    for (int k = 0; k <= 2 * reach_; ++k) {
+      AddSquaredDifferences(to,
+                            doubled_.data() + (2 * reach_ - k),
+                            columns_,
+                            volume_.data() + Size(k) * Size(columns_));
+    }
+  }
+}
+
+void SectorMatcher::MeasureSector(int sector, int expected) {
+  const int half = static_cast<int>(window_.size()) / 2;
+  const double middle = (sector + 0.5) * columns_ / params_.sectors - 0.5;
+  const int centre = static_cast<int>(std::lround(middle));
+  double mean = 0;
+  for (int k = 0; k <= 2 * reach_; ++k) {
+    const float* costs = volume_.data() + Size(k) * Size(columns_);
+    double sum = 0;
+    for (int i = 0; i <= 2 * half; ++i) {
+      const int u = (centre - half + i + columns_) % columns_;
+      sum += static_cast<double>(window_[Size(i)] * costs[u]);
+    }
+    cost_[Size(k)] = sum;
+    mean += sum / (2 * reach_ + 1);
+  }
+  const auto least = std::min_element(cost_.begin(), cost_.end());
+  const int k = static_cast<int>(least - cost_.begin());
+  // A shallow minimum is one of noise; one at the edge is none.
+  constexpr double kShallow = 0.8;
+  if (k == 0 || k == 2 * reach_ || !(*least < kShallow * mean)) return;
+  const double before = cost_[Size(k - 1)];
+  const double after = cost_[Size(k + 1)];
+  const double curvature = before - 2 * *least + after;
+  if (!(curvature > 0)) return;
+  const double shift = expected + k - reach_ + 0.5 * (before - after) / curvature;
+  // Of the samples under the window so many tell something of their own.
+  constexpr double kIndependent = 15;
+  const double rad_per_column = 2 * pi / columns_;
+  shifts_.push_back({calib::WrapAngle(pi - rad_per_column * centre),
+                     shift * rad_per_column,
+                     2 * *least / (curvature * kIndependent) * rad_per_column * rad_per_column});
+}
+
+std::span<const SectorShift> SectorMatcher::Measure(const PooledPanorama& reference,
+                                                    const PooledPanorama& current,
+                                                    double expected_columns) {
+  const int expected = static_cast<int>(std::lround(expected_columns));
+  Compare(reference, current, expected);
+  shifts_.clear();
+  for (int sector = 0; sector < params_.sectors; ++sector) MeasureSector(sector, expected);
+  return shifts_;
+}
+
+}  // namespace ceilmap::compass
