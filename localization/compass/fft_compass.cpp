@@ -28,7 +28,7 @@ constexpr int kThumbRows = 5;
 /// A panorama that others may be compared with.
 struct View {
   PanoramaSpectrum spectrum;
-  PooledPanorama pooled;
+  PanoramaLines lines;
   PanoramaSpectrum thumb;
   std::int64_t frame = 0;
 };
@@ -54,6 +54,7 @@ void FftCompassParams::Validate() const {
           "field_of_view_rad",
           field_of_view_rad,
           "in (0, 2 pi]");
+  require(rows >= 1, "rows", rows, "at least 1");
   require(max_parallax_rad > 0, "max_parallax_rad", max_parallax_rad, "> 0");
   part("min_inlier_part", min_inlier_part);
   part("min_believed_part", min_believed_part);
@@ -76,12 +77,15 @@ struct FftCompass::Impl {
   std::optional<SectorMatcher> matcher;
   std::vector<double> squared;
   std::vector<double> thumb_squared;
+  cv::Size size;  // of the panoramas as given
+  cv::Mat pooled;
   cv::Mat grey;
   cv::Mat thumb;
 
   HeadingGraph graph;
   std::vector<Reference> references;  // by time; the last one is the current one
   std::shared_ptr<View> current;
+  std::shared_ptr<View> spare;
   std::shared_ptr<View> before;  // the frame before, while its heading was measured
   double before_turn_rad = 0;    // from the last reference
   double before_variance = 0;
@@ -138,30 +142,37 @@ void FftCompass::Impl::Prepare(const cv::Mat& panorama) {
                     kLeastColumns));
   }
   const int channels = panorama.channels();
-  distances.emplace(panorama.size(), channels);
-  matcher.emplace(panorama.size(), channels, params.sectors);
+  const int rows = std::min(params.rows, panorama.rows);
+  size = panorama.size();
+  distances.emplace(cv::Size(panorama.cols, rows), channels);
+  matcher.emplace(cv::Size(panorama.cols, rows), channels, params.sectors);
   thumbs.emplace(cv::Size(kThumbColumns, std::min(kThumbRows, panorama.rows)), 1);
   squared.resize(static_cast<std::size_t>(panorama.cols));
   thumb_squared.resize(kThumbColumns);
 }
 
-/// The memory of a view that nobody keeps is used again.
+/// The memory of a view that nobody keeps any more is used again.
 std::shared_ptr<View> FftCompass::Impl::FreshView() {
   if (current && current.use_count() == 1) return std::move(current);
+  if (spare && spare.use_count() == 1) return std::move(spare);
   return std::make_shared<View>();
 }
 
 void FftCompass::Impl::Analyze(const cv::Mat& panorama) {
+  const int channels = distances->Channels();
+  CheckPanoramas(cv::Mat(size, CV_8UC(channels)), panorama);
   current = FreshView();
-  distances->Analyze(panorama, current->spectrum);
-  matcher->Analyze(panorama, current->pooled);
-  const cv::Mat* one = &panorama;
-  if (panorama.channels() == 3) {
-    cv::cvtColor(panorama, grey, cv::COLOR_BGR2GRAY);
-    one = &grey;
-  }
-  cv::resize(
-      *one, thumb, {kThumbColumns, std::min(kThumbRows, panorama.rows)}, 0, 0, cv::INTER_AREA);
+  const int rows = std::min(params.rows, panorama.rows);
+  cv::resize(panorama, pooled, {panorama.cols, rows}, 0, 0, cv::INTER_AREA);
+  distances->Analyze(pooled, current->spectrum);
+  matcher->Analyze(pooled, current->lines);
+  if (channels == 3) cv::cvtColor(pooled, grey, cv::COLOR_BGR2GRAY);
+  cv::resize(channels == 3 ? grey : pooled,
+             thumb,
+             {kThumbColumns, std::min(kThumbRows, panorama.rows)},
+             0,
+             0,
+             cv::INTER_AREA);
   thumbs->Analyze(thumb, current->thumb);
   current->frame = frames;
 }
@@ -178,7 +189,7 @@ double FftCompass::Impl::LeastShift(const View& reference, const std::vector<flo
 std::optional<ParallaxFit> FftCompass::Impl::Around(const View& reference,
                                                     double shift,
                                                     double direction) {
-  const auto sectors = matcher->Measure(reference.pooled, current->pooled, shift);
+  const auto sectors = matcher->Measure(reference.lines, current->lines, shift);
   ParallaxFit fit = FitParallax(sectors, params.sectors.sectors, direction, params.parallax);
   if (!(fit.inlier_part >= params.min_believed_part)) return std::nullopt;
   // Further than that from the shift that was looked around nothing was looked at.
@@ -373,6 +384,7 @@ std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
       me.before_variance = 0;
     }
   }
+  me.spare = std::move(me.before);
   me.before = me.current;
   return me.estimate;
 }

@@ -15,6 +15,8 @@ struct FftCompassParams {
   /// Of each of the two fields of view, ahead and behind, in which the turn is looked for at first,
   /// in (0, 2 pi]; 2 pi: the whole view.
   double field_of_view_rad = std::numbers::pi / 3;
+  /// That panoramas are averaged to beforehand, >= 1: a dozen tell as much as many.
+  int rows = 15;
   SectorParams sectors;
   ParallaxParams parallax;
   /// The reference gives way when travel has moved things at the sides by more than this on

@@ -28,21 +28,24 @@ constexpr int kMaxUnknowns = kSeries + 1 + 2 * kMaxOrder;
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
 
-/// The function of one sector that is fitted, and its derivatives by the unknowns.
-double Model(double azimuth_rad, int order, const Vector& x, Vector& derivatives) {
-  const double sine = std::sin(azimuth_rad - x[kDirection]);
-  double nearness = x[kSeries];
-  derivatives[kRotation] = 1;
-  derivatives[kSeries] = sine;
+/// Terms of the series at a sector's azimuth: 1, then cosine and sine of each order.
+Vector Series(double azimuth_rad, int order) {
+  Vector terms(1 + 2 * order);
+  terms[0] = 1;
   for (int k = 1; k <= order; ++k) {
-    const int at = kSeries + 2 * k - 1;
-    const double c = std::cos(k * azimuth_rad);
-    const double s = std::sin(k * azimuth_rad);
-    nearness += x[at] * c + x[at + 1] * s;
-    derivatives[at] = sine * c;
-    derivatives[at + 1] = sine * s;
+    terms[2 * k - 1] = std::cos(k * azimuth_rad);
+    terms[2 * k] = std::sin(k * azimuth_rad);
   }
+  return terms;
+}
+
+/// The shift of one sector that the unknowns explain, and its derivatives by them.
+double Model(double azimuth_rad, const Vector& terms, const Vector& x, Vector& derivatives) {
+  const double sine = std::sin(azimuth_rad - x[kDirection]);
+  const double nearness = terms.dot(x.tail(terms.size()));
+  derivatives[kRotation] = 1;
   derivatives[kDirection] = -nearness * std::cos(azimuth_rad - x[kDirection]);
+  derivatives.tail(terms.size()) = sine * terms;
   return x[kRotation] + nearness * sine;
 }
 
@@ -102,6 +105,9 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   Vector derivatives(unknowns);
   Matrix information(unknowns, unknowns);
   Eigen::LLT<Matrix> solver;
+  std::vector<Vector> terms;
+  terms.reserve(shifts.size());
+  for (const SectorShift& shift : shifts) terms.push_back(Series(shift.azimuth_rad, params.order));
   double inliers = 0;
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
@@ -110,9 +116,9 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
     information = prior.asDiagonal();
     Vector gradient = prior.cwiseProduct(expected - x);
     inliers = 0;
-    for (const SectorShift& shift : shifts) {
-      const double residual =
-          shift.shift_rad - Model(shift.azimuth_rad, params.order, x, derivatives);
+    for (std::size_t i = 0; i < shifts.size(); ++i) {
+      const SectorShift& shift = shifts[i];
+      const double residual = shift.shift_rad - Model(shift.azimuth_rad, terms[i], x, derivatives);
       const double variance = shift.variance_rad2 + floor * floor;
       const double off2 = residual * residual / variance;
       const double trust = 1 / (1 + off2 / (params.robust_sigmas * params.robust_sigmas));

@@ -26,8 +26,15 @@ CEILMAP_HOT void AddSquaredDifferences(const float* a, const float* b, int n, fl
   }
 }
 
-CEILMAP_HOT void AddRow(const std::uint8_t* row, int channels, int columns, float* line) {
-  for (int u = 0; u < columns; ++u) line[u] += static_cast<float>(row[u * channels]);
+CEILMAP_HOT void Unpack(
+    const std::uint8_t* row, int channels, int columns, float mean, float* line) {
+  for (int u = 0; u < columns; ++u) line[u] = static_cast<float>(row[u * channels]) - mean;
+}
+
+CEILMAP_HOT float WeightedSum(const float* values, const float* weights, int n) {
+  float sum = 0;
+  for (int i = 0; i < n; ++i) sum += values[i] * weights[i];
+  return sum;
 }
 
 }  // namespace
@@ -41,15 +48,10 @@ void SectorParams::Validate() const {
   require(sectors >= 12 && sectors <= 360, "sectors", sectors, "in [12, 360]");
   require(width_rad > 0 && width_rad <= pi / 2, "width_rad", width_rad, "in (0, pi/2]");
   require(search_rad > 0 && search_rad <= pi / 2, "search_rad", search_rad, "in (0, pi/2]");
-  require(rows >= 1, "rows", rows, "at least 1");
 }
 
 SectorMatcher::SectorMatcher(cv::Size size, int channels, const SectorParams& params)
-    : params_(params),
-      columns_(size.width),
-      rows_(size.height),
-      channels_(channels),
-      pooled_rows_(std::min(params.rows, size.height)) {
+    : params_(params), columns_(size.width), rows_(size.height), channels_(channels) {
   params_.Validate();
   const double columns_per_rad = columns_ / (2 * pi);
   // Two to either side are the least that a parabola and a test of its depth can do with.
@@ -62,53 +64,50 @@ SectorMatcher::SectorMatcher(cv::Size size, int channels, const SectorParams& pa
   for (int i = -half; i <= half; ++i) {
     window_.push_back(static_cast<float>(0.5 + 0.5 * std::cos(pi * i / (half + 1))));
   }
-  volume_.Resize(Size(2 * reach_ + 1) * Size(columns_));
+  stride_ = columns_ + static_cast<int>(window_.size());
+  volume_.Resize(Size(2 * reach_ + 1) * Size(stride_));
   doubled_.resize(Size(columns_ + 2 * reach_ + 2));
   cost_.resize(Size(2 * reach_ + 1));
   shifts_.reserve(Size(params_.sectors));
 }
 
-void SectorMatcher::Analyze(const cv::Mat& panorama, PooledPanorama& pooled) const {
-  pooled.lines.Resize(Size(pooled_rows_ * channels_) * Size(columns_));
-  for (int row = 0; row < pooled_rows_; ++row) {
-    const int begin = row * rows_ / pooled_rows_;
-    const int end = (row + 1) * rows_ / pooled_rows_;
-    for (int channel = 0; channel < channels_; ++channel) {
-      float* line = pooled.lines.data() + Size(row * channels_ + channel) * Size(columns_);
-      std::fill_n(line, columns_, 0.F);
-      for (int v = begin; v < end; ++v) {
-        AddRow(panorama.ptr(v) + channel, channels_, columns_, line);
-      }
-      double sum = 0;
-      for (int u = 0; u < columns_; ++u) sum += line[u];
-      const auto mean = static_cast<float>(sum / columns_);
-      const float scale = 1.F / static_cast<float>(end - begin);
-      for (int u = 0; u < columns_; ++u) line[u] = (line[u] - mean) * scale;
-    }
+void SectorMatcher::Analyze(const cv::Mat& panorama, PanoramaLines& lines) const {
+  lines.samples.Resize(Size(rows_ * channels_) * Size(columns_));
+  for (int i = 0; i < rows_ * channels_; ++i) {
+    const std::uint8_t* row = panorama.ptr(i / channels_) + i % channels_;
+    float* line = lines.samples.data() + Size(i) * Size(columns_);
+    std::uint32_t sum = 0;
+    for (int u = 0; u < columns_; ++u) sum += row[u * channels_];
+    Unpack(row, channels_, columns_, static_cast<float>(sum) / static_cast<float>(columns_), line);
   }
 }
 
 /// volume_(k, u) = sum over lines of (current(u) - reference(u - s))^2, s = expected + k - reach_.
-void SectorMatcher::Compare(const PooledPanorama& reference,
-                            const PooledPanorama& current,
+void SectorMatcher::Compare(const PanoramaLines& reference,
+                            const PanoramaLines& current,
                             int expected) {
   std::fill_n(volume_.data(), volume_.size(), 0.F);
-  const int lines = pooled_rows_ * channels_;
+  const int lines = rows_ * channels_;
   // doubled_(i) = reference(i - expected - reach_): the largest shift begins at 0.
   const int first = ((-expected - reach_) % columns_ + columns_) % columns_;
   for (int line = 0; line < lines; ++line) {
-    const float* from = reference.lines.data() + Size(line) * Size(columns_);
+    const float* from = reference.samples.data() + Size(line) * Size(columns_);
     for (int i = 0, u = first; i < columns_ + 2 * reach_; ++i) {
       doubled_[Size(i)] = from[u];
       if (++u == columns_) u = 0;
     }
-    const float* to = current.lines.data() + Size(line) * Size(columns_);
+    const float* to = current.samples.data() + Size(line) * Size(columns_);
     for (int k = 0; k <= 2 * reach_; ++k) {
       AddSquaredDifferences(to,
                             doubled_.data() + (2 * reach_ - k),
                             columns_,
-                            volume_.data() + Size(k) * Size(columns_));
+                            volume_.data() + Size(k) * Size(stride_));
     }
+  }
+  // Around the seam once more, so that windows need not wrap.
+  for (int k = 0; k <= 2 * reach_; ++k) {
+    float* costs = volume_.data() + Size(k) * Size(stride_);
+    std::copy_n(costs, window_.size(), costs + columns_);
   }
 }
 
@@ -116,14 +115,11 @@ void SectorMatcher::MeasureSector(int sector, int expected) {
   const int half = static_cast<int>(window_.size()) / 2;
   const double middle = (sector + 0.5) * columns_ / params_.sectors - 0.5;
   const int centre = static_cast<int>(std::lround(middle));
+  const int first = (centre - half + columns_) % columns_;
   double mean = 0;
   for (int k = 0; k <= 2 * reach_; ++k) {
-    const float* costs = volume_.data() + Size(k) * Size(columns_);
-    double sum = 0;
-    for (int i = 0; i <= 2 * half; ++i) {
-      const int u = (centre - half + i + columns_) % columns_;
-      sum += static_cast<double>(window_[Size(i)] * costs[u]);
-    }
+    const float* costs = volume_.data() + Size(k) * Size(stride_) + first;
+    const double sum = WeightedSum(costs, window_.data(), static_cast<int>(window_.size()));
     cost_[Size(k)] = sum;
     mean += sum / (2 * reach_ + 1);
   }
@@ -145,8 +141,8 @@ void SectorMatcher::MeasureSector(int sector, int expected) {
                      2 * *least / (curvature * kIndependent) * rad_per_column * rad_per_column});
 }
 
-std::span<const SectorShift> SectorMatcher::Measure(const PooledPanorama& reference,
-                                                    const PooledPanorama& current,
+std::span<const SectorShift> SectorMatcher::Measure(const PanoramaLines& reference,
+                                                    const PanoramaLines& current,
                                                     double expected_columns) {
   const int expected = static_cast<int>(std::lround(expected_columns));
   Compare(reference, current, expected);

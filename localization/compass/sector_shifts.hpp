@@ -16,14 +16,14 @@ struct SectorParams {
   /// Shifts that are tried to either side of the expected one, in (0, pi/2]. At least what travel
   /// may move things at the sides.
   double search_rad = 0.175;
-  int rows = 15;  ///< that the panorama is averaged to beforehand, >= 1
 
   void Validate() const;  ///< throws calib::InputError naming field, value and range
 };
 
-/// A panorama averaged to a few rows, each line without its mean; memory is reused.
-struct PooledPanorama {
-  registration::RealArray lines;  ///< line by line, W samples each
+/// A panorama as SectorMatcher keeps it; memory is reused.
+struct PanoramaLines {
+  /// A line is a row of one channel, without its mean; line by line, W samples each.
+  registration::RealArray samples;
 };
 
 /// How the content moved in one direction.
@@ -45,25 +45,26 @@ class SectorMatcher {
   SectorMatcher(cv::Size size, int channels, const SectorParams& params = {});
 
   /// @param panorama  CV_8UC1 or CV_8UC3 as given to the constructor.
-  void Analyze(const cv::Mat& panorama, PooledPanorama& pooled) const;
+  /// Time goes with the rows: a dozen of averaged ones tell as much as many.
+  void Analyze(const cv::Mat& panorama, PanoramaLines& lines) const;
 
   /// @param expected_columns  by which the reference's content is expected to have moved to the
   ///   right. @return sectors that tell a shift; valid until the next call.
-  std::span<const SectorShift> Measure(const PooledPanorama& reference,
-                                       const PooledPanorama& current,
+  std::span<const SectorShift> Measure(const PanoramaLines& reference,
+                                       const PanoramaLines& current,
                                        double expected_columns);
 
  private:
-  void Compare(const PooledPanorama& reference, const PooledPanorama& current, int expected);
+  void Compare(const PanoramaLines& reference, const PanoramaLines& current, int expected);
   void MeasureSector(int sector, int expected);
 
   SectorParams params_;
   int columns_;
   int rows_;
   int channels_;
-  int pooled_rows_;
   int reach_;                       ///< columns searched to either side
   std::vector<float> window_;       ///< of a sector, odd count
+  int stride_;                      ///< of volume_: columns, and a window's more
   registration::RealArray volume_;  ///< squared distance by shift and column
   std::vector<float> doubled_;
   std::vector<double> cost_;

@@ -44,6 +44,7 @@ class ShiftDistances {
   ShiftDistances(cv::Size size, int channels);
 
   [[nodiscard]] int Columns() const { return columns_; }
+  [[nodiscard]] int Channels() const { return channels_; }
 
   /// @param panorama  CV_8UC1 or CV_8UC3 as given to the constructor.
   /// @throws calib::InputError on another size or type.
