@@ -1,0 +1,245 @@
+#include "localization/compass/fft_compass.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calib/error.hpp"
+#include "calib/pose2.hpp"
+#include "tests/localization/compass/panorama_room.hpp"
+
+namespace ceilmap::compass {
+namespace {
+
+using calib::Pose2;
+using std::numbers::pi;
+constexpr double kDegree = pi / 180;
+
+/// A circle of 1 m radius around the middle of the room, driven `rounds` times, 5 cm a frame.
+std::vector<Pose2> Circle(double rounds) {
+  std::vector<Pose2> poses;
+  for (double a = 0; a <= 2 * pi * rounds; a += 0.05) {
+    poses.push_back({4 + std::cos(a), 3 + std::sin(a), calib::WrapAngle(a + pi / 2)});
+  }
+  return poses;
+}
+
+std::vector<Pose2> Straight() {
+  std::vector<Pose2> poses;
+  for (int i = 0; i < 90; ++i) poses.push_back({1.2 + 0.05 * i, 1.5 + 0.015 * i, 0.29});
+  return poses;
+}
+
+struct Drove {
+  std::vector<HeadingEstimate> estimates;
+  std::vector<double> errors_rad;
+
+  [[nodiscard]] double Largest() const {
+    double largest = 0;
+    for (const double error : errors_rad) largest = std::max(largest, std::abs(error));
+    return largest;
+  }
+};
+
+double Error(const HeadingEstimate& estimate, const Pose2& first, const Pose2& now) {
+  return calib::WrapAngle(estimate.heading_rad - (now.yaw - first.yaw));
+}
+
+/// @param change  of the panorama of a frame, by its number.
+template <typename Change>
+Drove Drive(FftCompass& compass,
+            const PanoramaRoom& room,
+            const std::vector<Pose2>& poses,
+            Change change) {
+  Drove run;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    cv::Mat panorama = room.See(poses[i]);
+    change(i, panorama);
+    if (panorama.empty()) continue;
+    const auto estimate = compass.Next({panorama, 0.1 * static_cast<double>(i), {}, {}});
+    run.estimates.push_back(estimate.value());
+    run.errors_rad.push_back(Error(run.estimates.back(), poses[0], poses[i]));
+  }
+  return run;
+}
+
+Drove Drive(FftCompass& compass, const PanoramaRoom& room, const std::vector<Pose2>& poses) {
+  return Drive(compass, room, poses, [](std::size_t, cv::Mat&) {});
+}
+
+TEST(FftCompass, FollowsACircle) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    FftCompass compass;
+    const Drove run = Drive(compass, PanoramaRoom(seed), Circle(1.05));
+    EXPECT_LT(run.Largest(), 1.2 * kDegree) << seed;
+    EXPECT_GT(compass.References(), 5);
+    for (std::size_t i = 1; i < run.estimates.size(); ++i) {
+      const double sigma = std::sqrt(run.estimates[i].variance_rad2);
+      EXPECT_LT(std::abs(run.errors_rad[i]), 4 * sigma + 0.05 * kDegree) << i;
+      EXPECT_GT(run.estimates[i].confidence, 0.5) << i;
+    }
+  }
+}
+
+TEST(FftCompass, DoesNotTakeTravelForATurn) {
+  FftCompass compass;
+  EXPECT_LT(Drive(compass, PanoramaRoom(4), Straight()).Largest(), 1.2 * kDegree);
+}
+
+TEST(FftCompass, TurnsOnTheSpotExactly) {
+  std::vector<Pose2> poses;
+  for (int i = 0; i < 50; ++i) poses.push_back({3, 2, calib::WrapAngle(-0.17 * i)});
+  FftCompass compass;
+  const Drove run = Drive(compass, PanoramaRoom(5), poses);
+  EXPECT_LT(run.Largest(), 0.15 * kDegree);
+  // Nothing moved but the robot's heading: the first panorama stays the reference.
+  EXPECT_EQ(compass.References(), 1);
+}
+
+TEST(FftCompass, TurnsFurtherThanItCouldPredict) {
+  FftCompass compass;
+  const PanoramaRoom room(6);
+  const std::vector<double> yaws = {0, 0.1, 0.2, 1.9, -2.8, 3.1, 0};
+  std::vector<Pose2> poses;
+  for (const double yaw : yaws) poses.push_back({5, 2, yaw});
+  EXPECT_LT(Drive(compass, room, poses).Largest(), 0.2 * kDegree);
+}
+
+TEST(FftCompass, KnowsPlacesAgain) {
+  FftCompassParams params;
+  params.revisits = 0;
+  FftCompass forgetful(params);
+  FftCompass compass;
+  const PanoramaRoom room(7);
+  const Drove open = Drive(forgetful, room, Circle(2.1));
+  const Drove closed = Drive(compass, room, Circle(2.1));
+  EXPECT_GT(compass.Revisits(), 5);
+  EXPECT_EQ(forgetful.Revisits(), 0);
+  EXPECT_LT(closed.estimates.back().variance_rad2, 0.3 * open.estimates.back().variance_rad2);
+  EXPECT_LT(std::abs(closed.errors_rad.back()), 0.3 * kDegree);
+}
+
+TEST(FftCompass, KeepsABoundedNumberOfReferences) {
+  FftCompassParams params;
+  params.kept_references = 8;
+  FftCompass compass(params);
+  EXPECT_LT(Drive(compass, PanoramaRoom(8), Circle(2.1)).Largest(), 1.5 * kDegree);
+  EXPECT_GT(compass.References(), 20);
+}
+
+TEST(FftCompass, HoldsItsHeadingWhereNothingIsToBeSeen) {
+  FftCompass compass;
+  const PanoramaRoom room(9);
+  const std::vector<Pose2> poses = Circle(0.5);
+  const Drove run = Drive(compass, room, poses, [](std::size_t i, cv::Mat& panorama) {
+    if (i >= 20 && i < 30) panorama = cv::Scalar::all(90);
+  });
+  for (std::size_t i = 20; i < 30; ++i) {
+    EXPECT_EQ(run.estimates[i].confidence, 0);
+    EXPECT_EQ(run.estimates[i].heading_rad, run.estimates[19].heading_rad);
+    EXPECT_GT(run.estimates[i].variance_rad2, run.estimates[i - 1].variance_rad2);
+    EXPECT_LT(std::abs(run.errors_rad[i]), 3 * std::sqrt(run.estimates[i].variance_rad2));
+  }
+  // Then it knows again.
+  EXPECT_GT(run.estimates[30].confidence, 0.5);
+  EXPECT_LT(std::abs(run.errors_rad.back()), 1.2 * kDegree);
+}
+
+TEST(FftCompass, AUniformRecordingHasNoHeading) {
+  FftCompass compass;
+  const cv::Mat panorama(15, 360, CV_8UC3, cv::Scalar::all(120));
+  EXPECT_EQ(compass.Next({panorama, 0, {}, {}})->confidence, 0);
+  double variance = 0;
+  for (int i = 1; i < 20; ++i) {
+    const HeadingEstimate estimate = compass.Next({panorama, 0.1 * i, {}, {}}).value();
+    EXPECT_EQ(estimate.confidence, 0);
+    EXPECT_EQ(estimate.heading_rad, 0);
+    EXPECT_GT(estimate.variance_rad2, variance);
+    variance = estimate.variance_rad2;
+  }
+}
+
+TEST(FftCompass, BearsMissingFrames) {
+  FftCompass compass;
+  const Drove run =
+      Drive(compass, PanoramaRoom(10), Circle(1), [](std::size_t i, cv::Mat& panorama) {
+        if (i % 4 == 2 || (i > 50 && i < 56)) panorama.release();
+      });
+  EXPECT_LT(run.Largest(), 1.2 * kDegree);
+}
+
+/// The paper's car: something bright and large that passes through a field of view.
+TEST(FftCompass, IsNotTakenAlongByWhatPasses) {
+  FftCompass compass;
+  const Drove run =
+      Drive(compass, PanoramaRoom(11), Straight(), [](std::size_t i, cv::Mat& picture) {
+        if (i < 20 || i > 60) return;
+        const int at = 130 + 2 * (static_cast<int>(i) - 20);  // 20 deg/s through the front
+        cv::rectangle(picture, {at, 3}, {at + 35, 14}, {255, 255, 40}, cv::FILLED);
+        cv::rectangle(picture, {at + 8, 3}, {at + 16, 9}, {0, 0, 0}, cv::FILLED);
+      });
+  for (std::size_t i = 1; i < run.errors_rad.size(); ++i) {
+    EXPECT_LT(std::abs(run.errors_rad[i] - run.errors_rad[i - 1]), 1 * kDegree) << i;
+  }
+  EXPECT_LT(run.Largest(), 2 * kDegree);
+}
+
+TEST(FftCompass, BearsLightThatChanges) {
+  FftCompass compass;
+  const Drove run =
+      Drive(compass, PanoramaRoom(12), Circle(1), [](std::size_t i, cv::Mat& panorama) {
+        panorama.convertTo(panorama, -1, 0.8 + 0.15 * std::sin(0.3 * static_cast<double>(i)), 12);
+      });
+  EXPECT_LT(run.Largest(), 1.2 * kDegree);
+}
+
+TEST(FftCompass, BeginsAnewWhereItWasCarriedTo) {
+  FftCompass compass;
+  const PanoramaRoom here(13);
+  const PanoramaRoom there(14);
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(compass.Next({here.See({3, 3, 0}), 0.1 * i, {}, {}}));
+  }
+  HeadingEstimate estimate;
+  for (int i = 10; i < 40; ++i) {
+    estimate = compass.Next({there.See({3, 3, 0.05 * i}), 0.1 * i, {}, {}}).value();
+  }
+  EXPECT_GT(estimate.confidence, 0.5);
+  // How it was turned on the way nobody knows.
+  EXPECT_GT(std::sqrt(estimate.variance_rad2), 10 * kDegree);
+}
+
+TEST(FftCompass, ShowsTheDistancesOfTheLastFrame) {
+  FftCompass compass;
+  const PanoramaRoom room(15);
+  EXPECT_TRUE(compass.Profile().distance.empty());
+  ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 0, {}, {}}));
+  EXPECT_TRUE(compass.Profile().distance.empty());
+  ASSERT_TRUE(compass.Next({room.See({3, 3, 30 * kDegree}), 1, {}, {}}));
+  const DistanceProfile profile = compass.Profile();
+  ASSERT_EQ(profile.distance.size(), 360U);
+  EXPECT_EQ(profile.reference_frame, 0);
+  EXPECT_NEAR(profile.shift_columns, 30, 0.2);
+  EXPECT_EQ(
+      std::min_element(profile.distance.begin(), profile.distance.end()) - profile.distance.begin(),
+      30);
+}
+
+TEST(FftCompass, RefusesWhatItCannotTake) {
+  FftCompass compass;
+  const PanoramaRoom room(16);
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 40), 0, {}, {}}), calib::InputError);
+  ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 1, {}, {}}));
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}), 1, {}, {}}), calib::InputError);
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 180), 2, {}, {}}), calib::InputError);
+  FftCompassParams params;
+  params.recent_references = 0;
+  EXPECT_THROW(FftCompass{params}, calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::compass

@@ -1,0 +1,105 @@
+#include "localization/compass/parallax_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::compass {
+namespace {
+
+using std::numbers::pi;
+constexpr double kDegree = pi / 180;
+constexpr int kSectors = 36;
+
+/// What a robot in a round room, off its middle, sees: nearness is smooth around the circle.
+std::vector<SectorShift> Shifts(double turn, double direction, double nearness, double lopsided) {
+  std::vector<SectorShift> shifts;
+  for (int i = 0; i < kSectors; ++i) {
+    const double azimuth = pi - 2 * pi * (i + 0.5) / kSectors;
+    const double near = nearness * (1 + lopsided * std::cos(azimuth - 1));
+    shifts.push_back({azimuth, turn + near * std::sin(azimuth - direction), 1e-6});
+  }
+  return shifts;
+}
+
+TEST(ParallaxFit, TellsTurnFromTravel) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int round = 0; round < 50; ++round) {
+    const double turn = 0.3 * unit(random);
+    const double direction = 3 * kDegree * unit(random);
+    const double nearness = 0.06 * unit(random);  // backwards, too
+    const auto shifts = Shifts(turn, direction, nearness, 0.4 * unit(random));
+    const ParallaxFit fit = FitParallax(shifts, kSectors, 0);
+    // The prior holds the lopsidedness back a little.
+    EXPECT_NEAR(fit.rotation_rad, turn, 0.03 * std::abs(nearness) + 1e-4) << round;
+    EXPECT_NEAR(fit.parallax_rad, nearness, 0.1 * std::abs(nearness) + 1e-4) << round;
+    EXPECT_EQ(fit.inlier_part, 1);
+    EXPECT_GT(fit.variance_rad2, 0);
+    EXPECT_LT(std::abs(fit.rotation_rad - turn), 3 * std::sqrt(fit.variance_rad2)) << round;
+  }
+}
+
+/// The mean of the shifts is what a compass without fields of view takes for the turn.
+TEST(ParallaxFit, IsNotDrawnByWhatIsNear) {
+  const auto shifts = Shifts(0.1, 0, 0.05, 0.6);
+  double mean = 0;
+  for (const SectorShift& shift : shifts) mean += shift.shift_rad / kSectors;
+  const ParallaxFit fit = FitParallax(shifts, kSectors, 0);
+  EXPECT_GT(std::abs(mean - 0.1), 0.01);
+  EXPECT_LT(std::abs(fit.rotation_rad - 0.1), 0.001);
+}
+
+TEST(ParallaxFit, FindsTheDirectionOfTravel) {
+  const ParallaxFit fit = FitParallax(Shifts(0, 5 * kDegree, 0.06, 0.2), kSectors, 0);
+  EXPECT_NEAR(fit.direction_rad, 5 * kDegree, 1 * kDegree);
+}
+
+TEST(ParallaxFit, LeavesOutWhatMovesByItself) {
+  auto shifts = Shifts(0.05, 0, 0.03, 0.2);
+  for (std::size_t i = 15; i < 22; ++i) shifts[i].shift_rad += 0.12;  // a car ahead
+  const ParallaxFit fit = FitParallax(shifts, kSectors, 0);
+  EXPECT_NEAR(fit.rotation_rad, 0.05, 0.004);
+  EXPECT_NEAR(fit.inlier_part, 29.0 / 36, 1e-9);
+}
+
+TEST(ParallaxFit, ASectorCountsByItsVariance) {
+  auto shifts = Shifts(0.05, 0, 0.03, 0.2);
+  for (std::size_t i = 0; i < shifts.size(); i += 2) {
+    shifts[i].shift_rad += 0.02;
+    shifts[i].variance_rad2 = 1;
+  }
+  EXPECT_NEAR(FitParallax(shifts, kSectors, 0).rotation_rad, 0.05, 0.001);
+}
+
+TEST(ParallaxFit, SaysThatTooFewSectorsTellNothing) {
+  auto shifts = Shifts(0.05, 0, 0.03, 0);
+  shifts.resize(5);
+  const ParallaxFit fit = FitParallax(shifts, kSectors, 0);
+  EXPECT_TRUE(std::isinf(fit.variance_rad2));
+  EXPECT_EQ(fit.inlier_part, 0);
+}
+
+TEST(ParallaxFit, FewerSectorsMeanMoreDoubt) {
+  auto shifts = Shifts(0.05, 0, 0.03, 0);
+  const double all = FitParallax(shifts, kSectors, 0).variance_rad2;
+  shifts.erase(shifts.begin() + 10, shifts.end());
+  EXPECT_GT(FitParallax(shifts, kSectors, 0).variance_rad2, 2 * all);
+}
+
+TEST(ParallaxFit, RefusesImpossibleParameters) {
+  ParallaxParams params;
+  params.order = 13;
+  EXPECT_THROW(params.Validate(), calib::InputError);
+  params = {};
+  params.floor_rad = 0;
+  EXPECT_THROW(params.Validate(), calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::compass
