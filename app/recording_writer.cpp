@@ -30,7 +30,8 @@ class VideoRecording final : public RecordingWriter {
   // OpenCV fixes the quality of H.264 (x264's crf 23) at what pleases the eye, which wipes the fine
   // grain off a ceiling. But x264 spends more on a picture the longer it is shown, up to a second.
   // So H.264 is encoded as one picture a second, and the file gets its true rate when it is whole.
-  VideoRecording(const fs::path& target, bool lossless, cv::Size size, double rate_hz)
+  VideoRecording(
+      const fs::path& target, bool lossless, cv::Size size, double rate_hz, bool is_colour)
       : file_(target, {target.extension().string()}),
         video_(file_.PartialPath()),
         encoded_hz_(lossless ? rate_hz : std::min(rate_hz, 1.0)),
@@ -45,11 +46,10 @@ class VideoRecording final : public RecordingWriter {
                       size.height));
     }
     video_ += target.extension();  // tells OpenCV the container
-    // Grey stays grey: by way of colours H.264 loses 3 dB more.
-    constexpr bool kIsColour = false;
     const int codec = lossless ? cv::VideoWriter::fourcc('F', 'F', 'V', '1')
                                : cv::VideoWriter::fourcc('a', 'v', 'c', '1');
-    if (!writer_.open(video_.string(), cv::CAP_FFMPEG, codec, encoded_hz_, size, kIsColour)) {
+    // Grey stays grey: by way of colours H.264 loses 3 dB more.
+    if (!writer_.open(video_.string(), cv::CAP_FFMPEG, codec, encoded_hz_, size, is_colour)) {
       throw calib::RunError(
           fmt::format("{}: OpenCV has no encoder for it here; write --lossless or --pictures",
                       target.string()));
@@ -57,7 +57,7 @@ class VideoRecording final : public RecordingWriter {
   }
 
   void Write(const Prepared& picture) override {
-    writer_.write(picture.grey);
+    writer_.write(picture.pixels);
     ++frames_;
   }
 
@@ -105,9 +105,9 @@ class PictureRecording final : public RecordingWriter {
     fs::remove_all(partial_, ignored);
   }
 
-  [[nodiscard]] Prepared Prepare(cv::Mat grey) const override {
-    Prepared prepared{std::move(grey), {}};
-    cv::imencode(".png", prepared.grey, prepared.code);
+  [[nodiscard]] Prepared Prepare(cv::Mat pixels) const override {
+    Prepared prepared{std::move(pixels), {}};
+    cv::imencode(".png", prepared.pixels, prepared.code);
     return prepared;
   }
 
@@ -141,19 +141,17 @@ fs::path RecordingName(std::string_view camera, RecordingFormat format) {
   return name;
 }
 
-RecordingWriter::Prepared RecordingWriter::Prepare(cv::Mat grey) const {
-  return {std::move(grey), {}};
+RecordingWriter::Prepared RecordingWriter::Prepare(cv::Mat pixels) const {
+  return {std::move(pixels), {}};
 }
 
-std::unique_ptr<RecordingWriter> RecordingWriter::Create(RecordingFormat format,
-                                                         const fs::path& target,
-                                                         cv::Size size,
-                                                         double rate_hz) {
+std::unique_ptr<RecordingWriter> RecordingWriter::Create(
+    RecordingFormat format, const fs::path& target, cv::Size size, double rate_hz, bool is_colour) {
   switch (format) {
     case RecordingFormat::kVideo:
-      return std::make_unique<VideoRecording>(target, false, size, rate_hz);
+      return std::make_unique<VideoRecording>(target, false, size, rate_hz, is_colour);
     case RecordingFormat::kLosslessVideo:
-      return std::make_unique<VideoRecording>(target, true, size, rate_hz);
+      return std::make_unique<VideoRecording>(target, true, size, rate_hz, is_colour);
     case RecordingFormat::kPictures:
       break;
   }

@@ -24,25 +24,26 @@ class RecordingWriter {
  public:
   /// A picture made ready for Write().
   struct Prepared {
-    cv::Mat grey;
+    cv::Mat pixels;
     std::vector<unsigned char> code;
   };
 
   /// @param target  as RecordingName says, in a folder that exists.
-  /// @param rate_hz  frames per second, for videos.
+  /// @param rate_hz  frames per second, for videos. @param is_colour  of all pictures.
   /// @throws calib::InputError when the folder takes no files, or a video cannot have the size;
   ///   calib::RunError when OpenCV has no encoder.
   static std::unique_ptr<RecordingWriter> Create(RecordingFormat format,
                                                  const std::filesystem::path& target,
                                                  cv::Size size,
-                                                 double rate_hz);
+                                                 double rate_hz,
+                                                 bool is_colour = false);
   virtual ~RecordingWriter() = default;
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
 
   /// The part of the work that needs no order. Thread-safe.
-  /// @param grey  CV_8UC1 of the recording's size.
-  [[nodiscard]] virtual Prepared Prepare(cv::Mat grey) const;
+  /// @param pixels  of the recording's size, CV_8UC1, or with colours CV_8UC3 (blue, green, red).
+  [[nodiscard]] virtual Prepared Prepare(cv::Mat pixels) const;
   /// Adds a picture at the end. @throws calib::RunError when the disk refuses.
   virtual void Write(const Prepared& picture) = 0;
   /// Gives the recording its name, with what was written so far; an older one is replaced.

@@ -72,15 +72,17 @@ Recordings OpenRecordings(const simulator::Scene& scene,
                           RecordingFormat format,
                           const SimulationFolder& folder) {
   Recordings recordings;
-  const auto open = [&](const char* name, const simulator::Camera& camera) {
+  const auto open = [&](const char* name, const auto& camera, bool is_colour = false) {
     recordings.push_back({name,
                           RecordingWriter::Create(format,
                                                   folder.PicturesOf(name),
                                                   {camera.width_px, camera.height_px},
-                                                  scene.path.frame_rate_hz)});
+                                                  scene.path.frame_rate_hz,
+                                                  is_colour)});
   };
   open("up", scene.camera);
   if (scene.forward) open("forward", *scene.forward);
+  if (scene.omni) open("omni", *scene.omni, true);
   return recordings;
 }
 
@@ -90,9 +92,12 @@ using Pictures = std::vector<RecordingWriter::Prepared>;
 Pictures TakePictures(const simulator::Renderer& renderer,
                       const simulator::Frame& frame,
                       const Recordings& recordings) {
-  Pictures pictures{recordings[0].writer->Prepare(renderer.Render(frame))};
-  if (recordings.size() > 1) {
-    pictures.push_back(recordings[1].writer->Prepare(renderer.RenderForward(frame)));
+  Pictures pictures;
+  for (const SimulationFolder::Recording& recording : recordings) {
+    const cv::Mat pixels = recording.camera == "forward" ? renderer.RenderForward(frame)
+                           : recording.camera == "omni"  ? renderer.RenderOmni(frame)
+                                                         : renderer.Render(frame);
+    pictures.push_back(recording.writer->Prepare(pixels));
   }
   return pictures;
 }
@@ -186,6 +191,10 @@ void Summarize(const RenderReport& report,
     summary.quality["forward_width_px"] = scene.forward->width_px;
     summary.quality["forward_height_px"] = scene.forward->height_px;
   }
+  if (scene.omni) {
+    summary.quality["omni_width_px"] = scene.omni->width_px;
+    summary.quality["omni_height_px"] = scene.omni->height_px;
+  }
 }
 
 void PrintReport(const RenderReport& report,
@@ -199,11 +208,12 @@ void PrintReport(const RenderReport& report,
   table.AddRow({"pictures",
                 fmt::format("{} x {}", scene.camera.width_px, scene.camera.height_px),
                 fmt::format("px at {:g} Hz", scene.path.frame_rate_hz)});
-  if (scene.forward) {
-    table.AddRow({"forward pictures",
-                  fmt::format("{} x {}", scene.forward->width_px, scene.forward->height_px),
-                  "px"});
-  }
+  const auto add_pictures = [&table](const char* name, const auto& camera) {
+    if (!camera) return;
+    table.AddRow({name, fmt::format("{} x {}", camera->width_px, camera->height_px), "px"});
+  };
+  add_pictures("forward pictures", scene.forward);
+  add_pictures("omni pictures", scene.omni);
   table.AddRow({"path", fmt::format("{:.3f}", way.length_m), "m"});
   const Eigen::Vector2d extent = way.ground.sizes();
   table.AddRow({"extent", fmt::format("{:.3f} x {:.3f}", extent.x(), extent.y()), "m"});
@@ -247,7 +257,7 @@ Command AddSimulateCommand(CLI::App& program) {
       program,
       "simulate",
       "Renders what an upward camera on a driving robot records in a room, and a forward camera "
-      "where the scene has one, with the true trajectory.",
+      "and one under a mirror where the scene has them, with the true trajectory.",
       "ceilmap simulate samples/scenes/hall.yaml -o hall\n"
       "  ceilmap map --rig hall/rig.yaml --up hall/up.mp4 --stamps hall/frames.csv -o hall.gpkg\n"
       "samples/simulator/README.md tells what a scene holds.");
@@ -270,7 +280,7 @@ Command AddSimulateCommand(CLI::App& program) {
          "-o,--output",
          params->output,
          "Folder, made if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
-         "forward.mp4 of a forward camera")
+         "forward.mp4 of a forward camera, omni.mp4 of one under a mirror")
       ->required()
       ->type_name("DIR")
       ->group(result);

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::array kFormats{
     RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kPictures};
-constexpr std::array kCameras{"up", "forward"};
+constexpr std::array kCameras{"up", "forward", "omni"};
 constexpr std::array<const char*, 4> kTextNames{
     "frames.csv", "truth.tum", "rig.yaml", "scene.yaml"};
 

@@ -11,12 +11,12 @@
 
 namespace ceilmap::app {
 
-/// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4` (or `up.mkv`, or
-/// the pictures `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other files in it
-/// are left alone.
+/// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4`, `omni.mp4` (or
+/// `up.mkv`, or the pictures `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other
+/// files in it are left alone.
 class SimulationFolder {
  public:
-  /// The pictures of one camera, `up` or `forward`.
+  /// The pictures of one camera, `up`, `forward` or `omni`.
   struct Recording {
     std::string camera;
     std::unique_ptr<RecordingWriter> writer;

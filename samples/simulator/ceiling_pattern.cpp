@@ -1,6 +1,7 @@
 #include "samples/simulator/ceiling_pattern.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -93,7 +94,21 @@ cv::Mat CeilingPattern::Grain(const Tile& tile, cv::Rect part) const {
   if (tile.style != Style::kPanel || ceiling_.speckle_contrast <= 0) return grain;
   AddGrain(
       tile.grain_key, {part.x, part.y, pitch_x_m_, pitch_y_m_, part.width, part.height}, grain);
-  return grain;
+  if (!ceiling_.symmetric || part.empty()) return grain;
+  // The mean of all four quarter turns of the tile, with the deviation of one.
+  cv::Rect source = part;  // what a turn brings to `part`
+  for (int turns = 1; turns < 4; ++turns) {
+    source = {source.y, tile_columns_ - source.x - source.width, source.height, source.width};
+    cv::Mat turned(source.size(), CV_32FC1, cv::Scalar(0));
+    AddGrain(tile.grain_key,
+             {source.x, source.y, pitch_x_m_, pitch_y_m_, source.width, source.height},
+             turned);
+    const std::array codes{cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180, cv::ROTATE_90_COUNTERCLOCKWISE};
+    cv::Mat back;
+    cv::rotate(turned, back, codes.at(turns - 1));
+    grain += back;
+  }
+  return grain * 0.5;
 }
 
 void CeilingPattern::DrawTile(

@@ -21,6 +21,13 @@ enum class Purpose : std::uint64_t {
   kFloor,
   kForwardGain,
   kForwardNoise,
+  kPaints,
+  kOmniRedGain,
+  kOmniRedNoise,
+  kOmniGreenGain,
+  kOmniGreenNoise,
+  kOmniBlueGain,
+  kOmniBlueNoise,
 };
 
 /// A well-mixed 64-bit number from any number (splitmix64, Steele et al. 2014).

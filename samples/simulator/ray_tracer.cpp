@@ -20,17 +20,6 @@ constexpr double kLeastRise = 1e-3;  // of a ray that counts as hitting the ceil
 constexpr int kTaps = 2 * CameraRays::kBlockSize;
 static_assert(kTaps <= CeilingWindow::kMostSamples);
 
-/// Surfaces; boxes follow with six faces each, then the fields of what hangs on the walls.
-enum Surface : std::uint16_t {
-  kCeiling = 0,
-  kWalls = 1,
-  kFloor = 5,
-  kNothing = 6,
-  kBoxes = 8,
-  kPosters = 48100
-};
-constexpr int kMostPosterFields = 17000;  // beyond these the numbers repeat
-
 /// 55 places in a pixel, from its centre: a Fibonacci lattice, whose places all have different u
 /// and different v, so that an edge along the rows or columns is placed within 1/110 pixel.
 constexpr int kLattice = 55;
@@ -45,14 +34,13 @@ using TapArray = std::array<float, kTaps>;
 /// The room from one camera pose.
 class RayTracer::View {
  public:
-  View(const RayTracer& tracer, const CameraRays& rays, const Isometry3d& T_map_cam);
+  View(const RayTracer& tracer,
+       const CameraRays& rays,
+       const Isometry3d& T_map_cam,
+       const std::vector<Box>& movers);
   [[nodiscard]] cv::Mat Trace();
 
  private:
-  struct Hit {
-    float light = 0;
-    std::uint16_t surface = kNothing;
-  };
   struct Footprint {
     Eigen::AlignedBox2d box;
     bool endless = false;  // some rays never reach the ceiling
@@ -63,19 +51,17 @@ class RayTracer::View {
   [[nodiscard]] bool IsBelowCeiling(const CameraRays::Block& block) const;
   [[nodiscard]] Footprint SeenCeiling() const;
   void ChooseWindow(const Footprint& seen);
-  void ChooseBoxes(const Footprint& seen);
+  void ChooseBoxes(const Footprint& seen, const std::vector<Box>& boxes);
   void TraceCeilingBlock(const CameraRays::Block& block);
   void TraceMixedBlock(const CameraRays::Block& block, bool below_ceiling);
   void SmoothEdges(const CameraRays::Block& block, bool below_ceiling);
   [[nodiscard]] bool IsEdge(int u, int v) const;
   void ChooseNearBoxes(const cv::Rect2d& rays);
   [[nodiscard]] Hit TraceRay(double x, double y, bool below_ceiling) const;
-  [[nodiscard]] Hit TraceRoom(const Vector3d& direction, double& distance) const;
-  [[nodiscard]] Hit TraceWall(int axis, bool far, const Vector3d& at) const;
-  [[nodiscard]] float FloorLight(const Vector3d& direction, double distance) const;
   [[nodiscard]] float CeilingLight(double x, double y) const;
 
   const RayTracer& tracer_;
+  const Room& room_;
   const CameraRays& rays_;
   Isometry3d T_map_cam_;
   Matrix3d R_;  // of T_map_cam
@@ -91,33 +77,34 @@ class RayTracer::View {
 };
 
 RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m)
-    : boxes_(std::move(boxes)),
-      room_(scene.room),
-      box_contrast_(static_cast<float>(scene.fixtures.contrast)),
-      ceiling_(scene, texel_m),
-      wall_(scene.seed),
-      posters_(scene),
-      floor_(scene.seed) {}
+    : boxes_(std::move(boxes)), surfaces_(scene), ceiling_(scene, texel_m) {}
 
-cv::Mat RayTracer::Trace(const CameraRays& rays, const Isometry3d& T_map_cam) const {
-  return View(*this, rays, T_map_cam).Trace();
+cv::Mat RayTracer::Trace(const CameraRays& rays,
+                         const Isometry3d& T_map_cam,
+                         const std::vector<Box>& movers) const {
+  return View(*this, rays, T_map_cam, movers).Trace();
 }
 
-RayTracer::View::View(const RayTracer& tracer, const CameraRays& rays, const Isometry3d& T_map_cam)
+RayTracer::View::View(const RayTracer& tracer,
+                      const CameraRays& rays,
+                      const Isometry3d& T_map_cam,
+                      const std::vector<Box>& movers)
     : tracer_(tracer),
+      room_(tracer.surfaces_.GetRoom()),
       rays_(rays),
       T_map_cam_(T_map_cam),
       R_(T_map_cam.linear()),
       p_(T_map_cam.translation()) {
   const Footprint seen = SeenCeiling();
   ChooseWindow(seen);
-  ChooseBoxes(seen);
+  ChooseBoxes(seen, tracer.boxes_);
+  ChooseBoxes(seen, movers);
 }
 
 std::optional<Eigen::Vector2d> RayTracer::View::OnCeiling(double x, double y) const {
   const Vector3d direction = R_ * Vector3d(x, y, 1);
   if (!(direction.z() > kLeastRise)) return std::nullopt;
-  return (p_ + (tracer_.room_.height_m - p_.z()) / direction.z() * direction).head<2>();
+  return (p_ + (room_.height_m - p_.z()) / direction.z() * direction).head<2>();
 }
 
 RayTracer::View::Footprint RayTracer::View::SeenCeiling() const {
@@ -134,7 +121,7 @@ RayTracer::View::Footprint RayTracer::View::SeenCeiling() const {
     }
   }
   const Eigen::AlignedBox2d room(Eigen::Vector2d(0, 0),
-                                 Eigen::Vector2d(tracer_.room_.length_m, tracer_.room_.width_m));
+                                 Eigen::Vector2d(room_.length_m, room_.width_m));
   seen.box = seen.endless ? room : seen.box.intersection(room);
   return seen;
 }
@@ -144,7 +131,7 @@ void RayTracer::View::ChooseWindow(const Footprint& seen) {
   const Eigen::Vector2d high = seen.box.isEmpty() ? Eigen::Vector2d(0, 0) : seen.box.max();
   window_ = tracer_.ceiling_.Window(low.x(), low.y(), high.x(), high.y());
   // p + (h - p.z) R (x, y, 1) / (R.row(2) (x, y, 1)), as one fraction.
-  const double rise = tracer_.room_.height_m - p_.z();
+  const double rise = room_.height_m - p_.z();
   const auto column0 = static_cast<double>(window_.column0);
   const auto row0 = static_cast<double>(window_.row0);
   to_depth_ = R_.row(2);
@@ -154,10 +141,10 @@ void RayTracer::View::ChooseWindow(const Footprint& seen) {
             window_.pitch_y_m;
 }
 
-void RayTracer::View::ChooseBoxes(const Footprint& seen) {
+void RayTracer::View::ChooseBoxes(const Footprint& seen, const std::vector<Box>& boxes) {
   Eigen::AlignedBox2d region = seen.box;
   region.extend(p_.head<2>());
-  for (const Box& box : tracer_.boxes_) {
+  for (const Box& box : boxes) {
     if (region.intersects(SeenBox::Ground(box))) boxes_.emplace_back(box, T_map_cam_);
   }
 }
@@ -168,8 +155,8 @@ bool RayTracer::View::IsBelowCeiling(const CameraRays::Block& block) const {
   for (const double x : {r.x, r.x + r.width}) {
     for (const double y : {r.y, r.y + r.height}) {
       const auto at = OnCeiling(x, y);
-      const bool inside = at && at->x() > 0 && at->x() < tracer_.room_.length_m && at->y() > 0 &&
-                          at->y() < tracer_.room_.width_m;
+      const bool inside =
+          at && at->x() > 0 && at->x() < room_.length_m && at->y() > 0 && at->y() < room_.width_m;
       if (!inside) return false;
     }
   }
@@ -283,55 +270,14 @@ float RayTracer::View::CeilingLight(double x, double y) const {
   return light;
 }
 
-RayTracer::View::Hit RayTracer::View::TraceRoom(const Vector3d& d, double& distance) const {
-  const Room& room = tracer_.room_;
-  const std::array<double, 3> far{d.x() > 0 ? room.length_m : 0.0,
-                                  d.y() > 0 ? room.width_m : 0.0,
-                                  d.z() > 0 ? room.height_m : 0.0};
-  int axis = 0;
-  distance = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 3; ++i) {
-    const double t = (far.at(i) - p_[i]) / d[i];
-    if (t > 0 && t < distance) {
-      distance = t;
-      axis = i;
-    }
-  }
-  if (axis < 2) return TraceWall(axis, d[axis] > 0, p_ + distance * d);
-  return d.z() > 0 ? Hit{0, kCeiling} : Hit{FloorLight(d, distance), kFloor};
-}
-
-RayTracer::View::Hit RayTracer::View::TraceWall(int axis, bool far, const Vector3d& at) const {
-  const Room& room = tracer_.room_;
-  const double shade = axis == 0 ? 1 : 0.85;
-  const float texture = tracer_.wall_.At(at[1 - axis] + 1.7 * axis, at.z());
-  double light = room.wall_brightness * shade * (1 + room.wall_contrast * texture);
-  const int wall = 2 * axis + (far ? 1 : 0);
-  int surface = kWalls + wall;
-  if (const auto field = tracer_.posters_.At(wall, at[1 - axis], at.z())) {
-    light *= field->brightness;
-    surface = kPosters + field->index % kMostPosterFields;
-  }
-  return {static_cast<float>(std::max(0.0, light)), static_cast<std::uint16_t>(surface)};
-}
-
-float RayTracer::View::FloorLight(const Vector3d& d, double distance) const {
-  const Room& room = tracer_.room_;
-  if (room.floor_contrast == 0) return static_cast<float>(room.floor_brightness);
-  const Vector3d at = p_ + distance * d;
-  // The optical frame's depth is `distance`; seen flat, a pixel spans more of the floor.
-  const double footprint = distance * rays_.PixelSpan() * d.norm() / std::abs(d.z());
-  const double texture = tracer_.floor_.At(at.x(), at.y(), footprint);
-  return static_cast<float>(
-      std::max(0.0, room.floor_brightness * (1 + room.floor_contrast * texture)));
-}
-
-RayTracer::View::Hit RayTracer::View::TraceRay(double x, double y, bool below_ceiling) const {
+Hit RayTracer::View::TraceRay(double x, double y, bool below_ceiling) const {
   if (std::isnan(x)) return {};
   const Vector3d direction = R_ * Vector3d(x, y, 1);
-  double distance = (tracer_.room_.height_m - p_.z()) / direction.z();
+  double distance = (room_.height_m - p_.z()) / direction.z();
   Hit hit{0, kCeiling};
-  if (!below_ceiling) hit = TraceRoom(direction, distance);
+  if (!below_ceiling) {
+    hit = tracer_.surfaces_.Trace(p_, direction, rays_.PixelSpan(), distance);
+  }
   const SeenBox* nearest = nullptr;
   SeenBox::Entry entry;
   for (const std::size_t i : near_) {
@@ -340,12 +286,10 @@ RayTracer::View::Hit RayTracer::View::TraceRay(double x, double y, bool below_ce
     distance = candidate->distance;
     entry = *candidate;
     nearest = &boxes_[i];
-    hit.surface = static_cast<std::uint16_t>(kBoxes + (i % 8000) * 6 + entry.face);
+    hit.surface = RoomSurfaces::BoxSurface(i, entry.face);
   }
   if (nearest != nullptr) {
-    const Eigen::Vector2d at = nearest->OnFace(direction, entry);
-    const float texture = 1 + tracer_.box_contrast_ * tracer_.wall_.At(at.x(), at.y());
-    hit.light = std::max(0.0F, nearest->Light(entry) * texture);
+    hit.light = tracer_.surfaces_.BoxLight(*nearest, direction, entry);
   } else if (hit.surface == kCeiling) {
     hit.light = CeilingLight(x, y);
   }

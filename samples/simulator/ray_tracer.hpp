@@ -6,10 +6,8 @@
 
 #include "samples/simulator/camera_rays.hpp"
 #include "samples/simulator/ceiling_texture.hpp"
-#include "samples/simulator/floor_texture.hpp"
+#include "samples/simulator/room_surfaces.hpp"
 #include "samples/simulator/scene.hpp"
-#include "samples/simulator/wall_posters.hpp"
-#include "samples/simulator/wall_texture.hpp"
 
 namespace ceilmap::simulator {
 
@@ -23,7 +21,10 @@ class RayTracer {
   RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m);
 
   /// The light on the pixels, CV_32FC1, 0 where the lens shows nothing. Thread-safe.
-  [[nodiscard]] cv::Mat Trace(const CameraRays& rays, const Eigen::Isometry3d& T_map_cam) const;
+  /// @param movers  boxes that are there now, beside those of the constructor.
+  [[nodiscard]] cv::Mat Trace(const CameraRays& rays,
+                              const Eigen::Isometry3d& T_map_cam,
+                              const std::vector<Box>& movers = {}) const;
 
   [[nodiscard]] const std::vector<Box>& Boxes() const { return boxes_; }
 
@@ -31,12 +32,8 @@ class RayTracer {
   class View;  // one camera pose
 
   std::vector<Box> boxes_;
-  Room room_;
-  float box_contrast_;
+  RoomSurfaces surfaces_;
   CeilingTexture ceiling_;
-  WallTexture wall_;  // of boxes too
-  WallPosters posters_;
-  FloorTexture floor_;
 };
 
 }  // namespace ceilmap::simulator

@@ -10,6 +10,8 @@
 #include "samples/simulator/camera_rays.hpp"
 #include "samples/simulator/fixtures.hpp"
 #include "samples/simulator/motion_blur.hpp"
+#include "samples/simulator/movers.hpp"
+#include "samples/simulator/omni_eye.hpp"
 #include "samples/simulator/picture_model.hpp"
 #include "samples/simulator/ray_tracer.hpp"
 
@@ -57,16 +59,20 @@ class Eye {
         tracer_(scene, MakeFixtures(scene), texel_m),
         picture_(scene, camera, pixels) {}
 
-  [[nodiscard]] cv::Mat Trace(const Isometry3d& T_map_base) const {
-    return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam);
+  [[nodiscard]] cv::Mat Trace(const Isometry3d& T_map_base,
+                              const std::vector<Box>& movers = {}) const {
+    return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers);
   }
 
   /// @param blur_px  how far things move in the picture.
-  [[nodiscard]] cv::Mat Take(const Exposure& exposure, double blur_px, const Frame& frame) const {
+  [[nodiscard]] cv::Mat Take(const Exposure& exposure,
+                             double blur_px,
+                             const Frame& frame,
+                             const std::vector<Box>& movers) const {
     const std::vector<Isometry3d> poses = PosesDuring(exposure, blur_px);
     cv::Mat light;
     for (const Isometry3d& T_map_base : poses) {
-      const cv::Mat now = Trace(T_map_base);
+      const cv::Mat now = Trace(T_map_base, movers);
       if (light.empty()) {
         light = now;
       } else {
@@ -94,6 +100,7 @@ struct Renderer::Parts {
       : scene(valid_scene),
         rig(calib::ParseRig(RigYaml(scene), "rig.yaml")),
         up(scene, scene.camera, *rig.up, TexelSize(scene), kUpPixels) {
+    if (scene.omni) omni.emplace(scene, up.Boxes());
     if (!scene.forward) return;
     forward.emplace(scene, *scene.forward, *rig.forward, ForwardTexelSize(scene), kForwardPixels);
   }
@@ -105,10 +112,18 @@ struct Renderer::Parts {
     return *forward;
   }
 
+  [[nodiscard]] const OmniEye& Omni() const {
+    if (!omni) {
+      throw calib::InputError("the scene has no omnidirectional camera; give it the group 'omni'");
+    }
+    return *omni;
+  }
+
   Scene scene;
   calib::Rig rig;
   Eye up;
   std::optional<Eye> forward;
+  std::optional<OmniEye> omni;
 };
 
 Renderer::Renderer(const Scene& scene) : parts_(std::make_unique<const Parts>(Checked(scene))) {}
@@ -126,7 +141,7 @@ cv::Mat Renderer::Render(const Frame& frame) const {
                    exposure,
                    CeilingInCorners(up.Mounted(), frame.T_map_base, parts_->rig.ceiling_height_m));
   }
-  return up.Take(exposure, blur_px, frame);
+  return up.Take(exposure, blur_px, frame, GreyMoversAt(parts_->scene, frame));
 }
 
 cv::Mat Renderer::RenderForward(const Frame& frame) const {
@@ -139,7 +154,11 @@ cv::Mat Renderer::RenderForward(const Frame& frame) const {
                          exposure,
                          RoomInPicture(forward.Mounted(), frame.T_map_base, parts_->scene.room));
   }
-  return forward.Take(exposure, blur_px, frame);
+  return forward.Take(exposure, blur_px, frame, GreyMoversAt(parts_->scene, frame));
+}
+
+cv::Mat Renderer::RenderOmni(const Frame& frame) const {
+  return parts_->Omni().Take(frame);
 }
 
 cv::Mat Renderer::RenderLight(const Isometry3d& T_map_base) const {
@@ -148,6 +167,10 @@ cv::Mat Renderer::RenderLight(const Isometry3d& T_map_base) const {
 
 cv::Mat Renderer::RenderForwardLight(const Isometry3d& T_map_base) const {
   return parts_->Forward().Trace(T_map_base);
+}
+
+cv::Mat Renderer::RenderOmniLight(const Frame& frame) const {
+  return parts_->Omni().Light(frame);
 }
 
 const Scene& Renderer::GetScene() const {

@@ -35,12 +35,19 @@ class Renderer {
   /// The forward camera's picture: CV_8UC1 of its size. It neither changes Render() nor depends on
   /// it. @throws calib::InputError when the scene has no forward camera.
   [[nodiscard]] cv::Mat RenderForward(const Frame& frame) const;
+  /// The picture of the camera under the mirror: CV_8UC3 of its size, blue, green, red. A point
+  /// p_map appears where the mirror of OmniCamera shows it, to a few hundredths of a pixel.
+  /// @throws calib::InputError when the scene has no omni camera.
+  [[nodiscard]] cv::Mat RenderOmni(const Frame& frame) const;
   /// The light that falls on the upward camera's pixels, before all that Picture describes:
-  /// CV_32FC1, 1 = white. A frame at T_map_base; without motion blur, optical blur, vignetting,
-  /// glare and noise.
+  /// CV_32FC1, 1 = white. A frame at T_map_base; without movers, motion blur, optical blur,
+  /// vignetting, glare and noise.
   [[nodiscard]] cv::Mat RenderLight(const Eigen::Isometry3d& T_map_base) const;
   /// The same of the forward camera. @throws as RenderForward().
   [[nodiscard]] cv::Mat RenderForwardLight(const Eigen::Isometry3d& T_map_base) const;
+  /// The same of the camera under the mirror, with the movers of that moment: CV_32FC3, blue,
+  /// green, red. @throws as RenderOmni().
+  [[nodiscard]] cv::Mat RenderOmniLight(const Frame& frame) const;
 
   [[nodiscard]] const Scene& GetScene() const;
   /// The robot as MakePath and Render take it, read back from RigYaml().

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <numbers>
 #include <string>
 
+#include "samples/simulator/mirror_rays.hpp"
 #include "samples/simulator/renderer.hpp"
 
 namespace ceilmap::simulator {
@@ -50,11 +52,24 @@ std::string Number(double value) {
   return fmt::format("{:.12g}", std::stod(text) + 0.0);
 }
 
-std::string IntrinsicsText(const Camera& c) {
+/// What all kinds of cameras have in common; without distortion when none is given.
+struct Intrinsics {
+  int width_px = 0;
+  int height_px = 0;
+  double focal_px = 0;
+  double offset_x_px = 0;  // of the principal point from the picture's centre
+  double offset_y_px = 0;
+  std::array<double, 5> distortion{};
+};
+
+std::string IntrinsicsText(const char* name, const Intrinsics& c) {
   const std::string f = fmt::format("{:.12g}", c.focal_px);
-  const std::string cx = fmt::format("{:.12g}", (c.width_px - 1) / 2.0);
-  const std::string cy = fmt::format("{:.12g}", (c.height_px - 1) / 2.0);
-  std::string text = fmt::format(
+  const std::string cx = fmt::format("{:.12g}", (c.width_px - 1) / 2.0 + c.offset_x_px);
+  const std::string cy = fmt::format("{:.12g}", (c.height_px - 1) / 2.0 + c.offset_y_px);
+  std::string text =
+      fmt::format("    image_width: {}\n    image_height: {}\n", c.width_px, c.height_px);
+  text += fmt::format("    camera_name: {}\n", name);
+  text += fmt::format(
       "    camera_matrix: {{rows: 3, cols: 3, data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]}}\n",
       f,
       cx,
@@ -75,36 +90,64 @@ std::string IntrinsicsText(const Camera& c) {
   return text;
 }
 
-std::string PoseText(const char* name, const Camera& c, const Matrix3d& R) {
+/// @param R, t  p_base = R p_cam + t.
+std::string PoseText(const char* name, const Matrix3d& R, const Vector3d& t) {
   const Eigen::Quaterniond q(R);
-  const auto row = [&R](int i, double t) {
-    return fmt::format("{}, {}, {}, {:.12g}", Number(R(i, 0)), Number(R(i, 1)), Number(R(i, 2)), t);
+  const auto row = [&R](int i, double t_i) {
+    return fmt::format(
+        "{}, {}, {}, {:.12g}", Number(R(i, 0)), Number(R(i, 1)), Number(R(i, 2)), t_i);
   };
   std::string text = fmt::format("    base_link_to_camera:\n      frame: {}_optical_frame\n", name);
-  text += fmt::format("      translation: [{:.12g}, {:.12g}, {:.12g}]\n",
-                      c.mount_x_m,
-                      c.mount_y_m,
-                      c.mount_height_m);
+  text += fmt::format("      translation: [{:.12g}, {:.12g}, {:.12g}]\n", t.x(), t.y(), t.z());
   text += fmt::format("      rotation_xyzw: [{}, {}, {}, {}]\n",
                       Number(q.x()),
                       Number(q.y()),
                       Number(q.z()),
                       Number(q.w()));
-  text += fmt::format("      matrix: [{}, {}, {}, 0, 0, 0, 1]\n",
-                      row(0, c.mount_x_m),
-                      row(1, c.mount_y_m),
-                      row(2, c.mount_height_m));
+  text += fmt::format(
+      "      matrix: [{}, {}, {}, 0, 0, 0, 1]\n", row(0, t.x()), row(1, t.y()), row(2, t.z()));
   return text;
 }
 
+std::string ExposureText(double exposure_time_s) {
+  return fmt::format(
+      "    exposure_time: {:.12g}   # s, the timestamp is the middle of the exposure\n",
+      exposure_time_s);
+}
+
 std::string CameraText(const char* name, const Camera& c, const Matrix3d& R) {
-  std::string text = fmt::format("  {}:\n    type: pinhole\n", name);
-  text += fmt::format("    image_width: {}\n    image_height: {}\n", c.width_px, c.height_px);
-  text += fmt::format("    camera_name: {}\n", name);
-  text += IntrinsicsText(c) + PoseText(name, c, R);
+  return fmt::format("  {}:\n    type: pinhole\n", name) +
+         IntrinsicsText(name, {c.width_px, c.height_px, c.focal_px, 0, 0, c.distortion}) +
+         PoseText(name, R, {c.mount_x_m, c.mount_y_m, c.mount_height_m}) +
+         ExposureText(c.exposure_time_s);
+}
+
+std::string OmniText(const OmniCamera& c) {
+  const MirrorRays rays(c);
+  const Vector3d t(c.mount_x_m, c.mount_y_m, c.mount_height_m);
+  Intrinsics intrinsics{c.width_px, c.height_px, c.focal_px};
+  if (c.centre_in_rig) {
+    intrinsics.offset_x_px = c.centre_offset_px[0];
+    intrinsics.offset_y_px = c.centre_offset_px[1];
+  }
+  std::string text = "  omni:\n    type: hyperbolic_mirror\n" + IntrinsicsText("omni", intrinsics) +
+                     PoseText("omni", rays.R_base_cam(), t) + ExposureText(0);
   text +=
-      fmt::format("    exposure_time: {:.12g}   # s, the timestamp is the middle of the exposure\n",
-                  c.exposure_time_s);
+      "    mirror:\n"
+      "      # z^2/A^2 - r^2/B^2 = 1, upper sheet; pinhole at (0, 0, -C), viewpoint at (0, 0, C)\n";
+  text += fmt::format("      A: {:.12g}\n      B: {:.12g}\n      C: {:.12g}\n",
+                      c.mirror_a_m,
+                      c.mirror_b_m,
+                      c.FocusM());
+  text += fmt::format("      rim_radius: {:.12g}\n", c.rim_radius_m);
+  const Vector3d viewpoint = rays.ViewpointInBase();
+  text += fmt::format("      base_link_to_viewpoint: [{:.12g}, {:.12g}, {:.12g}]\n",
+                      viewpoint.x(),
+                      viewpoint.y(),
+                      viewpoint.z());
+  text += fmt::format("      rim_radius_px: {:.9g}\n      horizon_radius_px: {:.9g}\n",
+                      rays.RimRadiusPx(),
+                      rays.HorizonRadiusPx());
   return text;
 }
 
@@ -125,6 +168,7 @@ std::string RigYaml(const Scene& scene) {
   text += "frames: {map: room, base: base_link}\ncameras:\n";
   text += CameraText("up", scene.camera, UpRotation(scene.camera));
   if (scene.forward) text += CameraText("forward", *scene.forward, ForwardRotation(*scene.forward));
+  if (scene.omni) text += OmniText(*scene.omni);
   return text;
 }
 

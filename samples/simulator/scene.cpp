@@ -99,16 +99,45 @@ void CheckBoxes(const Scene& scene) {
   }
 }
 
-void CheckSteps(const Picture& picture) {
+void CheckSteps(const char* group, const std::vector<ExposureStep>& steps) {
   std::int64_t previous = -1;
-  for (std::size_t i = 0; i < picture.exposure_steps.size(); ++i) {
-    const ExposureStep& step = picture.exposure_steps[i];
-    const std::string name = fmt::format("picture.exposure_steps[{}].", i);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const ExposureStep& step = steps[i];
+    const std::string name = fmt::format("{}.exposure_steps[{}].", group, i);
     if (step.frame <= previous) {
       Fail(name + "frame", static_cast<double>(step.frame), "later than the step before");
     }
     CheckRange(name + "gain", step.gain, 0.001, 1000);
     previous = step.frame;
+  }
+}
+
+void CheckOmni(const Scene& scene) {
+  if (!scene.omni) return;
+  const OmniCamera& omni = *scene.omni;
+  CheckGroup("omni", omni, kOmniFields);
+  for (const double offset : omni.centre_offset_px) {
+    CheckRange("omni.centre_offset_px", offset, -4096, 4096);
+  }
+  CheckSteps("omni", omni.exposure_steps);
+  const double rim_m =
+      omni.FocusM() + omni.mirror_a_m * std::hypot(1, omni.rim_radius_m / omni.mirror_b_m);
+  if (!(omni.mount_height_m + rim_m < scene.room.height_m)) {
+    Fail("omni.mount_height_m",
+         omni.mount_height_m,
+         fmt::format("so low that the mirror's rim, {:.3f} m higher, is below the ceiling "
+                     "(room.height_m)",
+                     rim_m));
+  }
+}
+
+void CheckMovers(const Scene& scene) {
+  for (std::size_t i = 0; i < scene.movers.size(); ++i) {
+    const Mover& mover = scene.movers[i];
+    const std::string name = fmt::format("movers[{}]", i);
+    CheckGroup(name.c_str(), mover, kMoverFields);
+    if (!(mover.top_m > mover.bottom_m)) Fail(name + ".top_m", mover.top_m, "above bottom_m");
+    if (!(mover.to_s >= mover.from_s)) Fail(name + ".to_s", mover.to_s, "not before from_s");
   }
 }
 
@@ -163,13 +192,21 @@ void Scene::Validate() const {
   CheckGroup("path", path, kPathFields);
   CheckCamera("camera", camera, room);
   CheckForward(*this);
+  CheckOmni(*this);
   const double narrow = std::min(ceiling.tile_length_m, ceiling.tile_width_m);
   if (!(ceiling.joint_m < narrow)) {
     Fail("ceiling.joint_m", ceiling.joint_m, "narrower than a tile");
   }
+  if (ceiling.symmetric && ceiling.tile_length_m != ceiling.tile_width_m) {
+    Fail("ceiling.tile_width_m", ceiling.tile_width_m, "tile_length_m, since symmetric is true");
+  }
+  if (ceiling.symmetric && ceiling.lamp_every_x != ceiling.lamp_every_y) {
+    Fail("ceiling.lamp_every_y", ceiling.lamp_every_y, "lamp_every_x, since symmetric is true");
+  }
   CheckMarks(*this);
   CheckBoxes(*this);
-  CheckSteps(picture);
+  CheckMovers(*this);
+  CheckSteps("picture", picture.exposure_steps);
   CheckPath(*this);
   CheckDebris(*this);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -11,9 +12,9 @@
 namespace ceilmap::simulator {
 
 /// What is simulated: a room, its ceiling and what hangs from it, a robot with an upward camera and
-/// perhaps a forward one, its drive, what lies in its way, and what the cameras make of the light.
-/// Every default gives a usable scene; the file format is these fields by name
-/// (samples/simulator/README.md).
+/// perhaps a forward one and one under a mirror, its drive, what lies in its way, and what the
+/// cameras make of the light. Every default gives a usable scene; the file format is these fields
+/// by name (samples/simulator/README.md).
 ///
 /// Frames as in CONTRIBUTING.md; `map` stands in a corner of the floor, x along the room's length,
 /// y along its width, z up. Brightness is linear light, 1 = white in the picture at exposure
@@ -62,6 +63,9 @@ struct Ceiling {
   int lamp_every_x = 0;
   int lamp_every_y = 0;
   double lamp_brightness = 2.5;
+  /// Only for kPeriodic, with square tiles: the tile's picture is its own after a quarter turn, so
+  /// that nothing on the ceiling tells north from east.
+  bool symmetric = false;
   // What makes places differ; not for kPeriodic.
   double tile_contrast = 0.02;   ///< standard deviation of the brightness from tile to tile
   double light_contrast = 0.05;  ///< slow variation of the light over metres (not for kUniform)
@@ -140,6 +144,34 @@ struct ExposureStep {
   double gain = 1;
 };
 
+/// A colour camera that looks straight up into a convex hyperbolic mirror and so sees all around:
+/// z^2/A^2 - r^2/B^2 = 1 (upper sheet), pinhole at (0, 0, -C), single viewpoint at (0, 0, C), C^2 =
+/// A^2 + B^2, z upwards along the optical axis (calib::HyperbolicMirror). Not turned, its picture's
+/// top is the robot's front and its right the robot's left. Each picture is taken in an instant.
+struct OmniCamera {
+  int width_px = 480;
+  int height_px = 480;
+  double focal_px = 520;
+  double mount_x_m = 0;  ///< of the pinhole, in base
+  double mount_y_m = 0;
+  double mount_height_m = 0.55;  ///< above the floor
+  double mount_yaw_deg = 0;      ///< about the vertical
+  double mirror_a_m = 0.028095;
+  double mirror_b_m = 0.0234125;
+  double rim_radius_m = 0.04;
+  double body_below_deg = -60;  ///< steeper downwards than this elevation the robot itself shows
+  /// Where the mirror's axis shows, from the picture's centre, to the right and down.
+  std::array<double, 2> centre_offset_px{};
+  bool centre_in_rig = true;  ///< false: the rig believes the axis in the picture's centre
+  double saturation = 1;      ///< of the colours; 0: grey
+  // Instead of the same fields of Picture.
+  double exposure_gain = 1;
+  std::vector<ExposureStep> exposure_steps;
+
+  /// The pinhole's distance from the mirror's centre, and the viewpoint's on the other side.
+  [[nodiscard]] double FocusM() const { return std::hypot(mirror_a_m, mirror_b_m); }
+};
+
 /// From light to grey values, in this order: motion blur, glare, vignetting, optical blur,
 /// exposure, noise, sRGB curve, 8 bit.
 struct Picture {
@@ -200,6 +232,27 @@ struct Debris {
   std::vector<Bump> bumps;
 };
 
+/// A coloured box that moves straight through the room, seen by all cameras. It stands still during
+/// an exposure.
+struct Mover {
+  double x_m = 0;  ///< centre, when it appears
+  double y_m = 0;
+  double length_m = 0.5;  ///< along the box's own x axis
+  double width_m = 0.5;
+  double bottom_m = 0;
+  double top_m = 1.7;
+  double yaw_deg = 0;
+  double red = 1;  ///< light of its bottom, as Box::brightness
+  double green = 0.2;
+  double blue = 0.2;
+  double velocity_x_m_s = 0;
+  double velocity_y_m_s = 0;
+  /// When it is there, from..to, in seconds after path.start_stamp_s; with PathKind::kTum in the
+  /// file's own time.
+  double from_s = 0;
+  double to_s = 0;
+};
+
 struct Scene {
   std::uint64_t seed = 1;  ///< of everything random
   std::string robot = "simulated robot";
@@ -208,9 +261,11 @@ struct Scene {
   Room room;
   Ceiling ceiling;
   Fixtures fixtures;
-  Camera camera;                  ///< looks up
-  std::optional<Camera> forward;  ///< looks ahead; it takes its pictures when `camera` does
-  Picture picture;                ///< of both cameras
+  Camera camera;                   ///< looks up
+  std::optional<Camera> forward;   ///< looks ahead; it takes its pictures when `camera` does
+  std::optional<OmniCamera> omni;  ///< looks around, at the same moments
+  Picture picture;                 ///< of all cameras
+  std::vector<Mover> movers;
   Path path;
   Debris debris;  ///< not with PathKind::kTum, whose poses hold the tilt themselves
 

@@ -60,6 +60,7 @@ constexpr std::array kCeilingFields{
     Field<Ceiling>{"lamp_every_x", &Ceiling::lamp_every_x, 0, 1000, kTiled},
     Field<Ceiling>{"lamp_every_y", &Ceiling::lamp_every_y, 0, 1000, kTiled},
     Field<Ceiling>{"lamp_brightness", &Ceiling::lamp_brightness, 0, 7, kTiled},
+    Field<Ceiling>{"symmetric", &Ceiling::symmetric, 0, 0, Only(CeilingKind::kPeriodic)},
     Field<Ceiling>{"tile_contrast", &Ceiling::tile_contrast, 0, 0.3, kTilesOnly},
     Field<Ceiling>{"light_contrast", &Ceiling::light_contrast, 0, 0.3, kUneven},
     Field<Ceiling>{"stains_per_100m2", &Ceiling::stains_per_100m2, 0, 500, kTilesOnly},
@@ -94,6 +95,40 @@ constexpr std::array kCameraFields{
     Field<Camera>{"mount_pitch_deg", &Camera::mount_pitch_deg, -30, 30},
     Field<Camera>{"mount_roll_deg", &Camera::mount_roll_deg, -30, 30},
     Field<Camera>{"exposure_time_s", &Camera::exposure_time_s, 0, 10},
+};
+
+constexpr std::array kOmniFields{
+    Field<OmniCamera>{"width_px", &OmniCamera::width_px, 16, 8192},
+    Field<OmniCamera>{"height_px", &OmniCamera::height_px, 16, 8192},
+    Field<OmniCamera>{"focal_px", &OmniCamera::focal_px, 8, 100000},
+    Field<OmniCamera>{"mount_x_m", &OmniCamera::mount_x_m, -10, 10},
+    Field<OmniCamera>{"mount_y_m", &OmniCamera::mount_y_m, -10, 10},
+    Field<OmniCamera>{"mount_height_m", &OmniCamera::mount_height_m, 0, 100},
+    Field<OmniCamera>{"mount_yaw_deg", &OmniCamera::mount_yaw_deg, -360, 360},
+    Field<OmniCamera>{"mirror_a_m", &OmniCamera::mirror_a_m, 1e-4, 10},
+    Field<OmniCamera>{"mirror_b_m", &OmniCamera::mirror_b_m, 1e-4, 10},
+    Field<OmniCamera>{"rim_radius_m", &OmniCamera::rim_radius_m, 1e-4, 10},
+    Field<OmniCamera>{"body_below_deg", &OmniCamera::body_below_deg, -90, 0},
+    Field<OmniCamera>{"centre_in_rig", &OmniCamera::centre_in_rig},
+    Field<OmniCamera>{"saturation", &OmniCamera::saturation, 0, 1},
+    Field<OmniCamera>{"exposure_gain", &OmniCamera::exposure_gain, 0.001, 1000},
+};
+
+constexpr std::array kMoverFields{
+    Field<Mover>{"x_m", &Mover::x_m, -1e4, 1e4},
+    Field<Mover>{"y_m", &Mover::y_m, -1e4, 1e4},
+    Field<Mover>{"length_m", &Mover::length_m, 1e-3, 1e4},
+    Field<Mover>{"width_m", &Mover::width_m, 1e-3, 1e4},
+    Field<Mover>{"bottom_m", &Mover::bottom_m, 0, 100},
+    Field<Mover>{"top_m", &Mover::top_m, 0, 100},
+    Field<Mover>{"yaw_deg", &Mover::yaw_deg, -360, 360},
+    Field<Mover>{"red", &Mover::red, 0, 7},
+    Field<Mover>{"green", &Mover::green, 0, 7},
+    Field<Mover>{"blue", &Mover::blue, 0, 7},
+    Field<Mover>{"velocity_x_m_s", &Mover::velocity_x_m_s, -100, 100},
+    Field<Mover>{"velocity_y_m_s", &Mover::velocity_y_m_s, -100, 100},
+    Field<Mover>{"from_s", &Mover::from_s, -1e10, 1e10},
+    Field<Mover>{"to_s", &Mover::to_s, -1e10, 1e10},
 };
 
 constexpr std::array kPictureFields{
@@ -145,6 +180,9 @@ constexpr std::string_view kBoxColumns =
 constexpr std::string_view kStepColumns = "frame, gain";
 constexpr std::string_view kPointColumns = "x, y";
 constexpr std::string_view kBumpColumns = "start_m, length_m, pitch_deg, roll_deg";
+constexpr std::string_view kMoverColumns =
+    "x_m, y_m, length_m, width_m, bottom_m, top_m, yaw_deg, red, green, blue, velocity_x_m_s, "
+    "velocity_y_m_s, from_s, to_s";
 
 /// `in [LEAST, MOST]`.
 std::string RangeText(double least, double most);

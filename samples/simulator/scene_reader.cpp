@@ -135,17 +135,21 @@ void ReadFixtures(const YamlValue& value, Fixtures& fixtures) {
   });
 }
 
-void ReadPicture(const YamlValue& value, Picture& picture) {
-  AllowOnly(value, kPictureFields, "exposure_steps");
-  ReadFields(value, kPictureFields, picture);
+void ReadSteps(const YamlValue& value, std::vector<ExposureStep>& steps) {
   ReadRows<2>(value, "exposure_steps", kStepColumns, [&](const double* row) {
     const auto frame = static_cast<std::int64_t>(std::clamp(row[0], -1.0, 1e9));
     if (static_cast<double>(frame) != row[0]) {
       value.At("exposure_steps", "")
           .Fail("whole frame numbers >= 0", "correct " + fmt::format("{:g}", row[0]));
     }
-    picture.exposure_steps.push_back({frame, row[1]});
+    steps.push_back({frame, row[1]});
   });
+}
+
+void ReadPicture(const YamlValue& value, Picture& picture) {
+  AllowOnly(value, kPictureFields, "exposure_steps");
+  ReadFields(value, kPictureFields, picture);
+  ReadSteps(value, picture.exposure_steps);
 }
 
 void ReadPath(const YamlValue& value, Path& path) {
@@ -173,14 +177,33 @@ void ReadCamera(const YamlValue& value, Camera& camera) {
   ReadArray(value, "distortion", camera.distortion);
 }
 
-/// Values out of range are said here, where their line is known.
-void CheckBump(const YamlValue& bumps, const Bump& bump) {
-  for (const Field<Bump>& field : kBumpFields) {
-    const double number = bump.*std::get<double Bump::*>(field.member);
-    if (number >= field.least && number <= field.most) continue;
-    bumps.Fail(fmt::format("rows with {} {}", field.key, RangeText(field.least, field.most)),
-               fmt::format("correct {:g}", number));
-  }
+void ReadOmni(const YamlValue& value, OmniCamera& camera) {
+  AllowOnly(value, kOmniFields, "centre_offset_px", "exposure_steps");
+  ReadFields(value, kOmniFields, camera);
+  ReadArray(value, "centre_offset_px", camera.centre_offset_px);
+  ReadSteps(value, camera.exposure_steps);
+}
+
+/// Rows of the numbers of `fields`, in their order. Values out of range are said here, where their
+/// line is known.
+template <typename Row, std::size_t N>
+void ReadFieldRows(const YamlValue& value,
+                   std::string_view key,
+                   std::string_view columns,
+                   const std::array<Field<Row>, N>& fields,
+                   std::vector<Row>& rows) {
+  ReadRows<N>(value, key, columns, [&](const double* numbers) {
+    Row row;
+    for (const Field<Row>& field : fields) {
+      const double number = *numbers++;
+      row.*std::get<double Row::*>(field.member) = number;
+      if (number >= field.least && number <= field.most) continue;
+      value.At(key, "").Fail(
+          fmt::format("rows with {} {}", field.key, RangeText(field.least, field.most)),
+          fmt::format("correct {:g}", number));
+    }
+    rows.push_back(row);
+  });
 }
 
 void ReadDebris(const YamlValue& value, const Path& path, Debris& debris) {
@@ -190,10 +213,7 @@ void ReadDebris(const YamlValue& value, const Path& path, Debris& debris) {
   if (path.kind == PathKind::kTum) {
     bumps->Fail("absent for path.kind tum", "remove it, the poses of the file hold the tilt");
   }
-  ReadRows<4>(value, "bumps", kBumpColumns, [&](const double* row) {
-    debris.bumps.push_back({row[0], row[1], row[2], row[3]});
-    CheckBump(*bumps, debris.bumps.back());
-  });
+  ReadFieldRows(value, "bumps", kBumpColumns, kBumpFields, debris.bumps);
 }
 
 Scene ReadAll(const YamlValue& root) {
@@ -205,7 +225,9 @@ Scene ReadAll(const YamlValue& root) {
                   "fixtures",
                   "camera",
                   "forward",
+                  "omni",
                   "picture",
+                  "movers",
                   "path",
                   "debris"});
   Scene scene;
@@ -226,6 +248,8 @@ Scene ReadAll(const YamlValue& root) {
   if (const auto forward = root.Find("forward")) {
     ReadCamera(*forward, scene.forward.emplace(DefaultForwardCamera()));
   }
+  if (const auto omni = root.Find("omni")) ReadOmni(*omni, scene.omni.emplace());
+  ReadFieldRows(root, "movers", kMoverColumns, kMoverFields, scene.movers);
   if (const auto picture = root.Find("picture")) ReadPicture(*picture, scene.picture);
   if (const auto path = root.Find("path")) ReadPath(*path, scene.path);
   if (const auto debris = root.Find("debris")) ReadDebris(*debris, scene.path, scene.debris);

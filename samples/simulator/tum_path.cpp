@@ -37,7 +37,8 @@ Frame ParseLine(const Scene& scene, int line, const std::string& text) {
   return frame;
 }
 
-void CheckInside(const Scene& scene, const Camera& camera, int line, const Frame& frame) {
+template <typename AnyCamera>
+void CheckInside(const Scene& scene, const AnyCamera& camera, int line, const Frame& frame) {
   const Eigen::Vector3d p =
       frame.T_map_base * Eigen::Vector3d(camera.mount_x_m, camera.mount_y_m, camera.mount_height_m);
   const Room& room = scene.room;
@@ -91,6 +92,7 @@ std::vector<Frame> TumFrames(const Scene& scene) {
     Frame frame = ParseLine(scene, line, text);
     CheckInside(scene, scene.camera, line, frame);
     if (scene.forward) CheckInside(scene, *scene.forward, line, frame);
+    if (scene.omni) CheckInside(scene, *scene.omni, line, frame);
     if (!frames.empty() && !(frame.stamp_s > frames.back().stamp_s)) {
       Fail(scene, line, "the timestamp must be later than the one before");
     }

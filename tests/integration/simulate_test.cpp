@@ -237,6 +237,49 @@ TEST_F(SimulateTest, ForwardCameraHasAVideoOfItsOwn) {
             20);
 }
 
+TEST_F(SimulateTest, CameraUnderAMirrorHasAVideoInColour) {
+  const std::string omni =
+      "omni: {width_px: 240, height_px: 240, focal_px: 260, centre_offset_px: [5, 0], "
+      "centre_in_rig: false}\n"
+      "movers: [4.4, 2.5, 0.3, 0.3, 0, 1.5, 0, 2, 0.1, 0.1, 0.8, 0, 0, 3]\n";
+  folder_.Write("omni.yaml", kScene + omni);
+  const ProcessResult result = Run({"simulate", "omni.yaml", "-o", "run", "--summary", "s.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("240 x 240"));
+  EXPECT_THAT(
+      NamesIn("run"),
+      ElementsAre("frames.csv", "omni.mp4", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
+  EXPECT_EQ(nlohmann::json::parse(ReadAll(folder_ / "s.json"))["quality"]["omni_width_px"], 240);
+  const calib::Rig rig = calib::ReadRig(folder_ / "run/rig.yaml");
+  ASSERT_TRUE(rig.omni && rig.omni->mirror);
+  EXPECT_EQ(rig.omni->camera.cx, 119.5);
+  EXPECT_NEAR(rig.omni->mirror->horizon_radius_px, 138.707 / 2, 1e-3);
+
+  Simulate({"omni.yaml", "-o", "png", "--pictures"});
+  Simulate({"omni.yaml", "-o", "mkv", "--lossless"});
+  const std::vector<cv::Mat> pictures = Pictures("png/omni");
+  ASSERT_EQ(pictures.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(pictures.front().type(), CV_8UC3);
+  const auto colours = [&](const std::string& name) {
+    cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
+    std::vector<cv::Mat> frames;
+    for (cv::Mat frame; video.read(frame);) frames.push_back(frame.clone());
+    return frames;
+  };
+  EXPECT_EQ(Difference(colours("mkv/omni.mkv"), pictures), 0);
+  // Colours at half the resolution cost most of it.
+  EXPECT_LT(Difference(colours("run/omni.mp4"), pictures), 4 * std::sqrt(3.0));
+  // The red mover goes ahead of the robot, above the middle, which is 5 px to the right.
+  const cv::Vec3b ahead = pictures[3].at<cv::Vec3b>(119 - 62, 125);
+  EXPECT_GT(ahead[2], ahead[0] + 60);
+  EXPECT_LT(cv::norm(colours("run/omni.mp4")[3].at<cv::Vec3b>(119 - 62, 125), ahead), 30);
+
+  // The same scene without the camera: its earlier video goes.
+  Simulate({"scene.yaml", "-o", "run", "--frames", "3", "--force"});
+  EXPECT_THAT(NamesIn("run"),
+              ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
+}
+
 TEST_F(SimulateTest, KeepsWhatIsDoneWhenInterrupted) {
   folder_.Write("long.yaml",
                 "camera: {width_px: 160, height_px: 120, focal_px: 110}\n"

@@ -88,6 +88,37 @@ TEST(CeilingGrain, OfAPeriodicCeilingIsTheSameToo) {
   EXPECT_GT(Correlation(Shrunk(Seen(scene), 2), coarse), 0.98);
 }
 
+// A camera that turns by 90 degrees over a tile's middle or corner sees the same picture.
+TEST(CeilingGrain, OfASymmetricTileIsItsOwnAfterAQuarterTurn) {
+  Scene scene = PlainScene();
+  scene.camera.height_px = scene.camera.width_px;
+  scene.ceiling.kind = CeilingKind::kPeriodic;
+  const auto seen = [&](double yaw_deg) {
+    return Renderer(scene).RenderLight(Level(5.1, 3.3, yaw_deg));  // a tile's middle
+  };
+  EXPECT_LT(Correlation(seen(90), seen(0)), 0.9);
+  const double deviation = Deviation(seen(0));
+  scene.ceiling.symmetric = true;
+  for (const double turn_deg : {90, 180, 270}) {
+    EXPECT_LT(cv::norm(seen(turn_deg), seen(0), cv::NORM_INF), 1e-3) << turn_deg;
+  }
+  EXPECT_GT(cv::norm(seen(45), seen(0), cv::NORM_INF), 0.05);
+  EXPECT_NEAR(Deviation(seen(0)) / deviation, 1, 0.2);  // as rich as the other
+}
+
+TEST(CeilingGrain, OfASymmetricTileIsTheSameInWhateverPart) {
+  Scene scene;
+  scene.ceiling.kind = CeilingKind::kPeriodic;
+  scene.ceiling.symmetric = true;
+  const CeilingPattern pattern(scene, 0.005);
+  const cv::Mat whole = pattern.Sample(0, 0, 240, 240);
+  const cv::Mat part = pattern.Sample(17, 131, 90, 50);
+  EXPECT_LT(cv::norm(part, whole(cv::Rect(17, 131, 90, 50)), cv::NORM_INF), 1e-5);
+  cv::Mat turned;
+  cv::rotate(whole, turned, cv::ROTATE_90_CLOCKWISE);
+  EXPECT_LT(cv::norm(turned, whole, cv::NORM_INF), 1e-5);
+}
+
 TEST(AddGrain, HasDeviationOneInSamplesOf4mm) {
   const cv::Mat grain = Grain(0.004, 4);
   EXPECT_NEAR(Deviation(grain), 1, 0.03);

@@ -91,14 +91,71 @@ TEST(Scene, ForwardCameraIsThereWhenItsGroupIs) {
   EXPECT_EQ(scene.forward->exposure_time_s, 0.008);
 }
 
+TEST(Scene, OmniCameraIsThereWhenItsGroupIs) {
+  EXPECT_FALSE(ParseScene("seed: 5", "s.yaml").omni.has_value());
+  const Scene scene = ParseScene(
+      "omni: {focal_px: 500, centre_offset_px: [5, -1], centre_in_rig: false, "
+      "exposure_steps: [3, 2]}",
+      "s.yaml");
+  ASSERT_TRUE(scene.omni.has_value());
+  EXPECT_EQ(scene.omni->focal_px, 500);
+  EXPECT_EQ(scene.omni->width_px, 480);
+  EXPECT_EQ(scene.omni->centre_offset_px[1], -1);
+  EXPECT_FALSE(scene.omni->centre_in_rig);
+  ASSERT_EQ(scene.omni->exposure_steps.size(), 1U);
+  EXPECT_EQ(scene.omni->exposure_steps[0].gain, 2);
+}
+
+TEST(Scene, ReadsMoversInTheOrderOfTheirColumns) {
+  const Scene scene = ParseScene(
+      "movers: [1, 2, 0.3, 0.4, 0.1, 1.5, 30, 0.9, 0.8, 0.7, 1.1, -1.2, 4, 6]", "s.yaml");
+  ASSERT_EQ(scene.movers.size(), 1U);
+  const Mover& mover = scene.movers[0];
+  EXPECT_EQ(mover.y_m, 2);
+  EXPECT_EQ(mover.width_m, 0.4);
+  EXPECT_EQ(mover.top_m, 1.5);
+  EXPECT_EQ(mover.yaw_deg, 30);
+  EXPECT_EQ(mover.blue, 0.7);
+  EXPECT_EQ(mover.velocity_y_m_s, -1.2);
+  EXPECT_EQ(mover.from_s, 4);
+  EXPECT_EQ(mover.to_s, 6);
+}
+
+TEST(Scene, FaultsOfOmniCameraAndMoversAreSaid) {
+  EXPECT_THAT(ErrorOf("omni: {fokal_px: 3}"), HasSubstr("omni.fokal_px = 3 is an unknown key"));
+  EXPECT_THAT(ErrorOf("omni:\n  saturation: 2"),
+              HasSubstr("s.yaml:2: omni.saturation = 2, must be in [0, 1]"));
+  EXPECT_THAT(ErrorOf("omni: {mount_height_m: 2.55}"),
+              HasSubstr("omni.mount_height_m = 2.55, must be so low that the mirror's rim"));
+  EXPECT_THAT(ErrorOf("movers: [1, 2, 3]"), HasSubstr("must be rows of 14 numbers (x_m, y_m"));
+  EXPECT_THAT(ErrorOf("seed: 1\nmovers: [1, 2, 0.3, 0.4, 0, 1, 0, 9, 0, 0, 1, 0, 4, 6]"),
+              HasSubstr("s.yaml:2: movers = [1, 2, 0.3"));
+  EXPECT_THAT(ErrorOf("movers: [1, 2, 0.3, 0.4, 1, 1, 0, 1, 0, 0, 1, 0, 4, 6]"),
+              HasSubstr("s.yaml: movers[0].top_m = 1, must be above bottom_m"));
+  EXPECT_THAT(ErrorOf("movers: [1, 2, 0.3, 0.4, 0, 1, 0, 1, 0, 0, 1, 0, 4, 3]"),
+              HasSubstr("movers[0].to_s = 3, must be not before from_s"));
+  EXPECT_THAT(ErrorOf("ceiling: {kind: periodic, symmetric: true, tile_width_m: 0.5}"),
+              HasSubstr("ceiling.tile_width_m = 0.5, must be tile_length_m"));
+  EXPECT_THAT(ErrorOf("ceiling: {symmetric: true}"), HasSubstr("absent for kind tiles"));
+}
+
 TEST(Scene, PathOfATumFileStartsAtTheScene) {
   const Scene scene = ParseScene("path: {kind: tum, tum_file: drive.tum}", "some/where/s.yaml");
   EXPECT_EQ(scene.path.tum_file, std::filesystem::path("some/where/drive.tum"));
 }
 
 TEST(Scene, SamplesAreValid) {
-  for (const char* name :
-       {"hall", "warehouse", "periodic", "lights-off", "corridor", "lens", "debris"}) {
+  for (const char* name : {"hall",
+                           "warehouse",
+                           "periodic",
+                           "lights-off",
+                           "corridor",
+                           "lens",
+                           "debris",
+                           "omni-rooms",
+                           "passing-car",
+                           "periodic-turns",
+                           "dark-turn"}) {
     const std::string file = std::string(CEILMAP_SOURCE_DIR) + "/samples/scenes/" + name + ".yaml";
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }

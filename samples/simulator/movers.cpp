@@ -1,0 +1,35 @@
+#include "samples/simulator/movers.hpp"
+
+#include "samples/simulator/paints.hpp"
+
+namespace ceilmap::simulator {
+
+std::vector<PaintedBox> MoversAt(const Scene& scene, const Frame& frame) {
+  const double start_s = scene.path.kind == PathKind::kTum ? 0 : scene.path.start_stamp_s;
+  const double now_s = frame.stamp_s - start_s;
+  std::vector<PaintedBox> seen;
+  for (const Mover& m : scene.movers) {
+    if (now_s < m.from_s || now_s > m.to_s) continue;
+    const double moved_s = now_s - m.from_s;
+    const double brightness = Luminance(m.red, m.green, m.blue);
+    const Box box{m.x_m + moved_s * m.velocity_x_m_s,
+                  m.y_m + moved_s * m.velocity_y_m_s,
+                  m.length_m,
+                  m.width_m,
+                  m.bottom_m,
+                  m.top_m,
+                  m.yaw_deg,
+                  brightness};
+    const cv::Vec3f colour(cv::Vec3d(m.blue, m.green, m.red));
+    seen.push_back({box, brightness > 0 ? colour / brightness : cv::Vec3f(1, 1, 1)});
+  }
+  return seen;
+}
+
+std::vector<Box> GreyMoversAt(const Scene& scene, const Frame& frame) {
+  std::vector<Box> boxes;
+  for (const PaintedBox& mover : MoversAt(scene, frame)) boxes.push_back(mover.box);
+  return boxes;
+}
+
+}  // namespace ceilmap::simulator

@@ -1,0 +1,44 @@
+#include "samples/simulator/omni_eye.hpp"
+
+#include <utility>
+
+#include "samples/simulator/movers.hpp"
+
+namespace ceilmap::simulator {
+namespace {
+
+PictureModel ColourModel(const Scene& scene, PixelPurposes purposes) {
+  Scene of_omni = scene;
+  of_omni.picture.exposure_gain = scene.omni->exposure_gain;
+  of_omni.picture.exposure_steps = scene.omni->exposure_steps;
+  Camera camera;
+  camera.width_px = scene.omni->width_px;
+  camera.height_px = scene.omni->height_px;
+  return {of_omni, camera, purposes};
+}
+
+}  // namespace
+
+OmniEye::OmniEye(const Scene& scene, std::vector<Box> boxes)
+    : scene_(scene),
+      tracer_(scene, std::move(boxes)),
+      colours_{ColourModel(scene, {Purpose::kOmniBlueGain, Purpose::kOmniBlueNoise}),
+               ColourModel(scene, {Purpose::kOmniGreenGain, Purpose::kOmniGreenNoise}),
+               ColourModel(scene, {Purpose::kOmniRedGain, Purpose::kOmniRedNoise})} {}
+
+cv::Mat OmniEye::Light(const Frame& frame) const {
+  return tracer_.Trace(frame.T_map_base, MoversAt(scene_, frame));
+}
+
+cv::Mat OmniEye::Take(const Frame& frame) const {
+  std::array<cv::Mat, 3> planes;
+  cv::split(Light(frame), planes.data());
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    planes.at(i) = colours_.at(i).Develop(planes.at(i), frame);
+  }
+  cv::Mat picture;
+  cv::merge(planes.data(), planes.size(), picture);
+  return picture;
+}
+
+}  // namespace ceilmap::simulator

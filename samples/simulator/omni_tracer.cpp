@@ -1,0 +1,215 @@
+#include "samples/simulator/omni_tracer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace ceilmap::simulator {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+const cv::Vec3f kSurroundings(0.004F, 0.004F, 0.004F);
+const cv::Vec3f kBody(0.16F, 0.14F, 0.13F);  // a little blue
+const cv::Vec3f kLens(0.01F, 0.01F, 0.01F);
+constexpr double kLensBelow = -0.98;  // sine of an elevation, some -79 degrees
+
+/// Places in a pixel, from its centre: a Fibonacci lattice, as in ray_tracer.cpp.
+constexpr int kLattice = 21;
+cv::Point2d LatticePoint(int i) {
+  return {(i + 0.5) / kLattice - 0.5, ((i * 13) % kLattice + 0.5) / kLattice - 0.5};
+}
+
+/// Half of the longer side of what a pixel spans on the ceiling where the rim shows it, at its
+/// nearest; no ceiling shows below the horizon.
+double TexelSize(const Scene& scene, const MirrorRays& rays) {
+  const double height_m = scene.room.height_m - scene.omni->mount_height_m;
+  const double rise = std::sin(std::clamp(rays.RimElevation(), 0.2, std::numbers::pi / 2));
+  return std::min(0.04, height_m / (rise * rise) * rays.PixelSpan() / 2);
+}
+
+Cone ConeOf(const Box& box, const Vector3d& from) {
+  const double yaw = box.yaw_deg * std::numbers::pi / 180;
+  std::vector<Vector3d> corners;
+  for (int corner = 0; corner < 8; ++corner) {
+    const double x = (corner & 1) != 0 ? box.length_m / 2 : -box.length_m / 2;
+    const double y = (corner & 2) != 0 ? box.width_m / 2 : -box.width_m / 2;
+    corners.emplace_back(Vector3d(box.x_m + std::cos(yaw) * x - std::sin(yaw) * y,
+                                  box.y_m + std::sin(yaw) * x + std::cos(yaw) * y,
+                                  (corner & 4) != 0 ? box.top_m : box.bottom_m) -
+                         from);
+  }
+  Cone cone = Cone::Around(corners);
+  // Only within a half space the cone of the corners is that of the box.
+  if (!(cone.angle_rad < 1.5)) cone.angle_rad = std::numbers::pi;
+  return cone;
+}
+
+}  // namespace
+
+class OmniTracer::View {
+ public:
+  View(const OmniTracer& tracer,
+       const Isometry3d& T_map_base,
+       const std::vector<PaintedBox>& movers);
+  [[nodiscard]] cv::Mat Trace();
+
+ private:
+  struct Place {
+    cv::Vec3f light;
+    std::uint16_t surface = kNothing;
+  };
+
+  void Add(const Box& box, const cv::Vec3f& colour);
+  void ChooseNear(const MirrorRays::Block& block);
+  void TraceBlock(const MirrorRays::Block& block);
+  void SmoothEdges(const MirrorRays::Block& block);
+  [[nodiscard]] bool IsEdge(int u, int v) const;
+  [[nodiscard]] Place TraceRay(const Vector3d& d_cam) const;
+  [[nodiscard]] float CeilingLight(const Vector3d& at) const;
+
+  const OmniTracer& tracer_;
+  Vector3d viewpoint_;  // in map
+  Eigen::Matrix3d R_map_cam_;
+  CeilingWindow window_;
+  std::vector<SeenBox> boxes_;
+  std::vector<cv::Vec3f> colours_;  // of boxes_
+  std::vector<Cone> cones_;         // of boxes_, in map
+  std::vector<std::size_t> near_;   // of boxes_, those that the current block may show
+  cv::Mat_<cv::Vec3f> light_;
+  cv::Mat_<std::uint16_t> surface_;
+};
+
+OmniTracer::OmniTracer(const Scene& scene, std::vector<Box> boxes)
+    : boxes_(std::move(boxes)),
+      rays_(*scene.omni),
+      surfaces_(scene),
+      paints_(scene.seed, boxes_.size(), scene.omni->saturation),
+      ceiling_(scene, TexelSize(scene, rays_)) {}
+
+cv::Mat OmniTracer::Trace(const Isometry3d& T_map_base,
+                          const std::vector<PaintedBox>& movers) const {
+  return View(*this, T_map_base, movers).Trace();
+}
+
+OmniTracer::View::View(const OmniTracer& tracer,
+                       const Isometry3d& T_map_base,
+                       const std::vector<PaintedBox>& movers)
+    : tracer_(tracer),
+      viewpoint_(T_map_base * tracer.rays_.ViewpointInBase()),
+      R_map_cam_(T_map_base.linear() * tracer.rays_.R_base_cam()),
+      light_(tracer.rays_.Size(), kSurroundings),
+      surface_(tracer.rays_.Size(), kNothing) {
+  const Room& room = tracer.surfaces_.GetRoom();
+  window_ = tracer.ceiling_.Window(0, 0, room.length_m, room.width_m);
+  for (std::size_t i = 0; i < tracer.boxes_.size(); ++i) {
+    Add(tracer.boxes_[i], tracer.paints_.Of(RoomSurfaces::BoxSurface(i, 0)));
+  }
+  for (const PaintedBox& mover : movers) Add(mover.box, mover.colour);
+}
+
+void OmniTracer::View::Add(const Box& box, const cv::Vec3f& colour) {
+  Isometry3d T_map_view = Isometry3d::Identity();
+  T_map_view.translation() = viewpoint_;
+  boxes_.emplace_back(box, T_map_view);
+  colours_.push_back(colour);
+  cones_.push_back(ConeOf(box, viewpoint_));
+}
+
+void OmniTracer::View::ChooseNear(const MirrorRays::Block& block) {
+  const Vector3d axis = R_map_cam_ * block.cone.axis;
+  near_.clear();
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    if (cones_[i].Meets(axis, block.cone.angle_rad)) near_.push_back(i);
+  }
+}
+
+cv::Mat OmniTracer::View::Trace() {
+  for (const MirrorRays::Block& block : tracer_.rays_.Blocks()) {
+    ChooseNear(block);
+    TraceBlock(block);
+  }
+  for (const MirrorRays::Block& block : tracer_.rays_.Blocks()) {
+    ChooseNear(block);
+    SmoothEdges(block);
+  }
+  return light_;
+}
+
+void OmniTracer::View::TraceBlock(const MirrorRays::Block& block) {
+  const cv::Rect& pixels = block.pixels;
+  for (int v = pixels.y; v < pixels.y + pixels.height; ++v) {
+    for (int u = pixels.x; u < pixels.x + pixels.width; ++u) {
+      const cv::Vec3f& d = tracer_.rays_.Centre(u, v);
+      if (std::isnan(d[0])) continue;
+      const Place place = TraceRay({d[0], d[1], d[2]});
+      light_(v, u) = place.light;
+      surface_(v, u) = place.surface;
+    }
+  }
+}
+
+bool OmniTracer::View::IsEdge(int u, int v) const {
+  const std::uint16_t own = surface_(v, u);
+  return (u > 0 && surface_(v, u - 1) != own) ||
+         (u + 1 < surface_.cols && surface_(v, u + 1) != own) ||
+         (v > 0 && surface_(v - 1, u) != own) ||
+         (v + 1 < surface_.rows && surface_(v + 1, u) != own);
+}
+
+void OmniTracer::View::SmoothEdges(const MirrorRays::Block& block) {
+  const cv::Rect& pixels = block.pixels;
+  for (int v = pixels.y; v < pixels.y + pixels.height; ++v) {
+    for (int u = pixels.x; u < pixels.x + pixels.width; ++u) {
+      if (!IsEdge(u, v)) continue;
+      cv::Vec3f sum(0, 0, 0);
+      for (int i = 0; i < kLattice; ++i) {
+        const cv::Point2d offset = LatticePoint(i);
+        const auto d = tracer_.rays_.Direction(u + offset.x, v + offset.y);
+        sum += d ? TraceRay(*d).light : kSurroundings;
+      }
+      light_(v, u) = sum * (1.0F / kLattice);
+    }
+  }
+}
+
+float OmniTracer::View::CeilingLight(const Vector3d& at) const {
+  const double column = at.x() / window_.pitch_x_m - 0.5 - static_cast<double>(window_.column0);
+  const double row = at.y() / window_.pitch_y_m - 0.5 - static_cast<double>(window_.row0);
+  const auto u = static_cast<float>(std::clamp(column, 0.0, window_.light.cols - 2.0));
+  const auto v = static_cast<float>(std::clamp(row, 0.0, window_.light.rows - 2.0));
+  float light = 0;
+  window_.Sample(&u, &v, 1, &light);
+  return light;
+}
+
+OmniTracer::View::Place OmniTracer::View::TraceRay(const Vector3d& d_cam) const {
+  if (tracer_.rays_.ShowsRobot(d_cam.z())) {
+    return {d_cam.z() < kLensBelow ? kLens : kBody,
+            static_cast<std::uint16_t>(d_cam.z() < kLensBelow ? kNothing : kRobot)};
+  }
+  const RoomSurfaces& surfaces = tracer_.surfaces_;
+  const Vector3d d = R_map_cam_ * d_cam;
+  double distance = 0;
+  Hit hit = surfaces.Trace(viewpoint_, d, tracer_.rays_.PixelSpan(), distance);
+  const double to_hull = distance;
+  std::size_t nearest = boxes_.size();
+  SeenBox::Entry entry;
+  for (const std::size_t i : near_) {
+    const auto candidate = boxes_[i].Enter(d, distance);
+    if (!candidate) continue;
+    distance = candidate->distance;
+    entry = *candidate;
+    nearest = i;
+  }
+  if (nearest < boxes_.size()) {
+    const float light = surfaces.BoxLight(boxes_[nearest], d, entry);
+    return {light * colours_[nearest], RoomSurfaces::BoxSurface(nearest, entry.face)};
+  }
+  if (hit.surface == kCeiling) hit.light = CeilingLight(viewpoint_ + to_hull * d);
+  return {hit.light * tracer_.paints_.Of(hit.surface), hit.surface};
+}
+
+}  // namespace ceilmap::simulator

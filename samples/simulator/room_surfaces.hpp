@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "samples/simulator/box_tracer.hpp"
+#include "samples/simulator/floor_texture.hpp"
+#include "samples/simulator/scene.hpp"
+#include "samples/simulator/wall_posters.hpp"
+#include "samples/simulator/wall_texture.hpp"
+
+namespace ceilmap::simulator {
+
+/// Numbers of surfaces; boxes follow with six faces each, then the fields of what hangs on the
+/// walls. Two surfaces that touch have different numbers.
+enum Surface : std::uint16_t {
+  kCeiling = 0,
+  kWalls = 1,  ///< of x = 0, then x = length, y = 0, y = width
+  kFloor = 5,
+  kNothing = 6,  ///< beside what the optics show
+  kRobot = 7,
+  kBoxes = 8,
+  kPosters = 48100
+};
+constexpr int kMostBoxes = 8000;          ///< beyond these their numbers repeat
+constexpr int kMostPosterFields = 17000;  ///< the same
+
+/// What a ray meets.
+struct Hit {
+  float light = 0;
+  std::uint16_t surface = kNothing;
+};
+
+/// The light of the walls, of what hangs on them, of the floor and of boxes. Thread-safe.
+class RoomSurfaces {
+ public:
+  explicit RoomSurfaces(const Scene& scene);
+
+  /// The hull of the room that a ray from inside of it meets; of the ceiling without its light.
+  /// @param direction  in map, of any length. @param pixel_span  what a pixel spans across the ray
+  ///   at `distance` 1, in lengths of `direction`. @param distance  to the hull, set here.
+  [[nodiscard]] Hit Trace(const Eigen::Vector3d& from,
+                          const Eigen::Vector3d& direction,
+                          double pixel_span,
+                          double& distance) const;
+  /// The light of a box where a ray enters it.
+  [[nodiscard]] float BoxLight(const SeenBox& box,
+                               const Eigen::Vector3d& direction,
+                               const SeenBox::Entry& entry) const;
+  /// @param index  of the box. @param face  as SeenBox::Entry.
+  static std::uint16_t BoxSurface(std::size_t index, int face) {
+    return static_cast<std::uint16_t>(kBoxes + (index % kMostBoxes) * 6 + face);
+  }
+  [[nodiscard]] const Room& GetRoom() const { return room_; }
+
+ private:
+  [[nodiscard]] Hit TraceWall(int axis, bool far, const Eigen::Vector3d& at) const;
+  [[nodiscard]] float FloorLight(const Eigen::Vector3d& at, double footprint_m) const;
+
+  Room room_;
+  float box_contrast_;
+  WallTexture wall_;  // of boxes too
+  WallPosters posters_;
+  FloorTexture floor_;
+};
+
+}  // namespace ceilmap::simulator
