@@ -2,95 +2,21 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <optional>
-#include <ostream>
 #include <random>
-#include <string>
 
-#include "calib/error.hpp"
+#include "tests/compensation/forward_scene.hpp"
 
 namespace ceilmap::compensation {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using synthetic::Draw;
+using synthetic::kRadPerDeg;
+using synthetic::Scene;
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double Draw(std::mt19937& random, double low, double high) {
-  return std::uniform_real_distribution<double>(low, high)(random);
-}
-
-/// A tilted frame A before a wall and a level frame B, seen without error: a robot turned in space
-/// about its pivot, and the rays of its cameras.
-struct Scene {
-  double pivot_m;
-  double camera_height_m;
-  double ceiling_height_m;
-  double tilt_rad;
-  double wall_m;        // D
-  double base_shift_m;  // b
-
-  static Scene Random(std::mt19937& random) {
-    Scene scene{Draw(random, -0.5, 0.5),
-                Draw(random, 0.2, 1.5),
-                Draw(random, 2, 10),
-                Draw(random, -12, 12) * kRadPerDeg,
-                Draw(random, 0.5, 20),
-                0};
-    // B's camera stays 0.3 m off the wall.
-    scene.base_shift_m = Draw(random, -1, std::min(1.0, scene.wall_m - 0.31));
-    return scene;
-  }
-
-  [[nodiscard]] ForwardEquation Equation() const {
-    return {TiltModel(pivot_m, ceiling_height_m), camera_height_m};
-  }
-
-  [[nodiscard]] ForwardObservation Seen() const {
-    const Eigen::Vector3d pivot(pivot_m, 0, 0);
-    const Eigen::Isometry3d T = Eigen::Translation3d(pivot) *
-                                Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d::UnitY()) *
-                                Eigen::Translation3d(-pivot);
-    const Eigen::Vector3d camera_a = T * Eigen::Vector3d(0, 0, camera_height_m);
-    const Eigen::Vector3d camera_b(camera_a.x() + base_shift_m, 0, camera_height_m);
-
-    const Eigen::Vector3d ahead = T.linear() * Eigen::Vector3d::UnitX();
-    const Eigen::Vector3d at_wall = camera_a + ahead * (wall_m / ahead.x());
-    const Eigen::Vector3d from_b = at_wall - camera_b;
-
-    const Eigen::Vector3d up = T.linear() * Eigen::Vector3d::UnitZ();
-    const Eigen::Vector3d at_ceiling = camera_a + up * ((ceiling_height_m - camera_a.z()) / up.z());
-    return {-from_b.z() / from_b.x(), wall_m / from_b.x(), camera_b.x() - at_ceiling.x()};
-  }
-
-  [[nodiscard]] WallObservation SeenWithWall() const {
-    const ForwardObservation seen = Seen();
-    return {seen.tan_shift, 1 / wall_m, seen.seen_motion_m};
-  }
-
-  /// Whether `tilt` is this scene's, and so are its base line and wall.
-  [[nodiscard]] bool Is(const ForwardTilt& tilt) const {
-    return std::abs(tilt.tilt_rad - tilt_rad) < 1e-9 &&
-           std::abs(tilt.base_shift_m - base_shift_m) < 1e-8 &&
-           std::abs(tilt.wall_per_m - 1 / wall_m) < 1e-6;
-  }
-  [[nodiscard]] bool IsAmong(const ForwardSolution& solution) const {
-    return std::any_of(solution.tilts.begin(), solution.tilts.end(), [this](const auto& tilt) {
-      return Is(tilt);
-    });
-  }
-};
-
-std::ostream& operator<<(std::ostream& out, const Scene& scene) {
-  return out << "a " << scene.pivot_m << " d " << scene.camera_height_m << " h "
-             << scene.ceiling_height_m << " tilt " << scene.tilt_rad << " D " << scene.wall_m
-             << " b " << scene.base_shift_m;
-}
 
 // A robot without rocking arm (a = 0) tilted by the 3-4-5 angle: z' = 0.8, the wall point 0.8 m
 // ahead is 0.2 m high, and B, 0.3 m further on, sees it 0.8 m below 0.5 m ahead.
@@ -321,119 +247,6 @@ TEST(ForwardEquation, TheSpuriousRootIsNotTaken) {
   EXPECT_NEAR(1 / both.tilts[1].wall_per_m, 0.14 - (2.6 - 0.45) * climb_m / 0.3, 0.005);
 }
 
-// The wall got smaller on the way to it.
-TEST(ForwardEquation, AZoomAgainstTheBaseLineIsRefused) {
-  const Scene scene{0.14, 0.45, 2.6, 4 * kRadPerDeg, 3, 0.5};
-  ForwardObservation seen = scene.Seen();
-  seen.zoom = 0.9;
-  const ForwardSolution behind = scene.Equation().SolveFromZoom(seen);
-  EXPECT_EQ(behind.verdict, ForwardVerdict::kImplausible);
-  EXPECT_TRUE(behind.tilts.empty());
-  EXPECT_FALSE(behind.Unique().has_value());
-}
-
-// 5 cm of base line are too few for a zoom of that noise. Who does not tell the noise gets the
-// spurious root for a unique one now and then; who does gets both.
-TEST(ForwardEquation, ToldNoiseLeavesNoWrongTilt) {
-  std::mt19937 random(10);
-  const double sigma = 0.005;
-  int unique = 0;
-  int wrong = 0;
-  int wrong_untold = 0;
-  for (int i = 0; i < 4000; ++i) {
-    const double side = Draw(random, -1, 1) < 0 ? -1 : 1;
-    const double tilt_rad = side * Draw(random, 0, 5) * kRadPerDeg;
-    const Scene scene{0.14 * side, 0.45, 2.6, tilt_rad, Draw(random, 1, 10), i % 2 ? 0.05 : -0.05};
-    ForwardObservation seen = scene.Seen();
-    seen.zoom += std::normal_distribution<double>(0, sigma)(random);
-    const auto is_wrong = [&](const std::optional<ForwardTilt>& tilt) {
-      return tilt && std::abs(tilt->tilt_rad - tilt_rad) >
-                         5 * std::abs(tilt->sensitivity.by_zoom) * sigma + 1e-4;
-    };
-    const auto told = scene.Equation().SolveFromZoom(seen, {.zoom_sigma = sigma}).Unique();
-    if (told) ++unique;
-    if (is_wrong(told)) ++wrong;
-    if (is_wrong(scene.Equation().SolveFromZoom(seen).Unique())) ++wrong_untold;
-  }
-  EXPECT_GT(unique, 2000);
-  EXPECT_EQ(wrong, 0);
-  EXPECT_GT(wrong_untold, 10);
-}
-
-// Whatever the zoom, a tilt that is returned lies within the parallax of the nearest wall.
-TEST(ForwardEquation, AWrongZoomDoesNotBlowUpTheTilt) {
-  std::mt19937 random(8);
-  int answered = 0;
-  for (int i = 0; i < 3000; ++i) {
-    Scene scene = Scene::Random(random);
-    if (i % 2 == 0) scene.base_shift_m *= 0.01;
-    ForwardObservation seen = scene.Seen();
-    seen.zoom *= Draw(random, 0.95, 1.05);
-    const ForwardLimits limits{.nearest_wall_m = 0.4, .zoom_sigma = 0.02};
-    const TiltModel model(scene.pivot_m, scene.ceiling_height_m);
-    for (const ForwardTilt& tilt : scene.Equation().SolveFromZoom(seen, limits).tilts) {
-      ++answered;
-      const double climb_m =
-          model.CameraHeight(tilt.tilt_rad, scene.camera_height_m) - scene.camera_height_m;
-      EXPECT_LE(std::abs(std::tan(tilt.tilt_rad) - seen.tan_shift / seen.zoom),
-                std::abs(climb_m) / limits.nearest_wall_m + 1e-9)
-          << scene << " zoom " << seen.zoom;
-    }
-  }
-  EXPECT_GT(answered, 1000);
-}
-
-// 20 m of wall and 20 cm of base line make a zoom of 1.01, and noise of as much one below 1.
-TEST(ForwardEquation, NoiseDoesNotRefuseFarWalls) {
-  const Scene scene{0.14, 0.45, 2.6, 4 * kRadPerDeg, 20, 0.2};
-  ForwardObservation seen = scene.Seen();
-  seen.zoom -= 0.015;
-  EXPECT_EQ(scene.Equation().SolveFromZoom(seen).verdict, ForwardVerdict::kImplausible);
-  const auto tilt = scene.Equation().SolveFromZoom(seen, {.zoom_sigma = 0.01});
-  ASSERT_EQ(tilt.verdict, ForwardVerdict::kUnique);
-  EXPECT_LT(tilt.tilts.front().wall_per_m, 0);
-  EXPECT_NEAR(tilt.tilts.front().tilt_rad, scene.tilt_rad, 0.1 * kRadPerDeg);
-}
-
-TEST(ForwardEquation, NearWallsAreRefusedInEitherFrame) {
-  const Scene near_b{0.14, 0.45, 2.6, 4 * kRadPerDeg, 0.6, 0.4};
-  const Scene near_a{0.14, 0.45, 2.6, 4 * kRadPerDeg, 0.2, -0.4};
-  for (const Scene& scene : {near_a, near_b}) {
-    const ForwardEquation equation = scene.Equation();
-    EXPECT_FALSE(scene.IsAmong(equation.SolveFromZoom(scene.Seen())));
-    EXPECT_TRUE(scene.IsAmong(equation.SolveFromZoom(scene.Seen(), {.nearest_wall_m = 0.15})));
-    EXPECT_FALSE(scene.IsAmong(equation.SolveFromWall(scene.SeenWithWall())));
-    EXPECT_TRUE(
-        scene.IsAmong(equation.SolveFromWall(scene.SeenWithWall(), {.nearest_wall_m = 0.15})));
-  }
-}
-
-TEST(ForwardEquation, ATiltOutOfRangeIsNoRoot) {
-  const Scene scene{0.14, 0.45, 2.6, 8 * kRadPerDeg, 3, 0.1};
-  const ForwardLimits limits{.max_tilt_rad = 3 * kRadPerDeg};
-  EXPECT_EQ(scene.Equation().SolveFromZoom(scene.Seen(), limits).verdict, ForwardVerdict::kNoRoot);
-  EXPECT_EQ(scene.Equation().SolveFromWall(scene.SeenWithWall(), limits).verdict,
-            ForwardVerdict::kNoRoot);
-}
-
-TEST(ForwardEquation, NumbersThatAreNoneAreInvalid) {
-  const ForwardEquation equation(TiltModel(0.14, 2.6), 0.45);
-  for (const ForwardObservation& seen : {ForwardObservation{kNan, 1, 0},
-                                         ForwardObservation{0, kNan, 0},
-                                         ForwardObservation{0, 0, 0},
-                                         ForwardObservation{0, -1, 0},
-                                         ForwardObservation{0, kInfinity, 0},
-                                         ForwardObservation{0, 1, kInfinity}}) {
-    EXPECT_EQ(equation.SolveFromZoom(seen).verdict, ForwardVerdict::kInvalid);
-  }
-  for (const WallObservation& seen : {WallObservation{kNan, 1, 0},
-                                      WallObservation{0, -0.1, 0},
-                                      WallObservation{0, kInfinity, 0},
-                                      WallObservation{0, 1, kNan}}) {
-    EXPECT_EQ(equation.SolveFromWall(seen).verdict, ForwardVerdict::kInvalid);
-  }
-}
-
 /// Central difference of the first tilt by one number of the observation.
 template <typename Solve, typename Observation>
 double Difference(const Solve& solve, Observation seen, double Observation::*input) {
@@ -485,40 +298,6 @@ TEST(ForwardEquation, SensitivityIsTheDerivative) {
                 1e-6);
     EXPECT_EQ(wall.by_zoom, 0);
   }
-}
-
-/// The text of the InputError that `call` throws; a failure when it throws none.
-template <typename Call>
-std::string ErrorOf(const Call& call) {
-  try {
-    call();
-  } catch (const calib::InputError& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "no InputError";
-  return {};
-}
-
-TEST(ForwardLimits, NamesWhatIsOutOfRange) {
-  EXPECT_NO_THROW(ForwardLimits{}.Validate());
-  EXPECT_EQ(ErrorOf([] { ForwardLimits{.max_tilt_rad = 15}.Validate(); }),
-            "forward limits: max_tilt_rad = 15, must be in (0, pi/4]; give radians");
-  EXPECT_EQ(ErrorOf([] { ForwardLimits{.nearest_wall_m = 0}.Validate(); }),
-            "forward limits: nearest_wall_m = 0, must be finite and > 0");
-  EXPECT_EQ(ErrorOf([] { ForwardLimits{.farthest_wall_m = 0.3}.Validate(); }),
-            "forward limits: farthest_wall_m = 0.3, must be > nearest_wall_m");
-  EXPECT_EQ(ErrorOf([] { ForwardLimits{.zoom_sigma = kNan}.Validate(); }),
-            "forward limits: zoom_sigma = nan, must be finite and >= 0");
-}
-
-TEST(ForwardEquation, RefusesCamerasAndTiltsOutOfRange) {
-  const TiltModel model(0.14, 2.6);
-  EXPECT_THROW(ForwardEquation(model, 2.6), calib::InputError);
-  EXPECT_THROW(ForwardEquation(model, 0), calib::InputError);
-  const ForwardEquation equation(model, 0.45);
-  EXPECT_THROW((void)equation.PrintedResidual(0.8, {0.1, 1.1, 0}), calib::InputError);
-  EXPECT_THROW((void)equation.EqualResidual(0.8, {0.1, 1.1, 0}), calib::InputError);
-  EXPECT_THROW((void)equation.PoleFreeResidual(kNan, {0.1, 1.1, 0}), calib::InputError);
 }
 
 }  // namespace

@@ -7,12 +7,14 @@
 #include <limits>
 #include <numbers>
 #include <random>
-#include <string>
 
 #include "calib/error.hpp"
+#include "tests/compensation/error_of.hpp"
 
 namespace ceilmap::compensation {
 namespace {
+
+using synthetic::ErrorOf;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -200,18 +202,6 @@ TEST(TiltModel, InverseIsEmptyOutsideTheRange) {
   EXPECT_FALSE(model.TiltFromShift(kInfinity).has_value());
   EXPECT_FALSE(model.TiltFromShift(-kInfinity).has_value());
   EXPECT_FALSE(model.TiltFromShift(kNan).has_value());
-}
-
-/// The text of the InputError that `call` throws; a failure when it throws none.
-template <typename Call>
-std::string ErrorOf(const Call& call) {
-  try {
-    call();
-  } catch (const calib::InputError& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "no InputError";
-  return {};
 }
 
 TEST(TiltModel, RefusesImpossibleRobots) {
