@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <chrono>
 #include <cmath>
 
@@ -11,6 +10,7 @@
 #include "localization/global_search.hpp"
 #include "localization/map_shape.hpp"
 #include "localization/map_sight.hpp"
+#include "mapping/planar_motion.hpp"
 
 namespace ceilmap::localization {
 
@@ -136,15 +136,11 @@ void Localizer::Impl::CheckTilt(const Patch& at,
   if (!location.tilt_left) return;
   const calib::TiltAngles& left = *location.tilt_left;
   constexpr double kSigmas = 3;
-  const double sigmas2 = left.angles.dot(left.covariance.inverse() * left.angles);
-  if (sigmas2 < kSigmas * kSigmas) return;
-  mapping::Edge pose;
-  pose.T_from_to = location.pose.T_map_base;
-  pose.information = location.pose.covariance.inverse();
-  calib::Tilt unnoticed;
-  unnoticed.covariance = left.angles * left.angles.transpose() + left.covariance;
-  mapping::AddTiltDoubt(sight.View(), unnoticed, pose);
-  location.pose.covariance = pose.information.inverse();
+  if (left.Sigmas() < kSigmas) return;
+  location.pose.covariance.topLeftCorner<2, 2>() +=
+      mapping::TiltDoubt(sight.View(),
+                         location.pose.T_map_base,
+                         left.angles * left.angles.transpose() + left.covariance);
 }
 
 void Localizer::Impl::Check(const CeilingFrame& frame) const {

@@ -59,16 +59,22 @@ Edge MeasuredEdge(const calib::CeilingView& view,
   return edge;
 }
 
-void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge& edge) {
-  if (tilt.covariance.isZero()) return;
+Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
+                          const Pose2& T_ref_base,
+                          const Eigen::Matrix2d& tilt_covariance) {
   const double height = view.T_base_camera().translation().z() +
                         view.FocalLength() * view.MetresPerPixel();  // of the ceiling
   // A pitch that is taken for too large puts the foot too far back, a roll too far to the left.
   Eigen::Matrix2d slope;
   slope << -height, 0, 0, height;
-  const Eigen::Matrix2d in_from = edge.T_from_to.Rotation() * slope;
+  const Eigen::Matrix2d in_reference = T_ref_base.Rotation() * slope;
+  return in_reference * tilt_covariance * in_reference.transpose();
+}
+
+void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge& edge) {
+  if (tilt.covariance.isZero()) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
-  covariance.topLeftCorner<2, 2>() += in_from * tilt.covariance * in_from.transpose();
+  covariance.topLeftCorner<2, 2>() += TiltDoubt(view, edge.T_from_to, tilt.covariance);
   edge.information = covariance.inverse();
 }
 

@@ -41,9 +41,15 @@ Edge MeasuredEdge(const calib::CeilingView& view,
                   std::int64_t to,
                   const EdgeNoise& noise);
 
+/// How far off the foot of a robot stands whose tilt is not what it was taken for: by its height
+/// under the ceiling times the error. Covariance of (x, y) in the reference frame, first order.
+/// @param view  of a rig. @param tilt_covariance  of (pitch, roll), rad^2.
+Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
+                          const Pose2& T_ref_base,
+                          const Eigen::Matrix2d& tilt_covariance);
+
 /// Adds to an edge's covariance what is not known of the tilt that was taken out of the picture of
-/// `to`: the foot of a robot stands off by its height under the ceiling times the error.
-/// @param view  of a rig.
+/// `to` (TiltDoubt).
 void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge& edge);
 
 /// Covariance of T_a_c = T_a_b * T_b_c, first order, from those of the factors' (x, y, yaw), taken
