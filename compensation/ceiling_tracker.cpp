@@ -22,11 +22,6 @@ registration::RegistrarParams WithMask(registration::RegistrarParams params, con
   return params;
 }
 
-Eigen::Vector2d PrincipalFromCentre(const calib::CeilingView& view) {
-  const cv::Size size = view.Size();
-  return view.PrincipalPoint() - Eigen::Vector2d(0.5 * (size.width - 1), 0.5 * (size.height - 1));
-}
-
 /// Standard deviation of the tilt, rad.
 double TiltSigma(const PlaneFit& fit) {
   return std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace());
@@ -42,7 +37,7 @@ Isometry3d Levelled(const Isometry3d& T) {
 CeilingTracker::CeilingTracker(const calib::CeilingView& view, const CeilingTrackerParams& params)
     : view_(view),
       params_(params),
-      camera_{view.FocalLength(), PrincipalFromCentre(view)},
+      camera_(registration::PlaneCameraOf(view)),
       distance_m_(view.FocalLength() * view.MetresPerPixel()),
       registrar_(view.Size(), WithMask(params.registration, view.Mask())) {
   if (!(camera_.focal_px > 0)) {
@@ -105,17 +100,11 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   motion.T_reference_base = ToPose(fit.motion);
   motion.inliers = fit.inliers;
   motion.blocks = fit.blocks;
-  // Small turns about x and y of the camera are turns about x and y of base, turned by the camera's
-  // yaw. (roll, pitch) there, (pitch, roll) here.
-  const Eigen::Matrix2d turn = view_.T_base_camera().linear().topLeftCorner<2, 2>();
-  const Eigen::Matrix2d in_base =
-      turn * fit.covariance.bottomRightCorner<2, 2>() * turn.transpose();
   const double systematic = params_.systematic_rad * params_.systematic_rad;
   // The median of few residuals is a poor scale, and too small when the fit could follow them.
   constexpr double kFewBlocks = 12;
   const double few = 1 + std::pow(kFewBlocks / fit.inliers, 2);
-  motion.covariance << in_base(1, 1), in_base(1, 0), in_base(0, 1), in_base(0, 0);
-  motion.covariance *= few;
+  motion.covariance = few * registration::TiltOf(fit, view_).covariance;
   motion.covariance.diagonal().array() += systematic;
   // The part of the picture that is seen, as a level robot would see it.
   const Pose2 planar = calib::FromSpace(motion.T_reference_base).pose;

@@ -137,22 +137,13 @@ std::optional<Look> MapSight::LookNear(const Pose2& T_map_base,
 std::optional<calib::TiltAngles> MapSight::MeasureTilt(const Patch& at,
                                                        const FrameSpectrum& frame,
                                                        const Look& look) {
-  const cv::Size size = view_.Size();
-  const registration::PlaneCamera camera{
-      view_.FocalLength(),
-      view_.PrincipalPoint() - Eigen::Vector2d(0.5 * (size.width - 1), 0.5 * (size.height - 1))};
+  const registration::PlaneCamera camera = registration::PlaneCameraOf(view_);
   const registration::PlaneMotion start = registration::PlaneMotion::FromSimilarity(
       camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * look.pose.T_map_base));
   const registration::PlaneFit fit = registrar_.RefinePlane(at.spectrum, frame, camera, start);
   constexpr int kFewest = 12;
   if (!fit.ok || fit.inliers < kFewest || 2 * fit.inliers < fit.blocks) return std::nullopt;
-  // Small turns about the camera's x and y axes are turns about base's, turned by the camera's yaw.
-  const Eigen::Matrix2d turn = view_.T_base_camera().linear().topLeftCorner<2, 2>();
-  const Eigen::Vector2d about = turn * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
-  const Eigen::Matrix2d spread = turn * fit.covariance.bottomRightCorner<2, 2>() * turn.transpose();
-  calib::TiltAngles left;
-  left.angles << about.y(), about.x();
-  left.covariance << spread(1, 1), spread(1, 0), spread(0, 1), spread(0, 0);
+  calib::TiltAngles left = registration::TiltOf(fit, view_);
   left.covariance.diagonal().array() += params_.tilt_noise_rad * params_.tilt_noise_rad;
   return left;
 }

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "calib/ceiling_view.hpp"
+#include "calib/tilt.hpp"
 #include "mapping/registration/motion_fit.hpp"
 
 namespace ceilmap::registration {
@@ -13,6 +15,9 @@ struct PlaneCamera {
   /// Principal point from the picture's centre ((W-1)/2, (H-1)/2), pixels.
   Eigen::Vector2d principal_px = Eigen::Vector2d::Zero();
 };
+
+/// The virtual camera of a view of a rig.
+PlaneCamera PlaneCameraOf(const calib::CeilingView& view);
 
 /// Motion of a camera under a plane that the reference camera sees at a right angle (level robot,
 /// level ceiling). Axes of the reference's optical frame: x right, y down in the picture, z up to
@@ -63,6 +68,11 @@ struct PlaneFit {
   int inliers = 0;      ///< within 1 px ...
   int blocks = 0;       ///< ... of so many
 };
+
+/// The fit's tilt as pitch and roll of base, for small tilts: within 0.01 degrees up to 4. The
+/// covariance is the fit's own.
+/// @param view  whose camera took the pictures.
+calib::TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view);
 
 /// Robust least squares (Ceres; Cauchy loss on a robust scale, found twice) of the plane motion
 /// over all blocks; things that hang below the ceiling move by more than the plane and drop out.

@@ -48,6 +48,57 @@ TEST(PlaneMotion, AppliesLikeRays) {
   }
 }
 
+/// Beside the mast, turned, its principal point off the centre.
+calib::CeilingView OddView() {
+  calib::MountedCamera up;
+  up.camera = {320, 240, 220, 220, 150, 128, {}};
+  up.T_base_cam.linear() =
+      Eigen::AngleAxisd(70 * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  up.T_base_cam.translation() = Eigen::Vector3d(0.12, -0.07, 0.4);
+  return {up, 2.6};
+}
+
+TEST(PlaneCamera, OfAViewHasItsPrincipalPointFromTheCentre) {
+  const PlaneCamera camera = PlaneCameraOf(OddView());
+  EXPECT_DOUBLE_EQ(camera.focal_px, 220);
+  EXPECT_NEAR((camera.principal_px - Eigen::Vector2d(-9.5, 8.5)).norm(), 0, 1e-9);
+}
+
+// A robot turned in space, as its camera sees it.
+TEST(PlaneFit, TiltIsThatOfTheRobot) {
+  const calib::CeilingView view = OddView();
+  const Eigen::Matrix3d R_base_camera = view.T_base_camera().linear();
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 100; ++i) {
+    const calib::Tilt tilt{4 * kDegree * unit(random), 4 * kDegree * unit(random), 0, {}};
+    const Eigen::Isometry3d T = calib::ToSpace({0, 0, 0.5 * unit(random)}, tilt);
+    Eigen::Isometry3d T_camera = Eigen::Isometry3d::Identity();
+    T_camera.linear() = R_base_camera.transpose() * T.linear() * R_base_camera;
+    const calib::PlanarTilt seen = calib::FromSpace(T_camera);
+    PlaneFit fit;
+    fit.motion.tilt_x = seen.tilt.roll_rad;
+    fit.motion.tilt_y = seen.tilt.pitch_rad;
+    const Eigen::Vector2d angles = TiltOf(fit, view).angles;
+    EXPECT_NEAR(angles[0], tilt.pitch_rad, 0.01 * kDegree);
+    EXPECT_NEAR(angles[1], tilt.roll_rad, 0.01 * kDegree);
+  }
+}
+
+// The covariance turns with the angles: a camera that is sure of one of its axes alone.
+TEST(PlaneFit, TiltCovarianceTurnsWithTheCamera) {
+  const calib::CeilingView view = OddView();
+  for (const Eigen::Vector2d& direction : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0.6, -0.8)}) {
+    PlaneFit fit;
+    fit.motion.tilt_x = 1e-3 * direction.x();
+    fit.motion.tilt_y = 1e-3 * direction.y();
+    fit.covariance.bottomRightCorner<2, 2>() = 1e-6 * direction * direction.transpose();
+    const calib::TiltAngles tilt = TiltOf(fit, view);
+    EXPECT_NEAR(tilt.angles.norm(), 1e-3, 1e-12);
+    EXPECT_LT((tilt.covariance - tilt.angles * tilt.angles.transpose()).norm(), 1e-15);
+  }
+}
+
 TEST(PlaneMotion, JacobianIsTheDerivative) {
   std::mt19937 random(2);
   constexpr double kStep = 1e-4;
