@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
@@ -58,6 +59,10 @@ void LevelView::Draw(const cv::Mat& picture, const Tilt& tilt, cv::Mat& level) c
   const Eigen::Matrix3f map = TiltedFromLevel(tilt).cast<float>();
   const auto right = static_cast<float>(size_.width - 1);
   const auto bottom = static_cast<float>(size_.height - 1);
+  constexpr float kRounding = 5e-4F;  // px, of a picture of a few thousand
+  // Just before the last column and row, which are the right and lower neighbours there.
+  const float most_x = std::nextafter(right, 0.0F);
+  const float most_y = std::nextafter(bottom, 0.0F);
   for (int v = 0; v < size_.height; ++v) {
     const Eigen::Vector3f row = map.col(1) * static_cast<float>(v) + map.col(2);
     auto* out = level.ptr<std::uint8_t>(v);
@@ -66,8 +71,10 @@ void LevelView::Draw(const cv::Mat& picture, const Tilt& tilt, cv::Mat& level) c
       const float scale = 1 / (map(2, 0) * column + row[2]);
       const float x = (map(0, 0) * column + row[0]) * scale;
       const float y = (map(1, 0) * column + row[1]) * scale;
-      const bool inside = x >= 0 && x < right && y >= 0 && y < bottom;
-      out[u] = inside ? Sample(picture, x, y) : 0;
+      const bool inside =
+          x >= -kRounding && x <= right + kRounding && y >= -kRounding && y <= bottom + kRounding;
+      out[u] = inside ? Sample(picture, std::clamp(x, 0.0F, most_x), std::clamp(y, 0.0F, most_y))
+                      : std::uint8_t{0};
     }
   }
 }

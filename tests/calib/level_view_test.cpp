@@ -241,6 +241,20 @@ TEST(LevelView, KnowsWhatARectifiedPictureLacks) {
   ExpectLevelPicture(scene, MakeTilt(3 * kDegree, 3 * kDegree, 0.03));
 }
 
+// A level robot's picture stays as it is to its borders, and so does that of one whose tilt moves
+// nothing by more than rounding.
+TEST(LevelView, DrawsThePictureToItsLastRowAndColumn) {
+  const LevelView view(CeilingView(UpCamera(), kCeiling));
+  cv::Mat picture(240, 320, CV_8UC1);
+  cv::RNG(3).fill(picture, cv::RNG::UNIFORM, 1, 256);
+  cv::Mat level;
+  for (const double tilt_rad : {0.0, 1e-7, -1e-7}) {
+    view.Draw(picture, MakeTilt(tilt_rad, tilt_rad, 0), level);
+    EXPECT_EQ(cv::countNonZero(level), 320 * 240) << tilt_rad;
+    EXPECT_LE(cv::norm(level, picture, cv::NORM_INF), tilt_rad == 0 ? 0 : 1) << tilt_rad;
+  }
+}
+
 // Black is content, and drawn as 1: only what was not seen is 0. The picture shifts by 10.4 px.
 TEST(LevelView, BlackIsNotBlank) {
   const LevelView view(CeilingView(UpCamera(), kCeiling));
