@@ -138,7 +138,8 @@ nlohmann::ordered_json TiltMeter::Quality() const {
                                     {"by_ceiling", report.by_ceiling},
                                     {"by_forward", report.by_forward},
                                     {"unknown", report.unknown},
-                                    {"level_keyframes", report.keyframes}};
+                                    {"level_keyframes", report.keyframes},
+                                    {"corrected", report.corrected}};
   if (forward_) {
     const ForwardFrames::Report frames = forward_->GetReport();
     quality["forward_missing"] = frames.missing;
