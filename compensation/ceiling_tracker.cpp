@@ -5,6 +5,7 @@
 
 #include "calib/error.hpp"
 #include "calib/level_view.hpp"
+#include "compensation/even_speed.hpp"
 
 namespace ceilmap::compensation {
 
@@ -56,11 +57,7 @@ CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& picture, double sta
 PlanarTilt CeilingTracker::Predict(double stamp_s) const {
   if (!last_) return {};
   if (!before_) return last_->at;
-  const double step_s = last_->stamp_s - before_->stamp_s;
-  const double ahead_s = stamp_s - last_->stamp_s;
-  constexpr double kMostSteps = 3;  // after a gap the speed is not known any more
-  if (!(step_s > 0) || ahead_s > kMostSteps * step_s) return last_->at;
-  const double part = ahead_s / step_s;
+  const double part = StepsAhead(before_->stamp_s, last_->stamp_s, stamp_s);
   const Pose2 step = before_->at.pose.Inverse() * last_->at.pose;
   PlanarTilt ahead = last_->at;
   ahead.pose = last_->at.pose * Pose2{part * step.x, part * step.y, part * step.yaw};

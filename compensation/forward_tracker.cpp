@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "compensation/even_speed.hpp"
+
 namespace ceilmap::compensation {
 
 using registration::Compose;
@@ -53,9 +55,7 @@ ImageMotion ForwardTracker::Predict(double stamp_s) const {
   if (!last_) return {};
   ImageMotion ahead = last_->from_reference;
   if (!before_) return ahead;
-  const double part = (stamp_s - last_->stamp_s) / (last_->stamp_s - before_->stamp_s);
-  constexpr double kMostSteps = 3;  // after a gap the speed is not known any more
-  if (!(part > 0 && part < kMostSteps)) return ahead;
+  const double part = StepsAhead(before_->stamp_s, last_->stamp_s, stamp_s);
   const ImageMotion& old = before_->from_reference;
   ahead.tx_px += part * (ahead.tx_px - old.tx_px);
   ahead.ty_px += part * (ahead.ty_px - old.ty_px);
