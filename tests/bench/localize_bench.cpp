@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "calib/error.hpp"
+#include "calib/tilt.hpp"
 #include "tests/bench/command_line.hpp"
 #include "tests/bench/following.hpp"
 #include "tests/bench/median.hpp"
@@ -55,7 +56,7 @@ bool RunGlobal(const simulator::Scene& scene, const fs::path& folder) {
       break;
     }
     if (!found) {
-      const calib::Pose2 at = Planar(drive.front().T_map_base);
+      const calib::Pose2 at = calib::FromSpace(drive.front().T_map_base).pose;
       fmt::print("place {}: {:.1f} {:.1f} not found\n", i, at.x, at.y);
     }
   }

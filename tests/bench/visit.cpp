@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "tests/bench/world_run.hpp"
 
@@ -28,7 +29,8 @@ calib::Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator:
   Eigen::Vector2d mean_map = Eigen::Vector2d::Zero();
   Eigen::Vector2d mean_room = Eigen::Vector2d::Zero();
   const auto truth = [&](const mapping::Keyframe& keyframe) {
-    return Planar(mapping.at(static_cast<std::size_t>(keyframe.pose.frame_index)).T_map_base);
+    const auto frame = static_cast<std::size_t>(keyframe.pose.frame_index);
+    return calib::FromSpace(mapping.at(frame).T_map_base).pose;
   };
   for (const mapping::Keyframe& keyframe : keyframes) {
     mean_map += keyframe.pose.T_map_base.Translation();
@@ -137,7 +139,7 @@ void Visitor::SwitchOn() {
 
 Visit Visitor::See(const simulator::Frame& frame) {
   Visit visit;
-  visit.T_map_base = world_.T_map_room * Planar(frame.T_map_base);
+  visit.T_map_base = world_.T_map_room * calib::FromSpace(frame.T_map_base).pose;
   simulator::Frame now = frame;
   now.index = next_index_;  // the noise of no two pictures is the same
   const cv::Mat picture = renderer_.Render(now);

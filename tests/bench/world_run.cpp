@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "calib/ceiling_view.hpp"
+#include "calib/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 
@@ -88,7 +89,7 @@ std::vector<ClosureCheck> CheckClosures(const mapping::MapGraph& graph,
   std::unordered_map<std::int64_t, calib::Pose2> T_map_base;
   for (const mapping::Keyframe& keyframe : graph.keyframes) {
     const auto frame = static_cast<std::size_t>(keyframe.pose.frame_index);
-    T_map_base[keyframe.id] = Planar(frames[frame].T_map_base);
+    T_map_base[keyframe.id] = calib::FromSpace(frames[frame].T_map_base).pose;
   }
   std::vector<ClosureCheck> checks;
   for (const mapping::Edge& edge : graph.edges) {
@@ -101,11 +102,6 @@ std::vector<ClosureCheck> CheckClosures(const mapping::MapGraph& graph,
 }
 
 }  // namespace
-
-calib::Pose2 Planar(const Eigen::Isometry3d& T) {
-  const double yaw = std::atan2(T.linear()(1, 0), T.linear()(0, 0));
-  return {T.translation().x(), T.translation().y(), yaw};
-}
 
 WorldRun RunWorld(const simulator::Scene& scene,
                   const std::filesystem::path& file,
@@ -144,7 +140,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
   const auto total = static_cast<std::int64_t>(frames.size());
   const std::int64_t per_sample = std::max<std::int64_t>(1, total / samples);
   for (const simulator::Frame& frame : frames) {
-    const calib::Pose2 pose = Planar(frame.T_map_base);
+    const auto [pose, stood] = calib::FromSpace(frame.T_map_base);
     const double cpu_before = Clock(CLOCK_PROCESS_CPUTIME_ID);
     const double render_before = Clock(CLOCK_THREAD_CPUTIME_ID);
     const cv::Mat picture = renderer.Render(frame);
@@ -159,8 +155,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
     stretch.cpu_s += Clock(CLOCK_PROCESS_CPUTIME_ID) - cpu_before - rendered;
     ++stretch.frames;
     run.seconds += spent;
-    run.truth.push_back(
-        app::ToStampedPose(frame.stamp_s, pose, calib::FromSpace(frame.T_map_base).tilt));
+    run.truth.push_back(app::ToStampedPose(frame.stamp_s, pose, stood));
     if (frame.index % 20 == 0) coverage.Add(view, pose);
     if (stretch.frames == per_sample) {
       run.curve.push_back(stretch.End(frame.index + 1, coverage.SquareMetres()));

@@ -16,9 +16,6 @@
 /// A simulated world, rendered on the fly and mapped: for worlds too large to keep as a recording.
 namespace ceilmap::bench {
 
-/// A level pose as x, y and yaw.
-calib::Pose2 Planar(const Eigen::Isometry3d& T);
-
 /// Cost of a stretch of a run.
 struct CostSample {
   std::int64_t frame = 0;  ///< end of the stretch
