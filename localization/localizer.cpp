@@ -81,11 +81,12 @@ struct Localizer::Impl {
   HeadingFusion heading;
   LocalizerReport report;
 
-  std::shared_ptr<const Patch> patch;  // that the robot is followed on
-  PoseEstimate last_pose;              // of the last placed frame
-  LevelFrame last_frame;               // the same
-  int placed_frames = 0;               // since it was found
-  std::optional<double> last_stamp_s;  // of any frame
+  std::shared_ptr<const Patch> patch;               // that the robot is followed on
+  PoseEstimate last_pose;                           // of the last placed frame
+  LevelFrame last_frame;                            // the same
+  int placed_frames = 0;                            // since it was found
+  std::optional<calib::TiltAngles> unnoticed_tilt;  // as the latest check found it, if it did
+  std::optional<double> last_stamp_s;               // of any frame
   bool was_placed = false;
   cv::Mat rectified;
   std::optional<calib::LevelView>
@@ -97,6 +98,7 @@ struct Localizer::Impl {
                  const FrameSpectrum& spectrum,
                  const Look& look,
                  Location& location);
+  void DoubtByTilt(Location& location);
   void Check(const CeilingFrame& frame) const;
   void ChoosePatch(const PoseEstimate& expected);
   void TakeHeading(const HeadingPrior& yaw);
@@ -124,23 +126,30 @@ LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
   return level;
 }
 
-/// A robot that stands tilted unnoticed is off by its height under the ceiling times the tilt.
 void Localizer::Impl::CheckTilt(const Patch& at,
                                 const FrameSpectrum& spectrum,
                                 const Look& look,
                                 Location& location) {
   const int frames = placed_frames + 1;
   const bool due = params.tilt_check_every > 0 && frames % params.tilt_check_every == 0;
-  if (frames > params.tilt_checks && !due) return;
+  if (frames > params.tilt_checks && !due && !unnoticed_tilt) return;
   location.tilt_left = sight.MeasureTilt(at, spectrum, look);
   if (!location.tilt_left) return;
-  const calib::TiltAngles& left = *location.tilt_left;
   constexpr double kSigmas = 3;
-  if (left.Sigmas() < kSigmas) return;
+  unnoticed_tilt.reset();
+  if (location.tilt_left->Sigmas() > kSigmas) unnoticed_tilt = location.tilt_left;
+}
+
+/// A robot that stands tilted unnoticed is off by its height under the ceiling times the tilt; in a
+/// frame that does not tell, as in the one before.
+void Localizer::Impl::DoubtByTilt(Location& location) {
+  if (!location.Placed()) unnoticed_tilt.reset();
+  if (!unnoticed_tilt) return;
+  const Eigen::Vector2d& angles = unnoticed_tilt->angles;
   location.pose.covariance.topLeftCorner<2, 2>() +=
       mapping::TiltDoubt(sight.View(),
                          location.pose.T_map_base,
-                         left.angles * left.angles.transpose() + left.covariance);
+                         angles * angles.transpose() + unnoticed_tilt->covariance);
 }
 
 void Localizer::Impl::Check(const CeilingFrame& frame) const {
@@ -326,6 +335,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   }
   me.was_placed = location.Placed();
   me.placed_frames = location.Placed() ? me.placed_frames + 1 : 0;
+  me.DoubtByTilt(location);
   if (location.Placed()) me.Remember(frame, level, location);
   me.last_stamp_s = frame.stamp_s;
   me.Count(location.pose.status);
@@ -339,6 +349,8 @@ void Localizer::Reset() {
   me.heading.Forget();
   me.patch.reset();
   me.was_placed = false;
+  me.placed_frames = 0;
+  me.unnoticed_tilt.reset();
 }
 
 const LocalizerReport& Localizer::Report() const {

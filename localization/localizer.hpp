@@ -54,9 +54,9 @@ struct LocalizerParams {
   /// eleven rendered recordings with exact truth.
   mapping::EdgeNoise noise{0.012, 3e-5};
   /// Whether frames are level is checked against the map: the first ones after the robot was found,
-  /// so many, then every so many; 0: never.
+  /// so many, then every so many, and, once a frame was not, all until one is; 0: never.
   int tilt_checks = 5;
-  int tilt_check_every = 10;
+  int tilt_check_every = 4;
   /// Of such a check, beyond what residuals show, rad, > 0.
   double tilt_noise_rad = 3e-4;
   registration::RegistrarParams registration;
@@ -85,7 +85,8 @@ struct Location {
   int blocks = 0;      ///< ... of those compared
   int hypotheses = 0;  ///< places where the robot may be, while it is not known
   /// Where it was checked (LocalizerParams::tilt_checks): what tilt is left beyond
-  /// CeilingFrame::tilt. The pose's covariance holds what it does.
+  /// CeilingFrame::tilt. The pose's covariance holds what it does, here and until a check finds the
+  /// robot level.
   std::optional<calib::TiltAngles> tilt_left;
 
   [[nodiscard]] bool Placed() const {
