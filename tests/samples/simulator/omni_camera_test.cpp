@@ -82,8 +82,10 @@ Box SmallBox(const Vector3d& at) {
 
 TEST(MirrorRays, ARayAndThePixelOfItsDirectionAreInverse) {
   const MirrorRays rays(OmniCamera{});
-  for (double elevation = -1.5; elevation < 0.44; elevation += 0.02) {
-    for (double azimuth = -3; azimuth < 3.1; azimuth += 0.37) {
+  for (int i = 0; i < 97; ++i) {
+    const double elevation = -1.5 + 0.02 * i;
+    for (int k = 0; k < 17; ++k) {
+      const double azimuth = -3 + 0.37 * k;
       const Vector2d pixel = OmniPixel(azimuth, elevation);
       const auto d_cam = rays.Direction(pixel.x(), pixel.y());
       ASSERT_TRUE(d_cam.has_value()) << elevation;
