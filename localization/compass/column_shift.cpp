@@ -3,46 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <numbers>
 
+#include "localization/compass/sum_of_squares.hpp"
+
 namespace ceilmap::compass {
-namespace {
-
-constexpr int kMaxChannels = 3;
-// One row's sum of squares fits 32 bits, which doubles the width of the vectorised loop.
-static_assert(std::uint64_t{kMaxColumns} * kMaxChannels * 255 * 255 <=
-              std::numeric_limits<std::uint32_t>::max());
-
-std::uint32_t SumOfSquares(const std::uint8_t* a, const std::uint8_t* b, std::size_t count) {
-  std::uint32_t sum = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const int difference = int{a[i]} - int{b[i]};
-    sum += static_cast<std::uint32_t>(difference * difference);
-  }
-  return sum;
-}
-
-/// The least value's shift in (-W/2, W/2]; nothing unless it is unique or shared by two neighbours.
-std::optional<int> LeastShift(const std::vector<std::uint64_t>& squared) {
-  const int width = static_cast<int>(squared.size());
-  const auto signed_shift = [width](int shift) {
-    return 2 * shift > width ? shift - width : shift;
-  };
-  const auto least = std::min_element(squared.begin(), squared.end());
-  const auto ties = std::count(least, squared.end(), *least);
-  const int first = static_cast<int>(least - squared.begin());
-  if (ties == 1) return signed_shift(first);
-  if (ties > 2 || width == 2) return std::nullopt;
-  const int second =
-      static_cast<int>(std::find(least + 1, squared.end(), *least) - squared.begin());
-  if (second - first != 1 && second - first != width - 1) return std::nullopt;
-  const int a = signed_shift(first);
-  const int b = signed_shift(second);
-  return std::abs(b) < std::abs(a) ? b : a;
-}
-
-}  // namespace
 
 std::vector<std::uint64_t> SquaredShiftDistances(const cv::Mat& reference, const cv::Mat& current) {
   CheckPanoramas(reference, current);
@@ -62,6 +27,24 @@ std::vector<std::uint64_t> SquaredShiftDistances(const cv::Mat& reference, const
     }
   }
   return squared;
+}
+
+std::optional<int> LeastShift(const std::vector<std::uint64_t>& squared) {
+  const int width = static_cast<int>(squared.size());
+  const auto signed_shift = [width](int shift) {
+    return 2 * shift > width ? shift - width : shift;
+  };
+  const auto least = std::min_element(squared.begin(), squared.end());
+  const auto ties = std::count(least, squared.end(), *least);
+  const int first = static_cast<int>(least - squared.begin());
+  if (ties == 1) return signed_shift(first);
+  if (ties > 2 || width == 2) return std::nullopt;
+  const int second =
+      static_cast<int>(std::find(least + 1, squared.end(), *least) - squared.begin());
+  if (second - first != 1 && second - first != width - 1) return std::nullopt;
+  const int a = signed_shift(first);
+  const int b = signed_shift(second);
+  return std::abs(b) < std::abs(a) ? b : a;
 }
 
 std::optional<ColumnShift> FindColumnShift(const cv::Mat& reference, const cv::Mat& current) {

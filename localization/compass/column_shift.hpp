@@ -16,6 +16,11 @@ namespace ceilmap::compass {
 ///   different sizes or types.
 std::vector<std::uint64_t> SquaredShiftDistances(const cv::Mat& reference, const cv::Mat& current);
 
+/// The shift of least distance in whole columns, in (-W/2, W/2].
+/// @param squared  for all shifts 0 .. W-1, not empty.
+/// @return nothing unless one shift has it, or two neighbours share it: then the one nearer to 0.
+std::optional<int> LeastShift(const std::vector<std::uint64_t>& squared);
+
 /// How the robot turned from one panorama to another.
 struct ColumnShift {
   /// Columns by which the reference's content moved to the right, in (-W/2, W/2].

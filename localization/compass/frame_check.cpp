@@ -1,0 +1,50 @@
+#include "localization/compass/frame_check.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "calib/error.hpp"
+#include "localization/compass/panorama.hpp"
+
+namespace ceilmap::compass {
+
+void FrameCheck::Take(const PanoramaFrame& frame) {
+  const cv::Mat& panorama = frame.panorama;
+  CheckPanorama(panorama, "the");
+  constexpr int kLeastColumns = 8;
+  if (panorama.cols < kLeastColumns) {
+    throw calib::InputError(
+        fmt::format("a panorama of {} columns is too narrow for a compass, must have at least {}; "
+                    "unwrap it to more columns",
+                    panorama.cols,
+                    kLeastColumns));
+  }
+  if (frames_ > 0 && (panorama.size() != size_ || panorama.type() != type_)) {
+    throw calib::InputError(
+        fmt::format("panorama {} is {} x {} {}, those before are {} x {} {}; unwrap all with the "
+                    "same settings",
+                    frames_,
+                    panorama.cols,
+                    panorama.rows,
+                    cv::typeToString(panorama.type()),
+                    size_.width,
+                    size_.height,
+                    cv::typeToString(type_)));
+  }
+  if (!std::isfinite(frame.stamp_s) || (frames_ > 0 && !(frame.stamp_s > stamp_s_))) {
+    throw calib::InputError(fmt::format(
+        "panorama {}: time {} s is not later than the one before", frames_, frame.stamp_s));
+  }
+  if (!std::isfinite(frame.travel_direction_rad.value_or(0))) {
+    throw calib::InputError(fmt::format("panorama {}: direction of travel {}, must be finite",
+                                        frames_,
+                                        *frame.travel_direction_rad));
+  }
+  size_ = panorama.size();
+  type_ = panorama.type();
+  stamp_s_ = frame.stamp_s;
+  ++frames_;
+}
+
+}  // namespace ceilmap::compass

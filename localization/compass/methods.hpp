@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "localization/compass/compass.hpp"
+#include "localization/compass/fft_compass.hpp"
+#include "localization/compass/labrosse2004.hpp"
+#include "localization/compass/labrosse2006.hpp"
+
+namespace ceilmap::compass {
+
+enum class Method : std::uint8_t {
+  kFft,           ///< the one to use: least drift, least time
+  kLabrosse2006,  ///< as published
+  kLabrosse2004
+};
+
+struct CompassParams {
+  Method method = Method::kFft;
+  // Those of the method are used.
+  FftCompassParams fft;
+  Labrosse2006Params labrosse2006;
+  Labrosse2004Params labrosse2004;
+};
+
+/// @throws calib::InputError on parameters of the method outside their range.
+std::unique_ptr<Compass> MakeCompass(const CompassParams& params);
+
+}  // namespace ceilmap::compass
