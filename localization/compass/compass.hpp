@@ -16,10 +16,10 @@ struct PanoramaFrame {
   double stamp_s = 0;  ///< must increase
   /// Direction in which the robot travels, seen from itself, rad, counter-clockwise from its front;
   /// nothing: ahead, as a robot with two driven wheels does.
-  std::optional<double> travel_direction_rad;
+  std::optional<double> travel_direction_rad = std::nullopt;
   /// Way since the frame before, m, >= 0, where it is known (ceiling, wheels): how much of what
   /// moves in the panorama is to be put down to travel.
-  std::optional<double> travelled_m;
+  std::optional<double> travelled_m = std::nullopt;
 };
 
 /// What a compass says at a frame.

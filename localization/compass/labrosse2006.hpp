@@ -27,9 +27,9 @@ struct Labrosse2006Params {
   double threshold = 0.6055;
   /// Nothing: references by the threshold ("Atm"). n >= 0: every (n+1)-th frame is used, and
   /// compared with the one used before ("Fx n").
-  std::optional<int> skip;
+  std::optional<int> skip = std::nullopt;
   ExpectedTurn expected = ExpectedTurn::kAsBefore;
-  ShiftSearchParams search;
+  ShiftSearchParams search = {};
   /// A panorama that changes less than this along its rows in the fields of view (RowTexture, grey
   /// levels, >= 0) tells nothing: it is uniform but for noise.
   double min_texture = 2;

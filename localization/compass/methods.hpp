@@ -19,9 +19,9 @@ enum class Method : std::uint8_t {
 struct CompassParams {
   Method method = Method::kFft;
   // Those of the method are used.
-  FftCompassParams fft;
-  Labrosse2006Params labrosse2006;
-  Labrosse2004Params labrosse2004;
+  FftCompassParams fft = {};
+  Labrosse2006Params labrosse2006 = {};
+  Labrosse2004Params labrosse2004 = {};
 };
 
 /// @throws calib::InputError on parameters of the method outside their range.

@@ -6,38 +6,16 @@
 #include <cstdint>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "calib/error.hpp"
+#include "tests/localization/compass/panoramas.hpp"
 
 namespace ceilmap::compass {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-cv::Mat RandomPanorama(int rows, int cols, int type, unsigned seed) {
-  cv::Mat panorama(rows, cols, type);
-  std::mt19937 random(seed);
-  const int row_bytes = cols * panorama.channels();
-  for (int v = 0; v < rows; ++v) {
-    for (int i = 0; i < row_bytes; ++i) {
-      panorama.ptr(v)[i] = static_cast<std::uint8_t>(random() & 255U);
-    }
-  }
-  return panorama;
-}
-
-/// The content moved to the right by `columns`, around the circle.
-cv::Mat Rolled(const cv::Mat& panorama, int columns) {
-  const int width = panorama.cols;
-  cv::Mat rolled(panorama.size(), panorama.type());
-  for (int u = 0; u < width; ++u) {
-    panorama.col(u).copyTo(rolled.col(((u + columns) % width + width) % width));
-  }
-  return rolled;
-}
 
 /// Straight from the definition, pixel by pixel.
 std::uint64_t SquaredDistance(const cv::Mat& reference, const cv::Mat& current, int shift) {
