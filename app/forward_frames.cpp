@@ -20,7 +20,7 @@ ForwardFrames::ForwardFrames(std::unique_ptr<FrameSource> source) : source_(std:
 
 void ForwardFrames::Advance() {
   Frame frame;
-  if (before_) frame.grey = std::move(before_->grey);  // its memory is used again
+  if (before_) frame.picture = std::move(before_->picture);  // its memory is used again
   before_ = std::exchange(after_, std::nullopt);
   if (ended_) return;
   try {
@@ -50,7 +50,7 @@ cv::Mat ForwardFrames::At(double stamp_s) {
   }
   ++report_.matched;
   report_.largest_offset_s = std::max(report_.largest_offset_s, offset_s);
-  return nearest->grey;
+  return nearest->picture;
 }
 
 ForwardFrames::Report ForwardFrames::GetReport() const {

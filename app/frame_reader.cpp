@@ -18,12 +18,12 @@ namespace {
 
 class PictureReader final : public FrameReader {
  public:
-  explicit PictureReader(std::vector<fs::path> files, std::vector<std::string> remarks = {})
-      : files_(std::move(files)), remarks_(std::move(remarks)) {}
+  PictureReader(std::vector<fs::path> files, Pixels pixels, std::vector<std::string> remarks = {})
+      : files_(std::move(files)), pixels_(pixels), remarks_(std::move(remarks)) {}
 
-  bool Next(cv::Mat& grey, std::optional<double>& time_s) override {
+  bool Next(cv::Mat& picture, std::optional<double>& time_s) override {
     if (next_ == files_.size()) return false;
-    grey = ReadGreyPicture(files_[next_++]);
+    picture = ReadPicture(files_[next_++], pixels_);
     time_s.reset();
     return true;
   }
@@ -35,6 +35,7 @@ class PictureReader final : public FrameReader {
 
  private:
   std::vector<fs::path> files_;
+  Pixels pixels_;
   std::vector<std::string> remarks_;
   std::size_t next_ = 0;
 };
@@ -43,7 +44,8 @@ class VideoReader final : public FrameReader {
  public:
   enum class Input { kFile, kPipe, kCamera, kStream };
 
-  VideoReader(std::string name, Input input) : name_(std::move(name)), input_(input) {
+  VideoReader(std::string name, Input input, Pixels pixels)
+      : name_(std::move(name)), input_(input), pixels_(pixels) {
     const int backend = input == Input::kCamera ? cv::CAP_V4L2 : cv::CAP_FFMPEG;
     bool open = false;
     try {
@@ -61,9 +63,9 @@ class VideoReader final : public FrameReader {
     if (rate > 0 && rate <= kHighestRate) period_s_ = 1 / rate;
   }
 
-  bool Next(cv::Mat& grey, std::optional<double>& time_s) override {
+  bool Next(cv::Mat& picture, std::optional<double>& time_s) override {
     if (!capture_.read(picture_) || picture_.empty()) return false;
-    ToGrey(picture_, grey, name_);
+    ConvertTo(pixels_, picture_, picture, name_);
     // Frames without a time stamp come as zero (the last ones of a delayed decoder) or as absurd
     // numbers (raw streams).
     constexpr double kLatestSeconds = 1e10;
@@ -98,6 +100,7 @@ class VideoReader final : public FrameReader {
 
   std::string name_;
   Input input_;
+  Pixels pixels_;
   cv::VideoCapture capture_;
   cv::Mat picture_;
   bool first_ = true;
@@ -127,11 +130,11 @@ void CheckFile(const std::string& source) {
 
 }  // namespace
 
-std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source) {
+std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source, Pixels pixels) {
   using Input = VideoReader::Input;
   const Input input = InputKind(source);
   std::error_code ignored;
-  if (input == Input::kStream) return std::make_unique<VideoReader>(source, input);
+  if (input == Input::kStream) return std::make_unique<VideoReader>(source, input, pixels);
   if (!fs::exists(source, ignored) && IsPattern(source)) {
     PatternPictures pictures = ListPattern(source);
     std::vector<std::string> remarks;
@@ -139,15 +142,17 @@ std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source) {
       remarks.push_back(fmt::format(
           "{}: {} numbers between the first and the last have no file", source, pictures.missing));
     }
-    return std::make_unique<PictureReader>(std::move(pictures.files), std::move(remarks));
+    return std::make_unique<PictureReader>(std::move(pictures.files), pixels, std::move(remarks));
   }
   CheckFile(source);
-  if (fs::is_directory(source, ignored)) return std::make_unique<PictureReader>(ListFolder(source));
-  return std::make_unique<VideoReader>(source, input);
+  if (fs::is_directory(source, ignored)) {
+    return std::make_unique<PictureReader>(ListFolder(source), pixels);
+  }
+  return std::make_unique<VideoReader>(source, input, pixels);
 }
 
 std::int64_t CountFrames(const std::string& source) {
-  VideoReader reader(source, InputKind(source));
+  VideoReader reader(source, InputKind(source), Pixels::kGrey);
   std::int64_t count = 0;
   while (reader.Skip()) ++count;
   return count;

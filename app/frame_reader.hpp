@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "app/pictures.hpp"
+
 namespace ceilmap::app {
 
 /// Where a recording's frames come from, one after the other: the sequential half of FrameSource.
@@ -22,14 +24,16 @@ class FrameReader {
   /// Opens SOURCE of the command line: a video file, a folder or printf pattern of pictures,
   /// /dev/videoN, or a URL.
   /// @throws calib::InputError when there is nothing of the kind.
-  static std::unique_ptr<FrameReader> Open(const std::string& source);
+  static std::unique_ptr<FrameReader> Open(const std::string& source,
+                                           Pixels pixels = Pixels::kGrey);
 
   virtual ~FrameReader() = default;
 
-  /// The next frame as CV_8UC1 into `grey`, whose memory is reused; false at the end.
+  /// The next frame into `picture`, whose memory is reused, as CV_8UC1 or, with Pixels::kColour,
+  /// CV_8UC3; false at the end.
   /// @param time_s  set to the recording's own time of the frame where it has one.
   /// @throws calib::InputError when a picture cannot be read.
-  virtual bool Next(cv::Mat& grey, std::optional<double>& time_s) = 0;
+  virtual bool Next(cv::Mat& picture, std::optional<double>& time_s) = 0;
 
   [[nodiscard]] virtual Kind GetKind() const = 0;
   /// Frames that the source says it has; a video's count may be an estimate. Unset: unknown.

@@ -123,14 +123,14 @@ bool FrameSource::State::Decode(Frame& frame) {
   std::optional<double> time_s;
   const bool no_stamp = stamp_origin == StampOrigin::kStampsFile && stamps_of_another &&
                         static_cast<std::size_t>(next_index) >= stamps_s.size();
-  if (no_stamp || !reader->Next(frame.grey, time_s)) return false;
-  if (size.empty()) size = frame.grey.size();
-  if (frame.grey.size() != size) {
+  if (no_stamp || !reader->Next(frame.picture, time_s)) return false;
+  if (size.empty()) size = frame.picture.size();
+  if (frame.picture.size() != size) {
     throw calib::InputError(fmt::format("{}: frame {} is {}x{} px, the frames before it are {}x{}",
                                         name,
                                         next_index,
-                                        frame.grey.cols,
-                                        frame.grey.rows,
+                                        frame.picture.cols,
+                                        frame.picture.rows,
                                         size.width,
                                         size.height));
   }
@@ -216,7 +216,7 @@ cv::Mat FrameSource::State::TakeSpare() {
 bool FrameSource::State::Push(Frame&& frame) {
   std::unique_lock lock(mutex);
   if (drop_oldest && queue.size() >= read_ahead) {
-    spare.push_back(std::move(queue.front().grey));
+    spare.push_back(std::move(queue.front().picture));
     queue.pop_front();
     ++report.dropped;
   }
@@ -234,7 +234,7 @@ void FrameSource::State::Run() {
     while (wanted && Decode(frame)) {
       wanted = Push(std::move(frame));
       frame = Frame();
-      frame.grey = TakeSpare();
+      frame.picture = TakeSpare();
     }
     if (wanted) CheckEnd();
   } catch (...) {
@@ -260,7 +260,7 @@ FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
     state.stamps_s = ReadStamps(options.stamps);
     state.stamps_of_another = options.stamps_of_another;
   }
-  state.reader = reader ? std::move(reader) : FrameReader::Open(source);
+  state.reader = reader ? std::move(reader) : FrameReader::Open(source, options.pixels);
   state.warnings = state.reader->Remarks();
   state.stamp_origin = ChooseStamps(!state.stamps_s.empty(), state.reader->GetKind());
   state.drop_oldest = state.reader->GetKind() == FrameReader::Kind::kLive;
@@ -306,8 +306,8 @@ bool FrameSource::Read(Frame& frame) {
     return false;
   }
   // Memory that the consumer still holds on to must not be written again.
-  const bool sole_owner = frame.grey.u != nullptr && frame.grey.u->refcount == 1;
-  if (sole_owner) state.spare.push_back(std::move(frame.grey));
+  const bool sole_owner = frame.picture.u != nullptr && frame.picture.u->refcount == 1;
+  if (sole_owner) state.spare.push_back(std::move(frame.picture));
   frame = std::move(state.queue.front());
   state.queue.pop_front();
   state.taken.notify_one();

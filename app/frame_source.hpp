@@ -14,7 +14,7 @@ namespace ceilmap::app {
 
 /// One picture of a recording.
 struct Frame {
-  cv::Mat grey;            ///< CV_8UC1
+  cv::Mat picture;         ///< CV_8UC1, or CV_8UC3 (BGR) with Pixels::kColour
   std::int64_t index = 0;  ///< 0, 1, ... in the recording; counts frames that a live source dropped
   double stamp_s = 0;      ///< strictly increasing
 };
@@ -28,7 +28,8 @@ enum class StampOrigin {
 };
 
 struct FrameSourceOptions {
-  std::filesystem::path stamps;  ///< frames' time stamps (ReadStamps); empty: none
+  Pixels pixels = Pixels::kGrey;  ///< what pictures are decoded to
+  std::filesystem::path stamps;   ///< frames' time stamps (ReadStamps); empty: none
   /// The stamps may belong to another camera's recording: they count when there is one for each
   /// frame. Else the recording's own time does, from the first stamp on, and a warning tells.
   bool stamps_of_another = false;

@@ -171,7 +171,7 @@ void LocateFrames(FrameSource& source,
   while (frames.Read(tilted)) {
     const Frame& frame = tilted.frame;
     localization::CeilingFrame input{
-        frame.grey, frame.index, frame.stamp_s, std::nullopt, tilted.tilt};
+        frame.picture, frame.index, frame.stamp_s, std::nullopt, tilted.tilt};
     if (headings) input.heading = headings->At(frame.stamp_s);
     const localization::Location location = localizer.Locate(input);
     if (location.tilt_left) {

@@ -45,6 +45,21 @@ bool IsPictureName(const fs::path& file) {
          std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
+// OpenCV's code for cvtColor, -1 where there is nothing to convert; unset for what is not known.
+std::optional<int> ConversionCode(Pixels pixels, int channels) {
+  const bool grey = pixels == Pixels::kGrey;
+  switch (channels) {
+    case 1:
+      return grey ? -1 : cv::COLOR_GRAY2BGR;
+    case 3:
+      return grey ? cv::COLOR_BGR2GRAY : -1;
+    case 4:
+      return grey ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGRA2BGR;
+    default:
+      return std::nullopt;
+  }
+}
+
 // The parts of a pattern's file name around its number field.
 struct Pattern {
   std::string before;
@@ -151,7 +166,7 @@ PatternPictures ListPattern(const fs::path& pattern) {
   return pictures;
 }
 
-cv::Mat ReadGreyPicture(const fs::path& file) {
+cv::Mat ReadPicture(const fs::path& file, Pixels pixels) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) {
     throw calib::InputError(fmt::format("{}: no such file", file.string()));
@@ -166,31 +181,28 @@ cv::Mat ReadGreyPicture(const fs::path& file) {
     throw calib::InputError(
         fmt::format("{}: is not a picture that can be read, or is damaged", file.string()));
   }
-  cv::Mat grey;
-  ToGrey(picture, grey, file.string());
-  return grey;
+  cv::Mat result;
+  ConvertTo(pixels, picture, result, file.string());
+  return result;
 }
 
-void ToGrey(const cv::Mat& picture, cv::Mat& grey, std::string_view name) {
+void ConvertTo(Pixels pixels, const cv::Mat& picture, cv::Mat& result, std::string_view name) {
   constexpr double kSixteenToEightBits = 1.0 / 257;  // 65535 becomes 255
   const bool known_depth = picture.depth() == CV_8U || picture.depth() == CV_16U;
-  cv::Mat one_channel;
-  if (known_depth && picture.channels() == 1) {
-    one_channel = picture;
-  } else if (known_depth && picture.channels() == 3) {
-    cv::cvtColor(picture, picture.depth() == CV_8U ? grey : one_channel, cv::COLOR_BGR2GRAY);
-  } else if (known_depth && picture.channels() == 4) {
-    cv::cvtColor(picture, picture.depth() == CV_8U ? grey : one_channel, cv::COLOR_BGRA2GRAY);
-  } else {
+  const std::optional<int> code = ConversionCode(pixels, picture.channels());
+  if (!known_depth || !code) {
     throw calib::InputError(
         fmt::format("{}: pictures of type {} are not supported; convert them to 8 bits grey",
                     name,
                     cv::typeToString(picture.type())));
   }
-  if (picture.depth() == CV_16U) {
-    one_channel.convertTo(grey, CV_8U, kSixteenToEightBits);
-  } else if (picture.channels() == 1) {
-    one_channel.copyTo(grey);
+  const bool deep = picture.depth() == CV_16U;
+  cv::Mat converted = picture;
+  if (*code >= 0) cv::cvtColor(picture, deep ? converted : result, *code);
+  if (deep) {
+    converted.convertTo(result, CV_8U, kSixteenToEightBits);
+  } else if (*code < 0) {
+    picture.copyTo(result);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <string>
@@ -31,13 +32,26 @@ struct PatternPictures {
 /// @throws calib::InputError when no such file exists.
 PatternPictures ListPattern(const std::filesystem::path& pattern);
 
-/// Reads a picture file as grey: colour by OpenCV's COLOR_BGR2GRAY, 16 bits scaled to 8, alpha
-/// ignored, rotation flags ignored (the picture as the camera took it).
-/// @return CV_8UC1. @throws calib::InputError naming the file.
-cv::Mat ReadGreyPicture(const std::filesystem::path& file);
+/// What pictures are decoded to.
+enum class Pixels : std::uint8_t {
+  kGrey,    ///< CV_8UC1
+  kColour,  ///< CV_8UC3 (BGR), of grey pictures too
+};
 
-/// The same for a picture in memory with 1, 3 or 4 channels of 8 or 16 bits; `grey` is reused.
+/// Reads a picture file: to grey, colour by OpenCV's COLOR_BGR2GRAY, 16 bits scaled to 8, alpha
+/// ignored, rotation flags ignored (the picture as the camera took it).
+/// @throws calib::InputError naming the file.
+cv::Mat ReadPicture(const std::filesystem::path& file, Pixels pixels);
+inline cv::Mat ReadGreyPicture(const std::filesystem::path& file) {
+  return ReadPicture(file, Pixels::kGrey);
+}
+
+/// The same for a picture in memory with 1, 3 or 4 channels of 8 or 16 bits; the result's memory is
+/// reused and never the picture's.
 /// @throws calib::InputError on another type, naming `name`.
-void ToGrey(const cv::Mat& picture, cv::Mat& grey, std::string_view name);
+void ConvertTo(Pixels pixels, const cv::Mat& picture, cv::Mat& result, std::string_view name);
+inline void ToGrey(const cv::Mat& picture, cv::Mat& grey, std::string_view name) {
+  ConvertTo(Pixels::kGrey, picture, grey, name);
+}
 
 }  // namespace ceilmap::app

@@ -99,7 +99,7 @@ TiltMeter::TiltMeter(const calib::Rig& rig,
 
 calib::Tilt TiltMeter::Measure(const Frame& up) {
   compensation::TiltFrame frame;
-  frame.up = up.grey;
+  frame.up = up.picture;
   if (forward_) frame.forward = forward_->At(up.stamp_s);
   frame.stamp_s = up.stamp_s;
   const compensation::TiltEstimate estimate = estimator_.Estimate(frame);

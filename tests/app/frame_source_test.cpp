@@ -51,7 +51,7 @@ Taken ReadToEnd(FrameSource& source) {
   while (source.Read(frame)) {
     taken.indices.push_back(frame.index);
     taken.stamps_s.push_back(frame.stamp_s);
-    taken.pictures.push_back(frame.grey.clone());
+    taken.pictures.push_back(frame.picture.clone());
   }
   return taken;
 }
@@ -83,10 +83,27 @@ TEST(FrameSource, APictureThatIsStillHeldIsNotOverwritten) {
   FrameSource source((folder / "run").string(), ReadAhead(1));
   std::vector<cv::Mat> held;
   Frame frame;
-  while (source.Read(frame)) held.push_back(frame.grey);
+  while (source.Read(frame)) held.push_back(frame.picture);
   ASSERT_EQ(held.size(), pictures.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
     EXPECT_EQ(cv::norm(held[i], pictures[i], cv::NORM_INF), 0) << "picture " << i;
+  }
+}
+
+TEST(FrameSource, ColourWhereItIsAskedFor) {
+  const TestFolder folder;
+  const std::vector<cv::Mat> colours(3, cv::Mat(kSize, CV_8UC3, cv::Scalar(10, 120, 230)));
+  WritePictures(folder / "colour", colours);
+  WritePictures(folder / "grey", Pictures(3));
+  WriteVideo(folder / "grey.avi", Pictures(3), 10);
+  for (const char* name : {"colour", "grey", "grey.avi"}) {
+    FrameSource source((folder / name).string(), {.pixels = Pixels::kColour});
+    const Taken taken = ReadToEnd(source);
+    ASSERT_EQ(taken.pictures.size(), 3U);
+    for (const cv::Mat& picture : taken.pictures) EXPECT_EQ(picture.type(), CV_8UC3) << name;
+    if (name == std::string("colour")) {
+      EXPECT_EQ(cv::norm(taken.pictures[2], colours[2], cv::NORM_INF), 0);
+    }
   }
 }
 
@@ -276,7 +293,7 @@ TEST(FrameSource, OfALiveSourceOnlyTheNewestFrameWaits) {
     for (int i = 10 - queue; i < 10; ++i) {
       ASSERT_TRUE(source.Read(frame));
       EXPECT_EQ(frame.index, i);  // counts what was dropped
-      EXPECT_EQ(frame.grey.at<unsigned char>(0, 0), i);
+      EXPECT_EQ(frame.picture.at<unsigned char>(0, 0), i);
     }
     EXPECT_FALSE(source.Read(frame));
     EXPECT_EQ(source.Report().dropped, 10 - queue);

@@ -90,6 +90,22 @@ TEST(ToGrey, ConvertsEveryUsualKind) {
                    {"deep.tif", "CV_32FC1"});
 }
 
+TEST(ConvertTo, ColourOfEveryUsualKind) {
+  cv::Mat colour;
+  const auto convert = [&](const cv::Mat& picture) {
+    ConvertTo(Pixels::kColour, picture, colour, "x");
+    EXPECT_EQ(colour.type(), CV_8UC3);
+    EXPECT_NE(colour.data, picture.data);
+    return colour.at<cv::Vec3b>(1, 2);
+  };
+  EXPECT_EQ(convert(cv::Mat(2, 3, CV_8UC1, cv::Scalar(77))), cv::Vec3b(77, 77, 77));
+  EXPECT_EQ(convert(cv::Mat(2, 3, CV_16UC1, cv::Scalar(65535))), cv::Vec3b(255, 255, 255));
+  EXPECT_EQ(convert(cv::Mat(2, 3, CV_8UC3, cv::Scalar(1, 2, 3))), cv::Vec3b(1, 2, 3));
+  EXPECT_EQ(convert(cv::Mat(2, 3, CV_16UC3, cv::Scalar(257, 514, 771))), cv::Vec3b(1, 2, 3));
+  EXPECT_EQ(convert(cv::Mat(2, 3, CV_8UC4, cv::Scalar(1, 2, 3, 4))), cv::Vec3b(1, 2, 3));
+  ExpectInputError([&] { convert(cv::Mat(2, 3, CV_32FC1, cv::Scalar(1))); }, {"x: ", "CV_32FC1"});
+}
+
 TEST(ToGrey, NeverSharesMemoryWithThePicture) {
   const cv::Mat picture(2, 3, CV_8UC1, cv::Scalar(1));
   cv::Mat grey;
