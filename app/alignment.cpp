@@ -39,6 +39,15 @@ std::vector<std::pair<std::size_t, std::size_t>> MatchStamps(
   return pairs;
 }
 
+std::vector<double> PathLengths(const std::vector<StampedPose>& poses) {
+  std::vector<double> lengths(poses.size(), 0);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Eigen::Vector2d step = (poses[i].position - poses[i - 1].position).head<2>();
+    lengths[i] = lengths[i - 1] + step.norm();
+  }
+  return lengths;
+}
+
 Pose2 FitPlanarMotion(const std::vector<PointPair>& pairs) {
   Eigen::Vector2d mean_truth = Eigen::Vector2d::Zero();
   Eigen::Vector2d mean_estimate = Eigen::Vector2d::Zero();

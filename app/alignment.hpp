@@ -18,6 +18,9 @@ std::vector<std::pair<std::size_t, std::size_t>> MatchStamps(
     const std::vector<StampedPose>& estimate,
     double max_dt_s);
 
+/// Length of the way over the floor from the first pose to each, in metres.
+std::vector<double> PathLengths(const std::vector<StampedPose>& poses);
+
 /// A point of the truth, and where an estimate has it.
 struct PointPair {
   Eigen::Vector2d truth;

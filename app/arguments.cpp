@@ -49,6 +49,12 @@ PoseSpread ParseSpread(const std::string& text, const std::string& option) {
   return {values[0], values[1] * std::numbers::pi / 180};
 }
 
+std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text) {
+  std::array<double, 4> values{};
+  if (!ParseNumbers(text, values)) return std::nullopt;
+  return values;
+}
+
 NamedFile ParseNamedFile(const std::string& text) {
   const std::size_t equals = text.find('=');
   std::error_code ignored;

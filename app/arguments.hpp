@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "calib/pose2.hpp"
@@ -18,6 +20,9 @@ struct PoseSpread {
 };
 /// `METRES,DEGREES`. @throws calib::InputError
 PoseSpread ParseSpread(const std::string& text, const std::string& option);
+
+/// `A,B,C,D`, all finite; nothing for anything else.
+std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text);
 
 /// `[NAME=]FILE`.
 struct NamedFile {

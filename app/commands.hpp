@@ -29,6 +29,7 @@ struct Command {
 /// Each adds its command to the program's command line.
 Command AddMapCommand(CLI::App& program);
 Command AddLocalizeCommand(CLI::App& program);
+Command AddHeadingCommand(CLI::App& program);
 Command AddMergeCommand(CLI::App& program);
 Command AddInfoCommand(CLI::App& program);
 Command AddExportCommand(CLI::App& program);

@@ -30,15 +30,6 @@ Pose2 Planar(const StampedPose& pose) {
   return {pose.position.x(), pose.position.y(), YawOf(pose)};
 }
 
-std::vector<double> PathLengths(const std::vector<StampedPose>& poses) {
-  std::vector<double> lengths(poses.size(), 0);
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    const Eigen::Vector2d step = (poses[i].position - poses[i - 1].position).head<2>();
-    lengths[i] = lengths[i - 1] + step.norm();
-  }
-  return lengths;
-}
-
 Pose2 FitSe2(const std::vector<PosePair>& pairs) {
   std::vector<PointPair> points;
   points.reserve(pairs.size());

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -19,6 +20,15 @@ double Number(const CsvTable& table, const CsvTable::Row& row, const char* colum
         fmt::format("{}: {} '{}' is not a number", table.Place(row), column, field));
   }
   return number;
+}
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+// In (-180, 180] after rounding too.
+std::string FormatAngle(double angle_deg) {
+  const std::string text = fmt::format("{:.5f}", angle_deg);
+  if (text == "-180.00000") return "180.00000";
+  return text == "-0.00000" ? "0.00000" : text;
 }
 
 }  // namespace
@@ -45,6 +55,31 @@ std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::pat
   }
   if (samples.empty()) throw calib::InputError(fmt::format("{}: holds no headings", table.name));
   return samples;
+}
+
+std::string FormatHeadings(const std::vector<MeasuredHeading>& headings,
+                           const HeadingErrors* errors) {
+  constexpr double kLeastSigmaDeg = 0.001;
+  std::string text = "timestamp,heading_deg,sigma_deg,confidence";
+  text += errors == nullptr ? "\n" : ",true_heading_deg,error_deg\n";
+  std::size_t next = 0;  // of the errors
+  for (std::size_t i = 0; i < headings.size(); ++i) {
+    const compass::HeadingEstimate& estimate = headings[i].estimate;
+    text += fmt::format("{:.6f},{},{:.5f},{:.4f}",
+                        headings[i].stamp_s,
+                        FormatAngle(kDegPerRad * estimate.heading_rad),
+                        std::max(kLeastSigmaDeg, kDegPerRad * std::sqrt(estimate.variance_rad2)),
+                        estimate.confidence);
+    if (errors != nullptr && next < errors->of.size() && errors->of[next].heading == i) {
+      const HeadingError& error = errors->of[next++];
+      text += fmt::format(
+          ",{},{:.5f}", FormatAngle(std::remainder(error.true_deg, 360)), error.error_deg);
+    } else if (errors != nullptr) {
+      text += ",,";
+    }
+    text += '\n';
+  }
+  return text;
 }
 
 }  // namespace ceilmap::app

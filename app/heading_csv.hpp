@@ -1,8 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
+#include "app/heading_errors.hpp"
 #include "localization/heading_track.hpp"
 
 namespace ceilmap::app {
@@ -11,5 +13,12 @@ namespace ceilmap::app {
 /// `heading_deg`, counter-clockwise seen from above, and `sigma_deg`, > 0; others are ignored.
 /// @return at least one. @throws calib::InputError naming file and line.
 std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::path& file);
+
+/// What ReadHeadings reads: `timestamp,heading_deg,sigma_deg,confidence`, headings in (-180, 180];
+/// with errors also `true_heading_deg,error_deg`, empty where there is no true pose. sigma_deg is
+/// at least 0.001, which no compass can tell from the 0 of its first frame.
+/// @param errors  of these headings, or null.
+std::string FormatHeadings(const std::vector<MeasuredHeading>& headings,
+                           const HeadingErrors* errors);
 
 }  // namespace ceilmap::app

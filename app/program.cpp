@@ -68,6 +68,7 @@ int ParseAndRun(int argc, const char* const* argv) {
   program.footer("ceilmap COMMAND --help tells more, with examples.");
   const std::vector<Command> commands = {AddMapCommand(program),
                                          AddLocalizeCommand(program),
+                                         AddHeadingCommand(program),
                                          AddMergeCommand(program),
                                          AddInfoCommand(program),
                                          AddExportCommand(program),

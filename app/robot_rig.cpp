@@ -39,6 +39,12 @@ const calib::MountedCamera& UpCameraOf(const calib::Rig& rig,
   return CameraFor(rig.up, "up", file, source.Name(), source.Size());
 }
 
+const calib::MountedCamera& OmniCameraOf(const calib::Rig& rig,
+                                         const std::filesystem::path& file,
+                                         const FrameSource& source) {
+  return CameraFor(rig.omni, "omni", file, source.Name(), source.Size());
+}
+
 void CheckForwardCamera(const calib::Rig& rig,
                         const std::filesystem::path& file,
                         const std::string& source,

@@ -16,6 +16,11 @@ const calib::MountedCamera& UpCameraOf(const calib::Rig& rig,
                                        const std::filesystem::path& file,
                                        const FrameSource& source);
 
+/// The rig's mirror camera, likewise.
+const calib::MountedCamera& OmniCameraOf(const calib::Rig& rig,
+                                         const std::filesystem::path& file,
+                                         const FrameSource& source);
+
 /// Checks that a recording can come from the rig's forward camera; otherwise as UpCameraOf.
 void CheckForwardCamera(const calib::Rig& rig,
                         const std::filesystem::path& file,

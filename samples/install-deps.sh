@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs from Debian what is missing to build ceilmap and to run its tests.
 #   samples/install-deps.sh         compiler, libraries, test libraries
-#   samples/install-deps.sh --plots also gnuplot, which draws the figures of experiments and benchmarks
+#   samples/install-deps.sh --plots also gnuplot, which draws the figures of --plot, experiments and benchmarks
 #   samples/install-deps.sh --dev   that and the tools of the style checks
 # Needs root or sudo only when something is missing.
 set -euo pipefail

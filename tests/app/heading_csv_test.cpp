@@ -42,5 +42,42 @@ TEST(ReadHeadings, NamesWhatIsWrongAndWhere) {
   EXPECT_EQ(message(header + "1,1,1\n"), "");
 }
 
+MeasuredHeading Heading(double stamp_s, double heading_rad, double sigma_rad, double confidence) {
+  return {0,
+          stamp_s,
+          {.heading_rad = heading_rad,
+           .variance_rad2 = sigma_rad * sigma_rad,
+           .confidence = confidence}};
+}
+
+TEST(FormatHeadings, AreReadBackInDegrees) {
+  constexpr double kPi = std::numbers::pi;
+  const TestFolder folder;
+  const std::string text = FormatHeadings({Heading(1.5, 0, 0, 1),
+                                           Heading(2, -kPi / 2, kPi / 180, 0.25),
+                                           Heading(2.5, -kPi + 1e-9, 0.1, 0),
+                                           Heading(3, -1e-9, 0.1, 0)},
+                                          nullptr);
+  EXPECT_EQ(text,
+            "timestamp,heading_deg,sigma_deg,confidence\n"
+            "1.500000,0.00000,0.00100,1.0000\n"
+            "2.000000,-90.00000,1.00000,0.2500\n"
+            "2.500000,180.00000,5.72958,0.0000\n"
+            "3.000000,0.00000,5.72958,0.0000\n");
+  folder.Write("h.csv", text);
+  const auto samples = ReadHeadings(folder / "h.csv");
+  ASSERT_EQ(samples.size(), 4U);
+  EXPECT_NEAR(samples[1].heading_rad, -kPi / 2, 1e-7);
+}
+
+TEST(FormatHeadings, WithErrorsWhereThereIsATruth) {
+  HeadingErrors errors;
+  errors.of = {{.heading = 1, .true_deg = 355, .error_deg = 2.5}};
+  EXPECT_EQ(FormatHeadings({Heading(1, 0, 0.1, 1), Heading(2, 0, 0.1, 1)}, &errors),
+            "timestamp,heading_deg,sigma_deg,confidence,true_heading_deg,error_deg\n"
+            "1.000000,0.00000,5.72958,1.0000,,\n"
+            "2.000000,0.00000,5.72958,1.0000,-5.00000,2.50000\n");
+}
+
 }  // namespace
 }  // namespace ceilmap::app

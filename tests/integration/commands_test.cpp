@@ -8,6 +8,7 @@
 
 #include "app/tum.hpp"
 #include "mapping/map_file.hpp"
+#include "tests/integration/endless_stream.hpp"
 #include "tests/integration/recordings.hpp"
 
 namespace ceilmap::integration {
@@ -190,40 +191,10 @@ TEST(Map, UsesACutVideoAsFarAsItGoes) {
   EXPECT_LT(count, 24U);
 }
 
-// Endless Motion JPEG into a pipe, to and fro along the ceiling, until nobody reads any more.
-class EndlessStream {
- public:
-  explicit EndlessStream(const std::filesystem::path& pipe) {
-    signal(SIGPIPE, SIG_IGN);
-    EXPECT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    for (const cv::Mat& picture : CeilingPictures()) {
-      std::vector<uchar> code;
-      cv::imencode(".jpg", picture, code);
-      pictures_.push_back(std::move(code));
-    }
-    pictures_.insert(pictures_.end(), pictures_.rbegin(), pictures_.rend());
-    writer_ = std::thread([this, pipe] {
-      std::ofstream stream(pipe, std::ios::binary);
-      for (std::size_t i = 0; stream; i = (i + 1) % pictures_.size()) {
-        const std::vector<uchar>& code = pictures_[i];
-        stream.write(reinterpret_cast<const char*>(code.data()),
-                     static_cast<std::streamsize>(code.size()));
-      }
-    });
-  }
-  ~EndlessStream() { writer_.join(); }
-  EndlessStream(const EndlessStream&) = delete;
-  EndlessStream& operator=(const EndlessStream&) = delete;
-
- private:
-  std::vector<std::vector<uchar>> pictures_;
-  std::thread writer_;
-};
-
 TEST(Map, KeepsWhatIsDoneWhenInterrupted) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const Recordings test;
-    const EndlessStream stream(test.in / "pipe.mjpeg");
+    const EndlessStream stream(test.in / "pipe.mjpeg", CeilingPictures());
     ChildProcess child(test.Resolve({CEILMAP_EXE,
                                      "map",
                                      "--rig=@rig.yaml",

@@ -1,0 +1,228 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <optional>
+
+#include "app/clock.hpp"
+#include "app/commands.hpp"
+#include "app/compass_options.hpp"
+#include "app/console.hpp"
+#include "app/figure.hpp"
+#include "app/heading_csv.hpp"
+#include "app/heading_figures.hpp"
+#include "app/heading_report.hpp"
+#include "app/interrupt.hpp"
+#include "app/output_files.hpp"
+#include "app/panorama_source.hpp"
+#include "app/progress.hpp"
+#include "app/tum.hpp"
+#include "calib/error.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr double kMaxDtS = 0.02;  // between a heading and its true pose
+
+struct HeadingParams {
+  PanoramaOptions panorama;
+  CompassOptions compass;
+  fs::path output;
+  fs::path truth;
+  fs::path plot;
+  std::optional<std::int64_t> plot_frame;
+
+  // Checks everything that can be told without the recording. @throws calib::InputError
+  void Check() const;
+};
+
+void HeadingParams::Check() const {
+  panorama.Check();
+  compass.Check();
+  if (plot_frame && plot.empty()) {
+    throw calib::InputError("--plot-frame: the figure goes to --plot DIR; give that too");
+  }
+  if (plot_frame && *plot_frame < 1) {
+    throw calib::InputError(fmt::format(
+        "--plot-frame {}: must be at least 1; frame 0 has no reference before it", *plot_frame));
+  }
+  CheckOutputFiles({output});
+  std::error_code ignored;
+  for (const fs::path& source :
+       {panorama.rig, panorama.stamps, truth, fs::path(panorama.Source())}) {
+    if (source.empty() || !fs::equivalent(output, source, ignored)) continue;
+    throw calib::InputError(
+        fmt::format("{}: is read by this run and cannot be its result too", output.string()));
+  }
+}
+
+// The methods of the papers have a column per degree unless told otherwise.
+PanoramaOptions ForMethod(PanoramaOptions options, const std::string& method) {
+  constexpr int kPaperColumns = 360;
+  if (!options.omni.empty() && !options.columns && method != "fft") {
+    options.columns = kPaperColumns;
+  }
+  return options;
+}
+
+void CheckPlotFrame(const HeadingParams& params, const FrameSource& source) {
+  const std::optional<std::int64_t> frames = source.ExpectedFrames();
+  if (!params.plot_frame || !frames || *params.plot_frame < *frames) return;
+  throw calib::InputError(fmt::format("--plot-frame {}: {} has {} frames, 0 to {}",
+                                      *params.plot_frame,
+                                      source.Name(),
+                                      *frames,
+                                      *frames - 1));
+}
+
+// Distances of the frame that is to be plotted: the one asked for, else the last one.
+struct PlottedProfile {
+  std::int64_t frame = 0;
+  compass::DistanceProfile profile;
+};
+
+void MeasureFrames(PanoramaSource& source,
+                   compass::Compass& compass,
+                   const std::optional<std::int64_t>& plot_frame,
+                   HeadingResult& result,
+                   PlottedProfile& plotted) {
+  Progress progress("heading", "frames", source.Source().ExpectedFrames());
+  while (source.Read()) {
+    const Frame& frame = source.Raw();
+    const auto start = steady_clock::now();
+    compass::PanoramaFrame panorama;
+    panorama.panorama = source.Panorama();
+    panorama.stamp_s = frame.stamp_s;
+    const auto estimate = compass.Next(panorama);
+    result.compass_ms += MillisecondsSince(start);
+    progress.Update(++result.frames);
+    if (!estimate) continue;
+    result.headings.push_back({frame.index, frame.stamp_s, *estimate});
+    if (!(estimate->confidence > 0)) ++result.untold;
+    if (plot_frame == frame.index) plotted = {frame.index, compass.Profile()};
+    Detail("frame {} at {:.6f} s: {:.3f} rad, confidence {:.3f}",
+           frame.index,
+           frame.stamp_s,
+           estimate->heading_rad,
+           estimate->confidence);
+  }
+}
+
+std::optional<HeadingErrors> ErrorsAgainst(const std::vector<StampedPose>& truth,
+                                           const HeadingParams& params,
+                                           const HeadingResult& result) {
+  if (truth.empty()) return std::nullopt;
+  std::optional<HeadingErrors> errors = CompareHeadings(result.headings, truth, kMaxDtS);
+  if (!errors) {
+    throw calib::InputError(
+        fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and truth count alike?",
+                    params.truth.string(),
+                    kMaxDtS,
+                    params.panorama.Source()));
+  }
+  return errors;
+}
+
+void DrawFigures(FigureFolder& folder,
+                 const HeadingParams& params,
+                 const HeadingResult& result,
+                 const PlottedProfile& plotted) {
+  folder.Draw(HeadingFigure(result.headings, result.errors ? &*result.errors : nullptr));
+  if (!plotted.profile.distance.empty()) {
+    folder.Draw(DistanceFigure(plotted.frame, plotted.profile));
+  } else if (params.plot_frame) {
+    Warn("--plot-frame {}: the compass did not look at that frame", *params.plot_frame);
+  }
+}
+
+void Tell(const PanoramaSource& source, const HeadingResult& result) {
+  for (const std::string& warning : source.Source().Warnings()) PrintWarning(warning);
+  if (Interrupted()) PrintNote(fmt::format("interrupted: {} frames were used", result.frames));
+  if (source.Source().Stamps() == StampOrigin::kFrameIndex) {
+    Note("no --stamps: pictures are taken to be one second apart");
+  }
+  if (result.untold > 0) {
+    Warn("{} of {} headings were held: nothing in the panoramas told them",
+         result.untold,
+         result.headings.size());
+  }
+}
+
+void RunHeading(const HeadingParams& params, const CommonOptions& common, Summary& summary) {
+  const auto start = steady_clock::now();
+  params.Check();
+  std::vector<StampedPose> truth;
+  if (!params.truth.empty()) truth = ReadTum(params.truth);
+  std::optional<FigureFolder> figures;
+  if (!params.plot.empty()) figures.emplace(params.plot);
+  PanoramaSource source(ForMethod(params.panorama, params.compass.method));
+  CheckPlotFrame(params, source.Source());
+  const std::unique_ptr<compass::Compass> compass = params.compass.Make();
+
+  HeadingResult result;
+  PlottedProfile plotted;
+  MeasureFrames(source, *compass, params.plot_frame, result, plotted);
+  if (result.headings.empty()) throw calib::RunError("interrupted before the first frame");
+  if (figures && !params.plot_frame) plotted = {result.headings.back().frame, compass->Profile()};
+  result.references = compass->References();
+  result.panorama = source.Size();
+  result.reading = source.Source().Report();
+  result.unwrap_ms = source.UnwrapMs();
+  result.errors = ErrorsAgainst(truth, params, result);
+
+  WriteFileAtomically(params.output,
+                      FormatHeadings(result.headings, result.errors ? &*result.errors : nullptr));
+  summary.files.push_back(params.output);
+  Tell(source, result);
+  if (figures) {
+    DrawFigures(*figures, params, result, plotted);
+    summary.files.insert(summary.files.end(), figures->Files().begin(), figures->Files().end());
+  }
+  result.seconds = SecondsSince(start);
+  Summarize(result, summary);
+  if (!common.quiet) PrintReport(result, summary);
+}
+
+}  // namespace
+
+Command AddHeadingCommand(CLI::App& program) {
+  Command command = MakeCommand(
+      program,
+      "heading",
+      "Measures how a robot turns, with a camera under a convex mirror as a visual compass.",
+      "ceilmap heading --rig rig.yaml --omni omni.mp4 --stamps frames.csv -o heading.csv\n"
+      "  ceilmap heading --ring 320,240,60,230 --omni omni.avi -o heading.csv --plot figures\n"
+      "  ceilmap heading --panorama panoramas --azimuth rising -o heading.csv\n"
+      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+  auto params = std::make_shared<HeadingParams>();
+  CLI::App& cli = *command.cli;
+  params->panorama.AddTo(cli, "Input", "Unwrapping");
+  params->compass.AddTo(cli, "Compass");
+  const std::string result = "Results";
+  const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type);
+  };
+  add("-o,--output",
+      params->output,
+      "Counter-clockwise from the first frame: timestamp,heading_deg,sigma_deg,confidence",
+      "H.csv")
+      ->required()
+      ->group(result);
+  add("--truth", params->truth, "True poses: errors, also as columns of H.csv", "T.tum")
+      ->group(result);
+  add("--plot", params->plot, "Figures with their gnuplot scripts and data", "DIR")->group(result);
+  add("--plot-frame",
+      params->plot_frame,
+      "Frame whose distances over all shifts are plotted [the last]",
+      "N")
+      ->group(result);
+  command.run = [params](const CommonOptions& common, Summary& summary) {
+    RunHeading(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::app

@@ -1,0 +1,114 @@
+#include "app/heading_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "app/alignment.hpp"
+#include "calib/pose2.hpp"
+
+namespace ceilmap::app {
+namespace {
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr double kLeastPathM = 0.5;
+
+// Adds whole turns so that each angle is within half a turn of the one before.
+class Unwrapper {
+ public:
+  double operator()(double angle_rad) {
+    if (!begun_) last_rad_ = angle_rad;
+    begun_ = true;
+    last_rad_ += calib::WrapAngle(angle_rad - last_rad_);
+    return last_rad_;
+  }
+
+ private:
+  bool begun_ = false;
+  double last_rad_ = 0;
+};
+
+// Slope of the line with the least squared vertical distance.
+std::optional<double> Slope(const std::vector<double>& x, const std::vector<double>& y) {
+  const auto count = static_cast<double>(x.size());
+  const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / count;
+  const double mean_y = std::accumulate(y.begin(), y.end(), 0.0) / count;
+  double xx = 0;
+  double xy = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    xx += (x[i] - mean_x) * (x[i] - mean_x);
+    xy += (x[i] - mean_x) * (y[i] - mean_y);
+  }
+  if (!(xx > 0)) return std::nullopt;
+  return xy / xx;
+}
+
+double StandardDeviation(const std::vector<double>& values, double mean) {
+  double squares = 0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+std::vector<HeadingError> ErrorsOf(const std::vector<MeasuredHeading>& headings,
+                                   const std::vector<StampedPose>& truth,
+                                   double max_dt_s) {
+  std::vector<StampedPose> stamps;
+  stamps.reserve(headings.size());
+  for (const MeasuredHeading& heading : headings) stamps.push_back({.stamp_s = heading.stamp_s});
+  const std::vector<double> way_m = PathLengths(truth);
+  std::vector<HeadingError> errors;
+  Unwrapper true_yaw;
+  Unwrapper error;
+  double first_heading_rad = 0;
+  double first_yaw_rad = 0;
+  for (const auto& [k, i] : MatchStamps(truth, stamps, max_dt_s)) {
+    const double heading_rad = headings[i].estimate.heading_rad;
+    const double yaw_rad = true_yaw(YawOf(truth[k]));
+    if (errors.empty()) {
+      first_heading_rad = heading_rad;
+      first_yaw_rad = yaw_rad;
+    }
+    const double true_turn_rad = yaw_rad - first_yaw_rad;
+    const double turn_rad = heading_rad - first_heading_rad;
+    errors.push_back({.heading = i,
+                      .true_deg = kDegPerRad * (first_heading_rad + true_turn_rad),
+                      .error_deg = kDegPerRad * error(calib::WrapAngle(turn_rad - true_turn_rad)),
+                      .way_m = way_m[k]});
+  }
+  return errors;
+}
+
+}  // namespace
+
+std::optional<HeadingErrors> CompareHeadings(const std::vector<MeasuredHeading>& headings,
+                                             const std::vector<StampedPose>& truth,
+                                             double max_dt_s) {
+  HeadingErrors result;
+  result.of = ErrorsOf(headings, truth, max_dt_s);
+  if (result.of.empty()) return std::nullopt;
+  std::vector<double> errors_deg;
+  std::vector<double> ways_m;
+  std::vector<double> stamps_s;
+  for (const HeadingError& error : result.of) {
+    errors_deg.push_back(error.error_deg);
+    ways_m.push_back(error.way_m);
+    stamps_s.push_back(headings[error.heading].stamp_s - headings[result.of[0].heading].stamp_s);
+  }
+  for (std::size_t i = 1; i < result.of.size(); ++i) {
+    result.turned_deg += std::abs(result.of[i].true_deg - result.of[i - 1].true_deg);
+  }
+  const auto count = static_cast<double>(errors_deg.size());
+  result.coverage = count / static_cast<double>(truth.size());
+  result.path_m = ways_m.back() - ways_m.front();
+  result.seconds = stamps_s.back();
+  result.error_deg = Statistics(errors_deg);
+  result.signed_mean_deg = std::accumulate(errors_deg.begin(), errors_deg.end(), 0.0) / count;
+  result.std_deg = StandardDeviation(errors_deg, result.signed_mean_deg);
+  result.end_deg = errors_deg.back();
+  if (result.path_m > kLeastPathM) result.drift_deg_per_m = Slope(ways_m, errors_deg);
+  result.drift_deg_per_s = Slope(stamps_s, errors_deg);
+  return result;
+}
+
+}  // namespace ceilmap::app

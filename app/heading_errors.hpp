@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "app/evaluation.hpp"
+#include "app/tum.hpp"
+#include "localization/compass/compass.hpp"
+
+namespace ceilmap::app {
+
+/// A heading that was measured, and the frame that told it.
+struct MeasuredHeading {
+  std::int64_t frame = 0;  ///< in the recording, from 0
+  double stamp_s = 0;
+  compass::HeadingEstimate estimate;
+};
+
+/// One of them against the truth.
+struct HeadingError {
+  std::size_t heading = 0;  ///< which one
+  double true_deg = 0;      ///< counted as the headings are, continuous over full turns
+  double error_deg = 0;     ///< heading less truth, continuous over full turns
+  double way_m = 0;         ///< along the true path, from its first pose
+};
+
+/// Errors of headings relative to the first one that has a true pose, which is taken as right.
+struct HeadingErrors {
+  std::vector<HeadingError> of;  ///< those with a true pose, at least one
+  double coverage = 0;           ///< part of the true poses that has a heading
+  double path_m = 0;             ///< from the first to the last of them
+  double seconds = 0;
+  double turned_deg = 0;  ///< sum of the true turns, whichever way
+  ErrorStatistics error_deg;
+  double signed_mean_deg = 0;
+  double std_deg = 0;
+  double end_deg = 0;  ///< the last error
+  /// Slopes of the lines with the least squared distance from the errors: over the way, where it is
+  /// longer than half a metre, and over time, where there is more than one moment.
+  std::optional<double> drift_deg_per_m;
+  std::optional<double> drift_deg_per_s;
+};
+
+/// @param headings, truth  stamps strictly increasing, at least one each.
+/// @return unset when no two are within max_dt_s of each other.
+std::optional<HeadingErrors> CompareHeadings(const std::vector<MeasuredHeading>& headings,
+                                             const std::vector<StampedPose>& truth,
+                                             double max_dt_s);
+
+}  // namespace ceilmap::app

@@ -1,0 +1,100 @@
+#include "app/heading_report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "app/compensation_report.hpp"
+#include "app/interrupt.hpp"
+#include "app/table.hpp"
+
+namespace ceilmap::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+ordered_json ErrorsToJson(const HeadingErrors& errors) {
+  const auto or_null = [](const std::optional<double>& value) {
+    return value ? ordered_json(*value) : ordered_json(nullptr);
+  };
+  return {{"matched", errors.of.size()},
+          {"coverage", errors.coverage},
+          {"turned_deg", errors.turned_deg},
+          {"path_m", errors.path_m},
+          {"error_deg", ToJson(errors.error_deg)},
+          {"signed_mean_deg", errors.signed_mean_deg},
+          {"std_deg", errors.std_deg},
+          {"end_deg", errors.end_deg},
+          {"drift_deg_per_m", or_null(errors.drift_deg_per_m)},
+          {"drift_deg_per_s", or_null(errors.drift_deg_per_s)}};
+}
+
+void AddErrors(const HeadingErrors& errors, Table& table) {
+  const auto number = [](double value) { return fmt::format("{:.3f}", value); };
+  table.AddRow({"true path", number(errors.path_m), "m"});
+  table.AddRow({"true turns", number(errors.turned_deg), "deg"});
+  table.AddRow({"max error", number(errors.error_deg.max), "deg"});
+  table.AddRow({"rms error", number(errors.error_deg.rmse), "deg"});
+  table.AddRow({"end error", number(errors.end_deg), "deg"});
+  if (errors.drift_deg_per_m) {
+    table.AddRow({"drift", number(*errors.drift_deg_per_m), "deg/m"});
+  }
+  if (errors.drift_deg_per_s) {
+    table.AddRow({"drift", number(*errors.drift_deg_per_s), "deg/s"});
+  }
+}
+
+}  // namespace
+
+void Summarize(const HeadingResult& result, Summary& summary) {
+  summary.frames = result.frames;
+  summary.interrupted = Interrupted();
+  summary.stages_ms = {{"decode", result.reading.decode_ms},
+                       {"unwrap", result.unwrap_ms},
+                       {"compass", result.compass_ms}};
+  const compass::HeadingEstimate& last = result.headings.back().estimate;
+  summary.quality = {{"headings", result.headings.size()},
+                     {"references", result.references},
+                     {"untold", result.untold},
+                     {"dropped", result.reading.dropped},
+                     {"columns", result.panorama.width},
+                     {"rows", result.panorama.height},
+                     {"end_heading_deg", kDegPerRad * last.heading_rad},
+                     {"end_sigma_deg", kDegPerRad * std::sqrt(last.variance_rad2)}};
+  if (result.errors) summary.quality["errors"] = ErrorsToJson(*result.errors);
+}
+
+void PrintReport(const HeadingResult& result, const Summary& summary) {
+  const auto frames = static_cast<double>(result.frames);
+  const compass::HeadingEstimate& last = result.headings.back().estimate;
+  const auto count = [](std::int64_t n) { return fmt::format("{}", n); };
+  const auto milliseconds = [&](double total) { return fmt::format("{:.3f}", total / frames); };
+  Table table;
+  table.AddRow({"frames", count(result.frames)});
+  table.AddRow({"headings", count(static_cast<std::int64_t>(result.headings.size()))});
+  if (result.untold > 0) table.AddRow({"held", count(result.untold), "that nothing told"});
+  if (result.reading.dropped > 0) {
+    table.AddRow({"dropped", count(result.reading.dropped), "frames that came too fast"});
+  }
+  table.AddRow({"panorama",
+                count(result.panorama.width),
+                fmt::format("x {} columns and rows", result.panorama.height)});
+  table.AddRow({"references", count(result.references)});
+  table.AddRow(
+      {"heading",
+       fmt::format("{:.2f}", kDegPerRad * last.heading_rad),
+       fmt::format("deg at the end, sigma {:.2f}", kDegPerRad * std::sqrt(last.variance_rad2))});
+  if (result.errors) AddErrors(*result.errors, table);
+  table.AddRow({"unwrap", milliseconds(result.unwrap_ms), "ms a frame"});
+  table.AddRow({"compass", milliseconds(result.compass_ms), "ms a frame"});
+  const double rate = result.seconds > 0 ? frames / result.seconds : 0;
+  table.AddRow(
+      {"time", fmt::format("{:.2f}", result.seconds), fmt::format("s ({:.1f} frames/s)", rate)});
+  fmt::print("{}", table.Format());
+  for (const auto& file : summary.files) fmt::print("written {}\n", file.string());
+}
+
+}  // namespace ceilmap::app
