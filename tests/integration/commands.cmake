@@ -13,6 +13,7 @@ add_dependencies(commands_test ceilmap)
 ceilmap_add_test(heading_command_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/heading_bad_input_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/heading_command_test.cpp
   LINKS ceilmap_app opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 target_compile_definitions(heading_command_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
