@@ -133,7 +133,7 @@ void MapFrames(FrameSource& source, TiltMeter* tilt, mapping::Mapper& mapper) {
   while (frames.Read(tilted)) {
     const Frame& frame = tilted.frame;
     const mapping::FramePose pose =
-        mapper.Process(frame.picture, frame.index, frame.stamp_s, tilted.tilt);
+        mapper.Process(frame.picture, frame.index, frame.stamp_s, {tilted.tilt, std::nullopt});
     progress.Update(++done);
     Detail("frame {} at {:.6f} s: {}", frame.index, frame.stamp_s, mapping::ToString(pose.status));
   }

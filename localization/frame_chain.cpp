@@ -55,14 +55,14 @@ std::optional<ChainStep> FrameChain::Next(const LevelFrame& frame) {
   const bool first = !me.odometry;
   if (first) me.odometry = me.NewOdometry();
   mapping::OdometryStep step =
-      me.odometry->Process(frame.picture, frame.index, frame.stamp_s, frame.tilt);
+      me.odometry->Process(frame.picture, frame.index, frame.stamp_s, {frame.tilt, frame.heading});
   bool placed = Placed(step);
   // The first picture that shows anything begins it, whether or not dark ones came before.
   me.began = placed && !me.T_chain_before;
   if (!placed && !first) {
     // A picture that can begin a chain shows something, only nothing that was seen before.
     std::unique_ptr<mapping::Odometry> anew = me.NewOdometry();
-    step = anew->Process(frame.picture, frame.index, frame.stamp_s, frame.tilt);
+    step = anew->Process(frame.picture, frame.index, frame.stamp_s, {frame.tilt, frame.heading});
     placed = Placed(step);
     me.began = placed;
     if (placed) me.odometry = std::move(anew);

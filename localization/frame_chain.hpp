@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calib/ceiling_view.hpp"
+#include "calib/heading.hpp"
 #include "calib/tilt.hpp"
 
 namespace ceilmap::localization {
@@ -17,6 +18,8 @@ struct LevelFrame {
   std::int64_t index = 0;
   double stamp_s = 0;
   calib::Tilt tilt = {};  ///< that was taken out
+  /// As it was measured: tells orientations apart from one frame to another.
+  std::optional<calib::HeadingPrior> heading = std::nullopt;
 };
 
 /// How the robot moved between two frames.

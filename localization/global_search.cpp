@@ -62,17 +62,25 @@ bool GlobalSearch::Move(const LevelFrame& frame) {
   return true;
 }
 
+namespace {
+
+constexpr double kSigmas = 4;
+constexpr double kProposalRad = 0.1;  // what a proposal may be off by
+
+bool Fits(const Pose2& T_map_base, const std::optional<HeadingPrior>& yaw) {
+  if (!yaw) return true;
+  const double off = calib::WrapAngle(T_map_base.yaw - yaw->heading_rad);
+  return std::abs(off) <= kSigmas * std::sqrt(yaw->variance_rad2) + kProposalRad;
+}
+
+}  // namespace
+
 bool GlobalSearch::Wanted(const PlaceProposal& place,
                           double stamp_s,
                           const std::optional<HeadingPrior>& yaw) const {
-  constexpr double kSigmas = 4;
-  constexpr double kProposalRad = 0.1;  // what a proposal may be off by
   if (!place.any_yaw && hypotheses_.Knows(place.T_map_base)) return false;
   Pose2 T_map_base = place.T_map_base;
-  if (yaw && !place.any_yaw) {
-    const double off = calib::WrapAngle(T_map_base.yaw - yaw->heading_rad);
-    if (std::abs(off) > kSigmas * std::sqrt(yaw->variance_rad2) + kProposalRad) return false;
-  }
+  if (!place.any_yaw && !Fits(T_map_base, yaw)) return false;
   if (!use_start_ || frames_ > params_.give_up_start_after) return true;
   const double elapsed_s = stamp_s - *begin_s_;
   const double moved = params_.unseen_speed * elapsed_s + 0.1 * sight_.Span();
@@ -114,7 +122,8 @@ void GlobalSearch::LookElsewhere(const LevelFrame& frame,
       if (!any_yaw) expected = {place.T_map_base, rough};
       const std::optional<Look> look = LookNear(place.T_map_base, spectrum, expected);
       // A look that more than one pose explains is no news of where the robot is.
-      if (look && !look->by_prior) hypotheses_.Add(*look);
+      if (!look || look->by_prior) continue;
+      if (Fits(look->pose.T_map_base, yaw)) hypotheses_.Add(*look);
     }
   }
 }
@@ -126,12 +135,13 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   if (!Move(frame)) return result;
   ++frames_;
   ambiguous_looks_ = 0;
+  // A compass that has drifted, or learnt a wrong zero, must not hide the right place for ever.
+  const bool believe_yaw =
+      yaw && (!params_.heading.unknown_zero || frames_ <= params_.give_up_heading_after);
+  if (believe_yaw) hypotheses_.Turn(*yaw);
   hypotheses_.LookAtAll(
       [&](const Hypothesis& h) { return LookNear(h.pose.T_map_base, spectrum, h.pose); });
   if (hypotheses_.Sure() == nullptr) {
-    // A compass that has drifted, or learnt a wrong zero, must not hide the right place for ever.
-    const bool believe_yaw =
-        !params_.heading.unknown_zero || frames_ <= params_.give_up_heading_after;
     LookElsewhere(frame, spectrum, believe_yaw ? yaw : std::nullopt);
   }
   hypotheses_.Weigh();

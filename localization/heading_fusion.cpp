@@ -11,22 +11,28 @@
 namespace ceilmap::localization {
 
 void HeadingParams::Validate() const {
-  if (drift_rad2_per_s >= 0 && std::isfinite(drift_rad2_per_s)) return;
-  throw calib::InputError(
-      fmt::format("heading: drift_rad2_per_s = {}, must be >= 0", drift_rad2_per_s));
+  if (!(drift_rad2_per_s >= 0 && std::isfinite(drift_rad2_per_s))) {
+    throw calib::InputError(
+        fmt::format("heading: drift_rad2_per_s = {}, must be >= 0", drift_rad2_per_s));
+  }
+  if (!(noise_rad > 0 && std::isfinite(noise_rad))) {
+    throw calib::InputError(fmt::format("heading: noise_rad = {}, must be > 0", noise_rad));
+  }
 }
 
-HeadingFusion::HeadingFusion(const HeadingParams& params) : params_(params) {
+HeadingFusion::HeadingFusion(const HeadingParams& params)
+    : params_(params), since_(params.noise_rad) {
   params_.Validate();
 }
 
-std::optional<HeadingPrior> HeadingFusion::InMap(const HeadingPrior& measured,
-                                                 double stamp_s) const {
+std::optional<HeadingPrior> HeadingFusion::InMap(const HeadingPrior& measured, double stamp_s) {
   if (!params_.unknown_zero) return measured;
-  if (!known_) return std::nullopt;
+  since_.See(measured);
+  const std::optional<calib::HeadingTurn> turn = since_.Turn();
+  if (!known_ || !turn) return std::nullopt;
   const double drift = params_.drift_rad2_per_s * std::max(0.0, stamp_s - stamp_s_);
-  return HeadingPrior{calib::WrapAngle(measured.heading_rad + zero_rad_),
-                      measured.variance_rad2 + variance_rad2_ + drift};
+  return HeadingPrior{calib::WrapAngle(yaw_rad_ + turn->turn_rad),
+                      turn->variance_rad2 + yaw_variance_rad2_ + drift};
 }
 
 void HeadingFusion::Learn(const HeadingPrior& measured,
@@ -34,10 +40,17 @@ void HeadingFusion::Learn(const HeadingPrior& measured,
                           double yaw_variance_rad2,
                           double stamp_s) {
   if (!params_.unknown_zero) return;
+  since_.See(measured);
+  since_.Mark();
   known_ = true;
-  zero_rad_ = calib::WrapAngle(yaw_map_rad - measured.heading_rad);
-  variance_rad2_ = measured.variance_rad2 + yaw_variance_rad2;
+  yaw_rad_ = yaw_map_rad;
+  yaw_variance_rad2_ = yaw_variance_rad2;
   stamp_s_ = stamp_s;
+}
+
+void HeadingFusion::Forget() {
+  known_ = false;
+  since_ = calib::HeadingSince(params_.noise_rad);
 }
 
 }  // namespace ceilmap::localization

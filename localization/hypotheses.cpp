@@ -78,6 +78,25 @@ void Hypotheses::Spread(double sigma, double sigma_rad) {
   });
 }
 
+void Hypotheses::Turn(const HeadingPrior& yaw) {
+  for (Hypothesis& h : all_) {
+    calib::Pose2& T = h.pose.T_map_base;
+    const double off = calib::WrapAngle(yaw.heading_rad - T.yaw);
+    const double variance = h.pose.covariance(2, 2) + yaw.variance_rad2;
+    // Disturbed, or a place that is none: what is seen there decides.
+    if (off * off > params_.max_sigmas * params_.max_sigmas * variance) continue;
+    const Eigen::Vector3d gain = h.pose.covariance.col(2) / variance;
+    T.x += gain.x() * off;
+    T.y += gain.y() * off;
+    T.yaw = calib::WrapAngle(T.yaw + gain.z() * off);
+    // Joseph's form: the gain may be 1 to the last bit.
+    Eigen::Matrix3d left = Eigen::Matrix3d::Identity();
+    left.col(2) -= gain;
+    h.pose.covariance =
+        left * h.pose.covariance * left.transpose() + gain * yaw.variance_rad2 * gain.transpose();
+  }
+}
+
 void Hypotheses::Trust(const PoseEstimate& pose) {
   Hypothesis hypothesis;
   hypothesis.pose = pose;

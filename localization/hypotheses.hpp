@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "localization/heading_track.hpp"
 #include "localization/motion_model.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -78,6 +79,9 @@ class Hypotheses {
   /// The robot may have moved in any direction; standard deviations in map units and radians.
   /// Hypotheses that become vaguer than half the span are dropped.
   void Spread(double sigma, double sigma_rad);
+
+  /// The robot's yaw on the map is known, from a compass: narrows those that do not contradict it.
+  void Turn(const HeadingPrior& yaw);
 
   /// A pose that is known, from before or from whoever switched the robot on. It is trusted where
   /// it is known to a fifth of the span; else it is a hint like others.

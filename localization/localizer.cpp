@@ -119,6 +119,7 @@ struct Localizer::Impl {
 LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
   LevelFrame level{sight.View().Rectify(frame.grey, rectified), frame.index, frame.stamp_s};
   level.tilt = frame.tilt;
+  level.heading = frame.heading;
   if (frame.tilt.IsLevel()) return level;
   if (!level_view) level_view.emplace(sight.View());
   level_view->Draw(level.picture, frame.tilt, levelled);
@@ -264,6 +265,7 @@ void Localizer::Impl::Remember(const CeilingFrame& frame,
   last_frame.index = level.index;
   last_frame.stamp_s = level.stamp_s;
   last_frame.tilt = level.tilt;
+  last_frame.heading = level.heading;
   if (!frame.heading) return;
   heading.Learn(
       *frame.heading, location.pose.T_map_base.yaw, location.pose.covariance(2, 2), frame.stamp_s);

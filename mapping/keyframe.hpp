@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/heading.hpp"
 #include "calib/pose2.hpp"
 #include "calib/tilt.hpp"
 
@@ -27,6 +29,9 @@ struct FramePose {
   /// How the robot stood, where that was measured; level otherwise. Its picture was taken as a
   /// level robot would have seen it.
   calib::Tilt tilt;
+  /// What a compass said, in its own frame. Not kept in map files: of other recordings it would
+  /// mean nothing.
+  std::optional<calib::HeadingPrior> heading;
   /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2 (pixels for metres without a rig).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /// The keyframe that the frame was measured against, its own id for a keyframe: when that one is

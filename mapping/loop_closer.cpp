@@ -12,6 +12,7 @@
 
 #include "calib/error.hpp"
 #include "calib/level_view.hpp"
+#include "mapping/keyframe_headings.hpp"
 #include "mapping/place_descriptor.hpp"
 #include "mapping/place_index.hpp"
 #include "mapping/pose_graph.hpp"
@@ -50,6 +51,7 @@ void LoopCloserParams::Validate() const {
   require(looks_gap >= 1, "looks_gap", looks_gap, "at least 1");
   require(window >= 1, "window", window, "at least 1");
   require(cached_spectra >= 2, "cached_spectra", cached_spectra, "at least 2");
+  heading.Validate();
 }
 
 namespace {
@@ -81,6 +83,7 @@ struct LoopCloser::Impl {
         registrar(view.Size(), p.registration),
         span(std::max(view.Size().width, view.Size().height) * view.MetresPerPixel()),
         graph(span, 0.5 * span),
+        headings(p.heading.noise_rad),
         spectra(static_cast<std::size_t>(p.cached_spectra)),
         places(PlaceDescriber::Dimension()) {}
 
@@ -92,6 +95,7 @@ struct LoopCloser::Impl {
   Registrar registrar;
   double span;  // map units across the picture's longer side
   KeyframeGraph graph;
+  KeyframeHeadings headings;
   RecentlyUsed<FrameSpectrum> spectra;
   PlaceIndex places;
   std::int64_t latest_id = -1;              // keyframe that was added last ...
@@ -108,6 +112,8 @@ struct LoopCloser::Impl {
   std::vector<LoopCandidate> Candidates(std::int64_t id) const;
   std::vector<LoopCandidate> Around(std::int64_t id, double sigma) const;
   std::vector<LoopCandidate> Alike(std::int64_t id) const;
+  Relative WithCompass(const Relative& predicted, std::int64_t from, std::int64_t to) const;
+  bool ContradictsCompass(const Edge& edge) const;
   bool WorthWhile(const Relative& predicted, std::int64_t id) const;
   bool Agrees(const Edge& edge, const Relative& predicted) const;
   std::optional<Edge> Measure(std::int64_t from,
@@ -221,6 +227,28 @@ bool LoopCloser::Impl::Agrees(const Edge& edge, const Relative& predicted) const
   const Eigen::Vector2d t = predicted.T_from_to.Rotation() * off.Translation();
   const Eigen::Vector3d difference(t.x(), t.y(), off.yaw);
   return difference.dot(spread.ldlt().solve(difference)) < params.max_sigmas * params.max_sigmas;
+}
+
+/// What the graph and the compass say of the motion together. A compass that contradicts the graph
+/// has been disturbed in between: the graph is made of what was seen.
+LoopCloser::Impl::Relative LoopCloser::Impl::WithCompass(const Relative& predicted,
+                                                         std::int64_t from,
+                                                         std::int64_t to) const {
+  const auto turn = headings.Turn(from, to);
+  const calib::HeadingTurn by_graph{predicted.T_from_to.yaw, predicted.covariance(2, 2)};
+  if (!turn || Contradict(*turn, by_graph, params.heading)) return predicted;
+  const Eigen::Vector3d gain =
+      predicted.covariance.col(2) / (predicted.covariance(2, 2) + turn->variance_rad2);
+  const Eigen::Vector3d moved = gain * calib::WrapAngle(turn->turn_rad - predicted.T_from_to.yaw);
+  const Pose2& T = predicted.T_from_to;
+  return {{T.x + moved.x(), T.y + moved.y(), calib::WrapAngle(T.yaw + moved.z())},
+          predicted.covariance - gain * predicted.covariance.row(2)};
+}
+
+bool LoopCloser::Impl::ContradictsCompass(const Edge& edge) const {
+  const auto turn = headings.Turn(edge.from, edge.to);
+  const calib::HeadingTurn by_edge{edge.T_from_to.yaw, 0};
+  return turn && Contradict(*turn, by_edge, params.heading);
 }
 
 std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
@@ -366,6 +394,7 @@ void LoopCloser::Add(const Keyframe& keyframe,
   me.recorded[index] = keyframe.pose.T_map_base;
   me.covariance[index] = covariance;
   for (const Edge& edge : edges) me.graph.Add(edge);
+  if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
   if (!descriptors.empty()) {
     me.places.Add(keyframe.id, descriptors);
@@ -395,7 +424,8 @@ void LoopCloser::Close(std::int64_t id) {
     const std::vector<std::int64_t> target = {id};
     const auto relative = me.graph.RelativeTo(candidate.id, target);
     if (relative.empty()) continue;  // another segment
-    const KeyframeGraph::Relative& predicted = relative.begin()->second;
+    const KeyframeGraph::Relative predicted =
+        me.WithCompass(relative.begin()->second, candidate.id, id);
     const double doubt_px =
         LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) / me.view.MetresPerPixel();
     const bool doubtful = doubt_px > params.confirm_px;
@@ -416,6 +446,16 @@ Registration LoopCloser::Compare(std::int64_t from,
 
 MotionPrior LoopCloser::Prior(const Pose2& T_from_to, double sigma, double sigma_rad) const {
   return impl_->Prior(T_from_to, sigma, sigma_rad);
+}
+std::optional<MotionPrior> LoopCloser::CompassPrior(std::int64_t from, std::int64_t to) const {
+  const auto turn = impl_->headings.Turn(from, to);
+  if (!turn) return std::nullopt;
+  constexpr double kAnywhere = 10;  // spans
+  return impl_->Prior(
+      {0, 0, turn->turn_rad}, kAnywhere * impl_->span, std::sqrt(turn->variance_rad2));
+}
+bool LoopCloser::ContradictsCompass(const Edge& edge) const {
+  return impl_->ContradictsCompass(edge);
 }
 Edge LoopCloser::ClosureEdge(const Registration& measured,
                              std::int64_t from,

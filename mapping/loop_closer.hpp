@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
+#include "mapping/heading_trust.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/keyframe_graph.hpp"
 #include "mapping/map_graph.hpp"
@@ -47,6 +48,7 @@ struct LoopCloserParams {
   int window = 30;          ///< latest keyframes that are moved when a closure is found
   int cached_spectra = 40;  ///< about 4 MB each for pictures of 640 x 480
   EdgeNoise noise;
+  HeadingTrust heading;  ///< where keyframes have one
   registration::RegistrarParams registration;
 
   void Validate() const;  ///< throws calib::InputError naming field, value and range
@@ -58,6 +60,10 @@ struct LoopCloserParams {
 /// graph says already. On a periodic ceiling
 /// several motions fit: the prediction decides where it is sharp enough for that (a few standard
 /// deviations within half a period), else the pair is left out and counted as ambiguous.
+///
+/// Where keyframes have headings (FramePose::heading) the compass bounds what is not known of the
+/// rotation between any two, however long and doubtful the way: what is a quarter turn off is left
+/// out.
 ///
 /// Bounded work per keyframe: a few registrations, and a pose graph over the last few keyframes.
 /// Not thread-safe, but it may run in a thread of its own beside the odometry.
@@ -94,6 +100,12 @@ class LoopCloser {
   [[nodiscard]] registration::MotionPrior Prior(const Pose2& T_from_to,
                                                 double sigma,
                                                 double sigma_rad) const;
+  /// What the compass alone says of the motion between two keyframes: a rotation, and no place.
+  /// Nothing where it says nothing.
+  [[nodiscard]] std::optional<registration::MotionPrior> CompassPrior(std::int64_t from,
+                                                                      std::int64_t to) const;
+  /// Is the edge's rotation another orientation than the compass says? False where it says nothing.
+  [[nodiscard]] bool ContradictsCompass(const Edge& edge) const;
   /// The loop closure that a registration measures.
   [[nodiscard]] Edge ClosureEdge(const registration::Registration& measured,
                                  std::int64_t from,

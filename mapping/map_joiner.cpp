@@ -133,9 +133,13 @@ void Joiner::Propose() {
     for (const PlaceIndex::Match& match :
          index.Search(descriptors_(b_[i]), params_.candidates_per_keyframe)) {
       ++compared_;
-      const Registration measured = closer_.Compare(match.keyframe_id, b_[i]);
+      const Registration measured =
+          closer_.Compare(match.keyframe_id, b_[i], closer_.CompassPrior(match.keyframe_id, b_[i]));
       ambiguous_ += measured.verdict == Verdict::kAmbiguous ? 1 : 0;
-      if (measured.ok()) AddMatch(closer_.ClosureEdge(measured, match.keyframe_id, b_[i]));
+      if (!measured.ok()) continue;
+      const Edge edge = closer_.ClosureEdge(measured, match.keyframe_id, b_[i]);
+      // A disturbed compass leaves parts apart, but never turns one against the other.
+      if (!closer_.ContradictsCompass(edge)) AddMatch(edge);
     }
   }
   std::stable_sort(

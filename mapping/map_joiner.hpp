@@ -56,6 +56,9 @@ using DescriptorSource = std::function<cv::Mat(std::int64_t keyframe_id)>;
 /// predict: pictures that overlap under it must agree, and those of its rivals must not. So a
 /// ceiling that repeats itself ends as ambiguous, and another room as no overlap.
 ///
+/// Where keyframes of both parts have headings of one compass (two parts of one recording), only
+/// matches that it does not contradict propose anything.
+///
 /// @param closer  holds all keyframes of both parts and the edges within each; only its
 /// comparisons are used, its graph stays as it is.
 JoinResult JoinParts(LoopCloser& closer,

@@ -4,7 +4,10 @@
 #include <malloc.h>
 #endif
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <future>
 #include <optional>
 #include <unordered_set>
@@ -30,6 +33,7 @@ MapperParams ForView(MapperParams params, const calib::CeilingView& view) {
   SetForView(view, params.odometry.registration);
   params.loops.registration = params.odometry.registration;
   params.loops.noise = params.odometry.noise;
+  params.loops.heading.noise_rad = params.odometry.heading_noise_rad;
   params.odometry.first_keyframe_id = params.first_keyframe_id;
   params.mosaic.view_mask = view.Mask();
   return params;
@@ -41,6 +45,14 @@ void ReturnFreeMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif
+}
+
+void CheckHeading(const FrameContext& context, std::int64_t frame_index) {
+  if (!context.heading) return;
+  const auto [heading_rad, variance_rad2] = *context.heading;
+  if (std::isfinite(heading_rad) && std::isfinite(variance_rad2) && variance_rad2 > 0) return;
+  throw calib::InputError(
+      fmt::format("frame {}: a heading must be finite, its variance > 0", frame_index));
 }
 
 /// What the loop closer takes of a step of the odometry, in its own thread.
@@ -194,8 +206,10 @@ Mapper::~Mapper() = default;
 FramePose Mapper::Process(const cv::Mat& raw_grey,
                           std::int64_t frame_index,
                           double stamp_s,
-                          const calib::Tilt& tilt) {
+                          const FrameContext& context) {
   Impl& me = *impl_;
+  CheckHeading(context, frame_index);
+  const calib::Tilt& tilt = context.tilt;
   const cv::Mat* picture = nullptr;
   {
     const calib::StageTimer timer(me.report.rectify_ms);
@@ -209,7 +223,7 @@ FramePose Mapper::Process(const cv::Mat& raw_grey,
   OdometryStep step;
   {
     const calib::StageTimer timer(me.report.register_ms);
-    step = me.odometry.Process(*picture, frame_index, stamp_s, tilt);
+    step = me.odometry.Process(*picture, frame_index, stamp_s, context);
   }
   me.KeepKeyframe(step);
   me.Count(step);

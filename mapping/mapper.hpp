@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
-#include "calib/tilt.hpp"
+#include "mapping/frame_context.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/loop_closer.hpp"
 #include "mapping/map_file.hpp"
@@ -61,13 +61,15 @@ class Mapper {
   ~Mapper();
 
   /// Takes the next frame: CV_8UC1 raw picture of the view's size; stamps must increase.
-  /// @param tilt  how the robot stood, where that is known: it is taken out of the picture, and
-  /// comes back with the pose. Needs a view of a rig. A frame that cannot be placed comes back as
-  /// kLost or kAmbiguous and gets no line in the trajectory.
+  /// @param context  how the robot stood, where that is known: it is taken out of the picture, and
+  /// comes back with the pose; needs a view of a rig. Its heading, where a compass gives one: it
+  /// tells orientations apart that look the same (Odometry, LoopCloser, JoinParts).
+  /// A frame that cannot be placed comes back as kLost or kAmbiguous and gets no line in the
+  /// trajectory. @throws calib::InputError on a heading that is not finite or without variance.
   FramePose Process(const cv::Mat& raw_grey,
                     std::int64_t frame_index,
                     double stamp_s,
-                    const calib::Tilt& tilt = {});
+                    const FrameContext& context = {});
 
   /// Ends the recording: all poses are optimised together. No Process after it.
   /// @throws calib::RunError when no frame showed any texture.

@@ -8,6 +8,7 @@
 
 #include "calib/error.hpp"
 #include "calib/level_view.hpp"
+#include "mapping/frame_prediction.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::mapping {
@@ -40,30 +41,30 @@ struct LastFrame {
 
 struct Odometry::Impl {
   Impl(const calib::CeilingView& ceiling_view, const Pose2& start, const OdometryParams& p)
-      : view(ceiling_view), origin(start), params(p), registrar(view.Size(), p.registration) {}
+      : view(ceiling_view),
+        params(p),
+        registrar(view.Size(), p.registration),
+        prediction(view, start, params) {}
 
   const calib::CeilingView& view;
-  Pose2 origin;
   OdometryParams params;
   Registrar registrar;
+  FramePrediction prediction;
   std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
-  std::optional<FramePose> before_last;
-  Pose2 T_last_seen = origin;  // where a segment begins that nothing connects
   int lost_in_a_row = 0;
-  std::optional<Pose2> predicted;             // where this frame was expected, at an even speed
-  std::optional<double> prediction_error_px;  // the largest one lately, fading
 
-  Pose2 Predict(double stamp_s);
-  double PriorSigma() const;
-  void LearnFromPrediction(const Pose2& T_map_base);
-  MotionPrior PriorFor(const ActiveKeyframe& reference, const Pose2& T_map_base) const;
+  [[nodiscard]] MotionPrior PriorFor(const ActiveKeyframe& reference,
+                                     const ExpectedPose& expected) const;
+  Registration Measure(const ActiveKeyframe& reference,
+                       const FrameSpectrum& spectrum,
+                       const std::optional<ExpectedPose>& expected);
   void Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const;
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
   bool TryReference(std::size_t index,
                     const FrameSpectrum& spectrum,
-                    const std::optional<Pose2>& expected,
+                    const std::optional<ExpectedPose>& expected,
                     OdometryStep& step,
                     Edge& edge);
   bool Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
@@ -88,40 +89,25 @@ struct Odometry::Impl {
                 const Edge& edge);
 };
 
-Pose2 Odometry::Impl::Predict(double stamp_s) {
-  predicted.reset();
-  if (!before_last) return last->pose.T_map_base;
-  const double step_s = last->pose.stamp_s - before_last->stamp_s;
-  const double ahead_s = stamp_s - last->pose.stamp_s;
-  // After a gap the speed is not known any more: the robot may have stopped or turned.
-  if (step_s <= 0 || ahead_s > 3 * step_s) return last->pose.T_map_base;
-  const Pose2 step = before_last->T_map_base.Inverse() * last->pose.T_map_base;
-  predicted = last->pose.T_map_base * Interpolate(step, ahead_s / step_s);
-  return *predicted;
-}
-
-/// Robots move evenly from frame to frame: on a periodic ceiling that tells one period from the
-/// next, even short ones.
-double Odometry::Impl::PriorSigma() const {
-  const double most = params.prior_sigma_part * std::max(view.Size().width, view.Size().height);
-  if (!prediction_error_px) return most;
-  const double sigma = params.prior_sigma_errors * *prediction_error_px;
-  return std::min(most, std::max(sigma, params.min_prior_sigma_px));
-}
-
-void Odometry::Impl::LearnFromPrediction(const Pose2& T_map_base) {
-  if (!predicted) return;
-  constexpr double kKept = 0.9;  // a frame: forgotten after a second or two
-  const double error_px =
-      (predicted->Translation() - T_map_base.Translation()).norm() / view.MetresPerPixel();
-  prediction_error_px = std::max(error_px, kKept * prediction_error_px.value_or(0));
-}
-
 MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
-                                     const Pose2& T_map_base) const {
-  return {ImageMotionOf(view, reference.keyframe.pose.T_map_base.Inverse() * T_map_base),
-          PriorSigma(),
-          params.prior_sigma_rad};
+                                     const ExpectedPose& expected) const {
+  const Pose2 T_reference_base = reference.keyframe.pose.T_map_base.Inverse() * expected.T_map_base;
+  return {ImageMotionOf(view, T_reference_base), expected.sigma_px, expected.sigma_rad};
+}
+
+/// Where the compass alone tells the orientation, the ceiling is asked first: one that fits in one
+/// way only is right, and the compass disturbed.
+Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
+                                     const FrameSpectrum& spectrum,
+                                     const std::optional<ExpectedPose>& expected) {
+  if (!expected) return registrar.Register(reference.spectrum, spectrum);
+  const MotionPrior prior = PriorFor(reference, *expected);
+  if (!expected->by_compass_alone) return registrar.Register(reference.spectrum, spectrum, prior);
+  const Registration alone = registrar.Register(reference.spectrum, spectrum);
+  if (alone.ok() || alone.verdict == Verdict::kNoTexture) return alone;
+  Registration turned = registrar.Register(reference.spectrum, spectrum, prior);
+  turned.by_prior = turned.by_prior || alone.verdict == Verdict::kAmbiguous;
+  return turned;
 }
 
 void Odometry::Impl::Place(const ActiveKeyframe& reference,
@@ -140,7 +126,7 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
   // of.
   step.registration = registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
   if (!step.registration.ok()) return false;
-  step.pose.T_map_base = T_last_seen;
+  step.pose.T_map_base = prediction.Restart();
   step.pose.status = TrackingStatus::kTracking;
   MakeKeyframe(step.pose, spectrum, picture, {}, false, step);
   step.pose = step.new_keyframe->pose;
@@ -149,13 +135,11 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
 
 bool Odometry::Impl::TryReference(std::size_t index,
                                   const FrameSpectrum& spectrum,
-                                  const std::optional<Pose2>& expected,
+                                  const std::optional<ExpectedPose>& expected,
                                   OdometryStep& step,
                                   Edge& edge) {
   const ActiveKeyframe& reference = active[index];
-  std::optional<MotionPrior> prior;
-  if (expected) prior = PriorFor(reference, *expected);
-  step.registration = registrar.Register(reference.spectrum, spectrum, prior);
+  step.registration = Measure(reference, spectrum, expected);
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   AddTiltDoubt(view, step.pose.tilt, edge);
@@ -166,8 +150,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
 
 bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
   // After a loss nothing is known of where the robot is.
-  std::optional<Pose2> expected;
-  if (last) expected = Predict(step.pose.stamp_s);
+  const std::optional<ExpectedPose> expected = prediction.Next();
   const bool tilting = last && last->edge.to < 0 && last->pose.tilt.IsLevel() &&
                        !step.pose.tilt.IsLevel() && last->overlap < params.level_overlap;
   if (tilting) Bridge(step);
@@ -193,11 +176,13 @@ bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
 }
 
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
-  // Where the robot is now is unknown, so no prior: only a place that is unmistakable counts.
+  // Where the robot is now is unknown, so only a place that is unmistakable counts; without a
+  // compass in any orientation.
   const Registration tracked = step.registration;
   if (tracked.verdict == Verdict::kNoTexture) return false;
+  const std::optional<ExpectedPose> expected = prediction.AfterLoss();
   for (std::size_t i = active.size(); i-- > 0;) {
-    if (TryReference(i, spectrum, std::nullopt, step, edge)) {
+    if (TryReference(i, spectrum, expected, step, edge)) {
       step.pose.status = TrackingStatus::kRelocalized;
       return true;
     }
@@ -247,7 +232,7 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
       continue;
     }
     if (static_cast<int>(edges.size()) >= params.local_keyframes) break;
-    MotionPrior prior = PriorFor(reference, pose.T_map_base);
+    MotionPrior prior = PriorFor(reference, ExpectedPose{pose.T_map_base});
     if (std::abs(prior.motion.tx_px) > 0.5 * width || std::abs(prior.motion.ty_px) > 0.5 * height)
       continue;
     prior.sigma_px = 3;
@@ -302,10 +287,8 @@ void Odometry::Impl::Remember(const OdometryStep& step,
                               const FrameSpectrum& spectrum,
                               const cv::Mat& picture,
                               const Edge& edge) {
-  T_last_seen = step.pose.T_map_base;
+  prediction.Placed(step.pose.T_map_base);
   lost_in_a_row = 0;
-  before_last.reset();
-  if (last) before_last = last->pose;
   if (!last) last.emplace();
   last->pose = step.pose;
   last->spectrum = spectrum;
@@ -329,14 +312,16 @@ Odometry::~Odometry() = default;
 OdometryStep Odometry::Process(const cv::Mat& picture,
                                std::int64_t frame_index,
                                double stamp_s,
-                               const calib::Tilt& tilt) {
+                               const FrameContext& context) {
   Impl& me = *impl_;
   OdometryStep step;
   step.pose.frame_index = frame_index;
   step.pose.stamp_s = stamp_s;
-  step.pose.tilt = tilt;
-  const FrameSpectrum spectrum =
-      me.registrar.Analyze(picture, tilt.IsLevel() ? cv::Mat() : calib::ContentMask(picture));
+  step.pose.tilt = context.tilt;
+  step.pose.heading = context.heading;
+  const FrameSpectrum spectrum = me.registrar.Analyze(
+      picture, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(picture));
+  me.prediction.Begin(stamp_s, context.heading);
   Edge edge;
   bool placed = false;
   if (me.active.empty()) {
@@ -353,14 +338,10 @@ OdometryStep Odometry::Process(const cv::Mat& picture,
     step.pose.status = step.registration.verdict == Verdict::kAmbiguous ? TrackingStatus::kAmbiguous
                                                                         : TrackingStatus::kLost;
     me.last.reset();
-    me.before_last.reset();
-    me.predicted.reset();
-    me.prediction_error_px.reset();
+    me.prediction.Lost();
     return step;
   }
   step.tie = edge;
-  me.LearnFromPrediction(step.pose.T_map_base);
-  me.predicted.reset();
   me.Remember(step, spectrum, picture, edge);
   return step;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
+#include "mapping/frame_context.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
@@ -32,6 +33,11 @@ struct OdometryParams {
   double prior_sigma_errors = 4;
   double min_prior_sigma_px = 4;
   double prior_sigma_rad = 0.15;
+  /// What a single heading is off at the least, where frames have one (FrameContext), rad.
+  double heading_noise_rad = calib::kHeadingNoise;
+  /// How fast a robot may be that nobody sees: standard deviation, part of the picture's longer
+  /// side in a second. With a compass alone the place after a loss is known this badly.
+  double unseen_speed_part = 0.4;
   EdgeNoise noise;
   /// After so many frames in a row that show texture but no place that is known, a new segment
   /// begins, unconnected with what came before (a loop closure may connect it later).
@@ -63,6 +69,13 @@ struct OdometryStep {
 /// or of the frame itself when it has moved far enough. It is tied to the last few keyframes that
 /// it overlaps, and placed by their weighted mean. Loop closing (to old keyframes) is not done
 /// here: it takes the keyframes and edges that come out.
+///
+/// A compass tells how far the robot turned since the last frame that was placed. That is the prior
+/// of the rotation, through the fastest turns and through the dark: among motions that explain the
+/// pictures equally well (square tiles fit after every quarter turn) it chooses, and it says how a
+/// new segment is turned. A compass can be disturbed, so one motion that alone explains the
+/// pictures is taken whatever it says; the turn from there on counts. Which tile it is the compass
+/// cannot tell: a place that is left open stays ambiguous.
 class Odometry {
  public:
   /// @param view  must outlive the odometry. @param origin  T_map_base of the first frame that
@@ -70,12 +83,12 @@ class Odometry {
   Odometry(const calib::CeilingView& view, const Pose2& origin, const OdometryParams& params = {});
   ~Odometry();
 
-  /// @param picture  CV_8UC1, rectified, of the view's size; drawn level (LevelView) unless
-  /// `tilt` is level.
+  /// @param picture  CV_8UC1, rectified, of the view's size; drawn level (LevelView) unless the
+  /// context's tilt is level.
   OdometryStep Process(const cv::Mat& picture,
                        std::int64_t frame_index,
                        double stamp_s,
-                       const calib::Tilt& tilt = {});
+                       const FrameContext& context = {});
 
   /// Makes the last placed frame a keyframe if it is not one yet, so that a map shows all that was
   /// seen. For the end of a recording; sets nothing but new_keyframe and new_edges.

@@ -32,6 +32,8 @@ void OdometryParams::Validate() const {
           "at least 0");
   require(restart_after >= 1, "restart_after", restart_after, "at least 1");
   require(prior_sigma_rad > 0, "prior_sigma_rad", prior_sigma_rad, "> 0");
+  require(unseen_speed_part > 0, "unseen_speed_part", unseen_speed_part, "> 0");
+  require(heading_noise_rad > 0, "heading_noise_rad", heading_noise_rad, "> 0");
 }
 
 }  // namespace ceilmap::mapping

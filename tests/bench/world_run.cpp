@@ -149,7 +149,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
     const double start = WallSeconds();
     calib::Tilt measured;
     if (estimator) measured = estimator->Estimate({picture, forward, frame.stamp_s}).tilt;
-    mapper.Process(picture, frame.index, frame.stamp_s, measured);
+    mapper.Process(picture, frame.index, frame.stamp_s, {measured, std::nullopt});
     const double spent = WallSeconds() - start;
     stretch.wall_s += spent;
     stretch.cpu_s += Clock(CLOCK_PROCESS_CPUTIME_ID) - cpu_before - rendered;

@@ -43,7 +43,7 @@ class Recording {
       cv::Mat picture = pictures_[i];
       if (!tilt.IsLevel()) level_view.Draw(pictures_[i], tilt, picture = cv::Mat());
       steps.push_back(
-          odometry.Process(picture, static_cast<std::int64_t>(i), path_[i].stamp_s, tilt));
+          odometry.Process(picture, static_cast<std::int64_t>(i), path_[i].stamp_s, {tilt, {}}));
     }
     return steps;
   }

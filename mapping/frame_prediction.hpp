@@ -1,0 +1,69 @@
+#pragma once
+
+#include <optional>
+
+#include "calib/ceiling_view.hpp"
+#include "calib/heading.hpp"
+#include "mapping/keyframe.hpp"
+#include "mapping/odometry.hpp"
+
+namespace ceilmap::mapping {
+
+/// Where a frame is expected, before its picture is looked at.
+struct ExpectedPose {
+  Pose2 T_map_base;
+  double sigma_px = 0;  ///< of its place, pixels of the view
+  double sigma_rad = 0;
+  /// Nothing but the compass says how the robot is turned: it was out of sight, or turned faster
+  /// than expected.
+  bool by_compass_alone = false;
+};
+
+/// Expects the next frame of a drive: at an even speed, turned as the compass says where there is
+/// one. The compass is only asked for the turn since the last placed frame: whatever disturbed it
+/// before counts for nothing. Internal to the odometry.
+class FramePrediction {
+ public:
+  /// @param view  must outlive the prediction. @param origin  of the first frame.
+  FramePrediction(const calib::CeilingView& view,
+                  const Pose2& origin,
+                  const OdometryParams& params);
+
+  /// A new frame: at its moment, with its heading if there is one.
+  void Begin(double stamp_s, const std::optional<calib::HeadingPrior>& heading);
+  /// Its pose by the speed so far; nothing where the frame before could not be placed.
+  [[nodiscard]] std::optional<ExpectedPose> Next();
+  /// Its pose by the last one that is known and the compass, when everything else is not known any
+  /// more; nothing without a compass. The place becomes vague fast.
+  [[nodiscard]] std::optional<ExpectedPose> AfterLoss() const;
+  /// Where a segment begins that nothing connects: the last known place, turned by the compass.
+  [[nodiscard]] Pose2 Restart() const;
+
+  /// The frame was placed; its own yaw is believed from then on, the compass' next to it.
+  void Placed(const Pose2& T_map_base);
+  void Lost();
+
+ private:
+  struct Seen {
+    Pose2 T_map_base;
+    double stamp_s = 0;
+  };
+  [[nodiscard]] std::optional<calib::HeadingTurn> Turn() const;
+  [[nodiscard]] double Sigma() const;
+
+  const calib::CeilingView& view_;
+  const OdometryParams& params_;
+  calib::HeadingSince compass_;
+  double stamp_s_ = 0;
+  bool heading_ = false;  // of the current frame
+  std::optional<Seen> last_;
+  std::optional<Seen> before_last_;
+  Pose2 T_last_seen_;  // however long ago
+  std::optional<double> last_seen_s_;
+  double speed_px_s_ = 0;           // then
+  double marked_yaw_ = 0;           // of the last placed frame with a heading
+  std::optional<Pose2> predicted_;  // where this frame was expected, at an even speed
+  std::optional<double> error_px_;  // of predictions, the largest one lately, fading
+};
+
+}  // namespace ceilmap::mapping
