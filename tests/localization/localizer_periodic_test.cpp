@@ -113,5 +113,45 @@ TEST_F(PeriodicMap, DarknessInWhichTheRobotDroveLeavesItOpen) {
   }
 }
 
+/// Under one marked tile, which tells the place but not by which quarter the robot is turned.
+const Pose2 kMark{1.8, 1.8, 0.2};
+
+TEST(MarkedTile, ACompassTellsByWhichQuarterTheRobotTurnedInTheDark) {
+  synthetic::CeilingParams ceiling = Periodic();
+  ceiling.own_marks = {kMark.Translation() / synthetic::kUnit_m};
+  const TrueMap map(ceiling);
+  for (const bool compass : {true, false}) {
+    LocalizerParams params;
+    params.start = PoseEstimate{kMark, Eigen::Vector3d(1e-4, 1e-4, 1e-4).asDiagonal()};
+    Visitor visitor(map, UpCamera(250, 0.5), params);
+    Pose2 T = kMark;
+    double variance = 1e-9;
+    const auto heading = [&] {
+      variance += 1e-6;
+      return compass ? std::optional(HeadingPrior{calib::WrapAngle(T.yaw + 2.2), variance})
+                     : std::nullopt;
+    };
+    for (int i = 0; i < 6; ++i) EXPECT_TRUE(visitor.See(T, heading()).Placed()) << i;
+    variance += 0.05;  // it has drifted for long
+    EXPECT_TRUE(visitor.See(T, heading()).Placed());
+    for (int i = 0; i < 8; ++i) {
+      T.yaw += 0.2;
+      (void)visitor.Show(visitor.Uniform(20), heading());
+    }
+    int placed = 0;
+    for (int i = 0; i < 14; ++i) {
+      T = T * Pose2{0.04, 0, 0};
+      const Location location = visitor.See(T, heading());
+      placed += location.Placed() ? 1 : 0;
+      if (compass) Visitor::ExpectRight(location, T);
+    }
+    if (compass) {
+      EXPECT_GE(placed, 6);
+    } else {
+      EXPECT_EQ(placed, 0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ceilmap::localization
