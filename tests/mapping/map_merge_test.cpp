@@ -119,6 +119,53 @@ TEST(MapMerge, ThirdPartMayHangOnTheSecond) {
   EXPECT_EQ(merged.graph.keyframes.size(), 28U);
 }
 
+/// A hall with four arms that look alike: after a quarter turn about its middle it fits again.
+CeilingParams FourArms() {
+  CeilingParams arms = Periodic(0);
+  std::uint32_t state = 5;
+  const auto next = [&state] {
+    state = state * 1664525 + 1013904223;
+    return static_cast<double>(state >> 8U) / (1U << 24U);
+  };
+  for (int i = 0; i < 60; ++i) {
+    Eigen::Vector2d p(60 + 900 * next(), 300 * (next() - 0.5));
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      arms.own_marks.push_back(p);
+      p = Eigen::Vector2d(-p.y(), p.x());
+    }
+  }
+  return arms;
+}
+
+/// What a compass said on the drive, that counts from another direction than the map.
+void AddHeadings(DriveUnder& drive, double first_variance) {
+  double variance = first_variance;
+  for (Keyframe& keyframe : drive.graph.keyframes) {
+    variance += 1e-5;
+    keyframe.pose.heading = {calib::WrapAngle(drive.truth.at(keyframe.id).yaw + 2), variance};
+  }
+}
+
+TEST(MapMerge, ACompassTellsPartsApartThatLookAlikeAfterAQuarterTurn) {
+  const DriveUnder along_x(FourArms(), Row(2, 0, 9));
+  std::vector<Pose2> along_y;
+  for (const Pose2& T : Row(2, 0, 9)) along_y.push_back(Pose2{0, 0, std::numbers::pi / 2} * T);
+  for (const bool compass : {false, true}) {
+    DriveUnder a = along_x;
+    DriveUnder other_arm(FourArms(), along_y, {}, 1000);
+    DriveUnder same_arm(FourArms(), Row(2.3, 0.2, 9, std::numbers::pi / 2), {}, 1000);
+    if (compass) {
+      AddHeadings(a, 1e-9);
+      AddHeadings(other_arm, 0.01);
+      AddHeadings(same_arm, 0.01);
+    }
+    EXPECT_EQ(Merge(a, other_arm).ok(), !compass) << "only the compass knows better";
+    const MergeResult merged = Merge(a, same_arm);
+    ASSERT_TRUE(merged.ok()) << merged.results[1].reason;
+    EXPECT_LT(WorstError(merged, a, same_arm), 0.03);
+  }
+}
+
 TEST(MapMerge, RenumberingKeepsWhatBelongsTogether) {
   DriveUnder a({}, Row(0, 0, 4));
   MapGraph graph = a.graph;
