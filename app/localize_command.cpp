@@ -10,9 +10,10 @@
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/frame_source.hpp"
-#include "app/heading_csv.hpp"
+#include "app/heading_meter.hpp"
 #include "app/interrupt.hpp"
 #include "app/localize_report.hpp"
+#include "app/measured_frames.hpp"
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
 #include "app/robot_rig.hpp"
@@ -22,7 +23,6 @@
 #include "calib/error.hpp"
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
-#include "localization/heading_track.hpp"
 #include "localization/localizer.hpp"
 #include "mapping/map_file.hpp"
 
@@ -37,11 +37,10 @@ struct LocalizeParams {
   fs::path map;
   fs::path rig;
   std::string up;
-  std::string omni;
   fs::path stamps;
   std::string start;
   std::string start_spread = "0.5,10";
-  fs::path heading;
+  HeadingOptions heading;
   std::string heading_zero = "first";
   TiltOptions tilt;
   fs::path output;
@@ -54,12 +53,16 @@ struct LocalizeParams {
 };
 
 void LocalizeParams::Check() const {
-  RejectUnavailable(!omni.empty(), "--omni");
+  heading.Check(true);
+  if (!heading.omni.empty() && heading_zero != "first") {
+    throw calib::InputError(
+        "--heading-zero: headings of --omni count from the first frame; leave it out");
+  }
   tilt.Check(true);
   CheckOutputFiles({output, tilt.uncompensated, status});
   std::error_code ignored;
   for (const fs::path& target : {output, tilt.uncompensated, status}) {
-    for (const fs::path& source : {map, rig, stamps, heading, fs::path(up)}) {
+    for (const fs::path& source : {map, rig, stamps, heading.file, fs::path(up)}) {
       if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
       throw calib::InputError(
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
@@ -158,25 +161,21 @@ class Tally {
 
 void LocateFrames(FrameSource& source,
                   TiltMeter* tilt,
-                  const std::optional<localization::HeadingTrack>& headings,
+                  HeadingMeter* heading,
                   localization::Localizer& localizer,
                   Results& results,
                   LocalizeResult& result) {
   Progress progress("localizing", "frames", source.ExpectedFrames());
   const bool live = source.Stamps() == StampOrigin::kClock;
-  TiltedFrames frames(source, tilt);
-  TiltedFrame tilted;
+  MeasuredFrames frames(source, tilt, heading);
+  MeasuredFrame measured;
   Tally tally;
   std::int64_t done = 0;
-  while (frames.Read(tilted)) {
-    const Frame& frame = tilted.frame;
-    localization::CeilingFrame input{
-        frame.picture, frame.index, frame.stamp_s, std::nullopt, tilted.tilt};
-    if (headings) input.heading = headings->At(frame.stamp_s);
-    const localization::Location location = localizer.Locate(input);
-    if (location.tilt_left) {
-      frames.Correct(*location.tilt_left);
-    }
+  while (frames.Read(measured)) {
+    const Frame& frame = measured.frame;
+    const localization::Location location = localizer.Locate(
+        {frame.picture, frame.index, frame.stamp_s, measured.context.heading, measured.context.tilt});
+    if (location.tilt_left) frames.Correct(*location.tilt_left);
     results.Add(location);
     tally.Add(location, live, result);
     progress.Update(++done);
@@ -231,8 +230,6 @@ void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summ
   params.Check();
   const localization::LocalizerParams localizer_params = params.ForLocalizer();
   const calib::Rig rig = calib::ReadRig(params.rig);
-  std::optional<localization::HeadingTrack> headings;
-  if (!params.heading.empty()) headings.emplace(ReadHeadings(params.heading));
   const mapping::MapReader map(params.map);
   FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
   const calib::MountedCamera& up = UpCameraOf(rig, params.rig, source);
@@ -247,14 +244,20 @@ void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summ
 
   const std::unique_ptr<TiltMeter> tilt =
       TiltMeter::Make(params.tilt, rig, params.rig, params.stamps);
+  const std::unique_ptr<HeadingMeter> heading =
+      HeadingMeter::Make(params.heading, rig, params.rig, params.stamps);
   LocalizeResult result;
   result.tilt = tilt.get();
+  result.heading = heading.get();
   Results results(params,
                   calib::LevelView(calib::CeilingView(up, map.Metadata().ceiling_height_m)));
-  LocateFrames(source, tilt.get(), headings, localizer, results, result);
+  LocateFrames(source, tilt.get(), heading.get(), localizer, results, result);
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
   if (tilt) {
     for (const std::string& warning : tilt->Warnings()) PrintWarning(warning);
+  }
+  if (heading) {
+    for (const std::string& warning : heading->Warnings()) PrintWarning(warning);
   }
   result.report = localizer.Report();
   result.reading = source.Report();
@@ -295,7 +298,6 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("map", params->map, "The map, made with --rig", "MAP.gpkg")->required()->group(input);
   add("--rig", params->rig, "This robot's cameras", "RIG.yaml")->required()->group(input);
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
-  add("--omni", params->omni, "Mirror camera (not in this version)", "SOURCE")->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
       ->group(input);
   add("--start", params->start, "Pose of the first frame [anywhere on the map]", "X,Y,YAW_DEG")
@@ -303,8 +305,7 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("--start-spread", params->start_spread, "Standard deviations of --start", "M,DEG")
       ->capture_default_str()
       ->group(prior);
-  add("--heading", params->heading, "Headings: timestamp,heading_deg,sigma_deg", "H.csv")
-      ->group(prior);
+  params->heading.AddTo(cli, input, prior);
   add("--heading-zero",
       params->heading_zero,
       "Where headings count from: the first frame (or any other unknown direction), or the map's x "

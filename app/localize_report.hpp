@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/frame_source.hpp"
+#include "app/heading_meter.hpp"
 #include "app/summary.hpp"
 #include "app/tilt_meter.hpp"
 #include "localization/localizer.hpp"
@@ -13,7 +14,8 @@ namespace ceilmap::app {
 
 /// What a localization run found.
 struct LocalizeResult {
-  const TiltMeter* tilt = nullptr;  ///< null: tilt was not measured
+  const TiltMeter* tilt = nullptr;        ///< null: tilt was not measured
+  const HeadingMeter* heading = nullptr;  ///< null: there were none
   localization::LocalizerReport report;
   FrameSourceReport reading;
   std::optional<double> first_placed_s;  ///< after the first frame

@@ -14,8 +14,10 @@
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/frame_source.hpp"
+#include "app/heading_meter.hpp"
 #include "app/interrupt.hpp"
 #include "app/map_report.hpp"
+#include "app/measured_frames.hpp"
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
 #include "app/robot_rig.hpp"
@@ -39,12 +41,12 @@ using std::chrono::steady_clock;
 struct MapParams {
   fs::path rig;
   std::string up;
-  std::string omni;
   fs::path stamps;
   std::string origin;
   calib::Pose2 T_map_first;  // --origin, parsed
   std::optional<double> resolution;
   bool append = false;
+  HeadingOptions heading;
   TiltOptions tilt;
   fs::path output;
   fs::path trajectory;
@@ -55,10 +57,10 @@ struct MapParams {
 };
 
 void MapParams::Resolve() {
-  RejectUnavailable(!omni.empty(), "--omni");
   if (append && !origin.empty()) {
     throw calib::InputError("--origin: with --append the map has its origin already; leave it out");
   }
+  heading.Check(!rig.empty());
   tilt.Check(!rig.empty());
   if (output.extension() != ".gpkg") {
     throw calib::InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
@@ -125,15 +127,18 @@ void TellAssumptions(bool have_rig, StampOrigin stamps) {
   }
 }
 
-void MapFrames(FrameSource& source, TiltMeter* tilt, mapping::Mapper& mapper) {
+void MapFrames(FrameSource& source,
+               TiltMeter* tilt,
+               HeadingMeter* heading,
+               mapping::Mapper& mapper) {
   Progress progress("mapping", "frames", source.ExpectedFrames());
-  TiltedFrames frames(source, tilt);
-  TiltedFrame tilted;
+  MeasuredFrames frames(source, tilt, heading);
+  MeasuredFrame measured;
   std::int64_t done = 0;
-  while (frames.Read(tilted)) {
-    const Frame& frame = tilted.frame;
+  while (frames.Read(measured)) {
+    const Frame& frame = measured.frame;
     const mapping::FramePose pose =
-        mapper.Process(frame.picture, frame.index, frame.stamp_s, {tilted.tilt, std::nullopt});
+        mapper.Process(frame.picture, frame.index, frame.stamp_s, measured.context);
     progress.Update(++done);
     Detail("frame {} at {:.6f} s: {}", frame.index, frame.stamp_s, mapping::ToString(pose.status));
   }
@@ -194,7 +199,7 @@ MapResult FinishAppend(const Appending& appending,
                                       params.output.string(),
                                       merged.results.back().reason));
   }
-  MapResult result{nullptr, {}, mapper.Report(), merged.graph.weak_spots};
+  MapResult result{nullptr, nullptr, {}, mapper.Report(), merged.graph.weak_spots};
   std::copy_if(merged.graph.trajectory.begin(),
                merged.graph.trajectory.end(),
                std::back_inserter(result.frames),
@@ -265,6 +270,8 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   const calib::CeilingView view = MakeView(rig, params, source);
   const std::unique_ptr<TiltMeter> tilt =
       TiltMeter::Make(params.tilt, rig, params.rig, params.stamps);
+  const std::unique_ptr<HeadingMeter> heading =
+      HeadingMeter::Make(params.heading, rig, params.rig, params.stamps);
 
   const mapping::MapMetadata metadata = Describe(rig, view, params, common);
   mapping::MapperParams mapper_params;
@@ -278,10 +285,13 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   mapping::MapWriter writer(params.output, appending ? appending->metadata : metadata);
   mapping::Mapper mapper(view, writer, metadata, mapper_params);
 
-  MapFrames(source, tilt.get(), mapper);
+  MapFrames(source, tilt.get(), heading.get(), mapper);
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
   if (tilt) {
     for (const std::string& warning : tilt->Warnings()) PrintWarning(warning);
+  }
+  if (heading) {
+    for (const std::string& warning : heading->Warnings()) PrintWarning(warning);
   }
   if (Interrupted()) TellInterrupted(mapper);
   MapResult result;
@@ -289,9 +299,10 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
     result = FinishAppend(*appending, view, params, mapper, writer);
   } else {
     FinishMap(mapper);
-    result = {nullptr, mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
+    result = {nullptr, nullptr, mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
   }
   result.tilt = tilt.get();
+  result.heading = heading.get();
   CommitFiles(result.frames, view, writer, params, summary);
   TellAssumptions(rig.has_value(), source.Stamps());
 
@@ -321,7 +332,6 @@ Command AddMapCommand(CLI::App& program) {
   add("--rig", params->rig, "The robot's cameras; without it the map is in pixels", "RIG.yaml")
       ->group(input);
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
-  add("--omni", params->omni, "Mirror camera (not in this version)", "SOURCE")->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
       ->group(input);
   add("--origin", params->origin, "Pose of the first frame on the map", "X,Y,YAW_DEG")
@@ -336,6 +346,7 @@ Command AddMapCommand(CLI::App& program) {
   add("-o,--output", params->output, "The map", "MAP.gpkg")->required()->group(result);
   add("--trajectory", params->trajectory, "Poses of all frames found", "T.tum")->group(result);
   params->tilt.AddTo(cli, input, result);
+  params->heading.AddTo(cli, input, input);
   add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
   command.run = [params](const CommonOptions& common, Summary& summary) {
     RunMap(*params, common, summary);

@@ -42,6 +42,10 @@ void Summarize(const MapResult& result,
                      {"map_height_px", report.grid.height_px},
                      {"map_resolution", report.grid.resolution},
                      {"unit", unit}};
+  if (result.heading != nullptr) {
+    result.heading->AddTimes(summary.stages_ms);
+    summary.quality["heading"] = result.heading->Quality();
+  }
   if (result.tilt == nullptr) return;
   result.tilt->AddTimes(summary.stages_ms);
   summary.quality["tilt"] = result.tilt->Quality();
@@ -75,6 +79,7 @@ void PrintReport(const MapResult& result,
                   "seen from a part that nothing ties to the map; left out"});
   }
   if (result.tilt != nullptr) result.tilt->AddRows(table);
+  if (result.heading != nullptr) result.heading->AddRows(table);
   table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
   table.AddRow({"loops closed",
                 fmt::format("{}", report.quality.loops.accepted - report.quality.loops.outliers),

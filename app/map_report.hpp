@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/frame_source.hpp"
+#include "app/heading_meter.hpp"
 #include "app/summary.hpp"
 #include "app/tilt_meter.hpp"
 #include "mapping/map_graph.hpp"
@@ -14,6 +15,7 @@ namespace ceilmap::app {
 /// What a mapping run made.
 struct MapResult {
   const TiltMeter* tilt = nullptr;         ///< null: tilt was not measured
+  const HeadingMeter* heading = nullptr;   ///< null: there were none
   std::vector<mapping::FramePose> frames;  ///< of this recording
   mapping::MapperReport report;
   std::vector<mapping::WeakSpot> weak_spots;  ///< of the whole map

@@ -1,4 +1,4 @@
-#include "app/forward_frames.hpp"
+#include "app/second_camera.hpp"
 
 #include <fmt/format.h>
 
@@ -10,15 +10,19 @@
 
 namespace ceilmap::app {
 
-ForwardFrames::ForwardFrames(const std::string& source, const std::filesystem::path& stamps)
-    : ForwardFrames(std::make_unique<FrameSource>(
-          source, FrameSourceOptions{.stamps = stamps, .stamps_of_another = true})) {}
+SecondCamera::SecondCamera(const std::string& source,
+                           const std::filesystem::path& stamps,
+                           std::string name)
+    : SecondCamera(std::make_unique<FrameSource>(
+                       source, FrameSourceOptions{.stamps = stamps, .stamps_of_another = true}),
+                   std::move(name)) {}
 
-ForwardFrames::ForwardFrames(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {
+SecondCamera::SecondCamera(std::unique_ptr<FrameSource> source, std::string name)
+    : source_(std::move(source)), name_(std::move(name)) {
   Advance();
 }
 
-void ForwardFrames::Advance() {
+void SecondCamera::Advance() {
   Frame frame;
   if (before_) frame.picture = std::move(before_->picture);  // its memory is used again
   before_ = std::exchange(after_, std::nullopt);
@@ -35,7 +39,12 @@ void ForwardFrames::Advance() {
   }
 }
 
-cv::Mat ForwardFrames::At(double stamp_s) {
+cv::Mat SecondCamera::At(double stamp_s) {
+  const Frame* const frame = Nearest(stamp_s);
+  return frame != nullptr ? frame->grey : cv::Mat();
+}
+
+const Frame* SecondCamera::Nearest(double stamp_s) {
   while (after_ && after_->stamp_s <= stamp_s) Advance();
   const Frame* nearest = nullptr;
   double offset_s = 0.05;  // farther away another moment is seen
@@ -46,28 +55,29 @@ cv::Mat ForwardFrames::At(double stamp_s) {
   }
   if (nearest == nullptr) {
     ++report_.missing;
-    return {};
+    return nullptr;
   }
   ++report_.matched;
   report_.largest_offset_s = std::max(report_.largest_offset_s, offset_s);
-  return nearest->picture;
+  return nearest;
 }
 
-ForwardFrames::Report ForwardFrames::GetReport() const {
+SecondCamera::Report SecondCamera::GetReport() const {
   Report report = report_;
   report.reading = source_->Report();
   return report;
 }
 
-std::vector<std::string> ForwardFrames::Warnings() const {
+std::vector<std::string> SecondCamera::Warnings() const {
   std::vector<std::string> warnings = source_->Warnings();
   if (!damage_.empty()) warnings.push_back(damage_ + "; it is not used from there on");
   const std::int64_t all = report_.matched + report_.missing;
   if (report_.missing > 0) {
-    warnings.push_back(fmt::format("{}: {} of {} upward frames have no forward frame at their time",
+    warnings.push_back(fmt::format("{}: {} of {} upward frames have no {} frame at their time",
                                    Name(),
                                    report_.missing,
-                                   all));
+                                   all,
+                                   name_));
   }
   constexpr double kNotableS = 1e-3;
   if (report_.largest_offset_s > kNotableS) {

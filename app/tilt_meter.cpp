@@ -80,11 +80,11 @@ std::unique_ptr<TiltMeter> TiltMeter::Make(const TiltOptions& options,
   TiltMethod method = options.method == "forward"   ? TiltMethod::kForward
                       : options.method == "ceiling" ? TiltMethod::kCeiling
                                                     : TiltMethod::kFused;
-  std::unique_ptr<ForwardFrames> forward;
+  std::unique_ptr<SecondCamera> forward;
   if (!options.forward.empty() && method != TiltMethod::kCeiling) {
     const bool own_stamps = !options.forward_stamps.empty();
-    forward = std::make_unique<ForwardFrames>(options.forward,
-                                              own_stamps ? options.forward_stamps : stamps);
+    forward = std::make_unique<SecondCamera>(options.forward,
+                                             own_stamps ? options.forward_stamps : stamps);
     CheckForwardCamera(*rig, rig_file, options.forward, forward->Size());
   } else {
     method = TiltMethod::kCeiling;
@@ -94,7 +94,7 @@ std::unique_ptr<TiltMeter> TiltMeter::Make(const TiltOptions& options,
 
 TiltMeter::TiltMeter(const calib::Rig& rig,
                      TiltMethod method,
-                     std::unique_ptr<ForwardFrames> forward)
+                     std::unique_ptr<SecondCamera> forward)
     : method_(method), estimator_(rig, ParamsFor(method)), forward_(std::move(forward)) {}
 
 calib::Tilt TiltMeter::Measure(const Frame& up) {
@@ -141,7 +141,7 @@ nlohmann::ordered_json TiltMeter::Quality() const {
                                     {"level_keyframes", report.keyframes},
                                     {"corrected", report.corrected}};
   if (forward_) {
-    const ForwardFrames::Report frames = forward_->GetReport();
+    const SecondCamera::Report frames = forward_->GetReport();
     quality["forward_missing"] = frames.missing;
     quality["forward_refused"] = report.forward_refused;
     quality["forward_largest_offset_s"] = frames.largest_offset_s;
@@ -170,43 +170,6 @@ void TiltMeter::AddRows(Table& table) const {
                 fmt::format("frames told a tilt; {} missing, {} contradicted the ceiling",
                             report.without_forward,
                             report.forward_refused)});
-}
-
-TiltedFrames::TiltedFrames(FrameSource& source, TiltMeter* meter)
-    : source_(source),
-      meter_(meter),
-      ahead_(meter != nullptr && source.Stamps() != StampOrigin::kClock) {}
-
-TiltedFrames::~TiltedFrames() {
-  if (reading_.valid()) reading_.wait();
-}
-
-bool TiltedFrames::ReadNow(TiltedFrame& frame) {
-  if (!source_.Read(frame.frame)) return false;
-  frame.tilt = meter_ != nullptr ? meter_->Measure(frame.frame) : calib::Tilt{};
-  return true;
-}
-
-bool TiltedFrames::Read(TiltedFrame& frame) {
-  if (!ahead_) return ReadNow(frame);
-  if (!reading_.valid()) Begin();
-  if (!reading_.get()) return false;
-  std::swap(frame, next_);
-  Begin();
-  return true;
-}
-
-void TiltedFrames::Begin() {
-  reading_ = std::async(std::launch::async, [this, left = std::exchange(left_, std::nullopt)] {
-    if (left) meter_->Correct(*left);
-    return ReadNow(next_);
-  });
-}
-
-void TiltedFrames::Correct(const compensation::TiltAngles& left) {
-  left_ = left;
-  if (ahead_ || meter_ == nullptr) return;
-  meter_->Correct(*std::exchange(left_, std::nullopt));
 }
 
 }  // namespace ceilmap::app

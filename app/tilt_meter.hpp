@@ -2,15 +2,14 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/forward_frames.hpp"
 #include "app/frame_source.hpp"
+#include "app/second_camera.hpp"
 #include "app/table.hpp"
 #include "calib/rig.hpp"
 #include "calib/tilt.hpp"
@@ -43,7 +42,7 @@ class TiltMeter {
 
   TiltMeter(const calib::Rig& rig,
             compensation::TiltMethod method,
-            std::unique_ptr<ForwardFrames> forward);
+            std::unique_ptr<SecondCamera> forward);
 
   calib::Tilt Measure(const Frame& up);
   /// See compensation::TiltEstimator::Correct.
@@ -59,40 +58,7 @@ class TiltMeter {
  private:
   compensation::TiltMethod method_;
   compensation::TiltEstimator estimator_;
-  std::unique_ptr<ForwardFrames> forward_;
-};
-
-/// A frame and how the robot stood.
-struct TiltedFrame {
-  Frame frame;
-  calib::Tilt tilt;
-};
-
-/// The frames of the upward camera with their tilt. Of recordings the tilt of the next frame is
-/// measured beside the work on the one before.
-class TiltedFrames {
- public:
-  /// @param meter  may be null: all frames are level then. Both must outlive this.
-  TiltedFrames(FrameSource& source, TiltMeter* meter);
-  ~TiltedFrames();
-  TiltedFrames(const TiltedFrames&) = delete;
-  TiltedFrames& operator=(const TiltedFrames&) = delete;
-
-  /// As FrameSource::Read. The meter may be at work between two calls.
-  bool Read(TiltedFrame& frame);
-  /// What a level map says is left of the tilt of the frame read last.
-  void Correct(const compensation::TiltAngles& left);
-
- private:
-  bool ReadNow(TiltedFrame& frame);
-  void Begin();
-
-  FrameSource& source_;
-  TiltMeter* meter_;
-  bool ahead_;
-  TiltedFrame next_;
-  std::optional<compensation::TiltAngles> left_;  // for the meter, once it is at rest
-  std::future<bool> reading_;
+  std::unique_ptr<SecondCamera> forward_;
 };
 
 }  // namespace ceilmap::app

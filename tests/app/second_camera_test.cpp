@@ -1,4 +1,4 @@
-#include "app/forward_frames.hpp"
+#include "app/second_camera.hpp"
 
 #include "tests/app/synthetic_recording.hpp"
 #include "tests/app/test_folder.hpp"
@@ -20,26 +20,26 @@ std::vector<cv::Mat> Numbered(int count) {
 }
 
 /// The number of the picture at that time, -1 where there is none.
-int NumberAt(ForwardFrames& frames, double stamp_s) {
+int NumberAt(SecondCamera& frames, double stamp_s) {
   const cv::Mat picture = frames.At(stamp_s);
   if (picture.empty()) return -1;
   return static_cast<int>(std::lround((cv::mean(picture)[0] - 10) / 5));
 }
 
 /// Pictures with stamps of their own.
-ForwardFrames Frames(const TestFolder& folder, int count, double first_s, double period_s) {
+SecondCamera Frames(const TestFolder& folder, int count, double first_s, double period_s) {
   WritePictures(folder / "forward", Numbered(count));
-  return ForwardFrames((folder / "forward").string(),
-                       folder.Write("forward.csv", StampsCsv(count, first_s, period_s)));
+  return SecondCamera((folder / "forward").string(),
+                      folder.Write("forward.csv", StampsCsv(count, first_s, period_s)));
 }
 
-TEST(ForwardFrames, GoOneToOneWithFramesOfTheSameTimes) {
+TEST(SecondCamera, GoOneToOneWithFramesOfTheSameTimes) {
   const TestFolder folder;
-  ForwardFrames frames = Frames(folder, 6, 100, 0.1);
+  SecondCamera frames = Frames(folder, 6, 100, 0.1);
   EXPECT_EQ(frames.Size(), kSize);
   EXPECT_EQ(frames.Name(), (folder / "forward").string());
   for (int i = 0; i < 6; ++i) EXPECT_EQ(NumberAt(frames, 100 + 0.1 * i), i);
-  const ForwardFrames::Report report = frames.GetReport();
+  const SecondCamera::Report report = frames.GetReport();
   EXPECT_EQ(report.matched, 6);
   EXPECT_EQ(report.missing, 0);
   EXPECT_LT(report.largest_offset_s, 1e-6);
@@ -47,9 +47,9 @@ TEST(ForwardFrames, GoOneToOneWithFramesOfTheSameTimes) {
   EXPECT_THAT(frames.Warnings(), IsEmpty());
 }
 
-TEST(ForwardFrames, TheNearestInTimeCounts) {
+TEST(SecondCamera, TheNearestInTimeCounts) {
   const TestFolder folder;
-  ForwardFrames frames = Frames(folder, 10, 100, 0.04);  // 25 a second
+  SecondCamera frames = Frames(folder, 10, 100, 0.04);  // 25 a second
   EXPECT_EQ(NumberAt(frames, 100.019), 0);
   EXPECT_EQ(NumberAt(frames, 100.021), 1);
   EXPECT_EQ(NumberAt(frames, 100.059), 1);
@@ -62,9 +62,9 @@ TEST(ForwardFrames, TheNearestInTimeCounts) {
               ElementsAre(frames.Name() + ": its frames were matched by time, up to 20 ms apart"));
 }
 
-TEST(ForwardFrames, FartherThan50MillisecondsIsAnotherMoment) {
+TEST(SecondCamera, FartherThan50MillisecondsIsAnotherMoment) {
   const TestFolder folder;
-  ForwardFrames frames = Frames(folder, 3, 100, 0.2);
+  SecondCamera frames = Frames(folder, 3, 100, 0.2);
   EXPECT_EQ(NumberAt(frames, 99.9), -1);  // before the first
   EXPECT_EQ(NumberAt(frames, 99.949), -1);
   EXPECT_EQ(NumberAt(frames, 99.951), 0);
@@ -76,9 +76,9 @@ TEST(ForwardFrames, FartherThan50MillisecondsIsAnotherMoment) {
   EXPECT_EQ(frames.GetReport().missing, 3);
 }
 
-TEST(ForwardFrames, OneThatEndsSoonerIsUsedAsFarAsItGoes) {
+TEST(SecondCamera, OneThatEndsSoonerIsUsedAsFarAsItGoes) {
   const TestFolder folder;
-  ForwardFrames frames = Frames(folder, 4, 100, 0.1);
+  SecondCamera frames = Frames(folder, 4, 100, 0.1);
   std::vector<int> seen;
   for (int i = 0; i < 8; ++i) seen.push_back(NumberAt(frames, 100 + 0.1 * i));
   EXPECT_THAT(seen, ElementsAre(0, 1, 2, 3, -1, -1, -1, -1));
@@ -87,10 +87,10 @@ TEST(ForwardFrames, OneThatEndsSoonerIsUsedAsFarAsItGoes) {
       ElementsAre(frames.Name() + ": 4 of 8 upward frames have no forward frame at their time"));
 }
 
-TEST(ForwardFrames, AnotherFrameRate) {
+TEST(SecondCamera, AnotherFrameRate) {
   const TestFolder folder;
   WriteVideo(folder / "forward.avi", Numbered(30), 30);
-  ForwardFrames frames((folder / "forward.avi").string(), {});
+  SecondCamera frames((folder / "forward.avi").string(), {});
   std::vector<int> seen;
   for (int i = 0; i < 10; ++i) seen.push_back(NumberAt(frames, 0.1 * i));
   EXPECT_THAT(seen, ElementsAre(0, 3, 6, 9, 12, 15, 18, 21, 24, 27));
@@ -98,11 +98,11 @@ TEST(ForwardFrames, AnotherFrameRate) {
 }
 
 // The first camera's stamps, 100.0 and on; the forward video has twice as many frames.
-TEST(ForwardFrames, StampsOfAnotherRecordingOnlyTellWhenItBegins) {
+TEST(SecondCamera, StampsOfAnotherRecordingOnlyTellWhenItBegins) {
   const TestFolder folder;
   WriteVideo(folder / "forward.avi", Numbered(20), 20);
   const auto stamps = folder.Write("up.csv", StampsCsv(10, 100, 0.1));
-  ForwardFrames frames((folder / "forward.avi").string(), stamps);
+  SecondCamera frames((folder / "forward.avi").string(), stamps);
   std::vector<int> seen;
   for (int i = 0; i < 10; ++i) seen.push_back(NumberAt(frames, 100 + 0.1 * i));
   EXPECT_THAT(seen, ElementsAre(0, 2, 4, 6, 8, 10, 12, 14, 16, 18));
@@ -111,20 +111,20 @@ TEST(ForwardFrames, StampsOfAnotherRecordingOnlyTellWhenItBegins) {
                           " 10 stamps: the video's own time counts, from the first stamp on"));
 }
 
-TEST(ForwardFrames, AsManyStampsAsFramesAreTheirs) {
+TEST(SecondCamera, AsManyStampsAsFramesAreTheirs) {
   const TestFolder folder;
   WriteVideo(folder / "forward.avi", Numbered(5), 25);
-  ForwardFrames frames((folder / "forward.avi").string(),
-                       folder.Write("up.csv", StampsCsv(5, 100, 0.1)));
+  SecondCamera frames((folder / "forward.avi").string(),
+                      folder.Write("up.csv", StampsCsv(5, 100, 0.1)));
   for (int i = 0; i < 5; ++i) EXPECT_EQ(NumberAt(frames, 100 + 0.1 * i), i);
   EXPECT_THAT(frames.Warnings(), IsEmpty());
 }
 
-TEST(ForwardFrames, PicturesWithoutTimeKeepStampsOfAnotherAsFarAsTheyGo) {
+TEST(SecondCamera, PicturesWithoutTimeKeepStampsOfAnotherAsFarAsTheyGo) {
   const TestFolder folder;
   WritePictures(folder / "forward", Numbered(6));
   const auto few = folder.Write("few.csv", StampsCsv(4, 100, 0.1));
-  ForwardFrames frames((folder / "forward").string(), few);
+  SecondCamera frames((folder / "forward").string(), few);
   std::vector<int> seen;
   for (int i = 0; i < 6; ++i) seen.push_back(NumberAt(frames, 100 + 0.1 * i));
   EXPECT_THAT(seen, ElementsAre(0, 1, 2, 3, -1, -1));
@@ -134,17 +134,17 @@ TEST(ForwardFrames, PicturesWithoutTimeKeepStampsOfAnotherAsFarAsTheyGo) {
                       " 4 stamps: the first of both go together",
                   frames.Name() + ": 2 of 6 upward frames have no forward frame at their time"));
   const auto many = folder.Write("many.csv", StampsCsv(9, 100, 0.1));
-  ForwardFrames more((folder / "forward").string(), many);
+  SecondCamera more((folder / "forward").string(), many);
   for (int i = 0; i < 6; ++i) EXPECT_EQ(NumberAt(more, 100 + 0.1 * i), i);
   EXPECT_EQ(NumberAt(more, 100.6), -1);
 }
 
-TEST(ForwardFrames, ADamagedPictureEndsItWithAWarning) {
+TEST(SecondCamera, ADamagedPictureEndsItWithAWarning) {
   const TestFolder folder;
   WritePictures(folder / "forward", Numbered(6));
   folder.Write("forward/frame3.png", "this is no picture");
-  ForwardFrames frames((folder / "forward").string(),
-                       folder.Write("forward.csv", StampsCsv(6, 100, 0.1)));
+  SecondCamera frames((folder / "forward").string(),
+                      folder.Write("forward.csv", StampsCsv(6, 100, 0.1)));
   std::vector<int> seen;
   for (int i = 0; i < 6; ++i) seen.push_back(NumberAt(frames, 100 + 0.1 * i));
   EXPECT_THAT(seen, ElementsAre(0, 1, 2, -1, -1, -1));
@@ -155,9 +155,9 @@ TEST(ForwardFrames, ADamagedPictureEndsItWithAWarning) {
                   frames.Name() + ": 3 of 6 upward frames have no forward frame at their time"));
 }
 
-TEST(ForwardFrames, OneThatIsNoneIsRefused) {
+TEST(SecondCamera, OneThatIsNoneIsRefused) {
   const TestFolder folder;
-  ExpectInputError([&] { ForwardFrames((folder / "none.mp4").string(), {}); }, {"none.mp4"});
+  ExpectInputError([&] { SecondCamera((folder / "none.mp4").string(), {}); }, {"none.mp4"});
 }
 
 }  // namespace

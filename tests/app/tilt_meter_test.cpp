@@ -1,4 +1,5 @@
 #include "app/tilt_meter.hpp"
+#include "app/measured_frames.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -107,16 +108,17 @@ TEST(TiltMeter, MeasuresTheFramesOfARecordingAndReportsIt) {
   const auto source = Source(drive.up, "up.avi");
   TiltMeter meter(drive.rig,
                   TiltMethod::kFused,
-                  std::make_unique<ForwardFrames>(Source(drive.forward, "forward.avi")));
-  TiltedFrames frames(*source, &meter);
-  TiltedFrame frame;
+                  std::make_unique<SecondCamera>(Source(drive.forward, "forward.avi")));
+  MeasuredFrames frames(*source, &meter, nullptr);
+  MeasuredFrame frame;
   std::int64_t count = 0;
   while (frames.Read(frame)) {
     EXPECT_EQ(frame.frame.index, count);
-    EXPECT_EQ(
-        cv::norm(frame.frame.picture, drive.up[static_cast<std::size_t>(count)], cv::NORM_INF), 0);
-    EXPECT_NEAR(frame.tilt.pitch_rad, count < 4 ? 0 : -3 * kDegree, 0.15 * kDegree) << count;
-    EXPECT_NEAR(frame.tilt.roll_rad, 0, 0.15 * kDegree) << count;
+    EXPECT_EQ(cv::norm(frame.frame.picture, drive.up[static_cast<std::size_t>(count)], cv::NORM_INF),
+              0);
+    EXPECT_NEAR(frame.context.tilt.pitch_rad, count < 4 ? 0 : -3 * kDegree, 0.15 * kDegree)
+        << count;
+    EXPECT_NEAR(frame.context.tilt.roll_rad, 0, 0.15 * kDegree) << count;
     ++count;
   }
   EXPECT_EQ(count, 8);
@@ -139,14 +141,15 @@ TEST(TiltMeter, MeasuresTheFramesOfARecordingAndReportsIt) {
   EXPECT_GT(stages_ms["tilt_forward"].get<double>(), 0);
 }
 
-TEST(TiltedFrames, AreLevelWithoutAMeter) {
+TEST(MeasuredFrames, AreLevelWithoutAMeter) {
   const Drive drive;
   const auto source = Source(drive.up, "up.avi");
-  TiltedFrames frames(*source, nullptr);
-  TiltedFrame frame;
+  MeasuredFrames frames(*source, nullptr, nullptr);
+  MeasuredFrame frame;
   int count = 0;
   while (frames.Read(frame)) {
-    EXPECT_TRUE(frame.tilt.IsLevel());
+    EXPECT_TRUE(frame.context.tilt.IsLevel());
+    EXPECT_FALSE(frame.context.heading);
     ++count;
   }
   EXPECT_EQ(count, 8);
@@ -159,9 +162,9 @@ TEST(TiltMeter, WarnsOfFramesThatNothingShowed) {
   const auto source = Source(pictures, "up.avi");
   TiltMeter meter(drive.rig, TiltMethod::kCeiling, nullptr);
   EXPECT_THAT(meter.Warnings(), IsEmpty());
-  TiltedFrames frames(*source, &meter);
-  TiltedFrame frame;
-  while (frames.Read(frame)) EXPECT_TRUE(frame.tilt.IsLevel());
+  MeasuredFrames frames(*source, &meter, nullptr);
+  MeasuredFrame frame;
+  while (frames.Read(frame)) EXPECT_TRUE(frame.context.tilt.IsLevel());
   EXPECT_THAT(meter.Warnings(),
               ElementsAre("the tilt of 5 frames is only a prediction: nothing showed it"));
 }

@@ -1,0 +1,86 @@
+#include "app/heading_meter.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "app/heading_csv.hpp"
+#include "app/omni_headings.hpp"
+#include "calib/error.hpp"
+#include "localization/heading_track.hpp"
+
+namespace ceilmap::app {
+namespace {
+
+/// The headings of a file.
+class FileHeadings : public HeadingMeter {
+ public:
+  explicit FileHeadings(const std::filesystem::path& file)
+      : file_(file), track_(ReadHeadings(file)) {}
+
+  std::optional<calib::HeadingPrior> At(double stamp_s) override {
+    const auto heading = track_.At(stamp_s);
+    ++(heading ? told_ : missing_);
+    return heading;
+  }
+  [[nodiscard]] std::vector<std::string> Warnings() const override {
+    if (missing_ == 0) return {};
+    return {fmt::format("{}: {} of {} upward frames have no heading near their time",
+                        file_.string(),
+                        missing_,
+                        told_ + missing_)};
+  }
+  [[nodiscard]] nlohmann::ordered_json Quality() const override {
+    return {{"by", "file"}, {"headings", told_}, {"missing", missing_}};
+  }
+  void AddTimes(nlohmann::ordered_json& /*stages_ms*/) const override {}
+  void AddRows(Table& table) const override {
+    table.AddRow({"headings",
+                  fmt::format("{}", told_),
+                  fmt::format("of {}; {} missing", file_.filename().string(), missing_)});
+  }
+
+ private:
+  std::filesystem::path file_;
+  localization::HeadingTrack track_;
+  std::int64_t told_ = 0;
+  std::int64_t missing_ = 0;
+};
+
+}  // namespace
+
+void HeadingOptions::AddTo(CLI::App& cli, const std::string& inputs, const std::string& priors) {
+  cli.add_option("--omni", omni, "Camera under a convex mirror, for the heading")
+      ->type_name("SOURCE")
+      ->group(inputs);
+  cli.add_option("--omni-stamps", omni_stamps, "Time of each mirror frame [--stamps]")
+      ->type_name("FRAMES.csv")
+      ->group(inputs);
+  cli.add_option("--heading", file, "Headings instead: timestamp,heading_deg,sigma_deg")
+      ->type_name("H.csv")
+      ->group(priors);
+}
+
+void HeadingOptions::Check(bool have_rig) const {
+  if (!omni.empty() && !file.empty()) {
+    throw calib::InputError("--omni and --heading: give one of the two");
+  }
+  if (!omni.empty() && !have_rig) {
+    throw calib::InputError("--omni: the mirror is described in the robot's geometry; give --rig");
+  }
+  if (omni.empty() && !omni_stamps.empty()) {
+    throw calib::InputError("--omni-stamps: there are no mirror frames; give --omni");
+  }
+}
+
+std::unique_ptr<HeadingMeter> HeadingMeter::Make(const HeadingOptions& options,
+                                                 const std::optional<calib::Rig>& rig,
+                                                 const std::filesystem::path& rig_file,
+                                                 const std::filesystem::path& stamps) {
+  if (!options.file.empty()) return std::make_unique<FileHeadings>(options.file);
+  if (options.omni.empty() || !rig) return nullptr;
+  const auto& frames = options.omni_stamps.empty() ? stamps : options.omni_stamps;
+  return OmniHeadings::Make(options.omni, frames, *rig, rig_file);
+}
+
+}  // namespace ceilmap::app

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/table.hpp"
+#include "calib/heading.hpp"
+#include "calib/rig.hpp"
+
+namespace ceilmap::app {
+
+/// The options of a command that can use headings.
+struct HeadingOptions {
+  std::string omni;
+  std::filesystem::path omni_stamps;
+  std::filesystem::path file;
+
+  /// Adds --omni, --omni-stamps and --heading.
+  void AddTo(CLI::App& cli, const std::string& inputs, const std::string& priors);
+  /// Checks what can be told without any file. @throws calib::InputError
+  void Check(bool have_rig) const;
+};
+
+/// Headings for a recording's frames, from the mirror camera or a file.
+class HeadingMeter {
+ public:
+  /// @param stamps  of the upward frames, for the mirror camera's where they are as many.
+  /// @return null when there are no headings. @throws calib::InputError
+  static std::unique_ptr<HeadingMeter> Make(const HeadingOptions& options,
+                                            const std::optional<calib::Rig>& rig,
+                                            const std::filesystem::path& rig_file,
+                                            const std::filesystem::path& stamps);
+  virtual ~HeadingMeter() = default;
+
+  /// The heading at the time of an upward frame; nothing where there is none. Times must not go
+  /// back. One call at a time, but from any thread.
+  virtual std::optional<calib::HeadingPrior> At(double stamp_s) = 0;
+
+  // The rest once all frames have been asked for.
+
+  [[nodiscard]] virtual std::vector<std::string> Warnings() const = 0;
+  /// For --summary.
+  [[nodiscard]] virtual nlohmann::ordered_json Quality() const = 0;
+  virtual void AddTimes(nlohmann::ordered_json& stages_ms) const = 0;
+  /// For the table that ends a run.
+  virtual void AddRows(Table& table) const = 0;
+
+ protected:
+  HeadingMeter() = default;
+  HeadingMeter(const HeadingMeter&) = default;
+  HeadingMeter& operator=(const HeadingMeter&) = default;
+};
+
+}  // namespace ceilmap::app

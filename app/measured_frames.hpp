@@ -1,0 +1,48 @@
+#pragma once
+
+#include <future>
+#include <optional>
+
+#include "app/frame_source.hpp"
+#include "app/heading_meter.hpp"
+#include "app/tilt_meter.hpp"
+#include "mapping/frame_context.hpp"
+
+namespace ceilmap::app {
+
+/// A frame of the upward camera, and what the other cameras say of it.
+struct MeasuredFrame {
+  Frame frame;
+  mapping::FrameContext context;
+};
+
+/// The frames of the upward camera with tilt and heading, which are measured side by side. Of
+/// recordings those of the next frame are measured beside the work on the one before.
+class MeasuredFrames {
+ public:
+  /// @param tilt, heading  may be null: all frames are level then, or have no heading. All must
+  /// outlive this.
+  MeasuredFrames(FrameSource& source, TiltMeter* tilt, HeadingMeter* heading);
+  ~MeasuredFrames();
+  MeasuredFrames(const MeasuredFrames&) = delete;
+  MeasuredFrames& operator=(const MeasuredFrames&) = delete;
+
+  /// As FrameSource::Read. The meters may be at work between two calls.
+  bool Read(MeasuredFrame& frame);
+  /// What a level map says is left of the tilt of the frame read last.
+  void Correct(const compensation::TiltAngles& left);
+
+ private:
+  bool ReadNow(MeasuredFrame& frame);
+  void Begin();
+
+  FrameSource& source_;
+  TiltMeter* tilt_;
+  HeadingMeter* heading_;
+  bool ahead_;
+  MeasuredFrame next_;
+  std::optional<compensation::TiltAngles> left_;  // for the tilt meter, once it is at rest
+  std::future<bool> reading_;
+};
+
+}  // namespace ceilmap::app

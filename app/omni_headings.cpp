@@ -1,0 +1,123 @@
+#include "app/omni_headings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "app/console.hpp"
+#include "app/robot_rig.hpp"
+#include "calib/error.hpp"
+#include "calib/pose2.hpp"
+#include "calib/stage_timer.hpp"
+#include "localization/compass/fft_compass.hpp"
+
+namespace ceilmap::app {
+namespace {
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+calib::MirrorView ViewOf(const calib::MountedCamera& omni, const std::filesystem::path& rig_file) {
+  try {
+    return calib::MirrorView(omni);
+  } catch (const calib::InputError& error) {
+    throw calib::InputError(fmt::format("{}: {}", rig_file.string(), error.what()));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<OmniHeadings> OmniHeadings::Make(const std::string& source,
+                                                 const std::filesystem::path& stamps,
+                                                 const calib::Rig& rig,
+                                                 const std::filesystem::path& rig_file) {
+  auto frames = std::make_unique<FrameSource>(
+      source, FrameSourceOptions{.stamps = stamps, .stamps_of_another = true});
+  const calib::MountedCamera& camera = OmniCameraOf(rig, rig_file, *frames);
+  return std::make_unique<OmniHeadings>(std::make_unique<SecondCamera>(std::move(frames), "mirror"),
+                                        ViewOf(camera, rig_file),
+                                        std::make_unique<compass::FftCompass>());
+}
+
+OmniHeadings::OmniHeadings(std::unique_ptr<SecondCamera> camera,
+                           calib::MirrorView view,
+                           std::unique_ptr<compass::Compass> compass)
+    : camera_(std::move(camera)), view_(std::move(view)), compass_(std::move(compass)) {}
+
+/// Asks the compass for the heading of a picture it has not seen yet.
+void OmniHeadings::Look(const Frame& frame) {
+  const calib::StageTimer timer(compass_ms_);
+  view_.Unwrap(frame.grey, panorama_);
+  compass::PanoramaFrame seen;
+  seen.panorama = panorama_;
+  seen.stamp_s = frame.stamp_s;
+  const std::optional<compass::HeadingEstimate> estimate = compass_->Next(seen);
+  if (!estimate) return;
+  if (estimate_) {
+    rate_rad_s_ = calib::WrapAngle(estimate->heading_rad - estimate_->heading_rad) /
+                  (frame.stamp_s - estimate_s_);
+  }
+  ++told_;
+  if (estimate->confidence <= 0) ++held_;
+  estimate_ = estimate;
+  estimate_s_ = frame.stamp_s;
+}
+
+std::optional<calib::HeadingPrior> OmniHeadings::At(double stamp_s) {
+  const Frame* const frame = camera_->Nearest(stamp_s);
+  if (frame == nullptr) return std::nullopt;
+  if (seen_ != frame->index) Look(*frame);
+  seen_ = frame->index;
+  // A compass may leave pictures out: then there is nothing to say of this moment.
+  if (!estimate_ || estimate_s_ != frame->stamp_s) return std::nullopt;
+  constexpr double kLeastVariance = 1e-10;  // the first frame's is 0
+  const double turned_rad = rate_rad_s_ * (stamp_s - frame->stamp_s);
+  Detail("heading at {:.6f} s: {:.3f} deg, sigma {:.3f} deg, confidence {:.2f}",
+         stamp_s,
+         kDegPerRad * estimate_->heading_rad,
+         kDegPerRad * std::sqrt(estimate_->variance_rad2),
+         estimate_->confidence);
+  return calib::HeadingPrior{
+      estimate_->heading_rad,
+      std::max(kLeastVariance, estimate_->variance_rad2) + turned_rad * turned_rad};
+}
+
+std::vector<std::string> OmniHeadings::Warnings() const {
+  std::vector<std::string> warnings = camera_->Warnings();
+  if (10 * held_ > told_) {
+    warnings.push_back(
+        fmt::format("{}: {} of {} mirror pictures tell no heading (covered, dark, bare or crowded)",
+                    camera_->Name(),
+                    held_,
+                    told_));
+  }
+  return warnings;
+}
+
+nlohmann::ordered_json OmniHeadings::Quality() const {
+  const SecondCamera::Report frames = camera_->GetReport();
+  return {{"by", "omni"},
+          {"headings", told_},
+          {"held", held_},
+          {"missing", frames.missing},
+          {"references", compass_->References()},
+          {"last_sigma_deg", estimate_ ? kDegPerRad * std::sqrt(estimate_->variance_rad2) : 0.0},
+          {"largest_offset_s", frames.largest_offset_s}};
+}
+
+void OmniHeadings::AddTimes(nlohmann::ordered_json& stages_ms) const {
+  stages_ms["compass"] = compass_ms_;
+  stages_ms["decode_omni"] = camera_->GetReport().reading.decode_ms;
+}
+
+void OmniHeadings::AddRows(Table& table) const {
+  table.AddRow(
+      {"headings",
+       fmt::format("{}", told_),
+       fmt::format(
+           "of the mirror camera; {} held, {} missing", held_, camera_->GetReport().missing)});
+}
+
+}  // namespace ceilmap::app
