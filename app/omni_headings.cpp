@@ -34,7 +34,7 @@ std::unique_ptr<OmniHeadings> OmniHeadings::Make(const std::string& source,
                                                  const calib::Rig& rig,
                                                  const std::filesystem::path& rig_file) {
   auto frames = std::make_unique<FrameSource>(
-      source, FrameSourceOptions{.stamps = stamps, .stamps_of_another = true});
+      source, FrameSourceOptions{.pixels = Pixels::kColour, .stamps = stamps, .stamps_of_another = true});
   const calib::MountedCamera& camera = OmniCameraOf(rig, rig_file, *frames);
   return std::make_unique<OmniHeadings>(std::make_unique<SecondCamera>(std::move(frames), "mirror"),
                                         ViewOf(camera, rig_file),
@@ -49,7 +49,7 @@ OmniHeadings::OmniHeadings(std::unique_ptr<SecondCamera> camera,
 /// Asks the compass for the heading of a picture it has not seen yet.
 void OmniHeadings::Look(const Frame& frame) {
   const calib::StageTimer timer(compass_ms_);
-  view_.Unwrap(frame.grey, panorama_);
+  view_.Unwrap(frame.picture, panorama_);
   compass::PanoramaFrame seen;
   seen.panorama = panorama_;
   seen.stamp_s = frame.stamp_s;

@@ -41,7 +41,7 @@ void SecondCamera::Advance() {
 
 cv::Mat SecondCamera::At(double stamp_s) {
   const Frame* const frame = Nearest(stamp_s);
-  return frame != nullptr ? frame->grey : cv::Mat();
+  return frame != nullptr ? frame->picture : cv::Mat();
 }
 
 const Frame* SecondCamera::Nearest(double stamp_s) {

@@ -120,7 +120,7 @@ bool CompareMaps(const CommandLine& line) {
   bool good = true;
   for (const Way& way : ways) {
     WorldRun run =
-        RunWorld(way.level ? level_scene : scene, line.folder / "tilt.gpkg", 1, {}, way.method);
+        RunWorld(way.level ? level_scene : scene, line.folder / "tilt.gpkg", {.tilt = way.method});
     if (!level) level = run;
     const Difference map = Compare(run, *level, true);
     const Difference frames = Compare(run, *level, false);

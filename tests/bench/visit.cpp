@@ -98,7 +98,7 @@ simulator::Scene AnotherRobot(simulator::Scene scene) {
 }
 
 World::World(const simulator::Scene& world, const std::filesystem::path& file) : scene(world) {
-  if (!std::filesystem::exists(file)) RunWorld(scene, file, 1, ShowProgress);
+  if (!std::filesystem::exists(file)) RunWorld(scene, file, {.progress = ShowProgress});
   map = std::make_unique<mapping::MapReader>(file);
   T_map_room = FindMap(*map, simulator::MakePath(scene)).Inverse();
 }

@@ -2,6 +2,7 @@
 //   ceilmap_world_bench accuracy SCENE.yaml [-o DIR]  accuracy against the truth
 //   ceilmap_world_bench growth SCENE.yaml [-o DIR]    time and memory, with a plot
 //   ceilmap_world_bench periodic SCENE.yaml [-o DIR]  20 seeds of a ceiling that repeats itself
+//   ceilmap_world_bench heading SCENE.yaml [-o DIR]   without and with the camera under the mirror
 // DIR (default: the current folder) takes the map, curve.csv, curve.svg, truth.tum, map.tum. Exits
 // with 1 when a bound is broken.
 
@@ -10,11 +11,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "app/evaluation.hpp"
 #include "calib/error.hpp"
+#include "calib/pose2.hpp"
 #include "tests/bench/command_line.hpp"
 #include "tests/bench/world_run.hpp"
 
@@ -28,6 +31,7 @@ constexpr double kMaxResidentMb = 1500;
 constexpr double kMaxGrowth = 1.3;
 constexpr double kFalseClosure_m = 0.1;
 constexpr int kSeeds = 20;
+constexpr double kMaxPeriodicError_m = 0.1;  // a sixth of a tile
 
 void ShowProgress(std::int64_t done, std::int64_t total) {
   if (done % 500 == 0 || done == total) fmt::print(stderr, "\r{}/{} frames ", done, total);
@@ -187,7 +191,8 @@ bool ReportGrowth(const WorldRun& run, const fs::path& folder) {
 }
 
 bool RunOne(const simulator::Scene& scene, const fs::path& folder, bool growth) {
-  const WorldRun run = RunWorld(scene, folder / "world.gpkg", 50, ShowProgress);
+  const WorldRun run =
+      RunWorld(scene, folder / "world.gpkg", {.samples = 50, .progress = ShowProgress});
   WriteTum(folder / "truth.tum", run.truth);
   WriteTum(folder / "map.tum", run.estimate);
   const bool exact = ReportAccuracy(run);
@@ -202,7 +207,7 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
       "position RMSE\n");
   for (int seed = 1; seed <= kSeeds; ++seed) {
     scene.seed = static_cast<std::uint64_t>(seed);
-    const WorldRun run = RunWorld(scene, folder / "world.gpkg", 1);
+    const WorldRun run = RunWorld(scene, folder / "world.gpkg");
     const auto errors = app::EvaluateTrajectory(run.truth, run.estimate);
     double largest = 0;
     for (const ClosureCheck& closure : run.closures) largest = std::max(largest, closure.error_m);
@@ -228,16 +233,70 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
   return total == 0 && told;
 }
 
+/// The largest error of yaws that count from their first one, degrees. @return -1 without any.
+double LargestTurnError(const std::vector<app::StampedPose>& truth,
+                        const std::vector<app::StampedPose>& yaws) {
+  constexpr double kDegPerRad = 180 / std::numbers::pi;
+  double largest = -1;
+  double first = 0;
+  std::size_t next = 0;
+  for (const app::StampedPose& pose : truth) {
+    if (next == yaws.size()) break;
+    if (yaws[next].stamp_s != pose.stamp_s) continue;
+    const double off = app::YawOf(yaws[next]) - app::YawOf(pose);
+    if (next++ == 0) first = off;
+    largest = std::max(largest, kDegPerRad * std::abs(calib::WrapAngle(off - first)));
+  }
+  return largest;
+}
+
+/// Does the map hold the drive, every frame of it in its place?
+bool ReportHeading(const char* name, const WorldRun& run) {
+  const auto errors = app::EvaluateTrajectory(run.truth, run.estimate);
+  const double coverage = errors ? errors->Coverage() : 0;
+  const double largest = errors ? errors->position_m.max : -1;
+  const bool whole = coverage > 0.98 && largest < kMaxPeriodicError_m;
+  fmt::print(
+      "{:12} {:6} {:7} {:9} {:4} {:11}  {:8.3f} {:10.1f} {:9.2f} {:9.2f}  {}\n",
+      name,
+      run.report.frames,
+      run.report.tracked,
+      run.report.ambiguous,
+      run.report.lost,
+      run.report.unconnected,
+      coverage,
+      1e3 * largest,
+      LargestTurnError(run.truth, run.live),
+      LargestTurnError(run.truth, run.compass),
+      whole ? "success" : "failure: a part of the drive is not in the map, or not in its place");
+  std::fflush(stdout);
+  return whole;
+}
+
+bool RunHeading(const simulator::Scene& scene, const fs::path& folder) {
+  fmt::print(
+      "             frames tracked ambiguous lost unconnected  coverage max off mm  odometry   "
+      "compass\n");
+  const bool without = ReportHeading("without", RunWorld(scene, folder / "world.gpkg"));
+  const WorldRun run = RunWorld(scene, folder / "world-omni.gpkg", {.omni = true});
+  const bool with = ReportHeading("with --omni", run);
+  fmt::print("(odometry, compass: largest error of their yaw over all placed frames, deg)\n");
+  // Where the robot was in the dark no compass can tell; how it is turned it must.
+  constexpr double kTurned_deg = 10;
+  return !without && (with || LargestTurnError(run.truth, run.live) < kTurned_deg);
+}
+
 bool Run(const std::vector<std::string>& arguments) {
   const auto [mode, scene_file, folder] = ParseCommandLine(
       arguments,
       [](const std::string&) { return true; },
-      "ceilmap_world_bench accuracy|growth|periodic SCENE.yaml [-o DIR]");
+      "ceilmap_world_bench accuracy|growth|periodic|heading SCENE.yaml [-o DIR]");
   const simulator::Scene scene = simulator::ReadScene(scene_file);
   fs::create_directories(folder);
   if (mode == "accuracy" || mode == "growth") return RunOne(scene, folder, mode == "growth");
   if (mode == "periodic") return RunSeeds(scene, folder);
-  throw calib::InputError(fmt::format("'{}': must be accuracy, growth or periodic", mode));
+  if (mode == "heading") return RunHeading(scene, folder);
+  throw calib::InputError(fmt::format("'{}': must be accuracy, growth, periodic or heading", mode));
 }
 
 }  // namespace

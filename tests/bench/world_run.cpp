@@ -12,7 +12,9 @@
 #include <utility>
 
 #include "calib/ceiling_view.hpp"
+#include "calib/mirror_view.hpp"
 #include "calib/tilt.hpp"
+#include "localization/compass/fft_compass.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 
@@ -84,6 +86,29 @@ struct Stretch {
   }
 };
 
+/// The visual compass on pictures of the camera under the mirror.
+class OmniCompass {
+ public:
+  explicit OmniCompass(const calib::Rig& rig) : view_(rig.omni.value()) {}
+
+  std::optional<calib::HeadingPrior> Look(const cv::Mat& picture, double stamp_s) {
+    view_.Unwrap(picture, panorama_);
+    compass::PanoramaFrame frame;
+    frame.panorama = panorama_;
+    frame.stamp_s = stamp_s;
+    const auto estimate = compass_.Next(frame);
+    if (!estimate) return std::nullopt;
+    constexpr double kLeastVariance = 1e-10;  // the first frame's is 0
+    return calib::HeadingPrior{estimate->heading_rad,
+                               std::max(kLeastVariance, estimate->variance_rad2)};
+  }
+
+ private:
+  calib::MirrorView view_;
+  compass::FftCompass compass_;
+  cv::Mat panorama_;
+};
+
 std::vector<ClosureCheck> CheckClosures(const mapping::MapGraph& graph,
                                         const std::vector<simulator::Frame>& frames) {
   std::unordered_map<std::int64_t, calib::Pose2> T_map_base;
@@ -105,9 +130,7 @@ std::vector<ClosureCheck> CheckClosures(const mapping::MapGraph& graph,
 
 WorldRun RunWorld(const simulator::Scene& scene,
                   const std::filesystem::path& file,
-                  int samples,
-                  const std::function<void(std::int64_t, std::int64_t)>& progress,
-                  std::optional<compensation::TiltMethod> tilt) {
+                  const WorldOptions& options) {
   const simulator::Renderer renderer(scene);
   const std::vector<simulator::Frame> frames = simulator::MakePath(scene);
   const calib::Rig& rig = renderer.GetRig();
@@ -126,31 +149,42 @@ WorldRun RunWorld(const simulator::Scene& scene,
   mapping::Mapper mapper(view, writer, metadata, params);
 
   std::optional<compensation::TiltEstimator> estimator;
-  if (tilt) {
+  if (options.tilt) {
     compensation::TiltEstimatorParams tilt_params;
-    tilt_params.method = *tilt;
+    tilt_params.method = *options.tilt;
     estimator.emplace(rig, tilt_params);
   }
-  const bool needs_forward =
-      tilt && *tilt != compensation::TiltMethod::kCeiling && rig.forward.has_value();
+  const bool needs_forward = options.tilt && *options.tilt != compensation::TiltMethod::kCeiling &&
+                             rig.forward.has_value();
+  std::optional<OmniCompass> compass;
+  if (options.omni) compass.emplace(rig);
 
   WorldRun run;
   Coverage coverage;
   Stretch stretch;
   const auto total = static_cast<std::int64_t>(frames.size());
-  const std::int64_t per_sample = std::max<std::int64_t>(1, total / samples);
+  const std::int64_t per_sample = std::max<std::int64_t>(1, total / options.samples);
   for (const simulator::Frame& frame : frames) {
     const auto [pose, stood] = calib::FromSpace(frame.T_map_base);
     const double cpu_before = Clock(CLOCK_PROCESS_CPUTIME_ID);
     const double render_before = Clock(CLOCK_THREAD_CPUTIME_ID);
     const cv::Mat picture = renderer.Render(frame);
     const cv::Mat forward = needs_forward ? renderer.RenderForward(frame) : cv::Mat();
+    const cv::Mat omni = compass ? renderer.RenderOmni(frame) : cv::Mat();
     const double rendered = Clock(CLOCK_THREAD_CPUTIME_ID) - render_before;
     const double start = WallSeconds();
-    calib::Tilt measured;
-    if (estimator) measured = estimator->Estimate({picture, forward, frame.stamp_s}).tilt;
-    mapper.Process(picture, frame.index, frame.stamp_s, {measured, std::nullopt});
+    mapping::FrameContext context;
+    if (estimator) context.tilt = estimator->Estimate({picture, forward, frame.stamp_s}).tilt;
+    if (compass) context.heading = compass->Look(omni, frame.stamp_s);
+    const mapping::FramePose live = mapper.Process(picture, frame.index, frame.stamp_s, context);
     const double spent = WallSeconds() - start;
+    if (live.keyframe_id >= 0) {
+      run.live.push_back(app::ToStampedPose(live.stamp_s, live.T_map_base, live.tilt));
+    }
+    if (context.heading) {
+      const calib::Pose2 turned{0, 0, context.heading->heading_rad};
+      run.compass.push_back(app::ToStampedPose(frame.stamp_s, turned));
+    }
     stretch.wall_s += spent;
     stretch.cpu_s += Clock(CLOCK_PROCESS_CPUTIME_ID) - cpu_before - rendered;
     ++stretch.frames;
@@ -161,7 +195,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
       run.curve.push_back(stretch.End(frame.index + 1, coverage.SquareMetres()));
       stretch = {};
     }
-    if (progress) progress(frame.index + 1, total);
+    if (options.progress) options.progress(frame.index + 1, total);
   }
   const double start = WallSeconds();
   mapper.Finish();

@@ -36,6 +36,8 @@ struct WorldRun {
   std::vector<CostSample> curve;
   std::vector<app::StampedPose> truth;
   std::vector<app::StampedPose> estimate;
+  std::vector<app::StampedPose> live;  ///< as the odometry had them, parts that were left out too
+  std::vector<app::StampedPose> compass;  ///< its headings as yaw, where it was asked
   mapping::MapGraph graph;
   mapping::MapperReport report;
   std::vector<ClosureCheck> closures;
@@ -44,14 +46,18 @@ struct WorldRun {
   double file_mb = 0;
 };
 
-/// @param file  the map, replaced. @param samples  stretches of the curve.
-/// @param progress  done, total frames; may be empty.
-/// @param tilt  how it is measured and taken out; unset: frames are taken as level. The forward
-/// camera is rendered where the method has use for it.
+struct WorldOptions {
+  int samples = 1;                                           ///< stretches of the curve
+  std::function<void(std::int64_t, std::int64_t)> progress;  ///< done, total frames; may be empty
+  /// How tilt is measured and taken out; unset: frames are taken as level. The forward camera is
+  /// rendered where the method has use for it.
+  std::optional<compensation::TiltMethod> tilt;
+  bool omni = false;  ///< headings by the fft compass, from the camera under the mirror
+};
+
+/// @param file  the map, replaced.
 WorldRun RunWorld(const simulator::Scene& scene,
                   const std::filesystem::path& file,
-                  int samples,
-                  const std::function<void(std::int64_t, std::int64_t)>& progress = {},
-                  std::optional<compensation::TiltMethod> tilt = std::nullopt);
+                  const WorldOptions& options = {});
 
 }  // namespace ceilmap::bench

@@ -161,7 +161,16 @@ const std::vector<BadInput> kArguments = {
      Map({"--up=@run", "--rig=@rig.yaml", "--forward=@run"}),
      "rig.yaml: has no camera 'forward'"},
     {"ForwardIsNothing", Map({"--up=@run", "--rig=@rig.yaml", "--forward=@none.mp4"}), "none.mp4"},
-    {"OmniNotYet", Map({"--up=@run", "--omni=@run"}), "not available"},
+    {"OmniWithoutRig", Map({"--up=@run", "--omni=@run"}), "give --rig"},
+    {"OmniNotInRig",
+     Map({"--up=@run", "--rig=@rig.yaml", "--omni=@run"}),
+     "rig.yaml: has no camera 'omni'"},
+    {"OmniIsNothing", Map({"--up=@run", "--rig=@rig.yaml", "--omni=@none.mp4"}), "none.mp4"},
+    {"OmniStampsWithoutOmni", Map({"--up=@run", "--omni-stamps=@stamps.csv"}), "give --omni"},
+    {"OmniAndHeading",
+     Map({"--up=@run", "--rig=@rig.yaml", "--omni=@run", "--heading=@h.csv"}),
+     "give one of the two"},
+    {"HeadingsWithoutSigma", Map({"--up=@run", "--heading=@h.csv"}), "h.csv"},
 };
 
 const std::vector<BadInput> kOutputs = {
@@ -206,6 +215,9 @@ const std::vector<BadInput> kLocalize = {
     {"HeadingsWithoutSigma",
      Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--heading=@h.csv"}),
      "h.csv:2"},
+    {"OmniCountsFromItsFirstFrame",
+     Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--omni=@run.avi", "--heading-zero=map"}),
+     "--heading-zero"},
     {"ForwardTiltWithoutForward",
      Localize("@good.gpkg", "@rig.yaml", "@run.avi", {"--tilt=forward"}),
      "give --forward"},

@@ -43,3 +43,11 @@ ceilmap_add_test(sites_test
   LINKS ceilmap_app opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 target_compile_definitions(sites_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
 add_dependencies(sites_test ceilmap)
+
+ceilmap_add_test(heading_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/heading_test.cpp
+  LINKS ceilmap_app fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
+target_compile_definitions(heading_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
+add_dependencies(heading_test ceilmap)
