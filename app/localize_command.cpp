@@ -173,8 +173,11 @@ void LocateFrames(FrameSource& source,
   std::int64_t done = 0;
   while (frames.Read(measured)) {
     const Frame& frame = measured.frame;
-    const localization::Location location = localizer.Locate(
-        {frame.picture, frame.index, frame.stamp_s, measured.context.heading, measured.context.tilt});
+    const localization::Location location = localizer.Locate({frame.picture,
+                                                              frame.index,
+                                                              frame.stamp_s,
+                                                              measured.context.heading,
+                                                              measured.context.tilt});
     if (location.tilt_left) frames.Correct(*location.tilt_left);
     results.Add(location);
     tally.Add(location, live, result);

@@ -34,7 +34,8 @@ std::unique_ptr<OmniHeadings> OmniHeadings::Make(const std::string& source,
                                                  const calib::Rig& rig,
                                                  const std::filesystem::path& rig_file) {
   auto frames = std::make_unique<FrameSource>(
-      source, FrameSourceOptions{.pixels = Pixels::kColour, .stamps = stamps, .stamps_of_another = true});
+      source,
+      FrameSourceOptions{.pixels = Pixels::kColour, .stamps = stamps, .stamps_of_another = true});
   const calib::MountedCamera& camera = OmniCameraOf(rig, rig_file, *frames);
   return std::make_unique<OmniHeadings>(std::make_unique<SecondCamera>(std::move(frames), "mirror"),
                                         ViewOf(camera, rig_file),

@@ -114,8 +114,8 @@ TEST(TiltMeter, MeasuresTheFramesOfARecordingAndReportsIt) {
   std::int64_t count = 0;
   while (frames.Read(frame)) {
     EXPECT_EQ(frame.frame.index, count);
-    EXPECT_EQ(cv::norm(frame.frame.picture, drive.up[static_cast<std::size_t>(count)], cv::NORM_INF),
-              0);
+    EXPECT_EQ(
+        cv::norm(frame.frame.picture, drive.up[static_cast<std::size_t>(count)], cv::NORM_INF), 0);
     EXPECT_NEAR(frame.context.tilt.pitch_rad, count < 4 ? 0 : -3 * kDegree, 0.15 * kDegree)
         << count;
     EXPECT_NEAR(frame.context.tilt.roll_rad, 0, 0.15 * kDegree) << count;

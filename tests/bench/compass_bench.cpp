@@ -26,9 +26,8 @@ std::vector<cv::Mat> Drive(int columns, int frames) {
   std::vector<cv::Mat> panoramas;
   for (int i = 0; i < frames; ++i) {
     const double a = 0.05 * i;
-    panoramas.push_back(room.See({4 + std::cos(a), 3 + std::sin(a), a + std::numbers::pi / 2},
-                                 columns,
-                                 kRows));
+    panoramas.push_back(
+        room.See({4 + std::cos(a), 3 + std::sin(a), a + std::numbers::pi / 2}, columns, kRows));
   }
   return panoramas;
 }
