@@ -109,6 +109,7 @@ void FigureFolder::Draw(const Figure& figure) {
   const GnuplotResult result =
       gnuplot ? RunGnuplot(*gnuplot, folder_, script) : GnuplotResult{-1, "it is gone"};
   std::vector<fs::path> pictures;
+  pictures.reserve(kFormats.size());
   for (const char* format : kFormats) {
     pictures.push_back(folder_ / fmt::format("{}.{}", figure.name, format));
   }
