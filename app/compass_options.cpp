@@ -2,72 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <map>
 #include <numbers>
 
 #include "calib/error.hpp"
-#include "calib/pose2.hpp"
-#include "localization/compass/column_shift.hpp"
+#include "localization/compass/methods.hpp"
 
 namespace ceilmap::app {
 namespace {
 
-using compass::DistanceProfile;
-using compass::HeadingEstimate;
-using compass::PanoramaFrame;
-
-// Stands in until localization/compass/ has its factory: whole columns, from frame to frame.
-class FrameToFrameCompass final : public compass::Compass {
- public:
-  explicit FrameToFrameCompass(std::int64_t skip) : skip_(skip) {}
-
-  std::optional<HeadingEstimate> Next(const PanoramaFrame& frame) override {
-    const std::int64_t index = frames_++;
-    if (index % (skip_ + 1) != 0) return std::nullopt;
-    if (index > 0) {
-      const auto shift = compass::FindColumnShift(current_, frame.panorama);
-      const double column_rad = 2 * std::numbers::pi / frame.panorama.cols;
-      estimate_.confidence = shift ? 1 : 0;
-      estimate_.variance_rad2 += (shift ? 0.1 : 10) * column_rad * column_rad;
-      shift_columns_ = shift ? shift->columns : 0;
-      if (shift) {
-        estimate_.heading_rad = calib::WrapAngle(estimate_.heading_rad + shift->heading_change_rad);
-      }
-    } else {
-      estimate_.confidence = 1;
-    }
-    cv::swap(reference_, current_);
-    frame.panorama.copyTo(current_);
-    reference_index_ = current_index_;
-    current_index_ = index;
-    return estimate_;
-  }
-
-  [[nodiscard]] DistanceProfile Profile() const override {
-    DistanceProfile profile;
-    if (reference_.empty()) return profile;
-    for (const auto squared : compass::SquaredShiftDistances(reference_, current_)) {
-      profile.distance.push_back(std::sqrt(static_cast<double>(squared)));
-    }
-    profile.shift_columns = shift_columns_;
-    profile.reference_frame = reference_index_;
-    return profile;
-  }
-
-  [[nodiscard]] std::int64_t References() const override {
-    return current_.empty() ? 0 : (frames_ + skip_) / (skip_ + 1);
-  }
-
- private:
-  std::int64_t skip_;
-  std::int64_t frames_ = 0;
-  cv::Mat reference_;
-  cv::Mat current_;
-  std::int64_t reference_index_ = 0;
-  std::int64_t current_index_ = 0;
-  int shift_columns_ = 0;
-  HeadingEstimate estimate_;
-};
+const std::map<std::string, compass::Method> kMethods = {
+    {"fft", compass::Method::kFft},
+    {"labrosse2006", compass::Method::kLabrosse2006},
+    {"labrosse2004", compass::Method::kLabrosse2004}};
 
 void RefuseUnlessLabrosse2006(bool given, const char* option, const std::string& method) {
   if (!given || method == "labrosse2006") return;
@@ -112,6 +59,11 @@ void CompassOptions::Check() const {
   if (skip && !(*skip >= 0 && *skip <= 1000)) {
     throw calib::InputError(fmt::format("--skip {}: must be in 0..1000", *skip));
   }
+  if (skip && threshold) {
+    throw calib::InputError(
+        "--threshold: with --skip every frame that is used becomes the reference; leave one of the "
+        "two out");
+  }
   if (threshold && !(*threshold >= 0 && *threshold <= 1)) {
     throw calib::InputError(fmt::format("--threshold {}: must be in 0..1", *threshold));
   }
@@ -119,7 +71,16 @@ void CompassOptions::Check() const {
 
 std::unique_ptr<compass::Compass> CompassOptions::Make() const {
   Check();
-  return std::make_unique<FrameToFrameCompass>(skip.value_or(0));
+  compass::CompassParams params;
+  params.method = kMethods.at(method);
+  if (fov_deg) {
+    const double fov_rad = *fov_deg * std::numbers::pi / 180;
+    params.fft.field_of_view_rad = fov_rad;
+    params.labrosse2006.field_of_view_rad = fov_rad;
+  }
+  if (skip) params.labrosse2006.skip = static_cast<int>(*skip);
+  if (threshold) params.labrosse2006.threshold = *threshold;
+  return compass::MakeCompass(params);
 }
 
 }  // namespace ceilmap::app
