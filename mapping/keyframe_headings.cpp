@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/pose2.hpp"
+
 namespace ceilmap::mapping {
 
 void KeyframeHeadings::Add(std::int64_t id, const calib::HeadingPrior& heading) {
@@ -23,8 +25,27 @@ std::optional<calib::HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std:
     const auto& between = headings_[static_cast<std::size_t>(id)];
     if (between) common = std::min(common, between->variance_rad2);
   }
-  const double single_rad = std::max(noise_rad_, std::sqrt(*least_rad2_));
+  const double single_rad = std::max(trust_.noise_rad, std::sqrt(*least_rad2_));
   return calib::TurnBetween(*at_from, *at_to, common, single_rad);
+}
+
+KeyframeGraph::Relative KeyframeHeadings::Narrowed(const KeyframeGraph::Relative& by_graph,
+                                                   std::int64_t from,
+                                                   std::int64_t to) const {
+  const auto turn = Turn(from, to);
+  const Pose2& T = by_graph.T_from_to;
+  const double variance = by_graph.covariance(2, 2);
+  if (!turn || mapping::Contradict(*turn, {T.yaw, variance}, trust_)) return by_graph;
+  // The update of a Kalman filter by a measured yaw.
+  const Eigen::Vector3d gain = by_graph.covariance.col(2) / (variance + turn->variance_rad2);
+  const Eigen::Vector3d moved = gain * calib::WrapAngle(turn->turn_rad - T.yaw);
+  return {{T.x + moved.x(), T.y + moved.y(), calib::WrapAngle(T.yaw + moved.z())},
+          by_graph.covariance - gain * by_graph.covariance.row(2)};
+}
+
+bool KeyframeHeadings::Contradict(const Edge& edge) const {
+  const auto turn = Turn(edge.from, edge.to);
+  return turn && mapping::Contradict(*turn, {edge.T_from_to.yaw, 0}, trust_);
 }
 
 }  // namespace ceilmap::mapping

@@ -5,14 +5,16 @@
 #include <vector>
 
 #include "calib/heading.hpp"
+#include "mapping/heading_trust.hpp"
+#include "mapping/keyframe.hpp"
+#include "mapping/keyframe_graph.hpp"
 
 namespace ceilmap::mapping {
 
 /// What a compass said at the keyframes of a recording, for the turn between any two of them.
 class KeyframeHeadings {
  public:
-  /// @param noise_rad  what a single heading is off at the least, > 0.
-  explicit KeyframeHeadings(double noise_rad) : noise_rad_(noise_rad) {}
+  explicit KeyframeHeadings(const HeadingTrust& trust = {}) : trust_(trust) {}
 
   /// @param id  >= 0, larger than those before.
   void Add(std::int64_t id, const calib::HeadingPrior& heading);
@@ -20,8 +22,17 @@ class KeyframeHeadings {
   /// microseconds for ten thousand of them.
   [[nodiscard]] std::optional<calib::HeadingTurn> Turn(std::int64_t from, std::int64_t to) const;
 
+  /// What the graph and the compass say together of the motion between two keyframes. A compass
+  /// that contradicts the graph has been disturbed in between, and does not count: the graph is
+  /// made of what was seen.
+  [[nodiscard]] KeyframeGraph::Relative Narrowed(const KeyframeGraph::Relative& by_graph,
+                                                 std::int64_t from,
+                                                 std::int64_t to) const;
+  /// Is the edge's rotation another orientation than the compass says? False where it says nothing.
+  [[nodiscard]] bool Contradict(const Edge& edge) const;
+
  private:
-  double noise_rad_;
+  HeadingTrust trust_;
   std::optional<double> least_rad2_;                          // of all variances
   std::vector<std::optional<calib::HeadingPrior>> headings_;  // by id
 };

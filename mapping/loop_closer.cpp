@@ -83,7 +83,7 @@ struct LoopCloser::Impl {
         registrar(view.Size(), p.registration),
         span(std::max(view.Size().width, view.Size().height) * view.MetresPerPixel()),
         graph(span, 0.5 * span),
-        headings(p.heading.noise_rad),
+        headings(p.heading),
         spectra(static_cast<std::size_t>(p.cached_spectra)),
         places(PlaceDescriber::Dimension()) {}
 
@@ -112,8 +112,6 @@ struct LoopCloser::Impl {
   std::vector<LoopCandidate> Candidates(std::int64_t id) const;
   std::vector<LoopCandidate> Around(std::int64_t id, double sigma) const;
   std::vector<LoopCandidate> Alike(std::int64_t id) const;
-  Relative WithCompass(const Relative& predicted, std::int64_t from, std::int64_t to) const;
-  bool ContradictsCompass(const Edge& edge) const;
   bool WorthWhile(const Relative& predicted, std::int64_t id) const;
   bool Agrees(const Edge& edge, const Relative& predicted) const;
   std::optional<Edge> Measure(std::int64_t from,
@@ -227,28 +225,6 @@ bool LoopCloser::Impl::Agrees(const Edge& edge, const Relative& predicted) const
   const Eigen::Vector2d t = predicted.T_from_to.Rotation() * off.Translation();
   const Eigen::Vector3d difference(t.x(), t.y(), off.yaw);
   return difference.dot(spread.ldlt().solve(difference)) < params.max_sigmas * params.max_sigmas;
-}
-
-/// What the graph and the compass say of the motion together. A compass that contradicts the graph
-/// has been disturbed in between: the graph is made of what was seen.
-LoopCloser::Impl::Relative LoopCloser::Impl::WithCompass(const Relative& predicted,
-                                                         std::int64_t from,
-                                                         std::int64_t to) const {
-  const auto turn = headings.Turn(from, to);
-  const calib::HeadingTurn by_graph{predicted.T_from_to.yaw, predicted.covariance(2, 2)};
-  if (!turn || Contradict(*turn, by_graph, params.heading)) return predicted;
-  const Eigen::Vector3d gain =
-      predicted.covariance.col(2) / (predicted.covariance(2, 2) + turn->variance_rad2);
-  const Eigen::Vector3d moved = gain * calib::WrapAngle(turn->turn_rad - predicted.T_from_to.yaw);
-  const Pose2& T = predicted.T_from_to;
-  return {{T.x + moved.x(), T.y + moved.y(), calib::WrapAngle(T.yaw + moved.z())},
-          predicted.covariance - gain * predicted.covariance.row(2)};
-}
-
-bool LoopCloser::Impl::ContradictsCompass(const Edge& edge) const {
-  const auto turn = headings.Turn(edge.from, edge.to);
-  const calib::HeadingTurn by_edge{edge.T_from_to.yaw, 0};
-  return turn && Contradict(*turn, by_edge, params.heading);
 }
 
 std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
@@ -425,7 +401,7 @@ void LoopCloser::Close(std::int64_t id) {
     const auto relative = me.graph.RelativeTo(candidate.id, target);
     if (relative.empty()) continue;  // another segment
     const KeyframeGraph::Relative predicted =
-        me.WithCompass(relative.begin()->second, candidate.id, id);
+        me.headings.Narrowed(relative.begin()->second, candidate.id, id);
     const double doubt_px =
         LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) / me.view.MetresPerPixel();
     const bool doubtful = doubt_px > params.confirm_px;
@@ -455,7 +431,7 @@ std::optional<MotionPrior> LoopCloser::CompassPrior(std::int64_t from, std::int6
       {0, 0, turn->turn_rad}, kAnywhere * impl_->span, std::sqrt(turn->variance_rad2));
 }
 bool LoopCloser::ContradictsCompass(const Edge& edge) const {
-  return impl_->ContradictsCompass(edge);
+  return impl_->headings.Contradict(edge);
 }
 Edge LoopCloser::ClosureEdge(const Registration& measured,
                              std::int64_t from,

@@ -12,7 +12,7 @@ constexpr double kNoise = 0.01;
 constexpr double kSingles = 2 * kNoise * kNoise;
 
 TEST(KeyframeHeadings, TellTurnsEitherWay) {
-  KeyframeHeadings headings(kNoise);
+  KeyframeHeadings headings;
   headings.Add(3, {0.5, 1e-9});
   headings.Add(4, {1.0, 0.01});
   headings.Add(7, {-3.0, 0.04});
@@ -27,7 +27,7 @@ TEST(KeyframeHeadings, TellTurnsEitherWay) {
 }
 
 TEST(KeyframeHeadings, KnowWhereTheCompassWasBestInBetween) {
-  KeyframeHeadings headings(kNoise);
+  KeyframeHeadings headings;
   headings.Add(0, {0, 1e-9});
   headings.Add(1, {0, 0.04});
   headings.Add(2, {0, 0.01});
@@ -36,7 +36,7 @@ TEST(KeyframeHeadings, KnowWhereTheCompassWasBestInBetween) {
 }
 
 TEST(KeyframeHeadings, KnowNothingOfKeyframesWithoutOne) {
-  KeyframeHeadings headings(kNoise);
+  KeyframeHeadings headings;
   EXPECT_FALSE(headings.Turn(0, 1));
   headings.Add(1, {0, 0.01});
   headings.Add(3, {0, 0.01});
@@ -44,6 +44,52 @@ TEST(KeyframeHeadings, KnowNothingOfKeyframesWithoutOne) {
   EXPECT_FALSE(headings.Turn(1, 2));
   EXPECT_FALSE(headings.Turn(1, 4));
   EXPECT_TRUE(headings.Turn(1, 3));
+}
+
+KeyframeGraph::Relative ByGraph(double yaw, double sigma_rad) {
+  KeyframeGraph::Relative relative;
+  relative.T_from_to = {2, 1, yaw};
+  relative.covariance.diagonal() << 0.01, 0.04, sigma_rad * sigma_rad;
+  relative.covariance(1, 2) = relative.covariance(2, 1) = 0.1 * sigma_rad;  // an arm: y moves along
+  return relative;
+}
+
+TEST(KeyframeHeadings, NarrowWhatTheGraphKnowsOfARotation) {
+  KeyframeHeadings headings;
+  headings.Add(0, {0, 1e-9});
+  headings.Add(1, {1, 2e-9});
+  const KeyframeGraph::Relative vague = headings.Narrowed(ByGraph(0.5, 0.5), 0, 1);
+  EXPECT_NEAR(vague.T_from_to.yaw, 1, 0.001);
+  EXPECT_NEAR(vague.covariance(2, 2), kSingles, 1e-6);
+  EXPECT_NEAR(vague.T_from_to.y, 1 + 0.5 * 0.05 / 0.25, 0.001) << "what hangs on it moves along";
+  EXPECT_LT(vague.covariance(1, 1), 0.04);
+  EXPECT_NEAR(vague.T_from_to.x, 2, 1e-9);
+  // The ceiling tells a rotation a hundred times more exactly.
+  const KeyframeGraph::Relative exact = headings.Narrowed(ByGraph(0.9, 1e-4), 0, 1);
+  EXPECT_NEAR(exact.T_from_to.yaw, 0.9, 1e-5);
+}
+
+TEST(KeyframeHeadings, CountForNothingAgainstWhatWasSeen) {
+  KeyframeHeadings headings;
+  headings.Add(0, {0, 1e-9});
+  headings.Add(1, {2, 2e-9});
+  const KeyframeGraph::Relative kept = headings.Narrowed(ByGraph(0.5, 0.01), 0, 1);
+  EXPECT_EQ(kept.T_from_to.yaw, 0.5);
+  EXPECT_EQ(kept.covariance, ByGraph(0.5, 0.01).covariance);
+  const KeyframeGraph::Relative unknown = headings.Narrowed(ByGraph(0.5, 0.01), 0, 2);
+  EXPECT_EQ(unknown.T_from_to.yaw, 0.5);
+}
+
+TEST(KeyframeHeadings, SayWhichEdgesFaceAnotherWay) {
+  KeyframeHeadings headings;
+  headings.Add(0, {0, 1e-9});
+  headings.Add(1, {1, 2e-9});
+  Edge edge{0, 1, Edge::Kind::kLoopClosure, {3, 0, 1.1}, {}};
+  EXPECT_FALSE(headings.Contradict(edge));
+  edge.T_from_to.yaw = 1 + 1.57;
+  EXPECT_TRUE(headings.Contradict(edge));
+  edge.to = 5;
+  EXPECT_FALSE(headings.Contradict(edge)) << "nothing is known there";
 }
 
 TEST(HeadingTrust, OnlyAnotherOrientationContradicts) {

@@ -13,6 +13,7 @@ namespace {
 
 using synthetic::CeilingParams;
 using synthetic::DriveUnder;
+using synthetic::FourArms;
 using synthetic::Periodic;
 using testing::HasSubstr;
 
@@ -117,24 +118,6 @@ TEST(MapMerge, ThirdPartMayHangOnTheSecond) {
       [&](std::int64_t id) { return of(id).Descriptors(id); });
   ASSERT_TRUE(merged.ok()) << merged.results[1].reason << merged.results[2].reason;
   EXPECT_EQ(merged.graph.keyframes.size(), 28U);
-}
-
-/// A hall with four arms that look alike: after a quarter turn about its middle it fits again.
-CeilingParams FourArms() {
-  CeilingParams arms = Periodic(0);
-  std::uint32_t state = 5;
-  const auto next = [&state] {
-    state = state * 1664525 + 1013904223;
-    return static_cast<double>(state >> 8U) / (1U << 24U);
-  };
-  for (int i = 0; i < 60; ++i) {
-    Eigen::Vector2d p(60 + 900 * next(), 300 * (next() - 0.5));
-    for (int quarter = 0; quarter < 4; ++quarter) {
-      arms.own_marks.push_back(p);
-      p = Eigen::Vector2d(-p.y(), p.x());
-    }
-  }
-  return arms;
 }
 
 /// What a compass said on the drive, that counts from another direction than the map.

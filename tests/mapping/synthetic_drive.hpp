@@ -43,6 +43,24 @@ inline CeilingParams Periodic(double tile_px) {
   return params;
 }
 
+/// A hall with four arms that look alike: after a quarter turn about its middle it fits again.
+inline CeilingParams FourArms() {
+  CeilingParams arms = Periodic(0);
+  std::uint32_t state = 5;
+  const auto next = [&state] {
+    state = state * 1664525 + 1013904223;
+    return static_cast<double>(state >> 8U) / (1U << 24U);
+  };
+  for (int i = 0; i < 60; ++i) {
+    Eigen::Vector2d p(60 + 900 * next(), 300 * (next() - 0.5));
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      arms.own_marks.push_back(p);
+      p = Eigen::Vector2d(-p.y(), p.x());
+    }
+  }
+  return arms;
+}
+
 struct DriftParams {
   double sigma = 0.002;       ///< of an edge, in x and y; the edges claim it
   double sigma_rad = 0.0005;  ///< the same in yaw
