@@ -145,7 +145,7 @@ TEST(Labrosse2006, HoldsTheHeadingWhereNothingIsSeen) {
       EXPECT_GT(held->variance_rad2, variance);
       variance = held->variance_rad2;
     }
-    const auto again = compass.Next({world.At(15 * kDeg), stamp += 0.1});
+    const auto again = compass.Next({world.At(15 * kDeg), stamp + 0.1});
     EXPECT_NEAR(ErrorDeg(again, 15 * kDeg), 0, 0.2);
     EXPECT_LT(again->variance_rad2, variance);
     EXPECT_GT(again->confidence, 0.6);
@@ -168,6 +168,21 @@ TEST(Labrosse2006, GoesOnInNewSurroundings) {
   EXPECT_NEAR(found->heading_rad, lost->heading_rad + 5 * kDeg, 0.1 * kDeg);
   EXPECT_EQ(found->confidence, 1);
   EXPECT_GE(found->variance_rad2, lost->variance_rad2);
+}
+
+// A frame that fitted nothing does not become the reference while the old one still tells
+// something, less than the threshold asks for: what the robot turned meanwhile would be lost.
+TEST(Labrosse2006, ReturnsToAPoorReference) {
+  const Waves world(8, 360, CV_8UC3, 15);
+  const Waves later(8, 360, CV_8UC3, 16);
+  Labrosse2006 compass;
+  (void)compass.Next({world.At(0), 0});
+  EXPECT_EQ(compass.Next({RandomPanorama(8, 360, CV_8UC3, 17), 1})->confidence, 0);
+  const auto poor = compass.Next({Mixed(world, later, 0.45, 5 * kDeg), 2});
+  EXPECT_LT(poor->confidence, 0.6);
+  EXPECT_GT(poor->confidence, 0.1);
+  EXPECT_NEAR(ErrorDeg(poor, 5 * kDeg), 0, 0.8);
+  EXPECT_EQ(compass.References(), 1);
 }
 
 // What lies in the fields of view turns by 5 columns, the rest by 2.

@@ -37,10 +37,10 @@ inline cv::Mat Rolled(const cv::Mat& panorama, int columns) {
 class Waves {
  public:
   Waves(int rows, int cols, int type, unsigned seed)
-      : empty_(rows, cols, type), phases_(static_cast<std::size_t>(rows) * 3 * kWaves) {
+      : empty_(rows, cols, type), phases_(std::vector<int>{rows, 3, kWaves}, CV_64F) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> phase(0, 2 * std::numbers::pi);
-    for (double& value : phases_) value = phase(random);
+    std::generate(phases_.begin<double>(), phases_.end<double>(), [&] { return phase(random); });
   }
 
   [[nodiscard]] cv::Mat At(double heading_rad) const {
@@ -51,7 +51,7 @@ class Waves {
         const double azimuth =
             2 * std::numbers::pi * (0.5 - static_cast<double>(u) / panorama.cols);
         for (int c = 0; c < channels; ++c) {
-          const double* phases = &phases_[static_cast<std::size_t>((v * 3 + c) * kWaves)];
+          const double* phases = phases_.ptr<double>(v, c);
           double value = 128;
           for (int k = 1; k <= kWaves; ++k) {
             value += 20 * std::cos(k * (azimuth + heading_rad) + phases[k - 1]);
@@ -67,7 +67,7 @@ class Waves {
  private:
   static constexpr int kWaves = 20;
   cv::Mat empty_;
-  std::vector<double> phases_;
+  cv::Mat phases_;  ///< row, channel, wave
 };
 
 }  // namespace ceilmap::compass

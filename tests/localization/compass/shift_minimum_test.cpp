@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 namespace ceilmap::compass {
 namespace {
@@ -17,7 +18,8 @@ ShiftNeighbours Around(const Distance& distance) {
 }
 
 TEST(ShiftMinimum, RecoversParabolasAndVs) {
-  for (double at = -0.5; at <= 0.5; at += 0.05) {
+  for (int i = -10; i <= 10; ++i) {
+    const double at = i / 20.0;
     const auto parabola = Around([&](double s) { return 7 + 3 * (s - at) * (s - at); });
     EXPECT_NEAR(ParabolaMinimum(parabola), at, 1e-12);
     EXPECT_NEAR(BlendedMinimum(parabola, 0), at, 1e-12);
@@ -75,21 +77,17 @@ TEST(ShiftMinimum, VarianceIsThatOfTheShift) {
   constexpr int kColumns = 60;
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0, 4);
-  std::array<double, kColumns + 2> world{};
-  for (double& value : world) value = 10 * noise(random);
+  std::array<double, kColumns> slopes{};
+  for (double& slope : slopes) slope = 10 * noise(random);
   double squares = 0;
   double variances = 0;
   constexpr int kTrials = 2000;
   for (int trial = 0; trial < kTrials; ++trial) {
-    std::array<double, 3> sums{};
-    for (int u = 1; u <= kColumns; ++u) {
-      const double seen = world[static_cast<std::size_t>(u)] + noise(random);
-      for (int s = -1; s <= 1; ++s) {
-        // A world that is a straight line at each column.
-        const double slope = world[static_cast<std::size_t>(u + 1)];
-        const double difference = seen - (world[static_cast<std::size_t>(u)] - s * slope);
-        sums[static_cast<std::size_t>(s + 1)] += difference * difference;
-      }
+    std::vector<double> sums(3, 0);
+    // A world that is a straight line at each column, of that slope.
+    for (const double slope : slopes) {
+      const double error = noise(random);
+      for (int i = 0; i < 3; ++i) sums.at(i) += std::pow(error + (i - 1) * slope, 2);
     }
     const ShiftNeighbours squared{sums[0], sums[1], sums[2]};
     const double shift = ParabolaMinimum(squared);
