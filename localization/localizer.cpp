@@ -66,32 +66,32 @@ double MillisecondsSince(Clock::time_point start) {
 
 struct Localizer::Impl {
   Impl(const mapping::MapReader& map, const calib::MountedCamera& up, const LocalizerParams& p)
-      : params(p),
+      : motion(p.motion),
+        params(p),
         sight(map, up, p),
         search(map, sight, p),
         shape(map),
-        motion(p.motion),
         heading(p.heading) {}
 
+  MotionModel motion;                               // started: the robot is followed
+  std::optional<calib::TiltAngles> unnoticed_tilt;  // as the latest check found it, if it did
+  LevelFrame last_frame;                            // the last placed one ...
+  PoseEstimate last_pose;                           // ... and its pose
   LocalizerParams params;
   MapSight sight;
   GlobalSearch search;
   MapShape shape;
-  MotionModel motion;  // started: the robot is followed
   HeadingFusion heading;
   LocalizerReport report;
 
-  std::shared_ptr<const Patch> patch;               // that the robot is followed on
-  PoseEstimate last_pose;                           // of the last placed frame
-  LevelFrame last_frame;                            // the same
-  int placed_frames = 0;                            // since it was found
-  std::optional<calib::TiltAngles> unnoticed_tilt;  // as the latest check found it, if it did
-  std::optional<double> last_stamp_s;               // of any frame
-  bool was_placed = false;
+  std::shared_ptr<const Patch> patch;  // that the robot is followed on
+  // Of the sight's view, made for the first tilted frame.
+  std::optional<calib::LevelView> level_view;
   cv::Mat rectified;
-  std::optional<calib::LevelView>
-      level_view;  // of the sight's view, made for the first tilted frame
   cv::Mat levelled;
+  std::optional<double> last_stamp_s;  // of any frame
+  int placed_frames = 0;               // since it was found
+  bool was_placed = false;
 
   [[nodiscard]] LevelFrame Levelled(const CeilingFrame& frame);
   void CheckTilt(const Patch& at,

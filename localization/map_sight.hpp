@@ -66,14 +66,14 @@ class MapSight {
   calib::MountedCamera up_;
   LocalizerParams params_;
   calib::CeilingView view_;
+  calib::Tilt tilt_;  // that was taken out of the frame
   double span_;
   registration::Registrar registrar_;
   registration::Registrar scaling_;  // until the scale is known
   std::unique_ptr<MapPatches> patches_;
-  bool scale_known_;
   std::vector<double> scales_;
   std::optional<double> scale_;
-  calib::Tilt tilt_;  // that was taken out of the frame
+  bool scale_known_;
   registration::Verdict verdict_ = registration::Verdict::kNoMatch;
 };
 

@@ -33,6 +33,7 @@ void HeadingGraph::Solve() {
   const auto count = static_cast<Eigen::Index>(places_.size());
   if (count < 2) return;
   std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(places_.size() + 4 * turns_.size());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
   // The first place is held; a whisper on the others, for those that nothing ties to it.
   constexpr double kHeld = 1e12;
