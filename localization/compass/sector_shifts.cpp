@@ -32,8 +32,16 @@ CEILMAP_HOT void Unpack(
 }
 
 CEILMAP_HOT float WeightedSum(const float* values, const float* weights, int n) {
+  // Sums side by side, which a compiler may not make of one by itself.
+  constexpr int kLanes = 16;
+  float sums[kLanes] = {};
+  int i = 0;
+  for (; i + kLanes <= n; i += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) sums[lane] += values[i + lane] * weights[i + lane];
+  }
   float sum = 0;
-  for (int i = 0; i < n; ++i) sum += values[i] * weights[i];
+  for (; i < n; ++i) sum += values[i] * weights[i];
+  for (const float part : sums) sum += part;
   return sum;
 }
 

@@ -21,18 +21,27 @@ std::size_t Size(int n) {
   return static_cast<std::size_t>(n);
 }
 
-/// One channel of a row, minus `mean`, as the real (part 0) or imaginary (part 1) part of a line.
-CEILMAP_HOT void Unpack(
-    const std::uint8_t* row, int channels, int columns, float mean, int part, float* line) {
+/// Two lines without their means as the parts of a complex one, and their squares.
+CEILMAP_HOT void Pack(const std::uint8_t* a,
+                      const std::uint8_t* b,
+                      float mean_a,
+                      float mean_b,
+                      int columns,
+                      float* line,
+                      float* energy) {
   for (int u = 0; u < columns; ++u) {
-    line[2 * u + part] = static_cast<float>(row[u * channels]) - mean;
+    const float re = static_cast<float>(a[u]) - mean_a;
+    const float im = static_cast<float>(b[u]) - mean_b;
+    line[2 * u] = re;
+    line[2 * u + 1] = im;
+    energy[u] += re * re + im * im;
   }
 }
 
-CEILMAP_HOT void AddSquares(const float* line, int columns, float* energy) {
-  for (int u = 0; u < columns; ++u) {
-    energy[u] += line[2 * u] * line[2 * u] + line[2 * u + 1] * line[2 * u + 1];
-  }
+CEILMAP_HOT std::uint32_t Sum(const std::uint8_t* line, int columns) {
+  std::uint32_t sum = 0;
+  for (int u = 0; u < columns; ++u) sum += line[u];
+  return sum;
 }
 
 /// sum += conj(a) * b, as plain floats so that it vectorises.
@@ -50,17 +59,34 @@ CEILMAP_HOT void Weight(const float* line, const float* weights, int columns, fl
   }
 }
 
+/// Squared distance of two runs of complex samples, each counted with a weight.
+CEILMAP_HOT float SquaredDistance(const float* a, const float* b, const float* weights, int n) {
+  // Sums side by side, which a compiler may not make of one by itself.
+  constexpr int kLanes = 16;
+  float sums[kLanes] = {};
+  int u = 0;
+  for (; u + kLanes <= n; u += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const float re = a[2 * (u + lane)] - b[2 * (u + lane)];
+      const float im = a[2 * (u + lane) + 1] - b[2 * (u + lane) + 1];
+      sums[lane] += weights[u + lane] * (re * re + im * im);
+    }
+  }
+  float sum = 0;
+  for (; u < n; ++u) {
+    const float re = a[2 * u] - b[2 * u];
+    const float im = a[2 * u + 1] - b[2 * u + 1];
+    sum += weights[u] * (re * re + im * im);
+  }
+  for (const float part : sums) sum += part;
+  return sum;
+}
+
 float* Floats(ComplexArray& array, std::size_t at = 0) {
   return reinterpret_cast<float*>(array.data() + at);
 }
 const float* Floats(const ComplexArray& array, std::size_t at = 0) {
   return reinterpret_cast<const float*>(array.data() + at);
-}
-
-float Mean(const std::uint8_t* row, int channels, int columns) {
-  std::uint32_t sum = 0;
-  for (int u = 0; u < columns; ++u) sum += row[u * channels];
-  return static_cast<float>(sum) / static_cast<float>(columns);
 }
 
 int CheckedLines(cv::Size size, int channels) {
@@ -75,17 +101,18 @@ ShiftDistances::ShiftDistances(cv::Size size, int channels)
       rows_(size.height),
       channels_(channels),
       lines_(CheckedLines(size, channels)),
-      lines_fft_(registration::ComplexFft::Lines(lines_, columns_)),
       line_fft_(registration::ComplexFft::Lines(1, columns_)),
       profile_fft_(registration::RealFft::Lines(1, columns_)),
-      weighted_(Size(lines_) * Size(columns_)),
+      weighted_(Size(columns_)),
       weighted_bins_(Size(lines_) * Size(columns_)),
       product_(Size(columns_)),
       correlation_(Size(columns_)),
       profile_(Size(columns_)),
       profile_bins_(Size(columns_ / 2 + 1)),
       weight_bins_(Size(columns_ / 2 + 1)),
-      profile_correlation_(Size(columns_)) {}
+      profile_correlation_(Size(columns_)),
+      blank_(Size(columns_), 0),
+      ones_(Size(columns_), 1.F) {}
 
 void ShiftDistances::Analyze(const cv::Mat& panorama, PanoramaSpectrum& spectrum) {
   CheckPanoramas(cv::Mat(rows_, columns_, CV_8UC(channels_)), panorama);
@@ -96,20 +123,32 @@ void ShiftDistances::Analyze(const cv::Mat& panorama, PanoramaSpectrum& spectrum
   spectrum.energy_bins.Resize(columns / 2 + 1);
   spectrum.means.resize(Size(rows_ * channels_));
   std::fill_n(spectrum.energy.data(), columns, 0.F);
-  for (int i = 0; i < rows_ * channels_; ++i) {
-    const std::uint8_t* row = panorama.ptr(i / channels_) + i % channels_;
-    const float mean = Mean(row, channels_, columns_);
-    spectrum.means[Size(i)] = mean;
-    float* line = Floats(spectrum.samples, Size(i / 2) * columns);
-    Unpack(row, channels_, columns_, mean, i % 2, line);
-    if (i % 2 == 1 || i + 1 == rows_ * channels_) {
-      AddSquares(line, columns_, spectrum.energy.data());
+  cv::split(panorama, planes_);
+  const int real_lines = rows_ * channels_;
+  const auto line_of = [&](int i) {
+    return i < real_lines ? planes_[Size(i % channels_)].ptr(i / channels_) : blank_.data();
+  };
+  for (int pair = 0; pair < lines_; ++pair) {
+    const std::uint8_t* lines[] = {line_of(2 * pair), line_of(2 * pair + 1)};
+    float means[2];
+    for (int part = 0; part < 2; ++part) {
+      means[part] = static_cast<float>(Sum(lines[part], columns_)) / static_cast<float>(columns_);
+      if (2 * pair + part < real_lines) spectrum.means[Size(2 * pair + part)] = means[part];
     }
+    Pack(lines[0],
+         lines[1],
+         means[0],
+         means[1],
+         columns_,
+         Floats(spectrum.samples, Size(pair) * columns),
+         spectrum.energy.data());
+    // At once, while the line is near.
+    const std::size_t at = Size(pair) * columns;
+    line_fft_.Forward({spectrum.samples.data() + at, columns},
+                      {spectrum.bins.data() + at, columns});
   }
   spectrum.total_energy = 0;
   for (std::size_t u = 0; u < columns; ++u) spectrum.total_energy += spectrum.energy[u];
-  lines_fft_.Forward({spectrum.samples.data(), spectrum.samples.size()},
-                     {spectrum.bins.data(), spectrum.bins.size()});
   profile_fft_.Forward({spectrum.energy.data(), columns},
                        {spectrum.energy_bins.data(), spectrum.energy_bins.size()});
 }
@@ -118,10 +157,10 @@ void ShiftDistances::WeightCurrent(const PanoramaSpectrum& current,
                                    std::span<const float> weights) {
   for (std::size_t line = 0; line < Size(lines_); ++line) {
     const std::size_t at = line * Size(columns_);
-    Weight(Floats(current.samples, at), weights.data(), columns_, Floats(weighted_, at));
+    Weight(Floats(current.samples, at), weights.data(), columns_, Floats(weighted_));
+    line_fft_.Forward({weighted_.data(), Size(columns_)},
+                      {weighted_bins_.data() + at, Size(columns_)});
   }
-  lines_fft_.Forward({weighted_.data(), weighted_.size()},
-                     {weighted_bins_.data(), weighted_bins_.size()});
 }
 
 /// profile_correlation_(s) = W * sum over u of weights(u) * values(u - s), with the transform of
@@ -177,14 +216,14 @@ double ShiftDistances::Exactly(const PanoramaSpectrum& reference,
                                const PanoramaSpectrum& current,
                                std::span<const float> weights,
                                int shift) const {
+  const float* w = weights.empty() ? ones_.data() : weights.data();
   double sum = 0;
   for (std::size_t line = 0; line < Size(lines_); ++line) {
-    const Complex* a = reference.samples.data() + line * Size(columns_);
-    const Complex* b = current.samples.data() + line * Size(columns_);
-    for (int u = 0; u < columns_; ++u) {
-      const Complex off = b[u] - a[u >= shift ? u - shift : u - shift + columns_];
-      sum += static_cast<double>((weights.empty() ? 1.F : weights[Size(u)]) * std::norm(off));
-    }
+    const float* then = Floats(reference.samples, line * Size(columns_));
+    const float* now = Floats(current.samples, line * Size(columns_));
+    // The first columns show what was at the end of the reference.
+    sum += double{SquaredDistance(now, then + 2 * (columns_ - shift), w, shift)};
+    sum += double{SquaredDistance(now + 2 * shift, then, w + shift, columns_ - shift)};
   }
   return sum;
 }

@@ -81,7 +81,6 @@ class ShiftDistances {
   int rows_;
   int channels_;
   int lines_;  ///< complex ones
-  registration::ComplexFft lines_fft_;
   registration::ComplexFft line_fft_;
   registration::RealFft profile_fft_;
   registration::ComplexArray weighted_;
@@ -92,6 +91,9 @@ class ShiftDistances {
   registration::ComplexArray profile_bins_;
   registration::ComplexArray weight_bins_;
   registration::RealArray profile_correlation_;
+  std::vector<cv::Mat> planes_;
+  std::vector<std::uint8_t> blank_;  ///< the other half of a last line that is alone
+  std::vector<float> ones_;
 };
 
 }  // namespace ceilmap::compass

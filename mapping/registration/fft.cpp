@@ -159,7 +159,7 @@ ComplexFft ComplexFft::Lines(int count, int length) {
                                1,
                                length,
                                sign,
-                               FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
+                               FFTW_MEASURE | FFTW_PRESERVE_INPUT);
   };
   plans->forward = plan(FFTW_FORWARD);
   plans->inverse = plan(FFTW_BACKWARD);

@@ -197,6 +197,28 @@ TEST(FftCompass, BearsLightThatChanges) {
   EXPECT_LT(run.Largest(), 1.2 * kDegree);
 }
 
+/// A mirror whose picture is unwrapped about a point 5 of 140 px off its centre.
+TEST(FftCompass, BearsAMirrorOffCentre) {
+  FftCompass compass;
+  const Drove run = Drive(compass, PanoramaRoom(17), Circle(1), [](std::size_t, cv::Mat& panorama) {
+    cv::Mat columns(panorama.size(), CV_32FC2);
+    for (int u = 0; u < panorama.cols; ++u) {
+      const double azimuth = pi - 2 * pi * u / panorama.cols;
+      const double off = 5.0 / 140 * std::sin(azimuth - 0.7) * panorama.cols / (2 * pi);
+      for (int v = 0; v < panorama.rows; ++v) {
+        columns.at<cv::Vec2f>(v, u) = {static_cast<float>(u + off), static_cast<float>(v)};
+      }
+    }
+    cv::Mat seen;
+    cv::remap(panorama, seen, columns, {}, cv::INTER_LINEAR, cv::BORDER_WRAP);
+    panorama = seen;
+  });
+  for (std::size_t i = 1; i < run.errors_rad.size(); ++i) {
+    EXPECT_LT(std::abs(run.errors_rad[i] - run.errors_rad[i - 1]), 1 * kDegree) << i;
+  }
+  EXPECT_LT(run.Largest(), 6 * kDegree);
+}
+
 TEST(FftCompass, BeginsAnewWhereItWasCarriedTo) {
   FftCompass compass;
   const PanoramaRoom here(13);

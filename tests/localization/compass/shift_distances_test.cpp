@@ -126,7 +126,9 @@ TEST(ShiftDistances, AreExactWhereThePanoramasAgree) {
     ExpectSame(found, expected);
     const auto least = std::min_element(found.begin(), found.end()) - found.begin();
     EXPECT_EQ(least, (17 * round) % 180);
-    if (round % 3 == 0) EXPECT_EQ(found[static_cast<std::size_t>(least)], 0);
+    if (round % 3 == 0) {
+      EXPECT_EQ(found[static_cast<std::size_t>(least)], 0);
+    }
   }
 }
 
