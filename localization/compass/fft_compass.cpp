@@ -293,6 +293,8 @@ void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
   const int place = graph.Add(calib::WrapAngle(PlaceOf(last).heading_rad + turn_rad));
   const double sigma = params.reference_sigma_rad;
   graph.Measure(last.place, place, turn_rad, variance_rad2 + sigma * sigma);
+  // From now on only its lines are compared.
+  if (last.view != before) last.view->spectrum = {};
   references.push_back({view, place});
   ++made;
   if (view == current) {
