@@ -103,7 +103,7 @@ Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
   if (!expected) return registrar.Register(reference.spectrum, spectrum);
   const MotionPrior prior = PriorFor(reference, *expected);
   if (!expected->by_compass_alone) return registrar.Register(reference.spectrum, spectrum, prior);
-  const Registration alone = registrar.Register(reference.spectrum, spectrum);
+  Registration alone = registrar.Register(reference.spectrum, spectrum);
   if (alone.ok() || alone.verdict == Verdict::kNoTexture) return alone;
   Registration turned = registrar.Register(reference.spectrum, spectrum, prior);
   turned.by_prior = turned.by_prior || alone.verdict == Verdict::kAmbiguous;
