@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The two experiments of Matsumoto et al. 2010, "Visual compensation in localization of a robot on a ceiling map", on
 # bundled recordings: a robot drives straight over debris. Prints the paper's table beside ours, and draws its figures.
+# Then those of Labrosse 2006, a visual compass, by samples/compass-experiments.sh.
 #   samples/experiments.sh [OUTPUT_DIR]     default: samples/out/experiments
 set -euo pipefail
 
@@ -103,3 +104,5 @@ for number in 1 2; do
     for format in svg png; do echo "  $out/experiment-$number/$figure.$format"; done
   done
 done
+
+"$root/samples/compass-experiments.sh" "$out"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds ceilmap, maps a bundled recording, finds a second robot on the map, and takes
-# debris out of a third drive; all scored.
+# Installs what is missing, builds ceilmap, maps a bundled recording, finds a second robot on the map, takes debris
+# out of a third drive, and measures how a fourth one turns; all scored.
 #   samples/run.sh [OUTPUT_DIR]     default: samples/out
 set -euo pipefail
 
@@ -40,7 +40,13 @@ echo
 echo "6. What that scores, before and after (samples/experiments.sh has the whole of it)"
 "$ceilmap" evaluate --truth "$debris/truth.tum" --before "$out/debris-before.tum" debris="$out/debris.tum"
 echo
+echo "7. How a robot turns, by a camera under a convex mirror, and what that scores (samples/compass-experiments.sh has more)"
+omni=$root/samples/lab-omni-circle
+"$ceilmap" heading --rig "$omni/rig.yaml" --omni "$omni/omni.mp4" --stamps "$omni/frames.csv" \
+  --truth "$omni/truth.tum" -o "$out/heading.csv"
+echo
 echo "The map         $out/lab.gpkg   (QGIS and GDAL open it; 'ceilmap info' describes it)"
 echo "The trajectory  $out/lab.tum"
 echo "The second one  $out/second.tum, and its status frame by frame in second.csv"
+echo "The headings    $out/heading.csv"
 echo "The picture     $out/lab.png    (seen from above)"
