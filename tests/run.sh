@@ -6,7 +6,7 @@ set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
-samples/install-deps.sh
+samples/install-deps.sh --plots
 cmake --preset release
 cmake --build --preset release
 
