@@ -11,8 +11,8 @@
 #include "calib/error.hpp"
 #include "calib/pose2.hpp"
 #include "localization/compass/fields_of_view.hpp"
+#include "localization/compass/frame_check.hpp"
 #include "localization/compass/heading_graph.hpp"
-#include "localization/compass/panorama.hpp"
 #include "localization/compass/shift_distances.hpp"
 
 namespace ceilmap::compass {
@@ -38,6 +38,17 @@ struct Reference {
   std::shared_ptr<View> view;
   int place = 0;
 };
+
+void RequireWidth(const cv::Mat& panorama) {
+  constexpr int kLeastColumns = 48;
+  if (panorama.cols < kLeastColumns) {
+    throw calib::InputError(
+        fmt::format("a panorama of {} columns is too narrow for method fft, must have at least {}; "
+                    "unwrap it to more columns",
+                    panorama.cols,
+                    kLeastColumns));
+  }
+}
 
 }  // namespace
 
@@ -72,12 +83,12 @@ struct FftCompass::Impl {
   explicit Impl(const FftCompassParams& p) : params(p) {}
 
   FftCompassParams params;
+  FrameCheck check;
   std::optional<ShiftDistances> distances;
   std::optional<ShiftDistances> thumbs;
   std::optional<SectorMatcher> matcher;
   std::vector<double> squared;
   std::vector<double> thumb_squared;
-  cv::Size size;  // of the panoramas as given
   cv::Mat pooled;
   cv::Mat grey;
   cv::Mat thumb;
@@ -90,7 +101,6 @@ struct FftCompass::Impl {
   double before_turn_rad = 0;    // from the last reference
   double before_variance = 0;
   HeadingEstimate estimate;
-  double last_stamp_s = 0;
   double seen_stamp_s = 0;   // of the last frame that was measured
   double seen_variance = 0;  // ... and its variance
   double turned_rad = 0;     // from the frame before that to the last one
@@ -132,18 +142,8 @@ FftCompass::FftCompass(FftCompass&&) noexcept = default;
 FftCompass& FftCompass::operator=(FftCompass&&) noexcept = default;
 
 void FftCompass::Impl::Prepare(const cv::Mat& panorama) {
-  CheckPanorama(panorama, "the");
-  constexpr int kLeastColumns = 48;
-  if (panorama.cols < kLeastColumns) {
-    throw calib::InputError(
-        fmt::format("a panorama of {} columns is too narrow for method fft, must have at least {}; "
-                    "unwrap it to more columns",
-                    panorama.cols,
-                    kLeastColumns));
-  }
   const int channels = panorama.channels();
   const int rows = std::min(params.rows, panorama.rows);
-  size = panorama.size();
   distances.emplace(cv::Size(panorama.cols, rows), channels);
   matcher.emplace(cv::Size(panorama.cols, rows), channels, params.sectors);
   thumbs.emplace(cv::Size(kThumbColumns, std::min(kThumbRows, panorama.rows)), 1);
@@ -160,7 +160,6 @@ std::shared_ptr<View> FftCompass::Impl::FreshView() {
 
 void FftCompass::Impl::Analyze(const cv::Mat& panorama) {
   const int channels = distances->Channels();
-  CheckPanoramas(cv::Mat(size, CV_8UC(channels)), panorama);
   current = FreshView();
   const int rows = std::min(params.rows, panorama.rows);
   cv::resize(panorama, pooled, {panorama.cols, rows}, 0, 0, cv::INTER_AREA);
@@ -345,14 +344,11 @@ void FftCompass::Impl::Restart() {
 
 std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
   Impl& me = *impl_;
-  if (!me.distances) {
-    me.Prepare(frame.panorama);
-  } else if (!(frame.stamp_s > me.last_stamp_s)) {
-    throw calib::InputError(fmt::format(
-        "panorama {}: time {} s is not later than the one before", me.frames, frame.stamp_s));
-  }
+  // First of all, so that a panorama that was refused is not the measure of those to come.
+  if (!me.distances && !frame.panorama.empty()) RequireWidth(frame.panorama);
+  me.check.Take(frame);
+  if (!me.distances) me.Prepare(frame.panorama);
   me.Analyze(frame.panorama);
-  me.last_stamp_s = frame.stamp_s;
   if (me.frames++ == 0) {
     me.references.push_back({me.current, me.graph.Add(0)});
     me.made = 1;

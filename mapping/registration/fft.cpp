@@ -16,6 +16,21 @@ std::mutex& PlannerMutex() {
   return mutex;
 }
 
+/// The way there and back, destroyed under the planner's lock.
+struct PlanPair {
+  fftwf_plan forward = nullptr;
+  fftwf_plan inverse = nullptr;
+
+  PlanPair() = default;
+  PlanPair(const PlanPair&) = delete;
+  PlanPair& operator=(const PlanPair&) = delete;
+  ~PlanPair() {
+    const std::scoped_lock lock(PlannerMutex());
+    fftwf_destroy_plan(forward);
+    fftwf_destroy_plan(inverse);
+  }
+};
+
 fftwf_complex* AsFftw(const std::complex<float>* bins) {
   return reinterpret_cast<fftwf_complex*>(const_cast<std::complex<float>*>(bins));
 }
@@ -41,19 +56,7 @@ AlignedArray<T>::AlignedArray(std::size_t size)
 template class AlignedArray<float>;
 template class AlignedArray<std::complex<float>>;
 
-struct RealFft::Plans {
-  fftwf_plan forward = nullptr;
-  fftwf_plan inverse = nullptr;
-
-  Plans() = default;
-  Plans(const Plans&) = delete;
-  Plans& operator=(const Plans&) = delete;
-  ~Plans() {
-    const std::scoped_lock lock(PlannerMutex());
-    fftwf_destroy_plan(forward);
-    fftwf_destroy_plan(inverse);
-  }
-};
+struct RealFft::Plans : PlanPair {};
 
 RealFft::RealFft(std::shared_ptr<const Plans> plans,
                  std::size_t real_size,
@@ -123,19 +126,7 @@ void RealFft::Inverse(std::span<std::complex<float>> in, std::span<float> out) c
   fftwf_execute_dft_c2r(plans_->inverse, AsFftw(in.data()), out.data());
 }
 
-struct ComplexFft::Plans {
-  fftwf_plan forward = nullptr;
-  fftwf_plan inverse = nullptr;
-
-  Plans() = default;
-  Plans(const Plans&) = delete;
-  Plans& operator=(const Plans&) = delete;
-  ~Plans() {
-    const std::scoped_lock lock(PlannerMutex());
-    fftwf_destroy_plan(forward);
-    fftwf_destroy_plan(inverse);
-  }
-};
+struct ComplexFft::Plans : PlanPair {};
 
 ComplexFft::ComplexFft(std::shared_ptr<const Plans> plans, std::size_t size)
     : plans_(std::move(plans)), size_(size) {}
