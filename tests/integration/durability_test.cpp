@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <set>
 #include <stdexcept>
 
 #include "tests/integration/sites.hpp"
@@ -23,7 +24,8 @@ using app::ReadAll;
 /// speed.
 class FolderEvents {
  public:
-  explicit FolderEvents(const std::filesystem::path& folder) : descriptor_(inotify_init1(0)) {
+  explicit FolderEvents(const std::filesystem::path& folder)
+      : descriptor_(inotify_init1(IN_NONBLOCK)) {
     const auto watched = IN_CREATE | IN_MODIFY | IN_CLOSE_WRITE | IN_MOVE | IN_DELETE;
     if (inotify_add_watch(descriptor_, folder.c_str(), watched) < 0) {
       throw std::runtime_error("the folder cannot be watched");
@@ -35,10 +37,13 @@ class FolderEvents {
 
   /// Waits until a file takes the place of the named one; false when the program ended without.
   bool WaitForReplacement(const std::string& name, ChildProcess& child) {
-    replaced_.clear();
-    while (replaced_ != name) {
-      if (!child.WaitForDescriptor(descriptor_)) return false;
-      (void)ReadSome();
+    named_.clear();
+    while (!named_.contains(name)) {
+      if (child.WaitForDescriptor(descriptor_)) {
+        (void)ReadSome();
+      } else if (ReadSome() == 0) {  // ended, and nothing is left to be read
+        return false;
+      }
     }
     return true;
   }
@@ -57,14 +62,14 @@ class FolderEvents {
     for (ssize_t at = 0; at < length; ++events) {
       inotify_event event{};
       std::memcpy(&event, buffer.data() + at, sizeof(event));
-      if ((event.mask & IN_MOVED_TO) != 0) replaced_ = buffer.data() + at + sizeof(event);
+      if ((event.mask & IN_MOVED_TO) != 0) named_.insert(buffer.data() + at + sizeof(event));
       at += static_cast<ssize_t>(sizeof(event) + event.len);
     }
     return events;
   }
 
   int descriptor_;
-  std::string replaced_;  // name that a file was given last
+  std::set<std::string> named_;  // names that files were given
 };
 
 /// A command that replaces a map.
