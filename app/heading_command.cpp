@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "app/clock.hpp"
 #include "app/commands.hpp"
@@ -17,6 +19,7 @@
 #include "app/progress.hpp"
 #include "app/tum.hpp"
 #include "calib/error.hpp"
+#include "localization/compass/travel_forecast.hpp"
 
 namespace fs = std::filesystem;
 
@@ -29,6 +32,7 @@ constexpr double kMaxDtS = 0.02;  // between a heading and its true pose
 
 struct HeadingParams {
   PanoramaOptions panorama;
+  fs::path travel;
   CompassOptions compass;
   fs::path output;
   fs::path truth;
@@ -52,7 +56,7 @@ void HeadingParams::Check() const {
   CheckOutputFiles({output});
   std::error_code ignored;
   for (const fs::path& source :
-       {panorama.rig, panorama.stamps, truth, fs::path(panorama.Source())}) {
+       {panorama.rig, panorama.stamps, travel, truth, fs::path(panorama.Source())}) {
     if (source.empty() || !fs::equivalent(output, source, ignored)) continue;
     throw calib::InputError(
         fmt::format("{}: is read by this run and cannot be its result too", output.string()));
@@ -78,6 +82,36 @@ void CheckPlotFrame(const HeadingParams& params, const FrameSource& source) {
                                       *frames - 1));
 }
 
+// What a file of poses tells of the way between frames.
+class KnownTravel {
+ public:
+  KnownTravel(std::vector<StampedPose> poses, const Eigen::Vector2d& camera)
+      : poses_(std::move(poses)), forecast_(camera) {}
+
+  // Frames in order of time. The newest pose before a frame stands for it.
+  std::optional<Eigen::Vector2d> To(double stamp_s) {
+    const std::size_t seen = next_;
+    while (next_ < poses_.size() && poses_[next_].stamp_s <= stamp_s + kMaxDtS) ++next_;
+    if (next_ > seen) {
+      const StampedPose& pose = poses_[next_ - 1];
+      forecast_.See(pose.stamp_s, calib::Pose2{pose.position.x(), pose.position.y(), YawOf(pose)});
+    }
+    std::optional<Eigen::Vector2d> travel;
+    if (last_s_) travel = forecast_.Between(*last_s_, stamp_s);
+    told_ += travel ? 1 : 0;
+    last_s_ = stamp_s;
+    return travel;
+  }
+  [[nodiscard]] std::int64_t Told() const { return told_; }
+
+ private:
+  std::vector<StampedPose> poses_;
+  std::size_t next_ = 0;
+  compass::TravelForecast forecast_;
+  std::optional<double> last_s_;
+  std::int64_t told_ = 0;
+};
+
 // Distances of the frame that is to be plotted: the one asked for, else the last one.
 struct PlottedProfile {
   std::int64_t frame = 0;
@@ -86,6 +120,7 @@ struct PlottedProfile {
 
 void MeasureFrames(PanoramaSource& source,
                    compass::Compass& compass,
+                   KnownTravel& travel,
                    const std::optional<std::int64_t>& plot_frame,
                    HeadingResult& result,
                    PlottedProfile& plotted) {
@@ -96,6 +131,7 @@ void MeasureFrames(PanoramaSource& source,
     compass::PanoramaFrame panorama;
     panorama.panorama = source.Panorama();
     panorama.stamp_s = frame.stamp_s;
+    panorama.travel = travel.To(frame.stamp_s);
     const auto estimate = compass.Next(panorama);
     result.compass_ms += MillisecondsSince(start);
     progress.Update(++result.frames);
@@ -156,6 +192,8 @@ void RunHeading(const HeadingParams& params, const CommonOptions& common, Summar
   params.Check();
   std::vector<StampedPose> truth;
   if (!params.truth.empty()) truth = ReadTum(params.truth);
+  std::vector<StampedPose> poses;
+  if (!params.travel.empty()) poses = ReadTum(params.travel);
   std::optional<FigureFolder> figures;
   if (!params.plot.empty()) figures.emplace(params.plot);
   PanoramaSource source(ForMethod(params.panorama, params.compass.method));
@@ -164,7 +202,14 @@ void RunHeading(const HeadingParams& params, const CommonOptions& common, Summar
 
   HeadingResult result;
   PlottedProfile plotted;
-  MeasureFrames(source, *compass, params.plot_frame, result, plotted);
+  KnownTravel travel(std::move(poses), source.Position());
+  MeasureFrames(source, *compass, travel, params.plot_frame, result, plotted);
+  constexpr std::int64_t kLeastFrames = 3;  // to know the way to the last one
+  if (!params.travel.empty() && travel.Told() == 0 && result.frames >= kLeastFrames) {
+    throw calib::InputError(fmt::format("{}: no poses at the times of {}; do the two count alike?",
+                                        params.travel.string(),
+                                        params.panorama.Source()));
+  }
   if (result.headings.empty()) throw calib::RunError("interrupted before the first frame");
   if (figures && !params.plot_frame) plotted = {result.headings.back().frame, compass->Profile()};
   result.references = compass->References();
@@ -201,6 +246,12 @@ Command AddHeadingCommand(CLI::App& program) {
   CLI::App& cli = *command.cli;
   params->panorama.AddTo(cli, "Input", "Unwrapping");
   params->compass.AddTo(cli, "Compass");
+  cli.add_option("--travel",
+                 params->travel,
+                 "Poses from the wheels or the ceiling, for robots that do not only drive ahead "
+                 "and back")
+      ->type_name("T.tum")
+      ->group("Compass");
   const std::string result = "Results";
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type);

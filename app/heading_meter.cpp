@@ -23,6 +23,7 @@ class FileHeadings : public HeadingMeter {
     ++(heading ? told_ : missing_);
     return heading;
   }
+  void Locate(double /*stamp_s*/, const std::optional<calib::Pose2>& /*T_map_base*/) override {}
   [[nodiscard]] std::vector<std::string> Warnings() const override {
     if (missing_ == 0) return {};
     return {fmt::format("{}: {} of {} upward frames have no heading near their time",

@@ -10,6 +10,7 @@
 
 #include "app/table.hpp"
 #include "calib/heading.hpp"
+#include "calib/pose2.hpp"
 #include "calib/rig.hpp"
 
 namespace ceilmap::app {
@@ -40,6 +41,9 @@ class HeadingMeter {
   /// The heading at the time of an upward frame; nothing where there is none. Times must not go
   /// back. One call at a time, but from any thread.
   virtual std::optional<calib::HeadingPrior> At(double stamp_s) = 0;
+  /// Where the robot was at an upward frame, or that nobody knows: helps a compass to tell travel
+  /// from turns. Between two calls of At, and of frames before.
+  virtual void Locate(double stamp_s, const std::optional<calib::Pose2>& T_map_base) = 0;
 
   // The rest once all frames have been asked for.
 

@@ -179,6 +179,7 @@ void LocateFrames(FrameSource& source,
                                                               measured.context.heading,
                                                               measured.context.tilt});
     if (location.tilt_left) frames.Correct(*location.tilt_left);
+    frames.Locate(location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);
     results.Add(location);
     tally.Add(location, live, result);
     progress.Update(++done);

@@ -139,6 +139,8 @@ void MapFrames(FrameSource& source,
     const Frame& frame = measured.frame;
     const mapping::FramePose pose =
         mapper.Process(frame.picture, frame.index, frame.stamp_s, measured.context);
+    frames.Locate(pose.status == mapping::TrackingStatus::kTracking ? std::optional(pose.T_map_base)
+                                                                    : std::nullopt);
     progress.Update(++done);
     Detail("frame {} at {:.6f} s: {}", frame.index, frame.stamp_s, mapping::ToString(pose.status));
   }

@@ -28,25 +28,42 @@ bool MeasuredFrames::ReadNow(MeasuredFrame& frame) {
 }
 
 bool MeasuredFrames::Read(MeasuredFrame& frame) {
-  if (!ahead_) return ReadNow(frame);
-  if (!reading_.valid()) Begin();
-  if (!reading_.get()) return false;
-  std::swap(frame, next_);
-  Begin();
+  if (!ahead_) {
+    if (!ReadNow(frame)) return false;
+  } else {
+    if (!reading_.valid()) Begin();
+    if (!reading_.get()) return false;
+    std::swap(frame, next_);
+    Begin();
+  }
+  read_s_ = frame.frame.stamp_s;
   return true;
 }
 
 void MeasuredFrames::Begin() {
-  reading_ = std::async(std::launch::async, [this, left = std::exchange(left_, std::nullopt)] {
-    if (left) tilt_->Correct(*left);
-    return ReadNow(next_);
-  });
+  reading_ = std::async(std::launch::async,
+                        [this,
+                         left = std::exchange(left_, std::nullopt),
+                         place = std::exchange(place_, std::nullopt)] {
+                          if (left) tilt_->Correct(*left);
+                          if (place) heading_->Locate(place->stamp_s, place->T_map_base);
+                          return ReadNow(next_);
+                        });
 }
 
 void MeasuredFrames::Correct(const compensation::TiltAngles& left) {
   if (tilt_ == nullptr) return;
   left_ = left;
   if (!ahead_) tilt_->Correct(*std::exchange(left_, std::nullopt));
+}
+
+void MeasuredFrames::Locate(const std::optional<calib::Pose2>& T_map_base) {
+  if (heading_ == nullptr) return;
+  if (ahead_) {
+    place_ = Place{read_s_, T_map_base};
+  } else {
+    heading_->Locate(read_s_, T_map_base);
+  }
 }
 
 }  // namespace ceilmap::app

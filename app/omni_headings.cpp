@@ -39,13 +39,18 @@ std::unique_ptr<OmniHeadings> OmniHeadings::Make(const std::string& source,
   const calib::MountedCamera& camera = OmniCameraOf(rig, rig_file, *frames);
   return std::make_unique<OmniHeadings>(std::make_unique<SecondCamera>(std::move(frames), "mirror"),
                                         ViewOf(camera, rig_file),
-                                        std::make_unique<compass::FftCompass>());
+                                        std::make_unique<compass::FftCompass>(),
+                                        camera.T_base_cam.translation().head<2>());
 }
 
 OmniHeadings::OmniHeadings(std::unique_ptr<SecondCamera> camera,
                            calib::MirrorView view,
-                           std::unique_ptr<compass::Compass> compass)
-    : camera_(std::move(camera)), view_(std::move(view)), compass_(std::move(compass)) {}
+                           std::unique_ptr<compass::Compass> compass,
+                           const Eigen::Vector2d& position)
+    : camera_(std::move(camera)),
+      view_(std::move(view)),
+      compass_(std::move(compass)),
+      travel_(position) {}
 
 /// Asks the compass for the heading of a picture it has not seen yet.
 void OmniHeadings::Look(const Frame& frame) {
@@ -54,6 +59,7 @@ void OmniHeadings::Look(const Frame& frame) {
   compass::PanoramaFrame seen;
   seen.panorama = panorama_;
   seen.stamp_s = frame.stamp_s;
+  if (seen_) seen.travel = travel_.Between(seen_s_, frame.stamp_s);
   const std::optional<compass::HeadingEstimate> estimate = compass_->Next(seen);
   if (!estimate) return;
   if (estimate_) {
@@ -71,6 +77,7 @@ std::optional<calib::HeadingPrior> OmniHeadings::At(double stamp_s) {
   if (frame == nullptr) return std::nullopt;
   if (seen_ != frame->index) Look(*frame);
   seen_ = frame->index;
+  seen_s_ = frame->stamp_s;
   // A compass may leave pictures out: then there is nothing to say of this moment.
   if (!estimate_ || estimate_s_ != frame->stamp_s) return std::nullopt;
   constexpr double kLeastVariance = 1e-10;  // the first frame's is 0
@@ -83,6 +90,10 @@ std::optional<calib::HeadingPrior> OmniHeadings::At(double stamp_s) {
   return calib::HeadingPrior{
       estimate_->heading_rad,
       std::max(kLeastVariance, estimate_->variance_rad2) + turned_rad * turned_rad};
+}
+
+void OmniHeadings::Locate(double stamp_s, const std::optional<calib::Pose2>& T_map_base) {
+  travel_.See(stamp_s, T_map_base);
 }
 
 std::vector<std::string> OmniHeadings::Warnings() const {

@@ -11,6 +11,7 @@
 #include "app/second_camera.hpp"
 #include "calib/mirror_view.hpp"
 #include "localization/compass/compass.hpp"
+#include "localization/compass/travel_forecast.hpp"
 
 namespace ceilmap::app {
 
@@ -24,14 +25,17 @@ class OmniHeadings : public HeadingMeter {
                                             const calib::Rig& rig,
                                             const std::filesystem::path& rig_file);
 
+  /// @param position  of the mirror on the robot, base frame, m.
   OmniHeadings(std::unique_ptr<SecondCamera> camera,
                calib::MirrorView view,
-               std::unique_ptr<compass::Compass> compass);
+               std::unique_ptr<compass::Compass> compass,
+               const Eigen::Vector2d& position = Eigen::Vector2d::Zero());
 
   /// Of the mirror picture nearest in time. Where the two were not taken at once, what the robot
   /// may have turned meanwhile counts in the variance.
   std::optional<calib::HeadingPrior> At(double stamp_s) override;
 
+  void Locate(double stamp_s, const std::optional<calib::Pose2>& T_map_base) override;
   [[nodiscard]] std::vector<std::string> Warnings() const override;
   [[nodiscard]] nlohmann::ordered_json Quality() const override;
   void AddTimes(nlohmann::ordered_json& stages_ms) const override;
@@ -43,8 +47,10 @@ class OmniHeadings : public HeadingMeter {
   std::unique_ptr<SecondCamera> camera_;
   calib::MirrorView view_;
   std::unique_ptr<compass::Compass> compass_;
+  compass::TravelForecast travel_;
   cv::Mat panorama_;
-  std::optional<std::int64_t> seen_;                  // index of the last picture
+  std::optional<std::int64_t> seen_;                  // index of the last picture ...
+  double seen_s_ = 0;                                 // ... and its time
   std::optional<compass::HeadingEstimate> estimate_;  // of it
   double estimate_s_ = 0;
   double rate_rad_s_ = 0;  // how fast the robot turned before it

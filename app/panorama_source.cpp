@@ -33,13 +33,18 @@ calib::MirrorViewParams ViewParams(const PanoramaOptions& options) {
   return params;
 }
 
-calib::MirrorView MakeView(const PanoramaOptions& options, const FrameSource& source) {
+struct PlacedView {
+  calib::MirrorView view;
+  Eigen::Vector2d position;  // base frame, m
+};
+
+PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
   const std::string place = options.ring.empty() ? options.rig.string() : "--ring " + options.ring;
   const calib::MirrorViewParams params = ViewParams(options);
   if (options.rig.empty()) {
     const calib::MirrorRing ring = ParseRing(options.ring, "--ring");
     try {
-      return {source.Size(), ring, params};
+      return {calib::MirrorView(source.Size(), ring, params), Eigen::Vector2d::Zero()};
     } catch (const calib::InputError& error) {
       throw calib::InputError(fmt::format("{}: {}", place, error.what()));
     }
@@ -47,7 +52,7 @@ calib::MirrorView MakeView(const PanoramaOptions& options, const FrameSource& so
   const calib::Rig rig = calib::ReadRig(options.rig);
   const calib::MountedCamera& omni = OmniCameraOf(rig, options.rig, source);
   try {
-    return calib::MirrorView(omni, params);
+    return {calib::MirrorView(omni, params), omni.T_base_cam.translation().head<2>()};
   } catch (const calib::InputError& error) {
     throw calib::InputError(fmt::format("{}: {}", place, error.what()));
   }
@@ -173,7 +178,9 @@ PanoramaSource::PanoramaSource(const PanoramaOptions& options)
     : source_(options.Source(),
               {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}) {
   if (!options.omni.empty()) {
-    view_ = MakeView(options, source_);
+    PlacedView placed = MakeView(options, source_);
+    view_ = std::move(placed.view);
+    position_ = placed.position;
   } else {
     rising_ = options.azimuth == "rising";
     front_column_ = CheckedFront(options, source_);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
 #include <opencv2/core.hpp>
@@ -58,12 +59,15 @@ class PanoramaSource {
 
   /// Of the panoramas.
   [[nodiscard]] cv::Size Size() const;
+  /// Where the mirror stands on the robot, base frame, m; above its origin where there is no rig.
+  [[nodiscard]] const Eigen::Vector2d& Position() const { return position_; }
   [[nodiscard]] const FrameSource& Source() const { return source_; }
   [[nodiscard]] double UnwrapMs() const { return unwrap_ms_; }
 
  private:
   FrameSource source_;
   std::optional<calib::MirrorView> view_;  // unless they are panoramas already
+  Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
   bool rising_ = false;
   int front_column_ = 0;
   Frame frame_;

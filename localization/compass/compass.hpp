@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -14,12 +15,12 @@ namespace ceilmap::compass {
 struct PanoramaFrame {
   cv::Mat panorama;
   double stamp_s = 0;  ///< must increase
-  /// Direction in which the robot travels, seen from itself, rad, counter-clockwise from its front;
-  /// nothing: ahead, as a robot with two driven wheels does.
-  std::optional<double> travel_direction_rad = std::nullopt;
-  /// Way since the frame before, m, >= 0, where it is known (ceiling, wheels): how much of what
-  /// moves in the panorama is to be put down to travel.
-  std::optional<double> travelled_m = std::nullopt;
+  /// Way of the camera since the panorama before, where it is known (from the ceiling, or wheels):
+  /// x ahead and y to the left of the robot at this one, in any unit that stays the same. Its
+  /// direction tells where travel moves what is seen and where only a turn does; a tenth off does
+  /// no harm. Nothing: the robot is taken to drive ahead or back, on arcs, as with two driven
+  /// wheels.
+  std::optional<Eigen::Vector2d> travel = std::nullopt;
 };
 
 /// What a compass says at a frame.
@@ -39,7 +40,9 @@ struct DistanceProfile {
   /// Euclidean distance, grey levels, by columns that the reference's content moved to the right: 0
   /// .. W-1.
   std::vector<double> distance;
-  double shift_columns = 0;          ///< the one that was taken, in [-W/2, W/2), with fraction
+  /// The one that was taken, in [-W/2, W/2), with fraction; where none was believed, any that was
+  /// tried.
+  double shift_columns = 0;
   std::int64_t reference_frame = 0;  ///< counted from 0, in the order of calls to Next
 };
 

@@ -4,34 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
 
 #include "calib/error.hpp"
 #include "calib/pose2.hpp"
-#include "localization/compass/fields_of_view.hpp"
 #include "localization/compass/frame_check.hpp"
 #include "localization/compass/heading_graph.hpp"
-#include "localization/compass/shift_distances.hpp"
+#include "localization/compass/travel_track.hpp"
+#include "localization/compass/view_matcher.hpp"
 
 namespace ceilmap::compass {
 
 using std::numbers::pi;
 
 namespace {
-
-// What places look like in few pixels, to find those that were seen before.
-constexpr int kThumbColumns = 72;
-constexpr int kThumbRows = 5;
-
-/// A panorama that others may be compared with.
-struct View {
-  PanoramaSpectrum spectrum;
-  PanoramaLines lines;
-  PanoramaSpectrum thumb;
-  std::int64_t frame = 0;
-};
 
 /// A view with a heading of its own, in the graph.
 struct Reference {
@@ -84,16 +71,9 @@ struct FftCompass::Impl {
 
   FftCompassParams params;
   FrameCheck check;
-  std::optional<ShiftDistances> distances;
-  std::optional<ShiftDistances> thumbs;
-  std::optional<SectorMatcher> matcher;
-  std::vector<double> squared;
-  std::vector<double> thumb_squared;
-  cv::Mat pooled;
-  cv::Mat grey;
-  cv::Mat thumb;
-
+  std::optional<ViewMatcher> matcher;
   HeadingGraph graph;
+  TravelTrack travel;
   std::vector<Reference> references;  // by time; the last one is the current one
   std::shared_ptr<View> current;
   std::shared_ptr<View> spare;
@@ -101,27 +81,23 @@ struct FftCompass::Impl {
   double before_turn_rad = 0;    // from the last reference
   double before_variance = 0;
   HeadingEstimate estimate;
-  double seen_stamp_s = 0;   // of the last frame that was measured
-  double seen_variance = 0;  // ... and its variance
-  double turned_rad = 0;     // from the frame before that to the last one
-  double shift_columns = 0;  // that was taken last
-  int unmatched = 0;         // frames in a row
+  double seen_stamp_s = 0;    // of the last frame that was measured
+  double seen_variance = 0;   // ... and its variance
+  double turned_rad = 0;      // from the frame before that to the last one
+  double tried_turn_rad = 0;  // that was taken last, ...
+  std::int64_t profiled = 0;  // ... since this frame, of which the matcher has the distances
+  int unmatched = 0;          // frames in a row
   std::int64_t frames = 0;
   std::int64_t made = 0;
   std::int64_t revisited = 0;
 
-  [[nodiscard]] int Columns() const { return distances->Columns(); }
-  [[nodiscard]] double ColumnsPerRad() const { return Columns() / (2 * pi); }
   [[nodiscard]] const HeadingGraph::Place& PlaceOf(const Reference& reference) const {
     return graph.At(reference.place);
   }
-  void Prepare(const cv::Mat& panorama);
   void Analyze(const cv::Mat& panorama);
   std::shared_ptr<View> FreshView();
-  double LeastShift(const View& reference, const std::vector<float>& weights);
-  std::optional<ParallaxFit> Around(const View& reference, double shift_columns, double direction);
   std::optional<ParallaxFit> Match(const View& reference,
-                                   const PanoramaFrame& frame,
+                                   double heading_rad,
                                    std::optional<double> expected_rad);
   void Take(const ParallaxFit& fit, double stamp_s);
   void Hold(double stamp_s);
@@ -129,7 +105,8 @@ struct FftCompass::Impl {
   void MeasureAgainst(const Reference& old, int place, bool revisit);
   void MeasureRevisits(int place);
   void Forget();
-  bool Retry(const PanoramaFrame& frame);
+  bool Retry(double stamp_s);
+  bool Measure(double stamp_s);
   void Restart();
 };
 
@@ -141,16 +118,6 @@ FftCompass::~FftCompass() = default;
 FftCompass::FftCompass(FftCompass&&) noexcept = default;
 FftCompass& FftCompass::operator=(FftCompass&&) noexcept = default;
 
-void FftCompass::Impl::Prepare(const cv::Mat& panorama) {
-  const int channels = panorama.channels();
-  const int rows = std::min(params.rows, panorama.rows);
-  distances.emplace(cv::Size(panorama.cols, rows), channels);
-  matcher.emplace(cv::Size(panorama.cols, rows), channels, params.sectors);
-  thumbs.emplace(cv::Size(kThumbColumns, std::min(kThumbRows, panorama.rows)), 1);
-  squared.resize(static_cast<std::size_t>(panorama.cols));
-  thumb_squared.resize(kThumbColumns);
-}
-
 /// The memory of a view that nobody keeps any more is used again.
 std::shared_ptr<View> FftCompass::Impl::FreshView() {
   if (current && current.use_count() == 1) return std::move(current);
@@ -159,64 +126,30 @@ std::shared_ptr<View> FftCompass::Impl::FreshView() {
 }
 
 void FftCompass::Impl::Analyze(const cv::Mat& panorama) {
-  const int channels = distances->Channels();
   current = FreshView();
-  const int rows = std::min(params.rows, panorama.rows);
-  cv::resize(panorama, pooled, {panorama.cols, rows}, 0, 0, cv::INTER_AREA);
-  distances->Analyze(pooled, current->spectrum);
-  matcher->Analyze(pooled, current->lines);
-  if (channels == 3) cv::cvtColor(pooled, grey, cv::COLOR_BGR2GRAY);
-  cv::resize(channels == 3 ? grey : pooled,
-             thumb,
-             {kThumbColumns, std::min(kThumbRows, panorama.rows)},
-             0,
-             0,
-             cv::INTER_AREA);
-  thumbs->Analyze(thumb, current->thumb);
+  matcher->Analyze(panorama, *current);
   current->frame = frames;
-}
-
-/// Columns by which the reference's content moved to the right, in [-W/2, W/2).
-double FftCompass::Impl::LeastShift(const View& reference, const std::vector<float>& weights) {
-  distances->Squared(
-      reference.spectrum, current->spectrum, weights, ShiftDistances::Means::kIgnore, squared);
-  const auto shift = std::min_element(squared.begin(), squared.end()) - squared.begin();
-  const int columns = Columns();
-  return static_cast<double>(2 * shift >= columns ? shift - columns : shift);
-}
-
-std::optional<ParallaxFit> FftCompass::Impl::Around(const View& reference,
-                                                    double shift,
-                                                    double direction) {
-  const auto sectors = matcher->Measure(reference.lines, current->lines, shift);
-  ParallaxFit fit = FitParallax(sectors, params.sectors.sectors, direction, params.parallax);
-  if (!(fit.inlier_part >= params.min_believed_part)) return std::nullopt;
-  // Further than that from the shift that was looked around nothing was looked at.
-  if (std::abs(fit.rotation_rad - shift / ColumnsPerRad()) > params.sectors.search_rad) {
-    return std::nullopt;
-  }
-  return fit;
 }
 
 /// The turn since a reference. Where the fields of view say something else than the motion so far
 /// both are tried: something that moves by itself may fill a field of view.
+/// @param heading_rad  of the reference.
 std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
-                                                   const PanoramaFrame& frame,
+                                                   double heading_rad,
                                                    std::optional<double> expected_rad) {
-  const double ahead = frame.travel_direction_rad.value_or(0);
-  const auto fields = FieldsOfView::FrontAndBack(ahead, params.field_of_view_rad);
-  const double seen = LeastShift(reference, fields.ColumnWeights(Columns()));
-  // From the reference the robot came along a chord, seen from here half a turn back.
-  const auto direction = [&](double shift) {
-    return ahead - 0.5 * calib::WrapAngle(shift / ColumnsPerRad());
+  const auto around = [&](double turn) {
+    const double direction = travel.DirectionFrom(reference.spot, turn, heading_rad + turn);
+    return matcher->Around(reference, *current, turn, direction);
   };
-  std::optional<ParallaxFit> best = Around(reference, seen, direction(seen));
+  const double seen = matcher->LeastTurn(reference, *current, travel.Direction());
+  tried_turn_rad = seen;
+  profiled = reference.frame;
+  std::optional<ParallaxFit> best = around(seen);
   if (!expected_rad) return best;
-  const double off = calib::WrapAngle(seen / ColumnsPerRad() - *expected_rad);
   constexpr double kSame = 0.25;  // of the search
+  const double off = calib::WrapAngle(seen - *expected_rad);
   if (best && std::abs(off) < kSame * params.sectors.search_rad) return best;
-  const double expected = calib::WrapAngle(*expected_rad) * ColumnsPerRad();
-  const std::optional<ParallaxFit> other = Around(reference, expected, direction(expected));
+  const std::optional<ParallaxFit> other = around(calib::WrapAngle(*expected_rad));
   if (other && (!best || other->inlier_part > best->inlier_part)) best = other;
   return best;
 }
@@ -230,7 +163,7 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
   estimate.variance_rad2 = place.variance_rad2 + fit.variance_rad2 +
                            params.reference_sigma_rad * params.reference_sigma_rad;
   estimate.confidence = std::clamp(fit.inlier_part, 0.0, 1.0);
-  shift_columns = calib::WrapAngle(fit.rotation_rad) * ColumnsPerRad();
+  tried_turn_rad = calib::WrapAngle(fit.rotation_rad);
   seen_stamp_s = stamp_s;
   seen_variance = estimate.variance_rad2;
   unmatched = 0;
@@ -250,8 +183,12 @@ void FftCompass::Impl::Hold(double stamp_s) {
 
 void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revisit) {
   const double expected = calib::WrapAngle(graph.At(place).heading_rad - PlaceOf(old).heading_rad);
-  const double expected_columns = expected * ColumnsPerRad();
-  std::optional<ParallaxFit> fit = Around(*old.view, expected_columns, -0.5 * expected);
+  // What was seen long before lies anywhere, and the way between has added up errors.
+  std::optional<double> direction;
+  if (!revisit) {
+    direction = travel.DirectionFrom(old.view->spot, expected, graph.At(place).heading_rad);
+  }
+  const std::optional<ParallaxFit> fit = matcher->Around(*old.view, *current, expected, direction);
   if (!fit || fit->inlier_part < params.min_inlier_part) return;
   if (std::abs(fit->parallax_rad) > 2 * params.max_parallax_rad) return;
   const double off = calib::WrapAngle(fit->rotation_rad - expected);
@@ -272,12 +209,9 @@ void FftCompass::Impl::MeasureRevisits(int place) {
   if (old <= 0 || params.revisits == 0) return;
   std::vector<std::pair<double, std::size_t>> alike;
   for (std::size_t i = 0; i < static_cast<std::size_t>(old); ++i) {
-    const PanoramaSpectrum& thumb_then = references[i].view->thumb;
-    thumbs->Squared(thumb_then, current->thumb, {}, ShiftDistances::Means::kIgnore, thumb_squared);
-    const double energy = thumb_then.total_energy + current->thumb.total_energy;
-    const double least = *std::min_element(thumb_squared.begin(), thumb_squared.end());
+    const double difference = matcher->Difference(*references[i].view, *current);
     constexpr double kAlike = 0.35;
-    if (least < kAlike * energy) alike.emplace_back(least / energy, i);
+    if (difference < kAlike) alike.emplace_back(difference, i);
   }
   const std::size_t count = std::min(alike.size(), static_cast<std::size_t>(params.revisits));
   std::partial_sort(alike.begin(), alike.begin() + static_cast<std::ptrdiff_t>(count), alike.end());
@@ -326,12 +260,12 @@ void FftCompass::Impl::Forget() {
 }
 
 /// The reference does not fit any more: the frame before, which did, becomes the reference.
-bool FftCompass::Impl::Retry(const PanoramaFrame& frame) {
+bool FftCompass::Impl::Retry(double stamp_s) {
   if (!before || before == references.back().view) return false;
-  const std::optional<ParallaxFit> fit = Match(*before, frame, turned_rad);
+  const std::optional<ParallaxFit> fit = Match(*before, estimate.heading_rad, turned_rad);
   if (!fit) return false;
   MakeReference(before, before_turn_rad, before_variance);
-  Take(*fit, frame.stamp_s);
+  Take(*fit, stamp_s);
   return true;
 }
 
@@ -342,46 +276,56 @@ void FftCompass::Impl::Restart() {
   unmatched = 0;
 }
 
+/// The heading of the current view. @return whether it tells one.
+bool FftCompass::Impl::Measure(double stamp_s) {
+  const Reference& reference = references.back();
+  const double heading = PlaceOf(reference).heading_rad;
+  const double expected = estimate.heading_rad + turned_rad - heading;
+  const std::optional<ParallaxFit> fit =
+      Match(*reference.view, heading, unmatched == 0 ? std::optional(expected) : std::nullopt);
+  if (!fit) {
+    if (Retry(stamp_s)) return true;
+    Hold(stamp_s);
+    const bool blind = current->spectrum.total_energy <= 0;
+    if (!blind && ++unmatched >= params.restart_after) Restart();
+    if (blind) unmatched = std::max(unmatched, 1);
+    return false;
+  }
+  Take(*fit, stamp_s);
+  if (std::abs(fit->parallax_rad) <= params.max_parallax_rad &&
+      fit->inlier_part >= params.min_inlier_part) {
+    return true;
+  }
+  MakeReference(current, fit->rotation_rad, fit->variance_rad2);
+  const HeadingGraph::Place& place = PlaceOf(references.back());
+  estimate.heading_rad = place.heading_rad;
+  estimate.variance_rad2 = place.variance_rad2;
+  before_turn_rad = 0;
+  before_variance = 0;
+  return true;
+}
+
 std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
   Impl& me = *impl_;
   // First of all, so that a panorama that was refused is not the measure of those to come.
-  if (!me.distances && !frame.panorama.empty()) RequireWidth(frame.panorama);
+  if (!me.matcher && !frame.panorama.empty()) RequireWidth(frame.panorama);
   me.check.Take(frame);
-  if (!me.distances) me.Prepare(frame.panorama);
+  if (!me.matcher) {
+    me.matcher.emplace(me.params, frame.panorama.size(), frame.panorama.channels());
+  }
   me.Analyze(frame.panorama);
+  me.travel.Move(frame.travel);
   if (me.frames++ == 0) {
+    me.current->spot = me.travel.Arrive(0);
     me.references.push_back({me.current, me.graph.Add(0)});
     me.made = 1;
     me.seen_stamp_s = frame.stamp_s;
     me.estimate.confidence = me.current->spectrum.total_energy > 0 ? 1 : 0;
     return me.estimate;
   }
-  const Reference& reference = me.references.back();
-  const double expected =
-      me.estimate.heading_rad + me.turned_rad - me.PlaceOf(reference).heading_rad;
-  const bool known = me.unmatched == 0;
-  const std::optional<ParallaxFit> fit =
-      me.Match(*reference.view, frame, known ? std::optional(expected) : std::nullopt);
-  if (!fit) {
-    if (!me.Retry(frame)) {
-      me.Hold(frame.stamp_s);
-      const bool blind = me.current->spectrum.total_energy <= 0;
-      if (!blind && ++me.unmatched >= me.params.restart_after) me.Restart();
-      if (blind) me.unmatched = std::max(me.unmatched, 1);
-      return me.estimate;
-    }
-  } else {
-    me.Take(*fit, frame.stamp_s);
-    if (std::abs(fit->parallax_rad) > me.params.max_parallax_rad ||
-        fit->inlier_part < me.params.min_inlier_part) {
-      me.MakeReference(me.current, fit->rotation_rad, fit->variance_rad2);
-      const HeadingGraph::Place& place = me.PlaceOf(me.references.back());
-      me.estimate.heading_rad = place.heading_rad;
-      me.estimate.variance_rad2 = place.variance_rad2;
-      me.before_turn_rad = 0;
-      me.before_variance = 0;
-    }
-  }
+  const bool measured = me.Measure(frame.stamp_s);
+  me.current->spot = me.travel.Arrive(me.estimate.heading_rad);
+  if (!measured) return me.estimate;
   me.spare = std::move(me.before);
   me.before = me.current;
   return me.estimate;
@@ -391,9 +335,13 @@ DistanceProfile FftCompass::Profile() const {
   const Impl& me = *impl_;
   DistanceProfile profile;
   if (me.frames < 2) return profile;
-  for (const double squared : me.squared) profile.distance.push_back(std::sqrt(squared));
-  profile.shift_columns = me.shift_columns;
-  profile.reference_frame = me.references.back().view->frame;
+  const std::vector<double>& squared = me.matcher->Squared();
+  profile.distance.resize(squared.size());
+  std::transform(squared.begin(), squared.end(), profile.distance.begin(), [](double d) {
+    return std::sqrt(d);
+  });
+  profile.shift_columns = me.tried_turn_rad * me.matcher->Columns() / (2 * pi);
+  profile.reference_frame = me.profiled;
   return profile;
 }
 

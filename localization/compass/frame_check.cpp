@@ -36,10 +36,11 @@ void FrameCheck::Take(const PanoramaFrame& frame) {
     throw calib::InputError(fmt::format(
         "panorama {}: time {} s is not later than the one before", frames_, frame.stamp_s));
   }
-  if (!std::isfinite(frame.travel_direction_rad.value_or(0))) {
-    throw calib::InputError(fmt::format("panorama {}: direction of travel {}, must be finite",
+  if (frame.travel && !frame.travel->allFinite()) {
+    throw calib::InputError(fmt::format("panorama {}: travel ({}, {}), must be finite",
                                         frames_,
-                                        *frame.travel_direction_rad));
+                                        frame.travel->x(),
+                                        frame.travel->y()));
   }
   size_ = panorama.size();
   type_ = panorama.type();

@@ -50,8 +50,8 @@ Labrosse2006::Labrosse2006(const Labrosse2006Params& params) : params_(params) {
 std::optional<HeadingEstimate> Labrosse2006::Next(const PanoramaFrame& frame) {
   check_.Take(frame);
   if ((check_.Frames() - 1) % (params_.skip.value_or(0) + 1) != 0) return std::nullopt;
-  const double travel = frame.travel_direction_rad.value_or(0);
-  weights_ = FieldsOfView::FrontAndBack(travel, params_.field_of_view_rad)
+  travel_.Move(frame.travel);
+  weights_ = FieldsOfView::FrontAndBack(travel_.Direction(), params_.field_of_view_rad)
                  .ColumnWeights(frame.panorama.cols);
   frame.panorama.copyTo(current_);
   const bool textured = RowTexture(current_, weights_) >= params_.min_texture;

@@ -9,6 +9,7 @@
 #include "localization/compass/compass.hpp"
 #include "localization/compass/frame_check.hpp"
 #include "localization/compass/shift_search.hpp"
+#include "localization/compass/travel_track.hpp"
 
 namespace ceilmap::compass {
 
@@ -102,6 +103,7 @@ class Labrosse2006 : public Compass {
 
   Labrosse2006Params params_;
   FrameCheck check_;
+  TravelTrack travel_;
   std::vector<float> weights_;  ///< of the last frame's columns
   cv::Mat current_;
   View reference_;  ///< empty: nothing usable was seen yet

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -109,6 +110,7 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   terms.reserve(shifts.size());
   for (const SectorShift& shift : shifts) terms.push_back(Series(shift.azimuth_rad, params.order));
   double inliers = 0;
+  double cost = 0;
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
     const Vector prior = Prior(params, x[kSeries]);
@@ -116,12 +118,15 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
     information = prior.asDiagonal();
     Vector gradient = prior.cwiseProduct(expected - x);
     inliers = 0;
+    cost = (x - expected).cwiseAbs2().dot(prior);
     for (std::size_t i = 0; i < shifts.size(); ++i) {
       const SectorShift& shift = shifts[i];
       const double residual = shift.shift_rad - Model(shift.azimuth_rad, terms[i], x, derivatives);
       const double variance = shift.variance_rad2 + floor * floor;
       const double off2 = residual * residual / variance;
-      const double trust = 1 / (1 + off2 / (params.robust_sigmas * params.robust_sigmas));
+      const double robust = params.robust_sigmas * params.robust_sigmas;
+      const double trust = 1 / (1 + off2 / robust);
+      cost += robust * std::log1p(off2 / robust);
       // Beyond three standard deviations it is another motion, not noise.
       inliers += off2 < 9 ? 1 : 0;
       information += trust / variance * derivatives * derivatives.transpose();
@@ -138,7 +143,40 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   fit.direction_rad = calib::WrapAngle(x[kDirection]);
   fit.parallax_rad = x[kSeries];
   fit.inlier_part = inliers / sectors_asked;
+  fit.cost = cost;
   return fit;
+}
+
+ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts,
+                                      int sectors_asked,
+                                      const ParallaxParams& params) {
+  ParallaxParams wide = params;
+  // Each direction of travel is its opposite too, so these four leave no gap.
+  constexpr std::size_t kDirections = 4;
+  wide.direction_sigma_rad = pi / (2 * kDirections);
+  std::array<ParallaxFit, kDirections> fits;
+  for (std::size_t i = 0; i < kDirections; ++i) {
+    fits[i] = FitParallax(shifts, sectors_asked, pi * static_cast<double>(i) / kDirections, wide);
+  }
+  ParallaxFit best = *std::min_element(
+      fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
+  if (best.inlier_part <= 0) return best;
+  double total = 0;
+  double mean = 0;
+  for (const ParallaxFit& fit : fits) {
+    const double likelihood = std::exp(-0.5 * (fit.cost - best.cost));
+    total += likelihood;
+    mean += likelihood * fit.rotation_rad;
+  }
+  mean /= total;
+  double variance = 0;
+  for (const ParallaxFit& fit : fits) {
+    const double off = fit.rotation_rad - mean;
+    variance += std::exp(-0.5 * (fit.cost - best.cost)) / total * (fit.variance_rad2 + off * off);
+  }
+  best.rotation_rad = mean;
+  best.variance_rad2 = variance;
+  return best;
 }
 
 }  // namespace ceilmap::compass

@@ -34,6 +34,9 @@ struct ParallaxFit {
   double parallax_rad = 0;
   /// Part of the sectors asked for that tell a shift and agree with the fit, 0..1.
   double inlier_part = 0;
+  /// Minus twice the log of its likelihood, prior included, up to a constant: fits of the same
+  /// shifts can be compared.
+  double cost = 0;
 };
 
 /// Separates turn and travel. A robot that turns by w and travels in direction d sees what stands
@@ -54,5 +57,13 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
                         int sectors_asked,
                         double expected_direction_rad,
                         const ParallaxParams& params = {});
+
+/// The same where nothing is known of the direction, as between two visits of a place: fits for
+/// directions all around, each as likely as its cost says. Four times the work.
+/// @return the likeliest one, with the mean of all as its rotation; what they disagree by is in
+/// the variance.
+ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts,
+                                      int sectors_asked,
+                                      const ParallaxParams& params = {});
 
 }  // namespace ceilmap::compass

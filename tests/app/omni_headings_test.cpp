@@ -20,10 +20,12 @@ const cv::Size kSize(160, 160);
 /// longer it runs. Black tells nothing.
 class GreyCompass : public compass::Compass {
  public:
-  explicit GreyCompass(std::vector<double>& stamps) : stamps_(stamps) {}
+  GreyCompass(std::vector<double>& stamps, std::vector<std::optional<Eigen::Vector2d>>& travels)
+      : stamps_(stamps), travels_(travels) {}
 
   std::optional<compass::HeadingEstimate> Next(const compass::PanoramaFrame& frame) override {
     stamps_.push_back(frame.stamp_s);
+    travels_.push_back(frame.travel);
     const double grey = cv::mean(frame.panorama)[0];
     compass::HeadingEstimate estimate;
     estimate.heading_rad = grey * std::numbers::pi / 180;
@@ -36,6 +38,7 @@ class GreyCompass : public compass::Compass {
 
  private:
   std::vector<double>& stamps_;
+  std::vector<std::optional<Eigen::Vector2d>>& travels_;
 };
 
 class OmniHeadingsTest : public testing::Test {
@@ -49,14 +52,16 @@ class OmniHeadingsTest : public testing::Test {
     const auto stamps = folder_.Write("omni.csv", StampsCsv(count, first_s, period_s));
     return {std::make_unique<SecondCamera>((folder_ / "omni").string(), stamps, "mirror"),
             calib::MirrorView(kSize, calib::MirrorRing{{79.5, 79.5}, 20, 70}),
-            std::make_unique<GreyCompass>(stamps_)};
+            std::make_unique<GreyCompass>(stamps_, travels_),
+            {0.5, 0}};
   }
   static double Deg(const std::optional<calib::HeadingPrior>& heading) {
     return heading.value().heading_rad * 180 / std::numbers::pi;
   }
 
   TestFolder folder_;
-  std::vector<double> stamps_;  // of what the compass was shown
+  std::vector<double> stamps_;                           // of what the compass was shown ...
+  std::vector<std::optional<Eigen::Vector2d>> travels_;  // ... and what it was told of the way
 };
 
 TEST_F(OmniHeadingsTest, GoWithUpwardFramesOfTheSameTimes) {
@@ -114,6 +119,33 @@ TEST_F(OmniHeadingsTest, ComeWithTheFramesThatAreReadAhead) {
   }
   EXPECT_FALSE(frames.Read(frame));
   EXPECT_THAT(headings.Warnings(), IsEmpty());
+}
+
+TEST_F(OmniHeadingsTest, TellTheCompassHowTheMirrorTravels) {
+  constexpr int kFrames = 7;
+  OmniHeadings headings = Make(std::vector<int>(kFrames, 50), 100, 0.1);
+  WritePictures(folder_ / "up",
+                std::vector<cv::Mat>(kFrames, cv::Mat(kSize, CV_8UC1, cv::Scalar(5))));
+  FrameSource up((folder_ / "up").string(),
+                 {.stamps = folder_.Write("up.csv", StampsCsv(kFrames, 100, 0.1))});
+  MeasuredFrames frames(up, nullptr, &headings);
+  MeasuredFrame frame;
+  for (int i = 0; i < kFrames; ++i) {
+    ASSERT_TRUE(frames.Read(frame));
+    // Sideways along the wall, turning; once it was lost.
+    frames.Locate(i == 4 ? std::nullopt : std::optional(calib::Pose2{1, 0.2 * i, 0.1 * i}));
+  }
+  // A frame is looked at while the one before is located, so two poses must be known before that.
+  ASSERT_EQ(travels_.size(), kFrames);
+  for (const int i : {0, 1, 2, 6}) EXPECT_FALSE(travels_[static_cast<std::size_t>(i)]) << i;
+  for (const int i : {3, 4, 5}) {
+    const auto& travel = travels_[static_cast<std::size_t>(i)];
+    ASSERT_TRUE(travel) << i;
+    // By the way from frame i - 3 to i - 2; the mirror stands half a metre ahead of the axle.
+    const double yaw = 0.1 * (i - 2);
+    EXPECT_NEAR(travel->x(), 0.2 * std::sin(yaw), 0.01) << i;
+    EXPECT_NEAR(travel->y(), 0.2 * std::cos(yaw) + 0.5 * 0.1, 0.01) << i;
+  }
 }
 
 }  // namespace

@@ -121,7 +121,6 @@ void RunCompass(benchmark::State& state, Method method) {
     const int index = at < kFrames ? at : 2 * kFrames - 2 - at;
     const auto estimate = compass->Next({panoramas[static_cast<std::size_t>(index)],
                                          0.1 * static_cast<double>(frame),
-                                         std::nullopt,
                                          std::nullopt});
     benchmark::DoNotOptimize(estimate);
     ++frame;

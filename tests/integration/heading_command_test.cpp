@@ -120,6 +120,24 @@ TEST_F(HeadingCommand, ErrorsAgainstTheTruth) {
   EXPECT_LT(std::abs(errors["drift_deg_per_m"].get<double>()), 1);
 }
 
+TEST_F(HeadingCommand, IsToldOfTheWay) {
+  const std::vector<std::string> arguments = {
+      "--panorama=@panoramas", "--stamps=@stamps.csv", "--method=labrosse2006", "-o"};
+  const auto run = [&](const char* file, const std::vector<std::string>& more) {
+    std::vector<std::string> all = arguments;
+    all.emplace_back(file);
+    all.insert(all.end(), more.begin(), more.end());
+    const ProcessResult result = Run(all);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    ExpectTurns(file, 100, 0.1);
+    return ReadAll(out_ / file);
+  };
+  // A robot that travels to its side is looked at elsewhere. From poses of another rate, too.
+  const std::string alone = run("h.csv", {});
+  EXPECT_NE(run("side.csv", {"--travel=@sideways.tum"}), alone);
+  EXPECT_NE(run("dense.csv", {"--travel=@dense.tum"}), alone);
+}
+
 TEST_F(HeadingCommand, DrawsHeadingsErrorsAndDistances) {
   if (!app::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
   const ProcessResult result = Run({"--panorama=@panoramas",

@@ -64,10 +64,21 @@ class HeadingCommand : public testing::Test {
     app::WritePictures(in_ / "rising", rising);
     WriteDamaged(panoramas);
     in_.Write("truth.tum", truth);
+    in_.Write("sideways.tum", Sideways(0.1));
+    in_.Write("dense.tum", Sideways(0.02));
     in_.Write("later.tum", "500 0 0 0 0 0 0 1\n");
     in_.Write("rig.yaml", OmniRig(0));
     in_.Write("turned.yaml", OmniRig(35));
     in_.Write("stamps.csv", app::StampsCsv(kTurnFrames, 100, 0.1));
+  }
+
+  /// Poses of a robot that always travels to its left, so many seconds apart.
+  static std::string Sideways(double period_s) {
+    std::string poses;
+    for (double t = 0; t < 0.1 * kTurnFrames; t += period_s) {
+      poses += fmt::format("{:.6f} 2 {:.6f} 0 0 0 0 1\n", 100 + t, 0.5 * t);
+    }
+    return poses;
   }
 
   void WriteDamaged(const std::vector<cv::Mat>& panoramas) const {

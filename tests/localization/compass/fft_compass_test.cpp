@@ -60,7 +60,7 @@ Drove Drive(FftCompass& compass,
     cv::Mat panorama = room.See(poses[i]);
     change(i, panorama);
     if (panorama.empty()) continue;
-    const auto estimate = compass.Next({panorama, 0.1 * static_cast<double>(i), {}, {}});
+    const auto estimate = compass.Next({panorama, 0.1 * static_cast<double>(i)});
     run.estimates.push_back(estimate.value());
     run.errors_rad.push_back(Error(run.estimates.back(), poses[0], poses[i]));
   }
@@ -88,6 +88,54 @@ TEST(FftCompass, FollowsACircle) {
 TEST(FftCompass, DoesNotTakeTravelForATurn) {
   FftCompass compass;
   EXPECT_LT(Drive(compass, PanoramaRoom(4), Straight()).Largest(), 1.2 * kDegree);
+}
+
+/// Drives, and tells the compass the way between the panoramas.
+Drove DriveTelling(const PanoramaRoom& room, const std::vector<Pose2>& poses) {
+  FftCompass compass;
+  Drove run;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Pose2& last = poses[i == 0 ? 0 : i - 1];
+    const Eigen::Vector2d travel =
+        poses[i].Rotation().transpose() * (poses[i].Translation() - last.Translation());
+    run.estimates.push_back(
+        compass.Next({room.See(poses[i]), 0.1 * static_cast<double>(i), travel}).value());
+    run.errors_rad.push_back(Error(run.estimates.back(), poses[0], poses[i]));
+  }
+  return run;
+}
+
+TEST(FftCompass, FollowsARobotThatDrivesSideways) {
+  std::vector<Pose2> poses = Straight();
+  for (Pose2& pose : poses) pose.yaw += pi / 2;
+  const PanoramaRoom room(4);
+  EXPECT_LT(DriveTelling(room, poses).Largest(), 1.2 * kDegree);
+  // Whoever does not say so is taken to drive ahead.
+  FftCompass untold;
+  EXPECT_GT(Drive(untold, room, poses).Largest(), 3 * kDegree);
+}
+
+TEST(FftCompass, FollowsARobotThatTurnsAsItLikesOnItsWay) {
+  std::vector<Pose2> poses = Circle(1.05);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses[i].yaw = 0.4 * std::sin(0.08 * static_cast<double>(i));
+  }
+  const Drove run = DriveTelling(PanoramaRoom(2), poses);
+  EXPECT_LT(run.Largest(), 1.2 * kDegree);
+}
+
+TEST(FftCompass, NeedsNoExactWay) {
+  cv::RNG random(3);
+  const PanoramaRoom room(1);
+  FftCompass compass;
+  const std::vector<Pose2> poses = Circle(1.05);
+  double largest = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Vector2d travel(0.05 + random.gaussian(0.005), random.gaussian(0.005));
+    const auto estimate = compass.Next({room.See(poses[i]), 0.1 * static_cast<double>(i), travel});
+    largest = std::max(largest, std::abs(Error(*estimate, poses[0], poses[i])));
+  }
+  EXPECT_LT(largest, 1.2 * kDegree);
 }
 
 TEST(FftCompass, TurnsOnTheSpotExactly) {
@@ -152,10 +200,10 @@ TEST(FftCompass, HoldsItsHeadingWhereNothingIsToBeSeen) {
 TEST(FftCompass, AUniformRecordingHasNoHeading) {
   FftCompass compass;
   const cv::Mat panorama(15, 360, CV_8UC3, cv::Scalar::all(120));
-  EXPECT_EQ(compass.Next({panorama, 0, {}, {}})->confidence, 0);
+  EXPECT_EQ(compass.Next({panorama, 0, {}})->confidence, 0);
   double variance = 0;
   for (int i = 1; i < 20; ++i) {
-    const HeadingEstimate estimate = compass.Next({panorama, 0.1 * i, {}, {}}).value();
+    const HeadingEstimate estimate = compass.Next({panorama, 0.1 * i, {}}).value();
     EXPECT_EQ(estimate.confidence, 0);
     EXPECT_EQ(estimate.heading_rad, 0);
     EXPECT_GT(estimate.variance_rad2, variance);
@@ -224,11 +272,11 @@ TEST(FftCompass, BeginsAnewWhereItWasCarriedTo) {
   const PanoramaRoom here(13);
   const PanoramaRoom there(14);
   for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(compass.Next({here.See({3, 3, 0}), 0.1 * i, {}, {}}));
+    ASSERT_TRUE(compass.Next({here.See({3, 3, 0}), 0.1 * i, {}}));
   }
   HeadingEstimate estimate;
   for (int i = 10; i < 40; ++i) {
-    estimate = compass.Next({there.See({3, 3, 0.05 * i}), 0.1 * i, {}, {}}).value();
+    estimate = compass.Next({there.See({3, 3, 0.05 * i}), 0.1 * i, {}}).value();
   }
   EXPECT_GT(estimate.confidence, 0.5);
   // How it was turned on the way nobody knows.
@@ -239,9 +287,9 @@ TEST(FftCompass, ShowsTheDistancesOfTheLastFrame) {
   FftCompass compass;
   const PanoramaRoom room(15);
   EXPECT_TRUE(compass.Profile().distance.empty());
-  ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 0, {}, {}}));
+  ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 0, {}}));
   EXPECT_TRUE(compass.Profile().distance.empty());
-  ASSERT_TRUE(compass.Next({room.See({3, 3, 30 * kDegree}), 1, {}, {}}));
+  ASSERT_TRUE(compass.Next({room.See({3, 3, 30 * kDegree}), 1, {}}));
   const DistanceProfile profile = compass.Profile();
   ASSERT_EQ(profile.distance.size(), 360U);
   EXPECT_EQ(profile.reference_frame, 0);
@@ -254,10 +302,10 @@ TEST(FftCompass, ShowsTheDistancesOfTheLastFrame) {
 TEST(FftCompass, RefusesWhatItCannotTake) {
   FftCompass compass;
   const PanoramaRoom room(16);
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 40), 0, {}, {}}), calib::InputError);
-  ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 1, {}, {}}));
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}), 1, {}, {}}), calib::InputError);
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 180), 2, {}, {}}), calib::InputError);
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 40), 0, {}}), calib::InputError);
+  ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 1, {}}));
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}), 1, {}}), calib::InputError);
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 180), 2, {}}), calib::InputError);
   FftCompassParams params;
   params.recent_references = 0;
   EXPECT_THROW(FftCompass{params}, calib::InputError);

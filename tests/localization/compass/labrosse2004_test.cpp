@@ -120,8 +120,8 @@ TEST(Labrosse2004, RefusesFramesThatDoNotFitTheRun) {
   EXPECT_EQ(ErrorOf(compass, {RandomPanorama(5, 36, CV_8UC3, 1), 2}),
             "panorama 1 is 36 x 5 CV_8UC3, those before are 36 x 5 CV_8UC1; unwrap all with the "
             "same settings");
-  EXPECT_EQ(ErrorOf(compass, {good, 2, std::nan("")}),
-            "panorama 1: direction of travel nan, must be finite");
+  EXPECT_EQ(ErrorOf(compass, {good, 2, Eigen::Vector2d(1, std::nan(""))}),
+            "panorama 1: travel (1, nan), must be finite");
   EXPECT_EQ(ErrorOf(compass, {good, 2}), "no error");
 }
 

@@ -188,6 +188,9 @@ TEST(Labrosse2006, ReturnsToAPoorReference) {
 // What lies in the fields of view turns by 5 columns, the rest by 2.
 TEST(Labrosse2006, FieldsOfViewFollowTheTravel) {
   const cv::Mat world = Waves(8, 360, CV_8UC3, 12).At(0);
+  const auto towards = [](double direction) {
+    return Eigen::Vector2d(0.1 * std::cos(direction), 0.1 * std::sin(direction));
+  };
   for (const double travel : {0.0, 90 * kDeg, -30 * kDeg, 200 * kDeg}) {
     const auto weights = FieldsOfView::FrontAndBack(travel, 60 * kDeg).ColumnWeights(360);
     cv::Mat turned = Rolled(world, 2);
@@ -201,9 +204,9 @@ TEST(Labrosse2006, FieldsOfViewFollowTheTravel) {
     (void)follows.Next({world, 0});
     (void)whole.Next({world, 0});
     (void)across.Next({world, 0});
-    EXPECT_NEAR(ErrorDeg(follows.Next({turned, 1, travel}), 5 * kDeg), 0, 0.01);
-    EXPECT_NEAR(ErrorDeg(across.Next({turned, 1, travel + 90 * kDeg}), 2 * kDeg), 0, 0.01);
-    EXPECT_LT(std::abs(ErrorDeg(whole.Next({turned, 1, travel}), 2 * kDeg)), 1.5);
+    EXPECT_NEAR(ErrorDeg(follows.Next({turned, 1, towards(travel)}), 5 * kDeg), 0, 0.01);
+    EXPECT_NEAR(ErrorDeg(across.Next({turned, 1, towards(travel + 90 * kDeg)}), 2 * kDeg), 0, 0.01);
+    EXPECT_LT(std::abs(ErrorDeg(whole.Next({turned, 1, towards(travel)}), 2 * kDeg)), 1.5);
   }
 }
 

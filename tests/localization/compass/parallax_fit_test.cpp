@@ -60,6 +60,26 @@ TEST(ParallaxFit, FindsTheDirectionOfTravel) {
   EXPECT_NEAR(fit.direction_rad, 5 * kDegree, 1 * kDegree);
 }
 
+TEST(ParallaxFit, OfAnyDirectionFindsItAllAround) {
+  for (int degrees = -180; degrees < 180; degrees += 15) {
+    const auto shifts = Shifts(0.1, degrees * kDegree, 0.06, 0.3);
+    const ParallaxFit fit = FitParallaxOfAnyDirection(shifts, kSectors);
+    EXPECT_NEAR(fit.rotation_rad, 0.1, 0.004) << degrees;
+    EXPECT_LT(std::abs(fit.rotation_rad - 0.1), 3 * std::sqrt(fit.variance_rad2)) << degrees;
+    EXPECT_NEAR(std::cos(2 * (fit.direction_rad - degrees * kDegree)), 1, 0.05) << degrees;
+    // A wrong expectation costs.
+    EXPECT_LT(fit.cost, FitParallax(shifts, kSectors, (degrees + 80) * kDegree).cost) << degrees;
+  }
+}
+
+TEST(ParallaxFit, OfAnyDirectionDoubtsWhereSeveralFit) {
+  // Shifts known so badly that hardly anything speaks for one direction.
+  auto shifts = Shifts(0.1, 50 * kDegree, 0.06, 0.6);
+  for (SectorShift& shift : shifts) shift.variance_rad2 = 0.03 * 0.03;
+  const ParallaxFit fit = FitParallaxOfAnyDirection(shifts, kSectors);
+  EXPECT_GT(fit.variance_rad2, FitParallax(shifts, kSectors, 50 * kDegree).variance_rad2);
+}
+
 TEST(ParallaxFit, LeavesOutWhatMovesByItself) {
   auto shifts = Shifts(0.05, 0, 0.03, 0.2);
   for (std::size_t i = 15; i < 22; ++i) shifts[i].shift_rad += 0.12;  // a car ahead
