@@ -71,7 +71,7 @@ MapSight::MapSight(const mapping::MapReader& map,
       up_(up),
       params_(params),
       view_(MakeFirstView(map, up)),
-      span_(std::max(view_.Size().width, view_.Size().height) * view_.MetresPerPixel()),
+      span_(mapping::SpanOf(view_)),
       registrar_(view_.Size(), WithScale(params.registration, view_, false)),
       scaling_(view_.Size(), WithScale(params.registration, view_, true)),
       patches_(std::make_unique<MapPatches>(map, view_, registrar_, params.patches)),
@@ -149,8 +149,7 @@ std::optional<calib::TiltAngles> MapSight::MeasureTilt(const Patch& at,
 }
 
 double MapSight::Overlap(const Patch& at, const Pose2& T_map_base) const {
-  return registration::OverlapOf(
-      mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * T_map_base), view_.Size());
+  return mapping::OverlapOf(view_, at.T_map_base.Inverse() * T_map_base);
 }
 
 bool MapSight::LearnScale(const Look& look) {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
@@ -13,8 +12,6 @@
 #include "calib/error.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/keyframe_headings.hpp"
-#include "mapping/place_descriptor.hpp"
-#include "mapping/place_index.hpp"
 #include "mapping/pose_graph.hpp"
 #include "mapping/recently_used.hpp"
 
@@ -27,28 +24,22 @@ using registration::Registration;
 using registration::Verdict;
 
 void LoopCloserParams::Validate() const {
+  candidates.Validate();
+  judge.Validate();
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (!good) {
       throw calib::InputError(
           fmt::format("loop closing: {} = {}, must be {}", field, value, range));
     }
   };
-  require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
   require(comparisons_per_keyframe >= 0,
           "comparisons_per_keyframe",
           comparisons_per_keyframe,
           "at least 0");
   require(closures_per_keyframe >= 0, "closures_per_keyframe", closures_per_keyframe, "at least 0");
   require(min_gain >= 0, "min_gain", min_gain, ">= 0");
-  require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");
-  require(floor_px > 0, "floor_px", floor_px, "> 0");
-  require(floor_rad > 0, "floor_rad", floor_rad, "> 0");
   require(confirm_px > 0, "confirm_px", confirm_px, "> 0");
   require(max_rival_part > 0 && max_rival_part <= 1, "max_rival_part", max_rival_part, "in (0, 1]");
-  require(max_contradicting_part >= 0, "max_contradicting_part", max_contradicting_part, ">= 0");
-  require(confirm_within >= 1, "confirm_within", confirm_within, "at least 1");
-  require(looks_sigma_part > 0, "looks_sigma_part", looks_sigma_part, "> 0");
-  require(looks_gap >= 1, "looks_gap", looks_gap, "at least 1");
   require(window >= 1, "window", window, "at least 1");
   require(cached_spectra >= 2, "cached_spectra", cached_spectra, "at least 2");
   heading.Validate();
@@ -61,18 +52,6 @@ double LargestSigma(const Eigen::Matrix2d& covariance) {
   return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
 }
 
-/// Keyframe that might be seen again.
-struct LoopCandidate {
-  std::int64_t id = 0;
-  double overlap = 0;
-};
-
-/// A closure that no other one supports yet.
-struct Pending {
-  Edge edge;
-  std::int64_t keyframe = 0;  // that brought it
-};
-
 }  // namespace
 
 struct LoopCloser::Impl {
@@ -81,11 +60,12 @@ struct LoopCloser::Impl {
         load(std::move(loader)),
         params(p),
         registrar(view.Size(), p.registration),
-        span(std::max(view.Size().width, view.Size().height) * view.MetresPerPixel()),
+        span(SpanOf(view)),
         graph(span, 0.5 * span),
         headings(p.heading),
         spectra(static_cast<std::size_t>(p.cached_spectra)),
-        places(PlaceDescriber::Dimension()) {}
+        candidates(view, p.candidates),
+        judge(view.MetresPerPixel(), p.judge) {}
 
   using Relative = KeyframeGraph::Relative;
 
@@ -97,29 +77,20 @@ struct LoopCloser::Impl {
   KeyframeGraph graph;
   KeyframeHeadings headings;
   RecentlyUsed<FrameSpectrum> spectra;
-  PlaceIndex places;
-  std::int64_t latest_id = -1;              // keyframe that was added last ...
-  cv::Mat latest_descriptors;               // ... and what it looks like
+  LoopCandidates candidates;
+  ClosureJudge judge;
   std::vector<Pose2> recorded;              // by id: the pose that the keyframe came with
   std::vector<Eigen::Matrix3d> covariance;  // by id: of the pose, by the best path from the start
-  std::vector<Pending> pending;
   LoopCounts counts;
 
   FrameSpectrum Spectrum(std::int64_t id);
-  double Overlap(const Pose2& T_from_to) const;
   Edge ClosureEdge(const Registration& measured, std::int64_t from, std::int64_t to) const;
   MotionPrior Prior(const Pose2& T_from_to, double sigma, double sigma_rad) const;
-  std::vector<LoopCandidate> Candidates(std::int64_t id) const;
-  std::vector<LoopCandidate> Around(std::int64_t id, double sigma) const;
-  std::vector<LoopCandidate> Alike(std::int64_t id) const;
   bool WorthWhile(const Relative& predicted, std::int64_t id) const;
-  bool Agrees(const Edge& edge, const Relative& predicted) const;
   std::optional<Edge> Measure(std::int64_t from,
                               std::int64_t to,
                               const Relative& predicted,
                               bool doubtful);
-  bool Consistent(const Edge& known, const Edge& edge) const;
-  bool Confirm(const Edge& edge, std::int64_t keyframe);
   void Accept(const Edge& edge);
   void MoveWindow(std::int64_t latest);
 };
@@ -130,62 +101,6 @@ FrameSpectrum LoopCloser::Impl::Spectrum(std::int64_t id) {
   FrameSpectrum spectrum = registrar.Analyze(picture, calib::ContentMask(picture));
   spectra.Insert(id, spectrum);
   return spectrum;
-}
-
-double LoopCloser::Impl::Overlap(const Pose2& T_from_to) const {
-  return registration::OverlapOf(ImageMotionOf(view, T_from_to), view.Size());
-}
-
-/// Keyframes that a measured motion ties to this one already, and itself.
-std::unordered_set<std::int64_t> Tied(const KeyframeGraph& graph, std::int64_t id) {
-  std::unordered_set<std::int64_t> tied = {id};
-  for (const std::size_t e : graph.EdgesOf(id)) {
-    tied.insert(graph.Edges()[e].from);
-    tied.insert(graph.Edges()[e].to);
-  }
-  return tied;
-}
-
-std::vector<LoopCandidate> LoopCloser::Impl::Candidates(std::int64_t id) const {
-  const auto index = static_cast<std::size_t>(id);
-  const double sigma = LargestSigma(covariance[index].topLeftCorner<2, 2>());
-  return sigma < params.looks_sigma_part * span ? Around(id, sigma) : Alike(id);
-}
-
-/// Most overlap first.
-std::vector<LoopCandidate> LoopCloser::Impl::Around(std::int64_t id, double sigma) const {
-  const Pose2& T_map_base = graph.T_map_base(id);
-  // Where the camera stands off the base, a turn moves the picture against the base.
-  const double radius = (1 - params.min_overlap) * 1.25 * span +
-                        2 * view.T_base_view().Translation().norm() + 3 * sigma;
-  const std::unordered_set<std::int64_t> tied = Tied(graph, id);
-  std::vector<LoopCandidate> candidates;
-  for (const std::int64_t other : graph.Near(T_map_base.Translation(), radius)) {
-    if (tied.contains(other)) continue;
-    const double overlap = Overlap(graph.T_map_base(other).Inverse() * T_map_base);
-    if (overlap + 3 * sigma / span >= params.min_overlap) candidates.push_back({other, overlap});
-  }
-  std::stable_sort(
-      candidates.begin(), candidates.end(), [](const LoopCandidate& a, const LoopCandidate& b) {
-        return a.overlap > b.overlap;
-      });
-  constexpr std::size_t kMost = 24;
-  if (candidates.size() > kMost) candidates.resize(kMost);
-  return candidates;
-}
-
-/// Most alike first. The latest keyframes look alike too, but close no loop.
-std::vector<LoopCandidate> LoopCloser::Impl::Alike(std::int64_t id) const {
-  if (id != latest_id) return {};
-  const std::unordered_set<std::int64_t> tied = Tied(graph, id);
-  std::vector<LoopCandidate> candidates;
-  for (const PlaceIndex::Match& match :
-       places.Search(latest_descriptors, params.comparisons_per_keyframe, [&](std::int64_t other) {
-         return tied.contains(other) || (other < id && other + params.looks_gap > id);
-       })) {
-    candidates.push_back({match.keyframe_id, 0});
-  }
-  return candidates;
 }
 
 MotionPrior LoopCloser::Impl::Prior(const Pose2& T_from_to, double sigma, double sigma_rad) const {
@@ -215,18 +130,6 @@ bool LoopCloser::Impl::WorthWhile(const Relative& predicted, std::int64_t id) co
   return variance(predicted.covariance) > params.min_gain * variance(tie.information.inverse());
 }
 
-bool LoopCloser::Impl::Agrees(const Edge& edge, const Relative& predicted) const {
-  const Pose2 off = predicted.T_from_to.Inverse() * edge.T_from_to;
-  Eigen::Matrix3d spread = predicted.covariance + edge.information.inverse();
-  const double floor = params.floor_px * view.MetresPerPixel();
-  spread.diagonal() +=
-      Eigen::Vector3d(floor * floor, floor * floor, params.floor_rad * params.floor_rad);
-  // `off` is expressed in the predicted `to` frame, the covariance in `from`.
-  const Eigen::Vector2d t = predicted.T_from_to.Rotation() * off.Translation();
-  const Eigen::Vector3d difference(t.x(), t.y(), off.yaw);
-  return difference.dot(spread.ldlt().solve(difference)) < params.max_sigmas * params.max_sigmas;
-}
-
 std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
                                               std::int64_t to,
                                               const Relative& predicted,
@@ -248,50 +151,11 @@ std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
     return std::nullopt;
   }
   const Edge edge = ClosureEdge(measured, from, to);
-  if (!Agrees(edge, predicted)) {
+  if (!judge.Agrees(edge, predicted)) {
     ++counts.off_prediction;
     return std::nullopt;
   }
   return edge;
-}
-
-/// Do two closures say the same of how the old part of the path lies to the new one?
-bool LoopCloser::Impl::Consistent(const Edge& known, const Edge& edge) const {
-  const std::vector<std::int64_t> old_target = {known.from};
-  const std::vector<std::int64_t> new_target = {edge.to};
-  const auto old_part = graph.RelativeTo(edge.from, old_target);
-  const auto new_part = graph.RelativeTo(known.to, new_target);
-  if (old_part.empty() || new_part.empty()) return false;
-  // edge.from -> known.from -> known.to -> edge.to
-  const Relative& first = old_part.begin()->second;
-  const Relative& last = new_part.begin()->second;
-  Relative around;
-  around.covariance = ComposeCovariance(
-      first.T_from_to, first.covariance, known.T_from_to, known.information.inverse());
-  around.T_from_to = first.T_from_to * known.T_from_to;
-  around.covariance =
-      ComposeCovariance(around.T_from_to, around.covariance, last.T_from_to, last.covariance);
-  around.T_from_to = around.T_from_to * last.T_from_to;
-  return Agrees(edge, around);
-}
-
-/// True when closures of other new pictures support this one and few contradict it; those that
-/// waited for it are accepted. On a ceiling that repeats itself a place is found in several places
-/// at once.
-bool LoopCloser::Impl::Confirm(const Edge& edge, std::int64_t keyframe) {
-  const auto agreeing = std::stable_partition(
-      pending.begin(), pending.end(), [&](const Pending& p) { return !Consistent(p.edge, edge); });
-  const auto contradicting = static_cast<double>(agreeing - pending.begin());
-  const auto supporting = static_cast<double>(std::count_if(
-      agreeing, pending.end(), [&](const Pending& p) { return p.edge.to != edge.to; }));
-  if (supporting == 0 || contradicting > params.max_contradicting_part * supporting) {
-    pending.push_back({edge, keyframe});
-    return false;
-  }
-  const std::vector<Pending> confirmed(agreeing, pending.end());
-  pending.erase(agreeing, pending.end());
-  for (const Pending& waited : confirmed) Accept(waited.edge);
-  return true;
 }
 
 void LoopCloser::Impl::Accept(const Edge& edge) {
@@ -372,11 +236,7 @@ void LoopCloser::Add(const Keyframe& keyframe,
   for (const Edge& edge : edges) me.graph.Add(edge);
   if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
-  if (!descriptors.empty()) {
-    me.places.Add(keyframe.id, descriptors);
-    me.latest_id = keyframe.id;
-    me.latest_descriptors = descriptors;
-  }
+  if (!descriptors.empty()) me.candidates.Add(keyframe.id, descriptors);
 }
 
 void LoopCloser::Add(const Edge& edge) {
@@ -386,30 +246,35 @@ void LoopCloser::Add(const Edge& edge) {
 void LoopCloser::Close(std::int64_t id) {
   Impl& me = *impl_;
   const LoopCloserParams& params = me.params;
-  std::erase_if(me.pending, [&](const Pending& waiting) {
-    const bool over = waiting.keyframe + params.confirm_within < id;
-    if (over) ++me.counts.unconfirmed;
-    return over;
-  });
+  me.counts.unconfirmed += me.judge.Forget(id);
   const std::int64_t accepted_before = me.counts.accepted;
   int compared = 0;
-  for (const LoopCandidate& candidate : me.Candidates(id)) {
+  const Eigen::Matrix3d& covariance = me.covariance[static_cast<std::size_t>(id)];
+  for (const std::int64_t candidate :
+       me.candidates.Find(id,
+                          LargestSigma(covariance.topLeftCorner<2, 2>()),
+                          me.graph,
+                          params.comparisons_per_keyframe)) {
     if (compared >= params.comparisons_per_keyframe) break;
     if (me.counts.accepted - accepted_before >= params.closures_per_keyframe) break;
     // Anew each time: a closure found a moment ago makes its neighbours needless.
     const std::vector<std::int64_t> target = {id};
-    const auto relative = me.graph.RelativeTo(candidate.id, target);
+    const auto relative = me.graph.RelativeTo(candidate, target);
     if (relative.empty()) continue;  // another segment
     const KeyframeGraph::Relative predicted =
-        me.headings.Narrowed(relative.begin()->second, candidate.id, id);
+        me.headings.Narrowed(relative.begin()->second, candidate, id);
     const double doubt_px =
         LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) / me.view.MetresPerPixel();
     const bool doubtful = doubt_px > params.confirm_px;
     if (!me.WorthWhile(predicted, id)) continue;
-    if (!doubtful && me.Overlap(predicted.T_from_to) < params.min_overlap) continue;
+    const double overlap = OverlapOf(me.view, predicted.T_from_to);
+    if (!doubtful && overlap < params.candidates.min_overlap) continue;
     ++compared;
-    const std::optional<Edge> edge = me.Measure(candidate.id, id, predicted, doubtful);
-    if (edge && (!doubtful || me.Confirm(*edge, id))) me.Accept(*edge);
+    const std::optional<Edge> edge = me.Measure(candidate, id, predicted, doubtful);
+    if (!edge) continue;
+    const std::vector<Edge> believed =
+        doubtful ? me.judge.Confirm(*edge, me.graph) : std::vector<Edge>{*edge};
+    for (const Edge& closure : believed) me.Accept(closure);
   }
   if (me.counts.accepted > accepted_before) me.MoveWindow(id);
 }
@@ -439,7 +304,7 @@ Edge LoopCloser::ClosureEdge(const Registration& measured,
   return impl_->ClosureEdge(measured, from, to);
 }
 double LoopCloser::Overlap(const Pose2& T_from_to) const {
-  return impl_->Overlap(T_from_to);
+  return OverlapOf(impl_->view, T_from_to);
 }
 double LoopCloser::Span() const {
   return impl_->span;
@@ -453,7 +318,7 @@ KeyframeGraph& LoopCloser::Graph() {
 
 LoopCounts LoopCloser::Counts() const {
   LoopCounts counts = impl_->counts;
-  counts.unconfirmed += static_cast<std::int64_t>(impl_->pending.size());
+  counts.unconfirmed += static_cast<std::int64_t>(impl_->judge.Waiting());
   return counts;
 }
 

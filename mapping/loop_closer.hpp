@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
+#include "mapping/closure_judge.hpp"
 #include "mapping/heading_trust.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/keyframe_graph.hpp"
+#include "mapping/loop_candidates.hpp"
 #include "mapping/map_graph.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
@@ -19,32 +21,19 @@
 namespace ceilmap::mapping {
 
 struct LoopCloserParams {
-  double min_overlap = 0.35;  ///< keyframes that share less of their pictures are not compared
+  LoopCandidatesParams candidates;   ///< who is compared
   int comparisons_per_keyframe = 5;  ///< registrations at the most: bounds the work
   int closures_per_keyframe = 3;
   /// A closure is looked for only where the motion is known worse than this many times the
   /// variance of one measurement: others would cost time and tell nothing.
   double min_gain = 2;
-  /// A measured motion further from the predicted one is not believed, in standard deviations of
-  /// their difference ...
-  double max_sigmas = 5;
-  /// ... which is never taken to be less than this: what the model leaves out.
-  double floor_px = 1;
-  double floor_rad = 0.003;
+  ClosureJudgeParams judge;  ///< what is believed
   /// Where the prediction is less certain than this, a closure waits until another one, of another
-  /// new picture, says the same.
+  /// new picture, says the same (ClosureJudge::Confirm).
   double confirm_px = 12;
   /// ... and is left out as ambiguous when another motion of the pictures agrees with this part of
   /// the best one's agreement.
   double max_rival_part = 0.7;
-  /// ... or when other closures of the last keyframes contradict it, more than this part of those
-  /// that support it: the place has doubles.
-  double max_contradicting_part = 0.34;
-  int confirm_within = 10;  ///< keyframes for which an unconfirmed closure is kept
-  /// Where the position is known worse than this part of what a picture spans, candidates are found
-  /// by their looks.
-  double looks_sigma_part = 0.15;
-  int looks_gap = 10;       ///< ... other than among so many keyframes before, which close no loop
   int window = 30;          ///< latest keyframes that are moved when a closure is found
   int cached_spectra = 40;  ///< about 4 MB each for pictures of 640 x 480
   EdgeNoise noise;
@@ -56,10 +45,10 @@ struct LoopCloserParams {
 
 /// Finds where the robot sees again what it has seen before. Candidates are the keyframes whose
 /// pictures overlap the new one's by position, or, where the position has become too uncertain for
-/// that, those that look alike (PlaceIndex). Each is checked by registration, and against what the
-/// graph says already. On a periodic ceiling
-/// several motions fit: the prediction decides where it is sharp enough for that (a few standard
-/// deviations within half a period), else the pair is left out and counted as ambiguous.
+/// that, those that look alike (LoopCandidates). Each is checked by registration, and against what
+/// the graph says already (ClosureJudge). On a periodic ceiling several motions fit: the prediction
+/// decides where it is sharp enough for that (a few standard deviations within half a period), else
+/// the pair is left out and counted as ambiguous.
 ///
 /// Where keyframes have headings (FramePose::heading) the compass bounds what is not known of the
 /// rotation between any two, however long and doubtful the way: what is a quarter turn off is left

@@ -1,6 +1,7 @@
 #include "mapping/planar_motion.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace ceilmap::mapping {
@@ -19,6 +20,14 @@ registration::ImageMotion ImageMotionOf(const calib::CeilingView& view, const Po
       (view.T_base_view().Inverse() * T_ref_cur * view.T_base_view()).Inverse();
   const double m = view.MetresPerPixel();
   return {T_viewcur_viewref.x / m, T_viewcur_viewref.y / m, T_viewcur_viewref.yaw, 1.0};
+}
+
+double OverlapOf(const calib::CeilingView& view, const Pose2& T_ref_cur) {
+  return registration::OverlapOf(ImageMotionOf(view, T_ref_cur), view.Size());
+}
+
+double SpanOf(const calib::CeilingView& view) {
+  return std::max(view.Size().width, view.Size().height) * view.MetresPerPixel();
 }
 
 Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,

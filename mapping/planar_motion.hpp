@@ -21,6 +21,12 @@ Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion
 /// The inverse of BaseMotion: the image motion that a base motion causes.
 registration::ImageMotion ImageMotionOf(const calib::CeilingView& view, const Pose2& T_ref_cur);
 
+/// Part of the reference picture that the current one shows too, 0..1 (registration::OverlapOf).
+double OverlapOf(const calib::CeilingView& view, const Pose2& T_ref_cur);
+
+/// Map units across a picture's longer side.
+double SpanOf(const calib::CeilingView& view);
+
 /// Covariance of BaseMotion's (x, y, yaw), first order, from that of (tx_px, ty_px, theta_rad).
 Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,

@@ -59,7 +59,7 @@ class CarriedBack {
   /// Every earlier keyframe but the last two may be found again.
   static LoopCloserParams ShortGap() {
     LoopCloserParams params;
-    params.looks_gap = 3;
+    params.candidates.looks_gap = 3;
     return params;
   }
 
@@ -138,17 +138,17 @@ TEST(LoopCloserDoubles, ManyThatAgreeOutweighOneThatDoesNot) {
 
 TEST(LoopCloserDoubles, TheParameterSaysHowMuchContradictionIsBorne) {
   LoopCloserParams params = CarriedBack::ShortGap();
-  params.max_contradicting_part = 0.51;
+  params.judge.max_contradicting_part = 0.51;
   EXPECT_EQ(CarriedBack(1, params).Visit(2).accepted, 0);
   EXPECT_EQ(CarriedBack(1, params).Visit(3).accepted, 3) << "1 against 2";
-  params.max_contradicting_part = 0;
+  params.judge.max_contradicting_part = 0;
   EXPECT_EQ(CarriedBack(1, params).Visit(4).accepted, 0);
   EXPECT_EQ(CarriedBack(0, params).Visit(2).accepted, 2);
 }
 
 TEST(LoopCloserDoubles, AContradictionIsForgottenWithTheClosureThatMadeIt) {
   LoopCloserParams params = CarriedBack::ShortGap();
-  params.confirm_within = 2;
+  params.judge.confirm_within = 2;
   CarriedBack drive(1, params);
   const LoopCounts counts = drive.Visit(4);
   EXPECT_EQ(counts.accepted, 3);

@@ -47,7 +47,7 @@ class TwoDrives {
  private:
   static LoopCloserParams ShortGap() {
     LoopCloserParams params;
-    params.looks_gap = 3;
+    params.candidates.looks_gap = 3;
     return params;
   }
   [[nodiscard]] Pose2 Between(std::int64_t from, std::int64_t to) const {

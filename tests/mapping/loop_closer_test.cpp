@@ -148,7 +148,7 @@ TEST(LoopCloser, SameInputSameGraph) {
 
 TEST(LoopCloser, RefusesParametersThatCannotBe) {
   LoopCloserParams params;
-  params.min_overlap = 1.5;
+  params.candidates.min_overlap = 1.5;
   EXPECT_THAT(
       [&] { params.Validate(); },
       ThrowsMessage<calib::InputError>("loop closing: min_overlap = 1.5, must be in (0, 1)"));

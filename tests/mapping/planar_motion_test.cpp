@@ -50,6 +50,18 @@ TEST(BaseMotion, SignsByHand) {
   ExpectPose(BaseMotion(view, {}), 0, 0, 0);
 }
 
+TEST(OverlapOf, ByHand) {
+  const CeilingView view = OffsetView();  // 3.2 m x 2.4 m of ceiling
+  EXPECT_NEAR(SpanOf(view), 3.2, 1e-12);
+  EXPECT_EQ(OverlapOf(view, {}), 1);
+  // The picture's x axis lies 0.3 rad to the left of the robot's right.
+  const double c = std::cos(0.3);
+  const double s = std::sin(0.3);
+  EXPECT_NEAR(OverlapOf(view, {0.8 * s, -0.8 * c, 0}), 0.75, 0.01);
+  EXPECT_NEAR(OverlapOf(view, {1.2 * c, 1.2 * s, 0}), 0.5, 0.01);
+  EXPECT_EQ(OverlapOf(view, {4, 0, 0}), 0);
+}
+
 TEST(BaseMotion, InMetresByHand) {
   calib::MountedCamera up;
   up.camera = {640, 480, 440, 440, 319.5, 239.5, {}};

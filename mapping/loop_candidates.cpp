@@ -1,0 +1,105 @@
+#include "mapping/loop_candidates.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "calib/error.hpp"
+#include "mapping/place_descriptor.hpp"
+#include "mapping/planar_motion.hpp"
+
+namespace ceilmap::mapping {
+
+void LoopCandidatesParams::Validate() const {
+  const auto require = [](bool good, const char* field, double value, const char* range) {
+    if (!good) {
+      throw calib::InputError(
+          fmt::format("loop closing: {} = {}, must be {}", field, value, range));
+    }
+  };
+  require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
+  require(looks_sigma_part > 0, "looks_sigma_part", looks_sigma_part, "> 0");
+  require(looks_gap >= 1, "looks_gap", looks_gap, "at least 1");
+}
+
+namespace {
+
+/// Keyframes that a measured motion ties to this one already, and itself.
+std::unordered_set<std::int64_t> Tied(const KeyframeGraph& graph, std::int64_t id) {
+  std::unordered_set<std::int64_t> tied = {id};
+  for (const std::size_t e : graph.EdgesOf(id)) {
+    tied.insert(graph.Edges()[e].from);
+    tied.insert(graph.Edges()[e].to);
+  }
+  return tied;
+}
+
+}  // namespace
+
+LoopCandidates::LoopCandidates(const calib::CeilingView& view, const LoopCandidatesParams& params)
+    : view_(view), params_(params), span_(SpanOf(view)), places_(PlaceDescriber::Dimension()) {
+  params.Validate();
+}
+
+void LoopCandidates::Add(std::int64_t id, const cv::Mat& descriptors) {
+  places_.Add(id, descriptors);
+  latest_id_ = id;
+  latest_descriptors_ = descriptors;
+}
+
+std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
+                                               double sigma,
+                                               const KeyframeGraph& graph,
+                                               int most_alike) const {
+  return sigma < params_.looks_sigma_part * span_ ? Around(id, sigma, graph)
+                                                  : Alike(id, graph, most_alike);
+}
+
+/// Most overlap first.
+std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
+                                                 double sigma,
+                                                 const KeyframeGraph& graph) const {
+  struct Overlapping {
+    std::int64_t id = 0;
+    double overlap = 0;
+  };
+  const Pose2& T_map_base = graph.T_map_base(id);
+  // Where the camera stands off the base, a turn moves the picture against the base.
+  const double radius = (1 - params_.min_overlap) * 1.25 * span_ +
+                        2 * view_.T_base_view().Translation().norm() + 3 * sigma;
+  const std::unordered_set<std::int64_t> tied = Tied(graph, id);
+  std::vector<Overlapping> near;
+  for (const std::int64_t other : graph.Near(T_map_base.Translation(), radius)) {
+    if (tied.contains(other)) continue;
+    const double overlap = OverlapOf(view_, graph.T_map_base(other).Inverse() * T_map_base);
+    if (overlap + 3 * sigma / span_ >= params_.min_overlap) near.push_back({other, overlap});
+  }
+  std::stable_sort(near.begin(), near.end(), [](const Overlapping& a, const Overlapping& b) {
+    return a.overlap > b.overlap;
+  });
+  constexpr std::size_t kMost = 24;
+  if (near.size() > kMost) near.resize(kMost);
+  std::vector<std::int64_t> ids;
+  ids.reserve(near.size());
+  for (const Overlapping& other : near) ids.push_back(other.id);
+  return ids;
+}
+
+/// Most alike first. The latest keyframes look alike too, but close no loop.
+std::vector<std::int64_t> LoopCandidates::Alike(std::int64_t id,
+                                                const KeyframeGraph& graph,
+                                                int most) const {
+  if (id != latest_id_) return {};
+  const std::unordered_set<std::int64_t> tied = Tied(graph, id);
+  std::vector<std::int64_t> ids;
+  for (const PlaceIndex::Match& match :
+       places_.Search(latest_descriptors_, most, [&](std::int64_t other) {
+         return tied.contains(other) || (other < id && other + params_.looks_gap > id);
+       })) {
+    ids.push_back(match.keyframe_id);
+  }
+  return ids;
+}
+
+}  // namespace ceilmap::mapping
