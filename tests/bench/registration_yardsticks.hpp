@@ -1,0 +1,15 @@
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+/// What registration is measured against, on the same frames (registration_frames.hpp).
+namespace ceilmap::bench {
+
+/// The Fourier transforms that registration cannot do without.
+void TransformsAlone(benchmark::State& state);
+/// The coarse method put together from OpenCV's functions.
+void OpenCv(benchmark::State& state);
+/// Feature matching.
+void Orb(benchmark::State& state);
+
+}  // namespace ceilmap::bench
