@@ -1,0 +1,91 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "calib/heading.hpp"
+#include "mapping/loop_closer.hpp"
+#include "tests/mapping/synthetic_drive.hpp"
+
+/// A robot that knows its way well, but for a step of which it knows hardly anything: places must
+/// be found by their looks.
+namespace ceilmap::mapping::synthetic {
+
+/// Where the robot takes a keyframe.
+struct Stop {
+  Pose2 T_map_base;
+  Pose2 looks;           ///< where the ceiling looks like what is seen here
+  double sigma = 0.002;  ///< of the way from the stop before, m; the way itself is true
+  double sigma_rad = 0.0005;
+  std::optional<calib::HeadingPrior> heading = {};
+};
+
+/// Stops that are shown to a loop closer one after the other, ids 0, 1, ...
+class Stops {
+ public:
+  explicit Stops(const CeilingParams& ceiling, const LoopCloserParams& params = ShortGap())
+      : ceiling_(ceiling),
+        closer_(
+            view_, [this](std::int64_t id) { return Picture(id); }, params) {}
+
+  void Show(const Stop& stop) {
+    const auto id = static_cast<std::int64_t>(stops_.size());
+    stops_.push_back(stop);
+    Keyframe keyframe;
+    keyframe.id = id;
+    keyframe.pose.T_map_base = stop.T_map_base;
+    keyframe.pose.heading = stop.heading;
+    std::vector<Edge> ties;
+    if (id > 0) {
+      const double xy = 1 / (stop.sigma * stop.sigma);
+      Edge tie{id - 1, id, Edge::Kind::kOdometry, Between(id - 1, id), {}};
+      tie.information = Eigen::Vector3d(xy, xy, 1 / (stop.sigma_rad * stop.sigma_rad)).asDiagonal();
+      ties.push_back(tie);
+    }
+    closer_.Add(keyframe, {}, ties, describer_.Describe(Picture(id)));
+    closer_.Close(id);
+  }
+
+  [[nodiscard]] LoopCounts Counts() const { return closer_.Counts(); }
+  /// How far the worst edge is from the truth: metres.
+  [[nodiscard]] double WorstEdge() const {
+    double worst = 0;
+    for (const Edge& edge : closer_.Graph().Edges()) {
+      const Pose2 off = edge.T_from_to.Inverse() * Between(edge.from, edge.to);
+      worst = std::max(worst, off.Translation().norm());
+    }
+    return worst;
+  }
+
+  /// Every earlier keyframe but the last two may be found again.
+  static LoopCloserParams ShortGap() {
+    LoopCloserParams params;
+    params.candidates.looks_gap = 3;
+    return params;
+  }
+
+ private:
+  [[nodiscard]] const Stop& At(std::int64_t id) const {
+    return stops_[static_cast<std::size_t>(id)];
+  }
+  [[nodiscard]] Pose2 Between(std::int64_t from, std::int64_t to) const {
+    return At(from).T_map_base.Inverse() * At(to).T_map_base;
+  }
+  [[nodiscard]] cv::Mat Picture(std::int64_t id) const {
+    return ceiling_.Render(
+        view_.Size(), MotionAt(view_, At(id).looks), 1.5, static_cast<std::uint32_t>(id) + 1);
+  }
+
+  SyntheticCeiling ceiling_;
+  calib::CeilingView view_ = SmallView();
+  PlaceDescriber describer_{view_.Size(),
+                            view_.MetresPerPixel(),
+                            PlaceDescriptorParams::ForCamera(view_.Size(), view_.MetresPerPixel())};
+  std::vector<Stop> stops_;
+  LoopCloser closer_;
+};
+
+}  // namespace ceilmap::mapping::synthetic
