@@ -4,15 +4,9 @@
 #   samples/compass-experiments.sh [OUTPUT_DIR]     default: samples/out/experiments
 set -euo pipefail
 
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-out=${1:-$root/samples/out/experiments}
-"$root/samples/install-deps.sh" --plots
-cd "$root"
-cmake --preset release
-cmake --build --preset release --target ceilmap
-mkdir -p "$out"
-out=$(cd "$out" && pwd)
-ceilmap=$root/build/release/app/ceilmap
+# shellcheck source=samples/common.sh
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+prepare "${1:-$root/samples/out/experiments}" --plots
 row='%-24s %9s %8s %8s %11s %11s %8s\n'
 
 # Headings of a recording ($1) into FOLDER/NAME.csv, their errors into FOLDER/NAME.json ($2); the rest are options.

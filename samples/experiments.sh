@@ -5,15 +5,9 @@
 #   samples/experiments.sh [OUTPUT_DIR]     default: samples/out/experiments
 set -euo pipefail
 
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-out=${1:-$root/samples/out/experiments}
-"$root/samples/install-deps.sh" --plots
-cd "$root"
-cmake --preset release
-cmake --build --preset release --target ceilmap
-mkdir -p "$out"
-out=$(cd "$out" && pwd)
-ceilmap=$root/build/release/app/ceilmap
+# shellcheck source=samples/common.sh
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+prepare "${1:-$root/samples/out/experiments}" --plots
 methods=(forward ceiling fused)
 
 # The pose of the first, level line of a trajectory as X,Y,YAW_DEG: with it the map lies in the frame of the truth, and

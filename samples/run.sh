@@ -4,15 +4,9 @@
 #   samples/run.sh [OUTPUT_DIR]     default: samples/out
 set -euo pipefail
 
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-out=${1:-$root/samples/out}
-"$root/samples/install-deps.sh"
-cd "$root"
-cmake --preset release
-cmake --build --preset release --target ceilmap
-mkdir -p "$out"
-out=$(cd "$out" && pwd)
-ceilmap=$root/build/release/app/ceilmap
+# shellcheck source=samples/common.sh
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+prepare "${1:-$root/samples/out}"
 sample=$root/samples/lab-map
 
 echo

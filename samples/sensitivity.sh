@@ -4,15 +4,9 @@
 #   samples/sensitivity.sh [OUTPUT_DIR]     default: samples/out/sensitivity
 set -euo pipefail
 
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-out=${1:-$root/samples/out/sensitivity}
-"$root/samples/install-deps.sh"
-cd "$root"
-cmake --preset release
-cmake --build --preset release --target ceilmap
-mkdir -p "$out"
-out=$(cd "$out" && pwd)
-ceilmap=$root/build/release/app/ceilmap
+# shellcheck source=samples/common.sh
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+prepare "${1:-$root/samples/out/sensitivity}"
 sample=$root/samples/lab-debris-1
 
 # The sample's rig with one number ($1) times a factor ($2): a, d, h, or the focal length of camera up or forward.
