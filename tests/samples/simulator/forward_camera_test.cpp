@@ -16,19 +16,15 @@ using Eigen::Vector3d;
 constexpr double kPixels = 0.01;  // what "exact" means here
 
 /// Nothing but black, and a camera of 400 px at 0.4 m looking along base x.
-Scene DarkScene() {
-  Scene scene = PlainScene();
-  scene.ceiling.brightness = 0;
-  scene.room.wall_brightness = 0;
-  scene.room.wall_contrast = 0;
-  scene.room.floor_brightness = 0;
+Scene DarkForwardScene() {
+  Scene scene = DarkScene();
   scene.forward = scene.camera;
   return scene;
 }
 
 /// A square on the wall x = 12 m; of the box behind it no side shows.
 Scene SquareOnTheWall(double y_m, double z_m, double size_m = 0.05) {
-  Scene scene = DarkScene();
+  Scene scene = DarkForwardScene();
   scene.fixtures.boxes = {
       {12.00049, y_m, 0.001, size_m, z_m - size_m / 2, z_m + size_m / 2, 0, 1.0}};
   return scene;
@@ -116,7 +112,7 @@ TEST(ForwardCamera, ThingsFollowTheRigsCameraModelEverywhere) {
 
 // A box corner before a black room: its upright edge lies to a hundredth of a pixel.
 TEST(ForwardCamera, EdgesOfABoxLieWhereTheyAre) {
-  Scene scene = DarkScene();
+  Scene scene = DarkForwardScene();
   scene.fixtures.boxes = {{8, 4, 1, 0.8, 0, 1.2, 0, 1.0}};  // its front is at x = 7.5
   const Renderer renderer(scene);
   for (int i = 0; i < 12; ++i) {
@@ -129,7 +125,7 @@ TEST(ForwardCamera, EdgesOfABoxLieWhereTheyAre) {
 }
 
 TEST(ForwardCamera, FloorBeginsWhereTheWallEnds) {
-  Scene scene = DarkScene();
+  Scene scene = DarkForwardScene();
   scene.room.floor_brightness = 0.5;
   const cv::Mat light = Renderer(scene).RenderForwardLight(Level(8, 4, 0));
   // 0.4 m below the camera, 4 m away: 40 px below the centre.
@@ -140,7 +136,7 @@ TEST(ForwardCamera, FloorBeginsWhereTheWallEnds) {
 }
 
 TEST(ForwardCamera, PostersAreInThePictureWhereTheyHang) {
-  Scene scene = DarkScene();
+  Scene scene = DarkForwardScene();
   scene.room.wall_brightness = 0.5;
   scene.room.wall_posters_per_100m2 = 200;
   const WallPosters posters(scene);
@@ -169,7 +165,7 @@ TEST(ForwardCamera, PostersAreInThePictureWhereTheyHang) {
 }
 
 TEST(ForwardCamera, FloorHasATextureThatFadesFarAway) {
-  Scene scene = DarkScene();
+  Scene scene = DarkForwardScene();
   scene.room.floor_brightness = 0.5;
   scene.room.floor_contrast = 0.2;
   scene.room.length_m = 100;
@@ -217,7 +213,7 @@ TEST(ForwardCamera, LeavesTheUpwardPicturesAlone) {
 }
 
 TEST(ForwardCamera, HasNoiseOfItsOwn) {
-  Scene scene = DarkScene();
+  Scene scene = DarkForwardScene();
   scene.ceiling.brightness = 0.4;
   scene.fixtures.boxes = {{8, 4, 0.1, 8, 0, 2.4, 0, 0.4 / 0.6}};  // fills the forward picture
   scene.picture.shot_noise = 0.02;
@@ -235,12 +231,12 @@ TEST(ForwardCamera, HasNoiseOfItsOwn) {
 TEST(ForwardCamera, IsRefusedWhereTheSceneHasNone) {
   const Renderer renderer(PlainScene());
   EXPECT_FALSE(renderer.GetRig().forward.has_value());
-  try {
-    (void)renderer.RenderForward(StillFrame(0, {6, 4, 0}));
-    FAIL();
-  } catch (const calib::InputError& error) {
-    EXPECT_STREQ(error.what(), "the scene has no forward camera; give it the group 'forward'");
-  }
+  EXPECT_THAT(
+      [&] {
+        (void)renderer.RenderForward(StillFrame(0, {6, 4, 0}));
+      },
+      testing::ThrowsMessage<calib::InputError>(
+          "the scene has no forward camera; give it the group 'forward'"));
 }
 
 TEST(WallPosters, FollowTheSeedAndNoneHangsUnasked) {

@@ -50,12 +50,8 @@ Vector2d OmniPixel(const Isometry3d& T_map_base, const Vector3d& p_map) {
 }
 
 /// Nothing but black, grey things, and the mirror.
-Scene DarkScene() {
-  Scene scene = PlainScene();
-  scene.ceiling.brightness = 0;
-  scene.room.wall_brightness = 0;
-  scene.room.wall_contrast = 0;
-  scene.room.floor_brightness = 0;
+Scene DarkOmniScene() {
+  Scene scene = DarkScene();
   scene.omni = OmniCamera{};
   scene.omni->saturation = 0;
   return scene;
@@ -110,7 +106,7 @@ TEST(MirrorRays, RimAndHorizonAreWhereTheLabRigHasThem) {
 TEST(OmniCamera, ThingsShowWhereTheMirrorPutsThem) {
   for (const Vector3d& at :
        {Vector3d(7.2, 4.3, 0.62), Vector3d(5.1, 5.4, 1.1), Vector3d(6.6, 3.1, 0.2)}) {
-    Scene scene = DarkScene();
+    Scene scene = DarkOmniScene();
     scene.fixtures.boxes = {SmallBox(at)};
     const Renderer renderer(scene);
     for (const double yaw : {0.0, 1.1, -2.5}) {
@@ -123,7 +119,7 @@ TEST(OmniCamera, ThingsShowWhereTheMirrorPutsThem) {
 }
 
 TEST(OmniCamera, FollowsTheRobotsTilt) {
-  Scene scene = DarkScene();
+  Scene scene = DarkOmniScene();
   scene.fixtures.boxes = {SmallBox({7.5, 4.4, 0.9})};
   const Renderer renderer(scene);
   Frame frame = StillFrame(0, {6, 4, 0.2});
@@ -136,7 +132,7 @@ TEST(OmniCamera, FollowsTheRobotsTilt) {
 // The edge of a wall-high pillar, row by row below the mirror's axis: exact to a twelfth of a
 // pixel.
 TEST(OmniCamera, EdgesLieWhereTheyAre) {
-  Scene scene = DarkScene();
+  Scene scene = DarkOmniScene();
   scene.fixtures.boxes = {{8, 4, 1, 0.8, 0, 2.4, 0, 1.0}};  // its front is at x = 7.5
   const Renderer renderer(scene);
   for (int i = 0; i < 10; ++i) {
@@ -153,7 +149,7 @@ TEST(OmniCamera, EdgesLieWhereTheyAre) {
 
 // Unwrapped with azimuth falling from left to right, a left turn moves the panorama to the right.
 TEST(OmniCamera, ALeftTurnMovesThePanoramaToTheRight) {
-  Scene scene = DarkScene();
+  Scene scene = DarkOmniScene();
   scene.room.wall_brightness = 0.4;
   scene.room.wall_posters_per_100m2 = 60;
   const Renderer renderer(scene);
@@ -185,7 +181,7 @@ TEST(OmniCamera, ALeftTurnMovesThePanoramaToTheRight) {
 }
 
 TEST(OmniCamera, ShowsTheRobotInTheMiddleAndDarkAround) {
-  Scene scene = DarkScene();
+  Scene scene = DarkOmniScene();
   scene.room.wall_brightness = 0.5;
   scene.room.floor_brightness = 0.5;
   const cv::Mat light = LightAt(Renderer(scene), {6, 4, 0});
@@ -198,7 +194,7 @@ TEST(OmniCamera, ShowsTheRobotInTheMiddleAndDarkAround) {
 }
 
 TEST(OmniCamera, ColoursFollowTheSeedAndLeaveTheLightAlone) {
-  Scene scene = DarkScene();
+  Scene scene = DarkOmniScene();
   scene.room.wall_brightness = 0.4;
   scene.room.wall_posters_per_100m2 = 60;
   scene.room.floor_brightness = 0.3;
@@ -220,7 +216,7 @@ TEST(OmniCamera, ColoursFollowTheSeedAndLeaveTheLightAlone) {
 }
 
 TEST(OmniCamera, MirrorOffCentreMovesThePictureAndTheRigOnlyWhenItKnows) {
-  Scene scene = DarkScene();
+  Scene scene = DarkOmniScene();
   scene.fixtures.boxes = {SmallBox({7.2, 4.3, 0.62})};
   const Vector2d centred = CentreOfLight(LightAt(Renderer(scene), {6, 4, 0}));
   scene.omni->centre_offset_px = {5, -2};
@@ -260,7 +256,7 @@ TEST(OmniCamera, RigReadsBackAsTheMirror) {
 }
 
 TEST(OmniCamera, HasExposureStepsOfItsOwn) {
-  Scene scene = DarkScene();
+  Scene scene = DarkOmniScene();
   scene.ceiling.brightness = 0.4;
   scene.room.wall_brightness = 0.4;
   scene.picture.exposure_steps = {{2, 0.01}};
@@ -295,17 +291,17 @@ TEST(OmniCamera, LeavesTheOtherPicturesAlone) {
 TEST(OmniCamera, IsRefusedWhereTheSceneHasNone) {
   const Renderer renderer(PlainScene());
   EXPECT_FALSE(renderer.GetRig().omni.has_value());
-  try {
-    (void)renderer.RenderOmni(StillFrame(0, {6, 4, 0}));
-    FAIL();
-  } catch (const calib::InputError& error) {
-    EXPECT_STREQ(error.what(), "the scene has no omnidirectional camera; give it the group 'omni'");
-  }
+  EXPECT_THAT(
+      [&] {
+        (void)renderer.RenderOmni(StillFrame(0, {6, 4, 0}));
+      },
+      testing::ThrowsMessage<calib::InputError>(
+          "the scene has no omnidirectional camera; give it the group 'omni'"));
 }
 
 /// A red column of 0.3 m that passes in front of the robot, 1.5 m away, from its right to its left.
 Scene MoverScene() {
-  Scene scene = DarkScene();
+  Scene scene = DarkOmniScene();
   scene.movers = {{7.5, 3, 0.3, 0.3, 0, 1.5, 0, 2, 0.1, 0.1, 0, 0.5, 1, 5}};
   return scene;
 }

@@ -32,6 +32,16 @@ inline Scene PlainScene() {
   return scene;
 }
 
+/// That room without any light of its own: only what is put into it shows.
+inline Scene DarkScene() {
+  Scene scene = PlainScene();
+  scene.ceiling.brightness = 0;
+  scene.room.wall_brightness = 0;
+  scene.room.wall_contrast = 0;
+  scene.room.floor_brightness = 0;
+  return scene;
+}
+
 inline Eigen::Isometry3d Level(double x_m, double y_m, double yaw_deg) {
   return StillFrame(0, {x_m, y_m, yaw_deg * kDegree}).T_map_base;
 }
