@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdlib>
 
 #include "calib/error.hpp"
 #include "localization/compass/panorama.hpp"
@@ -22,13 +23,13 @@ std::size_t Size(int n) {
 }
 
 /// Two lines without their means as the parts of a complex one, and their squares.
-CEILMAP_HOT void Pack(const std::uint8_t* a,
-                      const std::uint8_t* b,
+CEILMAP_HOT void Pack(const std::uint8_t* __restrict a,
+                      const std::uint8_t* __restrict b,
                       float mean_a,
                       float mean_b,
                       int columns,
-                      float* line,
-                      float* energy) {
+                      float* __restrict line,
+                      float* __restrict energy) {
   for (int u = 0; u < columns; ++u) {
     const float re = static_cast<float>(a[u]) - mean_a;
     const float im = static_cast<float>(b[u]) - mean_b;
@@ -38,45 +39,65 @@ CEILMAP_HOT void Pack(const std::uint8_t* a,
   }
 }
 
-CEILMAP_HOT std::uint32_t Sum(const std::uint8_t* line, int columns) {
-  std::uint32_t sum = 0;
-  for (int u = 0; u < columns; ++u) sum += line[u];
+/// The same, each column times its weight.
+CEILMAP_HOT void PackWeighted(const std::uint8_t* __restrict a,
+                              const std::uint8_t* __restrict b,
+                              float mean_a,
+                              float mean_b,
+                              const float* __restrict weights,
+                              int columns,
+                              float* __restrict line) {
+  for (int u = 0; u < columns; ++u) {
+    line[2 * u] = weights[u] * (static_cast<float>(a[u]) - mean_a);
+    line[2 * u + 1] = weights[u] * (static_cast<float>(b[u]) - mean_b);
+  }
+}
+
+/// @param blank  `columns` zeros: compilers have an instruction for sums of absolute differences of
+/// bytes, and none for plain sums.
+CEILMAP_HOT int Sum(const std::uint8_t* line, const std::uint8_t* blank, int columns) {
+  int sum = 0;
+  for (int u = 0; u < columns; ++u) sum += std::abs(line[u] - blank[u]);
   return sum;
 }
 
 /// sum += conj(a) * b, as plain floats so that it vectorises.
-CEILMAP_HOT void AddProduct(const float* a, const float* b, int n, float* sum) {
+CEILMAP_HOT void AddProduct(const float* __restrict a,
+                            const float* __restrict b,
+                            int n,
+                            float* __restrict sum) {
   for (int i = 0; i < n; ++i) {
     sum[2 * i] += a[2 * i] * b[2 * i] + a[2 * i + 1] * b[2 * i + 1];
     sum[2 * i + 1] += a[2 * i] * b[2 * i + 1] - a[2 * i + 1] * b[2 * i];
   }
 }
 
-CEILMAP_HOT void Weight(const float* line, const float* weights, int columns, float* weighted) {
-  for (int u = 0; u < columns; ++u) {
-    weighted[2 * u] = line[2 * u] * weights[u];
-    weighted[2 * u + 1] = line[2 * u + 1] * weights[u];
-  }
+/// sum += factor * (line - mean).
+CEILMAP_HOT void AddLine(const std::uint8_t* __restrict line,
+                         float mean,
+                         float factor,
+                         int columns,
+                         float* __restrict sum) {
+  for (int u = 0; u < columns; ++u) sum[u] += factor * (static_cast<float>(line[u]) - mean);
 }
 
-/// Squared distance of two runs of complex samples, each counted with a weight.
-CEILMAP_HOT float SquaredDistance(const float* a, const float* b, const float* weights, int n) {
+/// Squared distance of two runs of samples, each counted with a weight; b is `above` darker.
+CEILMAP_HOT float SquaredDistance(
+    const std::uint8_t* a, const std::uint8_t* b, float above, const float* weights, int n) {
   // Sums side by side, which a compiler may not make of one by itself.
   constexpr int kLanes = 16;
   float sums[kLanes] = {};
   int u = 0;
   for (; u + kLanes <= n; u += kLanes) {
     for (int lane = 0; lane < kLanes; ++lane) {
-      const float re = a[2 * (u + lane)] - b[2 * (u + lane)];
-      const float im = a[2 * (u + lane) + 1] - b[2 * (u + lane) + 1];
-      sums[lane] += weights[u + lane] * (re * re + im * im);
+      const float off = static_cast<float>(a[u + lane] - b[u + lane]) - above;
+      sums[lane] += weights[u + lane] * off * off;
     }
   }
   float sum = 0;
   for (; u < n; ++u) {
-    const float re = a[2 * u] - b[2 * u];
-    const float im = a[2 * u + 1] - b[2 * u + 1];
-    sum += weights[u] * (re * re + im * im);
+    const float off = static_cast<float>(a[u] - b[u]) - above;
+    sum += weights[u] * off * off;
   }
   for (const float part : sums) sum += part;
   return sum;
@@ -103,49 +124,45 @@ ShiftDistances::ShiftDistances(cv::Size size, int channels)
       lines_(CheckedLines(size, channels)),
       line_fft_(registration::ComplexFft::Lines(1, columns_)),
       profile_fft_(registration::RealFft::Lines(1, columns_)),
-      weighted_(Size(columns_)),
+      line_(Size(columns_)),
       weighted_bins_(Size(lines_) * Size(columns_)),
       product_(Size(columns_)),
       correlation_(Size(columns_)),
       profile_(Size(columns_)),
       profile_bins_(Size(columns_ / 2 + 1)),
       weight_bins_(Size(columns_ / 2 + 1)),
+      mean_bins_(Size(columns_ / 2 + 1)),
       profile_correlation_(Size(columns_)),
       blank_(Size(columns_), 0),
       ones_(Size(columns_), 1.F) {}
 
+const std::uint8_t* ShiftDistances::Line(const PanoramaSpectrum& panorama, int line) const {
+  if (line >= rows_ * channels_) return blank_.data();
+  return panorama.planes[Size(line % channels_)].ptr(line / channels_);
+}
+
 void ShiftDistances::Analyze(const cv::Mat& panorama, PanoramaSpectrum& spectrum) {
-  CheckPanoramas(cv::Mat(rows_, columns_, CV_8UC(channels_)), panorama);
+  const cv::Size size(columns_, rows_);
+  if (panorama.size() != size || panorama.type() != CV_8UC(channels_)) {
+    CheckPanoramas(cv::Mat(size, CV_8UC(channels_)), panorama);
+  }
   const auto columns = Size(columns_);
-  spectrum.samples.Resize(Size(lines_) * columns);
   spectrum.bins.Resize(Size(lines_) * columns);
   spectrum.energy.Resize(columns);
   spectrum.energy_bins.Resize(columns / 2 + 1);
-  spectrum.means.resize(Size(rows_ * channels_));
+  spectrum.means.resize(2 * Size(lines_));
   std::fill_n(spectrum.energy.data(), columns, 0.F);
-  cv::split(panorama, planes_);
-  const int real_lines = rows_ * channels_;
-  const auto line_of = [&](int i) {
-    return i < real_lines ? planes_[Size(i % channels_)].ptr(i / channels_) : blank_.data();
-  };
-  for (int pair = 0; pair < lines_; ++pair) {
-    const std::uint8_t* lines[] = {line_of(2 * pair), line_of(2 * pair + 1)};
-    float means[2];
+  cv::split(panorama, spectrum.planes);
+  for (int line = 0; line < lines_; ++line) {
+    const std::uint8_t* parts[] = {Line(spectrum, 2 * line), Line(spectrum, 2 * line + 1)};
+    float* means = &spectrum.means[2 * Size(line)];
     for (int part = 0; part < 2; ++part) {
-      means[part] = static_cast<float>(Sum(lines[part], columns_)) / static_cast<float>(columns_);
-      if (2 * pair + part < real_lines) spectrum.means[Size(2 * pair + part)] = means[part];
+      means[part] = static_cast<float>(Sum(parts[part], blank_.data(), columns_)) /
+                    static_cast<float>(columns_);
     }
-    Pack(lines[0],
-         lines[1],
-         means[0],
-         means[1],
-         columns_,
-         Floats(spectrum.samples, Size(pair) * columns),
-         spectrum.energy.data());
-    // At once, while the line is near.
-    const std::size_t at = Size(pair) * columns;
-    line_fft_.Forward({spectrum.samples.data() + at, columns},
-                      {spectrum.bins.data() + at, columns});
+    Pack(parts[0], parts[1], means[0], means[1], columns_, Floats(line_), spectrum.energy.data());
+    line_fft_.Forward({line_.data(), columns},
+                      {spectrum.bins.data() + Size(line) * columns, columns});
   }
   spectrum.total_energy = 0;
   for (std::size_t u = 0; u < columns; ++u) spectrum.total_energy += spectrum.energy[u];
@@ -155,11 +172,16 @@ void ShiftDistances::Analyze(const cv::Mat& panorama, PanoramaSpectrum& spectrum
 
 void ShiftDistances::WeightCurrent(const PanoramaSpectrum& current,
                                    std::span<const float> weights) {
-  for (std::size_t line = 0; line < Size(lines_); ++line) {
-    const std::size_t at = line * Size(columns_);
-    Weight(Floats(current.samples, at), weights.data(), columns_, Floats(weighted_));
-    line_fft_.Forward({weighted_.data(), Size(columns_)},
-                      {weighted_bins_.data() + at, Size(columns_)});
+  for (int line = 0; line < lines_; ++line) {
+    PackWeighted(Line(current, 2 * line),
+                 Line(current, 2 * line + 1),
+                 current.means[2 * Size(line)],
+                 current.means[2 * Size(line) + 1],
+                 weights.data(),
+                 columns_,
+                 Floats(line_));
+    line_fft_.Forward({line_.data(), Size(columns_)},
+                      {weighted_bins_.data() + Size(line) * Size(columns_), Size(columns_)});
   }
 }
 
@@ -218,12 +240,13 @@ double ShiftDistances::Exactly(const PanoramaSpectrum& reference,
                                int shift) const {
   const float* w = weights.empty() ? ones_.data() : weights.data();
   double sum = 0;
-  for (std::size_t line = 0; line < Size(lines_); ++line) {
-    const float* then = Floats(reference.samples, line * Size(columns_));
-    const float* now = Floats(current.samples, line * Size(columns_));
+  for (int line = 0; line < rows_ * channels_; ++line) {
+    const std::uint8_t* then = Line(reference, line);
+    const std::uint8_t* now = Line(current, line);
+    const float above = current.means[Size(line)] - reference.means[Size(line)];
     // The first columns show what was at the end of the reference.
-    sum += double{SquaredDistance(now, then + 2 * (columns_ - shift), w, shift)};
-    sum += double{SquaredDistance(now + 2 * shift, then, w + shift, columns_ - shift)};
+    sum += double{SquaredDistance(now, then + (columns_ - shift), above, w, shift)};
+    sum += double{SquaredDistance(now + shift, then, above, w + shift, columns_ - shift)};
   }
   return sum;
 }
@@ -234,12 +257,12 @@ void ShiftDistances::AddMeans(const PanoramaSpectrum& reference,
                               std::span<const float> weights,
                               std::span<double> squared) {
   const auto columns = Size(columns_);
+  const int real_lines = rows_ * channels_;
   double constant = 0;
-  std::vector<float> difference(2 * Size(lines_), 0.F);
-  for (std::size_t i = 0; i < current.means.size(); ++i) {
-    difference[i] = current.means[i] - reference.means[i];
-    constant += double{difference[i]} * difference[i];
-  }
+  const auto brighter = [&](int line) {
+    return current.means[Size(line)] - reference.means[Size(line)];
+  };
+  for (int line = 0; line < real_lines; ++line) constant += double{brighter(line)} * brighter(line);
   if (weights.empty()) {
     for (double& value : squared) value += constant * columns_;
     return;
@@ -247,20 +270,23 @@ void ShiftDistances::AddMeans(const PanoramaSpectrum& reference,
   double sum = 0;
   for (const float weight : weights) sum += weight;
   constant *= sum;
+  // The current panorama's part first, then the reference's.
   std::fill_n(profile_.data(), columns, 0.F);
-  for (std::size_t line = 0; line < Size(lines_); ++line) {
-    const Complex* a = reference.samples.data() + line * columns;
-    const Complex* b = current.samples.data() + line * columns;
-    const float re = difference[2 * line];
-    const float im = difference[2 * line + 1];
-    for (std::size_t u = 0; u < columns; ++u) {
-      profile_[u] += re * a[u].real() + im * a[u].imag();
-      constant += 2 * double{weights[u]} * (re * b[u].real() + im * b[u].imag());
-    }
+  for (int line = 0; line < real_lines; ++line) {
+    AddLine(
+        Line(current, line), current.means[Size(line)], brighter(line), columns_, profile_.data());
   }
-  ComplexArray bins(profile_bins_.size());
-  profile_fft_.Forward({profile_.data(), columns}, {bins.data(), bins.size()});
-  CorrelateColumns(bins);
+  for (std::size_t u = 0; u < columns; ++u) constant += 2 * double{weights[u]} * profile_[u];
+  std::fill_n(profile_.data(), columns, 0.F);
+  for (int line = 0; line < real_lines; ++line) {
+    AddLine(Line(reference, line),
+            reference.means[Size(line)],
+            brighter(line),
+            columns_,
+            profile_.data());
+  }
+  profile_fft_.Forward({profile_.data(), columns}, {mean_bins_.data(), mean_bins_.size()});
+  CorrelateColumns(mean_bins_);
   for (std::size_t s = 0; s < columns; ++s) {
     squared[s] = std::max(0.0, squared[s] + constant - 2.0 / columns_ * profile_correlation_[s]);
   }

@@ -12,11 +12,12 @@ namespace ceilmap::compass {
 /// A panorama as ShiftDistances keeps it, so that it is transformed once however often it is
 /// compared. Filled by ShiftDistances::Analyze; its memory is reused when it is filled again.
 struct PanoramaSpectrum {
-  /// The lines (a row of one channel each) without their means, two to a complex line.
-  registration::ComplexArray samples;
-  registration::ComplexArray bins;  ///< their transforms, line by line
-  std::vector<float> means;         ///< of the lines, grey levels
-  /// Squares of the samples, summed over the lines: one value per column, and its transform.
+  std::vector<cv::Mat> planes;  ///< its channels
+  /// Transforms of the lines (a row of one channel each) without their means, two to a complex one.
+  registration::ComplexArray bins;
+  std::vector<float> means;  ///< of the lines, grey levels
+  /// Squares of the lines without their means, summed over the lines: one value per column, and its
+  /// transform.
   registration::RealArray energy;
   registration::ComplexArray energy_bins;
   double total_energy = 0;
@@ -66,6 +67,7 @@ class ShiftDistances {
                std::span<double> squared);
 
  private:
+  [[nodiscard]] const std::uint8_t* Line(const PanoramaSpectrum& panorama, int line) const;
   void WeightCurrent(const PanoramaSpectrum& current, std::span<const float> weights);
   void AddMeans(const PanoramaSpectrum& reference,
                 const PanoramaSpectrum& current,
@@ -83,15 +85,15 @@ class ShiftDistances {
   int lines_;  ///< complex ones
   registration::ComplexFft line_fft_;
   registration::RealFft profile_fft_;
-  registration::ComplexArray weighted_;
+  registration::ComplexArray line_;
   registration::ComplexArray weighted_bins_;
   registration::ComplexArray product_;
   registration::ComplexArray correlation_;
   registration::RealArray profile_;
   registration::ComplexArray profile_bins_;
   registration::ComplexArray weight_bins_;
+  registration::ComplexArray mean_bins_;
   registration::RealArray profile_correlation_;
-  std::vector<cv::Mat> planes_;
   std::vector<std::uint8_t> blank_;  ///< the other half of a last line that is alone
   std::vector<float> ones_;
 };
