@@ -125,6 +125,12 @@ class MapReader {
   [[nodiscard]] MapGraph ReadGraph() const;
   /// A window of the mosaic at full resolution; must lie inside the grid.
   void ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;
+  /// The whole mosaic, each pixel the mean of n x n of it, n the least power of two with which no
+  /// side has more than max_px; up to n - 1 pixels at the right and the lower edge are left out.
+  /// Quick and small however large the map: read from its pyramid.
+  /// @param max_px  >= 1.
+  /// @return where the picture lies; 0 x 0 pixels, and empty pictures, when the map has no mosaic.
+  MosaicGrid ReadOverview(int max_px, cv::Mat& grey, cv::Mat& alpha) const;
 
  private:
   struct Impl;

@@ -295,4 +295,45 @@ void MapReader::ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha
   impl_->Check(gdal);
 }
 
+MosaicGrid MapReader::ReadOverview(int max_px, cv::Mat& grey, cv::Mat& alpha) const {
+  MosaicGrid grid = impl_->grid;
+  const int side = std::max(grid.width_px, grid.height_px);
+  int factor = 1;  // of a level of the pyramid
+  while (side / factor > max_px && factor <= side) factor *= 2;
+  grid.width_px /= factor;
+  grid.height_px /= factor;
+  grid.resolution *= factor;
+  if (grid.width_px == 0 || grid.height_px == 0) {
+    grey.release();
+    alpha.release();
+    grid.width_px = grid.height_px = 0;
+    return grid;
+  }
+  grey.create(grid.height_px, grid.width_px, CV_8UC1);
+  alpha.create(grid.height_px, grid.width_px, CV_8UC1);
+  GDALRasterIOExtraArg how;
+  INIT_RASTERIO_EXTRA_ARG(how);
+  how.eResampleAlg = GRIORA_Average;
+  const std::lock_guard lock(impl_->mutex);
+  const GdalScope gdal;
+  for (const auto& [band, picture] : {std::pair{1, &grey}, std::pair{2, &alpha}}) {
+    const CPLErr error =
+        impl_->mosaic->GetRasterBand(band)->RasterIO(GF_Read,
+                                                     0,
+                                                     0,
+                                                     grid.width_px * factor,
+                                                     grid.height_px * factor,
+                                                     picture->data,
+                                                     grid.width_px,
+                                                     grid.height_px,
+                                                     GDT_Byte,
+                                                     1,
+                                                     static_cast<GSpacing>(picture->step),
+                                                     &how);
+    if (error != CE_None) impl_->Throw("the mosaic is damaged (" + gdal.Message() + ")");
+  }
+  impl_->Check(gdal);
+  return grid;
+}
+
 }  // namespace ceilmap::mapping
