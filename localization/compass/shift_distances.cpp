@@ -61,14 +61,42 @@ CEILMAP_HOT int Sum(const std::uint8_t* line, const std::uint8_t* blank, int col
   return sum;
 }
 
-/// sum += conj(a) * b, as plain floats so that it vectorises.
-CEILMAP_HOT void AddProduct(const float* __restrict a,
-                            const float* __restrict b,
-                            int n,
-                            float* __restrict sum) {
-  for (int i = 0; i < n; ++i) {
-    sum[2 * i] += a[2 * i] * b[2 * i] + a[2 * i + 1] * b[2 * i + 1];
-    sum[2 * i + 1] += a[2 * i] * b[2 * i + 1] - a[2 * i + 1] * b[2 * i];
+/// What conj(a) * b is made of, summed over lines: `straight` of the products of like parts (re re,
+/// im im), `crossed` of a's parts with b's others (re im, im re). One shuffle a register; whole
+/// complex products would take four.
+CEILMAP_HOT void AddProducts(const float* __restrict a,
+                             const float* __restrict b,
+                             int n,
+                             float* __restrict straight,
+                             float* __restrict crossed) {
+  for (int j = 0; j < 2 * n; j += 2) {
+    straight[j] += a[j] * b[j];
+    straight[j + 1] += a[j + 1] * b[j + 1];
+    crossed[j] += a[j] * b[j + 1];
+    crossed[j + 1] += a[j + 1] * b[j];
+  }
+}
+
+/// Of four lines that follow each other: the sums are loaded and stored once for all of them.
+CEILMAP_HOT void AddProductsOfFour(const float* __restrict a,
+                                   const float* __restrict b,
+                                   int n,
+                                   float* __restrict straight,
+                                   float* __restrict crossed) {
+  const std::ptrdiff_t line = 2 * std::ptrdiff_t{n};
+  const float* __restrict a1 = a + line;
+  const float* __restrict b1 = b + line;
+  const float* __restrict a2 = a1 + line;
+  const float* __restrict b2 = b1 + line;
+  const float* __restrict a3 = a2 + line;
+  const float* __restrict b3 = b2 + line;
+  for (int j = 0; j < 2 * n; j += 2) {
+    straight[j] += (a[j] * b[j] + a1[j] * b1[j]) + (a2[j] * b2[j] + a3[j] * b3[j]);
+    straight[j + 1] += (a[j + 1] * b[j + 1] + a1[j + 1] * b1[j + 1]) +
+                       (a2[j + 1] * b2[j + 1] + a3[j + 1] * b3[j + 1]);
+    crossed[j] += (a[j] * b[j + 1] + a1[j] * b1[j + 1]) + (a2[j] * b2[j + 1] + a3[j] * b3[j + 1]);
+    crossed[j + 1] +=
+        (a[j + 1] * b[j] + a1[j + 1] * b1[j]) + (a2[j + 1] * b2[j] + a3[j + 1] * b3[j]);
   }
 }
 
@@ -126,6 +154,8 @@ ShiftDistances::ShiftDistances(cv::Size size, int channels)
       profile_fft_(registration::RealFft::Lines(1, columns_)),
       line_(Size(columns_)),
       weighted_bins_(Size(lines_) * Size(columns_)),
+      straight_(Size(columns_)),
+      crossed_(Size(columns_)),
       product_(Size(columns_)),
       correlation_(Size(columns_)),
       profile_(Size(columns_)),
@@ -195,6 +225,26 @@ void ShiftDistances::CorrelateColumns(const ComplexArray& values_bins) {
                        {profile_correlation_.data(), profile_correlation_.size()});
 }
 
+/// product_ = sum over lines of conj(a) * b.
+void ShiftDistances::CrossPower(const ComplexArray& a, const ComplexArray& b) {
+  const auto columns = Size(columns_);
+  std::fill_n(straight_.data(), columns, Complex{});
+  std::fill_n(crossed_.data(), columns, Complex{});
+  int line = 0;
+  for (; line + 4 <= lines_; line += 4) {
+    const std::size_t at = Size(line) * columns;
+    AddProductsOfFour(Floats(a, at), Floats(b, at), columns_, Floats(straight_), Floats(crossed_));
+  }
+  for (; line < lines_; ++line) {
+    const std::size_t at = Size(line) * columns;
+    AddProducts(Floats(a, at), Floats(b, at), columns_, Floats(straight_), Floats(crossed_));
+  }
+  for (std::size_t k = 0; k < columns; ++k) {
+    product_[k] = {straight_[k].real() + straight_[k].imag(),
+                   crossed_[k].real() - crossed_[k].imag()};
+  }
+}
+
 void ShiftDistances::Squared(const PanoramaSpectrum& reference,
                              const PanoramaSpectrum& current,
                              std::span<const float> weights,
@@ -203,11 +253,7 @@ void ShiftDistances::Squared(const PanoramaSpectrum& reference,
   const auto columns = Size(columns_);
   if (!weights.empty()) WeightCurrent(current, weights);
   const ComplexArray& bins = weights.empty() ? current.bins : weighted_bins_;
-  std::fill_n(product_.data(), columns, Complex{});
-  for (std::size_t line = 0; line < Size(lines_); ++line) {
-    const std::size_t at = line * columns;
-    AddProduct(Floats(reference.bins, at), Floats(bins, at), columns_, Floats(product_));
-  }
+  CrossPower(reference.bins, bins);
   line_fft_.Inverse({product_.data(), columns}, {correlation_.data(), columns});
 
   const double scale = 1.0 / columns_;

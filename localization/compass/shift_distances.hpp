@@ -69,6 +69,7 @@ class ShiftDistances {
  private:
   [[nodiscard]] const std::uint8_t* Line(const PanoramaSpectrum& panorama, int line) const;
   void WeightCurrent(const PanoramaSpectrum& current, std::span<const float> weights);
+  void CrossPower(const registration::ComplexArray& a, const registration::ComplexArray& b);
   void AddMeans(const PanoramaSpectrum& reference,
                 const PanoramaSpectrum& current,
                 std::span<const float> weights,
@@ -87,6 +88,8 @@ class ShiftDistances {
   registration::RealFft profile_fft_;
   registration::ComplexArray line_;
   registration::ComplexArray weighted_bins_;
+  registration::ComplexArray straight_;
+  registration::ComplexArray crossed_;
   registration::ComplexArray product_;
   registration::ComplexArray correlation_;
   registration::RealArray profile_;
