@@ -10,6 +10,13 @@
 namespace ceilmap::app {
 namespace {
 
+using evaluation::CompensatedFrame;
+using evaluation::Compensation;
+using evaluation::CompensationRatio;
+using evaluation::ErrorStatistics;
+using evaluation::PathErrors;
+using evaluation::PlacedError;
+using evaluation::TiltDegrees;
 using nlohmann::ordered_json;
 
 std::string Centimetres(double metres) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/compensation_table.hpp"
+#include "app/evaluation/compensation.hpp"
 
 namespace ceilmap::app {
 
@@ -13,7 +13,7 @@ namespace ceilmap::app {
 
 struct NamedCompensation {
   std::string name;
-  Compensation compensation;
+  evaluation::Compensation compensation;
 };
 
 /// Two tables with a row per estimate: largest errors along and across the path and root mean
@@ -26,11 +26,11 @@ std::string FormatTableCsv(const std::vector<NamedCompensation>& rows);
 
 /// A line for each pose of the truth, in the frame of the truth. What an estimate does not have is
 /// empty.
-std::string FormatFramesCsv(const Compensation& compensation);
+std::string FormatFramesCsv(const evaluation::Compensation& compensation);
 
-nlohmann::ordered_json ToJson(const ErrorStatistics& statistics);
-nlohmann::ordered_json ToJson(const PathErrors& errors);
+nlohmann::ordered_json ToJson(const evaluation::ErrorStatistics& statistics);
+nlohmann::ordered_json ToJson(const evaluation::PathErrors& errors);
 /// Of one estimate: after, ratio, tilt_error_deg.
-nlohmann::ordered_json ToJson(const Compensation& compensation);
+nlohmann::ordered_json ToJson(const evaluation::Compensation& compensation);
 
 }  // namespace ceilmap::app

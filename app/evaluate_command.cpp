@@ -9,8 +9,8 @@
 #include "app/arguments.hpp"
 #include "app/commands.hpp"
 #include "app/compensation_report.hpp"
-#include "app/compensation_table.hpp"
-#include "app/evaluation.hpp"
+#include "app/evaluation/compensation.hpp"
+#include "app/evaluation/trajectory_errors.hpp"
 #include "app/output_files.hpp"
 #include "app/table.hpp"
 #include "app/tum.hpp"
@@ -21,6 +21,13 @@ namespace fs = std::filesystem;
 namespace ceilmap::app {
 namespace {
 
+using evaluation::Alignment;
+using evaluation::CompensationParams;
+using evaluation::ErrorStatistics;
+using evaluation::EvaluationParams;
+using evaluation::LevelAlignment;
+using evaluation::TiltDegrees;
+using evaluation::TrajectoryErrors;
 using nlohmann::ordered_json;
 
 const std::map<std::string, Alignment> kAlignments = {
@@ -134,7 +141,7 @@ Evaluation Evaluate(const EvaluateParams& params) {
   return evaluation;
 }
 
-ordered_json ToJson(const TrajectoryErrors& errors, const std::string& align) {
+ordered_json ErrorsToJson(const TrajectoryErrors& errors, const std::string& align) {
   ordered_json json = {{"matched", errors.matched},
                        {"expected", errors.expected},
                        {"coverage", errors.Coverage()},
@@ -164,7 +171,7 @@ void AddRow(Table& table,
 ordered_json Metrics(const Evaluation& evaluation, const EvaluateParams& params) {
   ordered_json metrics = {{"truth", params.truth.string()}};
   for (const Result& result : evaluation.results) {
-    metrics["estimates"][result.name] = ToJson(result.errors, params.align);
+    metrics["estimates"][result.name] = ErrorsToJson(result.errors, params.align);
   }
   if (!evaluation.compensation) return metrics;
   const auto& [alignment, largest_true_tilt, estimates] = *evaluation.compensation;

@@ -147,11 +147,17 @@ void MeasureFrames(PanoramaSource& source,
   }
 }
 
-std::optional<HeadingErrors> ErrorsAgainst(const std::vector<StampedPose>& truth,
-                                           const HeadingParams& params,
-                                           const HeadingResult& result) {
+std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<StampedPose>& truth,
+                                                       const HeadingParams& params,
+                                                       const HeadingResult& result) {
   if (truth.empty()) return std::nullopt;
-  std::optional<HeadingErrors> errors = CompareHeadings(result.headings, truth, kMaxDtS);
+  std::vector<evaluation::StampedHeading> headings;
+  headings.reserve(result.headings.size());
+  for (const MeasuredHeading& heading : result.headings) {
+    headings.push_back({heading.stamp_s, heading.estimate.heading_rad});
+  }
+  std::optional<evaluation::HeadingErrors> errors =
+      evaluation::CompareHeadings(headings, truth, kMaxDtS);
   if (!errors) {
     throw calib::InputError(
         fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and truth count alike?",

@@ -58,7 +58,7 @@ std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::pat
 }
 
 std::string FormatHeadings(const std::vector<MeasuredHeading>& headings,
-                           const HeadingErrors* errors) {
+                           const evaluation::HeadingErrors* errors) {
   constexpr double kLeastSigmaDeg = 0.001;
   std::string text = "timestamp,heading_deg,sigma_deg,confidence";
   text += errors == nullptr ? "\n" : ",true_heading_deg,error_deg\n";
@@ -71,7 +71,7 @@ std::string FormatHeadings(const std::vector<MeasuredHeading>& headings,
                         std::max(kLeastSigmaDeg, kDegPerRad * std::sqrt(estimate.variance_rad2)),
                         estimate.confidence);
     if (errors != nullptr && next < errors->of.size() && errors->of[next].heading == i) {
-      const HeadingError& error = errors->of[next++];
+      const evaluation::HeadingError& error = errors->of[next++];
       text += fmt::format(
           ",{},{:.5f}", FormatAngle(std::remainder(error.true_deg, 360)), error.error_deg);
     } else if (errors != nullptr) {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "app/heading_errors.hpp"
+#include "app/evaluation/heading_errors.hpp"
+#include "localization/compass/compass.hpp"
 #include "localization/heading_track.hpp"
 
 namespace ceilmap::app {
@@ -14,11 +16,18 @@ namespace ceilmap::app {
 /// @return at least one. @throws calib::InputError naming file and line.
 std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::path& file);
 
+/// A heading that was measured, and the frame that told it.
+struct MeasuredHeading {
+  std::int64_t frame = 0;  ///< in the recording, from 0
+  double stamp_s = 0;
+  compass::HeadingEstimate estimate;
+};
+
 /// What ReadHeadings reads: `timestamp,heading_deg,sigma_deg,confidence`, headings in (-180, 180];
 /// with errors also `true_heading_deg,error_deg`, empty where there is no true pose. sigma_deg is
 /// at least 0.001, which no compass can tell from the 0 of its first frame.
 /// @param errors  of these headings, or null.
 std::string FormatHeadings(const std::vector<MeasuredHeading>& headings,
-                           const HeadingErrors* errors);
+                           const evaluation::HeadingErrors* errors);
 
 }  // namespace ceilmap::app

@@ -14,7 +14,8 @@ namespace {
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 // Turns go on beyond 180 degrees, as a robot's do. Fields without a value are empty.
-std::string HeadingData(const std::vector<MeasuredHeading>& headings, const HeadingErrors* errors) {
+std::string HeadingData(const std::vector<MeasuredHeading>& headings,
+                        const evaluation::HeadingErrors* errors) {
   std::string text = "time_s,frame,heading_deg,sigma_deg,confidence,true_heading_deg,error_deg\n";
   double heading_rad = headings.front().estimate.heading_rad;
   std::size_t next = 0;
@@ -28,7 +29,7 @@ std::string HeadingData(const std::vector<MeasuredHeading>& headings, const Head
                         kDegPerRad * std::sqrt(estimate.variance_rad2),
                         estimate.confidence);
     if (errors != nullptr && next < errors->of.size() && errors->of[next].heading == i) {
-      const HeadingError& error = errors->of[next++];
+      const evaluation::HeadingError& error = errors->of[next++];
       text += fmt::format(
           "{:.5f},{:.5f}\n", kDegPerRad * heading_rad - error.error_deg, error.error_deg);
     } else {
@@ -64,7 +65,8 @@ std::string DistanceData(const compass::DistanceProfile& profile) {
 
 }  // namespace
 
-Figure HeadingFigure(const std::vector<MeasuredHeading>& headings, const HeadingErrors* errors) {
+Figure HeadingFigure(const std::vector<MeasuredHeading>& headings,
+                     const evaluation::HeadingErrors* errors) {
   Figure figure;
   figure.name = "heading";
   figure.data = {{"heading.csv", HeadingData(headings, errors)}};

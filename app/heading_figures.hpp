@@ -3,8 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "app/evaluation/heading_errors.hpp"
 #include "app/figure.hpp"
-#include "app/heading_errors.hpp"
+#include "app/heading_csv.hpp"
 #include "localization/compass/compass.hpp"
 
 namespace ceilmap::app {
@@ -12,7 +13,8 @@ namespace ceilmap::app {
 /// Heading over time, with its doubt, over the truth; below it, where there is a truth, the error
 /// over time.
 /// @param headings  at least one. @param errors  of these headings, or null.
-Figure HeadingFigure(const std::vector<MeasuredHeading>& headings, const HeadingErrors* errors);
+Figure HeadingFigure(const std::vector<MeasuredHeading>& headings,
+                     const evaluation::HeadingErrors* errors);
 
 /// Distance of a frame's panorama to its reference over all shifts, and the shift that was taken.
 /// @param frame  counted from 0. @param profile  not empty.

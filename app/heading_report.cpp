@@ -16,7 +16,7 @@ using nlohmann::ordered_json;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
-ordered_json ErrorsToJson(const HeadingErrors& errors) {
+ordered_json ErrorsToJson(const evaluation::HeadingErrors& errors) {
   const auto or_null = [](const std::optional<double>& value) {
     return value ? ordered_json(*value) : ordered_json(nullptr);
   };
@@ -32,7 +32,7 @@ ordered_json ErrorsToJson(const HeadingErrors& errors) {
           {"drift_deg_per_s", or_null(errors.drift_deg_per_s)}};
 }
 
-void AddErrors(const HeadingErrors& errors, Table& table) {
+void AddErrors(const evaluation::HeadingErrors& errors, Table& table) {
   const auto number = [](double value) { return fmt::format("{:.3f}", value); };
   table.AddRow({"true path", number(errors.path_m), "m"});
   table.AddRow({"true turns", number(errors.turned_deg), "deg"});

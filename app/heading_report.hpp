@@ -4,8 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include "app/evaluation/heading_errors.hpp"
 #include "app/frame_source.hpp"
-#include "app/heading_errors.hpp"
+#include "app/heading_csv.hpp"
 #include "app/summary.hpp"
 
 namespace ceilmap::app {
@@ -13,8 +14,8 @@ namespace ceilmap::app {
 /// What `heading` did.
 struct HeadingResult {
   std::vector<MeasuredHeading> headings;
-  std::optional<HeadingErrors> errors;  ///< with --truth
-  std::int64_t frames = 0;              ///< of the recording
+  std::optional<evaluation::HeadingErrors> errors;  ///< with --truth
+  std::int64_t frames = 0;                          ///< of the recording
   std::int64_t references = 0;
   std::int64_t untold = 0;  ///< headings of confidence 0
   cv::Size panorama;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -39,29 +38,6 @@ StampedPose ParsePose(const std::string& text, const std::string& place) {
 }
 
 }  // namespace
-
-StampedPose ToStampedPose(double stamp_s, const calib::Pose2& T_map_base, const calib::Tilt& tilt) {
-  const Eigen::Quaterniond yaw(std::cos(T_map_base.yaw / 2), 0, 0, std::sin(T_map_base.yaw / 2));
-  if (tilt.IsLevel()) return {stamp_s, {T_map_base.x, T_map_base.y, 0}, yaw};
-  return {stamp_s,
-          {T_map_base.x, T_map_base.y, tilt.lift_m},
-          yaw * Eigen::Quaterniond(tilt.T_level_base().linear())};
-}
-
-double YawOf(const StampedPose& pose) {
-  const Eigen::Quaterniond& q = pose.orientation;
-  return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z()));
-}
-
-double PitchOf(const StampedPose& pose) {
-  const Eigen::Quaterniond& q = pose.orientation;
-  return std::asin(std::clamp(2 * (q.w() * q.y() - q.z() * q.x()), -1.0, 1.0));
-}
-
-double RollOf(const StampedPose& pose) {
-  const Eigen::Quaterniond& q = pose.orientation;
-  return std::atan2(2 * (q.w() * q.x() + q.y() * q.z()), 1 - 2 * (q.x() * q.x() + q.y() * q.y()));
-}
 
 std::string_view TumHeader() {
   return "# timestamp tx ty tz qx qy qz qw\n";

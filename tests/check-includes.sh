@@ -2,7 +2,8 @@
 # Holds every #include "folder/..." against the layers:
 #   calib <- registration <- mapping <- localization <- app
 #   calib <- registration <- compensation <- app
-# mapping/registration/ and localization/compass/ are layers of their own. tests/ may include anything, and so may
+#   calib <- evaluation <- app
+# mapping/registration/, localization/compass/ and app/evaluation/ are layers of their own. tests/ may include anything, and so may
 # samples/embed/, a project of its own on top of the installed libraries.
 set -euo pipefail
 
@@ -15,7 +16,8 @@ declare -A may_include=(
   [compass]="compass calib registration"
   [localization]="localization compass mapping registration calib"
   [compensation]="compensation registration calib"
-  [app]="app localization compass compensation mapping registration calib samples"
+  [evaluation]="evaluation calib"
+  [app]="app evaluation localization compass compensation mapping registration calib samples"
   [samples]="samples calib"
 )
 
@@ -23,6 +25,7 @@ layer_of() {
   case "$1" in
     mapping/registration/*) echo registration ;;
     localization/compass/*) echo compass ;;
+    app/evaluation/*) echo evaluation ;;
     calib/* | mapping/* | localization/* | compensation/* | app/* | samples/* | tests/*) echo "${1%%/*}" ;;
   esac
 }

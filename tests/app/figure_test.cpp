@@ -122,7 +122,7 @@ TEST_F(FigureTest, HeadingsWithAndWithoutTruth) {
   figures.Draw(HeadingFigure(headings, nullptr));
   const std::string alone = ReadAll(folder_ / "heading.csv");
   EXPECT_THAT(alone, HasSubstr("\n0.400000,8,343.77468,1.14592,0.5000,,\n"));  // beyond 180
-  HeadingErrors errors;
+  evaluation::HeadingErrors errors;
   errors.of = {{.heading = 1, .true_deg = 85, .error_deg = 0.9436693}};
   figures.Draw(HeadingFigure(headings, &errors));
   EXPECT_THAT(ReadAll(folder_ / "heading.csv"),

@@ -71,7 +71,7 @@ TEST(FormatHeadings, AreReadBackInDegrees) {
 }
 
 TEST(FormatHeadings, WithErrorsWhereThereIsATruth) {
-  HeadingErrors errors;
+  evaluation::HeadingErrors errors;
   errors.of = {{.heading = 1, .true_deg = 355, .error_deg = 2.5}};
   EXPECT_EQ(FormatHeadings({Heading(1, 0, 0.1, 1), Heading(2, 0, 0.1, 1)}, &errors),
             "timestamp,heading_deg,sigma_deg,confidence,true_heading_deg,error_deg\n"

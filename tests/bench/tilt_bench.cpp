@@ -15,7 +15,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/evaluation.hpp"
+#include "app/evaluation/trajectory_errors.hpp"
 #include "calib/error.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "samples/simulator/path.hpp"

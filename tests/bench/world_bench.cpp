@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "app/evaluation.hpp"
+#include "app/evaluation/trajectory_errors.hpp"
 #include "calib/error.hpp"
 #include "calib/pose2.hpp"
 #include "tests/bench/command_line.hpp"
@@ -59,7 +59,7 @@ void WriteTum(const fs::path& file, const std::vector<app::StampedPose>& poses) 
 
 /// @return whether the position is as exact as asked.
 bool ReportAccuracy(const WorldRun& run) {
-  const auto errors = app::EvaluateTrajectory(run.truth, run.estimate);
+  const auto errors = evaluation::EvaluateTrajectory(run.truth, run.estimate);
   const mapping::MapperReport& report = run.report;
   const mapping::LoopCounts& loops = report.quality.loops;
   fmt::print("frames        {} ({} tracked, {} lost, {} ambiguous, {} unconnected), {} keyframes\n",
@@ -208,7 +208,7 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
   for (int seed = 1; seed <= kSeeds; ++seed) {
     scene.seed = static_cast<std::uint64_t>(seed);
     const WorldRun run = RunWorld(scene, folder / "world.gpkg");
-    const auto errors = app::EvaluateTrajectory(run.truth, run.estimate);
+    const auto errors = evaluation::EvaluateTrajectory(run.truth, run.estimate);
     double largest = 0;
     for (const ClosureCheck& closure : run.closures) largest = std::max(largest, closure.error_m);
     const int ambiguous = Spots(run, mapping::WeakSpot::Kind::kAmbiguous);
@@ -261,7 +261,7 @@ const char* Verdict(bool whole, double turn_error_deg) {
 
 /// Does the map hold the drive, every frame of it in its place?
 bool ReportHeading(const char* name, const WorldRun& run) {
-  const auto errors = app::EvaluateTrajectory(run.truth, run.estimate);
+  const auto errors = evaluation::EvaluateTrajectory(run.truth, run.estimate);
   const double coverage = errors ? errors->Coverage() : 0;
   const double largest = errors ? errors->position_m.max : -1;
   const bool whole = coverage > 0.98 && largest < kMaxPeriodicError_m;

@@ -1,10 +1,10 @@
-#include "app/alignment.hpp"
+#include "app/evaluation/alignment.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 namespace {
 
 using calib::Pose2;
@@ -41,4 +41,4 @@ TEST(MatchStamps, NearestWithinTheLimit) {
 }
 
 }  // namespace
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

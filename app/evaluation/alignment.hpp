@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "app/tum.hpp"
+#include "app/evaluation/stamped_pose.hpp"
 #include "calib/pose2.hpp"
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 
 /// Positions (truth, estimate) of poses nearest in time: each estimate goes to the nearest truth
 /// that is within max_dt_s, each truth takes one. By rising stamps.
@@ -31,4 +31,4 @@ struct PointPair {
 /// @param pairs  at least one; of points that all coincide the rotation is 0.
 calib::Pose2 FitPlanarMotion(const std::vector<PointPair>& pairs);
 
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

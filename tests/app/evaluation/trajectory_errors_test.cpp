@@ -1,11 +1,11 @@
-#include "app/evaluation.hpp"
+#include "app/evaluation/trajectory_errors.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 namespace {
 
 using calib::Pose2;
@@ -117,4 +117,4 @@ TEST(EvaluateTrajectory, YawErrorsWrap) {
 }
 
 }  // namespace
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

@@ -4,17 +4,15 @@
 #include <optional>
 #include <vector>
 
-#include "app/evaluation.hpp"
-#include "app/tum.hpp"
-#include "localization/compass/compass.hpp"
+#include "app/evaluation/stamped_pose.hpp"
+#include "app/evaluation/trajectory_errors.hpp"
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 
-/// A heading that was measured, and the frame that told it.
-struct MeasuredHeading {
-  std::int64_t frame = 0;  ///< in the recording, from 0
+/// A heading that was measured: counter-clockwise seen from above, from any direction.
+struct StampedHeading {
   double stamp_s = 0;
-  compass::HeadingEstimate estimate;
+  double heading_rad = 0;
 };
 
 /// One of them against the truth.
@@ -44,8 +42,8 @@ struct HeadingErrors {
 
 /// @param headings, truth  stamps strictly increasing, at least one each.
 /// @return unset when no two are within max_dt_s of each other.
-std::optional<HeadingErrors> CompareHeadings(const std::vector<MeasuredHeading>& headings,
+std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& headings,
                                              const std::vector<StampedPose>& truth,
                                              double max_dt_s);
 
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

@@ -1,14 +1,14 @@
-#include "app/heading_errors.hpp"
+#include "app/evaluation/heading_errors.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
-#include "app/alignment.hpp"
+#include "app/evaluation/alignment.hpp"
 #include "calib/pose2.hpp"
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 namespace {
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
@@ -50,12 +50,12 @@ double StandardDeviation(const std::vector<double>& values, double mean) {
   return std::sqrt(squares / static_cast<double>(values.size()));
 }
 
-std::vector<HeadingError> ErrorsOf(const std::vector<MeasuredHeading>& headings,
+std::vector<HeadingError> ErrorsOf(const std::vector<StampedHeading>& headings,
                                    const std::vector<StampedPose>& truth,
                                    double max_dt_s) {
   std::vector<StampedPose> stamps;
   stamps.reserve(headings.size());
-  for (const MeasuredHeading& heading : headings) stamps.push_back({.stamp_s = heading.stamp_s});
+  for (const StampedHeading& heading : headings) stamps.push_back({.stamp_s = heading.stamp_s});
   const std::vector<double> way_m = PathLengths(truth);
   std::vector<HeadingError> errors;
   Unwrapper true_yaw;
@@ -63,7 +63,7 @@ std::vector<HeadingError> ErrorsOf(const std::vector<MeasuredHeading>& headings,
   double first_heading_rad = 0;
   double first_yaw_rad = 0;
   for (const auto& [k, i] : MatchStamps(truth, stamps, max_dt_s)) {
-    const double heading_rad = headings[i].estimate.heading_rad;
+    const double heading_rad = headings[i].heading_rad;
     const double yaw_rad = true_yaw(YawOf(truth[k]));
     if (errors.empty()) {
       first_heading_rad = heading_rad;
@@ -81,7 +81,7 @@ std::vector<HeadingError> ErrorsOf(const std::vector<MeasuredHeading>& headings,
 
 }  // namespace
 
-std::optional<HeadingErrors> CompareHeadings(const std::vector<MeasuredHeading>& headings,
+std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& headings,
                                              const std::vector<StampedPose>& truth,
                                              double max_dt_s) {
   HeadingErrors result;
@@ -111,4 +111,4 @@ std::optional<HeadingErrors> CompareHeadings(const std::vector<MeasuredHeading>&
   return result;
 }
 
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

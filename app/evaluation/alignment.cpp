@@ -1,10 +1,10 @@
-#include "app/alignment.hpp"
+#include "app/evaluation/alignment.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 
 using calib::Pose2;
 
@@ -72,4 +72,4 @@ Pose2 FitPlanarMotion(const std::vector<PointPair>& pairs) {
   return T;
 }
 
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

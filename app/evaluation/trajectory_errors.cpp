@@ -1,4 +1,4 @@
-#include "app/evaluation.hpp"
+#include "app/evaluation/trajectory_errors.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -7,10 +7,10 @@
 #include <numeric>
 #include <utility>
 
-#include "app/alignment.hpp"
+#include "app/evaluation/alignment.hpp"
 #include "calib/pose2.hpp"
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 namespace {
 
 using calib::Pose2;
@@ -122,4 +122,4 @@ std::optional<TrajectoryErrors> EvaluateTrajectory(const std::vector<StampedPose
   return errors;
 }
 
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

@@ -1,4 +1,4 @@
-#include "app/heading_errors.hpp"
+#include "app/evaluation/heading_errors.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "calib/pose2.hpp"
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -16,18 +16,18 @@ StampedPose True(double stamp_s, double x_m, double yaw_deg) {
   return ToStampedPose(stamp_s, {x_m, 0, calib::WrapAngle(yaw_deg * kDegree)});
 }
 
-MeasuredHeading Measured(std::int64_t frame, double stamp_s, double heading_deg) {
-  return {frame, stamp_s, {.heading_rad = calib::WrapAngle(heading_deg * kDegree)}};
+StampedHeading Measured(double stamp_s, double heading_deg) {
+  return {stamp_s, calib::WrapAngle(heading_deg * kDegree)};
 }
 
 // Three full turns over 10 m, a compass that gains 0.2 degrees per metre and starts at the second
 // true pose.
 TEST(CompareHeadings, DriftAndEndOverFullTurns) {
   std::vector<StampedPose> truth;
-  std::vector<MeasuredHeading> headings;
+  std::vector<StampedHeading> headings;
   for (int i = 0; i <= 100; ++i) {
     truth.push_back(True(5 + 0.5 * i, 0.1 * i, 100 + 10.8 * i));
-    if (i > 0) headings.push_back(Measured(i, 5.004 + 0.5 * i, (10.8 + 0.02) * (i - 1)));
+    if (i > 0) headings.push_back(Measured(5.004 + 0.5 * i, (10.8 + 0.02) * (i - 1)));
   }
   const auto errors = CompareHeadings(headings, truth, 0.02);
   ASSERT_TRUE(errors);
@@ -49,10 +49,10 @@ TEST(CompareHeadings, DriftAndEndOverFullTurns) {
 // An error that grows past half a turn does not come back as a small one.
 TEST(CompareHeadings, ErrorsGoOnBeyondHalfATurn) {
   std::vector<StampedPose> truth;
-  std::vector<MeasuredHeading> headings;
+  std::vector<StampedHeading> headings;
   for (int i = 0; i <= 30; ++i) {
     truth.push_back(True(i, 0, 0));
-    headings.push_back(Measured(i, i, 10 * i));
+    headings.push_back(Measured(i, 10 * i));
   }
   const auto errors = CompareHeadings(headings, truth, 0.02);
   ASSERT_TRUE(errors);
@@ -61,12 +61,12 @@ TEST(CompareHeadings, ErrorsGoOnBeyondHalfATurn) {
 }
 
 TEST(CompareHeadings, OfOneMomentOrNone) {
-  const auto one = CompareHeadings({Measured(0, 1, 40)}, {True(1, 0, 7), True(2, 1, 9)}, 0.02);
+  const auto one = CompareHeadings({Measured(1, 40)}, {True(1, 0, 7), True(2, 1, 9)}, 0.02);
   ASSERT_TRUE(one);
   EXPECT_EQ(one->end_deg, 0);
   EXPECT_FALSE(one->drift_deg_per_s);
-  EXPECT_FALSE(CompareHeadings({Measured(0, 1.1, 40)}, {True(1, 0, 7)}, 0.02));
+  EXPECT_FALSE(CompareHeadings({Measured(1.1, 40)}, {True(1, 0, 7)}, 0.02));
 }
 
 }  // namespace
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

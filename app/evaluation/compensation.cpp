@@ -1,13 +1,13 @@
-#include "app/compensation_table.hpp"
+#include "app/evaluation/compensation.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "app/alignment.hpp"
+#include "app/evaluation/alignment.hpp"
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 namespace {
 
 using calib::Pose2;
@@ -127,4 +127,4 @@ TiltDegrees LargestTilt(const std::vector<StampedPose>& poses) {
   return largest;
 }
 
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "app/evaluation.hpp"
-#include "app/tum.hpp"
+#include "app/evaluation/stamped_pose.hpp"
+#include "app/evaluation/trajectory_errors.hpp"
 #include "calib/pose2.hpp"
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 
 /// What tilt compensation is worth, as Matsumoto et al. 2010 ("Visual compensation in localization
 /// of a robot on a ceiling map") tabulate it: the largest errors along and across the path before
@@ -96,4 +96,4 @@ std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& 
 /// Largest absolute pitch and roll of a trajectory.
 TiltDegrees LargestTilt(const std::vector<StampedPose>& poses);
 
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation

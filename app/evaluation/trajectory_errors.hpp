@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "app/tum.hpp"
+#include "app/evaluation/stamped_pose.hpp"
 
-namespace ceilmap::app {
+namespace ceilmap::evaluation {
 
 /// How an estimate is brought into the frame of the truth before positions are compared.
 enum class Alignment {
@@ -55,4 +55,4 @@ std::optional<TrajectoryErrors> EvaluateTrajectory(const std::vector<StampedPose
                                                    const std::vector<StampedPose>& estimate,
                                                    const EvaluationParams& params = {});
 
-}  // namespace ceilmap::app
+}  // namespace ceilmap::evaluation
