@@ -1,25 +1,31 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
-#include <utility>
 #include <vector>
 
+#include "app/evaluation/pose_errors.hpp"
 #include "app/evaluation/stamped_pose.hpp"
 #include "calib/pose2.hpp"
 
 namespace ceilmap::evaluation {
 
-/// Positions (truth, estimate) of poses nearest in time: each estimate goes to the nearest truth
-/// that is within max_dt_s, each truth takes one. By rising stamps.
-/// @param truth, estimate  stamps strictly increasing.
-std::vector<std::pair<std::size_t, std::size_t>> MatchStamps(
-    const std::vector<StampedPose>& truth,
-    const std::vector<StampedPose>& estimate,
-    double max_dt_s);
+/// How an estimate is brought into the frame of the truth before positions are compared. Heights,
+/// pitch and roll stay as they are: a map is a plane.
+enum class Alignment {
+  kNone,   ///< not at all: both are in one frame already
+  kFirst,  ///< the first matched poses coincide
+  kSe2,    ///< the rigid planar motion with the least squared position error; no scale
+  kSim2,   ///< the same with a scale
+};
 
-/// Length of the way over the floor from the first pose to each, in metres.
-std::vector<double> PathLengths(const std::vector<StampedPose>& poses);
+/// A planar motion with a scale: p_truth = scale * R(yaw) * p_estimate + t.
+struct PlanarSimilarity {
+  calib::Pose2 motion;  ///< R(yaw) and t
+  double scale = 1;     ///< > 0
+};
+Eigen::Vector2d operator*(const PlanarSimilarity& T, const Eigen::Vector2d& p);
+/// Turns and moves the pose; its height is scaled too.
+StampedPose operator*(const PlanarSimilarity& T, const StampedPose& pose);
 
 /// A point of the truth, and where an estimate has it.
 struct PointPair {
@@ -30,5 +36,12 @@ struct PointPair {
 /// The planar motion that minimises the sum of |truth - T estimate|^2; no scale.
 /// @param pairs  at least one; of points that all coincide the rotation is 0.
 calib::Pose2 FitPlanarMotion(const std::vector<PointPair>& pairs);
+
+/// The same with a scale (Umeyama 1991, "Least-squares estimation of transformation parameters
+/// between two point patterns", in the plane): 1 where one of the two stands still.
+PlanarSimilarity FitPlanarSimilarity(const std::vector<PointPair>& pairs);
+
+/// @param pairs  at least one.
+PlanarSimilarity Align(const std::vector<PosePair>& pairs, Alignment alignment);
 
 }  // namespace ceilmap::evaluation

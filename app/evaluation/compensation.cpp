@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/evaluation/alignment.hpp"
+#include "app/evaluation/association.hpp"
 
 namespace ceilmap::evaluation {
 namespace {

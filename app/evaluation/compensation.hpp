@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/evaluation/stamped_pose.hpp"
-#include "app/evaluation/trajectory_errors.hpp"
+#include "app/evaluation/statistics.hpp"
 #include "calib/pose2.hpp"
 
 namespace ceilmap::evaluation {

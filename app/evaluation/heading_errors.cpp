@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "app/evaluation/alignment.hpp"
+#include "app/evaluation/association.hpp"
 #include "calib/pose2.hpp"
 
 namespace ceilmap::evaluation {
@@ -80,6 +80,13 @@ std::vector<HeadingError> ErrorsOf(const std::vector<StampedHeading>& headings,
 }
 
 }  // namespace
+
+std::vector<StampedHeading> HeadingsOf(const std::vector<StampedPose>& poses) {
+  std::vector<StampedHeading> headings;
+  headings.reserve(poses.size());
+  for (const StampedPose& pose : poses) headings.push_back({pose.stamp_s, YawOf(pose)});
+  return headings;
+}
 
 std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& headings,
                                              const std::vector<StampedPose>& truth,

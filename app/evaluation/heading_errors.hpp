@@ -5,15 +5,17 @@
 #include <vector>
 
 #include "app/evaluation/stamped_pose.hpp"
-#include "app/evaluation/trajectory_errors.hpp"
+#include "app/evaluation/statistics.hpp"
 
 namespace ceilmap::evaluation {
-
 /// A heading that was measured: counter-clockwise seen from above, from any direction.
 struct StampedHeading {
   double stamp_s = 0;
   double heading_rad = 0;
 };
+
+/// How the robot of a trajectory is turned.
+std::vector<StampedHeading> HeadingsOf(const std::vector<StampedPose>& poses);
 
 /// One of them against the truth.
 struct HeadingError {
@@ -34,8 +36,8 @@ struct HeadingErrors {
   double signed_mean_deg = 0;
   double std_deg = 0;
   double end_deg = 0;  ///< the last error
-  /// Slopes of the lines with the least squared distance from the errors: over the way, where it is
-  /// longer than half a metre, and over time, where there is more than one moment.
+  /// Slopes of the lines with the least squared distance from the errors: over the way, where it
+  /// is longer than half a metre, and over time, where there is more than one moment.
   std::optional<double> drift_deg_per_m;
   std::optional<double> drift_deg_per_s;
 };

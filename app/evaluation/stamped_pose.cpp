@@ -28,4 +28,17 @@ double RollOf(const StampedPose& pose) {
   return std::atan2(2 * (q.w() * q.x() + q.y() * q.z()), 1 - 2 * (q.x() * q.x() + q.y() * q.y()));
 }
 
+calib::Pose2 PlanarPose(const StampedPose& pose) {
+  return {pose.position.x(), pose.position.y(), YawOf(pose)};
+}
+
+std::vector<double> PathLengths(const std::vector<StampedPose>& poses) {
+  std::vector<double> lengths(poses.size(), 0);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Eigen::Vector2d step = (poses[i].position - poses[i - 1].position).head<2>();
+    lengths[i] = lengths[i - 1] + step.norm();
+  }
+  return lengths;
+}
+
 }  // namespace ceilmap::evaluation

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <vector>
 
 #include "calib/pose2.hpp"
 #include "calib/tilt.hpp"
@@ -27,5 +28,11 @@ double YawOf(const StampedPose& pose);
 /// in (-pi, pi], > 0 with the left side up.
 double PitchOf(const StampedPose& pose);
 double RollOf(const StampedPose& pose);
+
+/// Where it stands on the floor, and its yaw.
+calib::Pose2 PlanarPose(const StampedPose& pose);
+
+/// Length of the way over the floor from the first pose to each, in metres.
+std::vector<double> PathLengths(const std::vector<StampedPose>& poses);
 
 }  // namespace ceilmap::evaluation

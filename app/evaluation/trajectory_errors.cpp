@@ -1,14 +1,11 @@
 #include "app/evaluation/trajectory_errors.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
-#include "app/evaluation/alignment.hpp"
-#include "calib/pose2.hpp"
+#include "app/evaluation/association.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
@@ -19,50 +16,61 @@ using calib::WrapAngle;
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kRelativeLengthM = 1;
 
-// A planar pose of the truth beside the estimate's at the same time.
-struct PosePair {
-  Pose2 truth;
-  Pose2 estimate;
-  double distance_m = 0;  // along the true path from its start
-};
-
-Pose2 Planar(const StampedPose& pose) {
-  return {pose.position.x(), pose.position.y(), YawOf(pose)};
+FrameError ErrorOf(const PosePair& pair) {
+  FrameError error;
+  error.stamp_s = pair.truth.stamp_s;
+  error.T_truth_base = PlanarPose(pair.estimate);
+  error.shift_m = (pair.estimate.position - pair.truth.position).head<2>();
+  error.position_m = error.shift_m.norm();
+  const double yaw = YawOf(pair.truth);
+  const Eigen::Vector2d ahead(std::cos(yaw), std::sin(yaw));
+  error.along_m = ahead.dot(error.shift_m);
+  error.across_m = ahead.x() * error.shift_m.y() - ahead.y() * error.shift_m.x();
+  error.yaw_deg = kDegPerRad * WrapAngle(error.T_truth_base.yaw - yaw);
+  error.pitch_deg = kDegPerRad * (PitchOf(pair.estimate) - PitchOf(pair.truth));
+  error.roll_deg = kDegPerRad * WrapAngle(RollOf(pair.estimate) - RollOf(pair.truth));
+  error.pose = AbsoluteError(pair);
+  return error;
 }
 
-Pose2 FitSe2(const std::vector<PosePair>& pairs) {
-  std::vector<PointPair> points;
-  points.reserve(pairs.size());
-  for (const PosePair& pair : pairs) {
-    points.push_back({pair.truth.Translation(), pair.estimate.Translation()});
-  }
-  return FitPlanarMotion(points);
+bool IsTilted(const StampedPose& pose) {
+  constexpr double kLeast = 1e-9;  // files round at 1e-9 m and 1e-12
+  return std::abs(pose.position.z()) > kLeast || std::abs(pose.orientation.x()) > kLeast ||
+         std::abs(pose.orientation.y()) > kLeast;
 }
 
-Pose2 Align(const std::vector<PosePair>& pairs, Alignment align) {
-  switch (align) {
-    case Alignment::kSe2:
-      return FitSe2(pairs);
-    case Alignment::kFirst:
-      return pairs.front().truth * pairs.front().estimate.Inverse();
-    case Alignment::kNone:
-      break;
-  }
-  return {};
+template <typename Value>
+ErrorStatistics Over(const std::vector<FrameError>& frames, Value value) {
+  std::vector<double> values;
+  values.reserve(frames.size());
+  for (const FrameError& frame : frames) values.push_back(value(frame));
+  return Statistics(std::move(values));
 }
 
-void AddRelativeErrors(const std::vector<PosePair>& pairs, TrajectoryErrors& errors) {
+void AddAbsoluteErrors(const std::vector<PosePair>& pairs, TrajectoryErrors& errors) {
+  errors.position_m = Over(errors.frames, [](const FrameError& f) { return f.position_m; });
+  errors.yaw_deg = Over(errors.frames, [](const FrameError& f) { return f.yaw_deg; });
+  errors.tilted = std::any_of(pairs.begin(), pairs.end(), [](const PosePair& pair) {
+    return IsTilted(pair.truth) || IsTilted(pair.estimate);
+  });
+  std::vector<PoseError> in_space;
+  in_space.reserve(errors.frames.size());
+  for (const FrameError& frame : errors.frames) in_space.push_back(frame.pose);
+  errors.pose = Statistics(in_space);
+}
+
+// In the plane, over each metre of the true path.
+void AddPerMetre(const std::vector<PosePair>& pairs,
+                 const std::vector<double>& way_m,
+                 TrajectoryErrors& errors) {
   std::vector<double> position_m;
   std::vector<double> yaw_deg;
-  for (const PosePair& from : pairs) {
-    const auto to = std::lower_bound(
-        pairs.begin(),
-        pairs.end(),
-        from.distance_m + kRelativeLengthM,
-        [](const PosePair& pair, double distance_m) { return pair.distance_m < distance_m; });
-    if (to == pairs.end()) break;
-    const Pose2 true_motion = from.truth.Inverse() * to->truth;
-    const Pose2 motion = from.estimate.Inverse() * to->estimate;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto end = std::lower_bound(way_m.begin(), way_m.end(), way_m[i] + kRelativeLengthM);
+    if (end == way_m.end()) break;
+    const PosePair& to = pairs[static_cast<std::size_t>(end - way_m.begin())];
+    const Pose2 true_motion = PlanarPose(pairs[i].truth).Inverse() * PlanarPose(to.truth);
+    const Pose2 motion = PlanarPose(pairs[i].estimate).Inverse() * PlanarPose(to.estimate);
     position_m.push_back((motion.Translation() - true_motion.Translation()).norm());
     yaw_deg.push_back(WrapAngle(motion.yaw - true_motion.yaw) * kDegPerRad);
   }
@@ -71,54 +79,47 @@ void AddRelativeErrors(const std::vector<PosePair>& pairs, TrajectoryErrors& err
   errors.per_metre_yaw_deg = Statistics(std::move(yaw_deg));
 }
 
-// Value at a fractional rank of sorted values, as numpy.percentile has it.
-double AtRank(const std::vector<double>& sorted, double part) {
-  const double rank = part * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(rank);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return sorted[below] + (sorted[above] - sorted[below]) * (rank - static_cast<double>(below));
+void AddRelativeErrors(const std::vector<PosePair>& pairs,
+                       const SegmentParams& params,
+                       TrajectoryErrors& errors) {
+  std::vector<double> way_m;
+  way_m.reserve(pairs.size());
+  for (const FrameError& frame : errors.frames) way_m.push_back(frame.way_m);
+  AddPerMetre(pairs, way_m, errors);
+  errors.per_frame = RelativeErrors(pairs, {.delta = 1, .unit = DeltaUnit::kFrames});
+  errors.per_metre = RelativeErrors(pairs, {.delta = 1, .unit = DeltaUnit::kMetres});
+  errors.per_metre_all_pairs =
+      RelativeErrors(pairs, {.delta = 1, .unit = DeltaUnit::kMetres, .all_pairs = true});
+  errors.segments = MeasureSegments(pairs, way_m, params);
 }
 
 }  // namespace
 
-ErrorStatistics Statistics(std::vector<double> errors) {
-  for (double& error : errors) error = std::abs(error);
-  std::sort(errors.begin(), errors.end());
-  const auto count = static_cast<double>(errors.size());
-  const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
-  const double squares = std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0);
-  return {std::sqrt(squares / count),
-          sum / count,
-          AtRank(errors, 0.5),
-          AtRank(errors, 0.95),
-          errors.back()};
-}
-
 std::optional<TrajectoryErrors> EvaluateTrajectory(const std::vector<StampedPose>& truth,
                                                    const std::vector<StampedPose>& estimate,
                                                    const EvaluationParams& params) {
-  const std::vector<double> distances_m = PathLengths(truth);
+  const auto matches = MatchStamps(truth, estimate, params.max_dt_s);
+  if (matches.empty()) return std::nullopt;
   std::vector<PosePair> pairs;
-  for (const auto& [k, c] : MatchStamps(truth, estimate, params.max_dt_s)) {
-    pairs.push_back({Planar(truth[k]), Planar(estimate[c]), distances_m[k]});
-  }
-  if (pairs.empty()) return std::nullopt;
+  pairs.reserve(matches.size());
+  for (const auto& [k, c] : matches) pairs.push_back({truth[k], estimate[c]});
 
-  const Pose2 T_truth_estimate = Align(pairs, params.align);
-  std::vector<double> position_m;
-  std::vector<double> yaw_deg;
-  for (const PosePair& pair : pairs) {
-    const Pose2 aligned = T_truth_estimate * pair.estimate;
-    position_m.push_back((aligned.Translation() - pair.truth.Translation()).norm());
-    yaw_deg.push_back(WrapAngle(aligned.yaw - pair.truth.yaw) * kDegPerRad);
-  }
   TrajectoryErrors errors;
+  errors.T_truth_estimate = Align(pairs, params.align);
+  for (PosePair& pair : pairs) pair.estimate = errors.T_truth_estimate * pair.estimate;
+  const std::vector<double> way_m = PathLengths(truth);
+  errors.frames.reserve(pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    FrameError& error = errors.frames.emplace_back(ErrorOf(pairs[i]));
+    error.truth = matches[i].first;
+    error.estimate = matches[i].second;
+    error.way_m = way_m[error.truth];
+  }
   errors.matched = static_cast<std::int64_t>(pairs.size());
-  errors.expected = static_cast<std::int64_t>(truth.size());
-  errors.path_m = distances_m.back();
-  errors.position_m = Statistics(std::move(position_m));
-  errors.yaw_deg = Statistics(std::move(yaw_deg));
-  AddRelativeErrors(pairs, errors);
+  errors.expected = params.expected.value_or(static_cast<std::int64_t>(truth.size()));
+  errors.path_m = way_m.back();
+  AddAbsoluteErrors(pairs, errors);
+  AddRelativeErrors(pairs, params.segments, errors);
   return errors;
 }
 

@@ -1,48 +1,68 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "app/evaluation/alignment.hpp"
+#include "app/evaluation/pose_errors.hpp"
+#include "app/evaluation/relative_errors.hpp"
 #include "app/evaluation/stamped_pose.hpp"
+#include "app/evaluation/statistics.hpp"
 
 namespace ceilmap::evaluation {
-
-/// How an estimate is brought into the frame of the truth before positions are compared.
-enum class Alignment {
-  kNone,   ///< not at all: both are in one frame already
-  kFirst,  ///< the first matched poses coincide
-  kSe2,    ///< the rigid planar motion with the least squared position error; no scale
-};
 
 struct EvaluationParams {
   Alignment align = Alignment::kSe2;
   double max_dt_s = 0.02;  ///< poses further apart in time are not compared, >= 0
+  SegmentParams segments = {};
+  /// Poses that there should be; unset: as many as the truth has.
+  std::optional<std::int64_t> expected = std::nullopt;
 };
 
-/// Of absolute values.
-struct ErrorStatistics {
-  double rmse = 0;
-  double mean = 0;
-  double median = 0;
-  double p95 = 0;  ///< linear between the neighbouring ranks
-  double max = 0;
+/// One pose of an estimate beside the true one, in the plane and in the frame of the truth.
+struct FrameError {
+  std::size_t truth = 0;                              ///< which pose of the truth
+  std::size_t estimate = 0;                           ///< which one of the estimate
+  double stamp_s = 0;                                 ///< of the truth
+  double way_m = 0;                                   ///< along the true path from its first pose
+  calib::Pose2 T_truth_base;                          ///< as the estimate has it, aligned
+  Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();  ///< estimated minus true position
+  double position_m = 0;                              ///< its length
+  double along_m = 0;    ///< > 0: ahead of the true position, by the true yaw ...
+  double across_m = 0;   ///< ... > 0: left of it
+  double yaw_deg = 0;    ///< estimated minus true, in (-180, 180]
+  double pitch_deg = 0;  ///< the same
+  double roll_deg = 0;   ///< the same
+  PoseError pose;        ///< in space
 };
-/// @param errors  at least one.
-ErrorStatistics Statistics(std::vector<double> errors);
 
-/// Errors of an estimated trajectory in the plane.
+/// Errors of an estimated trajectory.
 struct TrajectoryErrors {
   std::int64_t matched = 0;
-  std::int64_t expected = 0;  ///< poses of the truth
-  double path_m = 0;          ///< length of the true path
+  std::int64_t expected = 0;
+  double path_m = 0;  ///< length of the true path over the floor
+  PlanarSimilarity T_truth_estimate;
+  std::vector<FrameError> frames;  ///< by rising stamps
+
   ErrorStatistics position_m;
   ErrorStatistics yaw_deg;
-  /// Of the motion over each metre of the true path, free of any alignment; unset when the matched
-  /// path is shorter.
+  /// Of the motion over each metre of the true path, in the plane, from each pose on; unset when
+  /// the matched path is shorter.
   std::optional<ErrorStatistics> per_metre_m;
   std::optional<ErrorStatistics> per_metre_yaw_deg;
 
+  bool tilted = false;       ///< the truth or the estimate is not always level and at height 0
+  PoseErrorStatistics pose;  ///< in space, evo's APE
+  /// evo's RPE; unset where no motion is that long. Metres are those of the estimate's path.
+  std::optional<PoseErrorStatistics> per_frame;
+  std::optional<PoseErrorStatistics> per_metre;            ///< consecutive motions
+  std::optional<PoseErrorStatistics> per_metre_all_pairs;  ///< from every pose
+  std::vector<SegmentErrors> segments;
+
+  /// Part of the expected poses that the estimate has.
   [[nodiscard]] double Coverage() const {
     return expected > 0 ? static_cast<double>(matched) / static_cast<double>(expected) : 0;
   }
@@ -50,7 +70,7 @@ struct TrajectoryErrors {
 
 /// Compares poses nearest in time, each used once.
 /// @param truth, estimate  stamps strictly increasing, at least one pose each.
-/// @return unset when no two poses are within max_dt_s.
+/// @return unset when no two poses are within max_dt_s. Cost: n log n, some 700 bytes a pose.
 std::optional<TrajectoryErrors> EvaluateTrajectory(const std::vector<StampedPose>& truth,
                                                    const std::vector<StampedPose>& estimate,
                                                    const EvaluationParams& params = {});

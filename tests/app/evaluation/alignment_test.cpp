@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace ceilmap::evaluation {
 namespace {
@@ -28,16 +29,43 @@ TEST(FitPlanarMotion, OnePlaceIsOnlyMoved) {
   EXPECT_EQ(fit.yaw, 0);
 }
 
-TEST(MatchStamps, NearestWithinTheLimit) {
-  const auto at = [](const std::vector<double>& stamps_s) {
-    std::vector<StampedPose> poses;
-    for (const double stamp_s : stamps_s) poses.push_back(ToStampedPose(stamp_s, {}));
-    return poses;
-  };
-  using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
-  EXPECT_EQ(MatchStamps(at({0, 1, 2}), at({0.5, 1.01, 2.5, 7}), 0.02), (Pairs{{1, 1}}));
-  EXPECT_EQ(MatchStamps(at({0, 1, 2}), at({0, 0.75, 2}), 0.25), (Pairs{{0, 0}, {1, 1}, {2, 2}}));
-  EXPECT_EQ(MatchStamps(at({0, 1}), at({5}), 1), Pairs{});
+TEST(FitPlanarSimilarity, RecoversAScale) {
+  const PlanarSimilarity T{{3, -4, 2.9}, 0.05};
+  std::vector<PointPair> pairs;
+  for (const Eigen::Vector2d& p :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(20, 10), Eigen::Vector2d(-40, 20)}) {
+    pairs.push_back({T * p, p});
+  }
+  const PlanarSimilarity fit = FitPlanarSimilarity(pairs);
+  EXPECT_NEAR(fit.scale, 0.05, 1e-15);
+  EXPECT_NEAR(fit.motion.x, 3, 1e-14);
+  EXPECT_NEAR(fit.motion.y, -4, 1e-14);
+  EXPECT_NEAR(fit.motion.yaw, 2.9, 1e-14);
+}
+
+TEST(FitPlanarSimilarity, TakesErrorsForScaleOnlyAsFarAsTheyAre) {
+  // A square of 2 m, one corner of which the estimate has 0.4 m further out along x: the mean moves
+  // by 0.1, the sums about the means are dot = 8.4, cross = 0.4 (of estimate x truth), and
+  // |estimate|^2 = 8.8 + 0.16 - 4 * 0.01.
+  const std::vector<PointPair> pairs = {
+      {{1, 1}, {1.4, 1}}, {{-1, 1}, {-1, 1}}, {{-1, -1}, {-1, -1}}, {{1, -1}, {1, -1}}};
+  const PlanarSimilarity fit = FitPlanarSimilarity(pairs);
+  EXPECT_NEAR(fit.scale, std::hypot(8.4, 0.4) / 8.92, 1e-14);
+  EXPECT_NEAR(fit.motion.yaw, std::atan2(0.4, 8.4), 1e-14);
+}
+
+TEST(FitPlanarSimilarity, WhoStandsStillHasNoScale) {
+  EXPECT_EQ(FitPlanarSimilarity({{{1, 2}, {5, 5}}, {{3, 2}, {5, 5}}}).scale, 1);
+  EXPECT_EQ(FitPlanarSimilarity({{{1, 2}, {5, 5}}, {{1, 2}, {7, 5}}}).scale, 1);
+}
+
+TEST(PlanarSimilarity, MovesPosesInSpace) {
+  const PlanarSimilarity T{{1, 0, std::numbers::pi / 2}, 2};
+  const StampedPose moved = T * ToStampedPose(7, {3, 0, 0.25}, {.pitch_rad = 0.1, .lift_m = 0.05});
+  EXPECT_EQ(moved.stamp_s, 7);
+  EXPECT_NEAR((moved.position - Eigen::Vector3d(1, 6, 0.1)).norm(), 0, 1e-15);
+  EXPECT_NEAR(YawOf(moved), std::numbers::pi / 2 + 0.25, 1e-15);
+  EXPECT_NEAR(PitchOf(moved), 0.1, 1e-15);
 }
 
 }  // namespace

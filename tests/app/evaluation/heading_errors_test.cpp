@@ -60,6 +60,20 @@ TEST(CompareHeadings, ErrorsGoOnBeyondHalfATurn) {
   EXPECT_FALSE(errors->drift_deg_per_m);  // it did not travel
 }
 
+TEST(CompareHeadings, OfATrajectoryInAnotherFrame) {
+  std::vector<StampedPose> truth;
+  std::vector<StampedPose> estimate;
+  for (int i = 0; i <= 10; ++i) {
+    truth.push_back(True(i, 0.2 * i, 170 + 5 * i));
+    estimate.push_back(True(i, 0, -40 + 5.1 * i));
+  }
+  const auto errors = CompareHeadings(HeadingsOf(estimate), truth, 0.02);
+  ASSERT_TRUE(errors);
+  EXPECT_NEAR(errors->end_deg, 1, 1e-9);
+  EXPECT_NEAR(errors->drift_deg_per_m.value(), 0.5, 1e-9);
+  EXPECT_NEAR(errors->drift_deg_per_s.value(), 0.1, 1e-9);
+}
+
 TEST(CompareHeadings, OfOneMomentOrNone) {
   const auto one = CompareHeadings({Measured(1, 40)}, {True(1, 0, 7), True(2, 1, 9)}, 0.02);
   ASSERT_TRUE(one);

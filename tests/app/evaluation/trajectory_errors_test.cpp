@@ -21,16 +21,6 @@ std::vector<StampedPose> Poses(const std::vector<Pose2>& planar, double first_s 
   return poses;
 }
 
-TEST(Statistics, OfAbsoluteValues) {
-  const ErrorStatistics s = Statistics({-4, 1, 3, 2});
-  EXPECT_DOUBLE_EQ(s.rmse, std::sqrt(30.0 / 4));
-  EXPECT_DOUBLE_EQ(s.mean, 2.5);
-  EXPECT_DOUBLE_EQ(s.median, 2.5);
-  EXPECT_DOUBLE_EQ(s.p95, 3.85);  // rank 0.95 * 3 = 2.85, between 3 and 4
-  EXPECT_DOUBLE_EQ(s.max, 4);
-  EXPECT_DOUBLE_EQ(Statistics({7}).p95, 7);
-}
-
 TEST(EvaluateTrajectory, AlignmentTakesARigidMotionOut) {
   const std::vector<Pose2> path = {{0, 0, 0}, {1, 0, 0.3}, {1, 2, 1}, {-1, 2, -2.5}};
   const Pose2 T{3, -4, 2.9};
@@ -89,6 +79,67 @@ TEST(EvaluateTrajectory, RelativeErrorPerMetre) {
   EXPECT_NEAR(errors->per_metre_m->max,
               std::hypot(1.02 * std::cos(0.02) - 1, 1.02 * std::sin(0.02)),
               1e-12);
+}
+
+TEST(EvaluateTrajectory, Sim2TakesAScaleOutToo) {
+  const std::vector<Pose2> path = {{0, 0, 0}, {1, 0, 0.3}, {1, 2, 1}, {-1, 2, -2.5}};
+  std::vector<Pose2> pixels;
+  for (const Pose2& pose : path) pixels.push_back({200 * pose.x + 7, 200 * pose.y, pose.yaw});
+  const auto errors = EvaluateTrajectory(Poses(path), Poses(pixels), {.align = Alignment::kSim2});
+  ASSERT_TRUE(errors);
+  EXPECT_NEAR(errors->T_truth_estimate.scale, 0.005, 1e-15);
+  EXPECT_LT(errors->position_m.max, 1e-12);
+  EXPECT_LT(errors->per_metre_m->max, 1e-12);  // in metres of the truth
+  EXPECT_LT(errors->per_frame->translation_m.max, 1e-12);
+}
+
+TEST(EvaluateTrajectory, TellsOfEachFrame) {
+  // Up along y; the last pose is half a metre ahead of the true one and 0.1 m left of it.
+  const double up = std::numbers::pi / 2;
+  const auto errors = EvaluateTrajectory(Poses({{0, 0, up}, {0, 1, up}, {0, 3, up}}, 10),
+                                         Poses({{0, 1, up}, {-0.1, 3.5, up + 0.1}}, 11),
+                                         {.align = Alignment::kNone});
+  ASSERT_TRUE(errors);
+  ASSERT_EQ(errors->frames.size(), 2U);
+  const FrameError& frame = errors->frames[1];
+  EXPECT_EQ(frame.truth, 2U);
+  EXPECT_EQ(frame.estimate, 1U);
+  EXPECT_EQ(frame.stamp_s, 12);
+  EXPECT_DOUBLE_EQ(frame.way_m, 3);
+  EXPECT_NEAR(frame.along_m, 0.5, 1e-14);
+  EXPECT_NEAR(frame.across_m, 0.1, 1e-14);
+  EXPECT_NEAR(frame.position_m, std::hypot(0.5, 0.1), 1e-14);
+  EXPECT_NEAR(frame.yaw_deg, 0.1 * kDegPerRad, 1e-12);
+  EXPECT_NEAR(frame.pose.angle_rad, 0.1, 1e-14);
+  EXPECT_NEAR(frame.T_truth_base.y, 3.5, 1e-14);
+  EXPECT_FALSE(errors->tilted);
+}
+
+TEST(EvaluateTrajectory, InSpaceHeightAndTiltCount) {
+  std::vector<StampedPose> truth = Poses({{0, 0, 0}, {1, 0, 0}});
+  std::vector<StampedPose> estimate = truth;
+  estimate[1] = ToStampedPose(1, {1, 0, 0}, {.pitch_rad = 0.2, .roll_rad = -0.1, .lift_m = 0.3});
+  const auto errors = EvaluateTrajectory(truth, estimate, {.align = Alignment::kNone});
+  ASSERT_TRUE(errors);
+  EXPECT_TRUE(errors->tilted);
+  EXPECT_DOUBLE_EQ(errors->position_m.max, 0);
+  EXPECT_DOUBLE_EQ(errors->pose.translation_m.max, 0.3);
+  // Of Ry(a) Rx(b): cos(angle / 2) = cos(a / 2) cos(b / 2).
+  const double angle = 2 * std::acos(std::cos(0.1) * std::cos(0.05));
+  EXPECT_NEAR(errors->pose.rotation_deg.max, angle * kDegPerRad, 1e-9);
+  EXPECT_NEAR(errors->frames[1].pitch_deg, 0.2 * kDegPerRad, 1e-12);
+  EXPECT_NEAR(errors->frames[1].roll_deg, -0.1 * kDegPerRad, 1e-12);
+  EXPECT_DOUBLE_EQ(errors->per_frame->translation_m.max, 0.3);
+}
+
+TEST(EvaluateTrajectory, CoverageOfWhatThereShouldBe) {
+  const std::vector<StampedPose> poses = Poses({{0, 0, 0}, {1, 0, 0}});
+  const auto errors = EvaluateTrajectory(poses, poses, {.expected = 8});
+  ASSERT_TRUE(errors);
+  EXPECT_EQ(errors->expected, 8);
+  EXPECT_DOUBLE_EQ(errors->Coverage(), 0.25);
+  EXPECT_FALSE(errors->per_metre);  // consecutive motions begin after the first metre
+  EXPECT_EQ(errors->per_metre_all_pairs->translation_m.count, 1);
 }
 
 TEST(EvaluateTrajectory, MatchesNearestStampsOnce) {
