@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "app/evaluation/stamped_pose.hpp"
+
+namespace ceilmap::evaluation {
+
+/// Where a robot was between its poses too.
+class PlanarTrack {
+ public:
+  struct Point {
+    Eigen::Vector2d position = Eigen::Vector2d::Zero();
+    double yaw = 0;  ///< continuous over full turns
+  };
+
+  /// @param poses  stamps strictly increasing, at least one.
+  explicit PlanarTrack(const std::vector<StampedPose>& poses);
+
+  [[nodiscard]] double Start() const { return stamps_s_.front(); }
+  [[nodiscard]] double End() const { return stamps_s_.back(); }
+  /// Between neighbouring poses: seconds.
+  [[nodiscard]] double MedianStep() const { return median_step_s_; }
+
+  /// Straight between neighbouring poses.
+  /// @return unset before the first, after the last, and in gaps: longer than a second and than
+  ///   five usual steps.
+  [[nodiscard]] std::optional<Point> At(double stamp_s) const;
+
+ private:
+  std::vector<double> stamps_s_;
+  std::vector<Point> points_;
+  double median_step_s_ = 0;
+};
+
+}  // namespace ceilmap::evaluation
