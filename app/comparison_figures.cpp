@@ -1,0 +1,120 @@
+#include "app/comparison_figures.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "app/output_files.hpp"
+#include "calib/error.hpp"
+
+namespace ceilmap::app {
+namespace {
+
+using evaluation::FrameError;
+using evaluation::PlanarSimilarity;
+using evaluation::StampedPose;
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+PlanarSimilarity Inverse(const PlanarSimilarity& T) {
+  PlanarSimilarity inverse;
+  inverse.scale = 1 / T.scale;
+  inverse.motion = T.motion.Inverse();
+  inverse.motion.x *= inverse.scale;
+  inverse.motion.y *= inverse.scale;
+  return inverse;
+}
+
+/// Where a pose is shown.
+void Place(const PlanarSimilarity& T_shown_truth,
+           const Eigen::Vector2d& p_truth,
+           FigurePose& pose) {
+  const Eigen::Vector2d shown = T_shown_truth * p_truth;
+  pose.x = shown.x();
+  pose.y = shown.y();
+  pose.yaw_deg += kDegPerRad * T_shown_truth.motion.yaw;
+}
+
+}  // namespace
+
+std::vector<FigurePose> FigurePoses(const std::vector<StampedPose>& poses) {
+  const std::vector<double> way_m = evaluation::PathLengths(poses);
+  std::vector<FigurePose> shown;
+  shown.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    FigurePose pose;
+    pose.time_s = poses[i].stamp_s - poses.front().stamp_s;
+    pose.way_m = way_m[i];
+    pose.x = poses[i].position.x();
+    pose.y = poses[i].position.y();
+    pose.yaw_deg = kDegPerRad * evaluation::YawOf(poses[i]);
+    if (i > 0) {
+      const double before = shown.back().yaw_deg;
+      pose.yaw_deg = before + std::remainder(pose.yaw_deg - before, 360.0);
+    }
+    pose.pitch_deg = kDegPerRad * evaluation::PitchOf(poses[i]);
+    pose.roll_deg = kDegPerRad * evaluation::RollOf(poses[i]);
+    shown.push_back(pose);
+  }
+  return shown;
+}
+
+TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
+                                   const std::vector<ComparedRun>& runs,
+                                   ShownFrame frame) {
+  PlanarSimilarity T_shown_truth;
+  if (frame == ShownFrame::kFirstRun) {
+    T_shown_truth = Inverse(runs.front().errors->T_truth_estimate);
+  }
+  TrajectoryComparison comparison;
+  const std::vector<FigurePose> unmoved = FigurePoses(truth);
+  for (const ComparedRun& run : runs) {
+    FigureRun& shown = comparison.runs.emplace_back();
+    shown.name = run.name;
+    shown.poses.reserve(run.errors->frames.size());
+    for (const FrameError& error : run.errors->frames) {
+      FigurePose pose = unmoved[error.truth];
+      pose.way_m = error.way_m;
+      pose.yaw_deg += error.yaw_deg;
+      pose.pitch_deg += error.pitch_deg;
+      pose.roll_deg += error.roll_deg;
+      pose.position_error_m = error.position_m;
+      pose.yaw_error_deg = error.yaw_deg;
+      Place(T_shown_truth, error.T_truth_base.Translation(), pose);
+      shown.poses.push_back(pose);
+    }
+    for (const evaluation::SegmentErrors& segment : run.errors->segments) {
+      shown.segments.push_back({segment.length_m,
+                                0.01 * segment.translation_percent.mean,
+                                segment.rotation_deg_per_m.mean});
+    }
+  }
+  comparison.truth = unmoved;
+  for (FigurePose& pose : comparison.truth) {
+    Place(T_shown_truth, Eigen::Vector2d(pose.x, pose.y), pose);
+  }
+  return comparison;
+}
+
+std::optional<FigureMosaic> WriteMosaic(const mapping::MapReader& map,
+                                        const std::filesystem::path& folder) {
+  constexpr int kMostPx = 1600;
+  cv::Mat grey;
+  cv::Mat alpha;
+  const mapping::MosaicGrid grid = map.ReadOverview(kMostPx, grey, alpha);
+  if (grey.empty()) return std::nullopt;
+  grey.setTo(255, alpha == 0);
+  std::vector<unsigned char> png;
+  cv::imencode(".png", grey, png);
+  FigureMosaic mosaic;
+  mosaic.file = "mosaic.png";
+  mosaic.min_x = grid.min_x;
+  mosaic.min_y = grid.max_y - grid.height_px * grid.resolution;
+  mosaic.metres_per_px = grid.resolution;
+  WriteFileAtomically(folder / mosaic.file,
+                      std::string(reinterpret_cast<const char*>(png.data()), png.size()));
+  return mosaic;
+}
+
+}  // namespace ceilmap::app
