@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -52,6 +53,17 @@ PoseSpread ParseSpread(const std::string& text, const std::string& option) {
 std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text) {
   std::array<double, 4> values{};
   if (!ParseNumbers(text, values)) return std::nullopt;
+  return values;
+}
+
+std::vector<double> ParsePositiveNumbers(const std::string& text, const std::string& option) {
+  std::vector<double> values(1 +
+                             static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')));
+  const auto positive = [](double value) { return value > 0; };
+  if (!ParseNumbers(text, values) || !std::all_of(values.begin(), values.end(), positive)) {
+    throw calib::InputError(
+        fmt::format("{} {}: must be numbers > 0 with commas between, e.g. 1,2,5", option, text));
+  }
   return values;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/pose2.hpp"
 
@@ -23,6 +24,10 @@ PoseSpread ParseSpread(const std::string& text, const std::string& option);
 
 /// `A,B,C,D`, all finite; nothing for anything else.
 std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text);
+
+/// `A,B,...`, at least one, each finite and > 0. `option` names it in the message.
+/// @throws calib::InputError
+std::vector<double> ParsePositiveNumbers(const std::string& text, const std::string& option);
 
 /// `[NAME=]FILE`.
 struct NamedFile {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <fstream>
 
 #include "calib/error.hpp"
@@ -47,6 +48,20 @@ std::size_t CsvTable::Column(std::string_view column) const {
         "{}:1: has no column '{}'; the first line must name the columns", name, column));
   }
   return static_cast<std::size_t>(found - header.begin());
+}
+
+bool CsvTable::Has(std::string_view column) const {
+  return std::find(header.begin(), header.end(), column) != header.end();
+}
+
+double CsvTable::Number(const Row& row, std::size_t column) const {
+  const std::string& field = row.fields[column];
+  double number = 0;
+  if (!ParseNumber(field, number) || !std::isfinite(number)) {
+    throw calib::InputError(
+        fmt::format("{}: {} '{}' is not a number", Place(row), header[column], field));
+  }
+  return number;
 }
 
 std::string CsvTable::Place(const Row& row) const {

@@ -22,6 +22,10 @@ struct CsvTable {
 
   /// Position of a column. @throws calib::InputError when there is no such column.
   [[nodiscard]] std::size_t Column(std::string_view column) const;
+  /// Whether there is one.
+  [[nodiscard]] bool Has(std::string_view column) const;
+  /// The number in a row's field. @throws calib::InputError when it is none, or not finite.
+  [[nodiscard]] double Number(const Row& row, std::size_t column) const;
   /// `NAME:LINE`, the start of a message about a row.
   [[nodiscard]] std::string Place(const Row& row) const;
 };

@@ -12,16 +12,6 @@
 namespace ceilmap::app {
 namespace {
 
-double Number(const CsvTable& table, const CsvTable::Row& row, const char* column) {
-  const std::string& field = row.fields[table.Column(column)];
-  double number = 0;
-  if (!ParseNumber(field, number) || !std::isfinite(number)) {
-    throw calib::InputError(
-        fmt::format("{}: {} '{}' is not a number", table.Place(row), column, field));
-  }
-  return number;
-}
-
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 // In (-180, 180] after rounding too.
@@ -36,12 +26,15 @@ std::string FormatAngle(double angle_deg) {
 std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::path& file) {
   constexpr double kRadPerDeg = std::numbers::pi / 180;
   const CsvTable table = ReadCsv(file);
+  const std::size_t stamp_column = table.Column("timestamp");
+  const std::size_t heading_column = table.Column("heading_deg");
+  const std::size_t sigma_column = table.Column("sigma_deg");
   std::vector<localization::HeadingSample> samples;
   samples.reserve(table.rows.size());
   for (const CsvTable::Row& row : table.rows) {
-    const localization::HeadingSample sample{Number(table, row, "timestamp"),
-                                             kRadPerDeg * Number(table, row, "heading_deg"),
-                                             kRadPerDeg * Number(table, row, "sigma_deg")};
+    const localization::HeadingSample sample{table.Number(row, stamp_column),
+                                             kRadPerDeg * table.Number(row, heading_column),
+                                             kRadPerDeg * table.Number(row, sigma_column)};
     if (!(sample.sigma_rad > 0)) {
       throw calib::InputError(fmt::format("{}: sigma_deg must be > 0", table.Place(row)));
     }

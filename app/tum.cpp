@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <iterator>
-#include <sstream>
+#include <span>
 
 #include "app/csv.hpp"
 #include "calib/error.hpp"
@@ -16,23 +16,40 @@ namespace {
 
 constexpr double kUnitLengthTolerance = 1e-3;
 
-StampedPose ParsePose(const std::string& text, const std::string& place) {
-  std::istringstream stream(text);
-  const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+constexpr std::string_view kBlanks = " \t\r\n\v\f";
+
+// Fields between blanks; as many as there are, but no more than `fields` has room for are kept.
+std::size_t Split(std::string_view text, std::span<std::string_view> fields) {
+  std::size_t count = 0;
+  for (auto begin = text.find_first_not_of(kBlanks); begin != std::string_view::npos;
+       begin = text.find_first_not_of(kBlanks, begin)) {
+    const auto end = std::min(text.find_first_of(kBlanks, begin), text.size());
+    if (count < fields.size()) fields[count] = text.substr(begin, end - begin);
+    ++count;
+    begin = end;
+  }
+  return count;
+}
+
+// @param place  makes the start of a message: most lines need none.
+template <typename Place>
+StampedPose ParsePose(std::string_view text, const Place& place) {
+  std::array<std::string_view, 8> words;
   std::array<double, 8> v{};
-  if (words.size() != v.size()) {
-    throw calib::InputError(fmt::format(
-        "{}: {} fields, must be 8: timestamp tx ty tz qx qy qz qw", place, words.size()));
+  const std::size_t count = Split(text, words);
+  if (count != v.size()) {
+    throw calib::InputError(
+        fmt::format("{}: {} fields, must be 8: timestamp tx ty tz qx qy qz qw", place(), count));
   }
   for (std::size_t i = 0; i < v.size(); ++i) {
     if (!ParseNumber(words[i], v[i]) || !std::isfinite(v[i])) {
-      throw calib::InputError(fmt::format("{}: '{}' is not a finite number", place, words[i]));
+      throw calib::InputError(fmt::format("{}: '{}' is not a finite number", place(), words[i]));
     }
   }
   StampedPose pose{v[0], {v[1], v[2], v[3]}, Eigen::Quaterniond(v[7], v[4], v[5], v[6])};
   if (std::abs(pose.orientation.norm() - 1) > kUnitLengthTolerance) {
     throw calib::InputError(fmt::format(
-        "{}: the quaternion's length is {:.6g}, must be 1", place, pose.orientation.norm()));
+        "{}: the quaternion's length is {:.6g}, must be 1", place(), pose.orientation.norm()));
   }
   return pose;
 }
@@ -70,13 +87,13 @@ std::vector<StampedPose> ReadTum(const std::filesystem::path& file) {
   std::vector<StampedPose> poses;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
-    line = line.substr(0, line.find('#'));
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    const std::string place = fmt::format("{}:{}", file.string(), number);
-    const StampedPose pose = ParsePose(line, place);
+    const std::string_view text = std::string_view(line).substr(0, line.find('#'));
+    if (text.find_first_not_of(kBlanks) == std::string_view::npos) continue;
+    const auto place = [&] { return fmt::format("{}:{}", file.string(), number); };
+    const StampedPose pose = ParsePose(text, place);
     if (!poses.empty() && pose.stamp_s <= poses.back().stamp_s) {
       throw calib::InputError(fmt::format("{}: timestamp {:.6f} is not later than {:.6f} before it",
-                                          place,
+                                          place(),
                                           pose.stamp_s,
                                           poses.back().stamp_s));
     }

@@ -21,6 +21,15 @@ TEST(ParsePose2, RefusesEverythingElse) {
   }
 }
 
+TEST(ParsePositiveNumbers, TakesAnyNumberOfThem) {
+  EXPECT_THAT(ParsePositiveNumbers("0.5,2,10", "--segments"), testing::ElementsAre(0.5, 2, 10));
+  EXPECT_THAT(ParsePositiveNumbers("3", "--segments"), testing::ElementsAre(3));
+  for (const std::string text : {"", "1,", ",1", "0", "1,-2", "1,nan", "1;2", "one"}) {
+    SCOPED_TRACE(text);
+    ExpectInputError([&] { ParsePositiveNumbers(text, "--segments"); }, {"--segments", "> 0"});
+  }
+}
+
 TEST(ParseNamedFile, TakesTheNameOrTheStem) {
   EXPECT_EQ(ParseNamedFile("run=a/b.tum").name, "run");
   EXPECT_EQ(ParseNamedFile("run=a/b.tum").file, "a/b.tum");

@@ -17,6 +17,9 @@ TEST(ReadCsv, UnderstandsQuotesBlankLinesAndForeignLineEnds) {
   EXPECT_THAT(table.rows[1].fields, ElementsAre("2", ""));
   EXPECT_EQ(table.rows[0].line, 3);
   EXPECT_EQ(table.Column("name"), 1U);
+  EXPECT_TRUE(table.Has("name"));
+  EXPECT_FALSE(table.Has("nam"));
+  EXPECT_EQ(table.Number(table.rows[1], 0), 2);
 }
 
 TEST(ReadCsv, NamesTheFaultyLine) {
@@ -28,6 +31,11 @@ TEST(ReadCsv, NamesTheFaultyLine) {
                    {"r.csv:3", "1 fields", "2"});
   ExpectInputError([&] { (void)ReadCsv(folder.Write("c.csv", "a,b\n")).Column("id"); },
                    {"c.csv:1", "'id'"});
+  for (const char* field : {"", "x", "nan", "inf"}) {
+    const CsvTable table = ReadCsv(folder.Write("n.csv", std::string("a,b\n1,") + field + "\n"));
+    ExpectInputError([&] { (void)table.Number(table.rows[0], 1); },
+                     {"n.csv:2: b '", "is not a number"});
+  }
 }
 
 TEST(CsvField, QuotesOnlyWhereNeeded) {
