@@ -1,8 +1,14 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "app/evaluation/stamped_pose.hpp"
 #include "localization/localizer.hpp"
 
 namespace ceilmap::app {
@@ -12,5 +18,18 @@ namespace ceilmap::app {
 /// lengths in metres. Where there is no pose, the fields after `status` are empty.
 std::string_view StatusHeader();
 std::string FormatStatusLine(const localization::Location& location);
+
+/// What such a file tells, for comparisons.
+struct StatusRecord {
+  std::vector<evaluation::StampedPose> poses;  ///< of the frames that have one, at height 0
+  /// Of (x, y, yaw) of each of them, metres and radians: the variances, all that the file has.
+  std::vector<Eigen::Matrix3d> covariances;
+  std::map<std::string, std::int64_t> frames;  ///< how many, by status
+};
+
+/// Columns may stand in any order, `peak` and `inliers` may be missing.
+/// @return stamps strictly increasing; perhaps no poses.
+/// @throws calib::InputError naming file and line.
+StatusRecord ReadStatus(const std::filesystem::path& file);
 
 }  // namespace ceilmap::app

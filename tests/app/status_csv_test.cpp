@@ -1,6 +1,8 @@
 #include "app/status_csv.hpp"
 
-#include <gtest/gtest.h>
+#include <numbers>
+
+#include "tests/app/test_folder.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -32,6 +34,45 @@ TEST(StatusCsv, AFrameWithoutAPoseHasNoNumbersAndAsManyFields) {
     EXPECT_EQ(std::count(line.begin(), line.end(), ','),
               std::count(header.begin(), header.end(), ','));
   }
+}
+
+TEST(StatusCsv, IsReadBack) {
+  const TestFolder folder;
+  localization::Location placed;
+  placed.pose.status = TrackingStatus::kTracking;
+  placed.pose.stamp_s = 12.5;
+  placed.pose.T_map_base = {1, -2.25, 0.75};
+  placed.pose.tilt.pitch_rad = 0.1;
+  placed.pose.covariance.diagonal() << 1e-6, 4e-6, 1e-4;
+  localization::Location lost;
+  lost.pose.status = TrackingStatus::kLost;
+  lost.pose.stamp_s = 13;
+  const StatusRecord record = ReadStatus(folder.Write(
+      "s.csv", std::string(StatusHeader()) + FormatStatusLine(placed) + FormatStatusLine(lost)));
+  ASSERT_EQ(record.poses.size(), 1U);
+  EXPECT_EQ(record.poses[0].stamp_s, 12.5);
+  EXPECT_NEAR((record.poses[0].position - Eigen::Vector3d(1, -2.25, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR(evaluation::YawOf(record.poses[0]), 0.75, 1e-6);
+  EXPECT_NEAR(evaluation::PitchOf(record.poses[0]), 0.1, 1e-6);
+  ASSERT_EQ(record.covariances.size(), 1U);
+  EXPECT_NEAR(record.covariances[0](1, 1), 4e-6, 1e-9);
+  EXPECT_NEAR(record.covariances[0](2, 2), 1e-4, 1e-6);
+  EXPECT_EQ(record.covariances[0](0, 1), 0);
+  EXPECT_EQ(record.frames, (std::map<std::string, std::int64_t>{{"lost", 1}, {"tracking", 1}}));
+}
+
+TEST(StatusCsv, FaultsAreNamed) {
+  const TestFolder folder;
+  const std::string header(StatusHeader());
+  const auto expect = [&](const std::string& text, const std::vector<std::string>& parts) {
+    SCOPED_TRACE(text);
+    ExpectInputError([&] { ReadStatus(folder.Write("s.csv", text)); }, parts);
+  };
+  expect("timestamp,status\n", {"s.csv:1", "'x'"});
+  expect(header + "1,lost,,,,,,,,,,\n1,lost,,,,,,,,,,\n", {"s.csv:3", "not later"});
+  expect(header + "1,tracking,1,,0,0,0,1,1,1,1,9\n", {"s.csv:2", "y ''"});
+  expect(header + "1,tracking,1,nan,0,0,0,1,1,1,1,9\n", {"s.csv:2", "y 'nan'"});
+  expect(header + "1,tracking,1,2,0,0,0,1,-1,1,1,9\n", {"s.csv:2", "negative"});
 }
 
 }  // namespace
