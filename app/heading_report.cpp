@@ -5,32 +5,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/compensation_report.hpp"
+#include "app/evaluation_json.hpp"
 #include "app/interrupt.hpp"
 #include "app/table.hpp"
 
 namespace ceilmap::app {
 namespace {
 
-using nlohmann::ordered_json;
-
 constexpr double kDegPerRad = 180 / std::numbers::pi;
-
-ordered_json ErrorsToJson(const evaluation::HeadingErrors& errors) {
-  const auto or_null = [](const std::optional<double>& value) {
-    return value ? ordered_json(*value) : ordered_json(nullptr);
-  };
-  return {{"matched", errors.of.size()},
-          {"coverage", errors.coverage},
-          {"turned_deg", errors.turned_deg},
-          {"path_m", errors.path_m},
-          {"error_deg", ToJson(errors.error_deg)},
-          {"signed_mean_deg", errors.signed_mean_deg},
-          {"std_deg", errors.std_deg},
-          {"end_deg", errors.end_deg},
-          {"drift_deg_per_m", or_null(errors.drift_deg_per_m)},
-          {"drift_deg_per_s", or_null(errors.drift_deg_per_s)}};
-}
 
 void AddErrors(const evaluation::HeadingErrors& errors, Table& table) {
   const auto number = [](double value) { return fmt::format("{:.3f}", value); };
@@ -64,7 +46,7 @@ void Summarize(const HeadingResult& result, Summary& summary) {
                      {"rows", result.panorama.height},
                      {"end_heading_deg", kDegPerRad * last.heading_rad},
                      {"end_sigma_deg", kDegPerRad * std::sqrt(last.variance_rad2)}};
-  if (result.errors) summary.quality["errors"] = ErrorsToJson(*result.errors);
+  if (result.errors) summary.quality["errors"] = ToJson(*result.errors);
 }
 
 void PrintReport(const HeadingResult& result, const Summary& summary) {

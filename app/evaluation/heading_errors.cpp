@@ -72,6 +72,7 @@ std::vector<HeadingError> ErrorsOf(const std::vector<StampedHeading>& headings,
     const double true_turn_rad = yaw_rad - first_yaw_rad;
     const double turn_rad = heading_rad - first_heading_rad;
     errors.push_back({.heading = i,
+                      .truth = k,
                       .true_deg = kDegPerRad * (first_heading_rad + true_turn_rad),
                       .error_deg = kDegPerRad * error(calib::WrapAngle(turn_rad - true_turn_rad)),
                       .way_m = way_m[k]});

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -20,6 +20,7 @@ std::vector<StampedHeading> HeadingsOf(const std::vector<StampedPose>& poses);
 /// One of them against the truth.
 struct HeadingError {
   std::size_t heading = 0;  ///< which one
+  std::size_t truth = 0;    ///< which true pose
   double true_deg = 0;      ///< counted as the headings are, continuous over full turns
   double error_deg = 0;     ///< heading less truth, continuous over full turns
   double way_m = 0;         ///< along the true path, from its first pose

@@ -105,7 +105,8 @@ std::optional<TrajectoryErrors> EvaluateTrajectory(const std::vector<StampedPose
   for (const auto& [k, c] : matches) pairs.push_back({truth[k], estimate[c]});
 
   TrajectoryErrors errors;
-  errors.T_truth_estimate = Align(pairs, params.align);
+  errors.T_truth_estimate =
+      params.T_truth_estimate ? *params.T_truth_estimate : Align(pairs, params.align);
   for (PosePair& pair : pairs) pair.estimate = errors.T_truth_estimate * pair.estimate;
   const std::vector<double> way_m = PathLengths(truth);
   errors.frames.reserve(pairs.size());

@@ -16,6 +16,8 @@ namespace ceilmap::evaluation {
 
 struct EvaluationParams {
   Alignment align = Alignment::kSe2;
+  /// Where the frame of the estimate is known to be; `align` does not count then.
+  std::optional<PlanarSimilarity> T_truth_estimate = std::nullopt;
   double max_dt_s = 0.02;  ///< poses further apart in time are not compared, >= 0
   SegmentParams segments = {};
   /// Poses that there should be; unset: as many as the truth has.

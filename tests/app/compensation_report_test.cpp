@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/evaluation_json.hpp"
 #include "tests/app/evaluation/debris_drive.hpp"
 
 namespace ceilmap::app {
@@ -13,7 +14,9 @@ TEST(CompensationReport, CentimetresForPeople) {
   const auto result =
       CompareCompensation(Truth(), Estimate(kBefore), Estimate(kAfter, {-3.9, 0.8}), kTruthMap);
   ASSERT_TRUE(result);
-  EXPECT_EQ(FormatTables({{"fused", *result}}),
+  const std::vector<ReportTable> tables = CompensationTables({{"fused", *result}});
+  ASSERT_EQ(tables.size(), 2U);
+  EXPECT_EQ(FormatPlain(tables[0]) + '\n' + FormatPlain(tables[1]),
             "compensation  along before cm  after  ratio  across before cm  after  ratio  "
             "rmse before cm  after  ratio\n"
             "fused                   20.00   2.00  0.100              5.00   1.00  0.200  "
@@ -45,13 +48,15 @@ TEST(CompensationReport, EmptyFieldsForMissingFrames) {
       {2, {0, 2}, {-4, 1}, PlacedError{{0.05, 1.8}, -0.2, -0.05}, {}, {}});
   compensation.frames.push_back(
       {3, {0, 4}, {}, {}, PlacedError{{0, 4.5}, 0.5, 0}, TiltDegrees{0.25, 0}});
-  EXPECT_EQ(FormatFramesCsv(compensation),
-            "timestamp,along_before_m,across_before_m,along_m,across_m,true_pitch_deg,"
-            "true_roll_deg,pitch_deg,roll_deg,true_x,true_y,before_x,before_y,x,y\n"
-            "2.000000,-0.200000000,-0.050000000,,,-4.000000,1.000000,,,0.000000000,2.000000000,"
-            "0.050000000,1.800000000,,\n"
-            "3.000000,,,0.500000000,0.000000000,0.000000,0.000000,0.250000,0.000000,0.000000000,"
-            "4.000000000,,,0.000000000,4.500000000\n");
+  EXPECT_EQ(CompensatedFrameColumns(),
+            "along_before_m,across_before_m,along_m,across_m,true_pitch_deg,true_roll_deg,"
+            "pitch_deg,roll_deg,true_x,true_y,before_x,before_y,x,y");
+  EXPECT_EQ(FormatCompensatedFrame(compensation.frames[0]),
+            "-0.200000000,-0.050000000,,,-4.000000,1.000000,,,0.000000000,2.000000000,"
+            "0.050000000,1.800000000,,");
+  EXPECT_EQ(FormatCompensatedFrame(compensation.frames[1]),
+            ",,0.500000000,0.000000000,0.000000,0.000000,0.250000,0.000000,0.000000000,"
+            "4.000000000,,,0.000000000,4.500000000");
 }
 
 }  // namespace

@@ -94,6 +94,12 @@ void WriteBadInputs(const app::TestFolder& in) {
   in.Write("tilted.tum", "1 0 0 0 0 0.6 0 0.8\n2 1 0 0 0 0 0 1\n");
   in.Write("later.tum", "11 0 0 0 0 0 0 1\n12 1 0 0 0 0 0 1\n");
   in.Write("nan.tum", "1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n");
+  in.Write("back.tum", "2 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n");
+  in.Write("long.tum", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1.1\n");
+  in.Write("empty.tum", "# timestamp tx ty tz qx qy qz qw\n");
+  in.Write("between.tum", "1.4 0 0 0 0 0 0 1\n");
+  in.Write("one.csv", "index,timestamp\n0,1\n");
+  in.Write("head.csv", "timestamp,heading_deg\n1,0\n2,nan\n");
 }
 
 class BadInputTest : public testing::TestWithParam<BadInput> {};
@@ -251,7 +257,46 @@ const std::vector<BadInput> kTrajectories = {
     {"NoTruth", {"evaluate", "--truth=@none.tum", "@truth.tum", "-o", "r"}, "none.tum"},
     {"NoEstimate", {"evaluate", "--truth=@truth.tum", "-o", "r"}, "estimates"},
     {"FaultyEstimate", {"evaluate", "--truth=@truth.tum", "@nan.tum", "-o", "r"}, "nan.tum:2"},
-    {"NothingInCommon", {"evaluate", "--truth=@truth.tum", "@later.tum", "-o", "r"}, "later.tum"},
+    {"StampsOfAnEstimateGoBack",
+     {"evaluate", "--truth=@truth.tum", "@back.tum", "-o", "r"},
+     "back.tum:2: timestamp 1.000000 is not later than 2.000000"},
+    {"QuaternionTooLong",
+     {"evaluate", "--truth=@truth.tum", "@long.tum", "-o", "r"},
+     "long.tum:2: the quaternion's length is 1.1, must be 1"},
+    {"EmptyEstimate",
+     {"evaluate", "--truth=@truth.tum", "@empty.tum", "-o", "r"},
+     "empty.tum: holds no poses"},
+    {"EmptyTruth",
+     {"evaluate", "--truth=@empty.tum", "@truth.tum", "-o", "r"},
+     "empty.tum: holds no poses"},
+    {"FaultyHeading",
+     {"evaluate", "--truth=@truth.tum", "@head.csv", "-o", "r"},
+     "head.csv:3: heading_deg 'nan' is not a number"},
+    {"CsvOfSomethingElse",
+     {"evaluate", "--truth=@truth.tum", "@one.csv", "-o", "r"},
+     "one.csv: has neither the columns of a status file"},
+    {"NothingInCommon",
+     {"evaluate", "--truth=@truth.tum", "@later.tum", "-o", "r"},
+     "its stamps are 11.000 to 12.000 s, the truth's 1.000 to 2.000 s; had both begun together it "
+     "were --offset -10.000"},
+    {"StampsBetweenTheTrueOnes",
+     {"evaluate", "--truth=@truth.tum", "@between.tum", "-o", "r"},
+     "the nearest two are 0.4 s apart, see --max-dt"},
+    {"OffsetThatNothingTells",
+     {"evaluate", "--truth=@truth.tum", "@later.tum", "--offset=auto", "-o", "r"},
+     "later.tum: how the robot moved does not tell the offset"},
+    {"OffsetIsNoNumber",
+     {"evaluate", "--truth=@truth.tum", "@truth.tum", "--offset=soon"},
+     "--offset soon: must be seconds, or auto"},
+    {"SegmentOfNoLength",
+     {"evaluate", "--truth=@truth.tum", "@truth.tum", "--segments=1,0"},
+     "--segments 1,0: must be numbers > 0"},
+    {"MorePosesThanExpected",
+     {"evaluate", "--truth=@truth.tum", "@truth.tum", "--expect=@one.csv", "-o", "r"},
+     "one.csv: 1 stamps, but 2 poses"},
+    {"FrameFromNothing",
+     {"evaluate", "--truth=@truth.tum", "--frame-from", "@truth.tum", "@later.tum", "@truth.tum"},
+     "later.tum: 0 poses within 0.02 s of one of "},
     {"OneNameTwice",
      {"evaluate", "--truth=@truth.tum", "@truth.tum", "truth=@truth.tum"},
      "'truth' is taken"},

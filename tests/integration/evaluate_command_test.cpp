@@ -38,6 +38,13 @@ TEST(Evaluate, ReportsEachEstimate) {
   EXPECT_LT(turned["position_m"]["max"], 1e-12);
   EXPECT_LT(turned["yaw_deg"]["max"], 1e-12);
   EXPECT_EQ(metrics["estimates"]["truth"]["matched"], 10);
+  EXPECT_NEAR(turned["alignment"]["yaw_deg"].get<double>(), -90, 1e-9);
+  EXPECT_NEAR(turned["rpe"]["frame"]["translation_m"]["max"].get<double>(), 0, 1e-12);
+  EXPECT_EQ(turned["segments"].size(), 2U);  // of 1 and 2 m; the path is 4.5 m long
+  EXPECT_THAT(ReadAll(test.out / "report/tables.md"), HasSubstr("| turned | 9 | 10 | 0.9000 |"));
+  EXPECT_THAT(ReadAll(test.out / "report/tables.tex"), HasSubstr("turned & 9 & 10 & 0.9000 &"));
+  EXPECT_THAT(ReadAll(test.out / "report/metrics.csv"), HasSubstr("\nturned,position,m,9,"));
+  EXPECT_THAT(ReadAll(test.out / "report/estimates.csv"), HasSubstr("\nturned,"));
 
   const ProcessResult unaligned =
       test.Run({"evaluate", "--truth=@truth.tum", "@est.tum", "--align=none", "-o", "plain"});
@@ -77,9 +84,15 @@ TEST(Evaluate, TellsWhatCompensationIsWorth) {
                                          "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("20.00   2.00  0.100             10.00   3.00  0.300"));
-  EXPECT_THAT(
-      app::NamesIn(test.out / "report"),
-      ElementsAre("compensation.csv", "fused-errors.csv", "metrics.json", "none-errors.csv"));
+  EXPECT_THAT(app::NamesIn(test.out / "report"),
+              ElementsAre("compensation.csv",
+                          "estimates.csv",
+                          "fused-errors.csv",
+                          "metrics.csv",
+                          "metrics.json",
+                          "none-errors.csv",
+                          "tables.md",
+                          "tables.tex"));
 
   const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
   EXPECT_NEAR(metrics["before"]["max_along_m"].get<double>(), 0.2, 1e-8);
@@ -103,8 +116,140 @@ TEST(Evaluate, WithoutBeforeThereIsNoCompensation) {
       test.Run({"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("compensation")));
-  EXPECT_THAT(app::NamesIn(test.out / "report"), ElementsAre("metrics.json"));
+  EXPECT_THAT(app::NamesIn(test.out / "report"),
+              ElementsAre("estimates.csv",
+                          "metrics.csv",
+                          "metrics.json",
+                          "tables.md",
+                          "tables.tex",
+                          "truth-errors.csv"));
   EXPECT_THAT(ReadAll(test.out / "report/metrics.json"), Not(HasSubstr("compensation")));
+}
+
+// Bends and changes of speed that do not repeat; the estimate is twice as large and by another
+// clock.
+std::string Drive(double scale, double ahead_s) {
+  std::string text;
+  for (int i = 0; i < 300; ++i) {
+    const double t = 0.1 * i;
+    const double way = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
+    const double half = 0.75 * std::sin(0.23 * t) + 0.25 * std::sin(0.71 * t + 1);
+    text += fmt::format("{:.6f} {:.9f} {:.9f} 0 0 0 {:.12f} {:.12f}\n",
+                        1000 + t - ahead_s,
+                        scale * way * std::cos(0.1 * way),
+                        scale * way * std::sin(0.1 * way),
+                        std::sin(half),
+                        std::cos(half));
+  }
+  return text;
+}
+
+TEST(Evaluate, FindsTheOffsetOfAnotherClockAndAScale) {
+  const Recordings test;
+  test.in.Write("truth.tum", Drive(1, 0));
+  test.in.Write("other.tum", Drive(2, 876.5));
+  const ProcessResult found = test.Run({"evaluate",
+                                        "--truth=@truth.tum",
+                                        "@other.tum",
+                                        "--align=sim2",
+                                        "--offset=auto",
+                                        "-o",
+                                        "report"});
+  EXPECT_EQ(found.exit_code, 0) << found.err;
+  const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
+  const auto& other = metrics["estimates"]["other"];
+  EXPECT_EQ(other["matched"], 300);
+  EXPECT_NEAR(other["offset_s"].get<double>(), 876.5, 1e-3);
+  EXPECT_NEAR(other["alignment"]["scale"].get<double>(), 0.5, 1e-6);
+  EXPECT_LT(other["position_m"]["max"].get<double>(), 1e-6);
+
+  const ProcessResult told = test.Run({"evaluate",
+                                       "--truth=@truth.tum",
+                                       "@other.tum",
+                                       "--align=sim2",
+                                       "--offset=876.5",
+                                       "--segments=1.5",
+                                       "-o",
+                                       "told"});
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  const auto again = nlohmann::json::parse(ReadAll(test.out / "told/metrics.json"));
+  EXPECT_EQ(again["estimates"]["other"]["segments"][0]["length_m"], 1.5);
+
+  const ProcessResult refused = test.Run({"evaluate", "--truth=@truth.tum", "@other.tum"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err,
+              HasSubstr("its stamps are 123.500 to 153.400 s, the truth's 1000.000 to 1029.900 s; "
+                        "the robot moved alike with --offset 876.500\n"));
+}
+
+TEST(Evaluate, StatusFilesTellOfConsistencyAndHeadingsOfDrift) {
+  const Recordings test;
+  std::string truth;
+  std::string status =
+      "timestamp,status,x,y,yaw_deg,pitch_deg,roll_deg,sigma_x,sigma_y,sigma_yaw_deg,peak,"
+      "inliers\n";
+  std::string headings = "timestamp,heading_deg,sigma_deg,confidence\n";
+  std::string frames = "index,timestamp\n";
+  for (int i = 0; i < 10; ++i) {
+    truth += fmt::format("{} {} 0 0 0 0 0 1\n", i, 0.5 * i);
+    // Off by 0.3 m where 0.1 m were told, and by 0.1 m where 0.2 m were: 9.25 together.
+    status += i == 7 ? "7,lost,,,,,,,,,,\n"
+                     : fmt::format("{},tracking,{},0.1,0,0,0,0.1,0.2,1,0.9,50\n", i, 0.5 * i + 0.3);
+    headings += fmt::format("{},{},1,1\n", i, 90 + 0.25 * i);
+    frames += fmt::format("{},{}\n", i, i);
+  }
+  test.in.Write("truth.tum", truth);
+  test.in.Write("s.csv", status);
+  test.in.Write("h.csv", headings);
+  test.in.Write("frames.csv", frames + "10,10\n11,11\n");
+  const ProcessResult result = test.Run({"evaluate",
+                                         "--truth=@truth.tum",
+                                         "@s.csv",
+                                         "@h.csv",
+                                         "--align=none",
+                                         "--expect=@frames.csv",
+                                         "-o",
+                                         "report"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("NEES"));
+  const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
+  const auto& placed = metrics["estimates"]["s"];
+  EXPECT_EQ(placed["matched"], 9);
+  EXPECT_EQ(placed["expected"], 12);
+  EXPECT_EQ(placed["frames_of_status"]["lost"], 1);
+  EXPECT_NEAR(placed["consistency"]["position_nees"]["mean"].get<double>(), 9.25, 1e-9);
+  EXPECT_EQ(placed["consistency"]["position_nees"]["inside_95"], 0);
+  const auto& heading = metrics["estimates"]["h"]["heading"];
+  EXPECT_NEAR(heading["end_deg"].get<double>(), 2.25, 1e-9);
+  EXPECT_NEAR(heading["drift_deg_per_m"].get<double>(), 0.5, 1e-9);
+  EXPECT_NEAR(heading["drift_deg_per_s"].get<double>(), 0.25, 1e-9);
+  EXPECT_FALSE(metrics["estimates"]["h"].contains("position_m"));
+  EXPECT_THAT(ReadAll(test.out / "report/s-errors.csv"), HasSubstr("\n7.000000,3.500000000,"));
+}
+
+TEST(Evaluate, AFrameThatTheMappingRunTells) {
+  // The map is 10 m aside; the second robot is 0.25 m off on it, which no fit may take away.
+  const Recordings test;
+  const auto line = [](double off_m) {
+    std::string text;
+    for (int i = 0; i < 10; ++i) text += fmt::format("{} {} 0 0 0 0 0 1\n", i, 0.5 * i + off_m);
+    return text;
+  };
+  test.in.Write("truth.tum", line(0));
+  test.in.Write("map.tum", line(10));
+  test.in.Write("second.tum", line(10.25));
+  const ProcessResult result = test.Run({"evaluate",
+                                         "--truth=@truth.tum",
+                                         "--frame-from",
+                                         "@truth.tum",
+                                         "@map.tum",
+                                         "@second.tum",
+                                         "-o",
+                                         "report"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
+  EXPECT_NEAR(metrics["estimates"]["second"]["position_m"]["rmse"].get<double>(), 0.25, 1e-12);
+  EXPECT_EQ(metrics["estimates"]["second"]["align"], "frame-from");
 }
 
 }  // namespace

@@ -81,6 +81,17 @@ TEST(EvaluateTrajectory, RelativeErrorPerMetre) {
               1e-12);
 }
 
+TEST(EvaluateTrajectory, InAFrameThatIsKnown) {
+  // The map's frame is 10 m further on; the robot is 0.25 m off on the map, which counts.
+  const std::vector<Pose2> path = {{0, 0, 0}, {1, 0, 0}};
+  const auto errors = EvaluateTrajectory(Poses(path),
+                                         Poses({{10.25, 0, 0}, {11.25, 0, 0}}),
+                                         {.T_truth_estimate = PlanarSimilarity{{-10, 0, 0}, 1}});
+  ASSERT_TRUE(errors);
+  EXPECT_DOUBLE_EQ(errors->position_m.mean, 0.25);
+  EXPECT_DOUBLE_EQ(errors->T_truth_estimate.motion.x, -10);
+}
+
 TEST(EvaluateTrajectory, Sim2TakesAScaleOutToo) {
   const std::vector<Pose2> path = {{0, 0, 0}, {1, 0, 0.3}, {1, 2, 1}, {-1, 2, -2.5}};
   std::vector<Pose2> pixels;

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/comparison.hpp"
+#include "app/report_folder.hpp"
+#include "app/report_table.hpp"
+
+namespace ceilmap::app {
+
+/// What `evaluate` tells of a comparison: tables for people, and all of it in files for scripts.
+
+/// Coverage, errors, errors over distances, headings, and what else there is to tell.
+std::vector<ReportTable> ComparisonTables(const Comparison& comparison);
+
+/// metrics.json. @param align  how estimates were aligned, as the option has it.
+nlohmann::ordered_json ComparisonJson(const Comparison& comparison,
+                                      const ComparisonParams& params,
+                                      const std::string& align);
+
+/// metrics.csv: a row per estimate and kind of error, with its statistics.
+std::string FormatMetricsCsv(const Comparison& comparison);
+/// estimates.csv: a row per estimate with what is one number of each.
+std::string FormatEstimatesCsv(const Comparison& comparison);
+/// NAME-errors.csv: a line for each pose of the truth.
+/// @param compensation  of this estimate, or null.
+std::string FormatErrorsCsv(const std::vector<evaluation::StampedPose>& truth,
+                            const ComparedEstimate& estimate,
+                            const evaluation::Compensation* compensation);
+
+/// All files of the report folder.
+std::vector<ReportFile> ReportFiles(const Comparison& comparison,
+                                    const nlohmann::ordered_json& metrics);
+
+}  // namespace ceilmap::app
