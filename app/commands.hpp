@@ -44,8 +44,4 @@ Command MakeCommand(CLI::App& program,
                     const std::string& description,
                     const std::string& example);
 
-/// Options of the contract that this version knows but cannot serve yet.
-/// @throws calib::InputError when `given`.
-void RejectUnavailable(bool given, const std::string& option);
-
 }  // namespace ceilmap::app

@@ -3,14 +3,20 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "app/arguments.hpp"
 #include "app/commands.hpp"
 #include "app/comparison.hpp"
+#include "app/comparison_figures.hpp"
 #include "app/comparison_report.hpp"
+#include "app/console.hpp"
 #include "app/csv.hpp"
+#include "app/gnuplot.hpp"
 #include "app/report_folder.hpp"
 #include "calib/error.hpp"
+#include "mapping/map_file.hpp"
 
 namespace fs = std::filesystem;
 
@@ -52,14 +58,45 @@ void PrintReport(const Comparison& comparison) {
   fmt::print("{}", text);
 }
 
+// Those with positions, over the mosaic of a map if there is one.
+void DrawFigures(const Comparison& comparison,
+                 const mapping::MapReader* map,
+                 const fs::path& folder,
+                 Summary& summary) {
+  std::vector<ComparedRun> runs;
+  for (const ComparedEstimate& estimate : comparison.estimates) {
+    if (estimate.errors) runs.push_back({estimate.file.name, &*estimate.errors});
+  }
+  if (runs.empty()) return;
+  if (!FindGnuplot()) {
+    Warn("no figures: gnuplot, which draws them, is not installed (apt-get install gnuplot-nox)");
+    return;
+  }
+  FigureFolder figures(folder);
+  const ShownFrame frame = map != nullptr ? ShownFrame::kFirstRun : ShownFrame::kTruth;
+  TrajectoryComparison shown = ComparisonFor(comparison.truth, runs, frame);
+  if (map != nullptr) {
+    fs::create_directory(folder);
+    shown.mosaic = WriteMosaic(*map, folder);
+    shown.unit = map->Metadata().unit;
+    if (shown.mosaic) summary.files.push_back(folder / shown.mosaic->file);
+  }
+  for (const Figure& figure : TrajectoryFigures(shown)) figures.Draw(figure);
+  summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
+}
+
 void RunEvaluate(EvaluateParams params, const CommonOptions& common, Summary& summary) {
-  RejectUnavailable(!params.map.empty(), "--map");
+  if (!params.map.empty() && params.report.empty()) {
+    throw calib::InputError("--map: its picture goes under the figures of a report; give -o too");
+  }
   evaluation::EvaluationParams& evaluation = params.comparison.evaluation;
   evaluation.align = kAlignments.at(params.align);
   if (!params.comparison.frame_from.empty()) params.align = "frame-from";
   evaluation.segments.lengths_m = ParsePositiveNumbers(params.segments, "--segments");
   params.comparison.offset = ParseOffset(params.offset);
   if (!params.report.empty()) CheckReportFolder(params.report);
+  std::optional<mapping::MapReader> map;
+  if (!params.map.empty()) map.emplace(params.map);
 
   const Comparison comparison = Compare(params.comparison);
   for (const ComparedEstimate& estimate : comparison.estimates) {
@@ -68,6 +105,7 @@ void RunEvaluate(EvaluateParams params, const CommonOptions& common, Summary& su
   summary.quality = ComparisonJson(comparison, params.comparison, params.align);
   if (!params.report.empty()) {
     summary.files = WriteReport(params.report, ReportFiles(comparison, summary.quality));
+    DrawFigures(comparison, map ? &*map : nullptr, params.report / "figures", summary);
   }
   if (!common.quiet) PrintReport(comparison);
 }
@@ -100,7 +138,10 @@ Command AddEvaluateCommand(CLI::App& program) {
          comparison.before,
          "Without tilt compensation; tells what it is worth: largest errors before and after")
       ->type_name("T0.tum");
-  cli.add_option("--map", params->map, "Picture under the paths (not in this version)")
+  cli.add_option("--map",
+                 params->map,
+                 "The map that the first estimate is on: its picture lies under "
+                 "the paths")
       ->type_name("MAP.gpkg");
   CLI::Option* const align =
       cli.add_option("--align",
@@ -134,8 +175,8 @@ Command AddEvaluateCommand(CLI::App& program) {
       ->capture_default_str();
   cli.add_option("-o,--output",
                  params->report,
-                 "Folder for metrics.json, CSV files, and tables in Markdown and LaTeX; new or "
-                 "empty")
+                 "Folder for metrics.json, CSV files, tables in Markdown and LaTeX, and figures; "
+                 "new or empty")
       ->type_name("REPORT_DIR");
   command.run = [params](const CommonOptions& common, Summary& summary) {
     RunEvaluate(*params, common, summary);

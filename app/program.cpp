@@ -128,11 +128,4 @@ Command MakeCommand(CLI::App& program,
   return command;
 }
 
-void RejectUnavailable(bool given, const std::string& option) {
-  if (given) {
-    throw calib::InputError(
-        fmt::format("{} is not available in this version; leave it out", option));
-  }
-}
-
 }  // namespace ceilmap::app

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/gnuplot.hpp"
 #include "tests/integration/recordings.hpp"
+#include "tests/mapping/synthetic_map.hpp"
 
 namespace ceilmap::integration {
 namespace {
@@ -15,6 +17,13 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
+
+// Without the folder of figures, which is there where gnuplot is.
+std::vector<std::string> FilesOf(const std::filesystem::path& report) {
+  std::vector<std::string> names = app::NamesIn(report);
+  std::erase(names, "figures");
+  return names;
+}
 
 TEST(Evaluate, ReportsEachEstimate) {
   const Recordings test;
@@ -84,7 +93,7 @@ TEST(Evaluate, TellsWhatCompensationIsWorth) {
                                          "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("20.00   2.00  0.100             10.00   3.00  0.300"));
-  EXPECT_THAT(app::NamesIn(test.out / "report"),
+  EXPECT_THAT(FilesOf(test.out / "report"),
               ElementsAre("compensation.csv",
                           "estimates.csv",
                           "fused-errors.csv",
@@ -109,6 +118,42 @@ TEST(Evaluate, TellsWhatCompensationIsWorth) {
   EXPECT_THAT(ReadAll(test.out / "report/compensation.csv"), StartsWith("estimate,along_before_m"));
 }
 
+TEST(Evaluate, DrawsTheErrorsOverTheMap) {
+  if (!app::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
+  const Recordings test;
+  test.in.Write("truth.tum", Line(0, 0, -4));
+  test.in.Write("run.tum", Line(0.02, 0, -4));
+  mapping::synthetic::SmallMap().Write(test.in / "map.gpkg");
+  const ProcessResult result =
+      test.Run({"evaluate", "--truth=@truth.tum", "@run.tum", "--map=@map.gpkg", "-o", "report"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::vector<std::string> names = app::NamesIn(test.out / "report/figures");
+  for (const char* name :
+       {"trajectories", "poses", "errors", "errors-way", "error-map", "distribution", "segments"}) {
+    for (const char* format : {".svg", ".pdf", ".png", ".gp"}) {
+      EXPECT_THAT(names, testing::Contains(std::string(name) + format));
+    }
+  }
+  for (const char* name : {"truth.csv", "run-1.csv", "mosaic.png"}) {
+    EXPECT_THAT(names, testing::Contains(name));
+  }
+}
+
+TEST(Evaluate, AMapWantsAReport) {
+  const Recordings test;
+  test.in.Write("truth.tum", Line(0, 0, -4));
+  mapping::synthetic::SmallMap().Write(test.in / "map.gpkg");
+  const ProcessResult alone =
+      test.Run({"evaluate", "--truth=@truth.tum", "@truth.tum", "--map=@map.gpkg"});
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_THAT(alone.err, HasSubstr("give -o too"));
+  const ProcessResult none = test.Run(
+      {"evaluate", "--truth=@truth.tum", "@truth.tum", "--map=@none.gpkg", "-o", "report"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("none.gpkg"));
+  EXPECT_FALSE(std::filesystem::exists(test.out / "report"));
+}
+
 TEST(Evaluate, WithoutBeforeThereIsNoCompensation) {
   const Recordings test;
   test.in.Write("truth.tum", Line(0, 0, -4));
@@ -116,7 +161,7 @@ TEST(Evaluate, WithoutBeforeThereIsNoCompensation) {
       test.Run({"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("compensation")));
-  EXPECT_THAT(app::NamesIn(test.out / "report"),
+  EXPECT_THAT(FilesOf(test.out / "report"),
               ElementsAre("estimates.csv",
                           "metrics.csv",
                           "metrics.json",
