@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "app/comparison_tables.hpp"
 #include "app/csv.hpp"
 #include "app/evaluation_json.hpp"
 

@@ -6,14 +6,10 @@
 
 #include "app/comparison.hpp"
 #include "app/report_folder.hpp"
-#include "app/report_table.hpp"
 
 namespace ceilmap::app {
 
-/// What `evaluate` tells of a comparison: tables for people, and all of it in files for scripts.
-
-/// Coverage, errors, errors over distances, headings, and what else there is to tell.
-std::vector<ReportTable> ComparisonTables(const Comparison& comparison);
+/// The files that `evaluate` leaves of a comparison.
 
 /// metrics.json. @param align  how estimates were aligned, as the option has it.
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison,

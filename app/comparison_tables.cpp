@@ -1,10 +1,10 @@
+#include "app/comparison_tables.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <numbers>
 #include <set>
-
-#include "app/comparison_report.hpp"
 
 namespace ceilmap::app {
 namespace {

@@ -11,6 +11,7 @@
 #include "app/comparison.hpp"
 #include "app/comparison_figures.hpp"
 #include "app/comparison_report.hpp"
+#include "app/comparison_tables.hpp"
 #include "app/console.hpp"
 #include "app/csv.hpp"
 #include "app/gnuplot.hpp"

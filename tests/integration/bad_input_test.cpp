@@ -317,9 +317,9 @@ const std::vector<BadInput> kTrajectories = {
     {"EstimateWithoutBefore",
      {"evaluate", "--truth=@truth.tum", "--before=@truth.tum", "@later.tum", "-o", "r"},
      "later.tum: no pose within 0.02 s of one of "},
-    {"MapNotYet",
+    {"MapWithoutReport",
      {"evaluate", "--truth=@truth.tum", "@truth.tum", "--map=@m.gpkg"},
-     "not available"},
+     "give -o too"},
 };
 
 std::string NameOf(const testing::TestParamInfo<BadInput>& info) {
