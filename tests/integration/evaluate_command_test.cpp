@@ -124,8 +124,13 @@ TEST(Evaluate, DrawsTheErrorsOverTheMap) {
   test.in.Write("truth.tum", Line(0, 0, -4));
   test.in.Write("run.tum", Line(0.02, 0, -4));
   mapping::synthetic::SmallMap().Write(test.in / "map.gpkg");
-  const ProcessResult result =
-      test.Run({"evaluate", "--truth=@truth.tum", "@run.tum", "--map=@map.gpkg", "-o", "report"});
+  const ProcessResult result = test.Run({"evaluate",
+                                         "--truth=@truth.tum",
+                                         "@run.tum",
+                                         "--map=@map.gpkg",
+                                         "--segments=0.1,0.2",
+                                         "-o",
+                                         "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::vector<std::string> names = app::NamesIn(test.out / "report/figures");
   for (const char* name :
