@@ -70,42 +70,94 @@ SortedErrors Sorted(const FigureRun& run) {
   return errors;
 }
 
+// A curve for each of these runs, out of a file with a block for each of them.
+std::string BlockCurves(const TrajectoryComparison& comparison,
+                        const std::vector<std::size_t>& runs,
+                        const std::string& file,
+                        const std::string& columns,
+                        const std::string& with) {
+  std::string text = "  plot ";
+  for (std::size_t block = 0; block < runs.size(); ++block) {
+    text += fmt::format("{}'{}' skip 1 index {} using {} with {} ls {} title {}",
+                        block == 0 ? "" : ", \\\n    ",
+                        file,
+                        block,
+                        columns,
+                        with,
+                        static_cast<std::size_t>(kFirstStyle) + runs[block],
+                        GnuplotQuote(comparison.runs[runs[block]].name));
+  }
+  return text + "\n";
+}
+
+// Per run a row for each quantity with the quantiles of a box.
+std::string BoxData(const std::vector<SortedErrors>& errors) {
+  std::string text = "run,quantity,p5,p25,p50,p75,p95\n";
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    for (const auto& [what, sorted] :
+         {std::pair{"position_m", &errors[i].position}, std::pair{"yaw_deg", &errors[i].yaw}}) {
+      text += fmt::format("{},{}", i + 1, what);
+      for (const double part : {0.05, 0.25, 0.5, 0.75, 0.95}) {
+        text += fmt::format(",{:.7g}", Quantile(*sorted, part));
+      }
+      text += '\n';
+    }
+  }
+  return text;
+}
+
+std::string CumulativeData(const std::vector<SortedErrors>& errors) {
+  std::string text = "run,part,position_error_m,yaw_error_deg\n";
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    constexpr int kSteps = 200;
+    for (int step = 0; step <= kSteps; ++step) {
+      const double part = static_cast<double>(step) / kSteps;
+      text += fmt::format("{},{:.4f},{:.7g},{:.7g}\n",
+                          i + 1,
+                          part,
+                          Quantile(errors[i].position, part),
+                          Quantile(errors[i].yaw, part));
+    }
+    text += "\n\n";
+  }
+  return text;
+}
+
+// Boxes of one quantity: from quartile to quartile with whiskers, and a thick median.
+std::string Boxes(std::size_t runs, const std::string& quantity, double factor) {
+  const std::string each = fmt::format(
+      "for [i = 1:{}] 'boxes.csv' skip 1 using ($1 == i && strcol(2) eq '{}' ? i : NaN)",
+      runs,
+      quantity);
+  const int before_first = kFirstStyle - 1;
+  return fmt::format(
+      "  plot {0}:({1:g} * $4):({1:g} * $3):({1:g} * $7):({1:g} * $6):(0.5) with candlesticks "
+      "ls {2} + i fs transparent solid 0.25 whiskerbars, \\\n"
+      "    {0}:({1:g} * $5):({1:g} * $5):({1:g} * $5):({1:g} * $5):(0.5) with candlesticks "
+      "ls {2} + i lw 3\n",
+      each,
+      factor,
+      before_first);
+}
+
 }  // namespace
 
 Figure DistributionFigure(const TrajectoryComparison& comparison, const LengthUnit& unit) {
   Figure figure;
   figure.name = "distribution";
-  const std::size_t runs = comparison.runs.size();
   figure.width_px = 1000;
   figure.height_px = 700;
-  std::string boxes = "run,name,quantity,p5,p25,p50,p75,p95\n";
-  std::string cumulative = "run,part,position_error_m,yaw_error_deg\n";
-  std::string tics;
-  for (std::size_t i = 0; i < runs; ++i) {
-    const SortedErrors errors = Sorted(comparison.runs[i]);
-    for (const auto& [what, sorted] :
-         {std::pair{"position_m", &errors.position}, std::pair{"yaw_deg", &errors.yaw}}) {
-      boxes += fmt::format("{},{},{}", i + 1, i + 1, what);
-      for (const double part : {0.05, 0.25, 0.5, 0.75, 0.95}) {
-        boxes += fmt::format(",{:.7g}", Quantile(*sorted, part));
-      }
-      boxes += '\n';
-    }
-    constexpr int kSteps = 200;
-    for (int step = 0; step <= kSteps; ++step) {
-      const double part = static_cast<double>(step) / kSteps;
-      cumulative += fmt::format("{},{:.4f},{:.7g},{:.7g}\n",
-                                i + 1,
-                                part,
-                                Quantile(errors.position, part),
-                                Quantile(errors.yaw, part));
-    }
-    cumulative += "\n\n";
-    tics +=
+  std::vector<SortedErrors> errors;
+  std::vector<std::size_t> runs;
+  std::string names;
+  for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
+    errors.push_back(Sorted(comparison.runs[i]));
+    runs.push_back(i);
+    names +=
         fmt::format("{}{} {}", i == 0 ? "" : ", ", GnuplotQuote(comparison.runs[i].name), i + 1);
   }
-  figure.data = {{"boxes.csv", boxes}, {"cumulative.csv", cumulative}};
-  figure.settings = RunStyles(runs);
+  figure.data = {{"boxes.csv", BoxData(errors)}, {"cumulative.csv", CumulativeData(errors)}};
+  figure.settings = RunStyles(runs.size());
   figure.plot =
       "  set multiplot layout 2,2 margins char 10,char 3,char 3.5,char 2 spacing char 12,char "
       "6.5\n";
@@ -116,49 +168,22 @@ Figure DistributionFigure(const TrajectoryComparison& comparison, const LengthUn
     figure.plot += fmt::format(
         "  set title 'Median, quartiles, 5 and 95 %'\n"
         "  unset key\n  unset xlabel\n  set xtics ({}) noenhanced\n"
-        "  set xrange [0.4:{}.6]\n  set yrange [0:*]\n  set ylabel '{}'\n"
-        "  plot for [i = 1:{}] 'boxes.csv' skip 1 "
-        "using ($1 == i && strcol(3) eq '{}' ? i : NaN):({:g} * $5):({:g} * $4):({:g} * $8):"
-        "({:g} * $7):(0.5) with candlesticks ls {} + i fs transparent solid 0.25 whiskerbars, \\\n"
-        "    for [i = 1:{}] 'boxes.csv' skip 1 "
-        "using ($1 == i && strcol(3) eq '{}' ? i : NaN):({:g} * $6):({:g} * $6):({:g} * $6):"
-        "({:g} * $6):(0.5) with candlesticks ls {} + i lw 3\n",
-        tics,
-        runs,
-        label,
-        runs,
-        yaw ? "yaw_deg" : "position_m",
-        factor,
-        factor,
-        factor,
-        factor,
-        kFirstStyle - 1,
-        runs,
-        yaw ? "yaw_deg" : "position_m",
-        factor,
-        factor,
-        factor,
-        factor,
-        kFirstStyle - 1);
+        "  set xrange [0.4:{}.6]\n  set yrange [0:*]\n  set ylabel '{}'\n",
+        names,
+        runs.size(),
+        label);
+    figure.plot += Boxes(runs.size(), yaw ? "yaw_deg" : "position_m", factor);
     figure.plot += fmt::format(
         "  set title 'Part of the frames with at most this error'\n"
         "  set xtics autofreq\n  set xrange [0:*]\n  set yrange [0:1]\n"
         "  set xlabel '{}'\n  set ylabel 'part of the frames'\n"
-        "  set key bottom right noenhanced\n"
-        "  plot ",
+        "  set key bottom right noenhanced\n",
         label);
-    for (std::size_t i = 0; i < runs; ++i) {
-      figure.plot += fmt::format(
-          "{}'cumulative.csv' {} index {} using ({:g} * ${}):2 with lines ls {} title {}",
-          i == 0 ? "" : ", \\\n    ",
-          "skip 1",
-          i,
-          factor,
-          yaw ? 4 : 3,
-          static_cast<std::size_t>(kFirstStyle) + i,
-          GnuplotQuote(comparison.runs[i].name));
-    }
-    figure.plot += "\n";
+    figure.plot += BlockCurves(comparison,
+                               runs,
+                               "cumulative.csv",
+                               fmt::format("({:g} * ${}):2", factor, yaw ? 4 : 3),
+                               "lines");
   }
   figure.plot += "  unset multiplot\n";
   return figure;
@@ -169,7 +194,10 @@ Figure SegmentFigure(const TrajectoryComparison& comparison) {
   figure.name = "segments";
   figure.width_px = 1000;
   std::string data = "run,length_m,translation_percent,rotation_deg_per_m\n";
+  std::vector<std::size_t> runs;  // only those that are as long as a segment
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
+    if (comparison.runs[i].segments.empty()) continue;
+    runs.push_back(i);
     for (const SegmentError& segment : comparison.runs[i].segments) {
       data += fmt::format("{},{:.6g},{:.7g},{:.7g}\n",
                           i + 1,
@@ -190,19 +218,8 @@ Figure SegmentFigure(const TrajectoryComparison& comparison) {
         fmt::format("  set ylabel '{}'\n  set yrange [0:*]\n",
                     rotation ? "rotation error (deg/m)" : "translation error (% of the length)");
     figure.plot += rotation ? std::string("  unset key\n") : std::string(kLegendAbove);
-    figure.plot += "  plot ";
-    for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
-      figure.plot += fmt::format(
-          "{}'segments.csv' {} index {} using 2:{} with linespoints ls {} "
-          "title {}",
-          i == 0 ? "" : ", \\\n    ",
-          "skip 1",
-          i,
-          rotation ? 4 : 3,
-          static_cast<std::size_t>(kFirstStyle) + i,
-          GnuplotQuote(comparison.runs[i].name));
-    }
-    figure.plot += "\n";
+    figure.plot +=
+        BlockCurves(comparison, runs, "segments.csv", rotation ? "2:4" : "2:3", "linespoints");
   }
   figure.plot += "  unset multiplot\n";
   return figure;

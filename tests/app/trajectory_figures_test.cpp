@@ -109,6 +109,15 @@ TEST(TrajectoryFigures, DistributionsAreOfAllPoses) {
   EXPECT_THAT(DataOf(figures, "cumulative.csv"), HasSubstr("\n1,1.0000,1,"));
 }
 
+TEST(TrajectoryFigures, RunsShorterThanASegmentDoNotShiftTheOthers) {
+  TrajectoryComparison comparison = Comparison(50);
+  std::swap(comparison.runs[0].segments, comparison.runs[1].segments);
+  const std::vector<Figure> figures = TrajectoryFigures(comparison);
+  ASSERT_EQ(figures.back().name, "segments");
+  EXPECT_THAT(figures.back().plot, HasSubstr("index 0 using 2:3 with linespoints ls 12 title"));
+  EXPECT_THAT(figures.back().plot, Not(HasSubstr("index 1")));
+}
+
 TEST(TrajectoryFigures, LinesBreakWhereTheRobotWasLost) {
   TrajectoryComparison comparison = Comparison(100);
   std::vector<FigurePose>& poses = comparison.runs[1].poses;
