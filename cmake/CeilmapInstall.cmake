@@ -12,7 +12,7 @@ if(TARGET ceilmap)
 endif()
 install(DIRECTORY calib mapping localization compensation
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap FILES_MATCHING PATTERN "*.hpp")
-install(DIRECTORY app/evaluation
+install(DIRECTORY app/evaluation app/page
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap/app FILES_MATCHING PATTERN "*.hpp")
 install(DIRECTORY samples/simulator
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap/samples FILES_MATCHING PATTERN "*.hpp")

@@ -3,7 +3,8 @@
 #   calib <- registration <- mapping <- localization <- app
 #   calib <- registration <- compensation <- app
 #   calib <- evaluation <- app
-# mapping/registration/, localization/compass/ and app/evaluation/ are layers of their own. tests/ may include anything, and so may
+#   calib <- registration <- mapping <- page <- app
+# mapping/registration/, localization/compass/, app/evaluation/ and app/page/ are layers of their own. tests/ may include anything, and so may
 # samples/embed/, a project of its own on top of the installed libraries.
 set -euo pipefail
 
@@ -17,7 +18,8 @@ declare -A may_include=(
   [localization]="localization compass mapping registration calib"
   [compensation]="compensation registration calib"
   [evaluation]="evaluation calib"
-  [app]="app evaluation localization compass compensation mapping registration calib samples"
+  [page]="page mapping registration calib"
+  [app]="app page evaluation localization compass compensation mapping registration calib samples"
   [samples]="samples calib"
 )
 
@@ -26,6 +28,7 @@ layer_of() {
     mapping/registration/*) echo registration ;;
     localization/compass/*) echo compass ;;
     app/evaluation/*) echo evaluation ;;
+    app/page/*) echo page ;;
     calib/* | mapping/* | localization/* | compensation/* | app/* | samples/* | tests/*) echo "${1%%/*}" ;;
   esac
 }

@@ -6,7 +6,7 @@ set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
-samples/install-deps.sh --plots
+samples/install-deps.sh --tests
 cmake --preset release
 cmake --build --preset release
 

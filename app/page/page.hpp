@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "app/page/page_data.hpp"
@@ -10,7 +11,8 @@ namespace ceilmap::page {
 /// text of `data` is shown as it is, whatever characters it has.
 ///
 /// Long paths are kept whole as far as 200,000 poses on the page; of longer ones, evenly chosen
-/// poses stand for the rest. 100,000 poses take about 0.2 s and 7 MB.
+/// poses stand for the rest; of a curve of a chart of more than 20,000 points, the first, least and
+/// greatest of equal stretches. 100,000 poses take about 0.2 s and 6 MB.
 /// @throws std::invalid_argument as PageData::Validate.
 std::string WritePage(const PageData& data);
 
@@ -36,5 +38,9 @@ struct RunState {
 std::string WriteDocument(const PageData& data,
                           const RunState& state = {},
                           const std::string& picture_url = {});
+
+/// What a served page takes instead of a document when there is nothing new but the state itself:
+/// it asks for `document_url?revision=N` with the revision N that it shows.
+std::string WriteUnchanged(const RunState& state);
 
 }  // namespace ceilmap::page

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace ceilmap::page {
+
+/// RFC 4648, with padding: how bytes stand in a data URL.
+std::string Base64(const std::vector<unsigned char>& bytes);
+
+}  // namespace ceilmap::page

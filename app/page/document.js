@@ -1,0 +1,178 @@
+// What the program writes (document.cpp), as the page works with it: metres, seconds, radians.
+
+const statusNames = {t: 'tracking', r: 'relocalized', a: 'ambiguous', l: 'lost'};
+const halfStampStep = 5e-7;  // stamps are written in microseconds
+
+/** Columns hold whole multiples of `step`, null where a value is not known. */
+const column = (steps, step) =>
+  Float64Array.from(steps, (value) => (value === null ? NaN : value * step));
+
+/** Stamps are differences in microseconds, the first to the page's first stamp. */
+function stampColumn(differences, first) {
+  let sum = 0;
+  return Float64Array.from(differences, (difference) => first + (sum += difference) / 1e6);
+}
+
+/** One trajectory. */
+class Path {
+  constructor(json, firstStamp) {
+    this.name = json.name;
+    this.role = json.role;
+    this.footprint = json.footprint;
+    this.status = json.status;
+    this.stamps = stampColumn(json.stamps, firstStamp);
+    this.x = column(json.x, 1e-4);
+    this.y = column(json.y, 1e-4);
+    this.yaw = column(json.yaw, 1e-4);
+    this.sigmas = json.sigma_x && {
+      x: column(json.sigma_x, 1e-6),
+      y: column(json.sigma_y, 1e-6),
+      yaw: column(json.sigma_yaw, 1e-6),
+      correlation: column(json.correlation, 1e-3),
+    };
+    this.longestStep = this.usualStep() * 3;
+  }
+
+  get length() { return this.stamps.length; }
+  has(i) { return i >= 0 && !Number.isNaN(this.x[i]); }
+
+  /** Nearly all poses follow the one before within this time (s). */
+  usualStep() {
+    const steps = [];
+    for (let i = 1; i < this.length; ++i) steps.push(this.stamps[i] - this.stamps[i - 1]);
+    steps.sort((a, b) => a - b);
+    return Math.max(0.4, steps.length ? steps[Math.floor(0.95 * (steps.length - 1))] : 0);
+  }
+
+  statusAt(i) {
+    const name = statusNames[this.status[i]];
+    if (this.has(i) || name === 'lost' || name === 'ambiguous') return name;
+    return 'no pose';
+  }
+
+  /**
+   * Where the robot is at a time: the nearest pose at or before it. Not shown when the path has
+   * none there; then the place is the last one known, if any.
+   */
+  poseAt(time) {
+    const index = lastAtOrBefore(this.stamps, time + halfStampStep);
+    const recent = index >= 0 && time - this.stamps[index] <= this.longestStep;
+    let place = index;
+    while (place >= 0 && !this.has(place)) --place;
+    return {
+      index: place,
+      shown: recent && place === index,
+      status: recent ? this.statusAt(index) : 'no pose',
+      x: place < 0 ? NaN : this.x[place],
+      y: place < 0 ? NaN : this.y[place],
+      yaw: place < 0 ? NaN : this.yaw[place],
+    };
+  }
+
+  /** Stretches of poses in sequence, as lists of indices [begin, end). */
+  stretches() {
+    const found = [];
+    let begin = -1;
+    for (let i = 0; i <= this.length; ++i) {
+      if (i < this.length && this.has(i)) {
+        if (begin < 0) begin = i;
+      } else if (begin >= 0) {
+        found.push([begin, i]);
+        begin = -1;
+      }
+    }
+    return found;
+  }
+
+  /** Corners [x, y] of the footprint with the robot at pose i. */
+  footprintAt(i) {
+    const cos = Math.cos(this.yaw[i]);
+    const sin = Math.sin(this.yaw[i]);
+    return this.footprint.map(([x, y]) =>
+      [this.x[i] + cos * x - sin * y, this.y[i] + sin * x + cos * y]);
+  }
+
+  knowsSigma(i) { return this.sigmas && i >= 0 && Number.isFinite(this.sigmas.x[i]); }
+
+  /** The ellipse of two standard deviations about pose i, as points [x, y]. */
+  ellipseAt(i) {
+    const {x: sigmaX, y: sigmaY, correlation} = this.sigmas;
+    // Lower triangular root of the covariance: it takes the unit circle to the ellipse.
+    const a = sigmaX[i];
+    const b = correlation[i] * sigmaY[i];
+    const c = sigmaY[i] * Math.sqrt(Math.max(0, 1 - correlation[i] ** 2));
+    return Array.from({length: 36}, (_, k) => {
+      const cos = 2 * Math.cos(k * Math.PI / 18);
+      const sin = 2 * Math.sin(k * Math.PI / 18);
+      return [this.x[i] + a * cos, this.y[i] + b * cos + c * sin];
+    });
+  }
+}
+
+/** A chart's curve: x as it is shown, stamps where they are known. */
+function readSeries(json, overTime, first) {
+  const stamps = stampColumn(json.stamps, first);
+  return {
+    name: json.name,
+    stamps,
+    x: overTime ? stamps.map((stamp) => stamp - first) : Float64Array.from(json.x),
+    y: Float64Array.from(json.y, (value) => (value === null ? NaN : value)),
+  };
+}
+
+/** Everything on the page, from the program's JSON. */
+function readDocument(json) {
+  const first = json.first_stamp_s;
+  const paths = json.paths.map((path) => new Path(path, first));
+  const charts = json.charts.map((chart) => ({
+    ...chart, series: chart.series.map((series) => readSeries(series, chart.over_time, first)),
+  }));
+  const ends = paths.filter((path) => path.length).map((path) => path.stamps[path.length - 1]);
+  return {
+    title: json.title,
+    note: json.note,
+    unit: json.unit,
+    state: json.state,
+    picture: json.picture,
+    paths,
+    charts,
+    tables: json.tables,
+    spots: json.spots,
+    edges: json.edges,
+    keyframes: {
+      ids: json.keyframes.id,
+      x: column(json.keyframes.x, 1e-4),
+      y: column(json.keyframes.y, 1e-4),
+      yaw: column(json.keyframes.yaw, 1e-4),
+    },
+    firstStamp: first,
+    lastStamp: ends.reduce((a, b) => Math.max(a, b), first),
+    colours: assignColours(paths, charts),
+  };
+}
+
+const runColours = ['#0072B2', '#D55E00', '#E69F00', '#009E73', '#CC79A7', '#56B4E9'];
+
+/**
+ * Colour of each name, the same on the map and in all charts: '' for the truth, which has the
+ * theme's. A path before compensation has that of the run whose name it begins with.
+ */
+function assignColours(paths, charts) {
+  const colours = new Map();
+  let next = 0;
+  const take = (name) => {
+    if (!colours.has(name)) colours.set(name, runColours[next++ % runColours.length]);
+  };
+  for (const path of paths) if (path.role === 'truth') colours.set(path.name, '');
+  for (const path of paths) if (path.role === 'run') take(path.name);
+  for (const path of paths) {
+    if (path.role !== 'before') continue;
+    const run = paths.find((other) => other.role === 'run' && path.name.startsWith(other.name));
+    if (run) colours.set(path.name, colours.get(run.name));
+    else take(path.name);
+  }
+  for (const chart of charts) for (const series of chart.series) take(series.name);
+  return colours;
+}
+
+const colourOf = (model, name) => model.colours.get(name) || themeColour('--truth');

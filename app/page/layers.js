@@ -1,0 +1,183 @@
+// What can be switched on and off on the map. Each layer: key (its name for window.ceilmap), text,
+// swatch [shape, colour], shown at first or not, and Leaflet's group of what it draws.
+
+const statusColours = {tracking: '#009E73', relocalized: '#56B4E9', ambiguous: '#E69F00',
+                       lost: '#D55E00', 'no pose': '#999999'};
+const spotColour = '#CC79A7';
+const maxEllipses = 200;  // of one path: more would hide it
+
+const latLng = (x, y) => [y, x];  // Leaflet's order, of CRS.Simple
+const toLatLngs = (points) => points.map(([x, y]) => [y, x]);
+
+const linePoints = (path, [begin, end]) =>
+  Array.from({length: end - begin}, (_, i) => latLng(path.x[begin + i], path.y[begin + i]));
+
+/** Path as a line that breaks where there is no pose; a halo sets it off from the picture. */
+function drawPath(path, colour, rank, panes) {
+  const lines = path.stretches().map((stretch) => linePoints(path, stretch));
+  const line = (pane, options) =>
+    L.polyline(lines, {interactive: false, renderer: panes[pane], lineJoin: 'round', ...options});
+  if (path.role === 'truth') {
+    return L.layerGroup([line('halo', {color: themeColour('--halo'), weight: 8, opacity: 0.6}),
+                         line('truth', {color: colour, weight: 5.5})]);
+  }
+  if (path.role === 'before') {
+    return L.layerGroup([line('lines', {color: colour, weight: 1.5, dashArray: '2 5'})]);
+  }
+  // Runs that lie upon each other stay visible: the later, the thinner.
+  const weight = Math.max(1.5, 3.5 - 0.8 * rank);
+  return L.layerGroup([line('halo', {color: themeColour('--halo'), weight: 6, opacity: 0.6}),
+                       line('lines', {color: colour, weight})]);
+}
+
+function drawEllipses(path, colour, panes) {
+  const step = Math.max(1, Math.ceil(path.length / maxEllipses));
+  const rings = [];
+  for (let i = 0; i < path.length; i += step) {
+    if (path.has(i) && path.knowsSigma(i)) rings.push([toLatLngs(path.ellipseAt(i))]);
+  }
+  return L.polygon(rings, {interactive: false, renderer: panes.lines, color: colour, weight: 1,
+                           fillOpacity: 0.15, smoothFactor: 0});
+}
+
+/** Stretches [begin, end) of one status, each reaching the next so that no piece is left out. */
+function statusStretches(path) {
+  const found = new Map();
+  for (const [begin, end] of path.stretches()) {
+    let start = begin;
+    for (let i = begin + 1; i <= end; ++i) {
+      if (i < end && path.status[i] === path.status[start]) continue;
+      const name = path.statusAt(start);
+      if (!found.has(name)) found.set(name, []);
+      found.get(name).push([start, Math.min(i + 1, end)]);
+      start = i;
+    }
+  }
+  return found;
+}
+
+/** A mark at the last known pose for each gap of frames without one. */
+function drawGaps(path, panes) {
+  const marks = [];
+  let last = -1;
+  for (let i = 0; i < path.length; ++i) {
+    if (path.has(i)) {
+      last = i;
+    } else if (last === i - 1 && last >= 0) {
+      const colour = statusColours[path.statusAt(i)];
+      marks.push(L.circleMarker(latLng(path.x[last], path.y[last]), {
+        interactive: false, renderer: panes.marks, radius: 6, color: colour, weight: 2.5,
+        fillColor: themeColour('--halo'), fillOpacity: 0.9,
+      }));
+    }
+  }
+  return marks;
+}
+
+function drawStatus(path, panes) {
+  const bands = [...statusStretches(path)].map(([name, stretches]) =>
+    L.polyline(stretches.map((stretch) => linePoints(path, stretch)), {
+      interactive: false, renderer: panes.bands, color: statusColours[name], weight: 12,
+      opacity: 0.55, lineCap: 'butt',
+    }));
+  return L.layerGroup([...bands, ...drawGaps(path, panes)]);
+}
+
+/** Dots, and ticks of the same length on the screen however far the map is zoomed. */
+function drawKeyframes({ids, x, y, yaw}, panes, map) {
+  const colour = themeColour('--graph');
+  const dots = ids.map((_, i) => L.circleMarker(latLng(x[i], y[i]), {
+    interactive: false, renderer: panes.marks, radius: 2.5, color: colour, weight: 1,
+    fillColor: themeColour('--halo'), fillOpacity: 1,
+  }));
+  const ticks = L.polyline([], {interactive: false, renderer: panes.marks, color: colour,
+                                weight: 1.25, smoothFactor: 0});
+  const turn = () => {
+    const length = 9 / map.options.crs.scale(map.getZoom());
+    ticks.setLatLngs(ids.map((_, i) => [
+      latLng(x[i], y[i]),
+      latLng(x[i] + length * Math.cos(yaw[i]), y[i] + length * Math.sin(yaw[i])),
+    ]));
+  };
+  const group = L.layerGroup([ticks, ...dots]);
+  group.on('add', () => { turn(); map.on('zoomend', turn); });
+  group.on('remove', () => map.off('zoomend', turn));
+  return group;
+}
+
+function drawEdges(model, kind, options, panes) {
+  const {ids, x, y} = model.keyframes;
+  const place = new Map(ids.map((id, i) => [id, i]));
+  const lines = [];
+  for (let i = 0; i < model.edges.from.length; ++i) {
+    if (model.edges.kind[i] !== kind) continue;
+    const [a, b] = [place.get(model.edges.from[i]), place.get(model.edges.to[i])];
+    lines.push([latLng(x[a], y[a]), latLng(x[b], y[b])]);
+  }
+  return L.polyline(lines, {interactive: false, renderer: panes.lines, smoothFactor: 0, ...options});
+}
+
+function drawSpots(spots, panes) {
+  return L.layerGroup(spots.map((spot) =>
+    L.circleMarker(latLng(spot.x, spot.y), {
+      renderer: panes.marks, radius: 8, color: spotColour, weight: 3, fillOpacity: 0.25,
+    }).bindTooltip(make('span', {}, spot.text))));
+}
+
+/** The layers of graph and spots, of those that the page has. */
+function graphLayers(model, panes, map) {
+  const layers = [];
+  const graph = themeColour('--graph');
+  const loop = themeColour('--loop');
+  if (model.keyframes.ids.length) {
+    layers.push({key: 'keyframes', text: 'Keyframes', swatch: ['dot', graph], shown: false,
+                 draw: () => drawKeyframes(model.keyframes, panes, map)});
+  }
+  if (model.edges.kind.includes('w')) {
+    layers.push({key: 'ways', text: 'Ways between keyframes', swatch: ['line', graph],
+                 shown: false, draw: () => drawEdges(model, 'w', {color: graph, weight: 1}, panes)});
+  }
+  if (model.edges.kind.includes('l')) {
+    layers.push({key: 'loops', text: 'Loop closures', swatch: ['line', loop], shown: false,
+                 draw: () => drawEdges(model, 'l', {color: loop, weight: 1.5, opacity: 0.8}, panes)});
+  }
+  if (model.spots.length) {
+    layers.push({key: 'spots', text: 'Weak spots', swatch: ['ring', spotColour], shown: true,
+                 draw: () => drawSpots(model.spots, panes)});
+  }
+  return layers;
+}
+
+/** Uncertainty and status of the runs, of those that the page knows. */
+function qualityLayers(model, panes) {
+  const layers = [];
+  const runs = model.paths.filter((path) => path.role === 'run');
+  const known = runs.filter((path) => path.sigmas);
+  if (known.length) {
+    layers.push({key: 'ellipses', text: 'Uncertainty, 2\u03c3', swatch: ['ring', themeColour('--text')],
+                 shown: false, draw: () => L.layerGroup(known.map((path) =>
+                   drawEllipses(path, colourOf(model, path.name), panes)))});
+  }
+  if (runs.some((path) => /[^t]/.test(path.status) || path.stretches().length > 1)) {
+    layers.push({key: 'status', text: 'Status', swatch: ['band', statusColours.tracking],
+                 legend: statusColours, shown: false,
+                 draw: () => L.layerGroup(runs.map((path) => drawStatus(path, panes)))});
+  }
+  return layers;
+}
+
+/** All layers of the page, from the lowest up, with keys that no two share. */
+function pageLayers(model, panes, map) {
+  const fixed = [...qualityLayers(model, panes), ...graphLayers(model, panes, map)];
+  const taken = new Set(['mosaic', 'views', ...fixed.map((layer) => layer.key)]);
+  const order = {truth: 0, before: 1, run: 2};
+  const sorted = [...model.paths].sort((a, b) => order[a.role] - order[b.role]);
+  const runs = sorted.filter((path) => path.role === 'run');
+  const paths = sorted.map((path) => {
+    const colour = colourOf(model, path.name);
+    return {key: taken.has(path.name) ? `${path.name} (path)` : path.name, text: path.name, path,
+            swatch: [path.role === 'before' ? 'dashes' : 'line', colour], shown: true,
+            draw: () => drawPath(path, colour, runs.indexOf(path), panes)};
+  });
+  return [...paths, ...fixed];
+}

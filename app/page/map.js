@@ -1,0 +1,273 @@
+// The map: picture, layers, robots.
+
+/** The robot at a pose: an arrow of fixed size, and on the floor what its camera sees. */
+class Robot {
+  constructor(path, colour, map, renderer) {
+    this.path = path;
+    this.arrow = makeSvg('path', {d: 'M12 0 L-9 8.5 L-4.5 0 L-9 -8.5 Z', fill: colour,
+                                  stroke: themeColour('--halo'), 'stroke-width': 1.5,
+                                  'stroke-linejoin': 'round'});
+    const icon = makeSvg('svg', {width: 32, height: 32, viewBox: '-16 -16 32 32',
+                                 'aria-hidden': 'true'}, this.arrow);
+    this.marker = L.marker([0, 0], {
+      interactive: false, keyboard: false, pane: 'robots',
+      icon: L.divIcon({html: icon, className: 'robot', iconSize: [32, 32], iconAnchor: [16, 16]}),
+    });
+    const shape = {interactive: false, renderer, color: colour, weight: 1.5, smoothFactor: 0};
+    this.footprint = L.polygon([], {...shape, fillOpacity: 0.1});
+    this.ellipse = L.polygon([], {...shape, fillOpacity: 0.25, weight: 1});
+    this.map = map;
+    this.pose = null;
+  }
+
+  moveTo(pose, visible, withView) {
+    this.pose = pose;
+    this.visible = visible && pose.shown;
+    const {index, shown} = pose;
+    this.place(this.footprint, this.visible && withView);
+    this.place(this.ellipse, this.visible);
+    this.place(this.marker, visible && index >= 0);
+    if (index < 0) return;
+    this.marker.setLatLng(latLng(pose.x, pose.y));
+    this.marker.setOpacity(shown ? 1 : 0.35);
+    this.arrow.setAttribute('transform', `rotate(${-pose.yaw * 180 / Math.PI})`);
+    this.footprint.setLatLngs(this.path.footprint.length
+      ? toLatLngs(this.path.footprintAt(index)) : []);
+    this.ellipse.setLatLngs(this.path.knowsSigma(index)
+      ? toLatLngs(this.path.ellipseAt(index)) : []);
+  }
+
+  place(layer, wanted) {
+    if (wanted) layer.addTo(this.map);
+    else layer.remove();
+  }
+
+  remove() {
+    for (const layer of [this.marker, this.footprint, this.ellipse]) layer.remove();
+  }
+
+  /** Where the arrow is on the map's rectangle, in pixels, as the browser has drawn it. */
+  pixel() {
+    const icon = this.marker.getElement();
+    if (!icon || !icon.isConnected) return null;
+    const box = icon.getBoundingClientRect();
+    const frame = this.map.getContainer().getBoundingClientRect();
+    return [(box.left + box.right) / 2 - frame.left, (box.top + box.bottom) / 2 - frame.top];
+  }
+}
+
+/** A bar of 1, 2 or 5 times a power of ten of the page's unit. */
+const ScaleBar = L.Control.extend({
+  options: {position: 'bottomleft', unit: 'm'},
+  onAdd(map) {
+    this.bar = make('div', {class: 'scale-bar'});
+    map.on('zoomend moveend resize', this.update, this);
+    return this.bar;
+  },
+  onRemove(map) { map.off('zoomend moveend resize', this.update, this); },
+  update() {
+    const scale = this._map.options.crs.scale(this._map.getZoom());
+    const longest = 140 / scale;
+    const power = 10 ** Math.floor(Math.log10(longest));
+    const length = [5, 2, 1].find((factor) => factor * power <= longest) * power;
+    this.bar.style.width = `${length * scale}px`;
+    this.bar.textContent = `${Number(length.toPrecision(1))} ${this.options.unit}`;
+  },
+});
+
+class MapView {
+  /** @param onPick  called with the stamp of the pose that was clicked at. */
+  constructor(container, onPick) {
+    this.map = L.map(container, {
+      crs: L.CRS.Simple, preferCanvas: true, attributionControl: false, zoomControl: false,
+      zoomSnap: 0, zoomDelta: 0.75, wheelPxPerZoomLevel: 90, minZoom: -14, maxZoom: 14,
+      fadeAnimation: false, maxBoundsViscosity: 0,
+    });
+    this.map.setView([0, 0], 4);
+    this.panes = {};
+    for (const [name, level] of [['halo', 370], ['bands', 380], ['truth', 390], ['lines', 400], ['marks', 420]]) {
+      this.map.createPane(name).style.zIndex = level;
+      this.panes[name] = L.canvas({pane: name, padding: 0.3});
+    }
+    this.map.createPane('robots').style.zIndex = 620;
+    this.map.createPane('floor').style.zIndex = 440;
+    this.floor = L.svg({pane: 'floor'});
+    for (const pane of ['floor', 'robots']) this.map.getPane(pane).style.pointerEvents = 'none';
+    this.addControls();
+    this.chosen = new Map();  // what the user has switched: key -> shown
+    this.layers = [];
+    this.robots = [];
+    this.picture = null;
+    this.viewIsUsers = false;
+    this.map.on('click', ({containerPoint}) => {
+      const stamp = this.stampNear(containerPoint);
+      if (stamp !== null) onPick(stamp);
+    });
+    for (const type of ['wheel', 'pointerdown', 'dblclick', 'keydown']) {
+      container.addEventListener(type, (event) => {
+        if (!event.target.closest('.fit')) this.viewIsUsers = true;
+      }, {capture: true, passive: true});
+    }
+    new ResizeObserver(() => this.resize()).observe(container);
+  }
+
+  addControls() {
+    L.control.zoom({position: 'topleft'}).addTo(this.map);
+    const Fit = L.Control.extend({
+      onAdd: () => {
+        const button = make('a', {class: 'fit', href: '#', role: 'button', title: 'Show all',
+                                  'aria-label': 'Show all'},
+          makeSvg('svg', {width: 14, height: 14, viewBox: '0 0 14 14', fill: 'none', stroke: 'currentColor',
+                          'stroke-width': 1.6, 'aria-hidden': 'true'},
+                  makeSvg('path', {d: 'M1 5V1H5M9 1H13V5M13 9V13H9M5 13H1V9'})));
+        L.DomEvent.on(button, 'click', (event) => {
+          L.DomEvent.stop(event);
+          this.viewIsUsers = false;
+          this.fit();
+        });
+        return make('div', {class: 'leaflet-bar'}, button);
+      },
+    });
+    new Fit({position: 'topleft'}).addTo(this.map);
+    this.scaleBar = new ScaleBar().addTo(this.map);
+  }
+
+  resize() {
+    this.map.invalidateSize({animate: false});
+    if (!this.viewIsUsers) this.fit();
+  }
+
+  /** Takes over what the page shows; the view and the choice of layers stay the user's. */
+  show(model) {
+    this.model = model;
+    this.scaleBar.options.unit = model.unit;
+    this.showPicture(model.picture);
+    for (const layer of this.layers) layer.group.remove();
+    for (const robot of this.robots) robot.remove();
+    this.layers = pageLayers(model, this.panes, this.map);
+    for (const layer of this.layers) {
+      layer.group = layer.draw();
+      layer.shown = this.chosen.get(layer.key) ?? layer.shown;
+      if (layer.shown) layer.group.addTo(this.map);
+    }
+    this.robots = model.paths.filter((path) => path.role !== 'before').map((path) =>
+      new Robot(path, colourOf(model, path.name), this.map, this.floor));
+    if (!this.viewIsUsers) this.fit();
+  }
+
+  showPicture(picture) {
+    if (!picture) {
+      if (this.picture) this.picture.remove();
+      this.picture = null;
+      return;
+    }
+    const [minX, minY, maxX, maxY] = picture.extent;
+    const bounds = L.latLngBounds([minY, minX], [maxY, maxX]);
+    if (!this.picture) {
+      this.picture = L.imageOverlay(picture.url, bounds, {className: 'mosaic', alt: 'Mosaic', pane: 'tilePane'});
+      if (this.isChosen('mosaic')) this.picture.addTo(this.map);
+      this.picture.on('load', () => this.sharpen());
+      this.map.on('zoomend', () => this.sharpen());
+    } else if (this.pictureUrl !== picture.url) {
+      this.exchangePicture(picture.url, bounds);
+    }
+    this.pictureUrl = picture.url;
+  }
+
+  /** The new picture takes the old one's place when it is there, not before: nothing flickers. */
+  exchangePicture(url, bounds) {
+    const loader = new Image();
+    loader.onload = () => {
+      if (this.pictureUrl !== url || !this.picture) return;
+      this.picture.setUrl(url);
+      this.picture.setBounds(bounds);
+    };
+    loader.src = url;
+  }
+
+  /** Pixels with clear edges, once they are larger than those of the screen. */
+  sharpen() {
+    const image = this.picture && this.picture.getElement();
+    if (!image || !image.naturalWidth) return;
+    image.classList.toggle('enlarged', image.clientWidth > 1.5 * image.naturalWidth);
+  }
+
+  bounds() {
+    const bounds = L.latLngBounds([]);
+    const {picture, paths, keyframes, spots} = this.model;
+    const extend = (xs, ys) => {
+      for (let i = 0; i < xs.length; ++i) if (!Number.isNaN(xs[i])) bounds.extend([ys[i], xs[i]]);
+    };
+    if (picture) extend([picture.extent[0], picture.extent[2]], [picture.extent[1], picture.extent[3]]);
+    for (const path of paths) extend(path.x, path.y);
+    extend(keyframes.x, keyframes.y);
+    extend(spots.map((spot) => spot.x), spots.map((spot) => spot.y));
+    return bounds;
+  }
+
+  fit() {
+    if (!this.model) return;
+    const bounds = this.bounds();
+    if (bounds.isValid()) this.map.fitBounds(bounds, {padding: [24, 24], animate: false, maxZoom: 9});
+  }
+
+  setTime(time) {
+    for (const robot of this.robots) {
+      robot.moveTo(robot.path.poseAt(time), this.isShown(robot.path), this.isChosen('views'));
+    }
+  }
+
+  isShown(path) { return this.layers.some((layer) => layer.path === path && layer.shown); }
+
+  /** What the page lists: the picture first. */
+  list() {
+    const entry = (key, text, swatch) => ({key, text, swatch, shown: this.isChosen(key)});
+    return [
+      ...(this.picture ? [entry('mosaic', 'Mosaic', ['band', '#8a8f98'])] : []),
+      ...this.layers,
+      ...(this.robots.some((robot) => robot.path.footprint.length)
+        ? [entry('views', 'What the camera sees', ['frame', themeColour('--text')])] : []),
+    ];
+  }
+
+  isChosen(key) { return this.chosen.get(key) ?? true; }
+
+  toggle(key, shown) {
+    this.chosen.set(key, shown);
+    if (key === 'mosaic' && this.picture) {
+      if (shown) this.picture.addTo(this.map);
+      else this.picture.remove();
+    }
+    for (const layer of this.layers) {
+      if (layer.key !== key) continue;
+      layer.shown = shown;
+      if (shown) layer.group.addTo(this.map);
+      else layer.group.remove();
+    }
+  }
+
+  /** Stamp of the pose that is drawn nearest to a pixel, null if none is near. */
+  stampNear(pixel) {
+    const {lat: y, lng: x} = this.map.containerPointToLatLng(pixel);
+    let nearest = 14 / this.map.options.crs.scale(this.map.getZoom());
+    let stamp = null;
+    for (const path of this.model.paths) {
+      if (!this.isShown(path)) continue;
+      for (let i = 0; i < path.length; ++i) {
+        const distance = Math.hypot(path.x[i] - x, path.y[i] - y);
+        if (distance < nearest) [nearest, stamp] = [distance, path.stamps[i]];
+      }
+    }
+    return stamp;
+  }
+
+  pixelOf(x, y) {
+    const {x: u, y: v} = this.map.latLngToContainerPoint(latLng(x, y));
+    return [u, v];
+  }
+
+  view() {
+    const {lat, lng} = this.map.getCenter();
+    return {x: lng, y: lat, zoom: this.map.getZoom()};
+  }
+}
