@@ -225,6 +225,7 @@ void Comparer::Add(const NamedFile& file) {
   if (compared.errors && !estimate.covariances.empty()) {
     compared.consistency = evaluation::MeasureConsistency(*compared.errors, estimate.covariances);
   }
+  compared.covariances = std::move(estimate.covariances);
   compared.frames_of_status = std::move(estimate.frames_of_status);
   comparison_.estimates.push_back(std::move(compared));
 }

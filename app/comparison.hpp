@@ -43,6 +43,7 @@ struct ComparedEstimate {
   std::optional<evaluation::TrajectoryErrors> errors;    ///< unset: it has headings only
   evaluation::HeadingErrors heading;                     ///< from its first matched pose on
   std::optional<evaluation::Consistency> consistency;    ///< where it has covariances
+  std::vector<evaluation::PoseCovariance> covariances;   ///< of its poses; empty: not known
   std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file
   std::int64_t matched = 0;
   std::int64_t expected = 0;

@@ -5,6 +5,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "app/console.hpp"
+#include "app/gnuplot.hpp"
 #include "app/output_files.hpp"
 #include "calib/error.hpp"
 
@@ -27,13 +29,11 @@ PlanarSimilarity Inverse(const PlanarSimilarity& T) {
 }
 
 /// Where a pose is shown.
-void Place(const PlanarSimilarity& T_shown_truth,
-           const Eigen::Vector2d& p_truth,
-           FigurePose& pose) {
-  const Eigen::Vector2d shown = T_shown_truth * p_truth;
+void Place(const PlanarSimilarity& T, const Eigen::Vector2d& p_truth, FigurePose& pose) {
+  const Eigen::Vector2d shown = T * p_truth;
   pose.x = shown.x();
   pose.y = shown.y();
-  pose.yaw_deg += kDegPerRad * T_shown_truth.motion.yaw;
+  pose.yaw_deg += kDegPerRad * T.motion.yaw;
 }
 
 }  // namespace
@@ -60,13 +60,15 @@ std::vector<FigurePose> FigurePoses(const std::vector<StampedPose>& poses) {
   return shown;
 }
 
+PlanarSimilarity T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame) {
+  if (frame == ShownFrame::kTruth || runs.empty()) return {};
+  return Inverse(runs.front().errors->T_truth_estimate);
+}
+
 TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
                                    const std::vector<ComparedRun>& runs,
                                    ShownFrame frame) {
-  PlanarSimilarity T_shown_truth;
-  if (frame == ShownFrame::kFirstRun) {
-    T_shown_truth = Inverse(runs.front().errors->T_truth_estimate);
-  }
+  const PlanarSimilarity T_shown = T_shown_truth(runs, frame);
   TrajectoryComparison comparison;
   const std::vector<FigurePose> unmoved = FigurePoses(truth);
   for (const ComparedRun& run : runs) {
@@ -81,7 +83,7 @@ TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
       pose.roll_deg += error.roll_deg;
       pose.position_error_m = error.position_m;
       pose.yaw_error_deg = error.yaw_deg;
-      Place(T_shown_truth, error.T_truth_base.Translation(), pose);
+      Place(T_shown, error.T_truth_base.Translation(), pose);
       shown.poses.push_back(pose);
     }
     for (const evaluation::SegmentErrors& segment : run.errors->segments) {
@@ -92,9 +94,25 @@ TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
   }
   comparison.truth = unmoved;
   for (FigurePose& pose : comparison.truth) {
-    Place(T_shown_truth, Eigen::Vector2d(pose.x, pose.y), pose);
+    Place(T_shown, Eigen::Vector2d(pose.x, pose.y), pose);
   }
   return comparison;
+}
+
+std::vector<FigurePose> FigurePosesBefore(const std::vector<StampedPose>& truth,
+                                          const evaluation::Compensation& compensation,
+                                          const PlanarSimilarity& T_shown_truth) {
+  const std::vector<FigurePose> unmoved = FigurePoses(truth);
+  std::vector<FigurePose> shown;
+  for (std::size_t i = 0; i < compensation.frames.size(); ++i) {
+    const auto& before = compensation.frames[i].before;
+    if (!before) continue;
+    FigurePose pose = unmoved[i];
+    pose.position_error_m = std::hypot(before->along_m, before->across_m);
+    Place(T_shown_truth, before->p_truth, pose);
+    shown.push_back(pose);
+  }
+  return shown;
 }
 
 std::optional<FigureMosaic> WriteMosaic(const mapping::MapReader& map,
@@ -115,6 +133,25 @@ std::optional<FigureMosaic> WriteMosaic(const mapping::MapReader& map,
   WriteFileAtomically(folder / mosaic.file,
                       std::string(reinterpret_cast<const char*>(png.data()), png.size()));
   return mosaic;
+}
+
+void DrawTrajectoryFigures(TrajectoryComparison comparison,
+                           const mapping::MapReader* map,
+                           const std::filesystem::path& folder,
+                           Summary& summary) {
+  if (!FindGnuplot()) {
+    Warn("no figures: gnuplot, which draws them, is not installed (apt-get install gnuplot-nox)");
+    return;
+  }
+  FigureFolder figures(folder);
+  if (map != nullptr) {
+    std::filesystem::create_directory(folder);
+    comparison.mosaic = WriteMosaic(*map, folder);
+    comparison.unit = map->Metadata().unit;
+    if (comparison.mosaic) summary.files.push_back(folder / comparison.mosaic->file);
+  }
+  figures.Draw(TrajectoryFigures(comparison));
+  summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
 }
 
 }  // namespace ceilmap::app

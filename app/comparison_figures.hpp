@@ -4,8 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "app/evaluation/compensation.hpp"
 #include "app/evaluation/trajectory_errors.hpp"
 #include "app/figure.hpp"
+#include "app/summary.hpp"
 #include "app/trajectory_figures.hpp"
 #include "mapping/map_file.hpp"
 
@@ -25,12 +27,20 @@ enum class ShownFrame {
   kFirstRun  ///< of the first run's own coordinates: there a map made with it lies
 };
 
+/// That frame, from the frame of the truth.
+evaluation::PlanarSimilarity T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame);
+
 /// @param truth  that the errors are of. @param runs  at least one.
 TrajectoryComparison ComparisonFor(const std::vector<evaluation::StampedPose>& truth,
                                    const std::vector<ComparedRun>& runs,
                                    ShownFrame frame);
 
-/// A trajectory alone, without a truth: the way is its own.
+/// Where the robot was without tilt compensation, for TrajectoryComparison::before.
+std::vector<FigurePose> FigurePosesBefore(const std::vector<evaluation::StampedPose>& truth,
+                                          const evaluation::Compensation& compensation,
+                                          const evaluation::PlanarSimilarity& T_shown_truth);
+
+/// A trajectory alone, without a truth: the way is its own. Empty for none.
 std::vector<FigurePose> FigurePoses(const std::vector<evaluation::StampedPose>& poses);
 
 /// Writes the map's mosaic into a folder as mosaic.png, at most 1600 pixels a side, white where
@@ -38,5 +48,13 @@ std::vector<FigurePose> FigurePoses(const std::vector<evaluation::StampedPose>& 
 /// @return nothing for a map without a mosaic. @throws calib::RunError when the disk refuses.
 std::optional<FigureMosaic> WriteMosaic(const mapping::MapReader& map,
                                         const std::filesystem::path& folder);
+
+/// Draws TrajectoryFigures into a folder, over the map's mosaic.
+/// @param map  that all paths are on; null: paper. @param summary  gets the files.
+/// Without gnuplot there is a warning and no figure. @throws as FigureFolder.
+void DrawTrajectoryFigures(TrajectoryComparison comparison,
+                           const mapping::MapReader* map,
+                           const std::filesystem::path& folder,
+                           Summary& summary);
 
 }  // namespace ceilmap::app

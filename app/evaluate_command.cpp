@@ -4,17 +4,20 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "app/arguments.hpp"
 #include "app/commands.hpp"
 #include "app/comparison.hpp"
 #include "app/comparison_figures.hpp"
+#include "app/comparison_page.hpp"
 #include "app/comparison_report.hpp"
 #include "app/comparison_tables.hpp"
 #include "app/console.hpp"
 #include "app/csv.hpp"
-#include "app/gnuplot.hpp"
+#include "app/page/page.hpp"
+#include "app/page_parts.hpp"
 #include "app/report_folder.hpp"
 #include "calib/error.hpp"
 #include "mapping/map_file.hpp"
@@ -50,6 +53,11 @@ ClockOffset ParseOffset(const std::string& text) {
   return offset;
 }
 
+// With a map all is shown in its frame, which is that of the first estimate.
+ShownFrame ShownOn(const mapping::MapReader* map) {
+  return map != nullptr ? ShownFrame::kFirstRun : ShownFrame::kTruth;
+}
+
 void PrintReport(const Comparison& comparison) {
   std::string text;
   for (const ReportTable& table : ComparisonTables(comparison)) {
@@ -69,21 +77,25 @@ void DrawFigures(const Comparison& comparison,
     if (estimate.errors) runs.push_back({estimate.file.name, &*estimate.errors});
   }
   if (runs.empty()) return;
-  if (!FindGnuplot()) {
-    Warn("no figures: gnuplot, which draws them, is not installed (apt-get install gnuplot-nox)");
-    return;
-  }
-  FigureFolder figures(folder);
-  const ShownFrame frame = map != nullptr ? ShownFrame::kFirstRun : ShownFrame::kTruth;
+  const ShownFrame frame = ShownOn(map);
   TrajectoryComparison shown = ComparisonFor(comparison.truth, runs, frame);
-  if (map != nullptr) {
-    fs::create_directory(folder);
-    shown.mosaic = WriteMosaic(*map, folder);
-    shown.unit = map->Metadata().unit;
-    if (shown.mosaic) summary.files.push_back(folder / shown.mosaic->file);
+  if (comparison.compensation) {
+    shown.before = FigurePosesBefore(comparison.truth,
+                                     comparison.compensation->estimates.front().compensation,
+                                     T_shown_truth(runs, frame));
   }
-  for (const Figure& figure : TrajectoryFigures(shown)) figures.Draw(figure);
-  summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
+  DrawTrajectoryFigures(std::move(shown), map, folder, summary);
+}
+
+ReportFile PageFile(const Comparison& comparison,
+                    const mapping::MapReader* map,
+                    const EvaluateParams& params) {
+  const std::string unit = map != nullptr ? map->Metadata().unit : "m";
+  page::PageData data =
+      ComparisonPage(comparison, ComparisonTables(comparison), ShownOn(map), unit);
+  data.title = fmt::format("Compared with {}", params.comparison.truth.filename().string());
+  if (map != nullptr) AddMap(*map, data);
+  return {"index.html", page::WritePage(data)};
 }
 
 void RunEvaluate(EvaluateParams params, const CommonOptions& common, Summary& summary) {
@@ -105,8 +117,13 @@ void RunEvaluate(EvaluateParams params, const CommonOptions& common, Summary& su
   }
   summary.quality = ComparisonJson(comparison, params.comparison, params.align);
   if (!params.report.empty()) {
-    summary.files = WriteReport(params.report, ReportFiles(comparison, summary.quality));
-    DrawFigures(comparison, map ? &*map : nullptr, params.report / "figures", summary);
+    const mapping::MapReader* const under = map ? &*map : nullptr;
+    std::vector<ReportFile> files = {PageFile(comparison, under, params)};
+    for (ReportFile& file : ReportFiles(comparison, summary.quality)) {
+      files.push_back(std::move(file));
+    }
+    summary.files = WriteReport(params.report, files);
+    DrawFigures(comparison, under, params.report / "figures", summary);
   }
   if (!common.quiet) PrintReport(comparison);
 }
@@ -174,10 +191,11 @@ Command AddEvaluateCommand(CLI::App& program) {
                  "Metres of the way over which errors of the motion are told")
       ->type_name("M,M,...")
       ->capture_default_str();
-  cli.add_option("-o,--output",
-                 params->report,
-                 "Folder for metrics.json, CSV files, tables in Markdown and LaTeX, and figures; "
-                 "new or empty")
+  cli.add_option(
+         "-o,--output",
+         params->report,
+         "Folder for index.html to look at, metrics.json, CSV files, tables in Markdown and "
+         "LaTeX, and figures; new or empty")
       ->type_name("REPORT_DIR");
   command.run = [params](const CommonOptions& common, Summary& summary) {
     RunEvaluate(*params, common, summary);

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "app/console.hpp"
 #include "app/gnuplot.hpp"
+#include "app/ordered_work.hpp"
 #include "app/output_files.hpp"
 #include "calib/error.hpp"
 
@@ -90,36 +93,49 @@ FigureFolder::FigureFolder(fs::path folder) : folder_(std::move(folder)) {
   }
 }
 
-void FigureFolder::Draw(const Figure& figure) {
+void FigureFolder::Write(const Figure& figure) {
+  for (const Figure::Data& data : figure.data) {
+    WriteFileAtomically(folder_ / data.name, data.text);
+    files_.push_back(folder_ / data.name);
+  }
+  const fs::path script = folder_ / (figure.name + ".gp");
+  WriteFileAtomically(script, figure.Script());
+  files_.push_back(script);
+}
+
+void FigureFolder::Take(const Figure& figure, const GnuplotResult& result) {
+  std::vector<fs::path> pictures;
+  pictures.reserve(kFormats.size());
+  for (const char* format : kFormats) {
+    pictures.push_back(folder_ / fmt::format("{}.{}", figure.name, format));
+  }
+  if (result.exit_code == 0) {
+    files_.insert(files_.end(), pictures.begin(), pictures.end());
+    return;
+  }
+  std::error_code error;
+  for (const fs::path& picture : pictures) fs::remove(picture, error);  // half of one, or none
+  throw calib::RunError(fmt::format("{}: gnuplot could not draw it: {}",
+                                    (folder_ / (figure.name + ".gp")).string(),
+                                    InOneLine(result.messages)));
+}
+
+void FigureFolder::Draw(const std::vector<Figure>& figures) {
   std::error_code error;
   fs::create_directory(folder_, error);
   if (error) {
     throw calib::RunError(
         fmt::format("{}: cannot be created ({})", folder_.string(), error.message()));
   }
-  for (const Figure::Data& data : figure.data) {
-    WriteFileAtomically(folder_ / data.name, data.text);
-    files_.push_back(folder_ / data.name);
-  }
-  const std::string script = figure.name + ".gp";
-  WriteFileAtomically(folder_ / script, figure.Script());
-  files_.push_back(folder_ / script);
-
+  for (const Figure& figure : figures) Write(figure);
   const std::optional<fs::path> gnuplot = FindGnuplot();
-  const GnuplotResult result =
-      gnuplot ? RunGnuplot(*gnuplot, folder_, script) : GnuplotResult{-1, "it is gone"};
-  std::vector<fs::path> pictures;
-  pictures.reserve(kFormats.size());
-  for (const char* format : kFormats) {
-    pictures.push_back(folder_ / fmt::format("{}.{}", figure.name, format));
-  }
-  if (result.exit_code != 0) {
-    for (const fs::path& picture : pictures) fs::remove(picture, error);  // half of one, or none
-    throw calib::RunError(fmt::format("{}: gnuplot could not draw it: {}",
-                                      (folder_ / script).string(),
-                                      InOneLine(result.messages)));
-  }
-  files_.insert(files_.end(), pictures.begin(), pictures.end());
+  const auto draw = [&](std::int64_t i) {
+    const std::string script = figures[static_cast<std::size_t>(i)].name + ".gp";
+    return gnuplot ? RunGnuplot(*gnuplot, folder_, script) : GnuplotResult{-1, "it is gone"};
+  };
+  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  OrderedWork<GnuplotResult> work(static_cast<std::int64_t>(figures.size()), threads, draw);
+  for (const Figure& figure : figures) Take(figure, *work.Next());
 }
 
 }  // namespace ceilmap::app

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "app/gnuplot.hpp"
+
 namespace ceilmap::app {
 
 /// A figure that gnuplot draws. Script and data stay beside the pictures, so that a figure can be
@@ -43,12 +45,18 @@ class FigureFolder {
   /// @throws calib::RunError when gnuplot fails (its own words, and where the script is) or the
   /// disk
   ///   refuses.
-  void Draw(const Figure& figure);
+  void Draw(const Figure& figure) { Draw(std::vector<Figure>{figure}); }
+  /// The same, with as many gnuplots at a time as there are cores. All scripts and data are there
+  /// before the first of them begins: figures may share data.
+  void Draw(const std::vector<Figure>& figures);
 
   /// All that was written.
   [[nodiscard]] const std::vector<std::filesystem::path>& Files() const { return files_; }
 
  private:
+  void Write(const Figure& figure);
+  void Take(const Figure& figure, const GnuplotResult& result);
+
   std::filesystem::path folder_;
   std::vector<std::filesystem::path> files_;
 };

@@ -15,8 +15,10 @@
 #include "app/localize_report.hpp"
 #include "app/measured_frames.hpp"
 #include "app/output_files.hpp"
+#include "app/page_parts.hpp"
 #include "app/progress.hpp"
 #include "app/robot_rig.hpp"
+#include "app/run_watch.hpp"
 #include "app/status_csv.hpp"
 #include "app/tilt_meter.hpp"
 #include "app/tum.hpp"
@@ -46,6 +48,7 @@ struct LocalizeParams {
   fs::path output;
   fs::path status;
   bool stream = false;
+  WatchOptions watch;
 
   // Checks everything that can be told without the recording. @throws calib::InputError
   void Check() const;
@@ -68,6 +71,7 @@ void LocalizeParams::Check() const {
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
     }
   }
+  watch.Check();
 }
 
 localization::LocalizerParams LocalizeParams::ForLocalizer() const {
@@ -164,6 +168,7 @@ void LocateFrames(FrameSource& source,
                   HeadingMeter* heading,
                   localization::Localizer& localizer,
                   Results& results,
+                  RunWatch& watch,
                   LocalizeResult& result) {
   Progress progress("localizing", "frames", source.ExpectedFrames());
   const bool live = source.Stamps() == StampOrigin::kClock;
@@ -182,6 +187,7 @@ void LocateFrames(FrameSource& source,
     frames.Locate(location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);
     results.Add(location);
     tally.Add(location, live, result);
+    watch.Add(location.pose, source.ExpectedFrames());
     progress.Update(++done);
     Detail("frame {} at {:.6f} s: {}",
            frame.index,
@@ -229,6 +235,15 @@ void WarnOfScale(const calib::Rig& rig,
   }
 }
 
+// What the live page has from the beginning: the map.
+page::PageData StartOfPage(const LocalizeParams& params, const mapping::MapReader& map) {
+  page::PageData page;
+  page.title = fmt::format(
+      "{} on {}", fs::path(params.up).filename().string(), params.map.filename().string());
+  if (params.watch.Live()) AddMap(map, page);
+  return page;
+}
+
 void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summary& summary) {
   const auto start = steady_clock::now();
   params.Check();
@@ -253,9 +268,10 @@ void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summ
   LocalizeResult result;
   result.tilt = tilt.get();
   result.heading = heading.get();
-  Results results(params,
-                  calib::LevelView(calib::CeilingView(up, map.Metadata().ceiling_height_m)));
-  LocateFrames(source, tilt.get(), heading.get(), localizer, results, result);
+  const calib::CeilingView view(up, map.Metadata().ceiling_height_m);
+  Results results(params, calib::LevelView(view));
+  RunWatch watch(params.watch, params.up, StartOfPage(params, map), view);
+  LocateFrames(source, tilt.get(), heading.get(), localizer, results, watch, result);
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
   if (tilt) {
     for (const std::string& warning : tilt->Warnings()) PrintWarning(warning);
@@ -279,7 +295,10 @@ void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summ
   }
   WarnOfScale(rig, map.Metadata(), result);
   Summarize(result, summary);
-  if (!common.quiet && !params.stream) PrintReport(result, summary);
+  const Table facts = FactsOf(result);
+  const bool quiet = common.quiet || params.stream;
+  if (!quiet) PrintFacts(facts, summary);
+  watch.End(map, facts, quiet, summary);
 }
 
 }  // namespace
@@ -326,6 +345,7 @@ Command AddLocalizeCommand(CLI::App& program) {
       ->group(result);
   cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")
       ->group(result);
+  params->watch.AddTo(cli, result);
   command.run = [params](const CommonOptions& common, Summary& summary) {
     RunLocalize(*params, common, summary);
   };

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "app/interrupt.hpp"
-#include "app/table.hpp"
 
 namespace ceilmap::app {
 
@@ -39,7 +38,7 @@ void Summarize(const LocalizeResult& result, Summary& summary) {
   summary.quality["tilt"] = result.tilt->Quality();
 }
 
-void PrintReport(const LocalizeResult& result, const Summary& summary) {
+Table FactsOf(const LocalizeResult& result) {
   const localization::LocalizerReport& report = result.report;
   const auto frames = static_cast<double>(report.frames);
   const double rate = result.seconds > 0 ? frames / result.seconds : 0;
@@ -74,8 +73,7 @@ void PrintReport(const LocalizeResult& result, const Summary& summary) {
   }
   table.AddRow(
       {"time", fmt::format("{:.2f}", result.seconds), fmt::format("s ({:.1f} frames/s)", rate)});
-  fmt::print("{}", table.Format());
-  for (const auto& file : summary.files) fmt::print("written {}\n", file.string());
+  return table;
 }
 
 }  // namespace ceilmap::app

@@ -7,6 +7,7 @@
 #include "app/frame_source.hpp"
 #include "app/heading_meter.hpp"
 #include "app/summary.hpp"
+#include "app/table.hpp"
 #include "app/tilt_meter.hpp"
 #include "localization/localizer.hpp"
 
@@ -32,7 +33,7 @@ struct LocalizeResult {
 /// Frames, stages and quality for --summary.
 void Summarize(const LocalizeResult& result, Summary& summary);
 
-/// The table that ends a run, on stdout, and the files that it wrote.
-void PrintReport(const LocalizeResult& result, const Summary& summary);
+/// The table that ends a run.
+Table FactsOf(const LocalizeResult& result);
 
 }  // namespace ceilmap::app

@@ -1,10 +1,7 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <ctime>
-#include <iterator>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -16,11 +13,13 @@
 #include "app/frame_source.hpp"
 #include "app/heading_meter.hpp"
 #include "app/interrupt.hpp"
+#include "app/map_append.hpp"
 #include "app/map_report.hpp"
 #include "app/measured_frames.hpp"
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
 #include "app/robot_rig.hpp"
+#include "app/run_watch.hpp"
 #include "app/tilt_meter.hpp"
 #include "app/tum.hpp"
 #include "calib/ceiling_view.hpp"
@@ -28,7 +27,6 @@
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "mapping/export.hpp"
-#include "mapping/map_union.hpp"
 #include "mapping/mapper.hpp"
 
 namespace fs = std::filesystem;
@@ -51,6 +49,7 @@ struct MapParams {
   fs::path output;
   fs::path trajectory;
   fs::path picture;
+  WatchOptions watch;
 
   // Checks everything that can be told without the recording. @throws calib::InputError
   void Resolve();
@@ -75,6 +74,7 @@ void MapParams::Resolve() {
   }
   if (!origin.empty()) T_map_first = ParsePose2(origin, "--origin");
   CheckOutputFiles({output, trajectory, tilt.uncompensated, picture});
+  watch.Check();
 }
 
 calib::CeilingView MakeView(const std::optional<calib::Rig>& rig,
@@ -130,7 +130,8 @@ void TellAssumptions(bool have_rig, StampOrigin stamps) {
 void MapFrames(FrameSource& source,
                TiltMeter* tilt,
                HeadingMeter* heading,
-               mapping::Mapper& mapper) {
+               mapping::Mapper& mapper,
+               RunWatch& watch) {
   Progress progress("mapping", "frames", source.ExpectedFrames());
   MeasuredFrames frames(source, tilt, heading);
   MeasuredFrame measured;
@@ -141,6 +142,7 @@ void MapFrames(FrameSource& source,
         mapper.Process(frame.picture, frame.index, frame.stamp_s, measured.context);
     frames.Locate(pose.status == mapping::TrackingStatus::kTracking ? std::optional(pose.T_map_base)
                                                                     : std::nullopt);
+    watch.AddMapped(pose, frame.picture, source.ExpectedFrames());
     progress.Update(++done);
     Detail("frame {} at {:.6f} s: {}", frame.index, frame.stamp_s, mapping::ToString(pose.status));
   }
@@ -157,61 +159,6 @@ void TellInterrupted(const mapping::Mapper& mapper) {
 void FinishMap(mapping::Mapper& mapper) {
   Progress progress("drawing", "tiles");
   mapper.Finish([&progress](int done, int total) { progress.Update(done, total); });
-}
-
-// The map that a recording is appended to, and what the two together are.
-struct Appending {
-  Appending(const MapParams& params, const mapping::MapMetadata& recording)
-      : map(params.output), metadata(map.Metadata()) {
-    const std::string problem = mapping::Incompatibility(metadata, recording);
-    if (!problem.empty()) {
-      throw calib::InputError(fmt::format("--append: {}: {}", params.output.string(), problem));
-    }
-    if (params.resolution) metadata.resolution = *params.resolution;
-    metadata.provenance += "\n" + recording.provenance;
-    metadata.program_version = CEILMAP_VERSION;
-    for (const mapping::Keyframe& keyframe : map.ReadKeyframes()) {
-      next_keyframe_id = keyframe.id + 1;
-    }
-  }
-
-  mapping::MapReader map;
-  mapping::MapMetadata metadata;
-  std::int64_t next_keyframe_id = 0;
-};
-
-MapResult FinishAppend(const Appending& appending,
-                       const calib::CeilingView& view,
-                       const MapParams& params,
-                       mapping::Mapper& mapper,
-                       mapping::MapWriter& writer) {
-  mapper.Close();
-  Progress progress("drawing", "tiles");
-  const mapping::MergeResult merged =
-      mapping::AppendRecording(appending.map,
-                               mapper.Graph(),
-                               view,
-                               appending.metadata,
-                               {},
-                               writer,
-                               [&progress](int done, int total) { progress.Update(done, total); });
-  if (!merged.ok()) {
-    throw calib::RunError(fmt::format("--append: {} does not join {}: {}; the map stays as it was",
-                                      params.up,
-                                      params.output.string(),
-                                      merged.results.back().reason));
-  }
-  MapResult result{nullptr, nullptr, {}, mapper.Report(), merged.graph.weak_spots};
-  std::copy_if(merged.graph.trajectory.begin(),
-               merged.graph.trajectory.end(),
-               std::back_inserter(result.frames),
-               [&](const mapping::FramePose& frame) {
-                 return frame.keyframe_id >= appending.next_keyframe_id;
-               });
-  result.report.grid = merged.grid;
-  result.report.quality = merged.graph.quality;
-  result.report.keyframes = static_cast<std::int64_t>(merged.graph.keyframes.size());
-  return result;
 }
 
 std::string TrajectoryText(const std::vector<mapping::FramePose>& frames) {
@@ -281,13 +228,17 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   mapper_params.mosaic.resolution = metadata.resolution;
   std::optional<Appending> appending;
   if (params.append) {
-    appending.emplace(params, metadata);
-    mapper_params.first_keyframe_id = appending->next_keyframe_id;
+    appending.emplace(params.output, metadata, params.resolution);
+    mapper_params.first_keyframe_id = appending->NextKeyframeId();
   }
-  mapping::MapWriter writer(params.output, appending ? appending->metadata : metadata);
+  mapping::MapWriter writer(params.output, appending ? appending->Metadata() : metadata);
   mapping::Mapper mapper(view, writer, metadata, mapper_params);
 
-  MapFrames(source, tilt.get(), heading.get(), mapper);
+  page::PageData page;
+  page.title = fmt::format("Map {}", params.output.filename().string());
+  page.unit = metadata.unit;
+  RunWatch watch(params.watch, params.up, std::move(page), view);
+  MapFrames(source, tilt.get(), heading.get(), mapper, watch);
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
   if (tilt) {
     for (const std::string& warning : tilt->Warnings()) PrintWarning(warning);
@@ -298,7 +249,7 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   if (Interrupted()) TellInterrupted(mapper);
   MapResult result;
   if (appending) {
-    result = FinishAppend(*appending, view, params, mapper, writer);
+    result = appending->Finish(params.up, view, mapper, writer);
   } else {
     FinishMap(mapper);
     result = {nullptr, nullptr, mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
@@ -308,10 +259,12 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   CommitFiles(result.frames, view, writer, params, summary);
   TellAssumptions(rig.has_value(), source.Stamps());
 
-  const double seconds = SecondsSince(start);
+  const Table facts = FactsOf(result, metadata.unit, SecondsSince(start));
   Summarize(result, source.Report(), metadata.unit, summary);
   WarnOfParts(result);
-  if (!common.quiet) PrintReport(result, metadata.unit, seconds, summary);
+  if (!common.quiet) PrintFacts(facts, summary);
+  watch.Replace(result.frames);
+  watch.End(mapping::MapReader(params.output), facts, common.quiet, summary);
 }
 
 }  // namespace
@@ -350,6 +303,7 @@ Command AddMapCommand(CLI::App& program) {
   params->tilt.AddTo(cli, input, result);
   params->heading.AddTo(cli, input, input);
   add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
+  params->watch.AddTo(cli, result);
   command.run = [params](const CommonOptions& common, Summary& summary) {
     RunMap(*params, common, summary);
   };

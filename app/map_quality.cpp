@@ -36,8 +36,6 @@ nlohmann::ordered_json ToJson(const std::vector<mapping::WeakSpot>& spots) {
   return list;
 }
 
-namespace {
-
 std::string Describe(const mapping::WeakSpot& spot, const std::string& unit) {
   std::string place = fmt::format("at ({:.1f}, {:.1f})", spot.x, spot.y);
   switch (spot.kind) {
@@ -57,8 +55,6 @@ std::string Describe(const mapping::WeakSpot& spot, const std::string& unit) {
   }
   return place;
 }
-
-}  // namespace
 
 void AddQuality(const mapping::MapQuality& quality,
                 std::vector<mapping::WeakSpot> spots,

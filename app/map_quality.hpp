@@ -16,6 +16,9 @@ nlohmann::ordered_json ToJson(const mapping::LoopCounts& loops);
 nlohmann::ordered_json ToJson(const mapping::MapQuality& quality);
 nlohmann::ordered_json ToJson(const std::vector<mapping::WeakSpot>& spots);
 
+/// What is the matter there, in one line. @param unit  of the map, "m" or "px".
+std::string Describe(const mapping::WeakSpot& spot, const std::string& unit);
+
 /// Rows for people: loops by what became of them, residuals, and the weak spots, the largest first
 /// and no more than `most_spots`.
 void AddQuality(const mapping::MapQuality& quality,

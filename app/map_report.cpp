@@ -5,9 +5,6 @@
 #include "app/console.hpp"
 #include "app/interrupt.hpp"
 #include "app/map_quality.hpp"
-#include "app/table.hpp"
-
-namespace fs = std::filesystem;
 
 namespace ceilmap::app {
 
@@ -60,10 +57,7 @@ void WarnOfParts(const MapResult& result) {
       frames));
 }
 
-void PrintReport(const MapResult& result,
-                 const std::string& unit,
-                 double seconds,
-                 const Summary& summary) {
+Table FactsOf(const MapResult& result, const std::string& unit, double seconds) {
   const mapping::MapperReport& report = result.report;
   const double rate = seconds > 0 ? static_cast<double>(report.frames) / seconds : 0;
   const int decimals = unit == "m" ? 3 : 1;
@@ -98,8 +92,7 @@ void PrintReport(const MapResult& result,
                 unit});
   table.AddRow({"map", fmt::format("{} x {}", grid.width_px, grid.height_px), "px of the mosaic"});
   table.AddRow({"time", fmt::format("{:.2f}", seconds), fmt::format("s ({:.1f} frames/s)", rate)});
-  fmt::print("{}", table.Format());
-  for (const fs::path& file : summary.files) fmt::print("written {}\n", file.string());
+  return table;
 }
 
 }  // namespace ceilmap::app

@@ -6,6 +6,7 @@
 #include "app/frame_source.hpp"
 #include "app/heading_meter.hpp"
 #include "app/summary.hpp"
+#include "app/table.hpp"
 #include "app/tilt_meter.hpp"
 #include "mapping/map_graph.hpp"
 #include "mapping/mapper.hpp"
@@ -30,10 +31,7 @@ void Summarize(const MapResult& result,
 /// A warning on stderr when frames are not in the map because nothing ties them to it.
 void WarnOfParts(const MapResult& result);
 
-/// The table that ends a run, on stdout, and the files that it wrote.
-void PrintReport(const MapResult& result,
-                 const std::string& unit,
-                 double seconds,
-                 const Summary& summary);
+/// The table that ends a run.
+Table FactsOf(const MapResult& result, const std::string& unit, double seconds);
 
 }  // namespace ceilmap::app

@@ -12,6 +12,7 @@ class Table {
   enum class Numbers { kLeft, kRight };
 
   void AddRow(std::vector<std::string> cells);
+  [[nodiscard]] const std::vector<std::vector<std::string>>& Rows() const { return rows_; }
   /// Lines with a line feed each, without blanks at their ends.
   [[nodiscard]] std::string Format(Numbers numbers = Numbers::kRight) const;
 

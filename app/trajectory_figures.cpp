@@ -74,16 +74,28 @@ std::string PosesData(const std::vector<FigurePose>& poses) {
   return text;
 }
 
-// The truth below, then a curve per run. @param columns  as gnuplot's using.
+// What is drawn under the runs.
+struct Under {
+  bool truth = false;
+  bool before = false;
+};
+
+// These, then a curve per run. @param columns  as gnuplot's using.
 std::string Curves(const TrajectoryComparison& comparison,
                    const std::string& columns,
-                   bool truth,
+                   Under under,
                    bool titles) {
   std::string text = "  plot \\\n";
-  if (truth && !comparison.truth.empty()) {
+  if (under.truth && !comparison.truth.empty()) {
     text += fmt::format("    'truth.csv' skip 1 using {} with lines ls 6 {}, \\\n",
                         columns,
                         titles ? "title 'truth'" : "notitle");
+  }
+  if (under.before && !comparison.before.empty()) {
+    text += fmt::format(
+        "    'before.csv' skip 1 using {} with lines lc rgb '#666666' lw 1 dt (4,3) {}, \\\n",
+        columns,
+        titles ? "title 'before compensation'" : "notitle");
   }
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     text += fmt::format("    '{}' skip 1 using {} with lines ls {} {}{}\n",
@@ -114,6 +126,7 @@ Extent ExtentOf(const TrajectoryComparison& comparison) {
     }
   };
   take(comparison.truth);
+  take(comparison.before);
   for (const FigureRun& run : comparison.runs) take(run.poses);
   const double margin =
       0.06 * std::max({extent.max_x - extent.min_x, extent.max_y - extent.min_y, 1e-3});
@@ -164,6 +177,7 @@ std::string MosaicUnder(const std::optional<FigureMosaic>& mosaic) {
 std::vector<Figure::Data> AllPoses(const TrajectoryComparison& comparison) {
   std::vector<Figure::Data> data;
   if (!comparison.truth.empty()) data.push_back({"truth.csv", PosesData(comparison.truth)});
+  if (!comparison.before.empty()) data.push_back({"before.csv", PosesData(comparison.before)});
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     data.push_back({RunFile(i), PosesData(comparison.runs[i].poses)});
   }
@@ -179,7 +193,7 @@ Figure Trajectories(const TrajectoryComparison& comparison) {
   figure.height_px = frame.height_px;
   figure.settings = RunStyles(comparison.runs.size()) + frame.settings +
                     "set key outside top center horizontal maxrows 2 samplen 3 noenhanced\n";
-  std::string curves = Curves(comparison, "3:4", true, true);
+  std::string curves = Curves(comparison, "3:4", {.truth = true, .before = true}, true);
   curves.insert(curves.find('\n') + 1, MosaicUnder(comparison.mosaic));
   figure.plot = curves;
   return figure;
@@ -189,7 +203,7 @@ Figure Trajectories(const TrajectoryComparison& comparison) {
 struct Panel {
   std::string label;
   std::string columns;
-  bool truth = false;
+  Under under;
 };
 Figure Panels(const TrajectoryComparison& comparison,
               const std::string& name,
@@ -211,7 +225,7 @@ Figure Panels(const TrajectoryComparison& comparison,
       figure.plot += fmt::format("  set xlabel '{}'\n  set format x '% h'\n", x_label);
     }
     figure.plot += fmt::format("  set ylabel '{}'\n", panels[i].label);
-    figure.plot += Curves(comparison, panels[i].columns, panels[i].truth, i == 0);
+    figure.plot += Curves(comparison, panels[i].columns, panels[i].under, i == 0);
   }
   figure.plot += "  unset multiplot\n";
   return figure;
@@ -229,12 +243,13 @@ bool Tilted(const TrajectoryComparison& comparison) {
 }
 
 Figure Poses(const TrajectoryComparison& comparison) {
-  std::vector<Panel> panels = {{fmt::format("x ({})", comparison.unit), "1:3", true},
-                               {fmt::format("y ({})", comparison.unit), "1:4", true},
-                               {"yaw (deg)", "1:5", true}};
+  constexpr Under kTruth{.truth = true};
+  std::vector<Panel> panels = {{fmt::format("x ({})", comparison.unit), "1:3", kTruth},
+                               {fmt::format("y ({})", comparison.unit), "1:4", kTruth},
+                               {"yaw (deg)", "1:5", kTruth}};
   if (Tilted(comparison)) {
-    panels.push_back({"pitch (deg)", "1:6", true});
-    panels.push_back({"roll (deg)", "1:7", true});
+    panels.push_back({"pitch (deg)", "1:6", kTruth});
+    panels.push_back({"roll (deg)", "1:7", kTruth});
   }
   return Panels(comparison, "poses", "time (s)", panels);
 }
@@ -247,8 +262,9 @@ Figure Errors(const TrajectoryComparison& comparison, const LengthUnit& unit, bo
                 over_way ? "errors-way" : "errors",
                 label,
                 {{fmt::format("position error ({})", unit.name),
-                  fmt::format("{}:({:g} * $8)", x, unit.per_unit)},
-                 {"yaw error (deg)", fmt::format("{}:9", x)}});
+                  fmt::format("{}:({:g} * $8)", x, unit.per_unit),
+                  {.before = true}},
+                 {"yaw error (deg)", fmt::format("{}:9", x), {}}});
 }
 
 Figure ErrorMap(const TrajectoryComparison& comparison, const LengthUnit& unit) {

@@ -46,7 +46,10 @@ struct FigureMosaic {
 
 struct TrajectoryComparison {
   std::vector<FigurePose> truth;  ///< empty: there is none, and no figure of errors
-  std::vector<FigureRun> runs;    ///< at least one, each with at least one pose
+  /// A run as it was without tilt compensation, its yaw and tilts those of the truth; empty: there
+  /// is none.
+  std::vector<FigurePose> before;
+  std::vector<FigureRun> runs;  ///< at least one, each with at least one pose
   std::optional<FigureMosaic> mosaic;
   std::string unit = "m";  ///< of lengths, "m" or "px"
 };

@@ -166,7 +166,7 @@ ordered_json PathsToJson(const std::vector<PagePath>& paths, double first_s) {
 }
 
 ordered_json PictureToJson(const PagePicture& picture, const std::string& url) {
-  if (picture.empty()) return nullptr;
+  if (picture.empty() && url.empty()) return nullptr;
   return {{"url", url.empty() ? "data:" + picture.mime + ";base64," + Base64(picture.bytes) : url},
           {"extent", {picture.min_x, picture.min_y, picture.max_x, picture.max_y}}};
 }

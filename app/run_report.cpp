@@ -1,0 +1,76 @@
+#include "app/run_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "app/comparison_figures.hpp"
+#include "app/page/page.hpp"
+#include "app/page_parts.hpp"
+#include "app/report_folder.hpp"
+#include "app/tum.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+namespace {
+
+bool Placed(const mapping::FramePose& frame) {
+  return frame.status == mapping::TrackingStatus::kTracking ||
+         frame.status == mapping::TrackingStatus::kRelocalized;
+}
+
+TrajectoryComparison FiguresOf(const RunRecord& run) {
+  std::vector<StampedPose> poses;
+  poses.reserve(run.frames.size());
+  for (const mapping::FramePose& frame : run.frames) {
+    if (Placed(frame)) poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
+  }
+  TrajectoryComparison comparison;
+  comparison.runs.push_back({run.name, FigurePoses(poses), {}});
+  return comparison;
+}
+
+}  // namespace
+
+ReportTable FactsTable(const std::string& title, const Table& facts) {
+  ReportTable table{title, {"", "value", ""}, facts.Rows()};
+  for (auto& row : table.rows) row.resize(table.columns.size());
+  return table;
+}
+
+page::PageData PageOf(const RunRecord& run, const mapping::MapReader& map) {
+  page::PageData data;
+  data.title = run.title;
+  AddMap(map, data);
+  data.paths.push_back(ToPagePath(run.name, run.frames));
+  data.paths.back().footprint = run.footprint;
+  data.charts = ChartsOfRun(run.name, run.frames, data.unit);
+  return data;
+}
+
+void WriteRunReport(const fs::path& folder,
+                    const RunRecord& run,
+                    const page::PageData& page,
+                    const mapping::MapReader& map,
+                    const std::vector<ReportTable>& tables,
+                    Summary& summary) {
+  using Handler = nlohmann::ordered_json::error_handler_t;
+  const std::vector<fs::path> files =
+      WriteReport(folder,
+                  {{"index.html", page::WritePage(page)},
+                   {"metrics.json", summary.quality.dump(2, ' ', false, Handler::replace) + "\n"},
+                   {"tables.md", FormatMarkdown(tables)},
+                   {"tables.tex", FormatLatex(tables)}});
+  summary.files.insert(summary.files.end(), files.begin(), files.end());
+  if (std::none_of(run.frames.begin(), run.frames.end(), Placed)) return;
+  DrawTrajectoryFigures(FiguresOf(run), &map, folder / "figures", summary);
+}
+
+void PrintFacts(const Table& facts, const Summary& summary) {
+  fmt::print("{}", facts.Format());
+  for (const fs::path& file : summary.files) fmt::print("written {}\n", file.string());
+}
+
+}  // namespace ceilmap::app
