@@ -26,6 +26,8 @@ class ChildProcess {
 
   /// Reads stderr until it holds the text; false when it ended without.
   bool WaitForErr(const std::string& text);
+  /// What was read of stderr so far.
+  [[nodiscard]] const std::string& Err() const { return result_.err; }
   /// Reads what comes until the descriptor has something to read too; false when the program ended
   /// without.
   bool WaitForDescriptor(int descriptor);

@@ -6,7 +6,8 @@ ceilmap_add_test(commands_test
     ${CMAKE_CURRENT_LIST_DIR}/commands_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/evaluate_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/localize_command_test.cpp
-  LINKS ceilmap_app GDAL::GDAL opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
+    ${CMAKE_CURRENT_LIST_DIR}/report_test.cpp
+  LINKS ceilmap_app PkgConfig::httplib GDAL::GDAL opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 target_compile_definitions(commands_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
 add_dependencies(commands_test ceilmap)
 

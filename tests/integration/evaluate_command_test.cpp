@@ -97,6 +97,7 @@ TEST(Evaluate, TellsWhatCompensationIsWorth) {
               ElementsAre("compensation.csv",
                           "estimates.csv",
                           "fused-errors.csv",
+                          "index.html",
                           "metrics.csv",
                           "metrics.json",
                           "none-errors.csv",
@@ -132,6 +133,9 @@ TEST(Evaluate, DrawsTheErrorsOverTheMap) {
                                          "-o",
                                          "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string page = ReadAll(test.out / "report/index.html");
+  EXPECT_THAT(page, HasSubstr("data:image/"));
+  EXPECT_THAT(page, HasSubstr("Position error over the way"));
   const std::vector<std::string> names = app::NamesIn(test.out / "report/figures");
   for (const char* name :
        {"trajectories", "poses", "errors", "errors-way", "error-map", "distribution", "segments"}) {
@@ -168,6 +172,7 @@ TEST(Evaluate, WithoutBeforeThereIsNoCompensation) {
   EXPECT_THAT(result.out, Not(HasSubstr("compensation")));
   EXPECT_THAT(FilesOf(test.out / "report"),
               ElementsAre("estimates.csv",
+                          "index.html",
                           "metrics.csv",
                           "metrics.json",
                           "tables.md",
