@@ -43,8 +43,8 @@ std::vector<FigurePose> FigurePosesBefore(const std::vector<evaluation::StampedP
 /// A trajectory alone, without a truth: the way is its own. Empty for none.
 std::vector<FigurePose> FigurePoses(const std::vector<evaluation::StampedPose>& poses);
 
-/// Writes the map's mosaic into a folder as mosaic.png, at most 1600 pixels a side, white where
-/// nobody looked.
+/// Writes the map's mosaic into a folder as mosaic.png, pale, at most 1600 pixels a side, white
+/// where nobody looked.
 /// @return nothing for a map without a mosaic. @throws calib::RunError when the disk refuses.
 std::optional<FigureMosaic> WriteMosaic(const mapping::MapReader& map,
                                         const std::filesystem::path& folder);

@@ -59,6 +59,8 @@ class Builder {
   std::vector<page::PageChart> Charts() const;
 
  private:
+  // Errors with and without compensation, whose size hides what is left in the charts of the runs.
+  page::PageChart BeforeAndAfter(page::PageChart after) const;
   // No run can have a name of ours.
   std::string Unused(std::string name) const {
     while (std::any_of(comparison_.estimates.begin(),
@@ -68,6 +70,7 @@ class Builder {
     }
     return name;
   }
+  std::string BeforeName() const { return Unused("before compensation"); }
   template <typename Value>
   page::PageChart PositionChart(std::string title,
                                 std::string y_label,
@@ -110,7 +113,7 @@ page::PagePath Builder::Run(const ComparedEstimate& estimate) const {
 // Of all runs the same. Its yaw is not compared, so that of the truth stands for it.
 page::PagePath Builder::Before() const {
   page::PagePath path;
-  path.name = Unused("before compensation");
+  path.name = BeforeName();
   path.role = page::PathRole::kBefore;
   const auto& frames = comparison_.compensation->estimates.front().compensation.frames;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -147,6 +150,21 @@ page::PageChart Builder::PositionChart(std::string title,
   return chart;
 }
 
+page::PageChart Builder::BeforeAndAfter(page::PageChart after) const {
+  page::PageSeries before;
+  before.name = BeforeName();
+  for (const evaluation::CompensatedFrame& frame :
+       comparison_.compensation->estimates.front().compensation.frames) {
+    if (!frame.before) continue;
+    before.x.push_back(frame.stamp_s);
+    before.y.push_back((metres_ ? 1e3 : 1) *
+                       std::hypot(frame.before->along_m, frame.before->across_m));
+  }
+  after.title = "Position error, before compensation too";
+  after.series.insert(after.series.begin(), std::move(before));
+  return after;
+}
+
 std::vector<page::PageChart> Builder::Charts() const {
   const char* const label = metres_ ? "error (mm)" : "error (px)";
   const auto position = [this](const FrameError& error) {
@@ -158,6 +176,7 @@ std::vector<page::PageChart> Builder::Charts() const {
       PositionChart("Yaw error", "error (deg)", true, yaw_deg),
       PositionChart("Position error over the way", label, false, position),
       PositionChart("Yaw error over the way", "error (deg)", false, yaw_deg)};
+  if (comparison_.compensation) charts.push_back(BeforeAndAfter(charts.front()));
   page::PageChart headings;
   headings.title = "Heading error from the first heading on";
   headings.x_label = "time (s)";

@@ -93,7 +93,7 @@ std::string Curves(const TrajectoryComparison& comparison,
   }
   if (under.before && !comparison.before.empty()) {
     text += fmt::format(
-        "    'before.csv' skip 1 using {} with lines lc rgb '#666666' lw 1 dt (4,3) {}, \\\n",
+        "    'before.csv' skip 1 using {} with lines lc rgb '#666666' lw 1.6 dt (6,4) {}, \\\n",
         columns,
         titles ? "title 'before compensation'" : "notitle");
   }
@@ -159,14 +159,12 @@ MapFrame FrameFor(const Extent& extent, const std::string& unit) {
                       unit)};
 }
 
-// Pale, so that paths stand out. Beyond what was seen the paper shows.
 std::string MosaicUnder(const std::optional<FigureMosaic>& mosaic) {
   if (!mosaic) return "";
   const double half = 0.5 * mosaic->metres_per_px;
   return fmt::format(
       "    '{}' binary filetype=png origin=({:.9g}, {:.9g}) dx={:.9g} dy={:.9g} \\\n"
-      "      using (140 + 0.45 * $1):(140 + 0.45 * $2):(140 + 0.45 * $3) with rgbimage notitle, "
-      "\\\n",
+      "      with rgbimage notitle, \\\n",
       mosaic->file,
       mosaic->min_x + half,
       mosaic->min_y + half,

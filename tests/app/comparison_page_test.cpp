@@ -90,6 +90,10 @@ TEST_F(ComparisonPageTest, ShowsWhatCompensationIsWorth) {
   ASSERT_EQ(data.paths.size(), 3U);
   EXPECT_EQ(data.paths[1].role, page::PathRole::kBefore);
   EXPECT_NEAR(data.paths[1].poses[7].x, 7, 1e-6);
+  data.Validate();
+  ASSERT_EQ(data.charts.size(), 5U);
+  EXPECT_EQ(data.charts[4].series.at(0).name, data.paths[1].name);
+  EXPECT_NEAR(data.charts[4].series[0].y.at(7), 0, 1e-3);
 }
 
 TEST_F(ComparisonPageTest, NamesOfRunsStayTheirOwn) {
