@@ -227,6 +227,8 @@ void Comparer::Add(const NamedFile& file) {
   }
   compared.covariances = std::move(estimate.covariances);
   compared.frames_of_status = std::move(estimate.frames_of_status);
+  compared.placed = std::move(estimate.placed);
+  compared.unplaced = std::move(estimate.unplaced);
   comparison_.estimates.push_back(std::move(compared));
 }
 

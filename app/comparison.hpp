@@ -14,6 +14,7 @@
 #include "app/evaluation/heading_errors.hpp"
 #include "app/evaluation/time_offset.hpp"
 #include "app/evaluation/trajectory_errors.hpp"
+#include "app/status_csv.hpp"
 
 namespace ceilmap::app {
 
@@ -45,6 +46,8 @@ struct ComparedEstimate {
   std::optional<evaluation::Consistency> consistency;    ///< where it has covariances
   std::vector<evaluation::PoseCovariance> covariances;   ///< of its poses; empty: not known
   std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file
+  std::vector<FrameStatus> placed;                       ///< of a status file, of each pose
+  std::vector<FrameStatus> unplaced;                     ///< of a status file, by the truth's clock
   std::int64_t matched = 0;
   std::int64_t expected = 0;
 

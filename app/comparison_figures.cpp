@@ -122,8 +122,8 @@ std::optional<FigureMosaic> WriteMosaic(const mapping::MapReader& map,
   cv::Mat alpha;
   const mapping::MosaicGrid grid = map.ReadOverview(kMostPx, grey, alpha);
   if (grey.empty()) return std::nullopt;
-  // Pale, so that paths stand out. Beyond what was seen the paper shows. (gnuplot could do this too,
-  // for as long as all the rest takes.)
+  // Pale, so that paths stand out. Beyond what was seen the paper shows. (gnuplot could do this
+  // too, for as long as all the rest takes.)
   grey.convertTo(grey, CV_8U, 0.45, 140);
   grey.setTo(255, alpha == 0);
   std::vector<unsigned char> png;

@@ -1,5 +1,7 @@
 #include "app/comparison_page.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -42,6 +44,22 @@ void SetCovariance(const evaluation::PoseCovariance& known,
   pose.covariance = {position(0, 0), position(0, 1), position(1, 1), (*known)(2, 2)};
 }
 
+// Frames that a run could not place come between its poses; stamps stay in order.
+void AddUnplaced(const std::vector<FrameStatus>& unplaced, std::vector<page::PagePose>& poses) {
+  constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
+  for (const FrameStatus& frame : unplaced) {
+    poses.push_back({frame.stamp_s, kNowhere, kNowhere, kNowhere, frame.status, {}});
+  }
+  const auto earlier = [](const page::PagePose& a, const page::PagePose& b) {
+    return a.stamp_s < b.stamp_s;
+  };
+  const auto not_later = [](const page::PagePose& a, const page::PagePose& b) {
+    return a.stamp_s >= b.stamp_s;
+  };
+  std::stable_sort(poses.begin(), poses.end(), earlier);
+  poses.erase(std::unique(poses.begin(), poses.end(), not_later), poses.end());
+}
+
 class Builder {
  public:
   Builder(const Comparison& comparison, ShownFrame frame, bool metres)
@@ -55,6 +73,7 @@ class Builder {
 
   page::PagePath Truth() const;
   page::PagePath Run(const ComparedEstimate& estimate) const;
+  page::PagePath Headings(const ComparedEstimate& estimate) const;
   page::PagePath Before() const;
   std::vector<page::PageChart> Charts() const;
 
@@ -69,6 +88,9 @@ class Builder {
       name += '*';
     }
     return name;
+  }
+  std::string HeadingName(const ComparedEstimate& estimate) const {
+    return Unused(estimate.file.name + " (heading)");
   }
   std::string BeforeName() const { return Unused("before compensation"); }
   template <typename Value>
@@ -101,11 +123,27 @@ page::PagePath Builder::Run(const ComparedEstimate& estimate) const {
   for (const FrameError& error : estimate.errors->frames) {
     page::PagePose& pose =
         path.poses.emplace_back(Shown(T_shown_truth_, error.stamp_s, error.T_truth_base));
+    if (!estimate.placed.empty()) pose.status = estimate.placed[error.estimate].status;
     if (estimate.covariances.empty()) continue;
     SetCovariance(estimate.covariances[error.estimate],
                   T_shown_truth_.motion.yaw + T_truth_estimate.motion.yaw,
                   T_shown_truth_.scale * T_truth_estimate.scale,
                   pose);
+  }
+  AddUnplaced(estimate.unplaced, path.poses);
+  return path;
+}
+
+// Headings alone have no places: the robot stands where it truly was.
+page::PagePath Builder::Headings(const ComparedEstimate& estimate) const {
+  page::PagePath path;
+  path.name = HeadingName(estimate);
+  path.poses.reserve(estimate.heading.of.size());
+  for (const evaluation::HeadingError& error : estimate.heading.of) {
+    const evaluation::StampedPose& truth = comparison_.truth[error.truth];
+    calib::Pose2 pose = evaluation::PlanarPose(truth);
+    pose.yaw += error.error_deg / kDegPerRad;
+    path.poses.push_back(Shown(T_shown_truth_, truth.stamp_s, pose));
   }
   return path;
 }
@@ -184,7 +222,7 @@ std::vector<page::PageChart> Builder::Charts() const {
   for (const ComparedEstimate& estimate : comparison_.estimates) {
     if (estimate.errors) continue;  // has the charts above
     page::PageSeries series;
-    series.name = estimate.file.name;
+    series.name = HeadingName(estimate);
     for (const evaluation::HeadingError& error : estimate.heading.of) {
       series.x.push_back(comparison_.truth[error.truth].stamp_s);
       series.y.push_back(error.error_deg);
@@ -196,6 +234,18 @@ std::vector<page::PageChart> Builder::Charts() const {
   return charts;
 }
 
+std::string TitleOf(const Comparison& comparison) {
+  constexpr std::size_t kMostNames = 4;
+  const auto& estimates = comparison.estimates;
+  if (estimates.size() > kMostNames)
+    return fmt::format("{} runs against the truth", estimates.size());
+  std::string names;
+  for (const ComparedEstimate& estimate : estimates) {
+    names += (names.empty() ? "" : ", ") + estimate.file.name;
+  }
+  return names + " against the truth";
+}
+
 }  // namespace
 
 page::PageData ComparisonPage(const Comparison& comparison,
@@ -204,11 +254,12 @@ page::PageData ComparisonPage(const Comparison& comparison,
                               const std::string& unit) {
   const Builder builder(comparison, frame, unit == "m");
   page::PageData data;
+  data.title = TitleOf(comparison);
   data.unit = unit;
   data.paths.push_back(builder.Truth());
   if (comparison.compensation) data.paths.push_back(builder.Before());
   for (const ComparedEstimate& estimate : comparison.estimates) {
-    if (estimate.errors) data.paths.push_back(builder.Run(estimate));
+    data.paths.push_back(estimate.errors ? builder.Run(estimate) : builder.Headings(estimate));
   }
   data.charts = builder.Charts();
   AddTables(tables, data);

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "app/csv.hpp"
-#include "app/status_csv.hpp"
 #include "app/tum.hpp"
 #include "calib/error.hpp"
 
@@ -49,6 +48,8 @@ Estimate ReadCsvEstimate(const std::filesystem::path& file) {
   estimate.poses = std::move(record.poses);
   estimate.covariances.assign(record.covariances.begin(), record.covariances.end());
   estimate.frames_of_status = std::move(record.frames);
+  estimate.placed = std::move(record.placed);
+  estimate.unplaced = std::move(record.unplaced);
   if (estimate.poses.empty()) {
     throw calib::InputError(fmt::format("{}: holds no poses", file.string()));
   }
@@ -60,6 +61,8 @@ Estimate ReadCsvEstimate(const std::filesystem::path& file) {
 void Estimate::Delay(double offset_s) {
   for (evaluation::StampedPose& pose : poses) pose.stamp_s += offset_s;
   for (evaluation::StampedHeading& heading : headings) heading.stamp_s += offset_s;
+  for (FrameStatus& frame : placed) frame.stamp_s += offset_s;
+  for (FrameStatus& frame : unplaced) frame.stamp_s += offset_s;
 }
 
 Estimate ReadEstimate(const std::filesystem::path& file) {

@@ -9,6 +9,7 @@
 #include "app/evaluation/consistency.hpp"
 #include "app/evaluation/heading_errors.hpp"
 #include "app/evaluation/stamped_pose.hpp"
+#include "app/status_csv.hpp"
 
 namespace ceilmap::app {
 
@@ -17,7 +18,9 @@ struct Estimate {
   std::vector<evaluation::StampedPose> poses;            ///< empty: it has headings only
   std::vector<evaluation::PoseCovariance> covariances;   ///< of each pose; empty: not known
   std::vector<evaluation::StampedHeading> headings;      ///< of the poses, where there are some
-  std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file
+  std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file, as it spells them
+  std::vector<FrameStatus> placed;                       ///< of it, of each pose
+  std::vector<FrameStatus> unplaced;                     ///< of it, frames without a pose
 
   /// The same by another clock.
   void Delay(double offset_s);

@@ -93,7 +93,7 @@ ReportFile PageFile(const Comparison& comparison,
   const std::string unit = map != nullptr ? map->Metadata().unit : "m";
   page::PageData data =
       ComparisonPage(comparison, ComparisonTables(comparison), ShownOn(map), unit);
-  data.title = fmt::format("Compared with {}", params.comparison.truth.filename().string());
+  data.note = fmt::format("Truth: {}; aligned: {}", params.comparison.truth.string(), params.align);
   if (map != nullptr) AddMap(*map, data);
   return {"index.html", page::WritePage(data)};
 }

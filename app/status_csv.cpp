@@ -12,6 +12,16 @@
 namespace ceilmap::app {
 namespace {
 
+// Words of other programs are those of a frame that has a pose, or none.
+mapping::TrackingStatus StatusOf(const std::string& word, bool placed) {
+  using Status = mapping::TrackingStatus;
+  for (const Status status :
+       {Status::kTracking, Status::kRelocalized, Status::kAmbiguous, Status::kLost}) {
+    if (word == mapping::ToString(status)) return status;
+  }
+  return placed ? Status::kTracking : Status::kLost;
+}
+
 // The columns of a status file that are read back.
 class StatusColumns {
  public:
@@ -107,7 +117,10 @@ StatusRecord ReadStatus(const std::filesystem::path& file) {
     }
     last_s = stamp_s;
     ++record.frames[columns.Status(row)];
-    if (!columns.HasPose(row)) continue;
+    const bool placed = columns.HasPose(row);
+    (placed ? record.placed : record.unplaced)
+        .push_back({stamp_s, StatusOf(columns.Status(row), placed)});
+    if (!placed) continue;
     record.poses.push_back(columns.Pose(row));
     record.covariances.push_back(columns.Covariance(row));
   }

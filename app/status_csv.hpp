@@ -10,6 +10,7 @@
 
 #include "app/evaluation/stamped_pose.hpp"
 #include "localization/localizer.hpp"
+#include "mapping/keyframe.hpp"
 
 namespace ceilmap::app {
 
@@ -19,12 +20,20 @@ namespace ceilmap::app {
 std::string_view StatusHeader();
 std::string FormatStatusLine(const localization::Location& location);
 
+/// Whether a frame was placed.
+struct FrameStatus {
+  double stamp_s = 0;
+  mapping::TrackingStatus status = mapping::TrackingStatus::kTracking;
+};
+
 /// What such a file tells, for comparisons.
 struct StatusRecord {
   std::vector<evaluation::StampedPose> poses;  ///< of the frames that have one, at height 0
   /// Of (x, y, yaw) of each of them, metres and radians: the variances, all that the file has.
   std::vector<Eigen::Matrix3d> covariances;
-  std::map<std::string, std::int64_t> frames;  ///< how many, by status
+  std::vector<FrameStatus> placed;             ///< of each pose
+  std::vector<FrameStatus> unplaced;           ///< of the frames that have none
+  std::map<std::string, std::int64_t> frames;  ///< how many, by status as the file spells it
 };
 
 /// Columns may stand in any order, `peak` and `inliers` may be missing.

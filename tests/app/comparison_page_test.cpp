@@ -84,6 +84,24 @@ TEST_F(ComparisonPageTest, CovariancesTurnWithTheFrame) {
   EXPECT_NEAR(turned[2], 1e-6, 1e-9);
 }
 
+TEST_F(ComparisonPageTest, FramesThatWereNotPlacedAreBetweenThePoses) {
+  WriteStatus();
+  std::string text = ReadAll(folder_ / "run.csv");
+  text.insert(text.find("\n4.") + 1,
+              "3.500000,ambiguous,,,,,,,,\n3.7,of another program,,,,,,,,\n");
+  folder_.Write("run.csv", text);
+  const page::PageData data = ComparisonPage(Compare(params_), {}, ShownFrame::kTruth, "m");
+  data.Validate();
+  const std::vector<page::PagePose>& poses = data.paths[1].poses;
+  ASSERT_EQ(poses.size(), 13U);
+  EXPECT_EQ(poses[3].status, mapping::TrackingStatus::kTracking);
+  EXPECT_EQ(poses[4].status, mapping::TrackingStatus::kAmbiguous);
+  EXPECT_EQ(poses[4].stamp_s, 3.5);
+  EXPECT_TRUE(std::isnan(poses[4].x));
+  EXPECT_EQ(poses[5].status, mapping::TrackingStatus::kLost);
+  EXPECT_NEAR(poses[6].x, 4, 1e-6);
+}
+
 TEST_F(ComparisonPageTest, ShowsWhatCompensationIsWorth) {
   params_.before = folder_ / "run.tum";
   const page::PageData data = ComparisonPage(Compare(params_), {}, ShownFrame::kTruth, "m");
@@ -103,14 +121,17 @@ TEST_F(ComparisonPageTest, NamesOfRunsStayTheirOwn) {
   EXPECT_EQ(data.paths[1].name, "truth");
 }
 
-TEST_F(ComparisonPageTest, HeadingsAloneHaveAChartAndNoPath) {
+TEST_F(ComparisonPageTest, HeadingsAloneTurnTheRobotWhereItTrulyWas) {
   folder_.Write("h.csv", "timestamp,heading_deg\n0,0\n5,1\n10,0.5\n");
   params_.estimates = {(folder_ / "h.csv").string()};
   const page::PageData data = ComparisonPage(Compare(params_), {}, ShownFrame::kTruth, "m");
   data.Validate();
-  EXPECT_EQ(data.paths.size(), 1U);
+  ASSERT_EQ(data.paths.size(), 2U);  // where the robot truly was, turned as the compass says
+  EXPECT_EQ(data.paths[1].name, "h (heading)");
+  EXPECT_NEAR(data.paths[1].poses.at(1).x, 5, 1e-6);
+  EXPECT_NEAR(data.paths[1].poses[1].yaw_rad, 0.1 + std::numbers::pi / 180, 1e-6);
   ASSERT_EQ(data.charts.size(), 1U);
-  EXPECT_EQ(data.charts[0].series.at(0).name, "h");
+  EXPECT_EQ(data.charts[0].series.at(0).name, "h (heading)");
   EXPECT_NEAR(data.charts[0].series[0].y[1], 1, 1e-9);
 }
 

@@ -92,8 +92,10 @@ TEST(PageParts, GraphsBecomeKeyframesEdgesAndSpots) {
   graph.keyframes.resize(2);
   graph.keyframes[1].id = 5;
   graph.keyframes[1].pose.T_map_base = {1, 2, 0.3};
-  graph.edges.push_back({0, 5, mapping::Edge::Kind::kOdometry, {}, {}});
-  graph.edges.push_back({5, 0, mapping::Edge::Kind::kLoopClosure, {}, {}});
+  graph.edges.resize(2);
+  graph.edges[0].to = 5;
+  graph.edges[1].from = 5;
+  graph.edges[1].kind = mapping::Edge::Kind::kLoopClosure;
   graph.weak_spots.push_back({mapping::WeakSpot::Kind::kLost, 5, 1, 2, 3});
   page::PageData data;
   AddGraph(graph, data);
