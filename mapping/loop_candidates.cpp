@@ -90,7 +90,7 @@ std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
 std::vector<std::int64_t> LoopCandidates::Alike(std::int64_t id,
                                                 const KeyframeGraph& graph,
                                                 int most) const {
-  if (id != latest_id_) return {};
+  if (id != latest_id_ || most < 1) return {};
   const std::unordered_set<std::int64_t> tied = Tied(graph, id);
   std::vector<std::int64_t> ids;
   for (const PlaceIndex::Match& match :

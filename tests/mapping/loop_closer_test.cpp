@@ -135,6 +135,17 @@ TEST(LoopCloser, WorkPerKeyframeIsBounded) {
   EXPECT_GE(closed.closer.Counts().accepted, 16);
 }
 
+TEST(LoopCloser, NoComparisonsAtAllAreAllowed) {
+  LoopCloserParams params;
+  params.comparisons_per_keyframe = 0;
+  for (const double sigma : {1e-4, 2.0}) {  // candidates by place, and by looks
+    DriftParams drift;
+    drift.sigma = sigma;
+    const DriveUnder drive({}, Square(4, 1, 1), drift);
+    EXPECT_EQ(Closed(drive, params).closer.Counts().compared, 0);
+  }
+}
+
 TEST(LoopCloser, SameInputSameGraph) {
   const DriveUnder drive({}, Square(4, 1, 2));
   const Closed one(drive);
