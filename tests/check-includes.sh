@@ -2,9 +2,10 @@
 # Holds every #include "folder/..." against the layers:
 #   calib <- registration <- mapping <- localization <- app
 #   calib <- registration <- compensation <- app
+#   calib <- colour <- app
 #   calib <- evaluation <- app
 #   calib <- registration <- mapping <- page <- app
-# mapping/registration/, localization/compass/, app/evaluation/ and app/page/ are layers of their own. tests/ may include anything, and so may
+# mapping/registration/, localization/compass/, localization/compass/colour/, app/evaluation/ and app/page/ are layers of their own. tests/ may include anything, and so may
 # samples/embed/, a project of its own on top of the installed libraries.
 set -euo pipefail
 
@@ -15,17 +16,19 @@ declare -A may_include=(
   [registration]="registration calib"
   [mapping]="mapping registration calib"
   [compass]="compass calib registration"
+  [colour]="colour calib"
   [localization]="localization compass mapping registration calib"
   [compensation]="compensation registration calib"
   [evaluation]="evaluation calib"
   [page]="page mapping registration calib"
-  [app]="app page evaluation localization compass compensation mapping registration calib samples"
+  [app]="app page evaluation colour localization compass compensation mapping registration calib samples"
   [samples]="samples calib"
 )
 
 layer_of() {
   case "$1" in
     mapping/registration/*) echo registration ;;
+    localization/compass/colour/*) echo colour ;;
     localization/compass/*) echo compass ;;
     app/evaluation/*) echo evaluation ;;
     app/page/*) echo page ;;

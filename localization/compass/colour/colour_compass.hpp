@@ -20,14 +20,17 @@ struct ColourCompassParams {
   /// How far apart features are by a line that is right, as a part of the most that they can be:
   /// below it nothing is gained, > 0.
   double line_noise = 0.02;
-  /// Log-likelihood per line is this times less than if all lines were independent, >= 1.
-  double dependence = 4;
+  /// What all lines of a frame are worth together: neighbours see the same things, > 0.
+  double effective_lines = 2.5;
   /// Of the turn between frames: what is seen of it, rad >= 0 and a part of it >= 0.
   double turn_sigma_rad = 0.004;
   double turn_sigma_part = 0.02;
   /// Where no turn can be seen (dark, no overlap): standard deviation of the rate at which the
   /// robot may turn, rad/s, > 0.
   double unseen_rate_rad_s = 0.6;
+  /// Of the camera ahead of the axle that the robot turns about: `a` of the rig and its own place.
+  /// Turns on the spot move it, which makes them seem larger.
+  double camera_ahead_of_axle_m = 0;
   /// Of the walk of a robot whose place is not known, m/sqrt(s), >= 0.
   double walk_sigma_m = 0.3;
   /// Places that may be as far from a learned one, as a part of the depth, [0, 0.9].

@@ -9,6 +9,7 @@
 #include "calib/rig.hpp"
 #include "calib/tilt.hpp"
 #include "localization/compass/colour/colour_model.hpp"
+#include "localization/compass/colour/line_features.hpp"
 #include "localization/compass/colour/scan_lines.hpp"
 
 namespace ceilmap::colour {
@@ -32,6 +33,8 @@ struct LearnParams {
   /// its axle), else ColourModel's.
   std::optional<double> depth_m;
   double fading_s = 600;
+  /// See ColourCompassParams; depth is measured where it is 0.05 or more.
+  double camera_ahead_of_axle_m = 0;
 
   void Validate() const;  ///< throws calib::InputError naming field, value and range
 };
@@ -70,7 +73,7 @@ class ColourLearner {
 /// Puts what a frame shows into a model, as both learning and updating do: each line goes to the
 /// two bins that it lies between, of the cell that the robot is in.
 /// @param features  of the frame, by the model's classes. @param azimuths  of its lines.
-void Observe(const Eigen::Ref<const Eigen::MatrixXf>& features,
+void Observe(const LineFeatures& features,
              const std::vector<double>& azimuths,
              double stamp_s,
              const LearnedPose& pose,

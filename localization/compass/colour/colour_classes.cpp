@@ -1,0 +1,201 @@
+#include "localization/compass/colour/colour_classes.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/ml.hpp>
+#include <unordered_set>
+#include <utility>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::colour {
+namespace {
+
+constexpr int kSteps = 64;           // of each channel in the table
+constexpr int kStep = 256 / kSteps;  // grey levels
+constexpr float kLeastVariance = 4;  // of a class in each channel: noise of any camera
+
+/// Y, U and V of evenly chosen samples, a row each.
+cv::Mat ToYuv(const cv::Mat& bgr, int most) {
+  const cv::Mat line = bgr.isContinuous() ? bgr.reshape(3, 1) : bgr.clone().reshape(3, 1);
+  const int step = std::max(1, (line.cols + most - 1) / most);
+  cv::Mat chosen(1, (line.cols + step - 1) / step, CV_8UC3);
+  for (int i = 0; i < chosen.cols; ++i) {
+    chosen.at<cv::Vec3b>(i) = line.at<cv::Vec3b>(i * step);
+  }
+  cv::Mat yuv;
+  cv::cvtColor(chosen, yuv, cv::COLOR_BGR2YUV);
+  cv::Mat samples;
+  yuv.reshape(1, chosen.cols).convertTo(samples, CV_32F);
+  return samples;
+}
+
+void RequireColours(const cv::Mat& samples, int classes) {
+  std::unordered_set<int> different;
+  double chroma = 0;
+  for (int i = 0; i < samples.rows; ++i) {
+    const auto* yuv = samples.ptr<float>(i);
+    different.insert(static_cast<int>(yuv[0]) << 16 | static_cast<int>(yuv[1]) << 8 |
+                     static_cast<int>(yuv[2]));
+    constexpr float kGrey = 128;
+    chroma += std::abs(yuv[1] - kGrey) + std::abs(yuv[2] - kGrey);
+  }
+  if (different.size() < static_cast<std::size_t>(classes)) {
+    throw calib::InputError(
+        fmt::format("the pictures show {} different colours, must be at least {}; is the lens "
+                    "covered, or the light off?",
+                    different.size(),
+                    classes));
+  }
+  constexpr double kNoChroma = 2;  // grey levels
+  if (chroma < kNoChroma * samples.rows) {
+    throw calib::InputError(
+        "the pictures are grey, and this compass tells directions by colours; give a colour "
+        "camera");
+  }
+}
+
+/// The same colours have the same names, whatever clustering began with.
+void SortByBrightness(std::vector<ColourClass>& classes) {
+  std::sort(classes.begin(), classes.end(), [](const ColourClass& a, const ColourClass& b) {
+    return a.mean < b.mean;
+  });
+}
+
+std::vector<ColourClass> ByKMeans(const cv::Mat& samples, const ColourClassParams& params) {
+  cv::theRNG().state = params.seed;
+  cv::Mat labels;
+  cv::Mat centres;
+  const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 50, 0.2);
+  constexpr int kAttempts = 3;
+  cv::kmeans(samples, params.classes, labels, until, kAttempts, cv::KMEANS_PP_CENTERS, centres);
+  std::vector<ColourClass> classes(static_cast<std::size_t>(params.classes));
+  for (int i = 0; i < params.classes; ++i) {
+    ColourClass& one = classes[static_cast<std::size_t>(i)];
+    std::copy_n(centres.ptr<float>(i), 3, one.mean.begin());
+    one.weight = std::max(
+        1e-6F,
+        static_cast<float>(cv::countNonZero(labels == i)) / static_cast<float>(samples.rows));
+  }
+  return classes;
+}
+
+std::vector<ColourClass> ByMixture(const cv::Mat& samples, const ColourClassParams& params) {
+  // EM from the classes of k-means: from anywhere else it needs luck.
+  const std::vector<ColourClass> first = ByKMeans(samples, params);
+  cv::Mat means(params.classes, 3, CV_64F);
+  for (int i = 0; i < params.classes; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      means.at<double>(i, j) =
+          double{first[static_cast<std::size_t>(i)].mean[static_cast<std::size_t>(j)]};
+    }
+  }
+  const cv::Ptr<cv::ml::EM> mixture = cv::ml::EM::create();
+  mixture->setClustersNumber(params.classes);
+  mixture->setCovarianceMatrixType(cv::ml::EM::COV_MAT_GENERIC);
+  mixture->setTermCriteria({cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 1e-3});
+  mixture->trainE(samples, means);
+  std::vector<cv::Mat> covariances;
+  mixture->getCovs(covariances);
+  const cv::Mat found = mixture->getMeans();
+  const cv::Mat weights = mixture->getWeights();
+  std::vector<ColourClass> classes(static_cast<std::size_t>(params.classes));
+  for (int i = 0; i < params.classes; ++i) {
+    ColourClass& one = classes[static_cast<std::size_t>(i)];
+    one.weight = std::max(1e-6F, static_cast<float>(weights.at<double>(i)));
+    for (int j = 0; j < 3; ++j) {
+      one.mean[static_cast<std::size_t>(j)] = static_cast<float>(found.at<double>(i, j));
+      for (int l = 0; l < 3; ++l) {
+        one.covariance[static_cast<std::size_t>(3 * j + l)] =
+            static_cast<float>(covariances[static_cast<std::size_t>(i)].at<double>(j, l)) +
+            (j == l ? kLeastVariance : 0);
+      }
+    }
+  }
+  return classes;
+}
+
+/// Distance of a colour from a class: -2 log of its share, up to a constant.
+class Distance {
+ public:
+  explicit Distance(const ColourClass& one) : mean_(one.mean[0], one.mean[1], one.mean[2]) {
+    Eigen::Matrix3f covariance;
+    for (int i = 0; i < 9; ++i)
+      covariance(i / 3, i % 3) = one.covariance[static_cast<std::size_t>(i)];
+    const float determinant = covariance.determinant();
+    if (!covariance.allFinite() || !mean_.allFinite() || !(determinant > 0) ||
+        !(one.weight > 0 && one.weight <= 1)) {
+      throw calib::InputError("a colour class has numbers that cannot be");
+    }
+    if (covariance.isIdentity()) return;  // k-means: sizes of classes do not count
+    inverse_ = covariance.inverse();
+    offset_ = std::log(determinant) - 2 * std::log(one.weight);
+  }
+  float operator()(const Eigen::Vector3f& yuv) const {
+    const Eigen::Vector3f off = yuv - mean_;
+    return off.dot(inverse_ * off) + offset_;
+  }
+
+ private:
+  Eigen::Vector3f mean_;
+  Eigen::Matrix3f inverse_ = Eigen::Matrix3f::Identity();
+  float offset_ = 0;
+};
+
+}  // namespace
+
+void ColourClassParams::Validate() const {
+  if (classes < 2 || classes > kMaxClasses) {
+    throw calib::InputError(fmt::format("classes = {}, must be 2 to {}", classes, kMaxClasses));
+  }
+  if (most_samples <= classes) {
+    throw calib::InputError(
+        fmt::format("most_samples = {}, must be more than classes", most_samples));
+  }
+}
+
+ColourClasses::ColourClasses(std::vector<ColourClass> classes)
+    : classes_(std::move(classes)), table_(std::size_t{kSteps} * kSteps * kSteps) {
+  if (classes_.size() < 2 || classes_.size() > kMaxClasses) {
+    throw calib::InputError(
+        fmt::format("{} colour classes, must be 2 to {}", classes_.size(), kMaxClasses));
+  }
+  std::vector<Distance> distances;
+  distances.reserve(classes_.size());
+  for (const ColourClass& one : classes_) distances.emplace_back(one);
+  cv::Mat colours(1, static_cast<int>(table_.size()), CV_8UC3);
+  for (int i = 0; i < colours.cols; ++i) {
+    const auto level = [](int step) { return cv::saturate_cast<uchar>(step * kStep + kStep / 2); };
+    colours.at<cv::Vec3b>(i) = {level(i >> 12), level(i >> 6 & 63), level(i & 63)};
+  }
+  cv::cvtColor(colours, colours, cv::COLOR_BGR2YUV);
+  for (int i = 0; i < colours.cols; ++i) {
+    const cv::Vec3b& yuv = colours.at<cv::Vec3b>(i);
+    const Eigen::Vector3f colour(yuv[0], yuv[1], yuv[2]);
+    float least = std::numeric_limits<float>::infinity();
+    for (std::size_t c = 0; c < distances.size(); ++c) {
+      const float distance = distances[c](colour);
+      if (distance >= least) continue;
+      least = distance;
+      table_[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(c);
+    }
+  }
+}
+
+ColourClasses ColourClasses::Learn(const cv::Mat& bgr, const ColourClassParams& params) {
+  params.Validate();
+  const cv::Mat samples = ToYuv(bgr, params.most_samples);
+  RequireColours(samples, params.classes);
+  std::vector<ColourClass> classes = params.clustering == Clustering::kMeans
+                                         ? ByKMeans(samples, params)
+                                         : ByMixture(samples, params);
+  SortByBrightness(classes);
+  return ColourClasses(std::move(classes));
+}
+
+}  // namespace ceilmap::colour

@@ -1,0 +1,288 @@
+#include "localization/compass/colour/colour_compass.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "calib/error.hpp"
+#include "calib/pose2.hpp"
+#include "localization/compass/colour/line_features.hpp"
+#include "localization/compass/colour/line_matcher.hpp"
+#include "localization/compass/colour/place_grid.hpp"
+#include "localization/compass/colour/strip_turn.hpp"
+#include "localization/compass/colour/yaw_belief.hpp"
+
+namespace ceilmap::colour {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kSpacing = 0.15;  // of places, as a part of the depth
+constexpr double kMostOffset = 0.9;
+
+int StepOf(double angle_rad) {
+  const double turns = angle_rad / (2 * pi);
+  const int step =
+      static_cast<int>(std::lround((turns - std::floor(turns)) * DirectionTable::kSteps));
+  return step % DirectionTable::kSteps;
+}
+
+}  // namespace
+
+void ColourCompassParams::Validate() const {
+  lines.Validate();
+  const auto require = [](bool holds, const char* what, double value, const char* must) {
+    if (!holds) throw calib::InputError(fmt::format("{} = {}, must be {}", what, value, must));
+  };
+  require(line_noise > 0, "line_noise", line_noise, "> 0");
+  require(effective_lines > 0, "effective_lines", effective_lines, "> 0");
+  require(turn_sigma_rad >= 0, "turn_sigma_rad", turn_sigma_rad, ">= 0");
+  require(turn_sigma_part >= 0, "turn_sigma_part", turn_sigma_part, ">= 0");
+  require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
+  require(walk_sigma_m >= 0, "walk_sigma_m", walk_sigma_m, ">= 0");
+  require(reach >= 0 && reach <= kMostOffset, "reach", reach, "in [0, 0.9]");
+  require(min_cell_part >= 0 && min_cell_part <= 1, "min_cell_part", min_cell_part, "in [0, 1]");
+}
+
+struct ColourCompass::Impl {
+  Impl(ColourModel learned, calib::MountedCamera camera, const ColourCompassParams& wanted)
+      : model(std::move(learned)),
+        forward(std::move(camera)),
+        params((wanted.Validate(), wanted)),
+        classes(model.classes),
+        matcher((Check(model), model), params.line_noise),
+        strip(forward) {
+    turn_scale = 1 / (1 + std::max(0.0, params.camera_ahead_of_axle_m) / model.depth_m);
+    SetPlaces();
+  }
+
+  static void Check(const ColourModel& model);
+  void SetPlaces();
+  const ScanLines& LinesFor(const calib::Tilt& wanted);
+  void Predict(const ColourFrame& frame);
+  void Compare(int cell);
+  void WeighAll();
+  void WeighKnown(std::span<const PlaceHypothesis> hypotheses);
+  /// Log-likelihood of each yaw at a place.
+  void FitAt(int cell, const DirectionTable& directions, float* fit_of_yaws) const;
+
+  ColourModel model;
+  calib::MountedCamera forward;
+  ColourCompassParams params;
+  ColourClasses classes;
+  LineMatcher matcher;
+  StripTurn strip;
+  double turn_scale = 1;
+  ColourCounts counts;
+  std::vector<Place> places;
+  std::optional<YawBelief> belief;
+  std::optional<ScanLines> lines;
+  calib::Tilt tilt;
+  std::optional<double> last_s;
+  std::optional<double> used_s;  // of the frame that `features` are of; unset: it was skipped
+
+  cv::Mat samples;
+  LineFeatures features;
+  std::vector<LineFit> fits;    // of each cell
+  std::vector<char> fitted;     // those that are of this frame
+  std::vector<int> line_steps;  // azimuths
+  YawBelief::Histogram weights;
+};
+
+void ColourCompass::Impl::Check(const ColourModel& model) {
+  model.Validate();
+  if (std::all_of(
+          model.cells.begin(), model.cells.end(), [](const Cell& c) { return c.empty(); })) {
+    throw calib::InputError("the model is empty: it has learned nothing yet");
+  }
+}
+
+void ColourCompass::Impl::SetPlaces() {
+  const bool one = !params.parallax || model.kind == ModelKind::kSturm;
+  places = PlacesAround(model, one ? 0 : params.reach, kSpacing);
+  belief.emplace(static_cast<int>(places.size()));
+  fits.resize(model.cells.size());
+}
+
+const ScanLines& ColourCompass::Impl::LinesFor(const calib::Tilt& wanted) {
+  const bool same = wanted.pitch_rad == tilt.pitch_rad && wanted.roll_rad == tilt.roll_rad;
+  if (!lines || !same) {
+    lines.emplace(forward, params.lines, wanted);
+    tilt = wanted;
+  }
+  return *lines;
+}
+
+void ColourCompass::Impl::Predict(const ColourFrame& frame) {
+  const std::optional<SeenTurn> seen = strip.Next(frame.bgr);
+  if (!last_s) return;
+  const double seconds = frame.stamp_s - *last_s;
+  if (seen) {
+    const double turn = turn_scale * seen->turn_rad;
+    belief->Turn(turn, std::hypot(params.turn_sigma_rad, params.turn_sigma_part * turn));
+  } else {
+    ++counts.without_turn;
+    belief->Turn(0, params.unseen_rate_rad_s * seconds);
+  }
+  const double step_m = kSpacing * model.depth_m;
+  const double variance = params.walk_sigma_m * params.walk_sigma_m * seconds;
+  constexpr double kMostPart = 0.2;
+  belief->Walk(places, static_cast<float>(std::min(kMostPart, 0.5 * variance / (step_m * step_m))));
+}
+
+void ColourCompass::Impl::Compare(int cell) {
+  if (fitted[static_cast<std::size_t>(cell)] != 0) return;
+  matcher.Fit(features, cell, fits[static_cast<std::size_t>(cell)]);
+  fitted[static_cast<std::size_t>(cell)] = 1;
+}
+
+void ColourCompass::Impl::FitAt(int cell,
+                                const DirectionTable& directions,
+                                float* fit_of_yaws) const {
+  const LineFit& fit = fits[static_cast<std::size_t>(cell)];
+  const auto scale = static_cast<float>(params.effective_lines / static_cast<double>(fit.rows()));
+  for (int yaw = 0; yaw < YawBelief::kYaws; ++yaw) {
+    const int step = StepOf(belief->YawOf(yaw));
+    float sum = 0;
+    for (std::size_t i = 0; i < line_steps.size(); ++i) {
+      int at = step + line_steps[i];
+      if (at >= DirectionTable::kSteps) at -= DirectionTable::kSteps;
+      const DirectionTable::Entry& entry = directions.At(at);
+      const float* row = fit.row(static_cast<Eigen::Index>(i)).data();
+      sum += row[entry.lower] + entry.part * (row[entry.upper] - row[entry.lower]);
+    }
+    fit_of_yaws[yaw] = scale * sum;
+  }
+}
+
+void ColourCompass::Impl::WeighAll() {
+  weights.resize(static_cast<Eigen::Index>(places.size()), YawBelief::kYaws);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Compare(places[i].cell);
+    FitAt(places[i].cell, places[i].directions, weights.row(static_cast<Eigen::Index>(i)).data());
+  }
+  belief->Weigh(weights);
+}
+
+void ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypotheses) {
+  double all = 0;
+  std::vector<double> of_cell(model.cells.size(), 0.0);
+  std::vector<int> cells;
+  for (const PlaceHypothesis& hypothesis : hypotheses) {
+    if (!(hypothesis.weight > 0) || !hypothesis.place.allFinite()) {
+      throw calib::InputError("a place where the robot may be must be finite, its weight > 0");
+    }
+    cells.push_back(NearestLearned(model, hypothesis.place));
+    of_cell[static_cast<std::size_t>(cells.back())] += hypothesis.weight;
+    all += hypothesis.weight;
+  }
+  const double most = *std::max_element(of_cell.begin(), of_cell.end());
+  const double least = std::min(params.min_cell_part * all, most);
+  Eigen::RowVectorXf likelihood = Eigen::RowVectorXf::Zero(YawBelief::kYaws);
+  Eigen::RowVectorXf fit(YawBelief::kYaws);
+  Eigen::VectorXf near = Eigen::VectorXf::Constant(static_cast<Eigen::Index>(places.size()), 1e-6F);
+  std::optional<float> top;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (of_cell[static_cast<std::size_t>(cells[i])] < least) continue;
+    Compare(cells[i]);
+    const bool parallax = params.parallax && model.kind == ModelKind::kVictoria;
+    const Eigen::Vector2d offset =
+        parallax ? OffsetFrom(model, cells[i], hypotheses[i].place, kMostOffset)
+                 : Eigen::Vector2d(Eigen::Vector2d::Zero());
+    FitAt(cells[i], DirectionTable(offset, model.bins), fit.data());
+    if (!top) top = fit.maxCoeff();
+    const auto weight = static_cast<float>(hypotheses[i].weight / all);
+    likelihood.array() += weight * (fit.array() - *top).min(60.F).exp();
+    const double width = kSpacing * model.depth_m;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+      const double away = (places[p].at - hypotheses[i].place).norm() / width;
+      near(static_cast<Eigen::Index>(p)) +=
+          weight * static_cast<float>(std::exp(-0.5 * away * away));
+    }
+  }
+  belief->WeighYaws(likelihood, near);
+}
+
+ColourCompass::ColourCompass(ColourModel model,
+                             const calib::MountedCamera& forward,
+                             const ColourCompassParams& params)
+    : impl_(std::make_unique<Impl>(std::move(model), forward, params)) {}
+ColourCompass::~ColourCompass() = default;
+ColourCompass::ColourCompass(ColourCompass&&) noexcept = default;
+ColourCompass& ColourCompass::operator=(ColourCompass&&) noexcept = default;
+
+std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
+  Impl& me = *impl_;
+  if (!std::isfinite(frame.stamp_s) || (me.last_s && frame.stamp_s <= *me.last_s)) {
+    throw calib::InputError(
+        fmt::format("stamp {} is not later than the one before", frame.stamp_s));
+  }
+  const ScanLines& lines = me.LinesFor(frame.tilt);
+  me.used_s.reset();
+  if (!lines.Usable()) {
+    ++me.counts.below_horizon;
+    if (me.last_s) me.belief->Turn(0, me.params.unseen_rate_rad_s * (frame.stamp_s - *me.last_s));
+    me.last_s = frame.stamp_s;
+    me.strip.Reset();
+    return std::nullopt;
+  }
+  lines.Sample(frame.bgr, me.samples);
+  me.Predict(frame);
+  me.last_s = me.used_s = frame.stamp_s;
+  CountTransitions(me.samples, lines, me.classes, me.features);
+  me.line_steps.clear();
+  for (const double azimuth : lines.Azimuths()) me.line_steps.push_back(StepOf(azimuth));
+  me.fitted.assign(me.model.cells.size(), 0);
+  if (frame.places.empty()) {
+    me.WeighAll();
+  } else {
+    me.WeighKnown(frame.places);
+  }
+  ++me.counts.used;
+  const YawBelief::Estimate yaw = me.belief->Yaw();
+  ColourHeading heading{yaw.yaw_rad, yaw.variance_rad2, yaw.confidence};
+  const Eigen::VectorXf of_places = me.belief->Places();
+  for (std::size_t i = 0; i < me.places.size(); ++i) {
+    heading.place += static_cast<double>(of_places(static_cast<Eigen::Index>(i))) * me.places[i].at;
+  }
+  return heading;
+}
+
+void ColourCompass::Learn(const LearnedPose& pose) {
+  Impl& me = *impl_;
+  if (!me.used_s) return;
+  const int cells = static_cast<int>(std::count_if(
+      me.model.cells.begin(), me.model.cells.end(), [](const Cell& c) { return c.empty(); }));
+  Observe(me.features, me.lines->Azimuths(), *me.used_s, pose, me.model);
+  me.matcher.Update(me.model);
+  const int left = static_cast<int>(std::count_if(
+      me.model.cells.begin(), me.model.cells.end(), [](const Cell& c) { return c.empty(); }));
+  if (left == cells) return;
+  // A new cell: there are other places to be at. What is known of the yaw stays.
+  const Eigen::RowVectorXf before = me.belief->Yaws();
+  const double turned = me.belief->Turned();
+  me.SetPlaces();
+  me.belief->Restore(before, turned);
+}
+
+void ColourCompass::Reset() {
+  Impl& me = *impl_;
+  me.SetPlaces();
+  me.strip.Reset();
+  me.last_s.reset();
+  me.used_s.reset();
+}
+
+const ColourModel& ColourCompass::Model() const {
+  return impl_->model;
+}
+
+const ColourCounts& ColourCompass::Counts() const {
+  return impl_->counts;
+}
+
+}  // namespace ceilmap::colour

@@ -1,0 +1,240 @@
+#include "localization/compass/colour/colour_learner.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "calib/error.hpp"
+#include "localization/compass/colour/line_features.hpp"
+#include "localization/compass/colour/strip_turn.hpp"
+
+namespace ceilmap::colour {
+namespace {
+
+using std::numbers::pi;
+
+/// How far away things are, from turns about an axle behind the camera: what is seen of them
+/// exceeds them by the camera's distance from the axle over that of the things.
+class DepthMeter {
+ public:
+  void Add(double turned_rad, double seen_rad) {
+    constexpr double kLeast = 0.008;  // rad: below it noise counts
+    constexpr double kMost = 0.5;
+    if (std::abs(turned_rad) < kLeast || std::abs(turned_rad) > kMost) return;
+    turned_ += std::abs(turned_rad);
+    seen_ += turned_rad > 0 ? seen_rad : -seen_rad;
+  }
+  [[nodiscard]] std::optional<double> Depth(double camera_ahead_of_axle_m) const {
+    constexpr double kLeastAhead = 0.05;
+    constexpr double kNearest = 1;
+    constexpr double kFarthest = 20;
+    if (camera_ahead_of_axle_m < kLeastAhead || turned_ < pi) return std::nullopt;
+    const double excess = seen_ / turned_ - 1;
+    if (!(excess > camera_ahead_of_axle_m / kFarthest)) return std::nullopt;
+    return std::max(kNearest, camera_ahead_of_axle_m / excess);
+  }
+
+ private:
+  double turned_ = 0;
+  double seen_ = 0;
+};
+
+struct Kept {
+  cv::Mat samples;
+  double stamp_s = 0;
+  LearnedPose pose;
+  std::shared_ptr<const ScanLines> lines;
+};
+
+GridParams AboutTheMiddle(const std::vector<Kept>& frames) {
+  Eigen::Vector2d least = frames.front().pose.T_map_base.Translation();
+  Eigen::Vector2d most = least;
+  for (const Kept& frame : frames) {
+    least = least.cwiseMin(frame.pose.T_map_base.Translation());
+    most = most.cwiseMax(frame.pose.T_map_base.Translation());
+  }
+  GridParams grid;
+  grid.min_x_m = 0.5 * (least.x() + most.x() - grid.width_m);
+  grid.min_y_m = 0.5 * (least.y() + most.y() - grid.height_m);
+  return grid;
+}
+
+/// How well a place and a heading that are known so well fit a cell and a bin: p(l) p(alpha).
+double CertaintyOf(const LearnedPose& pose, double bin_rad) {
+  constexpr double kPlaceScale_m = 0.5;
+  const double place = pose.sigma_m / kPlaceScale_m;
+  const double yaw = pose.sigma_rad / bin_rad;
+  return 1 / ((1 + place * place) * (1 + yaw * yaw));
+}
+
+void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& seen,
+                 double certainty,
+                 double stamp_s,
+                 const Eigen::Vector2d& place,
+                 const ColourModel& model,
+                 AngleBin& bin) {
+  if (!(certainty > 1e-6)) return;
+  if (bin.empty()) {
+    bin.transitions = seen.transpose();
+    if (model.kind == ModelKind::kSturm) bin.variance.setZero(seen.size());
+    bin.certainty = certainty;
+    bin.place = place;
+    bin.stamp_s = stamp_s;
+    return;
+  }
+  // Old things count less: what has changed is replaced, what has not is averaged.
+  const double before = FadedCertainty(bin, stamp_s, model.fading_s);
+  const auto part = static_cast<float>(certainty / (before + certainty));
+  const Eigen::VectorXf off = seen.transpose() - bin.transitions;
+  bin.transitions += part * off;
+  if (model.kind == ModelKind::kSturm) {
+    bin.variance = (1 - part) * (bin.variance + part * off.cwiseAbs2());
+  }
+  bin.place += static_cast<double>(part) * (place - bin.place);
+  constexpr double kMost = 4;
+  bin.certainty = std::min(before + certainty, kMost);
+  bin.stamp_s = std::max(bin.stamp_s, stamp_s);
+}
+
+}  // namespace
+
+void LearnParams::Validate() const {
+  classes.Validate();
+  lines.Validate();
+  if (grid) grid->Validate();
+  if (bins < 36 || bins > 720) {
+    throw calib::InputError(fmt::format("bins = {}, must be 36 to 720", bins));
+  }
+  if (depth_m && !(*depth_m > 0)) {
+    throw calib::InputError(fmt::format("depth_m = {}, must be > 0", *depth_m));
+  }
+  if (!(fading_s > 0)) throw calib::InputError(fmt::format("fading_s = {}, must be > 0", fading_s));
+}
+
+struct ColourLearner::Impl {
+  Impl(calib::MountedCamera camera, const LearnParams& wanted)
+      : forward(std::move(camera)), params(wanted), strip(forward) {
+    params.Validate();
+  }
+
+  calib::MountedCamera forward;
+  LearnParams params;
+  StripTurn strip;
+  DepthMeter depth;
+  LearnCounts counts;
+  std::vector<Kept> frames;
+  std::shared_ptr<const ScanLines> lines;  // of the tilt below
+  calib::Tilt tilt;
+  std::optional<double> last_yaw;
+
+  const std::shared_ptr<const ScanLines>& LinesFor(const calib::Tilt& wanted);
+};
+
+const std::shared_ptr<const ScanLines>& ColourLearner::Impl::LinesFor(const calib::Tilt& wanted) {
+  const bool same = wanted.pitch_rad == tilt.pitch_rad && wanted.roll_rad == tilt.roll_rad;
+  if (!lines || !same) {
+    lines = std::make_shared<const ScanLines>(forward, params.lines, wanted);
+    tilt = wanted;
+  }
+  return lines;
+}
+
+ColourLearner::ColourLearner(const calib::MountedCamera& forward, const LearnParams& params)
+    : impl_(std::make_unique<Impl>(forward, params)) {}
+ColourLearner::~ColourLearner() = default;
+ColourLearner::ColourLearner(ColourLearner&&) noexcept = default;
+ColourLearner& ColourLearner::operator=(ColourLearner&&) noexcept = default;
+
+bool ColourLearner::Add(const cv::Mat& bgr, double stamp_s, const LearnedPose& pose) {
+  Impl& me = *impl_;
+  Kept frame{{}, stamp_s, pose, me.LinesFor(pose.tilt)};
+  if (!frame.lines->Usable()) {
+    ++me.counts.below_horizon;
+    me.strip.Reset();
+    me.last_yaw.reset();
+    return false;
+  }
+  frame.lines->Sample(bgr, frame.samples);
+  const auto seen = me.strip.Next(bgr);
+  if (seen && me.last_yaw) {
+    me.depth.Add(calib::WrapAngle(pose.T_map_base.yaw - *me.last_yaw), seen->turn_rad);
+  }
+  me.last_yaw = pose.T_map_base.yaw;
+  me.frames.push_back(std::move(frame));
+  ++me.counts.used;
+  return true;
+}
+
+const LearnCounts& ColourLearner::Counts() const {
+  return impl_->counts;
+}
+
+ColourModel ColourLearner::Finish() const {
+  const Impl& me = *impl_;
+  if (me.frames.empty()) {
+    throw calib::InputError(
+        fmt::format("nothing to learn from: {} frames at known poses, of which {} show too little "
+                    "above the horizon; raise the camera",
+                    me.counts.below_horizon,
+                    me.counts.below_horizon));
+  }
+  std::vector<cv::Mat> samples;
+  for (const Kept& frame : me.frames) {
+    for (int i = 0; i < frame.samples.rows; ++i) {
+      samples.push_back(
+          frame.samples.row(i).colRange(0, frame.lines->Length(static_cast<std::size_t>(i))));
+    }
+  }
+  cv::Mat all;
+  cv::hconcat(samples, all);
+  const ColourClasses classes = ColourClasses::Learn(all, me.params.classes);
+
+  ColourModel model;
+  model.kind = me.params.kind;
+  model.classes = classes.Classes();
+  model.bins = me.params.bins;
+  model.grid = me.params.grid.value_or(AboutTheMiddle(me.frames));
+  model.fading_s = me.params.fading_s;
+  const auto measured = me.depth.Depth(me.params.camera_ahead_of_axle_m);
+  model.depth_m = me.params.depth_m.value_or(measured.value_or(model.depth_m));
+  const int cells = model.kind == ModelKind::kSturm ? 1 : model.grid.Cells();
+  model.cells.resize(static_cast<std::size_t>(cells));
+  for (Cell& cell : model.cells) cell.bins.resize(static_cast<std::size_t>(model.bins));
+  LineFeatures features;
+  for (const Kept& frame : me.frames) {
+    CountTransitions(frame.samples, *frame.lines, classes, features);
+    Observe(features, frame.lines->Azimuths(), frame.stamp_s, frame.pose, model);
+  }
+  return model;
+}
+
+void Observe(const LineFeatures& features,
+             const std::vector<double>& azimuths,
+             double stamp_s,
+             const LearnedPose& pose,
+             ColourModel& model) {
+  const Eigen::Vector2d place = pose.T_map_base.Translation();
+  const int index = model.kind == ModelKind::kSturm ? 0 : model.grid.CellOf(place);
+  std::vector<AngleBin>& bins = model.cells[static_cast<std::size_t>(index)].bins;
+  const auto count = static_cast<double>(bins.size());
+  const double certainty = CertaintyOf(pose, 2 * pi / count);
+  for (std::size_t i = 0; i < azimuths.size(); ++i) {
+    const double angle = (pose.T_map_base.yaw + azimuths[i]) / (2 * pi);
+    const double at = (angle - std::floor(angle)) * count - 0.5;  // middles of bins: 0, 1, ...
+    const double lower = std::floor(at);
+    const double part = at - lower;
+    const auto bin = [&](double wanted) -> AngleBin& {
+      return bins[static_cast<std::size_t>(wanted < 0 ? wanted + count : wanted) % bins.size()];
+    };
+    const auto row = features.row(static_cast<Eigen::Index>(i));
+    ObserveLine(row, (1 - part) * certainty, stamp_s, place, model, bin(lower));
+    ObserveLine(row, part * certainty, stamp_s, place, model, bin(lower + 1));
+  }
+  ++model.frames;
+}
+
+}  // namespace ceilmap::colour

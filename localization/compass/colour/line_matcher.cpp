@@ -1,0 +1,108 @@
+#include "localization/compass/colour/line_matcher.hpp"
+
+#include <cmath>
+
+namespace ceilmap::colour {
+namespace {
+
+/// Of a frequency, for kSturm: less than this no two looks at the same place differ.
+constexpr float kLeastVariance = 4e-4F;
+
+}  // namespace
+
+LineMatcher::LineMatcher(const ColourModel& model, double noise)
+    : kind_(model.kind), noise_(static_cast<float>(noise)) {
+  Update(model);
+}
+
+void LineMatcher::Update(const ColourModel& model) {
+  cells_.resize(model.cells.size());
+  if (kind_ == ModelKind::kVictoria) {
+    PrepareVictoria(model);
+  } else {
+    PrepareSturm(model);
+  }
+}
+
+void LineMatcher::PrepareVictoria(const ColourModel& model) {
+  const auto size = static_cast<Eigen::Index>(model.classes.size() * model.classes.size());
+  weights_.setZero(size);
+  int count = 0;
+  for (const Cell& cell : model.cells) {
+    for (const AngleBin& bin : cell.bins) {
+      if (bin.empty()) continue;
+      weights_ += bin.transitions;
+      ++count;
+    }
+  }
+  weights_ = 1 - (weights_ / static_cast<float>(std::max(count, 1))).array();
+  weights_ = weights_.cwiseMax(0);
+  const Eigen::VectorXf roots = weights_.cwiseSqrt();
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    const std::vector<AngleBin>& bins = model.cells[c].bins;
+    Prepared& prepared = cells_[c];
+    prepared.columns.setZero(size, static_cast<Eigen::Index>(bins.size()));
+    prepared.offset.setZero(static_cast<Eigen::Index>(bins.size()));
+    prepared.empty.assign(bins.size(), 0);
+    for (std::size_t b = 0; b < bins.size(); ++b) {
+      prepared.empty[b] = bins[b].empty() ? 1 : 0;
+      if (bins[b].empty()) continue;
+      const auto at = static_cast<Eigen::Index>(b);
+      prepared.columns.col(at) = roots.cwiseProduct(bins[b].transitions.cwiseMax(0).cwiseSqrt());
+      prepared.offset(at) = prepared.columns.col(at).squaredNorm();
+    }
+  }
+}
+
+void LineMatcher::PrepareSturm(const ColourModel& model) {
+  const auto size = static_cast<Eigen::Index>(model.classes.size() * model.classes.size());
+  const std::vector<AngleBin>& bins = model.cells.front().bins;
+  Prepared& prepared = cells_.front();
+  prepared.columns.setZero(size, static_cast<Eigen::Index>(bins.size()));
+  prepared.inverse.setZero(size, static_cast<Eigen::Index>(bins.size()));
+  prepared.offset.setZero(static_cast<Eigen::Index>(bins.size()));
+  prepared.empty.assign(bins.size(), 0);
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    prepared.empty[b] = bins[b].empty() ? 1 : 0;
+    if (bins[b].empty()) continue;
+    const auto at = static_cast<Eigen::Index>(b);
+    const Eigen::VectorXf variance = bins[b].variance.array() + kLeastVariance;
+    prepared.inverse.col(at) = variance.cwiseInverse();
+    prepared.columns.col(at) = bins[b].transitions.cwiseProduct(prepared.inverse.col(at));
+    // Parts of the exponent that the line has no part in, and the factor before it.
+    prepared.offset(at) = bins[b].transitions.dot(prepared.columns.col(at)) +
+                          (variance / kLeastVariance).array().log().sum();
+  }
+}
+
+void LineMatcher::Fit(const LineFeatures& features, int cell, LineFit& fit) {
+  const Prepared& prepared = cells_[static_cast<std::size_t>(cell)];
+  if (kind_ == ModelKind::kVictoria) {
+    scaled_ = features.cwiseMax(0).cwiseSqrt() * weights_.cwiseSqrt().asDiagonal();
+    fit.noalias() = -2 * scaled_ * prepared.columns;
+    fit.colwise() += scaled_.rowwise().squaredNorm();
+    fit.rowwise() += prepared.offset;
+    fit = -(fit.array().cwiseMax(0) + noise_).log();
+  } else {
+    fit.noalias() = -2 * features * prepared.columns;
+    scaled_ = features.cwiseAbs2();
+    fit.noalias() += scaled_ * prepared.inverse;
+    fit.rowwise() += prepared.offset;
+    // Frequencies of one line say nearly the same: as published their product is far too sure.
+    const float dependence = std::sqrt(static_cast<float>(features.cols()));
+    fit *= -0.5F / dependence;
+  }
+  Eigen::VectorXf mean = Eigen::VectorXf::Zero(fit.rows());
+  int known = 0;
+  for (std::size_t b = 0; b < prepared.empty.size(); ++b) {
+    if (prepared.empty[b] != 0) continue;
+    mean += fit.col(static_cast<Eigen::Index>(b));
+    ++known;
+  }
+  mean /= static_cast<float>(std::max(known, 1));
+  for (std::size_t b = 0; b < prepared.empty.size(); ++b) {
+    if (prepared.empty[b] != 0) fit.col(static_cast<Eigen::Index>(b)) = mean;
+  }
+}
+
+}  // namespace ceilmap::colour

@@ -1,0 +1,166 @@
+#include "localization/compass/colour/scan_lines.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::colour {
+namespace {
+
+using std::numbers::pi;
+
+/// Directions in the level frame of the robot (x ahead, z up) and pixels.
+class Looks {
+ public:
+  Looks(const calib::MountedCamera& forward, const calib::Tilt& tilt)
+      : camera_(forward.camera),
+        R_cam_level_((tilt.T_level_base().linear() * forward.T_base_cam.linear()).transpose()) {}
+
+  [[nodiscard]] std::optional<Eigen::Vector2d> Pixel(double azimuth, double elevation) const {
+    const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
+                                    std::cos(elevation) * std::sin(azimuth),
+                                    std::sin(elevation));
+    const auto pixel = camera_.Project(R_cam_level_ * direction);
+    if (!pixel || !Inside(*pixel)) return std::nullopt;
+    return pixel;
+  }
+  [[nodiscard]] bool IsAbove(double u, double v) const {
+    const Eigen::Vector3d ray((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1);
+    return (R_cam_level_.transpose() * ray).z() > 0;
+  }
+  /// Where the optical axis looks.
+  [[nodiscard]] double Azimuth() const {
+    const Eigen::Vector3d axis = R_cam_level_.row(2).transpose();
+    return std::atan2(axis.y(), axis.x());
+  }
+  [[nodiscard]] double Elevation() const {
+    return std::asin(std::clamp(R_cam_level_(2, 2), -1.0, 1.0));
+  }
+
+ private:
+  [[nodiscard]] bool Inside(const Eigen::Vector2d& pixel) const {
+    return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= camera_.Size().width - 1 &&
+           pixel.y() <= camera_.Size().height - 1;
+  }
+
+  calib::PinholeCamera camera_;
+  Eigen::Matrix3d R_cam_level_;
+};
+
+/// Pixels of a line from the horizon upwards, `step` apart.
+std::vector<cv::Point2d> Line(const Looks& looks, double azimuth, double step_px) {
+  std::vector<cv::Point2d> line;
+  constexpr double kFine = 0.0005;  // rad
+  constexpr double kHighest = 1.3;
+  for (double elevation = 0; elevation < kHighest; elevation += kFine) {
+    const auto pixel = looks.Pixel(azimuth, elevation);
+    if (!pixel) {
+      if (line.empty()) continue;  // it enters the picture higher up
+      break;
+    }
+    const cv::Point2d at(pixel->x(), pixel->y());
+    if (line.empty() || cv::norm(at - line.back()) >= step_px) line.push_back(at);
+  }
+  return line;
+}
+
+double PartAbove(const Looks& looks, cv::Size size) {
+  constexpr int kGrid = 60;
+  int above = 0;
+  for (int j = 0; j < kGrid; ++j) {
+    for (int i = 0; i < kGrid; ++i) {
+      above +=
+          looks.IsAbove((i + 0.5) * size.width / kGrid - 0.5, (j + 0.5) * size.height / kGrid - 0.5)
+              ? 1
+              : 0;
+    }
+  }
+  return static_cast<double>(above) / (kGrid * kGrid);
+}
+
+/// Half of the field of view to either side of the axis at an elevation, of both the smaller one.
+double HalfField(const Looks& looks, double elevation) {
+  constexpr double kStep = 0.002;
+  double half = 0;
+  while (half < pi / 2 && looks.Pixel(looks.Azimuth() + half, elevation) &&
+         looks.Pixel(looks.Azimuth() - half, elevation)) {
+    half += kStep;
+  }
+  return half;
+}
+
+}  // namespace
+
+void ScanLineParams::Validate() const {
+  if (lines < 2 || lines > 1000) {
+    throw calib::InputError(fmt::format("lines = {}, must be 2 to 1000", lines));
+  }
+  if (!(min_above_horizon >= 0 && min_above_horizon <= 1)) {
+    throw calib::InputError(
+        fmt::format("min_above_horizon = {}, must be in [0, 1]", min_above_horizon));
+  }
+  if (!(step_px > 0 && step_px < 1000)) {
+    throw calib::InputError(fmt::format("step_px = {}, must be > 0 and < 1000", step_px));
+  }
+}
+
+ScanLines::ScanLines(const calib::MountedCamera& forward,
+                     const ScanLineParams& params,
+                     const calib::Tilt& tilt)
+    : size_(forward.camera.Size()) {
+  params.Validate();
+  const Looks looks(forward, tilt);
+  constexpr double kSteepest = pi / 3;
+  if (!(std::abs(looks.Elevation()) < kSteepest)) {
+    throw calib::InputError(
+        fmt::format("the forward camera looks {:.0f} deg above the horizon, must be within 60 deg",
+                    looks.Elevation() * 180 / pi));
+  }
+  above_horizon_ = PartAbove(looks, size_);
+  if (above_horizon_ < params.min_above_horizon) return;
+  // A camera that is raised far has the horizon below its picture.
+  double base = std::max(0.0, looks.Elevation());
+  while (base > 0 && looks.Pixel(looks.Azimuth(), base)) base -= 0.01;
+  const double half = HalfField(looks, std::max(0.0, base + 0.01));
+  std::vector<std::vector<cv::Point2d>> lines;
+  for (int i = 0; i < params.lines; ++i) {
+    const double azimuth = looks.Azimuth() + half * (1 - (2.0 * i + 1) / params.lines);
+    std::vector<cv::Point2d> line = Line(looks, azimuth, params.step_px);
+    constexpr std::size_t kLeastSamples = 8;
+    if (line.size() < kLeastSamples) continue;
+    azimuths_.push_back(azimuth);
+    lengths_.push_back(static_cast<int>(line.size()));
+    lines.push_back(std::move(line));
+  }
+  if (lines.size() < 2) return;
+  usable_ = true;
+  const int longest = *std::max_element(lengths_.begin(), lengths_.end());
+  table_ = calib::RemapTable(size_,
+                             {longest, static_cast<int>(lines.size())},
+                             [&lines](int u, int v) -> std::optional<cv::Point2d> {
+                               const auto& line = lines[static_cast<std::size_t>(v)];
+                               if (u >= static_cast<int>(line.size())) return std::nullopt;
+                               return line[static_cast<std::size_t>(u)];
+                             });
+}
+
+void ScanLines::Sample(const cv::Mat& bgr, cv::Mat& samples) const {
+  if (bgr.type() != CV_8UC3 || bgr.size() != size_) {
+    throw calib::InputError(
+        fmt::format("a picture of {} x {} pixels and {} channels, must be {} x {} and 3",
+                    bgr.cols,
+                    bgr.rows,
+                    bgr.channels(),
+                    size_.width,
+                    size_.height));
+  }
+  table_.Apply(bgr, samples);
+}
+
+}  // namespace ceilmap::colour

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "calib/remap_table.hpp"
+#include "calib/rig.hpp"
+#include "calib/tilt.hpp"
+
+namespace ceilmap::colour {
+
+/// How far the robot turned between two frames.
+struct SeenTurn {
+  double turn_rad =
+      0;  ///< counter-clockwise. Off the axle the camera also moves: a little too much
+  /// Squared difference of what both frames show, as a part of what they vary: 0 agrees, 1 does
+  /// not.
+  double difference = 1;
+};
+
+/// The turn of a robot between frames of its forward camera, from a strip above the horizon in
+/// which a column is an azimuth: a turn moves it sideways. Travel moves near things otherwise; the
+/// best shift is that of most of the picture.
+class StripTurn {
+ public:
+  /// @param forward  see ScanLines.
+  explicit StripTurn(const calib::MountedCamera& forward);
+
+  /// Takes the next frame, CV_8UC3 of the camera's size.
+  /// @return nothing for the first one, and when nothing agrees: more than half of the field of
+  /// view
+  ///   has changed, or there is nothing to see. About 0.5 ms.
+  std::optional<SeenTurn> Next(const cv::Mat& bgr);
+  /// The next frame is the first one.
+  void Reset() { before_.release(); }
+
+ private:
+  double column_rad_ = 0;
+  calib::RemapTable table_;
+  cv::Mat colours_;
+  cv::Mat grey_;
+  cv::Mat now_;     // CV_32FC1, rows without their means
+  cv::Mat before_;  // the same of the frame before
+  std::vector<double> difference_;
+};
+
+}  // namespace ceilmap::colour

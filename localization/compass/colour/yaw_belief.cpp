@@ -1,0 +1,120 @@
+#include "localization/compass/colour/yaw_belief.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "calib/pose2.hpp"
+
+namespace ceilmap::colour {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kColumn_rad = 2 * pi / YawBelief::kYaws;
+/// What is never given up, so that a robot that was carried away is found again.
+constexpr float kLeastPart = 1e-6F;
+
+}  // namespace
+
+YawBelief::YawBelief(int places)
+    : belief_(Histogram::Constant(places, kYaws, 1.F / static_cast<float>(places * kYaws))) {}
+
+double YawBelief::YawOf(int column) const {
+  const double yaw = std::fmod(kColumn_rad * column + turned_rad_, 2 * pi);
+  return yaw < 0 ? yaw + 2 * pi : yaw;
+}
+
+void YawBelief::Turn(double turn_rad, double sigma_rad) {
+  turned_rad_ = std::fmod(turned_rad_ + turn_rad, 2 * pi);
+  // Passing a part to both neighbours adds exactly this variance.
+  double variance = std::min(sigma_rad * sigma_rad, pi * pi) / (kColumn_rad * kColumn_rad);
+  constexpr double kMostPart = 0.33;
+  while (variance > 1e-9) {
+    const double now = std::min(variance, 2 * kMostPart);
+    const auto part = static_cast<float>(0.5 * now);
+    scratch_ = (1 - 2 * part) * belief_;
+    scratch_.leftCols(kYaws - 1) += part * belief_.rightCols(kYaws - 1);
+    scratch_.rightCols(kYaws - 1) += part * belief_.leftCols(kYaws - 1);
+    scratch_.col(0) += part * belief_.col(kYaws - 1);
+    scratch_.col(kYaws - 1) += part * belief_.col(0);
+    belief_.swap(scratch_);
+    variance -= now;
+  }
+}
+
+void YawBelief::Walk(const std::vector<Place>& places, float part) {
+  if (!(part > 0) || places.size() < 2) return;
+  scratch_ = belief_;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (const int neighbour : places[i].neighbours) {
+      if (neighbour < 0) continue;
+      const auto at = static_cast<Eigen::Index>(i);
+      scratch_.row(neighbour) += part * belief_.row(at);
+      scratch_.row(at) -= part * belief_.row(at);
+    }
+  }
+  belief_.swap(scratch_);
+}
+
+void YawBelief::Normalize() {
+  const float sum = belief_.sum();
+  const auto size = static_cast<float>(belief_.size());
+  if (!(sum > 0) || !std::isfinite(sum)) {
+    belief_.setConstant(1 / size);
+    return;
+  }
+  belief_ = belief_.array() * ((1 - kLeastPart) / sum) + kLeastPart / size;
+}
+
+void YawBelief::Weigh(const Histogram& log_likelihood) {
+  const float most = log_likelihood.maxCoeff();
+  belief_.array() *= (log_likelihood.array() - most).exp();
+  Normalize();
+}
+
+void YawBelief::WeighYaws(const Eigen::RowVectorXf& likelihood, const Eigen::VectorXf& places) {
+  const Eigen::RowVectorXf yaws = belief_.colwise().sum().cwiseProduct(likelihood);
+  belief_.noalias() = places * yaws;
+  Normalize();
+}
+
+void YawBelief::Restore(const Eigen::RowVectorXf& yaws, double turned_rad) {
+  belief_.rowwise() = yaws;
+  turned_rad_ = turned_rad;
+  Normalize();
+}
+
+YawBelief::Estimate YawBelief::Yaw() const {
+  const Eigen::RowVectorXf yaws = belief_.colwise().sum();
+  Eigen::Index top = 0;
+  yaws.maxCoeff(&top);
+  const auto away = [top](int column) {
+    return kColumn_rad * std::remainder(static_cast<double>(column - top), kYaws);
+  };
+  double sum = 0;
+  double mean = 0;
+  for (int i = 0; i < kYaws; ++i) {
+    sum += double{yaws(i)};
+    mean += double{yaws(i)} * away(i);
+  }
+  mean /= sum;
+  Estimate estimate;
+  estimate.yaw_rad = calib::WrapAngle(YawOf(static_cast<int>(top)) + mean);
+  for (int i = 0; i < kYaws; ++i) {
+    const double off = std::remainder(away(i) - mean, 2 * pi);
+    estimate.variance_rad2 += double{yaws(i)} * off * off / sum;
+  }
+  // A column has a width.
+  estimate.variance_rad2 += kColumn_rad * kColumn_rad / 12;
+  constexpr double kSigmas = 3;
+  constexpr double kBlunder_rad = 0.5;  // beyond which an estimate is a wrong one, however unsure
+  const double near = std::min(kSigmas * std::sqrt(estimate.variance_rad2), kBlunder_rad);
+  for (int i = 0; i < kYaws; ++i) {
+    const double off = std::remainder(away(i) - mean, 2 * pi);
+    if (std::abs(off) <= near) estimate.confidence += double{yaws(i)} / sum;
+  }
+  return estimate;
+}
+
+}  // namespace ceilmap::colour
