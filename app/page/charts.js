@@ -68,6 +68,7 @@ class Chart {
       highlightCircleSize: 3, gridLineWidth: 1, rightGap: 12, yRangePad: 6, xRangePad: 2,
       digitsAfterDecimal: 4, maxNumberWidth: 7,
       axes: {x: {pixelsPerLabel: 56}, y: {axisLabelWidth: 46, pixelsPerLabel: 32}},
+      resizable: 'passive',
       // Fingers scroll the page; a tap is a click.
       interactionModel: model,
       clickCallback: (event) => this.pick(event),
@@ -76,7 +77,6 @@ class Chart {
       highlightCallback: (event, x) => this.showValues(x),
       unhighlightCallback: () => this.showValues(null),
     });
-    new ResizeObserver(() => this.graph.resize()).observe(this.frame);
   }
 
   /** A click leads to the stamp there: of the curve that is nearest. */
@@ -132,6 +132,9 @@ class Chart {
       this.values[k].textContent = i < 0 ? '' : fourDigits(series.y[i]);
     });
   }
+
+  /** Stretch of x that is shown. */
+  range() { return this.graph ? this.graph.xAxisRange() : null; }
 
   zoomTo(range) {
     if (this.graph) this.graph.updateOptions({dateWindow: range});

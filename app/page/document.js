@@ -69,17 +69,17 @@ class Path {
     };
   }
 
-  /** Stretches of poses in sequence, as lists of indices [begin, end). */
+  /** Pose i follows the one before without a gap: neither frames without a pose nor long time. */
+  continues(i) {
+    return this.has(i) && this.has(i - 1) && this.stamps[i] - this.stamps[i - 1] <= this.longestStep;
+  }
+
+  /** Stretches of poses without a gap, as lists of indices [begin, end). */
   stretches() {
     const found = [];
-    let begin = -1;
-    for (let i = 0; i <= this.length; ++i) {
-      if (i < this.length && this.has(i)) {
-        if (begin < 0) begin = i;
-      } else if (begin >= 0) {
-        found.push([begin, i]);
-        begin = -1;
-      }
+    for (let i = 0; i < this.length; ++i) {
+      if (this.continues(i)) found[found.length - 1][1] = i + 1;
+      else if (this.has(i)) found.push([i, i + 1]);
     }
     return found;
   }
@@ -154,8 +154,9 @@ function readDocument(json) {
 const runColours = ['#0072B2', '#D55E00', '#E69F00', '#009E73', '#CC79A7', '#56B4E9'];
 
 /**
- * Colour of each name, the same on the map and in all charts: '' for the truth, which has the
- * theme's. A path before compensation has that of the run whose name it begins with.
+ * Colour of each name, the same on the map and in all charts: a run's own, or one of the theme's
+ * by its name in page.css. A path before compensation has the colour of the run whose name it
+ * begins with.
  */
 function assignColours(paths, charts) {
   const colours = new Map();
@@ -163,16 +164,18 @@ function assignColours(paths, charts) {
   const take = (name) => {
     if (!colours.has(name)) colours.set(name, runColours[next++ % runColours.length]);
   };
-  for (const path of paths) if (path.role === 'truth') colours.set(path.name, '');
+  for (const path of paths) if (path.role === 'truth') colours.set(path.name, '--truth');
   for (const path of paths) if (path.role === 'run') take(path.name);
   for (const path of paths) {
     if (path.role !== 'before') continue;
     const run = paths.find((other) => other.role === 'run' && path.name.startsWith(other.name));
-    if (run) colours.set(path.name, colours.get(run.name));
-    else take(path.name);
+    colours.set(path.name, run ? colours.get(run.name) : '--before');
   }
   for (const chart of charts) for (const series of chart.series) take(series.name);
   return colours;
 }
 
-const colourOf = (model, name) => model.colours.get(name) || themeColour('--truth');
+function colourOf(model, name) {
+  const colour = model.colours.get(name);
+  return colour.startsWith('--') ? themeColour(colour) : colour;
+}

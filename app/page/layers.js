@@ -58,20 +58,12 @@ function statusStretches(path) {
 
 /** A mark at the last known pose for each gap of frames without one. */
 function drawGaps(path, panes) {
-  const marks = [];
-  let last = -1;
-  for (let i = 0; i < path.length; ++i) {
-    if (path.has(i)) {
-      last = i;
-    } else if (last === i - 1 && last >= 0) {
-      const colour = statusColours[path.statusAt(i)];
-      marks.push(L.circleMarker(latLng(path.x[last], path.y[last]), {
-        interactive: false, renderer: panes.marks, radius: 6, color: colour, weight: 2.5,
-        fillColor: themeColour('--halo'), fillOpacity: 0.9,
-      }));
-    }
-  }
-  return marks;
+  const gaps = path.stretches().map(([, end]) => end).filter((end) => end < path.length);
+  return gaps.map((end) => L.circleMarker(latLng(path.x[end - 1], path.y[end - 1]), {
+    interactive: false, renderer: panes.marks, radius: 6, weight: 2.5,
+    color: statusColours[path.has(end) ? 'no pose' : path.statusAt(end)],
+    fillColor: themeColour('--halo'), fillOpacity: 0.9,
+  }));
 }
 
 function drawStatus(path, panes) {

@@ -106,6 +106,7 @@ class Page {
       })),
       layers: Object.fromEntries(this.map.list().map(({key, shown}) => [key, shown])),
       view: this.map.view(),
+      charts: this.charts.charts.map((chart) => chart.range()),
       revision: this.model.state.revision,
       running: this.model.state.running,
     };

@@ -26,7 +26,7 @@ class Player {
 
   /** Takes over the stretch of time. At its end, the time goes with it: a run is followed. */
   show(model) {
-    const follows = this.atEnd() && model.state.running && !this.playing;
+    const follows = this.atEnd() && this.model.state.running && !this.playing;
     const fresh = !this.model;
     this.model = model;
     this.first = model.firstStamp;
@@ -90,9 +90,10 @@ class Player {
   }
 }
 
-/** Stamps of all paths but the truth (of the truth if it is alone), ascending. */
+/** Stamps of all paths but the truth (of the truth if it is alone), ascending, each once. */
 function mergedStamps(paths) {
   const estimated = paths.filter((path) => path.role !== 'truth');
   const stamps = (estimated.length ? estimated : paths).flatMap((path) => [...path.stamps]);
-  return Float64Array.from(stamps).sort();
+  return Float64Array.from(stamps).sort().filter((stamp, i, all) =>
+    i === 0 || stamp - all[i - 1] > halfStampStep);
 }
