@@ -16,9 +16,9 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kMaxPoses = 200'000;       // of all paths together
 constexpr std::size_t kMaxCurvePoints = 20'000;  // of one curve; screens have fewer columns
-constexpr double kStampStep_s = 1e-6;
+constexpr double kStampStepS = 1e-6;
 constexpr double kLengthStep = 1e-4;  // of x and y, in the page's unit
-constexpr double kYawStep_rad = 1e-4;
+constexpr double kYawStepRad = 1e-4;
 constexpr double kSigmaStep = 1e-6;  // of standard deviations, in the page's unit or rad
 constexpr double kCorrelationStep = 1e-3;
 
@@ -35,7 +35,7 @@ class StampColumn {
  public:
   explicit StampColumn(double first_s) : first_s_(first_s) {}
   void Add(double stamp_s) {
-    const std::int64_t stamp = std::llround((stamp_s - first_s_) / kStampStep_s);
+    const std::int64_t stamp = std::llround((stamp_s - first_s_) / kStampStepS);
     column_.push_back(stamp - last_);
     last_ = stamp;
   }
@@ -133,7 +133,7 @@ ordered_json PathToJson(const PagePath& path, double first_s, std::size_t keep) 
     stamps.Add(pose.stamp_s);
     x.push_back(Steps(pose.x, kLengthStep));
     y.push_back(Steps(pose.y, kLengthStep));
-    yaw.push_back(Steps(pose.yaw_rad, kYawStep_rad));
+    yaw.push_back(Steps(pose.yaw_rad, kYawStepRad));
     status += StatusLetter(pose.status);
   }
   ordered_json json = {{"name", path.name},
@@ -180,7 +180,7 @@ ordered_json KeyframesToJson(const std::vector<PageKeyframe>& keyframes) {
     json["id"].push_back(keyframe.id);
     json["x"].push_back(Steps(keyframe.x, kLengthStep));
     json["y"].push_back(Steps(keyframe.y, kLengthStep));
-    json["yaw"].push_back(Steps(keyframe.yaw_rad, kYawStep_rad));
+    json["yaw"].push_back(Steps(keyframe.yaw_rad, kYawStepRad));
   }
   return json;
 }

@@ -127,7 +127,8 @@ function readDocument(json) {
   const charts = json.charts.map((chart) => ({
     ...chart, series: chart.series.map((series) => readSeries(series, chart.over_time, first)),
   }));
-  const ends = paths.filter((path) => path.length).map((path) => path.stamps[path.length - 1]);
+  const overTime = charts.filter((chart) => chart.over_time).flatMap((chart) => chart.series);
+  const ends = [...paths, ...overTime].map(({stamps}) => stamps[stamps.length - 1] ?? first);
   return {
     title: json.title,
     note: json.note,

@@ -11,6 +11,7 @@ class Robot {
                                  'aria-hidden': 'true'}, this.arrow);
     this.marker = L.marker([0, 0], {
       interactive: false, keyboard: false, pane: 'robots',
+      zIndexOffset: path.role === 'truth' ? -100000 : 0,  // below the others
       icon: L.divIcon({html: icon, className: 'robot', iconSize: [32, 32], iconAnchor: [16, 16]}),
     });
     const shape = {interactive: false, renderer, color: colour, weight: 1.5, smoothFactor: 0};

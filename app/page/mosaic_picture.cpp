@@ -45,8 +45,8 @@ std::vector<unsigned char> EncodeWithin(cv::Mat grey,
                                         cv::Mat alpha,
                                         bool webp,
                                         std::size_t max_bytes) {
-  constexpr int kMaxSide_px = 16383;  // of WebP
-  while (std::max(grey.cols, grey.rows) > kMaxSide_px) Halve(grey, alpha);
+  constexpr int kMaxSidePx = 16383;  // of WebP
+  while (std::max(grey.cols, grey.rows) > kMaxSidePx) Halve(grey, alpha);
   while (true) {
     const cv::Mat picture = WithAlpha(grey, alpha);
     std::vector<unsigned char> bytes;

@@ -84,8 +84,7 @@ class Page {
 
   follow(url) {
     this.served = true;
-    new Poller(url, () => (this.model ? this.model.state.revision : null),
-               (json) => this.update(json), () => this.onNoAnswer());
+    new Poller(url, () => this.model.state.revision, (json) => this.update(json), () => this.onNoAnswer());
   }
 
   onNoAnswer() {
@@ -94,6 +93,7 @@ class Page {
   }
 
   state() {
+    if (!this.model) return null;  // a served page that waits for the first answer
     return {
       time: this.player.time,
       first: this.player.first,

@@ -31,7 +31,7 @@ class Player {
     this.model = model;
     this.first = model.firstStamp;
     this.last = model.lastStamp;
-    this.stamps = mergedStamps(model.paths);
+    this.stamps = mergedStamps(model);
     this.slider.max = String(Math.max(this.last - this.first, 1e-6));
     const wanted = follows || (fresh && model.state.running) ? this.last : fresh ? this.first : this.time;
     this.go(wanted);
@@ -90,10 +90,14 @@ class Player {
   }
 }
 
-/** Stamps of all paths but the truth (of the truth if it is alone), ascending, each once. */
-function mergedStamps(paths) {
+/**
+ * Where the arrow keys stop: stamps of all paths but the truth, else of the truth, else of charts;
+ * ascending, each once.
+ */
+function mergedStamps({paths, charts}) {
   const estimated = paths.filter((path) => path.role !== 'truth');
-  const stamps = (estimated.length ? estimated : paths).flatMap((path) => [...path.stamps]);
-  return Float64Array.from(stamps).sort().filter((stamp, i, all) =>
-    i === 0 || stamp - all[i - 1] > halfStampStep);
+  const overTime = charts.filter((chart) => chart.over_time).flatMap((chart) => chart.series);
+  const kept = [estimated, paths, overTime].find((list) => list.length) ?? [];
+  return Float64Array.from(kept.flatMap(({stamps}) => [...stamps])).sort().filter(
+    (stamp, i, all) => i === 0 || stamp - all[i - 1] > halfStampStep);
 }

@@ -6,26 +6,27 @@ const answerTimeout = 10000;
 
 class Poller {
   /**
-   * @param revision  function that tells which revision the page shows, null: none yet.
+   * @param revision  function that tells which revision the page shows.
    * @param onAnswer  called with what came.
    * @param onFailure  called when nobody answers.
    */
   constructor(url, revision, onAnswer, onFailure) {
-    Object.assign(this, {url, revision, onAnswer, onFailure, interval: pollInterval});
+    Object.assign(this, {url, revision, onAnswer, onFailure, interval: pollInterval, asksForAll: true});
     this.poll();
   }
 
   async poll() {
-    const revision = this.revision();
     try {
-      const query = revision === null ? '' : `?revision=${revision}`;
+      const query = this.asksForAll ? '' : `?revision=${this.revision()}`;
       const answer = await fetch(this.url + query,
                                  {cache: 'no-store', signal: AbortSignal.timeout(answerTimeout)});
       if (!answer.ok) throw new Error(`answer ${answer.status}`);
       this.onAnswer(await answer.json());
       this.interval = pollInterval;
+      this.asksForAll = false;
     } catch (error) {
       this.onFailure(error);
+      this.asksForAll = true;  // it may be another run that answers next
       this.interval = Math.min(2 * this.interval, longestInterval);
     }
     setTimeout(() => this.poll(), this.interval);

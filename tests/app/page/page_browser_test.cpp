@@ -175,6 +175,15 @@ TEST_F(PageInBrowser, ChartsOverTimeZoomTogether) {
   EXPECT_EQ(after[1], before[1]) << "over distance";
 }
 
+TEST_F(PageInBrowser, ChartsAloneHaveATimeToo) {
+  PageData data = sample::Comparison();
+  data.paths.clear();
+  Open(data);
+  browser_->Drag(".chart:nth-child(1) .plot", 200, 60, 200, 60);
+  EXPECT_GT(State()["time"].get<double>(), sample::kFirstStamp_s + 10);
+  EXPECT_NE(TextOf(".chart .value"), "");
+}
+
 TEST_F(PageInBrowser, KeysPlayAndStep) {
   Open(sample::Comparison());
   SetTime(sample::TruePose(100).stamp_s);

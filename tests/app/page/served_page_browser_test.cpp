@@ -4,6 +4,7 @@
 #include <httplib.h>
 
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 
 #include "tests/app/page/page_in_browser.hpp"
@@ -12,7 +13,7 @@ namespace ceilmap::page {
 namespace {
 
 using nlohmann::json;
-using testing::Contains;
+using testing::Each;
 using testing::HasSubstr;
 
 constexpr const char* kShows = "window.ceilmap && ceilmap.state().revision === ";
@@ -20,7 +21,8 @@ constexpr const char* kShows = "window.ceilmap && ceilmap.state().revision === "
 /// A run that goes on, as far as the test lets it. The browser leaves its page before it ends.
 class RunningRun {
  public:
-  explicit RunningRun(Browser& browser) : browser_(browser) {
+  /// @param port  0: any that is free.
+  explicit RunningRun(Browser& browser, int port = 0) : browser_(browser), port_(port) {
     server_.Get("/", [](const httplib::Request&, httplib::Response& response) {
       response.set_content(WriteServedPage("a run", "document.json"), "text/html; charset=utf-8");
     });
@@ -35,7 +37,11 @@ class RunningRun {
       response.set_content(std::string(bytes.begin(), bytes.end()), data_.picture.mime);
     });
     server_.set_keep_alive_max_count(1);
-    port_ = server_.bind_to_any_port("127.0.0.1");
+    if (port == 0) {
+      port_ = server_.bind_to_any_port("127.0.0.1");
+    } else if (!server_.bind_to_port("127.0.0.1", port)) {
+      throw std::runtime_error("port " + std::to_string(port) + " is taken");
+    }
     thread_ = std::thread([this] { server_.listen_after_bind(); });
     while (!server_.is_running()) std::this_thread::yield();
   }
@@ -74,6 +80,7 @@ class RunningRun {
     browser_.Open("http://127.0.0.1:" + std::to_string(port_) + "/");
     ASSERT_TRUE(browser_.WaitFor(kShows + std::to_string(1)));
   }
+  [[nodiscard]] int Port() const { return port_; }
   int Pictures() {
     const std::lock_guard lock(mutex_);
     return pictures_;
@@ -87,12 +94,12 @@ class RunningRun {
   }
 
   Browser& browser_;
+  int port_;
   std::mutex mutex_;
   PageData data_;
   RunState state_;
   int pictures_ = 0;
   httplib::Server server_;
-  int port_ = 0;
   std::thread thread_;
 };
 
@@ -167,14 +174,19 @@ TEST_F(PageInBrowser, SaysThatTheRunHasEnded) {
   EXPECT_NEAR(State()["time"].get<double>(), sample::TruePose(599).stamp_s, 2e-6);
 }
 
-TEST_F(PageInBrowser, SaysThatNobodyAnswers) {
+TEST_F(PageInBrowser, SaysThatNobodyAnswersUntilSomebodyDoes) {
   RunningRun run(*browser_);
   run.Show(200);
   ASSERT_NO_FATAL_FAILURE(run.Open());
   run.Stop();
   ASSERT_TRUE(browser_->WaitFor("!document.getElementById('banner').hidden"));
   EXPECT_THAT(TextOf("#banner"), HasSubstr("No answer"));
-  EXPECT_THAT(browser_->ConsoleMessages(), Contains(HasSubstr("net::ERR_CONNECTION_REFUSED")));
+  // Of another run the same revision is another document.
+  RunningRun other(*browser_, run.Port());
+  other.Show(300);
+  EXPECT_TRUE(browser_->WaitFor("ceilmap.state().last > ceilmap.state().first + 25"));
+  EXPECT_EQ(browser_->Run("return document.getElementById('banner').hidden"), true);
+  EXPECT_THAT(browser_->ConsoleMessages(), Each(HasSubstr("net::ERR_CONNECTION_REFUSED")));
 }
 
 }  // namespace
