@@ -227,6 +227,10 @@ TEST_F(PageInBrowser, FitsOnAPhone) {
   EXPECT_TRUE(std::is_sorted(tops.begin(), tops.end())) << tops;
   SetTime(sample::TruePose(330).stamp_s);
   Show("phone", true);
+  const json top_at_the_tables = browser_->Run(
+      "scrollTo(0, document.documentElement.scrollHeight);"
+      "return document.getElementById('player').getBoundingClientRect().top");
+  EXPECT_EQ(top_at_the_tables, 0) << "the slider stays on the screen";
 }
 
 TEST_F(PageInBrowser, ShowsHostileNamesAsText) {
