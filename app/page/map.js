@@ -143,13 +143,11 @@ class MapView {
     this.model = model;
     this.scaleBar.options.unit = model.unit;
     this.showPicture(model.picture);
-    for (const layer of this.layers) layer.group.remove();
+    for (const layer of this.layers) this.switchLayer(layer, false);
     for (const robot of this.robots) robot.remove();
     this.layers = pageLayers(model, this.panes, this.map);
     for (const layer of this.layers) {
-      layer.group = layer.draw();
-      layer.shown = this.chosen.get(layer.key) ?? layer.shown;
-      if (layer.shown) layer.group.addTo(this.map);
+      this.switchLayer(layer, this.chosen.get(layer.key) ?? layer.shown);
     }
     this.robots = model.paths.filter((path) => path.role !== 'before').map((path) =>
       new Robot(path, colourOf(model, path.name), this.map, this.floor));
@@ -240,11 +238,16 @@ class MapView {
       else this.picture.remove();
     }
     for (const layer of this.layers) {
-      if (layer.key !== key) continue;
-      layer.shown = shown;
-      if (shown) layer.group.addTo(this.map);
-      else layer.group.remove();
+      if (layer.key === key) this.switchLayer(layer, shown);
     }
+  }
+
+  /** What nobody looks at is not even made. */
+  switchLayer(layer, shown) {
+    layer.shown = shown;
+    if (shown) layer.group ??= layer.draw();
+    if (shown) layer.group.addTo(this.map);
+    else if (layer.group) layer.group.remove();
   }
 
   /** Stamp of the pose that is drawn nearest to a pixel, null if none is near. */

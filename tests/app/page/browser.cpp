@@ -118,7 +118,7 @@ struct Browser::Impl {
 
   static json ValueOf(const httplib::Result& result) {
     if (!result) throw std::runtime_error("chromedriver: " + httplib::to_string(result.error()));
-    const json answer = json::parse(result->body).at("value");
+    json answer = json::parse(result->body).at("value");
     if (result->status != 200) throw std::runtime_error(answer.value("message", result->body));
     return answer;
   }

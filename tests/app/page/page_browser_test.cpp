@@ -69,9 +69,12 @@ TEST_F(PageInBrowser, TheSliderMovesEachRobotToItsPose) {
   Open(data);
   for (const int frame : {0, 17, 180, 599}) {
     SetTime(sample::TruePose(frame).stamp_s);
-    for (const PagePath& path : data.paths) {
-      const PagePose& pose = path.poses[frame];
-      const json robot = RobotNamed(path.name);
+    const json robots = State()["robots"];
+    ASSERT_EQ(robots.size(), data.paths.size());
+    for (std::size_t i = 0; i < robots.size(); ++i) {
+      const PagePose& pose = data.paths[i].poses[frame];
+      const json& robot = robots[i];
+      EXPECT_EQ(robot["name"], data.paths[i].name);
       EXPECT_NEAR(robot["x"].get<double>(), pose.x, 5.1e-5);
       EXPECT_NEAR(robot["y"].get<double>(), pose.y, 5.1e-5);
       EXPECT_NEAR(robot["yaw"].get<double>(), pose.yaw_rad, 5.1e-5);
