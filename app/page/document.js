@@ -13,6 +13,13 @@ function stampColumn(differences, first) {
   return Float64Array.from(differences, (difference) => first + (sum += difference) / 1e6);
 }
 
+/** More time than this (s) between two of the stamps is a gap: nearly all are much closer. */
+function longestStep(stamps) {
+  const steps = stamps.slice(1).map((stamp, i) => stamp - stamps[i]).sort();
+  const usual = steps.length ? steps[Math.floor(0.95 * (steps.length - 1))] : 0;
+  return Math.max(0.3, 3 * usual) + halfStampStep;
+}
+
 /** One trajectory. */
 class Path {
   constructor(json, firstStamp) {
@@ -30,19 +37,11 @@ class Path {
       yaw: column(json.sigma_yaw, 1e-6),
       correlation: column(json.correlation, 1e-3),
     };
-    this.longestStep = this.usualStep() * 3;
+    this.longestStep = longestStep(this.stamps);
   }
 
   get length() { return this.stamps.length; }
   has(i) { return i >= 0 && !Number.isNaN(this.x[i]); }
-
-  /** Nearly all poses follow the one before within this time (s). */
-  usualStep() {
-    const steps = [];
-    for (let i = 1; i < this.length; ++i) steps.push(this.stamps[i] - this.stamps[i - 1]);
-    steps.sort((a, b) => a - b);
-    return Math.max(0.4, steps.length ? steps[Math.floor(0.95 * (steps.length - 1))] : 0);
-  }
 
   statusAt(i) {
     const name = statusNames[this.status[i]];
@@ -109,15 +108,23 @@ class Path {
   }
 }
 
-/** A chart's curve: x as it is shown, stamps where they are known. */
+/** A chart's curve: x as it is shown, stamps where they are known. It breaks where time does. */
 function readSeries(json, overTime, first) {
-  const stamps = stampColumn(json.stamps, first);
-  return {
-    name: json.name,
-    stamps,
-    x: overTime ? stamps.map((stamp) => stamp - first) : Float64Array.from(json.x),
-    y: Float64Array.from(json.y, (value) => (value === null ? NaN : value)),
+  const known = stampColumn(json.stamps, first);
+  const longest = longestStep(known);
+  const [x, y, stamps] = [[], [], []];
+  const add = (xHere, yHere, stamp) => {
+    x.push(xHere);
+    y.push(yHere ?? NaN);
+    if (stamp !== undefined) stamps.push(stamp);
   };
+  json.y.forEach((value, i) => {
+    const xHere = overTime ? known[i] - first : json.x[i];
+    const part = longest / (known[i] - known[i - 1]);  // of the way, where the gap begins
+    if (part < 1) add(x[x.length - 1] * (1 - part) + xHere * part, NaN, known[i - 1] + longest);
+    add(xHere, value, known[i]);
+  });
+  return {name: json.name, stamps, x, y};
 }
 
 /** Everything on the page, from the program's JSON. */

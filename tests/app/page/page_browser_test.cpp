@@ -117,6 +117,8 @@ TEST_F(PageInBrowser, HasNoPoseBeforeBetweenAndAfterThoseOfARun) {
   poses.erase(poses.begin() + 200, poses.begin() + 300);
   poses.erase(poses.begin(), poses.begin() + 50);
   data.paths.push_back({"short", PathRole::kRun, poses, {}});
+  data.charts = {sample::ErrorChart({data.paths[1]}, true),
+                 sample::ErrorChart({data.paths[1]}, false)};
   Open(data);
   const auto shown_at = [](int frame) {
     SetTime(sample::TruePose(frame).stamp_s);
@@ -124,6 +126,11 @@ TEST_F(PageInBrowser, HasNoPoseBeforeBetweenAndAfterThoseOfARun) {
   };
   EXPECT_FALSE(shown_at(30));
   EXPECT_TRUE(shown_at(60));
+  EXPECT_TRUE(shown_at(202));
+  EXPECT_FALSE(shown_at(203));
+  EXPECT_FALSE(shown_at(204));
+  EXPECT_EQ(TextOf(".chart:nth-child(1) .value"), "\u2013") << "the curve breaks there";
+  EXPECT_EQ(TextOf(".chart:nth-child(2) .value"), "\u2013");
   EXPECT_FALSE(shown_at(280));
   EXPECT_TRUE(shown_at(300));
   EXPECT_FALSE(shown_at(599));
