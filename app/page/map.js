@@ -98,7 +98,8 @@ class MapView {
     this.chosen = new Map();  // what the user has switched: key -> shown
     this.layers = [];
     this.robots = [];
-    this.picture = null;
+    this.picture = this.pictureUrl = null;
+    this.map.on('zoomend', () => this.sharpen());
     this.viewIsUsers = false;
     this.map.on('click', ({containerPoint}) => {
       const stamp = this.stampNear(containerPoint);
@@ -154,34 +155,34 @@ class MapView {
     if (!this.viewIsUsers) this.fit();
   }
 
+  /**
+   * The new picture takes the old one's place when it is there, not before: nothing flickers. It
+   * is asked for once: who served it may be gone a moment later.
+   */
   showPicture(picture) {
+    const url = picture && picture.url;
+    if (url === this.pictureUrl) return;
+    this.pictureUrl = url;
     if (!picture) {
-      if (this.picture) this.picture.remove();
-      this.picture = null;
+      this.replacePicture(null);
       return;
     }
     const [minX, minY, maxX, maxY] = picture.extent;
-    const bounds = L.latLngBounds([minY, minX], [maxY, maxX]);
-    if (!this.picture) {
-      this.picture = L.imageOverlay(picture.url, bounds, {className: 'mosaic', alt: 'Mosaic', pane: 'tilePane'});
-      if (this.isChosen('mosaic')) this.picture.addTo(this.map);
-      this.picture.on('load', () => this.sharpen());
-      this.map.on('zoomend', () => this.sharpen());
-    } else if (this.pictureUrl !== picture.url) {
-      this.exchangePicture(picture.url, bounds);
-    }
-    this.pictureUrl = picture.url;
+    const image = new Image();
+    image.alt = 'Mosaic';
+    image.onload = () => {
+      if (this.pictureUrl !== url) return;  // a newer one has been asked for
+      this.replacePicture(L.imageOverlay(image, [[minY, minX], [maxY, maxX]],
+                                         {className: 'mosaic', pane: 'tilePane'}));
+    };
+    image.src = url;
   }
 
-  /** The new picture takes the old one's place when it is there, not before: nothing flickers. */
-  exchangePicture(url, bounds) {
-    const loader = new Image();
-    loader.onload = () => {
-      if (this.pictureUrl !== url || !this.picture) return;
-      this.picture.setUrl(url);
-      this.picture.setBounds(bounds);
-    };
-    loader.src = url;
+  replacePicture(overlay) {
+    if (this.picture) this.picture.remove();
+    this.picture = overlay;
+    if (overlay && this.isChosen('mosaic')) overlay.addTo(this.map);
+    this.sharpen();
   }
 
   /** Pixels with clear edges, once they are larger than those of the screen. */
@@ -222,7 +223,7 @@ class MapView {
   list() {
     const entry = (key, text, swatch) => ({key, text, swatch, shown: this.isChosen(key)});
     return [
-      ...(this.picture ? [entry('mosaic', 'Mosaic', ['band', '#8a8f98'])] : []),
+      ...(this.model.picture ? [entry('mosaic', 'Mosaic', ['band', '#8a8f98'])] : []),
       ...this.layers,
       ...(this.robots.some((robot) => robot.path.footprint.length)
         ? [entry('views', 'What the camera sees', ['frame', themeColour('--text')])] : []),
@@ -236,6 +237,7 @@ class MapView {
     if (key === 'mosaic' && this.picture) {
       if (shown) this.picture.addTo(this.map);
       else this.picture.remove();
+      this.sharpen();
     }
     for (const layer of this.layers) {
       if (layer.key === key) this.switchLayer(layer, shown);

@@ -265,6 +265,7 @@ TEST_F(PageInBrowser, ShowsHostileNamesAsText) {
   EXPECT_THAT(TextOf("#readout tbody tr:nth-child(2)"), HasSubstr(hostile));
   EXPECT_THAT(TextOf("#layers"), HasSubstr(hostile));
   EXPECT_THAT(TextOf("#charts .legend"), HasSubstr(hostile));
+  EXPECT_TRUE(browser_->WaitFor("document.querySelector('img.mosaic')"));
   EXPECT_EQ(browser_->Run("return document.querySelectorAll('img').length"), 1) << "the mosaic";
   const json layers = State()["layers"];
   EXPECT_TRUE(layers.contains(hostile));

@@ -129,7 +129,7 @@ TEST_F(PageInBrowser, FollowsARunThatIsServed) {
   EXPECT_EQ(TextOf("#tables td:nth-child(2)"), "300");
   ASSERT_TRUE(
       browser_->WaitFor("document.querySelector('img.mosaic').src.endsWith('picture?v=2')"));
-  EXPECT_GE(run.Pictures(), 2);
+  EXPECT_EQ(run.Pictures(), 2) << "each is asked for once";
   Show("live");
 }
 
