@@ -98,13 +98,18 @@ ServedContent LivePage::Document(const std::string& query) {
     }
     data = data_;
     frames = frames_;
-    // Its place comes with the document, its pixels do not.
     const page::PagePicture& picture = under_->picture;
-    data.picture.min_x = picture.min_x;
-    data.picture.min_y = picture.min_y;
-    data.picture.max_x = picture.max_x;
-    data.picture.max_y = picture.max_y;
-    if (picture.max_x > picture.min_x) picture_url = fmt::format("picture?{}", under_->revision);
+    if (running_) {
+      // Its place comes with the document, its pixels do not.
+      data.picture.min_x = picture.min_x;
+      data.picture.min_y = picture.min_y;
+      data.picture.max_x = picture.max_x;
+      data.picture.max_y = picture.max_y;
+      if (picture.max_x > picture.min_x) picture_url = fmt::format("picture?{}", under_->revision);
+    } else {
+      // The last document has the pixels too: nobody answers any more when they are asked for.
+      data.picture = picture;
+    }
   }
   if (!frames.empty()) {
     data.paths.push_back(ToPagePath(run_, frames));

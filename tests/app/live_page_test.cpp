@@ -120,12 +120,14 @@ TEST_F(LivePageTest, TheEndIsSeenByWhoIsLooking) {
   Ask();
   page::PageData last;
   last.title = "Done";
+  last.picture = {"image/png", {'M', 'a', 'n'}, 1, 2, 3, 4};
   auto end = std::async(std::launch::async, [&] { page_->Finish(last); });
   json document;
   do {
     document = Ask();
   } while (document["state"]["running"]);
   EXPECT_EQ(document["title"], "Done");
+  EXPECT_EQ(document["picture"]["url"], "data:image/png;base64,TWFu") << "who would answer?";
   end.get();  // in time: it waits for nobody any more
 }
 
