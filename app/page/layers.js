@@ -12,11 +12,15 @@ const toLatLngs = (points) => points.map(([x, y]) => [y, x]);
 const linePoints = (path, [begin, end]) =>
   Array.from({length: end - begin}, (_, i) => latLng(path.x[begin + i], path.y[begin + i]));
 
+/** Pixels that a drawn path may be off: at Leaflet's own tolerance circles have corners. */
+const curveTolerance = 0.25;
+
 /** Path as a line that breaks where there is no pose; a halo sets it off from the picture. */
 function drawPath(path, colour, rank, panes) {
   const lines = path.stretches().map((stretch) => linePoints(path, stretch));
   const line = (pane, options) =>
-    L.polyline(lines, {interactive: false, renderer: panes[pane], lineJoin: 'round', ...options});
+    L.polyline(lines, {interactive: false, renderer: panes[pane], lineJoin: 'round',
+                       smoothFactor: curveTolerance, ...options});
   if (path.role === 'truth') {
     return L.layerGroup([line('halo', {color: themeColour('--halo'), weight: 8, opacity: 0.6}),
                          line('truth', {color: colour, weight: 5.5})]);
@@ -70,7 +74,7 @@ function drawStatus(path, panes) {
   const bands = [...statusStretches(path)].map(([name, stretches]) =>
     L.polyline(stretches.map((stretch) => linePoints(path, stretch)), {
       interactive: false, renderer: panes.bands, color: statusColours[name], weight: 12,
-      opacity: 0.55, lineCap: 'butt',
+      opacity: 0.55, lineCap: 'butt', smoothFactor: curveTolerance,
     }));
   return L.layerGroup([...bands, ...drawGaps(path, panes)]);
 }

@@ -23,12 +23,23 @@ using std::numbers::pi;
 
 constexpr double kSpacing = 0.15;  // of places, as a part of the depth
 constexpr double kMostOffset = 0.9;
+constexpr double kFarthest = 10;  // that doubt grows to
 
 int StepOf(double angle_rad) {
   const double turns = angle_rad / (2 * pi);
   const int step =
       static_cast<int>(std::lround((turns - std::floor(turns)) * DirectionTable::kSteps));
   return step % DirectionTable::kSteps;
+}
+
+Eigen::Vector2d MeanOf(std::span<const PlaceHypothesis> hypotheses) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double weights = 0;
+  for (const PlaceHypothesis& hypothesis : hypotheses) {
+    sum += hypothesis.weight * hypothesis.place;
+    weights += hypothesis.weight;
+  }
+  return sum / weights;
 }
 
 }  // namespace
@@ -43,7 +54,11 @@ void ColourCompassParams::Validate() const {
   require(turn_sigma_rad >= 0, "turn_sigma_rad", turn_sigma_rad, ">= 0");
   require(turn_sigma_part >= 0, "turn_sigma_part", turn_sigma_part, ">= 0");
   require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
-  require(walk_sigma_m >= 0, "walk_sigma_m", walk_sigma_m, ">= 0");
+  require(way_sigma_part >= 0, "way_sigma_part", way_sigma_part, ">= 0");
+  require(way_sigma_m >= 0, "way_sigma_m", way_sigma_m, ">= 0");
+  require(unseen_way_sigma_m >= 0, "unseen_way_sigma_m", unseen_way_sigma_m, ">= 0");
+  require(model_sigma_rad >= 0, "model_sigma_rad", model_sigma_rad, ">= 0");
+  require(model_sigma_known_rad >= 0, "model_sigma_known_rad", model_sigma_known_rad, ">= 0");
   require(reach >= 0 && reach <= kMostOffset, "reach", reach, "in [0, 0.9]");
   require(min_cell_part >= 0 && min_cell_part <= 1, "min_cell_part", min_cell_part, "in [0, 1]");
 }
@@ -121,17 +136,25 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
   const std::optional<SeenTurn> seen = strip.Next(frame.bgr);
   if (!last_s) return;
   const double seconds = frame.stamp_s - *last_s;
+  const double step_m = kSpacing * model.depth_m;
+  double sigma_m = params.unseen_way_sigma_m * std::sqrt(seconds);
   if (seen) {
     const double turn = turn_scale * seen->turn_rad;
-    belief->Turn(turn, std::hypot(params.turn_sigma_rad, params.turn_sigma_part * turn));
+    // Where things are nearer on one side, driving past them looks like a turn.
+    constexpr double kSideways = 0.1;
+    belief->Turn(
+        turn,
+        std::hypot(params.turn_sigma_rad, params.turn_sigma_part * turn, kSideways * seen->ahead));
+    const double way_m = seen->ahead * model.depth_m;
+    belief->Drive(way_m / step_m, places);
+    sigma_m = std::hypot(params.way_sigma_part * way_m, params.way_sigma_m * std::sqrt(seconds));
   } else {
     ++counts.without_turn;
     belief->Turn(0, params.unseen_rate_rad_s * seconds);
   }
-  const double step_m = kSpacing * model.depth_m;
-  const double variance = params.walk_sigma_m * params.walk_sigma_m * seconds;
+  const double part = 0.5 * sigma_m * sigma_m / (step_m * step_m);
   constexpr double kMostPart = 0.2;
-  belief->Walk(places, static_cast<float>(std::min(kMostPart, 0.5 * variance / (step_m * step_m))));
+  belief->Walk(places, static_cast<float>(std::min(kMostPart, part)));
 }
 
 void ColourCompass::Impl::Compare(int cell) {
@@ -249,6 +272,12 @@ std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
   for (std::size_t i = 0; i < me.places.size(); ++i) {
     heading.place += static_cast<double>(of_places(static_cast<Eigen::Index>(i))) * me.places[i].at;
   }
+  const Eigen::Vector2d place = frame.places.empty() ? heading.place : MeanOf(frame.places);
+  const int cell = NearestLearned(me.model, place);
+  const double away = OffsetFrom(me.model, cell, place, kFarthest).norm();
+  const double sigma =
+      frame.places.empty() ? me.params.model_sigma_rad : me.params.model_sigma_known_rad;
+  heading.variance_rad2 += sigma * sigma * away * away;
   return heading;
 }
 

@@ -31,10 +31,19 @@ struct ColourCompassParams {
   /// Of the camera ahead of the axle that the robot turns about: `a` of the rig and its own place.
   /// Turns on the spot move it, which makes them seem larger.
   double camera_ahead_of_axle_m = 0;
-  /// Of the walk of a robot whose place is not known, m/sqrt(s), >= 0.
-  double walk_sigma_m = 0.3;
+  /// Of the way of a robot whose place is not known, beside what is seen of it: a part of that >=
+  /// 0, and m/sqrt(s) >= 0.
+  double way_sigma_part = 0.3;
+  double way_sigma_m = 0.1;
+  /// The same where nothing is seen of it.
+  double unseen_way_sigma_m = 1;
   /// Places that may be as far from a learned one, as a part of the depth, [0, 0.9].
   double reach = 0.75;
+  /// What a cylinder cannot tell of a room: standard deviation of the heading per displacement from
+  /// the learning place, as a part of the depth, >= 0, rad; for places that are found out, and for
+  /// those that are given.
+  double model_sigma_rad = 0.2;
+  double model_sigma_known_rad = 0.06;
   /// Cells that hold at least this part of the places that the robot may be at are asked
   /// (ViCTORiA), [0, 1]; only for places that are given.
   double min_cell_part = 0.2;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
@@ -14,11 +15,17 @@ constexpr int kRows = 24;
 constexpr int kMostShift = kColumns / 2;
 constexpr double kMostDifference = 0.5;
 
-/// Mean squared difference of two strips where they overlap, `b` moved by `shift` columns to the
-/// left, as a part of what both vary there.
-double Difference(const cv::Mat& a, const cv::Mat& b, int shift) {
-  const int first = std::max(0, -shift);
-  const int count = kColumns - std::abs(shift);
+/// Columns of a strip.
+struct Columns {
+  int first = 0;
+  int count = kColumns;
+};
+
+/// Mean squared difference of columns of `a` and those of `b` that lie `shift` to the right, where
+/// there are some, as a part of what both vary there.
+double Difference(const cv::Mat& a, const cv::Mat& b, Columns of, int shift) {
+  const int first = std::max(of.first, -shift);
+  const int count = std::min(of.first + of.count, kColumns - shift) - first;
   float off = 0;
   float energy = 0;
   for (int v = 0; v < kRows; ++v) {
@@ -45,6 +52,26 @@ double Difference(const cv::Mat& a, const cv::Mat& b, int shift) {
   return static_cast<double>(off / (energy + kNoise));
 }
 
+struct BestShift {
+  double columns = 0;  ///< with fraction
+  double difference = 1;
+};
+
+/// @param from, to  shifts that are tried, at least three.
+BestShift FindShift(const cv::Mat& a, const cv::Mat& b, Columns of, int from, int to) {
+  std::array<double, 2 * kMostShift + 1> difference{};
+  const int count = to - from + 1;
+  for (int i = 0; i < count; ++i) {
+    difference[static_cast<std::size_t>(i)] = Difference(a, b, of, from + i);
+  }
+  const auto* least = std::min_element(difference.begin() + 1, difference.begin() + count - 1);
+  const double before = *(least - 1);
+  const double after = *(least + 1);
+  const double bend = before - 2 * *least + after;
+  const double part = bend > 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0;
+  return {from + static_cast<double>(least - difference.begin()) + part, *least};
+}
+
 }  // namespace
 
 StripTurn::StripTurn(const calib::MountedCamera& forward) {
@@ -59,6 +86,8 @@ StripTurn::StripTurn(const calib::MountedCamera& forward) {
   const double lowest = std::max(0.03, pitch - 0.85 * half_height);
   const double highest = std::max(lowest + 0.1, pitch + 0.7 * half_height);
   column_rad_ = 2 * half / (kColumns - 1);
+  // A thing at azimuth a moves by sin(a) times the way over its distance; the mean over a half.
+  ahead_per_rad_ = half / (2 * (1 - std::cos(half)));
   table_ = calib::RemapTable(
       camera.Size(), {kColumns, kRows}, [&](int u, int v) -> std::optional<cv::Point2d> {
         const double azimuth = middle + half - column_rad_ * u;
@@ -82,19 +111,23 @@ std::optional<SeenTurn> StripTurn::Next(const cv::Mat& bgr) {
   }
   cv::swap(now_, before_);  // before_ is the newest from here on
   if (now_.size() != before_.size()) return std::nullopt;
-  difference_.resize(2 * kMostShift + 1);
-  for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
-    difference_[static_cast<std::size_t>(shift + kMostShift)] = Difference(now_, before_, shift);
-  }
-  const auto least = std::min_element(difference_.begin() + 1, difference_.end() - 1);
-  if (!(*least < kMostDifference)) return std::nullopt;
-  const double before = *(least - 1);
-  const double after = *(least + 1);
-  const double bend = before - 2 * *least + after;
-  const double part = bend > 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0;
-  const double shift = static_cast<double>(least - difference_.begin()) - kMostShift + part;
+  const BestShift all = FindShift(now_, before_, {}, -kMostShift, kMostShift);
+  if (!(all.difference < kMostDifference)) return std::nullopt;
   // Things that stood left are further right after a turn to the left.
-  return SeenTurn{shift * column_rad_, *least};
+  SeenTurn seen{all.columns * column_rad_, 0, all.difference};
+  const int middle = static_cast<int>(std::lround(all.columns));
+  constexpr int kAround = 12;
+  constexpr int kHalf = kColumns / 2;
+  if (std::abs(middle) + kAround > kHalf / 2) return seen;  // too little is left of one of them
+  const auto half = [&](int first) {
+    return FindShift(now_, before_, {first, kHalf}, middle - kAround, middle + kAround);
+  };
+  const BestShift left = half(0);
+  const BestShift right = half(kHalf);
+  if (left.difference < kMostDifference && right.difference < kMostDifference) {
+    seen.ahead = ahead_per_rad_ * column_rad_ * (right.columns - left.columns);
+  }
+  return seen;
 }
 
 }  // namespace ceilmap::colour

@@ -2,7 +2,6 @@
 
 #include <opencv2/core.hpp>
 #include <optional>
-#include <vector>
 
 #include "calib/remap_table.hpp"
 #include "calib/rig.hpp"
@@ -14,6 +13,9 @@ namespace ceilmap::colour {
 struct SeenTurn {
   double turn_rad =
       0;  ///< counter-clockwise. Off the axle the camera also moves: a little too much
+  /// Way ahead as a part of the depth of what is seen (in metres when that is 1 m): what stands
+  /// left moved to the left and what stands right to the right.
+  double ahead = 0;
   /// Squared difference of what both frames show, as a part of what they vary: 0 agrees, 1 does
   /// not.
   double difference = 1;
@@ -37,12 +39,12 @@ class StripTurn {
 
  private:
   double column_rad_ = 0;
+  double ahead_per_rad_ = 0;  // of the shifts of both halves against each other
   calib::RemapTable table_;
   cv::Mat colours_;
   cv::Mat grey_;
   cv::Mat now_;     // CV_32FC1, rows without their means
   cv::Mat before_;  // the same of the frame before
-  std::vector<double> difference_;
 };
 
 }  // namespace ceilmap::colour

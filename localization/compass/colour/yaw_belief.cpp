@@ -18,7 +18,8 @@ constexpr float kLeastPart = 1e-6F;
 }  // namespace
 
 YawBelief::YawBelief(int places)
-    : belief_(Histogram::Constant(places, kYaws, 1.F / static_cast<float>(places * kYaws))) {}
+    : belief_(Histogram::Constant(places, kYaws, 1.F / static_cast<float>(places * kYaws))),
+      scratch_(belief_) {}
 
 double YawBelief::YawOf(int column) const {
   const double yaw = std::fmod(kColumn_rad * column + turned_rad_, 2 * pi);
@@ -41,6 +42,35 @@ void YawBelief::Turn(double turn_rad, double sigma_rad) {
     belief_.swap(scratch_);
     variance -= now;
   }
+}
+
+void YawBelief::Drive(double steps, const std::vector<Place>& places) {
+  if (places.size() < 2) return;
+  constexpr double kHalf = 0.5;
+  for (int column = 0; column < kYaws; ++column) {
+    const double yaw = YawOf(column);
+    auto ahead = ahead_.col(column);
+    ahead += steps * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    // Sides as in Place::neighbours.
+    for (int axis = 0; axis < 2; ++axis) {
+      while (std::abs(ahead(axis)) > kHalf) {
+        const bool up = ahead(axis) > 0;
+        PassOn(column, 2 * axis + (up ? 1 : 0), places);
+        ahead(axis) -= up ? 1 : -1;
+      }
+    }
+  }
+}
+
+// What would leave the grid stays at its edge.
+void YawBelief::PassOn(int column, int side, const std::vector<Place>& places) {
+  scratch_.col(column).setZero();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const int next = places[i].neighbours[static_cast<std::size_t>(side)];
+    scratch_(next < 0 ? at : next, column) += belief_(at, column);
+  }
+  belief_.col(column) = scratch_.col(column);
 }
 
 void YawBelief::Walk(const std::vector<Place>& places, float part) {
@@ -76,11 +106,14 @@ void YawBelief::Weigh(const Histogram& log_likelihood) {
 void YawBelief::WeighYaws(const Eigen::RowVectorXf& likelihood, const Eigen::VectorXf& places) {
   const Eigen::RowVectorXf yaws = belief_.colwise().sum().cwiseProduct(likelihood);
   belief_.noalias() = places * yaws;
+  ahead_.setZero();
   Normalize();
 }
 
 void YawBelief::Restore(const Eigen::RowVectorXf& yaws, double turned_rad) {
   belief_.rowwise() = yaws;
+  scratch_ = belief_;
+  ahead_.setZero();
   turned_rad_ = turned_rad;
   Normalize();
 }

@@ -21,6 +21,8 @@ class YawBelief {
 
   /// The robot turned. @param sigma_rad  how well that is known, >= 0.
   void Turn(double turn_rad, double sigma_rad);
+  /// It drove ahead, in the direction of each yaw. @param steps  as a part of the grid's spacing.
+  void Drive(double steps, const std::vector<Place>& places);
   /// It may have gone to a neighbouring place. @param part  to each of them, [0, 0.2].
   void Walk(const std::vector<Place>& places, float part);
   /// Yaw of a column now, rad in [0, 2 pi).
@@ -46,10 +48,14 @@ class YawBelief {
 
  private:
   void Normalize();
+  void PassOn(int column, int side, const std::vector<Place>& places);
 
   Histogram belief_;
   Histogram scratch_;
   double turned_rad_ = 0;
+  /// Of each column: how far the places that are meant lie from those of the grid, in steps: where
+  /// the robot drove since it was passed on to a neighbour.
+  Eigen::Matrix2Xd ahead_ = Eigen::Matrix2Xd::Zero(2, kYaws);
 };
 
 }  // namespace ceilmap::colour
