@@ -16,7 +16,7 @@
 namespace ceilmap::colour {
 
 struct ColourCompassParams {
-  ScanLineParams lines;
+  ScanLineParams lines = {};
   /// How far apart features are by a line that is right, as a part of the most that they can be:
   /// below it nothing is gained, > 0.
   double line_noise = 0.02;

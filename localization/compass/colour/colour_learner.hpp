@@ -24,14 +24,14 @@ struct LearnedPose {
 
 struct LearnParams {
   ModelKind kind = ModelKind::kVictoria;
-  ColourClassParams classes;
-  ScanLineParams lines;
+  ColourClassParams classes = {};
+  ScanLineParams lines = {};
   int bins = 180;
   /// Unset: 6 x 4 m about the middle of the learned places, 5 x 3 cells.
-  std::optional<GridParams> grid;
+  std::optional<GridParams> grid = std::nullopt;
   /// Unset: measured from how much the turns that are seen exceed those of the robot (a camera off
   /// its axle), else ColourModel's.
-  std::optional<double> depth_m;
+  std::optional<double> depth_m = std::nullopt;
   double fading_s = 600;
   /// See ColourCompassParams; depth is measured where it is 0.05 or more.
   double camera_ahead_of_axle_m = 0;

@@ -1,0 +1,176 @@
+#include "localization/compass/colour/colour_compass.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "calib/error.hpp"
+#include "tests/localization/compass/colour/coloured_room.hpp"
+
+namespace ceilmap::colour {
+namespace {
+
+using std::numbers::pi;
+
+constexpr int kTurnFrames = 90;
+
+/// Pose of base on a turn about an axle `a` behind it that stands at a place.
+calib::Pose2 OnTurn(const Eigen::Vector2d& axle, double yaw, double a) {
+  return {axle.x() + a * std::cos(yaw), axle.y() + a * std::sin(yaw), calib::WrapAngle(yaw)};
+}
+
+class ColourCompassTest : public testing::Test {
+ protected:
+  ColourModel Learn(LearnParams params = {}, double axle_behind_m = 0) const {
+    params.camera_ahead_of_axle_m = axle_behind_m;
+    ColourLearner learner(forward_, params);
+    for (int i = 0; i < kTurnFrames; ++i) {
+      const calib::Pose2 pose = OnTurn({0, 0}, 2 * pi * i / kTurnFrames, axle_behind_m);
+      EXPECT_TRUE(learner.Add(room_.See(forward_, pose), 0.1 * i, {pose}));
+    }
+    return learner.Finish();
+  }
+
+  /// A turn at another place in other light: largest error after the first frames, rad.
+  double WorstError(ColourCompass& compass,
+                    const Eigen::Vector2d& axle,
+                    int first = 15,
+                    bool honest = true) const {
+    constexpr double kLight = 0.9;
+    double worst = 0;
+    for (int i = 0; i < kTurnFrames; ++i) {
+      const calib::Pose2 pose = OnTurn(axle, 0.7 + 2 * pi * i / kTurnFrames, 0);
+      const auto heading = compass.Next({room_.See(forward_, pose, kLight), 100 + 0.1 * i});
+      const double error = std::abs(calib::WrapAngle(heading.value().heading_rad - pose.yaw));
+      if (honest) {
+        EXPECT_LT(error, 4 * std::sqrt(heading->variance_rad2) + 0.02) << "sure, frame " << i;
+      }
+      if (i >= first) worst = std::max(worst, error);
+    }
+    return worst;
+  }
+
+  ColouredRoom room_;
+  calib::MountedCamera forward_ = ForwardCamera();
+};
+
+TEST_F(ColourCompassTest, KnowsItsHeadingWhereItLearned) {
+  ColourCompass compass(Learn(), forward_);
+  EXPECT_LT(WorstError(compass, {0, 0}), 0.05);
+  EXPECT_EQ(compass.Counts().used, kTurnFrames);
+  EXPECT_EQ(compass.Counts().without_turn, 0);
+}
+
+TEST_F(ColourCompassTest, AsSturmAndVisserHaveIt) {
+  ColourCompass compass(Learn({.kind = ModelKind::kSturm}), forward_);
+  double worst = 0;
+  for (int i = 0; i < kTurnFrames; ++i) {
+    const calib::Pose2 pose = OnTurn({0, 0}, 0.7 + 2 * pi * i / kTurnFrames, 0);
+    const auto heading = compass.Next({room_.See(forward_, pose), 100 + 0.1 * i});
+    if (i > 5) worst = std::max(worst, std::abs(calib::WrapAngle(heading->heading_rad - pose.yaw)));
+  }
+  EXPECT_LT(worst, 0.05);
+}
+
+TEST_F(ColourCompassTest, FindsOutThatItIsElsewhere) {
+  ColourModel model = Learn();
+  model.depth_m = room_.Radius();
+  const Eigen::Vector2d elsewhere(1.2, -0.8);
+  ColourCompass compass(model, forward_);
+  EXPECT_LT(WorstError(compass, elsewhere, 45), 0.12);
+  ColourCompass published(model, forward_, {.parallax = false});
+  EXPECT_GT(WorstError(published, elsewhere, 45, false), 0.2) << "all things infinitely far";
+}
+
+TEST_F(ColourCompassTest, APlaceThatIsGivenIsTaken) {
+  ColourModel model = Learn();
+  model.depth_m = room_.Radius();
+  ColourCompass compass(model, forward_);
+  const PlaceHypothesis places[] = {{{1.2, -0.8}, 3}};
+  for (int i = 0; i < 20; ++i) {
+    const calib::Pose2 pose{1.2, -0.8, 0.3 + 0.05 * i};
+    const auto heading = compass.Next({room_.See(forward_, pose), 0.1 * i, {}, places});
+    if (i > 3) {
+      EXPECT_NEAR(calib::WrapAngle(heading->heading_rad - pose.yaw), 0, 0.06) << i;
+    }
+  }
+}
+
+TEST_F(ColourCompassTest, TurnsTellHowFarThingsAre) {
+  const ColourModel model = Learn({}, 0.2);
+  // From the camera on: the wall is 0.2 m nearer on one side than from the axle.
+  EXPECT_NEAR(model.depth_m, room_.Radius(), 0.5);
+  EXPECT_EQ(Learn({.depth_m = 7}, 0.2).depth_m, 7);
+}
+
+TEST_F(ColourCompassTest, LearnsAlong) {
+  const ColouredRoom other(9);  // all walls were painted anew
+  ColourCompass compass(Learn({.fading_s = 5}), forward_);
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < kTurnFrames; ++i) {
+      const calib::Pose2 pose{0, 0, calib::WrapAngle(2 * pi * i / kTurnFrames)};
+      compass.Next({other.See(forward_, pose), 100 + 0.1 * (i + kTurnFrames * round)});
+      compass.Learn({pose});
+    }
+  }
+  compass.Reset();
+  double worst = 0;
+  for (int i = 0; i < 30; ++i) {
+    const calib::Pose2 pose{0, 0, calib::WrapAngle(2 + 0.06 * i)};
+    const auto heading = compass.Next({other.See(forward_, pose), 200 + 0.1 * i});
+    if (i > 10)
+      worst = std::max(worst, std::abs(calib::WrapAngle(heading->heading_rad - pose.yaw)));
+  }
+  EXPECT_LT(worst, 0.05);
+}
+
+TEST_F(ColourCompassTest, ANewCellIsAnotherPlaceToBeAt) {
+  ColourCompass compass(Learn(), forward_);
+  const calib::Pose2 pose{2, 1, 0.5};
+  compass.Next({room_.See(forward_, pose), 1});
+  compass.Learn({pose});
+  int cells = 0;
+  for (const Cell& cell : compass.Model().cells) cells += cell.empty() ? 0 : 1;
+  EXPECT_EQ(cells, 2);
+  EXPECT_TRUE(compass.Next({room_.See(forward_, pose), 1.1}));
+}
+
+TEST_F(ColourCompassTest, FramesBelowTheHorizonAreSkipped) {
+  ColourCompass compass(Learn(), forward_);
+  compass.Next({room_.See(forward_, {}), 1});
+  calib::Tilt down;
+  down.pitch_rad = 0.5;
+  EXPECT_FALSE(compass.Next({room_.See(forward_, {}), 2, down}));
+  compass.Learn({});  // of nothing
+  EXPECT_TRUE(compass.Next({room_.See(forward_, {}), 3}));
+  EXPECT_EQ(compass.Counts().below_horizon, 1);
+  EXPECT_EQ(compass.Counts().used, 2);
+  ColourLearner learner(forward_);
+  EXPECT_FALSE(learner.Add(room_.See(forward_, {}), 0, {{}, down}));
+  EXPECT_THROW(static_cast<void>(learner.Finish()), calib::InputError);
+}
+
+TEST_F(ColourCompassTest, APictureThatShowsNothingIsNoHeading) {
+  ColourCompass compass(Learn(), forward_);
+  for (int i = 0; i < 20; ++i) {
+    const auto heading = compass.Next({cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(20)), 0.1 * i});
+    EXPECT_GT(heading.value().variance_rad2, 0.5) << i;
+  }
+}
+
+TEST_F(ColourCompassTest, RefusesWhatCannotBe) {
+  const ColourModel model = Learn();
+  ColourCompass compass(model, forward_);
+  compass.Next({room_.See(forward_, {}), 1});
+  EXPECT_THROW(compass.Next({room_.See(forward_, {}), 1}), calib::InputError) << "stamps increase";
+  EXPECT_THROW(compass.Next({cv::Mat(240, 320, CV_8UC1), 2}), calib::InputError);
+  ColourModel empty = model;
+  for (Cell& cell : empty.cells) cell.bins.assign(180, {});
+  EXPECT_THROW(ColourCompass(empty, forward_), calib::InputError);
+  EXPECT_THROW(ColourCompass(model, forward_, {.line_noise = 0}), calib::InputError);
+  EXPECT_THROW(ColourLearner(forward_, {.bins = 10}), calib::InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::colour

@@ -1,0 +1,94 @@
+#include "localization/compass/colour/colour_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calib/error.hpp"
+
+namespace ceilmap::colour {
+namespace {
+
+AngleBin Bin(float first, double certainty, double stamp_s) {
+  AngleBin bin;
+  bin.transitions = Eigen::Vector4f(first, 1 - first, 0, 0);
+  bin.certainty = certainty;
+  bin.stamp_s = stamp_s;
+  return bin;
+}
+
+ColourModel Model() {
+  ColourModel model;
+  model.classes.resize(2);
+  model.classes[1].mean = {200, 128, 128};
+  model.bins = 36;
+  model.grid.columns = 2;
+  model.grid.rows = 1;
+  model.cells.resize(2);
+  for (Cell& cell : model.cells) cell.bins.resize(36);
+  model.cells[0].bins[3] = Bin(1, 1, 0);
+  model.frames = 1;
+  return model;
+}
+
+TEST(ColourModel, CertaintyFades) {
+  EXPECT_EQ(FadedCertainty(Bin(1, 2, 100), 50, 10), 2) << "not before its time";
+  EXPECT_NEAR(FadedCertainty(Bin(1, 2, 100), 110, 10), 2 / std::exp(1), 1e-12);
+}
+
+TEST(ColourModel, CellsKnowHowMuchTheySaw) {
+  const ColourModel model = Model();
+  EXPECT_FALSE(model.cells[0].empty());
+  EXPECT_TRUE(model.cells[1].empty());
+  EXPECT_NEAR(model.cells[0].Filled(), 1 / 36.0, 1e-12);
+}
+
+TEST(ColourModel, MergesByCertainty) {
+  ColourModel mine = Model();
+  ColourModel other = Model();
+  other.cells[0].bins[3] = Bin(0, 3, 0);
+  other.cells[1].bins[8] = Bin(0.5, 1, 0);
+  Merge(other, mine);
+  EXPECT_NEAR(mine.cells[0].bins[3].transitions(0), 0.25, 1e-6);
+  EXPECT_EQ(mine.cells[0].bins[3].certainty, 4);
+  EXPECT_NEAR(mine.cells[1].bins[8].transitions(0), 0.5, 1e-6);
+  EXPECT_EQ(mine.frames, 2);
+  mine.Validate();
+}
+
+TEST(ColourModel, OnlyModelsOfOneKindMerge) {
+  const auto merge = [](const auto& change) {
+    ColourModel mine = Model();
+    ColourModel other = Model();
+    change(other);
+    Merge(other, mine);
+  };
+  EXPECT_NO_THROW(merge([](ColourModel&) {}));
+  EXPECT_THROW(merge([](ColourModel& m) { m.kind = ModelKind::kSturm; }), calib::InputError);
+  EXPECT_THROW(merge([](ColourModel& m) { m.classes[1].mean[0] = 201; }), calib::InputError);
+  EXPECT_THROW(merge([](ColourModel& m) { m.grid.min_x_m = 1; }), calib::InputError);
+}
+
+TEST(ColourModel, RefusesWhatCannotBe) {
+  Model().Validate();
+  const auto check = [](const auto& change) {
+    ColourModel model = Model();
+    change(model);
+    EXPECT_THROW(model.Validate(), calib::InputError);
+  };
+  check([](ColourModel& m) { m.classes.resize(1); });
+  check([](ColourModel& m) { m.bins = 35; });
+  check([](ColourModel& m) { m.cells.pop_back(); });
+  check([](ColourModel& m) { m.cells[1].bins.pop_back(); });
+  check([](ColourModel& m) { m.cells[0].bins[3].transitions.resize(3); });
+  check([](ColourModel& m) { m.cells[0].bins[3].transitions(0) = -1; });
+  check([](ColourModel& m) { m.cells[0].bins[3].transitions(0) = NAN; });
+  check([](ColourModel& m) { m.cells[0].bins[3].certainty = 0; });
+  check([](ColourModel& m) { m.depth_m = 0; });
+  check([](ColourModel& m) { m.fading_s = INFINITY; });
+  check([](ColourModel& m) { m.grid.columns = 101; });
+  check([](ColourModel& m) { m.grid.width_m = 0; });
+}
+
+}  // namespace
+}  // namespace ceilmap::colour
