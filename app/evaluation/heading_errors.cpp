@@ -52,7 +52,8 @@ double StandardDeviation(const std::vector<double>& values, double mean) {
 
 std::vector<HeadingError> ErrorsOf(const std::vector<StampedHeading>& headings,
                                    const std::vector<StampedPose>& truth,
-                                   double max_dt_s) {
+                                   double max_dt_s,
+                                   HeadingZero zero) {
   std::vector<StampedPose> stamps;
   stamps.reserve(headings.size());
   for (const StampedHeading& heading : headings) stamps.push_back({.stamp_s = heading.stamp_s});
@@ -65,17 +66,18 @@ std::vector<HeadingError> ErrorsOf(const std::vector<StampedHeading>& headings,
   for (const auto& [k, i] : MatchStamps(truth, stamps, max_dt_s)) {
     const double heading_rad = headings[i].heading_rad;
     const double yaw_rad = true_yaw(YawOf(truth[k]));
-    if (errors.empty()) {
+    if (errors.empty() && zero == HeadingZero::kFirst) {
       first_heading_rad = heading_rad;
       first_yaw_rad = yaw_rad;
     }
     const double true_turn_rad = yaw_rad - first_yaw_rad;
-    const double turn_rad = heading_rad - first_heading_rad;
-    errors.push_back({.heading = i,
-                      .truth = k,
-                      .true_deg = kDegPerRad * (first_heading_rad + true_turn_rad),
-                      .error_deg = kDegPerRad * error(calib::WrapAngle(turn_rad - true_turn_rad)),
-                      .way_m = way_m[k]});
+    const double off_rad = calib::WrapAngle(heading_rad - first_heading_rad - true_turn_rad);
+    errors.push_back(
+        {.heading = i,
+         .truth = k,
+         .true_deg = kDegPerRad * (first_heading_rad + true_turn_rad),
+         .error_deg = kDegPerRad * (zero == HeadingZero::kFirst ? error(off_rad) : off_rad),
+         .way_m = way_m[k]});
   }
   return errors;
 }
@@ -91,9 +93,10 @@ std::vector<StampedHeading> HeadingsOf(const std::vector<StampedPose>& poses) {
 
 std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& headings,
                                              const std::vector<StampedPose>& truth,
-                                             double max_dt_s) {
+                                             double max_dt_s,
+                                             HeadingZero zero) {
   HeadingErrors result;
-  result.of = ErrorsOf(headings, truth, max_dt_s);
+  result.of = ErrorsOf(headings, truth, max_dt_s, zero);
   if (result.of.empty()) return std::nullopt;
   std::vector<double> errors_deg;
   std::vector<double> ways_m;

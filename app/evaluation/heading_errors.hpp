@@ -22,11 +22,17 @@ struct HeadingError {
   std::size_t heading = 0;  ///< which one
   std::size_t truth = 0;    ///< which true pose
   double true_deg = 0;      ///< counted as the headings are, continuous over full turns
-  double error_deg = 0;     ///< heading less truth, continuous over full turns
+  double error_deg = 0;     ///< heading less truth, continuous over full turns (kFirst)
   double way_m = 0;         ///< along the true path, from its first pose
 };
 
-/// Errors of headings relative to the first one that has a true pose, which is taken as right.
+/// What headings are counted from.
+enum class HeadingZero {
+  kFirst,  ///< any direction: the first heading that has a true pose is taken as right
+  kTruth,  ///< the x axis of the truth: errors are in (-180, 180] deg, never continued beyond
+};
+
+/// Errors of headings.
 struct HeadingErrors {
   std::vector<HeadingError> of;  ///< those with a true pose, at least one
   double coverage = 0;           ///< part of the true poses that has a heading
@@ -47,6 +53,7 @@ struct HeadingErrors {
 /// @return unset when no two are within max_dt_s of each other.
 std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& headings,
                                              const std::vector<StampedPose>& truth,
-                                             double max_dt_s);
+                                             double max_dt_s,
+                                             HeadingZero zero = HeadingZero::kFirst);
 
 }  // namespace ceilmap::evaluation

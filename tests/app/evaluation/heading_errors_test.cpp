@@ -74,6 +74,24 @@ TEST(CompareHeadings, OfATrajectoryInAnotherFrame) {
   EXPECT_NEAR(errors->drift_deg_per_s.value(), 0.1, 1e-9);
 }
 
+// An absolute compass that is wrong from the first frame on, and once by more than half a turn.
+TEST(CompareHeadings, OfAnAbsoluteCompass) {
+  std::vector<StampedPose> truth;
+  std::vector<StampedHeading> headings;
+  for (int i = 0; i <= 40; ++i) {
+    truth.push_back(True(i, 0, 170 + 10 * i));
+    headings.push_back(Measured(i, 170 + 10 * i + (i == 7 ? 190 : 3)));
+  }
+  const auto errors = CompareHeadings(headings, truth, 0.02, HeadingZero::kTruth);
+  ASSERT_TRUE(errors);
+  EXPECT_NEAR(errors->of.front().error_deg, 3, 1e-6);
+  EXPECT_NEAR(errors->of[7].error_deg, -170, 1e-6);
+  EXPECT_NEAR(errors->of.back().error_deg, 3, 1e-6);
+  EXPECT_NEAR(errors->of.back().true_deg, 570, 1e-6);
+  EXPECT_NEAR(errors->error_deg.max, 170, 1e-6);
+  EXPECT_NEAR(errors->error_deg.median, 3, 1e-6);
+}
+
 TEST(CompareHeadings, OfOneMomentOrNone) {
   const auto one = CompareHeadings({Measured(1, 40)}, {True(1, 0, 7), True(2, 1, 9)}, 0.02);
   ASSERT_TRUE(one);
