@@ -56,6 +56,12 @@ std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text) {
   return values;
 }
 
+std::optional<std::array<double, 6>> ParseSixNumbers(const std::string& text) {
+  std::array<double, 6> values{};
+  if (!ParseNumbers(text, values)) return std::nullopt;
+  return values;
+}
+
 std::vector<double> ParsePositiveNumbers(const std::string& text, const std::string& option) {
   std::vector<double> values(1 +
                              static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')));

@@ -25,6 +25,9 @@ PoseSpread ParseSpread(const std::string& text, const std::string& option);
 /// `A,B,C,D`, all finite; nothing for anything else.
 std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text);
 
+/// Six of them.
+std::optional<std::array<double, 6>> ParseSixNumbers(const std::string& text);
+
 /// `A,B,...`, at least one, each finite and > 0. `option` names it in the message.
 /// @throws calib::InputError
 std::vector<double> ParsePositiveNumbers(const std::string& text, const std::string& option);
