@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/summary.hpp"
 
@@ -30,6 +31,8 @@ struct Command {
 Command AddMapCommand(CLI::App& program);
 Command AddLocalizeCommand(CLI::App& program);
 Command AddHeadingCommand(CLI::App& program);
+/// `compass` and the commands under it.
+std::vector<Command> AddCompassCommands(CLI::App& program);
 Command AddMergeCommand(CLI::App& program);
 Command AddInfoCommand(CLI::App& program);
 Command AddExportCommand(CLI::App& program);
@@ -38,7 +41,7 @@ Command AddEvaluateCommand(CLI::App& program);
 Command AddSimulateCommand(CLI::App& program);
 
 /// The start of each of them: a command with --help, --summary, --quiet and --verbose, whose help
-/// ends with `example`, a line that can be run.
+/// ends with `example`, a line that can be run. `program` may be a command with commands under it.
 Command MakeCommand(CLI::App& program,
                     const std::string& name,
                     const std::string& description,

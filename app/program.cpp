@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/clock.hpp"
@@ -26,6 +28,14 @@ std::string JoinCommandLine(int argc, const char* const* argv) {
   return line;
 }
 
+// As typed, without the program: "compass learn".
+std::string FullName(const CLI::App& cli) {
+  const CLI::App* const parent = cli.get_parent();
+  if (parent == nullptr) return "";
+  const std::string before = FullName(*parent);
+  return before.empty() ? cli.get_name() : before + " " + cli.get_name();
+}
+
 void RunCommand(const Command& command) {
   const CommonOptions& common = *command.common;
   if (common.quiet) SetVerbosity(Verbosity::kQuiet);
@@ -36,27 +46,64 @@ void RunCommand(const Command& command) {
   command.run(common, summary);
   const double seconds = SecondsSince(start);
   if (!common.summary.empty()) {
-    WriteFileAtomically(common.summary, summary.ToJson(command.cli->get_name(), seconds));
+    WriteFileAtomically(common.summary, summary.ToJson(FullName(*command.cli), seconds));
   }
   if (std::fflush(stdout) != 0) throw calib::RunError("stdout cannot be written to");
 }
 
-const Command* ChosenCommand(const std::vector<Command>& commands) {
-  for (const Command& command : commands) {
-    if (command.cli->parsed()) return &command;
-  }
-  return nullptr;
+// One of those that can be run: require_subcommand(1) sees to it.
+const Command& ChosenCommand(const std::vector<Command>& commands) {
+  return *std::find_if(commands.begin(), commands.end(), [](const Command& command) {
+    return command.cli->parsed();
+  });
 }
 
 // CLI11 would only say that a command is missing.
-void CheckCommandName(const std::vector<Command>& commands, int argc, const char* const* argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
-  const std::string name = argv[1];
-  for (const Command& command : commands) {
-    if (command.cli->get_name() == name) return;
+void CheckCommandName(const CLI::App& program, int argc, const char* const* argv) {
+  const CLI::App* cli = &program;
+  int i = 1;
+  for (; i < argc && argv[i][0] != '-'; ++i) {
+    const std::vector<const CLI::App*> commands = cli->get_subcommands({});
+    if (commands.empty()) return;
+    const auto named = std::find_if(commands.begin(), commands.end(), [&](const CLI::App* command) {
+      return command->get_name() == argv[i];
+    });
+    if (named == commands.end()) {
+      const std::string before = cli == &program ? "" : FullName(*cli) + " ";
+      throw calib::InputError(fmt::format(
+          "there is no command '{0}{1}'; 'ceilmap {0}--help' lists them", before, argv[i]));
+    }
+    cli = *named;
+  }
+  if (i < argc || cli == &program || cli->get_subcommands({}).empty()) return;
+  std::string names;
+  for (const CLI::App* command : cli->get_subcommands({})) {
+    names += (names.empty() ? "" : ", ") + command->get_name();
   }
   throw calib::InputError(
-      fmt::format("there is no command '{}'; 'ceilmap --help' lists them", name));
+      fmt::format("{0}: give one of {1}; see 'ceilmap {0} --help'", FullName(*cli), names));
+}
+
+// How far the command line was understood.
+const CLI::App& LastParsed(const CLI::App& program) {
+  const CLI::App* cli = &program;
+  while (!cli->get_subcommands().empty()) cli = cli->get_subcommands().front();
+  return *cli;
+}
+
+std::vector<Command> AddCommands(CLI::App& program) {
+  std::vector<Command> commands = {
+      AddMapCommand(program), AddLocalizeCommand(program), AddHeadingCommand(program)};
+  for (Command& command : AddCompassCommands(program)) commands.push_back(std::move(command));
+  for (const auto add : {AddMergeCommand,
+                         AddInfoCommand,
+                         AddExportCommand,
+                         AddRegisterCommand,
+                         AddEvaluateCommand,
+                         AddSimulateCommand}) {
+    commands.push_back(add(program));
+  }
+  return commands;
 }
 
 int ParseAndRun(int argc, const char* const* argv) {
@@ -66,27 +113,18 @@ int ParseAndRun(int argc, const char* const* argv) {
   program.set_version_flag("--version", std::string("ceilmap ") + CEILMAP_VERSION);
   program.require_subcommand(1);
   program.footer("ceilmap COMMAND --help tells more, with examples.");
-  const std::vector<Command> commands = {AddMapCommand(program),
-                                         AddLocalizeCommand(program),
-                                         AddHeadingCommand(program),
-                                         AddMergeCommand(program),
-                                         AddInfoCommand(program),
-                                         AddExportCommand(program),
-                                         AddRegisterCommand(program),
-                                         AddEvaluateCommand(program),
-                                         AddSimulateCommand(program)};
-  CheckCommandName(commands, argc, argv);
+  const std::vector<Command> commands = AddCommands(program);
+  CheckCommandName(program, argc, argv);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
-    const Command* const command = ChosenCommand(commands);
-    PrintError(fmt::format("{}; see 'ceilmap {}--help'",
-                           error.what(),
-                           command == nullptr ? "" : command->cli->get_name() + " "));
+    const std::string name = FullName(LastParsed(program));
+    PrintError(
+        fmt::format("{}; see 'ceilmap {}--help'", error.what(), name.empty() ? "" : name + " "));
     return kUnusableInput;
   }
-  const Command& command = *ChosenCommand(commands);
+  const Command& command = ChosenCommand(commands);
   command.common->command_line = JoinCommandLine(argc, argv);
   RunCommand(command);
   return kDone;

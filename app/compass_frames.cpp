@@ -1,0 +1,176 @@
+#include "app/compass_frames.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "app/console.hpp"
+#include "app/interrupt.hpp"
+#include "app/robot_rig.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+namespace {
+
+constexpr int kPixelStep = 4;  // every 16th pixel tells enough
+constexpr int kDarkLevel = 24;
+
+// Calls with the least and the greatest channel of every 16th pixel.
+template <typename Look>
+void ForSomePixels(const cv::Mat& bgr, const Look& look) {
+  for (int v = 0; v < bgr.rows; v += kPixelStep) {
+    const auto* const row = bgr.ptr<cv::Vec3b>(v);
+    for (int u = 0; u < bgr.cols; u += kPixelStep) {
+      const auto [least, most] = std::minmax({row[u][0], row[u][1], row[u][2]});
+      look(least, most);
+    }
+  }
+}
+
+bool IsDark(const cv::Mat& bgr) {
+  std::int64_t pixels = 0;
+  std::int64_t sum = 0;
+  ForSomePixels(bgr, [&](int /*least*/, int most) {
+    ++pixels;
+    sum += most;
+  });
+  return sum < kDarkLevel * pixels;
+}
+
+}  // namespace
+
+double ColouredPart(const cv::Mat& bgr) {
+  constexpr int kLeastDifference = 12;
+  std::int64_t pixels = 0;
+  std::int64_t coloured = 0;
+  ForSomePixels(bgr, [&](int least, int most) {
+    ++pixels;
+    coloured += most - least >= kLeastDifference ? 1 : 0;
+  });
+  return pixels > 0 ? static_cast<double>(coloured) / static_cast<double>(pixels) : 0;
+}
+
+void ForwardOptions::AddTo(CLI::App& cli, const std::string& group) {
+  const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type)->group(group);
+  };
+  add("--rig", rig, "The robot's cameras, forward among them", "RIG.yaml")->required();
+  add("--forward", forward, "Forward camera, in colour", "SOURCE")->required();
+  add("--stamps", stamps, "Time of each frame: index,timestamp", "FRAMES.csv");
+}
+
+void ForwardOptions::CheckResult(const fs::path& result) const {
+  CheckNotRead(result, {rig, fs::path(forward), stamps});
+}
+
+void CheckNotRead(const fs::path& result, const std::vector<fs::path>& sources) {
+  std::error_code ignored;
+  for (const fs::path& source : sources) {
+    if (source.empty() || !fs::equivalent(result, source, ignored)) continue;
+    throw calib::InputError(
+        fmt::format("{}: is read by this run and cannot be its result too", result.string()));
+  }
+}
+
+ForwardFrames::ForwardFrames(const ForwardOptions& options)
+    : source_(options.forward,
+              {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}),
+      rig_(calib::ReadRig(options.rig)) {
+  CheckForwardCamera(rig_, options.rig, source_.Name(), source_.Size());
+}
+
+bool ForwardFrames::Read() {
+  if (!source_.Read(frame_)) {
+    if (!colour_seen_ && grey_ > 0 && !Interrupted()) RefuseGrey();
+    return false;
+  }
+  ++count_;
+  CheckColour();
+  return true;
+}
+
+double ForwardFrames::AheadOfAxleM() const {
+  return rig_.axle_behind_mast_m + Camera().T_base_cam.translation().x();
+}
+
+void ForwardFrames::CheckColour() {
+  constexpr double kLeastPart = 0.005;
+  constexpr std::int64_t kMostGrey = 30;
+  if (colour_seen_ || IsDark(frame_.picture)) return;
+  colour_seen_ = ColouredPart(frame_.picture) >= kLeastPart;
+  if (!colour_seen_ && ++grey_ >= kMostGrey) RefuseGrey();
+}
+
+void ForwardFrames::RefuseGrey() const {
+  throw calib::InputError(fmt::format(
+      "{}: its pictures are grey; this compass knows places by their colours, record it in colour",
+      source_.Name()));
+}
+
+const StampedPose* PosesByTime::Nearest(double stamp_s) const {
+  const auto after = std::lower_bound(
+      poses_.begin(), poses_.end(), stamp_s, [](const StampedPose& pose, double time_s) {
+        return pose.stamp_s < time_s;
+      });
+  const StampedPose* nearest = nullptr;
+  double offset_s = kMaxDtS;
+  const auto consider = [&](const StampedPose& pose) {
+    if (std::abs(pose.stamp_s - stamp_s) > offset_s) return;
+    nearest = &pose;
+    offset_s = std::abs(pose.stamp_s - stamp_s);
+  };
+  if (after != poses_.begin()) consider(*(after - 1));
+  if (after != poses_.end()) consider(*after);
+  return nearest;
+}
+
+calib::Tilt TiltOf(const StampedPose& pose) {
+  calib::Tilt tilt;
+  tilt.pitch_rad = PitchOf(pose);
+  tilt.roll_rad = RollOf(pose);
+  return tilt;
+}
+
+void TellOfFrames(const ForwardFrames& frames, const UnusedFrames& unused) {
+  for (const std::string& warning : frames.Source().Warnings()) PrintWarning(warning);
+  if (Interrupted()) Note("interrupted: {} frames were used", frames.Count());
+  if (frames.Source().Stamps() == StampOrigin::kFrameIndex) {
+    Note("no --stamps: pictures are taken to be one second apart");
+  }
+  if (unused.without_pose > 0) {
+    Warn("{} of {} frames have no pose within {} s",
+         unused.without_pose,
+         frames.Count(),
+         PosesByTime::kMaxDtS);
+  }
+  if (unused.below_horizon > 0) {
+    Warn("{} of {} frames were skipped: too little of them is above the horizon",
+         unused.below_horizon,
+         frames.Count());
+  }
+}
+
+void RefuseRecording(const ForwardFrames& frames,
+                     const UnusedFrames& unused,
+                     const fs::path& poses) {
+  const std::string& source = frames.Source().Name();
+  if (frames.Count() == 0) throw calib::RunError("interrupted before the first frame");
+  if (!poses.empty() && unused.without_pose == frames.Count()) {
+    throw calib::InputError(
+        fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and poses count alike?",
+                    poses.string(),
+                    PosesByTime::kMaxDtS,
+                    source));
+  }
+  throw calib::RunError(fmt::format(
+      "{}: none of {} frames could be used, {} show too little above the horizon; raise "
+      "the camera, or correct its pose in the rig",
+      source,
+      frames.Count(),
+      unused.below_horizon));
+}
+
+}  // namespace ceilmap::app

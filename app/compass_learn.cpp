@@ -1,0 +1,297 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "app/arguments.hpp"
+#include "app/clock.hpp"
+#include "app/colour_model_file.hpp"
+#include "app/compass_commands.hpp"
+#include "app/compass_frames.hpp"
+#include "app/compass_report.hpp"
+#include "app/console.hpp"
+#include "app/output_files.hpp"
+#include "app/progress.hpp"
+#include "calib/error.hpp"
+#include "localization/compass/colour/colour_compass.hpp"
+#include "localization/compass/colour/colour_learner.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::app {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct LearnCommandParams {
+  ForwardOptions forward;
+  fs::path poses;
+  std::string method = "victoria";
+  std::string clustering = "kmeans";
+  std::string grid;
+  colour::LearnParams learn;
+  fs::path output;
+
+  // Checks everything that can be told without the recording. @throws calib::InputError
+  void Resolve();
+};
+
+// A whole number of cells, few enough to be told apart from a slip.
+int CellCount(double number, const std::string& text) {
+  constexpr double kMostCells = 100;
+  if (number >= 1 && number <= kMostCells && number == std::floor(number)) {
+    return static_cast<int>(number);
+  }
+  throw calib::InputError(
+      fmt::format("--grid {}: COLUMNS and ROWS must be whole numbers in 1..100", text));
+}
+
+colour::GridParams ParseGrid(const std::string& text) {
+  const auto numbers = ParseSixNumbers(text);
+  if (!numbers) {
+    throw calib::InputError(fmt::format(
+        "--grid {}: must be MIN_X,MIN_Y,WIDTH,HEIGHT,COLUMNS,ROWS in metres and cells, e.g. "
+        "-3,-2,6,4,5,3",
+        text));
+  }
+  const auto& [min_x, min_y, width, height, columns, rows] = *numbers;
+  if (!(width > 0) || !(height > 0)) {
+    throw calib::InputError(fmt::format("--grid {}: WIDTH and HEIGHT must be > 0", text));
+  }
+  return {min_x, min_y, width, height, CellCount(columns, text), CellCount(rows, text)};
+}
+
+void LearnCommandParams::Resolve() {
+  learn.kind = method == "sturm" ? colour::ModelKind::kSturm : colour::ModelKind::kVictoria;
+  learn.classes.clustering =
+      clustering == "mixture" ? colour::Clustering::kMixture : colour::Clustering::kMeans;
+  if (!grid.empty()) {
+    if (learn.kind == colour::ModelKind::kSturm) {
+      throw calib::InputError("--grid: is of --method victoria; sturm has one place; leave it out");
+    }
+    learn.grid = ParseGrid(grid);
+  }
+  learn.Validate();
+  CheckOutputFiles({output});
+  forward.CheckResult(output);
+  CheckNotRead(output, {poses});
+}
+
+colour::LearnedPose LearnedFrom(const StampedPose& pose) {
+  colour::LearnedPose learned;
+  learned.T_map_base = {pose.position.x(), pose.position.y(), YawOf(pose)};
+  learned.tilt = TiltOf(pose);
+  return learned;
+}
+
+// Goes through a recording at known poses. `learn` takes a frame and its pose and tells whether it
+// could be used.
+template <typename Learn>
+CompassLearnResult LearnFrames(ForwardFrames& frames,
+                               const fs::path& poses_file,
+                               const char* label,
+                               const Learn& learn) {
+  const PosesByTime poses(poses_file);
+  CompassLearnResult result;
+  Progress progress(label, "frames", frames.Source().ExpectedFrames());
+  while (frames.Read()) {
+    progress.Update(frames.Count());
+    const Frame& frame = frames.Current();
+    const StampedPose* const pose = poses.Nearest(frame.stamp_s);
+    if (pose == nullptr) {
+      ++result.unused.without_pose;
+      Detail("frame {} at {:.6f} s: no pose", frame.index, frame.stamp_s);
+      continue;
+    }
+    const auto start = steady_clock::now();
+    const bool used = learn(frame, LearnedFrom(*pose));
+    result.learn_ms += MillisecondsSince(start);
+    ++(used ? result.used : result.unused.below_horizon);
+    Detail("frame {} at {:.6f} s: {}",
+           frame.index,
+           frame.stamp_s,
+           used ? "learned" : "skipped, too little above the horizon");
+  }
+  result.frames = frames.Count();
+  if (result.used == 0) RefuseRecording(frames, result.unused, poses_file);
+  result.reading = frames.Source().Report();
+  return result;
+}
+
+// Stores the model and tells of it.
+void Finish(const colour::ColourModel& model,
+            const fs::path& output,
+            const ForwardFrames& frames,
+            const CommonOptions& common,
+            steady_clock::time_point start,
+            CompassLearnResult& result,
+            Summary& summary) {
+  WriteColourModel(model, output);
+  summary.files.push_back(output);
+  TellOfFrames(frames, result.unused);
+  result.seconds = SecondsSince(start);
+  Summarize(result, model, summary);
+  if (!common.quiet) PrintReport(result, model, summary);
+}
+
+void RunLearn(LearnCommandParams params, const CommonOptions& common, Summary& summary) {
+  const auto start = steady_clock::now();
+  params.Resolve();
+  ForwardFrames frames(params.forward);
+  params.learn.camera_ahead_of_axle_m = frames.AheadOfAxleM();
+  colour::ColourLearner learner = ForCameraOf(
+      params.forward.rig, [&] { return colour::ColourLearner(frames.Camera(), params.learn); });
+  CompassLearnResult result =
+      LearnFrames(frames,
+                  params.poses,
+                  "learning",
+                  [&learner](const Frame& frame, const colour::LearnedPose& pose) {
+                    return learner.Add(frame.picture, frame.stamp_s, pose);
+                  });
+  const auto finishing = steady_clock::now();
+  colour::ColourModel model = learner.Finish();
+  result.learn_ms += MillisecondsSince(finishing);
+  model.provenance = common.command_line;
+  Finish(model, params.output, frames, common, start, result, summary);
+}
+
+struct UpdateCommandParams {
+  fs::path model;
+  ForwardOptions forward;
+  fs::path poses;
+  int lines = colour::ScanLineParams().lines;
+  fs::path output;  // empty: the model itself
+};
+
+void RunUpdate(const UpdateCommandParams& params, const CommonOptions& common, Summary& summary) {
+  const auto start = steady_clock::now();
+  const fs::path& output = params.output.empty() ? params.model : params.output;
+  CheckOutputFiles({output});
+  params.forward.CheckResult(output);
+  CheckNotRead(output, {params.poses});
+  colour::ColourCompassParams settings;
+  settings.lines.lines = params.lines;
+  settings.Validate();
+  colour::ColourModel stored = ReadColourModel(params.model);
+  stored.provenance += (stored.provenance.empty() ? "" : "\n") + common.command_line;
+  ForwardFrames frames(params.forward);
+  settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
+  colour::ColourCompass compass = ForCameraOf(params.forward.rig, [&] {
+    return colour::ColourCompass(std::move(stored), frames.Camera(), settings);
+  });
+  CompassLearnResult result =
+      LearnFrames(frames,
+                  params.poses,
+                  "updating",
+                  [&compass](const Frame& frame, const colour::LearnedPose& pose) {
+                    colour::ColourFrame seen;
+                    seen.bgr = frame.picture;
+                    seen.stamp_s = frame.stamp_s;
+                    seen.tilt = pose.tilt;
+                    const colour::PlaceHypothesis place{pose.T_map_base.Translation()};
+                    seen.places = {&place, 1};
+                    if (!compass.Next(seen)) return false;
+                    compass.Learn(pose);
+                    return true;
+                  });
+  Finish(compass.Model(), output, frames, common, start, result, summary);
+}
+
+void AddPoses(CLI::App& cli, fs::path& poses) {
+  cli.add_option("--poses", poses, "Where the robot was, nearest within 50 ms of each frame")
+      ->type_name("T.tum")
+      ->group("Input")
+      ->required();
+}
+
+void AddLines(CLI::App& cli, int& lines, const std::string& group) {
+  constexpr int kMostLines = 640;
+  cli.add_option("--lines", lines, "Upright scan lines of a frame")
+      ->check(CLI::Range(2, kMostLines))
+      ->type_name("N")
+      ->group(group)
+      ->capture_default_str();
+}
+
+void AddModelOptions(CLI::App& cli, LearnCommandParams& params) {
+  const std::string group = "Model";
+  constexpr int kLeastBins = 36;
+  constexpr int kMostBins = 720;
+  const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type)->group(group);
+  };
+  add("--method", params.method, "victoria: a grid of places; sturm: one cylinder", "METHOD")
+      ->check(CLI::IsMember({"victoria", "sturm"}))
+      ->capture_default_str();
+  add("--classes", params.learn.classes.classes, "Classes of colours", "K")
+      ->check(CLI::Range(2, colour::kMaxClasses))
+      ->capture_default_str();
+  add("--clustering", params.clustering, "How they are found: kmeans or mixture", "HOW")
+      ->check(CLI::IsMember({"kmeans", "mixture"}))
+      ->capture_default_str();
+  add("--bins", params.learn.bins, "Directions of each cell", "N")
+      ->check(CLI::Range(kLeastBins, kMostBins))
+      ->capture_default_str();
+  add("--grid",
+      params.grid,
+      "Cells, in the frame of the poses [6 x 4 m about their middle, 5 x 3 cells]",
+      "MIN_X,MIN_Y,WIDTH,HEIGHT,COLUMNS,ROWS");
+  add("--fading", params.learn.fading_s, "Seconds in which what was seen fades by e", "S")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add("--depth", params.learn.depth_m, "Metres to what is seen [measured]", "M")
+      ->check(CLI::PositiveNumber);
+  add("--seed", params.learn.classes.seed, "Of the search for classes", "N")->capture_default_str();
+  AddLines(cli, params.learn.lines.lines, group);
+}
+
+}  // namespace
+
+Command AddCompassLearnCommand(CLI::App& compass) {
+  Command command = MakeCommand(
+      compass,
+      "learn",
+      "Learns a map of colours from a recording at known poses.",
+      "ceilmap compass learn --rig rig.yaml --forward forward.mp4 --stamps frames.csv --poses "
+      "truth.tum -o lab.colours");
+  auto params = std::make_shared<LearnCommandParams>();
+  params->forward.AddTo(*command.cli, "Input");
+  AddPoses(*command.cli, params->poses);
+  AddModelOptions(*command.cli, *params);
+  command.cli->add_option("-o,--output", params->output, "The model")
+      ->required()
+      ->type_name("MODEL")
+      ->group("Results");
+  command.run = [params](const CommonOptions& common, Summary& summary) {
+    RunLearn(*params, common, summary);
+  };
+  return command;
+}
+
+Command AddCompassUpdateCommand(CLI::App& compass) {
+  Command command = MakeCommand(
+      compass,
+      "update",
+      "Puts what a recording at known poses shows into a model.",
+      "ceilmap compass update lab.colours --rig rig.yaml --forward later.mp4 --stamps later.csv "
+      "--poses later.tum");
+  auto params = std::make_shared<UpdateCommandParams>();
+  command.cli->add_option("model", params->model, "The model, written anew at the end")
+      ->required()
+      ->type_name("MODEL");
+  params->forward.AddTo(*command.cli, "Input");
+  AddPoses(*command.cli, params->poses);
+  AddLines(*command.cli, params->lines, "Input");
+  command.cli->add_option("-o,--output", params->output, "Another model instead")
+      ->type_name("MODEL")
+      ->group("Results");
+  command.run = [params](const CommonOptions& common, Summary& summary) {
+    RunUpdate(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::app
