@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "app/colour_headings.hpp"
 #include "app/heading_csv.hpp"
 #include "app/omni_headings.hpp"
 #include "calib/error.hpp"
@@ -62,9 +63,25 @@ void HeadingOptions::AddTo(CLI::App& cli, const std::string& inputs, const std::
       ->group(priors);
 }
 
+void HeadingOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
+  cli.add_option("--heading-model",
+                 model,
+                 "Headings by the colours that --forward sees instead: a model of 'compass learn', "
+                 "learned at poses on this map")
+      ->type_name("MODEL")
+      ->group(priors);
+}
+
 void HeadingOptions::Check(bool have_rig) const {
   if (!omni.empty() && !file.empty()) {
     throw calib::InputError("--omni and --heading: give one of the two");
+  }
+  if (!model.empty() && (!omni.empty() || !file.empty())) {
+    throw calib::InputError(fmt::format("--heading-model and {}: give one of the two",
+                                        omni.empty() ? "--heading" : "--omni"));
+  }
+  if (!model.empty() && forward.empty()) {
+    throw calib::InputError("--heading-model: needs the forward camera; give --forward");
   }
   if (!omni.empty() && !have_rig) {
     throw calib::InputError("--omni: the mirror is described in the robot's geometry; give --rig");
@@ -79,7 +96,15 @@ std::unique_ptr<HeadingMeter> HeadingMeter::Make(const HeadingOptions& options,
                                                  const std::filesystem::path& rig_file,
                                                  const std::filesystem::path& stamps) {
   if (!options.file.empty()) return std::make_unique<FileHeadings>(options.file);
-  if (options.omni.empty() || !rig) return nullptr;
+  if (!rig) return nullptr;
+  if (!options.model.empty()) {
+    return ColourHeadings::Make(options.model,
+                                options.forward,
+                                options.forward_stamps.empty() ? stamps : options.forward_stamps,
+                                *rig,
+                                rig_file);
+  }
+  if (options.omni.empty()) return nullptr;
   const auto& frames = options.omni_stamps.empty() ? stamps : options.omni_stamps;
   return OmniHeadings::Make(options.omni, frames, *rig, rig_file);
 }

@@ -20,14 +20,23 @@ struct HeadingOptions {
   std::string omni;
   std::filesystem::path omni_stamps;
   std::filesystem::path file;
+  std::filesystem::path model;
+  /// The forward camera and its stamps, which a model needs: options of somebody else
+  /// (TiltOptions), put here before Check and Make.
+  std::string forward;
+  std::filesystem::path forward_stamps;
 
   /// Adds --omni, --omni-stamps and --heading.
   void AddTo(CLI::App& cli, const std::string& inputs, const std::string& priors);
+  /// Adds --heading-model, where headings may be absolute.
+  void AddModelTo(CLI::App& cli, const std::string& priors);
+  /// Headings count from the x axis of the learned poses.
+  [[nodiscard]] bool Absolute() const { return !model.empty(); }
   /// Checks what can be told without any file. @throws calib::InputError
   void Check(bool have_rig) const;
 };
 
-/// Headings for a recording's frames, from the mirror camera or a file.
+/// Headings for a recording's frames, from the mirror camera, learned colours, or a file.
 class HeadingMeter {
  public:
   /// @param stamps  of the upward frames, for the mirror camera's where they are as many.

@@ -57,6 +57,10 @@ struct LocalizeParams {
 
 void LocalizeParams::Check() const {
   heading.Check(true);
+  if (heading.Absolute() && heading_zero != "first") {
+    throw calib::InputError(
+        "--heading-zero: headings of --heading-model count from the map's x axis; leave it out");
+  }
   if (!heading.omni.empty() && heading_zero != "first") {
     throw calib::InputError(
         "--heading-zero: headings of --omni count from the first frame; leave it out");
@@ -65,7 +69,7 @@ void LocalizeParams::Check() const {
   CheckOutputFiles({output, tilt.uncompensated, status});
   std::error_code ignored;
   for (const fs::path& target : {output, tilt.uncompensated, status}) {
-    for (const fs::path& source : {map, rig, stamps, heading.file, fs::path(up)}) {
+    for (const fs::path& source : {map, rig, stamps, heading.file, heading.model, fs::path(up)}) {
       if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
       throw calib::InputError(
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
@@ -76,7 +80,7 @@ void LocalizeParams::Check() const {
 
 localization::LocalizerParams LocalizeParams::ForLocalizer() const {
   localization::LocalizerParams params;
-  params.heading.unknown_zero = heading_zero == "first";
+  params.heading.unknown_zero = heading_zero == "first" && !heading.Absolute();
   const PoseSpread spread = ParseSpread(start_spread, "--start-spread");
   if (!start.empty()) {
     localization::PoseEstimate pose{ParsePose2(start, "--start")};
@@ -329,6 +333,7 @@ Command AddLocalizeCommand(CLI::App& program) {
       ->capture_default_str()
       ->group(prior);
   params->heading.AddTo(cli, input, prior);
+  params->heading.AddModelTo(cli, prior);
   add("--heading-zero",
       params->heading_zero,
       "Where headings count from: the first frame (or any other unknown direction), or the map's x "
@@ -347,6 +352,8 @@ Command AddLocalizeCommand(CLI::App& program) {
       ->group(result);
   params->watch.AddTo(cli, result);
   command.run = [params](const CommonOptions& common, Summary& summary) {
+    params->heading.forward = params->tilt.forward;
+    params->heading.forward_stamps = params->tilt.forward_stamps;
     RunLocalize(*params, common, summary);
   };
   return command;
