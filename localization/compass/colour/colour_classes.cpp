@@ -109,9 +109,10 @@ std::vector<ColourClass> ByMixture(const cv::Mat& samples, const ColourClassPara
     ColourClass& one = classes[static_cast<std::size_t>(i)];
     one.weight = std::max(1e-6F, static_cast<float>(weights.at<double>(i)));
     for (int j = 0; j < 3; ++j) {
-      one.mean[static_cast<std::size_t>(j)] = static_cast<float>(found.at<double>(i, j));
+      const auto row = static_cast<std::size_t>(j);
+      one.mean[row] = static_cast<float>(found.at<double>(i, j));
       for (int l = 0; l < 3; ++l) {
-        one.covariance[static_cast<std::size_t>(3 * j + l)] =
+        one.covariance[3 * row + static_cast<std::size_t>(l)] =
             static_cast<float>(covariances[static_cast<std::size_t>(i)].at<double>(j, l)) +
             (j == l ? kLeastVariance : 0);
       }

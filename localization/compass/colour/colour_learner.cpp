@@ -65,8 +65,8 @@ GridParams AboutTheMiddle(const std::vector<Kept>& frames) {
 
 /// How well a place and a heading that are known so well fit a cell and a bin: p(l) p(alpha).
 double CertaintyOf(const LearnedPose& pose, double bin_rad) {
-  constexpr double kPlaceScale_m = 0.5;
-  const double place = pose.sigma_m / kPlaceScale_m;
+  constexpr double kPlaceScaleM = 0.5;
+  const double place = pose.sigma_m / kPlaceScaleM;
   const double yaw = pose.sigma_rad / bin_rad;
   return 1 / ((1 + place * place) * (1 + yaw * yaw));
 }

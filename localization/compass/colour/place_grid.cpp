@@ -34,9 +34,9 @@ int NearestLearned(const ColourModel& model, const Eigen::Vector2d& place) {
   for (std::size_t c = 0; c < model.cells.size(); ++c) {
     if (model.cells[c].empty()) continue;
     // A cell that was hardly seen is asked only where nothing else is near.
-    constexpr double kUnseen_m = 3;
+    constexpr double kUnseenM = 3;
     const double distance =
-        (model.cells[c].Place() - place).norm() + kUnseen_m * (1 - model.cells[c].Filled());
+        (model.cells[c].Place() - place).norm() + kUnseenM * (1 - model.cells[c].Filled());
     if (distance >= least) continue;
     least = distance;
     nearest = static_cast<int>(c);

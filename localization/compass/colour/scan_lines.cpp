@@ -26,7 +26,7 @@ class Looks {
     const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
                                     std::cos(elevation) * std::sin(azimuth),
                                     std::sin(elevation));
-    const auto pixel = camera_.Project(R_cam_level_ * direction);
+    auto pixel = camera_.Project(R_cam_level_ * direction);
     if (!pixel || !Inside(*pixel)) return std::nullopt;
     return pixel;
   }
@@ -58,8 +58,8 @@ std::vector<cv::Point2d> Line(const Looks& looks, double azimuth, double step_px
   std::vector<cv::Point2d> line;
   constexpr double kFine = 0.0005;  // rad
   constexpr double kHighest = 1.3;
-  for (double elevation = 0; elevation < kHighest; elevation += kFine) {
-    const auto pixel = looks.Pixel(azimuth, elevation);
+  for (int i = 0; i * kFine < kHighest; ++i) {
+    const auto pixel = looks.Pixel(azimuth, i * kFine);
     if (!pixel) {
       if (line.empty()) continue;  // it enters the picture higher up
       break;

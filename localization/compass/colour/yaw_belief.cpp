@@ -11,7 +11,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kColumn_rad = 2 * pi / YawBelief::kYaws;
+constexpr double kColumnRad = 2 * pi / YawBelief::kYaws;
 /// What is never given up, so that a robot that was carried away is found again.
 constexpr float kLeastPart = 1e-6F;
 
@@ -22,14 +22,14 @@ YawBelief::YawBelief(int places)
       scratch_(belief_) {}
 
 double YawBelief::YawOf(int column) const {
-  const double yaw = std::fmod(kColumn_rad * column + turned_rad_, 2 * pi);
+  const double yaw = std::fmod(kColumnRad * column + turned_rad_, 2 * pi);
   return yaw < 0 ? yaw + 2 * pi : yaw;
 }
 
 void YawBelief::Turn(double turn_rad, double sigma_rad) {
   turned_rad_ = std::fmod(turned_rad_ + turn_rad, 2 * pi);
   // Passing a part to both neighbours adds exactly this variance.
-  double variance = std::min(sigma_rad * sigma_rad, pi * pi) / (kColumn_rad * kColumn_rad);
+  double variance = std::min(sigma_rad * sigma_rad, pi * pi) / (kColumnRad * kColumnRad);
   constexpr double kMostPart = 0.33;
   while (variance > 1e-9) {
     const double now = std::min(variance, 2 * kMostPart);
@@ -123,7 +123,7 @@ YawBelief::Estimate YawBelief::Yaw() const {
   Eigen::Index top = 0;
   yaws.maxCoeff(&top);
   const auto away = [top](int column) {
-    return kColumn_rad * std::remainder(static_cast<double>(column - top), kYaws);
+    return kColumnRad * std::remainder(static_cast<double>(column - top), kYaws);
   };
   double sum = 0;
   double mean = 0;
@@ -139,10 +139,10 @@ YawBelief::Estimate YawBelief::Yaw() const {
     estimate.variance_rad2 += double{yaws(i)} * off * off / sum;
   }
   // A column has a width.
-  estimate.variance_rad2 += kColumn_rad * kColumn_rad / 12;
+  estimate.variance_rad2 += kColumnRad * kColumnRad / 12;
   constexpr double kSigmas = 3;
-  constexpr double kBlunder_rad = 0.5;  // beyond which an estimate is a wrong one, however unsure
-  const double near = std::min(kSigmas * std::sqrt(estimate.variance_rad2), kBlunder_rad);
+  constexpr double kBlunderRad = 0.5;  // beyond which an estimate is a wrong one, however unsure
+  const double near = std::min(kSigmas * std::sqrt(estimate.variance_rad2), kBlunderRad);
   for (int i = 0; i < kYaws; ++i) {
     const double off = std::remainder(away(i) - mean, 2 * pi);
     if (std::abs(off) <= near) estimate.confidence += double{yaws(i)} / sum;
