@@ -27,8 +27,8 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr const char* kFormat = "ceilmap colour model";
-constexpr double kTransitionUnit = 1e-5;
-constexpr double kVarianceUnit = 1e-8;
+constexpr double kTransitionScale = 1e5;
+constexpr double kVarianceScale = 1e8;
 
 double Rounded(double value, double unit) {
   return std::round(value / unit) * unit;
@@ -39,8 +39,8 @@ double Significant(double value, int digits) {
   return std::stod(fmt::format("{:.{}g}", value, digits));
 }
 
-// Whole multiples of the unit; a negative number counts zeros.
-ordered_json Packed(const Eigen::VectorXf& values, double unit) {
+// Rounded multiples of 1 / scale; a negative number counts zeros.
+ordered_json Packed(const Eigen::VectorXf& values, double scale) {
   ordered_json packed = ordered_json::array();
   std::int64_t zeros = 0;
   const auto end_zeros = [&] {
@@ -48,7 +48,7 @@ ordered_json Packed(const Eigen::VectorXf& values, double unit) {
     zeros = 0;
   };
   for (const float value : values) {
-    const auto multiple = static_cast<std::int64_t>(std::llround(value / unit));
+    const auto multiple = static_cast<std::int64_t>(std::llround(value * scale));
     if (multiple == 0) {
       ++zeros;
       continue;
@@ -78,8 +78,8 @@ ordered_json ToJson(const AngleBin& bin, std::size_t index) {
                         {"certainty", Significant(bin.certainty, 6)},
                         {"stamp_s", Significant(Rounded(bin.stamp_s, 1e-3), 14)},
                         {"place_m", {place(bin.place.x()), place(bin.place.y())}},
-                        {"transitions", Packed(bin.transitions, kTransitionUnit)}};
-  if (bin.variance.size() > 0) entry["variance"] = Packed(bin.variance, kVarianceUnit);
+                        {"transitions", Packed(bin.transitions, kTransitionScale)}};
+  if (bin.variance.size() > 0) entry["variance"] = Packed(bin.variance, kVarianceScale);
   return entry;
 }
 
@@ -214,22 +214,21 @@ class Fields {
     }
   }
   // The inverse of Packed: `size` values, or nothing at all is stored.
-  [[nodiscard]] Eigen::VectorXf Unpacked(const char* key, int size, double unit) const {
+  [[nodiscard]] Eigen::VectorXf Unpacked(const char* key, int size, double scale) const {
     const json& list = List(key, 1, static_cast<std::size_t>(size));
     Eigen::VectorXf values = Eigen::VectorXf::Zero(size);
-    const double most = 1 / unit;  // frequencies and their variances are at most 1
     std::int64_t at = 0;
     for (const json& entry : list) {
       const double number = entry.is_number_integer() ? entry.get<double>() : NAN;
-      if (!(number <= most) || number == 0) {
-        Refuse(fmt::format("'{}' must hold whole numbers up to {}, not 0", key, most));
+      if (!(number <= scale) || number == 0) {  // frequencies and their variances are at most 1
+        Refuse(fmt::format("'{}' must hold whole numbers up to {}, not 0", key, scale));
       }
       const double taken = number < 0 ? -number : 1;
       if (static_cast<double>(at) + taken > size) {
         Refuse(fmt::format(
             "'{}' stand for more than {} values, as many as pairs of classes", key, size));
       }
-      if (number > 0) values[at] = static_cast<float>(number * unit);
+      if (number > 0) values[at] = static_cast<float>(number / scale);
       at += static_cast<std::int64_t>(taken);
     }
     if (at != size) {
@@ -305,8 +304,8 @@ void TakeBin(const Fields& fields, const ColourModel& model, Cell& cell) {
   AngleBin& bin = cell.bins[index];
   if (!bin.empty()) fields.Refuse(fmt::format("bin {} stands there twice", index));
   const auto size = static_cast<int>(model.classes.size() * model.classes.size());
-  bin.transitions = fields.Unpacked("transitions", size, kTransitionUnit);
-  if (fields.Has("variance")) bin.variance = fields.Unpacked("variance", size, kVarianceUnit);
+  bin.transitions = fields.Unpacked("transitions", size, kTransitionScale);
+  if (fields.Has("variance")) bin.variance = fields.Unpacked("variance", size, kVarianceScale);
   bin.certainty = fields.Number("certainty");
   bin.stamp_s = fields.Number("stamp_s");
   std::vector<double> place(2);

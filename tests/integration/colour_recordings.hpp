@@ -1,0 +1,201 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/tum.hpp"
+#include "tests/app/synthetic_recording.hpp"
+#include "tests/app/test_folder.hpp"
+#include "tests/integration/child_process.hpp"
+
+namespace ceilmap::integration {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Coloured patches all around a robot, infinitely far: by azimuth, counter-clockwise from the left
+/// edge on, and tangent of the elevation, from the top 2 down to -1.
+class PaintedCylinder {
+ public:
+  PaintedCylinder() : panorama_(kRows, kColumns, CV_8UC3) {
+    constexpr std::uint64_t kSeed = 2006;
+    cv::RNG random(kSeed);
+    for (int u = 0; u < kColumns; u += kPatchColumns) {
+      for (int v = 0; v < kRows;) {
+        const int height = random.uniform(8, 40);
+        const cv::Rect patch =
+            cv::Rect(u, v, kPatchColumns, height) & cv::Rect({}, panorama_.size());
+        panorama_(patch) =
+            cv::Scalar(random.uniform(0, 256), random.uniform(0, 256), random.uniform(0, 256));
+        v += height;
+      }
+    }
+  }
+
+  /// What a level robot with this yaw sees by a camera of ForwardRig(raised_deg).
+  [[nodiscard]] cv::Mat Seen(double yaw_rad, double raised_deg = 14) const {
+    const double sine = std::sin(raised_deg * kDegree);
+    const double cosine = std::cos(raised_deg * kDegree);
+    cv::Mat map(kSize, CV_32FC2);
+    for (int v = 0; v < kSize.height; ++v) {
+      for (int u = 0; u < kSize.width; ++u) {
+        const double right = (u - kCentre.x) / kFocalPx;
+        const double down = (v - kCentre.y) / kFocalPx;
+        const double ahead = cosine + sine * down;
+        const double up = sine - cosine * down;
+        const double azimuth = yaw_rad + std::atan2(-right, ahead);
+        const double turns = azimuth / (2 * std::numbers::pi);
+        const double tangent = up / std::hypot(ahead, right);
+        map.at<cv::Vec2f>(v, u) = {
+            static_cast<float>(kColumns * (turns - std::floor(turns)) - 0.5),
+            static_cast<float>((kTopTangent - tangent) / (kTopTangent - kBottomTangent) * kRows -
+                               0.5)};
+      }
+    }
+    cv::Mat picture;
+    cv::remap(panorama_, picture, map, {}, cv::INTER_LINEAR, cv::BORDER_WRAP);
+    return picture;
+  }
+
+  static constexpr double kFocalPx = 277.128;  // 60 deg wide
+  inline static const cv::Size kSize{320, 240};
+  inline static const cv::Point2d kCentre{159.5, 119.5};
+
+ private:
+  static constexpr int kColumns = 720;
+  static constexpr int kRows = 240;
+  static constexpr int kPatchColumns = 18;  // 9 deg
+  static constexpr double kTopTangent = 2;
+  static constexpr double kBottomTangent = -1;
+  cv::Mat panorama_;
+};
+
+/// A rig whose forward camera is raised from level.
+inline std::string ForwardRig(double raised_deg, int width = 320) {
+  const double half = 0.5 * (90 + raised_deg) * kDegree;
+  const double a = std::cos(half) / std::sqrt(2.0);
+  const double b = std::sin(half) / std::sqrt(2.0);
+  return fmt::format(
+      "a: 0.0\nd: 0.4\nh: 2.4\ncameras:\n  forward:\n    type: pinhole\n    image_width: {}\n"
+      "    image_height: 240\n"
+      "    camera_matrix: {{rows: 3, cols: 3, data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]}}\n"
+      "    distortion_model: none\n"
+      "    base_link_to_camera: {{translation: [0, 0, 0.4], rotation_xyzw: [{:.12f}, {:.12f}, "
+      "{:.12f}, {:.12f}]}}\n",
+      width,
+      PaintedCylinder::kFocalPx,
+      PaintedCylinder::kCentre.x,
+      PaintedCylinder::kFocalPx,
+      PaintedCylinder::kCentre.y,
+      -a,
+      a,
+      -b,
+      b);
+}
+
+/// Motion JPEG of colour pictures.
+inline void WriteColourVideo(const std::filesystem::path& file,
+                             const std::vector<cv::Mat>& pictures) {
+  cv::VideoWriter writer(file.string(),
+                         cv::CAP_OPENCV_MJPEG,
+                         cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
+                         10,
+                         pictures.front().size(),
+                         true);
+  writer.set(cv::VIDEOWRITER_PROP_QUALITY, 95);
+  for (const cv::Mat& picture : pictures) writer.write(picture);
+}
+
+/// A robot that turns on the spot, ten frames a second.
+struct Turn {
+  int frames = 0;
+  double first_deg = 0;
+  double step_deg = 0;
+  double first_s = 0;
+
+  [[nodiscard]] double YawRad(int frame) const { return (first_deg + step_deg * frame) * kDegree; }
+  [[nodiscard]] double Stamp(int frame) const { return first_s + 0.1 * frame; }
+
+  [[nodiscard]] std::vector<cv::Mat> Pictures(const PaintedCylinder& world) const {
+    std::vector<cv::Mat> pictures;
+    for (int i = 0; i < frames; ++i) pictures.push_back(world.Seen(YawRad(i)));
+    return pictures;
+  }
+  /// @param turned_deg  added to every yaw. @param pitch_deg  nose down, from the middle on.
+  [[nodiscard]] std::string Poses(double turned_deg = 0, double pitch_deg = 0) const {
+    std::vector<app::StampedPose> poses;
+    for (int i = 0; i < frames; ++i) {
+      calib::Tilt tilt;
+      if (i >= frames / 2) tilt.pitch_rad = pitch_deg * kDegree;
+      const double yaw = calib::WrapAngle(YawRad(i) + turned_deg * kDegree);
+      poses.push_back(app::ToStampedPose(Stamp(i), {1.0, 0.5, yaw}, tilt));
+    }
+    return app::FormatTum(poses);
+  }
+  [[nodiscard]] std::string Stamps() const { return app::StampsCsv(frames, first_s, 0.1); }
+};
+
+/// A folder with recordings of turning robots, beside an empty one for results.
+class CompassCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    Record("learn", kLearn);
+    Record("again", kAgain);
+    in_.Write("rig.yaml", ForwardRig(14));
+  }
+
+  void Record(const std::string& name, const Turn& turn) const {
+    WriteColourVideo(in_ / (name + ".avi"), turn.Pictures(world_));
+    in_.Write(name + ".csv", turn.Stamps());
+    in_.Write(name + ".tum", turn.Poses());
+  }
+
+  // `@NAME` in an argument stands for NAME among the inputs.
+  [[nodiscard]] std::vector<std::string> Resolve(std::vector<std::string> arguments) const {
+    for (std::string& argument : arguments) {
+      const std::size_t at = argument.find('@');
+      if (at != std::string::npos) argument.replace(at, 1, in_.Path().string() + "/");
+    }
+    return arguments;
+  }
+  [[nodiscard]] ProcessResult Run(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "compass");
+    return RunCeilmap(Resolve(std::move(arguments)), out_.Path().string());
+  }
+  /// `WHAT --rig --forward NAME.avi --stamps NAME.csv` and more.
+  [[nodiscard]] static std::vector<std::string> Of(const std::vector<std::string>& what,
+                                                   const std::string& name,
+                                                   const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = what;
+    for (const char* option : {"--rig=@rig.yaml", "--forward=@{}.avi", "--stamps=@{}.csv"}) {
+      arguments.push_back(fmt::format(fmt::runtime(option), name));
+    }
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  /// Learns kLearn into a model.
+  void Learn(const std::string& model, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments =
+        Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", model});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = Run(arguments);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+  }
+
+  inline static const Turn kLearn{90, 0, 4, 1000};
+  inline static const Turn kAgain{72, 100, 5, 2000};  // another one, begun elsewhere
+  PaintedCylinder world_;
+  app::TestFolder in_;
+  app::TestFolder out_;
+};
+
+}  // namespace ceilmap::integration
