@@ -9,6 +9,8 @@
 #include "app/console.hpp"
 #include "app/interrupt.hpp"
 #include "app/robot_rig.hpp"
+#include "calib/error.hpp"
+#include "localization/compass/colour/scan_lines.hpp"
 
 namespace fs = std::filesystem;
 
@@ -80,6 +82,11 @@ ForwardFrames::ForwardFrames(const ForwardOptions& options)
               {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}),
       rig_(calib::ReadRig(options.rig)) {
   CheckForwardCamera(rig_, options.rig, source_.Name(), source_.Size());
+  try {
+    const colour::ScanLines lines(Camera());
+  } catch (const calib::InputError& error) {
+    throw calib::InputError(fmt::format("{}: {}", options.rig.string(), error.what()));
+  }
 }
 
 bool ForwardFrames::Read() {

@@ -9,7 +9,6 @@
 
 #include "app/frame_source.hpp"
 #include "app/tum.hpp"
-#include "calib/error.hpp"
 #include "calib/rig.hpp"
 #include "calib/tilt.hpp"
 
@@ -34,7 +33,8 @@ void CheckNotRead(const std::filesystem::path& result,
 /// The colour pictures of the rig's forward camera.
 class ForwardFrames {
  public:
-  /// Opens recording and rig. @throws calib::InputError also when the two do not fit.
+  /// Opens recording and rig. @throws calib::InputError also when the two do not fit, or the camera
+  ///   looks up or down too much.
   explicit ForwardFrames(const ForwardOptions& options);
 
   /// The next one. @return as FrameSource::Read.
@@ -100,15 +100,5 @@ void TellOfFrames(const ForwardFrames& frames, const UnusedFrames& unused);
 [[noreturn]] void RefuseRecording(const ForwardFrames& frames,
                                   const UnusedFrames& unused,
                                   const std::filesystem::path& poses);
-
-/// Makes what takes the rig's camera; when it does not take it, the error says whose it is.
-template <typename Make>
-auto ForCameraOf(const std::filesystem::path& rig, const Make& make) {
-  try {
-    return make();
-  } catch (const calib::InputError& error) {
-    throw calib::InputError(rig.string() + ": " + error.what());
-  }
-}
 
 }  // namespace ceilmap::app

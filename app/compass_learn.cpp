@@ -142,8 +142,7 @@ void RunLearn(LearnCommandParams params, const CommonOptions& common, Summary& s
   params.Resolve();
   ForwardFrames frames(params.forward);
   params.learn.camera_ahead_of_axle_m = frames.AheadOfAxleM();
-  colour::ColourLearner learner = ForCameraOf(
-      params.forward.rig, [&] { return colour::ColourLearner(frames.Camera(), params.learn); });
+  colour::ColourLearner learner(frames.Camera(), params.learn);
   CompassLearnResult result =
       LearnFrames(frames,
                   params.poses,
@@ -179,9 +178,7 @@ void RunUpdate(const UpdateCommandParams& params, const CommonOptions& common, S
   stored.provenance += (stored.provenance.empty() ? "" : "\n") + common.command_line;
   ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
-  colour::ColourCompass compass = ForCameraOf(params.forward.rig, [&] {
-    return colour::ColourCompass(std::move(stored), frames.Camera(), settings);
-  });
+  colour::ColourCompass compass(std::move(stored), frames.Camera(), settings);
   CompassLearnResult result =
       LearnFrames(frames,
                   params.poses,

@@ -196,9 +196,7 @@ void RunQuery(const QueryParams& params, const CommonOptions& common, Summary& s
   colour::ColourModel model = ReadColourModel(params.model);
   ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
-  colour::ColourCompass compass = ForCameraOf(params.forward.rig, [&] {
-    return colour::ColourCompass(std::move(model), frames.Camera(), settings);
-  });
+  colour::ColourCompass compass(std::move(model), frames.Camera(), settings);
 
   CompassQueryResult result = AskFrames(frames, poses ? &*poses : nullptr, params.update, compass);
   if (poses && result.frames > 0 && result.unused.without_pose == result.frames) {

@@ -39,44 +39,50 @@ class PaintedCylinder {
         v += height;
       }
     }
+    LookAhead();
   }
 
-  /// What a level robot with this yaw sees by a camera of ForwardRig(raised_deg).
-  [[nodiscard]] cv::Mat Seen(double yaw_rad, double raised_deg = 14) const {
-    const double sine = std::sin(raised_deg * kDegree);
-    const double cosine = std::cos(raised_deg * kDegree);
-    cv::Mat map(kSize, CV_32FC2);
-    for (int v = 0; v < kSize.height; ++v) {
-      for (int u = 0; u < kSize.width; ++u) {
-        const double right = (u - kCentre.x) / kFocalPx;
-        const double down = (v - kCentre.y) / kFocalPx;
-        const double ahead = cosine + sine * down;
-        const double up = sine - cosine * down;
-        const double azimuth = yaw_rad + std::atan2(-right, ahead);
-        const double turns = azimuth / (2 * std::numbers::pi);
-        const double tangent = up / std::hypot(ahead, right);
-        map.at<cv::Vec2f>(v, u) = {
-            static_cast<float>(kColumns * (turns - std::floor(turns)) - 0.5),
-            static_cast<float>((kTopTangent - tangent) / (kTopTangent - kBottomTangent) * kRows -
-                               0.5)};
-      }
-    }
+  /// What a level robot with this yaw sees by the camera of ForwardRig(kRaisedDeg).
+  [[nodiscard]] cv::Mat Seen(double yaw_rad) const {
+    const double turns = yaw_rad / (2 * std::numbers::pi);
+    const cv::Mat map = ahead_ + cv::Scalar(kColumns * (turns - std::floor(turns)));
     cv::Mat picture;
     cv::remap(panorama_, picture, map, {}, cv::INTER_LINEAR, cv::BORDER_WRAP);
     return picture;
   }
 
+  static constexpr double kRaisedDeg = 14;
   static constexpr double kFocalPx = 277.128;  // 60 deg wide
   inline static const cv::Size kSize{320, 240};
   inline static const cv::Point2d kCentre{159.5, 119.5};
 
  private:
+  // Where each pixel of a robot of yaw 0 looks to.
+  void LookAhead() {
+    const double sine = std::sin(kRaisedDeg * kDegree);
+    const double cosine = std::cos(kRaisedDeg * kDegree);
+    ahead_.create(kSize, CV_32FC2);
+    for (int v = 0; v < kSize.height; ++v) {
+      for (int u = 0; u < kSize.width; ++u) {
+        const double right = (u - kCentre.x) / kFocalPx;
+        const double down = (v - kCentre.y) / kFocalPx;
+        const double ahead = cosine + sine * down;
+        const double tangent = (sine - cosine * down) / std::hypot(ahead, right);
+        const double turns = std::atan2(-right, ahead) / (2 * std::numbers::pi);
+        const double depth = (kTopTangent - tangent) / (kTopTangent - kBottomTangent);
+        ahead_.at<cv::Vec2f>(v, u) = {static_cast<float>(kColumns * turns - 0.5),
+                                      static_cast<float>(kRows * depth - 0.5)};
+      }
+    }
+  }
+
   static constexpr int kColumns = 720;
   static constexpr int kRows = 240;
   static constexpr int kPatchColumns = 18;  // 9 deg
   static constexpr double kTopTangent = 2;
   static constexpr double kBottomTangent = -1;
   cv::Mat panorama_;
+  cv::Mat ahead_;  // column and row of the panorama
 };
 
 /// A rig whose forward camera is raised from level.
@@ -150,7 +156,7 @@ class CompassCommand : public testing::Test {
   void SetUp() override {
     Record("learn", kLearn);
     Record("again", kAgain);
-    in_.Write("rig.yaml", ForwardRig(14));
+    in_.Write("rig.yaml", ForwardRig(PaintedCylinder::kRaisedDeg));
   }
 
   void Record(const std::string& name, const Turn& turn) const {

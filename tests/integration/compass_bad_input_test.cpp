@@ -28,7 +28,7 @@ class BadCompassTest : public CompassCommand, public testing::WithParamInterface
  protected:
   void SetUp() override {
     CompassCommand::SetUp();
-    WriteModels();
+    Learn((in_ / "m").string(), {"--quiet"});
     in_.Write("level.yaml", ForwardRig(0));
     in_.Write("floor.yaml", ForwardRig(-80));
     in_.Write("wide.yaml", ForwardRig(14, 640));
@@ -44,35 +44,47 @@ class BadCompassTest : public CompassCommand, public testing::WithParamInterface
         in_ / "dark.avi", std::vector<cv::Mat>(5, cv::Mat::zeros(grey[0].size(), CV_8U)), 10);
   }
 
-  // One that is good, and others.
-  void WriteModels() const {
-    const std::string model = (in_ / "m").string();
-    Learn(model, {"--quiet"});
+  void ExpectOneLine() const {
+    const auto before = app::NamesIn(in_.Path());
+    const std::string model = ReadAll(in_ / "m");
+    const ProcessResult result = Run(GetParam().arguments);
+    EXPECT_EQ(result.exit_code, GetParam().exit_code);
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));
+    EXPECT_THAT(result.err, HasSubstr(GetParam().message));
+    EXPECT_EQ(result.out, "");
+    EXPECT_THAT(out_.Names(), IsEmpty());
+    EXPECT_EQ(app::NamesIn(in_.Path()), before);
+    EXPECT_EQ(ReadAll(in_ / "m"), model);
+  }
+};
+
+TEST_P(BadCompassTest, IsOneLineAndLeavesNothing) {
+  ExpectOneLine();
+}
+
+class BadModelTest : public BadCompassTest {
+ protected:
+  void SetUp() override {
+    BadCompassTest::SetUp();
     Learn((in_ / "k6").string(), {"--quiet", "--classes=6"});
     Learn((in_ / "grid").string(), {"--quiet", "--grid=0,0,1,1,1,1"});
     Learn((in_ / "sturm").string(), {"--quiet", "--method=sturm"});
-    const auto stored = nlohmann::json::parse(ReadAll(model));
+    const auto stored = nlohmann::json::parse(ReadAll(in_ / "m"));
     auto other = stored;
     other["version"] = 2;
     in_.Write("newer", other.dump());
     other = stored;
     for (auto& cell : other["cells"]) cell = nlohmann::json::array();
     in_.Write("empty", other.dump());
+    other = stored;
+    other["classes"].erase(0);
+    in_.Write("k7", other.dump());
   }
 };
 
-TEST_P(BadCompassTest, IsOneLineAndLeavesNothing) {
-  const auto before = app::NamesIn(in_.Path());
-  const std::string model = ReadAll(in_ / "m");
-  const ProcessResult result = Run(GetParam().arguments);
-  EXPECT_EQ(result.exit_code, GetParam().exit_code);
-  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-  EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));
-  EXPECT_THAT(result.err, HasSubstr(GetParam().message));
-  EXPECT_EQ(result.out, "");
-  EXPECT_THAT(out_.Names(), IsEmpty());
-  EXPECT_EQ(app::NamesIn(in_.Path()), before);
-  EXPECT_EQ(ReadAll(in_ / "m"), model);
+TEST_P(BadModelTest, IsOneLineAndLeavesNothing) {
+  ExpectOneLine();
 }
 
 // Arguments that are right, but for those given behind them, which count.
@@ -196,6 +208,10 @@ const std::vector<BadCompass> kBadModels = {
      Asking("newer"),
      "newer: is a colour model of version 2, this program reads up to version 1; use a newer "
      "ceilmap, or learn it anew\n"},
+    {"OtherClasses",
+     Asking("k7"),
+     "'transitions' stand for more than 49 values, as many as pairs of classes; learn it anew with "
+     "'ceilmap compass learn'\n"},
     {"EmptyModel",
      Asking("empty"),
      "empty: is empty: nothing was learned in it; learn it anew with 'ceilmap compass learn'\n"},
@@ -210,7 +226,7 @@ std::string NameOf(const testing::TestParamInfo<BadCompass>& param) {
 }
 INSTANTIATE_TEST_SUITE_P(Command, BadCompassTest, testing::ValuesIn(kBadCommands), NameOf);
 INSTANTIATE_TEST_SUITE_P(Recording, BadCompassTest, testing::ValuesIn(kBadRecordings), NameOf);
-INSTANTIATE_TEST_SUITE_P(Model, BadCompassTest, testing::ValuesIn(kBadModels), NameOf);
+INSTANTIATE_TEST_SUITE_P(Model, BadModelTest, testing::ValuesIn(kBadModels), NameOf);
 
 }  // namespace
 }  // namespace ceilmap::integration

@@ -196,16 +196,26 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
       "ceilmap: warning: 36 of 72 frames were skipped: too little of them is above the horizon\n");
 }
 
-// Colours of another order are other colours. The compass may be wrong then, but it must not be
-// sure of it.
+// Colours of another order are other colours: all that is left is what is light and dark. The
+// compass may find its way by that, or not, but it must not be sure and wrong.
 TEST_F(CompassTest, IsNotSureOfColoursInAnotherOrder) {
   Learn("m");
+  ASSERT_LT(AskAgain("m"), kLargestMeanRad);
+  const double usual_deg = SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>();
   std::vector<cv::Mat> swapped = kAgain.Pictures(world_);
   for (cv::Mat& picture : swapped) cv::cvtColor(picture, picture, cv::COLOR_BGR2RGB);
   WriteColourVideo(in_ / "swapped.avi", swapped);
+  in_.Write("swapped.csv", kAgain.Stamps());
   const ProcessResult result =
-      Run(Of({"query", "m", "--forward=@swapped.avi"}, "again", {"-o", "h.csv"}));
-  (void)result;
+      Run(Of({"query", "m"}, "swapped", {"-o", "h.csv", "--summary=s.json"}));
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_GT(SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>(), 3 * usual_deg);
+  const auto headings = app::ReadHeadings(out_ / "h.csv");
+  for (std::size_t i = 0; i < headings.size(); ++i) {
+    if (headings[i].sigma_rad > 3 * kDegree) continue;
+    const double true_rad = kAgain.YawRad(static_cast<int>(i));
+    EXPECT_LT(std::abs(calib::WrapAngle(headings[i].heading_rad - true_rad)), 10 * kDegree) << i;
+  }
 }
 
 TEST_F(CompassTest, Plots) {
