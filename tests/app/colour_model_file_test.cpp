@@ -220,9 +220,7 @@ const std::vector<BadModel> kBadModels = {
      std::string("'classes' has 1 entries, must have 2..32") + kAnew},
     {"OtherClasses",
      [](json& document) { document["classes"].erase(7); },
-     std::string("cell 0, entry 0: 'transitions' stand for more than 49 values, as many as pairs "
-                 "of classes") +
-         kAnew},
+     std::string("cell 0, entry 0: 'transitions' has 64 entries, must have 1..49") + kAnew},
     {"ShortMean",
      [](json& document) { document["classes"][3]["mean"].erase(2); },
      std::string("class 3: 'mean' has 2 entries, must have 3") + kAnew},
