@@ -81,7 +81,7 @@ Recordings OpenRecordings(const simulator::Scene& scene,
                                                   is_colour)});
   };
   open("up", scene.camera);
-  if (scene.forward) open("forward", *scene.forward);
+  if (scene.forward) open("forward", *scene.forward, scene.forward->saturation > 0);
   if (scene.omni) open("omni", *scene.omni, true);
   return recordings;
 }

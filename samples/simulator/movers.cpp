@@ -26,10 +26,4 @@ std::vector<PaintedBox> MoversAt(const Scene& scene, const Frame& frame) {
   return seen;
 }
 
-std::vector<Box> GreyMoversAt(const Scene& scene, const Frame& frame) {
-  std::vector<Box> boxes;
-  for (const PaintedBox& mover : MoversAt(scene, frame)) boxes.push_back(mover.box);
-  return boxes;
-}
-
 }  // namespace ceilmap::simulator

@@ -17,7 +17,4 @@ struct PaintedBox {
 /// The movers that are in the room when a frame is taken.
 std::vector<PaintedBox> MoversAt(const Scene& scene, const Frame& frame);
 
-/// The same without colours.
-std::vector<Box> GreyMoversAt(const Scene& scene, const Frame& frame);
-
 }  // namespace ceilmap::simulator

@@ -31,14 +31,7 @@ cv::Mat OmniEye::Light(const Frame& frame) const {
 }
 
 cv::Mat OmniEye::Take(const Frame& frame) const {
-  std::array<cv::Mat, 3> planes;
-  cv::split(Light(frame), planes.data());
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    planes.at(i) = colours_.at(i).Develop(planes.at(i), frame);
-  }
-  cv::Mat picture;
-  cv::merge(planes.data(), planes.size(), picture);
-  return picture;
+  return DevelopPlanes(colours_, Light(frame), frame);
 }
 
 }  // namespace ceilmap::simulator

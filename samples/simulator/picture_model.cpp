@@ -112,4 +112,17 @@ cv::Mat PictureModel::Develop(cv::Mat& light, const Frame& frame) const {
   return Expose(light, static_cast<float>(Gain(frame)), frame.index);
 }
 
+cv::Mat DevelopPlanes(std::span<const PictureModel> planes,
+                      const cv::Mat& light,
+                      const Frame& frame) {
+  std::vector<cv::Mat> channels;
+  cv::split(light, channels);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    channels[i] = planes[i].Develop(channels[i], frame);
+  }
+  cv::Mat picture;
+  cv::merge(channels, picture);
+  return picture;
+}
+
 }  // namespace ceilmap::simulator

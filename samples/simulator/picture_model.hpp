@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <span>
 #include <vector>
 
 #include "samples/simulator/path.hpp"
@@ -40,5 +41,11 @@ class PictureModel {
   std::vector<float> noise_;         // deviation of the noise by light
   std::vector<std::uint8_t> curve_;  // grey value by light
 };
+
+/// The picture of a camera whose colours have noise of their own: CV_8U.
+/// @param planes  one of each channel of the light. @param light  CV_32F.
+cv::Mat DevelopPlanes(std::span<const PictureModel> planes,
+                      const cv::Mat& light,
+                      const Frame& frame);
 
 }  // namespace ceilmap::simulator

@@ -28,6 +28,12 @@ enum class Purpose : std::uint64_t {
   kOmniGreenNoise,
   kOmniBlueGain,
   kOmniBlueNoise,
+  kForwardRedGain,
+  kForwardRedNoise,
+  kForwardGreenGain,
+  kForwardGreenNoise,
+  kForwardBlueGain,
+  kForwardBlueNoise,
 };
 
 /// A well-mixed 64-bit number from any number (splitmix64, Steele et al. 2014).

@@ -37,10 +37,14 @@ class RayTracer::View {
   View(const RayTracer& tracer,
        const CameraRays& rays,
        const Isometry3d& T_map_cam,
-       const std::vector<Box>& movers);
+       const std::vector<PaintedBox>& movers);
   [[nodiscard]] cv::Mat Trace();
 
  private:
+  struct Place {
+    Hit hit;
+    cv::Vec3f colour{1, 1, 1};  // of unit luminance; only where colours count
+  };
   struct Footprint {
     Eigen::AlignedBox2d box;
     bool endless = false;  // some rays never reach the ceiling
@@ -51,13 +55,14 @@ class RayTracer::View {
   [[nodiscard]] bool IsBelowCeiling(const CameraRays::Block& block) const;
   [[nodiscard]] Footprint SeenCeiling() const;
   void ChooseWindow(const Footprint& seen);
-  void ChooseBoxes(const Footprint& seen, const std::vector<Box>& boxes);
+  void ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour);
+  [[nodiscard]] cv::Mat Result() const { return coloured_.empty() ? light_ : coloured_; }
   void TraceCeilingBlock(const CameraRays::Block& block);
   void TraceMixedBlock(const CameraRays::Block& block, bool below_ceiling);
   void SmoothEdges(const CameraRays::Block& block, bool below_ceiling);
   [[nodiscard]] bool IsEdge(int u, int v) const;
   void ChooseNearBoxes(const cv::Rect2d& rays);
-  [[nodiscard]] Hit TraceRay(double x, double y, bool below_ceiling) const;
+  [[nodiscard]] Place TraceRay(double x, double y, bool below_ceiling) const;
   [[nodiscard]] float CeilingLight(double x, double y) const;
 
   const RayTracer& tracer_;
@@ -71,24 +76,28 @@ class RayTracer::View {
   RowVector3d to_row_;
   RowVector3d to_depth_;
   std::vector<SeenBox> boxes_;
-  std::vector<std::size_t> near_;  // of boxes_, those that the current block may show
+  std::vector<cv::Vec3f> colours_;  // of boxes_
+  std::vector<std::size_t> near_;   // of boxes_, those that the current block may show
   cv::Mat light_;
-  cv::Mat surfaces_;  // of each tap; only where blocks are mixed
+  cv::Mat_<cv::Vec3f> coloured_;  // the same in colours; empty without
+  cv::Mat surfaces_;              // of each tap; only where blocks are mixed
 };
 
-RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m)
-    : boxes_(std::move(boxes)), surfaces_(scene), ceiling_(scene, texel_m) {}
+RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m, double saturation)
+    : boxes_(std::move(boxes)), surfaces_(scene), ceiling_(scene, texel_m) {
+  if (saturation > 0) paints_.emplace(scene.seed, boxes_.size(), saturation);
+}
 
 cv::Mat RayTracer::Trace(const CameraRays& rays,
                          const Isometry3d& T_map_cam,
-                         const std::vector<Box>& movers) const {
+                         const std::vector<PaintedBox>& movers) const {
   return View(*this, rays, T_map_cam, movers).Trace();
 }
 
 RayTracer::View::View(const RayTracer& tracer,
                       const CameraRays& rays,
                       const Isometry3d& T_map_cam,
-                      const std::vector<Box>& movers)
+                      const std::vector<PaintedBox>& movers)
     : tracer_(tracer),
       room_(tracer.surfaces_.GetRoom()),
       rays_(rays),
@@ -97,8 +106,13 @@ RayTracer::View::View(const RayTracer& tracer,
       p_(T_map_cam.translation()) {
   const Footprint seen = SeenCeiling();
   ChooseWindow(seen);
-  ChooseBoxes(seen, tracer.boxes_);
-  ChooseBoxes(seen, movers);
+  for (std::size_t i = 0; i < tracer.boxes_.size(); ++i) {
+    ChooseBox(
+        seen,
+        tracer.boxes_[i],
+        tracer.paints_ ? tracer.paints_->Of(RoomSurfaces::BoxSurface(i, 0)) : cv::Vec3f(1, 1, 1));
+  }
+  for (const PaintedBox& mover : movers) ChooseBox(seen, mover.box, mover.colour);
 }
 
 std::optional<Eigen::Vector2d> RayTracer::View::OnCeiling(double x, double y) const {
@@ -141,12 +155,12 @@ void RayTracer::View::ChooseWindow(const Footprint& seen) {
             window_.pitch_y_m;
 }
 
-void RayTracer::View::ChooseBoxes(const Footprint& seen, const std::vector<Box>& boxes) {
+void RayTracer::View::ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour) {
   Eigen::AlignedBox2d region = seen.box;
   region.extend(p_.head<2>());
-  for (const Box& box : boxes) {
-    if (region.intersects(SeenBox::Ground(box))) boxes_.emplace_back(box, T_map_cam_);
-  }
+  if (!region.intersects(SeenBox::Ground(box))) return;
+  boxes_.emplace_back(box, T_map_cam_);
+  colours_.push_back(colour);
 }
 
 bool RayTracer::View::IsBelowCeiling(const CameraRays::Block& block) const {
@@ -172,6 +186,7 @@ void RayTracer::View::ChooseNearBoxes(const cv::Rect2d& rays) {
 
 cv::Mat RayTracer::View::Trace() {
   light_ = cv::Mat(rays_.Size(), CV_32FC1, cv::Scalar(0));
+  if (tracer_.paints_) coloured_ = cv::Mat_<cv::Vec3f>(rays_.Size(), cv::Vec3f(0, 0, 0));
   std::vector<const CameraRays::Block*> mixed;
   for (const CameraRays::Block& block : rays_.Blocks()) {
     ChooseNearBoxes(block.rays);
@@ -181,7 +196,7 @@ cv::Mat RayTracer::View::Trace() {
       mixed.push_back(&block);
     }
   }
-  if (mixed.empty()) return light_;
+  if (mixed.empty()) return Result();
   surfaces_ = cv::Mat(rays_.Size() * 2, CV_16UC1, cv::Scalar(kCeiling));
   for (const bool smooth : {false, true}) {
     for (const CameraRays::Block* block : mixed) {
@@ -190,7 +205,7 @@ cv::Mat RayTracer::View::Trace() {
       smooth ? SmoothEdges(*block, below_ceiling) : TraceMixedBlock(*block, below_ceiling);
     }
   }
-  return light_;
+  return Result();
 }
 
 void RayTracer::View::TraceCeilingBlock(const CameraRays::Block& block) {
@@ -212,6 +227,11 @@ void RayTracer::View::TraceCeilingBlock(const CameraRays::Block& block) {
     auto* out = light_.ptr<float>(tap_row / 2) + pixels.x;
     for (int i = 0; i < pixels.width; ++i) out[i] += 0.25F * (light[2 * i] + light[2 * i + 1]);
   }
+  if (coloured_.empty()) return;
+  const cv::Mat grey = light_(pixels);  // as ceilings are
+  const std::array<cv::Mat, 3> planes{grey, grey, grey};
+  cv::Mat coloured = coloured_(pixels);
+  cv::merge(planes.data(), planes.size(), coloured);
 }
 
 void RayTracer::View::TraceMixedBlock(const CameraRays::Block& block, bool below_ceiling) {
@@ -223,8 +243,11 @@ void RayTracer::View::TraceMixedBlock(const CameraRays::Block& block, bool below
     auto* out = light_.ptr<float>(tap_row / 2) + pixels.x;
     auto* surfaces = surfaces_.ptr<std::uint16_t>(tap_row) + std::ptrdiff_t{2} * pixels.x;
     for (int i = 0; i < 2 * pixels.width; ++i) {
-      const Hit hit = TraceRay(x[i], y[i], below_ceiling);
+      const auto [hit, colour] = TraceRay(x[i], y[i], below_ceiling);
       out[i / 2] += 0.25F * hit.light;
+      if (!coloured_.empty()) {
+        coloured_(tap_row / 2, pixels.x + i / 2) += 0.25F * hit.light * colour;
+      }
       surfaces[i] = hit.surface;
     }
   }
@@ -249,12 +272,16 @@ void RayTracer::View::SmoothEdges(const CameraRays::Block& block, bool below_cei
     for (int u = pixels.x; u < pixels.x + pixels.width; ++u) {
       if (!IsEdge(u, v)) continue;
       float sum = 0;
+      cv::Vec3f coloured_sum(0, 0, 0);
       for (int i = 0; i < kLattice; ++i) {
         const cv::Point2d offset = LatticePoint(i);
         const cv::Point2d ray = rays_.Ray(u, v, offset.x, offset.y);
-        sum += TraceRay(ray.x, ray.y, below_ceiling).light;
+        const auto [hit, colour] = TraceRay(ray.x, ray.y, below_ceiling);
+        sum += hit.light;
+        coloured_sum += hit.light * colour;
       }
       light_.at<float>(v, u) = sum / kLattice;
+      if (!coloured_.empty()) coloured_(v, u) = coloured_sum * (1.0F / kLattice);
     }
   }
 }
@@ -270,7 +297,7 @@ float RayTracer::View::CeilingLight(double x, double y) const {
   return light;
 }
 
-Hit RayTracer::View::TraceRay(double x, double y, bool below_ceiling) const {
+RayTracer::View::Place RayTracer::View::TraceRay(double x, double y, bool below_ceiling) const {
   if (std::isnan(x)) return {};
   const Vector3d direction = R_ * Vector3d(x, y, 1);
   double distance = (room_.height_m - p_.z()) / direction.z();
@@ -278,22 +305,22 @@ Hit RayTracer::View::TraceRay(double x, double y, bool below_ceiling) const {
   if (!below_ceiling) {
     hit = tracer_.surfaces_.Trace(p_, direction, rays_.PixelSpan(), distance);
   }
-  const SeenBox* nearest = nullptr;
+  std::size_t nearest = boxes_.size();
   SeenBox::Entry entry;
   for (const std::size_t i : near_) {
     const auto candidate = boxes_[i].Enter(direction, distance);
     if (!candidate) continue;
     distance = candidate->distance;
     entry = *candidate;
-    nearest = &boxes_[i];
+    nearest = i;
     hit.surface = RoomSurfaces::BoxSurface(i, entry.face);
   }
-  if (nearest != nullptr) {
-    hit.light = tracer_.surfaces_.BoxLight(*nearest, direction, entry);
-  } else if (hit.surface == kCeiling) {
-    hit.light = CeilingLight(x, y);
+  if (nearest < boxes_.size()) {
+    hit.light = tracer_.surfaces_.BoxLight(boxes_[nearest], direction, entry);
+    return {hit, colours_[nearest]};
   }
-  return hit;
+  if (hit.surface == kCeiling) hit.light = CeilingLight(x, y);
+  return tracer_.paints_ ? Place{hit, tracer_.paints_->Of(hit.surface)} : Place{hit};
 }
 
 }  // namespace ceilmap::simulator

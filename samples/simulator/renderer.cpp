@@ -1,9 +1,11 @@
 #include "samples/simulator/renderer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "calib/error.hpp"
@@ -45,6 +47,11 @@ double ForwardTexelSize(const Scene& scene) {
 
 constexpr PixelPurposes kUpPixels{Purpose::kPixelGain, Purpose::kPixelNoise};
 constexpr PixelPurposes kForwardPixels{Purpose::kForwardGain, Purpose::kForwardNoise};
+constexpr std::array kForwardColours{
+    // blue, green, red
+    PixelPurposes{Purpose::kForwardBlueGain, Purpose::kForwardBlueNoise},
+    PixelPurposes{Purpose::kForwardGreenGain, Purpose::kForwardGreenNoise},
+    PixelPurposes{Purpose::kForwardRedGain, Purpose::kForwardRedNoise}};
 
 /// A camera of the robot and all that its pictures take.
 class Eye {
@@ -53,14 +60,15 @@ class Eye {
       const Camera& camera,
       const calib::MountedCamera& mounted,
       double texel_m,
-      PixelPurposes pixels)
+      std::span<const PixelPurposes> pixels)
       : mounted_(mounted),
         rays_(mounted.camera),
-        tracer_(scene, MakeFixtures(scene), texel_m),
-        picture_(scene, camera, pixels) {}
+        tracer_(scene, MakeFixtures(scene), texel_m, camera.saturation) {
+    for (const PixelPurposes& plane : pixels) planes_.emplace_back(scene, camera, plane);
+  }
 
   [[nodiscard]] cv::Mat Trace(const Isometry3d& T_map_base,
-                              const std::vector<Box>& movers = {}) const {
+                              const std::vector<PaintedBox>& movers = {}) const {
     return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers);
   }
 
@@ -68,7 +76,7 @@ class Eye {
   [[nodiscard]] cv::Mat Take(const Exposure& exposure,
                              double blur_px,
                              const Frame& frame,
-                             const std::vector<Box>& movers) const {
+                             const std::vector<PaintedBox>& movers) const {
     const std::vector<Isometry3d> poses = PosesDuring(exposure, blur_px);
     cv::Mat light;
     for (const Isometry3d& T_map_base : poses) {
@@ -80,7 +88,7 @@ class Eye {
       }
     }
     if (poses.size() > 1) light *= 1.0 / static_cast<double>(poses.size());
-    return picture_.Develop(light, frame);
+    return DevelopPlanes(planes_, light, frame);
   }
 
   [[nodiscard]] const calib::MountedCamera& Mounted() const { return mounted_; }
@@ -90,7 +98,7 @@ class Eye {
   calib::MountedCamera mounted_;
   CameraRays rays_;
   RayTracer tracer_;
-  PictureModel picture_;
+  std::vector<PictureModel> planes_;  // one, or blue, green, red
 };
 
 }  // namespace
@@ -99,10 +107,14 @@ struct Renderer::Parts {
   explicit Parts(const Scene& valid_scene)
       : scene(valid_scene),
         rig(calib::ParseRig(RigYaml(scene), "rig.yaml")),
-        up(scene, scene.camera, *rig.up, TexelSize(scene), kUpPixels) {
+        up(scene, scene.camera, *rig.up, TexelSize(scene), std::span(&kUpPixels, 1)) {
     if (scene.omni) omni.emplace(scene, up.Boxes());
     if (!scene.forward) return;
-    forward.emplace(scene, *scene.forward, *rig.forward, ForwardTexelSize(scene), kForwardPixels);
+    const Camera& camera = *scene.forward;
+    const std::span<const PixelPurposes> pixels =
+        camera.saturation > 0 ? std::span<const PixelPurposes>(kForwardColours)
+                              : std::span(&kForwardPixels, 1);
+    forward.emplace(scene, camera, *rig.forward, ForwardTexelSize(scene), pixels);
   }
 
   [[nodiscard]] const Eye& Forward() const {
@@ -141,7 +153,7 @@ cv::Mat Renderer::Render(const Frame& frame) const {
                    exposure,
                    CeilingInCorners(up.Mounted(), frame.T_map_base, parts_->rig.ceiling_height_m));
   }
-  return up.Take(exposure, blur_px, frame, GreyMoversAt(parts_->scene, frame));
+  return up.Take(exposure, blur_px, frame, MoversAt(parts_->scene, frame));
 }
 
 cv::Mat Renderer::RenderForward(const Frame& frame) const {
@@ -154,7 +166,7 @@ cv::Mat Renderer::RenderForward(const Frame& frame) const {
                          exposure,
                          RoomInPicture(forward.Mounted(), frame.T_map_base, parts_->scene.room));
   }
-  return forward.Take(exposure, blur_px, frame, GreyMoversAt(parts_->scene, frame));
+  return forward.Take(exposure, blur_px, frame, MoversAt(parts_->scene, frame));
 }
 
 cv::Mat Renderer::RenderOmni(const Frame& frame) const {

@@ -32,8 +32,9 @@ class Renderer {
 
   /// The upward camera's picture: CV_8UC1 of the camera's size.
   [[nodiscard]] cv::Mat Render(const Frame& frame) const;
-  /// The forward camera's picture: CV_8UC1 of its size. It neither changes Render() nor depends on
-  /// it. @throws calib::InputError when the scene has no forward camera.
+  /// The forward camera's picture: of its size, CV_8UC1, or CV_8UC3 (blue, green, red) where
+  /// forward.saturation is not 0. It neither changes Render() nor depends on it. @throws
+  /// calib::InputError when the scene has no forward camera.
   [[nodiscard]] cv::Mat RenderForward(const Frame& frame) const;
   /// The picture of the camera under the mirror: CV_8UC3 of its size, blue, green, red. A point
   /// p_map appears where the mirror of OmniCamera shows it, to a few hundredths of a pixel.
@@ -43,7 +44,7 @@ class Renderer {
   /// CV_32FC1, 1 = white. A frame at T_map_base; without movers, motion blur, optical blur,
   /// vignetting, glare and noise.
   [[nodiscard]] cv::Mat RenderLight(const Eigen::Isometry3d& T_map_base) const;
-  /// The same of the forward camera. @throws as RenderForward().
+  /// The same of the forward camera; CV_32FC3 in colours. @throws as RenderForward().
   [[nodiscard]] cv::Mat RenderForwardLight(const Eigen::Isometry3d& T_map_base) const;
   /// The same of the camera under the mirror, with the movers of that moment: CV_32FC3, blue,
   /// green, red. @throws as RenderOmni().

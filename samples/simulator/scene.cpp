@@ -48,6 +48,7 @@ void CheckCamera(const char* name, const Camera& camera, const Room& room) {
 void CheckForward(const Scene& scene) {
   if (!scene.forward) return;
   CheckCamera("forward", *scene.forward, scene.room);
+  CheckGroup("forward", *scene.forward, kForwardFields);
   if (!(scene.forward->mount_height_m > 0)) {
     Fail("forward.mount_height_m", scene.forward->mount_height_m, "above the floor");
   }

@@ -127,6 +127,7 @@ struct Camera {
   double mount_pitch_deg = 0;   ///< how far it is not level
   double mount_roll_deg = 0;
   double exposure_time_s = 0.005;
+  double saturation = 0;  ///< of the colours, the forward camera's only; 0: a grey camera
 };
 
 /// A forward camera as scenes have it that say nothing else: 60 degrees wide, 0.45 m up.

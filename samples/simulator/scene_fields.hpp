@@ -97,6 +97,11 @@ constexpr std::array kCameraFields{
     Field<Camera>{"exposure_time_s", &Camera::exposure_time_s, 0, 10},
 };
 
+/// Beside those of all cameras.
+constexpr std::array kForwardFields{
+    Field<Camera>{"saturation", &Camera::saturation, 0, 1},
+};
+
 constexpr std::array kOmniFields{
     Field<OmniCamera>{"width_px", &OmniCamera::width_px, 16, 8192},
     Field<OmniCamera>{"height_px", &OmniCamera::height_px, 16, 8192},

@@ -177,6 +177,13 @@ void ReadCamera(const YamlValue& value, Camera& camera) {
   ReadArray(value, "distortion", camera.distortion);
 }
 
+void ReadForward(const YamlValue& value, Camera& camera) {
+  AllowOnly(value, kCameraFields, "distortion", "saturation");
+  ReadFields(value, kCameraFields, camera);
+  ReadFields(value, kForwardFields, camera);
+  ReadArray(value, "distortion", camera.distortion);
+}
+
 void ReadOmni(const YamlValue& value, OmniCamera& camera) {
   AllowOnly(value, kOmniFields, "centre_offset_px", "exposure_steps");
   ReadFields(value, kOmniFields, camera);
@@ -246,7 +253,7 @@ Scene ReadAll(const YamlValue& root) {
   if (const auto fixtures = root.Find("fixtures")) ReadFixtures(*fixtures, scene.fixtures);
   if (const auto camera = root.Find("camera")) ReadCamera(*camera, scene.camera);
   if (const auto forward = root.Find("forward")) {
-    ReadCamera(*forward, scene.forward.emplace(DefaultForwardCamera()));
+    ReadForward(*forward, scene.forward.emplace(DefaultForwardCamera()));
   }
   if (const auto omni = root.Find("omni")) ReadOmni(*omni, scene.omni.emplace());
   ReadFieldRows(root, "movers", kMoverColumns, kMoverFields, scene.movers);
