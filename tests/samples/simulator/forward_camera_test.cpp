@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "calib/error.hpp"
+#include "samples/simulator/paints.hpp"
 #include "samples/simulator/wall_posters.hpp"
 #include "tests/samples/simulator/scenes.hpp"
 
@@ -226,6 +227,43 @@ TEST(ForwardCamera, HasNoiseOfItsOwn) {
   cv::meanStdDev(up, mean, noise);
   cv::meanStdDev(up - forward, mean, together);
   EXPECT_NEAR(together[0], std::sqrt(2.0) * noise[0], 0.05 * noise[0]);
+}
+
+TEST(ForwardCamera, ColoursLeaveTheLuminanceAlone) {
+  Scene scene = PlainScene();
+  scene.room.wall_posters_per_100m2 = 150;
+  scene.fixtures.boxes = {{9, 5, 1, 0.8, 0, 1.2, 20, 0.7}};
+  scene.forward = scene.camera;
+  scene.forward->mount_pitch_deg = 20;  // sees the ceiling too
+  const cv::Mat grey = Renderer(scene).RenderForwardLight(Level(6, 4, 0));
+  scene.forward->saturation = 1;
+  const cv::Mat coloured = Renderer(scene).RenderForwardLight(Level(6, 4, 0));
+  ASSERT_EQ(grey.type(), CV_32FC1);
+  ASSERT_EQ(coloured.type(), CV_32FC3);
+  int colourful = 0;
+  for (int v = 0; v < grey.rows; ++v) {
+    for (int u = 0; u < grey.cols; ++u) {
+      const auto& c = coloured.at<cv::Vec3f>(v, u);
+      ASSERT_NEAR(Luminance(c[2], c[1], c[0]), grey.at<float>(v, u), 1e-4) << u << ' ' << v;
+      if (std::abs(c[2] - c[0]) > 0.1) ++colourful;
+    }
+  }
+  EXPECT_GT(colourful, grey.rows * grey.cols / 50);
+}
+
+TEST(ForwardCamera, SeesMoversInTheirColours) {
+  Scene scene = DarkForwardScene();
+  scene.movers = {{8, 4, 0.1, 2, 0, 2, 0, 1, 0.25, 0, 0, 0, -1e6, 1e6}};  // before it
+  const Frame frame = StillFrame(0, {6, 4, 0});
+  EXPECT_EQ(Renderer(scene).RenderForward(frame).type(), CV_8UC1);
+  scene.forward->saturation = 1;
+  const cv::Mat picture = Renderer(scene).RenderForward(frame);
+  ASSERT_EQ(picture.type(), CV_8UC3);
+  // Its ends shine with 0.6 of 1 and of 0.25: by the sRGB curve 0.798 and 0.425.
+  const auto& seen = picture.at<cv::Vec3b>(100, 160);
+  EXPECT_NEAR(seen[2], 203, 1);
+  EXPECT_NEAR(seen[1], 108, 1);
+  EXPECT_EQ(seen[0], 0);
 }
 
 TEST(ForwardCamera, IsRefusedWhereTheSceneHasNone) {

@@ -155,7 +155,9 @@ TEST(Scene, SamplesAreValid) {
                            "omni-rooms",
                            "passing-car",
                            "periodic-turns",
-                           "dark-turn"}) {
+                           "dark-turn",
+                           "colour-room",
+                           "colour-boards"}) {
     const std::string file = std::string(CEILMAP_SOURCE_DIR) + "/samples/scenes/" + name + ".yaml";
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }

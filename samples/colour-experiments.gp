@@ -1,0 +1,87 @@
+# Figures of samples/colour-experiments.sh, as SVG and PNG, from what it leaves in its folder. The caller sets
+#   folder
+
+set encoding utf8
+
+# Okabe and Ito's colours, which colour-blind people tell apart; dashes and points differ as well.
+set style line 1 lc rgb '#D55E00' lw 2 dt 1 pt 7 ps 0.6
+set style line 2 lc rgb '#0072B2' lw 2 dt (8,3) pt 5 ps 0.6
+set style line 3 lc rgb '#E69F00' lw 2 dt (2,3) pt 9 ps 0.7
+set style line 4 lc rgb '#009E73' lw 2 dt (10,3,2,3) pt 13 ps 0.7
+set style line 5 lc rgb '#000000' lw 1 dt 1
+set style line 9 lc rgb '#DDDDDD' lw 1 dt 1
+set tics nomirror out scale 0.6
+set grid ls 9
+
+result(name) = folder . '/results/' . name
+rad = pi / 180
+
+# Both formats show a figure alike: a unit of size is a pixel of the SVG and two of the PNG.
+terminal(format, width, height) = format eq 'svg' ? \
+  sprintf("set terminal svg size %d,%d background '#FFFFFF' font 'DejaVu Sans,13'", width, height) : \
+  sprintf("set terminal pngcairo size %d,%d font 'DejaVu Sans,10' fontscale 2 linewidth 2 pointscale 2", \
+    2 * width, 2 * height)
+output(name, format) = sprintf("set output '%s/%s.%s'", folder, name, format)
+
+do for [format in 'svg png'] {
+  # (a) As figure 4 of ViCTORiA: each cell a disc of its angle bins.
+  eval terminal(format, 860, 640)
+  eval output('cells', format)
+  set size ratio -1
+  unset grid
+  set key above horizontal
+  set xlabel 'x (m)'
+  set ylabel 'y (m)'
+  set xrange [1.4:7.6]
+  set yrange [1.4:5.6]
+  set style fill solid noborder
+  plot result('cells.txt') using ($5 == 0 ? $1 : NaN):2:(0.55):3:4 with circles fc rgb '#E4E4E4' title 'not seen yet', \
+    '' using ($5 == 1 ? $1 : NaN):2:(0.55):3:4 with circles fc rgb '#56B4E9' title 'learned directions', \
+    folder . '/walk/truth.tum' using 2:3 with lines ls 5 title 'walk'
+  set size noratio
+  set autoscale
+  set grid ls 9
+
+  # (b) Updating on and off along another walk.
+  eval terminal(format, 1000, 560)
+  eval output('updating', format)
+  set datafile separator ','
+  set multiplot layout 2,1 margins char 9,char 2,char 3.5,char 2 spacing char 0,char 5
+  set key at graph 1,1.01 bottom right horizontal samplen 3
+  set ylabel 'error of heading (deg)'
+  do for [model in 'turn walk'] {
+    if (model eq 'walk') { set xlabel 'time (s)' } else { unset xlabel }
+    set label 1 'Model of the ' . model at graph 0,1 offset 0,0.8 left
+    plot result('after-' . model . '.csv') using ($1 - 100):6 every ::1 with lines ls 1 title 'updating off', \
+      result('after-' . model . '-update.csv') using ($1 - 100):6 every ::1 with lines ls 2 title 'updating on'
+  }
+  unset multiplot
+  unset label 1
+  set datafile separator whitespace
+
+  # (c) As figure 5: boards that come and go.
+  eval terminal(format, 860, 460)
+  eval output('boards', format)
+  set key top right
+  set xlabel 'boards around the robot'
+  set ylabel 'mean error (rad)'
+  set xrange [0.5:10.5]
+  set xtics 1
+  set yrange [0:*]
+  plot for [i = 1:4] result('boards.txt') using 1:(column(i + 1)) with linespoints ls i \
+    title 'learned with ' . word('2 6 9 10', i)
+  set xtics autofreq
+
+  # (d) Away from the place of learning.
+  eval terminal(format, 860, 460)
+  eval output('distance', format)
+  set key top left
+  set xlabel 'distance from the place of learning (m)'
+  set xrange [-0.05:2.55]
+  plot result('distance.txt') using 1:4 with linespoints ls 1 title 'one cell, as published', \
+    '' using 1:2 with linespoints ls 2 title 'one cell', \
+    '' using 1:7 with linespoints ls 3 title 'grid, as published', \
+    '' using 1:5 with linespoints ls 4 title 'grid'
+  set autoscale
+  set output
+}
