@@ -58,6 +58,7 @@ ceilmap_add_test(compass_command_test
     ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
     ${CMAKE_CURRENT_LIST_DIR}/compass_bad_input_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/compass_command_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/heading_model_test.cpp
   LINKS ceilmap_app fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 target_compile_definitions(compass_command_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
 add_dependencies(compass_command_test ceilmap)

@@ -1,0 +1,119 @@
+// `ceilmap localize --heading-model`: a robot under a ceiling, among colours that were learned
+// before.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "app/tum.hpp"
+#include "tests/integration/colour_recordings.hpp"
+#include "tests/integration/recordings.hpp"
+
+namespace ceilmap::integration {
+namespace {
+
+using testing::HasSubstr;
+
+class HeadingModel : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string forward = ForwardRig(PaintedCylinder::kRaisedDeg);
+    test_.in.Write("forward.yaml", forward);
+    const std::string camera = "  forward:\n";
+    test_.in.Write("both.yaml", kRig + forward.substr(forward.find(camera)));
+    ASSERT_EQ(test_
+                  .Run({"map",
+                        "--quiet",
+                        "--rig=@rig.yaml",
+                        "--up=@run.avi",
+                        "--stamps=@stamps.csv",
+                        "-o",
+                        "@m.gpkg"})
+                  .exit_code,
+              0);
+    constexpr int kTurnFrames = 90;
+    std::vector<cv::Mat> turn;
+    std::vector<app::StampedPose> poses;
+    for (int i = 0; i < kTurnFrames; ++i) {
+      const double yaw = 2 * std::numbers::pi * i / kTurnFrames;
+      turn.push_back(room_.Seen(yaw));
+      poses.push_back(app::ToStampedPose(0.1 * i, {0, 0, yaw}));
+    }
+    WriteColourVideo(test_.in / "turn.avi", turn);
+    test_.in.Write("turn.csv", app::StampsCsv(kTurnFrames, 0, 0.1));
+    test_.in.Write("turn.tum", app::FormatTum(poses));
+    const ProcessResult learned = test_.Run({"compass",
+                                             "learn",
+                                             "--quiet",
+                                             "--rig=@forward.yaml",
+                                             "--forward=@turn.avi",
+                                             "--stamps=@turn.csv",
+                                             "--poses=@turn.tum",
+                                             "-o",
+                                             "@room.colours"});
+    ASSERT_EQ(learned.exit_code, 0) << learned.err;
+  }
+
+  /// The drive of the map again, with a forward camera that looks into one direction.
+  [[nodiscard]] ProcessResult Localize(double seen_yaw) const {
+    WriteColourVideo(test_.in / "ahead.avi", std::vector<cv::Mat>(kFrames, room_.Seen(seen_yaw)));
+    return test_.Run(LocalizeArguments("@m.gpkg",
+                                       "@both.yaml",
+                                       "@run.avi",
+                                       {"--stamps=@stamps.csv",
+                                        "--forward=@ahead.avi",
+                                        "--tilt=none",
+                                        "--heading-model=@room.colours",
+                                        "--summary=s.json"}));
+  }
+
+  Recordings test_;
+  PaintedCylinder room_;
+};
+
+TEST_F(HeadingModel, AgreesWithTheCeiling) {
+  const ProcessResult result = Localize(0);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("by colours"));
+  EXPECT_GE(app::ReadTum(test_.out / "t.tum").size(), static_cast<std::size_t>(kFrames - 4));
+  const auto summary = nlohmann::json::parse(app::ReadAll(test_.out / "s.json"));
+  EXPECT_EQ(summary["quality"]["heading"]["by"], "colours");
+  EXPECT_EQ(summary["quality"]["heading"]["headings"], kFrames);
+}
+
+// The colours are sure of the heading before the ceiling comes into sight; looking a quarter to the
+// left, the robot cannot stand as the ceiling has it.
+TEST_F(HeadingModel, AHeadingThatIsSureRulesPlacesOut) {
+  constexpr std::size_t kDark = 10;
+  std::vector<cv::Mat> pictures = CeilingPictures();
+  for (std::size_t i = 0; i < kDark; ++i) pictures[i] = cv::Mat::zeros(kPictureSize, CV_8UC1);
+  app::WriteVideo(test_.in / "run.avi", pictures, 10);
+  ASSERT_EQ(Localize(0).exit_code, 0);
+  EXPECT_GE(app::ReadTum(test_.out / "t.tum").size(), kFrames - kDark - 3);
+  const ProcessResult result = Localize(std::numbers::pi / 2);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("none of its 24 frames could be placed"));
+}
+
+TEST_F(HeadingModel, NeedsAForwardCameraAndAModelAndNoOtherHeadings) {
+  const auto refused = [this](const std::vector<std::string>& more) {
+    const ProcessResult result =
+        test_.Run(LocalizeArguments("@m.gpkg", "@both.yaml", "@run.avi", more));
+    EXPECT_EQ(result.exit_code, 2);
+    return result.err;
+  };
+  EXPECT_THAT(refused({"--heading-model=@room.colours"}), HasSubstr("needs the forward camera"));
+  EXPECT_THAT(refused({"--heading-model=@room.colours", "--forward=@run.avi", "--heading=@h.csv"}),
+              HasSubstr("--heading-model and --heading: give one of the two"));
+  EXPECT_THAT(
+      refused({"--heading-model=@room.colours", "--forward=@run.avi", "--heading-zero=map"}),
+      HasSubstr("--heading-zero"));
+  EXPECT_THAT(refused({"--heading-model=@m.gpkg", "--forward=@run.avi", "--tilt=none"}),
+              HasSubstr("m.gpkg"));
+}
+
+}  // namespace
+}  // namespace ceilmap::integration
