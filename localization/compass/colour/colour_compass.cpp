@@ -287,7 +287,8 @@ void ColourCompass::Learn(const LearnedPose& pose) {
   const int cells = static_cast<int>(std::count_if(
       me.model.cells.begin(), me.model.cells.end(), [](const Cell& c) { return c.empty(); }));
   Observe(me.features, me.lines->Azimuths(), *me.used_s, pose, me.model);
-  me.matcher.Update(me.model);
+  const bool one = me.model.kind == ModelKind::kSturm;
+  me.matcher.Update(me.model, one ? 0 : me.model.grid.CellOf(pose.T_map_base.Translation()));
   const int left = static_cast<int>(std::count_if(
       me.model.cells.begin(), me.model.cells.end(), [](const Cell& c) { return c.empty(); }));
   if (left == cells) return;

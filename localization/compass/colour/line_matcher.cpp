@@ -1,5 +1,6 @@
 #include "localization/compass/colour/line_matcher.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace ceilmap::colour {
@@ -17,16 +18,30 @@ LineMatcher::LineMatcher(const ColourModel& model, double noise)
 
 void LineMatcher::Update(const ColourModel& model) {
   cells_.resize(model.cells.size());
-  if (kind_ == ModelKind::kVictoria) {
-    PrepareVictoria(model);
+  Weigh(model);
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) Prepare(model, cell);
+}
+
+void LineMatcher::Update(const ColourModel& model, int cell) {
+  constexpr int kKept = 50;
+  if (++updates_ >= kKept) {
+    Update(model);
   } else {
-    PrepareSturm(model);
+    Prepare(model, static_cast<std::size_t>(cell));
   }
 }
 
-void LineMatcher::PrepareVictoria(const ColourModel& model) {
-  const auto size = static_cast<Eigen::Index>(model.classes.size() * model.classes.size());
-  weights_.setZero(size);
+void LineMatcher::Prepare(const ColourModel& model, std::size_t cell) {
+  if (kind_ == ModelKind::kVictoria) {
+    PrepareVictoria(model.cells[cell], cells_[cell]);
+  } else {
+    PrepareSturm(model.cells[cell], cells_[cell]);
+  }
+}
+
+void LineMatcher::Weigh(const ColourModel& model) {
+  updates_ = 0;
+  weights_.setZero(static_cast<Eigen::Index>(model.classes.size() * model.classes.size()));
   int count = 0;
   for (const Cell& cell : model.cells) {
     for (const AngleBin& bin : cell.bins) {
@@ -37,27 +52,27 @@ void LineMatcher::PrepareVictoria(const ColourModel& model) {
   }
   weights_ = 1 - (weights_ / static_cast<float>(std::max(count, 1))).array();
   weights_ = weights_.cwiseMax(0);
+}
+
+void LineMatcher::PrepareVictoria(const Cell& cell, Prepared& prepared) const {
   const Eigen::VectorXf roots = weights_.cwiseSqrt();
-  for (std::size_t c = 0; c < cells_.size(); ++c) {
-    const std::vector<AngleBin>& bins = model.cells[c].bins;
-    Prepared& prepared = cells_[c];
-    prepared.columns.setZero(size, static_cast<Eigen::Index>(bins.size()));
-    prepared.offset.setZero(static_cast<Eigen::Index>(bins.size()));
-    prepared.empty.assign(bins.size(), 0);
-    for (std::size_t b = 0; b < bins.size(); ++b) {
-      prepared.empty[b] = bins[b].empty() ? 1 : 0;
-      if (bins[b].empty()) continue;
-      const auto at = static_cast<Eigen::Index>(b);
-      prepared.columns.col(at) = roots.cwiseProduct(bins[b].transitions.cwiseMax(0).cwiseSqrt());
-      prepared.offset(at) = prepared.columns.col(at).squaredNorm();
-    }
+  const std::vector<AngleBin>& bins = cell.bins;
+  prepared.columns.setZero(roots.size(), static_cast<Eigen::Index>(bins.size()));
+  prepared.offset.setZero(static_cast<Eigen::Index>(bins.size()));
+  prepared.empty.assign(bins.size(), 0);
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    prepared.empty[b] = bins[b].empty() ? 1 : 0;
+    if (bins[b].empty()) continue;
+    const auto at = static_cast<Eigen::Index>(b);
+    prepared.columns.col(at) = roots.cwiseProduct(bins[b].transitions.cwiseMax(0).cwiseSqrt());
+    prepared.offset(at) = prepared.columns.col(at).squaredNorm();
   }
 }
 
-void LineMatcher::PrepareSturm(const ColourModel& model) {
-  const auto size = static_cast<Eigen::Index>(model.classes.size() * model.classes.size());
-  const std::vector<AngleBin>& bins = model.cells.front().bins;
-  Prepared& prepared = cells_.front();
+void LineMatcher::PrepareSturm(const Cell& cell, Prepared& prepared) {
+  const std::vector<AngleBin>& bins = cell.bins;
+  Eigen::Index size = 0;
+  for (const AngleBin& bin : bins) size = std::max(size, bin.transitions.size());
   prepared.columns.setZero(size, static_cast<Eigen::Index>(bins.size()));
   prepared.inverse.setZero(size, static_cast<Eigen::Index>(bins.size()));
   prepared.offset.setZero(static_cast<Eigen::Index>(bins.size()));

@@ -22,8 +22,11 @@ class LineMatcher {
   /// @param noise  of the distance, see ColourCompassParams::line_noise.
   LineMatcher(const ColourModel& model, double noise);
 
-  /// After the model has learned.
+  /// After the model has learned anything.
   void Update(const ColourModel& model);
+  /// After it has learned in one cell. Weights of transitions follow every 50 calls: they change
+  /// slowly, and touch all cells.
+  void Update(const ColourModel& model, int cell);
   /// @param fit  a row per line, a column per bin; bins without anything get the mean of the
   /// others.
   /// @param cell  one that is not empty.
@@ -37,14 +40,17 @@ class LineMatcher {
     std::vector<char> empty;
   };
 
-  void PrepareVictoria(const ColourModel& model);
-  void PrepareSturm(const ColourModel& model);
+  void Weigh(const ColourModel& model);
+  void PrepareVictoria(const Cell& cell, Prepared& prepared) const;
+  static void PrepareSturm(const Cell& cell, Prepared& prepared);
+  void Prepare(const ColourModel& model, std::size_t cell);
 
   ModelKind kind_;
   float noise_;
   Eigen::VectorXf weights_;  // of transitions
   std::vector<Prepared> cells_;
   LineFeatures scaled_;  // scratch
+  int updates_ = 0;      // since the weights were made
 };
 
 }  // namespace ceilmap::colour
