@@ -31,6 +31,17 @@ std::unique_ptr<PageServer> Serve() {
                                                   }}});
 }
 
+/// A bare connection.
+int ConnectTo(const PageServer& server) {
+  const int s = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(PortOf(server)));
+  EXPECT_EQ(connect(s, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  return s;
+}
+
 TEST(ServerAddress, IsAPortAndPerhapsAHost) {
   EXPECT_EQ(ParseServerAddress("8800", "--live-at").host, "127.0.0.1");
   EXPECT_EQ(ParseServerAddress("8800", "--live-at").port, 8800);
@@ -92,16 +103,10 @@ TEST(PageServer, APortIsServedByOne) {
 
 TEST(PageServer, WhoDawdlesKeepsNobodyElseWaiting) {
   const auto server = Serve();
-  std::vector<std::unique_ptr<httplib::Client>> slow;
   // Connections on which nothing is ever asked.
   std::vector<int> sockets;
   for (int i = 0; i < 3; ++i) {
-    const int s = socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    address.sin_port = htons(static_cast<std::uint16_t>(PortOf(*server)));
-    ASSERT_EQ(connect(s, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    const int s = ConnectTo(*server);
     ASSERT_EQ(send(s, "GET / HT", 8, 0), 8);
     sockets.push_back(s);
   }
@@ -119,12 +124,7 @@ TEST(PageServer, SurvivesNoise) {
                                    "GET " + std::string(20000, '/') + " HTTP/1.1\r\n\r\n",
                                    std::string("GET / HTTP/1.1\r\nContent-Length: -1\r\n\r\n"),
                                    std::string("GET / HTTP/9.9\r\n\r\n")}) {
-    const int s = socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    address.sin_port = htons(static_cast<std::uint16_t>(PortOf(*server)));
-    ASSERT_EQ(connect(s, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    const int s = ConnectTo(*server);
     send(s, noise.data(), noise.size(), MSG_NOSIGNAL);
     close(s);
   }
