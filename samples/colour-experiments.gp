@@ -29,6 +29,7 @@ do for [format in 'svg png'] {
   eval output('cells', format)
   set size ratio -1
   unset grid
+  set key default
   set key above horizontal
   set xlabel 'x (m)'
   set ylabel 'y (m)'
@@ -52,8 +53,8 @@ do for [format in 'svg png'] {
   do for [model in 'turn walk'] {
     if (model eq 'walk') { set xlabel 'time (s)' } else { unset xlabel }
     set label 1 'Model of the ' . model at graph 0,1 offset 0,0.8 left
-    plot result('after-' . model . '.csv') using ($1 - 100):6 every ::1 with lines ls 1 title 'updating off', \
-      result('after-' . model . '-update.csv') using ($1 - 100):6 every ::1 with lines ls 2 title 'updating on'
+    plot result('after-' . model . '.csv') using ($1 - 400):6 every ::1 with lines ls 1 title 'updating off', \
+      result('after-' . model . '-update.csv') using ($1 - 400):6 every ::1 with lines ls 2 title 'updating on'
   }
   unset multiplot
   unset label 1
@@ -62,7 +63,7 @@ do for [format in 'svg png'] {
   # (c) As figure 5: boards that come and go.
   eval terminal(format, 860, 460)
   eval output('boards', format)
-  set key top right
+  set key default
   set xlabel 'boards around the robot'
   set ylabel 'mean error (rad)'
   set xrange [0.5:10.5]
@@ -75,7 +76,8 @@ do for [format in 'svg png'] {
   # (d) Away from the place of learning.
   eval terminal(format, 860, 460)
   eval output('distance', format)
-  set key top left
+  set key default
+  set key left
   set xlabel 'distance from the place of learning (m)'
   set xrange [-0.05:2.55]
   plot result('distance.txt') using 1:4 with linespoints ls 1 title 'one cell, as published', \

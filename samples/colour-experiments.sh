@@ -83,7 +83,7 @@ query() {
 # The same, and prints the mean error in rad. The place is not known.
 mean_error_anywhere() {
   query "$@"
-  printf '%.4f' "$(number "$out/results/$3.json" mean_rad)"
+  number "$out/results/$3.json" mean_rad | awk '{ printf "%.4f", $1 }'
 }
 
 # The same where the place is known.
@@ -93,42 +93,49 @@ row='%-26s %12s %12s %12s %12s\n'
 # shellcheck disable=SC2059
 head_of_turns() { printf "$row" 'mean error, rad' 'place known' 'not known' 'as published' 'Sturm & Visser'; }
 
-# A row of the table: a recording ($2), called $3, by the models $1 and $1-sturm.
+# A row of the table: a recording ($2), called $3, by a model ($1) and, if it is given, one of Sturm & Visser ($4).
 turn_row() {
+  local known anywhere published sturm=
+  known=$(mean_error "$1" "$2" "$3")
+  anywhere=$(mean_error_anywhere "$1" "$2" "$3-anywhere")
+  published=$(mean_error "$1" "$2" "$3-published" --no-parallax)
+  if [[ -n ${4:-} ]]; then sturm=$(mean_error "$4" "$2" "$3-sturm"); fi
   # shellcheck disable=SC2059
-  printf "$row" "$3" \
-    "$(mean_error "$1" "$2" "$3")" \
-    "$(mean_error_anywhere "$1" "$2" "$3-anywhere")" \
-    "$(mean_error "$1" "$2" "$3-published" --no-parallax)" \
-    "$(mean_error "$1-sturm" "$2" "$3-sturm")"
+  printf "$row" "$3" "$known" "$anywhere" "$published" "$sturm"
 }
 
 experiment_1() {
   local gain
-  room | record_turn turn-learn 3 3 0 120 12
+  room | record_turn turn-learn 3 3 0 90 9
   for gain in 0.94 0.85 0.7; do room | exposed "$gain" | record_turn "turn-again-$gain" 3 3 137 60 10; done
   learn large "$out/turn-learn"
   learn large-sturm "$out/turn-learn" --method sturm
   echo
   echo "Experiment 1: turns on the spot, learned from another one (other start, and exposure: times the light)"
   head_of_turns
-  for gain in 0.94 0.85 0.7; do turn_row large "$out/turn-again-$gain" "turn-again-$gain"; done
+  for gain in 0.94 0.85 0.7; do turn_row large "$out/turn-again-$gain" "turn-again-$gain" large-sturm; done
 }
 
 # The recordings of the lab: also experiment 3 with people, and turns away from the place of learning.
 experiment_lab() {
-  local name
+  local name updating published
   learn lab "$data/lab-turn-learn"
   learn lab-sturm "$data/lab-turn-learn" --method sturm
   update lab lab-walked "$data/lab-walk"
-  learn lab-walked-sturm "$data/lab-walk" --method sturm
   echo
   echo "Rendered lab: learned from lab-turn-learn"
   head_of_turns
-  for name in again crowd away; do turn_row lab "$data/lab-turn-$name" "lab-turn-$name"; done
-  turn_row lab "$data/lab-walk" lab-walk
-  echo "lab-walk, updating on:         $(mean_error lab "$data/lab-walk" lab-walk-update --update)"
-  echo "lab-turn-away, lab-walk learned too: $(mean_error lab-walked "$data/lab-turn-away" lab-turn-away-walked)"
+  for name in again crowd away; do turn_row lab "$data/lab-turn-$name" "lab-turn-$name" lab-sturm; done
+  turn_row lab "$data/lab-walk" lab-walk lab-sturm
+  updating=$(mean_error lab "$data/lab-walk" lab-walk-update --update)
+  published=$(mean_error lab "$data/lab-walk" lab-walk-update-published --update --no-parallax)
+  # shellcheck disable=SC2059
+  printf "$row" 'lab-walk, updating' "$updating" '' "$published" ''
+  echo "learned from lab-walk too"
+  for name in again away; do turn_row lab-walked "$data/lab-turn-$name" "lab-turn-$name, walked"; done
+  update lab lab-away "$data/lab-turn-away"
+  echo "learned from lab-turn-away too: its own frames"
+  for name in again away; do turn_row lab-away "$data/lab-turn-$name" "lab-turn-$name, learned"; done
 }
 
 # Angle bins of the cells of a model ($1): the cell's centre x, y, the first and last direction in deg, filled (1) or not (0).
@@ -149,11 +156,12 @@ cells() {
 # Then whether updating helps: on another walk, with a model of one turn and with that of the walk. A model is of a camera:
 # pictures of another size have other lengths between their colours.
 experiment_2() {
-  local model
-  local after="kind: waypoints, speed_m_s: 0.5, turn_rate_deg_s: 40, frame_rate_hz: 5, waypoints_m: ["
+  local model known anywhere updating
+  local walk="kind: random_walk, area_m: [1.5, 1.5, 7.5, 5.5], length_m: 200, frame_rate_hz: 5"
+  walk+=", speed_m_s: 0.8, turn_rate_deg_s: 90"
+  local after="kind: waypoints, speed_m_s: 0.5, turn_rate_deg_s: 40, frame_rate_hz: 5, start_stamp_s: 400, waypoints_m: ["
   after+="3, 3, 5.9, 4.6, 6.8, 2.2, 4.4, 1.8, 2.1, 4.9, 4.2, 5.1, 6.9, 5.2, 5.5, 2.9, 2.2, 2.0, 3, 3]"
-  room | small | sed '/^path/s/length_m: [0-9]*/length_m: 100/; /^path/s/frame_rate_hz: 10/frame_rate_hz: 5/' |
-    record walk --frames 900
+  room | small | along "$walk" | record walk --frames 900
   room | small | along "$after" | record walk-after
   room | small | record_turn turn-small 3 3 0 60 10
   learn walk "$out/walk" --grid "$grid"
@@ -169,16 +177,16 @@ experiment_2() {
   # shellcheck disable=SC2059
   printf "$row" 'mean error of another walk' 'place known' 'not known' 'updating' ''
   for model in turn walk; do
+    known=$(mean_error "$model" "$out/walk-after" "after-$model")
+    anywhere=$(mean_error_anywhere "$model" "$out/walk-after" "after-$model-anywhere")
+    updating=$(mean_error "$model" "$out/walk-after" "after-$model-update" --update)
     # shellcheck disable=SC2059
-    printf "$row" "model of the $model" \
-      "$(mean_error "$model" "$out/walk-after" "after-$model")" \
-      "$(mean_error_anywhere "$model" "$out/walk-after" "after-$model-anywhere")" \
-      "$(mean_error "$model" "$out/walk-after" "after-$model-update" --update)" ''
+    printf "$row" "model of the $model" "$known" "$anywhere" "$updating" ''
   done
 }
 
 experiment_3() {
-  local learned shown
+  local learned shown errors
   for learned in 2 6 9 10; do
     ring | boards "$learned" | record_turn "boards-learn-$learned" 3.5 3.5 0 60 10
     learn "boards-$learned" "$out/boards-learn-$learned"
@@ -187,14 +195,14 @@ experiment_3() {
     ring | boards "$shown" | record_turn "boards-$shown" 3.5 3.5 200 60 10
   done
   for shown in {1..10}; do
-    printf '%d' "$shown"
+    errors=("$shown")
     for learned in 2 6 9 10; do
-      printf ' %s' "$(mean_error "boards-$learned" "$out/boards-$shown" "boards-$learned-$shown")"
+      errors+=("$(mean_error "boards-$learned" "$out/boards-$shown" "boards-$learned-$shown")")
     done
     for learned in 2 6 9 10; do
-      printf ' %s' "$(mean_error_anywhere "boards-$learned" "$out/boards-$shown" "boards-$learned-$shown-anywhere")"
+      errors+=("$(mean_error_anywhere "boards-$learned" "$out/boards-$shown" "boards-$learned-$shown-anywhere")")
     done
-    echo
+    echo "${errors[*]}"
   done >"$out/results/boards.txt"
   echo
   echo "Experiment 3: mean error, rad, with 1 to 10 boards around the robot, by models learned with 2, 6, 9, 10; place known"
@@ -206,19 +214,19 @@ experiment_3() {
 
 # Turns ever farther from the place of learning: one cell, and the grid that the walk filled.
 experiment_4() {
-  local away x y
+  local away x y model errors
   for away in 0.0 0.5 1.0 1.5 2.0 2.5; do
     read -r x y < <(awk -v d="$away" 'BEGIN { printf "%.4f %.4f\n", 3 + 0.940 * d, 3 + 0.342 * d }')
     room | small | record_turn "away-$away" "$x" "$y" 70 60 10
   done
   for away in 0.0 0.5 1.0 1.5 2.0 2.5; do
-    echo "$away" \
-      "$(mean_error turn "$out/away-$away" "away-$away-cell")" \
-      "$(mean_error_anywhere turn "$out/away-$away" "away-$away-cell-anywhere")" \
-      "$(mean_error turn "$out/away-$away" "away-$away-cell-published" --no-parallax)" \
-      "$(mean_error walk "$out/away-$away" "away-$away-grid")" \
-      "$(mean_error_anywhere walk "$out/away-$away" "away-$away-grid-anywhere")" \
-      "$(mean_error walk "$out/away-$away" "away-$away-grid-published" --no-parallax)"
+    errors=("$away")
+    for model in turn walk; do
+      errors+=("$(mean_error "$model" "$out/away-$away" "away-$away-$model")")
+      errors+=("$(mean_error_anywhere "$model" "$out/away-$away" "away-$away-$model-anywhere")")
+      errors+=("$(mean_error "$model" "$out/away-$away" "away-$away-$model-published" --no-parallax)")
+    done
+    echo "${errors[*]}"
   done >"$out/results/distance.txt"
   echo
   echo "Experiment 4: mean error, rad, of turns away from the place of learning"
