@@ -153,8 +153,7 @@ cells() {
     END { print_cell() }' "$1"
 }
 
-# Then whether updating helps: on another walk, with a model of one turn and with that of the walk. A model is of a camera:
-# pictures of another size have other lengths between their colours.
+# Fills a map by a walk. Then whether updating helps: on another walk, with a model of one turn and with that of the walk.
 experiment_2() {
   local model known anywhere updating
   local walk="kind: random_walk, area_m: [1.5, 1.5, 7.5, 5.5], length_m: 200, frame_rate_hz: 5"
