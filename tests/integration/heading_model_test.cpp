@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -57,9 +58,14 @@ class HeadingModel : public testing::Test {
     ASSERT_EQ(learned.exit_code, 0) << learned.err;
   }
 
-  /// The drive of the map again, with a forward camera that looks into one direction.
+  /// The drive of the map again, with a forward camera that looks into one direction after the
+  /// robot turned into it.
   [[nodiscard]] ProcessResult Localize(double seen_yaw) const {
-    WriteColourVideo(test_.in / "ahead.avi", std::vector<cv::Mat>(kFrames, room_.Seen(seen_yaw)));
+    std::vector<cv::Mat> ahead;
+    for (int i = 0; i < kFrames; ++i) {
+      ahead.push_back(room_.Seen(seen_yaw - 8 * kDegree * std::max(0, kTurning - i)));
+    }
+    WriteColourVideo(test_.in / "ahead.avi", ahead);
     return test_.Run(LocalizeArguments("@m.gpkg",
                                        "@both.yaml",
                                        "@run.avi",
@@ -70,6 +76,7 @@ class HeadingModel : public testing::Test {
                                         "--summary=s.json"}));
   }
 
+  static constexpr int kTurning = 10;  // frames
   Recordings test_;
   PaintedCylinder room_;
 };
@@ -87,12 +94,12 @@ TEST_F(HeadingModel, AgreesWithTheCeiling) {
 // The colours are sure of the heading before the ceiling comes into sight; looking a quarter to the
 // left, the robot cannot stand as the ceiling has it.
 TEST_F(HeadingModel, AHeadingThatIsSureRulesPlacesOut) {
-  constexpr std::size_t kDark = 10;
   std::vector<cv::Mat> pictures = CeilingPictures();
-  for (std::size_t i = 0; i < kDark; ++i) pictures[i] = cv::Mat::zeros(kPictureSize, CV_8UC1);
+  for (std::size_t i = 0; i < kTurning; ++i) pictures[i] = cv::Mat::zeros(kPictureSize, CV_8UC1);
   app::WriteVideo(test_.in / "run.avi", pictures, 10);
   ASSERT_EQ(Localize(0).exit_code, 0);
-  EXPECT_GE(app::ReadTum(test_.out / "t.tum").size(), kFrames - kDark - 3);
+  EXPECT_GE(app::ReadTum(test_.out / "t.tum").size(),
+            static_cast<std::size_t>(kFrames - kTurning - 3));
   const ProcessResult result = Localize(std::numbers::pi / 2);
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr("none of its 24 frames could be placed"));

@@ -51,6 +51,8 @@ void ColourCompassParams::Validate() const {
   };
   require(line_noise > 0, "line_noise", line_noise, "> 0");
   require(effective_lines > 0, "effective_lines", effective_lines, "> 0");
+  require(fresh_turn_rad > 0, "fresh_turn_rad", fresh_turn_rad, "> 0");
+  require(least_fresh > 0 && least_fresh <= 1, "least_fresh", least_fresh, "in (0, 1]");
   require(turn_sigma_rad >= 0, "turn_sigma_rad", turn_sigma_rad, ">= 0");
   require(turn_sigma_part >= 0, "turn_sigma_part", turn_sigma_part, ">= 0");
   require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
@@ -92,6 +94,7 @@ struct ColourCompass::Impl {
   LineMatcher matcher;
   StripTurn strip;
   double turn_scale = 1;
+  double fresh = 1;  // part of the frame that is news
   ColourCounts counts;
   std::vector<Place> places;
   std::optional<YawBelief> belief;
@@ -134,6 +137,7 @@ const ScanLines& ColourCompass::Impl::LinesFor(const calib::Tilt& wanted) {
 
 void ColourCompass::Impl::Predict(const ColourFrame& frame) {
   const std::optional<SeenTurn> seen = strip.Next(frame.bgr);
+  fresh = 1;
   if (!last_s) return;
   const double seconds = frame.stamp_s - *last_s;
   const double step_m = kSpacing * model.depth_m;
@@ -145,11 +149,14 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
     belief->Turn(
         turn,
         std::hypot(params.turn_sigma_rad, params.turn_sigma_part * turn, kSideways * seen->ahead));
+    fresh = std::clamp(
+        (std::abs(turn) + std::abs(seen->ahead)) / params.fresh_turn_rad, params.least_fresh, 1.0);
     const double way_m = seen->ahead * model.depth_m;
     belief->Drive(way_m / step_m, places);
     sigma_m = std::hypot(params.way_sigma_part * way_m, params.way_sigma_m * std::sqrt(seconds));
   } else {
     ++counts.without_turn;
+    fresh = params.least_fresh;  // for all that is known
     belief->Turn(0, params.unseen_rate_rad_s * seconds);
   }
   const double part = 0.5 * sigma_m * sigma_m / (step_m * step_m);
@@ -167,7 +174,8 @@ void ColourCompass::Impl::FitAt(int cell,
                                 const DirectionTable& directions,
                                 float* fit_of_yaws) const {
   const LineFit& fit = fits[static_cast<std::size_t>(cell)];
-  const auto scale = static_cast<float>(params.effective_lines / static_cast<double>(fit.rows()));
+  const auto scale =
+      static_cast<float>(fresh * params.effective_lines / static_cast<double>(fit.rows()));
   for (int yaw = 0; yaw < YawBelief::kYaws; ++yaw) {
     const int step = StepOf(belief->YawOf(yaw));
     float sum = 0;

@@ -21,7 +21,12 @@ struct ColourCompassParams {
   /// below it nothing is gained, > 0.
   double line_noise = 0.02;
   /// What all lines of a frame are worth together: neighbours see the same things, > 0.
-  double effective_lines = 2.5;
+  double effective_lines = 5;
+  /// A frame that shows what the one before did says nothing new: it counts in full after a turn of
+  /// so much, rad > 0, ...
+  double fresh_turn_rad = 0.3;
+  /// ... and at the least as this part of one, (0, 1].
+  double least_fresh = 0.1;
   /// Of the turn between frames: what is seen of it, rad >= 0 and a part of it >= 0.
   double turn_sigma_rad = 0.004;
   double turn_sigma_part = 0.02;

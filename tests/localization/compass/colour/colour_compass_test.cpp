@@ -155,7 +155,8 @@ TEST_F(ColourCompassTest, APictureThatShowsNothingIsNoHeading) {
   ColourCompass compass(Learn(), forward_);
   for (int i = 0; i < 20; ++i) {
     const auto heading = compass.Next({cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(20)), 0.1 * i});
-    EXPECT_GT(heading.value().variance_rad2, 0.5) << i;
+    EXPECT_GT(heading.value().variance_rad2, 0.3) << i;
+    EXPECT_LT(heading->confidence, 0.9) << i;
   }
 }
 
