@@ -263,6 +263,7 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
   Summarize(result, source.Report(), metadata.unit, summary);
   WarnOfParts(result);
   if (!common.quiet) PrintFacts(facts, summary);
+  if (!watch.Wanted()) return;
   watch.Replace(result.frames);
   watch.End(mapping::MapReader(params.output), facts, common.quiet, summary);
 }

@@ -22,10 +22,6 @@ using mapping::TrackingStatus;
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-bool Placed(const FramePose& frame) {
-  return frame.status == TrackingStatus::kTracking || frame.status == TrackingStatus::kRelocalized;
-}
-
 /// One value of each frame over time; NaN where it was not placed.
 page::PageSeries OverTime(const std::string& name,
                           const std::vector<FramePose>& frames,
@@ -55,6 +51,10 @@ double PositionSigma(const FramePose& frame) {
 }
 
 }  // namespace
+
+bool Placed(const FramePose& frame) {
+  return frame.status == TrackingStatus::kTracking || frame.status == TrackingStatus::kRelocalized;
+}
 
 page::PagePose ToPagePose(const FramePose& frame) {
   page::PagePose pose;

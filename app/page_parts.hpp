@@ -15,6 +15,9 @@ namespace ceilmap::app {
 
 /// From what the program knows to what a page shows of it.
 
+/// A frame has a pose.
+bool Placed(const mapping::FramePose& frame);
+
 /// NaN for a frame that was not placed.
 page::PagePose ToPagePose(const mapping::FramePose& frame);
 

@@ -16,11 +16,6 @@ namespace fs = std::filesystem;
 namespace ceilmap::app {
 namespace {
 
-bool Placed(const mapping::FramePose& frame) {
-  return frame.status == mapping::TrackingStatus::kTracking ||
-         frame.status == mapping::TrackingStatus::kRelocalized;
-}
-
 TrajectoryComparison FiguresOf(const RunRecord& run) {
   std::vector<StampedPose> poses;
   poses.reserve(run.frames.size());

@@ -73,7 +73,7 @@ RunWatch::RunWatch(const WatchOptions& options,
 }
 
 void RunWatch::Add(const mapping::FramePose& frame, std::optional<std::int64_t> expected) {
-  if (!report_.empty() || live_) run_.frames.push_back(frame);
+  if (Wanted()) run_.frames.push_back(frame);
   if (live_) live_->Add(frame, expected.value_or(0));
 }
 
@@ -109,7 +109,7 @@ void RunWatch::End(const mapping::MapReader& map,
                    const Table& facts,
                    bool quiet,
                    Summary& summary) {
-  if (report_.empty() && !live_) return;
+  if (!Wanted()) return;
   const std::vector<ReportTable> tables = {FactsTable("Run", facts)};
   page::PageData data = PageOf(run_, map);
   AddTables(tables, data);

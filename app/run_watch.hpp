@@ -53,6 +53,8 @@ class RunWatch {
   /// the map.
   void Replace(const std::vector<mapping::FramePose>& placed);
 
+  /// A report or a live page was asked for: End has something to do.
+  [[nodiscard]] bool Wanted() const { return !report_.empty() || live_; }
   /// Writes the report and shows its page. Says on stdout where, unless `quiet`.
   /// @throws calib::RunError when the disk refuses.
   void End(const mapping::MapReader& map, const Table& facts, bool quiet, Summary& summary);
