@@ -32,10 +32,17 @@ void LineMatcher::Update(const ColourModel& model, int cell) {
 }
 
 void LineMatcher::Prepare(const ColourModel& model, std::size_t cell) {
+  const std::vector<AngleBin>& bins = model.cells[cell].bins;
+  Prepared& prepared = cells_[cell];
+  prepared.columns.setZero(weights_.size(), static_cast<Eigen::Index>(bins.size()));
+  prepared.offset.setZero(static_cast<Eigen::Index>(bins.size()));
+  prepared.empty.clear();
+  prepared.empty.reserve(bins.size());
+  for (const AngleBin& bin : bins) prepared.empty.push_back(bin.empty() ? 1 : 0);
   if (kind_ == ModelKind::kVictoria) {
-    PrepareVictoria(model.cells[cell], cells_[cell]);
+    PrepareVictoria(bins, prepared);
   } else {
-    PrepareSturm(model.cells[cell], cells_[cell]);
+    PrepareSturm(bins, prepared);
   }
 }
 
@@ -54,14 +61,9 @@ void LineMatcher::Weigh(const ColourModel& model) {
   weights_ = weights_.cwiseMax(0);
 }
 
-void LineMatcher::PrepareVictoria(const Cell& cell, Prepared& prepared) const {
+void LineMatcher::PrepareVictoria(const std::vector<AngleBin>& bins, Prepared& prepared) const {
   const Eigen::VectorXf roots = weights_.cwiseSqrt();
-  const std::vector<AngleBin>& bins = cell.bins;
-  prepared.columns.setZero(roots.size(), static_cast<Eigen::Index>(bins.size()));
-  prepared.offset.setZero(static_cast<Eigen::Index>(bins.size()));
-  prepared.empty.assign(bins.size(), 0);
   for (std::size_t b = 0; b < bins.size(); ++b) {
-    prepared.empty[b] = bins[b].empty() ? 1 : 0;
     if (bins[b].empty()) continue;
     const auto at = static_cast<Eigen::Index>(b);
     prepared.columns.col(at) = roots.cwiseProduct(bins[b].transitions.cwiseMax(0).cwiseSqrt());
@@ -69,16 +71,9 @@ void LineMatcher::PrepareVictoria(const Cell& cell, Prepared& prepared) const {
   }
 }
 
-void LineMatcher::PrepareSturm(const Cell& cell, Prepared& prepared) {
-  const std::vector<AngleBin>& bins = cell.bins;
-  Eigen::Index size = 0;
-  for (const AngleBin& bin : bins) size = std::max(size, bin.transitions.size());
-  prepared.columns.setZero(size, static_cast<Eigen::Index>(bins.size()));
-  prepared.inverse.setZero(size, static_cast<Eigen::Index>(bins.size()));
-  prepared.offset.setZero(static_cast<Eigen::Index>(bins.size()));
-  prepared.empty.assign(bins.size(), 0);
+void LineMatcher::PrepareSturm(const std::vector<AngleBin>& bins, Prepared& prepared) {
+  prepared.inverse.setZero(prepared.columns.rows(), prepared.columns.cols());
   for (std::size_t b = 0; b < bins.size(); ++b) {
-    prepared.empty[b] = bins[b].empty() ? 1 : 0;
     if (bins[b].empty()) continue;
     const auto at = static_cast<Eigen::Index>(b);
     const Eigen::VectorXf variance = bins[b].variance.array() + kLeastVariance;

@@ -41,8 +41,8 @@ class LineMatcher {
   };
 
   void Weigh(const ColourModel& model);
-  void PrepareVictoria(const Cell& cell, Prepared& prepared) const;
-  static void PrepareSturm(const Cell& cell, Prepared& prepared);
+  void PrepareVictoria(const std::vector<AngleBin>& bins, Prepared& prepared) const;
+  static void PrepareSturm(const std::vector<AngleBin>& bins, Prepared& prepared);
   void Prepare(const ColourModel& model, std::size_t cell);
 
   ModelKind kind_;
