@@ -135,18 +135,51 @@ class Distance {
     }
     if (covariance.isIdentity()) return;  // k-means: sizes of classes do not count
     inverse_ = covariance.inverse();
+    reach_ = kSigmas * kSigmas;
     offset_ = std::log(determinant) - 2 * std::log(one.weight);
   }
-  float operator()(const Eigen::Vector3f& yuv) const {
-    const Eigen::Vector3f off = yuv - mean_;
-    return off.dot(inverse_ * off) + offset_;
+  float operator()(const Eigen::Vector3f& yuv) const { return Away(yuv) + offset_; }
+  /// Is the colour like those of the class at all?
+  [[nodiscard]] bool Reaches(const Eigen::Vector3f& yuv) const { return Away(yuv) <= reach_; }
+  /// @param nearest  mean of the class that is nearest to this one.
+  void SetReach(const Eigen::Vector3f& nearest) {
+    constexpr float kPart = 0.5F;
+    reach_ = std::max(reach_, kPart * kPart * Away(nearest));
   }
+  [[nodiscard]] const Eigen::Vector3f& Mean() const { return mean_; }
 
  private:
+  static constexpr float kLevels = 40;
+  static constexpr float kSigmas = 5;
+
+  [[nodiscard]] float Away(const Eigen::Vector3f& yuv) const {
+    const Eigen::Vector3f off = yuv - mean_;
+    return off.dot(inverse_ * off);
+  }
+
   Eigen::Vector3f mean_;
   Eigen::Matrix3f inverse_ = Eigen::Matrix3f::Identity();
   float offset_ = 0;
+  float reach_ = kLevels * kLevels;
 };
+
+std::vector<Distance> DistancesOf(const std::vector<ColourClass>& classes) {
+  std::vector<Distance> distances;
+  distances.reserve(classes.size());
+  for (const ColourClass& one : classes) distances.emplace_back(one);
+  for (Distance& one : distances) {
+    float least = std::numeric_limits<float>::infinity();
+    Eigen::Vector3f nearest = one.Mean();
+    for (const Distance& other : distances) {
+      const float away = (other.Mean() - one.Mean()).squaredNorm();
+      if (&other == &one || away >= least) continue;
+      least = away;
+      nearest = other.Mean();
+    }
+    one.SetReach(nearest);
+  }
+  return distances;
+}
 
 }  // namespace
 
@@ -166,9 +199,7 @@ ColourClasses::ColourClasses(std::vector<ColourClass> classes)
     throw calib::InputError(
         fmt::format("{} colour classes, must be 2 to {}", classes_.size(), kMaxClasses));
   }
-  std::vector<Distance> distances;
-  distances.reserve(classes_.size());
-  for (const ColourClass& one : classes_) distances.emplace_back(one);
+  const std::vector<Distance> distances = DistancesOf(classes_);
   cv::Mat colours(1, static_cast<int>(table_.size()), CV_8UC3);
   for (int i = 0; i < colours.cols; ++i) {
     const auto level = [](int step) { return cv::saturate_cast<uchar>(step * kStep + kStep / 2); };
@@ -179,12 +210,15 @@ ColourClasses::ColourClasses(std::vector<ColourClass> classes)
     const cv::Vec3b& yuv = colours.at<cv::Vec3b>(i);
     const Eigen::Vector3f colour(yuv[0], yuv[1], yuv[2]);
     float least = std::numeric_limits<float>::infinity();
+    std::size_t nearest = 0;
     for (std::size_t c = 0; c < distances.size(); ++c) {
       const float distance = distances[c](colour);
       if (distance >= least) continue;
       least = distance;
-      table_[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(c);
+      nearest = c;
     }
+    table_[static_cast<std::size_t>(i)] =
+        distances[nearest].Reaches(colour) ? static_cast<std::uint8_t>(nearest) : kNoClass;
   }
 }
 

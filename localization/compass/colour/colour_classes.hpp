@@ -23,6 +23,8 @@ struct ColourClassParams {
 };
 
 inline constexpr int kMaxClasses = 32;
+/// Of a colour that no class is like: nothing of that kind was learned.
+inline constexpr std::uint8_t kNoClass = 255;
 
 /// One class of colours.
 struct ColourClass {
@@ -46,7 +48,9 @@ class ColourClasses {
 
   [[nodiscard]] int Count() const { return static_cast<int>(classes_.size()); }
   [[nodiscard]] const std::vector<ColourClass>& Classes() const { return classes_; }
-  /// @param bgr  three bytes.
+  /// @param bgr  three bytes. @return below Count(), or kNoClass for a colour further than 40
+  ///   levels of YUV (mixture: 5 sigma) from the class that it is nearest to; classes that lie
+  ///   apart reach as far as half the way to the next.
   [[nodiscard]] std::uint8_t Of(const std::uint8_t* bgr) const {
     return table_[static_cast<std::size_t>((bgr[0] >> 2) << 12 | (bgr[1] >> 2) << 6 |
                                            (bgr[2] >> 2))];

@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/core.hpp>
 #include <utility>
 #include <vector>
 
 #include "calib/error.hpp"
 #include "calib/pose2.hpp"
-#include "localization/compass/colour/line_features.hpp"
+#include "localization/compass/colour/frame_reader.hpp"
 #include "localization/compass/colour/line_matcher.hpp"
 #include "localization/compass/colour/place_grid.hpp"
 #include "localization/compass/colour/strip_turn.hpp"
@@ -23,7 +24,8 @@ using std::numbers::pi;
 
 constexpr double kSpacing = 0.15;  // of places, as a part of the depth
 constexpr double kMostOffset = 0.9;
-constexpr double kFarthest = 10;  // that doubt grows to
+constexpr double kElsewhere = 0.5;  // at first; see Doubt
+constexpr double kFarthest = 10;    // that doubt grows to
 
 int StepOf(double angle_rad) {
   const double turns = angle_rad / (2 * pi);
@@ -50,6 +52,9 @@ void ColourCompassParams::Validate() const {
     if (!holds) throw calib::InputError(fmt::format("{} = {}, must be {}", what, value, must));
   };
   require(line_noise > 0, "line_noise", line_noise, "> 0");
+  require(changed_part >= 0 && changed_part < 1, "changed_part", changed_part, "in [0, 1)");
+  require(exposure_sigma >= 0, "exposure_sigma", exposure_sigma, ">= 0");
+  require(exposure_drift >= 0, "exposure_drift", exposure_drift, ">= 0");
   require(effective_lines > 0, "effective_lines", effective_lines, "> 0");
   require(fresh_turn_rad > 0, "fresh_turn_rad", fresh_turn_rad, "> 0");
   require(least_fresh > 0 && least_fresh <= 1, "least_fresh", least_fresh, "in (0, 1]");
@@ -70,9 +75,11 @@ struct ColourCompass::Impl {
       : model(std::move(learned)),
         forward(std::move(camera)),
         params((wanted.Validate(), wanted)),
-        classes(model.classes),
-        matcher((Check(model), model), params.line_noise),
-        strip(forward) {
+        matcher((Check(model), model), params.line_noise, params.changed_part),
+        strip(forward),
+        reader(model.classes,
+               model.kind == ModelKind::kSturm ? 0 : params.exposure_sigma,
+               params.exposure_drift) {
     turn_scale = 1 / (1 + std::max(0.0, params.camera_ahead_of_axle_m) / model.depth_m);
     SetPlaces();
   }
@@ -82,29 +89,41 @@ struct ColourCompass::Impl {
   const ScanLines& LinesFor(const calib::Tilt& wanted);
   void Predict(const ColourFrame& frame);
   void Compare(int cell);
-  void WeighAll();
-  void WeighKnown(std::span<const PlaceHypothesis> hypotheses);
-  /// Log-likelihood of each yaw at a place.
-  void FitAt(int cell, const DirectionTable& directions, float* fit_of_yaws) const;
+  /// @param evidence  logarithm of how much better the frame fits to what is believed than to any
+  ///   direction of the room.
+  void Doubt(double evidence);
+  void WeighExposures(const Eigen::Vector2d& at);
+  [[nodiscard]] Eigen::Vector2d MeanPlace() const;
+  [[nodiscard]] double Sure(const YawBelief::Estimate& yaw) const {
+    return model.kind == ModelKind::kSturm ? yaw.confidence : (1 - elsewhere) * yaw.confidence;
+  }
+  double WeighAll();
+  double WeighKnown(std::span<const PlaceHypothesis> hypotheses);
+  /// Log-likelihood of each yaw at a place. @param fit  of the place's cell.
+  void FitAt(const LineFit& fit, const DirectionTable& directions, float* fit_of_yaws) const;
+  [[nodiscard]] const LineFit& FitOf(int cell) const {
+    return fits[static_cast<std::size_t>(cell)];
+  }
 
   ColourModel model;
   calib::MountedCamera forward;
   ColourCompassParams params;
-  ColourClasses classes;
   LineMatcher matcher;
   StripTurn strip;
+  FrameReader reader;
   double turn_scale = 1;
-  double fresh = 1;  // part of the frame that is news
+  double elsewhere = kElsewhere;  // probability that nothing of what is believed holds
+  double fresh = 1;               // part of the frame that is news
   ColourCounts counts;
   std::vector<Place> places;
   std::optional<YawBelief> belief;
   std::optional<ScanLines> lines;
   calib::Tilt tilt;
   std::optional<double> last_s;
-  std::optional<double> used_s;  // of the frame that `features` are of; unset: it was skipped
+  std::optional<double> used_s;  // of the frame that the reader has read; unset: it was skipped
 
   cv::Mat samples;
-  LineFeatures features;
+  LineFit one_fit;
   std::vector<LineFit> fits;    // of each cell
   std::vector<char> fitted;     // those that are of this frame
   std::vector<int> line_steps;  // azimuths
@@ -162,18 +181,59 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
   const double part = 0.5 * sigma_m * sigma_m / (step_m * step_m);
   constexpr double kMostPart = 0.2;
   belief->Walk(places, static_cast<float>(std::min(kMostPart, part)));
+  reader.Wait(seconds);
+}
+
+// How well the frame fits to all that is believed, at each exposure.
+void ColourCompass::Impl::WeighExposures(const Eigen::Vector2d& at) {
+  const std::span<const Reading> readings = reader.Readings();
+  if (readings.size() < 2) return;
+  const Place& place =
+      *std::min_element(places.begin(), places.end(), [&at](const Place& a, const Place& b) {
+        return (a.at - at).squaredNorm() < (b.at - at).squaredNorm();
+      });
+  const Eigen::RowVectorXf yaws = belief->Yaws();
+  Eigen::RowVectorXf fit_of_yaws(YawBelief::kYaws);
+  std::vector<double> evidence;
+  evidence.reserve(readings.size());
+  for (const Reading& reading : readings) {
+    matcher.Fit(reading.features, place.cell, one_fit);
+    FitAt(one_fit, place.directions, fit_of_yaws.data());
+    const float most = fit_of_yaws.maxCoeff();
+    const double sum = yaws.dot((fit_of_yaws.array() - most).exp().matrix());
+    evidence.push_back(double{most} + std::log(std::max(sum, 1e-30)));
+  }
+  reader.Weigh(evidence);
+}
+
+// Beside all that can be believed stands one more: this is nowhere that was learned, or so much has
+// changed that it tells nothing. Lines then look like any of the room, which is what FitChanging
+// compares with: an evidence of 0.
+void ColourCompass::Impl::Doubt(double evidence) {
+  if (model.kind == ModelKind::kSturm) return;  // its likelihood has no such scale
+  const double odds = (1 - elsewhere) / elsewhere * std::exp(std::clamp(evidence, -50.0, 50.0));
+  constexpr double kLeast = 0.01;  // it may come to be, and end
+  elsewhere = kLeast + (1 - 2 * kLeast) / (1 + odds);
+}
+
+Eigen::Vector2d ColourCompass::Impl::MeanPlace() const {
+  const Eigen::VectorXf parts = belief->Places();
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    mean += static_cast<double>(parts(static_cast<Eigen::Index>(i))) * places[i].at;
+  }
+  return mean;
 }
 
 void ColourCompass::Impl::Compare(int cell) {
   if (fitted[static_cast<std::size_t>(cell)] != 0) return;
-  matcher.Fit(features, cell, fits[static_cast<std::size_t>(cell)]);
+  matcher.FitChanging(reader.Readings(), cell, fits[static_cast<std::size_t>(cell)]);
   fitted[static_cast<std::size_t>(cell)] = 1;
 }
 
-void ColourCompass::Impl::FitAt(int cell,
+void ColourCompass::Impl::FitAt(const LineFit& fit,
                                 const DirectionTable& directions,
                                 float* fit_of_yaws) const {
-  const LineFit& fit = fits[static_cast<std::size_t>(cell)];
   const auto scale =
       static_cast<float>(fresh * params.effective_lines / static_cast<double>(fit.rows()));
   for (int yaw = 0; yaw < YawBelief::kYaws; ++yaw) {
@@ -190,16 +250,18 @@ void ColourCompass::Impl::FitAt(int cell,
   }
 }
 
-void ColourCompass::Impl::WeighAll() {
+double ColourCompass::Impl::WeighAll() {
   weights.resize(static_cast<Eigen::Index>(places.size()), YawBelief::kYaws);
   for (std::size_t i = 0; i < places.size(); ++i) {
     Compare(places[i].cell);
-    FitAt(places[i].cell, places[i].directions, weights.row(static_cast<Eigen::Index>(i)).data());
+    FitAt(FitOf(places[i].cell),
+          places[i].directions,
+          weights.row(static_cast<Eigen::Index>(i)).data());
   }
-  belief->Weigh(weights);
+  return belief->Weigh(weights);
 }
 
-void ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypotheses) {
+double ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypotheses) {
   double all = 0;
   std::vector<double> of_cell(model.cells.size(), 0.0);
   std::vector<int> cells;
@@ -224,7 +286,7 @@ void ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypotheses
     const Eigen::Vector2d offset =
         parallax ? OffsetFrom(model, cells[i], hypotheses[i].place, kMostOffset)
                  : Eigen::Vector2d(Eigen::Vector2d::Zero());
-    FitAt(cells[i], DirectionTable(offset, model.bins), fit.data());
+    FitAt(FitOf(cells[i]), DirectionTable(offset, model.bins), fit.data());
     if (!top) top = fit.maxCoeff();
     const auto weight = static_cast<float>(hypotheses[i].weight / all);
     likelihood.array() += weight * (fit.array() - *top).min(60.F).exp();
@@ -235,7 +297,7 @@ void ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypotheses
           weight * static_cast<float>(std::exp(-0.5 * away * away));
     }
   }
-  belief->WeighYaws(likelihood, near);
+  return double{*top} + belief->WeighYaws(likelihood, near);
 }
 
 ColourCompass::ColourCompass(ColourModel model,
@@ -264,22 +326,20 @@ std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
   lines.Sample(frame.bgr, me.samples);
   me.Predict(frame);
   me.last_s = me.used_s = frame.stamp_s;
-  CountTransitions(me.samples, lines, me.classes, me.features);
+  me.reader.Read(me.samples, lines);
   me.line_steps.clear();
   for (const double azimuth : lines.Azimuths()) me.line_steps.push_back(StepOf(azimuth));
   me.fitted.assign(me.model.cells.size(), 0);
   if (frame.places.empty()) {
-    me.WeighAll();
+    me.WeighExposures(me.MeanPlace());
+    me.Doubt(me.WeighAll());
   } else {
-    me.WeighKnown(frame.places);
+    me.WeighExposures(MeanOf(frame.places));
+    me.Doubt(me.WeighKnown(frame.places));
   }
   ++me.counts.used;
   const YawBelief::Estimate yaw = me.belief->Yaw();
-  ColourHeading heading{yaw.yaw_rad, yaw.variance_rad2, yaw.confidence};
-  const Eigen::VectorXf of_places = me.belief->Places();
-  for (std::size_t i = 0; i < me.places.size(); ++i) {
-    heading.place += static_cast<double>(of_places(static_cast<Eigen::Index>(i))) * me.places[i].at;
-  }
+  ColourHeading heading{yaw.yaw_rad, yaw.variance_rad2, me.Sure(yaw), me.MeanPlace()};
   const Eigen::Vector2d place = frame.places.empty() ? heading.place : MeanOf(frame.places);
   const int cell = NearestLearned(me.model, place);
   const double away = OffsetFrom(me.model, cell, place, kFarthest).norm();
@@ -294,7 +354,7 @@ void ColourCompass::Learn(const LearnedPose& pose) {
   if (!me.used_s) return;
   const int cells = static_cast<int>(std::count_if(
       me.model.cells.begin(), me.model.cells.end(), [](const Cell& c) { return c.empty(); }));
-  Observe(me.features, me.lines->Azimuths(), *me.used_s, pose, me.model);
+  Observe(me.reader.Best().features, me.lines->Azimuths(), *me.used_s, pose, me.model);
   const bool one = me.model.kind == ModelKind::kSturm;
   me.matcher.Update(me.model, one ? 0 : me.model.grid.CellOf(pose.T_map_base.Translation()));
   const int left = static_cast<int>(std::count_if(
@@ -310,6 +370,8 @@ void ColourCompass::Learn(const LearnedPose& pose) {
 void ColourCompass::Reset() {
   Impl& me = *impl_;
   me.SetPlaces();
+  me.reader.Reset();
+  me.elsewhere = kElsewhere;
   me.strip.Reset();
   me.last_s.reset();
   me.used_s.reset();

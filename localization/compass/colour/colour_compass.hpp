@@ -19,7 +19,14 @@ struct ColourCompassParams {
   ScanLineParams lines = {};
   /// How far apart features are by a line that is right, as a part of the most that they can be:
   /// below it nothing is gained, > 0.
-  double line_noise = 0.02;
+  double line_noise = 0.005;
+  /// Part of the lines that show something else than what was learned in their direction: people,
+  /// things that came or went, [0, 1).
+  double changed_part = 0.3;
+  /// How different the exposure may be from that of the model, standard deviation of the logarithm
+  /// of pixel values, >= 0 (0: it is the same); and how much that drifts, per sqrt(s), >= 0.
+  double exposure_sigma = 0.15;
+  double exposure_drift = 0.01;
   /// What all lines of a frame are worth together: neighbours see the same things, > 0.
   double effective_lines = 5;
   /// A frame that shows what the one before did says nothing new: it counts in full after a turn of
@@ -76,7 +83,8 @@ struct ColourFrame {
 struct ColourHeading {
   double heading_rad = 0;    ///< counter-clockwise from the learned x axis, in (-pi, pi]
   double variance_rad2 = 0;  ///< of the belief
-  /// Part of the belief that is within 3 sigma of the heading: below 0.9 there are others.
+  /// Part of the belief that is within 3 sigma of the heading, times the probability that the
+  /// frames show what was learned at all: below 0.9 it may be another, or a place never seen.
   double confidence = 0;
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< mean of the belief; as rough as it is
 };

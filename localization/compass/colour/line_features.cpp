@@ -17,7 +17,7 @@ void CountTransitions(const cv::Mat& samples,
     for (int u = 1; u < n; ++u) {
       bgr += 3;
       const int now = classes.Of(bgr);
-      row[before * k + now] += share;
+      if (before < k && now < k) row[before * k + now] += share;
       before = now;
     }
   }

@@ -9,10 +9,27 @@ namespace {
 /// Of a frequency, for kSturm: less than this no two looks at the same place differ.
 constexpr float kLeastVariance = 4e-4F;
 
+/// Bins without anything tell nothing: what they would is the mean of the others.
+void FillEmpty(const std::vector<char>& empty, LineFit& fit) {
+  Eigen::VectorXf mean = Eigen::VectorXf::Zero(fit.rows());
+  int known = 0;
+  for (std::size_t b = 0; b < empty.size(); ++b) {
+    if (empty[b] != 0) continue;
+    mean += fit.col(static_cast<Eigen::Index>(b));
+    ++known;
+  }
+  mean /= static_cast<float>(std::max(known, 1));
+  for (std::size_t b = 0; b < empty.size(); ++b) {
+    if (empty[b] != 0) fit.col(static_cast<Eigen::Index>(b)) = mean;
+  }
+}
+
 }  // namespace
 
-LineMatcher::LineMatcher(const ColourModel& model, double noise)
-    : kind_(model.kind), noise_(static_cast<float>(noise)) {
+LineMatcher::LineMatcher(const ColourModel& model, double noise, double changed_part)
+    : kind_(model.kind),
+      noise_(static_cast<float>(noise)),
+      changed_part_(static_cast<float>(changed_part)) {
   Update(model);
 }
 
@@ -102,17 +119,23 @@ void LineMatcher::Fit(const LineFeatures& features, int cell, LineFit& fit) {
     const float dependence = std::sqrt(static_cast<float>(features.cols()));
     fit *= -0.5F / dependence;
   }
-  Eigen::VectorXf mean = Eigen::VectorXf::Zero(fit.rows());
-  int known = 0;
-  for (std::size_t b = 0; b < prepared.empty.size(); ++b) {
-    if (prepared.empty[b] != 0) continue;
-    mean += fit.col(static_cast<Eigen::Index>(b));
-    ++known;
+  FillEmpty(prepared.empty, fit);
+}
+
+void LineMatcher::FitChanging(std::span<const Reading> readings, int cell, LineFit& fit) {
+  if (kind_ == ModelKind::kSturm) {
+    Fit(readings.front().features, cell, fit);
+    return;
   }
-  mean /= static_cast<float>(std::max(known, 1));
-  for (std::size_t b = 0; b < prepared.empty.size(); ++b) {
-    if (prepared.empty[b] != 0) fit.col(static_cast<Eigen::Index>(b)) = mean;
+  fit.setZero(readings.front().features.rows(),
+              static_cast<Eigen::Index>(cells_[static_cast<std::size_t>(cell)].empty.size()));
+  for (const Reading& reading : readings) {
+    Fit(reading.features, cell, one_);
+    one_ = one_.array().exp();
+    one_.array().colwise() /= one_.rowwise().mean().array().eval();
+    fit += static_cast<float>(reading.probability) * one_;
   }
+  fit = (changed_part_ + (1 - changed_part_) * fit.array()).log();
 }
 
 }  // namespace ceilmap::colour

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "localization/compass/colour/colour_model.hpp"
+#include "localization/compass/colour/frame_reader.hpp"
 #include "localization/compass/colour/line_features.hpp"
 
 namespace ceilmap::colour {
@@ -14,23 +16,33 @@ using LineFit = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 /// Compares scan lines with all bins of a cell at once: one product of matrices a cell.
 ///
 /// kVictoria: the squared distance of the roots of the frequencies (Hellinger), each transition
-/// weighted by how rare it is in the model (1 - frequency); the fit is -log(noise + distance), so
-/// that a line which fits nowhere (a person before it) costs little more than one that fits badly.
+/// weighted by how rare it is in the model (1 - frequency); the likelihood is 1 / (noise +
+/// distance), so that a line which fits nowhere (a person before it) costs little more than one
+/// that fits badly.
 /// kSturm: the logarithm of a Gaussian with the mean and variance of each frequency.
 class LineMatcher {
  public:
   /// @param noise  of the distance, see ColourCompassParams::line_noise.
-  LineMatcher(const ColourModel& model, double noise);
+  /// @param changed_part  see there, too.
+  LineMatcher(const ColourModel& model, double noise, double changed_part);
 
   /// After the model has learned anything.
   void Update(const ColourModel& model);
   /// After it has learned in one cell. Weights of transitions follow every 50 calls: they change
   /// slowly, and touch all cells.
   void Update(const ColourModel& model, int cell);
-  /// @param fit  a row per line, a column per bin; bins without anything get the mean of the
-  /// others.
-  /// @param cell  one that is not empty.
+  /// Logarithm of how likely each line is in each direction, up to a constant.
+  /// @param cell  one that is not empty. @param fit  a row per line, a column per bin; bins without
+  ///   anything get the mean of the others.
   void Fit(const LineFeatures& features, int cell, LineFit& fit);
+  /// What lines tell about directions where things come and go: with the probability `changed_part`
+  /// a line has nothing to do with what was learned there, and looks like any other of the cell.
+  ///
+  ///     log(changed + (1 - changed) sum over readings of probability * likelihood / its mean)
+  ///
+  /// so a line that fits everywhere (bare wall) tells little, however well it fits, and one that
+  /// fits nowhere tells nothing; only what is rare and fits counts. kSturm: Fit of the first one.
+  void FitChanging(std::span<const Reading> readings, int cell, LineFit& fit);
 
  private:
   struct Prepared {
@@ -47,10 +59,12 @@ class LineMatcher {
 
   ModelKind kind_;
   float noise_;
+  float changed_part_;
   Eigen::VectorXf weights_;  // of transitions
   std::vector<Prepared> cells_;
   LineFeatures scaled_;  // scratch
-  int updates_ = 0;      // since the weights were made
+  LineFit one_;
+  int updates_ = 0;  // since the weights were made
 };
 
 }  // namespace ceilmap::colour

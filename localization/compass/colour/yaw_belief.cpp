@@ -97,17 +97,21 @@ void YawBelief::Normalize() {
   belief_ = belief_.array() * ((1 - kLeastPart) / sum) + kLeastPart / size;
 }
 
-void YawBelief::Weigh(const Histogram& log_likelihood) {
+double YawBelief::Weigh(const Histogram& log_likelihood) {
   const float most = log_likelihood.maxCoeff();
   belief_.array() *= (log_likelihood.array() - most).exp();
+  const double evidence = double{most} + std::log(std::max(double{belief_.sum()}, 1e-30));
   Normalize();
+  return evidence;
 }
 
-void YawBelief::WeighYaws(const Eigen::RowVectorXf& likelihood, const Eigen::VectorXf& places) {
+double YawBelief::WeighYaws(const Eigen::RowVectorXf& likelihood, const Eigen::VectorXf& places) {
   const Eigen::RowVectorXf yaws = belief_.colwise().sum().cwiseProduct(likelihood);
+  const double evidence = std::log(std::max(double{yaws.sum()}, 1e-30));
   belief_.noalias() = places * yaws;
   ahead_.setZero();
   Normalize();
+  return evidence;
 }
 
 void YawBelief::Restore(const Eigen::RowVectorXf& yaws, double turned_rad) {

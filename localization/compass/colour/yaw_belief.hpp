@@ -28,10 +28,12 @@ class YawBelief {
   /// Yaw of a column now, rad in [0, 2 pi).
   [[nodiscard]] double YawOf(int column) const;
   /// Weighs each place and yaw. @param log_likelihood  of the histogram's size.
-  void Weigh(const Histogram& log_likelihood);
+  /// @return logarithm of the likelihood of all that was believed.
+  double Weigh(const Histogram& log_likelihood);
   /// The place is known: weighs each yaw, and spreads it over places.
   /// @param likelihood  a value per yaw, >= 0. @param places  a weight per place.
-  void WeighYaws(const Eigen::RowVectorXf& likelihood, const Eigen::VectorXf& places);
+  /// @return as Weigh.
+  double WeighYaws(const Eigen::RowVectorXf& likelihood, const Eigen::VectorXf& places);
 
   struct Estimate {
     double yaw_rad = 0;        ///< in (-pi, pi]: mean about the most likely yaw

@@ -49,6 +49,20 @@ TEST_P(Clusterings, AreTheSameForTheSameSamples) {
   }
   EXPECT_LT(one.Classes().front().mean[0], one.Classes().back().mean[0]) << "by brightness";
 }
+TEST_P(Clusterings, AColourThatWasNeverSeenIsOfNoClass) {
+  const ColourClasses classes =
+      ColourClasses::Learn(Samples(), {.clustering = GetParam(), .classes = 5});
+  const cv::Vec3b cyan{220, 210, 20};
+  EXPECT_EQ(classes.Of(&cyan[0]), kNoClass);
+  const cv::Vec3b nearly_red{48, 48, 192};
+  const cv::Vec3b red = kColours[1];
+  EXPECT_EQ(classes.Of(&nearly_red[0]), classes.Of(&red[0]));
+  int known = 0;
+  const cv::Mat samples = Samples();
+  for (int i = 0; i < samples.cols; ++i) known += classes.Of(samples.ptr(0, i)) != kNoClass ? 1 : 0;
+  EXPECT_GT(known, 0.97 * samples.cols) << "of those that were learned";
+}
+
 INSTANTIATE_TEST_SUITE_P(Both,
                          Clusterings,
                          testing::Values(Clustering::kMeans, Clustering::kMixture));

@@ -36,12 +36,12 @@ class ColourCompassTest : public testing::Test {
   double WorstError(ColourCompass& compass,
                     const Eigen::Vector2d& axle,
                     int first = 15,
-                    bool honest = true) const {
-    constexpr double kLight = 0.9;
+                    bool honest = true,
+                    double light = 0.9) const {
     double worst = 0;
     for (int i = 0; i < kTurnFrames; ++i) {
       const calib::Pose2 pose = OnTurn(axle, 0.7 + 2 * pi * i / kTurnFrames, 0);
-      const auto heading = compass.Next({room_.See(forward_, pose, kLight), 100 + 0.1 * i});
+      const auto heading = compass.Next({room_.See(forward_, pose, light), 100 + 0.1 * i});
       const double error = std::abs(calib::WrapAngle(heading.value().heading_rad - pose.yaw));
       if (honest) {
         EXPECT_LT(error, 4 * std::sqrt(heading->variance_rad2) + 0.02) << "sure, frame " << i;
@@ -60,6 +60,40 @@ TEST_F(ColourCompassTest, KnowsItsHeadingWhereItLearned) {
   EXPECT_LT(WorstError(compass, {0, 0}), 0.05);
   EXPECT_EQ(compass.Counts().used, kTurnFrames);
   EXPECT_EQ(compass.Counts().without_turn, 0);
+}
+
+TEST_F(ColourCompassTest, OtherLightDoesNotMatter) {
+  const ColourModel model = Learn();
+  for (const double light : {0.78, 1.25}) {
+    ColourCompass compass(model, forward_);
+    EXPECT_LT(WorstError(compass, {0, 0}, 15, true, light), 0.05) << light;
+    ColourCompass same(model, forward_, {.exposure_sigma = 0});
+    WorstError(same, {0, 0}, 15, false, light);
+    const calib::Pose2 next = OnTurn({0, 0}, 0.7, 0);
+    const auto heading = compass.Next({room_.See(forward_, next, light), 109});
+    const auto without = same.Next({room_.See(forward_, next, light), 109});
+    EXPECT_GT(heading->confidence, 0.9);
+    EXPECT_LT(without->confidence, heading->confidence) << "exposure counts here at all";
+  }
+}
+
+TEST_F(ColourCompassTest, AnotherRoomIsNotRecognized) {
+  const ColouredRoom other(9);
+  ColourCompass compass(Learn(), forward_);
+  for (int i = 0; i < kTurnFrames; ++i) {
+    const calib::Pose2 pose = OnTurn({0, 0}, 2 * pi * i / kTurnFrames, 0);
+    const auto heading = compass.Next({other.See(forward_, pose), 0.1 * i});
+    if (i > 15) {
+      EXPECT_LT(heading->confidence, 0.9) << i;
+    }
+  }
+  // Back where it was learned, it is sure again.
+  std::optional<ColourHeading> heading;
+  for (int i = 0; i < 30; ++i) {
+    const calib::Pose2 pose = OnTurn({0, 0}, 1 + 2 * pi * i / kTurnFrames, 0);
+    heading = compass.Next({room_.See(forward_, pose), 100 + 0.1 * i});
+  }
+  EXPECT_GT(heading->confidence, 0.9);
 }
 
 TEST_F(ColourCompassTest, AsSturmAndVisserHaveIt) {
