@@ -10,7 +10,6 @@
 #include "app/interrupt.hpp"
 #include "app/robot_rig.hpp"
 #include "calib/error.hpp"
-#include "localization/compass/colour/scan_lines.hpp"
 
 namespace fs = std::filesystem;
 
@@ -40,6 +39,17 @@ bool IsDark(const cv::Mat& bgr) {
     sum += most;
   });
   return sum < kDarkLevel * pixels;
+}
+
+// Between the brightest and the darkest channel, grey levels.
+double MeanDifference(const cv::Mat& bgr) {
+  std::int64_t pixels = 0;
+  std::int64_t sum = 0;
+  ForSomePixels(bgr, [&](int least, int most) {
+    ++pixels;
+    sum += most - least;
+  });
+  return static_cast<double>(sum) / static_cast<double>(std::max<std::int64_t>(pixels, 1));
 }
 
 }  // namespace
@@ -77,6 +87,22 @@ void CheckNotRead(const fs::path& result, const std::vector<fs::path>& sources) 
   }
 }
 
+void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::string& group) {
+  constexpr int kMostLines = 640;
+  cli.add_option("--lines", lines.lines, "Upright scan lines of a frame")
+      ->check(CLI::Range(2, kMostLines))
+      ->type_name("N")
+      ->group(group)
+      ->capture_default_str();
+  cli.add_option("--min-above-horizon",
+                 lines.min_above_horizon,
+                 "Frames with a smaller part of their pixels above the horizon are skipped")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("PART")
+      ->group(group)
+      ->capture_default_str();
+}
+
 ForwardFrames::ForwardFrames(const ForwardOptions& options)
     : source_(options.forward,
               {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}),
@@ -108,7 +134,12 @@ void ForwardFrames::CheckColour() {
   constexpr std::int64_t kMostGrey = 30;
   if (colour_seen_ || IsDark(frame_.picture)) return;
   colour_seen_ = ColouredPart(frame_.picture) >= kLeastPart;
-  if (!colour_seen_ && ++grey_ >= kMostGrey) RefuseGrey();
+  if (colour_seen_) return;
+  ++grey_;
+  // A robot may stand before a bare wall for long; a grey camera shows in less.
+  constexpr double kLeastDifference = 2;
+  wall_seen_ = wall_seen_ || MeanDifference(frame_.picture) >= kLeastDifference;
+  if (!wall_seen_ && grey_ >= kMostGrey) RefuseGrey();
 }
 
 void ForwardFrames::RefuseGrey() const {

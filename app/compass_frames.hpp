@@ -11,6 +11,7 @@
 #include "app/tum.hpp"
 #include "calib/rig.hpp"
 #include "calib/tilt.hpp"
+#include "localization/compass/colour/scan_lines.hpp"
 
 namespace ceilmap::app {
 
@@ -30,6 +31,9 @@ struct ForwardOptions {
 void CheckNotRead(const std::filesystem::path& result,
                   const std::vector<std::filesystem::path>& sources);
 
+/// Options for the scan lines of frames.
+void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::string& group);
+
 /// The colour pictures of the rig's forward camera.
 class ForwardFrames {
  public:
@@ -38,8 +42,8 @@ class ForwardFrames {
   explicit ForwardFrames(const ForwardOptions& options);
 
   /// The next one. @return as FrameSource::Read.
-  /// @throws calib::InputError when the pictures turn out to be grey: after 30 that are, and at
-  ///   the end where none has colours. Dark ones tell nothing.
+  /// @throws calib::InputError when the pictures turn out to be grey: after 30 without a trace of
+  ///   colour, and at the end where none has colours to speak of. Dark ones tell nothing.
   bool Read();
   [[nodiscard]] const Frame& Current() const { return frame_; }
   /// Read so far.
@@ -60,6 +64,7 @@ class ForwardFrames {
   std::int64_t count_ = 0;
   std::int64_t grey_ = 0;  // bright, but without colours
   bool colour_seen_ = false;
+  bool wall_seen_ = false;  // some colour, if not much
 };
 
 /// Part of the pixels that have a colour: whose brightest and darkest channels differ by 12 grey

@@ -161,7 +161,7 @@ struct UpdateCommandParams {
   fs::path model;
   ForwardOptions forward;
   fs::path poses;
-  int lines = colour::ScanLineParams().lines;
+  colour::ScanLineParams lines = {};
   fs::path output;  // empty: the model itself
 };
 
@@ -172,7 +172,7 @@ void RunUpdate(const UpdateCommandParams& params, const CommonOptions& common, S
   params.forward.CheckResult(output);
   CheckNotRead(output, {params.poses});
   colour::ColourCompassParams settings;
-  settings.lines.lines = params.lines;
+  settings.lines = params.lines;
   settings.Validate();
   colour::ColourModel stored = ReadColourModel(params.model);
   stored.provenance += (stored.provenance.empty() ? "" : "\n") + common.command_line;
@@ -204,15 +204,6 @@ void AddPoses(CLI::App& cli, fs::path& poses) {
       ->required();
 }
 
-void AddLines(CLI::App& cli, int& lines, const std::string& group) {
-  constexpr int kMostLines = 640;
-  cli.add_option("--lines", lines, "Upright scan lines of a frame")
-      ->check(CLI::Range(2, kMostLines))
-      ->type_name("N")
-      ->group(group)
-      ->capture_default_str();
-}
-
 void AddModelOptions(CLI::App& cli, LearnCommandParams& params) {
   const std::string group = "Model";
   constexpr int kLeastBins = 36;
@@ -242,7 +233,7 @@ void AddModelOptions(CLI::App& cli, LearnCommandParams& params) {
   add("--depth", params.learn.depth_m, "Metres to what is seen [measured]", "M")
       ->check(CLI::PositiveNumber);
   add("--seed", params.learn.classes.seed, "Of the search for classes", "N")->capture_default_str();
-  AddLines(cli, params.learn.lines.lines, group);
+  AddLineOptions(cli, params.learn.lines, group);
 }
 
 }  // namespace
@@ -281,7 +272,7 @@ Command AddCompassUpdateCommand(CLI::App& compass) {
       ->type_name("MODEL");
   params->forward.AddTo(*command.cli, "Input");
   AddPoses(*command.cli, params->poses);
-  AddLines(*command.cli, params->lines, "Input");
+  AddLineOptions(*command.cli, params->lines, "Input");
   command.cli->add_option("-o,--output", params->output, "Another model instead")
       ->type_name("MODEL")
       ->group("Results");

@@ -33,7 +33,7 @@ struct QueryParams {
   fs::path model;
   ForwardOptions forward;
   fs::path poses;
-  int lines = colour::ScanLineParams().lines;
+  colour::ScanLineParams lines = {};
   bool no_parallax = false;
   bool update = false;
   fs::path save;
@@ -63,7 +63,7 @@ void QueryParams::Check() const {
 
 colour::ColourCompassParams QueryParams::Settings() const {
   colour::ColourCompassParams settings;
-  settings.lines.lines = lines;
+  settings.lines = lines;
   settings.parallax = !no_parallax;
   settings.Validate();
   return settings;
@@ -214,17 +214,12 @@ void RunQuery(const QueryParams& params, const CommonOptions& common, Summary& s
 
 void AddCompassOptions(CLI::App& cli, QueryParams& params) {
   const std::string group = "Compass";
-  constexpr int kMostLines = 640;
   cli.add_option("--poses",
                  params.poses,
                  "Where the robot is, if that is known: place, pitch and roll; yaw is not used")
       ->type_name("T.tum")
       ->group("Input");
-  cli.add_option("--lines", params.lines, "Upright scan lines of a frame")
-      ->check(CLI::Range(2, kMostLines))
-      ->type_name("N")
-      ->group(group)
-      ->capture_default_str();
+  AddLineOptions(cli, params.lines, group);
   cli.add_flag("--no-parallax",
                params.no_parallax,
                "As published: all that is seen is taken to be infinitely far")

@@ -185,7 +185,7 @@ experiment_2() {
 }
 
 experiment_3() {
-  local learned shown errors
+  local learned shown errors place
   for learned in 2 6 9 10; do
     ring | boards "$learned" | record_turn "boards-learn-$learned" 3.5 3.5 0 60 10
     learn "boards-$learned" "$out/boards-learn-$learned"
@@ -209,6 +209,17 @@ experiment_3() {
   awk '{ printf "%6d %9.4f %9.4f %9.4f %9.4f\n", $1, $2, $3, $4, $5 }' "$out/results/boards.txt"
   awk '{ for (i = 2; i <= 5; ++i) if ($i > known) known = $i; for (i = 6; i <= 9; ++i) if ($i > anywhere) anywhere = $i }
     END { printf "the largest: %.4f; %.4f where the place is not known\n", known, anywhere }' "$out/results/boards.txt"
+  for place in '' -anywhere; do
+    awk -F, -v place="${place:+ not}" 'FNR > 1 {
+        ++frames
+        error = ($6 < 0 ? -$6 : $6) * atan2(0, -1) / 180
+        if ($4 >= 0.9) { ++sure; sum += error; if (error > 0.3) ++wrong }
+      }
+      END {
+        printf "frames with a confidence of at least 0.9, place%s known: %.0f %%, mean error %.4f, %.1f %% of them above 0.3\n",
+          place, 100 * sure / frames, sum / sure, 100 * wrong / sure
+      }' "$out"/results/boards-{2,6,9,10}-{1,2,3,4,5,6,7,8,9,10}"$place".csv
+  done
 }
 
 # Turns ever farther from the place of learning: one cell, and the grid that the walk filled.
