@@ -33,6 +33,8 @@ Command AddLocalizeCommand(CLI::App& program);
 Command AddHeadingCommand(CLI::App& program);
 /// `compass` and the commands under it.
 std::vector<Command> AddCompassCommands(CLI::App& program);
+/// `calibrate` and the commands under it.
+std::vector<Command> AddCalibrateCommands(CLI::App& program);
 Command AddMergeCommand(CLI::App& program);
 Command AddInfoCommand(CLI::App& program);
 Command AddExportCommand(CLI::App& program);

@@ -94,7 +94,9 @@ const CLI::App& LastParsed(const CLI::App& program) {
 std::vector<Command> AddCommands(CLI::App& program) {
   std::vector<Command> commands = {
       AddMapCommand(program), AddLocalizeCommand(program), AddHeadingCommand(program)};
-  for (Command& command : AddCompassCommands(program)) commands.push_back(std::move(command));
+  for (const auto add : {AddCompassCommands, AddCalibrateCommands}) {
+    for (Command& command : add(program)) commands.push_back(std::move(command));
+  }
   for (const auto add : {AddMergeCommand,
                          AddInfoCommand,
                          AddExportCommand,

@@ -1,0 +1,17 @@
+#include "app/calibrate_commands.hpp"
+
+namespace ceilmap::app {
+
+std::vector<Command> AddCalibrateCommands(CLI::App& program) {
+  CLI::App& calibrate =
+      *program.add_subcommand("calibrate", "Measures a robot's cameras from short recordings.");
+  calibrate.require_subcommand(1);
+  calibrate.footer(
+      "Example:\n"
+      "  ceilmap calibrate camera --print-board board.pdf --corners 9x6 --square 0.025\n"
+      "  ceilmap calibrate camera pictures --corners 9x6 --square 0.025 -o up.yaml\n"
+      "ceilmap calibrate COMMAND --help tells more.");
+  return {AddCalibrateCameraCommand(calibrate)};
+}
+
+}  // namespace ceilmap::app

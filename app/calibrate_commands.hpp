@@ -1,0 +1,10 @@
+#pragma once
+
+#include "app/commands.hpp"
+
+namespace ceilmap::app {
+
+/// The commands of `ceilmap calibrate`, each in a file of its own name.
+Command AddCalibrateCameraCommand(CLI::App& calibrate);
+
+}  // namespace ceilmap::app
