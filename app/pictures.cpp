@@ -36,15 +36,6 @@ std::string_view TakeNumber(std::string_view& text) {
   return number;
 }
 
-bool IsPictureName(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
-  return !file.filename().string().starts_with('.') &&
-         std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
-}
-
 // OpenCV's code for cvtColor, -1 where there is nothing to convert; unset for what is not known.
 std::optional<int> ConversionCode(Pixels pixels, int channels) {
   const bool grey = pixels == Pixels::kGrey;
@@ -118,6 +109,15 @@ bool NaturalLess(std::string_view a, std::string_view b) {
   }
   if (a.empty() != b.empty()) return a.empty();
   return all_of_a < all_of_b;
+}
+
+bool IsPictureName(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  return !file.filename().string().starts_with('.') &&
+         std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
 std::vector<fs::path> ListFolder(const fs::path& folder) {

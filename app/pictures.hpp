@@ -13,6 +13,9 @@ namespace ceilmap::app {
 /// everything else byte by byte; equal numbers ("7", "07") fall back to plain order.
 bool NaturalLess(std::string_view a, std::string_view b);
 
+/// True for a name that ends as pictures' names do, in either case; false for hidden files.
+bool IsPictureName(const std::filesystem::path& file);
+
 /// The pictures of a folder, by their usual extensions in either case, in natural order of the
 /// names. Hidden files are left out.
 /// @throws calib::InputError when there is none.

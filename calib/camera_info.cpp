@@ -1,5 +1,7 @@
 #include "calib/camera_info.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -59,7 +61,42 @@ void ReadDistortion(const YamlValue& info, PinholeCamera& camera) {
   std::copy(d.begin(), d.end(), camera.distortion.begin());
 }
 
+std::string FormatMatrix(const char* key, int rows, const std::vector<double>& data) {
+  return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: [{}]\n",
+                     key,
+                     rows,
+                     data.size() / static_cast<std::size_t>(rows),
+                     fmt::join(data, ", "));
+}
+
+// Quoted as YAML and JSON do; control characters have no place in a name.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+  }
+  return quoted + '"';
+}
+
 }  // namespace
+
+std::string FormatCameraInfo(const CameraInfo& info) {
+  const auto& [fx, fy, cx, cy] = info.pinhole;
+  const auto& [rx, ry, rcx, rcy] = info.rectified;
+  std::string text;
+  for (const std::string& remark : info.remarks) text += "# " + remark + "\n";
+  text += fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n",
+                      info.size.width,
+                      info.size.height,
+                      Quoted(info.name));
+  text += FormatMatrix("camera_matrix", 3, {fx, 0, cx, 0, fy, cy, 0, 0, 1});
+  text += fmt::format("distortion_model: {}\n", info.distortion_model);
+  text += FormatMatrix("distortion_coefficients", 1, info.distortion);
+  text += FormatMatrix("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1});
+  text += FormatMatrix("projection_matrix", 3, {rx, 0, rcx, 0, 0, ry, rcy, 0, 0, 0, 1, 0});
+  return text;
+}
 
 PinholeCamera ParsePictureSize(const YamlValue& info) {
   PinholeCamera camera;

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
 
 #include "calib/camera.hpp"
 #include "calib/yaml_value.hpp"
@@ -19,5 +23,21 @@ PinholeCamera ParseCameraInfo(const YamlValue& info);
 
 /// Its image_width, image_height and camera_name alone; focal lengths 0.
 PinholeCamera ParsePictureSize(const YamlValue& info);
+
+/// What a camera_info file says, for any of ROS's lens models.
+struct CameraInfo {
+  std::string name;
+  cv::Size size;
+  std::array<double, 4> pinhole{};  ///< fx, fy, cx, cy in pixels
+  std::string distortion_model;     ///< "plumb_bob", "rational_polynomial", "equidistant"
+  std::vector<double> distortion;   ///< 5, 8 or 4 coefficients
+  /// fx, fy, cx, cy of the pictures that ROS rectifies: its projection_matrix.
+  std::array<double, 4> rectified{};
+  std::vector<std::string> remarks;  ///< comment lines at the file's head
+};
+
+/// The file as ROS's camera_calibration_parsers and, with plumb_bob, ReadCameraInfo read it. All
+/// digits of the numbers are kept.
+std::string FormatCameraInfo(const CameraInfo& info);
 
 }  // namespace ceilmap::calib

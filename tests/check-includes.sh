@@ -2,10 +2,11 @@
 # Holds every #include "folder/..." against the layers:
 #   calib <- registration <- mapping <- localization <- app
 #   calib <- registration <- compensation <- app
+#   calib <- calibration <- app
 #   calib <- colour <- app
 #   calib <- evaluation <- app
 #   calib <- registration <- mapping <- page <- app
-# mapping/registration/, localization/compass/, localization/compass/colour/, app/evaluation/ and app/page/ are layers of their own. tests/ may include anything, and so may
+# calib/solve/ (calibration), mapping/registration/, localization/compass/, localization/compass/colour/, app/evaluation/ and app/page/ are layers of their own. tests/ may include anything, and so may
 # samples/embed/, a project of its own on top of the installed libraries.
 set -euo pipefail
 
@@ -13,6 +14,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 declare -A may_include=(
   [calib]="calib"
+  [calibration]="calibration calib"
   [registration]="registration calib"
   [mapping]="mapping registration calib"
   [compass]="compass calib registration"
@@ -21,12 +23,13 @@ declare -A may_include=(
   [compensation]="compensation registration calib"
   [evaluation]="evaluation calib"
   [page]="page mapping registration calib"
-  [app]="app page evaluation colour localization compass compensation mapping registration calib samples"
+  [app]="app page evaluation calibration colour localization compass compensation mapping registration calib samples"
   [samples]="samples calib"
 )
 
 layer_of() {
   case "$1" in
+    calib/solve/*) echo calibration ;;
     mapping/registration/*) echo registration ;;
     localization/compass/colour/*) echo colour ;;
     localization/compass/*) echo compass ;;

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/camera_calibration.hpp"
+#include "app/report_table.hpp"
+#include "app/table.hpp"
+#include "calib/camera_info.hpp"
+
+namespace ceilmap::app {
+
+/// What a calibration found, in words, for the terminal.
+Table CameraFacts(const CameraCalibration& calibration);
+
+/// The same for scripts: the lens with standard deviations, RMS, views, coverage.
+nlohmann::ordered_json CameraJson(const CameraCalibration& calibration);
+
+/// For `-o`.
+calib::CameraInfo CameraInfoOf(const CameraCalibration& calibration);
+
+/// The views that were used, and those left out and why.
+std::vector<ReportTable> CameraTables(const CameraCalibration& calibration);
+
+/// Writes index.html, tables.md, metrics.json, figures of residuals, coverage and views, and a
+/// picture before and after. Without gnuplot there are no figures, and a warning tells.
+/// @param folder  checked by CheckReportFolder before. @return all files.
+/// @throws calib::RunError when the disk refuses.
+std::vector<std::filesystem::path> WriteCameraReport(const std::filesystem::path& folder,
+                                                     const CameraCalibration& calibration);
+
+}  // namespace ceilmap::app

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace ceilmap::calibration {
+
+enum class BoardKind : std::uint8_t {
+  kChessboard,
+  kCharuco,  ///< a chessboard whose white squares hold markers; may be seen in part
+};
+
+/// A flat calibration board. Its frame: corners in rows along x, the rows along y, z = 0, metres.
+struct Board {
+  BoardKind kind = BoardKind::kChessboard;
+  int columns =
+      9;  ///< corners where four squares meet, along the longer side: one less than squares
+  int rows = 6;
+  double square_m = 0;                ///< side of a square, > 0
+  double marker_m = 0;                ///< side of a marker, less than a square's; only for kCharuco
+  std::string dictionary = "4x4_50";  ///< of the markers: SIZExSIZE_COUNT as OpenCV has them
+
+  /// @throws calib::InputError naming the option of `ceilmap calibrate camera` to mend.
+  void Validate() const;
+
+  [[nodiscard]] int CornerCount() const { return columns * rows; }
+  [[nodiscard]] cv::Point3d Corner(int id) const {
+    return {(id % columns) * square_m, static_cast<double>(id / columns) * square_m, 0};  // NOLINT
+  }
+  /// "chessboard of 9x6 corners".
+  [[nodiscard]] std::string Name() const;
+};
+
+/// `CxR`, both whole numbers, at least 3 and at most 60. @throws calib::InputError
+cv::Size ParseCorners(const std::string& text);
+
+/// "chessboard" or "charuco". @throws calib::InputError
+BoardKind ParseBoardKind(const std::string& text);
+
+/// A marker's picture, a cell a bit with its black frame: 0 black, 255 white.
+cv::Mat1b MarkerCells(const std::string& dictionary, int id);
+
+/// How many markers a dictionary has. @throws calib::InputError when there is none of that name.
+int MarkerCount(const std::string& dictionary);
+
+/// OpenCV's number of a dictionary. @throws calib::InputError listing those that there are.
+int DictionaryId(const std::string& dictionary);
+
+}  // namespace ceilmap::calibration

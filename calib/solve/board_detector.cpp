@@ -1,0 +1,231 @@
+#include "calib/solve/board_detector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/aruco/charuco.hpp>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/solve/corner_refiner.hpp"
+
+namespace ceilmap::calibration {
+namespace {
+
+constexpr int kSearchSidePx = 1600;  // longer pictures are searched in small, refined in full
+constexpr int kLeastCharucoCorners = 6;
+
+using Corners = std::vector<cv::Point2f>;
+
+// Picture for the search, and the factor from its pixels to those of the original.
+double Reduce(const cv::Mat& grey, int longest_px, cv::Mat& small) {
+  const int side = std::max(grey.cols, grey.rows);
+  if (side <= longest_px) {
+    small = grey;
+    return 1;
+  }
+  const double scale = static_cast<double>(side) / longest_px;
+  cv::resize(grey, small, {}, 1 / scale, 1 / scale, cv::INTER_AREA);
+  return scale;
+}
+
+void Enlarge(double scale, Corners& corners) {
+  for (cv::Point2f& p : corners) {
+    p.x = static_cast<float>((p.x + 0.5) * scale - 0.5);
+    p.y = static_cast<float>((p.y + 0.5) * scale - 0.5);
+  }
+}
+
+bool FindChessboard(const cv::Mat& grey, cv::Size size, Corners& corners) {
+  constexpr int kSectors =
+      cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY;
+  constexpr int kClassic =
+      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK;
+  return cv::findChessboardCornersSB(grey, size, corners, kSectors) ||
+         cv::findChessboardCorners(grey, size, corners, kClassic);
+}
+
+// From each corner to the nearest of its neighbours in row and column, pixels; of a corner without
+// any that is seen, the least of all.
+std::vector<double> NeighbourDistances(const Corners& corners,
+                                       const std::vector<int>& ids,
+                                       int columns) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  std::vector<double> nearest(corners.size(), kUnknown);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    for (std::size_t j = i + 1; j < ids.size() && ids[j] <= ids[i] + columns; ++j) {
+      const bool same_row = ids[j] == ids[i] + 1 && ids[j] % columns != 0;
+      if (!same_row && ids[j] != ids[i] + columns) continue;
+      const double distance = cv::norm(corners[i] - corners[j]);
+      nearest[i] = std::min(nearest[i], distance);
+      nearest[j] = std::min(nearest[j], distance);
+    }
+  }
+  constexpr double kNoNeighboursPx = 10;
+  const double least = *std::min_element(nearest.begin(), nearest.end());
+  std::replace(
+      nearest.begin(), nearest.end(), kUnknown, least < kUnknown ? least : kNoNeighboursPx);
+  return nearest;
+}
+
+// Bells and windows end before the next corners, whose edges would pull.
+void Refine(const cv::Mat& grey,
+            const std::vector<double>& nearest,
+            double bell_part,
+            Corners& corners) {
+  constexpr double kMostBellPx = 6;
+  constexpr double kLeastBellPx = 1;
+  constexpr double kFarthestPart = 0.15;
+  constexpr double kWindowPart = 0.4;
+  constexpr int kLeastWindowPx = 2;
+  constexpr int kMostWindowPx = 11;
+  const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 50, 1e-4);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const double bell_px = std::clamp(bell_part * nearest[i], kLeastBellPx, kMostBellPx);
+    const double farthest_px = std::max(1.0, kFarthestPart * nearest[i]);
+    if (const auto corner = RefineCorner(grey, corners[i], bell_px, farthest_px)) {
+      corners[i] = *corner;
+      continue;
+    }
+    const int half =
+        std::clamp(static_cast<int>(kWindowPart * nearest[i]), kLeastWindowPx, kMostWindowPx);
+    Corners one = {corners[i]};
+    cv::cornerSubPix(grey, one, {half, half}, {-1, -1}, criteria);
+    corners[i] = one.front();
+  }
+}
+
+double EdgeWidth(const cv::Mat& grey, cv::Size size, const Corners& corners) {
+  constexpr float kRise = 0.8F;  // from 10 to 90 %
+  try {
+    const double along = cv::estimateChessboardSharpness(grey, size, corners, kRise, false)[0];
+    const double across = cv::estimateChessboardSharpness(grey, size, corners, kRise, true)[0];
+    return std::max(along, across);
+  } catch (const cv::Exception&) {
+    return 0;  // squares of a few pixels only
+  }
+}
+
+std::optional<BoardView> DetectChessboard(const cv::Mat& grey, const Board& board) {
+  const cv::Size size(board.columns, board.rows);
+  cv::Mat small;
+  const double scale = Reduce(grey, kSearchSidePx, small);
+  Corners corners;
+  if (!FindChessboard(small, size, corners)) return std::nullopt;
+  Enlarge(scale, corners);
+  BoardView view;
+  for (int id = 0; id < board.CornerCount(); ++id) view.ids.push_back(id);
+  constexpr double kBellPart = 0.2;
+  const std::vector<double> nearest = NeighbourDistances(corners, view.ids, board.columns);
+  Refine(grey, nearest, kBellPart, corners);
+  view.corners_px.assign(corners.begin(), corners.end());
+  view.edge_px = EdgeWidth(grey, size, corners);
+  view.square_px = *std::min_element(nearest.begin(), nearest.end());
+  return view;
+}
+
+struct Charuco {
+  explicit Charuco(const Board& board)
+      : dictionary(cv::aruco::getPredefinedDictionary(DictionaryId(board.dictionary))),
+        layout(cv::aruco::CharucoBoard::create(board.columns + 1,
+                                               board.rows + 1,
+                                               static_cast<float>(board.square_m),
+                                               static_cast<float>(board.marker_m),
+                                               dictionary)) {}
+  cv::Ptr<cv::aruco::Dictionary> dictionary;
+  cv::Ptr<cv::aruco::CharucoBoard> layout;
+};
+
+// @return how many markers of the dictionary there are.
+std::size_t FindCharuco(const cv::Mat& grey,
+                        const Charuco& charuco,
+                        Corners& corners,
+                        std::vector<int>& ids) {
+  corners.clear();
+  ids.clear();
+  std::vector<Corners> markers;
+  std::vector<int> marker_ids;
+  cv::aruco::detectMarkers(grey, charuco.dictionary, markers, marker_ids);
+  if (marker_ids.empty()) return 0;
+  cv::aruco::interpolateCornersCharuco(markers, marker_ids, grey, charuco.layout, corners, ids);
+  return marker_ids.size();
+}
+
+// > 0 when three corners of a marker, from its upper left on, follow each other clockwise where y
+// runs down.
+float Orientation(const cv::Point3f& a, const cv::Point3f& b, const cv::Point3f& c) {
+  return (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
+}
+
+// Corners that lie as they do on the board, up to what a lens bends, and are not mirrored.
+bool FitsBoard(const Corners& corners, const std::vector<int>& ids, const Charuco& charuco) {
+  if (ids.size() < kLeastCharucoCorners) return false;
+  Corners on_board;
+  for (const int id : ids) {
+    const cv::Point3f p = charuco.layout->chessboardCorners[static_cast<std::size_t>(id)];
+    on_board.emplace_back(p.x, p.y);
+  }
+  const cv::Rect2f extent = cv::boundingRect(corners);
+  const double tolerance_px = std::max(2.0, 0.05 * std::max(extent.width, extent.height));
+  std::vector<unsigned char> inliers;
+  const cv::Mat H = cv::findHomography(on_board, corners, cv::RANSAC, tolerance_px, inliers);
+  if (H.empty() || cv::countNonZero(inliers) < 0.8 * static_cast<double>(ids.size())) return false;
+  const std::vector<cv::Point3f>& marker = charuco.layout->objPoints.front();
+  return cv::determinant(H) * Orientation(marker[0], marker[1], marker[2]) > 0;
+}
+
+std::optional<BoardView> DetectCharuco(const cv::Mat& grey, const Board& board) {
+  const Charuco charuco(board);
+  Corners corners;
+  std::vector<int> ids;
+  FindCharuco(grey, charuco, corners, ids);
+  if (!FitsBoard(corners, ids, charuco)) return std::nullopt;
+  constexpr double kBellPart = 0.12;  // markers begin near the corners, but alike on both sides
+  const std::vector<double> nearest = NeighbourDistances(corners, ids, board.columns);
+  Refine(grey, nearest, kBellPart, corners);
+  BoardView view;
+  view.corners_px.assign(corners.begin(), corners.end());
+  view.ids = ids;
+  view.square_px = *std::min_element(nearest.begin(), nearest.end());
+  return view;
+}
+
+}  // namespace
+
+std::optional<BoardView> DetectBoard(const cv::Mat& grey, const Board& board) {
+  return board.kind == BoardKind::kCharuco ? DetectCharuco(grey, board)
+                                           : DetectChessboard(grey, board);
+}
+
+BoardGuess GuessSize(const cv::Mat& grey) {
+  constexpr int kFlags =
+      cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER;
+  cv::Mat small;
+  Reduce(grey, kSearchSidePx, small);
+  Corners corners;
+  cv::Mat meta;
+  if (!cv::findChessboardCornersSB(small, {3, 3}, corners, kFlags, meta)) return {};
+  const cv::Size size(std::max(meta.cols, meta.rows), std::min(meta.cols, meta.rows));
+  return {BoardGuess::Kind::kOtherSize, size};
+}
+
+BoardGuess GuessBoard(const cv::Mat& grey, const Board& board) {
+  using Kind = BoardGuess::Kind;
+  cv::Mat small;
+  if (board.kind == BoardKind::kCharuco) {
+    cv::Mat flipped;
+    cv::flip(grey, flipped, 1);
+    if (DetectBoard(flipped, board)) return {Kind::kMirrored, {}};
+    Corners corners;
+    std::vector<int> ids;
+    if (FindCharuco(grey, Charuco(board), corners, ids) >= 2) return {Kind::kMarkers, {}};
+  }
+  for (const int side_px : {640, 320, 160}) {
+    if (side_px >= std::max(grey.cols, grey.rows)) continue;
+    Reduce(grey, side_px, small);
+    if (DetectBoard(small, board)) return {Kind::kBlurred, {}};
+  }
+  return GuessSize(grey);
+}
+
+}  // namespace ceilmap::calibration

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/solve/board.hpp"
+
+namespace ceilmap::calibration {
+
+/// A sheet of paper, millimetres.
+struct Paper {
+  std::string name;
+  double width_mm = 0;  ///< the shorter side
+  double height_mm = 0;
+};
+/// "a4", "a3" or "letter". @throws calib::InputError
+Paper ParsePaper(const std::string& name);
+
+/// A board on a sheet, to scale: its picture, the ruler that tells whether the printer kept the
+/// scale, and a line that says what it is. Coordinates from the sheet's upper left corner, y down.
+struct BoardDrawing {
+  struct Rectangle {
+    double x_mm, y_mm, width_mm, height_mm;
+    bool white = false;  ///< drawn over black
+  };
+  double width_mm = 0;  ///< of the sheet, turned so that the board fits
+  double height_mm = 0;
+  std::vector<Rectangle> rectangles;  ///< in order
+  double ruler_x_mm = 0;              ///< its left end; 100 mm long, marks every 10 mm
+  double ruler_y_mm = 0;
+  std::string text;  ///< right of the ruler
+};
+
+/// A chessboard's upper left square is black. A ChArUco board is that of OpenCV's aruco module:
+/// lower left square black, markers from the upper left on.
+/// @throws calib::InputError when the board does not fit on the sheet with a margin that detectors
+///   need.
+BoardDrawing DrawBoard(const Board& board, const Paper& paper);
+
+/// Files for printers, in millimetres.
+std::string FormatSvg(const BoardDrawing& drawing);
+std::string FormatPdf(const BoardDrawing& drawing);
+
+}  // namespace ceilmap::calibration

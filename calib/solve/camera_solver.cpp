@@ -1,0 +1,414 @@
+#include "calib/solve/camera_solver.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <opencv2/calib3d.hpp>
+#include <utility>
+
+namespace ceilmap::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kPose = 6;
+constexpr Index kPinhole = 4;
+
+BoardPose PoseOf(const double* values) {
+  return {{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
+}
+
+// Residuals of one view by the lens's values and the view's pose.
+class ViewCost final : public ceres::CostFunction {
+ public:
+  ViewCost(Lens lens, std::vector<cv::Point3d> points, const std::vector<cv::Point2d>& measured)
+      : lens_(std::move(lens)), points_(std::move(points)), measured_(measured) {
+    set_num_residuals(2 * static_cast<int>(points_.size()));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(lens_.values.size()));
+    mutable_parameter_block_sizes()->push_back(kPose);
+  }
+
+  bool Evaluate(double const* const* parameters,
+                double* residuals,
+                double** jacobians) const override {
+    Lens lens = lens_;
+    std::copy_n(parameters[0], lens.values.size(), lens.values.data());
+    const BoardPose pose = PoseOf(parameters[1]);
+    if (!(lens.values[0] > 0 && lens.values[1] > 0)) return false;
+    MatrixXd by_lens;
+    MatrixXd by_pose;
+    const bool derive = jacobians != nullptr;
+    const std::vector<cv::Point2d> modelled =
+        Project(lens, pose, points_, derive ? &by_lens : nullptr, derive ? &by_pose : nullptr);
+    for (std::size_t i = 0; i < modelled.size(); ++i) {
+      residuals[2 * i] = modelled[i].x - measured_[i].x;
+      residuals[2 * i + 1] = modelled[i].y - measured_[i].y;
+      if (!std::isfinite(residuals[2 * i] + residuals[2 * i + 1])) return false;
+    }
+    if (derive) {
+      Copy(by_lens, jacobians[0]);
+      Copy(by_pose, jacobians[1]);
+    }
+    return true;
+  }
+
+ private:
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  static void Copy(const MatrixXd& from, double* to) {
+    if (to != nullptr) Eigen::Map<RowMajor>(to, from.rows(), from.cols()) = from;
+  }
+
+  Lens lens_;  // its model; the values are those of the parameters
+  std::vector<cv::Point3d> points_;
+  std::vector<cv::Point2d> measured_;
+};
+
+// A lens and the poses of some of the views.
+struct Estimate {
+  Lens lens;
+  std::vector<std::array<double, kPose>> poses;
+  double squares_px2 = std::numeric_limits<double>::infinity();  // sum of squared residuals
+};
+
+class Problem {
+ public:
+  Problem(const Board& board, const std::vector<BoardView>& views, cv::Size size, LensModel model)
+      : board_(board), views_(views), size_(size), model_(model), used_(views.size(), true) {
+    for (const BoardView& view : views) points_.push_back(BoardPoints(board, view));
+  }
+
+  void LeaveOut(std::size_t view) { used_[view] = false; }
+  [[nodiscard]] bool IsUsed(std::size_t view) const { return used_[view]; }
+  [[nodiscard]] std::size_t UsedCorners() const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < views_.size(); ++i) count += used_[i] ? points_[i].size() : 0;
+    return count;
+  }
+
+  [[nodiscard]] std::optional<Estimate> Start() const;
+  void Minimise(const std::vector<bool>& free, Estimate& estimate) const;
+  [[nodiscard]] CameraSolution Solution(const Estimate& estimate, std::vector<bool> free) const;
+
+ private:
+  [[nodiscard]] std::vector<double> FocalGuesses() const;
+  [[nodiscard]] std::optional<Estimate> StartAt(double focal_px) const;
+  void SetViews(const Estimate& estimate, CameraSolution& solution) const;
+  void SetCovariance(CameraSolution& solution) const;
+
+  const Board& board_;
+  const std::vector<BoardView>& views_;
+  cv::Size size_;
+  LensModel model_;
+  std::vector<bool> used_;
+  std::vector<std::vector<cv::Point3d>> points_;
+};
+
+// Zhang's closed form where the lens bends little; else, and beside it, what wide lenses have.
+std::vector<double> Problem::FocalGuesses() const {
+  const double width_px = std::max(size_.width, size_.height);
+  if (model_ == LensModel::kEquidistant)
+    return {0.25 * width_px, 0.33 * width_px, 0.5 * width_px, width_px};
+  std::vector<double> guesses = {0.4 * width_px, 0.7 * width_px, 1.2 * width_px, 2.5 * width_px};
+  std::vector<std::vector<cv::Point3f>> points;
+  std::vector<std::vector<cv::Point2f>> pixels;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    if (!used_[i]) continue;
+    points.emplace_back(points_[i].begin(), points_[i].end());
+    pixels.emplace_back(views_[i].corners_px.begin(), views_[i].corners_px.end());
+  }
+  const cv::Mat K = cv::initCameraMatrix2D(points, pixels, size_, 1);
+  const double focal_px = K.at<double>(0, 0);
+  if (std::isfinite(focal_px) && focal_px > 0.1 * width_px && focal_px < 50 * width_px) {
+    guesses.insert(guesses.begin(), focal_px);
+  }
+  return guesses;
+}
+
+std::optional<Estimate> Problem::StartAt(double focal_px) const {
+  Estimate estimate{Lens::WithoutDistortion(model_, size_, focal_px), {}};
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const std::optional<BoardPose> pose = FindPose(estimate.lens, board_, views_[i]);
+    if (!pose) return std::nullopt;
+    const cv::Vec3d& r = pose->rotation;
+    const cv::Vec3d& t = pose->translation;
+    estimate.poses.push_back({r[0], r[1], r[2], t[0], t[1], t[2]});
+  }
+  return estimate;
+}
+
+// The best of the guesses, by residuals with focal length and the first coefficients free.
+std::optional<Estimate> Problem::Start() const {
+  std::optional<Estimate> best;
+  for (const double focal_px : FocalGuesses()) {
+    std::optional<Estimate> estimate = StartAt(focal_px);
+    if (!estimate) continue;
+    std::vector<bool> free(static_cast<std::size_t>(estimate->lens.values.size()), false);
+    std::fill_n(free.begin(), 6, true);
+    Minimise(free, *estimate);
+    if (!best || estimate->squares_px2 < best->squares_px2) best = std::move(estimate);
+  }
+  if (best && !std::isfinite(best->squares_px2)) return std::nullopt;
+  return best;
+}
+
+void Problem::Minimise(const std::vector<bool>& free, Estimate& estimate) const {
+  ceres::Problem problem;
+  double* const values = estimate.lens.values.data();
+  const auto count = static_cast<int>(estimate.lens.values.size());
+  problem.AddParameterBlock(values, count);
+  std::vector<int> fixed;
+  for (int i = 0; i < count; ++i) {
+    if (!free[static_cast<std::size_t>(i)]) fixed.push_back(i);
+  }
+  if (!fixed.empty()) problem.SetManifold(values, new ceres::SubsetManifold(count, fixed));
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    if (!used_[i]) continue;
+    problem.AddResidualBlock(new ViewCost(estimate.lens, points_[i], views_[i].corners_px),
+                             nullptr,
+                             values,
+                             estimate.poses[i].data());
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.max_num_iterations = 200;
+  options.function_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-12;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  estimate.squares_px2 =
+      summary.IsSolutionUsable() ? 2 * summary.final_cost : std::numeric_limits<double>::infinity();
+}
+
+void Problem::SetViews(const Estimate& estimate, CameraSolution& solution) const {
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    SolvedView& view = solution.views.emplace_back();
+    view.view = i;
+    view.used = used_[i];
+    view.pose = PoseOf(estimate.poses[i].data());
+    if (!view.used) {
+      view.pose = FindPose(estimate.lens, board_, views_[i]).value_or(view.pose);
+    }
+    const std::vector<cv::Point2d> modelled = Project(estimate.lens, view.pose, points_[i]);
+    double squares = 0;
+    for (std::size_t k = 0; k < modelled.size(); ++k) {
+      view.residuals_px.push_back(views_[i].corners_px[k] - modelled[k]);
+      squares += view.residuals_px.back().ddot(view.residuals_px.back());
+    }
+    view.rms_px = std::sqrt(squares / static_cast<double>(modelled.size()));
+    cv::Matx33d R;
+    cv::Rodrigues(view.pose.rotation, R);
+    view.tilt_rad = std::acos(std::min(1.0, std::abs(R(2, 2))));
+  }
+}
+
+void Problem::SetCovariance(CameraSolution& solution) const {
+  std::vector<Index> kept;
+  for (std::size_t i = 0; i < solution.free.size(); ++i) {
+    if (solution.free[i]) kept.push_back(static_cast<Index>(i));
+  }
+  const auto values = static_cast<Index>(kept.size());
+  MatrixXd information = MatrixXd::Zero(values, values);
+  MatrixXd disagreement = MatrixXd::Zero(values, values);
+  double squares = 0;
+  double views = 0;
+  for (const SolvedView& view : solution.views) {
+    if (!view.used) continue;
+    MatrixXd by_lens;
+    MatrixXd by_pose;
+    Project(solution.lens, view.pose, points_[view.view], &by_lens, &by_pose);
+    VectorXd residuals(by_lens.rows());
+    for (std::size_t k = 0; k < view.residuals_px.size(); ++k) {
+      residuals.segment<2>(2 * static_cast<Index>(k)) << view.residuals_px[k].x,
+          view.residuals_px[k].y;
+    }
+    const MatrixXd through_pose =
+        by_pose * (by_pose.transpose() * by_pose).ldlt().solve(by_pose.transpose() * by_lens);
+    const MatrixXd own = (by_lens - through_pose)(Eigen::all, kept);
+    const VectorXd gradient = own.transpose() * residuals;
+    information += own.transpose() * own;
+    disagreement += gradient * gradient.transpose();
+    squares += residuals.squaredNorm();
+    ++views;
+  }
+  const double spare =
+      2 * static_cast<double>(solution.corners) - kPose * views - static_cast<double>(values);
+  const MatrixXd inverse = information.ldlt().solve(MatrixXd::Identity(values, values));
+  const MatrixXd by_curvature = squares / std::max(1.0, spare) * inverse;
+  const MatrixXd by_views = views / std::max(1.0, views - 1) * inverse * disagreement * inverse;
+  // The greater for each value; correlations are those of the curvature.
+  const VectorXd grow =
+      (by_views.diagonal().array() / by_curvature.diagonal().array()).max(1.0).sqrt().matrix();
+  solution.covariance = MatrixXd::Zero(solution.lens.values.size(), solution.lens.values.size());
+  solution.covariance(kept, kept) = grow.asDiagonal() * by_curvature * grow.asDiagonal();
+}
+
+CameraSolution Problem::Solution(const Estimate& estimate, std::vector<bool> free) const {
+  CameraSolution solution;
+  solution.lens = estimate.lens;
+  solution.free = std::move(free);
+  solution.corners = UsedCorners();
+  solution.rms_px = std::sqrt(estimate.squares_px2 / static_cast<double>(solution.corners));
+  SetViews(estimate, solution);
+  SetCovariance(solution);
+  return solution;
+}
+
+// Sets of coefficients to choose from, the simplest first; all of them last.
+std::vector<std::vector<bool>> TermSets(const SolverParams& params) {
+  const std::size_t count = CoefficientNames(params.model).size();
+  std::vector<std::vector<int>> sets;
+  if (params.choose_terms && params.model == LensModel::kPlumbBob) {
+    sets = {{}, {0}, {0, 1}, {0, 2, 3}, {0, 1, 4}, {0, 1, 2, 3}};
+  } else if (params.choose_terms && params.model == LensModel::kEquidistant) {
+    sets = {{}, {0}, {0, 1}, {0, 1, 2}};
+  }
+  std::vector<std::vector<bool>> free;
+  for (const std::vector<int>& set : sets) {
+    std::vector<bool>& terms = free.emplace_back(kPinhole + count, false);
+    std::fill_n(terms.begin(), kPinhole, true);
+    for (const int i : set) terms[static_cast<std::size_t>(kPinhole + i)] = true;
+  }
+  free.emplace_back(kPinhole + count, true);
+  return free;
+}
+
+// Schwarz's: twice the negative log likelihood plus the price of the values.
+double Criterion(const Estimate& estimate, const std::vector<bool>& free, std::size_t corners) {
+  const double numbers = 2 * static_cast<double>(corners);
+  const auto values = static_cast<double>(std::count(free.begin(), free.end(), true));
+  return numbers * std::log(std::max(estimate.squares_px2, 1e-12) / numbers) +
+         values * std::log(numbers);
+}
+
+std::optional<CameraSolution> SolveOnce(const Problem& problem, const SolverParams& params) {
+  const std::optional<Estimate> start = problem.Start();
+  if (!start) return std::nullopt;
+  std::optional<Estimate> best;
+  std::vector<bool> best_free;
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::vector<bool>& free : TermSets(params)) {
+    Estimate estimate = *start;
+    for (std::size_t i = kPinhole; i < free.size(); ++i) {
+      if (!free[i]) estimate.lens.values[static_cast<Index>(i)] = 0;
+    }
+    problem.Minimise(free, estimate);
+    if (!std::isfinite(estimate.squares_px2)) continue;
+    const double criterion = Criterion(estimate, free, problem.UsedCorners());
+    if (criterion >= least) continue;
+    least = criterion;
+    best = std::move(estimate);
+    best_free = free;
+  }
+  if (!best) return std::nullopt;
+  return problem.Solution(*best, best_free);
+}
+
+// The view that fits worst, when it fits too badly to be of the same board and camera.
+std::optional<std::size_t> Outlier(const CameraSolution& solution, double factor) {
+  constexpr std::size_t kLeastViews = 4;  // three must be left
+  if (solution.UsedViews() < kLeastViews) return std::nullopt;
+  std::vector<double> rms_px;
+  const SolvedView* worst = nullptr;
+  for (const SolvedView& view : solution.views) {
+    if (!view.used) continue;
+    rms_px.push_back(view.rms_px);
+    if (worst == nullptr || view.rms_px > worst->rms_px) worst = &view;
+  }
+  const auto middle = rms_px.begin() + static_cast<std::ptrdiff_t>(rms_px.size() / 2);
+  std::nth_element(rms_px.begin(), middle, rms_px.end());
+  if (worst == nullptr || worst->rms_px <= factor * *middle) return std::nullopt;
+  return worst->view;
+}
+
+}  // namespace
+
+double CameraSolution::Sigma(Index i) const {
+  return std::sqrt(std::max(0.0, covariance(i, i)));
+}
+
+std::size_t CameraSolution::UsedViews() const {
+  return static_cast<std::size_t>(
+      std::count_if(views.begin(), views.end(), [](const SolvedView& view) { return view.used; }));
+}
+
+double CameraSolution::CornerSigma() const {
+  const double right = lens.size.width - 1;
+  const double bottom = lens.size.height - 1;
+  const std::vector<cv::Point2d> plane =
+      Undistort(lens, {{0, 0}, {right, 0}, {0, bottom}, {right, bottom}});
+  double greatest = 0;
+  for (const cv::Point2d& p : plane) {
+    if (!std::isfinite(p.x) || std::abs(p.x) > 1e4 || std::abs(p.y) > 1e4) continue;
+    MatrixXd by_lens;
+    Project(lens, {{0, 0, 0}, {0, 0, 0}}, {{p.x, p.y, 1}}, &by_lens);
+    const MatrixXd by_terms = by_lens.rightCols(by_lens.cols() - kPinhole);
+    const Index terms = by_terms.cols();
+    const Eigen::Matrix2d spread =
+        by_terms * covariance.bottomRightCorner(terms, terms) * by_terms.transpose();
+    greatest = std::max(greatest, std::sqrt(std::max(0.0, spread.trace())));
+  }
+  return greatest;
+}
+
+std::vector<cv::Point3d> BoardPoints(const Board& board, const BoardView& view) {
+  std::vector<cv::Point3d> points;
+  points.reserve(view.ids.size());
+  for (const int id : view.ids) points.push_back(board.Corner(id));
+  return points;
+}
+
+std::optional<BoardPose> FindPose(const Lens& lens, const Board& board, const BoardView& view) {
+  const std::vector<cv::Point2d> plane = Undistort(lens, view.corners_px);
+  const std::vector<cv::Point3d> points = BoardPoints(board, view);
+  constexpr double kFarthest = 50;  // tangent of the angle from the axis
+  for (const cv::Point2d& p : plane) {
+    if (!(std::abs(p.x) < kFarthest && std::abs(p.y) < kFarthest)) return std::nullopt;
+  }
+  BoardPose pose;
+  try {
+    const cv::Matx33d unit = cv::Matx33d::eye();
+    if (!cv::solvePnP(points, plane, unit, cv::noArray(), pose.rotation, pose.translation)) {
+      return std::nullopt;
+    }
+  } catch (const cv::Exception&) {
+    return std::nullopt;  // corners in one line
+  }
+  if (!(pose.translation[2] > 0)) return std::nullopt;
+  return pose;
+}
+
+MatrixXd LensInformation(const Lens& lens,
+                         const BoardPose& pose,
+                         const std::vector<cv::Point3d>& points) {
+  MatrixXd by_lens;
+  MatrixXd by_pose;
+  Project(lens, pose, points, &by_lens, &by_pose);
+  const MatrixXd across = by_pose.transpose() * by_lens;
+  return by_lens.transpose() * by_lens -
+         across.transpose() * (by_pose.transpose() * by_pose).ldlt().solve(across);
+}
+
+std::optional<CameraSolution> SolveCamera(const Board& board,
+                                          const std::vector<BoardView>& views,
+                                          cv::Size size,
+                                          const SolverParams& params) {
+  Problem problem(board, views, size, params.model);
+  std::optional<CameraSolution> solution = SolveOnce(problem, params);
+  while (solution) {
+    const std::optional<std::size_t> outlier = Outlier(*solution, params.outlier_factor);
+    if (!outlier) break;
+    problem.LeaveOut(*outlier);
+    solution = SolveOnce(problem, params);
+  }
+  return solution;
+}
+
+}  // namespace ceilmap::calibration
