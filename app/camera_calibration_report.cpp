@@ -53,7 +53,7 @@ Table CameraFacts(const CameraCalibration& calibration) {
   }
   table.AddRow({"corners known to",
                 fmt::format("{:.2f}", solution.CornerSigma()),
-                "px, what the distortion's uncertainty does to the picture's corners"});
+                "px, where the directions of the picture's corners show"});
   table.AddRow(
       {"coverage", fmt::format("{:.0f} %", 100 * calibration.coverage.Share()), "of the picture"});
   return table;

@@ -2,7 +2,6 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,18 +10,25 @@
 #include <opencv2/calib3d.hpp>
 #include <utility>
 
+#include "calib/solve/board_pose.hpp"
+#include "calib/solve/lens_covariance.hpp"
+
 namespace ceilmap::calibration {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr int kPose = 6;
 constexpr Index kPinhole = 4;
 
 BoardPose PoseOf(const double* values) {
   return {{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
+}
+
+// The first of a model's coefficients, which any lens may have: k1, k2, p1, p2 or k1, k2.
+Index OpenTerms(LensModel model) {
+  return model == LensModel::kEquidistant ? 2 : 4;
 }
 
 // Residuals of one view by the lens's values and the view's pose.
@@ -100,7 +106,8 @@ class Problem {
   [[nodiscard]] std::vector<double> FocalGuesses() const;
   [[nodiscard]] std::optional<Estimate> StartAt(double focal_px) const;
   void SetViews(const Estimate& estimate, CameraSolution& solution) const;
-  void SetCovariance(CameraSolution& solution) const;
+  [[nodiscard]] MatrixXd Covariance(const CameraSolution& solution,
+                                    const std::vector<bool>& free) const;
 
   const Board& board_;
   const std::vector<BoardView>& views_;
@@ -209,45 +216,12 @@ void Problem::SetViews(const Estimate& estimate, CameraSolution& solution) const
   }
 }
 
-void Problem::SetCovariance(CameraSolution& solution) const {
-  std::vector<Index> kept;
-  for (std::size_t i = 0; i < solution.free.size(); ++i) {
-    if (solution.free[i]) kept.push_back(static_cast<Index>(i));
-  }
-  const auto values = static_cast<Index>(kept.size());
-  MatrixXd information = MatrixXd::Zero(values, values);
-  MatrixXd disagreement = MatrixXd::Zero(values, values);
-  double squares = 0;
-  double views = 0;
+MatrixXd Problem::Covariance(const CameraSolution& solution, const std::vector<bool>& free) const {
+  std::vector<FittedView> fitted;
   for (const SolvedView& view : solution.views) {
-    if (!view.used) continue;
-    MatrixXd by_lens;
-    MatrixXd by_pose;
-    Project(solution.lens, view.pose, points_[view.view], &by_lens, &by_pose);
-    VectorXd residuals(by_lens.rows());
-    for (std::size_t k = 0; k < view.residuals_px.size(); ++k) {
-      residuals.segment<2>(2 * static_cast<Index>(k)) << view.residuals_px[k].x,
-          view.residuals_px[k].y;
-    }
-    const MatrixXd through_pose =
-        by_pose * (by_pose.transpose() * by_pose).ldlt().solve(by_pose.transpose() * by_lens);
-    const MatrixXd own = (by_lens - through_pose)(Eigen::all, kept);
-    const VectorXd gradient = own.transpose() * residuals;
-    information += own.transpose() * own;
-    disagreement += gradient * gradient.transpose();
-    squares += residuals.squaredNorm();
-    ++views;
+    if (view.used) fitted.push_back({view.pose, &points_[view.view], &view.residuals_px});
   }
-  const double spare =
-      2 * static_cast<double>(solution.corners) - kPose * views - static_cast<double>(values);
-  const MatrixXd inverse = information.ldlt().solve(MatrixXd::Identity(values, values));
-  const MatrixXd by_curvature = squares / std::max(1.0, spare) * inverse;
-  const MatrixXd by_views = views / std::max(1.0, views - 1) * inverse * disagreement * inverse;
-  // The greater for each value; correlations are those of the curvature.
-  const VectorXd grow =
-      (by_views.diagonal().array() / by_curvature.diagonal().array()).max(1.0).sqrt().matrix();
-  solution.covariance = MatrixXd::Zero(solution.lens.values.size(), solution.lens.values.size());
-  solution.covariance(kept, kept) = grow.asDiagonal() * by_curvature * grow.asDiagonal();
+  return LensCovariance(solution.lens, fitted, free);
 }
 
 CameraSolution Problem::Solution(const Estimate& estimate, std::vector<bool> free) const {
@@ -257,7 +231,10 @@ CameraSolution Problem::Solution(const Estimate& estimate, std::vector<bool> fre
   solution.corners = UsedCorners();
   solution.rms_px = std::sqrt(estimate.squares_px2 / static_cast<double>(solution.corners));
   SetViews(estimate, solution);
-  SetCovariance(solution);
+  solution.covariance = Covariance(solution, solution.free);
+  std::vector<bool> open = solution.free;
+  std::fill_n(open.begin(), kPinhole + OpenTerms(model_), true);
+  solution.open_covariance = Covariance(solution, open);
   return solution;
 }
 
@@ -328,6 +305,21 @@ std::optional<std::size_t> Outlier(const CameraSolution& solution, double factor
   return worst->view;
 }
 
+// The direction that shows at a pixel, or at the last place on the way to it that has one.
+std::optional<cv::Point3d> RayTowards(const Lens& lens, const cv::Point2d& pixel) {
+  constexpr double kFarthest = 20;  // tangent of the angle from the axis
+  constexpr double kStep = 0.05;
+  const cv::Point2d centre(lens.values[2], lens.values[3]);
+  for (double part = 1; part > kStep; part -= kStep) {
+    const cv::Point2d at = centre + part * (pixel - centre);
+    const cv::Point2d p = Undistort(lens, {at}).front();
+    if (!(std::abs(p.x) < kFarthest && std::abs(p.y) < kFarthest)) continue;
+    const cv::Point3d ray(p.x, p.y, 1);
+    if (cv::norm(Project(lens, {}, {ray}).front() - at) < 0.1) return ray;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 double CameraSolution::Sigma(Index i) const {
@@ -342,58 +334,19 @@ std::size_t CameraSolution::UsedViews() const {
 double CameraSolution::CornerSigma() const {
   const double right = lens.size.width - 1;
   const double bottom = lens.size.height - 1;
-  const std::vector<cv::Point2d> plane =
-      Undistort(lens, {{0, 0}, {right, 0}, {0, bottom}, {right, bottom}});
   double greatest = 0;
-  for (const cv::Point2d& p : plane) {
-    if (!std::isfinite(p.x) || std::abs(p.x) > 1e4 || std::abs(p.y) > 1e4) continue;
+  for (const cv::Point2d& corner : {cv::Point2d(0, 0),
+                                    cv::Point2d(right, 0),
+                                    cv::Point2d(0, bottom),
+                                    cv::Point2d(right, bottom)}) {
+    const std::optional<cv::Point3d> ray = RayTowards(lens, corner);
+    if (!ray) continue;
     MatrixXd by_lens;
-    Project(lens, {{0, 0, 0}, {0, 0, 0}}, {{p.x, p.y, 1}}, &by_lens);
-    const MatrixXd by_terms = by_lens.rightCols(by_lens.cols() - kPinhole);
-    const Index terms = by_terms.cols();
-    const Eigen::Matrix2d spread =
-        by_terms * covariance.bottomRightCorner(terms, terms) * by_terms.transpose();
+    Project(lens, {}, {*ray}, &by_lens);
+    const Eigen::Matrix2d spread = by_lens * open_covariance * by_lens.transpose();
     greatest = std::max(greatest, std::sqrt(std::max(0.0, spread.trace())));
   }
   return greatest;
-}
-
-std::vector<cv::Point3d> BoardPoints(const Board& board, const BoardView& view) {
-  std::vector<cv::Point3d> points;
-  points.reserve(view.ids.size());
-  for (const int id : view.ids) points.push_back(board.Corner(id));
-  return points;
-}
-
-std::optional<BoardPose> FindPose(const Lens& lens, const Board& board, const BoardView& view) {
-  const std::vector<cv::Point2d> plane = Undistort(lens, view.corners_px);
-  const std::vector<cv::Point3d> points = BoardPoints(board, view);
-  constexpr double kFarthest = 50;  // tangent of the angle from the axis
-  for (const cv::Point2d& p : plane) {
-    if (!(std::abs(p.x) < kFarthest && std::abs(p.y) < kFarthest)) return std::nullopt;
-  }
-  BoardPose pose;
-  try {
-    const cv::Matx33d unit = cv::Matx33d::eye();
-    if (!cv::solvePnP(points, plane, unit, cv::noArray(), pose.rotation, pose.translation)) {
-      return std::nullopt;
-    }
-  } catch (const cv::Exception&) {
-    return std::nullopt;  // corners in one line
-  }
-  if (!(pose.translation[2] > 0)) return std::nullopt;
-  return pose;
-}
-
-MatrixXd LensInformation(const Lens& lens,
-                         const BoardPose& pose,
-                         const std::vector<cv::Point3d>& points) {
-  MatrixXd by_lens;
-  MatrixXd by_pose;
-  Project(lens, pose, points, &by_lens, &by_pose);
-  const MatrixXd across = by_pose.transpose() * by_lens;
-  return by_lens.transpose() * by_lens -
-         across.transpose() * (by_pose.transpose() * by_pose).ldlt().solve(across);
 }
 
 std::optional<CameraSolution> SolveCamera(const Board& board,

@@ -38,6 +38,9 @@ struct CameraSolution {
   /// From the curvature of the squared residuals and from how the views disagree, the greater of
   /// the two: corner errors of one view (a bent board, shading) are not independent.
   Eigen::MatrixXd covariance;
+  /// The same as if k1, k2, p1 and p2 (of a fisheye k1, k2) had been estimated too where they were
+  /// not: what the views leave open.
+  Eigen::MatrixXd open_covariance;
   std::vector<bool> free;         ///< which of Lens::values were estimated
   double rms_px = 0;              ///< root of the mean squared length over all corners used
   std::size_t corners = 0;        ///< used
@@ -45,8 +48,10 @@ struct CameraSolution {
 
   /// Standard deviation of a value.
   [[nodiscard]] double Sigma(Eigen::Index i) const;
-  /// Standard deviation, in pixels, of where the picture's corners show: how far the uncertainty of
-  /// the distortion moves them, once focal lengths and centre have taken their part.
+  /// How well the lens is known in the picture's corners: standard deviation, in pixels, of where
+  /// the directions show that the corners look into; the greatest of the four. Coefficients that
+  /// were left at zero count with what the views leave open of them. Where the lens's model ends
+  /// before the corners, its last place on the way there stands for them.
   [[nodiscard]] double CornerSigma() const;
   [[nodiscard]] std::size_t UsedViews() const;
 };
@@ -61,17 +66,5 @@ std::optional<CameraSolution> SolveCamera(const Board& board,
                                           const std::vector<BoardView>& views,
                                           cv::Size size,
                                           const SolverParams& params = {});
-
-/// What a view tells of the lens: information of Lens::values with the view's pose taken out, per
-/// square pixel of corner noise.
-Eigen::MatrixXd LensInformation(const Lens& lens,
-                                const BoardPose& pose,
-                                const std::vector<cv::Point3d>& points);
-
-/// The board's corners that a view shows.
-std::vector<cv::Point3d> BoardPoints(const Board& board, const BoardView& view);
-
-/// The pose that fits a view best, for a lens that is known. Nothing when there is none.
-std::optional<BoardPose> FindPose(const Lens& lens, const Board& board, const BoardView& view);
 
 }  // namespace ceilmap::calibration

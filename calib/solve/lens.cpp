@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -106,6 +107,29 @@ std::vector<cv::Point2d> Undistort(const Lens& lens, const std::vector<cv::Point
         pixels, plane, lens.Matrix(), lens.Coefficients(), cv::noArray(), cv::noArray(), criteria);
   }
   return plane;
+}
+
+double Reach(const Lens& lens) {
+  const std::vector<double> k = lens.Coefficients();
+  // On the picture, of the tangent of the angle from the axis, or of the angle itself.
+  const auto radius = [&](double from_axis) {
+    const double s = from_axis * from_axis;
+    if (lens.model == LensModel::kEquidistant) {
+      return from_axis * (1 + s * (k[0] + s * (k[1] + s * (k[2] + s * k[3]))));
+    }
+    const double above = 1 + s * (k[0] + s * (k[1] + s * k[4]));
+    if (lens.model == LensModel::kPlumbBob) return from_axis * above;
+    return from_axis * above / (1 + s * (k[5] + s * (k[6] + s * k[7])));
+  };
+  const double farthest = lens.model == LensModel::kEquidistant ? std::numbers::pi : 10;
+  constexpr int kSteps = 4000;
+  double reached = 0;
+  for (int i = 1; i <= kSteps; ++i) {
+    const double next = radius(farthest * i / kSteps);
+    if (!(next > reached)) return reached;
+    reached = next;
+  }
+  return reached;
 }
 
 std::array<double, 4> RectifiedPinhole(const Lens& lens) {

@@ -61,6 +61,10 @@ std::vector<cv::Point2d> Project(const Lens& lens,
 /// which no direction leads.
 std::vector<cv::Point2d> Undistort(const Lens& lens, const std::vector<cv::Point2d>& pixels);
 
+/// How far from the principal point, in focal lengths on the picture, the model has a meaning: from
+/// there on it folds back, and two directions would show at one place. Tangential terms left out.
+double Reach(const Lens& lens);
+
 /// fx, fy, cx, cy of a camera without distortion whose picture of the same size shows nothing but
 /// what the lens saw.
 std::array<double, 4> RectifiedPinhole(const Lens& lens);

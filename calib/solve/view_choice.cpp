@@ -8,7 +8,9 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/solve/board_pose.hpp"
 #include "calib/solve/camera_solver.hpp"
+#include "calib/solve/lens_covariance.hpp"
 
 namespace ceilmap::calibration {
 namespace {

@@ -115,22 +115,22 @@ void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
                         solution.rms_px,
                         RosName(solution.lens.model)));
   }
-  const double right = solution.lens.size.width - 1;
-  const double bottom = solution.lens.size.height - 1;
-  const std::vector<cv::Point2d> corners = {{0, 0}, {right, 0}, {0, bottom}, {right, bottom}};
-  const std::vector<cv::Point2d> plane = Undistort(solution.lens, corners);
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const bool finite = std::abs(plane[i].x) < 1e4 && std::abs(plane[i].y) < 1e4;
-    if (finite && cv::norm(Project(solution.lens, {}, {{plane[i].x, plane[i].y, 1}}).front() -
-                           corners[i]) < 1) {
-      continue;
-    }
-    judgement.warnings.emplace_back(
-        "the distortion found has no meaning in the picture's corners, which show nothing when it "
-        "is "
-        "taken out: add views with the board there, or try another --model");
-    return;
-  }
+}
+
+// What lies beyond the model's reach is lost wherever distortion is taken out.
+void JudgeReach(const Lens& lens, Judgement& judgement) {
+  constexpr double kGoodShare = 0.98;
+  const double across =
+      std::max(lens.values[2], lens.size.width - 1 - lens.values[2]) / lens.values[0];
+  const double down =
+      std::max(lens.values[3], lens.size.height - 1 - lens.values[3]) / lens.values[1];
+  const double share = Reach(lens) / std::hypot(across, down);
+  if (share >= kGoodShare) return;
+  judgement.warnings.push_back(fmt::format(
+      "the distortion found has a meaning only {:.0f} % of the way to the picture's corners; "
+      "what lies beyond is lost when it is taken out: add views with the board there, or try "
+      "another --model",
+      100 * share));
 }
 
 }  // namespace
@@ -220,6 +220,7 @@ Judgement JudgeCamera(const CameraSolution& solution, const Coverage& coverage) 
   JudgeSigmas(solution, judgement);
   JudgeCoverage(coverage, judgement);
   JudgeFit(solution, judgement);
+  JudgeReach(solution.lens, judgement);
   return judgement;
 }
 

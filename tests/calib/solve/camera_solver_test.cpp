@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "calib/solve/board_pose.hpp"
 #include "calib/solve/view_choice.hpp"
 #include "calib/solve/view_judge.hpp"
 #include "tests/calib/solve/painted_board.hpp"
