@@ -104,7 +104,7 @@ Figure CoverageFigure(const CameraCalibration& calibration) {
           "set cbrange [0:*]\nset colorbox\nset grid front\n",
           100 * calibration.coverage.Share());
   figure.plot =
-      "  plot 'coverage.csv' using 1:2:3 every ::1 with image notitle, \\\n"
+      "  plot 'coverage.csv' using 1:2:3 every ::1 with image pixels notitle, \\\n"
       "    'residuals.csv' using 1:2 every ::1 with points pt 7 ps 0.25 lc rgb '#D55E00' notitle\n";
   return figure;
 }

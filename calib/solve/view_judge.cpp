@@ -83,10 +83,9 @@ void JudgeSigmas(const CameraSolution& solution, Judgement& judgement) {
   constexpr double kGoodCornerPx = 2;
   const double corner_px = solution.CornerSigma();
   if (corner_px > kGoodCornerPx) {
-    judgement.warnings.push_back(
-        fmt::format("distortion known to {:.1f} px only in the picture's corners: add views with "
-                    "the board there",
-                    corner_px));
+    judgement.warnings.push_back(fmt::format(
+        "the picture's corners are known to {:.1f} px only: add views with the board there",
+        corner_px));
   }
 }
 

@@ -62,3 +62,12 @@ ceilmap_add_test(compass_command_test
   LINKS ceilmap_app fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 target_compile_definitions(compass_command_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
 add_dependencies(compass_command_test ceilmap)
+
+ceilmap_add_test(calibrate_camera_test WHOLE
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/../calib/solve/painted_board.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/calibrate_camera_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
+  LINKS ceilmap_app fmt::fmt opencv_calib3d opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
+target_compile_definitions(calibrate_camera_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
+add_dependencies(calibrate_camera_test ceilmap)
