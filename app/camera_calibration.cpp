@@ -70,13 +70,17 @@ std::string WhyNoBoard(const BoardPictures& pictures, const Board& board) {
       pictures.pictures);
 }
 
-// The sector-based detector may find a part of a larger board.
+// A board may be found as a part of a larger one.
 void CheckSize(const BoardPictures& pictures, const Board& board) {
   if (board.kind != calibration::BoardKind::kChessboard) return;
   const BoardGuess guess = calibration::GuessSize(pictures.sample);
-  const int cells = guess.corners.area();
-  if (guess.kind != BoardGuess::Kind::kOtherSize || cells <= board.CornerCount()) return;
-  Refuse(pictures, OtherSize(guess.corners, board));
+  Board larger = board;
+  larger.columns = guess.corners.width;
+  larger.rows = guess.corners.height;
+  if (guess.kind != BoardGuess::Kind::kOtherSize || larger.CornerCount() <= board.CornerCount())
+    return;
+  if (calibration::DetectBoard(pictures.sample, larger))
+    Refuse(pictures, OtherSize(guess.corners, board));
 }
 
 // Sharp views only.

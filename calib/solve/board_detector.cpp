@@ -6,6 +6,7 @@
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "calib/solve/corner_refiner.hpp"
 
@@ -36,13 +37,16 @@ void Enlarge(double scale, Corners& corners) {
   }
 }
 
-bool FindChessboard(const cv::Mat& grey, cv::Size size, Corners& corners) {
-  constexpr int kSectors =
+bool FindBySectors(const cv::Mat& grey, cv::Size size, Corners& corners) {
+  constexpr int kFlags =
       cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY;
-  constexpr int kClassic =
+  return cv::findChessboardCornersSB(grey, size, corners, kFlags);
+}
+
+bool FindByQuads(const cv::Mat& grey, cv::Size size, Corners& corners) {
+  constexpr int kFlags =
       cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK;
-  return cv::findChessboardCornersSB(grey, size, corners, kSectors) ||
-         cv::findChessboardCorners(grey, size, corners, kClassic);
+  return cv::findChessboardCorners(grey, size, corners, kFlags);
 }
 
 // From each corner to the nearest of its neighbours in row and column, pixels; of a corner without
@@ -68,31 +72,48 @@ std::vector<double> NeighbourDistances(const Corners& corners,
   return nearest;
 }
 
-// Bells and windows end before the next corners, whose edges would pull.
-void Refine(const cv::Mat& grey,
-            const std::vector<double>& nearest,
-            double bell_part,
-            Corners& corners) {
+// Bells end before the next corners, whose edges would pull. A smaller one may still fit where the
+// picture ends.
+// @return how many of the corners are none: those keep their place, and `found` says so.
+std::size_t Refine(const cv::Mat& grey,
+                   const std::vector<double>& nearest,
+                   double bell_part,
+                   Corners& corners,
+                   std::vector<bool>& found) {
   constexpr double kMostBellPx = 6;
   constexpr double kLeastBellPx = 1;
   constexpr double kFarthestPart = 0.15;
-  constexpr double kWindowPart = 0.4;
-  constexpr int kLeastWindowPx = 2;
-  constexpr int kMostWindowPx = 11;
-  const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 50, 1e-4);
+  found.assign(corners.size(), false);
+  std::size_t missing = 0;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const double bell_px = std::clamp(bell_part * nearest[i], kLeastBellPx, kMostBellPx);
     const double farthest_px = std::max(1.0, kFarthestPart * nearest[i]);
-    if (const auto corner = RefineCorner(grey, corners[i], bell_px, farthest_px)) {
+    for (const double part : {1.0, 0.5}) {
+      const auto corner =
+          RefineCorner(grey, corners[i], std::max(kLeastBellPx, part * bell_px), farthest_px);
+      if (!corner) continue;
       corners[i] = *corner;
-      continue;
+      found[i] = true;
+      break;
     }
-    const int half =
-        std::clamp(static_cast<int>(kWindowPart * nearest[i]), kLeastWindowPx, kMostWindowPx);
-    Corners one = {corners[i]};
-    cv::cornerSubPix(grey, one, {half, half}, {-1, -1}, criteria);
-    corners[i] = one.front();
+    missing += found[i] ? 0 : 1;
   }
+  return missing;
+}
+
+// Without the corners that are none; nothing when they are more than a fifth.
+std::optional<BoardView> KeepFound(BoardView view, const std::vector<bool>& found) {
+  constexpr std::size_t kMostMissing = 5;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (!found[i]) continue;
+    view.corners_px[kept] = view.corners_px[i];
+    view.ids[kept++] = view.ids[i];
+  }
+  if (kMostMissing * (found.size() - kept) > found.size()) return std::nullopt;
+  view.corners_px.resize(kept);
+  view.ids.resize(kept);
+  return view;
 }
 
 double EdgeWidth(const cv::Mat& grey, cv::Size size, const Corners& corners) {
@@ -106,22 +127,43 @@ double EdgeWidth(const cv::Mat& grey, cv::Size size, const Corners& corners) {
   }
 }
 
-std::optional<BoardView> DetectChessboard(const cv::Mat& grey, const Board& board) {
+// A grid of corners, and which of them are some.
+struct Grid {
+  BoardView view;
+  std::vector<bool> found;
+  std::size_t missing = 0;
+};
+
+std::optional<Grid> FindGrid(const cv::Mat& grey,
+                             const Board& board,
+                             bool (*find)(const cv::Mat&, cv::Size, Corners&)) {
   const cv::Size size(board.columns, board.rows);
   cv::Mat small;
   const double scale = Reduce(grey, kSearchSidePx, small);
   Corners corners;
-  if (!FindChessboard(small, size, corners)) return std::nullopt;
+  if (!find(small, size, corners)) return std::nullopt;
   Enlarge(scale, corners);
-  BoardView view;
-  for (int id = 0; id < board.CornerCount(); ++id) view.ids.push_back(id);
+  Grid grid;
+  for (int id = 0; id < board.CornerCount(); ++id) grid.view.ids.push_back(id);
   constexpr double kBellPart = 0.2;
-  const std::vector<double> nearest = NeighbourDistances(corners, view.ids, board.columns);
-  Refine(grey, nearest, kBellPart, corners);
-  view.corners_px.assign(corners.begin(), corners.end());
-  view.edge_px = EdgeWidth(grey, size, corners);
-  view.square_px = *std::min_element(nearest.begin(), nearest.end());
-  return view;
+  const std::vector<double> nearest = NeighbourDistances(corners, grid.view.ids, board.columns);
+  grid.missing = Refine(grey, nearest, kBellPart, corners, grid.found);
+  grid.view.corners_px.assign(corners.begin(), corners.end());
+  grid.view.edge_px = EdgeWidth(grey, size, corners);
+  grid.view.square_px = *std::min_element(nearest.begin(), nearest.end());
+  return grid;
+}
+
+// The sector-based detector guesses corners that it does not see, beside the true ones when the
+// lens bends much.
+std::optional<BoardView> DetectChessboard(const cv::Mat& grey, const Board& board) {
+  std::optional<Grid> grid = FindGrid(grey, board, FindBySectors);
+  if (!grid || grid->missing > 0) {
+    std::optional<Grid> other = FindGrid(grey, board, FindByQuads);
+    if (other && (!grid || other->missing < grid->missing)) grid = std::move(other);
+  }
+  if (!grid) return std::nullopt;
+  return KeepFound(std::move(grid->view), grid->found);
 }
 
 struct Charuco {
@@ -182,12 +224,13 @@ std::optional<BoardView> DetectCharuco(const cv::Mat& grey, const Board& board) 
   if (!FitsBoard(corners, ids, charuco)) return std::nullopt;
   constexpr double kBellPart = 0.12;  // markers begin near the corners, but alike on both sides
   const std::vector<double> nearest = NeighbourDistances(corners, ids, board.columns);
-  Refine(grey, nearest, kBellPart, corners);
+  std::vector<bool> found;
+  Refine(grey, nearest, kBellPart, corners, found);
   BoardView view;
   view.corners_px.assign(corners.begin(), corners.end());
   view.ids = ids;
   view.square_px = *std::min_element(nearest.begin(), nearest.end());
-  return view;
+  return KeepFound(std::move(view), found);
 }
 
 }  // namespace

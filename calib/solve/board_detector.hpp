@@ -25,7 +25,8 @@ struct BoardView {
 ///
 /// Corners come from OpenCV's sector-based detector, or the classic one where that finds none, or
 /// from the markers, and are refined by RefineCorner: the sector-based places alone put the focal
-/// length 0.3 to 0.6 % too high (calib/README.md).
+/// length 0.3 to 0.6 % too high (calib/README.md). Corners where no squares meet are left out; with
+/// more than a fifth of such there is no board.
 /// @param grey  CV_8UC1. Thread-safe.
 std::optional<BoardView> DetectBoard(const cv::Mat& grey, const Board& board);
 
