@@ -308,9 +308,10 @@ std::optional<std::size_t> Outlier(const CameraSolution& solution, double factor
 // The direction that shows at a pixel, or at the last place on the way to it that has one.
 std::optional<cv::Point3d> RayTowards(const Lens& lens, const cv::Point2d& pixel) {
   constexpr double kFarthest = 20;  // tangent of the angle from the axis
-  constexpr double kStep = 0.05;
+  constexpr int kSteps = 20;
   const cv::Point2d centre(lens.values[2], lens.values[3]);
-  for (double part = 1; part > kStep; part -= kStep) {
+  for (int step = kSteps; step > 0; --step) {
+    const double part = static_cast<double>(step) / kSteps;
     const cv::Point2d at = centre + part * (pixel - centre);
     const cv::Point2d p = Undistort(lens, {at}).front();
     if (!(std::abs(p.x) < kFarthest && std::abs(p.y) < kFarthest)) continue;

@@ -42,11 +42,11 @@ std::optional<Vector6> FitQuadric(const cv::Mat& grey, cv::Point2d centre, doubl
       const double bell = std::exp(-(x * x + y * y) / (sigma_px * sigma_px));  // squared
       Vector6 terms;
       terms << x * x, x * y, y * y, x, y, 1;
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(terms, bell);
+      normal.noalias() += (bell * terms) * terms.transpose();
       right += bell * row[u] * terms;
     }
   }
-  return normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+  return normal.ldlt().solve(right);
 }
 
 }  // namespace
