@@ -162,7 +162,7 @@ void LookAtVideo(FrameReader& reader, const calibration::Board& board, Collector
   const std::int64_t frames = reader.ExpectedFrames().value_or(kUnknownLength);
   Stretches stretches(reader, (frames + kMostOfVideo - 1) / kMostOfVideo);
   Progress progress("boards", "frames", reader.ExpectedFrames());
-  const auto batch = static_cast<std::size_t>(4 * ThreadCount());
+  const auto batch = 4 * static_cast<std::size_t>(ThreadCount());
   bool more = true;
   while (more) {
     std::vector<NamedPicture> pictures;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "calib/error.hpp"
@@ -39,14 +40,43 @@ std::string Blurred(std::int64_t pictures) {
       pictures);
 }
 
-// What most of the pictures without a board say, when any says something.
+// True where a chessboard of this size is really found, with all its corners.
+bool IsSeen(const cv::Mat& picture, cv::Size corners, Board board) {
+  board.kind = calibration::BoardKind::kChessboard;
+  board.columns = corners.width;
+  board.rows = corners.height;
+  const auto view = calibration::DetectBoard(picture, board);
+  return view && view->ids.size() == static_cast<std::size_t>(corners.area());
+}
+
+// Counts pictures that show a board of another size. Two must agree, where there are two: tiles and
+// windows make small boards here and there.
+class SizeVotes {
+ public:
+  SizeVotes(const BoardPictures& pictures, const Board& board)
+      : board_(board), needed_(std::min<std::size_t>(2, pictures.unseen.size())) {}
+  bool Add(const cv::Mat& picture, cv::Size corners) {
+    constexpr int kLeastCorners = 20;
+    if (corners.area() < kLeastCorners || !IsSeen(picture, corners, board_)) return false;
+    return ++votes_[{corners.width, corners.height}] >= needed_;
+  }
+
+ private:
+  const Board& board_;
+  std::size_t needed_;
+  std::map<std::pair<int, int>, std::size_t> votes_;
+};
+
+// What the pictures without a board say, the first that says something.
 std::string WhyNoBoard(const BoardPictures& pictures, const Board& board) {
   using Kind = BoardGuess::Kind;
+  SizeVotes votes(pictures, board);
   for (const cv::Mat& picture : pictures.unseen) {
     const BoardGuess guess = calibration::GuessBoard(picture, board);
     switch (guess.kind) {
       case Kind::kOtherSize:
-        return OtherSize(guess.corners, board);
+        if (votes.Add(picture, guess.corners)) return OtherSize(guess.corners, board);
+        break;
       case Kind::kMirrored:
         return "the board is seen mirrored, by a mirror before the camera or a driver that flips; "
                "give "
@@ -74,13 +104,11 @@ std::string WhyNoBoard(const BoardPictures& pictures, const Board& board) {
 void CheckSize(const BoardPictures& pictures, const Board& board) {
   if (board.kind != calibration::BoardKind::kChessboard) return;
   const BoardGuess guess = calibration::GuessSize(pictures.sample);
-  Board larger = board;
-  larger.columns = guess.corners.width;
-  larger.rows = guess.corners.height;
-  if (guess.kind != BoardGuess::Kind::kOtherSize || larger.CornerCount() <= board.CornerCount())
-    return;
-  if (calibration::DetectBoard(pictures.sample, larger))
+  const bool larger =
+      guess.kind == BoardGuess::Kind::kOtherSize && guess.corners.area() > board.CornerCount();
+  if (larger && IsSeen(pictures.sample, guess.corners, board)) {
     Refuse(pictures, OtherSize(guess.corners, board));
+  }
 }
 
 // Sharp views only.

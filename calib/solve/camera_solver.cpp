@@ -242,10 +242,13 @@ CameraSolution Problem::Solution(const Estimate& estimate, std::vector<bool> fre
 std::vector<std::vector<bool>> TermSets(const SolverParams& params) {
   const std::size_t count = CoefficientNames(params.model).size();
   std::vector<std::vector<int>> sets;
-  if (params.choose_terms && params.model == LensModel::kPlumbBob) {
-    sets = {{}, {0}, {0, 1}, {0, 2, 3}, {0, 1, 4}, {0, 1, 2, 3}};
-  } else if (params.choose_terms && params.model == LensModel::kEquidistant) {
+  if (params.choose_terms && params.model == LensModel::kEquidistant) {
     sets = {{}, {0}, {0, 1}, {0, 1, 2}};
+  } else if (params.choose_terms) {
+    sets = {{}, {0}, {0, 1}, {0, 2, 3}, {0, 1, 4}, {0, 1, 2, 3}};
+  }
+  if (params.choose_terms && params.model == LensModel::kRational) {
+    sets.insert(sets.end(), {{0, 5}, {0, 1, 5}, {0, 1, 4, 5}, {0, 1, 5, 6}, {0, 1, 2, 3, 4}});
   }
   std::vector<std::vector<bool>> free;
   for (const std::vector<int>& set : sets) {

@@ -88,6 +88,24 @@ TEST(BoardDetector, ACharucoBoardMayBeSeenInPart) {
   EXPECT_FALSE(DetectBoard(painter.Paint(pose), Chessboard()));
 }
 
+// The sector-based detector guesses corners that it does not see.
+TEST(BoardDetector, LeavesOutCornersThatAreHidden) {
+  const Board board = Chessboard();
+  const Lens lens = TestLens();
+  const BoardPainter painter(board, lens);
+  const BoardPose pose = PoseAt(board, lens, {0.5, 0.5}, 0.2, 0.1, 0, 0.8);
+  cv::Mat picture = painter.Paint(pose);
+  const cv::Point2d hidden = painter.Corners(pose)[22];
+  cv::circle(picture, hidden, 9, cv::Scalar(210), cv::FILLED);
+  const std::optional<BoardView> view = DetectBoard(picture, board);
+  ASSERT_TRUE(view);
+  EXPECT_EQ(view->ids.size(), 53U);
+  for (const cv::Point2d& p : view->corners_px) EXPECT_GT(cv::norm(p - hidden), 10);
+  for (const cv::Point2d& error : Errors(*view, painter.Corners(pose))) {
+    EXPECT_LT(cv::norm(error), 0.5);
+  }
+}
+
 class Guessing : public testing::Test {
  protected:
   cv::Mat Paint(const Board& board) const {

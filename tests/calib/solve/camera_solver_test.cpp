@@ -131,6 +131,57 @@ TEST(CameraSolver, LeavesOutViewsThatDoNotFit) {
   EXPECT_NEAR(solution->lens.values[0], lens.values[0], 4 * solution->Sigma(0));
 }
 
+TEST(Lens, ReachEndsWhereTheModelFoldsBack) {
+  Lens lens = Lens::WithoutDistortion(LensModel::kPlumbBob, {480, 360}, 400);
+  EXPECT_NEAR(Reach(lens), 10, 1e-9);  // as far as is looked
+  lens.values[4] = -0.1;               // r - 0.1 r^3 has its maximum at r = sqrt(10 / 3)
+  EXPECT_NEAR(Reach(lens), std::sqrt(10.0 / 3) * 2 / 3, 1e-4);
+  Lens fisheye = Lens::WithoutDistortion(LensModel::kEquidistant, {480, 360}, 150);
+  EXPECT_NEAR(Reach(fisheye), 3.14159, 1e-4);
+}
+
+TEST(Lens, UndistortsWhatItProjects) {
+  Lens rational = Lens::WithoutDistortion(LensModel::kRational, {480, 360}, 400);
+  rational.values.tail<8>() << 0.2, -0.01, 1e-3, -2e-3, 0.001, 0.4, 0.01, 0.001;
+  Lens fisheye = Lens::WithoutDistortion(LensModel::kEquidistant, {480, 360}, 150);
+  fisheye.values.tail<4>() << 0.05, -0.01, 0.002, 0;
+  for (const Lens& lens : {TestLens(), rational, fisheye}) {
+    const std::vector<cv::Point2d> pixels =
+        Project(lens, {}, {{0.1, 0.2, 1}, {-0.4, 0.3, 1}, {0.5, -0.4, 1}});
+    const std::vector<cv::Point2d> plane = Undistort(lens, pixels);
+    EXPECT_LT(cv::norm(plane[1] - cv::Point2d(-0.4, 0.3)), 1e-6);
+    EXPECT_LT(cv::norm(plane[2] - cv::Point2d(0.5, -0.4)), 1e-6);
+  }
+}
+
+// By small steps, for each model: OpenCV orders derivatives differently for fisheye lenses.
+TEST(Lens, DerivativesAreThoseOfTheProjection) {
+  for (const LensModel model :
+       {LensModel::kPlumbBob, LensModel::kRational, LensModel::kEquidistant}) {
+    Lens lens = Lens::WithoutDistortion(model, {480, 360}, 300);
+    const BoardPose pose{{0.1, -0.2, 0.3}, {0.05, -0.04, 0.5}};
+    const std::vector<cv::Point3d> points = {{0, 0, 0}, {0.2, 0.1, 0}};
+    Eigen::MatrixXd by_lens;
+    Eigen::MatrixXd by_pose;
+    const auto pixels = Project(lens, pose, points, &by_lens, &by_pose);
+    constexpr double kStep = 1e-6;
+    for (Eigen::Index i = 0; i < lens.values.size(); ++i) {
+      Lens moved = lens;
+      moved.values[i] += kStep;
+      const cv::Point2d change = (Project(moved, pose, points)[1] - pixels[1]) / kStep;
+      EXPECT_NEAR(by_lens(2, i), change.x, 1e-3);
+      EXPECT_NEAR(by_lens(3, i), change.y, 1e-3);
+    }
+    for (int i = 0; i < 6; ++i) {
+      BoardPose moved = pose;
+      (i < 3 ? moved.rotation[i] : moved.translation[i - 3]) += kStep;
+      const cv::Point2d change = (Project(lens, moved, points)[1] - pixels[1]) / kStep;
+      EXPECT_NEAR(by_pose(2, i), change.x, 1e-2);
+      EXPECT_NEAR(by_pose(3, i), change.y, 1e-2);
+    }
+  }
+}
+
 TEST(ViewChoice, TakesWhatTellsMost) {
   const Lens lens = TestLens();
   const std::vector<BoardPose> good = GoodPoses(TestBoard(), lens);
