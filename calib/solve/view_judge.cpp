@@ -174,7 +174,8 @@ Coverage FindCoverage(const std::vector<BoardView>& views, cv::Size size) {
     for (const cv::Point2d& p : view.corners_px) {
       const int column = std::clamp(static_cast<int>(3 * p.x / size.width), 0, 2);
       const int row = std::clamp(static_cast<int>(3 * p.y / size.height), 0, 2);
-      ++coverage.corners_in_ninths[static_cast<std::size_t>(3 * row + column)];
+      ++coverage.corners_in_ninths[3 * static_cast<std::size_t>(row) +
+                                   static_cast<std::size_t>(column)];
     }
   }
   return coverage;
