@@ -193,13 +193,7 @@ std::size_t FindCharuco(const cv::Mat& grey,
   return marker_ids.size();
 }
 
-// > 0 when three corners of a marker, from its upper left on, follow each other clockwise where y
-// runs down.
-float Orientation(const cv::Point3f& a, const cv::Point3f& b, const cv::Point3f& c) {
-  return (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
-}
-
-// Corners that lie as they do on the board, up to what a lens bends, and are not mirrored.
+// Corners that lie as they do on the board, up to what a lens bends.
 bool FitsBoard(const Corners& corners, const std::vector<int>& ids, const Charuco& charuco) {
   if (ids.size() < kLeastCharucoCorners) return false;
   Corners on_board;
@@ -211,9 +205,8 @@ bool FitsBoard(const Corners& corners, const std::vector<int>& ids, const Charuc
   const double tolerance_px = std::max(2.0, 0.05 * std::max(extent.width, extent.height));
   std::vector<unsigned char> inliers;
   const cv::Mat H = cv::findHomography(on_board, corners, cv::RANSAC, tolerance_px, inliers);
-  if (H.empty() || cv::countNonZero(inliers) < 0.8 * static_cast<double>(ids.size())) return false;
-  const std::vector<cv::Point3f>& marker = charuco.layout->objPoints.front();
-  return cv::determinant(H) * Orientation(marker[0], marker[1], marker[2]) > 0;
+  constexpr double kFitting = 0.8;
+  return !H.empty() && cv::countNonZero(inliers) >= kFitting * static_cast<double>(ids.size());
 }
 
 std::optional<BoardView> DetectCharuco(const cv::Mat& grey, const Board& board) {
