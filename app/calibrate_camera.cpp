@@ -105,7 +105,6 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
       board, std::move(pictures), solver, static_cast<std::size_t>(params.most_views));
   calibration.name = params.name;
   for (const std::string& warning : calibration.warnings) PrintWarning(warning);
-  for (const auto& [name, why] : calibration.left_out) Detail("{}: left out, {}", name, why);
   if (solver.model != calibration::LensModel::kPlumbBob) {
     Note("rig.yaml takes plumb_bob cameras only; this one is for ROS and others");
   }
@@ -120,6 +119,11 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
   }
   if (common.quiet) return;
   fmt::print("{}", CameraFacts(calibration).Format());
+  if (common.verbose) {
+    for (const ReportTable& table : CameraTables(calibration)) {
+      fmt::print("\n{}\n{}", table.title, FormatPlain(table));
+    }
+  }
   fmt::print("written {}\n", params.output.string());
   if (!params.report.empty()) fmt::print("written {}\n", (params.report / "index.html").string());
 }

@@ -84,12 +84,13 @@ Figure CoverageFigure(const CameraCalibration& calibration) {
   const cv::Size size = calibration.solution.lens.size;
   std::string cells = "u_px,v_px,boards\n";
   for (std::size_t i = 0; i < calibration.coverage.boards.size(); ++i) {
-    const auto column = static_cast<double>(i % Coverage::kColumns);
-    const auto row = static_cast<double>(i / Coverage::kColumns);  // NOLINT: whole rows
-    cells += fmt::format("{:.2f},{:.2f},{}\n",
-                         (column + 0.5) * size.width / Coverage::kColumns - 0.5,
-                         (row + 0.5) * size.height / Coverage::kRows - 0.5,
-                         calibration.coverage.boards[i]);
+    const std::size_t row = i / Coverage::kColumns;
+    const std::size_t column = i % Coverage::kColumns;
+    cells +=
+        fmt::format("{:.2f},{:.2f},{}\n",
+                    (static_cast<double>(column) + 0.5) * size.width / Coverage::kColumns - 0.5,
+                    (static_cast<double>(row) + 0.5) * size.height / Coverage::kRows - 0.5,
+                    calibration.coverage.boards[i]);
   }
   Figure figure;
   figure.name = "coverage";

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <utility>
 
@@ -29,6 +30,15 @@ std::string WithSigma(double value, double sigma) {
   return fmt::format("{:.{}f} +- {:.{}f}", value, digits, sigma, digits);
 }
 
+// By reason, the first words of it: blur and misfit come with figures.
+void AddLeftOut(const CameraCalibration& calibration, Table& table) {
+  std::map<std::string, int> counts;
+  for (const auto& [name, why] : calibration.left_out) ++counts[why.substr(0, why.find(':'))];
+  for (const auto& [why, count] : counts) {
+    table.AddRow({"left out", fmt::format("{}", count), why});
+  }
+}
+
 }  // namespace
 
 Table CameraFacts(const CameraCalibration& calibration) {
@@ -40,6 +50,7 @@ Table CameraFacts(const CameraCalibration& calibration) {
                             calibration.pictures.views.size(),
                             calibration.board.Name(),
                             solution.UsedViews())});
+  AddLeftOut(calibration, table);
   table.AddRow({"RMS",
                 fmt::format("{:.3f}", solution.rms_px),
                 fmt::format("px, over {} corners", solution.corners)});
@@ -48,8 +59,7 @@ Table CameraFacts(const CameraCalibration& calibration) {
     const auto index = static_cast<std::size_t>(i);
     const bool free = solution.free[index];
     const char* const unit = i < kPinhole ? "px" : free ? "" : "the views do not tell it from 0";
-    table.AddRow(
-        {names[index], WithSigma(solution.lens.values[i], free ? solution.Sigma(i) : 0), unit});
+    table.AddRow({names[index], WithSigma(solution.lens.values[i], solution.Sigma(i)), unit});
   }
   table.AddRow({"corners known to",
                 fmt::format("{:.2f}", solution.CornerSigma()),

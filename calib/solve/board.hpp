@@ -27,7 +27,9 @@ struct Board {
 
   [[nodiscard]] int CornerCount() const { return columns * rows; }
   [[nodiscard]] cv::Point3d Corner(int id) const {
-    return {(id % columns) * square_m, static_cast<double>(id / columns) * square_m, 0};  // NOLINT
+    const int row = id / columns;
+    const int column = id % columns;
+    return {column * square_m, row * square_m, 0};
   }
   /// "chessboard of 9x6 corners".
   [[nodiscard]] std::string Name() const;

@@ -231,10 +231,9 @@ CameraSolution Problem::Solution(const Estimate& estimate, std::vector<bool> fre
   solution.corners = UsedCorners();
   solution.rms_px = std::sqrt(estimate.squares_px2 / static_cast<double>(solution.corners));
   SetViews(estimate, solution);
-  solution.covariance = Covariance(solution, solution.free);
   std::vector<bool> open = solution.free;
   std::fill_n(open.begin(), kPinhole + OpenTerms(model_), true);
-  solution.open_covariance = Covariance(solution, open);
+  solution.covariance = Covariance(solution, open);
   return solution;
 }
 
@@ -347,7 +346,7 @@ double CameraSolution::CornerSigma() const {
     if (!ray) continue;
     MatrixXd by_lens;
     Project(lens, {}, {*ray}, &by_lens);
-    const Eigen::Matrix2d spread = by_lens * open_covariance * by_lens.transpose();
+    const Eigen::Matrix2d spread = by_lens * covariance * by_lens.transpose();
     greatest = std::max(greatest, std::sqrt(std::max(0.0, spread.trace())));
   }
   return greatest;

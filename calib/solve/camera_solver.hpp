@@ -33,14 +33,11 @@ struct SolvedView {
 /// A calibrated camera.
 struct CameraSolution {
   Lens lens;
-  /// Of Lens::values; rows and columns of values that were not estimated are zero.
-  ///
-  /// From the curvature of the squared residuals and from how the views disagree, the greater of
-  /// the two: corner errors of one view (a bent board, shading) are not independent.
+  /// Of Lens::values, see LensCovariance. k1, k2, p1 and p2 (of a fisheye k1, k2) count as if they
+  /// had been estimated where they were not: that the views do not tell them from zero leaves
+  /// something open, for focal lengths and centre too. Rows and columns of other values left at
+  /// zero are zero.
   Eigen::MatrixXd covariance;
-  /// The same as if k1, k2, p1 and p2 (of a fisheye k1, k2) had been estimated too where they were
-  /// not: what the views leave open.
-  Eigen::MatrixXd open_covariance;
   std::vector<bool> free;         ///< which of Lens::values were estimated
   double rms_px = 0;              ///< root of the mean squared length over all corners used
   std::size_t corners = 0;        ///< used
@@ -49,9 +46,8 @@ struct CameraSolution {
   /// Standard deviation of a value.
   [[nodiscard]] double Sigma(Eigen::Index i) const;
   /// How well the lens is known in the picture's corners: standard deviation, in pixels, of where
-  /// the directions show that the corners look into; the greatest of the four. Coefficients that
-  /// were left at zero count with what the views leave open of them. Where the lens's model ends
-  /// before the corners, its last place on the way there stands for them.
+  /// the directions show that the corners look into; the greatest of the four. Where the
+  /// lens's model ends before the corners, its last place on the way there stands for them.
   [[nodiscard]] double CornerSigma() const;
   [[nodiscard]] std::size_t UsedViews() const;
 };

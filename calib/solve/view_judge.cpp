@@ -166,9 +166,10 @@ Coverage FindCoverage(const std::vector<BoardView>& views, cv::Size size) {
     std::vector<cv::Point2f> hull;
     cv::convexHull(corners, hull);
     for (std::size_t i = 0; i < coverage.boards.size(); ++i) {
-      const cv::Point2f centre(
-          static_cast<float>((static_cast<double>(i % Coverage::kColumns) + 0.5) * cell_px),
-          static_cast<float>((static_cast<double>(i / Coverage::kColumns) + 0.5) * row_px));
+      const std::size_t row = i / Coverage::kColumns;
+      const std::size_t column = i % Coverage::kColumns;
+      const cv::Point2f centre(static_cast<float>((static_cast<double>(column) + 0.5) * cell_px),
+                               static_cast<float>((static_cast<double>(row) + 0.5) * row_px));
       coverage.boards[i] += cv::pointPolygonTest(hull, centre, false) >= 0 ? 1 : 0;
     }
     for (const cv::Point2d& p : view.corners_px) {
