@@ -260,28 +260,40 @@ double FineStage::CornerStep(const PlaneCamera& camera,
   return largest;
 }
 
+// A plane motion is in units of the plane's distance: the same on every level, only the camera
+// differs.
+PlaneCamera FineStage::LevelCamera(const PlaneCamera& camera) const {
+  return {camera.focal_px / fine_frame_.factor,
+          (camera.principal_px - fine_frame_.offset) / fine_frame_.factor};
+}
+
+// The selection needs only a rough idea of what both pictures see.
+std::vector<int> FineStage::SelectUnder(const FrameSpectrum::Data& reference,
+                                        const FrameSpectrum::Data& current,
+                                        const PlaneCamera& level_camera,
+                                        const PlaneMotion& motion,
+                                        int count) const {
+  ImageMotion rough;
+  const Eigen::Vector2d centre = motion.Apply(level_camera, Eigen::Vector2d::Zero());
+  rough.tx_px = centre.x();
+  rough.ty_px = centre.y();
+  rough.theta_rad = -motion.yaw;
+  return fine_.Select(reference.fine, current.fine, rough, count);
+}
+
 PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
                                 const FrameSpectrum::Data& current,
                                 const PlaneCamera& camera,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params,
                                 int rounds) {
-  // A plane motion is in units of the plane's distance: the same on every level, only the camera
-  // differs.
-  const PlaneCamera level_camera{camera.focal_px / fine_frame_.factor,
-                                 (camera.principal_px - fine_frame_.offset) / fine_frame_.factor};
+  const PlaneCamera level_camera = LevelCamera(camera);
   PlaneFit fit;
   fit.motion = start;
   std::vector<PlaneShift> shifts;
   for (int round = 0; round < rounds; ++round) {
-    // The selection needs only a rough idea of what both pictures see.
-    ImageMotion rough;
-    const Eigen::Vector2d centre = fit.motion.Apply(level_camera, Eigen::Vector2d::Zero());
-    rough.tx_px = centre.x();
-    rough.ty_px = centre.y();
-    rough.theta_rad = -fit.motion.yaw;
     const int count = round == 0 ? params_.first_blocks : params_.final_blocks;
-    const auto chosen = fine_.Select(reference.fine, current.fine, rough, count);
+    const auto chosen = SelectUnder(reference, current, level_camera, fit.motion, count);
     const int search_px = round == 0 ? 2 * kWideSearch : kCloseSearch;
     fine_.MeasurePlane(
         reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, shifts);
@@ -294,6 +306,24 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
   }
   fit.sigma_px *= fine_frame_.factor;
   return fit;
+}
+
+std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Data& reference,
+                                                const FrameSpectrum::Data& current,
+                                                const PlaneCamera& camera,
+                                                const PlaneMotion& motion,
+                                                int count) {
+  const PlaneCamera level_camera = LevelCamera(camera);
+  const auto chosen = SelectUnder(reference, current, level_camera, motion, count);
+  std::vector<PlaneShift> shifts;
+  fine_.MeasurePlane(
+      reference.fine, current.fine, level_camera, motion, chosen, kCloseSearch, shifts);
+  for (PlaneShift& shift : shifts) {
+    shift.block.point = fine_frame_.factor * shift.block.point + fine_frame_.offset;
+    shift.block.shift *= fine_frame_.factor;
+    shift.seen = fine_frame_.factor * shift.seen + fine_frame_.offset;
+  }
+  return shifts;
 }
 
 }  // namespace ceilmap::registration

@@ -90,7 +90,21 @@ class FineStage {
                        const PlaneFitParams& params,
                        int rounds);
 
+  /// What RefinePlane fits, at a motion that is known already to a pixel or two: of the full
+  /// picture, from its centre. @param count  of blocks, at the most.
+  std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Data& reference,
+                                       const FrameSpectrum::Data& current,
+                                       const PlaneCamera& camera,
+                                       const PlaneMotion& motion,
+                                       int count);
+
  private:
+  [[nodiscard]] PlaneCamera LevelCamera(const PlaneCamera& camera) const;
+  std::vector<int> SelectUnder(const FrameSpectrum::Data& reference,
+                               const FrameSpectrum::Data& current,
+                               const PlaneCamera& level_camera,
+                               const PlaneMotion& motion,
+                               int count) const;
   [[nodiscard]] double CornerStep(const PlaneCamera& camera,
                                   const PlaneMotion& a,
                                   const PlaneMotion& b) const;

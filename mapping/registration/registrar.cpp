@@ -347,6 +347,18 @@ PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
   return impl_->fine.RefinePlane(*reference.data_, *current.data_, camera, start, params, kRounds);
 }
 
+std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,
+                                                const FrameSpectrum& current,
+                                                const PlaneCamera& camera,
+                                                const PlaneMotion& motion) {
+  if (reference.empty() || current.empty()) {
+    throw std::invalid_argument("Registrar::MeasurePlane: an empty FrameSpectrum");
+  }
+  impl_->fine.PrepareFine(*reference.data_);
+  return impl_->fine.MeasurePlane(
+      *reference.data_, *current.data_, camera, motion, impl_->params.final_blocks);
+}
+
 Dissimilarity Registrar::Compare(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const ImageMotion& motion) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <vector>
 
 #include "mapping/registration/plane_motion.hpp"
 #include "mapping/registration/registration.hpp"
@@ -156,6 +157,15 @@ class Registrar {
                                      const PlaneCamera& camera,
                                      const PlaneMotion& start,
                                      const PlaneFitParams& params = {});
+
+  /// The places that RefinePlane fits a motion to, for those who fit more than one motion to them:
+  /// where blocks of the reference are seen in the current picture, pixels of the full pictures
+  /// from their centres. @param motion  known to about 2 px over the picture. Needs no level
+  /// reference.
+  [[nodiscard]] std::vector<PlaneShift> MeasurePlane(const FrameSpectrum& reference,
+                                                     const FrameSpectrum& current,
+                                                     const PlaneCamera& camera,
+                                                     const PlaneMotion& motion);
 
  private:
   void Check(const cv::Mat& grey, const cv::Mat& mask) const;
