@@ -11,6 +11,7 @@
 #include "app/frame_source.hpp"
 #include "app/interrupt.hpp"
 #include "app/output_files.hpp"
+#include "app/report_folder.hpp"
 #include "app/rig_calibration.hpp"
 #include "app/rig_calibration_report.hpp"
 #include "app/robot_rig.hpp"
@@ -34,7 +35,9 @@ struct CalibrateRigParams {
   fs::path straight_stamps;
   std::optional<double> camera_height_m;
   TapeMeasures tape;
+  double lens_sigma_px = calibration::RigSolverParams{}.lens_sigma_px;
   fs::path output;
+  fs::path report;
 
   // Checks everything that can be told without the recordings. @throws calib::InputError
   void Check() const;
@@ -66,7 +69,9 @@ void CalibrateRigParams::Check() const {
         "calibrate rig: --camera tells nothing of the camera's height; give --camera-height, or "
         "both --ceiling-height and --distance");
   }
+  CheckPositive("--lens-sigma", lens_sigma_px);
   CheckOutputFiles({output});
+  if (!report.empty()) CheckReportFolder(report);
 }
 
 // The rig as far as it is known: what is missing is a camera that looks straight up from the mast,
@@ -110,17 +115,24 @@ void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& comm
   out.stages_ms["follow"] = MillisecondsSince(start);
 
   const auto solving = steady_clock::now();
-  const RigCalibration result = CalibrateRig(rig, spin, straight, params.tape);
+  const RigCalibration result =
+      CalibrateRig(rig, spin, straight, params.tape, params.lens_sigma_px);
   out.stages_ms["solve"] = MillisecondsSince(solving);
   const calib::RigValues values{result.axle_behind_mast_m.value,
                                 result.ceiling_height_m.value,
                                 result.T_base_up,
                                 std::nullopt};
+  const Eigen::Vector3d ahead_before = rig.up->T_base_cam.linear().row(0);
+  if (ahead_before.dot(result.T_base_up.linear().row(0)) < 0) {
+    Warn("{}: by the rig as it was the robot drives backwards; the straight drive counts as ahead",
+         params.straight);
+  }
   WriteFileAtomically(params.output,
                       RigHeader(result) + calib::ChangeRig(text, file, values, params.output));
   calib::ReadRig(params.output);
   out.files.push_back(params.output);
   Summarize(rig, result, out);
+  if (!params.report.empty()) WriteRigReport(params.report, rig, result, spin, out);
   if (!common.quiet) PrintReport(rig, result, SecondsSince(start), out);
 }
 
@@ -179,6 +191,18 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
   CLI::App& cli = *command.cli;
   AddInput(cli, *params);
   AddTape(cli, *params);
+  cli.add_option("--lens-sigma",
+                 params->lens_sigma_px,
+                 "How far off the intrinsics may put a point at the picture's edge, for the "
+                 "standard deviations [0.03]")
+      ->type_name("PX")
+      ->group("Input");
+  cli.add_option("--report",
+                 params->report,
+                 "New folder for figures of the fit, the mean picture of the spin by the rig as it "
+                 "was and as measured, and tables")
+      ->type_name("DIR")
+      ->group("Results");
   cli.add_option("-o,--output",
                  params->output,
                  "The rig with a, h and the upward camera's pose as measured, all else as it was")

@@ -239,7 +239,6 @@ calibration::Recording MeasureCeiling(const CeilingKeyframes& keyframes,
   for (const Pose2& camera : cameras) {
     recording.cameras.push_back(cameras.front().Inverse() * camera);
   }
-  Progress progress("measuring", "views", static_cast<std::int64_t>(cameras.size()));
   for (std::size_t first = 0; first < cameras.size(); ++first) {
     for (const std::size_t apart : kApart) {
       const std::size_t second = first + apart;
@@ -250,7 +249,6 @@ calibration::Recording MeasureCeiling(const CeilingKeyframes& keyframes,
       pair.places = meter.Measure(first, second, T_first_second, known);
       if (!pair.places.empty()) recording.pairs.push_back(std::move(pair));
     }
-    progress.Update(static_cast<std::int64_t>(first) + 1);
   }
   return recording;
 }

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -58,6 +59,15 @@ void CheckStraight(const CeilingKeyframes& straight, double rough_distance_m) {
   constexpr double kLeastLengthM = 0.5;
   constexpr double kMostTurnDeg = 2;
   const std::vector<Pose2> poses = RoughPoses(straight);
+  const double turn_deg = kDegPerRad * SpanOfHeadings(poses);
+  if (turn_deg > kMostTurnDeg) {
+    throw calib::InputError(
+        fmt::format("{}: the robot turns by {:.1f} deg on its straight drive, must be at most "
+                    "{:.0f}; let it drive straight ahead, on an even floor",
+                    straight.source,
+                    turn_deg,
+                    kMostTurnDeg));
+  }
   const double length_m =
       rough_distance_m * (poses.front().Inverse() * poses.back()).Translation().norm();
   if (length_m < kLeastLengthM) {
@@ -67,15 +77,6 @@ void CheckStraight(const CeilingKeyframes& straight, double rough_distance_m) {
         straight.source,
         length_m,
         kLeastLengthM));
-  }
-  const double turn_deg = kDegPerRad * SpanOfHeadings(poses);
-  if (turn_deg > kMostTurnDeg) {
-    throw calib::InputError(
-        fmt::format("{}: the robot turns by {:.1f} deg on its straight drive, must be at most "
-                    "{:.0f}; let it drive straight ahead, on an even floor",
-                    straight.source,
-                    turn_deg,
-                    kMostTurnDeg));
   }
 }
 
@@ -121,12 +122,14 @@ double Change(const RigMount& a, const RigMount& b) {
 // pictures is known, and the leveller the pictures are.
 RigSolution Solve(const calib::Rig& rig,
                   const CeilingKeyframes& spin,
-                  const CeilingKeyframes& straight) {
+                  const CeilingKeyframes& straight,
+                  double lens_sigma_px) {
   calib::MountedCamera up = *rig.up;
   std::vector<Pose2> spin_cameras = RoughPoses(spin);
   std::vector<Pose2> straight_cameras = RoughPoses(straight);
   calibration::RigSolverParams params;
   params.focal_px = std::sqrt(up.camera.fx * up.camera.fy);
+  params.lens_sigma_px = lens_sigma_px;
   RigMount mount = MountOf(up.T_base_cam.linear());
   RigSolution solution;
   constexpr int kMostRounds = 4;
@@ -135,8 +138,10 @@ RigSolution Solve(const calib::Rig& rig,
     const auto measure = [&](const CeilingKeyframes& keyframes, const std::vector<Pose2>& cameras) {
       return MeasureCeiling(keyframes, up, rig.ceiling_height_m, cameras, round > 0);
     };
+    auto driving =
+        std::async(std::launch::async, [&] { return measure(straight, straight_cameras); });
     const calibration::Recording spun = measure(spin, spin_cameras);
-    const calibration::Recording driven = measure(straight, straight_cameras);
+    const calibration::Recording driven = driving.get();
     if (round == 0) {
       const Vector2d tilt = mount.tilt_rad;
       mount = calibration::GuessMount(spun, driven);
@@ -256,11 +261,12 @@ void CheckResult(const calib::Rig& rig,
 RigCalibration CalibrateRig(const calib::Rig& rig,
                             const CeilingKeyframes& spin,
                             const CeilingKeyframes& straight,
-                            const TapeMeasures& tape) {
+                            const TapeMeasures& tape,
+                            double lens_sigma_px) {
   CheckSpin(spin);
   CheckStraight(straight, rig.ceiling_height_m - rig.up->T_base_cam.translation().z());
   RigCalibration result;
-  result.solution = Solve(rig, spin, straight);
+  result.solution = Solve(rig, spin, straight, lens_sigma_px);
   Scale(rig, tape, result);
   Place(rig, result);
   Turn(result);

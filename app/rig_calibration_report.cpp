@@ -4,9 +4,16 @@
 
 #include <cmath>
 #include <numbers>
+#include <opencv2/imgcodecs.hpp>
 #include <vector>
 
+#include "app/console.hpp"
+#include "app/figure.hpp"
+#include "app/report_folder.hpp"
+#include "app/report_table.hpp"
+#include "app/rig_calibration_figures.hpp"
 #include "app/table.hpp"
+#include "calib/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -56,6 +63,19 @@ std::vector<Parameter> ParametersOf(const calib::Rig& before, const RigCalibrati
       {"mm_per_px", "scale", "mm/px", 1000 * Z / focal_px, millimetres(result.m_per_px)}};
 }
 
+ReportTable ParameterTable(const calib::Rig& before, const RigCalibration& result) {
+  ReportTable table{"Rig", {"", "before", "measured", "sigma", "unit"}, {}};
+  for (const Parameter& p : ParametersOf(before, result)) {
+    table.rows.push_back(
+        {p.name,
+         fmt::format("{:.{}f}", p.before, p.digits),
+         fmt::format("{:.{}f}", p.found.value, p.digits + 1),
+         p.found.sigma > 0 ? fmt::format("{:.{}f}", p.found.sigma, p.digits + 1) : "-",
+         p.unit});
+  }
+  return table;
+}
+
 }  // namespace
 
 std::string RigHeader(const RigCalibration& result) {
@@ -95,20 +115,45 @@ void Summarize(const calib::Rig& before, const RigCalibration& result, Summary& 
                        {"length_m", result.drive_length_m.value}}}};
 }
 
+void WriteRigReport(const std::filesystem::path& folder,
+                    const calib::Rig& before,
+                    const RigCalibration& result,
+                    const CeilingKeyframes& spin,
+                    Summary& summary) {
+  const std::vector<ReportTable> tables{ParameterTable(before, result)};
+  using Handler = nlohmann::ordered_json::error_handler_t;
+  std::vector<std::filesystem::path> files =
+      WriteReport(folder,
+                  {{"metrics.json", summary.quality.dump(2, ' ', false, Handler::replace) + "\n"},
+                   {"tables.md", FormatMarkdown(tables)},
+                   {"tables.tex", FormatLatex(tables)}});
+  calib::MountedCamera up = *before.up;
+  const auto draw = [&](const char* name, double height_m, double axle_m) {
+    const std::filesystem::path file = folder / name;
+    const cv::Mat mosaic = SpinMosaic(spin, result.solution.spin, up, height_m, axle_m);
+    if (!cv::imwrite(file.string(), mosaic)) {
+      throw calib::RunError(fmt::format("{}: cannot be written", file.string()));
+    }
+    files.push_back(file);
+  };
+  draw("spin-before.png", before.ceiling_height_m, before.axle_behind_mast_m);
+  up.T_base_cam = result.T_base_up;
+  draw("spin-after.png", result.ceiling_height_m.value, result.axle_behind_mast_m.value);
+  summary.files.insert(summary.files.end(), files.begin(), files.end());
+  try {
+    FigureFolder figures(folder / "figures");
+    figures.Draw(RigFigures(result));
+    summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
+  } catch (const calib::RunError& error) {
+    Warn("no figures: {}", error.what());
+  }
+}
+
 void PrintReport(const calib::Rig& before,
                  const RigCalibration& result,
                  double seconds,
                  const Summary& summary) {
-  Table table;
-  table.AddRow({"", "before", "measured", "sigma", ""});
-  for (const Parameter& p : ParametersOf(before, result)) {
-    table.AddRow({p.name,
-                  fmt::format("{:.{}f}", p.before, p.digits),
-                  fmt::format("{:.{}f}", p.found.value, p.digits + 1),
-                  p.found.sigma > 0 ? fmt::format("{:.{}f}", p.found.sigma, p.digits + 1) : "-",
-                  p.unit});
-  }
-  fmt::print("{}\n", table.Format());
+  fmt::print("{}\n", FormatPlain(ParameterTable(before, result)));
   const calibration::RigSolution& solution = result.solution;
   Table facts;
   facts.AddRow({"spin",

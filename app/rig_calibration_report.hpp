@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "app/rig_calibration.hpp"
@@ -13,6 +14,14 @@ std::string RigHeader(const RigCalibration& result);
 
 /// @param before  the rig as it was known.
 void Summarize(const calib::Rig& before, const RigCalibration& result, Summary& summary);
+/// Writes figures, mosaics and tables into a folder that CheckReportFolder has passed. Without
+/// gnuplot there are no figures, and a warning tells.
+void WriteRigReport(const std::filesystem::path& folder,
+                    const calib::Rig& before,
+                    const RigCalibration& result,
+                    const CeilingKeyframes& spin,
+                    Summary& summary);
+
 /// The table of a run, on stdout.
 void PrintReport(const calib::Rig& before,
                  const RigCalibration& result,

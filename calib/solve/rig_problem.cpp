@@ -88,6 +88,11 @@ struct SlipResidual {
   }
 };
 
+Eigen::Vector2d CameraOf(const RigParameters::Pose& pose, const std::array<double, 2>& centre) {
+  const calib::Pose2 T_first_axle{pose[0], pose[1], pose[2]};
+  return T_first_axle * Eigen::Vector2d(centre[0], centre[1]);
+}
+
 }  // namespace
 
 Eigen::Vector2d PlaceError(const RigParameters& parameters,
@@ -106,6 +111,12 @@ Eigen::Vector2d PlaceError(const RigParameters& parameters,
 double SlipOf(const RigParameters& parameters, std::size_t view) {
   return SideStep(
       parameters.yaw[0], parameters.straight[view].data(), parameters.straight[view + 1].data());
+}
+
+Eigen::Vector2d TravelOf(const RigParameters& parameters) {
+  if (parameters.straight.empty()) return Eigen::Vector2d::Zero();
+  return CameraOf(parameters.straight.back(), parameters.centre) -
+         CameraOf(parameters.straight.front(), parameters.centre);
 }
 
 RigProblem::RigProblem(const Recording& spin,

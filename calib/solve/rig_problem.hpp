@@ -47,6 +47,9 @@ Eigen::Vector2d PlaceError(const RigParameters& parameters,
 /// Sideways step, in units of Z, from a view to the next.
 double SlipOf(const RigParameters& parameters, std::size_t view);
 
+/// How far the camera went from the first view of the straight drive to the last, units of Z.
+Eigen::Vector2d TravelOf(const RigParameters& parameters);
+
 /// A least-squares problem whose residuals all have deviation 1.
 struct RigProblem {
   RigProblem(const Recording& spin,

@@ -1,12 +1,11 @@
 #include "calib/solve/rig_solver.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 
+#include "calib/solve/rig_covariance.hpp"
 #include "calib/solve/rig_problem.hpp"
 
 namespace ceilmap::calibration {
@@ -16,9 +15,6 @@ using calib::Pose2;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
-
-constexpr int kKnown = 6;  // tilt, centre, yaw, travel
-using Influence = Eigen::Matrix<double, kKnown, 1>;
 
 RigParameters StartParameters(const Recording& spin,
                               const Recording& straight,
@@ -100,166 +96,6 @@ bool Minimise(RigProblem& problem) {
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem.problem, &summary);
   return summary.IsSolutionUsable();
-}
-
-Vector2d CameraOf(const RigParameters::Pose& pose, const std::array<double, 2>& centre) {
-  const Pose2 T_first_axle{pose[0], pose[1], pose[2]};
-  return T_first_axle * Vector2d(centre[0], centre[1]);
-}
-
-Vector2d TravelOf(const RigParameters& parameters) {
-  if (parameters.straight.empty()) return Vector2d::Zero();
-  return CameraOf(parameters.straight.back(), parameters.centre) -
-         CameraOf(parameters.straight.front(), parameters.centre);
-}
-
-// Derivatives of what is asked for by the free parameters.
-MatrixXd Asked(const RigParameters& parameters, int columns) {
-  MatrixXd asked = MatrixXd::Zero(kKnown, columns);
-  asked.topLeftCorner<4, 4>().setIdentity();
-  if (parameters.straight.empty()) return asked;
-  asked(4, 4) = 1;
-  const Vector2d travel = TravelOf(parameters);
-  const Vector2d along = travel.normalized();
-  const Pose2 last{0, 0, parameters.straight.back()[2]};
-  const Eigen::Matrix2d R = last.Rotation();
-  const Vector2d c(parameters.centre[0], parameters.centre[1]);
-  const Vector2d turned = R * c;
-  asked.block<1, 2>(5, 2) = along.transpose() * (R - Eigen::Matrix2d::Identity());
-  asked.block<1, 2>(5, columns - 3) = along.transpose();
-  asked(5, columns - 1) = along.dot(Vector2d(-turned.y(), turned.x()));
-  return asked;
-}
-
-// The Jacobian of all residuals, row by row, without the loss.
-struct Linearized {
-  explicit Linearized(RigProblem& problem) {
-    ceres::Problem::EvaluateOptions options;
-    options.apply_loss_function = false;
-    options.parameter_blocks = problem.blocks;
-    for (const BlockOwner& owner : problem.owners) options.residual_blocks.push_back(owner.id);
-    problem.problem.Evaluate(options, nullptr, &residuals, nullptr, &jacobian);
-  }
-  std::vector<double> residuals;
-  ceres::CRSMatrix jacobian;
-};
-
-// What one residual block adds.
-struct BlockTerm {
-  int rows = 0;
-  double weight = 1;  // rho'
-  double bend = 0;    // 2 rho''
-};
-
-BlockTerm TermOf(const BlockOwner& owner,
-                 const Linearized& at,
-                 std::size_t row,
-                 const ceres::Problem& problem) {
-  BlockTerm term;
-  term.rows = problem.GetCostFunctionForResidualBlock(owner.id)->num_residuals();
-  if (!owner.place) return term;
-  double square = 0;
-  for (int k = 0; k < term.rows; ++k) {
-    const double r = at.residuals[row + static_cast<std::size_t>(k)];
-    square += r * r;
-  }
-  term.weight = 1 / (1 + square / (kCauchy * kCauchy));
-  term.bend = -2 * term.weight * term.weight / (kCauchy * kCauchy);
-  return term;
-}
-
-// Sum over the block's rows of J' r; as sparse as the block.
-void ForRow(const ceres::CRSMatrix& m, std::size_t row, auto&& use) {
-  for (int k = m.rows[row]; k < m.rows[row + 1]; ++k) {
-    use(m.cols[static_cast<std::size_t>(k)], m.values[static_cast<std::size_t>(k)]);
-  }
-}
-
-void AddOuter(const ceres::CRSMatrix& m, std::size_t row, double weight, MatrixXd& H) {
-  ForRow(m, row, [&](int i, double a) {
-    ForRow(m, row, [&](int j, double b) { H(i, j) += weight * a * b; });
-  });
-}
-
-struct Normal {
-  MatrixXd hessian;  // of the robust cost
-  MatrixXd gauss_newton;
-};
-
-Normal NormalOf(const RigProblem& problem, const Linearized& at) {
-  const int n = at.jacobian.num_cols;
-  Normal normal{MatrixXd::Zero(n, n), MatrixXd::Zero(n, n)};
-  std::size_t row = 0;
-  VectorXd gradient = VectorXd::Zero(n);
-  for (const BlockOwner& owner : problem.owners) {
-    const BlockTerm term = TermOf(owner, at, row, problem.problem);
-    std::vector<int> touched;
-    for (int k = 0; k < term.rows; ++k) {
-      const std::size_t r = row + static_cast<std::size_t>(k);
-      AddOuter(at.jacobian, r, term.weight, normal.gauss_newton);
-      if (term.bend == 0) continue;
-      ForRow(at.jacobian, r, [&](int i, double a) {
-        if (gradient[i] == 0) touched.push_back(i);
-        gradient[i] += a * at.residuals[r];
-      });
-    }
-    for (const int i : touched) {
-      for (const int j : touched) normal.hessian(i, j) += term.bend * gradient[i] * gradient[j];
-    }
-    for (const int i : touched) gradient[i] = 0;
-    row += static_cast<std::size_t>(term.rows);
-  }
-  normal.hessian += normal.gauss_newton;
-  return normal;
-}
-
-// rows: by how much what is asked for moves with each free parameter's gradient.
-MatrixXd InfluenceOf(const Normal& normal, const MatrixXd& asked) {
-  const Eigen::LLT<MatrixXd> exact(normal.hessian);
-  if (exact.info() == Eigen::Success) return exact.solve(asked.transpose()).transpose();
-  const Eigen::LDLT<MatrixXd> fallback(normal.gauss_newton);
-  return fallback.solve(asked.transpose()).transpose();
-}
-
-Eigen::Matrix<double, kKnown, kKnown> CovarianceOf(RigProblem& problem,
-                                                   const RigParameters& parameters) {
-  const Linearized at(problem);
-  const MatrixXd influence =
-      InfluenceOf(NormalOf(problem, at), Asked(parameters, at.jacobian.num_cols));
-  std::vector<Influence> of_view(parameters.spin.size() + parameters.straight.size(),
-                                 Influence::Zero());
-  Eigen::Matrix<double, kKnown, kKnown> twice = decltype(twice)::Zero();
-  Influence of_pair = Influence::Zero();
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < problem.owners.size(); ++i) {
-    const BlockOwner& owner = problem.owners[i];
-    const BlockTerm term = TermOf(owner, at, row, problem.problem);
-    for (int k = 0; k < term.rows; ++k, ++row) {
-      const double pull = term.weight * at.residuals[row];
-      ForRow(at.jacobian, row, [&](int column, double a) {
-        of_pair += pull * a * influence.col(column);
-      });
-    }
-    const bool last = i + 1 == problem.owners.size() ||
-                      problem.owners[i + 1].first != owner.first ||
-                      problem.owners[i + 1].second != owner.second;
-    if (!last) continue;
-    of_view[static_cast<std::size_t>(owner.first)] += of_pair;
-    if (owner.second >= 0) {
-      of_view[static_cast<std::size_t>(owner.second)] += of_pair;
-      twice += of_pair * of_pair.transpose();
-    }
-    of_pair.setZero();
-  }
-  Eigen::Matrix<double, kKnown, kKnown> sum = decltype(sum)::Zero();
-  for (const Influence& view : of_view) sum += view * view.transpose();
-  // A pair was counted at both its views. Where that is all there is, the difference can lose its
-  // sign by rounding: half the sum is what independent pairs give.
-  Eigen::Matrix<double, kKnown, kKnown> covariance = sum - twice;
-  for (int i = 0; i < kKnown; ++i) {
-    if (covariance(i, i) < 0.5 * sum(i, i)) return 0.5 * sum;
-  }
-  return covariance;
 }
 
 std::vector<ViewError> ViewErrors(const Recording& recording,
@@ -356,7 +192,8 @@ RigSolution SolveRig(const Recording& spin,
     if (round + 1 == kRounds) {
       RigSolution solution =
           SolutionOf(spin, straight, parameters, params.focal_px, scales.place_px);
-      solution.covariance = CovarianceOf(problem, parameters);
+      solution.covariance =
+          RigCovariance(problem, spin, straight, parameters, params, scales.place_px);
       return solution;
     }
     scales = ScalesOf(spin, straight, parameters, params);

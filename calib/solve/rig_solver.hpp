@@ -57,6 +57,10 @@ struct RigSolverParams {
   double least_slip = 5e-5;
   double least_wander = 5e-5;
   double sigma_floor_px = 0.005;  ///< the same of the places' errors
+  /// How far off the intrinsics may put a point at the picture's edge. What is wrong with the lens
+  /// is wrong alike in all pictures, and no residual tells of it: it goes into the covariance as
+  /// errors of focal length, principal point, distortion and skew of this size each.
+  double lens_sigma_px = 0.03;
 };
 
 /// What was left at a view.
@@ -72,7 +76,7 @@ struct RigSolution {
   double travel = 0;
   /// Of (tilt x, tilt y, centre x, centre y, yaw, travel). From the residuals, with all pairs that
   /// share a view taken for dependent (dyadic cluster-robust, Fafchamps & Gubert 2007): what is
-  /// wrong with one picture is wrong in each of its pairs.
+  /// wrong with one picture is wrong in each of its pairs. And from lens_sigma_px.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<calib::Pose2> spin;      ///< axle and heading at each view
   std::vector<calib::Pose2> straight;  ///< the same, in the first view's frame

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "app/ceiling_keyframes.hpp"
+#include "app/figure.hpp"
+#include "app/rig_calibration.hpp"
+#include "calib/rig.hpp"
+
+namespace ceilmap::app {
+
+/// The camera's circle in the spin with what each view is off by, the straight drive's way aside
+/// and its heading, and what is left at the places of each view.
+std::vector<Figure> RigFigures(const RigCalibration& result);
+
+/// The mean of the spin's pictures, brought together as the rig has it: sharp where the rig is
+/// right, smeared where it is not. CV_8UC1, 0 where no picture looked.
+/// @param up  the upward camera of that rig. @param headings  of the views, rad.
+cv::Mat SpinMosaic(const CeilingKeyframes& spin,
+                   const std::vector<calib::Pose2>& headings,
+                   const calib::MountedCamera& up,
+                   double ceiling_height_m,
+                   double axle_behind_mast_m);
+
+}  // namespace ceilmap::app

@@ -1,0 +1,285 @@
+#include "calib/solve/rig_covariance.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace ceilmap::calibration {
+namespace {
+
+using calib::Pose2;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+constexpr int kKnown = 6;  // tilt, centre, yaw, travel
+using Influence = Eigen::Matrix<double, kKnown, 1>;
+
+// Derivatives of what is asked for by the free parameters.
+MatrixXd Asked(const RigParameters& parameters, int columns) {
+  MatrixXd asked = MatrixXd::Zero(kKnown, columns);
+  asked.topLeftCorner<4, 4>().setIdentity();
+  if (parameters.straight.empty()) return asked;
+  asked(4, 4) = 1;
+  const Vector2d travel = TravelOf(parameters);
+  const Vector2d along = travel.normalized();
+  const Pose2 last{0, 0, parameters.straight.back()[2]};
+  const Eigen::Matrix2d R = last.Rotation();
+  const Vector2d c(parameters.centre[0], parameters.centre[1]);
+  const Vector2d turned = R * c;
+  asked.block<1, 2>(5, 2) = along.transpose() * (R - Eigen::Matrix2d::Identity());
+  asked.block<1, 2>(5, columns - 3) = along.transpose();
+  asked(5, columns - 1) = along.dot(Vector2d(-turned.y(), turned.x()));
+  return asked;
+}
+
+// The Jacobian of all residuals, row by row, without the loss.
+struct Linearized {
+  explicit Linearized(RigProblem& problem) {
+    ceres::Problem::EvaluateOptions options;
+    options.apply_loss_function = false;
+    options.parameter_blocks = problem.blocks;
+    for (const BlockOwner& owner : problem.owners) options.residual_blocks.push_back(owner.id);
+    problem.problem.Evaluate(options, nullptr, &residuals, nullptr, &jacobian);
+  }
+  std::vector<double> residuals;
+  ceres::CRSMatrix jacobian;
+};
+
+// What one residual block adds.
+struct BlockTerm {
+  int rows = 0;
+  double weight = 1;  // rho'
+  double bend = 0;    // 2 rho''
+};
+
+BlockTerm TermOf(const BlockOwner& owner,
+                 const Linearized& at,
+                 std::size_t row,
+                 const ceres::Problem& problem) {
+  BlockTerm term;
+  term.rows = problem.GetCostFunctionForResidualBlock(owner.id)->num_residuals();
+  if (!owner.place) return term;
+  double square = 0;
+  for (int k = 0; k < term.rows; ++k) {
+    const double r = at.residuals[row + static_cast<std::size_t>(k)];
+    square += r * r;
+  }
+  term.weight = 1 / (1 + square / (kCauchy * kCauchy));
+  term.bend = -2 * term.weight * term.weight / (kCauchy * kCauchy);
+  return term;
+}
+
+// Sum over the block's rows of J' r; as sparse as the block.
+void ForRow(const ceres::CRSMatrix& m, std::size_t row, auto&& use) {
+  for (int k = m.rows[row]; k < m.rows[row + 1]; ++k) {
+    use(m.cols[static_cast<std::size_t>(k)], m.values[static_cast<std::size_t>(k)]);
+  }
+}
+
+void AddOuter(const ceres::CRSMatrix& m, std::size_t row, double weight, MatrixXd& H) {
+  ForRow(m, row, [&](int i, double a) {
+    ForRow(m, row, [&](int j, double b) { H(i, j) += weight * a * b; });
+  });
+}
+
+struct Normal {
+  MatrixXd hessian;  // of the robust cost
+  MatrixXd gauss_newton;
+};
+
+Normal NormalOf(const RigProblem& problem, const Linearized& at) {
+  const int n = at.jacobian.num_cols;
+  Normal normal{MatrixXd::Zero(n, n), MatrixXd::Zero(n, n)};
+  std::size_t row = 0;
+  VectorXd gradient = VectorXd::Zero(n);
+  for (const BlockOwner& owner : problem.owners) {
+    const BlockTerm term = TermOf(owner, at, row, problem.problem);
+    std::vector<int> touched;
+    for (int k = 0; k < term.rows; ++k) {
+      const std::size_t r = row + static_cast<std::size_t>(k);
+      AddOuter(at.jacobian, r, term.weight, normal.gauss_newton);
+      if (term.bend == 0) continue;
+      ForRow(at.jacobian, r, [&](int i, double a) {
+        if (gradient[i] == 0) touched.push_back(i);
+        gradient[i] += a * at.residuals[r];
+      });
+    }
+    for (const int i : touched) {
+      for (const int j : touched) normal.hessian(i, j) += term.bend * gradient[i] * gradient[j];
+    }
+    for (const int i : touched) gradient[i] = 0;
+    row += static_cast<std::size_t>(term.rows);
+  }
+  normal.hessian += normal.gauss_newton;
+  return normal;
+}
+
+// rows: by how much what is asked for moves with each free parameter's gradient.
+MatrixXd InfluenceOf(const Normal& normal, const MatrixXd& asked) {
+  const Eigen::LLT<MatrixXd> exact(normal.hessian);
+  if (exact.info() == Eigen::Success) return exact.solve(asked.transpose()).transpose();
+  const Eigen::LDLT<MatrixXd> fallback(normal.gauss_newton);
+  return fallback.solve(asked.transpose()).transpose();
+}
+
+// Errors of a lens model at a ray, each of length 1 at the edge or less: principal point, focal
+// length, skew, radial and tangential distortion.
+constexpr int kLensErrors = 7;
+using LensErrors = Eigen::Matrix<double, 2, kLensErrors>;
+
+LensErrors LensErrorsAt(const Vector2d& ray, double edge) {
+  const Vector2d at = ray / edge;
+  const double x = at.x();
+  const double y = at.y();
+  const double r2 = at.squaredNorm();
+  LensErrors errors;
+  errors << 1, 0, x, y, r2 * x, 2 * x * y / 3, (r2 + 2 * x * x) / 3,  //
+      0, 1, y, 0, r2 * y, (r2 + 2 * y * y) / 3, 2 * x * y / 3;
+  return errors;
+}
+
+double EdgeOf(const Recording& spin, const Recording& straight) {
+  double edge = 0;
+  for (const Recording* recording : {&spin, &straight}) {
+    for (const ViewPair& pair : recording->pairs) {
+      for (const SeenTwice& place : pair.places) {
+        edge = std::max({edge, place.first.norm(), place.second.norm()});
+      }
+    }
+  }
+  return edge;
+}
+
+// What errors of the lens do to the fit: by how much each residual moves, and with them what is
+// asked for.
+class LensDoubt {
+ public:
+  LensDoubt(const RigParameters& parameters, const RigSolverParams& params, double sigma_px)
+      : parameters_(parameters),
+        focal_px_(params.focal_px),
+        lens_sigma_(params.lens_sigma_px / params.focal_px),
+        sigma_px_(sigma_px) {}
+
+  // Residual moves, a column for each error of the lens.
+  [[nodiscard]] LensErrors Moves(const std::vector<RigParameters::Pose>& poses,
+                                 const ViewPair& pair,
+                                 const SeenTwice& place,
+                                 double edge) const {
+    const LensErrors first = lens_sigma_ * LensErrorsAt(place.first, edge);
+    const LensErrors second = lens_sigma_ * LensErrorsAt(place.second, edge);
+    const Vector2d as_is = PlaceError(parameters_, poses, pair, place, focal_px_);
+    LensErrors moves;
+    for (int k = 0; k < kLensErrors; ++k) {
+      SeenTwice moved = place;
+      moved.first += first.col(k);
+      moved.second += second.col(k);
+      moves.col(k) = PlaceError(parameters_, poses, pair, moved, focal_px_) - as_is;
+    }
+    return moves / sigma_px_;
+  }
+
+ private:
+  const RigParameters& parameters_;
+  double focal_px_;
+  double lens_sigma_;
+  double sigma_px_;
+};
+
+// Rows of the problem's places, in its order.
+std::vector<LensErrors> LensMoves(const Recording& spin,
+                                  const Recording& straight,
+                                  const RigParameters& parameters,
+                                  const RigSolverParams& params,
+                                  double sigma_px) {
+  const LensDoubt doubt(parameters, params, sigma_px);
+  const double edge = EdgeOf(spin, straight);
+  std::vector<LensErrors> moves;
+  const auto add = [&](const Recording& recording, const auto& poses) {
+    for (const ViewPair& pair : recording.pairs) {
+      for (const SeenTwice& place : pair.places) {
+        moves.push_back(doubt.Moves(poses, pair, place, edge));
+      }
+    }
+  };
+  add(spin, parameters.spin);
+  add(straight, parameters.straight);
+  return moves;
+}
+
+Eigen::Matrix<double, kKnown, kKnown> FromLens(const RigProblem& problem,
+                                               const Linearized& at,
+                                               const MatrixXd& influence,
+                                               const std::vector<LensErrors>& moves) {
+  Eigen::Matrix<double, kKnown, kLensErrors> shift = decltype(shift)::Zero();
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < moves.size(); ++i) {  // places come first
+    const BlockTerm term = TermOf(problem.owners[i], at, row, problem.problem);
+    for (int k = 0; k < term.rows; ++k, ++row) {
+      ForRow(at.jacobian, row, [&](int column, double a) {
+        shift += term.weight * a * influence.col(column) * moves[i].row(k);
+      });
+    }
+  }
+  return shift * shift.transpose();
+}
+
+Eigen::Matrix<double, kKnown, kKnown> FromViews(const RigProblem& problem,
+                                                const Linearized& at,
+                                                const MatrixXd& influence,
+                                                const RigParameters& parameters) {
+  std::vector<Influence> of_view(parameters.spin.size() + parameters.straight.size(),
+                                 Influence::Zero());
+  Eigen::Matrix<double, kKnown, kKnown> twice = decltype(twice)::Zero();
+  Influence of_pair = Influence::Zero();
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < problem.owners.size(); ++i) {
+    const BlockOwner& owner = problem.owners[i];
+    const BlockTerm term = TermOf(owner, at, row, problem.problem);
+    for (int k = 0; k < term.rows; ++k, ++row) {
+      const double pull = term.weight * at.residuals[row];
+      ForRow(at.jacobian, row, [&](int column, double a) {
+        of_pair += pull * a * influence.col(column);
+      });
+    }
+    const bool last = i + 1 == problem.owners.size() ||
+                      problem.owners[i + 1].first != owner.first ||
+                      problem.owners[i + 1].second != owner.second;
+    if (!last) continue;
+    of_view[static_cast<std::size_t>(owner.first)] += of_pair;
+    if (owner.second >= 0) {
+      of_view[static_cast<std::size_t>(owner.second)] += of_pair;
+      twice += of_pair * of_pair.transpose();
+    }
+    of_pair.setZero();
+  }
+  Eigen::Matrix<double, kKnown, kKnown> sum = decltype(sum)::Zero();
+  for (const Influence& view : of_view) sum += view * view.transpose();
+  // A pair was counted at both its views. Where that is all there is, the difference can lose its
+  // sign by rounding: half the sum is what independent pairs give.
+  Eigen::Matrix<double, kKnown, kKnown> covariance = sum - twice;
+  for (int i = 0; i < kKnown; ++i) {
+    if (covariance(i, i) < 0.5 * sum(i, i)) return 0.5 * sum;
+  }
+  return covariance;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 6, 6> RigCovariance(RigProblem& problem,
+                                          const Recording& spin,
+                                          const Recording& straight,
+                                          const RigParameters& parameters,
+                                          const RigSolverParams& params,
+                                          double sigma_px) {
+  const Linearized at(problem);
+  const MatrixXd influence =
+      InfluenceOf(NormalOf(problem, at), Asked(parameters, at.jacobian.num_cols));
+  return FromViews(problem, at, influence, parameters) +
+         FromLens(problem, at, influence, LensMoves(spin, straight, parameters, params, sigma_px));
+}
+
+}  // namespace ceilmap::calibration

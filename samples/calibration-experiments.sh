@@ -1,0 +1,152 @@
+#!/usr/bin/env bash
+# Calibration on simulated robots whose rigs are known: ten upward cameras, mounted at random, each calibrated from a turn on
+# the spot and a straight drive. Prints errors, standard deviations and their ratio.
+#   samples/calibration-experiments.sh [OUTPUT_DIR] [RIGS]     default: samples/out/calibration, 10
+set -euo pipefail
+
+# shellcheck source=samples/common.sh
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+rigs=${2:-10}
+prepare "${1:-$root/samples/out/calibration}"
+mkdir -p "$out/scenes"
+
+# Random values of a rig ($1, its seed), as NAME=VALUE lines.
+draw() {
+  awk -v seed="$1" '
+    function between(least, most) { return least + (most - least) * rand() }
+    BEGIN {
+      srand(1000 + seed); for (i = 0; i < 10; ++i) rand()
+      printf "axle=%.4f\n", between(-0.1, 0.25)
+      printf "side=%.4f\n", between(-0.04, 0.04)
+      printf "height=%.3f\n", between(0.3, 0.9)
+      printf "ceiling=%.3f\n", between(2.3, 3.2)
+      printf "focal=%.1f\n", between(380, 520)
+      printf "k1=%.3f\n", seed % 2 ? 0 : between(-0.15, -0.05)
+      printf "yaw=%.3f\n", between(-8, 8)
+      printf "pitch=%.3f\n", between(-1.5, 1.5)
+      printf "roll=%.3f\n", between(-1.5, 1.5)
+      printf "start=%.1f\n", between(0, 360)
+      printf "course=%.1f\n", between(-25, 25)
+      printf "length=%.2f\n", between(2, 4)
+    }'
+}
+
+# The scene of a rig whose values are set, along the poses of a file ($1); noise and ceiling by a seed ($2).
+scene() {
+  cat <<SCENE
+seed: $2
+axle_behind_mast_m: $axle
+room: {length_m: 9, width_m: 7, height_m: $ceiling}
+ceiling: {kind: tiles, lamp_every_x: 5, lamp_every_y: 4, vents_per_100m2: 3}
+fixtures: {sprinklers_per_100m2: 10, ducts_per_100m2: 2}
+camera:
+  focal_px: $focal
+  distortion: [$k1, 0, 0, 0, 0]
+  mount_y_m: $side
+  mount_height_m: $height
+  mount_yaw_deg: $yaw
+  mount_pitch_deg: $pitch
+  mount_roll_deg: $roll
+picture: {exposure_drift: 0.02}
+path: {kind: tum, tum_file: $1}
+SCENE
+}
+
+# A full turn about the axle at X ($1), Y ($2), from START_DEG ($3) on: 72 steps at 30 deg/s.
+turn() {
+  awk -v x="$1" -v y="$2" -v start="$3" -v a="$axle" 'BEGIN {
+    pi = 4 * atan2(1, 1)
+    for (i = 0; i <= 72; ++i) {
+      yaw = (start + 5 * i) * pi / 180
+      printf "%.6f %.9f %.9f 0 0 0 %.9f %.9f\n", 100 + i / 6, x + a * cos(yaw), y + a * sin(yaw), sin(yaw / 2), cos(yaw / 2)
+    }
+  }'
+}
+
+# From X ($1), Y ($2) ahead on a course in degrees ($3), so far ($4), 6 cm a frame.
+ahead() {
+  awk -v x="$1" -v y="$2" -v course="$3" -v way="$4" 'BEGIN {
+    yaw = course * 4 * atan2(1, 1) / 180
+    steps = int(way / 0.06 + 0.5)
+    for (i = 0; i <= steps; ++i) {
+      s = way * i / steps
+      printf "%.6f %.9f %.9f 0 0 0 %.9f %.9f\n", 100 + i / 8, x + s * cos(yaw), y + s * sin(yaw), sin(yaw / 2), cos(yaw / 2)
+    }
+  }'
+}
+
+# What is known before: the camera's intrinsics and height, and that it looks up.
+rough() {
+  awk -v z="$height" '
+    /^a:/ { print "a: 0"; next }
+    /^h:/ { next }
+    / translation:/ { print "      translation: [0, 0, " z "]"; next }
+    / rotation_xyzw:/ { print "      rotation_xyzw: [0, 0, 0.707106781, 0.707106781]"; next }
+    / matrix: \[/ { next }
+    { print }' "$1"
+}
+
+# Field ($3) of a parameter ($2) in a summary ($1), where each key stands on a line of its own.
+field() {
+  awk -v parameter="\"$2\":" -v key="\"$3\":" '
+    $1 == parameter { inside = 1 }
+    inside && $1 == key { sub(/,$/, "", $2); print $2; exit }' "$1"
+}
+
+# A line of a parameter ($3) of a rig ($2) by its summary ($1): its truth ($4), and the unit that errors are told in ($5 of it).
+compare() {
+  local value sigma
+  value=$(field "$1" "$3" value)
+  sigma=$(field "$1" "$3" sigma)
+  awk -v rig="$2" -v name="$3" -v truth="$4" -v value="$value" -v sigma="$sigma" -v unit="$5" 'BEGIN {
+    error = value - truth
+    printf "%s,%s,%.9g,%.9g,%.4f,%.4f,%.3f\n", rig, name, truth, value, unit * error, unit * sigma, (sigma > 0 ? error / sigma : 0)
+  }'
+}
+
+results=$out/rigs.csv
+echo "rig,parameter,truth,value,error,sigma,ratio" >"$results"
+for ((rig = 1; rig <= rigs; ++rig)); do
+  echo "rig $rig"
+  values=$(draw "$rig")
+  while IFS='=' read -r name value; do declare "$name=$value"; done <<<"$values"
+  turn 4.5 3.5 "$start" >"$out/scenes/spin-$rig.tum"
+  ahead 2.2 3.4 "$course" "$length" >"$out/scenes/straight-$rig.tum"
+  for drive in spin straight; do
+    scene "$drive-$rig.tum" "$((100 * rig + ${#drive}))" >"$out/scenes/$drive-$rig.yaml"
+    if [[ ! -f $out/$drive-$rig/rig.yaml ]]; then
+      "$ceilmap" simulate "$out/scenes/$drive-$rig.yaml" --quiet --force -o "$out/$drive-$rig"
+    fi
+  done
+  rough "$out/spin-$rig/rig.yaml" >"$out/rough-$rig.yaml"
+  "$ceilmap" calibrate rig --quiet --rig "$out/rough-$rig.yaml" --spin "$out/spin-$rig/up.mp4" \
+    --straight "$out/straight-$rig/up.mp4" --distance "$length" -o "$out/rig-$rig.yaml" --summary "$out/rig-$rig.json"
+  summary=$out/rig-$rig.json
+  {
+    compare "$summary" "$rig" a_m "$axle" 1000
+    compare "$summary" "$rig" camera_y_m "$side" 1000
+    compare "$summary" "$rig" yaw_deg "$(awk -v y="$yaw" 'BEGIN { print 90 + y }')" 1
+    compare "$summary" "$rig" pitch_deg "$pitch" 1
+    compare "$summary" "$rig" roll_deg "$roll" 1
+    compare "$summary" "$rig" distance_m "$(awk -v h="$ceiling" -v z="$height" 'BEGIN { print h - z }')" 1000
+  } >>"$results"
+done
+
+echo
+echo "Upward camera: errors over $rigs rigs"
+awk -F, 'NR > 1 {
+    if (!($2 in count)) order[++kinds] = $2
+    ++count[$2]; square[$2] += $5 * $5; sigma[$2] += $6 * $6; ratio[$2] += $7 * $7
+    size = $5 < 0 ? -$5 : $5; if (size > most[$2]) most[$2] = size
+    far = $7 < 0 ? -$7 : $7; if (far > farthest[$2]) farthest[$2] = far
+  }
+  END {
+    unit["a_m"] = unit["camera_y_m"] = unit["distance_m"] = "mm"
+    unit["yaw_deg"] = unit["pitch_deg"] = unit["roll_deg"] = "deg"
+    printf "%-12s %9s %9s %9s %12s %12s\n", "", "RMS", "largest", "sigma", "error/sigma", "largest"
+    for (i = 1; i <= kinds; ++i) {
+      k = order[i]
+      printf "%-12s %9.4f %9.4f %9.4f %12.2f %12.2f  %s\n", k, sqrt(square[k] / count[k]), most[k],
+        sqrt(sigma[k] / count[k]), sqrt(ratio[k] / count[k]), farthest[k], unit[k]
+    }
+  }' "$results"
