@@ -11,7 +11,7 @@ std::vector<Command> AddCalibrateCommands(CLI::App& program) {
       "  ceilmap calibrate camera --print-board board.pdf --corners 9x6 --square 0.025\n"
       "  ceilmap calibrate camera pictures --corners 9x6 --square 0.025 -o up.yaml\n"
       "ceilmap calibrate COMMAND --help tells more.");
-  return {AddCalibrateCameraCommand(calibrate), AddCalibrateRigCommand(calibrate)};
+  return {AddCalibrateCameraCommand(calibrate), AddCalibrateRigCommand(calibrate), AddCalibrateMirrorCommand(calibrate)};
 }
 
 }  // namespace ceilmap::app

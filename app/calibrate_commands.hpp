@@ -7,5 +7,6 @@ namespace ceilmap::app {
 /// The commands of `ceilmap calibrate`, each in a file of its own name.
 Command AddCalibrateCameraCommand(CLI::App& calibrate);
 Command AddCalibrateRigCommand(CLI::App& calibrate);
+Command AddCalibrateMirrorCommand(CLI::App& calibrate);
 
 }  // namespace ceilmap::app

@@ -118,10 +118,10 @@ void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& comm
   const RigCalibration result =
       CalibrateRig(rig, spin, straight, params.tape, params.lens_sigma_px);
   out.stages_ms["solve"] = MillisecondsSince(solving);
-  const calib::RigValues values{result.axle_behind_mast_m.value,
-                                result.ceiling_height_m.value,
-                                result.T_base_up,
-                                std::nullopt};
+  calib::RigValues values;
+  values.axle_behind_mast_m = result.axle_behind_mast_m.value;
+  values.ceiling_height_m = result.ceiling_height_m.value;
+  values.T_base_up = result.T_base_up;
   const Eigen::Vector3d ahead_before = rig.up->T_base_cam.linear().row(0);
   if (ahead_before.dot(result.T_base_up.linear().row(0)) < 0) {
     Warn("{}: by the rig as it was the robot drives backwards; the straight drive counts as ahead",

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
+#include <numbers>
 #include <string_view>
 #include <vector>
 
@@ -66,11 +66,53 @@ bool SetCamera(YAML::Node rig,
   return true;
 }
 
+void ShiftCamera(YAML::Node camera, const MirrorRing& ring) {
+  YAML::Node mirror = camera["mirror"];
+  const double scale = ring.outer_radius_px / mirror["rim_radius_px"].as<double>();
+  YAML::Node data = camera["camera_matrix"]["data"];
+  const auto at = [&data](int i) { return data[i].as<double>(); };
+  YAML::Node changed =
+      List({scale * at(0), 0, ring.centre_px.x(), 0, scale * at(4), ring.centre_px.y(), 0, 0, 1});
+  camera["camera_matrix"]["data"] = changed;
+  mirror["rim_radius_px"] = Number(ring.outer_radius_px);
+  mirror["horizon_radius_px"] = Number(scale * mirror["horizon_radius_px"].as<double>());
+  camera.remove("projection_matrix");  // it would say what was before
+}
+
+bool SetMirror(YAML::Node rig, const std::optional<MirrorValues>& values, Which which) {
+  if (!values || which == Which::kMissing) return false;
+  YAML::Node omni = rig["cameras"]["omni"];
+  const MirrorRing& ring = values->ring;
+  if (Has(omni, "type") && omni["type"].Scalar() == "hyperbolic_mirror" &&
+      Has(omni, "camera_matrix")) {
+    ShiftCamera(omni, ring);
+    return true;
+  }
+  omni["type"] = "mirror";
+  if (!Has(omni, "camera_info")) {
+    omni["image_width"] = values->width_px;
+    omni["image_height"] = values->height_px;
+  }
+  YAML::Node mirror;
+  mirror["centre_px"] = List({ring.centre_px.x(), ring.centre_px.y()});
+  mirror["inner_radius_px"] = Number(ring.inner_radius_px);
+  mirror["outer_radius_px"] = Number(ring.outer_radius_px);
+  mirror.SetStyle(YAML::EmitterStyle::Flow);
+  omni["mirror"] = mirror;
+  if (Has(omni, "base_link_to_camera")) return true;
+  Eigen::Isometry3d T_base_cam = Eigen::Isometry3d::Identity();
+  T_base_cam.linear() =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  SetPose(omni, T_base_cam);
+  return true;
+}
+
 bool SetAll(YAML::Node rig, const RigValues& values, Which which) {
   bool changed = SetNumber(rig, "a", values.axle_behind_mast_m, which);
   changed |= SetNumber(rig, "h", values.ceiling_height_m, which);
   changed |= SetCamera(rig, "up", values.T_base_up, which);
   changed |= SetCamera(rig, "forward", values.T_base_forward, which);
+  changed |= SetMirror(rig, values.omni, which);
   return changed;
 }
 

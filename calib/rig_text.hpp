@@ -9,17 +9,28 @@
 
 namespace ceilmap::calib {
 
+/// A camera under a mirror, as measured in its pictures.
+struct MirrorValues {
+  MirrorRing ring;
+  int width_px = 0;
+  int height_px = 0;
+};
+
 /// Values of a rig file, those that are set.
 struct RigValues {
   std::optional<double> axle_behind_mast_m;
   std::optional<double> ceiling_height_m;
   std::optional<Eigen::Isometry3d> T_base_up;
   std::optional<Eigen::Isometry3d> T_base_forward;
+  /// A mirror of known shape keeps it: its centre becomes the principal point, and the focal length
+  /// that which shows the rim where it was seen. Any other camera becomes one of type mirror; where
+  /// there is none, one is added on the mast, its picture's top to the front.
+  std::optional<MirrorValues> omni;
 };
 
 /// The text of a rig file with these values in it and everything else as it was, comments apart.
-/// Cameras that the file does not have are not added. A relative path to a camera_info file is
-/// turned to count from the folder of `target`.
+/// Up and forward cameras that the file does not have are not added. A relative path to a
+/// camera_info file is turned to count from the folder of `target`.
 /// @param file  where `text` is from. @param target  where the result is to stand.
 /// @throws InputError when the text is no map of keys.
 std::string ChangeRig(const std::string& text,

@@ -71,3 +71,11 @@ ceilmap_add_test(calibrate_camera_test WHOLE
   LINKS ceilmap_app fmt::fmt opencv_calib3d opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 target_compile_definitions(calibrate_camera_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
 add_dependencies(calibrate_camera_test ceilmap)
+
+ceilmap_add_test(calibrate_rig_test WHOLE
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/calibrate_rig_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
+  LINKS ceilmap_app fmt::fmt opencv_core)
+target_compile_definitions(calibrate_rig_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
+add_dependencies(calibrate_rig_test ceilmap)

@@ -1,0 +1,253 @@
+#include "calib/solve/mirror_finder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "calib/solve/circle_fit.hpp"
+#include "calib/solve/radial_edges.hpp"
+
+namespace ceilmap::calibration {
+namespace {
+
+using Eigen::Vector2d;
+
+// Quantile of a map, of every fourth pixel.
+double Quantile(const cv::Mat& map, double part) {
+  std::vector<float> values;
+  for (int v = 0; v < map.rows; v += 2) {
+    for (int u = 0; u < map.cols; u += 2) values.push_back(map.at<float>(v, u));
+  }
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+// The outline of the largest area that moves.
+std::vector<Vector2d> OutlineOf(const cv::Mat& moving) {
+  constexpr double kPart = 0.12;  // of what moves much
+  const cv::Mat mask = moving > kPart * Quantile(moving, 0.95);
+  std::vector<std::vector<cv::Point>> outlines;
+  cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  std::vector<Vector2d> points;
+  if (outlines.empty()) return points;
+  const auto& largest =
+      *std::max_element(outlines.begin(), outlines.end(), [](const auto& a, const auto& b) {
+        return cv::contourArea(a) < cv::contourArea(b);
+      });
+  for (const cv::Point& p : largest) {
+    // Along the picture's border it is no rim.
+    const bool inside = p.x > 1 && p.y > 1 && p.x < moving.cols - 2 && p.y < moving.rows - 2;
+    if (inside) points.emplace_back(p.x, p.y);
+  }
+  return points;
+}
+
+// Circle of the rim, in turns of measuring and fitting.
+std::optional<CircleFit> FitRim(const cv::Mat& moving, Circle start) {
+  std::optional<CircleFit> fit;
+  for (const double reach : {0.06, 0.03, 0.0}) {
+    constexpr double kLeastReachPx = 10;
+    const double reach_px = std::max(kLeastReachPx, reach * start.radius);
+    fit = FitCircle(FallingEdges(moving, start, reach_px), start);
+    if (!fit) return fit;
+    start = fit->circle;
+  }
+  return fit;
+}
+
+void TakeRim(const CircleFit& fit, const std::vector<Vector2d>& points, MirrorRingFit& result) {
+  result.ring.centre_px = fit.circle.centre;
+  result.ring.outer_radius_px = fit.circle.radius;
+  result.centre_covariance = fit.covariance.topLeftCorner<2, 2>();
+  result.outer_sigma_px = std::sqrt(fit.covariance(2, 2));
+  result.rim_sigma_px = fit.sigma;
+  result.rim_part = fit.inlier_part * static_cast<double>(points.size()) / kEdgeDirections;
+  result.rim = points;
+}
+
+// A few directions in which the floor hides itself do not count; corners of the robot do.
+void TakeBody(const std::vector<Vector2d>& points, MirrorRingFit& result) {
+  constexpr double kGuess = 0.15;  // of the outer radius
+  result.body = points;
+  result.ring.inner_radius_px = kGuess * result.ring.outer_radius_px;
+  if (points.size() < kEdgeDirections / 4) return;
+  std::vector<double> radii;
+  radii.reserve(points.size());
+  for (const Vector2d& p : points) radii.push_back((p - result.ring.centre_px).norm());
+  std::sort(radii.begin(), radii.end());
+  const double middle = radii[radii.size() / 2];
+  std::vector<double> off;
+  for (const double radius : radii) off.push_back(std::abs(radius - middle));
+  std::sort(off.begin(), off.end());
+  const double spread = off[off.size() / 2] / 0.6745;
+  result.body_seen = true;
+  constexpr double kRound = 0.04;
+  result.round_body = spread < kRound * middle;
+  if (result.round_body) {
+    constexpr double kIndependent = 36;  // sectors
+    result.ring.inner_radius_px = middle;
+    result.inner_sigma_px = 1.25 * spread / std::sqrt(kIndependent);
+    return;
+  }
+  const auto end = std::upper_bound(radii.begin(), radii.end(), middle + 3 * spread);
+  result.ring.inner_radius_px = *std::prev(end);
+  constexpr double kCornerSigmaPx = 1;
+  result.inner_sigma_px = kCornerSigmaPx;
+}
+
+cv::Mat GreyOf(const cv::Mat& picture) {
+  if (picture.channels() == 1) return picture;
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+// sRGB undone, mean of the channels.
+cv::Mat LightOf(const cv::Mat& picture) {
+  static const cv::Mat kTable = [] {
+    cv::Mat table(1, 256, CV_32FC1);
+    for (int i = 0; i < 256; ++i) {
+      const double v = i / 255.0;
+      table.at<float>(i) =
+          static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+    }
+    return table;
+  }();
+  cv::Mat light;
+  cv::LUT(picture, kTable, light);
+  if (light.channels() == 1) return light;
+  cv::Mat mean;
+  cv::transform(light, mean, cv::Matx13f(1 / 3.0F, 1 / 3.0F, 1 / 3.0F));
+  return mean;
+}
+
+// What is too bright for the camera is brighter than it shows: beside it a blurred edge seems to
+// lie farther out than it does.
+cv::Mat NotSaturated(const cv::Mat& picture) {
+  constexpr int kLimit = 250;
+  constexpr int kReach = 9;  // px across
+  cv::Mat brightest = picture;
+  if (picture.channels() > 1) {
+    cv::Mat channel;
+    cv::extractChannel(picture, brightest, 0);
+    for (int c = 1; c < picture.channels(); ++c) {
+      cv::extractChannel(picture, channel, c);
+      brightest = cv::max(brightest, channel);
+    }
+  }
+  cv::Mat sound;
+  cv::erode(brightest < kLimit, sound, cv::Mat(kReach, kReach, CV_8UC1, cv::Scalar(1)));
+  return sound;
+}
+
+// 0 where a pixel was seen in fewer than a quarter of the pictures.
+cv::Mat Deviation(const cv::Mat& sum, const cv::Mat& squares, const cv::Mat& count, int pictures) {
+  const cv::Mat some = cv::max(count, 1);
+  const cv::Mat mean = sum / some;
+  cv::Mat variance = squares / some - mean.mul(mean);
+  variance = cv::max(variance, 0);
+  variance.setTo(0, count < 0.25 * pictures);
+  cv::Mat deviation;
+  cv::sqrt(variance, deviation);
+  deviation.convertTo(deviation, CV_32FC1);
+  return deviation;
+}
+
+}  // namespace
+
+void MirrorActivity::Add(const cv::Mat& picture) {
+  const cv::Mat light = LightOf(picture);
+  cv::Mat grey;
+  constexpr double kBlurPx = 1.5;
+  cv::GaussianBlur(GreyOf(picture), grey, {}, kBlurPx);
+  if (pictures_ == 0) {
+    for (cv::Mat* sum : {&light_, &light_squares_, &grey_, &grey_squares_}) {
+      *sum = cv::Mat::zeros(picture.size(), CV_64FC1);
+    }
+    sound_ = cv::Mat::zeros(picture.size(), CV_64FC1);
+  }
+  CV_Assert(picture.size() == light_.size());
+  const cv::Mat sound = NotSaturated(picture);
+  cv::accumulate(light, light_, sound);
+  cv::accumulateSquare(light, light_squares_, sound);
+  cv::add(sound_, 1, sound_, sound);
+  cv::accumulate(grey, grey_);
+  cv::accumulateSquare(grey, grey_squares_);
+  ++pictures_;
+}
+
+cv::Mat MirrorActivity::OfLight() const {
+  return Deviation(light_, light_squares_, sound_, pictures_);
+}
+
+cv::Mat MirrorActivity::OfGrey() const {
+  const cv::Mat all(grey_.size(), CV_64FC1, cv::Scalar(pictures_));
+  return Deviation(grey_, grey_squares_, all, pictures_);
+}
+
+MirrorRingFit FindRing(const MirrorActivity& activity) {
+  MirrorRingFit result;
+  constexpr int kLeastPictures = 3;
+  constexpr double kLeastGrey =
+      4;  // levels, where most moves: noise and lamps that flicker have less
+  result.fault = MirrorFault::kNothingMoves;
+  if (activity.Pictures() < kLeastPictures) return result;
+  const cv::Mat grey = activity.OfGrey();
+  if (Quantile(grey, 0.9) < kLeastGrey) return result;
+  result.fault = MirrorFault::kNoRim;
+  const cv::Mat moving = activity.OfLight();
+  const double side = std::min(moving.cols, moving.rows);
+  const std::optional<Circle> rough = FindCircle(OutlineOf(moving), 0.01 * side);
+  if (!rough || rough->radius > side || rough->radius < 0.1 * side) return result;
+  const std::optional<CircleFit> fit = FitRim(moving, *rough);
+  if (!fit) return result;
+  constexpr double kLeastReachPx = 10;
+  TakeRim(*fit, FallingEdges(moving, fit->circle, kLeastReachPx), result);
+  constexpr double kLeastRim = 0.35;
+  if (result.rim_part < kLeastRim) return result;
+  result.fault = MirrorFault::kNone;
+  TakeBody(FirstRisingEdges(grey, fit->circle), result);
+  return result;
+}
+
+MirrorRingFit FindRing(const cv::Mat& picture) {
+  MirrorRingFit result;
+  result.fault = MirrorFault::kNoRim;
+  const cv::Mat grey = GreyOf(picture);
+  const std::optional<Circle> rough = DarkeningCircle(grey);
+  if (!rough) return result;
+  cv::Mat smooth;
+  constexpr double kBlurPx = 1;
+  cv::GaussianBlur(grey, smooth, {}, kBlurPx);
+  smooth.convertTo(smooth, CV_32FC1);
+  const double reach_px = 0.05 * rough->radius;
+  std::optional<CircleFit> fit;
+  Circle circle = *rough;
+  std::vector<Vector2d> points;
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    points = SteepestFalls(smooth, circle, reach_px / (1 + round));
+    fit = FitCircle(points, circle);
+    if (!fit) return result;
+    circle = fit->circle;
+  }
+  TakeRim(*fit, points, result);
+  constexpr double kLeastRim = 0.25;
+  if (result.rim_part < kLeastRim) return result;
+  result.fault = MirrorFault::kNone;
+  if (const auto inner = BrighteningRadius(grey, circle)) {
+    result.body_seen = true;
+    result.ring.inner_radius_px = *inner;
+    result.inner_sigma_px = 0.01 * circle.radius;
+  } else {
+    TakeBody({}, result);
+  }
+  return result;
+}
+
+}  // namespace ceilmap::calibration

@@ -1,0 +1,227 @@
+#include "calib/solve/radial_edges.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+namespace ceilmap::calibration {
+namespace {
+
+using Eigen::Vector2d;
+
+Vector2d Direction(int index, int count) {
+  const double angle = 2 * std::numbers::pi * index / count;
+  return {std::cos(angle), std::sin(angle)};
+}
+
+// Bilinear; nothing outside.
+std::optional<double> Sample(const cv::Mat& map, const Vector2d& at) {
+  const int u = static_cast<int>(std::floor(at.x()));
+  const int v = static_cast<int>(std::floor(at.y()));
+  if (u < 0 || v < 0 || u + 1 >= map.cols || v + 1 >= map.rows) return std::nullopt;
+  const double x = at.x() - u;
+  const double y = at.y() - v;
+  const auto* top = map.ptr<float>(v) + u;
+  const auto* low = map.ptr<float>(v + 1) + u;
+  return (1 - y) * ((1 - x) * top[0] + x * top[1]) + y * ((1 - x) * low[0] + x * low[1]);
+}
+
+// A map along a ray, from `begin` on in steps.
+struct Profile {
+  double begin = 0;
+  double step = 0.25;
+  std::vector<double> values;
+
+  [[nodiscard]] double RadiusAt(double index) const { return begin + step * index; }
+  [[nodiscard]] double Median(double from, double to) const {
+    const auto index = [&](double r) {
+      const double i = (r - begin) / step;
+      return static_cast<std::ptrdiff_t>(
+          std::clamp(i, 0.0, static_cast<double>(values.size() - 1)));
+    };
+    std::vector<double> part(values.begin() + index(from), values.begin() + index(to) + 1);
+    const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
+    std::nth_element(part.begin(), middle, part.end());
+    return *middle;
+  }
+};
+
+Profile Along(
+    const cv::Mat& map, const Vector2d& from, const Vector2d& out, double begin, double end) {
+  Profile profile;
+  profile.begin = begin;
+  const int steps = static_cast<int>((end - begin) / profile.step);
+  for (int i = 0; i <= steps; ++i) {
+    const auto value = Sample(map, from + profile.RadiusAt(i) * out);
+    if (!value) break;
+    profile.values.push_back(*value);
+  }
+  return profile;
+}
+
+// Where the profile last comes down through a level.
+std::optional<double> LastFall(const Profile& profile, double level) {
+  for (std::size_t i = profile.values.size(); i-- > 1;) {
+    const double inner = profile.values[i - 1];
+    const double outer = profile.values[i];
+    if (inner < level || outer >= level) continue;
+    return profile.RadiusAt(static_cast<double>(i - 1) + (inner - level) / (inner - outer));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<Vector2d> FallingEdges(const cv::Mat& map, const Circle& circle, double reach_px) {
+  constexpr double kBeside = 0.4;  // of the reach: what is nearer to the edge is not level
+  std::vector<Vector2d> points;
+  for (int k = 0; k < kEdgeDirections; ++k) {
+    const Vector2d out = Direction(k, kEdgeDirections);
+    const double r = circle.radius;
+    const Profile profile = Along(map, circle.centre, out, r - reach_px, r + reach_px);
+    if (profile.RadiusAt(static_cast<double>(profile.values.size())) < r + 0.8 * reach_px) continue;
+    const double inside = profile.Median(r - reach_px, r - kBeside * reach_px);
+    const double outside = profile.Median(r + kBeside * reach_px, r + reach_px);
+    constexpr double kClear = 3;
+    if (!(inside > kClear * outside)) continue;
+    if (const auto edge = LastFall(profile, 0.5 * (inside + outside))) {
+      points.emplace_back(circle.centre + *edge * out);
+    }
+  }
+  return points;
+}
+
+std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle) {
+  std::vector<Vector2d> points;
+  // What is fixed shows its noise in the middle.
+  std::vector<Profile> profiles;
+  std::vector<double> middle;
+  for (int k = 0; k < kEdgeDirections; ++k) {
+    profiles.push_back(
+        Along(map, circle.centre, Direction(k, kEdgeDirections), 0, 0.7 * circle.radius));
+    middle.push_back(profiles.back().Median(0, 0.08 * circle.radius));
+  }
+  std::nth_element(middle.begin(), middle.begin() + kEdgeDirections / 2, middle.end());
+  const double low = middle[kEdgeDirections / 2];
+  constexpr double kTimes = 2;
+  constexpr double kMore = 0.4;
+  const double high = kTimes * low + kMore;
+  for (int k = 0; k < kEdgeDirections; ++k) {
+    const Profile& profile = profiles[static_cast<std::size_t>(k)];
+    constexpr std::size_t kRun = 20;  // samples that stay high
+    std::size_t run = 0;
+    std::size_t i = 0;
+    for (; i < profile.values.size() && run < kRun; ++i) {
+      run = profile.values[i] > high ? run + 1 : 0;
+    }
+    if (run < kRun) continue;
+    const double first = profile.RadiusAt(static_cast<double>(i - kRun));
+    constexpr double kNearPx = 4;
+    constexpr double kFarPx = 10;
+    const double level = 0.5 * (low + profile.Median(first + kNearPx, first + kFarPx));
+    // Half-way up, from there outwards or, where the floor is faint, at once.
+    double radius = first;
+    for (std::size_t j = i - kRun; j < i; ++j) {
+      if (profile.values[j] < level) continue;
+      radius = profile.RadiusAt(static_cast<double>(j));
+      break;
+    }
+    points.emplace_back(circle.centre + radius * Direction(k, kEdgeDirections));
+  }
+  return points;
+}
+
+std::vector<Vector2d> SteepestFalls(const cv::Mat& map, const Circle& circle, double reach_px) {
+  constexpr double kLeastFall = 12;  // grey levels
+  constexpr std::size_t kSpan = 8;   // samples: 2 px
+  std::vector<Vector2d> points;
+  for (int k = 0; k < kEdgeDirections; ++k) {
+    const Vector2d out = Direction(k, kEdgeDirections);
+    const Profile profile =
+        Along(map, circle.centre, out, circle.radius - reach_px - 1, circle.radius + reach_px + 1);
+    double most = kLeastFall;
+    std::optional<double> at;
+    for (std::size_t i = 0; i + kSpan < profile.values.size(); ++i) {
+      const double fall = profile.values[i] - profile.values[i + kSpan];
+      if (fall <= most) continue;
+      most = fall;
+      at = profile.RadiusAt(static_cast<double>(i) + 0.5 * kSpan);
+    }
+    if (at) points.emplace_back(circle.centre + *at * out);
+  }
+  return points;
+}
+
+namespace {
+
+constexpr int kCoarseDirections = 72;
+
+// By how much a picture falls across a circle, outwards: mean over directions of a limited step,
+// so that a few strong edges do not pass for a circle.
+double FallAcross(const cv::Mat& map, const Circle& circle, double half_span, double limit) {
+  double sum = 0;
+  int seen = 0;
+  for (int k = 0; k < kCoarseDirections; ++k) {
+    const Vector2d out = Direction(k, kCoarseDirections);
+    const auto inner = Sample(map, circle.centre + (circle.radius - half_span) * out);
+    const auto outer = Sample(map, circle.centre + (circle.radius + half_span) * out);
+    if (!inner || !outer) continue;
+    ++seen;
+    sum += std::clamp(*inner - *outer, -limit, limit);
+  }
+  constexpr double kLeastSeen = 0.6;
+  return seen < kLeastSeen * kCoarseDirections ? -limit : sum / seen;
+}
+
+constexpr double kStepLimit = 40;  // grey levels
+
+}  // namespace
+
+std::optional<Circle> DarkeningCircle(const cv::Mat& grey) {
+  constexpr double kCoarseSide = 160;
+  const double scale = std::min(1.0, kCoarseSide / std::min(grey.cols, grey.rows));
+  cv::Mat small;
+  cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
+  small.convertTo(small, CV_32FC1);
+  const double side = std::min(small.cols, small.rows);
+  const Vector2d middle(0.5 * (small.cols - 1), 0.5 * (small.rows - 1));
+  Circle best;
+  double most = 0;
+  const double reach = 0.14 * side;
+  for (double dv = -reach; dv <= reach; dv += 2) {
+    for (double du = -reach; du <= reach; du += 2) {
+      for (double radius = 0.3 * side; radius < 0.62 * side; radius += 1) {
+        const Circle circle{middle + Vector2d(du, dv), radius};
+        const double fall = FallAcross(small, circle, 1.5, kStepLimit);
+        if (fall <= most) continue;
+        most = fall;
+        best = circle;
+      }
+    }
+  }
+  constexpr double kLeastFall = 10;
+  if (most < kLeastFall) return std::nullopt;
+  best.centre = (best.centre + Vector2d(0.5, 0.5)) / scale - Vector2d(0.5, 0.5);
+  best.radius /= scale;
+  return best;
+}
+
+std::optional<double> BrighteningRadius(const cv::Mat& grey, const Circle& circle) {
+  cv::Mat map;
+  grey.convertTo(map, CV_32FC1);
+  double most = 0;
+  std::optional<double> best;
+  for (double radius = 0.05 * circle.radius; radius < 0.5 * circle.radius; radius += 1) {
+    const double rise =
+        -FallAcross(map, {circle.centre, radius}, 0.015 * circle.radius, kStepLimit);
+    if (rise <= most) continue;
+    most = rise;
+    best = radius;
+  }
+  constexpr double kLeastRise = 10;
+  return most < kLeastRise ? std::nullopt : best;
+}
+
+}  // namespace ceilmap::calibration

@@ -1,0 +1,243 @@
+// `calibrate rig` through the real executable, on simulated recordings of a rig that is known.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "calib/rig.hpp"
+#include "tests/app/test_folder.hpp"
+#include "tests/integration/child_process.hpp"
+
+namespace ceilmap::integration {
+namespace {
+
+using app::ReadAll;
+using app::TestFolder;
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kAxle = 0.12;
+constexpr double kLength = 1.5;
+
+std::string Scene(const std::string& tum) {
+  return R"(seed: 5
+axle_behind_mast_m: 0.12
+room: {length_m: 8, width_m: 7, height_m: 2.5}
+ceiling: {kind: tiles, lamp_every_x: 5, lamp_every_y: 4, vents_per_100m2: 4}
+camera:
+  width_px: 320
+  height_px: 240
+  focal_px: 230
+  distortion: [-0.08, 0, 0, 0, 0]
+  mount_y_m: 0.02
+  mount_yaw_deg: 3
+  mount_pitch_deg: 1
+  mount_roll_deg: -0.6
+path: {kind: tum, tum_file: )" +
+         tum + "}\n";
+}
+
+/// A line of the robot's axle at a place, heading as given.
+std::string TumLine(int index, double x, double y, double yaw) {
+  return fmt::format("{:.3f} {:.9f} {:.9f} 0 0 0 {:.9f} {:.9f}\n",
+                     100 + 0.2 * index,
+                     x + kAxle * std::cos(yaw),
+                     y + kAxle * std::sin(yaw),
+                     std::sin(yaw / 2),
+                     std::cos(yaw / 2));
+}
+
+/// Recordings that all tests share: rendered once.
+class CalibrateRigTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TestFolder;
+    std::string spin;
+    std::string drift;
+    for (int i = 0; i <= 40; ++i) {
+      spin += TumLine(i, 4, 3.5, 9 * kDegree * i);
+      drift += TumLine(i, 4 + 0.005 * i, 3.5, 9 * kDegree * i);
+    }
+    std::string straight;
+    std::string curve;
+    for (int i = 0; i <= 20; ++i) {
+      const double s = kLength * i / 20;
+      straight += TumLine(i, 3 + s * std::cos(0.3), 3.2 + s * std::sin(0.3), 0.3);
+      curve += TumLine(i, 3 + s, 3.2, 0.2 * kDegree * i);
+    }
+    Render("spin", spin);
+    Render("drift", drift);
+    Render("straight", straight);
+    Render("curve", curve);
+    const std::string rig = ReadAll(*folder_ / "spin/rig.yaml");
+    // The intrinsics, and that the camera is 0.4 m above the floor and looks up.
+    std::string rough = "robot: test\nd: 0.45\n" + rig.substr(rig.find("cameras:"));
+    rough.resize(rough.find("      translation:"));
+    rough +=
+        "      translation: [0, 0, 0.4]\n"
+        "      rotation_xyzw: [0, 0, 0.707106781, 0.707106781]\n";
+    folder_->Write("rough.yaml", rough);
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+
+  static void Render(const std::string& name, const std::string& poses) {
+    folder_->Write(name + ".tum", poses);
+    folder_->Write(name + ".yaml", Scene(name + ".tum"));
+    const ProcessResult made = Run({"simulate", name + ".yaml", "-o", name, "--pictures"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  static ProcessResult Run(const std::vector<std::string>& arguments) {
+    return RunCeilmap(arguments, folder_->Path().string());
+  }
+  static ProcessResult Calibrate(const std::string& spin,
+                                 const std::string& straight,
+                                 const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"calibrate",
+                                       "rig",
+                                       "--spin=" + spin,
+                                       "--straight=" + straight,
+                                       "--summary=s.json",
+                                       "-o",
+                                       "new.yaml"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Run(arguments);
+  }
+  static nlohmann::json Parameters() {
+    return nlohmann::json::parse(ReadAll(*folder_ / "s.json"))["quality"]["parameters"];
+  }
+  /// Within three deviations, and within what a robot needs.
+  static void ExpectTruth(const std::string& name, double truth, double within) {
+    const nlohmann::json found = Parameters()[name];
+    const double error = found["value"].get<double>() - truth;
+    EXPECT_LT(std::abs(error), within) << name;
+    EXPECT_LT(std::abs(error), 3 * found["sigma"].get<double>()) << name;
+  }
+  static void ExpectMount() {
+    ExpectTruth("a_m", kAxle, 0.002);
+    ExpectTruth("camera_y_m", 0.02, 0.002);
+    ExpectTruth("yaw_deg", 93, 0.1);
+    ExpectTruth("pitch_deg", 1, 0.05);
+    ExpectTruth("roll_deg", -0.6, 0.05);
+  }
+  static void ExpectFault(const ProcessResult& result, const std::string& text) {
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.err, "ceilmap: " + text + "\n");
+  }
+
+  static TestFolder* folder_;
+};
+
+TestFolder* CalibrateRigTest::folder_ = nullptr;
+
+TEST_F(CalibrateRigTest, FindsTheMountUnderACeilingOfKnownHeight) {
+  const ProcessResult result =
+      Calibrate("spin/up", "straight/up", {"--rig=rough.yaml", "--ceiling-height=2.5"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(result.out, HasSubstr("camera y"));
+  ExpectMount();
+  const calib::Rig rig = calib::ReadRig(*folder_ / "new.yaml");
+  const calib::Rig truth = calib::ReadRig(*folder_ / "spin/rig.yaml");
+  EXPECT_NEAR(rig.axle_behind_mast_m, kAxle, 0.002);
+  EXPECT_DOUBLE_EQ(rig.ceiling_height_m, 2.5);
+  EXPECT_DOUBLE_EQ(*rig.forward_height_m, 0.45);
+  EXPECT_EQ(rig.robot, "test");
+  EXPECT_LT((rig.up->T_base_cam.translation() - truth.up->T_base_cam.translation()).norm(), 0.002);
+  const Eigen::AngleAxisd off(rig.up->T_base_cam.linear().transpose() *
+                              truth.up->T_base_cam.linear());
+  EXPECT_LT(off.angle() / kDegree, 0.1);
+}
+
+TEST_F(CalibrateRigTest, ATapedWayGivesTheCeilingsHeight) {
+  ProcessResult result = Calibrate(
+      "spin/up", "straight/up", {"--rig=rough.yaml", "--distance=1.5", "--report=report"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  ExpectMount();
+  ExpectTruth("h_m", 2.5, 0.003 * 2.1);
+  ExpectTruth("distance_m", 2.1, 0.003 * 2.1);
+  for (const char* file : {"spin-before.png", "spin-after.png", "tables.md", "figures/spin.gp"}) {
+    EXPECT_TRUE(std::filesystem::exists(*folder_ / "report" / file)) << file;
+  }
+  result = Run({"map",
+                "--rig=new.yaml",
+                "--up=straight/up",
+                "--stamps=straight/frames.csv",
+                "-o",
+                "map.gpkg"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(CalibrateRigTest, WithBothTheCamerasHeightComesOutToo) {
+  const ProcessResult result = Calibrate(
+      "spin/up", "straight/up", {"--rig=rough.yaml", "--distance=1.5", "--ceiling-height=2.5"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  ExpectTruth("camera_z_m", 0.4, 0.003 * 2.1);
+}
+
+TEST_F(CalibrateRigTest, ASpinThatIsNone) {
+  const std::vector<std::string> more{"--rig=rough.yaml", "--ceiling-height=2.5"};
+  ProcessResult result = Calibrate("straight/up", "straight/up", more);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err,
+              AllOf(StartsWith("ceilmap: straight/up: the robot turns by 0."),
+                    EndsWith(" deg only, must be at least 180; let it turn on the spot, best once "
+                             "around\n")));
+  result = Calibrate("drift/up", "straight/up", more);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("drift/up: the robot does not turn on the spot, its axle"));
+}
+
+TEST_F(CalibrateRigTest, AStraightDriveThatIsNone) {
+  const std::vector<std::string> more{"--rig=rough.yaml", "--ceiling-height=2.5"};
+  ExpectFault(Calibrate("spin/up", "curve/up", more),
+              "curve/up: the robot turns by 4.0 deg on its straight drive, must be at most 2; let "
+              "it drive straight ahead, on an even floor");
+  std::filesystem::create_directory(*folder_ / "still");
+  folder_->Write("still/0.png", ReadAll(*folder_ / "straight/up/000000.png"));
+  folder_->Write("still/1.png", ReadAll(*folder_ / "straight/up/000000.png"));
+  ExpectFault(Calibrate("spin/up", "still", more),
+              "still: the robot drives 0.00 m only, must be at least 0.5; let it drive straight "
+              "ahead as far as the room allows");
+}
+
+TEST_F(CalibrateRigTest, ACeilingThatIsLost) {
+  std::filesystem::create_directory(*folder_ / "lost");
+  for (int i = 0; i <= 30; ++i) {
+    const bool here = i < 12;
+    folder_->Write(
+        fmt::format("lost/{:03}.png", i),
+        ReadAll(*folder_ /
+                fmt::format("{}/up/{:06}.png", here ? "spin" : "straight", here ? i : i % 2 * 20)));
+  }
+  const ProcessResult result =
+      Calibrate("lost", "straight/up", {"--rig=rough.yaml", "--ceiling-height=2.5"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("lost: "));
+}
+
+TEST_F(CalibrateRigTest, ArgumentsThatDoNotFit) {
+  ExpectFault(Calibrate("spin/up", "straight/up", {"--rig=rough.yaml"}),
+              "calibrate rig: give --ceiling-height, or --distance of the straight drive; without "
+              "a tape measure nothing has a scale");
+  ExpectFault(Calibrate("spin/up", "straight/up", {"--ceiling-height=2.5"}),
+              "calibrate rig: give either --rig RIG.yaml, or --camera CAMERA_INFO.yaml for a rig "
+              "that does not exist yet");
+  ExpectFault(Calibrate("spin/up", "straight/up", {"--rig=rough.yaml", "--ceiling-height=-2"}),
+              "--ceiling-height -2: must be > 0, in metres");
+}
+
+}  // namespace
+}  // namespace ceilmap::integration
