@@ -71,7 +71,10 @@ void TakeRim(const CircleFit& fit, const std::vector<Vector2d>& points, MirrorRi
 }
 
 // A few directions in which the floor hides itself do not count; corners of the robot do.
-void TakeBody(const std::vector<Vector2d>& points, MirrorRingFit& result) {
+// @param corners  the same points where a corner's blurred tip is: a quarter of it is the robot.
+void TakeBody(const std::vector<Vector2d>& points,
+              const std::vector<Vector2d>& corners,
+              MirrorRingFit& result) {
   constexpr double kGuess = 0.15;  // of the outer radius
   result.body = points;
   result.ring.inner_radius_px = kGuess * result.ring.outer_radius_px;
@@ -94,8 +97,12 @@ void TakeBody(const std::vector<Vector2d>& points, MirrorRingFit& result) {
     result.inner_sigma_px = 1.25 * spread / std::sqrt(kIndependent);
     return;
   }
-  const auto end = std::upper_bound(radii.begin(), radii.end(), middle + 3 * spread);
-  result.ring.inner_radius_px = *std::prev(end);
+  double farthest = middle;
+  for (const Vector2d& p : corners) {
+    const double radius = (p - result.ring.centre_px).norm();
+    if (radius < middle + 3 * spread) farthest = std::max(farthest, radius);
+  }
+  result.ring.inner_radius_px = farthest;
   constexpr double kCornerSigmaPx = 1;
   result.inner_sigma_px = kCornerSigmaPx;
 }
@@ -163,7 +170,7 @@ cv::Mat Deviation(const cv::Mat& sum, const cv::Mat& squares, const cv::Mat& cou
 void MirrorActivity::Add(const cv::Mat& picture) {
   const cv::Mat light = LightOf(picture);
   cv::Mat grey;
-  constexpr double kBlurPx = 1.5;
+  constexpr double kBlurPx = 1.2;
   cv::GaussianBlur(GreyOf(picture), grey, {}, kBlurPx);
   if (pictures_ == 0) {
     for (cv::Mat* sum : {&light_, &light_squares_, &grey_, &grey_squares_}) {
@@ -176,8 +183,8 @@ void MirrorActivity::Add(const cv::Mat& picture) {
   cv::accumulate(light, light_, sound);
   cv::accumulateSquare(light, light_squares_, sound);
   cv::add(sound_, 1, sound_, sound);
-  cv::accumulate(grey, grey_);
-  cv::accumulateSquare(grey, grey_squares_);
+  cv::accumulate(grey, grey_, sound);
+  cv::accumulateSquare(grey, grey_squares_, sound);
   ++pictures_;
 }
 
@@ -186,8 +193,7 @@ cv::Mat MirrorActivity::OfLight() const {
 }
 
 cv::Mat MirrorActivity::OfGrey() const {
-  const cv::Mat all(grey_.size(), CV_64FC1, cv::Scalar(pictures_));
-  return Deviation(grey_, grey_squares_, all, pictures_);
+  return Deviation(grey_, grey_squares_, sound_, pictures_);
 }
 
 MirrorRingFit FindRing(const MirrorActivity& activity) {
@@ -211,7 +217,11 @@ MirrorRingFit FindRing(const MirrorActivity& activity) {
   constexpr double kLeastRim = 0.35;
   if (result.rim_part < kLeastRim) return result;
   result.fault = MirrorFault::kNone;
-  TakeBody(FirstRisingEdges(grey, fit->circle), result);
+  constexpr double kEdge = 0.5;
+  constexpr double kCorner = 0.75;
+  TakeBody(FirstRisingEdges(grey, fit->circle, kEdge),
+           FirstRisingEdges(grey, fit->circle, kCorner),
+           result);
   return result;
 }
 
@@ -245,7 +255,7 @@ MirrorRingFit FindRing(const cv::Mat& picture) {
     result.ring.inner_radius_px = *inner;
     result.inner_sigma_px = 0.01 * circle.radius;
   } else {
-    TakeBody({}, result);
+    TakeBody({}, {}, result);
   }
   return result;
 }

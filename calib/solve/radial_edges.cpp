@@ -93,7 +93,7 @@ std::vector<Vector2d> FallingEdges(const cv::Mat& map, const Circle& circle, dou
   return points;
 }
 
-std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle) {
+std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle, double part) {
   std::vector<Vector2d> points;
   // What is fixed shows its noise in the middle.
   std::vector<Profile> profiles;
@@ -120,14 +120,16 @@ std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle)
     const double first = profile.RadiusAt(static_cast<double>(i - kRun));
     constexpr double kNearPx = 4;
     constexpr double kFarPx = 10;
-    const double level = 0.5 * (low + profile.Median(first + kNearPx, first + kFarPx));
-    // Half-way up, from there outwards or, where the floor is faint, at once.
-    double radius = first;
-    for (std::size_t j = i - kRun; j < i; ++j) {
-      if (profile.values[j] < level) continue;
-      radius = profile.RadiusAt(static_cast<double>(j));
-      break;
-    }
+    const double floor = profile.Median(first + kNearPx, first + kFarPx);
+    const double level = low + part * (floor - low);
+    // Back to where it is still below, then up to the level.
+    std::size_t j = i - kRun;
+    while (j > 1 && profile.values[j] > level) --j;
+    while (j + 1 < profile.values.size() && profile.values[j + 1] < level) ++j;
+    if (j + 1 == profile.values.size()) continue;
+    const double rise = profile.values[j + 1] - profile.values[j];
+    const double over = rise > 0 ? (level - profile.values[j]) / rise : 0;
+    const double radius = profile.RadiusAt(static_cast<double>(j) + std::clamp(over, 0.0, 1.0));
     points.emplace_back(circle.centre + radius * Direction(k, kEdgeDirections));
   }
   return points;

@@ -20,8 +20,10 @@ std::vector<Eigen::Vector2d> FallingEdges(const cv::Mat& map,
                                           double reach_px);
 
 /// Where a map that is low in the middle of a circle begins to be high: for each direction the
-/// first such place, half-way up.
-std::vector<Eigen::Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle);
+/// first such place, where it is part of the way up.
+std::vector<Eigen::Vector2d> FirstRisingEdges(const cv::Mat& map,
+                                              const Circle& circle,
+                                              double part);
 
 /// Where a picture (CV_32FC1) becomes darker fastest within reach of a circle, outwards; only
 /// directions with a clear edge.
