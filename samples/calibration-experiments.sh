@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Calibration on simulated robots whose rigs are known: ten upward cameras, mounted at random, each calibrated from a turn on
-# the spot and a straight drive. Prints errors, standard deviations and their ratio.
+# the spot and a straight drive; and ten cameras under a mirror that is off the picture's centre, each from a turn. Prints
+# errors, standard deviations and their ratio.
 #   samples/calibration-experiments.sh [OUTPUT_DIR] [RIGS]     default: samples/out/calibration, 10
+# shellcheck disable=SC2154  # values of a rig: draw names them
 set -euo pipefail
 
 # shellcheck source=samples/common.sh
@@ -28,6 +30,10 @@ draw() {
       printf "start=%.1f\n", between(0, 360)
       printf "course=%.1f\n", between(-25, 25)
       printf "length=%.2f\n", between(2, 4)
+      printf "mirror_focal=%.1f\n", between(440, 560)
+      printf "mirror_u=%.2f\n", between(-8, 8)
+      printf "mirror_v=%.2f\n", between(-8, 8)
+      printf "body=%.1f\n", between(-70, -50)
     }'
 }
 
@@ -52,12 +58,36 @@ path: {kind: tum, tum_file: $1}
 SCENE
 }
 
-# A full turn about the axle at X ($1), Y ($2), from START_DEG ($3) on: 72 steps at 30 deg/s.
+# A room with a camera under a mirror whose values are set; the upward camera has next to nothing to do.
+mirror_scene() {
+  cat <<SCENE
+seed: $2
+axle_behind_mast_m: $axle
+room: {length_m: 6, width_m: 5, height_m: 2.6, wall_brightness: 0.32, wall_posters_per_100m2: 45, floor_contrast: 0.12}
+ceiling: {kind: tiles, lamp_every_x: 4, lamp_every_y: 3}
+camera: {width_px: 32, height_px: 32, focal_px: 30}
+omni: {focal_px: $mirror_focal, centre_offset_px: [$mirror_u, $mirror_v], body_below_deg: $body}
+path: {kind: tum, tum_file: $1}
+SCENE
+}
+
+# The radius in the picture of an elevation ($1, degrees) by samples/simulator's mirror.
+mirror_radius() {
+  awk -v e="$1" -v f="$mirror_focal" 'BEGIN {
+    A = 0.028095; B = 0.0234125; C = sqrt(A * A + B * B); e *= 4 * atan2(1, 1) / 180
+    # t^2 (sin^2 e / A^2 - cos^2 e / B^2) + 2 t C sin e / A^2 + C^2 / A^2 - 1 = 0, on the upper sheet
+    q = sin(e) ^ 2 / A ^ 2 - cos(e) ^ 2 / B ^ 2; h = C * sin(e) / A ^ 2; w = sqrt(h * h - q * (C * C / A / A - 1))
+    t = (-h - w) / q; if (t <= 0 || C + t * sin(e) <= 0) t = (-h + w) / q
+    print f * t * cos(e) / (2 * C + t * sin(e))
+  }'
+}
+
+# A full turn about the axle at X ($1), Y ($2), from START_DEG ($3) on, in so many steps ($4, default 72).
 turn() {
-  awk -v x="$1" -v y="$2" -v start="$3" -v a="$axle" 'BEGIN {
+  awk -v x="$1" -v y="$2" -v start="$3" -v a="$axle" -v steps="${4:-72}" 'BEGIN {
     pi = 4 * atan2(1, 1)
-    for (i = 0; i <= 72; ++i) {
-      yaw = (start + 5 * i) * pi / 180
+    for (i = 0; i <= steps; ++i) {
+      yaw = (start + 360 * i / steps) * pi / 180
       printf "%.6f %.9f %.9f 0 0 0 %.9f %.9f\n", 100 + i / 6, x + a * cos(yaw), y + a * sin(yaw), sin(yaw / 2), cos(yaw / 2)
     }
   }'
@@ -104,8 +134,30 @@ compare() {
   }'
 }
 
+# The table of a file of such lines ($1).
+tell() {
+  awk -F, 'NR > 1 {
+    if (!($2 in count)) order[++kinds] = $2
+    ++count[$2]; square[$2] += $5 * $5; sigma[$2] += $6 * $6; ratio[$2] += $7 * $7
+    size = $5 < 0 ? -$5 : $5; if (size > most[$2]) most[$2] = size
+    far = $7 < 0 ? -$7 : $7; if (far > farthest[$2]) farthest[$2] = far
+  }
+  END {
+    unit["a_m"] = unit["camera_y_m"] = unit["distance_m"] = "mm"
+    unit["yaw_deg"] = unit["pitch_deg"] = unit["roll_deg"] = "deg"
+    unit["centre_u_px"] = unit["centre_v_px"] = unit["outer_radius_px"] = unit["inner_radius_px"] = "px"
+    printf "%-16s %9s %9s %9s %12s %12s\n", "", "RMS", "largest", "sigma", "error/sigma", "largest"
+    for (i = 1; i <= kinds; ++i) {
+      k = order[i]
+      printf "%-16s %9.4f %9.4f %9.4f %12.2f %12.2f  %s\n", k, sqrt(square[k] / count[k]), most[k],
+        sqrt(sigma[k] / count[k]), sqrt(ratio[k] / count[k]), farthest[k], unit[k]
+    }
+  }' "$1"
+}
+
 results=$out/rigs.csv
-echo "rig,parameter,truth,value,error,sigma,ratio" >"$results"
+mirrors=$out/mirrors.csv
+for file in "$results" "$mirrors"; do echo "rig,parameter,truth,value,error,sigma,ratio" >"$file"; done
 for ((rig = 1; rig <= rigs; ++rig)); do
   echo "rig $rig"
   values=$(draw "$rig")
@@ -130,23 +182,24 @@ for ((rig = 1; rig <= rigs; ++rig)); do
     compare "$summary" "$rig" roll_deg "$roll" 1
     compare "$summary" "$rig" distance_m "$(awk -v h="$ceiling" -v z="$height" 'BEGIN { print h - z }')" 1000
   } >>"$results"
+
+  turn 2.6 2.3 "$start" 36 >"$out/scenes/mirror-$rig.tum"
+  mirror_scene "mirror-$rig.tum" "$((100 * rig + 7))" >"$out/scenes/mirror-$rig.yaml"
+  if [[ ! -f $out/mirror-$rig/rig.yaml ]]; then
+    "$ceilmap" simulate "$out/scenes/mirror-$rig.yaml" --quiet --force -o "$out/mirror-$rig"
+  fi
+  summary=$out/mirror-$rig.json
+  "$ceilmap" calibrate mirror --quiet --omni "$out/mirror-$rig/omni.mp4" --rig "$out/mirror-$rig/rig.yaml" \
+    -o "$out/mirror-$rig.yaml" --summary "$summary"
+  {
+    compare "$summary" "$rig" centre_u_px "$(awk -v u="$mirror_u" 'BEGIN { print 239.5 + u }')" 1
+    compare "$summary" "$rig" centre_v_px "$(awk -v v="$mirror_v" 'BEGIN { print 239.5 + v }')" 1
+    compare "$summary" "$rig" outer_radius_px "$(awk '/rim_radius_px:/ { print $2 }' "$out/mirror-$rig/rig.yaml")" 1
+    compare "$summary" "$rig" inner_radius_px "$(mirror_radius "$body")" 1
+  } >>"$mirrors"
 done
 
-echo
-echo "Upward camera: errors over $rigs rigs"
-awk -F, 'NR > 1 {
-    if (!($2 in count)) order[++kinds] = $2
-    ++count[$2]; square[$2] += $5 * $5; sigma[$2] += $6 * $6; ratio[$2] += $7 * $7
-    size = $5 < 0 ? -$5 : $5; if (size > most[$2]) most[$2] = size
-    far = $7 < 0 ? -$7 : $7; if (far > farthest[$2]) farthest[$2] = far
-  }
-  END {
-    unit["a_m"] = unit["camera_y_m"] = unit["distance_m"] = "mm"
-    unit["yaw_deg"] = unit["pitch_deg"] = unit["roll_deg"] = "deg"
-    printf "%-12s %9s %9s %9s %12s %12s\n", "", "RMS", "largest", "sigma", "error/sigma", "largest"
-    for (i = 1; i <= kinds; ++i) {
-      k = order[i]
-      printf "%-12s %9.4f %9.4f %9.4f %12.2f %12.2f  %s\n", k, sqrt(square[k] / count[k]), most[k],
-        sqrt(sigma[k] / count[k]), sqrt(ratio[k] / count[k]), farthest[k], unit[k]
-    }
-  }' "$results"
+printf '\nUpward camera, %s rigs\n' "$rigs"
+tell "$results"
+printf '\nMirror, %s rigs\n' "$rigs"
+tell "$mirrors"

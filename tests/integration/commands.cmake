@@ -79,3 +79,11 @@ ceilmap_add_test(calibrate_rig_test WHOLE
   LINKS ceilmap_app fmt::fmt opencv_core)
 target_compile_definitions(calibrate_rig_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
 add_dependencies(calibrate_rig_test ceilmap)
+
+ceilmap_add_test(calibrate_mirror_test WHOLE
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/calibrate_mirror_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
+  LINKS ceilmap_app fmt::fmt opencv_core)
+target_compile_definitions(calibrate_mirror_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
+add_dependencies(calibrate_mirror_test ceilmap)
