@@ -194,7 +194,8 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
   cli.add_option("--lens-sigma",
                  params->lens_sigma_px,
                  "How far off the intrinsics may put a point at the picture's edge, for the "
-                 "standard deviations [0.03]")
+                 "standard deviations; "
+                 "calibrate camera tells, as what corners are known to [0.05]")
       ->type_name("PX")
       ->group("Input");
   cli.add_option("--report",

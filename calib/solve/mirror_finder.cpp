@@ -63,8 +63,13 @@ std::optional<CircleFit> FitRim(const cv::Mat& moving, Circle start) {
 void TakeRim(const CircleFit& fit, const std::vector<Vector2d>& points, MirrorRingFit& result) {
   result.ring.centre_px = fit.circle.centre;
   result.ring.outer_radius_px = fit.circle.radius;
-  result.centre_covariance = fit.covariance.topLeftCorner<2, 2>();
-  result.outer_sigma_px = std::sqrt(fit.covariance(2, 2));
+  // Light at the rim may vary otherwise than a few pixels inside, alike over wide parts of it: no
+  // residual tells. As large as errors were on simulated mirrors.
+  constexpr double kEdgeSigmaPx = 0.1;
+  constexpr double kVariance = kEdgeSigmaPx * kEdgeSigmaPx;
+  result.centre_covariance =
+      fit.covariance.topLeftCorner<2, 2>() + kVariance * Eigen::Matrix2d::Identity();
+  result.outer_sigma_px = std::sqrt(fit.covariance(2, 2) + kVariance);
   result.rim_sigma_px = fit.sigma;
   result.rim_part = fit.inlier_part * static_cast<double>(points.size()) / kEdgeDirections;
   result.rim = points;
@@ -94,7 +99,8 @@ void TakeBody(const std::vector<Vector2d>& points,
   if (result.round_body) {
     constexpr double kIndependent = 36;  // sectors
     result.ring.inner_radius_px = middle;
-    result.inner_sigma_px = 1.25 * spread / std::sqrt(kIndependent);
+    constexpr double kEdgeSigmaPx = 0.25;  // the floor is fainter than what the rim shows
+    result.inner_sigma_px = std::hypot(1.25 * spread / std::sqrt(kIndependent), kEdgeSigmaPx);
     return;
   }
   double farthest = middle;

@@ -60,7 +60,7 @@ struct RigSolverParams {
   /// How far off the intrinsics may put a point at the picture's edge. What is wrong with the lens
   /// is wrong alike in all pictures, and no residual tells of it: it goes into the covariance as
   /// errors of focal length, principal point, distortion and skew of this size each.
-  double lens_sigma_px = 0.03;
+  double lens_sigma_px = 0.05;
 };
 
 /// What was left at a view.

@@ -262,6 +262,17 @@ TEST(RefinePlane, FindsTheTiltOfARenderedPicture) {
     EXPECT_LT(std::abs(fit.motion.yaw - truth.yaw), 0.005 * kDegree);
     // 2.2 m below a ceiling, 0.5 mm.
     EXPECT_LT(std::hypot(fit.motion.x - truth.x, fit.motion.y - truth.y), 0.5e-3 / 2.2);
+
+    // From a motion that is a pixel off, each place is found where it is.
+    PlaneMotion near = truth;
+    near.x += 1 / camera.focal_px;
+    const std::vector<PlaneShift> places = registrar.MeasurePlane(reference, current, camera, near);
+    ASSERT_GT(places.size(), 20U);
+    double sum = 0;
+    for (const PlaneShift& place : places) {
+      sum += (place.seen - truth.Apply(camera, place.block.point)).squaredNorm();
+    }
+    EXPECT_LT(std::sqrt(sum / static_cast<double>(places.size())), 0.15);
   }
 }
 
