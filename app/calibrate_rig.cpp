@@ -63,12 +63,6 @@ void CalibrateRigParams::Check() const {
   CheckPositive("--distance", tape.distance_m);
   CheckPositive("--camera-height", camera_height_m);
   CheckPositive("--tape-sigma", tape.sigma_m);
-  const bool from_both = tape.ceiling_height_m && tape.distance_m;
-  if (rig.empty() && !camera_height_m && !from_both) {
-    throw calib::InputError(
-        "calibrate rig: --camera tells nothing of the camera's height; give --camera-height, or "
-        "both --ceiling-height and --distance");
-  }
   CheckPositive("--lens-sigma", lens_sigma_px);
   CheckOutputFiles({output});
   if (!report.empty()) CheckReportFolder(report);
@@ -90,7 +84,17 @@ std::string KnownRig(const CalibrateRigParams& params) {
   guess.T_base_up->linear() =
       Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   guess.T_base_up->translation().z() = camera_height_m;
-  return calib::CompleteRig(text, own ? params.rig : params.camera, guess);
+  const fs::path& file = own ? params.rig : params.camera;
+  calib::RigValues pose;
+  pose.T_base_up = guess.T_base_up;
+  const bool height_told = params.camera_height_m || params.tape.GivesCameraHeight();
+  if (!height_told && calib::CompleteRig(text, file, pose) != text) {
+    throw calib::InputError(
+        fmt::format("{}: tells nothing of the upward camera's height; give --camera-height, or "
+                    "both --ceiling-height and --distance",
+                    file.string()));
+  }
+  return calib::CompleteRig(text, file, guess);
 }
 
 void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& common, Summary& out) {
@@ -123,7 +127,8 @@ void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& comm
   values.ceiling_height_m = result.ceiling_height_m.value;
   values.T_base_up = result.T_base_up;
   const Eigen::Vector3d ahead_before = rig.up->T_base_cam.linear().row(0);
-  if (ahead_before.dot(result.T_base_up.linear().row(0)) < 0) {
+  constexpr double kOpposite = -0.9;  // cosine
+  if (ahead_before.dot(result.T_base_up.linear().row(0)) < kOpposite) {
     Warn("{}: by the rig as it was the robot drives backwards; the straight drive counts as ahead",
          params.straight);
   }

@@ -15,6 +15,8 @@ struct TapeMeasures {
   std::optional<double> ceiling_height_m;  ///< above the floor
   std::optional<double> distance_m;        ///< from where the straight drive began to its end
   double sigma_m = 0.001;                  ///< of either, > 0
+
+  [[nodiscard]] bool GivesCameraHeight() const { return ceiling_height_m && distance_m; }
 };
 
 /// A value with its standard deviation.

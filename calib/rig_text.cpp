@@ -33,8 +33,9 @@ YAML::Node List(const std::vector<double>& values) {
 void SetPose(YAML::Node camera, const Eigen::Isometry3d& T_base_cam) {
   YAML::Node pose = camera["base_link_to_camera"];
   const Eigen::Quaterniond q(T_base_cam.linear());
-  const Eigen::Matrix4d m = T_base_cam.matrix();
+  const Eigen::Matrix4d& m = T_base_cam.matrix();
   std::vector<double> rows;
+  rows.reserve(static_cast<std::size_t>(m.size()));
   for (int i = 0; i < m.size(); ++i) rows.push_back(m(i / 4, i % 4));
   pose["translation"] = List({m(0, 3), m(1, 3), m(2, 3)});
   pose["rotation_xyzw"] = List({q.x(), q.y(), q.z(), q.w()});
@@ -107,7 +108,7 @@ bool SetMirror(YAML::Node rig, const std::optional<MirrorValues>& values, Which 
   return true;
 }
 
-bool SetAll(YAML::Node rig, const RigValues& values, Which which) {
+bool SetAll(const YAML::Node& rig, const RigValues& values, Which which) {
   bool changed = SetNumber(rig, "a", values.axle_behind_mast_m, which);
   changed |= SetNumber(rig, "h", values.ceiling_height_m, which);
   changed |= SetCamera(rig, "up", values.T_base_up, which);

@@ -90,6 +90,7 @@ void TakeBody(const std::vector<Vector2d>& points,
   std::sort(radii.begin(), radii.end());
   const double middle = radii[radii.size() / 2];
   std::vector<double> off;
+  off.reserve(radii.size());
   for (const double radius : radii) off.push_back(std::abs(radius - middle));
   std::sort(off.begin(), off.end());
   const double spread = off[off.size() / 2] / 0.6745;

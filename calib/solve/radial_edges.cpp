@@ -191,11 +191,13 @@ std::optional<Circle> DarkeningCircle(const cv::Mat& grey) {
   const Vector2d middle(0.5 * (small.cols - 1), 0.5 * (small.rows - 1));
   Circle best;
   double most = 0;
-  const double reach = 0.14 * side;
-  for (double dv = -reach; dv <= reach; dv += 2) {
-    for (double du = -reach; du <= reach; du += 2) {
-      for (double radius = 0.3 * side; radius < 0.62 * side; radius += 1) {
-        const Circle circle{middle + Vector2d(du, dv), radius};
+  const int reach = static_cast<int>(0.14 * side);
+  const int least = static_cast<int>(0.3 * side);
+  const int end = static_cast<int>(0.62 * side);
+  for (int dv = -reach; dv <= reach; dv += 2) {
+    for (int du = -reach; du <= reach; du += 2) {
+      for (int radius = least; radius < end; ++radius) {
+        const Circle circle{middle + Vector2d(du, dv), static_cast<double>(radius)};
         const double fall = FallAcross(small, circle, 1.5, kStepLimit);
         if (fall <= most) continue;
         most = fall;
@@ -215,7 +217,9 @@ std::optional<double> BrighteningRadius(const cv::Mat& grey, const Circle& circl
   grey.convertTo(map, CV_32FC1);
   double most = 0;
   std::optional<double> best;
-  for (double radius = 0.05 * circle.radius; radius < 0.5 * circle.radius; radius += 1) {
+  const int end = static_cast<int>(0.5 * circle.radius);
+  for (int r = static_cast<int>(0.05 * circle.radius) + 1; r < end; ++r) {
+    const double radius = r;
     const double rise =
         -FallAcross(map, {circle.centre, radius}, 0.015 * circle.radius, kStepLimit);
     if (rise <= most) continue;

@@ -237,6 +237,12 @@ TEST_F(CalibrateRigTest, ArgumentsThatDoNotFit) {
               "that does not exist yet");
   ExpectFault(Calibrate("spin/up", "straight/up", {"--rig=rough.yaml", "--ceiling-height=-2"}),
               "--ceiling-height -2: must be > 0, in metres");
+  std::string no_pose = ReadAll(*folder_ / "rough.yaml");
+  no_pose.resize(no_pose.find("    base_link_to_camera:"));
+  folder_->Write("no-pose.yaml", no_pose);
+  ExpectFault(Calibrate("spin/up", "straight/up", {"--rig=no-pose.yaml", "--distance=1.5"}),
+              "no-pose.yaml: tells nothing of the upward camera's height; give --camera-height, or "
+              "both --ceiling-height and --distance");
 }
 
 }  // namespace
