@@ -61,7 +61,8 @@ struct MirrorRingFit {
 MirrorRingFit FindRing(const MirrorActivity& activity);
 
 /// From one picture: the circle across which the picture becomes darker all around, and inside it
-/// the one across which it becomes brighter. Rough where the picture is dark at the rim.
+/// the one across which it becomes brighter. Rough where the picture is dark at the rim: deviations
+/// are a hundredth of the radius.
 /// @param picture  CV_8UC1 or CV_8UC3.
 MirrorRingFit FindRing(const cv::Mat& picture);
 
