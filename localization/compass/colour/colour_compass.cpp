@@ -236,8 +236,12 @@ void ColourCompass::Impl::FitAt(const LineFit& fit,
                                 float* fit_of_yaws) const {
   const auto scale =
       static_cast<float>(fresh * params.effective_lines / static_cast<double>(fit.rows()));
-  for (int yaw = 0; yaw < YawBelief::kYaws; ++yaw) {
-    const int step = StepOf(belief->YawOf(yaw));
+  // Columns of the belief are a whole number of steps apart.
+  static_assert(DirectionTable::kSteps % YawBelief::kYaws == 0);
+  constexpr int kStride = DirectionTable::kSteps / YawBelief::kYaws;
+  int step = StepOf(belief->YawOf(0));
+  for (int yaw = 0; yaw < YawBelief::kYaws; ++yaw, step += kStride) {
+    if (step >= DirectionTable::kSteps) step -= DirectionTable::kSteps;
     float sum = 0;
     for (std::size_t i = 0; i < line_steps.size(); ++i) {
       int at = step + line_steps[i];
