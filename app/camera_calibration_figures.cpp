@@ -8,6 +8,7 @@
 #include "app/camera_calibration_report.hpp"
 #include "app/console.hpp"
 #include "app/figure.hpp"
+#include "app/page/html_text.hpp"
 #include "app/report_folder.hpp"
 #include "calib/error.hpp"
 
@@ -136,36 +137,14 @@ Figure ViewFigure(const CameraCalibration& calibration) {
   return figure;
 }
 
-std::string Escape(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
-
 std::string HtmlTable(const ReportTable& table) {
-  std::string html = "<h2>" + Escape(table.title) + "</h2>\n<table><tr>";
-  for (const std::string& column : table.columns) html += "<th>" + Escape(column) + "</th>";
+  std::string html = "<h2>" + page::EscapedForHtml(table.title) + "</h2>\n<table><tr>";
+  for (const std::string& column : table.columns)
+    html += "<th>" + page::EscapedForHtml(column) + "</th>";
   html += "</tr>\n";
   for (const auto& row : table.rows) {
     html += "<tr>";
-    for (const std::string& cell : row) html += "<td>" + Escape(cell) + "</td>";
+    for (const std::string& cell : row) html += "<td>" + page::EscapedForHtml(cell) + "</td>";
     html += "</tr>\n";
   }
   return html + "</table>\n";
@@ -177,22 +156,22 @@ std::string Html(const CameraCalibration& calibration,
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width\">\n<title>Camera " +
-      Escape(calibration.name) +
+      page::EscapedForHtml(calibration.name) +
       "</title>\n<style>body{font:15px/1.5 sans-serif;max-width:900px;margin:2em auto;padding:0 "
       "1em}"
       "table{border-collapse:collapse}td,th{padding:.15em 1em .15em 0;text-align:left;"
       "border-bottom:1px solid #ddd}img{max-width:100%;height:auto}.two img{max-width:49%}"
       "</style></head><body>\n<h1>Camera " +
-      Escape(calibration.name) + "</h1>\n<table>\n";
+      page::EscapedForHtml(calibration.name) + "</h1>\n<table>\n";
   const Table facts = CameraFacts(calibration);
   for (const auto& row : facts.Rows()) {
     html += "<tr>";
-    for (const std::string& cell : row) html += "<td>" + Escape(cell) + "</td>";
+    for (const std::string& cell : row) html += "<td>" + page::EscapedForHtml(cell) + "</td>";
     html += "</tr>\n";
   }
   html += "</table>\n";
   for (const std::string& warning : calibration.warnings) {
-    html += "<p><strong>To make it better:</strong> " + Escape(warning) + "</p>\n";
+    html += "<p><strong>To make it better:</strong> " + page::EscapedForHtml(warning) + "</p>\n";
   }
   for (const std::string& figure : figures) {
     html += fmt::format("<p><img src=\"figures/{0}.svg\" alt=\"{0}\"></p>\n", figure);

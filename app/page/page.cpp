@@ -3,30 +3,11 @@
 #include <string_view>
 
 #include "app/page/html_json.hpp"
+#include "app/page/html_text.hpp"
 #include "app/page/page_template.hpp"
 
 namespace ceilmap::page {
 namespace {
-
-std::string EscapedForHtml(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
 
 std::string Fill(std::string_view connect, const std::string& title, std::string_view document) {
   const std::string_view page = PageTemplate();

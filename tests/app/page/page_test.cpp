@@ -1,4 +1,5 @@
 #include "app/page/page.hpp"
+#include "app/page/html_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "app/page/html_text.hpp"
 #include "tests/app/page/sample_page.hpp"
 
 namespace ceilmap::page {
@@ -277,7 +279,7 @@ TEST(Page, HoldsHostileNamesAsText) {
   EXPECT_EQ(count(page, "</script"), count(nothing, "</script"));
   EXPECT_EQ(count(page, "<!--"), count(nothing, "<!--"));
   EXPECT_THAT(page, HasSubstr("<title>&lt;/script&gt;&lt;script&gt;alert(1)"));
-  EXPECT_THAT(page, HasSubstr("{{document}} \"'\\ \xff &amp;amp;</title>"));
+  EXPECT_THAT(page, HasSubstr("{{document}} &quot;'\\ \xff &amp;amp;</title>"));
   const json document = DocumentOf(data);
   EXPECT_EQ(document["paths"][1]["name"],
             "</script><script>alert(1)</script><!-- {{document}} \"'\\ \xef\xbf\xbd &amp;");
@@ -296,6 +298,11 @@ TEST(Page, NeedsNothingElse) {
   EXPECT_THAT(page, HasSubstr("Redistributions in binary form must reproduce"));
   EXPECT_THAT(page, HasSubstr("Permission is hereby granted, free of charge"));
   EXPECT_THAT(WriteServedPage("<run>", "document.json"), HasSubstr("connect-src 'self'"));
+}
+
+TEST(EscapedForHtml, ShowsWhatItIsGiven) {
+  EXPECT_EQ(EscapedForHtml("a & b <i> \"c\""), "a &amp; b &lt;i&gt; &quot;c&quot;");
+  EXPECT_EQ(EscapedForHtml(""), "");
 }
 
 }  // namespace

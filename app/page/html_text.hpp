@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace ceilmap::page {
+
+/// A text as HTML shows it, whatever characters it has; between tags, or in an attribute in double
+/// quotes.
+std::string EscapedForHtml(std::string_view text);
+
+}  // namespace ceilmap::page
