@@ -50,11 +50,9 @@ void CalibrateMirrorParams::Check() const {
     throw calib::InputError(
         "calibrate mirror: -o writes a rig with the mirror in it; give the rig so far by --rig");
   }
-  for (const fs::path& picture : {panorama}) {
-    if (!picture.empty() && picture.extension() != ".png") {
-      throw calib::InputError(
-          fmt::format("{}: the picture's name must end in .png", picture.string()));
-    }
+  if (!panorama.empty() && panorama.extension() != ".png") {
+    throw calib::InputError(
+        fmt::format("{}: the picture's name must end in .png", panorama.string()));
   }
   CheckOutputFiles({output, panorama});
   if (!report.empty()) CheckReportFolder(report);
@@ -69,14 +67,7 @@ struct MirrorSight {
 
 bool IsPicture(const std::string& source) {
   std::error_code ignored;
-  if (!fs::is_regular_file(source, ignored)) return false;
-  std::string extension = fs::path(source).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
-  return extension == ".png" || extension == ".jpg" || extension == ".jpeg" ||
-         extension == ".bmp" || extension == ".tif" || extension == ".tiff" ||
-         extension == ".pgm" || extension == ".ppm";
+  return fs::is_regular_file(source, ignored) && IsPictureName(source);
 }
 
 MirrorSight LookAtPicture(const std::string& file) {

@@ -132,9 +132,10 @@ void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& comm
     Warn("{}: by the rig as it was the robot drives backwards; the straight drive counts as ahead",
          params.straight);
   }
-  WriteFileAtomically(params.output,
-                      RigHeader(result) + calib::ChangeRig(text, file, values, params.output));
-  calib::ReadRig(params.output);
+  const std::string changed =
+      RigHeader(result) + calib::ChangeRig(text, file, values, params.output);
+  calib::ParseRig(changed, params.output);  // what no command would read is not written
+  WriteFileAtomically(params.output, changed);
   out.files.push_back(params.output);
   Summarize(rig, result, out);
   if (!params.report.empty()) WriteRigReport(params.report, rig, result, spin, out);

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "calib/yaml_text.hpp"
+
 namespace ceilmap::calib {
 namespace {
 
@@ -69,16 +71,6 @@ std::string FormatMatrix(const char* key, int rows, const std::vector<double>& d
                      fmt::join(data, ", "));
 }
 
-// Quoted as YAML and JSON do; control characters have no place in a name.
-std::string Quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
-  }
-  return quoted + '"';
-}
-
 }  // namespace
 
 std::string FormatCameraInfo(const CameraInfo& info) {
@@ -89,7 +81,7 @@ std::string FormatCameraInfo(const CameraInfo& info) {
   text += fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n",
                       info.size.width,
                       info.size.height,
-                      Quoted(info.name));
+                      QuotedText(info.name));
   text += FormatMatrix("camera_matrix", 3, {fx, 0, cx, 0, fy, cy, 0, 0, 1});
   text += fmt::format("distortion_model: {}\n", info.distortion_model);
   text += FormatMatrix("distortion_coefficients", 1, info.distortion);

@@ -1,6 +1,5 @@
 #include "calib/rig_text.hpp"
 
-#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <numbers>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "calib/camera_info.hpp"
+#include "calib/yaml_text.hpp"
 #include "calib/yaml_value.hpp"
 
 namespace fs = std::filesystem;
@@ -17,15 +17,9 @@ namespace {
 
 constexpr std::string_view kWhat = "a rig file (format: calib/README.md)";
 
-// Rounding noise such as 1e-17 as 0.
-std::string Number(double value) {
-  const std::string text = fmt::format("{:.9f}", value);
-  return fmt::format("{:.12g}", std::stod(text) + 0.0);
-}
-
 YAML::Node List(const std::vector<double>& values) {
   YAML::Node list(YAML::NodeType::Sequence);
-  for (const double value : values) list.push_back(Number(value));
+  for (const double value : values) list.push_back(NumberText(value));
   list.SetStyle(YAML::EmitterStyle::Flow);
   return list;
 }
@@ -51,7 +45,7 @@ enum class Which { kAll, kMissing };
 
 bool SetNumber(YAML::Node rig, const char* key, const std::optional<double>& value, Which which) {
   if (!value || (which == Which::kMissing && Has(rig, key))) return false;
-  rig[key] = Number(*value);
+  rig[key] = NumberText(*value);
   return true;
 }
 
@@ -75,8 +69,8 @@ void ShiftCamera(YAML::Node camera, const MirrorRing& ring) {
   YAML::Node changed =
       List({scale * at(0), 0, ring.centre_px.x(), 0, scale * at(4), ring.centre_px.y(), 0, 0, 1});
   camera["camera_matrix"]["data"] = changed;
-  mirror["rim_radius_px"] = Number(ring.outer_radius_px);
-  mirror["horizon_radius_px"] = Number(scale * mirror["horizon_radius_px"].as<double>());
+  mirror["rim_radius_px"] = NumberText(ring.outer_radius_px);
+  mirror["horizon_radius_px"] = NumberText(scale * mirror["horizon_radius_px"].as<double>());
   camera.remove("projection_matrix");  // it would say what was before
 }
 
@@ -96,8 +90,8 @@ bool SetMirror(YAML::Node rig, const std::optional<MirrorValues>& values, Which 
   }
   YAML::Node mirror;
   mirror["centre_px"] = List({ring.centre_px.x(), ring.centre_px.y()});
-  mirror["inner_radius_px"] = Number(ring.inner_radius_px);
-  mirror["outer_radius_px"] = Number(ring.outer_radius_px);
+  mirror["inner_radius_px"] = NumberText(ring.inner_radius_px);
+  mirror["outer_radius_px"] = NumberText(ring.outer_radius_px);
   mirror.SetStyle(YAML::EmitterStyle::Flow);
   omni["mirror"] = mirror;
   if (Has(omni, "base_link_to_camera")) return true;

@@ -323,10 +323,15 @@ std::optional<cv::Point3d> RayTowards(const Lens& lens, const cv::Point2d& pixel
   return std::nullopt;
 }
 
+// A variance that came out as no number, or below zero, is that of something unknown.
+double RootOf(double variance) {
+  return variance >= 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 double CameraSolution::Sigma(Index i) const {
-  return std::sqrt(std::max(0.0, covariance(i, i)));
+  return RootOf(covariance(i, i));
 }
 
 std::size_t CameraSolution::UsedViews() const {
@@ -343,11 +348,11 @@ double CameraSolution::CornerSigma() const {
                                     cv::Point2d(0, bottom),
                                     cv::Point2d(right, bottom)}) {
     const std::optional<cv::Point3d> ray = RayTowards(lens, corner);
-    if (!ray) continue;
+    if (!ray) return std::numeric_limits<double>::infinity();
     MatrixXd by_lens;
     Project(lens, {}, {*ray}, &by_lens);
     const Eigen::Matrix2d spread = by_lens * covariance * by_lens.transpose();
-    greatest = std::max(greatest, std::sqrt(std::max(0.0, spread.trace())));
+    greatest = std::max(greatest, RootOf(spread.trace()));
   }
   return greatest;
 }

@@ -43,11 +43,12 @@ struct CameraSolution {
   std::size_t corners = 0;        ///< used
   std::vector<SolvedView> views;  ///< in the order given; also those left out
 
-  /// Standard deviation of a value.
+  /// Standard deviation of a value; infinite where the views leave it open altogether.
   [[nodiscard]] double Sigma(Eigen::Index i) const;
   /// How well the lens is known in the picture's corners: standard deviation, in pixels, of where
   /// the directions show that the corners look into; the greatest of the four. Where the
-  /// lens's model ends before the corners, its last place on the way there stands for them.
+  /// lens's model ends before the corners, its last place on the way there stands for them;
+  /// infinite when there is none.
   [[nodiscard]] double CornerSigma() const;
   [[nodiscard]] std::size_t UsedViews() const;
 };

@@ -95,6 +95,7 @@ std::vector<Vector2d> FallingEdges(const cv::Mat& map, const Circle& circle, dou
 
 std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle, double part) {
   std::vector<Vector2d> points;
+  if (!Sample(map, circle.centre)) return points;
   // What is fixed shows its noise in the middle.
   std::vector<Profile> profiles;
   std::vector<double> middle;

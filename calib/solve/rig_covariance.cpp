@@ -73,7 +73,7 @@ BlockTerm TermOf(const BlockOwner& owner,
   return term;
 }
 
-// Sum over the block's rows of J' r; as sparse as the block.
+// Calls use(column, value) for what a row of the Jacobian holds.
 void ForRow(const ceres::CRSMatrix& m, std::size_t row, auto&& use) {
   for (int k = m.rows[row]; k < m.rows[row + 1]; ++k) {
     use(m.cols[static_cast<std::size_t>(k)], m.values[static_cast<std::size_t>(k)]);
@@ -104,10 +104,12 @@ Normal NormalOf(const RigProblem& problem, const Linearized& at) {
       AddOuter(at.jacobian, r, term.weight, normal.gauss_newton);
       if (term.bend == 0) continue;
       ForRow(at.jacobian, r, [&](int i, double a) {
-        if (gradient[i] == 0) touched.push_back(i);
+        touched.push_back(i);
         gradient[i] += a * at.residuals[r];
       });
     }
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
     for (const int i : touched) {
       for (const int j : touched) normal.hessian(i, j) += term.bend * gradient[i] * gradient[j];
     }

@@ -194,6 +194,7 @@ RigSolution SolveRig(const Recording& spin,
           SolutionOf(spin, straight, parameters, params.focal_px, scales.place_px);
       solution.covariance =
           RigCovariance(problem, spin, straight, parameters, params, scales.place_px);
+      solution.ok = solution.covariance.allFinite();  // else the views leave something open
       return solution;
     }
     scales = ScalesOf(spin, straight, parameters, params);

@@ -5,12 +5,14 @@
 #include <numbers>
 #include <string>
 
+#include "calib/yaml_text.hpp"
 #include "samples/simulator/mirror_rays.hpp"
 #include "samples/simulator/renderer.hpp"
 
 namespace ceilmap::simulator {
 namespace {
 
+using calib::NumberText;
 using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -34,22 +36,6 @@ Matrix3d ForwardRotation(const Camera& camera) {
                                AngleAxisd(-camera.mount_pitch_deg * kDegree, Vector3d::UnitY()) *
                                AngleAxisd(camera.mount_roll_deg * kDegree, Vector3d::UnitX());
   return R.toRotationMatrix() * level;
-}
-
-/// A text in double quotes, as YAML reads it.
-std::string Quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
-  }
-  return quoted + '"';
-}
-
-/// Rounding noise such as 1e-17 as 0.
-std::string Number(double value) {
-  const std::string text = fmt::format("{:.9f}", value);
-  return fmt::format("{:.12g}", std::stod(text) + 0.0);
 }
 
 /// What all kinds of cameras have in common; without distortion when none is given.
@@ -95,15 +81,15 @@ std::string PoseText(const char* name, const Matrix3d& R, const Vector3d& t) {
   const Eigen::Quaterniond q(R);
   const auto row = [&R](int i, double t_i) {
     return fmt::format(
-        "{}, {}, {}, {:.12g}", Number(R(i, 0)), Number(R(i, 1)), Number(R(i, 2)), t_i);
+        "{}, {}, {}, {:.12g}", NumberText(R(i, 0)), NumberText(R(i, 1)), NumberText(R(i, 2)), t_i);
   };
   std::string text = fmt::format("    base_link_to_camera:\n      frame: {}_optical_frame\n", name);
   text += fmt::format("      translation: [{:.12g}, {:.12g}, {:.12g}]\n", t.x(), t.y(), t.z());
   text += fmt::format("      rotation_xyzw: [{}, {}, {}, {}]\n",
-                      Number(q.x()),
-                      Number(q.y()),
-                      Number(q.z()),
-                      Number(q.w()));
+                      NumberText(q.x()),
+                      NumberText(q.y()),
+                      NumberText(q.z()),
+                      NumberText(q.w()));
   text += fmt::format(
       "      matrix: [{}, {}, {}, 0, 0, 0, 1]\n", row(0, t.x()), row(1, t.y()), row(2, t.z()));
   return text;
@@ -157,7 +143,7 @@ std::string RigYaml(const Scene& scene) {
   std::string text =
       "# lengths in metres, angles in radians; poses are \"camera optical frame in base_link\" "
       "(p_base = R p_cam + t)\n";
-  text += fmt::format("robot: {}\n", Quoted(scene.robot));
+  text += fmt::format("robot: {}\n", calib::QuotedText(scene.robot));
   text += fmt::format("a: {:.12g}   # the pivot axle is at base_link x = -a\n",
                       scene.axle_behind_mast_m);
   text += scene.forward

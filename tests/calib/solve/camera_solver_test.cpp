@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "calib/solve/board_pose.hpp"
@@ -82,6 +83,20 @@ TEST(CameraSolver, StandardDeviationsAreThoseOfTheErrors) {
   }
   EXPECT_GT(sum / kNoises, 0.4);
   EXPECT_LT(sum / kNoises, 1.4);
+}
+
+TEST(CameraSolver, WhatHasNoVarianceIsNotKnown) {
+  CameraSolution solution;
+  solution.lens = TestLens();
+  const auto n = static_cast<Eigen::Index>(solution.lens.values.size());
+  solution.covariance = Eigen::MatrixXd::Zero(n, n);
+  EXPECT_EQ(solution.CornerSigma(), 0);
+  solution.covariance(1, 1) = std::numeric_limits<double>::quiet_NaN();
+  solution.covariance(2, 2) = -1;
+  EXPECT_EQ(solution.Sigma(0), 0);
+  EXPECT_EQ(solution.Sigma(1), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(solution.Sigma(2), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(solution.CornerSigma(), std::numeric_limits<double>::infinity());
 }
 
 TEST(CameraSolver, LeavesOutTermsThatTheViewsDoNotNeed) {

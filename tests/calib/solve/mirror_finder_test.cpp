@@ -9,6 +9,7 @@
 #include <random>
 
 #include "calib/solve/circle_fit.hpp"
+#include "calib/solve/radial_edges.hpp"
 
 namespace ceilmap::calibration {
 namespace {
@@ -132,6 +133,13 @@ TEST(MirrorFinder, OnePictureTellsRoughly) {
   EXPECT_EQ(FindRing(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90))).fault, MirrorFault::kNoRim);
   EXPECT_NEAR(fit.outer_sigma_px, 0.01 * fit.ring.outer_radius_px, 0.5) << "says so";
   EXPECT_GT(std::sqrt(fit.centre_covariance(0, 0)), 1);
+}
+
+TEST(RadialEdges, ACircleOutsideThePictureHasNone) {
+  const cv::Mat map(48, 64, CV_32F, cv::Scalar(1));
+  for (const Eigen::Vector2d& centre : {Eigen::Vector2d(-5, 20), Eigen::Vector2d(30, 48)}) {
+    EXPECT_TRUE(FirstRisingEdges(map, {centre, 20}, 0.5).empty());
+  }
 }
 
 TEST(CircleFit, FindsACircleAmongOtherPoints) {
