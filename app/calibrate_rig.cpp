@@ -1,20 +1,27 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "app/calibrate_commands.hpp"
+#include "app/calibrate_rig_options.hpp"
 #include "app/clock.hpp"
 #include "app/console.hpp"
 #include "app/frame_source.hpp"
 #include "app/interrupt.hpp"
+#include "app/motion_calibration.hpp"
 #include "app/output_files.hpp"
 #include "app/report_folder.hpp"
 #include "app/rig_calibration.hpp"
 #include "app/rig_calibration_report.hpp"
 #include "app/robot_rig.hpp"
+#include "app/second_camera.hpp"
 #include "calib/error.hpp"
 #include "calib/rig_text.hpp"
 #include "calib/yaml_value.hpp"
@@ -26,51 +33,9 @@ namespace {
 
 using std::chrono::steady_clock;
 
-struct CalibrateRigParams {
-  fs::path rig;
-  fs::path camera;
-  std::string spin;
-  fs::path spin_stamps;
-  std::string straight;
-  fs::path straight_stamps;
-  std::optional<double> camera_height_m;
-  TapeMeasures tape;
-  double lens_sigma_px = calibration::RigSolverParams{}.lens_sigma_px;
-  fs::path output;
-  fs::path report;
-
-  // Checks everything that can be told without the recordings. @throws calib::InputError
-  void Check() const;
-};
-
-void CheckPositive(const char* option, const std::optional<double>& value) {
-  if (!value || (*value > 0 && *value < 1e4)) return;
-  throw calib::InputError(fmt::format("{} {}: must be > 0, in metres", option, *value));
-}
-
-void CalibrateRigParams::Check() const {
-  if (rig.empty() == camera.empty()) {
-    throw calib::InputError(
-        "calibrate rig: give either --rig RIG.yaml, or --camera CAMERA_INFO.yaml for a rig that "
-        "does not exist yet");
-  }
-  if (!tape.ceiling_height_m && !tape.distance_m) {
-    throw calib::InputError(
-        "calibrate rig: give --ceiling-height, or --distance of the straight drive; without a tape "
-        "measure nothing has a scale");
-  }
-  CheckPositive("--ceiling-height", tape.ceiling_height_m);
-  CheckPositive("--distance", tape.distance_m);
-  CheckPositive("--camera-height", camera_height_m);
-  CheckPositive("--tape-sigma", tape.sigma_m);
-  CheckPositive("--lens-sigma", lens_sigma_px);
-  CheckOutputFiles({output});
-  if (!report.empty()) CheckReportFolder(report);
-}
-
 // The rig as far as it is known: what is missing is a camera that looks straight up from the mast,
 // its top to the front, over an axle that is below it.
-std::string KnownRig(const CalibrateRigParams& params) {
+std::string KnownRig(const CalibrateRigOptions& params) {
   const bool own = !params.rig.empty();
   const std::string text =
       own ? calib::ReadSettingsText(params.rig, "a rig file (format: calib/README.md)")
@@ -97,7 +62,52 @@ std::string KnownRig(const CalibrateRigParams& params) {
   return calib::CompleteRig(text, file, guess);
 }
 
-void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& common, Summary& out) {
+// Tells before any work what cannot be used.
+void CheckRecordings(const CalibrateRigOptions& params,
+                     const calib::Rig& rig,
+                     const fs::path& file) {
+  if (!params.step.empty()) {
+    const FrameSource up(params.step, {.stamps = params.step_stamps});
+    UpCameraOf(rig, file, up);
+  }
+  for (const RigRecording& recording : {params.Spin(), params.Straight(), params.Step()}) {
+    if (recording.forward.empty()) continue;
+    const SecondCamera forward(recording.forward, recording.stamps);
+    CheckForwardCamera(rig, file, recording.forward, forward.Size());
+  }
+}
+
+// What needs the robot's motion in space: the step, and the forward camera.
+// @param rig  with the upward camera as calibrated.
+void CalibrateMotion(const CalibrateRigOptions& params,
+                     const calib::Rig& rig,
+                     const fs::path& file,
+                     RigFindings& found) {
+  std::vector<RigMotion> seen;
+  std::vector<std::string> names;
+  const auto read = [&](const RigRecording& recording, const char* label) {
+    RigMotion motion = ReadMotion(recording, rig, file, label);
+    if (Interrupted()) throw calib::RunError("interrupted; nothing was written");
+    if (!recording.forward.empty()) names.push_back(recording.forward);
+    seen.push_back(std::move(motion));
+  };
+  if (!params.step.empty()) {
+    read(params.Step(), "step");
+    found.step = CalibrateStep(seen.back(),
+                               params.step,
+                               found.mount,
+                               rig.up->camera,
+                               params.step_height_m,
+                               params.lens_sigma_px);
+  }
+  if (!params.spin_forward.empty()) read(params.Spin(), "spin, forward");
+  if (!params.straight_forward.empty()) read(params.Straight(), "straight, forward");
+  if (names.empty()) return;
+  found.forward = CalibrateForward(
+      rig, seen, fmt::format("{}", fmt::join(names, ", ")), found.mount, params.lens_sigma_px);
+}
+
+void RunCalibrateRig(const CalibrateRigOptions& params, const CommonOptions& common, Summary& out) {
   const auto start = steady_clock::now();
   params.Check();
   const fs::path& file = params.rig.empty() ? params.camera : params.rig;
@@ -106,6 +116,7 @@ void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& comm
   if (params.camera_height_m && rig.up) {
     rig.up->T_base_cam.translation().z() = *params.camera_height_m;
   }
+  CheckRecordings(params, rig, file);
   FrameSource spin_source(params.spin, {.stamps = params.spin_stamps});
   FrameSource straight_source(params.straight, {.stamps = params.straight_stamps});
   UpCameraOf(rig, file, spin_source);
@@ -119,8 +130,9 @@ void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& comm
   out.stages_ms["follow"] = MillisecondsSince(start);
 
   const auto solving = steady_clock::now();
-  const RigCalibration result =
-      CalibrateRig(rig, spin, straight, params.tape, params.lens_sigma_px);
+  RigFindings found;
+  found.mount = CalibrateRig(rig, spin, straight, params.tape, params.lens_sigma_px);
+  const RigCalibration& result = found.mount;
   out.stages_ms["solve"] = MillisecondsSince(solving);
   calib::RigValues values;
   values.axle_behind_mast_m = result.axle_behind_mast_m.value;
@@ -132,52 +144,22 @@ void RunCalibrateRig(const CalibrateRigParams& params, const CommonOptions& comm
     Warn("{}: by the rig as it was the robot drives backwards; the straight drive counts as ahead",
          params.straight);
   }
+  const auto moving = steady_clock::now();
+  CalibrateMotion(params,
+                  calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file),
+                  file,
+                  found);
+  out.stages_ms["motion"] = MillisecondsSince(moving);
+  if (found.forward) values.T_base_forward = found.forward->T_base_forward;
+  for (const std::string& doubt : Contradictions(found, params.step)) Warn("{}", doubt);
   const std::string changed =
-      RigHeader(result) + calib::ChangeRig(text, file, values, params.output);
+      RigHeader(found) + calib::ChangeRig(text, file, values, params.output);
   calib::ParseRig(changed, params.output);  // what no command would read is not written
   WriteFileAtomically(params.output, changed);
   out.files.push_back(params.output);
-  Summarize(rig, result, out);
-  if (!params.report.empty()) WriteRigReport(params.report, rig, result, spin, out);
-  if (!common.quiet) PrintReport(rig, result, SecondsSince(start), out);
-}
-
-void AddInput(CLI::App& cli, CalibrateRigParams& params) {
-  const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
-    return cli.add_option(name, value, text)->type_name(type)->group("Input");
-  };
-  add("--rig",
-      params.rig,
-      "The rig as far as it is known: the upward camera's intrinsics, and its height (z of its "
-      "pose). h, a and the rest of the pose may be left out; where they stand they are a start, "
-      "and x of the camera's pose stays",
-      "RIG.yaml");
-  add("--camera",
-      params.camera,
-      "Instead of a rig: the upward camera's camera_info, for a rig with nothing else in it",
-      "CAMERA_INFO.yaml");
-  add("--spin",
-      params.spin,
-      "The upward camera while the robot turns on the spot, once around",
-      "SOURCE")
-      ->required();
-  add("--straight", params.straight, "The same while it drives straight ahead", "SOURCE")
-      ->required();
-  add("--spin-stamps", params.spin_stamps, "Not needed; checked when given", "FRAMES.csv");
-  add("--straight-stamps", params.straight_stamps, "Likewise", "FRAMES.csv");
-}
-
-void AddTape(CLI::App& cli, CalibrateRigParams& params) {
-  const auto add = [&cli](const char* name, auto& value, const char* text) {
-    return cli.add_option(name, value, text)->type_name("M")->group("Tape measure");
-  };
-  add("--ceiling-height", params.tape.ceiling_height_m, "Of the ceiling above the floor");
-  add("--distance",
-      params.tape.distance_m,
-      "From where the robot stands in the first frame of the straight drive to where it stands in "
-      "the last; with --ceiling-height too, the camera's height comes out");
-  add("--camera-height", params.camera_height_m, "Of the camera above the floor [as in the rig]");
-  add("--tape-sigma", params.tape.sigma_m, "Standard deviation of these [0.001]");
+  Summarize(rig, found, out);
+  if (!params.report.empty()) WriteRigReport(params.report, rig, found, spin, out);
+  if (!common.quiet) PrintReport(rig, found, SecondsSince(start), out);
 }
 
 }  // namespace
@@ -192,30 +174,12 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
       "--ceiling-height 2.6 -o rig.yaml\n"
       "  ceilmap calibrate rig --camera up.yaml --camera-height 0.4 --spin spin.mp4 --straight "
       "straight.mp4 --distance 3.02 -o rig.yaml\n"
+      "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
+      "--ceiling-height 2.6 --step step/up.mp4 --step-forward step/forward.mp4 --step-height 0.018 "
+      "-o rig.yaml\n"
       "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
-  auto params = std::make_shared<CalibrateRigParams>();
-  CLI::App& cli = *command.cli;
-  AddInput(cli, *params);
-  AddTape(cli, *params);
-  cli.add_option("--lens-sigma",
-                 params->lens_sigma_px,
-                 "How far off the intrinsics may put a point at the picture's edge, for the "
-                 "standard deviations; "
-                 "calibrate camera tells, as what corners are known to [0.05]")
-      ->type_name("PX")
-      ->group("Input");
-  cli.add_option("--report",
-                 params->report,
-                 "New folder for figures of the fit, the mean picture of the spin by the rig as it "
-                 "was and as measured, and tables")
-      ->type_name("DIR")
-      ->group("Results");
-  cli.add_option("-o,--output",
-                 params->output,
-                 "The rig with a, h and the upward camera's pose as measured, all else as it was")
-      ->required()
-      ->type_name("RIG.yaml")
-      ->group("Results");
+  auto params = std::make_shared<CalibrateRigOptions>();
+  params->AddTo(*command.cli);
   command.run = [params](const CommonOptions& common, Summary& summary) {
     RunCalibrateRig(*params, common, summary);
   };

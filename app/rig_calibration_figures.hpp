@@ -5,6 +5,7 @@
 
 #include "app/ceiling_keyframes.hpp"
 #include "app/figure.hpp"
+#include "app/motion_calibration.hpp"
 #include "app/rig_calibration.hpp"
 #include "calib/rig.hpp"
 
@@ -13,6 +14,9 @@ namespace ceilmap::app {
 /// The camera's circle in the spin with what each view is off by, the straight drive's way aside
 /// and its heading, and what is left at the places of each view.
 std::vector<Figure> RigFigures(const RigCalibration& result);
+
+/// The lift of the mast over the pitch, with the lines of the pivots.
+Figure StepFigure(const StepCalibration& step);
 
 /// The mean of the spin's pictures, brought together as the rig has it: sharp where the rig is
 /// right, smeared where it is not. CV_8UC1, 0 where no picture looked.

@@ -25,7 +25,7 @@ struct Parameter {
   const char* key;  // in JSON
   const char* name;
   const char* unit;
-  double before = 0;
+  std::optional<double> before;
   Measured found;
   int digits = 4;
 };
@@ -40,10 +40,12 @@ MountAngles AnglesOf(const Eigen::Matrix3d& R) {
   return {std::atan2(-R(0, 1), R(0, 0)), std::asin(R(0, 2)), std::atan2(-R(1, 2), R(2, 2))};
 }
 
-std::vector<Parameter> ParametersOf(const calib::Rig& before, const RigCalibration& result) {
-  const auto degrees = [](const Measured& m) {
-    return Measured{kDegPerRad * m.value, kDegPerRad * m.sigma};
-  };
+Measured InDegrees(const Measured& m) {
+  return {kDegPerRad * m.value, kDegPerRad * m.sigma};
+}
+
+// What the upward camera's recordings tell.
+std::vector<Parameter> MountParameters(const calib::Rig& before, const RigCalibration& result) {
   const MountAngles angles = AnglesOf(before.up->T_base_cam.linear());
   const Eigen::Vector3d& t = before.up->T_base_cam.translation();
   const double Z = before.ceiling_height_m - t.z();
@@ -55,20 +57,62 @@ std::vector<Parameter> ParametersOf(const calib::Rig& before, const RigCalibrati
       {"a_m", "a", "m", before.axle_behind_mast_m, result.axle_behind_mast_m},
       {"camera_y_m", "camera y", "m", t.y(), result.camera_y_m},
       {"camera_z_m", "camera z", "m", t.z(), result.camera_z_m},
-      {"yaw_deg", "yaw", "deg", kDegPerRad * angles.yaw_rad, degrees(result.yaw_rad), 3},
-      {"pitch_deg", "pitch", "deg", kDegPerRad * angles.pitch_rad, degrees(result.pitch_rad), 3},
-      {"roll_deg", "roll", "deg", kDegPerRad * angles.roll_rad, degrees(result.roll_rad), 3},
+      {"yaw_deg", "yaw", "deg", kDegPerRad * angles.yaw_rad, InDegrees(result.yaw_rad), 3},
+      {"pitch_deg", "pitch", "deg", kDegPerRad * angles.pitch_rad, InDegrees(result.pitch_rad), 3},
+      {"roll_deg", "roll", "deg", kDegPerRad * angles.roll_rad, InDegrees(result.roll_rad), 3},
       {"h_m", "h", "m", before.ceiling_height_m, result.ceiling_height_m},
       {"distance_m", "ceiling above camera", "m", Z, result.distance_m},
       {"mm_per_px", "scale", "mm/px", 1000 * Z / focal_px, millimetres(result.m_per_px)}};
 }
 
-ReportTable ParameterTable(const calib::Rig& before, const RigCalibration& result) {
+std::vector<Parameter> ForwardParameters(const calib::Rig& before,
+                                         const ForwardCalibration& result) {
+  const ForwardAngles angles = ForwardAnglesOf(before.forward->T_base_cam.linear());
+  const auto add = [](const char* key, const char* name, double was_rad, const Measured& found) {
+    return Parameter{key, name, "deg", kDegPerRad * was_rad, InDegrees(found), 3};
+  };
+  return {add("forward_yaw_deg", "forward yaw", angles.yaw_rad, result.yaw_rad),
+          add("forward_pitch_deg", "forward pitch (up)", angles.pitch_rad, result.pitch_rad),
+          add("forward_roll_deg", "forward roll", angles.roll_rad, result.roll_rad)};
+}
+
+// By a second way, or not in the rig: `before` is what the first way says, or nothing.
+std::vector<Parameter> StepParameters(const RigCalibration& mount, const StepCalibration& step) {
+  const auto pivot = [](const calibration::Pivot& p) { return Measured{p.distance_m, p.sigma_m}; };
+  std::vector<Parameter> parameters{
+      {"a_step_m", "a by the step", "m", mount.axle_behind_mast_m.value, pivot(step.pivots.axle)}};
+  if (step.pivots.front_wheels.frames > 0) {
+    parameters.push_back({"front_wheels_m",
+                          "front wheels before mast",
+                          "m",
+                          std::nullopt,
+                          pivot(step.pivots.front_wheels)});
+  }
+  if (step.wheelbase_m) {
+    parameters.push_back({"wheelbase_m", "wheelbase", "m", std::nullopt, *step.wheelbase_m});
+  }
+  if (step.climbed_m) {
+    parameters.push_back({"climbed_m", "step's height", "m", step.height_m, *step.climbed_m});
+  }
+  return parameters;
+}
+
+std::vector<Parameter> ParametersOf(const calib::Rig& before, const RigFindings& result) {
+  std::vector<Parameter> all = MountParameters(before, result.mount);
+  const auto add = [&all](const std::vector<Parameter>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  };
+  if (result.forward) add(ForwardParameters(before, *result.forward));
+  if (result.step) add(StepParameters(result.mount, *result.step));
+  return all;
+}
+
+ReportTable ParameterTable(const calib::Rig& before, const RigFindings& result) {
   ReportTable table{"Rig", {"", "before", "measured", "sigma", "unit"}, {}};
   for (const Parameter& p : ParametersOf(before, result)) {
     table.rows.push_back(
         {p.name,
-         fmt::format("{:.{}f}", p.before, p.digits),
+         p.before ? fmt::format("{:.{}f}", *p.before, p.digits) : "-",
          fmt::format("{:.{}f}", p.found.value, p.digits + 1),
          p.found.sigma > 0 ? fmt::format("{:.{}f}", p.found.sigma, p.digits + 1) : "-",
          p.unit});
@@ -78,7 +122,8 @@ ReportTable ParameterTable(const calib::Rig& before, const RigCalibration& resul
 
 }  // namespace
 
-std::string RigHeader(const RigCalibration& result) {
+std::string RigHeader(const RigFindings& found) {
+  const RigCalibration& result = found.mount;
   std::string text = "# measured by ceilmap calibrate rig, with standard deviations:\n";
   const auto add = [&text](
                        const char* name, const Measured& m, double unit, const char* unit_name) {
@@ -92,13 +137,25 @@ std::string RigHeader(const RigCalibration& result) {
   add("up: yaw", result.yaw_rad, kDegPerRad, "deg");
   add("up: pitch", result.pitch_rad, kDegPerRad, "deg");
   add("up: roll", result.roll_rad, kDegPerRad, "deg");
+  if (found.forward) {
+    add("forward: yaw", found.forward->yaw_rad, kDegPerRad, "deg");
+    add("forward: pitch (up)", found.forward->pitch_rad, kDegPerRad, "deg");
+    add("forward: roll", found.forward->roll_rad, kDegPerRad, "deg");
+  }
+  if (found.step) {
+    const calibration::Pivot& axle = found.step->pivots.axle;
+    add("a by the step, to compare", {axle.distance_m, axle.sigma_m}, 1, "m");
+  }
   return text;
 }
 
-void Summarize(const calib::Rig& before, const RigCalibration& result, Summary& summary) {
+void Summarize(const calib::Rig& before, const RigFindings& found, Summary& summary) {
+  const RigCalibration& result = found.mount;
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
-  for (const Parameter& p : ParametersOf(before, result)) {
-    parameters[p.key] = {{"before", p.before}, {"value", p.found.value}, {"sigma", p.found.sigma}};
+  for (const Parameter& p : ParametersOf(before, found)) {
+    nlohmann::ordered_json was;
+    if (p.before) was = *p.before;
+    parameters[p.key] = {{"before", was}, {"value", p.found.value}, {"sigma", p.found.sigma}};
   }
   const calibration::RigSolution& solution = result.solution;
   summary.quality = {{"parameters", parameters},
@@ -113,14 +170,26 @@ void Summarize(const calib::Rig& before, const RigCalibration& result, Summary& 
                       {{"keyframes", solution.straight.size()},
                        {"turn_deg", kDegPerRad * result.course_rad},
                        {"length_m", result.drive_length_m.value}}}};
+  if (found.forward) {
+    summary.quality["forward"] = {{"pairs", found.forward->pairs},
+                                  {"matches", found.forward->mount.matches},
+                                  {"inliers", found.forward->mount.inliers},
+                                  {"sigma_px", found.forward->mount.sigma_px}};
+  }
+  if (found.step) {
+    summary.quality["step"] = {{"frames", found.step->climbs.size()},
+                               {"largest_deg", kDegPerRad * found.step->most_pitch_rad},
+                               {"rms_mm", 1000 * found.step->pivots.axle.rms_m}};
+  }
 }
 
 void WriteRigReport(const std::filesystem::path& folder,
                     const calib::Rig& before,
-                    const RigCalibration& result,
+                    const RigFindings& found,
                     const CeilingKeyframes& spin,
                     Summary& summary) {
-  const std::vector<ReportTable> tables{ParameterTable(before, result)};
+  const RigCalibration& result = found.mount;
+  const std::vector<ReportTable> tables{ParameterTable(before, found)};
   using Handler = nlohmann::ordered_json::error_handler_t;
   std::vector<std::filesystem::path> files =
       WriteReport(folder,
@@ -142,7 +211,9 @@ void WriteRigReport(const std::filesystem::path& folder,
   summary.files.insert(summary.files.end(), files.begin(), files.end());
   try {
     FigureFolder figures(folder / "figures");
-    figures.Draw(RigFigures(result));
+    std::vector<Figure> all = RigFigures(result);
+    if (found.step) all.push_back(StepFigure(*found.step));
+    figures.Draw(all);
     summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
   } catch (const calib::RunError& error) {
     Warn("no figures: {}", error.what());
@@ -150,10 +221,11 @@ void WriteRigReport(const std::filesystem::path& folder,
 }
 
 void PrintReport(const calib::Rig& before,
-                 const RigCalibration& result,
+                 const RigFindings& found,
                  double seconds,
                  const Summary& summary) {
-  fmt::print("{}\n", FormatPlain(ParameterTable(before, result)));
+  fmt::print("{}\n", FormatPlain(ParameterTable(before, found)));
+  const RigCalibration& result = found.mount;
   const calibration::RigSolution& solution = result.solution;
   Table facts;
   facts.AddRow({"spin",
@@ -169,6 +241,20 @@ void PrintReport(const calib::Rig& before,
   facts.AddRow({"places",
                 fmt::format("{}", solution.places),
                 fmt::format("of the ceiling in two views, residual {:.3f} px", solution.sigma_px)});
+  if (found.forward) {
+    facts.AddRow({"forward camera",
+                  fmt::format("{}", found.forward->mount.matches),
+                  fmt::format("matches in {} pairs of pictures, residual {:.3f} px",
+                              found.forward->pairs,
+                              found.forward->mount.sigma_px)});
+  }
+  if (found.step) {
+    facts.AddRow({"step",
+                  fmt::format("{:.2f}", kDegPerRad * found.step->most_pitch_rad),
+                  fmt::format("deg of pitch; lifts agree to {:.2f} mm in {} frames",
+                              1000 * found.step->pivots.axle.rms_m,
+                              found.step->pivots.axle.frames)});
+  }
   facts.AddRow({"time", fmt::format("{:.1f}", seconds), "s"});
   fmt::print("{}", facts.Format());
   for (const auto& file : summary.files) fmt::print("written {}\n", file.string());

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -28,11 +29,13 @@ using testing::StartsWith;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kAxle = 0.12;
 constexpr double kLength = 1.5;
+constexpr double kStep = 0.02;
+constexpr double kWheelbase = 0.3;
 
 std::string Scene(const std::string& tum) {
   return R"(seed: 5
 axle_behind_mast_m: 0.12
-room: {length_m: 8, width_m: 7, height_m: 2.5}
+room: {length_m: 8, width_m: 7, height_m: 2.5, wall_posters_per_100m2: 60, floor_contrast: 0.12}
 ceiling: {kind: tiles, lamp_every_x: 5, lamp_every_y: 4, vents_per_100m2: 4}
 camera:
   width_px: 320
@@ -43,6 +46,14 @@ camera:
   mount_yaw_deg: 3
   mount_pitch_deg: 1
   mount_roll_deg: -0.6
+forward:
+  width_px: 320
+  height_px: 240
+  focal_px: 277
+  mount_height_m: 0.45
+  mount_yaw_deg: 2
+  mount_pitch_deg: 4
+  mount_roll_deg: -1
 path: {kind: tum, tum_file: )" +
          tum + "}\n";
 }
@@ -55,6 +66,20 @@ std::string TumLine(int index, double x, double y, double yaw) {
                      y + kAxle * std::sin(yaw),
                      std::sin(yaw / 2),
                      std::cos(yaw / 2));
+}
+
+/// The same on its way up a step, which the front wheels climb from x = 3.6 m on and the axle
+/// later.
+std::string StepLine(int index, double axle_x) {
+  const auto floor = [](double x) { return kStep * std::clamp((x - 3.6) / 0.05, 0.0, 1.0); };
+  const double rear = floor(axle_x);
+  const double up = std::asin((floor(axle_x + kWheelbase) - rear) / kWheelbase);
+  return fmt::format("{:.3f} {:.9f} 3.5 {:.9f} 0 {:.9f} 0 {:.9f}\n",
+                     100 + 0.2 * index,
+                     axle_x + kAxle * std::cos(up),
+                     rear + kAxle * std::sin(up),
+                     -std::sin(up / 2),
+                     std::cos(up / 2));
 }
 
 /// Recordings that all tests share: rendered once.
@@ -75,14 +100,25 @@ class CalibrateRigTest : public testing::Test {
       straight += TumLine(i, 3 + s * std::cos(0.3), 3.2 + s * std::sin(0.3), 0.3);
       curve += TumLine(i, 3 + s, 3.2, 0.2 * kDegree * i);
     }
+    std::string step;
+    for (int i = 0; i <= 34; ++i) step += StepLine(i, 3 + 0.025 * i);
+    Render("step", step);
     Render("spin", spin);
     Render("drift", drift);
     Render("straight", straight);
     Render("curve", curve);
     const std::string rig = ReadAll(*folder_ / "spin/rig.yaml");
+    // With a forward camera that looks straight ahead, as far as anybody knows.
+    std::string ahead = "d: 0.45\n" + rig.substr(rig.find("cameras:"));
+    for (std::size_t at = 0; (at = ahead.find("      matrix:", at)) != std::string::npos;) {
+      ahead.erase(at, ahead.find('\n', at) + 1 - at);
+    }
+    const std::size_t turn = ahead.find("rotation_xyzw:", ahead.find("  forward:"));
+    ahead.replace(turn, ahead.find('\n', turn) - turn, "rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]");
+    folder_->Write("ahead.yaml", ahead);
     // The intrinsics, and that the camera is 0.4 m above the floor and looks up.
     std::string rough = "robot: test\nd: 0.45\n" + rig.substr(rig.find("cameras:"));
-    rough.resize(rough.find("      translation:"));
+    rough.resize(rough.find("      translation:"));  // and no other camera
     rough +=
         "      translation: [0, 0, 0.4]\n"
         "      rotation_xyzw: [0, 0, 0.707106781, 0.707106781]\n";
@@ -187,6 +223,56 @@ TEST_F(CalibrateRigTest, WithBothTheCamerasHeightComesOutToo) {
   ExpectTruth("camera_z_m", 0.4, 0.003 * 2.1);
 }
 
+TEST_F(CalibrateRigTest, AStepTellsTheAxleAndTheForwardCamera) {
+  const ProcessResult result = Calibrate("spin/up",
+                                         "straight/up",
+                                         {"--rig=ahead.yaml",
+                                          "--ceiling-height=2.5",
+                                          "--step=step/up",
+                                          "--step-forward=step/forward",
+                                          "--step-height=0.02",
+                                          "--spin-forward=spin/forward",
+                                          "--straight-forward=straight/forward",
+                                          "--report=step-report"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  ExpectTruth("a_step_m", kAxle, 0.01);
+  ExpectTruth("wheelbase_m", kWheelbase, 0.02);
+  ExpectTruth("climbed_m", kStep, 0.002);
+  ExpectTruth("forward_yaw_deg", 2, 0.15);
+  ExpectTruth("forward_pitch_deg", 4, 0.15);
+  ExpectTruth("forward_roll_deg", -1, 0.15);
+  const calib::Rig rig = calib::ReadRig(*folder_ / "new.yaml");
+  const calib::Rig truth = calib::ReadRig(*folder_ / "spin/rig.yaml");
+  const Eigen::AngleAxisd off(rig.forward->T_base_cam.linear().transpose() *
+                              truth.forward->T_base_cam.linear());
+  EXPECT_LT(off.angle() / kDegree, 0.2);
+  EXPECT_DOUBLE_EQ(rig.forward->T_base_cam.translation().z(), 0.45);
+  EXPECT_TRUE(std::filesystem::exists(*folder_ / "step-report/figures/step.gp"));
+}
+
+TEST_F(CalibrateRigTest, AnAngleThatNothingTellsIsWarnedOf) {
+  const ProcessResult result = Calibrate(
+      "spin/up",
+      "straight/up",
+      {"--rig=ahead.yaml", "--ceiling-height=2.5", "--straight-forward=straight/forward"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("the forward camera's roll is known to "));
+  EXPECT_THAT(result.err, HasSubstr(" deg only; add --spin-forward or --step-forward\n"));
+}
+
+TEST_F(CalibrateRigTest, AStepThatIsNone) {
+  const ProcessResult result = Calibrate(
+      "spin/up", "straight/up", {"--rig=ahead.yaml", "--ceiling-height=2.5", "--step=straight/up"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(
+      result.err,
+      AllOf(StartsWith("ceilmap: straight/up: the robot's front climbs nothing, it tilts by "
+                       "0."),
+            EndsWith(" deg at the most, must be at least 0.8; begin on the level floor and "
+                     "let the front wheels drive slowly onto a board\n")));
+}
+
 TEST_F(CalibrateRigTest, ASpinThatIsNone) {
   const std::vector<std::string> more{"--rig=rough.yaml", "--ceiling-height=2.5"};
   ProcessResult result = Calibrate("straight/up", "straight/up", more);
@@ -237,6 +323,17 @@ TEST_F(CalibrateRigTest, ArgumentsThatDoNotFit) {
               "that does not exist yet");
   ExpectFault(Calibrate("spin/up", "straight/up", {"--rig=rough.yaml", "--ceiling-height=-2"}),
               "--ceiling-height -2: must be > 0, in metres");
+  ExpectFault(Calibrate("spin/up",
+                        "straight/up",
+                        {"--rig=rough.yaml", "--ceiling-height=2.5", "--step-height=0.02"}),
+              "--step-height: there is no recording over a step; give the upward camera's by "
+              "--step");
+  ExpectFault(
+      Calibrate("spin/up",
+                "straight/up",
+                {"--camera=no.yaml", "--ceiling-height=2.5", "--spin-forward=spin/forward"}),
+      "calibrate rig: a forward camera's recordings need its intrinsics and its place; give --rig "
+      "instead of --camera, with cameras: forward in it");
   std::string no_pose = ReadAll(*folder_ / "rough.yaml");
   no_pose.resize(no_pose.find("    base_link_to_camera:"));
   folder_->Write("no-pose.yaml", no_pose);

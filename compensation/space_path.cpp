@@ -1,0 +1,48 @@
+#include "compensation/space_path.hpp"
+
+#include "calib/tilt.hpp"
+
+namespace ceilmap::compensation {
+
+using Eigen::Isometry3d;
+
+SpacePath::SpacePath(const calib::CeilingView& view) : tracker_(view), level_view_(view) {}
+
+std::optional<Isometry3d> SpacePath::Follow(const cv::Mat& picture, double stamp_s) {
+  CeilingTracker::Frame frame = tracker_.Analyze(picture, stamp_s);
+  if (!tracker_.HasReference()) {
+    tracker_.SetReference(frame);
+    return T_first_reference_;
+  }
+  const std::optional<CeilingMotion> motion = tracker_.Measure(frame);
+  if (!motion) return std::nullopt;
+  const Isometry3d T_first_base = T_first_reference_ * motion->T_reference_base;
+  Renew(frame, *motion);
+  return T_first_base;
+}
+
+// A level frame rather than one that must be drawn level first; any, before the ceiling is lost.
+void SpacePath::Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion) {
+  constexpr double kRenewOverlap = 0.75;
+  constexpr double kLeastOverlap = 0.55;
+  constexpr double kLevelSigmas = 2;
+  if (motion.overlap > kRenewOverlap) return;
+  const calib::PlanarTilt at = calib::FromSpace(motion.T_reference_base);
+  const calib::TiltAngles tilt{{at.tilt.pitch_rad, at.tilt.roll_rad}, motion.covariance};
+  if (tilt.Sigmas() < kLevelSigmas) {
+    tracker_.SetReference(frame);
+  } else if (motion.overlap < kLeastOverlap) {
+    cv::Mat level;
+    calib::Tilt turn = at.tilt;
+    turn.lift_m = 0;  // that goes into the reference's own pose
+    level_view_.Draw(frame.picture, turn, level);
+    tracker_.SetReference(frame, level);
+  } else {
+    return;
+  }
+  calib::Tilt lift;
+  lift.lift_m = at.tilt.lift_m;
+  T_first_reference_ = T_first_reference_ * calib::ToSpace(at.pose, lift);
+}
+
+}  // namespace ceilmap::compensation

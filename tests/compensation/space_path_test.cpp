@@ -1,0 +1,97 @@
+#include "compensation/space_path.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/compensation/bumpy_drive.hpp"
+
+namespace ceilmap::compensation {
+namespace {
+
+using calib::Tilt;
+using Eigen::Isometry3d;
+using synthetic::FrameAt;
+using synthetic::kDegree;
+
+/// Shows a path what a robot sees, and holds it against where the robot was.
+class Walk {
+ public:
+  explicit Walk(const simulator::Scene& scene)
+      : renderer_(scene),
+        view_(*renderer_.GetRig().up, renderer_.GetRig().ceiling_height_m),
+        path_(view_) {}
+
+  std::optional<Isometry3d> Show(const cv::Mat& picture) {
+    return path_.Follow(view_.Rectify(picture, buffer_), 0.1 * static_cast<double>(++shown_));
+  }
+
+  void Step(const simulator::Frame& frame) {
+    if (shown_ == 0) T_map_first_ = frame.T_map_base;
+    const auto found = Show(renderer_.Render(frame));
+    ASSERT_TRUE(found) << "frame " << shown_;
+    const Isometry3d off = (T_map_first_.inverse() * frame.T_map_base).inverse() * *found;
+    most_off_m_ = std::max(most_off_m_, off.translation().norm());
+    most_off_rad_ = std::max(most_off_rad_, Eigen::AngleAxisd(off.linear()).angle());
+    last_ = *found;
+  }
+
+  [[nodiscard]] double MostOffM() const { return most_off_m_; }
+  [[nodiscard]] double MostOffRad() const { return most_off_rad_; }
+  [[nodiscard]] const Isometry3d& Last() const { return last_; }
+
+ private:
+  simulator::Renderer renderer_;
+  calib::CeilingView view_;
+  SpacePath path_;
+  cv::Mat buffer_;
+  std::int64_t shown_ = 0;
+  Isometry3d T_map_first_ = Isometry3d::Identity();
+  Isometry3d last_ = Isometry3d::Identity();
+  double most_off_m_ = 0;
+  double most_off_rad_ = 0;
+};
+
+TEST(SpacePath, FollowsARobotOverBumps) {
+  const simulator::Scene scene = synthetic::BumpyLab();
+  Walk walk(scene);
+  for (const simulator::Frame& frame : simulator::MakePath(scene)) walk.Step(frame);
+  EXPECT_LT(walk.MostOffM(), 0.01);
+  EXPECT_LT(walk.MostOffRad(), 0.15 * kDegree);
+}
+
+TEST(SpacePath, StaysUpOnAStep) {
+  const simulator::Scene scene = synthetic::Lab();
+  Walk walk(scene);
+  constexpr double kStep = 0.02;
+  for (int i = 0; i <= 24; ++i) {
+    Tilt lift;
+    lift.lift_m = kStep * std::clamp((i - 4) / 4.0, 0.0, 1.0);
+    walk.Step(FrameAt(i, {2.4 + 0.08 * i, 2.8, 0.1}, lift));
+  }
+  // 1.9 m: some references further on.
+  EXPECT_NEAR(walk.Last().translation().z(), kStep, 0.001);
+  EXPECT_LT(walk.MostOffM(), 0.01);
+}
+
+TEST(SpacePath, TurnsOnTheSpot) {
+  const simulator::Scene scene = synthetic::Lab();
+  Walk walk(scene);
+  for (int i = 0; i <= 24; ++i) walk.Step(FrameAt(i, {3, 3, calib::WrapAngle(15 * kDegree * i)}));
+  EXPECT_LT(walk.MostOffM(), 0.01);
+  EXPECT_LT(walk.MostOffRad(), 0.15 * kDegree);
+}
+
+TEST(SpacePath, TellsNothingInTheDark) {
+  const simulator::Scene scene = synthetic::Lab();
+  Walk walk(scene);
+  walk.Step(FrameAt(0, {3, 3, 0}));
+  EXPECT_FALSE(
+      walk.Show(cv::Mat(scene.camera.height_px, scene.camera.width_px, CV_8UC1, cv::Scalar(9))));
+  walk.Step(FrameAt(2, {3.05, 3, 0}));
+  EXPECT_LT(walk.MostOffM(), 0.01);
+}
+
+}  // namespace
+}  // namespace ceilmap::compensation
