@@ -11,6 +11,7 @@
 namespace ceilmap::calib {
 namespace {
 
+constexpr std::string_view kWhat = "a ROS camera_info file";
 constexpr int kMaxPicturePx = 16384;
 constexpr std::string_view kFocalMend = "take it from the camera's calibration, in pixels";
 
@@ -109,9 +110,8 @@ PinholeCamera ParseCameraInfo(const YamlValue& info) {
   return camera;
 }
 
-PinholeCamera ReadCameraInfo(const std::filesystem::path& file) {
-  constexpr std::string_view kWhat = "a ROS camera_info file";
-  const YamlValue info = YamlValue::Parse(ReadSettingsText(file, kWhat), file, kWhat);
+PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::path& file) {
+  const YamlValue info = YamlValue::Parse(text, file, kWhat);
   info.AllowOnly({"image_width",
                   "image_height",
                   "camera_name",
@@ -121,6 +121,10 @@ PinholeCamera ReadCameraInfo(const std::filesystem::path& file) {
                   "rectification_matrix",
                   "projection_matrix"});
   return ParseCameraInfo(info);
+}
+
+PinholeCamera ReadCameraInfo(const std::filesystem::path& file) {
+  return ParseCameraInfo(ReadSettingsText(file, kWhat), file);
 }
 
 }  // namespace ceilmap::calib

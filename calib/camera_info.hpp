@@ -18,6 +18,9 @@ namespace ceilmap::calib {
 /// @throws InputError naming file, line, key and the mend.
 PinholeCamera ReadCameraInfo(const std::filesystem::path& file);
 
+/// The same from a file's text. @param file  its name in messages.
+PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::path& file);
+
 /// The same from a map of keys already read. The caller checks for unknown keys.
 PinholeCamera ParseCameraInfo(const YamlValue& info);
 

@@ -1,5 +1,6 @@
 #include "calib/yaml_value.hpp"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 #include <set>
+#include <sstream>
 #include <system_error>
 
 #include "calib/error.hpp"
@@ -15,7 +17,6 @@
 namespace ceilmap::calib {
 namespace {
 
-constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxShownBytes = 60;
 constexpr std::size_t kMaxShownItems = 16;
 
@@ -57,12 +58,75 @@ int LineOf(const YAML::Node& node) {
   return node.Mark().line + 1;  // yaml-cpp counts from 0 and has -1 for "unknown"
 }
 
+/// Sees a text before nodes are made of it, each of which costs some hundred bytes, and stops at
+/// what no settings file has: yaml-cpp calls itself for each level. An alias is one value, whatever
+/// it stands for, and nothing here ever writes one out.
+class LimitGuard final : public YAML::EventHandler {
+ public:
+  LimitGuard(const std::filesystem::path& file, std::string mend)
+      : file_(file), mend_(std::move(mend)) {}
+
+  void OnDocumentStart(const YAML::Mark& mark) override { Count(mark); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { Count(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { Count(mark); }
+  void OnScalar(const YAML::Mark& mark,
+                const std::string& /*tag*/,
+                YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {
+    Count(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark,
+                       const std::string& /*tag*/,
+                       YAML::anchor_t /*anchor*/,
+                       YAML::EmitterStyle::value /*style*/) override {
+    Descend(mark);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark,
+                  const std::string& /*tag*/,
+                  YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {
+    Descend(mark);
+  }
+  void OnMapEnd() override { --depth_; }
+
+ private:
+  void Count(const YAML::Mark& mark) {
+    if (++values_ > kMaxSettingsValues) Refuse(mark, "more than", kMaxSettingsValues, "values");
+  }
+  void Descend(const YAML::Mark& mark) {
+    Count(mark);
+    if (++depth_ > kMaxSettingsDepth)
+      Refuse(mark, "nested deeper than", kMaxSettingsDepth, "levels");
+  }
+  [[noreturn]] void Refuse(const YAML::Mark& mark,
+                           const std::string& what,
+                           int most,
+                           const std::string& unit) const {
+    Throw(file_.string() + ":" + std::to_string(mark.line + 1) + ": " + what + " " +
+          std::to_string(most) + " " + unit + mend_);
+  }
+
+  const std::filesystem::path& file_;
+  std::string mend_;
+  int values_ = 0;
+  int depth_ = 0;
+};
+
 std::vector<YAML::Node> LoadDocuments(const std::string& text,
                                       const std::filesystem::path& file,
                                       std::string_view what) {
   const std::string mend = "; correct it there, or give " + std::string(what);
   try {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    LimitGuard guard(file, mend);
+    while (parser.HandleNextDocument(guard)) {
+    }
     return YAML::LoadAll(text);
+  } catch (const InputError&) {
+    throw;
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
     Throw(file.string() + line + ": not YAML: " + Shorten(error.msg) + mend);
@@ -226,11 +290,11 @@ std::string ReadSettingsText(const std::filesystem::path& file, std::string_view
   if (!stream) {
     Throw(file.string() + ": " + std::generic_category().message(errno != 0 ? errno : EIO) + mend);
   }
-  std::string text(kMaxFileBytes + 1, '\0');
+  std::string text(kMaxSettingsBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
   if (stream.bad()) Throw(file.string() + ": cannot be read" + mend);
-  if (text.size() > kMaxFileBytes) Throw(file.string() + ": larger than 1 MiB" + mend);
+  if (text.size() > kMaxSettingsBytes) Throw(file.string() + ": larger than 1 MiB" + mend);
   return text;
 }
 

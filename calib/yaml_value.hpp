@@ -14,6 +14,12 @@ class Node;
 
 namespace ceilmap::calib {
 
+/// What a settings file may have at most; more is refused before memory is spent on it. An alias
+/// counts as one value.
+inline constexpr std::size_t kMaxSettingsBytes = std::size_t{1} << 20U;
+inline constexpr int kMaxSettingsDepth = 32;
+inline constexpr int kMaxSettingsValues = 100000;
+
 /// A value in a YAML settings file, read strictly: it knows its file, line and dotted key, and
 /// everything that is absent, unknown, doubled or of the wrong type ends in an InputError of the
 /// form
@@ -22,7 +28,8 @@ namespace ceilmap::calib {
 class YamlValue {
  public:
   /// @param what  names the kind of file in messages, e.g. "a rig file".
-  /// @throws InputError when `text` is not one YAML document holding a map of keys.
+  /// @throws InputError when `text` is not one YAML document holding a map of keys, or has
+  ///   more than the above.
   static YamlValue Parse(const std::string& text,
                          const std::filesystem::path& file,
                          std::string_view what);

@@ -334,6 +334,34 @@ TEST(RigFaults, HostileTextEndsInOneLine) {
   }
 }
 
+TEST(RigFaults, NestedTooDeepOrTooManyValues) {
+  constexpr auto kMend = "; correct it there, or give a rig file (format: calib/README.md)";
+  const std::string open(32, '[');
+  const std::string close(32, ']');
+  EXPECT_EQ(ErrorOf("a: 1\nh:\n  " + open + close + "\n"),  // 33 levels with the map of keys
+            std::string("rig.yaml:3: nested deeper than 32 levels") + kMend);
+  EXPECT_THAT(ErrorOf("a: 1\nh:\n  " + open.substr(1) + close.substr(1) + "\n"),
+              StartsWith("rig.yaml:2: h = [...], must be a finite number"));
+  std::string list = "a: 1\nh: [\n";
+  for (int i = 0; i < 99994; ++i) list += "1,\n";  // with document, map, two keys, a and the list
+  EXPECT_THAT(ErrorOf(list + "]\n"), StartsWith("rig.yaml:2: h = [1, 1, "));
+  EXPECT_EQ(ErrorOf(list + "1]\n"), std::string("rig.yaml:99997: more than 100000 values") + kMend);
+}
+
+// A list of lists of lists, each nine times the one before: 9^24 values if aliases were copied.
+TEST(RigFaults, ABillionLaughs) {
+  std::string text = "a: &a [x, x, x, x, x, x, x, x, x]\n";
+  for (char name = 'b'; name <= 'x'; ++name) {
+    text += std::string(1, name) + ": &" + name + " [";
+    for (int i = 0; i < 9; ++i) text += std::string(i == 0 ? "*" : ", *") + char(name - 1);
+    text += "]\n";
+  }
+  EXPECT_EQ(
+      ErrorOf(text + "h: *x\n"),
+      "rig.yaml:2: b = [..., ..., ..., ..., ..., ..., ..., ..., ...] is an unknown key, must be "
+      "one of robot, a, d, h, frames, cameras; correct its spelling or remove it");
+}
+
 TEST(RigFaults, EveryTruncationEndsInAnInputErrorOrARig) {
   for (std::size_t length = 0; length < kRigText.size(); length += 7) {
     const std::string text = kRigText.substr(0, length);
