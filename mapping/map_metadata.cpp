@@ -13,6 +13,7 @@ namespace {
 constexpr int kMaxViewSide = 1 << 15;
 constexpr int kMaxViewPixels = 1 << 27;
 constexpr int kMaxMosaicSide = 1 << 24;
+constexpr std::int64_t kMaxMosaicPixels = std::int64_t{1} << 36U;  // 2.6 km square at 1 cm
 constexpr double kMaxCoordinate = 1e9;
 constexpr std::size_t kMaxTextBytes = 1 << 24;
 
@@ -131,7 +132,7 @@ MapMetadata FromRows(const std::map<std::string, std::string>& rows) {
 }
 
 std::string Problem(const MapMetadata& m) {
-  if (m.unit != "m" && m.unit != "px") return "unit is '" + m.unit + "', must be 'm' or 'px'";
+  if (m.unit != "m" && m.unit != "px") return "unit must be 'm' or 'px'";
   if (!IsPositive(m.resolution)) return "resolution must be > 0";
   if (!std::isfinite(m.ceiling_height_m) || m.ceiling_height_m < 0) {
     return "ceiling_height_m must be >= 0";
@@ -158,6 +159,10 @@ std::string Problem(const MosaicGrid& grid) {
       grid.height_px > kMaxMosaicSide) {
     return "a mosaic of " + std::to_string(grid.width_px) + " x " + std::to_string(grid.height_px) +
            " pixels cannot be stored (at most " + std::to_string(kMaxMosaicSide) + " on a side)";
+  }
+  if (std::int64_t{grid.width_px} * grid.height_px > kMaxMosaicPixels) {
+    return "a mosaic of " + std::to_string(grid.width_px) + " x " + std::to_string(grid.height_px) +
+           " pixels cannot be stored (at most " + std::to_string(kMaxMosaicPixels) + " in all)";
   }
   if (!IsPositive(grid.resolution) || !IsCoordinate(grid.min_x) || !IsCoordinate(grid.max_y)) {
     return "the mosaic's position or resolution is no usable number";

@@ -10,6 +10,7 @@
 #include "mapping/gdal_support.hpp"
 #include "mapping/map_file.hpp"
 #include "mapping/map_metadata.hpp"
+#include "mapping/map_schema.hpp"
 #include "mapping/map_tables.hpp"
 #include "mapping/picture_codec.hpp"
 
@@ -17,6 +18,9 @@ namespace ceilmap::mapping {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Of a table that is held in memory: a week's frames at 30 a second.
+constexpr std::size_t kMaxRows = 20'000'000;
 
 /// What the first bytes of an SQLite database tell (file format, section 1.3). SQLite itself
 /// notices a truncated file only when it comes to a missing page; saying it at once saves the user
@@ -95,7 +99,10 @@ struct MapReader::Impl {
 };
 
 MapReader::Impl::Impl(const fs::path& map_path) : path(map_path) {
-  Named([&] { CheckSqliteHeader(path); });
+  Named([&] {
+    CheckSqliteHeader(path);
+    CheckSchema(path);
+  });
   OpenTables();
   OpenMosaic();
 }
@@ -176,7 +183,13 @@ std::vector<Row> MapReader::Impl::ReadAll(const char* table, Convert convert) co
   const GdalScope gdal;
   std::vector<Row> rows;
   Named([&] {
-    for (const auto& row : Layer(table)) rows.push_back(convert(*row));
+    for (const auto& row : Layer(table)) {
+      if (rows.size() == kMaxRows) {
+        throw calib::InputError(std::string("table ") + table + " has more than " +
+                                std::to_string(kMaxRows) + " rows; the file is damaged");
+      }
+      rows.push_back(convert(*row));
+    }
   });
   Check(gdal);
   return rows;

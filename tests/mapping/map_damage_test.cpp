@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <ogrsf_frmts.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <fstream>
@@ -8,6 +9,7 @@
 
 #include "calib/error.hpp"
 #include "mapping/map_file.hpp"
+#include "mapping/map_metadata.hpp"
 #include "tests/mapping/synthetic_map.hpp"
 #include "tests/mapping/temp_folder.hpp"
 
@@ -115,6 +117,40 @@ TEST(MapDamage, MissingTable) {
               ThrowsMessage<calib::InputError>(HasSubstr("no table edges")));
 }
 
+/// The message of opening a good map changed by SQLite alone: GDAL would read what it makes.
+std::string MessageAfter(const std::string& sql) {
+  const TempFolder folder;
+  const fs::path file = folder / "altered.gpkg";
+  SmallMap().Write(file);
+  sqlite3* database = nullptr;
+  EXPECT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sql;
+  EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
+  try {
+    const MapReader reader(file);
+    return "";
+  } catch (const calib::InputError& error) {
+    return std::string(error.what()).substr(file.string().size());
+  }
+}
+
+// Reading them would never end, or run what somebody else wrote.
+TEST(MapDamage, WhatIsWorkedOutWhenItIsReadIsRefused) {
+  constexpr auto kEnd = "', which no map has; do not use it if it comes from elsewhere";
+  constexpr auto kEndless =
+      " AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT x FROM n";
+  EXPECT_EQ(MessageAfter(""), "");
+  EXPECT_EQ(MessageAfter(std::string("DROP TABLE weak_spots; CREATE VIEW weak_spots") + kEndless),
+            std::string(": has a view, 'weak_spots") + kEnd);
+  EXPECT_EQ(
+      MessageAfter(std::string("DROP TABLE gpkg_contents; CREATE VIEW gpkg_contents") + kEndless),
+      std::string(": has a view, 'gpkg_contents") + kEnd);
+  EXPECT_EQ(MessageAfter("CREATE VIRTUAL TABLE words USING fts5(word)"),
+            std::string(": has a virtual table, 'words") + kEnd);
+  EXPECT_EQ(MessageAfter("CREATE TABLE large (a, b AS (zeroblob(1000000000)))"),
+            std::string(": has a table with columns that are worked out, 'large") + kEnd);
+}
+
 TEST(MapDamage, ImpossibleRows) {
   const auto reading = [](const std::string& sql) {
     return [sql] {
@@ -164,6 +200,11 @@ TEST(MapDamage, HostileMosaicSize) {
   EXPECT_THROW(Opening(Altered(folder, {"UPDATE gpkg_tile_matrix SET tile_width = 2000000000"}))(),
                calib::InputError);
   EXPECT_THROW(Opening(Altered(folder, {"DELETE FROM gpkg_tile_matrix"}))(), calib::InputError);
+  MosaicGrid grid{0, 0, 0.01, 1 << 18, 1 << 18};
+  EXPECT_EQ(Problem(grid), "");
+  ++grid.width_px;
+  EXPECT_EQ(Problem(grid),
+            "a mosaic of 262145 x 262144 pixels cannot be stored (at most 68719476736 in all)");
 }
 
 TEST(MapDamage, TruncatedFilesAreNoticedAtOnce) {
