@@ -16,6 +16,15 @@ void RegisterDriversOnce() {
 
 }  // namespace
 
+std::string InOneLine(std::string text) {
+  constexpr std::size_t kMostBytes = 400;
+  if (text.size() > kMostBytes) text = text.substr(0, kMostBytes) + "...";
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  const auto control = [](unsigned char c) { return c < ' ' || c == 127; };
+  std::replace_if(text.begin(), text.end(), control, '?');
+  return text;
+}
+
 GdalScope::GdalScope() {
   CPLPushErrorHandlerEx(&GdalScope::Handle, this);  // of this thread only
   RegisterDriversOnce();
@@ -30,8 +39,7 @@ void GdalScope::Handle(CPLErr level, CPLErrorNum /*number*/, const char* text) {
   auto& scope = *static_cast<GdalScope*>(CPLGetErrorHandlerUserData());
   if (scope.failed_) return;
   scope.failed_ = true;
-  scope.message_ = text;
-  std::replace(scope.message_.begin(), scope.message_.end(), '\n', ' ');
+  scope.message_ = InOneLine(text);
 }
 
 GdalOption::GdalOption(const char* key, const char* value) : key_(key) {

@@ -2,12 +2,12 @@
 
 #include <sqlite3.h>
 
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <string_view>
 
 #include "calib/error.hpp"
+#include "mapping/gdal_support.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -25,7 +25,7 @@ constexpr const char* kWorkedOut =
 
 [[noreturn]] void ThrowDamaged(sqlite3* database) {
   throw calib::InputError(std::string("cannot be read as a GeoPackage (") +
-                          sqlite3_errmsg(database) + ")");
+                          InOneLine(sqlite3_errmsg(database)) + ")");
 }
 
 Database Open(const std::filesystem::path& file) {
@@ -54,15 +54,6 @@ bool IsSpatialIndex(const std::string& name, const std::string& sql) {
          sql == "CREATE VIRTUAL TABLE \"" + name + "\" USING rtree(id, minx, maxx, miny, maxy)";
 }
 
-/// Names come from the file: an error is one line.
-std::string Shown(std::string name) {
-  constexpr std::size_t kMostBytes = 60;
-  if (name.size() > kMostBytes) name = name.substr(0, kMostBytes) + "...";
-  const auto control = [](unsigned char c) { return c < ' ' || c == 127; };
-  std::replace_if(name.begin(), name.end(), control, '?');
-  return name;
-}
-
 }  // namespace
 
 void CheckSchema(const std::filesystem::path& file) {
@@ -79,7 +70,7 @@ void CheckSchema(const std::filesystem::path& file) {
     const std::string what = type == "view"      ? "a view"
                              : type == "virtual" ? "a virtual table"
                                                  : "a table with columns that are worked out";
-    throw calib::InputError("has " + what + ", '" + Shown(name) +
+    throw calib::InputError("has " + what + ", '" + InOneLine(name) +
                             "', which no map has; do not use it if it comes from elsewhere");
   }
   if (result != SQLITE_DONE) ThrowDamaged(database.get());

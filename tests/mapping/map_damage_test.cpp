@@ -145,6 +145,8 @@ TEST(MapDamage, WhatIsWorkedOutWhenItIsReadIsRefused) {
   EXPECT_EQ(
       MessageAfter(std::string("DROP TABLE gpkg_contents; CREATE VIEW gpkg_contents") + kEndless),
       std::string(": has a view, 'gpkg_contents") + kEnd);
+  EXPECT_EQ(MessageAfter("CREATE VIEW \"\x1b[2J\n" + std::string(500, 'x') + "\" AS SELECT 1"),
+            ": has a view, '?[2J " + std::string(395, 'x') + "..." + kEnd);
   EXPECT_EQ(MessageAfter("CREATE VIRTUAL TABLE words USING fts5(word)"),
             std::string(": has a virtual table, 'words") + kEnd);
   EXPECT_EQ(MessageAfter("CREATE TABLE large (a, b AS (zeroblob(1000000000)))"),
