@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/camera_info.hpp"
+#include "calib/error.hpp"
 #include "calib/yaml_text.hpp"
 #include "calib/yaml_value.hpp"
 
@@ -111,6 +112,18 @@ bool SetAll(const YAML::Node& rig, const RigValues& values, Which which) {
   return changed;
 }
 
+/// What stands in the file where a value belongs may be anything: a word for a camera, a mirror
+/// without a rim.
+template <typename Change>
+auto Changed(const fs::path& file, const Change& change) {
+  try {
+    return change();
+  } catch (const YAML::Exception& error) {
+    throw InputError(file.string() + ": values cannot be put into it: " + error.msg +
+                     "; correct it there, or give " + std::string(kWhat));
+  }
+}
+
 YAML::Node Load(const std::string& text, const fs::path& file) {
   YamlValue::Parse(text, file, kWhat);  // with its messages
   return YAML::Load(text);
@@ -141,16 +154,18 @@ std::string ChangeRig(const std::string& text,
                       const RigValues& values,
                       const fs::path& target) {
   const YAML::Node rig = Load(text, file);
-  SetAll(rig, values, Which::kAll);
-  const fs::path from = fs::absolute(file).parent_path().lexically_normal();
-  const fs::path to = fs::absolute(target).parent_path().lexically_normal();
-  if (from != to) MovePaths(rig, from, to);
-  return Emit(rig);
+  return Changed(file, [&] {
+    SetAll(rig, values, Which::kAll);
+    const fs::path from = fs::absolute(file).parent_path().lexically_normal();
+    const fs::path to = fs::absolute(target).parent_path().lexically_normal();
+    if (from != to) MovePaths(rig, from, to);
+    return Emit(rig);
+  });
 }
 
 std::string CompleteRig(const std::string& text, const fs::path& file, const RigValues& values) {
   const YAML::Node rig = Load(text, file);
-  return SetAll(rig, values, Which::kMissing) ? Emit(rig) : text;
+  return Changed(file, [&] { return SetAll(rig, values, Which::kMissing) ? Emit(rig) : text; });
 }
 
 std::string RigOfCameraInfo(const fs::path& camera_info) {

@@ -32,7 +32,8 @@ struct RigValues {
 /// Up and forward cameras that the file does not have are not added. A relative path to a
 /// camera_info file is turned to count from the folder of `target`.
 /// @param file  where `text` is from. @param target  where the result is to stand.
-/// @throws InputError when the text is no map of keys.
+/// @throws InputError when the text is no map of keys, or holds something else where a value
+///   belongs.
 std::string ChangeRig(const std::string& text,
                       const std::filesystem::path& file,
                       const RigValues& values,

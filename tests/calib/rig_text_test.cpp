@@ -120,6 +120,24 @@ cameras:
   EXPECT_DOUBLE_EQ(rig.omni->camera.cy, 238);
 }
 
+TEST(RigText, WhereAValueCannotBePutIsSaid) {
+  RigValues values;
+  values.omni = {{{100, 100}, 30, 90}, 201, 201};
+  const auto message = [&](const std::string& text) -> std::string {
+    try {
+      (void)ChangeRig(text, "r.yaml", values, "n.yaml");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message("cameras: {omni: camera}\n"),
+            "r.yaml: values cannot be put into it: operator[] call on a scalar (key: \"type\"); "
+            "correct it there, or give a rig file (format: calib/README.md)");
+  EXPECT_NE(message("cameras:\n  omni: {type: hyperbolic_mirror, camera_matrix: {}, mirror: {}}\n"),
+            "");
+}
+
 TEST(RigText, WhatIsNoRigIsRefused) {
   EXPECT_THROW(ChangeRig("- 1\n", "r.yaml", {}, "n.yaml"), InputError);
   EXPECT_THROW(CompleteRig("", "r.yaml", {}), InputError);
