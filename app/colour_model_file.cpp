@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/output_files.hpp"
+#include "app/text_file.hpp"
 #include "calib/error.hpp"
 
 namespace fs = std::filesystem;
@@ -120,23 +121,26 @@ void AppendCell(const Cell& cell, std::string& text) {
 constexpr const char* kAnew = "learn it anew with 'ceilmap compass learn'";
 
 std::string ReadText(const fs::path& file) {
+  const auto refuse = [&file](const std::string& what) {
+    throw calib::InputError(fmt::format("{}: {}", file.string(), what));
+  };
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
   if (!fs::exists(status)) {
-    throw calib::InputError("no such file; make a model with 'ceilmap compass learn'");
+    refuse("no such file; make a model with 'ceilmap compass learn'");
   }
-  if (!fs::is_regular_file(status)) throw calib::InputError("is not a file");
+  if (!fs::is_regular_file(status)) refuse("is not a file");
   const std::uintmax_t bytes = fs::file_size(file, error);
   if (!error && bytes > kMaxColourModelBytes) {
-    throw calib::InputError(fmt::format(
+    refuse(fmt::format(
         "has {} bytes, more than the {} that a colour model may have; give another file",
         bytes,
         kMaxColourModelBytes));
   }
   std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) throw calib::InputError("cannot be read; look at its permissions");
+  if (error || !stream) refuse("cannot be read; look at its permissions");
   std::string text(std::istreambuf_iterator<char>(stream), {});
-  if (text.empty()) throw calib::InputError(fmt::format("is empty; {}", kAnew));
+  if (text.empty()) refuse(fmt::format("is empty; {}", kAnew));
   return text;
 }
 
@@ -272,7 +276,7 @@ ModelKind KindOf(const Fields& fields) {
     if (kind == ToString(known)) return known;
   }
   fields.Refuse(fmt::format("'kind' is '{}', must be {} or {}",
-                            kind,
+                            Shown(kind),
                             ToString(ModelKind::kVictoria),
                             ToString(ModelKind::kSturm)));
 }
@@ -297,13 +301,16 @@ ColourClass ClassOf(const Fields& fields) {
   return colour;
 }
 
-void TakeBin(const Fields& fields, const ColourModel& model, Cell& cell) {
+/// @param room  for so many frequencies; what the bin takes is taken off.
+void TakeBin(const Fields& fields, const ColourModel& model, std::int64_t& room, Cell& cell) {
   const auto index = static_cast<std::size_t>(fields.Whole("bin", 0, model.bins - 1));
   // Memory for bins only where there is one.
   if (cell.bins.empty()) cell.bins.resize(static_cast<std::size_t>(model.bins));
   AngleBin& bin = cell.bins[index];
   if (!bin.empty()) fields.Refuse(fmt::format("bin {} stands there twice", index));
   const auto size = static_cast<int>(model.classes.size() * model.classes.size());
+  room -= fields.Has("variance") ? 2 * size : size;
+  if (room < 0) fields.Refuse("more frequencies than a model may have");
   bin.transitions = fields.Unpacked("transitions", size, kTransitionScale);
   if (fields.Has("variance")) bin.variance = fields.Unpacked("variance", size, kVarianceScale);
   bin.certainty = fields.Number("certainty");
@@ -313,7 +320,7 @@ void TakeBin(const Fields& fields, const ColourModel& model, Cell& cell) {
   bin.place = {place[0], place[1]};
 }
 
-void TakeCells(const json& cells, ColourModel& model) {
+void TakeCells(const json& cells, std::int64_t room, ColourModel& model) {
   for (const json& list : cells) {
     Cell& cell = model.cells.emplace_back();
     const std::string place = fmt::format("cell {}", model.cells.size() - 1);
@@ -323,13 +330,13 @@ void TakeCells(const json& cells, ColourModel& model) {
     }
     std::size_t position = 0;
     for (const json& entry : list) {
-      TakeBin(Fields(entry, fmt::format("{}, entry {}", place, position++)), model, cell);
+      TakeBin(Fields(entry, fmt::format("{}, entry {}", place, position++)), model, room, cell);
     }
     cell.bins.resize(static_cast<std::size_t>(model.bins));
   }
 }
 
-ColourModel ModelOf(const json& document) {
+ColourModel ModelOf(const json& document, std::int64_t most_frequencies) {
   constexpr int kLeastBins = 36;
   constexpr int kMostBins = 720;
   CheckFormat(document);
@@ -348,7 +355,8 @@ ColourModel ModelOf(const json& document) {
   }
   const auto cells = static_cast<std::size_t>(
       model.kind == ModelKind::kSturm ? 1 : model.grid.columns * model.grid.rows);
-  TakeCells(fields.List("cells", cells, cells), model);
+  colour::CheckBinCount(static_cast<int>(cells), model.bins);
+  TakeCells(fields.List("cells", cells, cells), most_frequencies, model);
   return model;
 }
 
@@ -380,9 +388,11 @@ void WriteColourModel(const ColourModel& model, const fs::path& file) {
   WriteFileAtomically(file, text);
 }
 
-ColourModel ReadColourModel(const fs::path& file) {
+ColourModel ParseColourModel(const std::string& text,
+                             const fs::path& file,
+                             std::int64_t most_frequencies) {
   try {
-    ColourModel model = ModelOf(Parse(ReadText(file)));
+    ColourModel model = ModelOf(Parse(text), most_frequencies);
     model.Validate();
     const auto filled = [](const Cell& cell) { return !cell.empty(); };
     if (!std::any_of(model.cells.begin(), model.cells.end(), filled)) {
@@ -392,6 +402,10 @@ ColourModel ReadColourModel(const fs::path& file) {
   } catch (const calib::InputError& error) {
     throw calib::InputError(fmt::format("{}: {}", file.string(), error.what()));
   }
+}
+
+ColourModel ReadColourModel(const fs::path& file) {
+  return ParseColourModel(ReadText(file), file);
 }
 
 }  // namespace ceilmap::app

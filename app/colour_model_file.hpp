@@ -37,4 +37,14 @@ void WriteColourModel(const colour::ColourModel& model, const std::filesystem::p
 ///   other, numbers that cannot be, or nothing learned.
 colour::ColourModel ReadColourModel(const std::filesystem::path& file);
 
+/// Frequencies that a model may hold, 4 bytes each: a few bytes of text may stand for many. One
+/// with more has a file that is too large.
+inline constexpr std::int64_t kMaxColourModelFrequencies = 128'000'000;
+
+/// The same from a file's text. @param file  its name in messages. @param most_frequencies  for
+///   tests.
+colour::ColourModel ParseColourModel(const std::string& text,
+                                     const std::filesystem::path& file,
+                                     std::int64_t most_frequencies = kMaxColourModelFrequencies);
+
 }  // namespace ceilmap::app

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 
+#include "app/text_file.hpp"
 #include "calib/error.hpp"
 
 namespace ceilmap::app {
@@ -58,8 +58,8 @@ double CsvTable::Number(const Row& row, std::size_t column) const {
   const std::string& field = row.fields[column];
   double number = 0;
   if (!ParseNumber(field, number) || !std::isfinite(number)) {
-    throw calib::InputError(
-        fmt::format("{}: {} '{}' is not a number", Place(row), header[column], field));
+    throw calib::InputError(fmt::format(
+        "{}: {} '{}' is not a number", Place(row), Shown(header[column]), Shown(field)));
   }
   return number;
 }
@@ -69,26 +69,31 @@ std::string CsvTable::Place(const Row& row) const {
 }
 
 CsvTable ReadCsv(const std::filesystem::path& file) {
+  return ParseCsv(ReadTextFile(file), file.string());
+}
+
+CsvTable ParseCsv(std::string_view text, std::string name, std::size_t most_fields) {
   CsvTable table;
-  table.name = file.string();
-  std::ifstream stream(file);
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw calib::InputError(fmt::format("{}: no such file, or not readable", table.name));
-  }
-  std::string line;
-  for (int number = 1; std::getline(stream, line); ++number) {
-    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
+  table.name = std::move(name);
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  Lines lines(text, table.name);
+  std::string_view line;
+  while (lines.Next(line)) {
     if (Trim(line).empty()) continue;
     if (table.header.empty()) {
       table.header = SplitLine(line);
       continue;
     }
-    CsvTable::Row row{number, SplitLine(line)};
+    CsvTable::Row row{lines.Number(), SplitLine(line)};
     if (row.fields.size() != table.header.size()) {
       throw calib::InputError(fmt::format("{}: {} fields, the header has {}",
                                           table.Place(row),
                                           row.fields.size(),
                                           table.header.size()));
+    }
+    if ((table.rows.size() + 1) * table.header.size() > most_fields) {
+      throw calib::InputError(fmt::format(
+          "{}: more than {} fields; split the recording", table.Place(row), most_fields));
     }
     table.rows.push_back(std::move(row));
   }

@@ -30,10 +30,16 @@ struct CsvTable {
   [[nodiscard]] std::string Place(const Row& row) const;
 };
 
-/// @throws calib::InputError when the file is missing, has no header, or a row has another number
-/// of
-///   fields than the header.
+/// Fields that a file may have at most: each costs some 40 bytes.
+inline constexpr std::size_t kMaxCsvFields = 30'000'000;
+
+/// @throws calib::InputError when the file is missing or too large (app/text_file.hpp), has no
+///   header, a row has another number of fields than the header, or there are too many.
 CsvTable ReadCsv(const std::filesystem::path& file);
+
+/// The same from a file's text. @param name  the file's, for messages. @param most_fields  for
+///   tests.
+CsvTable ParseCsv(std::string_view text, std::string name, std::size_t most_fields = kMaxCsvFields);
 
 /// The field as CSV: quoted where it must be.
 std::string CsvField(std::string_view text);

@@ -44,7 +44,7 @@ Estimate ReadCsvEstimate(const std::filesystem::path& file) {
                     "...) nor of headings (timestamp,heading_deg)",
                     file.string()));
   }
-  StatusRecord record = ReadStatus(file);
+  StatusRecord record = StatusIn(table);
   estimate.poses = std::move(record.poses);
   estimate.covariances.assign(record.covariances.begin(), record.covariances.end());
   estimate.frames_of_status = std::move(record.frames);

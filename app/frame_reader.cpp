@@ -54,6 +54,18 @@ class VideoReader final : public FrameReader {
       open = false;
     }
     if (!open) throw calib::InputError(fmt::format("{}: {}", name_, WhyNotOpen(input)));
+    // Before a frame is decoded: each would take that much memory.
+    constexpr double kMaxSidePx = 16384;
+    const double width_px = capture_.get(cv::CAP_PROP_FRAME_WIDTH);
+    const double height_px = capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
+    if (width_px > kMaxSidePx || height_px > kMaxSidePx) {
+      throw calib::InputError(
+          fmt::format("{}: a video of {:.0f}x{:.0f} px, must have at most {:.0f} on a side",
+                      name_,
+                      width_px,
+                      height_px,
+                      kMaxSidePx));
+    }
     // Unknown counts come as zero, negative or absurd numbers.
     constexpr double kMostFrames = 1e9;
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/csv.hpp"
 #include "calib/error.hpp"
 
 namespace ceilmap::app {
@@ -24,8 +23,11 @@ std::string FormatAngle(double angle_deg) {
 }  // namespace
 
 std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::path& file) {
+  return HeadingsIn(ReadCsv(file));
+}
+
+std::vector<localization::HeadingSample> HeadingsIn(const CsvTable& table) {
   constexpr double kRadPerDeg = std::numbers::pi / 180;
-  const CsvTable table = ReadCsv(file);
   const std::size_t stamp_column = table.Column("timestamp");
   const std::size_t heading_column = table.Column("heading_deg");
   const std::size_t sigma_column = table.Column("sigma_deg");

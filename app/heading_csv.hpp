@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/csv.hpp"
 #include "app/evaluation/heading_errors.hpp"
 #include "localization/compass/compass.hpp"
 #include "localization/heading_track.hpp"
@@ -15,6 +16,9 @@ namespace ceilmap::app {
 /// `heading_deg`, counter-clockwise seen from above, and `sigma_deg`, > 0; others are ignored.
 /// @return at least one. @throws calib::InputError naming file and line.
 std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::path& file);
+
+/// The same of a table that was read.
+std::vector<localization::HeadingSample> HeadingsIn(const CsvTable& table);
 
 /// A heading that was measured, and the frame that told it.
 struct MeasuredHeading {

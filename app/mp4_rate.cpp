@@ -17,18 +17,20 @@ namespace {
 
 class Mp4File {
  public:
-  explicit Mp4File(const std::filesystem::path& file)
-      : stream_(file, std::ios::binary | std::ios::in | std::ios::out),
-        size_(static_cast<std::int64_t>(std::filesystem::file_size(file))) {}
+  explicit Mp4File(std::iostream& stream) : stream_(stream) {
+    stream_.seekg(0, std::ios::end);
+    size_ = stream_.tellg();
+  }
 
   [[nodiscard]] bool Good() const { return stream_.good(); }
   [[nodiscard]] int Headers() const { return headers_; }
 
   // Walks the boxes of a file or a box: 32-bit size, type, content.
-  void SpeedUp(double factor) { SpeedUpBoxes(0, size_, factor); }
+  void SpeedUp(double factor) { SpeedUpBoxes(0, size_, factor, 0); }
 
  private:
-  void SpeedUpBoxes(std::int64_t begin, std::int64_t end, double factor) {
+  void SpeedUpBoxes(std::int64_t begin, std::int64_t end, double factor, int depth) {
+    constexpr int kDeepest = 3;  // moov, trak, mdia; a file may claim any
     constexpr std::int64_t kHead = 8;
     for (std::int64_t at = begin; at + kHead <= end && stream_;) {
       std::int64_t size = Number(at, 4);
@@ -36,8 +38,8 @@ class Mp4File {
       if (size == 1) size = Number(at + kHead, 8);  // a long one
       if (size == 0) size = end - at;               // up to the end
       if (size < kHead || size > end - at) return;
-      if (Is(type, "moov") || Is(type, "trak") || Is(type, "mdia")) {
-        SpeedUpBoxes(at + kHead, at + size, factor);
+      if (depth < kDeepest && (Is(type, "moov") || Is(type, "trak") || Is(type, "mdia"))) {
+        SpeedUpBoxes(at + kHead, at + size, factor, depth + 1);
       }
       if (Is(type, "mvhd") || Is(type, "mdhd")) SpeedUpHeader(at + kHead, factor);
       at += size;
@@ -66,26 +68,32 @@ class Mp4File {
     return type == wanted;
   }
 
-  // Big-endian, of so many bytes.
+  // Big-endian, of so many bytes. Of eight it may be negative: a size that cannot be.
   std::int64_t Number(std::int64_t at, int bytes) {
-    std::int64_t number = 0;
+    std::uint64_t number = 0;
     stream_.seekg(at);
-    for (int i = 0; i < bytes; ++i) number = 256 * number + (stream_.get() & 0xFF);
-    return number;
+    for (int i = 0; i < bytes; ++i)
+      number = 256 * number + (static_cast<unsigned>(stream_.get()) & 0xFFU);
+    return static_cast<std::int64_t>(number);
   }
 
-  std::fstream stream_;
-  std::int64_t size_;
+  std::iostream& stream_;
+  std::int64_t size_ = 0;
   int headers_ = 0;
 };
 
 }  // namespace
 
-void SpeedUpMp4(const std::filesystem::path& file, double factor) {
-  Mp4File mp4(file);
+bool SpeedUpMp4(std::iostream& stream, double factor) {
+  Mp4File mp4(stream);
   if (mp4.Good()) mp4.SpeedUp(factor);
   constexpr int kLeastHeaders = 2;  // of the movie, of its track
-  if (!mp4.Good() || mp4.Headers() < kLeastHeaders) {
+  return mp4.Good() && mp4.Headers() >= kLeastHeaders;
+}
+
+void SpeedUpMp4(const std::filesystem::path& file, double factor) {
+  std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
+  if (!SpeedUpMp4(stream, factor)) {
     throw calib::RunError(fmt::format("{}: is no MP4 file that can be changed", file.string()));
   }
 }

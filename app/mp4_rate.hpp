@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 
 namespace ceilmap::app {
 
@@ -8,5 +9,9 @@ namespace ceilmap::app {
 /// second in its movie and track headers (mvhd, mdhd) and touches no picture.
 /// @param factor  > 0. @throws calib::RunError when the file is no such file or cannot be written.
 void SpeedUpMp4(const std::filesystem::path& file, double factor);
+
+/// The same with an open file, for reading and writing.
+/// @return false when it is no such file.
+bool SpeedUpMp4(std::iostream& stream, double factor);
 
 }  // namespace ceilmap::app

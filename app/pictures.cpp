@@ -187,6 +187,14 @@ cv::Mat ReadPicture(const fs::path& file, Pixels pixels) {
 }
 
 void ConvertTo(Pixels pixels, const cv::Mat& picture, cv::Mat& result, std::string_view name) {
+  constexpr int kMaxSidePx = 16384;  // as a rig's cameras
+  if (std::max(picture.cols, picture.rows) > kMaxSidePx) {
+    throw calib::InputError(fmt::format("{}: a picture of {}x{} px, must have at most {} on a side",
+                                        name,
+                                        picture.cols,
+                                        picture.rows,
+                                        kMaxSidePx));
+  }
   constexpr double kSixteenToEightBits = 1.0 / 257;  // 65535 becomes 255
   const bool known_depth = picture.depth() == CV_8U || picture.depth() == CV_16U;
   const std::optional<int> code = ConversionCode(pixels, picture.channels());

@@ -7,7 +7,6 @@
 #include <map>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <set>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "app/csv.hpp"
 #include "app/interrupt.hpp"
 #include "app/output_files.hpp"
+#include "app/picture_pairs.hpp"
 #include "app/pictures.hpp"
 #include "app/progress.hpp"
 #include "app/table.hpp"
@@ -52,45 +52,11 @@ void RegisterParams::Validate() const {
   CheckOutputFiles({output});
 }
 
-struct Pair {
-  std::string id;
-  fs::path reference;
-  fs::path current;
-  std::string place;  // for messages
-};
-
 struct PairResult {
   std::string id;
   Registration registration;
   double ms = 0;  // analysis of both pictures and their registration; no file access
 };
-
-std::vector<Pair> ReadPairs(const fs::path& file) {
-  const CsvTable table = ReadCsv(file);
-  const std::size_t id = table.Column("id");
-  const std::size_t reference = table.Column("reference");
-  const std::size_t current = table.Column("current");
-  std::set<std::string> ids;
-  std::vector<Pair> pairs;
-  for (const CsvTable::Row& row : table.rows) {
-    const fs::path folder = file.parent_path();
-    const Pair pair{row.fields[id],
-                    folder / row.fields[reference],
-                    folder / row.fields[current],
-                    table.Place(row)};
-    if (!ids.insert(pair.id).second) {
-      throw calib::InputError(fmt::format("{}: the id '{}' occurs twice", pair.place, pair.id));
-    }
-    for (const fs::path& picture : {pair.reference, pair.current}) {
-      std::error_code ignored;
-      if (fs::is_regular_file(picture, ignored)) continue;
-      throw calib::InputError(fmt::format("{}: {}: no such file", pair.place, picture.string()));
-    }
-    pairs.push_back(pair);
-  }
-  if (pairs.empty()) throw calib::InputError(fmt::format("{}: holds no pairs", table.name));
-  return pairs;
-}
 
 // Registers pairs of any size; the plans for a size are made once.
 class PairRegistrar {
@@ -98,7 +64,7 @@ class PairRegistrar {
   explicit PairRegistrar(bool fixed_scale) { params_.estimate_scale = !fixed_scale; }
 
   // @throws calib::InputError when a picture cannot be read or the sizes differ.
-  PairResult Run(const Pair& pair) {
+  PairResult Run(const PicturePair& pair) {
     const cv::Mat reference = Read(pair, pair.reference);
     const cv::Mat current = Read(pair, pair.current);
     if (reference.size() != current.size()) {
@@ -121,7 +87,7 @@ class PairRegistrar {
   }
 
  private:
-  static cv::Mat Read(const Pair& pair, const fs::path& picture) {
+  static cv::Mat Read(const PicturePair& pair, const fs::path& picture) {
     try {
       return ReadGreyPicture(picture);
     } catch (const calib::InputError& error) {
@@ -213,11 +179,11 @@ void PrintResult(const PairResult& result) {
   fmt::print("{}", table.Format());
 }
 
-std::vector<PairResult> RegisterAll(const std::vector<Pair>& pairs, bool fixed_scale) {
+std::vector<PairResult> RegisterAll(const std::vector<PicturePair>& pairs, bool fixed_scale) {
   PairRegistrar registrar(fixed_scale);
   Progress progress("registering", "pairs", static_cast<std::int64_t>(pairs.size()));
   std::vector<PairResult> results;
-  for (const Pair& pair : pairs) {
+  for (const PicturePair& pair : pairs) {
     if (Interrupted()) {
       Note("interrupted: {} of {} pairs were kept", results.size(), pairs.size());
       break;
@@ -232,7 +198,7 @@ std::vector<PairResult> RegisterAll(const std::vector<Pair>& pairs, bool fixed_s
 void RunRegister(const RegisterParams& params, const CommonOptions& common, Summary& summary) {
   params.Validate();
   const bool list = !params.pairs.empty();
-  std::vector<Pair> pairs;
+  std::vector<PicturePair> pairs;
   if (list) {
     pairs = ReadPairs(params.pairs);
   } else {

@@ -4,13 +4,16 @@
 
 #include <cmath>
 
-#include "app/csv.hpp"
+#include "app/text_file.hpp"
 #include "calib/error.hpp"
 
 namespace ceilmap::app {
 
 std::vector<double> ReadStamps(const std::filesystem::path& file) {
-  const CsvTable table = ReadCsv(file);
+  return StampsIn(ReadCsv(file));
+}
+
+std::vector<double> StampsIn(const CsvTable& table) {
   const std::size_t index_column = table.Column("index");
   const std::size_t stamp_column = table.Column("timestamp");
   std::vector<double> stamps_s;
@@ -20,12 +23,13 @@ std::vector<double> ReadStamps(const std::filesystem::path& file) {
     double stamp_s = 0;
     if (!ParseNumber(row.fields[index_column], index) || !std::isfinite(index) ||
         index != std::floor(index)) {
-      throw calib::InputError(fmt::format(
-          "{}: index '{}' is not a whole number", table.Place(row), row.fields[index_column]));
+      throw calib::InputError(fmt::format("{}: index '{}' is not a whole number",
+                                          table.Place(row),
+                                          Shown(row.fields[index_column])));
     }
     if (!ParseNumber(row.fields[stamp_column], stamp_s) || !std::isfinite(stamp_s)) {
       throw calib::InputError(fmt::format(
-          "{}: timestamp '{}' is not a number", table.Place(row), row.fields[stamp_column]));
+          "{}: timestamp '{}' is not a number", table.Place(row), Shown(row.fields[stamp_column])));
     }
     if (!stamps_s.empty() && index != previous_index + 1) {
       throw calib::InputError(fmt::format("{}: index {} after {}; every frame needs its line",

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "app/csv.hpp"
+
 namespace ceilmap::app {
 
 /// Reads the time stamps of a recording's frames: a CSV file with the columns `index`, counting up
@@ -10,5 +12,8 @@ namespace ceilmap::app {
 /// @return seconds, strictly increasing, at least one.
 /// @throws calib::InputError naming file and line.
 std::vector<double> ReadStamps(const std::filesystem::path& file);
+
+/// The same of a table that was read.
+std::vector<double> StampsIn(const CsvTable& table);
 
 }  // namespace ceilmap::app

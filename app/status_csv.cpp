@@ -6,7 +6,6 @@
 #include <numbers>
 #include <optional>
 
-#include "app/csv.hpp"
 #include "calib/error.hpp"
 
 namespace ceilmap::app {
@@ -105,7 +104,10 @@ std::string FormatStatusLine(const localization::Location& location) {
 }
 
 StatusRecord ReadStatus(const std::filesystem::path& file) {
-  const CsvTable table = ReadCsv(file);
+  return StatusIn(ReadCsv(file));
+}
+
+StatusRecord StatusIn(const CsvTable& table) {
   const StatusColumns columns(table);
   StatusRecord record;
   std::optional<double> last_s;

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/csv.hpp"
 #include "app/evaluation/stamped_pose.hpp"
 #include "localization/localizer.hpp"
 #include "mapping/keyframe.hpp"
@@ -40,5 +41,8 @@ struct StatusRecord {
 /// @return stamps strictly increasing; perhaps no poses.
 /// @throws calib::InputError naming file and line.
 StatusRecord ReadStatus(const std::filesystem::path& file);
+
+/// The same of a table that was read.
+StatusRecord StatusIn(const CsvTable& table);
 
 }  // namespace ceilmap::app

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <span>
 
 #include "app/csv.hpp"
+#include "app/text_file.hpp"
 #include "calib/error.hpp"
 
 namespace ceilmap::app {
@@ -43,7 +43,8 @@ StampedPose ParsePose(std::string_view text, const Place& place) {
   }
   for (std::size_t i = 0; i < v.size(); ++i) {
     if (!ParseNumber(words[i], v[i]) || !std::isfinite(v[i])) {
-      throw calib::InputError(fmt::format("{}: '{}' is not a finite number", place(), words[i]));
+      throw calib::InputError(
+          fmt::format("{}: '{}' is not a finite number", place(), Shown(words[i])));
     }
   }
   StampedPose pose{v[0], {v[1], v[2], v[3]}, Eigen::Quaterniond(v[7], v[4], v[5], v[6])};
@@ -80,17 +81,18 @@ std::string FormatTum(const std::vector<StampedPose>& poses) {
 }
 
 std::vector<StampedPose> ReadTum(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw calib::InputError(fmt::format("{}: no such file, or not readable", file.string()));
-  }
+  return ParseTum(ReadTextFile(file), file.string());
+}
+
+std::vector<StampedPose> ParseTum(std::string_view text, const std::string& name) {
   std::vector<StampedPose> poses;
-  std::string line;
-  for (int number = 1; std::getline(stream, line); ++number) {
-    const std::string_view text = std::string_view(line).substr(0, line.find('#'));
-    if (text.find_first_not_of(kBlanks) == std::string_view::npos) continue;
-    const auto place = [&] { return fmt::format("{}:{}", file.string(), number); };
-    const StampedPose pose = ParsePose(text, place);
+  Lines lines(text, name);
+  std::string_view line;
+  while (lines.Next(line)) {
+    line = line.substr(0, line.find('#'));
+    if (line.find_first_not_of(kBlanks) == std::string_view::npos) continue;
+    const auto place = [&] { return fmt::format("{}:{}", name, lines.Number()); };
+    const StampedPose pose = ParsePose(line, place);
     if (!poses.empty() && pose.stamp_s <= poses.back().stamp_s) {
       throw calib::InputError(fmt::format("{}: timestamp {:.6f} is not later than {:.6f} before it",
                                           place(),
@@ -99,7 +101,7 @@ std::vector<StampedPose> ReadTum(const std::filesystem::path& file) {
     }
     poses.push_back(pose);
   }
-  if (poses.empty()) throw calib::InputError(fmt::format("{}: holds no poses", file.string()));
+  if (poses.empty()) throw calib::InputError(fmt::format("{}: holds no poses", name));
   return poses;
 }
 

@@ -31,4 +31,7 @@ std::string FormatTum(const std::vector<StampedPose>& poses);
 /// @throws calib::InputError naming file and line.
 std::vector<StampedPose> ReadTum(const std::filesystem::path& file);
 
+/// The same from a file's text. @param name  the file's, for messages.
+std::vector<StampedPose> ParseTum(std::string_view text, const std::string& name);
+
 }  // namespace ceilmap::app

@@ -209,6 +209,14 @@ const std::vector<BadModel> kBadModels = {
     {"GridIsNone",
      [](json& document) { document["grid"] = 5; },
      std::string("grid: must be an object") + kAnew},
+    {"ManyBinsInAll",
+     [](json& document) {
+       document["bins"] = 720;
+       document["grid"]["columns"] = 60;
+       document["grid"]["rows"] = 60;
+       document["cells"] = json(3600, json::array());
+     },
+     "3600 cells of 720 angle bins, must be at most 2000000 bins in all; take fewer cells"},
     {"OtherGrid",
      [](json& document) { document["grid"]["rows"] = 4; },
      std::string("'cells' has 15 entries, must have 20") + kAnew},
@@ -271,6 +279,19 @@ const std::vector<BadModel> kBadModels = {
 INSTANTIATE_TEST_SUITE_P(Of, BadModelTest, testing::ValuesIn(kBadModels), [](const auto& param) {
   return param.param.name;
 });
+
+// A few bytes of text may stand for a thousand frequencies.
+TEST(ColourModelFile, ThatUnpacksToTooMuch) {
+  const std::string text = FormatColourModel(SomeModel(colour::ModelKind::kVictoria, 8, 2));
+  EXPECT_EQ(ParseColourModel(text, "m", 15 * 2 * 64).frames, 91);
+  try {
+    (void)ParseColourModel(text, "m", 15 * 2 * 64 - 1);
+    ADD_FAILURE() << "no error";
+  } catch (const calib::InputError& error) {
+    EXPECT_EQ(error.what(),
+              std::string("m: cell 14, entry 1: more frequencies than a model may have") + kAnew);
+  }
+}
 
 TEST(ColourModelFile, ThatIsNone) {
   const TestFolder folder;

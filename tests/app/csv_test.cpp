@@ -1,5 +1,6 @@
 #include "app/csv.hpp"
 
+#include "app/text_file.hpp"
 #include "tests/app/test_folder.hpp"
 
 namespace ceilmap::app {
@@ -35,6 +36,34 @@ TEST(ReadCsv, NamesTheFaultyLine) {
     const CsvTable table = ReadCsv(folder.Write("n.csv", std::string("a,b\n1,") + field + "\n"));
     ExpectInputError([&] { (void)table.Number(table.rows[0], 1); },
                      {"n.csv:2: b '", "is not a number"});
+  }
+}
+
+std::string MessageOf(const std::string& text, std::size_t most_fields = kMaxCsvFields) {
+  try {
+    (void)ParseCsv(text, "t.csv", most_fields);
+  } catch (const calib::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ParseCsv, HasLimits) {
+  EXPECT_EQ(MessageOf("a,b\n1,2\n3,4\n", 4), "");
+  EXPECT_EQ(MessageOf("a,b\n1,2\n3,4\n", 3), "t.csv:3: more than 3 fields; split the recording");
+  EXPECT_EQ(MessageOf("a\n" + std::string(kMaxLineBytes, '1') + "\n"), "");
+  EXPECT_EQ(MessageOf("a\n" + std::string(kMaxLineBytes + 1, ',') + "\n"),
+            "t.csv:2: is longer than 64 KiB; give a text file");
+}
+
+// A field may be long, or command a terminal.
+TEST(ParseCsv, ShowsOfAFieldWhatCanBeShown) {
+  const CsvTable table = ParseCsv("a,b\n1,\x1b[2J" + std::string(100, 'x') + "\n", "t.csv");
+  try {
+    (void)table.Number(table.rows[0], 1);
+    ADD_FAILURE() << "no error";
+  } catch (const calib::InputError& error) {
+    EXPECT_EQ(error.what(), "t.csv:2: b '?[2J" + std::string(56, 'x') + "...' is not a number");
   }
 }
 

@@ -105,7 +105,10 @@ void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& seen,
 void LearnParams::Validate() const {
   classes.Validate();
   lines.Validate();
-  if (grid) grid->Validate();
+  if (grid) {
+    grid->Validate();
+    CheckBinCount(grid->Cells(), bins);
+  }
   if (bins < 36 || bins > 720) {
     throw calib::InputError(fmt::format("bins = {}, must be 36 to 720", bins));
   }

@@ -49,6 +49,14 @@ void MergeBin(const AngleBin& other, double fading_s, AngleBin& bin) {
 
 }  // namespace
 
+void CheckBinCount(int cells, int bins) {
+  Require(std::int64_t{cells} * bins <= kMaxBins,
+          fmt::format("{} cells of {} angle bins, must be at most {} bins in all; take fewer cells",
+                      cells,
+                      bins,
+                      kMaxBins));
+}
+
 const char* ToString(ModelKind kind) {
   return kind == ModelKind::kVictoria ? "victoria" : "sturm";
 }
@@ -96,6 +104,7 @@ void ColourModel::Validate() const {
           fmt::format("{} colour classes, must be 2 to {}", classes.size(), kMaxClasses));
   Require(bins >= 36 && bins <= 720, fmt::format("{} angle bins, must be 36 to 720", bins));
   grid.Validate();
+  CheckBinCount(static_cast<int>(cells.size()), bins);
   const bool sturm = kind == ModelKind::kSturm;
   const std::size_t expected = sturm ? 1 : static_cast<std::size_t>(grid.Cells());
   Require(cells.size() == expected,

@@ -9,6 +9,12 @@
 
 namespace ceilmap::colour {
 
+/// Angle bins of all cells of a model together: each takes memory, seen or not. 100 x 100 cells of
+/// 200.
+inline constexpr int kMaxBins = 2'000'000;
+/// @throws calib::InputError when there would be more.
+void CheckBinCount(int cells, int bins);
+
 /// Which paper's model.
 enum class ModelKind {
   kVictoria,  ///< a grid of places, features with certainty
