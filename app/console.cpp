@@ -158,7 +158,9 @@ std::string InOneLine(std::string_view text) {
     } else if (!gap || c != ' ') {
       if (gap && !line.empty() && line.back() != ' ') line += ' ';
       gap = false;
-      line += c;
+      // Names and values come from files: what would command a terminal is shown as ?.
+      const auto byte = static_cast<unsigned char>(c);
+      line += (byte < ' ' && c != '\t') || byte == 127 ? '?' : c;
     }
   }
   return line;

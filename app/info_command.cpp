@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/commands.hpp"
+#include "app/console.hpp"
 #include "app/map_quality.hpp"
 #include "app/table.hpp"
 #include "mapping/map_file.hpp"
@@ -145,12 +146,12 @@ void PrintTable(const MapInfo& info) {
                             metadata.view_units_per_px,
                             unit)});
   table.AddRow({"ceiling", fmt::format("{:.3f} m above the floor", metadata.ceiling_height_m)});
-  table.AddRow({"robot", metadata.robot.empty() ? "not named" : metadata.robot});
+  table.AddRow({"robot", metadata.robot.empty() ? "not named" : InOneLine(metadata.robot)});
   table.AddRow({"rig", metadata.rig_yaml.empty() ? "none" : "stored; --json shows it"});
   table.AddRow({"file", fmt::format("{:.2f} MB", static_cast<double>(info.file_bytes) * 1e-6)});
   table.AddRow({"format", fmt::format("version {}", metadata.format_version)});
-  table.AddRow({"made by", "ceilmap " + metadata.program_version});
-  table.AddRow({"provenance", metadata.provenance});
+  table.AddRow({"made by", "ceilmap " + InOneLine(metadata.program_version)});
+  table.AddRow({"provenance", InOneLine(metadata.provenance)});
   // All values to the left: they carry their units, so their ends mean nothing.
   fmt::print("{}", table.Format(Table::Numbers::kLeft));
 }

@@ -10,6 +10,7 @@ TEST(InOneLine, JoinsLinesWithOneBlank) {
   EXPECT_EQ(InOneLine("a \r\n\n  b\n"), "a b");
   EXPECT_EQ(InOneLine("a  b"), "a  b");
   EXPECT_EQ(InOneLine("\n"), "");
+  EXPECT_EQ(InOneLine("\x1b[2Ja\x07\tb\x7f"), "?[2Ja?\tb?");  // what would command a terminal
 }
 
 TEST(Console, WritesWhatTheVerbosityAdmits) {
