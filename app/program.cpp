@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -109,30 +110,46 @@ std::vector<Command> AddCommands(CLI::App& program) {
 }
 
 int ParseAndRun(int argc, const char* const* argv) {
-  CLI::App program{
-      "Maps a ceiling from the video of an upward camera on a robot, and finds robots on the map."};
-  program.name("ceilmap");
-  program.set_version_flag("--version", std::string("ceilmap ") + CEILMAP_VERSION);
-  program.require_subcommand(1);
-  program.footer("ceilmap COMMAND --help tells more, with examples.");
-  const std::vector<Command> commands = AddCommands(program);
-  CheckCommandName(program, argc, argv);
-  try {
-    program.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
-    const std::string name = FullName(LastParsed(program));
-    PrintError(
-        fmt::format("{}; see 'ceilmap {}--help'", error.what(), name.empty() ? "" : name + " "));
-    return kUnusableInput;
+  CommandLine line;
+  const Command* const command = line.Parse(argc, argv);
+  if (command == nullptr) {
+    fmt::print("{}", line.Answer());
+    return kDone;
   }
-  const Command& command = ChosenCommand(commands);
-  command.common->command_line = JoinCommandLine(argc, argv);
-  RunCommand(command);
+  command->common->command_line = JoinCommandLine(argc, argv);
+  RunCommand(*command);
   return kDone;
 }
 
 }  // namespace
+
+CommandLine::CommandLine()
+    : program_(std::make_unique<CLI::App>("Maps a ceiling from the video of an upward camera on a "
+                                          "robot, and finds robots on the map.")) {
+  program_->name("ceilmap");
+  program_->set_version_flag("--version", std::string("ceilmap ") + CEILMAP_VERSION);
+  program_->require_subcommand(1);
+  program_->footer("ceilmap COMMAND --help tells more, with examples.");
+  commands_ = AddCommands(*program_);
+}
+
+const Command* CommandLine::Parse(int argc, const char* const* argv) {
+  CheckCommandName(*program_, argc, argv);
+  try {
+    program_->parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // --help, --version
+      std::ostringstream answer;
+      program_->exit(error, answer, answer);
+      answer_ = answer.str();
+      return nullptr;
+    }
+    const std::string name = FullName(LastParsed(*program_));
+    throw calib::InputError(
+        fmt::format("{}; see 'ceilmap {}--help'", error.what(), name.empty() ? "" : name + " "));
+  }
+  return &ChosenCommand(commands_);
+}
 
 int RunProgram(int argc, const char* const* argv) {
   OpenConsole();
