@@ -25,10 +25,11 @@ struct ServedContent {
 
 /// A small HTTP server for a few fixed paths, in threads of its own: GET (and HEAD) and nothing
 /// else, no files, no bodies taken. Made for a page that a handful of people look at, on a network
-/// where others may be less kind: requests are small, come in time or are cut off, and at most four
-/// are answered at a time, so a slow or hostile client costs other clients their page at worst,
-/// never the program. While bound to this machine, requests that name another host are refused, so
-/// that no page from elsewhere can read this one under a name of its own (DNS rebinding).
+/// where others may be less kind: a request has at most 8 KiB, comes within 4 s and is answered
+/// within 60 s or is cut off, four are answered at a time and 32 wait (app/page_http.hpp), so a
+/// slow or hostile client costs other clients their page at worst, never the program. While bound
+/// to this machine, requests that name another host are refused, so that no page from elsewhere can
+/// read this one under a name of its own (DNS rebinding).
 class PageServer {
  public:
   /// @param query  what stands behind the `?` of the request, "" for none.
@@ -39,7 +40,7 @@ class PageServer {
   /// @throws calib::InputError when the address cannot be bound (it is in use, or not of this
   ///   machine).
   PageServer(const ServerAddress& address, std::map<std::string, Handler> pages);
-  /// Cuts off who is still asking; takes up to some seconds when somebody is.
+  /// Cuts off who is still asking.
   ~PageServer();
   PageServer(const PageServer&) = delete;
   PageServer& operator=(const PageServer&) = delete;

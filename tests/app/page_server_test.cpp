@@ -4,15 +4,23 @@
 #include <gtest/gtest.h>
 #include <httplib.h>
 
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "app/page_http.hpp"
 #include "calib/error.hpp"
 
 namespace ceilmap::app {
 namespace {
+
+using ::testing::Not;
+using ::testing::StartsWith;
 
 int PortOf(const PageServer& server) {
   const std::string& url = server.Url();
@@ -115,6 +123,76 @@ TEST(PageServer, WhoDawdlesKeepsNobodyElseWaiting) {
   ASSERT_TRUE(page);
   EXPECT_EQ(page->body, "page");
   for (const int s : sockets) close(s);
+}
+
+/// All that comes on a bare connection, until the server closes it.
+std::string SendAndReceive(const PageServer& server, const std::string& request) {
+  const int s = ConnectTo(server);
+  for (std::size_t sent = 0; sent < request.size();) {
+    const ssize_t count = send(s, request.data() + sent, request.size() - sent, MSG_NOSIGNAL);
+    if (count <= 0) break;
+    sent += static_cast<std::size_t>(count);
+  }
+  std::string answer;
+  std::array<char, 4096> block{};
+  for (ssize_t count = 1; count > 0;) {
+    count = recv(s, block.data(), block.size(), 0);
+    if (count > 0) answer.append(block.data(), static_cast<std::size_t>(count));
+  }
+  close(s);
+  return answer;
+}
+
+std::string RequestOfSize(std::size_t bytes) {
+  std::string request = "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n";
+  while (request.size() + 12 < bytes) request += "X: 345678\r\n";
+  request += "Y: ";
+  request.append(bytes - 4 - request.size(), 'y');
+  return request + "\r\n\r\n";
+}
+
+TEST(PageServer, ARequestHasAnEnd) {
+  const auto server = Serve();
+  EXPECT_THAT(SendAndReceive(*server, RequestOfSize(kMaxRequestBytes)), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(SendAndReceive(*server, RequestOfSize(kMaxRequestBytes + 1)),
+              Not(StartsWith("HTTP/1.1 200")));
+  // Headers go on for as long as somebody reads them: sending comes to an end, because nobody does.
+  const int s = ConnectTo(*server);
+  const std::string start = "GET / HTTP/1.1\r\n";
+  ASSERT_GT(send(s, start.data(), start.size(), MSG_NOSIGNAL), 0);
+  std::string headers;
+  for (int i = 0; i < 1000; ++i) headers += "A: b\r\n";
+  while (send(s, headers.data(), headers.size(), MSG_NOSIGNAL) > 0) {
+  }
+  close(s);
+}
+
+TEST(PageServer, RangesDoNotMultiplyAPage) {
+  const auto server = Serve();
+  std::string ranges = "bytes=0-";
+  while (ranges.size() < 8000) ranges += ",0-";
+  const std::string answer =
+      SendAndReceive(*server, "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nRange: " + ranges + "\r\n\r\n");
+  EXPECT_LT(answer.size(), 1000U);
+}
+
+// They would take the descriptors that a map is written through.
+TEST(PageServer, ConnectionsWithoutEndAreClosed) {
+  const auto server = Serve();
+  std::vector<int> sockets;
+  const std::size_t most = kAnsweredAtATime + kMostWaiting;
+  for (std::size_t i = 0; i < 3 * most; ++i) sockets.push_back(ConnectTo(*server));
+  std::vector<pollfd> waiting;
+  for (const int s : sockets) waiting.push_back({s, POLLIN, 0});
+  // The server closes all but those that it holds, and those soon: whichever come first.
+  std::size_t closed = 0;
+  while (closed < sockets.size() - most) {
+    ASSERT_GT(poll(waiting.data(), waiting.size(), 10000), 0);
+    closed = static_cast<std::size_t>(std::count_if(
+        waiting.begin(), waiting.end(), [](const pollfd& p) { return p.revents != 0; }));
+  }
+  for (const int s : sockets) close(s);
+  EXPECT_EQ(httplib::Client("127.0.0.1", PortOf(*server)).Get("/")->body, "page");
 }
 
 TEST(PageServer, SurvivesNoise) {
