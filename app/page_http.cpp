@@ -161,10 +161,10 @@ void PageHttp::Respond(const httplib::Request& request, httplib::Response& respo
     response.status = 404;
     return;
   }
-  ServedContent content =
+  const ServedContent content =
       page->second(mark == std::string::npos ? "" : request.target.substr(mark + 1));
   response.status = 200;
-  response.set_content(std::move(content.body), content.mime);
+  response.set_content(content.body, content.mime);
 }
 
 }  // namespace ceilmap::app
