@@ -1,0 +1,121 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "mapping/map_file.hpp"
+#include "tests/fuzz/promise.hpp"
+#include "tests/fuzz/targets.hpp"
+#include "tests/mapping/synthetic_map.hpp"
+
+namespace ceilmap::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A small good map in a file of this process, into which damage can be written and taken out
+/// again.
+class DamagedMap {
+ public:
+  DamagedMap() {
+    const fs::path memory = "/dev/shm";
+    const fs::path folder = fs::is_directory(memory) ? memory : fs::temp_directory_path();
+    file_ = folder / ("ceilmap-fuzz-" + std::to_string(getpid()) + ".gpkg");
+    mapping::synthetic::SmallMap map;
+    mapping::MapWriter writer(file_, map.metadata);
+    for (const mapping::Keyframe& keyframe : map.keyframes) {
+      writer.AddPicture(keyframe.id,
+                        mapping::synthetic::Picture(keyframe.id, map.metadata.view_size));
+      const cv::Mat descriptors(2, 8, CV_32FC1, cv::Scalar(0.5));
+      writer.AddDescriptors(keyframe.id, descriptors);
+    }
+    writer.WriteGraph(map.Graph());
+    constexpr double kResolution = 0.05;
+    writer.WriteMosaic({-1, 1, kResolution, 40, 30}, mapping::synthetic::FillMosaic);
+    writer.Commit();
+    std::ifstream stream(file_, std::ios::binary);
+    good_.assign(std::istreambuf_iterator<char>(stream), {});
+    descriptor_ = open(file_.c_str(), O_WRONLY | O_CLOEXEC);
+  }
+  ~DamagedMap() {
+    close(descriptor_);
+    std::error_code ignored;
+    fs::remove(file_, ignored);
+  }
+  DamagedMap(const DamagedMap&) = delete;
+  DamagedMap& operator=(const DamagedMap&) = delete;
+
+  /// Three bytes say where, one how much, those follow; and so on.
+  void Damage(std::string_view bytes) {
+    Put(0, good_);
+    while (bytes.size() > 4) {
+      const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
+      const std::size_t at = (byte(0) << 16U | byte(1) << 8U | byte(2)) % good_.size();
+      const std::size_t size = std::min<std::size_t>(byte(3), bytes.size() - 4);
+      Put(at, bytes.substr(4, std::min(size, good_.size() - at)));
+      bytes.remove_prefix(4 + size);
+    }
+  }
+  [[nodiscard]] const fs::path& File() const { return file_; }
+
+ private:
+  void Put(std::size_t at, std::string_view bytes) const {
+    const ssize_t written = pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(at));
+    Require(written == static_cast<ssize_t>(bytes.size()), "the map cannot be written");
+  }
+
+  fs::path file_;
+  std::string good_;
+  int descriptor_ = -1;
+};
+
+void CheckFrame(const mapping::FramePose& frame) {
+  Require(std::isfinite(frame.stamp_s) && frame.T_map_base.Translation().allFinite() &&
+              std::isfinite(frame.T_map_base.yaw) && frame.covariance.allFinite(),
+          "a pose that is not finite");
+}
+
+/// Each part by itself: one that is damaged says nothing of the others.
+void ReadAll(const mapping::MapReader& map) {
+  const cv::Size size = map.Metadata().view_size;
+  Require(size.width > 0 && size.height > 0 && map.Metadata().resolution > 0, "metadata");
+  if (const auto graph = Accepted([&] { return map.ReadGraph(); })) {
+    for (const mapping::FramePose& frame : graph->trajectory) CheckFrame(frame);
+    for (const mapping::Keyframe& keyframe : graph->keyframes) CheckFrame(keyframe.pose);
+    for (const mapping::Edge& edge : graph->edges) {
+      Require(edge.information.allFinite() && std::isfinite(edge.T_from_to.yaw), "an edge");
+    }
+  }
+  for (const std::int64_t id : {0, 5}) {
+    if (const auto picture = Accepted([&] { return map.ReadPicture(id); })) {
+      Require(picture->size() == size && picture->type() == CV_8UC1, "a picture of another size");
+    }
+    (void)Accepted([&] { return map.ReadDescriptors(id); });
+  }
+  (void)Accepted([&] {
+    cv::Mat grey;
+    cv::Mat alpha;
+    constexpr int kMostPx = 64;
+    const mapping::MosaicGrid grid = map.ReadOverview(kMostPx, grey, alpha);
+    Require(grey.size() == cv::Size(grid.width_px, grid.height_px), "an overview of another size");
+    return 0;
+  });
+}
+
+}  // namespace
+
+void ReadAsMap(std::string_view bytes) {
+  static DamagedMap file;
+  file.Damage(bytes);
+  (void)Accepted([&] {
+    ReadAll(mapping::MapReader(file.File()));
+    return 0;
+  });
+}
+
+}  // namespace ceilmap::fuzz
