@@ -51,7 +51,7 @@ void ReadAsHttp(std::string_view bytes) {
   const bool page = answer.starts_with("HTTP/1.1 200");
   const std::string_view line = bytes.substr(0, bytes.find('\n'));
   const auto has = [&line](std::string_view words) { return line.find(words) != line.npos; };
-  Require(!page || has("GET /") || has("HEAD /"), "another method was answered");
+  Require(!page || has("GET") || has("HEAD"), "another method was answered");
 }
 
 }  // namespace ceilmap::fuzz
