@@ -45,7 +45,7 @@ class DamagedMap {
   ~DamagedMap() {
     close(descriptor_);
     std::error_code ignored;
-    fs::remove(file_, ignored);
+    for (const char* ending : {"", "-wal", "-shm"}) fs::remove(file_.string() + ending, ignored);
   }
   DamagedMap(const DamagedMap&) = delete;
   DamagedMap& operator=(const DamagedMap&) = delete;
