@@ -47,11 +47,12 @@ struct WorldRun {
 };
 
 struct WorldOptions {
-  int samples = 1;                                           ///< stretches of the curve
-  std::function<void(std::int64_t, std::int64_t)> progress;  ///< done, total frames; may be empty
+  int samples = 1;  ///< stretches of the curve
+  std::function<void(std::int64_t, std::int64_t)> progress =
+      {};  ///< done, total frames; may be empty
   /// How tilt is measured and taken out; unset: frames are taken as level. The forward camera is
   /// rendered where the method has use for it.
-  std::optional<compensation::TiltMethod> tilt;
+  std::optional<compensation::TiltMethod> tilt = {};
   bool omni = false;  ///< headings by the fft compass, from the camera under the mirror
 };
 
