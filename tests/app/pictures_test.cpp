@@ -141,9 +141,8 @@ TEST(ConvertTo, TakesPicturesOfASizeThatCamerasHave) {
   cv::Mat result;
   ConvertTo(Pixels::kGrey, cv::Mat(1, 16384, CV_8UC1, cv::Scalar(7)), result, "p.png");
   EXPECT_EQ(result.cols, 16384);
-  ExpectInputError(
-      [&] { ConvertTo(Pixels::kGrey, cv::Mat(16385, 1, CV_8UC1), result, "p.png"); },
-      {"p.png: a picture of 1x16385 px, must have at most 16384 on a side"});
+  ExpectInputError([&] { ConvertTo(Pixels::kGrey, cv::Mat(16385, 1, CV_8UC1), result, "p.png"); },
+                   {"p.png: a picture of 1x16385 px, must have at most 16384 on a side"});
 }
 
 }  // namespace
