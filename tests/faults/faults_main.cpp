@@ -1,0 +1,106 @@
+// What faults of recordings and of the system do to `ceilmap map` and `ceilmap localize`:
+//   ceilmap_faults recordings [-o DIR]   a Markdown table: every fault, five seeds
+// DIR (default: the current folder) takes the files. Exits with 1 when the invariant breaks: no
+// wrong pose that is sure, no map lost, no crash.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "calib/error.hpp"
+#include "tests/bench/command_line.hpp"
+#include "tests/faults/lab.hpp"
+
+namespace ceilmap::faults {
+namespace {
+
+constexpr unsigned kSeeds = 5;
+
+// All seeds of one fault.
+struct Row {
+  std::vector<int> exit_codes;
+  std::string message;
+  int shots = 0;
+  int placed = 0;
+  int wrong = 0;
+  int lost = 0;
+  bool orderly = true;
+  double squares = 0;
+  double largest_m = 0;
+
+  void Add(const Outcome& outcome);
+  [[nodiscard]] bool Survived() const { return orderly && wrong == 0 && lost == 0; }
+};
+
+void Row::Add(const Outcome& outcome) {
+  exit_codes.push_back(outcome.exit_code);
+  if (!outcome.message.empty()) message = outcome.message;
+  shots += outcome.shots;
+  placed += outcome.placed;
+  wrong += outcome.wrong;
+  lost += outcome.map == MapState::kLost ? 1 : 0;
+  orderly = orderly && outcome.orderly;
+  squares += outcome.placed * outcome.rmse_m * outcome.rmse_m;
+  largest_m = std::max(largest_m, outcome.largest_m);
+}
+
+void Print(const Fault& fault, const std::string& command, const Row& row) {
+  std::string codes;
+  for (const int code : row.exit_codes) {
+    const std::string text = std::to_string(code);
+    if (codes.find(text) == std::string::npos) codes += (codes.empty() ? "" : ", ") + text;
+  }
+  const bool any = row.placed > 0;
+  const double rmse_m = any ? std::sqrt(row.squares / row.placed) : 0;
+  fmt::print("| {} | {} | {} | {} | {} | {} | {} | {} | {}{} |\n",
+             fault.name,
+             command,
+             codes,
+             any ? fmt::format("{:.1f} %", 100.0 * row.placed / row.shots) : "-",
+             any ? fmt::format("{:.2f}", 1e3 * rmse_m) : "-",
+             any ? fmt::format("{:.2f}", 1e3 * row.largest_m) : "-",
+             row.wrong,
+             row.lost,
+             row.message,
+             row.orderly ? "" : " NOT ORDERLY");
+  std::fflush(stdout);
+}
+
+bool RunRecordings(const std::filesystem::path& folder) {
+  const Lab lab(folder);
+  fmt::print(
+      "| fault | command | exit | placed | RMSE mm | largest mm | wrong | maps lost | says |\n"
+      "|---|---|---|---|---|---|---|---|---|\n");
+  bool survived = true;
+  for (const Fault& fault : AllFaults()) {
+    Row map;
+    Row localize;
+    for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+      map.Add(lab.Map(fault, seed));
+      localize.Add(lab.Localize(fault, seed));
+    }
+    Print(fault, "map", map);
+    Print(fault, "localize", localize);
+    survived = survived && map.Survived() && localize.Survived();
+  }
+  return survived;
+}
+
+bool Run(const std::vector<std::string>& arguments) {
+  const char* const usage = "ceilmap_faults recordings [-o DIR]";
+  const bench::CommandLine line = bench::ParseCommandLine(
+      arguments, [](const std::string&) { return false; }, usage);
+  const std::filesystem::path folder = std::filesystem::absolute(line.folder);
+  std::filesystem::create_directories(folder);
+  if (line.mode == "recordings") return RunRecordings(folder);
+  throw calib::InputError(usage);
+}
+
+}  // namespace
+}  // namespace ceilmap::faults
+
+int main(int argc, char** argv) {
+  return ceilmap::bench::RunBenchmark("ceilmap_faults", argc, argv, ceilmap::faults::Run);
+}

@@ -1,0 +1,107 @@
+#include "tests/faults/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+
+#include "app/recording_writer.hpp"
+#include "calib/tilt.hpp"
+#include "samples/simulator/path.hpp"
+#include "samples/simulator/renderer.hpp"
+#include "tests/faults/h264.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::faults {
+namespace {
+
+constexpr double kRate_hz = 10;
+
+}  // namespace
+
+simulator::Scene MappedRoom() {
+  simulator::Scene scene;
+  scene.seed = 20;
+  scene.axle_behind_mast_m = 0.1;
+  scene.room = {.length_m = 9, .width_m = 7, .height_m = 2.6};
+  scene.ceiling.lamp_every_x = 4;
+  scene.ceiling.lamp_every_y = 3;
+  scene.fixtures.sprinklers_per_100m2 = 12;
+  scene.camera.width_px = 320;
+  scene.camera.height_px = 240;
+  scene.camera.focal_px = 230;
+  scene.path.kind = simulator::PathKind::kLoops;
+  scene.path.area_m = {2, 2, 6, 4.5};
+  scene.path.laps = 1;
+  scene.path.corner_radius_m = 0.6;
+  scene.path.speed_m_s = 0.6;
+  scene.path.frame_rate_hz = kRate_hz;
+  return scene;
+}
+
+simulator::Scene VisitedRoom() {
+  simulator::Scene scene = MappedRoom();
+  scene.robot = "another robot";
+  scene.camera.focal_px *= 1.08;
+  scene.camera.mount_height_m += 0.15;
+  scene.camera.mount_x_m = 0.03;
+  scene.picture.exposure_gain = 0.75;
+  scene.picture.exposure_drift = 0.05;
+  scene.path.kind = simulator::PathKind::kWaypoints;
+  scene.path.waypoints_m = {{5.6, 4.2}, {5.6, 2.3}, {2.4, 2.2}, {2.3, 4.0}};
+  scene.path.corner_radius_m = 0.4;
+  scene.path.start_stamp_s = 500;
+  return scene;
+}
+
+Recording Render(const simulator::Scene& scene) {
+  const simulator::Renderer renderer(scene);
+  Recording recording;
+  for (const simulator::Frame& frame : simulator::MakePath(scene)) {
+    recording.push_back(
+        {renderer.Render(frame), frame.stamp_s, calib::FromSpace(frame.T_map_base).pose});
+  }
+  return recording;
+}
+
+fs::path StorePictures(const Recording& recording, const fs::path& folder, Storage storage) {
+  if (storage == Storage::kPictures) {
+    const fs::path target = folder / "up";
+    fs::create_directories(target);
+    for (std::size_t i = 0; i < recording.size(); ++i) {
+      cv::imwrite((target / fmt::format("{:06}.png", i)).string(), recording[i].picture);
+    }
+    return target;
+  }
+  const fs::path mp4 = folder / "up.mp4";
+  const auto writer = app::RecordingWriter::Create(
+      app::RecordingFormat::kVideo, mp4, recording.front().picture.size(), kRate_hz);
+  for (const Shot& shot : recording) writer->Write(writer->Prepare(shot.picture));
+  writer->Commit();
+  if (storage == Storage::kMp4) return mp4;
+  const fs::path stream = folder / "up.h264";
+  WriteBytes(stream, AnnexBOf(ReadBytes(mp4)));
+  fs::remove(mp4);
+  return stream;
+}
+
+std::string StampsText(const Recording& recording) {
+  std::string text = "index,timestamp\n";
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    text += fmt::format("{},{:.6f}\n", i, recording[i].stamp_s);
+  }
+  return text;
+}
+
+std::string ReadBytes(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void WriteBytes(const fs::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+}  // namespace ceilmap::faults

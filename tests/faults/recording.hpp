@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "calib/pose2.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace ceilmap::faults {
+
+/// One picture, and what is true of it: a fault may give it a wrong stamp or another place in the
+/// recording, but never changes where it was taken.
+struct Shot {
+  cv::Mat picture;  ///< CV_8UC1
+  double stamp_s = 0;
+  calib::Pose2 T_room_base;
+};
+
+using Recording = std::vector<Shot>;
+using Random = std::mt19937;
+
+/// A tiled room of 9 x 7 m seen by a camera of 320 x 240 px, and a drive around it of about 190
+/// frames, 6 cm each: enough to be mapped with a loop closure.
+simulator::Scene MappedRoom();
+/// The same room on another day, from another robot: higher camera, longer focal length, darker
+/// pictures, on a way of its own of about 120 frames.
+simulator::Scene VisitedRoom();
+
+/// Renders the scene's drive.
+Recording Render(const simulator::Scene& scene);
+
+/// How a recording is stored.
+enum class Storage {
+  kPictures,  ///< a folder of PNG, numbered in order
+  kMp4,       ///< H.264, as `ceilmap simulate` stores it
+  kAnnexB     ///< the same, as a camera sends it: NAL units behind start codes, no container
+};
+
+/// Stores the pictures under `folder`/up, up.mp4 or up.h264. @return that path.
+std::filesystem::path StorePictures(const Recording& recording,
+                                    const std::filesystem::path& folder,
+                                    Storage storage);
+
+/// `index,timestamp` of all shots.
+std::string StampsText(const Recording& recording);
+
+std::string ReadBytes(const std::filesystem::path& file);
+void WriteBytes(const std::filesystem::path& file, const std::string& bytes);
+
+}  // namespace ceilmap::faults
