@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/pictures.hpp"
+#include "app/video_reader.hpp"
 #include "calib/error.hpp"
 
 namespace fs = std::filesystem;
@@ -40,37 +41,21 @@ class PictureReader final : public FrameReader {
   std::size_t next_ = 0;
 };
 
-class VideoReader final : public FrameReader {
+/// A camera of this machine.
+class CameraReader final : public FrameReader {
  public:
-  enum class Input { kFile, kPipe, kCamera, kStream };
-
-  VideoReader(std::string name, Input input, Pixels pixels)
-      : name_(std::move(name)), input_(input), pixels_(pixels) {
-    const int backend = input == Input::kCamera ? cv::CAP_V4L2 : cv::CAP_FFMPEG;
+  CameraReader(std::string name, Pixels pixels) : name_(std::move(name)), pixels_(pixels) {
     bool open = false;
     try {
-      open = capture_.open(name_, backend);
+      open = capture_.open(name_, cv::CAP_V4L2);
     } catch (const cv::Exception&) {
       open = false;
     }
-    if (!open) throw calib::InputError(fmt::format("{}: {}", name_, WhyNotOpen(input)));
-    // Before a frame is decoded: each would take that much memory.
-    constexpr double kMaxSidePx = 16384;
-    const double width_px = capture_.get(cv::CAP_PROP_FRAME_WIDTH);
-    const double height_px = capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
-    if (width_px > kMaxSidePx || height_px > kMaxSidePx) {
-      throw calib::InputError(
-          fmt::format("{}: a video of {:.0f}x{:.0f} px, must have at most {:.0f} on a side",
-                      name_,
-                      width_px,
-                      height_px,
-                      kMaxSidePx));
+    if (!open) {
+      throw calib::InputError(fmt::format(
+          "{}: the camera cannot be opened; is it connected, free, and readable for you?", name_));
     }
-    // Unknown counts come as zero, negative or absurd numbers.
-    constexpr double kMostFrames = 1e9;
-    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
-    if (count >= 1 && count < kMostFrames) expected_ = static_cast<std::int64_t>(count);
-    constexpr double kHighestRate = 10000;  // FFmpeg answers with absurd ones where it knows none
+    constexpr double kHighestRate = 10000;
     const double rate = capture_.get(cv::CAP_PROP_FPS);
     if (rate > 0 && rate <= kHighestRate) period_s_ = 1 / rate;
   }
@@ -78,51 +63,24 @@ class VideoReader final : public FrameReader {
   bool Next(cv::Mat& picture, std::optional<double>& time_s) override {
     if (!capture_.read(picture_) || picture_.empty()) return false;
     ConvertTo(pixels_, picture_, picture, name_);
-    // Frames without a time stamp come as zero (the last ones of a delayed decoder) or as absurd
-    // numbers (raw streams).
-    constexpr double kLatestSeconds = 1e10;
-    const double position_s = capture_.get(cv::CAP_PROP_POS_MSEC) * 1e-3;
-    const bool known = position_s < kLatestSeconds && (first_ ? position_s >= 0 : position_s > 0);
-    time_s = known ? std::optional(position_s) : std::nullopt;
-    first_ = false;
+    time_s.reset();  // its clock is not ours
     return true;
   }
-  [[nodiscard]] Kind GetKind() const override {
-    // A stream with a known number of frames is a file on a server: it waits for its reader.
-    const bool live = input_ == Input::kCamera || (input_ == Input::kStream && !expected_);
-    return live ? Kind::kLive : Kind::kVideo;
-  }
-  [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override { return expected_; }
+  [[nodiscard]] Kind GetKind() const override { return Kind::kLive; }
+  [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override { return {}; }
   [[nodiscard]] std::optional<double> FramePeriod() const override { return period_s_; }
-  [[nodiscard]] bool CanStall() const override { return input_ != Input::kFile; }
-
-  bool Skip() { return capture_.grab(); }
+  [[nodiscard]] bool CanStall() const override { return true; }
 
  private:
-  static const char* WhyNotOpen(Input input) {
-    switch (input) {
-      case Input::kCamera:
-        return "the camera cannot be opened; is it connected, free, and readable for you?";
-      case Input::kStream:
-        return "the stream cannot be opened; check the address and the network";
-      default:
-        return "is not a video that can be decoded";
-    }
-  }
-
   std::string name_;
-  Input input_;
   Pixels pixels_;
   cv::VideoCapture capture_;
   cv::Mat picture_;
-  bool first_ = true;
-  std::optional<std::int64_t> expected_;
   std::optional<double> period_s_;
 };
 
 VideoReader::Input InputKind(const std::string& source) {
   std::error_code ignored;
-  if (source.starts_with("/dev/video")) return VideoReader::Input::kCamera;
   if (source.find("://") != std::string::npos) return VideoReader::Input::kStream;
   return fs::is_fifo(source, ignored) ? VideoReader::Input::kPipe : VideoReader::Input::kFile;
 }
@@ -144,6 +102,7 @@ void CheckFile(const std::string& source) {
 
 std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source, Pixels pixels) {
   using Input = VideoReader::Input;
+  if (source.starts_with("/dev/video")) return std::make_unique<CameraReader>(source, pixels);
   const Input input = InputKind(source);
   std::error_code ignored;
   if (input == Input::kStream) return std::make_unique<VideoReader>(source, input, pixels);
@@ -167,7 +126,7 @@ std::int64_t CountFrames(const std::string& source) {
   VideoReader reader(source, InputKind(source), Pixels::kGrey);
   std::int64_t count = 0;
   while (reader.Skip()) ++count;
-  return count;
+  return count + reader.LeftOut();
 }
 
 }  // namespace ceilmap::app

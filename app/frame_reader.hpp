@@ -42,6 +42,9 @@ class FrameReader {
   [[nodiscard]] virtual std::optional<double> FramePeriod() const { return std::nullopt; }
   /// True when Next can wait without end for others (cameras, streams, pipes).
   [[nodiscard]] virtual bool CanStall() const { return false; }
+  /// Frames of the source so far that Next did not give, because they are damaged; they stand
+  /// between those that it gave, or at the end.
+  [[nodiscard]] virtual std::int64_t LeftOut() const { return 0; }
   /// What is worth telling about the source, a line each.
   [[nodiscard]] virtual std::vector<std::string> Remarks() const { return {}; }
 };

@@ -53,6 +53,7 @@ struct FrameSource::State {
 
   // Of the thread.
   std::int64_t next_index = 0;
+  std::int64_t left_out = 0;  // by the reader, of the frames up to next_index
   double last_stamp_s = 0;
   std::int64_t stamps_missing = 0;  // frames without a time of their own
   std::int64_t stamps_wrong = 0;    // frames whose time was not later than the one before
@@ -73,6 +74,7 @@ struct FrameSource::State {
 
   void CheckStampCount();
   void UseOwnTime();
+  void SkipLeftOut();
   bool Decode(Frame& frame);
   double StampOf(std::int64_t index, const std::optional<double>& time_s);
   void CheckEnd();
@@ -134,12 +136,19 @@ bool FrameSource::State::Decode(Frame& frame) {
                                         size.width,
                                         size.height));
   }
+  SkipLeftOut();
   frame.index = next_index++;
   frame.stamp_s = StampOf(frame.index, time_s);
   const std::lock_guard lock(mutex);
   ++report.decoded;
   report.decode_ms += MillisecondsSince(start);
   return true;
+}
+
+// Frames that the reader left out have their numbers and stamps.
+void FrameSource::State::SkipLeftOut() {
+  next_index += reader->LeftOut() - left_out;
+  left_out = reader->LeftOut();
 }
 
 double FrameSource::State::StampOf(std::int64_t index, const std::optional<double>& time_s) {
@@ -173,7 +182,15 @@ double FrameSource::State::StampOf(std::int64_t index, const std::optional<doubl
 // At the natural end: is it the end that was promised?
 void FrameSource::State::CheckEnd() {
   const std::lock_guard lock(mutex);
-  const bool all_stamps = static_cast<std::size_t>(next_index) >= stamps_s.size();
+  if (left_out > 0) {
+    warnings.push_back(
+        fmt::format("{}: {} of {} frames are damaged, or rest on damaged ones, and were left out",
+                    name,
+                    left_out,
+                    next_index));
+  }
+  const std::int64_t frames = next_index + reader->LeftOut() - left_out;
+  const bool all_stamps = static_cast<std::size_t>(frames) >= stamps_s.size();
   if (expected && next_index < *expected && !(stamps_of_another && all_stamps)) {
     warnings.push_back(fmt::format(
         "{}: only {} of {} frames could be read; the file seems to be cut off or damaged",
@@ -186,7 +203,7 @@ void FrameSource::State::CheckEnd() {
                     stamps_name,
                     stamps_s.size(),
                     name,
-                    next_index));
+                    frames));
   }
   const double period_s = reader->FramePeriod().value_or(1);
   if (2 * stamps_missing > next_index) {

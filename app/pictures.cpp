@@ -186,15 +186,17 @@ cv::Mat ReadPicture(const fs::path& file, Pixels pixels) {
   return result;
 }
 
+void CheckPictureSize(cv::Size size, std::string_view name) {
+  if (size.width <= kMaxPictureSidePx && size.height <= kMaxPictureSidePx) return;
+  throw calib::InputError(fmt::format("{}: a picture of {}x{} px, must have at most {} on a side",
+                                      name,
+                                      size.width,
+                                      size.height,
+                                      kMaxPictureSidePx));
+}
+
 void ConvertTo(Pixels pixels, const cv::Mat& picture, cv::Mat& result, std::string_view name) {
-  constexpr int kMaxSidePx = 16384;  // as a rig's cameras
-  if (std::max(picture.cols, picture.rows) > kMaxSidePx) {
-    throw calib::InputError(fmt::format("{}: a picture of {}x{} px, must have at most {} on a side",
-                                        name,
-                                        picture.cols,
-                                        picture.rows,
-                                        kMaxSidePx));
-  }
+  CheckPictureSize(picture.size(), name);
   constexpr double kSixteenToEightBits = 1.0 / 257;  // 65535 becomes 255
   const bool known_depth = picture.depth() == CV_8U || picture.depth() == CV_16U;
   const std::optional<int> code = ConversionCode(pixels, picture.channels());

@@ -35,6 +35,12 @@ struct PatternPictures {
 /// @throws calib::InputError when no such file exists.
 PatternPictures ListPattern(const std::filesystem::path& pattern);
 
+/// As a rig's cameras.
+inline constexpr int kMaxPictureSidePx = 16384;
+
+/// @throws calib::InputError naming the source when a side is longer than that.
+void CheckPictureSize(cv::Size size, std::string_view name);
+
 /// What pictures are decoded to.
 enum class Pixels : std::uint8_t {
   kGrey,    ///< CV_8UC1
