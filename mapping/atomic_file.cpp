@@ -1,11 +1,14 @@
 #include "mapping/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "calib/error.hpp"
 
@@ -48,20 +51,58 @@ AtomicFile::AtomicFile(fs::path target, std::vector<std::string> side_suffixes)
     throw calib::InputError(target_.string() + ": is a folder; give a file name");
   }
   partial_ = folder / ("." + target_.filename().string() + ".partial");
+  lock_ = folder / ("." + target_.filename().string() + ".lock");
+  Lock();
   RemovePartial();
 
   // Creating the file is the only test for a writable folder that holds for every user and file
   // system.
   const int fd = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (fd < 0) {
-    throw calib::InputError(target_.string() + ": cannot write in folder '" + folder.string() +
-                            "' (" + Reason(errno) + "); choose another");
+    const std::string reason = Reason(errno);
+    Unlock();
+    ThrowUnwritable(reason);
   }
   ::close(fd);
 }
 
+void AtomicFile::ThrowUnwritable(const std::string& reason) const {
+  throw calib::InputError(target_.string() + ": cannot write in folder '" +
+                          FolderOf(target_).string() + "' (" + reason + "); choose another");
+}
+
+// Another process may remove the lock's file between our opening and locking it: then what we hold
+// is a file without a name, and we try again.
+void AtomicFile::Lock() {
+  for (;;) {
+    lock_descriptor_ = ::open(lock_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (lock_descriptor_ < 0) ThrowUnwritable(Reason(errno));
+    if (::flock(lock_descriptor_, LOCK_EX | LOCK_NB) != 0) {
+      const bool taken = errno == EWOULDBLOCK;
+      ::close(std::exchange(lock_descriptor_, -1));
+      if (!taken) return;  // the file system knows no locks
+      throw calib::InputError(target_.string() +
+                              ": another run is writing it; wait for that, or name another file");
+    }
+    struct stat held {};
+    struct stat named {};
+    const bool same = ::fstat(lock_descriptor_, &held) == 0 && ::stat(lock_.c_str(), &named) == 0 &&
+                      held.st_ino == named.st_ino && held.st_dev == named.st_dev;
+    if (same) return;
+    ::close(std::exchange(lock_descriptor_, -1));
+  }
+}
+
+void AtomicFile::Unlock() noexcept {
+  if (lock_descriptor_ < 0) return;
+  std::error_code ignored;
+  fs::remove(lock_, ignored);  // while it is ours
+  ::close(std::exchange(lock_descriptor_, -1));
+}
+
 AtomicFile::~AtomicFile() {
   if (!committed_) RemovePartial();
+  Unlock();
 }
 
 void AtomicFile::Commit() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace ceilmap::mapping {
@@ -11,13 +12,15 @@ namespace ceilmap::mapping {
 /// destructor removes the partial file and leaves what stood under the name before.
 ///
 /// The partial file's name depends on the target only: what a killed run left behind is found and
-/// replaced by the next one. Two writers of one target at the same time are therefore not possible.
+/// replaced by the next one. Two writers would write into one file, so the first locks the target
+/// (`.NAME.lock` beside it, gone with the object; a lock dies with its process) and the second is
+/// refused. Where the file system knows no locks, that is up to the user.
 class AtomicFile {
  public:
   /// @param side_suffixes  endings of further files that the library which writes may leave beside
   ///   the partial file (journals); they are removed with it.
-  /// @throws calib::InputError when the folder does not exist or takes no files, or when a folder
-  ///   stands under the name.
+  /// @throws calib::InputError when the folder does not exist or takes no files, when a folder
+  ///   stands under the name, or when another AtomicFile, of any process, has the same target.
   explicit AtomicFile(std::filesystem::path target, std::vector<std::string> side_suffixes = {});
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -31,10 +34,15 @@ class AtomicFile {
   void Commit();
 
  private:
+  [[noreturn]] void ThrowUnwritable(const std::string& reason) const;
+  void Lock();
+  void Unlock() noexcept;
   void RemovePartial() noexcept;
 
   std::filesystem::path target_;
   std::filesystem::path partial_;
+  std::filesystem::path lock_;
+  int lock_descriptor_ = -1;
   std::vector<std::string> side_suffixes_;
   bool committed_ = false;
 };

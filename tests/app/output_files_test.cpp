@@ -66,6 +66,19 @@ TEST(WriteText, WithoutCommitTheOldFileStays) {
   EXPECT_THAT(folder.Names(), ElementsAre("a.json"));
 }
 
+TEST(WriteText, ASecondWriterOfAFileIsRefused) {
+  const TestFolder folder;
+  {
+    const mapping::AtomicFile first(folder / "a.json");
+    ExpectInputError([&] { const mapping::AtomicFile second(folder / "a.json"); },
+                     {"a.json: another run is writing it"});
+    WriteText(first, "new");
+  }
+  EXPECT_TRUE(folder.Names().empty());
+  WriteFileAtomically(folder / "a.json", "newer");  // the lock went with the first
+  EXPECT_THAT(folder.Names(), ElementsAre("a.json"));
+}
+
 TEST(GrowingFile, AppearsWhenItIsComplete) {
   const TestFolder folder;
   folder.Write("a.txt", "old");
