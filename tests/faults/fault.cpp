@@ -13,9 +13,9 @@ namespace fs = std::filesystem;
 namespace ceilmap::faults {
 namespace {
 
-// Flips bytes in this share of the pictures' NAL units, behind their headers: what a bad cable,
-// card or radio does. The first picture stays whole where `later` says so.
-void FlipBytes(const fs::path& file, double share, bool later, Random& random) {
+// Flips bytes in this share of the pictures' NAL units but the first, behind their headers: what a
+// bad cable, card or radio does.
+void FlipBytes(const fs::path& file, double share, Random& random) {
   constexpr int kFlipsEach = 4;
   std::string bytes = ReadBytes(file);
   std::vector<NalUnit> pictures =
@@ -23,7 +23,7 @@ void FlipBytes(const fs::path& file, double share, bool later, Random& random) {
   std::erase_if(pictures, [](const NalUnit& unit) { return unit.type != 1 && unit.type != 5; });
   std::uniform_real_distribution<double> chance(0, 1);
   std::uniform_int_distribution<int> flip(1, 255);
-  for (std::size_t i = later ? 1 : 0; i < pictures.size(); ++i) {
+  for (std::size_t i = 1; i < pictures.size(); ++i) {
     if (chance(random) >= share) continue;
     std::uniform_int_distribution<std::size_t> place(1, pictures[i].size - 1);
     for (int k = 0; k < kFlipsEach; ++k) {
@@ -57,24 +57,75 @@ Fault Pictures(const std::string& name,
   return {name, recording};
 }
 
-Fault Corrupted(const std::string& name, Storage storage, double share, bool later) {
+Fault Corrupted(const std::string& name, Storage storage, double share) {
   Fault fault{name, {}, storage};
-  fault.file = [=](const fs::path& file, Random& random) { FlipBytes(file, share, later, random); };
+  fault.file = [=](const fs::path& file, Random& random) { FlipBytes(file, share, random); };
   return fault;
 }
 
-std::vector<Fault> MakeFaults() {
-  std::vector<Fault> faults = {{"none"}};
+void AddOrderFaults(std::vector<Fault>& faults) {
   for (const int percent : {1, 10, 50}) {
     faults.push_back(Pictures("dropped frames, " + std::to_string(percent) + " %",
                               [=](const Recording& good, Random& random) {
                                 return DropFrames(good, 0.01 * percent, random);
                               }));
   }
-  faults.push_back(Pictures("salt noise, 5 %", [](const Recording& good, Random& random) {
-    return SaltNoise(good, 0.05, random);
+  faults.push_back(Pictures("duplicated frames, 10 %", [](const Recording& good, Random& random) {
+    return DuplicateFrames(good, 0.1, random);
   }));
-  faults.push_back(Corrupted("H.264, bytes flipped in 5 % of packets", Storage::kMp4, 0.05, true));
+  faults.push_back(Pictures("swapped frames, 5 %", [](const Recording& good, Random& random) {
+    return SwapFrames(good, 0.05, random);
+  }));
+}
+
+void AddPictureFaults(std::vector<Fault>& faults) {
+  const auto add = [&faults](const char* name, auto change) {
+    faults.push_back(Pictures(name, change));
+  };
+  add("flicker, every other picture at 0.4",
+      [](const Recording& good, Random&) { return Flicker(good, 0.4); });
+  add("exposure jumps, 10 of 0.35 to 2.5",
+      [](const Recording& good, Random& random) { return ExposureJumps(good, 10, random); });
+  add("motion blur of 8 px in 20 %",
+      [](const Recording& good, Random& random) { return MotionBlur(good, 0.2, 8, random); });
+  add("motion blur of 25 px in 20 %",
+      [](const Recording& good, Random& random) { return MotionBlur(good, 0.2, 25, random); });
+  add("salt noise, 0.2 %",
+      [](const Recording& good, Random& random) { return SaltNoise(good, 0.002, random); });
+  add("salt noise, 5 %",
+      [](const Recording& good, Random& random) { return SaltNoise(good, 0.05, random); });
+  add("dead rows, 4 of 240",
+      [](const Recording& good, Random& random) { return DeadRows(good, 4, random); });
+  add("half the lens covered, from the middle on",
+      [](const Recording& good, Random&) { return CoveredHalf(good); });
+  add("dark for a third of the way", [](const Recording& good, Random&) { return Dark(good); });
+}
+
+void AddFileFaults(std::vector<Fault>& faults) {
+  faults.push_back(Corrupted("H.264 (MP4), bytes flipped in 1 % of packets", Storage::kMp4, 0.01));
+  faults.push_back(Corrupted("H.264 (MP4), bytes flipped in 5 % of packets", Storage::kMp4, 0.05));
+  faults.push_back(
+      Corrupted("H.264 (stream), bytes flipped in 1 % of packets", Storage::kAnnexB, 0.01));
+  Fault cut{"MP4 cut off at two thirds", {}, Storage::kMp4};
+  cut.file = [](const fs::path& file, Random&) { Truncate(file, 2.0 / 3); };
+  faults.push_back(cut);
+  Fault size{"frame size that changes midway"};
+  size.file = [](const fs::path& folder, Random&) { ChangeSize(folder); };
+  faults.push_back(size);
+  Fault back{"stamps that jump back"};
+  back.recording = [](const Recording& good, Random&) {
+    Recording faulty = good;
+    for (std::size_t i = good.size() / 2; i < good.size(); ++i) faulty[i].stamp_s -= 3;
+    return faulty;
+  };
+  faults.push_back(back);
+}
+
+std::vector<Fault> MakeFaults() {
+  std::vector<Fault> faults = {{"none"}};
+  AddOrderFaults(faults);
+  AddPictureFaults(faults);
+  AddFileFaults(faults);
   return faults;
 }
 

@@ -13,9 +13,8 @@ struct Fault {
   std::string name;
   std::function<Recording(const Recording&, Random&)> recording = {};  ///< empty: as it is
   Storage storage = Storage::kPictures;
-  /// Changes the stored file (or folder) and the text of the stamps; empty: as they are.
+  /// Changes the stored file (or folder); empty: as it is.
   std::function<void(const std::filesystem::path& up, Random&)> file = {};
-  std::function<void(std::string& stamps)> stamps = {};
 };
 
 /// All of them; the first is a recording without any fault.

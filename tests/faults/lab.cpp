@@ -140,6 +140,7 @@ Lab::Lab(fs::path folder)
     : folder_(std::move(folder)), mapped_(Render(MappedRoom())), visited_(Render(VisitedRoom())) {
   WriteBytes(folder_ / "mapped.yaml", simulator::RigYaml(MappedRoom()));
   WriteBytes(folder_ / "visited.yaml", simulator::RigYaml(VisitedRoom()));
+  for (const char* const name : {"mapped", "visited"}) fs::remove_all(folder_ / name);
   const Stored good = Store(mapped_, {}, 0);
   fs::rename(good.up, folder_ / "mapped");
   fs::rename(good.stamps, folder_ / "mapped.csv");
@@ -179,10 +180,8 @@ Lab::Stored Lab::Store(const Recording& good, const Fault& fault, unsigned seed)
   stored.shots = fault.recording ? fault.recording(good, random) : good;
   stored.up = StorePictures(stored.shots, folder_, fault.storage);
   if (fault.file) fault.file(stored.up, random);
-  std::string stamps = StampsText(stored.shots);
-  if (fault.stamps) fault.stamps(stamps);
   stored.stamps = folder_ / "up.csv";
-  WriteBytes(stored.stamps, stamps);
+  WriteBytes(stored.stamps, StampsText(stored.shots));
   return stored;
 }
 

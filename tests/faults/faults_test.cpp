@@ -1,0 +1,99 @@
+// A few of the faults that tests/reliability.sh goes through: no wrong pose that is sure, no map
+// lost, no crash.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/app/test_folder.hpp"
+#include "tests/faults/lab.hpp"
+#include "tests/faults/system_faults.hpp"
+
+namespace ceilmap::faults {
+namespace {
+
+using testing::HasSubstr;
+
+class Faults : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new app::TestFolder;
+    lab_ = new Lab(folder_->Path());
+  }
+  static void TearDownTestSuite() {
+    delete lab_;
+    delete folder_;
+  }
+  static const Lab& TheLab() { return *lab_; }
+
+ private:
+  static app::TestFolder* folder_;
+  static Lab* lab_;
+};
+
+app::TestFolder* Faults::folder_ = nullptr;
+Lab* Faults::lab_ = nullptr;
+
+void ExpectSurvived(const Outcome& outcome) {
+  EXPECT_TRUE(outcome.orderly) << outcome.exit_code << ": " << outcome.message;
+  EXPECT_EQ(outcome.wrong, 0) << "largest error " << outcome.largest_m << " m";
+  EXPECT_NE(outcome.map, MapState::kLost);
+}
+
+TEST_F(Faults, MissingFramesCostNothing) {
+  const Outcome outcome = TheLab().Map(FaultNamed("dropped frames, 50 %"), 1);
+  ExpectSurvived(outcome);
+  EXPECT_EQ(outcome.map, MapState::kNew);
+  EXPECT_GT(outcome.Coverage(), 0.95);
+  EXPECT_LT(outcome.rmse_m, 0.005);
+}
+
+TEST_F(Faults, DamagedPacketsGiveNoPosesFromBefore) {
+  const Fault& fault = FaultNamed("H.264 (MP4), bytes flipped in 5 % of packets");
+  const Outcome localized = TheLab().Localize(fault, 1);
+  ExpectSurvived(localized);
+  EXPECT_GT(localized.placed, 0);
+}
+
+TEST_F(Faults, ASizeThatChangesIsRefused) {
+  const Outcome outcome = TheLab().Map(FaultNamed("frame size that changes midway"), 1);
+  ExpectSurvived(outcome);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(outcome.map, MapState::kOld);
+  EXPECT_THAT(outcome.message, HasSubstr("is 160x120 px, the frames before it are 320x240"));
+}
+
+void ExpectSurvived(const SystemResult& result) {
+  EXPECT_GT(result.trials, 0);
+  EXPECT_EQ(result.lost_maps, 0);
+  EXPECT_EQ(result.disorderly, 0) << result.message;
+}
+
+TEST_F(Faults, AFullDiskLeavesTheOldMap) {
+  ExpectSurvived(DiskFull(TheLab(), 4, 1));
+}
+
+TEST_F(Faults, AKilledRunLeavesTheOldMapOrTheNewOne) {
+  const SystemResult result = KilledAtAWrite(TheLab(), 6, 1);
+  ExpectSurvived(result);
+  EXPECT_GT(result.old_maps, 0);
+}
+
+TEST_F(Faults, AReadOnlyFolderIsToldAtOnce) {
+  const SystemResult result = ReadOnlyFolder(TheLab());
+  ExpectSurvived(result);
+  EXPECT_THAT(result.message, HasSubstr("cannot write in folder"));
+}
+
+TEST_F(Faults, TheSecondWriterOfAMapIsRefused) {
+  const SystemResult result = TwoWriters(TheLab());
+  ExpectSurvived(result);
+  EXPECT_THAT(result.message, HasSubstr("another run is writing it"));
+  EXPECT_EQ(result.new_maps, 1);
+}
+
+TEST_F(Faults, AMapMayBeReplacedWhileItIsRead) {
+  ExpectSurvived(ReplacedWhileRead(TheLab()));
+}
+
+}  // namespace
+}  // namespace ceilmap::faults
