@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <opencv2/core.hpp>
 #include <set>
 #include <utility>
@@ -62,7 +63,11 @@ struct VideoReader::Decoder {
   bool OpenStream(const std::string& name, Input input);
   void Describe();
   void Feed();
+  void Receive();
+  void Take();
   void Account();
+  bool Release();
+  bool Trusted(std::int64_t order);
 
   // A network that says nothing for so long is down.
   static constexpr auto kPatience = std::chrono::seconds(30);
@@ -76,9 +81,23 @@ struct VideoReader::Decoder {
   Held<SwsContext> scaler_;
   cv::Mat padded_;
   AVStream* stream_ = nullptr;
-  bool ended_ = false;
-  bool damaged_ = false;              // since the last picture that stands on its own
+  bool ended_ = false;                // there are no more packets
+  bool drained_ = false;              // ... nor pictures
   std::multiset<std::int64_t> sent_;  // times of packets whose pictures have not come yet
+
+  // Pictures come in the order in which they are shown, but rest on those that were sent before
+  // them, of which some are shown later. So a picture waits until all that were sent before it are
+  // there.
+  struct Picture {
+    Held<AVFrame> frame;
+    std::int64_t order = 0;  // in which it was sent
+    bool alone = false;
+  };
+  std::deque<Picture> waiting_;
+  std::multiset<std::int64_t> awaited_;  // orders of packets whose pictures have not come yet
+  std::set<std::int64_t> damaged_;       // orders, as far as they still matter
+  std::int64_t last_alone_ = 0;          // order of the last released picture that stands on its own
+  std::int64_t latest_ = 0;              // order of the last packet
 };
 
 int VideoReader::Decoder::GivesUp(void* decoder) {
@@ -148,9 +167,14 @@ void VideoReader::Decoder::Feed() {
   } while (packet_->stream_index != stream_->index);
   const bool wanted = (packet_->flags & AV_PKT_FLAG_DISCARD) == 0;
   if (wanted && packet_->pts != AV_NOPTS_VALUE) sent_.insert(packet_->pts);
-  if ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0) damaged_ = true;
+  // Streams have no places: their pictures count in the order in which they are shown.
+  const bool in_file = packet_->pos >= 0;
+  latest_ = in_file ? packet_->pos : latest_ + 1;
+  if (wanted && in_file) awaited_.insert(latest_);
+  if ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0) damaged_.insert(latest_);
   if (avcodec_send_packet(codec_.get(), packet_.get()) >= 0) return;
-  damaged_ = true;
+  damaged_.insert(latest_);
+  if (const auto failed = awaited_.find(latest_); failed != awaited_.end()) awaited_.erase(failed);
   if (packet_->pts == AV_NOPTS_VALUE) ++left_out;
 }
 
@@ -162,27 +186,65 @@ void VideoReader::Decoder::Account() {
   sent_.erase(sent_.begin(), sent_.upper_bound(frame_->pts));
 }
 
-bool VideoReader::Decoder::Decode() {
-  for (;;) {
-    const int error = avcodec_receive_frame(codec_.get(), frame_.get());
-    if (error == AVERROR(EAGAIN)) {
-      Feed();
-    } else if (error == AVERROR_EOF || (error < 0 && ended_)) {
-      left_out += static_cast<std::int64_t>(sent_.size());
-      sent_.clear();
-      return false;
-    } else if (error < 0) {
-      damaged_ = true;
-    } else {
-      Account();
-      const bool alone = frame_->key_frame != 0 || StandsAlone(codec_->codec_id);
-      if (alone) damaged_ = false;
-      const bool corrupt = (frame_->flags & AV_FRAME_FLAG_CORRUPT) != 0;
-      if (corrupt || frame_->decode_error_flags != 0) damaged_ = true;
-      if (!damaged_) return true;
-      ++left_out;
-    }
+// The picture in `frame_` joins those that wait.
+void VideoReader::Decoder::Take() {
+  Account();
+  // H.264 keeps at most so many pictures back; a packet that is older has none.
+  constexpr std::size_t kMostReordered = 16;
+  Picture picture{Held<AVFrame>(av_frame_clone(frame_.get())), latest_};
+  if (frame_->pkt_pos >= 0) picture.order = frame_->pkt_pos;
+  const auto sent = awaited_.find(picture.order);
+  if (sent != awaited_.end()) awaited_.erase(sent);
+  if (waiting_.size() >= kMostReordered && !awaited_.empty()) awaited_.erase(awaited_.begin());
+  picture.alone = frame_->key_frame != 0 || StandsAlone(codec_->codec_id);
+  const bool corrupt = (frame_->flags & AV_FRAME_FLAG_CORRUPT) != 0;
+  if (corrupt || frame_->decode_error_flags != 0) damaged_.insert(picture.order);
+  waiting_.push_back(std::move(picture));
+}
+
+void VideoReader::Decoder::Receive() {
+  const int error = avcodec_receive_frame(codec_.get(), frame_.get());
+  if (error == AVERROR(EAGAIN)) {
+    Feed();
+  } else if (error == AVERROR_EOF || (error < 0 && ended_)) {
+    left_out += static_cast<std::int64_t>(sent_.size());
+    sent_.clear();
+    drained_ = true;
+  } else if (error < 0) {
+    damaged_.insert(latest_);
+  } else {
+    Take();
   }
+}
+
+// Nothing that it may rest on is damaged.
+bool VideoReader::Decoder::Trusted(std::int64_t order) {
+  damaged_.erase(damaged_.begin(), damaged_.lower_bound(last_alone_));
+  return damaged_.empty() || *damaged_.begin() > order;
+}
+
+// The next picture that can be trusted, in `frame_`; false when it has to wait.
+bool VideoReader::Decoder::Release() {
+  while (!waiting_.empty()) {
+    Picture& next = waiting_.front();
+    if (!drained_ && !awaited_.empty() && *awaited_.begin() < next.order) return false;
+    if (next.alone) last_alone_ = next.order;
+    const bool trusted = Trusted(next.order);
+    av_frame_unref(frame_.get());
+    av_frame_move_ref(frame_.get(), next.frame.get());
+    waiting_.pop_front();
+    if (trusted) return true;
+    ++left_out;
+  }
+  return false;
+}
+
+bool VideoReader::Decoder::Decode() {
+  while (!Release()) {
+    if (drained_) return false;
+    Receive();
+  }
+  return true;
 }
 
 // To what OpenCV calls BGR. The rows are padded: the scaler may write beyond their ends.

@@ -102,6 +102,7 @@ struct Localizer::Impl {
   void Check(const CeilingFrame& frame) const;
   void ChoosePatch(const PoseEstimate& expected);
   void TakeHeading(const HeadingPrior& yaw);
+  [[nodiscard]] double Surprise(const Look& look, const PoseEstimate& expected) const;
   bool Track(double stamp_s,
              const FrameSpectrum& spectrum,
              const std::optional<HeadingPrior>& yaw,
@@ -195,6 +196,19 @@ void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   motion.UpdateYaw(yaw.heading_rad, yaw.variance_rad2);
 }
 
+/// Robots do not jump. Where one seems to, the picture may be of another moment, or damaged in a way
+/// that its decoder does not see, however well it fits.
+/// @return standard deviation of that doubt, m; 0 where the motion is an even one.
+double Localizer::Impl::Surprise(const Look& look, const PoseEstimate& expected) const {
+  constexpr double kExactPx = 1.5;
+  constexpr double kSigmas = 2.5;
+  constexpr double kDoubt = 0.5;  // of the way that it is off
+  const double off = (look.pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
+  const double sigma = std::hypot(PositionSigma(expected.covariance),
+                                  kExactPx * sight.View().MetresPerPixel());
+  return off > kSigmas * sigma ? kDoubt * off : 0;
+}
+
 bool Localizer::Impl::Track(double stamp_s,
                             const FrameSpectrum& spectrum,
                             const std::optional<HeadingPrior>& yaw,
@@ -215,8 +229,10 @@ bool Localizer::Impl::Track(double stamp_s,
       Eigen::Vector3d(floor * floor, floor * floor, floor_rad * floor_rad);
   const double distance2 = SquaredDistance(look->pose, expected);
   if (!(distance2 <= params.max_sigmas * params.max_sigmas)) return false;
+  const double surprise = Surprise(*look, motion.Pose());
   motion.Update(look->pose);
   Place(*look, location);
+  location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() += surprise * surprise;
   CheckTilt(*patch, spectrum, *look, location);
   location.pose.status = was_placed ? TrackingStatus::kTracking : TrackingStatus::kRelocalized;
   if (sight.LearnScale(*look)) {

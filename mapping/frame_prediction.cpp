@@ -8,6 +8,9 @@
 namespace ceilmap::mapping {
 namespace {
 
+// Of so many times the time between the last frames: frames are missing.
+constexpr double kGapSteps = 3;
+
 /// The motion with another turn, driven on the same arc: half of the difference turns its chord.
 Pose2 Turned(const Pose2& motion, double turn_rad) {
   const Pose2 half{0, 0, 0.5 * calib::WrapAngle(turn_rad - motion.yaw)};
@@ -35,6 +38,83 @@ std::optional<calib::HeadingTurn> FramePrediction::Turn() const {
   return turn;
 }
 
+double FramePrediction::GoneSeconds() const {
+  return last_seen_s_ ? std::abs(stamp_s_ - *last_seen_s_) : 0;
+}
+
+bool FramePrediction::OutOfSight() const {
+  constexpr double kHalfPicture = 0.5;
+  const double gone_s = GoneSeconds();
+  if (params_.unseen_speed_part * gone_s <= kHalfPicture) return false;
+  // A camera that takes a picture every few seconds is no gap.
+  return !last_ || !before_last_ || gone_s > kGapSteps * (last_->stamp_s - before_last_->stamp_s);
+}
+
+bool FramePrediction::MayBeNear() const {
+  return params_.unseen_speed_part * GoneSeconds() < params_.max_strayed_part;
+}
+
+/// How far a place is off an even motion: that of the last step or of the last few, and the same
+/// without the last frame, which may have been where its stamp did not say. Nothing where no motion
+/// was seen.
+std::optional<FramePrediction::Off> FramePrediction::OffEvenMotion(const Pose2& T_map_base) const {
+  std::optional<Off> least;
+  const auto compare = [&](const Seen& from, const Seen& to) {
+    const double step_s = to.stamp_s - from.stamp_s;
+    if (step_s <= 0) return;
+    const Pose2 step = from.T_map_base.Inverse() * to.T_map_base;
+    const Pose2 even = to.T_map_base * Interpolate(step, (stamp_s_ - to.stamp_s) / step_s);
+    const Off off = OffFrom(even, T_map_base);
+    if (!least || off.px < least->px) least = off;
+  };
+  for (std::size_t skipped = 0; skipped < 2 && way_.size() >= 2 + skipped; ++skipped) {
+    const std::size_t last = way_.size() - 1 - skipped;
+    compare(way_[last - 1], way_[last]);
+    compare(way_.front(), way_[last]);
+  }
+  return least;
+}
+
+FramePrediction::Off FramePrediction::OffFrom(const Pose2& expected,
+                                              const Pose2& T_map_base) const {
+  return {(T_map_base.Translation() - expected.Translation()).norm() / view_.MetresPerPixel(),
+          std::abs(calib::WrapAngle(T_map_base.yaw - expected.yaw))};
+}
+
+bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
+  if (!last_seen_s_) return true;
+  // Once it has been seen where it cannot be, time alone makes other places no more likely.
+  const double gone_s = std::min(GoneSeconds(), contradicted_s_.value_or(GoneSeconds()));
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  const std::optional<Off> even = OffEvenMotion(T_map_base);
+  const Off still = OffFrom(T_last_seen_, T_map_base);
+  const Off off = even ? *even : still;
+  constexpr double kUnknownSpeedPart = 0.5;  // a recording may begin at full speed
+  const double most_part =
+      even ? params_.uneven_part + 0.5 * params_.unseen_acceleration_part * gone_s * gone_s
+           : kUnknownSpeedPart + 2 * params_.unseen_speed_part * gone_s;
+  // A compass may be disturbed, and has had its say already.
+  const bool stopped = still.px < params_.uneven_part * side_px;
+  const bool can = (stopped || off.px < most_part * side_px) &&
+                   (heading_ || off.rad < params_.uneven_rad + params_.unseen_turn_rad_s * gone_s);
+  if (!can && !contradicted_s_) contradicted_s_ = gone_s;
+  return can;
+}
+
+double FramePrediction::Surprise(const Pose2& T_map_base) const {
+  const std::optional<Off> off = OffEvenMotion(T_map_base);
+  if (!off) return 0;
+  constexpr double kExactPx = 1.5;
+  constexpr double kUsualPart = 0.1;  // of the largest acceleration that is believed
+  constexpr double kSigmas = 3;
+  constexpr double kDoubt = 0.5;  // of the way that it is off
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  const double gone_s = GoneSeconds();
+  const double sigma_px = kExactPx + 0.5 * kUsualPart * params_.unseen_acceleration_part * side_px *
+                                         gone_s * gone_s;
+  return off->px > kSigmas * sigma_px ? kDoubt * off->px * view_.MetresPerPixel() : 0;
+}
+
 std::optional<ExpectedPose> FramePrediction::Next() {
   predicted_.reset();
   if (!last_) return std::nullopt;
@@ -44,7 +124,7 @@ std::optional<ExpectedPose> FramePrediction::Next() {
     const double step_s = last_->stamp_s - before_last_->stamp_s;
     const double ahead_s = stamp_s_ - last_->stamp_s;
     // After a gap the speed is not known any more: the robot may have stopped or turned.
-    if (step_s > 0 && ahead_s <= 3 * step_s) {
+    if (step_s > 0 && ahead_s <= kGapSteps * step_s) {
       const Pose2 step = before_last_->T_map_base.Inverse() * last_->T_map_base;
       motion = Interpolate(step, ahead_s / step_s);
       predicted_ = last_->T_map_base * motion;
@@ -80,7 +160,8 @@ std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
   return expected;
 }
 
-Pose2 FramePrediction::Restart() const {
+Pose2 FramePrediction::Restart() {
+  way_.clear();
   const auto compass = Turn();
   if (!compass) return T_last_seen_;
   return {T_last_seen_.x, T_last_seen_.y, calib::WrapAngle(T_last_seen_.yaw + compass->turn_rad)};
@@ -112,6 +193,13 @@ void FramePrediction::Placed(const Pose2& T_map_base) {
   }
   T_last_seen_ = T_map_base;
   last_seen_s_ = stamp_s_;
+  contradicted_s_.reset();
+  constexpr double kRememberedSeconds = 0.4;
+  constexpr std::size_t kFewest = 4;
+  way_.push_back(*last_);
+  while (way_.size() > kFewest && stamp_s_ - way_.front().stamp_s > kRememberedSeconds) {
+    way_.pop_front();
+  }
   if (!heading_) return;
   compass_.Mark();
   marked_yaw_ = T_map_base.yaw;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "calib/ceiling_view.hpp"
@@ -31,13 +32,25 @@ class FramePrediction {
 
   /// A new frame: at its moment, with its heading if there is one.
   void Begin(double stamp_s, const std::optional<calib::HeadingPrior>& heading);
+  /// Whether nobody can say any more where the robot is: it could have gone half a picture since it
+  /// was placed last. What it sees now need not be in the pictures of then.
+  [[nodiscard]] bool OutOfSight() const;
+  /// Whether it may have come back into sight of the pictures of then.
+  [[nodiscard]] bool MayBeNear() const;
+  /// Can it be there? Robots move evenly: what looks the same a few tiles further, or after a
+  /// quarter turn, is not where it went.
+  [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
+  /// Robots do not jump: where one seems to, the picture may be of another moment, or damaged in a
+  /// way that its decoder does not see, however well it fits. @return standard deviation of that
+  /// doubt, map units; 0 where the motion is an even one.
+  [[nodiscard]] double Surprise(const Pose2& T_map_base) const;
   /// Its pose by the speed so far; nothing where the frame before could not be placed.
   [[nodiscard]] std::optional<ExpectedPose> Next();
   /// Its pose by the last one that is known and the compass, when everything else is not known any
   /// more; nothing without a compass. The place becomes vague fast.
   [[nodiscard]] std::optional<ExpectedPose> AfterLoss() const;
   /// Where a segment begins that nothing connects: the last known place, turned by the compass.
-  [[nodiscard]] Pose2 Restart() const;
+  [[nodiscard]] Pose2 Restart();
 
   /// The frame was placed; its own yaw is believed from then on, the compass' next to it.
   void Placed(const Pose2& T_map_base);
@@ -48,8 +61,15 @@ class FramePrediction {
     Pose2 T_map_base;
     double stamp_s = 0;
   };
+  struct Off {
+    double px = 0;
+    double rad = 0;
+  };
   [[nodiscard]] std::optional<calib::HeadingTurn> Turn() const;
   [[nodiscard]] double Sigma() const;
+  [[nodiscard]] double GoneSeconds() const;
+  [[nodiscard]] std::optional<Off> OffEvenMotion(const Pose2& T_map_base) const;
+  [[nodiscard]] Off OffFrom(const Pose2& expected, const Pose2& T_map_base) const;
 
   const calib::CeilingView& view_;
   const OdometryParams& params_;
@@ -60,6 +80,8 @@ class FramePrediction {
   std::optional<Seen> before_last_;
   Pose2 T_last_seen_;  // however long ago
   std::optional<double> last_seen_s_;
+  std::deque<Seen> way_;                   // the last placed frames of this segment
+  std::optional<double> contradicted_s_;  // after which a frame was seen where it cannot be
   double speed_px_s_ = 0;           // then
   double marked_yaw_ = 0;           // of the last placed frame with a heading
   std::optional<Pose2> predicted_;  // where this frame was expected, at an even speed

@@ -285,6 +285,12 @@ Registration LoopCloser::Compare(std::int64_t from,
   return impl_->registrar.Register(impl_->Spectrum(from), impl_->Spectrum(to), prior);
 }
 
+registration::Dissimilarity LoopCloser::Unlike(std::int64_t from,
+                                               std::int64_t to,
+                                               const registration::ImageMotion& motion) {
+  return impl_->registrar.Compare(impl_->Spectrum(from), impl_->Spectrum(to), motion);
+}
+
 MotionPrior LoopCloser::Prior(const Pose2& T_from_to, double sigma, double sigma_rad) const {
   return impl_->Prior(T_from_to, sigma, sigma_rad);
 }

@@ -84,6 +84,10 @@ class LoopCloser {
       std::int64_t from,
       std::int64_t to,
       const std::optional<registration::MotionPrior>& prior = std::nullopt);
+  /// How badly two keyframes disagree under a motion (Registrar::Compare).
+  [[nodiscard]] registration::Dissimilarity Unlike(std::int64_t from,
+                                                   std::int64_t to,
+                                                   const registration::ImageMotion& motion);
   /// What is known of T_from_to as the prior of a registration. @param sigma  of x and y, map
   /// units.
   [[nodiscard]] registration::MotionPrior Prior(const Pose2& T_from_to,

@@ -32,6 +32,7 @@ struct Tested {
   int expected = 0;
   int matched = 0;
   int distinct = 0;  // matches that need no prior: nothing else there looks the same
+  std::vector<MatchQuality> qualities;  // of the matches, where the light is the same
 };
 
 /// 0 .. n-1 so that every prefix is spread over the whole: first the ends' middle, then the
@@ -70,6 +71,7 @@ class Joiner {
   [[nodiscard]] bool Differ(const Hypothesis& x, const Hypothesis& y) const;
   [[nodiscard]] std::optional<std::int64_t> NearestInA(const Pose2& T_a_base) const;
   Tested Test(const Hypothesis& hypothesis);
+  void LearnStandard(std::span<const std::int64_t> part);
   [[nodiscard]] JoinResult Judge(const std::vector<Tested>& tested) const;
 
   LoopCloser& closer_;
@@ -78,6 +80,7 @@ class Joiner {
   const DescriptorSource& descriptors_;
   const JoinParams& params_;
   std::vector<Hypothesis> hypotheses_;
+  MatchStandard standard_{params_.standard};
   int compared_ = 0;
   int ambiguous_ = 0;
 };
@@ -148,6 +151,27 @@ void Joiner::Propose() {
       });
 }
 
+/// From neighbours on the way, spread over the part.
+void Joiner::LearnStandard(std::span<const std::int64_t> part) {
+  const auto most = static_cast<std::size_t>(params_.standard.remembered) / 2;
+  std::size_t learned = 0;
+  for (const std::size_t i : SpreadOrder(part.size())) {
+    if (learned >= most) break;
+    for (const std::size_t e : closer_.Graph().EdgesOf(part[i])) {
+      const Edge& edge = closer_.Graph().Edges()[e];
+      if (edge.kind != Edge::Kind::kOdometry || edge.to != part[i]) continue;
+      const double known = params_.tolerance_part * closer_.Span() / 3;
+      const MotionPrior prior = closer_.Prior(edge.T_from_to, known, params_.tolerance_rad / 3);
+      const Registration measured = closer_.Compare(edge.from, edge.to, prior);
+      ++compared_;
+      if (!measured.ok()) continue;
+      standard_.Add(QualityOf(measured, closer_.Unlike(edge.from, edge.to, measured.motion)));
+      ++learned;
+      break;
+    }
+  }
+}
+
 /// The keyframe of a that sees most of what a robot there would see.
 std::optional<std::int64_t> Joiner::NearestInA(const Pose2& T_a_base) const {
   // True overlaps of this much are recognised nearly always (mapping/registration/README.md).
@@ -165,7 +189,8 @@ std::optional<std::int64_t> Joiner::NearestInA(const Pose2& T_a_base) const {
 }
 
 Tested Joiner::Test(const Hypothesis& hypothesis) {
-  Tested tested{hypothesis};
+  Tested tested;
+  tested.hypothesis = hypothesis;
   for (const std::size_t i : SpreadOrder(b_.size())) {
     if (tested.expected >= params_.max_checks) break;
     const Pose2 T_a_base = hypothesis.T_a_b * Pose(b_[i]);
@@ -181,6 +206,9 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
     const Edge edge = closer_.ClosureEdge(measured, *from, b_[i]);
     if (!SaysTheSame(hypothesis, edge)) continue;
     ++tested.matched;
+    if (params_.same_light) {
+      tested.qualities.push_back(QualityOf(measured, closer_.Unlike(*from, b_[i], measured.motion)));
+    }
     if (!measured.by_prior) ++tested.distinct;
     const bool known = std::any_of(
         tested.hypothesis.edges.begin(), tested.hypothesis.edges.end(), [&](const Edge& e) {
@@ -244,6 +272,13 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
                     rival != tested.end() ? rival->matched : best->matched - best->distinct);
     return result;
   }
+  if (params_.same_light && !standard_.Meets(Median(best->qualities))) {
+    result.verdict = JoinResult::Verdict::kAmbiguous;
+    result.reason = fmt::format(
+        "the ceiling repeats itself: {} pictures agree, but not as well as neighbours do",
+        best->matched);
+    return result;
+  }
   result.verdict = JoinResult::Verdict::kJoined;
   result.T_a_b = best->hypothesis.T_a_b;
   result.edges = best->hypothesis.edges;
@@ -252,6 +287,10 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
 
 JoinResult Joiner::Run() {
   Propose();
+  if (params_.same_light && !hypotheses_.empty()) {
+    LearnStandard(a_);
+    LearnStandard(b_);
+  }
   constexpr std::size_t kMostTested = 4;
   std::vector<Tested> tested;
   for (const Hypothesis& hypothesis : hypotheses_) {

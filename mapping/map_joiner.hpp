@@ -9,6 +9,7 @@
 
 #include "mapping/keyframe.hpp"
 #include "mapping/loop_closer.hpp"
+#include "mapping/match_standard.hpp"
 
 namespace ceilmap::mapping {
 
@@ -26,6 +27,10 @@ struct JoinParams {
   /// Two matches say the same when they agree to this, part of what a picture spans ...
   double tolerance_part = 0.08;
   double tolerance_rad = 0.05;  ///< ... and this: maps are bent a little against each other.
+  /// The parts were seen in one light, by one camera: their matches must fit as well as neighbours
+  /// in each of them do (`standard`). False for recordings of different days.
+  bool same_light = false;
+  MatchStandardParams standard = {.remembered = 30};
 };
 
 /// How two parts of a map lie to each other, or why that cannot be said.

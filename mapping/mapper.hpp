@@ -20,7 +20,7 @@ struct MapperParams {
   Pose2 origin;  ///< T_map_base of the first mapped frame
   OdometryParams odometry;
   LoopCloserParams loops;
-  JoinParams join;  ///< of parts between which the robot had lost itself
+  JoinParams join = {.same_light = true};  ///< of parts between which the robot had lost itself
   OptimizeParams optimize;
   MosaicParams mosaic;
   std::int64_t first_keyframe_id = 0;  ///< for a recording that comes into an existing map

@@ -44,12 +44,14 @@ struct Odometry::Impl {
       : view(ceiling_view),
         params(p),
         registrar(view.Size(), p.registration),
-        prediction(view, start, params) {}
+        prediction(view, start, params),
+        standard(params.standard) {}
 
   const calib::CeilingView& view;
   OdometryParams params;
   Registrar registrar;
   FramePrediction prediction;
+  MatchStandard standard;  // by the ties of keyframes
   std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
@@ -61,7 +63,12 @@ struct Odometry::Impl {
                        const FrameSpectrum& spectrum,
                        const std::optional<ExpectedPose>& expected);
   void Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const;
+  Registration WithItself(const FrameSpectrum& spectrum);
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
+  MatchQuality Quality(const ActiveKeyframe& reference,
+                       const FrameSpectrum& spectrum,
+                       const Registration& registration);
+  void LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step);
   bool TryReference(std::size_t index,
                     const FrameSpectrum& spectrum,
                     const std::optional<ExpectedPose>& expected,
@@ -119,18 +126,38 @@ void Odometry::Impl::Place(const ActiveKeyframe& reference,
       from.T_map_base, from.covariance, edge.T_from_to, edge.information.inverse());
 }
 
+/// A picture that cannot be registered even against itself shows nothing that a map could be made
+/// of.
+Registration Odometry::Impl::WithItself(const FrameSpectrum& spectrum) {
+  return registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
+}
+
 bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
                            const cv::Mat& picture,
                            OdometryStep& step) {
-  // A picture that cannot be registered even against itself shows nothing that a map could be made
-  // of.
-  step.registration = registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
+  step.registration = WithItself(spectrum);
   if (!step.registration.ok()) return false;
   step.pose.T_map_base = prediction.Restart();
   step.pose.status = TrackingStatus::kTracking;
   MakeKeyframe(step.pose, spectrum, picture, {}, false, step);
   step.pose = step.new_keyframe->pose;
   return true;
+}
+
+MatchQuality Odometry::Impl::Quality(const ActiveKeyframe& reference,
+                                     const FrameSpectrum& spectrum,
+                                     const Registration& registration) {
+  return QualityOf(registration,
+                   registrar.Compare(reference.spectrum, spectrum, registration.motion));
+}
+
+/// From a frame that was never out of sight of the keyframe that placed it.
+void Odometry::Impl::LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step) {
+  const auto reference = std::find_if(active.begin(), active.end(), [&](const ActiveKeyframe& k) {
+    return k.keyframe.id == step.pose.keyframe_id;
+  });
+  if (reference == active.end() || prediction.OutOfSight()) return;
+  standard.Add(Quality(*reference, spectrum, step.registration));
 }
 
 bool Odometry::Impl::TryReference(std::size_t index,
@@ -144,11 +171,25 @@ bool Odometry::Impl::TryReference(std::size_t index,
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   AddTiltDoubt(view, step.pose.tilt, edge);
   Place(reference, edge, step.pose);
+  const bool believed = prediction.OutOfSight()
+                            ? standard.Meets(Quality(reference, spectrum, step.registration))
+                            : prediction.CanBeAt(step.pose.T_map_base);
+  if (!believed) {
+    step.registration.verdict = Verdict::kAmbiguous;
+    return false;
+  }
+  AddPlaceDoubt(prediction.Surprise(step.pose.T_map_base), edge);
+  Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
   return true;
 }
 
 bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
+  if (prediction.OutOfSight()) {
+    step.registration = WithItself(spectrum);
+    if (step.registration.ok()) step.registration.verdict = Verdict::kNoMatch;
+    return false;
+  }
   // After a loss nothing is known of where the robot is.
   const std::optional<ExpectedPose> expected = prediction.Next();
   const bool tilting = last && last->edge.to < 0 && last->pose.tilt.IsLevel() &&
@@ -178,14 +219,15 @@ bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
   // Where the robot is now is unknown, so only a place that is unmistakable counts; without a
   // compass in any orientation.
-  const Registration tracked = step.registration;
-  if (tracked.verdict == Verdict::kNoTexture) return false;
+  Registration tracked = step.registration;
+  if (tracked.verdict == Verdict::kNoTexture || !prediction.MayBeNear()) return false;
   const std::optional<ExpectedPose> expected = prediction.AfterLoss();
   for (std::size_t i = active.size(); i-- > 0;) {
     if (TryReference(i, spectrum, expected, step, edge)) {
       step.pose.status = TrackingStatus::kRelocalized;
       return true;
     }
+    if (step.registration.verdict == Verdict::kAmbiguous) tracked = step.registration;
   }
   step.registration = tracked;
   return false;
@@ -330,6 +372,7 @@ OdometryStep Odometry::Process(const cv::Mat& picture,
     placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge) ||
              me.Restart(spectrum, picture, step);
     if (placed && !step.new_keyframe && me.WantsKeyframe(step)) {
+      me.LearnStandard(spectrum, step);
       me.MakeKeyframe(step.pose, spectrum, picture, edge, step.registration.by_prior, step);
       step.pose = step.new_keyframe->pose;
     }

@@ -8,6 +8,7 @@
 #include "calib/ceiling_view.hpp"
 #include "mapping/frame_context.hpp"
 #include "mapping/keyframe.hpp"
+#include "mapping/match_standard.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -38,6 +39,18 @@ struct OdometryParams {
   /// How fast a robot may be that nobody sees: standard deviation, part of the picture's longer
   /// side in a second. With a compass alone the place after a loss is known this badly.
   double unseen_speed_part = 0.4;
+  /// A frame's place is believed when it is off an even motion by no more than this part of the
+  /// longer side, and what the second makes up in the time since the frame before, side per s^2; ...
+  double uneven_part = 0.03;
+  double unseen_acceleration_part = 1.5;
+  /// ... and its orientation by no more than this, and the second times that time.
+  double uneven_rad = 0.65;
+  double unseen_turn_rad_s = 2;
+  /// A robot that was out of sight for longer than it takes to go this part of the longer side at
+  /// that speed is not looked for any more: a new segment begins. Before that it is found only by
+  /// `standard`.
+  double max_strayed_part = 1.5;
+  MatchStandardParams standard;
   EdgeNoise noise;
   /// After so many frames in a row that show texture but no place that is known, a new segment
   /// begins, unconnected with what came before (a loop closure may connect it later).

@@ -87,6 +87,13 @@ void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge&
   edge.information = covariance.inverse();
 }
 
+void AddPlaceDoubt(double sigma, Edge& edge) {
+  if (sigma == 0) return;
+  Eigen::Matrix3d covariance = edge.information.inverse();
+  covariance.topLeftCorner<2, 2>().diagonal().array() += sigma * sigma;
+  edge.information = covariance.inverse();
+}
+
 Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
                                   const Eigen::Matrix3d& cov_a_b,
                                   const Pose2& T_b_c,

@@ -58,6 +58,10 @@ Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
 /// `to` (TiltDoubt).
 void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge& edge);
 
+/// Adds a doubt of the place to an edge's covariance: the same in x and y. @param sigma  map units,
+/// >= 0.
+void AddPlaceDoubt(double sigma, Edge& edge);
+
 /// Covariance of T_a_c = T_a_b * T_b_c, first order, from those of the factors' (x, y, yaw), taken
 /// as independent.
 Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,

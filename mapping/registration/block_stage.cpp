@@ -84,6 +84,7 @@ void BlockStage::PrepareReference(Level& level) const {
     SampleBlock(level, SamplingMap({}, size_, corners_[i]), samples);
     ReferenceBlock& out = level.blocks[i];
     out.spectrum.Resize(poc_.SpectrumSize());
+    out.blank = IsBlank(samples);
     poc_.Transform(samples, out.spectrum);
     // The sharpness that the block's correlation peak will have.
     double xx = 0;
@@ -105,8 +106,18 @@ void BlockStage::PrepareReference(Level& level) const {
   }
 }
 
+/// Sensors have noise, so one grey level all over is none that was measured. It fits on any other
+/// such block wherever that lies, as exactly as rounding goes.
+bool BlockStage::IsBlank(const RealArray& samples) const {
+  constexpr float kVariance = 1e-3F;  // grey levels squared
+  const Eigen::Map<const Eigen::VectorXf> values(samples.data(),
+                                                 static_cast<Eigen::Index>(samples.size()));
+  return values.squaredNorm() < kVariance * static_cast<float>(poc_.WindowPower());
+}
+
 bool BlockStage::Usable(const Level& reference, int block) const {
-  return Inside(SamplingMap({}, size_, corners_[static_cast<std::size_t>(block)]), reference);
+  return !reference.blocks[static_cast<std::size_t>(block)].blank &&
+         Inside(SamplingMap({}, size_, corners_[static_cast<std::size_t>(block)]), reference);
 }
 
 bool BlockStage::Inside(const kernels::Affine& m, const Level& level) const {
@@ -202,10 +213,13 @@ Dissimilarity BlockStage::Compare(const Level& reference,
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     const cv::Point corner = corners_[i];
     const kernels::Affine map = SamplingMap(motion, size_, corner);
-    if (!Usable(reference, static_cast<int>(i)) || !Inside(map, current)) continue;
-    SampleBlock(reference, SamplingMap({}, size_, corner), samples_);
+    const kernels::Affine in_reference = SamplingMap({}, size_, corner);
+    if (!Inside(in_reference, reference) || !Inside(map, current)) continue;
+    SampleBlock(reference, in_reference, samples_);
+    if (IsBlank(samples_)) continue;
     wanted = Eigen::Map<const Eigen::VectorXf>(samples_.data(), n);
     SampleBlock(current, map, samples_);
+    if (IsBlank(samples_)) continue;
     const Eigen::Map<const Eigen::VectorXf> seen(samples_.data(), n);
     const double energy = std::sqrt(static_cast<double>(wanted.squaredNorm()) * seen.squaredNorm());
     const double common = wanted.dot(seen);
@@ -236,6 +250,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
   const double noise =
       params_.noise_factor * reference.noise_sigma * current.noise_sigma * poc_.WindowPower();
   SampleBlock(current, map, samples_);
+  if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);
   poc_.Correlate(reference.blocks[static_cast<std::size_t>(block)].spectrum, spectrum_, noise);
   const PocPeak peak = poc_.PeakWithin(search_px);

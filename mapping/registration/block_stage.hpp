@@ -81,6 +81,7 @@ class BlockStage {
                     const kernels::Affine& map,
                     int search_px,
                     BlockShift& shift);
+  [[nodiscard]] bool IsBlank(const RealArray& samples) const;
   [[nodiscard]] bool Usable(const Level& reference, int block) const;
   [[nodiscard]] bool Inside(const kernels::Affine& map, const Level& level) const;
   static cv::Mat IntegralOf(const cv::Mat& blank);

@@ -34,17 +34,22 @@ float EstimateNoise(const cv::Mat& grey) {
   // sigma.
   std::array<int, 1021> histogram{};
   int count = 0;
+  int all = 0;
   for (int y = 0; y + 1 < grey.rows; y += 4) {
     const auto* a = grey.ptr<unsigned char>(y);
     const auto* b = grey.ptr<unsigned char>(y + 1);
     for (int x = 0; x + 1 < grey.cols; x += 3) {
+      ++all;
       if (a[x] >= 250 || a[x] <= 2) continue;
       ++histogram[static_cast<std::size_t>(std::abs(a[x] - a[x + 1] - b[x] + b[x + 1]))];
       ++count;
     }
   }
   constexpr float kRounding = 0.3F;
-  if (count == 0) return kRounding;
+  // What is left between black and white in a picture that is nearly all of either is the edges of
+  // things.
+  constexpr int kMostLost = 4;
+  if (kMostLost * count <= all) return kRounding;
   // Linear position of the median inside its bin, as the differences are whole grey levels.
   int below = 0;
   std::size_t bin = 0;
@@ -126,6 +131,16 @@ bool CoarseStage::LimitLamps(const std::vector<float>& fading) {
   return kernels::LimitAbove(mean_.data(), limit, reduced_.size(), reduced_.data());
 }
 
+// A few dark things that are left in a white picture fit in many places, and a short way between
+// them says little of the rotation.
+bool CoarseStage::IsOverexposed() const {
+  constexpr float kSaturated = 250;
+  const auto saturated = std::count_if(reduced_.data(),
+                                       reduced_.data() + reduced_.size(),
+                                       [](float grey) { return grey >= kSaturated; });
+  return static_cast<double>(saturated) > params_.max_saturated * static_cast<double>(poc_.Area());
+}
+
 // Towards what has no content the picture fades into its own local mean.
 void CoarseStage::FadeToMean(const std::vector<float>& weights) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -140,6 +155,7 @@ void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const 
                       work_.width,
                       work_.height,
                       reduced_.data());
+  const bool overexposed = IsOverexposed();
   const std::vector<float> fading = mask.empty() ? std::vector<float>() : FadingMask(mask);
   LocalMean();
   if (LimitLamps(fading)) LocalMean();
@@ -154,7 +170,8 @@ void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const 
                                                    work_.height,
                                                    data.flat.data(),
                                                    windowed_.data());
-  data.contrast = static_cast<float>(std::sqrt(squares / static_cast<double>(poc_.Area())));
+  data.contrast =
+      overexposed ? 0 : static_cast<float>(std::sqrt(squares / static_cast<double>(poc_.Area())));
   data.noise_sigma = EstimateNoise(grey);
   data.spectrum.Resize(poc_.SpectrumSize());
   poc_.Transform(windowed_, data.spectrum);

@@ -16,6 +16,8 @@ struct CoarseParams {
   double local_mean = 0.12;  ///< box of the local mean that is removed, part of the longer side
   /// What is brighter than its surroundings by more than this many typical deviations is cut off.
   double lamp_limit = 7;
+  /// Pictures of which a larger part is white show nothing: what is left is too little.
+  double max_saturated = 0.75;
   double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
   int peaks_per_rotation = 3;  ///< translations kept of each correlation surface
   double min_overlap = 0.12;   ///< hypotheses with less common area are dropped
@@ -74,6 +76,7 @@ class CoarseStage {
  private:
   [[nodiscard]] std::vector<float> FadingMask(const cv::Mat& mask) const;
   void LocalMean();
+  [[nodiscard]] bool IsOverexposed() const;
   bool LimitLamps(const std::vector<float>& fading);
   void FadeToMean(const std::vector<float>& weights);
   void TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale);
@@ -107,7 +110,8 @@ class CoarseStage {
 };
 
 /// Standard deviation of white noise in a picture, in grey levels, from the median of its mixed
-/// second differences (texture raises it a little; at least 0.3, the rounding to 8 bits).
+/// second differences (texture raises it a little; at least 0.3, the rounding to 8 bits, and no
+/// more where three quarters are black or white).
 float EstimateNoise(const cv::Mat& grey);
 
 }  // namespace ceilmap::registration

@@ -183,6 +183,21 @@ void FineStage::LastRounds(const FrameSpectrum::Data& reference,
   // is.
   MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
   FitShifts(finalist);
+  finalist.blurred = true;
+}
+
+/// A smear splits the correlation peak of a block into one at each end of it. Where the blocks then
+/// agree on an end, their residuals are small and the motion is wrong; but the pictures do not fit.
+/// Of simulated smears of 5 to 29 px errors were up to 1.3 px with `unlike` 1.74, 2.2 px with 1.87,
+/// 3.9 px with 2.0 and 10 px with 2.6.
+void FineStage::AddBlurDoubt(const FrameSpectrum::Data& reference,
+                             const FrameSpectrum::Data& current,
+                             Finalist& finalist) {
+  if (!finalist.blurred) return;
+  Compare(reference, current, finalist);
+  constexpr double kFits = 1;  // nats
+  const double sigma_px = 1.5 * std::pow(std::max(0.0, finalist.unlike.mean - kFits), 2);
+  finalist.result.covariance.diagonal().head<2>().array() += sigma_px * sigma_px;
 }
 
 Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
@@ -199,7 +214,10 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
   LastRounds(reference, current, finalist);
   result.overlap = OverlapOf(result.motion, fine_frame_.size);
   result.motion = fine_frame_.ToFull(result.motion);
-  if (IsSound(reference, current, candidate, finalist)) result.verdict = Verdict::kOk;
+  if (IsSound(reference, current, candidate, finalist)) {
+    result.verdict = Verdict::kOk;
+    AddBlurDoubt(reference, current, finalist);
+  }
   result.covariance.topLeftCorner<2, 4>() *= fine_frame_.factor;
   result.covariance.topLeftCorner<4, 2>() *= fine_frame_.factor;
   return finalist;

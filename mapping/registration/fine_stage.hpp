@@ -29,6 +29,7 @@ struct Finalist {
   Registration result;
   double agreement = 0;  ///< mean over the compared blocks of the peaks of those that agree
   Dissimilarity unlike;  ///< see FineStage::Compare
+  bool blurred = false;  ///< the low band alone could be used
 };
 
 /// One reduced picture of the fine stage and where it lies in the full one: x_full = factor *
@@ -122,6 +123,9 @@ class FineStage {
                const FrameSpectrum::Data& current,
                const Candidate& candidate,
                Finalist& finalist);
+  void AddBlurDoubt(const FrameSpectrum::Data& reference,
+                    const FrameSpectrum::Data& current,
+                    Finalist& finalist);
   void LastRounds(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
                   Finalist& finalist);

@@ -12,6 +12,7 @@ namespace ceilmap::registration {
 struct ReferenceBlock {
   ComplexArray spectrum;  ///< of the windowed block
   double texture = 0;  ///< sharpness of its correlation peak in the worst direction, see BlockStage
+  bool blank = false;  ///< one grey level all over (black, saturated): tells nothing
 };
 
 /// A picture at one resolution of the fine stage.
@@ -33,7 +34,7 @@ struct FrameSpectrum::Data {
   ComplexArray spectrum;  ///< of `flat` under the window
   ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)
   float noise_sigma = 0;  ///< of the picture at full resolution, grey levels
-  float contrast = 0;     ///< standard deviation of `flat`, grey levels
+  float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed pictures
   Level fine;             ///< the picture, reduced if it is very large (FineStage)
   Level rough;            ///< half the resolution of `fine`
 

@@ -86,8 +86,8 @@ void AddPictureFaults(std::vector<Fault>& faults) {
       [](const Recording& good, Random&) { return Flicker(good, 0.4); });
   add("exposure jumps, 10 of 0.35 to 2.5",
       [](const Recording& good, Random& random) { return ExposureJumps(good, 10, random); });
-  add("motion blur of 8 px in 20 %",
-      [](const Recording& good, Random& random) { return MotionBlur(good, 0.2, 8, random); });
+  add("motion blur of 9 px in 20 %",
+      [](const Recording& good, Random& random) { return MotionBlur(good, 0.2, 9, random); });
   add("motion blur of 25 px in 20 %",
       [](const Recording& good, Random& random) { return MotionBlur(good, 0.2, 25, random); });
   add("salt noise, 0.2 %",

@@ -1,7 +1,10 @@
 // What faults of recordings and of the system do to `ceilmap map` and `ceilmap localize`:
 //   ceilmap_faults recordings [-o DIR]   every fault of a recording, three seeds each
 //   ceilmap_faults system [-o DIR]       every fault of the system
-// Both print a Markdown table.
+//   ceilmap_faults one FAULT[:SEED] [-o DIR]   one row of the first table; with a seed only that
+//                                        run, whose files stay: up, up.csv, up.tum (the truth,
+//                                        of `map`; visited.tum: of `localize`), m.gpkg, t.csv
+// They print Markdown tables.
 // DIR (default: the current folder) takes the files. Exits with 1 when the invariant breaks: no
 // wrong pose that is sure, no map lost, no crash.
 
@@ -74,24 +77,40 @@ void Print(const Fault& fault, const std::string& command, const Row& row) {
   std::fflush(stdout);
 }
 
-bool RunRecordings(const std::filesystem::path& folder) {
-  const Lab lab(folder);
+void PrintHeader() {
   fmt::print(
       "| fault | command | exit | placed | RMSE mm | largest mm | wrong | maps lost | says |\n"
       "|---|---|---|---|---|---|---|---|---|\n");
-  bool survived = true;
-  for (const Fault& fault : AllFaults()) {
-    Row map;
-    Row localize;
-    for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-      map.Add(lab.Map(fault, seed));
-      localize.Add(lab.Localize(fault, seed));
-    }
-    Print(fault, "map", map);
-    Print(fault, "localize", localize);
-    survived = survived && map.Survived() && localize.Survived();
+}
+
+bool RunFault(const Lab& lab, const Fault& fault, unsigned first_seed, unsigned last_seed) {
+  Row map;
+  Row localize;
+  for (unsigned seed = first_seed; seed <= last_seed; ++seed) {
+    localize.Add(lab.Localize(fault, seed));
+    map.Add(lab.Map(fault, seed));
   }
+  Print(fault, "map", map);
+  Print(fault, "localize", localize);
+  return map.Survived() && localize.Survived();
+}
+
+bool RunRecordings(const std::filesystem::path& folder) {
+  const Lab lab(folder);
+  PrintHeader();
+  bool survived = true;
+  for (const Fault& fault : AllFaults()) survived = RunFault(lab, fault, 1, kSeeds) && survived;
   return survived;
+}
+
+bool RunOne(const std::string& name, const std::filesystem::path& folder) {
+  const std::size_t colon = name.rfind(':');
+  const Fault& fault = FaultNamed(name.substr(0, colon));
+  const Lab lab(folder);
+  PrintHeader();
+  if (colon == std::string::npos) return RunFault(lab, fault, 1, kSeeds);
+  const auto seed = static_cast<unsigned>(std::stoul(name.substr(colon + 1)));
+  return RunFault(lab, fault, seed, seed);
 }
 
 void Print(const SystemResult& result) {
@@ -131,12 +150,13 @@ bool RunSystem(const std::filesystem::path& folder) {
 }
 
 bool Run(const std::vector<std::string>& arguments) {
-  const char* const usage = "ceilmap_faults recordings|system [-o DIR]";
+  const char* const usage = "ceilmap_faults recordings|system|one FAULT[:SEED] [-o DIR]";
   const bench::CommandLine line = bench::ParseCommandLine(
-      arguments, [](const std::string&) { return false; }, usage);
+      arguments, [](const std::string& mode) { return mode == "one"; }, usage);
   const std::filesystem::path folder = std::filesystem::absolute(line.folder);
   std::filesystem::create_directories(folder);
   if (line.mode == "recordings") return RunRecordings(folder);
+  if (line.mode == "one") return RunOne(line.scene.string(), folder);
   if (line.mode == "system") return RunSystem(folder);
   throw calib::InputError(usage);
 }

@@ -140,6 +140,8 @@ Lab::Lab(fs::path folder)
     : folder_(std::move(folder)), mapped_(Render(MappedRoom())), visited_(Render(VisitedRoom())) {
   WriteBytes(folder_ / "mapped.yaml", simulator::RigYaml(MappedRoom()));
   WriteBytes(folder_ / "visited.yaml", simulator::RigYaml(VisitedRoom()));
+  WriteBytes(folder_ / "mapped.tum", TruthText(mapped_));
+  WriteBytes(folder_ / "visited.tum", TruthText(visited_));
   for (const char* const name : {"mapped", "visited"}) fs::remove_all(folder_ / name);
   const Stored good = Store(mapped_, {}, 0);
   fs::rename(good.up, folder_ / "mapped");
@@ -182,6 +184,7 @@ Lab::Stored Lab::Store(const Recording& good, const Fault& fault, unsigned seed)
   if (fault.file) fault.file(stored.up, random);
   stored.stamps = folder_ / "up.csv";
   WriteBytes(stored.stamps, StampsText(stored.shots));
+  WriteBytes(folder_ / "up.tum", TruthText(stored.shots));
   return stored;
 }
 

@@ -5,8 +5,10 @@
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
+#include <vector>
 
 #include "app/recording_writer.hpp"
+#include "app/tum.hpp"
 #include "calib/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
@@ -93,6 +95,15 @@ std::string StampsText(const Recording& recording) {
     text += fmt::format("{},{:.6f}\n", i, recording[i].stamp_s);
   }
   return text;
+}
+
+std::string TruthText(const Recording& recording) {
+  std::vector<app::StampedPose> poses;
+  poses.reserve(recording.size());
+  for (const Shot& shot : recording) {
+    poses.push_back(app::ToStampedPose(shot.stamp_s, shot.T_room_base));
+  }
+  return app::FormatTum(poses);
 }
 
 std::string ReadBytes(const fs::path& file) {

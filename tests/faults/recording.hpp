@@ -46,6 +46,8 @@ std::filesystem::path StorePictures(const Recording& recording,
 
 /// `index,timestamp` of all shots.
 std::string StampsText(const Recording& recording);
+/// Where the pictures were taken, as TUM lines under the stamps that the shots carry.
+std::string TruthText(const Recording& recording);
 
 std::string ReadBytes(const std::filesystem::path& file);
 void WriteBytes(const std::filesystem::path& file, const std::string& bytes);

@@ -146,7 +146,9 @@ TEST(OdometryUnderTiles, APredictionThatHasProvedGoodTellsShortPeriodsApart) {
 
 TEST(OdometryUnderTiles, AnUnevenDriveIsPredictedWithLessConfidence) {
   // Off the prediction by 14 px at every frame: more than three of the smallest sigmas.
-  Drive drive(Periodic(kTilePx));
+  OdometryParams params;
+  params.uneven_part = 0.04;
+  Drive drive(Periodic(kTilePx), params);
   drive.See();
   for (int i = 0; i < 12; ++i) drive.See({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
   ExpectTrackedThroughout(drive);
