@@ -134,8 +134,12 @@ bool VideoReader::Decoder::Open(const std::string& name, Input input) {
   // Threads that work on several frames at once lose what is said about damage.
   codec_->thread_count = 0;
   codec_->thread_type = FF_THREAD_SLICE;
-  // Where each picture has its own checksum or end, a damaged one is an error and none comes.
-  if (StandsAlone(decoder->id)) codec_->err_recognition |= AV_EF_CRCCHECK | AV_EF_EXPLODE;
+  // Where each picture has its own checksum, a damaged one is an error and none comes. Not of
+  // cameras' JPEGs, in which the decoder finds fault with much that is harmless; damage stays in
+  // the one picture, and what is left of it is where it belongs.
+  if (StandsAlone(decoder->id) && decoder->id != AV_CODEC_ID_MJPEG) {
+    codec_->err_recognition |= AV_EF_CRCCHECK | AV_EF_EXPLODE;
+  }
   if (avcodec_open2(codec_.get(), decoder, nullptr) < 0) return false;
   Describe();
   return true;

@@ -24,7 +24,8 @@ class EndlessStream {
       cv::imencode(".jpg", picture, code);
       pictures_.push_back(std::move(code));
     }
-    pictures_.insert(pictures_.end(), pictures_.rbegin(), pictures_.rend());
+    const std::vector<std::vector<uchar>> there = pictures_;
+    pictures_.insert(pictures_.end(), there.rbegin(), there.rend());
     writer_ = std::thread([this, pipe] {
       std::ofstream stream(pipe, std::ios::binary);
       for (std::size_t i = 0; stream; i = (i + 1) % pictures_.size()) {
