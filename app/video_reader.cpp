@@ -96,8 +96,8 @@ struct VideoReader::Decoder {
   std::deque<Picture> waiting_;
   std::multiset<std::int64_t> awaited_;  // orders of packets whose pictures have not come yet
   std::set<std::int64_t> damaged_;       // orders, as far as they still matter
-  std::int64_t last_alone_ = 0;          // order of the last released picture that stands on its own
-  std::int64_t latest_ = 0;              // order of the last packet
+  std::int64_t last_alone_ = 0;  // order of the last released picture that stands on its own
+  std::int64_t latest_ = 0;      // order of the last packet
 };
 
 int VideoReader::Decoder::GivesUp(void* decoder) {

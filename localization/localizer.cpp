@@ -196,16 +196,17 @@ void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   motion.UpdateYaw(yaw.heading_rad, yaw.variance_rad2);
 }
 
-/// Robots do not jump. Where one seems to, the picture may be of another moment, or damaged in a way
-/// that its decoder does not see, however well it fits.
+/// Robots do not jump. Where one seems to, the picture may be of another moment, or damaged in a
+/// way that its decoder does not see, however well it fits.
 /// @return standard deviation of that doubt, m; 0 where the motion is an even one.
 double Localizer::Impl::Surprise(const Look& look, const PoseEstimate& expected) const {
   constexpr double kExactPx = 1.5;
   constexpr double kSigmas = 2.5;
   constexpr double kDoubt = 0.5;  // of the way that it is off
-  const double off = (look.pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
-  const double sigma = std::hypot(PositionSigma(expected.covariance),
-                                  kExactPx * sight.View().MetresPerPixel());
+  const double off =
+      (look.pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
+  const double sigma =
+      std::hypot(PositionSigma(expected.covariance), kExactPx * sight.View().MetresPerPixel());
   return off > kSigmas * sigma ? kDoubt * off : 0;
 }
 

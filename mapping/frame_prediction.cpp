@@ -110,8 +110,8 @@ double FramePrediction::Surprise(const Pose2& T_map_base) const {
   constexpr double kDoubt = 0.5;  // of the way that it is off
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   const double gone_s = GoneSeconds();
-  const double sigma_px = kExactPx + 0.5 * kUsualPart * params_.unseen_acceleration_part * side_px *
-                                         gone_s * gone_s;
+  const double sigma_px =
+      kExactPx + 0.5 * kUsualPart * params_.unseen_acceleration_part * side_px * gone_s * gone_s;
   return off->px > kSigmas * sigma_px ? kDoubt * off->px * view_.MetresPerPixel() : 0;
 }
 

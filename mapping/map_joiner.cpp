@@ -207,7 +207,8 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
     if (!SaysTheSame(hypothesis, edge)) continue;
     ++tested.matched;
     if (params_.same_light) {
-      tested.qualities.push_back(QualityOf(measured, closer_.Unlike(*from, b_[i], measured.motion)));
+      tested.qualities.push_back(
+          QualityOf(measured, closer_.Unlike(*from, b_[i], measured.motion)));
     }
     if (!measured.by_prior) ++tested.distinct;
     const bool known = std::any_of(

@@ -17,12 +17,13 @@ MatchQuality Median(std::vector<MatchQuality> matches) {
   MatchQuality median;
   if (matches.empty()) return median;
   const auto middle = matches.begin() + static_cast<std::ptrdiff_t>(matches.size() / 2);
-  for (double MatchQuality::* const field :
+  for (double MatchQuality::*const field :
        {&MatchQuality::inlier_part, &MatchQuality::peak, &MatchQuality::unlike}) {
     std::nth_element(
-        matches.begin(), middle, matches.end(), [field](const MatchQuality& x, const MatchQuality& y) {
-          return x.*field < y.*field;
-        });
+        matches.begin(),
+        middle,
+        matches.end(),
+        [field](const MatchQuality& x, const MatchQuality& y) { return x.*field < y.*field; });
     median.*field = (*middle).*field;
   }
   return median;

@@ -51,7 +51,7 @@ struct Odometry::Impl {
   OdometryParams params;
   Registrar registrar;
   FramePrediction prediction;
-  MatchStandard standard;  // by the ties of keyframes
+  MatchStandard standard;             // by the ties of keyframes
   std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;

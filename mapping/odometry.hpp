@@ -40,7 +40,8 @@ struct OdometryParams {
   /// side in a second. With a compass alone the place after a loss is known this badly.
   double unseen_speed_part = 0.4;
   /// A frame's place is believed when it is off an even motion by no more than this part of the
-  /// longer side, and what the second makes up in the time since the frame before, side per s^2; ...
+  /// longer side, and what the second makes up in the time since the frame before, side per s^2;
+  /// ...
   double uneven_part = 0.03;
   double unseen_acceleration_part = 1.5;
   /// ... and its orientation by no more than this, and the second times that time.

@@ -34,10 +34,8 @@ void OdometryParams::Validate() const {
   require(prior_sigma_rad > 0, "prior_sigma_rad", prior_sigma_rad, "> 0");
   require(unseen_speed_part > 0, "unseen_speed_part", unseen_speed_part, "> 0");
   require(uneven_part > 0, "uneven_part", uneven_part, "> 0");
-  require(unseen_acceleration_part >= 0,
-          "unseen_acceleration_part",
-          unseen_acceleration_part,
-          ">= 0");
+  require(
+      unseen_acceleration_part >= 0, "unseen_acceleration_part", unseen_acceleration_part, ">= 0");
   require(uneven_rad > 0, "uneven_rad", uneven_rad, "> 0");
   require(unseen_turn_rad_s > 0, "unseen_turn_rad_s", unseen_turn_rad_s, "> 0");
   require(max_strayed_part >= 0, "max_strayed_part", max_strayed_part, ">= 0");

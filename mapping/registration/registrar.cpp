@@ -11,6 +11,7 @@
 #include "calib/pose2.hpp"
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/fine_stage.hpp"
+#include "mapping/registration/impulses.hpp"
 
 namespace ceilmap::registration {
 
@@ -149,6 +150,7 @@ struct Registrar::Impl {
   CoarseStage coarse;
   FineStage fine;
   std::shared_ptr<Pool> pool = std::make_shared<Pool>();
+  cv::Mat clean;
 
   std::shared_ptr<Data> Recycle();
   void AddExpected(const MotionPrior& prior, std::vector<Hypothesis>& hypotheses) const;
@@ -216,9 +218,10 @@ FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
   Check(grey, mask);
   FrameSpectrum spectrum;
   spectrum.data_ = impl_->Recycle();
-  impl_->coarse.Analyze(grey, *spectrum.data_, mask);
+  const cv::Mat& clean = WithoutImpulses(grey, impl_->clean);
+  impl_->coarse.Analyze(clean, *spectrum.data_, mask);
   spectrum.data_->coarse = true;
-  impl_->fine.Analyze(grey, *spectrum.data_, mask);
+  impl_->fine.Analyze(clean, *spectrum.data_, mask);
   return spectrum;
 }
 
@@ -227,8 +230,9 @@ FrameSpectrum Registrar::AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask) {
   FrameSpectrum spectrum;
   spectrum.data_ = impl_->Recycle();
   spectrum.data_->coarse = false;
-  spectrum.data_->noise_sigma = EstimateNoise(grey);
-  impl_->fine.Analyze(grey, *spectrum.data_, mask);
+  const cv::Mat& clean = WithoutImpulses(grey, impl_->clean);
+  spectrum.data_->noise_sigma = EstimateNoise(clean);
+  impl_->fine.Analyze(clean, *spectrum.data_, mask);
   return spectrum;
 }
 

@@ -54,6 +54,21 @@ TEST_F(Faults, DamagedPacketsGiveNoPosesFromBefore) {
   EXPECT_GT(localized.placed, 0);
 }
 
+// The drive goes on elsewhere under the same tiles.
+TEST_F(Faults, DarknessOnTheWayPutsNothingWhereItIsNot) {
+  const Outcome outcome = TheLab().Map(FaultNamed("dark for a third of the way"), 1);
+  ExpectSurvived(outcome);
+  EXPECT_GT(outcome.Coverage(), 0.3);
+}
+
+TEST_F(Faults, WhitePicturesSayNothing) {
+  ExpectSurvived(TheLab().Map(FaultNamed("exposure jumps, 10 of 0.35 to 2.5"), 1));
+}
+
+TEST_F(Faults, SmearedPicturesAreDoubted) {
+  ExpectSurvived(TheLab().Map(FaultNamed("motion blur of 25 px in 20 %"), 1));
+}
+
 TEST_F(Faults, ASizeThatChangesIsRefused) {
   const Outcome outcome = TheLab().Map(FaultNamed("frame size that changes midway"), 1);
   ExpectSurvived(outcome);

@@ -285,6 +285,56 @@ TEST(Odometry, AFastFrameIsBridgedByTheLastGoodOne) {
   ExpectNear(fast.pose.T_map_base, drive.Truth(), "fast");
 }
 
+/// Drives evenly, 0.06 m a frame.
+void DriveEvenly(Drive& drive, int frames = 12) {
+  drive.See();
+  for (int i = 0; i < frames; ++i) {
+    drive.Move(0.06, 0);
+    ASSERT_TRUE(Placed(drive.See())) << i;
+  }
+}
+
+TEST(Odometry, ARobotThatJumpsIsNotBelieved) {
+  // Pictures that a damaged stream shifted as a whole fit without a flaw.
+  Drive drive;
+  DriveEvenly(drive);
+  drive.Move(-0.5, 0);
+  for (int i = 1; i < OdometryParams().restart_after; ++i) {
+    drive.Move(0.06, 0);
+    EXPECT_EQ(drive.See().pose.status, TrackingStatus::kAmbiguous) << i;
+  }
+  drive.Move(0.06, 0);
+  const OdometryStep anew = drive.See();
+  ASSERT_TRUE(anew.new_keyframe);
+  EXPECT_TRUE(anew.new_edges.empty()) << "nothing ties it to the time before";
+}
+
+TEST(Odometry, OneFrameThatIsElsewhereCostsOnlyItself) {
+  Drive drive;
+  DriveEvenly(drive);
+  const Pose2 truth = drive.Truth();
+  drive.Jump(truth * Pose2{-0.5, 0, 0});
+  EXPECT_FALSE(Placed(drive.See()));
+  drive.Jump(truth * Pose2{0.12, 0, 0});
+  const OdometryStep after = drive.See();
+  ASSERT_TRUE(Placed(after));
+  ExpectNear(after.pose.T_map_base, drive.Truth(), "after");
+}
+
+TEST(Odometry, AnUnevenStepIsDoubted) {
+  Drive even;
+  DriveEvenly(even);
+  even.Move(0.06, 0);
+  const double usual = even.See().pose.covariance(0, 0);
+  Drive uneven;
+  DriveEvenly(uneven);
+  uneven.Move(0.06 - 0.08, 0);
+  const OdometryStep step = uneven.See();
+  ASSERT_TRUE(Placed(step));
+  EXPECT_GT(step.pose.covariance(0, 0), 100 * usual);
+  EXPECT_GT(step.pose.covariance(0, 0), 0.08 * 0.08 / 16) << "within four standard deviations";
+}
+
 TEST(Odometry, CloseKeepsTheLastPlacedFrame) {
   Drive drive;
   EXPECT_FALSE(drive.Close().new_keyframe) << "nothing seen";

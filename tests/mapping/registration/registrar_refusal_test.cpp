@@ -20,6 +20,13 @@ TEST_F(RegistrarTest, PicturesWithoutTexture) {
   }
 }
 
+TEST_F(RegistrarTest, WhitePicturesWithAFewDarkThings) {
+  cv::Mat white(kSize, CV_8UC1, cv::Scalar(255));
+  const cv::Mat grille = white(cv::Rect(kSize.width / 2, kSize.height / 2, 90, 60));
+  for (int y = 0; y < grille.rows; y += 6) grille.row(y).setTo(120);
+  EXPECT_EQ(Register(white, white).verdict, Verdict::kNoTexture);
+}
+
 TEST_F(RegistrarTest, NoiseAloneIsNeverRegistered) {
   for (std::uint32_t i = 0; i < 5; ++i) {
     const SyntheticCeiling nothing(
