@@ -37,7 +37,7 @@ using Held = std::unique_ptr<T, Release>;
 const char* WhyNotOpen(VideoReader::Input input) {
   return input == VideoReader::Input::kStream
              ? "the stream cannot be opened; check the address and the network"
-             : "is not a video that can be decoded";
+             : "is not a video that can be decoded; is it complete?";
 }
 
 bool StandsAlone(AVCodecID codec) {

@@ -219,26 +219,40 @@ cv::Mat MosaicRenderer::Impl::LoadPicture(std::int64_t id) const {
   return padded;
 }
 
-void MosaicRenderer::Impl::MakeGrid() {
-  grid.resolution = params.resolution > 0 ? params.resolution : units_per_px;
-  cv::Rect2d box = views.front().Bounds();
-  for (const ViewPlacement& view : views) box |= view.Bounds();
+namespace {
+
+MosaicGrid GridOver(const cv::Rect2d& box, double resolution) {
   // Bounds on a multiple of the resolution up to rounding must not gain an empty row.
   constexpr double kSlack = 1e-6;
-  const double res = grid.resolution;
-  const double left = std::floor(box.x / res + kSlack);
-  const double right = std::ceil(box.br().x / res - kSlack);
-  const double bottom = std::floor(box.y / res + kSlack);
-  const double top = std::ceil(box.br().y / res - kSlack);
-  constexpr double kMaxSide = 1 << 24;
-  if (!(right - left <= kMaxSide && top - bottom <= kMaxSide)) {
-    throw calib::RunError(
-        "the keyframes lie too far apart for a mosaic at this resolution; choose a coarser one");
+  constexpr double kMostPixels = 1e9;  // in a row: more is said to be so, not counted
+  const double left = std::floor(box.x / resolution + kSlack);
+  const double right = std::ceil(box.br().x / resolution - kSlack);
+  const double bottom = std::floor(box.y / resolution + kSlack);
+  const double top = std::ceil(box.br().y / resolution - kSlack);
+  MosaicGrid grid;
+  grid.resolution = resolution;
+  grid.min_x = left * resolution;
+  grid.max_y = top * resolution;
+  grid.width_px = static_cast<int>(std::min(right - left, kMostPixels));
+  grid.height_px = static_cast<int>(std::min(top - bottom, kMostPixels));
+  return grid;
+}
+
+}  // namespace
+
+/// A mosaic that is too large to be stored would take the whole map with it, after hours of
+/// driving. So it becomes coarser until it can be.
+void MosaicRenderer::Impl::MakeGrid() {
+  cv::Rect2d box = views.front().Bounds();
+  for (const ViewPlacement& view : views) box |= view.Bounds();
+  constexpr int kMostSteps = 40;  // a million million times: then it is not the resolution
+  double resolution = params.resolution > 0 ? params.resolution : units_per_px;
+  for (int step = 0; step < kMostSteps; ++step) {
+    grid = GridOver(box, resolution);
+    if (Problem(grid).empty()) return;
+    resolution *= 2;
   }
-  grid.min_x = left * res;
-  grid.max_y = top * res;
-  grid.width_px = static_cast<int>(right - left);
-  grid.height_px = static_cast<int>(top - bottom);
+  throw calib::RunError("the keyframes' poses are no usable numbers");
 }
 
 std::int64_t TileKey(int tile_x, int tile_y) {

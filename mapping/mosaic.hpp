@@ -11,7 +11,9 @@
 namespace ceilmap::mapping {
 
 struct MosaicParams {
-  double resolution = 0;  ///< map units per mosaic pixel; 0: that of the keyframe pictures
+  /// Map units per mosaic pixel; 0: that of the keyframe pictures. Coarser by a power of two where
+  /// the mosaic would be too large to be stored.
+  double resolution = 0;
   /// Feathering: a picture's weight falls from its centre to its border as (distance to the
   /// border)^power. 1 is a plain linear feather; larger values let each point of the ceiling come
   /// almost from the one picture that sees it most centrally, which keeps things below the ceiling
