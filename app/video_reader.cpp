@@ -121,6 +121,7 @@ bool VideoReader::Decoder::OpenStream(const std::string& name, Input input) {
 }
 
 bool VideoReader::Decoder::Open(const std::string& name, Input input) {
+  av_log_set_level(AV_LOG_FATAL);  // what is damaged is counted, and told in one line
   if (!OpenStream(name, input)) return false;
   const AVCodec* decoder = nullptr;
   const int index = av_find_best_stream(format_.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);

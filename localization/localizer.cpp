@@ -77,6 +77,7 @@ struct Localizer::Impl {
   std::optional<calib::TiltAngles> unnoticed_tilt;  // as the latest check found it, if it did
   LevelFrame last_frame;                            // the last placed one ...
   PoseEstimate last_pose;                           // ... and its pose
+  std::optional<MotionModel> motion_before;         // when it was lost after that
   LocalizerParams params;
   MapSight sight;
   GlobalSearch search;
@@ -102,6 +103,7 @@ struct Localizer::Impl {
   void Check(const CeilingFrame& frame) const;
   void ChoosePatch(const PoseEstimate& expected);
   void TakeHeading(const HeadingPrior& yaw);
+  [[nodiscard]] bool CanBeAt(const PoseEstimate& pose, double stamp_s) const;
   [[nodiscard]] double Surprise(const Look& look, const PoseEstimate& expected) const;
   bool Track(double stamp_s,
              const FrameSpectrum& spectrum,
@@ -245,6 +247,18 @@ bool Localizer::Impl::Track(double stamp_s,
   return true;
 }
 
+/// Nobody carries a robot away within a second: where it is found then, it must be able to have
+/// gone.
+bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
+  constexpr double kMomentSeconds = 1;
+  constexpr double kSigmas = 3;
+  if (!motion_before || stamp_s - last_frame.stamp_s > kMomentSeconds) return true;
+  const PoseEstimate expected = motion_before->PredictedAt(stamp_s);
+  const double off = (pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
+  return off < kSigmas * std::hypot(PositionSigma(expected.covariance),
+                                    params.min_prior_sigma_px * sight.View().MetresPerPixel());
+}
+
 /// Nothing was to be seen for a moment: what was predicted before still holds.
 bool Localizer::Impl::OnlyBlinked(double stamp_s) const {
   return sight.Verdict() == registration::Verdict::kNoTexture &&
@@ -260,6 +274,10 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   location.hypotheses = result.hypotheses;
   report.searches = search.Searches();
   if (result.status != TrackingStatus::kRelocalized) return;
+  if (!CanBeAt(result.look.pose, frame.stamp_s)) {
+    location.pose.status = TrackingStatus::kAmbiguous;
+    return;
+  }
   if (was_placed) location.pose.status = TrackingStatus::kTracking;
   Place(result.look, location);
   motion.Start(result.look.pose, frame.stamp_s);
@@ -343,6 +361,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
     me.report.track_ms += MillisecondsSince(start);
     if (!decided) {
       // From now on as somebody who knows where he was a moment ago.
+      me.motion_before = me.motion;
       me.motion.Stop();
       me.search.BeginAt(me.last_pose, me.last_frame);
     }
@@ -364,6 +383,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
 void Localizer::Reset() {
   Impl& me = *impl_;
   me.motion.Stop();
+  me.motion_before.reset();
   me.search.Reset();
   me.heading.Forget();
   me.patch.reset();

@@ -83,8 +83,9 @@ FramePrediction::Off FramePrediction::OffFrom(const Pose2& expected,
 
 bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   if (!last_seen_s_) return true;
-  // Once it has been seen where it cannot be, time alone makes other places no more likely.
-  const double gone_s = std::min(GoneSeconds(), contradicted_s_.value_or(GoneSeconds()));
+  // Once it has been seen where it cannot be, it is believed only where an even motion leads: time
+  // makes no other place more likely.
+  const double gone_s = contradicted_ ? 0 : GoneSeconds();
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   const std::optional<Off> even = OffEvenMotion(T_map_base);
   const Off still = OffFrom(T_last_seen_, T_map_base);
@@ -94,10 +95,10 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
       even ? params_.uneven_part + 0.5 * params_.unseen_acceleration_part * gone_s * gone_s
            : kUnknownSpeedPart + 2 * params_.unseen_speed_part * gone_s;
   // A compass may be disturbed, and has had its say already.
-  const bool stopped = still.px < params_.uneven_part * side_px;
+  const bool stopped = !contradicted_ && still.px < params_.uneven_part * side_px;
   const bool can = (stopped || off.px < most_part * side_px) &&
                    (heading_ || off.rad < params_.uneven_rad + params_.unseen_turn_rad_s * gone_s);
-  if (!can && !contradicted_s_) contradicted_s_ = gone_s;
+  contradicted_ = contradicted_ || !can;
   return can;
 }
 
@@ -193,7 +194,7 @@ void FramePrediction::Placed(const Pose2& T_map_base) {
   }
   T_last_seen_ = T_map_base;
   last_seen_s_ = stamp_s_;
-  contradicted_s_.reset();
+  contradicted_ = false;
   constexpr double kRememberedSeconds = 0.4;
   constexpr std::size_t kFewest = 4;
   way_.push_back(*last_);

@@ -80,12 +80,12 @@ class FramePrediction {
   std::optional<Seen> before_last_;
   Pose2 T_last_seen_;  // however long ago
   std::optional<double> last_seen_s_;
-  std::deque<Seen> way_;                  // the last placed frames of this segment
-  std::optional<double> contradicted_s_;  // after which a frame was seen where it cannot be
-  double speed_px_s_ = 0;                 // then
-  double marked_yaw_ = 0;                 // of the last placed frame with a heading
-  std::optional<Pose2> predicted_;        // where this frame was expected, at an even speed
-  std::optional<double> error_px_;        // of predictions, the largest one lately, fading
+  std::deque<Seen> way_;            // the last placed frames of this segment
+  bool contradicted_ = false;       // since then a frame was seen where it cannot be
+  double speed_px_s_ = 0;           // then
+  double marked_yaw_ = 0;           // of the last placed frame with a heading
+  std::optional<Pose2> predicted_;  // where this frame was expected, at an even speed
+  std::optional<double> error_px_;  // of predictions, the largest one lately, fading
 };
 
 }  // namespace ceilmap::mapping

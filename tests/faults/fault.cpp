@@ -132,8 +132,8 @@ std::vector<Fault> MakeFaults() {
 }  // namespace
 
 const std::vector<Fault>& AllFaults() {
-  static const std::vector<Fault> faults = MakeFaults();
-  return faults;
+  static const std::vector<Fault> kFaults = MakeFaults();
+  return kFaults;
 }
 
 const Fault& FaultNamed(const std::string& name) {

@@ -26,12 +26,9 @@ class Faults : public testing::Test {
   static const Lab& TheLab() { return *lab_; }
 
  private:
-  static app::TestFolder* folder_;
-  static Lab* lab_;
+  static inline app::TestFolder* folder_ = nullptr;
+  static inline Lab* lab_ = nullptr;
 };
-
-app::TestFolder* Faults::folder_ = nullptr;
-Lab* Faults::lab_ = nullptr;
 
 void ExpectSurvived(const Outcome& outcome) {
   EXPECT_TRUE(outcome.orderly) << outcome.exit_code << ": " << outcome.message;

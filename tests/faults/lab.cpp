@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 namespace ceilmap::faults {
 namespace {
 
-constexpr double kRight_m = 0.05;
-constexpr double kRight_rad = 0.02;
+constexpr double kRightMetres = 0.05;
+constexpr double kRightRad = 0.02;
 constexpr double kSigmas = 4;
 
 struct Estimate {
@@ -94,9 +94,9 @@ void Score(const std::vector<Estimate>& estimates,
     outcome.largest_m = std::max(outcome.largest_m, off.norm());
     const Eigen::Matrix2d covariance = estimate.covariance.topLeftCorner<2, 2>();
     const bool far =
-        off.norm() > kRight_m && off.dot(covariance.inverse() * off) > kSigmas * kSigmas;
+        off.norm() > kRightMetres && off.dot(covariance.inverse() * off) > kSigmas * kSigmas;
     const bool turned_far =
-        turned > kRight_rad && turned > kSigmas * std::sqrt(estimate.covariance(2, 2));
+        turned > kRightRad && turned > kSigmas * std::sqrt(estimate.covariance(2, 2));
     outcome.wrong += far || turned_far ? 1 : 0;
   }
   if (outcome.placed > 0) outcome.rmse_m = std::sqrt(squares / outcome.placed);

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace ceilmap::faults {
 namespace {
 
-constexpr double kRate_hz = 10;
+constexpr double kRateHz = 10;
 
 }  // namespace
 
@@ -39,7 +39,7 @@ simulator::Scene MappedRoom() {
   scene.path.laps = 1;
   scene.path.corner_radius_m = 0.6;
   scene.path.speed_m_s = 0.6;
-  scene.path.frame_rate_hz = kRate_hz;
+  scene.path.frame_rate_hz = kRateHz;
   return scene;
 }
 
@@ -70,20 +70,20 @@ Recording Render(const simulator::Scene& scene) {
 
 fs::path StorePictures(const Recording& recording, const fs::path& folder, Storage storage) {
   if (storage == Storage::kPictures) {
-    const fs::path target = folder / "up";
+    fs::path target = folder / "up";
     fs::create_directories(target);
     for (std::size_t i = 0; i < recording.size(); ++i) {
       cv::imwrite((target / fmt::format("{:06}.png", i)).string(), recording[i].picture);
     }
     return target;
   }
-  const fs::path mp4 = folder / "up.mp4";
+  fs::path mp4 = folder / "up.mp4";
   const auto writer = app::RecordingWriter::Create(
-      app::RecordingFormat::kVideo, mp4, recording.front().picture.size(), kRate_hz);
+      app::RecordingFormat::kVideo, mp4, recording.front().picture.size(), kRateHz);
   for (const Shot& shot : recording) writer->Write(writer->Prepare(shot.picture));
   writer->Commit();
   if (storage == Storage::kMp4) return mp4;
-  const fs::path stream = folder / "up.h264";
+  fs::path stream = folder / "up.h264";
   WriteBytes(stream, AnnexBOf(ReadBytes(mp4)));
   fs::remove(mp4);
   return stream;

@@ -50,9 +50,10 @@ class Target {
   }
   /// Runs it while the disk fails in the folder.
   [[nodiscard]] ProcessResult RunOnBadDisk(const std::string& fault, long after) const {
+    const std::string preload = std::string("LD_PRELOAD=") + CEILMAP_DISK_FAULTS;
     std::vector<std::string> arguments = {
         "/usr/bin/env",
-        "LD_PRELOAD=" CEILMAP_DISK_FAULTS,
+        preload,
         "ASAN_OPTIONS=verify_asan_link_order=0",
         "CEILMAP_FAULT=" + fault,
         "CEILMAP_FAULT_FOLDER=" + folder_.string(),

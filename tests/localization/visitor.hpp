@@ -27,8 +27,11 @@ class Visitor {
   }
   Location Show(const cv::Mat& picture, const std::optional<HeadingPrior>& heading = std::nullopt) {
     ++index_;
-    return localizer_.Locate({picture, index_, 0.1 * static_cast<double>(index_), heading});
+    return localizer_.Locate(
+        {picture, index_, carried_s_ + 0.1 * static_cast<double>(index_), heading});
   }
+  /// Time passes, without pictures.
+  void IsCarriedAway(double seconds = 2) { carried_s_ += seconds; }
   /// Drives on; the last frame's result. Every pose that is given must be right.
   Location Drive(Pose2& T, const Pose2& step, int frames) {
     Location location;
@@ -57,6 +60,7 @@ class Visitor {
   calib::CeilingView view_;
   Localizer localizer_;
   std::int64_t index_ = 0;
+  double carried_s_ = 0;
 };
 
 /// From frame to frame: 0.6 m/s along a bend, at 10 frames/s.

@@ -314,7 +314,7 @@ TEST(Mosaic, GridCoversAllPicturesOnMultiplesOfTheResolution) {
 
 TEST(Mosaic, BecomesCoarserWhereItWouldBeTooLarge) {
   const MapMetadata metadata = synthetic::Metadata({64, 48}, 0.5);
-  const cv::Mat picture = synthetic::Picture(1, metadata.view_size);
+  cv::Mat picture = synthetic::Picture(1, metadata.view_size);
   std::vector<Keyframe> far(2);
   far[1].id = 1;
   far[1].pose.T_map_base.x = 1e8;
