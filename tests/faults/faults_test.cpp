@@ -15,19 +15,12 @@ using testing::HasSubstr;
 
 class Faults : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    folder_ = new app::TestFolder;
-    lab_ = new Lab(folder_->Path());
+  /// One for all tests: its map takes a while.
+  static const Lab& TheLab() {
+    static const app::TestFolder kFolder;
+    static const Lab kLab(kFolder.Path());
+    return kLab;
   }
-  static void TearDownTestSuite() {
-    delete lab_;
-    delete folder_;
-  }
-  static const Lab& TheLab() { return *lab_; }
-
- private:
-  static inline app::TestFolder* folder_ = nullptr;
-  static inline Lab* lab_ = nullptr;
 };
 
 void ExpectSurvived(const Outcome& outcome) {
