@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <csignal>
 #include <fstream>
+#include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 #include <stdexcept>
@@ -128,40 +129,50 @@ class Feed {
   std::thread writer_;
 };
 
-}  // namespace
+struct WriteFault {
+  std::string name;
+  std::string fault;  // CEILMAP_FAULT
+};
 
-SystemResult DiskFull(const Lab& lab, int trials, unsigned seed) {
+// The fault at a write chosen at random, again and again.
+SystemResult AtWrites(const Lab& lab,
+                      const WriteFault& fault,
+                      int trials,
+                      unsigned seed,
+                      const std::function<bool(const ProcessResult&, MapState)>& orderly) {
   SystemResult result;
-  result.name = "disk full at a write";
+  result.name = fault.name;
   Target target(lab);
   const int calls = target.CountCalls();
   Random random(seed);
   for (int trial = 0; trial < trials; ++trial) {
     target.Restore();
-    const ProcessResult run = target.RunOnBadDisk("full", Moment(trial, calls, random));
-    const Outcome outcome = OutcomeOf(run, {});
-    // After the renaming nothing but the folder's sync is left to fail.
+    const ProcessResult run = target.RunOnBadDisk(fault.fault, Moment(trial, calls, random));
     const MapState state = target.State();
-    Count(run,
-          outcome.orderly && (outcome.exit_code == 0) <= (state == MapState::kNew),
-          state,
-          result);
+    Count(run, orderly(run, state), state, result);
   }
   return result;
 }
 
+}  // namespace
+
+SystemResult DiskFull(const Lab& lab, int trials, unsigned seed) {
+  // After the renaming nothing but the folder's sync is left to fail.
+  return AtWrites(lab,
+                  {"disk full at a write", "full"},
+                  trials,
+                  seed,
+                  [](const ProcessResult& run, MapState s) {
+                    const Outcome outcome = OutcomeOf(run, {});
+                    return outcome.orderly && (outcome.exit_code == 0) <= (s == MapState::kNew);
+                  });
+}
+
 SystemResult KilledAtAWrite(const Lab& lab, int trials, unsigned seed) {
-  SystemResult result;
-  result.name = "killed at a write";
-  Target target(lab);
-  const int calls = target.CountCalls();
-  Random random(seed);
-  for (int trial = 0; trial < trials; ++trial) {
-    target.Restore();
-    const ProcessResult run = target.RunOnBadDisk("kill", Moment(trial, calls, random));
-    Count(run, run.exit_code == kKilled || run.exit_code == 0, target.State(), result);
-  }
-  return result;
+  return AtWrites(
+      lab, {"killed at a write", "kill"}, trials, seed, [](const ProcessResult& run, MapState) {
+        return run.exit_code == kKilled || run.exit_code == 0;
+      });
 }
 
 SystemResult ReadOnlyFolder(const Lab& lab) {
