@@ -32,10 +32,11 @@ struct MatchStandardParams {
 
 /// What matches look like that are known to be right: of neighbours on the robot's way, taken by
 /// the same camera in the same light. On a tiled ceiling the registration takes another place for
-/// the right one where joints and lamps fit (210 of 1600 pairs that had nothing but the grid in common,
-/// 40 simulated rooms). There the pictures fit worse than neighbours do: grain, stains and what
-/// hangs from the ceiling do not. Of 343 such false matches 33 met this standard (1 of 134 where the
-/// tiles' grain can be seen), of true ones 349 of 389, and 147 of 191 under another exposure.
+/// the right one where joints and lamps fit (210 of 1600 pairs that had nothing but the grid in
+/// common, 40 simulated rooms). There the pictures fit worse than neighbours do: grain, stains and
+/// what hangs from the ceiling do not. Of 343 such false matches 33 met this standard (1 of 134
+/// where the tiles' grain can be seen), of true ones 349 of 389, and 147 of 191 under another
+/// exposure.
 class MatchStandard {
  public:
   explicit MatchStandard(const MatchStandardParams& params = {}) : params_(params) {}
