@@ -28,8 +28,8 @@ enum class StampOrigin {
 };
 
 struct FrameSourceOptions {
-  Pixels pixels = Pixels::kGrey;  ///< what pictures are decoded to
-  std::filesystem::path stamps;   ///< frames' time stamps (ReadStamps); empty: none
+  Pixels pixels = Pixels::kGrey;      ///< what pictures are decoded to
+  std::filesystem::path stamps = {};  ///< frames' time stamps (ReadStamps); empty: none
   /// The stamps may belong to another camera's recording: they count when there is one for each
   /// frame. Else the recording's own time does, from the first stamp on, and a warning tells.
   bool stamps_of_another = false;

@@ -27,6 +27,13 @@ Appending::Appending(const std::filesystem::path& file,
   }
 }
 
+void Appending::CheckCurrent() const {
+  if (!map_.IsCurrent()) {
+    throw calib::InputError(
+        fmt::format("--append: {}: was replaced while it was opened; try again", file_.string()));
+  }
+}
+
 MapResult Appending::Finish(const std::string& source,
                             const calib::CeilingView& view,
                             mapping::Mapper& mapper,

@@ -23,6 +23,9 @@ class Appending {
             const std::optional<double>& resolution);
 
   [[nodiscard]] const mapping::MapMetadata& Metadata() const { return metadata_; }
+  /// To be called when the map's name is held by its writer.
+  /// @throws calib::InputError when another has replaced the map since it was opened.
+  void CheckCurrent() const;
   /// Of the recording's first keyframe in the map.
   [[nodiscard]] std::int64_t NextKeyframeId() const { return next_keyframe_id_; }
 

@@ -232,6 +232,7 @@ void RunMap(MapParams params, const CommonOptions& common, Summary& summary) {
     mapper_params.first_keyframe_id = appending->NextKeyframeId();
   }
   mapping::MapWriter writer(params.output, appending ? appending->Metadata() : metadata);
+  if (appending) appending->CheckCurrent();
   mapping::Mapper mapper(view, writer, metadata, mapper_params);
 
   page::PageData page;

@@ -48,13 +48,28 @@ struct SimulateParams {
   }
 };
 
-// The scene with what the options change in it.
+std::vector<simulator::PathPose> ReadPath(const fs::path& tum_file) {
+  std::vector<simulator::PathPose> path;
+  for (const StampedPose& pose : ReadTum(tum_file)) {
+    simulator::PathPose at;
+    at.stamp_s = pose.stamp_s;
+    at.T_map_base.linear() = pose.orientation.normalized().toRotationMatrix();
+    at.T_map_base.translation() = pose.position;
+    path.push_back(at);
+  }
+  return path;
+}
+
+// The scene with what the options change in it, and with the path of its TUM file.
 simulator::Scene MakeScene(const std::string& text, const SimulateParams& params) {
   simulator::Scene scene = simulator::ParseScene(text, params.scene);
   if (params.seed) scene.seed = static_cast<std::uint64_t>(*params.seed);
   if (params.frames) {
     int& most = scene.path.max_frames;
     most = most == 0 ? *params.frames : std::min(most, *params.frames);
+  }
+  if (scene.path.kind == simulator::PathKind::kTum && !scene.path.tum_file.empty()) {
+    scene.path.poses = ReadPath(scene.path.tum_file);
   }
   return scene;
 }

@@ -1,5 +1,6 @@
 #include "calib/yaml_value.hpp"
 
+#include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
@@ -180,7 +181,8 @@ YamlValue YamlValue::Parse(const std::string& text,
 }
 
 std::string YamlValue::Where() const {
-  return file_.string() + (line_ > 0 ? ":" + std::to_string(line_) : "") + ": ";
+  if (line_ <= 0) return fmt::format("{}: ", file_.string());
+  return fmt::format("{}:{}: ", file_.string(), line_);
 }
 
 YamlValue YamlValue::Child(std::string name, const YAML::Node& node, int line) const {

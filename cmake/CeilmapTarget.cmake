@@ -1,4 +1,4 @@
-# One place for what all targets share: include root, warnings, sanitizers.
+# One place for what all targets share: include root, warnings, sanitizers, precompiled headers.
 
 set(CEILMAP_ROOT ${CMAKE_CURRENT_LIST_DIR}/..)
 cmake_path(NORMAL_PATH CEILMAP_ROOT)
@@ -24,6 +24,24 @@ if(CEILMAP_SANITIZE)
 endif()
 target_compile_definitions(ceilmap_build_flags INTERFACE $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
 
+# Parsing OpenCV, Eigen and GoogleTest took half of the build, so that it is done once for the libraries and once for the
+# tests. Sources include what they use all the same: clang-tidy compiles them without, as does
+# -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON.
+set(CEILMAP_COMMON_HEADERS
+  <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory> <numbers> <optional>
+  <random> <span> <string> <thread> <utility> <vector>
+  <Eigen/Cholesky> <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <opencv2/core.hpp> <opencv2/imgproc.hpp>)
+
+# ceilmap_add_precompiled(NAME LINKS ... HEADERS ...): a target for other targets' REUSE_FROM. They must be compiled with
+# the same flags, and with the same definitions as far as the headers look at them.
+function(ceilmap_add_precompiled name)
+  cmake_parse_arguments(ARG "" "" "LINKS;HEADERS" ${ARGN})
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp "")
+  add_library(${name} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
+  target_link_libraries(${name} PRIVATE ${ARG_LINKS} ceilmap_build_flags)
+  target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
+endfunction()
+
 # ceilmap_add_library(NAME SOURCES ... LINKS ...): the library ceilmap::NAME of the calling folder. Headers are
 # included from the project's root ("calib/pose2.hpp"), in the build tree and installed alike.
 function(ceilmap_add_library name)
@@ -35,6 +53,9 @@ function(ceilmap_add_library name)
     $<BUILD_INTERFACE:${CEILMAP_ROOT}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/ceilmap>)
   target_link_libraries(ceilmap_${name} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS}
     $<BUILD_INTERFACE:ceilmap_build_flags>)
+  # The headers were precompiled with fmt's definitions, so that all have them.
+  target_link_libraries(ceilmap_${name} PRIVATE $<BUILD_INTERFACE:fmt::fmt>)
+  target_precompile_headers(ceilmap_${name} REUSE_FROM ceilmap_library_headers)
   set_target_properties(ceilmap_${name} PROPERTIES EXPORT_NAME ${name})
   set_property(GLOBAL APPEND PROPERTY CEILMAP_LIBRARIES ceilmap_${name})
 endfunction()

@@ -1,6 +1,7 @@
 #include "mapping/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -50,8 +51,8 @@ AtomicFile::AtomicFile(fs::path target, std::vector<std::string> side_suffixes)
   if (fs::is_directory(target_, ignored)) {
     throw calib::InputError(target_.string() + ": is a folder; give a file name");
   }
-  partial_ = folder / ("." + target_.filename().string() + ".partial");
-  lock_ = folder / ("." + target_.filename().string() + ".lock");
+  partial_ = folder / fmt::format(".{}.partial", target_.filename().string());
+  lock_ = folder / fmt::format(".{}.lock", target_.filename().string());
   Lock();
   RemovePartial();
 

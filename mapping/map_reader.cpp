@@ -1,3 +1,5 @@
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,6 +23,19 @@ namespace fs = std::filesystem;
 
 /// Of a table that is held in memory: a week's frames at 30 a second.
 constexpr std::size_t kMaxRows = 20'000'000;
+
+/// Which file a name leads to, and its state; all zero when to none.
+using FileState = std::array<std::int64_t, 5>;
+
+FileState StateOf(const fs::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return {};
+  return {static_cast<std::int64_t>(status.st_dev),
+          static_cast<std::int64_t>(status.st_ino),
+          status.st_size,
+          status.st_mtim.tv_sec,
+          status.st_mtim.tv_nsec};
+}
 
 /// What the first bytes of an SQLite database tell (file format, section 1.3). SQLite itself
 /// notices a truncated file only when it comes to a missing page; saying it at once saves the user
@@ -90,6 +105,7 @@ struct MapReader::Impl {
   void OpenMosaic();
 
   fs::path path;
+  FileState state;
   MapMetadata metadata;
   MapQuality quality;
   MosaicGrid grid;
@@ -98,13 +114,15 @@ struct MapReader::Impl {
   GDALDatasetUniquePtr mosaic;  // null: the map has none
 };
 
-MapReader::Impl::Impl(const fs::path& map_path) : path(map_path) {
+MapReader::Impl::Impl(const fs::path& map_path) : path(map_path), state(StateOf(map_path)) {
   Named([&] {
     CheckSqliteHeader(path);
     CheckSchema(path);
   });
   OpenTables();
   OpenMosaic();
+  // Each opened it by its name: of two maps one is not read half and half.
+  if (StateOf(path) != state) Throw("was replaced while it was opened; try again");
 }
 
 void MapReader::Impl::OpenTables() {
@@ -199,6 +217,10 @@ MapReader::MapReader(const fs::path& file) : impl_(std::make_unique<Impl>(file))
 MapReader::~MapReader() {
   const GdalScope gdal;
   impl_.reset();
+}
+
+bool MapReader::IsCurrent() const {
+  return StateOf(impl_->path) == impl_->state;
 }
 
 const MapMetadata& MapReader::Metadata() const {

@@ -1,25 +1,51 @@
 #!/usr/bin/env bash
-# What the program survives: faults of recordings and of the system, memory over a long run, hostile
-# files. Prints the tables; exits with 1 when the invariant breaks (no wrong pose that is sure, no map
-# lost, no crash).
-#   tests/reliability.sh [SOAK_MINUTES=30] [BUILD=build/release]
+# What the program survives: faults of the system and of recordings, memory over a long run, hostile
+# files. Prints the tables, each with its time; exits with 1 when the invariant breaks (no wrong pose
+# that is sure, no map lost, no crash, no leak).
+#   tests/reliability.sh                     all of it: hours
+#   tests/reliability.sh system recordings   these of the parts system, recordings, memory, files
+# The environment sets MINUTES (30) of memory, INPUTS (1000000) a reader of files, and BUILD
+# (build/release; tests/run.sh makes it). What files needs it builds itself, with clang.
 set -uo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-minutes=${1:-30}
-build=$(realpath "${2:-$root/build/release}")
+parts=("$@")
+if ((${#parts[@]} == 0)); then parts=(system recordings memory files); fi
+for part in "${parts[@]}"; do
+  if [[ ! $part =~ ^(system|recordings|memory|files)$ ]]; then
+    echo "reliability.sh: unknown part '$part', must be system, recordings, memory or files" >&2
+    exit 2
+  fi
+done
+build=$(realpath "${BUILD:-$root/build/release}")
+if [[ ! -x $build/app/ceilmap || ! -x $build/tests/faults/ceilmap_faults ]]; then
+  echo "reliability.sh: $build has no ceilmap and ceilmap_faults; run tests/run.sh first" >&2
+  exit 2
+fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 status=0
 
-echo "## Faults of the system"
-"$build/tests/faults/ceilmap_faults" system -o "$folder/system" || status=1
-echo "## Faults of recordings"
-"$build/tests/faults/ceilmap_faults" recordings -o "$folder/recordings" || status=1
-echo "## Memory"
-"$root/tests/soak.sh" "$minutes" "$build/app/ceilmap" || status=1
-if [[ -x $root/tests/fuzz.sh ]]; then
-  echo "## Hostile files"
-  "$root/tests/fuzz.sh" || status=1
-fi
+for part in "${parts[@]}"; do
+  start=$SECONDS
+  case $part in
+    system)
+      echo "## Faults of the system"
+      "$build/tests/faults/ceilmap_faults" system -o "$folder/system" || status=1
+      ;;
+    recordings)
+      echo "## Faults of recordings"
+      "$build/tests/faults/ceilmap_faults" recordings -o "$folder/recordings" || status=1
+      ;;
+    memory)
+      echo "## Memory"
+      "$root/tests/soak.sh" "${MINUTES:-30}" "$build/app/ceilmap" || status=1
+      ;;
+    files)
+      echo "## Hostile files"
+      "$root/tests/fuzz.sh" "${INPUTS:-1000000}" || status=1
+      ;;
+  esac
+  echo "($part: $(date -u +%Y-%m-%d), $(((SECONDS - start + 30) / 60)) min)"
+done
 exit "$status"

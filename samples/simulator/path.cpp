@@ -90,16 +90,14 @@ Eigen::Isometry3d BaseAt(const Scene& scene, const Drive& drive, double time_s) 
   return OnFloor(T_map_axle * calib::Pose2{scene.axle_behind_mast_m, 0, 0});
 }
 
-constexpr double kMostFrames = 1e7;
-
 std::vector<Frame> PlannedFrames(const Scene& scene) {
   const Path& path = scene.path;
   const Drive drive(PathPoints(scene), path);
   double count = std::ceil(drive.Duration() * path.frame_rate_hz - 1e-9) + 1;
   if (path.max_frames > 0) count = std::min(count, static_cast<double>(path.max_frames));
-  if (!(count <= kMostFrames)) {
+  if (!(count <= static_cast<double>(kMostFrames))) {
     throw calib::InputError(
-        fmt::format("the path takes {:.0f} frames, must be at most {:.0f}; shorten it or lower "
+        fmt::format("the path takes {:.0f} frames, must be at most {}; shorten it or lower "
                     "path.frame_rate_hz",
                     count,
                     kMostFrames));

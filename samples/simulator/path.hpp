@@ -27,9 +27,12 @@ Frame StillFrame(std::int64_t index, const calib::Pose2& T_map_base, double stam
 /// Metres that the axle travels on the whole path of a valid scene; 0 for PathKind::kTum.
 double PathLength(const Scene& scene);
 
+/// What a drive may have: four days at 30 frames a second, some GB.
+inline constexpr std::int64_t kMostFrames = 10'000'000;
+
 /// The frames of the scene's drive, at most path.max_frames when that is not 0. Never empty.
-/// @throws calib::InputError when the scene is not valid, the drive is longer than 10 million
-///   frames, or a TUM file cannot be used.
+/// @throws calib::InputError when the scene is not valid, the drive is longer than kMostFrames, or
+///   given poses (PathKind::kTum) cannot be used.
 std::vector<Frame> MakePath(const Scene& scene);
 
 }  // namespace ceilmap::simulator

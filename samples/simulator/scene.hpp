@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -197,6 +198,12 @@ enum class PathKind {
   kTum          ///< the poses of a file
 };
 
+/// Where the robot is at some time.
+struct PathPose {
+  double stamp_s = 0;
+  Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();
+};
+
 /// How the robot drives. All kinds but kTum start and end at rest and turn at corners: on the spot
 /// where corner_radius_m is 0, else on arcs without stopping.
 struct Path {
@@ -210,7 +217,9 @@ struct Path {
   int laps = 2;
   double length_m = 50;
   std::vector<std::array<double, 2>> waypoints_m;
-  std::filesystem::path tum_file;  ///< relative to the scene's file
+  std::filesystem::path tum_file;  ///< relative to the scene's file; ReadScene does not open it
+  /// kTum: what tum_file holds, stamps rising. Who makes a path reads them, as with app::ReadTum.
+  std::vector<PathPose> poses;
   double corner_radius_m = 0;
   double speed_m_s = 0.8;
   double acceleration_m_s2 = 0.6;

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <cmath>
-#include <fstream>
-#include <sstream>
+#include <algorithm>
+#include <string>
 
 #include "calib/error.hpp"
 
@@ -14,31 +12,13 @@ namespace {
 
 using Eigen::Isometry3d;
 
-[[noreturn]] void Fail(const Scene& scene, int line, const std::string& what) {
-  throw calib::InputError(fmt::format("{}:{}: {}", scene.path.tum_file.string(), line, what));
-}
-
-Frame ParseLine(const Scene& scene, int line, const std::string& text) {
-  std::istringstream stream(text);
-  std::array<double, 8> n{};
-  std::string rest;
-  for (double& number : n) stream >> number;
-  if (!stream || stream >> rest) {
-    Fail(scene, line, "must be 8 numbers: timestamp tx ty tz qx qy qz qw");
-  }
-  const Eigen::Quaterniond rotation(n[7], n[4], n[5], n[6]);
-  if (!(std::abs(rotation.norm() - 1) < 1e-3)) {
-    Fail(scene, line, "the quaternion must have length 1");
-  }
-  Frame frame;
-  frame.stamp_s = n[0];
-  frame.T_map_base.linear() = rotation.normalized().toRotationMatrix();
-  frame.T_map_base.translation() = Eigen::Vector3d(n[1], n[2], n[3]);
-  return frame;
+[[noreturn]] void Fail(const Scene& scene, const Frame& frame, const std::string& what) {
+  throw calib::InputError(
+      fmt::format("{}: at {:.6f} s {}", scene.path.tum_file.string(), frame.stamp_s, what));
 }
 
 template <typename AnyCamera>
-void CheckInside(const Scene& scene, const AnyCamera& camera, int line, const Frame& frame) {
+void CheckInside(const Scene& scene, const AnyCamera& camera, const Frame& frame) {
   const Eigen::Vector3d p =
       frame.T_map_base * Eigen::Vector3d(camera.mount_x_m, camera.mount_y_m, camera.mount_height_m);
   const Room& room = scene.room;
@@ -46,7 +26,7 @@ void CheckInside(const Scene& scene, const AnyCamera& camera, int line, const Fr
                       p.z() > 0 && p.z() < room.height_m;
   if (!inside) {
     Fail(scene,
-         line,
+         frame,
          fmt::format("the camera at ({:.3f}, {:.3f}, {:.3f}) must be inside of the room of {:g} x "
                      "{:g} x {:g} m",
                      p.x(),
@@ -79,28 +59,30 @@ Isometry3d Near(const std::vector<Frame>& frames, std::size_t i, double offset_s
 }  // namespace
 
 std::vector<Frame> TumFrames(const Scene& scene) {
-  std::ifstream stream(scene.path.tum_file);
-  if (!stream) {
+  if (scene.path.poses.empty()) {
     throw calib::InputError(
-        fmt::format("{}: cannot be opened; correct path.tum_file", scene.path.tum_file.string()));
+        fmt::format("{}: no poses of it were read", scene.path.tum_file.string()));
+  }
+  if (scene.path.poses.size() > static_cast<std::size_t>(kMostFrames)) {
+    throw calib::InputError(fmt::format("{}: holds {} poses, must be at most {}; split it",
+                                        scene.path.tum_file.string(),
+                                        scene.path.poses.size(),
+                                        kMostFrames));
   }
   std::vector<Frame> frames;
-  std::string text;
-  for (int line = 1; std::getline(stream, text); ++line) {
-    const std::size_t start = text.find_first_not_of(" \t\r");
-    if (start == std::string::npos || text[start] == '#') continue;
-    Frame frame = ParseLine(scene, line, text);
-    CheckInside(scene, scene.camera, line, frame);
-    if (scene.forward) CheckInside(scene, *scene.forward, line, frame);
-    if (scene.omni) CheckInside(scene, *scene.omni, line, frame);
-    if (!frames.empty() && !(frame.stamp_s > frames.back().stamp_s)) {
-      Fail(scene, line, "the timestamp must be later than the one before");
-    }
+  frames.reserve(scene.path.poses.size());
+  for (const PathPose& pose : scene.path.poses) {
+    Frame frame;
     frame.index = static_cast<std::int64_t>(frames.size());
+    frame.stamp_s = pose.stamp_s;
+    frame.T_map_base = pose.T_map_base;
+    CheckInside(scene, scene.camera, frame);
+    if (scene.forward) CheckInside(scene, *scene.forward, frame);
+    if (scene.omni) CheckInside(scene, *scene.omni, frame);
+    if (!frames.empty() && !(frame.stamp_s > frames.back().stamp_s)) {
+      Fail(scene, frame, "the timestamp must be later than the one before");
+    }
     frames.push_back(frame);
-  }
-  if (frames.empty()) {
-    throw calib::InputError(fmt::format("{}: holds no poses", scene.path.tum_file.string()));
   }
   const double half = scene.camera.exposure_time_s / 2;
   const double forward_half = scene.forward ? scene.forward->exposure_time_s / 2 : 0;

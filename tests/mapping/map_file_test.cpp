@@ -285,6 +285,27 @@ TEST(MapFile, WithoutCommitTheOldMapStays) {
   EXPECT_EQ(folder.CountFiles(), 1U);
 }
 
+TEST(MapFile, TellsWhetherAnotherReplacedIt) {
+  const TempFolder folder;
+  const fs::path file = folder / "map.gpkg";
+  SmallMap().Write(file);
+  const MapReader reader(file);
+  EXPECT_TRUE(reader.IsCurrent());
+  (void)reader.ReadGraph();
+  EXPECT_TRUE(reader.IsCurrent());
+  {
+    MapWriter writer(file, reader.Metadata());
+    SmallMap().WriteTo(writer);
+    EXPECT_TRUE(reader.IsCurrent());
+    writer.Commit();
+  }
+  EXPECT_FALSE(reader.IsCurrent());
+  EXPECT_EQ(reader.ReadKeyframes().size(), 6U);  // of the old one
+  EXPECT_TRUE(MapReader(file).IsCurrent());
+  fs::remove(file);
+  EXPECT_FALSE(reader.IsCurrent());
+}
+
 TEST(MapFile, ReplacesWhatAKilledRunLeftBehind) {
   const TempFolder folder;
   for (const char* name : {".map.gpkg.partial", ".map.gpkg.partial-journal"}) {

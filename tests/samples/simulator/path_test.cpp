@@ -2,8 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include <filesystem>
-#include <fstream>
+#include <Eigen/Geometry>
 #include <string>
 
 #include "calib/error.hpp"
@@ -173,14 +172,15 @@ TEST(MakePath, MaxFramesCutsThePath) {
 
 class TumPathTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const ::testing::TestInfo* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    file_ = std::filesystem::path(::testing::TempDir()) / (std::string(info->name()) + ".tum");
+  TumPathTest() {
     scene_.path.kind = PathKind::kTum;
-    scene_.path.tum_file = file_;
+    scene_.path.tum_file = "drive.tum";
   }
-  void TearDown() override { std::filesystem::remove(file_); }
-  void Write(const std::string& text) const { std::ofstream(file_) << text; }
+  void Add(double stamp_s, const Eigen::Vector3d& position, const Eigen::Quaterniond& turned) {
+    PathPose pose{stamp_s, Eigen::Isometry3d(turned.normalized())};
+    pose.T_map_base.translation() = position;
+    scene_.path.poses.push_back(pose);
+  }
   [[nodiscard]] std::string Error() const {
     try {
       (void)MakePath(scene_);
@@ -190,15 +190,12 @@ class TumPathTest : public ::testing::Test {
     return "no error";
   }
 
-  std::filesystem::path file_;
   Scene scene_;
 };
 
 TEST_F(TumPathTest, TakesPosesWithRollAndPitch) {
-  Write(
-      "# stamp x y z qx qy qz qw\n"
-      "5.0 2 3 0.01 0 0.0348994967 0 0.9993908270\n"
-      "5.5 3 3 0.00 0 0 0.7071067812 0.7071067812\n");
+  Add(5.0, {2, 3, 0.01}, {0.9993908270, 0, 0.0348994967, 0});
+  Add(5.5, {3, 3, 0}, {1, 0, 0, 1});
   scene_.camera.exposure_time_s = 0.1;
   const std::vector<Frame> frames = MakePath(scene_);
   ASSERT_EQ(frames.size(), 2U);
@@ -211,21 +208,22 @@ TEST_F(TumPathTest, TakesPosesWithRollAndPitch) {
   EXPECT_NEAR(frames[1].T_map_base_close.translation().x(), 3.0, 1e-9);
 }
 
+TEST_F(TumPathTest, MaxFramesCutsIt) {
+  for (int i = 0; i < 5; ++i) Add(i, {2 + 0.1 * i, 3, 0}, Eigen::Quaterniond::Identity());
+  scene_.path.max_frames = 3;
+  EXPECT_EQ(MakePath(scene_).size(), 3U);
+}
+
 TEST_F(TumPathTest, SaysWhatIsWrongAndWhere) {
-  EXPECT_EQ(Error(), file_.string() + ": cannot be opened; correct path.tum_file");
-  Write("# nothing\n\n");
-  EXPECT_EQ(Error(), file_.string() + ": holds no poses");
-  Write("1 2 3 0 0 0 0\n");
-  EXPECT_EQ(Error(), file_.string() + ":1: must be 8 numbers: timestamp tx ty tz qx qy qz qw");
-  Write("1 2 3 0 0 0 0 0.9\n");
-  EXPECT_EQ(Error(), file_.string() + ":1: the quaternion must have length 1");
-  Write("2 2 3 0 0 0 0 1\n2 2 3 0 0 0 0 1\n");
-  EXPECT_EQ(Error(), file_.string() + ":2: the timestamp must be later than the one before");
-  Write("2 2 9 0 0 0 0 1\n");
+  EXPECT_EQ(Error(), "drive.tum: no poses of it were read");
+  Add(2, {2, 3, 0}, Eigen::Quaterniond::Identity());
+  Add(2, {2, 3, 0}, Eigen::Quaterniond::Identity());
+  EXPECT_EQ(Error(), "drive.tum: at 2.000000 s the timestamp must be later than the one before");
+  scene_.path.poses.clear();
+  Add(2, {2, 9, 0}, Eigen::Quaterniond::Identity());
   EXPECT_EQ(Error(),
-            file_.string() +
-                ":1: the camera at (2.000, 9.000, 0.400) must be inside of the room of 12 x 8 x "
-                "2.6 m");
+            "drive.tum: at 2.000000 s the camera at (2.000, 9.000, 0.400) must be inside of the "
+            "room of 12 x 8 x 2.6 m");
 }
 
 TEST(MakePath, RefusesAPathWithoutEnd) {
