@@ -22,15 +22,15 @@ calib::Pose2 DriveAt(double t) {
 std::vector<StampedPose> Record(
     double first_s, double last_s, double step_s, double offset_s = 0, double noise_m = 0) {
   std::mt19937 random(11);
-  std::normal_distribution<double> normal(0, noise_m);
+  std::normal_distribution<double> normal;
   const calib::Pose2 T_map_room{3, -2, 2.5};
   std::vector<StampedPose> poses;
   for (double t = first_s; t < last_s; t += step_s) {
     calib::Pose2 pose = DriveAt(t);
     if (noise_m > 0) {
-      pose.x += normal(random);
-      pose.y += normal(random);
-      pose.yaw += normal(random);
+      pose.x += noise_m * normal(random);
+      pose.y += noise_m * normal(random);
+      pose.yaw += noise_m * normal(random);
       pose = T_map_room * pose;
     }
     poses.push_back(ToStampedPose(t - offset_s, pose));

@@ -29,7 +29,7 @@ std::vector<BoardView> NoisyViews(const Lens& lens,
                                   double sigma_px,
                                   unsigned seed) {
   std::mt19937 random(seed);
-  std::normal_distribution<double> noise(0, sigma_px);
+  std::normal_distribution<double> normal;
   const Board board = TestBoard();
   std::vector<BoardView> views;
   for (const BoardPose& pose : poses) {
@@ -37,7 +37,9 @@ std::vector<BoardView> NoisyViews(const Lens& lens,
     view.name = std::to_string(views.size());
     for (int id = 0; id < board.CornerCount(); ++id) view.ids.push_back(id);
     view.corners_px = Project(lens, pose, BoardPoints(board, view));
-    for (cv::Point2d& p : view.corners_px) p += cv::Point2d(noise(random), noise(random));
+    for (cv::Point2d& p : view.corners_px) {
+      p += sigma_px * cv::Point2d(normal(random), normal(random));
+    }
     view.edge_px = 2;
     view.square_px = 20;
   }

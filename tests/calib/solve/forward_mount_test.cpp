@@ -45,7 +45,7 @@ Isometry3d Truth() {
 /// Points in a room before and around the robot, seen by the camera of the truth.
 class Room {
  public:
-  Room(unsigned seed, double noise_px) : random_(seed), noise_(0, noise_px / kFocalPx) {
+  Room(unsigned seed, double noise_px) : random_(seed), noise_(noise_px / kFocalPx) {
     std::uniform_real_distribution<double> around(-6, 6);
     std::uniform_real_distribution<double> up(0, 2.5);
     for (int i = 0; i < 600; ++i)
@@ -71,11 +71,12 @@ class Room {
     return p.z() > 0.5 && std::abs(p.x()) < 0.6 * p.z() && std::abs(p.y()) < 0.45 * p.z();
   }
   Vector2d Noisy(const Vector3d& p) {
-    return p.hnormalized() + Vector2d(noise_(random_), noise_(random_));
+    return p.hnormalized() + noise_ * Vector2d(normal_(random_), normal_(random_));
   }
 
   std::mt19937 random_;
-  std::normal_distribution<double> noise_;
+  double noise_;
+  std::normal_distribution<double> normal_;
   std::vector<Vector3d> points_;
 };
 

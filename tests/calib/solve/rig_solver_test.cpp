@@ -30,7 +30,7 @@ RigMount Truth() {
 class SyntheticCamera {
  public:
   SyntheticCamera(const RigMount& mount, unsigned seed, double noise_px)
-      : mount_(mount), random_(seed), noise_(0, noise_px / kFocalPx) {
+      : mount_(mount), random_(seed), noise_(noise_px / kFocalPx) {
     const Vector3d turn(mount.tilt_rad.x(), mount.tilt_rad.y(), 0);
     R_cam_twin_ = Eigen::AngleAxisd(-turn.norm(), turn.normalized()).toRotationMatrix();
   }
@@ -76,12 +76,13 @@ class SyntheticCamera {
 
   Vector2d Ray(const Vector2d& seen) {
     const Vector2d ray = (R_cam_twin_ * seen.homogeneous()).hnormalized();
-    return ray + Vector2d(noise_(random_), noise_(random_));
+    return ray + noise_ * Vector2d(normal_(random_), normal_(random_));
   }
 
   RigMount mount_;
   std::mt19937 random_;
-  std::normal_distribution<double> noise_;
+  double noise_;
+  std::normal_distribution<double> normal_;
   Eigen::Matrix3d R_cam_twin_;
 };
 
