@@ -46,7 +46,8 @@ std::complex<double> DftBin(const RealArray& samples, int rows, int cols, int k,
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < cols; ++c) {
       const double turns = static_cast<double>(r * k) / rows + static_cast<double>(c * l) / cols;
-      sum += std::polar<double>(samples[Index(r, c, cols)], -2 * std::numbers::pi * turns);
+      sum += static_cast<double>(samples[Index(r, c, cols)]) *
+             std::polar(1.0, -2 * std::numbers::pi * turns);
     }
   }
   return sum;
