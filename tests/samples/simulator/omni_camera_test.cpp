@@ -316,7 +316,7 @@ TEST(Movers, AreWhereTheyAreWhenTheyAre) {
   }
   EXPECT_LT(cv::norm(LightAt(renderer, {6, 4, 0}, 100.9), LightAt(renderer, {6, 4, 0}, 105.1)),
             1e-9);
-  const auto& at = LightAt(renderer, {6, 4, 0}, 103).at<cv::Vec3f>(240 - 120, 240);
+  const auto at = LightAt(renderer, {6, 4, 0}, 103).at<cv::Vec3f>(240 - 120, 240);
   EXPECT_GT(at[2], 15 * at[0]);  // red
 }
 
