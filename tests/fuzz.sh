@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs libFuzzer on every reader of what comes from elsewhere (tests/fuzz), as many at a time as there are cores, and
-# prints a table; exits with 1 when something crashed, leaked, or took too long or too much memory. Needs clang.
+# prints a table; exits with 1 when something crashed, leaked, or took too long or too much memory. Needs clang and libclang-rt-14-dev.
 #   tests/fuzz.sh                   a million inputs a reader; of map files 10000, since each is a file
 #   tests/fuzz.sh 20000             so many
 #   tests/fuzz.sh 20000 rig scene   of these readers only
