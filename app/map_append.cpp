@@ -28,10 +28,7 @@ Appending::Appending(const std::filesystem::path& file,
 }
 
 void Appending::CheckCurrent() const {
-  if (!map_.IsCurrent()) {
-    throw calib::InputError(
-        fmt::format("--append: {}: was replaced while it was opened; try again", file_.string()));
-  }
+  map_.CheckCurrent();
 }
 
 MapResult Appending::Finish(const std::string& source,

@@ -97,11 +97,7 @@ void RunMerge(const MergeCommandParams& params, const CommonOptions& common, Sum
   }
   const mapping::MapMetadata metadata = Describe(maps, params, common);
   mapping::MapWriter writer(params.output, metadata);
-  for (std::size_t i = 0; i < maps.size(); ++i) {
-    if (maps[i]->IsCurrent()) continue;
-    throw calib::InputError(
-        fmt::format("{}: was replaced while it was opened; try again", params.maps[i].string()));
-  }
+  for (const auto& map : maps) map->CheckCurrent();
   mapping::MergeResult merged;
   {
     Progress progress("drawing", "tiles");

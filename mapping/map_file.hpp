@@ -108,9 +108,10 @@ class MapReader {
   MapReader(const MapReader&) = delete;
   MapReader& operator=(const MapReader&) = delete;
 
-  /// Whether the file's name still leads to what this reads, unchanged. Who writes a map made from
-  /// this one over it asks after the MapWriter holds the name, lest another's work be lost.
-  [[nodiscard]] bool IsCurrent() const;
+  /// Who writes a map made from this one over it asks after the MapWriter holds the name, lest
+  /// another's work be lost.
+  /// @throws calib::InputError unless the file's name still leads to what this reads, unchanged.
+  void CheckCurrent() const;
 
   [[nodiscard]] const MapMetadata& Metadata() const;
   [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic

@@ -101,6 +101,7 @@ struct MapReader::Impl {
   template <typename Row, typename Convert>
   std::vector<Row> ReadAll(const char* table, Convert convert) const;
 
+  void CheckCurrent() const;
   void OpenTables();
   void OpenMosaic();
 
@@ -122,6 +123,10 @@ MapReader::Impl::Impl(const fs::path& map_path) : path(map_path), state(StateOf(
   OpenTables();
   OpenMosaic();
   // Each opened it by its name: of two maps one is not read half and half.
+  CheckCurrent();
+}
+
+void MapReader::Impl::CheckCurrent() const {
   if (StateOf(path) != state) Throw("was replaced while it was opened; try again");
 }
 
@@ -219,8 +224,8 @@ MapReader::~MapReader() {
   impl_.reset();
 }
 
-bool MapReader::IsCurrent() const {
-  return StateOf(impl_->path) == impl_->state;
+void MapReader::CheckCurrent() const {
+  impl_->CheckCurrent();
 }
 
 const MapMetadata& MapReader::Metadata() const {

@@ -14,6 +14,8 @@ constexpr int kWideSearch = 8;   // rough pixels: reaches what the coarse stage 
 constexpr int kCloseSearch = 4;  // pixels of the level, once the motion is nearly right
 
 constexpr int kFineSide = 1200;  // longer side of the fine level, at the most about
+constexpr int kSmallSide =
+    160;  // shorter side; below it fewer than two rows of rough blocks move freely
 
 BlockParams RoughParams() {
   // 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of two
@@ -33,13 +35,37 @@ cv::Mat LevelMask(const cv::Mat& mask, cv::Size size) {
   return reduced;
 }
 
+double FineFactor(cv::Size full) {
+  if (std::min(full.width, full.height) < kSmallSide) return 0.5;
+  return 1 + (std::max(full.width, full.height) - 1) / kFineSide;
+}
+
+void Fill(const cv::Mat& grey, double factor, cv::Size size, float noise_sigma, Level& level) {
+  level.grey.Resize(static_cast<std::size_t>(size.area()));
+  // An enlarged picture has all its noise in a quarter of the band, twice as dense along each axis.
+  level.noise_sigma = noise_sigma / static_cast<float>(factor);
+  if (factor < 1) {
+    cv::Mat exact;
+    grey.convertTo(exact, CV_32F);
+    cv::Mat enlarged(size, CV_32FC1, level.grey.data());
+    cv::resize(exact, enlarged, size, 0, 0, cv::INTER_LANCZOS4);
+    return;
+  }
+  kernels::ReduceArea(grey.ptr<unsigned char>(),
+                      grey.step,
+                      static_cast<int>(factor),
+                      size.width,
+                      size.height,
+                      level.grey.data());
+}
+
 }  // namespace
 
-LevelFrame::LevelFrame(cv::Size full, int reduction)
-    : factor(reduction),
-      size(full.width / reduction, full.height / reduction),
-      offset(0.5 * (reduction * size.width - full.width),
-             0.5 * (reduction * size.height - full.height)) {}
+LevelFrame::LevelFrame(cv::Size full, double full_px_per_level_px)
+    : factor(full_px_per_level_px),
+      size(static_cast<int>(full.width / factor), static_cast<int>(full.height / factor)),
+      offset(0.5 * (factor * size.width - full.width), 0.5 * (factor * size.height - full.height)) {
+}
 
 ImageMotion LevelFrame::FromFull(const ImageMotion& full) const {
   ImageMotion level = full;
@@ -62,20 +88,14 @@ ImageMotion LevelFrame::ToFull(const ImageMotion& level) const {
 
 FineStage::FineStage(cv::Size size, const RegistrarParams& params)
     : params_(params),
-      fine_frame_(size, 1 + (std::max(size.width, size.height) - 1) / kFineSide),
+      fine_frame_(size, FineFactor(size)),
       rough_frame_(fine_frame_.size, 2),
       rough_(rough_frame_.size, LevelMask(params.mask, rough_frame_.size), RoughParams()),
       fine_(fine_frame_.size, LevelMask(params.mask, fine_frame_.size)) {}
 
 void FineStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask) const {
-  const auto reduce = [&grey](int factor, cv::Size size, float noise_sigma, Level& level) {
-    level.grey.Resize(static_cast<std::size_t>(size.area()));
-    level.noise_sigma = noise_sigma / static_cast<float>(factor);
-    kernels::ReduceArea(
-        grey.ptr<unsigned char>(), grey.step, factor, size.width, size.height, level.grey.data());
-  };
-  reduce(fine_frame_.factor, fine_frame_.size, data.noise_sigma, data.fine);
-  reduce(2 * fine_frame_.factor, rough_frame_.size, data.noise_sigma, data.rough);
+  Fill(grey, fine_frame_.factor, fine_frame_.size, data.noise_sigma, data.fine);
+  Fill(grey, 2 * fine_frame_.factor, rough_frame_.size, data.noise_sigma, data.rough);
   fine_.TakeMask(LevelMask(mask, fine_frame_.size), data.fine);
   rough_.TakeMask(LevelMask(mask, rough_frame_.size), data.rough);
 }
@@ -237,13 +257,16 @@ bool FineStage::IsSound(const FrameSpectrum::Data& reference,
   // either all that sees more than lines agrees too, or the pictures must be the same down to the
   // noise.
   const double by_blocks = candidate.Agreement() + finalist.agreement;
-  const bool agreed = by_blocks + 2 * candidate.poc_peak > params_.min_agreement;
+  const bool small = fine_frame_.factor < 1;
+  const bool agreed = by_blocks + 2 * candidate.poc_peak >
+                      (small ? params_.min_agreement_small : params_.min_agreement);
   if (agreed && by_blocks > params_.min_block_agreement) return true;
   Compare(reference, current, finalist);
   if (finalist.unlike.mean < (agreed ? params_.max_unlike_weak : params_.max_unlike)) return true;
   constexpr int kEnoughBlocks = 20;
   constexpr double kFifth = 0.2;
-  return r.inliers >= kEnoughBlocks && r.inliers >= params_.min_partial_inliers * r.blocks &&
+  return !small && r.inliers >= kEnoughBlocks &&
+         r.inliers >= params_.min_partial_inliers * r.blocks &&
          finalist.agreement > params_.min_partial_agreement &&
          finalist.unlike.Quantile(kFifth) < params_.max_partial_unlike;
 }

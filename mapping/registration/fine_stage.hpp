@@ -32,14 +32,15 @@ struct Finalist {
   bool blurred = false;  ///< the low band alone could be used
 };
 
-/// One reduced picture of the fine stage and where it lies in the full one: x_full = factor *
-/// x_level + offset, both from the pictures' centres.
+/// One reduced (or enlarged) picture of the fine stage and where it lies in the full one: x_full =
+/// factor * x_level + offset, both from the pictures' centres.
 struct LevelFrame {
-  LevelFrame(cv::Size full, int reduction);
+  /// @param full_px_per_level_px  a whole number, or one half.
+  LevelFrame(cv::Size full, double full_px_per_level_px);
   [[nodiscard]] ImageMotion FromFull(const ImageMotion& full) const;
   [[nodiscard]] ImageMotion ToFull(const ImageMotion& level) const;
 
-  int factor = 1;
+  double factor = 1;
   cv::Size size;
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
 };
@@ -48,7 +49,8 @@ struct LevelFrame {
 /// the fine one), which see the low band, robust against noise and motion blur, and blocks of the
 /// fine level, which are exact. The fine level is the picture itself up to about 1200 pixels and
 /// reduced above, so that a block always sees a fair part of the scene and the cost does not grow
-/// with the picture. Motions going in and out are those of full pixels.
+/// with the picture. A picture whose shorter side is below 160 pixels has no room for enough blocks
+/// to vote, and is enlarged to twice its size. Motions going in and out are those of full pixels.
 class FineStage {
  public:
   FineStage(cv::Size size, const RegistrarParams& params);

@@ -75,6 +75,9 @@ struct RegistrarParams {
   double max_unlike = 0.92;
   /// ... agreement of rough blocks + fine blocks + 2 x POC peak of the whole pictures, 0..4.
   double min_agreement = 1.8;
+  /// The same of pictures whose shorter side is below 160 px: their blocks see little but lines,
+  /// which agreed by up to 1.82 over 5400 pairs of other places; true motions have 2.3 and more.
+  double min_agreement_small = 2.1;
   /// Where `unlike` is above `max_unlike_weak`, rough and fine blocks alone must also agree by
   /// this: a smear of more than 12 px in one picture splits the peaks even of the rough blocks,
   /// which then agree on a place beside the truth (1.09 and less, `unlike` 2.2 and more; pictures
@@ -84,7 +87,8 @@ struct RegistrarParams {
   /// A part of what is seen may have changed (covered, moved, switched off): then at least this
   /// part of the blocks must agree as well as this, and a fifth of them down to the noise. At the
   /// true place with a fifth to a half changed the agreement was 0.37 and more and that fifth's
-  /// `unlike` 1.1 and less; one tile further 0.32 and less, and 1.9 and more.
+  /// `unlike` 1.1 and less; one tile further 0.32 and less, and 1.9 and more. Not for small
+  /// pictures, where such a part would be a few lines.
   double min_partial_inliers = 0.6;
   double min_partial_agreement = 0.36;
   double max_partial_unlike = 1.4;
@@ -114,6 +118,8 @@ class FrameSpectrum {
 /// Registers pictures of one size. Holds FFT plans and scratch memory: one object per thread.
 class Registrar {
  public:
+  /// Pictures whose shorter side is below 160 px have few blocks to vote with: exact to a tenth of
+  /// a pixel, and lost where half of what they see is new.
   /// @throws calib::InputError when a side has less than 96 or more than 16384 pixels.
   explicit Registrar(cv::Size size, const RegistrarParams& params = {});
   ~Registrar();

@@ -285,25 +285,25 @@ TEST(MapFile, WithoutCommitTheOldMapStays) {
   EXPECT_EQ(folder.CountFiles(), 1U);
 }
 
-TEST(MapFile, TellsWhetherAnotherReplacedIt) {
+TEST(MapFile, SaysThatAnotherReplacedIt) {
   const TempFolder folder;
   const fs::path file = folder / "map.gpkg";
   SmallMap().Write(file);
   const MapReader reader(file);
-  EXPECT_TRUE(reader.IsCurrent());
+  EXPECT_NO_THROW(reader.CheckCurrent());
   (void)reader.ReadGraph();
-  EXPECT_TRUE(reader.IsCurrent());
+  EXPECT_NO_THROW(reader.CheckCurrent());
   {
     MapWriter writer(file, reader.Metadata());
     SmallMap().WriteTo(writer);
-    EXPECT_TRUE(reader.IsCurrent());
+    EXPECT_NO_THROW(reader.CheckCurrent());
     writer.Commit();
   }
-  EXPECT_FALSE(reader.IsCurrent());
+  EXPECT_THROW(reader.CheckCurrent(), calib::InputError);
   EXPECT_EQ(reader.ReadKeyframes().size(), 6U);  // of the old one
-  EXPECT_TRUE(MapReader(file).IsCurrent());
+  EXPECT_NO_THROW(MapReader(file).CheckCurrent());
   fs::remove(file);
-  EXPECT_FALSE(reader.IsCurrent());
+  EXPECT_THROW(reader.CheckCurrent(), calib::InputError);
 }
 
 TEST(MapFile, ReplacesWhatAKilledRunLeftBehind) {

@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <functional>
 #include <opencv2/imgproc.hpp>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -24,6 +26,65 @@ TEST(Registrar, OtherSizes) {
     const FrameSpectrum a = registrar.Analyze(ceiling.Render(size));
     const FrameSpectrum b = registrar.Analyze(ceiling.Render(size, truth));
     EXPECT_THAT(registrar.Register(a, b), IsMotion(truth, 0.02, 0.02)) << size;
+  }
+}
+
+// A pixel of a small picture sees more, so tiles and grooves are smaller.
+CeilingParams SeenSmall(std::uint32_t seed) {
+  return {.seed = seed, .tile_px = 24.0 + seed % 17, .groove_grey = 20};
+}
+
+const std::vector<cv::Size>& SmallSizes() {
+  static const std::vector<cv::Size> kSizes = {{160, 120}, {96, 96}, {400, 100}};
+  return kSizes;
+}
+
+TEST(Registrar, SmallPictures) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const cv::Size size : SmallSizes()) {
+    Registrar registrar(size);
+    const double reach_px = 0.2 * std::min(size.width, size.height);
+    int pairs = 0;
+    int found = 0;
+    for (std::uint32_t i = 0; i < 24; ++i) {
+      const ImageMotion truth{
+          reach_px * unit(random), reach_px * unit(random), kPi * unit(random), 1};
+      if (OverlapOf(truth, size) < 0.7) continue;
+      ++pairs;
+      const SyntheticCeiling ceiling(SeenSmall(i));
+      const FrameSpectrum a = registrar.Analyze(ceiling.Render(size, {}, 2, i));
+      const FrameSpectrum b = registrar.Analyze(ceiling.Render(size, truth, 2, i + 500));
+      const Registration r = registrar.Register(a, b);
+      if (!r.ok()) continue;
+      ++found;
+      EXPECT_LT(ShiftError(r.motion, truth), 0.35) << size << i;
+      EXPECT_LT(AngleErrorDeg(r.motion, truth), 0.5) << size << i;
+      EXPECT_LT(std::sqrt(r.covariance(0, 0)), 0.2) << size << i;
+    }
+    EXPECT_GE(pairs, 4) << size;
+    EXPECT_GE(found, pairs - 1) << size;
+  }
+}
+
+TEST(Registrar, SmallPicturesOfOtherPlaces) {
+  enum class There { kPlaster, kOtherTiles, kSameTiles };
+  for (const cv::Size size : SmallSizes()) {
+    Registrar registrar(size, WithScale());
+    for (std::uint32_t i = 0; i < 36; ++i) {
+      const auto kind = static_cast<There>(i % 3);
+      CeilingParams here = SeenSmall(i);
+      if (kind == There::kPlaster) here.tile_px = 0;
+      CeilingParams there = here;
+      if (kind != There::kSameTiles) there.seed += 10000;
+      if (kind == There::kOtherTiles) there.tile_px = 28 + i * 7 % 19;
+      const ImageMotion far{4000.0 + 37 * i, -3000, 0.3 * i, 1};
+      const FrameSpectrum a = registrar.Analyze(SyntheticCeiling(here).Render(size, {}, 2, i));
+      const FrameSpectrum b =
+          registrar.Analyze(SyntheticCeiling(there).Render(size, far, 2, i + 500));
+      const Registration r = registrar.Register(a, b);
+      EXPECT_FALSE(r.ok()) << size << i << ", peak " << r.peak << ", runner-up " << r.runner_up;
+    }
   }
 }
 
