@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,8 @@
 
 namespace ceilmap::simulator {
 namespace {
+
+namespace fs = std::filesystem;
 
 using ::testing::HasSubstr;
 
@@ -145,6 +148,7 @@ TEST(Scene, PathOfATumFileStartsAtTheScene) {
 }
 
 TEST(Scene, SamplesAreValid) {
+  const fs::path scenes = fs::path(CEILMAP_SOURCE_DIR) / "samples" / "scenes";
   for (const char* name : {"hall",
                            "warehouse",
                            "periodic",
@@ -158,7 +162,7 @@ TEST(Scene, SamplesAreValid) {
                            "dark-turn",
                            "colour-room",
                            "colour-boards"}) {
-    const std::string file = std::string(CEILMAP_SOURCE_DIR) + "/samples/scenes/" + name + ".yaml";
+    const fs::path file = scenes / (std::string(name) + ".yaml");
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }
 }
