@@ -37,7 +37,8 @@ cv::Mat LevelMask(const cv::Mat& mask, cv::Size size) {
 
 double FineFactor(cv::Size full) {
   if (std::min(full.width, full.height) < kSmallSide) return 0.5;
-  return 1 + (std::max(full.width, full.height) - 1) / kFineSide;
+  const int reduction = 1 + (std::max(full.width, full.height) - 1) / kFineSide;
+  return reduction;
 }
 
 void Fill(const cv::Mat& grey, double factor, cv::Size size, float noise_sigma, Level& level) {
