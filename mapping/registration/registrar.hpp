@@ -119,7 +119,7 @@ class FrameSpectrum {
 class Registrar {
  public:
   /// Pictures whose shorter side is below 160 px have few blocks to vote with: exact to a tenth of
-  /// a pixel, and lost where half of what they see is new.
+  /// a pixel (96 px: to a third), and sooner lost where much of what they see is new.
   /// @throws calib::InputError when a side has less than 96 or more than 16384 pixels.
   explicit Registrar(cv::Size size, const RegistrarParams& params = {});
   ~Registrar();
