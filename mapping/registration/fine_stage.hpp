@@ -49,7 +49,7 @@ struct LevelFrame {
 /// the fine one), which see the low band, robust against noise and motion blur, and blocks of the
 /// fine level, which are exact. The fine level is the picture itself up to about 1200 pixels and
 /// reduced above, so that a block always sees a fair part of the scene and the cost does not grow
-/// with the picture. A picture whose shorter side is below 160 pixels has no room for enough blocks
+/// with the picture. A picture whose shorter side is below 240 pixels has no room for enough blocks
 /// to vote, and is enlarged to twice its size. Motions going in and out are those of full pixels.
 class FineStage {
  public:

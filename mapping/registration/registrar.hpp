@@ -75,9 +75,10 @@ struct RegistrarParams {
   double max_unlike = 0.92;
   /// ... agreement of rough blocks + fine blocks + 2 x POC peak of the whole pictures, 0..4.
   double min_agreement = 1.8;
-  /// The same of pictures whose shorter side is below 160 px: their blocks see little but lines,
-  /// which agreed by up to 1.82 over 5400 pairs of other places; true motions have 2.3 and more.
-  double min_agreement_small = 2.1;
+  /// The same of pictures whose shorter side is below 240 px: their few blocks see little but
+  /// lines, which agreed by up to 2.25 over 2700 pairs of other places (96x96 to 220x220; with 240
+  /// px and more by up to 1.78). What agrees by less must be alike.
+  double min_agreement_small = 2.3;
   /// Where `unlike` is above `max_unlike_weak`, rough and fine blocks alone must also agree by
   /// this: a smear of more than 12 px in one picture splits the peaks even of the rough blocks,
   /// which then agree on a place beside the truth (1.09 and less, `unlike` 2.2 and more; pictures
@@ -118,8 +119,9 @@ class FrameSpectrum {
 /// Registers pictures of one size. Holds FFT plans and scratch memory: one object per thread.
 class Registrar {
  public:
-  /// Pictures whose shorter side is below 160 px have few blocks to vote with: exact to a tenth of
-  /// a pixel (96 px: to a third), and sooner lost where much of what they see is new.
+  /// Pictures whose shorter side is below 240 px have few blocks to vote with: exact to a tenth of
+  /// a pixel (96 px: to a third), and sooner lost where much of what they see is new. They take as
+  /// long as pictures of twice their size.
   /// @throws calib::InputError when a side has less than 96 or more than 16384 pixels.
   explicit Registrar(cv::Size size, const RegistrarParams& params = {});
   ~Registrar();

@@ -124,6 +124,24 @@ TEST(CeilingTracker, ALevelRobotIsLevel) {
   }
 }
 
+// Were it not enlarged, there would be too few blocks.
+TEST(CeilingTracker, ASmallPictureTellsToo) {
+  simulator::Scene scene = OddLab();
+  scene.camera.width_px = 240;
+  scene.camera.height_px = 180;
+  scene.camera.focal_px *= 0.75;
+  Robot robot(scene);
+  robot.StartAt({3, 2.5, 0});
+  for (int i = 1; i <= 6; ++i) {
+    SCOPED_TRACE(i);
+    const auto motion = robot.Measure({3 + 0.06 * i, 2.5 + 0.03 * i, 0.04 * i});
+    ASSERT_TRUE(motion.has_value());
+    EXPECT_GE(motion->inliers, 20);
+    const Tilt tilt = calib::FromSpace(motion->T_reference_base).tilt;
+    EXPECT_LT(std::hypot(tilt.pitch_rad, tilt.roll_rad), 0.15 * kDegree);
+  }
+}
+
 // A picture is 2.2 / 228.5 * 320 = 3.08 m by 2.31 m of ceiling.
 TEST(CeilingTracker, OverlapIsWhatALevelRobotWouldSee) {
   Robot robot(synthetic::Lab());

@@ -31,11 +31,11 @@ TEST(Registrar, OtherSizes) {
 
 // A pixel of a small picture sees more, so tiles and grooves are smaller.
 CeilingParams SeenSmall(std::uint32_t seed) {
-  return {.seed = seed, .tile_px = 24.0 + seed % 17, .groove_grey = 20};
+  return {.seed = seed, .tile_px = 24.0 + seed % 17, .groove_grey = seed % 2 == 0 ? 20.0 : 35.0};
 }
 
 const std::vector<cv::Size>& SmallSizes() {
-  static const std::vector<cv::Size> kSizes = {{160, 120}, {96, 96}, {400, 100}};
+  static const std::vector<cv::Size> kSizes = {{160, 120}, {96, 96}, {400, 100}, {220, 220}};
   return kSizes;
 }
 
