@@ -14,7 +14,7 @@ constexpr int kWideSearch = 8;   // rough pixels: reaches what the coarse stage 
 constexpr int kCloseSearch = 4;  // pixels of the level, once the motion is nearly right
 
 constexpr int kFineSide = 1200;  // longer side of the fine level, at the most about
-constexpr int kSmallSide = 240;  // shorter side; below it are fewer than six rows of rough blocks
+constexpr int kSmallSide = 240;  // shorter side; from it on there are six rows of rough blocks
 
 BlockParams RoughParams() {
   // 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of two

@@ -77,7 +77,7 @@ struct RegistrarParams {
   double min_agreement = 1.8;
   /// The same of pictures whose shorter side is below 240 px: their few blocks see little but
   /// lines, which agreed by up to 2.25 over 2700 pairs of other places (96x96 to 220x220; with 240
-  /// px and more by up to 1.78). What agrees by less must be alike.
+  /// px and more by up to 1.76). What agrees by less must be alike.
   double min_agreement_small = 2.3;
   /// Where `unlike` is above `max_unlike_weak`, rough and fine blocks alone must also agree by
   /// this: a smear of more than 12 px in one picture splits the peaks even of the rough blocks,
