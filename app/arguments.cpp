@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "app/csv.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 
@@ -32,19 +32,18 @@ bool ParseNumbers(std::string_view rest, std::span<double> values) {
 
 }  // namespace
 
-calib::Pose2 ParsePose2(const std::string& text, const std::string& option) {
+Pose2 ParsePose2(const std::string& text, const std::string& option) {
   std::array<double, 3> values{};
   if (!ParseNumbers(text, values)) {
-    throw calib::InputError(
-        fmt::format("{} {}: must be X,Y,YAW_DEG, e.g. 1.5,-0.2,90", option, text));
+    throw InputError(fmt::format("{} {}: must be X,Y,YAW_DEG, e.g. 1.5,-0.2,90", option, text));
   }
-  return {values[0], values[1], calib::WrapAngle(values[2] * std::numbers::pi / 180)};
+  return {values[0], values[1], WrapAngle(values[2] * std::numbers::pi / 180)};
 }
 
 PoseSpread ParseSpread(const std::string& text, const std::string& option) {
   std::array<double, 2> values{};
   if (!ParseNumbers(text, values) || !(values[0] > 0) || !(values[1] > 0)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{} {}: must be METRES,DEGREES, both > 0, e.g. 0.5,10", option, text));
   }
   return {values[0], values[1] * std::numbers::pi / 180};
@@ -67,7 +66,7 @@ std::vector<double> ParsePositiveNumbers(const std::string& text, const std::str
                              static_cast<std::size_t>(std::count(text.begin(), text.end(), ',')));
   const auto positive = [](double value) { return value > 0; };
   if (!ParseNumbers(text, values) || !std::all_of(values.begin(), values.end(), positive)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{} {}: must be numbers > 0 with commas between, e.g. 1,2,5", option, text));
   }
   return values;

@@ -6,20 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::app {
 
 /// `X,Y,YAW_DEG` as a pose (yaw in degrees, any turn). `option` names it in the message.
-/// @throws calib::InputError
-calib::Pose2 ParsePose2(const std::string& text, const std::string& option);
+/// @throws InputError
+Pose2 ParsePose2(const std::string& text, const std::string& option);
 
 /// How well a pose is known: standard deviations, both > 0.
 struct PoseSpread {
   double position_m = 0;  ///< of x and of y
   double yaw_rad = 0;
 };
-/// `METRES,DEGREES`. @throws calib::InputError
+/// `METRES,DEGREES`. @throws InputError
 PoseSpread ParseSpread(const std::string& text, const std::string& option);
 
 /// `A,B,C,D`, all finite; nothing for anything else.
@@ -29,7 +29,7 @@ std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text);
 std::optional<std::array<double, 6>> ParseSixNumbers(const std::string& text);
 
 /// `A,B,...`, at least one, each finite and > 0. `option` names it in the message.
-/// @throws calib::InputError
+/// @throws InputError
 std::vector<double> ParsePositiveNumbers(const std::string& text, const std::string& option);
 
 /// `[NAME=]FILE`.

@@ -15,7 +15,7 @@
 #include "app/ordered_work.hpp"
 #include "app/pictures.hpp"
 #include "app/progress.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -44,7 +44,7 @@ class Collector {
   void CheckSize(const std::string& name, cv::Size size) {
     if (found_.size.empty()) found_.size = size;
     if (size == found_.size) return;
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: is {}x{} px, those before it {}x{}; calibrate with pictures of one size",
                     name,
                     size.width,
@@ -186,7 +186,7 @@ void LookAtVideo(FrameReader& reader, const calibration::Board& board, Collector
 
 BoardPictures FindBoards(const std::vector<std::string>& sources, const calibration::Board& board) {
   if (sources.empty()) {
-    throw calib::InputError(
+    throw InputError(
         "calibrate camera: no pictures; give a folder of pictures, a video, or several pictures");
   }
   Collector collector(sources.size() == 1 ? sources.front()
@@ -198,8 +198,8 @@ BoardPictures FindBoards(const std::vector<std::string>& sources, const calibrat
   }
   const std::unique_ptr<FrameReader> reader = FrameReader::Open(sources.front());
   if (reader->GetKind() == FrameReader::Kind::kLive) {
-    throw calib::InputError(fmt::format(
-        "{}: is a live camera; record the board first, and give the video", sources.front()));
+    throw InputError(fmt::format("{}: is a live camera; record the board first, and give the video",
+                                 sources.front()));
   }
   LookAtVideo(*reader, board, collector);
   return collector.Finish();

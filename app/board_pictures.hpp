@@ -28,7 +28,7 @@ struct BoardPictures {
 /// at a time. Of a video, 300 pictures at the most are looked at: the sharpest of as many
 /// stretches.
 /// @param sources  one recording, or pictures.
-/// @throws calib::InputError when there are none, one cannot be read, or their sizes differ.
+/// @throws InputError when there are none, one cannot be read, or their sizes differ.
 BoardPictures FindBoards(const std::vector<std::string>& sources, const calibration::Board& board);
 
 }  // namespace ceilmap::app

@@ -10,7 +10,7 @@
 #include "app/console.hpp"
 #include "app/output_files.hpp"
 #include "app/report_folder.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/solve/board_drawing.hpp"
 
 namespace fs = std::filesystem;
@@ -34,7 +34,7 @@ struct CalibrateCameraParams {
   fs::path print_board;
   std::string paper = "a4";
 
-  // @throws calib::InputError
+  // @throws InputError
   [[nodiscard]] calibration::Board Board() const;
   void Check() const;
 };
@@ -55,17 +55,15 @@ calibration::Board CalibrateCameraParams::Board() const {
 void CalibrateCameraParams::Check() const {
   constexpr int kLeastViews = 3;
   if (most_views < kLeastViews) {
-    throw calib::InputError(
-        fmt::format("--views {}: must be at least {}", most_views, kLeastViews));
+    throw InputError(fmt::format("--views {}: must be at least {}", most_views, kLeastViews));
   }
   if (output.empty() && print_board.empty()) {
-    throw calib::InputError(
+    throw InputError(
         "calibrate camera: name the result with -o INFO.yaml, or a board to print with "
         "--print-board");
   }
   if (!print_board.empty() && !(pictures.empty() && output.empty())) {
-    throw calib::InputError(
-        "--print-board: print the board first, then calibrate with its pictures");
+    throw InputError("--print-board: print the board first, then calibrate with its pictures");
   }
   CheckOutputFiles({output, print_board});
   if (!report.empty()) CheckReportFolder(report);
@@ -77,7 +75,7 @@ void PrintBoard(const CalibrateCameraParams& params,
   const calibration::Board board = params.Board();
   const std::string extension = params.print_board.extension().string();
   if (extension != ".pdf" && extension != ".svg") {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("--print-board {}: must end in .pdf or .svg", params.print_board.string()));
   }
   const calibration::BoardDrawing drawing =
@@ -100,7 +98,7 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
   solver.model = calibration::ParseLensModel(params.model);
   solver.choose_terms = !params.all_terms;
   BoardPictures pictures = FindBoards(params.pictures, board);
-  if (pictures.interrupted) throw calib::RunError("interrupted before all pictures were seen");
+  if (pictures.interrupted) throw RunError("interrupted before all pictures were seen");
   CameraCalibration calibration = CalibrateCamera(
       board, std::move(pictures), solver, static_cast<std::size_t>(params.most_views));
   calibration.name = params.name;

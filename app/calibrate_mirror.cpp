@@ -18,12 +18,12 @@
 #include "app/progress.hpp"
 #include "app/report_folder.hpp"
 #include "app/report_table.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/yaml_value.hpp"
 #include "calib/mirror_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/rig_text.hpp"
 #include "calib/solve/mirror_finder.hpp"
-#include "calib/yaml_value.hpp"
 
 namespace fs = std::filesystem;
 
@@ -41,18 +41,17 @@ struct CalibrateMirrorParams {
   fs::path report;
   fs::path output;
 
-  // Checks everything that can be told without the recording. @throws calib::InputError
+  // Checks everything that can be told without the recording. @throws InputError
   void Check() const;
 };
 
 void CalibrateMirrorParams::Check() const {
   if (!output.empty() && rig.empty()) {
-    throw calib::InputError(
+    throw InputError(
         "calibrate mirror: -o writes a rig with the mirror in it; give the rig so far by --rig");
   }
   if (!panorama.empty() && panorama.extension() != ".png") {
-    throw calib::InputError(
-        fmt::format("{}: the picture's name must end in .png", panorama.string()));
+    throw InputError(fmt::format("{}: the picture's name must end in .png", panorama.string()));
   }
   CheckOutputFiles({output, panorama});
   if (!report.empty()) CheckReportFolder(report);
@@ -89,7 +88,7 @@ MirrorSight LookAtRecording(const CalibrateMirrorParams& params) {
     activity.Add(frame.picture);
     progress.Update(++sight.pictures);
   }
-  if (Interrupted()) throw calib::RunError("interrupted; nothing was written");
+  if (Interrupted()) throw RunError("interrupted; nothing was written");
   for (const std::string& warning : source.Warnings()) PrintWarning(warning);
   sight.fit =
       sight.pictures == 1 ? calibration::FindRing(sight.picture) : calibration::FindRing(activity);
@@ -101,14 +100,14 @@ void CheckFound(const CalibrateMirrorParams& params, const MirrorSight& sight) {
     case calibration::MirrorFault::kNone:
       return;
     case calibration::MirrorFault::kNothingMoves:
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: nothing moves in the mirror; record it while the robot turns, in a lit "
                       "room with things in it",
                       params.omni));
     case calibration::MirrorFault::kNoRim:
       break;
   }
-  throw calib::InputError(
+  throw InputError(
       fmt::format("{}: no mirror with a round rim is to be seen; light the room, or say where it "
                   "is: --ring U,V,INNER,OUTER",
                   params.omni));
@@ -192,7 +191,7 @@ cv::Mat Overlay(const MirrorSight& sight) {
 
 void WritePicture(const fs::path& file, const cv::Mat& picture, Summary& summary) {
   if (!cv::imwrite(file.string(), picture)) {
-    throw calib::RunError(fmt::format("{}: cannot be written", file.string()));
+    throw RunError(fmt::format("{}: cannot be written", file.string()));
   }
   summary.files.push_back(file);
 }
@@ -211,8 +210,7 @@ void WriteMirrorReport(const fs::path& folder, const MirrorSight& sight, Summary
 }
 
 void WriteRig(const CalibrateMirrorParams& params, const MirrorSight& sight, Summary& summary) {
-  const std::string text =
-      calib::ReadSettingsText(params.rig, "a rig file (format: calib/README.md)");
+  const std::string text = ReadSettingsText(params.rig, "a rig file (format: calib/README.md)");
   calib::ParseRig(text, params.rig);
   calib::RigValues values;
   values.omni = {

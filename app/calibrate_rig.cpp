@@ -22,9 +22,9 @@
 #include "app/rig_calibration_report.hpp"
 #include "app/robot_rig.hpp"
 #include "app/second_camera.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/yaml_value.hpp"
 #include "calib/rig_text.hpp"
-#include "calib/yaml_value.hpp"
 
 namespace fs = std::filesystem;
 
@@ -38,7 +38,7 @@ using std::chrono::steady_clock;
 std::string KnownRig(const CalibrateRigOptions& params) {
   const bool own = !params.rig.empty();
   const std::string text =
-      own ? calib::ReadSettingsText(params.rig, "a rig file (format: calib/README.md)")
+      own ? ReadSettingsText(params.rig, "a rig file (format: calib/README.md)")
           : calib::RigOfCameraInfo(params.camera);
   constexpr double kRoughDistanceM = 2;  // only to begin with; the tape tells
   const double camera_height_m = params.camera_height_m.value_or(0);
@@ -54,7 +54,7 @@ std::string KnownRig(const CalibrateRigOptions& params) {
   pose.T_base_up = guess.T_base_up;
   const bool height_told = params.camera_height_m || params.tape.GivesCameraHeight();
   if (!height_told && calib::CompleteRig(text, file, pose) != text) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: tells nothing of the upward camera's height; give --camera-height, or "
                     "both --ceiling-height and --distance",
                     file.string()));
@@ -87,7 +87,7 @@ void CalibrateMotion(const CalibrateRigOptions& params,
   std::vector<std::string> names;
   const auto read = [&](const RigRecording& recording, const char* label) {
     RigMotion motion = ReadMotion(recording, rig, file, label);
-    if (Interrupted()) throw calib::RunError("interrupted; nothing was written");
+    if (Interrupted()) throw RunError("interrupted; nothing was written");
     if (!recording.forward.empty()) names.push_back(recording.forward);
     seen.push_back(std::move(motion));
   };
@@ -125,7 +125,7 @@ void RunCalibrateRig(const CalibrateRigOptions& params, const CommonOptions& com
   const calib::CeilingView view(up, rig.ceiling_height_m);
   const CeilingKeyframes spin = ReadCeiling(spin_source, view, "spin");
   const CeilingKeyframes straight = ReadCeiling(straight_source, view, "straight");
-  if (Interrupted()) throw calib::RunError("interrupted; nothing was written");
+  if (Interrupted()) throw RunError("interrupted; nothing was written");
   out.frames = spin.read + straight.read;
   out.stages_ms["follow"] = MillisecondsSince(start);
 

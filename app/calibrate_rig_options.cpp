@@ -4,26 +4,26 @@
 
 #include "app/output_files.hpp"
 #include "app/report_folder.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
 
 void CheckPositive(const char* option, const std::optional<double>& value) {
   if (!value || (*value > 0 && *value < 1e4)) return;
-  throw calib::InputError(fmt::format("{} {}: must be > 0, in metres", option, *value));
+  throw InputError(fmt::format("{} {}: must be > 0, in metres", option, *value));
 }
 
 }  // namespace
 
 void CalibrateRigOptions::Check() const {
   if (rig.empty() == camera.empty()) {
-    throw calib::InputError(
+    throw InputError(
         "calibrate rig: give either --rig RIG.yaml, or --camera CAMERA_INFO.yaml for a rig that "
         "does not exist yet");
   }
   if (!tape.ceiling_height_m && !tape.distance_m) {
-    throw calib::InputError(
+    throw InputError(
         "calibrate rig: give --ceiling-height, or --distance of the straight drive; without a tape "
         "measure nothing has a scale");
   }
@@ -40,13 +40,13 @@ void CalibrateRigOptions::Check() const {
 
 void CalibrateRigOptions::CheckMotion() const {
   if (step.empty() && (!step_forward.empty() || step_height_m)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: there is no recording over a step; give the upward camera's by --step",
                     step_forward.empty() ? "--step-height" : "--step-forward"));
   }
   const bool forward = !spin_forward.empty() || !straight_forward.empty() || !step_forward.empty();
   if (forward && rig.empty()) {
-    throw calib::InputError(
+    throw InputError(
         "calibrate rig: a forward camera's recordings need its intrinsics and its place; give "
         "--rig instead of --camera, with cameras: forward in it");
   }

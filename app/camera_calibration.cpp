@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/solve/view_choice.hpp"
 
 namespace ceilmap::app {
@@ -22,7 +22,7 @@ constexpr const char* kHowToHold =
     "sides";
 
 [[noreturn]] void Refuse(const BoardPictures& pictures, const std::string& why) {
-  throw calib::InputError(fmt::format("{}: {}", pictures.name, why));
+  throw InputError(fmt::format("{}: {}", pictures.name, why));
 }
 
 std::string OtherSize(cv::Size corners, const Board& board) {

@@ -30,7 +30,7 @@ struct CameraCalibration {
 
 /// Chooses views, solves, judges.
 /// @param most_views  at least 3.
-/// @throws calib::InputError when the pictures do not determine the camera: what is missing, and
+/// @throws InputError when the pictures do not determine the camera: what is missing, and
 /// what
 ///   to add.
 CameraCalibration CalibrateCamera(const calibration::Board& board,

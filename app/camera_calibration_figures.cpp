@@ -10,7 +10,7 @@
 #include "app/figure.hpp"
 #include "app/page/html_text.hpp"
 #include "app/report_folder.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 

@@ -27,7 +27,7 @@ std::vector<ReportTable> CameraTables(const CameraCalibration& calibration);
 /// Writes index.html, tables.md, metrics.json, figures of residuals, coverage and views, and a
 /// picture before and after. Without gnuplot there are no figures, and a warning tells.
 /// @param folder  checked by CheckReportFolder before. @return all files.
-/// @throws calib::RunError when the disk refuses.
+/// @throws RunError when the disk refuses.
 std::vector<std::filesystem::path> WriteCameraReport(const std::filesystem::path& folder,
                                                      const CameraCalibration& calibration);
 

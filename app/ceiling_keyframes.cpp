@@ -11,13 +11,12 @@
 #include <utility>
 
 #include "app/progress.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::app {
 namespace {
 
-using calib::Pose2;
 using registration::FrameSpectrum;
 using registration::ImageMotion;
 using registration::PlaneCamera;
@@ -217,7 +216,7 @@ CeilingKeyframes ReadCeiling(FrameSource& source,
     }
     ++result.lost;
     if (++lost < kMostLost) continue;
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: from frame {} on the ceiling does not match the frames before; record it "
                     "more slowly, under a ceiling with texture, with the lights on",
                     source.Name(),

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/frame_source.hpp"
+#include "calib/base/pose2.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/pose2.hpp"
 #include "calib/rig.hpp"
 #include "calib/solve/rig_solver.hpp"
 
@@ -18,7 +18,7 @@ struct CeilingKeyframe {
   cv::Mat raw;             ///< as the camera took it
   std::int64_t frame = 0;  ///< of the recording
   /// Rough pose of the camera, from picture to picture; units of the ceiling's distance.
-  calib::Pose2 T_first_camera;
+  Pose2 T_first_camera;
 };
 
 /// Keyframes of a recording of the ceiling, each far enough from the one before, the first and the
@@ -32,7 +32,7 @@ struct CeilingKeyframes {
 
 /// Follows a recording picture by picture.
 /// @param view  of the camera as far as it is known; tilts of a few degrees do no harm.
-/// @throws calib::InputError when the ceiling is lost for longer than a moment.
+/// @throws InputError when the ceiling is lost for longer than a moment.
 CeilingKeyframes ReadCeiling(FrameSource& source,
                              const calib::CeilingView& view,
                              const std::string& label);
@@ -45,7 +45,7 @@ CeilingKeyframes ReadCeiling(FrameSource& source,
 calibration::Recording MeasureCeiling(const CeilingKeyframes& keyframes,
                                       const calib::MountedCamera& up,
                                       double ceiling_height_m,
-                                      const std::vector<calib::Pose2>& cameras,
+                                      const std::vector<Pose2>& cameras,
                                       bool known);
 
 }  // namespace ceilmap::app

@@ -9,8 +9,8 @@
 #include "app/colour_model_file.hpp"
 #include "app/console.hpp"
 #include "app/robot_rig.hpp"
-#include "calib/error.hpp"
-#include "calib/stage_timer.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/stage_timer.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -39,8 +39,8 @@ std::unique_ptr<ColourHeadings> ColourHeadings::Make(const std::filesystem::path
     return std::make_unique<ColourHeadings>(
         std::make_unique<SecondCamera>(std::move(frames), "forward"),
         colour::ColourCompass(std::move(learned), camera, params));
-  } catch (const calib::InputError& error) {
-    throw calib::InputError(
+  } catch (const InputError& error) {
+    throw InputError(
         fmt::format("{} with {}: {}", model.string(), rig_file.string(), error.what()));
   }
 }
@@ -49,7 +49,7 @@ ColourHeadings::ColourHeadings(std::unique_ptr<SecondCamera> camera, colour::Col
     : camera_(std::move(camera)), compass_(std::move(compass)) {}
 
 void ColourHeadings::Look(const Frame& frame) {
-  const calib::StageTimer timer(compass_ms_);
+  const StageTimer timer(compass_ms_);
   colour::ColourFrame seen;
   seen.bgr = frame.picture;
   seen.stamp_s = frame.stamp_s;
@@ -60,7 +60,7 @@ void ColourHeadings::Look(const Frame& frame) {
   if (heading_->confidence < kSure) ++unsure_;
 }
 
-std::optional<calib::HeadingPrior> ColourHeadings::At(double stamp_s) {
+std::optional<HeadingPrior> ColourHeadings::At(double stamp_s) {
   const Frame* const frame = camera_->Nearest(stamp_s);
   if (frame == nullptr) return std::nullopt;
   if (seen_ != frame->index) Look(*frame);
@@ -75,11 +75,10 @@ std::optional<calib::HeadingPrior> ColourHeadings::At(double stamp_s) {
   // The two pictures were not taken at once, and nobody says how fast the robot turned.
   constexpr double kUnseenRate = 0.3;  // rad/s
   const double turned_rad = kUnseenRate * (stamp_s - frame->stamp_s);
-  return calib::HeadingPrior{heading_->heading_rad,
-                             heading_->variance_rad2 + turned_rad * turned_rad};
+  return HeadingPrior{heading_->heading_rad, heading_->variance_rad2 + turned_rad * turned_rad};
 }
 
-void ColourHeadings::Locate(double stamp_s, const std::optional<calib::Pose2>& T_map_base) {
+void ColourHeadings::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
   if (!T_map_base) return;
   place_ = colour::PlaceHypothesis{T_map_base->Translation()};
   placed_s_ = stamp_s;

@@ -18,7 +18,7 @@ namespace ceilmap::app {
 class ColourHeadings : public HeadingMeter {
  public:
   /// @param stamps  of its frames, or of the upward ones where those are as many.
-  /// @throws calib::InputError when model, source or rig cannot be used.
+  /// @throws InputError when model, source or rig cannot be used.
   static std::unique_ptr<ColourHeadings> Make(const std::filesystem::path& model,
                                               const std::string& source,
                                               const std::filesystem::path& stamps,
@@ -28,9 +28,9 @@ class ColourHeadings : public HeadingMeter {
   ColourHeadings(std::unique_ptr<SecondCamera> camera, colour::ColourCompass compass);
 
   /// Of the forward picture nearest in time; nothing while several headings are possible.
-  std::optional<calib::HeadingPrior> At(double stamp_s) override;
+  std::optional<HeadingPrior> At(double stamp_s) override;
 
-  void Locate(double stamp_s, const std::optional<calib::Pose2>& T_map_base) override;
+  void Locate(double stamp_s, const std::optional<Pose2>& T_map_base) override;
   [[nodiscard]] std::vector<std::string> Warnings() const override;
   [[nodiscard]] nlohmann::ordered_json Quality() const override;
   void AddTimes(nlohmann::ordered_json& stages_ms) const override;

@@ -12,7 +12,7 @@
 
 #include "app/output_files.hpp"
 #include "app/text_file.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -122,7 +122,7 @@ constexpr const char* kAnew = "learn it anew with 'ceilmap compass learn'";
 
 std::string ReadText(const fs::path& file) {
   const auto refuse = [&file](const std::string& what) {
-    throw calib::InputError(fmt::format("{}: {}", file.string(), what));
+    throw InputError(fmt::format("{}: {}", file.string(), what));
   };
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
@@ -151,17 +151,17 @@ json Parse(const std::string& text) {
   std::int64_t values = 0;
   const auto check = [&values](int depth, json::parse_event_t /*event*/, const json& /*parsed*/) {
     if (depth > kMostDepth || ++values > kMostValues) {
-      throw calib::InputError("is no colour model; give one of 'ceilmap compass learn'");
+      throw InputError("is no colour model; give one of 'ceilmap compass learn'");
     }
     return true;
   };
   try {
     return json::parse(text, check);
   } catch (const json::parse_error& error) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("is no colour model: no JSON from byte {} on; {}", error.byte, kAnew));
   } catch (const json::exception&) {
-    throw calib::InputError(fmt::format("is no colour model: has impossible numbers; {}", kAnew));
+    throw InputError(fmt::format("is no colour model: has impossible numbers; {}", kAnew));
   }
 }
 
@@ -243,8 +243,7 @@ class Fields {
   }
 
   [[noreturn]] void Refuse(const std::string& what) const {
-    throw calib::InputError(
-        fmt::format("{}{}{}; {}", place_, place_.empty() ? "" : ": ", what, kAnew));
+    throw InputError(fmt::format("{}{}{}; {}", place_, place_.empty() ? "" : ": ", what, kAnew));
   }
 
  private:
@@ -258,11 +257,11 @@ void CheckFormat(const json& document) {
     return found != document.end() && found->is_string() ? found->get<std::string>() : "";
   };
   if (!document.is_object() || text_at("format") != kFormat) {
-    throw calib::InputError("is no colour model; give one of 'ceilmap compass learn'");
+    throw InputError("is no colour model; give one of 'ceilmap compass learn'");
   }
   const std::int64_t version = Fields(document, "").Whole("version", 1, 1'000'000);
   if (version > ColourModel::kVersion) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("is a colour model of version {}, this program reads up to version {}; use a "
                     "newer ceilmap, or learn it anew",
                     version,
@@ -325,7 +324,7 @@ void TakeCells(const json& cells, std::int64_t room, ColourModel& model) {
     Cell& cell = model.cells.emplace_back();
     const std::string place = fmt::format("cell {}", model.cells.size() - 1);
     if (!list.is_array() || list.size() > static_cast<std::size_t>(model.bins)) {
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: must be a list of at most {} bins; {}", place, model.bins, kAnew));
     }
     std::size_t position = 0;
@@ -378,7 +377,7 @@ std::string FormatColourModel(const ColourModel& model) {
 void WriteColourModel(const ColourModel& model, const fs::path& file) {
   const std::string text = FormatColourModel(model);
   if (text.size() > kMaxColourModelBytes) {
-    throw calib::RunError(
+    throw RunError(
         fmt::format("{}: would have {} bytes, at most {} can be read again; learn it with fewer "
                     "cells, bins or classes",
                     file.string(),
@@ -396,11 +395,11 @@ ColourModel ParseColourModel(const std::string& text,
     model.Validate();
     const auto filled = [](const Cell& cell) { return !cell.empty(); };
     if (!std::any_of(model.cells.begin(), model.cells.end(), filled)) {
-      throw calib::InputError(fmt::format("is empty: nothing was learned in it; {}", kAnew));
+      throw InputError(fmt::format("is empty: nothing was learned in it; {}", kAnew));
     }
     return model;
-  } catch (const calib::InputError& error) {
-    throw calib::InputError(fmt::format("{}: {}", file.string(), error.what()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", file.string(), error.what()));
   }
 }
 

@@ -27,12 +27,12 @@ inline constexpr std::uintmax_t kMaxColourModelBytes = 64U << 20U;
 std::string FormatColourModel(const colour::ColourModel& model);
 
 /// Writes the file complete or not at all.
-/// @param model  valid. @throws calib::RunError when it is larger than could be read again, or the
-///   disk refuses; calib::InputError when there can be no such file.
+/// @param model  valid. @throws RunError when it is larger than could be read again, or the
+///   disk refuses; InputError when there can be no such file.
 void WriteColourModel(const colour::ColourModel& model, const std::filesystem::path& file);
 
 /// Reads a model that has at least one bin with something in it.
-/// @throws calib::InputError, one line with the file, what is wrong and how to mend it: no such
+/// @throws InputError, one line with the file, what is wrong and how to mend it: no such
 ///   file, too large, empty, no JSON, another format, a newer version, sizes that do not fit each
 ///   other, numbers that cannot be, or nothing learned.
 colour::ColourModel ReadColourModel(const std::filesystem::path& file);

@@ -20,7 +20,7 @@ struct CommonOptions {
 };
 
 /// A command: how it is called, and what it does once its arguments are parsed. The body fills in
-/// the summary; it throws calib::InputError or calib::RunError and never ends the program itself.
+/// the summary; it throws InputError or RunError and never ends the program itself.
 struct Command {
   CLI::App* cli = nullptr;
   std::shared_ptr<CommonOptions> common;

@@ -12,12 +12,11 @@
 #include "app/evaluation/association.hpp"
 #include "app/stamps.hpp"
 #include "app/tum.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
 
-using calib::InputError;
 using evaluation::StampedHeading;
 using evaluation::TimeOffset;
 
@@ -194,7 +193,7 @@ void Comparer::CompareBefore(const NamedFile& file, const std::vector<StampedPos
     throw InputError(
         fmt::format("{}: has headings only, --before compares poses", file.file.string()));
   }
-  const calib::Pose2& T_truth_before = *comparison_.compensation->alignment.T_truth_before;
+  const Pose2& T_truth_before = *comparison_.compensation->alignment.T_truth_before;
   auto compensation =
       evaluation::CompareCompensation(truth_, before_, poses, T_truth_before, Compensation());
   comparison_.compensation->estimates.push_back({file.name, std::move(compensation.value())});

@@ -64,13 +64,13 @@ struct BeforeAndAfter {
 };
 
 struct Comparison {
-  std::vector<evaluation::StampedPose> truth;
+  std::vector<StampedPose> truth;
   std::vector<ComparedEstimate> estimates;  ///< in the order of the arguments
   std::optional<BeforeAndAfter> compensation;
 };
 
 /// Reads all files and compares them.
-/// @throws calib::InputError on files that cannot be used, two estimates of one name, and an
+/// @throws InputError on files that cannot be used, two estimates of one name, and an
 ///   estimate that has no pose at the time of a true one.
 Comparison Compare(const ComparisonParams& params);
 

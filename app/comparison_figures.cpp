@@ -8,14 +8,13 @@
 #include "app/console.hpp"
 #include "app/gnuplot.hpp"
 #include "app/output_files.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
 
 using evaluation::FrameError;
 using evaluation::PlanarSimilarity;
-using evaluation::StampedPose;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
@@ -39,7 +38,7 @@ void Place(const PlanarSimilarity& T, const Eigen::Vector2d& p_truth, FigurePose
 }  // namespace
 
 std::vector<FigurePose> FigurePoses(const std::vector<StampedPose>& poses) {
-  const std::vector<double> way_m = evaluation::PathLengths(poses);
+  const std::vector<double> way_m = PathLengths(poses);
   std::vector<FigurePose> shown;
   shown.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -48,13 +47,13 @@ std::vector<FigurePose> FigurePoses(const std::vector<StampedPose>& poses) {
     pose.way_m = way_m[i];
     pose.x = poses[i].position.x();
     pose.y = poses[i].position.y();
-    pose.yaw_deg = kDegPerRad * evaluation::YawOf(poses[i]);
+    pose.yaw_deg = kDegPerRad * YawOf(poses[i]);
     if (i > 0) {
       const double before = shown.back().yaw_deg;
       pose.yaw_deg = before + std::remainder(pose.yaw_deg - before, 360.0);
     }
-    pose.pitch_deg = kDegPerRad * evaluation::PitchOf(poses[i]);
-    pose.roll_deg = kDegPerRad * evaluation::RollOf(poses[i]);
+    pose.pitch_deg = kDegPerRad * PitchOf(poses[i]);
+    pose.roll_deg = kDegPerRad * RollOf(poses[i]);
     shown.push_back(pose);
   }
   return shown;

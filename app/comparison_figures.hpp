@@ -31,21 +31,21 @@ enum class ShownFrame {
 evaluation::PlanarSimilarity T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame);
 
 /// @param truth  that the errors are of. @param runs  at least one.
-TrajectoryComparison ComparisonFor(const std::vector<evaluation::StampedPose>& truth,
+TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
                                    const std::vector<ComparedRun>& runs,
                                    ShownFrame frame);
 
 /// Where the robot was without tilt compensation, for TrajectoryComparison::before.
-std::vector<FigurePose> FigurePosesBefore(const std::vector<evaluation::StampedPose>& truth,
+std::vector<FigurePose> FigurePosesBefore(const std::vector<StampedPose>& truth,
                                           const evaluation::Compensation& compensation,
                                           const evaluation::PlanarSimilarity& T_shown_truth);
 
 /// A trajectory alone, without a truth: the way is its own. Empty for none.
-std::vector<FigurePose> FigurePoses(const std::vector<evaluation::StampedPose>& poses);
+std::vector<FigurePose> FigurePoses(const std::vector<StampedPose>& poses);
 
 /// Writes the map's mosaic into a folder as mosaic.png, pale, at most 1600 pixels a side, white
 /// where nobody looked.
-/// @return nothing for a map without a mosaic. @throws calib::RunError when the disk refuses.
+/// @return nothing for a map without a mosaic. @throws RunError when the disk refuses.
 std::optional<FigureMosaic> WriteMosaic(const mapping::MapReader& map,
                                         const std::filesystem::path& folder);
 

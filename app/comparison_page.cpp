@@ -22,7 +22,7 @@ constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 page::PagePose Shown(const PlanarSimilarity& T_shown_truth,
                      double stamp_s,
-                     const calib::Pose2& T_truth_base) {
+                     const Pose2& T_truth_base) {
   const Eigen::Vector2d position = T_shown_truth * T_truth_base.Translation();
   page::PagePose pose;
   pose.stamp_s = stamp_s;
@@ -109,8 +109,8 @@ page::PagePath Builder::Truth() const {
   path.name = Unused("truth");
   path.role = page::PathRole::kTruth;
   path.poses.reserve(comparison_.truth.size());
-  for (const evaluation::StampedPose& pose : comparison_.truth) {
-    path.poses.push_back(Shown(T_shown_truth_, pose.stamp_s, evaluation::PlanarPose(pose)));
+  for (const StampedPose& pose : comparison_.truth) {
+    path.poses.push_back(Shown(T_shown_truth_, pose.stamp_s, PlanarPose(pose)));
   }
   return path;
 }
@@ -140,8 +140,8 @@ page::PagePath Builder::Headings(const ComparedEstimate& estimate) const {
   path.name = HeadingName(estimate);
   path.poses.reserve(estimate.heading.of.size());
   for (const evaluation::HeadingError& error : estimate.heading.of) {
-    const evaluation::StampedPose& truth = comparison_.truth[error.truth];
-    calib::Pose2 pose = evaluation::PlanarPose(truth);
+    const StampedPose& truth = comparison_.truth[error.truth];
+    Pose2 pose = PlanarPose(truth);
     pose.yaw += error.error_deg / kDegPerRad;
     path.poses.push_back(Shown(T_shown_truth_, truth.stamp_s, pose));
   }
@@ -157,9 +157,8 @@ page::PagePath Builder::Before() const {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (!frames[i].before) continue;
     const Eigen::Vector2d& p = frames[i].before->p_truth;
-    path.poses.push_back(Shown(T_shown_truth_,
-                               frames[i].stamp_s,
-                               {p.x(), p.y(), evaluation::YawOf(comparison_.truth[i])}));
+    path.poses.push_back(
+        Shown(T_shown_truth_, frames[i].stamp_s, {p.x(), p.y(), YawOf(comparison_.truth[i])}));
   }
   return path;
 }

@@ -22,7 +22,7 @@ std::string FormatMetricsCsv(const Comparison& comparison);
 std::string FormatEstimatesCsv(const Comparison& comparison);
 /// NAME-errors.csv: a line for each pose of the truth.
 /// @param compensation  of this estimate, or null.
-std::string FormatErrorsCsv(const std::vector<evaluation::StampedPose>& truth,
+std::string FormatErrorsCsv(const std::vector<StampedPose>& truth,
                             const ComparedEstimate& estimate,
                             const evaluation::Compensation* compensation);
 

@@ -9,7 +9,7 @@
 #include "app/console.hpp"
 #include "app/interrupt.hpp"
 #include "app/robot_rig.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -82,7 +82,7 @@ void CheckNotRead(const fs::path& result, const std::vector<fs::path>& sources) 
   std::error_code ignored;
   for (const fs::path& source : sources) {
     if (source.empty() || !fs::equivalent(result, source, ignored)) continue;
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: is read by this run and cannot be its result too", result.string()));
   }
 }
@@ -110,8 +110,8 @@ ForwardFrames::ForwardFrames(const ForwardOptions& options)
   CheckForwardCamera(rig_, options.rig, source_.Name(), source_.Size());
   try {
     const colour::ScanLines lines(Camera());
-  } catch (const calib::InputError& error) {
-    throw calib::InputError(fmt::format("{}: {}", options.rig.string(), error.what()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", options.rig.string(), error.what()));
   }
 }
 
@@ -143,7 +143,7 @@ void ForwardFrames::CheckColour() {
 }
 
 void ForwardFrames::RefuseGrey() const {
-  throw calib::InputError(fmt::format(
+  throw InputError(fmt::format(
       "{}: its pictures are grey; this compass knows places by their colours, record it in colour",
       source_.Name()));
 }
@@ -165,8 +165,8 @@ const StampedPose* PosesByTime::Nearest(double stamp_s) const {
   return nearest;
 }
 
-calib::Tilt TiltOf(const StampedPose& pose) {
-  calib::Tilt tilt;
+Tilt TiltOf(const StampedPose& pose) {
+  Tilt tilt;
   tilt.pitch_rad = PitchOf(pose);
   tilt.roll_rad = RollOf(pose);
   return tilt;
@@ -195,15 +195,15 @@ void RefuseRecording(const ForwardFrames& frames,
                      const UnusedFrames& unused,
                      const fs::path& poses) {
   const std::string& source = frames.Source().Name();
-  if (frames.Count() == 0) throw calib::RunError("interrupted before the first frame");
+  if (frames.Count() == 0) throw RunError("interrupted before the first frame");
   if (!poses.empty() && unused.without_pose == frames.Count()) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and poses count alike?",
                     poses.string(),
                     PosesByTime::kMaxDtS,
                     source));
   }
-  throw calib::RunError(fmt::format(
+  throw RunError(fmt::format(
       "{}: none of {} frames could be used, {} show too little above the horizon; raise "
       "the camera, or correct its pose in the rig",
       source,

@@ -9,8 +9,8 @@
 
 #include "app/frame_source.hpp"
 #include "app/tum.hpp"
+#include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
-#include "calib/tilt.hpp"
 #include "localization/compass/colour/scan_lines.hpp"
 
 namespace ceilmap::app {
@@ -23,11 +23,11 @@ struct ForwardOptions {
 
   void AddTo(CLI::App& cli, const std::string& group);
   /// That no result would take the place of what is read.
-  /// @throws calib::InputError
+  /// @throws InputError
   void CheckResult(const std::filesystem::path& result) const;
 };
 
-/// The same for any files. @throws calib::InputError
+/// The same for any files. @throws InputError
 void CheckNotRead(const std::filesystem::path& result,
                   const std::vector<std::filesystem::path>& sources);
 
@@ -37,12 +37,12 @@ void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::str
 /// The colour pictures of the rig's forward camera.
 class ForwardFrames {
  public:
-  /// Opens recording and rig. @throws calib::InputError also when the two do not fit, or the camera
+  /// Opens recording and rig. @throws InputError also when the two do not fit, or the camera
   ///   looks up or down too much.
   explicit ForwardFrames(const ForwardOptions& options);
 
   /// The next one. @return as FrameSource::Read.
-  /// @throws calib::InputError when the pictures turn out to be grey: after 30 without a trace of
+  /// @throws InputError when the pictures turn out to be grey: after 30 without a trace of
   ///   colour, and at the end where none has colours to speak of. Dark ones tell nothing.
   bool Read();
   [[nodiscard]] const Frame& Current() const { return frame_; }
@@ -87,7 +87,7 @@ class PosesByTime {
 };
 
 /// Pitch and roll of a pose.
-calib::Tilt TiltOf(const StampedPose& pose);
+Tilt TiltOf(const StampedPose& pose);
 
 /// Frames that a run over a recording could not use.
 struct UnusedFrames {
@@ -101,7 +101,7 @@ void TellOfFrames(const ForwardFrames& frames, const UnusedFrames& unused);
 
 /// When not one frame could be used.
 /// @param poses  the file of poses; empty: there is none.
-/// @throws calib::InputError when the poses are of another time; else calib::RunError.
+/// @throws InputError when the poses are of another time; else RunError.
 [[noreturn]] void RefuseRecording(const ForwardFrames& frames,
                                   const UnusedFrames& unused,
                                   const std::filesystem::path& poses);

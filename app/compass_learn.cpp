@@ -15,7 +15,7 @@
 #include "app/console.hpp"
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/colour/colour_compass.hpp"
 #include "localization/compass/colour/colour_learner.hpp"
 
@@ -35,7 +35,7 @@ struct LearnCommandParams {
   colour::LearnParams learn;
   fs::path output;
 
-  // Checks everything that can be told without the recording. @throws calib::InputError
+  // Checks everything that can be told without the recording. @throws InputError
   void Resolve();
 };
 
@@ -45,21 +45,21 @@ int CellCount(double number, const std::string& text) {
   if (number >= 1 && number <= kMostCells && number == std::floor(number)) {
     return static_cast<int>(number);
   }
-  throw calib::InputError(
+  throw InputError(
       fmt::format("--grid {}: COLUMNS and ROWS must be whole numbers in 1..100", text));
 }
 
 colour::GridParams ParseGrid(const std::string& text) {
   const auto numbers = ParseSixNumbers(text);
   if (!numbers) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "--grid {}: must be MIN_X,MIN_Y,WIDTH,HEIGHT,COLUMNS,ROWS in metres and cells, e.g. "
         "-3,-2,6,4,5,3",
         text));
   }
   const auto& [min_x, min_y, width, height, columns, rows] = *numbers;
   if (!(width > 0) || !(height > 0)) {
-    throw calib::InputError(fmt::format("--grid {}: WIDTH and HEIGHT must be > 0", text));
+    throw InputError(fmt::format("--grid {}: WIDTH and HEIGHT must be > 0", text));
   }
   return {min_x, min_y, width, height, CellCount(columns, text), CellCount(rows, text)};
 }
@@ -70,7 +70,7 @@ void LearnCommandParams::Resolve() {
       clustering == "mixture" ? colour::Clustering::kMixture : colour::Clustering::kMeans;
   if (!grid.empty()) {
     if (learn.kind == colour::ModelKind::kSturm) {
-      throw calib::InputError("--grid: is of --method victoria; sturm has one place; leave it out");
+      throw InputError("--grid: is of --method victoria; sturm has one place; leave it out");
     }
     learn.grid = ParseGrid(grid);
   }

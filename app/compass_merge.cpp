@@ -8,7 +8,7 @@
 #include "app/compass_commands.hpp"
 #include "app/compass_report.hpp"
 #include "app/output_files.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -26,8 +26,8 @@ colour::ColourModel MergeAll(const std::vector<fs::path>& files) {
     const colour::ColourModel other = ReadColourModel(files[i]);
     try {
       colour::Merge(other, merged);
-    } catch (const calib::InputError& error) {
-      throw calib::InputError(
+    } catch (const InputError& error) {
+      throw InputError(
           fmt::format("{} and {}: {}", files.front().string(), files[i].string(), error.what()));
     }
   }
@@ -35,7 +35,7 @@ colour::ColourModel MergeAll(const std::vector<fs::path>& files) {
 }
 
 void RunMerge(const CompassMergeParams& params, const CommonOptions& common, Summary& summary) {
-  if (params.models.size() < 2) throw calib::InputError("compass merge: give at least two models");
+  if (params.models.size() < 2) throw InputError("compass merge: give at least two models");
   CheckOutputFiles({params.output});
   colour::ColourModel model = MergeAll(params.models);
   model.provenance += (model.provenance.empty() ? "" : "\n") + common.command_line;

@@ -5,7 +5,7 @@
 #include <map>
 #include <numbers>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/methods.hpp"
 
 namespace ceilmap::app {
@@ -18,7 +18,7 @@ const std::map<std::string, compass::Method> kMethods = {
 
 void RefuseUnlessLabrosse2006(bool given, const char* option, const std::string& method) {
   if (!given || method == "labrosse2006") return;
-  throw calib::InputError(fmt::format(
+  throw InputError(fmt::format(
       "{}: is of --method labrosse2006, not of {}; leave one of the two out", option, method));
 }
 
@@ -50,22 +50,21 @@ void CompassOptions::Check() const {
   RefuseUnlessLabrosse2006(skip.has_value(), "--skip", method);
   RefuseUnlessLabrosse2006(threshold.has_value(), "--threshold", method);
   if (fov_deg && method == "labrosse2004") {
-    throw calib::InputError(
-        "--fov: --method labrosse2004 looks all around; leave one of the two out");
+    throw InputError("--fov: --method labrosse2004 looks all around; leave one of the two out");
   }
   if (fov_deg && !(*fov_deg > 0 && *fov_deg <= 180)) {
-    throw calib::InputError(fmt::format("--fov {}: must be > 0 and at most 180 degrees", *fov_deg));
+    throw InputError(fmt::format("--fov {}: must be > 0 and at most 180 degrees", *fov_deg));
   }
   if (skip && !(*skip >= 0 && *skip <= 1000)) {
-    throw calib::InputError(fmt::format("--skip {}: must be in 0..1000", *skip));
+    throw InputError(fmt::format("--skip {}: must be in 0..1000", *skip));
   }
   if (skip && threshold) {
-    throw calib::InputError(
+    throw InputError(
         "--threshold: with --skip every frame that is used becomes the reference; leave one of the "
         "two out");
   }
   if (threshold && !(*threshold >= 0 && *threshold <= 1)) {
-    throw calib::InputError(fmt::format("--threshold {}: must be in 0..1", *threshold));
+    throw InputError(fmt::format("--threshold {}: must be in 0..1", *threshold));
   }
 }
 

@@ -18,7 +18,7 @@ struct CompassOptions {
   std::optional<double> threshold;   ///< labrosse2006: on the normalised amplitude
 
   void AddTo(CLI::App& cli, const std::string& group);
-  /// @throws calib::InputError on a value outside its range, or one that the method does not have.
+  /// @throws InputError on a value outside its range, or one that the method does not have.
   void Check() const;
   /// A compass before its first panorama. @throws as Check.
   [[nodiscard]] std::unique_ptr<compass::Compass> Make() const;

@@ -17,7 +17,7 @@
 #include "app/heading_figures.hpp"
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/colour/colour_compass.hpp"
 
 namespace fs = std::filesystem;
@@ -41,17 +41,17 @@ struct QueryParams {
   fs::path truth;
   fs::path plot;
 
-  // Checks everything that can be told without the recording. @throws calib::InputError
+  // Checks everything that can be told without the recording. @throws InputError
   void Check() const;
   [[nodiscard]] colour::ColourCompassParams Settings() const;
 };
 
 void QueryParams::Check() const {
   if (update && poses.empty()) {
-    throw calib::InputError("--update: what is seen is learned at a place; give --poses too");
+    throw InputError("--update: what is seen is learned at a place; give --poses too");
   }
   if (!save.empty() && !update) {
-    throw calib::InputError("--save: nothing is learned without --update; give that too");
+    throw InputError("--save: nothing is learned without --update; give that too");
   }
   CheckOutputFiles({output, save});
   for (const fs::path& result : {output, save}) {
@@ -154,7 +154,7 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
   auto errors =
       evaluation::CompareHeadings(headings, truth, kTruthDtS, evaluation::HeadingZero::kTruth);
   if (!errors) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and truth count alike?",
                     params.truth.string(),
                     kTruthDtS,

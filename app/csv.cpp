@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "app/text_file.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -44,7 +44,7 @@ std::vector<std::string> SplitLine(std::string_view line) {
 std::size_t CsvTable::Column(std::string_view column) const {
   const auto found = std::find(header.begin(), header.end(), column);
   if (found == header.end()) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "{}:1: has no column '{}'; the first line must name the columns", name, column));
   }
   return static_cast<std::size_t>(found - header.begin());
@@ -58,7 +58,7 @@ double CsvTable::Number(const Row& row, std::size_t column) const {
   const std::string& field = row.fields[column];
   double number = 0;
   if (!ParseNumber(field, number) || !std::isfinite(number)) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "{}: {} '{}' is not a number", Place(row), Shown(header[column]), Shown(field)));
   }
   return number;
@@ -86,18 +86,18 @@ CsvTable ParseCsv(std::string_view text, std::string name, std::size_t most_fiel
     }
     CsvTable::Row row{lines.Number(), SplitLine(line)};
     if (row.fields.size() != table.header.size()) {
-      throw calib::InputError(fmt::format("{}: {} fields, the header has {}",
-                                          table.Place(row),
-                                          row.fields.size(),
-                                          table.header.size()));
+      throw InputError(fmt::format("{}: {} fields, the header has {}",
+                                   table.Place(row),
+                                   row.fields.size(),
+                                   table.header.size()));
     }
     if ((table.rows.size() + 1) * table.header.size() > most_fields) {
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "{}: more than {} fields; split the recording", table.Place(row), most_fields));
     }
     table.rows.push_back(std::move(row));
   }
-  if (table.header.empty()) throw calib::InputError(fmt::format("{}: is empty", table.name));
+  if (table.header.empty()) throw InputError(fmt::format("{}: is empty", table.name));
   return table;
 }
 

@@ -20,11 +20,11 @@ struct CsvTable {
   std::vector<std::string> header;
   std::vector<Row> rows;  ///< each with as many fields as the header
 
-  /// Position of a column. @throws calib::InputError when there is no such column.
+  /// Position of a column. @throws InputError when there is no such column.
   [[nodiscard]] std::size_t Column(std::string_view column) const;
   /// Whether there is one.
   [[nodiscard]] bool Has(std::string_view column) const;
-  /// The number in a row's field. @throws calib::InputError when it is none, or not finite.
+  /// The number in a row's field. @throws InputError when it is none, or not finite.
   [[nodiscard]] double Number(const Row& row, std::size_t column) const;
   /// `NAME:LINE`, the start of a message about a row.
   [[nodiscard]] std::string Place(const Row& row) const;
@@ -33,7 +33,7 @@ struct CsvTable {
 /// Fields that a file may have at most: each costs some 40 bytes.
 inline constexpr std::size_t kMaxCsvFields = 30'000'000;
 
-/// @throws calib::InputError when the file is missing or too large (app/text_file.hpp), has no
+/// @throws InputError when the file is missing or too large (app/text_file.hpp), has no
 ///   header, a row has another number of fields than the header, or there are too many.
 CsvTable ReadCsv(const std::filesystem::path& file);
 

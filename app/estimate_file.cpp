@@ -6,7 +6,7 @@
 
 #include "app/csv.hpp"
 #include "app/tum.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -20,14 +20,14 @@ std::vector<evaluation::StampedHeading> HeadingsIn(const CsvTable& table) {
   for (const CsvTable::Row& row : table.rows) {
     const double stamp_s = table.Number(row, stamp_column);
     if (!headings.empty() && stamp_s <= headings.back().stamp_s) {
-      throw calib::InputError(fmt::format("{}: timestamp {} is not later than {} before it",
-                                          table.Place(row),
-                                          stamp_s,
-                                          headings.back().stamp_s));
+      throw InputError(fmt::format("{}: timestamp {} is not later than {} before it",
+                                   table.Place(row),
+                                   stamp_s,
+                                   headings.back().stamp_s));
     }
     headings.push_back({stamp_s, kRadPerDeg * table.Number(row, heading_column)});
   }
-  if (headings.empty()) throw calib::InputError(fmt::format("{}: holds no headings", table.name));
+  if (headings.empty()) throw InputError(fmt::format("{}: holds no headings", table.name));
   return headings;
 }
 
@@ -39,7 +39,7 @@ Estimate ReadCsvEstimate(const std::filesystem::path& file) {
     return estimate;
   }
   if (!table.Has("status") || !table.Has("yaw_deg")) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: has neither the columns of a status file (timestamp,status,x,y,yaw_deg, "
                     "...) nor of headings (timestamp,heading_deg)",
                     file.string()));
@@ -51,7 +51,7 @@ Estimate ReadCsvEstimate(const std::filesystem::path& file) {
   estimate.placed = std::move(record.placed);
   estimate.unplaced = std::move(record.unplaced);
   if (estimate.poses.empty()) {
-    throw calib::InputError(fmt::format("{}: holds no poses", file.string()));
+    throw InputError(fmt::format("{}: holds no poses", file.string()));
   }
   return estimate;
 }
@@ -59,7 +59,7 @@ Estimate ReadCsvEstimate(const std::filesystem::path& file) {
 }  // namespace
 
 void Estimate::Delay(double offset_s) {
-  for (evaluation::StampedPose& pose : poses) pose.stamp_s += offset_s;
+  for (StampedPose& pose : poses) pose.stamp_s += offset_s;
   for (evaluation::StampedHeading& heading : headings) heading.stamp_s += offset_s;
   for (FrameStatus& frame : placed) frame.stamp_s += offset_s;
   for (FrameStatus& frame : unplaced) frame.stamp_s += offset_s;

@@ -8,14 +8,14 @@
 
 #include "app/evaluation/consistency.hpp"
 #include "app/evaluation/heading_errors.hpp"
-#include "app/evaluation/stamped_pose.hpp"
 #include "app/status_csv.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 namespace ceilmap::app {
 
 /// What a file says of a drive, whichever of the program's formats it has.
 struct Estimate {
-  std::vector<evaluation::StampedPose> poses;            ///< empty: it has headings only
+  std::vector<StampedPose> poses;                        ///< empty: it has headings only
   std::vector<evaluation::PoseCovariance> covariances;   ///< of each pose; empty: not known
   std::vector<evaluation::StampedHeading> headings;      ///< of the poses, where there are some
   std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file, as it spells them
@@ -29,7 +29,7 @@ struct Estimate {
 /// Reads a trajectory (TUM lines), or, by its ending `.csv` and its columns, a status file of
 /// `localize` or the headings of `heading`.
 /// @return at least one heading; stamps strictly increasing.
-/// @throws calib::InputError naming file and line.
+/// @throws InputError naming file and line.
 Estimate ReadEstimate(const std::filesystem::path& file);
 
 }  // namespace ceilmap::app

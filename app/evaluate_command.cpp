@@ -19,7 +19,7 @@
 #include "app/page/page.hpp"
 #include "app/page_parts.hpp"
 #include "app/report_folder.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/map_file.hpp"
 
 namespace fs = std::filesystem;
@@ -48,7 +48,7 @@ ClockOffset ParseOffset(const std::string& text) {
   if (text == "auto") return {.search = true};
   ClockOffset offset;
   if (!ParseNumber(text, offset.seconds) || !std::isfinite(offset.seconds)) {
-    throw calib::InputError(fmt::format("--offset {}: must be seconds, or auto", text));
+    throw InputError(fmt::format("--offset {}: must be seconds, or auto", text));
   }
   return offset;
 }
@@ -100,7 +100,7 @@ ReportFile PageFile(const Comparison& comparison,
 
 void RunEvaluate(EvaluateParams params, const CommonOptions& common, Summary& summary) {
   if (!params.map.empty() && params.report.empty()) {
-    throw calib::InputError("--map: its picture goes under the figures of a report; give -o too");
+    throw InputError("--map: its picture goes under the figures of a report; give -o too");
   }
   evaluation::EvaluationParams& evaluation = params.comparison.evaluation;
   evaluation.align = kAlignments.at(params.align);

@@ -8,7 +8,7 @@
 #include "app/commands.hpp"
 #include "app/output_files.hpp"
 #include "app/tum.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/export.hpp"
 #include "mapping/g2o.hpp"
 
@@ -45,7 +45,7 @@ std::vector<fs::path> OutputFiles(const ExportParams& params) {
 
 void RunExport(const ExportParams& params, const CommonOptions& common, Summary& summary) {
   if (params.from_below && params.format != "png") {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("--from-below is for --format png: --format {} lies on maps drawn from above",
                     params.format));
   }

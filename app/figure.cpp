@@ -12,7 +12,7 @@
 #include "app/gnuplot.hpp"
 #include "app/ordered_work.hpp"
 #include "app/output_files.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -79,7 +79,7 @@ FigureFolder::FigureFolder(fs::path folder) : folder_(std::move(folder)) {
   std::error_code ignored;
   if (!fs::is_directory(folder_, ignored)) {
     if (fs::exists(folder_, ignored)) {
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: is a file, must be a folder for figures", folder_.string()));
     }
     CheckOutputFiles({folder_.has_filename() ? folder_ : folder_.parent_path()});
@@ -87,7 +87,7 @@ FigureFolder::FigureFolder(fs::path folder) : folder_(std::move(folder)) {
     CheckOutputFiles({folder_ / "figure"});
   }
   if (!FindGnuplot()) {
-    throw calib::RunError(
+    throw RunError(
         "gnuplot, which draws figures, is not installed; 'samples/install-deps.sh --plots' or "
         "'apt-get install gnuplot-nox' does that");
   }
@@ -115,17 +115,16 @@ void FigureFolder::Take(const Figure& figure, const GnuplotResult& result) {
   }
   std::error_code error;
   for (const fs::path& picture : pictures) fs::remove(picture, error);  // half of one, or none
-  throw calib::RunError(fmt::format("{}: gnuplot could not draw it: {}",
-                                    (folder_ / (figure.name + ".gp")).string(),
-                                    InOneLine(result.messages)));
+  throw RunError(fmt::format("{}: gnuplot could not draw it: {}",
+                             (folder_ / (figure.name + ".gp")).string(),
+                             InOneLine(result.messages)));
 }
 
 void FigureFolder::Draw(const std::vector<Figure>& figures) {
   std::error_code error;
   fs::create_directory(folder_, error);
   if (error) {
-    throw calib::RunError(
-        fmt::format("{}: cannot be created ({})", folder_.string(), error.message()));
+    throw RunError(fmt::format("{}: cannot be created ({})", folder_.string(), error.message()));
   }
   for (const Figure& figure : figures) Write(figure);
   const std::optional<fs::path> gnuplot = FindGnuplot();

@@ -37,12 +37,12 @@ std::string GnuplotQuote(std::string_view text);
 class FigureFolder {
  public:
   /// Tells before the work that figures could not be drawn. Makes nothing yet.
-  /// @throws calib::InputError when the folder cannot be made or written to; calib::RunError when
+  /// @throws InputError when the folder cannot be made or written to; RunError when
   ///   gnuplot is not installed.
   explicit FigureFolder(std::filesystem::path folder);
 
   /// Writes script and data and has the figure drawn, over what has the same name.
-  /// @throws calib::RunError when gnuplot fails (its own words, and where the script is) or the
+  /// @throws RunError when gnuplot fails (its own words, and where the script is) or the
   /// disk
   ///   refuses.
   void Draw(const Figure& figure) { Draw(std::vector<Figure>{figure}); }

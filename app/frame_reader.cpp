@@ -10,7 +10,7 @@
 
 #include "app/pictures.hpp"
 #include "app/video_reader.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -52,7 +52,7 @@ class CameraReader final : public FrameReader {
       open = false;
     }
     if (!open) {
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "{}: the camera cannot be opened; is it connected, free, and readable for you?", name_));
     }
     constexpr double kHighestRate = 10000;
@@ -88,13 +88,13 @@ VideoReader::Input InputKind(const std::string& source) {
 void CheckFile(const std::string& source) {
   std::error_code ignored;
   if (!fs::exists(source, ignored)) {
-    throw calib::InputError(fmt::format("{}: no such file or folder", source));
+    throw InputError(fmt::format("{}: no such file or folder", source));
   }
   if (access(source.c_str(), R_OK) != 0) {
-    throw calib::InputError(fmt::format("{}: cannot be read; check its permissions", source));
+    throw InputError(fmt::format("{}: cannot be read; check its permissions", source));
   }
   if (fs::is_regular_file(source, ignored) && fs::file_size(source, ignored) == 0) {
-    throw calib::InputError(fmt::format("{}: is empty", source));
+    throw InputError(fmt::format("{}: is empty", source));
   }
 }
 

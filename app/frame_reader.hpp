@@ -23,7 +23,7 @@ class FrameReader {
 
   /// Opens SOURCE of the command line: a video file, a folder or printf pattern of pictures,
   /// /dev/videoN, or a URL.
-  /// @throws calib::InputError when there is nothing of the kind.
+  /// @throws InputError when there is nothing of the kind.
   static std::unique_ptr<FrameReader> Open(const std::string& source,
                                            Pixels pixels = Pixels::kGrey);
 
@@ -32,7 +32,7 @@ class FrameReader {
   /// The next frame into `picture`, whose memory is reused, as CV_8UC1 or, with Pixels::kColour,
   /// CV_8UC3; false at the end.
   /// @param time_s  set to the recording's own time of the frame where it has one.
-  /// @throws calib::InputError when a picture cannot be read.
+  /// @throws InputError when a picture cannot be read.
   virtual bool Next(cv::Mat& picture, std::optional<double>& time_s) = 0;
 
   [[nodiscard]] virtual Kind GetKind() const = 0;

@@ -15,7 +15,7 @@
 #include "app/frame_reader.hpp"
 #include "app/interrupt.hpp"
 #include "app/stamps.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -95,12 +95,11 @@ void FrameSource::State::CheckStampCount() {
     UseOwnTime();
     return;
   }
-  throw calib::InputError(
-      fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
-                  stamps_name,
-                  stamps,
-                  name,
-                  *expected));
+  throw InputError(fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
+                               stamps_name,
+                               stamps,
+                               name,
+                               *expected));
 }
 
 // Pictures without a time of their own keep the stamps as far as they go.
@@ -128,13 +127,13 @@ bool FrameSource::State::Decode(Frame& frame) {
   if (no_stamp || !reader->Next(frame.picture, time_s)) return false;
   if (size.empty()) size = frame.picture.size();
   if (frame.picture.size() != size) {
-    throw calib::InputError(fmt::format("{}: frame {} is {}x{} px, the frames before it are {}x{}",
-                                        name,
-                                        next_index,
-                                        frame.picture.cols,
-                                        frame.picture.rows,
-                                        size.width,
-                                        size.height));
+    throw InputError(fmt::format("{}: frame {} is {}x{} px, the frames before it are {}x{}",
+                                 name,
+                                 next_index,
+                                 frame.picture.cols,
+                                 frame.picture.rows,
+                                 size.width,
+                                 size.height));
   }
   SkipLeftOut();
   frame.index = next_index++;
@@ -156,7 +155,7 @@ double FrameSource::State::StampOf(std::int64_t index, const std::optional<doubl
   switch (stamp_origin) {
     case StampOrigin::kStampsFile:
       if (static_cast<std::size_t>(index) >= stamps_s.size()) {
-        throw calib::InputError(fmt::format(
+        throw InputError(fmt::format(
             "{}: {} stamps, but {} has more frames", stamps_name, stamps_s.size(), name));
       }
       return stamps_s[static_cast<std::size_t>(index)];
@@ -198,12 +197,11 @@ void FrameSource::State::CheckEnd() {
         next_index,
         *expected));
   } else if (!stamps_s.empty() && !all_stamps && !stamps_of_another) {
-    throw calib::InputError(
-        fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
-                    stamps_name,
-                    stamps_s.size(),
-                    name,
-                    frames));
+    throw InputError(fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
+                                 stamps_name,
+                                 stamps_s.size(),
+                                 name,
+                                 frames));
   }
   const double period_s = reader->FramePeriod().value_or(1);
   if (2 * stamps_missing > next_index) {
@@ -287,7 +285,7 @@ FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
   state.CheckStampCount();
   Frame first;
   if (!state.Decode(first)) {
-    throw calib::InputError(fmt::format("{}: has no frames that can be decoded", source));
+    throw InputError(fmt::format("{}: has no frames that can be decoded", source));
   }
   state.queue.push_back(std::move(first));
   state.thread = std::thread([shared = state_] { shared->Run(); });

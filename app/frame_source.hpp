@@ -54,7 +54,7 @@ struct FrameSourceReport {
 class FrameSource {
  public:
   /// Opens the source and decodes its first frame, so that what is wrong shows before any work.
-  /// @throws calib::InputError when it does not exist, is no recording, has no frames, or the
+  /// @throws InputError when it does not exist, is no recording, has no frames, or the
   /// stamps
   ///   do not fit.
   explicit FrameSource(const std::string& source, const FrameSourceOptions& options = {});
@@ -71,7 +71,7 @@ class FrameSource {
   /// Takes the next frame; the memory of the one passed in is used again. Waits as long as it
   /// takes.
   /// @return false at the end, or when the user interrupted (Interrupted()).
-  /// @throws calib::InputError when a picture cannot be read or its size differs from the first's,
+  /// @throws InputError when a picture cannot be read or its size differs from the first's,
   ///   or the stamps turn out to be too few or too many.
   bool Read(Frame& frame);
 

@@ -12,7 +12,7 @@
 #include <sstream>
 #include <system_error>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -20,7 +20,7 @@ namespace ceilmap::app {
 namespace {
 
 [[noreturn]] void ThrowNoProcess(int error) {
-  throw calib::RunError(
+  throw RunError(
       fmt::format("gnuplot cannot be started ({})", std::generic_category().message(error)));
 }
 

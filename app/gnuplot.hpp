@@ -16,7 +16,7 @@ struct GnuplotResult {
 };
 
 /// Runs a script, in a process of its own without a shell, in its folder.
-/// @throws calib::RunError when no process can be started.
+/// @throws RunError when no process can be started.
 GnuplotResult RunGnuplot(const std::filesystem::path& gnuplot,
                          const std::filesystem::path& folder,
                          const std::string& script);

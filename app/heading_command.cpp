@@ -18,7 +18,7 @@
 #include "app/panorama_source.hpp"
 #include "app/progress.hpp"
 #include "app/tum.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/travel_forecast.hpp"
 
 namespace fs = std::filesystem;
@@ -39,7 +39,7 @@ struct HeadingParams {
   fs::path plot;
   std::optional<std::int64_t> plot_frame;
 
-  // Checks everything that can be told without the recording. @throws calib::InputError
+  // Checks everything that can be told without the recording. @throws InputError
   void Check() const;
 };
 
@@ -47,10 +47,10 @@ void HeadingParams::Check() const {
   panorama.Check();
   compass.Check();
   if (plot_frame && plot.empty()) {
-    throw calib::InputError("--plot-frame: the figure goes to --plot DIR; give that too");
+    throw InputError("--plot-frame: the figure goes to --plot DIR; give that too");
   }
   if (plot_frame && *plot_frame < 1) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "--plot-frame {}: must be at least 1; frame 0 has no reference before it", *plot_frame));
   }
   CheckOutputFiles({output});
@@ -58,7 +58,7 @@ void HeadingParams::Check() const {
   for (const fs::path& source :
        {panorama.rig, panorama.stamps, travel, truth, fs::path(panorama.Source())}) {
     if (source.empty() || !fs::equivalent(output, source, ignored)) continue;
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: is read by this run and cannot be its result too", output.string()));
   }
 }
@@ -75,11 +75,11 @@ PanoramaOptions ForMethod(PanoramaOptions options, const std::string& method) {
 void CheckPlotFrame(const HeadingParams& params, const FrameSource& source) {
   const std::optional<std::int64_t> frames = source.ExpectedFrames();
   if (!params.plot_frame || !frames || *params.plot_frame < *frames) return;
-  throw calib::InputError(fmt::format("--plot-frame {}: {} has {} frames, 0 to {}",
-                                      *params.plot_frame,
-                                      source.Name(),
-                                      *frames,
-                                      *frames - 1));
+  throw InputError(fmt::format("--plot-frame {}: {} has {} frames, 0 to {}",
+                               *params.plot_frame,
+                               source.Name(),
+                               *frames,
+                               *frames - 1));
 }
 
 // What a file of poses tells of the way between frames.
@@ -94,7 +94,7 @@ class KnownTravel {
     while (next_ < poses_.size() && poses_[next_].stamp_s <= stamp_s + kMaxDtS) ++next_;
     if (next_ > seen) {
       const StampedPose& pose = poses_[next_ - 1];
-      forecast_.See(pose.stamp_s, calib::Pose2{pose.position.x(), pose.position.y(), YawOf(pose)});
+      forecast_.See(pose.stamp_s, Pose2{pose.position.x(), pose.position.y(), YawOf(pose)});
     }
     std::optional<Eigen::Vector2d> travel;
     if (last_s_) travel = forecast_.Between(*last_s_, stamp_s);
@@ -159,7 +159,7 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
   std::optional<evaluation::HeadingErrors> errors =
       evaluation::CompareHeadings(headings, truth, kMaxDtS);
   if (!errors) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and truth count alike?",
                     params.truth.string(),
                     kMaxDtS,
@@ -212,11 +212,11 @@ void RunHeading(const HeadingParams& params, const CommonOptions& common, Summar
   MeasureFrames(source, *compass, travel, params.plot_frame, result, plotted);
   constexpr std::int64_t kLeastFrames = 3;  // to know the way to the last one
   if (!params.travel.empty() && travel.Told() == 0 && result.frames >= kLeastFrames) {
-    throw calib::InputError(fmt::format("{}: no poses at the times of {}; do the two count alike?",
-                                        params.travel.string(),
-                                        params.panorama.Source()));
+    throw InputError(fmt::format("{}: no poses at the times of {}; do the two count alike?",
+                                 params.travel.string(),
+                                 params.panorama.Source()));
   }
-  if (result.headings.empty()) throw calib::RunError("interrupted before the first frame");
+  if (result.headings.empty()) throw RunError("interrupted before the first frame");
   if (figures && !params.plot_frame) plotted = {result.headings.back().frame, compass->Profile()};
   result.references = compass->References();
   result.panorama = source.Size();

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -22,33 +22,33 @@ std::string FormatAngle(double angle_deg) {
 
 }  // namespace
 
-std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::path& file) {
+std::vector<HeadingSample> ReadHeadings(const std::filesystem::path& file) {
   return HeadingsIn(ReadCsv(file));
 }
 
-std::vector<localization::HeadingSample> HeadingsIn(const CsvTable& table) {
+std::vector<HeadingSample> HeadingsIn(const CsvTable& table) {
   constexpr double kRadPerDeg = std::numbers::pi / 180;
   const std::size_t stamp_column = table.Column("timestamp");
   const std::size_t heading_column = table.Column("heading_deg");
   const std::size_t sigma_column = table.Column("sigma_deg");
-  std::vector<localization::HeadingSample> samples;
+  std::vector<HeadingSample> samples;
   samples.reserve(table.rows.size());
   for (const CsvTable::Row& row : table.rows) {
-    const localization::HeadingSample sample{table.Number(row, stamp_column),
-                                             kRadPerDeg * table.Number(row, heading_column),
-                                             kRadPerDeg * table.Number(row, sigma_column)};
+    const HeadingSample sample{table.Number(row, stamp_column),
+                               kRadPerDeg * table.Number(row, heading_column),
+                               kRadPerDeg * table.Number(row, sigma_column)};
     if (!(sample.sigma_rad > 0)) {
-      throw calib::InputError(fmt::format("{}: sigma_deg must be > 0", table.Place(row)));
+      throw InputError(fmt::format("{}: sigma_deg must be > 0", table.Place(row)));
     }
     if (!samples.empty() && sample.stamp_s <= samples.back().stamp_s) {
-      throw calib::InputError(fmt::format("{}: timestamp {} is not later than {} before it",
-                                          table.Place(row),
-                                          sample.stamp_s,
-                                          samples.back().stamp_s));
+      throw InputError(fmt::format("{}: timestamp {} is not later than {} before it",
+                                   table.Place(row),
+                                   sample.stamp_s,
+                                   samples.back().stamp_s));
     }
     samples.push_back(sample);
   }
-  if (samples.empty()) throw calib::InputError(fmt::format("{}: holds no headings", table.name));
+  if (samples.empty()) throw InputError(fmt::format("{}: holds no headings", table.name));
   return samples;
 }
 

@@ -14,11 +14,11 @@ namespace ceilmap::app {
 
 /// Reads measured headings: a CSV file with the columns `timestamp` in seconds, rising,
 /// `heading_deg`, counter-clockwise seen from above, and `sigma_deg`, > 0; others are ignored.
-/// @return at least one. @throws calib::InputError naming file and line.
-std::vector<localization::HeadingSample> ReadHeadings(const std::filesystem::path& file);
+/// @return at least one. @throws InputError naming file and line.
+std::vector<HeadingSample> ReadHeadings(const std::filesystem::path& file);
 
 /// The same of a table that was read.
-std::vector<localization::HeadingSample> HeadingsIn(const CsvTable& table);
+std::vector<HeadingSample> HeadingsIn(const CsvTable& table);
 
 /// A heading that was measured, and the frame that told it.
 struct MeasuredHeading {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -21,7 +21,7 @@ std::string HeadingData(const std::vector<MeasuredHeading>& headings,
   std::size_t next = 0;
   for (std::size_t i = 0; i < headings.size(); ++i) {
     const compass::HeadingEstimate& estimate = headings[i].estimate;
-    heading_rad += calib::WrapAngle(estimate.heading_rad - heading_rad);
+    heading_rad += WrapAngle(estimate.heading_rad - heading_rad);
     text += fmt::format("{:.6f},{},{:.5f},{:.5f},{:.4f},",
                         headings[i].stamp_s - headings.front().stamp_s,
                         headings[i].frame,

@@ -7,7 +7,7 @@
 #include "app/colour_headings.hpp"
 #include "app/heading_csv.hpp"
 #include "app/omni_headings.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/heading_track.hpp"
 
 namespace ceilmap::app {
@@ -19,12 +19,12 @@ class FileHeadings : public HeadingMeter {
   explicit FileHeadings(const std::filesystem::path& file)
       : file_(file), track_(ReadHeadings(file)) {}
 
-  std::optional<calib::HeadingPrior> At(double stamp_s) override {
+  std::optional<HeadingPrior> At(double stamp_s) override {
     const auto heading = track_.At(stamp_s);
     ++(heading ? told_ : missing_);
     return heading;
   }
-  void Locate(double /*stamp_s*/, const std::optional<calib::Pose2>& /*T_map_base*/) override {}
+  void Locate(double /*stamp_s*/, const std::optional<Pose2>& /*T_map_base*/) override {}
   [[nodiscard]] std::vector<std::string> Warnings() const override {
     if (missing_ == 0) return {};
     return {fmt::format("{}: {} of {} upward frames have no heading near their time",
@@ -74,20 +74,20 @@ void HeadingOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
 
 void HeadingOptions::Check(bool have_rig) const {
   if (!omni.empty() && !file.empty()) {
-    throw calib::InputError("--omni and --heading: give one of the two");
+    throw InputError("--omni and --heading: give one of the two");
   }
   if (!model.empty() && (!omni.empty() || !file.empty())) {
-    throw calib::InputError(fmt::format("--heading-model and {}: give one of the two",
-                                        omni.empty() ? "--heading" : "--omni"));
+    throw InputError(fmt::format("--heading-model and {}: give one of the two",
+                                 omni.empty() ? "--heading" : "--omni"));
   }
   if (!model.empty() && forward.empty()) {
-    throw calib::InputError("--heading-model: needs the forward camera; give --forward");
+    throw InputError("--heading-model: needs the forward camera; give --forward");
   }
   if (!omni.empty() && !have_rig) {
-    throw calib::InputError("--omni: the mirror is described in the robot's geometry; give --rig");
+    throw InputError("--omni: the mirror is described in the robot's geometry; give --rig");
   }
   if (omni.empty() && !omni_stamps.empty()) {
-    throw calib::InputError("--omni-stamps: there are no mirror frames; give --omni");
+    throw InputError("--omni-stamps: there are no mirror frames; give --omni");
   }
 }
 

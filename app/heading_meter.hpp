@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "app/table.hpp"
-#include "calib/heading.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/heading.hpp"
+#include "calib/base/pose2.hpp"
 #include "calib/rig.hpp"
 
 namespace ceilmap::app {
@@ -32,7 +32,7 @@ struct HeadingOptions {
   void AddModelTo(CLI::App& cli, const std::string& priors);
   /// Headings count from the x axis of the learned poses.
   [[nodiscard]] bool Absolute() const { return !model.empty(); }
-  /// Checks what can be told without any file. @throws calib::InputError
+  /// Checks what can be told without any file. @throws InputError
   void Check(bool have_rig) const;
 };
 
@@ -40,7 +40,7 @@ struct HeadingOptions {
 class HeadingMeter {
  public:
   /// @param stamps  of the upward frames, for the mirror camera's where they are as many.
-  /// @return null when there are no headings. @throws calib::InputError
+  /// @return null when there are no headings. @throws InputError
   static std::unique_ptr<HeadingMeter> Make(const HeadingOptions& options,
                                             const std::optional<calib::Rig>& rig,
                                             const std::filesystem::path& rig_file,
@@ -49,10 +49,10 @@ class HeadingMeter {
 
   /// The heading at the time of an upward frame; nothing where there is none. Times must not go
   /// back. One call at a time, but from any thread.
-  virtual std::optional<calib::HeadingPrior> At(double stamp_s) = 0;
+  virtual std::optional<HeadingPrior> At(double stamp_s) = 0;
   /// Where the robot was at an upward frame, or that nobody knows: helps a compass to tell travel
   /// from turns. Between two calls of At, and of frames before.
-  virtual void Locate(double stamp_s, const std::optional<calib::Pose2>& T_map_base) = 0;
+  virtual void Locate(double stamp_s, const std::optional<Pose2>& T_map_base) = 0;
 
   // The rest once all frames have been asked for.
 

@@ -11,7 +11,7 @@ constexpr int kPictureSide = 200;  // of one picture on the mosaic, at first
 constexpr int kBlock = 128;        // it grows by so many pixels
 
 /// Smallest box around the picture's corners.
-cv::Rect2d ExtentOf(const calib::Pose2& T_map_view, double width, double height) {
+cv::Rect2d ExtentOf(const Pose2& T_map_view, double width, double height) {
   double min_x = T_map_view.x;
   double max_x = min_x;
   double min_y = T_map_view.y;
@@ -68,8 +68,8 @@ void LiveMosaic::MakeRoomFor(const cv::Rect2d& extent) {
   }
 }
 
-void LiveMosaic::Add(const cv::Mat& raw, const calib::Pose2& T_map_base) {
-  const calib::Pose2 T_map_view = T_map_base * view_.T_base_view();
+void LiveMosaic::Add(const cv::Mat& raw, const Pose2& T_map_base) {
+  const Pose2 T_map_view = T_map_base * view_.T_base_view();
   const double width = view_.MetresPerPixel() * view_.Size().width;
   const double height = view_.MetresPerPixel() * view_.Size().height;
   if (resolution_ == 0) resolution_ = std::max(width, height) / kPictureSide;

@@ -2,8 +2,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "calib/base/pose2.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/pose2.hpp"
 #include "mapping/map_file.hpp"
 
 namespace ceilmap::app {
@@ -24,7 +24,7 @@ class LiveMosaic {
   explicit LiveMosaic(const calib::CeilingView& view, int most_px = 1600);
 
   /// @param raw  as the camera took it, CV_8UC1 of the view's size. About a millisecond.
-  void Add(const cv::Mat& raw, const calib::Pose2& T_map_base);
+  void Add(const cv::Mat& raw, const Pose2& T_map_base);
 
   /// Empty before the first Add.
   [[nodiscard]] Mosaic Copy() const;

@@ -33,7 +33,7 @@ class LivePage {
 
   /// Serves from now on. @param start  what is known before the run: title, unit, map; no paths.
   /// @param run  the path's name. @param footprint  of the camera, see page::PagePath.
-  /// @throws calib::InputError as PageServer.
+  /// @throws InputError as PageServer.
   LivePage(const Params& params,
            page::PageData start,
            std::string run,

@@ -22,7 +22,7 @@
 #include "app/status_csv.hpp"
 #include "app/tilt_meter.hpp"
 #include "app/tum.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "localization/localizer.hpp"
@@ -50,7 +50,7 @@ struct LocalizeParams {
   bool stream = false;
   WatchOptions watch;
 
-  // Checks everything that can be told without the recording. @throws calib::InputError
+  // Checks everything that can be told without the recording. @throws InputError
   void Check() const;
   [[nodiscard]] localization::LocalizerParams ForLocalizer() const;
 };
@@ -58,12 +58,11 @@ struct LocalizeParams {
 void LocalizeParams::Check() const {
   heading.Check(true);
   if (heading.Absolute() && heading_zero != "first") {
-    throw calib::InputError(
+    throw InputError(
         "--heading-zero: headings of --heading-model count from the map's x axis; leave it out");
   }
   if (!heading.omni.empty() && heading_zero != "first") {
-    throw calib::InputError(
-        "--heading-zero: headings of --omni count from the first frame; leave it out");
+    throw InputError("--heading-zero: headings of --omni count from the first frame; leave it out");
   }
   tilt.Check(true);
   CheckOutputFiles({output, tilt.uncompensated, status});
@@ -71,7 +70,7 @@ void LocalizeParams::Check() const {
   for (const fs::path& target : {output, tilt.uncompensated, status}) {
     for (const fs::path& source : {map, rig, stamps, heading.file, heading.model, fs::path(up)}) {
       if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
     }
   }
@@ -162,7 +161,7 @@ class Tally {
  private:
   std::optional<double> first_stamp_s_;
   bool had_pose_ = false;  // in the frame before
-  calib::Pose2 last_;
+  Pose2 last_;
   double variances_ = 0;
   std::int64_t placed_ = 0;
 };
@@ -204,7 +203,7 @@ void LocateFrames(FrameSource& source,
 [[noreturn]] void TellNothingFound(const LocalizeParams& params, const LocalizeResult& result) {
   const localization::LocalizerReport& report = result.report;
   if (Interrupted()) {
-    throw calib::RunError(
+    throw RunError(
         fmt::format("interrupted after {} frames, before any could be placed", report.frames));
   }
   const char* const reason =
@@ -212,11 +211,11 @@ void LocateFrames(FrameSource& source,
           ? "several places of the map look alike; drive farther, or give --start or --heading"
           : "nothing on the map looks like it; is it the map of this place, and the rig of this "
             "robot?";
-  throw calib::RunError(fmt::format("{}: none of its {} frames could be placed on {}: {}",
-                                    params.up,
-                                    report.frames,
-                                    params.map.string(),
-                                    reason));
+  throw RunError(fmt::format("{}: none of its {} frames could be placed on {}: {}",
+                             params.up,
+                             report.frames,
+                             params.map.string(),
+                             reason));
 }
 
 // Where rig and map do not agree; the map's word counts.
@@ -259,8 +258,8 @@ void RunLocalize(const LocalizeParams& params, const CommonOptions& common, Summ
   localization::Localizer localizer = [&] {
     try {
       return localization::Localizer(map, up, localizer_params);
-    } catch (const calib::InputError& error) {
-      throw calib::InputError(
+    } catch (const InputError& error) {
+      throw InputError(
           fmt::format("{} on {}: {}", params.rig.string(), params.map.string(), error.what()));
     }
   }();

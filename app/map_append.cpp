@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "app/progress.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/map_union.hpp"
 
 namespace ceilmap::app {
@@ -17,7 +17,7 @@ Appending::Appending(const std::filesystem::path& file,
     : file_(file), map_(file), metadata_(map_.Metadata()) {
   const std::string problem = mapping::Incompatibility(metadata_, recording);
   if (!problem.empty()) {
-    throw calib::InputError(fmt::format("--append: {}: {}", file.string(), problem));
+    throw InputError(fmt::format("--append: {}: {}", file.string(), problem));
   }
   if (resolution) metadata_.resolution = *resolution;
   metadata_.provenance += "\n" + recording.provenance;
@@ -42,10 +42,10 @@ MapResult Appending::Finish(const std::string& source,
         progress.Update(done, total);
       });
   if (!merged.ok()) {
-    throw calib::RunError(fmt::format("--append: {} does not join {}: {}; the map stays as it was",
-                                      source,
-                                      file_.string(),
-                                      merged.results.back().reason));
+    throw RunError(fmt::format("--append: {} does not join {}: {}; the map stays as it was",
+                               source,
+                               file_.string(),
+                               merged.results.back().reason));
   }
   MapResult result{nullptr, nullptr, {}, mapper.Report(), merged.graph.weak_spots};
   std::copy_if(

@@ -17,14 +17,14 @@ class Appending {
  public:
   /// @param file  the map. @param recording  what a map of the recording alone would say of itself.
   /// @param resolution  of the map from now on; unset: it stays.
-  /// @throws calib::InputError as MapReader, and when the recording cannot go into this map.
+  /// @throws InputError as MapReader, and when the recording cannot go into this map.
   Appending(const std::filesystem::path& file,
             const mapping::MapMetadata& recording,
             const std::optional<double>& resolution);
 
   [[nodiscard]] const mapping::MapMetadata& Metadata() const { return metadata_; }
   /// To be called when the map's name is held by its writer.
-  /// @throws calib::InputError when another has replaced the map since it was opened.
+  /// @throws InputError when another has replaced the map since it was opened.
   void CheckCurrent() const;
   /// Of the recording's first keyframe in the map.
   [[nodiscard]] std::int64_t NextKeyframeId() const { return next_keyframe_id_; }
@@ -32,7 +32,7 @@ class Appending {
   /// Joins both and writes them to `writer`, without Commit.
   /// @param source  name of the recording, for messages. @param view  of its camera.
   /// @return frames of the recording, and what is known of the whole map.
-  /// @throws calib::RunError when the recording does not join the map.
+  /// @throws RunError when the recording does not join the map.
   MapResult Finish(const std::string& source,
                    const calib::CeilingView& view,
                    mapping::Mapper& mapper,

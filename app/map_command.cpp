@@ -22,8 +22,8 @@
 #include "app/run_watch.hpp"
 #include "app/tilt_meter.hpp"
 #include "app/tum.hpp"
+#include "calib/base/error.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/error.hpp"
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "mapping/export.hpp"
@@ -41,7 +41,7 @@ struct MapParams {
   std::string up;
   fs::path stamps;
   std::string origin;
-  calib::Pose2 T_map_first;  // --origin, parsed
+  Pose2 T_map_first;  // --origin, parsed
   std::optional<double> resolution;
   bool append = false;
   HeadingOptions heading;
@@ -51,25 +51,24 @@ struct MapParams {
   fs::path picture;
   WatchOptions watch;
 
-  // Checks everything that can be told without the recording. @throws calib::InputError
+  // Checks everything that can be told without the recording. @throws InputError
   void Resolve();
 };
 
 void MapParams::Resolve() {
   if (append && !origin.empty()) {
-    throw calib::InputError("--origin: with --append the map has its origin already; leave it out");
+    throw InputError("--origin: with --append the map has its origin already; leave it out");
   }
   heading.Check(!rig.empty());
   tilt.Check(!rig.empty());
   if (output.extension() != ".gpkg") {
-    throw calib::InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
+    throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
   }
   if (!picture.empty() && picture.extension() != ".png") {
-    throw calib::InputError(
-        fmt::format("{}: the picture's name must end in .png", picture.string()));
+    throw InputError(fmt::format("{}: the picture's name must end in .png", picture.string()));
   }
   if (resolution && !(*resolution > 0 && *resolution < 1e6)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
   }
   if (!origin.empty()) T_map_first = ParsePose2(origin, "--origin");
@@ -151,7 +150,7 @@ void MapFrames(FrameSource& source,
 // A camera is always ended this way, so it is no error once there is something to keep.
 void TellInterrupted(const mapping::Mapper& mapper) {
   if (mapper.Trajectory().empty()) {
-    throw calib::RunError("interrupted before any frame was mapped; nothing was written");
+    throw RunError("interrupted before any frame was mapped; nothing was written");
   }
   PrintNote(fmt::format("interrupted: {} frames were kept", mapper.Trajectory().size()));
 }
@@ -190,10 +189,10 @@ void CommitFiles(const std::vector<mapping::FramePose>& frames,
                  mapping::MapWriter& writer,
                  const MapParams& params,
                  Summary& summary) {
-  std::vector<std::unique_ptr<mapping::AtomicFile>> trajectories;
+  std::vector<std::unique_ptr<AtomicFile>> trajectories;
   const auto write = [&trajectories](const fs::path& file, const std::string& text) {
     if (file.empty()) return;
-    trajectories.push_back(std::make_unique<mapping::AtomicFile>(file));
+    trajectories.push_back(std::make_unique<AtomicFile>(file));
     WriteText(*trajectories.back(), text);
   };
   write(params.trajectory, TrajectoryText(frames));

@@ -17,7 +17,7 @@ MeasuredFrames::~MeasuredFrames() {
 bool MeasuredFrames::ReadNow(MeasuredFrame& frame) {
   if (!source_.Read(frame.frame)) return false;
   frame.context = {};
-  std::future<std::optional<calib::HeadingPrior>> heading;
+  std::future<std::optional<HeadingPrior>> heading;
   if (heading_ != nullptr) {
     heading = std::async(std::launch::async,
                          [this, stamp_s = frame.frame.stamp_s] { return heading_->At(stamp_s); });
@@ -51,13 +51,13 @@ void MeasuredFrames::Begin() {
                         });
 }
 
-void MeasuredFrames::Correct(const compensation::TiltAngles& left) {
+void MeasuredFrames::Correct(const TiltAngles& left) {
   if (tilt_ == nullptr) return;
   left_ = left;
   if (!ahead_) tilt_->Correct(*std::exchange(left_, std::nullopt));
 }
 
-void MeasuredFrames::Locate(const std::optional<calib::Pose2>& T_map_base) {
+void MeasuredFrames::Locate(const std::optional<Pose2>& T_map_base) {
   if (heading_ == nullptr) return;
   if (ahead_) {
     place_ = Place{read_s_, T_map_base};

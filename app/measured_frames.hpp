@@ -30,14 +30,14 @@ class MeasuredFrames {
   /// As FrameSource::Read. The meters may be at work between two calls.
   bool Read(MeasuredFrame& frame);
   /// What a level map says is left of the tilt of the frame read last.
-  void Correct(const compensation::TiltAngles& left);
+  void Correct(const TiltAngles& left);
   /// Where the robot was at the frame read last, if anybody knows.
-  void Locate(const std::optional<calib::Pose2>& T_map_base);
+  void Locate(const std::optional<Pose2>& T_map_base);
 
  private:
   struct Place {
     double stamp_s = 0;
-    std::optional<calib::Pose2> T_map_base;
+    std::optional<Pose2> T_map_base;
   };
 
   bool ReadNow(MeasuredFrame& frame);
@@ -48,9 +48,9 @@ class MeasuredFrames {
   HeadingMeter* heading_;
   bool ahead_;
   MeasuredFrame next_;
-  std::optional<compensation::TiltAngles> left_;  // for the tilt meter, once it is at rest
-  double read_s_ = 0;                             // time of the frame read last
-  std::optional<Place> place_;                    // for the heading meter, once it is at rest
+  std::optional<TiltAngles> left_;  // for the tilt meter, once it is at rest
+  double read_s_ = 0;               // time of the frame read last
+  std::optional<Place> place_;      // for the heading meter, once it is at rest
   std::future<bool> reading_;
 };
 

@@ -10,7 +10,7 @@
 #include "app/output_files.hpp"
 #include "app/progress.hpp"
 #include "app/table.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/map_union.hpp"
 
 namespace fs = std::filesystem;
@@ -24,12 +24,12 @@ struct MergeCommandParams {
   fs::path output;
 
   void Resolve() const {
-    if (maps.size() < 2) throw calib::InputError("merge: give at least two maps");
+    if (maps.size() < 2) throw InputError("merge: give at least two maps");
     if (output.extension() != ".gpkg") {
-      throw calib::InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
+      throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
     }
     if (resolution && !(*resolution > 0 && *resolution < 1e6)) {
-      throw calib::InputError(
+      throw InputError(
           fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
     }
     CheckOutputFiles({output});
@@ -43,7 +43,7 @@ mapping::MapMetadata Describe(const std::vector<std::unique_ptr<mapping::MapRead
   for (std::size_t i = 1; i < maps.size(); ++i) {
     const std::string problem = mapping::Incompatibility(metadata, maps[i]->Metadata());
     if (!problem.empty()) {
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "{} and {}: {}", params.maps.front().string(), params.maps[i].string(), problem));
     }
   }
@@ -60,13 +60,13 @@ mapping::MapMetadata Describe(const std::vector<std::unique_ptr<mapping::MapRead
 [[noreturn]] void Refuse(const mapping::MergeResult& merged, const MergeCommandParams& params) {
   for (std::size_t i = 1; i < merged.results.size(); ++i) {
     if (merged.results[i].ok()) continue;
-    throw calib::RunError(
+    throw RunError(
         fmt::format("{} does not join {}: {}; nothing was written",
                     params.maps[i].string(),
                     merged.results.size() > 2 ? "the others" : params.maps.front().string(),
                     merged.results[i].reason));
   }
-  throw calib::RunError("the maps do not join");
+  throw RunError("the maps do not join");
 }
 
 void Report(const mapping::MergeResult& merged,

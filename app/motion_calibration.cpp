@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/error.hpp"
-#include "calib/tilt.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/tilt.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -122,7 +122,7 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
   result.pairs = sights.size();
   result.mount = calibration::SolveForwardMount(sights, forward.T_base_cam, params);
   if (!result.mount.ok) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: shows too little that moves as the robot does ({} matches in {} pairs of "
                     "pictures); record it in a lit room with things to see, without people, and "
                     "let the forward camera's pose in the rig be right to 10 deg",
@@ -162,7 +162,7 @@ StepCalibration CalibrateStep(const RigMotion& motion,
   const double tilt_sigma_rad = lens_sigma_px * focal_px / (edge_px * edge_px);
   for (const auto& T_first_base : motion.T_first_base) {
     if (!T_first_base) continue;
-    const calib::Tilt tilt = calib::FromSpace(*T_first_base).tilt;
+    const Tilt tilt = FromSpace(*T_first_base).tilt;
     result.climbs.push_back({tilt.pitch_rad, tilt.lift_m});
     result.most_pitch_rad = std::max(result.most_pitch_rad, std::abs(tilt.pitch_rad));
   }
@@ -174,7 +174,7 @@ StepCalibration CalibrateStep(const RigMotion& motion,
   }
   constexpr double kLeastDeg = 0.8;
   if (kDegPerRad * result.most_pitch_rad < kLeastDeg || result.pivots.axle.frames == 0) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: the robot's front climbs nothing, it tilts by {:.2f} deg at the most, "
                     "must be at least {:.1f}; begin on the level floor and let the front wheels "
                     "drive slowly onto a board",

@@ -49,7 +49,7 @@ ForwardAngles ForwardAnglesOf(const Eigen::Matrix3d& R_base_cam);
 
 /// @param motions  of recordings with a forward camera. @param mount  of the upward camera: what is
 ///   wrong with it is wrong with the motions.
-/// @throws calib::InputError when they show too little, or it does not agree.
+/// @throws InputError when they show too little, or it does not agree.
 ForwardCalibration CalibrateForward(const calib::Rig& rig,
                                     const std::vector<RigMotion>& motions,
                                     const std::string& source,
@@ -59,7 +59,7 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
 /// @param height_m  of the step, where it was measured. @param lens_sigma_px  as SolveRig's: what
 /// the
 ///   intrinsics put wrong at the picture's edge passes for a lift, and for a tilt.
-/// @throws calib::InputError when the robot does not climb.
+/// @throws InputError when the robot does not climb.
 StepCalibration CalibrateStep(const RigMotion& motion,
                               const std::string& source,
                               const RigCalibration& mount,

@@ -10,7 +10,7 @@
 #include <limits>
 #include <string_view>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -94,7 +94,7 @@ bool SpeedUpMp4(std::iostream& stream, double factor) {
 void SpeedUpMp4(const std::filesystem::path& file, double factor) {
   std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
   if (!SpeedUpMp4(stream, factor)) {
-    throw calib::RunError(fmt::format("{}: is no MP4 file that can be changed", file.string()));
+    throw RunError(fmt::format("{}: is no MP4 file that can be changed", file.string()));
   }
 }
 

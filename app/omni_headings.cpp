@@ -9,9 +9,9 @@
 
 #include "app/console.hpp"
 #include "app/robot_rig.hpp"
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
-#include "calib/stage_timer.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
+#include "calib/base/stage_timer.hpp"
 #include "localization/compass/fft_compass.hpp"
 
 namespace ceilmap::app {
@@ -22,8 +22,8 @@ constexpr double kDegPerRad = 180 / std::numbers::pi;
 calib::MirrorView ViewOf(const calib::MountedCamera& omni, const std::filesystem::path& rig_file) {
   try {
     return calib::MirrorView(omni);
-  } catch (const calib::InputError& error) {
-    throw calib::InputError(fmt::format("{}: {}", rig_file.string(), error.what()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", rig_file.string(), error.what()));
   }
 }
 
@@ -54,7 +54,7 @@ OmniHeadings::OmniHeadings(std::unique_ptr<SecondCamera> camera,
 
 /// Asks the compass for the heading of a picture it has not seen yet.
 void OmniHeadings::Look(const Frame& frame) {
-  const calib::StageTimer timer(compass_ms_);
+  const StageTimer timer(compass_ms_);
   view_.Unwrap(frame.picture, panorama_);
   compass::PanoramaFrame seen;
   seen.panorama = panorama_;
@@ -63,8 +63,8 @@ void OmniHeadings::Look(const Frame& frame) {
   const std::optional<compass::HeadingEstimate> estimate = compass_->Next(seen);
   if (!estimate) return;
   if (estimate_) {
-    rate_rad_s_ = calib::WrapAngle(estimate->heading_rad - estimate_->heading_rad) /
-                  (frame.stamp_s - estimate_s_);
+    rate_rad_s_ =
+        WrapAngle(estimate->heading_rad - estimate_->heading_rad) / (frame.stamp_s - estimate_s_);
   }
   ++told_;
   if (estimate->confidence <= 0) ++held_;
@@ -72,7 +72,7 @@ void OmniHeadings::Look(const Frame& frame) {
   estimate_s_ = frame.stamp_s;
 }
 
-std::optional<calib::HeadingPrior> OmniHeadings::At(double stamp_s) {
+std::optional<HeadingPrior> OmniHeadings::At(double stamp_s) {
   const Frame* const frame = camera_->Nearest(stamp_s);
   if (frame == nullptr) return std::nullopt;
   if (seen_ != frame->index) Look(*frame);
@@ -87,12 +87,11 @@ std::optional<calib::HeadingPrior> OmniHeadings::At(double stamp_s) {
          kDegPerRad * estimate_->heading_rad,
          kDegPerRad * std::sqrt(estimate_->variance_rad2),
          estimate_->confidence);
-  return calib::HeadingPrior{
-      estimate_->heading_rad,
-      std::max(kLeastVariance, estimate_->variance_rad2) + turned_rad * turned_rad};
+  return HeadingPrior{estimate_->heading_rad,
+                      std::max(kLeastVariance, estimate_->variance_rad2) + turned_rad * turned_rad};
 }
 
-void OmniHeadings::Locate(double stamp_s, const std::optional<calib::Pose2>& T_map_base) {
+void OmniHeadings::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
   travel_.See(stamp_s, T_map_base);
 }
 

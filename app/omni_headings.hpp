@@ -19,7 +19,7 @@ namespace ceilmap::app {
 class OmniHeadings : public HeadingMeter {
  public:
   /// @param stamps  of its frames, or of the upward ones where those are as many.
-  /// @throws calib::InputError when the source cannot be used, or does not fit the rig.
+  /// @throws InputError when the source cannot be used, or does not fit the rig.
   static std::unique_ptr<OmniHeadings> Make(const std::string& source,
                                             const std::filesystem::path& stamps,
                                             const calib::Rig& rig,
@@ -33,9 +33,9 @@ class OmniHeadings : public HeadingMeter {
 
   /// Of the mirror picture nearest in time. Where the two were not taken at once, what the robot
   /// may have turned meanwhile counts in the variance.
-  std::optional<calib::HeadingPrior> At(double stamp_s) override;
+  std::optional<HeadingPrior> At(double stamp_s) override;
 
-  void Locate(double stamp_s, const std::optional<calib::Pose2>& T_map_base) override;
+  void Locate(double stamp_s, const std::optional<Pose2>& T_map_base) override;
   [[nodiscard]] std::vector<std::string> Warnings() const override;
   [[nodiscard]] nlohmann::ordered_json Quality() const override;
   void AddTimes(nlohmann::ordered_json& stages_ms) const override;

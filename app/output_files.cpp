@@ -5,7 +5,7 @@
 #include <set>
 #include <system_error>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -19,13 +19,13 @@ void CheckOutputFiles(const std::vector<fs::path>& targets) {
     const bool special = fs::exists(target, ignored) && !fs::is_regular_file(target, ignored) &&
                          !fs::is_directory(target, ignored);
     if (special) {  // a rename would replace even /dev/null
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "{}: is a device or pipe and would be replaced; name another file", target.string()));
     }
-    const mapping::AtomicFile probe(target);  // refuses what cannot be written
+    const AtomicFile probe(target);  // refuses what cannot be written
     if (!seen.insert(fs::weakly_canonical(target, ignored)).second) {
-      throw calib::InputError(fmt::format(
-          "{}: is named for two results; give each a file of its own", target.string()));
+      throw InputError(fmt::format("{}: is named for two results; give each a file of its own",
+                                   target.string()));
     }
   }
 }
@@ -34,14 +34,14 @@ namespace {
 
 void RequireWritten(const std::ofstream& stream, const fs::path& target) {
   if (stream) return;
-  throw calib::RunError(fmt::format("{}: cannot be written; is the disk full?", target.string()));
+  throw RunError(fmt::format("{}: cannot be written; is the disk full?", target.string()));
 }
 
 }  // namespace
 
 GrowingFile::GrowingFile(const fs::path& target) {
   if (target.empty()) return;
-  file_ = std::make_unique<mapping::AtomicFile>(target);
+  file_ = std::make_unique<AtomicFile>(target);
   stream_.open(file_->PartialPath(), std::ios::binary | std::ios::trunc);
   RequireWritten(stream_, target);
 }
@@ -59,7 +59,7 @@ void GrowingFile::Commit() {
   file_->Commit();
 }
 
-void WriteText(const mapping::AtomicFile& file, std::string_view text) {
+void WriteText(const AtomicFile& file, std::string_view text) {
   std::ofstream stream(file.PartialPath(), std::ios::binary | std::ios::trunc);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   stream.close();
@@ -67,7 +67,7 @@ void WriteText(const mapping::AtomicFile& file, std::string_view text) {
 }
 
 void WriteFileAtomically(const fs::path& target, std::string_view text) {
-  mapping::AtomicFile file(target);
+  AtomicFile file(target);
   WriteText(file, text);
   file.Commit();
 }

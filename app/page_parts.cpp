@@ -95,7 +95,7 @@ std::vector<std::array<double, 2>> FootprintOf(const calib::CeilingView& view) {
 void AddGraph(const mapping::MapGraph& graph, page::PageData& data) {
   data.keyframes.reserve(graph.keyframes.size());
   for (const mapping::Keyframe& keyframe : graph.keyframes) {
-    const calib::Pose2& T_map_base = keyframe.pose.T_map_base;
+    const Pose2& T_map_base = keyframe.pose.T_map_base;
     data.keyframes.push_back({keyframe.id, T_map_base.x, T_map_base.y, T_map_base.yaw});
   }
   data.edges.reserve(graph.edges.size());

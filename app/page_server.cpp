@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "app/page_http.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -32,7 +32,7 @@ ServerAddress ParseServerAddress(const std::string& text, const std::string& opt
                       port.find_first_not_of("0123456789") == std::string::npos;
   address.port = digits ? std::stoi(port) : -1;
   if (address.port < 0 || address.port > kMaxPort || address.host.empty()) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{} {}: must be [HOST:]PORT, e.g. 8800 or 0.0.0.0:8800", option, text));
   }
   return address;
@@ -53,7 +53,7 @@ PageServer::PageServer(const ServerAddress& address, std::map<std::string, Handl
                        ? server.bind_to_any_port(address.host)
                        : (server.bind_to_port(address.host, address.port) ? address.port : -1);
   if (port <= 0) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}:{}: no page can be served there; the port is in use, or the address is not "
                     "of this machine",
                     InUrl(address.host),

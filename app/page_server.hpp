@@ -14,7 +14,7 @@ struct ServerAddress {
 };
 
 /// `[HOST:]PORT`, e.g. "8800", "0.0.0.0:8800" or "[::1]:8800". `option` names it in the message.
-/// @throws calib::InputError
+/// @throws InputError
 ServerAddress ParseServerAddress(const std::string& text, const std::string& option);
 
 /// What a path is answered with.
@@ -37,7 +37,7 @@ class PageServer {
   using Handler = std::function<ServedContent(const std::string& query)>;
 
   /// Serves from now on. @param pages  by path, e.g. "/" and "/document.json".
-  /// @throws calib::InputError when the address cannot be bound (it is in use, or not of this
+  /// @throws InputError when the address cannot be bound (it is in use, or not of this
   ///   machine).
   PageServer(const ServerAddress& address, std::map<std::string, Handler> pages);
   /// Cuts off who is still asking.

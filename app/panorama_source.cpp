@@ -11,7 +11,7 @@
 #include "app/arguments.hpp"
 #include "app/clock.hpp"
 #include "app/robot_rig.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/column_shift.hpp"
 
 namespace ceilmap::app {
@@ -45,31 +45,31 @@ PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
     const calib::MirrorRing ring = ParseRing(options.ring, "--ring");
     try {
       return {calib::MirrorView(source.Size(), ring, params), Eigen::Vector2d::Zero()};
-    } catch (const calib::InputError& error) {
-      throw calib::InputError(fmt::format("{}: {}", place, error.what()));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: {}", place, error.what()));
     }
   }
   const calib::Rig rig = calib::ReadRig(options.rig);
   const calib::MountedCamera& omni = OmniCameraOf(rig, options.rig, source);
   try {
     return {calib::MirrorView(omni, params), omni.T_base_cam.translation().head<2>()};
-  } catch (const calib::InputError& error) {
-    throw calib::InputError(fmt::format("{}: {}", place, error.what()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", place, error.what()));
   }
 }
 
 int CheckedFront(const PanoramaOptions& options, const FrameSource& source) {
   const int columns = source.Size().width;
   if (columns < kLeastColumns || columns > compass::kMaxColumns) {
-    throw calib::InputError(fmt::format("{}: panoramas have {} columns, must be {} to {}",
-                                        source.Name(),
-                                        columns,
-                                        kLeastColumns,
-                                        compass::kMaxColumns));
+    throw InputError(fmt::format("{}: panoramas have {} columns, must be {} to {}",
+                                 source.Name(),
+                                 columns,
+                                 kLeastColumns,
+                                 compass::kMaxColumns));
   }
   const int front = options.front_column.value_or(columns / 2);
   if (front < 0 || front >= columns) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "--front-column {}: must be in 0..{}, a column of {}", front, columns - 1, source.Name()));
   }
   return front;
@@ -80,7 +80,7 @@ int CheckedFront(const PanoramaOptions& options, const FrameSource& source) {
 calib::MirrorRing ParseRing(const std::string& text, const std::string& option) {
   const std::optional<std::array<double, 4>> values = ParseFourNumbers(text);
   if (!values) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "{} {}: must be U,V,INNER,OUTER in pixels, e.g. 239.5,239.5,60,225", option, text));
   }
   const auto& [u, v, inner, outer] = *values;
@@ -140,11 +140,11 @@ void PanoramaOptions::AddTo(CLI::App& cli,
 
 void PanoramaOptions::Check() const {
   if (omni.empty() == panorama.empty()) {
-    throw calib::InputError(omni.empty() ? "no pictures: give --omni SOURCE or --panorama SOURCE"
-                                         : "--omni and --panorama: give one of the two");
+    throw InputError(omni.empty() ? "no pictures: give --omni SOURCE or --panorama SOURCE"
+                                  : "--omni and --panorama: give one of the two");
   }
   const auto refuse = [](bool given, const char* option, const char* why) {
-    if (given) throw calib::InputError(fmt::format("{}: {}; leave it out", option, why));
+    if (given) throw InputError(fmt::format("{}: {}; leave it out", option, why));
   };
   if (omni.empty()) {
     constexpr auto kWhy = "pictures of --panorama are unwrapped already";
@@ -160,16 +160,14 @@ void PanoramaOptions::Check() const {
   refuse(front_column.has_value(), "--front-column", "is of --panorama");
   refuse(!ring.empty() && !rig.empty(), "--ring", "the mirror is described in --rig");
   if (ring.empty() && rig.empty()) {
-    throw calib::InputError("--omni: needs --rig RIG.yaml, or --ring U,V,INNER,OUTER without one");
+    throw InputError("--omni: needs --rig RIG.yaml, or --ring U,V,INNER,OUTER without one");
   }
   if (!ring.empty()) ParseRing(ring, "--ring");
-  const auto check_range = [](const char* option,
-                              const std::optional<int>& value,
-                              int least,
-                              int most) {
-    if (!value || (*value >= least && *value <= most)) return;
-    throw calib::InputError(fmt::format("{} {}: must be in {}..{}", option, *value, least, most));
-  };
+  const auto check_range =
+      [](const char* option, const std::optional<int>& value, int least, int most) {
+        if (!value || (*value >= least && *value <= most)) return;
+        throw InputError(fmt::format("{} {}: must be in {}..{}", option, *value, least, most));
+      };
   check_range("--columns", columns, kLeastColumns, compass::kMaxColumns);
   check_range("--rows", rows, 1, 4096);
 }

@@ -32,12 +32,12 @@ struct PanoramaOptions {
   std::optional<int> front_column;     ///< of --panorama, where the robot's front is
 
   void AddTo(CLI::App& cli, const std::string& input, const std::string& unwrapping);
-  /// What can be told without any file. @throws calib::InputError
+  /// What can be told without any file. @throws InputError
   void Check() const;
   [[nodiscard]] const std::string& Source() const { return omni.empty() ? panorama : omni; }
 };
 
-/// `U,V,INNER,OUTER` in pixels. @throws calib::InputError
+/// `U,V,INNER,OUTER` in pixels. @throws InputError
 calib::MirrorRing ParseRing(const std::string& text, const std::string& option);
 
 /// A panorama brought to the convention of compass::PanoramaFrame.
@@ -49,7 +49,7 @@ void OrientPanorama(const cv::Mat& raw, bool rising, int front_column, cv::Mat& 
 /// Panoramas of a recording, as compass::PanoramaFrame has them, in colour.
 class PanoramaSource {
  public:
-  /// Opens recording and rig. @throws calib::InputError also when the two do not fit.
+  /// Opens recording and rig. @throws InputError also when the two do not fit.
   explicit PanoramaSource(const PanoramaOptions& options);
 
   /// The next one; its memory is used again for the one after. @return as FrameSource::Read.

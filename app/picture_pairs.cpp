@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "app/text_file.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -30,18 +30,17 @@ std::vector<PicturePair> PairsIn(const CsvTable& table) {
                            folder / row.fields[current],
                            table.Place(row)};
     if (!ids.insert(pair.id).second) {
-      throw calib::InputError(
-          fmt::format("{}: the id '{}' occurs twice", pair.place, Shown(pair.id)));
+      throw InputError(fmt::format("{}: the id '{}' occurs twice", pair.place, Shown(pair.id)));
     }
     for (const fs::path& picture : {pair.reference, pair.current}) {
       std::error_code ignored;
       if (fs::is_regular_file(picture, ignored)) continue;
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: {}: no such file", pair.place, Shown(picture.string(), kMostPathBytes)));
     }
     pairs.push_back(pair);
   }
-  if (pairs.empty()) throw calib::InputError(fmt::format("{}: holds no pairs", table.name));
+  if (pairs.empty()) throw InputError(fmt::format("{}: holds no pairs", table.name));
   return pairs;
 }
 

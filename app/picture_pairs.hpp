@@ -18,7 +18,7 @@ struct PicturePair {
 
 /// Reads a list of pairs: a CSV file with the columns `id`, each once, `reference` and `current`,
 /// paths that count from the list's folder.
-/// @return at least one, all of files that exist. @throws calib::InputError naming file and line.
+/// @return at least one, all of files that exist. @throws InputError naming file and line.
 std::vector<PicturePair> ReadPairs(const std::filesystem::path& file);
 
 /// The same of a table that was read.

@@ -13,7 +13,7 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -127,11 +127,10 @@ std::vector<fs::path> ListFolder(const fs::path& folder) {
     if (IsPictureName(entry.path()) && !entry.is_directory()) files.push_back(entry.path());
   }
   if (error) {
-    throw calib::InputError(
-        fmt::format("{}: cannot be listed ({})", folder.string(), error.message()));
+    throw InputError(fmt::format("{}: cannot be listed ({})", folder.string(), error.message()));
   }
   if (files.empty()) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: holds no pictures (png, jpg, bmp, tif, pgm, ppm, webp)", folder.string()));
   }
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
@@ -156,7 +155,7 @@ PatternPictures ListPattern(const fs::path& pattern) {
     }
   }
   if (numbered.empty()) {
-    throw calib::InputError(fmt::format("{}: no file has such a name", pattern.string()));
+    throw InputError(fmt::format("{}: no file has such a name", pattern.string()));
   }
   std::sort(numbered.begin(), numbered.end());
   PatternPictures pictures;
@@ -169,7 +168,7 @@ PatternPictures ListPattern(const fs::path& pattern) {
 cv::Mat ReadPicture(const fs::path& file, Pixels pixels) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) {
-    throw calib::InputError(fmt::format("{}: no such file", file.string()));
+    throw InputError(fmt::format("{}: no such file", file.string()));
   }
   cv::Mat picture;
   try {
@@ -178,7 +177,7 @@ cv::Mat ReadPicture(const fs::path& file, Pixels pixels) {
     picture.release();  // a damaged or absurdly large header; told below
   }
   if (picture.empty()) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: is not a picture that can be read, or is damaged", file.string()));
   }
   cv::Mat result;
@@ -188,11 +187,11 @@ cv::Mat ReadPicture(const fs::path& file, Pixels pixels) {
 
 void CheckPictureSize(cv::Size size, std::string_view name) {
   if (size.width <= kMaxPictureSidePx && size.height <= kMaxPictureSidePx) return;
-  throw calib::InputError(fmt::format("{}: a picture of {}x{} px, must have at most {} on a side",
-                                      name,
-                                      size.width,
-                                      size.height,
-                                      kMaxPictureSidePx));
+  throw InputError(fmt::format("{}: a picture of {}x{} px, must have at most {} on a side",
+                               name,
+                               size.width,
+                               size.height,
+                               kMaxPictureSidePx));
 }
 
 void ConvertTo(Pixels pixels, const cv::Mat& picture, cv::Mat& result, std::string_view name) {
@@ -201,7 +200,7 @@ void ConvertTo(Pixels pixels, const cv::Mat& picture, cv::Mat& result, std::stri
   const bool known_depth = picture.depth() == CV_8U || picture.depth() == CV_16U;
   const std::optional<int> code = ConversionCode(pixels, picture.channels());
   if (!known_depth || !code) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: pictures of type {} are not supported; convert them to 8 bits grey",
                     name,
                     cv::typeToString(picture.type())));

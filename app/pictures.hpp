@@ -18,7 +18,7 @@ bool IsPictureName(const std::filesystem::path& file);
 
 /// The pictures of a folder, by their usual extensions in either case, in natural order of the
 /// names. Hidden files are left out.
-/// @throws calib::InputError when there is none.
+/// @throws InputError when there is none.
 std::vector<std::filesystem::path> ListFolder(const std::filesystem::path& folder);
 
 /// True for a name with one printf number field: `%d`, `%4d` or `%04d`.
@@ -32,13 +32,13 @@ struct PatternPictures {
 
 /// @param pattern  as IsPattern says; the number field must be in the file's name, not in a
 /// folder's.
-/// @throws calib::InputError when no such file exists.
+/// @throws InputError when no such file exists.
 PatternPictures ListPattern(const std::filesystem::path& pattern);
 
 /// As a rig's cameras.
 inline constexpr int kMaxPictureSidePx = 16384;
 
-/// @throws calib::InputError naming the source when a side is longer than that.
+/// @throws InputError naming the source when a side is longer than that.
 void CheckPictureSize(cv::Size size, std::string_view name);
 
 /// What pictures are decoded to.
@@ -49,7 +49,7 @@ enum class Pixels : std::uint8_t {
 
 /// Reads a picture file: to grey, colour by OpenCV's COLOR_BGR2GRAY, 16 bits scaled to 8, alpha
 /// ignored, rotation flags ignored (the picture as the camera took it).
-/// @throws calib::InputError naming the file.
+/// @throws InputError naming the file.
 cv::Mat ReadPicture(const std::filesystem::path& file, Pixels pixels);
 inline cv::Mat ReadGreyPicture(const std::filesystem::path& file) {
   return ReadPicture(file, Pixels::kGrey);
@@ -57,7 +57,7 @@ inline cv::Mat ReadGreyPicture(const std::filesystem::path& file) {
 
 /// The same for a picture in memory with 1, 3 or 4 channels of 8 or 16 bits; the result's memory is
 /// reused and never the picture's.
-/// @throws calib::InputError on another type, naming `name`.
+/// @throws InputError on another type, naming `name`.
 void ConvertTo(Pixels pixels, const cv::Mat& picture, cv::Mat& result, std::string_view name);
 inline void ToGrey(const cv::Mat& picture, cv::Mat& grey, std::string_view name) {
   ConvertTo(Pixels::kGrey, picture, grey, name);

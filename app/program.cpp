@@ -16,7 +16,7 @@
 #include "app/console.hpp"
 #include "app/interrupt.hpp"
 #include "app/output_files.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -49,7 +49,7 @@ void RunCommand(const Command& command) {
   if (!common.summary.empty()) {
     WriteFileAtomically(common.summary, summary.ToJson(FullName(*command.cli), seconds));
   }
-  if (std::fflush(stdout) != 0) throw calib::RunError("stdout cannot be written to");
+  if (std::fflush(stdout) != 0) throw RunError("stdout cannot be written to");
 }
 
 // One of those that can be run: require_subcommand(1) sees to it.
@@ -71,7 +71,7 @@ void CheckCommandName(const CLI::App& program, int argc, const char* const* argv
     });
     if (named == commands.end()) {
       const std::string before = cli == &program ? "" : FullName(*cli) + " ";
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "there is no command '{0}{1}'; 'ceilmap {0}--help' lists them", before, argv[i]));
     }
     cli = *named;
@@ -81,7 +81,7 @@ void CheckCommandName(const CLI::App& program, int argc, const char* const* argv
   for (const CLI::App* command : cli->get_subcommands({})) {
     names += (names.empty() ? "" : ", ") + command->get_name();
   }
-  throw calib::InputError(
+  throw InputError(
       fmt::format("{0}: give one of {1}; see 'ceilmap {0} --help'", FullName(*cli), names));
 }
 
@@ -145,7 +145,7 @@ const Command* CommandLine::Parse(int argc, const char* const* argv) {
       return nullptr;
     }
     const std::string name = FullName(LastParsed(*program_));
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}; see 'ceilmap {}--help'", error.what(), name.empty() ? "" : name + " "));
   }
   return &ChosenCommand(commands_);
@@ -156,7 +156,7 @@ int RunProgram(int argc, const char* const* argv) {
   InstallInterruptHandler();
   try {
     return ParseAndRun(argc, argv);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     PrintError(error.what());
     return kUnusableInput;
   } catch (const std::exception& error) {

@@ -12,7 +12,7 @@ class CommandLine {
   CommandLine();
   /// @return the command that was named, with its options set; null when --help or --version was
   ///   asked for, which ends the parse with nothing more to do than Answer().
-  /// @throws calib::InputError for what cannot be understood. Files are not opened here, but
+  /// @throws InputError for what cannot be understood. Files are not opened here, but
   ///   options that must name one are held against the disk.
   const Command* Parse(int argc, const char* const* argv);
   /// The text of --help or --version, when Parse gave null.

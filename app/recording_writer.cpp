@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "app/mp4_rate.hpp"
-#include "calib/error.hpp"
-#include "mapping/atomic_file.hpp"
+#include "calib/base/atomic_file.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -22,7 +22,7 @@ namespace ceilmap::app {
 namespace {
 
 [[noreturn]] void FailToWrite(const fs::path& target) {
-  throw calib::RunError(fmt::format("{}: cannot be written; is the disk full?", target.string()));
+  throw RunError(fmt::format("{}: cannot be written; is the disk full?", target.string()));
 }
 
 class VideoRecording final : public RecordingWriter {
@@ -38,7 +38,7 @@ class VideoRecording final : public RecordingWriter {
         rate_hz_(rate_hz) {
     // OpenCV would cut the last row or column off without a word.
     if (size.width % 2 != 0 || size.height % 2 != 0) {
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: a video's width and height must be even, not {} x {} px; change the "
                       "camera, or write --pictures",
                       target.string(),
@@ -50,7 +50,7 @@ class VideoRecording final : public RecordingWriter {
                                : cv::VideoWriter::fourcc('a', 'v', 'c', '1');
     // Grey stays grey: by way of colours H.264 loses 3 dB more.
     if (!writer_.open(video_.string(), cv::CAP_FFMPEG, codec, encoded_hz_, size, is_colour)) {
-      throw calib::RunError(
+      throw RunError(
           fmt::format("{}: OpenCV has no encoder for it here; write --lossless or --pictures",
                       target.string()));
     }
@@ -80,7 +80,7 @@ class VideoRecording final : public RecordingWriter {
     if (!whole) FailToWrite(file_.Target());
   }
 
-  mapping::AtomicFile file_;
+  AtomicFile file_;
   fs::path video_;
   double encoded_hz_;
   double rate_hz_;
@@ -96,7 +96,7 @@ class PictureRecording final : public RecordingWriter {
     std::error_code error;
     fs::remove_all(partial_, error);  // of a run that was killed
     if (!fs::create_directory(partial_, error)) {
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "{}: cannot be created ({}); choose another", target_.string(), error.message()));
     }
   }

@@ -30,8 +30,8 @@ class RecordingWriter {
 
   /// @param target  as RecordingName says, in a folder that exists.
   /// @param rate_hz  frames per second, for videos. @param is_colour  of all pictures.
-  /// @throws calib::InputError when the folder takes no files, or a video cannot have the size;
-  ///   calib::RunError when OpenCV has no encoder.
+  /// @throws InputError when the folder takes no files, or a video cannot have the size;
+  ///   RunError when OpenCV has no encoder.
   static std::unique_ptr<RecordingWriter> Create(RecordingFormat format,
                                                  const std::filesystem::path& target,
                                                  cv::Size size,
@@ -44,10 +44,10 @@ class RecordingWriter {
   /// The part of the work that needs no order. Thread-safe.
   /// @param pixels  of the recording's size, CV_8UC1, or with colours CV_8UC3 (blue, green, red).
   [[nodiscard]] virtual Prepared Prepare(cv::Mat pixels) const;
-  /// Adds a picture at the end. @throws calib::RunError when the disk refuses.
+  /// Adds a picture at the end. @throws RunError when the disk refuses.
   virtual void Write(const Prepared& picture) = 0;
   /// Gives the recording its name, with what was written so far; an older one is replaced.
-  /// @throws calib::RunError when the disk refuses.
+  /// @throws RunError when the disk refuses.
   virtual void Commit() = 0;
 
  protected:

@@ -21,7 +21,7 @@
 #include "app/pictures.hpp"
 #include "app/progress.hpp"
 #include "app/table.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace fs = std::filesystem;
@@ -37,17 +37,17 @@ struct RegisterParams {
   fs::path output;
   bool fixed_scale = false;
 
-  // @throws calib::InputError
+  // @throws InputError
   void Validate() const;
 };
 
 void RegisterParams::Validate() const {
   const bool list = !pairs.empty();
   if (list == !pictures.empty() || (!list && pictures.size() != 2)) {
-    throw calib::InputError("give two pictures, REF.png CUR.png, or a list with --pairs PAIRS.csv");
+    throw InputError("give two pictures, REF.png CUR.png, or a list with --pairs PAIRS.csv");
   }
   if (list && output.empty()) {
-    throw calib::InputError("--pairs needs -o OUT.csv for the results");
+    throw InputError("--pairs needs -o OUT.csv for the results");
   }
   CheckOutputFiles({output});
 }
@@ -63,12 +63,12 @@ class PairRegistrar {
  public:
   explicit PairRegistrar(bool fixed_scale) { params_.estimate_scale = !fixed_scale; }
 
-  // @throws calib::InputError when a picture cannot be read or the sizes differ.
+  // @throws InputError when a picture cannot be read or the sizes differ.
   PairResult Run(const PicturePair& pair) {
     const cv::Mat reference = Read(pair, pair.reference);
     const cv::Mat current = Read(pair, pair.current);
     if (reference.size() != current.size()) {
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: reference is {}x{} px, current is {}x{} px; both must "
                       "have one size",
                       pair.place,
@@ -90,9 +90,9 @@ class PairRegistrar {
   static cv::Mat Read(const PicturePair& pair, const fs::path& picture) {
     try {
       return ReadGreyPicture(picture);
-    } catch (const calib::InputError& error) {
+    } catch (const InputError& error) {
       if (pair.place == picture.string()) throw;
-      throw calib::InputError(fmt::format("{}: {}", pair.place, error.what()));
+      throw InputError(fmt::format("{}: {}", pair.place, error.what()));
     }
   }
 

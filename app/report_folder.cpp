@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "app/output_files.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -15,7 +15,7 @@ void CheckReportFolder(const fs::path& folder) {
   std::error_code ignored;
   if (fs::is_directory(folder, ignored) && fs::is_empty(folder, ignored)) return;
   if (fs::exists(folder, ignored)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: exists and is not an empty folder; name a new one", folder.string()));
   }
   CheckOutputFiles({folder.has_filename() ? folder : folder.parent_path()});
@@ -25,8 +25,7 @@ std::vector<fs::path> WriteReport(const fs::path& folder, const std::vector<Repo
   std::error_code error;
   const bool created = fs::create_directory(folder, error);
   if (error) {
-    throw calib::RunError(
-        fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
+    throw RunError(fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
   }
   std::vector<fs::path> done;
   try {

@@ -14,11 +14,11 @@ struct ReportFile {
 
 /// Tells before the work begins that a report could not be stored there. The folder must be new or
 /// empty: a report does not mix with what is there already, nor replace it.
-/// @throws calib::InputError
+/// @throws InputError
 void CheckReportFolder(const std::filesystem::path& folder);
 
 /// Writes all of the files or none, into a folder that is made where it is missing.
-/// @return their paths. @throws calib::RunError when the disk refuses.
+/// @return their paths. @throws RunError when the disk refuses.
 std::vector<std::filesystem::path> WriteReport(const std::filesystem::path& folder,
                                                const std::vector<ReportFile>& files);
 

@@ -10,12 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
 
-using calib::Pose2;
 using calibration::RigMount;
 using calibration::RigSolution;
 using Eigen::Matrix3d;
@@ -35,7 +34,7 @@ double SpanOfHeadings(const std::vector<Pose2>& poses) {
   double least = heading;
   double most = heading;
   for (const Pose2& pose : poses) {
-    heading += calib::WrapAngle(pose.yaw - heading);
+    heading += WrapAngle(pose.yaw - heading);
     least = std::min(least, heading);
     most = std::max(most, heading);
   }
@@ -47,7 +46,7 @@ void CheckSpin(const CeilingKeyframes& spin) {
   constexpr double kLeastTurnDeg = 180;
   const double turn_deg = kDegPerRad * SpanOfHeadings(RoughPoses(spin));
   if (turn_deg >= kLeastTurnDeg) return;
-  throw calib::InputError(fmt::format(
+  throw InputError(fmt::format(
       "{}: the robot turns by {:.1f} deg only, must be at least {:.0f}; let it turn on the spot, "
       "best once around",
       spin.source,
@@ -58,7 +57,7 @@ void CheckSpin(const CeilingKeyframes& spin) {
 void CheckCourse(const CeilingKeyframes& straight, double turn_rad, double most_deg) {
   const double turn_deg = kDegPerRad * turn_rad;
   if (turn_deg <= most_deg) return;
-  throw calib::InputError(
+  throw InputError(
       fmt::format("{}: the robot turns by {:.1f} deg on its straight drive, must be at most "
                   "{:.0f}; let it drive straight ahead, on an even floor",
                   straight.source,
@@ -74,7 +73,7 @@ void CheckStraight(const CeilingKeyframes& straight, double rough_distance_m) {
   const double length_m =
       rough_distance_m * (poses.front().Inverse() * poses.back()).Translation().norm();
   if (length_m < kLeastLengthM) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "{}: the robot drives {:.2f} m only, must be at least {:.1f}; let it drive straight ahead "
         "as far as the room allows",
         straight.source,
@@ -87,7 +86,7 @@ void CheckStraight(const CeilingKeyframes& straight, double rough_distance_m) {
 RigMount MountOf(const Matrix3d& R_base_cam) {
   RigMount mount;
   const Eigen::Quaterniond q(R_base_cam);
-  mount.yaw_rad = calib::WrapAngle(2 * std::atan2(q.z(), q.w()));
+  mount.yaw_rad = WrapAngle(2 * std::atan2(q.z(), q.w()));
   const Matrix3d tilt =
       Eigen::AngleAxisd(-mount.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_base_cam;
   const Eigen::AngleAxisd turn(tilt);
@@ -118,7 +117,7 @@ std::vector<Pose2> CamerasOf(const std::vector<Pose2>& views, const Vector2d& ce
 double Change(const RigMount& a, const RigMount& b) {
   return std::max({(a.tilt_rad - b.tilt_rad).norm(),
                    (a.centre - b.centre).norm(),
-                   std::abs(calib::WrapAngle(a.yaw_rad - b.yaw_rad))});
+                   std::abs(WrapAngle(a.yaw_rad - b.yaw_rad))});
 }
 
 // Measuring and solving in turn: a block is measured the better, the better the motion between the
@@ -152,7 +151,7 @@ RigSolution Solve(const calib::Rig& rig,
     }
     solution = calibration::SolveRig(spun, driven, mount, params);
     if (!solution.ok) {
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: too few places of the ceiling could be followed; record it under a "
                       "ceiling with more texture",
                       spin.source));
@@ -245,7 +244,7 @@ void CheckResult(const calib::Rig& rig,
   constexpr double kMostAsideM = 0.3;
   const double aside_m = result.camera_y_m.value - rig.up->T_base_cam.translation().y();
   if (result.wander_m > kMostWanderM) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: the robot does not turn on the spot, its axle moves by {:.1f} cm (RMS), "
                     "must be below {:.0f}; let both wheels turn at the same speed, one backwards",
                     spin.source,
@@ -253,7 +252,7 @@ void CheckResult(const calib::Rig& rig,
                     100 * kMostWanderM));
   }
   if (std::abs(aside_m) > kMostAsideM) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: the robot drives round a point {:.2f} m to its {} instead of turning on "
                     "the spot; let both wheels turn at the same speed, one backwards",
                     spin.source,

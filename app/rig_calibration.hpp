@@ -49,7 +49,7 @@ struct RigCalibration {
 /// stands still.
 /// @param rig  its upward camera as far as it is known; the place along base x is kept.
 /// @param lens_sigma_px  see calibration::RigSolverParams.
-/// @throws calib::InputError when a recording is not what it should be: a spin that does not turn
+/// @throws InputError when a recording is not what it should be: a spin that does not turn
 ///   or drives away, a straight drive that turns or is too short.
 RigCalibration CalibrateRig(const calib::Rig& rig,
                             const CeilingKeyframes& spin,

@@ -13,7 +13,6 @@
 namespace ceilmap::app {
 namespace {
 
-using calib::Pose2;
 using Eigen::Vector2d;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;

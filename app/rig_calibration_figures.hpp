@@ -22,7 +22,7 @@ Figure StepFigure(const StepCalibration& step);
 /// right, smeared where it is not. CV_8UC1, 0 where no picture looked.
 /// @param up  the upward camera of that rig. @param headings  of the views, rad.
 cv::Mat SpinMosaic(const CeilingKeyframes& spin,
-                   const std::vector<calib::Pose2>& headings,
+                   const std::vector<Pose2>& headings,
                    const calib::MountedCamera& up,
                    double ceiling_height_m,
                    double axle_behind_mast_m);

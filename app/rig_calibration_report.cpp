@@ -13,7 +13,7 @@
 #include "app/report_table.hpp"
 #include "app/rig_calibration_figures.hpp"
 #include "app/table.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -201,7 +201,7 @@ void WriteRigReport(const std::filesystem::path& folder,
     const std::filesystem::path file = folder / name;
     const cv::Mat mosaic = SpinMosaic(spin, result.solution.spin, up, height_m, axle_m);
     if (!cv::imwrite(file.string(), mosaic)) {
-      throw calib::RunError(fmt::format("{}: cannot be written", file.string()));
+      throw RunError(fmt::format("{}: cannot be written", file.string()));
     }
     files.push_back(file);
   };
@@ -215,7 +215,7 @@ void WriteRigReport(const std::filesystem::path& folder,
     if (found.step) all.push_back(StepFigure(*found.step));
     figures.Draw(all);
     summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
-  } catch (const calib::RunError& error) {
+  } catch (const RunError& error) {
     Warn("no figures: {}", error.what());
   }
 }

@@ -10,8 +10,8 @@
 #include "app/progress.hpp"
 #include "app/robot_rig.hpp"
 #include "app/second_camera.hpp"
+#include "calib/base/error.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/error.hpp"
 #include "compensation/space_path.hpp"
 
 namespace ceilmap::app {
@@ -68,7 +68,7 @@ RigMotion ReadMotion(const RigRecording& recording,
     if (forward) forward->Follow(frame.stamp_s, T_first_base);
     lost = T_first_base ? 0 : lost + 1;
     if (lost < kMostLost) continue;
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: from frame {} on the ceiling does not match the frames before; record it "
                     "more slowly, under a ceiling with texture, with the lights on",
                     source.Name(),

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -13,12 +13,12 @@ const calib::MountedCamera& CameraFor(const std::optional<calib::MountedCamera>&
                                       const std::string& source,
                                       cv::Size size) {
   if (!camera) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: has no camera '{}'; add it under cameras", file.string(), name));
   }
   const cv::Size expected = camera->camera.Size();
   if (size != expected) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "{}: pictures are {}x{} px, but camera '{}' of {} has {}x{} px; use this recording's rig",
         source,
         size.width,

@@ -33,7 +33,7 @@ ReportTable FactsTable(const std::string& title, const Table& facts);
 /// there are no figures, and a warning tells.
 /// @param folder  checked by CheckReportFolder before the run. @param page  the page.
 /// @param summary  gets the files; its figures are those of metrics.json.
-/// @throws calib::RunError when the disk refuses.
+/// @throws RunError when the disk refuses.
 void WriteRunReport(const std::filesystem::path& folder,
                     const RunRecord& run,
                     const page::PageData& page,

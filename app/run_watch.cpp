@@ -8,7 +8,7 @@
 #include "app/console.hpp"
 #include "app/page_parts.hpp"
 #include "app/report_folder.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -66,8 +66,8 @@ RunWatch::RunWatch(const WatchOptions& options,
   params.address = AddressOf(options);
   try {
     live_ = std::make_unique<LivePage>(params, std::move(start), run_.name, run_.footprint);
-  } catch (const calib::InputError& error) {
-    throw calib::InputError(fmt::format("{}; --live-at names another place", error.what()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}; --live-at names another place", error.what()));
   }
   Note("live page: {}", live_->Url());
 }
@@ -84,7 +84,7 @@ void RunWatch::AddMapped(const mapping::FramePose& frame,
   if (!live_ || frame.status != mapping::TrackingStatus::kTracking) return;
   if (frame.keyframe_id <= last_keyframe_) return;
   last_keyframe_ = frame.keyframe_id;
-  const calib::Pose2& T_map_base = frame.T_map_base;
+  const Pose2& T_map_base = frame.T_map_base;
   live_->Add(page::PageKeyframe{frame.keyframe_id, T_map_base.x, T_map_base.y, T_map_base.yaw});
   mosaic_.Add(raw, T_map_base);
   live_->SetMosaic(mosaic_.Copy());

@@ -25,7 +25,7 @@ struct WatchOptions {
   std::string live_at;  ///< `[HOST:]PORT`; given: live, too
 
   void AddTo(CLI::App& cli, const std::string& group);
-  /// Before the run begins. @throws calib::InputError
+  /// Before the run begins. @throws InputError
   void Check() const;
   [[nodiscard]] bool Live() const { return live || !live_at.empty(); }
 };
@@ -35,7 +35,7 @@ struct WatchOptions {
 class RunWatch {
  public:
   /// @param source  of the upward camera. @param start  title, unit and map of the page.
-  /// @param view  must outlive this. @throws calib::InputError when the page cannot be served.
+  /// @param view  must outlive this. @throws InputError when the page cannot be served.
   RunWatch(const WatchOptions& options,
            const std::string& source,
            page::PageData start,
@@ -56,7 +56,7 @@ class RunWatch {
   /// A report or a live page was asked for: End has something to do.
   [[nodiscard]] bool Wanted() const { return !report_.empty() || live_; }
   /// Writes the report and shows its page. Says on stdout where, unless `quiet`.
-  /// @throws calib::RunError when the disk refuses.
+  /// @throws RunError when the disk refuses.
   void End(const mapping::MapReader& map, const Table& facts, bool quiet, Summary& summary);
 
  private:

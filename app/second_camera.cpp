@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 
@@ -33,7 +33,7 @@ void SecondCamera::Advance() {
     } else {
       ended_ = true;
     }
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     damage_ = error.what();
     ended_ = true;
   }

@@ -24,7 +24,7 @@ class SecondCamera {
   };
 
   /// @param stamps  of its frames, or of the first camera's where those are as many; empty: the
-  /// recording's own time. @throws calib::InputError when the source cannot be used.
+  /// recording's own time. @throws InputError when the source cannot be used.
   SecondCamera(const std::string& source,
                const std::filesystem::path& stamps,
                std::string name = "forward");

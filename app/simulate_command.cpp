@@ -20,8 +20,8 @@
 #include "app/simulation_folder.hpp"
 #include "app/table.hpp"
 #include "app/tum.hpp"
-#include "calib/error.hpp"
-#include "calib/yaml_value.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/yaml_value.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 #include "samples/simulator/scene.hpp"
@@ -181,7 +181,7 @@ struct Way {
 // Somebody who stops a recording wants what there is of it.
 void TellInterrupted(std::int64_t frames) {
   if (frames == 0) {
-    throw calib::RunError("interrupted before any frame was rendered; nothing was written");
+    throw RunError("interrupted before any frame was rendered; nothing was written");
   }
   PrintNote(fmt::format("interrupted: {} frames were kept", frames));
 }
@@ -242,7 +242,7 @@ void PrintReport(const RenderReport& report,
 void RunSimulate(const SimulateParams& params, const CommonOptions& common, Summary& summary) {
   const auto start = steady_clock::now();
   const std::string text =
-      calib::ReadSettingsText(params.scene, "a scene file (format: samples/simulator/README.md)");
+      ReadSettingsText(params.scene, "a scene file (format: samples/simulator/README.md)");
   const simulator::Scene scene = MakeScene(text, params);
   std::vector<simulator::Frame> frames = simulator::MakePath(scene);
   SimulationFolder folder(params.output, params.Format(), params.force);

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "app/output_files.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace fs = std::filesystem;
@@ -73,13 +73,13 @@ SimulationFolder::SimulationFolder(fs::path folder, RecordingFormat format, bool
     CheckOutputFiles({folder_ / kTextNames.front()});
   } else {
     if (fs::exists(folder_, error)) {
-      throw calib::InputError(
+      throw InputError(
           fmt::format("{}: exists and is not a folder; name another", folder_.string()));
     }
     CheckOutputFiles({folder_});  // its parent
     made_ = fs::create_directory(folder_, error);
     if (error) {
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "{}: cannot be created ({}); choose another", folder_.string(), error.message()));
     }
   }
@@ -92,7 +92,7 @@ void SimulationFolder::RefuseEarlier(bool replace) const {
   std::error_code ignored;
   for (const fs::path& name : names) {
     if (replace || !fs::exists(folder_ / name, ignored)) continue;
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: holds {} already; name another folder, or replace it by --force",
                     folder_.string(),
                     name.string()));
@@ -100,7 +100,7 @@ void SimulationFolder::RefuseEarlier(bool replace) const {
   for (const char* camera : kCameras) {
     const fs::path folder = folder_ / RecordingName(camera, RecordingFormat::kPictures);
     if (!fs::exists(folder, ignored) || HoldsOnlyRecording(folder)) continue;
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: holds other things than pictures of a recording; name another folder",
                     folder.string()));
   }
@@ -119,9 +119,9 @@ std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& rec
                                                const Texts& texts) {
   const std::array<const std::string*, 4> contents{
       &texts.stamps, &texts.truth, &texts.rig, &texts.scene};
-  std::vector<std::unique_ptr<mapping::AtomicFile>> files;
+  std::vector<std::unique_ptr<AtomicFile>> files;
   for (std::size_t i = 0; i < contents.size(); ++i) {
-    files.push_back(std::make_unique<mapping::AtomicFile>(folder_ / kTextNames.at(i)));
+    files.push_back(std::make_unique<AtomicFile>(folder_ / kTextNames.at(i)));
     WriteText(*files.back(), *contents.at(i));
   }
   std::vector<fs::path> names;
@@ -146,7 +146,7 @@ std::string WithSeed(const std::string& text, const fs::path& file, std::uint64_
   std::string changed = ReplaceSeed(text, seed);
   try {
     if (SeedOf(changed, file) == seed) return changed;
-  } catch (const calib::InputError&) {
+  } catch (const InputError&) {
     // Written in another style: leave it to people.
   }
   return fmt::format("# rendered with --seed {}\n{}", seed, text);

@@ -30,7 +30,7 @@ class SimulationFolder {
 
   /// Makes the folder when it is missing; the destructor removes it again without a Commit().
   /// @param replace  an earlier recording may be in the folder, and Commit() replaces it.
-  /// @throws calib::InputError when the folder cannot be made or written to, or holds a recording
+  /// @throws InputError when the folder cannot be made or written to, or holds a recording
   ///   that must not be replaced.
   SimulationFolder(std::filesystem::path folder, RecordingFormat format, bool replace);
   ~SimulationFolder();
@@ -42,7 +42,7 @@ class SimulationFolder {
 
   /// Gives all files their names; pictures of an earlier run under other names go, since they would
   /// not fit the new stamps. @param recordings  each writes PicturesOf() its camera.
-  /// @return the files. @throws calib::RunError when the disk refuses.
+  /// @return the files. @throws RunError when the disk refuses.
   std::vector<std::filesystem::path> Commit(const std::vector<Recording>& recordings,
                                             const Texts& texts);
 

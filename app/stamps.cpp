@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/text_file.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 
@@ -23,30 +23,30 @@ std::vector<double> StampsIn(const CsvTable& table) {
     double stamp_s = 0;
     if (!ParseNumber(row.fields[index_column], index) || !std::isfinite(index) ||
         index != std::floor(index)) {
-      throw calib::InputError(fmt::format("{}: index '{}' is not a whole number",
-                                          table.Place(row),
-                                          Shown(row.fields[index_column])));
+      throw InputError(fmt::format("{}: index '{}' is not a whole number",
+                                   table.Place(row),
+                                   Shown(row.fields[index_column])));
     }
     if (!ParseNumber(row.fields[stamp_column], stamp_s) || !std::isfinite(stamp_s)) {
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "{}: timestamp '{}' is not a number", table.Place(row), Shown(row.fields[stamp_column])));
     }
     if (!stamps_s.empty() && index != previous_index + 1) {
-      throw calib::InputError(fmt::format("{}: index {} after {}; every frame needs its line",
-                                          table.Place(row),
-                                          index,
-                                          previous_index));
+      throw InputError(fmt::format("{}: index {} after {}; every frame needs its line",
+                                   table.Place(row),
+                                   index,
+                                   previous_index));
     }
     if (!stamps_s.empty() && stamp_s <= stamps_s.back()) {
-      throw calib::InputError(fmt::format("{}: timestamp {} is not later than {} before it",
-                                          table.Place(row),
-                                          stamp_s,
-                                          stamps_s.back()));
+      throw InputError(fmt::format("{}: timestamp {} is not later than {} before it",
+                                   table.Place(row),
+                                   stamp_s,
+                                   stamps_s.back()));
     }
     previous_index = index;
     stamps_s.push_back(stamp_s);
   }
-  if (stamps_s.empty()) throw calib::InputError(fmt::format("{}: holds no stamps", table.name));
+  if (stamps_s.empty()) throw InputError(fmt::format("{}: holds no stamps", table.name));
   return stamps_s;
 }
 

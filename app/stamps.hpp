@@ -10,7 +10,7 @@ namespace ceilmap::app {
 /// Reads the time stamps of a recording's frames: a CSV file with the columns `index`, counting up
 /// by one, and `timestamp` in seconds.
 /// @return seconds, strictly increasing, at least one.
-/// @throws calib::InputError naming file and line.
+/// @throws InputError naming file and line.
 std::vector<double> ReadStamps(const std::filesystem::path& file);
 
 /// The same of a table that was read.

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -43,11 +43,11 @@ class StatusColumns {
   }
   [[nodiscard]] bool HasPose(const CsvTable::Row& row) const { return !row.fields[x_].empty(); }
 
-  [[nodiscard]] evaluation::StampedPose Pose(const CsvTable::Row& row) const {
-    calib::Tilt tilt;
+  [[nodiscard]] StampedPose Pose(const CsvTable::Row& row) const {
+    Tilt tilt;
     tilt.pitch_rad = Angle(row, pitch_);
     tilt.roll_rad = Angle(row, roll_);
-    return evaluation::ToStampedPose(
+    return ToStampedPose(
         Stamp(row), {table_.Number(row, x_), table_.Number(row, y_), Angle(row, yaw_)}, tilt);
   }
 
@@ -55,8 +55,7 @@ class StatusColumns {
     const Eigen::Vector3d sigmas(
         table_.Number(row, sigma_x_), table_.Number(row, sigma_y_), Angle(row, sigma_yaw_));
     if (!(sigmas.minCoeff() >= 0)) {
-      throw calib::InputError(
-          fmt::format("{}: a standard deviation is negative", table_.Place(row)));
+      throw InputError(fmt::format("{}: a standard deviation is negative", table_.Place(row)));
     }
     return sigmas.cwiseAbs2().asDiagonal();
   }
@@ -114,7 +113,7 @@ StatusRecord StatusIn(const CsvTable& table) {
   for (const CsvTable::Row& row : table.rows) {
     const double stamp_s = columns.Stamp(row);
     if (last_s && stamp_s <= *last_s) {
-      throw calib::InputError(fmt::format(
+      throw InputError(fmt::format(
           "{}: timestamp {} is not later than {} before it", table.Place(row), stamp_s, *last_s));
     }
     last_s = stamp_s;

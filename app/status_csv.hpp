@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/csv.hpp"
-#include "app/evaluation/stamped_pose.hpp"
+#include "calib/base/stamped_pose.hpp"
 #include "localization/localizer.hpp"
 #include "mapping/keyframe.hpp"
 
@@ -29,7 +29,7 @@ struct FrameStatus {
 
 /// What such a file tells, for comparisons.
 struct StatusRecord {
-  std::vector<evaluation::StampedPose> poses;  ///< of the frames that have one, at height 0
+  std::vector<StampedPose> poses;  ///< of the frames that have one, at height 0
   /// Of (x, y, yaw) of each of them, metres and radians: the variances, all that the file has.
   std::vector<Eigen::Matrix3d> covariances;
   std::vector<FrameStatus> placed;             ///< of each pose
@@ -39,7 +39,7 @@ struct StatusRecord {
 
 /// Columns may stand in any order, `peak` and `inliers` may be missing.
 /// @return stamps strictly increasing; perhaps no poses.
-/// @throws calib::InputError naming file and line.
+/// @throws InputError naming file and line.
 StatusRecord ReadStatus(const std::filesystem::path& file);
 
 /// The same of a table that was read.

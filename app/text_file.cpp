@@ -6,7 +6,7 @@
 #include <array>
 #include <fstream>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 
@@ -14,7 +14,7 @@ std::string ReadTextFile(const std::filesystem::path& file, std::size_t most_byt
   std::error_code ignored;
   std::ifstream stream(file, std::ios::binary);
   if (!stream || std::filesystem::is_directory(file, ignored)) {
-    throw calib::InputError(fmt::format("{}: no such file, or not readable", file.string()));
+    throw InputError(fmt::format("{}: no such file, or not readable", file.string()));
   }
   std::string text;
   const std::uintmax_t size = std::filesystem::file_size(file, ignored);
@@ -25,12 +25,12 @@ std::string ReadTextFile(const std::filesystem::path& file, std::size_t most_byt
     text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
   } while (stream && text.size() <= most_bytes);
   if (text.size() > most_bytes) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "{}: larger than {} MiB, the most that a text file may have; split the recording",
         file.string(),
         most_bytes >> 20U));
   }
-  if (stream.bad()) throw calib::InputError(fmt::format("{}: cannot be read", file.string()));
+  if (stream.bad()) throw InputError(fmt::format("{}: cannot be read", file.string()));
   return text;
 }
 
@@ -41,7 +41,7 @@ bool Lines::Next(std::string_view& line) {
   line = rest_.substr(0, end);
   rest_.remove_prefix(std::min(end + 1, rest_.size()));
   if (line.size() > kMaxLineBytes) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "{}:{}: is longer than {} KiB; give a text file", name_, number_, kMaxLineBytes >> 10U));
   }
   return true;

@@ -14,7 +14,7 @@ inline constexpr std::size_t kMaxLineBytes = std::size_t{64} << 10U;
 
 /// The whole file. Pipes are read too, to their end.
 /// @param most_bytes  of which a text may have no more; for tests.
-/// @throws calib::InputError when it is missing, a folder, unreadable or too large.
+/// @throws InputError when it is missing, a folder, unreadable or too large.
 std::string ReadTextFile(const std::filesystem::path& file, std::size_t most_bytes = kMaxTextBytes);
 
 /// The lines of a text, one by one, without their ends; what follows the last end is a line unless
@@ -24,7 +24,7 @@ class Lines {
   /// @param text, name  of the file; must outlive this.
   Lines(std::string_view text, const std::string& name) : rest_(text), name_(name) {}
 
-  /// @return false at the end. @throws calib::InputError when the line is too long for one of text.
+  /// @return false at the end. @throws InputError when the line is too long for one of text.
   bool Next(std::string_view& line);
   [[nodiscard]] int Number() const { return number_; }  ///< of the last line, from 1
 

@@ -7,7 +7,7 @@
 
 #include "app/console.hpp"
 #include "app/robot_rig.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 
@@ -60,15 +60,15 @@ void TiltOptions::AddTo(CLI::App& cli, const std::string& inputs, const std::str
 
 void TiltOptions::Check(bool have_rig) const {
   if (!have_rig && (!forward.empty() || (!method.empty() && method != "none"))) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: tilt can only be measured with the robot's geometry; give --rig",
                     forward.empty() ? "--tilt " + method : "--forward"));
   }
   if (method == "forward" && forward.empty()) {
-    throw calib::InputError("--tilt forward: needs the forward camera; give --forward");
+    throw InputError("--tilt forward: needs the forward camera; give --forward");
   }
   if (forward.empty() && !forward_stamps.empty()) {
-    throw calib::InputError("--forward-stamps: there are no forward frames; give --forward");
+    throw InputError("--forward-stamps: there are no forward frames; give --forward");
   }
 }
 
@@ -97,7 +97,7 @@ TiltMeter::TiltMeter(const calib::Rig& rig,
                      std::unique_ptr<SecondCamera> forward)
     : method_(method), estimator_(rig, ParamsFor(method)), forward_(std::move(forward)) {}
 
-calib::Tilt TiltMeter::Measure(const Frame& up) {
+Tilt TiltMeter::Measure(const Frame& up) {
   compensation::TiltFrame frame;
   frame.up = up.picture;
   if (forward_) frame.forward = forward_->At(up.stamp_s);

@@ -11,8 +11,8 @@
 #include "app/frame_source.hpp"
 #include "app/second_camera.hpp"
 #include "app/table.hpp"
+#include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
-#include "calib/tilt.hpp"
 #include "compensation/tilt_estimator.hpp"
 
 namespace ceilmap::app {
@@ -26,7 +26,7 @@ struct TiltOptions {
 
   /// Adds --forward, --forward-stamps, --tilt and --uncompensated.
   void AddTo(CLI::App& cli, const std::string& inputs, const std::string& results);
-  /// Checks what can be told without any file. @throws calib::InputError
+  /// Checks what can be told without any file. @throws InputError
   void Check(bool have_rig) const;
 };
 
@@ -34,7 +34,7 @@ struct TiltOptions {
 class TiltMeter {
  public:
   /// @param stamps  of the upward frames, for the forward ones where they are as many.
-  /// @return null when tilt is not measured. @throws calib::InputError
+  /// @return null when tilt is not measured. @throws InputError
   static std::unique_ptr<TiltMeter> Make(const TiltOptions& options,
                                          const std::optional<calib::Rig>& rig,
                                          const std::filesystem::path& rig_file,
@@ -44,9 +44,9 @@ class TiltMeter {
             compensation::TiltMethod method,
             std::unique_ptr<SecondCamera> forward);
 
-  calib::Tilt Measure(const Frame& up);
+  Tilt Measure(const Frame& up);
   /// See compensation::TiltEstimator::Correct.
-  void Correct(const compensation::TiltAngles& left) { estimator_.Correct(left); }
+  void Correct(const TiltAngles& left) { estimator_.Correct(left); }
 
   [[nodiscard]] std::vector<std::string> Warnings() const;
   /// For --summary.

@@ -9,7 +9,7 @@
 
 #include "app/csv.hpp"
 #include "app/text_file.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -38,18 +38,17 @@ StampedPose ParsePose(std::string_view text, const Place& place) {
   std::array<double, 8> v{};
   const std::size_t count = Split(text, words);
   if (count != v.size()) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{}: {} fields, must be 8: timestamp tx ty tz qx qy qz qw", place(), count));
   }
   for (std::size_t i = 0; i < v.size(); ++i) {
     if (!ParseNumber(words[i], v[i]) || !std::isfinite(v[i])) {
-      throw calib::InputError(
-          fmt::format("{}: '{}' is not a finite number", place(), Shown(words[i])));
+      throw InputError(fmt::format("{}: '{}' is not a finite number", place(), Shown(words[i])));
     }
   }
   StampedPose pose{v[0], {v[1], v[2], v[3]}, Eigen::Quaterniond(v[7], v[4], v[5], v[6])};
   if (std::abs(pose.orientation.norm() - 1) > kUnitLengthTolerance) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "{}: the quaternion's length is {:.6g}, must be 1", place(), pose.orientation.norm()));
   }
   return pose;
@@ -94,14 +93,14 @@ std::vector<StampedPose> ParseTum(std::string_view text, const std::string& name
     const auto place = [&] { return fmt::format("{}:{}", name, lines.Number()); };
     const StampedPose pose = ParsePose(line, place);
     if (!poses.empty() && pose.stamp_s <= poses.back().stamp_s) {
-      throw calib::InputError(fmt::format("{}: timestamp {:.6f} is not later than {:.6f} before it",
-                                          place(),
-                                          pose.stamp_s,
-                                          poses.back().stamp_s));
+      throw InputError(fmt::format("{}: timestamp {:.6f} is not later than {:.6f} before it",
+                                   place(),
+                                   pose.stamp_s,
+                                   poses.back().stamp_s));
     }
     poses.push_back(pose);
   }
-  if (poses.empty()) throw calib::InputError(fmt::format("{}: holds no poses", name));
+  if (poses.empty()) throw InputError(fmt::format("{}: holds no poses", name));
   return poses;
 }
 

@@ -5,15 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "app/evaluation/stamped_pose.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 namespace ceilmap::app {
-
-using evaluation::PitchOf;
-using evaluation::RollOf;
-using evaluation::StampedPose;
-using evaluation::ToStampedPose;
-using evaluation::YawOf;
 
 /// The comment line that names the columns of a trajectory file, and one of its lines.
 std::string_view TumHeader();
@@ -28,7 +22,7 @@ std::string FormatTum(const std::vector<StampedPose>& poses);
 /// @return at least one pose; stamps strictly increasing, numbers finite, quaternions of unit
 /// length
 ///   to 1e-3 (files with four digits exist).
-/// @throws calib::InputError naming file and line.
+/// @throws InputError naming file and line.
 std::vector<StampedPose> ReadTum(const std::filesystem::path& file);
 
 /// The same from a file's text. @param name  the file's, for messages.

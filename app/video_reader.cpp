@@ -16,7 +16,7 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -268,7 +268,7 @@ void VideoReader::Decoder::Convert(cv::Mat& bgr) {
                                      nullptr,
                                      nullptr,
                                      nullptr));
-  if (!scaler_) throw calib::InputError("its pixels are of a kind that cannot be converted");
+  if (!scaler_) throw InputError("its pixels are of a kind that cannot be converted");
   padded_.create(height + 1, (width + kPadding) / kPadding * kPadding, CV_8UC3);
   uint8_t* const rows = padded_.data;
   const int step = static_cast<int>(padded_.step);
@@ -292,7 +292,7 @@ VideoReader::VideoReader(std::string name, Input input, Pixels pixels)
       pixels_(pixels),
       decoder_(std::make_unique<Decoder>()) {
   if (!decoder_->Open(name_, input_)) {
-    throw calib::InputError(fmt::format("{}: {}", name_, WhyNotOpen(input_)));
+    throw InputError(fmt::format("{}: {}", name_, WhyNotOpen(input_)));
   }
   CheckPictureSize(decoder_->Size(), name_);
 }

@@ -20,7 +20,7 @@ class VideoReader final : public FrameReader {
  public:
   enum class Input { kFile, kPipe, kStream };
 
-  /// @throws calib::InputError when it cannot be opened or is no video that can be decoded.
+  /// @throws InputError when it cannot be opened or is no video that can be decoded.
   VideoReader(std::string name, Input input, Pixels pixels);
   ~VideoReader() override;
 

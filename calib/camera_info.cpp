@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/yaml_text.hpp"
+#include "calib/base/yaml_text.hpp"
 
 namespace ceilmap::calib {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/yaml_value.hpp"
 #include "calib/camera.hpp"
-#include "calib/yaml_value.hpp"
 
 namespace ceilmap::calib {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/virtual_camera.hpp"
 
 namespace ceilmap::calib {

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "calib/remap_table.hpp"
 #include "calib/rig.hpp"
 

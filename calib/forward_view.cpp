@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/virtual_camera.hpp"
 
 namespace ceilmap::calib {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::calib {
 LevelView::LevelView(const CeilingView& view) : size_(view.Size()), focal_px_(view.FocalLength()) {

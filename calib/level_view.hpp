@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
+#include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/tilt.hpp"
 
 namespace ceilmap::calib {
 

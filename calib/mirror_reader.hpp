@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "calib/base/yaml_value.hpp"
 #include "calib/mirror.hpp"
-#include "calib/yaml_value.hpp"
 
 namespace ceilmap::calib {
 

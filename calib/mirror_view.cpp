@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::calib {
 namespace {

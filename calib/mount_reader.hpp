@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "calib/yaml_value.hpp"
+#include "calib/base/yaml_value.hpp"
 
 namespace ceilmap::calib {
 

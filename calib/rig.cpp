@@ -3,10 +3,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/base/yaml_value.hpp"
 #include "calib/camera_info.hpp"
 #include "calib/mirror_reader.hpp"
 #include "calib/mount_reader.hpp"
-#include "calib/yaml_value.hpp"
 
 namespace ceilmap::calib {
 namespace {

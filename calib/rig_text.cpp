@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/error.hpp"
+#include "calib/base/yaml_text.hpp"
+#include "calib/base/yaml_value.hpp"
 #include "calib/camera_info.hpp"
-#include "calib/error.hpp"
-#include "calib/yaml_text.hpp"
-#include "calib/yaml_value.hpp"
 
 namespace fs = std::filesystem;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::calib {
 namespace {

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
 #include "compensation/even_speed.hpp"
 
 namespace ceilmap::compensation {
 
-using calib::PlanarTilt;
-using calib::Pose2;
 using Eigen::Isometry3d;
 using registration::PlaneFit;
 using registration::PlaneMotion;
@@ -30,7 +28,7 @@ double TiltSigma(const PlaneFit& fit) {
 
 /// The pose without its tilt: where a level robot with the same foot and heading stands.
 Isometry3d Levelled(const Isometry3d& T) {
-  return calib::ToSpace(calib::FromSpace(T).pose, {});
+  return ToSpace(FromSpace(T).pose, {});
 }
 
 }  // namespace
@@ -42,7 +40,7 @@ CeilingTracker::CeilingTracker(const calib::CeilingView& view, const CeilingTrac
       distance_m_(view.FocalLength() * view.MetresPerPixel()),
       registrar_(view.Size(), WithMask(params.registration, view.Mask())) {
   if (!(camera_.focal_px > 0)) {
-    throw calib::InputError("tilt cannot be seen on the ceiling without a rig");
+    throw InputError("tilt cannot be seen on the ceiling without a rig");
   }
 }
 
@@ -69,7 +67,7 @@ PlanarTilt CeilingTracker::Predict(double stamp_s) const {
 PlaneMotion CeilingTracker::ToMotion(const PlanarTilt& at) const {
   const Isometry3d& T_base_camera = view_.T_base_camera();
   const PlanarTilt camera =
-      calib::FromSpace(T_base_camera.inverse() * calib::ToSpace(at.pose, at.tilt) * T_base_camera);
+      FromSpace(T_base_camera.inverse() * ToSpace(at.pose, at.tilt) * T_base_camera);
   return {camera.pose.x / distance_m_,
           camera.pose.y / distance_m_,
           camera.tilt.lift_m / distance_m_,
@@ -80,9 +78,9 @@ PlaneMotion CeilingTracker::ToMotion(const PlanarTilt& at) const {
 
 Isometry3d CeilingTracker::ToPose(const PlaneMotion& motion) const {
   const Pose2 planar{distance_m_ * motion.x, distance_m_ * motion.y, motion.yaw};
-  const calib::Tilt tilt{motion.tilt_y, motion.tilt_x, distance_m_ * motion.height, {}};
+  const Tilt tilt{motion.tilt_y, motion.tilt_x, distance_m_ * motion.height, {}};
   const Isometry3d& T_base_camera = view_.T_base_camera();
-  return T_base_camera * calib::ToSpace(planar, tilt) * T_base_camera.inverse();
+  return T_base_camera * ToSpace(planar, tilt) * T_base_camera.inverse();
 }
 
 bool CeilingTracker::IsSound(const PlaneFit& fit) const {
@@ -104,7 +102,7 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   motion.covariance = few * registration::TiltOf(fit, view_).covariance;
   motion.covariance.diagonal().array() += systematic;
   // The part of the picture that is seen, as a level robot would see it.
-  const Pose2 planar = calib::FromSpace(motion.T_reference_base).pose;
+  const Pose2 planar = FromSpace(motion.T_reference_base).pose;
   const PlaneMotion level = ToMotion({planar, {}});
   registration::ImageMotion shift;
   const Eigen::Vector2d centre = level.Apply(camera_, Eigen::Vector2d::Zero());
@@ -146,7 +144,7 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   CeilingMotion motion = Describe(fit);
   frame.T_reference_base = motion.T_reference_base;
   before_ = last_;
-  last_ = Moment{calib::FromSpace(motion.T_reference_base), frame.stamp_s};
+  last_ = Moment{FromSpace(motion.T_reference_base), frame.stamp_s};
   return motion;
 }
 
@@ -159,7 +157,7 @@ void CeilingTracker::MoveTo(const Isometry3d& T_reference_new) {
   for (std::optional<Moment>* moment : {&last_, &before_}) {
     if (!*moment) continue;
     PlanarTilt& at = (*moment)->at;
-    at = calib::FromSpace(T_new_reference * calib::ToSpace(at.pose, at.tilt));
+    at = FromSpace(T_new_reference * ToSpace(at.pose, at.tilt));
   }
 }
 

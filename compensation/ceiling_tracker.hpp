@@ -4,8 +4,8 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/tilt.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::compensation {
@@ -77,11 +77,11 @@ class CeilingTracker {
 
  private:
   struct Moment {
-    calib::PlanarTilt at;  // in the reference
+    PlanarTilt at;  // in the reference
     double stamp_s = 0;
   };
-  [[nodiscard]] calib::PlanarTilt Predict(double stamp_s) const;
-  [[nodiscard]] registration::PlaneMotion ToMotion(const calib::PlanarTilt& at) const;
+  [[nodiscard]] PlanarTilt Predict(double stamp_s) const;
+  [[nodiscard]] registration::PlaneMotion ToMotion(const PlanarTilt& at) const;
   [[nodiscard]] Eigen::Isometry3d ToPose(const registration::PlaneMotion& motion) const;
   registration::PlaneFit Find(const Frame& frame);
   [[nodiscard]] bool IsSound(const registration::PlaneFit& fit) const;

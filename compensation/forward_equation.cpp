@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "compensation/bracketed_root.hpp"
 
 namespace ceilmap::compensation {
@@ -22,8 +22,7 @@ constexpr double kZoomRounding = 1e-12;
 
 void Check(bool good, std::string_view field, double value, std::string_view range) {
   if (!good) {
-    throw calib::InputError(
-        fmt::format("forward limits: {} = {}, must be {}", field, value, range));
+    throw InputError(fmt::format("forward limits: {} = {}, must be {}", field, value, range));
   }
 }
 

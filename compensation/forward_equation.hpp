@@ -48,7 +48,7 @@ struct ForwardLimits {
   /// root alone, as if it were sure.
   double zoom_sigma = 0;
 
-  /// @throws calib::InputError naming the field, its value and the range.
+  /// @throws InputError naming the field, its value and the range.
   void Validate() const;
 };
 
@@ -101,7 +101,7 @@ struct ForwardSolution {
 class ForwardEquation {
  public:
   /// @param camera_height_m  `d`, the forward camera's height above the floor when level, in
-  ///   (0, h); calib::InputError otherwise.
+  ///   (0, h); InputError otherwise.
   ForwardEquation(const TiltModel& model, double camera_height_m);
 
   /// The left side of Eq. (1) as it is printed, in metres:
@@ -110,7 +110,7 @@ class ForwardEquation {
   ///
   /// It equals EqualResidual in sign and size wherever it is defined.
   /// @return nothing where it divides by zero: at tilt 0, for tan_shift = 0 and for zoom = 1.
-  /// @throws calib::InputError unless |tilt_rad| <= kMaxTiltRad; so do the two below.
+  /// @throws InputError unless |tilt_rad| <= kMaxTiltRad; so do the two below.
   [[nodiscard]] std::optional<double> PrintedResidual(double tilt_rad,
                                                       const ForwardObservation& seen) const;
 

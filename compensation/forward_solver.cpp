@@ -3,14 +3,14 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::compensation {
 namespace {
 
 double ForwardHeight(const calib::Rig& rig) {
   if (!rig.forward) {
-    throw calib::InputError("the rig has no camera 'forward'; add it under cameras");
+    throw InputError("the rig has no camera 'forward'; add it under cameras");
   }
   return rig.forward_height_m.value_or(rig.forward->T_base_cam.translation().z());
 }

@@ -28,7 +28,7 @@ class ForwardSolver {
  public:
   /// @param rig  with a forward camera. @param camera_yaw_rad  where that looks, from base's x
   /// axis.
-  /// @throws calib::InputError for a rig that cannot be.
+  /// @throws InputError for a rig that cannot be.
   ForwardSolver(const calib::Rig& rig,
                 double camera_yaw_rad,
                 const ForwardSolverParams& params = {});

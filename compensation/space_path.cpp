@@ -1,6 +1,6 @@
 #include "compensation/space_path.hpp"
 
-#include "calib/tilt.hpp"
+#include "calib/base/tilt.hpp"
 
 namespace ceilmap::compensation {
 
@@ -27,22 +27,22 @@ void SpacePath::Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion)
   constexpr double kLeastOverlap = 0.55;
   constexpr double kLevelSigmas = 2;
   if (motion.overlap > kRenewOverlap) return;
-  const calib::PlanarTilt at = calib::FromSpace(motion.T_reference_base);
-  const calib::TiltAngles tilt{{at.tilt.pitch_rad, at.tilt.roll_rad}, motion.covariance};
+  const PlanarTilt at = FromSpace(motion.T_reference_base);
+  const TiltAngles tilt{{at.tilt.pitch_rad, at.tilt.roll_rad}, motion.covariance};
   if (tilt.Sigmas() < kLevelSigmas) {
     tracker_.SetReference(frame);
   } else if (motion.overlap < kLeastOverlap) {
     cv::Mat level;
-    calib::Tilt turn = at.tilt;
+    Tilt turn = at.tilt;
     turn.lift_m = 0;  // that goes into the reference's own pose
     level_view_.Draw(frame.picture, turn, level);
     tracker_.SetReference(frame, level);
   } else {
     return;
   }
-  calib::Tilt lift;
+  Tilt lift;
   lift.lift_m = at.tilt.lift_m;
-  T_first_reference_ = T_first_reference_ * calib::ToSpace(at.pose, lift);
+  T_first_reference_ = T_first_reference_ * ToSpace(at.pose, lift);
 }
 
 }  // namespace ceilmap::compensation

@@ -7,15 +7,12 @@
 #include <deque>
 #include <future>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/stage_timer.hpp"
 #include "calib/level_view.hpp"
-#include "calib/stage_timer.hpp"
 
 namespace ceilmap::compensation {
 
-using calib::PlanarTilt;
-using calib::Pose2;
-using calib::Tilt;
 using Eigen::Isometry3d;
 
 namespace {
@@ -29,7 +26,7 @@ struct Moment {
 };
 
 const calib::MountedCamera& UpOf(const calib::Rig& rig) {
-  if (!rig.up) throw calib::InputError("the rig has no camera 'up'; add it under cameras");
+  if (!rig.up) throw InputError("the rig has no camera 'up'; add it under cameras");
   return *rig.up;
 }
 
@@ -46,7 +43,7 @@ struct TiltEstimator::Impl {
     const bool wants_forward = params.method != TiltMethod::kCeiling;
     if (!wants_forward || (!rig.forward && params.method == TiltMethod::kFused)) return;
     if (!rig.forward) {
-      throw calib::InputError("the rig has no camera 'forward'; add it under cameras");
+      throw InputError("the rig has no camera 'forward'; add it under cameras");
     }
     forward_view = std::make_unique<calib::ForwardView>(*rig.forward);
     forward = std::make_unique<ForwardTracker>(*forward_view, params.forward);
@@ -100,8 +97,8 @@ struct TiltEstimator::Impl {
 
 void TiltEstimator::Impl::Check(const TiltFrame& frame) const {
   if (!std::isfinite(frame.stamp_s) || (last_stamp_s && !(frame.stamp_s > *last_stamp_s))) {
-    throw calib::InputError(fmt::format(
-        "a frame's time, {} s, is not later than that of the frame before", frame.stamp_s));
+    throw InputError(fmt::format("a frame's time, {} s, is not later than that of the frame before",
+                                 frame.stamp_s));
   }
 }
 
@@ -110,7 +107,7 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
   std::future<void> ahead;
   if (forward && !frame.forward.empty()) {
     ahead = std::async(std::launch::async, [&] {
-      const calib::StageTimer timer(report.forward_ms);
+      const StageTimer timer(report.forward_ms);
       moment.forward =
           forward->Analyze(forward_view->Rectify(frame.forward, forward_rectified), frame.stamp_s);
       seen.forward = forward->Measure(*moment.forward);
@@ -119,7 +116,7 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
     });
   }
   {
-    const calib::StageTimer timer(report.ceiling_ms);
+    const StageTimer timer(report.ceiling_ms);
     up_picture = view.Rectify(frame.up, rectified);
     moment.ceiling = ceiling.Analyze(up_picture, frame.stamp_s);
     seen.ceiling = ceiling.Measure(moment.ceiling);
@@ -133,8 +130,7 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
 /// the forward keyframe's looked at, along the direction of the forward camera in the frame.
 std::optional<double> TiltEstimator::Impl::CeilingMotionToForward(const Seen& seen) const {
   if (!seen.ceiling || !T_reference_forward) return std::nullopt;
-  const PlanarTilt at =
-      calib::FromSpace(T_reference_forward->inverse() * seen.ceiling->T_reference_base);
+  const PlanarTilt at = FromSpace(T_reference_forward->inverse() * seen.ceiling->T_reference_base);
   const Eigen::Vector2d camera = view.T_base_camera().translation().head<2>();
   // Both in the forward keyframe's level base.
   const Eigen::Vector2d frame_sees = at.pose * (camera + level_view.CeilingShift(at.tilt)).eval();
@@ -144,7 +140,7 @@ std::optional<double> TiltEstimator::Impl::CeilingMotionToForward(const Seen& se
 
 void TiltEstimator::Impl::Measure(const Seen& seen, TiltEstimate& estimate) {
   if (seen.ceiling) {
-    const Tilt tilt = calib::FromSpace(seen.ceiling->T_reference_base).tilt;
+    const Tilt tilt = FromSpace(seen.ceiling->T_reference_base).tilt;
     TiltAngles angles{{tilt.pitch_rad, tilt.roll_rad}, seen.ceiling->covariance};
     angles.covariance += reference_variance * Eigen::Matrix2d::Identity();
     estimate.by_ceiling = angles;
@@ -214,7 +210,7 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
 /// What is kept relative to the keyframe is, from now on, relative to this one.
 void TiltEstimator::Impl::CountFrom(const Moment& keyframe) {
   const Isometry3d T_new_old =
-      calib::ToSpace(calib::FromSpace(keyframe.ceiling.T_reference_base).pose, {}).inverse();
+      ToSpace(FromSpace(keyframe.ceiling.T_reference_base).pose, {}).inverse();
   for (Moment& moment : moments) {
     moment.ceiling.T_reference_base = T_new_old * moment.ceiling.T_reference_base;
   }

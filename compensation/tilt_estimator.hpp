@@ -5,8 +5,8 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
-#include "calib/tilt.hpp"
 #include "compensation/ceiling_tracker.hpp"
 #include "compensation/forward_solver.hpp"
 #include "compensation/forward_tracker.hpp"
@@ -71,8 +71,8 @@ enum class TiltSource {
 };
 
 struct TiltEstimate {
-  calib::Tilt tilt;  ///< with its covariance; exactly zero, both, for a frame that the ceiling
-                     ///< shows to be level
+  Tilt tilt;  ///< with its covariance; exactly zero, both, for a frame that the ceiling
+              ///< shows to be level
   TiltSource source = TiltSource::kNone;
   /// Before any fusion: pitch and roll by one of the two alone.
   std::optional<TiltAngles> by_forward;
@@ -100,13 +100,13 @@ struct TiltReport {
 class TiltEstimator {
  public:
   /// @param rig  with an upward camera; a forward camera and its height where they are to be used.
-  /// @throws calib::InputError when the method needs what the rig does not have.
+  /// @throws InputError when the method needs what the rig does not have.
   explicit TiltEstimator(const calib::Rig& rig, const TiltEstimatorParams& params = {});
   ~TiltEstimator();
   TiltEstimator(TiltEstimator&&) noexcept;
   TiltEstimator& operator=(TiltEstimator&&) noexcept;
 
-  /// @throws calib::InputError on a picture of another size or type, or a stamp that does not
+  /// @throws InputError on a picture of another size or type, or a stamp that does not
   /// increase. Never on what a picture shows.
   TiltEstimate Estimate(const TiltFrame& frame);
 

@@ -3,11 +3,9 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "calib/tilt.hpp"
+#include "calib/base/tilt.hpp"
 
 namespace ceilmap::compensation {
-
-using calib::TiltAngles;
 
 struct TiltFilterParams {
   /// Standard deviation of the angular acceleration, rad/s^2, > 0. A wheel climbs a cable in a

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "compensation/bracketed_root.hpp"
 
 namespace ceilmap::compensation {
@@ -15,7 +15,7 @@ constexpr double kMinHeightPerPivot = 1.1;
 
 void CheckTilt(double tilt_rad) {
   if (!(std::abs(tilt_rad) <= kMaxTiltRad)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("tilt model: tilt_rad = {}, must be in [-pi/4, pi/4]; give radians", tilt_rad));
   }
 }
@@ -25,12 +25,12 @@ void CheckTilt(double tilt_rad) {
 TiltModel::TiltModel(double pivot_m, double ceiling_height_m)
     : pivot_m_(pivot_m), ceiling_height_m_(ceiling_height_m) {
   if (!std::isfinite(pivot_m)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("tilt model: pivot_m = {}, must be finite; correct a in the rig", pivot_m));
   }
   if (!(std::isfinite(ceiling_height_m) && ceiling_height_m > 0 &&
         ceiling_height_m > kMinHeightPerPivot * std::abs(pivot_m))) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("tilt model: ceiling_height_m = {}, must be > 0 and > {} |pivot_m| = {}; "
                     "correct h or a in the rig, in metres",
                     ceiling_height_m,
@@ -66,7 +66,7 @@ std::optional<double> TiltModel::TiltFromShift(double shift_m) const {
 double TiltModel::MastLength(double tilt_rad, double camera_height_m) const {
   CheckTilt(tilt_rad);
   if (!(camera_height_m > 0 && camera_height_m < ceiling_height_m_)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("tilt model: camera_height_m = {}, must be between the floor and the ceiling "
                     "at {}; correct d in the rig, in metres",
                     camera_height_m,

@@ -26,14 +26,14 @@ class TiltModel {
   ///   stands `a` behind the mast is a pivot at -Rig::axle_behind_mast_m.
   /// @param ceiling_height_m  `h`, ceiling above floor, > 1.1 |pivot_m|: the shift then grows with
   ///   the tilt everywhere (from h > 1.0887 |a| on).
-  /// @throws calib::InputError on other or non-finite values.
+  /// @throws InputError on other or non-finite values.
   TiltModel(double pivot_m, double ceiling_height_m);
 
   [[nodiscard]] double CeilingHeight() const { return ceiling_height_m_; }  ///< `h`.
 
   /// Eq. (2), (3): T_d = (h - a sin(tilt)) tan(tilt), how far ahead of the mast's foot the mast's
   /// axis, and with it that of the upward camera, meets the ceiling.
-  /// @throws calib::InputError unless |tilt_rad| <= kMaxTiltRad; so do all functions below that
+  /// @throws InputError unless |tilt_rad| <= kMaxTiltRad; so do all functions below that
   ///   take a tilt.
   [[nodiscard]] double CeilingShift(double tilt_rad) const;
 
@@ -46,7 +46,7 @@ class TiltModel {
 
   /// L = d + a tan(tilt): length of the mast's axis from the floor to a camera on the mast.
   /// @param camera_height_m  `d`, the camera's height above the floor when level, in (0, h);
-  ///   calib::InputError otherwise, here and below.
+  ///   InputError otherwise, here and below.
   [[nodiscard]] double MastLength(double tilt_rad, double camera_height_m) const;
 
   /// z' = L cos(tilt): the camera's height above the floor. Not below d cos(tilt) as long as the

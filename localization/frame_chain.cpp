@@ -9,7 +9,7 @@ namespace ceilmap::localization {
 struct FrameChain::Impl {
   const calib::CeilingView& view;
   std::unique_ptr<mapping::Odometry> odometry;
-  std::optional<calib::Pose2> T_chain_before;
+  std::optional<Pose2> T_chain_before;
   bool began = false;
   bool broken = false;
 
@@ -18,7 +18,7 @@ struct FrameChain::Impl {
     params.local_keyframes = 1;
     params.registration.mask = view.Mask();
     params.restart_after = std::numeric_limits<int>::max();  // begun anew here instead
-    return std::make_unique<mapping::Odometry>(view, calib::Pose2{}, params);
+    return std::make_unique<mapping::Odometry>(view, Pose2{}, params);
   }
 };
 
@@ -69,7 +69,7 @@ std::optional<ChainStep> FrameChain::Next(const LevelFrame& frame) {
   }
   me.broken = me.began && me.T_chain_before;
   if (!placed) return std::nullopt;
-  const std::optional<calib::Pose2> before = me.T_chain_before;
+  const std::optional<Pose2> before = me.T_chain_before;
   me.T_chain_before = step.pose.T_map_base;
   if (!before || me.began) return std::nullopt;
   ChainStep result;
@@ -78,7 +78,7 @@ std::optional<ChainStep> FrameChain::Next(const LevelFrame& frame) {
   if (step.tie.information.trace() > 0) {
     const double turn = result.T_before_now.yaw - step.tie.T_from_to.yaw;  // keyframe -> before
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-    R.topLeftCorner<2, 2>() = calib::Pose2{0, 0, turn}.Rotation();
+    R.topLeftCorner<2, 2>() = Pose2{0, 0, turn}.Rotation();
     result.covariance = 2 * R * step.tie.information.inverse() * R.transpose();
   }
   result.by_prior = step.registration.by_prior;

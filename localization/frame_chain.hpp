@@ -6,9 +6,9 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "calib/base/heading.hpp"
+#include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/heading.hpp"
-#include "calib/tilt.hpp"
 
 namespace ceilmap::localization {
 
@@ -17,14 +17,14 @@ struct LevelFrame {
   cv::Mat picture;
   std::int64_t index = 0;
   double stamp_s = 0;
-  calib::Tilt tilt = {};  ///< that was taken out
+  Tilt tilt = {};  ///< that was taken out
   /// As it was measured: tells orientations apart from one frame to another.
-  std::optional<calib::HeadingPrior> heading = std::nullopt;
+  std::optional<HeadingPrior> heading = std::nullopt;
 };
 
 /// How the robot moved between two frames.
 struct ChainStep {
-  calib::Pose2 T_before_now;  ///< from the last frame that could be placed in the chain
+  Pose2 T_before_now;  ///< from the last frame that could be placed in the chain
   Eigen::Matrix3d covariance =
       Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw), in the frame before
   /// Several motions explain the pictures, an even speed alone chose this one (periodic ceiling).

@@ -5,7 +5,6 @@
 
 namespace ceilmap::localization {
 
-using calib::Pose2;
 using mapping::TrackingStatus;
 using registration::FrameSpectrum;
 
@@ -69,7 +68,7 @@ constexpr double kProposalRad = 0.1;  // what a proposal may be off by
 
 bool Fits(const Pose2& T_map_base, const std::optional<HeadingPrior>& yaw) {
   if (!yaw) return true;
-  const double off = calib::WrapAngle(T_map_base.yaw - yaw->heading_rad);
+  const double off = WrapAngle(T_map_base.yaw - yaw->heading_rad);
   return std::abs(off) <= kSigmas * std::sqrt(yaw->variance_rad2) + kProposalRad;
 }
 

@@ -45,7 +45,7 @@ class GlobalSearch {
   [[nodiscard]] bool Wanted(const PlaceProposal& place,
                             double stamp_s,
                             const std::optional<HeadingPrior>& yaw) const;
-  std::optional<Look> LookNear(const calib::Pose2& T_map_base,
+  std::optional<Look> LookNear(const Pose2& T_map_base,
                                const registration::FrameSpectrum& spectrum,
                                const std::optional<PoseEstimate>& expected);
   void LookElsewhere(const LevelFrame& frame,

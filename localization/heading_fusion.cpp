@@ -5,18 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::localization {
 
 void HeadingParams::Validate() const {
   if (!(drift_rad2_per_s >= 0 && std::isfinite(drift_rad2_per_s))) {
-    throw calib::InputError(
-        fmt::format("heading: drift_rad2_per_s = {}, must be >= 0", drift_rad2_per_s));
+    throw InputError(fmt::format("heading: drift_rad2_per_s = {}, must be >= 0", drift_rad2_per_s));
   }
   if (!(noise_rad > 0 && std::isfinite(noise_rad))) {
-    throw calib::InputError(fmt::format("heading: noise_rad = {}, must be > 0", noise_rad));
+    throw InputError(fmt::format("heading: noise_rad = {}, must be > 0", noise_rad));
   }
 }
 
@@ -28,10 +27,10 @@ HeadingFusion::HeadingFusion(const HeadingParams& params)
 std::optional<HeadingPrior> HeadingFusion::InMap(const HeadingPrior& measured, double stamp_s) {
   if (!params_.unknown_zero) return measured;
   since_.See(measured);
-  const std::optional<calib::HeadingTurn> turn = since_.Turn();
+  const std::optional<HeadingTurn> turn = since_.Turn();
   if (!known_ || !turn) return std::nullopt;
   const double drift = params_.drift_rad2_per_s * std::max(0.0, stamp_s - stamp_s_);
-  return HeadingPrior{calib::WrapAngle(yaw_rad_ + turn->turn_rad),
+  return HeadingPrior{WrapAngle(yaw_rad_ + turn->turn_rad),
                       turn->variance_rad2 + yaw_variance_rad2_ + drift};
 }
 
@@ -50,7 +49,7 @@ void HeadingFusion::Learn(const HeadingPrior& measured,
 
 void HeadingFusion::Forget() {
   known_ = false;
-  since_ = calib::HeadingSince(params_.noise_rad);
+  since_ = HeadingSince(params_.noise_rad);
 }
 
 }  // namespace ceilmap::localization

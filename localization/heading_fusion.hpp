@@ -15,17 +15,17 @@ struct HeadingParams {
   double drift_rad2_per_s = 1e-5;
   /// What a single heading is off at the least, whatever its variance claims, rad, > 0. Of headings
   /// with an unknown zero, the drift up to the moment when it was learnt cancels
-  /// (calib::TurnBetween); this does not.
-  double noise_rad = calib::kHeadingNoise;
+  /// (TurnBetween); this does not.
+  double noise_rad = kHeadingNoise;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Brings measured headings into the map's frame, so that they can tell places apart that look
 /// the same (a ceiling of square tiles looks alike after every quarter turn).
 class HeadingFusion {
  public:
-  /// @throws calib::InputError for impossible parameters.
+  /// @throws InputError for impossible parameters.
   explicit HeadingFusion(const HeadingParams& params = {});
 
   /// The robot's yaw on the map by the measured heading; nothing while the zero is unknown. Every
@@ -43,7 +43,7 @@ class HeadingFusion {
 
  private:
   HeadingParams params_;
-  calib::HeadingSince since_;  // the zero was learnt
+  HeadingSince since_;  // the zero was learnt
   bool known_ = false;
   double yaw_rad_ = 0;  // on the map, then
   double yaw_variance_rad2_ = 0;

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <utility>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::localization {
 namespace {
@@ -17,7 +17,7 @@ void CheckSamples(const std::vector<HeadingSample>& samples) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto require = [i](bool good, const char* field, double value, const char* range) {
       if (!good) {
-        throw calib::InputError(
+        throw InputError(
             fmt::format("heading sample {}: {} = {}, must be {}", i + 1, field, value, range));
       }
     };
@@ -44,8 +44,8 @@ double Variance(const HeadingSample& sample) {
 
 HeadingPrior Interpolate(const HeadingSample& before, const HeadingSample& after, double stamp_s) {
   const double part = (stamp_s - before.stamp_s) / (after.stamp_s - before.stamp_s);
-  const double turn = calib::WrapAngle(after.heading_rad - before.heading_rad);
-  return {calib::WrapAngle(before.heading_rad + part * turn),
+  const double turn = WrapAngle(after.heading_rad - before.heading_rad);
+  return {WrapAngle(before.heading_rad + part * turn),
           (1 - part) * Variance(before) + part * Variance(after)};
 }
 
@@ -54,7 +54,7 @@ HeadingPrior Interpolate(const HeadingSample& before, const HeadingSample& after
 void HeadingTrackParams::Validate() const {
   const auto require = [](const char* field, double value) {
     if (!(std::isfinite(value) && value >= 0)) {
-      throw calib::InputError(
+      throw InputError(
           fmt::format("heading track: {} = {}, must be finite and >= 0", field, value));
     }
   };
@@ -66,7 +66,7 @@ HeadingTrack::HeadingTrack(std::vector<HeadingSample> samples, const HeadingTrac
     : samples_(std::move(samples)), params_(params) {
   params_.Validate();
   CheckSamples(samples_);
-  for (HeadingSample& sample : samples_) sample.heading_rad = calib::WrapAngle(sample.heading_rad);
+  for (HeadingSample& sample : samples_) sample.heading_rad = WrapAngle(sample.heading_rad);
 }
 
 std::optional<HeadingPrior> HeadingTrack::At(double stamp_s) const {

@@ -3,12 +3,9 @@
 #include <optional>
 #include <vector>
 
-#include "calib/heading.hpp"
+#include "calib/base/heading.hpp"
 
 namespace ceilmap::localization {
-
-using calib::HeadingPrior;
-using calib::HeadingSample;
 
 struct HeadingTrackParams {
   /// Variance that a prior gains per second of distance to the nearest sample, >= 0. The default
@@ -19,14 +16,14 @@ struct HeadingTrackParams {
   /// robot can turn by a quarter.
   double max_gap_s = 0.5;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Headings over time, for instance the lines of a heading file, that answer for any moment.
 class HeadingTrack {
  public:
   /// @param samples  by rising stamps; none is allowed, the track then never knows a heading.
-  /// @throws calib::InputError when a value is not finite, a stamp is not larger than the one
+  /// @throws InputError when a value is not finite, a stamp is not larger than the one
   ///   before, or a sigma is not > 0, and on invalid parameters.
   explicit HeadingTrack(std::vector<HeadingSample> samples, const HeadingTrackParams& params = {});
 

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::localization {
 
 void HypothesesParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (good) return;
-    throw calib::InputError(fmt::format("hypotheses: {} = {}, must be {}", field, value, range));
+    throw InputError(fmt::format("hypotheses: {} = {}, must be {}", field, value, range));
   };
   require(most >= 2, "most", most, "at least 2");
   require(confirmations >= 1, "confirmations", confirmations, "at least 1");
@@ -37,27 +37,25 @@ void Hypotheses::Clear() {
   since_confirmed_ = span_;
 }
 
-bool Hypotheses::Same(const calib::Pose2& a, const calib::Pose2& b) const {
+bool Hypotheses::Same(const Pose2& a, const Pose2& b) const {
   constexpr double kSamePart = 0.03;  // of the span
   constexpr double kSameRad = 0.05;
   return std::hypot(a.x - b.x, a.y - b.y) < kSamePart * span_ &&
-         std::abs(calib::WrapAngle(a.yaw - b.yaw)) < kSameRad;
+         std::abs(WrapAngle(a.yaw - b.yaw)) < kSameRad;
 }
 
-bool Hypotheses::Knows(const calib::Pose2& T_map_base) const {
+bool Hypotheses::Knows(const Pose2& T_map_base) const {
   // A proposal is rougher than a look.
   constexpr double kNearPart = 0.1;
   constexpr double kNearRad = 0.2;
   return std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
-    const calib::Pose2& T = h.pose.T_map_base;
+    const Pose2& T = h.pose.T_map_base;
     return std::hypot(T.x - T_map_base.x, T.y - T_map_base.y) < kNearPart * span_ &&
-           std::abs(calib::WrapAngle(T.yaw - T_map_base.yaw)) < kNearRad;
+           std::abs(WrapAngle(T.yaw - T_map_base.yaw)) < kNearRad;
   });
 }
 
-void Hypotheses::Move(const calib::Pose2& T_before_now,
-                      const Eigen::Matrix3d& covariance,
-                      bool sure) {
+void Hypotheses::Move(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, bool sure) {
   travelled_ += T_before_now.Translation().norm();
   since_confirmed_ += T_before_now.Translation().norm();
   for (Hypothesis& h : all_) {
@@ -80,15 +78,15 @@ void Hypotheses::Spread(double sigma, double sigma_rad) {
 
 void Hypotheses::Turn(const HeadingPrior& yaw) {
   for (Hypothesis& h : all_) {
-    calib::Pose2& T = h.pose.T_map_base;
-    const double off = calib::WrapAngle(yaw.heading_rad - T.yaw);
+    Pose2& T = h.pose.T_map_base;
+    const double off = WrapAngle(yaw.heading_rad - T.yaw);
     const double variance = h.pose.covariance(2, 2) + yaw.variance_rad2;
     // Disturbed, or a place that is none: what is seen there decides.
     if (off * off > params_.max_sigmas * params_.max_sigmas * variance) continue;
     const Eigen::Vector3d gain = h.pose.covariance.col(2) / variance;
     T.x += gain.x() * off;
     T.y += gain.y() * off;
-    T.yaw = calib::WrapAngle(T.yaw + gain.z() * off);
+    T.yaw = WrapAngle(T.yaw + gain.z() * off);
     // Joseph's form: the gain may be 1 to the last bit.
     Eigen::Matrix3d left = Eigen::Matrix3d::Identity();
     left.col(2) -= gain;

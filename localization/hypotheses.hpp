@@ -26,7 +26,7 @@ struct HypothesesParams {
   double min_peak_at_rest = 0.5;
   double max_sigmas = 5;  ///< a place further from where it was expected is another one
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// What a frame says of a hypothesis.
@@ -75,7 +75,7 @@ class Hypotheses {
 
   /// The robot has moved.
   /// @param sure  false: the motion may be another one; nothing is trusted any more.
-  void Move(const calib::Pose2& T_before_now, const Eigen::Matrix3d& covariance, bool sure);
+  void Move(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, bool sure);
   /// The robot may have moved in any direction; standard deviations in map units and radians.
   /// Hypotheses that become vaguer than half the span are dropped.
   void Spread(double sigma, double sigma_rad);
@@ -89,7 +89,7 @@ class Hypotheses {
   /// A new place, unless it is one of those already known, with the look that found it.
   void Add(const Look& look);
   /// Is there one at this place?
-  [[nodiscard]] bool Knows(const calib::Pose2& T_map_base) const;
+  [[nodiscard]] bool Knows(const Pose2& T_map_base) const;
 
   /// Looks at every hypothesis. @param look_at  what the frame says of it, nothing when the place
   /// is not recognised.
@@ -104,7 +104,7 @@ class Hypotheses {
 
  private:
   [[nodiscard]] const Hypothesis& BestOfFrame() const;
-  [[nodiscard]] bool Same(const calib::Pose2& a, const calib::Pose2& b) const;
+  [[nodiscard]] bool Same(const Pose2& a, const Pose2& b) const;
 
   double span_;
   HypothesesParams params_;

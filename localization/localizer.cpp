@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
 #include "localization/global_search.hpp"
 #include "localization/map_shape.hpp"
@@ -14,14 +14,13 @@
 
 namespace ceilmap::localization {
 
-using calib::Pose2;
 using mapping::TrackingStatus;
 using registration::FrameSpectrum;
 
 void LocalizerParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (good) return;
-    throw calib::InputError(fmt::format("localizer: {} = {}, must be {}", field, value, range));
+    throw InputError(fmt::format("localizer: {} = {}, must be {}", field, value, range));
   };
   heading.Validate();
   motion.Validate();
@@ -73,11 +72,11 @@ struct Localizer::Impl {
         shape(map),
         heading(p.heading) {}
 
-  MotionModel motion;                               // started: the robot is followed
-  std::optional<calib::TiltAngles> unnoticed_tilt;  // as the latest check found it, if it did
-  LevelFrame last_frame;                            // the last placed one ...
-  PoseEstimate last_pose;                           // ... and its pose
-  std::optional<MotionModel> motion_before;         // when it was lost after that
+  MotionModel motion;                        // started: the robot is followed
+  std::optional<TiltAngles> unnoticed_tilt;  // as the latest check found it, if it did
+  LevelFrame last_frame;                     // the last placed one ...
+  PoseEstimate last_pose;                    // ... and its pose
+  std::optional<MotionModel> motion_before;  // when it was lost after that
   LocalizerParams params;
   MapSight sight;
   GlobalSearch search;
@@ -158,18 +157,17 @@ void Localizer::Impl::DoubtByTilt(Location& location) {
 
 void Localizer::Impl::Check(const CeilingFrame& frame) const {
   if (!std::isfinite(frame.stamp_s)) {
-    throw calib::InputError(fmt::format("frame {}: its time is not finite", frame.index));
+    throw InputError(fmt::format("frame {}: its time is not finite", frame.index));
   }
   if (last_stamp_s && !(frame.stamp_s > *last_stamp_s)) {
-    throw calib::InputError(
-        fmt::format("frame {}: time {} s is not later than that of the frame before",
-                    frame.index,
-                    frame.stamp_s));
+    throw InputError(fmt::format("frame {}: time {} s is not later than that of the frame before",
+                                 frame.index,
+                                 frame.stamp_s));
   }
   if (!frame.heading) return;
   if (!(frame.heading->variance_rad2 > 0) || !std::isfinite(frame.heading->variance_rad2) ||
       !std::isfinite(frame.heading->heading_rad)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("frame {}: a heading must be finite, its variance > 0", frame.index));
   }
 }
@@ -192,7 +190,7 @@ void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
 /// A heading that the motion so far excludes is a disturbed one (steel, a crowd), and not used.
 void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   const PoseEstimate expected = motion.Pose();
-  const double off = calib::WrapAngle(yaw.heading_rad - expected.T_map_base.yaw);
+  const double off = WrapAngle(yaw.heading_rad - expected.T_map_base.yaw);
   const double variance = expected.covariance(2, 2) + yaw.variance_rad2;
   if (off * off > params.max_sigmas * params.max_sigmas * variance) return;
   motion.UpdateYaw(yaw.heading_rad, yaw.variance_rad2);

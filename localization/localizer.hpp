@@ -5,8 +5,8 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
-#include "calib/tilt.hpp"
 #include "localization/heading_fusion.hpp"
 #include "localization/hypotheses.hpp"
 #include "localization/map_patches.hpp"
@@ -61,7 +61,7 @@ struct LocalizerParams {
   double tilt_noise_rad = 3e-4;
   registration::RegistrarParams registration;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// A picture of the ceiling.
@@ -72,7 +72,7 @@ struct CeilingFrame {
   /// From a compass or odometry, where there is one; variance > 0.
   std::optional<HeadingPrior> heading;
   /// How the robot stands, where that is known: it is taken out of the picture.
-  calib::Tilt tilt = {};
+  Tilt tilt = {};
 };
 
 /// Where the robot is, or why that is not known.
@@ -87,7 +87,7 @@ struct Location {
   /// Where it was checked (LocalizerParams::tilt_checks): what tilt is left beyond
   /// CeilingFrame::tilt. The pose's covariance holds what it does, here and until a check finds the
   /// robot level.
-  std::optional<calib::TiltAngles> tilt_left;
+  std::optional<TiltAngles> tilt_left;
 
   [[nodiscard]] bool Placed() const {
     return pose.status == mapping::TrackingStatus::kTracking ||
@@ -129,7 +129,7 @@ struct LocalizerReport {
 class Localizer {
  public:
   /// @param map  must outlive the localizer. @param up  the robot's upward camera.
-  /// @throws calib::InputError when the map is in pixels, has no mosaic, or the camera cannot see
+  /// @throws InputError when the map is in pixels, has no mosaic, or the camera cannot see
   /// its ceiling, or sees it on a scale that cannot be compared.
   Localizer(const mapping::MapReader& map,
             const calib::MountedCamera& up,
@@ -139,7 +139,7 @@ class Localizer {
   Localizer& operator=(Localizer&&) noexcept;
 
   /// Where the robot was when the frame was taken.
-  /// @throws calib::InputError on a picture of another size or type, a stamp that does not
+  /// @throws InputError on a picture of another size or type, a stamp that does not
   /// increase, an impossible heading, and when the map turns out to be damaged. Never throws on
   /// what the picture shows.
   Location Locate(const CeilingFrame& frame);

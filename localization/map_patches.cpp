@@ -8,8 +8,8 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/error.hpp"
-#include "mapping/recently_used.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/lru_cache.hpp"
 #include "mapping/view_placement.hpp"
 
 namespace ceilmap::localization {
@@ -17,7 +17,7 @@ namespace ceilmap::localization {
 void PatchParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (good) return;
-    throw calib::InputError(fmt::format("map patches: {} = {}, must be {}", field, value, range));
+    throw InputError(fmt::format("map patches: {} = {}, must be {}", field, value, range));
   };
   require(spacing_part > 0 && spacing_part < 1, "spacing_part", spacing_part, "in (0, 1)");
   require(headings >= 4 && headings <= 360, "headings", headings, "in [4, 360]");
@@ -50,15 +50,15 @@ struct MapPatches::Impl {
   registration::Registrar& registrar;
   PatchParams params;
   double spacing = 0;  // map units
-  mapping::RecentlyUsed<std::shared_ptr<const Patch>> patches;
+  LruCache<std::shared_ptr<const Patch>> patches;
   cv::Mat grey;
   cv::Mat mask;
 
-  [[nodiscard]] Node NodeNear(const calib::Pose2& T_map_base) const;
-  [[nodiscard]] calib::Pose2 PoseOf(const Node& node) const;
+  [[nodiscard]] Node NodeNear(const Pose2& T_map_base) const;
+  [[nodiscard]] Pose2 PoseOf(const Node& node) const;
 };
 
-Node MapPatches::Impl::NodeNear(const calib::Pose2& T_map_base) const {
+Node MapPatches::Impl::NodeNear(const Pose2& T_map_base) const {
   const double step = 2 * std::numbers::pi / params.headings;
   const std::int64_t heading = std::llround(T_map_base.yaw / step);
   constexpr double kFarthest = 1e9;  // steps; nothing is mapped there
@@ -67,11 +67,11 @@ Node MapPatches::Impl::NodeNear(const calib::Pose2& T_map_base) const {
           (heading + params.headings) % params.headings};
 }
 
-calib::Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
+Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
   const double step = 2 * std::numbers::pi / params.headings;
   return {static_cast<double>(node.x) * spacing,
           static_cast<double>(node.y) * spacing,
-          calib::WrapAngle(static_cast<double>(node.heading) * step)};
+          WrapAngle(static_cast<double>(node.heading) * step)};
 }
 
 MapPatches::MapPatches(const mapping::MapReader& map,
@@ -80,19 +80,19 @@ MapPatches::MapPatches(const mapping::MapReader& map,
                        const PatchParams& params) {
   params.Validate();
   const double shorter = std::min(view.Size().width, view.Size().height) * view.MetresPerPixel();
-  impl_ = std::make_unique<Impl>(Impl{
-      map,
-      view,
-      registrar,
-      params,
-      params.spacing_part * shorter,
-      mapping::RecentlyUsed<std::shared_ptr<const Patch>>(static_cast<std::size_t>(params.kept)),
-      {},
-      {}});
+  impl_ = std::make_unique<Impl>(
+      Impl{map,
+           view,
+           registrar,
+           params,
+           params.spacing_part * shorter,
+           LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(params.kept)),
+           {},
+           {}});
 }
 MapPatches::~MapPatches() = default;
 
-std::shared_ptr<const Patch> MapPatches::Near(const calib::Pose2& T_map_base) {
+std::shared_ptr<const Patch> MapPatches::Near(const Pose2& T_map_base) {
   Impl& me = *impl_;
   const Node node = me.NodeNear(T_map_base);
   if (const auto* known = me.patches.Find(node.Key())) return *known;
@@ -110,7 +110,7 @@ std::shared_ptr<const Patch> MapPatches::Near(const calib::Pose2& T_map_base) {
   return result;
 }
 
-void MapPatches::Draw(const calib::Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
+void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
   const Impl& me = *impl_;
   const mapping::MosaicGrid& grid = me.map.Grid();
   const cv::Size size = me.view.Size();

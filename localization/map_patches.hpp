@@ -18,12 +18,12 @@ struct PatchParams {
   double min_content = 0.3;  ///< patches of which less is mapped are of no use, (0, 1]
   int kept = 16;             ///< patches in memory, about 4 MB each for 640 x 480 px, >= 2
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// A piece of the map as the visitor's camera would see it.
 struct Patch {
-  calib::Pose2 T_map_base;               ///< of the visitor that would see it
+  Pose2 T_map_base;                      ///< of the visitor that would see it
   registration::FrameSpectrum spectrum;  ///< its blocks are prepared when it is first used
   double content = 0;                    ///< mapped part of it, 0..1
 };
@@ -49,11 +49,11 @@ class MapPatches {
   ~MapPatches();
 
   /// The patch whose lattice point is nearest to a pose; null where too little is mapped.
-  [[nodiscard]] std::shared_ptr<const Patch> Near(const calib::Pose2& T_map_base);
+  [[nodiscard]] std::shared_ptr<const Patch> Near(const Pose2& T_map_base);
 
   /// Draws what a visitor at exactly this pose would see. @param grey, mask  CV_8UC1 of the view's
   /// size; mask 0 where nothing is mapped, grey there means nothing.
-  void Draw(const calib::Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const;
+  void Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const;
 
  private:
   struct Impl;

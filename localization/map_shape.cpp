@@ -41,7 +41,7 @@ std::vector<MapShape::Place> MapShape::Compute(const mapping::MapReader& map) {
   return places;
 }
 
-Eigen::Matrix3d MapShape::At(const calib::Pose2& T_map_base) {
+Eigen::Matrix3d MapShape::At(const Pose2& T_map_base) {
   if (computing_.valid()) places_ = computing_.get();
   if (places_.empty()) return Eigen::Matrix3d::Zero();
   const Eigen::Vector2d at = T_map_base.Translation();

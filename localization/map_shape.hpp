@@ -4,7 +4,7 @@
 #include <future>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/map_file.hpp"
 
 namespace ceilmap::localization {
@@ -22,8 +22,8 @@ class MapShape {
 
   /// Covariance of a pose's (x, y, yaw) by the map's error, in the map frame: that of the nearest
   /// keyframe. Zero for a map of which nothing is known.
-  /// @throws calib::InputError or calib::RunError when the map's edges are damaged.
-  [[nodiscard]] Eigen::Matrix3d At(const calib::Pose2& T_map_base);
+  /// @throws InputError or RunError when the map's edges are damaged.
+  [[nodiscard]] Eigen::Matrix3d At(const Pose2& T_map_base);
 
  private:
   struct Place {

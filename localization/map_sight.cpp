@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::localization {
 
-using calib::Pose2;
 using registration::FrameSpectrum;
 using registration::MotionPrior;
 using registration::Registrar;
@@ -29,17 +28,17 @@ calib::CeilingView MakeView(const calib::MountedCamera& up, double ceiling_heigh
 calib::CeilingView MakeFirstView(const mapping::MapReader& map, const calib::MountedCamera& up) {
   const mapping::MapMetadata& metadata = map.Metadata();
   if (metadata.unit != "m") {
-    throw calib::InputError(
+    throw InputError(
         "the map is in pixels, because it was made without a rig; make it again with --rig");
   }
   if (map.Grid().width_px == 0) {
-    throw calib::InputError("the map has no mosaic to find a robot on; make it again");
+    throw InputError("the map has no mosaic to find a robot on; make it again");
   }
   calib::CeilingView view = MakeView(up, metadata.ceiling_height_m, 1);
   constexpr double kMostScale = 4;
   const double scale = view.MetresPerPixel() / metadata.view_units_per_px;
   if (scale > kMostScale || scale < 1 / kMostScale) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "the camera sees {:.2g} mm of this ceiling in a pixel, the map's camera {:.2g} mm: too "
         "different to be compared; check the rig's focal length and height",
         1e3 * view.MetresPerPixel(),
@@ -134,16 +133,16 @@ std::optional<Look> MapSight::LookNear(const Pose2& T_map_base,
   return look;
 }
 
-std::optional<calib::TiltAngles> MapSight::MeasureTilt(const Patch& at,
-                                                       const FrameSpectrum& frame,
-                                                       const Look& look) {
+std::optional<TiltAngles> MapSight::MeasureTilt(const Patch& at,
+                                                const FrameSpectrum& frame,
+                                                const Look& look) {
   const registration::PlaneCamera camera = registration::PlaneCameraOf(view_);
   const registration::PlaneMotion start = registration::PlaneMotion::FromSimilarity(
       camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * look.pose.T_map_base));
   const registration::PlaneFit fit = registrar_.RefinePlane(at.spectrum, frame, camera, start);
   constexpr int kFewest = 12;
   if (!fit.ok || fit.inliers < kFewest || 2 * fit.inliers < fit.blocks) return std::nullopt;
-  calib::TiltAngles left = registration::TiltOf(fit, view_);
+  TiltAngles left = registration::TiltOf(fit, view_);
   left.covariance.diagonal().array() += params_.tilt_noise_rad * params_.tilt_noise_rad;
   return left;
 }

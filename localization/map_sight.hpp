@@ -20,7 +20,7 @@ namespace ceilmap::localization {
 /// of Localizer that knows pictures; what the poses mean is up to that.
 class MapSight {
  public:
-  /// @throws calib::InputError as Localizer.
+  /// @throws InputError as Localizer.
   MapSight(const mapping::MapReader& map,
            const calib::MountedCamera& up,
            const LocalizerParams& params);
@@ -41,16 +41,16 @@ class MapSight {
                              const std::optional<PoseEstimate>& expected);
   [[nodiscard]] registration::Verdict Verdict() const { return verdict_; }
   /// The same near a place, and how it compares with other places (Look::unlike).
-  std::optional<Look> LookNear(const calib::Pose2& T_map_base,
+  std::optional<Look> LookNear(const Pose2& T_map_base,
                                const registration::FrameSpectrum& frame,
                                const std::optional<PoseEstimate>& expected);
   /// The tilt that is left in a frame, as a level map shows it.
   /// @param look  of the frame at this patch. @return nothing when the blocks do not tell.
-  std::optional<calib::TiltAngles> MeasureTilt(const Patch& at,
-                                               const registration::FrameSpectrum& frame,
-                                               const Look& look);
+  std::optional<TiltAngles> MeasureTilt(const Patch& at,
+                                        const registration::FrameSpectrum& frame,
+                                        const Look& look);
   /// Part of a patch that a robot at this pose sees, 0..1.
-  [[nodiscard]] double Overlap(const Patch& at, const calib::Pose2& T_map_base) const;
+  [[nodiscard]] double Overlap(const Patch& at, const Pose2& T_map_base) const;
 
   /// Takes the scale of a look that is sure. True when the view has changed by it: then all patches
   /// are new ones.
@@ -66,7 +66,7 @@ class MapSight {
   calib::MountedCamera up_;
   LocalizerParams params_;
   calib::CeilingView view_;
-  calib::Tilt tilt_;  // that was taken out of the frame
+  Tilt tilt_;  // that was taken out of the frame
   double span_;
   registration::Registrar registrar_;
   registration::Registrar scaling_;  // until the scale is known

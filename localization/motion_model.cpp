@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::localization {
@@ -14,7 +14,7 @@ namespace ceilmap::localization {
 void MotionModelParams::Validate() const {
   const auto require_positive = [](const char* field, double value) {
     if (value > 0 && std::isfinite(value)) return;
-    throw calib::InputError(fmt::format("motion model: {} = {}, must be > 0", field, value));
+    throw InputError(fmt::format("motion model: {} = {}, must be > 0", field, value));
   };
   require_positive("speed_noise", speed_noise);
   require_positive("turn_noise", turn_noise);
@@ -77,19 +77,19 @@ void MotionModel::Predict(double stamp_s) {
   Q(5, 5) = params_.turn_noise * dt;
   state_[0] += step_x;
   state_[1] += step_y;
-  state_[2] = calib::WrapAngle(state_[2] + dt * state_[5]);
+  state_[2] = WrapAngle(state_[2] + dt * state_[5]);
   covariance_ = F * covariance_ * F.transpose() + Q;
 }
 
 void MotionModel::Update(const PoseEstimate& measured) {
   Eigen::Vector3d innovation(measured.T_map_base.x - state_[0],
                              measured.T_map_base.y - state_[1],
-                             calib::WrapAngle(measured.T_map_base.yaw - state_[2]));
+                             WrapAngle(measured.T_map_base.yaw - state_[2]));
   const Eigen::Matrix3d S = covariance_.topLeftCorner<3, 3>() + measured.covariance;
   const Eigen::Matrix<double, 3, 6> HP = covariance_.topRows<3>();
   const Eigen::Matrix<double, 6, 3> K = S.ldlt().solve(HP).transpose();
   state_ += K * innovation;
-  state_[2] = calib::WrapAngle(state_[2]);
+  state_[2] = WrapAngle(state_[2]);
   // Joseph's form: stays positive whatever the rounding.
   Covariance I_KH = Covariance::Identity();
   I_KH.leftCols<3>() -= K;
@@ -97,10 +97,10 @@ void MotionModel::Update(const PoseEstimate& measured) {
 }
 
 void MotionModel::UpdateYaw(double yaw_rad, double variance_rad2) {
-  const double innovation = calib::WrapAngle(yaw_rad - state_[2]);
+  const double innovation = WrapAngle(yaw_rad - state_[2]);
   const State K = covariance_.col(2) / (covariance_(2, 2) + variance_rad2);
   state_ += K * innovation;
-  state_[2] = calib::WrapAngle(state_[2]);
+  state_[2] = WrapAngle(state_[2]);
   Covariance I_KH = Covariance::Identity();
   I_KH.col(2) -= K;
   covariance_ = I_KH * covariance_ * I_KH.transpose() + K * variance_rad2 * K.transpose();
@@ -113,13 +113,13 @@ PoseEstimate MotionModel::Pose() const {
 double SquaredDistance(const PoseEstimate& a, const PoseEstimate& b) {
   const Eigen::Vector3d difference(a.T_map_base.x - b.T_map_base.x,
                                    a.T_map_base.y - b.T_map_base.y,
-                                   calib::WrapAngle(a.T_map_base.yaw - b.T_map_base.yaw));
+                                   WrapAngle(a.T_map_base.yaw - b.T_map_base.yaw));
   const Eigen::Matrix3d spread = a.covariance + b.covariance;
   return difference.dot(spread.ldlt().solve(difference));
 }
 
 PoseEstimate Moved(const PoseEstimate& pose,
-                   const calib::Pose2& T_base_next,
+                   const Pose2& T_base_next,
                    const Eigen::Matrix3d& covariance) {
   return {pose.T_map_base * T_base_next,
           mapping::ComposeCovariance(pose.T_map_base, pose.covariance, T_base_next, covariance)};

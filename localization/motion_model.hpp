@@ -2,13 +2,13 @@
 
 #include <Eigen/Core>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::localization {
 
 /// A pose and how far it can be trusted.
 struct PoseEstimate {
-  calib::Pose2 T_map_base;
+  Pose2 T_map_base;
   /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
@@ -22,7 +22,7 @@ struct MotionModelParams {
   double first_speed_sigma = 0.7;
   double first_turn_sigma = 0.7;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Where a robot will be, from where it was: an extended Kalman filter over the pose and the body's
@@ -72,7 +72,7 @@ double SquaredDistance(const PoseEstimate& a, const PoseEstimate& b);
 /// The estimate after a motion: T_map_base * T_base_next, errors independent. @param covariance  of
 /// T_base_next's (x, y, yaw), in the base frame.
 PoseEstimate Moved(const PoseEstimate& pose,
-                   const calib::Pose2& T_base_next,
+                   const Pose2& T_base_next,
                    const Eigen::Matrix3d& covariance);
 
 }  // namespace ceilmap::localization

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::localization {
 
@@ -19,7 +19,7 @@ using mapping::PlaceIndex;
 void PlaceFinderParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (good) return;
-    throw calib::InputError(fmt::format("place finder: {} = {}, must be {}", field, value, range));
+    throw InputError(fmt::format("place finder: {} = {}, must be {}", field, value, range));
   };
   require(keyframes > 0, "keyframes", keyframes, "> 0");
   require(places > 0, "places", places, "> 0");
@@ -38,12 +38,12 @@ PlaceDescriptorParams ParamsOf(const mapping::MapMetadata& metadata) {
 // The map's keyframes by what they look like.
 struct Gallery {
   PlaceIndex index{PlaceDescriber::Dimension()};
-  std::unordered_map<std::int64_t, calib::Pose2> T_map_view;
+  std::unordered_map<std::int64_t, Pose2> T_map_view;
 };
 
 std::shared_ptr<const Gallery> Fill(const mapping::MapReader& map, const std::atomic<bool>& stop) {
   auto gallery = std::make_shared<Gallery>();
-  const calib::Pose2& T_base_view = map.Metadata().T_base_view;
+  const Pose2& T_base_view = map.Metadata().T_base_view;
   for (const mapping::Keyframe& keyframe : map.ReadKeyframes()) {
     if (stop) break;
     gallery->index.Add(keyframe.id, map.ReadDescriptors(keyframe.id));
@@ -76,19 +76,19 @@ struct PlaceFinder::Impl {
 
   PlaceFinderParams params;
   PlaceDescriptorParams descriptors;
-  calib::Pose2 T_view_base;
+  Pose2 T_view_base;
   double same = 0;  // map units
   PlaceDescriber describer;
   std::shared_ptr<const Gallery> gallery;
   std::atomic<bool> stop{false};
   std::shared_future<std::shared_ptr<const Gallery>> filling;  // last: ends before what it uses
 
-  [[nodiscard]] calib::Pose2 PoseFrom(const PlaceIndex::Match& match) const;
+  [[nodiscard]] Pose2 PoseFrom(const PlaceIndex::Match& match) const;
   [[nodiscard]] std::vector<PlaceProposal> Gather(std::vector<PlaceProposal> single) const;
 };
 
-calib::Pose2 PlaceFinder::Impl::PoseFrom(const PlaceIndex::Match& match) const {
-  calib::Pose2 T_stored_query = match.T_stored_query;
+Pose2 PlaceFinder::Impl::PoseFrom(const PlaceIndex::Match& match) const {
+  Pose2 T_stored_query = match.T_stored_query;
   T_stored_query.x *= descriptors.units_per_px;
   T_stored_query.y *= descriptors.units_per_px;
   return gallery->T_map_view.at(match.keyframe_id) * T_stored_query * T_view_base;
@@ -98,14 +98,14 @@ calib::Pose2 PlaceFinder::Impl::PoseFrom(const PlaceIndex::Match& match) const {
 std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> single) const {
   std::vector<PlaceProposal> places;
   while (!single.empty()) {
-    const calib::Pose2 first = single.front().T_map_base;
+    const Pose2 first = single.front().T_map_base;
     PlaceProposal place;
     place.any_yaw = single.front().any_yaw;
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     std::erase_if(single, [&](const PlaceProposal& other) {
       const Eigen::Vector3d d(other.T_map_base.x - first.x,
                               other.T_map_base.y - first.y,
-                              calib::WrapAngle(other.T_map_base.yaw - first.yaw));
+                              WrapAngle(other.T_map_base.yaw - first.yaw));
       const bool turned = !place.any_yaw && std::abs(d.z()) > params.same_rad;
       if (d.head<2>().norm() > same || turned || other.any_yaw != place.any_yaw) return false;
       offset += other.votes * d;
@@ -115,7 +115,7 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
     });
     offset /= place.votes;
     place.T_map_base = {
-        first.x + offset.x(), first.y + offset.y(), calib::WrapAngle(first.yaw + offset.z())};
+        first.x + offset.x(), first.y + offset.y(), WrapAngle(first.yaw + offset.z())};
     places.push_back(place);
   }
   std::stable_sort(

@@ -23,14 +23,14 @@ struct PlaceFinderParams {
   /// Places with less of the best one's votes are left out, [0, 1).
   double min_votes_part = 0.25;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// A place of the map that looks like a picture.
 struct PlaceProposal {
-  calib::Pose2 T_map_base;  ///< of the picture's robot; to a few percent of the picture's span
-  double votes = 0;         ///< comparable within one search, > 0
-  int keyframes = 0;        ///< that say so
+  Pose2 T_map_base;   ///< of the picture's robot; to a few percent of the picture's span
+  double votes = 0;   ///< comparable within one search, > 0
+  int keyframes = 0;  ///< that say so
   /// One mark alone looks alike: the robot is somewhere below it, its yaw is not known.
   bool any_yaw = false;
 };
@@ -48,7 +48,7 @@ struct PlaceProposal {
 /// Not thread-safe.
 class PlaceFinder {
  public:
-  /// @param map  must outlive the object. @throws calib::InputError when the view's scale is too
+  /// @param map  must outlive the object. @throws InputError when the view's scale is too
   /// far from the map's for its pictures to be described alike.
   PlaceFinder(const mapping::MapReader& map,
               const calib::CeilingView& view,
@@ -60,7 +60,7 @@ class PlaceFinder {
 
   /// Places with most votes first; none for a picture without marks.
   /// @param picture  CV_8UC1, rectified, of the view's size.
-  /// @throws calib::InputError when the map's descriptors are damaged.
+  /// @throws InputError when the map's descriptors are damaged.
   /// @param wanted  false for places that cannot be (another heading, another part of the
   /// building); may be empty.
   [[nodiscard]] std::vector<PlaceProposal> Find(

@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::mapping {
@@ -14,8 +14,7 @@ namespace ceilmap::mapping {
 void ClosureJudgeParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (!good) {
-      throw calib::InputError(
-          fmt::format("loop closing: {} = {}, must be {}", field, value, range));
+      throw InputError(fmt::format("loop closing: {} = {}, must be {}", field, value, range));
     }
   };
   require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");

@@ -21,7 +21,7 @@ struct ClosureJudgeParams {
   double max_contradicting_part = 0.34;
   int confirm_within = 10;  ///< keyframes for which an unconfirmed closure is kept, >= 1
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Tells which closures are to be believed: those that agree with what the graph says already, and,

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <opencv2/core.hpp>
 
-#include "calib/error.hpp"
-#include "mapping/atomic_file.hpp"
+#include "calib/base/atomic_file.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/gdal_support.hpp"
 
 namespace ceilmap::mapping {
@@ -19,21 +19,21 @@ constexpr int kTilePx = 256;
 
 void Check(const GdalScope& gdal, bool succeeded, const fs::path& file) {
   if (succeeded && !gdal.Failed()) return;
-  throw calib::RunError("cannot write " + file.string() + ": " +
-                        (gdal.Message().empty() ? "unknown GDAL error" : gdal.Message()));
+  throw RunError("cannot write " + file.string() + ": " +
+                 (gdal.Message().empty() ? "unknown GDAL error" : gdal.Message()));
 }
 
 GDALDriver& Driver(const char* name) {
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName(name);
   if (driver == nullptr) {
-    throw calib::RunError(std::string("this GDAL has no driver for ") + name);
+    throw RunError(std::string("this GDAL has no driver for ") + name);
   }
   return *driver;
 }
 
 void CheckHasMosaic(const MapReader& map) {
   if (map.Grid().width_px == 0) {
-    throw calib::InputError("the map holds no mosaic, so there is no picture to export");
+    throw InputError("the map holds no mosaic, so there is no picture to export");
   }
 }
 
@@ -83,7 +83,7 @@ void WriteText(const std::string& text, const AtomicFile& file) {
   std::ofstream stream(file.PartialPath(), std::ios::binary | std::ios::trunc);
   stream << text;
   stream.close();
-  if (!stream) throw calib::RunError("cannot write " + file.Target().string() + ": disk full?");
+  if (!stream) throw RunError("cannot write " + file.Target().string() + ": disk full?");
 }
 
 /// Shortest text that reads back to the same value, with a '.' whatever the locale; YAML readers
@@ -161,8 +161,7 @@ void ExportGeoTiff(const MapReader& map, const fs::path& file) {
 void ExportRos(const MapReader& map, const fs::path& path) {
   CheckHasMosaic(map);
   if (map.Metadata().unit != "m") {
-    throw calib::InputError(
-        "a map in pixels has no metres, which ROS needs; make the map with --rig");
+    throw InputError("a map in pixels has no metres, which ROS needs; make the map with --rig");
   }
   fs::path yaml = path;
   if (yaml.extension() != ".yaml") yaml += ".yaml";

@@ -23,7 +23,7 @@ void ExportGeoTiff(const MapReader& map, const std::filesystem::path& file);
 /// `PATH.yaml` + `PATH.png` (PATH may be given with or without .yaml) as ROS map_server and Nav2
 /// read them: image, resolution, origin [x, y, yaw] of the lower left pixel's corner, negate,
 /// thresholds, mode.
-/// @throws calib::InputError for a map in pixels, which has no metres.
+/// @throws InputError for a map in pixels, which has no metres.
 void ExportRos(const MapReader& map, const std::filesystem::path& path);
 
 }  // namespace ceilmap::mapping

@@ -13,7 +13,7 @@ constexpr double kGapSteps = 3;
 
 /// The motion with another turn, driven on the same arc: half of the difference turns its chord.
 Pose2 Turned(const Pose2& motion, double turn_rad) {
-  const Pose2 half{0, 0, 0.5 * calib::WrapAngle(turn_rad - motion.yaw)};
+  const Pose2 half{0, 0, 0.5 * WrapAngle(turn_rad - motion.yaw)};
   const Eigen::Vector2d chord = half.Rotation() * motion.Translation();
   return {chord.x(), chord.y(), turn_rad};
 }
@@ -25,16 +25,16 @@ FramePrediction::FramePrediction(const calib::CeilingView& view,
                                  const OdometryParams& params)
     : view_(view), params_(params), compass_(params.heading_noise_rad), T_last_seen_(origin) {}
 
-void FramePrediction::Begin(double stamp_s, const std::optional<calib::HeadingPrior>& heading) {
+void FramePrediction::Begin(double stamp_s, const std::optional<HeadingPrior>& heading) {
   stamp_s_ = stamp_s;
   heading_ = heading.has_value();
   if (heading) compass_.See(*heading);
 }
 
 /// Since the last placed frame. That one may have had no heading, but an earlier one did.
-std::optional<calib::HeadingTurn> FramePrediction::Turn() const {
+std::optional<HeadingTurn> FramePrediction::Turn() const {
   auto turn = heading_ ? compass_.Turn() : std::nullopt;
-  if (turn) turn->turn_rad = calib::WrapAngle(turn->turn_rad + marked_yaw_ - T_last_seen_.yaw);
+  if (turn) turn->turn_rad = WrapAngle(turn->turn_rad + marked_yaw_ - T_last_seen_.yaw);
   return turn;
 }
 
@@ -78,7 +78,7 @@ std::optional<FramePrediction::Off> FramePrediction::OffEvenMotion(const Pose2& 
 FramePrediction::Off FramePrediction::OffFrom(const Pose2& expected,
                                               const Pose2& T_map_base) const {
   return {(T_map_base.Translation() - expected.Translation()).norm() / view_.MetresPerPixel(),
-          std::abs(calib::WrapAngle(T_map_base.yaw - expected.yaw))};
+          std::abs(WrapAngle(T_map_base.yaw - expected.yaw))};
 }
 
 bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
@@ -137,7 +137,7 @@ std::optional<ExpectedPose> FramePrediction::Next() {
   if (!compass || compass->variance_rad2 >= most * most) return expected;
   // Up to here compass and speed mean the same quarter turn, and either may be the one that is off.
   constexpr double kSameSigmas = 2.5;
-  const double off = std::abs(calib::WrapAngle(compass->turn_rad - motion.yaw));
+  const double off = std::abs(WrapAngle(compass->turn_rad - motion.yaw));
   expected.by_compass_alone = off > kSameSigmas * most;
   expected.T_map_base = last_->T_map_base * Turned(motion, compass->turn_rad);
   expected.sigma_rad = std::sqrt(compass->variance_rad2);
@@ -154,7 +154,7 @@ std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
   const double known_px = params_.prior_sigma_part * side_px;
   const double strayed_px = params_.unseen_speed_part * side_px * gone_s;
   ExpectedPose expected{T_last_seen_};
-  expected.T_map_base.yaw = calib::WrapAngle(T_last_seen_.yaw + compass->turn_rad);
+  expected.T_map_base.yaw = WrapAngle(T_last_seen_.yaw + compass->turn_rad);
   expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * gone_s);
   expected.sigma_rad = std::sqrt(compass->variance_rad2);
   expected.by_compass_alone = true;
@@ -165,7 +165,7 @@ Pose2 FramePrediction::Restart() {
   way_.clear();
   const auto compass = Turn();
   if (!compass) return T_last_seen_;
-  return {T_last_seen_.x, T_last_seen_.y, calib::WrapAngle(T_last_seen_.yaw + compass->turn_rad)};
+  return {T_last_seen_.x, T_last_seen_.y, WrapAngle(T_last_seen_.yaw + compass->turn_rad)};
 }
 
 /// Robots move evenly from frame to frame: on a periodic ceiling that tells one period from the

@@ -3,8 +3,8 @@
 #include <deque>
 #include <optional>
 
+#include "calib/base/heading.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/heading.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/odometry.hpp"
 
@@ -31,7 +31,7 @@ class FramePrediction {
                   const OdometryParams& params);
 
   /// A new frame: at its moment, with its heading if there is one.
-  void Begin(double stamp_s, const std::optional<calib::HeadingPrior>& heading);
+  void Begin(double stamp_s, const std::optional<HeadingPrior>& heading);
   /// Whether nobody can say any more where the robot is: it could have gone half a picture since it
   /// was placed last. What it sees now need not be in the pictures of then.
   [[nodiscard]] bool OutOfSight() const;
@@ -65,7 +65,7 @@ class FramePrediction {
     double px = 0;
     double rad = 0;
   };
-  [[nodiscard]] std::optional<calib::HeadingTurn> Turn() const;
+  [[nodiscard]] std::optional<HeadingTurn> Turn() const;
   [[nodiscard]] double Sigma() const;
   [[nodiscard]] double GoneSeconds() const;
   [[nodiscard]] std::optional<Off> OffEvenMotion(const Pose2& T_map_base) const;
@@ -73,7 +73,7 @@ class FramePrediction {
 
   const calib::CeilingView& view_;
   const OdometryParams& params_;
-  calib::HeadingSince compass_;
+  HeadingSince compass_;
   double stamp_s_ = 0;
   bool heading_ = false;  // of the current frame
   std::optional<Seen> last_;

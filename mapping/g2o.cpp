@@ -9,7 +9,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -49,7 +49,7 @@ class Line {
   Pose2 Pose() {
     const double x = Real();
     const double y = Real();
-    return {x, y, calib::WrapAngle(Real())};
+    return {x, y, WrapAngle(Real())};
   }
 
   void End() const {
@@ -57,7 +57,7 @@ class Line {
   }
 
   [[noreturn]] void Fail(const std::string& what) const {
-    throw calib::InputError(fmt::format("{}:{}: {}", *file_, number_, what));
+    throw InputError(fmt::format("{}:{}: {}", *file_, number_, what));
   }
 
  private:

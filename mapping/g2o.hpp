@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/map_graph.hpp"
 
@@ -33,7 +33,7 @@ std::string FormatG2o(const MapGraph& graph);
 /// does not tell odometry from loop closures: an edge to the next keyframe is taken as odometry.
 ///
 /// @param file  Name for messages.
-/// @throws calib::InputError with FILE:LINE for a line that is malformed or of another kind, for
+/// @throws InputError with FILE:LINE for a line that is malformed or of another kind, for
 ///   ids that are not 0, 1, 2, ... once each, and for information that is not positive definite.
 PoseGraph ParseG2o(std::string_view text, const std::string& file);
 

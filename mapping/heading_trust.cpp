@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::mapping {
 
 void HeadingTrust::Validate() const {
   const auto require = [](const char* field, double value) {
     if (!(value > 0 && std::isfinite(value))) {
-      throw calib::InputError(fmt::format("heading: {} = {}, must be > 0", field, value));
+      throw InputError(fmt::format("heading: {} = {}, must be > 0", field, value));
     }
   };
   require("noise_rad", noise_rad);
@@ -21,10 +21,8 @@ void HeadingTrust::Validate() const {
   require("least_rad", least_rad);
 }
 
-bool Contradict(const calib::HeadingTurn& compass,
-                const calib::HeadingTurn& other,
-                const HeadingTrust& trust) {
-  const double off = std::abs(calib::WrapAngle(other.turn_rad - compass.turn_rad));
+bool Contradict(const HeadingTurn& compass, const HeadingTurn& other, const HeadingTrust& trust) {
+  const double off = std::abs(WrapAngle(other.turn_rad - compass.turn_rad));
   const double sigma = std::sqrt(compass.variance_rad2 + other.variance_rad2);
   return off > std::max(trust.least_rad, trust.max_sigmas * sigma);
 }

@@ -8,13 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "calib/heading.hpp"
-#include "calib/pose2.hpp"
-#include "calib/tilt.hpp"
+#include "calib/base/heading.hpp"
+#include "calib/base/pose2.hpp"
+#include "calib/base/tilt.hpp"
 
 namespace ceilmap::mapping {
-
-using calib::Pose2;
 
 /// How far a pose can be trusted (DESIGN.md: what is not known is said, never guessed).
 enum class TrackingStatus { kTracking, kRelocalized, kAmbiguous, kLost };
@@ -28,10 +26,10 @@ struct FramePose {
   Pose2 T_map_base;  ///< of the mast's foot, tilted or not
   /// How the robot stood, where that was measured; level otherwise. Its picture was taken as a
   /// level robot would have seen it.
-  calib::Tilt tilt;
+  Tilt tilt;
   /// What a compass said, in its own frame. Not kept in map files: of other recordings it would
   /// mean nothing.
-  std::optional<calib::HeadingPrior> heading;
+  std::optional<HeadingPrior> heading;
   /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2 (pixels for metres without a rig).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /// The keyframe that the frame was measured against, its own id for a keyframe: when that one is

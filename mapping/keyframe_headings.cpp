@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::mapping {
 
-void KeyframeHeadings::Add(std::int64_t id, const calib::HeadingPrior& heading) {
+void KeyframeHeadings::Add(std::int64_t id, const HeadingPrior& heading) {
   const auto index = static_cast<std::size_t>(id);
   if (index >= headings_.size()) headings_.resize(index + 1);
   headings_[index] = heading;
   least_rad2_ = std::min(least_rad2_.value_or(heading.variance_rad2), heading.variance_rad2);
 }
 
-std::optional<calib::HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std::int64_t to) const {
+std::optional<HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std::int64_t to) const {
   const auto [first, last] = std::minmax(from, to);
   if (first < 0 || last >= static_cast<std::int64_t>(headings_.size())) return std::nullopt;
   const auto& at_from = headings_[static_cast<std::size_t>(from)];
@@ -26,7 +26,7 @@ std::optional<calib::HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std:
     if (between) common = std::min(common, between->variance_rad2);
   }
   const double single_rad = std::max(trust_.noise_rad, std::sqrt(*least_rad2_));
-  return calib::TurnBetween(*at_from, *at_to, common, single_rad);
+  return TurnBetween(*at_from, *at_to, common, single_rad);
 }
 
 KeyframeGraph::Relative KeyframeHeadings::Narrowed(const KeyframeGraph::Relative& by_graph,
@@ -38,8 +38,8 @@ KeyframeGraph::Relative KeyframeHeadings::Narrowed(const KeyframeGraph::Relative
   if (!turn || mapping::Contradict(*turn, {T.yaw, variance}, trust_)) return by_graph;
   // The update of a Kalman filter by a measured yaw.
   const Eigen::Vector3d gain = by_graph.covariance.col(2) / (variance + turn->variance_rad2);
-  const Eigen::Vector3d moved = gain * calib::WrapAngle(turn->turn_rad - T.yaw);
-  return {{T.x + moved.x(), T.y + moved.y(), calib::WrapAngle(T.yaw + moved.z())},
+  const Eigen::Vector3d moved = gain * WrapAngle(turn->turn_rad - T.yaw);
+  return {{T.x + moved.x(), T.y + moved.y(), WrapAngle(T.yaw + moved.z())},
           by_graph.covariance - gain * by_graph.covariance.row(2)};
 }
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "calib/heading.hpp"
+#include "calib/base/heading.hpp"
 #include "mapping/heading_trust.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/keyframe_graph.hpp"
@@ -17,10 +17,10 @@ class KeyframeHeadings {
   explicit KeyframeHeadings(const HeadingTrust& trust = {}) : trust_(trust) {}
 
   /// @param id  >= 0, larger than those before.
-  void Add(std::int64_t id, const calib::HeadingPrior& heading);
-  /// See calib::TurnBetween; nothing unless both have a heading. Looks at all keyframes between:
+  void Add(std::int64_t id, const HeadingPrior& heading);
+  /// See TurnBetween; nothing unless both have a heading. Looks at all keyframes between:
   /// microseconds for ten thousand of them.
-  [[nodiscard]] std::optional<calib::HeadingTurn> Turn(std::int64_t from, std::int64_t to) const;
+  [[nodiscard]] std::optional<HeadingTurn> Turn(std::int64_t from, std::int64_t to) const;
 
   /// What the graph and the compass say together of the motion between two keyframes. A compass
   /// that contradicts the graph has been disturbed in between, and does not count: the graph is
@@ -33,8 +33,8 @@ class KeyframeHeadings {
 
  private:
   HeadingTrust trust_;
-  std::optional<double> least_rad2_;                          // of all variances
-  std::vector<std::optional<calib::HeadingPrior>> headings_;  // by id
+  std::optional<double> least_rad2_;                   // of all variances
+  std::vector<std::optional<HeadingPrior>> headings_;  // by id
 };
 
 }  // namespace ceilmap::mapping

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <unordered_set>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/place_descriptor.hpp"
 #include "mapping/planar_motion.hpp"
 
@@ -14,8 +14,7 @@ namespace ceilmap::mapping {
 void LoopCandidatesParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (!good) {
-      throw calib::InputError(
-          fmt::format("loop closing: {} = {}, must be {}", field, value, range));
+      throw InputError(fmt::format("loop closing: {} = {}, must be {}", field, value, range));
     }
   };
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");

@@ -18,7 +18,7 @@ struct LoopCandidatesParams {
   /// ... other than among so many keyframes before, which close no loop, >= 1.
   int looks_gap = 10;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// The keyframes that one might see again: those whose pictures overlap its own by position, or,

@@ -9,11 +9,11 @@
 #include <optional>
 #include <unordered_set>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/lru_cache.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/keyframe_headings.hpp"
 #include "mapping/pose_graph.hpp"
-#include "mapping/recently_used.hpp"
 
 namespace ceilmap::mapping {
 
@@ -28,8 +28,7 @@ void LoopCloserParams::Validate() const {
   judge.Validate();
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (!good) {
-      throw calib::InputError(
-          fmt::format("loop closing: {} = {}, must be {}", field, value, range));
+      throw InputError(fmt::format("loop closing: {} = {}, must be {}", field, value, range));
     }
   };
   require(comparisons_per_keyframe >= 0,
@@ -76,7 +75,7 @@ struct LoopCloser::Impl {
   double span;  // map units across the picture's longer side
   KeyframeGraph graph;
   KeyframeHeadings headings;
-  RecentlyUsed<FrameSpectrum> spectra;
+  LruCache<FrameSpectrum> spectra;
   LoopCandidates candidates;
   ClosureJudge judge;
   std::vector<Pose2> recorded;              // by id: the pose that the keyframe came with

@@ -40,7 +40,7 @@ struct LoopCloserParams {
   HeadingTrust heading;  ///< where keyframes have one
   registration::RegistrarParams registration;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Finds where the robot sees again what it has seen before. Candidates are the keyframes whose

@@ -54,11 +54,11 @@ class MapReader;
 /// Everything goes to a partial file beside the target (a fixed name, so that the next run replaces
 /// what a killed one left behind); Commit() closes it, syncs it to disk and renames it over the
 /// target: at any moment the target is the old map or the new one. Without Commit() the destructor
-/// removes the partial file. Not thread-safe. All calls throw calib::RunError when the disk refuses
+/// removes the partial file. Not thread-safe. All calls throw RunError when the disk refuses
 /// (full, read-only).
 class MapWriter {
  public:
-  /// @throws calib::InputError when the folder of `file` does not exist or cannot be written, or
+  /// @throws InputError when the folder of `file` does not exist or cannot be written, or
   /// the name does
   ///   not end in .gpkg.
   MapWriter(const std::filesystem::path& file, MapMetadata metadata);
@@ -82,7 +82,7 @@ class MapWriter {
   [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
 
   /// Everything but pictures and mosaic, once, before Commit.
-  /// @throws calib::InputError for an edge whose keyframes are not in the graph.
+  /// @throws InputError for an edge whose keyframes are not in the graph.
   void WriteGraph(const MapGraph& graph);
   /// Renders the mosaic window by window (aligned to tiles) and builds its pyramid.
   /// @param grid  of no pixels: the map gets no mosaic.
@@ -99,7 +99,7 @@ class MapWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads a map. @throws calib::InputError when the file is missing, no GeoPackage, no ceilmap map,
+/// Reads a map. @throws InputError when the file is missing, no GeoPackage, no ceilmap map,
 /// damaged, or of another format version (each with what to do). Thread-safe.
 class MapReader {
  public:
@@ -110,7 +110,7 @@ class MapReader {
 
   /// Who writes a map made from this one over it asks after the MapWriter holds the name, lest
   /// another's work be lost.
-  /// @throws calib::InputError unless the file's name still leads to what this reads, unchanged.
+  /// @throws InputError unless the file's name still leads to what this reads, unchanged.
   void CheckCurrent() const;
 
   [[nodiscard]] const MapMetadata& Metadata() const;
@@ -125,7 +125,7 @@ class MapReader {
   [[nodiscard]] std::vector<Edge> ReadEdges() const;
   [[nodiscard]] std::vector<WeakSpot> ReadWeakSpots() const;
   [[nodiscard]] const MapQuality& Quality() const;
-  /// All of these. @throws calib::InputError also when they do not fit together (an edge or a frame
+  /// All of these. @throws InputError also when they do not fit together (an edge or a frame
   /// names a keyframe that is not there).
   [[nodiscard]] MapGraph ReadGraph() const;
   /// A window of the mosaic at full resolution; must lie inside the grid.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -26,12 +26,11 @@ std::string ToText(double value) {
 const std::string& Text(const std::map<std::string, std::string>& rows, const char* key) {
   const auto row = rows.find(key);
   if (row == rows.end()) {
-    throw calib::InputError(std::string("ceilmap_metadata has no '") + key +
-                            "'; the file is damaged");
+    throw InputError(std::string("ceilmap_metadata has no '") + key + "'; the file is damaged");
   }
   if (row->second.size() > kMaxTextBytes) {
-    throw calib::InputError(std::string("ceilmap_metadata: '") + key +
-                            "' is too long; the file is damaged");
+    throw InputError(std::string("ceilmap_metadata: '") + key +
+                     "' is too long; the file is damaged");
   }
   return row->second;
 }
@@ -42,8 +41,8 @@ Number Value(const std::map<std::string, std::string>& rows, const char* key) {
   Number value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) {
-    throw calib::InputError(std::string("ceilmap_metadata: '") + key +
-                            "' is no number; the file is damaged");
+    throw InputError(std::string("ceilmap_metadata: '") + key +
+                     "' is no number; the file is damaged");
   }
   return value;
 }
@@ -108,9 +107,9 @@ MapMetadata FromRows(const std::map<std::string, std::string>& rows) {
   MapMetadata m;
   m.format_version = Value<int>(rows, "format_version");
   if (m.format_version != kMapFormatVersion) {
-    throw calib::InputError("map format version " + std::to_string(m.format_version) +
-                            ", this program reads version " + std::to_string(kMapFormatVersion) +
-                            "; make the map again or use the program that wrote it");
+    throw InputError("map format version " + std::to_string(m.format_version) +
+                     ", this program reads version " + std::to_string(kMapFormatVersion) +
+                     "; make the map again or use the program that wrote it");
   }
   m.unit = Text(rows, "unit");
   m.resolution = Value<double>(rows, "resolution");
@@ -126,7 +125,7 @@ MapMetadata FromRows(const std::map<std::string, std::string>& rows) {
   m.program_version = Text(rows, "program_version");
   m.provenance = Text(rows, "provenance");
   if (const std::string problem = Problem(m); !problem.empty()) {
-    throw calib::InputError("ceilmap_metadata: " + problem + "; the file is damaged");
+    throw InputError("ceilmap_metadata: " + problem + "; the file is damaged");
   }
   return m;
 }

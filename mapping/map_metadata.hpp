@@ -16,7 +16,7 @@ inline constexpr int kMapFormatVersion = 2;
 std::map<std::string, std::string> ToRows(const MapMetadata& metadata);
 
 /// The opposite of ToRows. Unknown keys are ignored: a later minor version may add some.
-/// @throws calib::InputError (without the file's name) for another format version, a key that is
+/// @throws InputError (without the file's name) for another format version, a key that is
 ///   missing or a value that cannot be.
 MapMetadata FromRows(const std::map<std::string, std::string>& rows);
 

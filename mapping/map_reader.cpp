@@ -8,7 +8,7 @@
 #include <mutex>
 #include <unordered_set>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/gdal_support.hpp"
 #include "mapping/map_file.hpp"
 #include "mapping/map_metadata.hpp"
@@ -43,17 +43,17 @@ FileState StateOf(const fs::path& path) {
 void CheckSqliteHeader(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw calib::InputError("no such file");
-  if (!fs::is_regular_file(status)) throw calib::InputError("is no file");
+  if (!fs::exists(status)) throw InputError("no such file");
+  if (!fs::is_regular_file(status)) throw InputError("is no file");
   std::array<unsigned char, 100> header{};
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw calib::InputError("cannot be opened for reading; check its permissions");
+  if (!stream) throw InputError("cannot be opened for reading; check its permissions");
   stream.read(reinterpret_cast<char*>(header.data()), header.size());
   constexpr std::array<char, 16> kMagic = {
       'S', 'Q', 'L', 'i', 't', 'e', ' ', 'f', 'o', 'r', 'm', 'a', 't', ' ', '3', '\0'};
   if (stream.gcount() != static_cast<std::streamsize>(header.size()) ||
       !std::equal(kMagic.begin(), kMagic.end(), header.begin())) {
-    throw calib::InputError("is no GeoPackage; give a map made by 'ceilmap map'");
+    throw InputError("is no GeoPackage; give a map made by 'ceilmap map'");
   }
   const auto big_endian = [&header](std::size_t at, std::size_t bytes) {
     std::uint64_t value = 0;
@@ -65,7 +65,7 @@ void CheckSqliteHeader(const fs::path& path) {
   const bool has_page_count = big_endian(24, 4) == big_endian(92, 4);
   const std::uintmax_t file_bytes = fs::file_size(path, error);
   if (error || (has_page_count && file_bytes < page_bytes * big_endian(28, 4))) {
-    throw calib::InputError("is truncated; copy it again or make the map again");
+    throw InputError("is truncated; copy it again or make the map again");
   }
 }
 
@@ -83,7 +83,7 @@ struct MapReader::Impl {
   explicit Impl(const fs::path& path);
 
   [[noreturn]] void Throw(const std::string& what) const {
-    throw calib::InputError(path.string() + ": " + what);
+    throw InputError(path.string() + ": " + what);
   }
   void Check(const GdalScope& gdal) const {
     if (gdal.Failed()) Throw("the file is damaged (" + gdal.Message() + ")");
@@ -93,7 +93,7 @@ struct MapReader::Impl {
   auto Named(const Read& read) const {
     try {
       return read();
-    } catch (const calib::InputError& error) {
+    } catch (const InputError& error) {
       Throw(error.what());
     }
   }
@@ -208,8 +208,8 @@ std::vector<Row> MapReader::Impl::ReadAll(const char* table, Convert convert) co
   Named([&] {
     for (const auto& row : Layer(table)) {
       if (rows.size() == kMaxRows) {
-        throw calib::InputError(std::string("table ") + table + " has more than " +
-                                std::to_string(kMaxRows) + " rows; the file is damaged");
+        throw InputError(std::string("table ") + table + " has more than " +
+                         std::to_string(kMaxRows) + " rows; the file is damaged");
       }
       rows.push_back(convert(*row));
     }

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/gdal_support.hpp"
 
 namespace ceilmap::mapping {
@@ -24,8 +24,8 @@ constexpr const char* kWorkedOut =
     "pragma_table_xinfo(l.name) AS x WHERE l.schema = 'main' AND l.type = 'table' AND x.hidden > 1";
 
 [[noreturn]] void ThrowDamaged(sqlite3* database) {
-  throw calib::InputError(std::string("cannot be read as a GeoPackage (") +
-                          InOneLine(sqlite3_errmsg(database)) + ")");
+  throw InputError(std::string("cannot be read as a GeoPackage (") +
+                   InOneLine(sqlite3_errmsg(database)) + ")");
 }
 
 Database Open(const std::filesystem::path& file) {
@@ -70,8 +70,8 @@ void CheckSchema(const std::filesystem::path& file) {
     const std::string what = type == "view"      ? "a view"
                              : type == "virtual" ? "a virtual table"
                                                  : "a table with columns that are worked out";
-    throw calib::InputError("has " + what + ", '" + InOneLine(name) +
-                            "', which no map has; do not use it if it comes from elsewhere");
+    throw InputError("has " + what + ", '" + InOneLine(name) +
+                     "', which no map has; do not use it if it comes from elsewhere");
   }
   if (result != SQLITE_DONE) ThrowDamaged(database.get());
 }

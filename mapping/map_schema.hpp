@@ -7,7 +7,7 @@ namespace ceilmap::mapping {
 /// A database may hold more than rows: views, and tables or columns that are worked out when they
 /// are read, without end if their author likes. No map has any but the spatial indices (R-trees) of
 /// its layers. To be called before anything else reads the file. Internal.
-/// @throws calib::InputError (without the file's name) when there is more, or when the file is no
+/// @throws InputError (without the file's name) when there is more, or when the file is no
 ///   database.
 void CheckSchema(const std::filesystem::path& file);
 

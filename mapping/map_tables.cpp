@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::mapping::tables {
 namespace {
@@ -89,8 +89,8 @@ void SetFrame(OGRFeature& row, const FramePose& frame) {
 }
 
 [[noreturn]] void ThrowDamaged(OGRFeature& row, const std::string& what) {
-  throw calib::InputError(std::string("table ") + row.GetDefnRef()->GetName() + ", row " +
-                          std::to_string(row.GetFID()) + ": " + what + "; the file is damaged");
+  throw InputError(std::string("table ") + row.GetDefnRef()->GetName() + ", row " +
+                   std::to_string(row.GetFID()) + ": " + what + "; the file is damaged");
 }
 
 int Column(OGRFeature& row, const char* name) {
@@ -326,7 +326,7 @@ std::vector<unsigned char> ReadPng(OGRLayer& pictures, std::int64_t keyframe_id)
   int size = 0;
   const GByte* bytes = column >= 0 ? row->GetFieldAsBinary(column, &size) : nullptr;
   if (bytes == nullptr || size <= 0) {
-    throw calib::InputError("the map holds no picture of keyframe " + std::to_string(keyframe_id));
+    throw InputError("the map holds no picture of keyframe " + std::to_string(keyframe_id));
   }
   return {bytes, bytes + size};
 }
@@ -335,8 +335,8 @@ cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id) {
   constexpr int kMostColumns = 1 << 16;
   const FeaturePtr row(descriptors.GetFeature(keyframe_id));
   if (!row) {
-    throw calib::InputError("the map holds no place descriptors of keyframe " +
-                            std::to_string(keyframe_id));
+    throw InputError("the map holds no place descriptors of keyframe " +
+                     std::to_string(keyframe_id));
   }
   const std::int64_t columns = Integer(*row, "columns");
   int bytes = 0;

@@ -45,15 +45,15 @@ bool Append(OGRLayer& layer, std::int64_t keyframe_id, const std::vector<unsigne
 bool Append(OGRLayer& layer, std::int64_t keyframe_id, const cv::Mat& descriptors);
 bool Append(OGRLayer& layer, const std::string& key, const std::string& value);
 
-/// The opposite. @throws calib::InputError (without the file's name) for a column that is missing
+/// The opposite. @throws InputError (without the file's name) for a column that is missing
 /// and for values that cannot be.
 Keyframe ToKeyframe(OGRFeature& row);
 FramePose ToFramePose(OGRFeature& row);
 Edge ToEdge(OGRFeature& row);
 WeakSpot ToWeakSpot(OGRFeature& row);
-/// The stored bytes of a keyframe's picture. @throws calib::InputError when there are none.
+/// The stored bytes of a keyframe's picture. @throws InputError when there are none.
 std::vector<unsigned char> ReadPng(OGRLayer& pictures, std::int64_t keyframe_id);
-/// CV_32FC1. @throws calib::InputError when there are none or their size cannot be.
+/// CV_32FC1. @throws InputError when there are none or their size cannot be.
 cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id);
 
 }  // namespace ceilmap::mapping::tables

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/map_builder.hpp"
 
 namespace ceilmap::mapping {
@@ -37,7 +37,7 @@ class Stores {
     for (const Store& store : stores_) {
       if (id >= store.first && id < store.end) return store;
     }
-    throw calib::RunError(fmt::format("keyframe {} is in none of the maps", id));
+    throw RunError(fmt::format("keyframe {} is in none of the maps", id));
   }
 
  private:
@@ -122,7 +122,7 @@ MergeResult MergeMaps(const std::vector<const MapReader*>& maps,
   std::int64_t offset = 0;
   for (const MapReader* map : maps) {
     const std::string problem = Incompatibility(metadata, map->Metadata());
-    if (!problem.empty()) throw calib::InputError(problem);
+    if (!problem.empty()) throw InputError(problem);
     MapGraph graph = map->ReadGraph();
     ChangeView(graph, map->Metadata().T_base_view, metadata.T_base_view);
     const std::int64_t end = offset + IdsOf(graph);

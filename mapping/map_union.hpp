@@ -29,7 +29,7 @@ std::string Incompatibility(const MapMetadata& a, const MapMetadata& b);
 /// Writes the union of maps to the writer (without Commit), in the frame of the first; nothing is
 /// written unless every map could be joined (`ok()`).
 /// @param writer  made with the metadata that the union shall have.
-/// @throws calib::InputError when a map is incompatible with the first.
+/// @throws InputError when a map is incompatible with the first.
 MergeResult MergeMaps(const std::vector<const MapReader*>& maps,
                       const MapMetadata& metadata,
                       const UnionParams& params,

@@ -4,8 +4,8 @@
 #include <optional>
 #include <unordered_map>
 
-#include "calib/error.hpp"
-#include "mapping/atomic_file.hpp"
+#include "calib/base/atomic_file.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/gdal_support.hpp"
 #include "mapping/map_file.hpp"
 #include "mapping/map_metadata.hpp"
@@ -55,7 +55,7 @@ RenderedWindow RenderWindow(const MosaicSource& source, const cv::Rect& window) 
   source(window, rendered.grey, rendered.alpha);
   if (rendered.grey.size() != window.size() || rendered.alpha.size() != window.size() ||
       rendered.grey.type() != CV_8UC1 || rendered.alpha.type() != CV_8UC1) {
-    throw calib::RunError("the mosaic source gave a picture of another size or type");
+    throw RunError("the mosaic source gave a picture of another size or type");
   }
   return rendered;
 }
@@ -69,8 +69,8 @@ struct MapWriter::Impl {
   /// Throws when the call before failed or GDAL reported an error.
   void Check(const GdalScope& gdal, bool succeeded) const {
     if (succeeded && !gdal.Failed()) return;
-    throw calib::RunError("cannot write " + file.Target().string() + ": " +
-                          (gdal.Message().empty() ? "unknown GDAL error" : gdal.Message()));
+    throw RunError("cannot write " + file.Target().string() + ": " +
+                   (gdal.Message().empty() ? "unknown GDAL error" : gdal.Message()));
   }
 
   void CreateTables();
@@ -92,7 +92,7 @@ void MapWriter::Impl::CreateTables() {
   const GdalScope gdal;
   const FastSqlite fast;
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GPKG");
-  if (driver == nullptr) throw calib::RunError("this GDAL has no GeoPackage driver");
+  if (driver == nullptr) throw RunError("this GDAL has no GeoPackage driver");
   std::filesystem::remove(file.PartialPath());  // GDAL creates the file itself
   dataset.reset(driver->Create(file.PartialPath().c_str(), 0, 0, 0, GDT_Unknown, nullptr));
   Check(gdal, dataset && dataset->StartTransaction() == OGRERR_NONE);
@@ -187,16 +187,16 @@ void MapWriter::Impl::WriteTiles(const cv::Rect& window, const RenderedWindow& r
 
 OGRLayer& MapWriter::Impl::Layer(const char* name) const {
   OGRLayer* layer = dataset ? dataset->GetLayerByName(name) : nullptr;
-  if (layer == nullptr) throw calib::RunError("cannot write " + file.Target().string());
+  if (layer == nullptr) throw RunError("cannot write " + file.Target().string());
   return *layer;
 }
 
 MapWriter::MapWriter(const std::filesystem::path& file, MapMetadata metadata) {
   if (file.extension() != ".gpkg") {
-    throw calib::InputError(file.string() + ": a map file's name must end in .gpkg");
+    throw InputError(file.string() + ": a map file's name must end in .gpkg");
   }
   if (const std::string problem = Problem(metadata); !problem.empty()) {
-    throw calib::InputError(file.string() + ": cannot describe the map: " + problem);
+    throw InputError(file.string() + ": cannot describe the map: " + problem);
   }
   metadata.format_version = kMapFormatVersion;
   impl_ = std::make_unique<Impl>(file, std::move(metadata));
@@ -210,8 +210,8 @@ MapWriter::~MapWriter() {
 
 void MapWriter::AddPicture(std::int64_t keyframe_id, const cv::Mat& picture) {
   if (picture.type() != CV_8UC1 || picture.size() != impl_->metadata.view_size) {
-    throw calib::InputError("keyframe " + std::to_string(keyframe_id) +
-                            ": the picture must be 8 bit grey and of the view's size");
+    throw InputError("keyframe " + std::to_string(keyframe_id) +
+                     ": the picture must be 8 bit grey and of the view's size");
   }
   const std::vector<unsigned char> png = EncodePicture(picture);
   const std::lock_guard lock(impl_->mutex);
@@ -241,8 +241,8 @@ void MapWriter::CopyPicture(const MapReader& from,
 
 void MapWriter::AddDescriptors(std::int64_t keyframe_id, const cv::Mat& descriptors) {
   if (descriptors.type() != CV_32FC1) {
-    throw calib::InputError("keyframe " + std::to_string(keyframe_id) +
-                            ": place descriptors must be 32 bit numbers");
+    throw InputError("keyframe " + std::to_string(keyframe_id) +
+                     ": place descriptors must be 32 bit numbers");
   }
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
@@ -278,8 +278,8 @@ void MapWriter::WriteGraph(const MapGraph& graph) {
     const auto from = poses.find(edge.from);
     const auto to = poses.find(edge.to);
     if (from == poses.end() || to == poses.end()) {
-      throw calib::InputError("edge " + std::to_string(edge.from) + " -> " +
-                              std::to_string(edge.to) + ": the graph lacks its keyframes");
+      throw InputError("edge " + std::to_string(edge.from) + " -> " + std::to_string(edge.to) +
+                       ": the graph lacks its keyframes");
     }
     OGRLayer& edges = impl_->Layer(tables::kEdges);
     impl_->Check(gdal, tables::Append(edges, edge, from->second, to->second));
@@ -298,7 +298,7 @@ void MapWriter::WriteMosaic(const MosaicGrid& grid,
                             const std::function<void(int, int)>& progress) {
   if (grid.width_px == 0 || grid.height_px == 0) return;  // a map without a mosaic
   if (const std::string problem = Problem(grid); !problem.empty()) {
-    throw calib::RunError("cannot write " + impl_->file.Target().string() + ": " + problem);
+    throw RunError("cannot write " + impl_->file.Target().string() + ": " + problem);
   }
   {
     const GdalScope gdal;

@@ -12,9 +12,9 @@
 #include <optional>
 #include <unordered_set>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/stage_timer.hpp"
 #include "calib/level_view.hpp"
-#include "calib/stage_timer.hpp"
 #include "mapping/map_builder.hpp"
 #include "mapping/map_merge.hpp"
 #include "mapping/place_descriptor.hpp"
@@ -51,7 +51,7 @@ void CheckHeading(const FrameContext& context, std::int64_t frame_index) {
   if (!context.heading) return;
   const auto [heading_rad, variance_rad2] = *context.heading;
   if (std::isfinite(heading_rad) && std::isfinite(variance_rad2) && variance_rad2 > 0) return;
-  throw calib::InputError(
+  throw InputError(
       fmt::format("frame {}: a heading must be finite, its variance > 0", frame_index));
 }
 
@@ -109,7 +109,7 @@ struct Mapper::Impl {
 };
 
 void Mapper::Impl::CloseLoops(NewKeyframe added) {
-  const calib::StageTimer timer(report.loop_ms);
+  const StageTimer timer(report.loop_ms);
   // The borders of a picture that was drawn level would pass for marks of the ceiling.
   const cv::Mat& picture = added.keyframe.picture;
   const bool level = added.keyframe.pose.tilt.IsLevel();
@@ -124,7 +124,7 @@ void Mapper::Impl::CloseLoops(NewKeyframe added) {
 
 void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
   if (!step.new_keyframe) return;
-  const calib::StageTimer timer(report.keyframe_ms);
+  const StageTimer timer(report.keyframe_ms);
   writer.AddPicture(step.new_keyframe->id, step.new_keyframe->picture);
   NewKeyframe added{*step.new_keyframe, step.new_spectrum, step.new_edges};
   step.new_keyframe->picture.release();
@@ -209,10 +209,10 @@ FramePose Mapper::Process(const cv::Mat& raw_grey,
                           const FrameContext& context) {
   Impl& me = *impl_;
   CheckHeading(context, frame_index);
-  const calib::Tilt& tilt = context.tilt;
+  const Tilt& tilt = context.tilt;
   const cv::Mat* picture = nullptr;
   {
-    const calib::StageTimer timer(me.report.rectify_ms);
+    const StageTimer timer(me.report.rectify_ms);
     picture = &me.view.Rectify(raw_grey, me.rectified);
     if (!tilt.IsLevel()) {
       if (!me.level_view) me.level_view.emplace(me.view);
@@ -222,7 +222,7 @@ FramePose Mapper::Process(const cv::Mat& raw_grey,
   }
   OdometryStep step;
   {
-    const calib::StageTimer timer(me.report.register_ms);
+    const StageTimer timer(me.report.register_ms);
     step = me.odometry.Process(*picture, frame_index, stamp_s, context);
   }
   me.KeepKeyframe(step);
@@ -234,7 +234,7 @@ void Mapper::Close() {
   Impl& me = *impl_;
   if (me.closed) return;
   if (me.graph.keyframes.empty()) {
-    throw calib::RunError(
+    throw RunError(
         "no frame shows any texture that could be mapped: the ceiling is black, uniform or out of "
         "focus; check lens cap, light and exposure");
   }
@@ -248,7 +248,7 @@ void Mapper::Close() {
     std::nth_element(me.peaks.begin(), middle, me.peaks.end());
     me.report.median_peak = *middle;
   }
-  const calib::StageTimer timer(me.report.optimize_ms);
+  const StageTimer timer(me.report.optimize_ms);
   me.graph.edges = me.closer.Graph().Edges();
   MoveKeyframes(me.graph, me.closer.Graph().Poses());
   me.JoinSegments();
@@ -263,7 +263,7 @@ void Mapper::Close() {
 
 void Mapper::Finish(const std::function<void(int, int)>& progress) {
   Close();
-  const calib::StageTimer timer(impl_->report.mosaic_ms);
+  const StageTimer timer(impl_->report.mosaic_ms);
   impl_->report.grid =
       WriteMap(impl_->graph, impl_->metadata, impl_->params.mosaic, impl_->writer, progress);
 }

@@ -65,14 +65,14 @@ class Mapper {
   /// comes back with the pose; needs a view of a rig. Its heading, where a compass gives one: it
   /// tells orientations apart that look the same (Odometry, LoopCloser, JoinParts).
   /// A frame that cannot be placed comes back as kLost or kAmbiguous and gets no line in the
-  /// trajectory. @throws calib::InputError on a heading that is not finite or without variance.
+  /// trajectory. @throws InputError on a heading that is not finite or without variance.
   FramePose Process(const cv::Mat& raw_grey,
                     std::int64_t frame_index,
                     double stamp_s,
                     const FrameContext& context = {});
 
   /// Ends the recording: all poses are optimised together. No Process after it.
-  /// @throws calib::RunError when no frame showed any texture.
+  /// @throws RunError when no frame showed any texture.
   void Close();
   /// Close(), then writes the map and its mosaic to the writer (without Commit).
   /// @param progress  done, total tiles of the mosaic.

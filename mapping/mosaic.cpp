@@ -6,13 +6,13 @@
 #include <thread>
 #include <unordered_map>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/parallel.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/exposure.hpp"
 #include "mapping/exposure_sampling.hpp"
 #include "mapping/levelling.hpp"
 #include "mapping/map_metadata.hpp"
-#include "mapping/parallel.hpp"
 #include "mapping/picture_cache.hpp"
 #include "mapping/sharpness.hpp"
 #include "mapping/view_agreement.hpp"
@@ -76,7 +76,7 @@ bool TouchesBlank(const cv::Mat& padded, const cv::Point2d& pixel) {
 }  // namespace
 
 void MosaicParams::Validate() const {
-  const auto fail = [](const std::string& what) { throw calib::InputError("mosaic." + what); };
+  const auto fail = [](const std::string& what) { throw InputError("mosaic." + what); };
   if (!std::isfinite(resolution) || resolution < 0) {
     fail("resolution = " + std::to_string(resolution) + ", must be >= 0");
   }
@@ -205,8 +205,8 @@ void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness
 cv::Mat MosaicRenderer::Impl::LoadPicture(std::int64_t id) const {
   cv::Mat picture = load(id);
   if (picture.type() != CV_8UC1 || picture.size() != view_size) {
-    throw calib::RunError("the picture of keyframe " + std::to_string(id) +
-                          " is missing or not of the view's size");
+    throw RunError("the picture of keyframe " + std::to_string(id) +
+                   " is missing or not of the view's size");
   }
   const double reduction = grid.resolution / units_per_px;
   cv::Mat padded;
@@ -252,7 +252,7 @@ void MosaicRenderer::Impl::MakeGrid() {
     if (Problem(grid).empty()) return;
     resolution *= 2;
   }
-  throw calib::RunError("the keyframes' poses are no usable numbers");
+  throw RunError("the keyframes' poses are no usable numbers");
 }
 
 std::int64_t TileKey(int tile_x, int tile_y) {
@@ -372,11 +372,11 @@ MosaicRenderer::MosaicRenderer(const std::vector<Keyframe>& keyframes,
                                const MosaicParams& params) {
   params.Validate();
   if (const std::string problem = Problem(metadata); !problem.empty()) {
-    throw calib::InputError("cannot render a mosaic: " + problem);
+    throw InputError("cannot render a mosaic: " + problem);
   }
-  if (keyframes.empty()) throw calib::InputError("cannot render a mosaic of no keyframes");
+  if (keyframes.empty()) throw InputError("cannot render a mosaic of no keyframes");
   if (!params.view_mask.empty() && params.view_mask.size() != metadata.view_size) {
-    throw calib::InputError("mosaic.view_mask must be of the view's size");
+    throw InputError("mosaic.view_mask must be of the view's size");
   }
   impl_ = std::make_unique<Impl>(keyframes, metadata, std::move(loader), params);
 }
@@ -390,7 +390,7 @@ const MosaicGrid& MosaicRenderer::Grid() const {
 void MosaicRenderer::Render(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const {
   const cv::Rect all(0, 0, impl_->grid.width_px, impl_->grid.height_px);
   if (window.empty() || (window & all) != window) {
-    throw calib::InputError("the window to render lies outside the mosaic");
+    throw InputError("the window to render lies outside the mosaic");
   }
   grey.create(window.size(), CV_8UC1);
   alpha.create(window.size(), CV_8UC1);

@@ -32,7 +32,7 @@ struct MosaicParams {
   /// empty: everywhere.
   cv::Mat view_mask;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Renders the mosaic from keyframe pictures and poses, any window at a time, in memory bounded by
@@ -58,7 +58,7 @@ class MosaicRenderer {
   [[nodiscard]] const MosaicGrid& Grid() const;
   /// Grey as seen from above (see MosaicGrid), alpha 255 where any picture sees the ceiling.
   /// Thread-safe, and works on several threads itself; a point looks the same in every window.
-  /// @throws calib::InputError for a window that is empty or leaves the grid.
+  /// @throws InputError for a window that is empty or leaves the grid.
   void Render(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;
 
  private:

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <deque>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/frame_prediction.hpp"
 #include "mapping/planar_motion.hpp"
@@ -256,9 +256,8 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
   Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
   const auto add = [&](const ActiveKeyframe& reference, const Edge& tie) {
     const Pose2 T = reference.keyframe.pose.T_map_base * tie.T_from_to;
-    const Eigen::Vector3d difference(T.x - pose.T_map_base.x,
-                                     T.y - pose.T_map_base.y,
-                                     calib::WrapAngle(T.yaw - pose.T_map_base.yaw));
+    const Eigen::Vector3d difference(
+        T.x - pose.T_map_base.x, T.y - pose.T_map_base.y, WrapAngle(T.yaw - pose.T_map_base.yaw));
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
     turn.topLeftCorner<2, 2>() = reference.keyframe.pose.T_map_base.Rotation();
     const Eigen::Matrix3d in_map = turn * tie.information * turn.transpose();
@@ -291,7 +290,7 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
   const Eigen::Vector3d correction = information.ldlt().solve(weighted);
   pose.T_map_base.x += correction.x();
   pose.T_map_base.y += correction.y();
-  pose.T_map_base.yaw = calib::WrapAngle(pose.T_map_base.yaw + correction.z());
+  pose.T_map_base.yaw = WrapAngle(pose.T_map_base.yaw + correction.z());
 }
 
 /// What is kept of a picture: black pixels are content, 0 is none (Keyframe::picture).

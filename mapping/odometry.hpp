@@ -35,7 +35,7 @@ struct OdometryParams {
   double min_prior_sigma_px = 4;
   double prior_sigma_rad = 0.15;
   /// What a single heading is off at the least, where frames have one (FrameContext), rad.
-  double heading_noise_rad = calib::kHeadingNoise;
+  double heading_noise_rad = kHeadingNoise;
   /// How fast a robot may be that nobody sees: standard deviation, part of the picture's longer
   /// side in a second. With a compass alone the place after a loss is known this badly.
   double unseen_speed_part = 0.4;
@@ -59,7 +59,7 @@ struct OdometryParams {
   std::int64_t first_keyframe_id = 0;  ///< >= 0; later ones count up from it
   registration::RegistrarParams registration;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Why a frame is where it is said to be, or is not placed.

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/odometry.hpp"
 
 namespace ceilmap::mapping {
@@ -8,7 +8,7 @@ namespace ceilmap::mapping {
 void OdometryParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (!good) {
-      throw calib::InputError(fmt::format("odometry: {} = {}, must be {}", field, value, range));
+      throw InputError(fmt::format("odometry: {} = {}, must be {}", field, value, range));
     }
   };
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");

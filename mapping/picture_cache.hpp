@@ -6,7 +6,7 @@
 #include <mutex>
 #include <opencv2/core.hpp>
 
-#include "mapping/recently_used.hpp"
+#include "calib/base/lru_cache.hpp"
 
 namespace ceilmap::mapping {
 
@@ -29,7 +29,7 @@ class PictureCache {
   Loader loader_;
   std::mutex load_mutex_;
   std::mutex mutex_;  // of what follows
-  RecentlyUsed<Picture> pictures_;
+  LruCache<Picture> pictures_;
 };
 
 }  // namespace ceilmap::mapping

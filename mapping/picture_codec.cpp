@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/gdal_support.hpp"
 
 namespace ceilmap::mapping {
@@ -54,13 +54,13 @@ class MemoryFile {
 std::vector<unsigned char> EncodePicture(const cv::Mat& picture) {
   std::vector<unsigned char> png;
   // Without parameters OpenCV takes its fastest setting (run lengths of row differences).
-  if (!cv::imencode(".png", picture, png)) throw calib::RunError("cannot encode a picture as PNG");
+  if (!cv::imencode(".png", picture, png)) throw RunError("cannot encode a picture as PNG");
   return png;
 }
 
 cv::Mat DecodePicture(const std::vector<unsigned char>& png, cv::Size size) {
   if (!HeaderSays(png, size)) {
-    throw calib::InputError("a stored picture is no PNG of the size that the map names");
+    throw InputError("a stored picture is no PNG of the size that the map names");
   }
   // By GDAL rather than OpenCV, whose PNG reader prints on damaged data.
   const GdalScope gdal;
@@ -89,7 +89,7 @@ cv::Mat DecodePicture(const std::vector<unsigned char>& png, cv::Size size) {
     if (error != CE_None) picture.release();
   }
   if (picture.empty() || gdal.Failed()) {
-    throw calib::InputError("a stored picture is damaged (" + gdal.Message() + ")");
+    throw InputError("a stored picture is damaged (" + gdal.Message() + ")");
   }
   return picture;
 }

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/registration/fft.hpp"
 #include "mapping/registration/kernels.hpp"
 
@@ -45,7 +45,7 @@ constexpr int kVector = CountVector();
 
 void Require(bool good, const char* field, double value, const char* allowed) {
   if (good) return;
-  throw calib::InputError(
+  throw InputError(
       fmt::format("PlaceDescriptorParams: {} = {}, must be {}", field, value, allowed));
 }
 
@@ -76,7 +76,7 @@ PlaceDescriptorParams PlaceDescriptorParams::ForCamera(cv::Size picture, double 
   const int side = std::max(picture.width, picture.height);
   if (picture.width <= 0 || picture.height <= 0 || !(units_per_px > 0) ||
       !std::isfinite(units_per_px)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("place descriptor: picture {} x {} of {} units per pixel, must all be > 0",
                     picture.width,
                     picture.height,
@@ -141,7 +141,7 @@ PlaceDescriber::Impl::Impl(cv::Size size,
     : params(p), picture(size), units_per_px(scale) {
   params.Validate();
   if (size.width <= 0 || size.height <= 0 || !(scale > 0) || !std::isfinite(scale)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("place descriptor: picture {} x {} of {} units per pixel, must all be > 0",
                     size.width,
                     size.height,
@@ -156,7 +156,7 @@ PlaceDescriber::Impl::Impl(cv::Size size,
   constexpr int kMaxSide = 4096;
   if (std::min(work.width, work.height) <= 2 * margin + 2 ||
       std::max(work.width, work.height) > kMaxSide) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "place descriptor: the working picture would have {} x {} pixels, must be {} .. {} a side; "
         "set PlaceDescriptorParams::units_per_px for these cameras",
         work.width,
@@ -184,7 +184,7 @@ void PlaceDescriber::Impl::MakeRings() {
 
 void PlaceDescriber::Impl::TakeMask(const cv::Mat& mask) {
   if (mask.type() != CV_8UC1 || mask.size() != picture) {
-    throw calib::InputError("place descriptor: the mask must be CV_8UC1 of the picture's size");
+    throw InputError("place descriptor: the mask must be CV_8UC1 of the picture's size");
   }
   cv::resize(mask, allowed, work, 0, 0, cv::INTER_AREA);
   cv::threshold(allowed, allowed, 254, 255, cv::THRESH_BINARY);
@@ -339,7 +339,7 @@ PlaceDescriber& PlaceDescriber::operator=(PlaceDescriber&&) noexcept = default;
 cv::Mat PlaceDescriber::Describe(const cv::Mat& grey) {
   Impl& d = *impl_;
   if (grey.type() != CV_8UC1 || grey.size() != d.picture) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("place descriptor: the picture must be CV_8UC1 with {} x {} pixels",
                     d.picture.width,
                     d.picture.height));

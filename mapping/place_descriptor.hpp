@@ -19,10 +19,10 @@ struct PlaceDescriptorParams {
   double min_contrast = 0.1;     ///< grey levels; pictures with less give no window, >= 0
 
   /// Parameters for a map whose pictures have this size and scale: the working picture has a
-  /// longer side of 320 px. @throws calib::InputError unless all are > 0.
+  /// longer side of 320 px. @throws InputError unless all are > 0.
   static PlaceDescriptorParams ForCamera(cv::Size picture, double units_per_px);
 
-  /// @throws calib::InputError with the field, its value and what is allowed.
+  /// @throws InputError with the field, its value and what is allowed.
   void Validate() const;
 };
 
@@ -49,7 +49,7 @@ class PlaceDescriber {
   /// @param picture  size of the pictures. @param units_per_px  their scale, > 0 (CeilingView::
   /// MetresPerPixel). @param mask  CV_8UC1 of that size, 0 where pictures have no content
   /// (CeilingView::Mask); empty: content everywhere.
-  /// @throws calib::InputError on impossible arguments, or when the working picture has no room for
+  /// @throws InputError on impossible arguments, or when the working picture has no room for
   /// a single window.
   PlaceDescriber(cv::Size picture,
                  double units_per_px,
@@ -63,7 +63,7 @@ class PlaceDescriber {
   /// down from the picture's centre, in lengths of units_per_px), then a vector of length 1.
   /// Windows without texture give no row; a blank picture gives none at all (an empty matrix with
   /// Dimension() columns).
-  /// @param grey  CV_8UC1 of the picture's size. @throws calib::InputError on another type or size.
+  /// @param grey  CV_8UC1 of the picture's size. @throws InputError on another type or size.
   [[nodiscard]] cv::Mat Describe(const cv::Mat& grey);
 
  private:

@@ -14,7 +14,7 @@
 #include <tuple>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/place_fit.hpp"
 #include "mapping/registration/kernels.hpp"
 
@@ -25,8 +25,7 @@ constexpr int kPlace = 2;  // columns of a window's place
 
 void Require(bool good, const char* field, double value, const char* allowed) {
   if (good) return;
-  throw calib::InputError(
-      fmt::format("PlaceIndexParams: {} = {}, must be {}", field, value, allowed));
+  throw InputError(fmt::format("PlaceIndexParams: {} = {}, must be {}", field, value, allowed));
 }
 
 // Squared distance of two vectors; one look-up in the graph is a thousand of these.
@@ -159,11 +158,11 @@ PlaceIndex::Impl::Impl(int dimension_in, const PlaceIndexParams& params_in)
 void PlaceIndex::Impl::CheckRows(const cv::Mat& descriptors) const {
   if (descriptors.empty()) return;
   if (descriptors.type() != CV_32FC1 || descriptors.cols != dimension) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("place index: descriptors must be CV_32FC1 with {} columns", dimension));
   }
   if (!cv::checkRange(descriptors)) {
-    throw calib::InputError("place index: descriptors must be finite");
+    throw InputError("place index: descriptors must be finite");
   }
 }
 
@@ -245,8 +244,7 @@ PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
 PlaceIndex::PlaceIndex(int dimension, const PlaceIndexParams& params) {
   params.Validate();
   if (dimension <= kPlace) {
-    throw calib::InputError(
-        fmt::format("place index: dimension = {}, must be > {}", dimension, kPlace));
+    throw InputError(fmt::format("place index: dimension = {}, must be > {}", dimension, kPlace));
   }
   impl_ = std::make_unique<Impl>(dimension, params);
 }
@@ -266,7 +264,7 @@ void PlaceIndex::Add(std::int64_t keyframe_id, const cv::Mat& descriptors) {
   d.CheckRows(descriptors);
   d.Reserve(d.keyframe_of.size() + static_cast<std::size_t>(descriptors.rows));
   if (!d.known.insert(keyframe_id).second) {
-    throw calib::InputError(fmt::format("place index: keyframe {} is known already", keyframe_id));
+    throw InputError(fmt::format("place index: keyframe {} is known already", keyframe_id));
   }
   const std::size_t keyframe = d.keyframe_ids.size();
   d.keyframe_ids.push_back(keyframe_id);
@@ -283,7 +281,7 @@ std::vector<PlaceIndex::Match> PlaceIndex::Search(
   const Impl& d = *impl_;
   d.CheckRows(descriptors);
   if (count < 1) {
-    throw calib::InputError(fmt::format("place index: count = {}, must be > 0", count));
+    throw InputError(fmt::format("place index: count = {}, must be > 0", count));
   }
   const auto keep_first = [](auto& list, int most) {
     if (list.size() > static_cast<std::size_t>(most)) list.resize(static_cast<std::size_t>(most));

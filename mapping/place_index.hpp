@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::mapping {
 
@@ -19,7 +19,7 @@ struct PlaceIndexParams {
   int build_effort = 48;    ///< HNSW: candidates while a window is linked, [16, 1024]
   int search_effort = 64;   ///< HNSW: candidates while searching, [16, 4096]
 
-  /// @throws calib::InputError with the field, its value and what is allowed.
+  /// @throws InputError with the field, its value and what is allowed.
   void Validate() const;
 };
 
@@ -37,7 +37,7 @@ struct PlaceIndexParams {
 class PlaceIndex {
  public:
   /// @param dimension  columns of the descriptors (PlaceDescriber::Dimension()): two for the
-  /// window's place, the rest the vector; > 2. @throws calib::InputError otherwise.
+  /// window's place, the rest the vector; > 2. @throws InputError otherwise.
   explicit PlaceIndex(int dimension, const PlaceIndexParams& params = {});
   ~PlaceIndex();
   PlaceIndex(PlaceIndex&&) noexcept;
@@ -45,7 +45,7 @@ class PlaceIndex {
 
   /// Takes a copy of the rows.
   /// @param descriptors  CV_32FC1 with `dimension` columns; no rows: the keyframe will never be
-  /// found. @throws calib::InputError on another type or width, on numbers that are not finite, and
+  /// found. @throws InputError on another type or width, on numbers that are not finite, and
   /// when the keyframe is known already.
   void Add(std::int64_t keyframe_id, const cv::Mat& descriptors);
 
@@ -57,14 +57,14 @@ class PlaceIndex {
     /// That motion: p_stored = T_stored_query * p_query for places in the two pictures (x right,
     /// y down from the centre, in lengths of units_per_px), to about tolerance_px. Without such
     /// windows the place of the stored window with the strongest vote, the yaw being unknown.
-    calib::Pose2 T_stored_query;
+    Pose2 T_stored_query;
   };
 
   /// Keyframes that may show the same place, best first; equal scores by id. Fewer than `count`
   /// when no more have anything in common with the query.
   /// @param exclude  true for keyframes that are not wanted (e.g. the query's neighbours in time);
   /// may be empty.
-  /// @throws calib::InputError on descriptors of another type or width, or count < 1.
+  /// @throws InputError on descriptors of another type or width, or count < 1.
   [[nodiscard]] std::vector<Match> Search(
       const cv::Mat& descriptors,
       int count,

@@ -43,10 +43,10 @@ Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
     registration::ImageMotion moved = motion;
     (i == 0 ? moved.tx_px : i == 1 ? moved.ty_px : moved.theta_rad) += i == 2 ? step_rad : step_px;
     const Pose2 shifted = BaseMotion(view, moved);
-    jacobian.col(i) = Eigen::Vector3d(shifted.x - centre.x,
-                                      shifted.y - centre.y,
-                                      calib::WrapAngle(shifted.yaw - centre.yaw)) /
-                      (i == 2 ? step_rad : step_px);
+    jacobian.col(i) =
+        Eigen::Vector3d(
+            shifted.x - centre.x, shifted.y - centre.y, WrapAngle(shifted.yaw - centre.yaw)) /
+        (i == 2 ? step_rad : step_px);
   }
   return jacobian * image_covariance * jacobian.transpose();
 }
@@ -80,7 +80,7 @@ Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
   return in_reference * tilt_covariance * in_reference.transpose();
 }
 
-void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge& edge) {
+void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, Edge& edge) {
   if (tilt.covariance.isZero()) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
   covariance.topLeftCorner<2, 2>() += TiltDoubt(view, edge.T_from_to, tilt.covariance);
@@ -121,7 +121,7 @@ Pose2 Interpolate(const Pose2& T_a_b, double factor) {
   };
   const Eigen::Vector2d velocity = integral(yaw).inverse() * T_a_b.Translation();
   const Eigen::Vector2d t = integral(factor * yaw) * (factor * velocity);
-  return {t.x(), t.y(), calib::WrapAngle(factor * yaw)};
+  return {t.x(), t.y(), WrapAngle(factor * yaw)};
 }
 
 }  // namespace ceilmap::mapping

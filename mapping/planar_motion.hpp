@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
+#include "calib/base/pose2.hpp"
+#include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/pose2.hpp"
-#include "calib/tilt.hpp"
 #include "mapping/keyframe.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "mapping/registration/registration.hpp"
@@ -56,7 +56,7 @@ Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
 
 /// Adds to an edge's covariance what is not known of the tilt that was taken out of the picture of
 /// `to` (TiltDoubt).
-void AddTiltDoubt(const calib::CeilingView& view, const calib::Tilt& tilt, Edge& edge);
+void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, Edge& edge);
 
 /// Adds a doubt of the place to an edge's covariance: the same in x and y. @param sigma  map units,
 /// >= 0.

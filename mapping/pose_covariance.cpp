@@ -2,7 +2,7 @@
 #include <Eigen/SparseCore>
 #include <limits>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/pose_graph.hpp"
 #include "mapping/pose_graph_terms.hpp"
 #include "mapping/selected_inverse.hpp"
@@ -65,7 +65,7 @@ Eigen::MatrixX3d Information::Solve(const Eigen::MatrixX3d& b) const {
   matrix.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> factor(matrix);
   if (factor.info() != Eigen::Success) {
-    throw calib::RunError("the pose graph's covariance cannot be computed: it is not determined");
+    throw RunError("the pose graph's covariance cannot be computed: it is not determined");
   }
   return factor.solve(b);
 }

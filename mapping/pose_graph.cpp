@@ -9,7 +9,7 @@
 #include <deque>
 #include <thread>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/pose_graph_terms.hpp"
 
 namespace ceilmap::mapping {
@@ -141,7 +141,7 @@ class Solver {
 };
 
 Pose2 WrappedPose(const Block& block) {
-  return {block[0], block[1], calib::WrapAngle(block[2])};
+  return {block[0], block[1], WrapAngle(block[2])};
 }
 
 /// Whether the loss sets an edge aside that a measurement as good as it says would never be.
@@ -165,7 +165,7 @@ bool SetsEdgesAside(std::span<const Edge> edges,
 void PoseGraphParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
     if (!good) {
-      throw calib::InputError(fmt::format("pose graph: {} = {}, must be {}", field, value, range));
+      throw InputError(fmt::format("pose graph: {} = {}, must be {}", field, value, range));
     }
   };
   require(std::isfinite(loop_loss_scale) && loop_loss_scale >= 0,

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/keyframe.hpp"
 
 /// The pose graph over SE(2): keyframes whose poses T_map_base are unknown, and edges, the motions
@@ -14,7 +14,7 @@
 /// What is held: the keyframes in `fixed`, and of every connected part of the graph that has none
 /// of them the lowest id; the edges say nothing about where such a part lies as a whole.
 ///
-/// All functions @throw calib::InputError for an id out of range, an edge from a keyframe to
+/// All functions @throw InputError for an id out of range, an edge from a keyframe to
 /// itself, numbers that are not finite, and an information matrix that is not symmetric and
 /// positive definite.
 namespace ceilmap::mapping {
@@ -32,7 +32,7 @@ struct PoseGraphParams {
   double function_tolerance = 1e-8;  ///< stop when the cost falls by less than this part; > 0
   int threads = 0;                   ///< 0: all cores
 
-  /// @throws calib::InputError that names field, value and range.
+  /// @throws InputError that names field, value and range.
   void Validate() const;
 };
 

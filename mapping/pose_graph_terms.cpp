@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::mapping::graph {
 namespace {
@@ -18,14 +18,14 @@ bool IsFinite(const Pose2& pose) {
 
 void CheckId(std::int64_t id, std::span<const Pose2> poses, const char* what) {
   if (id < 0 || id >= static_cast<std::int64_t>(poses.size())) {
-    throw calib::InputError(fmt::format("pose graph: {} {}, must be from 0 to {} ({} keyframes)",
-                                        what,
-                                        id,
-                                        static_cast<std::int64_t>(poses.size()) - 1,
-                                        poses.size()));
+    throw InputError(fmt::format("pose graph: {} {}, must be from 0 to {} ({} keyframes)",
+                                 what,
+                                 id,
+                                 static_cast<std::int64_t>(poses.size()) - 1,
+                                 poses.size()));
   }
   if (!IsFinite(poses[id])) {
-    throw calib::InputError(fmt::format("pose graph: the pose of keyframe {} is not finite", id));
+    throw InputError(fmt::format("pose graph: the pose of keyframe {} is not finite", id));
   }
 }
 
@@ -33,10 +33,10 @@ void CheckEdge(const Edge& edge, std::span<const Pose2> poses) {
   CheckId(edge.from, poses, "edge from keyframe");
   CheckId(edge.to, poses, "edge to keyframe");
   if (edge.from == edge.to) {
-    throw calib::InputError(fmt::format("pose graph: edge from keyframe {} to itself", edge.from));
+    throw InputError(fmt::format("pose graph: edge from keyframe {} to itself", edge.from));
   }
   if (!IsFinite(edge.T_from_to)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("pose graph: edge {} -> {}: the motion is not finite", edge.from, edge.to));
   }
 }
@@ -95,7 +95,7 @@ Eigen::Matrix3d Whitening(const Edge& edge) {
   const bool symmetric =
       information.isApprox(information.transpose(), 1e-9);  // false for what is not finite
   if (!symmetric || llt.info() != Eigen::Success) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("pose graph: edge {} -> {}: the information is not symmetric and positive "
                     "definite",
                     edge.from,
@@ -112,7 +112,7 @@ EdgeTerm Linearize(const Pose2& T_from_to,
   const Eigen::Vector2d p_from = R_from_map * (T_map_to.Translation() - T_map_from.Translation());
   EdgeTerm term;
   term.residual << p_from - T_from_to.Translation(),
-      calib::WrapAngle(T_map_to.yaw - T_map_from.yaw - T_from_to.yaw);
+      WrapAngle(T_map_to.yaw - T_map_from.yaw - T_from_to.yaw);
   term.by_to << R_from_map, Eigen::Vector2d::Zero(), 0, 0, 1;
   term.by_from = -term.by_to;
   term.by_from.topRightCorner<2, 1>() << p_from.y(), -p_from.x();

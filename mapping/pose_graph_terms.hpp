@@ -14,7 +14,7 @@ namespace ceilmap::mapping::graph {
 /// costs by its own size, not by the map's.
 class LocalGraph {
  public:
-  /// @throws calib::InputError as pose_graph.hpp says.
+  /// @throws InputError as pose_graph.hpp says.
   LocalGraph(std::span<const Edge> edges,
              std::span<const std::int64_t> fixed,
              std::span<const Pose2> poses);
@@ -44,7 +44,7 @@ class LocalGraph {
 };
 
 /// Upper triangular W with W' W = information.
-/// @throws calib::InputError when the information is not symmetric and positive definite.
+/// @throws InputError when the information is not symmetric and positive definite.
 Eigen::Matrix3d Whitening(const Edge& edge);
 
 /// A whitened residual and its derivatives by (x, y, yaw) of the two poses.

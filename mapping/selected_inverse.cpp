@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -151,7 +151,7 @@ class Elimination {
     const Eigen::Index others = full.rows() - pivots;
     const Eigen::LLT<MatrixXd> llt(full.topLeftCorner(pivots, pivots));
     if (llt.info() != Eigen::Success) {
-      throw calib::RunError("the information of the pose graph is numerically singular");
+      throw RunError("the information of the pose graph is numerically singular");
     }
     front.inverse = llt.solve(MatrixXd::Identity(pivots, pivots));
     MatrixXd rest = full.bottomRightCorner(others, others);

@@ -19,7 +19,7 @@ struct MatrixBlock {
 /// three factorizations; memory is that of the factor.
 ///
 /// @param size  Rows of blocks. Every diagonal block must be among `blocks`.
-/// @throws calib::RunError when the matrix is not numerically positive definite.
+/// @throws RunError when the matrix is not numerically positive definite.
 std::vector<Eigen::Matrix3d> InverseDiagonal(int size, const std::vector<MatrixBlock>& blocks);
 
 }  // namespace ceilmap::mapping

@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/map_file.hpp"
 
 namespace ceilmap::mapping {

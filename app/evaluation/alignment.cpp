@@ -5,8 +5,6 @@
 namespace ceilmap::evaluation {
 namespace {
 
-using calib::Pose2;
-
 // Sums over points about their means.
 struct Moments {
   Eigen::Vector2d mean_truth = Eigen::Vector2d::Zero();

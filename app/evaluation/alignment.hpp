@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "app/evaluation/pose_errors.hpp"
-#include "app/evaluation/stamped_pose.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 namespace ceilmap::evaluation {
 
@@ -20,8 +20,8 @@ enum class Alignment {
 
 /// A planar motion with a scale: p_truth = scale * R(yaw) * p_estimate + t.
 struct PlanarSimilarity {
-  calib::Pose2 motion;  ///< R(yaw) and t
-  double scale = 1;     ///< > 0
+  Pose2 motion;      ///< R(yaw) and t
+  double scale = 1;  ///< > 0
 };
 Eigen::Vector2d operator*(const PlanarSimilarity& T, const Eigen::Vector2d& p);
 /// Turns and moves the pose; its height is scaled too.
@@ -35,7 +35,7 @@ struct PointPair {
 
 /// The planar motion that minimises the sum of |truth - T estimate|^2; no scale.
 /// @param pairs  at least one; of points that all coincide the rotation is 0.
-calib::Pose2 FitPlanarMotion(const std::vector<PointPair>& pairs);
+Pose2 FitPlanarMotion(const std::vector<PointPair>& pairs);
 
 /// The same with a scale (Umeyama 1991, "Least-squares estimation of transformation parameters
 /// between two point patterns", in the plane): 1 where one of the two stands still.

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/evaluation/stamped_pose.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 namespace ceilmap::evaluation {
 

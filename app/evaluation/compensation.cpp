@@ -11,8 +11,6 @@
 namespace ceilmap::evaluation {
 namespace {
 
-using calib::Pose2;
-
 // A ratio to an error of nothing stays a number, which JSON can hold.
 constexpr double kLeastErrorM = 1e-11;
 

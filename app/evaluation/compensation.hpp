@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "app/evaluation/stamped_pose.hpp"
 #include "app/evaluation/statistics.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 namespace ceilmap::evaluation {
 
@@ -28,7 +28,7 @@ struct LevelAlignment {
   std::int64_t matched = 0;  ///< poses of BEFORE that have a true one
   std::int64_t level = 0;    ///< those of them that are truly level
   /// p_truth = T_truth_before * p_before; unset with fewer than two level frames.
-  std::optional<calib::Pose2> T_truth_before;
+  std::optional<Pose2> T_truth_before;
 };
 
 /// @param truth, before  stamps strictly increasing, at least one pose each; so everywhere below.
@@ -90,7 +90,7 @@ struct Compensation {
 std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& truth,
                                                 const std::vector<StampedPose>& before,
                                                 const std::vector<StampedPose>& after,
-                                                const calib::Pose2& T_truth_before,
+                                                const Pose2& T_truth_before,
                                                 const CompensationParams& params = {});
 
 /// Largest absolute pitch and roll of a trajectory.

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::evaluation {
 namespace {

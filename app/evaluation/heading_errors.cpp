@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "app/evaluation/association.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
@@ -20,7 +20,7 @@ class Unwrapper {
   double operator()(double angle_rad) {
     if (!begun_) last_rad_ = angle_rad;
     begun_ = true;
-    last_rad_ += calib::WrapAngle(angle_rad - last_rad_);
+    last_rad_ += WrapAngle(angle_rad - last_rad_);
     return last_rad_;
   }
 
@@ -71,7 +71,7 @@ std::vector<HeadingError> ErrorsOf(const std::vector<StampedHeading>& headings,
       first_yaw_rad = yaw_rad;
     }
     const double true_turn_rad = yaw_rad - first_yaw_rad;
-    const double off_rad = calib::WrapAngle(heading_rad - first_heading_rad - true_turn_rad);
+    const double off_rad = WrapAngle(heading_rad - first_heading_rad - true_turn_rad);
     errors.push_back(
         {.heading = i,
          .truth = k,

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "app/evaluation/stamped_pose.hpp"
 #include "app/evaluation/statistics.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 namespace ceilmap::evaluation {
 /// A heading that was measured: counter-clockwise seen from above, from any direction.

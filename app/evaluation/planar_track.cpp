@@ -25,7 +25,7 @@ PlanarTrack::PlanarTrack(const std::vector<StampedPose>& poses) {
   for (const StampedPose& pose : poses) {
     double yaw = YawOf(pose);
     if (!points_.empty()) {
-      yaw = points_.back().yaw + calib::WrapAngle(yaw - points_.back().yaw);
+      yaw = points_.back().yaw + WrapAngle(yaw - points_.back().yaw);
       steps_s.push_back(pose.stamp_s - stamps_s_.back());
     }
     stamps_s_.push_back(pose.stamp_s);

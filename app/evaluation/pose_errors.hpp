@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "app/evaluation/stamped_pose.hpp"
 #include "app/evaluation/statistics.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 namespace ceilmap::evaluation {
 

@@ -142,7 +142,7 @@ Residual ResidualAt(const PlanarTrack& truth,
   const double mean_turn = std::atan2(direction.y(), direction.x());
   residual.mean_square = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double yaw_m = lever_m * calib::WrapAngle(turns[i] - mean_turn);
+    const double yaw_m = lever_m * WrapAngle(turns[i] - mean_turn);
     const double square = (fit * points[i].estimate - points[i].truth).squaredNorm();
     residual.mean_square += (square + yaw_m * yaw_m) / count;
   }

@@ -10,9 +10,6 @@
 namespace ceilmap::evaluation {
 namespace {
 
-using calib::Pose2;
-using calib::WrapAngle;
-
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kRelativeLengthM = 1;
 

@@ -9,8 +9,8 @@
 #include "app/evaluation/alignment.hpp"
 #include "app/evaluation/pose_errors.hpp"
 #include "app/evaluation/relative_errors.hpp"
-#include "app/evaluation/stamped_pose.hpp"
 #include "app/evaluation/statistics.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 namespace ceilmap::evaluation {
 
@@ -30,7 +30,7 @@ struct FrameError {
   std::size_t estimate = 0;                           ///< which one of the estimate
   double stamp_s = 0;                                 ///< of the truth
   double way_m = 0;                                   ///< along the true path from its first pose
-  calib::Pose2 T_truth_base;                          ///< as the estimate has it, aligned
+  Pose2 T_truth_base;                                 ///< as the estimate has it, aligned
   Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();  ///< estimated minus true position
   double position_m = 0;                              ///< its length
   double along_m = 0;    ///< > 0: ahead of the true position, by the true yaw ...

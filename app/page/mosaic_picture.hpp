@@ -23,7 +23,7 @@ PagePicture MakePicture(const cv::Mat& grey,
                         std::size_t max_bytes = kMaxPictureBytes);
 
 /// The same of a map's mosaic, no side longer than `max_px`; empty when the map has none.
-/// @throws calib::InputError as MapReader.
+/// @throws InputError as MapReader.
 PagePicture MakeMosaicPicture(const mapping::MapReader& map,
                               int max_px = 3000,
                               std::size_t max_bytes = kMaxPictureBytes);

@@ -8,7 +8,7 @@
 #include <opencv2/aruco.hpp>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::calibration {
 namespace {
@@ -46,7 +46,7 @@ const NamedDictionary& FindDictionary(const std::string& name) {
                                          kDictionaries.end(),
                                          [&](const NamedDictionary& d) { return name == d.name; });
   if (found != kDictionaries.end()) return *found;
-  throw calib::InputError(fmt::format(
+  throw InputError(fmt::format(
       "--dictionary {}: must be 4x4, 5x5, 6x6 or 7x7, then _50, _100, _250 or _1000, or "
       "original; the board's maker or its margin tells",
       name));
@@ -70,25 +70,25 @@ std::string Board::Name() const {
 void Board::Validate() const {
   const auto check_count = [](int count) {
     if (count >= kLeastCorners && count <= kMostCorners) return;
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "--corners: {} in a row, must be {} to {}", count, kLeastCorners, kMostCorners));
   };
   check_count(columns);
   check_count(rows);
   if (!(square_m > 0 && square_m <= 10)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("--square {}: must be the side of a square in metres, e.g. 0.025", square_m));
   }
   if (kind == BoardKind::kChessboard) return;
   if (!(marker_m > 0 && marker_m < square_m)) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "--marker {}: must be the side of a marker in metres, less than the square's {}",
         marker_m,
         square_m));
   }
   const int markers = (columns + 1) * (rows + 1) / 2;
   if (markers > MarkerCount(dictionary)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("--dictionary {}: has {} markers, the board needs {}; take a larger one",
                     dictionary,
                     MarkerCount(dictionary),
@@ -101,7 +101,7 @@ cv::Size ParseCorners(const std::string& text) {
   cv::Size corners;
   if (cross == std::string::npos || !ParseCount(text.substr(0, cross), corners.width) ||
       !ParseCount(text.substr(cross + 1), corners.height)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("--corners {}: must be COLUMNSxROWS of inner corners (where four squares "
                     "meet), e.g. 9x6 for "
                     "10x7 squares",
@@ -113,7 +113,7 @@ cv::Size ParseCorners(const std::string& text) {
 BoardKind ParseBoardKind(const std::string& text) {
   if (text == "chessboard") return BoardKind::kChessboard;
   if (text == "charuco") return BoardKind::kCharuco;
-  throw calib::InputError(fmt::format("--board {}: must be chessboard or charuco", text));
+  throw InputError(fmt::format("--board {}: must be chessboard or charuco", text));
 }
 
 int DictionaryId(const std::string& dictionary) {

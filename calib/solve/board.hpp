@@ -22,7 +22,7 @@ struct Board {
   double marker_m = 0;                ///< side of a marker, less than a square's; only for kCharuco
   std::string dictionary = "4x4_50";  ///< of the markers: SIZExSIZE_COUNT as OpenCV has them
 
-  /// @throws calib::InputError naming the option of `ceilmap calibrate camera` to mend.
+  /// @throws InputError naming the option of `ceilmap calibrate camera` to mend.
   void Validate() const;
 
   [[nodiscard]] int CornerCount() const { return columns * rows; }
@@ -35,19 +35,19 @@ struct Board {
   [[nodiscard]] std::string Name() const;
 };
 
-/// `CxR`, both whole numbers, at least 3 and at most 60. @throws calib::InputError
+/// `CxR`, both whole numbers, at least 3 and at most 60. @throws InputError
 cv::Size ParseCorners(const std::string& text);
 
-/// "chessboard" or "charuco". @throws calib::InputError
+/// "chessboard" or "charuco". @throws InputError
 BoardKind ParseBoardKind(const std::string& text);
 
 /// A marker's picture, a cell a bit with its black frame: 0 black, 255 white.
 cv::Mat1b MarkerCells(const std::string& dictionary, int id);
 
-/// How many markers a dictionary has. @throws calib::InputError when there is none of that name.
+/// How many markers a dictionary has. @throws InputError when there is none of that name.
 int MarkerCount(const std::string& dictionary);
 
-/// OpenCV's number of a dictionary. @throws calib::InputError listing those that there are.
+/// OpenCV's number of a dictionary. @throws InputError listing those that there are.
 int DictionaryId(const std::string& dictionary);
 
 }  // namespace ceilmap::calibration

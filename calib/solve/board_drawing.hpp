@@ -13,7 +13,7 @@ struct Paper {
   double width_mm = 0;  ///< the shorter side
   double height_mm = 0;
 };
-/// "a4", "a3" or "letter". @throws calib::InputError
+/// "a4", "a3" or "letter". @throws InputError
 Paper ParsePaper(const std::string& name);
 
 /// A board on a sheet, to scale: its picture, the ruler that tells whether the printer kept the
@@ -33,7 +33,7 @@ struct BoardDrawing {
 
 /// A chessboard's upper left square is black. A ChArUco board is that of OpenCV's aruco module:
 /// lower left square black, markers from the upper left on.
-/// @throws calib::InputError when the board does not fit on the sheet with a margin that detectors
+/// @throws InputError when the board does not fit on the sheet with a margin that detectors
 ///   need.
 BoardDrawing DrawBoard(const Board& board, const Paper& paper);
 

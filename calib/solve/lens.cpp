@@ -6,7 +6,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::calibration {
 namespace {
@@ -25,8 +25,7 @@ LensModel ParseLensModel(const std::string& text) {
   if (text == "plumb_bob") return LensModel::kPlumbBob;
   if (text == "rational") return LensModel::kRational;
   if (text == "equidistant") return LensModel::kEquidistant;
-  throw calib::InputError(
-      fmt::format("--model {}: must be plumb_bob, rational or equidistant", text));
+  throw InputError(fmt::format("--model {}: must be plumb_bob, rational or equidistant", text));
 }
 
 std::string RosName(LensModel model) {

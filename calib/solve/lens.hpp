@@ -16,7 +16,7 @@ enum class LensModel : std::uint8_t {
   kEquidistant,  ///< k1, k2, k3, k4 of the angle from the axis: fisheye lenses
 };
 
-/// "plumb_bob", "rational" or "equidistant". @throws calib::InputError
+/// "plumb_bob", "rational" or "equidistant". @throws InputError
 LensModel ParseLensModel(const std::string& text);
 
 /// As ROS calls it: "plumb_bob", "rational_polynomial" or "equidistant".

@@ -10,7 +10,6 @@
 namespace ceilmap::calibration {
 namespace {
 
-using calib::Pose2;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;

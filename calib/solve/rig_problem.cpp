@@ -89,7 +89,7 @@ struct SlipResidual {
 };
 
 Eigen::Vector2d CameraOf(const RigParameters::Pose& pose, const std::array<double, 2>& centre) {
-  const calib::Pose2 T_first_axle{pose[0], pose[1], pose[2]};
+  const Pose2 T_first_axle{pose[0], pose[1], pose[2]};
   return T_first_axle * Eigen::Vector2d(centre[0], centre[1]);
 }
 

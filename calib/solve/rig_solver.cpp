@@ -11,7 +11,6 @@
 namespace ceilmap::calibration {
 namespace {
 
-using calib::Pose2;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
@@ -26,7 +25,7 @@ RigParameters StartParameters(const Recording& spin,
   // Headings are continuous: a spin may go round more than once.
   double heading = 0;
   for (const Pose2& camera : spin.cameras) {
-    heading += calib::WrapAngle(camera.yaw - heading);
+    heading += WrapAngle(camera.yaw - heading);
     parameters.spin.push_back({0, 0, heading});
   }
   // The axle begins at the origin.
@@ -135,7 +134,7 @@ RigSolution SolutionOf(const Recording& spin,
   solution.ok = true;
   solution.mount = {{parameters.tilt[0], parameters.tilt[1]},
                     {parameters.centre[0], parameters.centre[1]},
-                    calib::WrapAngle(parameters.yaw[0])};
+                    WrapAngle(parameters.yaw[0])};
   solution.travel = TravelOf(parameters).norm();
   solution.spin = ToPoses(parameters.spin);
   solution.straight = ToPoses(parameters.straight);

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::calibration {
 
@@ -33,7 +33,7 @@ struct ViewPair {
 /// One recording. A view's pose is that of the level twin, with the axle's foot as its origin, in
 /// the frame of the first: p_first = T_first_view * (c + p_ceiling), c the camera's place.
 struct Recording {
-  std::vector<calib::Pose2> cameras;  ///< rough poses of the camera itself, T_first_camera
+  std::vector<Pose2> cameras;  ///< rough poses of the camera itself, T_first_camera
   std::vector<ViewPair> pairs;
 };
 
@@ -78,8 +78,8 @@ struct RigSolution {
   /// share a view taken for dependent (dyadic cluster-robust, Fafchamps & Gubert 2007): what is
   /// wrong with one picture is wrong in each of its pairs. And from lens_sigma_px.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  std::vector<calib::Pose2> spin;      ///< axle and heading at each view
-  std::vector<calib::Pose2> straight;  ///< the same, in the first view's frame
+  std::vector<Pose2> spin;      ///< axle and heading at each view
+  std::vector<Pose2> straight;  ///< the same, in the first view's frame
   std::vector<ViewError> spin_errors;
   std::vector<ViewError> straight_errors;
   double sigma_px = 0;  ///< robust deviation of a fully informative place, one axis

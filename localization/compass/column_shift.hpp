@@ -12,7 +12,7 @@ namespace ceilmap::compass {
 /// Squared Euclidean distances of two panoramas for all circular shifts of columns, exact: value s
 /// is the sum over pixels and channels of (current(v, u) - reference(v, (u - s) mod W))^2, for s =
 /// 0 .. W-1. W^2 times rows and channels operations.
-/// @throws calib::InputError on panoramas that are empty, of another type, too wide, or of
+/// @throws InputError on panoramas that are empty, of another type, too wide, or of
 ///   different sizes or types.
 std::vector<std::uint64_t> SquaredShiftDistances(const cv::Mat& reference, const cv::Mat& current);
 
@@ -37,7 +37,7 @@ struct ColumnShift {
 ///   at several shifts, as everywhere on a uniform panorama, or once a period on a periodic one. Of
 ///   just two neighbouring shifts with the same distance (the turn ended half-way between) it is
 ///   the one nearer to 0.
-/// @throws calib::InputError as SquaredShiftDistances.
+/// @throws InputError as SquaredShiftDistances.
 std::optional<ColumnShift> FindColumnShift(const cv::Mat& reference, const cv::Mat& current);
 
 }  // namespace ceilmap::compass

@@ -53,7 +53,7 @@ class Compass {
 
   /// Takes the next frame.
   /// @return nothing for frames that the method skips by design ("Fx n").
-  /// @throws calib::InputError on a panorama of another size or type than before, or one that no
+  /// @throws InputError on a panorama of another size or type than before, or one that no
   ///   compass can take, and on stamps that do not increase. Never throws on picture content.
   virtual std::optional<HeadingEstimate> Next(const PanoramaFrame& frame) = 0;
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "localization/compass/frame_check.hpp"
 #include "localization/compass/heading_graph.hpp"
 #include "localization/compass/travel_track.hpp"
@@ -29,7 +29,7 @@ struct Reference {
 void RequireWidth(const cv::Mat& panorama) {
   constexpr int kLeastColumns = 48;
   if (panorama.cols < kLeastColumns) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("a panorama of {} columns is too narrow for method fft, must have at least {}; "
                     "unwrap it to more columns",
                     panorama.cols,
@@ -42,7 +42,7 @@ void RequireWidth(const cv::Mat& panorama) {
 void FftCompassParams::Validate() const {
   const auto require = [](bool ok, const char* field, double value, const char* range) {
     if (!ok) {
-      throw calib::InputError(fmt::format("fft compass: {} = {}, must be {}", field, value, range));
+      throw InputError(fmt::format("fft compass: {} = {}, must be {}", field, value, range));
     }
   };
   const auto part = [&](const char* field, double value) {
@@ -147,9 +147,9 @@ std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
   std::optional<ParallaxFit> best = around(seen);
   if (!expected_rad) return best;
   constexpr double kSame = 0.25;  // of the search
-  const double off = calib::WrapAngle(seen - *expected_rad);
+  const double off = WrapAngle(seen - *expected_rad);
   if (best && std::abs(off) < kSame * params.sectors.search_rad) return best;
-  const std::optional<ParallaxFit> other = around(calib::WrapAngle(*expected_rad));
+  const std::optional<ParallaxFit> other = around(WrapAngle(*expected_rad));
   if (other && (!best || other->inlier_part > best->inlier_part)) best = other;
   return best;
 }
@@ -157,13 +157,13 @@ std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
 /// A turn since the last reference becomes the heading.
 void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
   const HeadingGraph::Place& place = PlaceOf(references.back());
-  const double heading = calib::WrapAngle(place.heading_rad + fit.rotation_rad);
-  turned_rad = calib::WrapAngle(heading - estimate.heading_rad);
+  const double heading = WrapAngle(place.heading_rad + fit.rotation_rad);
+  turned_rad = WrapAngle(heading - estimate.heading_rad);
   estimate.heading_rad = heading;
   estimate.variance_rad2 = place.variance_rad2 + fit.variance_rad2 +
                            params.reference_sigma_rad * params.reference_sigma_rad;
   estimate.confidence = std::clamp(fit.inlier_part, 0.0, 1.0);
-  tried_turn_rad = calib::WrapAngle(fit.rotation_rad);
+  tried_turn_rad = WrapAngle(fit.rotation_rad);
   seen_stamp_s = stamp_s;
   seen_variance = estimate.variance_rad2;
   unmatched = 0;
@@ -182,7 +182,7 @@ void FftCompass::Impl::Hold(double stamp_s) {
 }
 
 void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revisit) {
-  const double expected = calib::WrapAngle(graph.At(place).heading_rad - PlaceOf(old).heading_rad);
+  const double expected = WrapAngle(graph.At(place).heading_rad - PlaceOf(old).heading_rad);
   // What was seen long before lies anywhere, and the way between has added up errors.
   std::optional<double> direction;
   if (!revisit) {
@@ -191,7 +191,7 @@ void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revi
   const std::optional<ParallaxFit> fit = matcher->Around(*old.view, *current, expected, direction);
   if (!fit || fit->inlier_part < params.min_inlier_part) return;
   if (std::abs(fit->parallax_rad) > 2 * params.max_parallax_rad) return;
-  const double off = calib::WrapAngle(fit->rotation_rad - expected);
+  const double off = WrapAngle(fit->rotation_rad - expected);
   const double sigma = params.reference_sigma_rad;
   const double variance = fit->variance_rad2 + sigma * sigma;
   if (revisit) {
@@ -223,7 +223,7 @@ void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
                                      double turn_rad,
                                      double variance_rad2) {
   const Reference last = references.back();
-  const int place = graph.Add(calib::WrapAngle(PlaceOf(last).heading_rad + turn_rad));
+  const int place = graph.Add(WrapAngle(PlaceOf(last).heading_rad + turn_rad));
   const double sigma = params.reference_sigma_rad;
   graph.Measure(last.place, place, turn_rad, variance_rad2 + sigma * sigma);
   // From now on only its lines are compared.
@@ -270,8 +270,7 @@ bool FftCompass::Impl::Retry(double stamp_s) {
 }
 
 void FftCompass::Impl::Restart() {
-  const double turn =
-      calib::WrapAngle(estimate.heading_rad - PlaceOf(references.back()).heading_rad);
+  const double turn = WrapAngle(estimate.heading_rad - PlaceOf(references.back()).heading_rad);
   MakeReference(current, turn, estimate.variance_rad2);
   unmatched = 0;
 }

@@ -41,7 +41,7 @@ struct FftCompassParams {
   /// surroundings, and a new reference begins there, >= 1.
   int restart_after = 5;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Heading from panoramas, Labrosse's compass made better (localization/compass/README.md has what

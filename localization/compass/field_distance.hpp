@@ -16,7 +16,7 @@ class FieldDistance {
   /// @param reference, current  CV_8UC1 or CV_8UC3. Kept by reference count, not copied.
   /// @param weights  one per column of `current`: a column counts in full where its weight is not
   ///   0, and not at all elsewhere.
-  /// @throws calib::InputError on panoramas that no compass can take, or that differ.
+  /// @throws InputError on panoramas that no compass can take, or that differ.
   FieldDistance(const cv::Mat& reference, const cv::Mat& current, std::span<const float> weights);
 
   /// @param columns  by which the reference's content moved to the right, any integer.

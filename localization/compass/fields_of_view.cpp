@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -21,15 +21,15 @@ FieldsOfView FieldsOfView::FrontAndBack(double travel_direction_rad, double widt
 
 void FieldsOfView::Validate() const {
   if (!(width_rad > 0 && width_rad <= kTurn)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("fields of view: width_rad = {}, must be in (0, 2 pi]", width_rad));
   }
   if (centres_rad.empty()) {
-    throw calib::InputError("fields of view: centres_rad is empty, must hold at least one angle");
+    throw InputError("fields of view: centres_rad is empty, must hold at least one angle");
   }
   for (const double centre_rad : centres_rad) {
     if (std::isfinite(centre_rad)) continue;
-    throw calib::InputError(
+    throw InputError(
         fmt::format("fields of view: centres_rad holds {}, must be finite", centre_rad));
   }
 }

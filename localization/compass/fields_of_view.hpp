@@ -17,7 +17,7 @@ struct FieldsOfView {
   /// Two fields, towards the direction of travel and away from it, which so move with it.
   static FieldsOfView FrontAndBack(double travel_direction_rad, double width_rad);
 
-  /// @throws calib::InputError on a field outside its range, or no centre.
+  /// @throws InputError on a field outside its range, or no centre.
   void Validate() const;
 
   /// What each column of a panorama counts: 1 where the azimuth of the column's middle, 2 pi (W/2 -

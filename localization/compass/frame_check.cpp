@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/panorama.hpp"
 
 namespace ceilmap::compass {
@@ -14,14 +14,14 @@ void FrameCheck::Take(const PanoramaFrame& frame) {
   CheckPanorama(panorama, "the");
   constexpr int kLeastColumns = 8;
   if (panorama.cols < kLeastColumns) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("a panorama of {} columns is too narrow for a compass, must have at least {}; "
                     "unwrap it to more columns",
                     panorama.cols,
                     kLeastColumns));
   }
   if (frames_ > 0 && (panorama.size() != size_ || panorama.type() != type_)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("panorama {} is {} x {} {}, those before are {} x {} {}; unwrap all with the "
                     "same settings",
                     frames_,
@@ -33,14 +33,14 @@ void FrameCheck::Take(const PanoramaFrame& frame) {
                     cv::typeToString(type_)));
   }
   if (!std::isfinite(frame.stamp_s) || (frames_ > 0 && !(frame.stamp_s > stamp_s_))) {
-    throw calib::InputError(fmt::format(
+    throw InputError(fmt::format(
         "panorama {}: time {} s is not later than the one before", frames_, frame.stamp_s));
   }
   if (frame.travel && !frame.travel->allFinite()) {
-    throw calib::InputError(fmt::format("panorama {}: travel ({}, {}), must be finite",
-                                        frames_,
-                                        frame.travel->x(),
-                                        frame.travel->y()));
+    throw InputError(fmt::format("panorama {}: travel ({}, {}), must be finite",
+                                 frames_,
+                                 frame.travel->x(),
+                                 frame.travel->y()));
   }
   size_ = panorama.size();
   type_ = panorama.type();

@@ -11,7 +11,7 @@ namespace ceilmap::compass {
 class FrameCheck {
  public:
   /// Takes the next frame.
-  /// @throws calib::InputError on a panorama of another size or type than before, or one that no
+  /// @throws InputError on a panorama of another size or type than before, or one that no
   ///   compass can take, on a stamp that does not increase, and a direction that is not finite.
   void Take(const PanoramaFrame& frame);
 

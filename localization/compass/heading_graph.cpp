@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <stdexcept>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
 
@@ -41,7 +41,7 @@ void HeadingGraph::Solve() {
   for (int i = 0; i < count; ++i) entries.emplace_back(i, i, i == 0 ? kHeld : kWhisper);
   for (const Turn& turn : turns_) {
     const double residual =
-        calib::WrapAngle(turn.turn_rad - (At(turn.to).heading_rad - At(turn.from).heading_rad));
+        WrapAngle(turn.turn_rad - (At(turn.to).heading_rad - At(turn.from).heading_rad));
     entries.emplace_back(turn.from, turn.from, turn.information);
     entries.emplace_back(turn.to, turn.to, turn.information);
     entries.emplace_back(turn.from, turn.to, -turn.information);
@@ -55,7 +55,7 @@ void HeadingGraph::Solve() {
   const Eigen::VectorXd step = solver.solve(gradient);
   for (Eigen::Index i = 0; i < count; ++i) {
     Place& place = places_[static_cast<std::size_t>(i)];
-    place.heading_rad = calib::WrapAngle(place.heading_rad + step[i]);
+    place.heading_rad = WrapAngle(place.heading_rad + step[i]);
     place.variance_rad2 = i == 0 ? 0 : solver.solve(Eigen::VectorXd::Unit(count, i))[i];
   }
 }
@@ -90,7 +90,7 @@ void HeadingGraph::Remove(int place) {
         turns_.push_back({star[a].to, star[b].to, turn, information});
         continue;
       }
-      const double off = calib::WrapAngle(turn - same->turn_rad);
+      const double off = WrapAngle(turn - same->turn_rad);
       same->turn_rad += off * information / (information + same->information);
       same->information += information;
     }

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "localization/compass/column_shift.hpp"
 #include "localization/compass/field_distance.hpp"
 #include "localization/compass/heading_variance.hpp"
@@ -30,7 +30,7 @@ std::vector<double> Roots(const std::vector<std::uint64_t>& squared) {
 void Labrosse2004Params::Validate() const {
   const auto require = [](bool ok, const char* field, double value, const char* range) {
     if (ok && std::isfinite(value)) return;
-    throw calib::InputError(fmt::format("labrosse2004: {} = {}, must be {}", field, value, range));
+    throw InputError(fmt::format("labrosse2004: {} = {}, must be {}", field, value, range));
   };
   require(min_texture >= 0, "min_texture", min_texture, ">= 0");
   require(independent_rad > 0, "independent_rad", independent_rad, "> 0");
@@ -80,7 +80,7 @@ bool Labrosse2004::Turn() {
   constexpr double kRounding = 1.0 / 12;
   const double variance = kRounding + ShiftVariance(around, kTurn / params_.independent_rad);
   shift_columns_ = 2 * *shift == columns ? -*shift : *shift;
-  estimate_.heading_rad = calib::WrapAngle(at_reference_.heading_rad + *shift * column_rad);
+  estimate_.heading_rad = WrapAngle(at_reference_.heading_rad + *shift * column_rad);
   estimate_.variance_rad2 =
       ChainedVariance(at_reference_.variance_rad2, variance * column_rad * column_rad);
   estimate_.confidence = NormalizedAmplitude(distances);

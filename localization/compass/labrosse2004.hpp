@@ -22,7 +22,7 @@ struct Labrosse2004Params {
   /// rad/s, > 0.
   double unseen_rate_rad_s = 0.5;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// The compass of Labrosse, "Visual compass", TAROS 2004: the heading changes by the whole number

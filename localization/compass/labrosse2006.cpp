@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <numeric>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "localization/compass/field_distance.hpp"
 #include "localization/compass/fields_of_view.hpp"
 #include "localization/compass/heading_variance.hpp"
@@ -24,7 +24,7 @@ constexpr double kTurn = 2 * std::numbers::pi;
 void Labrosse2006Params::Validate() const {
   const auto require = [](bool ok, const char* field, double value, const char* range) {
     if (ok && std::isfinite(value)) return;
-    throw calib::InputError(fmt::format("labrosse2006: {} = {}, must be {}", field, value, range));
+    throw InputError(fmt::format("labrosse2006: {} = {}, must be {}", field, value, range));
   };
   require(field_of_view_rad > 0 && field_of_view_rad <= kTurn,
           "field_of_view_rad",
@@ -109,7 +109,7 @@ void Labrosse2006::Follow(const PanoramaFrame& frame) {
 Labrosse2006::Measurement Labrosse2006::Measure() const {
   const int columns = current_.cols;
   const FieldDistance distance(reference_.panorama, current_, weights_);
-  const double expected_rad = calib::WrapAngle(ExpectedHeading() - reference_.estimate.heading_rad);
+  const double expected_rad = WrapAngle(ExpectedHeading() - reference_.estimate.heading_rad);
   const FoundShift found =
       FindShift([&](int shift) { return std::sqrt(static_cast<double>(distance.Squared(shift))); },
                 columns,
@@ -156,12 +156,12 @@ void Labrosse2006::PreviousBecomesReference() {
 void Labrosse2006::Accept(const Measurement& measured, double stamp_s) {
   const double column_rad = kTurn / current_.cols;
   estimate_.heading_rad =
-      calib::WrapAngle(reference_.estimate.heading_rad + measured.shift_columns * column_rad);
+      WrapAngle(reference_.estimate.heading_rad + measured.shift_columns * column_rad);
   estimate_.variance_rad2 = ChainedVariance(reference_.estimate.variance_rad2,
                                             measured.variance_columns2 * column_rad * column_rad);
   estimate_.confidence = std::clamp(measured.amplitude, 0.0, 1.0);
   turn_per_frame_rad_ =
-      calib::WrapAngle(estimate_.heading_rad - last_.heading_rad) / std::max(frames_since_, 1);
+      WrapAngle(estimate_.heading_rad - last_.heading_rad) / std::max(frames_since_, 1);
   last_ = estimate_;
   last_stamp_s_ = stamp_s;
   frames_since_ = 0;

@@ -46,7 +46,7 @@ struct Labrosse2006Params {
   /// rad/s, > 0.
   double unseen_rate_rad_s = 0.5;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// The compass of Labrosse, "The visual compass: performance and limitations of an appearance-based

@@ -24,7 +24,7 @@ struct CompassParams {
   Labrosse2004Params labrosse2004 = {};
 };
 
-/// @throws calib::InputError on parameters of the method outside their range.
+/// @throws InputError on parameters of the method outside their range.
 std::unique_ptr<Compass> MakeCompass(const CompassParams& params);
 
 }  // namespace ceilmap::compass

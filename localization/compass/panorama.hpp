@@ -10,10 +10,10 @@ namespace ceilmap::compass {
 inline constexpr int kMaxColumns = 16384;
 
 /// @param name  what the panorama is called in messages.
-/// @throws calib::InputError on a panorama that is empty, of another type, or too wide.
+/// @throws InputError on a panorama that is empty, of another type, or too wide.
 void CheckPanorama(const cv::Mat& panorama, const char* name);
 
-/// @throws calib::InputError also when the two differ in size or type.
+/// @throws InputError also when the two differ in size or type.
 void CheckPanoramas(const cv::Mat& reference, const cv::Mat& current);
 
 }  // namespace ceilmap::compass

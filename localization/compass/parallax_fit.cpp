@@ -11,8 +11,8 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -79,7 +79,7 @@ Vector Prior(const ParallaxParams& params, double mean_nearness_rad) {
 void ParallaxParams::Validate() const {
   const auto require = [](bool ok, const char* field, double value, const char* range) {
     if (!ok) {
-      throw calib::InputError(fmt::format("parallax: {} = {}, must be {}", field, value, range));
+      throw InputError(fmt::format("parallax: {} = {}, must be {}", field, value, range));
     }
   };
   require(order >= 0 && order <= kMaxOrder, "order", order, "in [0, 12]");
@@ -140,7 +140,7 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   }
   fit.rotation_rad = x[kRotation];
   fit.variance_rad2 = solver.solve(Vector::Unit(unknowns, kRotation))[kRotation];
-  fit.direction_rad = calib::WrapAngle(x[kDirection]);
+  fit.direction_rad = WrapAngle(x[kDirection]);
   fit.parallax_rad = x[kSeries];
   fit.inlier_part = inliers / sectors_asked;
   fit.cost = cost;

@@ -20,7 +20,7 @@ struct ParallaxParams {
   /// Residuals beyond this many standard deviations count less and less, > 0.
   double robust_sigmas = 2;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Turn and travel that explain the shifts of the sectors.

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::compass {
@@ -50,7 +50,7 @@ CEILMAP_HOT float WeightedSum(const float* values, const float* weights, int n) 
 void SectorParams::Validate() const {
   const auto require = [](bool ok, const char* field, double value, const char* range) {
     if (!ok) {
-      throw calib::InputError(fmt::format("sectors: {} = {}, must be {}", field, value, range));
+      throw InputError(fmt::format("sectors: {} = {}, must be {}", field, value, range));
     }
   };
   require(sectors >= 12 && sectors <= 360, "sectors", sectors, "in [12, 360]");
@@ -144,7 +144,7 @@ void SectorMatcher::MeasureSector(int sector, int expected) {
   // Of the samples under the window so many tell something of their own.
   constexpr double kIndependent = 15;
   const double rad_per_column = 2 * pi / columns_;
-  shifts_.push_back({calib::WrapAngle(pi - rad_per_column * centre),
+  shifts_.push_back({WrapAngle(pi - rad_per_column * centre),
                      shift * rad_per_column,
                      2 * *least / (curvature * kIndependent) * rad_per_column * rad_per_column});
 }

@@ -17,7 +17,7 @@ struct SectorParams {
   /// may move things at the sides.
   double search_rad = 0.175;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// A panorama as SectorMatcher keeps it; memory is reused.
@@ -41,7 +41,7 @@ struct SectorShift {
 /// Holds scratch memory: one object per thread. No allocation after the first call.
 class SectorMatcher {
  public:
-  /// @throws calib::InputError for invalid parameters.
+  /// @throws InputError for invalid parameters.
   SectorMatcher(cv::Size size, int channels, const SectorParams& params = {});
 
   /// @param panorama  CV_8UC1 or CV_8UC3 as given to the constructor.

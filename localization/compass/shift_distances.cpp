@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdlib>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/panorama.hpp"
 #include "mapping/registration/kernels.hpp"
 

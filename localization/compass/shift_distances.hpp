@@ -41,14 +41,14 @@ struct PanoramaSpectrum {
 class ShiftDistances {
  public:
   /// @param size  of the panoramas, pixels. @param channels  1 or 3.
-  /// @throws calib::InputError when no panorama can have that size.
+  /// @throws InputError when no panorama can have that size.
   ShiftDistances(cv::Size size, int channels);
 
   [[nodiscard]] int Columns() const { return columns_; }
   [[nodiscard]] int Channels() const { return channels_; }
 
   /// @param panorama  CV_8UC1 or CV_8UC3 as given to the constructor.
-  /// @throws calib::InputError on another size or type.
+  /// @throws InputError on another size or type.
   void Analyze(const cv::Mat& panorama, PanoramaSpectrum& spectrum);
 
   /// What is compared of two panoramas.

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -60,11 +60,10 @@ std::vector<int> ProbeOffsets(int columns, const ShiftSearchParams& params) {
 
 void ShiftSearchParams::Validate() const {
   if (probes < 2 || probes % 2 != 0) {
-    throw calib::InputError(
-        fmt::format("shift search: probes = {}, must be even and at least 2", probes));
+    throw InputError(fmt::format("shift search: probes = {}, must be even and at least 2", probes));
   }
   if (!(probe_span_rad > 0 && probe_span_rad < kTurn)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("shift search: probe_span_rad = {}, must be in (0, 2 pi)", probe_span_rad));
   }
 }

@@ -13,7 +13,7 @@ struct ShiftSearchParams {
   /// From the first probe to the last, rad, in (0, 2 pi): 20 deg, i.e. up to 10 deg to either side.
   double probe_span_rad = std::numbers::pi / 9;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 struct FoundShift {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
 
@@ -17,14 +17,14 @@ class TravelForecast {
       : camera_(camera) {}
 
   /// A pose, or that there is none. Stamps must increase; others are left out.
-  void See(double stamp_s, const std::optional<calib::Pose2>& T_map_base);
+  void See(double stamp_s, const std::optional<Pose2>& T_map_base);
   /// The way from one moment to a later one; nothing when the last two poses are not of the second
   /// before it.
   [[nodiscard]] std::optional<Eigen::Vector2d> Between(double from_s, double to_s) const;
 
  private:
   Eigen::Vector2d camera_;
-  std::optional<calib::Pose2> last_;
+  std::optional<Pose2> last_;
   double last_s_ = 0;
   std::optional<Eigen::Vector2d> velocity_m_s_;  // in base axes
 };

@@ -26,7 +26,7 @@ struct View {
 /// current view, counter-clockwise, rad.
 class ViewMatcher {
  public:
-  /// @throws calib::InputError when no panorama can have that size.
+  /// @throws InputError when no panorama can have that size.
   ViewMatcher(const FftCompassParams& params, cv::Size size, int channels);
 
   /// Fills all but spot and frame; the view's memory is used again.

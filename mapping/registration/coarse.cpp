@@ -6,7 +6,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::registration {
@@ -210,7 +210,7 @@ void CoarseStage::TurnBack(const FrameSpectrum::Data& current, double theta_rad,
 ImageMotion CoarseStage::ToFull(double theta_rad, double scale, double dx, double dy) const {
   // d is the shift in the reference's axes; the motion's t = s R d. The working picture's centre
   // may lie half a pixel beside the full picture's.
-  ImageMotion turn{0, 0, calib::WrapAngle(theta_rad), scale};
+  ImageMotion turn{0, 0, WrapAngle(theta_rad), scale};
   const Eigen::Vector2d t = turn.Apply(Eigen::Vector2d(dx, dy) * factor_);
   const Eigen::Vector2d offset(
       start_.x + 0.5 * (work_.width * factor_ - 1) - 0.5 * (full_.width - 1),
@@ -321,7 +321,7 @@ std::vector<Hypothesis> CoarseStage::Best(std::vector<Hypothesis> hypotheses) co
     if (h.score < params_.min_relative_score * hypotheses.front().score) break;
     if (static_cast<int>(kept.size()) == params_.max_hypotheses) break;
     const bool twin = std::any_of(kept.begin(), kept.end(), [&](const Hypothesis& k) {
-      return std::abs(calib::WrapAngle(k.motion.theta_rad - h.motion.theta_rad)) < 0.03 &&
+      return std::abs(WrapAngle(k.motion.theta_rad - h.motion.theta_rad)) < 0.03 &&
              std::abs(std::log(k.motion.scale / h.motion.scale)) < 0.03 &&
              std::hypot(k.motion.tx_px - h.motion.tx_px, k.motion.ty_px - h.motion.ty_px) <
                  4.0 * factor_;
@@ -336,7 +336,7 @@ std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Data& referenc
                                              bool estimate_scale,
                                              const std::optional<RotationRange>& near) {
   const auto wanted = [&near](double theta_rad) {
-    return !near || std::abs(calib::WrapAngle(theta_rad - near->theta_rad)) <= near->reach_rad;
+    return !near || std::abs(WrapAngle(theta_rad - near->theta_rad)) <= near->reach_rad;
   };
   std::vector<Hypothesis> hypotheses;
   const auto rotations = polar_.Search({reference.rings.data(), reference.rings.size()},

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::registration {
@@ -142,7 +142,7 @@ bool FineStage::Reaches(const ImageMotion& start, const ImageMotion& motion) con
   constexpr double kReachRad = 0.05;
   return std::hypot(start.tx_px - motion.tx_px, start.ty_px - motion.ty_px) <
              kReachPx * fine_frame_.factor &&
-         std::abs(calib::WrapAngle(start.theta_rad - motion.theta_rad)) < kReachRad;
+         std::abs(WrapAngle(start.theta_rad - motion.theta_rad)) < kReachRad;
 }
 
 Candidate FineStage::Test(const FrameSpectrum::Data& reference,

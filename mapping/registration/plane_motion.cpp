@@ -80,13 +80,13 @@ PlaneCamera PlaneCameraOf(const calib::CeilingView& view) {
   return {view.FocalLength(), view.PrincipalPoint() - centre};
 }
 
-calib::TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view) {
+TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view) {
   // Small turns about x and y of the camera are turns about x and y of base, turned by the camera's
   // yaw. (roll, pitch) there, (pitch, roll) here.
   const Eigen::Matrix2d turn = view.T_base_camera().linear().topLeftCorner<2, 2>();
   const Eigen::Vector2d about = turn * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
   const Eigen::Matrix2d spread = turn * fit.covariance.bottomRightCorner<2, 2>() * turn.transpose();
-  calib::TiltAngles tilt;
+  TiltAngles tilt;
   tilt.angles << about.y(), about.x();
   tilt.covariance << spread(1, 1), spread(1, 0), spread(0, 1), spread(0, 0);
   return tilt;

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/tilt.hpp"
 #include "mapping/registration/motion_fit.hpp"
 
 namespace ceilmap::registration {
@@ -72,7 +72,7 @@ struct PlaneFit {
 /// The fit's tilt as pitch and roll of base, for small tilts: within 0.01 degrees up to 4. The
 /// covariance is the fit's own.
 /// @param view  whose camera took the pictures.
-calib::TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view);
+TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view);
 
 /// Robust least squares (Ceres; Cauchy loss on a robust scale, found twice) of the plane motion
 /// over all blocks; things that hang below the ceiling move by more than the plane and drop out.

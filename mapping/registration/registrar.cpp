@@ -7,8 +7,8 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/fine_stage.hpp"
 #include "mapping/registration/impulses.hpp"
@@ -33,7 +33,7 @@ namespace {
 
 bool Differ(const ImageMotion& a, const ImageMotion& b) {
   return std::hypot(a.tx_px - b.tx_px, a.ty_px - b.ty_px) > 6.0 ||
-         std::abs(calib::WrapAngle(a.theta_rad - b.theta_rad)) > 0.03;
+         std::abs(WrapAngle(a.theta_rad - b.theta_rad)) > 0.03;
 }
 
 /// Squared distance of a motion from the prior, in sigmas.
@@ -41,8 +41,7 @@ double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion) {
   const double dt =
       std::hypot(motion.tx_px - prior.motion.tx_px, motion.ty_px - prior.motion.ty_px) /
       prior.sigma_px;
-  const double dr =
-      calib::WrapAngle(motion.theta_rad - prior.motion.theta_rad) / prior.sigma_theta_rad;
+  const double dr = WrapAngle(motion.theta_rad - prior.motion.theta_rad) / prior.sigma_theta_rad;
   return dt * dt + dr * dr;
 }
 
@@ -93,7 +92,7 @@ double PeriodOf(const std::vector<Finalist>& rivals) {
     for (std::size_t j = i + 1; j < rivals.size(); ++j) {
       const ImageMotion& a = rivals[i].result.motion;
       const ImageMotion& b = rivals[j].result.motion;
-      if (std::abs(calib::WrapAngle(a.theta_rad - b.theta_rad)) > kSameTurn) continue;
+      if (std::abs(WrapAngle(a.theta_rad - b.theta_rad)) > kSameTurn) continue;
       const double step = std::hypot(a.tx_px - b.tx_px, a.ty_px - b.ty_px);
       if (period == 0 || step < period) period = step;
     }
@@ -184,7 +183,7 @@ Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
   constexpr int kLargest = 16384;
   if (std::min(size.width, size.height) < kSmallest ||
       std::max(size.width, size.height) > kLargest) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("pictures of {}x{} cannot be registered; each side must have {} to {} pixels",
                     size.width,
                     size.height,
@@ -192,8 +191,7 @@ Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
                     kLargest));
   }
   if (!params.mask.empty() && (params.mask.type() != CV_8UC1 || params.mask.size() != size)) {
-    throw calib::InputError(
-        "the mask of a registrar must be an 8-bit picture of its pictures' size");
+    throw InputError("the mask of a registrar must be an 8-bit picture of its pictures' size");
   }
   impl_ = std::make_unique<Impl>(size, params);
 }
@@ -203,14 +201,14 @@ Registrar& Registrar::operator=(Registrar&&) noexcept = default;
 
 void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
   if (grey.type() != CV_8UC1 || grey.size() != impl_->size) {
-    throw calib::InputError(fmt::format("picture of {}x{} where {}x{} grey is expected",
-                                        grey.cols,
-                                        grey.rows,
-                                        impl_->size.width,
-                                        impl_->size.height));
+    throw InputError(fmt::format("picture of {}x{} where {}x{} grey is expected",
+                                 grey.cols,
+                                 grey.rows,
+                                 impl_->size.width,
+                                 impl_->size.height));
   }
   if (!mask.empty() && (mask.type() != CV_8UC1 || mask.size() != impl_->size)) {
-    throw calib::InputError("a picture's mask must be an 8-bit picture of its size");
+    throw InputError("a picture's mask must be an 8-bit picture of its size");
   }
 }
 

@@ -122,7 +122,7 @@ class Registrar {
   /// Pictures whose shorter side is below 240 px have few blocks to vote with: exact to a tenth of
   /// a pixel (96 px: to a third), and sooner lost where much of what they see is new. They take as
   /// long as pictures of twice their size.
-  /// @throws calib::InputError when a side has less than 96 or more than 16384 pixels.
+  /// @throws InputError when a side has less than 96 or more than 16384 pixels.
   explicit Registrar(cv::Size size, const RegistrarParams& params = {});
   ~Registrar();
   Registrar(Registrar&&) noexcept;
@@ -130,7 +130,7 @@ class Registrar {
 
   /// @param grey  CV_8UC1 of the registrar's size. @param mask  the same, 0 where this picture has
   /// no content beyond what all lack (RegistrarParams::mask); empty: none.
-  /// @throws calib::InputError on another type or size.
+  /// @throws InputError on another type or size.
   [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey, const cv::Mat& mask = {});
 
   /// The same for Refine and RefinePlane alone, at a third of the time: a frame whose motion is

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <limits>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::registration {
 
@@ -17,7 +17,7 @@ Eigen::Vector2d ImageMotion::Apply(const Eigen::Vector2d& x_centred) const {
 }
 
 ImageMotion ImageMotion::Inverse() const {
-  ImageMotion inverse{0, 0, calib::WrapAngle(-theta_rad), 1 / scale};
+  ImageMotion inverse{0, 0, WrapAngle(-theta_rad), 1 / scale};
   const Eigen::Vector2d t = inverse.Apply({tx_px, ty_px});
   inverse.tx_px = -t.x();
   inverse.ty_px = -t.y();
@@ -26,10 +26,7 @@ ImageMotion ImageMotion::Inverse() const {
 
 ImageMotion Compose(const ImageMotion& second, const ImageMotion& first) {
   const Eigen::Vector2d t = second.Apply({first.tx_px, first.ty_px});
-  return {t.x(),
-          t.y(),
-          calib::WrapAngle(second.theta_rad + first.theta_rad),
-          second.scale * first.scale};
+  return {t.x(), t.y(), WrapAngle(second.theta_rad + first.theta_rad), second.scale * first.scale};
 }
 
 double OverlapOf(const ImageMotion& motion, cv::Size size) {

@@ -21,9 +21,7 @@ Tilt TiltAt(const Debris& debris, double way_m) {
   return tilt;
 }
 
-Eigen::Isometry3d TiltedBase(const calib::Pose2& T_map_axle,
-                             const Tilt& tilt,
-                             double axle_behind_mast_m) {
+Eigen::Isometry3d TiltedBase(const Pose2& T_map_axle, const Tilt& tilt, double axle_behind_mast_m) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = Vector3d(T_map_axle.x, T_map_axle.y, 0);
   T.rotate(AngleAxisd(T_map_axle.yaw, Vector3d::UnitZ()));

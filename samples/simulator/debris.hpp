@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace ceilmap::simulator {
@@ -22,8 +22,6 @@ Tilt TiltAt(const Debris& debris, double way_m);
 /// T_map_base = Trans(x, y, 0) Rz(yaw) Ry(-pitch) Rx(roll) Trans(a, 0, 0): the wheels of the axle
 /// stay on the floor, the foot of the mast rises by a sin(pitch).
 /// @param T_map_axle  middle of the axle, on the floor.
-Eigen::Isometry3d TiltedBase(const calib::Pose2& T_map_axle,
-                             const Tilt& tilt,
-                             double axle_behind_mast_m);
+Eigen::Isometry3d TiltedBase(const Pose2& T_map_axle, const Tilt& tilt, double axle_behind_mast_m);
 
 }  // namespace ceilmap::simulator

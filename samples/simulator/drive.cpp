@@ -8,7 +8,6 @@
 namespace ceilmap::simulator {
 namespace {
 
-using calib::Pose2;
 using Eigen::Vector2d;
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -44,7 +43,7 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
       break;
     }
     const double turn =
-        calib::WrapAngle(Heading(points[i + 1], points[i + 2]) - Heading(points[i], points[i + 1]));
+        WrapAngle(Heading(points[i + 1], points[i + 2]) - Heading(points[i], points[i + 1]));
     double radius = std::abs(turn) < kLargestArc ? path.corner_radius_m : 0;
     const double per_radius = std::tan(std::abs(turn) / 2);
     const double next_length = (points[i + 2] - points[i + 1]).norm();
@@ -76,7 +75,7 @@ void Drive::AddCorner(double turn_rad, double radius_m) {
 
 Pose2 Drive::Piece::At(double along) const {
   const double turn = curvature * along;
-  const Pose2 end{start.x, start.y, calib::WrapAngle(start.yaw + turn)};
+  const Pose2 end{start.x, start.y, WrapAngle(start.yaw + turn)};
   if (on_spot) return end;
   // The chord of the arc leads half of the turn to the left.
   const double half = turn / 2;

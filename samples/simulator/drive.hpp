@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace ceilmap::simulator {
@@ -22,20 +22,20 @@ class Drive {
   /// Seconds from start to end, both at rest.
   [[nodiscard]] double Duration() const;
   /// The axle's pose, T_map_axle, x along the drive. Before the start and after the end it rests.
-  [[nodiscard]] calib::Pose2 PoseAt(double time_s) const;
+  [[nodiscard]] Pose2 PoseAt(double time_s) const;
   /// Metres that the axle has travelled; a turn on the spot adds none.
   [[nodiscard]] double WayAt(double time_s) const;
 
  private:
   // A line, an arc or a turn on the spot.
   struct Piece {
-    calib::Pose2 start;
+    Pose2 start;
     double extent = 0;     // metres, radians for a turn on the spot
     double curvature = 0;  // left turn in rad per metre; +-1 for a turn on the spot
     bool on_spot = false;
     double way_m = 0;  // travelled before
     [[nodiscard]] double WayTo(double along) const { return way_m + (on_spot ? 0 : along); }
-    [[nodiscard]] calib::Pose2 At(double along) const;
+    [[nodiscard]] Pose2 At(double along) const;
   };
   // Pieces [first, last) driven with one rise and one fall of the speed.
   struct Stretch {

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/debris.hpp"
 #include "samples/simulator/drive.hpp"
 #include "samples/simulator/random.hpp"
@@ -16,7 +16,7 @@ namespace {
 
 using Points = std::vector<std::array<double, 2>>;
 
-Eigen::Isometry3d OnFloor(const calib::Pose2& pose) {
+Eigen::Isometry3d OnFloor(const Pose2& pose) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   T.translation() = Eigen::Vector3d(pose.x, pose.y, 0);
@@ -84,10 +84,10 @@ Points PathPoints(const Scene& scene) {
 
 /// Where the robot is, tilted where something lies in its way.
 Eigen::Isometry3d BaseAt(const Scene& scene, const Drive& drive, double time_s) {
-  const calib::Pose2 T_map_axle = drive.PoseAt(time_s);
+  const Pose2 T_map_axle = drive.PoseAt(time_s);
   const Tilt tilt = TiltAt(scene.debris, drive.WayAt(time_s));
   if (!tilt.IsLevel()) return TiltedBase(T_map_axle, tilt, scene.axle_behind_mast_m);
-  return OnFloor(T_map_axle * calib::Pose2{scene.axle_behind_mast_m, 0, 0});
+  return OnFloor(T_map_axle * Pose2{scene.axle_behind_mast_m, 0, 0});
 }
 
 std::vector<Frame> PlannedFrames(const Scene& scene) {
@@ -96,7 +96,7 @@ std::vector<Frame> PlannedFrames(const Scene& scene) {
   double count = std::ceil(drive.Duration() * path.frame_rate_hz - 1e-9) + 1;
   if (path.max_frames > 0) count = std::min(count, static_cast<double>(path.max_frames));
   if (!(count <= static_cast<double>(kMostFrames))) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("the path takes {:.0f} frames, must be at most {}; shorten it or lower "
                     "path.frame_rate_hz",
                     count,
@@ -122,7 +122,7 @@ std::vector<Frame> PlannedFrames(const Scene& scene) {
 
 }  // namespace
 
-Frame StillFrame(std::int64_t index, const calib::Pose2& T_map_base, double stamp_s) {
+Frame StillFrame(std::int64_t index, const Pose2& T_map_base, double stamp_s) {
   const Eigen::Isometry3d pose = OnFloor(T_map_base);
   return {index, stamp_s, pose, pose, pose, pose, pose};
 }

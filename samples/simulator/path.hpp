@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace ceilmap::simulator {
@@ -22,7 +22,7 @@ struct Frame {
 };
 
 /// A frame of a robot at rest on the level floor.
-Frame StillFrame(std::int64_t index, const calib::Pose2& T_map_base, double stamp_s = 0);
+Frame StillFrame(std::int64_t index, const Pose2& T_map_base, double stamp_s = 0);
 
 /// Metres that the axle travels on the whole path of a valid scene; 0 for PathKind::kTum.
 double PathLength(const Scene& scene);
@@ -31,7 +31,7 @@ double PathLength(const Scene& scene);
 inline constexpr std::int64_t kMostFrames = 10'000'000;
 
 /// The frames of the scene's drive, at most path.max_frames when that is not 0. Never empty.
-/// @throws calib::InputError when the scene is not valid, the drive is longer than kMostFrames, or
+/// @throws InputError when the scene is not valid, the drive is longer than kMostFrames, or
 ///   given poses (PathKind::kTum) cannot be used.
 std::vector<Frame> MakePath(const Scene& scene);
 

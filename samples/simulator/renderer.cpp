@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/camera_rays.hpp"
 #include "samples/simulator/fixtures.hpp"
 #include "samples/simulator/motion_blur.hpp"
@@ -119,14 +119,14 @@ struct Renderer::Parts {
 
   [[nodiscard]] const Eye& Forward() const {
     if (!forward) {
-      throw calib::InputError("the scene has no forward camera; give it the group 'forward'");
+      throw InputError("the scene has no forward camera; give it the group 'forward'");
     }
     return *forward;
   }
 
   [[nodiscard]] const OmniEye& Omni() const {
     if (!omni) {
-      throw calib::InputError("the scene has no omnidirectional camera; give it the group 'omni'");
+      throw InputError("the scene has no omnidirectional camera; give it the group 'omni'");
     }
     return *omni;
   }

@@ -24,7 +24,7 @@ std::string RigYaml(const Scene& scene);
 /// camera whatever the room's size).
 class Renderer {
  public:
-  /// @throws calib::InputError when the scene is not valid.
+  /// @throws InputError when the scene is not valid.
   explicit Renderer(const Scene& scene);
   ~Renderer();
   Renderer(Renderer&&) noexcept;
@@ -34,11 +34,11 @@ class Renderer {
   [[nodiscard]] cv::Mat Render(const Frame& frame) const;
   /// The forward camera's picture: of its size, CV_8UC1, or CV_8UC3 (blue, green, red) where
   /// forward.saturation is not 0. It neither changes Render() nor depends on it. @throws
-  /// calib::InputError when the scene has no forward camera.
+  /// InputError when the scene has no forward camera.
   [[nodiscard]] cv::Mat RenderForward(const Frame& frame) const;
   /// The picture of the camera under the mirror: CV_8UC3 of its size, blue, green, red. A point
   /// p_map appears where the mirror of OmniCamera shows it, to a few hundredths of a pixel.
-  /// @throws calib::InputError when the scene has no omni camera.
+  /// @throws InputError when the scene has no omni camera.
   [[nodiscard]] cv::Mat RenderOmni(const Frame& frame) const;
   /// The light that falls on the upward camera's pixels, before all that Picture describes:
   /// CV_32FC1, 1 = white. A frame at T_map_base; without movers, motion blur, optical blur,

@@ -5,14 +5,13 @@
 #include <numbers>
 #include <string>
 
-#include "calib/yaml_text.hpp"
+#include "calib/base/yaml_text.hpp"
 #include "samples/simulator/mirror_rays.hpp"
 #include "samples/simulator/renderer.hpp"
 
 namespace ceilmap::simulator {
 namespace {
 
-using calib::NumberText;
 using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -143,7 +142,7 @@ std::string RigYaml(const Scene& scene) {
   std::string text =
       "# lengths in metres, angles in radians; poses are \"camera optical frame in base_link\" "
       "(p_base = R p_cam + t)\n";
-  text += fmt::format("robot: {}\n", calib::QuotedText(scene.robot));
+  text += fmt::format("robot: {}\n", QuotedText(scene.robot));
   text += fmt::format("a: {:.12g}   # the pivot axle is at base_link x = -a\n",
                       scene.axle_behind_mast_m);
   text += scene.forward

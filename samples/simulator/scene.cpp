@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/scene_fields.hpp"
 
@@ -12,7 +12,7 @@ namespace ceilmap::simulator {
 namespace {
 
 [[noreturn]] void Fail(const std::string& key, double value, const std::string& must_be) {
-  throw calib::InputError(fmt::format("{} = {:g}, must be {}", key, value, must_be));
+  throw InputError(fmt::format("{} = {:g}, must be {}", key, value, must_be));
 }
 
 void CheckRange(const std::string& key, double value, double least, double most) {
@@ -60,8 +60,7 @@ void CheckDebris(const Scene& scene) {
     CheckGroup(fmt::format("debris.bumps[{}]", i).c_str(), bumps[i], kBumpFields);
   }
   if (!bumps.empty() && scene.path.kind == PathKind::kTum) {
-    throw calib::InputError(
-        "debris.bumps must be absent for path.kind tum, whose poses hold the tilt");
+    throw InputError("debris.bumps must be absent for path.kind tum, whose poses hold the tilt");
   }
   const double length_m = bumps.empty() ? 0 : PathLength(scene);
   for (std::size_t i = 0; i < bumps.size(); ++i) {
@@ -146,7 +145,7 @@ void CheckPath(const Scene& scene) {
   const Path& path = scene.path;
   if (path.kind == PathKind::kTum) {
     if (path.tum_file.empty()) {
-      throw calib::InputError("path.tum_file is missing, must be given for kind tum");
+      throw InputError("path.tum_file is missing, must be given for kind tum");
     }
     return;
   }
@@ -154,7 +153,7 @@ void CheckPath(const Scene& scene) {
   const double width = scene.room.width_m;
   if (path.kind == PathKind::kWaypoints) {
     if (path.waypoints_m.size() < 2) {
-      throw calib::InputError("path.waypoints_m is too short, must be at least two points");
+      throw InputError("path.waypoints_m is too short, must be at least two points");
     }
     for (std::size_t i = 0; i < path.waypoints_m.size(); ++i) {
       const std::string name = fmt::format("path.waypoints_m[{}].", i);
@@ -166,7 +165,7 @@ void CheckPath(const Scene& scene) {
   const auto& area = path.area_m;
   if (!(area[0] >= 0 && area[2] > area[0] && area[2] <= length && area[1] >= 0 &&
         area[3] > area[1] && area[3] <= width)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("path.area_m = [{:g}, {:g}, {:g}, {:g}], must be x_min, y_min, x_max, y_max "
                     "inside of the room of {:g} x {:g} m",
                     area[0],

@@ -279,7 +279,7 @@ struct Scene {
   Path path;
   Debris debris;  ///< not with PathKind::kTum, whose poses hold the tilt themselves
 
-  /// @throws calib::InputError `KEY = VALUE, must be ...` for the first field out of range, and
+  /// @throws InputError `KEY = VALUE, must be ...` for the first field out of range, and
   /// when
   ///   parts do not fit each other (camera above the ceiling, area outside of the room, ...).
   void Validate() const;
@@ -287,7 +287,7 @@ struct Scene {
 
 /// Reads a scene strictly: an unknown key, one that the chosen kind does not use, a wrong type or
 /// an impossible value is an error. The result is valid.
-/// @throws calib::InputError `FILE:LINE: KEY = VALUE, must be ...; how to mend`
+/// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to mend`
 Scene ReadScene(const std::filesystem::path& file);
 
 /// The same from a text. @param file  its name in messages; relative paths start at its folder.

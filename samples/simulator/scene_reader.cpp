@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "calib/error.hpp"
-#include "calib/yaml_value.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/yaml_value.hpp"
 #include "samples/simulator/scene.hpp"
 #include "samples/simulator/scene_fields.hpp"
 
 namespace ceilmap::simulator {
 namespace {
-
-using calib::YamlValue;
 
 constexpr std::string_view kWhat = "a scene file (format: samples/simulator/README.md)";
 
@@ -269,14 +267,14 @@ Scene ParseScene(const std::string& text, const std::filesystem::path& file) {
   Scene scene = ReadAll(YamlValue::Parse(text, file, kWhat));
   try {
     scene.Validate();
-  } catch (const calib::InputError& error) {
-    throw calib::InputError(fmt::format("{}: {}", file.string(), error.what()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", file.string(), error.what()));
   }
   return scene;
 }
 
 Scene ReadScene(const std::filesystem::path& file) {
-  return ParseScene(calib::ReadSettingsText(file, kWhat), file);
+  return ParseScene(ReadSettingsText(file, kWhat), file);
 }
 
 }  // namespace ceilmap::simulator

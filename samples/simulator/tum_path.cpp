@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 using Eigen::Isometry3d;
 
 [[noreturn]] void Fail(const Scene& scene, const Frame& frame, const std::string& what) {
-  throw calib::InputError(
+  throw InputError(
       fmt::format("{}: at {:.6f} s {}", scene.path.tum_file.string(), frame.stamp_s, what));
 }
 
@@ -60,14 +60,13 @@ Isometry3d Near(const std::vector<Frame>& frames, std::size_t i, double offset_s
 
 std::vector<Frame> TumFrames(const Scene& scene) {
   if (scene.path.poses.empty()) {
-    throw calib::InputError(
-        fmt::format("{}: no poses of it were read", scene.path.tum_file.string()));
+    throw InputError(fmt::format("{}: no poses of it were read", scene.path.tum_file.string()));
   }
   if (scene.path.poses.size() > static_cast<std::size_t>(kMostFrames)) {
-    throw calib::InputError(fmt::format("{}: holds {} poses, must be at most {}; split it",
-                                        scene.path.tum_file.string(),
-                                        scene.path.poses.size(),
-                                        kMostFrames));
+    throw InputError(fmt::format("{}: holds {} poses, must be at most {}; split it",
+                                 scene.path.tum_file.string(),
+                                 scene.path.poses.size(),
+                                 kMostFrames));
   }
   std::vector<Frame> frames;
   frames.reserve(scene.path.poses.size());

@@ -8,7 +8,7 @@ namespace ceilmap::simulator {
 
 /// One frame for each pose of scene.path.poses, at most path.max_frames. Between them the robot
 /// moves evenly.
-/// @throws calib::InputError naming path.tum_file when there are no poses, stamps do not rise, or a
+/// @throws InputError naming path.tum_file when there are no poses, stamps do not rise, or a
 ///   pose's camera is not inside of the room.
 std::vector<Frame> TumFrames(const Scene& scene);
 

@@ -8,7 +8,7 @@ namespace ceilmap::app {
 namespace {
 
 TEST(ParsePose2, TakesDegreesAndWraps) {
-  const calib::Pose2 pose = ParsePose2("-1.5,+2,450", "--origin");
+  const Pose2 pose = ParsePose2("-1.5,+2,450", "--origin");
   EXPECT_DOUBLE_EQ(pose.x, -1.5);
   EXPECT_DOUBLE_EQ(pose.y, 2);
   EXPECT_NEAR(pose.yaw, std::numbers::pi / 2, 1e-12);
@@ -53,7 +53,7 @@ TEST(ParseSpread, MetresAndDegrees) {
   EXPECT_EQ(spread.position_m, 0.5);
   EXPECT_NEAR(spread.yaw_rad, std::numbers::pi / 10, 1e-12);
   for (const char* bad : {"", "1", "0,1", "1,-1", "1,2,3", "a,b", "nan,1"}) {
-    EXPECT_THROW((void)ParseSpread(bad, "--start-spread"), calib::InputError) << bad;
+    EXPECT_THROW((void)ParseSpread(bad, "--start-spread"), InputError) << bad;
   }
 }
 

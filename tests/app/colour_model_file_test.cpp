@@ -137,7 +137,7 @@ class BadModelTest : public testing::TestWithParam<BadModel> {};
 std::string MessageOf(const std::filesystem::path& file) {
   try {
     (void)ReadColourModel(file);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "";
@@ -287,7 +287,7 @@ TEST(ColourModelFile, ThatUnpacksToTooMuch) {
   try {
     (void)ParseColourModel(text, "m", 15 * 2 * 64 - 1);
     ADD_FAILURE() << "no error";
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     EXPECT_EQ(error.what(),
               std::string("m: cell 14, entry 1: more frequencies than a model may have") + kAnew);
   }

@@ -13,17 +13,13 @@
 namespace ceilmap::app {
 namespace {
 
-using calib::Pose2;
-using evaluation::StampedPose;
-
 /// Three rounds of a circle.
 std::vector<StampedPose> Circle() {
   std::vector<StampedPose> poses;
   for (int i = 0; i < 200; ++i) {
     const double a = 0.1 * i;
-    poses.push_back(evaluation::ToStampedPose(
-        50 + 0.1 * i,
-        {2 * std::cos(a), 2 * std::sin(a), calib::WrapAngle(a + std::numbers::pi / 2)}));
+    poses.push_back(ToStampedPose(
+        50 + 0.1 * i, {2 * std::cos(a), 2 * std::sin(a), WrapAngle(a + std::numbers::pi / 2)}));
   }
   return poses;
 }
@@ -31,7 +27,7 @@ std::vector<StampedPose> Circle() {
 std::vector<StampedPose> Moved(const std::vector<StampedPose>& poses, const Pose2& T) {
   std::vector<StampedPose> moved;
   for (const StampedPose& pose : poses) {
-    moved.push_back(evaluation::ToStampedPose(pose.stamp_s, T * evaluation::PlanarPose(pose)));
+    moved.push_back(ToStampedPose(pose.stamp_s, T * PlanarPose(pose)));
   }
   return moved;
 }
@@ -85,8 +81,8 @@ TEST(ComparisonFigures, OfAMapInAnotherScaleFitThatMap) {
 TEST(ComparisonFigures, CarryTheErrorsOfEachFrame) {
   const std::vector<StampedPose> truth = Circle();
   std::vector<StampedPose> estimate = truth;
-  const Pose2 off = evaluation::PlanarPose(truth[7]);
-  estimate[7] = evaluation::ToStampedPose(truth[7].stamp_s, {off.x + 0.3, off.y, off.yaw + 0.1});
+  const Pose2 off = PlanarPose(truth[7]);
+  estimate[7] = ToStampedPose(truth[7].stamp_s, {off.x + 0.3, off.y, off.yaw + 0.1});
   const auto errors =
       evaluation::EvaluateTrajectory(truth, estimate, {.align = evaluation::Alignment::kNone});
   const FigurePose pose =

@@ -18,7 +18,7 @@ class ComparisonPageTest : public testing::Test {
     std::vector<StampedPose> truth;
     std::vector<StampedPose> estimate;
     for (int i = 0; i <= 10; ++i) {
-      const calib::Pose2 T_truth_base{1.0 * i, 0, 0.1};
+      const Pose2 T_truth_base{1.0 * i, 0, 0.1};
       truth.push_back(ToStampedPose(i, T_truth_base));
       estimate.push_back(ToStampedPose(i, kTEstimateTruth * T_truth_base));
     }
@@ -41,7 +41,7 @@ class ComparisonPageTest : public testing::Test {
     params_.estimates = {(folder_ / "run.csv").string()};
   }
 
-  const calib::Pose2 kTEstimateTruth{5, -3, std::numbers::pi / 2};
+  const Pose2 kTEstimateTruth{5, -3, std::numbers::pi / 2};
   TestFolder folder_;
   ComparisonParams params_;
 };
@@ -54,9 +54,8 @@ TEST_F(ComparisonPageTest, RunsLieOnTheTruthInEitherFrame) {
     ASSERT_EQ(data.paths.size(), 2U);
     EXPECT_EQ(data.paths[0].role, page::PathRole::kTruth);
     EXPECT_EQ(data.paths[1].name, "run");
-    const calib::Pose2 last = frame == ShownFrame::kTruth
-                                  ? calib::Pose2{10, 0, 0.1}
-                                  : kTEstimateTruth * calib::Pose2{10, 0, 0.1};
+    const Pose2 last =
+        frame == ShownFrame::kTruth ? Pose2{10, 0, 0.1} : kTEstimateTruth * Pose2{10, 0, 0.1};
     for (const page::PagePath& path : data.paths) {
       ASSERT_EQ(path.poses.size(), 11U);
       EXPECT_NEAR(path.poses.back().x, last.x, 1e-6);

@@ -38,10 +38,10 @@ TEST(PosesByTime, GivesTheNearest) {
 }
 
 TEST(TiltOf, KeepsPitchAndRoll) {
-  calib::Tilt tilt;
+  Tilt tilt;
   tilt.pitch_rad = 0.1;
   tilt.roll_rad = -0.05;
-  const calib::Tilt again = TiltOf(ToStampedPose(1, {1, 2, 2.5}, tilt));
+  const Tilt again = TiltOf(ToStampedPose(1, {1, 2, 2.5}, tilt));
   EXPECT_NEAR(again.pitch_rad, 0.1, 1e-9);
   EXPECT_NEAR(again.roll_rad, -0.05, 1e-9);
 }

@@ -42,7 +42,7 @@ TEST(ReadCsv, NamesTheFaultyLine) {
 std::string MessageOf(const std::string& text, std::size_t most_fields = kMaxCsvFields) {
   try {
     (void)ParseCsv(text, "t.csv", most_fields);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "";
@@ -62,7 +62,7 @@ TEST(ParseCsv, ShowsOfAFieldWhatCanBeShown) {
   try {
     (void)table.Number(table.rows[0], 1);
     ADD_FAILURE() << "no error";
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     EXPECT_EQ(error.what(), "t.csv:2: b '?[2J" + std::string(56, 'x') + "...' is not a number");
   }
 }

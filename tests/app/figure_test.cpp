@@ -76,7 +76,7 @@ TEST_F(FigureTest, TellsWhatGnuplotDidNotLike) {
   try {
     figures.Draw(figure);
     ADD_FAILURE() << "no error";
-  } catch (const calib::RunError& error) {
+  } catch (const RunError& error) {
     EXPECT_THAT(error.what(), HasSubstr("line.gp: gnuplot could not draw it: "));
     EXPECT_THAT(error.what(), HasSubstr("none.csv"));
     EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
@@ -97,7 +97,7 @@ TEST(FigureFolder, NeedsGnuplot) {
   try {
     const FigureFolder figures(folder / "plots");
     ADD_FAILURE() << "no error";
-  } catch (const calib::RunError& error) {
+  } catch (const RunError& error) {
     EXPECT_THAT(error.what(), StartsWith("gnuplot, which draws figures, is not installed; "));
   }
   EXPECT_THAT(folder.Names(), IsEmpty());

@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/app/test_folder.hpp"
 
 namespace ceilmap::app {
@@ -28,7 +28,7 @@ TEST(ReadHeadings, NamesWhatIsWrongAndWhere) {
     folder.Write("h.csv", text);
     try {
       (void)ReadHeadings(folder / "h.csv");
-    } catch (const calib::InputError& error) {
+    } catch (const InputError& error) {
       return error.what();
     }
     return "";

@@ -9,9 +9,7 @@ namespace ceilmap::app {
 namespace {
 
 /// A ceiling with one bright spot; what a view at a pose sees of it.
-cv::Mat Look(const calib::CeilingView& view,
-             const calib::Pose2& T_map_base,
-             const Eigen::Vector2d& spot) {
+cv::Mat Look(const calib::CeilingView& view, const Pose2& T_map_base, const Eigen::Vector2d& spot) {
   cv::Mat picture(view.Size(), CV_8UC1, cv::Scalar(50));
   const Eigen::Vector2d p_view = (T_map_base * view.T_base_view()).Inverse() * spot;
   const cv::Point2d pixel(p_view.x() / view.MetresPerPixel() + 0.5 * (view.Size().width - 1),
@@ -41,8 +39,7 @@ TEST(LiveMosaic, IsEmptyBeforeTheFirstPicture) {
 TEST(LiveMosaic, PicturesLieWhereTheyWereTaken) {
   const calib::CeilingView view = View();
   const Eigen::Vector2d spot(4.1, -2.3);
-  for (const calib::Pose2& pose :
-       {calib::Pose2{4, -2, 0}, {4.3, -2.6, 2}, {3.7, -2.1, -1.2}, {4, -3, 3.1}}) {
+  for (const Pose2& pose : {Pose2{4, -2, 0}, {4.3, -2.6, 2}, {3.7, -2.1, -1.2}, {4, -3, 3.1}}) {
     LiveMosaic mosaic(view);
     mosaic.Add(Look(view, pose, spot), pose);
     const Mosaic copy = mosaic.Copy();
@@ -55,8 +52,7 @@ TEST(LiveMosaic, GrowsToAllSidesWithoutMovingWhatIsThere) {
   const Eigen::Vector2d spot(0.3, 0.2);
   LiveMosaic mosaic(view);
   mosaic.Add(Look(view, {}, spot), {});
-  for (const calib::Pose2& far :
-       {calib::Pose2{5, 0, 0.3}, {-5, 0, 0.3}, {0, 5, 0.3}, {0, -5, 0.3}}) {
+  for (const Pose2& far : {Pose2{5, 0, 0.3}, {-5, 0, 0.3}, {0, 5, 0.3}, {0, -5, 0.3}}) {
     mosaic.Add(cv::Mat(view.Size(), CV_8UC1, cv::Scalar(50)), far);
     const Mosaic copy = mosaic.Copy();
     EXPECT_LT((SpotOn(copy) - spot).norm(), copy.grid.resolution);

@@ -55,7 +55,7 @@ class OmniHeadingsTest : public testing::Test {
             std::make_unique<GreyCompass>(stamps_, travels_),
             {0.5, 0}};
   }
-  static double Deg(const std::optional<calib::HeadingPrior>& heading) {
+  static double Deg(const std::optional<HeadingPrior>& heading) {
     return heading.value().heading_rad * 180 / std::numbers::pi;
   }
 
@@ -133,7 +133,7 @@ TEST_F(OmniHeadingsTest, TellTheCompassHowTheMirrorTravels) {
   for (int i = 0; i < kFrames; ++i) {
     ASSERT_TRUE(frames.Read(frame));
     // Sideways along the wall, turning; once it was lost.
-    frames.Locate(i == 4 ? std::nullopt : std::optional(calib::Pose2{1, 0.2 * i, 0.1 * i}));
+    frames.Locate(i == 4 ? std::nullopt : std::optional(Pose2{1, 0.2 * i, 0.1 * i}));
   }
   // A frame is looked at while the one before is located, so two poses must be known before that.
   ASSERT_EQ(travels_.size(), kFrames);

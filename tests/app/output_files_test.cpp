@@ -58,7 +58,7 @@ TEST(WriteText, WithoutCommitTheOldFileStays) {
   const TestFolder folder;
   const auto file = folder.Write("a.json", "old");
   {
-    const mapping::AtomicFile aside(file);
+    const AtomicFile aside(file);
     WriteText(aside, "new");
     EXPECT_EQ(ReadAll(file), "old");
   }
@@ -69,8 +69,8 @@ TEST(WriteText, WithoutCommitTheOldFileStays) {
 TEST(WriteText, ASecondWriterOfAFileIsRefused) {
   const TestFolder folder;
   {
-    const mapping::AtomicFile first(folder / "a.json");
-    ExpectInputError([&] { const mapping::AtomicFile second(folder / "a.json"); },
+    const AtomicFile first(folder / "a.json");
+    ExpectInputError([&] { const AtomicFile second(folder / "a.json"); },
                      {"a.json: another run is writing it"});
     WriteText(first, "new");
   }

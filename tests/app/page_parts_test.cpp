@@ -14,7 +14,7 @@ using mapping::TrackingStatus;
 using std::numbers::pi;
 using testing::ElementsAre;
 
-FramePose Frame(double stamp_s, const calib::Pose2& T_map_base) {
+FramePose Frame(double stamp_s, const Pose2& T_map_base) {
   FramePose frame;
   frame.stamp_s = stamp_s;
   frame.T_map_base = T_map_base;

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "app/page_http.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -56,7 +56,7 @@ TEST(ServerAddress, IsAPortAndPerhapsAHost) {
   EXPECT_EQ(ParseServerAddress("0.0.0.0:80", "--live-at").host, "0.0.0.0");
   EXPECT_EQ(ParseServerAddress("[::1]:0", "--live-at").host, "::1");
   for (const char* wrong : {"", "x", "-1", "65536", "1e3", ":80", "host:", "80:host", " 80"}) {
-    EXPECT_THROW(ParseServerAddress(wrong, "--live-at"), calib::InputError) << wrong;
+    EXPECT_THROW(ParseServerAddress(wrong, "--live-at"), InputError) << wrong;
   }
 }
 
@@ -105,8 +105,8 @@ TEST(PageServer, RefusesOtherNamesOfThisMachine) {
 
 TEST(PageServer, APortIsServedByOne) {
   const auto server = Serve();
-  EXPECT_THROW(PageServer({"127.0.0.1", PortOf(*server)}, {}), calib::InputError);
-  EXPECT_THROW(PageServer({"198.51.100.1", 0}, {}), calib::InputError);  // not of this machine
+  EXPECT_THROW(PageServer({"127.0.0.1", PortOf(*server)}, {}), InputError);
+  EXPECT_THROW(PageServer({"198.51.100.1", 0}, {}), InputError);  // not of this machine
 }
 
 TEST(PageServer, WhoDawdlesKeepsNobodyElseWaiting) {

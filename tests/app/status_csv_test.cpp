@@ -52,8 +52,8 @@ TEST(StatusCsv, IsReadBack) {
   ASSERT_EQ(record.poses.size(), 1U);
   EXPECT_EQ(record.poses[0].stamp_s, 12.5);
   EXPECT_NEAR((record.poses[0].position - Eigen::Vector3d(1, -2.25, 0)).norm(), 0, 1e-12);
-  EXPECT_NEAR(evaluation::YawOf(record.poses[0]), 0.75, 1e-6);
-  EXPECT_NEAR(evaluation::PitchOf(record.poses[0]), 0.1, 1e-6);
+  EXPECT_NEAR(YawOf(record.poses[0]), 0.75, 1e-6);
+  EXPECT_NEAR(PitchOf(record.poses[0]), 0.1, 1e-6);
   ASSERT_EQ(record.covariances.size(), 1U);
   EXPECT_NEAR(record.covariances[0](1, 1), 4e-6, 1e-9);
   EXPECT_NEAR(record.covariances[0](2, 2), 1e-4, 1e-6);

@@ -12,7 +12,7 @@
 #include <system_error>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::app {
 
@@ -69,7 +69,7 @@ void ExpectInputError(const Action& action, const std::vector<std::string>& part
   try {
     action();
     ADD_FAILURE() << "no error";
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     const std::string text = error.what();
     EXPECT_THAT(text, testing::Not(testing::HasSubstr("\n")));
     for (const std::string& part : parts) EXPECT_THAT(text, testing::HasSubstr(part));

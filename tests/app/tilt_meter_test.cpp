@@ -20,7 +20,7 @@ TEST(TiltOptions, SayWhatIsMissing) {
   const auto error_of = [](const TiltOptions& options, bool have_rig) -> std::string {
     try {
       options.Check(have_rig);
-    } catch (const calib::InputError& error) {
+    } catch (const InputError& error) {
       return error.what();
     }
     return "";
@@ -93,8 +93,8 @@ struct Drive {
     const simulator::Renderer renderer(compensation::synthetic::Lab());
     rig = renderer.GetRig();
     for (int i = 0; i < 8; ++i) {
-      const calib::Tilt tilt =
-          i < 4 ? calib::Tilt{} : compensation::synthetic::FrontUp(3, rig.axle_behind_mast_m);
+      const Tilt tilt =
+          i < 4 ? Tilt{} : compensation::synthetic::FrontUp(3, rig.axle_behind_mast_m);
       const simulator::Frame frame =
           compensation::synthetic::FrameAt(i, {2.6 + 0.02 * i, 2.6, 0.2}, tilt);
       up.push_back(renderer.Render(frame));

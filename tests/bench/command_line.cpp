@@ -4,18 +4,18 @@
 
 #include <exception>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::bench {
 
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const std::function<bool(const std::string&)>& needs_scene,
                              const char* usage) {
-  if (arguments.empty()) throw calib::InputError(usage);
+  if (arguments.empty()) throw InputError(usage);
   const bool has_scene = needs_scene(arguments[0]);
   const std::size_t used = has_scene ? 2 : 1;
   const bool has_folder = arguments.size() == used + 2 && arguments[used] == "-o";
-  if (arguments.size() != used && !has_folder) throw calib::InputError(usage);
+  if (arguments.size() != used && !has_folder) throw InputError(usage);
   CommandLine line;
   line.mode = arguments[0];
   if (has_scene) line.scene = arguments[1];

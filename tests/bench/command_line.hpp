@@ -16,7 +16,7 @@ struct CommandLine {
 };
 
 /// @param needs_scene  tells it of a mode; a mode that does not exist is left to the caller.
-/// @throws calib::InputError with the usage when the arguments are anything else.
+/// @throws InputError with the usage when the arguments are anything else.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const std::function<bool(const std::string&)>& needs_scene,
                              const char* usage);

@@ -138,7 +138,7 @@ bool RunChanged(const simulator::Scene& scene, const fs::path& folder) {
   const double area_m2 = scene.room.length_m * scene.room.width_m;
   const int panels = static_cast<int>(0.2 * area_m2 / (kSide_m * kSide_m));
   for (int i = 0; i < panels; ++i) {
-    const calib::Pose2 at = places.Next();
+    const Pose2 at = places.Next();
     simulator::Box panel{.x_m = at.x, .y_m = at.y, .length_m = kSide_m, .width_m = kSide_m};
     panel.bottom_m = scene.room.height_m - 0.03;
     panel.top_m = scene.room.height_m - 0.001;

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
-#include "calib/tilt.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/tilt.hpp"
 #include "tests/bench/command_line.hpp"
 #include "tests/bench/following.hpp"
 #include "tests/bench/median.hpp"
@@ -56,7 +56,7 @@ bool RunGlobal(const simulator::Scene& scene, const fs::path& folder) {
       break;
     }
     if (!found) {
-      const calib::Pose2 at = calib::FromSpace(drive.front().T_map_base).pose;
+      const Pose2 at = FromSpace(drive.front().T_map_base).pose;
       fmt::print("place {}: {:.1f} {:.1f} not found\n", i, at.x, at.y);
     }
   }
@@ -185,7 +185,7 @@ bool Run(const std::vector<std::string>& arguments) {
   if (mode == "changed") return RunChanged(scene, folder);
   if (mode == "cameras") return RunCameras(scene, folder);
   if (mode == "periodic") return RunPeriodic(scene, folder);
-  throw calib::InputError(usage);
+  throw InputError(usage);
 }
 
 }  // namespace

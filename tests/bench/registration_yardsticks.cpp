@@ -12,7 +12,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/registration/fft.hpp"
 #include "tests/bench/registration_frames.hpp"
 
@@ -133,7 +133,7 @@ class OpenCvPieces {
       const cv::Point2d d = cv::phaseCorrelate(reference_, turned, window_, &response);
       if (response > best) {
         best = response;
-        motion = {c * d.x - s * d.y, s * d.x + c * d.y, calib::WrapAngle(angle), 1};
+        motion = {c * d.x - s * d.y, s * d.x + c * d.y, WrapAngle(angle), 1};
       }
     }
     return motion;

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "app/evaluation/trajectory_errors.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
@@ -58,7 +58,7 @@ std::map<std::int64_t, Eigen::Vector2d> Errors(const WorldRun& run) {
     cross += a.x() * b.y() - a.y() * b.x();
     dot += a.dot(b);
   }
-  const Eigen::Matrix2d turn = calib::Pose2{0, 0, std::atan2(cross, dot)}.Rotation();
+  const Eigen::Matrix2d turn = Pose2{0, 0, std::atan2(cross, dot)}.Rotation();
   std::map<std::int64_t, Eigen::Vector2d> errors;
   for (const mapping::FramePose& frame : frames) {
     errors[frame.frame_index] =
@@ -188,7 +188,7 @@ bool Run(const std::vector<std::string>& arguments) {
       arguments, [](const std::string&) { return true; }, kUsage);
   if (line.mode == "map") return CompareMaps(line);
   if (line.mode == "speed") return MeasureSpeed(line);
-  throw calib::InputError(fmt::format("usage: {}", kUsage));
+  throw InputError(fmt::format("usage: {}", kUsage));
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/tilt.hpp"
+#include "calib/base/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "tests/bench/world_run.hpp"
 
@@ -24,13 +24,13 @@ void ShowProgress(std::int64_t done, std::int64_t total) {
 
 // Where the map lies in the room: the planar motion that brings the keyframes to where they were
 // truly taken, least squares. `mapping` are the frames of the mapping run.
-calib::Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator::Frame>& mapping) {
+Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator::Frame>& mapping) {
   const std::vector<mapping::Keyframe> keyframes = map.ReadKeyframes();
   Eigen::Vector2d mean_map = Eigen::Vector2d::Zero();
   Eigen::Vector2d mean_room = Eigen::Vector2d::Zero();
   const auto truth = [&](const mapping::Keyframe& keyframe) {
     const auto frame = static_cast<std::size_t>(keyframe.pose.frame_index);
-    return calib::FromSpace(mapping.at(frame).T_map_base).pose;
+    return FromSpace(mapping.at(frame).T_map_base).pose;
   };
   for (const mapping::Keyframe& keyframe : keyframes) {
     mean_map += keyframe.pose.T_map_base.Translation();
@@ -47,7 +47,7 @@ calib::Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator:
     sine += a.x() * b.y() - a.y() * b.x();
     cosine += a.dot(b);
   }
-  calib::Pose2 T_room_map{0, 0, std::atan2(sine, cosine)};
+  Pose2 T_room_map{0, 0, std::atan2(sine, cosine)};
   const Eigen::Vector2d shift = mean_room - T_room_map.Rotation() * mean_map;
   T_room_map.x = shift.x();
   T_room_map.y = shift.y();
@@ -56,7 +56,7 @@ calib::Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator:
 
 // Frames of a robot that drives at an even speed from a pose. `velocity` is forward, to the left,
 // turning: m/s, m/s, rad/s.
-std::vector<simulator::Frame> Drive(const calib::Pose2& T_room_base,
+std::vector<simulator::Frame> Drive(const Pose2& T_room_base,
                                     const Eigen::Vector3d& velocity,
                                     int frames,
                                     double exposure_time_s) {
@@ -65,9 +65,9 @@ std::vector<simulator::Frame> Drive(const calib::Pose2& T_room_base,
     const double turn = velocity.z() * time_s;
     const double s = std::abs(turn) < 1e-9 ? time_s : std::sin(turn) / velocity.z();
     const double c = std::abs(turn) < 1e-9 ? 0 : (1 - std::cos(turn)) / velocity.z();
-    const calib::Pose2 moved = T_room_base * calib::Pose2{s * velocity.x() - c * velocity.y(),
-                                                          c * velocity.x() + s * velocity.y(),
-                                                          turn};
+    const Pose2 moved =
+        T_room_base *
+        Pose2{s * velocity.x() - c * velocity.y(), c * velocity.x() + s * velocity.y(), turn};
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.linear() = Eigen::AngleAxisd(moved.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     T.translation() = Eigen::Vector3d(moved.x, moved.y, 0);
@@ -106,7 +106,7 @@ World::World(const simulator::Scene& world, const std::filesystem::path& file) :
 Places::Places(const simulator::Scene& scene, unsigned seed)
     : area_(scene.path.area_m), exposure_time_s_(scene.camera.exposure_time_s), random_(seed) {}
 
-calib::Pose2 Places::Next() {
+Pose2 Places::Next() {
   std::uniform_real_distribution<double> x(area_[0], area_[2]);
   std::uniform_real_distribution<double> y(area_[1], area_[3]);
   std::uniform_real_distribution<double> yaw(-std::numbers::pi, std::numbers::pi);
@@ -139,7 +139,7 @@ void Visitor::SwitchOn() {
 
 Visit Visitor::See(const simulator::Frame& frame) {
   Visit visit;
-  visit.T_map_base = world_.T_map_room * calib::FromSpace(frame.T_map_base).pose;
+  visit.T_map_base = world_.T_map_room * FromSpace(frame.T_map_base).pose;
   simulator::Frame now = frame;
   now.index = next_index_;  // the noise of no two pictures is the same
   const cv::Mat picture = renderer_.Render(now);
@@ -150,10 +150,10 @@ Visit Visitor::See(const simulator::Frame& frame) {
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   ++next_index_;
   if (!visit.location.Placed()) return visit;
-  const calib::Pose2& found = visit.location.pose.T_map_base;
+  const Pose2& found = visit.location.pose.T_map_base;
   const Eigen::Vector2d error = found.Translation() - visit.T_map_base.Translation();
   visit.error_m = error.norm();
-  visit.error_rad = std::abs(calib::WrapAngle(found.yaw - visit.T_map_base.yaw));
+  visit.error_rad = std::abs(WrapAngle(found.yaw - visit.T_map_base.yaw));
   const Eigen::Matrix2d covariance = visit.location.pose.covariance.topLeftCorner<2, 2>();
   visit.nees = error.dot(covariance.ldlt().solve(error));
   return visit;

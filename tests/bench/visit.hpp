@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "localization/localizer.hpp"
 #include "mapping/map_file.hpp"
 #include "samples/simulator/path.hpp"
@@ -32,7 +32,7 @@ struct World {
 
   simulator::Scene scene;
   std::unique_ptr<mapping::MapReader> map;
-  calib::Pose2 T_map_room;
+  Pose2 T_map_room;
 };
 
 /// Random poses in the area that was driven through, the same for the same seed.
@@ -41,7 +41,7 @@ class Places {
   Places(const simulator::Scene& scene, unsigned seed);
 
   /// In the room.
-  calib::Pose2 Next();
+  Pose2 Next();
   /// Frames of a robot that drives from such a pose at an even speed, 0.2 to 0.8 m/s, turning by up
   /// to 0.4 rad/s.
   std::vector<simulator::Frame> NextDrive(int frames);
@@ -55,8 +55,8 @@ class Places {
 /// One frame located, against the truth.
 struct Visit {
   localization::Location location;
-  calib::Pose2 T_map_base;  ///< true
-  double error_m = 0;       ///< of a placed frame
+  Pose2 T_map_base;    ///< true
+  double error_m = 0;  ///< of a placed frame
   double error_rad = 0;
   double nees = 0;  ///< normalised squared error of x and y, by the full covariance
   double milliseconds = 0;

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "app/evaluation/trajectory_errors.hpp"
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "tests/bench/command_line.hpp"
 #include "tests/bench/world_run.hpp"
 
@@ -53,7 +53,7 @@ int Spots(const WorldRun& run, mapping::WeakSpot::Kind kind) {
       }));
 }
 
-void WriteTum(const fs::path& file, const std::vector<app::StampedPose>& poses) {
+void WriteTum(const fs::path& file, const std::vector<StampedPose>& poses) {
   std::ofstream(file) << app::FormatTum(poses);
 }
 
@@ -234,18 +234,18 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
 }
 
 /// The largest error of yaws that count from their first one, degrees. @return -1 without any.
-double LargestTurnError(const std::vector<app::StampedPose>& truth,
-                        const std::vector<app::StampedPose>& yaws) {
+double LargestTurnError(const std::vector<StampedPose>& truth,
+                        const std::vector<StampedPose>& yaws) {
   constexpr double kDegPerRad = 180 / std::numbers::pi;
   double largest = -1;
   double first = 0;
   std::size_t next = 0;
-  for (const app::StampedPose& pose : truth) {
+  for (const StampedPose& pose : truth) {
     if (next == yaws.size()) break;
     if (yaws[next].stamp_s != pose.stamp_s) continue;
-    const double off = app::YawOf(yaws[next]) - app::YawOf(pose);
+    const double off = YawOf(yaws[next]) - YawOf(pose);
     if (next++ == 0) first = off;
-    largest = std::max(largest, kDegPerRad * std::abs(calib::WrapAngle(off - first)));
+    largest = std::max(largest, kDegPerRad * std::abs(WrapAngle(off - first)));
   }
   return largest;
 }
@@ -302,7 +302,7 @@ bool Run(const std::vector<std::string>& arguments) {
   if (mode == "accuracy" || mode == "growth") return RunOne(scene, folder, mode == "growth");
   if (mode == "periodic") return RunSeeds(scene, folder);
   if (mode == "heading") return RunHeading(scene, folder);
-  throw calib::InputError(fmt::format("'{}': must be accuracy, growth, periodic or heading", mode));
+  throw InputError(fmt::format("'{}': must be accuracy, growth, periodic or heading", mode));
 }
 
 }  // namespace

@@ -11,9 +11,9 @@
 #include <unordered_map>
 #include <utility>
 
+#include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
 #include "calib/mirror_view.hpp"
-#include "calib/tilt.hpp"
 #include "localization/compass/fft_compass.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
@@ -48,8 +48,8 @@ double PeakMb() {
 /// Squares of a quarter metre whose centres some picture has shown.
 class Coverage {
  public:
-  void Add(const calib::CeilingView& view, const calib::Pose2& T_map_base) {
-    const calib::Pose2 T_map_view = T_map_base * view.T_base_view();
+  void Add(const calib::CeilingView& view, const Pose2& T_map_base) {
+    const Pose2 T_map_view = T_map_base * view.T_base_view();
     const double width = view.Size().width * view.MetresPerPixel();
     const double height = view.Size().height * view.MetresPerPixel();
     for (double x = -width / 2; x <= width / 2; x += kCell_m / 2) {
@@ -91,7 +91,7 @@ class OmniCompass {
  public:
   explicit OmniCompass(const calib::Rig& rig) : view_(rig.omni.value()) {}
 
-  std::optional<calib::HeadingPrior> Look(const cv::Mat& picture, double stamp_s) {
+  std::optional<HeadingPrior> Look(const cv::Mat& picture, double stamp_s) {
     view_.Unwrap(picture, panorama_);
     compass::PanoramaFrame frame;
     frame.panorama = panorama_;
@@ -99,8 +99,7 @@ class OmniCompass {
     const auto estimate = compass_.Next(frame);
     if (!estimate) return std::nullopt;
     constexpr double kLeastVariance = 1e-10;  // the first frame's is 0
-    return calib::HeadingPrior{estimate->heading_rad,
-                               std::max(kLeastVariance, estimate->variance_rad2)};
+    return HeadingPrior{estimate->heading_rad, std::max(kLeastVariance, estimate->variance_rad2)};
   }
 
  private:
@@ -111,16 +110,16 @@ class OmniCompass {
 
 std::vector<ClosureCheck> CheckClosures(const mapping::MapGraph& graph,
                                         const std::vector<simulator::Frame>& frames) {
-  std::unordered_map<std::int64_t, calib::Pose2> T_map_base;
+  std::unordered_map<std::int64_t, Pose2> T_map_base;
   for (const mapping::Keyframe& keyframe : graph.keyframes) {
     const auto frame = static_cast<std::size_t>(keyframe.pose.frame_index);
-    T_map_base[keyframe.id] = calib::FromSpace(frames[frame].T_map_base).pose;
+    T_map_base[keyframe.id] = FromSpace(frames[frame].T_map_base).pose;
   }
   std::vector<ClosureCheck> checks;
   for (const mapping::Edge& edge : graph.edges) {
     if (edge.kind != mapping::Edge::Kind::kLoopClosure) continue;
-    const calib::Pose2 T_from_to = T_map_base.at(edge.from).Inverse() * T_map_base.at(edge.to);
-    const calib::Pose2 off = T_from_to.Inverse() * edge.T_from_to;
+    const Pose2 T_from_to = T_map_base.at(edge.from).Inverse() * T_map_base.at(edge.to);
+    const Pose2 off = T_from_to.Inverse() * edge.T_from_to;
     checks.push_back({edge.from, edge.to, off.Translation().norm()});
   }
   return checks;
@@ -165,7 +164,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
   const auto total = static_cast<std::int64_t>(frames.size());
   const std::int64_t per_sample = std::max<std::int64_t>(1, total / options.samples);
   for (const simulator::Frame& frame : frames) {
-    const auto [pose, stood] = calib::FromSpace(frame.T_map_base);
+    const auto [pose, stood] = FromSpace(frame.T_map_base);
     const double cpu_before = Clock(CLOCK_PROCESS_CPUTIME_ID);
     const double render_before = Clock(CLOCK_THREAD_CPUTIME_ID);
     const cv::Mat picture = renderer.Render(frame);
@@ -179,17 +178,17 @@ WorldRun RunWorld(const simulator::Scene& scene,
     const mapping::FramePose live = mapper.Process(picture, frame.index, frame.stamp_s, context);
     const double spent = WallSeconds() - start;
     if (live.keyframe_id >= 0) {
-      run.live.push_back(app::ToStampedPose(live.stamp_s, live.T_map_base, live.tilt));
+      run.live.push_back(ToStampedPose(live.stamp_s, live.T_map_base, live.tilt));
     }
     if (context.heading) {
-      const calib::Pose2 turned{0, 0, context.heading->heading_rad};
-      run.compass.push_back(app::ToStampedPose(frame.stamp_s, turned));
+      const Pose2 turned{0, 0, context.heading->heading_rad};
+      run.compass.push_back(ToStampedPose(frame.stamp_s, turned));
     }
     stretch.wall_s += spent;
     stretch.cpu_s += Clock(CLOCK_PROCESS_CPUTIME_ID) - cpu_before - rendered;
     ++stretch.frames;
     run.seconds += spent;
-    run.truth.push_back(app::ToStampedPose(frame.stamp_s, pose, stood));
+    run.truth.push_back(ToStampedPose(frame.stamp_s, pose, stood));
     if (frame.index % 20 == 0) coverage.Add(view, pose);
     if (stretch.frames == per_sample) {
       run.curve.push_back(stretch.End(frame.index + 1, coverage.SquareMetres()));
@@ -204,7 +203,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
   run.graph = mapper.Graph();
   run.report = mapper.Report();
   for (const mapping::FramePose& pose : run.graph.trajectory) {
-    run.estimate.push_back(app::ToStampedPose(pose.stamp_s, pose.T_map_base, pose.tilt));
+    run.estimate.push_back(ToStampedPose(pose.stamp_s, pose.T_map_base, pose.tilt));
   }
   run.closures = CheckClosures(run.graph, frames);
   run.peak_mb = PeakMb();

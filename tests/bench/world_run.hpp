@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/tum.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "compensation/tilt_estimator.hpp"
 #include "mapping/mapper.hpp"
 #include "samples/simulator/scene.hpp"
@@ -34,10 +34,10 @@ struct ClosureCheck {
 
 struct WorldRun {
   std::vector<CostSample> curve;
-  std::vector<app::StampedPose> truth;
-  std::vector<app::StampedPose> estimate;
-  std::vector<app::StampedPose> live;  ///< as the odometry had them, parts that were left out too
-  std::vector<app::StampedPose> compass;  ///< its headings as yaw, where it was asked
+  std::vector<StampedPose> truth;
+  std::vector<StampedPose> estimate;
+  std::vector<StampedPose> live;     ///< as the odometry had them, parts that were left out too
+  std::vector<StampedPose> compass;  ///< its headings as yaw, where it was asked
   mapping::MapGraph graph;
   mapping::MapperReport report;
   std::vector<ClosureCheck> closures;

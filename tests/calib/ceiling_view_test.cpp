@@ -8,7 +8,7 @@
 #include <random>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::calib {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::calib {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "compensation/tilt_model.hpp"
 #include "samples/simulator/renderer.hpp"
 

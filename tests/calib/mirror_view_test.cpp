@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/calib/rig_text.hpp"
 
 namespace ceilmap::calib {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/rig.hpp"
 #include "tests/calib/rig_text.hpp"
 

@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calib/tilt.hpp"
+#include "calib/base/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 
@@ -39,18 +39,16 @@ inline simulator::Scene BumpyLab() {
 }
 
 /// A frame of a robot at rest at a pose in space.
-inline simulator::Frame FrameAt(std::int64_t index,
-                                const calib::Pose2& pose,
-                                const calib::Tilt& tilt = {}) {
+inline simulator::Frame FrameAt(std::int64_t index, const Pose2& pose, const Tilt& tilt = {}) {
   simulator::Frame frame = simulator::StillFrame(index, pose);
-  frame.T_map_base = calib::ToSpace(pose, tilt);
+  frame.T_map_base = ToSpace(pose, tilt);
   frame.T_map_base_open = frame.T_map_base_close = frame.T_map_base;
   frame.T_map_base_forward_open = frame.T_map_base_forward_close = frame.T_map_base;
   return frame;
 }
 
 /// Front wheels that climb: degrees of nose up, and the lift that goes with them.
-inline calib::Tilt FrontUp(double deg, double axle_behind_mast_m, double roll_deg = 0) {
+inline Tilt FrontUp(double deg, double axle_behind_mast_m, double roll_deg = 0) {
   return {-deg * kDegree,
           roll_deg * kDegree,
           axle_behind_mast_m * std::sin(deg * kDegree),

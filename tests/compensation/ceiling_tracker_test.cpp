@@ -7,15 +7,13 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
 #include "tests/compensation/bumpy_drive.hpp"
 
 namespace ceilmap::compensation {
 namespace {
 
-using calib::Pose2;
-using calib::Tilt;
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using synthetic::FrameAt;
@@ -42,7 +40,7 @@ class Robot {
         tracker_(view_) {}
 
   CeilingTracker::Frame See(const Pose2& pose, const Tilt& tilt = {}) {
-    truth_ = calib::ToSpace(pose, tilt);
+    truth_ = ToSpace(pose, tilt);
     return Show(renderer_.Render(FrameAt(index_, pose, tilt)));
   }
   CeilingTracker::Frame Show(const cv::Mat& picture) {
@@ -55,16 +53,16 @@ class Robot {
   }
   void StartAt(const Pose2& pose) {
     tracker_.SetReference(See(pose));
-    T_map_reference_ = calib::ToSpace(pose, {});
+    T_map_reference_ = ToSpace(pose, {});
   }
-  void ReferenceIs(const Pose2& pose) { T_map_reference_ = calib::ToSpace(pose, {}); }
+  void ReferenceIs(const Pose2& pose) { T_map_reference_ = ToSpace(pose, {}); }
 
   /// Against where the robot stood last.
   void ExpectRight(const std::optional<CeilingMotion>& motion) const {
     ASSERT_TRUE(motion.has_value());
     const Isometry3d truth = T_map_reference_.inverse() * truth_;
-    const calib::PlanarTilt expected = calib::FromSpace(truth);
-    const calib::PlanarTilt found = calib::FromSpace(motion->T_reference_base);
+    const PlanarTilt expected = FromSpace(truth);
+    const PlanarTilt found = FromSpace(motion->T_reference_base);
     EXPECT_NEAR(found.tilt.pitch_rad, expected.tilt.pitch_rad, 0.08 * kDegree);
     EXPECT_NEAR(found.tilt.roll_rad, expected.tilt.roll_rad, 0.08 * kDegree);
     EXPECT_NEAR(found.tilt.lift_m, expected.tilt.lift_m, 0.002);
@@ -119,7 +117,7 @@ TEST(CeilingTracker, ALevelRobotIsLevel) {
   for (int i = 1; i <= 4; ++i) {
     const auto motion = robot.Measure({3 + 0.05 * i, 2.5, 0.02 * i});
     robot.ExpectRight(motion);
-    const Tilt tilt = calib::FromSpace(motion->T_reference_base).tilt;
+    const Tilt tilt = FromSpace(motion->T_reference_base).tilt;
     EXPECT_LT(std::hypot(tilt.pitch_rad, tilt.roll_rad), 0.03 * kDegree);
   }
 }
@@ -137,7 +135,7 @@ TEST(CeilingTracker, ASmallPictureTellsToo) {
     const auto motion = robot.Measure({3 + 0.06 * i, 2.5 + 0.03 * i, 0.04 * i});
     ASSERT_TRUE(motion.has_value());
     EXPECT_GE(motion->inliers, 20);
-    const Tilt tilt = calib::FromSpace(motion->T_reference_base).tilt;
+    const Tilt tilt = FromSpace(motion->T_reference_base).tilt;
     EXPECT_LT(std::hypot(tilt.pitch_rad, tilt.roll_rad), 0.15 * kDegree);
   }
 }
@@ -226,9 +224,9 @@ TEST(CeilingTracker, ATiltedFrameDrawnLevelIsAReference) {
 
 TEST(CeilingTracker, RefusesAViewInPixels) {
   const calib::CeilingView view = calib::CeilingView::InPixels({320, 240});
-  EXPECT_THAT([&] { CeilingTracker{view}; },
-              testing::ThrowsMessage<calib::InputError>(
-                  "tilt cannot be seen on the ceiling without a rig"));
+  EXPECT_THAT(
+      [&] { CeilingTracker{view}; },
+      testing::ThrowsMessage<InputError>("tilt cannot be seen on the ceiling without a rig"));
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::compensation::synthetic {
 
@@ -13,7 +13,7 @@ template <typename Call>
 std::string ErrorOf(const Call& call) {
   try {
     call();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   ADD_FAILURE() << "no InputError";

@@ -7,7 +7,7 @@
 #include <optional>
 #include <random>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "compensation/forward_equation.hpp"
 #include "tests/compensation/error_of.hpp"
 #include "tests/compensation/forward_scene.hpp"
@@ -150,12 +150,12 @@ TEST(ForwardLimits, NamesWhatIsOutOfRange) {
 
 TEST(ForwardEquation, RefusesCamerasAndTiltsOutOfRange) {
   const TiltModel model(0.14, 2.6);
-  EXPECT_THROW(ForwardEquation(model, 2.6), calib::InputError);
-  EXPECT_THROW(ForwardEquation(model, 0), calib::InputError);
+  EXPECT_THROW(ForwardEquation(model, 2.6), InputError);
+  EXPECT_THROW(ForwardEquation(model, 0), InputError);
   const ForwardEquation equation(model, 0.45);
-  EXPECT_THROW((void)equation.PrintedResidual(0.8, {0.1, 1.1, 0}), calib::InputError);
-  EXPECT_THROW((void)equation.EqualResidual(0.8, {0.1, 1.1, 0}), calib::InputError);
-  EXPECT_THROW((void)equation.PoleFreeResidual(kNan, {0.1, 1.1, 0}), calib::InputError);
+  EXPECT_THROW((void)equation.PrintedResidual(0.8, {0.1, 1.1, 0}), InputError);
+  EXPECT_THROW((void)equation.EqualResidual(0.8, {0.1, 1.1, 0}), InputError);
+  EXPECT_THROW((void)equation.PoleFreeResidual(kNan, {0.1, 1.1, 0}), InputError);
 }
 
 }  // namespace

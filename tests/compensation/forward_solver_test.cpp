@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "calib/error.hpp"
-#include "calib/tilt.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/tilt.hpp"
 
 namespace ceilmap::compensation {
 namespace {
@@ -47,7 +47,7 @@ struct Scene {
   double ceiling_motion_m = 0;
 
   void Look() {
-    const calib::Tilt tilt{pitch_rad, roll_rad, pivot_m * std::sin(pitch_rad), {}};
+    const Tilt tilt{pitch_rad, roll_rad, pivot_m * std::sin(pitch_rad), {}};
     const Isometry3d T = tilt.T_level_base();
     const Vector3d along(std::cos(yaw_rad), std::sin(yaw_rad), 0);
     const Vector3d camera = T * Vector3d(0, 0, kForward);
@@ -292,9 +292,9 @@ TEST(ForwardSolver, TakesTheCamerasHeightWhereTheRigHasNoD) {
 TEST(ForwardSolver, RefusesARigWithoutForwardCamera) {
   calib::Rig rig = PapersRig();
   rig.forward.reset();
-  EXPECT_THAT([&] { ForwardSolver(rig, 0); },
-              testing::ThrowsMessage<calib::InputError>(
-                  "the rig has no camera 'forward'; add it under cameras"));
+  EXPECT_THAT(
+      [&] { ForwardSolver(rig, 0); },
+      testing::ThrowsMessage<InputError>("the rig has no camera 'forward'; add it under cameras"));
 }
 
 }  // namespace

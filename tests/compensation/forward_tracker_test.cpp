@@ -10,8 +10,6 @@
 namespace ceilmap::compensation {
 namespace {
 
-using calib::Pose2;
-using calib::Tilt;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using synthetic::FrameAt;
@@ -66,9 +64,9 @@ class Robot {
                    double roll_bound_rad = 0.1 * kDegree) const {
     ASSERT_TRUE(motion.has_value());
     const Vector3d mount = renderer_.GetRig().forward->T_base_cam.translation();
-    const Isometry3d T = calib::ToSpace(pose, tilt);
+    const Isometry3d T = ToSpace(pose, tilt);
     const Vector3d camera = T * mount;
-    const Vector3d keyframe = calib::ToSpace(reference_, {}) * mount;
+    const Vector3d keyframe = ToSpace(reference_, {}) * mount;
     const Vector3d axis = T.linear() * Vector3d::UnitX();
     const double ahead_m = kWall_m - camera.x();
     const Vector3d met = camera + ahead_m / axis.x() * axis - keyframe;

@@ -10,7 +10,6 @@
 namespace ceilmap::compensation {
 namespace {
 
-using calib::Tilt;
 using Eigen::Isometry3d;
 using synthetic::FrameAt;
 using synthetic::kDegree;
@@ -78,7 +77,7 @@ TEST(SpacePath, StaysUpOnAStep) {
 TEST(SpacePath, TurnsOnTheSpot) {
   const simulator::Scene scene = synthetic::Lab();
   Walk walk(scene);
-  for (int i = 0; i <= 24; ++i) walk.Step(FrameAt(i, {3, 3, calib::WrapAngle(15 * kDegree * i)}));
+  for (int i = 0; i <= 24; ++i) walk.Step(FrameAt(i, {3, 3, WrapAngle(15 * kDegree * i)}));
   EXPECT_LT(walk.MostOffM(), 0.01);
   EXPECT_LT(walk.MostOffRad(), 0.15 * kDegree);
 }

@@ -9,13 +9,12 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/compensation/bumpy_drive.hpp"
 
 namespace ceilmap::compensation {
 namespace {
 
-using calib::Tilt;
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using synthetic::BumpyLab;
@@ -64,7 +63,7 @@ class Recording {
     return estimates[static_cast<std::size_t>(i)];
   }
   [[nodiscard]] Tilt TruthOf(int i) const {
-    return calib::FromSpace(truths_[static_cast<std::size_t>(i)].T_map_base).tilt;
+    return FromSpace(truths_[static_cast<std::size_t>(i)].T_map_base).tilt;
   }
   [[nodiscard]] Vector2d ErrorOf(int i) const {
     const Tilt truth = TruthOf(i);
@@ -261,13 +260,13 @@ TEST(TiltEstimator, CountsWhatNobodySaw) {
 }
 
 /// Frames of a robot that creeps on, 0.1 s apart.
-std::vector<simulator::Frame> Creep(const std::vector<std::pair<calib::Pose2, Tilt>>& places,
+std::vector<simulator::Frame> Creep(const std::vector<std::pair<Pose2, Tilt>>& places,
                                     int frames_each) {
   std::vector<simulator::Frame> path;
   for (const auto& [start, tilt] : places) {
     for (int i = 0; i < frames_each; ++i) {
       const auto index = static_cast<std::int64_t>(path.size());
-      path.push_back(synthetic::FrameAt(index, start * calib::Pose2{0.02 * i, 0, 0}, tilt));
+      path.push_back(synthetic::FrameAt(index, start * Pose2{0.02 * i, 0, 0}, tilt));
       path.back().stamp_s = 0.1 * static_cast<double>(index);
     }
   }
@@ -343,13 +342,13 @@ TEST(TiltEstimator, RefusesStampsThatDoNotIncrease) {
   const cv::Mat grey(240, 320, CV_8UC1, cv::Scalar(100));
   estimator.Estimate({grey, grey, 5});
   for (const double stamp_s : {4.9, 5.0, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_THROW(estimator.Estimate({grey, grey, stamp_s}), calib::InputError);
+    EXPECT_THROW(estimator.Estimate({grey, grey, stamp_s}), InputError);
   }
   EXPECT_THAT(
       [&] {
         estimator.Estimate({grey, grey, 4.5});
       },
-      ThrowsMessage<calib::InputError>(
+      ThrowsMessage<InputError>(
           "a frame's time, 4.5 s, is not later than that of the frame before"));
   EXPECT_EQ(estimator.Report().frames, 1);
   EXPECT_NO_THROW(estimator.Estimate({grey, grey, 5.1}));
@@ -359,9 +358,9 @@ TEST(TiltEstimator, RefusesPicturesOfAnotherSize) {
   TiltEstimator estimator(simulator::Renderer(Lab()).GetRig());
   const cv::Mat grey(240, 320, CV_8UC1, cv::Scalar(100));
   const cv::Mat small(120, 160, CV_8UC1, cv::Scalar(100));
-  EXPECT_THROW(estimator.Estimate({small, grey, 1}), calib::InputError);
-  EXPECT_THROW(estimator.Estimate({grey, small, 2}), calib::InputError);
-  EXPECT_THROW(estimator.Estimate({cv::Mat(240, 320, CV_8UC3), grey, 3}), calib::InputError);
+  EXPECT_THROW(estimator.Estimate({small, grey, 1}), InputError);
+  EXPECT_THROW(estimator.Estimate({grey, small, 2}), InputError);
+  EXPECT_THROW(estimator.Estimate({cv::Mat(240, 320, CV_8UC3), grey, 3}), InputError);
 }
 
 TEST(TiltEstimator, RefusesARigWithoutTheCamerasThatItNeeds) {
@@ -369,14 +368,13 @@ TEST(TiltEstimator, RefusesARigWithoutTheCamerasThatItNeeds) {
   rig.forward.reset();
   TiltEstimatorParams params;
   params.method = TiltMethod::kForward;
-  EXPECT_THAT(
-      [&] { TiltEstimator(rig, params); },
-      ThrowsMessage<calib::InputError>("the rig has no camera 'forward'; add it under cameras"));
+  EXPECT_THAT([&] { TiltEstimator(rig, params); },
+              ThrowsMessage<InputError>("the rig has no camera 'forward'; add it under cameras"));
   params.method = TiltMethod::kFused;
   EXPECT_NO_THROW(TiltEstimator(rig, params));  // what there is
   rig.up.reset();
   EXPECT_THAT([&] { TiltEstimator(rig, params); },
-              ThrowsMessage<calib::InputError>("the rig has no camera 'up'; add it under cameras"));
+              ThrowsMessage<InputError>("the rig has no camera 'up'; add it under cameras"));
 }
 
 }  // namespace

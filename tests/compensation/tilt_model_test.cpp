@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/compensation/error_of.hpp"
 
 namespace ceilmap::compensation {
@@ -211,9 +211,9 @@ TEST(TiltModel, RefusesImpossibleRobots) {
   EXPECT_EQ(ErrorOf([] { TiltModel(kNan, 1); }),
             "tilt model: pivot_m = nan, must be finite; correct a in the rig");
   for (const double height : {0.0, -2.6, kNan, kInfinity}) {
-    EXPECT_THROW(TiltModel(0, height), calib::InputError) << height;
+    EXPECT_THROW(TiltModel(0, height), InputError) << height;
   }
-  EXPECT_THROW(TiltModel(-2, 2.1), calib::InputError);
+  EXPECT_THROW(TiltModel(-2, 2.1), InputError);
 }
 
 TEST(TiltModel, RefusesTiltsAndCamerasOutOfRange) {
@@ -224,14 +224,14 @@ TEST(TiltModel, RefusesTiltsAndCamerasOutOfRange) {
             "tilt model: camera_height_m = 45, must be between the floor and the ceiling at 2.6; "
             "correct d in the rig, in metres");
   for (const double tilt : {-0.8, 0.8, kNan}) {
-    EXPECT_THROW((void)model.CeilingShift(tilt), calib::InputError);
-    EXPECT_THROW((void)model.CeilingShiftSlope(tilt), calib::InputError);
-    EXPECT_THROW((void)model.MastLength(tilt, 0.45), calib::InputError);
-    EXPECT_THROW((void)model.CameraHeight(tilt, 0.45), calib::InputError);
-    EXPECT_THROW((void)model.BaseShift(tilt, 0.45, 0), calib::InputError);
+    EXPECT_THROW((void)model.CeilingShift(tilt), InputError);
+    EXPECT_THROW((void)model.CeilingShiftSlope(tilt), InputError);
+    EXPECT_THROW((void)model.MastLength(tilt, 0.45), InputError);
+    EXPECT_THROW((void)model.CameraHeight(tilt, 0.45), InputError);
+    EXPECT_THROW((void)model.BaseShift(tilt, 0.45, 0), InputError);
   }
   for (const double height : {0.0, -0.45, 2.6, kNan}) {
-    EXPECT_THROW((void)model.CameraHeight(0.1, height), calib::InputError) << height;
+    EXPECT_THROW((void)model.CameraHeight(0.1, height), InputError) << height;
   }
 }
 

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/bench/command_line.hpp"
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
@@ -158,7 +158,7 @@ bool Run(const std::vector<std::string>& arguments) {
   if (line.mode == "recordings") return RunRecordings(folder);
   if (line.mode == "one") return RunOne(line.scene.string(), folder);
   if (line.mode == "system") return RunSystem(folder);
-  throw calib::InputError(usage);
+  throw InputError(usage);
 }
 
 }  // namespace

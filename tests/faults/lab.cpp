@@ -12,7 +12,7 @@
 
 #include "app/evaluation/alignment.hpp"
 #include "app/status_csv.hpp"
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/map_file.hpp"
 #include "samples/simulator/renderer.hpp"
 
@@ -27,7 +27,7 @@ constexpr double kSigmas = 4;
 
 struct Estimate {
   double stamp_s = 0;
-  calib::Pose2 T_map_base;
+  Pose2 T_map_base;
   Eigen::Matrix3d covariance;
 };
 
@@ -44,7 +44,7 @@ std::vector<Estimate> PosesOfStatus(const fs::path& file) {
   std::vector<Estimate> estimates;
   for (std::size_t i = 0; i < record.poses.size(); ++i) {
     estimates.push_back(
-        {record.poses[i].stamp_s, evaluation::PlanarPose(record.poses[i]), record.covariances[i]});
+        {record.poses[i].stamp_s, PlanarPose(record.poses[i]), record.covariances[i]});
   }
   return estimates;
 }
@@ -61,7 +61,7 @@ const Shot* ShotAt(const std::map<long long, const Shot*>& by_stamp, double stam
   return found == by_stamp.end() ? nullptr : found->second;
 }
 
-calib::Pose2 FitMap(const std::vector<Estimate>& estimates, const Recording& shots) {
+Pose2 FitMap(const std::vector<Estimate>& estimates, const Recording& shots) {
   const auto by_stamp = ByStamp(shots);
   std::vector<evaluation::PointPair> pairs;
   for (const Estimate& estimate : estimates) {
@@ -69,16 +69,16 @@ calib::Pose2 FitMap(const std::vector<Estimate>& estimates, const Recording& sho
     if (shot == nullptr) continue;
     pairs.push_back({shot->T_room_base.Translation(), estimate.T_map_base.Translation()});
   }
-  return pairs.empty() ? calib::Pose2{} : evaluation::FitPlanarMotion(pairs);
+  return pairs.empty() ? Pose2{} : evaluation::FitPlanarMotion(pairs);
 }
 
 // A pose at a stamp that no picture has is as wrong as can be.
 void Score(const std::vector<Estimate>& estimates,
            const Recording& shots,
-           const calib::Pose2& T_room_map,
+           const Pose2& T_room_map,
            Outcome& outcome) {
   const auto by_stamp = ByStamp(shots);
-  const calib::Pose2 T_map_room = T_room_map.Inverse();
+  const Pose2 T_map_room = T_room_map.Inverse();
   double squares = 0;
   for (const Estimate& estimate : estimates) {
     ++outcome.placed;
@@ -87,9 +87,9 @@ void Score(const std::vector<Estimate>& estimates,
       ++outcome.wrong;
       continue;
     }
-    const calib::Pose2 truth = T_map_room * shot->T_room_base;
+    const Pose2 truth = T_map_room * shot->T_room_base;
     const Eigen::Vector2d off = estimate.T_map_base.Translation() - truth.Translation();
-    const double turned = std::abs(calib::WrapAngle(estimate.T_map_base.yaw - truth.yaw));
+    const double turned = std::abs(WrapAngle(estimate.T_map_base.yaw - truth.yaw));
     squares += off.squaredNorm();
     outcome.largest_m = std::max(outcome.largest_m, off.norm());
     const Eigen::Matrix2d covariance = estimate.covariance.topLeftCorner<2, 2>();
@@ -199,7 +199,7 @@ MapState Lab::StateOf(const fs::path& map, const std::string& before) const {
     cv::Mat grey;
     cv::Mat alpha;
     reader.ReadMosaic({0, 0, reader.Grid().width_px, reader.Grid().height_px}, grey, alpha);
-  } catch (const calib::InputError&) {
+  } catch (const InputError&) {
     return MapState::kLost;
   }
   return MapState::kNew;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "tests/faults/fault.hpp"
 #include "tests/integration/child_process.hpp"
 
@@ -76,7 +76,7 @@ class Lab {
   std::filesystem::path folder_;
   Recording mapped_;
   Recording visited_;
-  calib::Pose2 T_room_map_;
+  Pose2 T_room_map_;
 };
 
 /// What the run left, judged as all runs are.

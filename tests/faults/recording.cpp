@@ -9,7 +9,7 @@
 
 #include "app/recording_writer.hpp"
 #include "app/tum.hpp"
-#include "calib/tilt.hpp"
+#include "calib/base/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 #include "tests/faults/h264.hpp"
@@ -62,8 +62,7 @@ Recording Render(const simulator::Scene& scene) {
   const simulator::Renderer renderer(scene);
   Recording recording;
   for (const simulator::Frame& frame : simulator::MakePath(scene)) {
-    recording.push_back(
-        {renderer.Render(frame), frame.stamp_s, calib::FromSpace(frame.T_map_base).pose});
+    recording.push_back({renderer.Render(frame), frame.stamp_s, FromSpace(frame.T_map_base).pose});
   }
   return recording;
 }
@@ -98,10 +97,10 @@ std::string StampsText(const Recording& recording) {
 }
 
 std::string TruthText(const Recording& recording) {
-  std::vector<app::StampedPose> poses;
+  std::vector<StampedPose> poses;
   poses.reserve(recording.size());
   for (const Shot& shot : recording) {
-    poses.push_back(app::ToStampedPose(shot.stamp_s, shot.T_room_base));
+    poses.push_back(ToStampedPose(shot.stamp_s, shot.T_room_base));
   }
   return app::FormatTum(poses);
 }

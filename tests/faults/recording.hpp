@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace ceilmap::faults {
@@ -16,7 +16,7 @@ namespace ceilmap::faults {
 struct Shot {
   cv::Mat picture;  ///< CV_8UC1
   double stamp_s = 0;
-  calib::Pose2 T_room_base;
+  Pose2 T_room_base;
 };
 
 using Recording = std::vector<Shot>;

@@ -33,7 +33,7 @@ void ReadAsCommandLine(std::string_view bytes) {
   try {
     const app::Command* const command = line.Parse(static_cast<int>(argv.size()), argv.data());
     Require(command != nullptr ? bool(command->run) : !line.Answer().empty(), "nothing to do");
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     Require(*error.what() != '\0', "an error without a text");  // the console makes it one line
   }
 }
@@ -43,7 +43,7 @@ void ReadAsArguments(std::string_view bytes) {
   const auto refuse_or_take = [](const auto& parse) {
     try {
       (void)parse();
-    } catch (const calib::InputError&) {  // NOLINT(bugprone-empty-catch)
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch)
     }
   };
   refuse_or_take([&] { return app::ParsePose2(text, "--start"); });

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::fuzz {
 
@@ -34,7 +34,7 @@ template <typename Read>
 std::optional<std::invoke_result_t<Read>> Accepted(const Read& read) {
   try {
     return read();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     RequireOneLine(error.what());
     return std::nullopt;
   }

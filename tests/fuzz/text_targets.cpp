@@ -39,7 +39,7 @@ void ReadAsTum(std::string_view bytes) {
   double before = kBeforeAll;
   double most = 0;
   double shortest_s = std::numeric_limits<double>::infinity();
-  for (const app::StampedPose& pose : *poses) {
+  for (const StampedPose& pose : *poses) {
     RequireRising(before, pose.stamp_s);
     Require(pose.position.allFinite() && std::abs(pose.orientation.norm() - 1) < 1.1e-3,
             "a pose that cannot be");
@@ -105,7 +105,7 @@ void ReadAsHeadings(std::string_view bytes) {
   if (!headings) return;
   Require(!headings->empty(), "no headings");
   double before = kBeforeAll;
-  for (const localization::HeadingSample& sample : *headings) {
+  for (const HeadingSample& sample : *headings) {
     RequireRising(before, sample.stamp_s);
     Require(std::isfinite(sample.heading_rad) && sample.sigma_rad > 0, "a heading that cannot be");
     before = sample.stamp_s;
@@ -121,7 +121,7 @@ void ReadAsStatus(std::string_view bytes) {
               record->poses.size() == record->placed.size() &&
               record->placed.size() + record->unplaced.size() == table->rows.size(),
           "frames are lost");
-  for (const evaluation::StampedPose& pose : record->poses) {
+  for (const StampedPose& pose : record->poses) {
     Require(pose.position.allFinite() && std::abs(pose.orientation.norm() - 1) < 1e-9,
             "a pose that cannot be");
   }

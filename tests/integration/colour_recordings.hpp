@@ -138,12 +138,12 @@ struct Turn {
   }
   /// @param turned_deg  added to every yaw. @param pitch_deg  nose down, from the middle on.
   [[nodiscard]] std::string Poses(double turned_deg = 0, double pitch_deg = 0) const {
-    std::vector<app::StampedPose> poses;
+    std::vector<StampedPose> poses;
     for (int i = 0; i < frames; ++i) {
-      calib::Tilt tilt;
+      Tilt tilt;
       if (i >= frames / 2) tilt.pitch_rad = pitch_deg * kDegree;
-      const double yaw = calib::WrapAngle(YawRad(i) + turned_deg * kDegree);
-      poses.push_back(app::ToStampedPose(Stamp(i), {1.0, 0.5, yaw}, tilt));
+      const double yaw = WrapAngle(YawRad(i) + turned_deg * kDegree);
+      poses.push_back(ToStampedPose(Stamp(i), {1.0, 0.5, yaw}, tilt));
     }
     return app::FormatTum(poses);
   }

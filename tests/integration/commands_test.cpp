@@ -40,16 +40,16 @@ void ExpectStraightPath(const std::filesystem::path& file,
                         double units_per_px,
                         double first_s,
                         double period_s) {
-  const std::vector<app::StampedPose> poses = app::ReadTum(file);
+  const std::vector<StampedPose> poses = app::ReadTum(file);
   ASSERT_EQ(poses.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) {
     SCOPED_TRACE(i);
-    const app::StampedPose& pose = poses[static_cast<std::size_t>(i)];
+    const StampedPose& pose = poses[static_cast<std::size_t>(i)];
     EXPECT_NEAR(pose.stamp_s, first_s + i * period_s, 1e-6);
     EXPECT_NEAR(pose.position.x(), -kStep.y * i * units_per_px, 0.2 * units_per_px);
     EXPECT_NEAR(pose.position.y(), kStep.x * i * units_per_px, 0.2 * units_per_px);
     EXPECT_EQ(pose.position.z(), 0);
-    EXPECT_NEAR(app::YawOf(pose), 0, 0.001);
+    EXPECT_NEAR(YawOf(pose), 0, 0.001);
   }
 }
 
@@ -152,7 +152,7 @@ TEST(Map, StartsAtTheOrigin) {
                                          "m.gpkg",
                                          "--trajectory=t.tum"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  const std::vector<app::StampedPose> poses = app::ReadTum(test.out / "t.tum");
+  const std::vector<StampedPose> poses = app::ReadTum(test.out / "t.tum");
   EXPECT_NEAR(poses.front().position.x(), -1, 1e-9);
   EXPECT_NEAR(poses.front().position.y(), 2, 1e-9);
   // Turned by 90 degrees to the left, the robot's left is -x and its back -y.

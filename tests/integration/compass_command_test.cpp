@@ -11,7 +11,7 @@
 #include "app/csv.hpp"
 #include "app/gnuplot.hpp"
 #include "app/heading_csv.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "tests/integration/colour_recordings.hpp"
 #include "tests/integration/endless_stream.hpp"
 
@@ -38,7 +38,7 @@ class CompassTest : public CompassCommand {
     for (std::size_t i = 0; i < headings.size(); ++i) {
       const int frame = static_cast<int>(i);
       EXPECT_NEAR(headings[i].stamp_s, turn.Stamp(frame), 1e-6);
-      sum += std::abs(calib::WrapAngle(headings[i].heading_rad - turn.YawRad(frame)));
+      sum += std::abs(WrapAngle(headings[i].heading_rad - turn.YawRad(frame)));
     }
     return sum / static_cast<double>(headings.size());
   }
@@ -216,7 +216,7 @@ TEST_F(CompassTest, IsNotSureOfColoursInAnotherOrder) {
   for (std::size_t i = 0; i < headings.size(); ++i) {
     if (headings[i].sigma_rad > 3 * kDegree) continue;
     const double true_rad = kAgain.YawRad(static_cast<int>(i));
-    EXPECT_LT(std::abs(calib::WrapAngle(headings[i].heading_rad - true_rad)), 10 * kDegree) << i;
+    EXPECT_LT(std::abs(WrapAngle(headings[i].heading_rad - true_rad)), 10 * kDegree) << i;
   }
 }
 
@@ -262,8 +262,8 @@ TEST_F(CompassTest, LearningEndsWithWhatItHas) {
   Learn("m");
   const EndlessStream stream(in_ / "pipe.mjpeg", kLearn.Pictures(world_));
   // A pose at any time: the robot stands still, as far as that matters here.
-  std::vector<app::StampedPose> poses;
-  for (int i = 0; i < 3000; ++i) poses.push_back(app::ToStampedPose(0.04 * i, {1, 0.5, 0}));
+  std::vector<StampedPose> poses;
+  for (int i = 0; i < 3000; ++i) poses.push_back(ToStampedPose(0.04 * i, {1, 0.5, 0}));
   in_.Write("still.tum", app::FormatTum(poses));
   ChildProcess child(Resolve({CEILMAP_EXE,
                               "compass",

@@ -37,11 +37,11 @@ class HeadingModel : public testing::Test {
               0);
     constexpr int kTurnFrames = 90;
     std::vector<cv::Mat> turn;
-    std::vector<app::StampedPose> poses;
+    std::vector<StampedPose> poses;
     for (int i = 0; i < kTurnFrames; ++i) {
       const double yaw = 2 * std::numbers::pi * i / kTurnFrames;
       turn.push_back(room_.Seen(yaw));
-      poses.push_back(app::ToStampedPose(0.1 * i, {0, 0, yaw}));
+      poses.push_back(ToStampedPose(0.1 * i, {0, 0, yaw}));
     }
     WriteColourVideo(test_.in / "turn.avi", turn);
     test_.in.Write("turn.csv", app::StampsCsv(kTurnFrames, 0, 0.1));

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "app/tum.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "tests/app/test_folder.hpp"
 #include "tests/integration/child_process.hpp"
 
@@ -62,7 +62,7 @@ class HeadingTest : public testing::Test {
     return arguments;
   }
   [[nodiscard]] ProcessResult Map(const std::vector<std::string>& more) const {
-    const app::StampedPose& first = truth_.front();
+    const StampedPose& first = truth_.front();
     const std::string origin =
         fmt::format("--origin={},{},0", first.position.x(), first.position.y());
     return Run(With({"map", "-o", "m.gpkg", "--trajectory=t.tum", origin}, more));
@@ -72,11 +72,11 @@ class HeadingTest : public testing::Test {
   }
   /// Every frame is there, and in its place.
   void ExpectTruth() const {
-    const std::vector<app::StampedPose> poses = app::ReadTum(folder_ / "t.tum");
+    const std::vector<StampedPose> poses = app::ReadTum(folder_ / "t.tum");
     ASSERT_EQ(poses.size(), truth_.size());
     for (std::size_t i = 0; i < poses.size(); ++i) {
       EXPECT_LT((poses[i].position - truth_[i].position).norm(), 0.05) << i;
-      const double off = calib::WrapAngle(app::YawOf(poses[i]) - app::YawOf(truth_[i]));
+      const double off = WrapAngle(YawOf(poses[i]) - YawOf(truth_[i]));
       EXPECT_LT(kDegPerRad * std::abs(off), 1) << i;
     }
   }
@@ -84,7 +84,7 @@ class HeadingTest : public testing::Test {
   void WriteHeadings() const {
     std::string csv = "timestamp,heading_deg,sigma_deg\n";
     for (std::size_t i = 0; i < truth_.size(); ++i) {
-      const double deg = kDegPerRad * app::YawOf(truth_[i]) + 40 + 0.05 * static_cast<double>(i);
+      const double deg = kDegPerRad * YawOf(truth_[i]) + 40 + 0.05 * static_cast<double>(i);
       csv += fmt::format("{:.9f},{:.4f},{:.4f}\n",
                          truth_[i].stamp_s,
                          deg,
@@ -94,7 +94,7 @@ class HeadingTest : public testing::Test {
   }
 
   TestFolder folder_;
-  std::vector<app::StampedPose> truth_;
+  std::vector<StampedPose> truth_;
 };
 
 TEST_F(HeadingTest, WithoutOneTheMapEndsAtTheTurn) {
@@ -117,7 +117,7 @@ TEST_F(HeadingTest, TheMirrorCameraTellsHowTheRobotTurned) {
   EXPECT_GT(Summary()["stages_ms"]["compass"], 0);
 
   // On the map headings come with the frames too.
-  const app::StampedPose& first = truth_.front();
+  const StampedPose& first = truth_.front();
   const std::string start = fmt::format("--start={},{},0", first.position.x(), first.position.y());
   result = Run(With({"localize", "m.gpkg", "-o", "l.tum"},
                     {start, "--start-spread=0.03,2", "--omni=run/omni"}));

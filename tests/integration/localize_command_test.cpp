@@ -45,11 +45,11 @@ class LocalizeCommand : public testing::Test {
   }
 
   // Picture k of the way back is picture kFrames - 1 - k of the way there, turned.
-  static void ExpectWayBack(const app::StampedPose& pose, double first_s) {
+  static void ExpectWayBack(const StampedPose& pose, double first_s) {
     const double k = kFrames - 1 - std::round((pose.stamp_s - first_s) / 0.1);
     EXPECT_NEAR(pose.position.x(), -kStep.y * k * 0.01, 0.003);
     EXPECT_NEAR(pose.position.y(), kStep.x * k * 0.01, 0.003);
-    EXPECT_NEAR(std::abs(app::YawOf(pose)), std::numbers::pi, 0.005);
+    EXPECT_NEAR(std::abs(YawOf(pose)), std::numbers::pi, 0.005);
   }
 
   Recordings test_;
@@ -65,9 +65,9 @@ TEST_F(LocalizeCommand, FindsAndFollows) {
   for (const char* text : {"placed", "found", "sigma", "frames/s", "written t.tum"}) {
     EXPECT_THAT(result.out, HasSubstr(text));
   }
-  const std::vector<app::StampedPose> poses = app::ReadTum(test_.out / "t.tum");
+  const std::vector<StampedPose> poses = app::ReadTum(test_.out / "t.tum");
   EXPECT_GE(poses.size(), static_cast<std::size_t>(kFrames - 4));
-  for (const app::StampedPose& pose : poses) ExpectWayBack(pose, 100);
+  for (const StampedPose& pose : poses) ExpectWayBack(pose, 100);
   EXPECT_EQ(app::ReadAll(test_.out / "t.tum"), app::ReadAll(test_.out / "t0.tum"));
 
   const app::CsvTable status = app::ReadCsv(test_.out / "s.csv");

@@ -108,7 +108,7 @@ TEST_F(SimulateTest, WritesARecording) {
               testing::StartsWith("index,timestamp\n0,100.000000\n1,100.200000\n"));
 
   const std::vector<double> stamps_s = app::ReadStamps(folder_ / "run/frames.csv");
-  const std::vector<app::StampedPose> truth = app::ReadTum(folder_ / "run/truth.tum");
+  const std::vector<StampedPose> truth = app::ReadTum(folder_ / "run/truth.tum");
   EXPECT_EQ(Video("run/up.mp4").size(), static_cast<std::size_t>(kFrames));
   ASSERT_EQ(stamps_s.size(), static_cast<std::size_t>(kFrames));
   ASSERT_EQ(truth.size(), static_cast<std::size_t>(kFrames));
@@ -218,7 +218,7 @@ TEST_F(SimulateTest, ForwardCameraHasAVideoOfItsOwn) {
   EXPECT_EQ(rig.forward_height_m, 0.45);
   EXPECT_EQ(rig.forward->camera.Size(), cv::Size(200, 160));
   double steepest = 0;  // nose up is a negative pitch about y in the truth
-  for (const app::StampedPose& pose : app::ReadTum(folder_ / "run/truth.tum")) {
+  for (const StampedPose& pose : app::ReadTum(folder_ / "run/truth.tum")) {
     steepest = std::max(steepest, (pose.orientation * Eigen::Vector3d::UnitX()).z());
   }
   EXPECT_NEAR(steepest, std::sin(4 * M_PI / 180), 0.01);

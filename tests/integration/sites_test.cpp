@@ -15,14 +15,14 @@ using testing::HasSubstr;
 using testing::Not;
 
 /// Both drives are one straight line: frame i of the first room lies i steps from the start.
-void ExpectOnTheLine(const std::vector<app::StampedPose>& poses) {
+void ExpectOnTheLine(const std::vector<StampedPose>& poses) {
   ASSERT_FALSE(poses.empty());
-  for (const app::StampedPose& pose : poses) {
+  for (const StampedPose& pose : poses) {
     const double frame = pose.stamp_s < 500 ? (pose.stamp_s - 100) * 10
                                             : (pose.stamp_s - 1000) * 10 + Sites::kSecondBegins;
     EXPECT_NEAR(pose.position.x(), -kStep.y * frame * 0.01, 0.003) << pose.stamp_s;
     EXPECT_NEAR(pose.position.y(), kStep.x * frame * 0.01, 0.003) << pose.stamp_s;
-    EXPECT_NEAR(app::YawOf(pose), 0, 0.003) << pose.stamp_s;
+    EXPECT_NEAR(YawOf(pose), 0, 0.003) << pose.stamp_s;
   }
 }
 
@@ -34,7 +34,7 @@ TEST(Sites, AppendPutsASecondRecordingIntoTheMap) {
   const ProcessResult result = sites.recordings.Run(append);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   // The trajectory is that of the new recording, in the map's frame.
-  const std::vector<app::StampedPose> poses = app::ReadTum(sites.recordings.out / "second.tum");
+  const std::vector<StampedPose> poses = app::ReadTum(sites.recordings.out / "second.tum");
   EXPECT_EQ(poses.size(), static_cast<std::size_t>(Sites::kSecond));
   ExpectOnTheLine(poses);
   const nlohmann::json info = sites.Info("m.gpkg");
@@ -54,7 +54,7 @@ TEST(Sites, MergeMakesOneMapOfTwo) {
   const ProcessResult exported =
       sites.recordings.Run({"export", "s.gpkg", "--format", "tum", "-o", "s.tum"});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
-  const std::vector<app::StampedPose> poses = app::ReadTum(sites.recordings.out / "s.tum");
+  const std::vector<StampedPose> poses = app::ReadTum(sites.recordings.out / "s.tum");
   EXPECT_EQ(poses.size(), static_cast<std::size_t>(Sites::kFirst + Sites::kSecond));
   ExpectOnTheLine(poses);
 }

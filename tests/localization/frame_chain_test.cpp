@@ -9,7 +9,6 @@
 namespace ceilmap::localization {
 namespace {
 
-using calib::Pose2;
 using synthetic::Seen;
 using synthetic::SyntheticCeiling;
 using synthetic::UpCamera;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::localization {
 namespace {
@@ -68,12 +68,12 @@ TEST(HeadingFusion, ForgetsTheZero) {
 TEST(HeadingFusion, RefusesAnImpossibleDrift) {
   HeadingParams params;
   params.drift_rad2_per_s = -1;
-  EXPECT_THROW(HeadingFusion{params}, calib::InputError);
+  EXPECT_THROW(HeadingFusion{params}, InputError);
   params.drift_rad2_per_s = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(HeadingFusion{params}, calib::InputError);
+  EXPECT_THROW(HeadingFusion{params}, InputError);
   params = {};
   params.noise_rad = 0;
-  EXPECT_THROW(HeadingFusion{params}, calib::InputError);
+  EXPECT_THROW(HeadingFusion{params}, InputError);
 }
 
 }  // namespace

@@ -11,13 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::localization {
 namespace {
-
-using calib::WrapAngle;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -210,7 +208,7 @@ std::string ErrorOf(const std::vector<HeadingSample>& samples,
                     const HeadingTrackParams& params = {}) {
   try {
     const HeadingTrack track(samples, params);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   ADD_FAILURE() << "no InputError";
@@ -226,7 +224,7 @@ TEST(HeadingTrack, RefusesBadSamples) {
             "heading");
   EXPECT_EQ(ErrorOf({{0, 0, 0}}), "heading sample 1: sigma_rad = 0, must be finite and > 0");
   for (const double sigma_rad : {-0.1, kNan, kInfinity}) {
-    EXPECT_THROW(HeadingTrack({{0, 0, sigma_rad}}), calib::InputError) << sigma_rad;
+    EXPECT_THROW(HeadingTrack({{0, 0, sigma_rad}}), InputError) << sigma_rad;
   }
   for (const double stamp_s : {0.5, 1.0}) {
     EXPECT_EQ(ErrorOf({{1, 0, 0.1}, {stamp_s, 0, 0.1}}),
@@ -241,7 +239,7 @@ TEST(HeadingTrack, RefusesBadParameters) {
             "heading track: variance_growth_rad2_per_s = -1, must be finite and >= 0");
   EXPECT_EQ(ErrorOf({}, {.max_gap_s = kInfinity}),
             "heading track: max_gap_s = inf, must be finite and >= 0");
-  EXPECT_THROW((HeadingTrackParams{.max_gap_s = kNan}.Validate()), calib::InputError);
+  EXPECT_THROW((HeadingTrackParams{.max_gap_s = kNan}.Validate()), InputError);
 }
 
 }  // namespace

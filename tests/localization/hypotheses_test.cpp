@@ -4,12 +4,10 @@
 
 #include <map>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::localization {
 namespace {
-
-using calib::Pose2;
 
 constexpr double kSpan = 3;
 
@@ -187,7 +185,7 @@ TEST_F(HypothesesTest, KeepsTheBestFew) {
 TEST(HypothesesParams, AreChecked) {
   HypothesesParams params;
   params.confirmations = 0;
-  EXPECT_THROW(Hypotheses(kSpan, params), calib::InputError);
+  EXPECT_THROW(Hypotheses(kSpan, params), InputError);
 }
 
 }  // namespace

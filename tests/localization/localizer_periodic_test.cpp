@@ -10,7 +10,6 @@
 namespace ceilmap::localization {
 namespace {
 
-using calib::Pose2;
 using mapping::TrackingStatus;
 using synthetic::Periodic;
 using synthetic::TrueMap;
@@ -128,8 +127,7 @@ TEST(MarkedTile, ACompassTellsByWhichQuarterTheRobotTurnedInTheDark) {
     double variance = 1e-9;
     const auto heading = [&] {
       variance += 1e-6;
-      return compass ? std::optional(HeadingPrior{calib::WrapAngle(T.yaw + 2.2), variance})
-                     : std::nullopt;
+      return compass ? std::optional(HeadingPrior{WrapAngle(T.yaw + 2.2), variance}) : std::nullopt;
     };
     for (int i = 0; i < 6; ++i) EXPECT_TRUE(visitor.See(T, heading()).Placed()) << i;
     variance += 0.05;  // it has drifted for long

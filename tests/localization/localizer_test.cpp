@@ -6,13 +6,12 @@
 #include <random>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/localization/visitor.hpp"
 
 namespace ceilmap::localization {
 namespace {
 
-using calib::Pose2;
 using mapping::TrackingStatus;
 using synthetic::DistanceOf;
 using synthetic::kRight_m;
@@ -217,15 +216,15 @@ TEST_F(LocalizerTest, MeasuresAWrongScaleOfTheRigOnce) {
 
 TEST_F(LocalizerTest, BadCallsAreRefused) {
   Visitor visitor(*map_);
-  EXPECT_THROW(visitor.Show(cv::Mat(100, 100, CV_8UC1)), calib::InputError);
+  EXPECT_THROW(visitor.Show(cv::Mat(100, 100, CV_8UC1)), InputError);
   const cv::Mat picture = visitor.Uniform(1);
-  EXPECT_THROW(visitor.Get().Locate({picture, 1, std::nan(""), {}}), calib::InputError);
+  EXPECT_THROW(visitor.Get().Locate({picture, 1, std::nan(""), {}}), InputError);
   (void)visitor.Get().Locate({picture, 1, 50, {}});
-  EXPECT_THROW(visitor.Get().Locate({picture, 2, 50, {}}), calib::InputError);
-  EXPECT_THROW(visitor.Get().Locate({picture, 2, 51, HeadingPrior{0, 0}}), calib::InputError);
-  (void)visitor.Get().Locate({picture, 2, 51, {}});                            // nothing was harmed
-  EXPECT_THROW(Localizer(*map_->map, UpCamera(250, 2.7)), calib::InputError);  // above the ceiling
-  EXPECT_THROW(Localizer(*map_->map, UpCamera(5000, 0.5)), calib::InputError);  // another scale
+  EXPECT_THROW(visitor.Get().Locate({picture, 2, 50, {}}), InputError);
+  EXPECT_THROW(visitor.Get().Locate({picture, 2, 51, HeadingPrior{0, 0}}), InputError);
+  (void)visitor.Get().Locate({picture, 2, 51, {}});                      // nothing was harmed
+  EXPECT_THROW(Localizer(*map_->map, UpCamera(250, 2.7)), InputError);   // above the ceiling
+  EXPECT_THROW(Localizer(*map_->map, UpCamera(5000, 0.5)), InputError);  // another scale
 }
 
 TEST_F(LocalizerTest, AGapInTimeIsNotBridgedByOneLook) {
@@ -277,10 +276,10 @@ TEST_F(LocalizerTest, AWrongZeroOfHeadingsIsForgotten) {
 TEST(LocalizerParams, AreChecked) {
   LocalizerParams params;
   params.min_overlap = 1.5;
-  EXPECT_THROW(params.Validate(), calib::InputError);
+  EXPECT_THROW(params.Validate(), InputError);
   params = {};
   params.patches.kept = 0;
-  EXPECT_THROW(params.Validate(), calib::InputError);
+  EXPECT_THROW(params.Validate(), InputError);
 }
 
 }  // namespace

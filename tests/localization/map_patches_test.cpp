@@ -4,13 +4,12 @@
 
 #include <opencv2/core.hpp>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/localization/true_map.hpp"
 
 namespace ceilmap::localization {
 namespace {
 
-using calib::Pose2;
 using synthetic::Seen;
 using synthetic::TrueMap;
 using synthetic::UpCamera;
@@ -99,7 +98,7 @@ TEST_F(MapPatchesTest, ImpossibleParametersAreRefused) {
   registration::Registrar registrar(view.Size());
   PatchParams params;
   params.headings = 3;
-  EXPECT_THROW(MapPatches(*map_->map, view, registrar, params), calib::InputError);
+  EXPECT_THROW(MapPatches(*map_->map, view, registrar, params), InputError);
 }
 
 }  // namespace

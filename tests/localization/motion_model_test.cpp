@@ -6,12 +6,10 @@
 #include <cmath>
 #include <random>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::localization {
 namespace {
-
-using calib::Pose2;
 
 PoseEstimate Known(const Pose2& T, double sigma = 1e-3, double sigma_rad = 1e-3) {
   PoseEstimate pose{T};
@@ -37,7 +35,7 @@ TEST(MotionModel, LearnsAnEvenSpeedAndKeepsIt) {
   const Pose2 expected = T * step * step * step;
   EXPECT_NEAR(later.T_map_base.x, expected.x, 5e-3);
   EXPECT_NEAR(later.T_map_base.y, expected.y, 5e-3);
-  EXPECT_NEAR(calib::WrapAngle(later.T_map_base.yaw - expected.yaw), 0, 5e-3);
+  EXPECT_NEAR(WrapAngle(later.T_map_base.yaw - expected.yaw), 0, 5e-3);
   EXPECT_EQ(model.Stamp(), 3.0);  // PredictedAt changes nothing
 }
 
@@ -118,7 +116,7 @@ TEST(PoseEstimates, DistanceAndMotion) {
 TEST(MotionModel, RefusesImpossibleParameters) {
   MotionModelParams params;
   params.turn_noise = 0;
-  EXPECT_THROW(MotionModel{params}, calib::InputError);
+  EXPECT_THROW(MotionModel{params}, InputError);
 }
 
 }  // namespace

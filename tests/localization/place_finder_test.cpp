@@ -4,13 +4,12 @@
 
 #include <random>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/localization/true_map.hpp"
 
 namespace ceilmap::localization {
 namespace {
 
-using calib::Pose2;
 using synthetic::AngleBetween;
 using synthetic::DistanceOf;
 using synthetic::Seen;
@@ -82,7 +81,7 @@ TEST_F(PlaceFinderTest, EndsBeforeItsIndexIsReady) {
 TEST(PlaceFinder, ImpossibleParametersAreRefused) {
   PlaceFinderParams params;
   params.min_votes_part = 1;
-  EXPECT_THROW(params.Validate(), calib::InputError);
+  EXPECT_THROW(params.Validate(), InputError);
 }
 
 }  // namespace

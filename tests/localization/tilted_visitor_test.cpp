@@ -14,8 +14,6 @@
 namespace ceilmap::localization {
 namespace {
 
-using calib::Pose2;
-using calib::Tilt;
 using synthetic::TrueMap;
 using synthetic::UpCamera;
 
@@ -94,8 +92,7 @@ TEST_F(TiltedVisitor, IsPlacedRightWhenItsTiltIsGiven) {
     const Location location = visitor.See(tilt, tilt);
     ASSERT_TRUE(location.Placed()) << i;
     EXPECT_LT(visitor.ErrorOf(location), 0.01) << i;
-    EXPECT_LT(std::abs(calib::WrapAngle(location.pose.T_map_base.yaw - visitor.Truth().yaw)),
-              0.005);
+    EXPECT_LT(std::abs(WrapAngle(location.pose.T_map_base.yaw - visitor.Truth().yaw)), 0.005);
     EXPECT_EQ(location.pose.tilt.pitch_rad, tilt.pitch_rad);
     EXPECT_EQ(location.pose.tilt.lift_m, tilt.lift_m);
     EXPECT_LT(std::sqrt(location.pose.covariance(0, 0)), 0.01);

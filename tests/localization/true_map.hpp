@@ -17,7 +17,6 @@
 /// Maps of synthetic ceilings whose keyframes lie where they truly are, and visitors' pictures.
 namespace ceilmap::localization::synthetic {
 
-using calib::Pose2;
 using registration::synthetic::CeilingParams;
 using registration::synthetic::MotionAt;
 using registration::synthetic::SyntheticCeiling;
@@ -122,7 +121,7 @@ inline double DistanceOf(const Pose2& a, const Pose2& b) {
   return (a.Translation() - b.Translation()).norm();
 }
 inline double AngleBetween(const Pose2& a, const Pose2& b) {
-  return std::abs(calib::WrapAngle(a.yaw - b.yaw));
+  return std::abs(WrapAngle(a.yaw - b.yaw));
 }
 
 }  // namespace ceilmap::localization::synthetic

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -105,9 +105,8 @@ TEST_F(TwoVisits, WhatNobodyConfirmsIsForgotten) {
 TEST(ClosureJudge, RefusesParametersThatCannotBe) {
   ClosureJudgeParams params;
   params.confirm_within = 0;
-  EXPECT_THAT(
-      [&] { ClosureJudge(kUnitsPerPx, params); },
-      ThrowsMessage<calib::InputError>("loop closing: confirm_within = 0, must be at least 1"));
+  EXPECT_THAT([&] { ClosureJudge(kUnitsPerPx, params); },
+              ThrowsMessage<InputError>("loop closing: confirm_within = 0, must be at least 1"));
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/synthetic_map.hpp"
 #include "tests/mapping/temp_folder.hpp"
 
@@ -159,7 +159,7 @@ TEST_F(Export, RosNeedsMetres) {
   }
   const MapReader map(folder_ / "px.gpkg");
   EXPECT_THAT([&] { ExportRos(map, folder_ / "site"); },
-              ThrowsMessage<calib::InputError>(HasSubstr("no metres")));
+              ThrowsMessage<InputError>(HasSubstr("no metres")));
   ExportGeoTiff(map, folder_ / "px.tif");
   EXPECT_TRUE(Open(folder_ / "px.tif")->GetSpatialRef()->IsLocal());
 }
@@ -167,17 +167,17 @@ TEST_F(Export, RosNeedsMetres) {
 TEST_F(Export, UnusableTargetsAndMaps) {
   const MapReader map(folder_ / "map.gpkg");
   const fs::path missing = folder_ / "none/out";
-  EXPECT_THROW(ExportPng(map, missing), calib::InputError);
-  EXPECT_THROW(ExportGeoTiff(map, missing), calib::InputError);
-  EXPECT_THROW(ExportRos(map, missing), calib::InputError);
+  EXPECT_THROW(ExportPng(map, missing), InputError);
+  EXPECT_THROW(ExportGeoTiff(map, missing), InputError);
+  EXPECT_THROW(ExportRos(map, missing), InputError);
   {
     MapWriter writer(folder_ / "empty.gpkg", map.Metadata());
     writer.Commit();
   }
   const MapReader empty(folder_ / "empty.gpkg");
-  EXPECT_THROW(ExportPng(empty, folder_ / "x.png"), calib::InputError);
-  EXPECT_THROW(ExportGeoTiff(empty, folder_ / "x.tif"), calib::InputError);
-  EXPECT_THROW(ExportRos(empty, folder_ / "x"), calib::InputError);
+  EXPECT_THROW(ExportPng(empty, folder_ / "x.png"), InputError);
+  EXPECT_THROW(ExportGeoTiff(empty, folder_ / "x.tif"), InputError);
+  EXPECT_THROW(ExportRos(empty, folder_ / "x"), InputError);
   EXPECT_EQ(folder_.CountFiles(), 2U);
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/synthetic_graph.hpp"
 
 namespace ceilmap::mapping {
@@ -39,7 +39,7 @@ void ExpectSame(const PoseGraph& a, const PoseGraph& b) {
 std::string Refusal(const std::string& text) {
   try {
     ParseG2o(text, "graph.g2o");
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "accepted";
@@ -125,7 +125,7 @@ TEST(ParseG2o, AnyOrderBlankLinesCommentsAndLineEnds) {
       "graph.g2o");
   ASSERT_EQ(graph.poses.size(), 2U);
   EXPECT_EQ(graph.poses[0].yaw, -0.5);
-  EXPECT_EQ(graph.poses[1].yaw, calib::WrapAngle(7));
+  EXPECT_EQ(graph.poses[1].yaw, WrapAngle(7));
   ASSERT_EQ(graph.edges.size(), 1U);
   EXPECT_EQ(graph.edges[0].kind, Edge::Kind::kLoopClosure);
   EXPECT_EQ(graph.fixed, std::vector<std::int64_t>{1});

@@ -22,7 +22,7 @@ Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T, double sigma) 
 void ExpectSame(const Pose2& a, const Pose2& b) {
   EXPECT_NEAR(a.x, b.x, 1e-12);
   EXPECT_NEAR(a.y, b.y, 1e-12);
-  EXPECT_NEAR(calib::WrapAngle(a.yaw - b.yaw), 0, 1e-12);
+  EXPECT_NEAR(WrapAngle(a.yaw - b.yaw), 0, 1e-12);
 }
 
 TEST(KeyframeGraph, FindsNeighboursWhereverTheyMove) {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/heading_trust.hpp"
 
 namespace ceilmap::mapping {
@@ -94,7 +94,7 @@ TEST(KeyframeHeadings, SayWhichEdgesFaceAnotherWay) {
 
 TEST(HeadingTrust, OnlyAnotherOrientationContradicts) {
   const HeadingTrust trust;
-  const calib::HeadingTurn compass{1, 1e-4};
+  const HeadingTurn compass{1, 1e-4};
   EXPECT_FALSE(Contradict(compass, {1.2, 0}, trust)) << "20 sigmas, but no quarter turn";
   EXPECT_TRUE(Contradict(compass, {1.3, 0}, trust));
   EXPECT_TRUE(Contradict(compass, {-2.2, 0}, trust));
@@ -106,7 +106,7 @@ TEST(HeadingTrust, OnlyAnotherOrientationContradicts) {
 TEST(HeadingTrust, RefusesImpossibleValues) {
   HeadingTrust trust;
   trust.max_sigmas = 0;
-  EXPECT_THROW(trust.Validate(), calib::InputError);
+  EXPECT_THROW(trust.Validate(), InputError);
 }
 
 }  // namespace

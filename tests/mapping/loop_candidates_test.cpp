@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/synthetic_drive.hpp"
 
 namespace ceilmap::mapping {
@@ -73,7 +73,7 @@ TEST(LoopCandidates, RefusesParametersThatCannotBe) {
   params.looks_gap = 0;
   const calib::CeilingView view = synthetic::SmallView();
   EXPECT_THAT([&] { LoopCandidates(view, params); },
-              ThrowsMessage<calib::InputError>("loop closing: looks_gap = 0, must be at least 1"));
+              ThrowsMessage<InputError>("loop closing: looks_gap = 0, must be at least 1"));
 }
 
 }  // namespace

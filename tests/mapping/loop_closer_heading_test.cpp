@@ -33,7 +33,7 @@ class TwoDrives : public Stops {
         stop.sigma_rad = 1.5;
       }
       if (compass) {
-        stop.heading = {calib::WrapAngle(stop.T_map_base.yaw + 2), 1e-6 + 1e-4 * id};
+        stop.heading = {WrapAngle(stop.T_map_base.yaw + 2), 1e-6 + 1e-4 * id};
       }
       Show(stop);
     }

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/synthetic_drive.hpp"
 
 namespace ceilmap::mapping {
@@ -160,9 +160,8 @@ TEST(LoopCloser, SameInputSameGraph) {
 TEST(LoopCloser, RefusesParametersThatCannotBe) {
   LoopCloserParams params;
   params.candidates.min_overlap = 1.5;
-  EXPECT_THAT(
-      [&] { params.Validate(); },
-      ThrowsMessage<calib::InputError>("loop closing: min_overlap = 1.5, must be in (0, 1)"));
+  EXPECT_THAT([&] { params.Validate(); },
+              ThrowsMessage<InputError>("loop closing: min_overlap = 1.5, must be in (0, 1)"));
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/map_file.hpp"
 #include "mapping/map_metadata.hpp"
 #include "tests/mapping/synthetic_map.hpp"
@@ -52,16 +52,15 @@ fs::path Altered(const TempFolder& folder, const std::vector<std::string>& state
 
 TEST(MapDamage, FilesThatAreNoMap) {
   const TempFolder folder;
-  EXPECT_THAT(
-      Opening(folder / "none.gpkg"),
-      ThrowsMessage<calib::InputError>(AllOf(HasSubstr("none.gpkg"), HasSubstr("no such"))));
+  EXPECT_THAT(Opening(folder / "none.gpkg"),
+              ThrowsMessage<InputError>(AllOf(HasSubstr("none.gpkg"), HasSubstr("no such"))));
   fs::create_directory(folder / "dir.gpkg");
-  EXPECT_THAT(Opening(folder / "dir.gpkg"), ThrowsMessage<calib::InputError>(HasSubstr("no file")));
+  EXPECT_THAT(Opening(folder / "dir.gpkg"), ThrowsMessage<InputError>(HasSubstr("no file")));
   Store(folder / "empty.gpkg", "");
   Store(folder / "text.gpkg", std::string(5000, 'x'));
   for (const char* name : {"empty.gpkg", "text.gpkg"}) {
     EXPECT_THAT(Opening(folder / name),
-                ThrowsMessage<calib::InputError>(AllOf(
+                ThrowsMessage<InputError>(AllOf(
                     HasSubstr(name), HasSubstr("is no GeoPackage"), HasSubstr("ceilmap map"))));
   }
 }
@@ -75,7 +74,7 @@ TEST(MapDamage, AnotherGeoPackage) {
     ASSERT_NE(other->CreateLayer("roads", nullptr, wkbPoint, nullptr), nullptr);
   }
   EXPECT_THAT(Opening(folder / "other.gpkg"),
-              ThrowsMessage<calib::InputError>(HasSubstr("no ceilmap map")));
+              ThrowsMessage<InputError>(HasSubstr("no ceilmap map")));
 }
 
 TEST(MapDamage, AnotherFormatVersion) {
@@ -83,7 +82,7 @@ TEST(MapDamage, AnotherFormatVersion) {
   EXPECT_THAT(
       Opening(Altered(folder,
                       {"UPDATE ceilmap_metadata SET value = '9' WHERE key = 'format_version'"})),
-      ThrowsMessage<calib::InputError>(
+      ThrowsMessage<InputError>(
           AllOf(HasSubstr("format version 9"), HasSubstr("make the map again"))));
 }
 
@@ -101,20 +100,20 @@ TEST(MapDamage, ImpossibleMetadata) {
     const TempFolder folder;
     std::string sql = "UPDATE ceilmap_metadata SET value = '";
     sql.append(value).append("' WHERE key = '").append(key).append("'");
-    EXPECT_THAT(Opening(Altered(folder, {sql})),
-                ThrowsMessage<calib::InputError>(
-                    AllOf(HasSubstr("altered.gpkg"), HasSubstr("ceilmap_metadata"))))
+    EXPECT_THAT(
+        Opening(Altered(folder, {sql})),
+        ThrowsMessage<InputError>(AllOf(HasSubstr("altered.gpkg"), HasSubstr("ceilmap_metadata"))))
         << key << " = " << value;
   }
   const TempFolder folder;
   EXPECT_THAT(Opening(Altered(folder, {"DELETE FROM ceilmap_metadata WHERE key = 'unit'"})),
-              ThrowsMessage<calib::InputError>(HasSubstr("no 'unit'")));
+              ThrowsMessage<InputError>(HasSubstr("no 'unit'")));
 }
 
 TEST(MapDamage, MissingTable) {
   const TempFolder folder;
   EXPECT_THAT(Opening(Altered(folder, {"DROP TABLE edges"})),
-              ThrowsMessage<calib::InputError>(HasSubstr("no table edges")));
+              ThrowsMessage<InputError>(HasSubstr("no table edges")));
 }
 
 /// The message of opening a good map changed by SQLite alone: GDAL would read what it makes.
@@ -129,7 +128,7 @@ std::string MessageAfter(const std::string& sql) {
   try {
     const MapReader reader(file);
     return "";
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return std::string(error.what()).substr(file.string().size());
   }
 }
@@ -171,9 +170,8 @@ TEST(MapDamage, ImpossibleRows) {
                                 "UPDATE edges SET kind = 'guess' WHERE fid = 1",
                                 "UPDATE edges SET x = 1e200 WHERE fid = 1",
                                 "UPDATE edges SET ixx = NULL WHERE fid = 1"}) {
-    EXPECT_THAT(
-        reading(sql),
-        ThrowsMessage<calib::InputError>(AllOf(HasSubstr("altered.gpkg"), HasSubstr("row"))))
+    EXPECT_THAT(reading(sql),
+                ThrowsMessage<InputError>(AllOf(HasSubstr("altered.gpkg"), HasSubstr("row"))))
         << sql;
   }
 }
@@ -189,7 +187,7 @@ TEST(MapDamage, PicturesOfAnotherSizeAreNotDecoded) {
                "UPDATE keyframe_pictures SET png = NULL WHERE id = 3"});
   const MapReader reader(file);
   for (const int id : {1, 2, 3, 99}) {
-    EXPECT_THROW((void)reader.ReadPicture(id), calib::InputError) << id;
+    EXPECT_THROW((void)reader.ReadPicture(id), InputError) << id;
   }
   EXPECT_EQ(reader.ReadPicture(0).size(), cv::Size(64, 48));
 }
@@ -198,10 +196,10 @@ TEST(MapDamage, HostileMosaicSize) {
   const TempFolder folder;
   EXPECT_THROW(Opening(Altered(
                    folder, {"UPDATE gpkg_contents SET max_x = 1e12 WHERE table_name='mosaic'"}))(),
-               calib::InputError);
+               InputError);
   EXPECT_THROW(Opening(Altered(folder, {"UPDATE gpkg_tile_matrix SET tile_width = 2000000000"}))(),
-               calib::InputError);
-  EXPECT_THROW(Opening(Altered(folder, {"DELETE FROM gpkg_tile_matrix"}))(), calib::InputError);
+               InputError);
+  EXPECT_THROW(Opening(Altered(folder, {"DELETE FROM gpkg_tile_matrix"}))(), InputError);
   MosaicGrid grid{0, 0, 0.01, 1 << 18, 1 << 18};
   EXPECT_EQ(Problem(grid), "");
   ++grid.width_px;
@@ -220,9 +218,8 @@ TEST(MapDamage, TruncatedFilesAreNoticedAtOnce) {
                                  good.size() / 2,
                                  good.size() - 1}) {
     Store(folder / "short.gpkg", good.substr(0, size));
-    EXPECT_THAT(
-        Opening(folder / "short.gpkg"),
-        ThrowsMessage<calib::InputError>(AllOf(HasSubstr("short.gpkg"), Not(HasSubstr("\n")))))
+    EXPECT_THAT(Opening(folder / "short.gpkg"),
+                ThrowsMessage<InputError>(AllOf(HasSubstr("short.gpkg"), Not(HasSubstr("\n")))))
         << size;
   }
 }
@@ -251,7 +248,7 @@ TEST(MapDamage, AFlippedByteInAPictureOrTileIsNoticed) {
     Store(folder / "bad.gpkg", bad);
     try {
       ReadAll(folder / "bad.gpkg");
-    } catch (const calib::InputError&) {
+    } catch (const InputError&) {
       ++noticed;
     }
   }
@@ -275,7 +272,7 @@ TEST(MapDamage, FlippedBytesGiveAnErrorOrOtherValuesButNoCrash) {
     Store(folder / "bad.gpkg", bad);
     try {
       ReadAll(folder / "bad.gpkg");
-    } catch (const calib::InputError& error) {
+    } catch (const InputError& error) {
       ++errors;
       EXPECT_THAT(error.what(), AllOf(HasSubstr("bad.gpkg"), Not(HasSubstr("\n"))));
     }

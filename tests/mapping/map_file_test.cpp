@@ -8,7 +8,7 @@
 #include <fstream>
 #include <thread>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/synthetic_map.hpp"
 #include "tests/mapping/temp_folder.hpp"
 
@@ -141,9 +141,9 @@ TEST(MapFile, KeepsMosaicExactly) {
   }
   cv::Mat grey;
   cv::Mat alpha;
-  EXPECT_THROW(reader.ReadMosaic({690, 0, 20, 20}, grey, alpha), calib::InputError);
-  EXPECT_THROW(reader.ReadMosaic({-1, 0, 20, 20}, grey, alpha), calib::InputError);
-  EXPECT_THROW(reader.ReadMosaic({0, 0, 0, 0}, grey, alpha), calib::InputError);
+  EXPECT_THROW(reader.ReadMosaic({690, 0, 20, 20}, grey, alpha), InputError);
+  EXPECT_THROW(reader.ReadMosaic({-1, 0, 20, 20}, grey, alpha), InputError);
+  EXPECT_THROW(reader.ReadMosaic({0, 0, 0, 0}, grey, alpha), InputError);
 }
 
 TEST(MapFile, StoresMosaicOfManyWindowsAndReportsProgress) {
@@ -192,7 +192,7 @@ TEST(MapFile, WriterReadsPicturesBackWhileTheMosaicIsWritten) {
                        }
                      });
   EXPECT_EQ(wrong, 0);
-  EXPECT_THROW((void)writer.ReadPicture(77), calib::InputError);
+  EXPECT_THROW((void)writer.ReadPicture(77), InputError);
   writer.Commit();
 }
 
@@ -214,8 +214,8 @@ TEST(MapFile, MapInPixelsWithoutMosaicOrFrames) {
   EXPECT_TRUE(reader.ReadEdges().empty());
   cv::Mat grey;
   cv::Mat alpha;
-  EXPECT_THROW(reader.ReadMosaic({0, 0, 1, 1}, grey, alpha), calib::InputError);
-  EXPECT_THROW((void)reader.ReadPicture(0), calib::InputError);
+  EXPECT_THROW(reader.ReadMosaic({0, 0, 1, 1}, grey, alpha), InputError);
+  EXPECT_THROW((void)reader.ReadPicture(0), InputError);
 }
 
 TEST(MapFile, MosaicThatNobodySawIsTransparent) {
@@ -299,11 +299,11 @@ TEST(MapFile, SaysThatAnotherReplacedIt) {
     EXPECT_NO_THROW(reader.CheckCurrent());
     writer.Commit();
   }
-  EXPECT_THROW(reader.CheckCurrent(), calib::InputError);
+  EXPECT_THROW(reader.CheckCurrent(), InputError);
   EXPECT_EQ(reader.ReadKeyframes().size(), 6U);  // of the old one
   EXPECT_NO_THROW(MapReader(file).CheckCurrent());
   fs::remove(file);
-  EXPECT_THROW(reader.CheckCurrent(), calib::InputError);
+  EXPECT_THROW(reader.CheckCurrent(), InputError);
 }
 
 TEST(MapFile, ReplacesWhatAKilledRunLeftBehind) {
@@ -322,16 +322,14 @@ TEST(MapFile, WriterNamesUnusableTargets) {
   const auto open = [&](const fs::path& file) {
     return [=] { const MapWriter writer(file, metadata); };
   };
-  EXPECT_THAT(open(folder / "map.png"),
-              ThrowsMessage<calib::InputError>(HasSubstr("must end in .gpkg")));
+  EXPECT_THAT(open(folder / "map.png"), ThrowsMessage<InputError>(HasSubstr("must end in .gpkg")));
   EXPECT_THAT(open(folder / "none/map.gpkg"),
-              ThrowsMessage<calib::InputError>(HasSubstr("does not exist")));
+              ThrowsMessage<InputError>(HasSubstr("does not exist")));
   fs::create_directory(folder / "dir.gpkg");
-  EXPECT_THAT(open(folder / "dir.gpkg"),
-              ThrowsMessage<calib::InputError>(HasSubstr("is a folder")));
+  EXPECT_THAT(open(folder / "dir.gpkg"), ThrowsMessage<InputError>(HasSubstr("is a folder")));
   MapMetadata bad = metadata;
   bad.resolution = 0;
-  EXPECT_THROW(MapWriter(folder / "map.gpkg", bad), calib::InputError);
+  EXPECT_THROW(MapWriter(folder / "map.gpkg", bad), InputError);
   EXPECT_EQ(folder.CountFiles(), 1U);
 }
 
@@ -339,14 +337,13 @@ TEST(MapFile, WriterRefusesWrongInput) {
   const TempFolder folder;
   const SmallMap map;
   MapWriter writer(folder / "map.gpkg", map.metadata);
-  EXPECT_THROW(writer.AddPicture(0, cv::Mat(48, 65, CV_8UC1)), calib::InputError);
-  EXPECT_THROW(writer.AddPicture(0, cv::Mat(48, 64, CV_8UC3)), calib::InputError);
+  EXPECT_THROW(writer.AddPicture(0, cv::Mat(48, 65, CV_8UC1)), InputError);
+  EXPECT_THROW(writer.AddPicture(0, cv::Mat(48, 64, CV_8UC3)), InputError);
   MapGraph without_keyframes;
   without_keyframes.edges = map.edges;
-  EXPECT_THROW(writer.WriteGraph(without_keyframes), calib::InputError);
+  EXPECT_THROW(writer.WriteGraph(without_keyframes), InputError);
   writer.AddPicture(3, synthetic::Picture(3, map.metadata.view_size));
-  EXPECT_THROW(writer.AddPicture(3, synthetic::Picture(3, map.metadata.view_size)),
-               calib::RunError);
+  EXPECT_THROW(writer.AddPicture(3, synthetic::Picture(3, map.metadata.view_size)), RunError);
 }
 
 TEST(MapFile, MosaicSourceMayThrow) {
@@ -354,11 +351,11 @@ TEST(MapFile, MosaicSourceMayThrow) {
   MapWriter writer(folder / "map.gpkg", SmallMap().metadata);
   const auto write = [&] {
     writer.WriteMosaic({0, 0, 1, 3000, 100}, [](const cv::Rect& window, cv::Mat& g, cv::Mat& a) {
-      if (window.x > 0) throw calib::RunError("no picture");
+      if (window.x > 0) throw RunError("no picture");
       synthetic::FillMosaic(window, g, a);
     });
   };
-  EXPECT_THAT(write, ThrowsMessage<calib::RunError>(HasSubstr("no picture")));
+  EXPECT_THAT(write, ThrowsMessage<RunError>(HasSubstr("no picture")));
 }
 
 /// Lets files of this process grow up to a limit only: what a full disk looks like to a program.
@@ -396,7 +393,7 @@ TEST(MapFile, FullDiskIsARunErrorAndLeavesTheOldMap) {
       const FileSizeLimit limit(bytes);
       try {
         map.Write(folder / "map.gpkg");
-      } catch (const calib::RunError& error) {
+      } catch (const RunError& error) {
         message = error.what();
       }
     }

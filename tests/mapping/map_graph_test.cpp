@@ -23,7 +23,7 @@ class Circle {
   explicit Circle(int laps, unsigned seed = 1) : random_(seed) {
     for (int i = 0; i < laps * kPerLap; ++i) {
       const double angle = 2 * std::numbers::pi * i / kPerLap;
-      truth.push_back({3 * std::cos(angle), 3 * std::sin(angle), calib::WrapAngle(angle + 1.57)});
+      truth.push_back({3 * std::cos(angle), 3 * std::sin(angle), WrapAngle(angle + 1.57)});
       AddKeyframe(i);
       if (i > 0) graph.edges.push_back(Measure(i - 1, i, Edge::Kind::kOdometry));
       if (i >= kPerLap) graph.edges.push_back(Measure(i - kPerLap, i, Edge::Kind::kLoopClosure));
@@ -121,8 +121,7 @@ TEST(MapGraph, ErrorsAreWhatTheCovariancesSay) {
       if (keyframe.id == 0) continue;
       const Pose2& T = keyframe.pose.T_map_base;
       const Pose2& truth = circle.truth[static_cast<std::size_t>(keyframe.id)];
-      const Eigen::Vector3d error(
-          T.x - truth.x, T.y - truth.y, calib::WrapAngle(T.yaw - truth.yaw));
+      const Eigen::Vector3d error(T.x - truth.x, T.y - truth.y, WrapAngle(T.yaw - truth.yaw));
       sum += error.dot(keyframe.pose.covariance.inverse() * error);
       ++count;
     }

@@ -125,7 +125,7 @@ void AddHeadings(DriveUnder& drive, double first_variance) {
   double variance = first_variance;
   for (Keyframe& keyframe : drive.graph.keyframes) {
     variance += 1e-5;
-    keyframe.pose.heading = {calib::WrapAngle(drive.truth.at(keyframe.id).yaw + 2), variance};
+    keyframe.pose.heading = {WrapAngle(drive.truth.at(keyframe.id).yaw + 2), variance};
   }
 }
 

@@ -25,7 +25,7 @@ synthetic::SmallMap TiltedMap() {
   return map;
 }
 
-void ExpectSame(const calib::Tilt& a, const calib::Tilt& b) {
+void ExpectSame(const Tilt& a, const Tilt& b) {
   EXPECT_EQ(a.pitch_rad, b.pitch_rad);
   EXPECT_EQ(a.roll_rad, b.roll_rad);
   EXPECT_EQ(a.lift_m, b.lift_m);

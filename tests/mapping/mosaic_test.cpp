@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/map_metadata.hpp"
 #include "tests/mapping/synthetic_map.hpp"
 
@@ -216,7 +216,7 @@ TEST(Mosaic, AnyWindowShowsTheSameAsTheWhole) {
   }
   cv::Mat grey;
   cv::Mat alpha;
-  EXPECT_THROW(renderer.Render({0, 0, 100000, 1}, grey, alpha), calib::InputError);
+  EXPECT_THROW(renderer.Render({0, 0, 100000, 1}, grey, alpha), InputError);
 }
 
 TEST(Mosaic, RenderMayBeCalledFromSeveralThreads) {
@@ -328,22 +328,22 @@ TEST(Mosaic, BecomesCoarserWhereItWouldBeTooLarge) {
 TEST(Mosaic, RefusesWrongInput) {
   const MapMetadata metadata = synthetic::Metadata({64, 48}, 0.5);
   const PictureLoader no_picture = [](std::int64_t) { return cv::Mat(); };
-  EXPECT_THROW(MosaicRenderer({}, metadata, no_picture), calib::InputError);
+  EXPECT_THROW(MosaicRenderer({}, metadata, no_picture), InputError);
   EXPECT_THAT(([&] { const MosaicRenderer renderer({Keyframe{}}, metadata, no_picture); }),
-              ThrowsMessage<calib::RunError>(HasSubstr("picture of keyframe 0")));
+              ThrowsMessage<RunError>(HasSubstr("picture of keyframe 0")));
   MosaicParams params;
   params.feather_power = -1;
   EXPECT_THAT([&] { params.Validate(); },
-              ThrowsMessage<calib::InputError>(HasSubstr("feather_power = -1")));
+              ThrowsMessage<InputError>(HasSubstr("feather_power = -1")));
   params = {};
   params.resolution = std::nan("");
-  EXPECT_THROW(params.Validate(), calib::InputError);
+  EXPECT_THROW(params.Validate(), InputError);
   params = {};
   params.cache_pictures = 0;
-  EXPECT_THROW(params.Validate(), calib::InputError);
+  EXPECT_THROW(params.Validate(), InputError);
   params = {};
   params.threads = -1;
-  EXPECT_THROW(params.Validate(), calib::InputError);
+  EXPECT_THROW(params.Validate(), InputError);
 }
 
 }  // namespace

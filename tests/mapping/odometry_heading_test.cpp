@@ -53,7 +53,7 @@ class Drive {
   [[nodiscard]] const OdometryStep& Last() const { return steps_.back(); }
   [[nodiscard]] const std::vector<OdometryStep>& Steps() const { return steps_; }
   [[nodiscard]] double YawError() const {
-    return std::abs(calib::WrapAngle(Last().pose.T_map_base.yaw - T_map_base_.yaw));
+    return std::abs(WrapAngle(Last().pose.T_map_base.yaw - T_map_base_.yaw));
   }
   [[nodiscard]] double Error() const {
     return (Last().pose.T_map_base.Translation() - T_map_base_.Translation()).norm();
@@ -67,7 +67,7 @@ class Drive {
     if (compass_.on) {
       compass_.off += compass_.drift_per_frame;
       compass_.variance += compass_.drift_per_frame * compass_.drift_per_frame;
-      context.heading = {calib::WrapAngle(T_map_base_.yaw + compass_.off), compass_.variance};
+      context.heading = {WrapAngle(T_map_base_.yaw + compass_.off), compass_.variance};
     }
     steps_.push_back(
         odometry_.Process(picture, Frame(), 0.1 * static_cast<double>(Frame()), context));

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::mapping {
@@ -83,7 +83,7 @@ class Drive {
 
 void ExpectNear(const Pose2& pose, const Pose2& truth, const std::string& what) {
   EXPECT_LT((pose.Translation() - truth.Translation()).norm(), kMillimetre) << what;
-  EXPECT_LT(std::abs(calib::WrapAngle(pose.yaw - truth.yaw)), 0.02 * kDegree) << what;
+  EXPECT_LT(std::abs(WrapAngle(pose.yaw - truth.yaw)), 0.02 * kDegree) << what;
 }
 
 bool Placed(const OdometryStep& step) {
@@ -185,7 +185,7 @@ TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
           drive->Truths()[frame_of[edge.from]].Inverse() * drive->Truths()[frame_of[edge.to]];
       const Eigen::Vector3d error(edge.T_from_to.x - truth.x,
                                   edge.T_from_to.y - truth.y,
-                                  calib::WrapAngle(edge.T_from_to.yaw - truth.yaw));
+                                  WrapAngle(edge.T_from_to.yaw - truth.yaw));
       EXPECT_LT(error.head<2>().norm(), 0.5 * kMillimetre);
       EXPECT_LT(std::abs(error.z()), 0.015 * kDegree);
       EXPECT_LT(error.dot(edge.information * error), 36) << "six sigmas";
@@ -364,7 +364,7 @@ TEST(Odometry, WorksInPixelsWithoutARig) {
         odometry.Process(ceiling.Render(view.Size(), MotionAt(view, truth)), i, i);
     ASSERT_TRUE(Placed(step)) << i;
     EXPECT_LT((step.pose.T_map_base.Translation() - truth.Translation()).norm(), 0.1);
-    EXPECT_LT(std::abs(calib::WrapAngle(step.pose.T_map_base.yaw - truth.yaw)), 0.05 * kDegree);
+    EXPECT_LT(std::abs(WrapAngle(step.pose.T_map_base.yaw - truth.yaw)), 0.05 * kDegree);
     truth = truth * Pose2{25, 3, 0.1};
   }
 }
@@ -372,8 +372,8 @@ TEST(Odometry, WorksInPixelsWithoutARig) {
 TEST(Odometry, RefusesOtherPictures) {
   const CeilingView view = MakeView();
   Odometry odometry(view, {});
-  EXPECT_THROW(odometry.Process(cv::Mat::zeros(480, 640, CV_8UC3), 0, 0), calib::InputError);
-  EXPECT_THROW(odometry.Process(cv::Mat::zeros(240, 320, CV_8UC1), 0, 0), calib::InputError);
+  EXPECT_THROW(odometry.Process(cv::Mat::zeros(480, 640, CV_8UC3), 0, 0), InputError);
+  EXPECT_THROW(odometry.Process(cv::Mat::zeros(240, 320, CV_8UC1), 0, 0), InputError);
 }
 
 TEST(OdometryParams, OutOfRange) {
@@ -382,7 +382,7 @@ TEST(OdometryParams, OutOfRange) {
     change(params);
     try {
       params.Validate();
-    } catch (const calib::InputError& error) {
+    } catch (const InputError& error) {
       return error.what();
     }
     return "";
@@ -409,7 +409,7 @@ TEST(OdometryParams, OutOfRange) {
   OdometryParams bad;
   bad.min_overlap = 2;
   const CeilingView view = MakeView();
-  EXPECT_THROW(Odometry(view, {}, bad), calib::InputError);
+  EXPECT_THROW(Odometry(view, {}, bad), InputError);
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 namespace ceilmap::mapping {
 namespace {
 
-using calib::Tilt;
 using compensation::synthetic::BumpyLab;
 using compensation::synthetic::FrameAt;
 using compensation::synthetic::FrontUp;
@@ -47,9 +46,7 @@ class Recording {
     }
     return steps;
   }
-  [[nodiscard]] calib::PlanarTilt TruthOf(std::size_t i) const {
-    return calib::FromSpace(path_[i].T_map_base);
-  }
+  [[nodiscard]] PlanarTilt TruthOf(std::size_t i) const { return FromSpace(path_[i].T_map_base); }
   [[nodiscard]] double ErrorOf(const OdometryStep& step) const {
     const Pose2 truth = TruthOf(static_cast<std::size_t>(step.pose.frame_index)).pose;
     return (step.pose.T_map_base.Translation() - truth.Translation()).norm();

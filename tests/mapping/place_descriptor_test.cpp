@@ -6,7 +6,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::mapping {
@@ -176,7 +176,7 @@ template <typename Action>
 std::string MessageOf(Action action) {
   try {
     action();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "no error";

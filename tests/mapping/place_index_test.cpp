@@ -8,7 +8,7 @@
 #include <random>
 #include <set>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "mapping/place_descriptor.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
@@ -101,7 +101,7 @@ TEST(PlaceIndex, TellsHowAPictureLiesToTheKeyframe) {
     const ImageMotion back = motion.Inverse();
     EXPECT_NEAR(matches[0].T_stored_query.x, back.tx_px, 0.5);
     EXPECT_NEAR(matches[0].T_stored_query.y, back.ty_px, 0.5);
-    EXPECT_NEAR(calib::WrapAngle(matches[0].T_stored_query.yaw - back.theta_rad), 0, 0.02);
+    EXPECT_NEAR(WrapAngle(matches[0].T_stored_query.yaw - back.theta_rad), 0, 0.02);
   }
 }
 
@@ -249,7 +249,7 @@ template <typename Action>
 std::string MessageOf(Action action) {
   try {
     action();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "no error";

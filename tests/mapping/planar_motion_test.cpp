@@ -31,7 +31,7 @@ CeilingView OffsetView() {
 void ExpectPose(const Pose2& pose, double x, double y, double yaw, double tolerance = 1e-12) {
   EXPECT_NEAR(pose.x, x, tolerance);
   EXPECT_NEAR(pose.y, y, tolerance);
-  EXPECT_NEAR(calib::WrapAngle(pose.yaw - yaw), 0, tolerance);
+  EXPECT_NEAR(WrapAngle(pose.yaw - yaw), 0, tolerance);
 }
 
 Pose2 RandomPose(std::mt19937& random) {
@@ -133,8 +133,7 @@ Eigen::Matrix3d MonteCarlo(const Pose2& mean, Draw draw) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (int i = 0; i < kDraws; ++i) {
     const Pose2 pose = draw();
-    const Eigen::Vector3d d(
-        pose.x - mean.x, pose.y - mean.y, calib::WrapAngle(pose.yaw - mean.yaw));
+    const Eigen::Vector3d d(pose.x - mean.x, pose.y - mean.y, WrapAngle(pose.yaw - mean.yaw));
     sum += d * d.transpose() / kDraws;
   }
   return sum;
@@ -207,7 +206,7 @@ TEST(BaseMotionCovariance, AgreesWithMonteCarlo) {
 TEST(AddTiltDoubt, AgreesWithMonteCarlo) {
   const CeilingView view = OffsetView();
   const calib::LevelView level_view(view);
-  calib::Tilt tilt{0.05, -0.03, 0, {}};
+  Tilt tilt{0.05, -0.03, 0, {}};
   tilt.covariance << 4e-6, 1.5e-6, 1.5e-6, 1e-6;
   Edge edge;
   edge.T_from_to = {0.3, -0.2, 0.8};
@@ -225,7 +224,7 @@ TEST(AddTiltDoubt, AgreesWithMonteCarlo) {
   Eigen::Matrix2d sampled = Eigen::Matrix2d::Zero();
   for (int i = 0; i < kRuns; ++i) {
     const Eigen::Vector2d off = root * Eigen::Vector2d(normal(random), normal(random));
-    calib::Tilt taken = tilt;
+    Tilt taken = tilt;
     taken.pitch_rad += off[0];
     taken.roll_rad += off[1];
     const Eigen::Vector2d shift = level_view.CeilingShift(taken);
@@ -244,7 +243,7 @@ TEST(AddTiltDoubt, ByHandAndNothingWithoutDoubt) {
   Edge edge;
   edge.T_from_to = {1, 2, kPi / 2};
   edge.information.setIdentity();
-  calib::Tilt tilt;
+  Tilt tilt;
   AddTiltDoubt(view, tilt, edge);
   EXPECT_EQ(edge.information, Eigen::Matrix3d::Identity());
   tilt.covariance(0, 0) = 1e-4;

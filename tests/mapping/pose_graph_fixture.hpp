@@ -32,14 +32,14 @@ inline Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T_from_to)
 inline void ExpectPose(const Pose2& pose, const Pose2& expected, double tolerance) {
   EXPECT_NEAR(pose.x, expected.x, tolerance);
   EXPECT_NEAR(pose.y, expected.y, tolerance);
-  EXPECT_NEAR(calib::WrapAngle(pose.yaw - expected.yaw), 0, tolerance);
+  EXPECT_NEAR(WrapAngle(pose.yaw - expected.yaw), 0, tolerance);
 }
 
 inline double MaxError(const std::vector<Pose2>& poses, const std::vector<Pose2>& truth) {
   double largest = 0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     largest = std::max(largest, (poses[i].Translation() - truth[i].Translation()).norm());
-    largest = std::max(largest, std::abs(calib::WrapAngle(poses[i].yaw - truth[i].yaw)));
+    largest = std::max(largest, std::abs(WrapAngle(poses[i].yaw - truth[i].yaw)));
   }
   return largest;
 }

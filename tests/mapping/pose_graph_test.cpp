@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/pose_graph_fixture.hpp"
 
 namespace ceilmap::mapping {
@@ -115,7 +115,7 @@ TEST(OptimizePoses, YawAcrossHalfATurn) {
   std::vector<Edge> edges;
   for (int i = 0; i < 8; ++i) {
     const double yaw = 2 * kPi * i / 8;
-    truth.push_back({std::sin(yaw), 1 - std::cos(yaw), calib::WrapAngle(yaw)});
+    truth.push_back({std::sin(yaw), 1 - std::cos(yaw), WrapAngle(yaw)});
     poses.push_back(
         {truth[i].x + 0.05, truth[i].y - 0.05, truth[i].yaw + 0.05 + 4 * kPi * (i % 2)});
   }
@@ -163,7 +163,7 @@ TEST(OptimizePoses, ClosesALoopThatHasDriftedFar) {
   std::vector<Pose2> truth;
   for (int i = 0; i < kSize; ++i) {
     const double yaw = 2 * kPi * i / (kSize - 5);
-    truth.push_back({20 * std::sin(yaw), 20 - 20 * std::cos(yaw), calib::WrapAngle(yaw)});
+    truth.push_back({20 * std::sin(yaw), 20 - 20 * std::cos(yaw), WrapAngle(yaw)});
   }
   synthetic::World world = synthetic::Drive(truth, {0.02, 0.004}, random);
   for (int i = 0; i < 5; ++i) {
@@ -230,12 +230,12 @@ std::string Refusal(const Edge& edge, const Ids& fixed = {0}, const Pose2& third
   std::string message = "accepted";
   try {
     OptimizePoses(edges, fixed, poses);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     message = error.what();
   }
   try {
     MarginalCovariances(edges, fixed, poses);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     EXPECT_EQ(error.what(), message);
   }
   return message;
@@ -275,7 +275,7 @@ TEST(PoseGraphParams, RefusesWhatCannotBe) {
   const auto refusal = [&poses](const PoseGraphParams& params) -> std::string {
     try {
       OptimizePoses({}, {}, poses, params);
-    } catch (const calib::InputError& error) {
+    } catch (const InputError& error) {
       return error.what();
     }
     return "accepted";

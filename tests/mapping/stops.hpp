@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "calib/heading.hpp"
+#include "calib/base/heading.hpp"
 #include "mapping/loop_closer.hpp"
 #include "tests/mapping/synthetic_drive.hpp"
 
@@ -20,7 +20,7 @@ struct Stop {
   Pose2 looks;           ///< where the ceiling looks like what is seen here
   double sigma = 0.002;  ///< of the way from the stop before, m; the way itself is true
   double sigma_rad = 0.0005;
-  std::optional<calib::HeadingPrior> heading = {};
+  std::optional<HeadingPrior> heading = {};
 };
 
 /// Stops that are shown to a loop closer one after the other, ids 0, 1, ...

@@ -144,7 +144,7 @@ inline std::vector<Pose2> Square(double side, double step, int laps) {
     const std::vector<Eigen::Vector2d> corners = {{0, 0}, {side, 0}, {side, side}, {0, side}};
     const Eigen::Vector2d p =
         corners[static_cast<std::size_t>(corner)] + T.Rotation() * Eigen::Vector2d(along, 0);
-    places.push_back({p.x(), p.y(), calib::WrapAngle(T.yaw)});
+    places.push_back({p.x(), p.y(), WrapAngle(T.yaw)});
   }
   return places;
 }

@@ -40,7 +40,7 @@ inline Edge MeasuredEdge(std::int64_t from,
   const Pose2 T_from_to = truth[from].Inverse() * truth[to];
   edge.T_from_to = {T_from_to.x + noise.xy * normal(random),
                     T_from_to.y + noise.xy * normal(random),
-                    calib::WrapAngle(T_from_to.yaw + noise.yaw * normal(random))};
+                    WrapAngle(T_from_to.yaw + noise.yaw * normal(random))};
   const Eigen::Vector3d sigma(noise.xy, noise.xy, noise.yaw);
   edge.information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   return edge;

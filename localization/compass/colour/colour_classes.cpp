@@ -11,7 +11,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::colour {
 namespace {
@@ -46,7 +46,7 @@ void RequireColours(const cv::Mat& samples, int classes) {
     chroma += std::abs(yuv[1] - kGrey) + std::abs(yuv[2] - kGrey);
   }
   if (different.size() < static_cast<std::size_t>(classes)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("the pictures show {} different colours, must be at least {}; is the lens "
                     "covered, or the light off?",
                     different.size(),
@@ -54,7 +54,7 @@ void RequireColours(const cv::Mat& samples, int classes) {
   }
   constexpr double kNoChroma = 2;  // grey levels
   if (chroma < kNoChroma * samples.rows) {
-    throw calib::InputError(
+    throw InputError(
         "the pictures are grey, and this compass tells directions by colours; give a colour "
         "camera");
   }
@@ -131,7 +131,7 @@ class Distance {
     const float determinant = covariance.determinant();
     if (!covariance.allFinite() || !mean_.allFinite() || !(determinant > 0) ||
         !(one.weight > 0 && one.weight <= 1)) {
-      throw calib::InputError("a colour class has numbers that cannot be");
+      throw InputError("a colour class has numbers that cannot be");
     }
     if (covariance.isIdentity()) return;  // k-means: sizes of classes do not count
     inverse_ = covariance.inverse();
@@ -185,18 +185,17 @@ std::vector<Distance> DistancesOf(const std::vector<ColourClass>& classes) {
 
 void ColourClassParams::Validate() const {
   if (classes < 2 || classes > kMaxClasses) {
-    throw calib::InputError(fmt::format("classes = {}, must be 2 to {}", classes, kMaxClasses));
+    throw InputError(fmt::format("classes = {}, must be 2 to {}", classes, kMaxClasses));
   }
   if (most_samples <= classes) {
-    throw calib::InputError(
-        fmt::format("most_samples = {}, must be more than classes", most_samples));
+    throw InputError(fmt::format("most_samples = {}, must be more than classes", most_samples));
   }
 }
 
 ColourClasses::ColourClasses(std::vector<ColourClass> classes)
     : classes_(std::move(classes)), table_(std::size_t{kSteps} * kSteps * kSteps) {
   if (classes_.size() < 2 || classes_.size() > kMaxClasses) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("{} colour classes, must be 2 to {}", classes_.size(), kMaxClasses));
   }
   const std::vector<Distance> distances = DistancesOf(classes_);

@@ -19,7 +19,7 @@ struct ColourClassParams {
   std::uint64_t seed = 1;    ///< the same samples give the same classes
   int most_samples = 40000;  ///< that are clustered, evenly chosen from those given, > 0
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 inline constexpr int kMaxClasses = 32;
@@ -39,10 +39,10 @@ struct ColourClass {
 class ColourClasses {
  public:
   /// @param classes  2 .. kMaxClasses; by rising brightness as Learn makes them, in any order
-  /// otherwise. @throws calib::InputError when they are too few or many, or numbers that cannot be.
+  /// otherwise. @throws InputError when they are too few or many, or numbers that cannot be.
   explicit ColourClasses(std::vector<ColourClass> classes);
 
-  /// @param bgr  CV_8UC3, samples in any shape. @throws calib::InputError when they show fewer
+  /// @param bgr  CV_8UC3, samples in any shape. @throws InputError when they show fewer
   ///   different colours than classes were asked for (a grey or dark video).
   static ColourClasses Learn(const cv::Mat& bgr, const ColourClassParams& params = {});
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "localization/compass/colour/frame_reader.hpp"
 #include "localization/compass/colour/line_matcher.hpp"
 #include "localization/compass/colour/place_grid.hpp"
@@ -49,7 +49,7 @@ Eigen::Vector2d MeanOf(std::span<const PlaceHypothesis> hypotheses) {
 void ColourCompassParams::Validate() const {
   lines.Validate();
   const auto require = [](bool holds, const char* what, double value, const char* must) {
-    if (!holds) throw calib::InputError(fmt::format("{} = {}, must be {}", what, value, must));
+    if (!holds) throw InputError(fmt::format("{} = {}, must be {}", what, value, must));
   };
   require(line_noise > 0, "line_noise", line_noise, "> 0");
   require(changed_part >= 0 && changed_part < 1, "changed_part", changed_part, "in [0, 1)");
@@ -86,7 +86,7 @@ struct ColourCompass::Impl {
 
   static void Check(const ColourModel& model);
   void SetPlaces();
-  const ScanLines& LinesFor(const calib::Tilt& wanted);
+  const ScanLines& LinesFor(const Tilt& wanted);
   void Predict(const ColourFrame& frame);
   void Compare(int cell);
   /// @param evidence  logarithm of how much better the frame fits to what is believed than to any
@@ -118,7 +118,7 @@ struct ColourCompass::Impl {
   std::vector<Place> places;
   std::optional<YawBelief> belief;
   std::optional<ScanLines> lines;
-  calib::Tilt tilt;
+  Tilt tilt;
   std::optional<double> last_s;
   std::optional<double> used_s;  // of the frame that the reader has read; unset: it was skipped
 
@@ -134,7 +134,7 @@ void ColourCompass::Impl::Check(const ColourModel& model) {
   model.Validate();
   if (std::all_of(
           model.cells.begin(), model.cells.end(), [](const Cell& c) { return c.empty(); })) {
-    throw calib::InputError("the model is empty: it has learned nothing yet");
+    throw InputError("the model is empty: it has learned nothing yet");
   }
 }
 
@@ -145,7 +145,7 @@ void ColourCompass::Impl::SetPlaces() {
   fits.resize(model.cells.size());
 }
 
-const ScanLines& ColourCompass::Impl::LinesFor(const calib::Tilt& wanted) {
+const ScanLines& ColourCompass::Impl::LinesFor(const Tilt& wanted) {
   const bool same = wanted.pitch_rad == tilt.pitch_rad && wanted.roll_rad == tilt.roll_rad;
   if (!lines || !same) {
     lines.emplace(forward, params.lines, wanted);
@@ -271,7 +271,7 @@ double ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypothes
   std::vector<int> cells;
   for (const PlaceHypothesis& hypothesis : hypotheses) {
     if (!(hypothesis.weight > 0) || !hypothesis.place.allFinite()) {
-      throw calib::InputError("a place where the robot may be must be finite, its weight > 0");
+      throw InputError("a place where the robot may be must be finite, its weight > 0");
     }
     cells.push_back(NearestLearned(model, hypothesis.place));
     of_cell[static_cast<std::size_t>(cells.back())] += hypothesis.weight;
@@ -315,8 +315,7 @@ ColourCompass& ColourCompass::operator=(ColourCompass&&) noexcept = default;
 std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
   Impl& me = *impl_;
   if (!std::isfinite(frame.stamp_s) || (me.last_s && frame.stamp_s <= *me.last_s)) {
-    throw calib::InputError(
-        fmt::format("stamp {} is not later than the one before", frame.stamp_s));
+    throw InputError(fmt::format("stamp {} is not later than the one before", frame.stamp_s));
   }
   const ScanLines& lines = me.LinesFor(frame.tilt);
   me.used_s.reset();

@@ -7,8 +7,8 @@
 #include <optional>
 #include <span>
 
+#include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
-#include "calib/tilt.hpp"
 #include "localization/compass/colour/colour_learner.hpp"
 #include "localization/compass/colour/colour_model.hpp"
 #include "localization/compass/colour/scan_lines.hpp"
@@ -63,7 +63,7 @@ struct ColourCompassParams {
   /// does not: all things are infinitely far.
   bool parallax = true;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// A place where the robot may be, in the frame of the learned poses.
@@ -75,7 +75,7 @@ struct PlaceHypothesis {
 struct ColourFrame {
   cv::Mat bgr;         ///< CV_8UC3 of the camera's size
   double stamp_s = 0;  ///< must increase
-  calib::Tilt tilt = {};
+  Tilt tilt = {};
   /// Where the robot may be; empty: not known, it is found out together with the heading.
   std::span<const PlaceHypothesis> places = {};
 };
@@ -106,7 +106,7 @@ struct ColourCounts {
 /// and fro.
 class ColourCompass {
  public:
-  /// @throws calib::InputError on a model without anything in it, or parameters that cannot be.
+  /// @throws InputError on a model without anything in it, or parameters that cannot be.
   ColourCompass(ColourModel model,
                 const calib::MountedCamera& forward,
                 const ColourCompassParams& params = {});
@@ -115,7 +115,7 @@ class ColourCompass {
   ColourCompass& operator=(ColourCompass&&) noexcept;
 
   /// @return nothing for a frame that is skipped: too little above the horizon.
-  /// @throws calib::InputError on a picture of another size or type, or a stamp that does not
+  /// @throws InputError on a picture of another size or type, or a stamp that does not
   ///   increase. Never throws on what the picture shows.
   std::optional<ColourHeading> Next(const ColourFrame& frame);
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/colour/line_features.hpp"
 #include "localization/compass/colour/strip_turn.hpp"
 
@@ -110,12 +110,12 @@ void LearnParams::Validate() const {
     CheckBinCount(grid->Cells(), bins);
   }
   if (bins < 36 || bins > 720) {
-    throw calib::InputError(fmt::format("bins = {}, must be 36 to 720", bins));
+    throw InputError(fmt::format("bins = {}, must be 36 to 720", bins));
   }
   if (depth_m && !(*depth_m > 0)) {
-    throw calib::InputError(fmt::format("depth_m = {}, must be > 0", *depth_m));
+    throw InputError(fmt::format("depth_m = {}, must be > 0", *depth_m));
   }
-  if (!(fading_s > 0)) throw calib::InputError(fmt::format("fading_s = {}, must be > 0", fading_s));
+  if (!(fading_s > 0)) throw InputError(fmt::format("fading_s = {}, must be > 0", fading_s));
 }
 
 struct ColourLearner::Impl {
@@ -131,13 +131,13 @@ struct ColourLearner::Impl {
   LearnCounts counts;
   std::vector<Kept> frames;
   std::shared_ptr<const ScanLines> lines;  // of the tilt below
-  calib::Tilt tilt;
+  Tilt tilt;
   std::optional<double> last_yaw;
 
-  const std::shared_ptr<const ScanLines>& LinesFor(const calib::Tilt& wanted);
+  const std::shared_ptr<const ScanLines>& LinesFor(const Tilt& wanted);
 };
 
-const std::shared_ptr<const ScanLines>& ColourLearner::Impl::LinesFor(const calib::Tilt& wanted) {
+const std::shared_ptr<const ScanLines>& ColourLearner::Impl::LinesFor(const Tilt& wanted) {
   const bool same = wanted.pitch_rad == tilt.pitch_rad && wanted.roll_rad == tilt.roll_rad;
   if (!lines || !same) {
     lines = std::make_shared<const ScanLines>(forward, params.lines, wanted);
@@ -164,7 +164,7 @@ bool ColourLearner::Add(const cv::Mat& bgr, double stamp_s, const LearnedPose& p
   frame.lines->Sample(bgr, frame.samples);
   const auto seen = me.strip.Next(bgr);
   if (seen && me.last_yaw) {
-    me.depth.Add(calib::WrapAngle(pose.T_map_base.yaw - *me.last_yaw), seen->turn_rad);
+    me.depth.Add(WrapAngle(pose.T_map_base.yaw - *me.last_yaw), seen->turn_rad);
   }
   me.last_yaw = pose.T_map_base.yaw;
   me.frames.push_back(std::move(frame));
@@ -179,7 +179,7 @@ const LearnCounts& ColourLearner::Counts() const {
 ColourModel ColourLearner::Finish() const {
   const Impl& me = *impl_;
   if (me.frames.empty()) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("nothing to learn from: {} frames at known poses, of which {} show too little "
                     "above the horizon; raise the camera",
                     me.counts.below_horizon,

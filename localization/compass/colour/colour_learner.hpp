@@ -5,9 +5,9 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
+#include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
-#include "calib/tilt.hpp"
 #include "localization/compass/colour/colour_model.hpp"
 #include "localization/compass/colour/line_features.hpp"
 #include "localization/compass/colour/scan_lines.hpp"
@@ -16,8 +16,8 @@ namespace ceilmap::colour {
 
 /// Where a frame was taken, and how well that is known.
 struct LearnedPose {
-  calib::Pose2 T_map_base;
-  calib::Tilt tilt = {};
+  Pose2 T_map_base;
+  Tilt tilt = {};
   double sigma_m = 0.02;    ///< of the place, > 0
   double sigma_rad = 0.01;  ///< of the yaw, > 0
 };
@@ -36,7 +36,7 @@ struct LearnParams {
   /// See ColourCompassParams; depth is measured where it is 0.05 or more.
   double camera_ahead_of_axle_m = 0;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// What became of frames.
@@ -49,7 +49,7 @@ struct LearnCounts {
 /// frame, until the colours are classed.
 class ColourLearner {
  public:
-  /// @throws calib::InputError on parameters or a camera that cannot be.
+  /// @throws InputError on parameters or a camera that cannot be.
   ColourLearner(const calib::MountedCamera& forward, const LearnParams& params = {});
   ~ColourLearner();
   ColourLearner(ColourLearner&&) noexcept;
@@ -57,12 +57,12 @@ class ColourLearner {
 
   /// @param bgr  CV_8UC3 of the camera's size. @param stamp_s  must increase.
   /// @return false for a frame that is skipped: too little above the horizon.
-  /// @throws calib::InputError on a picture of another size or type.
+  /// @throws InputError on a picture of another size or type.
   bool Add(const cv::Mat& bgr, double stamp_s, const LearnedPose& pose);
 
   [[nodiscard]] const LearnCounts& Counts() const;
 
-  /// @throws calib::InputError when no frame could be used, or they show too few colours.
+  /// @throws InputError when no frame could be used, or they show too few colours.
   [[nodiscard]] ColourModel Finish() const;
 
  private:

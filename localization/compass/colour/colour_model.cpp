@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::colour {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 constexpr int kMostPerSide = 100;  // cells
 
 void Require(bool holds, const std::string& what) {
-  if (!holds) throw calib::InputError(what);
+  if (!holds) throw InputError(what);
 }
 
 void CheckBin(const AngleBin& bin, Eigen::Index size, bool with_variance) {

@@ -12,7 +12,7 @@ namespace ceilmap::colour {
 /// Angle bins of all cells of a model together: each takes memory, seen or not. 100 x 100 cells of
 /// 200.
 inline constexpr int kMaxBins = 2'000'000;
-/// @throws calib::InputError when there would be more.
+/// @throws InputError when there would be more.
 void CheckBinCount(int cells, int bins);
 
 /// Which paper's model.
@@ -31,7 +31,7 @@ struct GridParams {
   int columns = 5;  ///< 1 .. 100
   int rows = 3;
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
   [[nodiscard]] int Cells() const { return columns * rows; }
   /// Cell of a place; the nearest one for places outside.
   [[nodiscard]] int CellOf(const Eigen::Vector2d& place) const;
@@ -82,7 +82,7 @@ struct ColourModel {
   std::int64_t frames = 0;  ///< learned from
   std::string provenance;   ///< command lines, a line each
 
-  /// @throws calib::InputError where anything said above does not hold.
+  /// @throws InputError where anything said above does not hold.
   void Validate() const;
 };
 
@@ -90,7 +90,7 @@ struct ColourModel {
 double FadedCertainty(const AngleBin& bin, double stamp_s, double fading_s);
 
 /// Adds what another robot learned with the same classes, grid and bins: bin by bin, by certainty.
-/// @throws calib::InputError naming what differs.
+/// @throws InputError naming what differs.
 void Merge(const ColourModel& other, ColourModel& model);
 
 }  // namespace ceilmap::colour

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::colour {
 namespace {
@@ -18,7 +18,7 @@ using std::numbers::pi;
 /// Directions in the level frame of the robot (x ahead, z up) and pixels.
 class Looks {
  public:
-  Looks(const calib::MountedCamera& forward, const calib::Tilt& tilt)
+  Looks(const calib::MountedCamera& forward, const Tilt& tilt)
       : camera_(forward.camera),
         R_cam_level_((tilt.T_level_base().linear() * forward.T_base_cam.linear()).transpose()) {}
 
@@ -99,26 +99,25 @@ double HalfField(const Looks& looks, double elevation) {
 
 void ScanLineParams::Validate() const {
   if (lines < 2 || lines > 1000) {
-    throw calib::InputError(fmt::format("lines = {}, must be 2 to 1000", lines));
+    throw InputError(fmt::format("lines = {}, must be 2 to 1000", lines));
   }
   if (!(min_above_horizon >= 0 && min_above_horizon <= 1)) {
-    throw calib::InputError(
-        fmt::format("min_above_horizon = {}, must be in [0, 1]", min_above_horizon));
+    throw InputError(fmt::format("min_above_horizon = {}, must be in [0, 1]", min_above_horizon));
   }
   if (!(step_px > 0 && step_px < 1000)) {
-    throw calib::InputError(fmt::format("step_px = {}, must be > 0 and < 1000", step_px));
+    throw InputError(fmt::format("step_px = {}, must be > 0 and < 1000", step_px));
   }
 }
 
 ScanLines::ScanLines(const calib::MountedCamera& forward,
                      const ScanLineParams& params,
-                     const calib::Tilt& tilt)
+                     const Tilt& tilt)
     : size_(forward.camera.Size()) {
   params.Validate();
   const Looks looks(forward, tilt);
   constexpr double kSteepest = pi / 3;
   if (!(std::abs(looks.Elevation()) < kSteepest)) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("the forward camera looks {:.0f} deg above the horizon, must be within 60 deg",
                     looks.Elevation() * 180 / pi));
   }
@@ -152,7 +151,7 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
 
 void ScanLines::Sample(const cv::Mat& bgr, cv::Mat& samples) const {
   if (bgr.type() != CV_8UC3 || bgr.size() != size_) {
-    throw calib::InputError(
+    throw InputError(
         fmt::format("a picture of {} x {} pixels and {} channels, must be {} x {} and 3",
                     bgr.cols,
                     bgr.rows,

@@ -3,9 +3,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "calib/base/tilt.hpp"
 #include "calib/remap_table.hpp"
 #include "calib/rig.hpp"
-#include "calib/tilt.hpp"
 
 namespace ceilmap::colour {
 
@@ -16,7 +16,7 @@ struct ScanLineParams {
   double step_px =
       3;  ///< between samples of a line, > 0: neighbours that see the same tell nothing
 
-  void Validate() const;  ///< throws calib::InputError naming field, value and range
+  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// Scan lines of a forward camera: upright lines in the world, each at one azimuth, from the
@@ -26,10 +26,10 @@ struct ScanLineParams {
 class ScanLines {
  public:
   /// @param forward  looks within 60 deg of level. @param tilt  of the robot, where that is known.
-  /// @throws calib::InputError on a camera that cannot be.
+  /// @throws InputError on a camera that cannot be.
   explicit ScanLines(const calib::MountedCamera& forward,
                      const ScanLineParams& params = {},
-                     const calib::Tilt& tilt = {});
+                     const Tilt& tilt = {});
 
   /// Part of the picture's pixels that lie above the horizon.
   [[nodiscard]] double AboveHorizon() const { return above_horizon_; }
@@ -41,7 +41,7 @@ class ScanLines {
   [[nodiscard]] int Length(std::size_t line) const { return lengths_[line]; }
 
   /// @param bgr  CV_8UC3 of the camera's size. @param samples  CV_8UC3, a row per line; allocated
-  ///   unless it fits. @throws calib::InputError on another size or type.
+  ///   unless it fits. @throws InputError on another size or type.
   void Sample(const cv::Mat& bgr, cv::Mat& samples) const;
 
  private:

@@ -3,9 +3,9 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "calib/base/tilt.hpp"
 #include "calib/remap_table.hpp"
 #include "calib/rig.hpp"
-#include "calib/tilt.hpp"
 
 namespace ceilmap::colour {
 

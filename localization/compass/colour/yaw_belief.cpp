@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::colour {
 namespace {
@@ -137,7 +137,7 @@ YawBelief::Estimate YawBelief::Yaw() const {
   }
   mean /= sum;
   Estimate estimate;
-  estimate.yaw_rad = calib::WrapAngle(YawOf(static_cast<int>(top)) + mean);
+  estimate.yaw_rad = WrapAngle(YawOf(static_cast<int>(top)) + mean);
   for (int i = 0; i < kYaws; ++i) {
     const double off = std::remainder(away(i) - mean, 2 * pi);
     estimate.variance_rad2 += double{yaws(i)} * off * off / sum;

@@ -8,8 +8,6 @@
 namespace ceilmap::evaluation {
 namespace {
 
-using calib::Pose2;
-
 TEST(FitPlanarMotion, RecoversAMotion) {
   const Pose2 T{3, -4, 2.9};
   std::vector<PointPair> pairs;

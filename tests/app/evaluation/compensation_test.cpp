@@ -9,8 +9,6 @@
 namespace ceilmap::evaluation {
 namespace {
 
-using calib::Pose2;
-
 TEST(AlignLevelFrames, TiltedFramesDoNotCount) {
   const LevelAlignment alignment = AlignLevelFrames(Truth(), Estimate(kBefore));
   EXPECT_EQ(alignment.matched, 4);

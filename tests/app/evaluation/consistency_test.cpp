@@ -39,12 +39,12 @@ TEST(MeasureConsistency, OfOneFrameByHand) {
 TEST(MeasureConsistency, CovariancesAreInTheFrameOfTheEstimate) {
   // The map is turned by a quarter: its x is the truth's y. An error of 0.3 m along the map's x is
   // one standard deviation there, and three across. A scale of the alignment counts as well.
-  const calib::Pose2 T_map_truth{4, -1, std::numbers::pi / 2};
+  const Pose2 T_map_truth{4, -1, std::numbers::pi / 2};
   std::vector<StampedPose> truth;
   std::vector<StampedPose> estimate;
   for (int i = 0; i < 2; ++i) {
-    const calib::Pose2 pose{1.0 * i, 0, 0};
-    calib::Pose2 placed = T_map_truth * pose;
+    const Pose2 pose{1.0 * i, 0, 0};
+    Pose2 placed = T_map_truth * pose;
     placed.x += i * 0.3;
     truth.push_back(ToStampedPose(i, pose));
     estimate.push_back(ToStampedPose(i, placed));

@@ -13,8 +13,8 @@ namespace ceilmap::evaluation {
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kUp = std::numbers::pi / 2;  // yaw along y of the truth: ahead is +y, left is -x
 
-inline StampedPose Pose(double stamp_s, const calib::Pose2& planar, TiltDegrees tilt = {}) {
-  calib::Tilt rad;
+inline StampedPose Pose(double stamp_s, const Pose2& planar, TiltDegrees tilt = {}) {
+  Tilt rad;
   rad.pitch_rad = tilt.pitch_deg * kRadPerDeg;
   rad.roll_rad = tilt.roll_deg * kRadPerDeg;
   return ToStampedPose(stamp_s, planar, rad);
@@ -29,13 +29,13 @@ inline std::vector<StampedPose> Truth() {
 }
 
 /// The frame that estimates are in.
-inline const calib::Pose2 kTruthMap{5, -3, 0.7};
+inline const Pose2 kTruthMap{5, -3, 0.7};
 
 /// Right but for the third frame, which is off by so much in the frame of the truth.
 inline std::vector<StampedPose> Estimate(const Eigen::Vector2d& off_m, TiltDegrees tilt = {}) {
   std::vector<StampedPose> poses;
   for (const StampedPose& truth : Truth()) {
-    calib::Pose2 T_truth_base{truth.position.x(), truth.position.y(), kUp};
+    Pose2 T_truth_base{truth.position.x(), truth.position.y(), kUp};
     const bool third = truth.stamp_s == 2;
     if (third) {
       T_truth_base.x += off_m.x();

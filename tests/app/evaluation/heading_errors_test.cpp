@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
@@ -13,11 +13,11 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 
 StampedPose True(double stamp_s, double x_m, double yaw_deg) {
-  return ToStampedPose(stamp_s, {x_m, 0, calib::WrapAngle(yaw_deg * kDegree)});
+  return ToStampedPose(stamp_s, {x_m, 0, WrapAngle(yaw_deg * kDegree)});
 }
 
 StampedHeading Measured(double stamp_s, double heading_deg) {
-  return {stamp_s, calib::WrapAngle(heading_deg * kDegree)};
+  return {stamp_s, WrapAngle(heading_deg * kDegree)};
 }
 
 // Three full turns over 10 m, a compass that gains 0.2 degrees per metre and starts at the second

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
-PosePair Pair(const calib::Pose2& truth, const calib::Pose2& estimate) {
+PosePair Pair(const Pose2& truth, const Pose2& estimate) {
   return {ToStampedPose(0, truth), ToStampedPose(0, estimate)};
 }
 

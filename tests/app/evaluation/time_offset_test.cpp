@@ -12,10 +12,10 @@ namespace ceilmap::evaluation {
 namespace {
 
 // A drive that never repeats itself: speed and turns of unequal periods.
-calib::Pose2 DriveAt(double t) {
+Pose2 DriveAt(double t) {
   const double way = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
   const double yaw = 1.5 * std::sin(0.23 * t) + 0.5 * std::sin(0.71 * t + 1);
-  return {way * std::cos(0.05 * way), way * std::sin(0.05 * way), calib::WrapAngle(yaw)};
+  return {way * std::cos(0.05 * way), way * std::sin(0.05 * way), WrapAngle(yaw)};
 }
 
 // `first_s` and `last_s` by the clock of the drive; stamps are `offset_s` behind it.
@@ -23,10 +23,10 @@ std::vector<StampedPose> Record(
     double first_s, double last_s, double step_s, double offset_s = 0, double noise_m = 0) {
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
-  const calib::Pose2 T_map_room{3, -2, 2.5};
+  const Pose2 T_map_room{3, -2, 2.5};
   std::vector<StampedPose> poses;
   for (double t = first_s; t < last_s; t += step_s) {
-    calib::Pose2 pose = DriveAt(t);
+    Pose2 pose = DriveAt(t);
     if (noise_m > 0) {
       pose.x += noise_m * normal(random);
       pose.y += noise_m * normal(random);
@@ -81,7 +81,7 @@ TEST(FindTimeOffset, ADriveThatRepeatsItselfIsNotSure) {
       const double t = first_s + 0.1 * i;
       const double angle = t - 0.3 * std::cos(t);  // a lap in 2 pi seconds, faster on one side
       poses.push_back(
-          ToStampedPose(t - offset_s, {std::cos(angle), std::sin(angle), calib::WrapAngle(angle)}));
+          ToStampedPose(t - offset_s, {std::cos(angle), std::sin(angle), WrapAngle(angle)}));
     }
     return poses;
   };

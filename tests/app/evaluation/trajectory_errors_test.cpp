@@ -8,8 +8,6 @@
 namespace ceilmap::evaluation {
 namespace {
 
-using calib::Pose2;
-
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 std::vector<StampedPose> Poses(const std::vector<Pose2>& planar, double first_s = 0) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <regex>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::calibration {
 namespace {
@@ -71,7 +71,7 @@ TEST(BoardDrawing, ARefusedBoardIsToldWhatFits) {
   try {
     DrawBoard(board, ParsePaper("a4"));
     FAIL();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     EXPECT_STREQ(
         error.what(),
         "--square 0.03: the board of 300 x 210 mm does not fit on a4; take at most --square "

@@ -7,12 +7,11 @@
 #include <random>
 #include <vector>
 
-#include "calib/tilt.hpp"
+#include "calib/base/tilt.hpp"
 
 namespace ceilmap::calibration {
 namespace {
 
-using calib::Pose2;
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
@@ -82,14 +81,14 @@ class Room {
 
 /// About the axle, 0.14 m behind the mast.
 Isometry3d OnTheSpot(double yaw) {
-  return calib::ToSpace({0.14 * std::cos(yaw), 0.14 * std::sin(yaw), yaw}, {});
+  return ToSpace({0.14 * std::cos(yaw), 0.14 * std::sin(yaw), yaw}, {});
 }
 
 Isometry3d Ahead(double way, double pitch_down = 0) {
-  calib::Tilt tilt;
+  Tilt tilt;
   tilt.pitch_rad = pitch_down;
   tilt.lift_m = 0.14 * std::sin(-pitch_down);
-  return calib::ToSpace({way - 1, 0, 0}, tilt);
+  return ToSpace({way - 1, 0, 0}, tilt);
 }
 
 std::vector<SeenMotion> Spin(Room& room) {
@@ -190,7 +189,7 @@ TEST(ForwardMount, ACameraOverTheAxleOnlyTurns) {
   for (int i = 0; i < 24; ++i) {
     // The mast above the axle: base turns about its own origin.
     const auto turn = [](double yaw) {
-      return calib::ToSpace({-0.05 * std::cos(yaw), -0.05 * std::sin(yaw), yaw}, {});
+      return ToSpace({-0.05 * std::cos(yaw), -0.05 * std::sin(yaw), yaw}, {});
     };
     motions.push_back(room.See(turn(15 * kDegree * i), turn(15 * kDegree * (i + 0.7))));
     // See() has the camera 0.05 m ahead of base: it stands on the axis, and only turns.

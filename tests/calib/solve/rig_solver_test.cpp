@@ -11,7 +11,6 @@
 namespace ceilmap::calibration {
 namespace {
 
-using calib::Pose2;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -89,7 +88,7 @@ class SyntheticCamera {
 std::vector<Pose2> Spin(int views) {
   std::vector<Pose2> poses;
   for (int i = 0; i < views; ++i) {
-    poses.push_back({0, 0, calib::WrapAngle(2 * std::numbers::pi * i / (views - 1))});
+    poses.push_back({0, 0, WrapAngle(2 * std::numbers::pi * i / (views - 1))});
   }
   return poses;
 }
@@ -125,7 +124,7 @@ Eigen::Matrix<double, 6, 1> ErrorsOf(const RigSolution& solution) {
   const RigMount truth = Truth();
   Eigen::Matrix<double, 6, 1> errors;
   errors << solution.mount.tilt_rad - truth.tilt_rad, solution.mount.centre - truth.centre,
-      calib::WrapAngle(solution.mount.yaw_rad - truth.yaw_rad), solution.travel - 1.5;
+      WrapAngle(solution.mount.yaw_rad - truth.yaw_rad), solution.travel - 1.5;
   return errors;
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/localization/compass/panoramas.hpp"
 
 namespace ceilmap::compass {
@@ -160,7 +160,7 @@ TEST(ColumnShift, TakesTheSmallerOfTwoNeighbours) {
 std::string ErrorOf(const cv::Mat& reference, const cv::Mat& current) {
   try {
     (void)FindColumnShift(reference, current);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   ADD_FAILURE() << "no InputError";
@@ -191,8 +191,7 @@ TEST(ColumnShift, RefusesPanoramasThatDiffer) {
             "panoramas differ: reference 360 x 45 CV_8UC3, current 360 x 44 CV_8UC3" + end);
   EXPECT_EQ(ErrorOf(reference, cv::Mat(45, 360, CV_8UC1)),
             "panoramas differ: reference 360 x 45 CV_8UC3, current 360 x 45 CV_8UC1" + end);
-  EXPECT_THROW((void)SquaredShiftDistances(reference, cv::Mat(45, 361, CV_8UC3)),
-               calib::InputError);
+  EXPECT_THROW((void)SquaredShiftDistances(reference, cv::Mat(45, 361, CV_8UC3)), InputError);
 }
 
 }  // namespace

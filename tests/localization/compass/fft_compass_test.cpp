@@ -8,14 +8,13 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "tests/localization/compass/panorama_room.hpp"
 
 namespace ceilmap::compass {
 namespace {
 
-using calib::Pose2;
 using std::numbers::pi;
 constexpr double kDegree = pi / 180;
 
@@ -23,7 +22,7 @@ constexpr double kDegree = pi / 180;
 std::vector<Pose2> Circle(double rounds) {
   std::vector<Pose2> poses;
   for (double a = 0; a <= 2 * pi * rounds; a += 0.05) {
-    poses.push_back({4 + std::cos(a), 3 + std::sin(a), calib::WrapAngle(a + pi / 2)});
+    poses.push_back({4 + std::cos(a), 3 + std::sin(a), WrapAngle(a + pi / 2)});
   }
   return poses;
 }
@@ -46,7 +45,7 @@ struct Drove {
 };
 
 double Error(const HeadingEstimate& estimate, const Pose2& first, const Pose2& now) {
-  return calib::WrapAngle(estimate.heading_rad - (now.yaw - first.yaw));
+  return WrapAngle(estimate.heading_rad - (now.yaw - first.yaw));
 }
 
 /// @param change  of the panorama of a frame, by its number.
@@ -140,7 +139,7 @@ TEST(FftCompass, NeedsNoExactWay) {
 
 TEST(FftCompass, TurnsOnTheSpotExactly) {
   std::vector<Pose2> poses;
-  for (int i = 0; i < 50; ++i) poses.push_back({3, 2, calib::WrapAngle(-0.17 * i)});
+  for (int i = 0; i < 50; ++i) poses.push_back({3, 2, WrapAngle(-0.17 * i)});
   FftCompass compass;
   const Drove run = Drive(compass, PanoramaRoom(5), poses);
   EXPECT_LT(run.Largest(), 0.15 * kDegree);
@@ -302,13 +301,13 @@ TEST(FftCompass, ShowsTheDistancesOfTheLastFrame) {
 TEST(FftCompass, RefusesWhatItCannotTake) {
   FftCompass compass;
   const PanoramaRoom room(16);
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 40), 0, {}}), calib::InputError);
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 40), 0, {}}), InputError);
   ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 1, {}}));
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}), 1, {}}), calib::InputError);
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 180), 2, {}}), calib::InputError);
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}), 1, {}}), InputError);
+  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 180), 2, {}}), InputError);
   FftCompassParams params;
   params.recent_references = 0;
-  EXPECT_THROW(FftCompass{params}, calib::InputError);
+  EXPECT_THROW(FftCompass{params}, InputError);
 }
 
 }  // namespace

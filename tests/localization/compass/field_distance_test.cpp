@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/column_shift.hpp"
 #include "tests/localization/compass/panoramas.hpp"
 
@@ -52,7 +52,7 @@ TEST(FieldDistance, RefusesPanoramasThatDiffer) {
   EXPECT_THROW(FieldDistance(RandomPanorama(4, 25, CV_8UC1, 1),
                              RandomPanorama(4, 25, CV_8UC3, 1),
                              std::vector<float>(25, 1)),
-               calib::InputError);
+               InputError);
 }
 
 TEST(RowTexture, ByHand) {

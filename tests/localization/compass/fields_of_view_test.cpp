@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -81,7 +81,7 @@ TEST(FieldsOfView, HoldTheirWidth) {
 std::string ErrorOf(const FieldsOfView& fields) {
   try {
     fields.Validate();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "no error";

@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -34,7 +34,7 @@ TEST(HeadingGraph, ALoopTakesDriftOut) {
   graph.Measure(0, 10, 6.0 - 2 * pi, 1e-6);
   graph.Solve();
   EXPECT_NEAR(graph.At(10).heading_rad, 6.0 - 2 * pi, 1e-4);
-  EXPECT_NEAR(calib::WrapAngle(graph.At(5).heading_rad), 3.0, 1e-4);
+  EXPECT_NEAR(WrapAngle(graph.At(5).heading_rad), 3.0, 1e-4);
   EXPECT_LT(graph.At(10).variance_rad2, 0.01 * open);
 }
 

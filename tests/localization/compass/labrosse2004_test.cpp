@@ -7,8 +7,8 @@
 #include <random>
 #include <string>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "localization/compass/column_shift.hpp"
 #include "tests/localization/compass/panoramas.hpp"
 
@@ -27,7 +27,7 @@ TEST(Labrosse2004, AddsUpTurns) {
   for (int i = 0; i < 40; ++i) {
     const auto estimate = compass.Next({Rolled(world, heading), 0.1 * i});
     ASSERT_TRUE(estimate.has_value());
-    EXPECT_NEAR(calib::WrapAngle(estimate->heading_rad - heading * kDeg), 0, 1e-9);
+    EXPECT_NEAR(WrapAngle(estimate->heading_rad - heading * kDeg), 0, 1e-9);
     EXPECT_LE(estimate->heading_rad, kPi);
     EXPECT_GT(estimate->heading_rad, -kPi - 1e-12);
     EXPECT_GT(estimate->variance_rad2, variance);
@@ -99,7 +99,7 @@ TEST(Labrosse2004, ShowsItsDistances) {
 std::string ErrorOf(Compass& compass, const PanoramaFrame& frame) {
   try {
     (void)compass.Next(frame);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "no error";
@@ -126,9 +126,9 @@ TEST(Labrosse2004, RefusesFramesThatDoNotFitTheRun) {
 }
 
 TEST(Labrosse2004, RefusesUnusableParameters) {
-  EXPECT_THROW(Labrosse2004({.min_texture = -1}), calib::InputError);
-  EXPECT_THROW(Labrosse2004({.independent_rad = 0}), calib::InputError);
-  EXPECT_THROW(Labrosse2004({.unseen_rate_rad_s = std::nan("")}), calib::InputError);
+  EXPECT_THROW(Labrosse2004({.min_texture = -1}), InputError);
+  EXPECT_THROW(Labrosse2004({.independent_rad = 0}), InputError);
+  EXPECT_THROW(Labrosse2004({.unseen_rate_rad_s = std::nan("")}), InputError);
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
-#include "calib/pose2.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/pose2.hpp"
 #include "localization/compass/fields_of_view.hpp"
 #include "localization/compass/methods.hpp"
 #include "tests/localization/compass/panoramas.hpp"
@@ -23,7 +23,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kDeg = kPi / 180;
 
 double ErrorDeg(const std::optional<HeadingEstimate>& estimate, double heading_rad) {
-  return calib::WrapAngle(estimate.value().heading_rad - heading_rad) / kDeg;
+  return WrapAngle(estimate.value().heading_rad - heading_rad) / kDeg;
 }
 
 /// A world that turns into another one: 0 the first, 1 the second.
@@ -254,7 +254,7 @@ TEST(Labrosse2006, ShowsItsDistances) {
 std::string ErrorOf(const Labrosse2006Params& params) {
   try {
     params.Validate();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "no error";
@@ -269,7 +269,7 @@ TEST(Labrosse2006, RefusesUnusableParameters) {
   EXPECT_EQ(ErrorOf({.min_amplitude = 1}), "labrosse2006: min_amplitude = 1, must be in [0, 1)");
   EXPECT_EQ(ErrorOf({.search = {.probes = 3}}),
             "shift search: probes = 3, must be even and at least 2");
-  EXPECT_THROW(Labrosse2006({.independent_rad = 0}), calib::InputError);
+  EXPECT_THROW(Labrosse2006({.independent_rad = 0}), InputError);
 }
 
 TEST(MakeCompass, MakesEachMethod) {
@@ -282,7 +282,7 @@ TEST(MakeCompass, MakesEachMethod) {
   params.labrosse2006.threshold = 2;
   EXPECT_NO_THROW(MakeCompass(params));
   params.method = Method::kLabrosse2006;
-  EXPECT_THROW(MakeCompass(params), calib::InputError);
+  EXPECT_THROW(MakeCompass(params), InputError);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
 
@@ -30,7 +30,7 @@ class PanoramaRoom {
         colour;
   }
 
-  [[nodiscard]] cv::Mat See(const calib::Pose2& pose, int columns = 360, int rows = 15) const {
+  [[nodiscard]] cv::Mat See(const Pose2& pose, int columns = 360, int rows = 15) const {
     cv::Mat panorama(rows, columns, CV_8UC3);
     for (int u = 0; u < columns; ++u) {
       cv::Vec3f sum[kPaperRows] = {};
@@ -67,7 +67,7 @@ class PanoramaRoom {
   static constexpr int kPaperRows = 15;
 
   /// Where a ray meets the walls, in metres around the room.
-  [[nodiscard]] double WallAt(const calib::Pose2& from, double direction) const {
+  [[nodiscard]] double WallAt(const Pose2& from, double direction) const {
     const double c = std::cos(direction);
     const double s = std::sin(direction);
     const double to_x = c > 0 ? (length_m_ - from.x) / c : c < 0 ? -from.x / c : 1e9;

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -115,10 +115,10 @@ TEST(ParallaxFit, FewerSectorsMeanMoreDoubt) {
 TEST(ParallaxFit, RefusesImpossibleParameters) {
   ParallaxParams params;
   params.order = 13;
-  EXPECT_THROW(params.Validate(), calib::InputError);
+  EXPECT_THROW(params.Validate(), InputError);
   params = {};
   params.floor_rad = 0;
-  EXPECT_THROW(params.Validate(), calib::InputError);
+  EXPECT_THROW(params.Validate(), InputError);
 }
 
 }  // namespace

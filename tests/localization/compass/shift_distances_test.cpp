@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/column_shift.hpp"
 
 namespace ceilmap::compass {
@@ -156,9 +156,9 @@ TEST(ShiftDistances, OfUniformPanoramasAreThatOfTheirGreyLevels) {
 TEST(ShiftDistances, RefuseOtherPanoramas) {
   ShiftDistances distances({90, 4}, 3);
   PanoramaSpectrum spectrum;
-  EXPECT_THROW(distances.Analyze(cv::Mat(4, 91, CV_8UC3), spectrum), calib::InputError);
-  EXPECT_THROW(distances.Analyze(cv::Mat(4, 90, CV_8UC1), spectrum), calib::InputError);
-  EXPECT_THROW(ShiftDistances({90, 4}, 2), calib::InputError);
+  EXPECT_THROW(distances.Analyze(cv::Mat(4, 91, CV_8UC3), spectrum), InputError);
+  EXPECT_THROW(distances.Analyze(cv::Mat(4, 90, CV_8UC1), spectrum), InputError);
+  EXPECT_THROW(ShiftDistances({90, 4}, 2), InputError);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -91,7 +91,7 @@ TEST(ShiftSearch, EndsOnPlainsAndNarrowPanoramas) {
 std::string ErrorOf(const ShiftSearchParams& params) {
   try {
     params.Validate();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "no error";

@@ -8,7 +8,6 @@
 namespace ceilmap::compass {
 namespace {
 
-using calib::Pose2;
 using std::numbers::pi;
 
 TEST(TravelForecast, GoesOnAsItWent) {

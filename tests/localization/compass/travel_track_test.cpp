@@ -4,17 +4,16 @@
 
 #include <numbers>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
 namespace {
 
-using calib::Pose2;
 using std::numbers::pi;
 
 /// Angle between two directions either of which may be told backwards.
 double Apart(double a, double b) {
-  return std::abs(calib::WrapAngle(2 * (a - b))) / 2;
+  return std::abs(WrapAngle(2 * (a - b))) / 2;
 }
 
 TEST(TravelTrack, OfAnUnknownWayTakesAnArc) {

@@ -78,9 +78,9 @@ TEST_F(CoarseStageTest, TriesOnlyRotationsInRange) {
   ASSERT_FALSE(expected.empty());
   EXPECT_LT(ShiftError(expected[0].motion, truth), 1);
   for (const double elsewhere : {0.4 + kPi, 0.4 + kPi / 2, -0.6}) {
-    const RotationRange range{calib::WrapAngle(elsewhere), 0.2};
+    const RotationRange range{WrapAngle(elsewhere), 0.2};
     for (const Hypothesis& h : stage_.Propose(reference_, current_, false, range)) {
-      EXPECT_LE(std::abs(calib::WrapAngle(h.motion.theta_rad - elsewhere)), 0.21);
+      EXPECT_LE(std::abs(WrapAngle(h.motion.theta_rad - elsewhere)), 0.21);
     }
   }
 }

@@ -71,11 +71,11 @@ TEST(PlaneFit, TiltIsThatOfTheRobot) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int i = 0; i < 100; ++i) {
-    const calib::Tilt tilt{4 * kDegree * unit(random), 4 * kDegree * unit(random), 0, {}};
-    const Eigen::Isometry3d T = calib::ToSpace({0, 0, 0.5 * unit(random)}, tilt);
+    const Tilt tilt{4 * kDegree * unit(random), 4 * kDegree * unit(random), 0, {}};
+    const Eigen::Isometry3d T = ToSpace({0, 0, 0.5 * unit(random)}, tilt);
     Eigen::Isometry3d T_camera = Eigen::Isometry3d::Identity();
     T_camera.linear() = R_base_camera.transpose() * T.linear() * R_base_camera;
-    const calib::PlanarTilt seen = calib::FromSpace(T_camera);
+    const PlanarTilt seen = FromSpace(T_camera);
     PlaneFit fit;
     fit.motion.tilt_x = seen.tilt.roll_rad;
     fit.motion.tilt_y = seen.tilt.pitch_rad;
@@ -93,7 +93,7 @@ TEST(PlaneFit, TiltCovarianceTurnsWithTheCamera) {
     fit.motion.tilt_x = 1e-3 * direction.x();
     fit.motion.tilt_y = 1e-3 * direction.y();
     fit.covariance.bottomRightCorner<2, 2>() = 1e-6 * direction * direction.transpose();
-    const calib::TiltAngles tilt = TiltOf(fit, view);
+    const TiltAngles tilt = TiltOf(fit, view);
     EXPECT_NEAR(tilt.angles.norm(), 1e-3, 1e-12);
     EXPECT_LT((tilt.covariance - tilt.angles * tilt.angles.transpose()).norm(), 1e-15);
   }

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/registration/registrar_fixture.hpp"
 
 namespace ceilmap::registration {
@@ -106,7 +106,7 @@ TEST_F(RegistrarTest, PicturesOfWhichPartsHaveNoContent) {
   EXPECT_GT(unlike.blocks, 10);
   EXPECT_LT(unlike.mean, 0.3);
   EXPECT_LT(as_reference.blocks, registrar.Register(whole, whole).blocks);
-  EXPECT_THROW((void)registrar.Analyze(part, cv::Mat(10, 10, CV_8UC1)), calib::InputError);
+  EXPECT_THROW((void)registrar.Analyze(part, cv::Mat(10, 10, CV_8UC1)), InputError);
 }
 
 TEST_F(RegistrarTest, ShiftsByHalfTheFrame) {

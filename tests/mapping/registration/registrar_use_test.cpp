@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/mapping/registration/registrar_fixture.hpp"
 
 namespace ceilmap::registration {
@@ -91,7 +91,7 @@ TEST(Registrar, SmallPicturesOfOtherPlaces) {
 std::string MessageOf(const std::function<void()>& action) {
   try {
     action();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "";
@@ -102,7 +102,7 @@ TEST_F(RegistrarTest, RefusesOtherPictures) {
             "picture of 640x480 where 640x480 grey is expected");
   EXPECT_EQ(MessageOf([&] { (void)registrar_.Analyze(cv::Mat::zeros(480, 641, CV_8UC1)); }),
             "picture of 641x480 where 640x480 grey is expected");
-  EXPECT_THROW((void)registrar_.Analyze(cv::Mat()), calib::InputError);
+  EXPECT_THROW((void)registrar_.Analyze(cv::Mat()), InputError);
 }
 
 TEST_F(RegistrarTest, ARowStrideIsNoHindrance) {
@@ -122,8 +122,8 @@ TEST(Registrar, RefusesSizes) {
               Registrar registrar({95, 480});
             }),
             "pictures of 95x480 cannot be registered; each side must have 96 to 16384 pixels");
-  EXPECT_THROW(Registrar({640, 16385}), calib::InputError);
-  EXPECT_THROW(Registrar({0, 0}), calib::InputError);
+  EXPECT_THROW(Registrar({640, 16385}), InputError);
+  EXPECT_THROW(Registrar({0, 0}), InputError);
   EXPECT_NO_THROW(Registrar({96, 96}));
 }
 

@@ -8,8 +8,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "calib/base/pose2.hpp"
 #include "calib/ceiling_view.hpp"
-#include "calib/pose2.hpp"
 #include "mapping/registration/registration.hpp"
 
 namespace ceilmap::registration::synthetic {
@@ -256,8 +256,8 @@ class SyntheticCeiling {
 
 /// Motion under which the upward camera of a robot at T_map_base shows the ceiling, for Render: the
 /// ceiling's pixels are p_map / m_per_px.
-inline ImageMotion MotionAt(const calib::CeilingView& view, const calib::Pose2& T_map_base) {
-  const calib::Pose2 T_view_map = (T_map_base * view.T_base_view()).Inverse();
+inline ImageMotion MotionAt(const calib::CeilingView& view, const Pose2& T_map_base) {
+  const Pose2 T_view_map = (T_map_base * view.T_base_view()).Inverse();
   return {T_view_map.x / view.MetresPerPixel(),
           T_view_map.y / view.MetresPerPixel(),
           T_view_map.yaw,
@@ -271,7 +271,7 @@ inline double ShiftError(const ImageMotion& a, const ImageMotion& b) {
 
 /// Angle between two motions' rotations, degrees, >= 0.
 inline double AngleErrorDeg(const ImageMotion& a, const ImageMotion& b) {
-  return std::abs(calib::WrapAngle(a.theta_rad - b.theta_rad)) * 57.29577951308232;
+  return std::abs(WrapAngle(a.theta_rad - b.theta_rad)) * 57.29577951308232;
 }
 
 }  // namespace ceilmap::registration::synthetic

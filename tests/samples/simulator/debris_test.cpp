@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/drive.hpp"
 #include "tests/samples/simulator/scenes.hpp"
 
@@ -30,7 +30,7 @@ Scene StraightScene() {
 std::string ErrorOf(const Scene& scene) {
   try {
     (void)MakePath(scene);
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "no error";
@@ -69,8 +69,8 @@ TEST(TiltedBase, NoseUpLiftsTheMastAndLeftSideUpTipsItToTheRight) {
 }
 
 TEST(TiltedBase, WithoutTiltIsTheLevelPose) {
-  const calib::Pose2 axle{3, -2, 1.1};
-  const Isometry3d level = StillFrame(0, axle * calib::Pose2{0.2, 0, 0}).T_map_base;
+  const Pose2 axle{3, -2, 1.1};
+  const Isometry3d level = StillFrame(0, axle * Pose2{0.2, 0, 0}).T_map_base;
   EXPECT_LT((TiltedBase(axle, {}, 0.2).matrix() - level.matrix()).norm(), 1e-15);
 }
 

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/paints.hpp"
 #include "samples/simulator/wall_posters.hpp"
 #include "tests/samples/simulator/scenes.hpp"
@@ -273,7 +273,7 @@ TEST(ForwardCamera, IsRefusedWhereTheSceneHasNone) {
       [&] {
         (void)renderer.RenderForward(StillFrame(0, {6, 4, 0}));
       },
-      testing::ThrowsMessage<calib::InputError>(
+      testing::ThrowsMessage<InputError>(
           "the scene has no forward camera; give it the group 'forward'"));
 }
 

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/mirror_rays.hpp"
 #include "samples/simulator/paints.hpp"
 #include "tests/samples/simulator/scenes.hpp"
@@ -66,7 +66,7 @@ Vector2d CentreOfLight(const cv::Mat& light) {
   return CentreOfMark(grey, 0);
 }
 
-cv::Mat LightAt(const Renderer& renderer, const calib::Pose2& T_map_base, double stamp_s = 100) {
+cv::Mat LightAt(const Renderer& renderer, const Pose2& T_map_base, double stamp_s = 100) {
   return renderer.RenderOmniLight(StillFrame(0, T_map_base, stamp_s));
 }
 
@@ -110,7 +110,7 @@ TEST(OmniCamera, ThingsShowWhereTheMirrorPutsThem) {
     scene.fixtures.boxes = {SmallBox(at)};
     const Renderer renderer(scene);
     for (const double yaw : {0.0, 1.1, -2.5}) {
-      const calib::Pose2 T_map_base{6, 4, yaw};
+      const Pose2 T_map_base{6, 4, yaw};
       const Vector2d seen = CentreOfLight(LightAt(renderer, T_map_base));
       const Vector2d expected = OmniPixel(Level(6, 4, yaw / kDegree), at);
       EXPECT_LT((seen - expected).norm(), 0.25) << at.transpose() << " yaw " << yaw;
@@ -295,7 +295,7 @@ TEST(OmniCamera, IsRefusedWhereTheSceneHasNone) {
       [&] {
         (void)renderer.RenderOmni(StillFrame(0, {6, 4, 0}));
       },
-      testing::ThrowsMessage<calib::InputError>(
+      testing::ThrowsMessage<InputError>(
           "the scene has no omnidirectional camera; give it the group 'omni'"));
 }
 

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <string>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/drive.hpp"
 #include "tests/samples/simulator/scenes.hpp"
 
@@ -56,7 +56,7 @@ TEST(Drive, RisesAndBrakesOnALine) {
 TEST(Drive, TurnsOnTheSpotToTheShorterSide) {
   Path path;
   const Drive drive({{0, 0}, {1, 0}, {1, -1}}, path);
-  const calib::Pose2 end = drive.PoseAt(drive.Duration());
+  const Pose2 end = drive.PoseAt(drive.Duration());
   EXPECT_NEAR(end.x, 1, 1e-12);
   EXPECT_NEAR(end.y, -1, 1e-12);
   EXPECT_NEAR(end.yaw, -90 * kDegree, 1e-12);
@@ -73,10 +73,10 @@ TEST(Drive, RoundsCornersWithoutStopping) {
   const Drive drive({{0, 0}, {2, 0}, {2, 2}}, path);
   const double length = 1.5 + 0.25 * std::numbers::pi + 1.5;
   EXPECT_NEAR(drive.Duration(), length / 0.8 + 0.8 / 0.6, 1e-9);
-  const calib::Pose2 middle = drive.PoseAt(drive.Duration() / 2);
+  const Pose2 middle = drive.PoseAt(drive.Duration() / 2);
   EXPECT_NEAR(middle.yaw, 45 * kDegree, 1e-9);
   EXPECT_NEAR(std::hypot(middle.x - 1.5, middle.y - 0.5), 0.5, 1e-9);
-  const calib::Pose2 end = drive.PoseAt(drive.Duration());
+  const Pose2 end = drive.PoseAt(drive.Duration());
   EXPECT_NEAR(end.x, 2, 1e-9);
   EXPECT_NEAR(end.y, 2, 1e-9);
 }
@@ -184,7 +184,7 @@ class TumPathTest : public ::testing::Test {
   [[nodiscard]] std::string Error() const {
     try {
       (void)MakePath(scene_);
-    } catch (const calib::InputError& error) {
+    } catch (const InputError& error) {
       return error.what();
     }
     return "no error";
@@ -230,7 +230,7 @@ TEST(MakePath, RefusesAPathWithoutEnd) {
   Path path;
   path.frame_rate_hz = 10000;
   path.speed_m_s = 0.001;
-  EXPECT_THROW((void)MakePath(SceneWith(path)), calib::InputError);
+  EXPECT_THROW((void)MakePath(SceneWith(path)), InputError);
 }
 
 }  // namespace

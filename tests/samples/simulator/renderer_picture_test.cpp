@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "samples/simulator/ceiling_pattern.hpp"
 #include "tests/samples/simulator/scenes.hpp"
 

@@ -95,7 +95,7 @@ TEST(RigYaml, RectifiedPictureIsTheCeilingToScale) {
   const Eigen::Vector2d seen = CentreOfMark(light, 1.0);
   const Eigen::Vector2d p_view =
       view.MetresPerPixel() * (seen - Eigen::Vector2d((320 - 1) / 2.0, (240 - 1) / 2.0));
-  const Eigen::Vector2d p_map = calib::Pose2{6, 4, 0.3} * (view.T_base_view() * p_view);
+  const Eigen::Vector2d p_map = Pose2{6, 4, 0.3} * (view.T_base_view() * p_view);
   EXPECT_NEAR(p_map.x(), 6.2, 0.0005);
   EXPECT_NEAR(p_map.y(), 4.1, 0.0005);
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 std::string ErrorOf(const std::string& text) {
   try {
     (void)ParseScene(text, "s.yaml");
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     return error.what();
   }
   return "no error";
@@ -262,7 +262,7 @@ TEST(Scene, ValidateNamesTheField) {
   try {
     scene.Validate();
     FAIL();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "path.speed_m_s = -1, must be in [0.001, 100]");
   }
   scene.path.speed_m_s = 1;
@@ -270,7 +270,7 @@ TEST(Scene, ValidateNamesTheField) {
   try {
     scene.Validate();
     FAIL();
-  } catch (const calib::InputError& error) {
+  } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "debris.bumps[1].roll_deg = 31, must be in [-30, 30]");
   }
 }

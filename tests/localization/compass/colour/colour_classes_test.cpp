@@ -5,7 +5,7 @@
 #include <random>
 #include <set>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::colour {
 namespace {
@@ -83,18 +83,17 @@ TEST(ColourClasses, GreyOrDarkPicturesHaveNone) {
   cv::Mat grey(1, 1000, CV_8UC3);
   for (int i = 0; i < grey.cols; ++i)
     grey.at<cv::Vec3b>(i) = cv::Vec3b::all(static_cast<uchar>(i % 250));
-  EXPECT_THROW(ColourClasses::Learn(grey), calib::InputError);
-  EXPECT_THROW(ColourClasses::Learn(cv::Mat(1, 1000, CV_8UC3, cv::Scalar::all(0))),
-               calib::InputError);
+  EXPECT_THROW(ColourClasses::Learn(grey), InputError);
+  EXPECT_THROW(ColourClasses::Learn(cv::Mat(1, 1000, CV_8UC3, cv::Scalar::all(0))), InputError);
 }
 
 TEST(ColourClasses, RefuseWhatCannotBe) {
-  EXPECT_THROW(ColourClasses(std::vector<ColourClass>(1)), calib::InputError);
-  EXPECT_THROW(ColourClasses(std::vector<ColourClass>(33)), calib::InputError);
+  EXPECT_THROW(ColourClasses(std::vector<ColourClass>(1)), InputError);
+  EXPECT_THROW(ColourClasses(std::vector<ColourClass>(33)), InputError);
   ColourClass flat;
   flat.covariance = {};
-  EXPECT_THROW(ColourClasses(std::vector<ColourClass>{flat, flat}), calib::InputError);
-  EXPECT_THROW(ColourClasses::Learn(Samples(), {.classes = 1}), calib::InputError);
+  EXPECT_THROW(ColourClasses(std::vector<ColourClass>{flat, flat}), InputError);
+  EXPECT_THROW(ColourClasses::Learn(Samples(), {.classes = 1}), InputError);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "tests/localization/compass/colour/coloured_room.hpp"
 
 namespace ceilmap::colour {
@@ -16,8 +16,8 @@ using std::numbers::pi;
 constexpr int kTurnFrames = 90;
 
 /// Pose of base on a turn about an axle `a` behind it that stands at a place.
-calib::Pose2 OnTurn(const Eigen::Vector2d& axle, double yaw, double a) {
-  return {axle.x() + a * std::cos(yaw), axle.y() + a * std::sin(yaw), calib::WrapAngle(yaw)};
+Pose2 OnTurn(const Eigen::Vector2d& axle, double yaw, double a) {
+  return {axle.x() + a * std::cos(yaw), axle.y() + a * std::sin(yaw), WrapAngle(yaw)};
 }
 
 class ColourCompassTest : public testing::Test {
@@ -26,7 +26,7 @@ class ColourCompassTest : public testing::Test {
     params.camera_ahead_of_axle_m = axle_behind_m;
     ColourLearner learner(forward_, params);
     for (int i = 0; i < kTurnFrames; ++i) {
-      const calib::Pose2 pose = OnTurn({0, 0}, 2 * pi * i / kTurnFrames, axle_behind_m);
+      const Pose2 pose = OnTurn({0, 0}, 2 * pi * i / kTurnFrames, axle_behind_m);
       EXPECT_TRUE(learner.Add(room_.See(forward_, pose), 0.1 * i, {pose}));
     }
     return learner.Finish();
@@ -40,9 +40,9 @@ class ColourCompassTest : public testing::Test {
                     double light = 0.9) const {
     double worst = 0;
     for (int i = 0; i < kTurnFrames; ++i) {
-      const calib::Pose2 pose = OnTurn(axle, 0.7 + 2 * pi * i / kTurnFrames, 0);
+      const Pose2 pose = OnTurn(axle, 0.7 + 2 * pi * i / kTurnFrames, 0);
       const auto heading = compass.Next({room_.See(forward_, pose, light), 100 + 0.1 * i});
-      const double error = std::abs(calib::WrapAngle(heading.value().heading_rad - pose.yaw));
+      const double error = std::abs(WrapAngle(heading.value().heading_rad - pose.yaw));
       if (honest) {
         EXPECT_LT(error, 4 * std::sqrt(heading->variance_rad2) + 0.02) << "sure, frame " << i;
       }
@@ -69,7 +69,7 @@ TEST_F(ColourCompassTest, OtherLightDoesNotMatter) {
     EXPECT_LT(WorstError(compass, {0, 0}, 15, true, light), 0.05) << light;
     ColourCompass same(model, forward_, {.exposure_sigma = 0});
     WorstError(same, {0, 0}, 15, false, light);
-    const calib::Pose2 next = OnTurn({0, 0}, 0.7, 0);
+    const Pose2 next = OnTurn({0, 0}, 0.7, 0);
     const auto heading = compass.Next({room_.See(forward_, next, light), 109});
     const auto without = same.Next({room_.See(forward_, next, light), 109});
     EXPECT_GT(heading->confidence, 0.9);
@@ -81,7 +81,7 @@ TEST_F(ColourCompassTest, AnotherRoomIsNotRecognized) {
   const ColouredRoom other(9);
   ColourCompass compass(Learn(), forward_);
   for (int i = 0; i < kTurnFrames; ++i) {
-    const calib::Pose2 pose = OnTurn({0, 0}, 2 * pi * i / kTurnFrames, 0);
+    const Pose2 pose = OnTurn({0, 0}, 2 * pi * i / kTurnFrames, 0);
     const auto heading = compass.Next({other.See(forward_, pose), 0.1 * i});
     if (i > 15) {
       EXPECT_LT(heading->confidence, 0.9) << i;
@@ -90,7 +90,7 @@ TEST_F(ColourCompassTest, AnotherRoomIsNotRecognized) {
   // Back where it was learned, it is sure again.
   std::optional<ColourHeading> heading;
   for (int i = 0; i < 30; ++i) {
-    const calib::Pose2 pose = OnTurn({0, 0}, 1 + 2 * pi * i / kTurnFrames, 0);
+    const Pose2 pose = OnTurn({0, 0}, 1 + 2 * pi * i / kTurnFrames, 0);
     heading = compass.Next({room_.See(forward_, pose), 100 + 0.1 * i});
   }
   EXPECT_GT(heading->confidence, 0.9);
@@ -100,9 +100,9 @@ TEST_F(ColourCompassTest, AsSturmAndVisserHaveIt) {
   ColourCompass compass(Learn({.kind = ModelKind::kSturm}), forward_);
   double worst = 0;
   for (int i = 0; i < kTurnFrames; ++i) {
-    const calib::Pose2 pose = OnTurn({0, 0}, 0.7 + 2 * pi * i / kTurnFrames, 0);
+    const Pose2 pose = OnTurn({0, 0}, 0.7 + 2 * pi * i / kTurnFrames, 0);
     const auto heading = compass.Next({room_.See(forward_, pose), 100 + 0.1 * i});
-    if (i > 5) worst = std::max(worst, std::abs(calib::WrapAngle(heading->heading_rad - pose.yaw)));
+    if (i > 5) worst = std::max(worst, std::abs(WrapAngle(heading->heading_rad - pose.yaw)));
   }
   EXPECT_LT(worst, 0.05);
 }
@@ -123,10 +123,10 @@ TEST_F(ColourCompassTest, APlaceThatIsGivenIsTaken) {
   ColourCompass compass(model, forward_);
   const PlaceHypothesis places[] = {{{1.2, -0.8}, 3}};
   for (int i = 0; i < 20; ++i) {
-    const calib::Pose2 pose{1.2, -0.8, 0.3 + 0.05 * i};
+    const Pose2 pose{1.2, -0.8, 0.3 + 0.05 * i};
     const auto heading = compass.Next({room_.See(forward_, pose), 0.1 * i, {}, places});
     if (i > 3) {
-      EXPECT_NEAR(calib::WrapAngle(heading->heading_rad - pose.yaw), 0, 0.06) << i;
+      EXPECT_NEAR(WrapAngle(heading->heading_rad - pose.yaw), 0, 0.06) << i;
     }
   }
 }
@@ -143,7 +143,7 @@ TEST_F(ColourCompassTest, LearnsAlong) {
   ColourCompass compass(Learn({.fading_s = 5}), forward_);
   for (int round = 0; round < 2; ++round) {
     for (int i = 0; i < kTurnFrames; ++i) {
-      const calib::Pose2 pose{0, 0, calib::WrapAngle(2 * pi * i / kTurnFrames)};
+      const Pose2 pose{0, 0, WrapAngle(2 * pi * i / kTurnFrames)};
       compass.Next({other.See(forward_, pose), 100 + 0.1 * (i + kTurnFrames * round)});
       compass.Learn({pose});
     }
@@ -151,17 +151,16 @@ TEST_F(ColourCompassTest, LearnsAlong) {
   compass.Reset();
   double worst = 0;
   for (int i = 0; i < 30; ++i) {
-    const calib::Pose2 pose{0, 0, calib::WrapAngle(2 + 0.06 * i)};
+    const Pose2 pose{0, 0, WrapAngle(2 + 0.06 * i)};
     const auto heading = compass.Next({other.See(forward_, pose), 200 + 0.1 * i});
-    if (i > 10)
-      worst = std::max(worst, std::abs(calib::WrapAngle(heading->heading_rad - pose.yaw)));
+    if (i > 10) worst = std::max(worst, std::abs(WrapAngle(heading->heading_rad - pose.yaw)));
   }
   EXPECT_LT(worst, 0.05);
 }
 
 TEST_F(ColourCompassTest, ANewCellIsAnotherPlaceToBeAt) {
   ColourCompass compass(Learn(), forward_);
-  const calib::Pose2 pose{2, 1, 0.5};
+  const Pose2 pose{2, 1, 0.5};
   compass.Next({room_.See(forward_, pose), 1});
   compass.Learn({pose});
   int cells = 0;
@@ -173,7 +172,7 @@ TEST_F(ColourCompassTest, ANewCellIsAnotherPlaceToBeAt) {
 TEST_F(ColourCompassTest, FramesBelowTheHorizonAreSkipped) {
   ColourCompass compass(Learn(), forward_);
   compass.Next({room_.See(forward_, {}), 1});
-  calib::Tilt down;
+  Tilt down;
   down.pitch_rad = 0.5;
   EXPECT_FALSE(compass.Next({room_.See(forward_, {}), 2, down}));
   compass.Learn({});  // of nothing
@@ -182,7 +181,7 @@ TEST_F(ColourCompassTest, FramesBelowTheHorizonAreSkipped) {
   EXPECT_EQ(compass.Counts().used, 2);
   ColourLearner learner(forward_);
   EXPECT_FALSE(learner.Add(room_.See(forward_, {}), 0, {{}, down}));
-  EXPECT_THROW(static_cast<void>(learner.Finish()), calib::InputError);
+  EXPECT_THROW(static_cast<void>(learner.Finish()), InputError);
 }
 
 TEST_F(ColourCompassTest, APictureThatShowsNothingIsNoHeading) {
@@ -198,13 +197,13 @@ TEST_F(ColourCompassTest, RefusesWhatCannotBe) {
   const ColourModel model = Learn();
   ColourCompass compass(model, forward_);
   compass.Next({room_.See(forward_, {}), 1});
-  EXPECT_THROW(compass.Next({room_.See(forward_, {}), 1}), calib::InputError) << "stamps increase";
-  EXPECT_THROW(compass.Next({cv::Mat(240, 320, CV_8UC1), 2}), calib::InputError);
+  EXPECT_THROW(compass.Next({room_.See(forward_, {}), 1}), InputError) << "stamps increase";
+  EXPECT_THROW(compass.Next({cv::Mat(240, 320, CV_8UC1), 2}), InputError);
   ColourModel empty = model;
   for (Cell& cell : empty.cells) cell.bins.assign(180, {});
-  EXPECT_THROW(ColourCompass(empty, forward_), calib::InputError);
-  EXPECT_THROW(ColourCompass(model, forward_, {.line_noise = 0}), calib::InputError);
-  EXPECT_THROW(ColourLearner(forward_, {.bins = 10}), calib::InputError);
+  EXPECT_THROW(ColourCompass(empty, forward_), InputError);
+  EXPECT_THROW(ColourCompass(model, forward_, {.line_noise = 0}), InputError);
+  EXPECT_THROW(ColourLearner(forward_, {.bins = 10}), InputError);
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
 namespace ceilmap::colour {
 namespace {
@@ -64,9 +64,9 @@ TEST(ColourModel, OnlyModelsOfOneKindMerge) {
     Merge(other, mine);
   };
   EXPECT_NO_THROW(merge([](ColourModel&) {}));
-  EXPECT_THROW(merge([](ColourModel& m) { m.kind = ModelKind::kSturm; }), calib::InputError);
-  EXPECT_THROW(merge([](ColourModel& m) { m.classes[1].mean[0] = 201; }), calib::InputError);
-  EXPECT_THROW(merge([](ColourModel& m) { m.grid.min_x_m = 1; }), calib::InputError);
+  EXPECT_THROW(merge([](ColourModel& m) { m.kind = ModelKind::kSturm; }), InputError);
+  EXPECT_THROW(merge([](ColourModel& m) { m.classes[1].mean[0] = 201; }), InputError);
+  EXPECT_THROW(merge([](ColourModel& m) { m.grid.min_x_m = 1; }), InputError);
 }
 
 TEST(ColourModel, RefusesWhatCannotBe) {
@@ -74,7 +74,7 @@ TEST(ColourModel, RefusesWhatCannotBe) {
   const auto check = [](const auto& change) {
     ColourModel model = Model();
     change(model);
-    EXPECT_THROW(model.Validate(), calib::InputError);
+    EXPECT_THROW(model.Validate(), InputError);
   };
   check([](ColourModel& m) { m.classes.resize(1); });
   check([](ColourModel& m) { m.bins = 35; });

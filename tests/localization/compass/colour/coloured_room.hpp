@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 #include "calib/rig.hpp"
 
 namespace ceilmap::colour {
@@ -44,7 +44,7 @@ class ColouredRoom {
 
   /// What the camera sees from a pose of base. @param light  factor on all colours.
   [[nodiscard]] cv::Mat See(const calib::MountedCamera& forward,
-                            const calib::Pose2& T_room_base,
+                            const Pose2& T_room_base,
                             double light = 1) const {
     const calib::PinholeCamera& camera = forward.camera;
     cv::Mat picture(camera.Size(), CV_8UC3);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 #include "localization/compass/colour/line_features.hpp"
 #include "tests/localization/compass/colour/coloured_room.hpp"
 
@@ -38,7 +38,7 @@ TEST(ScanLines, KnowHowMuchIsAboveTheHorizon) {
 }
 
 TEST(ScanLines, AreUprightForATiltedRobotToo) {
-  calib::Tilt tilt;
+  Tilt tilt;
   tilt.pitch_rad = -14 * kRad;  // nose up: a level camera then sees what a raised one does
   const ScanLines tilted(ForwardCamera(0), {}, tilt);
   const ScanLines raised(ForwardCamera(14));
@@ -77,12 +77,12 @@ TEST(ScanLines, SampleOneAzimuth) {
 }
 
 TEST(ScanLines, RefuseWhatCannotBe) {
-  EXPECT_THROW(ScanLines(ForwardCamera(75)), calib::InputError);
-  EXPECT_THROW(ScanLines(ForwardCamera(14), {.lines = 1}), calib::InputError);
+  EXPECT_THROW(ScanLines(ForwardCamera(75)), InputError);
+  EXPECT_THROW(ScanLines(ForwardCamera(14), {.lines = 1}), InputError);
   cv::Mat samples;
   const ScanLines lines(ForwardCamera(14));
-  EXPECT_THROW(lines.Sample(cv::Mat(240, 320, CV_8UC1), samples), calib::InputError);
-  EXPECT_THROW(lines.Sample(cv::Mat(480, 640, CV_8UC3), samples), calib::InputError);
+  EXPECT_THROW(lines.Sample(cv::Mat(240, 320, CV_8UC1), samples), InputError);
+  EXPECT_THROW(lines.Sample(cv::Mat(480, 640, CV_8UC3), samples), InputError);
 }
 
 TEST(LineFeatures, CountTransitionsUpTheLine) {

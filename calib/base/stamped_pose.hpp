@@ -3,10 +3,10 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "calib/pose2.hpp"
-#include "calib/tilt.hpp"
+#include "calib/base/pose2.hpp"
+#include "calib/base/tilt.hpp"
 
-namespace ceilmap::evaluation {
+namespace ceilmap {
 
 /// One line of a trajectory file: the pose of base in the map, p_map = orientation * p_base +
 /// position.
@@ -18,9 +18,7 @@ struct StampedPose {
 };
 
 /// A robot whose foot stands at a planar pose, level on the floor unless it is tilted.
-StampedPose ToStampedPose(double stamp_s,
-                          const calib::Pose2& T_map_base,
-                          const calib::Tilt& tilt = {});
+StampedPose ToStampedPose(double stamp_s, const Pose2& T_map_base, const Tilt& tilt = {});
 
 /// Turn about the vertical in (-pi, pi], counter-clockwise seen from above (z-y-x Euler angles).
 double YawOf(const StampedPose& pose);
@@ -30,9 +28,9 @@ double PitchOf(const StampedPose& pose);
 double RollOf(const StampedPose& pose);
 
 /// Where it stands on the floor, and its yaw.
-calib::Pose2 PlanarPose(const StampedPose& pose);
+Pose2 PlanarPose(const StampedPose& pose);
 
 /// Length of the way over the floor from the first pose to each, in metres.
 std::vector<double> PathLengths(const std::vector<StampedPose>& poses);
 
-}  // namespace ceilmap::evaluation
+}  // namespace ceilmap

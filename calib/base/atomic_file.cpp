@@ -1,4 +1,4 @@
-#include "mapping/atomic_file.hpp"
+#include "calib/base/atomic_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,9 +11,9 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
-namespace ceilmap::mapping {
+namespace ceilmap {
 namespace {
 
 namespace fs = std::filesystem;
@@ -42,14 +42,14 @@ AtomicFile::AtomicFile(fs::path target, std::vector<std::string> side_suffixes)
   const fs::path folder = FolderOf(target_);
   std::error_code ignored;
   if (!target_.has_filename()) {
-    throw calib::InputError("'" + target_.string() + "' names no file; give a file name");
+    throw InputError("'" + target_.string() + "' names no file; give a file name");
   }
   if (!fs::is_directory(folder, ignored)) {
-    throw calib::InputError(target_.string() + ": the folder '" + folder.string() +
-                            "' does not exist; create it or choose another");
+    throw InputError(target_.string() + ": the folder '" + folder.string() +
+                     "' does not exist; create it or choose another");
   }
   if (fs::is_directory(target_, ignored)) {
-    throw calib::InputError(target_.string() + ": is a folder; give a file name");
+    throw InputError(target_.string() + ": is a folder; give a file name");
   }
   partial_ = folder / fmt::format(".{}.partial", target_.filename().string());
   lock_ = folder / fmt::format(".{}.lock", target_.filename().string());
@@ -68,8 +68,8 @@ AtomicFile::AtomicFile(fs::path target, std::vector<std::string> side_suffixes)
 }
 
 void AtomicFile::ThrowUnwritable(const std::string& reason) const {
-  throw calib::InputError(target_.string() + ": cannot write in folder '" +
-                          FolderOf(target_).string() + "' (" + reason + "); choose another");
+  throw InputError(target_.string() + ": cannot write in folder '" + FolderOf(target_).string() +
+                   "' (" + reason + "); choose another");
 }
 
 // Another process may remove the lock's file between our opening and locking it: then what we hold
@@ -82,8 +82,8 @@ void AtomicFile::Lock() {
       const bool taken = errno == EWOULDBLOCK;
       ::close(std::exchange(lock_descriptor_, -1));
       if (!taken) return;  // the file system knows no locks
-      throw calib::InputError(target_.string() +
-                              ": another run is writing it; wait for that, or name another file");
+      throw InputError(target_.string() +
+                       ": another run is writing it; wait for that, or name another file");
     }
     struct stat held {};
     struct stat named {};
@@ -108,18 +108,18 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::Commit() {
   if (const int error = SyncPath(partial_, O_RDONLY); error != 0) {
-    throw calib::RunError("cannot write " + target_.string() + ": " + Reason(error));
+    throw RunError("cannot write " + target_.string() + ": " + Reason(error));
   }
   std::error_code error;
   fs::rename(partial_, target_, error);
   if (error) {
-    throw calib::RunError("cannot write " + target_.string() + ": " + error.message());
+    throw RunError("cannot write " + target_.string() + ": " + error.message());
   }
   committed_ = true;
   // Some file systems cannot sync a folder (EINVAL); the file itself is whole either way.
   const int folder_error = SyncPath(FolderOf(target_), O_RDONLY | O_DIRECTORY);
   if (folder_error != 0 && folder_error != EINVAL) {
-    throw calib::RunError("cannot write " + target_.string() + ": " + Reason(folder_error));
+    throw RunError("cannot write " + target_.string() + ": " + Reason(folder_error));
   }
 }
 
@@ -133,4 +133,4 @@ void AtomicFile::RemovePartial() noexcept {
   }
 }
 
-}  // namespace ceilmap::mapping
+}  // namespace ceilmap

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace ceilmap::mapping {
+namespace ceilmap {
 
 /// Runs work(0) .. work(count - 1) on up to `threads` threads, this one among them. Each index runs
 /// once, in no particular order; throws what the first failing one threw, and starts no further.
@@ -35,4 +35,4 @@ void ParallelFor(int count, int threads, const Work& work) {
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace ceilmap::mapping
+}  // namespace ceilmap

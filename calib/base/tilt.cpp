@@ -1,10 +1,10 @@
-#include "calib/tilt.hpp"
+#include "calib/base/tilt.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 Eigen::Isometry3d Tilt::T_level_base() const {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -37,4 +37,4 @@ PlanarTilt FromSpace(const Eigen::Isometry3d& T_map_base) {
   return result;
 }
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -1,11 +1,11 @@
-#include "calib/heading.hpp"
+#include "calib/base/heading.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 HeadingTurn TurnBetween(const HeadingPrior& from,
                         const HeadingPrior& to,
@@ -32,4 +32,4 @@ std::optional<HeadingTurn> HeadingSince::Turn() const {
   return TurnBetween(*marked_, *now_, common_rad2_, single_rad);
 }
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

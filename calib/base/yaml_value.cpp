@@ -1,4 +1,4 @@
-#include "calib/yaml_value.hpp"
+#include "calib/base/yaml_value.hpp"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
@@ -13,9 +13,9 @@
 #include <sstream>
 #include <system_error>
 
-#include "calib/error.hpp"
+#include "calib/base/error.hpp"
 
-namespace ceilmap::calib {
+namespace ceilmap {
 namespace {
 
 constexpr std::size_t kMaxShownBytes = 60;
@@ -300,4 +300,4 @@ std::string ReadSettingsText(const std::filesystem::path& file, std::string_view
   return text;
 }
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -12,7 +12,7 @@ namespace YAML {
 class Node;
 }
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 /// What a settings file may have at most; more is refused before memory is spent on it. An alias
 /// counts as one value.
@@ -70,4 +70,4 @@ class YamlValue {
 ///   than 1 MiB.
 std::string ReadSettingsText(const std::filesystem::path& file, std::string_view what);
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

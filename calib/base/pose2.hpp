@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 /// Wraps an angle to (-pi, pi]. Any finite input.
 double WrapAngle(double angle);
@@ -27,4 +27,4 @@ Pose2 operator*(const Pose2& T_a_b, const Pose2& T_b_c);
 /// p_a = T_a_b * p_b.
 Eigen::Vector2d operator*(const Pose2& T_a_b, const Eigen::Vector2d& p_b);
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -6,14 +6,14 @@
 #include <unordered_map>
 #include <utility>
 
-namespace ceilmap::mapping {
+namespace ceilmap {
 
 /// The values used last, up to a number. Not thread-safe.
 template <typename Value>
-class RecentlyUsed {
+class LruCache {
  public:
   /// @param capacity  values kept, at least 1.
-  explicit RecentlyUsed(std::size_t capacity) : capacity_(capacity) {}
+  explicit LruCache(std::size_t capacity) : capacity_(capacity) {}
 
   /// The value, which becomes the latest used; null when it is not here. Valid until the next call.
   [[nodiscard]] const Value* Find(std::int64_t id) {
@@ -39,4 +39,4 @@ class RecentlyUsed {
   std::unordered_map<std::int64_t, typename std::list<Entry>::iterator> index_;
 };
 
-}  // namespace ceilmap::mapping
+}  // namespace ceilmap

@@ -2,9 +2,9 @@
 
 #include <Eigen/Geometry>
 
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 /// How a robot stands that is not level: debris under its wheels. Relative to the level base frame
 /// with the same foot point and heading, by REP-103's signs and order (yaw, then pitch, then roll):
@@ -41,4 +41,4 @@ struct PlanarTilt {
 };
 PlanarTilt FromSpace(const Eigen::Isometry3d& T_map_base);
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -1,11 +1,11 @@
-#include "calib/yaml_text.hpp"
+#include "calib/base/yaml_text.hpp"
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
 #include <string>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 namespace {
 
 TEST(QuotedText, ReadsBackAsItWas) {
@@ -31,4 +31,4 @@ TEST(NumberText, RoundingNoiseIsZero) {
 }
 
 }  // namespace
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -1,9 +1,9 @@
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 #include <cmath>
 #include <numbers>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 double WrapAngle(double angle) {
   const double wrapped = std::remainder(angle, 2 * std::numbers::pi);  // [-pi, pi]
@@ -30,4 +30,4 @@ Eigen::Vector2d operator*(const Pose2& T_a_b, const Eigen::Vector2d& p_b) {
   return T_a_b.Rotation() * p_b + T_a_b.Translation();
 }
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace ceilmap::mapping {
+namespace ceilmap {
 
 /// A file that appears under its name complete or not at all. The content is written, by whatever
 /// means, to PartialPath(), a hidden file in the same folder (so that the rename stays within one
@@ -19,7 +19,7 @@ class AtomicFile {
  public:
   /// @param side_suffixes  endings of further files that the library which writes may leave beside
   ///   the partial file (journals); they are removed with it.
-  /// @throws calib::InputError when the folder does not exist or takes no files, when a folder
+  /// @throws InputError when the folder does not exist or takes no files, when a folder
   ///   stands under the name, or when another AtomicFile, of any process, has the same target.
   explicit AtomicFile(std::filesystem::path target, std::vector<std::string> side_suffixes = {});
   ~AtomicFile();
@@ -30,7 +30,7 @@ class AtomicFile {
   [[nodiscard]] const std::filesystem::path& PartialPath() const { return partial_; }
 
   /// Syncs the partial file, which must be closed, to the disk and gives it the target's name.
-  /// @throws calib::RunError when the disk refuses.
+  /// @throws RunError when the disk refuses.
   void Commit();
 
  private:
@@ -47,4 +47,4 @@ class AtomicFile {
   bool committed_ = false;
 };
 
-}  // namespace ceilmap::mapping
+}  // namespace ceilmap

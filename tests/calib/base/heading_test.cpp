@@ -1,4 +1,4 @@
-#include "calib/heading.hpp"
+#include "calib/base/heading.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 namespace {
 
 constexpr double kNoise = 0.01;
@@ -86,4 +86,4 @@ TEST(HeadingSince, HoldsForARandomWalk) {
 }
 
 }  // namespace
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -1,4 +1,4 @@
-#include "calib/tilt.hpp"
+#include "calib/base/tilt.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 namespace {
 
 using Eigen::Isometry3d;
@@ -79,4 +79,4 @@ TEST(Tilt, IsLevelWithoutAnyOfTheThreeWhateverItsCovariance) {
 }
 
 }  // namespace
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

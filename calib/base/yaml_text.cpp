@@ -1,8 +1,8 @@
-#include "calib/yaml_text.hpp"
+#include "calib/base/yaml_text.hpp"
 
 #include <fmt/format.h>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 std::string QuotedText(const std::string& text) {
   std::string quoted = "\"";
@@ -18,4 +18,4 @@ std::string NumberText(double value) {
   return fmt::format("{:.12g}", std::stod(text) + 0.0);  // "-0" becomes 0
 }
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 /// A measured heading. Counter-clockwise seen from above; which direction is 0 is up to whoever
 /// made the samples.
@@ -66,4 +66,4 @@ class HeadingSince {
   std::optional<double> least_rad2_;  // ... and ever
 };
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 /// Adds the time of a scope to a total, in milliseconds.
 class StageTimer {
@@ -21,4 +21,4 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

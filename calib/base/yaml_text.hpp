@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 /// A text in double quotes, as YAML and JSON read it. Control characters, which have no place in a
 /// name, become spaces.
@@ -13,4 +13,4 @@ std::string QuotedText(const std::string& text);
 /// @param value  finite.
 std::string NumberText(double value);
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

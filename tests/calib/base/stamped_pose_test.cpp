@@ -1,11 +1,11 @@
-#include "app/evaluation/stamped_pose.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-namespace ceilmap::evaluation {
+namespace ceilmap {
 namespace {
 
 TEST(StampedPose, APlanarPoseIsLevelAndKeepsItsYaw) {
@@ -26,7 +26,7 @@ TEST(StampedPose, YawIsCounterClockwiseFromAbove) {
 
 TEST(StampedPose, PitchIsNoseDownAndRollLeftSideUp) {
   const auto lifts = [](double pitch_rad, double roll_rad, const Eigen::Vector3d& p_base) {
-    calib::Tilt tilt;
+    Tilt tilt;
     tilt.pitch_rad = pitch_rad;
     tilt.roll_rad = roll_rad;
     const StampedPose pose = ToStampedPose(0, {1, 2, 2.5}, tilt);
@@ -41,4 +41,4 @@ TEST(StampedPose, PitchIsNoseDownAndRollLeftSideUp) {
 }
 
 }  // namespace
-}  // namespace ceilmap::evaluation
+}  // namespace ceilmap

@@ -1,4 +1,4 @@
-#include "calib/pose2.hpp"
+#include "calib/base/pose2.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -77,4 +77,4 @@ TEST(Pose2, IsAGroupThatActsOnPoints) {
 }
 
 }  // namespace
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

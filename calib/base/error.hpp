@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace ceilmap::calib {
+namespace ceilmap {
 
 /// A file, setting or argument that cannot be used. The text is one line that says what is wrong,
 /// where, and how to mend it; the program prints it and exits with 2.
@@ -18,4 +18,4 @@ class RunError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace ceilmap::calib
+}  // namespace ceilmap

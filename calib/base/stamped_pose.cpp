@@ -1,11 +1,11 @@
-#include "app/evaluation/stamped_pose.hpp"
+#include "calib/base/stamped_pose.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace ceilmap::evaluation {
+namespace ceilmap {
 
-StampedPose ToStampedPose(double stamp_s, const calib::Pose2& T_map_base, const calib::Tilt& tilt) {
+StampedPose ToStampedPose(double stamp_s, const Pose2& T_map_base, const Tilt& tilt) {
   const Eigen::Quaterniond yaw(std::cos(T_map_base.yaw / 2), 0, 0, std::sin(T_map_base.yaw / 2));
   if (tilt.IsLevel()) return {stamp_s, {T_map_base.x, T_map_base.y, 0}, yaw};
   return {stamp_s,
@@ -28,7 +28,7 @@ double RollOf(const StampedPose& pose) {
   return std::atan2(2 * (q.w() * q.x() + q.y() * q.z()), 1 - 2 * (q.x() * q.x() + q.y() * q.y()));
 }
 
-calib::Pose2 PlanarPose(const StampedPose& pose) {
+Pose2 PlanarPose(const StampedPose& pose) {
   return {pose.position.x(), pose.position.y(), YawOf(pose)};
 }
 
@@ -41,4 +41,4 @@ std::vector<double> PathLengths(const std::vector<StampedPose>& poses) {
   return lengths;
 }
 
-}  // namespace ceilmap::evaluation
+}  // namespace ceilmap
