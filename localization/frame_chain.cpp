@@ -25,8 +25,8 @@ struct FrameChain::Impl {
 namespace {
 
 bool Placed(const mapping::OdometryStep& step) {
-  return step.pose.status == mapping::TrackingStatus::kTracking ||
-         step.pose.status == mapping::TrackingStatus::kRelocalized;
+  return step.pose.status == graph::TrackingStatus::kTracking ||
+         step.pose.status == graph::TrackingStatus::kRelocalized;
 }
 
 }  // namespace

@@ -5,10 +5,10 @@
 
 namespace ceilmap::localization {
 
-using mapping::TrackingStatus;
+using graph::TrackingStatus;
 using registration::FrameSpectrum;
 
-GlobalSearch::GlobalSearch(const mapping::MapReader& map,
+GlobalSearch::GlobalSearch(const store::MapReader& map,
                            MapSight& sight,
                            const LocalizerParams& params)
     : sight_(sight),

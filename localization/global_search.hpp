@@ -9,7 +9,7 @@
 #include "localization/localizer.hpp"
 #include "localization/map_sight.hpp"
 #include "localization/place_finder.hpp"
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 
 namespace ceilmap::localization {
 
@@ -18,7 +18,7 @@ namespace ceilmap::localization {
 class GlobalSearch {
  public:
   /// @param map, sight  must outlive the object.
-  GlobalSearch(const mapping::MapReader& map, MapSight& sight, const LocalizerParams& params);
+  GlobalSearch(const store::MapReader& map, MapSight& sight, const LocalizerParams& params);
 
   /// Nothing is known any more; LocalizerParams::start neither.
   void Reset();
@@ -29,9 +29,9 @@ class GlobalSearch {
 
   /// What is known after one more frame.
   struct Result {
-    mapping::TrackingStatus status = mapping::TrackingStatus::kLost;  ///< kRelocalized: it is sure
-    Look look;                                                        ///< that made it sure
-    int hypotheses = 0;  ///< places where the robot may be
+    graph::TrackingStatus status = graph::TrackingStatus::kLost;  ///< kRelocalized: it is sure
+    Look look;                                                    ///< that made it sure
+    int hypotheses = 0;                                           ///< places where the robot may be
   };
   /// @param yaw  of the robot on the map, where a compass says.
   Result Next(const LevelFrame& frame,

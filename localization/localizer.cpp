@@ -14,7 +14,7 @@
 
 namespace ceilmap::localization {
 
-using mapping::TrackingStatus;
+using graph::TrackingStatus;
 using registration::FrameSpectrum;
 
 void LocalizerParams::Validate() const {
@@ -64,7 +64,7 @@ double MillisecondsSince(Clock::time_point start) {
 }  // namespace
 
 struct Localizer::Impl {
-  Impl(const mapping::MapReader& map, const calib::MountedCamera& up, const LocalizerParams& p)
+  Impl(const store::MapReader& map, const calib::MountedCamera& up, const LocalizerParams& p)
       : motion(p.motion),
         params(p),
         sight(map, up, p),
@@ -322,7 +322,7 @@ void Localizer::Impl::Count(TrackingStatus status) {
   }
 }
 
-Localizer::Localizer(const mapping::MapReader& map,
+Localizer::Localizer(const store::MapReader& map,
                      const calib::MountedCamera& up,
                      const LocalizerParams& params) {
   params.Validate();

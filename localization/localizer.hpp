@@ -12,10 +12,10 @@
 #include "localization/map_patches.hpp"
 #include "localization/motion_model.hpp"
 #include "localization/place_finder.hpp"
-#include "mapping/keyframe.hpp"
-#include "mapping/map_file.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::localization {
 
@@ -79,7 +79,7 @@ struct CeilingFrame {
 struct Location {
   /// Status, T_map_base and its covariance, which mean something when Placed(). The covariance is
   /// that of the look and of the map there (MapShape), relative to the map as a whole.
-  mapping::FramePose pose;
+  graph::FramePose pose;
   double peak = 0;     ///< agreement of the picture with the map, 0..1
   int inliers = 0;     ///< blocks of the picture that agree ...
   int blocks = 0;      ///< ... of those compared
@@ -90,8 +90,8 @@ struct Location {
   std::optional<TiltAngles> tilt_left;
 
   [[nodiscard]] bool Placed() const {
-    return pose.status == mapping::TrackingStatus::kTracking ||
-           pose.status == mapping::TrackingStatus::kRelocalized;
+    return pose.status == graph::TrackingStatus::kTracking ||
+           pose.status == graph::TrackingStatus::kRelocalized;
   }
 };
 
@@ -131,7 +131,7 @@ class Localizer {
   /// @param map  must outlive the localizer. @param up  the robot's upward camera.
   /// @throws InputError when the map is in pixels, has no mosaic, or the camera cannot see
   /// its ceiling, or sees it on a scale that cannot be compared.
-  Localizer(const mapping::MapReader& map,
+  Localizer(const store::MapReader& map,
             const calib::MountedCamera& up,
             const LocalizerParams& params = {});
   ~Localizer();

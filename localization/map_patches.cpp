@@ -10,7 +10,7 @@
 
 #include "calib/base/error.hpp"
 #include "calib/base/lru_cache.hpp"
-#include "mapping/view_placement.hpp"
+#include "mapping/mosaic/view_placement.hpp"
 
 namespace ceilmap::localization {
 
@@ -45,7 +45,7 @@ struct Node {
 }  // namespace
 
 struct MapPatches::Impl {
-  const mapping::MapReader& map;
+  const store::MapReader& map;
   const calib::CeilingView& view;
   registration::Registrar& registrar;
   PatchParams params;
@@ -74,7 +74,7 @@ Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
           WrapAngle(static_cast<double>(node.heading) * step)};
 }
 
-MapPatches::MapPatches(const mapping::MapReader& map,
+MapPatches::MapPatches(const store::MapReader& map,
                        const calib::CeilingView& view,
                        registration::Registrar& registrar,
                        const PatchParams& params) {
@@ -112,9 +112,9 @@ std::shared_ptr<const Patch> MapPatches::Near(const Pose2& T_map_base) {
 
 void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
   const Impl& me = *impl_;
-  const mapping::MosaicGrid& grid = me.map.Grid();
+  const store::MosaicGrid& grid = me.map.Grid();
   const cv::Size size = me.view.Size();
-  const mapping::ViewPlacement placement(
+  const mosaic::ViewPlacement placement(
       T_map_base * me.view.T_base_view(), size, me.view.MetresPerPixel());
   grey.create(size, CV_8UC1);
   mask.create(size, CV_8UC1);

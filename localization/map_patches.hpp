@@ -5,8 +5,8 @@
 #include <opencv2/core.hpp>
 
 #include "calib/ceiling_view.hpp"
-#include "mapping/map_file.hpp"
 #include "mapping/registration/registrar.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::localization {
 
@@ -42,7 +42,7 @@ class MapPatches {
  public:
   /// @param map, view, registrar  must outlive the object. @param view  of the visitor, in the
   /// map's unit of length.
-  MapPatches(const mapping::MapReader& map,
+  MapPatches(const store::MapReader& map,
              const calib::CeilingView& view,
              registration::Registrar& registrar,
              const PatchParams& params = {});

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mapping/map_graph.hpp"
-#include "mapping/pose_graph.hpp"
+#include "mapping/graph/map_graph.hpp"
+#include "mapping/graph/pose_graph.hpp"
 
 namespace ceilmap::localization {
 
@@ -13,27 +13,27 @@ namespace {
 /// What the edges' claims must be multiplied with where they disagree more than they claim. Never
 /// less than 1: what all of them have in common (the camera's calibration, the light) no
 /// disagreement shows.
-double ClaimFactor(const mapping::MapQuality& quality) {
+double ClaimFactor(const graph::MapQuality& quality) {
   return std::max(1.0, quality.chi2_per_dof);
 }
 
 }  // namespace
 
-MapShape::MapShape(const mapping::MapReader& map)
+MapShape::MapShape(const store::MapReader& map)
     : computing_(std::async(std::launch::async, [&map] { return Compute(map); })) {}
 
-std::vector<MapShape::Place> MapShape::Compute(const mapping::MapReader& map) {
-  mapping::MapGraph graph;
+std::vector<MapShape::Place> MapShape::Compute(const store::MapReader& map) {
+  graph::MapGraph graph;
   graph.keyframes = map.ReadKeyframes();
   graph.edges = map.ReadEdges();
   std::vector<Place> places;
   if (graph.keyframes.size() < 2 || graph.edges.empty()) return places;
   const double factor = ClaimFactor(map.Quality());
-  mapping::PoseGraphParams params;
+  graph::PoseGraphParams params;
   params.loop_loss_scale *= std::sqrt(factor);  // as when the map was optimised
-  const std::vector<Eigen::Matrix3d> covariances = mapping::ShapeCovariances(
-      graph.edges, graph.keyframes.front().id, mapping::PosesById(graph), params);
-  for (const mapping::Keyframe& keyframe : graph.keyframes) {
+  const std::vector<Eigen::Matrix3d> covariances = graph::ShapeCovariances(
+      graph.edges, graph.keyframes.front().id, graph::PosesById(graph), params);
+  for (const graph::Keyframe& keyframe : graph.keyframes) {
     const auto id = static_cast<std::size_t>(keyframe.id);
     if (id >= covariances.size() || !covariances[id].allFinite()) continue;
     places.push_back({keyframe.pose.T_map_base.Translation(), factor * covariances[id]});

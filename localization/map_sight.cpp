@@ -25,8 +25,8 @@ calib::CeilingView MakeView(const calib::MountedCamera& up, double ceiling_heigh
   return {up, camera_m + (ceiling_height_m - camera_m) / scale};
 }
 
-calib::CeilingView MakeFirstView(const mapping::MapReader& map, const calib::MountedCamera& up) {
-  const mapping::MapMetadata& metadata = map.Metadata();
+calib::CeilingView MakeFirstView(const store::MapReader& map, const calib::MountedCamera& up) {
+  const store::MapMetadata& metadata = map.Metadata();
   if (metadata.unit != "m") {
     throw InputError(
         "the map is in pixels, because it was made without a rig; make it again with --rig");
@@ -63,7 +63,7 @@ double PositionSigma(const Eigen::Matrix3d& covariance) {
   return std::sqrt(std::max(0.0, mean + root));
 }
 
-MapSight::MapSight(const mapping::MapReader& map,
+MapSight::MapSight(const store::MapReader& map,
                    const calib::MountedCamera& up,
                    const LocalizerParams& params)
     : map_(map),
@@ -108,7 +108,7 @@ std::optional<Look> MapSight::LookAt(const Patch& at,
   found.motion.tx_px /= look.scale;
   found.motion.ty_px /= look.scale;
   found.motion.scale = 1;
-  mapping::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, params_.noise);
+  graph::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, params_.noise);
   mapping::AddTiltDoubt(view_, tilt_, edge);
   look.pose = Moved({at.T_map_base}, edge.T_from_to, edge.information.inverse());
   look.by_prior = found.by_prior;

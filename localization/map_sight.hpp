@@ -11,8 +11,8 @@
 #include "localization/hypotheses.hpp"
 #include "localization/localizer.hpp"
 #include "localization/map_patches.hpp"
-#include "mapping/map_file.hpp"
 #include "mapping/registration/registrar.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::localization {
 
@@ -21,7 +21,7 @@ namespace ceilmap::localization {
 class MapSight {
  public:
   /// @throws InputError as Localizer.
-  MapSight(const mapping::MapReader& map,
+  MapSight(const store::MapReader& map,
            const calib::MountedCamera& up,
            const LocalizerParams& params);
 
@@ -62,7 +62,7 @@ class MapSight {
   [[nodiscard]] registration::MotionPrior PriorFor(const Patch& at,
                                                    const PoseEstimate& expected) const;
 
-  const mapping::MapReader& map_;
+  const store::MapReader& map_;
   calib::MountedCamera up_;
   LocalizerParams params_;
   calib::CeilingView view_;

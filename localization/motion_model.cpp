@@ -9,6 +9,7 @@
 #include "calib/base/error.hpp"
 #include "mapping/planar_motion.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::localization {
 
 void MotionModelParams::Validate() const {
@@ -122,7 +123,7 @@ PoseEstimate Moved(const PoseEstimate& pose,
                    const Pose2& T_base_next,
                    const Eigen::Matrix3d& covariance) {
   return {pose.T_map_base * T_base_next,
-          mapping::ComposeCovariance(pose.T_map_base, pose.covariance, T_base_next, covariance)};
+          ComposeCovariance(pose.T_map_base, pose.covariance, T_base_next, covariance)};
 }
 
 }  // namespace ceilmap::localization

@@ -12,9 +12,9 @@
 
 namespace ceilmap::localization {
 
-using mapping::PlaceDescriber;
-using mapping::PlaceDescriptorParams;
-using mapping::PlaceIndex;
+using places::PlaceDescriber;
+using places::PlaceDescriptorParams;
+using places::PlaceIndex;
 
 void PlaceFinderParams::Validate() const {
   const auto require = [](bool good, const char* field, double value, const char* range) {
@@ -31,7 +31,7 @@ void PlaceFinderParams::Validate() const {
 
 namespace {
 
-PlaceDescriptorParams ParamsOf(const mapping::MapMetadata& metadata) {
+PlaceDescriptorParams ParamsOf(const store::MapMetadata& metadata) {
   return PlaceDescriptorParams::ForCamera(metadata.view_size, metadata.view_units_per_px);
 }
 
@@ -41,10 +41,10 @@ struct Gallery {
   std::unordered_map<std::int64_t, Pose2> T_map_view;
 };
 
-std::shared_ptr<const Gallery> Fill(const mapping::MapReader& map, const std::atomic<bool>& stop) {
+std::shared_ptr<const Gallery> Fill(const store::MapReader& map, const std::atomic<bool>& stop) {
   auto gallery = std::make_shared<Gallery>();
   const Pose2& T_base_view = map.Metadata().T_base_view;
-  for (const mapping::Keyframe& keyframe : map.ReadKeyframes()) {
+  for (const graph::Keyframe& keyframe : map.ReadKeyframes()) {
     if (stop) break;
     gallery->index.Add(keyframe.id, map.ReadDescriptors(keyframe.id));
     gallery->T_map_view[keyframe.id] = keyframe.pose.T_map_base * T_base_view;
@@ -55,7 +55,7 @@ std::shared_ptr<const Gallery> Fill(const mapping::MapReader& map, const std::at
 }  // namespace
 
 struct PlaceFinder::Impl {
-  Impl(const mapping::MapReader& map, const calib::CeilingView& view, const PlaceFinderParams& p)
+  Impl(const store::MapReader& map, const calib::CeilingView& view, const PlaceFinderParams& p)
       : params(p),
         descriptors(ParamsOf(map.Metadata())),
         describer(MakeDescriber(view)),
@@ -133,7 +133,7 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
   return places;
 }
 
-PlaceFinder::PlaceFinder(const mapping::MapReader& map,
+PlaceFinder::PlaceFinder(const store::MapReader& map,
                          const calib::CeilingView& view,
                          const PlaceFinderParams& params) {
   params.Validate();

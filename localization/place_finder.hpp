@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
-#include "mapping/map_file.hpp"
-#include "mapping/place_descriptor.hpp"
-#include "mapping/place_index.hpp"
+#include "mapping/places/place_descriptor.hpp"
+#include "mapping/places/place_index.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::localization {
 
@@ -50,7 +50,7 @@ class PlaceFinder {
  public:
   /// @param map  must outlive the object. @throws InputError when the view's scale is too
   /// far from the map's for its pictures to be described alike.
-  PlaceFinder(const mapping::MapReader& map,
+  PlaceFinder(const store::MapReader& map,
               const calib::CeilingView& view,
               const PlaceFinderParams& params = {});
   ~PlaceFinder();

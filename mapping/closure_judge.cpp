@@ -9,6 +9,7 @@
 #include "calib/base/error.hpp"
 #include "mapping/planar_motion.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
 void ClosureJudgeParams::Validate() const {
@@ -29,7 +30,8 @@ ClosureJudge::ClosureJudge(double units_per_px, const ClosureJudgeParams& params
   params.Validate();
 }
 
-bool ClosureJudge::Agrees(const Edge& closure, const KeyframeGraph::Relative& predicted) const {
+bool ClosureJudge::Agrees(const graph::Edge& closure,
+                          const graph::KeyframeGraph::Relative& predicted) const {
   const Pose2 off = predicted.T_from_to.Inverse() * closure.T_from_to;
   Eigen::Matrix3d spread = predicted.covariance + closure.information.inverse();
   spread.diagonal() +=
@@ -41,18 +43,18 @@ bool ClosureJudge::Agrees(const Edge& closure, const KeyframeGraph::Relative& pr
 }
 
 /// Do two closures say the same of how the old part of the path lies to the new one?
-bool ClosureJudge::Consistent(const Edge& known,
-                              const Edge& closure,
-                              const KeyframeGraph& graph) const {
+bool ClosureJudge::Consistent(const graph::Edge& known,
+                              const graph::Edge& closure,
+                              const graph::KeyframeGraph& graph) const {
   const std::vector<std::int64_t> old_target = {known.from};
   const std::vector<std::int64_t> new_target = {closure.to};
   const auto old_part = graph.RelativeTo(closure.from, old_target);
   const auto new_part = graph.RelativeTo(known.to, new_target);
   if (old_part.empty() || new_part.empty()) return false;
   // closure.from -> known.from -> known.to -> closure.to
-  const KeyframeGraph::Relative& first = old_part.begin()->second;
-  const KeyframeGraph::Relative& last = new_part.begin()->second;
-  KeyframeGraph::Relative around;
+  const graph::KeyframeGraph::Relative& first = old_part.begin()->second;
+  const graph::KeyframeGraph::Relative& last = new_part.begin()->second;
+  graph::KeyframeGraph::Relative around;
   around.covariance = ComposeCovariance(
       first.T_from_to, first.covariance, known.T_from_to, known.information.inverse());
   around.T_from_to = first.T_from_to * known.T_from_to;
@@ -62,27 +64,29 @@ bool ClosureJudge::Consistent(const Edge& known,
   return Agrees(closure, around);
 }
 
-std::vector<Edge> ClosureJudge::Confirm(const Edge& closure, const KeyframeGraph& graph) {
+std::vector<graph::Edge> ClosureJudge::Confirm(const graph::Edge& closure,
+                                               const graph::KeyframeGraph& graph) {
   const auto agreeing =
-      std::stable_partition(waiting_.begin(), waiting_.end(), [&](const Edge& known) {
+      std::stable_partition(waiting_.begin(), waiting_.end(), [&](const graph::Edge& known) {
         return !Consistent(known, closure, graph);
       });
   const auto contradicting = static_cast<double>(agreeing - waiting_.begin());
   const auto supporting = static_cast<double>(std::count_if(
-      agreeing, waiting_.end(), [&](const Edge& known) { return known.to != closure.to; }));
+      agreeing, waiting_.end(), [&](const graph::Edge& known) { return known.to != closure.to; }));
   if (supporting == 0 || contradicting > params_.max_contradicting_part * supporting) {
     waiting_.push_back(closure);
     return {};
   }
-  std::vector<Edge> confirmed(agreeing, waiting_.end());
+  std::vector<graph::Edge> confirmed(agreeing, waiting_.end());
   waiting_.erase(agreeing, waiting_.end());
   confirmed.push_back(closure);
   return confirmed;
 }
 
 std::int64_t ClosureJudge::Forget(std::int64_t latest) {
-  return static_cast<std::int64_t>(std::erase_if(
-      waiting_, [&](const Edge& known) { return known.to + params_.confirm_within < latest; }));
+  return static_cast<std::int64_t>(std::erase_if(waiting_, [&](const graph::Edge& known) {
+    return known.to + params_.confirm_within < latest;
+  }));
 }
 
 }  // namespace ceilmap::mapping

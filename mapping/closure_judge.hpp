@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "mapping/keyframe.hpp"
-#include "mapping/keyframe_graph.hpp"
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/keyframe_graph.hpp"
 
 namespace ceilmap::mapping {
 
@@ -33,7 +33,8 @@ class ClosureJudge {
   explicit ClosureJudge(double units_per_px, const ClosureJudgeParams& params = {});
 
   /// Does a closure measure what is known of the same motion otherwise?
-  [[nodiscard]] bool Agrees(const Edge& closure, const KeyframeGraph::Relative& predicted) const;
+  [[nodiscard]] bool Agrees(const graph::Edge& closure,
+                            const graph::KeyframeGraph::Relative& predicted) const;
 
   /// Hears a closure that waits for another one: it is confirmed when closures of other keyframes
   /// (Edge::to) say the same of how the old part of the path lies to the new one, and few say
@@ -41,7 +42,8 @@ class ClosureJudge {
   /// @param closure  between keyframes of the graph, from the old one to the latest.
   /// @return those to be believed now, in the order in which they came, itself the last of them; or
   /// none, and it waits.
-  [[nodiscard]] std::vector<Edge> Confirm(const Edge& closure, const KeyframeGraph& graph);
+  [[nodiscard]] std::vector<graph::Edge> Confirm(const graph::Edge& closure,
+                                                 const graph::KeyframeGraph& graph);
 
   /// Forgets what has waited for too long when keyframe `latest` comes. @return how many.
   std::int64_t Forget(std::int64_t latest);
@@ -49,13 +51,13 @@ class ClosureJudge {
   [[nodiscard]] std::size_t Waiting() const { return waiting_.size(); }
 
  private:
-  [[nodiscard]] bool Consistent(const Edge& known,
-                                const Edge& closure,
-                                const KeyframeGraph& graph) const;
+  [[nodiscard]] bool Consistent(const graph::Edge& known,
+                                const graph::Edge& closure,
+                                const graph::KeyframeGraph& graph) const;
 
   ClosureJudgeParams params_;
   double floor_;  // map units
-  std::vector<Edge> waiting_;
+  std::vector<graph::Edge> waiting_;
 };
 
 }  // namespace ceilmap::mapping

@@ -5,6 +5,7 @@
 
 #include "mapping/planar_motion.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 namespace {
 

@@ -5,7 +5,7 @@
 
 #include "calib/base/heading.hpp"
 #include "calib/ceiling_view.hpp"
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/odometry.hpp"
 
 namespace ceilmap::mapping {

@@ -29,9 +29,8 @@ std::optional<HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std::int64_
   return TurnBetween(*at_from, *at_to, common, single_rad);
 }
 
-KeyframeGraph::Relative KeyframeHeadings::Narrowed(const KeyframeGraph::Relative& by_graph,
-                                                   std::int64_t from,
-                                                   std::int64_t to) const {
+graph::KeyframeGraph::Relative KeyframeHeadings::Narrowed(
+    const graph::KeyframeGraph::Relative& by_graph, std::int64_t from, std::int64_t to) const {
   const auto turn = Turn(from, to);
   const Pose2& T = by_graph.T_from_to;
   const double variance = by_graph.covariance(2, 2);
@@ -43,7 +42,7 @@ KeyframeGraph::Relative KeyframeHeadings::Narrowed(const KeyframeGraph::Relative
           by_graph.covariance - gain * by_graph.covariance.row(2)};
 }
 
-bool KeyframeHeadings::Contradict(const Edge& edge) const {
+bool KeyframeHeadings::Contradict(const graph::Edge& edge) const {
   const auto turn = Turn(edge.from, edge.to);
   return turn && mapping::Contradict(*turn, {edge.T_from_to.yaw, 0}, trust_);
 }

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "calib/base/heading.hpp"
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/keyframe_graph.hpp"
 #include "mapping/heading_trust.hpp"
-#include "mapping/keyframe.hpp"
-#include "mapping/keyframe_graph.hpp"
 
 namespace ceilmap::mapping {
 
@@ -25,11 +25,10 @@ class KeyframeHeadings {
   /// What the graph and the compass say together of the motion between two keyframes. A compass
   /// that contradicts the graph has been disturbed in between, and does not count: the graph is
   /// made of what was seen.
-  [[nodiscard]] KeyframeGraph::Relative Narrowed(const KeyframeGraph::Relative& by_graph,
-                                                 std::int64_t from,
-                                                 std::int64_t to) const;
+  [[nodiscard]] graph::KeyframeGraph::Relative Narrowed(
+      const graph::KeyframeGraph::Relative& by_graph, std::int64_t from, std::int64_t to) const;
   /// Is the edge's rotation another orientation than the compass says? False where it says nothing.
-  [[nodiscard]] bool Contradict(const Edge& edge) const;
+  [[nodiscard]] bool Contradict(const graph::Edge& edge) const;
 
  private:
   HeadingTrust trust_;

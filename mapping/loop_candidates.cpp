@@ -6,7 +6,7 @@
 #include <unordered_set>
 
 #include "calib/base/error.hpp"
-#include "mapping/place_descriptor.hpp"
+#include "mapping/places/place_descriptor.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::mapping {
@@ -25,7 +25,7 @@ void LoopCandidatesParams::Validate() const {
 namespace {
 
 /// Keyframes that a measured motion ties to this one already, and itself.
-std::unordered_set<std::int64_t> Tied(const KeyframeGraph& graph, std::int64_t id) {
+std::unordered_set<std::int64_t> Tied(const graph::KeyframeGraph& graph, std::int64_t id) {
   std::unordered_set<std::int64_t> tied = {id};
   for (const std::size_t e : graph.EdgesOf(id)) {
     tied.insert(graph.Edges()[e].from);
@@ -37,7 +37,10 @@ std::unordered_set<std::int64_t> Tied(const KeyframeGraph& graph, std::int64_t i
 }  // namespace
 
 LoopCandidates::LoopCandidates(const calib::CeilingView& view, const LoopCandidatesParams& params)
-    : view_(view), params_(params), span_(SpanOf(view)), places_(PlaceDescriber::Dimension()) {
+    : view_(view),
+      params_(params),
+      span_(SpanOf(view)),
+      places_(places::PlaceDescriber::Dimension()) {
   params.Validate();
 }
 
@@ -49,7 +52,7 @@ void LoopCandidates::Add(std::int64_t id, const cv::Mat& descriptors) {
 
 std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
                                                double sigma,
-                                               const KeyframeGraph& graph,
+                                               const graph::KeyframeGraph& graph,
                                                int most_alike) const {
   return sigma < params_.looks_sigma_part * span_ ? Around(id, sigma, graph)
                                                   : Alike(id, graph, most_alike);
@@ -58,7 +61,7 @@ std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
 /// Most overlap first.
 std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
                                                  double sigma,
-                                                 const KeyframeGraph& graph) const {
+                                                 const graph::KeyframeGraph& graph) const {
   struct Overlapping {
     std::int64_t id = 0;
     double overlap = 0;
@@ -87,12 +90,12 @@ std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
 
 /// Most alike first. The latest keyframes look alike too, but close no loop.
 std::vector<std::int64_t> LoopCandidates::Alike(std::int64_t id,
-                                                const KeyframeGraph& graph,
+                                                const graph::KeyframeGraph& graph,
                                                 int most) const {
   if (id != latest_id_ || most < 1) return {};
   const std::unordered_set<std::int64_t> tied = Tied(graph, id);
   std::vector<std::int64_t> ids;
-  for (const PlaceIndex::Match& match :
+  for (const places::PlaceIndex::Match& match :
        places_.Search(latest_descriptors_, most, [&](std::int64_t other) {
          return tied.contains(other) || (other < id && other + params_.looks_gap > id);
        })) {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
-#include "mapping/keyframe_graph.hpp"
-#include "mapping/place_index.hpp"
+#include "mapping/graph/keyframe_graph.hpp"
+#include "mapping/places/place_index.hpp"
 
 namespace ceilmap::mapping {
 
@@ -39,21 +39,21 @@ class LoopCandidates {
   /// worst direction, map units. @param most_alike  >= 1.
   [[nodiscard]] std::vector<std::int64_t> Find(std::int64_t id,
                                                double sigma,
-                                               const KeyframeGraph& graph,
+                                               const graph::KeyframeGraph& graph,
                                                int most_alike) const;
 
  private:
   [[nodiscard]] std::vector<std::int64_t> Around(std::int64_t id,
                                                  double sigma,
-                                                 const KeyframeGraph& graph) const;
+                                                 const graph::KeyframeGraph& graph) const;
   [[nodiscard]] std::vector<std::int64_t> Alike(std::int64_t id,
-                                                const KeyframeGraph& graph,
+                                                const graph::KeyframeGraph& graph,
                                                 int most) const;
 
   const calib::CeilingView& view_;
   LoopCandidatesParams params_;
   double span_;  // map units across the picture's longer side
-  PlaceIndex places_;
+  places::PlaceIndex places_;
   std::int64_t latest_id_ = -1;  // keyframe that was added last ...
   cv::Mat latest_descriptors_;   // ... and what it looks like
 };

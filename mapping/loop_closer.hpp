@@ -10,11 +10,11 @@
 
 #include "calib/ceiling_view.hpp"
 #include "mapping/closure_judge.hpp"
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/keyframe_graph.hpp"
+#include "mapping/graph/map_graph.hpp"
 #include "mapping/heading_trust.hpp"
-#include "mapping/keyframe.hpp"
-#include "mapping/keyframe_graph.hpp"
 #include "mapping/loop_candidates.hpp"
-#include "mapping/map_graph.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -61,7 +61,7 @@ class LoopCloser {
   /// @param view  must outlive the closer. @param load  called when a keyframe's spectrum is not
   /// among those kept.
   LoopCloser(const calib::CeilingView& view,
-             PictureLoader load,
+             graph::PictureLoader load,
              const LoopCloserParams& params = {});
   ~LoopCloser();
 
@@ -69,12 +69,12 @@ class LoopCloser {
   /// tie it to earlier ones. Without edges it begins a segment of its own, at its pose.
   /// @param spectrum  of its picture; empty: loaded when needed.
   /// @param descriptors  PlaceDescriber's of its picture; empty: it is not found by its looks.
-  void Add(const Keyframe& keyframe,
+  void Add(const graph::Keyframe& keyframe,
            const registration::FrameSpectrum& spectrum = {},
-           std::span<const Edge> edges = {},
+           std::span<const graph::Edge> edges = {},
            const cv::Mat& descriptors = {});
   /// An edge between known keyframes, measured elsewhere.
-  void Add(const Edge& edge);
+  void Add(const graph::Edge& edge);
   /// Compares a keyframe with those around it, adds the closures that hold to the graph, and moves
   /// the latest keyframes accordingly.
   void Close(std::int64_t id);
@@ -98,20 +98,20 @@ class LoopCloser {
   [[nodiscard]] std::optional<registration::MotionPrior> CompassPrior(std::int64_t from,
                                                                       std::int64_t to) const;
   /// Is the edge's rotation another orientation than the compass says? False where it says nothing.
-  [[nodiscard]] bool ContradictsCompass(const Edge& edge) const;
+  [[nodiscard]] bool ContradictsCompass(const graph::Edge& edge) const;
   /// The loop closure that a registration measures.
-  [[nodiscard]] Edge ClosureEdge(const registration::Registration& measured,
-                                 std::int64_t from,
-                                 std::int64_t to) const;
+  [[nodiscard]] graph::Edge ClosureEdge(const registration::Registration& measured,
+                                        std::int64_t from,
+                                        std::int64_t to) const;
   /// Part of a picture that is seen from another pose too, 0..1.
   [[nodiscard]] double Overlap(const Pose2& T_from_to) const;
   /// Map units across a picture's longer side.
   [[nodiscard]] double Span() const;
 
-  [[nodiscard]] const KeyframeGraph& Graph() const;
-  [[nodiscard]] KeyframeGraph& Graph();
+  [[nodiscard]] const graph::KeyframeGraph& Graph() const;
+  [[nodiscard]] graph::KeyframeGraph& Graph();
   /// Closures still unconfirmed count as such.
-  [[nodiscard]] LoopCounts Counts() const;
+  [[nodiscard]] graph::LoopCounts Counts() const;
 
  private:
   struct Impl;

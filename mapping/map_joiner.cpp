@@ -7,8 +7,8 @@
 #include <optional>
 #include <unordered_set>
 
-#include "mapping/place_descriptor.hpp"
-#include "mapping/place_index.hpp"
+#include "mapping/places/place_descriptor.hpp"
+#include "mapping/places/place_index.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::mapping {
@@ -22,7 +22,7 @@ namespace {
 /// A position of part b on part a, and the pairs that speak for it.
 struct Hypothesis {
   Pose2 T_a_b;
-  std::vector<Edge> edges;
+  std::vector<graph::Edge> edges;
   std::unordered_set<std::int64_t> supporters;  // keyframes of b
 };
 
@@ -64,9 +64,9 @@ class Joiner {
 
  private:
   [[nodiscard]] Pose2 Pose(std::int64_t id) const { return closer_.Graph().T_map_base(id); }
-  [[nodiscard]] bool SaysTheSame(const Hypothesis& hypothesis, const Edge& edge) const;
+  [[nodiscard]] bool SaysTheSame(const Hypothesis& hypothesis, const graph::Edge& edge) const;
   void Propose();
-  void AddMatch(const Edge& edge);
+  void AddMatch(const graph::Edge& edge);
   [[nodiscard]] bool Decided() const;
   [[nodiscard]] bool Differ(const Hypothesis& x, const Hypothesis& y) const;
   [[nodiscard]] std::optional<std::int64_t> NearestInA(const Pose2& T_a_base) const;
@@ -86,14 +86,14 @@ class Joiner {
 };
 
 /// Where the match puts its keyframe of b, against where the hypothesis puts it.
-bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const Edge& edge) const {
+bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const graph::Edge& edge) const {
   const Pose2 off =
       (hypothesis.T_a_b * Pose(edge.to)).Inverse() * (Pose(edge.from) * edge.T_from_to);
   return off.Translation().norm() < params_.tolerance_part * closer_.Span() &&
          std::abs(off.yaw) < params_.tolerance_rad;
 }
 
-void Joiner::AddMatch(const Edge& edge) {
+void Joiner::AddMatch(const graph::Edge& edge) {
   for (Hypothesis& hypothesis : hypotheses_) {
     if (!SaysTheSame(hypothesis, edge)) continue;
     hypothesis.edges.push_back(edge);
@@ -129,18 +129,18 @@ bool Joiner::Differ(const Hypothesis& x, const Hypothesis& y) const {
 }
 
 void Joiner::Propose() {
-  PlaceIndex index(PlaceDescriber::Dimension());
+  places::PlaceIndex index(places::PlaceDescriber::Dimension());
   for (const std::int64_t id : a_) index.Add(id, descriptors_(id));
   for (const std::size_t i : SpreadOrder(b_.size())) {
     if (compared_ >= params_.max_comparisons || Decided()) break;
-    for (const PlaceIndex::Match& match :
+    for (const places::PlaceIndex::Match& match :
          index.Search(descriptors_(b_[i]), params_.candidates_per_keyframe)) {
       ++compared_;
       const Registration measured =
           closer_.Compare(match.keyframe_id, b_[i], closer_.CompassPrior(match.keyframe_id, b_[i]));
       ambiguous_ += measured.verdict == Verdict::kAmbiguous ? 1 : 0;
       if (!measured.ok()) continue;
-      const Edge edge = closer_.ClosureEdge(measured, match.keyframe_id, b_[i]);
+      const graph::Edge edge = closer_.ClosureEdge(measured, match.keyframe_id, b_[i]);
       // A disturbed compass leaves parts apart, but never turns one against the other.
       if (!closer_.ContradictsCompass(edge)) AddMatch(edge);
     }
@@ -158,8 +158,8 @@ void Joiner::LearnStandard(std::span<const std::int64_t> part) {
   for (const std::size_t i : SpreadOrder(part.size())) {
     if (learned >= most) break;
     for (const std::size_t e : closer_.Graph().EdgesOf(part[i])) {
-      const Edge& edge = closer_.Graph().Edges()[e];
-      if (edge.kind != Edge::Kind::kOdometry || edge.to != part[i]) continue;
+      const graph::Edge& edge = closer_.Graph().Edges()[e];
+      if (edge.kind != graph::Edge::Kind::kOdometry || edge.to != part[i]) continue;
       const double known = params_.tolerance_part * closer_.Span() / 3;
       const MotionPrior prior = closer_.Prior(edge.T_from_to, known, params_.tolerance_rad / 3);
       const Registration measured = closer_.Compare(edge.from, edge.to, prior);
@@ -203,7 +203,7 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
                                             params_.tolerance_rad / 3);
     const Registration measured = closer_.Compare(*from, b_[i], prior);
     if (!measured.ok()) continue;
-    const Edge edge = closer_.ClosureEdge(measured, *from, b_[i]);
+    const graph::Edge edge = closer_.ClosureEdge(measured, *from, b_[i]);
     if (!SaysTheSame(hypothesis, edge)) continue;
     ++tested.matched;
     if (params_.same_light) {
@@ -212,7 +212,7 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
     }
     if (!measured.by_prior) ++tested.distinct;
     const bool known = std::any_of(
-        tested.hypothesis.edges.begin(), tested.hypothesis.edges.end(), [&](const Edge& e) {
+        tested.hypothesis.edges.begin(), tested.hypothesis.edges.end(), [&](const graph::Edge& e) {
           return e.from == edge.from && e.to == edge.to;
         });
     if (!known) tested.hypothesis.edges.push_back(edge);

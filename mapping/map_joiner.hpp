@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/loop_closer.hpp"
 #include "mapping/match_standard.hpp"
 
@@ -42,9 +42,10 @@ struct JoinResult {
     kContradicts,  ///< some pictures agree, but most that should do not
   };
   Verdict verdict = Verdict::kNoOverlap;
-  Pose2 T_a_b;              ///< p_a = T_a_b * p_b between the parts' map frames, when joined
-  std::vector<Edge> edges;  ///< from keyframes of a to keyframes of b, as measured, when joined
-  int compared = 0;         ///< pairs of pictures
+  Pose2 T_a_b;  ///< p_a = T_a_b * p_b between the parts' map frames, when joined
+  std::vector<graph::Edge>
+      edges;           ///< from keyframes of a to keyframes of b, as measured, when joined
+  int compared = 0;    ///< pairs of pictures
   int expected = 0;    ///< keyframes of b that should have been recognised under the best position
   int matched = 0;     ///< ... and were
   std::string reason;  ///< in words, for a person, empty when joined

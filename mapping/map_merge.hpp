@@ -4,26 +4,26 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
+#include "mapping/graph/map_graph.hpp"
 #include "mapping/loop_closer.hpp"
-#include "mapping/map_file.hpp"
-#include "mapping/map_graph.hpp"
 #include "mapping/map_joiner.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::mapping {
 
 /// Adds `offset` to the ids of all keyframes, so that two maps can come together.
-void Renumber(MapGraph& graph, std::int64_t offset);
+void Renumber(graph::MapGraph& graph, std::int64_t offset);
 
 /// Lets a graph's keyframes and edges refer to a base from which the camera is seen at
 /// `T_base_view` instead of `T_base_view_own`, so that maps of cameras that are mounted differently
 /// come together. Frames of the trajectory keep their own base.
-void ChangeView(MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view);
+void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view);
 
 /// What became of the parts of a map.
 struct JoinedParts {
   std::vector<std::size_t> joined;  ///< indices of the parts; the first one and what joined it
   std::vector<JoinResult> results;  ///< for each part, the last attempt; the first one's is empty
-  LoopCounts loops;                 ///< pictures compared to find how the parts lie
+  graph::LoopCounts loops;          ///< pictures compared to find how the parts lie
 };
 
 /// Joins parts to the first one, one after the other, as long as one more fits to what is joined
@@ -37,16 +37,16 @@ JoinedParts JoinAll(LoopCloser& closer,
 struct MergeParams {
   LoopCloserParams loops;
   JoinParams join;
-  OptimizeParams optimize;
+  graph::OptimizeParams optimize;
   /// Of the closures between joined parts, at the most this part may turn out to contradict the
   /// rest.
   double max_outlier_part = 0.3;
 };
 
 struct MergeResult {
-  MapGraph graph;                   ///< of all parts that were joined, in the frame of the first
+  graph::MapGraph graph;            ///< of all parts that were joined, in the frame of the first
   std::vector<JoinResult> results;  ///< for each part, see JoinedParts
-  MosaicGrid grid;                  ///< of the mosaic that was written, if one was
+  store::MosaicGrid grid;           ///< of the mosaic that was written, if one was
   [[nodiscard]] bool ok() const;    ///< every part was joined
 };
 
@@ -54,8 +54,8 @@ struct MergeResult {
 /// pictures have the geometry of `view` (ChangeView). The first keyframe of the first part keeps
 /// its pose.
 MergeResult MergeGraphs(const calib::CeilingView& view,
-                        const std::vector<MapGraph>& parts,
-                        const PictureLoader& load,
+                        const std::vector<graph::MapGraph>& parts,
+                        const graph::PictureLoader& load,
                         const DescriptorSource& descriptors,
                         const MergeParams& params = {});
 

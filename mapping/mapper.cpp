@@ -15,9 +15,9 @@
 #include "calib/base/error.hpp"
 #include "calib/base/stage_timer.hpp"
 #include "calib/level_view.hpp"
-#include "mapping/map_builder.hpp"
 #include "mapping/map_merge.hpp"
-#include "mapping/place_descriptor.hpp"
+#include "mapping/mosaic/map_builder.hpp"
+#include "mapping/places/place_descriptor.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -57,17 +57,17 @@ void CheckHeading(const FrameContext& context, std::int64_t frame_index) {
 
 /// What the loop closer takes of a step of the odometry, in its own thread.
 struct NewKeyframe {
-  Keyframe keyframe;  // with its picture
+  graph::Keyframe keyframe;  // with its picture
   registration::FrameSpectrum spectrum;
-  std::vector<Edge> edges;
+  std::vector<graph::Edge> edges;
 };
 
 }  // namespace
 
 struct Mapper::Impl {
   Impl(const calib::CeilingView& ceiling_view,
-       MapWriter& map_writer,
-       const MapMetadata& map_metadata,
+       store::MapWriter& map_writer,
+       const store::MapMetadata& map_metadata,
        const MapperParams& p)
       : view(ceiling_view),
         writer(map_writer),
@@ -78,21 +78,21 @@ struct Mapper::Impl {
             view, [this](std::int64_t id) { return writer.ReadPicture(id); }, params.loops),
         describer(view.Size(),
                   view.MetresPerPixel(),
-                  PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()),
+                  places::PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()),
                   view.Mask()) {}
 
   const calib::CeilingView& view;
-  MapWriter& writer;
-  MapMetadata metadata;
+  store::MapWriter& writer;
+  store::MapMetadata metadata;
   MapperParams params;
   Odometry odometry;
   LoopCloser closer;
-  PlaceDescriber describer;
+  places::PlaceDescriber describer;
   std::future<void> closing;  // the loop closer's work on the last keyframe
   cv::Mat rectified;
   std::optional<calib::LevelView> level_view;  // made for the first tilted frame
   cv::Mat levelled;
-  MapGraph graph;
+  graph::MapGraph graph;
   std::vector<float> peaks;
   int lost_in_a_row = 0;
   bool closed = false;
@@ -138,18 +138,18 @@ void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
 void Mapper::Impl::Count(const OdometryStep& step) {
   ++report.frames;
   switch (step.pose.status) {
-    case TrackingStatus::kTracking:
-    case TrackingStatus::kRelocalized:
+    case graph::TrackingStatus::kTracking:
+    case graph::TrackingStatus::kRelocalized:
       ++report.tracked;
       peaks.push_back(static_cast<float>(step.registration.peak));
       NoteLoss();
       graph.trajectory.push_back(step.pose);
       break;
-    case TrackingStatus::kAmbiguous:
+    case graph::TrackingStatus::kAmbiguous:
       ++report.ambiguous;
       ++lost_in_a_row;
       break;
-    case TrackingStatus::kLost:
+    case graph::TrackingStatus::kLost:
       ++report.lost;
       ++lost_in_a_row;
       break;
@@ -160,8 +160,8 @@ void Mapper::Impl::Count(const OdometryStep& step) {
 /// The place where frames could not be placed is the last one before them.
 void Mapper::Impl::NoteLoss() {
   if (lost_in_a_row > 0 && !graph.trajectory.empty()) {
-    WeakSpot spot;
-    spot.kind = WeakSpot::Kind::kLost;
+    graph::WeakSpot spot;
+    spot.kind = graph::WeakSpot::Kind::kLost;
     spot.keyframe_id = graph.trajectory.back().keyframe_id;
     spot.extent = lost_in_a_row;
     graph.weak_spots.push_back(spot);
@@ -171,7 +171,7 @@ void Mapper::Impl::NoteLoss() {
 
 /// Puts the parts together between which the robot had lost itself; what fits nowhere goes.
 void Mapper::Impl::JoinSegments() {
-  const std::vector<std::vector<std::int64_t>> parts = Components(graph);
+  const std::vector<std::vector<std::int64_t>> parts = graph::Components(graph);
   if (parts.size() < 2) return;
   const DescriptorSource descriptors = [this](std::int64_t id) {
     return writer.ReadDescriptors(id);
@@ -181,32 +181,32 @@ void Mapper::Impl::JoinSegments() {
   std::unordered_set<std::int64_t> keep;
   for (const std::size_t part : joined.joined) keep.insert(parts[part].begin(), parts[part].end());
   graph.edges = closer.Graph().Edges();
-  MoveKeyframes(graph, closer.Graph().Poses());
-  for (const Keyframe& keyframe : graph.keyframes) {
+  graph::MoveKeyframes(graph, closer.Graph().Poses());
+  for (const graph::Keyframe& keyframe : graph.keyframes) {
     if (!keep.contains(keyframe.id)) writer.RemovePicture(keyframe.id);
   }
   const std::size_t before = graph.trajectory.size();
   const Pose2 T_map_first = graph.keyframes.front().pose.T_map_base;
-  KeepOnly(graph, keep);
+  graph::KeepOnly(graph, keep);
   const Pose2 T_map_kept = graph.keyframes.front().pose.T_map_base;
   // A segment that is left without what came before it begins the map.
-  MoveAll(graph, T_map_first * T_map_kept.Inverse());
+  graph::MoveAll(graph, T_map_first * T_map_kept.Inverse());
   report.unconnected = static_cast<std::int64_t>(before - graph.trajectory.size());
 }
 
 Mapper::Mapper(const calib::CeilingView& view,
-               MapWriter& writer,
-               const MapMetadata& metadata,
+               store::MapWriter& writer,
+               const store::MapMetadata& metadata,
                const MapperParams& params) {
   params.mosaic.Validate();
   impl_ = std::make_unique<Impl>(view, writer, metadata, params);
 }
 Mapper::~Mapper() = default;
 
-FramePose Mapper::Process(const cv::Mat& raw_grey,
-                          std::int64_t frame_index,
-                          double stamp_s,
-                          const FrameContext& context) {
+graph::FramePose Mapper::Process(const cv::Mat& raw_grey,
+                                 std::int64_t frame_index,
+                                 double stamp_s,
+                                 const FrameContext& context) {
   Impl& me = *impl_;
   CheckHeading(context, frame_index);
   const Tilt& tilt = context.tilt;
@@ -250,28 +250,28 @@ void Mapper::Close() {
   }
   const StageTimer timer(me.report.optimize_ms);
   me.graph.edges = me.closer.Graph().Edges();
-  MoveKeyframes(me.graph, me.closer.Graph().Poses());
+  graph::MoveKeyframes(me.graph, me.closer.Graph().Poses());
   me.JoinSegments();
   me.graph.quality.loops += me.closer.Counts();
-  Optimize(me.graph, me.params.optimize);
+  graph::Optimize(me.graph, me.params.optimize);
   const cv::Size size = me.view.Size();
-  FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
+  graph::FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
   me.report.keyframes = static_cast<std::int64_t>(me.graph.keyframes.size());
   me.report.quality = me.graph.quality;
-  me.report.path = PathLength(me.graph.trajectory);
+  me.report.path = graph::PathLength(me.graph.trajectory);
 }
 
 void Mapper::Finish(const std::function<void(int, int)>& progress) {
   Close();
   const StageTimer timer(impl_->report.mosaic_ms);
-  impl_->report.grid =
-      WriteMap(impl_->graph, impl_->metadata, impl_->params.mosaic, impl_->writer, progress);
+  impl_->report.grid = mosaic::WriteMap(
+      impl_->graph, impl_->metadata, impl_->params.mosaic, impl_->writer, progress);
 }
 
-const std::vector<FramePose>& Mapper::Trajectory() const {
+const std::vector<graph::FramePose>& Mapper::Trajectory() const {
   return impl_->graph.trajectory;
 }
-const MapGraph& Mapper::Graph() const {
+const graph::MapGraph& Mapper::Graph() const {
   return impl_->graph;
 }
 const MapperReport& Mapper::Report() const {

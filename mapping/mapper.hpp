@@ -6,13 +6,13 @@
 
 #include "calib/ceiling_view.hpp"
 #include "mapping/frame_context.hpp"
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/map_graph.hpp"
 #include "mapping/loop_closer.hpp"
-#include "mapping/map_file.hpp"
-#include "mapping/map_graph.hpp"
 #include "mapping/map_joiner.hpp"
-#include "mapping/mosaic.hpp"
+#include "mapping/mosaic/mosaic.hpp"
 #include "mapping/odometry.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::mapping {
 
@@ -21,8 +21,8 @@ struct MapperParams {
   OdometryParams odometry;
   LoopCloserParams loops;
   JoinParams join = {.same_light = true};  ///< of parts between which the robot had lost itself
-  OptimizeParams optimize;
-  MosaicParams mosaic;
+  graph::OptimizeParams optimize;
+  mosaic::MosaicParams mosaic;
   std::int64_t first_keyframe_id = 0;  ///< for a recording that comes into an existing map
 };
 
@@ -35,10 +35,10 @@ struct MapperReport {
   std::int64_t without_texture = 0;  ///< part of lost
   std::int64_t unconnected = 0;      ///< tracked, but in a part that nothing connects with the map
   std::int64_t keyframes = 0;
-  MapQuality quality;
+  graph::MapQuality quality;
   double median_peak = 0;
   double path = 0;  ///< length of the trajectory in map units
-  MosaicGrid grid;
+  store::MosaicGrid grid;
   double rectify_ms = 0;  ///< totals over the run
   double register_ms = 0;
   double keyframe_ms = 0;
@@ -55,8 +55,8 @@ class Mapper {
  public:
   /// @param view, writer  must outlive the mapper.
   Mapper(const calib::CeilingView& view,
-         MapWriter& writer,
-         const MapMetadata& metadata,
+         store::MapWriter& writer,
+         const store::MapMetadata& metadata,
          const MapperParams& params = {});
   ~Mapper();
 
@@ -66,10 +66,10 @@ class Mapper {
   /// tells orientations apart that look the same (Odometry, LoopCloser, JoinParts).
   /// A frame that cannot be placed comes back as kLost or kAmbiguous and gets no line in the
   /// trajectory. @throws InputError on a heading that is not finite or without variance.
-  FramePose Process(const cv::Mat& raw_grey,
-                    std::int64_t frame_index,
-                    double stamp_s,
-                    const FrameContext& context = {});
+  graph::FramePose Process(const cv::Mat& raw_grey,
+                           std::int64_t frame_index,
+                           double stamp_s,
+                           const FrameContext& context = {});
 
   /// Ends the recording: all poses are optimised together. No Process after it.
   /// @throws RunError when no frame showed any texture.
@@ -79,9 +79,9 @@ class Mapper {
   void Finish(const std::function<void(int, int)>& progress = {});
 
   /// Placed frames only; before Close() as the odometry has them.
-  [[nodiscard]] const std::vector<FramePose>& Trajectory() const;
+  [[nodiscard]] const std::vector<graph::FramePose>& Trajectory() const;
   /// The map without pictures; complete after Close().
-  [[nodiscard]] const MapGraph& Graph() const;
+  [[nodiscard]] const graph::MapGraph& Graph() const;
   [[nodiscard]] const MapperReport& Report() const;
 
  private:

@@ -11,6 +11,7 @@
 #include "mapping/frame_prediction.hpp"
 #include "mapping/planar_motion.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
 using registration::FrameSpectrum;
@@ -23,16 +24,16 @@ namespace {
 
 /// A keyframe that new frames can still be registered against.
 struct ActiveKeyframe {
-  Keyframe keyframe;
+  graph::Keyframe keyframe;
   FrameSpectrum spectrum;
 };
 
 /// The frame before the current one, kept in case that it has to become a keyframe.
 struct LastFrame {
-  FramePose pose;
+  graph::FramePose pose;
   FrameSpectrum spectrum;
   cv::Mat picture;
-  Edge edge;           // to the keyframe that placed it
+  graph::Edge edge;    // to the keyframe that placed it
   double overlap = 1;  // with it
   bool ambiguous = false;
 };
@@ -62,7 +63,9 @@ struct Odometry::Impl {
   Registration Measure(const ActiveKeyframe& reference,
                        const FrameSpectrum& spectrum,
                        const std::optional<ExpectedPose>& expected);
-  void Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const;
+  void Place(const ActiveKeyframe& reference,
+             const graph::Edge& edge,
+             graph::FramePose& pose) const;
   Registration WithItself(const FrameSpectrum& spectrum);
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
   MatchQuality Quality(const ActiveKeyframe& reference,
@@ -73,27 +76,27 @@ struct Odometry::Impl {
                     const FrameSpectrum& spectrum,
                     const std::optional<ExpectedPose>& expected,
                     OdometryStep& step,
-                    Edge& edge);
-  bool Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
-  bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
+                    graph::Edge& edge);
+  bool Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
+  bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
   bool Restart(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
-  void MakeKeyframe(const FramePose& pose,
+  void MakeKeyframe(const graph::FramePose& pose,
                     const FrameSpectrum& spectrum,
                     const cv::Mat& picture,
-                    const Edge& edge,
+                    const graph::Edge& edge,
                     bool ambiguous,
                     OdometryStep& step);
   void Bridge(OdometryStep& step);
   [[nodiscard]] cv::Mat Stored(const cv::Mat& picture) const;
   [[nodiscard]] bool WantsKeyframe(const OdometryStep& step) const;
   void TieToOlder(const FrameSpectrum& spectrum,
-                  FramePose& pose,
-                  const Edge& edge,
-                  std::vector<Edge>& edges);
+                  graph::FramePose& pose,
+                  const graph::Edge& edge,
+                  std::vector<graph::Edge>& edges);
   void Remember(const OdometryStep& step,
                 const FrameSpectrum& spectrum,
                 const cv::Mat& picture,
-                const Edge& edge);
+                const graph::Edge& edge);
 };
 
 MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
@@ -118,9 +121,9 @@ Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
 }
 
 void Odometry::Impl::Place(const ActiveKeyframe& reference,
-                           const Edge& edge,
-                           FramePose& pose) const {
-  const FramePose& from = reference.keyframe.pose;
+                           const graph::Edge& edge,
+                           graph::FramePose& pose) const {
+  const graph::FramePose& from = reference.keyframe.pose;
   pose.T_map_base = from.T_map_base * edge.T_from_to;
   pose.covariance = ComposeCovariance(
       from.T_map_base, from.covariance, edge.T_from_to, edge.information.inverse());
@@ -138,7 +141,7 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
   step.registration = WithItself(spectrum);
   if (!step.registration.ok()) return false;
   step.pose.T_map_base = prediction.Restart();
-  step.pose.status = TrackingStatus::kTracking;
+  step.pose.status = graph::TrackingStatus::kTracking;
   MakeKeyframe(step.pose, spectrum, picture, {}, false, step);
   step.pose = step.new_keyframe->pose;
   return true;
@@ -164,7 +167,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
                                   const FrameSpectrum& spectrum,
                                   const std::optional<ExpectedPose>& expected,
                                   OdometryStep& step,
-                                  Edge& edge) {
+                                  graph::Edge& edge) {
   const ActiveKeyframe& reference = active[index];
   step.registration = Measure(reference, spectrum, expected);
   if (!step.registration.ok()) return false;
@@ -184,7 +187,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
   return true;
 }
 
-bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
+bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
   if (prediction.OutOfSight()) {
     step.registration = WithItself(spectrum);
     if (step.registration.ok()) step.registration.verdict = Verdict::kNoMatch;
@@ -216,7 +219,7 @@ bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
          (level && r.inliers < params.min_inlier_part * r.blocks);
 }
 
-bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
+bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
   // Where the robot is now is unknown, so only a place that is unmistakable counts; without a
   // compass in any orientation.
   Registration tracked = step.registration;
@@ -224,7 +227,7 @@ bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, 
   const std::optional<ExpectedPose> expected = prediction.AfterLoss();
   for (std::size_t i = active.size(); i-- > 0;) {
     if (TryReference(i, spectrum, expected, step, edge)) {
-      step.pose.status = TrackingStatus::kRelocalized;
+      step.pose.status = graph::TrackingStatus::kRelocalized;
       return true;
     }
     if (step.registration.verdict == Verdict::kAmbiguous) tracked = step.registration;
@@ -248,13 +251,13 @@ bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
 }
 
 void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
-                                FramePose& pose,
-                                const Edge& edge,
-                                std::vector<Edge>& edges) {
+                                graph::FramePose& pose,
+                                const graph::Edge& edge,
+                                std::vector<graph::Edge>& edges) {
   // Each tie is an estimate of the same pose; they are averaged by their information.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
-  const auto add = [&](const ActiveKeyframe& reference, const Edge& tie) {
+  const auto add = [&](const ActiveKeyframe& reference, const graph::Edge& tie) {
     const Pose2 T = reference.keyframe.pose.T_map_base * tie.T_from_to;
     const Eigen::Vector3d difference(
         T.x - pose.T_map_base.x, T.y - pose.T_map_base.y, WrapAngle(T.yaw - pose.T_map_base.yaw));
@@ -282,7 +285,8 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
     const double off = std::hypot(registration.motion.tx_px - prior.motion.tx_px,
                                   registration.motion.ty_px - prior.motion.ty_px);
     if (!registration.ok() || off > 5) continue;
-    Edge tie = MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
+    graph::Edge tie =
+        MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
     AddTiltDoubt(view, pose.tilt, tie);
     add(reference, tie);
     edges.push_back(tie);
@@ -303,16 +307,16 @@ cv::Mat Odometry::Impl::Stored(const cv::Mat& picture) const {
   return stored;
 }
 
-void Odometry::Impl::MakeKeyframe(const FramePose& pose,
+void Odometry::Impl::MakeKeyframe(const graph::FramePose& pose,
                                   const FrameSpectrum& spectrum,
                                   const cv::Mat& picture,
-                                  const Edge& edge,
+                                  const graph::Edge& edge,
                                   bool ambiguous,
                                   OdometryStep& step) {
-  Keyframe keyframe{next_id++, pose, Stored(picture), ambiguous};
+  graph::Keyframe keyframe{next_id++, pose, Stored(picture), ambiguous};
   keyframe.pose.keyframe_id = keyframe.id;
   if (!active.empty()) {
-    Edge tie = edge;
+    graph::Edge tie = edge;
     tie.to = keyframe.id;
     step.new_edges.push_back(tie);
     TieToOlder(spectrum, keyframe.pose, tie, step.new_edges);
@@ -327,7 +331,7 @@ void Odometry::Impl::MakeKeyframe(const FramePose& pose,
 void Odometry::Impl::Remember(const OdometryStep& step,
                               const FrameSpectrum& spectrum,
                               const cv::Mat& picture,
-                              const Edge& edge) {
+                              const graph::Edge& edge) {
   prediction.Placed(step.pose.T_map_base);
   lost_in_a_row = 0;
   if (!last) last.emplace();
@@ -363,7 +367,7 @@ OdometryStep Odometry::Process(const cv::Mat& picture,
   const FrameSpectrum spectrum = me.registrar.Analyze(
       picture, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(picture));
   me.prediction.Begin(stamp_s, context.heading);
-  Edge edge;
+  graph::Edge edge;
   bool placed = false;
   if (me.active.empty()) {
     placed = me.Start(spectrum, picture, step);
@@ -377,8 +381,9 @@ OdometryStep Odometry::Process(const cv::Mat& picture,
     }
   }
   if (!placed) {
-    step.pose.status = step.registration.verdict == Verdict::kAmbiguous ? TrackingStatus::kAmbiguous
-                                                                        : TrackingStatus::kLost;
+    step.pose.status = step.registration.verdict == Verdict::kAmbiguous
+                           ? graph::TrackingStatus::kAmbiguous
+                           : graph::TrackingStatus::kLost;
     me.last.reset();
     me.prediction.Lost();
     return step;

@@ -7,7 +7,7 @@
 
 #include "calib/ceiling_view.hpp"
 #include "mapping/frame_context.hpp"
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/match_standard.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
@@ -64,15 +64,15 @@ struct OdometryParams {
 
 /// Why a frame is where it is said to be, or is not placed.
 struct OdometryStep {
-  FramePose pose;
+  graph::FramePose pose;
   registration::Registration registration;  ///< against the keyframe that placed the frame
   /// Against the keyframe that placed the frame (pose.keyframe_id); `to` is meaningless.
-  Edge tie;
+  graph::Edge tie;
   /// Set when this frame, or the one before it, became a keyframe in this step (with its picture).
-  std::optional<Keyframe> new_keyframe;
+  std::optional<graph::Keyframe> new_keyframe;
   registration::FrameSpectrum new_spectrum;  ///< of the new keyframe
   /// Measured motions that tie it to earlier keyframes; none for the first one of a segment.
-  std::vector<Edge> new_edges;
+  std::vector<graph::Edge> new_edges;
 };
 
 /// Visual odometry on the ceiling: every frame is registered against the last keyframe, never only

@@ -51,12 +51,12 @@ Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
   return jacobian * image_covariance * jacobian.transpose();
 }
 
-Edge MeasuredEdge(const calib::CeilingView& view,
-                  const registration::Registration& registration,
-                  std::int64_t from,
-                  std::int64_t to,
-                  const EdgeNoise& noise) {
-  Edge edge;
+graph::Edge MeasuredEdge(const calib::CeilingView& view,
+                         const registration::Registration& registration,
+                         std::int64_t from,
+                         std::int64_t to,
+                         const EdgeNoise& noise) {
+  graph::Edge edge;
   edge.from = from;
   edge.to = to;
   edge.T_from_to = BaseMotion(view, registration.motion);
@@ -80,48 +80,18 @@ Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
   return in_reference * tilt_covariance * in_reference.transpose();
 }
 
-void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, Edge& edge) {
+void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, graph::Edge& edge) {
   if (tilt.covariance.isZero()) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
   covariance.topLeftCorner<2, 2>() += TiltDoubt(view, edge.T_from_to, tilt.covariance);
   edge.information = covariance.inverse();
 }
 
-void AddPlaceDoubt(double sigma, Edge& edge) {
+void AddPlaceDoubt(double sigma, graph::Edge& edge) {
   if (sigma == 0) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
   covariance.topLeftCorner<2, 2>().diagonal().array() += sigma * sigma;
   edge.information = covariance.inverse();
-}
-
-Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
-                                  const Eigen::Matrix3d& cov_a_b,
-                                  const Pose2& T_b_c,
-                                  const Eigen::Matrix3d& cov_b_c) {
-  const Eigen::Vector2d arm = T_a_b.Rotation() * T_b_c.Translation();
-  Eigen::Matrix3d by_first = Eigen::Matrix3d::Identity();
-  by_first(0, 2) = -arm.y();
-  by_first(1, 2) = arm.x();
-  Eigen::Matrix3d by_second = Eigen::Matrix3d::Identity();
-  by_second.topLeftCorner<2, 2>() = T_a_b.Rotation();
-  return by_first * cov_a_b * by_first.transpose() + by_second * cov_b_c * by_second.transpose();
-}
-
-Pose2 Interpolate(const Pose2& T_a_b, double factor) {
-  // The constant-velocity arc: exp(factor * log(T)).
-  const double yaw = T_a_b.yaw;
-  const auto integral = [](double angle) {
-    // V(angle) of exp: [[sin/a, -(1-cos)/a], [(1-cos)/a, sin/a]], with its series at 0.
-    const double a2 = angle * angle;
-    const double s = std::abs(angle) < 1e-4 ? 1 - a2 / 6 : std::sin(angle) / angle;
-    const double c = std::abs(angle) < 1e-4 ? angle / 2 : (1 - std::cos(angle)) / angle;
-    Eigen::Matrix2d v;
-    v << s, -c, c, s;
-    return v;
-  };
-  const Eigen::Vector2d velocity = integral(yaw).inverse() * T_a_b.Translation();
-  const Eigen::Vector2d t = integral(factor * yaw) * (factor * velocity);
-  return {t.x(), t.y(), WrapAngle(factor * yaw)};
 }
 
 }  // namespace ceilmap::mapping

@@ -5,7 +5,7 @@
 #include "calib/base/pose2.hpp"
 #include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "mapping/registration/registration.hpp"
 
@@ -41,11 +41,11 @@ struct EdgeNoise {
 };
 
 /// The edge that a registration (reference: keyframe `from`, current: keyframe `to`) measures.
-Edge MeasuredEdge(const calib::CeilingView& view,
-                  const registration::Registration& registration,
-                  std::int64_t from,
-                  std::int64_t to,
-                  const EdgeNoise& noise);
+graph::Edge MeasuredEdge(const calib::CeilingView& view,
+                         const registration::Registration& registration,
+                         std::int64_t from,
+                         std::int64_t to,
+                         const EdgeNoise& noise);
 
 /// How far off the foot of a robot stands whose tilt is not what it was taken for: by its height
 /// under the ceiling times the error. Covariance of (x, y) in the reference frame, first order.
@@ -56,21 +56,10 @@ Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
 
 /// Adds to an edge's covariance what is not known of the tilt that was taken out of the picture of
 /// `to` (TiltDoubt).
-void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, Edge& edge);
+void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, graph::Edge& edge);
 
 /// Adds a doubt of the place to an edge's covariance: the same in x and y. @param sigma  map units,
 /// >= 0.
-void AddPlaceDoubt(double sigma, Edge& edge);
-
-/// Covariance of T_a_c = T_a_b * T_b_c, first order, from those of the factors' (x, y, yaw), taken
-/// as independent.
-Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
-                                  const Eigen::Matrix3d& cov_a_b,
-                                  const Pose2& T_b_c,
-                                  const Eigen::Matrix3d& cov_b_c);
-
-/// The part `factor` of a motion at constant forward, sideways and turning speed; factor may exceed
-/// 1 or be negative (prediction). |yaw| of the motion below pi.
-Pose2 Interpolate(const Pose2& T_a_b, double factor);
+void AddPlaceDoubt(double sigma, graph::Edge& edge);
 
 }  // namespace ceilmap::mapping

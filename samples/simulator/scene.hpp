@@ -218,7 +218,7 @@ struct Path {
   double length_m = 50;
   std::vector<std::array<double, 2>> waypoints_m;
   std::filesystem::path tum_file;  ///< relative to the scene's file; ReadScene does not open it
-  /// kTum: what tum_file holds, stamps rising. Who makes a path reads them, as with app::ReadTum.
+  /// kTum: what tum_file holds, stamps rising. Who makes a path reads them, as with files::ReadTum.
   std::vector<PathPose> poses;
   double corner_radius_m = 0;
   double speed_m_s = 0.8;

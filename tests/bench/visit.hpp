@@ -9,7 +9,7 @@
 
 #include "calib/base/pose2.hpp"
 #include "localization/localizer.hpp"
-#include "mapping/map_file.hpp"
+#include "mapping/store/map_file.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 #include "samples/simulator/scene.hpp"
@@ -31,7 +31,7 @@ struct World {
   World(const simulator::Scene& world, const std::filesystem::path& file);
 
   simulator::Scene scene;
-  std::unique_ptr<mapping::MapReader> map;
+  std::unique_ptr<store::MapReader> map;
   Pose2 T_map_room;
 };
 

@@ -5,8 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "tests/faults/h264.hpp"
 #include "tests/faults/recording_faults.hpp"
+#include "tests/support/h264.hpp"
 
 namespace fs = std::filesystem;
 
@@ -18,9 +18,10 @@ namespace {
 void FlipBytes(const fs::path& file, double share, Random& random) {
   constexpr int kFlipsEach = 4;
   std::string bytes = ReadBytes(file);
-  std::vector<NalUnit> pictures =
-      file.extension() == ".mp4" ? NalUnitsOfMp4(bytes) : NalUnitsOfAnnexB(bytes);
-  std::erase_if(pictures, [](const NalUnit& unit) { return unit.type != 1 && unit.type != 5; });
+  std::vector<support::NalUnit> pictures =
+      file.extension() == ".mp4" ? support::NalUnitsOfMp4(bytes) : support::NalUnitsOfAnnexB(bytes);
+  std::erase_if(pictures,
+                [](const support::NalUnit& unit) { return unit.type != 1 && unit.type != 5; });
   std::uniform_real_distribution<double> chance(0, 1);
   std::uniform_int_distribution<int> flip(1, 255);
   for (std::size_t i = 1; i < pictures.size(); ++i) {

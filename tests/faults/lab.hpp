@@ -7,7 +7,7 @@
 
 #include "calib/base/pose2.hpp"
 #include "tests/faults/fault.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
 
 namespace ceilmap::faults {
 
@@ -80,6 +80,6 @@ class Lab {
 };
 
 /// What the run left, judged as all runs are.
-Outcome OutcomeOf(const integration::ProcessResult& result, const Recording& shots);
+Outcome OutcomeOf(const support::ProcessResult& result, const Recording& shots);
 
 }  // namespace ceilmap::faults

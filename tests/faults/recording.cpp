@@ -7,12 +7,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "app/recording_writer.hpp"
-#include "app/tum.hpp"
+#include "app/files/tum.hpp"
+#include "app/recordings/recording_writer.hpp"
 #include "calib/base/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
-#include "tests/faults/h264.hpp"
+#include "tests/support/h264.hpp"
 
 namespace fs = std::filesystem;
 
@@ -77,13 +77,13 @@ fs::path StorePictures(const Recording& recording, const fs::path& folder, Stora
     return target;
   }
   fs::path mp4 = folder / "up.mp4";
-  const auto writer = app::RecordingWriter::Create(
-      app::RecordingFormat::kVideo, mp4, recording.front().picture.size(), kRateHz);
+  const auto writer = recordings::RecordingWriter::Create(
+      recordings::RecordingFormat::kVideo, mp4, recording.front().picture.size(), kRateHz);
   for (const Shot& shot : recording) writer->Write(writer->Prepare(shot.picture));
   writer->Commit();
   if (storage == Storage::kMp4) return mp4;
   fs::path stream = folder / "up.h264";
-  WriteBytes(stream, AnnexBOf(ReadBytes(mp4)));
+  WriteBytes(stream, support::AnnexBOf(ReadBytes(mp4)));
   fs::remove(mp4);
   return stream;
 }
@@ -102,7 +102,7 @@ std::string TruthText(const Recording& recording) {
   for (const Shot& shot : recording) {
     poses.push_back(ToStampedPose(shot.stamp_s, shot.T_room_base));
   }
-  return app::FormatTum(poses);
+  return files::FormatTum(poses);
 }
 
 std::string ReadBytes(const fs::path& file) {

@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 namespace ceilmap::faults {
 namespace {
 
-using integration::ChildProcess;
-using integration::ProcessResult;
+using support::ChildProcess;
+using support::ProcessResult;
 
 constexpr int kKilled = 128 + SIGKILL;
 

@@ -46,7 +46,7 @@ std::vector<std::string> Localize(const std::string& map,
 void WriteMaps(const Recordings& test) {
   ASSERT_EQ(
       test.Run({"map", "--quiet", "--rig=@rig.yaml", "--up=@run.avi", "-o", "@good.gpkg"}).err, "");
-  const std::string map = app::ReadAll(test.in / "good.gpkg");
+  const std::string map = support::ReadAll(test.in / "good.gpkg");
   test.in.Write("half.gpkg", map.substr(0, map.size() / 2));
   std::filesystem::copy_file(test.in / "good.gpkg", test.in / "old.gpkg");
   SetFormatVersion(test.in / "old.gpkg", 1);
@@ -59,28 +59,29 @@ void WriteMaps(const Recordings& test) {
   test.in.Write(
       "down.yaml",
       rig.replace(rig.find("[0, 0, 0.707106781186548, 0.707106781186548]"), 44, "[1, 0, 0, 0]"));
-  app::WritePictures(test.in / "elsewhere", PicturesFromElsewhere());
+  support::WritePictures(test.in / "elsewhere", PicturesFromElsewhere());
   test.in.Write("h.csv", "timestamp,heading_deg,sigma_deg\n1,2,0\n");
 }
 
-void WriteBadInputs(const app::TestFolder& in) {
+void WriteBadInputs(const support::TestFolder& in) {
   const std::vector<cv::Mat> pictures = CeilingPictures();
   std::vector<cv::Mat> some(pictures.begin(), pictures.begin() + 6);
-  app::WritePictures(in / "damaged", some);
+  support::WritePictures(in / "damaged", some);
   in.Write("damaged/frame4.png", "no picture");
   some[4] = some[4](cv::Rect(0, 0, 200, 200)).clone();
-  app::WritePictures(in / "sizes", some);
-  app::WritePictures(in / "small", {some[4], some[4]});
-  app::WritePictures(in / "black", std::vector<cv::Mat>(5, cv::Mat::zeros(kPictureSize, CV_8U)));
-  app::WriteVideo(
+  support::WritePictures(in / "sizes", some);
+  support::WritePictures(in / "small", {some[4], some[4]});
+  support::WritePictures(in / "black",
+                         std::vector<cv::Mat>(5, cv::Mat::zeros(kPictureSize, CV_8U)));
+  support::WriteVideo(
       in / "grey.avi", std::vector<cv::Mat>(5, cv::Mat(kPictureSize, CV_8U, cv::Scalar(128))), 10);
   std::filesystem::create_directory(in / "nothing");
   in.Write("empty.mp4", "");
   in.Write("text.mp4", "this is no video\n");
-  const std::string video = app::ReadAll(in / "run.avi");
+  const std::string video = support::ReadAll(in / "run.avi");
   in.Write("zero.avi", video.substr(0, video.find("movi") + 4));
-  in.Write("short.csv", app::StampsCsv(kFrames - 1, 0, 1));
-  in.Write("long.csv", app::StampsCsv(kFrames + 1, 0, 1));
+  in.Write("short.csv", support::StampsCsv(kFrames - 1, 0, 1));
+  in.Write("long.csv", support::StampsCsv(kFrames + 1, 0, 1));
   in.Write("back.csv", "index,timestamp\n0,1\n1,0.5\n");
   std::string rig = kRig;
   in.Write("focal.yaml", rig.replace(rig.find("data: [200"), 10, "data: [-20"));
@@ -108,7 +109,7 @@ TEST_P(BadInputTest, IsOneLineAndLeavesNothing) {
   const Recordings test;
   WriteBadInputs(test.in);
   if (!GetParam().arguments.empty() && GetParam().arguments[0] == "localize") WriteMaps(test);
-  const ProcessResult result = test.Run(GetParam().arguments);
+  const support::ProcessResult result = test.Run(GetParam().arguments);
   EXPECT_EQ(result.exit_code, GetParam().exit_code);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));

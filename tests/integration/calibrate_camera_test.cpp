@@ -9,22 +9,22 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "app/gnuplot.hpp"
+#include "app/figures/gnuplot.hpp"
 #include "calib/camera_info.hpp"
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
 #include "tests/calib/solve/painted_board.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
 namespace fs = std::filesystem;
-using app::ReadAll;
 using calibration::Board;
 using calibration::BoardPainter;
 using calibration::BoardPose;
 using calibration::Lens;
+using support::ReadAll;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -51,24 +51,24 @@ class Recordings {
     const std::vector<BoardPose> poses = GoodPoses(Chessboard(), lens);
     const BoardPainter painter(Chessboard(), lens);
     const std::vector<cv::Mat> good = PaintAll(painter, poses);
-    app::WritePictures(folder_ / "good", good);
-    app::WritePictures(folder_ / "one", {good[0]});
-    app::WritePictures(folder_ / "alike", {good[1], good[1], good[1], good[1]});
-    app::WritePictures(folder_ / "grey",
-                       std::vector<cv::Mat>(3, cv::Mat(360, 480, CV_8U, cv::Scalar(90))));
-    app::WritePictures(folder_ / "sizes", {good[0], good[1].colRange(0, 400).clone()});
-    app::WritePictures(folder_ / "blurred", Changed(good, [](const cv::Mat& from, cv::Mat& to) {
-                         cv::GaussianBlur(from, to, {}, 5);
-                       }));
+    support::WritePictures(folder_ / "good", good);
+    support::WritePictures(folder_ / "one", {good[0]});
+    support::WritePictures(folder_ / "alike", {good[1], good[1], good[1], good[1]});
+    support::WritePictures(folder_ / "grey",
+                           std::vector<cv::Mat>(3, cv::Mat(360, 480, CV_8U, cv::Scalar(90))));
+    support::WritePictures(folder_ / "sizes", {good[0], good[1].colRange(0, 400).clone()});
+    support::WritePictures(folder_ / "blurred", Changed(good, [](const cv::Mat& from, cv::Mat& to) {
+                             cv::GaussianBlur(from, to, {}, 5);
+                           }));
     WriteLevel(painter, lens);
     WriteVideo(painter, poses);
     const std::vector<BoardPose> few(poses.begin(), poses.begin() + 4);
-    app::WritePictures(folder_ / "other", PaintAll(BoardPainter(Chessboard(8), lens), few));
+    support::WritePictures(folder_ / "other", PaintAll(BoardPainter(Chessboard(8), lens), few));
     const std::vector<cv::Mat> charuco = PaintAll(BoardPainter(Charuco(), lens), poses);
-    app::WritePictures(folder_ / "charuco", charuco);
-    app::WritePictures(folder_ / "mirrored", Changed(charuco, [](const cv::Mat& from, cv::Mat& to) {
-                         cv::flip(from, to, 1);
-                       }));
+    support::WritePictures(folder_ / "charuco", charuco);
+    support::WritePictures(
+        folder_ / "mirrored",
+        Changed(charuco, [](const cv::Mat& from, cv::Mat& to) { cv::flip(from, to, 1); }));
     fs::create_directory(folder_ / "empty");
     folder_.Write("text.mp4", "this is no video\n");
     folder_.Write("text.png", "this is no picture\n");
@@ -94,7 +94,7 @@ class Recordings {
       poses.push_back(PoseAt(Chessboard(), lens, {x, 0.5}, 0, 0, 0, 0.5));
       poses.push_back(PoseAt(Chessboard(), lens, {x, 0.4}, 0, 0, 0.1, 0.45));
     }
-    app::WritePictures(folder_ / "level", PaintAll(painter, poses));
+    support::WritePictures(folder_ / "level", PaintAll(painter, poses));
   }
   // Each view three times, the second as a camera that moves would show it.
   void WriteVideo(const BoardPainter& painter, const std::vector<BoardPose>& poses) const {
@@ -105,10 +105,10 @@ class Recordings {
       cv::blur(picture, moved, {41, 1});
       frames.insert(frames.end(), {picture, moved, picture});
     }
-    app::WriteVideo(folder_ / "walk.avi", frames, 10);
+    support::WriteVideo(folder_ / "walk.avi", frames, 10);
   }
 
-  app::TestFolder folder_;
+  support::TestFolder folder_;
 };
 
 class CalibrateCamera : public testing::Test {
@@ -118,13 +118,13 @@ class CalibrateCamera : public testing::Test {
     return recordings;
   }
   // `@NAME` in an argument stands for NAME among the inputs.
-  ProcessResult Run(std::vector<std::string> arguments) const {
+  support::ProcessResult Run(std::vector<std::string> arguments) const {
     for (std::string& argument : arguments) {
       const std::size_t at = argument.find('@');
       if (at != std::string::npos) argument.replace(at, 1, Inputs().Path().string() + "/");
     }
     arguments.insert(arguments.begin(), {"calibrate", "camera"});
-    return RunCeilmap(arguments, out_.Path().string());
+    return support::RunCeilmap(arguments, out_.Path().string());
   }
   void ExpectTestLens(const std::string& file, double focal_part, double centre_px) const {
     const Lens lens = calibration::TestLens();
@@ -136,7 +136,7 @@ class CalibrateCamera : public testing::Test {
     EXPECT_NEAR(camera.cy, lens.values[3], centre_px);
     EXPECT_NEAR(camera.distortion[0], lens.values[4], 0.02);
   }
-  app::TestFolder out_;
+  support::TestFolder out_;
 };
 
 const std::vector<std::string> kBoard = {"--corners=9x6", "--square=0.025"};
@@ -177,7 +177,7 @@ TEST_F(CalibrateCamera, TakesPicturesByName) {
   std::vector<std::string> arguments = kBoard;
   for (const int i : {0, 1, 2, 3, 4, 5, 8, 9}) {
     arguments.push_back((Inputs().Path() / "good" /
-                         app::NamesIn(Inputs().Path() / "good")[static_cast<std::size_t>(i)])
+                         support::NamesIn(Inputs().Path() / "good")[static_cast<std::size_t>(i)])
                             .string());
   }
   const auto result = Run(With(arguments, {"-o", "up.yaml"}));
@@ -205,13 +205,13 @@ TEST_F(CalibrateCamera, ReportsToLookAt) {
   const auto result =
       Run(With(kBoard, {"@good", "-o", "up.yaml", "--report=report", "--name=<up>"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const auto names = app::NamesIn(out_ / "report");
+  const auto names = support::NamesIn(out_ / "report");
   for (const char* name : {"after.jpg", "before.jpg", "index.html", "metrics.json", "tables.md"}) {
     EXPECT_THAT(names, testing::Contains(name));
   }
   EXPECT_THAT(ReadAll(out_ / "report" / "index.html"), HasSubstr("Camera &lt;up&gt;"));
   EXPECT_EQ(cv::imread((out_ / "report" / "after.jpg").string()).size(), cv::Size(480, 360));
-  if (!app::FindGnuplot()) return;
+  if (!figures::FindGnuplot()) return;
   for (const char* name : {"coverage.svg", "residuals.png", "views.pdf"}) {
     EXPECT_GT(fs::file_size(out_ / "report" / "figures" / name), 1000U) << name;
   }
@@ -254,7 +254,7 @@ TEST_P(BadCalibrationTest, IsOneLineAndLeavesNothing) {
   if (!has("--corners")) arguments.emplace_back("--corners=9x6");
   if (!has("--square")) arguments.emplace_back("--square=0.025");
   if (!has("--print")) arguments.insert(arguments.end(), {"-o", "up.yaml"});
-  const ProcessResult result = Run(arguments);
+  const support::ProcessResult result = Run(arguments);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));

@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "app/tum.hpp"
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "app/files/tum.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 
@@ -145,9 +145,9 @@ struct Turn {
       const double yaw = WrapAngle(YawRad(i) + turned_deg * kDegree);
       poses.push_back(ToStampedPose(Stamp(i), {1.0, 0.5, yaw}, tilt));
     }
-    return app::FormatTum(poses);
+    return files::FormatTum(poses);
   }
-  [[nodiscard]] std::string Stamps() const { return app::StampsCsv(frames, first_s, 0.1); }
+  [[nodiscard]] std::string Stamps() const { return support::StampsCsv(frames, first_s, 0.1); }
 };
 
 /// A folder with recordings of turning robots, beside an empty one for results.
@@ -173,9 +173,9 @@ class CompassCommand : public testing::Test {
     }
     return arguments;
   }
-  [[nodiscard]] ProcessResult Run(std::vector<std::string> arguments) const {
+  [[nodiscard]] support::ProcessResult Run(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), "compass");
-    return RunCeilmap(Resolve(std::move(arguments)), out_.Path().string());
+    return support::RunCeilmap(Resolve(std::move(arguments)), out_.Path().string());
   }
   /// `WHAT --rig --forward NAME.avi --stamps NAME.csv` and more.
   [[nodiscard]] static std::vector<std::string> Of(const std::vector<std::string>& what,
@@ -193,15 +193,15 @@ class CompassCommand : public testing::Test {
     std::vector<std::string> arguments =
         Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", model});
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = Run(arguments);
+    const support::ProcessResult result = Run(arguments);
     ASSERT_EQ(result.exit_code, 0) << result.err;
   }
 
   inline static const Turn kLearn{90, 0, 4, 1000};
   inline static const Turn kAgain{72, 100, 5, 2000};  // another one, begun elsewhere
   PaintedCylinder world_;
-  app::TestFolder in_;
-  app::TestFolder out_;
+  support::TestFolder in_;
+  support::TestFolder out_;
 };
 
 }  // namespace ceilmap::integration

@@ -9,7 +9,7 @@
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -38,23 +38,23 @@ class BadCompassTest : public CompassCommand, public testing::WithParamInterface
     for (cv::Mat& picture : Turn{40, 0, 4, 0}.Pictures(world_)) {
       cv::cvtColor(picture, grey.emplace_back(), cv::COLOR_BGR2GRAY);
     }
-    app::WriteVideo(in_ / "grey.avi", grey, 10);
-    app::WriteVideo(in_ / "shortgrey.avi", {grey.begin(), grey.begin() + 3}, 10);
-    app::WriteVideo(
+    support::WriteVideo(in_ / "grey.avi", grey, 10);
+    support::WriteVideo(in_ / "shortgrey.avi", {grey.begin(), grey.begin() + 3}, 10);
+    support::WriteVideo(
         in_ / "dark.avi", std::vector<cv::Mat>(5, cv::Mat::zeros(grey[0].size(), CV_8U)), 10);
   }
 
   void ExpectOneLine() const {
-    const auto before = app::NamesIn(in_.Path());
+    const auto before = support::NamesIn(in_.Path());
     const std::string model = ReadAll(in_ / "m");
-    const ProcessResult result = Run(GetParam().arguments);
+    const support::ProcessResult result = Run(GetParam().arguments);
     EXPECT_EQ(result.exit_code, GetParam().exit_code);
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
     EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));
     EXPECT_THAT(result.err, HasSubstr(GetParam().message));
     EXPECT_EQ(result.out, "");
     EXPECT_THAT(out_.Names(), IsEmpty());
-    EXPECT_EQ(app::NamesIn(in_.Path()), before);
+    EXPECT_EQ(support::NamesIn(in_.Path()), before);
     EXPECT_EQ(ReadAll(in_ / "m"), model);
   }
 };

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 
@@ -38,7 +38,7 @@ const cv::Size kPictureSize(320, 240);
 const cv::Point kStep(6, 2);
 
 inline std::vector<cv::Mat> CeilingPictures() {
-  return app::CropAlong(app::SyntheticCeiling({520, 340}), kPictureSize, kStep, kFrames);
+  return support::CropAlong(support::SyntheticCeiling({520, 340}), kPictureSize, kStep, kFrames);
 }
 
 /// The same of a place that is nowhere under that ceiling.
@@ -67,15 +67,15 @@ class Recordings {
  public:
   Recordings() {
     const std::vector<cv::Mat> pictures = CeilingPictures();
-    app::WritePictures(in / "run", pictures);
-    app::WriteVideo(in / "run.avi", pictures, 10);
+    support::WritePictures(in / "run", pictures);
+    support::WriteVideo(in / "run.avi", pictures, 10);
     in.Write("rig.yaml", kRig);
-    in.Write("stamps.csv", app::StampsCsv(kFrames, 100, 0.1));
+    in.Write("stamps.csv", support::StampsCsv(kFrames, 100, 0.1));
   }
 
   /// Runs ceilmap in the folder `out`; `@NAME` in an argument stands for NAME among the inputs.
-  [[nodiscard]] ProcessResult Run(std::vector<std::string> arguments) const {
-    return RunCeilmap(Resolve(std::move(arguments)), out.Path().string());
+  [[nodiscard]] support::ProcessResult Run(std::vector<std::string> arguments) const {
+    return support::RunCeilmap(Resolve(std::move(arguments)), out.Path().string());
   }
   [[nodiscard]] std::vector<std::string> Resolve(std::vector<std::string> arguments) const {
     for (std::string& argument : arguments) {
@@ -85,8 +85,8 @@ class Recordings {
     return arguments;
   }
 
-  app::TestFolder in;
-  app::TestFolder out;
+  support::TestFolder in;
+  support::TestFolder out;
 };
 
 }  // namespace ceilmap::integration

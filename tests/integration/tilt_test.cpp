@@ -10,16 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
 namespace fs = std::filesystem;
-using app::ReadAll;
-using app::TestFolder;
+using support::ReadAll;
+using support::TestFolder;
 using testing::HasSubstr;
 
 constexpr int kFrames = 30;
@@ -47,12 +47,12 @@ class TiltTest : public testing::Test {
  protected:
   TiltTest() {
     folder_.Write("scene.yaml", kScene);
-    const ProcessResult made = Run({"simulate", "scene.yaml", "-o", "run", "--pictures"});
+    const support::ProcessResult made = Run({"simulate", "scene.yaml", "-o", "run", "--pictures"});
     EXPECT_EQ(made.exit_code, 0) << made.err;
   }
 
-  [[nodiscard]] ProcessResult Run(const std::vector<std::string>& arguments) const {
-    return RunCeilmap(arguments, folder_.Path().string());
+  [[nodiscard]] support::ProcessResult Run(const std::vector<std::string>& arguments) const {
+    return support::RunCeilmap(arguments, folder_.Path().string());
   }
 
   /// A copy of the forward pictures, to be spoilt.
@@ -79,20 +79,20 @@ class TiltTest : public testing::Test {
                                        "--uncompensated=t0.tum",
                                        "--summary=s.json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = Run(arguments);
+    const support::ProcessResult result = Run(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     Mapped mapped;
     mapped.err = result.err;
     if (result.exit_code != 0) return mapped;
     mapped.tilt = nlohmann::json::parse(ReadAll(folder_ / "s.json"))["quality"].value(
         "tilt", nlohmann::json());
-    const ProcessResult judged = Run({"evaluate",
-                                      "--truth=run/truth.tum",
-                                      "before=t0.tum",
-                                      "after=t.tum",
-                                      "--align=first",
-                                      "-o",
-                                      "report"});
+    const support::ProcessResult judged = Run({"evaluate",
+                                               "--truth=run/truth.tum",
+                                               "before=t0.tum",
+                                               "after=t.tum",
+                                               "--align=first",
+                                               "-o",
+                                               "report"});
     EXPECT_EQ(judged.exit_code, 0) << judged.err;
     const auto metrics = nlohmann::json::parse(ReadAll(folder_ / "report/metrics.json"));
     EXPECT_EQ(metrics["estimates"]["after"]["coverage"], 1);
@@ -167,7 +167,7 @@ TEST_F(TiltTest, FramesAreMatchedByTime) {
   EXPECT_THAT(mapped.err, HasSubstr("6 of 30 upward frames have no forward frame"));
   EXPECT_EQ(mapped.tilt["forward_missing"], 6);
   // Stamps of another day match nothing: the ceiling alone is left.
-  folder_.Write("other.csv", app::StampsCsv(kFrames, 5000, 0.1));
+  folder_.Write("other.csv", support::StampsCsv(kFrames, 5000, 0.1));
   const Mapped other = Map({"--forward=run/forward", "--forward-stamps=other.csv"});
   EXPECT_LT(other.after_m, 0.01);
   EXPECT_EQ(other.tilt["by_forward"], 0);
@@ -184,16 +184,16 @@ TEST_F(TiltTest, UpwardFramesMayBeMissing) {
     stamps += fmt::format("{},{:.3f}\n", left++, 100 + 0.1 * i);
   }
   folder_.Write("up2.csv", stamps);
-  const ProcessResult mapped = Run({"map",
-                                    "--rig=run/rig.yaml",
-                                    "--up=up2",
-                                    "--stamps=up2.csv",
-                                    "--forward=run/forward",
-                                    "--forward-stamps=run/frames.csv",
-                                    "-o",
-                                    "m2.gpkg",
-                                    "--trajectory=t.tum",
-                                    "--summary=s.json"});
+  const support::ProcessResult mapped = Run({"map",
+                                             "--rig=run/rig.yaml",
+                                             "--up=up2",
+                                             "--stamps=up2.csv",
+                                             "--forward=run/forward",
+                                             "--forward-stamps=run/frames.csv",
+                                             "-o",
+                                             "m2.gpkg",
+                                             "--trajectory=t.tum",
+                                             "--summary=s.json"});
   ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
   EXPECT_EQ(mapped.err, "");
   const auto summary = nlohmann::json::parse(ReadAll(folder_ / "s.json"));
@@ -203,18 +203,18 @@ TEST_F(TiltTest, UpwardFramesMayBeMissing) {
 
 TEST_F(TiltTest, ARobotOnDebrisIsLocalized) {
   ASSERT_EQ(Map({"--forward=run/forward"}).tilt["method"], "fused");
-  const ProcessResult found = Run({"localize",
-                                   "m.gpkg",
-                                   "--rig=run/rig.yaml",
-                                   "--up=run/up",
-                                   "--forward=run/forward",
-                                   "--stamps=run/frames.csv",
-                                   "-o",
-                                   "l.tum",
-                                   "--uncompensated=l0.tum",
-                                   "--status=l.csv"});
+  const support::ProcessResult found = Run({"localize",
+                                            "m.gpkg",
+                                            "--rig=run/rig.yaml",
+                                            "--up=run/up",
+                                            "--forward=run/forward",
+                                            "--stamps=run/frames.csv",
+                                            "-o",
+                                            "l.tum",
+                                            "--uncompensated=l0.tum",
+                                            "--status=l.csv"});
   ASSERT_EQ(found.exit_code, 0) << found.err;
-  const ProcessResult judged =
+  const support::ProcessResult judged =
       Run({"evaluate", "--truth=t.tum", "before=l0.tum", "after=l.tum", "--align=none", "-o", "r"});
   ASSERT_EQ(judged.exit_code, 0) << judged.err;
   const auto metrics = nlohmann::json::parse(ReadAll(folder_ / "r/metrics.json"))["estimates"];

@@ -12,7 +12,7 @@
 namespace ceilmap::localization {
 namespace {
 
-using mapping::TrackingStatus;
+using graph::TrackingStatus;
 using synthetic::DistanceOf;
 using synthetic::kRight_m;
 using synthetic::kStep;

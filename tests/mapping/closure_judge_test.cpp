@@ -20,8 +20,8 @@ using testing::ThrowsMessage;
 constexpr double kUnitsPerPx = 0.01;
 constexpr double kQuarter = std::numbers::pi / 2;
 
-Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T_from_to, double sigma) {
-  Edge edge{from, to, Edge::Kind::kLoopClosure, T_from_to, {}};
+graph::Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T_from_to, double sigma) {
+  graph::Edge edge{from, to, graph::Edge::Kind::kLoopClosure, T_from_to, {}};
   edge.information = Eigen::Matrix3d::Identity() / (sigma * sigma);
   return edge;
 }
@@ -29,7 +29,7 @@ Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T_from_to, double
 TEST(ClosureJudge, AgreesWithinTheSpreadThatBothLeave) {
   const ClosureJudge judge(kUnitsPerPx);
   // `to` looks to the left of `from`; what is hardly known is how far ahead of it it stands.
-  KeyframeGraph::Relative predicted{{2, 1, kQuarter}, Eigen::Matrix3d::Zero()};
+  graph::KeyframeGraph::Relative predicted{{2, 1, kQuarter}, Eigen::Matrix3d::Zero()};
   predicted.covariance(0, 0) = 0.2 * 0.2;
   const auto off_by = [&](double x, double y, double yaw) {
     return judge.Agrees(MakeEdge(0, 1, {2 + x, 1 + y, kQuarter + yaw}, 1e-5), predicted);
@@ -54,17 +54,18 @@ class TwoVisits : public testing::Test {
     }
   }
   /// What a closure would measure if the second visit began `ahead` of where the first one did.
-  static Edge Closure(std::int64_t from, std::int64_t to, double ahead = 0) {
+  static graph::Edge Closure(std::int64_t from, std::int64_t to, double ahead = 0) {
     return MakeEdge(from, to, {static_cast<double>(to - 4 - from) + ahead, 0, 0}, 0.002);
   }
   /// The ends of the closures that are believed once this one is heard.
-  std::vector<std::pair<std::int64_t, std::int64_t>> Hear(const Edge& closure) {
+  std::vector<std::pair<std::int64_t, std::int64_t>> Hear(const graph::Edge& closure) {
     std::vector<std::pair<std::int64_t, std::int64_t>> ends;
-    for (const Edge& edge : judge_.Confirm(closure, graph_)) ends.emplace_back(edge.from, edge.to);
+    for (const graph::Edge& edge : judge_.Confirm(closure, graph_))
+      ends.emplace_back(edge.from, edge.to);
     return ends;
   }
 
-  KeyframeGraph graph_{1, 0.5};
+  graph::KeyframeGraph graph_{1, 0.5};
   ClosureJudge judge_{kUnitsPerPx};
 };
 

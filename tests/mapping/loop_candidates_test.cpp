@@ -20,23 +20,24 @@ using testing::ThrowsMessage;
 
 constexpr int kMostAlike = 5;
 
-KeyframeGraph GraphOf(const std::vector<Pose2>& poses) {
-  KeyframeGraph graph(3.2, 1.6);
+graph::KeyframeGraph GraphOf(const std::vector<Pose2>& poses) {
+  graph::KeyframeGraph graph(3.2, 1.6);
   for (std::size_t id = 0; id < poses.size(); ++id) {
     graph.Add(static_cast<std::int64_t>(id), poses[id]);
   }
   return graph;
 }
 
-Edge Tie(std::int64_t from, std::int64_t to) {
-  return {from, to, Edge::Kind::kOdometry, {}, Eigen::Matrix3d::Identity()};
+graph::Edge Tie(std::int64_t from, std::int64_t to) {
+  return {from, to, graph::Edge::Kind::kOdometry, {}, Eigen::Matrix3d::Identity()};
 }
 
 TEST(LoopCandidates, ByPositionMostOverlapFirst) {
   // A picture shows 2.4 m along the way and 3.2 m across.
   const calib::CeilingView view = synthetic::SmallView();
   const LoopCandidates candidates(view);
-  KeyframeGraph graph = GraphOf({{1.2, 0, 0}, {0, 0.3, 0}, {0.6, 0, 0}, {0, 2.3, 0}, {0, 0, 0}});
+  graph::KeyframeGraph graph =
+      GraphOf({{1.2, 0, 0}, {0, 0.3, 0}, {0.6, 0, 0}, {0, 2.3, 0}, {0, 0, 0}});
   EXPECT_THAT(candidates.Find(4, 0.001, graph, kMostAlike), ElementsAre(1, 2, 0));
   EXPECT_THAT(candidates.Find(4, 0.3, graph, kMostAlike), ElementsAre(1, 2, 0, 3))
       << "it may be nearer than it seems";
@@ -56,7 +57,7 @@ TEST(LoopCandidates, ByLooksWhereThePositionIsNotKnown) {
     patient.Add(id, drive.Descriptors(id));
   }
   // The graph has it near the last place.
-  KeyframeGraph graph = GraphOf({truth[0], truth[1], truth[2], truth[3], truth[3]});
+  graph::KeyframeGraph graph = GraphOf({truth[0], truth[1], truth[2], truth[3], truth[3]});
   const std::vector<std::int64_t> alike = candidates.Find(4, 1, graph, kMostAlike);
   ASSERT_FALSE(alike.empty());
   EXPECT_EQ(alike.front(), 0);

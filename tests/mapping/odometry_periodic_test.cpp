@@ -66,7 +66,7 @@ class Drive {
         const auto frame = static_cast<std::size_t>(step.new_keyframe->pose.frame_index);
         truth[step.new_keyframe->id] = truths_[frame];
       }
-      for (const Edge& edge : step.new_edges) {
+      for (const graph::Edge& edge : step.new_edges) {
         const Pose2 off =
             edge.T_from_to.Inverse() * (truth.at(edge.from).Inverse() * truth.at(edge.to));
         worst = std::max(worst, off.Translation().norm() / kPixel);
@@ -86,7 +86,7 @@ class Drive {
 
 void ExpectTrackedThroughout(const Drive& drive) {
   for (std::size_t i = 0; i < drive.Steps().size(); ++i) {
-    EXPECT_EQ(drive.Steps()[i].pose.status, TrackingStatus::kTracking) << i;
+    EXPECT_EQ(drive.Steps()[i].pose.status, graph::TrackingStatus::kTracking) << i;
     EXPECT_LT(drive.ErrorPx(i), 1) << i;
   }
   EXPECT_LT(drive.WorstEdgePx(), 1);
@@ -164,7 +164,7 @@ TEST(OdometryUnderTiles, AStartByHalfATileIsAmbiguous) {
       drive.See();
       const Eigen::Vector2d t = direction.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
       EXPECT_EQ(drive.See({t.x(), t.y(), 0}).pose.status,
-                tiles < 0.2 ? TrackingStatus::kTracking : TrackingStatus::kAmbiguous)
+                tiles < 0.2 ? graph::TrackingStatus::kTracking : graph::TrackingStatus::kAmbiguous)
           << tiles << " tiles at " << angle;
     }
   }
@@ -179,7 +179,8 @@ TEST(OdometryUnderTiles, ANeighbourThatNobodyProposedCountsToo) {
       drive.SpeedUpAndDriveEvenly();
       const Eigen::Vector2d off =
           Pose2{0, 0, eighth * std::numbers::pi / 4}.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
-      EXPECT_EQ(drive.See({0.3 + off.x(), off.y(), 0}).pose.status, TrackingStatus::kAmbiguous)
+      EXPECT_EQ(drive.See({0.3 + off.x(), off.y(), 0}).pose.status,
+                graph::TrackingStatus::kAmbiguous)
           << tiles << " tiles, direction " << eighth;
     }
   }
@@ -203,18 +204,19 @@ TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   ExpectTrackedThroughout(drive);
   drive.See({0.1 + GetParam().forward * kTile, GetParam().left * kTile, 0});
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
-    EXPECT_EQ(drive.Steps().back().pose.status, TrackingStatus::kAmbiguous) << i;
+    EXPECT_EQ(drive.Steps().back().pose.status, graph::TrackingStatus::kAmbiguous) << i;
     drive.See({0.1, 0, 0});
   }
   const OdometryStep& anew = drive.Steps().back();
-  EXPECT_EQ(anew.pose.status, TrackingStatus::kTracking);
+  EXPECT_EQ(anew.pose.status, graph::TrackingStatus::kTracking);
   ASSERT_TRUE(anew.new_keyframe);
   EXPECT_TRUE(anew.new_edges.empty()) << "nothing ties it to the time before";
   const std::int64_t first_anew = anew.new_keyframe->id;
   for (int i = 0; i < 8; ++i) {
-    for (const Edge& edge : drive.See({0.1, 0, 0}).new_edges) EXPECT_GE(edge.from, first_anew);
+    for (const graph::Edge& edge : drive.See({0.1, 0, 0}).new_edges)
+      EXPECT_GE(edge.from, first_anew);
   }
-  EXPECT_EQ(drive.Steps().back().pose.status, TrackingStatus::kTracking);
+  EXPECT_EQ(drive.Steps().back().pose.status, graph::TrackingStatus::kTracking);
   EXPECT_LT(drive.WorstEdgePx(), 1);
 }
 

@@ -87,8 +87,8 @@ void ExpectNear(const Pose2& pose, const Pose2& truth, const std::string& what) 
 }
 
 bool Placed(const OdometryStep& step) {
-  return step.pose.status == TrackingStatus::kTracking ||
-         step.pose.status == TrackingStatus::kRelocalized;
+  return step.pose.status == graph::TrackingStatus::kTracking ||
+         step.pose.status == graph::TrackingStatus::kRelocalized;
 }
 
 /// About 6 m: straight, a left turn, straight, a right turn.
@@ -122,7 +122,7 @@ TEST_F(OdometryOnAPath, FollowsTheTruth) {
   int keyframes = 0;
   for (std::size_t i = 0; i < drive->Steps().size(); ++i) {
     const OdometryStep& step = drive->Steps()[i];
-    ASSERT_EQ(step.pose.status, TrackingStatus::kTracking) << i;
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
     EXPECT_EQ(step.pose.frame_index, static_cast<std::int64_t>(i));
     EXPECT_EQ(step.pose.stamp_s, 0.1 * static_cast<double>(i));
     EXPECT_EQ(step.registration.verdict, Verdict::kOk);
@@ -176,10 +176,10 @@ TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
           static_cast<std::size_t>(step.new_keyframe->pose.frame_index);
       EXPECT_EQ(step.new_edges.empty(), step.new_keyframe->id == 0);
     }
-    for (const Edge& edge : step.new_edges) {
+    for (const graph::Edge& edge : step.new_edges) {
       ASSERT_TRUE(frame_of.contains(edge.from) && frame_of.contains(edge.to));
       EXPECT_LT(edge.from, edge.to);
-      EXPECT_EQ(edge.kind, Edge::Kind::kOdometry);
+      EXPECT_EQ(edge.kind, graph::Edge::Kind::kOdometry);
       to_older += edge.to - edge.from > 1 ? 1 : 0;
       const Pose2 truth =
           drive->Truths()[frame_of[edge.from]].Inverse() * drive->Truths()[frame_of[edge.to]];
@@ -201,12 +201,12 @@ TEST(Odometry, StartsAtTheFirstFrameWithTexture) {
   Drive drive(origin);
   for (const int grey : {0, 0, 255, 90}) {
     const OdometryStep step = drive.SeeUniform(grey);
-    EXPECT_EQ(step.pose.status, TrackingStatus::kLost);
+    EXPECT_EQ(step.pose.status, graph::TrackingStatus::kLost);
     EXPECT_EQ(step.registration.verdict, Verdict::kNoTexture);
     EXPECT_FALSE(step.new_keyframe);
   }
   const OdometryStep first = drive.See();
-  EXPECT_EQ(first.pose.status, TrackingStatus::kTracking);
+  EXPECT_EQ(first.pose.status, graph::TrackingStatus::kTracking);
   ASSERT_TRUE(first.new_keyframe);
   EXPECT_EQ(first.new_keyframe->id, 0);
   EXPECT_EQ(first.new_keyframe->pose.frame_index, 4);
@@ -227,7 +227,7 @@ TEST(Odometry, FramesWithoutTextureAreLostAndThenFoundAgain) {
   for (const int grey : {0, 128, 255}) {
     drive.Move(0.1, 3);
     const OdometryStep lost = drive.SeeUniform(grey);
-    EXPECT_EQ(lost.pose.status, TrackingStatus::kLost);
+    EXPECT_EQ(lost.pose.status, graph::TrackingStatus::kLost);
     EXPECT_EQ(lost.pose.keyframe_id, -1);
     EXPECT_FALSE(lost.new_keyframe);
     EXPECT_TRUE(lost.new_edges.empty());
@@ -301,7 +301,7 @@ TEST(Odometry, ARobotThatJumpsIsNotBelieved) {
   drive.Move(-0.5, 0);
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
     drive.Move(0.06, 0);
-    EXPECT_EQ(drive.See().pose.status, TrackingStatus::kAmbiguous) << i;
+    EXPECT_EQ(drive.See().pose.status, graph::TrackingStatus::kAmbiguous) << i;
   }
   drive.Move(0.06, 0);
   const OdometryStep anew = drive.See();

@@ -68,7 +68,7 @@ Recording OverBumps() {
 TEST(OdometryOfATiltedRobot, PlacesTheMastsFoot) {
   const Recording recording = OverBumps();
   for (const OdometryStep& step : recording.Run()) {
-    ASSERT_EQ(step.pose.status, TrackingStatus::kTracking) << step.pose.frame_index;
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << step.pose.frame_index;
     EXPECT_LT(recording.ErrorOf(step), 0.004) << step.pose.frame_index;
     const Tilt truth = recording.TruthOf(static_cast<std::size_t>(step.pose.frame_index)).tilt;
     EXPECT_NEAR(step.pose.tilt.pitch_rad, truth.pitch_rad, 1e-9);
@@ -135,7 +135,7 @@ TEST(OdometryOfATiltedRobot, ATiltedFrameBecomesAKeyframeWhenItMust) {
   int tilted = 0;
   double from_m = 0;
   for (const OdometryStep& step : recording.Run()) {
-    ASSERT_EQ(step.pose.status, TrackingStatus::kTracking) << step.pose.frame_index;
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << step.pose.frame_index;
     EXPECT_LT(recording.ErrorOf(step), 0.006) << step.pose.frame_index;
     if (!step.new_keyframe || step.new_keyframe->pose.tilt.IsLevel()) continue;
     ++tilted;

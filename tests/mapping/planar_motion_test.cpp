@@ -10,6 +10,7 @@
 
 #include "calib/level_view.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 namespace {
 
@@ -208,7 +209,7 @@ TEST(AddTiltDoubt, AgreesWithMonteCarlo) {
   const calib::LevelView level_view(view);
   Tilt tilt{0.05, -0.03, 0, {}};
   tilt.covariance << 4e-6, 1.5e-6, 1.5e-6, 1e-6;
-  Edge edge;
+  graph::Edge edge;
   edge.T_from_to = {0.3, -0.2, 0.8};
   edge.information = Eigen::Vector3d(1e12, 1e12, 1e6).asDiagonal();
   AddTiltDoubt(view, tilt, edge);
@@ -240,7 +241,7 @@ TEST(AddTiltDoubt, AgreesWithMonteCarlo) {
 TEST(AddTiltDoubt, ByHandAndNothingWithoutDoubt) {
   // A pitch that is wrong by 0.01 rad under a ceiling of 2.6 m, of a robot that looks along y.
   const CeilingView view = OffsetView();
-  Edge edge;
+  graph::Edge edge;
   edge.T_from_to = {1, 2, kPi / 2};
   edge.information.setIdentity();
   Tilt tilt;

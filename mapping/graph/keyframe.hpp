@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/base/heading.hpp"
+#include "calib/base/pose2.hpp"
+#include "calib/base/tilt.hpp"
+
+namespace ceilmap::graph {
+
+/// How far a pose can be trusted (DESIGN.md: what is not known is said, never guessed).
+enum class TrackingStatus { kTracking, kRelocalized, kAmbiguous, kLost };
+const char* ToString(TrackingStatus status);
+
+/// One video frame's pose on the map.
+struct FramePose {
+  std::int64_t frame_index = 0;
+  double stamp_s = 0;
+  TrackingStatus status = TrackingStatus::kTracking;
+  Pose2 T_map_base;  ///< of the mast's foot, tilted or not
+  /// How the robot stood, where that was measured; level otherwise. Its picture was taken as a
+  /// level robot would have seen it.
+  Tilt tilt;
+  /// What a compass said, in its own frame. Not kept in map files: of other recordings it would
+  /// mean nothing.
+  std::optional<HeadingPrior> heading;
+  /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2 (pixels for metres without a rig).
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// The keyframe that the frame was measured against, its own id for a keyframe: when that one is
+  /// moved by a loop closure, the frame moves with it. -1: none.
+  std::int64_t keyframe_id = -1;
+};
+
+/// A frame that is kept: its picture becomes part of the mosaic and later frames are registered
+/// against it.
+struct Keyframe {
+  std::int64_t id = 0;  ///< 0, 1, 2, ... in order of time
+  FramePose pose;
+  /// CV_8UC1, rectified (CeilingView), level (LevelView): 0 where there is no content and nowhere
+  /// else. May be empty where only poses are needed.
+  cv::Mat picture;
+  /// Several motions explained its picture as well, prediction alone chose (strictly periodic
+  /// ceiling, Registration::by_prior).
+  bool ambiguous = false;
+};
+
+/// Loads the picture of a keyframe (CV_8UC1, rectified) from where it is kept.
+using PictureLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
+
+/// A measured motion between two keyframes: an edge of the pose graph.
+struct Edge {
+  enum class Kind { kOdometry, kLoopClosure };
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  Kind kind = Kind::kOdometry;
+  Pose2 T_from_to;  ///< p_from = T_from_to * p_to, both base frames
+  /// Inverse covariance of T_from_to's (x, y, yaw), expressed in frame `from`.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();
+};
+
+}  // namespace ceilmap::graph
