@@ -13,7 +13,7 @@ namespace ceilmap::compensation {
 struct CeilingTrackerParams {
   /// A fit is believed when at least this part of its blocks, and so many, lie within a pixel, and
   /// the others spread by less than this.
-  double min_inlier_part = 0.4;
+  double min_inlier_ratio = 0.4;
   int min_inliers = 10;
   double max_sigma_px = 0.4;
   /// ... and the tilt comes out better than this, rad. A fit that was begun too far off may settle
@@ -35,20 +35,20 @@ struct CeilingMotion {
   Eigen::Isometry3d T_reference_base = Eigen::Isometry3d::Identity();
   /// Of (pitch, roll), rad^2.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  double overlap = 0;  ///< part of the reference's picture that is seen, 0..1
+  double overlap = 0;  ///< part of the reference's image that is seen, 0..1
   int inliers = 0;
   int blocks = 0;
 };
 
 /// Pitch and roll from the key-stone of the ceiling (GEOMETRY section 4): many small blocks of a
-/// level reference picture are found again in the current one, and the motion of a camera in space
+/// level reference image are found again in the current one, and the motion of a camera in space
 /// under a plane is fitted to where they went (Registrar::RefinePlane). Tilt, height and position
 /// come out together, absolute against the reference. Needs no forward camera.
 class CeilingTracker {
  public:
-  /// A picture that can become the reference.
+  /// An image that can become the reference.
   struct Frame {
-    cv::Mat picture;                                                     ///< a copy
+    cv::Mat image;                                                       ///< a copy
     registration::FrameSpectrum spectrum;                                ///< of the fine stage
     Eigen::Isometry3d T_reference_base = Eigen::Isometry3d::Identity();  ///< as measured
     double stamp_s = 0;
@@ -59,8 +59,8 @@ class CeilingTracker {
 
   [[nodiscard]] bool HasReference() const { return !reference_.empty(); }
 
-  /// @param picture  CV_8UC1, rectified. Stamps must increase.
-  Frame Analyze(const cv::Mat& picture, double stamp_s);
+  /// @param image  CV_8UC1, rectified. Stamps must increase.
+  Frame Analyze(const cv::Mat& image, double stamp_s);
   /// Measures a frame against the reference and remembers its motion for the next prediction.
   /// Sets frame.T_reference_base. @return nothing where the ceiling does not tell; what was known
   /// of the motion is then forgotten.
@@ -72,7 +72,7 @@ class CeilingTracker {
   /// From now on this level frame, which may be an earlier one, is the reference; the motion that
   /// is going on is taken along.
   void SetReference(const Frame& frame);
-  /// The same for a frame that stood tilted: `level` is its picture drawn level (LevelView).
+  /// The same for a frame that stood tilted: `level` is its image drawn level (LevelView).
   void SetReference(const Frame& frame, const cv::Mat& level);
 
  private:
@@ -94,7 +94,7 @@ class CeilingTracker {
   double distance_m_;  // of a level camera from the ceiling
   registration::Registrar registrar_;
   registration::FrameSpectrum reference_;
-  cv::Mat reference_picture_;
+  cv::Mat reference_image_;
   registration::FrameSpectrum whole_reference_;  // with the coarse stage, once it was needed
   std::optional<Moment> last_;
   std::optional<Moment> before_;

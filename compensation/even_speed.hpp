@@ -6,9 +6,9 @@ namespace ceilmap::compensation {
 /// `last_s`, lie between `last_s` and `now_s`. 0 after a gap: of three steps the speed is not known
 /// any more.
 inline double StepsAhead(double before_s, double last_s, double now_s) {
-  constexpr double kMost = 3;
+  constexpr double kMax = 3;
   const double steps = (now_s - last_s) / (last_s - before_s);
-  return steps > 0 && steps <= kMost ? steps : 0;
+  return steps > 0 && steps <= kMax ? steps : 0;
 }
 
 }  // namespace ceilmap::compensation

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "compensation/bracketed_root.hpp"
 
 namespace ceilmap::compensation {
@@ -19,12 +20,6 @@ constexpr double kNoParallaxM = 1e-9;  // neither the base line nor the height s
 constexpr double kNoSlope = 1e-9;
 constexpr double kSlackSigmas = 3;
 constexpr double kZoomRounding = 1e-12;
-
-void Check(bool good, std::string_view field, double value, std::string_view range) {
-  if (!good) {
-    throw InputError(fmt::format("forward limits: {} = {}, must be {}", field, value, range));
-  }
-}
 
 /// Where |function|, which falls at `low` and rises at `high`, is least.
 template <typename Function>
@@ -162,16 +157,18 @@ ForwardVerdict VerdictOf(const std::vector<ForwardTilt>& tilts, bool any_root) {
 }  // namespace
 
 void ForwardLimits::Validate() const {
-  Check(max_tilt_rad > 0 && max_tilt_rad <= kMaxTiltRad,
-        "max_tilt_rad",
-        max_tilt_rad,
-        "in (0, pi/4]; give radians");
-  Check(nearest_wall_m > 0 && std::isfinite(nearest_wall_m),
-        "nearest_wall_m",
-        nearest_wall_m,
-        "finite and > 0");
-  Check(farthest_wall_m > nearest_wall_m, "farthest_wall_m", farthest_wall_m, "> nearest_wall_m");
-  Check(zoom_sigma >= 0 && std::isfinite(zoom_sigma), "zoom_sigma", zoom_sigma, "finite and >= 0");
+  const FieldCheck require("forward limits");
+  require(max_tilt_rad > 0 && max_tilt_rad <= kMaxTiltRad,
+          "max_tilt_rad",
+          max_tilt_rad,
+          "in (0, pi/4]; give radians");
+  require(nearest_wall_m > 0 && std::isfinite(nearest_wall_m),
+          "nearest_wall_m",
+          nearest_wall_m,
+          "finite and > 0");
+  require(farthest_wall_m > nearest_wall_m, "farthest_wall_m", farthest_wall_m, "> nearest_wall_m");
+  require(
+      zoom_sigma >= 0 && std::isfinite(zoom_sigma), "zoom_sigma", zoom_sigma, "finite and >= 0");
 }
 
 std::optional<ForwardTilt> ForwardSolution::Unique() const {

@@ -18,7 +18,7 @@ struct ForwardObservation {
   double tan_shift;
   /// s = D / x1, how much larger B shows the wall than A: D and x1 are how far the point is ahead
   /// of the camera in A and in B, along the floor. > 0, below 1 when B stands behind A.
-  /// The tilt itself makes pictures differ a little more: A shows a wall by cos(tilt) narrower and
+  /// The tilt itself makes images differ a little more: A shows a wall by cos(tilt) narrower and
   /// by cos(tilt)^2 lower than D tells, 0.3 % and 0.7 % at 4.6 deg.
   double zoom;
   /// Cx, the motion ahead from A to B that the upward camera shows when it takes both frames for
@@ -128,7 +128,7 @@ class ForwardEquation {
   /// a root is (b (D - a) + (h - d) (z' - d)) / x1 for small tilts; where that is 0 the roots meet.
   [[nodiscard]] double PoleFreeResidual(double tilt_rad, const ForwardObservation& seen) const;
 
-  /// The tilt by the zoom of the forward pictures. Of the roots of PoleFreeResidual it takes those
+  /// The tilt by the zoom of the forward images. Of the roots of PoleFreeResidual it takes those
   /// that put the wall before both cameras and within the limits. With a zoom without error the
   /// true tilt is always among them. The spurious root puts the wall at about
   /// a - (h - d) (z' - d) / b: behind A or nearer than allowed, and so out, where a <

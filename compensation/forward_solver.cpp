@@ -62,7 +62,7 @@ std::optional<TiltAngles> ForwardSolver::Solve(const ForwardMotion& seen,
     // For the next frame: this one was solved with what was known before.
     wall_.Learn(WithoutKeystone(seen.zoom, seen.tan_shift), seen.sigma_zoom, base_shift_m);
   } else {
-    variance += Squared(params_.without_parallax_part * pitch);
+    variance += Squared(params_.without_parallax_ratio * pitch);
   }
   // Along and across the direction of the camera; from there to base.
   const double c = std::cos(yaw_rad_);

@@ -18,7 +18,7 @@ struct ForwardSolverParams {
   /// Standard deviation of the motion that the ceiling shows, m.
   double ceiling_motion_sigma_m = 0.003;
   /// Where the ceiling shows no motion: what leaving out parallax costs, part of the tilt.
-  double without_parallax_part = 0.1;
+  double without_parallax_ratio = 0.1;
 };
 
 /// Pitch and roll from the forward camera's motion: Eq. (1) of Matsumoto et al. 2010. The zoom of

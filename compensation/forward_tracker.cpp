@@ -42,10 +42,10 @@ ForwardTracker::ForwardTracker(const calib::ForwardView& view, const ForwardTrac
       registrar_(view.Size(), ForForward(params.registration, view.Mask())),
       following_(view.Size(), ForFollowing(ForForward(params.registration, view.Mask()))) {}
 
-ForwardTracker::Frame ForwardTracker::Analyze(const cv::Mat& picture, double stamp_s) {
+ForwardTracker::Frame ForwardTracker::Analyze(const cv::Mat& image, double stamp_s) {
   Frame frame;
-  frame.picture = picture.clone();
-  frame.spectrum = registrar_.AnalyzeFine(picture);
+  frame.image = image.clone();
+  frame.spectrum = registrar_.AnalyzeFine(image);
   frame.stamp_s = stamp_s;
   return frame;
 }
@@ -70,7 +70,7 @@ bool ForwardTracker::Against(Frame& from, Frame& frame, Registration& found) {
   found = last_ ? following_.Refine(from.spectrum, frame.spectrum, prior.motion) : Registration{};
   if (!found.ok()) {
     for (Frame* each : {&from, &frame}) {
-      if (each->whole.empty()) each->whole = registrar_.Analyze(each->picture);
+      if (each->whole.empty()) each->whole = registrar_.Analyze(each->image);
     }
     // From frame to frame a robot pitches by a few degrees at the most.
     constexpr double kReachRad = 0.06;
@@ -78,10 +78,10 @@ bool ForwardTracker::Against(Frame& from, Frame& frame, Registration& found) {
     prior.sigma_theta_rad = kReachRad;
     found = registrar_.Register(from.whole, frame.whole, prior);
     // Something large that moves may agree with itself better than the room does.
-    constexpr double kMostSigmas = 4;
+    constexpr double kMaxSigmas = 4;
     const double off_px = std::hypot(found.motion.tx_px - prior.motion.tx_px,
                                      found.motion.ty_px - prior.motion.ty_px);
-    if (last_ && off_px > kMostSigmas * prior.sigma_px) return false;
+    if (last_ && off_px > kMaxSigmas * prior.sigma_px) return false;
   }
   if (!found.ok()) return false;
   frame.from_reference = Compose(found.motion, from.from_reference);
@@ -96,9 +96,9 @@ ForwardMotion ForwardTracker::Describe(const Frame& frame, const Registration& f
   const Eigen::Vector2d at = frame.from_reference.Inverse().Apply(view_.Horizon());
   motion.tan_shift = (at.y() - view_.Horizon().y()) / focal;
   motion.zoom = 1 / frame.from_reference.scale;
-  // When the camera's left side goes up, the picture turns counter-clockwise as seen on the screen.
+  // When the camera's left side goes up, the image turns counter-clockwise as seen on the screen.
   motion.roll_rad = -frame.from_reference.theta_rad;
-  const double depth = params_.depth_part * std::abs(motion.zoom - 1);
+  const double depth = params_.depth_ratio * std::abs(motion.zoom - 1);
   const double shift_px2 =
       found.covariance(1, 1) + frame.variance_px2 + params_.systematic_px * params_.systematic_px;
   motion.sigma_tan_shift = std::hypot(std::sqrt(shift_px2) / focal, depth);

@@ -16,7 +16,7 @@ struct ForwardTrackerParams {
   double systematic_zoom = 2e-3;
   /// Of what the zoom beyond 1 makes worse: the nearer the scene comes, the more its depth shows.
   /// Part of (zoom - 1), as shift over focal length and as turn.
-  double depth_part = 0.01;
+  double depth_ratio = 0.01;
   registration::RegistrarParams registration;
 };
 
@@ -39,13 +39,13 @@ struct ForwardMotion {
   int blocks = 0;
 };
 
-/// Shift, turn and zoom of the forward camera's picture by RI-POC, against a level keyframe. What
+/// Shift, turn and zoom of the forward camera's image by RI-POC, against a level keyframe. What
 /// moves in view drops out of the blocks' agreement; what hides the keyframe from a frame is
 /// bridged by the frame before.
 class ForwardTracker {
  public:
   struct Frame {
-    cv::Mat picture;                       ///< a copy
+    cv::Mat image;                         ///< a copy
     registration::FrameSpectrum spectrum;  ///< of the fine stage
     registration::FrameSpectrum whole;     ///< with the coarse stage, once it was needed
     double stamp_s = 0;
@@ -58,10 +58,10 @@ class ForwardTracker {
 
   [[nodiscard]] bool HasReference() const { return reference_.has_value(); }
 
-  /// @param picture  CV_8UC1, rectified.
-  Frame Analyze(const cv::Mat& picture, double stamp_s);
+  /// @param image  CV_8UC1, rectified.
+  Frame Analyze(const cv::Mat& image, double stamp_s);
   /// Measures a frame against the reference, sets frame.from_reference, and remembers the frame.
-  /// @return nothing where the picture does not tell: dark, bare, covered, another place.
+  /// @return nothing where the image does not tell: dark, bare, covered, another place.
   std::optional<ForwardMotion> Measure(Frame& frame);
   /// Shows nothing that another frame could be compared with.
   [[nodiscard]] bool IsBare(const Frame& frame);

@@ -11,7 +11,7 @@
 namespace ceilmap::compensation {
 
 /// Where a robot went in space, tilt and lift included, by the ceiling alone: from one reference
-/// picture to the next, each as CeilingTracker measures it. For short recordings, as of a
+/// image to the next, each as CeilingTracker measures it. For short recordings, as of a
 /// calibration; what lies further apart adds up the errors of the references between.
 class SpacePath {
  public:
@@ -19,9 +19,9 @@ class SpacePath {
   explicit SpacePath(const calib::CeilingView& view);
 
   /// The next frame: p_first = T_first_base * p_base, the first frame being level by definition.
-  /// @param picture  CV_8UC1, rectified. Stamps must increase.
+  /// @param image  CV_8UC1, rectified. Stamps must increase.
   /// @return nothing where the ceiling does not tell.
-  std::optional<Eigen::Isometry3d> Follow(const cv::Mat& picture, double stamp_s);
+  std::optional<Eigen::Isometry3d> Follow(const cv::Mat& image, double stamp_s);
 
  private:
   void Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion);

@@ -68,7 +68,7 @@ struct TiltEstimator::Impl {
   std::optional<double> last_stamp_s;
   std::deque<Moment> moments;  // the last ones, oldest first
   cv::Mat rectified;
-  cv::Mat up_picture;  // of the frame at hand, rectified
+  cv::Mat up_image;  // of the frame at hand, rectified
   cv::Mat forward_rectified;
   int ceiling_failed = 0;       // frames in a row
   int forward_failed = 0;       // the same, of those that show something
@@ -81,7 +81,7 @@ struct TiltEstimator::Impl {
     std::optional<ForwardMotion> forward;
   };
   void Check(const TiltFrame& frame) const;
-  Seen Look(const TiltFrame& frame, Moment& moment);
+  Seen MapMatch(const TiltFrame& frame, Moment& moment);
   [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
   void Measure(const Seen& seen, TiltEstimate& estimate);
   void Fuse(TiltEstimate& estimate);
@@ -102,7 +102,7 @@ void TiltEstimator::Impl::Check(const TiltFrame& frame) const {
   }
 }
 
-TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Moment& moment) {
+TiltEstimator::Impl::Seen TiltEstimator::Impl::MapMatch(const TiltFrame& frame, Moment& moment) {
   Seen seen;
   std::future<void> ahead;
   if (forward && !frame.forward.empty()) {
@@ -117,8 +117,8 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
   }
   {
     const StageTimer timer(report.ceiling_ms);
-    up_picture = view.Rectify(frame.up, rectified);
-    moment.ceiling = ceiling.Analyze(up_picture, frame.stamp_s);
+    up_image = view.Rectify(frame.up, rectified);
+    moment.ceiling = ceiling.Analyze(up_image, frame.stamp_s);
     seen.ceiling = ceiling.Measure(moment.ceiling);
     moment.has_ceiling = seen.ceiling.has_value();
   }
@@ -237,7 +237,7 @@ void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
 /// Levels what the ceiling shows; the forward keyframe stays.
 void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt) {
   cv::Mat level;
-  level_view.Draw(up_picture, tilt, level);
+  level_view.Draw(up_image, tilt, level);
   ceiling.SetReference(moment.ceiling, level);
   reference_variance = 0.5 * tilt.covariance.trace();
   CountFrom(moment);
@@ -314,7 +314,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   me.moments.emplace_back();
   if (static_cast<int>(me.moments.size()) > me.params.level_frames) me.moments.pop_front();
   Moment& moment = me.moments.back();
-  const Impl::Seen seen = me.Look(frame, moment);
+  const Impl::Seen seen = me.MapMatch(frame, moment);
   TiltEstimate estimate;
   me.filter.Predict(frame.stamp_s);
   me.Measure(seen, estimate);
@@ -323,19 +323,19 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
 
   if (me.correction && seen.ceiling) {
     me.ApplyCorrection(moment, estimate);
-    me.up_picture.release();
+    me.up_image.release();
     return estimate;
   }
   me.ceiling_failed = seen.ceiling ? 0 : me.ceiling_failed + 1;
   if (moment.forward) me.forward_failed = seen.forward ? 0 : me.forward_failed + 1;
   if (me.WantsNewBeginning(moment)) {
     me.BeginAnew(moment, estimate);
-  } else if (seen.ceiling && seen.ceiling->overlap < me.params.least_overlap && !moment.level) {
+  } else if (seen.ceiling && seen.ceiling->overlap < me.params.min_overlap && !moment.level) {
     me.MakeTiltedKeyframe(Moment(moment), estimate.tilt);
   } else {
     me.Renew(seen);
   }
-  me.up_picture.release();  // the caller's memory
+  me.up_image.release();  // the caller's memory
   return estimate;
 }
 

@@ -43,7 +43,7 @@ struct TiltEstimatorParams {
   double renew_overlap = 0.8;
   double renew_zoom = 0.03;
   /// A tilted frame becomes the keyframe, drawn level, when less than this is seen.
-  double least_overlap = 0.55;
+  double min_overlap = 0.55;
   /// After so many frames in a row that the ceiling tells nothing of, its keyframe is given up.
   int restart_after = 5;
   /// A map's contradiction counts from this angle on, rad, and this many times in a row.
@@ -106,8 +106,8 @@ class TiltEstimator {
   TiltEstimator(TiltEstimator&&) noexcept;
   TiltEstimator& operator=(TiltEstimator&&) noexcept;
 
-  /// @throws InputError on a picture of another size or type, or a stamp that does not
-  /// increase. Never on what a picture shows.
+  /// @throws InputError on an image of another size or type, or a stamp that does not
+  /// increase. Never on what an image shows.
   TiltEstimate Estimate(const TiltFrame& frame);
 
   /// What a level map says is left of the last frame's tilt after Estimate. Keyframes were level as

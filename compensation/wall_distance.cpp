@@ -20,15 +20,15 @@ void WallDistance::Learn(double zoom, double sigma_zoom, double base_shift_m) {
   // What is matched changes from frame to frame, and with it the distance: forget slowly.
   constexpr double kForget = 0.02;  // a frame
   variance_ = std::min(first_variance_, variance_ + kForget * kForget);
-  constexpr double kLeastShiftM = 0.02;
-  if (std::abs(base_shift_m) < kLeastShiftM) return;
+  constexpr double kMinShiftM = 0.02;
+  if (std::abs(base_shift_m) < kMinShiftM) return;
   // zoom = (x1 + b) / x1 = 1 + b / x1, x1 the keyframe's distance.
   const double seen = (zoom - 1) / base_shift_m;
   const double sigma = sigma_zoom / std::abs(base_shift_m);
   const double off = seen - per_m_;
-  constexpr double kMostSigmas = 4;
+  constexpr double kMaxSigmas = 4;
   const double spread = variance_ + sigma * sigma;
-  if (off * off > kMostSigmas * kMostSigmas * spread) return;
+  if (off * off > kMaxSigmas * kMaxSigmas * spread) return;
   per_m_ += variance_ / spread * off;
   variance_ *= sigma * sigma / spread;
 }

@@ -3,12 +3,12 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "localization/frame_chain.hpp"
 #include "localization/heading_fusion.hpp"
 #include "localization/hypotheses.hpp"
 #include "localization/localizer.hpp"
-#include "localization/map_sight.hpp"
+#include "localization/map_matcher.hpp"
 #include "localization/place_finder.hpp"
+#include "localization/relative_odometry.hpp"
 #include "mapping/graph/keyframe.hpp"
 
 namespace ceilmap::localization {
@@ -18,7 +18,7 @@ namespace ceilmap::localization {
 class GlobalSearch {
  public:
   /// @param map, sight  must outlive the object.
-  GlobalSearch(const store::MapReader& map, MapSight& sight, const LocalizerParams& params);
+  GlobalSearch(const store::MapReader& map, MapMatcher& sight, const LocalizerParams& params);
 
   /// Nothing is known any more; LocalizerParams::start neither.
   void Reset();
@@ -30,7 +30,7 @@ class GlobalSearch {
   /// What is known after one more frame.
   struct Result {
     graph::TrackingStatus status = graph::TrackingStatus::kLost;  ///< kRelocalized: it is sure
-    Look look;                                                    ///< that made it sure
+    MapMatch look;                                                ///< that made it sure
     int hypotheses = 0;                                           ///< places where the robot may be
   };
   /// @param yaw  of the robot on the map, where a compass says.
@@ -45,16 +45,16 @@ class GlobalSearch {
   [[nodiscard]] bool Wanted(const PlaceProposal& place,
                             double stamp_s,
                             const std::optional<HeadingPrior>& yaw) const;
-  std::optional<Look> LookNear(const Pose2& T_map_base,
-                               const registration::FrameSpectrum& spectrum,
-                               const std::optional<PoseEstimate>& expected);
-  void LookElsewhere(const LevelFrame& frame,
-                     const registration::FrameSpectrum& spectrum,
-                     const std::optional<HeadingPrior>& yaw);
+  std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
+                                    const registration::FrameSpectrum& spectrum,
+                                    const std::optional<PoseEstimate>& expected);
+  void Relocalize(const LevelFrame& frame,
+                  const registration::FrameSpectrum& spectrum,
+                  const std::optional<HeadingPrior>& yaw);
 
-  MapSight& sight_;
+  MapMatcher& sight_;
   LocalizerParams params_;
-  FrameChain chain_;
+  RelativeOdometry chain_;
   PlaceFinder finder_;
   Hypotheses hypotheses_;
   std::int64_t searches_ = 0;

@@ -15,13 +15,13 @@ struct HypothesesParams {
   /// Frames in which a place must be recognised before it is believed, >= 1.
   int confirmations = 3;
   int max_misses = 3;  ///< frames in a row in which a place is not recognised, >= 1
-  /// A place is believed when the pictures speak for it and against every other by so many nats.
+  /// A place is believed when the images speak for it and against every other by so many nats.
   double min_evidence = 4.5;
   /// What a frame in which a place is not recognised, but others are, says against it; nats.
   double miss_evidence = 2;
-  /// Looks at the same spot tell the same again: only this part of the picture's span and more of
+  /// Looks at the same spot tell the same again: only this part of the image's span and more of
   /// travel makes a look count in full.
-  double look_part = 0.08;
+  double look_ratio = 0.08;
   /// A look at the same spot confirms a place again only when it agrees as well as this, 0..1.
   double min_peak_at_rest = 0.5;
   double max_sigmas = 5;  ///< a place further from where it was expected is another one
@@ -30,16 +30,16 @@ struct HypothesesParams {
 };
 
 /// What a frame says of a hypothesis.
-struct Look {
+struct MapMatch {
   PoseEstimate pose;  ///< measured
   double scale = 1;   ///< of the frame against the map, where that is estimated
-  /// Other poses within the picture explain it as well: it says nothing against those.
-  bool by_prior = false;
+  /// Other poses within the image explain it as well: it says nothing against those.
+  bool disambiguated_by_prior = false;
   double peak = 0;  ///< see registration::Registration
   int inliers = 0;
   int blocks = 0;
   /// Of the frame (reference) against the map at that place.
-  registration::Dissimilarity unlike;
+  registration::Dissimilarity dissimilarity;
 };
 
 /// A place where the robot may be.
@@ -49,11 +49,11 @@ struct Hypothesis {
   /// itself.
   bool trusted = false;
   int looks = 0;
-  int confirmations = 0;    ///< looks that were not by_prior
+  int confirmations = 0;    ///< looks that were not disambiguated_by_prior
   int misses = 0;           ///< frames in a row without a look
   double evidence = 0;      ///< nats against the best one of each frame, <= 0
   bool recognised = false;  ///< in the latest frame ...
-  Look look;                ///< ... as the latest look says
+  MapMatch look;            ///< ... as the latest look says
 };
 
 /// Several places where the robot may be, until one is clearly the best: a multi-hypothesis
@@ -66,7 +66,7 @@ struct Hypothesis {
 /// better (registration::Evidence), summed over the frames.
 class Hypotheses {
  public:
-  /// @param span  map units across a picture.
+  /// @param span  map units across an image.
   Hypotheses(double span, const HypothesesParams& params = {});
 
   void Clear();
@@ -87,20 +87,20 @@ class Hypotheses {
   /// it is known to a fifth of the span; else it is a hint like others.
   void Trust(const PoseEstimate& pose);
   /// A new place, unless it is one of those already known, with the look that found it.
-  void Add(const Look& look);
+  void Add(const MapMatch& look);
   /// Is there one at this place?
   [[nodiscard]] bool Knows(const Pose2& T_map_base) const;
 
   /// Looks at every hypothesis. @param look_at  what the frame says of it, nothing when the place
   /// is not recognised.
-  void LookAtAll(const std::function<std::optional<Look>(const Hypothesis&)>& look_at);
-  /// After LookAtAll and Add: weighs the places of this frame against each other and drops what
+  void MatchAll(const std::function<std::optional<MapMatch>(const Hypothesis&)>& look_at);
+  /// After MatchAll and Add: weighs the places of this frame against each other and drops what
   /// has become unlikely.
   void Weigh();
   /// The hypothesis that is sure, if one is.
   [[nodiscard]] const Hypothesis* Sure() const;
   /// Was any place recognised in the latest frame?
-  [[nodiscard]] bool AnyLook() const;
+  [[nodiscard]] bool AnyMatch() const;
 
  private:
   [[nodiscard]] const Hypothesis& BestOfFrame() const;

@@ -36,15 +36,15 @@ struct LocalizerParams {
   double min_prior_sigma_px = 4;
   double min_prior_sigma_rad = 0.02;
   /// After this many frames in a row without a place of `start`, the whole map is searched.
-  int give_up_start_after = 15;
+  int max_frames_at_start_prior = 15;
   /// After this many frames in a row without a place, headings whose zero was learnt leave no place
   /// out any more: they may have drifted, or the zero may be wrong.
   int give_up_heading_after = 40;
   /// Seconds without anything to see (a hand, a flicker) after which the prediction from before
   /// still holds, >= 0.
-  double blink_s = 0.5;
+  double max_dropout_s = 0.5;
   /// How fast a robot may be that nobody can see: standard deviations, m/s and rad/s, > 0.
-  double unseen_speed = 1.0;
+  double speed_noise_when_lost_m_s = 1.0;
   double unseen_turn = 1.0;
   /// The rig's word on the scale (height of the camera and the ceiling) is measured against the map
   /// with so many frames, and replaced by their median, once; 0: the rig is taken at its word.
@@ -64,24 +64,24 @@ struct LocalizerParams {
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// A picture of the ceiling.
+/// An image of the ceiling.
 struct CeilingFrame {
   cv::Mat grey;  ///< CV_8UC1, as the camera took it, of the rig's size
   std::int64_t index = 0;
   double stamp_s = 0;  ///< must increase
   /// From a compass or odometry, where there is one; variance > 0.
   std::optional<HeadingPrior> heading;
-  /// How the robot stands, where that is known: it is taken out of the picture.
+  /// How the robot stands, where that is known: it is taken out of the image.
   Tilt tilt = {};
 };
 
 /// Where the robot is, or why that is not known.
 struct Location {
   /// Status, T_map_base and its covariance, which mean something when Placed(). The covariance is
-  /// that of the look and of the map there (MapShape), relative to the map as a whole.
+  /// that of the look and of the map there (MapUncertainty), relative to the map as a whole.
   graph::FramePose pose;
-  double peak = 0;     ///< agreement of the picture with the map, 0..1
-  int inliers = 0;     ///< blocks of the picture that agree ...
+  double peak = 0;     ///< agreement of the image with the map, 0..1
+  int inliers = 0;     ///< blocks of the image that agree ...
   int blocks = 0;      ///< ... of those compared
   int hypotheses = 0;  ///< places where the robot may be, while it is not known
   /// Where it was checked (LocalizerParams::tilt_checks): what tilt is left beyond
@@ -89,10 +89,7 @@ struct Location {
   /// robot level.
   std::optional<TiltAngles> tilt_left;
 
-  [[nodiscard]] bool Placed() const {
-    return pose.status == graph::TrackingStatus::kTracking ||
-           pose.status == graph::TrackingStatus::kRelocalized;
-  }
+  [[nodiscard]] bool Placed() const { return graph::HasPose(pose.status); }
 };
 
 /// What locating took, milliseconds in all, and how often.
@@ -117,8 +114,8 @@ struct LocalizerReport {
 /// A robot that is followed costs one registration a frame, against a patch of the map drawn for
 /// its camera (MapPatches), around where the motion model expects it. A robot that is not is
 /// looked for all over the map (PlaceFinder); each place that looks alike is checked by
-/// registration, and several places are carried along by the robot's own motion (FrameChain) until
-/// one is clearly the best (Hypotheses). The status says which it is:
+/// registration, and several places are carried along by the robot's own motion (RelativeOdometry)
+/// until one is clearly the best (Hypotheses). The status says which it is:
 ///   tracking     the pose is known, as in the frame before
 ///   relocalized  it is known again
 ///   ambiguous    several places fit, or one that has not been confirmed yet
@@ -139,9 +136,9 @@ class Localizer {
   Localizer& operator=(Localizer&&) noexcept;
 
   /// Where the robot was when the frame was taken.
-  /// @throws InputError on a picture of another size or type, a stamp that does not
+  /// @throws InputError on an image of another size or type, a stamp that does not
   /// increase, an impossible heading, and when the map turns out to be damaged. Never throws on
-  /// what the picture shows.
+  /// what the image shows.
   Location Locate(const CeilingFrame& frame);
 
   /// As just switched on: forgets where the robot was, its heading and LocalizerParams::start. What

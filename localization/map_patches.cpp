@@ -1,25 +1,20 @@
 #include "localization/map_patches.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/lru_cache.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 
 namespace ceilmap::localization {
 
 void PatchParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (good) return;
-    throw InputError(fmt::format("map patches: {} = {}, must be {}", field, value, range));
-  };
-  require(spacing_part > 0 && spacing_part < 1, "spacing_part", spacing_part, "in (0, 1)");
+  const FieldCheck require("map patches");
+  require(spacing_ratio > 0 && spacing_ratio < 1, "spacing_ratio", spacing_ratio, "in (0, 1)");
   require(headings >= 4 && headings <= 360, "headings", headings, "in [4, 360]");
   require(min_content > 0 && min_content <= 1, "min_content", min_content, "in (0, 1]");
   require(kept >= 2, "kept", kept, "at least 2");
@@ -85,7 +80,7 @@ MapPatches::MapPatches(const store::MapReader& map,
            view,
            registrar,
            params,
-           params.spacing_part * shorter,
+           params.spacing_ratio * shorter,
            LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(params.kept)),
            {},
            {}});

@@ -13,7 +13,7 @@ namespace ceilmap::localization {
 struct PatchParams {
   /// Distance of the poses for which patches are drawn, part of the shorter side of what the camera
   /// sees, (0, 1).
-  double spacing_part = 0.2;
+  double spacing_ratio = 0.2;
   int headings = 16;         ///< drawn of each place, [4, 360]
   double min_content = 0.3;  ///< patches of which less is mapped are of no use, (0, 1]
   int kept = 16;             ///< patches in memory, about 4 MB each for 640 x 480 px, >= 2
@@ -28,13 +28,13 @@ struct Patch {
   double content = 0;                    ///< mapped part of it, 0..1
 };
 
-/// Draws pieces of a map's mosaic for a camera of another height, focal length and picture size, so
+/// Draws pieces of a map's mosaic for a camera of another height, focal length and image size, so
 /// that its frames can be registered with them at scale 1. Patches are drawn at the points of a
 /// lattice of places and headings and kept with their spectra, so that a robot that stays, turns
 /// or comes back finds them ready. Cost of a new one for 640 x 480 px: reading a window of the map
 /// (GDAL keeps the tiles used last), one warp, one Analyze: about 10 ms.
 ///
-/// The mosaic and not the nearest keyframe picture, because that fills the patch to its corners
+/// The mosaic and not the nearest keyframe image, because that fills the patch to its corners
 /// from any height, and is as exact (0.10 and 0.12 mm RMS on rendered recordings).
 ///
 /// Not thread-safe.

@@ -1,14 +1,12 @@
 #include "localization/place_finder.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <unordered_map>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 
 namespace ceilmap::localization {
 
@@ -17,16 +15,14 @@ using places::PlaceDescriptorParams;
 using places::PlaceIndex;
 
 void PlaceFinderParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (good) return;
-    throw InputError(fmt::format("place finder: {} = {}, must be {}", field, value, range));
-  };
+  const FieldCheck require("place finder");
   require(keyframes > 0, "keyframes", keyframes, "> 0");
   require(places > 0, "places", places, "> 0");
   require(marks >= 0, "marks", marks, "at least 0");
-  require(same_part > 0, "same_part", same_part, "> 0");
+  require(same_ratio > 0, "same_ratio", same_ratio, "> 0");
   require(same_rad > 0, "same_rad", same_rad, "> 0");
-  require(min_votes_part >= 0 && min_votes_part < 1, "min_votes_part", min_votes_part, "in [0, 1)");
+  require(
+      min_votes_ratio >= 0 && min_votes_ratio < 1, "min_votes_ratio", min_votes_ratio, "in [0, 1)");
 }
 
 namespace {
@@ -71,7 +67,7 @@ struct PlaceFinder::Impl {
     describer = MakeDescriber(view);
     T_view_base = view.T_base_view().Inverse();
     const int longer = std::max(view.Size().width, view.Size().height);
-    same = params.same_part * longer * view.MetresPerPixel();
+    same = params.same_ratio * longer * view.MetresPerPixel();
   }
 
   PlaceFinderParams params;
@@ -128,7 +124,7 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
   std::erase_if(places, [&](const PlaceProposal& place) {
     const std::size_t kind = place.any_yaw ? 1 : 0;
     most[kind] = std::max(most[kind], place.votes);
-    return place.votes < params.min_votes_part * most[kind] || left[kind]-- <= 0;
+    return place.votes < params.min_votes_ratio * most[kind] || left[kind]-- <= 0;
   });
   return places;
 }
@@ -146,12 +142,12 @@ void PlaceFinder::SetView(const calib::CeilingView& view) {
 }
 
 std::vector<PlaceProposal> PlaceFinder::Find(
-    const cv::Mat& picture, const std::function<bool(const PlaceProposal&)>& wanted) {
+    const cv::Mat& image, const std::function<bool(const PlaceProposal&)>& wanted) {
   Impl& me = *impl_;
   if (!me.gallery) me.gallery = me.filling.get();  // a damaged map throws, each time
   std::vector<PlaceProposal> single;
   for (const PlaceIndex::Match& match :
-       me.gallery->index.Search(me.describer.Describe(picture), me.params.keyframes)) {
+       me.gallery->index.Search(me.describer.Describe(image), me.params.keyframes)) {
     const PlaceProposal proposal{me.PoseFrom(match), match.score, 1, match.windows == 0};
     if (!wanted || wanted(proposal)) single.push_back(proposal);
   }

@@ -14,30 +14,30 @@
 namespace ceilmap::localization {
 
 struct PlaceFinderParams {
-  int keyframes = 40;  ///< look-alikes of a picture that are asked where it is, > 0
+  int keyframes = 40;  ///< look-alikes of an image that are asked where it is, > 0
   int places = 6;      ///< different places that come out at the most, > 0
   int marks = 3;       ///< further ones of which a single mark looks alike, >= 0
-  /// Keyframes that say the same place, to this part of what a picture spans ...
-  double same_part = 0.1;
+  /// Keyframes that say the same place, to this part of what an image spans ...
+  double same_ratio = 0.1;
   double same_rad = 0.15;  ///< ... and this, count together. Both > 0.
   /// Places with less of the best one's votes are left out, [0, 1).
-  double min_votes_part = 0.25;
+  double min_votes_ratio = 0.25;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// A place of the map that looks like a picture.
+/// A place of the map that looks like an image.
 struct PlaceProposal {
-  Pose2 T_map_base;   ///< of the picture's robot; to a few percent of the picture's span
+  Pose2 T_map_base;   ///< of the image's robot; to a few percent of the image's span
   double votes = 0;   ///< comparable within one search, > 0
   int keyframes = 0;  ///< that say so
   /// One mark alone looks alike: the robot is somewhere below it, its yaw is not known.
   bool any_yaw = false;
 };
 
-/// Finds places of a map that look like a picture, wherever on the map it was taken: every window
-/// of the picture (PlaceDescriber) finds similar ones all over the map, the look-alikes of each
-/// keyframe tell how that keyframe would lie to the picture (PlaceIndex), and keyframes that say
+/// Finds places of a map that look like an image, wherever on the map it was taken: every window
+/// of the image (PlaceDescriber) finds similar ones all over the map, the look-alikes of each
+/// keyframe tell how that keyframe would lie to the image (PlaceIndex), and keyframes that say
 /// the same place add up. On a ceiling that repeats itself many places get about as many votes; a
 /// single mark on it cannot say how the robot is turned, but where to look.
 ///
@@ -49,7 +49,7 @@ struct PlaceProposal {
 class PlaceFinder {
  public:
   /// @param map  must outlive the object. @throws InputError when the view's scale is too
-  /// far from the map's for its pictures to be described alike.
+  /// far from the map's for its images to be described alike.
   PlaceFinder(const store::MapReader& map,
               const calib::CeilingView& view,
               const PlaceFinderParams& params = {});
@@ -58,13 +58,13 @@ class PlaceFinder {
   /// Another view of the same map, e.g. with a corrected scale; the index stays.
   void SetView(const calib::CeilingView& view);
 
-  /// Places with most votes first; none for a picture without marks.
-  /// @param picture  CV_8UC1, rectified, of the view's size.
+  /// Places with most votes first; none for an image without marks.
+  /// @param image  CV_8UC1, rectified, of the view's size.
   /// @throws InputError when the map's descriptors are damaged.
   /// @param wanted  false for places that cannot be (another heading, another part of the
   /// building); may be empty.
   [[nodiscard]] std::vector<PlaceProposal> Find(
-      const cv::Mat& picture, const std::function<bool(const PlaceProposal&)>& wanted = {});
+      const cv::Mat& image, const std::function<bool(const PlaceProposal&)>& wanted = {});
 
  private:
   struct Impl;

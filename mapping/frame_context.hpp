@@ -7,7 +7,7 @@
 
 namespace ceilmap::mapping {
 
-/// What is known of a frame besides its picture.
+/// What is known of a frame besides its image.
 struct FrameContext {
   Tilt tilt = {};  ///< how the robot stood; level where that is not known
   /// Of a compass or wheels, all of one source: only turns between frames are used.

@@ -43,16 +43,16 @@ double FramePrediction::GoneSeconds() const {
   return last_seen_s_ ? std::abs(stamp_s_ - *last_seen_s_) : 0;
 }
 
-bool FramePrediction::OutOfSight() const {
-  constexpr double kHalfPicture = 0.5;
+bool FramePrediction::CeilingHidden() const {
+  constexpr double kHalfImage = 0.5;
   const double gone_s = GoneSeconds();
-  if (params_.unseen_speed_part * gone_s <= kHalfPicture) return false;
-  // A camera that takes a picture every few seconds is no gap.
+  if (params_.unseen_speed_ratio * gone_s <= kHalfImage) return false;
+  // A camera that takes an image every few seconds is no gap.
   return !last_ || !before_last_ || gone_s > kGapSteps * (last_->stamp_s - before_last_->stamp_s);
 }
 
 bool FramePrediction::MayBeNear() const {
-  return params_.unseen_speed_part * GoneSeconds() < params_.max_strayed_part;
+  return params_.unseen_speed_ratio * GoneSeconds() < params_.max_strayed_ratio;
 }
 
 /// How far a place is off an even motion: that of the last step or of the last few, and the same
@@ -92,29 +92,29 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   const Off still = OffFrom(T_last_seen_, T_map_base);
   const Off off = even ? *even : still;
   constexpr double kUnknownSpeedPart = 0.5;  // a recording may begin at full speed
-  const double most_part =
-      even ? params_.uneven_part + 0.5 * params_.unseen_acceleration_part * gone_s * gone_s
-           : kUnknownSpeedPart + 2 * params_.unseen_speed_part * gone_s;
+  const double max_fraction =
+      even ? params_.uneven_ratio + 0.5 * params_.unseen_acceleration_ratio * gone_s * gone_s
+           : kUnknownSpeedPart + 2 * params_.unseen_speed_ratio * gone_s;
   // A compass may be disturbed, and has had its say already.
-  const bool stopped = !contradicted_ && still.px < params_.uneven_part * side_px;
-  const bool can = (stopped || off.px < most_part * side_px) &&
+  const bool stopped = !contradicted_ && still.px < params_.uneven_ratio * side_px;
+  const bool can = (stopped || off.px < max_fraction * side_px) &&
                    (heading_ || off.rad < params_.uneven_rad + params_.unseen_turn_rad_s * gone_s);
   contradicted_ = contradicted_ || !can;
   return can;
 }
 
-double FramePrediction::Surprise(const Pose2& T_map_base) const {
+double FramePrediction::InnovationSigma(const Pose2& T_map_base) const {
   const std::optional<Off> off = OffEvenMotion(T_map_base);
   if (!off) return 0;
   constexpr double kExactPx = 1.5;
   constexpr double kUsualPart = 0.1;  // of the largest acceleration that is believed
   constexpr double kSigmas = 3;
-  constexpr double kDoubt = 0.5;  // of the way that it is off
+  constexpr double kInflation = 0.5;  // of the way that it is off
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   const double gone_s = GoneSeconds();
   const double sigma_px =
-      kExactPx + 0.5 * kUsualPart * params_.unseen_acceleration_part * side_px * gone_s * gone_s;
-  return off->px > kSigmas * sigma_px ? kDoubt * off->px * view_.MetresPerPixel() : 0;
+      kExactPx + 0.5 * kUsualPart * params_.unseen_acceleration_ratio * side_px * gone_s * gone_s;
+  return off->px > kSigmas * sigma_px ? kInflation * off->px * view_.MetresPerPixel() : 0;
 }
 
 std::optional<ExpectedPose> FramePrediction::Next() {
@@ -152,8 +152,8 @@ std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
   if (!compass || !last_seen_s_) return std::nullopt;
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   const double gone_s = stamp_s_ - *last_seen_s_;
-  const double known_px = params_.prior_sigma_part * side_px;
-  const double strayed_px = params_.unseen_speed_part * side_px * gone_s;
+  const double known_px = params_.prior_sigma_ratio * side_px;
+  const double strayed_px = params_.unseen_speed_ratio * side_px * gone_s;
   ExpectedPose expected{T_last_seen_};
   expected.T_map_base.yaw = WrapAngle(T_last_seen_.yaw + compass->turn_rad);
   expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * gone_s);
@@ -172,7 +172,7 @@ Pose2 FramePrediction::Restart() {
 /// Robots move evenly from frame to frame: on a periodic ceiling that tells one period from the
 /// next, even short ones.
 double FramePrediction::Sigma() const {
-  const double most = params_.prior_sigma_part * std::max(view_.Size().width, view_.Size().height);
+  const double most = params_.prior_sigma_ratio * std::max(view_.Size().width, view_.Size().height);
   if (!error_px_) return most;
   const double sigma = params_.prior_sigma_errors * *error_px_;
   return std::min(most, std::max(sigma, params_.min_prior_sigma_px));

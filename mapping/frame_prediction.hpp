@@ -10,7 +10,7 @@
 
 namespace ceilmap::mapping {
 
-/// Where a frame is expected, before its picture is looked at.
+/// Where a frame is expected, before its image is looked at.
 struct ExpectedPose {
   Pose2 T_map_base;
   double sigma_px = 0;  ///< of its place, pixels of the view
@@ -32,18 +32,18 @@ class FramePrediction {
 
   /// A new frame: at its moment, with its heading if there is one.
   void Begin(double stamp_s, const std::optional<HeadingPrior>& heading);
-  /// Whether nobody can say any more where the robot is: it could have gone half a picture since it
-  /// was placed last. What it sees now need not be in the pictures of then.
-  [[nodiscard]] bool OutOfSight() const;
-  /// Whether it may have come back into sight of the pictures of then.
+  /// Whether nobody can say any more where the robot is: it could have gone half an image since it
+  /// was placed last. What it sees now need not be in the images of then.
+  [[nodiscard]] bool CeilingHidden() const;
+  /// Whether it may have come back into sight of the images of then.
   [[nodiscard]] bool MayBeNear() const;
   /// Can it be there? Robots move evenly: what looks the same a few tiles further, or after a
   /// quarter turn, is not where it went.
   [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
-  /// Robots do not jump: where one seems to, the picture may be of another moment, or damaged in a
+  /// Robots do not jump: where one seems to, the image may be of another moment, or damaged in a
   /// way that its decoder does not see, however well it fits. @return standard deviation of that
   /// doubt, map units; 0 where the motion is an even one.
-  [[nodiscard]] double Surprise(const Pose2& T_map_base) const;
+  [[nodiscard]] double InnovationSigma(const Pose2& T_map_base) const;
   /// Its pose by the speed so far; nothing where the frame before could not be placed.
   [[nodiscard]] std::optional<ExpectedPose> Next();
   /// Its pose by the last one that is known and the compass, when everything else is not known any

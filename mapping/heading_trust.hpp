@@ -13,7 +13,7 @@ struct HeadingTrust {
   double max_sigmas = 5;
   /// ... and than this, > 0: a regular ceiling fits again after a sixth of a turn at the soonest. A
   /// smaller difference is the compass' own (people walking past), not another orientation.
-  double least_rad = 0.26;
+  double min_rad = 0.26;
 
   /// @throws InputError naming field, value and range.
   void Validate() const;

@@ -11,7 +11,7 @@ void KeyframeHeadings::Add(std::int64_t id, const HeadingPrior& heading) {
   const auto index = static_cast<std::size_t>(id);
   if (index >= headings_.size()) headings_.resize(index + 1);
   headings_[index] = heading;
-  least_rad2_ = std::min(least_rad2_.value_or(heading.variance_rad2), heading.variance_rad2);
+  min_rad2_ = std::min(min_rad2_.value_or(heading.variance_rad2), heading.variance_rad2);
 }
 
 std::optional<HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std::int64_t to) const {
@@ -25,7 +25,7 @@ std::optional<HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std::int64_
     const auto& between = headings_[static_cast<std::size_t>(id)];
     if (between) common = std::min(common, between->variance_rad2);
   }
-  const double single_rad = std::max(trust_.noise_rad, std::sqrt(*least_rad2_));
+  const double single_rad = std::max(trust_.noise_rad, std::sqrt(*min_rad2_));
   return TurnBetween(*at_from, *at_to, common, single_rad);
 }
 

@@ -32,7 +32,7 @@ class KeyframeHeadings {
 
  private:
   HeadingTrust trust_;
-  std::optional<double> least_rad2_;                   // of all variances
+  std::optional<double> min_rad2_;                     // of all variances
   std::vector<std::optional<HeadingPrior>> headings_;  // by id
 };
 

@@ -1,24 +1,18 @@
 #include "mapping/loop_candidates.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <unordered_set>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "mapping/places/place_descriptor.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::mapping {
 
 void LoopCandidatesParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (!good) {
-      throw InputError(fmt::format("loop closing: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("loop closing");
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
-  require(looks_sigma_part > 0, "looks_sigma_part", looks_sigma_part, "> 0");
+  require(looks_sigma_ratio > 0, "looks_sigma_ratio", looks_sigma_ratio, "> 0");
   require(looks_gap >= 1, "looks_gap", looks_gap, "at least 1");
 }
 
@@ -53,9 +47,9 @@ void LoopCandidates::Add(std::int64_t id, const cv::Mat& descriptors) {
 std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
                                                double sigma,
                                                const graph::KeyframeGraph& graph,
-                                               int most_alike) const {
-  return sigma < params_.looks_sigma_part * span_ ? Around(id, sigma, graph)
-                                                  : Alike(id, graph, most_alike);
+                                               int max_alike) const {
+  return sigma < params_.looks_sigma_ratio * span_ ? Around(id, sigma, graph)
+                                                   : Alike(id, graph, max_alike);
 }
 
 /// Most overlap first.
@@ -67,7 +61,7 @@ std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
     double overlap = 0;
   };
   const Pose2& T_map_base = graph.T_map_base(id);
-  // Where the camera stands off the base, a turn moves the picture against the base.
+  // Where the camera stands off the base, a turn moves the image against the base.
   const double radius = (1 - params_.min_overlap) * 1.25 * span_ +
                         2 * view_.T_base_view().Translation().norm() + 3 * sigma;
   const std::unordered_set<std::int64_t> tied = Tied(graph, id);
@@ -80,8 +74,8 @@ std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
   std::stable_sort(near.begin(), near.end(), [](const Overlapping& a, const Overlapping& b) {
     return a.overlap > b.overlap;
   });
-  constexpr std::size_t kMost = 24;
-  if (near.size() > kMost) near.resize(kMost);
+  constexpr std::size_t kMax = 24;
+  if (near.size() > kMax) near.resize(kMax);
   std::vector<std::int64_t> ids;
   ids.reserve(near.size());
   for (const Overlapping& other : near) ids.push_back(other.id);

@@ -11,17 +11,17 @@
 namespace ceilmap::mapping {
 
 struct LoopCandidatesParams {
-  double min_overlap = 0.35;  ///< keyframes that share less of their pictures are none, (0, 1)
-  /// Where the position is known worse than this part of what a picture spans, candidates are found
+  double min_overlap = 0.35;  ///< keyframes that share less of their images are none, (0, 1)
+  /// Where the position is known worse than this part of what an image spans, candidates are found
   /// by their looks, > 0.
-  double looks_sigma_part = 0.15;
+  double looks_sigma_ratio = 0.15;
   /// ... other than among so many keyframes before, which close no loop, >= 1.
   int looks_gap = 10;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// The keyframes that one might see again: those whose pictures overlap its own by position, or,
+/// The keyframes that one might see again: those whose images overlap its own by position, or,
 /// where the position has become too uncertain for that, those that look alike (PlaceIndex). None
 /// that an edge ties to it already. Not thread-safe.
 class LoopCandidates {
@@ -30,17 +30,17 @@ class LoopCandidates {
   explicit LoopCandidates(const calib::CeilingView& view, const LoopCandidatesParams& params = {});
 
   /// What a keyframe looks like: only the latest one's is compared with others.
-  /// @param descriptors  PlaceDescriber's of its picture. @throws as PlaceIndex::Add.
+  /// @param descriptors  PlaceDescriber's of its image. @throws as PlaceIndex::Add.
   void Add(std::int64_t id, const cv::Mat& descriptors);
 
   /// Ids, the most promising first: at most two dozen by position, most overlap first, or at most
-  /// `most_alike` by looks. None by looks for another keyframe than the one added last.
+  /// `max_alike` by looks. None by looks for another keyframe than the one added last.
   /// @param id  of a keyframe of the graph. @param sigma  of its position on the map, along the
-  /// worst direction, map units. @param most_alike  >= 1.
+  /// worst direction, map units. @param max_alike  >= 1.
   [[nodiscard]] std::vector<std::int64_t> Find(std::int64_t id,
                                                double sigma,
                                                const graph::KeyframeGraph& graph,
-                                               int most_alike) const;
+                                               int max_alike) const;
 
  private:
   [[nodiscard]] std::vector<std::int64_t> Around(std::int64_t id,
@@ -52,7 +52,7 @@ class LoopCandidates {
 
   const calib::CeilingView& view_;
   LoopCandidatesParams params_;
-  double span_;  // map units across the picture's longer side
+  double span_;  // map units across the image's longer side
   places::PlaceIndex places_;
   std::int64_t latest_id_ = -1;  // keyframe that was added last ...
   cv::Mat latest_descriptors_;   // ... and what it looks like

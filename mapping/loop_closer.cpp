@@ -1,7 +1,5 @@
 #include "mapping/loop_closer.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
@@ -9,7 +7,7 @@
 #include <optional>
 #include <unordered_set>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/lru_cache.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/graph/pose_graph.hpp"
@@ -27,11 +25,7 @@ using registration::Verdict;
 void LoopCloserParams::Validate() const {
   candidates.Validate();
   judge.Validate();
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (!good) {
-      throw InputError(fmt::format("loop closing: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("loop closing");
   require(comparisons_per_keyframe >= 0,
           "comparisons_per_keyframe",
           comparisons_per_keyframe,
@@ -39,7 +33,8 @@ void LoopCloserParams::Validate() const {
   require(closures_per_keyframe >= 0, "closures_per_keyframe", closures_per_keyframe, "at least 0");
   require(min_gain >= 0, "min_gain", min_gain, ">= 0");
   require(confirm_px > 0, "confirm_px", confirm_px, "> 0");
-  require(max_rival_part > 0 && max_rival_part <= 1, "max_rival_part", max_rival_part, "in (0, 1]");
+  require(
+      max_rival_ratio > 0 && max_rival_ratio <= 1, "max_rival_ratio", max_rival_ratio, "in (0, 1]");
   require(window >= 1, "window", window, "at least 1");
   require(cached_spectra >= 2, "cached_spectra", cached_spectra, "at least 2");
   heading.Validate();
@@ -55,9 +50,7 @@ double LargestSigma(const Eigen::Matrix2d& covariance) {
 }  // namespace
 
 struct LoopCloser::Impl {
-  Impl(const calib::CeilingView& ceiling_view,
-       graph::PictureLoader loader,
-       const LoopCloserParams& p)
+  Impl(const calib::CeilingView& ceiling_view, graph::ImageLoader loader, const LoopCloserParams& p)
       : view(ceiling_view),
         load(std::move(loader)),
         params(p),
@@ -72,15 +65,15 @@ struct LoopCloser::Impl {
   using Relative = graph::KeyframeGraph::Relative;
 
   const calib::CeilingView& view;
-  graph::PictureLoader load;
+  graph::ImageLoader load;
   LoopCloserParams params;
   Registrar registrar;
-  double span;  // map units across the picture's longer side
+  double span;  // map units across the image's longer side
   graph::KeyframeGraph graph;
   KeyframeHeadings headings;
   LruCache<FrameSpectrum> spectra;
   LoopCandidates candidates;
-  ClosureJudge judge;
+  LoopVerifier judge;
   std::vector<Pose2> recorded;              // by id: the pose that the keyframe came with
   std::vector<Eigen::Matrix3d> covariance;  // by id: of the pose, by the best path from the start
   graph::LoopCounts counts;
@@ -99,8 +92,8 @@ struct LoopCloser::Impl {
 
 FrameSpectrum LoopCloser::Impl::Spectrum(std::int64_t id) {
   if (const FrameSpectrum* kept = spectra.Find(id)) return *kept;
-  const cv::Mat picture = load(id);
-  FrameSpectrum spectrum = registrar.Analyze(picture, calib::ContentMask(picture));
+  const cv::Mat image = load(id);
+  FrameSpectrum spectrum = registrar.Analyze(image, calib::ContentMask(image));
   spectra.Insert(id, spectrum);
   return spectrum;
 }
@@ -146,8 +139,8 @@ std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
     if (measured.verdict != Verdict::kAmbiguous) ++counts.no_match;
     return std::nullopt;
   }
-  const bool rivalled =
-      measured.by_prior || measured.runner_up > params.max_rival_part * measured.peak;
+  const bool rivalled = measured.disambiguated_by_prior ||
+                        measured.runner_up > params.max_rival_ratio * measured.peak;
   if (doubtful && rivalled) {
     ++counts.ambiguous;
     return std::nullopt;
@@ -202,7 +195,7 @@ void LoopCloser::Impl::MoveWindow(std::int64_t latest) {
 }
 
 LoopCloser::LoopCloser(const calib::CeilingView& view,
-                       graph::PictureLoader load,
+                       graph::ImageLoader load,
                        const LoopCloserParams& params) {
   params.Validate();
   impl_ = std::make_unique<Impl>(view, std::move(load), params);
@@ -287,9 +280,9 @@ Registration LoopCloser::Compare(std::int64_t from,
   return impl_->registrar.Register(impl_->Spectrum(from), impl_->Spectrum(to), prior);
 }
 
-registration::Dissimilarity LoopCloser::Unlike(std::int64_t from,
-                                               std::int64_t to,
-                                               const registration::ImageMotion& motion) {
+registration::Dissimilarity LoopCloser::DissimilarityOf(std::int64_t from,
+                                                        std::int64_t to,
+                                                        const registration::ImageMotion& motion) {
   return impl_->registrar.Compare(impl_->Spectrum(from), impl_->Spectrum(to), motion);
 }
 

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
-#include "mapping/closure_judge.hpp"
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/graph/keyframe_graph.hpp"
 #include "mapping/graph/map_graph.hpp"
 #include "mapping/heading_trust.hpp"
 #include "mapping/loop_candidates.hpp"
+#include "mapping/loop_verifier.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -27,15 +27,15 @@ struct LoopCloserParams {
   /// A closure is looked for only where the motion is known worse than this many times the
   /// variance of one measurement: others would cost time and tell nothing.
   double min_gain = 2;
-  ClosureJudgeParams judge;  ///< what is believed
+  LoopVerifierParams judge;  ///< what is believed
   /// Where the prediction is less certain than this, a closure waits until another one, of another
-  /// new picture, says the same (ClosureJudge::Confirm).
+  /// new image, says the same (LoopVerifier::Confirm).
   double confirm_px = 12;
-  /// ... and is left out as ambiguous when another motion of the pictures agrees with this part of
+  /// ... and is left out as ambiguous when another motion of the images agrees with this part of
   /// the best one's agreement.
-  double max_rival_part = 0.7;
+  double max_rival_ratio = 0.7;
   int window = 30;          ///< latest keyframes that are moved when a closure is found
-  int cached_spectra = 40;  ///< about 4 MB each for pictures of 640 x 480
+  int cached_spectra = 40;  ///< about 4 MB each for images of 640 x 480
   EdgeNoise noise;
   HeadingTrust heading;  ///< where keyframes have one
   registration::RegistrarParams registration;
@@ -44,9 +44,9 @@ struct LoopCloserParams {
 };
 
 /// Finds where the robot sees again what it has seen before. Candidates are the keyframes whose
-/// pictures overlap the new one's by position, or, where the position has become too uncertain for
+/// images overlap the new one's by position, or, where the position has become too uncertain for
 /// that, those that look alike (LoopCandidates). Each is checked by registration, and against what
-/// the graph says already (ClosureJudge). On a periodic ceiling several motions fit: the prediction
+/// the graph says already (LoopVerifier). On a periodic ceiling several motions fit: the prediction
 /// decides where it is sharp enough for that (a few standard deviations within half a period), else
 /// the pair is left out and counted as ambiguous.
 ///
@@ -61,14 +61,14 @@ class LoopCloser {
   /// @param view  must outlive the closer. @param load  called when a keyframe's spectrum is not
   /// among those kept.
   LoopCloser(const calib::CeilingView& view,
-             graph::PictureLoader load,
+             graph::ImageLoader load,
              const LoopCloserParams& params = {});
   ~LoopCloser();
 
   /// Takes a keyframe whose pose is one of a recording's odometry (or a map's), and the edges that
   /// tie it to earlier ones. Without edges it begins a segment of its own, at its pose.
-  /// @param spectrum  of its picture; empty: loaded when needed.
-  /// @param descriptors  PlaceDescriber's of its picture; empty: it is not found by its looks.
+  /// @param spectrum  of its image; empty: loaded when needed.
+  /// @param descriptors  PlaceDescriber's of its image; empty: it is not found by its looks.
   void Add(const graph::Keyframe& keyframe,
            const registration::FrameSpectrum& spectrum = {},
            std::span<const graph::Edge> edges = {},
@@ -85,9 +85,8 @@ class LoopCloser {
       std::int64_t to,
       const std::optional<registration::MotionPrior>& prior = std::nullopt);
   /// How badly two keyframes disagree under a motion (Registrar::Compare).
-  [[nodiscard]] registration::Dissimilarity Unlike(std::int64_t from,
-                                                   std::int64_t to,
-                                                   const registration::ImageMotion& motion);
+  [[nodiscard]] registration::Dissimilarity DissimilarityOf(
+      std::int64_t from, std::int64_t to, const registration::ImageMotion& motion);
   /// What is known of T_from_to as the prior of a registration. @param sigma  of x and y, map
   /// units.
   [[nodiscard]] registration::MotionPrior Prior(const Pose2& T_from_to,
@@ -103,9 +102,9 @@ class LoopCloser {
   [[nodiscard]] graph::Edge ClosureEdge(const registration::Registration& measured,
                                         std::int64_t from,
                                         std::int64_t to) const;
-  /// Part of a picture that is seen from another pose too, 0..1.
+  /// Part of an image that is seen from another pose too, 0..1.
   [[nodiscard]] double Overlap(const Pose2& T_from_to) const;
-  /// Map units across a picture's longer side.
+  /// Map units across an image's longer side.
   [[nodiscard]] double Span() const;
 
   [[nodiscard]] const graph::KeyframeGraph& Graph() const;

@@ -80,7 +80,7 @@ class Joiner {
   const DescriptorSource& descriptors_;
   const JoinParams& params_;
   std::vector<Hypothesis> hypotheses_;
-  MatchStandard standard_{params_.standard};
+  MatchGate standard_{params_.standard};
   int compared_ = 0;
   int ambiguous_ = 0;
 };
@@ -89,7 +89,7 @@ class Joiner {
 bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const graph::Edge& edge) const {
   const Pose2 off =
       (hypothesis.T_a_b * Pose(edge.to)).Inverse() * (Pose(edge.from) * edge.T_from_to);
-  return off.Translation().norm() < params_.tolerance_part * closer_.Span() &&
+  return off.Translation().norm() < params_.tolerance_ratio * closer_.Span() &&
          std::abs(off.yaw) < params_.tolerance_rad;
 }
 
@@ -123,7 +123,7 @@ bool Joiner::Differ(const Hypothesis& x, const Hypothesis& y) const {
   constexpr double kTolerances = 1.2;
   return std::all_of(x.supporters.begin(), x.supporters.end(), [&](std::int64_t id) {
     const Pose2 off = (x.T_a_b * Pose(id)).Inverse() * (y.T_a_b * Pose(id));
-    return off.Translation().norm() > kTolerances * params_.tolerance_part * closer_.Span() ||
+    return off.Translation().norm() > kTolerances * params_.tolerance_ratio * closer_.Span() ||
            std::abs(off.yaw) > kTolerances * params_.tolerance_rad;
   });
 }
@@ -160,12 +160,13 @@ void Joiner::LearnStandard(std::span<const std::int64_t> part) {
     for (const std::size_t e : closer_.Graph().EdgesOf(part[i])) {
       const graph::Edge& edge = closer_.Graph().Edges()[e];
       if (edge.kind != graph::Edge::Kind::kOdometry || edge.to != part[i]) continue;
-      const double known = params_.tolerance_part * closer_.Span() / 3;
+      const double known = params_.tolerance_ratio * closer_.Span() / 3;
       const MotionPrior prior = closer_.Prior(edge.T_from_to, known, params_.tolerance_rad / 3);
       const Registration measured = closer_.Compare(edge.from, edge.to, prior);
       ++compared_;
       if (!measured.ok()) continue;
-      standard_.Add(QualityOf(measured, closer_.Unlike(edge.from, edge.to, measured.motion)));
+      standard_.Add(
+          QualityOf(measured, closer_.DissimilarityOf(edge.from, edge.to, measured.motion)));
       ++learned;
       break;
     }
@@ -199,7 +200,7 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
     ++tested.expected;
     ++compared_;
     const MotionPrior prior = closer_.Prior(Pose(*from).Inverse() * T_a_base,
-                                            params_.tolerance_part * closer_.Span() / 3,
+                                            params_.tolerance_ratio * closer_.Span() / 3,
                                             params_.tolerance_rad / 3);
     const Registration measured = closer_.Compare(*from, b_[i], prior);
     if (!measured.ok()) continue;
@@ -208,9 +209,9 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
     ++tested.matched;
     if (params_.same_light) {
       tested.qualities.push_back(
-          QualityOf(measured, closer_.Unlike(*from, b_[i], measured.motion)));
+          QualityOf(measured, closer_.DissimilarityOf(*from, b_[i], measured.motion)));
     }
-    if (!measured.by_prior) ++tested.distinct;
+    if (!measured.disambiguated_by_prior) ++tested.distinct;
     const bool known = std::any_of(
         tested.hypothesis.edges.begin(), tested.hypothesis.edges.end(), [&](const graph::Edge& e) {
           return e.from == edge.from && e.to == edge.to;
@@ -224,7 +225,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   JoinResult result;
   result.compared = compared_;
   const auto holds = [&](const Tested& t) {
-    return t.matched >= params_.min_matches && t.matched >= params_.min_match_part * t.expected;
+    return t.matched >= params_.min_matches && t.matched >= params_.min_match_ratio * t.expected;
   };
   const auto best =
       std::max_element(tested.begin(), tested.end(), [&](const Tested& x, const Tested& y) {
@@ -235,19 +236,18 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
     result.reason =
         ambiguous_ > 0
             ? fmt::format(
-                  "the ceiling repeats itself: {} of {} pairs of pictures fit in several "
+                  "the ceiling repeats itself: {} of {} pairs of images fit in several "
                   "ways, and none in one only",
                   ambiguous_,
                   compared_)
-            : fmt::format("nothing is seen in both: none of {} pairs of pictures agrees",
-                          compared_);
+            : fmt::format("nothing is seen in both: none of {} pairs of images agrees", compared_);
     return result;
   }
   result.expected = best->expected;
   result.matched = best->matched;
   if (best->matched < params_.min_matches) {
     result.reason = fmt::format(
-        "too little is seen in both: {} pictures agree, at least {} must; record a longer common "
+        "too little is seen in both: {} images agree, at least {} must; record a longer common "
         "stretch",
         best->matched,
         params_.min_matches);
@@ -256,28 +256,28 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   if (!holds(*best)) {
     result.verdict = JoinResult::Verdict::kContradicts;
     result.reason =
-        fmt::format("they contradict each other: where they overlap only {} of {} pictures agree",
+        fmt::format("they contradict each other: where they overlap only {} of {} images agree",
                     best->matched,
                     best->expected);
     return result;
   }
   const auto rival = std::find_if(tested.begin(), tested.end(), [&](const Tested& t) {
-    return holds(t) && t.matched >= params_.rival_part * best->matched &&
+    return holds(t) && t.matched >= params_.rival_ratio * best->matched &&
            Differ(t.hypothesis, best->hypothesis);
   });
   if (rival != tested.end() || best->distinct < params_.min_matches) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
-        fmt::format("the ceiling repeats itself: several positions fit ({} and {} pictures agree)",
+        fmt::format("the ceiling repeats itself: several positions fit ({} and {} images agree)",
                     best->matched,
                     rival != tested.end() ? rival->matched : best->matched - best->distinct);
     return result;
   }
   if (params_.same_light && !standard_.Meets(Median(best->qualities))) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
-    result.reason = fmt::format(
-        "the ceiling repeats itself: {} pictures agree, but not as well as neighbours do",
-        best->matched);
+    result.reason =
+        fmt::format("the ceiling repeats itself: {} images agree, but not as well as neighbours do",
+                    best->matched);
     return result;
   }
   result.verdict = JoinResult::Verdict::kJoined;
@@ -292,10 +292,10 @@ JoinResult Joiner::Run() {
     LearnStandard(a_);
     LearnStandard(b_);
   }
-  constexpr std::size_t kMostTested = 4;
+  constexpr std::size_t kMaxTested = 4;
   std::vector<Tested> tested;
   for (const Hypothesis& hypothesis : hypotheses_) {
-    if (tested.size() >= kMostTested) break;
+    if (tested.size() >= kMaxTested) break;
     tested.push_back(Test(hypothesis));
   }
   return Judge(tested);

@@ -9,7 +9,7 @@
 
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/loop_closer.hpp"
-#include "mapping/match_standard.hpp"
+#include "mapping/match_gate.hpp"
 
 namespace ceilmap::mapping {
 
@@ -19,18 +19,18 @@ struct JoinParams {
   /// Keyframes of the second part that must be recognised, each for itself, ...
   int min_matches = 3;
   /// ... and their part of those which the parts' position to each other lets expect.
-  double min_match_part = 0.5;
+  double min_match_ratio = 0.5;
   /// Another position that is confirmed by this part of the best one's matches makes both
   /// ambiguous.
-  double rival_part = 0.5;
+  double rival_ratio = 0.5;
   int max_checks = 40;  ///< keyframes that test a position at the most
-  /// Two matches say the same when they agree to this, part of what a picture spans ...
-  double tolerance_part = 0.08;
+  /// Two matches say the same when they agree to this, part of what an image spans ...
+  double tolerance_ratio = 0.08;
   double tolerance_rad = 0.05;  ///< ... and this: maps are bent a little against each other.
   /// The parts were seen in one light, by one camera: their matches must fit as well as neighbours
   /// in each of them do (`standard`). False for recordings of different days.
   bool same_light = false;
-  MatchStandardParams standard = {.remembered = 30};
+  MatchGateParams standard = {.remembered = 30};
 };
 
 /// How two parts of a map lie to each other, or why that cannot be said.
@@ -39,7 +39,7 @@ struct JoinResult {
     kJoined,
     kNoOverlap,    ///< nothing, or too little, is seen in both
     kAmbiguous,    ///< several positions fit: the ceiling repeats itself
-    kContradicts,  ///< some pictures agree, but most that should do not
+    kContradicts,  ///< some images agree, but most that should do not
   };
   Verdict verdict = Verdict::kNoOverlap;
   Pose2 T_a_b;  ///< p_a = T_a_b * p_b between the parts' map frames, when joined
@@ -59,7 +59,7 @@ using DescriptorSource = std::function<cv::Mat(std::int64_t keyframe_id)>;
 /// Finds how part b of a graph lies to part a, of which nothing is known beforehand. Keyframes of b
 /// look for their like among those of a (PlaceIndex) and are registered with them; each match says
 /// where b lies. Matches that say the same make a hypothesis, and every hypothesis must then
-/// predict: pictures that overlap under it must agree, and those of its rivals must not. So a
+/// predict: images that overlap under it must agree, and those of its rivals must not. So a
 /// ceiling that repeats itself ends as ambiguous, and another room as no overlap.
 ///
 /// Where keyframes of both parts have headings of one compass (two parts of one recording), only

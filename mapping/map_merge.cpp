@@ -111,7 +111,7 @@ bool MergeResult::ok() const {
 
 MergeResult MergeGraphs(const calib::CeilingView& view,
                         const std::vector<graph::MapGraph>& parts,
-                        const graph::PictureLoader& load,
+                        const graph::ImageLoader& load,
                         const DescriptorSource& descriptors,
                         const MergeParams& params) {
   LoopCloser closer(view, load, params.loops);
@@ -146,7 +146,7 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
   graph::Optimize(merged.graph, params.optimize);
   const std::int64_t bad = merged.graph.quality.loops.outliers - outliers;
   if (across > 0 &&
-      static_cast<double>(bad) > params.max_outlier_part * static_cast<double>(across)) {
+      static_cast<double>(bad) > params.max_outlier_ratio * static_cast<double>(across)) {
     JoinResult& last = merged.results[joined.joined.back()];
     last.verdict = JoinResult::Verdict::kContradicts;
     last.reason = fmt::format(

@@ -23,7 +23,7 @@ void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose
 struct JoinedParts {
   std::vector<std::size_t> joined;  ///< indices of the parts; the first one and what joined it
   std::vector<JoinResult> results;  ///< for each part, the last attempt; the first one's is empty
-  graph::LoopCounts loops;          ///< pictures compared to find how the parts lie
+  graph::LoopCounts loops;          ///< images compared to find how the parts lie
 };
 
 /// Joins parts to the first one, one after the other, as long as one more fits to what is joined
@@ -40,7 +40,7 @@ struct MergeParams {
   graph::OptimizeParams optimize;
   /// Of the closures between joined parts, at the most this part may turn out to contradict the
   /// rest.
-  double max_outlier_part = 0.3;
+  double max_outlier_ratio = 0.3;
 };
 
 struct MergeResult {
@@ -51,11 +51,11 @@ struct MergeResult {
 };
 
 /// Makes one map of several. The keyframes' ids must differ between the parts (Renumber) and their
-/// pictures have the geometry of `view` (ChangeView). The first keyframe of the first part keeps
+/// images have the geometry of `view` (ChangeView). The first keyframe of the first part keeps
 /// its pose.
 MergeResult MergeGraphs(const calib::CeilingView& view,
                         const std::vector<graph::MapGraph>& parts,
-                        const graph::PictureLoader& load,
+                        const graph::ImageLoader& load,
                         const DescriptorSource& descriptors,
                         const MergeParams& params = {});
 

@@ -17,16 +17,15 @@ struct Store {
   const store::MapReader* map = nullptr;  // null: the writer itself
 };
 
-/// Pictures and descriptors of all parts by the ids that they have in the union.
+/// Images and descriptors of all parts by the ids that they have in the union.
 class Stores {
  public:
   Stores(std::vector<Store> stores, const store::MapWriter& writer)
       : stores_(std::move(stores)), writer_(writer) {}
 
-  [[nodiscard]] cv::Mat Picture(std::int64_t id) const {
+  [[nodiscard]] cv::Mat Image(std::int64_t id) const {
     const Store& store = Of(id);
-    return store.map != nullptr ? store.map->ReadPicture(id - store.first)
-                                : writer_.ReadPicture(id);
+    return store.map != nullptr ? store.map->ReadImage(id - store.first) : writer_.ReadImage(id);
   }
   [[nodiscard]] cv::Mat Descriptors(std::int64_t id) const {
     const Store& store = Of(id);
@@ -65,14 +64,14 @@ MergeResult Unite(const std::vector<graph::MapGraph>& parts,
   MergeResult merged = MergeGraphs(
       view,
       parts,
-      [&](std::int64_t id) { return stores.Picture(id); },
+      [&](std::int64_t id) { return stores.Image(id); },
       [&](std::int64_t id) { return stores.Descriptors(id); },
       ForView(params.merge, view, metadata.unit));
   if (!merged.ok()) return merged;
   for (const graph::Keyframe& keyframe : merged.graph.keyframes) {
     const Store& store = stores.Of(keyframe.id);
     if (store.map == nullptr) continue;
-    writer.CopyPicture(*store.map, keyframe.id - store.first, keyframe.id);
+    writer.CopyImage(*store.map, keyframe.id - store.first, keyframe.id);
   }
   mosaic::MosaicParams mosaic = params.mosaic;
   mosaic.view_mask = view.Mask();
@@ -89,13 +88,13 @@ calib::CeilingView ViewOf(const store::MapMetadata& metadata) {
 }
 
 std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadata& b) {
-  // At the border of a picture such a scale is off by a few hundredths of a pixel.
+  // At the border of an image such a scale is off by a few hundredths of a pixel.
   constexpr double kSameScale = 1e-4;
   if (a.unit != b.unit) {
     return fmt::format("one map is in {}, the other in {}; make both with a rig", a.unit, b.unit);
   }
   if (a.view_size != b.view_size) {
-    return fmt::format("their pictures have {}x{} and {}x{} px; use maps of one kind of camera",
+    return fmt::format("their images have {}x{} and {}x{} px; use maps of one kind of camera",
                        a.view_size.width,
                        a.view_size.height,
                        b.view_size.width,
@@ -103,7 +102,7 @@ std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadat
   }
   if (std::abs(a.view_units_per_px / b.view_units_per_px - 1) > kSameScale) {
     return fmt::format(
-        "their pictures have {:.6g} and {:.6g} {} per px; use maps of one kind of "
+        "their images have {:.6g} and {:.6g} {} per px; use maps of one kind of "
         "camera at one height",
         a.view_units_per_px,
         b.view_units_per_px,

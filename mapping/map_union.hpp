@@ -19,11 +19,11 @@ struct UnionParams {
 /// Progress of the mosaic: done, total windows.
 using UnionProgress = std::function<void(int, int)>;
 
-/// The geometry of a map's pictures.
+/// The geometry of a map's images.
 calib::CeilingView ViewOf(const store::MapMetadata& metadata);
 
-/// Why pictures of the two maps cannot stand in one, in words; empty when they can. Different
-/// mountings do not matter, different scales and picture sizes do.
+/// Why images of the two maps cannot stand in one, in words; empty when they can. Different
+/// mountings do not matter, different scales and image sizes do.
 std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadata& b);
 
 /// Writes the union of maps to the writer (without Commit), in the frame of the first; nothing is

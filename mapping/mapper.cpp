@@ -39,7 +39,7 @@ MapperParams ForView(MapperParams params, const calib::CeilingView& view) {
   return params;
 }
 
-/// Gives free memory back to the system. Spectra and pictures come and go between small things that
+/// Gives free memory back to the system. Spectra and images come and go between small things that
 /// stay, which leaves holes that glibc keeps: half a megabyte for each keyframe of a long run.
 void ReturnFreeMemory() {
 #ifdef __GLIBC__
@@ -75,7 +75,7 @@ struct Mapper::Impl {
         params(ForView(p, ceiling_view)),
         odometry(view, p.origin, params.odometry),
         closer(
-            view, [this](std::int64_t id) { return writer.ReadPicture(id); }, params.loops),
+            view, [this](std::int64_t id) { return writer.ReadImage(id); }, params.loops),
         describer(view.Size(),
                   view.MetresPerPixel(),
                   places::PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()),
@@ -110,11 +110,11 @@ struct Mapper::Impl {
 
 void Mapper::Impl::CloseLoops(NewKeyframe added) {
   const StageTimer timer(report.loop_ms);
-  // The borders of a picture that was drawn level would pass for marks of the ceiling.
-  const cv::Mat& picture = added.keyframe.picture;
+  // The borders of an image that was drawn level would pass for marks of the ceiling.
+  const cv::Mat& image = added.keyframe.image;
   const bool level = added.keyframe.pose.tilt.IsLevel();
   const cv::Mat descriptors =
-      describer.Describe(level ? picture : cv::Mat(picture.size(), CV_8UC1, cv::Scalar(0)));
+      describer.Describe(level ? image : cv::Mat(image.size(), CV_8UC1, cv::Scalar(0)));
   writer.AddDescriptors(added.keyframe.id, descriptors);
   closer.Add(added.keyframe, added.spectrum, added.edges, descriptors);
   closer.Close(added.keyframe.id);
@@ -125,9 +125,9 @@ void Mapper::Impl::CloseLoops(NewKeyframe added) {
 void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
   if (!step.new_keyframe) return;
   const StageTimer timer(report.keyframe_ms);
-  writer.AddPicture(step.new_keyframe->id, step.new_keyframe->picture);
+  writer.AddImage(step.new_keyframe->id, step.new_keyframe->image);
   NewKeyframe added{*step.new_keyframe, step.new_spectrum, step.new_edges};
-  step.new_keyframe->picture.release();
+  step.new_keyframe->image.release();
   graph.keyframes.push_back(*step.new_keyframe);
   WaitForLoops();
   closing = std::async(std::launch::async, [this, added = std::move(added)]() mutable {
@@ -183,7 +183,7 @@ void Mapper::Impl::JoinSegments() {
   graph.edges = closer.Graph().Edges();
   graph::MoveKeyframes(graph, closer.Graph().Poses());
   for (const graph::Keyframe& keyframe : graph.keyframes) {
-    if (!keep.contains(keyframe.id)) writer.RemovePicture(keyframe.id);
+    if (!keep.contains(keyframe.id)) writer.RemoveImage(keyframe.id);
   }
   const std::size_t before = graph.trajectory.size();
   const Pose2 T_map_first = graph.keyframes.front().pose.T_map_base;
@@ -210,20 +210,20 @@ graph::FramePose Mapper::Process(const cv::Mat& raw_grey,
   Impl& me = *impl_;
   CheckHeading(context, frame_index);
   const Tilt& tilt = context.tilt;
-  const cv::Mat* picture = nullptr;
+  const cv::Mat* image = nullptr;
   {
     const StageTimer timer(me.report.rectify_ms);
-    picture = &me.view.Rectify(raw_grey, me.rectified);
+    image = &me.view.Rectify(raw_grey, me.rectified);
     if (!tilt.IsLevel()) {
       if (!me.level_view) me.level_view.emplace(me.view);
-      me.level_view->Draw(*picture, tilt, me.levelled);
-      picture = &me.levelled;
+      me.level_view->Draw(*image, tilt, me.levelled);
+      image = &me.levelled;
     }
   }
   OdometryStep step;
   {
     const StageTimer timer(me.report.register_ms);
-    step = me.odometry.Process(*picture, frame_index, stamp_s, context);
+    step = me.odometry.Process(*image, frame_index, stamp_s, context);
   }
   me.KeepKeyframe(step);
   me.Count(step);

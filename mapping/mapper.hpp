@@ -47,7 +47,7 @@ struct MapperReport {
   double mosaic_ms = 0;
 };
 
-/// From frames to a map: odometry against the last keyframe, keyframes' pictures into the map file
+/// From frames to a map: odometry against the last keyframe, keyframes' images into the map file
 /// as they come, loop closing beside it in a thread of its own (one keyframe behind, at fixed
 /// points, so that the same recording always gives the same map), all poses once more at the end,
 /// then the mosaic. Memory does not grow with the number of pixels mapped.
@@ -60,8 +60,8 @@ class Mapper {
          const MapperParams& params = {});
   ~Mapper();
 
-  /// Takes the next frame: CV_8UC1 raw picture of the view's size; stamps must increase.
-  /// @param context  how the robot stood, where that is known: it is taken out of the picture, and
+  /// Takes the next frame: CV_8UC1 raw image of the view's size; stamps must increase.
+  /// @param context  how the robot stood, where that is known: it is taken out of the image, and
   /// comes back with the pose; needs a view of a rig. Its heading, where a compass gives one: it
   /// tells orientations apart that look the same (Odometry, LoopCloser, JoinParts).
   /// A frame that cannot be placed comes back as kLost or kAmbiguous and gets no line in the
@@ -80,7 +80,7 @@ class Mapper {
 
   /// Placed frames only; before Close() as the odometry has them.
   [[nodiscard]] const std::vector<graph::FramePose>& Trajectory() const;
-  /// The map without pictures; complete after Close().
+  /// The map without images; complete after Close().
   [[nodiscard]] const graph::MapGraph& Graph() const;
   [[nodiscard]] const MapperReport& Report() const;
 

@@ -32,7 +32,7 @@ struct ActiveKeyframe {
 struct LastFrame {
   graph::FramePose pose;
   FrameSpectrum spectrum;
-  cv::Mat picture;
+  cv::Mat image;
   graph::Edge edge;    // to the keyframe that placed it
   double overlap = 1;  // with it
   bool ambiguous = false;
@@ -52,7 +52,7 @@ struct Odometry::Impl {
   OdometryParams params;
   Registrar registrar;
   FramePrediction prediction;
-  MatchStandard standard;             // by the ties of keyframes
+  MatchGate standard;                 // by the ties of keyframes
   std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
@@ -66,8 +66,8 @@ struct Odometry::Impl {
   void Place(const ActiveKeyframe& reference,
              const graph::Edge& edge,
              graph::FramePose& pose) const;
-  Registration WithItself(const FrameSpectrum& spectrum);
-  bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
+  Registration SelfRegister(const FrameSpectrum& spectrum);
+  bool Start(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
   MatchQuality Quality(const ActiveKeyframe& reference,
                        const FrameSpectrum& spectrum,
                        const Registration& registration);
@@ -79,23 +79,23 @@ struct Odometry::Impl {
                     graph::Edge& edge);
   bool Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
   bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
-  bool Restart(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
+  bool Restart(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
   void MakeKeyframe(const graph::FramePose& pose,
                     const FrameSpectrum& spectrum,
-                    const cv::Mat& picture,
+                    const cv::Mat& image,
                     const graph::Edge& edge,
                     bool ambiguous,
                     OdometryStep& step);
   void Bridge(OdometryStep& step);
-  [[nodiscard]] cv::Mat Stored(const cv::Mat& picture) const;
+  [[nodiscard]] cv::Mat Stored(const cv::Mat& image) const;
   [[nodiscard]] bool WantsKeyframe(const OdometryStep& step) const;
-  void TieToOlder(const FrameSpectrum& spectrum,
-                  graph::FramePose& pose,
-                  const graph::Edge& edge,
-                  std::vector<graph::Edge>& edges);
+  void ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
+                               graph::FramePose& pose,
+                               const graph::Edge& edge,
+                               std::vector<graph::Edge>& edges);
   void Remember(const OdometryStep& step,
                 const FrameSpectrum& spectrum,
-                const cv::Mat& picture,
+                const cv::Mat& image,
                 const graph::Edge& edge);
 };
 
@@ -116,7 +116,8 @@ Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
   Registration alone = registrar.Register(reference.spectrum, spectrum);
   if (alone.ok() || alone.verdict == Verdict::kNoTexture) return alone;
   Registration turned = registrar.Register(reference.spectrum, spectrum, prior);
-  turned.by_prior = turned.by_prior || alone.verdict == Verdict::kAmbiguous;
+  turned.disambiguated_by_prior =
+      turned.disambiguated_by_prior || alone.verdict == Verdict::kAmbiguous;
   return turned;
 }
 
@@ -129,20 +130,20 @@ void Odometry::Impl::Place(const ActiveKeyframe& reference,
       from.T_map_base, from.covariance, edge.T_from_to, edge.information.inverse());
 }
 
-/// A picture that cannot be registered even against itself shows nothing that a map could be made
+/// An image that cannot be registered even against itself shows nothing that a map could be made
 /// of.
-Registration Odometry::Impl::WithItself(const FrameSpectrum& spectrum) {
+Registration Odometry::Impl::SelfRegister(const FrameSpectrum& spectrum) {
   return registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
 }
 
 bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
-                           const cv::Mat& picture,
+                           const cv::Mat& image,
                            OdometryStep& step) {
-  step.registration = WithItself(spectrum);
+  step.registration = SelfRegister(spectrum);
   if (!step.registration.ok()) return false;
   step.pose.T_map_base = prediction.Restart();
   step.pose.status = graph::TrackingStatus::kTracking;
-  MakeKeyframe(step.pose, spectrum, picture, {}, false, step);
+  MakeKeyframe(step.pose, spectrum, image, {}, false, step);
   step.pose = step.new_keyframe->pose;
   return true;
 }
@@ -159,7 +160,7 @@ void Odometry::Impl::LearnStandard(const FrameSpectrum& spectrum, const Odometry
   const auto reference = std::find_if(active.begin(), active.end(), [&](const ActiveKeyframe& k) {
     return k.keyframe.id == step.pose.keyframe_id;
   });
-  if (reference == active.end() || prediction.OutOfSight()) return;
+  if (reference == active.end() || prediction.CeilingHidden()) return;
   standard.Add(Quality(*reference, spectrum, step.registration));
 }
 
@@ -172,24 +173,24 @@ bool Odometry::Impl::TryReference(std::size_t index,
   step.registration = Measure(reference, spectrum, expected);
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
-  AddTiltDoubt(view, step.pose.tilt, edge);
+  InflateTiltCovariance(view, step.pose.tilt, edge);
   Place(reference, edge, step.pose);
-  const bool believed = prediction.OutOfSight()
+  const bool believed = prediction.CeilingHidden()
                             ? standard.Meets(Quality(reference, spectrum, step.registration))
                             : prediction.CanBeAt(step.pose.T_map_base);
   if (!believed) {
     step.registration.verdict = Verdict::kAmbiguous;
     return false;
   }
-  AddPlaceDoubt(prediction.Surprise(step.pose.T_map_base), edge);
+  InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base), edge);
   Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
   return true;
 }
 
 bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
-  if (prediction.OutOfSight()) {
-    step.registration = WithItself(spectrum);
+  if (prediction.CeilingHidden()) {
+    step.registration = SelfRegister(spectrum);
     if (step.registration.ok()) step.registration.verdict = Verdict::kNoMatch;
     return false;
   }
@@ -208,7 +209,7 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, gr
 /// Makes the last frame a keyframe.
 void Odometry::Impl::Bridge(OdometryStep& step) {
   const LastFrame bridge = *last;
-  MakeKeyframe(bridge.pose, bridge.spectrum, bridge.picture, bridge.edge, bridge.ambiguous, step);
+  MakeKeyframe(bridge.pose, bridge.spectrum, bridge.image, bridge.edge, bridge.ambiguous, step);
   last->edge.to = active.back().keyframe.id;
 }
 
@@ -216,7 +217,7 @@ bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
   const Registration& r = step.registration;
   const bool level = step.pose.tilt.IsLevel();
   return r.overlap < (level ? params.min_overlap : params.min_tilted_overlap) ||
-         (level && r.inliers < params.min_inlier_part * r.blocks);
+         (level && r.inliers < params.min_inlier_ratio * r.blocks);
 }
 
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
@@ -237,23 +238,23 @@ bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, 
 }
 
 bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
-                             const cv::Mat& picture,
+                             const cv::Mat& image,
                              OdometryStep& step) {
   if (step.registration.verdict == Verdict::kNoTexture) return false;
   if (++lost_in_a_row < params.restart_after || step.new_keyframe) return false;
   const Registration failed = step.registration;
   std::deque<ActiveKeyframe> before;
   before.swap(active);
-  if (Start(spectrum, picture, step)) return true;
+  if (Start(spectrum, image, step)) return true;
   active.swap(before);
   step.registration = failed;
   return false;
 }
 
-void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
-                                graph::FramePose& pose,
-                                const graph::Edge& edge,
-                                std::vector<graph::Edge>& edges) {
+void Odometry::Impl::ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
+                                             graph::FramePose& pose,
+                                             const graph::Edge& edge,
+                                             std::vector<graph::Edge>& edges) {
   // Each tie is an estimate of the same pose; they are averaged by their information.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
@@ -287,7 +288,7 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
     if (!registration.ok() || off > 5) continue;
     graph::Edge tie =
         MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
-    AddTiltDoubt(view, pose.tilt, tie);
+    InflateTiltCovariance(view, pose.tilt, tie);
     add(reference, tie);
     edges.push_back(tie);
   }
@@ -297,11 +298,11 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
   pose.T_map_base.yaw = WrapAngle(pose.T_map_base.yaw + correction.z());
 }
 
-/// What is kept of a picture: black pixels are content, 0 is none (Keyframe::picture).
-cv::Mat Odometry::Impl::Stored(const cv::Mat& picture) const {
+/// What is kept of an image: black pixels are content, 0 is none (Keyframe::image).
+cv::Mat Odometry::Impl::Stored(const cv::Mat& image) const {
   cv::Mat stored;
-  cv::max(picture, 1, stored);
-  const cv::Mat content = calib::ContentMask(picture);
+  cv::max(image, 1, stored);
+  const cv::Mat content = calib::ContentMask(image);
   if (!content.empty()) cv::bitwise_and(stored, content, stored);
   if (!view.Mask().empty()) cv::bitwise_and(stored, view.Mask(), stored);
   return stored;
@@ -309,38 +310,38 @@ cv::Mat Odometry::Impl::Stored(const cv::Mat& picture) const {
 
 void Odometry::Impl::MakeKeyframe(const graph::FramePose& pose,
                                   const FrameSpectrum& spectrum,
-                                  const cv::Mat& picture,
+                                  const cv::Mat& image,
                                   const graph::Edge& edge,
                                   bool ambiguous,
                                   OdometryStep& step) {
-  graph::Keyframe keyframe{next_id++, pose, Stored(picture), ambiguous};
+  graph::Keyframe keyframe{next_id++, pose, Stored(image), ambiguous};
   keyframe.pose.keyframe_id = keyframe.id;
   if (!active.empty()) {
     graph::Edge tie = edge;
     tie.to = keyframe.id;
     step.new_edges.push_back(tie);
-    TieToOlder(spectrum, keyframe.pose, tie, step.new_edges);
+    ConnectToLocalKeyframes(spectrum, keyframe.pose, tie, step.new_edges);
   }
   step.new_keyframe = keyframe;
   step.new_spectrum = spectrum;
   active.push_back({std::move(keyframe), spectrum});
-  active.back().keyframe.picture.release();
+  active.back().keyframe.image.release();
   while (static_cast<int>(active.size()) > params.recent_keyframes) active.pop_front();
 }
 
 void Odometry::Impl::Remember(const OdometryStep& step,
                               const FrameSpectrum& spectrum,
-                              const cv::Mat& picture,
+                              const cv::Mat& image,
                               const graph::Edge& edge) {
   prediction.Placed(step.pose.T_map_base);
   lost_in_a_row = 0;
   if (!last) last.emplace();
   last->pose = step.pose;
   last->spectrum = spectrum;
-  picture.copyTo(last->picture);
+  image.copyTo(last->image);
   last->edge = edge;
   last->overlap = step.registration.overlap;
-  last->ambiguous = step.registration.by_prior;
+  last->ambiguous = step.registration.disambiguated_by_prior;
   last->edge.to = step.new_keyframe && step.new_keyframe->pose.frame_index == step.pose.frame_index
                       ? step.new_keyframe->id
                       : -1;
@@ -354,7 +355,7 @@ Odometry::Odometry(const calib::CeilingView& view,
 }
 Odometry::~Odometry() = default;
 
-OdometryStep Odometry::Process(const cv::Mat& picture,
+OdometryStep Odometry::Process(const cv::Mat& image,
                                std::int64_t frame_index,
                                double stamp_s,
                                const FrameContext& context) {
@@ -364,19 +365,20 @@ OdometryStep Odometry::Process(const cv::Mat& picture,
   step.pose.stamp_s = stamp_s;
   step.pose.tilt = context.tilt;
   step.pose.heading = context.heading;
-  const FrameSpectrum spectrum = me.registrar.Analyze(
-      picture, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(picture));
+  const FrameSpectrum spectrum =
+      me.registrar.Analyze(image, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
   me.prediction.Begin(stamp_s, context.heading);
   graph::Edge edge;
   bool placed = false;
   if (me.active.empty()) {
-    placed = me.Start(spectrum, picture, step);
+    placed = me.Start(spectrum, image, step);
   } else {
     placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge) ||
-             me.Restart(spectrum, picture, step);
+             me.Restart(spectrum, image, step);
     if (placed && !step.new_keyframe && me.WantsKeyframe(step)) {
       me.LearnStandard(spectrum, step);
-      me.MakeKeyframe(step.pose, spectrum, picture, edge, step.registration.by_prior, step);
+      me.MakeKeyframe(
+          step.pose, spectrum, image, edge, step.registration.disambiguated_by_prior, step);
       step.pose = step.new_keyframe->pose;
     }
   }
@@ -389,7 +391,7 @@ OdometryStep Odometry::Process(const cv::Mat& picture,
     return step;
   }
   step.tie = edge;
-  me.Remember(step, spectrum, picture, edge);
+  me.Remember(step, spectrum, image, edge);
   return step;
 }
 
@@ -397,8 +399,7 @@ OdometryStep Odometry::Close() {
   OdometryStep step;
   if (impl_->last && impl_->last->edge.to < 0) {
     const LastFrame frame = *impl_->last;
-    impl_->MakeKeyframe(
-        frame.pose, frame.spectrum, frame.picture, frame.edge, frame.ambiguous, step);
+    impl_->MakeKeyframe(frame.pose, frame.spectrum, frame.image, frame.edge, frame.ambiguous, step);
     impl_->last->edge.to = step.new_keyframe->id;
   }
   return step;

@@ -8,7 +8,7 @@
 #include "calib/ceiling_view.hpp"
 #include "mapping/frame_context.hpp"
 #include "mapping/graph/keyframe.hpp"
-#include "mapping/match_standard.hpp"
+#include "mapping/match_gate.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -18,8 +18,8 @@ struct OdometryParams {
   /// A new keyframe is made when less than this part of the last one is in view. Larger: more
   /// keyframes and more drift; smaller: less common area to register on.
   double min_overlap = 0.7;
-  double min_inlier_part = 0.5;  ///< ... or when fewer of the compared blocks agree
-  /// A tilted frame is no good keyframe: its picture has blank borders, its place is less exact. So
+  double min_inlier_ratio = 0.5;  ///< ... or when fewer of the compared blocks agree
+  /// A tilted frame is no good keyframe: its image has blank borders, its place is less exact. So
   /// the last level frame before it becomes one when less than the first part of the last keyframe
   /// is in view, and the tilted frame itself only below the second.
   double level_overlap = 0.9;
@@ -27,31 +27,31 @@ struct OdometryParams {
   int recent_keyframes = 4;  ///< keyframes that a lost robot is compared with, the last ones first
   int local_keyframes =
       3;  ///< keyframes that a new keyframe is registered against, if they overlap
-  /// Spread of the predicted shift, part of the picture's longer side, for choosing among equal
+  /// Spread of the predicted shift, part of the image's longer side, for choosing among equal
   /// motions on periodic ceilings. Once the prediction has proved better than this, its own recent
   /// errors count, times `prior_sigma_errors` and not below `min_prior_sigma_px`.
-  double prior_sigma_part = 0.04;
+  double prior_sigma_ratio = 0.04;
   double prior_sigma_errors = 4;
   double min_prior_sigma_px = 4;
   double prior_sigma_rad = 0.15;
   /// What a single heading is off at the least, where frames have one (FrameContext), rad.
   double heading_noise_rad = kHeadingNoise;
-  /// How fast a robot may be that nobody sees: standard deviation, part of the picture's longer
+  /// How fast a robot may be that nobody sees: standard deviation, part of the image's longer
   /// side in a second. With a compass alone the place after a loss is known this badly.
-  double unseen_speed_part = 0.4;
+  double unseen_speed_ratio = 0.4;
   /// A frame's place is believed when it is off an even motion by no more than this part of the
   /// longer side, and what the second makes up in the time since the frame before, side per s^2;
   /// ...
-  double uneven_part = 0.03;
-  double unseen_acceleration_part = 1.5;
+  double uneven_ratio = 0.03;
+  double unseen_acceleration_ratio = 1.5;
   /// ... and its orientation by no more than this, and the second times that time.
   double uneven_rad = 0.65;
   double unseen_turn_rad_s = 2;
   /// A robot that was out of sight for longer than it takes to go this part of the longer side at
   /// that speed is not looked for any more: a new segment begins. Before that it is found only by
   /// `standard`.
-  double max_strayed_part = 1.5;
-  MatchStandardParams standard;
+  double max_strayed_ratio = 1.5;
+  MatchGateParams standard;
   EdgeNoise noise;
   /// After so many frames in a row that show texture but no place that is known, a new segment
   /// begins, unconnected with what came before (a loop closure may connect it later).
@@ -68,7 +68,7 @@ struct OdometryStep {
   registration::Registration registration;  ///< against the keyframe that placed the frame
   /// Against the keyframe that placed the frame (pose.keyframe_id); `to` is meaningless.
   graph::Edge tie;
-  /// Set when this frame, or the one before it, became a keyframe in this step (with its picture).
+  /// Set when this frame, or the one before it, became a keyframe in this step (with its image).
   std::optional<graph::Keyframe> new_keyframe;
   registration::FrameSpectrum new_spectrum;  ///< of the new keyframe
   /// Measured motions that tie it to earlier keyframes; none for the first one of a segment.
@@ -77,7 +77,7 @@ struct OdometryStep {
 
 /// Visual odometry on the ceiling: every frame is registered against the last keyframe, never only
 /// against the frame before, so that errors add up per keyframe and not per frame. Plane ceiling;
-/// level robot, or one whose tilt was taken out of its pictures (GEOMETRY section 2).
+/// level robot, or one whose tilt was taken out of its images (GEOMETRY section 2).
 ///
 /// A keyframe is made of the last frame that was still seen well, when the next one is seen badly,
 /// or of the frame itself when it has moved far enough. It is tied to the last few keyframes that
@@ -86,9 +86,9 @@ struct OdometryStep {
 ///
 /// A compass tells how far the robot turned since the last frame that was placed. That is the prior
 /// of the rotation, through the fastest turns and through the dark: among motions that explain the
-/// pictures equally well (square tiles fit after every quarter turn) it chooses, and it says how a
+/// images equally well (square tiles fit after every quarter turn) it chooses, and it says how a
 /// new segment is turned. A compass can be disturbed, so one motion that alone explains the
-/// pictures is taken whatever it says; the turn from there on counts. Which tile it is the compass
+/// images is taken whatever it says; the turn from there on counts. Which tile it is the compass
 /// cannot tell: a place that is left open stays ambiguous.
 class Odometry {
  public:
@@ -97,9 +97,9 @@ class Odometry {
   Odometry(const calib::CeilingView& view, const Pose2& origin, const OdometryParams& params = {});
   ~Odometry();
 
-  /// @param picture  CV_8UC1, rectified, of the view's size; drawn level (LevelView) unless the
+  /// @param image  CV_8UC1, rectified, of the view's size; drawn level (LevelView) unless the
   /// context's tilt is level.
-  OdometryStep Process(const cv::Mat& picture,
+  OdometryStep Process(const cv::Mat& image,
                        std::int64_t frame_index,
                        double stamp_s,
                        const FrameContext& context = {});

@@ -7,7 +7,7 @@
 namespace ceilmap::mapping {
 
 Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion& motion) {
-  // In the view's plane p_ref = R p_cur / s + t of the inverse motion: the current picture's
+  // In the view's plane p_ref = R p_cur / s + t of the inverse motion: the current image's
   // centre, in the scale of the reference, lies at that t.
   const registration::ImageMotion back = motion.Inverse();
   const double m = view.MetresPerPixel();
@@ -60,17 +60,17 @@ graph::Edge MeasuredEdge(const calib::CeilingView& view,
   edge.from = from;
   edge.to = to;
   edge.T_from_to = BaseMotion(view, registration.motion);
-  Eigen::Matrix3d in_picture = registration.covariance.topLeftCorner<3, 3>();
-  in_picture.diagonal() += Eigen::Vector3d(noise.systematic_px * noise.systematic_px,
-                                           noise.systematic_px * noise.systematic_px,
-                                           noise.systematic_rad * noise.systematic_rad);
-  edge.information = BaseMotionCovariance(view, registration.motion, in_picture).inverse();
+  Eigen::Matrix3d in_image = registration.covariance.topLeftCorner<3, 3>();
+  in_image.diagonal() += Eigen::Vector3d(noise.systematic_px * noise.systematic_px,
+                                         noise.systematic_px * noise.systematic_px,
+                                         noise.systematic_rad * noise.systematic_rad);
+  edge.information = BaseMotionCovariance(view, registration.motion, in_image).inverse();
   return edge;
 }
 
-Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
-                          const Pose2& T_ref_base,
-                          const Eigen::Matrix2d& tilt_covariance) {
+Eigen::Matrix2d TiltCovariance(const calib::CeilingView& view,
+                               const Pose2& T_ref_base,
+                               const Eigen::Matrix2d& tilt_covariance) {
   const double height = view.T_base_camera().translation().z() +
                         view.FocalLength() * view.MetresPerPixel();  // of the ceiling
   // A pitch that is taken for too large puts the foot too far back, a roll too far to the left.
@@ -80,14 +80,14 @@ Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
   return in_reference * tilt_covariance * in_reference.transpose();
 }
 
-void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, graph::Edge& edge) {
+void InflateTiltCovariance(const calib::CeilingView& view, const Tilt& tilt, graph::Edge& edge) {
   if (tilt.covariance.isZero()) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
-  covariance.topLeftCorner<2, 2>() += TiltDoubt(view, edge.T_from_to, tilt.covariance);
+  covariance.topLeftCorner<2, 2>() += TiltCovariance(view, edge.T_from_to, tilt.covariance);
   edge.information = covariance.inverse();
 }
 
-void AddPlaceDoubt(double sigma, graph::Edge& edge) {
+void InflatePlaceCovariance(double sigma, graph::Edge& edge) {
   if (sigma == 0) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
   covariance.topLeftCorner<2, 2>().diagonal().array() += sigma * sigma;

@@ -19,7 +19,7 @@ namespace ceilmap::commands {
 namespace {
 
 struct CalibrateCameraParams {
-  std::vector<std::string> pictures;
+  std::vector<std::string> images;
   std::string board = "chessboard";
   std::string corners;
   double square_m = 0;
@@ -27,7 +27,7 @@ struct CalibrateCameraParams {
   std::string dictionary = "4x4_50";
   std::string model = "plumb_bob";
   bool all_terms = false;
-  int most_views = 40;
+  int max_views = 40;
   std::string name = "camera";
   fs::path report;
   fs::path output;
@@ -53,17 +53,17 @@ calibration::Board CalibrateCameraParams::Board() const {
 }
 
 void CalibrateCameraParams::Check() const {
-  constexpr int kLeastViews = 3;
-  if (most_views < kLeastViews) {
-    throw InputError(fmt::format("--views {}: must be at least {}", most_views, kLeastViews));
+  constexpr int kMinViews = 3;
+  if (max_views < kMinViews) {
+    throw InputError(fmt::format("--views {}: must be at least {}", max_views, kMinViews));
   }
   if (output.empty() && print_board.empty()) {
     throw InputError(
         "calibrate camera: name the result with -o INFO.yaml, or a board to print with "
         "--print-board");
   }
-  if (!print_board.empty() && !(pictures.empty() && output.empty())) {
-    throw InputError("--print-board: print the board first, then calibrate with its pictures");
+  if (!print_board.empty() && !(images.empty() && output.empty())) {
+    throw InputError("--print-board: print the board first, then calibrate with its images");
   }
   files::CheckOutputFiles({output, print_board});
   if (!report.empty()) reports::CheckReportFolder(report);
@@ -97,16 +97,16 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
   calibration::SolverParams solver;
   solver.model = calibration::ParseLensModel(params.model);
   solver.choose_terms = !params.all_terms;
-  recordings::BoardPictures pictures = recordings::FindBoards(params.pictures, board);
-  if (pictures.interrupted) throw RunError("interrupted before all pictures were seen");
+  recordings::BoardImages images = recordings::FindBoards(params.images, board);
+  if (images.interrupted) throw RunError("interrupted before all images were seen");
   recordings::CameraCalibration calibration = recordings::CalibrateCamera(
-      board, std::move(pictures), solver, static_cast<std::size_t>(params.most_views));
+      board, std::move(images), solver, static_cast<std::size_t>(params.max_views));
   calibration.name = params.name;
   for (const std::string& warning : calibration.warnings) terminal::PrintWarning(warning);
   if (solver.model != calibration::LensModel::kPlumbBob) {
     terminal::Note("rig.yaml takes plumb_bob cameras only; this one is for ROS and others");
   }
-  summary.frames = calibration.pictures.pictures;
+  summary.frames = calibration.images.images;
   summary.quality = reports::CameraJson(calibration);
   files::WriteFileAtomically(params.output,
                              calib::FormatCameraInfo(reports::CameraInfoOf(calibration)));
@@ -154,17 +154,17 @@ Command AddCalibrateCameraCommand(CLI::App& calibrate) {
                   "camera",
                   "Measures a camera's focal lengths, centre and distortion with a printed board.",
                   "ceilmap calibrate camera --print-board board.pdf --corners 9x6 --square 0.025\n"
-                  "  ceilmap calibrate camera pictures --corners 9x6 --square 0.025 -o up.yaml "
+                  "  ceilmap calibrate camera images --corners 9x6 --square 0.025 -o up.yaml "
                   "--report report\n"
                   "  ceilmap calibrate camera walk.mp4 --board charuco --corners 9x6 --square "
                   "0.025 --marker 0.018 "
                   "-o up.yaml\n"
                   "Glue the board to something flat. Show it some 15 times, in all parts of the "
-                  "picture, near, and "
+                  "image, near, and "
                   "tilted by 30 to 45 degrees to all sides; hold it still.");
   auto params = std::make_shared<CalibrateCameraParams>();
   CLI::App& cli = *command.cli;
-  cli.add_option("pictures", params->pictures, "A folder of pictures, a video, or several pictures")
+  cli.add_option("pictures", params->images, "A folder of images, a video, or several images")
       ->type_name("SOURCE");
   AddBoardOptions(cli, *params);
   const auto add =
@@ -176,7 +176,7 @@ Command AddCalibrateCameraCommand(CLI::App& calibrate) {
       ->capture_default_str();
   cli.add_flag("--all-terms", params->all_terms, "Estimate all coefficients, also those not needed")
       ->group(lens);
-  add("--views", params->most_views, "Views at the most; those that tell most are taken", "N", lens)
+  add("--views", params->max_views, "Views at the most; those that tell most are taken", "N", lens)
       ->capture_default_str();
   add("--name", params->name, "Its name in the file", "NAME", lens)->capture_default_str();
   const char* const result = "Results";

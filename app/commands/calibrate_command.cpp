@@ -9,7 +9,7 @@ std::vector<Command> AddCalibrateCommands(CLI::App& program) {
   calibrate.footer(
       "Example:\n"
       "  ceilmap calibrate camera --print-board board.pdf --corners 9x6 --square 0.025\n"
-      "  ceilmap calibrate camera pictures --corners 9x6 --square 0.025 -o up.yaml\n"
+      "  ceilmap calibrate camera images --corners 9x6 --square 0.025 -o up.yaml\n"
       "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
       "--ceiling-height 2.6 -o rig.yaml\n"
       "  ceilmap calibrate mirror --omni turn.mp4 --rig rig.yaml -o new.yaml\n"

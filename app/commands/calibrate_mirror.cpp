@@ -11,8 +11,8 @@
 #include "app/commands/calibrate_commands.hpp"
 #include "app/files/output_files.hpp"
 #include "app/recordings/frame_source.hpp"
+#include "app/recordings/images.hpp"
 #include "app/recordings/panorama_source.hpp"
-#include "app/recordings/pictures.hpp"
 #include "app/reports/report_folder.hpp"
 #include "app/reports/report_table.hpp"
 #include "app/terminal/console.hpp"
@@ -51,52 +51,52 @@ void CalibrateMirrorParams::Check() const {
         "calibrate mirror: -o writes a rig with the mirror in it; give the rig so far by --rig");
   }
   if (!panorama.empty() && panorama.extension() != ".png") {
-    throw InputError(fmt::format("{}: the picture's name must end in .png", panorama.string()));
+    throw InputError(fmt::format("{}: the image's name must end in .png", panorama.string()));
   }
   files::CheckOutputFiles({output, panorama});
   if (!report.empty()) reports::CheckReportFolder(report);
 }
 
-// What was seen: the first picture, and what all of them tell.
-struct MirrorSight {
-  cv::Mat picture;
-  std::int64_t pictures = 0;
+// What was seen: the first image, and what all of them tell.
+struct MirrorObservation {
+  cv::Mat image;
+  std::int64_t images = 0;
   MirrorRingFit fit;
 };
 
-bool IsPicture(const std::string& source) {
+bool IsImage(const std::string& source) {
   std::error_code ignored;
-  return fs::is_regular_file(source, ignored) && recordings::IsPictureName(source);
+  return fs::is_regular_file(source, ignored) && recordings::IsImageName(source);
 }
 
-MirrorSight LookAtPicture(const std::string& file) {
-  MirrorSight sight;
-  sight.picture = recordings::ReadPicture(file, recordings::Pixels::kColour);
-  sight.pictures = 1;
-  sight.fit = calibration::FindRing(sight.picture);
+MirrorObservation ObserveImage(const std::string& file) {
+  MirrorObservation sight;
+  sight.image = recordings::ReadImage(file, recordings::Pixels::kColour);
+  sight.images = 1;
+  sight.fit = calibration::FindRing(sight.image);
   return sight;
 }
 
-MirrorSight LookAtRecording(const CalibrateMirrorParams& params) {
+MirrorObservation ObserveRecording(const CalibrateMirrorParams& params) {
   recordings::FrameSource source(params.omni,
                                  {.pixels = recordings::Pixels::kColour, .stamps = params.stamps});
   terminal::Progress progress("looking", "frames", source.ExpectedFrames());
-  MirrorSight sight;
+  MirrorObservation sight;
   calibration::MirrorActivity activity;
   recordings::Frame frame;
   while (source.Read(frame)) {
-    if (sight.picture.empty()) sight.picture = frame.picture.clone();
-    activity.Add(frame.picture);
-    progress.Update(++sight.pictures);
+    if (sight.image.empty()) sight.image = frame.image.clone();
+    activity.Add(frame.image);
+    progress.Update(++sight.images);
   }
   if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
   sight.fit =
-      sight.pictures == 1 ? calibration::FindRing(sight.picture) : calibration::FindRing(activity);
+      sight.images == 1 ? calibration::FindRing(sight.image) : calibration::FindRing(activity);
   return sight;
 }
 
-void CheckFound(const CalibrateMirrorParams& params, const MirrorSight& sight) {
+void CheckFound(const CalibrateMirrorParams& params, const MirrorObservation& sight) {
   switch (sight.fit.fault) {
     case calibration::MirrorFault::kNone:
       return;
@@ -114,15 +114,15 @@ void CheckFound(const CalibrateMirrorParams& params, const MirrorSight& sight) {
                   params.omni));
 }
 
-// A circle that the picture shows all around: what a panorama can be made of.
-calib::MirrorRing InsidePicture(calib::MirrorRing ring, cv::Size size) {
+// A circle that the image shows all around: what a panorama can be made of.
+calib::MirrorRing InsideImage(calib::MirrorRing ring, cv::Size size) {
   const Eigen::Vector2d far(size.width - 1, size.height - 1);
   const double room = std::min(ring.centre_px.minCoeff(), (far - ring.centre_px).minCoeff());
   ring.outer_radius_px = std::min(ring.outer_radius_px, std::floor(10 * room) / 10);
   return ring;
 }
 
-reports::ReportTable RingTable(const MirrorSight& sight) {
+reports::ReportTable RingTable(const MirrorObservation& sight) {
   const MirrorRingFit& fit = sight.fit;
   const auto sigma = [](double s) { return s > 0 ? fmt::format("{:.3f}", s) : std::string("-"); };
   const auto row = [&](const char* name, double value, double s) {
@@ -136,9 +136,9 @@ reports::ReportTable RingTable(const MirrorSight& sight) {
            row("inner radius", fit.ring.inner_radius_px, fit.inner_sigma_px)}};
 }
 
-void Summarize(const MirrorSight& sight, terminal::Summary& summary) {
+void Summarize(const MirrorObservation& sight, terminal::Summary& summary) {
   const MirrorRingFit& fit = sight.fit;
-  summary.frames = sight.pictures;
+  summary.frames = sight.images;
   const auto value = [](double v, double sigma) {
     return nlohmann::ordered_json{{"value", v}, {"sigma", sigma}};
   };
@@ -150,31 +150,30 @@ void Summarize(const MirrorSight& sight, terminal::Summary& summary) {
         {"inner_radius_px", value(fit.ring.inner_radius_px, fit.inner_sigma_px)}}},
       {"round_body", fit.round_body},
       {"body_seen", fit.body_seen},
-      {"rim_part", fit.rim_part},
+      {"rim_part", fit.rim_ratio},
       {"rim_sigma_px", fit.rim_sigma_px}};
 }
 
-cv::Mat Panorama(const MirrorSight& sight) {
-  const calib::MirrorRing ring = InsidePicture(sight.fit.ring, sight.picture.size());
+cv::Mat Panorama(const MirrorObservation& sight) {
+  const calib::MirrorRing ring = InsideImage(sight.fit.ring, sight.image.size());
   calib::MirrorViewParams params;
   params.rows = std::max(1, static_cast<int>(ring.outer_radius_px - ring.inner_radius_px));
   const double middle = 0.5 * (ring.outer_radius_px + ring.inner_radius_px);
   params.columns = std::clamp(static_cast<int>(2 * std::numbers::pi * middle), 8, 16384);
-  const calib::MirrorView view(sight.picture.size(), ring, params);
+  const calib::MirrorView view(sight.image.size(), ring, params);
   cv::Mat panorama;
-  view.Unwrap(sight.picture, panorama);
+  view.Unwrap(sight.image, panorama);
   return panorama;
 }
 
-cv::Mat Overlay(const MirrorSight& sight) {
+cv::Mat Overlay(const MirrorObservation& sight) {
   constexpr int kShift = 4;  // sub-pixel drawing
   const auto fixed = [](double v) { return static_cast<int>(std::lround(v * (1 << kShift))); };
-  cv::Mat picture = sight.picture.clone();
-  if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
+  cv::Mat image = sight.image.clone();
+  if (image.channels() == 1) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
   const auto dots = [&](const std::vector<Eigen::Vector2d>& points, const cv::Scalar& colour) {
     for (const Eigen::Vector2d& p : points) {
-      cv::circle(
-          picture, {fixed(p.x()), fixed(p.y())}, fixed(1.5), colour, -1, cv::LINE_AA, kShift);
+      cv::circle(image, {fixed(p.x()), fixed(p.y())}, fixed(1.5), colour, -1, cv::LINE_AA, kShift);
     }
   };
   const cv::Scalar orange(0, 94, 213);
@@ -184,21 +183,21 @@ cv::Mat Overlay(const MirrorSight& sight) {
   const calib::MirrorRing& ring = sight.fit.ring;
   const cv::Point centre(fixed(ring.centre_px.x()), fixed(ring.centre_px.y()));
   for (const double radius : {ring.inner_radius_px, ring.outer_radius_px}) {
-    cv::circle(picture, centre, fixed(radius), green, 1, cv::LINE_AA, kShift);
+    cv::circle(image, centre, fixed(radius), green, 1, cv::LINE_AA, kShift);
   }
-  cv::drawMarker(picture, {centre.x >> kShift, centre.y >> kShift}, green, cv::MARKER_CROSS, 12);
-  return picture;
+  cv::drawMarker(image, {centre.x >> kShift, centre.y >> kShift}, green, cv::MARKER_CROSS, 12);
+  return image;
 }
 
-void WritePicture(const fs::path& file, const cv::Mat& picture, terminal::Summary& summary) {
-  if (!cv::imwrite(file.string(), picture)) {
+void WriteImage(const fs::path& file, const cv::Mat& image, terminal::Summary& summary) {
+  if (!cv::imwrite(file.string(), image)) {
     throw RunError(fmt::format("{}: cannot be written", file.string()));
   }
   summary.files.push_back(file);
 }
 
 void WriteMirrorReport(const fs::path& folder,
-                       const MirrorSight& sight,
+                       const MirrorObservation& sight,
                        terminal::Summary& summary) {
   using Handler = nlohmann::ordered_json::error_handler_t;
   const std::vector<reports::ReportTable> tables{RingTable(sight)};
@@ -208,38 +207,38 @@ void WriteMirrorReport(const fs::path& folder,
        {"tables.md", reports::FormatMarkdown(tables)},
        {"tables.tex", reports::FormatLatex(tables)}});
   summary.files.insert(summary.files.end(), files.begin(), files.end());
-  WritePicture(folder / "mirror.png", Overlay(sight), summary);
-  WritePicture(folder / "panorama.png", Panorama(sight), summary);
+  WriteImage(folder / "mirror.png", Overlay(sight), summary);
+  WriteImage(folder / "panorama.png", Panorama(sight), summary);
 }
 
 void WriteRig(const CalibrateMirrorParams& params,
-              const MirrorSight& sight,
+              const MirrorObservation& sight,
               terminal::Summary& summary) {
   const std::string text = ReadSettingsText(params.rig, "a rig file (format: calib/README.md)");
   calib::ParseRig(text, params.rig);
   calib::RigValues values;
   values.omni = {
-      InsidePicture(sight.fit.ring, sight.picture.size()), sight.picture.cols, sight.picture.rows};
+      InsideImage(sight.fit.ring, sight.image.size()), sight.image.cols, sight.image.rows};
   const std::string changed = calib::ChangeRig(text, params.rig, values, params.output);
   calib::ParseRig(changed, params.output);
   files::WriteFileAtomically(params.output, changed);
   summary.files.push_back(params.output);
 }
 
-void PrintReport(const MirrorSight& sight, const terminal::Summary& summary) {
+void PrintReport(const MirrorObservation& sight, const terminal::Summary& summary) {
   const MirrorRingFit& fit = sight.fit;
   fmt::print("{}", reports::FormatPlain(RingTable(sight)));
   fmt::print("rim seen in {:.0f} % of all directions, to {:.2f} px\n",
-             100 * std::min(1.0, fit.rim_part),
+             100 * std::min(1.0, fit.rim_ratio),
              fit.rim_sigma_px);
-  if (fit.body_seen && !fit.round_body && sight.pictures > 1) {
+  if (fit.body_seen && !fit.round_body && sight.images > 1) {
     fmt::print("the inner circle leaves out all of the robot, which is not round\n");
   }
   fmt::print("ceilmap heading --ring {:.2f},{:.2f},{:.2f},{:.2f}\n",
              fit.ring.centre_px.x(),
              fit.ring.centre_px.y(),
              fit.ring.inner_radius_px,
-             InsidePicture(fit.ring, sight.picture.size()).outer_radius_px);
+             InsideImage(fit.ring, sight.image.size()).outer_radius_px);
   for (const auto& file : summary.files) fmt::print("written {}\n", file.string());
 }
 
@@ -249,7 +248,8 @@ void RunCalibrateMirror(const CalibrateMirrorParams& params,
   params.Check();
   std::optional<calib::MirrorRing> by_hand;
   if (!params.ring.empty()) by_hand = recordings::ParseRing(params.ring, "--ring");
-  MirrorSight sight = IsPicture(params.omni) ? LookAtPicture(params.omni) : LookAtRecording(params);
+  MirrorObservation sight =
+      IsImage(params.omni) ? ObserveImage(params.omni) : ObserveRecording(params);
   if (by_hand) {
     sight.fit = {};
     sight.fit.ring = *by_hand;
@@ -262,7 +262,7 @@ void RunCalibrateMirror(const CalibrateMirrorParams& params,
         params.omni);
   }
   if (!params.output.empty()) WriteRig(params, sight, summary);
-  if (!params.panorama.empty()) WritePicture(params.panorama, Panorama(sight), summary);
+  if (!params.panorama.empty()) WriteImage(params.panorama, Panorama(sight), summary);
   if (!params.report.empty()) WriteMirrorReport(params.report, sight, summary);
   if (!common.quiet) PrintReport(sight, summary);
 }
@@ -273,11 +273,11 @@ Command AddCalibrateMirrorCommand(CLI::App& calibrate) {
   Command command = MakeCommand(
       calibrate,
       "mirror",
-      "Measures where a convex mirror shows the room in the pictures of the camera below it, from "
+      "Measures where a convex mirror shows the room in the images of the camera below it, from "
       "a recording of a robot that turns.",
       "ceilmap calibrate mirror --omni turn.mp4 --rig rig.yaml -o new.yaml --report mirror\n"
-      "  ceilmap calibrate mirror --omni picture.jpg --panorama panorama.png\n"
-      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+      "  ceilmap calibrate mirror --omni image.jpg --panorama panorama.png\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<CalibrateMirrorParams>();
   CLI::App& cli = *command.cli;
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
@@ -287,7 +287,7 @@ Command AddCalibrateMirrorCommand(CLI::App& calibrate) {
   const std::string result = "Results";
   add("--omni",
       params->omni,
-      "The mirror while the robot turns or drives; or a single picture, in which only light and "
+      "The mirror while the robot turns or drives; or a single image, in which only light and "
       "dark tell, less well",
       "SOURCE")
       ->required()
@@ -305,10 +305,10 @@ Command AddCalibrateMirrorCommand(CLI::App& calibrate) {
       "The rig with the mirror as measured, all else as it was",
       "RIG.yaml")
       ->group(result);
-  add("--panorama", params->panorama, "The first picture unwrapped", "FILE.png")->group(result);
+  add("--panorama", params->panorama, "The first image unwrapped", "FILE.png")->group(result);
   add("--report",
       params->report,
-      "New folder for the picture with circles and what they go through, a panorama, tables",
+      "New folder for the image with circles and what they go through, a panorama, tables",
       "DIR")
       ->group(result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

@@ -16,7 +16,7 @@
 #include "app/recordings/motion_calibration.hpp"
 #include "app/recordings/rig_calibration.hpp"
 #include "app/recordings/robot_rig.hpp"
-#include "app/recordings/second_camera.hpp"
+#include "app/recordings/synchronized_stream.hpp"
 #include "app/reports/report_folder.hpp"
 #include "app/reports/rig_calibration_report.hpp"
 #include "app/terminal/clock.hpp"
@@ -73,7 +73,7 @@ void CheckRecordings(const CalibrateRigOptions& params,
   for (const recordings::RigRecording& recording :
        {params.Spin(), params.Straight(), params.Step()}) {
     if (recording.forward.empty()) continue;
-    const recordings::SecondCamera forward(recording.forward, recording.stamps);
+    const recordings::SynchronizedStream forward(recording.forward, recording.stamps);
     recordings::CheckForwardCamera(rig, file, recording.forward, forward.Size());
   }
 }
@@ -183,7 +183,7 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
       "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
       "--ceiling-height 2.6 --step step/up.mp4 --step-forward step/forward.mp4 --step-height 0.018 "
       "-o rig.yaml\n"
-      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<CalibrateRigOptions>();
   params->AddTo(*command.cli);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

@@ -127,14 +127,14 @@ void CalibrateRigOptions::AddTo(CLI::App& cli) {
   AddMotion(cli);
   cli.add_option("--lens-sigma",
                  lens_sigma_px,
-                 "How far off the intrinsics may put a point at the picture's edge, for the "
+                 "How far off the intrinsics may put a point at the image's edge, for the "
                  "standard deviations; "
                  "calibrate camera tells, as what corners are known to [0.05]")
       ->type_name("PX")
       ->group("Input");
   cli.add_option("--report",
                  report,
-                 "New folder for figures of the fit, the mean picture of the spin by the rig as it "
+                 "New folder for figures of the fit, the mean image of the spin by the rig as it "
                  "was and as measured, and tables")
       ->type_name("DIR")
       ->group("Results");

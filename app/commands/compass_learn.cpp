@@ -41,8 +41,8 @@ struct LearnCommandParams {
 
 // A whole number of cells, few enough to be told apart from a slip.
 int CellCount(double number, const std::string& text) {
-  constexpr double kMostCells = 100;
-  if (number >= 1 && number <= kMostCells && number == std::floor(number)) {
+  constexpr double kMaxCells = 100;
+  if (number >= 1 && number <= kMaxCells && number == std::floor(number)) {
     return static_cast<int>(number);
   }
   throw InputError(
@@ -131,7 +131,7 @@ void Finish(const colour::ColourModel& model,
             terminal::Summary& summary) {
   files::WriteColourModel(model, output);
   summary.files.push_back(output);
-  recordings::TellOfFrames(frames, result.unused);
+  recordings::ReportFrames(frames, result.unused);
   result.seconds = terminal::SecondsSince(start);
   reports::Summarize(result, model, summary);
   if (!common.quiet) reports::PrintReport(result, model, summary);
@@ -148,7 +148,7 @@ void RunLearn(LearnCommandParams params, const CommonOptions& common, terminal::
                   params.poses,
                   "learning",
                   [&learner](const recordings::Frame& frame, const colour::LearnedPose& pose) {
-                    return learner.Add(frame.picture, frame.stamp_s, pose);
+                    return learner.Add(frame.image, frame.stamp_s, pose);
                   });
   const auto finishing = steady_clock::now();
   colour::ColourModel model = learner.Finish();
@@ -187,7 +187,7 @@ void RunUpdate(const UpdateCommandParams& params,
                   "updating",
                   [&compass](const recordings::Frame& frame, const colour::LearnedPose& pose) {
                     colour::ColourFrame seen;
-                    seen.bgr = frame.picture;
+                    seen.bgr = frame.image;
                     seen.stamp_s = frame.stamp_s;
                     seen.tilt = pose.tilt;
                     const colour::PlaceHypothesis place{pose.T_map_base.Translation()};
@@ -208,8 +208,8 @@ void AddPoses(CLI::App& cli, fs::path& poses) {
 
 void AddModelOptions(CLI::App& cli, LearnCommandParams& params) {
   const std::string group = "Model";
-  constexpr int kLeastBins = 36;
-  constexpr int kMostBins = 720;
+  constexpr int kMinBins = 36;
+  constexpr int kMaxBins = 720;
   const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type)->group(group);
   };
@@ -223,7 +223,7 @@ void AddModelOptions(CLI::App& cli, LearnCommandParams& params) {
       ->check(CLI::IsMember({"kmeans", "mixture"}))
       ->capture_default_str();
   add("--bins", params.learn.bins, "Directions of each cell", "N")
-      ->check(CLI::Range(kLeastBins, kMostBins))
+      ->check(CLI::Range(kMinBins, kMaxBins))
       ->capture_default_str();
   add("--grid",
       params.grid,

@@ -90,7 +90,7 @@ std::optional<colour::ColourHeading> Ask(const recordings::Frame& frame,
                                          const StampedPose* pose,
                                          colour::ColourCompass& compass) {
   colour::ColourFrame seen;
-  seen.bgr = frame.picture;
+  seen.bgr = frame.image;
   seen.stamp_s = frame.stamp_s;
   colour::PlaceHypothesis place;
   if (pose != nullptr) {
@@ -101,8 +101,8 @@ std::optional<colour::ColourHeading> Ask(const recordings::Frame& frame,
   return compass.Next(seen);
 }
 
-void TellDetail(const recordings::Frame& frame,
-                const std::optional<colour::ColourHeading>& heading) {
+void ReportDetail(const recordings::Frame& frame,
+                  const std::optional<colour::ColourHeading>& heading) {
   if (heading) {
     terminal::Detail("frame {} at {:.6f} s: {:.3f} rad, sigma {:.3f}, confidence {:.3f}",
                      frame.index,
@@ -134,7 +134,7 @@ reports::CompassQueryResult AskFrames(recordings::ForwardFrames& frames,
     }
     result.compass_ms += terminal::MillisecondsSince(start);
     if (heading) result.headings.push_back({frame.index, frame.stamp_s, EstimateOf(*heading)});
-    TellDetail(frame, heading);
+    ReportDetail(frame, heading);
   }
   result.frames = frames.Count();
   result.unused.below_horizon = compass.Counts().below_horizon;
@@ -209,7 +209,7 @@ void RunQuery(const QueryParams& params, const CommonOptions& common, terminal::
   if (result.headings.empty()) recordings::RefuseRecording(frames, result.unused, {});
   result.errors = ErrorsAgainst(truth, params, result);
   Store(params, common, result, compass, summary);
-  recordings::TellOfFrames(frames, result.unused);
+  recordings::ReportFrames(frames, result.unused);
   if (figures) Draw(*figures, result, summary);
   result.seconds = terminal::SecondsSince(start);
   reports::Summarize(result, summary);
@@ -245,7 +245,7 @@ Command AddCompassQueryCommand(CLI::App& compass) {
       "heading.csv\n"
       "  ceilmap compass query lab.colours --rig rig.yaml --forward again.mp4 --truth truth.tum "
       "--plot figures -o heading.csv\n"
-      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<QueryParams>();
   CLI::App& cli = *command.cli;
   cli.add_option("model", params->model, "What 'compass learn' made")

@@ -101,7 +101,7 @@ reports::ReportFile PageFile(const reports::Comparison& comparison,
 
 void RunEvaluate(EvaluateParams params, const CommonOptions& common, terminal::Summary& summary) {
   if (!params.map.empty() && params.report.empty()) {
-    throw InputError("--map: its picture goes under the figures of a report; give -o too");
+    throw InputError("--map: its image goes under the figures of a report; give -o too");
   }
   evaluation::EvaluationParams& evaluation = params.comparison.evaluation;
   evaluation.align = kAlignments.at(params.align);
@@ -159,7 +159,7 @@ Command AddEvaluateCommand(CLI::App& program) {
       ->type_name("T0.tum");
   cli.add_option("--map",
                  params->map,
-                 "The map that the first estimate is on: its picture lies under "
+                 "The map that the first estimate is on: its image lies under "
                  "the paths")
       ->type_name("MAP.gpkg");
   CLI::Option* const align =

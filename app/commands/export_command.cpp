@@ -77,7 +77,7 @@ void RunExport(const ExportParams& params,
 Command AddExportCommand(CLI::App& program) {
   Command command = MakeCommand(program,
                                 "export",
-                                "Writes a map for other programs: its picture for ROS map_server "
+                                "Writes a map for other programs: its image for ROS map_server "
                                 "and Nav2, GIS or people, its "
                                 "pose graph as g2o text, its trajectory as TUM lines.",
                                 "ceilmap export lab.gpkg --format ros -o lab.yaml");

@@ -103,7 +103,7 @@ class KnownTravel {
     last_s_ = stamp_s;
     return travel;
   }
-  [[nodiscard]] std::int64_t Told() const { return told_; }
+  [[nodiscard]] std::int64_t Reported() const { return told_; }
 
  private:
   std::vector<StampedPose> poses_;
@@ -181,12 +181,12 @@ void DrawFigures(figures::FigureFolder& folder,
   }
 }
 
-void Tell(const recordings::PanoramaSource& source, const reports::HeadingResult& result) {
+void Report(const recordings::PanoramaSource& source, const reports::HeadingResult& result) {
   for (const std::string& warning : source.Source().Warnings()) terminal::PrintWarning(warning);
   if (terminal::Interrupted())
     terminal::PrintNote(fmt::format("interrupted: {} frames were used", result.frames));
   if (source.Source().Stamps() == recordings::StampOrigin::kFrameIndex) {
-    terminal::Note("no --stamps: pictures are taken to be one second apart");
+    terminal::Note("no --stamps: images are taken to be one second apart");
   }
   if (result.untold > 0) {
     terminal::Warn("{} of {} headings were held: nothing in the panoramas told them",
@@ -214,8 +214,8 @@ void RunHeading(const HeadingParams& params,
   PlottedProfile plotted;
   KnownTravel travel(std::move(poses), source.Position());
   MeasureFrames(source, *compass, travel, params.plot_frame, result, plotted);
-  constexpr std::int64_t kLeastFrames = 3;  // to know the way to the last one
-  if (!params.travel.empty() && travel.Told() == 0 && result.frames >= kLeastFrames) {
+  constexpr std::int64_t kMinFrames = 3;  // to know the way to the last one
+  if (!params.travel.empty() && travel.Reported() == 0 && result.frames >= kMinFrames) {
     throw InputError(fmt::format("{}: no poses at the times of {}; do the two count alike?",
                                  params.travel.string(),
                                  params.panorama.Source()));
@@ -232,7 +232,7 @@ void RunHeading(const HeadingParams& params,
       params.output,
       files::FormatHeadings(result.headings, result.errors ? &*result.errors : nullptr));
   summary.files.push_back(params.output);
-  Tell(source, result);
+  Report(source, result);
   if (figures) {
     DrawFigures(*figures, params, result, plotted);
     summary.files.insert(summary.files.end(), figures->Files().begin(), figures->Files().end());
@@ -252,7 +252,7 @@ Command AddHeadingCommand(CLI::App& program) {
       "ceilmap heading --rig rig.yaml --omni omni.mp4 --stamps frames.csv -o heading.csv\n"
       "  ceilmap heading --ring 320,240,60,230 --omni omni.avi -o heading.csv --plot figures\n"
       "  ceilmap heading --panorama panoramas --azimuth rising -o heading.csv\n"
-      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<HeadingParams>();
   CLI::App& cli = *command.cli;
   params->panorama.AddTo(cli, "Input", "Unwrapping");

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -10,6 +9,8 @@
 #include "app/reports/map_quality.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/table.hpp"
+#include "calib/base/degrees.hpp"
+#include "calib/base/one_line.hpp"
 #include "mapping/store/map_file.hpp"
 
 namespace fs = std::filesystem;
@@ -80,7 +81,6 @@ MapInfo Inspect(const fs::path& file) {
 }
 
 ordered_json ToJson(const MapInfo& info) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   const store::MapMetadata& metadata = info.metadata;
   const store::MosaicGrid& grid = info.grid;
   return {
@@ -137,22 +137,21 @@ void PrintTable(const MapInfo& info) {
   table.AddRow({"trajectory", fmt::format("{} poses", info.poses)});
   table.AddRow({"time", fmt::format("{:.3f} .. {:.3f} s", info.first_stamp_s, info.last_stamp_s)});
   table.AddRow({"edges", fmt::format("{}", info.edges)});
-  constexpr int kMostSpots = 8;
-  reports::AddQuality(info.quality, info.weak_spots, unit, kMostSpots, table);
-  table.AddRow({"pictures",
+  constexpr int kMaxSpots = 8;
+  reports::AddQuality(info.quality, info.weak_spots, unit, kMaxSpots, table);
+  table.AddRow({"images",
                 fmt::format("{} x {} px, {:.6g} {} per px",
                             metadata.view_size.width,
                             metadata.view_size.height,
                             metadata.view_units_per_px,
                             unit)});
   table.AddRow({"ceiling", fmt::format("{:.3f} m above the floor", metadata.ceiling_height_m)});
-  table.AddRow(
-      {"robot", metadata.robot.empty() ? "not named" : terminal::InOneLine(metadata.robot)});
+  table.AddRow({"robot", metadata.robot.empty() ? "not named" : InOneLine(metadata.robot)});
   table.AddRow({"rig", metadata.rig_yaml.empty() ? "none" : "stored; --json shows it"});
   table.AddRow({"file", fmt::format("{:.2f} MB", static_cast<double>(info.file_bytes) * 1e-6)});
   table.AddRow({"format", fmt::format("version {}", metadata.format_version)});
-  table.AddRow({"made by", "ceilmap " + terminal::InOneLine(metadata.program_version)});
-  table.AddRow({"provenance", terminal::InOneLine(metadata.provenance)});
+  table.AddRow({"made by", "ceilmap " + InOneLine(metadata.program_version)});
+  table.AddRow({"provenance", InOneLine(metadata.provenance)});
   // All values to the left: they carry their units, so their ends mean nothing.
   fmt::print("{}", table.Format(terminal::Table::Numbers::kLeft));
 }

@@ -12,10 +12,10 @@
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/heading_meter.hpp"
-#include "app/recordings/measured_frames.hpp"
+#include "app/recordings/heading_source.hpp"
 #include "app/recordings/robot_rig.hpp"
-#include "app/recordings/tilt_meter.hpp"
+#include "app/recordings/sensor_fusion.hpp"
+#include "app/recordings/tilt_source.hpp"
 #include "app/reports/localize_report.hpp"
 #include "app/reports/page_parts.hpp"
 #include "app/terminal/clock.hpp"
@@ -169,25 +169,22 @@ class Tally {
 };
 
 void LocateFrames(recordings::FrameSource& source,
-                  recordings::TiltMeter* tilt,
-                  recordings::HeadingMeter* heading,
+                  recordings::TiltSource* tilt,
+                  recordings::HeadingSource* heading,
                   localization::Localizer& localizer,
                   Results& results,
                   live::RunWatch& watch,
                   reports::LocalizeResult& result) {
   terminal::Progress progress("localizing", "frames", source.ExpectedFrames());
   const bool live = source.Stamps() == recordings::StampOrigin::kClock;
-  recordings::MeasuredFrames frames(source, tilt, heading);
+  recordings::SensorFusion frames(source, tilt, heading);
   recordings::MeasuredFrame measured;
   Tally tally;
   std::int64_t done = 0;
   while (frames.Read(measured)) {
     const recordings::Frame& frame = measured.frame;
-    const localization::Location location = localizer.Locate({frame.picture,
-                                                              frame.index,
-                                                              frame.stamp_s,
-                                                              measured.context.heading,
-                                                              measured.context.tilt});
+    const localization::Location location = localizer.Locate(
+        {frame.image, frame.index, frame.stamp_s, measured.context.heading, measured.context.tilt});
     if (location.tilt_left) frames.Correct(*location.tilt_left);
     frames.Locate(location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);
     results.Add(location);
@@ -202,8 +199,8 @@ void LocateFrames(recordings::FrameSource& source,
 }
 
 // A recording of another room, or nothing to see: no pose, and why.
-[[noreturn]] void TellNothingFound(const LocalizeParams& params,
-                                   const reports::LocalizeResult& result) {
+[[noreturn]] void ReportNothingFound(const LocalizeParams& params,
+                                     const reports::LocalizeResult& result) {
   const localization::LocalizerReport& report = result.report;
   if (terminal::Interrupted()) {
     throw RunError(
@@ -270,10 +267,10 @@ void RunLocalize(const LocalizeParams& params,
     }
   }();
 
-  const std::unique_ptr<recordings::TiltMeter> tilt =
-      recordings::TiltMeter::Make(params.tilt, rig, params.rig, params.stamps);
-  const std::unique_ptr<recordings::HeadingMeter> heading =
-      recordings::HeadingMeter::Make(params.heading, rig, params.rig, params.stamps);
+  const std::unique_ptr<recordings::TiltSource> tilt =
+      recordings::TiltSource::Make(params.tilt, rig, params.rig, params.stamps);
+  const std::unique_ptr<recordings::HeadingSource> heading =
+      recordings::HeadingSource::Make(params.heading, rig, params.rig, params.stamps);
   reports::LocalizeResult result;
   result.tilt = tilt.get();
   result.heading = heading.get();
@@ -293,14 +290,14 @@ void RunLocalize(const LocalizeParams& params,
   result.seconds = terminal::SecondsSince(start);
   if (result.Placed() == 0) {
     results.CommitStatus();  // it tells why
-    TellNothingFound(params, result);
+    ReportNothingFound(params, result);
   }
   results.Commit(params, summary);
   if (terminal::Interrupted()) {
     terminal::PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));
   }
   if (source.Stamps() == recordings::StampOrigin::kFrameIndex) {
-    terminal::Note("no --stamps: pictures are taken to be one second apart");
+    terminal::Note("no --stamps: images are taken to be one second apart");
   }
   WarnOfScale(rig, map.Metadata(), result);
   reports::Summarize(result, summary);
@@ -318,7 +315,7 @@ Command AddLocalizeCommand(CLI::App& program) {
       "localize",
       "Finds a robot on a map of the ceiling, wherever it is switched on, and follows it.",
       "ceilmap localize lab.gpkg --rig rig2.yaml --up up2.mp4 --stamps frames2.csv -o robot2.tum\n"
-      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<LocalizeParams>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";

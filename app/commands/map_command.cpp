@@ -12,10 +12,10 @@
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/heading_meter.hpp"
-#include "app/recordings/measured_frames.hpp"
+#include "app/recordings/heading_source.hpp"
 #include "app/recordings/robot_rig.hpp"
-#include "app/recordings/tilt_meter.hpp"
+#include "app/recordings/sensor_fusion.hpp"
+#include "app/recordings/tilt_source.hpp"
 #include "app/reports/map_append.hpp"
 #include "app/reports/map_report.hpp"
 #include "app/terminal/clock.hpp"
@@ -48,7 +48,7 @@ struct MapParams {
   recordings::TiltOptions tilt;
   fs::path output;
   fs::path trajectory;
-  fs::path picture;
+  fs::path image;
   live::WatchOptions watch;
 
   // Checks everything that can be told without the recording. @throws InputError
@@ -64,15 +64,15 @@ void MapParams::Resolve() {
   if (output.extension() != ".gpkg") {
     throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
   }
-  if (!picture.empty() && picture.extension() != ".png") {
-    throw InputError(fmt::format("{}: the picture's name must end in .png", picture.string()));
+  if (!image.empty() && image.extension() != ".png") {
+    throw InputError(fmt::format("{}: the image's name must end in .png", image.string()));
   }
   if (resolution && !(*resolution > 0 && *resolution < 1e6)) {
     throw InputError(
         fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
   }
   if (!origin.empty()) T_map_first = files::ParsePose2(origin, "--origin");
-  files::CheckOutputFiles({output, trajectory, tilt.uncompensated, picture});
+  files::CheckOutputFiles({output, trajectory, tilt.uncompensated, image});
   watch.Check();
 }
 
@@ -119,29 +119,29 @@ store::MapMetadata Describe(const std::optional<calib::Rig>& rig,
 
 // What the map rests on without anybody having said so. Told at the end, so that an error before it
 // stays one line.
-void TellAssumptions(bool have_rig, recordings::StampOrigin stamps) {
+void ReportAssumptions(bool have_rig, recordings::StampOrigin stamps) {
   if (!have_rig) terminal::Note("no --rig: lengths are in pixels of the recording, not in metres");
   if (stamps == recordings::StampOrigin::kFrameIndex) {
-    terminal::Note("no --stamps: pictures are taken to be one second apart");
+    terminal::Note("no --stamps: images are taken to be one second apart");
   }
 }
 
 void MapFrames(recordings::FrameSource& source,
-               recordings::TiltMeter* tilt,
-               recordings::HeadingMeter* heading,
+               recordings::TiltSource* tilt,
+               recordings::HeadingSource* heading,
                mapping::Mapper& mapper,
                live::RunWatch& watch) {
   terminal::Progress progress("mapping", "frames", source.ExpectedFrames());
-  recordings::MeasuredFrames frames(source, tilt, heading);
+  recordings::SensorFusion frames(source, tilt, heading);
   recordings::MeasuredFrame measured;
   std::int64_t done = 0;
   while (frames.Read(measured)) {
     const recordings::Frame& frame = measured.frame;
     const graph::FramePose pose =
-        mapper.Process(frame.picture, frame.index, frame.stamp_s, measured.context);
+        mapper.Process(frame.image, frame.index, frame.stamp_s, measured.context);
     frames.Locate(pose.status == graph::TrackingStatus::kTracking ? std::optional(pose.T_map_base)
                                                                   : std::nullopt);
-    watch.AddMapped(pose, frame.picture, source.ExpectedFrames());
+    watch.AddMapped(pose, frame.image, source.ExpectedFrames());
     progress.Update(++done);
     terminal::Detail(
         "frame {} at {:.6f} s: {}", frame.index, frame.stamp_s, graph::ToString(pose.status));
@@ -149,7 +149,7 @@ void MapFrames(recordings::FrameSource& source,
 }
 
 // A camera is always ended this way, so it is no error once there is something to keep.
-void TellInterrupted(const mapping::Mapper& mapper) {
+void ReportInterrupted(const mapping::Mapper& mapper) {
   if (mapper.Trajectory().empty()) {
     throw RunError("interrupted before any frame was mapped; nothing was written");
   }
@@ -204,9 +204,9 @@ void CommitFiles(const std::vector<graph::FramePose>& frames,
     trajectory->Commit();
     summary.files.push_back(trajectory->Target());
   }
-  if (!params.picture.empty()) {
-    store::ExportPng(store::MapReader(params.output), params.picture);
-    summary.files.push_back(params.picture);
+  if (!params.image.empty()) {
+    store::ExportPng(store::MapReader(params.output), params.image);
+    summary.files.push_back(params.image);
   }
 }
 
@@ -217,10 +217,10 @@ void RunMap(MapParams params, const CommonOptions& common, terminal::Summary& su
       params.rig.empty() ? std::nullopt : std::optional(calib::ReadRig(params.rig));
   recordings::FrameSource source(params.up, {.stamps = params.stamps});
   const calib::CeilingView view = MakeView(rig, params, source);
-  const std::unique_ptr<recordings::TiltMeter> tilt =
-      recordings::TiltMeter::Make(params.tilt, rig, params.rig, params.stamps);
-  const std::unique_ptr<recordings::HeadingMeter> heading =
-      recordings::HeadingMeter::Make(params.heading, rig, params.rig, params.stamps);
+  const std::unique_ptr<recordings::TiltSource> tilt =
+      recordings::TiltSource::Make(params.tilt, rig, params.rig, params.stamps);
+  const std::unique_ptr<recordings::HeadingSource> heading =
+      recordings::HeadingSource::Make(params.heading, rig, params.rig, params.stamps);
 
   const store::MapMetadata metadata = Describe(rig, view, params, common);
   mapping::MapperParams mapper_params;
@@ -247,7 +247,7 @@ void RunMap(MapParams params, const CommonOptions& common, terminal::Summary& su
   if (heading) {
     for (const std::string& warning : heading->Warnings()) terminal::PrintWarning(warning);
   }
-  if (terminal::Interrupted()) TellInterrupted(mapper);
+  if (terminal::Interrupted()) ReportInterrupted(mapper);
   reports::MapResult result;
   if (appending) {
     result = appending->Finish(params.up, view, mapper, writer);
@@ -258,7 +258,7 @@ void RunMap(MapParams params, const CommonOptions& common, terminal::Summary& su
   result.tilt = tilt.get();
   result.heading = heading.get();
   CommitFiles(result.frames, view, writer, params, summary);
-  TellAssumptions(rig.has_value(), source.Stamps());
+  ReportAssumptions(rig.has_value(), source.Stamps());
 
   const terminal::Table facts =
       reports::FactsOf(result, metadata.unit, terminal::SecondsSince(start));
@@ -279,7 +279,7 @@ Command AddMapCommand(CLI::App& program) {
       "Makes a map of the ceiling, and the robot's trajectory, from a recording.",
       "ceilmap map --rig rig.yaml --up up.mp4 --stamps frames.csv -o lab.gpkg --trajectory "
       "lab.tum\n"
-      "A SOURCE is a video file, a folder or printf pattern of pictures, /dev/videoN, or a URL.");
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<MapParams>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
@@ -305,7 +305,7 @@ Command AddMapCommand(CLI::App& program) {
   add("--trajectory", params->trajectory, "Poses of all frames found", "T.tum")->group(result);
   params->tilt.AddTo(cli, input, result);
   params->heading.AddTo(cli, input, input);
-  add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
+  add("--picture", params->image, "The mosaic as seen from above", "FILE.png")->group(result);
   params->watch.AddTo(cli, result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunMap(*params, common, summary);

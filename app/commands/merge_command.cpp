@@ -77,7 +77,7 @@ void Report(const mapping::MergeResult& merged,
     const mapping::JoinResult& join = merged.results[i];
     table.AddRow({params.maps[i].filename().string(),
                   fmt::format("{} of {}", join.matched, join.expected),
-                  "pictures agree where they must"});
+                  "images agree where they must"});
   }
   const graph::MapQuality& quality = merged.graph.quality;
   table.AddRow({"keyframes", fmt::format("{}", merged.graph.keyframes.size())});

@@ -13,9 +13,9 @@
 
 #include "app/commands/commands.hpp"
 #include "app/files/csv.hpp"
+#include "app/files/image_pairs.hpp"
 #include "app/files/output_files.hpp"
-#include "app/files/picture_pairs.hpp"
-#include "app/recordings/pictures.hpp"
+#include "app/recordings/images.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
@@ -32,7 +32,7 @@ namespace {
 using registration::Registration;
 
 struct RegisterParams {
-  std::vector<fs::path> pictures;  // reference, current
+  std::vector<fs::path> images;  // reference, current
   fs::path pairs;
   fs::path output;
   bool fixed_scale = false;
@@ -43,8 +43,8 @@ struct RegisterParams {
 
 void RegisterParams::Validate() const {
   const bool list = !pairs.empty();
-  if (list == !pictures.empty() || (!list && pictures.size() != 2)) {
-    throw InputError("give two pictures, REF.png CUR.png, or a list with --pairs PAIRS.csv");
+  if (list == !images.empty() || (!list && images.size() != 2)) {
+    throw InputError("give two images, REF.png CUR.png, or a list with --pairs PAIRS.csv");
   }
   if (list && output.empty()) {
     throw InputError("--pairs needs -o OUT.csv for the results");
@@ -55,7 +55,7 @@ void RegisterParams::Validate() const {
 struct PairResult {
   std::string id;
   Registration registration;
-  double ms = 0;  // analysis of both pictures and their registration; no file access
+  double ms = 0;  // analysis of both images and their registration; no file access
 };
 
 // Registers pairs of any size; the plans for a size are made once.
@@ -63,8 +63,8 @@ class PairRegistrar {
  public:
   explicit PairRegistrar(bool fixed_scale) { params_.estimate_scale = !fixed_scale; }
 
-  // @throws InputError when a picture cannot be read or the sizes differ.
-  PairResult Run(const files::PicturePair& pair) {
+  // @throws InputError when an image cannot be read or the sizes differ.
+  PairResult Run(const files::ImagePair& pair) {
     const cv::Mat reference = Read(pair, pair.reference);
     const cv::Mat current = Read(pair, pair.current);
     if (reference.size() != current.size()) {
@@ -87,19 +87,19 @@ class PairRegistrar {
   }
 
  private:
-  static cv::Mat Read(const files::PicturePair& pair, const fs::path& picture) {
+  static cv::Mat Read(const files::ImagePair& pair, const fs::path& image) {
     try {
-      return recordings::ReadGreyPicture(picture);
+      return recordings::ReadGreyImage(image);
     } catch (const InputError& error) {
-      if (pair.place == picture.string()) throw;
+      if (pair.place == image.string()) throw;
       throw InputError(fmt::format("{}: {}", pair.place, error.what()));
     }
   }
 
   registration::Registrar& ForSize(cv::Size size) {
-    constexpr std::size_t kMostSizes = 8;  // bounds memory on lists of odd sizes
+    constexpr std::size_t kMaxSizes = 8;  // bounds memory on lists of odd sizes
     const std::pair key(size.width, size.height);
-    if (registrars_.size() >= kMostSizes && !registrars_.contains(key)) registrars_.clear();
+    if (registrars_.size() >= kMaxSizes && !registrars_.contains(key)) registrars_.clear();
     return registrars_.try_emplace(key, size, params_).first->second;
   }
 
@@ -179,12 +179,11 @@ void PrintResult(const PairResult& result) {
   fmt::print("{}", table.Format());
 }
 
-std::vector<PairResult> RegisterAll(const std::vector<files::PicturePair>& pairs,
-                                    bool fixed_scale) {
+std::vector<PairResult> RegisterAll(const std::vector<files::ImagePair>& pairs, bool fixed_scale) {
   PairRegistrar registrar(fixed_scale);
   terminal::Progress progress("registering", "pairs", static_cast<std::int64_t>(pairs.size()));
   std::vector<PairResult> results;
-  for (const files::PicturePair& pair : pairs) {
+  for (const files::ImagePair& pair : pairs) {
     if (terminal::Interrupted()) {
       terminal::Note("interrupted: {} of {} pairs were kept", results.size(), pairs.size());
       break;
@@ -202,12 +201,12 @@ void RunRegister(const RegisterParams& params,
                  terminal::Summary& summary) {
   params.Validate();
   const bool list = !params.pairs.empty();
-  std::vector<files::PicturePair> pairs;
+  std::vector<files::ImagePair> pairs;
   if (list) {
     pairs = files::ReadPairs(params.pairs);
   } else {
-    const fs::path& current = params.pictures[1];
-    pairs = {{current.stem().string(), params.pictures[0], current, current.string()}};
+    const fs::path& current = params.images[1];
+    pairs = {{current.stem().string(), params.images[0], current, current.string()}};
   }
   const std::vector<PairResult> results = RegisterAll(pairs, params.fixed_scale);
   Summarize(results, summary);
@@ -225,22 +224,21 @@ void RunRegister(const RegisterParams& params,
 }  // namespace
 
 Command AddRegisterCommand(CLI::App& program) {
-  Command command =
-      MakeCommand(program,
-                  "register",
-                  "Finds the motion between two pictures of one size: x' = s R(theta) "
-                  "(x - c) + c + t.",
-                  "ceilmap register reference.png current.png\n"
-                  "  ceilmap register --pairs pairs.csv -o results.csv");
+  Command command = MakeCommand(program,
+                                "register",
+                                "Finds the motion between two images of one size: x' = s R(theta) "
+                                "(x - c) + c + t.",
+                                "ceilmap register reference.png current.png\n"
+                                "  ceilmap register --pairs pairs.csv -o results.csv");
   auto params = std::make_shared<RegisterParams>();
   CLI::App& cli = *command.cli;
-  cli.add_option("pictures", params->pictures, "The reference and the current picture")
+  cli.add_option("pictures", params->images, "The reference and the current image")
       ->expected(0, 2)
       ->type_name("REF.png CUR.png");
   cli.add_option("--pairs", params->pairs, "List of pairs: id,reference,current")
       ->type_name("PAIRS.csv");
   cli.add_option("-o,--output", params->output, "Results as CSV")->type_name("OUT.csv");
-  cli.add_flag("--fixed-scale", params->fixed_scale, "The pictures have one scale (a level robot)");
+  cli.add_flag("--fixed-scale", params->fixed_scale, "The images have one scale (a level robot)");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunRegister(*params, common, summary);
   };

@@ -38,12 +38,12 @@ struct SimulateParams {
   std::optional<std::int64_t> seed;
   std::optional<int> frames;
   bool lossless = false;
-  bool pictures = false;
+  bool images = false;
   bool force = false;
   fs::path output;
 
   [[nodiscard]] recordings::RecordingFormat Format() const {
-    if (pictures) return recordings::RecordingFormat::kPictures;
+    if (images) return recordings::RecordingFormat::kImages;
     return lossless ? recordings::RecordingFormat::kLosslessVideo
                     : recordings::RecordingFormat::kVideo;
   }
@@ -91,7 +91,7 @@ Recordings OpenRecordings(const simulator::Scene& scene,
   const auto open = [&](const char* name, const auto& camera, bool is_colour = false) {
     recordings.push_back({name,
                           recordings::RecordingWriter::Create(format,
-                                                              folder.PicturesOf(name),
+                                                              folder.ImagesOf(name),
                                                               {camera.width_px, camera.height_px},
                                                               scene.path.frame_rate_hz,
                                                               is_colour)});
@@ -102,20 +102,20 @@ Recordings OpenRecordings(const simulator::Scene& scene,
   return recordings;
 }
 
-// The pictures of one frame, one for each recording.
-using Pictures = std::vector<recordings::RecordingWriter::Prepared>;
+// The images of one frame, one for each recording.
+using Images = std::vector<recordings::RecordingWriter::Prepared>;
 
-Pictures TakePictures(const simulator::Renderer& renderer,
-                      const simulator::Frame& frame,
-                      const Recordings& recordings) {
-  Pictures pictures;
+Images TakeImages(const simulator::Renderer& renderer,
+                  const simulator::Frame& frame,
+                  const Recordings& recordings) {
+  Images images;
   for (const recordings::SimulationFolder::Recording& recording : recordings) {
     const cv::Mat pixels = recording.camera == "forward" ? renderer.RenderForward(frame)
                            : recording.camera == "omni"  ? renderer.RenderOmni(frame)
                                                          : renderer.Render(frame);
-    pictures.push_back(recording.writer->Prepare(pixels));
+    images.push_back(recording.writer->Prepare(pixels));
   }
-  return pictures;
+  return images;
 }
 
 RenderReport RenderFrames(const simulator::Renderer& renderer,
@@ -125,19 +125,19 @@ RenderReport RenderFrames(const simulator::Renderer& renderer,
   report.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::atomic<double> render_ms = 0;
   const auto count = static_cast<std::int64_t>(frames.size());
-  recordings::OrderedWork<Pictures> work(count, report.threads, [&](std::int64_t i) {
+  recordings::OrderedWork<Images> work(count, report.threads, [&](std::int64_t i) {
     const auto start = steady_clock::now();
-    Pictures pictures = TakePictures(renderer, frames[static_cast<std::size_t>(i)], recordings);
+    Images images = TakeImages(renderer, frames[static_cast<std::size_t>(i)], recordings);
     render_ms += terminal::MillisecondsSince(start);
-    return pictures;
+    return images;
   });
   terminal::Progress progress("rendering", "frames", count);
   while (!terminal::Interrupted()) {
-    const auto pictures = work.Next();
-    if (!pictures) break;
+    const auto images = work.Next();
+    if (!images) break;
     const auto start = steady_clock::now();
     for (std::size_t i = 0; i < recordings.size(); ++i) {
-      recordings[i].writer->Write((*pictures)[i]);
+      recordings[i].writer->Write((*images)[i]);
     }
     report.write_ms += terminal::MillisecondsSince(start);
     const simulator::Frame& frame = frames[static_cast<std::size_t>(report.frames)];
@@ -180,7 +180,7 @@ struct Way {
 };
 
 // Somebody who stops a recording wants what there is of it.
-void TellInterrupted(std::int64_t frames) {
+void ReportInterrupted(std::int64_t frames) {
   if (frames == 0) {
     throw RunError("interrupted before any frame was rendered; nothing was written");
   }
@@ -221,15 +221,15 @@ void PrintReport(const RenderReport& report,
   const auto frames = static_cast<double>(report.frames);
   terminal::Table table;
   table.AddRow({"frames", fmt::format("{}", report.frames)});
-  table.AddRow({"pictures",
+  table.AddRow({"images",
                 fmt::format("{} x {}", scene.camera.width_px, scene.camera.height_px),
                 fmt::format("px at {:g} Hz", scene.path.frame_rate_hz)});
-  const auto add_pictures = [&table](const char* name, const auto& camera) {
+  const auto add_images = [&table](const char* name, const auto& camera) {
     if (!camera) return;
     table.AddRow({name, fmt::format("{} x {}", camera->width_px, camera->height_px), "px"});
   };
-  add_pictures("forward pictures", scene.forward);
-  add_pictures("omni pictures", scene.omni);
+  add_images("forward images", scene.forward);
+  add_images("omni images", scene.omni);
   table.AddRow({"path", fmt::format("{:.3f}", way.length_m), "m"});
   const Eigen::Vector2d extent = way.ground.sizes();
   table.AddRow({"extent", fmt::format("{:.3f} x {:.3f}", extent.x(), extent.y()), "m"});
@@ -253,7 +253,7 @@ void RunSimulate(const SimulateParams& params,
   const simulator::Renderer renderer(scene);
 
   const RenderReport report = RenderFrames(renderer, frames, recordings);
-  if (terminal::Interrupted()) TellInterrupted(report.frames);
+  if (terminal::Interrupted()) ReportInterrupted(report.frames);
   frames.resize(static_cast<std::size_t>(report.frames));
   const std::vector<StampedPose> poses = TruePoses(frames);
   summary.files = folder.Commit(recordings,
@@ -308,7 +308,7 @@ Command AddSimulateCommand(CLI::App& program) {
                    "up.mkv (FFV1), bit by bit as rendered, instead of up.mp4 (H.264), which is "
                    "three to four times smaller and loses a little of the finest grain")
           ->group(result);
-  cli.add_flag("--pictures", params->pictures, "up/000000.png, ... instead of a video")
+  cli.add_flag("--pictures", params->images, "up/000000.png, ... instead of a video")
       ->excludes(lossless)
       ->group(result);
   cli.add_flag("--force", params->force, "Replace an earlier recording in DIR")->group(result);

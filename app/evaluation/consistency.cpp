@@ -2,9 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::evaluation {
@@ -39,7 +39,6 @@ Nees Summarize(std::vector<double> values, int freedom, double bound) {
 
 std::optional<Consistency> MeasureConsistency(const TrajectoryErrors& errors,
                                               const std::vector<PoseCovariance>& covariances) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180;
   const PlanarSimilarity& T = errors.T_truth_estimate;
   const Eigen::Matrix2d R_estimate_truth = T.motion.Rotation().transpose();
   std::vector<double> position;

@@ -75,7 +75,7 @@ Moments Standardize(const MaskedSignal& signal) {
 
 std::vector<ShiftAgreement> CorrelateShifts(const MaskedSignal& a, const MaskedSignal& b) {
   // Of the standardized signals: less of one's own variance over an overlap than this is rounding.
-  constexpr double kLeastVariance = 1e-6;
+  constexpr double kMinVariance = 1e-6;
   const Moments ma = Standardize(a);
   const Moments mb = Standardize(b);
   ShiftSums sums(a.values.size() + b.values.size());
@@ -104,7 +104,7 @@ std::vector<ShiftAgreement> CorrelateShifts(const MaskedSignal& a, const MaskedS
       const double var_b = sum_bb[i] / agreement.overlap - mean_b * mean_b;
       const double covariance = sum_ab[i] / agreement.overlap - mean_a * mean_b;
       agreement.variance = std::max(0.0, var_a) * ma.deviation * ma.deviation;
-      if (var_a > kLeastVariance && var_b > kLeastVariance) {
+      if (var_a > kMinVariance && var_b > kMinVariance) {
         agreement.correlation = covariance / std::sqrt(var_a * var_b);
       }
     }

@@ -38,7 +38,7 @@ PoseError RelativeError(const PosePair& i, const PosePair& j);
 struct PoseErrorStatistics {
   ErrorStatistics translation_m;
   ErrorStatistics rotation_deg;
-  ErrorStatistics rotation_part;
+  ErrorStatistics rotation_block;
   ErrorStatistics full;
 };
 /// @param errors  at least one.

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
+
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
@@ -91,7 +92,6 @@ std::optional<PoseErrorStatistics> RelativeErrors(const std::vector<PosePair>& p
 std::vector<SegmentErrors> MeasureSegments(const std::vector<PosePair>& poses,
                                            const std::vector<double>& way_m,
                                            const SegmentParams& params) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   std::vector<SegmentErrors> segments;
   for (const double length_m : params.lengths_m) {
     std::vector<double> translation_percent;

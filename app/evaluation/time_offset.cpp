@@ -67,12 +67,12 @@ std::vector<Score> ScoreShifts(const MotionProfile& truth,
     return static_cast<double>(std::count(samples.begin(), samples.end(), 1.0));
   };
   const double shorter = std::min(known(truth), known(estimate));
-  const double least_overlap = std::max(kMinOverlapSamples, params.min_overlap * shorter);
+  const double min_overlap = std::max(kMinOverlapSamples, params.min_overlap * shorter);
   const auto speeds = CorrelateShifts(truth.speed, estimate.speed);
   const auto yaw_rates = CorrelateShifts(truth.yaw_rate, estimate.yaw_rate);
   std::vector<Score> scores;
   for (std::size_t i = 0; i < speeds.size(); ++i) {
-    if (speeds[i].overlap < least_overlap) continue;
+    if (speeds[i].overlap < min_overlap) continue;
     const double of_speed = speeds[i].variance;
     const double of_yaw_rate = params.lever_m * params.lever_m * yaw_rates[i].variance;
     if (!(of_speed + of_yaw_rate > 0)) continue;
@@ -85,7 +85,7 @@ std::vector<Score> ScoreShifts(const MotionProfile& truth,
 
 // Local maxima, the highest first.
 std::vector<Score> Candidates(const std::vector<Score>& scores) {
-  constexpr double kLeastOfBest = 0.3;
+  constexpr double kMinOfBest = 0.3;
   std::vector<Score> peaks;
   for (std::size_t i = 0; i < scores.size(); ++i) {
     const double here = scores[i].correlation;
@@ -97,7 +97,7 @@ std::vector<Score> Candidates(const std::vector<Score>& scores) {
     return a.correlation > b.correlation;
   });
   while (peaks.size() > kMaxCandidates ||
-         (!peaks.empty() && peaks.back().correlation < kLeastOfBest * peaks.front().correlation)) {
+         (!peaks.empty() && peaks.back().correlation < kMinOfBest * peaks.front().correlation)) {
     peaks.pop_back();
   }
   return peaks;
@@ -230,11 +230,11 @@ void Offer(TimeOffset offset, double same_s, std::optional<TimeOffset>& best) {
 }  // namespace
 
 bool TimeOffset::IsSure() const {
-  constexpr double kLeastCorrelation = 0.3;
-  constexpr double kMostUnexplained = 0.1;
-  constexpr double kMostOfRunnerUp = 0.25;  // half the error
-  return correlation > kLeastCorrelation && unexplained < kMostUnexplained &&
-         unexplained < kMostOfRunnerUp * runner_up;
+  constexpr double kMinCorrelation = 0.3;
+  constexpr double kMaxUnexplained = 0.1;
+  constexpr double kMaxOfRunnerUp = 0.25;  // half the error
+  return correlation > kMinCorrelation && unexplained < kMaxUnexplained &&
+         unexplained < kMaxOfRunnerUp * runner_up;
 }
 
 std::optional<TimeOffset> FindTimeOffset(const std::vector<StampedPose>& truth,

@@ -13,6 +13,7 @@
 #include "app/recordings/ordered_work.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/one_line.hpp"
 
 namespace fs = std::filesystem;
 
@@ -104,20 +105,20 @@ void FigureFolder::Write(const Figure& figure) {
 }
 
 void FigureFolder::Take(const Figure& figure, const GnuplotResult& result) {
-  std::vector<fs::path> pictures;
-  pictures.reserve(kFormats.size());
+  std::vector<fs::path> images;
+  images.reserve(kFormats.size());
   for (const char* format : kFormats) {
-    pictures.push_back(folder_ / fmt::format("{}.{}", figure.name, format));
+    images.push_back(folder_ / fmt::format("{}.{}", figure.name, format));
   }
   if (result.exit_code == 0) {
-    files_.insert(files_.end(), pictures.begin(), pictures.end());
+    files_.insert(files_.end(), images.begin(), images.end());
     return;
   }
   std::error_code error;
-  for (const fs::path& picture : pictures) fs::remove(picture, error);  // half of one, or none
+  for (const fs::path& image : images) fs::remove(image, error);  // half of one, or none
   throw RunError(fmt::format("{}: gnuplot could not draw it: {}",
                              (folder_ / (figure.name + ".gp")).string(),
-                             terminal::InOneLine(result.messages)));
+                             InOneLine(result.messages)));
 }
 
 void FigureFolder::Draw(const std::vector<Figure>& figures) {

@@ -8,7 +8,7 @@
 
 namespace ceilmap::figures {
 
-/// A figure that gnuplot draws. Script and data stay beside the pictures, so that a figure can be
+/// A figure that gnuplot draws. Script and data stay beside the images, so that a figure can be
 /// changed and drawn again: `cd FOLDER && gnuplot NAME.gp`.
 struct Figure {
   struct Data {

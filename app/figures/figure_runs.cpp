@@ -202,7 +202,7 @@ Figure SegmentFigure(const TrajectoryComparison& comparison) {
       data += fmt::format("{},{:.6g},{:.7g},{:.7g}\n",
                           i + 1,
                           segment.length_m,
-                          100 * segment.translation_part,
+                          100 * segment.translation_ratio,
                           segment.rotation_deg_per_m);
     }
     data += "\n\n";

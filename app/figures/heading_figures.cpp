@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::figures {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 // Turns go on beyond 180 degrees, as a robot's do. Fields without a value are empty.
 std::string HeadingData(const std::vector<files::MeasuredHeading>& headings,

@@ -55,8 +55,8 @@ std::string PoseLine(const FigurePose& pose) {
 
 std::string PosesData(const std::vector<FigurePose>& poses) {
   std::string text = "time_s,way_m,x,y,yaw_deg,pitch_deg,roll_deg,position_error_m,yaw_error_deg\n";
-  constexpr std::size_t kMostStretches = 2000;
-  const std::size_t length = (poses.size() + kMostStretches - 1) / kMostStretches;
+  constexpr std::size_t kMaxStretches = 2000;
+  const std::size_t length = (poses.size() + kMaxStretches - 1) / kMaxStretches;
   const double gap_s = GapOf(poses);
   for (std::size_t first = 0; first < poses.size(); first += length) {
     const std::size_t end = std::min(first + length, poses.size());
@@ -146,9 +146,9 @@ MapFrame FrameFor(const Extent& extent, const std::string& unit) {
   const double span_x = extent.max_x - extent.min_x;
   const double span_y = extent.max_y - extent.min_y;
   const double scale = kLongest / std::max(span_x, span_y);
-  constexpr double kLeast = 260;
-  return {static_cast<int>(kAside + std::max(kLeast, scale * span_x)),
-          static_cast<int>(kAside + std::max(kLeast, scale * span_y)),
+  constexpr double kMin = 260;
+  return {static_cast<int>(kAside + std::max(kMin, scale * span_x)),
+          static_cast<int>(kAside + std::max(kMin, scale * span_y)),
           fmt::format("set size ratio -1\nset xrange [{:.6g}:{:.6g}]\nset yrange [{:.6g}:{:.6g}]\n"
                       "set xlabel 'x ({})'\nset ylabel 'y ({})'\n",
                       extent.min_x,

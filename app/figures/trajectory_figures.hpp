@@ -26,7 +26,7 @@ struct FigurePose {
 /// Mean error of the motion over segments of one length.
 struct SegmentError {
   double length_m = 0;
-  double translation_part = 0;  ///< of the length, 0.01: 1 %
+  double translation_ratio = 0;  ///< of the length, 0.01: 1 %
   double rotation_deg_per_m = 0;
 };
 
@@ -36,7 +36,7 @@ struct FigureRun {
   std::vector<SegmentError> segments;
 };
 
-/// A picture that lies under paths.
+/// An image that lies under paths.
 struct FigureMosaic {
   std::string file;  ///< PNG in the folder of the figures
   double min_x = 0;  ///< of its lower left corner, in the frame of the paths

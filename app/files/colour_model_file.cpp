@@ -146,11 +146,11 @@ std::string ReadText(const fs::path& file) {
 
 // Values cost more memory than text: what no model has is refused while it is read.
 json Parse(const std::string& text) {
-  constexpr int kMostDepth = 8;
-  constexpr std::int64_t kMostValues = 16'000'000;
+  constexpr int kMaxDepth = 8;
+  constexpr std::int64_t kMaxValues = 16'000'000;
   std::int64_t values = 0;
   const auto check = [&values](int depth, json::parse_event_t /*event*/, const json& /*parsed*/) {
-    if (depth > kMostDepth || ++values > kMostValues) {
+    if (depth > kMaxDepth || ++values > kMaxValues) {
       throw InputError("is no colour model; give one of 'ceilmap compass learn'");
     }
     return true;
@@ -281,14 +281,14 @@ ModelKind KindOf(const Fields& fields) {
 }
 
 colour::GridParams GridOf(const Fields& fields) {
-  constexpr int kMostSide = 100;
+  constexpr int kMaxSide = 100;
   colour::GridParams grid;
   grid.min_x_m = fields.Number("min_x_m");
   grid.min_y_m = fields.Number("min_y_m");
   grid.width_m = fields.Number("width_m");
   grid.height_m = fields.Number("height_m");
-  grid.columns = static_cast<int>(fields.Whole("columns", 1, kMostSide));
-  grid.rows = static_cast<int>(fields.Whole("rows", 1, kMostSide));
+  grid.columns = static_cast<int>(fields.Whole("columns", 1, kMaxSide));
+  grid.rows = static_cast<int>(fields.Whole("rows", 1, kMaxSide));
   return grid;
 }
 
@@ -335,14 +335,14 @@ void TakeCells(const json& cells, std::int64_t room, ColourModel& model) {
   }
 }
 
-ColourModel ModelOf(const json& document, std::int64_t most_frequencies) {
-  constexpr int kLeastBins = 36;
-  constexpr int kMostBins = 720;
+ColourModel ModelOf(const json& document, std::int64_t max_frequencies) {
+  constexpr int kMinBins = 36;
+  constexpr int kMaxBins = 720;
   CheckFormat(document);
   const Fields fields(document, "");
   ColourModel model;
   model.kind = KindOf(fields);
-  model.bins = static_cast<int>(fields.Whole("bins", kLeastBins, kMostBins));
+  model.bins = static_cast<int>(fields.Whole("bins", kMinBins, kMaxBins));
   model.grid = GridOf(Fields(fields.At("grid"), "grid"));
   model.depth_m = fields.Number("depth_m");
   model.fading_s = fields.Number("fading_s");
@@ -355,7 +355,7 @@ ColourModel ModelOf(const json& document, std::int64_t most_frequencies) {
   const auto cells = static_cast<std::size_t>(
       model.kind == ModelKind::kSturm ? 1 : model.grid.columns * model.grid.rows);
   colour::CheckBinCount(static_cast<int>(cells), model.bins);
-  TakeCells(fields.List("cells", cells, cells), most_frequencies, model);
+  TakeCells(fields.List("cells", cells, cells), max_frequencies, model);
   return model;
 }
 
@@ -389,9 +389,9 @@ void WriteColourModel(const ColourModel& model, const fs::path& file) {
 
 ColourModel ParseColourModel(const std::string& text,
                              const fs::path& file,
-                             std::int64_t most_frequencies) {
+                             std::int64_t max_frequencies) {
   try {
-    ColourModel model = ModelOf(Parse(text), most_frequencies);
+    ColourModel model = ModelOf(Parse(text), max_frequencies);
     model.Validate();
     const auto filled = [](const Cell& cell) { return !cell.empty(); };
     if (!std::any_of(model.cells.begin(), model.cells.end(), filled)) {

@@ -41,10 +41,10 @@ colour::ColourModel ReadColourModel(const std::filesystem::path& file);
 /// with more has a file that is too large.
 inline constexpr std::int64_t kMaxColourModelFrequencies = 128'000'000;
 
-/// The same from a file's text. @param file  its name in messages. @param most_frequencies  for
+/// The same from a file's text. @param file  its name in messages. @param max_frequencies  for
 ///   tests.
 colour::ColourModel ParseColourModel(const std::string& text,
                                      const std::filesystem::path& file,
-                                     std::int64_t most_frequencies = kMaxColourModelFrequencies);
+                                     std::int64_t max_frequencies = kMaxColourModelFrequencies);
 
 }  // namespace ceilmap::files

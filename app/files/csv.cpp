@@ -72,7 +72,7 @@ CsvTable ReadCsv(const std::filesystem::path& file) {
   return ParseCsv(ReadTextFile(file), file.string());
 }
 
-CsvTable ParseCsv(std::string_view text, std::string name, std::size_t most_fields) {
+CsvTable ParseCsv(std::string_view text, std::string name, std::size_t max_fields) {
   CsvTable table;
   table.name = std::move(name);
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
@@ -91,9 +91,9 @@ CsvTable ParseCsv(std::string_view text, std::string name, std::size_t most_fiel
                                    row.fields.size(),
                                    table.header.size()));
     }
-    if ((table.rows.size() + 1) * table.header.size() > most_fields) {
+    if ((table.rows.size() + 1) * table.header.size() > max_fields) {
       throw InputError(fmt::format(
-          "{}: more than {} fields; split the recording", table.Place(row), most_fields));
+          "{}: more than {} fields; split the recording", table.Place(row), max_fields));
     }
     table.rows.push_back(std::move(row));
   }

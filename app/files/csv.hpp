@@ -37,9 +37,9 @@ inline constexpr std::size_t kMaxCsvFields = 30'000'000;
 ///   header, a row has another number of fields than the header, or there are too many.
 CsvTable ReadCsv(const std::filesystem::path& file);
 
-/// The same from a file's text. @param name  the file's, for messages. @param most_fields  for
+/// The same from a file's text. @param name  the file's, for messages. @param max_fields  for
 ///   tests.
-CsvTable ParseCsv(std::string_view text, std::string name, std::size_t most_fields = kMaxCsvFields);
+CsvTable ParseCsv(std::string_view text, std::string name, std::size_t max_fields = kMaxCsvFields);
 
 /// The field as CSV: quoted where it must be.
 std::string CsvField(std::string_view text);

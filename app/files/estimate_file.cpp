@@ -2,17 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <numbers>
-
 #include "app/files/csv.hpp"
 #include "app/files/tum.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::files {
 namespace {
 
 std::vector<evaluation::StampedHeading> HeadingsIn(const CsvTable& table) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180;
   const std::size_t stamp_column = table.Column("timestamp");
   const std::size_t heading_column = table.Column("heading_deg");
   std::vector<evaluation::StampedHeading> headings;

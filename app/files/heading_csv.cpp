@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::files {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 // In (-180, 180] after rounding too.
 std::string FormatAngle(double angle_deg) {
@@ -27,7 +25,6 @@ std::vector<HeadingSample> ReadHeadings(const std::filesystem::path& file) {
 }
 
 std::vector<HeadingSample> HeadingsIn(const CsvTable& table) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180;
   const std::size_t stamp_column = table.Column("timestamp");
   const std::size_t heading_column = table.Column("heading_deg");
   const std::size_t sigma_column = table.Column("sigma_deg");
@@ -54,7 +51,7 @@ std::vector<HeadingSample> HeadingsIn(const CsvTable& table) {
 
 std::string FormatHeadings(const std::vector<MeasuredHeading>& headings,
                            const evaluation::HeadingErrors* errors) {
-  constexpr double kLeastSigmaDeg = 0.001;
+  constexpr double kMinSigmaDeg = 0.001;
   std::string text = "timestamp,heading_deg,sigma_deg,confidence";
   text += errors == nullptr ? "\n" : ",true_heading_deg,error_deg\n";
   std::size_t next = 0;  // of the errors
@@ -63,7 +60,7 @@ std::string FormatHeadings(const std::vector<MeasuredHeading>& headings,
     text += fmt::format("{:.6f},{},{:.5f},{:.4f}",
                         headings[i].stamp_s,
                         FormatAngle(kDegPerRad * estimate.heading_rad),
-                        std::max(kLeastSigmaDeg, kDegPerRad * std::sqrt(estimate.variance_rad2)),
+                        std::max(kMinSigmaDeg, kDegPerRad * std::sqrt(estimate.variance_rad2)),
                         estimate.confidence);
     if (errors != nullptr && next < errors->of.size() && errors->of[next].heading == i) {
       const evaluation::HeadingError& error = errors->of[next++];

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::files {
@@ -62,7 +62,6 @@ class StatusColumns {
 
  private:
   [[nodiscard]] double Angle(const CsvTable::Row& row, std::size_t column) const {
-    constexpr double kRadPerDeg = std::numbers::pi / 180;
     return kRadPerDeg * table_.Number(row, column);
   }
 
@@ -81,7 +80,6 @@ std::string FormatStatusLine(const localization::Location& location) {
   const graph::FramePose& pose = location.pose;
   const char* const status = graph::ToString(pose.status);
   if (!location.Placed()) return fmt::format("{:.6f},{},,,,,,,,,,\n", pose.stamp_s, status);
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   const auto sigma = [&](int i) { return std::sqrt(pose.covariance(i, i)); };
   // A level robot is exactly level.
   const auto tilt = [](double rad) {

@@ -10,7 +10,7 @@
 
 namespace ceilmap::files {
 
-std::string ReadTextFile(const std::filesystem::path& file, std::size_t most_bytes) {
+std::string ReadTextFile(const std::filesystem::path& file, std::size_t max_bytes) {
   std::error_code ignored;
   std::ifstream stream(file, std::ios::binary);
   if (!stream || std::filesystem::is_directory(file, ignored)) {
@@ -18,17 +18,17 @@ std::string ReadTextFile(const std::filesystem::path& file, std::size_t most_byt
   }
   std::string text;
   const std::uintmax_t size = std::filesystem::file_size(file, ignored);
-  if (!ignored && size <= most_bytes) text.reserve(size);
+  if (!ignored && size <= max_bytes) text.reserve(size);
   std::array<char, 65536> block{};
   do {
     stream.read(block.data(), block.size());
     text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
-  } while (stream && text.size() <= most_bytes);
-  if (text.size() > most_bytes) {
+  } while (stream && text.size() <= max_bytes);
+  if (text.size() > max_bytes) {
     throw InputError(fmt::format(
         "{}: larger than {} MiB, the most that a text file may have; split the recording",
         file.string(),
-        most_bytes >> 20U));
+        max_bytes >> 20U));
   }
   if (stream.bad()) throw InputError(fmt::format("{}: cannot be read", file.string()));
   return text;
@@ -47,8 +47,8 @@ bool Lines::Next(std::string_view& line) {
   return true;
 }
 
-std::string Shown(std::string_view text, std::size_t most_bytes) {
-  std::size_t end = std::min(text.size(), most_bytes);
+std::string Shown(std::string_view text, std::size_t max_bytes) {
+  std::size_t end = std::min(text.size(), max_bytes);
   // Not amid a character of UTF-8.
   const auto continues = [&](std::size_t at) {
     return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;

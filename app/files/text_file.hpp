@@ -13,9 +13,9 @@ inline constexpr std::size_t kMaxTextBytes = std::size_t{256} << 20U;
 inline constexpr std::size_t kMaxLineBytes = std::size_t{64} << 10U;
 
 /// The whole file. Pipes are read too, to their end.
-/// @param most_bytes  of which a text may have no more; for tests.
+/// @param max_bytes  of which a text may have no more; for tests.
 /// @throws InputError when it is missing, a folder, unreadable or too large.
-std::string ReadTextFile(const std::filesystem::path& file, std::size_t most_bytes = kMaxTextBytes);
+std::string ReadTextFile(const std::filesystem::path& file, std::size_t max_bytes = kMaxTextBytes);
 
 /// The lines of a text, one by one, without their ends; what follows the last end is a line unless
 /// it is empty.
@@ -35,6 +35,6 @@ class Lines {
 };
 
 /// Text of a file as messages show it: its start, and `?` for what would command a terminal.
-std::string Shown(std::string_view text, std::size_t most_bytes = 60);
+std::string Shown(std::string_view text, std::size_t max_bytes = 60);
 
 }  // namespace ceilmap::files

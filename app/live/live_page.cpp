@@ -49,7 +49,7 @@ void LivePage::Add(const graph::FramePose& frame, std::int64_t expected) {
   ++revision_;
   if (done_++ % every_ != 0) return;
   frames_.push_back(frame);
-  if (frames_.size() < params_.most_frames) return;
+  if (frames_.size() < params_.max_frames) return;
   for (std::size_t i = 0; 2 * i < frames_.size(); ++i) frames_[i] = frames_[2 * i];
   frames_.resize((frames_.size() + 1) / 2);
   every_ *= 2;
@@ -146,8 +146,8 @@ void LivePage::Finish(page::PageData data) {
   }
   const steady_clock::time_point since = steady_clock::now();
   while (watched && terminal::SecondsSince(since) < params_.farewell_s) {
-    constexpr std::chrono::milliseconds kLookAgain{20};
-    std::this_thread::sleep_for(kLookAgain);
+    constexpr std::chrono::milliseconds kRetry{20};
+    std::this_thread::sleep_for(kRetry);
     const std::lock_guard lock(mutex_);
     watched = told_revision_ < last;
   }

@@ -26,7 +26,7 @@ class LivePage {
   struct Params {
     ServerAddress address;
     /// Of frames that the page has at a time; when there are more every second one goes.
-    std::size_t most_frames = 20000;
+    std::size_t max_frames = 20000;
     /// That the last state waits for who is looking, seconds >= 0.
     double farewell_s = 2;
   };

@@ -16,7 +16,7 @@ namespace {
 class ShortQueue final : public httplib::TaskQueue {
  public:
   void enqueue(std::function<void()> task) override {
-    if (++waiting_ > kMostWaiting) {
+    if (++waiting_ > kMaxWaiting) {
       --waiting_;
       task();
       return;

@@ -23,7 +23,7 @@ inline constexpr std::size_t kMaxRequestBytes = 8192;       ///< line and header
 inline constexpr std::chrono::seconds kRequestPatience{4};  ///< until all of it is there
 inline constexpr std::chrono::seconds kAnswerPatience{60};  ///< until all of an answer is taken
 inline constexpr std::size_t kAnsweredAtATime = 4;
-inline constexpr int kMostWaiting = 32;  ///< connections; more are closed at once
+inline constexpr int kMaxWaiting = 32;  ///< connections; more are closed at once
 
 /// Whether a host is this machine and no other.
 bool IsLoopback(const std::string& host);

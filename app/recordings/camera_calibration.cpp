@@ -16,48 +16,48 @@ using calibration::Board;
 using calibration::BoardGuess;
 using calibration::BoardView;
 
-constexpr std::size_t kLeastViews = 3;
+constexpr std::size_t kMinViews = 3;
 constexpr const char* kHowToHold =
-    "show the board some 15 times, in all parts of the picture, tilted by 30 to 45 deg to all "
+    "show the board some 15 times, in all parts of the image, tilted by 30 to 45 deg to all "
     "sides";
 
-[[noreturn]] void Refuse(const BoardPictures& pictures, const std::string& why) {
-  throw InputError(fmt::format("{}: {}", pictures.name, why));
+[[noreturn]] void Refuse(const BoardImages& images, const std::string& why) {
+  throw InputError(fmt::format("{}: {}", images.name, why));
 }
 
 std::string OtherSize(cv::Size corners, const Board& board) {
   return fmt::format(
-      "the pictures show a chessboard of {0}x{1} corners, not {2}x{3}; give --corners {0}x{1}",
+      "the images show a chessboard of {0}x{1} corners, not {2}x{3}; give --corners {0}x{1}",
       corners.width,
       corners.height,
       board.columns,
       board.rows);
 }
 
-std::string Blurred(std::int64_t pictures) {
+std::string Blurred(std::int64_t images) {
   return fmt::format(
-      "the board is blurred in all of {} pictures; hold it still, add light, and focus the lens",
-      pictures);
+      "the board is blurred in all of {} images; hold it still, add light, and focus the lens",
+      images);
 }
 
 // True where a chessboard of this size is really found, with all its corners.
-bool IsSeen(const cv::Mat& picture, cv::Size corners, Board board) {
+bool IsSeen(const cv::Mat& image, cv::Size corners, Board board) {
   board.kind = calibration::BoardKind::kChessboard;
   board.columns = corners.width;
   board.rows = corners.height;
-  const auto view = calibration::DetectBoard(picture, board);
+  const auto view = calibration::DetectBoard(image, board);
   return view && view->ids.size() == static_cast<std::size_t>(corners.area());
 }
 
-// Counts pictures that show a board of another size. Two must agree, where there are two: tiles and
+// Counts images that show a board of another size. Two must agree, where there are two: tiles and
 // windows make small boards here and there.
 class SizeVotes {
  public:
-  SizeVotes(const BoardPictures& pictures, const Board& board)
-      : board_(board), needed_(std::min<std::size_t>(2, pictures.unseen.size())) {}
-  bool Add(const cv::Mat& picture, cv::Size corners) {
-    constexpr int kLeastCorners = 20;
-    if (corners.area() < kLeastCorners || !IsSeen(picture, corners, board_)) return false;
+  SizeVotes(const BoardImages& images, const Board& board)
+      : board_(board), needed_(std::min<std::size_t>(2, images.unseen.size())) {}
+  bool Add(const cv::Mat& image, cv::Size corners) {
+    constexpr int kMinCorners = 20;
+    if (corners.area() < kMinCorners || !IsSeen(image, corners, board_)) return false;
     return ++votes_[{corners.width, corners.height}] >= needed_;
   }
 
@@ -67,22 +67,22 @@ class SizeVotes {
   std::map<std::pair<int, int>, std::size_t> votes_;
 };
 
-// What the pictures without a board say, the first that says something.
-std::string WhyNoBoard(const BoardPictures& pictures, const Board& board) {
+// What the images without a board say, the first that says something.
+std::string WhyNoBoard(const BoardImages& images, const Board& board) {
   using Kind = BoardGuess::Kind;
-  SizeVotes votes(pictures, board);
-  for (const cv::Mat& picture : pictures.unseen) {
-    const BoardGuess guess = calibration::GuessBoard(picture, board);
+  SizeVotes votes(images, board);
+  for (const cv::Mat& image : images.unseen) {
+    const BoardGuess guess = calibration::GuessBoard(image, board);
     switch (guess.kind) {
       case Kind::kOtherSize:
-        if (votes.Add(picture, guess.corners)) return OtherSize(guess.corners, board);
+        if (votes.Add(image, guess.corners)) return OtherSize(guess.corners, board);
         break;
       case Kind::kMirrored:
         return "the board is seen mirrored, by a mirror before the camera or a driver that flips; "
                "give "
-               "pictures that are not, here and to all other commands";
+               "images that are not, here and to all other commands";
       case Kind::kBlurred:
-        return Blurred(pictures.pictures);
+        return Blurred(images.images);
       case Kind::kMarkers:
         return fmt::format(
             "there are markers of {} but no {}; check --corners, and print the board with "
@@ -94,28 +94,28 @@ std::string WhyNoBoard(const BoardPictures& pictures, const Board& board) {
     }
   }
   return fmt::format(
-      "no {} in any of {} pictures; is it whole, flat and evenly lit, and are --corners the points "
+      "no {} in any of {} images; is it whole, flat and evenly lit, and are --corners the points "
       "where four squares meet?",
       board.Name(),
-      pictures.pictures);
+      images.images);
 }
 
 // A board may be found as a part of a larger one.
-void CheckSize(const BoardPictures& pictures, const Board& board) {
+void CheckSize(const BoardImages& images, const Board& board) {
   if (board.kind != calibration::BoardKind::kChessboard) return;
-  const BoardGuess guess = calibration::GuessSize(pictures.sample);
+  const BoardGuess guess = calibration::GuessSize(images.sample);
   const bool larger =
       guess.kind == BoardGuess::Kind::kOtherSize && guess.corners.area() > board.CornerCount();
-  if (larger && IsSeen(pictures.sample, guess.corners, board)) {
-    Refuse(pictures, OtherSize(guess.corners, board));
+  if (larger && IsSeen(images.sample, guess.corners, board)) {
+    Refuse(images, OtherSize(guess.corners, board));
   }
 }
 
 // Sharp views only.
-std::vector<BoardView> SharpViews(const BoardPictures& pictures, CameraCalibration& result) {
-  const double usual_px = calibration::UsualEdge(pictures.views);
+std::vector<BoardView> SharpViews(const BoardImages& images, CameraCalibration& result) {
+  const double usual_px = calibration::UsualEdge(images.views);
   std::vector<BoardView> sharp;
-  for (const BoardView& view : pictures.views) {
+  for (const BoardView& view : images.views) {
     if (calibration::IsBlurred(view, usual_px)) {
       result.left_out.push_back(
           {view.name, fmt::format("blurred: edges are {:.1f} px wide", view.edge_px)});
@@ -123,39 +123,39 @@ std::vector<BoardView> SharpViews(const BoardPictures& pictures, CameraCalibrati
       sharp.push_back(view);
     }
   }
-  if (sharp.empty()) Refuse(pictures, Blurred(pictures.pictures));
+  if (sharp.empty()) Refuse(images, Blurred(images.images));
   return sharp;
 }
 
-void CheckViews(const BoardPictures& pictures, const std::vector<BoardView>& views) {
-  if (views.size() < kLeastViews) {
-    Refuse(pictures,
-           fmt::format("{} of {} pictures {} the board sharp and whole, at least {} are needed; {}",
+void CheckViews(const BoardImages& images, const std::vector<BoardView>& views) {
+  if (views.size() < kMinViews) {
+    Refuse(images,
+           fmt::format("{} of {} images {} the board sharp and whole, at least {} are needed; {}",
                        views.size(),
-                       pictures.pictures,
+                       images.images,
                        views.size() == 1 ? "shows" : "show",
-                       kLeastViews,
+                       kMinViews,
                        kHowToHold));
   }
-  const std::size_t distinct = calibration::DistinctViews(views, pictures.size);
-  if (distinct >= kLeastViews) return;
-  Refuse(pictures,
+  const std::size_t distinct = calibration::DistinctViews(views, images.size);
+  if (distinct >= kMinViews) return;
+  Refuse(images,
          fmt::format(
              "the {} views of the board are alike ({} different one{}), at least {} are needed; {}",
              views.size(),
              distinct,
              distinct == 1 ? "" : "s",
-             kLeastViews,
+             kMinViews,
              kHowToHold));
 }
 
 void Choose(const Board& board,
             std::vector<BoardView> sharp,
             calibration::LensModel model,
-            std::size_t most_views,
+            std::size_t max_views,
             CameraCalibration& result) {
   const std::vector<std::size_t> chosen =
-      calibration::ChooseViews(board, sharp, result.pictures.size, model, most_views);
+      calibration::ChooseViews(board, sharp, result.images.size, model, max_views);
   for (std::size_t i = 0, next = 0; i < sharp.size(); ++i) {
     if (next < chosen.size() && chosen[next] == i) {
       result.views.push_back(std::move(sharp[i]));
@@ -169,22 +169,22 @@ void Choose(const Board& board,
 }  // namespace
 
 CameraCalibration CalibrateCamera(const Board& board,
-                                  BoardPictures pictures,
+                                  BoardImages images,
                                   const calibration::SolverParams& params,
-                                  std::size_t most_views) {
+                                  std::size_t max_views) {
   CameraCalibration result;
   result.board = board;
-  if (pictures.views.empty()) Refuse(pictures, WhyNoBoard(pictures, board));
-  CheckSize(pictures, board);
-  for (const std::string& name : pictures.without_board)
+  if (images.views.empty()) Refuse(images, WhyNoBoard(images, board));
+  CheckSize(images, board);
+  for (const std::string& name : images.without_board)
     result.left_out.push_back({name, "no board found"});
-  std::vector<BoardView> sharp = SharpViews(pictures, result);
-  CheckViews(pictures, sharp);
-  result.pictures = std::move(pictures);
-  Choose(board, std::move(sharp), params.model, most_views, result);
-  auto solution = calibration::SolveCamera(board, result.views, result.pictures.size, params);
+  std::vector<BoardView> sharp = SharpViews(images, result);
+  CheckViews(images, sharp);
+  result.images = std::move(images);
+  Choose(board, std::move(sharp), params.model, max_views, result);
+  auto solution = calibration::SolveCamera(board, result.views, result.images.size, params);
   if (!solution) {
-    Refuse(result.pictures, fmt::format("no camera follows from these views; {}", kHowToHold));
+    Refuse(result.images, fmt::format("no camera follows from these views; {}", kHowToHold));
   }
   result.solution = std::move(*solution);
   std::vector<BoardView> used;
@@ -197,9 +197,9 @@ CameraCalibration CalibrateCamera(const Board& board,
            fmt::format("does not fit the others: RMS {:.2f} px", view.rms_px)});
     }
   }
-  result.coverage = calibration::FindCoverage(used, result.pictures.size);
+  result.coverage = calibration::FindCoverage(used, result.images.size);
   calibration::Judgement judgement = calibration::JudgeCamera(result.solution, result.coverage);
-  if (!judgement.faults.empty()) Refuse(result.pictures, judgement.faults.front());
+  if (!judgement.faults.empty()) Refuse(result.images, judgement.faults.front());
   result.warnings = std::move(judgement.warnings);
   return result;
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/recordings/board_pictures.hpp"
+#include "app/recordings/board_images.hpp"
 #include "calib/solve/board.hpp"
 #include "calib/solve/camera_solver.hpp"
 #include "calib/solve/view_judge.hpp"
@@ -16,7 +16,7 @@ namespace ceilmap::recordings {
 struct CameraCalibration {
   std::string name;  ///< of the camera
   calibration::Board board;
-  BoardPictures pictures;                     ///< all that was found
+  BoardImages images;                         ///< all that was found
   std::vector<calibration::BoardView> views;  ///< those that went into the solution
   calibration::CameraSolution solution;       ///< its views count in `views`
   calibration::Coverage coverage;             ///< of those used
@@ -29,13 +29,13 @@ struct CameraCalibration {
 };
 
 /// Chooses views, solves, judges.
-/// @param most_views  at least 3.
-/// @throws InputError when the pictures do not determine the camera: what is missing, and
+/// @param max_views  at least 3.
+/// @throws InputError when the images do not determine the camera: what is missing, and
 /// what
 ///   to add.
 CameraCalibration CalibrateCamera(const calibration::Board& board,
-                                  BoardPictures pictures,
+                                  BoardImages images,
                                   const calibration::SolverParams& params,
-                                  std::size_t most_views);
+                                  std::size_t max_views);
 
 }  // namespace ceilmap::recordings

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "app/terminal/progress.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -22,9 +22,7 @@ using registration::ImageMotion;
 using registration::PlaneCamera;
 using registration::PlaneMotion;
 using registration::Registrar;
-
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::size_t kMostKeyframes =
+constexpr std::size_t kMaxKeyframes =
     97;  // odd: see Keep; about 4 MB each while pairs are measured
 
 Registrar MakeRegistrar(const calib::CeilingView& view) {
@@ -41,7 +39,7 @@ PlaneMotion LevelMotion(const Pose2& T_reference_current) {
   return motion;
 }
 
-ImageMotion InPicture(const PlaneCamera& camera, const Pose2& T_reference_current) {
+ImageMotion InImage(const PlaneCamera& camera, const Pose2& T_reference_current) {
   const PlaneMotion plane = LevelMotion(T_reference_current);
   const Eigen::Vector2d centre = plane.Apply(camera, Eigen::Vector2d::Zero());
   return {centre.x(), centre.y(), -plane.yaw, 1};
@@ -53,9 +51,9 @@ class CeilingFollower {
   explicit CeilingFollower(const calib::CeilingView& view)
       : view_(view), camera_(registration::PlaneCameraOf(view)), registrar_(MakeRegistrar(view)) {}
 
-  // False when the picture matches nothing.
+  // False when the image matches nothing.
   bool Follow(const Frame& frame) {
-    Seen now{{frame.picture.clone(), frame.index, {}}, Analyze(frame.picture)};
+    Seen now{{frame.image.clone(), frame.index, {}}, Analyze(frame.image)};
     if (frames_.empty()) {
       Keep(std::move(now));
       return true;
@@ -67,10 +65,10 @@ class CeilingFollower {
       T_key_now = Match(now.spectrum);
     }
     if (!T_key_now) return false;
-    const Pose2 T_first_now = key_.picture.T_first_camera * *T_key_now;
+    const Pose2 T_first_now = key_.image.T_first_camera * *T_key_now;
     step_ = T_first_last_.Inverse() * T_first_now;
     T_first_last_ = T_first_now;
-    now.picture.T_first_camera = T_first_now;
+    now.image.T_first_camera = T_first_now;
     if (Far(*T_key_now)) {
       Keep(std::move(now));
       last_.reset();
@@ -87,7 +85,7 @@ class CeilingFollower {
 
  private:
   struct Seen {
-    CeilingKeyframe picture;
+    CeilingKeyframe image;
     FrameSpectrum spectrum;
   };
 
@@ -96,11 +94,11 @@ class CeilingFollower {
   }
 
   std::optional<Pose2> Match(const FrameSpectrum& now) {
-    const Pose2 expected = key_.picture.T_first_camera.Inverse() * T_first_last_ * step_;
-    constexpr double kSigmaPart = 0.1;  // of the picture's width
+    const Pose2 expected = key_.image.T_first_camera.Inverse() * T_first_last_ * step_;
+    constexpr double kSigmaPart = 0.1;  // of the image's width
     constexpr double kSigmaDeg = 10;
     const registration::MotionPrior prior{
-        InPicture(camera_, expected), kSigmaPart * view_.Size().width, kSigmaDeg * kDegree};
+        InImage(camera_, expected), kSigmaPart * view_.Size().width, kSigmaDeg * kRadPerDeg};
     const registration::Registration found = registrar_.Register(key_.spectrum, now, prior);
     if (!found.ok()) return std::nullopt;
     const PlaneMotion motion = PlaneMotion::FromSimilarity(camera_, found.motion);
@@ -109,21 +107,21 @@ class CeilingFollower {
 
   [[nodiscard]] bool Far(const Pose2& T_key_now) const {
     const double shift_px = camera_.focal_px * T_key_now.Translation().norm();
-    return shift_px > least_part_ * std::hypot(view_.Size().width, view_.Size().height) ||
-           std::abs(T_key_now.yaw) > least_turn_rad_;
+    return shift_px > min_fraction_ * std::hypot(view_.Size().width, view_.Size().height) ||
+           std::abs(T_key_now.yaw) > min_turn_rad_;
   }
 
   void Keep(Seen seen) {
     key_ = std::move(seen);
-    T_first_last_ = key_.picture.T_first_camera;
-    frames_.push_back(key_.picture);
-    if (frames_.size() < kMostKeyframes) return;
+    T_first_last_ = key_.image.T_first_camera;
+    frames_.push_back(key_.image);
+    if (frames_.size() < kMaxKeyframes) return;
     // Every other one, the first and the newest among them; what comes is as far apart.
     std::vector<CeilingKeyframe> half;
     for (std::size_t i = 0; i < frames_.size(); i += 2) half.push_back(std::move(frames_[i]));
     frames_ = std::move(half);
-    least_part_ *= 2;
-    least_turn_rad_ *= 2;
+    min_fraction_ *= 2;
+    min_turn_rad_ *= 2;
   }
 
   const calib::CeilingView& view_;
@@ -135,8 +133,8 @@ class CeilingFollower {
   std::optional<Seen> last_;
   Pose2 T_first_last_;
   Pose2 step_;
-  double least_part_ = 0.035;  // of the picture's diagonal
-  double least_turn_rad_ = 4.5 * kDegree;
+  double min_fraction_ = 0.035;  // of the image's diagonal
+  double min_turn_rad_ = 4.5 * kRadPerDeg;
 };
 
 class PairMeter {
@@ -154,10 +152,10 @@ class PairMeter {
     }
   }
 
-  std::vector<calibration::SeenTwice> Measure(std::size_t first,
-                                              std::size_t second,
-                                              const Pose2& T_first_second,
-                                              bool known) {
+  std::vector<calibration::PointCorrespondence> Measure(std::size_t first,
+                                                        std::size_t second,
+                                                        const Pose2& T_first_second,
+                                                        bool known) {
     PlaneMotion motion = LevelMotion(T_first_second);
     if (!known) {
       const registration::PlaneFit fit =
@@ -165,7 +163,7 @@ class PairMeter {
       if (!fit.ok) return {};
       motion = fit.motion;
     }
-    std::vector<calibration::SeenTwice> places;
+    std::vector<calibration::PointCorrespondence> places;
     for (const registration::PlaneShift& shift :
          registrar_.MeasurePlane(spectra_[first], spectra_[second], camera_, motion)) {
       places.push_back(ToPlace(shift));
@@ -174,7 +172,7 @@ class PairMeter {
   }
 
   [[nodiscard]] double Overlap(const Pose2& T_first_second) const {
-    return registration::OverlapOf(InPicture(camera_, T_first_second), view_.Size());
+    return registration::OverlapOf(InImage(camera_, T_first_second), view_.Size());
   }
 
  private:
@@ -183,7 +181,8 @@ class PairMeter {
     return (R_cam_view_ * slope.homogeneous()).hnormalized();
   }
 
-  [[nodiscard]] calibration::SeenTwice ToPlace(const registration::PlaneShift& shift) const {
+  [[nodiscard]] calibration::PointCorrespondence ToPlace(
+      const registration::PlaneShift& shift) const {
     const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
     const Eigen::LLT<Eigen::Matrix2d> root(information + 1e-9 * Eigen::Matrix2d::Identity());
     return {Ray(shift.block.point), Ray(shift.seen), root.matrixU().toDenseMatrix()};
@@ -201,7 +200,7 @@ class PairMeter {
 CeilingKeyframes ReadCeiling(FrameSource& source,
                              const calib::CeilingView& view,
                              const std::string& label) {
-  constexpr int kMostLost = 5;
+  constexpr int kMaxLost = 5;
   CeilingKeyframes result;
   result.source = source.Name();
   CeilingFollower follower(view);
@@ -215,7 +214,7 @@ CeilingKeyframes ReadCeiling(FrameSource& source,
       continue;
     }
     ++result.lost;
-    if (++lost < kMostLost) continue;
+    if (++lost < kMaxLost) continue;
     throw InputError(
         fmt::format("{}: from frame {} on the ceiling does not match the frames before; record it "
                     "more slowly, under a ceiling with texture, with the lights on",
@@ -232,7 +231,7 @@ calibration::Recording MeasureCeiling(const CeilingKeyframes& keyframes,
                                       const std::vector<Pose2>& cameras,
                                       bool known) {
   constexpr std::array<std::size_t, 12> kApart{1, 2, 3, 5, 8, 12, 18, 26, 36, 48, 62, 78};
-  constexpr double kLeastOverlap = 0.35;
+  constexpr double kMinOverlap = 0.35;
   PairMeter meter(keyframes, up, ceiling_height_m);
   calibration::Recording recording;
   for (const Pose2& camera : cameras) {
@@ -243,7 +242,7 @@ calibration::Recording MeasureCeiling(const CeilingKeyframes& keyframes,
       const std::size_t second = first + apart;
       if (second >= cameras.size()) break;
       const Pose2 T_first_second = cameras[first].Inverse() * cameras[second];
-      if (meter.Overlap(T_first_second) < kLeastOverlap) continue;
+      if (meter.Overlap(T_first_second) < kMinOverlap) continue;
       calibration::ViewPair pair{static_cast<int>(first), static_cast<int>(second), {}};
       pair.places = meter.Measure(first, second, T_first_second, known);
       if (!pair.places.empty()) recording.pairs.push_back(std::move(pair));

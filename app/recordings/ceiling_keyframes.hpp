@@ -13,11 +13,11 @@
 
 namespace ceilmap::recordings {
 
-/// A picture of the ceiling that is kept to be measured.
+/// An image of the ceiling that is kept to be measured.
 struct CeilingKeyframe {
   cv::Mat raw;             ///< as the camera took it
   std::int64_t frame = 0;  ///< of the recording
-  /// Rough pose of the camera, from picture to picture; units of the ceiling's distance.
+  /// Rough pose of the camera, from image to image; units of the ceiling's distance.
   Pose2 T_first_camera;
 };
 
@@ -30,17 +30,17 @@ struct CeilingKeyframes {
   std::int64_t lost = 0;  ///< frames that matched nothing
 };
 
-/// Follows a recording picture by picture.
+/// Follows a recording image by image.
 /// @param view  of the camera as far as it is known; tilts of a few degrees do no harm.
 /// @throws InputError when the ceiling is lost for longer than a moment.
 CeilingKeyframes ReadCeiling(FrameSource& source,
                              const calib::CeilingView& view,
                              const std::string& label);
 
-/// Where both pictures of many pairs see the same places: of neighbours and of views farther apart,
+/// Where both images of many pairs see the same places: of neighbours and of views farther apart,
 /// as long as they overlap.
 /// @param up  the camera as far as it is known. @param cameras  poses of the keyframes' cameras as
-///   far as they are known. @param known  to a pixel or two over the picture; else pairs are
+///   far as they are known. @param known  to a pixel or two over the image; else pairs are
 ///   brought closer first, tilt included.
 calibration::Recording MeasureCeiling(const CeilingKeyframes& keyframes,
                                       const calib::MountedCamera& up,

@@ -3,19 +3,17 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "app/files/colour_model_file.hpp"
 #include "app/recordings/robot_rig.hpp"
 #include "app/terminal/console.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/stage_timer.hpp"
 
 namespace ceilmap::recordings {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 /// A place that is older tells nothing of where the robot is.
 constexpr double kPlaceHoldsS = 1;
 constexpr double kSure = 0.9;  // of the belief
@@ -37,7 +35,7 @@ std::unique_ptr<ColourHeadings> ColourHeadings::Make(const std::filesystem::path
   params.camera_ahead_of_axle_m = rig.axle_behind_mast_m + camera.T_base_cam.translation().x();
   try {
     return std::make_unique<ColourHeadings>(
-        std::make_unique<SecondCamera>(std::move(frames), "forward"),
+        std::make_unique<SynchronizedStream>(std::move(frames), "forward"),
         colour::ColourCompass(std::move(learned), camera, params));
   } catch (const InputError& error) {
     throw InputError(
@@ -45,13 +43,14 @@ std::unique_ptr<ColourHeadings> ColourHeadings::Make(const std::filesystem::path
   }
 }
 
-ColourHeadings::ColourHeadings(std::unique_ptr<SecondCamera> camera, colour::ColourCompass compass)
+ColourHeadings::ColourHeadings(std::unique_ptr<SynchronizedStream> camera,
+                               colour::ColourCompass compass)
     : camera_(std::move(camera)), compass_(std::move(compass)) {}
 
-void ColourHeadings::Look(const Frame& frame) {
+void ColourHeadings::Observe(const Frame& frame) {
   const StageTimer timer(compass_ms_);
   colour::ColourFrame seen;
-  seen.bgr = frame.picture;
+  seen.bgr = frame.image;
   seen.stamp_s = frame.stamp_s;
   if (place_ && frame.stamp_s - placed_s_ <= kPlaceHoldsS) seen.places = {&*place_, 1};
   heading_ = compass_.Next(seen);
@@ -63,7 +62,7 @@ void ColourHeadings::Look(const Frame& frame) {
 std::optional<HeadingPrior> ColourHeadings::At(double stamp_s) {
   const Frame* const frame = camera_->Nearest(stamp_s);
   if (frame == nullptr) return std::nullopt;
-  if (seen_ != frame->index) Look(*frame);
+  if (seen_ != frame->index) Observe(*frame);
   seen_ = frame->index;
   if (!heading_) return std::nullopt;
   terminal::Detail("heading at {:.6f} s: {:.3f} deg, sigma {:.3f} deg, confidence {:.2f}",
@@ -72,7 +71,7 @@ std::optional<HeadingPrior> ColourHeadings::At(double stamp_s) {
                    kDegPerRad * std::sqrt(heading_->variance_rad2),
                    heading_->confidence);
   if (heading_->confidence < kSure) return std::nullopt;
-  // The two pictures were not taken at once, and nobody says how fast the robot turned.
+  // The two images were not taken at once, and nobody says how fast the robot turned.
   constexpr double kUnseenRate = 0.3;  // rad/s
   const double turned_rad = kUnseenRate * (stamp_s - frame->stamp_s);
   return HeadingPrior{heading_->heading_rad, heading_->variance_rad2 + turned_rad * turned_rad};
@@ -88,7 +87,7 @@ std::vector<std::string> ColourHeadings::Warnings() const {
   std::vector<std::string> warnings = camera_->Warnings();
   if (2 * unsure_ > told_) {
     warnings.push_back(
-        fmt::format("{}: {} of {} forward pictures tell no heading for sure; is the model of this "
+        fmt::format("{}: {} of {} forward images tell no heading for sure; is the model of this "
                     "place?",
                     camera_->Name(),
                     unsure_,
@@ -98,7 +97,7 @@ std::vector<std::string> ColourHeadings::Warnings() const {
 }
 
 nlohmann::ordered_json ColourHeadings::Quality() const {
-  const SecondCamera::Report frames = camera_->GetReport();
+  const SynchronizedStream::Report frames = camera_->GetReport();
   return {{"by", "colours"},
           {"headings", told_},
           {"unsure", unsure_},

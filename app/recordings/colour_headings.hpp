@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "app/recordings/heading_meter.hpp"
-#include "app/recordings/second_camera.hpp"
+#include "app/recordings/heading_source.hpp"
+#include "app/recordings/synchronized_stream.hpp"
 #include "localization/compass/colour/colour_compass.hpp"
 
 namespace ceilmap::recordings {
 
 /// Absolute headings of the forward camera, by colours that were learned before (`compass learn`),
 /// in the frame of the learned poses. Where the robot is on the map, once that is known, helps.
-class ColourHeadings : public HeadingMeter {
+class ColourHeadings : public HeadingSource {
  public:
   /// @param stamps  of its frames, or of the upward ones where those are as many.
   /// @throws InputError when model, source or rig cannot be used.
@@ -25,9 +25,9 @@ class ColourHeadings : public HeadingMeter {
                                               const calib::Rig& rig,
                                               const std::filesystem::path& rig_file);
 
-  ColourHeadings(std::unique_ptr<SecondCamera> camera, colour::ColourCompass compass);
+  ColourHeadings(std::unique_ptr<SynchronizedStream> camera, colour::ColourCompass compass);
 
-  /// Of the forward picture nearest in time; nothing while several headings are possible.
+  /// Of the forward image nearest in time; nothing while several headings are possible.
   std::optional<HeadingPrior> At(double stamp_s) override;
 
   void Locate(double stamp_s, const std::optional<Pose2>& T_map_base) override;
@@ -37,9 +37,9 @@ class ColourHeadings : public HeadingMeter {
   void AddRows(terminal::Table& table) const override;
 
  private:
-  void Look(const Frame& frame);
+  void Observe(const Frame& frame);
 
-  std::unique_ptr<SecondCamera> camera_;
+  std::unique_ptr<SynchronizedStream> camera_;
   colour::ColourCompass compass_;
   std::optional<std::int64_t> seen_;              // index of the last picture
   std::optional<colour::ColourHeading> heading_;  // of it

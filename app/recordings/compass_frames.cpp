@@ -20,13 +20,13 @@ constexpr int kPixelStep = 4;  // every 16th pixel tells enough
 constexpr int kDarkLevel = 24;
 
 // Calls with the least and the greatest channel of every 16th pixel.
-template <typename Look>
-void ForSomePixels(const cv::Mat& bgr, const Look& look) {
+template <typename Visit>
+void ForSomePixels(const cv::Mat& bgr, const Visit& visit) {
   for (int v = 0; v < bgr.rows; v += kPixelStep) {
     const auto* const row = bgr.ptr<cv::Vec3b>(v);
     for (int u = 0; u < bgr.cols; u += kPixelStep) {
       const auto [least, most] = std::minmax({row[u][0], row[u][1], row[u][2]});
-      look(least, most);
+      visit(least, most);
     }
   }
 }
@@ -55,12 +55,12 @@ double MeanDifference(const cv::Mat& bgr) {
 }  // namespace
 
 double ColouredPart(const cv::Mat& bgr) {
-  constexpr int kLeastDifference = 12;
+  constexpr int kMinDifference = 12;
   std::int64_t pixels = 0;
   std::int64_t coloured = 0;
   ForSomePixels(bgr, [&](int least, int most) {
     ++pixels;
-    coloured += most - least >= kLeastDifference ? 1 : 0;
+    coloured += most - least >= kMinDifference ? 1 : 0;
   });
   return pixels > 0 ? static_cast<double>(coloured) / static_cast<double>(pixels) : 0;
 }
@@ -88,9 +88,9 @@ void CheckNotRead(const fs::path& result, const std::vector<fs::path>& sources) 
 }
 
 void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::string& group) {
-  constexpr int kMostLines = 640;
+  constexpr int kMaxLines = 640;
   cli.add_option("--lines", lines.lines, "Upright scan lines of a frame")
-      ->check(CLI::Range(2, kMostLines))
+      ->check(CLI::Range(2, kMaxLines))
       ->type_name("N")
       ->group(group)
       ->capture_default_str();
@@ -130,21 +130,21 @@ double ForwardFrames::AheadOfAxleM() const {
 }
 
 void ForwardFrames::CheckColour() {
-  constexpr double kLeastPart = 0.005;
-  constexpr std::int64_t kMostGrey = 30;
-  if (colour_seen_ || IsDark(frame_.picture)) return;
-  colour_seen_ = ColouredPart(frame_.picture) >= kLeastPart;
+  constexpr double kMinPart = 0.005;
+  constexpr std::int64_t kMaxGrey = 30;
+  if (colour_seen_ || IsDark(frame_.image)) return;
+  colour_seen_ = ColouredPart(frame_.image) >= kMinPart;
   if (colour_seen_) return;
   ++grey_;
   // A robot may stand before a bare wall for long; a grey camera shows in less.
-  constexpr double kLeastDifference = 2;
-  wall_seen_ = wall_seen_ || MeanDifference(frame_.picture) >= kLeastDifference;
-  if (!wall_seen_ && grey_ >= kMostGrey) RefuseGrey();
+  constexpr double kMinDifference = 2;
+  wall_seen_ = wall_seen_ || MeanDifference(frame_.image) >= kMinDifference;
+  if (!wall_seen_ && grey_ >= kMaxGrey) RefuseGrey();
 }
 
 void ForwardFrames::RefuseGrey() const {
   throw InputError(fmt::format(
-      "{}: its pictures are grey; this compass knows places by their colours, record it in colour",
+      "{}: its images are grey; this compass knows places by their colours, record it in colour",
       source_.Name()));
 }
 
@@ -172,11 +172,11 @@ Tilt TiltOf(const StampedPose& pose) {
   return tilt;
 }
 
-void TellOfFrames(const ForwardFrames& frames, const UnusedFrames& unused) {
+void ReportFrames(const ForwardFrames& frames, const UnusedFrames& unused) {
   for (const std::string& warning : frames.Source().Warnings()) terminal::PrintWarning(warning);
   if (terminal::Interrupted()) terminal::Note("interrupted: {} frames were used", frames.Count());
   if (frames.Source().Stamps() == StampOrigin::kFrameIndex) {
-    terminal::Note("no --stamps: pictures are taken to be one second apart");
+    terminal::Note("no --stamps: images are taken to be one second apart");
   }
   if (unused.without_pose > 0) {
     terminal::Warn("{} of {} frames have no pose within {} s",

@@ -15,7 +15,7 @@
 
 namespace ceilmap::recordings {
 
-/// Where the pictures of `compass learn|query|update` come from.
+/// Where the images of `compass learn|query|update` come from.
 struct ForwardOptions {
   std::filesystem::path rig;
   std::string forward;
@@ -34,7 +34,7 @@ void CheckNotRead(const std::filesystem::path& result,
 /// Options for the scan lines of frames.
 void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::string& group);
 
-/// The colour pictures of the rig's forward camera.
+/// The colour images of the rig's forward camera.
 class ForwardFrames {
  public:
   /// Opens recording and rig. @throws InputError also when the two do not fit, or the camera
@@ -42,7 +42,7 @@ class ForwardFrames {
   explicit ForwardFrames(const ForwardOptions& options);
 
   /// The next one. @return as FrameSource::Read.
-  /// @throws InputError when the pictures turn out to be grey: after 30 without a trace of
+  /// @throws InputError when the images turn out to be grey: after 30 without a trace of
   ///   colour, and at the end where none has colours to speak of. Dark ones tell nothing.
   bool Read();
   [[nodiscard]] const Frame& Current() const { return frame_; }
@@ -68,7 +68,7 @@ class ForwardFrames {
 };
 
 /// Part of the pixels that have a colour: whose brightest and darkest channels differ by 12 grey
-/// levels. Encoders leave less than that on grey pictures. @param bgr  CV_8UC3.
+/// levels. Encoders leave less than that on grey images. @param bgr  CV_8UC3.
 double ColouredPart(const cv::Mat& bgr);
 
 /// Poses of a trajectory by time.
@@ -92,12 +92,12 @@ Tilt TiltOf(const StampedPose& pose);
 /// Frames that a run over a recording could not use.
 struct UnusedFrames {
   std::int64_t without_pose = 0;   ///< no pose at their time
-  std::int64_t below_horizon = 0;  ///< too little of the picture above it
+  std::int64_t below_horizon = 0;  ///< too little of the image above it
 };
 
 /// What every run over a recording tells at its end: the recording's warnings, interruption,
 /// missing stamps, and frames that were not used.
-void TellOfFrames(const ForwardFrames& frames, const UnusedFrames& unused);
+void ReportFrames(const ForwardFrames& frames, const UnusedFrames& unused);
 
 /// When not one frame could be used.
 /// @param poses  the file of poses; empty: there is none.

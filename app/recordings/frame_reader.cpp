@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "app/recordings/pictures.hpp"
+#include "app/recordings/images.hpp"
 #include "app/recordings/video_reader.hpp"
 #include "calib/base/error.hpp"
 
@@ -17,18 +17,18 @@ namespace fs = std::filesystem;
 namespace ceilmap::recordings {
 namespace {
 
-class PictureReader final : public FrameReader {
+class ImageReader final : public FrameReader {
  public:
-  PictureReader(std::vector<fs::path> files, Pixels pixels, std::vector<std::string> remarks = {})
+  ImageReader(std::vector<fs::path> files, Pixels pixels, std::vector<std::string> remarks = {})
       : files_(std::move(files)), pixels_(pixels), remarks_(std::move(remarks)) {}
 
-  bool Next(cv::Mat& picture, std::optional<double>& time_s) override {
+  bool Next(cv::Mat& image, std::optional<double>& time_s) override {
     if (next_ == files_.size()) return false;
-    picture = ReadPicture(files_[next_++], pixels_);
+    image = ReadImage(files_[next_++], pixels_);
     time_s.reset();
     return true;
   }
-  [[nodiscard]] Kind GetKind() const override { return Kind::kPictures; }
+  [[nodiscard]] Kind GetKind() const override { return Kind::kImages; }
   [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override {
     return static_cast<std::int64_t>(files_.size());
   }
@@ -60,9 +60,9 @@ class CameraReader final : public FrameReader {
     if (rate > 0 && rate <= kHighestRate) period_s_ = 1 / rate;
   }
 
-  bool Next(cv::Mat& picture, std::optional<double>& time_s) override {
-    if (!capture_.read(picture_) || picture_.empty()) return false;
-    ConvertTo(pixels_, picture_, picture, name_);
+  bool Next(cv::Mat& image, std::optional<double>& time_s) override {
+    if (!capture_.read(image_) || image_.empty()) return false;
+    ConvertTo(pixels_, image_, image, name_);
     time_s.reset();  // its clock is not ours
     return true;
   }
@@ -75,7 +75,7 @@ class CameraReader final : public FrameReader {
   std::string name_;
   Pixels pixels_;
   cv::VideoCapture capture_;
-  cv::Mat picture_;
+  cv::Mat image_;
   std::optional<double> period_s_;
 };
 
@@ -107,17 +107,17 @@ std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source, Pixels
   std::error_code ignored;
   if (input == Input::kStream) return std::make_unique<VideoReader>(source, input, pixels);
   if (!fs::exists(source, ignored) && IsPattern(source)) {
-    PatternPictures pictures = ListPattern(source);
+    PatternImages images = ListPattern(source);
     std::vector<std::string> remarks;
-    if (pictures.missing > 0) {
+    if (images.missing > 0) {
       remarks.push_back(fmt::format(
-          "{}: {} numbers between the first and the last have no file", source, pictures.missing));
+          "{}: {} numbers between the first and the last have no file", source, images.missing));
     }
-    return std::make_unique<PictureReader>(std::move(pictures.files), pixels, std::move(remarks));
+    return std::make_unique<ImageReader>(std::move(images.files), pixels, std::move(remarks));
   }
   CheckFile(source);
   if (fs::is_directory(source, ignored)) {
-    return std::make_unique<PictureReader>(ListFolder(source), pixels);
+    return std::make_unique<ImageReader>(ListFolder(source), pixels);
   }
   return std::make_unique<VideoReader>(source, input, pixels);
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/recordings/pictures.hpp"
+#include "app/recordings/images.hpp"
 
 namespace ceilmap::recordings {
 
@@ -16,12 +16,12 @@ class FrameReader {
  public:
   /// How a source behaves.
   enum class Kind {
-    kPictures,  ///< picture files: no time of their own
-    kVideo,     ///< a file (or pipe) with time: nothing is lost, however slowly it is read
-    kLive,      ///< a camera or stream: frames that nobody takes in time are lost
+    kImages,  ///< image files: no time of their own
+    kVideo,   ///< a file (or pipe) with time: nothing is lost, however slowly it is read
+    kLive,    ///< a camera or stream: frames that nobody takes in time are lost
   };
 
-  /// Opens SOURCE of the command line: a video file, a folder or printf pattern of pictures,
+  /// Opens SOURCE of the command line: a video file, a folder or printf pattern of images,
   /// /dev/videoN, or a URL.
   /// @throws InputError when there is nothing of the kind.
   static std::unique_ptr<FrameReader> Open(const std::string& source,
@@ -29,11 +29,11 @@ class FrameReader {
 
   virtual ~FrameReader() = default;
 
-  /// The next frame into `picture`, whose memory is reused, as CV_8UC1 or, with Pixels::kColour,
+  /// The next frame into `image`, whose memory is reused, as CV_8UC1 or, with Pixels::kColour,
   /// CV_8UC3; false at the end.
   /// @param time_s  set to the recording's own time of the frame where it has one.
-  /// @throws InputError when a picture cannot be read.
-  virtual bool Next(cv::Mat& picture, std::optional<double>& time_s) = 0;
+  /// @throws InputError when an image cannot be read.
+  virtual bool Next(cv::Mat& image, std::optional<double>& time_s) = 0;
 
   [[nodiscard]] virtual Kind GetKind() const = 0;
   /// Frames that the source says it has; a video's count may be an estimate. Unset: unknown.

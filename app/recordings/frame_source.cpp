@@ -25,7 +25,7 @@ using std::chrono::steady_clock;
 StampOrigin ChooseStamps(bool have_file, FrameReader::Kind kind) {
   if (have_file) return StampOrigin::kStampsFile;
   switch (kind) {
-    case FrameReader::Kind::kPictures:
+    case FrameReader::Kind::kImages:
       return StampOrigin::kFrameIndex;
     case FrameReader::Kind::kLive:
       return StampOrigin::kClock;
@@ -102,7 +102,7 @@ void FrameSource::State::CheckStampCount() {
                                *expected));
 }
 
-// Pictures without a time of their own keep the stamps as far as they go.
+// Images without a time of their own keep the stamps as far as they go.
 void FrameSource::State::UseOwnTime() {
   const bool has_time = reader->GetKind() == FrameReader::Kind::kVideo;
   warnings.push_back(fmt::format("{} has {} frames, {} {} stamps: {}",
@@ -124,14 +124,14 @@ bool FrameSource::State::Decode(Frame& frame) {
   std::optional<double> time_s;
   const bool no_stamp = stamp_origin == StampOrigin::kStampsFile && stamps_of_another &&
                         static_cast<std::size_t>(next_index) >= stamps_s.size();
-  if (no_stamp || !reader->Next(frame.picture, time_s)) return false;
-  if (size.empty()) size = frame.picture.size();
-  if (frame.picture.size() != size) {
+  if (no_stamp || !reader->Next(frame.image, time_s)) return false;
+  if (size.empty()) size = frame.image.size();
+  if (frame.image.size() != size) {
     throw InputError(fmt::format("{}: frame {} is {}x{} px, the frames before it are {}x{}",
                                  name,
                                  next_index,
-                                 frame.picture.cols,
-                                 frame.picture.rows,
+                                 frame.image.cols,
+                                 frame.image.rows,
                                  size.width,
                                  size.height));
   }
@@ -223,15 +223,15 @@ void FrameSource::State::CheckEnd() {
 cv::Mat FrameSource::State::TakeSpare() {
   const std::lock_guard lock(mutex);
   if (spare.empty()) return {};
-  cv::Mat picture = std::move(spare.back());
+  cv::Mat image = std::move(spare.back());
   spare.pop_back();
-  return picture;
+  return image;
 }
 
 bool FrameSource::State::Push(Frame&& frame) {
   std::unique_lock lock(mutex);
   if (drop_oldest && queue.size() >= read_ahead) {
-    spare.push_back(std::move(queue.front().picture));
+    spare.push_back(std::move(queue.front().image));
     queue.pop_front();
     ++report.dropped;
   }
@@ -249,7 +249,7 @@ void FrameSource::State::Run() {
     while (wanted && Decode(frame)) {
       wanted = Push(std::move(frame));
       frame = Frame();
-      frame.picture = TakeSpare();
+      frame.image = TakeSpare();
     }
     if (wanted) CheckEnd();
   } catch (...) {
@@ -321,8 +321,8 @@ bool FrameSource::Read(Frame& frame) {
     return false;
   }
   // Memory that the consumer still holds on to must not be written again.
-  const bool sole_owner = frame.picture.u != nullptr && frame.picture.u->refcount == 1;
-  if (sole_owner) state.spare.push_back(std::move(frame.picture));
+  const bool sole_owner = frame.image.u != nullptr && frame.image.u->refcount == 1;
+  if (sole_owner) state.spare.push_back(std::move(frame.image));
   frame = std::move(state.queue.front());
   state.queue.pop_front();
   state.taken.notify_one();

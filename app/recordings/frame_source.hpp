@@ -12,9 +12,9 @@
 
 namespace ceilmap::recordings {
 
-/// One picture of a recording.
+/// One image of a recording.
 struct Frame {
-  cv::Mat picture;         ///< CV_8UC1, or CV_8UC3 (BGR) with Pixels::kColour
+  cv::Mat image;           ///< CV_8UC1, or CV_8UC3 (BGR) with Pixels::kColour
   std::int64_t index = 0;  ///< 0, 1, ... in the recording; counts frames that a live source dropped
   double stamp_s = 0;      ///< strictly increasing
 };
@@ -23,19 +23,19 @@ struct Frame {
 enum class StampOrigin {
   kStampsFile,  ///< the file given with --stamps
   kContainer,   ///< the video's own time, from its start
-  kFrameIndex,  ///< nobody: picture n is taken to be at n seconds
+  kFrameIndex,  ///< nobody: image n is taken to be at n seconds
   kClock,       ///< this machine's clock when the frame came (live sources), seconds since 1970
 };
 
 struct FrameSourceOptions {
-  Pixels pixels = Pixels::kGrey;      ///< what pictures are decoded to
+  Pixels pixels = Pixels::kGrey;      ///< what images are decoded to
   std::filesystem::path stamps = {};  ///< frames' time stamps (ReadStamps); empty: none
   /// The stamps may belong to another camera's recording: they count when there is one for each
   /// frame. Else the recording's own time does, from the first stamp on, and a warning tells.
   bool stamps_of_another = false;
   int read_ahead = 8;  ///< frames decoded in advance, > 0
   /// The same for a live source: frames that wait, at the most, before the oldest is dropped. 1:
-  /// the newest picture, always.
+  /// the newest image, always.
   int live_queue = 8;
 };
 
@@ -71,7 +71,7 @@ class FrameSource {
   /// Takes the next frame; the memory of the one passed in is used again. Waits as long as it
   /// takes.
   /// @return false at the end, or when the user interrupted (Interrupted()).
-  /// @throws InputError when a picture cannot be read or its size differs from the first's,
+  /// @throws InputError when an image cannot be read or its size differs from the first's,
   ///   or the stamps turn out to be too few or too many.
   bool Read(Frame& frame);
 

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/statistics.hpp"
 #include "calib/base/tilt.hpp"
 
 namespace ceilmap::recordings {
@@ -15,8 +16,6 @@ namespace {
 using calibration::Climb;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kTapeM = 5e-4;  // what a step's height is measured to
 
 // A level camera that looks along base x: x_cam = -y_base, y_cam = -z_base.
@@ -24,12 +23,6 @@ Matrix3d LevelForward() {
   Matrix3d R;
   R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   return R;
-}
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // The lift at the end, where the robot stands level there.
@@ -42,7 +35,7 @@ std::optional<Measured> ClimbedBy(const std::vector<Climb>& climbs) {
     if (std::abs(climbs[i].pitch_rad) > kLevelRad) return std::nullopt;
     lifts.push_back(climbs[i].lift_m);
   }
-  const double lift = MedianOf(lifts);
+  const double lift = Median(lifts);
   double squares = 0;
   for (const double one : lifts) squares += (one - lift) * (one - lift);
   // References on the way add up; each is good to some tenths of a millimetre.
@@ -110,7 +103,7 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
                                     const std::string& source,
                                     const RigCalibration& mount,
                                     double lens_sigma_px) {
-  std::vector<calibration::SeenMotion> sights;
+  std::vector<calibration::MotionWithMatches> sights;
   for (const RigMotion& motion : motions) {
     sights.insert(sights.end(), motion.sights.begin(), motion.sights.end());
   }
@@ -124,7 +117,7 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
   if (!result.mount.ok) {
     throw InputError(
         fmt::format("{}: shows too little that moves as the robot does ({} matches in {} pairs of "
-                    "pictures); record it in a lit room with things to see, without people, and "
+                    "images); record it in a lit room with things to see, without people, and "
                     "let the forward camera's pose in the rig be right to 10 deg",
                     source,
                     result.mount.matches,
@@ -155,7 +148,7 @@ StepCalibration CalibrateStep(const RigMotion& motion,
                               std::optional<double> height_m,
                               double lens_sigma_px) {
   StepCalibration result;
-  // A lift zooms the picture, a tilt moves its edges against its middle by f (edge / f)^2.
+  // A lift zooms the image, a tilt moves its edges against its middle by f (edge / f)^2.
   const double edge_px = 0.5 * std::hypot(up.width_px, up.height_px);
   const double focal_px = std::sqrt(up.fx * up.fy);
   const double lift_sigma_m = mount.distance_m.value * lens_sigma_px / edge_px;
@@ -164,23 +157,23 @@ StepCalibration CalibrateStep(const RigMotion& motion,
     if (!T_first_base) continue;
     const Tilt tilt = FromSpace(*T_first_base).tilt;
     result.climbs.push_back({tilt.pitch_rad, tilt.lift_m});
-    result.most_pitch_rad = std::max(result.most_pitch_rad, std::abs(tilt.pitch_rad));
+    result.max_pitch_rad = std::max(result.max_pitch_rad, std::abs(tilt.pitch_rad));
   }
   result.pivots = calibration::FitPivots(result.climbs);
   for (calibration::Pivot* pivot : {&result.pivots.axle, &result.pivots.front_wheels}) {
     if (pivot->frames == 0) continue;
-    const double steep = std::sin(pivot->most_rad);
+    const double steep = std::sin(pivot->max_rad);
     pivot->sigma_m = std::hypot(pivot->sigma_m, lift_sigma_m / steep);
   }
-  constexpr double kLeastDeg = 0.8;
-  if (kDegPerRad * result.most_pitch_rad < kLeastDeg || result.pivots.axle.frames == 0) {
+  constexpr double kMinDeg = 0.8;
+  if (kDegPerRad * result.max_pitch_rad < kMinDeg || result.pivots.axle.frames == 0) {
     throw InputError(
         fmt::format("{}: the robot's front climbs nothing, it tilts by {:.2f} deg at the most, "
                     "must be at least {:.1f}; begin on the level floor and let the front wheels "
                     "drive slowly onto a board",
                     source,
-                    kDegPerRad * result.most_pitch_rad,
-                    kLeastDeg));
+                    kDegPerRad * result.max_pitch_rad,
+                    kMinDeg));
   }
   result.height_m = height_m;
   const std::optional<Measured> climbed = ClimbedBy(result.climbs);

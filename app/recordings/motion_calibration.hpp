@@ -31,7 +31,7 @@ struct ForwardCalibration {
 struct StepCalibration {
   std::vector<calibration::Climb> climbs;  ///< of the frames whose tilt the ceiling showed
   calibration::PivotFit pivots;
-  double most_pitch_rad = 0;  ///< to either side
+  double max_pitch_rad = 0;  ///< to either side
   /// The robot stands level and higher at the end: all wheels are on the step.
   std::optional<Measured> climbed_m;
   std::optional<double> height_m;  ///< of the step, as given
@@ -58,7 +58,7 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
 
 /// @param height_m  of the step, where it was measured. @param lens_sigma_px  as SolveRig's: what
 /// the
-///   intrinsics put wrong at the picture's edge passes for a lift, and for a tilt.
+///   intrinsics put wrong at the image's edge passes for a lift, and for a tilt.
 /// @throws InputError when the robot does not climb.
 StepCalibration CalibrateStep(const RigMotion& motion,
                               const std::string& source,

@@ -87,8 +87,8 @@ class Mp4File {
 bool SpeedUpMp4(std::iostream& stream, double factor) {
   Mp4File mp4(stream);
   if (mp4.Good()) mp4.SpeedUp(factor);
-  constexpr int kLeastHeaders = 2;  // of the movie, of its track
-  return mp4.Good() && mp4.Headers() >= kLeastHeaders;
+  constexpr int kMinHeaders = 2;  // of the movie, of its track
+  return mp4.Good() && mp4.Headers() >= kMinHeaders;
 }
 
 void SpeedUpMp4(const std::filesystem::path& file, double factor) {

@@ -6,7 +6,7 @@
 namespace ceilmap::recordings {
 
 /// Makes a finished MP4 file (ISO 14496-12) play `factor` times as fast: multiplies the units per
-/// second in its movie and track headers (mvhd, mdhd) and touches no picture.
+/// second in its movie and track headers (mvhd, mdhd) and touches no image.
 /// @param factor  > 0. @throws RunError when the file is no such file or cannot be written.
 void SpeedUpMp4(const std::filesystem::path& file, double factor);
 

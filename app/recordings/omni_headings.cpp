@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "app/recordings/robot_rig.hpp"
 #include "app/terminal/console.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/pose2.hpp"
 #include "calib/base/stage_timer.hpp"
@@ -16,8 +16,6 @@
 
 namespace ceilmap::recordings {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 calib::MirrorView ViewOf(const calib::MountedCamera& omni, const std::filesystem::path& rig_file) {
   try {
@@ -37,13 +35,14 @@ std::unique_ptr<OmniHeadings> OmniHeadings::Make(const std::string& source,
       source,
       FrameSourceOptions{.pixels = Pixels::kColour, .stamps = stamps, .stamps_of_another = true});
   const calib::MountedCamera& camera = OmniCameraOf(rig, rig_file, *frames);
-  return std::make_unique<OmniHeadings>(std::make_unique<SecondCamera>(std::move(frames), "mirror"),
-                                        ViewOf(camera, rig_file),
-                                        std::make_unique<compass::FftCompass>(),
-                                        camera.T_base_cam.translation().head<2>());
+  return std::make_unique<OmniHeadings>(
+      std::make_unique<SynchronizedStream>(std::move(frames), "mirror"),
+      ViewOf(camera, rig_file),
+      std::make_unique<compass::FftCompass>(),
+      camera.T_base_cam.translation().head<2>());
 }
 
-OmniHeadings::OmniHeadings(std::unique_ptr<SecondCamera> camera,
+OmniHeadings::OmniHeadings(std::unique_ptr<SynchronizedStream> camera,
                            calib::MirrorView view,
                            std::unique_ptr<compass::Compass> compass,
                            const Eigen::Vector2d& position)
@@ -52,10 +51,10 @@ OmniHeadings::OmniHeadings(std::unique_ptr<SecondCamera> camera,
       compass_(std::move(compass)),
       travel_(position) {}
 
-/// Asks the compass for the heading of a picture it has not seen yet.
-void OmniHeadings::Look(const Frame& frame) {
+/// Asks the compass for the heading of an image it has not seen yet.
+void OmniHeadings::Observe(const Frame& frame) {
   const StageTimer timer(compass_ms_);
-  view_.Unwrap(frame.picture, panorama_);
+  view_.Unwrap(frame.image, panorama_);
   compass::PanoramaFrame seen;
   seen.panorama = panorama_;
   seen.stamp_s = frame.stamp_s;
@@ -75,12 +74,12 @@ void OmniHeadings::Look(const Frame& frame) {
 std::optional<HeadingPrior> OmniHeadings::At(double stamp_s) {
   const Frame* const frame = camera_->Nearest(stamp_s);
   if (frame == nullptr) return std::nullopt;
-  if (seen_ != frame->index) Look(*frame);
+  if (seen_ != frame->index) Observe(*frame);
   seen_ = frame->index;
   seen_s_ = frame->stamp_s;
-  // A compass may leave pictures out: then there is nothing to say of this moment.
+  // A compass may leave images out: then there is nothing to say of this moment.
   if (!estimate_ || estimate_s_ != frame->stamp_s) return std::nullopt;
-  constexpr double kLeastVariance = 1e-10;  // the first frame's is 0
+  constexpr double kMinVariance = 1e-10;  // the first frame's is 0
   const double turned_rad = rate_rad_s_ * (stamp_s - frame->stamp_s);
   terminal::Detail("heading at {:.6f} s: {:.3f} deg, sigma {:.3f} deg, confidence {:.2f}",
                    stamp_s,
@@ -88,7 +87,7 @@ std::optional<HeadingPrior> OmniHeadings::At(double stamp_s) {
                    kDegPerRad * std::sqrt(estimate_->variance_rad2),
                    estimate_->confidence);
   return HeadingPrior{estimate_->heading_rad,
-                      std::max(kLeastVariance, estimate_->variance_rad2) + turned_rad * turned_rad};
+                      std::max(kMinVariance, estimate_->variance_rad2) + turned_rad * turned_rad};
 }
 
 void OmniHeadings::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
@@ -99,7 +98,7 @@ std::vector<std::string> OmniHeadings::Warnings() const {
   std::vector<std::string> warnings = camera_->Warnings();
   if (10 * held_ > told_) {
     warnings.push_back(
-        fmt::format("{}: {} of {} mirror pictures tell no heading (covered, dark, bare or crowded)",
+        fmt::format("{}: {} of {} mirror images tell no heading (covered, dark, bare or crowded)",
                     camera_->Name(),
                     held_,
                     told_));
@@ -108,7 +107,7 @@ std::vector<std::string> OmniHeadings::Warnings() const {
 }
 
 nlohmann::ordered_json OmniHeadings::Quality() const {
-  const SecondCamera::Report frames = camera_->GetReport();
+  const SynchronizedStream::Report frames = camera_->GetReport();
   return {{"by", "omni"},
           {"headings", told_},
           {"held", held_},

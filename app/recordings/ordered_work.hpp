@@ -22,7 +22,7 @@ class OrderedWork {
 
   /// @param job  called by several threads at once, once for each index.
   OrderedWork(std::int64_t count, int threads, Job job)
-      : count_(count), most_ahead_(2 * threads), job_(std::move(job)) {
+      : count_(count), max_ahead_(2 * threads), job_(std::move(job)) {
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Run(); });
   }
   /// Leaves out what has not begun and waits for the rest.
@@ -60,7 +60,7 @@ class OrderedWork {
     std::unique_lock lock(mutex_);
     while (true) {
       taken_.wait(lock, [this] {
-        return stop_ || next_in_ == count_ || next_in_ - next_out_ < most_ahead_;
+        return stop_ || next_in_ == count_ || next_in_ - next_out_ < max_ahead_;
       });
       if (stop_ || next_in_ == count_) return;
       const std::int64_t index = next_in_++;
@@ -78,7 +78,7 @@ class OrderedWork {
   }
 
   std::int64_t count_;
-  std::int64_t most_ahead_;
+  std::int64_t max_ahead_;
   Job job_;
 
   std::mutex mutex_;  // of what follows, but the threads

@@ -17,7 +17,7 @@
 namespace ceilmap::recordings {
 namespace {
 
-constexpr int kLeastColumns = 8;
+constexpr int kMinColumns = 8;
 
 const std::map<std::string, calib::PanoramaRows> kRowSpacings = {
     {"radius", calib::PanoramaRows::kRadius},
@@ -60,11 +60,11 @@ PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
 
 int CheckedFront(const PanoramaOptions& options, const FrameSource& source) {
   const int columns = source.Size().width;
-  if (columns < kLeastColumns || columns > compass::kMaxColumns) {
+  if (columns < kMinColumns || columns > compass::kMaxColumns) {
     throw InputError(fmt::format("{}: panoramas have {} columns, must be {} to {}",
                                  source.Name(),
                                  columns,
-                                 kLeastColumns,
+                                 kMinColumns,
                                  compass::kMaxColumns));
   }
   const int front = options.front_column.value_or(columns / 2);
@@ -114,15 +114,14 @@ void PanoramaOptions::AddTo(CLI::App& cli,
   };
   add("--rig", rig, "The robot's cameras, omni among them", "RIG.yaml")->group(input);
   add("--omni", omni, "Camera under a convex mirror", "SOURCE")->group(input);
-  add("--panorama", panorama, "Instead: pictures that are unwrapped already", "SOURCE")
-      ->group(input);
+  add("--panorama", panorama, "Instead: images that are unwrapped already", "SOURCE")->group(input);
   add("--stamps", stamps, "Time of each frame: index,timestamp", "FRAMES.csv")->group(input);
   add("--azimuth", azimuth, "Of --panorama, counter-clockwise, from left to right [falling]", "WAY")
       ->check(CLI::IsMember({"falling", "rising"}))
       ->group(input);
   add("--front-column", front_column, "Of --panorama: shows the robot's front [the middle]", "U")
       ->group(input);
-  add("--ring", ring, "The mirror in the picture, when there is no rig", "U,V,INNER,OUTER")
+  add("--ring", ring, "The mirror in the image, when there is no rig", "U,V,INNER,OUTER")
       ->group(unwrapping);
   add("--columns", columns, "Columns of the panorama [1080; labrosse: 360]", "N")
       ->group(unwrapping);
@@ -140,14 +139,14 @@ void PanoramaOptions::AddTo(CLI::App& cli,
 
 void PanoramaOptions::Check() const {
   if (omni.empty() == panorama.empty()) {
-    throw InputError(omni.empty() ? "no pictures: give --omni SOURCE or --panorama SOURCE"
+    throw InputError(omni.empty() ? "no images: give --omni SOURCE or --panorama SOURCE"
                                   : "--omni and --panorama: give one of the two");
   }
   const auto refuse = [](bool given, const char* option, const char* why) {
     if (given) throw InputError(fmt::format("{}: {}; leave it out", option, why));
   };
   if (omni.empty()) {
-    constexpr auto kWhy = "pictures of --panorama are unwrapped already";
+    constexpr auto kWhy = "images of --panorama are unwrapped already";
     refuse(!rig.empty(), "--rig", kWhy);
     refuse(!ring.empty(), "--ring", kWhy);
     refuse(columns.has_value(), "--columns", kWhy);
@@ -168,7 +167,7 @@ void PanoramaOptions::Check() const {
         if (!value || (*value >= least && *value <= most)) return;
         throw InputError(fmt::format("{} {}: must be in {}..{}", option, *value, least, most));
       };
-  check_range("--columns", columns, kLeastColumns, compass::kMaxColumns);
+  check_range("--columns", columns, kMinColumns, compass::kMaxColumns);
   check_range("--rows", rows, 1, 4096);
 }
 
@@ -189,9 +188,9 @@ bool PanoramaSource::Read() {
   if (!source_.Read(frame_)) return false;
   const auto start = std::chrono::steady_clock::now();
   if (view_) {
-    view_->Unwrap(frame_.picture, panorama_);
+    view_->Unwrap(frame_.image, panorama_);
   } else {
-    OrientPanorama(frame_.picture, rising_, front_column_, panorama_);
+    OrientPanorama(frame_.image, rising_, front_column_, panorama_);
   }
   unwrap_ms_ += terminal::MillisecondsSince(start);
   return true;

@@ -14,12 +14,12 @@
 
 namespace ceilmap::recordings {
 
-/// Options of a command that looks at panoramas: where they come from, and how mirror pictures are
+/// Options of a command that looks at panoramas: where they come from, and how mirror images are
 /// unwrapped.
 struct PanoramaOptions {
   std::filesystem::path rig;
   std::string omni;      ///< mirror pictures
-  std::string panorama;  ///< or pictures that are unwrapped already
+  std::string panorama;  ///< or images that are unwrapped already
   std::filesystem::path stamps;
 
   std::string ring;  ///< U,V,INNER,OUTER: the mirror, where there is no rig

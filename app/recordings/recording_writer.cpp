@@ -28,8 +28,8 @@ namespace {
 class VideoRecording final : public RecordingWriter {
  public:
   // OpenCV fixes the quality of H.264 (x264's crf 23) at what pleases the eye, which wipes the fine
-  // grain off a ceiling. But x264 spends more on a picture the longer it is shown, up to a second.
-  // So H.264 is encoded as one picture a second, and the file gets its true rate when it is whole.
+  // grain off a ceiling. But x264 spends more on an image the longer it is shown, up to a second.
+  // So H.264 is encoded as one image a second, and the file gets its true rate when it is whole.
   VideoRecording(
       const fs::path& target, bool lossless, cv::Size size, double rate_hz, bool is_colour)
       : file_(target, {target.extension().string()}),
@@ -56,8 +56,8 @@ class VideoRecording final : public RecordingWriter {
     }
   }
 
-  void Write(const Prepared& picture) override {
-    writer_.write(picture.pixels);
+  void Write(const Prepared& image) override {
+    writer_.write(image.pixels);
     ++frames_;
   }
 
@@ -88,9 +88,9 @@ class VideoRecording final : public RecordingWriter {
   std::int64_t frames_ = 0;
 };
 
-class PictureRecording final : public RecordingWriter {
+class ImageRecording final : public RecordingWriter {
  public:
-  explicit PictureRecording(const fs::path& target)
+  explicit ImageRecording(const fs::path& target)
       : target_(target),
         partial_(target.parent_path() / fmt::format(".{}.partial", target.filename().string())) {
     std::error_code error;
@@ -100,7 +100,7 @@ class PictureRecording final : public RecordingWriter {
           "{}: cannot be created ({}); choose another", target_.string(), error.message()));
     }
   }
-  ~PictureRecording() override {
+  ~ImageRecording() override {
     std::error_code ignored;
     fs::remove_all(partial_, ignored);
   }
@@ -111,10 +111,10 @@ class PictureRecording final : public RecordingWriter {
     return prepared;
   }
 
-  void Write(const Prepared& picture) override {
+  void Write(const Prepared& image) override {
     std::ofstream stream(partial_ / fmt::format("{:06}.png", next_++), std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(picture.code.data()),
-                 static_cast<std::streamsize>(picture.code.size()));
+    stream.write(reinterpret_cast<const char*>(image.code.data()),
+                 static_cast<std::streamsize>(image.code.size()));
     stream.close();
     if (!stream) FailToWrite(target_);
   }
@@ -152,10 +152,10 @@ std::unique_ptr<RecordingWriter> RecordingWriter::Create(
       return std::make_unique<VideoRecording>(target, false, size, rate_hz, is_colour);
     case RecordingFormat::kLosslessVideo:
       return std::make_unique<VideoRecording>(target, true, size, rate_hz, is_colour);
-    case RecordingFormat::kPictures:
+    case RecordingFormat::kImages:
       break;
   }
-  return std::make_unique<PictureRecording>(target);
+  return std::make_unique<ImageRecording>(target);
 }
 
 }  // namespace ceilmap::recordings

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
-#include <numbers>
 #include <utility>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::recordings {
@@ -19,8 +19,6 @@ using calibration::RigMount;
 using calibration::RigSolution;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 std::vector<Pose2> RoughPoses(const CeilingKeyframes& keyframes) {
   std::vector<Pose2> poses;
@@ -43,42 +41,42 @@ double SpanOfHeadings(const std::vector<Pose2>& poses) {
 
 // What can be told before the fit.
 void CheckSpin(const CeilingKeyframes& spin) {
-  constexpr double kLeastTurnDeg = 180;
+  constexpr double kMinTurnDeg = 180;
   const double turn_deg = kDegPerRad * SpanOfHeadings(RoughPoses(spin));
-  if (turn_deg >= kLeastTurnDeg) return;
+  if (turn_deg >= kMinTurnDeg) return;
   throw InputError(fmt::format(
       "{}: the robot turns by {:.1f} deg only, must be at least {:.0f}; let it turn on the spot, "
       "best once around",
       spin.source,
       turn_deg,
-      kLeastTurnDeg));
+      kMinTurnDeg));
 }
 
-void CheckCourse(const CeilingKeyframes& straight, double turn_rad, double most_deg) {
+void CheckCourse(const CeilingKeyframes& straight, double turn_rad, double max_deg) {
   const double turn_deg = kDegPerRad * turn_rad;
-  if (turn_deg <= most_deg) return;
+  if (turn_deg <= max_deg) return;
   throw InputError(
       fmt::format("{}: the robot turns by {:.1f} deg on its straight drive, must be at most "
                   "{:.0f}; let it drive straight ahead, on an even floor",
                   straight.source,
                   turn_deg,
-                  most_deg));
+                  max_deg));
 }
 
 void CheckStraight(const CeilingKeyframes& straight, double rough_distance_m) {
-  constexpr double kLeastLengthM = 0.5;
-  constexpr double kMostTurnDeg = 6;  // a tilt that is not known yet passes for some
+  constexpr double kMinLengthM = 0.5;
+  constexpr double kMaxTurnDeg = 6;  // a tilt that is not known yet passes for some
   const std::vector<Pose2> poses = RoughPoses(straight);
-  CheckCourse(straight, SpanOfHeadings(poses), kMostTurnDeg);
+  CheckCourse(straight, SpanOfHeadings(poses), kMaxTurnDeg);
   const double length_m =
       rough_distance_m * (poses.front().Inverse() * poses.back()).Translation().norm();
-  if (length_m < kLeastLengthM) {
+  if (length_m < kMinLengthM) {
     throw InputError(fmt::format(
         "{}: the robot drives {:.2f} m only, must be at least {:.1f}; let it drive straight ahead "
         "as far as the room allows",
         straight.source,
         length_m,
-        kLeastLengthM));
+        kMinLengthM));
   }
 }
 
@@ -121,7 +119,7 @@ double Change(const RigMount& a, const RigMount& b) {
 }
 
 // Measuring and solving in turn: a block is measured the better, the better the motion between the
-// pictures is known, and the leveller the pictures are.
+// images is known, and the leveller the images are.
 RigSolution Solve(const calib::Rig& rig,
                   const CeilingKeyframes& spin,
                   const CeilingKeyframes& straight,
@@ -134,9 +132,9 @@ RigSolution Solve(const calib::Rig& rig,
   params.lens_sigma_px = lens_sigma_px;
   RigMount mount = MountOf(up.T_base_cam.linear());
   RigSolution solution;
-  constexpr int kMostRounds = 4;
+  constexpr int kMaxRounds = 4;
   constexpr double kSettled = 2e-5;  // rad, or of the ceiling's distance
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const auto measure = [&](const CeilingKeyframes& keyframes, const std::vector<Pose2>& cameras) {
       return MeasureCeiling(keyframes, up, rig.ceiling_height_m, cameras, round > 0);
     };
@@ -169,13 +167,13 @@ RigSolution Solve(const calib::Rig& rig,
 // Z, what is known of it, and the heights that follow.
 void Scale(const calib::Rig& rig, const TapeMeasures& tape, RigCalibration& result) {
   const RigSolution& solution = result.solution;
-  const double travel_part = std::sqrt(solution.covariance(5, 5)) / solution.travel;
+  const double travel_ratio = std::sqrt(solution.covariance(5, 5)) / solution.travel;
   double Z = 0;
   double sigma = 0;
   result.camera_z_m = {rig.up->T_base_cam.translation().z(), 0};
   if (tape.distance_m) {
     Z = *tape.distance_m / solution.travel;
-    sigma = Z * std::hypot(travel_part, tape.sigma_m / *tape.distance_m);
+    sigma = Z * std::hypot(travel_ratio, tape.sigma_m / *tape.distance_m);
     if (tape.ceiling_height_m) {
       result.ceiling_height_m = {*tape.ceiling_height_m, tape.sigma_m};
       result.camera_z_m = {*tape.ceiling_height_m - Z, std::hypot(sigma, tape.sigma_m)};
@@ -191,7 +189,7 @@ void Scale(const calib::Rig& rig, const TapeMeasures& tape, RigCalibration& resu
   const double focal_px = std::sqrt(rig.up->camera.fx * rig.up->camera.fy);
   result.m_per_px = {Z / focal_px, sigma / focal_px};
   result.drive_length_m = {Z * solution.travel,
-                           Z * solution.travel * std::hypot(travel_part, sigma / Z)};
+                           Z * solution.travel * std::hypot(travel_ratio, sigma / Z)};
   if (tape.distance_m) result.drive_length_m.sigma = tape.sigma_m;
 }
 
@@ -238,20 +236,20 @@ void CheckResult(const calib::Rig& rig,
                  const CeilingKeyframes& spin,
                  const CeilingKeyframes& straight,
                  const RigCalibration& result) {
-  constexpr double kMostTurnDeg = 2;
-  CheckCourse(straight, result.course_rad, kMostTurnDeg);
-  constexpr double kMostWanderM = 0.02;
-  constexpr double kMostAsideM = 0.3;
+  constexpr double kMaxTurnDeg = 2;
+  CheckCourse(straight, result.course_rad, kMaxTurnDeg);
+  constexpr double kMaxWanderM = 0.02;
+  constexpr double kMaxAsideM = 0.3;
   const double aside_m = result.camera_y_m.value - rig.up->T_base_cam.translation().y();
-  if (result.wander_m > kMostWanderM) {
+  if (result.wander_m > kMaxWanderM) {
     throw InputError(
         fmt::format("{}: the robot does not turn on the spot, its axle moves by {:.1f} cm (RMS), "
                     "must be below {:.0f}; let both wheels turn at the same speed, one backwards",
                     spin.source,
                     100 * result.wander_m,
-                    100 * kMostWanderM));
+                    100 * kMaxWanderM));
   }
-  if (std::abs(aside_m) > kMostAsideM) {
+  if (std::abs(aside_m) > kMaxAsideM) {
     throw InputError(
         fmt::format("{}: the robot drives round a point {:.2f} m to its {} instead of turning on "
                     "the spot; let both wheels turn at the same speed, one backwards",

@@ -4,10 +4,10 @@
 
 #include <memory>
 
-#include "app/recordings/forward_sights.hpp"
+#include "app/recordings/forward_feature_tracker.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/robot_rig.hpp"
-#include "app/recordings/second_camera.hpp"
+#include "app/recordings/synchronized_stream.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
@@ -32,14 +32,14 @@ class ForwardSide {
     sights_->Follow(camera_.At(stamp_s), T_first_base);
   }
 
-  std::vector<calibration::SeenMotion> Finish() {
+  std::vector<calibration::MotionWithMatches> Finish() {
     for (const std::string& warning : camera_.Warnings()) terminal::Warn("{}", warning);
     return sights_->Take();
   }
 
  private:
-  SecondCamera camera_;
-  std::optional<ForwardSights> sights_;
+  SynchronizedStream camera_;
+  std::optional<ForwardFeatureTracker> sights_;
 };
 
 }  // namespace
@@ -48,7 +48,7 @@ RigMotion ReadMotion(const RigRecording& recording,
                      const calib::Rig& rig,
                      const std::filesystem::path& rig_file,
                      const std::string& label) {
-  constexpr int kMostLost = 5;
+  constexpr int kMaxLost = 5;
   FrameSource source(recording.up, {.stamps = recording.stamps});
   const calib::CeilingView view(UpCameraOf(rig, rig_file, source), rig.ceiling_height_m);
   std::unique_ptr<ForwardSide> forward;
@@ -63,11 +63,11 @@ RigMotion ReadMotion(const RigRecording& recording,
   int lost = 0;
   while (source.Read(frame)) {
     progress.Update(++motion.frames);
-    const auto T_first_base = path.Follow(view.Rectify(frame.picture, buffer), frame.stamp_s);
+    const auto T_first_base = path.Follow(view.Rectify(frame.image, buffer), frame.stamp_s);
     motion.T_first_base.push_back(T_first_base);
     if (forward) forward->Follow(frame.stamp_s, T_first_base);
     lost = T_first_base ? 0 : lost + 1;
-    if (lost < kMostLost) continue;
+    if (lost < kMaxLost) continue;
     throw InputError(
         fmt::format("{}: from frame {} on the ceiling does not match the frames before; record it "
                     "more slowly, under a ceiling with texture, with the lights on",

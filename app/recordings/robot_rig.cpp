@@ -19,7 +19,7 @@ const calib::MountedCamera& CameraFor(const std::optional<calib::MountedCamera>&
   const cv::Size expected = camera->camera.Size();
   if (size != expected) {
     throw InputError(fmt::format(
-        "{}: pictures are {}x{} px, but camera '{}' of {} has {}x{} px; use this recording's rig",
+        "{}: images are {}x{} px, but camera '{}' of {} has {}x{} px; use this recording's rig",
         source,
         size.width,
         size.height,

@@ -11,7 +11,7 @@ namespace ceilmap::recordings {
 
 /// The rig's upward camera, if a recording can come from it.
 /// @param file  of the rig, for messages.
-/// @throws InputError when the rig has none, or its pictures have another size.
+/// @throws InputError when the rig has none, or its images have another size.
 const calib::MountedCamera& UpCameraOf(const calib::Rig& rig,
                                        const std::filesystem::path& file,
                                        const FrameSource& source);

@@ -19,13 +19,13 @@ namespace ceilmap::recordings {
 namespace {
 
 constexpr std::array kFormats{
-    RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kPictures};
+    RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kImages};
 constexpr std::array kCameras{"up", "forward", "omni"};
 constexpr std::array<const char*, 4> kTextNames{
     "frames.csv", "truth.tum", "rig.yaml", "scene.yaml"};
 
-// All names that pictures of a recording may have.
-std::vector<fs::path> PictureNames() {
+// All names that images of a recording may have.
+std::vector<fs::path> ImageNames() {
   std::vector<fs::path> names;
   for (const char* camera : kCameras) {
     for (const RecordingFormat format : kFormats) names.push_back(RecordingName(camera, format));
@@ -33,11 +33,11 @@ std::vector<fs::path> PictureNames() {
   return names;
 }
 
-// Nothing but numbered pictures, so that to replace the folder destroys nothing else.
-bool HoldsOnlyRecording(const fs::path& pictures) {
-  if (!fs::is_directory(pictures)) return false;
+// Nothing but numbered images, so that to replace the folder destroys nothing else.
+bool HoldsOnlyRecording(const fs::path& images) {
+  if (!fs::is_directory(images)) return false;
   return std::all_of(
-      fs::directory_iterator(pictures), fs::directory_iterator(), [](const auto& entry) {
+      fs::directory_iterator(images), fs::directory_iterator(), [](const auto& entry) {
         const std::string stem = entry.path().stem().string();
         return entry.path().extension() == ".png" &&
                std::all_of(
@@ -87,8 +87,8 @@ SimulationFolder::SimulationFolder(fs::path folder, RecordingFormat format, bool
 
 void SimulationFolder::RefuseEarlier(bool replace) const {
   std::vector<fs::path> names(kTextNames.begin(), kTextNames.end());
-  const std::vector<fs::path> pictures = PictureNames();
-  names.insert(names.end(), pictures.begin(), pictures.end());
+  const std::vector<fs::path> images = ImageNames();
+  names.insert(names.end(), images.begin(), images.end());
   std::error_code ignored;
   for (const fs::path& name : names) {
     if (replace || !fs::exists(folder_ / name, ignored)) continue;
@@ -98,11 +98,10 @@ void SimulationFolder::RefuseEarlier(bool replace) const {
                     name.string()));
   }
   for (const char* camera : kCameras) {
-    const fs::path folder = folder_ / RecordingName(camera, RecordingFormat::kPictures);
+    const fs::path folder = folder_ / RecordingName(camera, RecordingFormat::kImages);
     if (!fs::exists(folder, ignored) || HoldsOnlyRecording(folder)) continue;
-    throw InputError(
-        fmt::format("{}: holds other things than pictures of a recording; name another folder",
-                    folder.string()));
+    throw InputError(fmt::format(
+        "{}: holds other things than images of a recording; name another folder", folder.string()));
   }
 }
 
@@ -111,7 +110,7 @@ SimulationFolder::~SimulationFolder() {
   if (made_) fs::remove(folder_, ignored);
 }
 
-fs::path SimulationFolder::PicturesOf(std::string_view camera) const {
+fs::path SimulationFolder::ImagesOf(std::string_view camera) const {
   return folder_ / RecordingName(camera, format_);
 }
 
@@ -126,8 +125,8 @@ std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& rec
   }
   std::vector<fs::path> names;
   names.reserve(recordings.size() + files.size());
-  for (const Recording& recording : recordings) names.push_back(PicturesOf(recording.camera));
-  for (const fs::path& name : PictureNames()) {
+  for (const Recording& recording : recordings) names.push_back(ImagesOf(recording.camera));
+  for (const fs::path& name : ImageNames()) {
     std::error_code ignored;
     const bool is_new = std::find(names.begin(), names.end(), folder_ / name) != names.end();
     if (!is_new) fs::remove_all(folder_ / name, ignored);

@@ -12,11 +12,11 @@
 namespace ceilmap::recordings {
 
 /// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4`, `omni.mp4` (or
-/// `up.mkv`, or the pictures `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other
+/// `up.mkv`, or the images `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other
 /// files in it are left alone.
 class SimulationFolder {
  public:
-  /// The pictures of one camera, `up`, `forward` or `omni`.
+  /// The images of one camera, `up`, `forward` or `omni`.
   struct Recording {
     std::string camera;
     std::unique_ptr<RecordingWriter> writer;
@@ -37,11 +37,11 @@ class SimulationFolder {
   SimulationFolder(const SimulationFolder&) = delete;
   SimulationFolder& operator=(const SimulationFolder&) = delete;
 
-  /// Where a camera's pictures go.
-  [[nodiscard]] std::filesystem::path PicturesOf(std::string_view camera) const;
+  /// Where a camera's images go.
+  [[nodiscard]] std::filesystem::path ImagesOf(std::string_view camera) const;
 
-  /// Gives all files their names; pictures of an earlier run under other names go, since they would
-  /// not fit the new stamps. @param recordings  each writes PicturesOf() its camera.
+  /// Gives all files their names; images of an earlier run under other names go, since they would
+  /// not fit the new stamps. @param recordings  each writes ImagesOf() its camera.
   /// @return the files. @throws RunError when the disk refuses.
   std::vector<std::filesystem::path> Commit(const std::vector<Recording>& recordings,
                                             const Texts& texts);

@@ -49,7 +49,7 @@ bool StandsAlone(AVCodecID codec) {
 
 struct VideoReader::Decoder {
   bool Open(const std::string& name, Input input);
-  /// The next picture that can be trusted, in `frame`; false at the end.
+  /// The next image that can be trusted, in `frame`; false at the end.
   bool Decode();
   void Convert(cv::Mat& bgr);
   [[nodiscard]] std::optional<double> Time() const;
@@ -83,21 +83,21 @@ struct VideoReader::Decoder {
   AVStream* stream_ = nullptr;
   bool ended_ = false;                // there are no more packets
   bool drained_ = false;              // ... nor pictures
-  std::multiset<std::int64_t> sent_;  // times of packets whose pictures have not come yet
+  std::multiset<std::int64_t> sent_;  // times of packets whose images have not come yet
 
-  // Pictures come in the order in which they are shown, but rest on those that were sent before
-  // them, of which some are shown later. So a picture waits until all that were sent before it are
+  // Images come in the order in which they are shown, but rest on those that were sent before
+  // them, of which some are shown later. So an image waits until all that were sent before it are
   // there.
-  struct Picture {
+  struct Image {
     Held<AVFrame> frame;
     std::int64_t order = 0;  // in which it was sent
     bool alone = false;
   };
-  std::deque<Picture> waiting_;
-  std::multiset<std::int64_t> awaited_;  // orders of packets whose pictures have not come yet
+  std::deque<Image> waiting_;
+  std::multiset<std::int64_t> awaited_;  // orders of packets whose images have not come yet
   std::set<std::int64_t> damaged_;       // orders, as far as they still matter
-  std::int64_t last_alone_ = 0;  // order of the last released picture that stands on its own
-  std::int64_t latest_ = 0;      // order of the last packet
+  std::int64_t last_alone_ = 0;          // order of the last released image that stands on its own
+  std::int64_t latest_ = 0;              // order of the last packet
 };
 
 int VideoReader::Decoder::GivesUp(void* decoder) {
@@ -130,14 +130,14 @@ bool VideoReader::Decoder::Open(const std::string& name, Input input) {
   codec_.reset(avcodec_alloc_context3(decoder));
   if (avcodec_parameters_to_context(codec_.get(), stream_->codecpar) < 0) return false;
   codec_->pkt_timebase = stream_->time_base;
-  // Sizes can change within a stream: the decoder asks before it makes room for a picture.
-  codec_->max_pixels = std::int64_t{kMaxPictureSidePx} * kMaxPictureSidePx;
+  // Sizes can change within a stream: the decoder asks before it makes room for an image.
+  codec_->max_pixels = std::int64_t{kMaxImageSidePx} * kMaxImageSidePx;
   // Threads that work on several frames at once lose what is said about damage.
   codec_->thread_count = 0;
   codec_->thread_type = FF_THREAD_SLICE;
-  // Where each picture has its own checksum, a damaged one is an error and none comes. Not of
+  // Where each image has its own checksum, a damaged one is an error and none comes. Not of
   // cameras' JPEGs, in which the decoder finds fault with much that is harmless; damage stays in
-  // the one picture, and what is left of it is where it belongs.
+  // the one image, and what is left of it is where it belongs.
   if (StandsAlone(decoder->id) && decoder->id != AV_CODEC_ID_MJPEG) {
     codec_->err_recognition |= AV_EF_CRCCHECK | AV_EF_EXPLODE;
   }
@@ -148,7 +148,7 @@ bool VideoReader::Decoder::Open(const std::string& name, Input input) {
 
 // Unknown counts and rates come as zero, negative or absurd numbers.
 void VideoReader::Decoder::Describe() {
-  constexpr double kMostFrames = 1e9;
+  constexpr double kMaxFrames = 1e9;
   constexpr double kHighestRate = 10000;
   const double rate = av_q2d(av_guess_frame_rate(format_.get(), stream_, nullptr));
   if (rate > 0 && rate <= kHighestRate) period_s = 1 / rate;
@@ -156,7 +156,7 @@ void VideoReader::Decoder::Describe() {
   if (count <= 0 && period_s && format_->duration > 0) {
     count = std::round(static_cast<double>(format_->duration) / AV_TIME_BASE * rate);
   }
-  if (count >= 1 && count < kMostFrames) expected = static_cast<std::int64_t>(count);
+  if (count >= 1 && count < kMaxFrames) expected = static_cast<std::int64_t>(count);
 }
 
 // Gives the decoder the next packet, or tells it that there are no more.
@@ -172,7 +172,7 @@ void VideoReader::Decoder::Feed() {
   } while (packet_->stream_index != stream_->index);
   const bool wanted = (packet_->flags & AV_PKT_FLAG_DISCARD) == 0;
   if (wanted && packet_->pts != AV_NOPTS_VALUE) sent_.insert(packet_->pts);
-  // Streams have no places: their pictures count in the order in which they are shown.
+  // Streams have no places: their images count in the order in which they are shown.
   const bool in_file = packet_->pos >= 0;
   latest_ = in_file ? packet_->pos : latest_ + 1;
   if (wanted && in_file) awaited_.insert(latest_);
@@ -183,7 +183,7 @@ void VideoReader::Decoder::Feed() {
   if (packet_->pts == AV_NOPTS_VALUE) ++left_out;
 }
 
-// Pictures come in the order of their times: an earlier one that has not come never will.
+// Images come in the order of their times: an earlier one that has not come never will.
 void VideoReader::Decoder::Account() {
   if (frame_->pts == AV_NOPTS_VALUE) return;
   const auto here = sent_.lower_bound(frame_->pts);
@@ -191,20 +191,20 @@ void VideoReader::Decoder::Account() {
   sent_.erase(sent_.begin(), sent_.upper_bound(frame_->pts));
 }
 
-// The picture in `frame_` joins those that wait.
+// The image in `frame_` joins those that wait.
 void VideoReader::Decoder::Take() {
   Account();
-  // H.264 keeps at most so many pictures back; a packet that is older has none.
-  constexpr std::size_t kMostReordered = 16;
-  Picture picture{Held<AVFrame>(av_frame_clone(frame_.get())), latest_};
-  if (frame_->pkt_pos >= 0) picture.order = frame_->pkt_pos;
-  const auto sent = awaited_.find(picture.order);
+  // H.264 keeps at most so many images back; a packet that is older has none.
+  constexpr std::size_t kMaxReordered = 16;
+  Image image{Held<AVFrame>(av_frame_clone(frame_.get())), latest_};
+  if (frame_->pkt_pos >= 0) image.order = frame_->pkt_pos;
+  const auto sent = awaited_.find(image.order);
   if (sent != awaited_.end()) awaited_.erase(sent);
-  if (waiting_.size() >= kMostReordered && !awaited_.empty()) awaited_.erase(awaited_.begin());
-  picture.alone = frame_->key_frame != 0 || StandsAlone(codec_->codec_id);
+  if (waiting_.size() >= kMaxReordered && !awaited_.empty()) awaited_.erase(awaited_.begin());
+  image.alone = frame_->key_frame != 0 || StandsAlone(codec_->codec_id);
   const bool corrupt = (frame_->flags & AV_FRAME_FLAG_CORRUPT) != 0;
-  if (corrupt || frame_->decode_error_flags != 0) damaged_.insert(picture.order);
-  waiting_.push_back(std::move(picture));
+  if (corrupt || frame_->decode_error_flags != 0) damaged_.insert(image.order);
+  waiting_.push_back(std::move(image));
 }
 
 void VideoReader::Decoder::Receive() {
@@ -228,10 +228,10 @@ bool VideoReader::Decoder::Trusted(std::int64_t order) {
   return damaged_.empty() || *damaged_.begin() > order;
 }
 
-// The next picture that can be trusted, in `frame_`; false when it has to wait.
+// The next image that can be trusted, in `frame_`; false when it has to wait.
 bool VideoReader::Decoder::Release() {
   while (!waiting_.empty()) {
-    Picture& next = waiting_.front();
+    Image& next = waiting_.front();
     if (!drained_ && !awaited_.empty() && *awaited_.begin() < next.order) return false;
     if (next.alone) last_alone_ = next.order;
     const bool trusted = Trusted(next.order);
@@ -294,16 +294,16 @@ VideoReader::VideoReader(std::string name, Input input, Pixels pixels)
   if (!decoder_->Open(name_, input_)) {
     throw InputError(fmt::format("{}: {}", name_, WhyNotOpen(input_)));
   }
-  CheckPictureSize(decoder_->Size(), name_);
+  CheckImageSize(decoder_->Size(), name_);
 }
 
 VideoReader::~VideoReader() = default;
 
-bool VideoReader::Next(cv::Mat& picture, std::optional<double>& time_s) {
+bool VideoReader::Next(cv::Mat& image, std::optional<double>& time_s) {
   if (!decoder_->Decode()) return false;
   cv::Mat bgr;
   decoder_->Convert(bgr);
-  ConvertTo(pixels_, bgr, picture, name_);
+  ConvertTo(pixels_, bgr, image, name_);
   time_s = decoder_->Time();
   return true;
 }

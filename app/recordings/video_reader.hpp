@@ -13,8 +13,8 @@ namespace ceilmap::recordings {
 /// Video of a file, a pipe or a network address, decoded by FFmpeg's libraries.
 ///
 /// A decoder does not say no: where bytes are damaged it fills the hole with what the picture
-/// before showed, and the pictures that follow build on that. They look right and show where the
-/// robot WAS. So a picture that is damaged, or rests on one that is, is left out until the next one
+/// before showed, and the images that follow build on that. They look right and show where the
+/// robot WAS. So an image that is damaged, or rests on one that is, is left out until the next one
 /// that stands on its own; LeftOut() counts it, so that the frames after it keep their numbers.
 class VideoReader final : public FrameReader {
  public:
@@ -24,7 +24,7 @@ class VideoReader final : public FrameReader {
   VideoReader(std::string name, Input input, Pixels pixels);
   ~VideoReader() override;
 
-  bool Next(cv::Mat& picture, std::optional<double>& time_s) override;
+  bool Next(cv::Mat& image, std::optional<double>& time_s) override;
   /// A stream with a known number of frames is a file on a server: it waits for its reader.
   [[nodiscard]] Kind GetKind() const override;
   [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override;
@@ -32,7 +32,7 @@ class VideoReader final : public FrameReader {
   [[nodiscard]] bool CanStall() const override { return input_ != Input::kFile; }
   [[nodiscard]] std::int64_t LeftOut() const override;
 
-  /// As Next, without the picture.
+  /// As Next, without the image.
   bool Skip();
 
  private:

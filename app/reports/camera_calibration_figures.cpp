@@ -22,12 +22,12 @@ using calibration::SolvedView;
 
 constexpr int kWidthPx = 860;
 
-// Room for labels beside a picture in its own proportions.
+// Room for labels beside an image in its own proportions.
 int HeightOf(cv::Size size) {
   return 90 + static_cast<int>(0.88 * kWidthPx * size.height / size.width);
 }
 
-std::string PictureAxes(cv::Size size) {
+std::string ImageAxes(cv::Size size) {
   return fmt::format(
       "set xrange [-0.5:{}]\nset yrange [{}:-0.5]\nset size ratio {:.5f}\nset xlabel 'u (px)'\n"
       "set ylabel 'v (px)'\n",
@@ -53,7 +53,7 @@ std::string ResidualData(const recordings::CameraCalibration& calibration) {
   return text;
 }
 
-// A round number that makes arrows of the RMS some two hundredths of the picture long.
+// A round number that makes arrows of the RMS some two hundredths of the image long.
 double ArrowScale(const recordings::CameraCalibration& calibration) {
   const double wanted =
       0.02 * calibration.solution.lens.size.width / std::max(1e-6, calibration.solution.rms_px);
@@ -69,7 +69,7 @@ figures::Figure ResidualFigure(const recordings::CameraCalibration& calibration)
   figure.data = {{"residuals.csv", ResidualData(calibration)}};
   const double scale = ArrowScale(calibration);
   figure.settings =
-      PictureAxes(calibration.solution.lens.size) +
+      ImageAxes(calibration.solution.lens.size) +
       fmt::format(
           "set title 'Measured minus modelled corners, {:g} times as long; RMS {:.3f} px'\n",
           scale,
@@ -99,9 +99,9 @@ figures::Figure CoverageFigure(const recordings::CameraCalibration& calibration)
   figure.height_px = HeightOf(size);
   figure.data = {{"coverage.csv", std::move(cells)}};
   figure.settings =
-      PictureAxes(size) +
+      ImageAxes(size) +
       fmt::format(
-          "set title 'Boards over each part of the picture, and corners; {:.0f} % covered'\n"
+          "set title 'Boards over each part of the image, and corners; {:.0f} % covered'\n"
           "set palette defined (0 '#FFFFFF', 1 '#D6E6F2', 10 '#56B4E9', 20 '#0072B2')\n"
           "set cbrange [0:*]\nset colorbox\nset grid front\n",
           100 * calibration.coverage.Share());
@@ -183,9 +183,9 @@ std::string Html(const recordings::CameraCalibration& calibration,
   return html + "</body></html>\n";
 }
 
-std::string Jpeg(const cv::Mat& picture) {
+std::string Jpeg(const cv::Mat& image) {
   std::vector<unsigned char> bytes;
-  cv::imencode(".jpg", picture, bytes);
+  cv::imencode(".jpg", image, bytes);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -206,7 +206,7 @@ std::vector<fs::path> WriteCameraReport(const fs::path& folder,
   names.reserve(figures.size());
   for (const figures::Figure& figure : figures) names.push_back(figure.name);
   using Handler = nlohmann::ordered_json::error_handler_t;
-  const cv::Mat& before = calibration.pictures.sample;
+  const cv::Mat& before = calibration.images.sample;
   std::vector<fs::path> files = WriteReport(
       folder,
       {{"index.html", Html(calibration, tables, names)},

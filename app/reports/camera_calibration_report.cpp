@@ -5,16 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <utility>
+
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::reports {
 namespace {
 
 using calibration::CameraSolution;
 using calibration::SolvedView;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr Eigen::Index kPinhole = 4;
 
 std::vector<std::string> ValueNames(calibration::LensModel model) {
@@ -44,10 +43,10 @@ void AddLeftOut(const recordings::CameraCalibration& calibration, terminal::Tabl
 terminal::Table CameraFacts(const recordings::CameraCalibration& calibration) {
   const CameraSolution& solution = calibration.solution;
   terminal::Table table;
-  table.AddRow({"pictures",
-                fmt::format("{}", calibration.pictures.pictures),
+  table.AddRow({"images",
+                fmt::format("{}", calibration.images.images),
                 fmt::format("{} with a {}, {} used",
-                            calibration.pictures.views.size(),
+                            calibration.images.views.size(),
                             calibration.board.Name(),
                             solution.UsedViews())});
   AddLeftOut(calibration, table);
@@ -63,9 +62,9 @@ terminal::Table CameraFacts(const recordings::CameraCalibration& calibration) {
   }
   table.AddRow({"corners known to",
                 fmt::format("{:.2f}", solution.CornerSigma()),
-                "px, where the directions of the picture's corners show"});
+                "px, where the directions of the image's corners show"});
   table.AddRow(
-      {"coverage", fmt::format("{:.0f} %", 100 * calibration.coverage.Share()), "of the picture"});
+      {"coverage", fmt::format("{:.0f} %", 100 * calibration.coverage.Share()), "of the image"});
   return table;
 }
 
@@ -86,8 +85,8 @@ nlohmann::ordered_json CameraJson(const recordings::CameraCalibration& calibrati
   json["corners"] = solution.corners;
   json["corner_sigma_px"] = solution.CornerSigma();
   json["coverage"] = calibration.coverage.Share();
-  json["pictures"] = calibration.pictures.pictures;
-  json["pictures_with_board"] = calibration.pictures.views.size();
+  json["pictures"] = calibration.images.images;
+  json["pictures_with_board"] = calibration.images.views.size();
   json["views"] = nlohmann::ordered_json::array();
   for (const SolvedView& view : solution.views) {
     if (!view.used) continue;
@@ -135,7 +134,7 @@ std::vector<ReportTable> CameraTables(const recordings::CameraCalibration& calib
                          fmt::format("{:.6g}", solution.lens.values[i]),
                          fmt::format("{:.2g}", solution.Sigma(i))});
   }
-  ReportTable views{"Views", {"picture", "RMS (px)", "tilt (deg)", "edge (px)", "corners"}, {}};
+  ReportTable views{"Views", {"image", "RMS (px)", "tilt (deg)", "edge (px)", "corners"}, {}};
   for (const SolvedView& view : solution.views) {
     if (!view.used) continue;
     const calibration::BoardView& board = calibration.views[view.view];
@@ -147,7 +146,7 @@ std::vector<ReportTable> CameraTables(const recordings::CameraCalibration& calib
   }
   std::vector<ReportTable> tables = {std::move(lens), std::move(views)};
   if (calibration.left_out.empty()) return tables;
-  ReportTable& left_out = tables.emplace_back(ReportTable{"Left out", {"picture", "why"}, {}});
+  ReportTable& left_out = tables.emplace_back(ReportTable{"Left out", {"image", "why"}, {}});
   for (const auto& [name, why] : calibration.left_out) left_out.rows.push_back({name, why});
   return tables;
 }

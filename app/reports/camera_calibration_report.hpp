@@ -25,7 +25,7 @@ calib::CameraInfo CameraInfoOf(const recordings::CameraCalibration& calibration)
 std::vector<ReportTable> CameraTables(const recordings::CameraCalibration& calibration);
 
 /// Writes index.html, tables.md, metrics.json, figures of residuals, coverage and views, and a
-/// picture before and after. Without gnuplot there are no figures, and a warning tells.
+/// image before and after. Without gnuplot there are no figures, and a warning tells.
 /// @param folder  checked by CheckReportFolder before. @return all files.
 /// @throws RunError when the disk refuses.
 std::vector<std::filesystem::path> WriteCameraReport(

@@ -1,13 +1,13 @@
 #include "app/reports/comparison_figures.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "app/figures/gnuplot.hpp"
 #include "app/files/output_files.hpp"
 #include "app/terminal/console.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::reports {
@@ -15,8 +15,6 @@ namespace {
 
 using evaluation::FrameError;
 using evaluation::PlanarSimilarity;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 PlanarSimilarity Inverse(const PlanarSimilarity& T) {
   PlanarSimilarity inverse;
@@ -116,10 +114,10 @@ std::vector<figures::FigurePose> FigurePosesBefore(const std::vector<StampedPose
 
 std::optional<figures::FigureMosaic> WriteMosaic(const store::MapReader& map,
                                                  const std::filesystem::path& folder) {
-  constexpr int kMostPx = 1600;
+  constexpr int kMaxPx = 1600;
   cv::Mat grey;
   cv::Mat alpha;
-  const store::MosaicGrid grid = map.ReadOverview(kMostPx, grey, alpha);
+  const store::MosaicGrid grid = map.ReadOverview(kMaxPx, grey, alpha);
   if (grey.empty()) return std::nullopt;
   // Pale, so that paths stand out. Beyond what was seen the paper shows. (gnuplot could do this
   // too, for as long as all the rest takes.)

@@ -5,20 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/reports/page_parts.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::reports {
 namespace {
 
 using evaluation::FrameError;
 using evaluation::PlanarSimilarity;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 page::PagePose Shown(const PlanarSimilarity& T_shown_truth,
                      double stamp_s,
@@ -235,9 +233,9 @@ std::vector<page::PageChart> Builder::Charts() const {
 }
 
 std::string TitleOf(const Comparison& comparison) {
-  constexpr std::size_t kMostNames = 4;
+  constexpr std::size_t kMaxNames = 4;
   const auto& estimates = comparison.estimates;
-  if (estimates.size() > kMostNames)
+  if (estimates.size() > kMaxNames)
     return fmt::format("{} runs against the truth", estimates.size());
   std::string names;
   for (const ComparedEstimate& estimate : estimates) {

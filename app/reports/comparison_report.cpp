@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <numbers>
-
 #include "app/files/csv.hpp"
 #include "app/reports/comparison_tables.hpp"
 #include "app/reports/evaluation_json.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::reports {
 namespace {
@@ -14,8 +13,6 @@ namespace {
 using evaluation::ErrorStatistics;
 using evaluation::PoseErrorStatistics;
 using nlohmann::ordered_json;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 ordered_json EstimateJson(const ComparedEstimate& estimate, const std::string& align) {
   ordered_json json = {
@@ -54,7 +51,7 @@ class MetricRows {
     if (!s) return;
     Add(error + " translation", "m", s->translation_m);
     Add(error + " rotation", "deg", s->rotation_deg);
-    Add(error + " rotation part", "1", s->rotation_part);
+    Add(error + " rotation part", "1", s->rotation_block);
     Add(error + " full", "1", s->full);
   }
   [[nodiscard]] const std::string& Text() const { return text_; }

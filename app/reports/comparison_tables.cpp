@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 #include <set>
+
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::reports {
 namespace {
@@ -71,7 +72,6 @@ ReportTable ErrorTable(const Comparison& comparison) {
 }
 
 ReportTable AlignmentTable(const Comparison& comparison) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   ReportTable table{"How the estimates were brought to the truth",
                     {"estimate", "x m", "y m", "yaw deg", "scale", "offset s", "sigma s"},
                     {}};

@@ -4,15 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "app/reports/evaluation_json.hpp"
 #include "app/terminal/interrupt.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::reports {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kSmallErrorRad = 0.1;
 
 std::string Count(std::int64_t number) {

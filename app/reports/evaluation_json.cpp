@@ -1,7 +1,8 @@
 #include "app/reports/evaluation_json.hpp"
 
-#include <numbers>
 #include <optional>
+
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::reports {
 
@@ -47,12 +48,11 @@ ordered_json ToJson(const ErrorStatistics& statistics) {
 ordered_json ToJson(const PoseErrorStatistics& statistics) {
   return {{"translation_m", ToJson(statistics.translation_m)},
           {"rotation_deg", ToJson(statistics.rotation_deg)},
-          {"rotation_part", ToJson(statistics.rotation_part)},
+          {"rotation_part", ToJson(statistics.rotation_block)},
           {"full", ToJson(statistics.full)}};
 }
 
 ordered_json ToJson(const PlanarSimilarity& T) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   return {{"x", T.motion.x},
           {"y", T.motion.y},
           {"yaw_deg", kDegPerRad * T.motion.yaw},

@@ -3,16 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "app/reports/evaluation_json.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/table.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::reports {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 void AddErrors(const evaluation::HeadingErrors& errors, terminal::Table& table) {
   const auto number = [](double value) { return fmt::format("{:.3f}", value); };

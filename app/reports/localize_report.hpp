@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/heading_meter.hpp"
-#include "app/recordings/tilt_meter.hpp"
+#include "app/recordings/heading_source.hpp"
+#include "app/recordings/tilt_source.hpp"
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
 #include "localization/localizer.hpp"
@@ -15,8 +15,8 @@ namespace ceilmap::reports {
 
 /// What a localization run found.
 struct LocalizeResult {
-  const recordings::TiltMeter* tilt = nullptr;        ///< null: tilt was not measured
-  const recordings::HeadingMeter* heading = nullptr;  ///< null: there were none
+  const recordings::TiltSource* tilt = nullptr;        ///< null: tilt was not measured
+  const recordings::HeadingSource* heading = nullptr;  ///< null: there were none
   localization::LocalizerReport report;
   recordings::FrameSourceReport reading;
   std::optional<double> first_placed_s;  ///< after the first frame

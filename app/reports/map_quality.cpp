@@ -59,7 +59,7 @@ std::string Describe(const graph::WeakSpot& spot, const std::string& unit) {
 void AddQuality(const graph::MapQuality& quality,
                 std::vector<graph::WeakSpot> spots,
                 const std::string& unit,
-                int most_spots,
+                int max_spots,
                 terminal::Table& table) {
   const graph::LoopCounts& loops = quality.loops;
   table.AddRow({"loops closed",
@@ -89,7 +89,7 @@ void AddQuality(const graph::MapQuality& quality,
     return std::pair(a.kind, -a.extent) < std::pair(b.kind, -b.extent);
   });
   table.AddRow({"weak spots", fmt::format("{}", spots.size())});
-  const auto shown = std::min(spots.size(), static_cast<std::size_t>(most_spots));
+  const auto shown = std::min(spots.size(), static_cast<std::size_t>(max_spots));
   for (std::size_t i = 0; i < shown; ++i) table.AddRow({"", Describe(spots[i], unit)});
   if (shown < spots.size()) {
     table.AddRow({"", fmt::format("and {} more; --json lists them all", spots.size() - shown)});

@@ -20,11 +20,11 @@ nlohmann::ordered_json ToJson(const std::vector<graph::WeakSpot>& spots);
 std::string Describe(const graph::WeakSpot& spot, const std::string& unit);
 
 /// Rows for people: loops by what became of them, residuals, and the weak spots, the largest first
-/// and no more than `most_spots`.
+/// and no more than `max_spots`.
 void AddQuality(const graph::MapQuality& quality,
                 std::vector<graph::WeakSpot> spots,
                 const std::string& unit,
-                int most_spots,
+                int max_spots,
                 terminal::Table& table);
 
 }  // namespace ceilmap::reports

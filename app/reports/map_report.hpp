@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/heading_meter.hpp"
-#include "app/recordings/tilt_meter.hpp"
+#include "app/recordings/heading_source.hpp"
+#include "app/recordings/tilt_source.hpp"
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
 #include "mapping/graph/map_graph.hpp"
@@ -15,9 +15,9 @@ namespace ceilmap::reports {
 
 /// What a mapping run made.
 struct MapResult {
-  const recordings::TiltMeter* tilt = nullptr;        ///< null: tilt was not measured
-  const recordings::HeadingMeter* heading = nullptr;  ///< null: there were none
-  std::vector<graph::FramePose> frames;               ///< of this recording
+  const recordings::TiltSource* tilt = nullptr;        ///< null: tilt was not measured
+  const recordings::HeadingSource* heading = nullptr;  ///< null: there were none
+  std::vector<graph::FramePose> frames;                ///< of this recording
   mapping::MapperReport report;
   std::vector<graph::WeakSpot> weak_spots;  ///< of the whole map
 };

@@ -12,14 +12,13 @@
 
 #include "app/page/mosaic_picture.hpp"
 #include "app/reports/map_quality.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::reports {
 namespace {
 
 using graph::FramePose;
 using graph::TrackingStatus;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// One value of each frame over time; NaN where it was not placed.
@@ -32,7 +31,7 @@ page::PageSeries OverTime(const std::string& name,
   series.y.reserve(frames.size());
   for (const FramePose& frame : frames) {
     series.x.push_back(frame.stamp_s);
-    series.y.push_back(Placed(frame) ? value(frame) : kUnknown);
+    series.y.push_back(graph::HasPose(frame.status) ? value(frame) : kUnknown);
   }
   return series;
 }
@@ -52,15 +51,11 @@ double PositionSigma(const FramePose& frame) {
 
 }  // namespace
 
-bool Placed(const FramePose& frame) {
-  return frame.status == TrackingStatus::kTracking || frame.status == TrackingStatus::kRelocalized;
-}
-
 page::PagePose ToPagePose(const FramePose& frame) {
   page::PagePose pose;
   pose.stamp_s = frame.stamp_s;
   pose.status = frame.status;
-  if (!Placed(frame)) {
+  if (!graph::HasPose(frame.status)) {
     pose.x = pose.y = pose.yaw_rad = kUnknown;
     return pose;
   }
@@ -109,7 +104,7 @@ void AddGraph(const graph::MapGraph& graph, page::PageData& data) {
 
 void AddMap(const store::MapReader& map, page::PageData& data) {
   data.unit = map.Metadata().unit;
-  data.picture = page::MakeMosaicPicture(map);
+  data.image = page::MakeMosaicPicture(map);
   AddGraph(map.ReadGraph(), data);
 }
 

@@ -15,9 +15,6 @@ namespace ceilmap::reports {
 
 /// From what the program knows to what a page shows of it.
 
-/// A frame has a pose.
-bool Placed(const graph::FramePose& frame);
-
 /// NaN for a frame that was not placed.
 page::PagePose ToPagePose(const graph::FramePose& frame);
 

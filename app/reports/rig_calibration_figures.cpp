@@ -4,18 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "calib/base/degrees.hpp"
 #include "calib/ceiling_view.hpp"
 
 namespace ceilmap::reports {
 namespace {
 
 using Eigen::Vector2d;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 // Residuals are drawn so many times as long as the largest is a fifth of the circle.
 double Exaggeration(const std::vector<Pose2>& spin, double radius) {
@@ -47,7 +45,7 @@ figures::Figure SpinFigure(const recordings::RigCalibration& result) {
   figure.data = {{"spin.csv", data}};
   figure.settings = fmt::format(
       "set size ratio -1\n"
-      "set xlabel 'x (mm), of the picture'\n"
+      "set xlabel 'x (mm), of the image'\n"
       "set ylabel 'y (mm)'\n"
       "set object 1 circle at 0,0 size {:.5g} fs empty border rgb '#AAAAAA' lw 3\n"
       "set title 'The camera about the point where the robot turns; what views are off by, {:g} "
@@ -131,14 +129,14 @@ figures::Figure StepFigure(const recordings::StepCalibration& step) {
   figure.plot = fmt::format(
       "  plot 'step.csv' using 1:2 every ::1 with points ls 1 title 'frames', \\\n"
       "    [0:{:.4f}] {:.6g} * sin(x) ls 2 title 'axle {:.1f} mm behind'",
-      kDegPerRad * step.pivots.axle.most_rad,
+      kDegPerRad * step.pivots.axle.max_rad,
       1000 * step.pivots.axle.distance_m,
       1000 * step.pivots.axle.distance_m);
   const calibration::Pivot& front = step.pivots.front_wheels;
   if (front.frames > 0) {
     figure.plot += fmt::format(
         ", \\\n    [-{:.4f}:0] {:.6g} * sin(-x) ls 3 title 'front wheels {:.1f} mm ahead'",
-        kDegPerRad * front.most_rad,
+        kDegPerRad * front.max_rad,
         1000 * front.distance_m,
         1000 * front.distance_m);
   }
@@ -165,7 +163,7 @@ cv::Mat SpinMosaic(const recordings::CeilingKeyframes& spin,
   for (std::size_t i = 0; i < spin.frames.size() && i < headings.size(); ++i) {
     const cv::Mat& level = view.Rectify(spin.frames[i].raw, buffer);
     const Pose2 T_middle_view = Pose2{0, 0, headings[i].yaw} * T_axle_base * view.T_base_view();
-    // x right and y down about the middle, as in the camera's own picture of the first view.
+    // x right and y down about the middle, as in the camera's own image of the first view.
     const Pose2 T_mosaic_view = Pose2{0, 0, -view.T_base_view().yaw} * T_middle_view;
     const double c = std::cos(T_mosaic_view.yaw);
     const double s = std::sin(T_mosaic_view.yaw);

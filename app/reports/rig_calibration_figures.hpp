@@ -18,8 +18,8 @@ std::vector<figures::Figure> RigFigures(const recordings::RigCalibration& result
 /// The lift of the mast over the pitch, with the lines of the pivots.
 figures::Figure StepFigure(const recordings::StepCalibration& step);
 
-/// The mean of the spin's pictures, brought together as the rig has it: sharp where the rig is
-/// right, smeared where it is not. CV_8UC1, 0 where no picture looked.
+/// The mean of the spin's images, brought together as the rig has it: sharp where the rig is
+/// right, smeared where it is not. CV_8UC1, 0 where no image looked.
 /// @param up  the upward camera of that rig. @param headings  of the views, rad.
 cv::Mat SpinMosaic(const recordings::CeilingKeyframes& spin,
                    const std::vector<Pose2>& headings,

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
@@ -13,12 +12,11 @@
 #include "app/reports/rig_calibration_figures.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/table.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::reports {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 // One parameter of the rig, in the unit that people read.
 struct Parameter {
@@ -187,7 +185,7 @@ void Summarize(const calib::Rig& before,
   }
   if (found.step) {
     summary.quality["step"] = {{"frames", found.step->climbs.size()},
-                               {"largest_deg", kDegPerRad * found.step->most_pitch_rad},
+                               {"largest_deg", kDegPerRad * found.step->max_pitch_rad},
                                {"rms_mm", 1000 * found.step->pivots.axle.rms_m}};
   }
 }
@@ -253,13 +251,13 @@ void PrintReport(const calib::Rig& before,
   if (found.forward) {
     facts.AddRow({"forward camera",
                   fmt::format("{}", found.forward->mount.matches),
-                  fmt::format("matches in {} pairs of pictures, residual {:.3f} px",
+                  fmt::format("matches in {} pairs of images, residual {:.3f} px",
                               found.forward->pairs,
                               found.forward->mount.sigma_px)});
   }
   if (found.step) {
     facts.AddRow({"step",
-                  fmt::format("{:.2f}", kDegPerRad * found.step->most_pitch_rad),
+                  fmt::format("{:.2f}", kDegPerRad * found.step->max_pitch_rad),
                   fmt::format("deg of pitch; lifts agree to {:.2f} mm in {} frames",
                               1000 * found.step->pivots.axle.rms_m,
                               found.step->pivots.axle.frames)});

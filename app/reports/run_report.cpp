@@ -20,7 +20,8 @@ figures::TrajectoryComparison FiguresOf(const RunRecord& run) {
   std::vector<StampedPose> poses;
   poses.reserve(run.frames.size());
   for (const graph::FramePose& frame : run.frames) {
-    if (Placed(frame)) poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
+    if (graph::HasPose(frame.status))
+      poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
   }
   figures::TrajectoryComparison comparison;
   comparison.runs.push_back({run.name, FigurePoses(poses), {}});

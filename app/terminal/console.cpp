@@ -15,6 +15,8 @@
 
 #ifdef CEILMAP_SANITIZED
 #include <sanitizer/common_interface_defs.h>
+
+#include "calib/base/one_line.hpp"
 #endif
 
 namespace ceilmap::terminal {
@@ -147,23 +149,6 @@ void PrintNote(std::string_view text) {
 }
 void PrintDetail(std::string_view text) {
   TheConsole().logger.log(spdlog::level::debug, spdlog::string_view_t(text.data(), text.size()));
-}
-
-std::string InOneLine(std::string_view text) {
-  std::string line;
-  bool gap = false;
-  for (const char c : text) {
-    if (c == '\n' || c == '\r') {
-      gap = true;
-    } else if (!gap || c != ' ') {
-      if (gap && !line.empty() && line.back() != ' ') line += ' ';
-      gap = false;
-      // Names and values come from files: what would command a terminal is shown as ?.
-      const auto byte = static_cast<unsigned char>(c);
-      line += (byte < ' ' && c != '\t') || byte == 127 ? '?' : c;
-    }
-  }
-  return line;
 }
 
 }  // namespace ceilmap::terminal

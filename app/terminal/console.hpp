@@ -56,8 +56,4 @@ void Detail(fmt::format_string<Args...> text, Args&&... args) {
   }
 }
 
-/// The text in one line: runs of line breaks and blanks around them become one blank, other control
-/// characters `?`.
-std::string InOneLine(std::string_view text);
-
 }  // namespace ceilmap::terminal

@@ -10,7 +10,7 @@
 namespace ceilmap::terminal {
 namespace {
 
-bool LooksLikeNumber(const std::string& cell) {
+bool IsNumberLike(const std::string& cell) {
   const bool sign = cell.starts_with('-') || cell.starts_with('+') || cell.starts_with('.');
   const std::size_t first = sign ? 1 : 0;
   return cell.size() > first && std::isdigit(static_cast<unsigned char>(cell[first])) != 0;
@@ -33,7 +33,7 @@ std::string Table::Format(Numbers numbers) const {
     std::string line;
     for (std::size_t i = 0; i < row.size(); ++i) {
       if (i > 0) line += "  ";
-      const bool right = numbers == Numbers::kRight && i > 0 && LooksLikeNumber(row[i]);
+      const bool right = numbers == Numbers::kRight && i > 0 && IsNumberLike(row[i]);
       line += fmt::format(fmt::runtime(right ? "{:>{}}" : "{:<{}}"), row[i], widths[i]);
     }
     line.erase(line.find_last_not_of(' ') + 1);

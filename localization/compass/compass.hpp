@@ -54,7 +54,7 @@ class Compass {
   /// Takes the next frame.
   /// @return nothing for frames that the method skips by design ("Fx n").
   /// @throws InputError on a panorama of another size or type than before, or one that no
-  ///   compass can take, and on stamps that do not increase. Never throws on picture content.
+  ///   compass can take, and on stamps that do not increase. Never throws on image content.
   virtual std::optional<HeadingEstimate> Next(const PanoramaFrame& frame) = 0;
 
   /// Of the last frame that was not skipped; empty before the second one. Computed when asked for.

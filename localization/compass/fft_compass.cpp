@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "localization/compass/frame_check.hpp"
 #include "localization/compass/heading_graph.hpp"
@@ -27,24 +28,20 @@ struct Reference {
 };
 
 void RequireWidth(const cv::Mat& panorama) {
-  constexpr int kLeastColumns = 48;
-  if (panorama.cols < kLeastColumns) {
+  constexpr int kMinColumns = 48;
+  if (panorama.cols < kMinColumns) {
     throw InputError(
         fmt::format("a panorama of {} columns is too narrow for method fft, must have at least {}; "
                     "unwrap it to more columns",
                     panorama.cols,
-                    kLeastColumns));
+                    kMinColumns));
   }
 }
 
 }  // namespace
 
 void FftCompassParams::Validate() const {
-  const auto require = [](bool ok, const char* field, double value, const char* range) {
-    if (!ok) {
-      throw InputError(fmt::format("fft compass: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("fft compass");
   const auto part = [&](const char* field, double value) {
     require(value >= 0 && value <= 1, field, value, "in [0, 1]");
   };
@@ -54,8 +51,8 @@ void FftCompassParams::Validate() const {
           "in (0, 2 pi]");
   require(rows >= 1, "rows", rows, "at least 1");
   require(max_parallax_rad > 0, "max_parallax_rad", max_parallax_rad, "> 0");
-  part("min_inlier_part", min_inlier_part);
-  part("min_believed_part", min_believed_part);
+  part("min_inlier_ratio", min_inlier_ratio);
+  part("min_believed_ratio", min_believed_ratio);
   require(reference_sigma_rad >= 0, "reference_sigma_rad", reference_sigma_rad, ">= 0");
   require(recent_references >= 1, "recent_references", recent_references, "at least 1");
   require(kept_references >= 4, "kept_references", kept_references, "at least 4");
@@ -150,7 +147,7 @@ std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
   const double off = WrapAngle(seen - *expected_rad);
   if (best && std::abs(off) < kSame * params.sectors.search_rad) return best;
   const std::optional<ParallaxFit> other = around(WrapAngle(*expected_rad));
-  if (other && (!best || other->inlier_part > best->inlier_part)) best = other;
+  if (other && (!best || other->inlier_ratio > best->inlier_ratio)) best = other;
   return best;
 }
 
@@ -162,7 +159,7 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
   estimate.heading_rad = heading;
   estimate.variance_rad2 = place.variance_rad2 + fit.variance_rad2 +
                            params.reference_sigma_rad * params.reference_sigma_rad;
-  estimate.confidence = std::clamp(fit.inlier_part, 0.0, 1.0);
+  estimate.confidence = std::clamp(fit.inlier_ratio, 0.0, 1.0);
   tried_turn_rad = WrapAngle(fit.rotation_rad);
   seen_stamp_s = stamp_s;
   seen_variance = estimate.variance_rad2;
@@ -189,7 +186,7 @@ void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revi
     direction = travel.DirectionFrom(old.view->spot, expected, graph.At(place).heading_rad);
   }
   const std::optional<ParallaxFit> fit = matcher->Around(*old.view, *current, expected, direction);
-  if (!fit || fit->inlier_part < params.min_inlier_part) return;
+  if (!fit || fit->inlier_ratio < params.min_inlier_ratio) return;
   if (std::abs(fit->parallax_rad) > 2 * params.max_parallax_rad) return;
   const double off = WrapAngle(fit->rotation_rad - expected);
   const double sigma = params.reference_sigma_rad;
@@ -292,7 +289,7 @@ bool FftCompass::Impl::Measure(double stamp_s) {
   }
   Take(*fit, stamp_s);
   if (std::abs(fit->parallax_rad) <= params.max_parallax_rad &&
-      fit->inlier_part >= params.min_inlier_part) {
+      fit->inlier_ratio >= params.min_inlier_ratio) {
     return true;
   }
   MakeReference(current, fit->rotation_rad, fit->variance_rad2);

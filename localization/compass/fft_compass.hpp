@@ -23,9 +23,9 @@ struct FftCompassParams {
   /// average, rad, > 0, ...
   double max_parallax_rad = 0.07;
   /// ... or when fewer sectors agree, [0, 1].
-  double min_inlier_part = 0.6;
+  double min_inlier_ratio = 0.6;
   /// Below this a turn is not believed, [0, 1].
-  double min_believed_part = 0.35;
+  double min_believed_ratio = 0.35;
   /// What a turn between two references is off by beyond what the fit says, rad, >= 0.
   double reference_sigma_rad = 0.001;
   /// References that a new one is measured against, the latest first, >= 1: drift falls.

@@ -1,7 +1,5 @@
 #include "localization/compass/parallax_fit.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
@@ -11,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
@@ -62,11 +60,11 @@ double MedianShift(std::span<const SectorShift> shifts) {
 /// Information of the prior on each unknown.
 Vector Prior(const ParallaxParams& params, double mean_nearness_rad) {
   constexpr double kAnyNearness = 0.35;
-  constexpr double kLeastNearness = 0.0035;
+  constexpr double kMinNearness = 0.0035;
   Vector information = Vector::Zero(kSeries + 1 + 2 * params.order);
   information[kDirection] = 1 / (params.direction_sigma_rad * params.direction_sigma_rad);
   information[kSeries] = 1 / (kAnyNearness * kAnyNearness);
-  const double nearness = std::max(std::abs(mean_nearness_rad), kLeastNearness);
+  const double nearness = std::max(std::abs(mean_nearness_rad), kMinNearness);
   for (int k = 1; k <= params.order; ++k) {
     const double sigma = params.roughness / k * nearness;
     information[kSeries + 2 * k - 1] = information[kSeries + 2 * k] = 1 / (sigma * sigma);
@@ -77,16 +75,12 @@ Vector Prior(const ParallaxParams& params, double mean_nearness_rad) {
 }  // namespace
 
 void ParallaxParams::Validate() const {
-  const auto require = [](bool ok, const char* field, double value, const char* range) {
-    if (!ok) {
-      throw InputError(fmt::format("parallax: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("parallax");
   require(order >= 0 && order <= kMaxOrder, "order", order, "in [0, 12]");
   require(roughness > 0, "roughness", roughness, "> 0");
   require(direction_sigma_rad > 0, "direction_sigma_rad", direction_sigma_rad, "> 0");
   require(floor_rad > 0, "floor_rad", floor_rad, "> 0");
-  require(floor_part > 0, "floor_part", floor_part, "> 0");
+  require(floor_ratio > 0, "floor_ratio", floor_ratio, "> 0");
   require(robust_sigmas > 0, "robust_sigmas", robust_sigmas, "> 0");
 }
 
@@ -96,8 +90,8 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
                         const ParallaxParams& params) {
   ParallaxFit fit;
   fit.variance_rad2 = std::numeric_limits<double>::infinity();
-  constexpr std::size_t kLeastSectors = 6;
-  if (shifts.size() < kLeastSectors) return fit;
+  constexpr std::size_t kMinSectors = 6;
+  if (shifts.size() < kMinSectors) return fit;
   const Eigen::Index unknowns = kSeries + 1 + 2 * params.order;
   Vector expected = Vector::Zero(unknowns);
   expected[kDirection] = expected_direction_rad;
@@ -114,7 +108,7 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
     const Vector prior = Prior(params, x[kSeries]);
-    const double floor = params.floor_rad + params.floor_part * std::abs(x[kSeries]);
+    const double floor = params.floor_rad + params.floor_ratio * std::abs(x[kSeries]);
     information = prior.asDiagonal();
     Vector gradient = prior.cwiseProduct(expected - x);
     inliers = 0;
@@ -142,7 +136,7 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   fit.variance_rad2 = solver.solve(Vector::Unit(unknowns, kRotation))[kRotation];
   fit.direction_rad = WrapAngle(x[kDirection]);
   fit.parallax_rad = x[kSeries];
-  fit.inlier_part = inliers / sectors_asked;
+  fit.inlier_ratio = inliers / sectors_asked;
   fit.cost = cost;
   return fit;
 }
@@ -160,7 +154,7 @@ ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts,
   }
   ParallaxFit best = *std::min_element(
       fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
-  if (best.inlier_part <= 0) return best;
+  if (best.inlier_ratio <= 0) return best;
   double total = 0;
   double mean = 0;
   for (const ParallaxFit& fit : fits) {

@@ -16,7 +16,7 @@ struct ParallaxParams {
   /// What a sector's shift is off by beyond its own noise, rad, > 0: in any case, and per shift
   /// that travel causes in the mean (things at several distances in one direction).
   double floor_rad = 0.0014;
-  double floor_part = 0.055;
+  double floor_ratio = 0.055;
   /// Residuals beyond this many standard deviations count less and less, > 0.
   double robust_sigmas = 2;
 
@@ -33,7 +33,7 @@ struct ParallaxFit {
   /// sign tells nothing.
   double parallax_rad = 0;
   /// Part of the sectors asked for that tell a shift and agree with the fit, 0..1.
-  double inlier_part = 0;
+  double inlier_ratio = 0;
   /// Minus twice the log of its likelihood, prior included, up to a constant: fits of the same
   /// shifts can be compared.
   double cost = 0;

@@ -1,12 +1,10 @@
 #include "localization/compass/sector_shifts.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
 
@@ -48,11 +46,7 @@ CEILMAP_HOT float WeightedSum(const float* values, const float* weights, int n) 
 }  // namespace
 
 void SectorParams::Validate() const {
-  const auto require = [](bool ok, const char* field, double value, const char* range) {
-    if (!ok) {
-      throw InputError(fmt::format("sectors: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("sectors");
   require(sectors >= 12 && sectors <= 360, "sectors", sectors, "in [12, 360]");
   require(width_rad > 0 && width_rad <= pi / 2, "width_rad", width_rad, "in (0, pi/2]");
   require(search_rad > 0 && search_rad <= pi / 2, "search_rad", search_rad, "in (0, pi/2]");

@@ -17,6 +17,10 @@ namespace ceilmap::graph {
 /// How far a pose can be trusted (DESIGN.md: what is not known is said, never guessed).
 enum class TrackingStatus { kTracking, kRelocalized, kAmbiguous, kLost };
 const char* ToString(TrackingStatus status);
+/// The pose that comes with it can be used.
+constexpr bool HasPose(TrackingStatus status) {
+  return status == TrackingStatus::kTracking || status == TrackingStatus::kRelocalized;
+}
 
 /// One video frame's pose on the map.
 struct FramePose {
@@ -24,7 +28,7 @@ struct FramePose {
   double stamp_s = 0;
   TrackingStatus status = TrackingStatus::kTracking;
   Pose2 T_map_base;  ///< of the mast's foot, tilted or not
-  /// How the robot stood, where that was measured; level otherwise. Its picture was taken as a
+  /// How the robot stood, where that was measured; level otherwise. Its image was taken as a
   /// level robot would have seen it.
   Tilt tilt;
   /// What a compass said, in its own frame. Not kept in map files: of other recordings it would
@@ -37,21 +41,21 @@ struct FramePose {
   std::int64_t keyframe_id = -1;
 };
 
-/// A frame that is kept: its picture becomes part of the mosaic and later frames are registered
+/// A frame that is kept: its image becomes part of the mosaic and later frames are registered
 /// against it.
 struct Keyframe {
   std::int64_t id = 0;  ///< 0, 1, 2, ... in order of time
   FramePose pose;
   /// CV_8UC1, rectified (CeilingView), level (LevelView): 0 where there is no content and nowhere
   /// else. May be empty where only poses are needed.
-  cv::Mat picture;
-  /// Several motions explained its picture as well, prediction alone chose (strictly periodic
-  /// ceiling, Registration::by_prior).
+  cv::Mat image;
+  /// Several motions explained its image as well, prediction alone chose (strictly periodic
+  /// ceiling, Registration::disambiguated_by_prior).
   bool ambiguous = false;
 };
 
-/// Loads the picture of a keyframe (CV_8UC1, rectified) from where it is kept.
-using PictureLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
+/// Loads the image of a keyframe (CV_8UC1, rectified) from where it is kept.
+using ImageLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
 
 /// A measured motion between two keyframes: an edge of the pose graph.
 struct Edge {

@@ -16,9 +16,9 @@ namespace ceilmap::graph {
 class KeyframeGraph {
  public:
   /// @param cell  side of the cells in which positions are looked up, map units, > 0: about what a
-  ///   picture spans.
+  ///   image spans.
   /// @param arm  a rotation's error counts in the length of a path by what it moves at this
-  ///   distance, map units, > 0: about half of what a picture spans.
+  ///   distance, map units, > 0: about half of what an image spans.
   KeyframeGraph(double cell, double arm);
 
   /// @throws std::invalid_argument when the id is negative or known.

@@ -245,8 +245,8 @@ void Optimize(MapGraph& graph, const OptimizeParams& params) {
   OptimizePoses(graph.edges, fixed, poses, plain);
   double factor = ClaimFactor(graph, poses);
   PoseGraphParams robust = params.pose_graph;
-  constexpr int kMostRounds = 6;
-  for (int round = 0; round < kMostRounds; ++round) {
+  constexpr int kMaxRounds = 6;
+  for (int round = 0; round < kMaxRounds; ++round) {
     robust.loop_loss_scale = params.pose_graph.loop_loss_scale * std::sqrt(factor);
     OptimizePoses(graph.edges, fixed, poses, robust);
     const double before = factor;
@@ -301,7 +301,7 @@ void FindWeakSpots(MapGraph& graph, double view_span) {
                 [](const WeakSpot& spot) { return spot.kind != WeakSpot::Kind::kLost; });
   std::unordered_set<std::int64_t> closed;
   for (const Edge& edge : graph.edges) {
-    // A picture that overlaps the last few closes no loop.
+    // An image that overlaps the last few closes no loop.
     constexpr std::int64_t kAlongTheWay = 10;
     if (edge.kind != Edge::Kind::kLoopClosure) continue;
     if (std::abs(edge.to - edge.from) <= kAlongTheWay) continue;

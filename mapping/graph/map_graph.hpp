@@ -8,14 +8,14 @@
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/graph/pose_graph.hpp"
 
-/// A map without its pictures: what is known of poses, by what measurements, and how well.
+/// A map without its images: what is known of poses, by what measurements, and how well.
 namespace ceilmap::graph {
 
 /// What became of the places where a loop might have closed.
 struct LoopCounts {
   std::int64_t compared = 0;        ///< pairs of keyframes that were registered
   std::int64_t accepted = 0;        ///< became edges of the graph
-  std::int64_t no_match = 0;        ///< the pictures do not agree, or show nothing
+  std::int64_t no_match = 0;        ///< the images do not agree, or show nothing
   std::int64_t ambiguous = 0;       ///< several motions fit (periodic ceiling): left out
   std::int64_t off_prediction = 0;  ///< agree, but on a motion that the rest of the map excludes
   std::int64_t unconfirmed = 0;     ///< agree, but far from certain beforehand and said by one pair
@@ -53,7 +53,7 @@ struct WeakSpot {
 const char* ToString(WeakSpot::Kind kind);
 
 struct MapGraph {
-  std::vector<Keyframe> keyframes;  ///< without pictures; ids rise, with gaps or without
+  std::vector<Keyframe> keyframes;  ///< without images; ids rise, with gaps or without
   std::vector<Edge> edges;
   std::vector<FramePose> trajectory;  ///< in order of time for each recording
   std::vector<WeakSpot> weak_spots;
@@ -95,7 +95,7 @@ struct OptimizeParams {
 void Optimize(MapGraph& graph, const OptimizeParams& params = {});
 
 /// Finds the spots of kind kAmbiguous and kUnclosed anew; those of kind kLost stay.
-/// @param view_span  what a picture spans, map units: shorter open paths are not mentioned.
+/// @param view_span  what an image spans, map units: shorter open paths are not mentioned.
 void FindWeakSpots(MapGraph& graph, double view_span);
 
 }  // namespace ceilmap::graph

@@ -112,10 +112,10 @@ std::vector<Eigen::Matrix3d> MarginalCovariances(std::span<const Edge> edges,
   return covariances;
 }
 
-std::vector<Eigen::Matrix3d> ShapeCovariances(std::span<const Edge> edges,
-                                              std::int64_t anchor,
-                                              const std::vector<Pose2>& poses,
-                                              const PoseGraphParams& params) {
+std::vector<Eigen::Matrix3d> GaugeFreeCovariances(std::span<const Edge> edges,
+                                                  std::int64_t anchor,
+                                                  const std::vector<Pose2>& poses,
+                                                  const PoseGraphParams& params) {
   params.Validate();
   const std::vector<std::int64_t> fixed = {anchor};
   const graph::LocalGraph graph(edges, fixed, poses);

@@ -1,15 +1,13 @@
 #include "mapping/graph/pose_graph.hpp"
 
 #include <ceres/ceres.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <deque>
 #include <thread>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "mapping/graph/pose_graph_terms.hpp"
 
 namespace ceilmap::graph {
@@ -163,11 +161,7 @@ bool SetsEdgesAside(std::span<const Edge> edges,
 }  // namespace
 
 void PoseGraphParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (!good) {
-      throw InputError(fmt::format("pose graph: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("pose graph");
   require(std::isfinite(loop_loss_scale) && loop_loss_scale >= 0,
           "loop_loss_scale",
           loop_loss_scale,

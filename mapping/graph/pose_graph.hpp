@@ -78,9 +78,9 @@ std::vector<Eigen::Matrix3d> MarginalCovariances(std::span<const Edge> edges,
 /// g = sum G_i d_i, and what is left is d_i - K_i g; its covariance needs three solutions of the
 /// normal equations beyond the marginals.
 /// @param anchor  any keyframe of the part that is asked for; the result does not depend on it.
-std::vector<Eigen::Matrix3d> ShapeCovariances(std::span<const Edge> edges,
-                                              std::int64_t anchor,
-                                              const std::vector<Pose2>& poses,
-                                              const PoseGraphParams& params = {});
+std::vector<Eigen::Matrix3d> GaugeFreeCovariances(std::span<const Edge> edges,
+                                                  std::int64_t anchor,
+                                                  const std::vector<Pose2>& poses,
+                                                  const PoseGraphParams& params = {});
 
 }  // namespace ceilmap::graph

@@ -18,14 +18,14 @@ constexpr double kRidge = 1e-4;  // in units of one observation
 
 /// Of one point: its share of the work grows with the square of this number, and a robot may pass
 /// under a point any number of times.
-constexpr std::size_t kMaxLooks = 8;
+constexpr std::size_t kMaxMatches = 8;
 
 using Observations = std::span<const ExposureObservation>;
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
 /// The observations sorted by point, without the points seen only once, and of each point at most
-/// kMaxLooks. Those are drawn at random: a regular choice would fall apart into groups of keyframes
-/// that are hardly compared with each other.
+/// kMaxMatches. Those are drawn at random: a regular choice would fall apart into groups of
+/// keyframes that are hardly compared with each other.
 std::vector<ExposureObservation> Select(std::vector<ExposureObservation> all) {
   std::stable_sort(
       all.begin(), all.end(), [](const ExposureObservation& a, const ExposureObservation& b) {
@@ -37,9 +37,9 @@ std::vector<ExposureObservation> Select(std::vector<ExposureObservation> all) {
     std::size_t end = begin + 1;
     while (end < all.size() && all[end].point == all[begin].point) ++end;
     const std::size_t seen = end - begin;
-    const std::size_t looks = seen < 2 ? 0 : std::min(seen, kMaxLooks);
+    const std::size_t looks = seen < 2 ? 0 : std::min(seen, kMaxMatches);
     for (std::size_t i = 0; i < looks; ++i) {
-      if (seen > kMaxLooks) std::swap(all[begin + i], all[begin + i + random() % (seen - i)]);
+      if (seen > kMaxMatches) std::swap(all[begin + i], all[begin + i + random() % (seen - i)]);
       selected.push_back(all[begin + i]);
     }
     begin = end;

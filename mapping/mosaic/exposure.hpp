@@ -5,14 +5,14 @@
 
 namespace ceilmap::mosaic {
 
-/// How bright a picture shows a ceiling of given brightness: log I = log E + log_gain[k] + v(r).
-/// It levels differences of exposure between pictures and the camera's vignetting; it does not know
+/// How bright an image shows a ceiling of given brightness: log I = log E + log_gain[k] + v(r).
+/// It levels differences of exposure between images and the camera's vignetting; it does not know
 /// about anything else (reflections that move with the robot stay).
 struct ExposureModel {
   /// Per keyframe, in the order of the observations' indices; mean 0: the mosaic is as bright as
-  /// the pictures are on average.
+  /// the images are on average.
   std::vector<double> log_gain;
-  /// v(r) = a1 q + a2 q^2 + a3 q^3 with q = (r / half diagonal of the picture)^2; v(0) = 0.
+  /// v(r) = a1 q + a2 q^2 + a3 q^3 with q = (r / half diagonal of the image)^2; v(0) = 0.
   std::array<double, 3> vignetting{};
 
   /// v at q in [0, 1].
@@ -23,7 +23,7 @@ struct ExposureModel {
 struct ExposureObservation {
   int point = 0;     ///< index of the ceiling point, >= 0
   int keyframe = 0;  ///< index of the keyframe, >= 0
-  double q = 0;      ///< squared radius in the picture as above
+  double q = 0;      ///< squared radius in the image as above
   double log_grey = 0;
 };
 

@@ -8,25 +8,25 @@
 namespace ceilmap::mosaic {
 namespace {
 
-constexpr int kLatticeAcross = 10;  // points over the shorter side of a picture
+constexpr int kLatticeAcross = 10;  // points over the shorter side of an picture
 constexpr int kPatchRadius = 4;     // pixels
 constexpr int kDark = 3;
 constexpr int kSaturated = 250;
 constexpr double kMaxContrast = 0.06;  // standard deviation over mean
 
-/// Mean grey around (u, v), or nothing where the patch leaves the picture, is not flat, dark or
+/// Mean grey around (u, v), or nothing where the patch leaves the image, is not flat, dark or
 /// saturated.
-std::optional<double> FlatPatchMean(const cv::Mat& picture, const cv::Point2d& pixel) {
+std::optional<double> FlatPatchMean(const cv::Mat& image, const cv::Point2d& pixel) {
   const int u = cvRound(pixel.x);
   const int v = cvRound(pixel.y);
-  if (u < kPatchRadius || v < kPatchRadius || u >= picture.cols - kPatchRadius ||
-      v >= picture.rows - kPatchRadius) {
+  if (u < kPatchRadius || v < kPatchRadius || u >= image.cols - kPatchRadius ||
+      v >= image.rows - kPatchRadius) {
     return std::nullopt;
   }
   double sum = 0;
   double squares = 0;
   for (int row = v - kPatchRadius; row <= v + kPatchRadius; ++row) {
-    const auto* pixels = picture.ptr<unsigned char>(row);
+    const auto* pixels = image.ptr<unsigned char>(row);
     for (int col = u - kPatchRadius; col <= u + kPatchRadius; ++col) {
       const int grey = pixels[col];
       if (grey <= kDark || grey >= kSaturated) return std::nullopt;
@@ -52,7 +52,7 @@ std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement
   std::map<std::pair<std::int64_t, std::int64_t>, int> point_ids;
   std::vector<ExposureObservation> observations;
   for (std::size_t k = 0; k < views.size(); ++k) {
-    const cv::Mat picture = load(k);
+    const cv::Mat image = load(k);
     const cv::Rect2d box = views[k].Bounds();
     const auto last_x = static_cast<std::int64_t>(std::floor(box.br().x / spacing));
     const auto last_y = static_cast<std::int64_t>(std::floor(box.br().y / spacing));
@@ -60,7 +60,7 @@ std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement
       for (auto x = static_cast<std::int64_t>(std::ceil(box.x / spacing)); x <= last_x; ++x) {
         const cv::Point2d pixel =
             views[k].ToPixel(static_cast<double>(x) * spacing, static_cast<double>(y) * spacing);
-        const std::optional<double> grey = FlatPatchMean(picture, pixel);
+        const std::optional<double> grey = FlatPatchMean(image, pixel);
         if (!grey) continue;
         const int point = point_ids.try_emplace({x, y}, point_ids.size()).first->second;
         const cv::Point2d offset = pixel - centre;

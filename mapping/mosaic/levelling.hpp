@@ -7,12 +7,12 @@
 
 namespace ceilmap::mosaic {
 
-/// What every picture has in common at a pixel: its weight in the mosaic, > 0 where the camera saw
+/// What every image has in common at a pixel: its weight in the mosaic, > 0 where the camera saw
 /// anything, and exp(-v(r)), the factor that takes the vignetting out.
 using Shading = cv::Vec2f;
 
-/// Shading of all pixels of a picture (CV_32FC2). The weight is (distance to the border of the
-/// picture or of what the camera saw of it)^power, 1 at its largest.
+/// Shading of all pixels of an image (CV_32FC2). The weight is (distance to the border of the
+/// image or of what the camera saw of it)^power, 1 at its largest.
 /// @param mask  CV_8UC1 of the size, not 0 where the camera saw anything; empty: everywhere.
 cv::Mat MakeShading(cv::Size size,
                     const cv::Mat& mask,

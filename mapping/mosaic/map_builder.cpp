@@ -11,7 +11,7 @@ store::MosaicGrid WriteMap(const graph::MapGraph& graph,
   const MosaicRenderer renderer(
       graph.keyframes,
       metadata,
-      [&writer](std::int64_t id) { return writer.ReadPicture(id); },
+      [&writer](std::int64_t id) { return writer.ReadImage(id); },
       mosaic);
   writer.WriteMosaic(
       renderer.Grid(),

@@ -8,7 +8,7 @@
 
 namespace ceilmap::mosaic {
 
-/// Writes a graph, whose keyframes' pictures are in the writer already, and the mosaic that they
+/// Writes a graph, whose keyframes' images are in the writer already, and the mosaic that they
 /// make (without Commit).
 /// @param progress  done, total windows of the mosaic; may be empty.
 /// @return the extent of the mosaic.

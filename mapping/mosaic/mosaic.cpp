@@ -11,8 +11,8 @@
 #include "calib/level_view.hpp"
 #include "mapping/mosaic/exposure.hpp"
 #include "mapping/mosaic/exposure_sampling.hpp"
+#include "mapping/mosaic/image_cache.hpp"
 #include "mapping/mosaic/levelling.hpp"
-#include "mapping/mosaic/picture_cache.hpp"
 #include "mapping/mosaic/sharpness.hpp"
 #include "mapping/mosaic/view_agreement.hpp"
 #include "mapping/mosaic/view_placement.hpp"
@@ -23,13 +23,13 @@ namespace {
 
 /// Part of the mosaic that one thread renders at a time.
 constexpr int kTilePx = 256;
-/// Rows and columns repeated around a cached picture, so that sampling needs no border checks.
+/// Rows and columns repeated around a cached image, so that sampling needs no border checks.
 constexpr int kPadding = 2;
-/// A picture is left out of a point where its weight is below this share of the largest one: it
+/// An image is left out of a point where its weight is below this share of the largest one: it
 /// would change the grey by less than half a step, but costs as much as the others.
 constexpr float kNegligible = 0.02F;
-/// Pixels of a picture along one row of the mosaic: (u, v) = start + column * step, for the columns
-/// [first, last) of the tile where it lies inside the picture.
+/// Pixels of an image along one row of the mosaic: (u, v) = start + column * step, for the columns
+/// [first, last) of the tile where it lies inside the image.
 struct RowMap {
   cv::Point2d start;
   cv::Point2d step;
@@ -52,7 +52,7 @@ void Clip(double start, double step, double limit, int& first, int& last) {
   last = std::min(last, static_cast<int>(std::floor(std::clamp(high, -1.0, columns - 1))) + 1);
 }
 
-/// Bilinear grey at a pixel of a padded picture.
+/// Bilinear grey at a pixel of a padded image.
 inline float Sample(const cv::Mat& padded, const cv::Point2d& pixel) {
   const int iu = static_cast<int>(pixel.x);
   const int iv = static_cast<int>(pixel.y);
@@ -65,7 +65,7 @@ inline float Sample(const cv::Mat& padded, const cv::Point2d& pixel) {
   return upper + fv * (lower - upper);
 }
 
-/// Sample would mix in what the picture has no content for.
+/// Sample would mix in what the image has no content for.
 bool TouchesBlank(const cv::Mat& padded, const cv::Point2d& pixel) {
   const unsigned char* top = padded.ptr<unsigned char>(static_cast<int>(pixel.y) + kPadding) +
                              static_cast<int>(pixel.x) + kPadding;
@@ -86,8 +86,8 @@ void MosaicParams::Validate() const {
   if (!(sharpness_power >= 0 && sharpness_power <= 64)) {
     fail("sharpness_power = " + std::to_string(sharpness_power) + ", must be in [0, 64]");
   }
-  if (cache_pictures < 1) {
-    fail("cache_pictures = " + std::to_string(cache_pictures) + ", must be >= 1");
+  if (cache_images < 1) {
+    fail("cache_pictures = " + std::to_string(cache_images) + ", must be >= 1");
   }
   if (threads < 0) fail("threads = " + std::to_string(threads) + ", must be >= 0");
   if (!view_mask.empty() && view_mask.type() != CV_8UC1) fail("view_mask must be CV_8UC1");
@@ -96,17 +96,17 @@ void MosaicParams::Validate() const {
 struct MosaicRenderer::Impl {
   Impl(const std::vector<graph::Keyframe>& keyframes,
        const store::MapMetadata& metadata,
-       graph::PictureLoader loader,
+       graph::ImageLoader loader,
        const MosaicParams& mosaic_params);
 
-  cv::Mat LoadPicture(std::int64_t id) const;
+  cv::Mat LoadImage(std::int64_t id) const;
   void MakeGrid();
   void MakeIndex();
   void Survey();
   void WeighBySharpness(const std::vector<double>& sharpness);
   std::vector<int> ViewsAt(const cv::Rect& tile) const;
   RowMap MapRow(const ViewPlacement& view, const cv::Rect& tile, int row) const;
-  bool HasBlanks(const cv::Mat& picture) const;
+  bool HasBlanks(const cv::Mat& image) const;
   template <typename Visit>
   void ForEachPixel(int k,
                     const Agreement& agreement,
@@ -117,22 +117,22 @@ struct MosaicRenderer::Impl {
   MosaicParams params;
   cv::Size view_size;
   double units_per_px;
-  graph::PictureLoader load;
+  graph::ImageLoader load;
   std::vector<std::int64_t> ids;
   std::vector<ViewPlacement> views;
   std::vector<float> gain_factors;  // 1 / exp(g_k)
-  std::vector<float> view_weights;  // of blurred pictures below 1
-  std::vector<bool> has_blanks;     // pictures of a tilted robot
-  cv::Mat shading;                  // Shading per picture pixel
+  std::vector<float> view_weights;  // of blurred images below 1
+  std::vector<bool> has_blanks;     // images of a tilted robot
+  cv::Mat shading;                  // Shading per image pixel
   Thumbnails thumbnails;
   store::MosaicGrid grid;
   std::unordered_map<std::int64_t, std::vector<int>> index;  // tile -> views that may touch it
-  mutable PictureCache cache;                                // padded pictures
+  mutable ImageCache cache;                                  // padded pictures
 };
 
 MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
                            const store::MapMetadata& metadata,
-                           graph::PictureLoader loader,
+                           graph::ImageLoader loader,
                            const MosaicParams& mosaic_params)
     : params(mosaic_params),
       view_size(metadata.view_size),
@@ -140,7 +140,7 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
       load(std::move(loader)),
       views(PlaceViews(keyframes, metadata)),
       thumbnails(metadata.view_size),
-      cache([this](std::int64_t id) { return LoadPicture(id); }, mosaic_params.cache_pictures) {
+      cache([this](std::int64_t id) { return LoadImage(id); }, mosaic_params.cache_images) {
   for (const graph::Keyframe& keyframe : keyframes) ids.push_back(keyframe.id);
   if (params.threads == 0) params.threads = static_cast<int>(std::thread::hardware_concurrency());
   params.threads = std::max(params.threads, 1);
@@ -149,14 +149,14 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
   Survey();
 }
 
-/// The one look at all pictures before any of them is rendered: exposure, sharpness, thumbnails.
+/// The one look at all images before any of them is rendered: exposure, sharpness, thumbnails.
 void MosaicRenderer::Impl::Survey() {
   ExposureModel exposure;
   exposure.log_gain.assign(views.size(), 0);
   std::vector<double> sharpness(views.size(), 0);
   has_blanks.assign(views.size(), false);
-  const auto picture = [this, &sharpness](std::size_t k) {
-    const PictureCache::Picture padded = cache.Get(ids[k]);
+  const auto image = [this, &sharpness](std::size_t k) {
+    const ImageCache::Image padded = cache.Get(ids[k]);
     cv::Mat inner = (*padded)(cv::Rect(kPadding, kPadding, view_size.width, view_size.height));
     has_blanks[k] = HasBlanks(inner);
     if (params.reject_outliers) thumbnails.Add(inner);
@@ -165,9 +165,9 @@ void MosaicRenderer::Impl::Survey() {
   };
   if (params.level_exposure) {
     exposure = SolveExposure(static_cast<int>(views.size()),
-                             ObserveExposure(views, view_size, units_per_px, picture));
+                             ObserveExposure(views, view_size, units_per_px, image));
   } else {
-    for (std::size_t k = 0; k < views.size(); ++k) picture(k);
+    for (std::size_t k = 0; k < views.size(); ++k) image(k);
   }
   for (const double gain : exposure.log_gain) {
     gain_factors.push_back(static_cast<float>(std::exp(-gain)));
@@ -177,16 +177,16 @@ void MosaicRenderer::Impl::Survey() {
   WeighBySharpness(sharpness);
 }
 
-/// Places without content beyond those that no picture has any for.
-bool MosaicRenderer::Impl::HasBlanks(const cv::Mat& picture) const {
-  const cv::Mat content = calib::ContentMask(picture);
+/// Places without content beyond those that no image has any for.
+bool MosaicRenderer::Impl::HasBlanks(const cv::Mat& image) const {
+  const cv::Mat content = calib::ContentMask(image);
   if (content.empty()) return false;
   return params.view_mask.empty() || cv::countNonZero(~content & params.view_mask) > 0;
 }
 
-/// The places are compared where a picture has its centre: what it shows best.
+/// The places are compared where an image has its centre: what it shows best.
 void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness) {
-  constexpr double kLeast = 1e-4;  // what nothing else shows stays in the mosaic
+  constexpr double kMin = 1e-4;  // what nothing else shows stays in the mosaic
   for (std::size_t k = 0; k < views.size(); ++k) {
     const cv::Point2d centre = views[k].Centre();
     const cv::Rect at(static_cast<int>((centre.x - grid.min_x) / grid.resolution),
@@ -197,25 +197,25 @@ void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness
     for (const int other : ViewsAt(at)) sharpest = std::max(sharpest, sharpness[other]);
     const double part = sharpest > 0 ? sharpness[k] / sharpest : 1;
     view_weights.push_back(
-        static_cast<float>(std::max(kLeast, std::pow(part, params.sharpness_power))));
+        static_cast<float>(std::max(kMin, std::pow(part, params.sharpness_power))));
   }
 }
 
-/// A picture ready for sampling: smoothed when the mosaic is coarser, then padded.
-cv::Mat MosaicRenderer::Impl::LoadPicture(std::int64_t id) const {
-  cv::Mat picture = load(id);
-  if (picture.type() != CV_8UC1 || picture.size() != view_size) {
-    throw RunError("the picture of keyframe " + std::to_string(id) +
+/// An image ready for sampling: smoothed when the mosaic is coarser, then padded.
+cv::Mat MosaicRenderer::Impl::LoadImage(std::int64_t id) const {
+  cv::Mat image = load(id);
+  if (image.type() != CV_8UC1 || image.size() != view_size) {
+    throw RunError("the image of keyframe " + std::to_string(id) +
                    " is missing or not of the view's size");
   }
   const double reduction = grid.resolution / units_per_px;
   cv::Mat padded;
   if (reduction > 1.2) {
-    cv::GaussianBlur(picture, padded, {}, 0.5 * std::sqrt(reduction * reduction - 1));
-    picture = padded;
+    cv::GaussianBlur(image, padded, {}, 0.5 * std::sqrt(reduction * reduction - 1));
+    image = padded;
     padded = cv::Mat();
   }
-  cv::copyMakeBorder(picture, padded, kPadding, kPadding, kPadding, kPadding, cv::BORDER_REPLICATE);
+  cv::copyMakeBorder(image, padded, kPadding, kPadding, kPadding, kPadding, cv::BORDER_REPLICATE);
   return padded;
 }
 
@@ -224,7 +224,7 @@ namespace {
 store::MosaicGrid GridOver(const cv::Rect2d& box, double resolution) {
   // Bounds on a multiple of the resolution up to rounding must not gain an empty row.
   constexpr double kSlack = 1e-6;
-  constexpr double kMostPixels = 1e9;  // in a row: more is said to be so, not counted
+  constexpr double kMaxPixels = 1e9;  // in a row: more is said to be so, not counted
   const double left = std::floor(box.x / resolution + kSlack);
   const double right = std::ceil(box.br().x / resolution - kSlack);
   const double bottom = std::floor(box.y / resolution + kSlack);
@@ -233,8 +233,8 @@ store::MosaicGrid GridOver(const cv::Rect2d& box, double resolution) {
   grid.resolution = resolution;
   grid.min_x = left * resolution;
   grid.max_y = top * resolution;
-  grid.width_px = static_cast<int>(std::min(right - left, kMostPixels));
-  grid.height_px = static_cast<int>(std::min(top - bottom, kMostPixels));
+  grid.width_px = static_cast<int>(std::min(right - left, kMaxPixels));
+  grid.height_px = static_cast<int>(std::min(top - bottom, kMaxPixels));
   return grid;
 }
 
@@ -245,9 +245,9 @@ store::MosaicGrid GridOver(const cv::Rect2d& box, double resolution) {
 void MosaicRenderer::Impl::MakeGrid() {
   cv::Rect2d box = views.front().Bounds();
   for (const ViewPlacement& view : views) box |= view.Bounds();
-  constexpr int kMostSteps = 40;  // a million million times: then it is not the resolution
+  constexpr int kMaxSteps = 40;  // a million million times: then it is not the resolution
   double resolution = params.resolution > 0 ? params.resolution : units_per_px;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     grid = GridOver(box, resolution);
     if (store::Problem(grid).empty()) return;
     resolution *= 2;
@@ -296,15 +296,15 @@ RowMap MosaicRenderer::Impl::MapRow(const ViewPlacement& view,
   return map;
 }
 
-/// Calls visit(position in the tile, picture pixel, weight, vignetting factor) for each pixel of
-/// the tile that lies inside the picture.
+/// Calls visit(position in the tile, image pixel, weight, vignetting factor) for each pixel of
+/// the tile that lies inside the image.
 template <typename Visit>
 void MosaicRenderer::Impl::ForEachPixel(int k,
                                         const Agreement& agreement,
                                         const cv::Rect& tile,
                                         const Visit& visit) const {
   const ViewPlacement& view = views[k];
-  PictureCache::Picture blanks;
+  ImageCache::Image blanks;
   if (has_blanks[k]) blanks = cache.Get(ids[k]);
   const double max_u = view_size.width - 1;
   const double max_v = view_size.height - 1;
@@ -341,7 +341,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
   }
   cv::Mat sums(tile.size(), CV_32FC2, cv::Scalar(0, 0));  // of weight * grey, of weight
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const PictureCache::Picture picture = cache.Get(ids[candidates[i]]);
+    const ImageCache::Image image = cache.Get(ids[candidates[i]]);
     const float gain = gain_factors[candidates[i]];
     const float share = view_weights[candidates[i]];
     ForEachPixel(candidates[i],
@@ -351,7 +351,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
                    weight *= share;
                    if (weight <= kNegligible * largest.ptr<float>(at.y)[at.x]) return;
                    auto& sum = sums.ptr<cv::Vec2f>(at.y)[at.x];
-                   sum[0] += weight * LevelGrey(Sample(*picture, pixel), gain * vignetting);
+                   sum[0] += weight * LevelGrey(Sample(*image, pixel), gain * vignetting);
                    sum[1] += weight;
                  });
   }
@@ -368,7 +368,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
 
 MosaicRenderer::MosaicRenderer(const std::vector<graph::Keyframe>& keyframes,
                                const store::MapMetadata& metadata,
-                               graph::PictureLoader loader,
+                               graph::ImageLoader loader,
                                const MosaicParams& params) {
   params.Validate();
   if (const std::string problem = store::Problem(metadata); !problem.empty()) {

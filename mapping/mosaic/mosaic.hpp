@@ -11,52 +11,52 @@
 namespace ceilmap::mosaic {
 
 struct MosaicParams {
-  /// Map units per mosaic pixel; 0: that of the keyframe pictures. Coarser by a power of two where
+  /// Map units per mosaic pixel; 0: that of the keyframe images. Coarser by a power of two where
   /// the mosaic would be too large to be stored.
   double resolution = 0;
-  /// Feathering: a picture's weight falls from its centre to its border as (distance to the
+  /// Feathering: an image's weight falls from its centre to its border as (distance to the
   /// border)^power. 1 is a plain linear feather; larger values let each point of the ceiling come
-  /// almost from the one picture that sees it most centrally, which keeps things below the ceiling
+  /// almost from the one image that sees it most centrally, which keeps things below the ceiling
   /// (parallax) and small pose errors from showing as doubled edges.
   double feather_power = 4;
-  /// A blurred picture's weight: (its sharpness / that of the sharpest picture of the place)^power.
-  /// 0: all pictures count alike.
+  /// A blurred image's weight: (its sharpness / that of the sharpest image of the place)^power.
+  /// 0: all images count alike.
   double sharpness_power = 2;
   bool level_exposure = true;  ///< take out gain differences and vignetting
-  /// Leave out what one picture shows but most of the others that see the place do not (a person,
-  /// something carried past, a wall): at least three pictures, more than a fifth off their median.
+  /// Leave out what one image shows but most of the others that see the place do not (a person,
+  /// something carried past, a wall): at least three images, more than a fifth off their median.
   bool reject_outliers = true;
-  int cache_pictures = 64;  ///< decoded pictures kept in memory while rendering
-  int threads = 0;          ///< 0: as many as the machine has cores
-  /// CeilingView::Mask(): where the rectified pictures have content, CV_8UC1 of the view's size;
+  int cache_images = 64;  ///< decoded images kept in memory while rendering
+  int threads = 0;        ///< 0: as many as the machine has cores
+  /// CeilingView::Mask(): where the rectified images have content, CV_8UC1 of the view's size;
   /// empty: everywhere.
   cv::Mat view_mask;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Renders the mosaic from keyframe pictures and poses, any window at a time, in memory bounded by
-/// the cache (and about 10 kB for each keyframe). The constructor loads every picture once.
+/// Renders the mosaic from keyframe images and poses, any window at a time, in memory bounded by
+/// the cache (and about 10 kB for each keyframe). The constructor loads every image once.
 ///
 /// Exposure: log I_k(u) = log E(X) + g_k + v(r), with a gain g_k per keyframe and one radial
 /// vignetting profile v(r) (even polynomial, v(0) = 0) for the camera, solved by linear least
 /// squares (robust: saturated and dark pixels left out, Huber) from points that several keyframes
-/// see; then each picture is divided by exp(g_k + v(r)).
+/// see; then each image is divided by exp(g_k + v(r)).
 class MosaicRenderer {
  public:
-  /// @param keyframes  poses (pictures ignored), at least one.
+  /// @param keyframes  poses (images ignored), at least one.
   /// @param metadata  gives view size, units per pixel and T_base_view:
   ///   p_map = T_map_base * T_base_view * (view_units_per_px * ((u, v) - centre)).
   /// @param loader  called under a lock, one call at a time.
   MosaicRenderer(const std::vector<graph::Keyframe>& keyframes,
                  const store::MapMetadata& metadata,
-                 graph::PictureLoader loader,
+                 graph::ImageLoader loader,
                  const MosaicParams& params = {});
   ~MosaicRenderer();
 
-  /// Smallest grid over all pictures, its edges on multiples of the resolution.
+  /// Smallest grid over all images, its edges on multiples of the resolution.
   [[nodiscard]] const store::MosaicGrid& Grid() const;
-  /// Grey as seen from above (see MosaicGrid), alpha 255 where any picture sees the ceiling.
+  /// Grey as seen from above (see MosaicGrid), alpha 255 where any image sees the ceiling.
   /// Thread-safe, and works on several threads itself; a point looks the same in every window.
   /// @throws InputError for a window that is empty or leaves the grid.
   void Render(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;

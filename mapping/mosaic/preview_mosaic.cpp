@@ -7,10 +7,10 @@
 namespace ceilmap::mosaic {
 namespace {
 
-constexpr int kPictureSide = 200;  // of one picture on the mosaic, at first
-constexpr int kBlock = 128;        // it grows by so many pixels
+constexpr int kImageSide = 200;  // of one image on the mosaic, at first
+constexpr int kBlock = 128;      // it grows by so many pixels
 
-/// Smallest box around the picture's corners.
+/// Smallest box around the image's corners.
 cv::Rect2d ExtentOf(const Pose2& T_map_view, double width, double height) {
   double min_x = T_map_view.x;
   double max_x = min_x;
@@ -34,8 +34,7 @@ int Blocks(double pixels) {
 
 }  // namespace
 
-LiveMosaic::LiveMosaic(const calib::CeilingView& view, int most_px)
-    : view_(view), most_px_(most_px) {}
+LiveMosaic::LiveMosaic(const calib::CeilingView& view, int max_px) : view_(view), max_px_(max_px) {}
 
 void LiveMosaic::MakeRoomFor(const cv::Rect2d& extent) {
   if (grey_.empty()) {
@@ -50,19 +49,19 @@ void LiveMosaic::MakeRoomFor(const cv::Rect2d& extent) {
   const int bottom = Blocks((min_y - extent.y) / resolution_);
   if (left + top + right + bottom > 0) {
     const cv::Size size(grey_.cols + left + right, grey_.rows + top + bottom);
-    for (cv::Mat* picture : {&grey_, &alpha_}) {
+    for (cv::Mat* image : {&grey_, &alpha_}) {
       cv::Mat grown(size, CV_8UC1, cv::Scalar(0));
-      if (!picture->empty()) picture->copyTo(grown({left, top, picture->cols, picture->rows}));
-      *picture = grown;
+      if (!image->empty()) image->copyTo(grown({left, top, image->cols, image->rows}));
+      *image = grown;
     }
     min_x_ -= left * resolution_;
     max_y_ += top * resolution_;
   }
-  while (std::max(grey_.cols, grey_.rows) > most_px_) {
-    for (cv::Mat* picture : {&grey_, &alpha_}) {
+  while (std::max(grey_.cols, grey_.rows) > max_px_) {
+    for (cv::Mat* image : {&grey_, &alpha_}) {
       cv::Mat halved;
-      cv::resize(*picture, halved, {}, 0.5, 0.5, cv::INTER_NEAREST);
-      *picture = halved;
+      cv::resize(*image, halved, {}, 0.5, 0.5, cv::INTER_NEAREST);
+      *image = halved;
     }
     resolution_ *= 2;
   }
@@ -72,21 +71,21 @@ void LiveMosaic::Add(const cv::Mat& raw, const Pose2& T_map_base) {
   const Pose2 T_map_view = T_map_base * view_.T_base_view();
   const double width = view_.MetresPerPixel() * view_.Size().width;
   const double height = view_.MetresPerPixel() * view_.Size().height;
-  if (resolution_ == 0) resolution_ = std::max(width, height) / kPictureSide;
+  if (resolution_ == 0) resolution_ = std::max(width, height) / kImageSide;
   const cv::Rect2d extent = ExtentOf(T_map_view, width, height);
   MakeRoomFor(extent);
 
-  const cv::Mat& picture = view_.Rectify(raw, rectified_);
+  const cv::Mat& image = view_.Rectify(raw, rectified_);
   const cv::Size size(std::max(1, static_cast<int>(std::lround(width / resolution_))),
                       std::max(1, static_cast<int>(std::lround(height / resolution_))));
-  cv::resize(picture, small_, size, 0, 0, cv::INTER_AREA);
+  cv::resize(image, small_, size, 0, 0, cv::INTER_AREA);
   if (view_.Mask().empty()) {
     small_mask_.create(size, CV_8UC1);
     small_mask_.setTo(255);
   } else {
     cv::resize(view_.Mask(), small_mask_, size, 0, 0, cv::INTER_NEAREST);
   }
-  // From pixels of the small picture to those of the mosaic, whose y points down.
+  // From pixels of the small image to those of the mosaic, whose y points down.
   const double unit_u = width / size.width / resolution_;
   const double unit_v = height / size.height / resolution_;
   const double c = std::cos(T_map_view.yaw);

@@ -15,13 +15,13 @@ struct Mosaic {
   store::MosaicGrid grid;
 };
 
-/// A rough mosaic of a run that goes on, for the live page: the newest picture lies on top, poses
-/// are as they were when the picture came. The real mosaic is drawn at the end, from all poses.
+/// A rough mosaic of a run that goes on, for the live page: the newest image lies on top, poses
+/// are as they were when the image came. The real mosaic is drawn at the end, from all poses.
 /// Memory and time do not grow with the area: when it becomes too large its resolution is halved.
 class LiveMosaic {
  public:
-  /// @param view  of the camera; must outlive this. @param most_px  longest side, >= 512.
-  explicit LiveMosaic(const calib::CeilingView& view, int most_px = 1600);
+  /// @param view  of the camera; must outlive this. @param max_px  longest side, >= 512.
+  explicit LiveMosaic(const calib::CeilingView& view, int max_px = 1600);
 
   /// @param raw  as the camera took it, CV_8UC1 of the view's size. About a millisecond.
   void Add(const cv::Mat& raw, const Pose2& T_map_base);
@@ -34,7 +34,7 @@ class LiveMosaic {
   void MakeRoomFor(const cv::Rect2d& extent);
 
   const calib::CeilingView& view_;
-  int most_px_;
+  int max_px_;
   cv::Mat rectified_;
   cv::Mat small_;
   cv::Mat small_mask_;

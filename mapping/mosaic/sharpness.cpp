@@ -4,10 +4,10 @@
 
 namespace ceilmap::mosaic {
 
-double Sharpness(const cv::Mat& picture) {
-  if (picture.cols < 8 || picture.rows < 8) return 0;
+double Sharpness(const cv::Mat& image) {
+  if (image.cols < 8 || image.rows < 8) return 0;
   cv::Mat half;
-  cv::resize(picture, half, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::resize(image, half, {}, 0.5, 0.5, cv::INTER_AREA);
   cv::Mat derivative;
   double first = 0;
   for (const int along_x : {0, 1}) {

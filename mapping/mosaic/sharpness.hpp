@@ -4,11 +4,11 @@
 
 namespace ceilmap::mosaic {
 
-/// How much of a picture's detail is fine detail: the energy of second derivatives over that of
+/// How much of an image's detail is fine detail: the energy of second derivatives over that of
 /// first ones, at half the resolution, where noise counts little. Brightness and contrast cancel,
-/// so that pictures of the same place compare: motion blur or a soft focus lowers it. About 0.3 ms
+/// so that images of the same place compare: motion blur or a soft focus lowers it. About 0.3 ms
 /// for 640 x 480.
-/// @param picture  CV_8UC1. @return >= 0; 0 for a uniform picture.
-double Sharpness(const cv::Mat& picture);
+/// @param image  CV_8UC1. @return >= 0; 0 for a uniform image.
+double Sharpness(const cv::Mat& image);
 
 }  // namespace ceilmap::mosaic

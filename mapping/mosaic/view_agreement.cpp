@@ -12,8 +12,8 @@ namespace {
 constexpr int kReduction = 8;  // of the thumbnails
 constexpr int kCellPx = 8;     // mosaic pixels
 /// Relative difference from the median at which doubt begins, and at which there is none left.
-/// Levelled pictures of the same ceiling agree to one or two percent.
-constexpr float kDoubt = 0.1F;
+/// Levelled images of the same ceiling agree to one or two percent.
+constexpr float kAgreementLimit = 0.1F;
 constexpr float kOutlier = 0.2F;
 constexpr float kDarkGrey = 32;  // below, differences count as if it were this bright
 /// Small enough to outweigh any feather weight, not 0: where nobody else sees the ceiling, the view
@@ -27,7 +27,8 @@ int FloorDiv(int value, int divisor) {
 
 float Factor(float grey, float median) {
   const float difference = std::abs(grey - median) / std::max(median, kDarkGrey);
-  const float doubt = std::clamp((difference - kDoubt) / (kOutlier - kDoubt), 0.0F, 1.0F);
+  const float doubt =
+      std::clamp((difference - kAgreementLimit) / (kOutlier - kAgreementLimit), 0.0F, 1.0F);
   return std::max(1 - doubt, kOutlierFactor);
 }
 
@@ -40,17 +41,17 @@ float Median(std::vector<float>& values) {
 
 }  // namespace
 
-void Thumbnails::Add(const cv::Mat& picture) {
+void Thumbnails::Add(const cv::Mat& image) {
   const cv::Size size(std::max(view_size_.width / kReduction, 1),
                       std::max(view_size_.height / kReduction, 1));
   cv::Mat small;
-  cv::resize(picture, small, size, 0, 0, cv::INTER_AREA);
-  pictures_.push_back(small);
+  cv::resize(image, small, size, 0, 0, cv::INTER_AREA);
+  images_.push_back(small);
 }
 
 void Thumbnails::Level(const std::vector<float>& gain_factors, const cv::Mat& shading) {
-  for (std::size_t k = 0; k < pictures_.size(); ++k) {
-    cv::Mat& small = pictures_[k];
+  for (std::size_t k = 0; k < images_.size(); ++k) {
+    cv::Mat& small = images_[k];
     for (int v = 0; v < small.rows; ++v) {
       const auto* row = shading.ptr<Shading>((2 * v + 1) * view_size_.height / (2 * small.rows));
       for (int u = 0; u < small.cols; ++u) {
@@ -68,7 +69,7 @@ float Thumbnails::At(int view, const cv::Point2d& pixel) const {
         pixel.y <= view_size_.height - 1)) {
     return -1;
   }
-  const cv::Mat& small = pictures_[static_cast<std::size_t>(view)];
+  const cv::Mat& small = images_[static_cast<std::size_t>(view)];
   const double x = (pixel.x + 0.5) * small.cols / view_size_.width - 0.5;
   const double y = (pixel.y + 0.5) * small.rows / view_size_.height - 0.5;
   const int u = std::clamp(static_cast<int>(std::floor(x)), 0, std::max(small.cols - 2, 0));

@@ -8,22 +8,22 @@
 
 namespace ceilmap::mosaic {
 
-/// Small levelled copies of all pictures (1/8 of the side, about 5 kB each), to find out where one
+/// Small levelled copies of all images (1/8 of the side, about 5 kB each), to find out where one
 /// of them shows what the others do not: a person, something carried past, a wall.
 class Thumbnails {
  public:
   explicit Thumbnails(cv::Size view_size) : view_size_(view_size) {}
 
-  /// Adds the next view's picture.
-  void Add(const cv::Mat& picture);
+  /// Adds the next view's image.
+  void Add(const cv::Mat& image);
   /// Levels them all; to be called once. @param shading  of MakeShading.
   void Level(const std::vector<float>& gain_factors, const cv::Mat& shading);
-  /// Grey near a pixel of the full picture; negative outside of the picture.
+  /// Grey near a pixel of the full image; negative outside of the image.
   [[nodiscard]] float At(int view, const cv::Point2d& pixel) const;
 
  private:
   cv::Size view_size_;
-  std::vector<cv::Mat> pictures_;
+  std::vector<cv::Mat> images_;
 };
 
 /// How far a view agrees with the others over a tile of the mosaic: a factor on its weights, 1 in

@@ -8,13 +8,13 @@
 
 namespace ceilmap::mosaic {
 
-/// Where a keyframe's picture lies on the ceiling, in both directions:
+/// Where a keyframe's image lies on the ceiling, in both directions:
 ///   p_map = T_map_view * (units_per_px * (pixel - centre)),   centre = ((W-1)/2, (H-1)/2).
 class ViewPlacement {
  public:
   ViewPlacement(const Pose2& T_map_view, cv::Size size, double units_per_px);
 
-  /// Pixel (u, v), not necessarily inside the picture.
+  /// Pixel (u, v), not necessarily inside the image.
   [[nodiscard]] cv::Point2d ToPixel(double x_map, double y_map) const {
     const double dx = x_map - x_;
     const double dy = y_map - y_;
@@ -22,9 +22,9 @@ class ViewPlacement {
   }
   [[nodiscard]] cv::Point2d ToMap(double u, double v) const;
 
-  /// Of the picture, in the map.
+  /// Of the image, in the map.
   [[nodiscard]] cv::Point2d Centre() const { return {x_, y_}; }
-  /// Axis-aligned box in the map around the picture, up to the pixels' outer edges.
+  /// Axis-aligned box in the map around the image, up to the pixels' outer edges.
   [[nodiscard]] cv::Rect2d Bounds() const;
 
  private:

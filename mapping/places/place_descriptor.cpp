@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "mapping/registration/fft.hpp"
 #include "mapping/registration/kernels.hpp"
 
@@ -43,12 +44,6 @@ constexpr int CountVector() {
 }
 constexpr int kVector = CountVector();
 
-void Require(bool good, const char* field, double value, const char* allowed) {
-  if (good) return;
-  throw InputError(
-      fmt::format("PlaceDescriptorParams: {} = {}, must be {}", field, value, allowed));
-}
-
 struct Mark {
   float x = 0;  // working pixels
   float y = 0;
@@ -72,14 +67,14 @@ void NormalizeLength(std::span<float> vector) {
 
 }  // namespace
 
-PlaceDescriptorParams PlaceDescriptorParams::ForCamera(cv::Size picture, double units_per_px) {
-  const int side = std::max(picture.width, picture.height);
-  if (picture.width <= 0 || picture.height <= 0 || !(units_per_px > 0) ||
+PlaceDescriptorParams PlaceDescriptorParams::ForCamera(cv::Size image, double units_per_px) {
+  const int side = std::max(image.width, image.height);
+  if (image.width <= 0 || image.height <= 0 || !(units_per_px > 0) ||
       !std::isfinite(units_per_px)) {
     throw InputError(
-        fmt::format("place descriptor: picture {} x {} of {} units per pixel, must all be > 0",
-                    picture.width,
-                    picture.height,
+        fmt::format("place descriptor: image {} x {} of {} units per pixel, must all be > 0",
+                    image.width,
+                    image.height,
                     units_per_px));
   }
   constexpr double kWorkingSide = 320;
@@ -89,16 +84,17 @@ PlaceDescriptorParams PlaceDescriptorParams::ForCamera(cv::Size picture, double 
 }
 
 void PlaceDescriptorParams::Validate() const {
-  Require(units_per_px > 0 && std::isfinite(units_per_px), "units_per_px", units_per_px, "> 0");
-  Require(max_windows > 0, "max_windows", max_windows, "> 0");
-  Require(window_radius_px >= 8 && window_radius_px <= 128,
+  const FieldCheck require("PlaceDescriptorParams");
+  require(units_per_px > 0 && std::isfinite(units_per_px), "units_per_px", units_per_px, "> 0");
+  require(max_windows > 0, "max_windows", max_windows, "> 0");
+  require(window_radius_px >= 8 && window_radius_px <= 128,
           "window_radius_px",
           window_radius_px,
           "in [8, 128]");
-  Require(min_distance_px >= 1, "min_distance_px", min_distance_px, ">= 1");
-  Require(
+  require(min_distance_px >= 1, "min_distance_px", min_distance_px, ">= 1");
+  require(
       mark_sigma_px >= 0.8 && mark_sigma_px <= 8, "mark_sigma_px", mark_sigma_px, "in [0.8, 8]");
-  Require(min_contrast >= 0, "min_contrast", min_contrast, ">= 0");
+  require(min_contrast >= 0, "min_contrast", min_contrast, ">= 0");
 }
 
 struct PlaceDescriber::Impl {
@@ -115,11 +111,11 @@ struct PlaceDescriber::Impl {
   void Invariants(std::span<float> vector) const;
 
   PlaceDescriptorParams params;
-  cv::Size picture;
+  cv::Size image;
   double units_per_px;
   int factor = 1;  // whole part of the reduction
   cv::Size work;
-  double px_per_work_x = 1;  // pixels of the picture per working pixel
+  double px_per_work_x = 1;  // pixels of the image per working pixel
   double px_per_work_y = 1;
   int margin = 0;   // of windows from the border, working pixels
   cv::Mat allowed;  // 255 where a window may be centred; empty: everywhere inside the margin
@@ -138,11 +134,11 @@ PlaceDescriber::Impl::Impl(cv::Size size,
                            double scale,
                            const PlaceDescriptorParams& p,
                            const cv::Mat& mask)
-    : params(p), picture(size), units_per_px(scale) {
+    : params(p), image(size), units_per_px(scale) {
   params.Validate();
   if (size.width <= 0 || size.height <= 0 || !(scale > 0) || !std::isfinite(scale)) {
     throw InputError(
-        fmt::format("place descriptor: picture {} x {} of {} units per pixel, must all be > 0",
+        fmt::format("place descriptor: image {} x {} of {} units per pixel, must all be > 0",
                     size.width,
                     size.height,
                     scale));
@@ -157,7 +153,7 @@ PlaceDescriber::Impl::Impl(cv::Size size,
   if (std::min(work.width, work.height) <= 2 * margin + 2 ||
       std::max(work.width, work.height) > kMaxSide) {
     throw InputError(fmt::format(
-        "place descriptor: the working picture would have {} x {} pixels, must be {} .. {} a side; "
+        "place descriptor: the working image would have {} x {} pixels, must be {} .. {} a side; "
         "set PlaceDescriptorParams::units_per_px for these cameras",
         work.width,
         work.height,
@@ -183,8 +179,8 @@ void PlaceDescriber::Impl::MakeRings() {
 }
 
 void PlaceDescriber::Impl::TakeMask(const cv::Mat& mask) {
-  if (mask.type() != CV_8UC1 || mask.size() != picture) {
-    throw InputError("place descriptor: the mask must be CV_8UC1 of the picture's size");
+  if (mask.type() != CV_8UC1 || mask.size() != image) {
+    throw InputError("place descriptor: the mask must be CV_8UC1 of the image's size");
   }
   cv::resize(mask, allowed, work, 0, 0, cv::INTER_AREA);
   cv::threshold(allowed, allowed, 254, 255, cv::THRESH_BINARY);
@@ -194,7 +190,7 @@ void PlaceDescriber::Impl::TakeMask(const cv::Mat& mask) {
 
 void PlaceDescriber::Impl::ToWorkingScale(const cv::Mat& source) {
   if (factor > 1) {
-    const cv::Size size(picture.width / factor, picture.height / factor);
+    const cv::Size size(image.width / factor, image.height / factor);
     reduced.create(size, CV_32FC1);
     kernels::ReduceArea(source.ptr<unsigned char>(),
                         source.step,
@@ -212,11 +208,11 @@ void PlaceDescriber::Impl::ToWorkingScale(const cv::Mat& source) {
   }
 }
 
-// A mark's place from the picture's centre, in units of length / params.units_per_px: the same in
+// A mark's place from the image's centre, in units of length / params.units_per_px: the same in
 // every camera, although the working pixels of some are a little off that scale.
 cv::Point2d PlaceDescriber::Impl::Place(const Mark& mark) const {
-  const double u = (mark.x + 0.5) * px_per_work_x - 0.5 * picture.width;
-  const double v = (mark.y + 0.5) * px_per_work_y - 0.5 * picture.height;
+  const double u = (mark.x + 0.5) * px_per_work_x - 0.5 * image.width;
+  const double v = (mark.y + 0.5) * px_per_work_y - 0.5 * image.height;
   return cv::Point2d(u, v) * (units_per_px / params.units_per_px);
 }
 
@@ -327,22 +323,21 @@ int PlaceDescriber::Dimension() {
   return kPlace + kVector;
 }
 
-PlaceDescriber::PlaceDescriber(cv::Size picture,
+PlaceDescriber::PlaceDescriber(cv::Size image,
                                double units_per_px,
                                const PlaceDescriptorParams& params,
                                const cv::Mat& mask)
-    : impl_(std::make_unique<Impl>(picture, units_per_px, params, mask)) {}
+    : impl_(std::make_unique<Impl>(image, units_per_px, params, mask)) {}
 PlaceDescriber::~PlaceDescriber() = default;
 PlaceDescriber::PlaceDescriber(PlaceDescriber&&) noexcept = default;
 PlaceDescriber& PlaceDescriber::operator=(PlaceDescriber&&) noexcept = default;
 
 cv::Mat PlaceDescriber::Describe(const cv::Mat& grey) {
   Impl& d = *impl_;
-  if (grey.type() != CV_8UC1 || grey.size() != d.picture) {
-    throw InputError(
-        fmt::format("place descriptor: the picture must be CV_8UC1 with {} x {} pixels",
-                    d.picture.width,
-                    d.picture.height));
+  if (grey.type() != CV_8UC1 || grey.size() != d.image) {
+    throw InputError(fmt::format("place descriptor: the image must be CV_8UC1 with {} x {} pixels",
+                                 d.image.width,
+                                 d.image.height));
   }
   d.marks.clear();
   d.ToWorkingScale(grey);

@@ -8,16 +8,16 @@ namespace ceilmap::places {
 namespace {
 
 // The motion that two pairs define; none where they are too close together, or not equally far
-// apart in both pictures.
+// apart in both images.
 std::optional<PlaceMotion> MotionOf(const PlacePair& a, const PlacePair& b, float tolerance) {
-  const PicturePoint in_query = b.query - a.query;
-  const PicturePoint in_stored = b.stored - a.stored;
+  const ImagePoint in_query = b.query - a.query;
+  const ImagePoint in_stored = b.stored - a.stored;
   const float length = std::abs(in_query);
   const float stored_length = std::abs(in_stored);
   if (length < 3 * tolerance || std::abs(length - stored_length) > 1.5F * tolerance) {
     return std::nullopt;
   }
-  const PicturePoint turn = in_stored * std::conj(in_query) / (length * stored_length);
+  const ImagePoint turn = in_stored * std::conj(in_query) / (length * stored_length);
   return PlaceMotion{turn, 0.5F * (a.stored + b.stored) - turn * 0.5F * (a.query + b.query)};
 }
 
@@ -63,9 +63,9 @@ PlaceFit BestFit(std::span<const PlacePair> pairs, float tolerance) {
   // All that agree, weighted least squares.
   const PlacePair& a = pairs[defining.first];
   const PlacePair& b = pairs[defining.second];
-  PicturePoint query_mean;
-  PicturePoint stored_mean;
-  PicturePoint turn;
+  ImagePoint query_mean;
+  ImagePoint stored_mean;
+  ImagePoint turn;
   for (const bool means : {true, false}) {
     for (const PlacePair& pair : pairs) {
       if (!Agrees(pair, best.motion, a, b, tolerance)) continue;

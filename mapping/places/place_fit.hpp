@@ -3,24 +3,24 @@
 #include <complex>
 #include <span>
 
-/// How two pictures lie to each other, from windows that look alike. Internal.
+/// How two images lie to each other, from windows that look alike. Internal.
 namespace ceilmap::places {
 
-/// A window's place in a picture, x + iy: x right, y down from the centre, in lengths of
+/// A window's place in an image, x + iy: x right, y down from the centre, in lengths of
 /// units_per_px (PlaceDescriber).
-using PicturePoint = std::complex<float>;
+using ImagePoint = std::complex<float>;
 
 /// Where a window of the query lies, and the stored window that resembles it.
 struct PlacePair {
-  PicturePoint query;
-  PicturePoint stored;
+  ImagePoint query;
+  ImagePoint stored;
   float weight = 0;  ///< how much the two look alike, > 0; comparable within one query
 };
 
 /// p_stored = turn * p_query + shift.
 struct PlaceMotion {
-  PicturePoint turn{1, 0};  ///< length 1; its argument is clockwise on the screen
-  PicturePoint shift;
+  ImagePoint turn{1, 0};  ///< length 1; its argument is clockwise on the screen
+  ImagePoint shift;
 };
 
 struct PlaceFit {
@@ -34,8 +34,8 @@ struct PlaceFit {
 /// squares. The work grows with the cube of the number of pairs; the same pairs in the same order
 /// give the same answer.
 ///
-/// @param tolerance  of a window's place, units of PicturePoint, > 0. Pairs less than three of it
-/// apart propose nothing, nor do those that are not equally far apart in both pictures.
+/// @param tolerance  of a window's place, units of ImagePoint, > 0. Pairs less than three of it
+/// apart propose nothing, nor do those that are not equally far apart in both images.
 /// @return no pairs, no weight and the identity when no two pairs define a motion.
 PlaceFit BestFit(std::span<const PlacePair> pairs, float tolerance);
 

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "mapping/places/place_fit.hpp"
 #include "mapping/registration/kernels.hpp"
 
@@ -22,11 +23,6 @@ namespace ceilmap::places {
 namespace {
 
 constexpr int kPlace = 2;  // columns of a window's place
-
-void Require(bool good, const char* field, double value, const char* allowed) {
-  if (good) return;
-  throw InputError(fmt::format("PlaceIndexParams: {} = {}, must be {}", field, value, allowed));
-}
 
 // Squared distance of two vectors; one look-up in the graph is a thousand of these.
 CEILMAP_HOT float SquaredDistance(const void* first, const void* second, const void* dimension) {
@@ -104,13 +100,14 @@ std::vector<Candidate> GroupByKeyframe(std::vector<Vote>& votes) {
 }  // namespace
 
 void PlaceIndexParams::Validate() const {
-  Require(neighbours >= 2 && neighbours <= 1024, "neighbours", neighbours, "in [2, 1024]");
-  Require(candidates > 0, "candidates", candidates, "> 0");
-  Require(tolerance_px > 0 && std::isfinite(tolerance_px), "tolerance_px", tolerance_px, "> 0");
-  Require(links >= 4 && links <= 64, "links", links, "in [4, 64]");
-  Require(
+  const FieldCheck require("PlaceIndexParams");
+  require(neighbours >= 2 && neighbours <= 1024, "neighbours", neighbours, "in [2, 1024]");
+  require(candidates > 0, "candidates", candidates, "> 0");
+  require(tolerance_px > 0 && std::isfinite(tolerance_px), "tolerance_px", tolerance_px, "> 0");
+  require(links >= 4 && links <= 64, "links", links, "in [4, 64]");
+  require(
       build_effort >= 16 && build_effort <= 1024, "build_effort", build_effort, "in [16, 1024]");
-  Require(search_effort >= 16 && search_effort <= 4096,
+  require(search_effort >= 16 && search_effort <= 4096,
           "search_effort",
           search_effort,
           "in [16, 4096]");
@@ -141,7 +138,7 @@ struct PlaceIndex::Impl {
   std::vector<std::int64_t> keyframe_ids;
   std::set<std::int64_t> known;
   std::vector<std::size_t> keyframe_of;  // of each window, position in keyframe_ids
-  std::vector<PicturePoint> places;      // of each window
+  std::vector<ImagePoint> places;        // of each window
 };
 
 PlaceIndex::Impl::Impl(int dimension_in, const PlaceIndexParams& params_in)
@@ -178,7 +175,7 @@ void PlaceIndex::Impl::Reserve(std::size_t windows) {
 void PlaceIndex::Impl::FindNeighbours(const float* vector,
                                       const std::function<bool(std::int64_t)>& exclude,
                                       std::vector<Neighbour>& neighbours) const {
-  constexpr std::size_t kMostAsked = 8;  // times the wanted number
+  constexpr std::size_t kMaxAsked = 8;  // times the wanted number
   const auto wanted = static_cast<std::size_t>(params.neighbours);
   for (std::size_t asked = wanted;; asked *= 2) {
     neighbours.clear();
@@ -188,7 +185,7 @@ void PlaceIndex::Impl::FindNeighbours(const float* vector,
       if (exclude && exclude(keyframe_ids[keyframe_of[window]])) continue;
       neighbours.push_back({distance, window});
     }
-    const bool more = asked < keyframe_of.size() && asked < kMostAsked * wanted;
+    const bool more = asked < keyframe_of.size() && asked < kMaxAsked * wanted;
     if (neighbours.size() >= wanted || !more) break;
   }
   std::sort(neighbours.begin(), neighbours.end());
@@ -199,17 +196,17 @@ std::vector<Vote> PlaceIndex::Impl::CollectVotes(
     const cv::Mat& descriptors, const std::function<bool(std::int64_t)>& exclude) const {
   // Squared distance of windows that have nothing in common, where there are too few windows to see
   // it.
-  constexpr float kUnlike = 0.7F;
+  constexpr float kDissimilarity = 0.7F;
   std::vector<Vote> votes;
   if (keyframe_of.empty()) return votes;
   std::vector<Neighbour> neighbours;
   for (int q = 0; q < descriptors.rows; ++q) {
     FindNeighbours(descriptors.ptr<float>(q) + kPlace, exclude, neighbours);
     const bool enough = neighbours.size() == static_cast<std::size_t>(params.neighbours);
-    const float unlike = enough ? neighbours.back().distance : kUnlike;
+    const float dissimilarity = enough ? neighbours.back().distance : kDissimilarity;
     for (const Neighbour& neighbour : neighbours) {
-      if (neighbour.distance >= unlike) break;
-      const float weight = 1 - neighbour.distance / unlike;
+      if (neighbour.distance >= dissimilarity) break;
+      const float weight = 1 - neighbour.distance / dissimilarity;
       votes.push_back({keyframe_of[neighbour.window], q, weight, neighbour.window});
     }
   }
@@ -220,23 +217,23 @@ PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
                                          std::span<const Vote> votes,
                                          const Candidate& candidate,
                                          std::vector<PlacePair>& pairs) const {
-  constexpr std::size_t kMostPairs = 32;     // the work grows with the cube
+  constexpr std::size_t kMaxPairs = 32;      // the work grows with the cube
   constexpr double kVoteWithoutPlace = 0.1;  // of a vote whose place agrees
   pairs.clear();
   for (const Vote& vote : votes.subspan(candidate.first, candidate.last - candidate.first)) {
     const auto* row = descriptors.ptr<float>(vote.query);
-    pairs.push_back({PicturePoint(row[0], row[1]), places[vote.window], vote.weight});
+    pairs.push_back({ImagePoint(row[0], row[1]), places[vote.window], vote.weight});
   }
   std::stable_sort(pairs.begin(), pairs.end(), [](const PlacePair& a, const PlacePair& b) {
     return a.weight > b.weight;
   });
-  if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
+  if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
   const PlaceFit fit = BestFit(pairs, static_cast<float>(params.tolerance_px));
   Match match;
   match.keyframe_id = keyframe_ids[votes[candidate.first].keyframe];
   match.score = fit.weight + kVoteWithoutPlace * candidate.weight;
   match.windows = fit.pairs;
-  const PicturePoint at = fit.pairs > 0 ? fit.motion.shift : pairs.front().stored;
+  const ImagePoint at = fit.pairs > 0 ? fit.motion.shift : pairs.front().stored;
   match.T_stored_query = {at.real(), at.imag(), std::arg(fit.motion.turn)};
   return match;
 }

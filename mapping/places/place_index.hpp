@@ -52,9 +52,9 @@ class PlaceIndex {
   struct Match {
     std::int64_t keyframe_id = 0;
     double score = 0;  ///< comparable within one query, > 0
-    /// Windows that lie in both pictures alike, under one motion: 0, or at least 2.
+    /// Windows that lie in both images alike, under one motion: 0, or at least 2.
     int windows = 0;
-    /// That motion: p_stored = T_stored_query * p_query for places in the two pictures (x right,
+    /// That motion: p_stored = T_stored_query * p_query for places in the two images (x right,
     /// y down from the centre, in lengths of units_per_px), to about tolerance_px. Without such
     /// windows the place of the stored window with the strongest vote, the yaw being unknown.
     Pose2 T_stored_query;

@@ -64,7 +64,7 @@ CPLErr WriteWindow(GDALDataset& dataset, const cv::Rect& window, cv::Mat& pixels
                           nullptr);
 }
 
-/// Writes a picture with transparency where the ceiling was never seen.
+/// Writes an image with transparency where the ceiling was never seen.
 void WritePng(cv::Mat pixels, const AtomicFile& file) {
   const GdalScope gdal;
   const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");  // no .aux.xml beside the picture
@@ -165,15 +165,15 @@ void ExportRos(const MapReader& map, const fs::path& path) {
   }
   fs::path yaml = path;
   if (yaml.extension() != ".yaml") yaml += ".yaml";
-  fs::path picture = yaml;
-  picture.replace_extension(".png");
+  fs::path image = yaml;
+  image.replace_extension(".png");
   AtomicFile yaml_file(yaml);
-  AtomicFile picture_file(picture);
+  AtomicFile image_file(image);
 
   const MosaicGrid& grid = map.Grid();
-  WritePng(ReadWindow(map, {0, 0, grid.width_px, grid.height_px}), picture_file);
+  WritePng(ReadWindow(map, {0, 0, grid.width_px, grid.height_px}), image_file);
   const double min_y = grid.max_y - grid.height_px * grid.resolution;
-  WriteText("image: " + picture.filename().string() +
+  WriteText("image: " + image.filename().string() +
                 "\n"
                 "mode: scale\n"
                 "resolution: " +
@@ -186,8 +186,8 @@ void ExportRos(const MapReader& map, const fs::path& path) {
                 "occupied_thresh: 0.65\n"
                 "free_thresh: 0.196\n",
             yaml_file);
-  // The picture first: a yaml file never names a picture that is not there.
-  picture_file.Commit();
+  // The image first: a yaml file never names an image that is not there.
+  image_file.Commit();
   yaml_file.Commit();
 }
 

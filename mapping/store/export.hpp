@@ -8,7 +8,7 @@
 namespace ceilmap::store {
 
 /// The mosaic as other programs want it. Files are written aside and renamed; memory is bounded by
-/// windows for GeoTIFF, by the mosaic's size for the pictures.
+/// windows for GeoTIFF, by the mosaic's size for the images.
 
 struct PngOptions {
   bool seen_from_below = false;  ///< flipped left-right, as a person who looks up sees the ceiling

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <mutex>
 
+#include "calib/base/one_line.hpp"
+
 namespace ceilmap::store {
 namespace {
 
@@ -15,15 +17,6 @@ void RegisterDriversOnce() {
 }
 
 }  // namespace
-
-std::string InOneLine(std::string text) {
-  constexpr std::size_t kMostBytes = 400;
-  if (text.size() > kMostBytes) text = text.substr(0, kMostBytes) + "...";
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  const auto control = [](unsigned char c) { return c < ' ' || c == 127; };
-  std::replace_if(text.begin(), text.end(), control, '?');
-  return text;
-}
 
 GdalScope::GdalScope() {
   CPLPushErrorHandlerEx(&GdalScope::Handle, this);  // of this thread only
@@ -39,7 +32,7 @@ void GdalScope::Handle(CPLErr level, CPLErrorNum /*number*/, const char* text) {
   auto& scope = *static_cast<GdalScope*>(CPLGetErrorHandlerUserData());
   if (scope.failed_) return;
   scope.failed_ = true;
-  scope.message_ = InOneLine(text);
+  scope.message_ = InOneLine(text, kMaxMessageBytes);
 }
 
 GdalOption::GdalOption(const char* key, const char* value) : key_(key) {

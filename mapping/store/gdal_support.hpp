@@ -9,9 +9,8 @@ namespace ceilmap::store {
 
 /// What every use of GDAL in this folder goes through. Internal: no public header includes it.
 
-/// What a library says of a file, for a message: one line, not long, without what would command a
-/// terminal. It may quote the file.
-std::string InOneLine(std::string text);
+/// Of what a library says of a file, in a message.
+inline constexpr std::size_t kMaxMessageBytes = 400;
 
 /// While alive, what GDAL has to say on this thread is kept here instead of printed: libraries do
 /// not print. Registers GDAL's drivers at the first use in the process. Scopes may nest.

@@ -21,9 +21,9 @@ struct MapMetadata {
   std::string rig_yaml;         ///< text of the rig file, empty without a rig
   std::string robot;
   cv::Size view_size;            ///< size of the keyframe pictures
-  double view_units_per_px = 0;  ///< units on the ceiling per keyframe picture pixel
+  double view_units_per_px = 0;  ///< units on the ceiling per keyframe image pixel
   Pose2 T_base_view;             ///< CeilingView::T_base_view of the mapping camera
-  cv::Mat view_mask;             ///< CeilingView::Mask of the keyframe pictures; empty: none
+  cv::Mat view_mask;             ///< CeilingView::Mask of the keyframe images; empty: none
   std::string program_version;
   std::string provenance;  ///< command line, source names, date; free text
 };
@@ -49,7 +49,7 @@ class MapReader;
 
 /// Writes NAME.gpkg: an OGC GeoPackage with the layers `mosaic` (raster tile pyramid, grey +
 /// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots` (vector) and the tables
-/// `keyframe_pictures`, `ceilmap_metadata`.
+/// `keyframe_images`, `ceilmap_metadata`.
 ///
 /// Everything goes to a partial file beside the target (a fixed name, so that the next run replaces
 /// what a killed one left behind); Commit() closes it, syncs it to disk and renames it over the
@@ -66,22 +66,22 @@ class MapWriter {
   MapWriter(const MapWriter&) = delete;
   MapWriter& operator=(const MapWriter&) = delete;
 
-  /// Stores the picture losslessly; its pose comes later, with WriteKeyframes. Bounded memory:
+  /// Stores the image losslessly; its pose comes later, with WriteKeyframes. Bounded memory:
   /// nothing is kept.
-  void AddPicture(std::int64_t keyframe_id, const cv::Mat& picture);
-  /// Takes a keyframe's picture and descriptors as they are stored in another map, whose views are
+  void AddImage(std::int64_t keyframe_id, const cv::Mat& image);
+  /// Takes a keyframe's image and descriptors as they are stored in another map, whose views are
   /// of the same size and scale.
-  void CopyPicture(const MapReader& from, std::int64_t id_there, std::int64_t keyframe_id);
+  void CopyImage(const MapReader& from, std::int64_t id_there, std::int64_t keyframe_id);
   /// Of a keyframe that does not come into the map; its descriptors too.
-  void RemovePicture(std::int64_t keyframe_id);
+  void RemoveImage(std::int64_t keyframe_id);
   /// Stores what global localization and joining need of a keyframe, see PlaceDescriber.
   void AddDescriptors(std::int64_t keyframe_id, const cv::Mat& descriptors);
-  [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;  ///< as ReadPicture
-  /// Reads a stored picture back (loop closing compares them, the mosaic is rendered from them).
+  [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;  ///< as ReadImage
+  /// Reads a stored image back (loop closing compares them, the mosaic is rendered from them).
   /// From any thread, at any time, also while WriteMosaic runs.
-  [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
+  [[nodiscard]] cv::Mat ReadImage(std::int64_t keyframe_id) const;
 
-  /// Everything but pictures and mosaic, once, before Commit.
+  /// Everything but images and mosaic, once, before Commit.
   /// @throws InputError for an edge whose keyframes are not in the graph.
   void WriteGraph(const graph::MapGraph& graph);
   /// Renders the mosaic window by window (aligned to tiles) and builds its pyramid.
@@ -115,11 +115,11 @@ class MapReader {
 
   [[nodiscard]] const MapMetadata& Metadata() const;
   [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic
-  [[nodiscard]] std::vector<graph::Keyframe> ReadKeyframes() const;  ///< without pictures, by id
-  [[nodiscard]] cv::Mat ReadPicture(std::int64_t keyframe_id) const;
+  [[nodiscard]] std::vector<graph::Keyframe> ReadKeyframes() const;  ///< without images, by id
+  [[nodiscard]] cv::Mat ReadImage(std::int64_t keyframe_id) const;
   /// CV_32FC1 as PlaceDescriber gives it.
   [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;
-  /// The picture as it is stored, PNG.
+  /// The image as it is stored, PNG.
   [[nodiscard]] std::vector<unsigned char> ReadPng(std::int64_t keyframe_id) const;
   [[nodiscard]] std::vector<graph::FramePose> ReadTrajectory() const;
   [[nodiscard]] std::vector<graph::Edge> ReadEdges() const;
@@ -134,7 +134,7 @@ class MapReader {
   /// side has more than max_px; up to n - 1 pixels at the right and the lower edge are left out.
   /// Quick and small however large the map: read from its pyramid.
   /// @param max_px  >= 1.
-  /// @return where the picture lies; 0 x 0 pixels, and empty pictures, when the map has no mosaic.
+  /// @return where the image lies; 0 x 0 pixels, and empty images, when the map has no mosaic.
   MosaicGrid ReadOverview(int max_px, cv::Mat& grey, cv::Mat& alpha) const;
 
  private:

@@ -10,11 +10,11 @@
 
 #include "calib/base/error.hpp"
 #include "mapping/store/gdal_support.hpp"
+#include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_metadata.hpp"
 #include "mapping/store/map_schema.hpp"
 #include "mapping/store/map_tables.hpp"
-#include "mapping/store/picture_codec.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -153,13 +153,12 @@ void MapReader::Impl::OpenTables() {
                             tables::kWeakSpots,
                             tables::kDescriptors,
                             tables::kMask,
-                            tables::kPictures}) {
+                            tables::kImages}) {
     Layer(table);
   }
   if (Layer(tables::kMask).GetFeatureCount() > 0) {
-    metadata.view_mask = Named([&] {
-      return DecodePicture(tables::ReadPng(Layer(tables::kMask), 0), metadata.view_size);
-    });
+    metadata.view_mask = Named(
+        [&] { return DecodeImage(tables::ReadPng(Layer(tables::kMask), 0), metadata.view_size); });
   }
   Check(gdal);
 }
@@ -296,15 +295,15 @@ std::vector<unsigned char> MapReader::ReadPng(std::int64_t keyframe_id) const {
   return impl_->Named([&] {
     const std::lock_guard lock(impl_->mutex);
     const GdalScope gdal;
-    std::vector<unsigned char> png = tables::ReadPng(impl_->Layer(tables::kPictures), keyframe_id);
+    std::vector<unsigned char> png = tables::ReadPng(impl_->Layer(tables::kImages), keyframe_id);
     impl_->Check(gdal);
     return png;
   });
 }
 
-cv::Mat MapReader::ReadPicture(std::int64_t keyframe_id) const {
+cv::Mat MapReader::ReadImage(std::int64_t keyframe_id) const {
   const std::vector<unsigned char> png = ReadPng(keyframe_id);
-  return impl_->Named([&] { return DecodePicture(png, impl_->metadata.view_size); });
+  return impl_->Named([&] { return DecodeImage(png, impl_->metadata.view_size); });
 }
 
 void MapReader::ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const {
@@ -316,19 +315,19 @@ void MapReader::ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha
   alpha.create(window.size(), CV_8UC1);
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
-  for (const auto& [band, picture] : {std::pair{1, &grey}, std::pair{2, &alpha}}) {
+  for (const auto& [band, image] : {std::pair{1, &grey}, std::pair{2, &alpha}}) {
     const CPLErr error =
         impl_->mosaic->GetRasterBand(band)->RasterIO(GF_Read,
                                                      window.x,
                                                      window.y,
                                                      window.width,
                                                      window.height,
-                                                     picture->data,
+                                                     image->data,
                                                      window.width,
                                                      window.height,
                                                      GDT_Byte,
                                                      1,
-                                                     static_cast<GSpacing>(picture->step),
+                                                     static_cast<GSpacing>(image->step),
                                                      nullptr);
     if (error != CE_None) impl_->Throw("the mosaic is damaged (" + gdal.Message() + ")");
   }
@@ -356,19 +355,19 @@ MosaicGrid MapReader::ReadOverview(int max_px, cv::Mat& grey, cv::Mat& alpha) co
   how.eResampleAlg = GRIORA_Average;
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
-  for (const auto& [band, picture] : {std::pair{1, &grey}, std::pair{2, &alpha}}) {
+  for (const auto& [band, image] : {std::pair{1, &grey}, std::pair{2, &alpha}}) {
     const CPLErr error =
         impl_->mosaic->GetRasterBand(band)->RasterIO(GF_Read,
                                                      0,
                                                      0,
                                                      grid.width_px * factor,
                                                      grid.height_px * factor,
-                                                     picture->data,
+                                                     image->data,
                                                      grid.width_px,
                                                      grid.height_px,
                                                      GDT_Byte,
                                                      1,
-                                                     static_cast<GSpacing>(picture->step),
+                                                     static_cast<GSpacing>(image->step),
                                                      &how);
     if (error != CE_None) impl_->Throw("the mosaic is damaged (" + gdal.Message() + ")");
   }

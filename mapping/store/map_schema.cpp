@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "calib/base/error.hpp"
+#include "calib/base/one_line.hpp"
 #include "mapping/store/gdal_support.hpp"
 
 namespace ceilmap::store {
@@ -25,7 +26,7 @@ constexpr const char* kWorkedOut =
 
 [[noreturn]] void ThrowDamaged(sqlite3* database) {
   throw InputError(std::string("cannot be read as a GeoPackage (") +
-                   InOneLine(sqlite3_errmsg(database)) + ")");
+                   InOneLine(sqlite3_errmsg(database), kMaxMessageBytes) + ")");
 }
 
 Database Open(const std::filesystem::path& file) {
@@ -37,9 +38,9 @@ Database Open(const std::filesystem::path& file) {
   sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   // A schema takes some thousand steps; of a file that wants more than this nothing good is to
   // come.
-  constexpr int kMostSteps = 20'000'000;
+  constexpr int kMaxSteps = 20'000'000;
   sqlite3_progress_handler(
-      handle, kMostSteps, [](void*) { return 1; }, nullptr);
+      handle, kMaxSteps, [](void*) { return 1; }, nullptr);
   return database;
 }
 
@@ -70,7 +71,7 @@ void CheckSchema(const std::filesystem::path& file) {
     const std::string what = type == "view"      ? "a view"
                              : type == "virtual" ? "a virtual table"
                                                  : "a table with columns that are worked out";
-    throw InputError("has " + what + ", '" + InOneLine(name) +
+    throw InputError("has " + what + ", '" + InOneLine(name, kMaxMessageBytes) +
                      "', which no map has; do not use it if it comes from elsewhere");
   }
   if (result != SQLITE_DONE) ThrowDamaged(database.get());

@@ -180,7 +180,7 @@ OGRLayer* CreateWeakSpots(GDALDataset& dataset, OGRSpatialReference& srs) {
   return done ? layer : nullptr;
 }
 
-OGRLayer* CreatePictures(GDALDataset& dataset, const char* name) {
+OGRLayer* CreateImages(GDALDataset& dataset, const char* name) {
   OGRLayer* layer = CreateTable(dataset, name, nullptr, wkbNone, "id");
   return layer != nullptr && AddField(*layer, kPng, OFTBinary) ? layer : nullptr;
 }
@@ -324,8 +324,8 @@ graph::WeakSpot ToWeakSpot(OGRFeature& row) {
   ThrowDamaged(row, "unknown kind");
 }
 
-std::vector<unsigned char> ReadPng(OGRLayer& pictures, std::int64_t keyframe_id) {
-  const FeaturePtr row(pictures.GetFeature(keyframe_id));
+std::vector<unsigned char> ReadPng(OGRLayer& images, std::int64_t keyframe_id) {
+  const FeaturePtr row(images.GetFeature(keyframe_id));
   const int column = row ? row->GetFieldIndex(kPng) : -1;
   int size = 0;
   const GByte* bytes = column >= 0 ? row->GetFieldAsBinary(column, &size) : nullptr;
@@ -336,7 +336,7 @@ std::vector<unsigned char> ReadPng(OGRLayer& pictures, std::int64_t keyframe_id)
 }
 
 cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id) {
-  constexpr int kMostColumns = 1 << 16;
+  constexpr int kMaxColumns = 1 << 16;
   const FeaturePtr row(descriptors.GetFeature(keyframe_id));
   if (!row) {
     throw InputError("the map holds no place descriptors of keyframe " +
@@ -346,7 +346,7 @@ cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id) {
   int bytes = 0;
   const int field = row->GetFieldIndex("float32");
   const GByte* data = field >= 0 ? row->GetFieldAsBinary(field, &bytes) : nullptr;
-  if (columns < 1 || columns > kMostColumns || bytes % (columns * sizeof(float)) != 0) {
+  if (columns < 1 || columns > kMaxColumns || bytes % (columns * sizeof(float)) != 0) {
     ThrowDamaged(*row, "place descriptors of an impossible size");
   }
   const int cols = static_cast<int>(columns);

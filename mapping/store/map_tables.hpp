@@ -17,11 +17,11 @@ inline constexpr char kKeyframes[] = "keyframes";
 inline constexpr char kTrajectory[] = "trajectory";
 inline constexpr char kEdges[] = "edges";
 inline constexpr char kWeakSpots[] = "weak_spots";
-inline constexpr char kPictures[] = "keyframe_pictures";
+inline constexpr char kImages[] = "keyframe_pictures";
 inline constexpr char kDescriptors[] = "place_descriptors";
-inline constexpr char kMask[] = "view_mask";  ///< one row, as kPictures; none: no mask
+inline constexpr char kMask[] = "view_mask";  ///< one row, as kImages; none: no mask
 inline constexpr char kMetadata[] = "ceilmap_metadata";
-inline constexpr char kPng[] = "png";  ///< column of kPictures
+inline constexpr char kPng[] = "png";  ///< column of kImages
 inline constexpr char kKey[] = "key";  ///< columns of kMetadata
 inline constexpr char kValue[] = "value";
 inline constexpr int kTilePx = 256;
@@ -31,8 +31,8 @@ OGRLayer* CreateKeyframes(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateTrajectory(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateEdges(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateWeakSpots(GDALDataset& dataset, OGRSpatialReference& srs);
-/// @param name  kPictures or kMask.
-OGRLayer* CreatePictures(GDALDataset& dataset, const char* name);
+/// @param name  kImages or kMask.
+OGRLayer* CreateImages(GDALDataset& dataset, const char* name);
 OGRLayer* CreateDescriptors(GDALDataset& dataset);
 OGRLayer* CreateMetadata(GDALDataset& dataset);
 
@@ -54,8 +54,8 @@ graph::Keyframe ToKeyframe(OGRFeature& row);
 graph::FramePose ToFramePose(OGRFeature& row);
 graph::Edge ToEdge(OGRFeature& row);
 graph::WeakSpot ToWeakSpot(OGRFeature& row);
-/// The stored bytes of a keyframe's picture. @throws InputError when there are none.
-std::vector<unsigned char> ReadPng(OGRLayer& pictures, std::int64_t keyframe_id);
+/// The stored bytes of a keyframe's image. @throws InputError when there are none.
+std::vector<unsigned char> ReadPng(OGRLayer& images, std::int64_t keyframe_id);
 /// CV_32FC1. @throws InputError when there are none or their size cannot be.
 cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id);
 

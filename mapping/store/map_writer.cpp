@@ -7,10 +7,10 @@
 #include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
 #include "mapping/store/gdal_support.hpp"
+#include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_metadata.hpp"
 #include "mapping/store/map_tables.hpp"
-#include "mapping/store/picture_codec.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -83,7 +83,7 @@ struct MapWriter::Impl {
   AtomicFile file;
   MapMetadata metadata;
   // GDAL datasets take one call at a time; while a window is written, the next one is rendered from
-  // pictures read back by another thread.
+  // images read back by another thread.
   mutable std::mutex mutex;
   GDALDatasetUniquePtr dataset;  // after `file`: closed before the partial file is removed
 };
@@ -100,13 +100,13 @@ void MapWriter::Impl::CreateTables() {
   Check(gdal,
         tables::CreateKeyframes(*dataset, srs) && tables::CreateTrajectory(*dataset, srs) &&
             tables::CreateEdges(*dataset, srs) && tables::CreateWeakSpots(*dataset, srs) &&
-            tables::CreatePictures(*dataset, tables::kPictures) &&
-            tables::CreatePictures(*dataset, tables::kMask) && tables::CreateDescriptors(*dataset));
+            tables::CreateImages(*dataset, tables::kImages) &&
+            tables::CreateImages(*dataset, tables::kMask) && tables::CreateDescriptors(*dataset));
   OGRLayer* rows = tables::CreateMetadata(*dataset);
   Check(gdal, rows != nullptr);
   for (const auto& [key, value] : ToRows(metadata)) Check(gdal, tables::Append(*rows, key, value));
   if (metadata.view_mask.empty()) return;
-  const std::vector<unsigned char> mask = EncodePicture(metadata.view_mask);
+  const std::vector<unsigned char> mask = EncodeImage(metadata.view_mask);
   Check(gdal, tables::Append(Layer(tables::kMask), 0, mask));
 }
 
@@ -148,7 +148,7 @@ void MapWriter::Impl::AddMosaicTable(const GdalScope& gdal, const MosaicGrid& gr
   Check(gdal, raster->SetGeoTransform(geo_transform.data()) == CE_None);
 }
 
-/// One tile at a time, so that a thread that reads pictures waits for one tile at most.
+/// One tile at a time, so that a thread that reads images waits for one tile at most.
 void MapWriter::Impl::WriteTiles(const cv::Rect& window, const RenderedWindow& rendered) {
   for (int y = 0; y < window.height; y += tables::kTilePx) {
     for (int x = 0; x < window.width; x += tables::kTilePx) {
@@ -208,35 +208,33 @@ MapWriter::~MapWriter() {
   impl_.reset();
 }
 
-void MapWriter::AddPicture(std::int64_t keyframe_id, const cv::Mat& picture) {
-  if (picture.type() != CV_8UC1 || picture.size() != impl_->metadata.view_size) {
+void MapWriter::AddImage(std::int64_t keyframe_id, const cv::Mat& image) {
+  if (image.type() != CV_8UC1 || image.size() != impl_->metadata.view_size) {
     throw InputError("keyframe " + std::to_string(keyframe_id) +
                      ": the picture must be 8 bit grey and of the view's size");
   }
-  const std::vector<unsigned char> png = EncodePicture(picture);
+  const std::vector<unsigned char> png = EncodeImage(image);
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
-  impl_->Check(gdal, tables::Append(impl_->Layer(tables::kPictures), keyframe_id, png));
+  impl_->Check(gdal, tables::Append(impl_->Layer(tables::kImages), keyframe_id, png));
 }
 
-cv::Mat MapWriter::ReadPicture(std::int64_t keyframe_id) const {
+cv::Mat MapWriter::ReadImage(std::int64_t keyframe_id) const {
   std::vector<unsigned char> png;
   {
     const std::lock_guard lock(impl_->mutex);
     const GdalScope gdal;
-    png = tables::ReadPng(impl_->Layer(tables::kPictures), keyframe_id);
+    png = tables::ReadPng(impl_->Layer(tables::kImages), keyframe_id);
   }
-  return DecodePicture(png, impl_->metadata.view_size);
+  return DecodeImage(png, impl_->metadata.view_size);
 }
 
-void MapWriter::CopyPicture(const MapReader& from,
-                            std::int64_t id_there,
-                            std::int64_t keyframe_id) {
+void MapWriter::CopyImage(const MapReader& from, std::int64_t id_there, std::int64_t keyframe_id) {
   const std::vector<unsigned char> png = from.ReadPng(id_there);
   AddDescriptors(keyframe_id, from.ReadDescriptors(id_there));
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
-  impl_->Check(gdal, tables::Append(impl_->Layer(tables::kPictures), keyframe_id, png));
+  impl_->Check(gdal, tables::Append(impl_->Layer(tables::kImages), keyframe_id, png));
 }
 
 void MapWriter::AddDescriptors(std::int64_t keyframe_id, const cv::Mat& descriptors) {
@@ -255,11 +253,11 @@ cv::Mat MapWriter::ReadDescriptors(std::int64_t keyframe_id) const {
   return tables::ReadDescriptors(impl_->Layer(tables::kDescriptors), keyframe_id);
 }
 
-void MapWriter::RemovePicture(std::int64_t keyframe_id) {
+void MapWriter::RemoveImage(std::int64_t keyframe_id) {
   const std::lock_guard lock(impl_->mutex);
   const GdalScope gdal;
   impl_->Check(gdal,
-               impl_->Layer(tables::kPictures).DeleteFeature(keyframe_id) == OGRERR_NONE &&
+               impl_->Layer(tables::kImages).DeleteFeature(keyframe_id) == OGRERR_NONE &&
                    impl_->Layer(tables::kDescriptors).DeleteFeature(keyframe_id) == OGRERR_NONE);
 }
 

@@ -39,10 +39,10 @@ void Run(const char* map_file, const char* rig_file, const char* source) {
   cv::VideoCapture camera(source);
   const double fps = camera.get(cv::CAP_PROP_FPS);
   const double period_s = fps > 0 ? 1 / fps : 0.1;
-  cv::Mat picture;
+  cv::Mat image;
   ceilmap::localization::CeilingFrame frame;
-  while (camera.read(picture)) {
-    cv::cvtColor(picture, frame.grey, cv::COLOR_BGR2GRAY);
+  while (camera.read(image)) {
+    cv::cvtColor(image, frame.grey, cv::COLOR_BGR2GRAY);
     // On a robot: the middle of the exposure. A compass or wheel odometry would set frame.heading.
     frame.stamp_s = static_cast<double>(frame.index) * period_s;
     Print(localizer.Locate(frame));

@@ -151,8 +151,8 @@ bool MeasureSpeed(const support::CommandLine& line) {
   const simulator::Scene scene = simulator::ReadScene(line.scene);
   const simulator::Renderer renderer(scene);
   std::vector<simulator::Frame> frames = simulator::MakePath(scene);
-  constexpr std::size_t kMost = 80;
-  frames.resize(std::min(frames.size(), kMost));
+  constexpr std::size_t kMax = 80;
+  frames.resize(std::min(frames.size(), kMax));
   std::vector<compensation::TiltFrame> inputs;
   for (const simulator::Frame& frame : frames) {
     const cv::Mat forward = scene.forward ? renderer.RenderForward(frame) : cv::Mat();

@@ -91,8 +91,8 @@ simulator::Scene AnotherRobot(simulator::Scene scene) {
   scene.camera.focal_px *= 1.08;
   scene.camera.mount_height_m += 0.15;
   scene.camera.mount_x_m = 0.03;
-  scene.picture.exposure_gain *= 0.75;
-  scene.picture.exposure_drift = 0.05;
+  scene.image.exposure_gain *= 0.75;
+  scene.image.exposure_drift = 0.05;
   if (scene.ceiling.lamps_off_share > 0) scene.ceiling.lamps_off_share += 0.1;
   return scene;
 }
@@ -141,11 +141,11 @@ Visit Visitor::See(const simulator::Frame& frame) {
   Visit visit;
   visit.T_map_base = world_.T_map_room * FromSpace(frame.T_map_base).pose;
   simulator::Frame now = frame;
-  now.index = next_index_;  // the noise of no two pictures is the same
-  const cv::Mat picture = renderer_.Render(now);
+  now.index = next_index_;  // the noise of no two images is the same
+  const cv::Mat image = renderer_.Render(now);
   const double stamp_s = kPeriod_s * static_cast<double>(next_index_);
   const auto start = std::chrono::steady_clock::now();
-  visit.location = localizer_->Locate({picture, next_index_, stamp_s, std::nullopt});
+  visit.location = localizer_->Locate({image, next_index_, stamp_s, std::nullopt});
   visit.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   ++next_index_;

@@ -11,11 +11,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "app/evaluation/trajectory_errors.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/pose2.hpp"
 #include "tests/bench/world_run.hpp"
@@ -236,7 +236,6 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
 /// The largest error of yaws that count from their first one, degrees. @return -1 without any.
 double LargestTurnError(const std::vector<StampedPose>& truth,
                         const std::vector<StampedPose>& yaws) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   double largest = -1;
   double first = 0;
   std::size_t next = 0;

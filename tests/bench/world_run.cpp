@@ -45,7 +45,7 @@ double PeakMb() {
   return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
 }
 
-/// Squares of a quarter metre whose centres some picture has shown.
+/// Squares of a quarter metre whose centres some image has shown.
 class Coverage {
  public:
   void Add(const calib::CeilingView& view, const Pose2& T_map_base) {
@@ -86,20 +86,20 @@ struct Stretch {
   }
 };
 
-/// The visual compass on pictures of the camera under the mirror.
+/// The visual compass on images of the camera under the mirror.
 class OmniCompass {
  public:
   explicit OmniCompass(const calib::Rig& rig) : view_(rig.omni.value()) {}
 
-  std::optional<HeadingPrior> Look(const cv::Mat& picture, double stamp_s) {
-    view_.Unwrap(picture, panorama_);
+  std::optional<HeadingPrior> MapMatch(const cv::Mat& image, double stamp_s) {
+    view_.Unwrap(image, panorama_);
     compass::PanoramaFrame frame;
     frame.panorama = panorama_;
     frame.stamp_s = stamp_s;
     const auto estimate = compass_.Next(frame);
     if (!estimate) return std::nullopt;
-    constexpr double kLeastVariance = 1e-10;  // the first frame's is 0
-    return HeadingPrior{estimate->heading_rad, std::max(kLeastVariance, estimate->variance_rad2)};
+    constexpr double kMinVariance = 1e-10;  // the first frame's is 0
+    return HeadingPrior{estimate->heading_rad, std::max(kMinVariance, estimate->variance_rad2)};
   }
 
  private:
@@ -167,15 +167,15 @@ WorldRun RunWorld(const simulator::Scene& scene,
     const auto [pose, stood] = FromSpace(frame.T_map_base);
     const double cpu_before = Clock(CLOCK_PROCESS_CPUTIME_ID);
     const double render_before = Clock(CLOCK_THREAD_CPUTIME_ID);
-    const cv::Mat picture = renderer.Render(frame);
+    const cv::Mat image = renderer.Render(frame);
     const cv::Mat forward = needs_forward ? renderer.RenderForward(frame) : cv::Mat();
     const cv::Mat omni = compass ? renderer.RenderOmni(frame) : cv::Mat();
     const double rendered = Clock(CLOCK_THREAD_CPUTIME_ID) - render_before;
     const double start = WallSeconds();
     mapping::FrameContext context;
-    if (estimator) context.tilt = estimator->Estimate({picture, forward, frame.stamp_s}).tilt;
-    if (compass) context.heading = compass->Look(omni, frame.stamp_s);
-    const graph::FramePose live = mapper.Process(picture, frame.index, frame.stamp_s, context);
+    if (estimator) context.tilt = estimator->Estimate({image, forward, frame.stamp_s}).tilt;
+    if (compass) context.heading = compass->MapMatch(omni, frame.stamp_s);
+    const graph::FramePose live = mapper.Process(image, frame.index, frame.stamp_s, context);
     const double spent = WallSeconds() - start;
     if (live.keyframe_id >= 0) {
       run.live.push_back(ToStampedPose(live.stamp_s, live.T_map_base, live.tilt));

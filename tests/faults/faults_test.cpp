@@ -51,11 +51,11 @@ TEST_F(Faults, DarknessOnTheWayPutsNothingWhereItIsNot) {
   EXPECT_GT(outcome.Coverage(), 0.3);
 }
 
-TEST_F(Faults, WhitePicturesSayNothing) {
+TEST_F(Faults, WhiteImagesSayNothing) {
   ExpectSurvived(TheLab().Map(FaultNamed("exposure jumps, 10 of 0.35 to 2.5"), 1));
 }
 
-TEST_F(Faults, SmearedPicturesAreDoubted) {
+TEST_F(Faults, SmearedImagesAreDoubted) {
   ExpectSurvived(TheLab().Map(FaultNamed("motion blur of 25 px in 20 %"), 1));
 }
 

@@ -72,7 +72,7 @@ Pose2 FitMap(const std::vector<Estimate>& estimates, const Recording& shots) {
   return pairs.empty() ? Pose2{} : evaluation::FitPlanarMotion(pairs);
 }
 
-// A pose at a stamp that no picture has is as wrong as can be.
+// A pose at a stamp that no image has is as wrong as can be.
 void Score(const std::vector<Estimate>& estimates,
            const Recording& shots,
            const Pose2& T_room_map,
@@ -180,7 +180,7 @@ Lab::Stored Lab::Store(const Recording& good, const Fault& fault, unsigned seed)
   for (const char* const name : {"up", "up.mp4", "up.h264"}) fs::remove_all(folder_ / name);
   Stored stored;
   stored.shots = fault.recording ? fault.recording(good, random) : good;
-  stored.up = StorePictures(stored.shots, folder_, fault.storage);
+  stored.up = StoreImages(stored.shots, folder_, fault.storage);
   if (fault.file) fault.file(stored.up, random);
   stored.stamps = folder_ / "up.csv";
   WriteBytes(stored.stamps, StampsText(stored.shots));

@@ -25,9 +25,9 @@ struct Outcome {
   std::string message;
   /// Exit code 0, 1 or 2; when it is not 0, one line on stderr says why.
   bool orderly = false;
-  int shots = 0;      ///< pictures of the recording
+  int shots = 0;      ///< images of the recording
   int placed = 0;     ///< that got a pose
-  double rmse_m = 0;  ///< of these, against where their pictures were taken
+  double rmse_m = 0;  ///< of these, against where their images were taken
   double largest_m = 0;
   /// Wrong though sure: off by more than 0.05 m or 0.02 rad, and by more than four of the standard
   /// deviations that are claimed.

@@ -11,9 +11,9 @@ namespace ceilmap::fuzz {
 namespace {
 
 std::vector<std::string> Words(std::string_view bytes) {
-  constexpr std::size_t kMost = 64;
+  constexpr std::size_t kMax = 64;
   std::vector<std::string> words;
-  while (!bytes.empty() && words.size() < kMost) {
+  while (!bytes.empty() && words.size() < kMax) {
     const std::size_t end = std::min(bytes.find('\n'), bytes.size());
     words.emplace_back(
         bytes.substr(0, end).substr(0, bytes.find('\0')));  // as the system gives them

@@ -8,9 +8,9 @@ namespace ceilmap::fuzz {
 
 void ReadAsColourModel(std::string_view bytes) {
   const std::string text(bytes);
-  constexpr std::int64_t kMostFrequencies = 1'000'000;
+  constexpr std::int64_t kMaxFrequencies = 1'000'000;
   const auto model =
-      Accepted([&] { return files::ParseColourModel(text, "model", kMostFrequencies); });
+      Accepted([&] { return files::ParseColourModel(text, "model", kMaxFrequencies); });
   if (!model) return;
   model->Validate();
   // What was written and read is not changed by being written again.

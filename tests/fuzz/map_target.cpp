@@ -29,8 +29,7 @@ class DamagedMap {
     store::synthetic::SmallMap map;
     store::MapWriter writer(file_, map.metadata);
     for (const graph::Keyframe& keyframe : map.keyframes) {
-      writer.AddPicture(keyframe.id,
-                        store::synthetic::Picture(keyframe.id, map.metadata.view_size));
+      writer.AddImage(keyframe.id, store::synthetic::Image(keyframe.id, map.metadata.view_size));
       const cv::Mat descriptors(2, 8, CV_32FC1, cv::Scalar(0.5));
       writer.AddDescriptors(keyframe.id, descriptors);
     }
@@ -92,16 +91,16 @@ void ReadAll(const store::MapReader& map) {
     }
   }
   for (const std::int64_t id : {0, 5}) {
-    if (const auto picture = Accepted([&] { return map.ReadPicture(id); })) {
-      Require(picture->size() == size && picture->type() == CV_8UC1, "a picture of another size");
+    if (const auto image = Accepted([&] { return map.ReadImage(id); })) {
+      Require(image->size() == size && image->type() == CV_8UC1, "an image of another size");
     }
     (void)Accepted([&] { return map.ReadDescriptors(id); });
   }
   (void)Accepted([&] {
     cv::Mat grey;
     cv::Mat alpha;
-    constexpr int kMostPx = 64;
-    const store::MosaicGrid grid = map.ReadOverview(kMostPx, grey, alpha);
+    constexpr int kMaxPx = 64;
+    const store::MosaicGrid grid = map.ReadOverview(kMaxPx, grey, alpha);
     Require(grey.size() == cv::Size(grid.width_px, grid.height_px), "an overview of another size");
     return 0;
   });

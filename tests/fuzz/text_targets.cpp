@@ -7,7 +7,7 @@
 
 #include "app/files/csv.hpp"
 #include "app/files/heading_csv.hpp"
-#include "app/files/picture_pairs.hpp"
+#include "app/files/image_pairs.hpp"
 #include "app/files/stamps.hpp"
 #include "app/files/status_csv.hpp"
 #include "app/files/tum.hpp"

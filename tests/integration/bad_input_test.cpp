@@ -59,22 +59,21 @@ void WriteMaps(const Recordings& test) {
   test.in.Write(
       "down.yaml",
       rig.replace(rig.find("[0, 0, 0.707106781186548, 0.707106781186548]"), 44, "[1, 0, 0, 0]"));
-  support::WritePictures(test.in / "elsewhere", PicturesFromElsewhere());
+  support::WriteImages(test.in / "elsewhere", ImagesFromElsewhere());
   test.in.Write("h.csv", "timestamp,heading_deg,sigma_deg\n1,2,0\n");
 }
 
 void WriteBadInputs(const support::TestFolder& in) {
-  const std::vector<cv::Mat> pictures = CeilingPictures();
-  std::vector<cv::Mat> some(pictures.begin(), pictures.begin() + 6);
-  support::WritePictures(in / "damaged", some);
-  in.Write("damaged/frame4.png", "no picture");
+  const std::vector<cv::Mat> images = CeilingImages();
+  std::vector<cv::Mat> some(images.begin(), images.begin() + 6);
+  support::WriteImages(in / "damaged", some);
+  in.Write("damaged/frame4.png", "no image");
   some[4] = some[4](cv::Rect(0, 0, 200, 200)).clone();
-  support::WritePictures(in / "sizes", some);
-  support::WritePictures(in / "small", {some[4], some[4]});
-  support::WritePictures(in / "black",
-                         std::vector<cv::Mat>(5, cv::Mat::zeros(kPictureSize, CV_8U)));
+  support::WriteImages(in / "sizes", some);
+  support::WriteImages(in / "small", {some[4], some[4]});
+  support::WriteImages(in / "black", std::vector<cv::Mat>(5, cv::Mat::zeros(kImageSize, CV_8U)));
   support::WriteVideo(
-      in / "grey.avi", std::vector<cv::Mat>(5, cv::Mat(kPictureSize, CV_8U, cv::Scalar(128))), 10);
+      in / "grey.avi", std::vector<cv::Mat>(5, cv::Mat(kImageSize, CV_8U, cv::Scalar(128))), 10);
   std::filesystem::create_directory(in / "nothing");
   in.Write("empty.mp4", "");
   in.Write("text.mp4", "this is no video\n");
@@ -123,7 +122,7 @@ const std::vector<BadInput> kSources = {
     {"NotAVideo", Map({"--up=@text.mp4"}), "not a video"},
     {"EmptyFile", Map({"--up=@empty.mp4"}), "is empty"},
     {"ZeroFrames", Map({"--up=@zero.avi"}), "zero.avi"},
-    {"EmptyFolder", Map({"--up=@nothing"}), "no pictures"},
+    {"EmptyFolder", Map({"--up=@nothing"}), "no images"},
     {"EmptyPattern", Map({"--up=@nothing/%d.png"}), "no file"},
     {"NoCamera", Map({"--up=/dev/video4711"}), "/dev/video4711"},
     {"NotTheRigsSize", Map({"--rig=@rig.yaml", "--up=@small"}), "200x200 px, but camera 'up'"},
@@ -237,13 +236,13 @@ const std::vector<BadInput> kLocalize = {
 };
 
 const std::vector<BadInput> kPairs = {
-    {"RegisterNothing", {"register"}, "two pictures"},
-    {"RegisterOnePicture", {"register", "@run/frame0.png"}, "two pictures"},
+    {"RegisterNothing", {"register"}, "two images"},
+    {"RegisterOnePicture", {"register", "@run/frame0.png"}, "two images"},
     {"RegisterMissing", {"register", "@run/frame0.png", "@none.png", "-o", "r.csv"}, "none.png"},
     {"RegisterSizes", {"register", "@run/frame0.png", "@small/frame0.png"}, "320x240"},
     {"PairsAndPictures",
      {"register", "@run/frame0.png", "@run/frame1.png", "--pairs=@pairs.csv", "-o", "r.csv"},
-     "two pictures"},
+     "two images"},
     {"PairsWithoutOutput", {"register", "--pairs=@pairs.csv"}, "-o OUT.csv"},
     {"PairsNoFile", {"register", "--pairs=@none.csv", "-o", "r.csv"}, "none.csv"},
     {"PairsNoColumns", {"register", "--pairs=@stamps.csv", "-o", "r.csv"}, "'id'"},

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <string>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "calib/rig.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/test_folder.hpp"
@@ -25,8 +25,6 @@ using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::StartsWith;
-
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kAxle = 0.12;
 constexpr double kLength = 1.5;
 constexpr double kStep = 0.02;
@@ -90,15 +88,15 @@ class CalibrateRigTest : public testing::Test {
     std::string spin;
     std::string drift;
     for (int i = 0; i <= 40; ++i) {
-      spin += TumLine(i, 4, 3.5, 9 * kDegree * i);
-      drift += TumLine(i, 4 + 0.005 * i, 3.5, 9 * kDegree * i);
+      spin += TumLine(i, 4, 3.5, 9 * kRadPerDeg * i);
+      drift += TumLine(i, 4 + 0.005 * i, 3.5, 9 * kRadPerDeg * i);
     }
     std::string straight;
     std::string curve;
     for (int i = 0; i <= 20; ++i) {
       const double s = kLength * i / 20;
       straight += TumLine(i, 3 + s * std::cos(0.3), 3.2 + s * std::sin(0.3), 0.3);
-      curve += TumLine(i, 3 + s, 3.2, 0.2 * kDegree * i);
+      curve += TumLine(i, 3 + s, 3.2, 0.2 * kRadPerDeg * i);
     }
     std::string step;
     for (int i = 0; i <= 34; ++i) step += StepLine(i, 3 + 0.025 * i);
@@ -194,7 +192,7 @@ TEST_F(CalibrateRigTest, FindsTheMountUnderACeilingOfKnownHeight) {
   EXPECT_LT((rig.up->T_base_cam.translation() - truth.up->T_base_cam.translation()).norm(), 0.002);
   const Eigen::AngleAxisd off(rig.up->T_base_cam.linear().transpose() *
                               truth.up->T_base_cam.linear());
-  EXPECT_LT(off.angle() / kDegree, 0.1);
+  EXPECT_LT(off.angle() / kRadPerDeg, 0.1);
 }
 
 TEST_F(CalibrateRigTest, ATapedWayGivesTheCeilingsHeight) {
@@ -246,7 +244,7 @@ TEST_F(CalibrateRigTest, AStepTellsTheAxleAndTheForwardCamera) {
   const calib::Rig truth = calib::ReadRig(*folder_ / "spin/rig.yaml");
   const Eigen::AngleAxisd off(rig.forward->T_base_cam.linear().transpose() *
                               truth.forward->T_base_cam.linear());
-  EXPECT_LT(off.angle() / kDegree, 0.2);
+  EXPECT_LT(off.angle() / kRadPerDeg, 0.2);
   EXPECT_DOUBLE_EQ(rig.forward->T_base_cam.translation().z(), 0.45);
   EXPECT_TRUE(std::filesystem::exists(*folder_ / "step-report/figures/step.gp"));
 }

@@ -53,11 +53,11 @@ void ExpectStraightPath(const std::filesystem::path& file,
   }
 }
 
-// Extent in picture pixels of all keyframes of the test recording, as seen from above: the robot's
-// front, the top of its pictures, is at the right.
+// Extent in image pixels of all keyframes of the test recording, as seen from above: the robot's
+// front, the top of its images, is at the right.
 cv::Size MosaicSize(const std::filesystem::path& map) {
   const auto last = static_cast<int>(store::MapReader(map).ReadKeyframes().back().pose.frame_index);
-  return {kPictureSize.height + kStep.y * last, kPictureSize.width + kStep.x * last};
+  return {kImageSize.height + kStep.y * last, kImageSize.width + kStep.x * last};
 }
 
 TEST(Program, TellsItsVersionAndItsCommands) {
@@ -109,13 +109,13 @@ TEST(Map, FromAVideoInMetres) {
   EXPECT_EQ(summary["files"].size(), 4U);
   EXPECT_GT(summary["stages_ms"]["decode"], 0);
 
-  const cv::Mat picture = cv::imread((test.out / "m.png").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat image = cv::imread((test.out / "m.png").string(), cv::IMREAD_UNCHANGED);
   const cv::Size size = MosaicSize(test.out / "m.gpkg");
-  EXPECT_NEAR(picture.cols, size.width, 2);
-  EXPECT_NEAR(picture.rows, size.height, 2);
+  EXPECT_NEAR(image.cols, size.width, 2);
+  EXPECT_NEAR(image.rows, size.height, 2);
 }
 
-TEST(Map, FromPicturesInPixelsSaysSo) {
+TEST(Map, FromImagesInPixelsSaysSo) {
   const Recordings test;
   const support::ProcessResult result =
       test.Run({"map", "--up", "@run", "-o", "m.gpkg", "--trajectory", "t.tum"});
@@ -194,7 +194,7 @@ TEST(Map, UsesACutVideoAsFarAsItGoes) {
 TEST(Map, KeepsWhatIsDoneWhenInterrupted) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const Recordings test;
-    const EndlessStream stream(test.in / "pipe.mjpeg", CeilingPictures());
+    const EndlessStream stream(test.in / "pipe.mjpeg", CeilingImages());
     support::ChildProcess child(test.Resolve({CEILMAP_EXE,
                                               "map",
                                               "--rig=@rig.yaml",
@@ -244,7 +244,7 @@ TEST(Info, TellsWhatTheMapHolds) {
   EXPECT_EQ(info["view"]["width_px"], 320);
   EXPECT_EQ(info["rig_yaml"], kRig);
   EXPECT_THAT(info["provenance"].get<std::string>(), StartsWith("ceilmap map --rig="));
-  // Seen: at least a picture, at most what lies between the first and the last.
+  // Seen: at least an image, at most what lies between the first and the last.
   const cv::Size size = MosaicSize(test.out / "m.gpkg");
   EXPECT_GE(info["covered_area"].get<double>(), 1.01 * 3.2 * 2.4);
   EXPECT_LE(info["covered_area"].get<double>(), 1.02e-4 * size.width * size.height);
@@ -305,7 +305,7 @@ TEST(Register, OnePair) {
 
 TEST(Register, AListWithPathsFromItsFolder) {
   const Recordings test;
-  cv::imwrite((test.in / "black.png").string(), cv::Mat::zeros(kPictureSize, CV_8UC1));
+  cv::imwrite((test.in / "black.png").string(), cv::Mat::zeros(kImageSize, CV_8UC1));
   test.in.Write("pairs.csv",
                 "id,reference,current\n"
                 "near,run/frame0.png,run/frame3.png\n"

@@ -11,6 +11,7 @@
 #include "app/files/colour_model_file.hpp"
 #include "app/files/csv.hpp"
 #include "app/files/heading_csv.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
 #include "tests/integration/colour_recordings.hpp"
 #include "tests/integration/endless_stream.hpp"
@@ -171,7 +172,7 @@ TEST_F(CompassTest, LearnsWhileItIsAsked) {
 }
 
 TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
-  // Nose down by 20 deg in the second half: most of these pictures is below the horizon.
+  // Nose down by 20 deg in the second half: most of these images is below the horizon.
   in_.Write("down.tum", kLearn.Poses(0, 20));
   const support::ProcessResult tilted =
       Run(Of({"learn"}, "learn", {"--poses=@down.tum", "-o", "m", "--summary=s.json"}));
@@ -206,8 +207,8 @@ TEST_F(CompassTest, IsNotSureOfColoursInAnotherOrder) {
   Learn("m");
   ASSERT_LT(AskAgain("m"), kLargestMeanRad);
   const double usual_deg = SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>();
-  std::vector<cv::Mat> swapped = kAgain.Pictures(world_);
-  for (cv::Mat& picture : swapped) cv::cvtColor(picture, picture, cv::COLOR_BGR2RGB);
+  std::vector<cv::Mat> swapped = kAgain.Images(world_);
+  for (cv::Mat& image : swapped) cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
   WriteColourVideo(in_ / "swapped.avi", swapped);
   in_.Write("swapped.csv", kAgain.Stamps());
   const support::ProcessResult result =
@@ -216,9 +217,9 @@ TEST_F(CompassTest, IsNotSureOfColoursInAnotherOrder) {
   EXPECT_GT(SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>(), 3 * usual_deg);
   const auto headings = files::ReadHeadings(out_ / "h.csv");
   for (std::size_t i = 0; i < headings.size(); ++i) {
-    if (headings[i].sigma_rad > 3 * kDegree) continue;
+    if (headings[i].sigma_rad > 3 * kRadPerDeg) continue;
     const double true_rad = kAgain.YawRad(static_cast<int>(i));
-    EXPECT_LT(std::abs(WrapAngle(headings[i].heading_rad - true_rad)), 10 * kDegree) << i;
+    EXPECT_LT(std::abs(WrapAngle(headings[i].heading_rad - true_rad)), 10 * kRadPerDeg) << i;
   }
 }
 
@@ -239,7 +240,7 @@ TEST_F(CompassTest, ALiveQuestionEndsWithWhatItHas) {
   Learn("m");
   // A program that does not even open the pipe would leave its writer waiting.
   ASSERT_LT(AskAgain("m"), kLargestMeanRad);
-  const EndlessStream stream(in_ / "pipe.mjpeg", kAgain.Pictures(world_));
+  const EndlessStream stream(in_ / "pipe.mjpeg", kAgain.Images(world_));
   support::ChildProcess child(Resolve({CEILMAP_EXE,
                                        "compass",
                                        "query",
@@ -262,7 +263,7 @@ TEST_F(CompassTest, ALiveQuestionEndsWithWhatItHas) {
 
 TEST_F(CompassTest, LearningEndsWithWhatItHas) {
   Learn("m");
-  const EndlessStream stream(in_ / "pipe.mjpeg", kLearn.Pictures(world_));
+  const EndlessStream stream(in_ / "pipe.mjpeg", kLearn.Images(world_));
   // A pose at any time: the robot stands still, as far as that matters here.
   std::vector<StampedPose> poses;
   for (int i = 0; i < 3000; ++i) poses.push_back(ToStampedPose(0.04 * i, {1, 0.5, 0}));

@@ -38,7 +38,7 @@ TEST_P(BadHeadingTest, IsOneLineAndLeavesNothing) {
 }
 
 const std::vector<BadHeading> kBadHeadings = {
-    {"NoSource", {}, "no pictures: give --omni SOURCE or --panorama SOURCE"},
+    {"NoSource", {}, "no images: give --omni SOURCE or --panorama SOURCE"},
     {"TwoSources", {"--omni=@omni", "--panorama=@panoramas"}, "give one of the two"},
     {"NoSuchFile", {"--panorama=@none.mp4"}, "none.mp4: no such file"},
     {"NotAVideo", {"--panorama=@text.mp4"}, "not a video"},

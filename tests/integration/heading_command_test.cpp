@@ -179,11 +179,11 @@ TEST_F(HeadingCommand, AUniformPanoramaIsHeldAndTold) {
 }
 
 TEST_F(HeadingCommand, KeepsWhatIsDoneWhenInterrupted) {
-  std::vector<cv::Mat> pictures;
+  std::vector<cv::Mat> images;
   for (int i = 0; i < kTurnFrames; ++i) {
-    pictures.push_back(support::TurnedPanorama(support::SyntheticPanorama({360, 48}), TurnAt(i)));
+    images.push_back(support::TurnedPanorama(support::SyntheticPanorama({360, 48}), TurnAt(i)));
   }
-  const EndlessStream stream(in_ / "pipe.mjpeg", pictures);
+  const EndlessStream stream(in_ / "pipe.mjpeg", images);
   support::ChildProcess child(Resolve({CEILMAP_EXE,
                                        "heading",
                                        "--panorama=@pipe.mjpeg",

@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "app/files/tum.hpp"
+#include "calib/base/degrees.hpp"
 #include "tests/integration/colour_recordings.hpp"
 #include "tests/integration/recordings.hpp"
 
@@ -63,7 +64,7 @@ class HeadingModel : public testing::Test {
   [[nodiscard]] support::ProcessResult Localize(double seen_yaw) const {
     std::vector<cv::Mat> ahead;
     for (int i = 0; i < kFrames; ++i) {
-      ahead.push_back(room_.Seen(seen_yaw - 8 * kDegree * std::max(0, kTurning - i)));
+      ahead.push_back(room_.Seen(seen_yaw - 8 * kRadPerDeg * std::max(0, kTurning - i)));
     }
     WriteColourVideo(test_.in / "ahead.avi", ahead);
     return test_.Run(LocalizeArguments("@m.gpkg",
@@ -94,9 +95,9 @@ TEST_F(HeadingModel, AgreesWithTheCeiling) {
 // The colours are sure of the heading before the ceiling comes into sight; looking a quarter to the
 // left, the robot cannot stand as the ceiling has it.
 TEST_F(HeadingModel, AHeadingThatIsSureRulesPlacesOut) {
-  std::vector<cv::Mat> pictures = CeilingPictures();
-  for (std::size_t i = 0; i < kTurning; ++i) pictures[i] = cv::Mat::zeros(kPictureSize, CV_8UC1);
-  support::WriteVideo(test_.in / "run.avi", pictures, 10);
+  std::vector<cv::Mat> images = CeilingImages();
+  for (std::size_t i = 0; i < kTurning; ++i) images[i] = cv::Mat::zeros(kImageSize, CV_8UC1);
+  support::WriteVideo(test_.in / "run.avi", images, 10);
   ASSERT_EQ(Localize(0).exit_code, 0);
   EXPECT_GE(files::ReadTum(test_.out / "t.tum").size(),
             static_cast<std::size_t>(kFrames - kTurning - 3));

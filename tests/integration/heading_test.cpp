@@ -1,5 +1,5 @@
 // A compass under tiles that are their own after a quarter turn, through the real executable: the
-// robot turns on the spot, too fast for the pictures of its upward camera.
+// robot turns on the spot, too fast for the images of its upward camera.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,11 +8,11 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "app/files/tum.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/test_folder.hpp"
@@ -23,8 +23,6 @@ namespace {
 using support::ReadAll;
 using support::TestFolder;
 using testing::HasSubstr;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 const std::string kScene = R"(seed: 4
 robot: "mirror robot"
 room: {length_m: 7, width_m: 6, height_m: 2.6, wall_brightness: 0.32, wall_posters_per_100m2: 40}
@@ -134,7 +132,7 @@ TEST_F(HeadingTest, AFileDoesTheSame) {
   EXPECT_EQ(Summary()["quality"]["heading"]["by"], "file");
 }
 
-TEST_F(HeadingTest, MirrorPicturesThatAreMissingAreTold) {
+TEST_F(HeadingTest, MirrorImagesThatAreMissingAreTold) {
   for (const int missing : {2, 3}) {
     std::filesystem::remove(folder_ / fmt::format("run/omni/{:06}.png", missing));
   }

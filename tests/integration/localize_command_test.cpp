@@ -19,14 +19,14 @@ using testing::UnorderedElementsAre;
 class LocalizeCommand : public testing::Test {
  protected:
   void SetUp() override {
-    std::vector<cv::Mat> pictures = CeilingPictures();
-    std::reverse(pictures.begin(), pictures.end());
-    for (cv::Mat& picture : pictures) {
+    std::vector<cv::Mat> images = CeilingImages();
+    std::reverse(images.begin(), images.end());
+    for (cv::Mat& image : images) {
       cv::Mat turned;
-      cv::flip(picture, turned, -1);
-      turned.convertTo(picture, CV_8U, 0.8, 3);
+      cv::flip(image, turned, -1);
+      turned.convertTo(image, CV_8U, 0.8, 3);
     }
-    support::WriteVideo(test_.in / "back.avi", pictures, 10);
+    support::WriteVideo(test_.in / "back.avi", images, 10);
     ASSERT_EQ(test_
                   .Run({"map",
                         "--quiet",
@@ -44,7 +44,7 @@ class LocalizeCommand : public testing::Test {
     return test_.Run(LocalizeArguments("@m.gpkg", "@rig.yaml", up, more));
   }
 
-  // Picture k of the way back is picture kFrames - 1 - k of the way there, turned.
+  // Image k of the way back is image kFrames - 1 - k of the way there, turned.
   static void ExpectWayBack(const StampedPose& pose, double first_s) {
     const double k = kFrames - 1 - std::round((pose.stamp_s - first_s) / 0.1);
     EXPECT_NEAR(pose.position.x(), -kStep.y * k * 0.01, 0.003);
@@ -110,7 +110,7 @@ TEST_F(LocalizeCommand, StreamsPosesToStdout) {
 }
 
 TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
-  // A start that is right makes the first frame sure; headings that contradict the pictures leave
+  // A start that is right makes the first frame sure; headings that contradict the images leave
   // nothing to be sure of.
   const double k = kFrames - 1;
   const std::string start =
@@ -130,7 +130,7 @@ TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
 }
 
 TEST_F(LocalizeCommand, OfARecordingOfAnotherPlaceOnlyTheStatusStays) {
-  support::WritePictures(test_.in / "elsewhere", PicturesFromElsewhere());
+  support::WriteImages(test_.in / "elsewhere", ImagesFromElsewhere());
   const support::ProcessResult result =
       Localize("@elsewhere", {"--status=s.csv", "--summary=s.json"});
   EXPECT_EQ(result.exit_code, 1);

@@ -100,7 +100,7 @@ TEST(RunReport, NeedsNoGnuplotForItsPage) {
 class LiveRun {
  public:
   LiveRun(const Recordings& test, std::vector<std::string> arguments)
-      : stream_(test.out / "camera.mjpg", CeilingPictures()),
+      : stream_(test.out / "camera.mjpg", CeilingImages()),
         program_(Start(test, std::move(arguments))) {
     const std::string said = "live page: http://127.0.0.1:";
     EXPECT_TRUE(program_.WaitForErr(said));
@@ -150,8 +150,8 @@ TEST(LiveRuns, AMapIsSeenWhileItGrows) {
   EXPECT_GE(document["paths"][0]["x"].size(), 2U);
   httplib::Client client("127.0.0.1", run.Port());
   EXPECT_THAT(client.Get("/")->body, HasSubstr("Map m.gpkg"));
-  const std::string picture = document["picture"]["url"];
-  EXPECT_GT(client.Get("/" + picture)->body.size(), 100U);
+  const std::string image = document["picture"]["url"];
+  EXPECT_GT(client.Get("/" + image)->body.size(), 100U);
   const std::int64_t frames = document["state"]["frames"];
   EXPECT_FALSE(
       run.AskUntil([frames](const nlohmann::json& now) { return now["state"]["frames"] > frames; })

@@ -63,20 +63,19 @@ class SimulateTest : public testing::Test {
   }
   [[nodiscard]] std::vector<cv::Mat> Video(const std::string& name) const {
     cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
-    std::vector<cv::Mat> pictures;
-    for (cv::Mat picture; video.read(picture);) {
-      cv::cvtColor(picture, picture, cv::COLOR_BGR2GRAY);
-      pictures.push_back(picture.clone());
+    std::vector<cv::Mat> images;
+    for (cv::Mat image; video.read(image);) {
+      cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+      images.push_back(image.clone());
     }
-    return pictures;
+    return images;
   }
-  [[nodiscard]] std::vector<cv::Mat> Pictures(const std::string& name) const {
-    std::vector<cv::Mat> pictures;
-    for (const std::string& picture : NamesIn(name)) {
-      pictures.push_back(
-          cv::imread((folder_ / (name + "/" + picture)).string(), cv::IMREAD_UNCHANGED));
+  [[nodiscard]] std::vector<cv::Mat> Images(const std::string& name) const {
+    std::vector<cv::Mat> images;
+    for (const std::string& image : NamesIn(name)) {
+      images.push_back(cv::imread((folder_ / (name + "/" + image)).string(), cv::IMREAD_UNCHANGED));
     }
-    return pictures;
+    return images;
   }
 
   support::TestFolder folder_;
@@ -131,7 +130,7 @@ TEST_F(SimulateTest, WritesARecording) {
   EXPECT_EQ(summary["files"].size(), 5U);
 }
 
-TEST_F(SimulateTest, SeedDecidesThePictures) {
+TEST_F(SimulateTest, SeedDecidesTheImages) {
   Simulate({"scene.yaml", "-o", "a", "--pictures", "--frames", "6", "--quiet"});
   Simulate({"scene.yaml", "-o", "b", "--pictures", "--frames", "6"});
   Simulate({"scene.yaml", "-o", "other", "--pictures", "--frames", "6", "--seed", "6"});
@@ -140,21 +139,21 @@ TEST_F(SimulateTest, SeedDecidesThePictures) {
       NamesIn("a/up"),
       ElementsAre(
           "000000.png", "000001.png", "000002.png", "000003.png", "000004.png", "000005.png"));
-  EXPECT_EQ(Pictures("a/up").front().type(), CV_8UC1);
-  EXPECT_EQ(Difference(Pictures("a/up"), Pictures("b/up")), 0);
-  EXPECT_GT(Difference(Pictures("a/up"), Pictures("other/up")), 3);
-  EXPECT_EQ(Difference(Pictures("other/up"), Pictures("again/up")), 0);
+  EXPECT_EQ(Images("a/up").front().type(), CV_8UC1);
+  EXPECT_EQ(Difference(Images("a/up"), Images("b/up")), 0);
+  EXPECT_GT(Difference(Images("a/up"), Images("other/up")), 3);
+  EXPECT_EQ(Difference(Images("other/up"), Images("again/up")), 0);
 }
 
-TEST_F(SimulateTest, VideosHoldThePictures) {
+TEST_F(SimulateTest, VideosHoldTheImages) {
   Simulate({"scene.yaml", "-o", "png", "--pictures"});
   Simulate({"scene.yaml", "-o", "mkv", "--lossless"});
   Simulate({"scene.yaml", "-o", "mp4"});
-  const std::vector<cv::Mat> pictures = Pictures("png/up");
-  EXPECT_EQ(pictures.size(), static_cast<std::size_t>(kFrames));
-  EXPECT_EQ(Difference(Video("mkv/up.mkv"), pictures), 0);
+  const std::vector<cv::Mat> images = Images("png/up");
+  EXPECT_EQ(images.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(Difference(Video("mkv/up.mkv"), images), 0);
   // What OpenCV writes of itself differs by 1.8.
-  EXPECT_LT(Difference(Video("mp4/up.mp4"), pictures), 1.55);
+  EXPECT_LT(Difference(Video("mp4/up.mp4"), images), 1.55);
   for (const char* name : {"mkv/up.mkv", "mp4/up.mp4"}) {
     cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
     EXPECT_DOUBLE_EQ(video.get(cv::CAP_PROP_FPS), 5) << name;
@@ -211,10 +210,10 @@ TEST_F(SimulateTest, ForwardCameraHasAVideoOfItsOwn) {
   EXPECT_THAT(
       NamesIn("run"),
       ElementsAre("forward.mp4", "frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
-  const std::vector<cv::Mat> pictures = Video("run/forward.mp4");
-  ASSERT_EQ(pictures.size(), files::ReadStamps(folder_ / "run/frames.csv").size());
-  EXPECT_EQ(pictures.front().size(), cv::Size(200, 160));
-  EXPECT_EQ(Video("run/up.mp4").size(), pictures.size());
+  const std::vector<cv::Mat> images = Video("run/forward.mp4");
+  ASSERT_EQ(images.size(), files::ReadStamps(folder_ / "run/frames.csv").size());
+  EXPECT_EQ(images.front().size(), cv::Size(200, 160));
+  EXPECT_EQ(Video("run/up.mp4").size(), images.size());
   EXPECT_EQ(nlohmann::json::parse(ReadAll(folder_ / "s.json"))["quality"]["forward_width_px"], 200);
 
   const calib::Rig rig = calib::ReadRig(folder_ / "run/rig.yaml");
@@ -233,7 +232,7 @@ TEST_F(SimulateTest, ForwardCameraHasAVideoOfItsOwn) {
   Simulate({"both.yaml", "-o", "run", "--frames", "3", "--pictures", "--force"});
   EXPECT_EQ(NamesIn("run/forward").size(), 3U);
   EXPECT_EQ(NamesIn("run/up").size(), 3U);
-  EXPECT_GT(Difference(Pictures("run/forward"),
+  EXPECT_GT(Difference(Images("run/forward"),
                        {cv::Mat::zeros(160, 200, CV_8UC1),
                         cv::Mat::zeros(160, 200, CV_8UC1),
                         cv::Mat::zeros(160, 200, CV_8UC1)}),
@@ -261,20 +260,20 @@ TEST_F(SimulateTest, CameraUnderAMirrorHasAVideoInColour) {
 
   Simulate({"omni.yaml", "-o", "png", "--pictures"});
   Simulate({"omni.yaml", "-o", "mkv", "--lossless"});
-  const std::vector<cv::Mat> pictures = Pictures("png/omni");
-  ASSERT_EQ(pictures.size(), static_cast<std::size_t>(kFrames));
-  EXPECT_EQ(pictures.front().type(), CV_8UC3);
+  const std::vector<cv::Mat> images = Images("png/omni");
+  ASSERT_EQ(images.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(images.front().type(), CV_8UC3);
   const auto colours = [&](const std::string& name) {
     cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
     std::vector<cv::Mat> frames;
     for (cv::Mat frame; video.read(frame);) frames.push_back(frame.clone());
     return frames;
   };
-  EXPECT_EQ(Difference(colours("mkv/omni.mkv"), pictures), 0);
+  EXPECT_EQ(Difference(colours("mkv/omni.mkv"), images), 0);
   // Colours at half the resolution cost most of it.
-  EXPECT_LT(Difference(colours("run/omni.mp4"), pictures), 4 * std::sqrt(3.0));
+  EXPECT_LT(Difference(colours("run/omni.mp4"), images), 4 * std::sqrt(3.0));
   // The red mover goes ahead of the robot, above the middle, which is 5 px to the right.
-  const cv::Vec3b ahead = pictures[3].at<cv::Vec3b>(119 - 62, 125);
+  const cv::Vec3b ahead = images[3].at<cv::Vec3b>(119 - 62, 125);
   EXPECT_GT(ahead[2], ahead[0] + 60);
   EXPECT_LT(cv::norm(colours("run/omni.mp4")[3].at<cv::Vec3b>(119 - 62, 125), ahead), 30);
 

@@ -20,10 +20,10 @@ class Sites {
 
   Sites() {
     constexpr int kAll = kSecondBegins + kSecond;
-    const std::vector<cv::Mat> all = support::CropAlong(Ceiling(0), kPictureSize, kStep, kAll);
+    const std::vector<cv::Mat> all = support::CropAlong(Ceiling(0), kImageSize, kStep, kAll);
     Write("first", {all.begin(), all.begin() + kFirst}, 100);
     Write("second", {all.begin() + kSecondBegins, all.end()}, 1000);
-    Write("elsewhere", support::CropAlong(Ceiling(1), kPictureSize, kStep, kFirst), 2000);
+    Write("elsewhere", support::CropAlong(Ceiling(1), kImageSize, kStep, kFirst), 2000);
   }
 
   [[nodiscard]] std::vector<std::string> MapArguments(const std::string& name,
@@ -52,10 +52,10 @@ class Sites {
     const cv::Mat ceiling = support::SyntheticCeiling({820, 820});
     return room == 0 ? ceiling.rowRange(0, 410) : ceiling.rowRange(410, 820);
   }
-  void Write(const std::string& name, const std::vector<cv::Mat>& pictures, double first_s) {
-    support::WritePictures(recordings.in / name, pictures);
+  void Write(const std::string& name, const std::vector<cv::Mat>& images, double first_s) {
+    support::WriteImages(recordings.in / name, images);
     recordings.in.Write(name + ".csv",
-                        support::StampsCsv(static_cast<int>(pictures.size()), first_s, 0.1));
+                        support::StampsCsv(static_cast<int>(images.size()), first_s, 0.1));
   }
 };
 

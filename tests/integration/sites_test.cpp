@@ -50,7 +50,7 @@ TEST(Sites, MergeMakesOneMapOfTwo) {
   const support::ProcessResult result =
       sites.recordings.Run({"merge", "a.gpkg", "b.gpkg", "-o", "s.gpkg"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("pictures agree"));
+  EXPECT_THAT(result.out, HasSubstr("images agree"));
   EXPECT_EQ(sites.Info("s.gpkg")["trajectory_poses"], Sites::kFirst + Sites::kSecond);
   const support::ProcessResult exported =
       sites.recordings.Run({"export", "s.gpkg", "--format", "tum", "-o", "s.tum"});

@@ -39,7 +39,7 @@ path:
 debris: {bumps: [0.25, 0.4, 4.0, 0]}
 )";
 
-fs::path Picture(const fs::path& folder, int index) {
+fs::path Image(const fs::path& folder, int index) {
   return folder / fmt::format("{:06}.png", index);
 }
 
@@ -55,7 +55,7 @@ class TiltTest : public testing::Test {
     return support::RunCeilmap(arguments, folder_.Path().string());
   }
 
-  /// A copy of the forward pictures, to be spoilt.
+  /// A copy of the forward images, to be spoilt.
   [[nodiscard]] fs::path CopyForward(const std::string& name) const {
     fs::copy(folder_ / "run/forward", folder_ / name, fs::copy_options::recursive);
     return folder_ / name;
@@ -127,7 +127,7 @@ TEST_F(TiltTest, EachMethodTakesDebrisOut) {
 
 TEST_F(TiltTest, AForwardCameraThatFailsIsLeftOut) {
   const fs::path shorter = CopyForward("shorter");
-  for (int i = 15; i < kFrames; ++i) fs::remove(Picture(shorter, i));
+  for (int i = 15; i < kFrames; ++i) fs::remove(Image(shorter, i));
   const Mapped with_shorter = Map({"--forward=shorter"});
   EXPECT_LT(with_shorter.after_m, 0.01);
   EXPECT_THAT(with_shorter.err, HasSubstr("shorter has 15 frames, run/frames.csv 30 stamps"));
@@ -136,7 +136,7 @@ TEST_F(TiltTest, AForwardCameraThatFailsIsLeftOut) {
 
   const fs::path covered = CopyForward("covered");
   for (int i = 12; i < kFrames; ++i) {
-    cv::imwrite(Picture(covered, i).string(), cv::Mat::zeros(240, 320, CV_8UC1));
+    cv::imwrite(Image(covered, i).string(), cv::Mat::zeros(240, 320, CV_8UC1));
   }
   const Mapped with_covered = Map({"--forward=covered"});
   EXPECT_LT(with_covered.after_m, 0.01);
@@ -144,7 +144,7 @@ TEST_F(TiltTest, AForwardCameraThatFailsIsLeftOut) {
   EXPECT_LE(with_covered.tilt["by_forward"], 12);
 
   (void)CopyForward("damaged");
-  folder_.Write("damaged/000020.png", "no picture");
+  folder_.Write("damaged/000020.png", "no image");
   const Mapped with_damaged = Map({"--forward=damaged"});
   EXPECT_LT(with_damaged.after_m, 0.01);
   EXPECT_THAT(with_damaged.err, HasSubstr("it is not used from there on"));
@@ -157,7 +157,7 @@ TEST_F(TiltTest, FramesAreMatchedByTime) {
   int left = 0;
   for (int i = 0; i < kFrames; ++i) {
     if (i % 5 == 3) continue;
-    fs::copy(Picture(folder_ / "run/forward", i), Picture(folder_ / "some", left));
+    fs::copy(Image(folder_ / "run/forward", i), Image(folder_ / "some", left));
     stamps += fmt::format("{},{:.3f}\n", left++, 100 + 0.1 * i + 0.012);
   }
   folder_.Write("some.csv", stamps);
@@ -180,7 +180,7 @@ TEST_F(TiltTest, UpwardFramesMayBeMissing) {
   int left = 0;
   for (int i = 0; i < kFrames; ++i) {
     if (i == 7 || i == 8 || i == 19) continue;
-    fs::copy(Picture(folder_ / "run/up", i), Picture(folder_ / "up2", left));
+    fs::copy(Image(folder_ / "run/up", i), Image(folder_ / "up2", left));
     stamps += fmt::format("{},{:.3f}\n", left++, 100 + 0.1 * i);
   }
   folder_.Write("up2.csv", stamps);

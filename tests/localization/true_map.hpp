@@ -14,7 +14,7 @@
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 #include "tests/support/temp_folder.hpp"
 
-/// Maps of synthetic ceilings whose keyframes lie where they truly are, and visitors' pictures.
+/// Maps of synthetic ceilings whose keyframes lie where they truly are, and visitors' images.
 namespace ceilmap::localization::synthetic {
 
 using registration::synthetic::CeilingParams;
@@ -76,10 +76,10 @@ class TrueMap {
       keyframe.pose.keyframe_id = i;
       keyframe.pose.frame_index = i;
       keyframe.pose.T_map_base = {column * kStep, row * kStep, back ? std::numbers::pi : 0};
-      const cv::Mat picture =
+      const cv::Mat image =
           Seen(ceiling, view, keyframe.pose.T_map_base, static_cast<std::uint32_t>(i) + 100);
-      writer.AddPicture(i, picture);
-      writer.AddDescriptors(i, describer.Describe(picture));
+      writer.AddImage(i, image);
+      writer.AddDescriptors(i, describer.Describe(image));
       if (i > 0) {
         const Pose2& before = graph.keyframes.back().pose.T_map_base;
         graph::Edge tie{i - 1,

@@ -1,4 +1,4 @@
-// Places that look alike: what one pair of pictures says of a loop, another pair can contradict.
+// Places that look alike: what one pair of images says of a loop, another pair can contradict.
 
 #include <gtest/gtest.h>
 
@@ -84,10 +84,10 @@ TEST(LoopCloserDoubles, ManyThatAgreeOutweighOneThatDoesNot) {
 
 TEST(LoopCloserDoubles, TheParameterSaysHowMuchContradictionIsBorne) {
   LoopCloserParams params = Stops::ShortGap();
-  params.judge.max_contradicting_part = 0.51;
+  params.judge.max_contradicting_ratio = 0.51;
   EXPECT_EQ(CarriedBack(1, params).Visit(2).accepted, 0);
   EXPECT_EQ(CarriedBack(1, params).Visit(3).accepted, 3) << "1 against 2";
-  params.judge.max_contradicting_part = 0;
+  params.judge.max_contradicting_ratio = 0;
   EXPECT_EQ(CarriedBack(1, params).Visit(4).accepted, 0);
   EXPECT_EQ(CarriedBack(0, params).Visit(2).accepted, 2);
 }

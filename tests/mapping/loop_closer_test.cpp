@@ -25,7 +25,7 @@ class Closed {
   explicit Closed(const DriveUnder& drive, const LoopCloserParams& params = {})
       : drive_(drive),
         closer(
-            drive.view, [&](std::int64_t id) { return drive_.Picture(id); }, params) {
+            drive.view, [&](std::int64_t id) { return drive_.Image(id); }, params) {
     for (std::size_t i = 0; i < drive.graph.keyframes.size(); ++i) {
       const std::int64_t id = drive.graph.keyframes[i].id;
       const std::span<const graph::Edge> ties(drive.graph.edges.data() + (i > 0 ? i - 1 : 0),

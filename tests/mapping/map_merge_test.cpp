@@ -30,7 +30,7 @@ MergeResult Merge(const DriveUnder& a, const DriveUnder& b) {
   return MergeGraphs(
       a.view,
       {a.graph, b.graph},
-      [&](std::int64_t id) { return of(id).Picture(id); },
+      [&](std::int64_t id) { return of(id).Image(id); },
       [&](std::int64_t id) { return of(id).Descriptors(id); });
 }
 
@@ -91,7 +91,7 @@ TEST(MapMerge, PeriodicCeilingIsAmbiguous) {
 }
 
 TEST(MapMerge, BaysThatLookAlikeAreAmbiguous) {
-  // The same mark every 2 m, seen one or two at a time: every picture fits at several places.
+  // The same mark every 2 m, seen one or two at a time: every image fits at several places.
   CeilingParams bays = Periodic(0);
   for (int i = -20; i < 40; ++i) {
     bays.own_marks.emplace_back(200.0 * i, 10);
@@ -114,7 +114,7 @@ TEST(MapMerge, ThirdPartMayHangOnTheSecond) {
   const MergeResult merged = MergeGraphs(
       a.view,
       {a.graph, c.graph, b.graph},
-      [&](std::int64_t id) { return of(id).Picture(id); },
+      [&](std::int64_t id) { return of(id).Image(id); },
       [&](std::int64_t id) { return of(id).Descriptors(id); });
   ASSERT_TRUE(merged.ok()) << merged.results[1].reason << merged.results[2].reason;
   EXPECT_EQ(merged.graph.keyframes.size(), 28U);

@@ -62,7 +62,7 @@ class Drive {
 
  private:
   [[nodiscard]] std::int64_t Frame() const { return static_cast<std::int64_t>(steps_.size()); }
-  const OdometryStep& Process(const cv::Mat& picture) {
+  const OdometryStep& Process(const cv::Mat& image) {
     FrameContext context;
     if (compass_.on) {
       compass_.off += compass_.drift_per_frame;
@@ -70,7 +70,7 @@ class Drive {
       context.heading = {WrapAngle(T_map_base_.yaw + compass_.off), compass_.variance};
     }
     steps_.push_back(
-        odometry_.Process(picture, Frame(), 0.1 * static_cast<double>(Frame()), context));
+        odometry_.Process(image, Frame(), 0.1 * static_cast<double>(Frame()), context));
     return steps_.back();
   }
 
@@ -128,7 +128,8 @@ TEST(OdometryWithCompass, IsCarriedThroughTheDark) {
     drive.See({0.03, 0.02, 0});
     EXPECT_EQ(drive.Last().pose.status,
               compass ? graph::TrackingStatus::kRelocalized : graph::TrackingStatus::kAmbiguous);
-    EXPECT_TRUE(drive.Last().registration.by_prior) << "the ceiling alone does not tell";
+    EXPECT_TRUE(drive.Last().registration.disambiguated_by_prior)
+        << "the ceiling alone does not tell";
     EXPECT_EQ(drive.Right(), compass) << drive.Error() << " m " << drive.YawError();
   }
 }

@@ -1,4 +1,4 @@
-// Odometry under ceilings that repeat themselves: pictures alone never tell one tile from the next,
+// Odometry under ceilings that repeat themselves: images alone never tell one tile from the next,
 // only where the robot is expected does, and where that does not either, nothing may be claimed.
 
 #include <gtest/gtest.h>
@@ -36,9 +36,9 @@ class Drive {
     T_map_base_ = T_map_base_ * T_before_after;
     truths_.push_back(T_map_base_);
     const auto index = static_cast<std::int64_t>(steps_.size());
-    const cv::Mat picture = ceiling_.Render(
+    const cv::Mat image = ceiling_.Render(
         view_.Size(), MotionAt(view_, T_map_base_), 1.5, static_cast<std::uint32_t>(index) + 1);
-    steps_.push_back(odometry_.Process(picture, index, 0.1 * static_cast<double>(index)));
+    steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
     return steps_.back();
   }
   /// Speeds up to half a tile a frame, and goes on like that for four tiles.
@@ -138,16 +138,16 @@ TEST(OdometryUnderTiles, APredictionThatHasProvedGoodTellsShortPeriodsApart) {
   ceiling.own_marks = {{10, -30}, {60, 20}, {110, -60}};
   Drive drive(ceiling);
   drive.See();
-  EXPECT_FALSE(drive.See({0.2, 0, 0}).registration.by_prior);
+  EXPECT_FALSE(drive.See({0.2, 0, 0}).registration.disambiguated_by_prior);
   for (int i = 0; i < 20; ++i) drive.See({0.2, 0, 0});
   ExpectTrackedThroughout(drive);
-  EXPECT_TRUE(drive.Steps().back().registration.by_prior);
+  EXPECT_TRUE(drive.Steps().back().registration.disambiguated_by_prior);
 }
 
 TEST(OdometryUnderTiles, AnUnevenDriveIsPredictedWithLessConfidence) {
   // Off the prediction by 14 px at every frame: more than three of the smallest sigmas.
   OdometryParams params;
-  params.uneven_part = 0.04;
+  params.uneven_ratio = 0.04;
   Drive drive(Periodic(kTilePx), params);
   drive.See();
   for (int i = 0; i < 12; ++i) drive.See({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
@@ -195,7 +195,7 @@ struct Jump {
 
 class JumpUnderTiles : public testing::TestWithParam<Jump> {};
 
-/// A jump by a whole tile leaves no trace in the pictures. By half a tile the robot may be before
+/// A jump by a whole tile leaves no trace in the images. By half a tile the robot may be before
 /// or behind the place where it was expected, and nobody can know.
 TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   Drive drive(Periodic(kTilePx));

@@ -1,4 +1,4 @@
-// Odometry of a robot whose tilt is known: pictures that are drawn level, with blank borders.
+// Odometry of a robot whose tilt is known: images that are drawn level, with blank borders.
 
 #include <gtest/gtest.h>
 
@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/odometry.hpp"
 #include "tests/compensation/bumpy_drive.hpp"
@@ -16,17 +17,17 @@ namespace {
 using compensation::synthetic::BumpyLab;
 using compensation::synthetic::FrameAt;
 using compensation::synthetic::FrontUp;
-using compensation::synthetic::kDegree;
+using compensation::synthetic::kRadPerDeg;
 using compensation::synthetic::Lab;
 
-/// Rendered upward pictures of a drive.
+/// Rendered upward images of a drive.
 class Recording {
  public:
   explicit Recording(const std::vector<simulator::Frame>& path, const simulator::Scene& scene)
       : path_(path),
         renderer_(scene),
         view_(*renderer_.GetRig().up, renderer_.GetRig().ceiling_height_m) {
-    for (const simulator::Frame& frame : path_) pictures_.push_back(renderer_.Render(frame));
+    for (const simulator::Frame& frame : path_) images_.push_back(renderer_.Render(frame));
   }
 
   /// @param sigma_rad  what is said of the tilts' errors; they are exact.
@@ -39,10 +40,10 @@ class Recording {
       if (compensate) tilt = TruthOf(i).tilt;
       if (std::hypot(tilt.pitch_rad, tilt.roll_rad) < 1e-9) tilt = {};
       tilt.covariance = sigma_rad * sigma_rad * Eigen::Matrix2d::Identity();
-      cv::Mat picture = pictures_[i];
-      if (!tilt.IsLevel()) level_view.Draw(pictures_[i], tilt, picture = cv::Mat());
+      cv::Mat image = images_[i];
+      if (!tilt.IsLevel()) level_view.Draw(images_[i], tilt, image = cv::Mat());
       steps.push_back(
-          odometry.Process(picture, static_cast<std::int64_t>(i), path_[i].stamp_s, {tilt, {}}));
+          odometry.Process(image, static_cast<std::int64_t>(i), path_[i].stamp_s, {tilt, {}}));
     }
     return steps;
   }
@@ -57,7 +58,7 @@ class Recording {
   std::vector<simulator::Frame> path_;
   simulator::Renderer renderer_;
   calib::CeilingView view_;
-  std::vector<cv::Mat> pictures_;
+  std::vector<cv::Mat> images_;
 };
 
 /// Over bumps in frames 12 to 19 and 26 to 33.
@@ -82,7 +83,7 @@ TEST(OdometryOfATiltedRobot, PlacesTheMastsFoot) {
 }
 
 TEST(OdometryOfATiltedRobot, TheLastLevelFrameBecomesTheKeyframe) {
-  // 0.3 m level, a bump, 0.4 m level, a bump; 0.23 m are a tenth of the picture.
+  // 0.3 m level, a bump, 0.4 m level, a bump; 0.23 m are a tenth of the image.
   std::vector<simulator::Frame> path;
   for (int i = 0; i < 22; ++i) {
     const bool tilted = (i >= 7 && i < 10) || i >= 19;
@@ -101,14 +102,14 @@ TEST(OdometryOfATiltedRobot, TheLastLevelFrameBecomesTheKeyframe) {
     ++made;
     EXPECT_EQ(steps[i].new_keyframe->pose.frame_index, static_cast<std::int64_t>(i) - 1);
     EXPECT_EQ(steps[i].pose.keyframe_id, steps[i].new_keyframe->id);
-    EXPECT_EQ(cv::countNonZero(steps[i].new_keyframe->picture), 320 * 240);
+    EXPECT_EQ(cv::countNonZero(steps[i].new_keyframe->image), 320 * 240);
   }
   EXPECT_EQ(made, 2);
 }
 
 TEST(OdometryOfATiltedRobot, CovarianceHoldsWhatIsNotKnownOfTheTilt) {
   const Recording recording = OverBumps();
-  constexpr double kSigma = 0.1 * kDegree;
+  constexpr double kSigma = 0.1 * kRadPerDeg;
   const std::vector<OdometryStep> sure = recording.Run();
   const std::vector<OdometryStep> unsure = recording.Run(true, kSigma);
   const double sigma_m = 2.6 * kSigma;
@@ -142,10 +143,10 @@ TEST(OdometryOfATiltedRobot, ATiltedFrameBecomesAKeyframeWhenItMust) {
     const double at_m = 0.1 * static_cast<double>(step.new_keyframe->pose.frame_index);
     EXPECT_GT(at_m - from_m, 0.95);  // half of 2.31 m, or the last frame that was seen well
     from_m = at_m;
-    const cv::Mat& picture = step.new_keyframe->picture;
-    EXPECT_LT(cv::countNonZero(picture), 320 * 240 * 95 / 100);
-    EXPECT_GT(cv::countNonZero(picture), 320 * 240 * 85 / 100);
-    EXPECT_EQ(cv::countNonZero(picture(cv::Rect(60, 60, 200, 120))), 200 * 120);
+    const cv::Mat& image = step.new_keyframe->image;
+    EXPECT_LT(cv::countNonZero(image), 320 * 240 * 95 / 100);
+    EXPECT_GT(cv::countNonZero(image), 320 * 240 * 85 / 100);
+    EXPECT_EQ(cv::countNonZero(image(cv::Rect(60, 60, 200, 120))), 200 * 120);
   }
   EXPECT_GE(tilted, 1);
   EXPECT_LE(tilted, 2);

@@ -29,7 +29,7 @@ class Stops {
   explicit Stops(const CeilingParams& ceiling, const LoopCloserParams& params = ShortGap())
       : ceiling_(ceiling),
         closer_(
-            view_, [this](std::int64_t id) { return Picture(id); }, params) {}
+            view_, [this](std::int64_t id) { return Image(id); }, params) {}
 
   void Show(const Stop& stop) {
     const auto id = static_cast<std::int64_t>(stops_.size());
@@ -45,7 +45,7 @@ class Stops {
       tie.information = Eigen::Vector3d(xy, xy, 1 / (stop.sigma_rad * stop.sigma_rad)).asDiagonal();
       ties.push_back(tie);
     }
-    closer_.Add(keyframe, {}, ties, describer_.Describe(Picture(id)));
+    closer_.Add(keyframe, {}, ties, describer_.Describe(Image(id)));
     closer_.Close(id);
   }
 
@@ -74,7 +74,7 @@ class Stops {
   [[nodiscard]] Pose2 Between(std::int64_t from, std::int64_t to) const {
     return At(from).T_map_base.Inverse() * At(to).T_map_base;
   }
-  [[nodiscard]] cv::Mat Picture(std::int64_t id) const {
+  [[nodiscard]] cv::Mat Image(std::int64_t id) const {
     return ceiling_.Render(
         view_.Size(), MotionAt(view_, At(id).looks), 1.5, static_cast<std::uint32_t>(id) + 1);
   }

@@ -95,7 +95,7 @@ class DriveUnder {
     }
   }
 
-  [[nodiscard]] cv::Mat Picture(std::int64_t id) const {
+  [[nodiscard]] cv::Mat Image(std::int64_t id) const {
     return ceiling_.Render(
         {320, 240}, MotionAt(view, truth.at(id)), 1.5, static_cast<std::uint32_t>(id) + 1);
   }
@@ -104,7 +104,7 @@ class DriveUnder {
         view.Size(),
         view.MetresPerPixel(),
         places::PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()));
-    return describer.Describe(Picture(id));
+    return describer.Describe(Image(id));
   }
   /// How far an edge is from the truth: metres.
   [[nodiscard]] double Error(const graph::Edge& edge) const {

@@ -10,7 +10,7 @@ namespace ceilmap::support {
 struct NalUnit {
   std::size_t begin = 0;
   std::size_t size = 0;
-  int type = 0;  ///< 1: picture that rests on others, 5: picture on its own, 6: remarks, 7, 8: sets
+  int type = 0;  ///< 1: image that rests on others, 5: image on its own, 6: remarks, 7, 8: sets
 };
 
 /// The NAL units in the media data of an MP4 file that holds one H.264 track and nothing else, as

@@ -41,12 +41,12 @@ inline cv::Mat TurnedPanorama(const cv::Mat& panorama, int columns) {
   return turned;
 }
 
-/// The picture under a convex mirror that unwraps to the panorama after a left turn by turn_rad.
-/// The camera looks up, the robot's front is at the picture's top, its left at the right.
-inline cv::Mat MirrorPicture(const cv::Mat& panorama,
-                             cv::Size size,
-                             const calib::MirrorRing& ring,
-                             double turn_rad) {
+/// The image under a convex mirror that unwraps to the panorama after a left turn by turn_rad.
+/// The camera looks up, the robot's front is at the image's top, its left at the right.
+inline cv::Mat MirrorImage(const cv::Mat& panorama,
+                           cv::Size size,
+                           const calib::MirrorRing& ring,
+                           double turn_rad) {
   constexpr double kTurn = 2 * std::numbers::pi;
   cv::Mat at(size, CV_32FC2);
   for (int v = 0; v < size.height; ++v) {
@@ -64,9 +64,9 @@ inline cv::Mat MirrorPicture(const cv::Mat& panorama,
   }
   cv::Mat closed;  // so that the seam is interpolated too
   cv::hconcat(panorama, panorama.colRange(0, 2), closed);
-  cv::Mat picture;
-  cv::remap(closed, picture, at, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  return picture;
+  cv::Mat image;
+  cv::remap(closed, image, at, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  return image;
 }
 
 }  // namespace ceilmap::support

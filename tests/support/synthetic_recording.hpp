@@ -29,43 +29,42 @@ inline cv::Mat SyntheticCeiling(cv::Size size) {
   return grey;
 }
 
-/// Pictures of `size` cut out of the ceiling, each `step` further: whole pixels, so the motion is
+/// Images of `size` cut out of the ceiling, each `step` further: whole pixels, so the motion is
 /// known exactly. The camera moves by `step`, the content by its opposite.
 inline std::vector<cv::Mat> CropAlong(const cv::Mat& ceiling,
                                       cv::Size size,
                                       cv::Point step,
                                       int count) {
-  std::vector<cv::Mat> pictures;
-  pictures.reserve(static_cast<std::size_t>(count));
+  std::vector<cv::Mat> images;
+  images.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
-    pictures.push_back(ceiling(cv::Rect(cv::Point(10, 10) + i * step, size)).clone());
+    images.push_back(ceiling(cv::Rect(cv::Point(10, 10) + i * step, size)).clone());
   }
-  return pictures;
+  return images;
 }
 
 /// `frame0.png`, `frame1.png`, ... in a folder that is made.
-inline void WritePictures(const std::filesystem::path& folder,
-                          const std::vector<cv::Mat>& pictures) {
+inline void WriteImages(const std::filesystem::path& folder, const std::vector<cv::Mat>& images) {
   std::filesystem::create_directories(folder);
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    cv::imwrite((folder / fmt::format("frame{}.png", i)).string(), pictures[i]);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    cv::imwrite((folder / fmt::format("frame{}.png", i)).string(), images[i]);
   }
 }
 
 /// Motion JPEG in an AVI file.
 inline void WriteVideo(const std::filesystem::path& file,
-                       const std::vector<cv::Mat>& pictures,
+                       const std::vector<cv::Mat>& images,
                        double frames_per_s) {
   cv::VideoWriter writer(file.string(),
                          cv::CAP_OPENCV_MJPEG,
                          cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
                          frames_per_s,
-                         pictures.front().size(),
+                         images.front().size(),
                          true);
   writer.set(cv::VIDEOWRITER_PROP_QUALITY, 95);
-  for (const cv::Mat& picture : pictures) {
+  for (const cv::Mat& image : images) {
     cv::Mat colour;
-    cv::cvtColor(picture, colour, cv::COLOR_GRAY2BGR);
+    cv::cvtColor(image, colour, cv::COLOR_GRAY2BGR);
     writer.write(colour);
   }
 }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kSteps = 64;           // of each channel in the table
 constexpr int kStep = 256 / kSteps;  // grey levels
-constexpr float kLeastVariance = 4;  // of a class in each channel: noise of any camera
+constexpr float kMinVariance = 4;    // of a class in each channel: noise of any camera
 
 /// Y, U and V of evenly chosen samples, a row each.
 cv::Mat ToYuv(const cv::Mat& bgr, int most) {
@@ -47,7 +47,7 @@ void RequireColours(const cv::Mat& samples, int classes) {
   }
   if (different.size() < static_cast<std::size_t>(classes)) {
     throw InputError(
-        fmt::format("the pictures show {} different colours, must be at least {}; is the lens "
+        fmt::format("the images show {} different colours, must be at least {}; is the lens "
                     "covered, or the light off?",
                     different.size(),
                     classes));
@@ -55,7 +55,7 @@ void RequireColours(const cv::Mat& samples, int classes) {
   constexpr double kNoChroma = 2;  // grey levels
   if (chroma < kNoChroma * samples.rows) {
     throw InputError(
-        "the pictures are grey, and this compass tells directions by colours; give a colour "
+        "the images are grey, and this compass tells directions by colours; give a colour "
         "camera");
   }
 }
@@ -114,7 +114,7 @@ std::vector<ColourClass> ByMixture(const cv::Mat& samples, const ColourClassPara
       for (int l = 0; l < 3; ++l) {
         one.covariance[3 * row + static_cast<std::size_t>(l)] =
             static_cast<float>(covariances[static_cast<std::size_t>(i)].at<double>(j, l)) +
-            (j == l ? kLeastVariance : 0);
+            (j == l ? kMinVariance : 0);
       }
     }
   }
@@ -187,8 +187,8 @@ void ColourClassParams::Validate() const {
   if (classes < 2 || classes > kMaxClasses) {
     throw InputError(fmt::format("classes = {}, must be 2 to {}", classes, kMaxClasses));
   }
-  if (most_samples <= classes) {
-    throw InputError(fmt::format("most_samples = {}, must be more than classes", most_samples));
+  if (max_samples <= classes) {
+    throw InputError(fmt::format("most_samples = {}, must be more than classes", max_samples));
   }
 }
 
@@ -223,7 +223,7 @@ ColourClasses::ColourClasses(std::vector<ColourClass> classes)
 
 ColourClasses ColourClasses::Learn(const cv::Mat& bgr, const ColourClassParams& params) {
   params.Validate();
-  const cv::Mat samples = ToYuv(bgr, params.most_samples);
+  const cv::Mat samples = ToYuv(bgr, params.max_samples);
   RequireColours(samples, params.classes);
   std::vector<ColourClass> classes = params.clustering == Clustering::kMeans
                                          ? ByKMeans(samples, params)

@@ -15,9 +15,9 @@ enum class Clustering {
 
 struct ColourClassParams {
   Clustering clustering = Clustering::kMeans;
-  int classes = 8;           ///< 2 .. kMaxClasses
-  std::uint64_t seed = 1;    ///< the same samples give the same classes
-  int most_samples = 40000;  ///< that are clustered, evenly chosen from those given, > 0
+  int classes = 8;          ///< 2 .. kMaxClasses
+  std::uint64_t seed = 1;   ///< the same samples give the same classes
+  int max_samples = 40000;  ///< that are clustered, evenly chosen from those given, > 0
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

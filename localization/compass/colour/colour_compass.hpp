@@ -22,7 +22,7 @@ struct ColourCompassParams {
   double line_noise = 0.005;
   /// Part of the lines that show something else than what was learned in their direction: people,
   /// things that came or went, [0, 1).
-  double changed_part = 0.3;
+  double changed_fraction = 0.3;
   /// How different the exposure may be from that of the model, standard deviation of the logarithm
   /// of pixel values, >= 0 (0: it is the same); and how much that drifts, per sqrt(s), >= 0.
   double exposure_sigma = 0.15;
@@ -33,10 +33,10 @@ struct ColourCompassParams {
   /// so much, rad > 0, ...
   double fresh_turn_rad = 0.3;
   /// ... and at the least as this part of one, (0, 1].
-  double least_fresh = 0.1;
+  double min_fresh = 0.1;
   /// Of the turn between frames: what is seen of it, rad >= 0 and a part of it >= 0.
   double turn_sigma_rad = 0.004;
-  double turn_sigma_part = 0.02;
+  double turn_sigma_ratio = 0.02;
   /// Where no turn can be seen (dark, no overlap): standard deviation of the rate at which the
   /// robot may turn, rad/s, > 0.
   double unseen_rate_rad_s = 0.6;
@@ -45,7 +45,7 @@ struct ColourCompassParams {
   double camera_ahead_of_axle_m = 0;
   /// Of the way of a robot whose place is not known, beside what is seen of it: a part of that >=
   /// 0, and m/sqrt(s) >= 0.
-  double way_sigma_part = 0.3;
+  double way_sigma_ratio = 0.3;
   double way_sigma_m = 0.1;
   /// The same where nothing is seen of it.
   double unseen_way_sigma_m = 1;
@@ -58,7 +58,7 @@ struct ColourCompassParams {
   double model_sigma_known_rad = 0.06;
   /// Cells that hold at least this part of the places that the robot may be at are asked
   /// (ViCTORiA), [0, 1]; only for places that are given.
-  double min_cell_part = 0.2;
+  double min_cell_ratio = 0.2;
   /// Does the parallax between the place of the robot and that of learning count? As published it
   /// does not: all things are infinitely far.
   bool parallax = true;
@@ -115,8 +115,8 @@ class ColourCompass {
   ColourCompass& operator=(ColourCompass&&) noexcept;
 
   /// @return nothing for a frame that is skipped: too little above the horizon.
-  /// @throws InputError on a picture of another size or type, or a stamp that does not
-  ///   increase. Never throws on what the picture shows.
+  /// @throws InputError on an image of another size or type, or a stamp that does not
+  ///   increase. Never throws on what the image shows.
   std::optional<ColourHeading> Next(const ColourFrame& frame);
 
   /// Puts the frame of the last Next into the model, at a pose that is known, or believed; nothing

@@ -22,17 +22,17 @@ using std::numbers::pi;
 class DepthMeter {
  public:
   void Add(double turned_rad, double seen_rad) {
-    constexpr double kLeast = 0.008;  // rad: below it noise counts
-    constexpr double kMost = 0.5;
-    if (std::abs(turned_rad) < kLeast || std::abs(turned_rad) > kMost) return;
+    constexpr double kMin = 0.008;  // rad: below it noise counts
+    constexpr double kMax = 0.5;
+    if (std::abs(turned_rad) < kMin || std::abs(turned_rad) > kMax) return;
     turned_ += std::abs(turned_rad);
     seen_ += turned_rad > 0 ? seen_rad : -seen_rad;
   }
   [[nodiscard]] std::optional<double> Depth(double camera_ahead_of_axle_m) const {
-    constexpr double kLeastAhead = 0.05;
+    constexpr double kMinAhead = 0.05;
     constexpr double kNearest = 1;
     constexpr double kFarthest = 20;
-    if (camera_ahead_of_axle_m < kLeastAhead || turned_ < pi) return std::nullopt;
+    if (camera_ahead_of_axle_m < kMinAhead || turned_ < pi) return std::nullopt;
     const double excess = seen_ / turned_ - 1;
     if (!(excess > camera_ahead_of_axle_m / kFarthest)) return std::nullopt;
     return std::max(kNearest, camera_ahead_of_axle_m / excess);
@@ -95,8 +95,8 @@ void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& seen,
     bin.variance = (1 - part) * (bin.variance + part * off.cwiseAbs2());
   }
   bin.place += static_cast<double>(part) * (place - bin.place);
-  constexpr double kMost = 4;
-  bin.certainty = std::min(before + certainty, kMost);
+  constexpr double kMax = 4;
+  bin.certainty = std::min(before + certainty, kMax);
   bin.stamp_s = std::max(bin.stamp_s, stamp_s);
 }
 

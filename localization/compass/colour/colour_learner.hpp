@@ -57,7 +57,7 @@ class ColourLearner {
 
   /// @param bgr  CV_8UC3 of the camera's size. @param stamp_s  must increase.
   /// @return false for a frame that is skipped: too little above the horizon.
-  /// @throws InputError on a picture of another size or type.
+  /// @throws InputError on an image of another size or type.
   bool Add(const cv::Mat& bgr, double stamp_s, const LearnedPose& pose);
 
   [[nodiscard]] const LearnCounts& Counts() const;

@@ -23,8 +23,8 @@ using LineFit = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 class LineMatcher {
  public:
   /// @param noise  of the distance, see ColourCompassParams::line_noise.
-  /// @param changed_part  see there, too.
-  LineMatcher(const ColourModel& model, double noise, double changed_part);
+  /// @param changed_fraction  see there, too.
+  LineMatcher(const ColourModel& model, double noise, double changed_fraction);
 
   /// After the model has learned anything.
   void Update(const ColourModel& model);
@@ -35,8 +35,9 @@ class LineMatcher {
   /// @param cell  one that is not empty. @param fit  a row per line, a column per bin; bins without
   ///   anything get the mean of the others.
   void Fit(const LineFeatures& features, int cell, LineFit& fit);
-  /// What lines tell about directions where things come and go: with the probability `changed_part`
-  /// a line has nothing to do with what was learned there, and looks like any other of the cell.
+  /// What lines tell about directions where things come and go: with the probability
+  /// `changed_fraction` a line has nothing to do with what was learned there, and looks like any
+  /// other of the cell.
   ///
   ///     log(changed + (1 - changed) sum over readings of probability * likelihood / its mean)
   ///
@@ -59,7 +60,7 @@ class LineMatcher {
 
   ModelKind kind_;
   float noise_;
-  float changed_part_;
+  float changed_fraction_;
   Eigen::VectorXf weights_;  // of transitions
   std::vector<Prepared> cells_;
   LineFeatures scaled_;  // scratch

@@ -20,9 +20,9 @@ struct ScanLineParams {
 };
 
 /// Scan lines of a forward camera: upright lines in the world, each at one azimuth, from the
-/// horizon up to the edge of the picture. Upright in the world is normal to the horizon in the
-/// middle of the picture; beside it, seen by a raised camera, such lines lean inwards. Robots that
-/// drive on a floor see along each the same things wherever the line stands in the picture.
+/// horizon up to the edge of the image. Upright in the world is normal to the horizon in the
+/// middle of the image; beside it, seen by a raised camera, such lines lean inwards. Robots that
+/// drive on a floor see along each the same things wherever the line stands in the image.
 class ScanLines {
  public:
   /// @param forward  looks within 60 deg of level. @param tilt  of the robot, where that is known.
@@ -31,7 +31,7 @@ class ScanLines {
                      const ScanLineParams& params = {},
                      const Tilt& tilt = {});
 
-  /// Part of the picture's pixels that lie above the horizon.
+  /// Part of the image's pixels that lie above the horizon.
   [[nodiscard]] double AboveHorizon() const { return above_horizon_; }
   /// Enough of them, and at least two lines.
   [[nodiscard]] bool Usable() const { return usable_; }

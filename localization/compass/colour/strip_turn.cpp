@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kColumns = 256;
 constexpr int kRows = 24;
-constexpr int kMostShift = kColumns / 2;
-constexpr double kMostDifference = 0.5;
+constexpr int kMaxShift = kColumns / 2;
+constexpr double kMaxDifference = 0.5;
 
 /// Columns of a strip.
 struct Columns {
@@ -48,7 +48,7 @@ double Difference(const cv::Mat& a, const cv::Mat& b, Columns of, int shift) {
       energy += energies[lane];
     }
   }
-  constexpr float kNoise = 2.F * kRows * kColumns;  // of a picture with nothing in it
+  constexpr float kNoise = 2.F * kRows * kColumns;  // of an image with nothing in it
   return static_cast<double>(off / (energy + kNoise));
 }
 
@@ -59,7 +59,7 @@ struct BestShift {
 
 /// @param from, to  shifts that are tried, at least three.
 BestShift FindShift(const cv::Mat& a, const cv::Mat& b, Columns of, int from, int to) {
-  std::array<double, 2 * kMostShift + 1> difference{};
+  std::array<double, 2 * kMaxShift + 1> difference{};
   const int count = to - from + 1;
   for (int i = 0; i < count; ++i) {
     difference[static_cast<std::size_t>(i)] = Difference(a, b, of, from + i);
@@ -111,8 +111,8 @@ std::optional<SeenTurn> StripTurn::Next(const cv::Mat& bgr) {
   }
   cv::swap(now_, before_);  // before_ is the newest from here on
   if (now_.size() != before_.size()) return std::nullopt;
-  const BestShift all = FindShift(now_, before_, {}, -kMostShift, kMostShift);
-  if (!(all.difference < kMostDifference)) return std::nullopt;
+  const BestShift all = FindShift(now_, before_, {}, -kMaxShift, kMaxShift);
+  if (!(all.difference < kMaxDifference)) return std::nullopt;
   // Things that stood left are further right after a turn to the left.
   SeenTurn seen{all.columns * column_rad_, 0, all.difference};
   const int middle = static_cast<int>(std::lround(all.columns));
@@ -124,7 +124,7 @@ std::optional<SeenTurn> StripTurn::Next(const cv::Mat& bgr) {
   };
   const BestShift left = half(0);
   const BestShift right = half(kHalf);
-  if (left.difference < kMostDifference && right.difference < kMostDifference) {
+  if (left.difference < kMaxDifference && right.difference < kMaxDifference) {
     seen.ahead = ahead_per_rad_ * column_rad_ * (right.columns - left.columns);
   }
   return seen;

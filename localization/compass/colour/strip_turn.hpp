@@ -23,7 +23,7 @@ struct SeenTurn {
 
 /// The turn of a robot between frames of its forward camera, from a strip above the horizon in
 /// which a column is an azimuth: a turn moves it sideways. Travel moves near things otherwise; the
-/// best shift is that of most of the picture.
+/// best shift is that of most of the image.
 class StripTurn {
  public:
   /// @param forward  see ScanLines.

@@ -13,7 +13,7 @@ using std::numbers::pi;
 
 constexpr double kColumnRad = 2 * pi / YawBelief::kYaws;
 /// What is never given up, so that a robot that was carried away is found again.
-constexpr float kLeastPart = 1e-6F;
+constexpr float kMinPart = 1e-6F;
 
 }  // namespace
 
@@ -30,9 +30,9 @@ void YawBelief::Turn(double turn_rad, double sigma_rad) {
   turned_rad_ = std::fmod(turned_rad_ + turn_rad, 2 * pi);
   // Passing a part to both neighbours adds exactly this variance.
   double variance = std::min(sigma_rad * sigma_rad, pi * pi) / (kColumnRad * kColumnRad);
-  constexpr double kMostPart = 0.33;
+  constexpr double kMaxPart = 0.33;
   while (variance > 1e-9) {
-    const double now = std::min(variance, 2 * kMostPart);
+    const double now = std::min(variance, 2 * kMaxPart);
     const auto part = static_cast<float>(0.5 * now);
     scratch_ = (1 - 2 * part) * belief_;
     scratch_.leftCols(kYaws - 1) += part * belief_.rightCols(kYaws - 1);
@@ -94,7 +94,7 @@ void YawBelief::Normalize() {
     belief_.setConstant(1 / size);
     return;
   }
-  belief_ = belief_.array() * ((1 - kLeastPart) / sum) + kLeastPart / size;
+  belief_ = belief_.array() * ((1 - kMinPart) / sum) + kMinPart / size;
 }
 
 double YawBelief::Weigh(const Histogram& log_likelihood) {

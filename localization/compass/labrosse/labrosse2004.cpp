@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "localization/compass/heading_variance.hpp"
 #include "localization/compass/labrosse/column_shift.hpp"
@@ -28,10 +29,7 @@ std::vector<double> Roots(const std::vector<std::uint64_t>& squared) {
 }  // namespace
 
 void Labrosse2004Params::Validate() const {
-  const auto require = [](bool ok, const char* field, double value, const char* range) {
-    if (ok && std::isfinite(value)) return;
-    throw InputError(fmt::format("labrosse2004: {} = {}, must be {}", field, value, range));
-  };
+  const FieldCheck require("labrosse2004");
   require(min_texture >= 0, "min_texture", min_texture, ">= 0");
   require(independent_rad > 0, "independent_rad", independent_rad, "> 0");
   require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "localization/compass/fields_of_view.hpp"
 #include "localization/compass/heading_variance.hpp"
@@ -22,10 +23,7 @@ constexpr double kTurn = 2 * std::numbers::pi;
 }  // namespace
 
 void Labrosse2006Params::Validate() const {
-  const auto require = [](bool ok, const char* field, double value, const char* range) {
-    if (ok && std::isfinite(value)) return;
-    throw InputError(fmt::format("labrosse2006: {} = {}, must be {}", field, value, range));
-  };
+  const FieldCheck require("labrosse2006");
   require(field_of_view_rad > 0 && field_of_view_rad <= kTurn,
           "field_of_view_rad",
           field_of_view_rad,

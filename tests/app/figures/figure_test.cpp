@@ -51,7 +51,7 @@ TEST(Gnuplot, QuotesWhateverStandsInAText) {
   EXPECT_EQ(GnuplotQuote("it's \"so\" `date` \\n\n"), "'it''s \"so\" `date` \\n '");
 }
 
-TEST_F(FigureTest, KeepsScriptAndDataBesideThePictures) {
+TEST_F(FigureTest, KeepsScriptAndDataBesideTheImages) {
   FigureFolder figures(folder_ / "plots");
   EXPECT_THAT(folder_.Names(), IsEmpty());  // nothing before it is needed
   figures.Draw(Line());

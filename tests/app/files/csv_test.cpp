@@ -39,9 +39,9 @@ TEST(ReadCsv, NamesTheFaultyLine) {
   }
 }
 
-std::string MessageOf(const std::string& text, std::size_t most_fields = kMaxCsvFields) {
+std::string MessageOf(const std::string& text, std::size_t max_fields = kMaxCsvFields) {
   try {
-    (void)ParseCsv(text, "t.csv", most_fields);
+    (void)ParseCsv(text, "t.csv", max_fields);
   } catch (const InputError& error) {
     return error.what();
   }

@@ -18,7 +18,7 @@ class LivePageTest : public testing::Test {
  protected:
   LivePageTest() {
     LivePage::Params params;
-    params.most_frames = 100;
+    params.max_frames = 100;
     params.farewell_s = 30;  // ended by who looks, long before
     page::PageData start;
     start.title = "Map lab.gpkg";

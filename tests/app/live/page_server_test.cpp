@@ -180,7 +180,7 @@ TEST(PageServer, RangesDoNotMultiplyAPage) {
 TEST(PageServer, ConnectionsWithoutEndAreClosed) {
   const auto server = Serve();
   std::vector<int> sockets;
-  const std::size_t most = kAnsweredAtATime + kMostWaiting;
+  const std::size_t most = kAnsweredAtATime + kMaxWaiting;
   for (std::size_t i = 0; i < 3 * most; ++i) sockets.push_back(ConnectTo(*server));
   std::vector<pollfd> waiting;
   for (const int s : sockets) waiting.push_back({s, POLLIN, 0});

@@ -21,16 +21,16 @@ using testing::IsEmpty;
 
 const cv::Size kSize(96, 64);
 
-std::vector<cv::Mat> Pictures(int count) {
+std::vector<cv::Mat> Images(int count) {
   return support::CropAlong(support::SyntheticCeiling({320, 120}), kSize, {5, 1}, count);
 }
 
-// Flat pictures whose brightness tells their number, in whatever codec.
+// Flat images whose brightness tells their number, in whatever codec.
 std::vector<cv::Mat> Numbered(int count) {
-  std::vector<cv::Mat> pictures;
-  pictures.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) pictures.emplace_back(kSize, CV_8UC1, cv::Scalar(10 + 5 * i));
-  return pictures;
+  std::vector<cv::Mat> images;
+  images.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) images.emplace_back(kSize, CV_8UC1, cv::Scalar(10 + 5 * i));
+  return images;
 }
 
 FrameSourceOptions ReadAhead(int frames) {
@@ -42,7 +42,7 @@ FrameSourceOptions ReadAhead(int frames) {
 struct Taken {
   std::vector<std::int64_t> indices;
   std::vector<double> stamps_s;
-  std::vector<cv::Mat> pictures;
+  std::vector<cv::Mat> images;
 };
 
 Taken ReadToEnd(FrameSource& source) {
@@ -51,65 +51,65 @@ Taken ReadToEnd(FrameSource& source) {
   while (source.Read(frame)) {
     taken.indices.push_back(frame.index);
     taken.stamps_s.push_back(frame.stamp_s);
-    taken.pictures.push_back(frame.picture.clone());
+    taken.images.push_back(frame.image.clone());
   }
   return taken;
 }
 
-TEST(FrameSource, PicturesComeInOrderAndUnchanged) {
+TEST(FrameSource, ImagesComeInOrderAndUnchanged) {
   const support::TestFolder folder;
-  const std::vector<cv::Mat> pictures = Pictures(12);
-  support::WritePictures(folder / "run", pictures);
+  const std::vector<cv::Mat> images = Images(12);
+  support::WriteImages(folder / "run", images);
   FrameSource source((folder / "run").string());
   EXPECT_EQ(source.Size(), kSize);
   EXPECT_EQ(source.ExpectedFrames(), 12);
   EXPECT_EQ(source.Stamps(), StampOrigin::kFrameIndex);
   const Taken taken = ReadToEnd(source);
-  ASSERT_EQ(taken.pictures.size(), pictures.size());
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
+  ASSERT_EQ(taken.images.size(), images.size());
+  for (std::size_t i = 0; i < images.size(); ++i) {
     EXPECT_EQ(taken.indices[i], static_cast<std::int64_t>(i));
     EXPECT_EQ(taken.stamps_s[i], static_cast<double>(i));
-    EXPECT_EQ(cv::norm(taken.pictures[i], pictures[i], cv::NORM_INF), 0) << "picture " << i;
+    EXPECT_EQ(cv::norm(taken.images[i], images[i], cv::NORM_INF), 0) << "picture " << i;
   }
   EXPECT_THAT(source.Warnings(), IsEmpty());
   EXPECT_EQ(source.Report().decoded, 12);
   EXPECT_EQ(source.Report().dropped, 0);
 }
 
-TEST(FrameSource, APictureThatIsStillHeldIsNotOverwritten) {
+TEST(FrameSource, AImageThatIsStillHeldIsNotOverwritten) {
   const support::TestFolder folder;
-  const std::vector<cv::Mat> pictures = Pictures(12);
-  support::WritePictures(folder / "run", pictures);
+  const std::vector<cv::Mat> images = Images(12);
+  support::WriteImages(folder / "run", images);
   FrameSource source((folder / "run").string(), ReadAhead(1));
   std::vector<cv::Mat> held;
   Frame frame;
-  while (source.Read(frame)) held.push_back(frame.picture);
-  ASSERT_EQ(held.size(), pictures.size());
+  while (source.Read(frame)) held.push_back(frame.image);
+  ASSERT_EQ(held.size(), images.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
-    EXPECT_EQ(cv::norm(held[i], pictures[i], cv::NORM_INF), 0) << "picture " << i;
+    EXPECT_EQ(cv::norm(held[i], images[i], cv::NORM_INF), 0) << "picture " << i;
   }
 }
 
 TEST(FrameSource, ColourWhereItIsAskedFor) {
   const support::TestFolder folder;
   const std::vector<cv::Mat> colours(3, cv::Mat(kSize, CV_8UC3, cv::Scalar(10, 120, 230)));
-  support::WritePictures(folder / "colour", colours);
-  support::WritePictures(folder / "grey", Pictures(3));
-  support::WriteVideo(folder / "grey.avi", Pictures(3), 10);
+  support::WriteImages(folder / "colour", colours);
+  support::WriteImages(folder / "grey", Images(3));
+  support::WriteVideo(folder / "grey.avi", Images(3), 10);
   for (const char* name : {"colour", "grey", "grey.avi"}) {
     FrameSource source((folder / name).string(), {.pixels = Pixels::kColour});
     const Taken taken = ReadToEnd(source);
-    ASSERT_EQ(taken.pictures.size(), 3U);
-    for (const cv::Mat& picture : taken.pictures) EXPECT_EQ(picture.type(), CV_8UC3) << name;
+    ASSERT_EQ(taken.images.size(), 3U);
+    for (const cv::Mat& image : taken.images) EXPECT_EQ(image.type(), CV_8UC3) << name;
     if (name == std::string("colour")) {
-      EXPECT_EQ(cv::norm(taken.pictures[2], colours[2], cv::NORM_INF), 0);
+      EXPECT_EQ(cv::norm(taken.images[2], colours[2], cv::NORM_INF), 0);
     }
   }
 }
 
 TEST(FrameSource, APatternTellsItsGaps) {
   const support::TestFolder folder;
-  support::WritePictures(folder / "run", Pictures(5));
+  support::WriteImages(folder / "run", Images(5));
   fs::remove(folder / "run/frame0.png");
   fs::remove(folder / "run/frame3.png");
   FrameSource source((folder / "run/frame%d.png").string());
@@ -127,7 +127,7 @@ TEST(FrameSource, AVideoBringsItsOwnTime) {
   ASSERT_EQ(taken.indices.size(), 20U);
   for (int i = 0; i < 20; ++i) {
     EXPECT_NEAR(taken.stamps_s[static_cast<std::size_t>(i)], i / 8.0, 1e-6);
-    EXPECT_NEAR(cv::mean(taken.pictures[static_cast<std::size_t>(i)])[0], 10 + 5 * i, 2);
+    EXPECT_NEAR(cv::mean(taken.images[static_cast<std::size_t>(i)])[0], 10 + 5 * i, 2);
   }
   EXPECT_THAT(source.Warnings(), IsEmpty());
 }
@@ -144,7 +144,7 @@ TEST(FrameSource, StampsComeFromTheFile) {
 TEST(FrameSource, TooFewOrTooManyStampsAreRefused) {
   const support::TestFolder folder;
   support::WriteVideo(folder / "v.avi", Numbered(6), 8);
-  support::WritePictures(folder / "run", Pictures(6));
+  support::WriteImages(folder / "run", Images(6));
   for (const std::string source : {"v.avi", "run"}) {
     for (const int count : {1, 5, 7}) {
       const auto stamps = folder.Write("f.csv", support::StampsCsv(count, 0, 1));
@@ -157,7 +157,7 @@ TEST(FrameSource, TooFewOrTooManyStampsAreRefused) {
 
 TEST(FrameSource, ACutVideoIsUsedAsFarAsItGoes) {
   const support::TestFolder folder;
-  support::WriteVideo(folder / "v.avi", Pictures(20), 8);
+  support::WriteVideo(folder / "v.avi", Images(20), 8);
   fs::resize_file(folder / "v.avi", fs::file_size(folder / "v.avi") / 2);
   const auto stamps = folder.Write("f.csv", support::StampsCsv(20, 100, 1));
   FrameSource source((folder / "v.avi").string(), {.stamps = stamps});
@@ -175,7 +175,7 @@ TEST(FrameSource, RefusesWhatIsNoRecording) {
   folder.Write("text.mp4", "this is no video\n");
   folder.Write("text.txt", "this is no video\n");
   support::ExpectInputError([&] { open("none.mp4"); }, {"none.mp4", "no such file"});
-  support::ExpectInputError([&] { open("empty"); }, {"empty", "no pictures"});
+  support::ExpectInputError([&] { open("empty"); }, {"empty", "no images"});
   support::ExpectInputError([&] { open("empty.mp4"); }, {"empty.mp4", "is empty"});
   support::ExpectInputError([&] { open("text.mp4"); }, {"text.mp4", "not a video"});
   support::ExpectInputError([&] { open("text.txt"); }, {"text.txt", "not a video"});
@@ -185,7 +185,7 @@ TEST(FrameSource, RefusesWhatIsNoRecording) {
 
 TEST(FrameSource, AVideoWithoutFramesIsRefused) {
   const support::TestFolder folder;
-  support::WriteVideo(folder / "v.avi", Pictures(5), 8);
+  support::WriteVideo(folder / "v.avi", Images(5), 8);
   const std::string all = support::ReadAll(folder / "v.avi");
   const std::size_t frames = all.find("movi");  // the list of frames starts here
   ASSERT_NE(frames, std::string::npos);
@@ -195,16 +195,16 @@ TEST(FrameSource, AVideoWithoutFramesIsRefused) {
 
 TEST(FrameSource, ASizeThatChangesIsAnError) {
   const support::TestFolder folder;
-  std::vector<cv::Mat> pictures = Pictures(5);
-  pictures[3] = pictures[3](cv::Rect(0, 0, 60, 60)).clone();
-  support::WritePictures(folder / "run", pictures);
+  std::vector<cv::Mat> images = Images(5);
+  images[3] = images[3](cv::Rect(0, 0, 60, 60)).clone();
+  support::WriteImages(folder / "run", images);
   FrameSource source((folder / "run").string());
   support::ExpectInputError([&] { ReadToEnd(source); }, {"frame 3", "60x60", "96x64"});
 }
 
-TEST(FrameSource, AnUnreadablePictureComesUpWhereItIs) {
+TEST(FrameSource, AnUnreadableImageComesUpWhereItIs) {
   const support::TestFolder folder;
-  support::WritePictures(folder / "run", Pictures(5));
+  support::WriteImages(folder / "run", Images(5));
   folder.Write("run/frame2.png", "damaged");
   FrameSource source((folder / "run").string());
   Frame frame;
@@ -216,7 +216,7 @@ TEST(FrameSource, AnUnreadablePictureComesUpWhereItIs) {
 
 TEST(FrameSource, CanBeLeftEarly) {
   const support::TestFolder folder;
-  support::WritePictures(folder / "run", Pictures(30));
+  support::WriteImages(folder / "run", Images(30));
   FrameSource source((folder / "run").string(), ReadAhead(2));
   Frame frame;
   EXPECT_TRUE(source.Read(frame));
@@ -224,7 +224,7 @@ TEST(FrameSource, CanBeLeftEarly) {
 
 TEST(FrameSource, EndsWhenTheUserInterrupts) {
   const support::TestFolder folder;
-  support::WritePictures(folder / "run", Pictures(5));
+  support::WriteImages(folder / "run", Images(5));
   FrameSource source((folder / "run").string());
   Frame frame;
   EXPECT_TRUE(source.Read(frame));
@@ -294,7 +294,7 @@ TEST(FrameSource, OfALiveSourceOnlyTheNewestFrameWaits) {
     for (int i = 10 - queue; i < 10; ++i) {
       ASSERT_TRUE(source.Read(frame));
       EXPECT_EQ(frame.index, i);  // counts what was dropped
-      EXPECT_EQ(frame.picture.at<unsigned char>(0, 0), i);
+      EXPECT_EQ(frame.image.at<unsigned char>(0, 0), i);
     }
     EXPECT_FALSE(source.Read(frame));
     EXPECT_EQ(source.Report().dropped, 10 - queue);

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/recordings/measured_frames.hpp"
+#include "app/recordings/sensor_fusion.hpp"
 #include "tests/support/synthetic_recording.hpp"
 #include "tests/support/test_folder.hpp"
 
@@ -43,14 +43,14 @@ class GreyCompass : public compass::Compass {
 
 class OmniHeadingsTest : public testing::Test {
  protected:
-  /// Pictures of these grey levels, at these times.
+  /// Images of these grey levels, at these times.
   OmniHeadings Make(const std::vector<int>& greys, double first_s, double period_s) {
-    std::vector<cv::Mat> pictures;
-    for (const int grey : greys) pictures.emplace_back(kSize, CV_8UC1, cv::Scalar(grey));
-    support::WritePictures(folder_ / "omni", pictures);
+    std::vector<cv::Mat> images;
+    for (const int grey : greys) images.emplace_back(kSize, CV_8UC1, cv::Scalar(grey));
+    support::WriteImages(folder_ / "omni", images);
     const auto count = static_cast<int>(greys.size());
     const auto stamps = folder_.Write("omni.csv", support::StampsCsv(count, first_s, period_s));
-    return {std::make_unique<SecondCamera>((folder_ / "omni").string(), stamps, "mirror"),
+    return {std::make_unique<SynchronizedStream>((folder_ / "omni").string(), stamps, "mirror"),
             calib::MirrorView(kSize, calib::MirrorRing{{79.5, 79.5}, 20, 70}),
             std::make_unique<GreyCompass>(stamps_, travels_),
             {0.5, 0}};
@@ -79,7 +79,7 @@ TEST_F(OmniHeadingsTest, GoWithUpwardFramesOfTheSameTimes) {
               ElementsAre(HasSubstr("1 of 4 upward frames have no mirror frame at their time")));
 }
 
-TEST_F(OmniHeadingsTest, APictureIsShownOnceHoweverOftenItIsTheNearest) {
+TEST_F(OmniHeadingsTest, AImageIsShownOnceHoweverOftenItIsTheNearest) {
   OmniHeadings headings = Make({10, 20}, 100, 0.1);
   for (const double stamp_s : {99.96, 100.0, 100.04, 100.06, 100.1}) {
     EXPECT_TRUE(headings.At(stamp_s)) << stamp_s;
@@ -96,21 +96,20 @@ TEST_F(OmniHeadingsTest, WhatTheRobotTurnsBetweenTheTwoCamerasIsDoubt) {
   EXPECT_NEAR(headings.At(100.14)->variance_rad2, 1e-4 + off_rad * off_rad, 1e-4);
 }
 
-TEST_F(OmniHeadingsTest, PicturesThatTellNothingAreTold) {
+TEST_F(OmniHeadingsTest, ImagesThatTellNothingAreTold) {
   OmniHeadings headings = Make({10, 0, 0, 40}, 100, 0.1);
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(headings.At(100 + 0.1 * i)) << i;
   EXPECT_EQ(headings.Quality()["held"], 2);
-  EXPECT_THAT(headings.Warnings(),
-              ElementsAre(HasSubstr("2 of 4 mirror pictures tell no heading")));
+  EXPECT_THAT(headings.Warnings(), ElementsAre(HasSubstr("2 of 4 mirror images tell no heading")));
 }
 
 TEST_F(OmniHeadingsTest, ComeWithTheFramesThatAreReadAhead) {
   OmniHeadings headings = Make({10, 20, 30, 40}, 100, 0.1);
-  support::WritePictures(folder_ / "up",
-                         std::vector<cv::Mat>(4, cv::Mat(kSize, CV_8UC1, cv::Scalar(5))));
+  support::WriteImages(folder_ / "up",
+                       std::vector<cv::Mat>(4, cv::Mat(kSize, CV_8UC1, cv::Scalar(5))));
   FrameSource up((folder_ / "up").string(),
                  {.stamps = folder_.Write("up.csv", support::StampsCsv(4, 100, 0.1))});
-  MeasuredFrames frames(up, nullptr, &headings);
+  SensorFusion frames(up, nullptr, &headings);
   MeasuredFrame frame;
   for (int i = 0; i < 4; ++i) {
     ASSERT_TRUE(frames.Read(frame));
@@ -125,11 +124,11 @@ TEST_F(OmniHeadingsTest, ComeWithTheFramesThatAreReadAhead) {
 TEST_F(OmniHeadingsTest, TellTheCompassHowTheMirrorTravels) {
   constexpr int kFrames = 7;
   OmniHeadings headings = Make(std::vector<int>(kFrames, 50), 100, 0.1);
-  support::WritePictures(folder_ / "up",
-                         std::vector<cv::Mat>(kFrames, cv::Mat(kSize, CV_8UC1, cv::Scalar(5))));
+  support::WriteImages(folder_ / "up",
+                       std::vector<cv::Mat>(kFrames, cv::Mat(kSize, CV_8UC1, cv::Scalar(5))));
   FrameSource up((folder_ / "up").string(),
                  {.stamps = folder_.Write("up.csv", support::StampsCsv(kFrames, 100, 0.1))});
-  MeasuredFrames frames(up, nullptr, &headings);
+  SensorFusion frames(up, nullptr, &headings);
   MeasuredFrame frame;
   for (int i = 0; i < kFrames; ++i) {
     ASSERT_TRUE(frames.Read(frame));

@@ -32,10 +32,10 @@ TEST(PanoramaSource, UnwrapsWhatAMirrorShows) {
   const support::TestFolder folder;
   const cv::Mat world = support::SyntheticPanorama({360, 40});
   const calib::MirrorRing ring{{151, 148}, 40, 140};
-  support::WritePictures(
+  support::WriteImages(
       folder / "run",
-      {support::MirrorPicture(world, {300, 300}, ring, 0),
-       support::MirrorPicture(world, {300, 300}, ring, 10 * std::numbers::pi / 180)});
+      {support::MirrorImage(world, {300, 300}, ring, 0),
+       support::MirrorImage(world, {300, 300}, ring, 10 * std::numbers::pi / 180)});
   PanoramaOptions options;
   options.omni = (folder / "run").string();
   options.ring = "151,148,40,140";
@@ -53,11 +53,11 @@ TEST(PanoramaSource, UnwrapsWhatAMirrorShows) {
   EXPECT_FALSE(source.Read());
 }
 
-TEST(PanoramaSource, GreyPicturesBecomeColourWithoutColours) {
+TEST(PanoramaSource, GreyImagesBecomeColourWithoutColours) {
   const support::TestFolder folder;
   cv::Mat grey;
   cv::cvtColor(support::SyntheticPanorama({360, 40}), grey, cv::COLOR_BGR2GRAY);
-  support::WritePictures(folder / "run", {grey});
+  support::WriteImages(folder / "run", {grey});
   PanoramaOptions options;
   options.panorama = (folder / "run").string();
   options.Check();

@@ -34,7 +34,7 @@ TEST(SimulationFolder, LeavesNothingWithoutCommit) {
 TEST(SimulationFolder, RefusesWhatItMustNotReplace) {
   const support::TestFolder test;
   const auto open = [&test](bool replace) {
-    const SimulationFolder folder(test.Path(), RecordingFormat::kPictures, replace);
+    const SimulationFolder folder(test.Path(), RecordingFormat::kImages, replace);
   };
   test.Write("notes.txt", "of somebody");
   EXPECT_NO_THROW(open(false));

@@ -15,17 +15,17 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// A picture that is damaged rests on the one before, and those behind it on it: what a decoder
+// An image that is damaged rests on the one before, and those behind it on it: what a decoder
 // makes of them shows where the camera was.
 TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
   constexpr int kCount = 600;  // several groups of pictures
   constexpr std::size_t kDamaged = 40;
   const support::TestFolder folder;
-  const std::vector<cv::Mat> pictures =
+  const std::vector<cv::Mat> images =
       support::CropAlong(support::SyntheticCeiling({1400, 160}), {96, 64}, {2, 0}, kCount);
   const auto writer =
       RecordingWriter::Create(RecordingFormat::kVideo, folder / "v.mp4", {96, 64}, 10);
-  for (const cv::Mat& picture : pictures) writer->Write(writer->Prepare(picture));
+  for (const cv::Mat& image : images) writer->Write(writer->Prepare(image));
   writer->Commit();
   std::string bytes = support::ReadAll(folder / "v.mp4");
   std::vector<support::NalUnit> units = support::NalUnitsOfMp4(bytes);
@@ -46,7 +46,7 @@ TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
     missing = missing || frame.index > read;
     const auto index = static_cast<std::size_t>(frame.index);
     EXPECT_NEAR(frame.stamp_s, 100 + 0.1 * static_cast<double>(index), 1e-6);
-    EXPECT_LT(cv::norm(frame.picture, pictures[index], cv::NORM_L1) / (96 * 64), 6)
+    EXPECT_LT(cv::norm(frame.image, images[index], cv::NORM_L1) / (96 * 64), 6)
         << "frame " << index << " shows another place";
   }
   EXPECT_TRUE(missing);

@@ -98,11 +98,11 @@ TEST(ComparisonFigures, TheMosaicLiesWhereTheMapHasIt) {
   const auto mosaic = WriteMosaic(map, folder.Path());
   ASSERT_TRUE(mosaic);
   const store::MosaicGrid& grid = map.Grid();
-  const cv::Mat picture = cv::imread((folder / mosaic->file).string(), cv::IMREAD_UNCHANGED);
-  EXPECT_EQ(picture.size(), cv::Size(grid.width_px, grid.height_px));
+  const cv::Mat image = cv::imread((folder / mosaic->file).string(), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(image.size(), cv::Size(grid.width_px, grid.height_px));
   EXPECT_EQ(mosaic->min_x, grid.min_x);
   EXPECT_DOUBLE_EQ(mosaic->min_y + grid.height_px * mosaic->metres_per_px, grid.max_y);
-  EXPECT_EQ(picture.at<std::uint8_t>(0, 0), 255) << "nobody looked there";
+  EXPECT_EQ(image.at<std::uint8_t>(0, 0), 255) << "nobody looked there";
 }
 
 }  // namespace

@@ -25,10 +25,10 @@ graph::MapQuality Quality() {
 }
 
 std::vector<std::string> Rows(const std::vector<WeakSpot>& spots,
-                              int most_spots = 8,
+                              int max_spots = 8,
                               const std::string& unit = "m") {
   terminal::Table table;
-  AddQuality(Quality(), spots, unit, most_spots, table);
+  AddQuality(Quality(), spots, unit, max_spots, table);
   std::istringstream text(table.Format(terminal::Table::Numbers::kLeft));
   std::vector<std::string> rows;
   for (std::string row; std::getline(text, row);) rows.push_back(row);
@@ -36,8 +36,8 @@ std::vector<std::string> Rows(const std::vector<WeakSpot>& spots,
 }
 
 /// Only what is said of the weak spots: how many, and which.
-std::vector<std::string> SpotRows(const std::vector<WeakSpot>& spots, int most_spots = 8) {
-  std::vector<std::string> rows = Rows(spots, most_spots);
+std::vector<std::string> SpotRows(const std::vector<WeakSpot>& spots, int max_spots = 8) {
+  std::vector<std::string> rows = Rows(spots, max_spots);
   rows.erase(rows.begin(), rows.begin() + 3);
   for (std::string& row : rows) row.erase(0, std::string("loops closed  ").size());
   return rows;

@@ -49,7 +49,7 @@ TEST(PageParts, FramesWithoutAPlaceHaveNone) {
 }
 
 TEST(PageParts, FootprintIsWhatTheCameraSeesInBase) {
-  // 40 x 20 pixels of 0.1 m, the picture's right to the robot's back, half a metre ahead.
+  // 40 x 20 pixels of 0.1 m, the image's right to the robot's back, half a metre ahead.
   const auto view = calib::CeilingView::OfRectified({40, 20}, 0.1, {0.5, 0, pi});
   const auto corners = FootprintOf(view);
   ASSERT_EQ(corners.size(), 4U);

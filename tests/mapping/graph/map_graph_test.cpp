@@ -230,7 +230,7 @@ TEST(MapGraph, MovingAllKeepsEverythingInPlaceToEachOther) {
   }
 }
 
-TEST(MapGraph, ChangingTheViewChangesNoPicturesPlace) {
+TEST(MapGraph, ChangingTheViewChangesNoImagesPlace) {
   Circle circle(2);
   MapGraph changed = circle.graph;
   const Pose2 own{0.2, -0.1, 0.4};

@@ -152,12 +152,12 @@ Eigen::MatrixXd DenseCovariance(const std::vector<Edge>& edges,
   return covariance;
 }
 
-TEST(ShapeCovariances, AreWhatAFitOfThePositionsLeaves) {
+TEST(GaugeFreeCovariances, AreWhatAFitOfThePositionsLeaves) {
   constexpr int kSize = 25;
   const synthetic::World world = RandomWorld(kSize, 10);
   const std::vector<Edge>& edges = world.graph.edges;
   const std::vector<Pose2>& poses = world.truth;
-  const auto shape = ShapeCovariances(edges, 0, poses, kPlain);
+  const auto shape = GaugeFreeCovariances(edges, 0, poses, kPlain);
   ASSERT_EQ(shape.size(), poses.size());
   // Projector: subtract the planar motion with the least squared error of the positions.
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
@@ -178,17 +178,17 @@ TEST(ShapeCovariances, AreWhatAFitOfThePositionsLeaves) {
   }
 }
 
-TEST(ShapeCovariances, DoNotDependOnTheAnchor) {
+TEST(GaugeFreeCovariances, DoNotDependOnTheAnchor) {
   const synthetic::World world = RandomWorld(40, 10);
-  const auto a = ShapeCovariances(world.graph.edges, 0, world.truth, kPlain);
-  const auto b = ShapeCovariances(world.graph.edges, 23, world.truth, kPlain);
+  const auto a = GaugeFreeCovariances(world.graph.edges, 0, world.truth, kPlain);
+  const auto b = GaugeFreeCovariances(world.graph.edges, 23, world.truth, kPlain);
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_LT(RelativeError(a[i], b[i]), 1e-6) << i;
 }
 
-TEST(ShapeCovariances, WhatIsNotConnectedIsUnknown) {
+TEST(GaugeFreeCovariances, WhatIsNotConnectedIsUnknown) {
   const std::vector<Edge> edges = {MakeEdge(0, 1, {1, 0, 0}), MakeEdge(2, 3, {1, 0, 0})};
   const std::vector<Pose2> apart = {{0, 0, 0}, {1, 0, 0}, {5, 0, 0}, {6, 0, 0}};
-  const auto shape = ShapeCovariances(edges, 0, apart, kPlain);
+  const auto shape = GaugeFreeCovariances(edges, 0, apart, kPlain);
   EXPECT_TRUE(shape[0].allFinite());
   EXPECT_TRUE(shape[1].allFinite());
   EXPECT_FALSE(shape[2].allFinite());

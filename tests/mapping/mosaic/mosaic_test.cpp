@@ -26,23 +26,23 @@ double NoGain(double /*q*/) {
   return 1;
 }
 
-/// Pictures of a texture from a lawnmower path, and the mosaic made of them.
+/// Images of a texture from a lawnmower path, and the mosaic made of them.
 struct Survey {
   store::MapMetadata metadata = store::synthetic::Metadata(kViewSize, kUnitsPerPx);
   std::vector<graph::Keyframe> keyframes = store::synthetic::Lawnmower(6, 4, 0.24);
-  std::vector<cv::Mat> pictures;
+  std::vector<cv::Mat> images;
 
   /// @param gain(k, q)  of keyframe k at squared radius q.
   template <typename Texture, typename Gain>
   Survey(Texture texture, Gain gain) {
     const std::vector<ViewPlacement> views = PlaceViews(keyframes, metadata);
     for (std::size_t k = 0; k < views.size(); ++k) {
-      pictures.push_back(store::synthetic::Photograph(
+      images.push_back(store::synthetic::Photograph(
           views[k], kViewSize, texture, [&](double q) { return gain(k, q); }));
     }
   }
-  [[nodiscard]] graph::PictureLoader Loader() const {
-    return [this](std::int64_t id) { return pictures.at(static_cast<std::size_t>(id)); };
+  [[nodiscard]] graph::ImageLoader Loader() const {
+    return [this](std::int64_t id) { return images.at(static_cast<std::size_t>(id)); };
   }
   [[nodiscard]] MosaicRenderer Renderer(const MosaicParams& params = {}) const {
     return {keyframes, metadata, Loader(), params};
@@ -100,22 +100,22 @@ MosaicParams Plain() {
   return params;
 }
 
-TEST(Mosaic, OnePictureAtTheOriginIsCopiedPixelByPixel) {
+TEST(Mosaic, OneImageAtTheOriginIsCopiedPixelByPixel) {
   store::MapMetadata metadata = store::synthetic::Metadata({64, 48}, 0.5);
   metadata.T_base_view = {};
-  // In keyframe pictures black is 1, and 0 no content.
-  cv::Mat picture = cv::max(store::synthetic::Picture(1, metadata.view_size), 1);
+  // In keyframe images black is 1, and 0 no content.
+  cv::Mat image = cv::max(store::synthetic::Image(1, metadata.view_size), 1);
   const MosaicRenderer renderer(
-      {graph::Keyframe{}}, metadata, [&](std::int64_t) { return picture; }, Plain());
+      {graph::Keyframe{}}, metadata, [&](std::int64_t) { return image; }, Plain());
   const Rendered mosaic(renderer);
   EXPECT_EQ(mosaic.grid.width_px, 64);
   EXPECT_EQ(mosaic.grid.height_px, 48);
   EXPECT_DOUBLE_EQ(mosaic.grid.min_x, -16);
   EXPECT_DOUBLE_EQ(mosaic.grid.max_y, 12);
   EXPECT_EQ(cv::countNonZero(mosaic.alpha), 64 * 48);
-  // The picture's v grows with y of the view, here of the map; the mosaic's rows run against y.
+  // The image's v grows with y of the view, here of the map; the mosaic's rows run against y.
   cv::Mat expected;
-  cv::flip(picture, expected, 0);
+  cv::flip(image, expected, 0);
   EXPECT_EQ(cv::norm(mosaic.grey, expected, cv::NORM_INF), 0);
 }
 
@@ -169,10 +169,10 @@ TEST(Mosaic, SaturatedLampsStayWhite) {
   EXPECT_GT(lamp_pixels, 1000);
 }
 
-TEST(Mosaic, LeavesOutWhatOnlyOnePictureShows) {
+TEST(Mosaic, LeavesOutWhatOnlyOneImageShows) {
   Survey survey(SlowBrightness, [](std::size_t, double q) { return NoGain(q); });
-  // In the middle of the survey, where at least three pictures see each point.
-  cv::rectangle(survey.pictures[8], {50, 40, 50, 40}, cv::Scalar(235), cv::FILLED);
+  // In the middle of the survey, where at least three images see each point.
+  cv::rectangle(survey.images[8], {50, 40, 50, 40}, cv::Scalar(235), cv::FILLED);
   const Rendered mosaic(survey.Renderer());
   EXPECT_LT(mosaic.Rms(SlowBrightness), 1);
   MosaicParams params;
@@ -180,10 +180,10 @@ TEST(Mosaic, LeavesOutWhatOnlyOnePictureShows) {
   EXPECT_GT(Rendered(survey.Renderer(params)).Rms(SlowBrightness), 4);
 }
 
-TEST(Mosaic, SharpPicturesCountMoreThanBlurredOnes) {
+TEST(Mosaic, SharpImagesCountMoreThanBlurredOnes) {
   Survey survey(Brightness, [](std::size_t, double q) { return NoGain(q); });
-  for (std::size_t k = 0; k < survey.pictures.size(); k += 3) {
-    cv::GaussianBlur(survey.pictures[k], survey.pictures[k], {}, 4);
+  for (std::size_t k = 0; k < survey.images.size(); k += 3) {
+    cv::GaussianBlur(survey.images[k], survey.images[k], {}, 4);
   }
   MosaicParams params = Plain();
   params.reject_outliers = false;
@@ -192,7 +192,7 @@ TEST(Mosaic, SharpPicturesCountMoreThanBlurredOnes) {
   params.sharpness_power = MosaicParams().sharpness_power;
   const Rendered weighted(survey.Renderer(params));
   EXPECT_LT(weighted.Rms(Brightness), 0.6 * alike);
-  // Places that only a blurred picture shows are there all the same.
+  // Places that only a blurred image shows are there all the same.
   params.sharpness_power = 0;
   EXPECT_EQ(cv::countNonZero(weighted.alpha),
             cv::countNonZero(Rendered(survey.Renderer(params)).alpha));
@@ -203,7 +203,7 @@ TEST(Mosaic, AnyWindowShowsTheSameAsTheWhole) {
     return 1 - 0.1 * q + 0.01 * static_cast<double>(k % 5);
   });
   MosaicParams params;
-  params.cache_pictures = 2;
+  params.cache_images = 2;
   const MosaicRenderer renderer = survey.Renderer(params);
   const Rendered whole(renderer);
   for (const cv::Rect& window :
@@ -222,7 +222,7 @@ TEST(Mosaic, AnyWindowShowsTheSameAsTheWhole) {
 TEST(Mosaic, RenderMayBeCalledFromSeveralThreads) {
   const Survey survey(Brightness, [](std::size_t, double q) { return NoGain(q); });
   MosaicParams params;
-  params.cache_pictures = 3;
+  params.cache_images = 3;
   params.threads = 2;
   const MosaicRenderer renderer = survey.Renderer(params);
   const Rendered whole(renderer);
@@ -260,45 +260,45 @@ TEST(Mosaic, MaskedPixelsAreNotPartOfTheMosaic) {
   MosaicParams params = Plain();
   params.view_mask = cv::Mat(48, 64, CV_8UC1, cv::Scalar(255));
   params.view_mask(cv::Rect(0, 0, 10, 48)).setTo(0);
-  cv::Mat picture(48, 64, CV_8UC1, cv::Scalar(99));
+  cv::Mat image(48, 64, CV_8UC1, cv::Scalar(99));
   const Rendered mosaic(MosaicRenderer(
-      {graph::Keyframe{}}, metadata, [&](std::int64_t) { return picture; }, params));
+      {graph::Keyframe{}}, metadata, [&](std::int64_t) { return image; }, params));
   EXPECT_EQ(cv::countNonZero(mosaic.alpha), 54 * 48);
   EXPECT_EQ(cv::countNonZero(mosaic.alpha(cv::Rect(0, 0, 10, 48))), 0);
 }
 
-// Pictures of a tilted robot end at slanting borders, beyond which they are 0.
+// Images of a tilted robot end at slanting borders, beyond which they are 0.
 TEST(Mosaic, BlankBordersLeaveNoDarkSeam) {
   Survey survey(Brightness, [](std::size_t, double q) { return NoGain(q); });
   const Rendered before(survey.Renderer());
   for (const std::size_t k : {7U, 8U, 14U}) {
     const std::vector<cv::Point> wedge = {{0, 0}, {159, 0}, {159, 20}, {0, 45}};
-    cv::fillConvexPoly(survey.pictures[k], wedge, cv::Scalar(0));
-    survey.pictures[k].col(159).setTo(0);
+    cv::fillConvexPoly(survey.images[k], wedge, cv::Scalar(0));
+    survey.images[k].col(159).setTo(0);
   }
   for (const MosaicParams& params : {MosaicParams{}, Plain()}) {
     const Rendered mosaic(survey.Renderer(params));
     EXPECT_LT(mosaic.Rms(Brightness), 1.15 * before.Rms(Brightness) + 0.1);
     cv::Mat dark = mosaic.grey < 50;  // no texture is
     EXPECT_EQ(cv::countNonZero(dark & mosaic.alpha), 0);
-    // Others see what those pictures do not.
+    // Others see what those images do not.
     EXPECT_EQ(cv::countNonZero(mosaic.alpha), cv::countNonZero(before.alpha));
   }
 }
 
-TEST(Mosaic, WhatNoPictureHasContentForIsNotSeen) {
+TEST(Mosaic, WhatNoImageHasContentForIsNotSeen) {
   store::MapMetadata metadata = store::synthetic::Metadata({64, 48}, 0.5);
   metadata.T_base_view = {};
-  cv::Mat picture(48, 64, CV_8UC1, cv::Scalar(99));
-  picture(cv::Rect(0, 0, 10, 48)).setTo(0);
-  picture.at<unsigned char>(20, 40) = 0;
+  cv::Mat image(48, 64, CV_8UC1, cv::Scalar(99));
+  image(cv::Rect(0, 0, 10, 48)).setTo(0);
+  image.at<unsigned char>(20, 40) = 0;
   const Rendered mosaic(MosaicRenderer(
-      {graph::Keyframe{}}, metadata, [&](std::int64_t) { return picture; }, Plain()));
+      {graph::Keyframe{}}, metadata, [&](std::int64_t) { return image; }, Plain()));
   EXPECT_EQ(cv::countNonZero(mosaic.alpha(cv::Rect(0, 0, 10, 48))), 0);
   EXPECT_EQ(cv::countNonZero(mosaic.alpha(cv::Rect(11, 0, 20, 48))), 20 * 48);
 }
 
-TEST(Mosaic, GridCoversAllPicturesOnMultiplesOfTheResolution) {
+TEST(Mosaic, GridCoversAllImagesOnMultiplesOfTheResolution) {
   const Survey survey(Brightness, [](std::size_t, double q) { return NoGain(q); });
   const store::MosaicGrid grid = survey.Renderer().Grid();
   EXPECT_NEAR(grid.min_x / grid.resolution, std::round(grid.min_x / grid.resolution), 1e-6);
@@ -314,11 +314,11 @@ TEST(Mosaic, GridCoversAllPicturesOnMultiplesOfTheResolution) {
 
 TEST(Mosaic, BecomesCoarserWhereItWouldBeTooLarge) {
   const store::MapMetadata metadata = store::synthetic::Metadata({64, 48}, 0.5);
-  cv::Mat picture = store::synthetic::Picture(1, metadata.view_size);
+  cv::Mat image = store::synthetic::Image(1, metadata.view_size);
   std::vector<graph::Keyframe> far(2);
   far[1].id = 1;
   far[1].pose.T_map_base.x = 1e8;
-  const MosaicRenderer renderer(far, metadata, [&](std::int64_t) { return picture; });
+  const MosaicRenderer renderer(far, metadata, [&](std::int64_t) { return image; });
   const store::MosaicGrid grid = renderer.Grid();
   EXPECT_EQ(store::Problem(grid), "");
   EXPECT_GE(grid.width_px * grid.resolution, 1e8);
@@ -327,10 +327,10 @@ TEST(Mosaic, BecomesCoarserWhereItWouldBeTooLarge) {
 
 TEST(Mosaic, RefusesWrongInput) {
   const store::MapMetadata metadata = store::synthetic::Metadata({64, 48}, 0.5);
-  const graph::PictureLoader no_picture = [](std::int64_t) { return cv::Mat(); };
-  EXPECT_THROW(MosaicRenderer({}, metadata, no_picture), InputError);
-  EXPECT_THAT(([&] { const MosaicRenderer renderer({graph::Keyframe{}}, metadata, no_picture); }),
-              ThrowsMessage<RunError>(HasSubstr("picture of keyframe 0")));
+  const graph::ImageLoader no_image = [](std::int64_t) { return cv::Mat(); };
+  EXPECT_THROW(MosaicRenderer({}, metadata, no_image), InputError);
+  EXPECT_THAT(([&] { const MosaicRenderer renderer({graph::Keyframe{}}, metadata, no_image); }),
+              ThrowsMessage<RunError>(HasSubstr("image of keyframe 0")));
   MosaicParams params;
   params.feather_power = -1;
   EXPECT_THAT([&] { params.Validate(); },
@@ -339,7 +339,7 @@ TEST(Mosaic, RefusesWrongInput) {
   params.resolution = std::nan("");
   EXPECT_THROW(params.Validate(), InputError);
   params = {};
-  params.cache_pictures = 0;
+  params.cache_images = 0;
   EXPECT_THROW(params.Validate(), InputError);
   params = {};
   params.threads = -1;

@@ -15,13 +15,13 @@ cv::Mat Ceiling() {
   return registration::synthetic::SyntheticCeiling().Render(kSize);
 }
 
-TEST(Sharpness, UniformPicturesHaveNone) {
+TEST(Sharpness, UniformImagesHaveNone) {
   for (const int grey : {0, 128, 255}) {
     EXPECT_EQ(Sharpness(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey))), 0);
   }
 }
 
-TEST(Sharpness, TooSmallPicturesHaveNone) {
+TEST(Sharpness, TooSmallImagesHaveNone) {
   for (const cv::Size size : {cv::Size(1, 1), {7, 240}, {320, 7}}) {
     cv::Mat noise(size, CV_8UC1);
     cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
@@ -57,11 +57,11 @@ TEST(Sharpness, FallsWithMotionInAnyDirection) {
 }
 
 TEST(Sharpness, BrightnessAndContrastCancel) {
-  const cv::Mat picture = Ceiling();
-  const double sharpness = Sharpness(picture);
+  const cv::Mat image = Ceiling();
+  const double sharpness = Sharpness(image);
   const auto under_other_light = [&](double gain, double offset) {
     cv::Mat other;
-    picture.convertTo(other, CV_8U, gain, offset);
+    image.convertTo(other, CV_8U, gain, offset);
     return Sharpness(other);
   };
   EXPECT_NEAR(under_other_light(1, 20), sharpness, 0.1 * sharpness);

@@ -23,8 +23,8 @@ PlaceDescriptorParams Params() {
   return PlaceDescriptorParams::ForCamera(kSize, 1.0);
 }
 
-cv::Mat Describe(const cv::Mat& picture, double units_per_px = 1.0) {
-  return PlaceDescriber(picture.size(), units_per_px, Params()).Describe(picture);
+cv::Mat Describe(const cv::Mat& image, double units_per_px = 1.0) {
+  return PlaceDescriber(image.size(), units_per_px, Params()).Describe(image);
 }
 
 float VectorDistance(const cv::Mat& a, int i, const cv::Mat& b, int j) {
@@ -32,10 +32,10 @@ float VectorDistance(const cv::Mat& a, int i, const cv::Mat& b, int j) {
       cv::norm(a.row(i).colRange(2, a.cols), b.row(j).colRange(2, b.cols), cv::NORM_L2));
 }
 
-/// How two pictures' windows correspond under the motion from the first to the second, in units of
+/// How two images' windows correspond under the motion from the first to the second, in units of
 /// length about the centres.
 struct Correspondence {
-  int visible = 0;   ///< windows of the first picture well inside the second
+  int visible = 0;   ///< windows of the first image well inside the second
   int repeated = 0;  ///< of these: the second has a window there, too
   int nearest = 0;   ///< of these: and its vector is the most similar one of all
 };
@@ -110,10 +110,10 @@ TEST_P(Ceilings, CamerasOfOtherScale) {
 INSTANTIATE_TEST_SUITE_P(TilesAndPlaster, Ceilings, ::testing::Values(110.0, 0.0));
 
 TEST(PlaceDescriber, GainAndOffsetChangeNothing) {
-  const cv::Mat picture = SyntheticCeiling({.lamps = false}).Render(kSize);
+  const cv::Mat image = SyntheticCeiling({.lamps = false}).Render(kSize);
   cv::Mat darker;
-  picture.convertTo(darker, CV_8U, 0.5, 12);
-  const Correspondence found = Compare(Describe(picture), Describe(darker), {});
+  image.convertTo(darker, CV_8U, 0.5, 12);
+  const Correspondence found = Compare(Describe(image), Describe(darker), {});
   EXPECT_GE(found.nearest, 0.85 * found.visible);
 }
 
@@ -140,7 +140,7 @@ TEST(PlaceDescriber, SameRowsEveryTime) {
   EXPECT_EQ(cv::norm(first, again, cv::NORM_INF), 0);
 }
 
-TEST(PlaceDescriber, BlankPicturesGiveNoRows) {
+TEST(PlaceDescriber, BlankImagesGiveNoRows) {
   for (const int grey : {0, 128, 255}) {
     const cv::Mat rows = Describe(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
     EXPECT_EQ(rows.rows, 0);
@@ -151,9 +151,9 @@ TEST(PlaceDescriber, BlankPicturesGiveNoRows) {
 TEST(PlaceDescriber, WindowsKeepOutOfTheMask) {
   cv::Mat mask(kSize, CV_8UC1, cv::Scalar(255));
   mask.colRange(0, 200) = 0;
-  cv::Mat picture = SyntheticCeiling().Render(kSize);
-  picture.colRange(0, 200) = 0;
-  const cv::Mat rows = PlaceDescriber(kSize, 1.0, Params(), mask).Describe(picture);
+  cv::Mat image = SyntheticCeiling().Render(kSize);
+  image.colRange(0, 200) = 0;
+  const cv::Mat rows = PlaceDescriber(kSize, 1.0, Params(), mask).Describe(image);
   ASSERT_GE(rows.rows, 10);
   double leftmost = 0;
   cv::minMaxLoc(rows.col(0), &leftmost);
@@ -164,9 +164,9 @@ TEST(PlaceDescriber, WindowsKeepOutOfTheMask) {
 TEST(PlaceDescriber, OddSizesAndScales) {
   for (const cv::Size size : {cv::Size(641, 479), cv::Size(503, 377), cv::Size(333, 501)}) {
     for (const double units : {0.37, 0.5, 0.99, 1.01, 1.7, 2.3}) {
-      const cv::Mat picture = SyntheticCeiling().Render(size);
+      const cv::Mat image = SyntheticCeiling().Render(size);
       if (std::min(size.width, size.height) * units < 140) continue;
-      EXPECT_GT(PlaceDescriber(size, units, Params()).Describe(picture).rows, 0)
+      EXPECT_GT(PlaceDescriber(size, units, Params()).Describe(image).rows, 0)
           << size << " " << units;
     }
   }
@@ -186,16 +186,16 @@ TEST(PlaceDescriber, BadInput) {
   EXPECT_EQ(MessageOf([] {
               PlaceDescriber({640, 0}, 1);
             }),
-            "place descriptor: picture 640 x 0 of 1 units per pixel, must all be > 0");
+            "place descriptor: image 640 x 0 of 1 units per pixel, must all be > 0");
   EXPECT_EQ(MessageOf([] { PlaceDescriptorParams::ForCamera(kSize, -2); }),
-            "place descriptor: picture 640 x 480 of -2 units per pixel, must all be > 0");
+            "place descriptor: image 640 x 480 of -2 units per pixel, must all be > 0");
   EXPECT_EQ(MessageOf([] { PlaceDescriber(kSize, 0.001, Params()); }),
-            "place descriptor: the working picture would have 0 x 0 pixels, must be 55 .. 4096 a "
+            "place descriptor: the working image would have 0 x 0 pixels, must be 55 .. 4096 a "
             "side; set PlaceDescriptorParams::units_per_px for these cameras");
   EXPECT_EQ(MessageOf([] { PlaceDescriber(kSize, 1, Params(), cv::Mat::ones(9, 9, CV_8U)); }),
-            "place descriptor: the mask must be CV_8UC1 of the picture's size");
+            "place descriptor: the mask must be CV_8UC1 of the image's size");
   EXPECT_EQ(MessageOf([] { (void)Describe(cv::Mat(kSize, CV_8UC3)); }),
-            "place descriptor: the picture must be CV_8UC1 with 640 x 480 pixels");
+            "place descriptor: the image must be CV_8UC1 with 640 x 480 pixels");
   PlaceDescriptorParams params = Params();
   params.window_radius_px = 4;
   EXPECT_EQ(MessageOf([&] { PlaceDescriber(kSize, 1, params); }),

@@ -81,7 +81,7 @@ TEST(PlaceIndex, AgreesWithBruteForce) {
   }
 }
 
-TEST(PlaceIndex, TellsHowAPictureLiesToTheKeyframe) {
+TEST(PlaceIndex, TellsHowAImageLiesToTheKeyframe) {
   std::mt19937 random(8);
   PlaceIndex index(kDimension);
   std::vector<cv::Mat> places;
@@ -210,7 +210,7 @@ TEST(PlaceIndex, GrowsAndStaysTheSame) {
   }
 }
 
-/// Recall of the whole: pictures of an endless ceiling, queries anywhere, turned, darker and noisy.
+/// Recall of the whole: images of an endless ceiling, queries anywhere, turned, darker and noisy.
 TEST(PlaceIndex, RecallOnACeiling) {
   const cv::Size size(320, 240);
   const auto params = PlaceDescriptorParams::ForCamera(size, 1.0);
@@ -233,9 +233,9 @@ TEST(PlaceIndex, RecallOnACeiling) {
       const ImageMotion motion =
           registration::Compose({0, 0, 6.28 * unit(random) - 3.14, 1},
                                 {-2090 * unit(random), -1615 * unit(random), 0, 1});
-      cv::Mat picture;
-      ceiling.Render(size, motion, 5, q).convertTo(picture, CV_8U, 0.6 + 0.5 * unit(random), 10);
-      const auto matches = index.Search(describer.Describe(picture), 10);
+      cv::Mat image;
+      ceiling.Render(size, motion, 5, q).convertTo(image, CV_8U, 0.6 + 0.5 * unit(random), 10);
+      const auto matches = index.Search(describer.Describe(image), 10);
       found += std::any_of(matches.begin(), matches.end(), [&](const auto& match) {
         const auto& keyframe = keyframes[static_cast<std::size_t>(match.keyframe_id)];
         return registration::OverlapOf(registration::Compose(keyframe, motion.Inverse()), size) >=

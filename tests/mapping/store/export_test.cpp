@@ -57,9 +57,9 @@ class Export : public ::testing::Test {
     std::array<cv::Mat, 2> expected;
     synthetic::FillMosaic({0, 0, kGrid.width_px, kGrid.height_px}, expected[0], expected[1]);
     for (int band = 1; band <= 2; ++band) {
-      cv::Mat& picture = expected[static_cast<std::size_t>(band) - 1];
-      if (flipped) cv::flip(picture, picture, 1);
-      EXPECT_EQ(cv::norm(Pixels(*dataset.GetRasterBand(band)), picture, cv::NORM_INF), 0)
+      cv::Mat& image = expected[static_cast<std::size_t>(band) - 1];
+      if (flipped) cv::flip(image, image, 1);
+      EXPECT_EQ(cv::norm(Pixels(*dataset.GetRasterBand(band)), image, cv::NORM_INF), 0)
           << "band " << band;
     }
   }

@@ -176,7 +176,7 @@ TEST(MapDamage, ImpossibleRows) {
   }
 }
 
-TEST(MapDamage, PicturesOfAnotherSizeAreNotDecoded) {
+TEST(MapDamage, ImagesOfAnotherSizeAreNotDecoded) {
   const support::TempFolder folder;
   // The header of a PNG that says 60000 x 60000.
   const fs::path file =
@@ -187,9 +187,9 @@ TEST(MapDamage, PicturesOfAnotherSizeAreNotDecoded) {
                "UPDATE keyframe_pictures SET png = NULL WHERE id = 3"});
   const MapReader reader(file);
   for (const int id : {1, 2, 3, 99}) {
-    EXPECT_THROW((void)reader.ReadPicture(id), InputError) << id;
+    EXPECT_THROW((void)reader.ReadImage(id), InputError) << id;
   }
-  EXPECT_EQ(reader.ReadPicture(0).size(), cv::Size(64, 48));
+  EXPECT_EQ(reader.ReadImage(0).size(), cv::Size(64, 48));
 }
 
 TEST(MapDamage, HostileMosaicSize) {
@@ -228,7 +228,7 @@ TEST(MapDamage, TruncatedFilesAreNoticedAtOnce) {
 void ReadAll(const fs::path& file) {
   const MapReader reader(file);
   for (const graph::Keyframe& keyframe : reader.ReadKeyframes())
-    (void)reader.ReadPicture(keyframe.id);
+    (void)reader.ReadImage(keyframe.id);
   (void)reader.ReadTrajectory();
   (void)reader.ReadEdges();
   cv::Mat grey;
@@ -236,7 +236,7 @@ void ReadAll(const fs::path& file) {
   reader.ReadMosaic({0, 0, reader.Grid().width_px, reader.Grid().height_px}, grey, alpha);
 }
 
-TEST(MapDamage, AFlippedByteInAPictureOrTileIsNoticed) {
+TEST(MapDamage, AFlippedByteInAImageOrTileIsNoticed) {
   const support::TempFolder folder;
   SmallMap().Write(folder / "good.gpkg");
   const std::string good = Bytes(folder / "good.gpkg");
@@ -253,7 +253,7 @@ TEST(MapDamage, AFlippedByteInAPictureOrTileIsNoticed) {
       ++noticed;
     }
   }
-  EXPECT_EQ(noticed, 6 + 6);  // pictures and tiles; the pyramid above them is not read
+  EXPECT_EQ(noticed, 6 + 6);  // images and tiles; the pyramid above them is not read
 }
 
 TEST(MapDamage, FlippedBytesGiveAnErrorOrOtherValuesButNoCrash) {

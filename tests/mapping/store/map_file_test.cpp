@@ -55,7 +55,7 @@ TEST(MapFile, KeepsMetadataExactly) {
   EXPECT_EQ(read.provenance, map.metadata.provenance);
 }
 
-TEST(MapFile, KeepsPosesEdgesAndPicturesExactly) {
+TEST(MapFile, KeepsPosesEdgesAndImagesExactly) {
   const support::TempFolder folder;
   const SmallMap map;
   map.Write(folder / "map.gpkg");
@@ -65,10 +65,10 @@ TEST(MapFile, KeepsPosesEdgesAndPicturesExactly) {
   ASSERT_EQ(keyframes.size(), map.keyframes.size());
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     EXPECT_EQ(keyframes[i].id, map.keyframes[i].id);
-    EXPECT_TRUE(keyframes[i].picture.empty());
+    EXPECT_TRUE(keyframes[i].image.empty());
     ExpectSame(keyframes[i].pose, map.keyframes[i].pose);
-    EXPECT_TRUE(Same(reader.ReadPicture(keyframes[i].id),
-                     synthetic::Picture(keyframes[i].id, map.metadata.view_size)));
+    EXPECT_TRUE(Same(reader.ReadImage(keyframes[i].id),
+                     synthetic::Image(keyframes[i].id, map.metadata.view_size)));
   }
   const std::vector<graph::FramePose> trajectory = reader.ReadTrajectory();
   ASSERT_EQ(trajectory.size(), map.trajectory.size());
@@ -171,28 +171,28 @@ TEST(MapFile, StoresMosaicOfManyWindowsAndReportsProgress) {
   EXPECT_TRUE(Same(alpha, expected_alpha));
 }
 
-TEST(MapFile, WriterReadsPicturesBackWhileTheMosaicIsWritten) {
+TEST(MapFile, WriterReadsImagesBackWhileTheMosaicIsWritten) {
   const support::TempFolder folder;
   const SmallMap map;
   MapWriter writer(folder / "map.gpkg", map.metadata);
   for (const graph::Keyframe& keyframe : map.keyframes) {
-    writer.AddPicture(keyframe.id, synthetic::Picture(keyframe.id, map.metadata.view_size));
-    EXPECT_TRUE(Same(writer.ReadPicture(keyframe.id),
-                     synthetic::Picture(keyframe.id, map.metadata.view_size)));
+    writer.AddImage(keyframe.id, synthetic::Image(keyframe.id, map.metadata.view_size));
+    EXPECT_TRUE(
+        Same(writer.ReadImage(keyframe.id), synthetic::Image(keyframe.id, map.metadata.view_size)));
   }
   int wrong = 0;
   writer.WriteMosaic({0, 0, 1, 2100, 1100},
                      [&](const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
                        synthetic::FillMosaic(window, grey, alpha);
                        for (const graph::Keyframe& keyframe : map.keyframes) {
-                         wrong += Same(writer.ReadPicture(keyframe.id),
-                                       synthetic::Picture(keyframe.id, map.metadata.view_size))
+                         wrong += Same(writer.ReadImage(keyframe.id),
+                                       synthetic::Image(keyframe.id, map.metadata.view_size))
                                       ? 0
                                       : 1;
                        }
                      });
   EXPECT_EQ(wrong, 0);
-  EXPECT_THROW((void)writer.ReadPicture(77), InputError);
+  EXPECT_THROW((void)writer.ReadImage(77), InputError);
   writer.Commit();
 }
 
@@ -215,7 +215,7 @@ TEST(MapFile, MapInPixelsWithoutMosaicOrFrames) {
   cv::Mat grey;
   cv::Mat alpha;
   EXPECT_THROW(reader.ReadMosaic({0, 0, 1, 1}, grey, alpha), InputError);
-  EXPECT_THROW((void)reader.ReadPicture(0), InputError);
+  EXPECT_THROW((void)reader.ReadImage(0), InputError);
 }
 
 TEST(MapFile, MosaicThatNobodySawIsTransparent) {
@@ -256,7 +256,7 @@ TEST(MapFile, ReaderMayBeSharedBetweenThreads) {
           synthetic::FillMosaic(window, expected_grey, expected_alpha);
           if (!Same(grey, expected_grey)) ++wrong;
           const std::int64_t id = (t + i) % 6;
-          if (!Same(reader.ReadPicture(id), synthetic::Picture(id, map.metadata.view_size))) {
+          if (!Same(reader.ReadImage(id), synthetic::Image(id, map.metadata.view_size))) {
             ++wrong;
           }
           if (reader.ReadTrajectory().size() != map.trajectory.size()) ++wrong;
@@ -337,13 +337,13 @@ TEST(MapFile, WriterRefusesWrongInput) {
   const support::TempFolder folder;
   const SmallMap map;
   MapWriter writer(folder / "map.gpkg", map.metadata);
-  EXPECT_THROW(writer.AddPicture(0, cv::Mat(48, 65, CV_8UC1)), InputError);
-  EXPECT_THROW(writer.AddPicture(0, cv::Mat(48, 64, CV_8UC3)), InputError);
+  EXPECT_THROW(writer.AddImage(0, cv::Mat(48, 65, CV_8UC1)), InputError);
+  EXPECT_THROW(writer.AddImage(0, cv::Mat(48, 64, CV_8UC3)), InputError);
   graph::MapGraph without_keyframes;
   without_keyframes.edges = map.edges;
   EXPECT_THROW(writer.WriteGraph(without_keyframes), InputError);
-  writer.AddPicture(3, synthetic::Picture(3, map.metadata.view_size));
-  EXPECT_THROW(writer.AddPicture(3, synthetic::Picture(3, map.metadata.view_size)), RunError);
+  writer.AddImage(3, synthetic::Image(3, map.metadata.view_size));
+  EXPECT_THROW(writer.AddImage(3, synthetic::Image(3, map.metadata.view_size)), RunError);
 }
 
 TEST(MapFile, MosaicSourceMayThrow) {
@@ -351,11 +351,11 @@ TEST(MapFile, MosaicSourceMayThrow) {
   MapWriter writer(folder / "map.gpkg", SmallMap().metadata);
   const auto write = [&] {
     writer.WriteMosaic({0, 0, 1, 3000, 100}, [](const cv::Rect& window, cv::Mat& g, cv::Mat& a) {
-      if (window.x > 0) throw RunError("no picture");
+      if (window.x > 0) throw RunError("no image");
       synthetic::FillMosaic(window, g, a);
     });
   };
-  EXPECT_THAT(write, ThrowsMessage<RunError>(HasSubstr("no picture")));
+  EXPECT_THAT(write, ThrowsMessage<RunError>(HasSubstr("no image")));
 }
 
 /// Lets files of this process grow up to a limit only: what a full disk looks like to a program.

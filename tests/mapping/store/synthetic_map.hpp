@@ -9,7 +9,7 @@
 #include "mapping/mosaic/view_placement.hpp"
 #include "mapping/store/map_file.hpp"
 
-/// A ceiling of known texture, pictures of it from known poses, and map files made of them.
+/// A ceiling of known texture, images of it from known poses, and map files made of them.
 namespace ceilmap::store::synthetic {
 
 inline MapMetadata Metadata(cv::Size view_size, double units_per_px) {
@@ -38,22 +38,22 @@ inline double SlowBrightness(double x, double y) {
   return 120 + 20 * std::sin(2.1 * x + 0.3) * std::cos(1.7 * y);
 }
 
-/// Picture of a ceiling from a pose.
+/// Image of a ceiling from a pose.
 /// @param gain(q)  factor on the brightness at squared radius q (1 in the corner).
 template <typename Texture, typename Gain>
 cv::Mat Photograph(const mosaic::ViewPlacement& view, cv::Size size, Texture texture, Gain gain) {
-  cv::Mat picture(size, CV_8UC1);
+  cv::Mat image(size, CV_8UC1);
   const double cu = (size.width - 1) / 2.0;
   const double cv = (size.height - 1) / 2.0;
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
       const cv::Point2d p_map = view.ToMap(u, v);
       const double q = ((u - cu) * (u - cu) + (v - cv) * (v - cv)) / (cu * cu + cv * cv);
-      picture.at<unsigned char>(v, u) =
+      image.at<unsigned char>(v, u) =
           cv::saturate_cast<unsigned char>(texture(p_map.x, p_map.y) * gain(q));
     }
   }
-  return picture;
+  return image;
 }
 
 /// Keyframes on a lawnmower path with turns, about 60 % overlap.
@@ -76,7 +76,7 @@ inline std::vector<graph::Keyframe> Lawnmower(int columns, int rows, double step
   return keyframes;
 }
 
-/// A small complete map: keyframes with pictures, trajectory, edges and a mosaic whose pixel (col,
+/// A small complete map: keyframes with images, trajectory, edges and a mosaic whose pixel (col,
 /// row) is Grey(col, row), never seen in the upper left corner of 20 x 10.
 inline unsigned char Grey(int col, int row) {
   return static_cast<unsigned char>((col * 7 + row * 13) % 251);
@@ -95,11 +95,11 @@ inline void FillMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
   }
 }
 
-inline cv::Mat Picture(std::int64_t id, cv::Size size) {
-  cv::Mat picture(size, CV_8UC1);
+inline cv::Mat Image(std::int64_t id, cv::Size size) {
+  cv::Mat image(size, CV_8UC1);
   cv::RNG rng(static_cast<std::uint64_t>(id) + 1);
-  rng.fill(picture, cv::RNG::UNIFORM, 0, 256);
-  return picture;
+  rng.fill(image, cv::RNG::UNIFORM, 0, 256);
+  return image;
 }
 
 struct SmallMap {
@@ -146,7 +146,7 @@ struct SmallMap {
 
   void WriteTo(MapWriter& writer) const {
     for (const graph::Keyframe& keyframe : keyframes) {
-      writer.AddPicture(keyframe.id, Picture(keyframe.id, metadata.view_size));
+      writer.AddImage(keyframe.id, Image(keyframe.id, metadata.view_size));
     }
     writer.WriteGraph(Graph());
     writer.WriteMosaic(kGrid, FillMosaic);

@@ -70,9 +70,9 @@ debris:
   EXPECT_EQ(scene.fixtures.boxes[0].yaw_deg, 30);
   EXPECT_EQ(scene.camera.width_px, 800);
   EXPECT_EQ(scene.camera.distortion[0], 0.1);
-  EXPECT_FALSE(scene.picture.motion_blur);
-  ASSERT_EQ(scene.picture.exposure_steps.size(), 1U);
-  EXPECT_EQ(scene.picture.exposure_steps[0].frame, 10);
+  EXPECT_FALSE(scene.image.motion_blur);
+  ASSERT_EQ(scene.image.exposure_steps.size(), 1U);
+  EXPECT_EQ(scene.image.exposure_steps[0].frame, 10);
   EXPECT_EQ(scene.path.kind, PathKind::kWaypoints);
   EXPECT_EQ(scene.path.waypoints_m[1][0], 5);
   EXPECT_EQ(scene.path.max_frames, 9);
@@ -179,7 +179,7 @@ TEST(Scene, FaultsAreSaidWithTheirLine) {
             "s.yaml:1: camera.width_px = 10.5, must be a whole number in 16..8192; correct the "
             "value");
   EXPECT_EQ(ErrorOf("picture: {motion_blur: maybe}"),
-            "s.yaml:1: picture.motion_blur = maybe, must be true or false; correct it");
+            "s.yaml:1: image.motion_blur = maybe, must be true or false; correct it");
   EXPECT_EQ(ErrorOf("ceiling:\n  kind: wood"),
             "s.yaml:2: ceiling.kind = wood, must be one of tiles, periodic, plaster, uniform; "
             "correct it");
@@ -253,7 +253,7 @@ TEST(Scene, PartsThatDoNotFitAreRefused) {
   EXPECT_EQ(ErrorOf("ceiling: {marks_at: [13, 2, 0.1, 0.2]}"),
             "s.yaml: ceiling.marks_at[0].x_m = 13, must be in [0, 12]");
   EXPECT_EQ(ErrorOf("picture: {exposure_steps: [5, 1, 5, 2]}"),
-            "s.yaml: picture.exposure_steps[1].frame = 5, must be later than the step before");
+            "s.yaml: image.exposure_steps[1].frame = 5, must be later than the step before");
 }
 
 TEST(Scene, ValidateNamesTheField) {

@@ -110,7 +110,7 @@ TEST(ColumnShift, AgreesWithTheDefinition) {
   }
 }
 
-TEST(ColumnShift, TakesPartsOfLargerPictures) {
+TEST(ColumnShift, TakesPartsOfLargerImages) {
   const cv::Mat large = compass::RandomPanorama(20, 50, CV_8UC3, 7);
   const cv::Mat reference = large(cv::Rect(3, 2, 30, 9));
   const cv::Mat current = large(cv::Rect(11, 8, 30, 9));

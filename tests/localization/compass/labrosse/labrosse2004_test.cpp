@@ -1,4 +1,5 @@
 #include "localization/compass/labrosse/labrosse2004.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +17,6 @@ namespace ceilmap::labrosse {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDeg = kPi / 180;
 
 TEST(Labrosse2004, AddsUpTurns) {
   const cv::Mat world = compass::RandomPanorama(9, 360, CV_8UC3, 1);
@@ -27,7 +27,7 @@ TEST(Labrosse2004, AddsUpTurns) {
   for (int i = 0; i < 40; ++i) {
     const auto estimate = compass.Next({compass::Rolled(world, heading), 0.1 * i});
     ASSERT_TRUE(estimate.has_value());
-    EXPECT_NEAR(WrapAngle(estimate->heading_rad - heading * kDeg), 0, 1e-9);
+    EXPECT_NEAR(WrapAngle(estimate->heading_rad - heading * kRadPerDeg), 0, 1e-9);
     EXPECT_LE(estimate->heading_rad, kPi);
     EXPECT_GT(estimate->heading_rad, -kPi - 1e-12);
     EXPECT_GT(estimate->variance_rad2, variance);
@@ -42,11 +42,12 @@ TEST(Labrosse2004, SeesNoTurnOfLessThanHalfAColumn) {
   const compass::Waves world(6, 90, CV_8UC1, 3);
   Labrosse2004 compass;
   for (int i = 0; i < 10; ++i) {
-    const auto estimate = compass.Next({world.At(0.4 * 4 * kDeg * i), 0.1 * i});
+    const auto estimate = compass.Next({world.At(0.4 * 4 * kRadPerDeg * i), 0.1 * i});
     EXPECT_EQ(estimate->heading_rad, 0);
     // Which is what it takes for the error of a rounded column.
     if (i > 0) {
-      EXPECT_NEAR(std::sqrt(estimate->variance_rad2), i * std::sqrt(1.0 / 12) * 4 * kDeg, 0.01 * i);
+      EXPECT_NEAR(
+          std::sqrt(estimate->variance_rad2), i * std::sqrt(1.0 / 12) * 4 * kRadPerDeg, 0.01 * i);
     }
   }
 }
@@ -65,14 +66,14 @@ TEST(Labrosse2004, HoldsTheHeadingWhereNothingIsSeen) {
   const double seen = variance;
   for (const cv::Mat& blind : {grey, noise, grey}) {
     const auto held = compass.Next({blind, ++stamp});
-    EXPECT_NEAR(held->heading_rad, 7 * kDeg, 1e-9);
+    EXPECT_NEAR(held->heading_rad, 7 * kRadPerDeg, 1e-9);
     EXPECT_EQ(held->confidence, 0);
     EXPECT_GT(held->variance_rad2, variance);
     variance = held->variance_rad2;
   }
   // Compared with what was seen last, the turn meanwhile is not lost, nor is the doubt kept.
   const auto again = compass.Next({compass::Rolled(world, 50), ++stamp});
-  EXPECT_NEAR(again->heading_rad, 50 * kDeg, 1e-9);
+  EXPECT_NEAR(again->heading_rad, 50 * kRadPerDeg, 1e-9);
   EXPECT_EQ(again->confidence, 1);
   EXPECT_LT(again->variance_rad2, 2 * seen);
   (void)compass.Next({periodic, ++stamp});

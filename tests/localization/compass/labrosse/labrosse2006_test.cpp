@@ -1,4 +1,5 @@
 #include "localization/compass/labrosse/labrosse2006.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,10 +21,9 @@ namespace ceilmap::labrosse {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDeg = kPi / 180;
 
 double ErrorDeg(const std::optional<compass::HeadingEstimate>& estimate, double heading_rad) {
-  return WrapAngle(estimate.value().heading_rad - heading_rad) / kDeg;
+  return WrapAngle(estimate.value().heading_rad - heading_rad) / kRadPerDeg;
 }
 
 /// A world that turns into another one: 0 the first, 1 the second.
@@ -36,7 +36,7 @@ cv::Mat Mixed(const compass::Waves& first,
 
 TEST(Labrosse2006, FollowsRandomTurnsBetweenTheColumns) {
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> turn(-4 * kDeg, 4 * kDeg);
+  std::uniform_real_distribution<double> turn(-4 * kRadPerDeg, 4 * kRadPerDeg);
   for (const int type : {CV_8UC1, CV_8UC3}) {
     for (const int columns : {180, 360}) {
       const compass::Waves world(8, columns, type, random());
@@ -66,7 +66,7 @@ TEST(Labrosse2006, ExpectsTheTurnToGoOn) {
     for (int i = 0; i < 20; ++i) {
       error =
           std::max(error, std::abs(ErrorDeg(compass.Next({world.At(heading), 0.1 * i}), heading)));
-      heading += 2.5 * i * kDeg;
+      heading += 2.5 * i * kRadPerDeg;
     }
     return error;
   };
@@ -82,7 +82,7 @@ TEST(Labrosse2006, ChangesTheReferenceBelowTheThreshold) {
     Labrosse2006 compass({.threshold = threshold});
     std::int64_t reference = 0;
     for (int i = 0; i <= 20; ++i) {
-      const double heading = 3.3 * kDeg * i;
+      const double heading = 3.3 * kRadPerDeg * i;
       const auto estimate = compass.Next({Mixed(first, second, i / 30.0, heading), 0.1 * i});
       EXPECT_NEAR(ErrorDeg(estimate, heading), 0, threshold > 0 ? 0.8 : 2);
       if (i == 0) continue;
@@ -116,7 +116,7 @@ TEST(Labrosse2006, FixedSkipsUseEveryNthFrame) {
   for (const int skip : {0, 1, 4}) {
     Labrosse2006 compass({.skip = skip});
     for (int i = 0; i < 21; ++i) {
-      const double heading = 1.7 * kDeg * i;
+      const double heading = 1.7 * kRadPerDeg * i;
       const auto estimate = compass.Next({world.At(heading), 0.1 * i});
       ASSERT_EQ(estimate.has_value(), i % (skip + 1) == 0) << skip << " " << i;
       if (!estimate) continue;
@@ -138,8 +138,8 @@ TEST(Labrosse2006, HoldsTheHeadingWhereNothingIsSeen) {
     double stamp = 0;
     EXPECT_EQ(compass.Next({grey, stamp})->confidence, 0);
     EXPECT_EQ(compass.Next({world.At(0), ++stamp})->heading_rad, 0);
-    const auto seen = compass.Next({world.At(4 * kDeg), ++stamp});
-    EXPECT_NEAR(ErrorDeg(seen, 4 * kDeg), 0, 0.1);
+    const auto seen = compass.Next({world.At(4 * kRadPerDeg), ++stamp});
+    EXPECT_NEAR(ErrorDeg(seen, 4 * kRadPerDeg), 0, 0.1);
     double variance = seen->variance_rad2;
     for (const cv::Mat& blind : {noise, grey, noise}) {
       const auto held = compass.Next({blind, stamp += 0.1});
@@ -148,8 +148,8 @@ TEST(Labrosse2006, HoldsTheHeadingWhereNothingIsSeen) {
       EXPECT_GT(held->variance_rad2, variance);
       variance = held->variance_rad2;
     }
-    const auto again = compass.Next({world.At(15 * kDeg), stamp + 0.1});
-    EXPECT_NEAR(ErrorDeg(again, 15 * kDeg), 0, 0.2);
+    const auto again = compass.Next({world.At(15 * kRadPerDeg), stamp + 0.1});
+    EXPECT_NEAR(ErrorDeg(again, 15 * kRadPerDeg), 0, 0.2);
     EXPECT_LT(again->variance_rad2, variance);
     EXPECT_GT(again->confidence, 0.6);
   }
@@ -161,14 +161,14 @@ TEST(Labrosse2006, GoesOnInNewSurroundings) {
   const compass::Waves elsewhere(8, 360, CV_8UC3, 9);
   Labrosse2006 compass;
   (void)compass.Next({world.At(0), 0});
-  (void)compass.Next({world.At(3 * kDeg), 1});
+  (void)compass.Next({world.At(3 * kRadPerDeg), 1});
   EXPECT_EQ(compass.Next({compass::RandomPanorama(8, 360, CV_8UC3, 10), 2})->confidence, 0);
-  EXPECT_NEAR(ErrorDeg(compass.Next({world.At(9 * kDeg), 3}), 9 * kDeg), 0, 0.2);
+  EXPECT_NEAR(ErrorDeg(compass.Next({world.At(9 * kRadPerDeg), 3}), 9 * kRadPerDeg), 0, 0.2);
   const cv::Mat strange = compass::RandomPanorama(8, 360, CV_8UC3, 11);
   const auto lost = compass.Next({strange, 4});
   EXPECT_EQ(lost->confidence, 0);
   const auto found = compass.Next({compass::Rolled(strange, 5), 5});
-  EXPECT_NEAR(found->heading_rad, lost->heading_rad + 5 * kDeg, 0.1 * kDeg);
+  EXPECT_NEAR(found->heading_rad, lost->heading_rad + 5 * kRadPerDeg, 0.1 * kRadPerDeg);
   EXPECT_EQ(found->confidence, 1);
   EXPECT_GE(found->variance_rad2, lost->variance_rad2);
 }
@@ -181,10 +181,10 @@ TEST(Labrosse2006, ReturnsToAPoorReference) {
   Labrosse2006 compass;
   (void)compass.Next({world.At(0), 0});
   EXPECT_EQ(compass.Next({compass::RandomPanorama(8, 360, CV_8UC3, 17), 1})->confidence, 0);
-  const auto poor = compass.Next({Mixed(world, later, 0.45, 5 * kDeg), 2});
+  const auto poor = compass.Next({Mixed(world, later, 0.45, 5 * kRadPerDeg), 2});
   EXPECT_LT(poor->confidence, 0.6);
   EXPECT_GT(poor->confidence, 0.1);
-  EXPECT_NEAR(ErrorDeg(poor, 5 * kDeg), 0, 0.8);
+  EXPECT_NEAR(ErrorDeg(poor, 5 * kRadPerDeg), 0, 0.8);
   EXPECT_EQ(compass.References(), 1);
 }
 
@@ -194,8 +194,9 @@ TEST(Labrosse2006, FieldsOfViewFollowTheTravel) {
   const auto towards = [](double direction) {
     return Eigen::Vector2d(0.1 * std::cos(direction), 0.1 * std::sin(direction));
   };
-  for (const double travel : {0.0, 90 * kDeg, -30 * kDeg, 200 * kDeg}) {
-    const auto weights = compass::FieldsOfView::FrontAndBack(travel, 60 * kDeg).ColumnWeights(360);
+  for (const double travel : {0.0, 90 * kRadPerDeg, -30 * kRadPerDeg, 200 * kRadPerDeg}) {
+    const auto weights =
+        compass::FieldsOfView::FrontAndBack(travel, 60 * kRadPerDeg).ColumnWeights(360);
     cv::Mat turned = compass::Rolled(world, 2);
     const cv::Mat inside = compass::Rolled(world, 5);
     for (int u = 0; u < 360; ++u) {
@@ -207,9 +208,12 @@ TEST(Labrosse2006, FieldsOfViewFollowTheTravel) {
     (void)follows.Next({world, 0});
     (void)whole.Next({world, 0});
     (void)across.Next({world, 0});
-    EXPECT_NEAR(ErrorDeg(follows.Next({turned, 1, towards(travel)}), 5 * kDeg), 0, 0.01);
-    EXPECT_NEAR(ErrorDeg(across.Next({turned, 1, towards(travel + 90 * kDeg)}), 2 * kDeg), 0, 0.01);
-    EXPECT_LT(std::abs(ErrorDeg(whole.Next({turned, 1, towards(travel)}), 2 * kDeg)), 1.5);
+    EXPECT_NEAR(ErrorDeg(follows.Next({turned, 1, towards(travel)}), 5 * kRadPerDeg), 0, 0.01);
+    EXPECT_NEAR(
+        ErrorDeg(across.Next({turned, 1, towards(travel + 90 * kRadPerDeg)}), 2 * kRadPerDeg),
+        0,
+        0.01);
+    EXPECT_LT(std::abs(ErrorDeg(whole.Next({turned, 1, towards(travel)}), 2 * kRadPerDeg)), 1.5);
   }
 }
 
@@ -226,7 +230,7 @@ TEST(Labrosse2006, SeesColours) {
   (void)colour.Next({colours, 0});
   (void)grey.Next({sum, 0});
   const auto seen = colour.Next({compass::Rolled(colours, 6), 1});
-  EXPECT_NEAR(ErrorDeg(seen, 6 * kDeg), 0, 0.01);
+  EXPECT_NEAR(ErrorDeg(seen, 6 * kRadPerDeg), 0, 0.01);
   EXPECT_EQ(seen->confidence, 1);
   EXPECT_EQ(grey.Next({compass::Rolled(sum, 6), 1})->confidence, 0);
 }
@@ -236,7 +240,7 @@ TEST(Labrosse2006, ShowsItsDistances) {
   Labrosse2006 compass;
   (void)compass.Next({world.At(0), 0});
   EXPECT_TRUE(compass.Profile().distance.empty());
-  const cv::Mat current = world.At(-9.3 * kDeg);
+  const cv::Mat current = world.At(-9.3 * kRadPerDeg);
   (void)compass.Next({current, 1});
   const compass::DistanceProfile profile = compass.Profile();
   const auto weights = compass::FieldsOfView{}.ColumnWeights(90);

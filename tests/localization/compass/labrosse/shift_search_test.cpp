@@ -1,4 +1,5 @@
 #include "localization/compass/labrosse/shift_search.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,15 +7,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
-#include <numbers>
 #include <string>
 
 #include "calib/base/error.hpp"
 
 namespace ceilmap::labrosse {
 namespace {
-
-constexpr double kDeg = std::numbers::pi / 180;
 
 /// Columns from `at` the short way around.
 int Off(int shift, int at, int columns) {
@@ -48,7 +46,7 @@ TEST(ShiftSearch, ProbesEscapeALocalMinimum) {
   }
   // Probes reach 10 deg; beyond, the other valley's floor is not seen.
   EXPECT_EQ(FindShift(landscape(20), 360, 0).columns, 0);
-  EXPECT_EQ(FindShift(landscape(20), 360, 0, {.probe_span_rad = 40 * kDeg}).columns, 20);
+  EXPECT_EQ(FindShift(landscape(20), 360, 0, {.probe_span_rad = 40 * kRadPerDeg}).columns, 20);
 }
 
 TEST(ShiftSearch, ProbesAreEvenlySpreadAndAskedOnce) {
