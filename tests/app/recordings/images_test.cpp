@@ -120,7 +120,7 @@ TEST(ReadGreyImage, RefusesWhatIsNone) {
   support::ExpectInputError([&] { ReadGreyImage(folder / "none.png"); },
                             {"none.png", "no such file"});
   support::ExpectInputError([&] { ReadGreyImage(folder.Write("t.png", "hello")); },
-                            {"t.png", "picture"});
+                            {"t.png", "image"});
   support::ExpectInputError([&] { ReadGreyImage(folder.Path()); }, {"not an image"});
 }
 

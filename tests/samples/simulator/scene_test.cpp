@@ -179,7 +179,7 @@ TEST(Scene, FaultsAreSaidWithTheirLine) {
             "s.yaml:1: camera.width_px = 10.5, must be a whole number in 16..8192; correct the "
             "value");
   EXPECT_EQ(ErrorOf("picture: {motion_blur: maybe}"),
-            "s.yaml:1: image.motion_blur = maybe, must be true or false; correct it");
+            "s.yaml:1: picture.motion_blur = maybe, must be true or false; correct it");
   EXPECT_EQ(ErrorOf("ceiling:\n  kind: wood"),
             "s.yaml:2: ceiling.kind = wood, must be one of tiles, periodic, plaster, uniform; "
             "correct it");
@@ -253,7 +253,7 @@ TEST(Scene, PartsThatDoNotFitAreRefused) {
   EXPECT_EQ(ErrorOf("ceiling: {marks_at: [13, 2, 0.1, 0.2]}"),
             "s.yaml: ceiling.marks_at[0].x_m = 13, must be in [0, 12]");
   EXPECT_EQ(ErrorOf("picture: {exposure_steps: [5, 1, 5, 2]}"),
-            "s.yaml: image.exposure_steps[1].frame = 5, must be later than the step before");
+            "s.yaml: picture.exposure_steps[1].frame = 5, must be later than the step before");
 }
 
 TEST(Scene, ValidateNamesTheField) {
