@@ -46,7 +46,8 @@ class LoopVerifier {
   [[nodiscard]] std::vector<graph::Edge> Confirm(const graph::Edge& closure,
                                                  const graph::KeyframeGraph& graph);
 
-  /// Removes the closures that have waited too long when keyframe `latest` is added.
+  /// Removes the closures that have waited too long when keyframe `latest` is added. @return their
+  /// number.
   std::int64_t Forget(std::int64_t latest);
   /// Number of closures that wait for confirmation.
   [[nodiscard]] std::size_t Waiting() const { return waiting_.size(); }

@@ -190,7 +190,7 @@ void Mapper::Impl::JoinSegments() {
   const Pose2 T_map_first = graph.keyframes.front().pose.T_map_base;
   graph::KeepOnly(graph, keep);
   const Pose2 T_map_kept = graph.keyframes.front().pose.T_map_base;
-  // A segment without any earlier segment begins the map.
+  // Where the beginning was removed, the first kept keyframe takes the pose of the map's first one.
   graph::MoveAll(graph, T_map_first * T_map_kept.Inverse());
   report.unconnected = static_cast<std::int64_t>(before - graph.trajectory.size());
 }

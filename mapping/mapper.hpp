@@ -67,6 +67,7 @@ class Mapper {
   /// returned with the pose; needs a view of a rig. Heading, where a compass gives one: it resolves
   /// orientations that look the same (Odometry, LoopCloser, JoinParts). A frame that cannot be
   /// placed is returned as kLost or kAmbiguous and is not added to the trajectory.
+  /// @throws InputError on a heading that is not finite or without variance.
   graph::FramePose Process(const cv::Mat& raw_grey,
                            std::int64_t frame_index,
                            double stamp_s,
