@@ -88,7 +88,8 @@ class LoopCloser {
   /// Dissimilarity of two keyframes' images under a motion (Registrar::Compare).
   [[nodiscard]] registration::Dissimilarity DissimilarityOf(
       std::int64_t from, std::int64_t to, const registration::ImageMotion& motion);
-  /// A predicted T_from_to as the prior of a registration.
+  /// A predicted T_from_to as the prior of a registration. @param sigma  standard deviation of x
+  /// and y, map units.
   [[nodiscard]] registration::MotionPrior Prior(const Pose2& T_from_to,
                                                 double sigma,
                                                 double sigma_rad) const;

@@ -255,7 +255,8 @@ void Odometry::Impl::ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
                                              graph::FramePose& pose,
                                              const graph::Edge& edge,
                                              std::vector<graph::Edge>& edges) {
-  // Each edge is
+  // Each edge gives an estimate of the same pose; the estimates are averaged, weighted by their
+  // information.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
   const auto add = [&](const ActiveKeyframe& reference, const graph::Edge& tie) {
