@@ -31,7 +31,7 @@ struct Tested {
   Hypothesis hypothesis;
   int expected = 0;
   int matched = 0;
-  int distinct = 0;  // matches that are unique without a prior
+  int distinct = 0;                     // matches that are unique without a prior
   std::vector<MatchQuality> qualities;  // quality of the matches, where the light is the same
 };
 

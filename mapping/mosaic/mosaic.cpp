@@ -186,7 +186,7 @@ bool MosaicRenderer::Impl::HasBlanks(const cv::Mat& image) const {
 
 /// Images are compared at the place of each image's centre, which the image shows best.
 void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness) {
-  constexpr double kMin = 1e-4;  // places without another image stay in the mosaic
+  constexpr double kMin = 1e-4;  // keeps places that no other image shows
   for (std::size_t k = 0; k < views.size(); ++k) {
     const cv::Point2d centre = views[k].Centre();
     const cv::Rect at(static_cast<int>((centre.x - grid.min_x) / grid.resolution),
