@@ -11,7 +11,7 @@
 namespace ceilmap::mapping {
 
 struct LoopCandidatesParams {
-  /// smallest shared fraction of the images of candidates by position, (0, 1)
+  /// Smallest shared fraction of the images of candidates by position, (0, 1).
   double min_overlap = 0.35;
   /// Where the standard deviation of the position exceeds this fraction of an image's span,
   /// candidates are retrieved by place recognition, > 0.

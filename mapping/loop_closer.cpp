@@ -75,7 +75,7 @@ struct LoopCloser::Impl {
   LoopCandidates candidates;
   LoopVerifier judge;
   std::vector<Pose2> recorded;  // by id: pose of the keyframe when it was added
-  // by id: covariance of the pose, along the best path from the start
+  // By id: covariance of the pose, along the best path from the start
   std::vector<Eigen::Matrix3d> covariance;
   graph::LoopCounts counts;
 

@@ -15,7 +15,7 @@ namespace ceilmap::mapping {
 
 struct JoinParams {
   int candidates_per_keyframe = 6;  ///< retrieval candidates that a keyframe is compared with
-  /// largest number of registrations without a prior of the parts' relative pose
+  /// Largest number of registrations without a prior of the parts' relative pose.
   int max_comparisons = 4000;
   /// Required number of keyframes of the second part that are recognized independently, ...
   int min_matches = 3;

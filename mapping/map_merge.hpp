@@ -51,7 +51,9 @@ struct MergeResult {
   [[nodiscard]] bool ok() const;    ///< true when every part was joined
 };
 
-/// Merges several maps into one.
+/// Merges several maps into one. The keyframes' ids must differ between the parts (Renumber), and
+/// their images must have the geometry of `view` (ChangeView). The first keyframe of the first part
+/// keeps its pose.
 MergeResult MergeGraphs(const calib::CeilingView& view,
                         const std::vector<graph::MapGraph>& parts,
                         const graph::ImageLoader& load,

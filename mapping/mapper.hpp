@@ -33,7 +33,7 @@ struct MapperReport {
   std::int64_t lost = 0;
   std::int64_t ambiguous = 0;
   std::int64_t without_texture = 0;  ///< part of lost
-  /// tracked, but in a segment that is not connected with the map
+  /// Tracked, but in a segment that is not connected with the map.
   std::int64_t unconnected = 0;
   std::int64_t keyframes = 0;
   graph::MapQuality quality;

@@ -14,7 +14,7 @@ struct MatchQuality {
   double dissimilarity = 0;  ///< Dissimilarity::mean, nats, >= 0
 };
 
-/// @param unlike  dissimilarity of the same images under the registration's motion.
+/// @param dissimilarity  of the same images under the registration's motion.
 MatchQuality QualityOf(const registration::Registration& registration,
                        const registration::Dissimilarity& dissimilarity);
 

@@ -17,10 +17,8 @@ class KeyframeGraph {
  public:
   /// @param cell  side of the grid cells for position queries, map units, > 0: about an image's
   /// span.
-  ///   image spans.
-  /// @param arm  lever arm that converts a rotation error to a displacement in the length of a
-  /// path, map units, > 0: about half of an image's span.
-  ///   distance, map units, > 0: about half of what an image spans.
+  /// @param arm  lever arm that converts a rotation error to a displacement when the length of a
+  /// path is computed, map units, > 0: about half of an image's span.
   KeyframeGraph(double cell, double arm);
 
   /// @throws std::invalid_argument when the id is negative or known.

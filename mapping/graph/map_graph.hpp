@@ -18,7 +18,7 @@ struct LoopCounts {
   std::int64_t no_match = 0;        ///< the images do not agree, or have no texture
   std::int64_t ambiguous = 0;       ///< several motions fit (periodic ceiling): rejected
   std::int64_t off_prediction = 0;  ///< agree, but on a motion that contradicts the rest of the map
-  /// agree, but the prediction was uncertain and only one pair supports it
+  /// Agree, but the prediction was uncertain and only one pair supports it.
   std::int64_t unconfirmed = 0;
   std::int64_t outliers = 0;  ///< accepted closures that the pose graph removed again
 
@@ -54,7 +54,7 @@ struct WeakSpot {
 const char* ToString(WeakSpot::Kind kind);
 
 struct MapGraph {
-  /// without images; in order of increasing ids, which may have gaps
+  /// Without images; in order of increasing ids, which may have gaps.
   std::vector<Keyframe> keyframes;
   std::vector<Edge> edges;
   std::vector<FramePose> trajectory;  ///< in order of time for each recording

@@ -72,7 +72,7 @@ ceres::Solver::Options SolverOptions(const PoseGraphParams& params) {
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = params.max_iterations;
   options.function_tolerance = params.function_tolerance;
-  // relative to the map's size: the default would be micrometres
+  // Relative to the map's size: the default would be micrometres
   options.parameter_tolerance = 1e-12;
   // Gauss-Newton until a step fails: even weak damping slows the correction of drift in long chains
   // and needs three times as many steps.

@@ -31,7 +31,7 @@ struct PoseGraphParams {
   /// The same for odometry edges.
   double odometry_loss_scale = 0;
   int max_iterations = 50;  ///< from each start, at least 1
-  /// stop when the relative decrease of the cost is less than this; > 0
+  /// Stop when the relative decrease of the cost is less than this; > 0.
   double function_tolerance = 1e-8;
   int threads = 0;  ///< 0: all cores
 
@@ -40,7 +40,7 @@ struct PoseGraphParams {
 };
 
 struct PoseGraphSummary {
-  /// false: max_iterations reached, or no step that lowers the cost was found
+  /// False: max_iterations reached, or no step that lowers the cost was found.
   bool converged = false;
   int iterations = 0;
   /// Half the sum of the robustified squared residuals, before and after the optimization.

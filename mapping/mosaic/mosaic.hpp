@@ -36,7 +36,7 @@ struct MosaicParams {
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Renders the mosaic from keyframe images and poses, one window at a time, in memory bounded by
+/// Renders any window of the mosaic from keyframe images and poses, in memory bounded by
 /// the cache (and about 10 kB for each keyframe). The constructor loads every image once.
 ///
 /// Exposure: log I_k(u) = log E(X) + g_k + v(r), with a gain g_k per keyframe and one radial
