@@ -67,7 +67,7 @@ bool GlobalSearch::Move(const LevelFrame& frame) {
 namespace {
 
 constexpr double kSigmas = 4;
-constexpr double kProposalRad = 0.1;  // standard deviation of a proposal's yaw
+constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
 
 bool Fits(const Pose2& T_map_base, const std::optional<HeadingPrior>& yaw) {
   if (!yaw) return true;
