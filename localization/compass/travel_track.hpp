@@ -28,7 +28,7 @@ class TravelTrack {
   /// Direction of the displacement from a place to the current position, seen from the robot, which
   /// has turned by `turn_rad` since then and has the heading `heading_rad` now. For places that
   /// cannot be compared the robot is assumed to have driven an arc: the direction of its chord,
-  /// which differs from the current heading by half the turn.
+  /// which is the direction of travel rotated back by half the turn.
   [[nodiscard]] double DirectionFrom(const Spot& place, double turn_rad, double heading_rad) const;
   /// Ends a frame. @return its position.
   Spot Arrive(double heading_rad);
