@@ -24,8 +24,9 @@ using std::numbers::pi;
 
 constexpr double kSpacing = 0.15;  // of places, as a ratio of the depth
 constexpr double kMaxOffset = 0.9;
-constexpr double kElsewhere = 0.5;  // initial value; see README.md, "Doubt"
-constexpr double kFarthest = 10;    // that doubt grows to
+constexpr double kElsewhere = 0.5;  // initial probability
+constexpr double kFarthest =
+    10;  // limit of the distance with which the model error grows, same unit
 
 int StepOf(double angle_rad) {
   const double turns = angle_rad / (2 * pi);

@@ -33,7 +33,7 @@ struct ColourCompassParams {
   /// A frame that shows the same content as the previous one contains no new information. A frame
   /// has full weight after a turn of this angle, rad > 0, ...
   double fresh_turn_rad = 0.3;
-  /// ... and at least this fraction of it otherwise, (0, 1].
+  /// ... and at least this fraction of the full weight otherwise, (0, 1].
   double min_fresh = 0.1;
   /// Standard deviation of the measured turn between frames: a constant, rad >= 0, and a ratio of
   /// the turn, >= 0.
@@ -59,8 +59,8 @@ struct ColourCompassParams {
   /// positions, and for given positions.
   double model_sigma_rad = 0.2;
   double model_sigma_known_rad = 0.06;
-  /// Only cells that contain at least this fraction of the possible robot positions are compared
-  /// (ViCTORiA), [0, 1]. Used for given positions only.
+  /// Only cells that contain at least this fraction of the total weight of the possible positions
+  /// are compared (ViCTORiA), [0, 1]. Used for given positions only.
   double min_cell_ratio = 0.2;
   /// Whether the parallax between the robot's position and the learned position is modelled. The
   /// published method does not model it: all objects are infinitely far away.
