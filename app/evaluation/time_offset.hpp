@@ -16,7 +16,7 @@ struct TimeOffset {
   /// Fraction of the true path's variance that the estimate does not explain at this offset, [0, 1]
   /// ...
   double unexplained = 1;
-  double runner_up = 1;  ///< ... and at the next best one; a repetitive drive has many
+  double runner_up = 1;  ///< ... and at the next best one; a repetitive drive has several good ones
 
   /// Whether the paths agree at this offset, and much less at any other.
   [[nodiscard]] bool IsSure() const;

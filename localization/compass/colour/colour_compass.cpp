@@ -26,7 +26,7 @@ constexpr double kSpacing = 0.15;  // of places, as a ratio of the depth
 constexpr double kMaxOffset = 0.9;
 constexpr double kElsewhere = 0.5;  // initial probability
 constexpr double kFarthest =
-    10;  // limit of the distance with which the model error grows, same unit
+    10;  // largest offset used for the model error, as a ratio of the depth
 
 int StepOf(double angle_rad) {
   const double turns = angle_rad / (2 * pi);
