@@ -25,8 +25,7 @@ using std::numbers::pi;
 constexpr double kSpacing = 0.15;  // of places, as a ratio of the depth
 constexpr double kMaxOffset = 0.9;
 constexpr double kElsewhere = 0.5;  // initial probability
-constexpr double kFarthest =
-    10;  // largest offset used for the model error, as a ratio of the depth
+constexpr double kFarthest = 10;    // largest offset in the model error, in depths
 
 int StepOf(double angle_rad) {
   const double turns = angle_rad / (2 * pi);
