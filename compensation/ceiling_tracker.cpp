@@ -26,7 +26,7 @@ double TiltSigma(const PlaneFit& fit) {
   return std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace());
 }
 
-/// The pose without its tilt: where a level robot with the same foot and heading stands.
+/// The pose without its tilt: the pose of a level robot with the same foot and heading.
 Isometry3d Levelled(const Isometry3d& T) {
   return ToSpace(FromSpace(T).pose, {});
 }
@@ -96,12 +96,13 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   motion.inliers = fit.inliers;
   motion.blocks = fit.blocks;
   const double systematic = params_.systematic_rad * params_.systematic_rad;
-  // The median of few residuals is a poor scale, and too small when the fit could follow them.
+  // The median of few residuals is a poor scale. It is too small when the fit adapts to the
+  // residuals.
   constexpr double kFewBlocks = 12;
   const double few = 1 + std::pow(kFewBlocks / fit.inliers, 2);
   motion.covariance = few * registration::TiltOf(fit, view_).covariance;
   motion.covariance.diagonal().array() += systematic;
-  // The part of the image that is seen, as a level robot would see it.
+  // The visible fraction of the reference's image, for a level robot.
   const Pose2 planar = FromSpace(motion.T_reference_base).pose;
   const PlaneMotion level = ToMotion({planar, {}});
   registration::ImageMotion shift;
@@ -113,7 +114,7 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   return motion;
 }
 
-/// Where the prediction is no good: begins with what a level robot would see.
+/// For a poor prediction: the initial value is the similarity motion that a level robot would see.
 PlaneFit CeilingTracker::Find(const Frame& frame) {
   if (whole_reference_.empty()) {
     whole_reference_ = registrar_.Analyze(reference_image_, calib::ContentMask(reference_image_));

@@ -21,7 +21,8 @@ std::optional<Isometry3d> SpacePath::Follow(const cv::Mat& image, double stamp_s
   return T_first_base;
 }
 
-// A level frame rather than one that must be drawn level first; any, before the ceiling is lost.
+// Prefers a level frame to one that must be drawn level; takes any frame before the ceiling is
+// lost.
 void SpacePath::Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion) {
   constexpr double kRenewOverlap = 0.75;
   constexpr double kMinOverlap = 0.55;
@@ -34,7 +35,7 @@ void SpacePath::Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion)
   } else if (motion.overlap < kMinOverlap) {
     cv::Mat level;
     Tilt turn = at.tilt;
-    turn.lift_m = 0;  // that goes into the reference's own pose
+    turn.lift_m = 0;  // it is part of the reference's own pose
     level_view_.Draw(frame.image, turn, level);
     tracker_.SetReference(frame, level);
   } else {

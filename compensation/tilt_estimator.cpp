@@ -17,11 +17,11 @@ using Eigen::Isometry3d;
 
 namespace {
 
-/// What a frame is kept as until it may be a keyframe.
+/// A frame stored as a candidate for the next keyframe.
 struct Moment {
   CeilingTracker::Frame ceiling;
   bool has_ceiling = false;                      // measured against the reference
-  std::optional<ForwardTracker::Frame> forward;  // unless it shows nothing
+  std::optional<ForwardTracker::Frame> forward;  // unset when the image has no texture
   bool level = false;
 };
 
@@ -61,20 +61,20 @@ struct TiltEstimator::Impl {
   TiltFilter filter;
   TiltReport report;
 
-  std::optional<TiltAngles> correction;  // for the next frame
-  // The forward keyframe in the ceiling's; nothing: the ceiling did not show how they stand.
+  std::optional<TiltAngles> correction;  // to apply to the next frame
+  // Pose of the forward keyframe in the ceiling's keyframe. Unset: the ceiling did not measure it.
   std::optional<Isometry3d> T_reference_forward = Isometry3d::Identity();
-  double reference_variance = 0;  // of the ceiling's keyframe's own tilt
+  double reference_variance = 0;  // of the tilt of the ceiling's keyframe
   std::optional<double> last_stamp_s;
-  std::deque<Moment> moments;  // the last ones, oldest first
+  std::deque<Moment> moments;  // the latest ones, oldest first
   cv::Mat rectified;
-  cv::Mat up_image;  // of the frame at hand, rectified
+  cv::Mat up_image;  // of the current frame, rectified
   cv::Mat forward_rectified;
-  int ceiling_failed = 0;       // frames in a row
-  int forward_failed = 0;       // the same, of those that show something
-  int contradictions = 0;       // in a row
-  bool tilted_since = false;    // the keyframe
-  bool bare_reference = false;  // the ceiling's shows nothing
+  int ceiling_failed = 0;       // consecutive frames without a measurement
+  int forward_failed = 0;       // the same for the forward camera, images with texture only
+  int contradictions = 0;       // consecutive
+  bool tilted_since = false;    // a tilted frame was measured since the last keyframe
+  bool bare_reference = false;  // the ceiling's reference has no texture
 
   struct Seen {
     std::optional<CeilingMotion> ceiling;
@@ -111,7 +111,7 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::MapMatch(const TiltFrame& frame, 
       moment.forward =
           forward->Analyze(forward_view->Rectify(frame.forward, forward_rectified), frame.stamp_s);
       seen.forward = forward->Measure(*moment.forward);
-      // A covered camera is no keyframe.
+      // An image of a covered camera cannot become a keyframe.
       if (!seen.forward && forward->IsBare(*moment.forward)) moment.forward.reset();
     });
   }
@@ -126,13 +126,13 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::MapMatch(const TiltFrame& frame, 
   return seen;
 }
 
-/// Cx of Eq. (1): from the point of the ceiling that the frame's camera looks at to the one that
-/// the forward keyframe's looked at, along the direction of the forward camera in the frame.
+/// Cx of Eq. (1): from the ceiling point on the optical axis in the frame to the one in the forward
+/// keyframe, along the direction of the forward camera in the frame.
 std::optional<double> TiltEstimator::Impl::CeilingMotionToForward(const Seen& seen) const {
   if (!seen.ceiling || !T_reference_forward) return std::nullopt;
   const PlanarTilt at = FromSpace(T_reference_forward->inverse() * seen.ceiling->T_reference_base);
   const Eigen::Vector2d camera = view.T_base_camera().translation().head<2>();
-  // Both in the forward keyframe's level base.
+  // Both points in the level base of the forward keyframe.
   const Eigen::Vector2d frame_sees = at.pose * (camera + level_view.CeilingShift(at.tilt)).eval();
   const double yaw = at.pose.yaw + forward_view->Yaw();
   return Eigen::Vector2d(std::cos(yaw), std::sin(yaw)).dot(camera - frame_sees);
@@ -155,7 +155,7 @@ void TiltEstimator::Impl::Measure(const Seen& seen, TiltEstimate& estimate) {
 void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
   const bool use_ceiling = params.method != TiltMethod::kForward && estimate.by_ceiling;
   const bool use_forward = params.method != TiltMethod::kCeiling && estimate.by_forward;
-  // The ceiling is absolute and checked by many blocks; it is believed where the prediction is not.
+  // The ceiling is an absolute measurement checked by many blocks: it overrides the prediction.
   if (use_ceiling && !filter.Update(*estimate.by_ceiling)) filter.Restart(*estimate.by_ceiling);
   bool took_forward = false;
   if (use_forward) {
@@ -173,12 +173,12 @@ void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
   if (estimate.source == TiltSource::kNone) ++report.unknown;
 }
 
-/// Level or not, and by how much.
+/// Decides whether the frame is level, and sets its tilt.
 void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate) {
   const TiltAngles now = filter.Now();
   const bool by_ceiling =
       estimate.source == TiltSource::kCeiling || estimate.source == TiltSource::kBoth;
-  // What is measured exactly, and against a keyframe that is level.
+  // Measured by the ceiling, against a keyframe that is level.
   const bool exact = by_ceiling && reference_variance == 0;
   const bool was_level = std::all_of(
       moments.begin(), moments.end() - 1, [](const Moment& before) { return before.level; });
@@ -189,8 +189,8 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   report.level += part == 0 ? 1 : 0;
   tilted_since = tilted_since || !moment.level;
   Tilt& tilt = estimate.tilt;
-  // The first frame is level by definition, and one that the ceiling shows to be so is, exactly;
-  // the forward camera would not notice the foot of a bump.
+  // The first frame is level by definition. A frame that the ceiling shows to be level is exactly
+  // level. The forward camera does not detect the foot of a bump.
   const bool sure = report.frames == 1 || exact;
   if (part > 0 || !sure) {
     const double most = params.unknown_sigma_rad * params.unknown_sigma_rad;
@@ -202,12 +202,12 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   tilt.roll_rad = part * now.angles[1];
   report.largest_rad = std::max(report.largest_rad, part * now.angles.norm());
   const bool measured = seen.ceiling && params.method != TiltMethod::kForward;
-  // Wheels before the mast that climb lift its foot; of others the height of the pivot is unknown.
+  // Rising wheels before the mast lift its foot. For other wheels the pivot's height is unknown.
   tilt.lift_m = measured ? part * seen.ceiling->T_reference_base.translation().z()
                          : rig.axle_behind_mast_m * std::sin(std::max(0.0, -tilt.pitch_rad));
 }
 
-/// What is kept relative to the keyframe is, from now on, relative to this one.
+/// Transforms all stored poses from the old keyframe to this one.
 void TiltEstimator::Impl::CountFrom(const Moment& keyframe) {
   const Isometry3d T_new_old =
       ToSpace(FromSpace(keyframe.ceiling.T_reference_base).pose, {}).inverse();
@@ -234,7 +234,7 @@ void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
   T_reference_forward = Isometry3d::Identity();
 }
 
-/// Levels what the ceiling shows; the forward keyframe stays.
+/// Draws the ceiling's image level; the forward keyframe stays.
 void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt) {
   cv::Mat level;
   level_view.Draw(up_image, tilt, level);
@@ -243,7 +243,7 @@ void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& t
   CountFrom(moment);
 }
 
-/// The keyframe stood tilted by what the map says is left.
+/// The keyframe was tilted by the residual tilt that the map measured.
 void TiltEstimator::Impl::ApplyCorrection(Moment& moment, TiltEstimate& estimate) {
   TiltAngles tilt = filter.Now();
   tilt.angles += correction->angles;
@@ -263,8 +263,8 @@ void TiltEstimator::Impl::ApplyCorrection(Moment& moment, TiltEstimate& estimate
   ++report.corrected;
 }
 
-/// Nothing can be seen against the ceiling's keyframe. One that was taken in the dark is given up
-/// as soon as there is light.
+/// True when no frame can be measured against the ceiling's keyframe. A keyframe taken in the dark
+/// is replaced as soon as an image has texture.
 bool TiltEstimator::Impl::WantsNewBeginning(const Moment& moment) {
   if (!ceiling.HasReference() || ceiling_failed >= params.restart_after) return true;
   return bare_reference && ceiling_failed > 0 && !ceiling.IsBare(moment.ceiling);
@@ -278,13 +278,13 @@ void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate
   } else {
     MakeTiltedKeyframe(Moment(moment), estimate.tilt);
   }
-  // The first one is level by definition.
+  // The first keyframe is level by definition.
   if (report.frames > 1) reference_variance = std::pow(params.assumed_sigma_rad, 2);
   ceiling_failed = 0;
   bare_reference = ceiling.IsBare(moment.ceiling);
 }
 
-/// A new keyframe from the level frames that went before, when one is wanted.
+/// Makes one of the preceding level frames the keyframe, when a new keyframe is needed.
 void TiltEstimator::Impl::Renew(const Seen& seen) {
   const bool far = seen.ceiling && seen.ceiling->overlap < params.renew_overlap;
   const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > params.renew_zoom;
@@ -335,7 +335,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   } else {
     me.Renew(seen);
   }
-  me.up_image.release();  // the caller's memory
+  me.up_image.release();  // it refers to the caller's memory
   return estimate;
 }
 

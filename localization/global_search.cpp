@@ -43,10 +43,10 @@ void GlobalSearch::ChangeView() {
   finder_.SetView(sight_.View());
 }
 
-/// Carries the hypotheses on by the robot's own motion, as far as it can be seen. False when there
-/// is nothing to see.
+/// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
+/// no texture.
 bool GlobalSearch::Move(const LevelFrame& frame) {
-  constexpr double kMaxDropoutS = 1;  // after a longer darkness the robot may have been carried
+  constexpr double kMaxDropoutS = 1;  // after a longer dropout the robot may have been carried
   const double stamp_s = frame.stamp_s;
   if (!begin_s_) begin_s_ = stamp_s;
   const std::optional<ChainStep> step = chain_.Next(frame);
@@ -67,7 +67,7 @@ bool GlobalSearch::Move(const LevelFrame& frame) {
 namespace {
 
 constexpr double kSigmas = 4;
-constexpr double kProposalRad = 0.1;  // what a proposal may be off by
+constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
 
 bool Fits(const Pose2& T_map_base, const std::optional<HeadingPrior>& yaw) {
   if (!yaw) return true;
@@ -101,7 +101,7 @@ std::optional<MapMatch> GlobalSearch::MatchNear(const Pose2& T_map_base,
   return look;
 }
 
-/// All over the map, where it looks like the image.
+/// Searches the whole map for places of similar appearance.
 void GlobalSearch::Relocalize(const LevelFrame& frame,
                               const FrameSpectrum& spectrum,
                               const std::optional<HeadingPrior>& yaw) {
@@ -111,11 +111,12 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
   Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
   rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;
   const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, frame.stamp_s, yaw); };
-  // Where an image fits in several ways within each place, it does so everywhere.
+  // An image that fits in several ways within each of these places does so everywhere.
   constexpr int kEnoughAmbiguous = 3;
   const std::vector<PlaceProposal> places = finder_.Find(frame.image, wanted);
   for (const bool any_yaw : {false, true}) {
-    // Single marks need a check over the full circle; where whole places fit, the best one will do.
+    // Places of single descriptors need a check over the full circle. Where whole places fit, only
+    // the best one is checked.
     int left = any_yaw && hypotheses_.AnyMatch() ? 1 : static_cast<int>(places.size());
     for (const PlaceProposal& place : places) {
       if (place.any_yaw != any_yaw) continue;
@@ -123,7 +124,7 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
       std::optional<PoseEstimate> expected;
       if (!any_yaw) expected = {place.T_map_base, rough};
       const std::optional<MapMatch> look = MatchNear(place.T_map_base, spectrum, expected);
-      // A look that more than one pose explains is no news of where the robot is.
+      // A match that more than one pose explains gives no information about the place.
       if (!look || look->disambiguated_by_prior) continue;
       if (Fits(look->pose.T_map_base, yaw)) hypotheses_.Add(*look);
     }
@@ -137,7 +138,8 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   if (!Move(frame)) return result;
   ++frames_;
   ambiguous_looks_ = 0;
-  // A compass that has drifted, or learnt a wrong zero, must not hide the right place for ever.
+  // A compass that has drifted, or whose zero is wrong, must not exclude the right place
+  // permanently.
   const bool believe_yaw =
       yaw && (!params_.heading.unknown_zero || frames_ <= params_.give_up_heading_after);
   if (believe_yaw) hypotheses_.Turn(*yaw);

@@ -40,7 +40,7 @@ bool Hypotheses::Same(const Pose2& a, const Pose2& b) const {
 }
 
 bool Hypotheses::Knows(const Pose2& T_map_base) const {
-  // A proposal is rougher than a look.
+  // The pose of a proposal is less exact than that of a match.
   constexpr double kNearPart = 0.1;
   constexpr double kNearRad = 0.2;
   return std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
@@ -76,13 +76,13 @@ void Hypotheses::Turn(const HeadingPrior& yaw) {
     Pose2& T = h.pose.T_map_base;
     const double off = WrapAngle(yaw.heading_rad - T.yaw);
     const double variance = h.pose.covariance(2, 2) + yaw.variance_rad2;
-    // Disturbed, or a place that is none: what is seen there decides.
+    // The heading is disturbed, or the hypothesis is wrong: matching the image decides.
     if (off * off > params_.max_sigmas * params_.max_sigmas * variance) continue;
     const Eigen::Vector3d gain = h.pose.covariance.col(2) / variance;
     T.x += gain.x() * off;
     T.y += gain.y() * off;
     T.yaw = WrapAngle(T.yaw + gain.z() * off);
-    // Joseph's form: the gain may be 1 to the last bit.
+    // Joseph form: the gain may equal 1 up to rounding.
     Eigen::Matrix3d left = Eigen::Matrix3d::Identity();
     left.col(2) -= gain;
     h.pose.covariance =
@@ -116,7 +116,7 @@ void Hypotheses::Add(const MapMatch& look) {
 void Hypotheses::MatchAll(
     const std::function<std::optional<MapMatch>(const Hypothesis&)>& look_at) {
   const double max_distance2 = params_.max_sigmas * params_.max_sigmas;
-  // The robot's own motion is not better known than this: its camera's scale may not be known yet.
+  // Lower limit of the motion's standard deviation: the camera's scale may not be known yet.
   constexpr double kFloorPart = 0.005;  // of the span
   constexpr double kFloorRad = 0.005;
   const double floor = kFloorPart * span_;
@@ -125,7 +125,7 @@ void Hypotheses::MatchAll(
   if (anew) since_confirmed_ = 0;
   for (Hypothesis& h : all_) {
     const std::optional<MapMatch> look = look_at(h);
-    // What is seen must also be where it was expected.
+    // The match must also agree with the expected pose.
     PoseEstimate expected = h.pose;
     expected.covariance.diagonal() += floors;
     h.recognised = look && SquaredDistance(look->pose, expected) < max_distance2;
@@ -141,7 +141,7 @@ void Hypotheses::MatchAll(
         !look->disambiguated_by_prior && (anew || look->peak >= params_.min_peak_at_rest);
     h.confirmations += counts ? 1 : 0;
   }
-  // Two guesses may turn out to be the same place: the one that is known longer stays.
+  // Two hypotheses may converge to the same place: the one with more confirmations stays.
   std::stable_sort(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
     return a.trusted != b.trusted ? a.trusted : a.confirmations > b.confirmations;
   });
@@ -159,8 +159,8 @@ bool Hypotheses::AnyMatch() const {
   return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) { return h.recognised; });
 }
 
-/// The place that explains the latest frame best. Where the map shows little of the frame, few
-/// blocks are easily alike: such places are not asked.
+/// The place that explains the latest frame best. Where the map covers little of the frame, few
+/// blocks are compared and agree easily: such places are not used.
 const Hypothesis& Hypotheses::BestOfFrame() const {
   int max_blocks = 0;
   for (const Hypothesis& h : all_) {
@@ -201,8 +201,8 @@ void Hypotheses::Weigh() {
   });
   const auto most = static_cast<std::size_t>(params_.most);
   if (all_.size() <= most) return;
-  // One that may be the right one goes for want of room: the others must prove themselves anew, and
-  // it may come back meanwhile.
+  // A hypothesis that may be the right one is dropped for lack of space. The others must be
+  // confirmed anew; meanwhile the dropped one may be found again.
   const bool crowded = all_.front().evidence - all_[most].evidence < params_.min_evidence;
   all_.resize(most);
   if (!crowded) return;

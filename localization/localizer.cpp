@@ -74,11 +74,11 @@ struct Localizer::Impl {
         shape(map),
         heading(p.heading) {}
 
-  MotionModel motion;                        // started: the robot is followed
-  std::optional<TiltAngles> unnoticed_tilt;  // as the latest check found it, if it did
-  LevelFrame last_frame;                     // the last placed one ...
+  MotionModel motion;                        // started: the robot is tracked
+  std::optional<TiltAngles> unnoticed_tilt;  // of the latest check, if significant
+  LevelFrame last_frame;                     // the last one with a pose ...
   PoseEstimate last_pose;                    // ... and its pose
-  std::optional<MotionModel> motion_before;  // when it was lost after that
+  std::optional<MotionModel> motion_before;  // at the time when the robot was lost
   LocalizerParams params;
   MapMatcher sight;
   GlobalSearch search;
@@ -86,13 +86,13 @@ struct Localizer::Impl {
   HeadingFusion heading;
   LocalizerReport report;
 
-  std::shared_ptr<const Patch> patch;  // that the robot is followed on
-  // Of the sight's view, made for the first tilted frame.
+  std::shared_ptr<const Patch> patch;  // the robot is tracked on it
+  // Of the view of `sight`, made for the first tilted frame.
   std::optional<calib::LevelView> level_view;
   cv::Mat rectified;
   cv::Mat levelled;
   std::optional<double> last_stamp_s;  // of any frame
-  int placed_frames = 0;               // since it was found
+  int placed_frames = 0;               // since the robot was found
   bool was_placed = false;
 
   [[nodiscard]] LevelFrame Levelled(const CeilingFrame& frame);
@@ -145,8 +145,8 @@ void Localizer::Impl::CheckTilt(const Patch& at,
   if (location.tilt_left->Sigmas() > kSigmas) unnoticed_tilt = location.tilt_left;
 }
 
-/// A robot that stands tilted unnoticed is off by its height under the ceiling times the tilt; in a
-/// frame that does not tell, as in the one before.
+/// An unnoticed tilt causes a position error of the distance to the ceiling times the tilt. A frame
+/// that does not measure the tilt uses that of the frame before.
 void Localizer::Impl::InflateByTilt(Location& location) {
   if (!location.Placed()) unnoticed_tilt.reset();
   if (!unnoticed_tilt) return;
@@ -174,11 +174,12 @@ void Localizer::Impl::Check(const CeilingFrame& frame) const {
   }
 }
 
-/// Keeps the patch while enough of it is in view; the next one lies ahead, so that it lasts.
+/// Keeps the patch while enough of it is in view. The next patch lies ahead, so that it can be used
+/// longer.
 void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
   const Pose2& T_map_base = expected.T_map_base;
   if (patch && sight.Overlap(*patch, T_map_base) >= params.min_overlap) return;
-  constexpr double kSlow = 0.05;       // m/s: no direction to speak of
+  constexpr double kSlow = 0.05;       // m/s: direction of travel not defined
   constexpr double kAheadPart = 0.17;  // of the span
   const Eigen::Vector2d velocity = motion.Velocity().head<2>();
   if (velocity.norm() > kSlow) {
@@ -189,7 +190,7 @@ void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
   patch = sight.Patches().Near(T_map_base);
 }
 
-/// A heading that the motion so far excludes is a disturbed one (steel, a crowd), and not used.
+/// A heading that contradicts the motion model is disturbed (steel, a crowd) and is not used.
 void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   const PoseEstimate expected = motion.Pose();
   const double off = WrapAngle(yaw.heading_rad - expected.T_map_base.yaw);
@@ -198,13 +199,14 @@ void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   motion.UpdateYaw(yaw.heading_rad, yaw.variance_rad2);
 }
 
-/// Robots do not jump. Where one seems to, the image may be of another moment, or damaged in a
-/// way that its decoder does not see, however well it fits.
-/// @return standard deviation of that doubt, m; 0 where the motion is an even one.
+/// Robots do not jump. For an apparent jump, the image may be of another time, or damaged without
+/// an error of its decoder, even if the match is good.
+/// @return standard deviation that accounts for this, m; 0 where the motion is near constant
+///   velocity.
 double Localizer::Impl::InnovationSigma(const MapMatch& look, const PoseEstimate& expected) const {
   constexpr double kExactPx = 1.5;
   constexpr double kSigmas = 2.5;
-  constexpr double kInflation = 0.5;  // of the way that it is off
+  constexpr double kInflation = 0.5;  // of the position innovation
   const double off =
       (look.pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
   const double sigma =
@@ -219,7 +221,7 @@ bool Localizer::Impl::Track(double stamp_s,
   motion.Predict(stamp_s);
   if (yaw) TakeHeading(*yaw);
   PoseEstimate expected = motion.Pose();
-  // After a gap in time one look is not enough: the place may have doubles.
+  // After a gap in time one match is not enough, because of perceptual aliasing.
   constexpr double kVaguePart = 0.2;
   if (PositionSigma(expected.covariance) > kVaguePart * sight.Span()) return false;
   ChoosePatch(expected);
@@ -247,8 +249,8 @@ bool Localizer::Impl::Track(double stamp_s,
   return true;
 }
 
-/// Nobody carries a robot away within a second: where it is found then, it must be able to have
-/// gone.
+/// Nobody carries a robot away within a second: a pose found within that time must be reachable
+/// from the last one.
 bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
   constexpr double kMomentSeconds = 1;
   constexpr double kSigmas = 3;
@@ -259,7 +261,7 @@ bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
                                     params.min_prior_sigma_px * sight.View().MetresPerPixel());
 }
 
-/// Nothing was to be seen for a moment: what was predicted before still holds.
+/// During a short period without texture the earlier prediction remains valid.
 bool Localizer::Impl::IsDropout(double stamp_s) const {
   return sight.Verdict() == registration::Verdict::kNoTexture &&
          stamp_s - last_frame.stamp_s <= params.max_dropout_s;
@@ -360,7 +362,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
     }
     me.report.track_ms += MillisecondsSince(start);
     if (!decided) {
-      // From now on as somebody who knows where he was a moment ago.
+      // From now on the search starts from the last known pose.
       me.motion_before = me.motion;
       me.motion.Stop();
       me.search.BeginAt(me.last_pose, me.last_frame);

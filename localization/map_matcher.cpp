@@ -18,7 +18,7 @@ using registration::Registration;
 
 namespace {
 
-/// The camera's view when everything that it sees is `scale` times as large as the rig says, in
+/// The camera's view when everything that it sees is `scale` times as large as the rig implies, in
 /// pixels.
 calib::CeilingView MakeView(const calib::MountedCamera& up, double ceiling_height_m, double scale) {
   const double camera_m = up.T_base_cam.translation().z();
@@ -104,7 +104,7 @@ std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
   MapMatch look;
   look.scale = found.motion.scale;
   if (std::abs(std::log(look.scale)) > params_.max_scale_error) return std::nullopt;
-  // The shift in pixels of the patch, whose size on the ceiling is known.
+  // Converts the shift to pixels of the patch, whose size on the ceiling is known.
   found.motion.tx_px /= look.scale;
   found.motion.ty_px /= look.scale;
   found.motion.scale = 1;
@@ -125,7 +125,7 @@ std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
   if (!at) return std::nullopt;
   std::optional<MapMatch> look = MatchAt(*at, frame, expected);
   if (!look) return std::nullopt;
-  // The frame is the reference, so that places can be weighed against each other.
+  // The frame is the reference, so that places can be compared with each other.
   registration::ImageMotion to_map =
       mapping::ImageMotionOf(view_, look->pose.T_map_base.Inverse() * at->T_map_base);
   to_map.scale = 1 / look->scale;
@@ -157,8 +157,8 @@ bool MapMatcher::LearnScale(const MapMatch& look) {
   if (static_cast<int>(scales_.size()) < params_.scale_frames) return false;
   std::sort(scales_.begin(), scales_.end());
   const double median = scales_[scales_.size() / 2];
-  // Twelve looks at one ceiling agree to a few parts in ten thousand. Where they do not, something
-  // else is seen: begin anew.
+  // The scales of matches with one ceiling agree closely. A larger spread shows wrong matches:
+  // restart.
   constexpr double kSpread = 0.004;  // between the quartiles
   const double spread = scales_[3 * scales_.size() / 4] - scales_[scales_.size() / 4];
   if (spread > kSpread) {

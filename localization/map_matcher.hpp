@@ -16,44 +16,45 @@
 
 namespace ceilmap::localization {
 
-/// Compares a visitor's frames with the map, and learns on what scale its camera sees it. The part
-/// of Localizer that knows images; what the poses mean is up to that.
+/// Matches frames of the robot being localized with the map, and estimates the scale of its camera.
+/// The part of Localizer that processes images; Localizer interprets the poses.
 class MapMatcher {
  public:
-  /// @throws InputError as Localizer.
+  /// @throws InputError as Localizer does.
   MapMatcher(const store::MapReader& map,
              const calib::MountedCamera& up,
              const LocalizerParams& params);
 
-  /// As seen with the scale that is known now. Changes when LearnScale returns true.
+  /// The view with the scale that is known now. Changes when LearnScale returns true.
   [[nodiscard]] const calib::CeilingView& View() const { return view_; }
   /// Map units across the image's longer side.
   [[nodiscard]] double Span() const { return span_; }
-  /// The frame that is looked at from now on.
+  /// Prepares a frame for matching. Its tilt is used by the matches that follow.
   [[nodiscard]] registration::FrameSpectrum Analyze(const LevelFrame& frame);
   [[nodiscard]] MapPatches& Patches() { return *patches_; }
 
-  /// What a frame says of a patch. @param expected  its pose; unset: nothing is known, not even how
-  /// the robot is turned.
-  /// @return nothing when the patch is not recognised; Verdict() says why.
+  /// Matches a frame with a patch.
+  /// @param expected  Its expected pose; unset: nothing is known, not even the yaw.
+  /// @return nothing when the patch is not recognised; Verdict() gives the reason.
   std::optional<MapMatch> MatchAt(const Patch& at,
                                   const registration::FrameSpectrum& frame,
                                   const std::optional<PoseEstimate>& expected);
   [[nodiscard]] registration::Verdict Verdict() const { return verdict_; }
-  /// The same near a place, and how it compares with other places (Look::unlike).
+  /// Matches a frame near a place, and compares it for weighing places (MapMatch::dissimilarity).
   std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
                                     const registration::FrameSpectrum& frame,
                                     const std::optional<PoseEstimate>& expected);
-  /// The tilt that is left in a frame, as a level map shows it.
-  /// @param look  of the frame at this patch. @return nothing when the blocks do not tell.
+  /// The residual tilt of a frame, measured against a level map.
+  /// @param look  Match of the frame with this patch.
+  /// @return nothing when the blocks do not determine it.
   std::optional<TiltAngles> MeasureTilt(const Patch& at,
                                         const registration::FrameSpectrum& frame,
                                         const MapMatch& look);
-  /// Part of a patch that a robot at this pose sees, 0..1.
+  /// Fraction of a patch that a robot at this pose sees, 0..1.
   [[nodiscard]] double Overlap(const Patch& at, const Pose2& T_map_base) const;
 
-  /// Takes the scale of a look that is sure. True when the view has changed by it: then all patches
-  /// are new ones.
+  /// Adds the scale of a reliable match to the estimate. True when this changes the view: all
+  /// patches are then drawn anew.
   bool LearnScale(const MapMatch& look);
   /// See LocalizerReport::scale.
   [[nodiscard]] std::optional<double> Scale() const { return scale_; }
@@ -66,7 +67,7 @@ class MapMatcher {
   calib::MountedCamera up_;
   LocalizerParams params_;
   calib::CeilingView view_;
-  Tilt tilt_;  // that was taken out of the frame
+  Tilt tilt_;  // that was removed from the frame
   double span_;
   registration::Registrar registrar_;
   registration::Registrar scaling_;  // until the scale is known

@@ -28,7 +28,7 @@ struct Node {
   std::int64_t y = 0;
   std::int64_t heading = 0;
 
-  /// One number for all three; places repeat only after 2^27 steps.
+  /// One key for all three; places repeat only after 2^27 steps.
   [[nodiscard]] std::int64_t Key() const {
     constexpr std::int64_t kPlaces = std::int64_t{1} << 27;
     const auto wrapped = [](std::int64_t v) { return (v % kPlaces + kPlaces) % kPlaces; };
@@ -134,7 +134,7 @@ void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) con
   cv::Mat seen;
   cv::Mat alpha;
   me.map.ReadMosaic(window, seen, alpha);
-  // A camera that sees less finely than the map takes means of the map's pixels.
+  // For a camera of lower resolution, means of the map's pixels are used.
   const int factor =
       std::max(1, static_cast<int>(std::lround(me.view.MetresPerPixel() / grid.resolution)));
   if (factor > 1) {
@@ -147,7 +147,7 @@ void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) con
     cv::resize(seen, seen, reduced, 0, 0, cv::INTER_AREA);
     cv::resize(alpha, alpha, reduced, 0, 0, cv::INTER_AREA);
   }
-  // Pixel of the read window under a pixel of the patch: linear, so three points tell.
+  // Pixel of the read window under a pixel of the patch: an affine mapping, given by three points.
   const auto in_window = [&](double u, double v) {
     const cv::Point2d p = placement.ToMap(u, v);
     const double along = (p.x - grid.min_x) / grid.resolution - 0.5 - window.x;
@@ -168,9 +168,9 @@ void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) con
                  cv::BORDER_CONSTANT,
                  cv::Scalar(0));
   cv::threshold(mask, mask, 254, 255, cv::THRESH_BINARY);
-  // The interpolation reaches two pixels over an edge.
+  // The interpolation reaches two pixels beyond an edge.
   cv::erode(mask, mask, cv::Mat(), {-1, -1}, 2, cv::BORDER_CONSTANT, cv::Scalar(255));
-  grey.setTo(0, mask == 0);  // black counts as nothing where the noise is estimated
+  grey.setTo(0, mask == 0);  // black is ignored by the noise estimate
 }
 
 }  // namespace ceilmap::localization

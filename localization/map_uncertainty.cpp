@@ -10,9 +10,9 @@ namespace ceilmap::localization {
 
 namespace {
 
-/// What the edges' claims must be multiplied with where they disagree more than they claim. Never
-/// less than 1: what all of them have in common (the camera's calibration, the light) no
-/// disagreement shows.
+/// Factor for the covariances of edges that disagree more than the covariances imply. Never less
+/// than 1: errors common to all edges (the camera's calibration, the light) do not show in their
+/// disagreement.
 double ClaimFactor(const graph::MapQuality& quality) {
   return std::max(1.0, quality.chi2_per_dof);
 }
@@ -30,7 +30,7 @@ std::vector<MapUncertainty::Place> MapUncertainty::Compute(const store::MapReade
   if (graph.keyframes.size() < 2 || graph.edges.empty()) return places;
   const double factor = ClaimFactor(map.Quality());
   graph::PoseGraphParams params;
-  params.loop_loss_scale *= std::sqrt(factor);  // as when the map was optimised
+  params.loop_loss_scale *= std::sqrt(factor);  // as in the optimisation of the map
   const std::vector<Eigen::Matrix3d> covariances = graph::GaugeFreeCovariances(
       graph.edges, graph.keyframes.front().id, graph::PosesById(graph), params);
   for (const graph::Keyframe& keyframe : graph.keyframes) {

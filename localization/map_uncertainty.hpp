@@ -9,19 +9,19 @@
 
 namespace ceilmap::localization {
 
-/// How far a map is bent, at any of its places: the part of a pose's error that no look at the map
-/// can show, because the map itself is off there.
+/// Deformation of a map at any of its places, as a covariance: the part of a pose's error that no
+/// match with the map can show, because the map itself has this error.
 ///
-/// Computed from the map's edges (graph::GaugeFreeCovariances), scaled up where these disagree more
-/// than they claim (MapQuality::chi2_per_dof), in a thread of its own beginning with the
-/// constructor; 0.2 s for 2000 keyframes. Not thread-safe.
+/// Computed from the map's edges (graph::GaugeFreeCovariances), and scaled up where the edges
+/// disagree more than their covariances imply (MapQuality::chi2_per_dof). Runs in a thread of its
+/// own, started by the constructor; 0.2 s for 2000 keyframes. Not thread-safe.
 class MapUncertainty {
  public:
-  /// @param map  must outlive the object.
+  /// @param map  Must outlive the object.
   explicit MapUncertainty(const store::MapReader& map);
 
   /// Covariance of a pose's (x, y, yaw) by the map's error, in the map frame: that of the nearest
-  /// keyframe. Zero for a map of which nothing is known.
+  /// keyframe. Zero for a map without this information.
   /// @throws InputError or RunError when the map's edges are damaged.
   [[nodiscard]] Eigen::Matrix3d At(const Pose2& T_map_base);
 

@@ -48,7 +48,7 @@ void MotionModel::Predict(double stamp_s) {
   const double dt = stamp_s - stamp_s_;
   if (!(dt > 0)) return;
   stamp_s_ = stamp_s;
-  // Along the chord: the heading half-way.
+  // Moves along the chord: heading at the middle of the step.
   const double middle = state_[2] + 0.5 * dt * state_[5];
   const double c = std::cos(middle);
   const double s = std::sin(middle);
@@ -64,7 +64,7 @@ void MotionModel::Predict(double stamp_s) {
   F(0, 5) = -0.5 * dt * step_y;
   F(1, 5) = 0.5 * dt * step_x;
   F(2, 5) = dt;
-  // White acceleration over dt; position, its product with the velocity, velocity.
+  // White acceleration over dt: position, its product with the velocity, velocity.
   Covariance Q = Covariance::Zero();
   const double speed = params_.speed_noise;
   Q.diagonal().head<2>().setConstant(speed * dt * dt * dt / 3);
@@ -91,7 +91,7 @@ void MotionModel::Update(const PoseEstimate& measured) {
   const Eigen::Matrix<double, 6, 3> K = S.ldlt().solve(HP).transpose();
   state_ += K * innovation;
   state_[2] = WrapAngle(state_[2]);
-  // Joseph's form: stays positive whatever the rounding.
+  // Joseph form: stays positive definite despite rounding.
   Covariance I_KH = Covariance::Identity();
   I_KH.leftCols<3>() -= K;
   covariance_ = I_KH * covariance_ * I_KH.transpose() + K * measured.covariance * K.transpose();

@@ -31,7 +31,7 @@ PlaceDescriptorParams ParamsOf(const store::MapMetadata& metadata) {
   return PlaceDescriptorParams::ForCamera(metadata.view_size, metadata.view_units_per_px);
 }
 
-// The map's keyframes by what they look like.
+// Index of the map's keyframes by appearance.
 struct Gallery {
   PlaceIndex index{PlaceDescriber::Dimension()};
   std::unordered_map<std::int64_t, Pose2> T_map_view;
@@ -90,7 +90,7 @@ Pose2 PlaceFinder::Impl::PoseFrom(const PlaceIndex::Match& match) const {
   return gallery->T_map_view.at(match.keyframe_id) * T_stored_query * T_view_base;
 }
 
-/// The strongest first, with all that say the same; then the strongest of the rest.
+/// Starts with the strongest proposal and merges all that agree with it; repeats with the rest.
 std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> single) const {
   std::vector<PlaceProposal> places;
   while (!single.empty()) {
@@ -118,7 +118,7 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
       places.begin(), places.end(), [](const PlaceProposal& a, const PlaceProposal& b) {
         return a.votes > b.votes;
       });
-  // Of each kind the best ones.
+  // The best ones of each kind.
   std::array<int, 2> left = {params.places, params.marks};
   std::array<double, 2> most = {0, 0};
   std::erase_if(places, [&](const PlaceProposal& place) {
@@ -144,7 +144,7 @@ void PlaceFinder::SetView(const calib::CeilingView& view) {
 std::vector<PlaceProposal> PlaceFinder::Find(
     const cv::Mat& image, const std::function<bool(const PlaceProposal&)>& wanted) {
   Impl& me = *impl_;
-  if (!me.gallery) me.gallery = me.filling.get();  // a damaged map throws, each time
+  if (!me.gallery) me.gallery = me.filling.get();  // throws each time when the map is damaged
   std::vector<PlaceProposal> single;
   for (const PlaceIndex::Match& match :
        me.gallery->index.Search(me.describer.Describe(image), me.params.keyframes)) {

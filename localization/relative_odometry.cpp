@@ -17,7 +17,7 @@ struct RelativeOdometry::Impl {
     mapping::OdometryParams params;
     params.local_keyframes = 1;
     params.registration.mask = view.Mask();
-    params.restart_after = std::numeric_limits<int>::max();  // begun anew here instead
+    params.restart_after = std::numeric_limits<int>::max();  // restarted here instead
     return std::make_unique<mapping::Odometry>(view, Pose2{}, params);
   }
 };
@@ -48,10 +48,10 @@ std::optional<ChainStep> RelativeOdometry::Next(const LevelFrame& frame) {
   mapping::OdometryStep step =
       me.odometry->Process(frame.image, frame.index, frame.stamp_s, {frame.tilt, frame.heading});
   bool placed = graph::HasPose(step.pose.status);
-  // The first image that shows anything begins it, whether or not dark ones came before.
+  // The first image with texture starts the chain, whether or not dark ones came before.
   me.began = placed && !me.T_chain_before;
   if (!placed && !first) {
-    // An image that can begin a chain shows something, only nothing that was seen before.
+    // An image that can start a chain has texture, but is not connected to earlier images.
     std::unique_ptr<mapping::Odometry> anew = me.NewOdometry();
     step = anew->Process(frame.image, frame.index, frame.stamp_s, {frame.tilt, frame.heading});
     placed = graph::HasPose(step.pose.status);
@@ -65,7 +65,7 @@ std::optional<ChainStep> RelativeOdometry::Next(const LevelFrame& frame) {
   if (!before || me.began) return std::nullopt;
   ChainStep result;
   result.T_before_now = before->Inverse() * step.pose.T_map_base;
-  // Both frames were measured against a keyframe: twice the error of one measurement, at the most.
+  // Both frames were measured against a keyframe: at most twice the variance of one measurement.
   if (step.tie.information.trace() > 0) {
     const double turn = result.T_before_now.yaw - step.tie.T_from_to.yaw;  // keyframe -> before
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();

@@ -12,44 +12,45 @@
 
 namespace ceilmap::localization {
 
-/// An image as a level robot sees it: CV_8UC1, rectified (CeilingView) and level (LevelView).
+/// An image as seen by a level robot: CV_8UC1, rectified (CeilingView) and level (LevelView).
 struct LevelFrame {
   cv::Mat image;
   std::int64_t index = 0;
   double stamp_s = 0;
-  Tilt tilt = {};  ///< that was taken out
-  /// As it was measured: tells orientations apart from one frame to another.
+  Tilt tilt = {};  ///< tilt that was removed from the image
+  /// As measured: separates orientations from one frame to another.
   std::optional<HeadingPrior> heading = std::nullopt;
 };
 
-/// How the robot moved between two frames.
+/// Motion of the robot between two frames.
 struct ChainStep {
-  Pose2 T_before_now;  ///< from the last frame that could be placed in the chain
+  Pose2 T_before_now;  ///< from the last frame placed in the chain
   Eigen::Matrix3d covariance =
       Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw), in the frame before
-  /// Several motions explain the images, an even speed alone chose this one (periodic ceiling).
+  /// Several motions explain the images; the constant-velocity model alone chose this one (periodic
+  /// ceiling).
   bool disambiguated_by_prior = false;
 };
 
-/// The robot's own motion, from frame to frame, where no map says where it is: it carries guesses
-/// of the position on until one of them turns out to be right. Visual odometry on the ceiling
-/// (mapping::Odometry), begun anew whenever a frame cannot be tied to those before.
+/// The robot's own motion, from frame to frame, while its pose on the map is unknown. It moves the
+/// hypotheses of the pose until one of them is confirmed. Visual odometry on the ceiling
+/// (mapping::Odometry), restarted whenever a frame cannot be connected to earlier ones.
 class RelativeOdometry {
  public:
-  /// @param view  must outlive the object.
+  /// @param view  Must outlive the object.
   explicit RelativeOdometry(const calib::CeilingView& view);
   ~RelativeOdometry();
 
-  /// Forgets all frames.
+  /// Discards all frames.
   void Reset();
-  /// Takes the next frame.
-  /// @return nothing for a frame that shows nothing, and for one that nothing ties to those before
-  /// (the first one, and after a jump); Broken() tells which.
+  /// Processes the next frame.
+  /// @return nothing for a frame without texture, and for one that is not connected to earlier ones
+  ///   (the first one, and after a jump); Began() and Broken() report which.
   std::optional<ChainStep> Next(const LevelFrame& frame);
-  /// True when the last frame began a chain.
+  /// True when the last frame started a chain.
   [[nodiscard]] bool Began() const;
-  /// True when the last frame began a chain although there was one: a jump, or there was nothing to
-  /// see for a while. Whatever was known before is not tied to it.
+  /// True when the last frame started a chain although there was one: after a jump, or after a
+  /// period without texture. Earlier poses are not connected to the new chain.
   [[nodiscard]] bool Broken() const;
 
  private:

@@ -18,7 +18,7 @@ void LoopCandidatesParams::Validate() const {
 
 namespace {
 
-/// Keyframes that a measured motion ties to this one already, and itself.
+/// The keyframe itself and those that an edge already connects with it.
 std::unordered_set<std::int64_t> Tied(const graph::KeyframeGraph& graph, std::int64_t id) {
   std::unordered_set<std::int64_t> tied = {id};
   for (const std::size_t e : graph.EdgesOf(id)) {
@@ -61,7 +61,7 @@ std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
     double overlap = 0;
   };
   const Pose2& T_map_base = graph.T_map_base(id);
-  // Where the camera stands off the base, a turn moves the image against the base.
+  // Where the camera is mounted away from the base, a turn moves the image relative to the base.
   const double radius = (1 - params_.min_overlap) * 1.25 * span_ +
                         2 * view_.T_base_view().Translation().norm() + 3 * sigma;
   const std::unordered_set<std::int64_t> tied = Tied(graph, id);
@@ -82,7 +82,7 @@ std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
   return ids;
 }
 
-/// Most alike first. The latest keyframes look alike too, but close no loop.
+/// Most similar first. The latest keyframes are similar too, but close no loop.
 std::vector<std::int64_t> LoopCandidates::Alike(std::int64_t id,
                                                 const graph::KeyframeGraph& graph,
                                                 int most) const {

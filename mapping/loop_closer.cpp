@@ -74,8 +74,9 @@ struct LoopCloser::Impl {
   LruCache<FrameSpectrum> spectra;
   LoopCandidates candidates;
   LoopVerifier judge;
-  std::vector<Pose2> recorded;              // by id: the pose that the keyframe came with
-  std::vector<Eigen::Matrix3d> covariance;  // by id: of the pose, by the best path from the start
+  std::vector<Pose2> recorded;  // by id: pose of the keyframe when it was added
+  // By id: covariance of the pose, along the best path from the start
+  std::vector<Eigen::Matrix3d> covariance;
   graph::LoopCounts counts;
 
   FrameSpectrum Spectrum(std::int64_t id);
@@ -114,8 +115,8 @@ graph::Edge LoopCloser::Impl::ClosureEdge(const Registration& measured,
   return edge;
 }
 
-/// Is the motion known worse than one measurement would tell? The keyframe's own tie stands for a
-/// measurement.
+/// Whether a measurement would add information: the predicted motion is less certain than one
+/// measurement. The keyframe's own odometry edge represents a measurement.
 bool LoopCloser::Impl::WorthWhile(const Relative& predicted, std::int64_t id) const {
   if (graph.EdgesOf(id).empty()) return true;
   const auto variance = [this](const Eigen::Matrix3d& c) {
@@ -156,7 +157,7 @@ std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
 void LoopCloser::Impl::Accept(const graph::Edge& edge) {
   graph.Add(edge);
   ++counts.accepted;
-  // The newer keyframe is known at least as well as the older one and the closure.
+  // Afterwards the newer keyframe is at least as certain as the older one and the closure together.
   const auto from = static_cast<std::size_t>(edge.from);
   const auto to = static_cast<std::size_t>(edge.to);
   const Eigen::Matrix3d through = ComposeCovariance(
@@ -166,8 +167,8 @@ void LoopCloser::Impl::Accept(const graph::Edge& edge) {
   }
 }
 
-/// The latest keyframes go where the closures say, everything older stays: bounded work. What the
-/// old part has to give is left to the full optimisation at the end.
+/// Optimizes the latest keyframes with the closures and keeps all older ones fixed: bounded work.
+/// Corrections of the older part are left to the full optimization at the end.
 void LoopCloser::Impl::MoveWindow(std::int64_t latest) {
   const std::int64_t oldest = std::max<std::int64_t>(0, latest - params.window + 1);
   std::vector<graph::Edge> edges;
@@ -211,7 +212,7 @@ void LoopCloser::Add(const graph::Keyframe& keyframe,
   Pose2 T_map_base = keyframe.pose.T_map_base;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   if (!edges.empty()) {
-    // What loop closing has moved takes along what comes after it.
+    // A correction by loop closing also applies to the keyframes that come after it.
     const graph::Edge& tie = edges.front();
     const auto from = static_cast<std::size_t>(tie.from);
     T_map_base =
@@ -252,7 +253,7 @@ void LoopCloser::Close(std::int64_t id) {
                           params.comparisons_per_keyframe)) {
     if (compared >= params.comparisons_per_keyframe) break;
     if (me.counts.accepted - accepted_before >= params.closures_per_keyframe) break;
-    // Anew each time: a closure found a moment ago makes its neighbours needless.
+    // Predicted anew each time: a closure just found makes those to its neighbours unnecessary.
     const std::vector<std::int64_t> target = {id};
     const auto relative = me.graph.RelativeTo(candidate, target);
     if (relative.empty()) continue;  // another segment

@@ -36,7 +36,7 @@ bool LoopVerifier::Agrees(const graph::Edge& closure,
   return difference.dot(spread.ldlt().solve(difference)) < params_.max_sigmas * params_.max_sigmas;
 }
 
-/// Do two closures say the same of how the old part of the path lies to the new one?
+/// Whether two closures agree about the motion between the old and the new part of the path.
 bool LoopVerifier::Consistent(const graph::Edge& known,
                               const graph::Edge& closure,
                               const graph::KeyframeGraph& graph) const {

@@ -10,44 +10,46 @@
 namespace ceilmap::mapping {
 
 struct LoopVerifierParams {
-  /// A measured motion further from the predicted one is not believed, in standard deviations of
-  /// their difference, > 0, ...
+  /// A measured motion is rejected when it differs from the predicted one by more than this number
+  /// of standard deviations of their difference, > 0, ...
   double max_sigmas = 5;
-  /// ... which is never taken to be less than this, > 0: what the model leaves out.
+  /// ... which has this lower bound, > 0, for errors that the model does not contain.
   double floor_px = 1;
   double floor_rad = 0.003;
-  /// A closure is left out when other closures of the last keyframes contradict it, more than this
-  /// part of those that support it, >= 0: the place has doubles.
+  /// A closure is rejected when the number of closures of the last keyframes that contradict it
+  /// exceeds this fraction of those that support it, >= 0: the place is subject to perceptual
+  /// aliasing.
   double max_contradicting_ratio = 0.34;
-  int confirm_within = 10;  ///< keyframes for which an unconfirmed closure is kept, >= 1
+  int confirm_within = 10;  ///< an unconfirmed closure is kept for this number of keyframes, >= 1
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Tells which closures are to be believed: those that agree with what the graph says already, and,
-/// where it says too little, those that another one confirms. On a ceiling that repeats itself a
-/// place is found in several places at once. Not thread-safe.
+/// Determines which closures are accepted: those that agree with the graph, and, where the graph is
+/// too uncertain to decide, those that another closure confirms. On a repetitive ceiling one place
+/// matches several places at once. Not thread-safe.
 class LoopVerifier {
  public:
-  /// @param units_per_px  of the view, map units, > 0.
+  /// @param units_per_px  scale of the view, map units per pixel, > 0.
   explicit LoopVerifier(double units_per_px, const LoopVerifierParams& params = {});
 
-  /// Does a closure measure what is known of the same motion otherwise?
+  /// Whether a closure agrees with the motion that the graph predicts.
   [[nodiscard]] bool Agrees(const graph::Edge& closure,
                             const graph::KeyframeGraph::Relative& predicted) const;
 
-  /// Hears a closure that waits for another one: it is confirmed when closures of other keyframes
-  /// (Edge::to) say the same of how the old part of the path lies to the new one, and few say
-  /// otherwise.
+  /// Adds a closure that waits for confirmation. It is confirmed when closures of other keyframes
+  /// (Edge::to) agree with it about the motion between the old and the new part of the path, and
+  /// few contradict it.
   /// @param closure  between keyframes of the graph, from the old one to the latest.
-  /// @return those to be believed now, in the order in which they came, itself the last of them; or
-  /// none, and it waits.
+  /// @return the closures accepted now, in the order in which they were added, this one last; empty
+  /// when it still waits.
   [[nodiscard]] std::vector<graph::Edge> Confirm(const graph::Edge& closure,
                                                  const graph::KeyframeGraph& graph);
 
-  /// Forgets what has waited for too long when keyframe `latest` comes. @return how many.
+  /// Removes the closures that have waited too long when keyframe `latest` is added. @return their
+  /// number.
   std::int64_t Forget(std::int64_t latest);
-  /// Closures that wait.
+  /// Number of closures that wait for confirmation.
   [[nodiscard]] std::size_t Waiting() const { return waiting_.size(); }
 
  private:

@@ -19,20 +19,20 @@ using registration::Verdict;
 
 namespace {
 
-/// A position of part b on part a, and the pairs that speak for it.
+/// A relative pose of parts a and b, and the pairs of keyframes that support it.
 struct Hypothesis {
   Pose2 T_a_b;
   std::vector<graph::Edge> edges;
   std::unordered_set<std::int64_t> supporters;  // keyframes of b
 };
 
-/// A hypothesis put to the test of what it predicts.
+/// Result of the test of a hypothesis.
 struct Tested {
   Hypothesis hypothesis;
   int expected = 0;
   int matched = 0;
-  int distinct = 0;  // matches that need no prior: nothing else there looks the same
-  std::vector<MatchQuality> qualities;  // of the matches, where the light is the same
+  int distinct = 0;                     // matches that are unique without a prior
+  std::vector<MatchQuality> qualities;  // quality of the matches, where the light is the same
 };
 
 /// 0 .. n-1 so that every prefix is spread over the whole: first the ends' middle, then the
@@ -85,7 +85,7 @@ class Joiner {
   int ambiguous_ = 0;
 };
 
-/// Where the match puts its keyframe of b, against where the hypothesis puts it.
+/// Compares the pose of the match's keyframe of b with its pose under the hypothesis.
 bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const graph::Edge& edge) const {
   const Pose2 off =
       (hypothesis.T_a_b * Pose(edge.to)).Inverse() * (Pose(edge.from) * edge.T_from_to);
@@ -118,7 +118,7 @@ bool Joiner::Decided() const {
   return best >= kEnough && best >= kTimes * second;
 }
 
-/// Not merely the same position seen through maps that are bent a little.
+/// Whether two hypotheses differ by more than the deformation of the maps.
 bool Joiner::Differ(const Hypothesis& x, const Hypothesis& y) const {
   constexpr double kTolerances = 1.2;
   return std::all_of(x.supporters.begin(), x.supporters.end(), [&](std::int64_t id) {
@@ -141,7 +141,8 @@ void Joiner::Propose() {
       ambiguous_ += measured.verdict == Verdict::kAmbiguous ? 1 : 0;
       if (!measured.ok()) continue;
       const graph::Edge edge = closer_.ClosureEdge(measured, match.keyframe_id, b_[i]);
-      // A disturbed compass leaves parts apart, but never turns one against the other.
+      // A disturbed compass may leave parts unconnected, but never joins them in a wrong
+      // orientation.
       if (!closer_.ContradictsCompass(edge)) AddMatch(edge);
     }
   }
@@ -151,7 +152,7 @@ void Joiner::Propose() {
       });
 }
 
-/// From neighbours on the way, spread over the part.
+/// Learns the gate from consecutive keyframes, spread over the part.
 void Joiner::LearnStandard(std::span<const std::int64_t> part) {
   const auto most = static_cast<std::size_t>(params_.standard.remembered) / 2;
   std::size_t learned = 0;
@@ -173,9 +174,9 @@ void Joiner::LearnStandard(std::span<const std::int64_t> part) {
   }
 }
 
-/// The keyframe of a that sees most of what a robot there would see.
+/// The keyframe of a whose image has the largest overlap with that of a robot at the given pose.
 std::optional<std::int64_t> Joiner::NearestInA(const Pose2& T_a_base) const {
-  // True overlaps of this much are recognised nearly always (mapping/registration/README.md).
+  // True overlaps of this size are almost always recognized (mapping/registration/README.md).
   constexpr double kMinOverlap = 0.6;
   std::optional<std::int64_t> nearest;
   double most = kMinOverlap;

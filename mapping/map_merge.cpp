@@ -17,7 +17,7 @@ std::vector<std::int64_t> Ids(const graph::MapGraph& graph) {
   return ids;
 }
 
-/// Brings a part to where it belongs and ties it to what is there.
+/// Moves a part into the frame of the joined ones and adds the edges between them.
 void Attach(LoopCloser& closer, const std::vector<std::int64_t>& part, const JoinResult& join) {
   for (const std::int64_t id : part) {
     closer.Graph().Move(id, join.T_a_b * closer.Graph().T_map_base(id));
@@ -26,7 +26,7 @@ void Attach(LoopCloser& closer, const std::vector<std::int64_t>& part, const Joi
   for (const std::int64_t id : part) closer.Close(id);
 }
 
-/// Everything of a part but its edges, which are in the closer's graph.
+/// Appends all of a part except its edges, which are in the closer's graph.
 void Append(graph::MapGraph& graph, const graph::MapGraph& part) {
   graph.keyframes.insert(graph.keyframes.end(), part.keyframes.begin(), part.keyframes.end());
   graph.trajectory.insert(graph.trajectory.end(), part.trajectory.begin(), part.trajectory.end());
@@ -51,7 +51,7 @@ void Renumber(graph::MapGraph& graph, std::int64_t offset) {
 
 void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view) {
   const Pose2 T_own_new = T_base_view_own * T_base_view.Inverse();
-  // The new base hangs on the old one like a rigid arm.
+  // The new base is attached rigidly to the old one.
   Eigen::Matrix3d by_own = Eigen::Matrix3d::Identity();
   for (graph::Keyframe& keyframe : graph.keyframes) {
     const Eigen::Vector2d arm = keyframe.pose.T_map_base.Rotation() * T_own_new.Translation();
@@ -63,8 +63,8 @@ void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose
   for (graph::Edge& edge : graph.edges) {
     const Pose2 T = edge.T_from_to;
     edge.T_from_to = T_own_new.Inverse() * T * T_own_new;
-    // d(new) = J d(old): the arm at the `to` end turns with the edge's yaw, then all is seen from
-    // the new `from` base.
+    // d(new) = J d(old): the lever arm at the `to` end turns with the edge's yaw; then everything
+    // is expressed in the new `from` base.
     const Eigen::Vector2d arm = T.Rotation() * T_own_new.Translation();
     Eigen::Matrix3d jacobian = Eigen::Matrix3d::Identity();
     jacobian(0, 2) = -arm.y();
@@ -86,7 +86,8 @@ JoinedParts JoinAll(LoopCloser& closer,
   all.results.front().verdict = JoinResult::Verdict::kJoined;
   all.joined = {0};
   std::vector<std::int64_t> base = parts.front();
-  // What fits nowhere now may fit once another part is there; so again after each success.
+  // A part that fits nowhere may fit after another part was joined; so all are tried again after
+  // each success.
   for (bool grown = true; grown;) {
     grown = false;
     for (std::size_t i = 1; i < parts.size(); ++i) {

@@ -10,14 +10,14 @@
 namespace ceilmap::mapping {
 namespace {
 
-/// Where the keyframes of one part are kept: those with ids in [first, end).
+/// Storage of the keyframes of one part: those with ids in [first, end).
 struct Store {
   std::int64_t first = 0;
   std::int64_t end = 0;
   const store::MapReader* map = nullptr;  // null: the writer itself
 };
 
-/// Images and descriptors of all parts by the ids that they have in the union.
+/// Images and descriptors of all parts, by their ids in the union.
 class Stores {
  public:
   Stores(std::vector<Store> stores, const store::MapWriter& writer)
@@ -88,7 +88,8 @@ calib::CeilingView ViewOf(const store::MapMetadata& metadata) {
 }
 
 std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadata& b) {
-  // At the border of an image such a scale is off by a few hundredths of a pixel.
+  // At the border of an image this difference of scale causes an error of a few hundredths of a
+  // pixel.
   constexpr double kSameScale = 1e-4;
   if (a.unit != b.unit) {
     return fmt::format("one map is in {}, the other in {}; make both with a rig", a.unit, b.unit);

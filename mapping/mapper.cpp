@@ -23,8 +23,8 @@ namespace ceilmap::mapping {
 namespace {
 
 void SetForView(const calib::CeilingView& view, registration::RegistrarParams& params) {
-  // Without a rig nothing says that the camera keeps its height: the scale is estimated, so that it
-  // does not disturb the rest.
+  // Without a rig the camera may change its height: the scale is estimated, so that it does not
+  // disturb the other parameters.
   if (view.FocalLength() <= 0) params.estimate_scale = true;
   params.mask = view.Mask();
 }
@@ -39,8 +39,9 @@ MapperParams ForView(MapperParams params, const calib::CeilingView& view) {
   return params;
 }
 
-/// Gives free memory back to the system. Spectra and images come and go between small things that
-/// stay, which leaves holes that glibc keeps: half a megabyte for each keyframe of a long run.
+/// Returns free memory to the system. Spectra and images are allocated and freed between small
+/// objects that remain, which leaves holes that glibc keeps: half a megabyte for each keyframe of a
+/// long run.
 void ReturnFreeMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);
@@ -55,9 +56,9 @@ void CheckHeading(const FrameContext& context, std::int64_t frame_index) {
       fmt::format("frame {}: a heading must be finite, its variance > 0", frame_index));
 }
 
-/// What the loop closer takes of a step of the odometry, in its own thread.
+/// Input of the loop closer from one step of the odometry, for its own thread.
 struct NewKeyframe {
-  graph::Keyframe keyframe;  // with its picture
+  graph::Keyframe keyframe;  // with its image
   registration::FrameSpectrum spectrum;
   std::vector<graph::Edge> edges;
 };
@@ -110,7 +111,7 @@ struct Mapper::Impl {
 
 void Mapper::Impl::CloseLoops(NewKeyframe added) {
   const StageTimer timer(report.loop_ms);
-  // The borders of an image that was drawn level would pass for marks of the ceiling.
+  // The borders of an image that was drawn level would be taken for features of the ceiling.
   const cv::Mat& image = added.keyframe.image;
   const bool level = added.keyframe.pose.tilt.IsLevel();
   const cv::Mat descriptors =
@@ -157,7 +158,7 @@ void Mapper::Impl::Count(const OdometryStep& step) {
   if (step.registration.verdict == registration::Verdict::kNoTexture) ++report.without_texture;
 }
 
-/// The place where frames could not be placed is the last one before them.
+/// Records where frames could not be placed: at the last placed frame before them.
 void Mapper::Impl::NoteLoss() {
   if (lost_in_a_row > 0 && !graph.trajectory.empty()) {
     graph::WeakSpot spot;
@@ -169,7 +170,7 @@ void Mapper::Impl::NoteLoss() {
   lost_in_a_row = 0;
 }
 
-/// Puts the parts together between which the robot had lost itself; what fits nowhere goes.
+/// Joins the segments between which the robot was lost; segments that cannot be joined are removed.
 void Mapper::Impl::JoinSegments() {
   const std::vector<std::vector<std::int64_t>> parts = graph::Components(graph);
   if (parts.size() < 2) return;
@@ -189,7 +190,7 @@ void Mapper::Impl::JoinSegments() {
   const Pose2 T_map_first = graph.keyframes.front().pose.T_map_base;
   graph::KeepOnly(graph, keep);
   const Pose2 T_map_kept = graph.keyframes.front().pose.T_map_base;
-  // A segment that is left without what came before it begins the map.
+  // Where the beginning was removed, the first kept keyframe takes the pose of the map's first one.
   graph::MoveAll(graph, T_map_first * T_map_kept.Inverse());
   report.unconnected = static_cast<std::int64_t>(before - graph.trajectory.size());
 }

@@ -35,7 +35,7 @@ void MatchGate::Add(const MatchQuality& right) {
 }
 
 bool MatchGate::Meets(const MatchQuality& match) const {
-  // What true matches have in simulated rooms at one exposure; the median peak there is 0.73.
+  // Typical of true matches at one exposure; used until a correct match is known.
   MatchQuality typical{1.0, 0.65, params_.max_dissimilarity / params_.max_dissimilarity_ratio};
   if (!right_.empty()) {
     const double most = typical.dissimilarity;

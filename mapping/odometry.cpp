@@ -28,7 +28,7 @@ struct ActiveKeyframe {
   FrameSpectrum spectrum;
 };
 
-/// The frame before the current one, kept in case that it has to become a keyframe.
+/// The frame before the current one, kept because it may have to become a keyframe.
 struct LastFrame {
   graph::FramePose pose;
   FrameSpectrum spectrum;
@@ -52,7 +52,7 @@ struct Odometry::Impl {
   OdometryParams params;
   Registrar registrar;
   FramePrediction prediction;
-  MatchGate standard;                 // by the ties of keyframes
+  MatchGate standard;                 // learned from the edges of keyframes
   std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
@@ -105,8 +105,8 @@ MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
   return {ImageMotionOf(view, T_reference_base), expected.sigma_px, expected.sigma_rad};
 }
 
-/// Where the compass alone tells the orientation, the ceiling is asked first: one that fits in one
-/// way only is right, and the compass disturbed.
+/// Where only the compass gives the orientation, the registration is first done without a prior. A
+/// single motion that fits is accepted; the compass is then taken to be disturbed.
 Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
                                      const FrameSpectrum& spectrum,
                                      const std::optional<ExpectedPose>& expected) {
@@ -130,8 +130,7 @@ void Odometry::Impl::Place(const ActiveKeyframe& reference,
       from.T_map_base, from.covariance, edge.T_from_to, edge.information.inverse());
 }
 
-/// An image that cannot be registered even against itself shows nothing that a map could be made
-/// of.
+/// An image that cannot be registered against itself has too little texture for a map.
 Registration Odometry::Impl::SelfRegister(const FrameSpectrum& spectrum) {
   return registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
 }
@@ -155,7 +154,7 @@ MatchQuality Odometry::Impl::Quality(const ActiveKeyframe& reference,
                    registrar.Compare(reference.spectrum, spectrum, registration.motion));
 }
 
-/// From a frame that was never out of sight of the keyframe that placed it.
+/// Learns the gate from a frame that was tracked continuously from the keyframe that placed it.
 void Odometry::Impl::LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step) {
   const auto reference = std::find_if(active.begin(), active.end(), [&](const ActiveKeyframe& k) {
     return k.keyframe.id == step.pose.keyframe_id;
@@ -194,13 +193,14 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, gr
     if (step.registration.ok()) step.registration.verdict = Verdict::kNoMatch;
     return false;
   }
-  // After a loss nothing is known of where the robot is.
+  // After a loss the pose is unknown.
   const std::optional<ExpectedPose> expected = prediction.Next();
   const bool tilting = last && last->edge.to < 0 && last->pose.tilt.IsLevel() &&
                        !step.pose.tilt.IsLevel() && last->overlap < params.level_overlap;
   if (tilting) Bridge(step);
   if (TryReference(active.size() - 1, spectrum, expected, step, edge)) return true;
-  // The last frame that was still placed sees more of what this one sees: it becomes the keyframe.
+  // The last placed frame has more overlap with this one than the reference has: it becomes the
+  // keyframe.
   if (!last || last->edge.to >= 0 || step.registration.verdict == Verdict::kNoTexture) return false;
   Bridge(step);
   return TryReference(active.size() - 1, spectrum, expected, step, edge);
@@ -221,8 +221,8 @@ bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
 }
 
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
-  // Where the robot is now is unknown, so only a place that is unmistakable counts; without a
-  // compass in any orientation.
+  // The robot's position is unknown, so only an unambiguous match is accepted; without a compass,
+  // in any orientation.
   Registration tracked = step.registration;
   if (tracked.verdict == Verdict::kNoTexture || !prediction.MayBeNear()) return false;
   const std::optional<ExpectedPose> expected = prediction.AfterLoss();
@@ -255,7 +255,8 @@ void Odometry::Impl::ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
                                              graph::FramePose& pose,
                                              const graph::Edge& edge,
                                              std::vector<graph::Edge>& edges) {
-  // Each tie is an estimate of the same pose; they are averaged by their information.
+  // Each edge gives an estimate of the same pose; the estimates are averaged, weighted by their
+  // information.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
   const auto add = [&](const ActiveKeyframe& reference, const graph::Edge& tie) {
@@ -298,7 +299,8 @@ void Odometry::Impl::ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
   pose.T_map_base.yaw = WrapAngle(pose.T_map_base.yaw + correction.z());
 }
 
-/// What is kept of an image: black pixels are content, 0 is none (Keyframe::image).
+/// The stored form of an image: 0 means no content, so black pixels of the content are raised above
+/// 0 (Keyframe::image).
 cv::Mat Odometry::Impl::Stored(const cv::Mat& image) const {
   cv::Mat stored;
   cv::max(image, 1, stored);

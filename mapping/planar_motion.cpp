@@ -33,8 +33,8 @@ double SpanOf(const calib::CeilingView& view) {
 Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,
                                      const Eigen::Matrix3d& image_covariance) {
-  // Numerical derivative: three evaluations of a smooth map of moderate size are exact enough
-  // (1e-6) and cannot disagree with BaseMotion.
+  // Numerical derivative: three evaluations of a smooth function of moderate size are accurate
+  // enough (1e-6) and are consistent with BaseMotion by construction.
   const Pose2 centre = BaseMotion(view, motion);
   Eigen::Matrix3d jacobian;
   const double step_px = 1e-3;
@@ -73,7 +73,8 @@ Eigen::Matrix2d TiltCovariance(const calib::CeilingView& view,
                                const Eigen::Matrix2d& tilt_covariance) {
   const double height = view.T_base_camera().translation().z() +
                         view.FocalLength() * view.MetresPerPixel();  // of the ceiling
-  // A pitch that is taken for too large puts the foot too far back, a roll too far to the left.
+  // A pitch estimate that is too large moves the estimated foot too far back, a roll estimate too
+  // far to the left.
   Eigen::Matrix2d slope;
   slope << -height, 0, 0, height;
   const Eigen::Matrix2d in_reference = T_ref_base.Rotation() * slope;

@@ -9,8 +9,8 @@
 #include "mapping/registration/registrar.hpp"
 #include "mapping/registration/registration.hpp"
 
-/// Planar motion of a level robot from the motion of its ceiling images, and the algebra around
-/// it (GEOMETRY section 2).
+/// Planar motion of a level robot from the motion of its ceiling images, and related operations
+/// (calib/README.md, "Motion of a level robot").
 namespace ceilmap::mapping {
 
 /// T_ref_cur, p_ref = T_ref_cur * p_cur in base frames, from the motion that takes pixels of the
@@ -21,7 +21,8 @@ Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion
 /// The inverse of BaseMotion: the image motion that a base motion causes.
 registration::ImageMotion ImageMotionOf(const calib::CeilingView& view, const Pose2& T_ref_cur);
 
-/// Part of the reference image that the current one shows too, 0..1 (registration::OverlapOf).
+/// Fraction of the reference image that is also visible in the current one, 0..1
+/// (registration::OverlapOf).
 double OverlapOf(const calib::CeilingView& view, const Pose2& T_ref_cur);
 
 /// Map units across an image's longer side.
@@ -32,9 +33,9 @@ Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,
                                      const Eigen::Matrix3d& image_covariance);
 
-/// What the residuals of one registration cannot show, added to each edge's covariance:
-/// compression, exposure time, things below the ceiling. From the errors of single registrations on
-/// rendered recordings with exact truth.
+/// Errors that the residuals of one registration do not show, added to each edge's covariance:
+/// compression, exposure time, things below the ceiling. The values are the errors of single
+/// registrations on rendered recordings with exact truth.
 struct EdgeNoise {
   double systematic_px = 0.02;   ///< of tx and ty, > 0
   double systematic_rad = 3e-5;  ///< of the rotation, > 0
@@ -47,19 +48,19 @@ graph::Edge MeasuredEdge(const calib::CeilingView& view,
                          std::int64_t to,
                          const EdgeNoise& noise);
 
-/// How far off the foot of a robot stands whose tilt is not what it was taken for: by its height
-/// under the ceiling times the error. Covariance of (x, y) in the reference frame, first order.
+/// Covariance of the position of the robot's foot caused by an error of the tilt: the height under
+/// the ceiling times the tilt error. Covariance of (x, y) in the reference frame, first order.
 /// @param view  of a rig. @param tilt_covariance  of (pitch, roll), rad^2.
 Eigen::Matrix2d TiltCovariance(const calib::CeilingView& view,
                                const Pose2& T_ref_base,
                                const Eigen::Matrix2d& tilt_covariance);
 
-/// Adds to an edge's covariance what is not known of the tilt that was taken out of the image of
-/// `to` (TiltCovariance).
+/// Adds to an edge's covariance the uncertainty of the tilt that was removed from the image of `to`
+/// (TiltCovariance).
 void InflateTiltCovariance(const calib::CeilingView& view, const Tilt& tilt, graph::Edge& edge);
 
-/// Adds a doubt of the place to an edge's covariance: the same in x and y. @param sigma  map units,
-/// >= 0.
+/// Adds a position uncertainty to an edge's covariance, equal in x and y. @param sigma  standard
+/// deviation, map units, >= 0.
 void InflatePlaceCovariance(double sigma, graph::Edge& edge);
 
 }  // namespace ceilmap::mapping

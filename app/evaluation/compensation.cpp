@@ -11,7 +11,7 @@
 namespace ceilmap::evaluation {
 namespace {
 
-// A ratio to an error of nothing stays a number, which JSON can hold.
+// Lower bound of the divisor: the ratio to a zero error stays a finite number, as JSON requires.
 constexpr double kMinErrorM = 1e-11;
 
 TiltDegrees TiltOf(const StampedPose& pose) {

@@ -10,11 +10,11 @@
 namespace ceilmap::evaluation {
 namespace {
 
-// 95 % of the chi-squared distribution, of two and of three degrees of freedom.
+// 95 % quantiles of the chi-squared distribution with two and with three degrees of freedom.
 constexpr double kChi2Of2 = 5.991464547107979;
 constexpr double kChi2Of3 = 7.814727903251179;
 
-// e^T P^-1 e; unset when P has no inverse.
+// e^T P^-1 e; unset when P is not invertible.
 template <int kSize>
 std::optional<double> NormalizedSquare(const Eigen::Matrix<double, kSize, 1>& error,
                                        const Eigen::Matrix<double, kSize, kSize>& covariance) {

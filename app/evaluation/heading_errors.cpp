@@ -12,7 +12,7 @@ namespace ceilmap::evaluation {
 namespace {
 constexpr double kMinPathM = 0.5;
 
-// Adds whole turns so that each angle is within half a turn of the one before.
+// Adds full turns so that each angle is within half a turn of the previous one.
 class Unwrapper {
  public:
   double operator()(double angle_rad) {
@@ -27,7 +27,7 @@ class Unwrapper {
   double last_rad_ = 0;
 };
 
-// Slope of the line with the least squared vertical distance.
+// Slope of the line with the least squared vertical distances.
 std::optional<double> Slope(const std::vector<double>& x, const std::vector<double>& y) {
   const auto count = static_cast<double>(x.size());
   const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / count;

@@ -9,7 +9,8 @@
 namespace ceilmap::evaluation {
 namespace {
 
-// Accurate near 0 too, where the arc cosine of the trace is not. Of any length.
+// Accurate also near 0, where the arc cosine of the trace is not. The quaternion may have any
+// length.
 double AngleOf(const Eigen::Quaterniond& rotation) {
   return 2 * std::atan2(rotation.vec().norm(), std::abs(rotation.w()));
 }

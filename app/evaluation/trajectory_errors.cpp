@@ -29,7 +29,7 @@ FrameError ErrorOf(const PosePair& pair) {
 }
 
 bool IsTilted(const StampedPose& pose) {
-  constexpr double kMin = 1e-9;  // files round at 1e-9 m and 1e-12
+  constexpr double kMin = 1e-9;  // files are rounded to 1e-9 m and 1e-12
   return std::abs(pose.position.z()) > kMin || std::abs(pose.orientation.x()) > kMin ||
          std::abs(pose.orientation.y()) > kMin;
 }
@@ -54,7 +54,7 @@ void AddAbsoluteErrors(const std::vector<PosePair>& pairs, TrajectoryErrors& err
   errors.pose = Statistics(in_space);
 }
 
-// In the plane, over each metre of the true path.
+// Errors in the plane, over each metre of the true path.
 void AddPerMetre(const std::vector<PosePair>& pairs,
                  const std::vector<double>& way_m,
                  TrajectoryErrors& errors) {

@@ -21,7 +21,7 @@ using std::numbers::pi;
 
 namespace {
 
-/// A view with a heading of its own, in the graph.
+/// A view with its own heading in the graph.
 struct Reference {
   std::shared_ptr<View> view;
   int place = 0;
@@ -74,16 +74,16 @@ struct FftCompass::Impl {
   std::vector<Reference> references;  // by time; the last one is the current one
   std::shared_ptr<View> current;
   std::shared_ptr<View> spare;
-  std::shared_ptr<View> before;  // the frame before, while its heading was measured
+  std::shared_ptr<View> before;  // the previous frame, while its heading was measured
   double before_turn_rad = 0;    // from the last reference
   double before_variance = 0;
   HeadingEstimate estimate;
-  double seen_stamp_s = 0;    // of the last frame that was measured
+  double seen_stamp_s = 0;    // stamp of the last measured frame
   double seen_variance = 0;   // ... and its variance
-  double turned_rad = 0;      // from the frame before that to the last one
-  double tried_turn_rad = 0;  // that was taken last, ...
-  std::int64_t profiled = 0;  // ... since this frame, of which the matcher has the distances
-  int unmatched = 0;          // frames in a row
+  double turned_rad = 0;      // from the second last frame to the last one
+  double tried_turn_rad = 0;  // the last turn that was tried, ...
+  std::int64_t profiled = 0;  // ... relative to this frame; the matcher holds the distances to it
+  int unmatched = 0;          // number of consecutive frames without a match
   std::int64_t frames = 0;
   std::int64_t made = 0;
   std::int64_t revisited = 0;
@@ -115,7 +115,7 @@ FftCompass::~FftCompass() = default;
 FftCompass::FftCompass(FftCompass&&) noexcept = default;
 FftCompass& FftCompass::operator=(FftCompass&&) noexcept = default;
 
-/// The memory of a view that nobody keeps any more is used again.
+/// Reuses the memory of a view that is no longer referenced.
 std::shared_ptr<View> FftCompass::Impl::FreshView() {
   if (current && current.use_count() == 1) return std::move(current);
   if (spare && spare.use_count() == 1) return std::move(spare);
@@ -128,9 +128,9 @@ void FftCompass::Impl::Analyze(const cv::Mat& panorama) {
   current->frame = frames;
 }
 
-/// The turn since a reference. Where the fields of view say something else than the motion so far
-/// both are tried: something that moves by itself may fill a field of view.
-/// @param heading_rad  of the reference.
+/// The turn since a reference. Where the fields of view disagree with the prediction of the motion
+/// both turns are tried: an independently moving object may fill a field of view.
+/// @param heading_rad  Heading of the reference.
 std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
                                                    double heading_rad,
                                                    std::optional<double> expected_rad) {
@@ -143,7 +143,7 @@ std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
   profiled = reference.frame;
   std::optional<ParallaxFit> best = around(seen);
   if (!expected_rad) return best;
-  constexpr double kSame = 0.25;  // of the search
+  constexpr double kSame = 0.25;  // fraction of the search range
   const double off = WrapAngle(seen - *expected_rad);
   if (best && std::abs(off) < kSame * params.sectors.search_rad) return best;
   const std::optional<ParallaxFit> other = around(WrapAngle(*expected_rad));
@@ -151,7 +151,7 @@ std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
   return best;
 }
 
-/// A turn since the last reference becomes the heading.
+/// Sets the heading from a turn since the last reference.
 void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
   const HeadingGraph::Place& place = PlaceOf(references.back());
   const double heading = WrapAngle(place.heading_rad + fit.rotation_rad);
@@ -170,7 +170,7 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
 
 void FftCompass::Impl::Hold(double stamp_s) {
   const double sigma = params.unseen_rate_rad_s * (stamp_s - seen_stamp_s);
-  // Beyond this a heading is any heading.
+  // Beyond this variance the heading is unknown.
   constexpr double kAny = pi * pi;
   estimate.variance_rad2 = std::min(seen_variance + sigma * sigma, kAny);
   estimate.confidence = 0;
@@ -180,7 +180,8 @@ void FftCompass::Impl::Hold(double stamp_s) {
 
 void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revisit) {
   const double expected = WrapAngle(graph.At(place).heading_rad - PlaceOf(old).heading_rad);
-  // What was seen long before lies anywhere, and the way between has added up errors.
+  // The direction to a place visited long before is unknown: the path since then has accumulated
+  // errors.
   std::optional<double> direction;
   if (!revisit) {
     direction = travel.DirectionFrom(old.view->spot, expected, graph.At(place).heading_rad);
@@ -192,7 +193,7 @@ void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revi
   const double sigma = params.reference_sigma_rad;
   const double variance = fit->variance_rad2 + sigma * sigma;
   if (revisit) {
-    // The expectation is off by what has drifted in between.
+    // The error of the prediction is the drift accumulated in between.
     constexpr double kSigmas = 4;
     const double drifted = std::abs(graph.At(place).variance_rad2 - PlaceOf(old).variance_rad2);
     if (off * off > kSigmas * kSigmas * (drifted + variance) + 1e-3) return;
@@ -215,7 +216,7 @@ void FftCompass::Impl::MeasureRevisits(int place) {
   for (std::size_t k = 0; k < count; ++k) MeasureAgainst(references[alike[k].second], place, true);
 }
 
-/// @param turn_rad, variance_rad2  since the last reference.
+/// @param turn_rad, variance_rad2  Relative to the last reference.
 void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
                                      double turn_rad,
                                      double variance_rad2) {
@@ -239,7 +240,7 @@ void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
   Forget();
 }
 
-/// Every second one of the older references goes, so that the rest covers the way evenly.
+/// Removes every second one of the older references, so that the rest covers the path evenly.
 void FftCompass::Impl::Forget() {
   if (static_cast<int>(references.size()) <= params.kept_references) return;
   std::vector<Reference> kept;
@@ -256,7 +257,7 @@ void FftCompass::Impl::Forget() {
   references = std::move(kept);
 }
 
-/// The reference does not fit any more: the frame before, which did, becomes the reference.
+/// The reference no longer fits: the previous frame, which did fit, becomes the reference.
 bool FftCompass::Impl::Retry(double stamp_s) {
   if (!before || before == references.back().view) return false;
   const std::optional<ParallaxFit> fit = Match(*before, estimate.heading_rad, turned_rad);
@@ -272,7 +273,7 @@ void FftCompass::Impl::Restart() {
   unmatched = 0;
 }
 
-/// The heading of the current view. @return whether it tells one.
+/// Measures the heading of the current view. @return whether it could be measured.
 bool FftCompass::Impl::Measure(double stamp_s) {
   const Reference& reference = references.back();
   const double heading = PlaceOf(reference).heading_rad;
@@ -303,7 +304,8 @@ bool FftCompass::Impl::Measure(double stamp_s) {
 
 std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
   Impl& me = *impl_;
-  // First of all, so that a panorama that was refused is not the measure of those to come.
+  // This check comes first, so that a rejected panorama does not set the size of the following
+  // ones.
   if (!me.matcher && !frame.panorama.empty()) RequireWidth(frame.panorama);
   me.check.Take(frame);
   if (!me.matcher) {

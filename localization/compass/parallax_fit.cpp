@@ -18,7 +18,8 @@ namespace {
 using std::numbers::pi;
 
 constexpr int kMaxOrder = 12;
-// Rotation, direction, then the series: mean, and cosine and sine of each order.
+// Order of the unknowns: rotation, direction, then the series (mean, cosine and sine of each
+// order).
 constexpr int kRotation = 0;
 constexpr int kDirection = 1;
 constexpr int kSeries = 2;
@@ -38,7 +39,8 @@ Vector Series(double azimuth_rad, int order) {
   return terms;
 }
 
-/// The shift of one sector that the unknowns explain, and its derivatives by them.
+/// The shift of one sector that follows from the unknowns, and its derivatives with respect to
+/// them.
 double Model(double azimuth_rad, const Vector& terms, const Vector& x, Vector& derivatives) {
   const double sine = std::sin(azimuth_rad - x[kDirection]);
   const double nearness = terms.dot(x.tail(terms.size()));
@@ -57,7 +59,7 @@ double MedianShift(std::span<const SectorShift> shifts) {
   return *middle;
 }
 
-/// Information of the prior on each unknown.
+/// Information of the prior for each unknown.
 Vector Prior(const ParallaxParams& params, double mean_nearness_rad) {
   constexpr double kAnyNearness = 0.35;
   constexpr double kMinNearness = 0.0035;
@@ -121,14 +123,14 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
       const double robust = params.robust_sigmas * params.robust_sigmas;
       const double trust = 1 / (1 + off2 / robust);
       cost += robust * std::log1p(off2 / robust);
-      // Beyond three standard deviations it is another motion, not noise.
+      // Residuals beyond three standard deviations are caused by another motion, not by noise.
       inliers += off2 < 9 ? 1 : 0;
       information += trust / variance * derivatives * derivatives.transpose();
       gradient += trust / variance * residual * derivatives;
     }
     solver.compute(information);
     x += solver.solve(gradient);
-    // A direction further off than this is noise of a robot that hardly moved.
+    // A larger deviation of the direction is noise of a robot that hardly moved.
     x[kDirection] =
         std::clamp(x[kDirection], expected_direction_rad - pi / 4, expected_direction_rad + pi / 4);
   }
@@ -145,7 +147,7 @@ ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts,
                                       int sectors_asked,
                                       const ParallaxParams& params) {
   ParallaxParams wide = params;
-  // Each direction of travel is its opposite too, so these four leave no gap.
+  // Each direction of travel also stands for its opposite, so these four cover the circle.
   constexpr std::size_t kDirections = 4;
   wide.direction_sigma_rad = pi / (2 * kDirections);
   std::array<ParallaxFit, kDirections> fits;

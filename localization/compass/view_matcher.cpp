@@ -61,7 +61,7 @@ std::optional<ParallaxFit> ViewMatcher::Around(const View& reference,
   ParallaxFit fit = direction_rad ? FitParallax(sectors, asked, *direction_rad, params_.parallax)
                                   : FitParallaxOfAnyDirection(sectors, asked, params_.parallax);
   if (!(fit.inlier_ratio >= params_.min_believed_ratio)) return std::nullopt;
-  // Further than that from the shift that was looked around nothing was looked at.
+  // Shifts outside the range around the expected shift were not searched.
   if (std::abs(fit.rotation_rad - turn_rad) > params_.sectors.search_rad) return std::nullopt;
   return fit;
 }

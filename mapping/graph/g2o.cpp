@@ -21,7 +21,7 @@ constexpr std::string_view kFix = "FIX";
 constexpr std::array<std::array<int, 2>, 6> kTriangle = {
     {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
 
-/// The words of one line, taken one after another.
+/// The words of one line, read one after another.
 class Line {
  public:
   Line(std::string_view text, const std::string& file, int number)
@@ -83,7 +83,7 @@ class Line {
   int number_;
 };
 
-/// Gathers the lines, and checks what can be checked only when all are read.
+/// Collects the lines, and checks what can only be checked when all are read.
 class Reader {
  public:
   void Read(Line line) {

@@ -10,7 +10,7 @@
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/graph/map_graph.hpp"
 
-/// Pose graphs as g2o text, the form other solvers read: VERTEX_SE2 id x y yaw, FIX id, and
+/// Pose graphs as g2o text, the format that other solvers read: VERTEX_SE2 id x y yaw, FIX id, and
 /// EDGE_SE2 from to x y yaw ixx ixy ixyaw iyy iyyaw iyawyaw.
 namespace ceilmap::graph {
 
@@ -20,8 +20,8 @@ struct PoseGraph {
   std::vector<std::int64_t> fixed;
 };
 
-/// The graph as text. Numbers are written with as many digits as it takes to read the same ones
-/// back, whatever the locale.
+/// The graph as text. Numbers are written with as many digits as are needed to read the same values
+/// back, in any locale.
 std::string FormatG2o(std::span<const Pose2> poses,
                       std::span<const Edge> edges,
                       std::span<const std::int64_t> fixed = {});
@@ -30,9 +30,10 @@ std::string FormatG2o(std::span<const Pose2> poses,
 std::string FormatG2o(const MapGraph& graph);
 
 /// Reads such text; vertices and edges may come in any order, '#' begins a comment line. The format
-/// does not tell odometry from loop closures: an edge to the next keyframe is taken as odometry.
+/// does not distinguish odometry from loop closures: an edge to the next keyframe is taken as
+/// odometry.
 ///
-/// @param file  Name for messages.
+/// @param file  Name used in messages.
 /// @throws InputError with FILE:LINE for a line that is malformed or of another kind, for
 ///   ids that are not 0, 1, 2, ... once each, and for information that is not positive definite.
 PoseGraph ParseG2o(std::string_view text, const std::string& file);

@@ -14,10 +14,11 @@
 
 namespace ceilmap::graph {
 
-/// How far a pose can be trusted (DESIGN.md: what is not known is said, never guessed).
+/// Whether a frame has a pose, and how it was obtained. A pose that is not known is reported as
+/// such, never guessed.
 enum class TrackingStatus { kTracking, kRelocalized, kAmbiguous, kLost };
 const char* ToString(TrackingStatus status);
-/// The pose that comes with it can be used.
+/// Whether the pose of a frame with this status can be used.
 constexpr bool HasPose(TrackingStatus status) {
   return status == TrackingStatus::kTracking || status == TrackingStatus::kRelocalized;
 }
@@ -27,34 +28,35 @@ struct FramePose {
   std::int64_t frame_index = 0;
   double stamp_s = 0;
   TrackingStatus status = TrackingStatus::kTracking;
-  Pose2 T_map_base;  ///< of the mast's foot, tilted or not
-  /// How the robot stood, where that was measured; level otherwise. Its image was taken as a
-  /// level robot would have seen it.
+  Pose2 T_map_base;  ///< pose of the mast's foot, for a tilted robot too
+  /// Measured tilt of the robot; level where it was not measured. The image is corrected to that of
+  /// a level robot.
   Tilt tilt;
-  /// What a compass said, in its own frame. Not kept in map files: of other recordings it would
-  /// mean nothing.
+  /// Heading of a compass, in the compass' own frame. Not stored in map files: it has no meaning
+  /// for other recordings.
   std::optional<HeadingPrior> heading;
-  /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2 (pixels for metres without a rig).
+  /// Covariance of (x, y, yaw) in the map frame; m^2, m rad, rad^2 (pixels for metres without a
+  /// rig).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// The keyframe that the frame was measured against, its own id for a keyframe: when that one is
-  /// moved by a loop closure, the frame moves with it. -1: none.
+  /// The keyframe against which the frame was measured; its own id for a keyframe. When a loop
+  /// closure moves that keyframe, the frame moves with it. -1: none.
   std::int64_t keyframe_id = -1;
 };
 
-/// A frame that is kept: its image becomes part of the mosaic and later frames are registered
-/// against it.
+/// A stored frame: its image becomes part of the mosaic, and later frames are registered against
+/// it.
 struct Keyframe {
   std::int64_t id = 0;  ///< 0, 1, 2, ... in order of time
   FramePose pose;
-  /// CV_8UC1, rectified (CeilingView), level (LevelView): 0 where there is no content and nowhere
-  /// else. May be empty where only poses are needed.
+  /// CV_8UC1, rectified (CeilingView), level (LevelView): 0 exactly where there is no content. May
+  /// be empty where only poses are needed.
   cv::Mat image;
-  /// Several motions explained its image as well, prediction alone chose (strictly periodic
-  /// ceiling, Registration::disambiguated_by_prior).
+  /// Several motions explained its image equally well, and the prediction alone selected one
+  /// (strictly periodic ceiling, Registration::disambiguated_by_prior).
   bool ambiguous = false;
 };
 
-/// Loads the image of a keyframe (CV_8UC1, rectified) from where it is kept.
+/// Loads the image of a keyframe (CV_8UC1, rectified) from its storage.
 using ImageLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
 
 /// A measured motion between two keyframes: an edge of the pose graph.

@@ -21,7 +21,7 @@ Edge Reversed(const Edge& edge) {
   Edge back = edge;
   std::swap(back.from, back.to);
   back.T_from_to = edge.T_from_to.Inverse();
-  // T^-1 = (-R^T t, -yaw): its derivative by (t, yaw).
+  // T^-1 = (-R^T t, -yaw): its derivative with respect to (t, yaw).
   const Eigen::Matrix2d Rt = edge.T_from_to.Rotation().transpose();
   Eigen::Matrix3d jacobian = Eigen::Matrix3d::Zero();
   jacobian.topLeftCorner<2, 2>() = -Rt;

@@ -10,15 +10,15 @@
 
 namespace ceilmap::graph {
 
-/// Keyframes, where they are thought to be, and the measured motions between them, arranged for the
-/// questions that loop closing asks: who is near, and how well is the motion between two of them
-/// known already? Ids are those of the keyframes; they may have gaps. Not thread-safe.
+/// Keyframes, their estimated poses, and the measured motions between them, arranged for the
+/// queries of loop closing: which keyframes are near, and how certain is the motion between two of
+/// them? Ids are those of the keyframes; they may have gaps. Not thread-safe.
 class KeyframeGraph {
  public:
-  /// @param cell  side of the cells in which positions are looked up, map units, > 0: about what a
-  ///   image spans.
-  /// @param arm  a rotation's error counts in the length of a path by what it moves at this
-  ///   distance, map units, > 0: about half of what an image spans.
+  /// @param cell  side of the grid cells for position queries, map units, > 0: about an image's
+  /// span.
+  /// @param arm  lever arm that converts a rotation error to a displacement when the length of a
+  /// path is computed, map units, > 0: about half of an image's span.
   KeyframeGraph(double cell, double arm);
 
   /// @throws std::invalid_argument when the id is negative or known.
@@ -34,22 +34,22 @@ class KeyframeGraph {
   [[nodiscard]] const std::vector<std::size_t>& EdgesOf(std::int64_t id) const {
     return At(id).edges;
   }
-  /// Poses by id, for OptimizePoses; where no keyframe has the id, the pose means nothing.
+  /// Poses by id, for OptimizePoses; where no keyframe has the id, the pose has no meaning.
   [[nodiscard]] std::vector<Pose2> Poses() const;
 
   /// Keyframes whose base lies within `radius` of a point of the map, in order of their ids.
   [[nodiscard]] std::vector<std::int64_t> Near(const Eigen::Vector2d& p_map, double radius) const;
 
-  /// What the edges along the best path say of the motion between two keyframes.
+  /// Motion between two keyframes from the edges along the best path.
   struct Relative {
     Pose2 T_from_to;
-    /// Of (x, y, yaw) in `from`, edges taken as independent: an upper bound, since other paths
-    /// would add to what is known.
+    /// Covariance of (x, y, yaw) in `from`, with edges taken as independent: an upper bound, since
+    /// other paths would add information.
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   };
-  /// Motions from `from` to those of `targets` that a path leads to. Dijkstra's search by the
-  /// edges' variances; ends when all targets are found, so that neighbours cost little in a map of
-  /// any size.
+  /// Motions from `from` to those of `targets` that are connected with it. Dijkstra's search by the
+  /// edges' variances. The search ends when all targets are found, so that near targets cost little
+  /// in a map of any size.
   [[nodiscard]] std::unordered_map<std::int64_t, Relative> RelativeTo(
       std::int64_t from, std::span<const std::int64_t> targets) const;
 
@@ -59,7 +59,7 @@ class KeyframeGraph {
     Pose2 T_map_base;
     std::vector<std::size_t> edges;
   };
-  /// Keyframe reached by the search, and through which edge.
+  /// A keyframe reached by the search, and the edge through which it was reached.
   struct Reached {
     double variance = 0;
     std::int64_t before = -1;
@@ -79,7 +79,7 @@ class KeyframeGraph {
   std::unordered_map<std::int64_t, std::vector<std::int64_t>> cells_;
 };
 
-/// The same edge measured the other way round: T_to_from, its information expressed in `to`.
+/// The inverse edge: T_to_from, its information expressed in `to`.
 Edge Reversed(const Edge& edge);
 
 }  // namespace ceilmap::graph

@@ -13,7 +13,7 @@
 namespace ceilmap::graph {
 namespace {
 
-/// A frame as its keyframe sees it.
+/// A frame relative to its keyframe.
 struct Tie {
   Pose2 T_keyframe_frame;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -28,15 +28,15 @@ KeyframesById ById(const std::vector<Keyframe>& keyframes) {
   return by_id;
 }
 
-/// The nearest covariance without negative eigenvalues.
+/// The nearest matrix without negative eigenvalues.
 Eigen::Matrix3d Positive(const Eigen::Matrix3d& matrix) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (matrix + matrix.transpose()));
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).asDiagonal() *
          solver.eigenvectors().transpose();
 }
 
-/// What the trajectory says of each frame relative to its keyframe: its own uncertainty is what is
-/// left when that of the keyframe is taken out (ComposeCovariance backwards).
+/// The pose of each frame relative to its keyframe. Its relative covariance is its own minus that
+/// of the keyframe (the inverse of ComposeCovariance).
 std::vector<Tie> Ties(const MapGraph& graph) {
   const KeyframesById keyframes = ById(graph.keyframes);
   std::vector<Tie> ties;
@@ -73,21 +73,21 @@ double Chi2(const Edge& edge, const std::vector<Pose2>& poses) {
       edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)]);
 }
 
-/// How many times larger the squared residuals usually are than the edges claim, at least 1. The
-/// median, so that false closures do not count.
+/// Typical ratio of the squared residuals to the edges' covariances, at least 1. The median is
+/// used, so that false closures have no influence.
 double ClaimFactor(const MapGraph& graph, const std::vector<Pose2>& poses) {
   std::vector<double> all;
   for (const Edge& edge : graph.edges) all.push_back(Chi2(edge, poses));
   const double n = static_cast<double>(graph.edges.size());
   const double dof = n - static_cast<double>(graph.keyframes.size()) + 1;
-  if (dof <= 0) return 1;  // every edge is needed: nothing is known of its error
+  if (dof <= 0) return 1;  // no redundant edge: the errors cannot be estimated
   const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
   std::nth_element(all.begin(), middle, all.end());
   constexpr double kMedianOfChi2With3 = 2.366;
   return std::max(1.0, *middle / kMedianOfChi2With3 * n / dof);
 }
 
-/// Takes out the loop closures that the optimum contradicts; how many.
+/// Removes the loop closures that contradict the optimum; returns their number.
 std::int64_t RemoveOutliers(std::vector<Edge>& edges,
                             const std::vector<Pose2>& poses,
                             double max_chi2) {
@@ -238,8 +238,9 @@ void Optimize(MapGraph& graph, const OptimizeParams& params) {
   const std::vector<Tie> ties = Ties(graph);
   const std::vector<std::int64_t> fixed = {graph.keyframes.front().id};
   std::vector<Pose2> poses = PosesById(graph);
-  // Where all residuals are larger than claimed, the claims are wrong and not the edges: outliers
-  // are told by what is usual on this ceiling, which plain squares say first.
+  // Where all residuals are larger than the edges' covariances predict, the covariances are wrong
+  // and not the edges. Outliers are therefore judged relative to the typical residual on this
+  // ceiling, which a first plain least-squares solution gives.
   PoseGraphParams plain = params.pose_graph;
   plain.loop_loss_scale = 0;
   OptimizePoses(graph.edges, fixed, poses, plain);
@@ -273,8 +274,8 @@ void Optimize(MapGraph& graph, const OptimizeParams& params) {
 
 namespace {
 
-/// Adds a spot for each run of neighbouring keyframes that `weak` holds for and that is at least
-/// `min_length` long.
+/// Adds a spot for each run of consecutive keyframes for which `weak` holds and whose length is at
+/// least `min_length`.
 template <typename Predicate>
 void AddRuns(WeakSpot::Kind kind, double min_length, const Predicate& weak, MapGraph& graph) {
   const std::vector<Keyframe>& keyframes = graph.keyframes;
@@ -301,7 +302,7 @@ void FindWeakSpots(MapGraph& graph, double view_span) {
                 [](const WeakSpot& spot) { return spot.kind != WeakSpot::Kind::kLost; });
   std::unordered_set<std::int64_t> closed;
   for (const Edge& edge : graph.edges) {
-    // An image that overlaps the last few closes no loop.
+    // An overlap with the last few keyframes is no loop closure.
     constexpr std::int64_t kAlongTheWay = 10;
     if (edge.kind != Edge::Kind::kLoopClosure) continue;
     if (std::abs(edge.to - edge.from) <= kAlongTheWay) continue;

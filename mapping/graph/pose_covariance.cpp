@@ -10,7 +10,7 @@
 namespace ceilmap::graph {
 namespace {
 
-/// J' J of the edges over the keyframes that are unknown but joined to a fixed one.
+/// J' J of the edges over the unknown keyframes that are connected with a fixed one.
 class Information {
  public:
   explicit Information(const graph::LocalGraph& graph) : row_(graph.Size(), kNone) {
@@ -29,13 +29,13 @@ class Information {
     }
   }
 
-  /// Of the node, nothing when it is not among the unknown.
+  /// Row of the node; kNone when it is not among the unknowns.
   [[nodiscard]] int Row(int node) const { return row_[node]; }
   [[nodiscard]] std::vector<Eigen::Matrix3d> Covariances() const {
     return InverseDiagonal(size_, blocks_);
   }
 
-  /// X with (J' J) X = b; both have three rows for each unknown.
+  /// X with (J' J) X = b; both have three rows for each unknown keyframe.
   [[nodiscard]] Eigen::MatrixX3d Solve(const Eigen::MatrixX3d& b) const;
   [[nodiscard]] int Size() const { return size_; }
 
@@ -139,7 +139,8 @@ std::vector<Eigen::Matrix3d> GaugeFreeCovariances(std::span<const Edge> edges,
   double inertia = 0;
   for (const int node : part) inertia += arm(node).squaredNorm();
   const auto n = static_cast<double>(part.size());
-  // Of G', a block for each unknown: how its error moves the fitted motion.
+  // G', one block for each unknown keyframe: the derivative of the fitted motion with respect to
+  // the keyframe's error.
   Eigen::MatrixX3d G = Eigen::MatrixX3d::Zero(3 * information.Size(), 3);
   for (const int node : part) {
     const int row = information.Row(node);

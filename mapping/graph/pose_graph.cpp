@@ -19,8 +19,8 @@ Pose2 ToPose(const double* p) {
   return {p[0], p[1], p[2]};
 }
 
-/// Yaw needs no manifold: the residual wraps the difference, so that any yaw stands for itself plus
-/// whole turns.
+/// Yaw needs no manifold: the residual wraps the difference, so that yaws that differ by whole
+/// turns are equivalent.
 class EdgeCost final : public ceres::SizedCostFunction<3, 3, 3> {
  public:
   EdgeCost(const Pose2& T_from_to, const Eigen::Matrix3d& whitening)
@@ -42,7 +42,7 @@ class EdgeCost final : public ceres::SizedCostFunction<3, 3, 3> {
   Eigen::Matrix3d whitening_;
 };
 
-/// graph::Loss, as Ceres wants it.
+/// graph::Loss in the form that Ceres requires.
 class ScalingLoss final : public ceres::LossFunction {
  public:
   explicit ScalingLoss(double scale) : scale_(scale) {}
@@ -72,9 +72,10 @@ ceres::Solver::Options SolverOptions(const PoseGraphParams& params) {
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = params.max_iterations;
   options.function_tolerance = params.function_tolerance;
-  options.parameter_tolerance = 1e-12;  // of the map's size: the default would be micrometres
-  // Gauss-Newton until a step fails: damping, however weak, holds the drift of long chains back and
-  // costs three times as many steps.
+  // Relative to the map's size: the default would be micrometres
+  options.parameter_tolerance = 1e-12;
+  // Gauss-Newton until a step fails: even weak damping slows the correction of drift in long chains
+  // and needs three times as many steps.
   options.initial_trust_region_radius = options.max_trust_region_radius;
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   options.num_threads = params.threads > 0 ? params.threads : cores;
@@ -108,12 +109,12 @@ class Solver {
   Solver& operator=(const Solver&) = delete;
 
   [[nodiscard]] const std::vector<Block>& Blocks() const { return blocks_; }
-  /// The blocks stay where they are in memory: Ceres knows them by address.
+  /// The blocks keep their addresses in memory: Ceres identifies them by address.
   void SetBlocks(const std::vector<Block>& blocks) {
     std::copy(blocks.begin(), blocks.end(), blocks_.begin());
   }
 
-  /// From where the blocks are to the nearest optimum under this loss.
+  /// Moves the blocks from their current values to the nearest optimum under this loss.
   template <typename Loss>
   PoseGraphSummary Run() {
     loop_loss_.Reset(new Loss(params_.loop_loss_scale), ceres::TAKE_OWNERSHIP);
@@ -132,7 +133,7 @@ class Solver {
   ceres::Solver::Options options_;
   PoseGraphParams params_;
   std::vector<Block> blocks_;
-  std::deque<EdgeCost> costs_;  // which stay where they are
+  std::deque<EdgeCost> costs_;  // with stable addresses
   ceres::LossFunctionWrapper loop_loss_{nullptr, ceres::TAKE_OWNERSHIP};
   ceres::LossFunctionWrapper odometry_loss_{nullptr, ceres::TAKE_OWNERSHIP};
   ceres::Problem problem_;
@@ -142,7 +143,8 @@ Pose2 WrappedPose(const Block& block) {
   return {block[0], block[1], WrapAngle(block[2])};
 }
 
-/// Whether the loss sets an edge aside that a measurement as good as it says would never be.
+/// Whether the loss gives some edge a weight that an edge with correct covariance would practically
+/// never get.
 bool SetsEdgesAside(std::span<const Edge> edges,
                     const graph::LocalGraph& graph,
                     const std::vector<Block>& blocks,
@@ -198,8 +200,9 @@ PoseGraphSummary OptimizePoses(std::span<const Edge> edges,
   const std::vector<Block> start = solver.Blocks();
   PoseGraphSummary summary = solver.Run<ScalingLoss>();
   if (SetsEdgesAside(edges, graph, solver.Blocks(), params)) {
-    // Seen from far away, a right closure of a long loop that has drifted pulls no more than a
-    // false one. Cauchy's loss lets go of nothing: it brings the loop close enough to decide.
+    // Far from the optimum, a true closure of a long loop that has drifted has no more influence
+    // than a false one. Cauchy's loss never disables an edge: it brings the loop close enough for
+    // the decision.
     const std::vector<Block> near = solver.Blocks();
     solver.SetBlocks(start);
     const PoseGraphSummary pulled = solver.Run<ceres::CauchyLoss>();

@@ -80,7 +80,7 @@ void LocalGraph::FindParts() {
   };
   for (std::size_t i = 0; i < from_.size(); ++i) {
     const auto [first, second] = std::minmax({root(from_[i]), root(to_[i])});
-    part_[second] = first;  // so that a part's root is its first node
+    part_[second] = first;  // so that the root of a part is its first node
   }
   part_fixed_.resize(ids_.size());
   for (int node = 0; node < Size(); ++node) {
@@ -93,7 +93,7 @@ Eigen::Matrix3d Whitening(const Edge& edge) {
   const Eigen::Matrix3d& information = edge.information;
   const Eigen::LLT<Eigen::Matrix3d> llt(information);
   const bool symmetric =
-      information.isApprox(information.transpose(), 1e-9);  // false for what is not finite
+      information.isApprox(information.transpose(), 1e-9);  // false for values that are not finite
   if (!symmetric || llt.info() != Eigen::Success) {
     throw InputError(
         fmt::format("pose graph: edge {} -> {}: the information is not symmetric and positive "

@@ -7,11 +7,11 @@
 
 #include "mapping/graph/pose_graph.hpp"
 
-/// What solving for the poses and for their covariances have in common. Internal.
+/// Parts shared by the solver for the poses and the one for their covariances. Internal.
 namespace ceilmap::graph {
 
-/// The keyframes that edges touch, numbered 0, 1, 2, ... by rising id: what is done with a graph
-/// costs by its own size, not by the map's.
+/// The keyframes that edges touch, numbered 0, 1, 2, ... by increasing id: the cost of an operation
+/// depends on the size of this graph, not on that of the map.
 class LocalGraph {
  public:
   /// @throws InputError as pose_graph.hpp says.
@@ -24,10 +24,11 @@ class LocalGraph {
   [[nodiscard]] int From(std::size_t edge) const { return from_[edge]; }
   [[nodiscard]] int To(std::size_t edge) const { return to_[edge]; }
   [[nodiscard]] bool IsFixed(int node) const { return fixed_[node]; }
-  /// Number of the first node of the connected part that the node is in.
+  /// Number of the first node of the connected part that contains the node.
   [[nodiscard]] int Part(int node) const { return part_[node]; }
   [[nodiscard]] bool PartIsFixed(int node) const { return part_fixed_[part_[node]]; }
-  /// Held where it is: fixed, or the first of a part with nothing fixed.
+  /// Whether the node is held fixed: it is in `fixed`, or it is the first of a part without a fixed
+  /// node.
   [[nodiscard]] bool IsHeld(int node) const {
     return fixed_[node] || (part_[node] == node && !part_fixed_[node]);
   }
@@ -47,7 +48,7 @@ class LocalGraph {
 /// @throws InputError when the information is not symmetric and positive definite.
 Eigen::Matrix3d Whitening(const Edge& edge);
 
-/// A whitened residual and its derivatives by (x, y, yaw) of the two poses.
+/// A whitened residual and its derivatives with respect to (x, y, yaw) of the two poses.
 struct EdgeTerm {
   Eigen::Vector3d residual;
   Eigen::Matrix3d by_from;
@@ -61,10 +62,11 @@ EdgeTerm Linearize(const Pose2& T_from_to,
 /// The scale of the edge's robust loss; 0: plain squares.
 double LossScale(const Edge& edge, const PoseGraphParams& params);
 
-/// The robust loss of an edge, as a function of its chi-squared: dynamic covariance scaling
-/// (Agarwal et al. 2013) with Phi = scale^2. Plain up to Phi, 3 Phi from far away.
+/// The robust loss of an edge as a function of its chi-squared: dynamic covariance scaling (Agarwal
+/// et al. 2013) with Phi = scale^2. Equal to chi-squared up to Phi, and approaches 3 Phi for large
+/// values.
 double Loss(double chi2, double scale);
-/// Its derivative, the part of its information that the edge keeps. 1 for scale 0.
+/// Its derivative: the fraction of its information with which the edge counts. 1 for scale 0.
 double LossWeight(double chi2, double scale);
 
 }  // namespace ceilmap::graph

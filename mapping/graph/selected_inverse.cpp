@@ -13,8 +13,8 @@ namespace {
 
 using Eigen::MatrixXd;
 
-/// Columns with the same rows below them, eliminated together. The rows of a front are its columns
-/// `first` ... `first + width - 1`, then `below`, all in order of elimination.
+/// Columns with the same rows below them, which are eliminated together. The rows of a front are
+/// its columns `first` ... `first + width - 1`, then `below`, all in order of elimination.
 struct Front {
   int first = 0;
   int width = 0;
@@ -28,7 +28,7 @@ struct Front {
   [[nodiscard]] int Rows() const { return width + static_cast<int>(below.size()); }
 };
 
-/// Position of each row among the eliminated, few fill-ins.
+/// Position of each row in the elimination order, which is chosen for little fill-in.
 std::vector<int> EliminationOrder(int size, const std::vector<MatrixBlock>& blocks) {
   std::vector<Eigen::Triplet<int>> entries;
   for (const MatrixBlock& block : blocks) {
@@ -45,7 +45,7 @@ std::vector<int> EliminationOrder(int size, const std::vector<MatrixBlock>& bloc
 }
 
 /// The columns of the Cholesky factor: rows below the diagonal, sorted. A column passes its rows on
-/// to its parent, the first of them.
+/// to its parent, which is the first of these rows.
 std::vector<std::vector<int>> FactorColumns(int size, const std::vector<MatrixBlock>& blocks) {
   std::vector<std::vector<int>> rows(size);
   for (const MatrixBlock& block : blocks) {
@@ -89,7 +89,8 @@ class Elimination {
   void MakeFronts(std::vector<std::vector<int>> columns) {
     front_of_.resize(columns.size());
     for (int k = 0; k < static_cast<int>(columns.size()); ++k) {
-      // A column joins the one before when it is that one's parent and has no further rows.
+      // A column is merged with the previous one when it is that one's parent and has no further
+      // rows.
       const bool joins = k > 0 && !columns[k - 1].empty() && columns[k - 1].front() == k &&
                          columns[k - 1].size() == columns[k].size() + 1;
       if (!joins) {
@@ -108,12 +109,12 @@ class Elimination {
     }
   }
 
-  /// Where the rows of the front are, for the rows that it has.
+  /// Records the positions of the front's rows.
   void Locate(const Front& front) {
     for (int i = 0; i < front.Rows(); ++i) position_[front.Row(i)] = i;
   }
 
-  /// F = sum of the matrix' own entries and what is left of the children; then the pivot is
+  /// F = sum of the matrix' own entries and the children's Schur complements; then the pivot is
   /// eliminated. Lower triangles only.
   void Factorize(std::vector<MatrixBlock>& blocks) {
     std::sort(blocks.begin(), blocks.end(), [](const MatrixBlock& a, const MatrixBlock& b) {
@@ -165,7 +166,7 @@ class Elimination {
   }
 
   /// Z21 = -Z22 F21 F11^-1 and Z11 = F11^-1 - (F21 F11^-1)' Z21, from the roots to the leaves. Z22
-  /// is a part of the parent's Z, since the rows below a front are all among its parent's.
+  /// is a part of the parent's Z, since all rows below a front are rows of its parent.
   void Invert() {
     std::vector<std::pair<int, MatrixXd>> open;
     for (int f = 0; f < static_cast<int>(fronts_.size()); ++f) {

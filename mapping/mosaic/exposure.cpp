@@ -16,22 +16,22 @@ constexpr int kRounds = 6;
 constexpr double kHuber = 0.02;  // log units: about 2 % of grey, twice the noise of a patch mean
 constexpr double kRidge = 1e-4;  // in units of one observation
 
-/// Of one point: its share of the work grows with the square of this number, and a robot may pass
-/// under a point any number of times.
+/// Largest number of observations of one point. The work for a point grows with the square of this
+/// number, and a robot may pass under a point any number of times.
 constexpr std::size_t kMaxMatches = 8;
 
 using Observations = std::span<const ExposureObservation>;
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-/// The observations sorted by point, without the points seen only once, and of each point at most
-/// kMaxMatches. Those are drawn at random: a regular choice would fall apart into groups of
-/// keyframes that are hardly compared with each other.
+/// The observations sorted by point, without the points observed only once, and at most kMaxMatches
+/// of each point. These are drawn at random: a regular choice would separate the keyframes into
+/// groups that are hardly compared with each other.
 std::vector<ExposureObservation> Select(std::vector<ExposureObservation> all) {
   std::stable_sort(
       all.begin(), all.end(), [](const ExposureObservation& a, const ExposureObservation& b) {
         return a.point < b.point;
       });
-  std::minstd_rand random;  // from its fixed seed: the same map every time
+  std::minstd_rand random;  // default seed: the result is reproducible
   std::vector<ExposureObservation> selected;
   for (std::size_t begin = 0; begin < all.size();) {
     std::size_t end = begin + 1;
@@ -63,8 +63,9 @@ std::array<double, kVignettingTerms> Powers(double q) {
   return {q, q * q, q * q * q};
 }
 
-/// Normal equations of all unknowns x = (gains, vignetting), the points' brightnesses eliminated:
-/// each point adds sum w a a^T - (sum w a)(sum w a)^T / sum w, where a is an observation's row.
+/// Normal equations of all unknowns x = (gains, vignetting), with the points' brightnesses
+/// eliminated: each point adds sum w a a^T - (sum w a)(sum w a)^T / sum w, where a is an
+/// observation's row.
 class NormalEquations {
  public:
   explicit NormalEquations(int unknowns) : right_(Eigen::VectorXd::Zero(unknowns)) {
@@ -116,7 +117,8 @@ class NormalEquations {
   std::vector<std::pair<int, double>> row_;
 };
 
-/// Huber weights of a point's observations about its own brightness, the median of what they say.
+/// Huber weights of a point's observations about the point's brightness, the median of its
+/// observations.
 std::vector<double> Weights(Observations looks, const ExposureModel& model) {
   std::vector<double> brightness;
   for (const ExposureObservation& look : looks) {
@@ -148,7 +150,7 @@ ExposureModel SolveExposure(int keyframes, std::vector<ExposureObservation> obse
   for (int round = 0; round < kRounds; ++round) {
     NormalEquations equations(keyframes + kVignettingTerms);
     for (const Observations& looks : points) {
-      // The first round knows no residuals: all count alike.
+      // The first iteration has no residuals: all observations have equal weight.
       const std::vector<double> weights =
           round == 0 ? std::vector<double>(looks.size(), 1) : Weights(looks, model);
       equations.AddPoint(looks, weights);

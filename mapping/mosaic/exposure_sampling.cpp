@@ -8,7 +8,7 @@
 namespace ceilmap::mosaic {
 namespace {
 
-constexpr int kLatticeAcross = 10;  // points over the shorter side of an picture
+constexpr int kLatticeAcross = 10;  // points over the shorter side of an image
 constexpr int kPatchRadius = 4;     // pixels
 constexpr int kDark = 3;
 constexpr int kSaturated = 250;

@@ -9,11 +9,11 @@
 
 namespace ceilmap::mosaic {
 
-/// What the images say about the brightness of a lattice of ceiling points, for SolveExposure.
+/// Observations of the brightness of a lattice of ceiling points in the images, for SolveExposure.
 /// A point counts where its patch in the image is flat: saturated (>= 250) and dark (<= 3) pixels
-/// tell no ratio, and across an edge a small error of the pose would look like one of the exposure.
+/// give no ratio, and at an edge a small error of the pose would be taken for one of the exposure.
 ///
-/// @param load  image of the view with that index, CV_8UC1 of `size`; each is asked for once.
+/// @param load  image of the view with that index, CV_8UC1 of `size`; each image is loaded once.
 std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement>& views,
                                                  cv::Size size,
                                                  double units_per_px,

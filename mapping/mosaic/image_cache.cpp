@@ -10,7 +10,7 @@ ImageCache::ImageCache(Loader loader, int capacity)
 ImageCache::Image ImageCache::Get(std::int64_t id) {
   if (Image image = Find(id)) return image;
   const std::lock_guard loading(load_mutex_);
-  // Another thread may have loaded it while this one waited.
+  // Another thread may have loaded the image while this one waited.
   if (Image image = Find(id)) return image;
   auto image = std::make_shared<const cv::Mat>(loader_(id));
   const std::lock_guard lock(mutex_);

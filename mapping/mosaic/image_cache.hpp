@@ -10,17 +10,17 @@
 
 namespace ceilmap::mosaic {
 
-/// The images used last, up to a number. Thread-safe; the loader runs one call at a time, and
-/// meanwhile other threads get what is already there.
+/// Cache of the most recently used images, up to a given number. Thread-safe; the loader runs one
+/// call at a time, and other threads can read cached images meanwhile.
 class ImageCache {
  public:
   using Image = std::shared_ptr<const cv::Mat>;
   using Loader = std::function<cv::Mat(std::int64_t id)>;
 
-  /// @param capacity  images kept, at least 1. Images in use live on outside of it.
+  /// @param capacity  images kept, at least 1. Images in use stay valid after their removal.
   ImageCache(Loader loader, int capacity);
 
-  /// The image, never null. Throws what the loader throws.
+  /// The image, never null. Rethrows exceptions of the loader.
   [[nodiscard]] Image Get(std::int64_t id);
 
  private:
@@ -28,7 +28,7 @@ class ImageCache {
 
   Loader loader_;
   std::mutex load_mutex_;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members below
   LruCache<Image> images_;
 };
 

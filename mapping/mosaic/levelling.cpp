@@ -22,7 +22,7 @@ cv::Mat FeatherWeights(cv::Size size, const cv::Mat& mask, double power) {
   cv::minMaxLoc(distance, nullptr, &largest);
   cv::Mat weights;
   cv::pow(distance / std::max(largest, 1.0), power, weights);
-  // High powers must not underflow to "never seen" at the border.
+  // High powers must not underflow to 0 (no content) at the border.
   cv::max(weights, 1e-12, weights);
   weights.setTo(0, inner == 0);
   return weights;

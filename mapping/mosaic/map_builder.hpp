@@ -8,8 +8,8 @@
 
 namespace ceilmap::mosaic {
 
-/// Writes a graph, whose keyframes' images are in the writer already, and the mosaic that they
-/// make (without Commit).
+/// Writes a graph and the mosaic rendered from its keyframes' images (without Commit). The images
+/// must be in the writer already.
 /// @param progress  done, total windows of the mosaic; may be empty.
 /// @return the extent of the mosaic.
 store::MosaicGrid WriteMap(const graph::MapGraph& graph,

@@ -21,15 +21,15 @@
 namespace ceilmap::mosaic {
 namespace {
 
-/// Part of the mosaic that one thread renders at a time.
+/// Side of the part of the mosaic that one thread renders at a time.
 constexpr int kTilePx = 256;
 /// Rows and columns repeated around a cached image, so that sampling needs no border checks.
 constexpr int kPadding = 2;
-/// An image is left out of a point where its weight is below this share of the largest one: it
-/// would change the grey by less than half a step, but costs as much as the others.
+/// An image is ignored at a point where its weight is below this fraction of the largest one: it
+/// would change the grey value by less than half a level, but costs as much as the others.
 constexpr float kNegligible = 0.02F;
 /// Pixels of an image along one row of the mosaic: (u, v) = start + column * step, for the columns
-/// [first, last) of the tile where it lies inside the image.
+/// [first, last) of the tile that lie inside the image.
 struct RowMap {
   cv::Point2d start;
   cv::Point2d step;
@@ -39,7 +39,7 @@ struct RowMap {
 
 /// Narrows [first, last) to the columns where 0 <= start + column * step <= limit.
 void Clip(double start, double step, double limit, int& first, int& last) {
-  constexpr double kSlack = 1e-6;  // pixels; centres on the very border count as inside
+  constexpr double kSlack = 1e-6;  // pixels; centres exactly on the border count as inside
   if (std::abs(step) < 1e-12) {
     if (start < -kSlack || start > limit + kSlack) last = first;
     return;
@@ -65,7 +65,7 @@ inline float Sample(const cv::Mat& padded, const cv::Point2d& pixel) {
   return upper + fv * (lower - upper);
 }
 
-/// Sample would mix in what the image has no content for.
+/// Whether Sample would include pixels without content.
 bool TouchesBlank(const cv::Mat& padded, const cv::Point2d& pixel) {
   const unsigned char* top = padded.ptr<unsigned char>(static_cast<int>(pixel.y) + kPadding) +
                              static_cast<int>(pixel.x) + kPadding;
@@ -121,13 +121,13 @@ struct MosaicRenderer::Impl {
   std::vector<std::int64_t> ids;
   std::vector<ViewPlacement> views;
   std::vector<float> gain_factors;  // 1 / exp(g_k)
-  std::vector<float> view_weights;  // of blurred images below 1
-  std::vector<bool> has_blanks;     // images of a tilted robot
-  cv::Mat shading;                  // Shading per image pixel
+  std::vector<float> view_weights;  // below 1 for blurred images
+  std::vector<bool> has_blanks;     // true for images of a tilted robot
+  cv::Mat shading;                  // Shading of each image pixel
   Thumbnails thumbnails;
   store::MosaicGrid grid;
   std::unordered_map<std::int64_t, std::vector<int>> index;  // tile -> views that may touch it
-  mutable ImageCache cache;                                  // padded pictures
+  mutable ImageCache cache;                                  // padded images
 };
 
 MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
@@ -149,7 +149,7 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
   Survey();
 }
 
-/// The one look at all images before any of them is rendered: exposure, sharpness, thumbnails.
+/// The single pass over all images before rendering: exposure, sharpness, thumbnails.
 void MosaicRenderer::Impl::Survey() {
   ExposureModel exposure;
   exposure.log_gain.assign(views.size(), 0);
@@ -177,16 +177,16 @@ void MosaicRenderer::Impl::Survey() {
   WeighBySharpness(sharpness);
 }
 
-/// Places without content beyond those that no image has any for.
+/// Whether an image has pixels without content in addition to those that no image has content for.
 bool MosaicRenderer::Impl::HasBlanks(const cv::Mat& image) const {
   const cv::Mat content = calib::ContentMask(image);
   if (content.empty()) return false;
   return params.view_mask.empty() || cv::countNonZero(~content & params.view_mask) > 0;
 }
 
-/// The places are compared where an image has its centre: what it shows best.
+/// Images are compared at the place of each image's centre, which the image shows best.
 void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness) {
-  constexpr double kMin = 1e-4;  // what nothing else shows stays in the mosaic
+  constexpr double kMin = 1e-4;  // keeps places that no other image shows
   for (std::size_t k = 0; k < views.size(); ++k) {
     const cv::Point2d centre = views[k].Centre();
     const cv::Rect at(static_cast<int>((centre.x - grid.min_x) / grid.resolution),
@@ -222,9 +222,9 @@ cv::Mat MosaicRenderer::Impl::LoadImage(std::int64_t id) const {
 namespace {
 
 store::MosaicGrid GridOver(const cv::Rect2d& box, double resolution) {
-  // Bounds on a multiple of the resolution up to rounding must not gain an empty row.
+  // Bounds that are a multiple of the resolution up to rounding must not add an empty row.
   constexpr double kSlack = 1e-6;
-  constexpr double kMaxPixels = 1e9;  // in a row: more is said to be so, not counted
+  constexpr double kMaxPixels = 1e9;  // per row; larger counts are limited to this value
   const double left = std::floor(box.x / resolution + kSlack);
   const double right = std::ceil(box.br().x / resolution - kSlack);
   const double bottom = std::floor(box.y / resolution + kSlack);
@@ -240,12 +240,12 @@ store::MosaicGrid GridOver(const cv::Rect2d& box, double resolution) {
 
 }  // namespace
 
-/// A mosaic that is too large to be stored would take the whole map with it, after hours of
-/// driving. So it becomes coarser until it can be.
+/// Coarsens the mosaic until it can be stored: a failure to store it would lose the whole map after
+/// hours of driving.
 void MosaicRenderer::Impl::MakeGrid() {
   cv::Rect2d box = views.front().Bounds();
   for (const ViewPlacement& view : views) box |= view.Bounds();
-  constexpr int kMaxSteps = 40;  // a million million times: then it is not the resolution
+  constexpr int kMaxSteps = 40;  // a factor of 1e12: then the cause is not the resolution
   double resolution = params.resolution > 0 ? params.resolution : units_per_px;
   for (int step = 0; step < kMaxSteps; ++step) {
     grid = GridOver(box, resolution);
@@ -279,8 +279,8 @@ std::vector<int> MosaicRenderer::Impl::ViewsAt(const cv::Rect& tile) const {
   return found == index.end() ? std::vector<int>() : found->second;
 }
 
-/// Anchored at the mosaic's origin, not at the tile's, so that a point gets the same value whatever
-/// window it is rendered in.
+/// Anchored at the mosaic's origin, not at the tile's, so that the value of a point does not depend
+/// on the rendered window.
 RowMap MosaicRenderer::Impl::MapRow(const ViewPlacement& view,
                                     const cv::Rect& tile,
                                     int row) const {
@@ -314,7 +314,7 @@ void MosaicRenderer::Impl::ForEachPixel(int k,
       const cv::Point2d pixel(std::clamp(map.start.x + col * map.step.x, 0.0, max_u),
                               std::clamp(map.start.y + col * map.step.y, 0.0, max_v));
       if (blanks && TouchesBlank(*blanks, pixel)) continue;
-      // Weight and vignetting are smooth: the nearest pixel's will do.
+      // Weight and vignetting are smooth: the values of the nearest pixel suffice.
       const Shading& shade = shading.ptr<Shading>(cvRound(pixel.y))[cvRound(pixel.x)];
       const float agreed = agreement.IsFull() ? 1 : agreement.At(col, tile.y + row);
       visit(cv::Point(col - tile.x, row), pixel, shade[0] * agreed, shade[1]);

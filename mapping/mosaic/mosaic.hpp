@@ -11,20 +11,21 @@
 namespace ceilmap::mosaic {
 
 struct MosaicParams {
-  /// Map units per mosaic pixel; 0: that of the keyframe images. Coarser by a power of two where
-  /// the mosaic would be too large to be stored.
+  /// Map units per mosaic pixel; 0: that of the keyframe images. Made coarser by a power of two
+  /// where the mosaic would be too large to be stored.
   double resolution = 0;
   /// Feathering: an image's weight falls from its centre to its border as (distance to the
-  /// border)^power. 1 is a plain linear feather; larger values let each point of the ceiling come
-  /// almost from the one image that sees it most centrally, which keeps things below the ceiling
-  /// (parallax) and small pose errors from showing as doubled edges.
+  /// border)^power. 1 is a plain linear feather; larger values take each point of the ceiling
+  /// almost entirely from the image in which it is most central, which avoids doubled edges from
+  /// things below the ceiling (parallax) and from small pose errors.
   double feather_power = 4;
-  /// A blurred image's weight: (its sharpness / that of the sharpest image of the place)^power.
-  /// 0: all images count alike.
+  /// Exponent of the weight of blurred images: (sharpness of the image / that of the sharpest image
+  /// of the place)^power. 0: all images have equal weight.
   double sharpness_power = 2;
-  bool level_exposure = true;  ///< take out gain differences and vignetting
-  /// Leave out what one image shows but most of the others that see the place do not (a person,
-  /// something carried past, a wall): at least three images, more than a fifth off their median.
+  bool level_exposure = true;  ///< remove gain differences and vignetting
+  /// Exclude what one image shows but most other images of the place do not (a person, something
+  /// carried past, a wall): at least three images, a difference of more than a fifth from their
+  /// median.
   bool reject_outliers = true;
   int cache_images = 64;  ///< decoded images kept in memory while rendering
   int threads = 0;        ///< 0: as many as the machine has cores
@@ -35,13 +36,13 @@ struct MosaicParams {
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Renders the mosaic from keyframe images and poses, any window at a time, in memory bounded by
+/// Renders any window of the mosaic from keyframe images and poses, in memory bounded by
 /// the cache (and about 10 kB for each keyframe). The constructor loads every image once.
 ///
 /// Exposure: log I_k(u) = log E(X) + g_k + v(r), with a gain g_k per keyframe and one radial
 /// vignetting profile v(r) (even polynomial, v(0) = 0) for the camera, solved by linear least
 /// squares (robust: saturated and dark pixels left out, Huber) from points that several keyframes
-/// see; then each image is divided by exp(g_k + v(r)).
+/// observe; then each image is divided by exp(g_k + v(r)).
 class MosaicRenderer {
  public:
   /// @param keyframes  poses (images ignored), at least one.
@@ -54,11 +55,12 @@ class MosaicRenderer {
                  const MosaicParams& params = {});
   ~MosaicRenderer();
 
-  /// Smallest grid over all images, its edges on multiples of the resolution.
+  /// Smallest grid that contains all images, with its edges on multiples of the resolution.
   [[nodiscard]] const store::MosaicGrid& Grid() const;
   /// Grey as seen from above (see MosaicGrid), alpha 255 where any image sees the ceiling.
-  /// Thread-safe, and works on several threads itself; a point looks the same in every window.
-  /// @throws InputError for a window that is empty or leaves the grid.
+  /// Thread-safe, and uses several threads itself. The value of a point does not depend on the
+  /// window.
+  /// @throws InputError for a window that is empty or extends beyond the grid.
   void Render(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;
 
  private:

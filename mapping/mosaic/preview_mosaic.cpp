@@ -7,8 +7,8 @@
 namespace ceilmap::mosaic {
 namespace {
 
-constexpr int kImageSide = 200;  // of one image on the mosaic, at first
-constexpr int kBlock = 128;      // it grows by so many pixels
+constexpr int kImageSide = 200;  // side of one image on the mosaic, initially, pixels
+constexpr int kBlock = 128;      // the mosaic grows in steps of this number of pixels
 
 /// Smallest box around the image's corners.
 cv::Rect2d ExtentOf(const Pose2& T_map_view, double width, double height) {

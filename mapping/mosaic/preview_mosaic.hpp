@@ -8,22 +8,22 @@
 
 namespace ceilmap::mosaic {
 
-/// Pixels of a mosaic and where they lie.
+/// Pixels of a mosaic and their position.
 struct Mosaic {
   cv::Mat grey;   ///< CV_8UC1, as `alpha`, of the grid's size
-  cv::Mat alpha;  ///< 0: never seen
+  cv::Mat alpha;  ///< 0: never observed
   store::MosaicGrid grid;
 };
 
-/// A rough mosaic of a run that goes on, for the live page: the newest image lies on top, poses
-/// are as they were when the image came. The real mosaic is drawn at the end, from all poses.
+/// A rough mosaic of a running recording, for the live page. The newest image is on top, and poses
+/// are those at the time of the image. The final mosaic is rendered at the end from all poses.
 /// Memory and time do not grow with the area: when it becomes too large its resolution is halved.
 class LiveMosaic {
  public:
   /// @param view  of the camera; must outlive this. @param max_px  longest side, >= 512.
   explicit LiveMosaic(const calib::CeilingView& view, int max_px = 1600);
 
-  /// @param raw  as the camera took it, CV_8UC1 of the view's size. About a millisecond.
+  /// @param raw  unrectified camera image, CV_8UC1 of the view's size. About a millisecond.
   void Add(const cv::Mat& raw, const Pose2& T_map_base);
 
   /// Empty before the first Add.
@@ -41,7 +41,7 @@ class LiveMosaic {
   cv::Mat turned_;
   cv::Mat turned_mask_;
   cv::Mat grey_;   // row 0 is the largest y, as in store::MosaicGrid
-  cv::Mat alpha_;  // 255: seen
+  cv::Mat alpha_;  // 255: observed
   double min_x_ = 0;
   double max_y_ = 0;
   double resolution_ = 0;  // units per pixel; 0: nothing yet

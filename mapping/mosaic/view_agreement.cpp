@@ -9,15 +9,15 @@
 namespace ceilmap::mosaic {
 namespace {
 
-constexpr int kReduction = 8;  // of the thumbnails
+constexpr int kReduction = 8;  // reduction of the thumbnails
 constexpr int kCellPx = 8;     // mosaic pixels
-/// Relative difference from the median at which doubt begins, and at which there is none left.
-/// Levelled images of the same ceiling agree to one or two percent.
+/// Relative differences from the median at which a view starts to be an outlier, and at which it is
+/// one entirely. Levelled images of the same ceiling agree to one or two percent.
 constexpr float kAgreementLimit = 0.1F;
 constexpr float kOutlier = 0.2F;
-constexpr float kDarkGrey = 32;  // below, differences count as if it were this bright
-/// Small enough to outweigh any feather weight, not 0: where nobody else sees the ceiling, the view
-/// still counts.
+constexpr float kDarkGrey = 32;  // lower bound of the grey value in relative differences
+/// Small enough to outweigh any feather weight, but not 0: where no other view sees the ceiling,
+/// the view still counts.
 constexpr float kOutlierFactor = 1e-9F;
 constexpr std::size_t kMinViews = 3;
 
@@ -135,7 +135,8 @@ std::vector<Agreement> CompareViews(const cv::Rect& tile,
   for (Agreement& agreement : agreements) {
     agreement.first_cell_ = first;
     if (agreement.IsFull()) continue;
-    // A cell that an outlier covers by half differs by half: take its neighbours out as well.
+    // A cell that an outlier covers by half shows half of the difference: the neighbours of outlier
+    // cells are excluded as well.
     cv::erode(
         agreement.cells_, agreement.cells_, cv::Mat(), cv::Point(-1, -1), 1, cv::BORDER_REPLICATE);
   }

@@ -8,17 +8,17 @@
 
 namespace ceilmap::mosaic {
 
-/// Small levelled copies of all images (1/8 of the side, about 5 kB each), to find out where one
-/// of them shows what the others do not: a person, something carried past, a wall.
+/// Small levelled copies of all images (1/8 of the side, about 5 kB each), to find where one of
+/// them shows what the others do not: a person, something carried past, a wall.
 class Thumbnails {
  public:
   explicit Thumbnails(cv::Size view_size) : view_size_(view_size) {}
 
   /// Adds the next view's image.
   void Add(const cv::Mat& image);
-  /// Levels them all; to be called once. @param shading  of MakeShading.
+  /// Levels all images; to be called once. @param shading  of MakeShading.
   void Level(const std::vector<float>& gain_factors, const cv::Mat& shading);
-  /// Grey near a pixel of the full image; negative outside of the image.
+  /// Grey value near a pixel of the full image; negative outside of the image.
   [[nodiscard]] float At(int view, const cv::Point2d& pixel) const;
 
  private:
@@ -26,14 +26,15 @@ class Thumbnails {
   std::vector<cv::Mat> images_;
 };
 
-/// How far a view agrees with the others over a tile of the mosaic: a factor on its weights, 1 in
-/// most places and next to 0 where its thumbnail lies more than a fifth off the median of at least
-/// three views. Sampled on cells of 8 x 8 mosaic pixels, interpolated between them.
+/// Agreement of a view with the others over a tile of the mosaic: a factor on its weights. It is 1
+/// in most places, and close to 0 where the view's thumbnail differs by more than a fifth from the
+/// median of at least three views. Sampled on cells of 8 x 8 mosaic pixels, interpolated between
+/// them.
 class Agreement {
  public:
-  /// The usual case: full agreement over the whole tile.
+  /// Whether agreement is full over the whole tile, which is the usual case.
   [[nodiscard]] bool IsFull() const { return cells_.empty(); }
-  /// Factor at a pixel of the mosaic inside the tile; only where not full.
+  /// Factor at a pixel of the mosaic inside the tile; only valid where IsFull() is false.
   [[nodiscard]] float At(int col, int row) const;
 
  private:

@@ -8,7 +8,7 @@
 
 namespace ceilmap::mosaic {
 
-/// Where a keyframe's image lies on the ceiling, in both directions:
+/// Mapping between pixels of a keyframe's image and the ceiling, in both directions:
 ///   p_map = T_map_view * (units_per_px * (pixel - centre)),   centre = ((W-1)/2, (H-1)/2).
 class ViewPlacement {
  public:
@@ -22,7 +22,7 @@ class ViewPlacement {
   }
   [[nodiscard]] cv::Point2d ToMap(double u, double v) const;
 
-  /// Of the image, in the map.
+  /// Centre of the image in the map.
   [[nodiscard]] cv::Point2d Centre() const { return {x_, y_}; }
   /// Axis-aligned box in the map around the image, up to the pixels' outer edges.
   [[nodiscard]] cv::Rect2d Bounds() const;

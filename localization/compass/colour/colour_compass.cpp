@@ -22,10 +22,10 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kSpacing = 0.15;  // of places, as a part of the depth
+constexpr double kSpacing = 0.15;  // of places, as a ratio of the depth
 constexpr double kMaxOffset = 0.9;
-constexpr double kElsewhere = 0.5;  // at first; see Doubt
-constexpr double kFarthest = 10;    // that doubt grows to
+constexpr double kElsewhere = 0.5;  // initial probability
+constexpr double kFarthest = 10;    // largest offset in the model error, in depths
 
 int StepOf(double angle_rad) {
   const double turns = angle_rad / (2 * pi);
@@ -93,8 +93,8 @@ struct ColourCompass::Impl {
   const ScanLines& LinesFor(const Tilt& wanted);
   void Predict(const ColourFrame& frame);
   void Compare(int cell);
-  /// @param evidence  logarithm of how much better the frame fits to what is believed than to any
-  ///   direction of the room.
+  /// @param evidence  Log-likelihood ratio of the frame under the estimated distribution and under
+  ///   any direction of the room.
   void Discount(double evidence);
   void WeighExposures(const Eigen::Vector2d& at);
   [[nodiscard]] Eigen::Vector2d MeanPlace() const;
@@ -103,7 +103,7 @@ struct ColourCompass::Impl {
   }
   double WeighAll();
   double WeighKnown(std::span<const PlaceHypothesis> hypotheses);
-  /// Log-likelihood of each yaw at a place. @param fit  of the place's cell.
+  /// Log-likelihood of each yaw at a place. @param fit  Fit of the place's cell.
   void FitAt(const LineFit& fit, const DirectionTable& directions, float* fit_of_yaws) const;
   [[nodiscard]] const LineFit& FitOf(int cell) const {
     return fits[static_cast<std::size_t>(cell)];
@@ -116,8 +116,8 @@ struct ColourCompass::Impl {
   StripTurn strip;
   FrameReader reader;
   double turn_scale = 1;
-  double elsewhere = kElsewhere;  // probability that nothing of what is believed holds
-  double fresh = 1;               // part of the frame that is news
+  double elsewhere = kElsewhere;  // probability that no yaw and place of the distribution is right
+  double fresh = 1;               // fraction of the frame that is new information
   ColourCounts counts;
   std::vector<Place> places;
   std::optional<YawBelief> belief;
@@ -129,8 +129,8 @@ struct ColourCompass::Impl {
   cv::Mat samples;
   LineFit one_fit;
   std::vector<LineFit> fits;    // of each cell
-  std::vector<char> fitted;     // those that are of this frame
-  std::vector<int> line_steps;  // azimuths
+  std::vector<char> fitted;     // whether the fit of a cell is that of this frame
+  std::vector<int> line_steps;  // directions of the lines' azimuths, in steps
   YawBelief::Histogram weights;
 };
 
@@ -167,7 +167,7 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
   double sigma_m = params.unseen_way_sigma_m * std::sqrt(seconds);
   if (seen) {
     const double turn = turn_scale * seen->turn_rad;
-    // Where things are nearer on one side, driving past them looks like a turn.
+    // Where objects are nearer on one side, driving past them appears as a turn.
     constexpr double kSideways = 0.1;
     belief->Turn(
         turn,
@@ -179,7 +179,7 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
     sigma_m = std::hypot(params.way_sigma_ratio * way_m, params.way_sigma_m * std::sqrt(seconds));
   } else {
     ++counts.without_turn;
-    fresh = params.min_fresh;  // for all that is known
+    fresh = params.min_fresh;  // nothing is known about the change of the view
     belief->Turn(0, params.unseen_rate_rad_s * seconds);
   }
   const double part = 0.5 * sigma_m * sigma_m / (step_m * step_m);
@@ -188,7 +188,7 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
   reader.Wait(seconds);
 }
 
-// How well the frame fits to all that is believed, at each exposure.
+// Computes the fit of the frame under the current distribution, at each exposure.
 void ColourCompass::Impl::WeighExposures(const Eigen::Vector2d& at) {
   const std::span<const Reading> readings = reader.Readings();
   if (readings.size() < 2) return;
@@ -210,13 +210,13 @@ void ColourCompass::Impl::WeighExposures(const Eigen::Vector2d& at) {
   reader.Weigh(evidence);
 }
 
-// Beside all that can be believed stands one more: this is nowhere that was learned, or so much has
-// changed that it tells nothing. Lines then look like any of the room, which is what FitChanging
-// compares with: an evidence of 0.
+// In addition to all yaws and places there is one more hypothesis: the place was not learned, or
+// the surroundings have changed too much to give information. Under it a line resembles any line of
+// the room. This is the reference of FitChanging, so its evidence is 0.
 void ColourCompass::Impl::Discount(double evidence) {
   if (model.kind == ModelKind::kSturm) return;  // its likelihood has no such scale
   const double odds = (1 - elsewhere) / elsewhere * std::exp(std::clamp(evidence, -50.0, 50.0));
-  constexpr double kMin = 0.01;  // it may come to be, and end
+  constexpr double kMin = 0.01;  // the hypothesis can become true, and false again
   elsewhere = kMin + (1 - 2 * kMin) / (1 + odds);
 }
 
@@ -240,7 +240,7 @@ void ColourCompass::Impl::FitAt(const LineFit& fit,
                                 float* fit_of_yaws) const {
   const auto scale =
       static_cast<float>(fresh * params.effective_lines / static_cast<double>(fit.rows()));
-  // Columns of the belief are a whole number of steps apart.
+  // The columns of the distribution are a whole number of steps apart.
   static_assert(DirectionTable::kSteps % YawBelief::kYaws == 0);
   constexpr int kStride = DirectionTable::kSteps / YawBelief::kYaws;
   int step = StepOf(belief->YawOf(0));
@@ -367,7 +367,7 @@ void ColourCompass::Learn(const LearnedPose& pose) {
   const int left = static_cast<int>(std::count_if(
       me.model.cells.begin(), me.model.cells.end(), [](const Cell& c) { return c.empty(); }));
   if (left == cells) return;
-  // A new cell: there are other places to be at. What is known of the yaw stays.
+  // A new cell adds possible places. The distribution of the yaw is kept.
   const Eigen::RowVectorXf before = me.belief->Yaws();
   const double turned = me.belief->Turned();
   me.SetPlaces();

@@ -29,7 +29,7 @@ void CheckBin(const AngleBin& bin, Eigen::Index size, bool with_variance) {
           "a bin has a certainty, stamp or place that cannot be");
 }
 
-/// Mean of two bins, by what they are worth at the later one's time.
+/// Mean of two bins, weighted by their certainty at the time of the later one.
 void MergeBin(const AngleBin& other, double fading_s, AngleBin& bin) {
   if (other.empty()) return;
   if (bin.empty()) {

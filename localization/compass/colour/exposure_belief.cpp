@@ -7,7 +7,7 @@ namespace ceilmap::colour {
 namespace {
 
 constexpr double kMinLive = 2e-3;
-constexpr double kMin = 1e-9;  // so that each can come back
+constexpr double kMin = 1e-9;  // lower bound, so that each factor can become likely again
 
 }  // namespace
 
@@ -39,7 +39,7 @@ std::array<std::uint8_t, 256> ExposureBelief::Table(int index) {
 }
 
 void ExposureBelief::Drift(double sigma) {
-  constexpr double kMaxPart = 0.25;  // to each neighbour: more is not a random walk any more
+  constexpr double kMaxPart = 0.25;  // to each neighbour: a larger value is not a random walk
   const double part = std::min(kMaxPart, 0.5 * sigma * sigma / (kStep * kStep));
   if (!(part > 0)) return;
   const std::array<double, kFactors> before = probabilities_;

@@ -6,10 +6,11 @@
 namespace ceilmap::colour {
 namespace {
 
-/// Of a frequency, for kSturm: less than this no two looks at the same place differ.
+/// Minimum variance of a frequency, for kSturm: repeated observations of the same place differ by
+/// at least this.
 constexpr float kMinVariance = 4e-4F;
 
-/// Bins without anything tell nothing: what they would is the mean of the others.
+/// Empty bins give no information: they get the mean of the others.
 void FillEmpty(const std::vector<char>& empty, LineFit& fit) {
   Eigen::VectorXf mean = Eigen::VectorXf::Zero(fit.rows());
   int known = 0;
@@ -96,7 +97,7 @@ void LineMatcher::PrepareSturm(const std::vector<AngleBin>& bins, Prepared& prep
     const Eigen::VectorXf variance = bins[b].variance.array() + kMinVariance;
     prepared.inverse.col(at) = variance.cwiseInverse();
     prepared.columns.col(at) = bins[b].transitions.cwiseProduct(prepared.inverse.col(at));
-    // Parts of the exponent that the line has no part in, and the factor before it.
+    // Terms of the exponent that do not depend on the line, and the normalisation factor.
     prepared.offset(at) = bins[b].transitions.dot(prepared.columns.col(at)) +
                           (variance / kMinVariance).array().log().sum();
   }
@@ -115,7 +116,8 @@ void LineMatcher::Fit(const LineFeatures& features, int cell, LineFit& fit) {
     scaled_ = features.cwiseAbs2();
     fit.noalias() += scaled_ * prepared.inverse;
     fit.rowwise() += prepared.offset;
-    // Frequencies of one line say nearly the same: as published their product is far too sure.
+    // The frequencies of one line are strongly dependent: the product of the published method is
+    // overconfident.
     const float dependence = std::sqrt(static_cast<float>(features.cols()));
     fit *= -0.5F / dependence;
   }

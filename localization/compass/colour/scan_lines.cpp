@@ -15,7 +15,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Directions in the level frame of the robot (x ahead, z up) and pixels.
+/// Directions in the level frame of the robot (x ahead, z up), and their pixels.
 class ViewRays {
  public:
   ViewRays(const calib::MountedCamera& forward, const Tilt& tilt)
@@ -34,7 +34,7 @@ class ViewRays {
     const Eigen::Vector3d ray((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1);
     return (R_cam_level_.transpose() * ray).z() > 0;
   }
-  /// Where the optical axis looks.
+  /// Azimuth of the optical axis.
   [[nodiscard]] double Azimuth() const {
     const Eigen::Vector3d axis = R_cam_level_.row(2).transpose();
     return std::atan2(axis.y(), axis.x());
@@ -61,7 +61,7 @@ std::vector<cv::Point2d> Line(const ViewRays& looks, double azimuth, double step
   for (int i = 0; i * kFine < kHighest; ++i) {
     const auto pixel = looks.Pixel(azimuth, i * kFine);
     if (!pixel) {
-      if (line.empty()) continue;  // it enters the image higher up
+      if (line.empty()) continue;  // the line enters the image higher up
       break;
     }
     const cv::Point2d at(pixel->x(), pixel->y());
@@ -84,7 +84,8 @@ double PartAbove(const ViewRays& looks, cv::Size size) {
   return static_cast<double>(above) / (kGrid * kGrid);
 }
 
-/// Half of the field of view to either side of the axis at an elevation, of both the smaller one.
+/// Half of the field of view at an elevation: the smaller of the angles to the left and to the
+/// right of the axis.
 double HalfField(const ViewRays& looks, double elevation) {
   constexpr double kStep = 0.002;
   double half = 0;
@@ -123,7 +124,7 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
   }
   above_horizon_ = PartAbove(looks, size_);
   if (above_horizon_ < params.min_above_horizon) return;
-  // A camera that is raised far has the horizon below its image.
+  // The horizon of a camera that is pitched up far lies below its image.
   double base = std::max(0.0, looks.Elevation());
   while (base > 0 && looks.Pixel(looks.Azimuth(), base)) base -= 0.01;
   const double half = HalfField(looks, std::max(0.0, base + 0.01));

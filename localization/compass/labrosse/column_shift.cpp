@@ -15,7 +15,8 @@ std::vector<std::uint64_t> SquaredShiftDistances(const cv::Mat& reference, const
   const std::size_t pixel_bytes = current.elemSize();
   const std::size_t row_bytes = width * pixel_bytes;
   std::vector<std::uint64_t> squared(width, 0);
-  // With the reference's row twice in a row, every circular shift of it is one run of bytes.
+  // With the reference's row stored twice in succession, every circular shift of it is one run of
+  // bytes.
   std::vector<std::uint8_t> twice(2 * row_bytes);
   for (int v = 0; v < current.rows; ++v) {
     std::copy_n(reference.ptr(v), row_bytes, twice.begin());

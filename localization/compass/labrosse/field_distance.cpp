@@ -33,7 +33,8 @@ std::uint64_t FieldDistance::Squared(int columns) const {
   };
   std::uint64_t sum = 0;
   for (const auto& [begin, end] : runs_) {
-    // Column u is compared with the reference's u - columns; from `wrap` on that starts again at 0.
+    // Column u is compared with the reference's column u - columns; from `wrap` on, this index
+    // starts again at 0.
     const int from = ((begin - columns) % width + width) % width;
     const int wrap = std::min(end, begin + width - from);
     for (int v = 0; v < current_.rows; ++v) {

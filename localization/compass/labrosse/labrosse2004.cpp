@@ -64,7 +64,7 @@ std::optional<compass::HeadingEstimate> Labrosse2004::Next(const compass::Panora
   return estimate_;
 }
 
-/// By the least of the distances; false if they do not tell.
+/// Measures the turn by the least distance; returns false if the distances do not determine it.
 bool Labrosse2004::Turn() {
   const std::optional<int> shift = LeastShift(squared_);
   if (!shift) return false;

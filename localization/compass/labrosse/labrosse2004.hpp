@@ -12,28 +12,28 @@
 namespace ceilmap::labrosse {
 
 struct Labrosse2004Params {
-  /// A panorama that changes less than this along its rows (RowTexture, grey levels, >= 0) tells
-  /// nothing: it is uniform but for noise.
+  /// A panorama with less texture along its rows than this (RowTexture, grey levels, >= 0) gives no
+  /// information: it is uniform except for noise.
   double min_texture = 2;
-  /// Width over which the differences of two panoramas are one error, rad, > 0. Only the variance
-  /// depends on it; as measured for Labrosse2006Params.
+  /// Width over which the differences of two panoramas count as one independent error, rad, > 0.
+  /// Only the variance depends on it; the same value as in Labrosse2006Params.
   double independent_rad = std::numbers::pi / 45;
-  /// While nothing can be measured: standard deviation of the rate at which the robot may turn,
-  /// rad/s, > 0.
+  /// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
   double unseen_rate_rad_s = 0.5;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// The compass of Labrosse, "Visual compass", TAROS 2004: the heading changes by the whole number
-/// of columns that brings two successive panoramas closest, over all shifts and all columns, and
-/// the changes add up. Panoramas of 360 columns in the paper, any width here.
+/// The compass of Labrosse, "Visual compass", TAROS 2004. The change of heading is the whole number
+/// of columns that minimizes the distance of two successive panoramas, over all shifts and all
+/// columns; the changes are summed. Panoramas of 360 columns in the paper, any width here.
 ///
-/// Turns of less than half a column a frame are never seen, and travel past things at the sides is
-/// taken for turns. The variance knows the first (1/12 column^2 a frame), not the second.
+/// Turns of less than half a column per frame are not detected, and travel past objects at the
+/// sides is measured as turns. The variance includes the first error (1/12 column^2 per frame), not
+/// the second.
 ///
-/// A panorama without an answer (uniform, or the same several times around) leaves the heading as
-/// it is; the next one is compared with the last that was usable.
+/// A panorama without a result (uniform, or periodic around the circle) leaves the heading
+/// unchanged; the next panorama is compared with the last usable one.
 /// Time: columns^2 x rows x channels.
 class Labrosse2004 : public compass::Compass {
  public:
@@ -51,10 +51,10 @@ class Labrosse2004 : public compass::Compass {
   Labrosse2004Params params_;
   compass::FrameCheck check_;
   cv::Mat current_;
-  cv::Mat reference_;  ///< empty: nothing usable was seen yet
+  cv::Mat reference_;  ///< empty: no usable panorama so far
   std::int64_t reference_frame_ = 0;
   compass::HeadingEstimate at_reference_;
-  double reference_stamp_s_ = 0;  ///< or the first frame's
+  double reference_stamp_s_ = 0;  ///< or stamp of the first frame
   compass::HeadingEstimate estimate_;
   std::vector<std::uint64_t> squared_;
   std::int64_t compared_frame_ = 0;

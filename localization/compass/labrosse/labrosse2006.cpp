@@ -68,7 +68,7 @@ std::optional<compass::HeadingEstimate> Labrosse2006::Next(const compass::Panora
   return estimate_;
 }
 
-/// The first frame that shows something becomes the reference.
+/// The first frame with texture becomes the reference.
 void Labrosse2006::Begin(const compass::PanoramaFrame& frame, bool textured) {
   Hold(frame.stamp_s);
   if (!textured) return;
@@ -103,7 +103,7 @@ void Labrosse2006::Follow(const compass::PanoramaFrame& frame) {
                .measured = fits};
 }
 
-/// The shift of the reference's content to the current panorama.
+/// Measures the shift of the reference's content to the current panorama.
 Labrosse2006::Measurement Labrosse2006::Measure() const {
   const int columns = current_.cols;
   const FieldDistance distance(reference_.panorama, current_, weights_);
@@ -115,7 +115,7 @@ Labrosse2006::Measurement Labrosse2006::Measure() const {
                 params_.search);
   const double seen = std::accumulate(weights_.begin(), weights_.end(), 0.0);
   const double independent = std::max(seen / columns * kTurn / params_.independent_rad, 1.0);
-  // A minimum as flat as can be still lies among the probes.
+  // Even a very flat minimum lies within the range of the probes.
   const double reach = params_.search.probe_span_rad / kTurn * columns / 2;
   const double interpolation = params_.interpolation_sigma_columns;
   return {
@@ -130,8 +130,8 @@ double Labrosse2006::ExpectedHeading() const {
   return last_.heading_rad + (turns_on ? frames_since_ * turn_per_frame_rad_ : 0);
 }
 
-/// A view with a heading that was only held would lose what the robot turned meanwhile: such a one
-/// takes over only where the reference says nothing at all.
+/// A view whose heading was only held would lose the turns of the robot in the meantime. Such a
+/// view becomes the reference only where the current reference gives no information at all.
 bool Labrosse2006::PreviousIsBetter(const Measurement& measured) const {
   if (previous_.frame == reference_.frame) return false;
   if (measured.amplitude < params_.min_amplitude) return true;
@@ -142,7 +142,7 @@ void Labrosse2006::PreviousBecomesReference() {
   if (previous_.frame == reference_.frame && references_ > 0) return;
   reference_ = previous_;
   if (!reference_.measured) {
-    // The search goes on from its heading, wherever the robot has turned.
+    // The search continues from the reference's heading, regardless of the turns since then.
     last_ = reference_.estimate;
     last_stamp_s_ = reference_.stamp_s;
     frames_since_ = 1;

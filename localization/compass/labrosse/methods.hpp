@@ -11,14 +11,14 @@
 namespace ceilmap::labrosse {
 
 enum class Method : std::uint8_t {
-  kFft,           ///< the one to use: least drift, least time
+  kFft,           ///< recommended: least drift, least time
   kLabrosse2006,  ///< as published
   kLabrosse2004
 };
 
 struct CompassParams {
   Method method = Method::kFft;
-  // Those of the method are used.
+  // Only the parameters of the selected method are used.
   compass::FftCompassParams fft = {};
   Labrosse2006Params labrosse2006 = {};
   Labrosse2004Params labrosse2004 = {};

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// The distances, each computed once.
+/// Cache of the distances: each is computed once.
 class KnownDistances {
  public:
   KnownDistances(const std::function<double(int)>& distance, int columns)
@@ -30,7 +30,7 @@ class KnownDistances {
  private:
   const std::function<double(int)>& distance_;
   int columns_;
-  std::vector<double> known_;  ///< negative: not yet
+  std::vector<double> known_;  ///< negative: not computed yet
 };
 
 int Descend(KnownDistances& distance, int shift) {
@@ -48,7 +48,7 @@ std::vector<int> ProbeOffsets(int columns, const ShiftSearchParams& params) {
   const double step = params.probe_span_rad / kTurn * columns / params.probes;
   std::vector<int> offsets;
   for (int i = 1; i <= half; ++i) {
-    // Where columns are coarse, next to one another.
+    // Where the columns are coarse, the probes are adjacent columns.
     const int offset = std::max(i, static_cast<int>(std::lround(i * step)));
     offsets.push_back(-offset);
     offsets.push_back(offset);
