@@ -25,7 +25,7 @@ rows=(
   "samples/simulator: calib calib/base"
   "app/evaluation: calib/base"
   "app/page: mapping/store mapping/graph"
-  "app/terminal:"
+  "app/terminal: calib/base"
   "app/files: app/evaluation localization localization/compass localization/compass/colour mapping/graph calib/base"
   "app/recordings: app/files app/terminal samples/simulator compensation localization localization/compass
     localization/compass/labrosse localization/compass/colour mapping mapping/registration calib/solve calib calib/base"

@@ -104,7 +104,7 @@ void AddGraph(const graph::MapGraph& graph, page::PageData& data) {
 
 void AddMap(const store::MapReader& map, page::PageData& data) {
   data.unit = map.Metadata().unit;
-  data.image = page::MakeMosaicPicture(map);
+  data.picture = page::MakeMosaicPicture(map);
   AddGraph(map.ReadGraph(), data);
 }
 

@@ -60,7 +60,8 @@ void WriteRunReport(const fs::path& folder,
                    {"tables.md", FormatMarkdown(tables)},
                    {"tables.tex", FormatLatex(tables)}});
   summary.files.insert(summary.files.end(), files.begin(), files.end());
-  if (std::none_of(run.frames.begin(), run.frames.end(), Placed)) return;
+  const auto has_pose = [](const graph::FramePose& frame) { return graph::HasPose(frame.status); };
+  if (std::none_of(run.frames.begin(), run.frames.end(), has_pose)) return;
   DrawTrajectoryFigures(FiguresOf(run), &map, folder / "figures", summary);
 }
 

@@ -15,9 +15,9 @@
 
 #ifdef CEILMAP_SANITIZED
 #include <sanitizer/common_interface_defs.h>
+#endif
 
 #include "calib/base/one_line.hpp"
-#endif
 
 namespace ceilmap::terminal {
 namespace {

@@ -19,7 +19,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using synthetic::FrameAt;
 using synthetic::FrontUp;
-using synthetic::kRadPerDeg;
 
 constexpr double kAxle = 0.14;
 

@@ -13,7 +13,6 @@ namespace ceilmap::compensation {
 namespace {
 
 using synthetic::Draw;
-using synthetic::kRadPerDeg;
 using synthetic::Scene;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -15,7 +15,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using synthetic::FrameAt;
 using synthetic::FrontUp;
-using synthetic::kRadPerDeg;
 
 constexpr double kAxle = 0.14;
 constexpr double kWall_m = 8;

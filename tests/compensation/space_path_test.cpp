@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Isometry3d;
 using synthetic::FrameAt;
-using synthetic::kRadPerDeg;
 
 /// Shows a path what a robot sees, and holds it against where the robot was.
 class Walk {

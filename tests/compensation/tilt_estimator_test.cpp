@@ -19,7 +19,6 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using synthetic::BumpyLab;
-using synthetic::kRadPerDeg;
 using synthetic::Lab;
 using testing::ThrowsMessage;
 

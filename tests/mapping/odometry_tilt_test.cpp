@@ -17,7 +17,6 @@ namespace {
 using compensation::synthetic::BumpyLab;
 using compensation::synthetic::FrameAt;
 using compensation::synthetic::FrontUp;
-using compensation::synthetic::kRadPerDeg;
 using compensation::synthetic::Lab;
 
 /// Rendered upward images of a drive.

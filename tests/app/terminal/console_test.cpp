@@ -5,14 +5,6 @@
 namespace ceilmap::terminal {
 namespace {
 
-TEST(InOneLine, JoinsLinesWithOneBlank) {
-  EXPECT_EQ(InOneLine("a\nb"), "a b");
-  EXPECT_EQ(InOneLine("a \r\n\n  b\n"), "a b");
-  EXPECT_EQ(InOneLine("a  b"), "a  b");
-  EXPECT_EQ(InOneLine("\n"), "");
-  EXPECT_EQ(InOneLine("\x1b[2Ja\x07\tb\x7f"), "?[2Ja?\tb?");  // what would command a terminal
-}
-
 TEST(Console, WritesWhatTheVerbosityAdmits) {
   const auto say_all = [](Verbosity verbosity) {
     SetVerbosity(verbosity);
