@@ -134,6 +134,7 @@ Rig ParseRig(const std::string& text, const std::filesystem::path& file) {
   const YamlValue rig = YamlValue::Parse(text, file, kWhat);
   rig.AllowOnly({"robot", "a", "d", "h", "frames", "cameras"});
   Rig result;
+  result.file = file;
   result.source_yaml = text;
   if (const auto robot = rig.Find("robot")) result.robot = robot->Text();
   result.axle_behind_mast_m =

@@ -30,7 +30,8 @@ struct Rig {
   std::optional<MountedCamera> up;
   std::optional<MountedCamera> forward;
   std::optional<MountedCamera> omni;
-  std::string source_yaml;  ///< the file's text as read, kept for provenance
+  std::filesystem::path file;  ///< where it was read from, for messages
+  std::string source_yaml;     ///< the file's text as read, kept for provenance
 };
 
 /// Reads rig.yaml (format: calib/README.md). A camera's intrinsics stand inline in the manner of

@@ -15,7 +15,6 @@
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/motion_calibration.hpp"
 #include "app/recordings/rig_calibration.hpp"
-#include "app/recordings/robot_rig.hpp"
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/reports/report_folder.hpp"
 #include "app/reports/rig_calibration_report.hpp"
@@ -25,6 +24,7 @@
 #include "calib/base/error.hpp"
 #include "calib/base/yaml_value.hpp"
 #include "calib/rig_text.hpp"
+#include "calib/robot_rig.hpp"
 
 namespace fs = std::filesystem;
 
@@ -68,13 +68,13 @@ void CheckRecordings(const CalibrateRigOptions& params,
                      const fs::path& file) {
   if (!params.step.empty()) {
     const recordings::FrameSource up(params.step, {.stamps = params.step_stamps});
-    recordings::UpCameraOf(rig, file, up);
+    calib::UpCameraFor(rig, up.Name(), up.Size());
   }
   for (const recordings::RigRecording& recording :
        {params.Spin(), params.Straight(), params.Step()}) {
     if (recording.forward.empty()) continue;
     const recordings::SynchronizedStream forward(recording.forward, recording.stamps);
-    recordings::CheckForwardCamera(rig, file, recording.forward, forward.Size());
+    calib::ForwardCameraFor(rig, recording.forward, forward.Size());
   }
 }
 
@@ -87,7 +87,7 @@ void CalibrateMotion(const CalibrateRigOptions& params,
   std::vector<recordings::RigMotion> seen;
   std::vector<std::string> names;
   const auto read = [&](const recordings::RigRecording& recording, const char* label) {
-    recordings::RigMotion motion = recordings::ReadMotion(recording, rig, file, label);
+    recordings::RigMotion motion = recordings::ReadMotion(recording, rig, label);
     if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
     if (!recording.forward.empty()) names.push_back(recording.forward);
     seen.push_back(std::move(motion));
@@ -122,8 +122,9 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
   CheckRecordings(params, rig, file);
   recordings::FrameSource spin_source(params.spin, {.stamps = params.spin_stamps});
   recordings::FrameSource straight_source(params.straight, {.stamps = params.straight_stamps});
-  recordings::UpCameraOf(rig, file, spin_source);
-  const calib::MountedCamera& up = recordings::UpCameraOf(rig, file, straight_source);
+  calib::UpCameraFor(rig, spin_source.Name(), spin_source.Size());
+  const calib::MountedCamera& up =
+      calib::UpCameraFor(rig, straight_source.Name(), straight_source.Size());
   if (params.tape.ceiling_height_m) rig.ceiling_height_m = *params.tape.ceiling_height_m;
   const calib::CeilingView view(up, rig.ceiling_height_m);
   const recordings::CeilingKeyframes spin = recordings::ReadCeiling(spin_source, view, "spin");

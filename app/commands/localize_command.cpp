@@ -13,7 +13,6 @@
 #include "app/live/run_watch.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/heading_source.hpp"
-#include "app/recordings/robot_rig.hpp"
 #include "app/recordings/sensor_fusion.hpp"
 #include "app/recordings/tilt_source.hpp"
 #include "app/reports/localize_report.hpp"
@@ -25,6 +24,7 @@
 #include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
+#include "calib/robot_rig.hpp"
 #include "localization/localizer.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -257,7 +257,7 @@ void RunLocalize(const LocalizeParams& params,
   const calib::Rig rig = calib::ReadRig(params.rig);
   const store::MapReader map(params.map);
   recordings::FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
-  const calib::MountedCamera& up = recordings::UpCameraOf(rig, params.rig, source);
+  const calib::MountedCamera& up = calib::UpCameraFor(rig, source.Name(), source.Size());
   localization::Localizer localizer = [&] {
     try {
       return localization::Localizer(map, up, localizer_params);
@@ -268,9 +268,9 @@ void RunLocalize(const LocalizeParams& params,
   }();
 
   const std::unique_ptr<recordings::TiltSource> tilt =
-      recordings::TiltSource::Make(params.tilt, rig, params.rig, params.stamps);
+      recordings::TiltSource::Make(params.tilt, rig, params.stamps);
   const std::unique_ptr<recordings::HeadingSource> heading =
-      recordings::HeadingSource::Make(params.heading, rig, params.rig, params.stamps);
+      recordings::HeadingSource::Make(params.heading, rig, params.stamps);
   reports::LocalizeResult result;
   result.tilt = tilt.get();
   result.heading = heading.get();

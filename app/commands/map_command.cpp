@@ -5,6 +5,7 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <utility>
 
 #include "app/commands/commands.hpp"
 #include "app/files/arguments.hpp"
@@ -13,10 +14,8 @@
 #include "app/live/run_watch.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/heading_source.hpp"
-#include "app/recordings/robot_rig.hpp"
 #include "app/recordings/sensor_fusion.hpp"
 #include "app/recordings/tilt_source.hpp"
-#include "app/reports/map_append.hpp"
 #include "app/reports/map_report.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
@@ -26,6 +25,8 @@
 #include "calib/ceiling_view.hpp"
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
+#include "calib/robot_rig.hpp"
+#include "mapping/map_extension.hpp"
 #include "mapping/mapper.hpp"
 #include "mapping/store/export.hpp"
 
@@ -48,7 +49,7 @@ struct MapParams {
   recordings::TiltOptions tilt;
   fs::path output;
   fs::path trajectory;
-  fs::path image;
+  fs::path picture;
   live::WatchOptions watch;
 
   // Checks everything that can be told without the recording. @throws InputError
@@ -64,15 +65,15 @@ void MapParams::Resolve() {
   if (output.extension() != ".gpkg") {
     throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
   }
-  if (!image.empty() && image.extension() != ".png") {
-    throw InputError(fmt::format("{}: the image's name must end in .png", image.string()));
+  if (!picture.empty() && picture.extension() != ".png") {
+    throw InputError(fmt::format("{}: the picture's name must end in .png", picture.string()));
   }
   if (resolution && !(*resolution > 0 && *resolution < 1e6)) {
     throw InputError(
         fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
   }
   if (!origin.empty()) T_map_first = files::ParsePose2(origin, "--origin");
-  files::CheckOutputFiles({output, trajectory, tilt.uncompensated, image});
+  files::CheckOutputFiles({output, trajectory, tilt.uncompensated, picture});
   watch.Check();
 }
 
@@ -80,7 +81,7 @@ calib::CeilingView MakeView(const std::optional<calib::Rig>& rig,
                             const MapParams& params,
                             const recordings::FrameSource& source) {
   if (!rig) return calib::CeilingView::InPixels(source.Size());
-  return {recordings::UpCameraOf(*rig, params.rig, source), rig->ceiling_height_m};
+  return {calib::UpCameraFor(*rig, source.Name(), source.Size()), rig->ceiling_height_m};
 }
 
 std::string UtcNow() {
@@ -156,9 +157,39 @@ void ReportInterrupted(const mapping::Mapper& mapper) {
   terminal::PrintNote(fmt::format("interrupted: {} frames were kept", mapper.Trajectory().size()));
 }
 
-void FinishMap(mapping::Mapper& mapper) {
+// The map as it is written, alone or as the extension of another.
+reports::MapResult FinishMap(const std::optional<mapping::MapExtension>& extension,
+                             const std::string& source,
+                             const calib::CeilingView& view,
+                             mapping::Mapper& mapper,
+                             store::MapWriter& writer) {
   terminal::Progress progress("drawing", "tiles");
-  mapper.Finish([&progress](int done, int total) { progress.Update(done, total); });
+  const auto show = [&progress](int done, int total) { progress.Update(done, total); };
+  if (!extension) {
+    mapper.Finish(show);
+    return {nullptr, nullptr, mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
+  }
+  try {
+    mapping::MapExtension::Result joined = extension->Finish(source, view, mapper, writer, show);
+    return {nullptr,
+            nullptr,
+            std::move(joined.frames),
+            std::move(joined.report),
+            std::move(joined.weak_spots)};
+  } catch (const RunError& error) {
+    throw RunError(fmt::format("--append: {}", error.what()));
+  }
+}
+
+std::optional<mapping::MapExtension> OpenExtended(const MapParams& params,
+                                                  const store::MapMetadata& recording) {
+  if (!params.append) return std::nullopt;
+  try {
+    return std::optional<mapping::MapExtension>(
+        std::in_place, params.output, recording, params.resolution);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("--append: {}", error.what()));
+  }
 }
 
 std::string TrajectoryText(const std::vector<graph::FramePose>& frames) {
@@ -204,9 +235,9 @@ void CommitFiles(const std::vector<graph::FramePose>& frames,
     trajectory->Commit();
     summary.files.push_back(trajectory->Target());
   }
-  if (!params.image.empty()) {
-    store::ExportPng(store::MapReader(params.output), params.image);
-    summary.files.push_back(params.image);
+  if (!params.picture.empty()) {
+    store::ExportPng(store::MapReader(params.output), params.picture);
+    summary.files.push_back(params.picture);
   }
 }
 
@@ -218,21 +249,18 @@ void RunMap(MapParams params, const CommonOptions& common, terminal::Summary& su
   recordings::FrameSource source(params.up, {.stamps = params.stamps});
   const calib::CeilingView view = MakeView(rig, params, source);
   const std::unique_ptr<recordings::TiltSource> tilt =
-      recordings::TiltSource::Make(params.tilt, rig, params.rig, params.stamps);
+      recordings::TiltSource::Make(params.tilt, rig, params.stamps);
   const std::unique_ptr<recordings::HeadingSource> heading =
-      recordings::HeadingSource::Make(params.heading, rig, params.rig, params.stamps);
+      recordings::HeadingSource::Make(params.heading, rig, params.stamps);
 
   const store::MapMetadata metadata = Describe(rig, view, params, common);
   mapping::MapperParams mapper_params;
   mapper_params.origin = params.T_map_first;
   mapper_params.mosaic.resolution = metadata.resolution;
-  std::optional<reports::Appending> appending;
-  if (params.append) {
-    appending.emplace(params.output, metadata, params.resolution);
-    mapper_params.first_keyframe_id = appending->NextKeyframeId();
-  }
-  store::MapWriter writer(params.output, appending ? appending->Metadata() : metadata);
-  if (appending) appending->CheckCurrent();
+  const std::optional<mapping::MapExtension> extension = OpenExtended(params, metadata);
+  if (extension) mapper_params.first_keyframe_id = extension->NextKeyframeId();
+  store::MapWriter writer(params.output, extension ? extension->Metadata() : metadata);
+  if (extension) extension->CheckCurrent();
   mapping::Mapper mapper(view, writer, metadata, mapper_params);
 
   page::PageData page;
@@ -248,13 +276,7 @@ void RunMap(MapParams params, const CommonOptions& common, terminal::Summary& su
     for (const std::string& warning : heading->Warnings()) terminal::PrintWarning(warning);
   }
   if (terminal::Interrupted()) ReportInterrupted(mapper);
-  reports::MapResult result;
-  if (appending) {
-    result = appending->Finish(params.up, view, mapper, writer);
-  } else {
-    FinishMap(mapper);
-    result = {nullptr, nullptr, mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
-  }
+  reports::MapResult result = FinishMap(extension, params.up, view, mapper, writer);
   result.tilt = tilt.get();
   result.heading = heading.get();
   CommitFiles(result.frames, view, writer, params, summary);
@@ -305,7 +327,7 @@ Command AddMapCommand(CLI::App& program) {
   add("--trajectory", params->trajectory, "Poses of all frames found", "T.tum")->group(result);
   params->tilt.AddTo(cli, input, result);
   params->heading.AddTo(cli, input, input);
-  add("--picture", params->image, "The mosaic as seen from above", "FILE.png")->group(result);
+  add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
   params->watch.AddTo(cli, result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunMap(*params, common, summary);

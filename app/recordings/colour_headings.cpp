@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "app/files/colour_model_file.hpp"
-#include "app/recordings/robot_rig.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/stage_timer.hpp"
+#include "calib/robot_rig.hpp"
 
 namespace ceilmap::recordings {
 namespace {
@@ -23,13 +23,12 @@ constexpr double kSure = 0.9;  // of the belief
 std::unique_ptr<ColourHeadings> ColourHeadings::Make(const std::filesystem::path& model,
                                                      const std::string& source,
                                                      const std::filesystem::path& stamps,
-                                                     const calib::Rig& rig,
-                                                     const std::filesystem::path& rig_file) {
+                                                     const calib::Rig& rig) {
   colour::ColourModel learned = files::ReadColourModel(model);
   auto frames = std::make_unique<FrameSource>(
       source,
       FrameSourceOptions{.pixels = Pixels::kColour, .stamps = stamps, .stamps_of_another = true});
-  CheckForwardCamera(rig, rig_file, frames->Name(), frames->Size());
+  calib::ForwardCameraFor(rig, frames->Name(), frames->Size());
   const calib::MountedCamera& camera = *rig.forward;
   colour::ColourCompassParams params;
   params.camera_ahead_of_axle_m = rig.axle_behind_mast_m + camera.T_base_cam.translation().x();
@@ -39,7 +38,7 @@ std::unique_ptr<ColourHeadings> ColourHeadings::Make(const std::filesystem::path
         colour::ColourCompass(std::move(learned), camera, params));
   } catch (const InputError& error) {
     throw InputError(
-        fmt::format("{} with {}: {}", model.string(), rig_file.string(), error.what()));
+        fmt::format("{} with {}: {}", model.string(), rig.file.string(), error.what()));
   }
 }
 

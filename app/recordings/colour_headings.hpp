@@ -22,8 +22,7 @@ class ColourHeadings : public HeadingSource {
   static std::unique_ptr<ColourHeadings> Make(const std::filesystem::path& model,
                                               const std::string& source,
                                               const std::filesystem::path& stamps,
-                                              const calib::Rig& rig,
-                                              const std::filesystem::path& rig_file);
+                                              const calib::Rig& rig);
 
   ColourHeadings(std::unique_ptr<SynchronizedStream> camera, colour::ColourCompass compass);
 

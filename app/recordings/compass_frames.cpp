@@ -6,10 +6,10 @@
 #include <cmath>
 #include <system_error>
 
-#include "app/recordings/robot_rig.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
+#include "calib/robot_rig.hpp"
 
 namespace fs = std::filesystem;
 
@@ -107,7 +107,7 @@ ForwardFrames::ForwardFrames(const ForwardOptions& options)
     : source_(options.forward,
               {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}),
       rig_(calib::ReadRig(options.rig)) {
-  CheckForwardCamera(rig_, options.rig, source_.Name(), source_.Size());
+  calib::ForwardCameraFor(rig_, source_.Name(), source_.Size());
   try {
     const colour::ScanLines lines(Camera());
   } catch (const InputError& error) {

@@ -93,7 +93,6 @@ void HeadingOptions::Check(bool have_rig) const {
 
 std::unique_ptr<HeadingSource> HeadingSource::Make(const HeadingOptions& options,
                                                    const std::optional<calib::Rig>& rig,
-                                                   const std::filesystem::path& rig_file,
                                                    const std::filesystem::path& stamps) {
   if (!options.file.empty()) return std::make_unique<FileHeadings>(options.file);
   if (!rig) return nullptr;
@@ -101,12 +100,11 @@ std::unique_ptr<HeadingSource> HeadingSource::Make(const HeadingOptions& options
     return ColourHeadings::Make(options.model,
                                 options.forward,
                                 options.forward_stamps.empty() ? stamps : options.forward_stamps,
-                                *rig,
-                                rig_file);
+                                *rig);
   }
   if (options.omni.empty()) return nullptr;
   const auto& frames = options.omni_stamps.empty() ? stamps : options.omni_stamps;
-  return OmniHeadings::Make(options.omni, frames, *rig, rig_file);
+  return OmniHeadings::Make(options.omni, frames, *rig);
 }
 
 }  // namespace ceilmap::recordings

@@ -43,7 +43,6 @@ class HeadingSource {
   /// @return null when there are no headings. @throws InputError
   static std::unique_ptr<HeadingSource> Make(const HeadingOptions& options,
                                              const std::optional<calib::Rig>& rig,
-                                             const std::filesystem::path& rig_file,
                                              const std::filesystem::path& stamps);
   virtual ~HeadingSource() = default;
 

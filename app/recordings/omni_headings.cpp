@@ -6,22 +6,22 @@
 #include <cmath>
 #include <utility>
 
-#include "app/recordings/robot_rig.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/pose2.hpp"
 #include "calib/base/stage_timer.hpp"
+#include "calib/robot_rig.hpp"
 #include "localization/compass/fft_compass.hpp"
 
 namespace ceilmap::recordings {
 namespace {
 
-calib::MirrorView ViewOf(const calib::MountedCamera& omni, const std::filesystem::path& rig_file) {
+calib::MirrorView ViewOf(const calib::Rig& rig, const calib::MountedCamera& omni) {
   try {
     return calib::MirrorView(omni);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", rig_file.string(), error.what()));
+    throw InputError(fmt::format("{}: {}", rig.file.string(), error.what()));
   }
 }
 
@@ -29,15 +29,14 @@ calib::MirrorView ViewOf(const calib::MountedCamera& omni, const std::filesystem
 
 std::unique_ptr<OmniHeadings> OmniHeadings::Make(const std::string& source,
                                                  const std::filesystem::path& stamps,
-                                                 const calib::Rig& rig,
-                                                 const std::filesystem::path& rig_file) {
+                                                 const calib::Rig& rig) {
   auto frames = std::make_unique<FrameSource>(
       source,
       FrameSourceOptions{.pixels = Pixels::kColour, .stamps = stamps, .stamps_of_another = true});
-  const calib::MountedCamera& camera = OmniCameraOf(rig, rig_file, *frames);
+  const calib::MountedCamera& camera = calib::OmniCameraFor(rig, frames->Name(), frames->Size());
   return std::make_unique<OmniHeadings>(
       std::make_unique<SynchronizedStream>(std::move(frames), "mirror"),
-      ViewOf(camera, rig_file),
+      ViewOf(rig, camera),
       std::make_unique<compass::FftCompass>(),
       camera.T_base_cam.translation().head<2>());
 }

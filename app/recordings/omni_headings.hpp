@@ -22,8 +22,7 @@ class OmniHeadings : public HeadingSource {
   /// @throws InputError when the source cannot be used, or does not fit the rig.
   static std::unique_ptr<OmniHeadings> Make(const std::string& source,
                                             const std::filesystem::path& stamps,
-                                            const calib::Rig& rig,
-                                            const std::filesystem::path& rig_file);
+                                            const calib::Rig& rig);
 
   /// @param position  of the mirror on the robot, base frame, m.
   OmniHeadings(std::unique_ptr<SynchronizedStream> camera,

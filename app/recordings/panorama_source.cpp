@@ -9,9 +9,9 @@
 #include <opencv2/core.hpp>
 
 #include "app/files/arguments.hpp"
-#include "app/recordings/robot_rig.hpp"
 #include "app/terminal/clock.hpp"
 #include "calib/base/error.hpp"
+#include "calib/robot_rig.hpp"
 #include "localization/compass/labrosse/column_shift.hpp"
 
 namespace ceilmap::recordings {
@@ -50,7 +50,7 @@ PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
     }
   }
   const calib::Rig rig = calib::ReadRig(options.rig);
-  const calib::MountedCamera& omni = OmniCameraOf(rig, options.rig, source);
+  const calib::MountedCamera& omni = calib::OmniCameraFor(rig, source.Name(), source.Size());
   try {
     return {calib::MirrorView(omni, params), omni.T_base_cam.translation().head<2>()};
   } catch (const InputError& error) {

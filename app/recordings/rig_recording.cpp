@@ -6,12 +6,12 @@
 
 #include "app/recordings/forward_feature_tracker.hpp"
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/robot_rig.hpp"
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
 #include "calib/ceiling_view.hpp"
+#include "calib/robot_rig.hpp"
 #include "compensation/space_path.hpp"
 
 namespace ceilmap::recordings {
@@ -20,11 +20,9 @@ namespace {
 /// The forward camera beside the upward one.
 class ForwardSide {
  public:
-  ForwardSide(const RigRecording& recording,
-              const calib::Rig& rig,
-              const std::filesystem::path& rig_file)
+  ForwardSide(const RigRecording& recording, const calib::Rig& rig)
       : camera_(recording.forward, recording.stamps) {
-    CheckForwardCamera(rig, rig_file, recording.forward, camera_.Size());
+    calib::ForwardCameraFor(rig, recording.forward, camera_.Size());
     sights_.emplace(*rig.forward);
   }
 
@@ -46,14 +44,14 @@ class ForwardSide {
 
 RigMotion ReadMotion(const RigRecording& recording,
                      const calib::Rig& rig,
-                     const std::filesystem::path& rig_file,
                      const std::string& label) {
   constexpr int kMaxLost = 5;
   FrameSource source(recording.up, {.stamps = recording.stamps});
-  const calib::CeilingView view(UpCameraOf(rig, rig_file, source), rig.ceiling_height_m);
+  const calib::CeilingView view(calib::UpCameraFor(rig, source.Name(), source.Size()),
+                                rig.ceiling_height_m);
   std::unique_ptr<ForwardSide> forward;
   if (!recording.forward.empty()) {
-    forward = std::make_unique<ForwardSide>(recording, rig, rig_file);
+    forward = std::make_unique<ForwardSide>(recording, rig);
   }
   compensation::SpacePath path(view);
   RigMotion motion;

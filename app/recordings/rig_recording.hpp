@@ -29,12 +29,11 @@ struct RigMotion {
 
 /// Follows a recording by the ceiling, and what the forward camera shows on the way.
 /// @param rig  its upward camera as calibrated, its forward one as far as it is known.
-/// @param rig_file  its name in messages. @param label  of the progress.
+/// @param label  of the progress.
 /// @throws InputError when a source cannot be used, the forward camera is not in the rig, or
 ///   the ceiling is lost for longer than a moment.
 RigMotion ReadMotion(const RigRecording& recording,
                      const calib::Rig& rig,
-                     const std::filesystem::path& rig_file,
                      const std::string& label);
 
 }  // namespace ceilmap::recordings

@@ -4,10 +4,10 @@
 
 #include <utility>
 
-#include "app/recordings/robot_rig.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
+#include "calib/robot_rig.hpp"
 
 namespace ceilmap::recordings {
 
@@ -72,7 +72,6 @@ void TiltOptions::Check(bool have_rig) const {
 
 std::unique_ptr<TiltSource> TiltSource::Make(const TiltOptions& options,
                                              const std::optional<calib::Rig>& rig,
-                                             const std::filesystem::path& rig_file,
                                              const std::filesystem::path& stamps) {
   if (!rig || options.method == "none") return nullptr;
   TiltMethod method = options.method == "forward"   ? TiltMethod::kForward
@@ -83,7 +82,7 @@ std::unique_ptr<TiltSource> TiltSource::Make(const TiltOptions& options,
     const bool own_stamps = !options.forward_stamps.empty();
     forward = std::make_unique<SynchronizedStream>(options.forward,
                                                    own_stamps ? options.forward_stamps : stamps);
-    CheckForwardCamera(*rig, rig_file, options.forward, forward->Size());
+    calib::ForwardCameraFor(*rig, options.forward, forward->Size());
   } else {
     method = TiltMethod::kCeiling;
   }

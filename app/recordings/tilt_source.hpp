@@ -37,7 +37,6 @@ class TiltSource {
   /// @return null when tilt is not measured. @throws InputError
   static std::unique_ptr<TiltSource> Make(const TiltOptions& options,
                                           const std::optional<calib::Rig>& rig,
-                                          const std::filesystem::path& rig_file,
                                           const std::filesystem::path& stamps);
 
   TiltSource(const calib::Rig& rig,

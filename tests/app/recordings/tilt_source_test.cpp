@@ -48,11 +48,11 @@ TEST(TiltOptions, SayWhatIsMissing) {
 TEST(TiltSource, IsNotMadeWhereNoTiltIsMeasured) {
   const calib::Rig rig = simulator::Renderer(compensation::synthetic::Lab()).GetRig();
   TiltOptions options;
-  EXPECT_EQ(TiltSource::Make(options, std::nullopt, "", ""), nullptr);
+  EXPECT_EQ(TiltSource::Make(options, std::nullopt, ""), nullptr);
   options.method = "none";
-  EXPECT_EQ(TiltSource::Make(options, rig, "rig.yaml", ""), nullptr);
+  EXPECT_EQ(TiltSource::Make(options, rig, ""), nullptr);
   options.method = "";
-  const auto meter = TiltSource::Make(options, rig, "rig.yaml", "");
+  const auto meter = TiltSource::Make(options, rig, "");
   ASSERT_NE(meter, nullptr);
   EXPECT_EQ(meter->Quality()["method"], "ceiling");  // nothing else to measure by
 }

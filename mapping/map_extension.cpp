@@ -1,0 +1,57 @@
+#include "mapping/map_extension.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "calib/base/error.hpp"
+#include "mapping/map_union.hpp"
+
+namespace ceilmap::mapping {
+
+MapExtension::MapExtension(const std::filesystem::path& file,
+                           const store::MapMetadata& recording,
+                           const std::optional<double>& resolution)
+    : file_(file), map_(file), metadata_(map_.Metadata()) {
+  const std::string problem = Incompatibility(metadata_, recording);
+  if (!problem.empty()) throw InputError(fmt::format("{}: {}", file.string(), problem));
+  if (resolution) metadata_.resolution = *resolution;
+  metadata_.provenance += "\n" + recording.provenance;
+  metadata_.program_version = recording.program_version;
+  for (const graph::Keyframe& keyframe : map_.ReadKeyframes()) {
+    next_keyframe_id_ = keyframe.id + 1;
+  }
+}
+
+void MapExtension::CheckCurrent() const {
+  map_.CheckCurrent();
+}
+
+MapExtension::Result MapExtension::Finish(const std::string& source,
+                                          const calib::CeilingView& view,
+                                          Mapper& mapper,
+                                          store::MapWriter& writer,
+                                          const std::function<void(int, int)>& progress) const {
+  mapper.Close();
+  const MergeResult merged =
+      AppendRecording(map_, mapper.Graph(), view, metadata_, {}, writer, progress);
+  if (!merged.ok()) {
+    throw RunError(fmt::format("{} does not join {}: {}; the map stays as it was",
+                               source,
+                               file_.string(),
+                               merged.results.back().reason));
+  }
+  Result result{{}, mapper.Report(), merged.graph.weak_spots};
+  std::copy_if(
+      merged.graph.trajectory.begin(),
+      merged.graph.trajectory.end(),
+      std::back_inserter(result.frames),
+      [this](const graph::FramePose& frame) { return frame.keyframe_id >= next_keyframe_id_; });
+  result.report.grid = merged.grid;
+  result.report.quality = merged.graph.quality;
+  result.report.keyframes = static_cast<std::int64_t>(merged.graph.keyframes.size());
+  return result;
+}
+
+}  // namespace ceilmap::mapping

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/ceiling_view.hpp"
+#include "mapping/mapper.hpp"
+#include "mapping/store/map_file.hpp"
+
+namespace ceilmap::mapping {
+
+/// A recording that extends an existing map. It joins the map wherever it begins; when nothing is
+/// seen in both, the map stays as it was.
+class MapExtension {
+ public:
+  struct Result {
+    std::vector<graph::FramePose> frames;     ///< of the recording, on the map
+    MapperReport report;                      ///< grid, quality and keyframes of the whole map
+    std::vector<graph::WeakSpot> weak_spots;  ///< of the whole map
+  };
+
+  /// @param file  the map. @param recording  metadata of a map of the recording alone.
+  /// @param resolution  of the map from now on, map units per pixel; unset: it stays.
+  /// @throws InputError as store::MapReader, and when the recording cannot go into this map.
+  MapExtension(const std::filesystem::path& file,
+               const store::MapMetadata& recording,
+               const std::optional<double>& resolution);
+
+  [[nodiscard]] const store::MapMetadata& Metadata() const { return metadata_; }
+  /// To be called once the writer holds the map's name.
+  /// @throws InputError when the map has been replaced since it was opened.
+  void CheckCurrent() const;
+  /// Of the recording's first keyframe in the map (MapperParams::first_keyframe_id).
+  [[nodiscard]] std::int64_t NextKeyframeId() const { return next_keyframe_id_; }
+
+  /// Joins both and writes them to `writer`, without Commit.
+  /// @param source  name of the recording, for messages. @param view  of its camera.
+  /// @param progress  done, total tiles of the mosaic.
+  /// @throws RunError when the recording does not join the map.
+  Result Finish(const std::string& source,
+                const calib::CeilingView& view,
+                Mapper& mapper,
+                store::MapWriter& writer,
+                const std::function<void(int, int)>& progress = {}) const;
+
+ private:
+  std::filesystem::path file_;
+  store::MapReader map_;
+  store::MapMetadata metadata_;
+  std::int64_t next_keyframe_id_ = 0;
+};
+
+}  // namespace ceilmap::mapping
