@@ -174,7 +174,7 @@ reports::MapResult FinishMap(const std::optional<mapping::MapExtension>& extensi
     return {nullptr,
             nullptr,
             std::move(joined.frames),
-            std::move(joined.report),
+            joined.report,
             std::move(joined.weak_spots)};
   } catch (const RunError& error) {
     throw RunError(fmt::format("--append: {}", error.what()));
