@@ -6,8 +6,9 @@
 namespace ceilmap::calib {
 namespace {
 
-/// Whether the distorted radius grows all the way from the axis to r: its derivative by r, a cubic
-/// in s = r^2, has its least value over [0, r^2] at an end or where its own derivative is zero.
+/// Whether the distorted radius increases monotonically from the axis to r. Its derivative by r is
+/// a cubic in s = r^2, whose minimum over [0, r^2] lies at an end or where its own derivative is
+/// zero.
 bool RadiusGrowsUpTo(double r2, double k1, double k2, double k3) {
   const auto slope = [&](double s) { return 1 + s * (3 * k1 + s * (5 * k2 + s * 7 * k3)); };
   if (!(slope(r2) > 0)) return false;

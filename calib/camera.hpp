@@ -23,10 +23,10 @@ struct PinholeCamera {
   [[nodiscard]] cv::Size Size() const { return {width_px, height_px}; }
   [[nodiscard]] cv::Matx33d Matrix() const { return {fx, 0, cx, 0, fy, cy, 0, 0, 1}; }
 
-  /// Pixel that shows the point p_cam of the optical frame; inside the image or not.
+  /// Pixel that shows the point p_cam of the optical frame. It may lie outside the image.
   /// @return nothing for a point not in front of the camera, and for one so far off the axis that
-  ///   the radial polynomial r (1 + k1 r^2 + k2 r^4 + k3 r^6) has stopped growing: from there on
-  ///   the model folds back into the image and means nothing.
+  ///   the radial polynomial r (1 + k1 r^2 + k2 r^4 + k3 r^6) has stopped increasing: beyond that
+  ///   radius the model folds back into the image and is not valid.
   [[nodiscard]] std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& p_cam) const;
 };
 

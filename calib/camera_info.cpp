@@ -40,8 +40,8 @@ void ReadCameraMatrix(const YamlValue& info, PinholeCamera& camera) {
   camera.cy = k[5];
 }
 
-/// plumb_bob, or a camera that says it has no distortion: model "none" or "" with zeros or without
-/// coefficients.
+/// plumb_bob, or a camera declared to have no distortion: model "none" or "" with zero coefficients
+/// or without coefficients.
 void ReadDistortion(const YamlValue& info, PinholeCamera& camera) {
   const YamlValue model = info.At("distortion_model", "distortion_model: plumb_bob");
   const std::string name = model.Text();

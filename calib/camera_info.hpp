@@ -15,7 +15,7 @@ namespace ceilmap::calib {
 /// rectification_matrix and projection_matrix are checked for their form and not used: they
 /// describe the rectified image of a stereo pair.
 ///
-/// @throws InputError naming file, line, key and the mend.
+/// @throws InputError naming file, line, key and the fix.
 PinholeCamera ReadCameraInfo(const std::filesystem::path& file);
 
 /// The same from a file's text. @param file  its name in messages.
@@ -24,10 +24,10 @@ PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::pa
 /// The same from a map of keys already read. The caller checks for unknown keys.
 PinholeCamera ParseCameraInfo(const YamlValue& info);
 
-/// Its image_width, image_height and camera_name alone; focal lengths 0.
+/// Reads image_width, image_height and camera_name only; the focal lengths are 0.
 PinholeCamera ParseImageSize(const YamlValue& info);
 
-/// What a camera_info file says, for any of ROS's lens models.
+/// The content of a camera_info file, for any lens model of ROS.
 struct CameraInfo {
   std::string name;
   cv::Size size;
@@ -36,11 +36,11 @@ struct CameraInfo {
   std::vector<double> distortion;   ///< 5, 8 or 4 coefficients
   /// fx, fy, cx, cy of the images that ROS rectifies: its projection_matrix.
   std::array<double, 4> rectified{};
-  std::vector<std::string> remarks;  ///< comment lines at the file's head
+  std::vector<std::string> remarks;  ///< comment lines at the top of the file
 };
 
-/// The file as ROS's camera_calibration_parsers and, with plumb_bob, ReadCameraInfo read it. All
-/// digits of the numbers are kept.
+/// Writes the text of a camera_info file, readable by ROS's camera_calibration_parsers and, with
+/// plumb_bob, by ReadCameraInfo. All digits of the numbers are kept.
 std::string FormatCameraInfo(const CameraInfo& info);
 
 }  // namespace ceilmap::calib

@@ -42,7 +42,7 @@ void CheckUsable(const MountedCamera& up, double ceiling_height_m) {
   }
 }
 
-/// The turn about z in R_base_cam = (tilt about a horizontal axis) * Rz(yaw).
+/// The rotation about z in R_base_cam = (tilt about a horizontal axis) * Rz(yaw).
 double TwistAboutZ(const Eigen::Matrix3d& R_base_cam) {
   const Eigen::Quaterniond q(R_base_cam);
   return WrapAngle(2 * std::atan2(q.z(), q.w()));

@@ -9,22 +9,23 @@
 
 namespace ceilmap::calib {
 
-/// The upward camera as the rest of the program sees it: a virtual pinhole camera that looks
-/// exactly upwards, without distortion and with square pixels, turned about z like the mounted
-/// camera. Distortion, unequal focal lengths and mounting tilts are taken out of the image by one
-/// precomputed map; a camera whose map would move no pixel by 0.001 px gets none, and its pictures
-/// pass through untouched.
+/// The model of the upward camera that all other libraries use: a virtual pinhole camera that
+/// points exactly upwards, without distortion and with square pixels, rotated about z like the
+/// mounted camera. One precomputed map removes distortion, unequal focal lengths and mounting tilts
+/// from the image. When the map would move no pixel by 0.001 px or more, none is used, and the
+/// images are passed through unchanged.
 ///
-/// A level plane ceiling then is an image to scale, and coordinates in the view's plane are
+/// A level plane ceiling is then imaged to scale, and coordinates in the view's plane are
 ///   p_view = m_per_px * ((u, v) - c),   c = ((W-1)/2, (H-1)/2)   (u right, v down)
 ///   p_base = T_base_view * p_view.
-/// Because v runs downwards and the view upwards, T_base_view is a proper planar motion, no
-/// reflection. The offset of the principal point from the image's centre is part of T_base_view.
+/// Because v points down and the view direction points up, T_base_view is a proper planar motion
+/// without reflection. The offset of the principal point from the image's centre is part of
+/// T_base_view.
 class CeilingView {
  public:
   /// @param up  the mounted upward camera; its optical axis within 45 deg of straight up.
   /// @param ceiling_height_m  above the floor; must be above the camera.
-  /// @throws InputError when the camera cannot see a ceiling there.
+  /// @throws InputError when the camera cannot see a ceiling at that height.
   CeilingView(const MountedCamera& up, double ceiling_height_m);
 
   /// View without a rig: one pixel is one unit of length, x forward = up in the image, y left =
@@ -32,9 +33,9 @@ class CeilingView {
   /// image over base.
   static CeilingView InPixels(cv::Size size);
 
-  /// View of images that are rectified already, e.g. those kept in a map.
-  /// @param m_per_px  > 0. @param mask  see Mask(). @throws InputError when the arguments cannot
-  /// be.
+  /// View of images that are already rectified, e.g. those kept in a map.
+  /// @param m_per_px > 0. @param mask see Mask(). @throws InputError when an argument is out of
+  /// range.
   static CeilingView OfRectified(cv::Size size,
                                  double m_per_px,
                                  const Pose2& T_base_view,
@@ -45,24 +46,25 @@ class CeilingView {
   /// Metres on the ceiling per pixel (1 without a rig), > 0.
   [[nodiscard]] double MetresPerPixel() const { return m_per_px_; }
   [[nodiscard]] const Pose2& T_base_view() const { return T_base_view_; }
-  /// Focal length of the virtual camera in pixels, sqrt(fx fy); 0 where nothing is known of it.
+  /// Focal length of the virtual camera in pixels, sqrt(fx fy); 0 when it is not known.
   [[nodiscard]] double FocalLength() const { return focal_px_; }
-  /// Principal point of the virtual camera, from the top-left pixel's centre, pixels. The image's
-  /// centre where nothing is known of the camera.
+  /// Principal point of the virtual camera, from the top-left pixel's centre, pixels. The centre of
+  /// the image when the camera is not known.
   [[nodiscard]] const Eigen::Vector2d& PrincipalPoint() const { return principal_px_; }
-  /// The virtual camera's optical frame in base (identity where nothing is known of it): looks
-  /// along base's z, turned about it like the mounted camera.
+  /// The virtual camera's optical frame in base (identity when it is not known): its optical axis
+  /// is parallel to base z, and it is rotated about z like the mounted camera.
   [[nodiscard]] const Eigen::Isometry3d& T_base_camera() const { return T_base_camera_; }
   /// True when Rectify changes the image.
   [[nodiscard]] bool NeedsRectification() const { return !table_.empty(); }
 
-  /// Brings a raw image into the view. Returns `raw` itself (no copy) when nothing needs doing,
-  /// else fills and returns `buffer`. Pixels that the camera did not see become 0 and are 0 in
-  /// Mask().
+  /// Rectifies a raw image into the view. Returns `raw` itself (no copy) when no rectification is
+  /// needed, else fills and returns `buffer`. Pixels without a source in the raw image become 0 and
+  /// are 0 in Mask().
   /// @param raw  CV_8UC1 of Size(). @throws InputError on another type or size. Thread-safe with a
   ///   buffer per thread.
   const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer) const;
-  /// CV_8UC1 of Size(), 255 where the rectified image has content; empty when everywhere.
+  /// CV_8UC1 of Size(), 255 where the rectified image has content; empty when all pixels have
+  /// content.
   [[nodiscard]] const cv::Mat& Mask() const { return mask_; }
 
  private:
@@ -74,7 +76,7 @@ class CeilingView {
   Eigen::Vector2d principal_px_ = Eigen::Vector2d::Zero();
   Eigen::Isometry3d T_base_camera_ = Eigen::Isometry3d::Identity();
   Pose2 T_base_view_;
-  RemapTable table_;  // empty: the images need nothing
+  RemapTable table_;  // empty: no rectification is needed
   cv::Mat mask_;
 };
 

@@ -8,24 +8,24 @@
 
 namespace ceilmap::calib {
 
-/// The forward camera as the rest of the program sees it: a virtual pinhole camera that looks level
-/// when the robot does, straight at the horizon, without distortion and with square pixels. A
-/// camera that is mounted raised keeps its image; its horizon then lies below the image's
-/// centre, or even below the image.
+/// The model of the forward camera that all other libraries use: a virtual pinhole camera whose
+/// optical axis is horizontal when the robot is level, without distortion and with square pixels. A
+/// camera that is mounted with its axis raised keeps its image section; its horizon then lies below
+/// the centre of the image, or even below the image.
 class ForwardView {
  public:
   /// @param forward  its optical axis within 45 deg of base's x axis.
-  /// @throws InputError otherwise, and for a camera that cannot be.
+  /// @throws InputError otherwise, and for an invalid camera.
   explicit ForwardView(const MountedCamera& forward);
 
   [[nodiscard]] cv::Size Size() const { return size_; }
   /// Pixels, > 0.
   [[nodiscard]] double FocalLength() const { return focal_px_; }
-  /// The pixel that looks straight ahead and level, from the image's centre.
+  /// The pixel on the horizon in the viewing direction, relative to the centre of the image.
   [[nodiscard]] const Eigen::Vector2d& Horizon() const { return horizon_px_; }
-  /// Where it looks: counter-clockwise from base's x axis, rad.
+  /// Viewing direction: counter-clockwise from the x axis of base, rad.
   [[nodiscard]] double Yaw() const { return yaw_rad_; }
-  /// CV_8UC1, 255 where the rectified image has content; empty when everywhere.
+  /// CV_8UC1, 255 where the rectified image has content; empty when all pixels have content.
   [[nodiscard]] const cv::Mat& Mask() const { return mask_; }
 
   /// As CeilingView::Rectify.

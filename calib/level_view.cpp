@@ -17,7 +17,7 @@ LevelView::LevelView(const CeilingView& view) : size_(view.Size()), focal_px_(vi
   principal_px_ = view.PrincipalPoint();
   T_base_camera_ = view.T_base_camera();
   if (view.Mask().empty()) return;
-  // A sample reaches to its right and lower neighbours.
+  // A sample uses its right and lower neighbours.
   const cv::Mat reach(2, 2, CV_8UC1, cv::Scalar(1));
   cv::erode(view.Mask(), content_, reach, cv::Point(0, 0));
 }
@@ -27,8 +27,8 @@ Eigen::Isometry3d LevelView::T_level_camera(const Tilt& tilt) const {
 }
 
 Eigen::Matrix3d LevelView::TiltedFromLevel(const Tilt& tilt) const {
-  // In the level camera's frame the ceiling is the plane z = distance; a pixel x of the level
-  // image is there distance * K^-1 x.
+  // In the frame of the level camera the ceiling is the plane z = distance; the point of pixel x of
+  // the level image is distance * K^-1 x.
   const Eigen::Isometry3d T_tilted_level = T_level_camera(tilt).inverse() * T_base_camera_;
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   K(0, 0) = K(1, 1) = focal_px_;
@@ -79,7 +79,7 @@ void LevelView::Draw(const cv::Mat& image, const Tilt& tilt, cv::Mat& level) con
   }
 }
 
-/// Bilinear, at least 1; 0 where the image has no content.
+/// Bilinear interpolation with a result of at least 1; 0 where the image has no content.
 std::uint8_t LevelView::Sample(const cv::Mat& image, float x, float y) const {
   const int x0 = static_cast<int>(x);
   const int y0 = static_cast<int>(y);
@@ -96,7 +96,7 @@ std::uint8_t LevelView::Sample(const cv::Mat& image, float x, float y) const {
 cv::Mat ContentMask(const cv::Mat& level) {
   if (cv::countNonZero(level) == level.size().area()) return {};
   constexpr int kReach = 5;
-  // What lies beyond the image counts as blank: a thin blank border stays one.
+  // Pixels outside the image count as blank, so that a thin blank border is preserved.
   constexpr int kBeyond = kReach - 1;
   cv::Mat blank;
   cv::copyMakeBorder(

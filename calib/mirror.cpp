@@ -5,13 +5,14 @@
 namespace ceilmap::calib {
 namespace {
 
-/// What rounding in a data sheet may add to the rim.
+/// Tolerance of the rim for rounding in a data sheet.
 constexpr double kRimTolerance = 1e-6;
 
 }  // namespace
 
-// Points of the upper sheet are C/A z - A away from the focus at +C and C/A z + A from the one at
-// -C; with z along either ray that is linear in the distance.
+// Points of the upper sheet have a distance of C/A z - A to the focus at +C and of C/A z + A to the
+// focus at -C. Along a ray from either focus, z is linear in the distance, so the equation is
+// linear.
 std::optional<Eigen::Vector3d> HyperbolicMirror::Reflection(
     const Eigen::Vector3d& direction_cam) const {
   const double steepness = A_m - C_m * direction_cam.z();

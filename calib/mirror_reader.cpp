@@ -8,7 +8,7 @@
 namespace ceilmap::calib {
 namespace {
 
-/// What rounding to three or four digits by hand may cost, in m or as a part of one.
+/// Tolerance for values rounded to three or four digits by hand, in m or as a fraction of 1.
 constexpr double kTolerance = 1e-3;
 
 }  // namespace

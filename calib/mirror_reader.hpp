@@ -10,14 +10,15 @@
 namespace ceilmap::calib {
 
 /// Reads `mirror` of a camera of type hyperbolic_mirror in rig.yaml. @throws InputError also when
-/// C^2 = A^2 + B^2 does not hold, or the viewpoint is not where T_base_cam and the mirror put it
-/// (both to 1e-3).
+/// C^2 = A^2 + B^2 does not hold, or the viewpoint differs from the one given by T_base_cam and the
+/// mirror (tolerance 1e-3 each).
 HyperbolicMirror ParseMirror(const YamlValue& mirror, const Eigen::Isometry3d& T_base_cam);
 
-/// Reads `mirror` of a camera of type mirror: the ring of its image that is of use.
-/// @param image  size of its images, which must hold the outer circle.
-/// @param axis_px  where the camera looks along its axis; the ring's centre unless it names one.
-/// @throws InputError also when neither is known.
+/// Reads `mirror` of a camera of type mirror: the usable ring of its image.
+/// @param image size of its images, which must contain the outer circle.
+/// @param axis_px pixel on the optical axis of the camera; it is the centre of the ring unless the
+///   file gives one.
+/// @throws InputError also when neither centre is known.
 MirrorRing ParseMirrorRing(const YamlValue& mirror,
                            cv::Size image,
                            const std::optional<Eigen::Vector2d>& axis_px);

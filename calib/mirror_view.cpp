@@ -36,7 +36,7 @@ void CheckElevation(const char* name, const std::optional<double>& elevation_rad
                                Degrees(*elevation_rad)));
 }
 
-/// @throws InputError unless the camera looks up.
+/// @throws InputError unless the camera points up.
 double TiltOf(const MountedCamera& omni) {
   const double cosine = omni.T_base_cam.linear()(2, 2);
   if (cosine > std::numbers::sqrt2 / 2) return std::acos(std::min(cosine, 1.0));
@@ -45,19 +45,19 @@ double TiltOf(const MountedCamera& omni) {
       "pose in the rig");
 }
 
-/// Column's azimuth in base, as in the class comment.
+/// Azimuth of a column in base, as in the class comment.
 double Azimuth(int u, int columns) {
   return kPi - 2 * kPi * u / columns;
 }
 
-/// A quantity that changes evenly from the upper to the lower edge of the panorama.
+/// A quantity that changes linearly from the upper to the lower edge of the panorama.
 struct Edges {
   double upper = 0;
   double lower = 0;
   int rows = 1;
 
   [[nodiscard]] double At(double row) const { return upper + (lower - upper) * (row + 0.5) / rows; }
-  /// The row at which it has that value.
+  /// The row at which the quantity has that value.
   [[nodiscard]] double RowOf(double value) const {
     return rows * (value - upper) / (lower - upper) - 0.5;
   }
@@ -132,7 +132,7 @@ void CheckRing(const MirrorRing& ring, const MirrorViewParams& params) {
   }
 }
 
-/// Reads along the scan lines of a ring. The camera may be turned about its axis.
+/// Samples along the scan lines of a ring. The camera may be rotated about its axis.
 RemapTable::Source RingSource(const MirrorRing& ring,
                               const Eigen::Matrix3d& R_base_cam,
                               const MirrorViewParams& params) {
@@ -146,7 +146,7 @@ RemapTable::Source RingSource(const MirrorRing& ring,
   };
 }
 
-/// Looks in directions of base, through mirror and lens.
+/// Samples directions of base through mirror and lens.
 RemapTable::Source MirrorSource(const MountedCamera& omni,
                                 const RowElevations& elevations,
                                 const MirrorViewParams& params) {
@@ -166,7 +166,7 @@ RemapTable::Source MirrorSource(const MountedCamera& omni,
   };
 }
 
-/// For a camera that looks up: x_cam = y_base, y_cam = -x_base.
+/// For a camera that points up: x_cam = y_base, y_cam = -x_base.
 Eigen::Matrix3d FrontAtTop() {
   Eigen::Matrix3d R_base_cam;
   R_base_cam << 0, -1, 0, 1, 0, 0, 0, 0, 1;

@@ -9,7 +9,8 @@
 namespace ceilmap::calib {
 namespace {
 
-/// What rounding to three or four digits by hand may cost, in rad or m; more is a mistake.
+/// Tolerance for values rounded to three or four digits by hand, in rad or m; a larger difference
+/// is an error.
 constexpr double kTolerance = 1e-3;
 
 /// The nearest rotation to a matrix that is nearly one, in the least-squares sense.

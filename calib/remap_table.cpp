@@ -13,7 +13,7 @@ constexpr std::uint32_t kHalf = 1U << (2 * kPartBits - 1);
 }  // namespace
 
 RemapTable::Tap RemapTable::MakeTap(cv::Point2d at, cv::Size raw) {
-  constexpr double kRounding = 0.5 / kOne;  // a border pixel may miss the border by rounding
+  constexpr double kRounding = 0.5 / kOne;  // rounding may place a border pixel outside the image
   const double right = raw.width - 1;
   const double bottom = raw.height - 1;
   if (!(at.x >= -kRounding && at.x <= right + kRounding && at.y >= -kRounding &&

@@ -11,23 +11,24 @@ namespace ceilmap::calib {
 /// A precomputed warp of 8-bit images of one size, grey or colour, bilinear with fractions of
 /// 1/2048 px. Sources at whole pixels are copied.
 ///
-/// cv::remap rounds every map, float ones too, to 1/32 px: up to 0.016 px of shift that stays at
-/// its place in the image and so passes for motion of the ceiling. This table costs about twice
-/// the time (calib/README.md) and has no such pattern.
+/// cv::remap rounds every map, float ones too, to 1/32 px: this causes a shift of up to 0.016 px in
+/// a pattern fixed in the image, which acts as a bias of the measured motion. This table takes
+/// about twice the time (calib/README.md) and has no such pattern.
 class RemapTable {
  public:
-  /// Where a pixel of the result lies in the raw image, in pixels; nothing: nowhere.
+  /// Position in the raw image of a pixel of the result, in pixels; nothing: the pixel has no
+  /// source.
   using Source = std::function<std::optional<cv::Point2d>(int u, int v)>;
 
   RemapTable() = default;
-  /// @param raw  size of raw images, at least 2 x 2 and less than 32768. @param result  of
-  ///   results. Sources outside the raw image count as nowhere.
+  /// @param raw size of raw images, at least 2 x 2 and less than 32768. @param result size of
+  ///   results. Sources outside the raw image count as no source.
   RemapTable(cv::Size raw, cv::Size result, const Source& source);
   /// The same for raw images and results of one size.
   RemapTable(cv::Size size, const Source& source) : RemapTable(size, size, source) {}
 
   [[nodiscard]] bool empty() const { return taps_.empty(); }
-  /// CV_8UC1, 255 where the result has content, 0 where its source is nowhere.
+  /// CV_8UC1, 255 where the result has content, 0 where it has no source.
   [[nodiscard]] cv::Mat Mask() const;
   /// @param raw  CV_8UC1 or CV_8UC3 of the table's size. @param result  of the same type, allocated
   ///   unless it fits; must not share memory with `raw`; 0 where there is no content. Thread-safe.
@@ -35,7 +36,7 @@ class RemapTable {
 
  private:
   struct Tap {
-    std::int16_t x = -1;  // top-left of the four neighbours; -1: nowhere
+    std::int16_t x = -1;  // top-left of the four neighbours; -1: no source
     std::int16_t y = 0;
     std::uint16_t x_weight = 0;  // weight of the right and lower neighbours, in 1/2048
     std::uint16_t y_weight = 0;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kWhat = "a rig file (format: calib/README.md)";
 
-/// Inline or from a camera_info file of its own, never both.
+/// Inline or from a separate camera_info file, never both.
 PinholeCamera ParseIntrinsics(const YamlValue& value) {
   const auto path = value.Find("camera_info");
   if (!path) return ParseCameraInfo(value);
@@ -31,7 +31,7 @@ PinholeCamera ParseIntrinsics(const YamlValue& value) {
   return ReadCameraInfo(value.File().parent_path() / path->Text());
 }
 
-/// A ring needs no more of the camera than the size of its images.
+/// For a ring only the image size of the camera is needed.
 PinholeCamera ParseRingIntrinsics(const YamlValue& value) {
   for (const char* key :
        {"camera_info", "camera_matrix", "distortion_model", "distortion_coefficients"}) {
@@ -40,7 +40,7 @@ PinholeCamera ParseRingIntrinsics(const YamlValue& value) {
   return ParseImageSize(value);
 }
 
-/// The mirror of a camera of that type, whose intrinsics and pose are known.
+/// Parses the mirror of a camera of that type; its intrinsics and pose must be known.
 void ParseMirrorOf(const YamlValue& value, const std::string& type, MountedCamera& mounted) {
   if (type == "hyperbolic_mirror") {
     mounted.mirror = ParseMirror(value.At("mirror", "mirror: {A: ..., B: ..., C: ..., ...}"),
@@ -94,7 +94,7 @@ MountedCamera ParseCamera(const YamlValue& value) {
   return mounted;
 }
 
-/// The upward camera must look at the ceiling from below.
+/// The upward camera must be below the ceiling and point at it.
 void CheckUpwardCamera(const YamlValue& rig, const YamlValue& up, const Rig& result) {
   const MountedCamera& camera = *result.up;
   if (camera.mirror || camera.mirror_ring) {

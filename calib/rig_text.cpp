@@ -41,7 +41,7 @@ bool Has(const YAML::Node& map, const char* key) {
   return map.IsMap() && map[key] && !map[key].IsNull();
 }
 
-// Only those that ask for it.
+// kMissing: only the values that the file lacks.
 enum class Which { kAll, kMissing };
 
 bool SetNumber(YAML::Node rig, const char* key, const std::optional<double>& value, Which which) {
@@ -72,7 +72,7 @@ void ShiftCamera(YAML::Node camera, const MirrorRing& ring) {
   camera["camera_matrix"]["data"] = changed;
   mirror["rim_radius_px"] = NumberText(ring.outer_radius_px);
   mirror["horizon_radius_px"] = NumberText(scale * mirror["horizon_radius_px"].as<double>());
-  camera.remove("projection_matrix");  // it would say what was before
+  camera.remove("projection_matrix");  // it would describe the previous calibration
 }
 
 bool SetMirror(YAML::Node rig, const std::optional<MirrorValues>& values, Which which) {
@@ -112,8 +112,8 @@ bool SetAll(const YAML::Node& rig, const RigValues& values, Which which) {
   return changed;
 }
 
-/// What stands in the file where a value belongs may be anything: a word for a camera, a mirror
-/// without a rim.
+/// The file may contain anything in the place of a value: a word for a camera, a mirror without a
+/// rim.
 template <typename Change>
 auto Changed(const fs::path& file, const Change& change) {
   try {

@@ -16,31 +16,33 @@ struct MirrorValues {
   int height_px = 0;
 };
 
-/// Values of a rig file, those that are set.
+/// Values of a rig file; only those that are set are written.
 struct RigValues {
   std::optional<double> axle_behind_mast_m;
   std::optional<double> ceiling_height_m;
   std::optional<Eigen::Isometry3d> T_base_up;
   std::optional<Eigen::Isometry3d> T_base_forward;
-  /// A mirror of known shape keeps it: its centre becomes the principal point, and the focal length
-  /// that which shows the rim where it was seen. Any other camera becomes one of type mirror; where
-  /// there is none, one is added on the mast, its image's top to the front.
+  /// A mirror of known shape keeps its shape: its centre becomes the principal point, and the focal
+  /// length is set so that the rim appears where it was measured. Any other camera becomes one of
+  /// type mirror. When there is none, one is added on the mast with the top of its image to the
+  /// front.
   std::optional<MirrorValues> omni;
 };
 
-/// The text of a rig file with these values in it and everything else as it was, comments apart.
-/// Up and forward cameras that the file does not have are not added. A relative path to a
-/// camera_info file is turned to count from the folder of `target`.
-/// @param file  where `text` is from. @param target  where the result is to stand.
-/// @throws InputError when the text is no map of keys, or holds something else where a value
-///   belongs.
+/// The text of a rig file with these values set and everything else unchanged except comments. Up
+/// and forward cameras that the file does not have are not added. A relative path to a camera_info
+/// file is converted to start at the folder of `target`.
+/// @param file the file from which `text` was read. @param target the file to which the result will
+///   be written.
+/// @throws InputError when the text is not a map of keys, or has an entry of the wrong kind in the
+///   place of a value.
 std::string ChangeRig(const std::string& text,
                       const std::filesystem::path& file,
                       const RigValues& values,
                       const std::filesystem::path& target);
 
-/// The same, but only what is missing is filled in, and nothing moves: the text itself, with its
-/// lines and comments, when nothing is.
+/// The same, but only missing values are added and existing ones stay unchanged. When nothing is
+/// missing, the text itself is returned with its lines and comments.
 std::string CompleteRig(const std::string& text,
                         const std::filesystem::path& file,
                         const RigValues& values);

@@ -9,7 +9,7 @@
 namespace ceilmap::calib {
 namespace {
 
-/// A rectification that moves no pixel by more is not worth its interpolation.
+/// A rectification that moves no pixel by more than this is omitted to avoid the interpolation.
 constexpr double kUntouchedPx = 1e-3;
 
 std::string SizeText(cv::Size size) {
@@ -62,7 +62,7 @@ const cv::Mat& RectifyBy(const RemapTable& table,
                      SizeText(size) + " and 8-bit grey; use the rig of the camera that took it");
   }
   if (table.empty()) return raw;
-  const cv::Mat source = raw;  // keeps the pixels when raw and buffer are one
+  const cv::Mat source = raw;  // keeps the pixels when raw and buffer are the same
   if (buffer.data == source.data) buffer.release();
   table.Apply(source, buffer);
   return buffer;

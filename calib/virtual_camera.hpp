@@ -9,20 +9,21 @@
 
 namespace ceilmap::calib {
 
-/// A pinhole camera without distortion and with square pixels that stands where a mounted camera
-/// stands, but looks exactly along a direction of its own choice: what an image would be if the
-/// mount were perfect. The mounted camera's axis keeps its pixel, so that the image keeps its
-/// content. Internal: CeilingView and ForwardView are made of it.
+/// A pinhole camera without distortion and with square pixels at the position of a mounted camera,
+/// with a freely chosen viewing direction. It produces the image of a perfectly aligned mount. The
+/// axis of the mounted camera keeps its pixel, so that the image keeps its content. Internal:
+/// CeilingView and ForwardView use it.
 class VirtualCamera {
  public:
-  /// @param R_base_view  its optical axes in base; its z within 90 degrees of the camera's.
+  /// @param R_base_view its optical axes in base; its z axis within 90 degrees of that of the
+  ///   camera.
   VirtualCamera(const MountedCamera& mounted, const Eigen::Matrix3d& R_base_view);
 
   [[nodiscard]] double FocalLength() const { return focal_px_; }
-  /// From the top-left pixel's centre; may lie outside the image.
+  /// From the centre of the top-left pixel; may lie outside the image.
   [[nodiscard]] const Eigen::Vector2d& PrincipalPoint() const { return principal_px_; }
 
-  /// Where a pixel of the virtual image lies in the raw one.
+  /// Position in the raw image of a pixel of the virtual image.
   [[nodiscard]] std::optional<cv::Point2d> Raw(double u, double v) const;
   /// The table that draws the virtual image; empty when it would move no pixel by 0.001 px.
   [[nodiscard]] RemapTable MakeTable() const;
@@ -36,7 +37,7 @@ class VirtualCamera {
   Eigen::Matrix3d R_cam_view_;
 };
 
-/// Draws a raw image by a table; the image itself, without a copy, when the table is empty.
+/// Warps a raw image by a table. Returns the image itself, without a copy, when the table is empty.
 /// @throws InputError when it is not CV_8UC1 of this size.
 const cv::Mat& RectifyBy(const RemapTable& table,
                          cv::Size size,

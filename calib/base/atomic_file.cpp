@@ -56,7 +56,7 @@ AtomicFile::AtomicFile(fs::path target, std::vector<std::string> side_suffixes)
   Lock();
   RemovePartial();
 
-  // Creating the file is the only test for a writable folder that holds for every user and file
+  // Creating the file is the only test for a writable folder that is valid for every user and file
   // system.
   const int fd = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (fd < 0) {
@@ -72,8 +72,8 @@ void AtomicFile::ThrowUnwritable(const std::string& reason) const {
                    "' (" + reason + "); choose another");
 }
 
-// Another process may remove the lock's file between our opening and locking it: then what we hold
-// is a file without a name, and we try again.
+// Another process may remove the lock file between its opening and its locking here. The lock then
+// belongs to a file without a name, and the attempt is repeated.
 void AtomicFile::Lock() {
   for (;;) {
     lock_descriptor_ = ::open(lock_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
@@ -81,7 +81,7 @@ void AtomicFile::Lock() {
     if (::flock(lock_descriptor_, LOCK_EX | LOCK_NB) != 0) {
       const bool taken = errno == EWOULDBLOCK;
       ::close(std::exchange(lock_descriptor_, -1));
-      if (!taken) return;  // the file system knows no locks
+      if (!taken) return;  // the file system does not support locks
       throw InputError(target_.string() +
                        ": another run is writing it; wait for that, or name another file");
     }
@@ -97,7 +97,7 @@ void AtomicFile::Lock() {
 void AtomicFile::Unlock() noexcept {
   if (lock_descriptor_ < 0) return;
   std::error_code ignored;
-  fs::remove(lock_, ignored);  // while it is ours
+  fs::remove(lock_, ignored);  // while this process holds the lock
   ::close(std::exchange(lock_descriptor_, -1));
 }
 
@@ -116,7 +116,7 @@ void AtomicFile::Commit() {
     throw RunError("cannot write " + target_.string() + ": " + error.message());
   }
   committed_ = true;
-  // Some file systems cannot sync a folder (EINVAL); the file itself is whole either way.
+  // Some file systems cannot sync a folder (EINVAL); the file itself is complete in either case.
   const int folder_error = SyncPath(FolderOf(target_), O_RDONLY | O_DIRECTORY);
   if (folder_error != 0 && folder_error != EINVAL) {
     throw RunError("cannot write " + target_.string() + ": " + Reason(folder_error));

@@ -4,8 +4,8 @@
 
 namespace ceilmap {
 
-/// A file, setting or argument that cannot be used. The text is one line that says what is wrong,
-/// where, and how to mend it; the program prints it and exits with 2.
+/// A file, setting or argument that cannot be used. The text is one line that states what is wrong,
+/// where, and how to fix it; the program prints it and exits with 2.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

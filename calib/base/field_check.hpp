@@ -4,7 +4,8 @@
 
 namespace ceilmap {
 
-/// Checks the fields of a params struct: `Validate()` makes one and calls it for each field.
+/// Checks the fields of a params struct: `Validate()` creates a FieldCheck and calls it for each
+/// field.
 class FieldCheck {
  public:
   /// @param owner  what the fields belong to, e.g. "odometry"; must outlive this.

@@ -4,17 +4,18 @@
 
 namespace ceilmap {
 
-/// A measured heading. Counter-clockwise seen from above; which direction is 0 is up to whoever
-/// made the samples.
+/// A measured heading. It is counter-clockwise seen from above; the source of the samples defines
+/// the direction of 0.
 struct HeadingSample {
   double stamp_s = 0;
   double heading_rad = 0;  ///< any finite angle
   double sigma_rad = 0;    ///< standard deviation, > 0
 };
 
-/// What is known of the heading at some moment, as a prior for registration, mapping, tracking or
-/// search. Headings of one source are relative to one unknown direction, from which they drift: the
-/// variance of a compass grows since its first frame, and falls when it sees old views again.
+/// The estimate of the heading at one moment, as a prior for registration, mapping, tracking or
+/// search. The headings of one source are relative to one unknown direction and drift from it: the
+/// variance of a compass grows from its first frame on and decreases when the compass sees earlier
+/// views again.
 struct HeadingPrior {
   double heading_rad = 0;    ///< in (-pi, pi]
   double variance_rad2 = 0;  ///< > 0
@@ -26,44 +27,46 @@ struct HeadingTurn {
   double variance_rad2 = 0;  ///< > 0
 };
 
-/// The least that a single heading is taken to be off, whatever its source claims: about 0.6 deg.
+/// Lower limit of the standard deviation of a single heading, rad, whatever its source reports:
+/// about 0.6 deg.
 inline constexpr double kHeadingNoise = 0.01;
 
 /// The turn from one heading of a source to another.
 ///
-/// What the source had drifted by before is in both headings and cancels: the variance is what each
-/// gained over the least between them, a random walk, and what single headings are off. So of a
-/// compass that drifts steadily it is |v_to - v_from| + 2 single^2, and not v_to + v_from.
-/// @param common_rad2  least variance that the source gave from the one to the other, both
-/// included.
-/// @param single_rad  what a single heading is off, > 0.
+/// Drift from before the first heading is contained in both headings and cancels. The variance is
+/// the sum of the increase of each heading's variance over the minimum between them (a random walk)
+/// and the variances of the two single headings. For a compass with steady drift this is |v_to -
+/// v_from| + 2 single^2, not v_to + v_from.
+/// @param common_rad2 minimum of the variances that the source reported between the two headings,
+/// both included.
+/// @param single_rad standard deviation of a single heading, > 0.
 HeadingTurn TurnBetween(const HeadingPrior& from,
                         const HeadingPrior& to,
                         double common_rad2,
                         double single_rad);
 
-/// The turn since a moment that is remembered, of one source.
+/// The turn since a marked moment, measured by one source.
 class HeadingSince {
  public:
-  /// @param noise_rad  what a single heading is off at the least, > 0. A source whose best heading
-  /// is worse (a magnetometer of 5 deg, say) is taken at its word: nothing says that the errors of
-  /// two headings have anything in common.
+  /// @param noise_rad lower limit of the standard deviation of a single heading, > 0. For a source
+  /// whose best heading has a larger error (e.g. a magnetometer of 5 deg) the reported value is
+  /// used, because the errors of two of its headings cannot be assumed to be correlated.
   explicit HeadingSince(double noise_rad = kHeadingNoise) : noise_rad_(noise_rad) {}
 
-  /// Takes a heading. All of the source should come, in order of time; moments without one may be
-  /// left out.
+  /// Adds a heading. All headings of the source should be added in order of time; moments without a
+  /// heading may be omitted.
   void See(const HeadingPrior& heading);
-  /// Remembers the heading seen last; nothing where none was seen yet.
+  /// Marks the last heading added; no mark is set when there is none.
   void Mark();
-  /// From the remembered heading to the one seen last; nothing where none is remembered.
+  /// The turn from the marked heading to the last one; nothing when no heading is marked.
   [[nodiscard]] std::optional<HeadingTurn> Turn() const;
 
  private:
   double noise_rad_;
   std::optional<HeadingPrior> now_;
   std::optional<HeadingPrior> marked_;
-  double common_rad2_ = 0;          // least variance since the mark
-  std::optional<double> min_rad2_;  // ... and ever
+  double common_rad2_ = 0;          // minimum variance since the mark
+  std::optional<double> min_rad2_;  // minimum variance of all headings
 };
 
 }  // namespace ceilmap

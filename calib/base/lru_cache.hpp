@@ -8,14 +8,15 @@
 
 namespace ceilmap {
 
-/// The values used last, up to a number. Not thread-safe.
+/// Cache of the most recently used values, up to a fixed number. Not thread-safe.
 template <typename Value>
 class LruCache {
  public:
-  /// @param capacity  values kept, at least 1.
+  /// @param capacity maximum number of values, at least 1.
   explicit LruCache(std::size_t capacity) : capacity_(capacity) {}
 
-  /// The value, which becomes the latest used; null when it is not here. Valid until the next call.
+  /// The value, which becomes the most recently used; null when it is not in the cache. The pointer
+  /// is valid until the next call.
   [[nodiscard]] const Value* Find(std::int64_t id) {
     const auto found = index_.find(id);
     if (found == index_.end()) return nullptr;
@@ -23,7 +24,8 @@ class LruCache {
     return &entries_.front().second;
   }
 
-  /// Takes a value that is not here yet, and drops the one that was used longest ago.
+  /// Adds a value that is not in the cache yet. When the cache is full, the least recently used
+  /// value is removed.
   void Insert(std::int64_t id, Value value) {
     entries_.emplace_front(id, std::move(value));
     index_[id] = entries_.begin();
@@ -35,7 +37,7 @@ class LruCache {
  private:
   using Entry = std::pair<std::int64_t, Value>;
   std::size_t capacity_;
-  std::list<Entry> entries_;  // latest use first
+  std::list<Entry> entries_;  // most recently used first
   std::unordered_map<std::int64_t, typename std::list<Entry>::iterator> index_;
 };
 

@@ -6,9 +6,10 @@
 
 namespace ceilmap {
 
-/// A text that comes from a file or a library, for a message: runs of line breaks and blanks around
-/// them become one blank, other control characters, which could command a terminal, become `?`.
-/// @param max_bytes  of the text; what is longer is cut and ends in "...".
+/// Converts a text from a file or a library to one line for a message. Line breaks with the blanks
+/// around them become one blank. Other control characters, which could control a terminal, become
+/// `?`.
+/// @param max_bytes maximum length of the text; a longer text is cut and ends in "...".
 std::string InOneLine(std::string_view text, std::size_t max_bytes = std::string_view::npos);
 
 }  // namespace ceilmap

@@ -9,8 +9,9 @@
 
 namespace ceilmap {
 
-/// Runs work(0) .. work(count - 1) on up to `threads` threads, this one among them. Each index runs
-/// once, in no particular order; throws what the first failing one threw, and starts no further.
+/// Runs work(0) .. work(count - 1) on up to `threads` threads, including the calling one. Each
+/// index runs once, in no particular order. Rethrows the first exception, after which no further
+/// index is started.
 template <typename Work>
 void ParallelFor(int count, int threads, const Work& work) {
   std::atomic<int> next{0};

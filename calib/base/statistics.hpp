@@ -4,8 +4,8 @@
 
 namespace ceilmap {
 
-/// The middle value by rank; of an even number the upper of the two in the middle. 0 of none.
-/// Cost: linear.
+/// The median; of an even number of values the upper of the two middle ones. 0 when there are no
+/// values. Cost: linear.
 double Median(std::vector<double> values);
 
 }  // namespace ceilmap

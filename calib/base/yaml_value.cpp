@@ -21,7 +21,8 @@ namespace {
 constexpr std::size_t kMaxShownBytes = 60;
 constexpr std::size_t kMaxShownItems = 16;
 
-/// Names, values and parser messages come from files: whatever they hold, an error is one line.
+/// Names, values and parser messages come from files and may contain anything; the error is always
+/// one line.
 [[noreturn]] void Throw(std::string message) {
   std::replace_if(
       message.begin(), message.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '?');
@@ -44,7 +45,7 @@ std::string ShowScalar(const YAML::Node& node) {
   return IsQuoted(node) ? '"' + Shorten(node.Scalar()) + '"' : Shorten(node.Scalar());
 }
 
-/// Never descends more than one level: a hostile file may hold itself through an alias.
+/// Descends one level at most, because a malicious file may contain itself through an alias.
 std::string Show(const YAML::Node& node) {
   if (node.IsMap()) return "{...}";
   if (!node.IsSequence()) return ShowScalar(node);
@@ -56,12 +57,12 @@ std::string Show(const YAML::Node& node) {
 }
 
 int LineOf(const YAML::Node& node) {
-  return node.Mark().line + 1;  // yaml-cpp counts from 0 and has -1 for "unknown"
+  return node.Mark().line + 1;  // yaml-cpp counts from 0 and uses -1 for "unknown"
 }
 
-/// Sees a text before nodes are made of it, each of which costs some hundred bytes, and stops at
-/// what no settings file has: yaml-cpp calls itself for each level. An alias is one value, whatever
-/// it stands for, and nothing here ever writes one out.
+/// Checks a text before nodes are created from it, because each node needs some hundred bytes and
+/// yaml-cpp recurses for each level. It rejects sizes that no settings file has. An alias counts as
+/// one value regardless of its content, and this reader never expands one.
 class LimitGuard final : public YAML::EventHandler {
  public:
   LimitGuard(const std::filesystem::path& file, std::string mend)
@@ -136,7 +137,7 @@ std::vector<YAML::Node> LoadDocuments(const std::string& text,
   }
 }
 
-/// The number a plain scalar spells, or nothing.
+/// The number in a plain scalar, or nothing.
 template <typename T>
 std::optional<T> ParseNumber(const YAML::Node& node) {
   if (!node.IsScalar() || IsQuoted(node)) return std::nullopt;

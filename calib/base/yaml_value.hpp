@@ -14,27 +14,26 @@ class Node;
 
 namespace ceilmap {
 
-/// What a settings file may have at most; more is refused before memory is spent on it. An alias
+/// Limits of a settings file. A larger file is refused before memory is allocated for it. An alias
 /// counts as one value.
 inline constexpr std::size_t kMaxSettingsBytes = std::size_t{1} << 20U;
 inline constexpr int kMaxSettingsDepth = 32;
 inline constexpr int kMaxSettingsValues = 100000;
 
-/// A value in a YAML settings file, read strictly: it knows its file, line and dotted key, and
-/// everything that is absent, unknown, doubled or of the wrong type ends in an InputError of the
-/// form
-///   FILE:LINE: KEY = VALUE, must be ...; how to mend
+/// A value in a YAML settings file, read strictly. It stores its file, line and dotted key. Every
+/// key that is missing, unknown, duplicated or of the wrong type causes an InputError of the form
+///   FILE:LINE: KEY = VALUE, must be ...; how to fix it
 /// on one line. A key whose value is null counts as absent.
 class YamlValue {
  public:
   /// @param what  names the kind of file in messages, e.g. "a rig file".
-  /// @throws InputError when `text` is not one YAML document holding a map of keys, or has
-  ///   more than the above.
+  /// @throws InputError when `text` is not one YAML document that holds a map of keys, or exceeds
+  ///   the limits above.
   static YamlValue Parse(const std::string& text,
                          const std::filesystem::path& file,
                          std::string_view what);
 
-  /// The value under a key. @param mend  what to write there, when it is missing.
+  /// The value under a key. @param mend what to write there when it is missing, for the message.
   [[nodiscard]] YamlValue At(std::string_view key, std::string_view mend) const;
   [[nodiscard]] std::optional<YamlValue> Find(std::string_view key) const;
   /// @throws InputError unless this is a map whose keys are all named here, each at most once.
