@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "app/clock.hpp"
-#include "app/commands.hpp"
-#include "app/console.hpp"
-#include "app/interrupt.hpp"
-#include "app/output_files.hpp"
+#include "app/commands/commands.hpp"
+#include "app/files/output_files.hpp"
+#include "app/terminal/clock.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::app {
@@ -37,24 +37,24 @@ std::string FullName(const CLI::App& cli) {
   return before.empty() ? cli.get_name() : before + " " + cli.get_name();
 }
 
-void RunCommand(const Command& command) {
-  const CommonOptions& common = *command.common;
-  if (common.quiet) SetVerbosity(Verbosity::kQuiet);
-  if (common.verbose) SetVerbosity(Verbosity::kVerbose);
-  CheckOutputFiles({common.summary});
+void RunCommand(const commands::Command& command) {
+  const commands::CommonOptions& common = *command.common;
+  if (common.quiet) terminal::SetVerbosity(terminal::Verbosity::kQuiet);
+  if (common.verbose) terminal::SetVerbosity(terminal::Verbosity::kVerbose);
+  files::CheckOutputFiles({common.summary});
   const auto start = std::chrono::steady_clock::now();
-  Summary summary;
+  terminal::Summary summary;
   command.run(common, summary);
-  const double seconds = SecondsSince(start);
+  const double seconds = terminal::SecondsSince(start);
   if (!common.summary.empty()) {
-    WriteFileAtomically(common.summary, summary.ToJson(FullName(*command.cli), seconds));
+    files::WriteFileAtomically(common.summary, summary.ToJson(FullName(*command.cli), seconds));
   }
   if (std::fflush(stdout) != 0) throw RunError("stdout cannot be written to");
 }
 
 // One of those that can be run: require_subcommand(1) sees to it.
-const Command& ChosenCommand(const std::vector<Command>& commands) {
-  return *std::find_if(commands.begin(), commands.end(), [](const Command& command) {
+const commands::Command& ChosenCommand(const std::vector<commands::Command>& commands) {
+  return *std::find_if(commands.begin(), commands.end(), [](const commands::Command& command) {
     return command.cli->parsed();
   });
 }
@@ -92,18 +92,19 @@ const CLI::App& LastParsed(const CLI::App& program) {
   return *cli;
 }
 
-std::vector<Command> AddCommands(CLI::App& program) {
-  std::vector<Command> commands = {
-      AddMapCommand(program), AddLocalizeCommand(program), AddHeadingCommand(program)};
-  for (const auto add : {AddCompassCommands, AddCalibrateCommands}) {
-    for (Command& command : add(program)) commands.push_back(std::move(command));
+std::vector<commands::Command> AddCommands(CLI::App& program) {
+  std::vector<commands::Command> commands = {commands::AddMapCommand(program),
+                                             commands::AddLocalizeCommand(program),
+                                             commands::AddHeadingCommand(program)};
+  for (const auto add : {commands::AddCompassCommands, commands::AddCalibrateCommands}) {
+    for (commands::Command& command : add(program)) commands.push_back(std::move(command));
   }
-  for (const auto add : {AddMergeCommand,
-                         AddInfoCommand,
-                         AddExportCommand,
-                         AddRegisterCommand,
-                         AddEvaluateCommand,
-                         AddSimulateCommand}) {
+  for (const auto add : {commands::AddMergeCommand,
+                         commands::AddInfoCommand,
+                         commands::AddExportCommand,
+                         commands::AddRegisterCommand,
+                         commands::AddEvaluateCommand,
+                         commands::AddSimulateCommand}) {
     commands.push_back(add(program));
   }
   return commands;
@@ -111,7 +112,7 @@ std::vector<Command> AddCommands(CLI::App& program) {
 
 int ParseAndRun(int argc, const char* const* argv) {
   CommandLine line;
-  const Command* const command = line.Parse(argc, argv);
+  const commands::Command* const command = line.Parse(argc, argv);
   if (command == nullptr) {
     fmt::print("{}", line.Answer());
     return kDone;
@@ -133,7 +134,7 @@ CommandLine::CommandLine()
   commands_ = AddCommands(*program_);
 }
 
-const Command* CommandLine::Parse(int argc, const char* const* argv) {
+const commands::Command* CommandLine::Parse(int argc, const char* const* argv) {
   CheckCommandName(*program_, argc, argv);
   try {
     program_->parse(argc, argv);
@@ -152,37 +153,17 @@ const Command* CommandLine::Parse(int argc, const char* const* argv) {
 }
 
 int RunProgram(int argc, const char* const* argv) {
-  OpenConsole();
-  InstallInterruptHandler();
+  terminal::OpenConsole();
+  terminal::InstallInterruptHandler();
   try {
     return ParseAndRun(argc, argv);
   } catch (const InputError& error) {
-    PrintError(error.what());
+    terminal::PrintError(error.what());
     return kUnusableInput;
   } catch (const std::exception& error) {
-    PrintError(error.what());
+    terminal::PrintError(error.what());
     return kFailed;
   }
-}
-
-Command MakeCommand(CLI::App& program,
-                    const std::string& name,
-                    const std::string& description,
-                    const std::string& example) {
-  Command command{program.add_subcommand(name, description), std::make_shared<CommonOptions>(), {}};
-  CommonOptions& common = *command.common;
-  command.cli->footer("Example:\n  " + example);
-  const auto add_flag = [&command](const char* flag, bool& value, const char* text) {
-    return command.cli->add_flag(flag, value, text)->group("Common options");
-  };
-  command.cli
-      ->add_option("--summary", common.summary, "Write frames, seconds, stages and quality as JSON")
-      ->type_name("FILE.json")
-      ->group("Common options");
-  CLI::Option* const quiet =
-      add_flag("--quiet", common.quiet, "Say nothing but warnings and errors; no progress");
-  add_flag("--verbose", common.verbose, "Say more, a line for each frame")->excludes(quiet);
-  return command;
 }
 
 }  // namespace ceilmap::app

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "app/commands.hpp"
+#include "app/commands/commands.hpp"
 
 namespace ceilmap::app {
 
@@ -14,13 +14,13 @@ class CommandLine {
   ///   asked for, which ends the parse with nothing more to do than Answer().
   /// @throws InputError for what cannot be understood. Files are not opened here, but
   ///   options that must name one are held against the disk.
-  const Command* Parse(int argc, const char* const* argv);
+  const commands::Command* Parse(int argc, const char* const* argv);
   /// The text of --help or --version, when Parse gave null.
   [[nodiscard]] const std::string& Answer() const { return answer_; }
 
  private:
   std::unique_ptr<CLI::App> program_;
-  std::vector<Command> commands_;
+  std::vector<commands::Command> commands_;
   std::string answer_;
 };
 

@@ -12,7 +12,7 @@ namespace ceilmap::calib {
 namespace {
 
 constexpr std::string_view kWhat = "a ROS camera_info file";
-constexpr int kMaxPicturePx = 16384;
+constexpr int kMaxImagePx = 16384;
 constexpr std::string_view kFocalMend = "take it from the camera's calibration, in pixels";
 
 /// `{rows: R, cols: C, data: [...]}` in row order.
@@ -91,18 +91,18 @@ std::string FormatCameraInfo(const CameraInfo& info) {
   return text;
 }
 
-PinholeCamera ParsePictureSize(const YamlValue& info) {
+PinholeCamera ParseImageSize(const YamlValue& info) {
   PinholeCamera camera;
   camera.width_px =
-      info.At("image_width", "the picture's width in pixels").WholeNumber(1, kMaxPicturePx);
+      info.At("image_width", "the image's width in pixels").WholeNumber(1, kMaxImagePx);
   camera.height_px =
-      info.At("image_height", "the picture's height in pixels").WholeNumber(1, kMaxPicturePx);
+      info.At("image_height", "the image's height in pixels").WholeNumber(1, kMaxImagePx);
   if (const auto name = info.Find("camera_name")) name->Text();
   return camera;
 }
 
 PinholeCamera ParseCameraInfo(const YamlValue& info) {
-  PinholeCamera camera = ParsePictureSize(info);
+  PinholeCamera camera = ParseImageSize(info);
   ReadCameraMatrix(info, camera);
   ReadDistortion(info, camera);
   if (const auto r = info.Find("rectification_matrix")) ReadMatrix(*r, 3, 3);

@@ -13,7 +13,7 @@ namespace ceilmap::calib {
 
 /// Intrinsics in the form of a ROS camera_info file (camera_calibration, camera_info_manager).
 /// rectification_matrix and projection_matrix are checked for their form and not used: they
-/// describe the rectified picture of a stereo pair.
+/// describe the rectified image of a stereo pair.
 ///
 /// @throws InputError naming file, line, key and the mend.
 PinholeCamera ReadCameraInfo(const std::filesystem::path& file);
@@ -25,7 +25,7 @@ PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::pa
 PinholeCamera ParseCameraInfo(const YamlValue& info);
 
 /// Its image_width, image_height and camera_name alone; focal lengths 0.
-PinholeCamera ParsePictureSize(const YamlValue& info);
+PinholeCamera ParseImageSize(const YamlValue& info);
 
 /// What a camera_info file says, for any of ROS's lens models.
 struct CameraInfo {
@@ -34,7 +34,7 @@ struct CameraInfo {
   std::array<double, 4> pinhole{};  ///< fx, fy, cx, cy in pixels
   std::string distortion_model;     ///< "plumb_bob", "rational_polynomial", "equidistant"
   std::vector<double> distortion;   ///< 5, 8 or 4 coefficients
-  /// fx, fy, cx, cy of the pictures that ROS rectifies: its projection_matrix.
+  /// fx, fy, cx, cy of the images that ROS rectifies: its projection_matrix.
   std::array<double, 4> rectified{};
   std::vector<std::string> remarks;  ///< comment lines at the file's head
 };

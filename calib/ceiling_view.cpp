@@ -23,7 +23,7 @@ Eigen::Vector2d CentreOf(cv::Size size) {
 void CheckUsable(const MountedCamera& up, double ceiling_height_m) {
   const PinholeCamera& camera = up.camera;
   if (camera.width_px < 2 || camera.height_px < 2) {
-    throw InputError("upward camera: picture size = " + SizeText(camera.Size()) +
+    throw InputError("upward camera: image size = " + SizeText(camera.Size()) +
                      ", must be at least 2 x 2 pixels; correct the rig");
   }
   if (!(camera.fx > 0 && camera.fy > 0)) {

@@ -11,7 +11,7 @@ namespace ceilmap::calib {
 
 /// The upward camera as the rest of the program sees it: a virtual pinhole camera that looks
 /// exactly upwards, without distortion and with square pixels, turned about z like the mounted
-/// camera. Distortion, unequal focal lengths and mounting tilts are taken out of the picture by one
+/// camera. Distortion, unequal focal lengths and mounting tilts are taken out of the image by one
 /// precomputed map; a camera whose map would move no pixel by 0.001 px gets none, and its pictures
 /// pass through untouched.
 ///
@@ -19,7 +19,7 @@ namespace ceilmap::calib {
 ///   p_view = m_per_px * ((u, v) - c),   c = ((W-1)/2, (H-1)/2)   (u right, v down)
 ///   p_base = T_base_view * p_view.
 /// Because v runs downwards and the view upwards, T_base_view is a proper planar motion, no
-/// reflection. The offset of the principal point from the picture's centre is part of T_base_view.
+/// reflection. The offset of the principal point from the image's centre is part of T_base_view.
 class CeilingView {
  public:
   /// @param up  the mounted upward camera; its optical axis within 45 deg of straight up.
@@ -27,12 +27,12 @@ class CeilingView {
   /// @throws InputError when the camera cannot see a ceiling there.
   CeilingView(const MountedCamera& up, double ceiling_height_m);
 
-  /// View without a rig: one pixel is one unit of length, x forward = up in the picture, y left =
-  /// RIGHT in the picture (seen from below, the picture's right is the robot's left), centre of the
-  /// picture over base.
+  /// View without a rig: one pixel is one unit of length, x forward = up in the image, y left =
+  /// RIGHT in the image (seen from below, the image's right is the robot's left), centre of the
+  /// image over base.
   static CeilingView InPixels(cv::Size size);
 
-  /// View of pictures that are rectified already, e.g. those kept in a map.
+  /// View of images that are rectified already, e.g. those kept in a map.
   /// @param m_per_px  > 0. @param mask  see Mask(). @throws InputError when the arguments cannot
   /// be.
   static CeilingView OfRectified(cv::Size size,
@@ -40,29 +40,29 @@ class CeilingView {
                                  const Pose2& T_base_view,
                                  const cv::Mat& mask = {});
 
-  /// Size of the pictures taken and returned.
+  /// Size of the images taken and returned.
   [[nodiscard]] cv::Size Size() const { return size_; }
   /// Metres on the ceiling per pixel (1 without a rig), > 0.
   [[nodiscard]] double MetresPerPixel() const { return m_per_px_; }
   [[nodiscard]] const Pose2& T_base_view() const { return T_base_view_; }
   /// Focal length of the virtual camera in pixels, sqrt(fx fy); 0 where nothing is known of it.
   [[nodiscard]] double FocalLength() const { return focal_px_; }
-  /// Principal point of the virtual camera, from the top-left pixel's centre, pixels. The picture's
+  /// Principal point of the virtual camera, from the top-left pixel's centre, pixels. The image's
   /// centre where nothing is known of the camera.
   [[nodiscard]] const Eigen::Vector2d& PrincipalPoint() const { return principal_px_; }
   /// The virtual camera's optical frame in base (identity where nothing is known of it): looks
   /// along base's z, turned about it like the mounted camera.
   [[nodiscard]] const Eigen::Isometry3d& T_base_camera() const { return T_base_camera_; }
-  /// True when Rectify changes the picture.
+  /// True when Rectify changes the image.
   [[nodiscard]] bool NeedsRectification() const { return !table_.empty(); }
 
-  /// Brings a raw picture into the view. Returns `raw` itself (no copy) when nothing needs doing,
+  /// Brings a raw image into the view. Returns `raw` itself (no copy) when nothing needs doing,
   /// else fills and returns `buffer`. Pixels that the camera did not see become 0 and are 0 in
   /// Mask().
   /// @param raw  CV_8UC1 of Size(). @throws InputError on another type or size. Thread-safe with a
   ///   buffer per thread.
   const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer) const;
-  /// CV_8UC1 of Size(), 255 where the rectified picture has content; empty when everywhere.
+  /// CV_8UC1 of Size(), 255 where the rectified image has content; empty when everywhere.
   [[nodiscard]] const cv::Mat& Mask() const { return mask_; }
 
  private:
@@ -74,7 +74,7 @@ class CeilingView {
   Eigen::Vector2d principal_px_ = Eigen::Vector2d::Zero();
   Eigen::Isometry3d T_base_camera_ = Eigen::Isometry3d::Identity();
   Pose2 T_base_view_;
-  RemapTable table_;  // empty: the pictures need nothing
+  RemapTable table_;  // empty: the images need nothing
   cv::Mat mask_;
 };
 

@@ -12,7 +12,7 @@ namespace ceilmap::calib {
 ForwardView::ForwardView(const MountedCamera& forward) : size_(forward.camera.Size()) {
   const PinholeCamera& camera = forward.camera;
   if (camera.width_px < 2 || camera.height_px < 2 || !(camera.fx > 0 && camera.fy > 0)) {
-    throw InputError("forward camera: picture size and focal lengths must be > 0; correct the rig");
+    throw InputError("forward camera: image size and focal lengths must be > 0; correct the rig");
   }
   const Eigen::Vector3d axis = forward.T_base_cam.linear().col(2);
   if (!(axis.x() > std::numbers::sqrt2 / 2)) {

@@ -10,8 +10,8 @@ namespace ceilmap::calib {
 
 /// The forward camera as the rest of the program sees it: a virtual pinhole camera that looks level
 /// when the robot does, straight at the horizon, without distortion and with square pixels. A
-/// camera that is mounted raised keeps its picture; its horizon then lies below the picture's
-/// centre, or even below the picture.
+/// camera that is mounted raised keeps its image; its horizon then lies below the image's
+/// centre, or even below the image.
 class ForwardView {
  public:
   /// @param forward  its optical axis within 45 deg of base's x axis.
@@ -21,11 +21,11 @@ class ForwardView {
   [[nodiscard]] cv::Size Size() const { return size_; }
   /// Pixels, > 0.
   [[nodiscard]] double FocalLength() const { return focal_px_; }
-  /// The pixel that looks straight ahead and level, from the picture's centre.
+  /// The pixel that looks straight ahead and level, from the image's centre.
   [[nodiscard]] const Eigen::Vector2d& Horizon() const { return horizon_px_; }
   /// Where it looks: counter-clockwise from base's x axis, rad.
   [[nodiscard]] double Yaw() const { return yaw_rad_; }
-  /// CV_8UC1, 255 where the rectified picture has content; empty when everywhere.
+  /// CV_8UC1, 255 where the rectified image has content; empty when everywhere.
   [[nodiscard]] const cv::Mat& Mask() const { return mask_; }
 
   /// As CeilingView::Rectify.

@@ -11,7 +11,7 @@
 namespace ceilmap::calib {
 LevelView::LevelView(const CeilingView& view) : size_(view.Size()), focal_px_(view.FocalLength()) {
   if (!(focal_px_ > 0)) {
-    throw InputError("a tilt can only be taken out of pictures of a camera whose rig is known");
+    throw InputError("a tilt can only be taken out of images of a camera whose rig is known");
   }
   distance_m_ = focal_px_ * view.MetresPerPixel();
   principal_px_ = view.PrincipalPoint();
@@ -28,7 +28,7 @@ Eigen::Isometry3d LevelView::T_level_camera(const Tilt& tilt) const {
 
 Eigen::Matrix3d LevelView::TiltedFromLevel(const Tilt& tilt) const {
   // In the level camera's frame the ceiling is the plane z = distance; a pixel x of the level
-  // picture is there distance * K^-1 x.
+  // image is there distance * K^-1 x.
   const Eigen::Isometry3d T_tilted_level = T_level_camera(tilt).inverse() * T_base_camera_;
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   K(0, 0) = K(1, 1) = focal_px_;
@@ -52,17 +52,17 @@ Pose2 LevelView::Uncompensated(const Pose2& T_map_base, const Tilt& tilt) const 
   return T_map_base * Pose2{shift.x(), shift.y(), 0};
 }
 
-void LevelView::Draw(const cv::Mat& picture, const Tilt& tilt, cv::Mat& level) const {
-  CV_Assert(picture.type() == CV_8UC1 && picture.size() == size_ && level.data != picture.data);
+void LevelView::Draw(const cv::Mat& image, const Tilt& tilt, cv::Mat& level) const {
+  CV_Assert(image.type() == CV_8UC1 && image.size() == size_ && level.data != image.data);
   level.create(size_, CV_8UC1);
   // cv::warpPerspective rounds to 1/32 px, see RemapTable.
   const Eigen::Matrix3f map = TiltedFromLevel(tilt).cast<float>();
   const auto right = static_cast<float>(size_.width - 1);
   const auto bottom = static_cast<float>(size_.height - 1);
-  constexpr float kRounding = 5e-4F;  // px, of a picture of a few thousand
+  constexpr float kRounding = 5e-4F;  // px, of an image of a few thousand
   // Just before the last column and row, which are the right and lower neighbours there.
-  const float most_x = std::nextafter(right, 0.0F);
-  const float most_y = std::nextafter(bottom, 0.0F);
+  const float max_x = std::nextafter(right, 0.0F);
+  const float max_y = std::nextafter(bottom, 0.0F);
   for (int v = 0; v < size_.height; ++v) {
     const Eigen::Vector3f row = map.col(1) * static_cast<float>(v) + map.col(2);
     auto* out = level.ptr<std::uint8_t>(v);
@@ -73,19 +73,19 @@ void LevelView::Draw(const cv::Mat& picture, const Tilt& tilt, cv::Mat& level) c
       const float y = (map(1, 0) * column + row[1]) * scale;
       const bool inside =
           x >= -kRounding && x <= right + kRounding && y >= -kRounding && y <= bottom + kRounding;
-      out[u] = inside ? Sample(picture, std::clamp(x, 0.0F, most_x), std::clamp(y, 0.0F, most_y))
+      out[u] = inside ? Sample(image, std::clamp(x, 0.0F, max_x), std::clamp(y, 0.0F, max_y))
                       : std::uint8_t{0};
     }
   }
 }
 
-/// Bilinear, at least 1; 0 where the picture has no content.
-std::uint8_t LevelView::Sample(const cv::Mat& picture, float x, float y) const {
+/// Bilinear, at least 1; 0 where the image has no content.
+std::uint8_t LevelView::Sample(const cv::Mat& image, float x, float y) const {
   const int x0 = static_cast<int>(x);
   const int y0 = static_cast<int>(y);
   if (!content_.empty() && content_.ptr<std::uint8_t>(y0)[x0] == 0) return 0;
-  const auto* top = picture.ptr<std::uint8_t>(y0) + x0;
-  const auto* low = top + picture.step[0];
+  const auto* top = image.ptr<std::uint8_t>(y0) + x0;
+  const auto* low = top + image.step[0];
   const float part = x - static_cast<float>(x0);
   const float upper = static_cast<float>(top[0]) + part * static_cast<float>(top[1] - top[0]);
   const float lower = static_cast<float>(low[0]) + part * static_cast<float>(low[1] - low[0]);
@@ -96,7 +96,7 @@ std::uint8_t LevelView::Sample(const cv::Mat& picture, float x, float y) const {
 cv::Mat ContentMask(const cv::Mat& level) {
   if (cv::countNonZero(level) == level.size().area()) return {};
   constexpr int kReach = 5;
-  // What lies beyond the picture counts as blank: a thin blank border stays one.
+  // What lies beyond the image counts as blank: a thin blank border stays one.
   constexpr int kBeyond = kReach - 1;
   cv::Mat blank;
   cv::copyMakeBorder(

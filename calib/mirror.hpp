@@ -10,7 +10,7 @@ namespace ceilmap::calib {
 /// foci: pinhole at (0, 0, -C), effective single viewpoint at (0, 0, C). Metres and pixels.
 ///
 /// Elevation here is the angle above the plane through the viewpoint across the axis. It grows from
-/// the centre of the picture, where the camera sees itself, to the rim.
+/// the centre of the image, where the camera sees itself, to the rim.
 struct HyperbolicMirror {
   double A_m = 0;
   double B_m = 0;
@@ -31,7 +31,7 @@ struct HyperbolicMirror {
   [[nodiscard]] double Elevation(double camera_slope) const;
 };
 
-/// All that is known of a mirror without calibration: the ring of the picture that is of use. The
+/// All that is known of a mirror without calibration: the ring of the image that is of use. The
 /// outer circle looks higher than the inner one.
 struct MirrorRing {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< (u, v) of the mirror's axis

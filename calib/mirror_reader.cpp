@@ -49,16 +49,16 @@ HyperbolicMirror ParseMirror(const YamlValue& mirror, const Eigen::Isometry3d& T
 }
 
 MirrorRing ParseMirrorRing(const YamlValue& mirror,
-                           cv::Size picture,
+                           cv::Size image,
                            const std::optional<Eigen::Vector2d>& axis_px) {
   mirror.AllowOnly({"inner_radius_px", "outer_radius_px", "centre_px"});
-  constexpr auto kMend = "measure it in a picture, from the mirror's centre";
+  constexpr auto kMend = "measure it in an image, from the mirror's centre";
   MirrorRing ring;
   ring.inner_radius_px =
-      mirror.At("inner_radius_px", "the radius in the picture that the robot's own body fills")
+      mirror.At("inner_radius_px", "the radius in the image that the robot's own body fills")
           .PositiveNumber(kMend);
   const YamlValue outer =
-      mirror.At("outer_radius_px", "the radius in the picture of the mirror's rim");
+      mirror.At("outer_radius_px", "the radius in the image of the mirror's rim");
   ring.outer_radius_px = outer.PositiveNumber(kMend);
   if (!(ring.outer_radius_px > ring.inner_radius_px)) {
     outer.Fail("larger than inner_radius_px", "the mirror's rim is the outer circle");
@@ -67,15 +67,14 @@ MirrorRing ParseMirrorRing(const YamlValue& mirror,
       axis_px && !mirror.Find("centre_px")
           ? *axis_px
           : Eigen::Vector2d(
-                mirror
-                    .At("centre_px", "the mirror's centre [u, v] in the picture, or camera_matrix")
+                mirror.At("centre_px", "the mirror's centre [u, v] in the image, or camera_matrix")
                     .Numbers(2)
                     .data());
-  const Eigen::Vector2d far_corner(picture.width - 1, picture.height - 1);
+  const Eigen::Vector2d far_corner(image.width - 1, image.height - 1);
   const double room_px =
       std::min(ring.centre_px.minCoeff(), (far_corner - ring.centre_px).minCoeff());
   if (ring.outer_radius_px > room_px) {
-    outer.Fail("a circle inside the picture (at most " +
+    outer.Fail("a circle inside the image (at most " +
                    std::to_string(static_cast<int>(std::floor(room_px))) + " px about its centre)",
                "take a smaller one, or correct centre_px");
   }

@@ -14,12 +14,12 @@ namespace ceilmap::calib {
 /// (both to 1e-3).
 HyperbolicMirror ParseMirror(const YamlValue& mirror, const Eigen::Isometry3d& T_base_cam);
 
-/// Reads `mirror` of a camera of type mirror: the ring of its picture that is of use.
-/// @param picture  size of its pictures, which must hold the outer circle.
+/// Reads `mirror` of a camera of type mirror: the ring of its image that is of use.
+/// @param image  size of its images, which must hold the outer circle.
 /// @param axis_px  where the camera looks along its axis; the ring's centre unless it names one.
 /// @throws InputError also when neither is known.
 MirrorRing ParseMirrorRing(const YamlValue& mirror,
-                           cv::Size picture,
+                           cv::Size image,
                            const std::optional<Eigen::Vector2d>& axis_px);
 
 }  // namespace ceilmap::calib

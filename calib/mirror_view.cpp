@@ -7,13 +7,13 @@
 #include <numbers>
 #include <string>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::calib {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kRadPerDeg = kPi / 180;
 
 std::string SizeText(cv::Size size) {
   return fmt::format("{} x {}", size.width, size.height);
@@ -68,12 +68,12 @@ class RowElevations {
  public:
   RowElevations(const HyperbolicMirror& mirror, double tilt_rad, const MirrorViewParams& params)
       : mirror_(mirror), spacing_(params.row_spacing.value_or(PanoramaRows::kElevation)) {
-    constexpr double kLeastBelow = 15 * kRadPerDeg;
-    constexpr double kMostBelow = 30 * kRadPerDeg;
+    constexpr double kMinBelow = 15 * kRadPerDeg;
+    constexpr double kMaxBelow = 30 * kRadPerDeg;
     const double highest_rad =
         params.highest_elevation_rad.value_or(mirror.RimElevation() - tilt_rad);
     const double lowest_rad =
-        params.lowest_elevation_rad.value_or(-std::clamp(highest_rad, kLeastBelow, kMostBelow));
+        params.lowest_elevation_rad.value_or(-std::clamp(highest_rad, kMinBelow, kMaxBelow));
     if (!(lowest_rad < highest_rad)) {
       throw InputError(fmt::format(
           "mirror camera: the panorama's lowest elevation {} must be below its highest, "
@@ -120,7 +120,7 @@ void CheckRing(const MirrorRing& ring, const MirrorViewParams& params) {
       !(ring.outer_radius_px > ring.inner_radius_px && std::isfinite(ring.outer_radius_px))) {
     throw InputError(fmt::format(
         "mirror ring: inner radius {} px, outer {} px, must be 0 < inner < outer about a "
-        "centre in the picture",
+        "centre in the image",
         ring.inner_radius_px,
         ring.outer_radius_px));
   }
@@ -208,13 +208,13 @@ MirrorView::MirrorView(cv::Size raw, const MirrorRing& ring, const MirrorViewPar
 }
 
 void MirrorView::MakeTable(const RemapTable::Source& source, Interpolation interpolation) {
-  constexpr int kMaxPicturePx = 16384;
-  if (raw_size_.width < 2 || raw_size_.height < 2 || raw_size_.width > kMaxPicturePx ||
-      raw_size_.height > kMaxPicturePx) {
-    throw InputError(fmt::format("mirror camera: pictures of {} pixels, must be 2 x 2 to {} x {}",
+  constexpr int kMaxImagePx = 16384;
+  if (raw_size_.width < 2 || raw_size_.height < 2 || raw_size_.width > kMaxImagePx ||
+      raw_size_.height > kMaxImagePx) {
+    throw InputError(fmt::format("mirror camera: images of {} pixels, must be 2 x 2 to {} x {}",
                                  SizeText(raw_size_),
-                                 kMaxPicturePx,
-                                 kMaxPicturePx));
+                                 kMaxImagePx,
+                                 kMaxImagePx));
   }
   const bool nearest = interpolation == Interpolation::kNearest;
   table_ = {raw_size_, size_, [&](int u, int v) {
@@ -223,20 +223,20 @@ void MirrorView::MakeTable(const RemapTable::Source& source, Interpolation inter
               return at;
             }};
   if (cv::countNonZero(table_.Mask()) == size_.area()) return;
-  throw InputError(fmt::format(
-      "mirror camera: parts of the panorama lie outside the mirror or the picture of {} "
-      "pixels; take a smaller outer radius or a lower highest elevation",
-      SizeText(raw_size_)));
+  throw InputError(
+      fmt::format("mirror camera: parts of the panorama lie outside the mirror or the image of {} "
+                  "pixels; take a smaller outer radius or a lower highest elevation",
+                  SizeText(raw_size_)));
 }
 
 void MirrorView::Unwrap(const cv::Mat& raw, cv::Mat& panorama) const {
   if ((raw.type() != CV_8UC1 && raw.type() != CV_8UC3) || raw.size() != raw_size_) {
-    throw InputError(fmt::format(
-        "mirror picture of {} pixels, {}, must be {} and CV_8UC1 or CV_8UC3; use the rig "
-        "or ring of the camera that took it",
-        SizeText(raw.size()),
-        cv::typeToString(raw.type()),
-        SizeText(raw_size_)));
+    throw InputError(
+        fmt::format("mirror image of {} pixels, {}, must be {} and CV_8UC1 or CV_8UC3; use the rig "
+                    "or ring of the camera that took it",
+                    SizeText(raw.size()),
+                    cv::typeToString(raw.type()),
+                    SizeText(raw_size_)));
   }
   table_.Apply(raw, panorama);
 }

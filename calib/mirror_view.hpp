@@ -11,7 +11,7 @@ namespace ceilmap::calib {
 
 /// What the rows of a panorama are equidistant in.
 enum class PanoramaRows : std::uint8_t {
-  kRadius,        ///< from the centre of the mirror's picture, as Labrosse unwraps
+  kRadius,        ///< from the centre of the mirror's image, as Labrosse unwraps
   kElevation,     ///< angle above the horizon
   kTanElevation,  ///< its tangent: what stands upright keeps its proportions, as on a cylinder
 };
@@ -40,10 +40,10 @@ struct MirrorViewParams {
 };
 
 /// The camera under a convex mirror as the rest of the program sees it: a panorama, read from the
-/// mirror's picture by a scan line that rotates about its centre (Labrosse 2004).
+/// mirror's image by a scan line that rotates about its centre (Labrosse 2004).
 ///
 /// Column u of W shows azimuth pi - 2 pi u / W, counter-clockwise from base's x axis: the robot's
-/// front is column W/2, its left W/4, and the picture reads like the room as a person sees it who
+/// front is column W/2, its left W/4, and the image reads like the room as a person sees it who
 /// looks ahead, top row highest. When the robot turns left by w, the content moves to the RIGHT by
 /// w W / (2 pi) columns. Rows are of equal height; the centre of row v lies (v + 1/2) / rows of the
 /// way from the upper edge (outer circle) to the lower one.
@@ -54,14 +54,14 @@ struct MirrorViewParams {
 class MirrorView {
  public:
   /// @param omni  with `mirror` or `mirror_ring`; its optical axis within 45 deg of straight up.
-  /// @throws InputError otherwise, and when parts of the panorama lie outside mirror or picture.
+  /// @throws InputError otherwise, and when parts of the panorama lie outside mirror or image.
   explicit MirrorView(const MountedCamera& omni, const MirrorViewParams& params = {});
-  /// Without a rig: the camera looks up and the picture's top is the robot's front, its right the
+  /// Without a rig: the camera looks up and the image's top is the robot's front, its right the
   /// robot's left.
-  /// @param raw  size of the pictures. @throws InputError as above.
+  /// @param raw  size of the images. @throws InputError as above.
   MirrorView(cv::Size raw, const MirrorRing& ring, const MirrorViewParams& params = {});
 
-  /// Of the raw pictures.
+  /// Of the raw images.
   [[nodiscard]] cv::Size RawSize() const { return raw_size_; }
   /// Of the panoramas: columns x rows.
   [[nodiscard]] cv::Size Size() const { return size_; }
@@ -70,7 +70,7 @@ class MirrorView {
   /// rows by radius.
   [[nodiscard]] std::optional<double> HorizonRow() const { return horizon_row_; }
 
-  /// Unwraps a picture.
+  /// Unwraps an image.
   /// @param raw  CV_8UC1 or CV_8UC3 of RawSize(). @param panorama  becomes Size() of the same type;
   ///   allocates only when it is not yet, and must not share memory with `raw`.
   /// @throws InputError on another type or size. Thread-safe with a panorama per thread.

@@ -73,8 +73,8 @@ void RemapTable::Gather(const cv::Mat& raw, cv::Mat& result) const {
       }
       const std::uint8_t* p = raw.data + static_cast<std::size_t>(tap->y) * step +
                               static_cast<std::size_t>(tap->x) * kChannels;
-      const std::uint32_t right = tap->x_part;
-      const std::uint32_t below = tap->y_part;
+      const std::uint32_t right = tap->x_weight;
+      const std::uint32_t below = tap->y_weight;
       for (int c = 0; c < kChannels; ++c, ++p) {
         const std::uint32_t upper = p[0] * (kOne - right) + p[kChannels] * right;
         const std::uint32_t lower = p[step] * (kOne - right) + p[step + kChannels] * right;

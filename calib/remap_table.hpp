@@ -8,22 +8,22 @@
 
 namespace ceilmap::calib {
 
-/// A precomputed warp of 8-bit pictures of one size, grey or colour, bilinear with fractions of
+/// A precomputed warp of 8-bit images of one size, grey or colour, bilinear with fractions of
 /// 1/2048 px. Sources at whole pixels are copied.
 ///
 /// cv::remap rounds every map, float ones too, to 1/32 px: up to 0.016 px of shift that stays at
-/// its place in the picture and so passes for motion of the ceiling. This table costs about twice
+/// its place in the image and so passes for motion of the ceiling. This table costs about twice
 /// the time (calib/README.md) and has no such pattern.
 class RemapTable {
  public:
-  /// Where a pixel of the result lies in the raw picture, in pixels; nothing: nowhere.
+  /// Where a pixel of the result lies in the raw image, in pixels; nothing: nowhere.
   using Source = std::function<std::optional<cv::Point2d>(int u, int v)>;
 
   RemapTable() = default;
-  /// @param raw  size of raw pictures, at least 2 x 2 and less than 32768. @param result  of
-  ///   results. Sources outside the raw picture count as nowhere.
+  /// @param raw  size of raw images, at least 2 x 2 and less than 32768. @param result  of
+  ///   results. Sources outside the raw image count as nowhere.
   RemapTable(cv::Size raw, cv::Size result, const Source& source);
-  /// The same for raw pictures and results of one size.
+  /// The same for raw images and results of one size.
   RemapTable(cv::Size size, const Source& source) : RemapTable(size, size, source) {}
 
   [[nodiscard]] bool empty() const { return taps_.empty(); }
@@ -37,8 +37,8 @@ class RemapTable {
   struct Tap {
     std::int16_t x = -1;  // top-left of the four neighbours; -1: nowhere
     std::int16_t y = 0;
-    std::uint16_t x_part = 0;  // weight of the right and lower neighbours, in 1/2048
-    std::uint16_t y_part = 0;
+    std::uint16_t x_weight = 0;  // weight of the right and lower neighbours, in 1/2048
+    std::uint16_t y_weight = 0;
   };
   static Tap MakeTap(cv::Point2d at, cv::Size raw);
   template <int kChannels>

@@ -31,13 +31,13 @@ PinholeCamera ParseIntrinsics(const YamlValue& value) {
   return ReadCameraInfo(value.File().parent_path() / path->Text());
 }
 
-/// A ring needs no more of the camera than the size of its pictures.
+/// A ring needs no more of the camera than the size of its images.
 PinholeCamera ParseRingIntrinsics(const YamlValue& value) {
   for (const char* key :
        {"camera_info", "camera_matrix", "distortion_model", "distortion_coefficients"}) {
     if (value.Find(key)) return ParseIntrinsics(value);
   }
-  return ParsePictureSize(value);
+  return ParseImageSize(value);
 }
 
 /// The mirror of a camera of that type, whose intrinsics and pose are known.

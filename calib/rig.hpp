@@ -38,7 +38,7 @@ struct Rig {
 /// rig.yaml).
 ///
 /// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to mend` when a key is missing,
-///   unknown, of the wrong type, or impossible (focal length <= 0, picture size <= 0, pose not
+///   unknown, of the wrong type, or impossible (focal length <= 0, image size <= 0, pose not
 ///   orthonormal, matrix and quaternion that disagree, ceiling not above the upward camera, upward
 ///   camera that does not look up, ...), and when the file is missing, empty, no YAML or larger
 ///   than 1 MiB.

@@ -9,7 +9,7 @@
 
 namespace ceilmap::calib {
 
-/// A camera under a mirror, as measured in its pictures.
+/// A camera under a mirror, as measured in its images.
 struct MirrorValues {
   MirrorRing ring;
   int width_px = 0;
@@ -24,7 +24,7 @@ struct RigValues {
   std::optional<Eigen::Isometry3d> T_base_forward;
   /// A mirror of known shape keeps it: its centre becomes the principal point, and the focal length
   /// that which shows the rim where it was seen. Any other camera becomes one of type mirror; where
-  /// there is none, one is added on the mast, its picture's top to the front.
+  /// there is none, one is added on the mast, its image's top to the front.
   std::optional<MirrorValues> omni;
 };
 

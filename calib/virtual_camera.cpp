@@ -57,7 +57,7 @@ const cv::Mat& RectifyBy(const RemapTable& table,
                          const cv::Mat& raw,
                          cv::Mat& buffer) {
   if (raw.type() != CV_8UC1 || raw.size() != size) {
-    throw InputError("picture of " + SizeText(raw.size()) + " pixels" +
+    throw InputError("image of " + SizeText(raw.size()) + " pixels" +
                      (raw.type() == CV_8UC1 ? "" : " that is not 8-bit grey") + ", must be " +
                      SizeText(size) + " and 8-bit grey; use the rig of the camera that took it");
   }

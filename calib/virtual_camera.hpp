@@ -10,8 +10,8 @@
 namespace ceilmap::calib {
 
 /// A pinhole camera without distortion and with square pixels that stands where a mounted camera
-/// stands, but looks exactly along a direction of its own choice: what a picture would be if the
-/// mount were perfect. The mounted camera's axis keeps its pixel, so that the picture keeps its
+/// stands, but looks exactly along a direction of its own choice: what an image would be if the
+/// mount were perfect. The mounted camera's axis keeps its pixel, so that the image keeps its
 /// content. Internal: CeilingView and ForwardView are made of it.
 class VirtualCamera {
  public:
@@ -19,12 +19,12 @@ class VirtualCamera {
   VirtualCamera(const MountedCamera& mounted, const Eigen::Matrix3d& R_base_view);
 
   [[nodiscard]] double FocalLength() const { return focal_px_; }
-  /// From the top-left pixel's centre; may lie outside the picture.
+  /// From the top-left pixel's centre; may lie outside the image.
   [[nodiscard]] const Eigen::Vector2d& PrincipalPoint() const { return principal_px_; }
 
-  /// Where a pixel of the virtual picture lies in the raw one.
+  /// Where a pixel of the virtual image lies in the raw one.
   [[nodiscard]] std::optional<cv::Point2d> Raw(double u, double v) const;
-  /// The table that draws the virtual picture; empty when it would move no pixel by 0.001 px.
+  /// The table that draws the virtual image; empty when it would move no pixel by 0.001 px.
   [[nodiscard]] RemapTable MakeTable() const;
 
  private:
@@ -36,7 +36,7 @@ class VirtualCamera {
   Eigen::Matrix3d R_cam_view_;
 };
 
-/// Draws a raw picture by a table; the picture itself, without a copy, when the table is empty.
+/// Draws a raw image by a table; the image itself, without a copy, when the table is empty.
 /// @throws InputError when it is not CV_8UC1 of this size.
 const cv::Mat& RectifyBy(const RemapTable& table,
                          cv::Size size,

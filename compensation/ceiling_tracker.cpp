@@ -26,7 +26,7 @@ double TiltSigma(const PlaneFit& fit) {
   return std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace());
 }
 
-/// The pose without its tilt: where a level robot with the same foot and heading stands.
+/// The pose without its tilt: the pose of a level robot with the same foot and heading.
 Isometry3d Levelled(const Isometry3d& T) {
   return ToSpace(FromSpace(T).pose, {});
 }
@@ -44,10 +44,10 @@ CeilingTracker::CeilingTracker(const calib::CeilingView& view, const CeilingTrac
   }
 }
 
-CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& picture, double stamp_s) {
+CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& image, double stamp_s) {
   Frame frame;
-  frame.picture = picture.clone();
-  frame.spectrum = registrar_.AnalyzeFine(picture);
+  frame.image = image.clone();
+  frame.spectrum = registrar_.AnalyzeFine(image);
   frame.stamp_s = stamp_s;
   return frame;
 }
@@ -85,7 +85,7 @@ Isometry3d CeilingTracker::ToPose(const PlaneMotion& motion) const {
 
 bool CeilingTracker::IsSound(const PlaneFit& fit) const {
   return fit.ok && fit.inliers >= params_.min_inliers &&
-         fit.inliers >= params_.min_inlier_part * fit.blocks &&
+         fit.inliers >= params_.min_inlier_ratio * fit.blocks &&
          fit.sigma_px <= params_.max_sigma_px && TiltSigma(fit) <= params_.max_sigma_rad &&
          std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= params_.max_tilt_rad;
 }
@@ -96,12 +96,13 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   motion.inliers = fit.inliers;
   motion.blocks = fit.blocks;
   const double systematic = params_.systematic_rad * params_.systematic_rad;
-  // The median of few residuals is a poor scale, and too small when the fit could follow them.
+  // The median of few residuals is a poor scale. It is too small when the fit adapts to the
+  // residuals.
   constexpr double kFewBlocks = 12;
   const double few = 1 + std::pow(kFewBlocks / fit.inliers, 2);
   motion.covariance = few * registration::TiltOf(fit, view_).covariance;
   motion.covariance.diagonal().array() += systematic;
-  // The part of the picture that is seen, as a level robot would see it.
+  // The visible fraction of the reference's image, for a level robot.
   const Pose2 planar = FromSpace(motion.T_reference_base).pose;
   const PlaneMotion level = ToMotion({planar, {}});
   registration::ImageMotion shift;
@@ -113,14 +114,12 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   return motion;
 }
 
-/// Where the prediction is no good: begins with what a level robot would see.
+/// For a poor prediction: the initial value is the similarity motion that a level robot would see.
 PlaneFit CeilingTracker::Find(const Frame& frame) {
   if (whole_reference_.empty()) {
-    whole_reference_ =
-        registrar_.Analyze(reference_picture_, calib::ContentMask(reference_picture_));
+    whole_reference_ = registrar_.Analyze(reference_image_, calib::ContentMask(reference_image_));
   }
-  const Registration found =
-      registrar_.Register(whole_reference_, registrar_.Analyze(frame.picture));
+  const Registration found = registrar_.Register(whole_reference_, registrar_.Analyze(frame.image));
   if (found.verdict == registration::Verdict::kNoTexture) return {};
   return registrar_.RefinePlane(
       reference_, frame.spectrum, camera_, PlaneMotion::FromSimilarity(camera_, found.motion));
@@ -164,14 +163,14 @@ void CeilingTracker::MoveTo(const Isometry3d& T_reference_new) {
 void CeilingTracker::SetReference(const Frame& frame) {
   MoveTo(frame.T_reference_base);
   reference_ = frame.spectrum;
-  reference_picture_ = frame.picture;
+  reference_image_ = frame.image;
   whole_reference_ = {};
 }
 
 void CeilingTracker::SetReference(const Frame& frame, const cv::Mat& level) {
   MoveTo(frame.T_reference_base);
   reference_ = registrar_.AnalyzeFine(level, calib::ContentMask(level));
-  reference_picture_ = level.clone();
+  reference_image_ = level.clone();
   whole_reference_ = {};
 }
 

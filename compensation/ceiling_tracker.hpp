@@ -11,68 +11,72 @@
 namespace ceilmap::compensation {
 
 struct CeilingTrackerParams {
-  /// A fit is believed when at least this part of its blocks, and so many, lie within a pixel, and
-  /// the others spread by less than this.
-  double min_inlier_part = 0.4;
+  /// A fit is accepted when at least this ratio of its blocks, and at least `min_inliers` of them,
+  /// lie within a pixel, and the robust standard deviation of its residuals is at most
+  /// `max_sigma_px`.
+  double min_inlier_ratio = 0.4;
   int min_inliers = 10;
   double max_sigma_px = 0.4;
-  /// ... and the tilt comes out better than this, rad. A fit that was begun too far off may settle
-  /// beside the truth, where half of the blocks agree by chance, badly; it shows here.
+  /// A fit is accepted only when the standard deviation of its tilt is at most this, rad. A fit
+  /// with a poor initial value can converge to a wrong minimum, where half of the blocks agree by
+  /// chance. Such a fit has a large standard deviation.
   double max_sigma_rad = 5e-3;
-  /// A fit that is worse than this is compared with one that was begun anew, rad.
+  /// A fit with a larger standard deviation than this is compared with one from a new initial
+  /// value, rad.
   double vague_sigma_rad = 2e-3;
-  /// Larger tilts are no debris but a wrong fit, rad.
+  /// A larger tilt is rejected as a wrong fit, rad: debris does not cause it.
   double max_tilt_rad = 0.25;
-  /// What residuals cannot show (things below the ceiling, compression), rad, of pitch and roll.
+  /// Standard deviation of pitch and roll by errors that residuals do not show (things below the
+  /// ceiling, compression), rad.
   double systematic_rad = 1.5e-4;
   registration::RegistrarParams registration;
 };
 
-/// How a frame stands relative to a reference frame.
+/// Motion of a frame relative to a reference frame.
 struct CeilingMotion {
-  /// p_reference = T_reference_base * p_base, where the reference is level: its z is up. Nothing:
-  /// the ceiling did not tell.
+  /// p_reference = T_reference_base * p_base. The reference is level: its z axis points up.
   Eigen::Isometry3d T_reference_base = Eigen::Isometry3d::Identity();
-  /// Of (pitch, roll), rad^2.
+  /// Covariance of (pitch, roll), rad^2.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  double overlap = 0;  ///< part of the reference's picture that is seen, 0..1
+  double overlap = 0;  ///< visible fraction of the reference's image, 0..1
   int inliers = 0;
   int blocks = 0;
 };
 
-/// Pitch and roll from the key-stone of the ceiling (GEOMETRY section 4): many small blocks of a
-/// level reference picture are found again in the current one, and the motion of a camera in space
-/// under a plane is fitted to where they went (Registrar::RefinePlane). Tilt, height and position
-/// come out together, absolute against the reference. Needs no forward camera.
+/// Pitch and roll from the keystone (perspective) distortion of the ceiling. Many small blocks of a
+/// level reference image are located in the current image, and the motion in space of a camera
+/// under a plane is fitted to their displacements (Registrar::RefinePlane). The fit gives tilt,
+/// height and position together. They are relative to the reference, so that they do not drift. No
+/// forward camera is needed. Equations: compensation/README.md, "Tilt from the ceiling".
 class CeilingTracker {
  public:
-  /// A picture that can become the reference.
+  /// An analysed image, which can become the reference.
   struct Frame {
-    cv::Mat picture;                                                     ///< a copy
+    cv::Mat image;                                                       ///< a copy
     registration::FrameSpectrum spectrum;                                ///< of the fine stage
     Eigen::Isometry3d T_reference_base = Eigen::Isometry3d::Identity();  ///< as measured
     double stamp_s = 0;
   };
 
-  /// @param view  of a rig; must outlive the tracker.
+  /// @param view  View of a rig; must outlive the tracker.
   explicit CeilingTracker(const calib::CeilingView& view, const CeilingTrackerParams& params = {});
 
   [[nodiscard]] bool HasReference() const { return !reference_.empty(); }
 
-  /// @param picture  CV_8UC1, rectified. Stamps must increase.
-  Frame Analyze(const cv::Mat& picture, double stamp_s);
-  /// Measures a frame against the reference and remembers its motion for the next prediction.
-  /// Sets frame.T_reference_base. @return nothing where the ceiling does not tell; what was known
-  /// of the motion is then forgotten.
+  /// @param image  CV_8UC1, rectified. Stamps must increase.
+  Frame Analyze(const cv::Mat& image, double stamp_s);
+  /// Measures a frame against the reference and stores its motion for the next prediction. Sets
+  /// frame.T_reference_base.
+  /// @return nothing when the motion cannot be measured; the stored motion is then discarded.
   std::optional<CeilingMotion> Measure(Frame& frame);
 
-  /// Shows nothing that another frame could be compared with.
+  /// True when the image has no texture that another frame could be compared with.
   [[nodiscard]] bool IsBare(const Frame& frame);
 
-  /// From now on this level frame, which may be an earlier one, is the reference; the motion that
-  /// is going on is taken along.
+  /// Makes this level frame, which may be an earlier one, the reference. The stored motion is
+  /// transformed into the new reference.
   void SetReference(const Frame& frame);
-  /// The same for a frame that stood tilted: `level` is its picture drawn level (LevelView).
+  /// The same for a tilted frame: `level` is its image drawn level (LevelView).
   void SetReference(const Frame& frame, const cv::Mat& level);
 
  private:
@@ -94,8 +98,8 @@ class CeilingTracker {
   double distance_m_;  // of a level camera from the ceiling
   registration::Registrar registrar_;
   registration::FrameSpectrum reference_;
-  cv::Mat reference_picture_;
-  registration::FrameSpectrum whole_reference_;  // with the coarse stage, once it was needed
+  cv::Mat reference_image_;
+  registration::FrameSpectrum whole_reference_;  // with the coarse stage, made on demand
   std::optional<Moment> last_;
   std::optional<Moment> before_;
 };

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "compensation/bracketed_root.hpp"
 
 namespace ceilmap::compensation {
@@ -14,19 +15,13 @@ namespace {
 
 constexpr double kCellRad = std::numbers::pi / 180;
 constexpr double kSameRootRad = 1e-12;
-constexpr double kTouch = 1e-15;       // a valley this near to zero reaches it but for rounding
-constexpr double kNoParallaxM = 1e-9;  // neither the base line nor the height says how far D is
+constexpr double kTouch = 1e-15;       // a minimum this close to zero is a root
+constexpr double kNoParallaxM = 1e-9;  // neither the base line nor the height determines D
 constexpr double kNoSlope = 1e-9;
 constexpr double kSlackSigmas = 3;
 constexpr double kZoomRounding = 1e-12;
 
-void Check(bool good, std::string_view field, double value, std::string_view range) {
-  if (!good) {
-    throw InputError(fmt::format("forward limits: {} = {}, must be {}", field, value, range));
-  }
-}
-
-/// Where |function|, which falls at `low` and rises at `high`, is least.
+/// Argument of the minimum of |function|, which falls at `low` and rises at `high`.
 template <typename Function>
 double Valley(const Function& function, double low, double high) {
   const double falls = function(low).slope;
@@ -37,8 +32,8 @@ double Valley(const Function& function, double low, double high) {
   }
 }
 
-/// All roots of `function` within +-range_rad, rising. Searches cells of at most a degree and
-/// misses none as long as the slope changes its sign at most once in a cell.
+/// All roots of `function` within +-range_rad, in rising order. Searches cells of at most one
+/// degree. No root is missed when the slope changes its sign at most once in a cell.
 template <typename Function>
 std::vector<double> AllRoots(const Function& function, double range_rad) {
   std::vector<double> roots;
@@ -48,7 +43,7 @@ std::vector<double> AllRoots(const Function& function, double range_rad) {
   const auto add_between = [&](double low, double high) {
     add(BracketedRoot(function, low, high, 0.5 * (low + high)));
   };
-  // An odd number of cells: tilt 0, the commonest root, is inside one.
+  // An odd number of cells: tilt 0, the most frequent root, lies inside one.
   const int cells = 2 * static_cast<int>(std::ceil(range_rad / kCellRad)) + 1;
   double low = -range_rad;
   ValueAndSlope at_low = function(low);
@@ -73,7 +68,7 @@ std::vector<double> AllRoots(const Function& function, double range_rad) {
   return roots;
 }
 
-/// What Eq. (1) is made of at one tilt, each with its slope.
+/// The terms of Eq. (1) at one tilt, each with its slope.
 struct State {
   ValueAndSlope tan;
   ValueAndSlope base;   // b
@@ -107,13 +102,13 @@ ValueAndSlope WallResidual(const State& at, const WallObservation& seen) {
 
 /// d(tilt) / d(input) of residual(tilt, input) = 0.
 double Implicit(double by_input, double by_tilt) {
-  // Below this slope two roots have met: what is left of it is rounding.
+  // Below this slope two roots coincide; the remaining value is a rounding error.
   return std::abs(by_tilt) < kNoSlope ? std::numeric_limits<double>::infinity()
                                       : -by_input / by_tilt;
 }
 
-/// 1 / D at a root, where b / D = 1 - 1 / s and (z' - d) / D = t - t1 / s agree: both at once, as
-/// each is 0 / 0 somewhere.
+/// 1 / D at a root. There b / D = 1 - 1 / s and (z' - d) / D = t - t1 / s agree. Both are used
+/// together, because each is 0 / 0 at some tilt.
 double WallPerM(const State& at, const ForwardObservation& seen) {
   const double size = std::hypot(at.base.value, at.climb.value);
   if (size < kNoParallaxM) return 0;
@@ -140,12 +135,12 @@ ForwardTilt FromWall(double tilt_rad, const State& at, const WallObservation& se
   return {tilt_rad, at.base.value, seen.wall_per_m, by};
 }
 
-/// The wall stands before both cameras, not nearer than it may.
+/// True when the wall stands in front of both cameras, and not nearer than allowed.
 bool IsBeforeBoth(const ForwardTilt& tilt, double zoom, const ForwardLimits& limits) {
   return zoom > 0 && std::max(1.0, zoom) * tilt.wall_per_m * limits.nearest_wall_m <= 1;
 }
 
-/// The wall is not farther than it may be, nor seems so by more than the zoom's noise does.
+/// True when the wall is not farther than allowed, or farther only within the noise of the zoom.
 bool IsNearEnough(const ForwardTilt& tilt, double zoom, const ForwardLimits& limits) {
   const double zoom_slack = kSlackSigmas * limits.zoom_sigma + kZoomRounding;
   const double slack = zoom_slack / (zoom * zoom * std::abs(tilt.base_shift_m));
@@ -162,16 +157,18 @@ ForwardVerdict VerdictOf(const std::vector<ForwardTilt>& tilts, bool any_root) {
 }  // namespace
 
 void ForwardLimits::Validate() const {
-  Check(max_tilt_rad > 0 && max_tilt_rad <= kMaxTiltRad,
-        "max_tilt_rad",
-        max_tilt_rad,
-        "in (0, pi/4]; give radians");
-  Check(nearest_wall_m > 0 && std::isfinite(nearest_wall_m),
-        "nearest_wall_m",
-        nearest_wall_m,
-        "finite and > 0");
-  Check(farthest_wall_m > nearest_wall_m, "farthest_wall_m", farthest_wall_m, "> nearest_wall_m");
-  Check(zoom_sigma >= 0 && std::isfinite(zoom_sigma), "zoom_sigma", zoom_sigma, "finite and >= 0");
+  const FieldCheck require("forward limits");
+  require(max_tilt_rad > 0 && max_tilt_rad <= kMaxTiltRad,
+          "max_tilt_rad",
+          max_tilt_rad,
+          "in (0, pi/4]; give radians");
+  require(nearest_wall_m > 0 && std::isfinite(nearest_wall_m),
+          "nearest_wall_m",
+          nearest_wall_m,
+          "finite and > 0");
+  require(farthest_wall_m > nearest_wall_m, "farthest_wall_m", farthest_wall_m, "> nearest_wall_m");
+  require(
+      zoom_sigma >= 0 && std::isfinite(zoom_sigma), "zoom_sigma", zoom_sigma, "finite and >= 0");
 }
 
 std::optional<ForwardTilt> ForwardSolution::Unique() const {
@@ -181,7 +178,7 @@ std::optional<ForwardTilt> ForwardSolution::Unique() const {
 
 ForwardEquation::ForwardEquation(const TiltModel& model, double camera_height_m)
     : model_(model), camera_height_m_(camera_height_m) {
-  (void)model_.MastLength(0, camera_height_m_);  // refuses a wrong height
+  (void)model_.MastLength(0, camera_height_m_);  // throws on a wrong height
 }
 
 std::optional<double> ForwardEquation::PrintedResidual(double tilt_rad,

@@ -19,8 +19,8 @@ double Squared(double value) {
   return value * value;
 }
 
-/// A frame that looks down or up shows a wall narrower by cos(pitch) and lower by its square; the
-/// registered zoom has the mean of both.
+/// A camera that looks down or up shows a wall narrower by cos(pitch) and lower by its square. The
+/// registered zoom contains the mean of both factors.
 double WithoutKeystone(double zoom, double tan_shift) {
   return zoom * std::pow(1 + tan_shift * tan_shift, -0.75);
 }
@@ -33,8 +33,8 @@ ForwardSolver::ForwardSolver(const calib::Rig& rig,
     : yaw_rad_(camera_yaw_rad),
       params_(params),
       front_climbs_(TiltModel(-rig.axle_behind_mast_m, rig.ceiling_height_m), ForwardHeight(rig)),
-      // Nobody says where the wheels before the mast are. They matter only to the height of the
-      // mast's foot, by millimetres.
+      // The rig does not give the position of the wheels before the mast. It affects only the
+      // height of the mast's foot, by millimetres.
       rear_climbs_(TiltModel(0, rig.ceiling_height_m), ForwardHeight(rig)),
       wall_(params.wall_per_m, params.wall_per_m_sigma) {}
 
@@ -46,7 +46,7 @@ std::optional<TiltAngles> ForwardSolver::Solve(const ForwardMotion& seen,
     const ForwardEquation& equation = seen.tan_shift < 0 ? front_climbs_ : rear_climbs_;
     std::optional<ForwardTilt> found;
     double base_shift_m = *ceiling_motion_m;
-    constexpr int kRounds = 2;  // the wall's distance depends on the base shift, a little
+    constexpr int kRounds = 2;  // the wall's distance depends weakly on the base shift
     for (int round = 0; round < kRounds; ++round) {
       found =
           equation.SolveFromWall({seen.tan_shift, wall_.PerMetre(base_shift_m), *ceiling_motion_m})
@@ -59,15 +59,15 @@ std::optional<TiltAngles> ForwardSolver::Solve(const ForwardMotion& seen,
     variance = Squared(by.by_tan_shift * seen.sigma_tan_shift) +
                Squared(by.by_wall_per_m * wall_.Sigma(base_shift_m)) +
                Squared(by.by_seen_motion_m * params_.ceiling_motion_sigma_m);
-    // For the next frame: this one was solved with what was known before.
+    // For the next frame: this one was solved with the earlier estimate of the wall.
     wall_.Learn(WithoutKeystone(seen.zoom, seen.tan_shift), seen.sigma_zoom, base_shift_m);
   } else {
-    variance += Squared(params_.without_parallax_part * pitch);
+    variance += Squared(params_.without_parallax_ratio * pitch);
   }
-  // Along and across the direction of the camera; from there to base.
+  // From components along and across the camera's direction to the axes of base.
   const double c = std::cos(yaw_rad_);
   const double s = std::sin(yaw_rad_);
-  Eigen::Matrix2d turn;  // of (pitch, roll): both are turns about horizontal axes
+  Eigen::Matrix2d turn;  // of (pitch, roll): both are rotations about horizontal axes
   turn << c, s, -s, c;
   TiltAngles tilt;
   tilt.angles = turn * Eigen::Vector2d(pitch, seen.roll_rad);

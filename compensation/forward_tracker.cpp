@@ -22,8 +22,8 @@ registration::RegistrarParams ForForward(registration::RegistrarParams params,
   return params;
 }
 
-/// Where a dozen blocks agree on what was predicted, less agreement of the rest will do: a scene in
-/// depth never fits one motion as a ceiling does.
+/// Near a prediction, ten agreeing blocks are sufficient and a lower inlier ratio is accepted: a
+/// scene with depth does not fit one motion as a ceiling does.
 registration::RegistrarParams ForFollowing(registration::RegistrarParams params) {
   params.final_blocks = 32;
   params.min_inliers = 10;
@@ -42,15 +42,15 @@ ForwardTracker::ForwardTracker(const calib::ForwardView& view, const ForwardTrac
       registrar_(view.Size(), ForForward(params.registration, view.Mask())),
       following_(view.Size(), ForFollowing(ForForward(params.registration, view.Mask()))) {}
 
-ForwardTracker::Frame ForwardTracker::Analyze(const cv::Mat& picture, double stamp_s) {
+ForwardTracker::Frame ForwardTracker::Analyze(const cv::Mat& image, double stamp_s) {
   Frame frame;
-  frame.picture = picture.clone();
-  frame.spectrum = registrar_.AnalyzeFine(picture);
+  frame.image = image.clone();
+  frame.spectrum = registrar_.AnalyzeFine(image);
   frame.stamp_s = stamp_s;
   return frame;
 }
 
-/// The motion against the reference, at an even speed.
+/// The motion against the reference, by the constant-velocity model.
 ImageMotion ForwardTracker::Predict(double stamp_s) const {
   if (!last_) return {};
   ImageMotion ahead = last_->from_reference;
@@ -63,25 +63,25 @@ ImageMotion ForwardTracker::Predict(double stamp_s) const {
   return ahead;
 }
 
-/// Registers the frame against one whose motion is known, or is the reference itself.
+/// Registers the frame with one of known motion, or with the reference itself.
 bool ForwardTracker::Against(Frame& from, Frame& frame, Registration& found) {
   MotionPrior prior;
   prior.motion = Compose(Predict(frame.stamp_s), from.from_reference.Inverse());
   found = last_ ? following_.Refine(from.spectrum, frame.spectrum, prior.motion) : Registration{};
   if (!found.ok()) {
     for (Frame* each : {&from, &frame}) {
-      if (each->whole.empty()) each->whole = registrar_.Analyze(each->picture);
+      if (each->whole.empty()) each->whole = registrar_.Analyze(each->image);
     }
-    // From frame to frame a robot pitches by a few degrees at the most.
+    // Between consecutive frames a robot pitches by a few degrees at most.
     constexpr double kReachRad = 0.06;
     prior.sigma_px = kReachRad * view_.FocalLength();
     prior.sigma_theta_rad = kReachRad;
     found = registrar_.Register(from.whole, frame.whole, prior);
-    // Something large that moves may agree with itself better than the room does.
-    constexpr double kMostSigmas = 4;
+    // A large moving object can match better than the static scene.
+    constexpr double kMaxSigmas = 4;
     const double off_px = std::hypot(found.motion.tx_px - prior.motion.tx_px,
                                      found.motion.ty_px - prior.motion.ty_px);
-    if (last_ && off_px > kMostSigmas * prior.sigma_px) return false;
+    if (last_ && off_px > kMaxSigmas * prior.sigma_px) return false;
   }
   if (!found.ok()) return false;
   frame.from_reference = Compose(found.motion, from.from_reference);
@@ -92,13 +92,13 @@ bool ForwardTracker::Against(Frame& from, Frame& frame, Registration& found) {
 ForwardMotion ForwardTracker::Describe(const Frame& frame, const Registration& found) const {
   const double focal = view_.FocalLength();
   ForwardMotion motion;
-  // Where the reference sees what the frame has straight ahead.
+  // The point in the reference that the frame has straight ahead.
   const Eigen::Vector2d at = frame.from_reference.Inverse().Apply(view_.Horizon());
   motion.tan_shift = (at.y() - view_.Horizon().y()) / focal;
   motion.zoom = 1 / frame.from_reference.scale;
-  // When the camera's left side goes up, the picture turns counter-clockwise as seen on the screen.
+  // When the camera's left side rises, the image rotates counter-clockwise on the screen.
   motion.roll_rad = -frame.from_reference.theta_rad;
-  const double depth = params_.depth_part * std::abs(motion.zoom - 1);
+  const double depth = params_.depth_ratio * std::abs(motion.zoom - 1);
   const double shift_px2 =
       found.covariance(1, 1) + frame.variance_px2 + params_.systematic_px * params_.systematic_px;
   motion.sigma_tan_shift = std::hypot(std::sqrt(shift_px2) / focal, depth);

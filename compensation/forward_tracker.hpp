@@ -10,27 +10,29 @@
 namespace ceilmap::compensation {
 
 struct ForwardTrackerParams {
-  /// Of the shift and of the turn, beyond what residuals show: the scene is not at one distance.
+  /// Standard deviations of shift, roll and zoom by errors that residuals do not show: the scene is
+  /// not at one distance.
   double systematic_px = 0.5;
   double systematic_rad = 4e-4;
   double systematic_zoom = 2e-3;
-  /// Of what the zoom beyond 1 makes worse: the nearer the scene comes, the more its depth shows.
-  /// Part of (zoom - 1), as shift over focal length and as turn.
-  double depth_part = 0.01;
+  /// Standard deviation that grows with the zoom: the nearer the scene, the larger the effect of
+  /// its depth. As a fraction of (zoom - 1); applies to the shift over the focal length and to the
+  /// roll.
+  double depth_ratio = 0.01;
   registration::RegistrarParams registration;
 };
 
-/// What the forward camera shows between a frame (A of the paper, perhaps tilted) and the reference
-/// (B, level).
+/// What the forward camera measures between a frame (A of the paper, perhaps tilted) and the
+/// reference (B, level).
 struct ForwardMotion {
-  /// tan(th1): the depression angle at which the reference sees the point that the frame has on its
-  /// level axis. > 0: the frame looks lower, its nose is down.
+  /// tan(th1), th1 the depression angle at which the reference sees the point on the frame's level
+  /// axis. > 0: the frame looks lower, nose down.
   double tan_shift = 0;
-  /// How much larger the reference shows things than the frame: > 1 when the reference was taken
+  /// Size of objects in the reference relative to the frame: > 1 when the reference was taken
   /// nearer to them.
   double zoom = 1;
-  /// Of the camera about its axis against the reference, rad: the roll of a robot whose camera
-  /// looks straight ahead, > 0: left side up.
+  /// Rotation of the camera about its axis against the reference, rad. For a camera that looks
+  /// straight ahead this is the roll of the robot. > 0: left side up.
   double roll_rad = 0;
   double sigma_tan_shift = 0;
   double sigma_zoom = 0;
@@ -39,33 +41,34 @@ struct ForwardMotion {
   int blocks = 0;
 };
 
-/// Shift, turn and zoom of the forward camera's picture by RI-POC, against a level keyframe. What
-/// moves in view drops out of the blocks' agreement; what hides the keyframe from a frame is
-/// bridged by the frame before.
+/// Shift, rotation and zoom of the forward camera's image against a level keyframe, by RI-POC.
+/// Moving objects are outliers in the agreement of the blocks. A frame that cannot be registered
+/// with the keyframe is registered with the frame before (bridging).
 class ForwardTracker {
  public:
   struct Frame {
-    cv::Mat picture;                       ///< a copy
+    cv::Mat image;                         ///< a copy
     registration::FrameSpectrum spectrum;  ///< of the fine stage
-    registration::FrameSpectrum whole;     ///< with the coarse stage, once it was needed
+    registration::FrameSpectrum whole;     ///< with the coarse stage, made on demand
     double stamp_s = 0;
     registration::ImageMotion from_reference;  ///< as measured
-    double variance_px2 = 0;                   ///< what bridging has added to its shift
+    double variance_px2 = 0;                   ///< added to its shift by bridging frames
   };
 
-  /// @param view  must outlive the tracker.
+  /// @param view  Must outlive the tracker.
   explicit ForwardTracker(const calib::ForwardView& view, const ForwardTrackerParams& params = {});
 
   [[nodiscard]] bool HasReference() const { return reference_.has_value(); }
 
-  /// @param picture  CV_8UC1, rectified.
-  Frame Analyze(const cv::Mat& picture, double stamp_s);
-  /// Measures a frame against the reference, sets frame.from_reference, and remembers the frame.
-  /// @return nothing where the picture does not tell: dark, bare, covered, another place.
+  /// @param image  CV_8UC1, rectified.
+  Frame Analyze(const cv::Mat& image, double stamp_s);
+  /// Measures a frame against the reference, sets frame.from_reference, and stores the frame.
+  /// @return nothing when registration fails: a dark, textureless or covered image, or another
+  ///   place.
   std::optional<ForwardMotion> Measure(Frame& frame);
-  /// Shows nothing that another frame could be compared with.
+  /// True when the image has no texture that another frame could be compared with.
   [[nodiscard]] bool IsBare(const Frame& frame);
-  /// From now on this frame, which may be an earlier one, is the reference.
+  /// Makes this frame, which may be an earlier one, the reference.
   void SetReference(const Frame& frame);
 
  private:

@@ -8,8 +8,8 @@ using Eigen::Isometry3d;
 
 SpacePath::SpacePath(const calib::CeilingView& view) : tracker_(view), level_view_(view) {}
 
-std::optional<Isometry3d> SpacePath::Follow(const cv::Mat& picture, double stamp_s) {
-  CeilingTracker::Frame frame = tracker_.Analyze(picture, stamp_s);
+std::optional<Isometry3d> SpacePath::Follow(const cv::Mat& image, double stamp_s) {
+  CeilingTracker::Frame frame = tracker_.Analyze(image, stamp_s);
   if (!tracker_.HasReference()) {
     tracker_.SetReference(frame);
     return T_first_reference_;
@@ -21,21 +21,22 @@ std::optional<Isometry3d> SpacePath::Follow(const cv::Mat& picture, double stamp
   return T_first_base;
 }
 
-// A level frame rather than one that must be drawn level first; any, before the ceiling is lost.
+// Prefers a level frame to one that must be drawn level; takes any frame before the ceiling is
+// lost.
 void SpacePath::Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion) {
   constexpr double kRenewOverlap = 0.75;
-  constexpr double kLeastOverlap = 0.55;
+  constexpr double kMinOverlap = 0.55;
   constexpr double kLevelSigmas = 2;
   if (motion.overlap > kRenewOverlap) return;
   const PlanarTilt at = FromSpace(motion.T_reference_base);
   const TiltAngles tilt{{at.tilt.pitch_rad, at.tilt.roll_rad}, motion.covariance};
   if (tilt.Sigmas() < kLevelSigmas) {
     tracker_.SetReference(frame);
-  } else if (motion.overlap < kLeastOverlap) {
+  } else if (motion.overlap < kMinOverlap) {
     cv::Mat level;
     Tilt turn = at.tilt;
-    turn.lift_m = 0;  // that goes into the reference's own pose
-    level_view_.Draw(frame.picture, turn, level);
+    turn.lift_m = 0;  // it is part of the reference's own pose
+    level_view_.Draw(frame.image, turn, level);
     tracker_.SetReference(frame, level);
   } else {
     return;

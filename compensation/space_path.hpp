@@ -10,18 +10,18 @@
 
 namespace ceilmap::compensation {
 
-/// Where a robot went in space, tilt and lift included, by the ceiling alone: from one reference
-/// picture to the next, each as CeilingTracker measures it. For short recordings, as of a
-/// calibration; what lies further apart adds up the errors of the references between.
+/// Motion of a robot in space, tilt and lift included, from the ceiling alone. The path is chained
+/// from one reference image to the next, each measured by CeilingTracker. It is meant for short
+/// recordings, e.g. of a calibration: over longer paths the errors of the references accumulate.
 class SpacePath {
  public:
-  /// @param view  of a rig; must outlive the path.
+  /// @param view  View of a rig; must outlive the path.
   explicit SpacePath(const calib::CeilingView& view);
 
-  /// The next frame: p_first = T_first_base * p_base, the first frame being level by definition.
-  /// @param picture  CV_8UC1, rectified. Stamps must increase.
-  /// @return nothing where the ceiling does not tell.
-  std::optional<Eigen::Isometry3d> Follow(const cv::Mat& picture, double stamp_s);
+  /// Adds the next frame: p_first = T_first_base * p_base. The first frame is level by definition.
+  /// @param image  CV_8UC1, rectified. Stamps must increase.
+  /// @return nothing when the motion cannot be measured.
+  std::optional<Eigen::Isometry3d> Follow(const cv::Mat& image, double stamp_s);
 
  private:
   void Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion);

@@ -17,11 +17,11 @@ using Eigen::Isometry3d;
 
 namespace {
 
-/// What a frame is kept as until it may be a keyframe.
+/// A frame stored as a candidate for the next keyframe.
 struct Moment {
   CeilingTracker::Frame ceiling;
   bool has_ceiling = false;                      // measured against the reference
-  std::optional<ForwardTracker::Frame> forward;  // unless it shows nothing
+  std::optional<ForwardTracker::Frame> forward;  // unset when the image has no texture
   bool level = false;
 };
 
@@ -61,27 +61,27 @@ struct TiltEstimator::Impl {
   TiltFilter filter;
   TiltReport report;
 
-  std::optional<TiltAngles> correction;  // for the next frame
-  // The forward keyframe in the ceiling's; nothing: the ceiling did not show how they stand.
+  std::optional<TiltAngles> correction;  // to apply to the next frame
+  // Pose of the forward keyframe in the ceiling's keyframe. Unset: the ceiling did not measure it.
   std::optional<Isometry3d> T_reference_forward = Isometry3d::Identity();
-  double reference_variance = 0;  // of the ceiling's keyframe's own tilt
+  double reference_variance = 0;  // of the tilt of the ceiling's keyframe
   std::optional<double> last_stamp_s;
-  std::deque<Moment> moments;  // the last ones, oldest first
+  std::deque<Moment> moments;  // the latest ones, oldest first
   cv::Mat rectified;
-  cv::Mat up_picture;  // of the frame at hand, rectified
+  cv::Mat up_image;  // of the current frame, rectified
   cv::Mat forward_rectified;
-  int ceiling_failed = 0;       // frames in a row
-  int forward_failed = 0;       // the same, of those that show something
-  int contradictions = 0;       // in a row
-  bool tilted_since = false;    // the keyframe
-  bool bare_reference = false;  // the ceiling's shows nothing
+  int ceiling_failed = 0;       // consecutive frames without a measurement
+  int forward_failed = 0;       // the same for the forward camera, images with texture only
+  int contradictions = 0;       // consecutive
+  bool tilted_since = false;    // a tilted frame was measured since the last keyframe
+  bool bare_reference = false;  // the ceiling's reference has no texture
 
   struct Seen {
     std::optional<CeilingMotion> ceiling;
     std::optional<ForwardMotion> forward;
   };
   void Check(const TiltFrame& frame) const;
-  Seen Look(const TiltFrame& frame, Moment& moment);
+  Seen MapMatch(const TiltFrame& frame, Moment& moment);
   [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
   void Measure(const Seen& seen, TiltEstimate& estimate);
   void Fuse(TiltEstimate& estimate);
@@ -102,7 +102,7 @@ void TiltEstimator::Impl::Check(const TiltFrame& frame) const {
   }
 }
 
-TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Moment& moment) {
+TiltEstimator::Impl::Seen TiltEstimator::Impl::MapMatch(const TiltFrame& frame, Moment& moment) {
   Seen seen;
   std::future<void> ahead;
   if (forward && !frame.forward.empty()) {
@@ -111,14 +111,14 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
       moment.forward =
           forward->Analyze(forward_view->Rectify(frame.forward, forward_rectified), frame.stamp_s);
       seen.forward = forward->Measure(*moment.forward);
-      // A covered camera is no keyframe.
+      // An image of a covered camera cannot become a keyframe.
       if (!seen.forward && forward->IsBare(*moment.forward)) moment.forward.reset();
     });
   }
   {
     const StageTimer timer(report.ceiling_ms);
-    up_picture = view.Rectify(frame.up, rectified);
-    moment.ceiling = ceiling.Analyze(up_picture, frame.stamp_s);
+    up_image = view.Rectify(frame.up, rectified);
+    moment.ceiling = ceiling.Analyze(up_image, frame.stamp_s);
     seen.ceiling = ceiling.Measure(moment.ceiling);
     moment.has_ceiling = seen.ceiling.has_value();
   }
@@ -126,13 +126,13 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Look(const TiltFrame& frame, Mome
   return seen;
 }
 
-/// Cx of Eq. (1): from the point of the ceiling that the frame's camera looks at to the one that
-/// the forward keyframe's looked at, along the direction of the forward camera in the frame.
+/// Cx of Eq. (1): from the ceiling point on the optical axis in the frame to the one in the forward
+/// keyframe, along the direction of the forward camera in the frame.
 std::optional<double> TiltEstimator::Impl::CeilingMotionToForward(const Seen& seen) const {
   if (!seen.ceiling || !T_reference_forward) return std::nullopt;
   const PlanarTilt at = FromSpace(T_reference_forward->inverse() * seen.ceiling->T_reference_base);
   const Eigen::Vector2d camera = view.T_base_camera().translation().head<2>();
-  // Both in the forward keyframe's level base.
+  // Both points in the level base of the forward keyframe.
   const Eigen::Vector2d frame_sees = at.pose * (camera + level_view.CeilingShift(at.tilt)).eval();
   const double yaw = at.pose.yaw + forward_view->Yaw();
   return Eigen::Vector2d(std::cos(yaw), std::sin(yaw)).dot(camera - frame_sees);
@@ -155,7 +155,7 @@ void TiltEstimator::Impl::Measure(const Seen& seen, TiltEstimate& estimate) {
 void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
   const bool use_ceiling = params.method != TiltMethod::kForward && estimate.by_ceiling;
   const bool use_forward = params.method != TiltMethod::kCeiling && estimate.by_forward;
-  // The ceiling is absolute and checked by many blocks; it is believed where the prediction is not.
+  // The ceiling is an absolute measurement checked by many blocks: it overrides the prediction.
   if (use_ceiling && !filter.Update(*estimate.by_ceiling)) filter.Restart(*estimate.by_ceiling);
   bool took_forward = false;
   if (use_forward) {
@@ -173,12 +173,12 @@ void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
   if (estimate.source == TiltSource::kNone) ++report.unknown;
 }
 
-/// Level or not, and by how much.
+/// Decides whether the frame is level, and sets its tilt.
 void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate) {
   const TiltAngles now = filter.Now();
   const bool by_ceiling =
       estimate.source == TiltSource::kCeiling || estimate.source == TiltSource::kBoth;
-  // What is measured exactly, and against a keyframe that is level.
+  // Measured by the ceiling, against a keyframe that is level.
   const bool exact = by_ceiling && reference_variance == 0;
   const bool was_level = std::all_of(
       moments.begin(), moments.end() - 1, [](const Moment& before) { return before.level; });
@@ -189,8 +189,8 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   report.level += part == 0 ? 1 : 0;
   tilted_since = tilted_since || !moment.level;
   Tilt& tilt = estimate.tilt;
-  // The first frame is level by definition, and one that the ceiling shows to be so is, exactly;
-  // the forward camera would not notice the foot of a bump.
+  // The first frame is level by definition. A frame that the ceiling shows to be level is exactly
+  // level. The forward camera does not detect the foot of a bump.
   const bool sure = report.frames == 1 || exact;
   if (part > 0 || !sure) {
     const double most = params.unknown_sigma_rad * params.unknown_sigma_rad;
@@ -202,12 +202,12 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   tilt.roll_rad = part * now.angles[1];
   report.largest_rad = std::max(report.largest_rad, part * now.angles.norm());
   const bool measured = seen.ceiling && params.method != TiltMethod::kForward;
-  // Wheels before the mast that climb lift its foot; of others the height of the pivot is unknown.
+  // Rising wheels before the mast lift its foot. For other wheels the pivot's height is unknown.
   tilt.lift_m = measured ? part * seen.ceiling->T_reference_base.translation().z()
                          : rig.axle_behind_mast_m * std::sin(std::max(0.0, -tilt.pitch_rad));
 }
 
-/// What is kept relative to the keyframe is, from now on, relative to this one.
+/// Transforms all stored poses from the old keyframe to this one.
 void TiltEstimator::Impl::CountFrom(const Moment& keyframe) {
   const Isometry3d T_new_old =
       ToSpace(FromSpace(keyframe.ceiling.T_reference_base).pose, {}).inverse();
@@ -234,16 +234,16 @@ void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
   T_reference_forward = Isometry3d::Identity();
 }
 
-/// Levels what the ceiling shows; the forward keyframe stays.
+/// Draws the ceiling's image level; the forward keyframe stays.
 void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt) {
   cv::Mat level;
-  level_view.Draw(up_picture, tilt, level);
+  level_view.Draw(up_image, tilt, level);
   ceiling.SetReference(moment.ceiling, level);
   reference_variance = 0.5 * tilt.covariance.trace();
   CountFrom(moment);
 }
 
-/// The keyframe stood tilted by what the map says is left.
+/// The keyframe was tilted by the residual tilt that the map measured.
 void TiltEstimator::Impl::ApplyCorrection(Moment& moment, TiltEstimate& estimate) {
   TiltAngles tilt = filter.Now();
   tilt.angles += correction->angles;
@@ -263,8 +263,8 @@ void TiltEstimator::Impl::ApplyCorrection(Moment& moment, TiltEstimate& estimate
   ++report.corrected;
 }
 
-/// Nothing can be seen against the ceiling's keyframe. One that was taken in the dark is given up
-/// as soon as there is light.
+/// True when no frame can be measured against the ceiling's keyframe. A keyframe taken in the dark
+/// is replaced as soon as an image has texture.
 bool TiltEstimator::Impl::WantsNewBeginning(const Moment& moment) {
   if (!ceiling.HasReference() || ceiling_failed >= params.restart_after) return true;
   return bare_reference && ceiling_failed > 0 && !ceiling.IsBare(moment.ceiling);
@@ -278,13 +278,13 @@ void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate
   } else {
     MakeTiltedKeyframe(Moment(moment), estimate.tilt);
   }
-  // The first one is level by definition.
+  // The first keyframe is level by definition.
   if (report.frames > 1) reference_variance = std::pow(params.assumed_sigma_rad, 2);
   ceiling_failed = 0;
   bare_reference = ceiling.IsBare(moment.ceiling);
 }
 
-/// A new keyframe from the level frames that went before, when one is wanted.
+/// Makes one of the preceding level frames the keyframe, when a new keyframe is needed.
 void TiltEstimator::Impl::Renew(const Seen& seen) {
   const bool far = seen.ceiling && seen.ceiling->overlap < params.renew_overlap;
   const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > params.renew_zoom;
@@ -314,7 +314,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   me.moments.emplace_back();
   if (static_cast<int>(me.moments.size()) > me.params.level_frames) me.moments.pop_front();
   Moment& moment = me.moments.back();
-  const Impl::Seen seen = me.Look(frame, moment);
+  const Impl::Seen seen = me.MapMatch(frame, moment);
   TiltEstimate estimate;
   me.filter.Predict(frame.stamp_s);
   me.Measure(seen, estimate);
@@ -323,19 +323,19 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
 
   if (me.correction && seen.ceiling) {
     me.ApplyCorrection(moment, estimate);
-    me.up_picture.release();
+    me.up_image.release();
     return estimate;
   }
   me.ceiling_failed = seen.ceiling ? 0 : me.ceiling_failed + 1;
   if (moment.forward) me.forward_failed = seen.forward ? 0 : me.forward_failed + 1;
   if (me.WantsNewBeginning(moment)) {
     me.BeginAnew(moment, estimate);
-  } else if (seen.ceiling && seen.ceiling->overlap < me.params.least_overlap && !moment.level) {
+  } else if (seen.ceiling && seen.ceiling->overlap < me.params.min_overlap && !moment.level) {
     me.MakeTiltedKeyframe(Moment(moment), estimate.tilt);
   } else {
     me.Renew(seen);
   }
-  me.up_picture.release();  // the caller's memory
+  me.up_image.release();  // it refers to the caller's memory
   return estimate;
 }
 

@@ -14,11 +14,11 @@
 
 namespace ceilmap::compensation {
 
-/// What tilt is measured by.
+/// The measurement from which the tilt is estimated.
 enum class TiltMethod {
   kForward,  ///< the forward camera and Eq. (1), as Matsumoto et al. 2010
-  kCeiling,  ///< the key-stone of the ceiling
-  kFused     ///< both, by their covariances; whatever a frame has
+  kCeiling,  ///< the keystone (perspective) distortion of the ceiling
+  kFused     ///< both, weighted by their covariances; one alone if only that is available
 };
 
 struct TiltEstimatorParams {
@@ -27,42 +27,46 @@ struct TiltEstimatorParams {
   ForwardTrackerParams forward;
   ForwardSolverParams solver;
   TiltFilterParams filter;
-  /// Robots stand level but for debris: a frame that noise explains, within this many standard
-  /// deviations of level, has a tilt of exactly zero, ...
+  /// Robots are assumed level except on debris. A tilt within this many standard deviations of
+  /// level is set to exactly zero.
   double level_sigmas = 2;
-  /// ... one beyond so many has the measured one, and in between a part of it. After level frames
-  /// both are larger by `doubt_sigmas` where the ceiling tells: of many frames some are noisy, and
-  /// a bump rises fast.
+  /// A tilt beyond this many standard deviations is taken as measured; in between, a fraction of
+  /// it. After level frames measured by the ceiling, both limits are larger by `doubt_sigmas`:
+  /// among many frames some are noisy, and a real bump rises fast.
   double tilted_sigmas = 3;
   double doubt_sigmas = 1;
-  /// So many level frames in a row make the one in their middle a keyframe, when one is wanted: it
-  /// is neither the first nor the last one of a bump, which may be tilted unnoticed. That is when
-  /// the robot has been tilted since the last one, when less than this part of its ceiling is seen,
-  /// or when the forward camera has come nearer by more than this.
+  /// After this many consecutive level frames the one in their middle becomes a keyframe, when a
+  /// new keyframe is needed. The first and the last one are excluded, because a bump may begin or
+  /// end there with a tilt below detection. A new keyframe is needed when the robot has been tilted
+  /// since the last one, when less than `renew_overlap` of the keyframe's ceiling is visible, or
+  /// when the zoom of the forward image has changed by more than `renew_zoom`.
   int level_frames = 3;
   double renew_overlap = 0.8;
   double renew_zoom = 0.03;
-  /// A tilted frame becomes the keyframe, drawn level, when less than this is seen.
-  double least_overlap = 0.55;
-  /// After so many frames in a row that the ceiling tells nothing of, its keyframe is given up.
+  /// A tilted frame becomes the keyframe, drawn level, when the visible fraction is below this.
+  double min_overlap = 0.55;
+  /// After this many consecutive frames without a measurement by the ceiling, its keyframe is
+  /// discarded.
   int restart_after = 5;
-  /// A map's contradiction counts from this angle on, rad, and this many times in a row.
+  /// A contradiction by the map counts from this angle on, rad. The keyframe is corrected after
+  /// `correct_after` consecutive contradictions.
   double correct_rad = 1.5e-3;
   int correct_after = 3;
-  /// Of frames that nothing measures, for however long: debris is not higher, rad.
+  /// Upper limit of the standard deviation of frames without any measurement, after any time:
+  /// debris is not higher, rad.
   double unknown_sigma_rad = 0.035;
-  /// Of a keyframe that had to be taken for level unseen, rad.
+  /// Standard deviation of a keyframe that was assumed level without a measurement, rad.
   double assumed_sigma_rad = 0.002;
 };
 
-/// One moment of the robot's cameras.
+/// The images of the robot's cameras at one time.
 struct TiltFrame {
   cv::Mat up;       ///< CV_8UC1, as the camera took it
-  cv::Mat forward;  ///< the same; empty: there is none
+  cv::Mat forward;  ///< the same; empty: no image
   double stamp_s = 0;
 };
 
-/// What a frame's tilt rests on.
+/// The measurement on which a frame's tilt is based.
 enum class TiltSource {
   kNone,     ///< nothing was measured: the tilt is the prediction
   kForward,  ///< the forward camera
@@ -71,48 +75,50 @@ enum class TiltSource {
 };
 
 struct TiltEstimate {
-  Tilt tilt;  ///< with its covariance; exactly zero, both, for a frame that the ceiling
-              ///< shows to be level
+  Tilt tilt;  ///< with its covariance; both exactly zero for a frame that
+              ///< the ceiling shows to be level
   TiltSource source = TiltSource::kNone;
-  /// Before any fusion: pitch and roll by one of the two alone.
+  /// Pitch and roll by one camera alone, before fusion.
   std::optional<TiltAngles> by_forward;
   std::optional<TiltAngles> by_ceiling;
 };
 
-/// What estimating took, and from what.
+/// Counts and computing time of the estimation.
 struct TiltReport {
   std::int64_t frames = 0;
   std::int64_t level = 0;
-  std::int64_t by_ceiling = 0;  ///< frames whose ceiling told
+  std::int64_t by_ceiling = 0;  ///< frames measured by the ceiling
   std::int64_t by_forward = 0;
-  std::int64_t without_forward = 0;  ///< frames without a forward picture
-  std::int64_t forward_refused = 0;  ///< frames whose forward camera contradicted (something moved)
-  std::int64_t unknown = 0;          ///< neither told
+  std::int64_t without_forward = 0;  ///< frames without a forward image
+  std::int64_t forward_refused = 0;  ///< forward measurements rejected (something moved)
+  std::int64_t unknown = 0;          ///< frames without any measurement
   std::int64_t keyframes = 0;
   std::int64_t corrected = 0;  ///< keyframes that were not level (Correct)
-  double largest_rad = 0;      ///< tilt
+  double largest_rad = 0;      ///< largest tilt
   double ceiling_ms = 0;
   double forward_ms = 0;
 };
 
 /// Pitch and roll of the robot while it drives, from its upward and forward cameras. Not
-/// thread-safe; measures the two cameras side by side when both are there.
+/// thread-safe. Measures the two cameras in parallel when both are present.
 class TiltEstimator {
  public:
-  /// @param rig  with an upward camera; a forward camera and its height where they are to be used.
-  /// @throws InputError when the method needs what the rig does not have.
+  /// @param rig  A rig with an upward camera, and with a forward camera and its height if these are
+  ///   used.
+  /// @throws InputError when the rig lacks what the method needs.
   explicit TiltEstimator(const calib::Rig& rig, const TiltEstimatorParams& params = {});
   ~TiltEstimator();
   TiltEstimator(TiltEstimator&&) noexcept;
   TiltEstimator& operator=(TiltEstimator&&) noexcept;
 
-  /// @throws InputError on a picture of another size or type, or a stamp that does not
-  /// increase. Never on what a picture shows.
+  /// @throws InputError on an image of another size or type, or a stamp that does not increase. The
+  ///   content of an image never causes an exception.
   TiltEstimate Estimate(const TiltFrame& frame);
 
-  /// What a level map says is left of the last frame's tilt after Estimate. Keyframes were level as
-  /// far as anybody knew; when the map contradicts, again and again, they were not (a robot that
-  /// was switched on with debris under a wheel), and the next frame becomes one that is.
+  /// Takes the residual tilt of the last frame, after Estimate, measured against a level map.
+  /// Keyframes are assumed level. When the map contradicts this in several consecutive frames (e.g.
+  /// because the robot was switched on with debris under a wheel), the next frame becomes a
+  /// keyframe with the corrected tilt.
   void Correct(const TiltAngles& left);
 
   [[nodiscard]] const TiltReport& Report() const;

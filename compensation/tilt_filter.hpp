@@ -8,29 +8,31 @@
 namespace ceilmap::compensation {
 
 struct TiltFilterParams {
-  /// Standard deviation of the angular acceleration, rad/s^2, > 0. A wheel climbs a cable in a
-  /// tenth of a second, so measurements outweigh the prediction; it bridges single frames and tells
-  /// outliers.
+  /// Standard deviation of the angular acceleration, rad/s^2, > 0. A wheel climbs a cable within
+  /// 0.1 s, so measurements outweigh the prediction. The prediction bridges single frames and
+  /// detects outliers.
   double acceleration = 3;
-  /// Of the first angles, rad, and rates, rad/s.
+  /// Initial standard deviations of the angles, rad, and of the rates, rad/s.
   double first_sigma_rad = 0.1;
   double first_rate_sigma = 0.5;
-  /// A measurement farther from what was expected, in standard deviations, is not taken over.
+  /// A measurement with a larger innovation, in standard deviations, is rejected.
   double max_sigmas = 5;
-  /// Longer without frames, s: rates are forgotten.
+  /// After a longer gap between frames, s, the rates are reset.
   double forget_s = 0.5;
 };
 
-/// Kalman filter of pitch and roll, their rates moved by white acceleration.
+/// Kalman filter of pitch and roll. White angular acceleration drives their rates.
 class TiltFilter {
  public:
   explicit TiltFilter(const TiltFilterParams& params = {}) : params_(params) {}
 
-  /// Forward to this time, which must not go back; starts level and unsure.
+  /// Predicts to this time, which must not go back. The initial state is level with a large
+  /// covariance.
   void Predict(double stamp_s);
-  /// @return false when the angles were too far off, and not used.
+  /// @return false when the angles were rejected as an outlier and not used.
   bool Update(const TiltAngles& measured);
-  /// Takes the angles as they are; rates start anew. For what is sure after `Update` refused it.
+  /// Sets the angles to a measurement; the rates are reset. For a reliable measurement that
+  /// `Update` rejected.
   void Restart(const TiltAngles& measured);
 
   [[nodiscard]] TiltAngles Now() const {

@@ -58,7 +58,7 @@ std::optional<double> TiltModel::TiltFromShift(double shift_m) const {
   const auto excess = [&](double tilt_rad) {
     return ValueAndSlope{CeilingShift(tilt_rad) - shift_m, CeilingShiftSlope(tilt_rad)};
   };
-  // Starts from the tilt that a pivot under the mast would need.
+  // The initial value is the tilt for a pivot under the mast.
   return BracketedRoot(
       excess, low, high, std::clamp(std::atan(shift_m / ceiling_height_m_), low, high));
 }

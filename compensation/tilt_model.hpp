@@ -5,43 +5,43 @@
 
 namespace ceilmap::compensation {
 
-/// Greatest tilt, to either side, that the model takes: 45 deg.
+/// Largest tilt, to either side, that the model accepts: 45 deg.
 inline constexpr double kMaxTiltRad = std::numbers::pi / 4;
 
-/// How a level robot that rocks on one axle sees the ceiling: Matsumoto et al. 2010, "Visual
+/// View of the ceiling by a robot that tilts about one axle: Matsumoto et al. 2010, "Visual
 /// compensation in localization of a robot on a ceiling map", Eq. (2) for pitch and Eq. (3) for
 /// roll, which are the same formulas along x and along y. Exact for a plane floor and ceiling.
 ///
-/// The model lives in the vertical plane of one axis of base, x or y. All lengths along it are in
-/// metres, positive where the axis points:
+/// The model holds in the vertical plane of one axis of base, x or y. All lengths along it are in
+/// metres, positive in the direction of the axis:
 ///   along x   "ahead" is forward, tilt > 0 is nose down       (pitch of REP-103)
 ///   along y   "ahead" is left,    tilt > 0 is left side down  (minus the roll of REP-103)
-/// The robot turns about its pivot, where wheels stay on the floor. Wheels behind the pivot climb
-/// with tilt > 0, wheels ahead of it with tilt < 0; one pair of signs serves both.
+/// The robot rotates about its pivot, the wheels that stay on the floor. Wheels behind the pivot
+/// rise with tilt > 0, wheels ahead of it with tilt < 0; one pair of signs covers both.
 ///
 /// Positions are relative to the mast's foot, the origin of base, *after* the tilt.
 class TiltModel {
  public:
   /// @param pivot_m  `a` of the paper, the pivot's x (or y) in base. The axle of rig.yaml that
   ///   stands `a` behind the mast is a pivot at -Rig::axle_behind_mast_m.
-  /// @param ceiling_height_m  `h`, ceiling above floor, > 1.1 |pivot_m|: the shift then grows with
-  ///   the tilt everywhere (from h > 1.0887 |a| on).
+  /// @param ceiling_height_m  `h`, height of the ceiling above the floor, > 1.1 |pivot_m|. The
+  ///   shift then increases with the tilt everywhere (this holds for h > 1.0887 |a|).
   /// @throws InputError on other or non-finite values.
   TiltModel(double pivot_m, double ceiling_height_m);
 
   [[nodiscard]] double CeilingHeight() const { return ceiling_height_m_; }  ///< `h`.
 
-  /// Eq. (2), (3): T_d = (h - a sin(tilt)) tan(tilt), how far ahead of the mast's foot the mast's
-  /// axis, and with it that of the upward camera, meets the ceiling.
-  /// @throws InputError unless |tilt_rad| <= kMaxTiltRad; so do all functions below that
-  ///   take a tilt.
+  /// Eq. (2), (3): T_d = (h - a sin(tilt)) tan(tilt), the distance ahead of the mast's foot at
+  /// which the axis of the mast and of the upward camera meets the ceiling.
+  /// @throws InputError unless |tilt_rad| <= kMaxTiltRad; so do all functions below that take a
+  ///   tilt.
   [[nodiscard]] double CeilingShift(double tilt_rad) const;
 
   /// Derivative of CeilingShift by the tilt, in metres per radian, > 0; h at tilt 0.
   [[nodiscard]] double CeilingShiftSlope(double tilt_rad) const;
 
   /// The tilt that shifts the ceiling point by `shift_m`: inverse of CeilingShift.
-  /// @return nothing when no tilt within kMaxTiltRad does, and for NaN.
+  /// @return nothing when no tilt within kMaxTiltRad gives this shift, and for NaN.
   [[nodiscard]] std::optional<double> TiltFromShift(double shift_m) const;
 
   /// L = d + a tan(tilt): length of the mast's axis from the floor to a camera on the mast.
@@ -49,17 +49,17 @@ class TiltModel {
   ///   InputError otherwise, here and below.
   [[nodiscard]] double MastLength(double tilt_rad, double camera_height_m) const;
 
-  /// z' = L cos(tilt): the camera's height above the floor. Not below d cos(tilt) as long as the
-  /// wheels climb (a tilt >= 0).
+  /// z' = L cos(tilt): the camera's height above the floor. Not below d cos(tilt) when the wheels
+  /// rise (a * tilt >= 0).
   [[nodiscard]] double CameraHeight(double tilt_rad, double camera_height_m) const;
 
   /// Derivative of CameraHeight by the tilt, in metres per radian; a at tilt 0.
   [[nodiscard]] double CameraHeightSlope(double tilt_rad, double camera_height_m) const;
 
-  /// b = C + h tan(tilt) - L sin(tilt): how far the camera moved ahead between a tilted frame A and
-  /// a level frame B.
-  /// @param seen_motion_m  `Cx`, the motion ahead from A to B that the upward camera shows when it
-  ///   takes both frames for level: from ceiling point to ceiling point.
+  /// b = C + h tan(tilt) - L sin(tilt): the distance by which the camera moved ahead between a
+  /// tilted frame A and a level frame B.
+  /// @param seen_motion_m  `Cx`, the forward motion from A to B by the upward camera when both
+  ///   frames are taken as level: from ceiling point to ceiling point.
   [[nodiscard]] double BaseShift(double tilt_rad,
                                  double camera_height_m,
                                  double seen_motion_m) const;

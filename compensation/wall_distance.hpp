@@ -2,23 +2,25 @@
 
 namespace ceilmap::compensation {
 
-/// How far the wall ahead is, learned while the robot drives: from the zoom between frames whose
-/// distance the ceiling tells. Kept as the inverse distance from the level keyframe, which is what
-/// parallax is proportional to, and which is finite for a wall that is far.
+/// Distance of the wall ahead, estimated while the robot drives from the zoom between frames whose
+/// distance is measured by the ceiling. The state is the inverse distance from the level keyframe:
+/// parallax is proportional to it, and it is finite for a far wall.
 class WallDistance {
  public:
-  /// @param per_m  inverse distance that is expected, 1/m. @param sigma  its standard deviation.
+  /// @param per_m  Expected inverse distance, 1/m.
+  /// @param sigma  Its standard deviation, 1/m.
   WallDistance(double per_m, double sigma);
 
-  /// A frame's zoom (how much larger the keyframe shows the wall than the frame) and base shift
-  /// (how far the keyframe stands ahead of the frame, b of Eq. (1)), in metres.
+  /// Updates the estimate with a frame's zoom (size of the wall in the keyframe relative to the
+  /// frame) and base shift (distance by which the keyframe stands ahead of the frame, b of
+  /// Eq. (1)), in metres.
   void Learn(double zoom, double sigma_zoom, double base_shift_m);
-  /// From now on counted from a keyframe that stands so much farther ahead.
+  /// Moves the origin to a keyframe that stands `metres` farther ahead.
   void MoveAhead(double metres);
 
-  /// 1 / D: from a frame that is so far behind the keyframe; within 1 / kNearestM.
+  /// 1 / D, from a frame `base_shift_m` behind the keyframe; in [0, 1 / kNearestM].
   [[nodiscard]] double PerMetre(double base_shift_m) const;
-  /// Standard deviation of PerMetre there, 1/m.
+  /// Standard deviation of PerMetre for the same frame, 1/m.
   [[nodiscard]] double Sigma(double base_shift_m) const;
 
  private:

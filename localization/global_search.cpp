@@ -5,11 +5,11 @@
 
 namespace ceilmap::localization {
 
-using mapping::TrackingStatus;
+using graph::TrackingStatus;
 using registration::FrameSpectrum;
 
-GlobalSearch::GlobalSearch(const mapping::MapReader& map,
-                           MapSight& sight,
+GlobalSearch::GlobalSearch(const store::MapReader& map,
+                           MapMatcher& sight,
                            const LocalizerParams& params)
     : sight_(sight),
       params_(params),
@@ -43,19 +43,22 @@ void GlobalSearch::ChangeView() {
   finder_.SetView(sight_.View());
 }
 
-/// Carries the hypotheses on by the robot's own motion, as far as it can be seen. False when there
-/// is nothing to see.
+/// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
+/// no texture.
 bool GlobalSearch::Move(const LevelFrame& frame) {
-  constexpr double kBlinkS = 1;  // after a longer darkness the robot may have been carried
+  constexpr double kMaxDropoutS = 1;  // after a longer dropout the robot may have been carried
   const double stamp_s = frame.stamp_s;
   if (!begin_s_) begin_s_ = stamp_s;
   const std::optional<ChainStep> step = chain_.Next(frame);
   if (!step && !chain_.Began()) return false;
   const double unseen_s = stamp_s - seen_s_.value_or(*begin_s_);
   if (step) {
-    hypotheses_.Move(step->T_before_now, step->covariance, !step->by_prior && unseen_s < kBlinkS);
+    hypotheses_.Move(step->T_before_now,
+                     step->covariance,
+                     !step->disambiguated_by_prior && unseen_s < kMaxDropoutS);
   } else if (unseen_s > 0) {
-    hypotheses_.Spread(params_.unseen_speed * unseen_s, params_.unseen_turn * unseen_s);
+    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unseen_s,
+                       params_.unseen_turn * unseen_s);
   }
   seen_s_ = stamp_s;
   return true;
@@ -64,7 +67,7 @@ bool GlobalSearch::Move(const LevelFrame& frame) {
 namespace {
 
 constexpr double kSigmas = 4;
-constexpr double kProposalRad = 0.1;  // what a proposal may be off by
+constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
 
 bool Fits(const Pose2& T_map_base, const std::optional<HeadingPrior>& yaw) {
   if (!yaw) return true;
@@ -80,9 +83,9 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
   if (!place.any_yaw && hypotheses_.Knows(place.T_map_base)) return false;
   Pose2 T_map_base = place.T_map_base;
   if (!place.any_yaw && !Fits(T_map_base, yaw)) return false;
-  if (!use_start_ || frames_ > params_.give_up_start_after) return true;
+  if (!use_start_ || frames_ > params_.max_frames_at_start_prior) return true;
   const double elapsed_s = stamp_s - *begin_s_;
-  const double moved = params_.unseen_speed * elapsed_s + 0.1 * sight_.Span();
+  const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * sight_.Span();
   const double turned = params_.unseen_turn * elapsed_s + kProposalRad;
   PoseEstimate start = *params_.start;
   if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
@@ -90,38 +93,39 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
   return SquaredDistance(start, {T_map_base}) < kSigmas * kSigmas;
 }
 
-std::optional<Look> GlobalSearch::LookNear(const Pose2& T_map_base,
-                                           const FrameSpectrum& spectrum,
-                                           const std::optional<PoseEstimate>& expected) {
-  std::optional<Look> look = sight_.LookNear(T_map_base, spectrum, expected);
+std::optional<MapMatch> GlobalSearch::MatchNear(const Pose2& T_map_base,
+                                                const FrameSpectrum& spectrum,
+                                                const std::optional<PoseEstimate>& expected) {
+  std::optional<MapMatch> look = sight_.MatchNear(T_map_base, spectrum, expected);
   if (sight_.Verdict() == registration::Verdict::kAmbiguous) ++ambiguous_looks_;
   return look;
 }
 
-/// All over the map, where it looks like the picture.
-void GlobalSearch::LookElsewhere(const LevelFrame& frame,
-                                 const FrameSpectrum& spectrum,
-                                 const std::optional<HeadingPrior>& yaw) {
+/// Searches the whole map for places of similar appearance.
+void GlobalSearch::Relocalize(const LevelFrame& frame,
+                              const FrameSpectrum& spectrum,
+                              const std::optional<HeadingPrior>& yaw) {
   ++searches_;
-  const double sigma = 0.5 * params_.places.same_part * sight_.Span();
+  const double sigma = 0.5 * params_.places.same_ratio * sight_.Span();
   constexpr double kProposalVariance = 0.01;  // rad^2
   Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
   rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;
   const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, frame.stamp_s, yaw); };
-  // Where a picture fits in several ways within each place, it does so everywhere.
+  // An image that fits in several ways within each of these places does so everywhere.
   constexpr int kEnoughAmbiguous = 3;
-  const std::vector<PlaceProposal> places = finder_.Find(frame.picture, wanted);
+  const std::vector<PlaceProposal> places = finder_.Find(frame.image, wanted);
   for (const bool any_yaw : {false, true}) {
-    // Single marks need a check over the full circle; where whole places fit, the best one will do.
-    int left = any_yaw && hypotheses_.AnyLook() ? 1 : static_cast<int>(places.size());
+    // Places of single descriptors need a check over the full circle. Where whole places fit, only
+    // the best one is checked.
+    int left = any_yaw && hypotheses_.AnyMatch() ? 1 : static_cast<int>(places.size());
     for (const PlaceProposal& place : places) {
       if (place.any_yaw != any_yaw) continue;
       if (ambiguous_looks_ >= kEnoughAmbiguous || left-- <= 0) break;
       std::optional<PoseEstimate> expected;
       if (!any_yaw) expected = {place.T_map_base, rough};
-      const std::optional<Look> look = LookNear(place.T_map_base, spectrum, expected);
-      // A look that more than one pose explains is no news of where the robot is.
-      if (!look || look->by_prior) continue;
+      const std::optional<MapMatch> look = MatchNear(place.T_map_base, spectrum, expected);
+      // A match that more than one pose explains gives no information about the place.
+      if (!look || look->disambiguated_by_prior) continue;
       if (Fits(look->pose.T_map_base, yaw)) hypotheses_.Add(*look);
     }
   }
@@ -134,14 +138,15 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   if (!Move(frame)) return result;
   ++frames_;
   ambiguous_looks_ = 0;
-  // A compass that has drifted, or learnt a wrong zero, must not hide the right place for ever.
+  // A compass that has drifted, or whose zero is wrong, must not exclude the right place
+  // permanently.
   const bool believe_yaw =
       yaw && (!params_.heading.unknown_zero || frames_ <= params_.give_up_heading_after);
   if (believe_yaw) hypotheses_.Turn(*yaw);
-  hypotheses_.LookAtAll(
-      [&](const Hypothesis& h) { return LookNear(h.pose.T_map_base, spectrum, h.pose); });
+  hypotheses_.MatchAll(
+      [&](const Hypothesis& h) { return MatchNear(h.pose.T_map_base, spectrum, h.pose); });
   if (hypotheses_.Sure() == nullptr) {
-    LookElsewhere(frame, spectrum, believe_yaw ? yaw : std::nullopt);
+    Relocalize(frame, spectrum, believe_yaw ? yaw : std::nullopt);
   }
   hypotheses_.Weigh();
   result.hypotheses = static_cast<int>(hypotheses_.All().size());
@@ -149,7 +154,7 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
     result.status = TrackingStatus::kRelocalized;
     result.look = sure->look;
     Reset();
-  } else if (ambiguous_looks_ > 0 || hypotheses_.AnyLook()) {
+  } else if (ambiguous_looks_ > 0 || hypotheses_.AnyMatch()) {
     result.status = TrackingStatus::kAmbiguous;
   }
   return result;

@@ -3,37 +3,37 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "localization/frame_chain.hpp"
 #include "localization/heading_fusion.hpp"
 #include "localization/hypotheses.hpp"
 #include "localization/localizer.hpp"
-#include "localization/map_sight.hpp"
+#include "localization/map_matcher.hpp"
 #include "localization/place_finder.hpp"
-#include "mapping/keyframe.hpp"
+#include "localization/relative_odometry.hpp"
+#include "mapping/graph/keyframe.hpp"
 
 namespace ceilmap::localization {
 
-/// Looks for a robot of which nothing, or too little, is known, frame by frame: the part of
-/// Localizer that holds several places to be possible.
+/// Searches the map for a robot whose pose is unknown or too uncertain, frame by frame: the part of
+/// Localizer that maintains several hypotheses of the place.
 class GlobalSearch {
  public:
-  /// @param map, sight  must outlive the object.
-  GlobalSearch(const mapping::MapReader& map, MapSight& sight, const LocalizerParams& params);
+  /// @param map, sight  Must outlive the object.
+  GlobalSearch(const store::MapReader& map, MapMatcher& sight, const LocalizerParams& params);
 
-  /// Nothing is known any more; LocalizerParams::start neither.
+  /// Discards all hypotheses; LocalizerParams::start is not used either.
   void Reset();
-  /// The robot was at this pose a moment ago, when it saw this frame.
+  /// Starts from a pose that was known a moment ago, when the robot took this frame.
   void BeginAt(const PoseEstimate& pose, const LevelFrame& frame);
-  /// The sight's view has changed.
+  /// Call when the view of `sight` has changed.
   void ChangeView();
 
-  /// What is known after one more frame.
+  /// Result of the search after one more frame.
   struct Result {
-    mapping::TrackingStatus status = mapping::TrackingStatus::kLost;  ///< kRelocalized: it is sure
-    Look look;                                                        ///< that made it sure
-    int hypotheses = 0;  ///< places where the robot may be
+    graph::TrackingStatus status = graph::TrackingStatus::kLost;  ///< kRelocalized: pose found
+    MapMatch look;                                                ///< that determined the pose
+    int hypotheses = 0;                                           ///< places where the robot may be
   };
-  /// @param yaw  of the robot on the map, where a compass says.
+  /// @param yaw  The robot's yaw on the map, if a compass gives it.
   Result Next(const LevelFrame& frame,
               const registration::FrameSpectrum& spectrum,
               const std::optional<HeadingPrior>& yaw);
@@ -45,24 +45,24 @@ class GlobalSearch {
   [[nodiscard]] bool Wanted(const PlaceProposal& place,
                             double stamp_s,
                             const std::optional<HeadingPrior>& yaw) const;
-  std::optional<Look> LookNear(const Pose2& T_map_base,
-                               const registration::FrameSpectrum& spectrum,
-                               const std::optional<PoseEstimate>& expected);
-  void LookElsewhere(const LevelFrame& frame,
-                     const registration::FrameSpectrum& spectrum,
-                     const std::optional<HeadingPrior>& yaw);
+  std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
+                                    const registration::FrameSpectrum& spectrum,
+                                    const std::optional<PoseEstimate>& expected);
+  void Relocalize(const LevelFrame& frame,
+                  const registration::FrameSpectrum& spectrum,
+                  const std::optional<HeadingPrior>& yaw);
 
-  MapSight& sight_;
+  MapMatcher& sight_;
   LocalizerParams params_;
-  FrameChain chain_;
+  RelativeOdometry chain_;
   PlaceFinder finder_;
   Hypotheses hypotheses_;
   std::int64_t searches_ = 0;
   bool use_start_;
   int frames_ = 0;                 // since the search began
-  std::optional<double> begin_s_;  // of the search
-  std::optional<double> seen_s_;   // of the last frame that the chain could place
-  int ambiguous_looks_ = 0;        // places of this frame within which several poses explain it
+  std::optional<double> begin_s_;  // stamp of the first frame of the search
+  std::optional<double> seen_s_;   // stamp of the last frame placed by the chain
+  int ambiguous_looks_ = 0;        // places of this frame with several matching poses
 };
 
 }  // namespace ceilmap::localization

@@ -7,45 +7,47 @@
 namespace ceilmap::localization {
 
 struct HeadingParams {
-  /// False: headings are of the map (a compass that was taught there). True: their zero is unknown,
-  /// e.g. the first frame's heading; it is learnt as soon as the robot's pose is known.
+  /// False: headings are relative to the map (a compass that was trained there). True: their zero
+  /// is unknown, e.g. the heading of the first frame. It is estimated as soon as the robot's pose
+  /// is known.
   bool unknown_zero = true;
-  /// How fast the zero wanders off: variance it gains in a second, rad^2/s, >= 0. The default
-  /// means 1.5 degrees in a minute.
+  /// Drift of the zero: growth of its variance per second, rad^2/s, >= 0. The default corresponds
+  /// to 1.5 degrees in a minute.
   double drift_rad2_per_s = 1e-5;
-  /// What a single heading is off at the least, whatever its variance claims, rad, > 0. Of headings
-  /// with an unknown zero, the drift up to the moment when it was learnt cancels
-  /// (TurnBetween); this does not.
+  /// Minimum standard deviation of a single heading, whatever its stated variance, rad, > 0. For
+  /// headings with an unknown zero, the drift up to the moment when the zero was estimated cancels
+  /// (TurnBetween); this noise does not.
   double noise_rad = kHeadingNoise;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Brings measured headings into the map's frame, so that they can tell places apart that look
-/// the same (a ceiling of square tiles looks alike after every quarter turn).
+/// Transforms measured headings into the map's frame. There they resolve the perceptual aliasing of
+/// places (a ceiling of square tiles has the same appearance after every quarter turn).
 class HeadingFusion {
  public:
-  /// @throws InputError for impossible parameters.
+  /// @throws InputError for invalid parameters.
   explicit HeadingFusion(const HeadingParams& params = {});
 
-  /// The robot's yaw on the map by the measured heading; nothing while the zero is unknown. Every
-  /// heading should come here, in order of time: their variances tell how far the compass has
-  /// drifted since the zero was learnt.
+  /// The robot's yaw on the map from the measured heading; nothing while the zero is unknown. Pass
+  /// every heading, in order of time: their variances determine the drift of the compass since the
+  /// zero was estimated.
   std::optional<HeadingPrior> InMap(const HeadingPrior& measured, double stamp_s);
-  /// Learns the zero from a frame whose pose is known. Only the latest one counts: errors of a
-  /// compass last from frame to frame, so a mean would not be better than it looks.
+  /// Estimates the zero from a frame of known pose. Only the latest estimate is used: the errors of
+  /// a compass are correlated from frame to frame, so a mean would not be as exact as its computed
+  /// variance.
   void Learn(const HeadingPrior& measured,
              double yaw_map_rad,
              double yaw_variance_rad2,
              double stamp_s);
-  /// The zero is not known any more. Headings of the map stay what they are.
+  /// Discards the zero. Headings relative to the map do not change.
   void Forget();
 
  private:
   HeadingParams params_;
-  HeadingSince since_;  // the zero was learnt
+  HeadingSince since_;  // since the zero was estimated
   bool known_ = false;
-  double yaw_rad_ = 0;  // on the map, then
+  double yaw_rad_ = 0;  // on the map, when the zero was estimated
   double yaw_variance_rad2_ = 0;
   double stamp_s_ = 0;
 };

@@ -1,25 +1,20 @@
 #include "localization/hypotheses.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 
 namespace ceilmap::localization {
 
 void HypothesesParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (good) return;
-    throw InputError(fmt::format("hypotheses: {} = {}, must be {}", field, value, range));
-  };
+  const FieldCheck require("hypotheses");
   require(most >= 2, "most", most, "at least 2");
   require(confirmations >= 1, "confirmations", confirmations, "at least 1");
   require(max_misses >= 1, "max_misses", max_misses, "at least 1");
   require(min_evidence > 0, "min_evidence", min_evidence, "> 0");
   require(miss_evidence >= 0, "miss_evidence", miss_evidence, ">= 0");
-  require(look_part >= 0, "look_part", look_part, ">= 0");
+  require(look_ratio >= 0, "look_ratio", look_ratio, ">= 0");
   require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");
   require(min_peak_at_rest >= 0 && min_peak_at_rest <= 1,
           "min_peak_at_rest",
@@ -45,7 +40,7 @@ bool Hypotheses::Same(const Pose2& a, const Pose2& b) const {
 }
 
 bool Hypotheses::Knows(const Pose2& T_map_base) const {
-  // A proposal is rougher than a look.
+  // The pose of a proposal is less exact than that of a match.
   constexpr double kNearPart = 0.1;
   constexpr double kNearRad = 0.2;
   return std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
@@ -81,13 +76,13 @@ void Hypotheses::Turn(const HeadingPrior& yaw) {
     Pose2& T = h.pose.T_map_base;
     const double off = WrapAngle(yaw.heading_rad - T.yaw);
     const double variance = h.pose.covariance(2, 2) + yaw.variance_rad2;
-    // Disturbed, or a place that is none: what is seen there decides.
+    // The heading is disturbed, or the hypothesis is wrong: matching the image decides.
     if (off * off > params_.max_sigmas * params_.max_sigmas * variance) continue;
     const Eigen::Vector3d gain = h.pose.covariance.col(2) / variance;
     T.x += gain.x() * off;
     T.y += gain.y() * off;
     T.yaw = WrapAngle(T.yaw + gain.z() * off);
-    // Joseph's form: the gain may be 1 to the last bit.
+    // Joseph form: the gain may equal 1 up to rounding.
     Eigen::Matrix3d left = Eigen::Matrix3d::Identity();
     left.col(2) -= gain;
     h.pose.covariance =
@@ -104,7 +99,7 @@ void Hypotheses::Trust(const PoseEstimate& pose) {
   all_.push_back(hypothesis);
 }
 
-void Hypotheses::Add(const Look& look) {
+void Hypotheses::Add(const MapMatch& look) {
   const bool known = std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
     return Same(h.pose.T_map_base, look.pose.T_map_base);
   });
@@ -112,24 +107,25 @@ void Hypotheses::Add(const Look& look) {
   Hypothesis hypothesis;
   hypothesis.pose = look.pose;
   hypothesis.looks = 1;
-  hypothesis.confirmations = look.by_prior ? 0 : 1;
+  hypothesis.confirmations = look.disambiguated_by_prior ? 0 : 1;
   hypothesis.recognised = true;
   hypothesis.look = look;
   all_.push_back(hypothesis);
 }
 
-void Hypotheses::LookAtAll(const std::function<std::optional<Look>(const Hypothesis&)>& look_at) {
+void Hypotheses::MatchAll(
+    const std::function<std::optional<MapMatch>(const Hypothesis&)>& look_at) {
   const double max_distance2 = params_.max_sigmas * params_.max_sigmas;
-  // The robot's own motion is not better known than this: its camera's scale may not be known yet.
+  // Lower limit of the motion's standard deviation: the camera's scale may not be known yet.
   constexpr double kFloorPart = 0.005;  // of the span
   constexpr double kFloorRad = 0.005;
   const double floor = kFloorPart * span_;
   const Eigen::Vector3d floors(floor * floor, floor * floor, kFloorRad * kFloorRad);
-  const bool anew = since_confirmed_ >= params_.look_part * span_;
+  const bool anew = since_confirmed_ >= params_.look_ratio * span_;
   if (anew) since_confirmed_ = 0;
   for (Hypothesis& h : all_) {
-    const std::optional<Look> look = look_at(h);
-    // What is seen must also be where it was expected.
+    const std::optional<MapMatch> look = look_at(h);
+    // The match must also agree with the expected pose.
     PoseEstimate expected = h.pose;
     expected.covariance.diagonal() += floors;
     h.recognised = look && SquaredDistance(look->pose, expected) < max_distance2;
@@ -141,10 +137,11 @@ void Hypotheses::LookAtAll(const std::function<std::optional<Look>(const Hypothe
     h.misses = 0;
     h.pose = look->pose;
     ++h.looks;
-    const bool counts = !look->by_prior && (anew || look->peak >= params_.min_peak_at_rest);
+    const bool counts =
+        !look->disambiguated_by_prior && (anew || look->peak >= params_.min_peak_at_rest);
     h.confirmations += counts ? 1 : 0;
   }
-  // Two guesses may turn out to be the same place: the one that is known longer stays.
+  // Two hypotheses may converge to the same place: the one with more confirmations stays.
   std::stable_sort(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
     return a.trusted != b.trusted ? a.trusted : a.confirmations > b.confirmations;
   });
@@ -158,35 +155,36 @@ void Hypotheses::LookAtAll(const std::function<std::optional<Look>(const Hypothe
   all_ = std::move(kept);
 }
 
-bool Hypotheses::AnyLook() const {
+bool Hypotheses::AnyMatch() const {
   return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) { return h.recognised; });
 }
 
-/// The place that explains the latest frame best. Where the map shows little of the frame, few
-/// blocks are easily alike: such places are not asked.
+/// The place that explains the latest frame best. Where the map covers little of the frame, few
+/// blocks are compared and agree easily: such places are not used.
 const Hypothesis& Hypotheses::BestOfFrame() const {
-  int most_blocks = 0;
+  int max_blocks = 0;
   for (const Hypothesis& h : all_) {
-    if (h.recognised) most_blocks = std::max(most_blocks, h.look.unlike.blocks);
+    if (h.recognised) max_blocks = std::max(max_blocks, h.look.dissimilarity.blocks);
   }
-  const auto comparable = [most_blocks](const Hypothesis& h) {
-    return h.recognised && 2 * h.look.unlike.blocks >= most_blocks;
+  const auto comparable = [max_blocks](const Hypothesis& h) {
+    return h.recognised && 2 * h.look.dissimilarity.blocks >= max_blocks;
   };
   return *std::min_element(all_.begin(), all_.end(), [&](const Hypothesis& a, const Hypothesis& b) {
     if (comparable(a) != comparable(b)) return comparable(a);
-    return comparable(a) && a.look.unlike.mean < b.look.unlike.mean;
+    return comparable(a) && a.look.dissimilarity.mean < b.look.dissimilarity.mean;
   });
 }
 
 void Hypotheses::Weigh() {
-  if (AnyLook()) {
+  if (AnyMatch()) {
     const Hypothesis& best = BestOfFrame();
     const double weight =
-        params_.look_part > 0 ? std::min(1.0, travelled_ / (params_.look_part * span_)) : 1;
+        params_.look_ratio > 0 ? std::min(1.0, travelled_ / (params_.look_ratio * span_)) : 1;
     travelled_ = 0;
     for (Hypothesis& h : all_) {
-      const double against = h.recognised ? registration::Evidence(best.look.unlike, h.look.unlike)
-                                          : params_.miss_evidence;
+      const double against =
+          h.recognised ? registration::Evidence(best.look.dissimilarity, h.look.dissimilarity)
+                       : params_.miss_evidence;
       h.evidence -= (h.looks == 1 ? 1 : weight) * against;
     }
     const double most =
@@ -203,8 +201,8 @@ void Hypotheses::Weigh() {
   });
   const auto most = static_cast<std::size_t>(params_.most);
   if (all_.size() <= most) return;
-  // One that may be the right one goes for want of room: the others must prove themselves anew, and
-  // it may come back meanwhile.
+  // A hypothesis that may be the right one is dropped for lack of space. The others must be
+  // confirmed anew; meanwhile the dropped one may be found again.
   const bool crowded = all_.front().evidence - all_[most].evidence < params_.min_evidence;
   all_.resize(most);
   if (!crowded) return;

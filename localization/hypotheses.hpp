@@ -11,96 +11,96 @@
 namespace ceilmap::localization {
 
 struct HypothesesParams {
-  int most = 8;  ///< hypotheses carried along, those with least evidence are dropped, >= 2
-  /// Frames in which a place must be recognised before it is believed, >= 1.
+  int most = 8;  ///< maximum number; those with least evidence are dropped, >= 2
+  /// Frames in which a place must be recognised before it is accepted, >= 1.
   int confirmations = 3;
-  int max_misses = 3;  ///< frames in a row in which a place is not recognised, >= 1
-  /// A place is believed when the pictures speak for it and against every other by so many nats.
+  int max_misses = 3;  ///< consecutive frames without recognition of a place, >= 1
+  /// A place is accepted when its evidence exceeds that of every other place by this, nats.
   double min_evidence = 4.5;
-  /// What a frame in which a place is not recognised, but others are, says against it; nats.
+  /// Evidence against a place that is not recognised in a frame in which others are, nats.
   double miss_evidence = 2;
-  /// Looks at the same spot tell the same again: only this part of the picture's span and more of
-  /// travel makes a look count in full.
-  double look_part = 0.08;
-  /// A look at the same spot confirms a place again only when it agrees as well as this, 0..1.
+  /// Matches at the same spot are not independent: a match has full weight only after a distance
+  /// travelled of at least this fraction of the image's span.
+  double look_ratio = 0.08;
+  /// A match at the same spot confirms a place again only when its peak is at least this, 0..1.
   double min_peak_at_rest = 0.5;
-  double max_sigmas = 5;  ///< a place further from where it was expected is another one
+  double max_sigmas = 5;  ///< a match further from the expected pose is rejected
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// What a frame says of a hypothesis.
-struct Look {
+/// Result of matching a frame with the map at one place.
+struct MapMatch {
   PoseEstimate pose;  ///< measured
-  double scale = 1;   ///< of the frame against the map, where that is estimated
-  /// Other poses within the picture explain it as well: it says nothing against those.
-  bool by_prior = false;
+  double scale = 1;   ///< of the frame against the map, if estimated
+  /// Other poses within the image explain it equally well: the match is no evidence against those.
+  bool disambiguated_by_prior = false;
   double peak = 0;  ///< see registration::Registration
   int inliers = 0;
   int blocks = 0;
   /// Of the frame (reference) against the map at that place.
-  registration::Dissimilarity unlike;
+  registration::Dissimilarity dissimilarity;
 };
 
 /// A place where the robot may be.
 struct Hypothesis {
   PoseEstimate pose;
-  /// Comes from what was sure a moment ago: one look confirms it, even where the ceiling repeats
-  /// itself.
+  /// True for a pose that was known a moment ago: one match confirms it, even on a periodic
+  /// ceiling.
   bool trusted = false;
   int looks = 0;
-  int confirmations = 0;    ///< looks that were not by_prior
-  int misses = 0;           ///< frames in a row without a look
-  double evidence = 0;      ///< nats against the best one of each frame, <= 0
+  int confirmations = 0;    ///< matches that were not disambiguated_by_prior
+  int misses = 0;           ///< consecutive frames without a match
+  double evidence = 0;      ///< relative to the best place, nats, <= 0
   bool recognised = false;  ///< in the latest frame ...
-  Look look;                ///< ... as the latest look says
+  MapMatch look;            ///< ... as measured by the latest match
 };
 
-/// Several places where the robot may be, until one is clearly the best: a multi-hypothesis
-/// tracker.
+/// A multi-hypothesis tracker: several places where the robot may be, until one is clearly the
+/// best.
 ///
-/// Not a particle filter: a look at the ceiling is exact to a millimetre when it is right and means
-/// nothing when it is wrong, so the belief consists of a few sharp peaks that particles would miss,
-/// and each look costs milliseconds, so that a hundred particles are out of reach while eight
-/// hypotheses are not. What is compared is which place explains the blocks of the same frame
-/// better (registration::Evidence), summed over the frames.
+/// It is not a particle filter. A correct match with the ceiling is accurate to a millimetre, and a
+/// wrong match carries no information. The probability density therefore consists of a few narrow
+/// peaks, which particles would miss. Each match costs milliseconds, so eight hypotheses are
+/// affordable and a hundred particles are not. The tracker compares how well the places explain the
+/// blocks of the same frame (registration::Evidence), summed over the frames.
 class Hypotheses {
  public:
-  /// @param span  map units across a picture.
+  /// @param span  Map units across an image.
   Hypotheses(double span, const HypothesesParams& params = {});
 
   void Clear();
   [[nodiscard]] const std::vector<Hypothesis>& All() const { return all_; }
   [[nodiscard]] bool Empty() const { return all_.empty(); }
 
-  /// The robot has moved.
-  /// @param sure  false: the motion may be another one; nothing is trusted any more.
+  /// Applies a motion of the robot.
+  /// @param sure  False: the motion is ambiguous; no hypothesis is trusted any more.
   void Move(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, bool sure);
-  /// The robot may have moved in any direction; standard deviations in map units and radians.
-  /// Hypotheses that become vaguer than half the span are dropped.
+  /// Adds an unknown motion in any direction; standard deviations in map units and radians.
+  /// Hypotheses with a standard deviation above half the span are dropped.
   void Spread(double sigma, double sigma_rad);
 
-  /// The robot's yaw on the map is known, from a compass: narrows those that do not contradict it.
+  /// Applies a yaw on the map, given by a compass, to the hypotheses that do not contradict it.
   void Turn(const HeadingPrior& yaw);
 
-  /// A pose that is known, from before or from whoever switched the robot on. It is trusted where
-  /// it is known to a fifth of the span; else it is a hint like others.
+  /// Adds a pose known from before or from the user. It is trusted when its standard deviation is
+  /// below a fifth of the span; otherwise it is a hypothesis like others.
   void Trust(const PoseEstimate& pose);
-  /// A new place, unless it is one of those already known, with the look that found it.
-  void Add(const Look& look);
-  /// Is there one at this place?
+  /// Adds the place of a match, unless it is one of the existing hypotheses.
+  void Add(const MapMatch& look);
+  /// True when there is a hypothesis at this place.
   [[nodiscard]] bool Knows(const Pose2& T_map_base) const;
 
-  /// Looks at every hypothesis. @param look_at  what the frame says of it, nothing when the place
-  /// is not recognised.
-  void LookAtAll(const std::function<std::optional<Look>(const Hypothesis&)>& look_at);
-  /// After LookAtAll and Add: weighs the places of this frame against each other and drops what
-  /// has become unlikely.
+  /// Matches the frame at every hypothesis.
+  /// @param look_at  Returns the match at a hypothesis, nothing when the place is not recognised.
+  void MatchAll(const std::function<std::optional<MapMatch>(const Hypothesis&)>& look_at);
+  /// After MatchAll and Add: compares the places of this frame with each other and drops unlikely
+  /// hypotheses.
   void Weigh();
-  /// The hypothesis that is sure, if one is.
+  /// The accepted hypothesis; null if there is none.
   [[nodiscard]] const Hypothesis* Sure() const;
-  /// Was any place recognised in the latest frame?
-  [[nodiscard]] bool AnyLook() const;
+  /// True when any place was recognised in the latest frame.
+  [[nodiscard]] bool AnyMatch() const;
 
  private:
   [[nodiscard]] const Hypothesis& BestOfFrame() const;
@@ -108,8 +108,8 @@ class Hypotheses {
 
   double span_;
   HypothesesParams params_;
-  double travelled_ = 0;        // since the latest frame that was weighed, map units
-  double since_confirmed_ = 0;  // since looks last confirmed places anew
+  double travelled_ = 0;        // since the latest weighed frame, map units
+  double since_confirmed_ = 0;  // since matches last confirmed places, map units
   std::vector<Hypothesis> all_;
 };
 

@@ -6,22 +6,20 @@
 #include <cmath>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/level_view.hpp"
 #include "localization/global_search.hpp"
-#include "localization/map_shape.hpp"
-#include "localization/map_sight.hpp"
+#include "localization/map_matcher.hpp"
+#include "localization/map_uncertainty.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::localization {
 
-using mapping::TrackingStatus;
+using graph::TrackingStatus;
 using registration::FrameSpectrum;
 
 void LocalizerParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (good) return;
-    throw InputError(fmt::format("localizer: {} = {}, must be {}", field, value, range));
-  };
+  const FieldCheck require("localizer");
   heading.Validate();
   motion.Validate();
   patches.Validate();
@@ -31,10 +29,14 @@ void LocalizerParams::Validate() const {
   require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");
   require(min_prior_sigma_px > 0, "min_prior_sigma_px", min_prior_sigma_px, "> 0");
   require(min_prior_sigma_rad > 0, "min_prior_sigma_rad", min_prior_sigma_rad, "> 0");
-  require(give_up_start_after >= 1, "give_up_start_after", give_up_start_after, "at least 1");
+  require(max_frames_at_start_prior >= 1,
+          "max_frames_at_start_prior",
+          max_frames_at_start_prior,
+          "at least 1");
   require(give_up_heading_after >= 1, "give_up_heading_after", give_up_heading_after, "at least 1");
-  require(blink_s >= 0, "blink_s", blink_s, ">= 0");
-  require(unseen_speed > 0, "unseen_speed", unseen_speed, "> 0");
+  require(max_dropout_s >= 0, "max_dropout_s", max_dropout_s, ">= 0");
+  require(
+      speed_noise_when_lost_m_s > 0, "speed_noise_when_lost_m_s", speed_noise_when_lost_m_s, "> 0");
   require(unseen_turn > 0, "unseen_turn", unseen_turn, "> 0");
   require(scale_frames >= 0, "scale_frames", scale_frames, "at least 0");
   require(max_scale_error > 0 && max_scale_error < 0.3,
@@ -64,7 +66,7 @@ double MillisecondsSince(Clock::time_point start) {
 }  // namespace
 
 struct Localizer::Impl {
-  Impl(const mapping::MapReader& map, const calib::MountedCamera& up, const LocalizerParams& p)
+  Impl(const store::MapReader& map, const calib::MountedCamera& up, const LocalizerParams& p)
       : motion(p.motion),
         params(p),
         sight(map, up, p),
@@ -72,48 +74,48 @@ struct Localizer::Impl {
         shape(map),
         heading(p.heading) {}
 
-  MotionModel motion;                        // started: the robot is followed
-  std::optional<TiltAngles> unnoticed_tilt;  // as the latest check found it, if it did
-  LevelFrame last_frame;                     // the last placed one ...
+  MotionModel motion;                        // started: the robot is tracked
+  std::optional<TiltAngles> unnoticed_tilt;  // of the latest check, if significant
+  LevelFrame last_frame;                     // the last one with a pose ...
   PoseEstimate last_pose;                    // ... and its pose
-  std::optional<MotionModel> motion_before;  // when it was lost after that
+  std::optional<MotionModel> motion_before;  // at the time when the robot was lost
   LocalizerParams params;
-  MapSight sight;
+  MapMatcher sight;
   GlobalSearch search;
-  MapShape shape;
+  MapUncertainty shape;
   HeadingFusion heading;
   LocalizerReport report;
 
-  std::shared_ptr<const Patch> patch;  // that the robot is followed on
-  // Of the sight's view, made for the first tilted frame.
+  std::shared_ptr<const Patch> patch;  // the robot is tracked on it
+  // Of the view of `sight`, made for the first tilted frame.
   std::optional<calib::LevelView> level_view;
   cv::Mat rectified;
   cv::Mat levelled;
   std::optional<double> last_stamp_s;  // of any frame
-  int placed_frames = 0;               // since it was found
+  int placed_frames = 0;               // since the robot was found
   bool was_placed = false;
 
   [[nodiscard]] LevelFrame Levelled(const CeilingFrame& frame);
   void CheckTilt(const Patch& at,
                  const FrameSpectrum& spectrum,
-                 const Look& look,
+                 const MapMatch& look,
                  Location& location);
-  void DoubtByTilt(Location& location);
+  void InflateByTilt(Location& location);
   void Check(const CeilingFrame& frame) const;
   void ChoosePatch(const PoseEstimate& expected);
   void TakeHeading(const HeadingPrior& yaw);
   [[nodiscard]] bool CanBeAt(const PoseEstimate& pose, double stamp_s) const;
-  [[nodiscard]] double Surprise(const Look& look, const PoseEstimate& expected) const;
+  [[nodiscard]] double InnovationSigma(const MapMatch& look, const PoseEstimate& expected) const;
   bool Track(double stamp_s,
              const FrameSpectrum& spectrum,
              const std::optional<HeadingPrior>& yaw,
              Location& location);
-  [[nodiscard]] bool OnlyBlinked(double stamp_s) const;
+  [[nodiscard]] bool IsDropout(double stamp_s) const;
   void Search(const LevelFrame& frame,
               const FrameSpectrum& spectrum,
               const std::optional<HeadingPrior>& yaw,
               Location& location);
-  void Place(const Look& look, Location& location);
+  void Place(const MapMatch& look, Location& location);
   void Remember(const CeilingFrame& frame, const LevelFrame& level, const Location& location);
   void Count(TrackingStatus status);
 };
@@ -124,14 +126,14 @@ LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
   level.heading = frame.heading;
   if (frame.tilt.IsLevel()) return level;
   if (!level_view) level_view.emplace(sight.View());
-  level_view->Draw(level.picture, frame.tilt, levelled);
-  level.picture = levelled;
+  level_view->Draw(level.image, frame.tilt, levelled);
+  level.image = levelled;
   return level;
 }
 
 void Localizer::Impl::CheckTilt(const Patch& at,
                                 const FrameSpectrum& spectrum,
-                                const Look& look,
+                                const MapMatch& look,
                                 Location& location) {
   const int frames = placed_frames + 1;
   const bool due = params.tilt_check_every > 0 && frames % params.tilt_check_every == 0;
@@ -143,16 +145,16 @@ void Localizer::Impl::CheckTilt(const Patch& at,
   if (location.tilt_left->Sigmas() > kSigmas) unnoticed_tilt = location.tilt_left;
 }
 
-/// A robot that stands tilted unnoticed is off by its height under the ceiling times the tilt; in a
-/// frame that does not tell, as in the one before.
-void Localizer::Impl::DoubtByTilt(Location& location) {
+/// An unnoticed tilt causes a position error of the distance to the ceiling times the tilt. A frame
+/// that does not measure the tilt uses that of the frame before.
+void Localizer::Impl::InflateByTilt(Location& location) {
   if (!location.Placed()) unnoticed_tilt.reset();
   if (!unnoticed_tilt) return;
   const Eigen::Vector2d& angles = unnoticed_tilt->angles;
   location.pose.covariance.topLeftCorner<2, 2>() +=
-      mapping::TiltDoubt(sight.View(),
-                         location.pose.T_map_base,
-                         angles * angles.transpose() + unnoticed_tilt->covariance);
+      mapping::TiltCovariance(sight.View(),
+                              location.pose.T_map_base,
+                              angles * angles.transpose() + unnoticed_tilt->covariance);
 }
 
 void Localizer::Impl::Check(const CeilingFrame& frame) const {
@@ -172,11 +174,12 @@ void Localizer::Impl::Check(const CeilingFrame& frame) const {
   }
 }
 
-/// Keeps the patch while enough of it is in view; the next one lies ahead, so that it lasts.
+/// Keeps the patch while enough of it is in view. The next patch lies ahead, so that it can be used
+/// longer.
 void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
   const Pose2& T_map_base = expected.T_map_base;
   if (patch && sight.Overlap(*patch, T_map_base) >= params.min_overlap) return;
-  constexpr double kSlow = 0.05;       // m/s: no direction to speak of
+  constexpr double kSlow = 0.05;       // m/s: direction of travel not defined
   constexpr double kAheadPart = 0.17;  // of the span
   const Eigen::Vector2d velocity = motion.Velocity().head<2>();
   if (velocity.norm() > kSlow) {
@@ -187,7 +190,7 @@ void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
   patch = sight.Patches().Near(T_map_base);
 }
 
-/// A heading that the motion so far excludes is a disturbed one (steel, a crowd), and not used.
+/// A heading that contradicts the motion model is disturbed (steel, a crowd) and is not used.
 void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   const PoseEstimate expected = motion.Pose();
   const double off = WrapAngle(yaw.heading_rad - expected.T_map_base.yaw);
@@ -196,18 +199,19 @@ void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   motion.UpdateYaw(yaw.heading_rad, yaw.variance_rad2);
 }
 
-/// Robots do not jump. Where one seems to, the picture may be of another moment, or damaged in a
-/// way that its decoder does not see, however well it fits.
-/// @return standard deviation of that doubt, m; 0 where the motion is an even one.
-double Localizer::Impl::Surprise(const Look& look, const PoseEstimate& expected) const {
+/// Robots do not jump. For an apparent jump, the image may be of another time, or damaged without
+/// an error of its decoder, even if the match is good.
+/// @return standard deviation that accounts for this, m; 0 where the motion is near constant
+///   velocity.
+double Localizer::Impl::InnovationSigma(const MapMatch& look, const PoseEstimate& expected) const {
   constexpr double kExactPx = 1.5;
   constexpr double kSigmas = 2.5;
-  constexpr double kDoubt = 0.5;  // of the way that it is off
+  constexpr double kInflation = 0.5;  // of the position innovation
   const double off =
       (look.pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
   const double sigma =
       std::hypot(PositionSigma(expected.covariance), kExactPx * sight.View().MetresPerPixel());
-  return off > kSigmas * sigma ? kDoubt * off : 0;
+  return off > kSigmas * sigma ? kInflation * off : 0;
 }
 
 bool Localizer::Impl::Track(double stamp_s,
@@ -217,12 +221,12 @@ bool Localizer::Impl::Track(double stamp_s,
   motion.Predict(stamp_s);
   if (yaw) TakeHeading(*yaw);
   PoseEstimate expected = motion.Pose();
-  // After a gap in time one look is not enough: the place may have doubles.
+  // After a gap in time one match is not enough, because of perceptual aliasing.
   constexpr double kVaguePart = 0.2;
   if (PositionSigma(expected.covariance) > kVaguePart * sight.Span()) return false;
   ChoosePatch(expected);
   if (!patch) return false;
-  const std::optional<Look> look = sight.LookAt(*patch, spectrum, expected);
+  const std::optional<MapMatch> look = sight.MatchAt(*patch, spectrum, expected);
   if (!look) return false;
   const double floor = params.min_prior_sigma_px * sight.View().MetresPerPixel();
   const double floor_rad = params.min_prior_sigma_rad;
@@ -230,7 +234,7 @@ bool Localizer::Impl::Track(double stamp_s,
       Eigen::Vector3d(floor * floor, floor * floor, floor_rad * floor_rad);
   const double distance2 = SquaredDistance(look->pose, expected);
   if (!(distance2 <= params.max_sigmas * params.max_sigmas)) return false;
-  const double surprise = Surprise(*look, motion.Pose());
+  const double surprise = InnovationSigma(*look, motion.Pose());
   motion.Update(look->pose);
   Place(*look, location);
   location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() += surprise * surprise;
@@ -245,8 +249,8 @@ bool Localizer::Impl::Track(double stamp_s,
   return true;
 }
 
-/// Nobody carries a robot away within a second: where it is found then, it must be able to have
-/// gone.
+/// Nobody carries a robot away within a second: a pose found within that time must be reachable
+/// from the last one.
 bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
   constexpr double kMomentSeconds = 1;
   constexpr double kSigmas = 3;
@@ -257,10 +261,10 @@ bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
                                     params.min_prior_sigma_px * sight.View().MetresPerPixel());
 }
 
-/// Nothing was to be seen for a moment: what was predicted before still holds.
-bool Localizer::Impl::OnlyBlinked(double stamp_s) const {
+/// During a short period without texture the earlier prediction remains valid.
+bool Localizer::Impl::IsDropout(double stamp_s) const {
   return sight.Verdict() == registration::Verdict::kNoTexture &&
-         stamp_s - last_frame.stamp_s <= params.blink_s;
+         stamp_s - last_frame.stamp_s <= params.max_dropout_s;
 }
 
 void Localizer::Impl::Search(const LevelFrame& frame,
@@ -282,7 +286,7 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   patch.reset();
 }
 
-void Localizer::Impl::Place(const Look& look, Location& location) {
+void Localizer::Impl::Place(const MapMatch& look, Location& location) {
   location.pose.T_map_base = look.pose.T_map_base;
   location.pose.covariance = look.pose.covariance + shape.At(look.pose.T_map_base);
   location.peak = look.peak;
@@ -294,7 +298,7 @@ void Localizer::Impl::Place(const Look& look, Location& location) {
 void Localizer::Impl::Remember(const CeilingFrame& frame,
                                const LevelFrame& level,
                                const Location& location) {
-  level.picture.copyTo(last_frame.picture);
+  level.image.copyTo(last_frame.image);
   last_frame.index = level.index;
   last_frame.stamp_s = level.stamp_s;
   last_frame.tilt = level.tilt;
@@ -322,7 +326,7 @@ void Localizer::Impl::Count(TrackingStatus status) {
   }
 }
 
-Localizer::Localizer(const mapping::MapReader& map,
+Localizer::Localizer(const store::MapReader& map,
                      const calib::MountedCamera& up,
                      const LocalizerParams& params) {
   params.Validate();
@@ -352,13 +356,13 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   bool decided = false;
   if (me.motion.Started()) {
     decided = me.Track(frame.stamp_s, spectrum, yaw, location);
-    if (!decided && me.OnlyBlinked(frame.stamp_s)) {
+    if (!decided && me.IsDropout(frame.stamp_s)) {
       location.pose.status = TrackingStatus::kLost;
       decided = true;
     }
     me.report.track_ms += MillisecondsSince(start);
     if (!decided) {
-      // From now on as somebody who knows where he was a moment ago.
+      // From now on the search starts from the last known pose.
       me.motion_before = me.motion;
       me.motion.Stop();
       me.search.BeginAt(me.last_pose, me.last_frame);
@@ -371,7 +375,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   }
   me.was_placed = location.Placed();
   me.placed_frames = location.Placed() ? me.placed_frames + 1 : 0;
-  me.DoubtByTilt(location);
+  me.InflateByTilt(location);
   if (location.Placed()) me.Remember(frame, level, location);
   me.last_stamp_s = frame.stamp_s;
   me.Count(location.pose.status);

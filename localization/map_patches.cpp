@@ -1,25 +1,20 @@
 #include "localization/map_patches.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/lru_cache.hpp"
-#include "mapping/view_placement.hpp"
+#include "mapping/mosaic/view_placement.hpp"
 
 namespace ceilmap::localization {
 
 void PatchParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (good) return;
-    throw InputError(fmt::format("map patches: {} = {}, must be {}", field, value, range));
-  };
-  require(spacing_part > 0 && spacing_part < 1, "spacing_part", spacing_part, "in (0, 1)");
+  const FieldCheck require("map patches");
+  require(spacing_ratio > 0 && spacing_ratio < 1, "spacing_ratio", spacing_ratio, "in (0, 1)");
   require(headings >= 4 && headings <= 360, "headings", headings, "in [4, 360]");
   require(min_content > 0 && min_content <= 1, "min_content", min_content, "in (0, 1]");
   require(kept >= 2, "kept", kept, "at least 2");
@@ -33,7 +28,7 @@ struct Node {
   std::int64_t y = 0;
   std::int64_t heading = 0;
 
-  /// One number for all three; places repeat only after 2^27 steps.
+  /// One key for all three; places repeat only after 2^27 steps.
   [[nodiscard]] std::int64_t Key() const {
     constexpr std::int64_t kPlaces = std::int64_t{1} << 27;
     const auto wrapped = [](std::int64_t v) { return (v % kPlaces + kPlaces) % kPlaces; };
@@ -45,7 +40,7 @@ struct Node {
 }  // namespace
 
 struct MapPatches::Impl {
-  const mapping::MapReader& map;
+  const store::MapReader& map;
   const calib::CeilingView& view;
   registration::Registrar& registrar;
   PatchParams params;
@@ -74,7 +69,7 @@ Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
           WrapAngle(static_cast<double>(node.heading) * step)};
 }
 
-MapPatches::MapPatches(const mapping::MapReader& map,
+MapPatches::MapPatches(const store::MapReader& map,
                        const calib::CeilingView& view,
                        registration::Registrar& registrar,
                        const PatchParams& params) {
@@ -85,7 +80,7 @@ MapPatches::MapPatches(const mapping::MapReader& map,
            view,
            registrar,
            params,
-           params.spacing_part * shorter,
+           params.spacing_ratio * shorter,
            LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(params.kept)),
            {},
            {}});
@@ -112,9 +107,9 @@ std::shared_ptr<const Patch> MapPatches::Near(const Pose2& T_map_base) {
 
 void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
   const Impl& me = *impl_;
-  const mapping::MosaicGrid& grid = me.map.Grid();
+  const store::MosaicGrid& grid = me.map.Grid();
   const cv::Size size = me.view.Size();
-  const mapping::ViewPlacement placement(
+  const mosaic::ViewPlacement placement(
       T_map_base * me.view.T_base_view(), size, me.view.MetresPerPixel());
   grey.create(size, CV_8UC1);
   mask.create(size, CV_8UC1);
@@ -139,7 +134,7 @@ void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) con
   cv::Mat seen;
   cv::Mat alpha;
   me.map.ReadMosaic(window, seen, alpha);
-  // A camera that sees less finely than the map takes means of the map's pixels.
+  // For a camera of lower resolution, means of the map's pixels are used.
   const int factor =
       std::max(1, static_cast<int>(std::lround(me.view.MetresPerPixel() / grid.resolution)));
   if (factor > 1) {
@@ -152,7 +147,7 @@ void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) con
     cv::resize(seen, seen, reduced, 0, 0, cv::INTER_AREA);
     cv::resize(alpha, alpha, reduced, 0, 0, cv::INTER_AREA);
   }
-  // Pixel of the read window under a pixel of the patch: linear, so three points tell.
+  // Pixel of the read window under a pixel of the patch: an affine mapping, given by three points.
   const auto in_window = [&](double u, double v) {
     const cv::Point2d p = placement.ToMap(u, v);
     const double along = (p.x - grid.min_x) / grid.resolution - 0.5 - window.x;
@@ -173,9 +168,9 @@ void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) con
                  cv::BORDER_CONSTANT,
                  cv::Scalar(0));
   cv::threshold(mask, mask, 254, 255, cv::THRESH_BINARY);
-  // The interpolation reaches two pixels over an edge.
+  // The interpolation reaches two pixels beyond an edge.
   cv::erode(mask, mask, cv::Mat(), {-1, -1}, 2, cv::BORDER_CONSTANT, cv::Scalar(255));
-  grey.setTo(0, mask == 0);  // black counts as nothing where the noise is estimated
+  grey.setTo(0, mask == 0);  // black is ignored by the noise estimate
 }
 
 }  // namespace ceilmap::localization

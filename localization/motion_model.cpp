@@ -9,6 +9,7 @@
 #include "calib/base/error.hpp"
 #include "mapping/planar_motion.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::localization {
 
 void MotionModelParams::Validate() const {
@@ -47,7 +48,7 @@ void MotionModel::Predict(double stamp_s) {
   const double dt = stamp_s - stamp_s_;
   if (!(dt > 0)) return;
   stamp_s_ = stamp_s;
-  // Along the chord: the heading half-way.
+  // Moves along the chord: heading at the middle of the step.
   const double middle = state_[2] + 0.5 * dt * state_[5];
   const double c = std::cos(middle);
   const double s = std::sin(middle);
@@ -63,7 +64,7 @@ void MotionModel::Predict(double stamp_s) {
   F(0, 5) = -0.5 * dt * step_y;
   F(1, 5) = 0.5 * dt * step_x;
   F(2, 5) = dt;
-  // White acceleration over dt; position, its product with the velocity, velocity.
+  // White acceleration over dt: position, its product with the velocity, velocity.
   Covariance Q = Covariance::Zero();
   const double speed = params_.speed_noise;
   Q.diagonal().head<2>().setConstant(speed * dt * dt * dt / 3);
@@ -90,7 +91,7 @@ void MotionModel::Update(const PoseEstimate& measured) {
   const Eigen::Matrix<double, 6, 3> K = S.ldlt().solve(HP).transpose();
   state_ += K * innovation;
   state_[2] = WrapAngle(state_[2]);
-  // Joseph's form: stays positive whatever the rounding.
+  // Joseph form: stays positive definite despite rounding.
   Covariance I_KH = Covariance::Identity();
   I_KH.leftCols<3>() -= K;
   covariance_ = I_KH * covariance_ * I_KH.transpose() + K * measured.covariance * K.transpose();
@@ -122,7 +123,7 @@ PoseEstimate Moved(const PoseEstimate& pose,
                    const Pose2& T_base_next,
                    const Eigen::Matrix3d& covariance) {
   return {pose.T_map_base * T_base_next,
-          mapping::ComposeCovariance(pose.T_map_base, pose.covariance, T_base_next, covariance)};
+          ComposeCovariance(pose.T_map_base, pose.covariance, T_base_next, covariance)};
 }
 
 }  // namespace ceilmap::localization

@@ -6,7 +6,7 @@
 
 namespace ceilmap::localization {
 
-/// A pose and how far it can be trusted.
+/// A pose with its covariance.
 struct PoseEstimate {
   Pose2 T_map_base;
   /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2.
@@ -14,40 +14,41 @@ struct PoseEstimate {
 };
 
 struct MotionModelParams {
-  /// How much the robot's speed changes: variance that forward and sideways speed gain in a second,
+  /// Change of the robot's speed: growth of the variance of forward and sideways speed per second,
   /// (m/s)^2/s, > 0 ...
   double speed_noise = 0.5;
   double turn_noise = 2.0;  ///< ... and turning speed, (rad/s)^2/s, > 0
-  /// What is known of the speed before anything was measured: m/s and rad/s, > 0.
+  /// Standard deviations of the speed before any measurement: m/s and rad/s, > 0.
   double first_speed_sigma = 0.7;
   double first_turn_sigma = 0.7;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Where a robot will be, from where it was: an extended Kalman filter over the pose and the body's
-/// velocity, which is constant but for white accelerations (e.g. Bar-Shalom et al. 2001, chapter
-/// 6). No wheels are needed; it predicts over gaps of any length, with a covariance that tells how
-/// little is known after them.
+/// Predicts the pose of a robot: an extended Kalman filter over the pose and the velocity in the
+/// base frame, which is constant except for white acceleration (e.g. Bar-Shalom et al. 2001,
+/// chapter 6). It needs no wheel odometry. It predicts over gaps of any length; the covariance
+/// grows with the gap.
 class MotionModel {
  public:
   explicit MotionModel(const MotionModelParams& params = {});
 
-  /// Begins anew with a measured pose, its speed unknown.
+  /// Restarts with a measured pose and unknown velocity.
   void Start(const PoseEstimate& pose, double stamp_s);
   [[nodiscard]] bool Started() const { return started_; }
   void Stop() { started_ = false; }
   [[nodiscard]] double Stamp() const { return stamp_s_; }
 
-  /// The pose at a later moment; the state stays. @param stamp_s  a moment before the last one
-  /// counts as that one.
+  /// The pose at a later time; the state does not change.
+  /// @param stamp_s  A time before that of the state is taken as the state's time.
   [[nodiscard]] PoseEstimate PredictedAt(double stamp_s) const;
-  /// Moves the state to a later moment.
+  /// Moves the state to a later time.
   void Predict(double stamp_s);
-  /// Takes a measurement of the pose at the state's moment. The errors are taken as independent of
-  /// what was measured before.
+  /// Updates the state with a measurement of the pose at the state's time. Its error is assumed
+  /// independent of earlier measurements.
   void Update(const PoseEstimate& measured);
-  /// Takes a measurement of the heading alone. @param variance_rad2  > 0.
+  /// Updates the state with a measurement of the heading alone.
+  /// @param variance_rad2  > 0.
   void UpdateYaw(double yaw_rad, double variance_rad2);
 
   [[nodiscard]] PoseEstimate Pose() const;
@@ -65,12 +66,12 @@ class MotionModel {
   Covariance covariance_ = Covariance::Zero();
 };
 
-/// Squared distance of two estimates of the same pose in standard deviations of their difference
-/// (Mahalanobis), the errors taken as independent: chi-squared with 3 degrees of freedom.
+/// Squared Mahalanobis distance of two estimates of the same pose, the errors assumed independent:
+/// chi-squared with 3 degrees of freedom.
 double SquaredDistance(const PoseEstimate& a, const PoseEstimate& b);
 
-/// The estimate after a motion: T_map_base * T_base_next, errors independent. @param covariance  of
-/// T_base_next's (x, y, yaw), in the base frame.
+/// The estimate after a motion: T_map_base * T_base_next, errors independent.
+/// @param covariance  Of T_base_next's (x, y, yaw), in the base frame.
 PoseEstimate Moved(const PoseEstimate& pose,
                    const Pose2& T_base_next,
                    const Eigen::Matrix3d& covariance);

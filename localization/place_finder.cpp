@@ -1,50 +1,46 @@
 #include "localization/place_finder.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <unordered_map>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 
 namespace ceilmap::localization {
 
-using mapping::PlaceDescriber;
-using mapping::PlaceDescriptorParams;
-using mapping::PlaceIndex;
+using places::PlaceDescriber;
+using places::PlaceDescriptorParams;
+using places::PlaceIndex;
 
 void PlaceFinderParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (good) return;
-    throw InputError(fmt::format("place finder: {} = {}, must be {}", field, value, range));
-  };
+  const FieldCheck require("place finder");
   require(keyframes > 0, "keyframes", keyframes, "> 0");
   require(places > 0, "places", places, "> 0");
   require(marks >= 0, "marks", marks, "at least 0");
-  require(same_part > 0, "same_part", same_part, "> 0");
+  require(same_ratio > 0, "same_ratio", same_ratio, "> 0");
   require(same_rad > 0, "same_rad", same_rad, "> 0");
-  require(min_votes_part >= 0 && min_votes_part < 1, "min_votes_part", min_votes_part, "in [0, 1)");
+  require(
+      min_votes_ratio >= 0 && min_votes_ratio < 1, "min_votes_ratio", min_votes_ratio, "in [0, 1)");
 }
 
 namespace {
 
-PlaceDescriptorParams ParamsOf(const mapping::MapMetadata& metadata) {
+PlaceDescriptorParams ParamsOf(const store::MapMetadata& metadata) {
   return PlaceDescriptorParams::ForCamera(metadata.view_size, metadata.view_units_per_px);
 }
 
-// The map's keyframes by what they look like.
+// Index of the map's keyframes by appearance.
 struct Gallery {
   PlaceIndex index{PlaceDescriber::Dimension()};
   std::unordered_map<std::int64_t, Pose2> T_map_view;
 };
 
-std::shared_ptr<const Gallery> Fill(const mapping::MapReader& map, const std::atomic<bool>& stop) {
+std::shared_ptr<const Gallery> Fill(const store::MapReader& map, const std::atomic<bool>& stop) {
   auto gallery = std::make_shared<Gallery>();
   const Pose2& T_base_view = map.Metadata().T_base_view;
-  for (const mapping::Keyframe& keyframe : map.ReadKeyframes()) {
+  for (const graph::Keyframe& keyframe : map.ReadKeyframes()) {
     if (stop) break;
     gallery->index.Add(keyframe.id, map.ReadDescriptors(keyframe.id));
     gallery->T_map_view[keyframe.id] = keyframe.pose.T_map_base * T_base_view;
@@ -55,7 +51,7 @@ std::shared_ptr<const Gallery> Fill(const mapping::MapReader& map, const std::at
 }  // namespace
 
 struct PlaceFinder::Impl {
-  Impl(const mapping::MapReader& map, const calib::CeilingView& view, const PlaceFinderParams& p)
+  Impl(const store::MapReader& map, const calib::CeilingView& view, const PlaceFinderParams& p)
       : params(p),
         descriptors(ParamsOf(map.Metadata())),
         describer(MakeDescriber(view)),
@@ -71,7 +67,7 @@ struct PlaceFinder::Impl {
     describer = MakeDescriber(view);
     T_view_base = view.T_base_view().Inverse();
     const int longer = std::max(view.Size().width, view.Size().height);
-    same = params.same_part * longer * view.MetresPerPixel();
+    same = params.same_ratio * longer * view.MetresPerPixel();
   }
 
   PlaceFinderParams params;
@@ -94,7 +90,7 @@ Pose2 PlaceFinder::Impl::PoseFrom(const PlaceIndex::Match& match) const {
   return gallery->T_map_view.at(match.keyframe_id) * T_stored_query * T_view_base;
 }
 
-/// The strongest first, with all that say the same; then the strongest of the rest.
+/// Starts with the strongest proposal and merges all that agree with it; repeats with the rest.
 std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> single) const {
   std::vector<PlaceProposal> places;
   while (!single.empty()) {
@@ -122,18 +118,18 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
       places.begin(), places.end(), [](const PlaceProposal& a, const PlaceProposal& b) {
         return a.votes > b.votes;
       });
-  // Of each kind the best ones.
+  // The best ones of each kind.
   std::array<int, 2> left = {params.places, params.marks};
   std::array<double, 2> most = {0, 0};
   std::erase_if(places, [&](const PlaceProposal& place) {
     const std::size_t kind = place.any_yaw ? 1 : 0;
     most[kind] = std::max(most[kind], place.votes);
-    return place.votes < params.min_votes_part * most[kind] || left[kind]-- <= 0;
+    return place.votes < params.min_votes_ratio * most[kind] || left[kind]-- <= 0;
   });
   return places;
 }
 
-PlaceFinder::PlaceFinder(const mapping::MapReader& map,
+PlaceFinder::PlaceFinder(const store::MapReader& map,
                          const calib::CeilingView& view,
                          const PlaceFinderParams& params) {
   params.Validate();
@@ -146,12 +142,12 @@ void PlaceFinder::SetView(const calib::CeilingView& view) {
 }
 
 std::vector<PlaceProposal> PlaceFinder::Find(
-    const cv::Mat& picture, const std::function<bool(const PlaceProposal&)>& wanted) {
+    const cv::Mat& image, const std::function<bool(const PlaceProposal&)>& wanted) {
   Impl& me = *impl_;
-  if (!me.gallery) me.gallery = me.filling.get();  // a damaged map throws, each time
+  if (!me.gallery) me.gallery = me.filling.get();  // throws each time when the map is damaged
   std::vector<PlaceProposal> single;
   for (const PlaceIndex::Match& match :
-       me.gallery->index.Search(me.describer.Describe(picture), me.params.keyframes)) {
+       me.gallery->index.Search(me.describer.Describe(image), me.params.keyframes)) {
     const PlaceProposal proposal{me.PoseFrom(match), match.score, 1, match.windows == 0};
     if (!wanted || wanted(proposal)) single.push_back(proposal);
   }

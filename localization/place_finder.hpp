@@ -7,64 +7,65 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
-#include "mapping/map_file.hpp"
-#include "mapping/place_descriptor.hpp"
-#include "mapping/place_index.hpp"
+#include "mapping/places/place_descriptor.hpp"
+#include "mapping/places/place_index.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::localization {
 
 struct PlaceFinderParams {
-  int keyframes = 40;  ///< look-alikes of a picture that are asked where it is, > 0
-  int places = 6;      ///< different places that come out at the most, > 0
-  int marks = 3;       ///< further ones of which a single mark looks alike, >= 0
-  /// Keyframes that say the same place, to this part of what a picture spans ...
-  double same_part = 0.1;
-  double same_rad = 0.15;  ///< ... and this, count together. Both > 0.
-  /// Places with less of the best one's votes are left out, [0, 1).
-  double min_votes_part = 0.25;
+  int keyframes = 40;  ///< retrieval candidates evaluated per image, > 0
+  int places = 6;      ///< maximum number of different places returned, > 0
+  int marks = 3;       ///< further ones found by a single local descriptor, >= 0
+  /// Keyframes whose places agree within this fraction of an image's span ...
+  double same_ratio = 0.1;
+  double same_rad = 0.15;  ///< ... and this angle are counted together. Both > 0.
+  /// Places with a smaller fraction of the best one's votes are dropped, [0, 1).
+  double min_votes_ratio = 0.25;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// A place of the map that looks like a picture.
+/// A place of the map of similar appearance to an image.
 struct PlaceProposal {
-  Pose2 T_map_base;   ///< of the picture's robot; to a few percent of the picture's span
+  Pose2 T_map_base;   ///< of the robot; exact to a few percent of the image's span
   double votes = 0;   ///< comparable within one search, > 0
-  int keyframes = 0;  ///< that say so
-  /// One mark alone looks alike: the robot is somewhere below it, its yaw is not known.
+  int keyframes = 0;  ///< that voted for it
+  /// Found by a single local descriptor: the position is known roughly, the yaw is unknown.
   bool any_yaw = false;
 };
 
-/// Finds places of a map that look like a picture, wherever on the map it was taken: every window
-/// of the picture (PlaceDescriber) finds similar ones all over the map, the look-alikes of each
-/// keyframe tell how that keyframe would lie to the picture (PlaceIndex), and keyframes that say
-/// the same place add up. On a ceiling that repeats itself many places get about as many votes; a
-/// single mark on it cannot say how the robot is turned, but where to look.
+/// Retrieves places of a map that are similar to an image, taken anywhere on the map. Every local
+/// descriptor of the image (PlaceDescriber) retrieves similar ones from the whole map. The matches
+/// of each keyframe determine the pose of that keyframe relative to the image (PlaceIndex), and the
+/// votes of keyframes for the same place are added. On a periodic ceiling many places get about the
+/// same number of votes. A single distinctive local descriptor does not determine the yaw, but it
+/// determines where to search.
 ///
-/// The index is built from the map's descriptors in a thread of its own, beginning with the
-/// constructor: 2 to 3 ms a keyframe. Find waits for it. A search takes 5 to 10 ms, nearly
+/// The index is built from the map's descriptors in a thread of its own, started by the
+/// constructor: 2 to 3 ms per keyframe. Find waits for it. A search takes 5 to 10 ms, nearly
 /// independent of the map's size.
 ///
 /// Not thread-safe.
 class PlaceFinder {
  public:
-  /// @param map  must outlive the object. @throws InputError when the view's scale is too
-  /// far from the map's for its pictures to be described alike.
-  PlaceFinder(const mapping::MapReader& map,
+  /// @param map  Must outlive the object.
+  /// @throws InputError when the view's scale is too far from the map's for comparable descriptors.
+  PlaceFinder(const store::MapReader& map,
               const calib::CeilingView& view,
               const PlaceFinderParams& params = {});
   ~PlaceFinder();
 
-  /// Another view of the same map, e.g. with a corrected scale; the index stays.
+  /// Sets another view of the same map, e.g. with a corrected scale; the index stays.
   void SetView(const calib::CeilingView& view);
 
-  /// Places with most votes first; none for a picture without marks.
-  /// @param picture  CV_8UC1, rectified, of the view's size.
+  /// Places in decreasing order of votes; none for an image without local descriptors.
+  /// @param image  CV_8UC1, rectified, of the view's size.
+  /// @param wanted  Returns false for places that are impossible (another heading, another part of
+  ///   the building); may be empty.
   /// @throws InputError when the map's descriptors are damaged.
-  /// @param wanted  false for places that cannot be (another heading, another part of the
-  /// building); may be empty.
   [[nodiscard]] std::vector<PlaceProposal> Find(
-      const cv::Mat& picture, const std::function<bool(const PlaceProposal&)>& wanted = {});
+      const cv::Mat& image, const std::function<bool(const PlaceProposal&)>& wanted = {});
 
  private:
   struct Impl;

@@ -7,10 +7,11 @@
 
 namespace ceilmap::mapping {
 
-/// What is known of a frame besides its picture.
+/// Information about a frame other than its image.
 struct FrameContext {
-  Tilt tilt = {};  ///< how the robot stood; level where that is not known
-  /// Of a compass or wheels, all of one source: only turns between frames are used.
+  Tilt tilt = {};  ///< tilt of the robot; level where it is unknown
+  /// Heading from a compass or from wheel odometry. All headings of a recording come from one
+  /// source: only turns between frames are used.
   std::optional<HeadingPrior> heading = std::nullopt;
 };
 

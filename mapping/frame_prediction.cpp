@@ -5,13 +5,16 @@
 
 #include "mapping/planar_motion.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 namespace {
 
-// Of so many times the time between the last frames: frames are missing.
+// Frames are missing where the time to the last frame is more than this multiple of the time
+// between the last two frames.
 constexpr double kGapSteps = 3;
 
-/// The motion with another turn, driven on the same arc: half of the difference turns its chord.
+/// The motion with another turn, on a circular arc of the same chord length: half of the difference
+/// of turn rotates the chord.
 Pose2 Turned(const Pose2& motion, double turn_rad) {
   const Pose2 half{0, 0, 0.5 * WrapAngle(turn_rad - motion.yaw)};
   const Eigen::Vector2d chord = half.Rotation() * motion.Translation();
@@ -31,7 +34,8 @@ void FramePrediction::Begin(double stamp_s, const std::optional<HeadingPrior>& h
   if (heading) compass_.See(*heading);
 }
 
-/// Since the last placed frame. That one may have had no heading, but an earlier one did.
+/// Turn since the last placed frame. That frame may have no heading; then the turn is counted from
+/// an earlier frame that has one.
 std::optional<HeadingTurn> FramePrediction::Turn() const {
   auto turn = heading_ ? compass_.Turn() : std::nullopt;
   if (turn) turn->turn_rad = WrapAngle(turn->turn_rad + marked_yaw_ - T_last_seen_.yaw);
@@ -42,21 +46,21 @@ double FramePrediction::GoneSeconds() const {
   return last_seen_s_ ? std::abs(stamp_s_ - *last_seen_s_) : 0;
 }
 
-bool FramePrediction::OutOfSight() const {
-  constexpr double kHalfPicture = 0.5;
+bool FramePrediction::CeilingHidden() const {
+  constexpr double kHalfImage = 0.5;
   const double gone_s = GoneSeconds();
-  if (params_.unseen_speed_part * gone_s <= kHalfPicture) return false;
-  // A camera that takes a picture every few seconds is no gap.
+  if (params_.unseen_speed_ratio * gone_s <= kHalfImage) return false;
+  // A low frame rate (an image every few seconds) is not a gap.
   return !last_ || !before_last_ || gone_s > kGapSteps * (last_->stamp_s - before_last_->stamp_s);
 }
 
 bool FramePrediction::MayBeNear() const {
-  return params_.unseen_speed_part * GoneSeconds() < params_.max_strayed_part;
+  return params_.unseen_speed_ratio * GoneSeconds() < params_.max_strayed_ratio;
 }
 
-/// How far a place is off an even motion: that of the last step or of the last few, and the same
-/// without the last frame, which may have been where its stamp did not say. Nothing where no motion
-/// was seen.
+/// Difference from constant velocity: the smallest one among the velocities of the last step and of
+/// the last few steps, each also without the last frame, whose stamp may be wrong. Nothing where no
+/// motion was measured.
 std::optional<FramePrediction::Off> FramePrediction::OffEvenMotion(const Pose2& T_map_base) const {
   std::optional<Off> least;
   const auto compare = [&](const Seen& from, const Seen& to) {
@@ -83,37 +87,39 @@ FramePrediction::Off FramePrediction::OffFrom(const Pose2& expected,
 
 bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   if (!last_seen_s_) return true;
-  // Once it has been seen where it cannot be, it is believed only where an even motion leads: time
-  // makes no other place more likely.
+  // After an implausible measurement only poses near constant velocity are accepted: the time that
+  // passes does not make other poses more likely.
   const double gone_s = contradicted_ ? 0 : GoneSeconds();
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   const std::optional<Off> even = OffEvenMotion(T_map_base);
   const Off still = OffFrom(T_last_seen_, T_map_base);
   const Off off = even ? *even : still;
   constexpr double kUnknownSpeedPart = 0.5;  // a recording may begin at full speed
-  const double most_part =
-      even ? params_.uneven_part + 0.5 * params_.unseen_acceleration_part * gone_s * gone_s
-           : kUnknownSpeedPart + 2 * params_.unseen_speed_part * gone_s;
-  // A compass may be disturbed, and has had its say already.
-  const bool stopped = !contradicted_ && still.px < params_.uneven_part * side_px;
-  const bool can = (stopped || off.px < most_part * side_px) &&
+  const double max_fraction =
+      even ? params_.uneven_ratio + 0.5 * params_.unseen_acceleration_ratio * gone_s * gone_s
+           : kUnknownSpeedPart + 2 * params_.unseen_speed_ratio * gone_s;
+  // Standing still is always plausible, except after an implausible measurement. A heading was
+  // already used in the prediction, and a compass may be disturbed: with a heading the yaw is not
+  // checked here.
+  const bool stopped = !contradicted_ && still.px < params_.uneven_ratio * side_px;
+  const bool can = (stopped || off.px < max_fraction * side_px) &&
                    (heading_ || off.rad < params_.uneven_rad + params_.unseen_turn_rad_s * gone_s);
   contradicted_ = contradicted_ || !can;
   return can;
 }
 
-double FramePrediction::Surprise(const Pose2& T_map_base) const {
+double FramePrediction::InnovationSigma(const Pose2& T_map_base) const {
   const std::optional<Off> off = OffEvenMotion(T_map_base);
   if (!off) return 0;
   constexpr double kExactPx = 1.5;
-  constexpr double kUsualPart = 0.1;  // of the largest acceleration that is believed
+  constexpr double kUsualPart = 0.1;  // of the largest accepted acceleration
   constexpr double kSigmas = 3;
-  constexpr double kDoubt = 0.5;  // of the way that it is off
+  constexpr double kInflation = 0.5;  // fraction of the position error
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   const double gone_s = GoneSeconds();
   const double sigma_px =
-      kExactPx + 0.5 * kUsualPart * params_.unseen_acceleration_part * side_px * gone_s * gone_s;
-  return off->px > kSigmas * sigma_px ? kDoubt * off->px * view_.MetresPerPixel() : 0;
+      kExactPx + 0.5 * kUsualPart * params_.unseen_acceleration_ratio * side_px * gone_s * gone_s;
+  return off->px > kSigmas * sigma_px ? kInflation * off->px * view_.MetresPerPixel() : 0;
 }
 
 std::optional<ExpectedPose> FramePrediction::Next() {
@@ -124,7 +130,7 @@ std::optional<ExpectedPose> FramePrediction::Next() {
   if (before_last_) {
     const double step_s = last_->stamp_s - before_last_->stamp_s;
     const double ahead_s = stamp_s_ - last_->stamp_s;
-    // After a gap the speed is not known any more: the robot may have stopped or turned.
+    // After a gap the velocity is unknown: the robot may have stopped or turned.
     if (step_s > 0 && ahead_s <= kGapSteps * step_s) {
       const Pose2 step = before_last_->T_map_base.Inverse() * last_->T_map_base;
       motion = Interpolate(step, ahead_s / step_s);
@@ -135,7 +141,8 @@ std::optional<ExpectedPose> FramePrediction::Next() {
   const auto compass = Turn();
   const double most = params_.prior_sigma_rad;
   if (!compass || compass->variance_rad2 >= most * most) return expected;
-  // Up to here compass and speed mean the same quarter turn, and either may be the one that is off.
+  // Within this limit the compass and the constant-velocity model agree on the quarter turn, and
+  // either of them may have the error.
   constexpr double kSameSigmas = 2.5;
   const double off = std::abs(WrapAngle(compass->turn_rad - motion.yaw));
   expected.by_compass_alone = off > kSameSigmas * most;
@@ -151,8 +158,8 @@ std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
   if (!compass || !last_seen_s_) return std::nullopt;
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   const double gone_s = stamp_s_ - *last_seen_s_;
-  const double known_px = params_.prior_sigma_part * side_px;
-  const double strayed_px = params_.unseen_speed_part * side_px * gone_s;
+  const double known_px = params_.prior_sigma_ratio * side_px;
+  const double strayed_px = params_.unseen_speed_ratio * side_px * gone_s;
   ExpectedPose expected{T_last_seen_};
   expected.T_map_base.yaw = WrapAngle(T_last_seen_.yaw + compass->turn_rad);
   expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * gone_s);
@@ -168,10 +175,10 @@ Pose2 FramePrediction::Restart() {
   return {T_last_seen_.x, T_last_seen_.y, WrapAngle(T_last_seen_.yaw + compass->turn_rad)};
 }
 
-/// Robots move evenly from frame to frame: on a periodic ceiling that tells one period from the
-/// next, even short ones.
+/// Standard deviation of the predicted position. The constant-velocity model is accurate enough to
+/// resolve even short periods of a periodic ceiling.
 double FramePrediction::Sigma() const {
-  const double most = params_.prior_sigma_part * std::max(view_.Size().width, view_.Size().height);
+  const double most = params_.prior_sigma_ratio * std::max(view_.Size().width, view_.Size().height);
   if (!error_px_) return most;
   const double sigma = params_.prior_sigma_errors * *error_px_;
   return std::min(most, std::max(sigma, params_.min_prior_sigma_px));
@@ -179,7 +186,7 @@ double FramePrediction::Sigma() const {
 
 void FramePrediction::Placed(const Pose2& T_map_base) {
   if (predicted_) {
-    constexpr double kKept = 0.9;  // a frame: forgotten after a second or two
+    constexpr double kKept = 0.9;  // per frame: decays within one to two seconds
     const double error_px =
         (predicted_->Translation() - T_map_base.Translation()).norm() / view_.MetresPerPixel();
     error_px_ = std::max(error_px, kKept * error_px_.value_or(0));

@@ -5,54 +5,56 @@
 
 #include "calib/base/heading.hpp"
 #include "calib/ceiling_view.hpp"
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/odometry.hpp"
 
 namespace ceilmap::mapping {
 
-/// Where a frame is expected, before its picture is looked at.
+/// Predicted pose of a frame, before its image is processed.
 struct ExpectedPose {
   Pose2 T_map_base;
-  double sigma_px = 0;  ///< of its place, pixels of the view
+  double sigma_px = 0;  ///< standard deviation of the position, pixels of the view
   double sigma_rad = 0;
-  /// Nothing but the compass says how the robot is turned: it was out of sight, or turned faster
-  /// than expected.
+  /// The yaw is predicted by the compass alone: the robot was lost, or it turned faster than the
+  /// constant-velocity model predicts.
   bool by_compass_alone = false;
 };
 
-/// Expects the next frame of a drive: at an even speed, turned as the compass says where there is
-/// one. The compass is only asked for the turn since the last placed frame: whatever disturbed it
-/// before counts for nothing. Internal to the odometry.
+/// Predicts the pose of the next frame of a drive with a constant-velocity model. Where a compass
+/// is available, it gives the turn. Only the compass' turn since the last placed frame is used:
+/// earlier disturbances of the compass have no effect. Internal to the odometry.
 class FramePrediction {
  public:
-  /// @param view  must outlive the prediction. @param origin  of the first frame.
+  /// @param view  must outlive the prediction. @param origin  T_map_base of the first frame.
   FramePrediction(const calib::CeilingView& view,
                   const Pose2& origin,
                   const OdometryParams& params);
 
-  /// A new frame: at its moment, with its heading if there is one.
+  /// Begins a new frame with its time stamp, and its heading if there is one.
   void Begin(double stamp_s, const std::optional<HeadingPrior>& heading);
-  /// Whether nobody can say any more where the robot is: it could have gone half a picture since it
-  /// was placed last. What it sees now need not be in the pictures of then.
-  [[nodiscard]] bool OutOfSight() const;
-  /// Whether it may have come back into sight of the pictures of then.
+  /// Whether the position is unknown: since it was placed last, the robot may have moved by half an
+  /// image. The current image then need not overlap the images of that time.
+  [[nodiscard]] bool CeilingHidden() const;
+  /// Whether the robot may still be near the images of the time when it was placed last.
   [[nodiscard]] bool MayBeNear() const;
-  /// Can it be there? Robots move evenly: what looks the same a few tiles further, or after a
-  /// quarter turn, is not where it went.
+  /// Whether a measured pose is plausible under the constant-velocity model. It rejects perceptual
+  /// aliasing: poses a few tiles away or rotated by a quarter turn whose images look the same.
   [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
-  /// Robots do not jump: where one seems to, the picture may be of another moment, or damaged in a
-  /// way that its decoder does not see, however well it fits. @return standard deviation of that
-  /// doubt, map units; 0 where the motion is an even one.
-  [[nodiscard]] double Surprise(const Pose2& T_map_base) const;
-  /// Its pose by the speed so far; nothing where the frame before could not be placed.
+  /// Standard deviation that accounts for an implausible innovation. Where a measured position
+  /// differs from the constant-velocity prediction, the image may be of another moment, or damaged
+  /// without an error of its decoder, however well it fits. @return map units; 0 where the
+  /// innovation is plausible.
+  [[nodiscard]] double InnovationSigma(const Pose2& T_map_base) const;
+  /// Pose predicted from the last motion; nothing where the frame before could not be placed.
   [[nodiscard]] std::optional<ExpectedPose> Next();
-  /// Its pose by the last one that is known and the compass, when everything else is not known any
-  /// more; nothing without a compass. The place becomes vague fast.
+  /// Pose predicted from the last known pose and the compass alone, after a loss; nothing without a
+  /// compass. The position uncertainty grows fast with time.
   [[nodiscard]] std::optional<ExpectedPose> AfterLoss() const;
-  /// Where a segment begins that nothing connects: the last known place, turned by the compass.
+  /// Pose at which an unconnected segment begins: the last known position, and its yaw turned by
+  /// the compass.
   [[nodiscard]] Pose2 Restart();
 
-  /// The frame was placed; its own yaw is believed from then on, the compass' next to it.
+  /// The frame was placed. Its measured yaw is the reference of later compass turns.
   void Placed(const Pose2& T_map_base);
   void Lost();
 
@@ -78,14 +80,14 @@ class FramePrediction {
   bool heading_ = false;  // of the current frame
   std::optional<Seen> last_;
   std::optional<Seen> before_last_;
-  Pose2 T_last_seen_;  // however long ago
+  Pose2 T_last_seen_;  // last placed pose, of any age
   std::optional<double> last_seen_s_;
   std::deque<Seen> way_;            // the last placed frames of this segment
-  bool contradicted_ = false;       // since then a frame was seen where it cannot be
-  double speed_px_s_ = 0;           // then
-  double marked_yaw_ = 0;           // of the last placed frame with a heading
-  std::optional<Pose2> predicted_;  // where this frame was expected, at an even speed
-  std::optional<double> error_px_;  // of predictions, the largest one lately, fading
+  bool contradicted_ = false;       // an implausible pose was measured since the last placed frame
+  double speed_px_s_ = 0;           // speed at the last placed frame
+  double marked_yaw_ = 0;           // yaw of the last placed frame with a heading
+  std::optional<Pose2> predicted_;  // pose of this frame by the constant-velocity model
+  std::optional<double> error_px_;  // largest recent error of the predictions, decaying
 };
 
 }  // namespace ceilmap::mapping

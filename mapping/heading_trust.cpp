@@ -18,13 +18,13 @@ void HeadingTrust::Validate() const {
   };
   require("noise_rad", noise_rad);
   require("max_sigmas", max_sigmas);
-  require("least_rad", least_rad);
+  require("least_rad", min_rad);
 }
 
 bool Contradict(const HeadingTurn& compass, const HeadingTurn& other, const HeadingTrust& trust) {
   const double off = std::abs(WrapAngle(other.turn_rad - compass.turn_rad));
   const double sigma = std::sqrt(compass.variance_rad2 + other.variance_rad2);
-  return off > std::max(trust.least_rad, trust.max_sigmas * sigma);
+  return off > std::max(trust.min_rad, trust.max_sigmas * sigma);
 }
 
 }  // namespace ceilmap::mapping

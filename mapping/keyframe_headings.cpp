@@ -11,7 +11,7 @@ void KeyframeHeadings::Add(std::int64_t id, const HeadingPrior& heading) {
   const auto index = static_cast<std::size_t>(id);
   if (index >= headings_.size()) headings_.resize(index + 1);
   headings_[index] = heading;
-  least_rad2_ = std::min(least_rad2_.value_or(heading.variance_rad2), heading.variance_rad2);
+  min_rad2_ = std::min(min_rad2_.value_or(heading.variance_rad2), heading.variance_rad2);
 }
 
 std::optional<HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std::int64_t to) const {
@@ -25,13 +25,12 @@ std::optional<HeadingTurn> KeyframeHeadings::Turn(std::int64_t from, std::int64_
     const auto& between = headings_[static_cast<std::size_t>(id)];
     if (between) common = std::min(common, between->variance_rad2);
   }
-  const double single_rad = std::max(trust_.noise_rad, std::sqrt(*least_rad2_));
+  const double single_rad = std::max(trust_.noise_rad, std::sqrt(*min_rad2_));
   return TurnBetween(*at_from, *at_to, common, single_rad);
 }
 
-KeyframeGraph::Relative KeyframeHeadings::Narrowed(const KeyframeGraph::Relative& by_graph,
-                                                   std::int64_t from,
-                                                   std::int64_t to) const {
+graph::KeyframeGraph::Relative KeyframeHeadings::Narrowed(
+    const graph::KeyframeGraph::Relative& by_graph, std::int64_t from, std::int64_t to) const {
   const auto turn = Turn(from, to);
   const Pose2& T = by_graph.T_from_to;
   const double variance = by_graph.covariance(2, 2);
@@ -43,7 +42,7 @@ KeyframeGraph::Relative KeyframeHeadings::Narrowed(const KeyframeGraph::Relative
           by_graph.covariance - gain * by_graph.covariance.row(2)};
 }
 
-bool KeyframeHeadings::Contradict(const Edge& edge) const {
+bool KeyframeHeadings::Contradict(const graph::Edge& edge) const {
   const auto turn = Turn(edge.from, edge.to);
   return turn && mapping::Contradict(*turn, {edge.T_from_to.yaw, 0}, trust_);
 }

@@ -1,31 +1,25 @@
 #include "mapping/loop_candidates.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <unordered_set>
 
-#include "calib/base/error.hpp"
-#include "mapping/place_descriptor.hpp"
+#include "calib/base/field_check.hpp"
+#include "mapping/places/place_descriptor.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::mapping {
 
 void LoopCandidatesParams::Validate() const {
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (!good) {
-      throw InputError(fmt::format("loop closing: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("loop closing");
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
-  require(looks_sigma_part > 0, "looks_sigma_part", looks_sigma_part, "> 0");
+  require(looks_sigma_ratio > 0, "looks_sigma_ratio", looks_sigma_ratio, "> 0");
   require(looks_gap >= 1, "looks_gap", looks_gap, "at least 1");
 }
 
 namespace {
 
-/// Keyframes that a measured motion ties to this one already, and itself.
-std::unordered_set<std::int64_t> Tied(const KeyframeGraph& graph, std::int64_t id) {
+/// The keyframe itself and those that an edge already connects with it.
+std::unordered_set<std::int64_t> Tied(const graph::KeyframeGraph& graph, std::int64_t id) {
   std::unordered_set<std::int64_t> tied = {id};
   for (const std::size_t e : graph.EdgesOf(id)) {
     tied.insert(graph.Edges()[e].from);
@@ -37,7 +31,10 @@ std::unordered_set<std::int64_t> Tied(const KeyframeGraph& graph, std::int64_t i
 }  // namespace
 
 LoopCandidates::LoopCandidates(const calib::CeilingView& view, const LoopCandidatesParams& params)
-    : view_(view), params_(params), span_(SpanOf(view)), places_(PlaceDescriber::Dimension()) {
+    : view_(view),
+      params_(params),
+      span_(SpanOf(view)),
+      places_(places::PlaceDescriber::Dimension()) {
   params.Validate();
 }
 
@@ -49,22 +46,22 @@ void LoopCandidates::Add(std::int64_t id, const cv::Mat& descriptors) {
 
 std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
                                                double sigma,
-                                               const KeyframeGraph& graph,
-                                               int most_alike) const {
-  return sigma < params_.looks_sigma_part * span_ ? Around(id, sigma, graph)
-                                                  : Alike(id, graph, most_alike);
+                                               const graph::KeyframeGraph& graph,
+                                               int max_alike) const {
+  return sigma < params_.looks_sigma_ratio * span_ ? Around(id, sigma, graph)
+                                                   : Alike(id, graph, max_alike);
 }
 
 /// Most overlap first.
 std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
                                                  double sigma,
-                                                 const KeyframeGraph& graph) const {
+                                                 const graph::KeyframeGraph& graph) const {
   struct Overlapping {
     std::int64_t id = 0;
     double overlap = 0;
   };
   const Pose2& T_map_base = graph.T_map_base(id);
-  // Where the camera stands off the base, a turn moves the picture against the base.
+  // Where the camera is mounted away from the base, a turn moves the image relative to the base.
   const double radius = (1 - params_.min_overlap) * 1.25 * span_ +
                         2 * view_.T_base_view().Translation().norm() + 3 * sigma;
   const std::unordered_set<std::int64_t> tied = Tied(graph, id);
@@ -77,22 +74,22 @@ std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
   std::stable_sort(near.begin(), near.end(), [](const Overlapping& a, const Overlapping& b) {
     return a.overlap > b.overlap;
   });
-  constexpr std::size_t kMost = 24;
-  if (near.size() > kMost) near.resize(kMost);
+  constexpr std::size_t kMax = 24;
+  if (near.size() > kMax) near.resize(kMax);
   std::vector<std::int64_t> ids;
   ids.reserve(near.size());
   for (const Overlapping& other : near) ids.push_back(other.id);
   return ids;
 }
 
-/// Most alike first. The latest keyframes look alike too, but close no loop.
+/// Most similar first. The latest keyframes are similar too, but close no loop.
 std::vector<std::int64_t> LoopCandidates::Alike(std::int64_t id,
-                                                const KeyframeGraph& graph,
+                                                const graph::KeyframeGraph& graph,
                                                 int most) const {
   if (id != latest_id_ || most < 1) return {};
   const std::unordered_set<std::int64_t> tied = Tied(graph, id);
   std::vector<std::int64_t> ids;
-  for (const PlaceIndex::Match& match :
+  for (const places::PlaceIndex::Match& match :
        places_.Search(latest_descriptors_, most, [&](std::int64_t other) {
          return tied.contains(other) || (other < id && other + params_.looks_gap > id);
        })) {

@@ -5,57 +5,60 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
-#include "mapping/keyframe_graph.hpp"
-#include "mapping/place_index.hpp"
+#include "mapping/graph/keyframe_graph.hpp"
+#include "mapping/places/place_index.hpp"
 
 namespace ceilmap::mapping {
 
 struct LoopCandidatesParams {
-  double min_overlap = 0.35;  ///< keyframes that share less of their pictures are none, (0, 1)
-  /// Where the position is known worse than this part of what a picture spans, candidates are found
-  /// by their looks, > 0.
-  double looks_sigma_part = 0.15;
-  /// ... other than among so many keyframes before, which close no loop, >= 1.
+  /// Smallest shared fraction of the images of candidates by position, (0, 1).
+  double min_overlap = 0.35;
+  /// Where the standard deviation of the position exceeds this fraction of an image's span,
+  /// candidates are retrieved by place recognition, > 0.
+  double looks_sigma_ratio = 0.15;
+  /// ... excluding this number of preceding keyframes, which close no loop, >= 1.
   int looks_gap = 10;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// The keyframes that one might see again: those whose pictures overlap its own by position, or,
-/// where the position has become too uncertain for that, those that look alike (PlaceIndex). None
-/// that an edge ties to it already. Not thread-safe.
+/// Loop-closure candidates of a keyframe. By position: keyframes whose images overlap its own. By
+/// place recognition (PlaceIndex), where the position is too uncertain: keyframes of similar
+/// appearance. Keyframes that an edge already connects with it are excluded. Not thread-safe.
 class LoopCandidates {
  public:
   /// @param view  must outlive the object.
   explicit LoopCandidates(const calib::CeilingView& view, const LoopCandidatesParams& params = {});
 
-  /// What a keyframe looks like: only the latest one's is compared with others.
-  /// @param descriptors  PlaceDescriber's of its picture. @throws as PlaceIndex::Add.
+  /// Adds the place descriptors of a keyframe. Only those of the latest keyframe are used as a
+  /// query.
+  /// @param descriptors  PlaceDescriber's of its image. @throws as PlaceIndex::Add.
   void Add(std::int64_t id, const cv::Mat& descriptors);
 
-  /// Ids, the most promising first: at most two dozen by position, most overlap first, or at most
-  /// `most_alike` by looks. None by looks for another keyframe than the one added last.
+  /// Ids, best candidates first: at most two dozen by position in order of decreasing overlap, or
+  /// at most `max_alike` by place recognition. Candidates by place recognition are only available
+  /// for the keyframe that was added last.
   /// @param id  of a keyframe of the graph. @param sigma  of its position on the map, along the
-  /// worst direction, map units. @param most_alike  >= 1.
+  /// worst direction, map units. @param max_alike  >= 1.
   [[nodiscard]] std::vector<std::int64_t> Find(std::int64_t id,
                                                double sigma,
-                                               const KeyframeGraph& graph,
-                                               int most_alike) const;
+                                               const graph::KeyframeGraph& graph,
+                                               int max_alike) const;
 
  private:
   [[nodiscard]] std::vector<std::int64_t> Around(std::int64_t id,
                                                  double sigma,
-                                                 const KeyframeGraph& graph) const;
+                                                 const graph::KeyframeGraph& graph) const;
   [[nodiscard]] std::vector<std::int64_t> Alike(std::int64_t id,
-                                                const KeyframeGraph& graph,
+                                                const graph::KeyframeGraph& graph,
                                                 int most) const;
 
   const calib::CeilingView& view_;
   LoopCandidatesParams params_;
-  double span_;  // map units across the picture's longer side
-  PlaceIndex places_;
-  std::int64_t latest_id_ = -1;  // keyframe that was added last ...
-  cv::Mat latest_descriptors_;   // ... and what it looks like
+  double span_;  // map units across the image's longer side
+  places::PlaceIndex places_;
+  std::int64_t latest_id_ = -1;  // the keyframe that was added last ...
+  cv::Mat latest_descriptors_;   // ... and its place descriptors
 };
 
 }  // namespace ceilmap::mapping

@@ -1,7 +1,5 @@
 #include "mapping/loop_closer.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
@@ -9,12 +7,13 @@
 #include <optional>
 #include <unordered_set>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/lru_cache.hpp"
 #include "calib/level_view.hpp"
+#include "mapping/graph/pose_graph.hpp"
 #include "mapping/keyframe_headings.hpp"
-#include "mapping/pose_graph.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
 using registration::FrameSpectrum;
@@ -26,11 +25,7 @@ using registration::Verdict;
 void LoopCloserParams::Validate() const {
   candidates.Validate();
   judge.Validate();
-  const auto require = [](bool good, const char* field, double value, const char* range) {
-    if (!good) {
-      throw InputError(fmt::format("loop closing: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("loop closing");
   require(comparisons_per_keyframe >= 0,
           "comparisons_per_keyframe",
           comparisons_per_keyframe,
@@ -38,7 +33,8 @@ void LoopCloserParams::Validate() const {
   require(closures_per_keyframe >= 0, "closures_per_keyframe", closures_per_keyframe, "at least 0");
   require(min_gain >= 0, "min_gain", min_gain, ">= 0");
   require(confirm_px > 0, "confirm_px", confirm_px, "> 0");
-  require(max_rival_part > 0 && max_rival_part <= 1, "max_rival_part", max_rival_part, "in (0, 1]");
+  require(
+      max_rival_ratio > 0 && max_rival_ratio <= 1, "max_rival_ratio", max_rival_ratio, "in (0, 1]");
   require(window >= 1, "window", window, "at least 1");
   require(cached_spectra >= 2, "cached_spectra", cached_spectra, "at least 2");
   heading.Validate();
@@ -54,7 +50,7 @@ double LargestSigma(const Eigen::Matrix2d& covariance) {
 }  // namespace
 
 struct LoopCloser::Impl {
-  Impl(const calib::CeilingView& ceiling_view, PictureLoader loader, const LoopCloserParams& p)
+  Impl(const calib::CeilingView& ceiling_view, graph::ImageLoader loader, const LoopCloserParams& p)
       : view(ceiling_view),
         load(std::move(loader)),
         params(p),
@@ -66,38 +62,39 @@ struct LoopCloser::Impl {
         candidates(view, p.candidates),
         judge(view.MetresPerPixel(), p.judge) {}
 
-  using Relative = KeyframeGraph::Relative;
+  using Relative = graph::KeyframeGraph::Relative;
 
   const calib::CeilingView& view;
-  PictureLoader load;
+  graph::ImageLoader load;
   LoopCloserParams params;
   Registrar registrar;
-  double span;  // map units across the picture's longer side
-  KeyframeGraph graph;
+  double span;  // map units across the image's longer side
+  graph::KeyframeGraph graph;
   KeyframeHeadings headings;
   LruCache<FrameSpectrum> spectra;
   LoopCandidates candidates;
-  ClosureJudge judge;
-  std::vector<Pose2> recorded;              // by id: the pose that the keyframe came with
-  std::vector<Eigen::Matrix3d> covariance;  // by id: of the pose, by the best path from the start
-  LoopCounts counts;
+  LoopVerifier judge;
+  std::vector<Pose2> recorded;  // by id: pose of the keyframe when it was added
+  // By id: covariance of the pose, along the best path from the start
+  std::vector<Eigen::Matrix3d> covariance;
+  graph::LoopCounts counts;
 
   FrameSpectrum Spectrum(std::int64_t id);
-  Edge ClosureEdge(const Registration& measured, std::int64_t from, std::int64_t to) const;
+  graph::Edge ClosureEdge(const Registration& measured, std::int64_t from, std::int64_t to) const;
   MotionPrior Prior(const Pose2& T_from_to, double sigma, double sigma_rad) const;
   bool WorthWhile(const Relative& predicted, std::int64_t id) const;
-  std::optional<Edge> Measure(std::int64_t from,
-                              std::int64_t to,
-                              const Relative& predicted,
-                              bool doubtful);
-  void Accept(const Edge& edge);
+  std::optional<graph::Edge> Measure(std::int64_t from,
+                                     std::int64_t to,
+                                     const Relative& predicted,
+                                     bool doubtful);
+  void Accept(const graph::Edge& edge);
   void MoveWindow(std::int64_t latest);
 };
 
 FrameSpectrum LoopCloser::Impl::Spectrum(std::int64_t id) {
   if (const FrameSpectrum* kept = spectra.Find(id)) return *kept;
-  const cv::Mat picture = load(id);
-  FrameSpectrum spectrum = registrar.Analyze(picture, calib::ContentMask(picture));
+  const cv::Mat image = load(id);
+  FrameSpectrum spectrum = registrar.Analyze(image, calib::ContentMask(image));
   spectra.Insert(id, spectrum);
   return spectrum;
 }
@@ -110,29 +107,29 @@ MotionPrior LoopCloser::Impl::Prior(const Pose2& T_from_to, double sigma, double
   return prior;
 }
 
-Edge LoopCloser::Impl::ClosureEdge(const Registration& measured,
-                                   std::int64_t from,
-                                   std::int64_t to) const {
-  Edge edge = MeasuredEdge(view, measured, from, to, params.noise);
-  edge.kind = Edge::Kind::kLoopClosure;
+graph::Edge LoopCloser::Impl::ClosureEdge(const Registration& measured,
+                                          std::int64_t from,
+                                          std::int64_t to) const {
+  graph::Edge edge = MeasuredEdge(view, measured, from, to, params.noise);
+  edge.kind = graph::Edge::Kind::kLoopClosure;
   return edge;
 }
 
-/// Is the motion known worse than one measurement would tell? The keyframe's own tie stands for a
-/// measurement.
+/// Whether a measurement would add information: the predicted motion is less certain than one
+/// measurement. The keyframe's own odometry edge represents a measurement.
 bool LoopCloser::Impl::WorthWhile(const Relative& predicted, std::int64_t id) const {
   if (graph.EdgesOf(id).empty()) return true;
   const auto variance = [this](const Eigen::Matrix3d& c) {
     return c(0, 0) + c(1, 1) + 0.25 * span * span * c(2, 2);
   };
-  const Edge& tie = graph.Edges()[graph.EdgesOf(id).front()];
+  const graph::Edge& tie = graph.Edges()[graph.EdgesOf(id).front()];
   return variance(predicted.covariance) > params.min_gain * variance(tie.information.inverse());
 }
 
-std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
-                                              std::int64_t to,
-                                              const Relative& predicted,
-                                              bool doubtful) {
+std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
+                                                     std::int64_t to,
+                                                     const Relative& predicted,
+                                                     bool doubtful) {
   ++counts.compared;
   const MotionPrior prior = Prior(predicted.T_from_to,
                                   LargestSigma(predicted.covariance.topLeftCorner<2, 2>()),
@@ -143,13 +140,13 @@ std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
     if (measured.verdict != Verdict::kAmbiguous) ++counts.no_match;
     return std::nullopt;
   }
-  const bool rivalled =
-      measured.by_prior || measured.runner_up > params.max_rival_part * measured.peak;
+  const bool rivalled = measured.disambiguated_by_prior ||
+                        measured.runner_up > params.max_rival_ratio * measured.peak;
   if (doubtful && rivalled) {
     ++counts.ambiguous;
     return std::nullopt;
   }
-  const Edge edge = ClosureEdge(measured, from, to);
+  const graph::Edge edge = ClosureEdge(measured, from, to);
   if (!judge.Agrees(edge, predicted)) {
     ++counts.off_prediction;
     return std::nullopt;
@@ -157,10 +154,10 @@ std::optional<Edge> LoopCloser::Impl::Measure(std::int64_t from,
   return edge;
 }
 
-void LoopCloser::Impl::Accept(const Edge& edge) {
+void LoopCloser::Impl::Accept(const graph::Edge& edge) {
   graph.Add(edge);
   ++counts.accepted;
-  // The newer keyframe is known at least as well as the older one and the closure.
+  // Afterwards the newer keyframe is at least as certain as the older one and the closure together.
   const auto from = static_cast<std::size_t>(edge.from);
   const auto to = static_cast<std::size_t>(edge.to);
   const Eigen::Matrix3d through = ComposeCovariance(
@@ -170,16 +167,16 @@ void LoopCloser::Impl::Accept(const Edge& edge) {
   }
 }
 
-/// The latest keyframes go where the closures say, everything older stays: bounded work. What the
-/// old part has to give is left to the full optimisation at the end.
+/// Optimizes the latest keyframes with the closures and keeps all older ones fixed: bounded work.
+/// Corrections of the older part are left to the full optimization at the end.
 void LoopCloser::Impl::MoveWindow(std::int64_t latest) {
   const std::int64_t oldest = std::max<std::int64_t>(0, latest - params.window + 1);
-  std::vector<Edge> edges;
+  std::vector<graph::Edge> edges;
   std::unordered_set<std::int64_t> held;
   for (std::int64_t id = oldest; id <= latest; ++id) {
     if (!graph.Has(id)) continue;
     for (const std::size_t e : graph.EdgesOf(id)) {
-      const Edge& edge = graph.Edges()[e];
+      const graph::Edge& edge = graph.Edges()[e];
       const std::int64_t other = edge.from == id ? edge.to : edge.from;
       const bool inside = other >= oldest && other <= latest;
       if (!inside) held.insert(other);
@@ -189,34 +186,34 @@ void LoopCloser::Impl::MoveWindow(std::int64_t latest) {
   if (held.empty()) return;
   const std::vector<std::int64_t> fixed(held.begin(), held.end());
   std::vector<Pose2> poses = graph.Poses();
-  PoseGraphParams pose_graph;
+  graph::PoseGraphParams pose_graph;
   pose_graph.threads = 1;
   pose_graph.max_iterations = 10;
-  OptimizePoses(edges, fixed, poses, pose_graph);
+  graph::OptimizePoses(edges, fixed, poses, pose_graph);
   for (std::int64_t id = oldest; id <= latest; ++id) {
     if (graph.Has(id)) graph.Move(id, poses[static_cast<std::size_t>(id)]);
   }
 }
 
 LoopCloser::LoopCloser(const calib::CeilingView& view,
-                       PictureLoader load,
+                       graph::ImageLoader load,
                        const LoopCloserParams& params) {
   params.Validate();
   impl_ = std::make_unique<Impl>(view, std::move(load), params);
 }
 LoopCloser::~LoopCloser() = default;
 
-void LoopCloser::Add(const Keyframe& keyframe,
+void LoopCloser::Add(const graph::Keyframe& keyframe,
                      const FrameSpectrum& spectrum,
-                     std::span<const Edge> edges,
+                     std::span<const graph::Edge> edges,
                      const cv::Mat& descriptors) {
   Impl& me = *impl_;
   const auto index = static_cast<std::size_t>(keyframe.id);
   Pose2 T_map_base = keyframe.pose.T_map_base;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   if (!edges.empty()) {
-    // What loop closing has moved takes along what comes after it.
-    const Edge& tie = edges.front();
+    // A correction by loop closing also applies to the keyframes that come after it.
+    const graph::Edge& tie = edges.front();
     const auto from = static_cast<std::size_t>(tie.from);
     T_map_base =
         me.graph.T_map_base(tie.from) * (me.recorded[from].Inverse() * keyframe.pose.T_map_base);
@@ -232,13 +229,13 @@ void LoopCloser::Add(const Keyframe& keyframe,
   }
   me.recorded[index] = keyframe.pose.T_map_base;
   me.covariance[index] = covariance;
-  for (const Edge& edge : edges) me.graph.Add(edge);
+  for (const graph::Edge& edge : edges) me.graph.Add(edge);
   if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
   if (!descriptors.empty()) me.candidates.Add(keyframe.id, descriptors);
 }
 
-void LoopCloser::Add(const Edge& edge) {
+void LoopCloser::Add(const graph::Edge& edge) {
   impl_->graph.Add(edge);
 }
 
@@ -256,11 +253,11 @@ void LoopCloser::Close(std::int64_t id) {
                           params.comparisons_per_keyframe)) {
     if (compared >= params.comparisons_per_keyframe) break;
     if (me.counts.accepted - accepted_before >= params.closures_per_keyframe) break;
-    // Anew each time: a closure found a moment ago makes its neighbours needless.
+    // Predicted anew each time: a closure just found makes those to its neighbours unnecessary.
     const std::vector<std::int64_t> target = {id};
     const auto relative = me.graph.RelativeTo(candidate, target);
     if (relative.empty()) continue;  // another segment
-    const KeyframeGraph::Relative predicted =
+    const graph::KeyframeGraph::Relative predicted =
         me.headings.Narrowed(relative.begin()->second, candidate, id);
     const double doubt_px =
         LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) / me.view.MetresPerPixel();
@@ -269,11 +266,11 @@ void LoopCloser::Close(std::int64_t id) {
     const double overlap = OverlapOf(me.view, predicted.T_from_to);
     if (!doubtful && overlap < params.candidates.min_overlap) continue;
     ++compared;
-    const std::optional<Edge> edge = me.Measure(candidate, id, predicted, doubtful);
+    const std::optional<graph::Edge> edge = me.Measure(candidate, id, predicted, doubtful);
     if (!edge) continue;
-    const std::vector<Edge> believed =
-        doubtful ? me.judge.Confirm(*edge, me.graph) : std::vector<Edge>{*edge};
-    for (const Edge& closure : believed) me.Accept(closure);
+    const std::vector<graph::Edge> believed =
+        doubtful ? me.judge.Confirm(*edge, me.graph) : std::vector<graph::Edge>{*edge};
+    for (const graph::Edge& closure : believed) me.Accept(closure);
   }
   if (me.counts.accepted > accepted_before) me.MoveWindow(id);
 }
@@ -284,9 +281,9 @@ Registration LoopCloser::Compare(std::int64_t from,
   return impl_->registrar.Register(impl_->Spectrum(from), impl_->Spectrum(to), prior);
 }
 
-registration::Dissimilarity LoopCloser::Unlike(std::int64_t from,
-                                               std::int64_t to,
-                                               const registration::ImageMotion& motion) {
+registration::Dissimilarity LoopCloser::DissimilarityOf(std::int64_t from,
+                                                        std::int64_t to,
+                                                        const registration::ImageMotion& motion) {
   return impl_->registrar.Compare(impl_->Spectrum(from), impl_->Spectrum(to), motion);
 }
 
@@ -300,12 +297,12 @@ std::optional<MotionPrior> LoopCloser::CompassPrior(std::int64_t from, std::int6
   return impl_->Prior(
       {0, 0, turn->turn_rad}, kAnywhere * impl_->span, std::sqrt(turn->variance_rad2));
 }
-bool LoopCloser::ContradictsCompass(const Edge& edge) const {
+bool LoopCloser::ContradictsCompass(const graph::Edge& edge) const {
   return impl_->headings.Contradict(edge);
 }
-Edge LoopCloser::ClosureEdge(const Registration& measured,
-                             std::int64_t from,
-                             std::int64_t to) const {
+graph::Edge LoopCloser::ClosureEdge(const Registration& measured,
+                                    std::int64_t from,
+                                    std::int64_t to) const {
   return impl_->ClosureEdge(measured, from, to);
 }
 double LoopCloser::Overlap(const Pose2& T_from_to) const {
@@ -314,15 +311,15 @@ double LoopCloser::Overlap(const Pose2& T_from_to) const {
 double LoopCloser::Span() const {
   return impl_->span;
 }
-const KeyframeGraph& LoopCloser::Graph() const {
+const graph::KeyframeGraph& LoopCloser::Graph() const {
   return impl_->graph;
 }
-KeyframeGraph& LoopCloser::Graph() {
+graph::KeyframeGraph& LoopCloser::Graph() {
   return impl_->graph;
 }
 
-LoopCounts LoopCloser::Counts() const {
-  LoopCounts counts = impl_->counts;
+graph::LoopCounts LoopCloser::Counts() const {
+  graph::LoopCounts counts = impl_->counts;
   counts.unconfirmed += static_cast<std::int64_t>(impl_->judge.Waiting());
   return counts;
 }

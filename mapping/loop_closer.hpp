@@ -9,73 +9,74 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
-#include "mapping/closure_judge.hpp"
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/keyframe_graph.hpp"
+#include "mapping/graph/map_graph.hpp"
 #include "mapping/heading_trust.hpp"
-#include "mapping/keyframe.hpp"
-#include "mapping/keyframe_graph.hpp"
 #include "mapping/loop_candidates.hpp"
-#include "mapping/map_graph.hpp"
+#include "mapping/loop_verifier.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::mapping {
 
 struct LoopCloserParams {
-  LoopCandidatesParams candidates;   ///< who is compared
-  int comparisons_per_keyframe = 5;  ///< registrations at the most: bounds the work
+  LoopCandidatesParams candidates;   ///< selection of the keyframes to compare
+  int comparisons_per_keyframe = 5;  ///< largest number of registrations; bounds the work
   int closures_per_keyframe = 3;
-  /// A closure is looked for only where the motion is known worse than this many times the
-  /// variance of one measurement: others would cost time and tell nothing.
+  /// A closure is searched for only where the variance of the predicted motion exceeds this
+  /// multiple of the variance of one measurement. Other closures cost time and add no information.
   double min_gain = 2;
-  ClosureJudgeParams judge;  ///< what is believed
-  /// Where the prediction is less certain than this, a closure waits until another one, of another
-  /// new picture, says the same (ClosureJudge::Confirm).
+  LoopVerifierParams judge;  ///< acceptance of closures
+  /// Where the standard deviation of the prediction exceeds this value, a closure waits until a
+  /// closure of another new image confirms it (LoopVerifier::Confirm).
   double confirm_px = 12;
-  /// ... and is left out as ambiguous when another motion of the pictures agrees with this part of
-  /// the best one's agreement.
-  double max_rival_part = 0.7;
-  int window = 30;          ///< latest keyframes that are moved when a closure is found
-  int cached_spectra = 40;  ///< about 4 MB each for pictures of 640 x 480
+  /// ... and it is rejected as ambiguous when another motion of the images reaches this fraction of
+  /// the best motion's agreement.
+  double max_rival_ratio = 0.7;
+  int window = 30;          ///< number of latest keyframes that are moved when a closure is found
+  int cached_spectra = 40;  ///< about 4 MB each for images of 640 x 480
   EdgeNoise noise;
-  HeadingTrust heading;  ///< where keyframes have one
+  HeadingTrust heading;  ///< used where keyframes have headings
   registration::RegistrarParams registration;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Finds where the robot sees again what it has seen before. Candidates are the keyframes whose
-/// pictures overlap the new one's by position, or, where the position has become too uncertain for
-/// that, those that look alike (LoopCandidates). Each is checked by registration, and against what
-/// the graph says already (ClosureJudge). On a periodic ceiling several motions fit: the prediction
-/// decides where it is sharp enough for that (a few standard deviations within half a period), else
-/// the pair is left out and counted as ambiguous.
+/// Detects loop closures: keyframes that show the same part of the ceiling as an earlier one.
+/// Candidates are the keyframes whose images overlap the new one's by position, or, where the
+/// position has become too uncertain for that, those of similar appearance (LoopCandidates). Each
+/// candidate is checked by registration and for consistency with the graph (LoopVerifier). On a
+/// periodic ceiling several motions fit. The prediction selects one of them where it is accurate
+/// enough (a few standard deviations within half a period). Otherwise the pair is rejected and
+/// counted as ambiguous.
 ///
-/// Where keyframes have headings (FramePose::heading) the compass bounds what is not known of the
-/// rotation between any two, however long and doubtful the way: what is a quarter turn off is left
-/// out.
+/// Where keyframes have headings (FramePose::heading), the compass bounds the uncertainty of the
+/// rotation between any two keyframes, whatever the length and uncertainty of the path between
+/// them. Matches with an error of a quarter turn are rejected.
 ///
-/// Bounded work per keyframe: a few registrations, and a pose graph over the last few keyframes.
-/// Not thread-safe, but it may run in a thread of its own beside the odometry.
+/// Work per keyframe is bounded: a few registrations, and a pose graph over the last few keyframes.
+/// Not thread-safe; it may run in its own thread in parallel with the odometry.
 class LoopCloser {
  public:
-  /// @param view  must outlive the closer. @param load  called when a keyframe's spectrum is not
-  /// among those kept.
+  /// @param view  must outlive the closer. @param load  called when a keyframe's spectrum is not in
+  /// the cache.
   LoopCloser(const calib::CeilingView& view,
-             PictureLoader load,
+             graph::ImageLoader load,
              const LoopCloserParams& params = {});
   ~LoopCloser();
 
-  /// Takes a keyframe whose pose is one of a recording's odometry (or a map's), and the edges that
-  /// tie it to earlier ones. Without edges it begins a segment of its own, at its pose.
-  /// @param spectrum  of its picture; empty: loaded when needed.
-  /// @param descriptors  PlaceDescriber's of its picture; empty: it is not found by its looks.
-  void Add(const Keyframe& keyframe,
+  /// Adds a keyframe with its pose from a recording's odometry (or from a map), and the edges that
+  /// connect it with earlier keyframes. Without edges it begins its own segment at its pose.
+  /// @param spectrum  of its image; empty: loaded when needed.
+  /// @param descriptors  PlaceDescriber's of its image; empty: place recognition does not find it.
+  void Add(const graph::Keyframe& keyframe,
            const registration::FrameSpectrum& spectrum = {},
-           std::span<const Edge> edges = {},
+           std::span<const graph::Edge> edges = {},
            const cv::Mat& descriptors = {});
   /// An edge between known keyframes, measured elsewhere.
-  void Add(const Edge& edge);
-  /// Compares a keyframe with those around it, adds the closures that hold to the graph, and moves
+  void Add(const graph::Edge& edge);
+  /// Compares a keyframe with its candidates, adds the accepted closures to the graph, and moves
   /// the latest keyframes accordingly.
   void Close(std::int64_t id);
 
@@ -84,34 +85,34 @@ class LoopCloser {
       std::int64_t from,
       std::int64_t to,
       const std::optional<registration::MotionPrior>& prior = std::nullopt);
-  /// How badly two keyframes disagree under a motion (Registrar::Compare).
-  [[nodiscard]] registration::Dissimilarity Unlike(std::int64_t from,
-                                                   std::int64_t to,
-                                                   const registration::ImageMotion& motion);
-  /// What is known of T_from_to as the prior of a registration. @param sigma  of x and y, map
-  /// units.
+  /// Dissimilarity of two keyframes' images under a motion (Registrar::Compare).
+  [[nodiscard]] registration::Dissimilarity DissimilarityOf(
+      std::int64_t from, std::int64_t to, const registration::ImageMotion& motion);
+  /// A predicted T_from_to as the prior of a registration. @param sigma  standard deviation of x
+  /// and y, map units.
   [[nodiscard]] registration::MotionPrior Prior(const Pose2& T_from_to,
                                                 double sigma,
                                                 double sigma_rad) const;
-  /// What the compass alone says of the motion between two keyframes: a rotation, and no place.
-  /// Nothing where it says nothing.
+  /// The motion between two keyframes as given by the compass alone: a rotation, with the position
+  /// unknown. Nothing where the compass gives no turn.
   [[nodiscard]] std::optional<registration::MotionPrior> CompassPrior(std::int64_t from,
                                                                       std::int64_t to) const;
-  /// Is the edge's rotation another orientation than the compass says? False where it says nothing.
-  [[nodiscard]] bool ContradictsCompass(const Edge& edge) const;
+  /// Whether the edge's rotation is a different orientation from the one that the compass measured.
+  /// False where the compass gives no turn.
+  [[nodiscard]] bool ContradictsCompass(const graph::Edge& edge) const;
   /// The loop closure that a registration measures.
-  [[nodiscard]] Edge ClosureEdge(const registration::Registration& measured,
-                                 std::int64_t from,
-                                 std::int64_t to) const;
-  /// Part of a picture that is seen from another pose too, 0..1.
+  [[nodiscard]] graph::Edge ClosureEdge(const registration::Registration& measured,
+                                        std::int64_t from,
+                                        std::int64_t to) const;
+  /// Fraction of an image that is also visible from another pose, 0..1.
   [[nodiscard]] double Overlap(const Pose2& T_from_to) const;
-  /// Map units across a picture's longer side.
+  /// Map units across an image's longer side.
   [[nodiscard]] double Span() const;
 
-  [[nodiscard]] const KeyframeGraph& Graph() const;
-  [[nodiscard]] KeyframeGraph& Graph();
-  /// Closures still unconfirmed count as such.
-  [[nodiscard]] LoopCounts Counts() const;
+  [[nodiscard]] const graph::KeyframeGraph& Graph() const;
+  [[nodiscard]] graph::KeyframeGraph& Graph();
+  /// Numbers of closures; those that still wait for confirmation count as unconfirmed.
+  [[nodiscard]] graph::LoopCounts Counts() const;
 
  private:
   struct Impl;

@@ -7,8 +7,8 @@
 #include <optional>
 #include <unordered_set>
 
-#include "mapping/place_descriptor.hpp"
-#include "mapping/place_index.hpp"
+#include "mapping/places/place_descriptor.hpp"
+#include "mapping/places/place_index.hpp"
 #include "mapping/planar_motion.hpp"
 
 namespace ceilmap::mapping {
@@ -19,20 +19,20 @@ using registration::Verdict;
 
 namespace {
 
-/// A position of part b on part a, and the pairs that speak for it.
+/// A relative pose of parts a and b, and the pairs of keyframes that support it.
 struct Hypothesis {
   Pose2 T_a_b;
-  std::vector<Edge> edges;
+  std::vector<graph::Edge> edges;
   std::unordered_set<std::int64_t> supporters;  // keyframes of b
 };
 
-/// A hypothesis put to the test of what it predicts.
+/// Result of the test of a hypothesis.
 struct Tested {
   Hypothesis hypothesis;
   int expected = 0;
   int matched = 0;
-  int distinct = 0;  // matches that need no prior: nothing else there looks the same
-  std::vector<MatchQuality> qualities;  // of the matches, where the light is the same
+  int distinct = 0;                     // matches that are unique without a prior
+  std::vector<MatchQuality> qualities;  // quality of the matches, where the light is the same
 };
 
 /// 0 .. n-1 so that every prefix is spread over the whole: first the ends' middle, then the
@@ -64,9 +64,9 @@ class Joiner {
 
  private:
   [[nodiscard]] Pose2 Pose(std::int64_t id) const { return closer_.Graph().T_map_base(id); }
-  [[nodiscard]] bool SaysTheSame(const Hypothesis& hypothesis, const Edge& edge) const;
+  [[nodiscard]] bool SaysTheSame(const Hypothesis& hypothesis, const graph::Edge& edge) const;
   void Propose();
-  void AddMatch(const Edge& edge);
+  void AddMatch(const graph::Edge& edge);
   [[nodiscard]] bool Decided() const;
   [[nodiscard]] bool Differ(const Hypothesis& x, const Hypothesis& y) const;
   [[nodiscard]] std::optional<std::int64_t> NearestInA(const Pose2& T_a_base) const;
@@ -80,20 +80,20 @@ class Joiner {
   const DescriptorSource& descriptors_;
   const JoinParams& params_;
   std::vector<Hypothesis> hypotheses_;
-  MatchStandard standard_{params_.standard};
+  MatchGate standard_{params_.standard};
   int compared_ = 0;
   int ambiguous_ = 0;
 };
 
-/// Where the match puts its keyframe of b, against where the hypothesis puts it.
-bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const Edge& edge) const {
+/// Compares the pose of the match's keyframe of b with its pose under the hypothesis.
+bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const graph::Edge& edge) const {
   const Pose2 off =
       (hypothesis.T_a_b * Pose(edge.to)).Inverse() * (Pose(edge.from) * edge.T_from_to);
-  return off.Translation().norm() < params_.tolerance_part * closer_.Span() &&
+  return off.Translation().norm() < params_.tolerance_ratio * closer_.Span() &&
          std::abs(off.yaw) < params_.tolerance_rad;
 }
 
-void Joiner::AddMatch(const Edge& edge) {
+void Joiner::AddMatch(const graph::Edge& edge) {
   for (Hypothesis& hypothesis : hypotheses_) {
     if (!SaysTheSame(hypothesis, edge)) continue;
     hypothesis.edges.push_back(edge);
@@ -118,30 +118,31 @@ bool Joiner::Decided() const {
   return best >= kEnough && best >= kTimes * second;
 }
 
-/// Not merely the same position seen through maps that are bent a little.
+/// Whether two hypotheses differ by more than the deformation of the maps.
 bool Joiner::Differ(const Hypothesis& x, const Hypothesis& y) const {
   constexpr double kTolerances = 1.2;
   return std::all_of(x.supporters.begin(), x.supporters.end(), [&](std::int64_t id) {
     const Pose2 off = (x.T_a_b * Pose(id)).Inverse() * (y.T_a_b * Pose(id));
-    return off.Translation().norm() > kTolerances * params_.tolerance_part * closer_.Span() ||
+    return off.Translation().norm() > kTolerances * params_.tolerance_ratio * closer_.Span() ||
            std::abs(off.yaw) > kTolerances * params_.tolerance_rad;
   });
 }
 
 void Joiner::Propose() {
-  PlaceIndex index(PlaceDescriber::Dimension());
+  places::PlaceIndex index(places::PlaceDescriber::Dimension());
   for (const std::int64_t id : a_) index.Add(id, descriptors_(id));
   for (const std::size_t i : SpreadOrder(b_.size())) {
     if (compared_ >= params_.max_comparisons || Decided()) break;
-    for (const PlaceIndex::Match& match :
+    for (const places::PlaceIndex::Match& match :
          index.Search(descriptors_(b_[i]), params_.candidates_per_keyframe)) {
       ++compared_;
       const Registration measured =
           closer_.Compare(match.keyframe_id, b_[i], closer_.CompassPrior(match.keyframe_id, b_[i]));
       ambiguous_ += measured.verdict == Verdict::kAmbiguous ? 1 : 0;
       if (!measured.ok()) continue;
-      const Edge edge = closer_.ClosureEdge(measured, match.keyframe_id, b_[i]);
-      // A disturbed compass leaves parts apart, but never turns one against the other.
+      const graph::Edge edge = closer_.ClosureEdge(measured, match.keyframe_id, b_[i]);
+      // A disturbed compass may leave parts unconnected, but never joins them in a wrong
+      // orientation.
       if (!closer_.ContradictsCompass(edge)) AddMatch(edge);
     }
   }
@@ -151,30 +152,31 @@ void Joiner::Propose() {
       });
 }
 
-/// From neighbours on the way, spread over the part.
+/// Learns the gate from consecutive keyframes, spread over the part.
 void Joiner::LearnStandard(std::span<const std::int64_t> part) {
   const auto most = static_cast<std::size_t>(params_.standard.remembered) / 2;
   std::size_t learned = 0;
   for (const std::size_t i : SpreadOrder(part.size())) {
     if (learned >= most) break;
     for (const std::size_t e : closer_.Graph().EdgesOf(part[i])) {
-      const Edge& edge = closer_.Graph().Edges()[e];
-      if (edge.kind != Edge::Kind::kOdometry || edge.to != part[i]) continue;
-      const double known = params_.tolerance_part * closer_.Span() / 3;
+      const graph::Edge& edge = closer_.Graph().Edges()[e];
+      if (edge.kind != graph::Edge::Kind::kOdometry || edge.to != part[i]) continue;
+      const double known = params_.tolerance_ratio * closer_.Span() / 3;
       const MotionPrior prior = closer_.Prior(edge.T_from_to, known, params_.tolerance_rad / 3);
       const Registration measured = closer_.Compare(edge.from, edge.to, prior);
       ++compared_;
       if (!measured.ok()) continue;
-      standard_.Add(QualityOf(measured, closer_.Unlike(edge.from, edge.to, measured.motion)));
+      standard_.Add(
+          QualityOf(measured, closer_.DissimilarityOf(edge.from, edge.to, measured.motion)));
       ++learned;
       break;
     }
   }
 }
 
-/// The keyframe of a that sees most of what a robot there would see.
+/// The keyframe of a whose image has the largest overlap with that of a robot at the given pose.
 std::optional<std::int64_t> Joiner::NearestInA(const Pose2& T_a_base) const {
-  // True overlaps of this much are recognised nearly always (mapping/registration/README.md).
+  // True overlaps of this size are almost always recognized (mapping/registration/README.md).
   constexpr double kMinOverlap = 0.6;
   std::optional<std::int64_t> nearest;
   double most = kMinOverlap;
@@ -199,20 +201,20 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
     ++tested.expected;
     ++compared_;
     const MotionPrior prior = closer_.Prior(Pose(*from).Inverse() * T_a_base,
-                                            params_.tolerance_part * closer_.Span() / 3,
+                                            params_.tolerance_ratio * closer_.Span() / 3,
                                             params_.tolerance_rad / 3);
     const Registration measured = closer_.Compare(*from, b_[i], prior);
     if (!measured.ok()) continue;
-    const Edge edge = closer_.ClosureEdge(measured, *from, b_[i]);
+    const graph::Edge edge = closer_.ClosureEdge(measured, *from, b_[i]);
     if (!SaysTheSame(hypothesis, edge)) continue;
     ++tested.matched;
     if (params_.same_light) {
       tested.qualities.push_back(
-          QualityOf(measured, closer_.Unlike(*from, b_[i], measured.motion)));
+          QualityOf(measured, closer_.DissimilarityOf(*from, b_[i], measured.motion)));
     }
-    if (!measured.by_prior) ++tested.distinct;
+    if (!measured.disambiguated_by_prior) ++tested.distinct;
     const bool known = std::any_of(
-        tested.hypothesis.edges.begin(), tested.hypothesis.edges.end(), [&](const Edge& e) {
+        tested.hypothesis.edges.begin(), tested.hypothesis.edges.end(), [&](const graph::Edge& e) {
           return e.from == edge.from && e.to == edge.to;
         });
     if (!known) tested.hypothesis.edges.push_back(edge);
@@ -224,7 +226,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   JoinResult result;
   result.compared = compared_;
   const auto holds = [&](const Tested& t) {
-    return t.matched >= params_.min_matches && t.matched >= params_.min_match_part * t.expected;
+    return t.matched >= params_.min_matches && t.matched >= params_.min_match_ratio * t.expected;
   };
   const auto best =
       std::max_element(tested.begin(), tested.end(), [&](const Tested& x, const Tested& y) {
@@ -235,19 +237,18 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
     result.reason =
         ambiguous_ > 0
             ? fmt::format(
-                  "the ceiling repeats itself: {} of {} pairs of pictures fit in several "
+                  "the ceiling repeats itself: {} of {} pairs of images fit in several "
                   "ways, and none in one only",
                   ambiguous_,
                   compared_)
-            : fmt::format("nothing is seen in both: none of {} pairs of pictures agrees",
-                          compared_);
+            : fmt::format("nothing is seen in both: none of {} pairs of images agrees", compared_);
     return result;
   }
   result.expected = best->expected;
   result.matched = best->matched;
   if (best->matched < params_.min_matches) {
     result.reason = fmt::format(
-        "too little is seen in both: {} pictures agree, at least {} must; record a longer common "
+        "too little is seen in both: {} images agree, at least {} must; record a longer common "
         "stretch",
         best->matched,
         params_.min_matches);
@@ -256,28 +257,28 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   if (!holds(*best)) {
     result.verdict = JoinResult::Verdict::kContradicts;
     result.reason =
-        fmt::format("they contradict each other: where they overlap only {} of {} pictures agree",
+        fmt::format("they contradict each other: where they overlap only {} of {} images agree",
                     best->matched,
                     best->expected);
     return result;
   }
   const auto rival = std::find_if(tested.begin(), tested.end(), [&](const Tested& t) {
-    return holds(t) && t.matched >= params_.rival_part * best->matched &&
+    return holds(t) && t.matched >= params_.rival_ratio * best->matched &&
            Differ(t.hypothesis, best->hypothesis);
   });
   if (rival != tested.end() || best->distinct < params_.min_matches) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
-        fmt::format("the ceiling repeats itself: several positions fit ({} and {} pictures agree)",
+        fmt::format("the ceiling repeats itself: several positions fit ({} and {} images agree)",
                     best->matched,
                     rival != tested.end() ? rival->matched : best->matched - best->distinct);
     return result;
   }
   if (params_.same_light && !standard_.Meets(Median(best->qualities))) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
-    result.reason = fmt::format(
-        "the ceiling repeats itself: {} pictures agree, but not as well as neighbours do",
-        best->matched);
+    result.reason =
+        fmt::format("the ceiling repeats itself: {} images agree, but not as well as neighbours do",
+                    best->matched);
     return result;
   }
   result.verdict = JoinResult::Verdict::kJoined;
@@ -292,10 +293,10 @@ JoinResult Joiner::Run() {
     LearnStandard(a_);
     LearnStandard(b_);
   }
-  constexpr std::size_t kMostTested = 4;
+  constexpr std::size_t kMaxTested = 4;
   std::vector<Tested> tested;
   for (const Hypothesis& hypothesis : hypotheses_) {
-    if (tested.size() >= kMostTested) break;
+    if (tested.size() >= kMaxTested) break;
     tested.push_back(Test(hypothesis));
   }
   return Judge(tested);

@@ -7,47 +7,52 @@
 #include <string>
 #include <vector>
 
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/loop_closer.hpp"
-#include "mapping/match_standard.hpp"
+#include "mapping/match_gate.hpp"
 
 namespace ceilmap::mapping {
 
 struct JoinParams {
-  int candidates_per_keyframe = 6;  ///< look-alikes that a keyframe is compared with
-  int max_comparisons = 4000;       ///< without any knowledge of where the parts lie
-  /// Keyframes of the second part that must be recognised, each for itself, ...
+  int candidates_per_keyframe = 6;  ///< retrieval candidates that a keyframe is compared with
+  /// Largest number of registrations without a prior of the parts' relative pose.
+  int max_comparisons = 4000;
+  /// Required number of keyframes of the second part that are recognized independently, ...
   int min_matches = 3;
-  /// ... and their part of those which the parts' position to each other lets expect.
-  double min_match_part = 0.5;
-  /// Another position that is confirmed by this part of the best one's matches makes both
+  /// ... and their required fraction of the keyframes that should be recognized under the parts'
+  /// relative pose.
+  double min_match_ratio = 0.5;
+  /// Another relative pose that is confirmed by this fraction of the best one's matches makes both
   /// ambiguous.
-  double rival_part = 0.5;
-  int max_checks = 40;  ///< keyframes that test a position at the most
-  /// Two matches say the same when they agree to this, part of what a picture spans ...
-  double tolerance_part = 0.08;
-  double tolerance_rad = 0.05;  ///< ... and this: maps are bent a little against each other.
-  /// The parts were seen in one light, by one camera: their matches must fit as well as neighbours
-  /// in each of them do (`standard`). False for recordings of different days.
+  double rival_ratio = 0.5;
+  int max_checks = 40;  ///< largest number of keyframes that test a relative pose
+  /// Two matches agree when they differ by at most this fraction of an image's span ...
+  double tolerance_ratio = 0.08;
+  /// ... and this angle: maps are slightly deformed relative to each other.
+  double tolerance_rad = 0.05;
+  /// The parts were recorded in the same light with the same camera: their matches must fit as well
+  /// as those of neighbours within each part do (`standard`). False for recordings of different
+  /// days.
   bool same_light = false;
-  MatchStandardParams standard = {.remembered = 30};
+  MatchGateParams standard = {.remembered = 30};
 };
 
-/// How two parts of a map lie to each other, or why that cannot be said.
+/// The relative pose of two parts of a map, or why it cannot be determined.
 struct JoinResult {
   enum class Verdict {
     kJoined,
-    kNoOverlap,    ///< nothing, or too little, is seen in both
-    kAmbiguous,    ///< several positions fit: the ceiling repeats itself
-    kContradicts,  ///< some pictures agree, but most that should do not
+    kNoOverlap,    ///< the parts have no common area, or one that is too small
+    kAmbiguous,    ///< several relative poses fit: the ceiling is repetitive
+    kContradicts,  ///< some images agree, but most of those that should agree do not
   };
   Verdict verdict = Verdict::kNoOverlap;
-  Pose2 T_a_b;              ///< p_a = T_a_b * p_b between the parts' map frames, when joined
-  std::vector<Edge> edges;  ///< from keyframes of a to keyframes of b, as measured, when joined
-  int compared = 0;         ///< pairs of pictures
-  int expected = 0;    ///< keyframes of b that should have been recognised under the best position
-  int matched = 0;     ///< ... and were
-  std::string reason;  ///< in words, for a person, empty when joined
+  Pose2 T_a_b;  ///< p_a = T_a_b * p_b between the parts' map frames, when joined
+  std::vector<graph::Edge>
+      edges;           ///< from keyframes of a to keyframes of b, as measured, when joined
+  int compared = 0;    ///< pairs of images
+  int expected = 0;    ///< keyframes of b that should be recognized under the best relative pose
+  int matched = 0;     ///< ... and were recognized
+  std::string reason;  ///< readable message; empty when joined
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kJoined; }
 };
@@ -55,17 +60,17 @@ struct JoinResult {
 /// Place descriptors of a keyframe (PlaceDescriber).
 using DescriptorSource = std::function<cv::Mat(std::int64_t keyframe_id)>;
 
-/// Finds how part b of a graph lies to part a, of which nothing is known beforehand. Keyframes of b
-/// look for their like among those of a (PlaceIndex) and are registered with them; each match says
-/// where b lies. Matches that say the same make a hypothesis, and every hypothesis must then
-/// predict: pictures that overlap under it must agree, and those of its rivals must not. So a
-/// ceiling that repeats itself ends as ambiguous, and another room as no overlap.
+/// Finds the relative pose of part b and part a of a graph without a prior. Keyframes of b retrieve
+/// similar keyframes of a (PlaceIndex) and are registered with them; each match gives a relative
+/// pose. Matches that agree form a hypothesis. Every hypothesis is then tested by its predictions:
+/// images that overlap under it must agree, and those that overlap under its rivals must not. A
+/// repetitive ceiling therefore ends as ambiguous, and another room as no overlap.
 ///
-/// Where keyframes of both parts have headings of one compass (two parts of one recording), only
-/// matches that it does not contradict propose anything.
+/// Where keyframes of both parts have headings of one compass (two parts of one recording), a match
+/// forms a hypothesis only if the compass does not contradict it.
 ///
-/// @param closer  holds all keyframes of both parts and the edges within each; only its
-/// comparisons are used, its graph stays as it is.
+/// @param closer  holds all keyframes of both parts and the edges within each part. Only its
+/// comparisons are used; its graph is not changed.
 JoinResult JoinParts(LoopCloser& closer,
                      std::span<const std::int64_t> a,
                      std::span<const std::int64_t> b,

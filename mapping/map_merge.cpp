@@ -11,23 +11,23 @@
 namespace ceilmap::mapping {
 namespace {
 
-std::vector<std::int64_t> Ids(const MapGraph& graph) {
+std::vector<std::int64_t> Ids(const graph::MapGraph& graph) {
   std::vector<std::int64_t> ids;
-  for (const Keyframe& keyframe : graph.keyframes) ids.push_back(keyframe.id);
+  for (const graph::Keyframe& keyframe : graph.keyframes) ids.push_back(keyframe.id);
   return ids;
 }
 
-/// Brings a part to where it belongs and ties it to what is there.
+/// Moves a part into the frame of the joined ones and adds the edges between them.
 void Attach(LoopCloser& closer, const std::vector<std::int64_t>& part, const JoinResult& join) {
   for (const std::int64_t id : part) {
     closer.Graph().Move(id, join.T_a_b * closer.Graph().T_map_base(id));
   }
-  for (const Edge& edge : join.edges) closer.Add(edge);
+  for (const graph::Edge& edge : join.edges) closer.Add(edge);
   for (const std::int64_t id : part) closer.Close(id);
 }
 
-/// Everything of a part but its edges, which are in the closer's graph.
-void Append(MapGraph& graph, const MapGraph& part) {
+/// Appends all of a part except its edges, which are in the closer's graph.
+void Append(graph::MapGraph& graph, const graph::MapGraph& part) {
   graph.keyframes.insert(graph.keyframes.end(), part.keyframes.begin(), part.keyframes.end());
   graph.trajectory.insert(graph.trajectory.end(), part.trajectory.begin(), part.trajectory.end());
   graph.weak_spots.insert(graph.weak_spots.end(), part.weak_spots.begin(), part.weak_spots.end());
@@ -36,35 +36,35 @@ void Append(MapGraph& graph, const MapGraph& part) {
 
 }  // namespace
 
-void Renumber(MapGraph& graph, std::int64_t offset) {
-  for (Keyframe& keyframe : graph.keyframes) {
+void Renumber(graph::MapGraph& graph, std::int64_t offset) {
+  for (graph::Keyframe& keyframe : graph.keyframes) {
     keyframe.id += offset;
     keyframe.pose.keyframe_id += offset;
   }
-  for (FramePose& frame : graph.trajectory) frame.keyframe_id += offset;
-  for (WeakSpot& spot : graph.weak_spots) spot.keyframe_id += offset;
-  for (Edge& edge : graph.edges) {
+  for (graph::FramePose& frame : graph.trajectory) frame.keyframe_id += offset;
+  for (graph::WeakSpot& spot : graph.weak_spots) spot.keyframe_id += offset;
+  for (graph::Edge& edge : graph.edges) {
     edge.from += offset;
     edge.to += offset;
   }
 }
 
-void ChangeView(MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view) {
+void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view) {
   const Pose2 T_own_new = T_base_view_own * T_base_view.Inverse();
-  // The new base hangs on the old one like a rigid arm.
+  // The new base is attached rigidly to the old one.
   Eigen::Matrix3d by_own = Eigen::Matrix3d::Identity();
-  for (Keyframe& keyframe : graph.keyframes) {
+  for (graph::Keyframe& keyframe : graph.keyframes) {
     const Eigen::Vector2d arm = keyframe.pose.T_map_base.Rotation() * T_own_new.Translation();
     by_own(0, 2) = -arm.y();
     by_own(1, 2) = arm.x();
     keyframe.pose.covariance = by_own * keyframe.pose.covariance * by_own.transpose();
     keyframe.pose.T_map_base = keyframe.pose.T_map_base * T_own_new;
   }
-  for (Edge& edge : graph.edges) {
+  for (graph::Edge& edge : graph.edges) {
     const Pose2 T = edge.T_from_to;
     edge.T_from_to = T_own_new.Inverse() * T * T_own_new;
-    // d(new) = J d(old): the arm at the `to` end turns with the edge's yaw, then all is seen from
-    // the new `from` base.
+    // d(new) = J d(old): the lever arm at the `to` end turns with the edge's yaw; then everything
+    // is expressed in the new `from` base.
     const Eigen::Vector2d arm = T.Rotation() * T_own_new.Translation();
     Eigen::Matrix3d jacobian = Eigen::Matrix3d::Identity();
     jacobian(0, 2) = -arm.y();
@@ -86,7 +86,8 @@ JoinedParts JoinAll(LoopCloser& closer,
   all.results.front().verdict = JoinResult::Verdict::kJoined;
   all.joined = {0};
   std::vector<std::int64_t> base = parts.front();
-  // What fits nowhere now may fit once another part is there; so again after each success.
+  // A part that fits nowhere may fit after another part was joined; so all are tried again after
+  // each success.
   for (bool grown = true; grown;) {
     grown = false;
     for (std::size_t i = 1; i < parts.size(); ++i) {
@@ -110,8 +111,8 @@ bool MergeResult::ok() const {
 }
 
 MergeResult MergeGraphs(const calib::CeilingView& view,
-                        const std::vector<MapGraph>& parts,
-                        const PictureLoader& load,
+                        const std::vector<graph::MapGraph>& parts,
+                        const graph::ImageLoader& load,
                         const DescriptorSource& descriptors,
                         const MergeParams& params) {
   LoopCloser closer(view, load, params.loops);
@@ -119,11 +120,11 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
   std::unordered_map<std::int64_t, std::size_t> part_of;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     ids.push_back(Ids(parts[i]));
-    for (const Keyframe& keyframe : parts[i].keyframes) {
+    for (const graph::Keyframe& keyframe : parts[i].keyframes) {
       closer.Add(keyframe);
       part_of[keyframe.id] = i;
     }
-    for (const Edge& edge : parts[i].edges) closer.Add(edge);
+    for (const graph::Edge& edge : parts[i].edges) closer.Add(edge);
   }
   const JoinedParts joined = JoinAll(closer, ids, descriptors, params.join);
 
@@ -132,21 +133,21 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
   for (const std::size_t i : joined.joined) Append(merged.graph, parts[i]);
   std::sort(merged.graph.keyframes.begin(),
             merged.graph.keyframes.end(),
-            [](const Keyframe& x, const Keyframe& y) { return x.id < y.id; });
+            [](const graph::Keyframe& x, const graph::Keyframe& y) { return x.id < y.id; });
   std::int64_t across = 0;
-  for (const Edge& edge : closer.Graph().Edges()) {
+  for (const graph::Edge& edge : closer.Graph().Edges()) {
     if (!merged.results[part_of.at(edge.from)].ok()) continue;
     merged.graph.edges.push_back(edge);
     across += part_of.at(edge.from) != part_of.at(edge.to) ? 1 : 0;
   }
   merged.graph.quality.loops += joined.loops;
   merged.graph.quality.loops += closer.Counts();
-  MoveKeyframes(merged.graph, closer.Graph().Poses());
+  graph::MoveKeyframes(merged.graph, closer.Graph().Poses());
   const std::int64_t outliers = merged.graph.quality.loops.outliers;
-  Optimize(merged.graph, params.optimize);
+  graph::Optimize(merged.graph, params.optimize);
   const std::int64_t bad = merged.graph.quality.loops.outliers - outliers;
   if (across > 0 &&
-      static_cast<double>(bad) > params.max_outlier_part * static_cast<double>(across)) {
+      static_cast<double>(bad) > params.max_outlier_ratio * static_cast<double>(across)) {
     JoinResult& last = merged.results[joined.joined.back()];
     last.verdict = JoinResult::Verdict::kContradicts;
     last.reason = fmt::format(
@@ -154,7 +155,7 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
         across,
         bad);
   }
-  FindWeakSpots(merged.graph, closer.Span());
+  graph::FindWeakSpots(merged.graph, closer.Span());
   return merged;
 }
 

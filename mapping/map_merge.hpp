@@ -4,30 +4,31 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
+#include "mapping/graph/map_graph.hpp"
 #include "mapping/loop_closer.hpp"
-#include "mapping/map_file.hpp"
-#include "mapping/map_graph.hpp"
 #include "mapping/map_joiner.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::mapping {
 
-/// Adds `offset` to the ids of all keyframes, so that two maps can come together.
-void Renumber(MapGraph& graph, std::int64_t offset);
+/// Adds `offset` to the ids of all keyframes, so that two maps can be merged.
+void Renumber(graph::MapGraph& graph, std::int64_t offset);
 
-/// Lets a graph's keyframes and edges refer to a base from which the camera is seen at
-/// `T_base_view` instead of `T_base_view_own`, so that maps of cameras that are mounted differently
-/// come together. Frames of the trajectory keep their own base.
-void ChangeView(MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view);
+/// Changes the base of a graph's keyframes and edges to one from which the pose of the camera is
+/// `T_base_view` instead of `T_base_view_own`, so that maps of differently mounted cameras can be
+/// merged. Frames of the trajectory keep their own base.
+void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view);
 
-/// What became of the parts of a map.
+/// Result of joining the parts of a map.
 struct JoinedParts {
-  std::vector<std::size_t> joined;  ///< indices of the parts; the first one and what joined it
+  std::vector<std::size_t> joined;  ///< indices of the joined parts, including the first one
   std::vector<JoinResult> results;  ///< for each part, the last attempt; the first one's is empty
-  LoopCounts loops;                 ///< pictures compared to find how the parts lie
+  graph::LoopCounts loops;          ///< comparisons made to find the parts' relative poses
 };
 
-/// Joins parts to the first one, one after the other, as long as one more fits to what is joined
-/// already; their keyframes are moved there, and closures are looked for all over the common area.
+/// Joins parts to the first one, one after the other, as long as another part fits what is joined
+/// already. The keyframes of a joined part are moved into the frame of the first, and closures are
+/// searched for in the whole common area.
 /// @param closer  holds the keyframes of all parts, and the edges within each.
 JoinedParts JoinAll(LoopCloser& closer,
                     const std::vector<std::vector<std::int64_t>>& parts,
@@ -37,25 +38,25 @@ JoinedParts JoinAll(LoopCloser& closer,
 struct MergeParams {
   LoopCloserParams loops;
   JoinParams join;
-  OptimizeParams optimize;
-  /// Of the closures between joined parts, at the most this part may turn out to contradict the
+  graph::OptimizeParams optimize;
+  /// Largest fraction of the closures between joined parts that may turn out to contradict the
   /// rest.
-  double max_outlier_part = 0.3;
+  double max_outlier_ratio = 0.3;
 };
 
 struct MergeResult {
-  MapGraph graph;                   ///< of all parts that were joined, in the frame of the first
+  graph::MapGraph graph;            ///< of all joined parts, in the frame of the first
   std::vector<JoinResult> results;  ///< for each part, see JoinedParts
-  MosaicGrid grid;                  ///< of the mosaic that was written, if one was
-  [[nodiscard]] bool ok() const;    ///< every part was joined
+  store::MosaicGrid grid;           ///< of the mosaic that was written, if one was
+  [[nodiscard]] bool ok() const;    ///< true when every part was joined
 };
 
-/// Makes one map of several. The keyframes' ids must differ between the parts (Renumber) and their
-/// pictures have the geometry of `view` (ChangeView). The first keyframe of the first part keeps
-/// its pose.
+/// Merges several maps into one. The keyframes' ids must differ between the parts (Renumber), and
+/// their images must have the geometry of `view` (ChangeView). The first keyframe of the first part
+/// keeps its pose.
 MergeResult MergeGraphs(const calib::CeilingView& view,
-                        const std::vector<MapGraph>& parts,
-                        const PictureLoader& load,
+                        const std::vector<graph::MapGraph>& parts,
+                        const graph::ImageLoader& load,
                         const DescriptorSource& descriptors,
                         const MergeParams& params = {});
 

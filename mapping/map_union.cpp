@@ -5,28 +5,27 @@
 #include <cmath>
 
 #include "calib/base/error.hpp"
-#include "mapping/map_builder.hpp"
+#include "mapping/mosaic/map_builder.hpp"
 
 namespace ceilmap::mapping {
 namespace {
 
-/// Where the keyframes of one part are kept: those with ids in [first, end).
+/// Storage of the keyframes of one part: those with ids in [first, end).
 struct Store {
   std::int64_t first = 0;
   std::int64_t end = 0;
-  const MapReader* map = nullptr;  // null: the writer itself
+  const store::MapReader* map = nullptr;  // null: the writer itself
 };
 
-/// Pictures and descriptors of all parts by the ids that they have in the union.
+/// Images and descriptors of all parts, by their ids in the union.
 class Stores {
  public:
-  Stores(std::vector<Store> stores, const MapWriter& writer)
+  Stores(std::vector<Store> stores, const store::MapWriter& writer)
       : stores_(std::move(stores)), writer_(writer) {}
 
-  [[nodiscard]] cv::Mat Picture(std::int64_t id) const {
+  [[nodiscard]] cv::Mat Image(std::int64_t id) const {
     const Store& store = Of(id);
-    return store.map != nullptr ? store.map->ReadPicture(id - store.first)
-                                : writer_.ReadPicture(id);
+    return store.map != nullptr ? store.map->ReadImage(id - store.first) : writer_.ReadImage(id);
   }
   [[nodiscard]] cv::Mat Descriptors(std::int64_t id) const {
     const Store& store = Of(id);
@@ -42,7 +41,7 @@ class Stores {
 
  private:
   std::vector<Store> stores_;
-  const MapWriter& writer_;
+  const store::MapWriter& writer_;
 };
 
 MergeParams ForView(MergeParams params, const calib::CeilingView& view, const std::string& unit) {
@@ -51,51 +50,52 @@ MergeParams ForView(MergeParams params, const calib::CeilingView& view, const st
   return params;
 }
 
-std::int64_t IdsOf(const MapGraph& graph) {
+std::int64_t IdsOf(const graph::MapGraph& graph) {
   return graph.keyframes.empty() ? 0 : graph.keyframes.back().id + 1;
 }
 
-MergeResult Unite(const std::vector<MapGraph>& parts,
+MergeResult Unite(const std::vector<graph::MapGraph>& parts,
                   const Stores& stores,
-                  const MapMetadata& metadata,
+                  const store::MapMetadata& metadata,
                   const UnionParams& params,
-                  MapWriter& writer,
+                  store::MapWriter& writer,
                   const UnionProgress& progress) {
   const calib::CeilingView view = ViewOf(metadata);
   MergeResult merged = MergeGraphs(
       view,
       parts,
-      [&](std::int64_t id) { return stores.Picture(id); },
+      [&](std::int64_t id) { return stores.Image(id); },
       [&](std::int64_t id) { return stores.Descriptors(id); },
       ForView(params.merge, view, metadata.unit));
   if (!merged.ok()) return merged;
-  for (const Keyframe& keyframe : merged.graph.keyframes) {
+  for (const graph::Keyframe& keyframe : merged.graph.keyframes) {
     const Store& store = stores.Of(keyframe.id);
     if (store.map == nullptr) continue;
-    writer.CopyPicture(*store.map, keyframe.id - store.first, keyframe.id);
+    writer.CopyImage(*store.map, keyframe.id - store.first, keyframe.id);
   }
-  MosaicParams mosaic = params.mosaic;
+  mosaic::MosaicParams mosaic = params.mosaic;
   mosaic.view_mask = view.Mask();
   if (mosaic.resolution <= 0) mosaic.resolution = metadata.resolution;
-  merged.grid = WriteMap(merged.graph, metadata, mosaic, writer, progress);
+  merged.grid = mosaic::WriteMap(merged.graph, metadata, mosaic, writer, progress);
   return merged;
 }
 
 }  // namespace
 
-calib::CeilingView ViewOf(const MapMetadata& metadata) {
+calib::CeilingView ViewOf(const store::MapMetadata& metadata) {
   return calib::CeilingView::OfRectified(
       metadata.view_size, metadata.view_units_per_px, metadata.T_base_view, metadata.view_mask);
 }
 
-std::string Incompatibility(const MapMetadata& a, const MapMetadata& b) {
-  // At the border of a picture such a scale is off by a few hundredths of a pixel.
+std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadata& b) {
+  // At the border of an image this difference of scale causes an error of a few hundredths of a
+  // pixel.
   constexpr double kSameScale = 1e-4;
   if (a.unit != b.unit) {
     return fmt::format("one map is in {}, the other in {}; make both with a rig", a.unit, b.unit);
   }
   if (a.view_size != b.view_size) {
-    return fmt::format("their pictures have {}x{} and {}x{} px; use maps of one kind of camera",
+    return fmt::format("their images have {}x{} and {}x{} px; use maps of one kind of camera",
                        a.view_size.width,
                        a.view_size.height,
                        b.view_size.width,
@@ -103,7 +103,7 @@ std::string Incompatibility(const MapMetadata& a, const MapMetadata& b) {
   }
   if (std::abs(a.view_units_per_px / b.view_units_per_px - 1) > kSameScale) {
     return fmt::format(
-        "their pictures have {:.6g} and {:.6g} {} per px; use maps of one kind of "
+        "their images have {:.6g} and {:.6g} {} per px; use maps of one kind of "
         "camera at one height",
         a.view_units_per_px,
         b.view_units_per_px,
@@ -112,18 +112,18 @@ std::string Incompatibility(const MapMetadata& a, const MapMetadata& b) {
   return {};
 }
 
-MergeResult MergeMaps(const std::vector<const MapReader*>& maps,
-                      const MapMetadata& metadata,
+MergeResult MergeMaps(const std::vector<const store::MapReader*>& maps,
+                      const store::MapMetadata& metadata,
                       const UnionParams& params,
-                      MapWriter& writer,
+                      store::MapWriter& writer,
                       const UnionProgress& progress) {
-  std::vector<MapGraph> parts;
+  std::vector<graph::MapGraph> parts;
   std::vector<Store> stores;
   std::int64_t offset = 0;
-  for (const MapReader* map : maps) {
+  for (const store::MapReader* map : maps) {
     const std::string problem = Incompatibility(metadata, map->Metadata());
     if (!problem.empty()) throw InputError(problem);
-    MapGraph graph = map->ReadGraph();
+    graph::MapGraph graph = map->ReadGraph();
     ChangeView(graph, map->Metadata().T_base_view, metadata.T_base_view);
     const std::int64_t end = offset + IdsOf(graph);
     Renumber(graph, offset);
@@ -134,14 +134,14 @@ MergeResult MergeMaps(const std::vector<const MapReader*>& maps,
   return Unite(parts, Stores(stores, writer), metadata, params, writer, progress);
 }
 
-MergeResult AppendRecording(const MapReader& map,
-                            const MapGraph& recording,
+MergeResult AppendRecording(const store::MapReader& map,
+                            const graph::MapGraph& recording,
                             const calib::CeilingView& recording_view,
-                            const MapMetadata& metadata,
+                            const store::MapMetadata& metadata,
                             const UnionParams& params,
-                            MapWriter& writer,
+                            store::MapWriter& writer,
                             const UnionProgress& progress) {
-  std::vector<MapGraph> parts = {map.ReadGraph(), recording};
+  std::vector<graph::MapGraph> parts = {map.ReadGraph(), recording};
   ChangeView(parts.back(), recording_view.T_base_view(), metadata.T_base_view);
   const std::int64_t first = IdsOf(parts.front());
   const std::vector<Store> stores = {{0, first, &map}, {first, IdsOf(recording), nullptr}};

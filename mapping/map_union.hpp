@@ -3,48 +3,48 @@
 #include <functional>
 #include <vector>
 
-#include "mapping/map_file.hpp"
 #include "mapping/map_merge.hpp"
 #include "mapping/mapper.hpp"
-#include "mapping/mosaic.hpp"
+#include "mapping/mosaic/mosaic.hpp"
+#include "mapping/store/map_file.hpp"
 
-/// Several maps in one file.
+/// Merges several maps into one file.
 namespace ceilmap::mapping {
 
 struct UnionParams {
   MergeParams merge;
-  MosaicParams mosaic;
+  mosaic::MosaicParams mosaic;
 };
 
 /// Progress of the mosaic: done, total windows.
 using UnionProgress = std::function<void(int, int)>;
 
-/// The geometry of a map's pictures.
-calib::CeilingView ViewOf(const MapMetadata& metadata);
+/// The geometry of a map's images.
+calib::CeilingView ViewOf(const store::MapMetadata& metadata);
 
-/// Why pictures of the two maps cannot stand in one, in words; empty when they can. Different
-/// mountings do not matter, different scales and picture sizes do.
-std::string Incompatibility(const MapMetadata& a, const MapMetadata& b);
+/// Why images of the two maps cannot be used in one map, as a readable message; empty when they
+/// can. Different mountings are allowed, different scales and image sizes are not.
+std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadata& b);
 
-/// Writes the union of maps to the writer (without Commit), in the frame of the first; nothing is
+/// Writes the union of maps, in the frame of the first, to the writer (without Commit). Nothing is
 /// written unless every map could be joined (`ok()`).
-/// @param writer  made with the metadata that the union shall have.
+/// @param writer  made with the metadata of the union.
 /// @throws InputError when a map is incompatible with the first.
-MergeResult MergeMaps(const std::vector<const MapReader*>& maps,
-                      const MapMetadata& metadata,
+MergeResult MergeMaps(const std::vector<const store::MapReader*>& maps,
+                      const store::MapMetadata& metadata,
                       const UnionParams& params,
-                      MapWriter& writer,
+                      store::MapWriter& writer,
                       const UnionProgress& progress = {});
 
-/// The same for a map and a recording that was mapped just now into `writer`, whose first keyframe
-/// id is past the map's last one.
-/// @param recording  of the closed Mapper, seen with `recording_view`.
-MergeResult AppendRecording(const MapReader& map,
-                            const MapGraph& recording,
+/// The same for a map and a recording that was just mapped into `writer`. The first keyframe id of
+/// the recording is larger than the last one of the map.
+/// @param recording  graph of the closed Mapper, recorded with `recording_view`.
+MergeResult AppendRecording(const store::MapReader& map,
+                            const graph::MapGraph& recording,
                             const calib::CeilingView& recording_view,
-                            const MapMetadata& metadata,
+                            const store::MapMetadata& metadata,
                             const UnionParams& params,
-                            MapWriter& writer,
+                            store::MapWriter& writer,
                             const UnionProgress& progress = {});
 
 }  // namespace ceilmap::mapping

@@ -15,16 +15,16 @@
 #include "calib/base/error.hpp"
 #include "calib/base/stage_timer.hpp"
 #include "calib/level_view.hpp"
-#include "mapping/map_builder.hpp"
 #include "mapping/map_merge.hpp"
-#include "mapping/place_descriptor.hpp"
+#include "mapping/mosaic/map_builder.hpp"
+#include "mapping/places/place_descriptor.hpp"
 
 namespace ceilmap::mapping {
 namespace {
 
 void SetForView(const calib::CeilingView& view, registration::RegistrarParams& params) {
-  // Without a rig nothing says that the camera keeps its height: the scale is estimated, so that it
-  // does not disturb the rest.
+  // Without a rig the camera may change its height: the scale is estimated, so that it does not
+  // disturb the other parameters.
   if (view.FocalLength() <= 0) params.estimate_scale = true;
   params.mask = view.Mask();
 }
@@ -39,8 +39,9 @@ MapperParams ForView(MapperParams params, const calib::CeilingView& view) {
   return params;
 }
 
-/// Gives free memory back to the system. Spectra and pictures come and go between small things that
-/// stay, which leaves holes that glibc keeps: half a megabyte for each keyframe of a long run.
+/// Returns free memory to the system. Spectra and images are allocated and freed between small
+/// objects that remain, which leaves holes that glibc keeps: half a megabyte for each keyframe of a
+/// long run.
 void ReturnFreeMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);
@@ -55,19 +56,19 @@ void CheckHeading(const FrameContext& context, std::int64_t frame_index) {
       fmt::format("frame {}: a heading must be finite, its variance > 0", frame_index));
 }
 
-/// What the loop closer takes of a step of the odometry, in its own thread.
+/// Input of the loop closer from one step of the odometry, for its own thread.
 struct NewKeyframe {
-  Keyframe keyframe;  // with its picture
+  graph::Keyframe keyframe;  // with its image
   registration::FrameSpectrum spectrum;
-  std::vector<Edge> edges;
+  std::vector<graph::Edge> edges;
 };
 
 }  // namespace
 
 struct Mapper::Impl {
   Impl(const calib::CeilingView& ceiling_view,
-       MapWriter& map_writer,
-       const MapMetadata& map_metadata,
+       store::MapWriter& map_writer,
+       const store::MapMetadata& map_metadata,
        const MapperParams& p)
       : view(ceiling_view),
         writer(map_writer),
@@ -75,24 +76,24 @@ struct Mapper::Impl {
         params(ForView(p, ceiling_view)),
         odometry(view, p.origin, params.odometry),
         closer(
-            view, [this](std::int64_t id) { return writer.ReadPicture(id); }, params.loops),
+            view, [this](std::int64_t id) { return writer.ReadImage(id); }, params.loops),
         describer(view.Size(),
                   view.MetresPerPixel(),
-                  PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()),
+                  places::PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()),
                   view.Mask()) {}
 
   const calib::CeilingView& view;
-  MapWriter& writer;
-  MapMetadata metadata;
+  store::MapWriter& writer;
+  store::MapMetadata metadata;
   MapperParams params;
   Odometry odometry;
   LoopCloser closer;
-  PlaceDescriber describer;
+  places::PlaceDescriber describer;
   std::future<void> closing;  // the loop closer's work on the last keyframe
   cv::Mat rectified;
   std::optional<calib::LevelView> level_view;  // made for the first tilted frame
   cv::Mat levelled;
-  MapGraph graph;
+  graph::MapGraph graph;
   std::vector<float> peaks;
   int lost_in_a_row = 0;
   bool closed = false;
@@ -110,11 +111,11 @@ struct Mapper::Impl {
 
 void Mapper::Impl::CloseLoops(NewKeyframe added) {
   const StageTimer timer(report.loop_ms);
-  // The borders of a picture that was drawn level would pass for marks of the ceiling.
-  const cv::Mat& picture = added.keyframe.picture;
+  // The borders of an image that was drawn level would be taken for features of the ceiling.
+  const cv::Mat& image = added.keyframe.image;
   const bool level = added.keyframe.pose.tilt.IsLevel();
   const cv::Mat descriptors =
-      describer.Describe(level ? picture : cv::Mat(picture.size(), CV_8UC1, cv::Scalar(0)));
+      describer.Describe(level ? image : cv::Mat(image.size(), CV_8UC1, cv::Scalar(0)));
   writer.AddDescriptors(added.keyframe.id, descriptors);
   closer.Add(added.keyframe, added.spectrum, added.edges, descriptors);
   closer.Close(added.keyframe.id);
@@ -125,9 +126,9 @@ void Mapper::Impl::CloseLoops(NewKeyframe added) {
 void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
   if (!step.new_keyframe) return;
   const StageTimer timer(report.keyframe_ms);
-  writer.AddPicture(step.new_keyframe->id, step.new_keyframe->picture);
+  writer.AddImage(step.new_keyframe->id, step.new_keyframe->image);
   NewKeyframe added{*step.new_keyframe, step.new_spectrum, step.new_edges};
-  step.new_keyframe->picture.release();
+  step.new_keyframe->image.release();
   graph.keyframes.push_back(*step.new_keyframe);
   WaitForLoops();
   closing = std::async(std::launch::async, [this, added = std::move(added)]() mutable {
@@ -138,18 +139,18 @@ void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
 void Mapper::Impl::Count(const OdometryStep& step) {
   ++report.frames;
   switch (step.pose.status) {
-    case TrackingStatus::kTracking:
-    case TrackingStatus::kRelocalized:
+    case graph::TrackingStatus::kTracking:
+    case graph::TrackingStatus::kRelocalized:
       ++report.tracked;
       peaks.push_back(static_cast<float>(step.registration.peak));
       NoteLoss();
       graph.trajectory.push_back(step.pose);
       break;
-    case TrackingStatus::kAmbiguous:
+    case graph::TrackingStatus::kAmbiguous:
       ++report.ambiguous;
       ++lost_in_a_row;
       break;
-    case TrackingStatus::kLost:
+    case graph::TrackingStatus::kLost:
       ++report.lost;
       ++lost_in_a_row;
       break;
@@ -157,11 +158,11 @@ void Mapper::Impl::Count(const OdometryStep& step) {
   if (step.registration.verdict == registration::Verdict::kNoTexture) ++report.without_texture;
 }
 
-/// The place where frames could not be placed is the last one before them.
+/// Records where frames could not be placed: at the last placed frame before them.
 void Mapper::Impl::NoteLoss() {
   if (lost_in_a_row > 0 && !graph.trajectory.empty()) {
-    WeakSpot spot;
-    spot.kind = WeakSpot::Kind::kLost;
+    graph::WeakSpot spot;
+    spot.kind = graph::WeakSpot::Kind::kLost;
     spot.keyframe_id = graph.trajectory.back().keyframe_id;
     spot.extent = lost_in_a_row;
     graph.weak_spots.push_back(spot);
@@ -169,9 +170,9 @@ void Mapper::Impl::NoteLoss() {
   lost_in_a_row = 0;
 }
 
-/// Puts the parts together between which the robot had lost itself; what fits nowhere goes.
+/// Joins the segments between which the robot was lost; segments that cannot be joined are removed.
 void Mapper::Impl::JoinSegments() {
-  const std::vector<std::vector<std::int64_t>> parts = Components(graph);
+  const std::vector<std::vector<std::int64_t>> parts = graph::Components(graph);
   if (parts.size() < 2) return;
   const DescriptorSource descriptors = [this](std::int64_t id) {
     return writer.ReadDescriptors(id);
@@ -181,49 +182,49 @@ void Mapper::Impl::JoinSegments() {
   std::unordered_set<std::int64_t> keep;
   for (const std::size_t part : joined.joined) keep.insert(parts[part].begin(), parts[part].end());
   graph.edges = closer.Graph().Edges();
-  MoveKeyframes(graph, closer.Graph().Poses());
-  for (const Keyframe& keyframe : graph.keyframes) {
-    if (!keep.contains(keyframe.id)) writer.RemovePicture(keyframe.id);
+  graph::MoveKeyframes(graph, closer.Graph().Poses());
+  for (const graph::Keyframe& keyframe : graph.keyframes) {
+    if (!keep.contains(keyframe.id)) writer.RemoveImage(keyframe.id);
   }
   const std::size_t before = graph.trajectory.size();
   const Pose2 T_map_first = graph.keyframes.front().pose.T_map_base;
-  KeepOnly(graph, keep);
+  graph::KeepOnly(graph, keep);
   const Pose2 T_map_kept = graph.keyframes.front().pose.T_map_base;
-  // A segment that is left without what came before it begins the map.
-  MoveAll(graph, T_map_first * T_map_kept.Inverse());
+  // Where the beginning was removed, the first kept keyframe takes the pose of the map's first one.
+  graph::MoveAll(graph, T_map_first * T_map_kept.Inverse());
   report.unconnected = static_cast<std::int64_t>(before - graph.trajectory.size());
 }
 
 Mapper::Mapper(const calib::CeilingView& view,
-               MapWriter& writer,
-               const MapMetadata& metadata,
+               store::MapWriter& writer,
+               const store::MapMetadata& metadata,
                const MapperParams& params) {
   params.mosaic.Validate();
   impl_ = std::make_unique<Impl>(view, writer, metadata, params);
 }
 Mapper::~Mapper() = default;
 
-FramePose Mapper::Process(const cv::Mat& raw_grey,
-                          std::int64_t frame_index,
-                          double stamp_s,
-                          const FrameContext& context) {
+graph::FramePose Mapper::Process(const cv::Mat& raw_grey,
+                                 std::int64_t frame_index,
+                                 double stamp_s,
+                                 const FrameContext& context) {
   Impl& me = *impl_;
   CheckHeading(context, frame_index);
   const Tilt& tilt = context.tilt;
-  const cv::Mat* picture = nullptr;
+  const cv::Mat* image = nullptr;
   {
     const StageTimer timer(me.report.rectify_ms);
-    picture = &me.view.Rectify(raw_grey, me.rectified);
+    image = &me.view.Rectify(raw_grey, me.rectified);
     if (!tilt.IsLevel()) {
       if (!me.level_view) me.level_view.emplace(me.view);
-      me.level_view->Draw(*picture, tilt, me.levelled);
-      picture = &me.levelled;
+      me.level_view->Draw(*image, tilt, me.levelled);
+      image = &me.levelled;
     }
   }
   OdometryStep step;
   {
     const StageTimer timer(me.report.register_ms);
-    step = me.odometry.Process(*picture, frame_index, stamp_s, context);
+    step = me.odometry.Process(*image, frame_index, stamp_s, context);
   }
   me.KeepKeyframe(step);
   me.Count(step);
@@ -250,28 +251,28 @@ void Mapper::Close() {
   }
   const StageTimer timer(me.report.optimize_ms);
   me.graph.edges = me.closer.Graph().Edges();
-  MoveKeyframes(me.graph, me.closer.Graph().Poses());
+  graph::MoveKeyframes(me.graph, me.closer.Graph().Poses());
   me.JoinSegments();
   me.graph.quality.loops += me.closer.Counts();
-  Optimize(me.graph, me.params.optimize);
+  graph::Optimize(me.graph, me.params.optimize);
   const cv::Size size = me.view.Size();
-  FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
+  graph::FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
   me.report.keyframes = static_cast<std::int64_t>(me.graph.keyframes.size());
   me.report.quality = me.graph.quality;
-  me.report.path = PathLength(me.graph.trajectory);
+  me.report.path = graph::PathLength(me.graph.trajectory);
 }
 
 void Mapper::Finish(const std::function<void(int, int)>& progress) {
   Close();
   const StageTimer timer(impl_->report.mosaic_ms);
-  impl_->report.grid =
-      WriteMap(impl_->graph, impl_->metadata, impl_->params.mosaic, impl_->writer, progress);
+  impl_->report.grid = mosaic::WriteMap(
+      impl_->graph, impl_->metadata, impl_->params.mosaic, impl_->writer, progress);
 }
 
-const std::vector<FramePose>& Mapper::Trajectory() const {
+const std::vector<graph::FramePose>& Mapper::Trajectory() const {
   return impl_->graph.trajectory;
 }
-const MapGraph& Mapper::Graph() const {
+const graph::MapGraph& Mapper::Graph() const {
   return impl_->graph;
 }
 const MapperReport& Mapper::Report() const {

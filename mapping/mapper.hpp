@@ -6,13 +6,13 @@
 
 #include "calib/ceiling_view.hpp"
 #include "mapping/frame_context.hpp"
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/map_graph.hpp"
 #include "mapping/loop_closer.hpp"
-#include "mapping/map_file.hpp"
-#include "mapping/map_graph.hpp"
 #include "mapping/map_joiner.hpp"
-#include "mapping/mosaic.hpp"
+#include "mapping/mosaic/mosaic.hpp"
 #include "mapping/odometry.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::mapping {
 
@@ -20,68 +20,70 @@ struct MapperParams {
   Pose2 origin;  ///< T_map_base of the first mapped frame
   OdometryParams odometry;
   LoopCloserParams loops;
-  JoinParams join = {.same_light = true};  ///< of parts between which the robot had lost itself
-  OptimizeParams optimize;
-  MosaicParams mosaic;
-  std::int64_t first_keyframe_id = 0;  ///< for a recording that comes into an existing map
+  JoinParams join = {.same_light = true};  ///< for segments between which the robot was lost
+  graph::OptimizeParams optimize;
+  mosaic::MosaicParams mosaic;
+  std::int64_t first_keyframe_id = 0;  ///< for a recording that is added to an existing map
 };
 
-/// What a mapping run did, for the summary and for people.
+/// Statistics of a mapping run.
 struct MapperReport {
   std::int64_t frames = 0;
   std::int64_t tracked = 0;
   std::int64_t lost = 0;
   std::int64_t ambiguous = 0;
   std::int64_t without_texture = 0;  ///< part of lost
-  std::int64_t unconnected = 0;      ///< tracked, but in a part that nothing connects with the map
+  /// Tracked, but in a segment that is not connected with the map.
+  std::int64_t unconnected = 0;
   std::int64_t keyframes = 0;
-  MapQuality quality;
+  graph::MapQuality quality;
   double median_peak = 0;
   double path = 0;  ///< length of the trajectory in map units
-  MosaicGrid grid;
+  store::MosaicGrid grid;
   double rectify_ms = 0;  ///< totals over the run
   double register_ms = 0;
   double keyframe_ms = 0;
-  double loop_ms = 0;      ///< loop closing, in a thread of its own
+  double loop_ms = 0;      ///< loop closing, in its own thread
   double optimize_ms = 0;  ///< the full pose graph at the end
   double mosaic_ms = 0;
 };
 
-/// From frames to a map: odometry against the last keyframe, keyframes' pictures into the map file
-/// as they come, loop closing beside it in a thread of its own (one keyframe behind, at fixed
-/// points, so that the same recording always gives the same map), all poses once more at the end,
-/// then the mosaic. Memory does not grow with the number of pixels mapped.
+/// Builds a map from frames. Odometry registers frames against the last keyframe; images of
+/// keyframes are written to the map file as they arrive; loop closing runs in its own thread, one
+/// keyframe behind and synchronized at fixed points, so that the same recording always gives the
+/// same map. At the end all poses are optimized together, and the mosaic is rendered. Memory does
+/// not grow with the number of pixels mapped.
 class Mapper {
  public:
   /// @param view, writer  must outlive the mapper.
   Mapper(const calib::CeilingView& view,
-         MapWriter& writer,
-         const MapMetadata& metadata,
+         store::MapWriter& writer,
+         const store::MapMetadata& metadata,
          const MapperParams& params = {});
   ~Mapper();
 
-  /// Takes the next frame: CV_8UC1 raw picture of the view's size; stamps must increase.
-  /// @param context  how the robot stood, where that is known: it is taken out of the picture, and
-  /// comes back with the pose; needs a view of a rig. Its heading, where a compass gives one: it
-  /// tells orientations apart that look the same (Odometry, LoopCloser, JoinParts).
-  /// A frame that cannot be placed comes back as kLost or kAmbiguous and gets no line in the
-  /// trajectory. @throws InputError on a heading that is not finite or without variance.
-  FramePose Process(const cv::Mat& raw_grey,
-                    std::int64_t frame_index,
-                    double stamp_s,
-                    const FrameContext& context = {});
+  /// Processes the next frame: CV_8UC1 raw image of the view's size; stamps must increase.
+  /// @param context  Tilt of the robot, where it is known: it is removed from the image and
+  /// returned with the pose; needs a view of a rig. Heading, where a compass gives one: it resolves
+  /// orientations that look the same (Odometry, LoopCloser, JoinParts). A frame that cannot be
+  /// placed is returned as kLost or kAmbiguous and is not added to the trajectory.
+  /// @throws InputError on a heading that is not finite or without variance.
+  graph::FramePose Process(const cv::Mat& raw_grey,
+                           std::int64_t frame_index,
+                           double stamp_s,
+                           const FrameContext& context = {});
 
-  /// Ends the recording: all poses are optimised together. No Process after it.
+  /// Ends the recording and optimizes all poses together. No Process after it.
   /// @throws RunError when no frame showed any texture.
   void Close();
   /// Close(), then writes the map and its mosaic to the writer (without Commit).
   /// @param progress  done, total tiles of the mosaic.
   void Finish(const std::function<void(int, int)>& progress = {});
 
-  /// Placed frames only; before Close() as the odometry has them.
-  [[nodiscard]] const std::vector<FramePose>& Trajectory() const;
-  /// The map without pictures; complete after Close().
-  [[nodiscard]] const MapGraph& Graph() const;
+  /// Placed frames only; before Close() with the poses of the odometry.
+  [[nodiscard]] const std::vector<graph::FramePose>& Trajectory() const;
+  /// The map without images; complete after Close().
+  [[nodiscard]] const graph::MapGraph& Graph() const;
   [[nodiscard]] const MapperReport& Report() const;
 
  private:

@@ -11,6 +11,7 @@
 #include "mapping/frame_prediction.hpp"
 #include "mapping/planar_motion.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
 using registration::FrameSpectrum;
@@ -23,16 +24,16 @@ namespace {
 
 /// A keyframe that new frames can still be registered against.
 struct ActiveKeyframe {
-  Keyframe keyframe;
+  graph::Keyframe keyframe;
   FrameSpectrum spectrum;
 };
 
-/// The frame before the current one, kept in case that it has to become a keyframe.
+/// The frame before the current one, kept because it may have to become a keyframe.
 struct LastFrame {
-  FramePose pose;
+  graph::FramePose pose;
   FrameSpectrum spectrum;
-  cv::Mat picture;
-  Edge edge;           // to the keyframe that placed it
+  cv::Mat image;
+  graph::Edge edge;    // to the keyframe that placed it
   double overlap = 1;  // with it
   bool ambiguous = false;
 };
@@ -51,7 +52,7 @@ struct Odometry::Impl {
   OdometryParams params;
   Registrar registrar;
   FramePrediction prediction;
-  MatchStandard standard;             // by the ties of keyframes
+  MatchGate standard;                 // learned from the edges of keyframes
   std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
@@ -62,9 +63,11 @@ struct Odometry::Impl {
   Registration Measure(const ActiveKeyframe& reference,
                        const FrameSpectrum& spectrum,
                        const std::optional<ExpectedPose>& expected);
-  void Place(const ActiveKeyframe& reference, const Edge& edge, FramePose& pose) const;
-  Registration WithItself(const FrameSpectrum& spectrum);
-  bool Start(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
+  void Place(const ActiveKeyframe& reference,
+             const graph::Edge& edge,
+             graph::FramePose& pose) const;
+  Registration SelfRegister(const FrameSpectrum& spectrum);
+  bool Start(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
   MatchQuality Quality(const ActiveKeyframe& reference,
                        const FrameSpectrum& spectrum,
                        const Registration& registration);
@@ -73,27 +76,27 @@ struct Odometry::Impl {
                     const FrameSpectrum& spectrum,
                     const std::optional<ExpectedPose>& expected,
                     OdometryStep& step,
-                    Edge& edge);
-  bool Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
-  bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge);
-  bool Restart(const FrameSpectrum& spectrum, const cv::Mat& picture, OdometryStep& step);
-  void MakeKeyframe(const FramePose& pose,
+                    graph::Edge& edge);
+  bool Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
+  bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
+  bool Restart(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
+  void MakeKeyframe(const graph::FramePose& pose,
                     const FrameSpectrum& spectrum,
-                    const cv::Mat& picture,
-                    const Edge& edge,
+                    const cv::Mat& image,
+                    const graph::Edge& edge,
                     bool ambiguous,
                     OdometryStep& step);
   void Bridge(OdometryStep& step);
-  [[nodiscard]] cv::Mat Stored(const cv::Mat& picture) const;
+  [[nodiscard]] cv::Mat Stored(const cv::Mat& image) const;
   [[nodiscard]] bool WantsKeyframe(const OdometryStep& step) const;
-  void TieToOlder(const FrameSpectrum& spectrum,
-                  FramePose& pose,
-                  const Edge& edge,
-                  std::vector<Edge>& edges);
+  void ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
+                               graph::FramePose& pose,
+                               const graph::Edge& edge,
+                               std::vector<graph::Edge>& edges);
   void Remember(const OdometryStep& step,
                 const FrameSpectrum& spectrum,
-                const cv::Mat& picture,
-                const Edge& edge);
+                const cv::Mat& image,
+                const graph::Edge& edge);
 };
 
 MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
@@ -102,8 +105,8 @@ MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
   return {ImageMotionOf(view, T_reference_base), expected.sigma_px, expected.sigma_rad};
 }
 
-/// Where the compass alone tells the orientation, the ceiling is asked first: one that fits in one
-/// way only is right, and the compass disturbed.
+/// Where only the compass gives the orientation, the registration is first done without a prior. A
+/// single motion that fits is accepted; the compass is then taken to be disturbed.
 Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
                                      const FrameSpectrum& spectrum,
                                      const std::optional<ExpectedPose>& expected) {
@@ -113,33 +116,33 @@ Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
   Registration alone = registrar.Register(reference.spectrum, spectrum);
   if (alone.ok() || alone.verdict == Verdict::kNoTexture) return alone;
   Registration turned = registrar.Register(reference.spectrum, spectrum, prior);
-  turned.by_prior = turned.by_prior || alone.verdict == Verdict::kAmbiguous;
+  turned.disambiguated_by_prior =
+      turned.disambiguated_by_prior || alone.verdict == Verdict::kAmbiguous;
   return turned;
 }
 
 void Odometry::Impl::Place(const ActiveKeyframe& reference,
-                           const Edge& edge,
-                           FramePose& pose) const {
-  const FramePose& from = reference.keyframe.pose;
+                           const graph::Edge& edge,
+                           graph::FramePose& pose) const {
+  const graph::FramePose& from = reference.keyframe.pose;
   pose.T_map_base = from.T_map_base * edge.T_from_to;
   pose.covariance = ComposeCovariance(
       from.T_map_base, from.covariance, edge.T_from_to, edge.information.inverse());
 }
 
-/// A picture that cannot be registered even against itself shows nothing that a map could be made
-/// of.
-Registration Odometry::Impl::WithItself(const FrameSpectrum& spectrum) {
+/// An image that cannot be registered against itself has too little texture for a map.
+Registration Odometry::Impl::SelfRegister(const FrameSpectrum& spectrum) {
   return registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
 }
 
 bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
-                           const cv::Mat& picture,
+                           const cv::Mat& image,
                            OdometryStep& step) {
-  step.registration = WithItself(spectrum);
+  step.registration = SelfRegister(spectrum);
   if (!step.registration.ok()) return false;
   step.pose.T_map_base = prediction.Restart();
-  step.pose.status = TrackingStatus::kTracking;
-  MakeKeyframe(step.pose, spectrum, picture, {}, false, step);
+  step.pose.status = graph::TrackingStatus::kTracking;
+  MakeKeyframe(step.pose, spectrum, image, {}, false, step);
   step.pose = step.new_keyframe->pose;
   return true;
 }
@@ -151,12 +154,12 @@ MatchQuality Odometry::Impl::Quality(const ActiveKeyframe& reference,
                    registrar.Compare(reference.spectrum, spectrum, registration.motion));
 }
 
-/// From a frame that was never out of sight of the keyframe that placed it.
+/// Learns the gate from a frame that was tracked continuously from the keyframe that placed it.
 void Odometry::Impl::LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step) {
   const auto reference = std::find_if(active.begin(), active.end(), [&](const ActiveKeyframe& k) {
     return k.keyframe.id == step.pose.keyframe_id;
   });
-  if (reference == active.end() || prediction.OutOfSight()) return;
+  if (reference == active.end() || prediction.CeilingHidden()) return;
   standard.Add(Quality(*reference, spectrum, step.registration));
 }
 
@@ -164,39 +167,40 @@ bool Odometry::Impl::TryReference(std::size_t index,
                                   const FrameSpectrum& spectrum,
                                   const std::optional<ExpectedPose>& expected,
                                   OdometryStep& step,
-                                  Edge& edge) {
+                                  graph::Edge& edge) {
   const ActiveKeyframe& reference = active[index];
   step.registration = Measure(reference, spectrum, expected);
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
-  AddTiltDoubt(view, step.pose.tilt, edge);
+  InflateTiltCovariance(view, step.pose.tilt, edge);
   Place(reference, edge, step.pose);
-  const bool believed = prediction.OutOfSight()
+  const bool believed = prediction.CeilingHidden()
                             ? standard.Meets(Quality(reference, spectrum, step.registration))
                             : prediction.CanBeAt(step.pose.T_map_base);
   if (!believed) {
     step.registration.verdict = Verdict::kAmbiguous;
     return false;
   }
-  AddPlaceDoubt(prediction.Surprise(step.pose.T_map_base), edge);
+  InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base), edge);
   Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
   return true;
 }
 
-bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
-  if (prediction.OutOfSight()) {
-    step.registration = WithItself(spectrum);
+bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
+  if (prediction.CeilingHidden()) {
+    step.registration = SelfRegister(spectrum);
     if (step.registration.ok()) step.registration.verdict = Verdict::kNoMatch;
     return false;
   }
-  // After a loss nothing is known of where the robot is.
+  // After a loss the pose is unknown.
   const std::optional<ExpectedPose> expected = prediction.Next();
   const bool tilting = last && last->edge.to < 0 && last->pose.tilt.IsLevel() &&
                        !step.pose.tilt.IsLevel() && last->overlap < params.level_overlap;
   if (tilting) Bridge(step);
   if (TryReference(active.size() - 1, spectrum, expected, step, edge)) return true;
-  // The last frame that was still placed sees more of what this one sees: it becomes the keyframe.
+  // The last placed frame has more overlap with this one than the reference has: it becomes the
+  // keyframe.
   if (!last || last->edge.to >= 0 || step.registration.verdict == Verdict::kNoTexture) return false;
   Bridge(step);
   return TryReference(active.size() - 1, spectrum, expected, step, edge);
@@ -205,7 +209,7 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, Ed
 /// Makes the last frame a keyframe.
 void Odometry::Impl::Bridge(OdometryStep& step) {
   const LastFrame bridge = *last;
-  MakeKeyframe(bridge.pose, bridge.spectrum, bridge.picture, bridge.edge, bridge.ambiguous, step);
+  MakeKeyframe(bridge.pose, bridge.spectrum, bridge.image, bridge.edge, bridge.ambiguous, step);
   last->edge.to = active.back().keyframe.id;
 }
 
@@ -213,18 +217,18 @@ bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
   const Registration& r = step.registration;
   const bool level = step.pose.tilt.IsLevel();
   return r.overlap < (level ? params.min_overlap : params.min_tilted_overlap) ||
-         (level && r.inliers < params.min_inlier_part * r.blocks);
+         (level && r.inliers < params.min_inlier_ratio * r.blocks);
 }
 
-bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, Edge& edge) {
-  // Where the robot is now is unknown, so only a place that is unmistakable counts; without a
-  // compass in any orientation.
+bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
+  // The robot's position is unknown, so only an unambiguous match is accepted; without a compass,
+  // in any orientation.
   Registration tracked = step.registration;
   if (tracked.verdict == Verdict::kNoTexture || !prediction.MayBeNear()) return false;
   const std::optional<ExpectedPose> expected = prediction.AfterLoss();
   for (std::size_t i = active.size(); i-- > 0;) {
     if (TryReference(i, spectrum, expected, step, edge)) {
-      step.pose.status = TrackingStatus::kRelocalized;
+      step.pose.status = graph::TrackingStatus::kRelocalized;
       return true;
     }
     if (step.registration.verdict == Verdict::kAmbiguous) tracked = step.registration;
@@ -234,27 +238,28 @@ bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, 
 }
 
 bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
-                             const cv::Mat& picture,
+                             const cv::Mat& image,
                              OdometryStep& step) {
   if (step.registration.verdict == Verdict::kNoTexture) return false;
   if (++lost_in_a_row < params.restart_after || step.new_keyframe) return false;
   const Registration failed = step.registration;
   std::deque<ActiveKeyframe> before;
   before.swap(active);
-  if (Start(spectrum, picture, step)) return true;
+  if (Start(spectrum, image, step)) return true;
   active.swap(before);
   step.registration = failed;
   return false;
 }
 
-void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
-                                FramePose& pose,
-                                const Edge& edge,
-                                std::vector<Edge>& edges) {
-  // Each tie is an estimate of the same pose; they are averaged by their information.
+void Odometry::Impl::ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
+                                             graph::FramePose& pose,
+                                             const graph::Edge& edge,
+                                             std::vector<graph::Edge>& edges) {
+  // Each edge gives an estimate of the same pose; the estimates are averaged, weighted by their
+  // information.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
-  const auto add = [&](const ActiveKeyframe& reference, const Edge& tie) {
+  const auto add = [&](const ActiveKeyframe& reference, const graph::Edge& tie) {
     const Pose2 T = reference.keyframe.pose.T_map_base * tie.T_from_to;
     const Eigen::Vector3d difference(
         T.x - pose.T_map_base.x, T.y - pose.T_map_base.y, WrapAngle(T.yaw - pose.T_map_base.yaw));
@@ -282,8 +287,9 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
     const double off = std::hypot(registration.motion.tx_px - prior.motion.tx_px,
                                   registration.motion.ty_px - prior.motion.ty_px);
     if (!registration.ok() || off > 5) continue;
-    Edge tie = MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
-    AddTiltDoubt(view, pose.tilt, tie);
+    graph::Edge tie =
+        MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
+    InflateTiltCovariance(view, pose.tilt, tie);
     add(reference, tie);
     edges.push_back(tie);
   }
@@ -293,50 +299,51 @@ void Odometry::Impl::TieToOlder(const FrameSpectrum& spectrum,
   pose.T_map_base.yaw = WrapAngle(pose.T_map_base.yaw + correction.z());
 }
 
-/// What is kept of a picture: black pixels are content, 0 is none (Keyframe::picture).
-cv::Mat Odometry::Impl::Stored(const cv::Mat& picture) const {
+/// The stored form of an image: 0 means no content, so black pixels of the content are raised above
+/// 0 (Keyframe::image).
+cv::Mat Odometry::Impl::Stored(const cv::Mat& image) const {
   cv::Mat stored;
-  cv::max(picture, 1, stored);
-  const cv::Mat content = calib::ContentMask(picture);
+  cv::max(image, 1, stored);
+  const cv::Mat content = calib::ContentMask(image);
   if (!content.empty()) cv::bitwise_and(stored, content, stored);
   if (!view.Mask().empty()) cv::bitwise_and(stored, view.Mask(), stored);
   return stored;
 }
 
-void Odometry::Impl::MakeKeyframe(const FramePose& pose,
+void Odometry::Impl::MakeKeyframe(const graph::FramePose& pose,
                                   const FrameSpectrum& spectrum,
-                                  const cv::Mat& picture,
-                                  const Edge& edge,
+                                  const cv::Mat& image,
+                                  const graph::Edge& edge,
                                   bool ambiguous,
                                   OdometryStep& step) {
-  Keyframe keyframe{next_id++, pose, Stored(picture), ambiguous};
+  graph::Keyframe keyframe{next_id++, pose, Stored(image), ambiguous};
   keyframe.pose.keyframe_id = keyframe.id;
   if (!active.empty()) {
-    Edge tie = edge;
+    graph::Edge tie = edge;
     tie.to = keyframe.id;
     step.new_edges.push_back(tie);
-    TieToOlder(spectrum, keyframe.pose, tie, step.new_edges);
+    ConnectToLocalKeyframes(spectrum, keyframe.pose, tie, step.new_edges);
   }
   step.new_keyframe = keyframe;
   step.new_spectrum = spectrum;
   active.push_back({std::move(keyframe), spectrum});
-  active.back().keyframe.picture.release();
+  active.back().keyframe.image.release();
   while (static_cast<int>(active.size()) > params.recent_keyframes) active.pop_front();
 }
 
 void Odometry::Impl::Remember(const OdometryStep& step,
                               const FrameSpectrum& spectrum,
-                              const cv::Mat& picture,
-                              const Edge& edge) {
+                              const cv::Mat& image,
+                              const graph::Edge& edge) {
   prediction.Placed(step.pose.T_map_base);
   lost_in_a_row = 0;
   if (!last) last.emplace();
   last->pose = step.pose;
   last->spectrum = spectrum;
-  picture.copyTo(last->picture);
+  image.copyTo(last->image);
   last->edge = edge;
   last->overlap = step.registration.overlap;
-  last->ambiguous = step.registration.by_prior;
+  last->ambiguous = step.registration.disambiguated_by_prior;
   last->edge.to = step.new_keyframe && step.new_keyframe->pose.frame_index == step.pose.frame_index
                       ? step.new_keyframe->id
                       : -1;
@@ -350,7 +357,7 @@ Odometry::Odometry(const calib::CeilingView& view,
 }
 Odometry::~Odometry() = default;
 
-OdometryStep Odometry::Process(const cv::Mat& picture,
+OdometryStep Odometry::Process(const cv::Mat& image,
                                std::int64_t frame_index,
                                double stamp_s,
                                const FrameContext& context) {
@@ -360,31 +367,33 @@ OdometryStep Odometry::Process(const cv::Mat& picture,
   step.pose.stamp_s = stamp_s;
   step.pose.tilt = context.tilt;
   step.pose.heading = context.heading;
-  const FrameSpectrum spectrum = me.registrar.Analyze(
-      picture, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(picture));
+  const FrameSpectrum spectrum =
+      me.registrar.Analyze(image, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
   me.prediction.Begin(stamp_s, context.heading);
-  Edge edge;
+  graph::Edge edge;
   bool placed = false;
   if (me.active.empty()) {
-    placed = me.Start(spectrum, picture, step);
+    placed = me.Start(spectrum, image, step);
   } else {
     placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge) ||
-             me.Restart(spectrum, picture, step);
+             me.Restart(spectrum, image, step);
     if (placed && !step.new_keyframe && me.WantsKeyframe(step)) {
       me.LearnStandard(spectrum, step);
-      me.MakeKeyframe(step.pose, spectrum, picture, edge, step.registration.by_prior, step);
+      me.MakeKeyframe(
+          step.pose, spectrum, image, edge, step.registration.disambiguated_by_prior, step);
       step.pose = step.new_keyframe->pose;
     }
   }
   if (!placed) {
-    step.pose.status = step.registration.verdict == Verdict::kAmbiguous ? TrackingStatus::kAmbiguous
-                                                                        : TrackingStatus::kLost;
+    step.pose.status = step.registration.verdict == Verdict::kAmbiguous
+                           ? graph::TrackingStatus::kAmbiguous
+                           : graph::TrackingStatus::kLost;
     me.last.reset();
     me.prediction.Lost();
     return step;
   }
   step.tie = edge;
-  me.Remember(step, spectrum, picture, edge);
+  me.Remember(step, spectrum, image, edge);
   return step;
 }
 
@@ -392,8 +401,7 @@ OdometryStep Odometry::Close() {
   OdometryStep step;
   if (impl_->last && impl_->last->edge.to < 0) {
     const LastFrame frame = *impl_->last;
-    impl_->MakeKeyframe(
-        frame.pose, frame.spectrum, frame.picture, frame.edge, frame.ambiguous, step);
+    impl_->MakeKeyframe(frame.pose, frame.spectrum, frame.image, frame.edge, frame.ambiguous, step);
     impl_->last->edge.to = step.new_keyframe->id;
   }
   return step;

@@ -7,54 +7,59 @@
 
 #include "calib/ceiling_view.hpp"
 #include "mapping/frame_context.hpp"
-#include "mapping/keyframe.hpp"
-#include "mapping/match_standard.hpp"
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/match_gate.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::mapping {
 
 struct OdometryParams {
-  /// A new keyframe is made when less than this part of the last one is in view. Larger: more
-  /// keyframes and more drift; smaller: less common area to register on.
+  /// A new keyframe is made when less than this fraction of the last one is in view. Larger: more
+  /// keyframes and more drift; smaller: less common area for the registration.
   double min_overlap = 0.7;
-  double min_inlier_part = 0.5;  ///< ... or when fewer of the compared blocks agree
-  /// A tilted frame is no good keyframe: its picture has blank borders, its place is less exact. So
-  /// the last level frame before it becomes one when less than the first part of the last keyframe
-  /// is in view, and the tilted frame itself only below the second.
+  double min_inlier_ratio = 0.5;  ///< ... or when a smaller fraction of the compared blocks agrees
+  /// A tilted frame is a poor keyframe: its image has blank borders and its position is less
+  /// accurate. So the last level frame before it becomes a keyframe when less than `level_overlap`
+  /// of the last keyframe is in view, and the tilted frame itself only below `min_tilted_overlap`.
   double level_overlap = 0.9;
   double min_tilted_overlap = 0.5;
-  int recent_keyframes = 4;  ///< keyframes that a lost robot is compared with, the last ones first
+  int recent_keyframes = 4;  ///< keyframes that are compared when the robot is lost, latest first
   int local_keyframes =
       3;  ///< keyframes that a new keyframe is registered against, if they overlap
-  /// Spread of the predicted shift, part of the picture's longer side, for choosing among equal
-  /// motions on periodic ceilings. Once the prediction has proved better than this, its own recent
-  /// errors count, times `prior_sigma_errors` and not below `min_prior_sigma_px`.
-  double prior_sigma_part = 0.04;
+  /// Standard deviation of the predicted shift, fraction of the image's longer side, for the choice
+  /// among equally good motions on periodic ceilings. Once the prediction has proved more accurate,
+  /// its own recent errors are used instead, times `prior_sigma_errors` and not below
+  /// `min_prior_sigma_px`.
+  double prior_sigma_ratio = 0.04;
   double prior_sigma_errors = 4;
   double min_prior_sigma_px = 4;
   double prior_sigma_rad = 0.15;
-  /// What a single heading is off at the least, where frames have one (FrameContext), rad.
+  /// Smallest standard deviation of a single heading, where frames have one (FrameContext), rad.
   double heading_noise_rad = kHeadingNoise;
-  /// How fast a robot may be that nobody sees: standard deviation, part of the picture's longer
-  /// side in a second. With a compass alone the place after a loss is known this badly.
-  double unseen_speed_part = 0.4;
-  /// A frame's place is believed when it is off an even motion by no more than this part of the
-  /// longer side, and what the second makes up in the time since the frame before, side per s^2;
-  /// ...
-  double uneven_part = 0.03;
-  double unseen_acceleration_part = 1.5;
-  /// ... and its orientation by no more than this, and the second times that time.
+  /// Standard deviation of the robot's speed while it is lost, fraction of the image's longer side
+  /// per second. It determines the position uncertainty after a loss when only a compass is
+  /// available.
+  double unseen_speed_ratio = 0.4;
+  /// A frame's position is accepted when it differs from the constant-velocity prediction by no
+  /// more than `uneven_ratio` of the image's longer side, plus the path of an acceleration of
+  /// `unseen_acceleration_ratio` (longer sides per s^2) during the time since the last placed
+  /// frame; ...
+  double uneven_ratio = 0.03;
+  double unseen_acceleration_ratio = 1.5;
+  /// ... and its orientation by no more than `uneven_rad`, plus `unseen_turn_rad_s` times that
+  /// time.
   double uneven_rad = 0.65;
   double unseen_turn_rad_s = 2;
-  /// A robot that was out of sight for longer than it takes to go this part of the longer side at
-  /// that speed is not looked for any more: a new segment begins. Before that it is found only by
-  /// `standard`.
-  double max_strayed_part = 1.5;
-  MatchStandardParams standard;
+  /// A lost robot is searched for near its last keyframes only until it may have travelled this
+  /// fraction of the image's longer side at `unseen_speed_ratio`; then a new segment begins. Until
+  /// then only matches that pass `standard` are accepted.
+  double max_strayed_ratio = 1.5;
+  MatchGateParams standard;
   EdgeNoise noise;
-  /// After so many frames in a row that show texture but no place that is known, a new segment
-  /// begins, unconnected with what came before (a loop closure may connect it later).
+  /// After this number of consecutive frames that show texture but match no known place, a new
+  /// segment begins. It is not connected with the earlier ones; a loop closure may connect it
+  /// later.
   int restart_after = 5;
   std::int64_t first_keyframe_id = 0;  ///< >= 0; later ones count up from it
   registration::RegistrarParams registration;
@@ -62,34 +67,36 @@ struct OdometryParams {
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Why a frame is where it is said to be, or is not placed.
+/// Result of one frame: its pose, or why it is not placed.
 struct OdometryStep {
-  FramePose pose;
+  graph::FramePose pose;
   registration::Registration registration;  ///< against the keyframe that placed the frame
-  /// Against the keyframe that placed the frame (pose.keyframe_id); `to` is meaningless.
-  Edge tie;
-  /// Set when this frame, or the one before it, became a keyframe in this step (with its picture).
-  std::optional<Keyframe> new_keyframe;
+  /// Measured against the keyframe that placed the frame (pose.keyframe_id); `to` has no meaning.
+  graph::Edge tie;
+  /// Set when this frame, or the one before it, became a keyframe in this step (with its image).
+  std::optional<graph::Keyframe> new_keyframe;
   registration::FrameSpectrum new_spectrum;  ///< of the new keyframe
-  /// Measured motions that tie it to earlier keyframes; none for the first one of a segment.
-  std::vector<Edge> new_edges;
+  /// Measured motions that connect it with earlier keyframes; none for the first one of a segment.
+  std::vector<graph::Edge> new_edges;
 };
 
-/// Visual odometry on the ceiling: every frame is registered against the last keyframe, never only
-/// against the frame before, so that errors add up per keyframe and not per frame. Plane ceiling;
-/// level robot, or one whose tilt was taken out of its pictures (GEOMETRY section 2).
+/// Visual odometry on the ceiling. Every frame is registered against the last keyframe instead of
+/// the frame before it, so that errors accumulate per keyframe and not per frame. Requires a plane
+/// ceiling, and a level robot or images from which its tilt was removed (calib/README.md, "Motion
+/// of a level robot").
 ///
-/// A keyframe is made of the last frame that was still seen well, when the next one is seen badly,
-/// or of the frame itself when it has moved far enough. It is tied to the last few keyframes that
-/// it overlaps, and placed by their weighted mean. Loop closing (to old keyframes) is not done
-/// here: it takes the keyframes and edges that come out.
+/// The last frame that was still measured well becomes a keyframe when the next frame is measured
+/// poorly; a frame becomes a keyframe itself when it has moved far enough. A new keyframe is
+/// registered against the last few keyframes that it overlaps, and placed at their weighted mean.
+/// Loop closing (with old keyframes) is not done here: it uses the keyframes and edges that the
+/// odometry returns.
 ///
-/// A compass tells how far the robot turned since the last frame that was placed. That is the prior
-/// of the rotation, through the fastest turns and through the dark: among motions that explain the
-/// pictures equally well (square tiles fit after every quarter turn) it chooses, and it says how a
-/// new segment is turned. A compass can be disturbed, so one motion that alone explains the
-/// pictures is taken whatever it says; the turn from there on counts. Which tile it is the compass
-/// cannot tell: a place that is left open stays ambiguous.
+/// A compass measures the turn since the last placed frame. This turn is the prior of the rotation,
+/// during fast turns and while the ceiling is not visible. Among motions that explain the images
+/// equally well (square tiles fit after every quarter turn) it selects one, and it gives the
+/// orientation of a new segment. A compass can be disturbed: a motion that alone explains the
+/// images is accepted even against the compass, and later turns are counted from that frame. The
+/// compass cannot resolve which tile is seen: a frame whose position is left open stays ambiguous.
 class Odometry {
  public:
   /// @param view  must outlive the odometry. @param origin  T_map_base of the first frame that
@@ -97,15 +104,16 @@ class Odometry {
   Odometry(const calib::CeilingView& view, const Pose2& origin, const OdometryParams& params = {});
   ~Odometry();
 
-  /// @param picture  CV_8UC1, rectified, of the view's size; drawn level (LevelView) unless the
+  /// @param image  CV_8UC1, rectified, of the view's size; drawn level (LevelView) unless the
   /// context's tilt is level.
-  OdometryStep Process(const cv::Mat& picture,
+  OdometryStep Process(const cv::Mat& image,
                        std::int64_t frame_index,
                        double stamp_s,
                        const FrameContext& context = {});
 
-  /// Makes the last placed frame a keyframe if it is not one yet, so that a map shows all that was
-  /// seen. For the end of a recording; sets nothing but new_keyframe and new_edges.
+  /// Makes the last placed frame a keyframe if it is not one yet, so that the map shows everything
+  /// that was recorded. To be called at the end of a recording; sets only new_keyframe and
+  /// new_edges.
   OdometryStep Close();
 
  private:

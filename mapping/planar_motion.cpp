@@ -7,7 +7,7 @@
 namespace ceilmap::mapping {
 
 Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion& motion) {
-  // In the view's plane p_ref = R p_cur / s + t of the inverse motion: the current picture's
+  // In the view's plane p_ref = R p_cur / s + t of the inverse motion: the current image's
   // centre, in the scale of the reference, lies at that t.
   const registration::ImageMotion back = motion.Inverse();
   const double m = view.MetresPerPixel();
@@ -33,8 +33,8 @@ double SpanOf(const calib::CeilingView& view) {
 Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,
                                      const Eigen::Matrix3d& image_covariance) {
-  // Numerical derivative: three evaluations of a smooth map of moderate size are exact enough
-  // (1e-6) and cannot disagree with BaseMotion.
+  // Numerical derivative: three evaluations of a smooth function of moderate size are accurate
+  // enough (1e-6) and are consistent with BaseMotion by construction.
   const Pose2 centre = BaseMotion(view, motion);
   Eigen::Matrix3d jacobian;
   const double step_px = 1e-3;
@@ -51,77 +51,48 @@ Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
   return jacobian * image_covariance * jacobian.transpose();
 }
 
-Edge MeasuredEdge(const calib::CeilingView& view,
-                  const registration::Registration& registration,
-                  std::int64_t from,
-                  std::int64_t to,
-                  const EdgeNoise& noise) {
-  Edge edge;
+graph::Edge MeasuredEdge(const calib::CeilingView& view,
+                         const registration::Registration& registration,
+                         std::int64_t from,
+                         std::int64_t to,
+                         const EdgeNoise& noise) {
+  graph::Edge edge;
   edge.from = from;
   edge.to = to;
   edge.T_from_to = BaseMotion(view, registration.motion);
-  Eigen::Matrix3d in_picture = registration.covariance.topLeftCorner<3, 3>();
-  in_picture.diagonal() += Eigen::Vector3d(noise.systematic_px * noise.systematic_px,
-                                           noise.systematic_px * noise.systematic_px,
-                                           noise.systematic_rad * noise.systematic_rad);
-  edge.information = BaseMotionCovariance(view, registration.motion, in_picture).inverse();
+  Eigen::Matrix3d in_image = registration.covariance.topLeftCorner<3, 3>();
+  in_image.diagonal() += Eigen::Vector3d(noise.systematic_px * noise.systematic_px,
+                                         noise.systematic_px * noise.systematic_px,
+                                         noise.systematic_rad * noise.systematic_rad);
+  edge.information = BaseMotionCovariance(view, registration.motion, in_image).inverse();
   return edge;
 }
 
-Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
-                          const Pose2& T_ref_base,
-                          const Eigen::Matrix2d& tilt_covariance) {
+Eigen::Matrix2d TiltCovariance(const calib::CeilingView& view,
+                               const Pose2& T_ref_base,
+                               const Eigen::Matrix2d& tilt_covariance) {
   const double height = view.T_base_camera().translation().z() +
                         view.FocalLength() * view.MetresPerPixel();  // of the ceiling
-  // A pitch that is taken for too large puts the foot too far back, a roll too far to the left.
+  // A pitch estimate that is too large moves the estimated foot too far back, a roll estimate too
+  // far to the left.
   Eigen::Matrix2d slope;
   slope << -height, 0, 0, height;
   const Eigen::Matrix2d in_reference = T_ref_base.Rotation() * slope;
   return in_reference * tilt_covariance * in_reference.transpose();
 }
 
-void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, Edge& edge) {
+void InflateTiltCovariance(const calib::CeilingView& view, const Tilt& tilt, graph::Edge& edge) {
   if (tilt.covariance.isZero()) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
-  covariance.topLeftCorner<2, 2>() += TiltDoubt(view, edge.T_from_to, tilt.covariance);
+  covariance.topLeftCorner<2, 2>() += TiltCovariance(view, edge.T_from_to, tilt.covariance);
   edge.information = covariance.inverse();
 }
 
-void AddPlaceDoubt(double sigma, Edge& edge) {
+void InflatePlaceCovariance(double sigma, graph::Edge& edge) {
   if (sigma == 0) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
   covariance.topLeftCorner<2, 2>().diagonal().array() += sigma * sigma;
   edge.information = covariance.inverse();
-}
-
-Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
-                                  const Eigen::Matrix3d& cov_a_b,
-                                  const Pose2& T_b_c,
-                                  const Eigen::Matrix3d& cov_b_c) {
-  const Eigen::Vector2d arm = T_a_b.Rotation() * T_b_c.Translation();
-  Eigen::Matrix3d by_first = Eigen::Matrix3d::Identity();
-  by_first(0, 2) = -arm.y();
-  by_first(1, 2) = arm.x();
-  Eigen::Matrix3d by_second = Eigen::Matrix3d::Identity();
-  by_second.topLeftCorner<2, 2>() = T_a_b.Rotation();
-  return by_first * cov_a_b * by_first.transpose() + by_second * cov_b_c * by_second.transpose();
-}
-
-Pose2 Interpolate(const Pose2& T_a_b, double factor) {
-  // The constant-velocity arc: exp(factor * log(T)).
-  const double yaw = T_a_b.yaw;
-  const auto integral = [](double angle) {
-    // V(angle) of exp: [[sin/a, -(1-cos)/a], [(1-cos)/a, sin/a]], with its series at 0.
-    const double a2 = angle * angle;
-    const double s = std::abs(angle) < 1e-4 ? 1 - a2 / 6 : std::sin(angle) / angle;
-    const double c = std::abs(angle) < 1e-4 ? angle / 2 : (1 - std::cos(angle)) / angle;
-    Eigen::Matrix2d v;
-    v << s, -c, c, s;
-    return v;
-  };
-  const Eigen::Vector2d velocity = integral(yaw).inverse() * T_a_b.Translation();
-  const Eigen::Vector2d t = integral(factor * yaw) * (factor * velocity);
-  return {t.x(), t.y(), WrapAngle(factor * yaw)};
 }
 
 }  // namespace ceilmap::mapping

@@ -5,26 +5,27 @@
 #include "calib/base/pose2.hpp"
 #include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "mapping/registration/registration.hpp"
 
-/// Planar motion of a level robot from the motion of its ceiling pictures, and the algebra around
-/// it (GEOMETRY section 2).
+/// Planar motion of a level robot from the motion of its ceiling images, and related operations
+/// (calib/README.md, "Motion of a level robot").
 namespace ceilmap::mapping {
 
 /// T_ref_cur, p_ref = T_ref_cur * p_cur in base frames, from the motion that takes pixels of the
-/// reference picture to pixels of the current one. The scale is taken as 1 (one camera, level
+/// reference image to pixels of the current one. The scale is taken as 1 (one camera, level
 /// floor).
 Pose2 BaseMotion(const calib::CeilingView& view, const registration::ImageMotion& motion);
 
 /// The inverse of BaseMotion: the image motion that a base motion causes.
 registration::ImageMotion ImageMotionOf(const calib::CeilingView& view, const Pose2& T_ref_cur);
 
-/// Part of the reference picture that the current one shows too, 0..1 (registration::OverlapOf).
+/// Fraction of the reference image that is also visible in the current one, 0..1
+/// (registration::OverlapOf).
 double OverlapOf(const calib::CeilingView& view, const Pose2& T_ref_cur);
 
-/// Map units across a picture's longer side.
+/// Map units across an image's longer side.
 double SpanOf(const calib::CeilingView& view);
 
 /// Covariance of BaseMotion's (x, y, yaw), first order, from that of (tx_px, ty_px, theta_rad).
@@ -32,45 +33,34 @@ Eigen::Matrix3d BaseMotionCovariance(const calib::CeilingView& view,
                                      const registration::ImageMotion& motion,
                                      const Eigen::Matrix3d& image_covariance);
 
-/// What the residuals of one registration cannot show, added to each edge's covariance:
-/// compression, exposure time, things below the ceiling. From the errors of single registrations on
-/// rendered recordings with exact truth.
+/// Errors that the residuals of one registration do not show, added to each edge's covariance:
+/// compression, exposure time, things below the ceiling. The values are the errors of single
+/// registrations on rendered recordings with exact truth.
 struct EdgeNoise {
   double systematic_px = 0.02;   ///< of tx and ty, > 0
   double systematic_rad = 3e-5;  ///< of the rotation, > 0
 };
 
 /// The edge that a registration (reference: keyframe `from`, current: keyframe `to`) measures.
-Edge MeasuredEdge(const calib::CeilingView& view,
-                  const registration::Registration& registration,
-                  std::int64_t from,
-                  std::int64_t to,
-                  const EdgeNoise& noise);
+graph::Edge MeasuredEdge(const calib::CeilingView& view,
+                         const registration::Registration& registration,
+                         std::int64_t from,
+                         std::int64_t to,
+                         const EdgeNoise& noise);
 
-/// How far off the foot of a robot stands whose tilt is not what it was taken for: by its height
-/// under the ceiling times the error. Covariance of (x, y) in the reference frame, first order.
+/// Covariance of the position of the robot's foot caused by an error of the tilt: the height under
+/// the ceiling times the tilt error. Covariance of (x, y) in the reference frame, first order.
 /// @param view  of a rig. @param tilt_covariance  of (pitch, roll), rad^2.
-Eigen::Matrix2d TiltDoubt(const calib::CeilingView& view,
-                          const Pose2& T_ref_base,
-                          const Eigen::Matrix2d& tilt_covariance);
+Eigen::Matrix2d TiltCovariance(const calib::CeilingView& view,
+                               const Pose2& T_ref_base,
+                               const Eigen::Matrix2d& tilt_covariance);
 
-/// Adds to an edge's covariance what is not known of the tilt that was taken out of the picture of
-/// `to` (TiltDoubt).
-void AddTiltDoubt(const calib::CeilingView& view, const Tilt& tilt, Edge& edge);
+/// Adds to an edge's covariance the uncertainty of the tilt that was removed from the image of `to`
+/// (TiltCovariance).
+void InflateTiltCovariance(const calib::CeilingView& view, const Tilt& tilt, graph::Edge& edge);
 
-/// Adds a doubt of the place to an edge's covariance: the same in x and y. @param sigma  map units,
-/// >= 0.
-void AddPlaceDoubt(double sigma, Edge& edge);
-
-/// Covariance of T_a_c = T_a_b * T_b_c, first order, from those of the factors' (x, y, yaw), taken
-/// as independent.
-Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
-                                  const Eigen::Matrix3d& cov_a_b,
-                                  const Pose2& T_b_c,
-                                  const Eigen::Matrix3d& cov_b_c);
-
-/// The part `factor` of a motion at constant forward, sideways and turning speed; factor may exceed
-/// 1 or be negative (prediction). |yaw| of the motion below pi.
-Pose2 Interpolate(const Pose2& T_a_b, double factor);
+/// Adds a position uncertainty to an edge's covariance, equal in x and y. @param sigma  standard
+/// deviation, map units, >= 0.
+void InflatePlaceCovariance(double sigma, graph::Edge& edge);
 
 }  // namespace ceilmap::mapping

@@ -1,42 +1,78 @@
 #!/usr/bin/env bash
-# Holds every #include "folder/..." against the layers:
-#   calib <- registration <- mapping <- localization <- app
-#   calib <- registration <- compensation <- app
-#   calib <- calibration <- app
-#   calib <- colour <- app
-#   calib <- evaluation <- app
-#   calib <- registration <- mapping <- page <- app
-# calib/solve/ (calibration), mapping/registration/, localization/compass/, localization/compass/colour/, app/evaluation/ and app/page/ are layers of their own. tests/ may include anything, and so may
-# samples/embed/, a project of its own on top of the installed libraries.
+# Holds every #include "folder/..." against the layers. Each folder with a CMakeLists.txt of its own is a layer and may
+# include only what its row names: no arrow points upward, and there are no cycles. Tests may include all of the product and
+# the tests of what their folder may include. samples/embed/ is a project of its own on top of the installed libraries.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-declare -A may_include=(
-  [calib]="calib"
-  [calibration]="calibration calib"
-  [registration]="registration calib"
-  [mapping]="mapping registration calib"
-  [compass]="compass calib registration"
-  [colour]="colour calib"
-  [localization]="localization compass mapping registration calib"
-  [compensation]="compensation registration calib"
-  [evaluation]="evaluation calib"
-  [page]="page mapping registration calib"
-  [app]="app page evaluation calibration colour localization compass compensation mapping registration calib samples"
-  [samples]="samples calib"
+# Lowest first: a row may only name rows above it.
+rows=(
+  "calib/base:"
+  "calib: calib/base"
+  "calib/solve: calib calib/base"
+  "mapping/registration: calib calib/base"
+  "mapping/graph: calib/base"
+  "mapping/places: mapping/registration calib/base"
+  "mapping/store: mapping/graph calib/base"
+  "mapping/mosaic: mapping/store mapping/graph calib calib/base"
+  "mapping: mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration calib calib/base"
+  "compensation: mapping/registration calib calib/base"
+  "localization/compass: mapping/registration calib/base"
+  "localization/compass/labrosse: localization/compass calib/base"
+  "localization/compass/colour: calib calib/base"
+  "localization: mapping mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration calib calib/base"
+  "samples/simulator: calib calib/base"
+  "app/evaluation: calib/base"
+  "app/page: mapping/store mapping/graph"
+  "app/terminal: calib/base"
+  "app/files: app/evaluation localization localization/compass localization/compass/colour mapping/graph calib/base"
+  "app/recordings: app/files app/terminal samples/simulator compensation localization localization/compass
+    localization/compass/labrosse localization/compass/colour mapping mapping/registration calib/solve calib calib/base"
+  "app/figures: app/recordings app/files app/terminal app/evaluation localization/compass calib/base"
+  "app/reports: app/figures app/recordings app/files app/terminal app/page app/evaluation localization
+    localization/compass/colour mapping mapping/store mapping/graph calib calib/base"
+  "app/live: app/reports app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
+  "app/commands: app/live app/reports app/figures app/recordings app/files app/terminal app/page samples/simulator
+    localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/store
+    mapping/graph mapping/registration calib/solve calib calib/base"
+  "app: app/commands app/files app/terminal calib/base"
+)
+# tests/X may include tests/Y where X may include Y, and tests/support; and besides:
+test_rows=(
+  "tests/support: calib/base"
+  "tests/mapping/mosaic: tests/mapping/registration"
+  "tests/mapping: tests/compensation"
+  "tests/app/reports: tests/compensation"
+  "tests/integration: tests/mapping/store tests/calib/solve"
+  "tests/fuzz: tests/mapping/store"
+  "tests/faults:"
+  "tests/bench: tests/mapping/graph tests/mapping/registration tests/localization/compass"
 )
 
+declare -A may_include=()
+for row in "${rows[@]}"; do
+  layer=${row%%:*}
+  for lower in ${row#*:}; do
+    if [[ ! -v may_include[$lower] ]]; then
+      echo "check-includes.sh: the row of $layer names $lower, which must have a row above it" >&2
+      exit 1
+    fi
+  done
+  may_include[$layer]="$layer ${row#*:}"
+done
+declare -A tests_may_include=()
+for row in "${test_rows[@]}"; do tests_may_include[${row%%:*}]=${row#*:}; done
+
+# The longest folder of a path that has a row; of tests, the folder itself.
 layer_of() {
-  case "$1" in
-    calib/solve/*) echo calibration ;;
-    mapping/registration/*) echo registration ;;
-    localization/compass/colour/*) echo colour ;;
-    localization/compass/*) echo compass ;;
-    app/evaluation/*) echo evaluation ;;
-    app/page/*) echo page ;;
-    calib/* | mapping/* | localization/* | compensation/* | app/* | samples/* | tests/*) echo "${1%%/*}" ;;
-  esac
+  local folder=${1%/*}
+  if [[ $folder == tests* ]]; then
+    echo "$folder"
+    return
+  fi
+  while [[ ! -v may_include[$folder] && $folder == */* ]]; do folder=${folder%/*}; done
+  if [[ -v may_include[$folder] ]]; then echo "$folder"; fi
 }
 
 bad=0
@@ -45,13 +81,20 @@ while IFS=: read -r file line text; do
   included=${included%%\"*}
   from=$(layer_of "$file")
   to=$(layer_of "$included")
-  if [[ -z $to ]]; then
-    echo "$file:$line: \"$included\" must name its folder from the project's root, e.g. \"calib/pose2.hpp\"" >&2
+  if [[ -z $to || $included != */* ]]; then
+    echo "$file:$line: \"$included\" must name its folder from the project's root, e.g. \"calib/base/pose2.hpp\"" >&2
     bad=1
-  elif [[ " ${may_include[$from]} " != *" $to "* ]]; then
-    echo "$file:$line: $from must not include $to (\"$included\"); it may include: ${may_include[$from]}" >&2
+  elif [[ $from == tests* ]]; then
+    allowed="$from tests/support ${tests_may_include[$from]:-} "
+    for lower in ${may_include[${from#tests/}]:-}; do allowed+="tests/$lower "; done
+    if [[ $to == tests* && " $allowed" != *" $to "* ]]; then
+      echo "$file:$line: $from must not include $to (\"$included\"); what both need goes to tests/support" >&2
+      bad=1
+    fi
+  elif [[ " ${may_include[$from]} " != *[[:space:]]$to[[:space:]]* && ${may_include[$from]%% *} != "$to" ]]; then
+    echo "$file:$line: $from must not include $to (\"$included\"); it may include:" ${may_include[$from]} >&2
     bad=1
   fi
-done < <(grep -rnE '^[[:space:]]*#[[:space:]]*include[[:space:]]*"' --include='*.hpp' --include='*.cpp' \
-  calib mapping localization compensation app samples | grep -v '^samples/embed/' || true)
+done < <(git ls-files '*.hpp' '*.cpp' | grep -vE '^(samples/embed|tests/integration/consumer)/' |
+  xargs grep -nE '^[[:space:]]*#[[:space:]]*include[[:space:]]*"' || true)
 exit "$bad"

@@ -13,7 +13,7 @@ cmake --build --preset release
 report=build/release/ctest.xml
 rm -f "$report"
 status=0
-ctest --preset release --output-junit "$root/$report" "$@" || status=$?
+ctest --preset release -j "$(nproc)" --output-junit "$root/$report" "$@" || status=$?
 
 if [[ ! -s $report ]]; then
   echo "tests/run.sh: ctest wrote no report" >&2

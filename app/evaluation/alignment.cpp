@@ -5,7 +5,7 @@
 namespace ceilmap::evaluation {
 namespace {
 
-// Sums over points about their means.
+// Sums over points relative to their means.
 struct Moments {
   Eigen::Vector2d mean_truth = Eigen::Vector2d::Zero();
   Eigen::Vector2d mean_estimate = Eigen::Vector2d::Zero();

@@ -21,7 +21,7 @@ std::vector<std::pair<std::size_t, std::size_t>> MatchStamps(
           return pose.stamp_s < t;
         });
     const auto j = static_cast<std::size_t>(later - estimate.begin());
-    for (const std::size_t c : {j - 1, j}) {  // j - 1 of 0 is out of range as well
+    for (const std::size_t c : {j - 1, j}) {  // for j = 0, j - 1 is out of range as well
       if (c >= estimate.size()) continue;
       const double dt_s = std::abs(estimate[c].stamp_s - truth[k].stamp_s);
       if (dt_s <= max_dt_s && (!best[c] || dt_s < best[c]->dt_s)) best[c] = Candidate{dt_s, k};

@@ -8,9 +8,9 @@
 
 namespace ceilmap::evaluation {
 
-/// Positions (truth, estimate) of poses nearest in time: each estimate goes to the nearest truth
-/// that is within max_dt_s, each truth takes one. By rising stamps.
-/// @param truth, estimate  stamps strictly increasing. Cost: n log n.
+/// Index pairs (truth, estimate) of the poses nearest in time: each estimate is assigned to the
+/// nearest truth within max_dt_s, and each truth is used at most once. In order of rising stamps.
+/// @param truth, estimate  Stamps strictly increasing. Cost: n log n.
 std::vector<std::pair<std::size_t, std::size_t>> MatchStamps(
     const std::vector<StampedPose>& truth,
     const std::vector<StampedPose>& estimate,

@@ -2,20 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "app/evaluation/alignment.hpp"
 #include "app/evaluation/association.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
 
-// A ratio to an error of nothing stays a number, which JSON can hold.
-constexpr double kLeastErrorM = 1e-11;
+// Lower bound of the divisor: the ratio to a zero error stays a finite number, as JSON requires.
+constexpr double kMinErrorM = 1e-11;
 
 TiltDegrees TiltOf(const StampedPose& pose) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   return {PitchOf(pose) * kDegPerRad, RollOf(pose) * kDegPerRad};
 }
 
@@ -55,7 +54,7 @@ PathErrors Collect(const std::vector<CompensatedFrame>& frames,
 }
 
 CompensationRatio Ratio(const PathErrors& before, const PathErrors& after) {
-  const auto ratio = [](double a, double b) { return a / std::max(b, kLeastErrorM); };
+  const auto ratio = [](double a, double b) { return a / std::max(b, kMinErrorM); };
   return {ratio(after.max_along_m, before.max_along_m),
           ratio(after.max_across_m, before.max_across_m),
           ratio(after.max_m, before.max_m),

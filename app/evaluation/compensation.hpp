@@ -11,32 +11,34 @@
 
 namespace ceilmap::evaluation {
 
-/// What tilt compensation is worth, as Matsumoto et al. 2010 ("Visual compensation in localization
-/// of a robot on a ceiling map") tabulate it: the largest errors along and across the path before
-/// and after it, and their ratio.
+/// The benefit of tilt compensation, as tabulated by Matsumoto et al. 2010 ("Visual compensation in
+/// localization of a robot on a ceiling map"): the largest errors along and across the path before
+/// and after compensation, and their ratio.
 ///
-/// Before and after come to the truth by one planar motion, which the level part of BEFORE fixes:
-/// aligned over all frames, the errors of tilted ones would hide in the alignment.
+/// Both trajectories are aligned to the truth by one planar motion, which is fitted to the level
+/// part of BEFORE. An alignment over all frames would hide part of the errors of tilted frames.
 
 struct CompensationParams {
   double max_dt_s = 0.02;        ///< poses further apart in time are not compared, >= 0
-  double level_below_deg = 0.2;  ///< true pitch and roll of a level frame, either side, > 0
+  double level_below_deg = 0.2;  ///< limit of the true pitch and roll of a level frame, absolute
+                                 ///< values, > 0
 };
 
-/// BEFORE against the truth.
+/// Alignment of BEFORE with the truth.
 struct LevelAlignment {
-  std::int64_t matched = 0;  ///< poses of BEFORE that have a true one
-  std::int64_t level = 0;    ///< those of them that are truly level
+  std::int64_t matched = 0;  ///< poses of BEFORE with a true pose
+  std::int64_t level = 0;    ///< those of them at which the robot is level
   /// p_truth = T_truth_before * p_before; unset with fewer than two level frames.
   std::optional<Pose2> T_truth_before;
 };
 
-/// @param truth, before  stamps strictly increasing, at least one pose each; so everywhere below.
+/// @param truth, before  Stamps strictly increasing, at least one pose each. This holds for all
+///   functions below.
 LevelAlignment AlignLevelFrames(const std::vector<StampedPose>& truth,
                                 const std::vector<StampedPose>& before,
                                 const CompensationParams& params = {});
 
-/// An aligned position, and how far it is from the true one.
+/// An aligned position and its error.
 struct PlacedError {
   Eigen::Vector2d p_truth = Eigen::Vector2d::Zero();  ///< metres, in the frame of the truth
   double along_m = 0;                                 ///< > 0: ahead of the true position ...
@@ -48,7 +50,7 @@ struct TiltDegrees {
   double roll_deg = 0;   ///< > 0: left side up
 };
 
-/// One frame of the truth, and what is known of it.
+/// One frame of the truth with the errors of both trajectories.
 struct CompensatedFrame {
   double stamp_s = 0;
   Eigen::Vector2d p_truth = Eigen::Vector2d::Zero();
@@ -58,7 +60,7 @@ struct CompensatedFrame {
   std::optional<TiltDegrees> tilt;  ///< estimated; set where `after` is
 };
 
-/// Of one trajectory's aligned positions; the largest ones are of absolute values.
+/// Errors of one trajectory's aligned positions; the maxima are of absolute values.
 struct PathErrors {
   std::int64_t matched = 0;
   std::int64_t expected = 0;  ///< poses of the truth
@@ -68,7 +70,7 @@ struct PathErrors {
   double rmse_m = 0;
 };
 
-/// AFTER over BEFORE, each of PathErrors.
+/// AFTER divided by BEFORE, for each field of PathErrors.
 struct CompensationRatio {
   double max_along = 0;
   double max_across = 0;
@@ -85,7 +87,7 @@ struct Compensation {
   std::vector<CompensatedFrame> frames;  ///< one for each pose of the truth
 };
 
-/// @param T_truth_before  of AlignLevelFrames; it moves `before` and `after` alike.
+/// @param T_truth_before  From AlignLevelFrames; it is applied to both `before` and `after`.
 /// @return unset when `before` or `after` has no pose within max_dt_s of a true one.
 std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& truth,
                                                 const std::vector<StampedPose>& before,

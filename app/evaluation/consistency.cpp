@@ -2,19 +2,19 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
 
-// 95 % of the chi-squared distribution, of two and of three degrees of freedom.
+// 95 % quantiles of the chi-squared distribution with two and with three degrees of freedom.
 constexpr double kChi2Of2 = 5.991464547107979;
 constexpr double kChi2Of3 = 7.814727903251179;
 
-// e^T P^-1 e; unset when P has no inverse.
+// e^T P^-1 e; unset when P is not invertible.
 template <int kSize>
 std::optional<double> NormalizedSquare(const Eigen::Matrix<double, kSize, 1>& error,
                                        const Eigen::Matrix<double, kSize, kSize>& covariance) {
@@ -39,7 +39,6 @@ Nees Summarize(std::vector<double> values, int freedom, double bound) {
 
 std::optional<Consistency> MeasureConsistency(const TrajectoryErrors& errors,
                                               const std::vector<PoseCovariance>& covariances) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180;
   const PlanarSimilarity& T = errors.T_truth_estimate;
   const Eigen::Matrix2d R_estimate_truth = T.motion.Rotation().transpose();
   std::vector<double> position;

@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "app/evaluation/association.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
+constexpr double kMinPathM = 0.5;
 
-constexpr double kDegPerRad = 180 / std::numbers::pi;
-constexpr double kLeastPathM = 0.5;
-
-// Adds whole turns so that each angle is within half a turn of the one before.
+// Adds full turns so that each angle is within half a turn of the previous one.
 class Unwrapper {
  public:
   double operator()(double angle_rad) {
@@ -29,7 +27,7 @@ class Unwrapper {
   double last_rad_ = 0;
 };
 
-// Slope of the line with the least squared vertical distance.
+// Slope of the line with the least squared vertical distances.
 std::optional<double> Slope(const std::vector<double>& x, const std::vector<double>& y) {
   const auto count = static_cast<double>(x.size());
   const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / count;
@@ -117,7 +115,7 @@ std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& 
   result.signed_mean_deg = std::accumulate(errors_deg.begin(), errors_deg.end(), 0.0) / count;
   result.std_deg = StandardDeviation(errors_deg, result.signed_mean_deg);
   result.end_deg = errors_deg.back();
-  if (result.path_m > kLeastPathM) result.drift_deg_per_m = Slope(ways_m, errors_deg);
+  if (result.path_m > kMinPathM) result.drift_deg_per_m = Slope(ways_m, errors_deg);
   result.drift_deg_per_s = Slope(stamps_s, errors_deg);
   return result;
 }

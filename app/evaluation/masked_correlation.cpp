@@ -12,7 +12,7 @@ namespace {
 
 using Spectrum = std::vector<std::complex<double>>;
 
-// Sums over both signals for all shifts at once, padded such that nothing wraps around.
+// Sums over both signals for all shifts at once, padded so that nothing wraps around.
 class ShiftSums {
  public:
   explicit ShiftSums(std::size_t samples) : size_(std::bit_ceil(samples)) {}
@@ -44,7 +44,7 @@ class ShiftSums {
 };
 
 struct Moments {
-  MaskedSignal signal;  // about its mean, in its standard deviations
+  MaskedSignal signal;  // relative to its mean, in standard deviations
   std::vector<double> squares;
   double deviation = 0;
 };
@@ -74,8 +74,9 @@ Moments Standardize(const MaskedSignal& signal) {
 }  // namespace
 
 std::vector<ShiftAgreement> CorrelateShifts(const MaskedSignal& a, const MaskedSignal& b) {
-  // Of the standardized signals: less of one's own variance over an overlap than this is rounding.
-  constexpr double kLeastVariance = 1e-6;
+  // Of the standardized signals: a smaller variance of a signal within an overlap is a rounding
+  // error.
+  constexpr double kMinVariance = 1e-6;
   const Moments ma = Standardize(a);
   const Moments mb = Standardize(b);
   ShiftSums sums(a.values.size() + b.values.size());
@@ -104,7 +105,7 @@ std::vector<ShiftAgreement> CorrelateShifts(const MaskedSignal& a, const MaskedS
       const double var_b = sum_bb[i] / agreement.overlap - mean_b * mean_b;
       const double covariance = sum_ab[i] / agreement.overlap - mean_a * mean_b;
       agreement.variance = std::max(0.0, var_a) * ma.deviation * ma.deviation;
-      if (var_a > kLeastVariance && var_b > kLeastVariance) {
+      if (var_a > kMinVariance && var_b > kMinVariance) {
         agreement.correlation = covariance / std::sqrt(var_a * var_b);
       }
     }

@@ -5,23 +5,23 @@
 
 namespace ceilmap::evaluation {
 
-/// A signal on a grid, parts of which are not known.
+/// A signal on a grid, parts of which are unknown.
 struct MaskedSignal {
-  std::vector<double> values;  ///< 0 where it is not known
-  std::vector<double> known;   ///< 1 or 0, as many
+  std::vector<double> values;  ///< 0 where it is unknown
+  std::vector<double> known;   ///< 1 or 0 per value
 };
 
-/// How two signals agree when the second one starts `shift` samples after the first one does.
+/// Agreement of two signals when the second one starts `shift` samples after the first one.
 struct ShiftAgreement {
   std::int64_t shift = 0;
-  double overlap = 0;      ///< samples that both know
-  double variance = 0;     ///< of the first signal there
-  double correlation = 0;  ///< Pearson's, of the two there; 0 where either does not vary
+  double overlap = 0;      ///< number of samples known in both
+  double variance = 0;     ///< of the first signal in the overlap
+  double correlation = 0;  ///< Pearson's, over the overlap; 0 where either is constant
 };
 
-/// For all shifts at which the signals touch, rising, by fast Fourier transforms (Padfield 2012,
-/// "Masked object registration in the Fourier domain").
-/// @param a, b  at least one sample each. Cost: n log n in time and about 200 bytes a sample.
+/// Agreement at all shifts at which the signals overlap, rising, by fast Fourier transforms
+/// (Padfield 2012, "Masked object registration in the Fourier domain").
+/// @param a, b  At least one sample each. Cost: n log n in time and about 200 bytes per sample.
 std::vector<ShiftAgreement> CorrelateShifts(const MaskedSignal& a, const MaskedSignal& b);
 
 }  // namespace ceilmap::evaluation

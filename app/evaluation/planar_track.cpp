@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/base/statistics.hpp"
+
 namespace ceilmap::evaluation {
 namespace {
 
-constexpr double kLeastGapS = 1;
+constexpr double kMinGapS = 1;
 constexpr double kGapSteps = 5;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -40,7 +35,7 @@ std::optional<PlanarTrack::Point> PlanarTrack::At(double stamp_s) const {
   const auto j = static_cast<std::size_t>(later - stamps_s_.begin());
   if (*later == stamp_s) return points_[j];
   const double step_s = stamps_s_[j] - stamps_s_[j - 1];
-  if (step_s > std::max(kLeastGapS, kGapSteps * median_step_s_)) return std::nullopt;
+  if (step_s > std::max(kMinGapS, kGapSteps * median_step_s_)) return std::nullopt;
   const double part = (stamp_s - stamps_s_[j - 1]) / step_s;
   const Point& a = points_[j - 1];
   const Point& b = points_[j];

@@ -8,7 +8,7 @@
 
 namespace ceilmap::evaluation {
 
-/// Where a robot was between its poses too.
+/// Interpolates the position and yaw of a robot between its poses.
 class PlanarTrack {
  public:
   struct Point {
@@ -16,17 +16,17 @@ class PlanarTrack {
     double yaw = 0;  ///< continuous over full turns
   };
 
-  /// @param poses  stamps strictly increasing, at least one.
+  /// @param poses  Stamps strictly increasing, at least one.
   explicit PlanarTrack(const std::vector<StampedPose>& poses);
 
   [[nodiscard]] double Start() const { return stamps_s_.front(); }
   [[nodiscard]] double End() const { return stamps_s_.back(); }
-  /// Between neighbouring poses: seconds.
+  /// Median time between neighbouring poses, s.
   [[nodiscard]] double MedianStep() const { return median_step_s_; }
 
-  /// Straight between neighbouring poses.
-  /// @return unset before the first, after the last, and in gaps: longer than a second and than
-  ///   five usual steps.
+  /// Linear interpolation between neighbouring poses.
+  /// @return unset before the first pose, after the last, and in gaps. A gap is longer than one
+  ///   second and longer than five median steps.
   [[nodiscard]] std::optional<Point> At(double stamp_s) const;
 
  private:

@@ -4,10 +4,13 @@
 #include <numbers>
 #include <utility>
 
+#include "calib/base/degrees.hpp"
+
 namespace ceilmap::evaluation {
 namespace {
 
-// Accurate near 0 too, where the arc cosine of the trace is not. Of any length.
+// Accurate also near 0, where the arc cosine of the trace is not. The quaternion may have any
+// length.
 double AngleOf(const Eigen::Quaterniond& rotation) {
   return 2 * std::atan2(rotation.vec().norm(), std::abs(rotation.w()));
 }
@@ -40,23 +43,22 @@ PoseError RelativeError(const PosePair& i, const PosePair& j) {
 }
 
 PoseErrorStatistics Statistics(const std::vector<PoseError>& errors) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   std::vector<double> translation_m;
   std::vector<double> rotation_deg;
-  std::vector<double> rotation_part;
+  std::vector<double> rotation_block;
   std::vector<double> full;
-  for (std::vector<double>* values : {&translation_m, &rotation_deg, &rotation_part, &full}) {
+  for (std::vector<double>* values : {&translation_m, &rotation_deg, &rotation_block, &full}) {
     values->reserve(errors.size());
   }
   for (const PoseError& error : errors) {
     translation_m.push_back(error.translation_m);
     rotation_deg.push_back(kDegPerRad * error.angle_rad);
-    rotation_part.push_back(error.RotationPart());
+    rotation_block.push_back(error.RotationPart());
     full.push_back(error.Full());
   }
   return {Statistics(std::move(translation_m)),
           Statistics(std::move(rotation_deg)),
-          Statistics(std::move(rotation_part)),
+          Statistics(std::move(rotation_block)),
           Statistics(std::move(full))};
 }
 

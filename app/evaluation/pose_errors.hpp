@@ -9,18 +9,18 @@ namespace ceilmap::evaluation {
 
 /// Errors of poses in space by the definitions of evo (github.com/MichaelGrupp/evo), which follow
 /// Sturm et al. 2012, "A benchmark for the evaluation of RGB-D SLAM systems". An error is itself a
-/// pose E, the identity where there is none.
+/// pose E, which is the identity if there is no error.
 
-/// A pose of the truth, and where an estimate in the same frame has it.
+/// A true pose and its estimate in the same frame.
 struct PosePair {
   StampedPose truth;
   StampedPose estimate;
 };
 
-/// What a pose E differs from the identity by.
+/// Deviation of a pose E from the identity.
 struct PoseError {
   double translation_m = 0;  ///< length of E's translation ("translation part")
-  double angle_rad = 0;      ///< of E's rotation, in [0, pi] ("rotation angle")
+  double angle_rad = 0;      ///< angle of E's rotation, in [0, pi] ("rotation angle")
 
   /// Frobenius norm of R - I, R the rotation of E ("rotation part").
   [[nodiscard]] double RotationPart() const;
@@ -38,10 +38,10 @@ PoseError RelativeError(const PosePair& i, const PosePair& j);
 struct PoseErrorStatistics {
   ErrorStatistics translation_m;
   ErrorStatistics rotation_deg;
-  ErrorStatistics rotation_part;
+  ErrorStatistics rotation_block;
   ErrorStatistics full;
 };
-/// @param errors  at least one.
+/// @param errors  At least one.
 PoseErrorStatistics Statistics(const std::vector<PoseError>& errors);
 
 }  // namespace ceilmap::evaluation

@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
+
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
 
 constexpr double kToleranceOfDelta = 0.1;
 
-// Length of the way to each pose from the one before.
+// Distance in space to each pose from the previous one; 0 for the first pose.
 std::vector<double> StepsInSpace(const std::vector<PosePair>& poses, bool of_truth) {
   const auto position = [&](std::size_t i) -> const Eigen::Vector3d& {
     return of_truth ? poses[i].truth.position : poses[i].estimate.position;
@@ -32,7 +33,7 @@ IndexPairs PairsByFrames(std::size_t count, std::size_t delta, bool all_pairs) {
 IndexPairs ConsecutivePairs(const std::vector<double>& steps_m, double delta_m) {
   IndexPairs pairs;
   std::optional<std::size_t> last;
-  double since_last_m = 0;  // summed anew for each motion, as evo does: rounding decides its end
+  double since_last_m = 0;  // summed anew for each motion, as in evo: rounding determines its end
   for (std::size_t i = 0; i < steps_m.size(); ++i) {
     since_last_m += steps_m[i];
     if (since_last_m < delta_m) continue;
@@ -49,7 +50,8 @@ std::size_t NearestTo(const std::vector<double>& way_m, std::size_t i, double de
   auto nearest = std::lower_bound(begin, way_m.end(), way_m[i] + delta_m);
   const auto off_m = [&](auto at) { return std::abs(*at - way_m[i] - delta_m); };
   if (nearest == way_m.end() || (nearest != begin && off_m(nearest - 1) <= off_m(nearest))) {
-    nearest = std::lower_bound(begin, nearest, *(nearest - 1));  // it may have stood there
+    nearest = std::lower_bound(begin, nearest, *(nearest - 1));  // the robot may have stood still
+                                                                 // there
   }
   return static_cast<std::size_t>(nearest - way_m.begin());
 }
@@ -91,7 +93,6 @@ std::optional<PoseErrorStatistics> RelativeErrors(const std::vector<PosePair>& p
 std::vector<SegmentErrors> MeasureSegments(const std::vector<PosePair>& poses,
                                            const std::vector<double>& way_m,
                                            const SegmentParams& params) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   std::vector<SegmentErrors> segments;
   for (const double length_m : params.lengths_m) {
     std::vector<double> translation_percent;

@@ -8,7 +8,7 @@
 namespace ceilmap::evaluation {
 namespace {
 
-// Value at a fractional rank of sorted values, as numpy.percentile has it.
+// Value at a fractional rank of sorted values, as in numpy.percentile.
 double AtRank(const std::vector<double>& sorted, double part) {
   const double rank = part * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(rank);

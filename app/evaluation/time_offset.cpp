@@ -14,7 +14,7 @@
 namespace ceilmap::evaluation {
 namespace {
 
-constexpr std::int64_t kMaxSamples = 1 << 16;  // of each trajectory
+constexpr std::int64_t kMaxSamples = 1 << 16;  // per trajectory
 constexpr double kMinOverlapSamples = 10;
 constexpr std::size_t kMaxRefinedPoses = 2000;
 constexpr std::size_t kMaxCandidates = 10;
@@ -24,7 +24,7 @@ struct MotionProfile {
   MaskedSignal yaw_rate;
 };
 
-// Central differences, half_window samples to either side.
+// Central differences, with half_window samples to either side.
 MotionProfile Resample(const PlanarTrack& track, double step_s, std::int64_t half_window) {
   const auto samples = static_cast<std::int64_t>((track.End() - track.Start()) / step_s) + 1;
   std::vector<std::optional<PlanarTrack::Point>> points;
@@ -57,8 +57,8 @@ struct Score {
   double correlation = 0;
 };
 
-// Speed and yaw rate together, each by how much it varies in the truth: what is still tells
-// nothing.
+// Combined score of speed and yaw rate, each weighted by its variance in the truth: a constant
+// signal gives no information.
 std::vector<Score> ScoreShifts(const MotionProfile& truth,
                                const MotionProfile& estimate,
                                const TimeOffsetParams& params) {
@@ -67,12 +67,12 @@ std::vector<Score> ScoreShifts(const MotionProfile& truth,
     return static_cast<double>(std::count(samples.begin(), samples.end(), 1.0));
   };
   const double shorter = std::min(known(truth), known(estimate));
-  const double least_overlap = std::max(kMinOverlapSamples, params.min_overlap * shorter);
+  const double min_overlap = std::max(kMinOverlapSamples, params.min_overlap * shorter);
   const auto speeds = CorrelateShifts(truth.speed, estimate.speed);
   const auto yaw_rates = CorrelateShifts(truth.yaw_rate, estimate.yaw_rate);
   std::vector<Score> scores;
   for (std::size_t i = 0; i < speeds.size(); ++i) {
-    if (speeds[i].overlap < least_overlap) continue;
+    if (speeds[i].overlap < min_overlap) continue;
     const double of_speed = speeds[i].variance;
     const double of_yaw_rate = params.lever_m * params.lever_m * yaw_rates[i].variance;
     if (!(of_speed + of_yaw_rate > 0)) continue;
@@ -85,7 +85,7 @@ std::vector<Score> ScoreShifts(const MotionProfile& truth,
 
 // Local maxima, the highest first.
 std::vector<Score> Candidates(const std::vector<Score>& scores) {
-  constexpr double kLeastOfBest = 0.3;
+  constexpr double kMinOfBest = 0.3;
   std::vector<Score> peaks;
   for (std::size_t i = 0; i < scores.size(); ++i) {
     const double here = scores[i].correlation;
@@ -97,13 +97,14 @@ std::vector<Score> Candidates(const std::vector<Score>& scores) {
     return a.correlation > b.correlation;
   });
   while (peaks.size() > kMaxCandidates ||
-         (!peaks.empty() && peaks.back().correlation < kLeastOfBest * peaks.front().correlation)) {
+         (!peaks.empty() && peaks.back().correlation < kMinOfBest * peaks.front().correlation)) {
     peaks.pop_back();
   }
   return peaks;
 }
 
-// What an estimate leaves open of the true path at an offset; yaws count by the lever.
+// Part of the true path that an estimate does not explain at an offset; yaws are weighted by the
+// lever.
 struct Residual {
   double mean_square = std::numeric_limits<double>::infinity();  // m^2
   double variance = 0;                                           // of the true path, m^2
@@ -149,8 +150,8 @@ Residual ResidualAt(const PlanarTrack& truth,
   return residual;
 }
 
-// The offset between `low` and `high` with the least residual, by golden sections around the best
-// of some.
+// The offset between `low` and `high` with the least residual, by golden-section search around the
+// best of several samples.
 double Refine(const PlanarTrack& truth,
               const std::vector<StampedPose>& estimate,
               double low_s,
@@ -201,7 +202,7 @@ std::vector<StampedPose> Thinned(const std::vector<StampedPose>& poses) {
   return thinned;
 }
 
-// By how much the truth moves in a second, squared, on average; a turn counts by the lever.
+// Mean squared speed of the truth, m^2/s^2; the yaw rate is weighted by the lever.
 double MeanSquareSpeed(const MotionProfile& profile, double lever_m) {
   double squares = 0;
   double known = 0;
@@ -213,7 +214,8 @@ double MeanSquareSpeed(const MotionProfile& profile, double lever_m) {
   return known > 0 ? squares / known : 0;
 }
 
-// Keeps the better one of two, and how good the other one is; within `same_s` they are one.
+// Keeps the better one of two offsets and the residual of the other one. Offsets within `same_s`
+// are the same.
 void Offer(TimeOffset offset, double same_s, std::optional<TimeOffset>& best) {
   if (!best) {
     best = offset;
@@ -230,11 +232,11 @@ void Offer(TimeOffset offset, double same_s, std::optional<TimeOffset>& best) {
 }  // namespace
 
 bool TimeOffset::IsSure() const {
-  constexpr double kLeastCorrelation = 0.3;
-  constexpr double kMostUnexplained = 0.1;
-  constexpr double kMostOfRunnerUp = 0.25;  // half the error
-  return correlation > kLeastCorrelation && unexplained < kMostUnexplained &&
-         unexplained < kMostOfRunnerUp * runner_up;
+  constexpr double kMinCorrelation = 0.3;
+  constexpr double kMaxUnexplained = 0.1;
+  constexpr double kMaxOfRunnerUp = 0.25;  // half of the runner-up's error
+  return correlation > kMinCorrelation && unexplained < kMaxUnexplained &&
+         unexplained < kMaxOfRunnerUp * runner_up;
 }
 
 std::optional<TimeOffset> FindTimeOffset(const std::vector<StampedPose>& truth,

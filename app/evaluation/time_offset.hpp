@@ -7,40 +7,42 @@
 
 namespace ceilmap::evaluation {
 
-/// How far two clocks are apart that saw the same drive.
+/// Offset between two clocks that recorded the same drive.
 struct TimeOffset {
   double offset_s = 0;  ///< stamp of the truth = stamp of the estimate + offset_s
-  /// Standard deviation of offset_s as the remaining errors have it, as if each were independent.
+  /// Standard deviation of offset_s from the remaining errors, assuming that they are independent.
   double sigma_s = 0;
   double correlation = 0;  ///< of the two motions at this offset, at most 1
-  /// Part of the true path's variance that the estimate leaves open at this offset, in [0, 1] ...
+  /// Fraction of the true path's variance that the estimate does not explain at this offset, [0, 1]
+  /// ...
   double unexplained = 1;
-  double runner_up = 1;  ///< ... and at the next best one; a drive that repeats itself has many
+  double runner_up = 1;  ///< ... and at the next best one; a repetitive drive has several good ones
 
-  /// The paths agree, and nowhere else nearly so.
+  /// Whether the paths agree at this offset, and much less at any other.
   [[nodiscard]] bool IsSure() const;
 };
 
 struct TimeOffsetParams {
-  double lever_m = 0.5;   ///< what a radian of yaw weighs beside metres, > 0
-  double window_s = 0.2;  ///< over which speeds are measured, at least two poses apart; >= 0
-  /// Part of the shorter trajectory that must overlap the other one, in (0, 1].
+  double lever_m = 0.5;   ///< weight of a radian of yaw relative to a metre, > 0
+  double window_s = 0.2;  ///< time over which speeds are measured, at least two poses apart; >= 0
+  /// Minimum fraction of the shorter trajectory that overlaps the other one, in (0, 1].
   double min_overlap = 0.3;
 };
 
-/// Finds the offset of the clocks from how the robot moved: speed and yaw rate do not depend on the
-/// frames, nor their correlation on a scale. They are resampled on a common grid and correlated at
-/// all shifts at once (parts where either has no poses are left out). Beside each of the best ones
-/// the offset is taken that leaves the least squared error of position and yaw after a planar
-/// similarity, and of these the one that leaves least.
-/// @param truth, estimate  stamps strictly increasing.
-/// @return unset when the trajectories have too few poses, or do not move in any way that tells.
-/// Cost: n log n, some 0.2 s and 60 MB at most.
+/// Finds the offset of the clocks from the motion of the robot: speed and yaw rate do not depend on
+/// the frames, and their correlation does not depend on a scale. They are resampled on a common
+/// grid and correlated at all shifts at once; parts where either has no poses are excluded. Near
+/// each of the best shifts the offset is refined to the least squared error of position and yaw
+/// after a planar similarity; the offset with the least error is returned.
+/// @param truth, estimate  Stamps strictly increasing.
+/// @return unset when the trajectories have too few poses, or when their motion does not determine
+///   the offset.
+/// Cost: n log n, about 0.2 s and 60 MB at most.
 std::optional<TimeOffset> FindTimeOffset(const std::vector<StampedPose>& truth,
                                          const std::vector<StampedPose>& estimate,
                                          const TimeOffsetParams& params = {});
 
-/// The same poses by another clock.
+/// The same poses with all stamps increased by offset_s.
 std::vector<StampedPose> Delayed(std::vector<StampedPose> poses, double offset_s);
 
 }  // namespace ceilmap::evaluation

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "app/evaluation/association.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double kRelativeLengthM = 1;
 
 FrameError ErrorOf(const PosePair& pair) {
@@ -31,9 +29,9 @@ FrameError ErrorOf(const PosePair& pair) {
 }
 
 bool IsTilted(const StampedPose& pose) {
-  constexpr double kLeast = 1e-9;  // files round at 1e-9 m and 1e-12
-  return std::abs(pose.position.z()) > kLeast || std::abs(pose.orientation.x()) > kLeast ||
-         std::abs(pose.orientation.y()) > kLeast;
+  constexpr double kMin = 1e-9;  // files are rounded to 1e-9 m and 1e-12
+  return std::abs(pose.position.z()) > kMin || std::abs(pose.orientation.x()) > kMin ||
+         std::abs(pose.orientation.y()) > kMin;
 }
 
 template <typename Value>
@@ -56,7 +54,7 @@ void AddAbsoluteErrors(const std::vector<PosePair>& pairs, TrajectoryErrors& err
   errors.pose = Statistics(in_space);
 }
 
-// In the plane, over each metre of the true path.
+// Errors in the plane, over each metre of the true path.
 void AddPerMetre(const std::vector<PosePair>& pairs,
                  const std::vector<double>& way_m,
                  TrajectoryErrors& errors) {

@@ -60,15 +60,15 @@ double FirstStamp(const PageData& data) {
   return std::isfinite(first_s) ? first_s : 0;
 }
 
-char StatusLetter(mapping::TrackingStatus status) {
+char StatusLetter(graph::TrackingStatus status) {
   switch (status) {
-    case mapping::TrackingStatus::kTracking:
+    case graph::TrackingStatus::kTracking:
       return 't';
-    case mapping::TrackingStatus::kRelocalized:
+    case graph::TrackingStatus::kRelocalized:
       return 'r';
-    case mapping::TrackingStatus::kAmbiguous:
+    case graph::TrackingStatus::kAmbiguous:
       return 'a';
-    case mapping::TrackingStatus::kLost:
+    case graph::TrackingStatus::kLost:
       return 'l';
   }
   return 'l';

@@ -64,7 +64,7 @@ std::vector<unsigned char> EncodeWithin(cv::Mat grey,
 
 PagePicture MakePicture(const cv::Mat& grey,
                         const cv::Mat& alpha,
-                        const mapping::MosaicGrid& grid,
+                        const store::MosaicGrid& grid,
                         std::size_t max_bytes) {
   if (grid.width_px == 0 || grid.height_px == 0) return {};
   const cv::Size size(grid.width_px, grid.height_px);
@@ -81,10 +81,10 @@ PagePicture MakePicture(const cv::Mat& grey,
           .max_y = grid.max_y};
 }
 
-PagePicture MakeMosaicPicture(const mapping::MapReader& map, int max_px, std::size_t max_bytes) {
+PagePicture MakeMosaicPicture(const store::MapReader& map, int max_px, std::size_t max_bytes) {
   cv::Mat grey;
   cv::Mat alpha;
-  const mapping::MosaicGrid grid = map.ReadOverview(max_px, grey, alpha);
+  const store::MosaicGrid grid = map.ReadOverview(max_px, grey, alpha);
   return MakePicture(grey, alpha, grid, max_bytes);
 }
 

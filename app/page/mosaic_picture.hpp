@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "app/page/page_data.hpp"
-#include "mapping/map_file.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::page {
 
@@ -19,12 +19,12 @@ inline constexpr std::size_t kMaxPictureBytes = 4 << 20;
 /// @throws std::invalid_argument on wrong types or sizes.
 PagePicture MakePicture(const cv::Mat& grey,
                         const cv::Mat& alpha,
-                        const mapping::MosaicGrid& grid,
+                        const store::MosaicGrid& grid,
                         std::size_t max_bytes = kMaxPictureBytes);
 
 /// The same of a map's mosaic, no side longer than `max_px`; empty when the map has none.
 /// @throws InputError as MapReader.
-PagePicture MakeMosaicPicture(const mapping::MapReader& map,
+PagePicture MakeMosaicPicture(const store::MapReader& map,
                               int max_px = 3000,
                               std::size_t max_bytes = kMaxPictureBytes);
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "mapping/keyframe.hpp"
+#include "mapping/graph/keyframe.hpp"
 
 /// The page to look at: a map, the robots on it, and their figures, in one HTML file. What is on it
 /// is said here; how it looks is in page.html, page.css and page.js.
@@ -17,7 +17,7 @@ struct PagePose {
   double x = 0;  ///< in the page's frame, in its unit
   double y = 0;
   double yaw_rad = 0;
-  mapping::TrackingStatus status = mapping::TrackingStatus::kTracking;
+  graph::TrackingStatus status = graph::TrackingStatus::kTracking;
   /// Variance of x, covariance of x and y, variance of y, variance of yaw (rad^2); all 0 where
   /// nothing is known of them.
   std::array<double, 4> covariance{};

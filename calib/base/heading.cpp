@@ -18,7 +18,7 @@ HeadingTurn TurnBetween(const HeadingPrior& from,
 void HeadingSince::See(const HeadingPrior& heading) {
   now_ = heading;
   common_rad2_ = std::min(common_rad2_, heading.variance_rad2);
-  least_rad2_ = std::min(least_rad2_.value_or(heading.variance_rad2), heading.variance_rad2);
+  min_rad2_ = std::min(min_rad2_.value_or(heading.variance_rad2), heading.variance_rad2);
 }
 
 void HeadingSince::Mark() {
@@ -28,7 +28,7 @@ void HeadingSince::Mark() {
 
 std::optional<HeadingTurn> HeadingSince::Turn() const {
   if (!marked_) return std::nullopt;
-  const double single_rad = std::max(noise_rad_, std::sqrt(*least_rad2_));
+  const double single_rad = std::max(noise_rad_, std::sqrt(*min_rad2_));
   return TurnBetween(*marked_, *now_, common_rad2_, single_rad);
 }
 

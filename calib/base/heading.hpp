@@ -62,8 +62,8 @@ class HeadingSince {
   double noise_rad_;
   std::optional<HeadingPrior> now_;
   std::optional<HeadingPrior> marked_;
-  double common_rad2_ = 0;            // least variance since the mark
-  std::optional<double> least_rad2_;  // ... and ever
+  double common_rad2_ = 0;          // least variance since the mark
+  std::optional<double> min_rad2_;  // ... and ever
 };
 
 }  // namespace ceilmap

@@ -13,8 +13,8 @@
 namespace ceilmap::calibration {
 namespace {
 
-constexpr int kLeastCorners = 3;
-constexpr int kMostCorners = 60;
+constexpr int kMinCorners = 3;
+constexpr int kMaxCorners = 60;
 
 struct NamedDictionary {
   const char* name;
@@ -69,9 +69,9 @@ std::string Board::Name() const {
 
 void Board::Validate() const {
   const auto check_count = [](int count) {
-    if (count >= kLeastCorners && count <= kMostCorners) return;
-    throw InputError(fmt::format(
-        "--corners: {} in a row, must be {} to {}", count, kLeastCorners, kMostCorners));
+    if (count >= kMinCorners && count <= kMaxCorners) return;
+    throw InputError(
+        fmt::format("--corners: {} in a row, must be {} to {}", count, kMinCorners, kMaxCorners));
   };
   check_count(columns);
   check_count(rows);

@@ -41,7 +41,7 @@ cv::Size ParseCorners(const std::string& text);
 /// "chessboard" or "charuco". @throws InputError
 BoardKind ParseBoardKind(const std::string& text);
 
-/// A marker's picture, a cell a bit with its black frame: 0 black, 255 white.
+/// A marker's image, a cell a bit with its black frame: 0 black, 255 white.
 cv::Mat1b MarkerCells(const std::string& dictionary, int id);
 
 /// How many markers a dictionary has. @throws InputError when there is none of that name.

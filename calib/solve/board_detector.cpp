@@ -13,12 +13,12 @@
 namespace ceilmap::calibration {
 namespace {
 
-constexpr int kSearchSidePx = 1600;  // longer pictures are searched in small, refined in full
-constexpr int kLeastCharucoCorners = 6;
+constexpr int kSearchSidePx = 1600;  // longer images are searched in small, refined in full
+constexpr int kMinCharucoCorners = 6;
 
 using Corners = std::vector<cv::Point2f>;
 
-// Picture for the search, and the factor from its pixels to those of the original.
+// Image for the search, and the factor from its pixels to those of the original.
 double Reduce(const cv::Mat& grey, int longest_px, cv::Mat& small) {
   const int side = std::max(grey.cols, grey.rows);
   if (side <= longest_px) {
@@ -73,24 +73,24 @@ std::vector<double> NeighbourDistances(const Corners& corners,
 }
 
 // Bells end before the next corners, whose edges would pull. A smaller one may still fit where the
-// picture ends.
+// image ends.
 // @return how many of the corners are none: those keep their place, and `found` says so.
 std::size_t Refine(const cv::Mat& grey,
                    const std::vector<double>& nearest,
-                   double bell_part,
+                   double bell_ratio,
                    Corners& corners,
                    std::vector<bool>& found) {
-  constexpr double kMostBellPx = 6;
-  constexpr double kLeastBellPx = 1;
+  constexpr double kMaxBellPx = 6;
+  constexpr double kMinBellPx = 1;
   constexpr double kFarthestPart = 0.15;
   found.assign(corners.size(), false);
   std::size_t missing = 0;
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const double bell_px = std::clamp(bell_part * nearest[i], kLeastBellPx, kMostBellPx);
+    const double bell_px = std::clamp(bell_ratio * nearest[i], kMinBellPx, kMaxBellPx);
     const double farthest_px = std::max(1.0, kFarthestPart * nearest[i]);
     for (const double part : {1.0, 0.5}) {
       const auto corner =
-          RefineCorner(grey, corners[i], std::max(kLeastBellPx, part * bell_px), farthest_px);
+          RefineCorner(grey, corners[i], std::max(kMinBellPx, part * bell_px), farthest_px);
       if (!corner) continue;
       corners[i] = *corner;
       found[i] = true;
@@ -103,14 +103,14 @@ std::size_t Refine(const cv::Mat& grey,
 
 // Without the corners that are none; nothing when they are more than a fifth.
 std::optional<BoardView> KeepFound(BoardView view, const std::vector<bool>& found) {
-  constexpr std::size_t kMostMissing = 5;
+  constexpr std::size_t kMaxMissing = 5;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (!found[i]) continue;
     view.corners_px[kept] = view.corners_px[i];
     view.ids[kept++] = view.ids[i];
   }
-  if (kMostMissing * (found.size() - kept) > found.size()) return std::nullopt;
+  if (kMaxMissing * (found.size() - kept) > found.size()) return std::nullopt;
   view.corners_px.resize(kept);
   view.ids.resize(kept);
   return view;
@@ -195,7 +195,7 @@ std::size_t FindCharuco(const cv::Mat& grey,
 
 // Corners that lie as they do on the board, up to what a lens bends.
 bool FitsBoard(const Corners& corners, const std::vector<int>& ids, const Charuco& charuco) {
-  if (ids.size() < kLeastCharucoCorners) return false;
+  if (ids.size() < kMinCharucoCorners) return false;
   Corners on_board;
   for (const int id : ids) {
     const cv::Point3f p = charuco.layout->chessboardCorners[static_cast<std::size_t>(id)];

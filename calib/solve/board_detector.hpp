@@ -9,18 +9,18 @@
 
 namespace ceilmap::calibration {
 
-/// A board as a picture shows it.
+/// A board as an image shows it.
 struct BoardView {
   std::string name;                     ///< of the picture
   std::vector<cv::Point2d> corners_px;  ///< (0, 0) is the centre of the top-left pixel
   std::vector<int> ids;                 ///< Board::Corner of each, rising
   /// Width of the edges between squares, from 10 to 90 % of their contrast: 1 to 3 px in a sharp
-  /// picture.
+  /// image.
   double edge_px = 0;
   double square_px = 0;  ///< shortest way from a corner to its neighbour in the same row or column
 };
 
-/// Finds the board's corners, to some hundredths of a pixel in a sharp picture. A chessboard must
+/// Finds the board's corners, to some hundredths of a pixel in a sharp image. A chessboard must
 /// be seen whole; of a ChArUco board, six corners are enough.
 ///
 /// Corners come from OpenCV's sector-based detector, or the classic one where that finds none, or
@@ -30,13 +30,13 @@ struct BoardView {
 /// @param grey  CV_8UC1. Thread-safe.
 std::optional<BoardView> DetectBoard(const cv::Mat& grey, const Board& board);
 
-/// What is in a picture in which DetectBoard finds nothing, or what it found is not what it seems.
+/// What is in an image in which DetectBoard finds nothing, or what it found is not what it seems.
 struct BoardGuess {
   enum class Kind {
     kNothing,
     kOtherSize,  ///< a chessboard of `corners`
     kMirrored,   ///< the board, but as a mirror shows it
-    kBlurred,    ///< the board, once the picture is made smaller
+    kBlurred,    ///< the board, once the image is made smaller
     kMarkers,    ///< markers of the dictionary, but not the board
   };
   Kind kind = Kind::kNothing;

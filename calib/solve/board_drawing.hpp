@@ -16,7 +16,7 @@ struct Paper {
 /// "a4", "a3" or "letter". @throws InputError
 Paper ParsePaper(const std::string& name);
 
-/// A board on a sheet, to scale: its picture, the ruler that tells whether the printer kept the
+/// A board on a sheet, to scale: its image, the ruler that tells whether the printer kept the
 /// scale, and a line that says what it is. Coordinates from the sheet's upper left corner, y down.
 struct BoardDrawing {
   struct Rectangle {

@@ -292,8 +292,8 @@ std::optional<CameraSolution> SolveOnce(const Problem& problem, const SolverPara
 
 // The view that fits worst, when it fits too badly to be of the same board and camera.
 std::optional<std::size_t> Outlier(const CameraSolution& solution, double factor) {
-  constexpr std::size_t kLeastViews = 4;  // three must be left
-  if (solution.UsedViews() < kLeastViews) return std::nullopt;
+  constexpr std::size_t kMinViews = 4;  // three must be left
+  if (solution.UsedViews() < kMinViews) return std::nullopt;
   std::vector<double> rms_px;
   const SolvedView* worst = nullptr;
   for (const SolvedView& view : solution.views) {

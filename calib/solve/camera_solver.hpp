@@ -45,7 +45,7 @@ struct CameraSolution {
 
   /// Standard deviation of a value; infinite where the views leave it open altogether.
   [[nodiscard]] double Sigma(Eigen::Index i) const;
-  /// How well the lens is known in the picture's corners: standard deviation, in pixels, of where
+  /// How well the lens is known in the image's corners: standard deviation, in pixels, of where
   /// the directions show that the corners look into; the greatest of the four. Where the
   /// lens's model ends before the corners, its last place on the way there stands for them;
   /// infinite when there is none.
@@ -57,7 +57,7 @@ struct CameraSolution {
 /// board's pose in every view (Zhang 2000), then leaves out views that do not fit, one at a time,
 /// and starts again.
 ///
-/// @param views  at least 3, of one picture size.
+/// @param views  at least 3, of one image size.
 /// @return nothing when no solution was found: views from which no lens of this model follows.
 std::optional<CameraSolution> SolveCamera(const Board& board,
                                           const std::vector<BoardView>& views,

@@ -36,8 +36,8 @@ double RobustSigma(const std::vector<Vector2d>& points, const Circle& circle) {
   for (const Vector2d& point : points) sizes.push_back(std::abs(Residual(circle, point)));
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
-  constexpr double kLeast = 1e-6;
-  return std::max(kLeast, *middle / 0.6745);
+  constexpr double kMin = 1e-6;
+  return std::max(kMin, *middle / 0.6745);
 }
 
 // Derivative of a residual by centre and radius.
@@ -133,7 +133,7 @@ std::optional<CircleFit> FitCircle(const std::vector<Vector2d>& points, const Ci
     fit.inlier.push_back(std::abs(Residual(fit.circle, point)) < 3 * fit.sigma);
   }
   const auto inliers = std::count(fit.inlier.begin(), fit.inlier.end(), true);
-  fit.inlier_part = static_cast<double>(inliers) / static_cast<double>(points.size());
+  fit.inlier_ratio = static_cast<double>(inliers) / static_cast<double>(points.size());
   return fit;
 }
 

@@ -18,7 +18,7 @@ struct CircleFit {
   /// degrees are taken for dependent.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double sigma = 0;          ///< robust deviation of a point from the circle
-  double inlier_part = 0;    ///< within three of them
+  double inlier_ratio = 0;   ///< within three of them
   std::vector<bool> inlier;  ///< of each point
 };
 

@@ -9,7 +9,7 @@ namespace ceilmap::calibration {
 namespace {
 
 constexpr double kReach = 2;  // of the bell, in standard deviations
-constexpr int kLeastHalf = 2;
+constexpr int kMinHalf = 2;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -25,9 +25,9 @@ std::optional<cv::Point2d> Saddle(const Vector6& quadric) {
                      (b * quadric[3] - 2 * a * quadric[4]) / determinant);
 }
 
-// The quadric about `centre` that fits the grey values; nothing when the bell leaves the picture.
+// The quadric about `centre` that fits the grey values; nothing when the bell leaves the image.
 std::optional<Vector6> FitQuadric(const cv::Mat& grey, cv::Point2d centre, double sigma_px) {
-  const int half = std::max(kLeastHalf, static_cast<int>(std::ceil(kReach * sigma_px)));
+  const int half = std::max(kMinHalf, static_cast<int>(std::ceil(kReach * sigma_px)));
   const int u0 = cvRound(centre.x);
   const int v0 = cvRound(centre.y);
   if (u0 < half || v0 < half || u0 + half >= grey.cols || v0 + half >= grey.rows)
@@ -55,10 +55,10 @@ std::optional<cv::Point2d> RefineCorner(const cv::Mat& grey,
                                         cv::Point2d start,
                                         double sigma_px,
                                         double farthest_px) {
-  constexpr int kMostSteps = 20;
+  constexpr int kMaxSteps = 20;
   constexpr double kDonePx = 1e-4;
   cv::Point2d corner = start;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const std::optional<Vector6> quadric = FitQuadric(grey, corner, sigma_px);
     const std::optional<cv::Point2d> move = quadric ? Saddle(*quadric) : std::nullopt;
     if (!move) return std::nullopt;

@@ -15,7 +15,7 @@ namespace ceilmap::calibration {
 /// @param grey  CV_8UC1. @param start  within a pixel or two.
 /// @return nothing where there is no saddle within `farthest_px` of the start, or the bell leaves
 /// the
-///   picture.
+///   image.
 std::optional<cv::Point2d> RefineCorner(const cv::Mat& grey,
                                         cv::Point2d start,
                                         double sigma_px,

@@ -37,7 +37,7 @@ Matrix3<T> TurnOf(const T* turn) {
   return R;
 }
 
-// The half of an epipolar line on which the second picture may show a match, in the second's
+// The half of an epipolar line on which the second image may show a match, in the second's
 // optical frame: the direction of the first's ray and the way of the camera against it.
 template <typename T>
 struct RayInSecond {
@@ -47,7 +47,7 @@ struct RayInSecond {
 
 // @param error  of the motion: a small turn about base's axes, and a shift, m.
 template <typename T>
-RayInSecond<T> RayOf(const SeenMotion& motion,
+RayInSecond<T> RayOf(const MotionWithMatches& motion,
                      const Match& match,
                      const Matrix3<T>& R_base_cam,
                      const Vector3d& place,
@@ -62,9 +62,9 @@ RayInSecond<T> RayOf(const SeenMotion& motion,
 }
 
 // How far a match is from that half line, along it (beyond its ends) and across, in units of the
-// focal length. @return false when the second picture cannot show it at all.
+// focal length. @return false when the second image cannot show it at all.
 template <typename T>
-bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, double least_depth_m, T* miss) {
+bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, double min_depth_m, T* miss) {
   const Vector3<T>& far = ray.direction;
   if (!(far.z() > 1e-3)) return false;
   const Vector2<T> infinity = far.hnormalized();
@@ -80,7 +80,7 @@ bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, double least_depth_
   const Vector2<T> along = towards / ceres::sqrt(length2);
   miss[0] = off.y() * along.x() - off.x() * along.y();
   const T s = off.dot(along);
-  const Vector3<T> near = far + ray.origin / T(least_depth_m);
+  const Vector3<T> near = far + ray.origin / T(min_depth_m);
   miss[1] = T(0);
   if (s < T(0)) {
     miss[1] = s;
@@ -92,10 +92,10 @@ bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, double least_depth_
 }
 
 struct MatchCost {
-  const SeenMotion* motion;
+  const MotionWithMatches* motion;
   const Match* match;
   const Isometry3d* start;
-  double least_depth_m;
+  double min_depth_m;
   double per_error;  // focal length over deviation
 
   template <typename T>
@@ -103,7 +103,7 @@ struct MatchCost {
     const Matrix3<T> R = TurnOf(turn) * start->linear().cast<T>();
     const RayInSecond<T> ray =
         RayOf<T>(*motion, *match, R, start->translation(), Eigen::Map<const Vector6<T>>(error));
-    if (!MissOf<T>(ray, match->second, least_depth_m, residual)) {
+    if (!MissOf<T>(ray, match->second, min_depth_m, residual)) {
       residual[0] = residual[1] = T(0);  // says nothing
     }
     residual[0] *= T(per_error);
@@ -162,7 +162,7 @@ ceres::LossFunction* LossOf(Loss loss) {
 
 class Solver {
  public:
-  Solver(const std::vector<SeenMotion>& motions,
+  Solver(const std::vector<MotionWithMatches>& motions,
          const Isometry3d& start,
          const ForwardMountParams& params)
       : motions_(motions), start_(start), params_(params) {}
@@ -189,7 +189,7 @@ class Solver {
       options.linear_solver_ordering->AddElementToGroup(error, 0);
       for (const Match& match : motions_[i].matches) {
         auto* cost = new MatchCost{
-            &motions_[i], &match, &start_, params_.least_depth_m, params_.focal_px / sigma_px};
+            &motions_[i], &match, &start_, params_.min_depth_m, params_.focal_px / sigma_px};
         problem.AddResidualBlock(
             new ceres::AutoDiffCostFunction<MatchCost, 2, 3, 6>(cost), LossOf(loss), turn, error);
       }
@@ -217,11 +217,11 @@ class Solver {
     const Matrix3d R = TurnOf(at.turn.data()) * start_.linear();
     std::vector<double> errors;
     for (std::size_t i = 0; i < motions_.size(); ++i) {
-      const SeenMotion& motion = motions_[i];
+      const MotionWithMatches& motion = motions_[i];
       for (const Match& match : motion.matches) {
         Vector2d miss;
         const auto ray = RayOf<double>(motion, match, R, start_.translation(), at.errors[i]);
-        const bool shown = MissOf<double>(ray, match.second, params_.least_depth_m, miss.data());
+        const bool shown = MissOf<double>(ray, match.second, params_.min_depth_m, miss.data());
         errors.push_back(shown ? params_.focal_px * miss.norm()
                                : std::numeric_limits<double>::infinity());
       }
@@ -238,19 +238,19 @@ class Solver {
   }
 
  private:
-  const std::vector<SeenMotion>& motions_;
+  const std::vector<MotionWithMatches>& motions_;
   const Isometry3d& start_;
   const ForwardMountParams& params_;
 };
 
 // By what the rotation changes when all matches are off alike.
-std::optional<Matrix3d> Systematic(const std::vector<SeenMotion>& motions,
+std::optional<Matrix3d> Systematic(const std::vector<MotionWithMatches>& motions,
                                    const Isometry3d& start,
                                    const ForwardMountParams& params,
                                    const Estimate& at,
                                    double sigma_px) {
-  double edge = 0;  // of the pictures, in units of the focal length
-  for (const SeenMotion& motion : motions) {
+  double edge = 0;  // of the images, in units of the focal length
+  for (const MotionWithMatches& motion : motions) {
     for (const Match& match : motion.matches) edge = std::max(edge, match.second.norm());
   }
   const double size = params.systematic_px / params.focal_px;
@@ -262,8 +262,8 @@ std::optional<Matrix3d> Systematic(const std::vector<SeenMotion>& motions,
       [](const Vector2d& p) { return Vector2d(-p.y(), p.x()); }};
   Matrix3d spread = Matrix3d::Zero();
   for (const Pattern pattern : kPatterns) {
-    std::vector<SeenMotion> shifted = motions;
-    for (SeenMotion& motion : shifted) {
+    std::vector<MotionWithMatches> shifted = motions;
+    for (MotionWithMatches& motion : shifted) {
       for (Match& match : motion.matches) match.second += size * pattern(match.second / edge);
     }
     const auto found = Solver(shifted, start, params).Solve(at, sigma_px, {});
@@ -297,23 +297,23 @@ std::optional<Matrix3d> Spread(const Solver& solver,
 
 }  // namespace
 
-ForwardMount SolveForwardMount(const std::vector<SeenMotion>& motions,
+ForwardMount SolveForwardMount(const std::vector<MotionWithMatches>& motions,
                                const Isometry3d& start,
                                const ForwardMountParams& params) {
   ForwardMount mount;
   mount.R_base_cam = start.linear();
-  for (const SeenMotion& motion : motions) mount.matches += motion.matches.size();
-  constexpr std::size_t kLeastMatches = 50;
-  if (mount.matches < kLeastMatches) return mount;
+  for (const MotionWithMatches& motion : motions) mount.matches += motion.matches.size();
+  constexpr std::size_t kMinMatches = 50;
+  if (mount.matches < kMinMatches) return mount;
   const Solver solver(motions, start, params);
   Estimate at;
   at.errors.assign(motions.size(), Vector6<double>::Zero());
   // A rotation that is off makes all matches bad alike: the scale comes down with it.
   mount.sigma_px = solver.SigmaOf(solver.Errors(at));
-  constexpr int kMostRounds = 8;
+  constexpr int kMaxRounds = 8;
   constexpr double kSettled = 0.01;
   for (const Loss loss : {Loss::kHuber, Loss::kCauchy}) {
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMaxRounds; ++round) {
       const std::optional<Estimate> found = solver.Solve(at, mount.sigma_px, {}, loss);
       if (!found) return mount;
       at = *found;

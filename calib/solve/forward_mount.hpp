@@ -9,18 +9,18 @@ namespace ceilmap::calibration {
 /// How a forward camera is turned on the robot, from what it saw while the robot moved in a way
 /// that is known (from the ceiling).
 ///
-/// What tells what: a turn on the spot moves the picture about the vertical, which gives pitch and
+/// What tells what: a turn on the spot moves the image about the vertical, which gives pitch and
 /// roll; a straight drive moves it away from the point that the robot drives to, which gives pitch
 /// and yaw; a tilt over a step moves it about base's y axis, which gives roll and yaw.
 
-/// What two pictures of one thing in the room show, as (x/z, y/z) in the optical frame.
+/// What two images of one thing in the room show, as (x/z, y/z) in the optical frame.
 struct Match {
   Eigen::Vector2d first = Eigen::Vector2d::Zero();
   Eigen::Vector2d second = Eigen::Vector2d::Zero();
 };
 
 /// Two moments of a recording.
-struct SeenMotion {
+struct MotionWithMatches {
   Eigen::Isometry3d T_first_second = Eigen::Isometry3d::Identity();  ///< of base
   std::vector<Match> matches;
 };
@@ -34,11 +34,11 @@ struct ForwardMountParams {
   /// They are estimated along, or short motions, which they spoil, would count too much.
   double motion_sigma_rad = 2e-4;
   double motion_sigma_m = 3e-4;
-  double least_depth_m = 0.3;    ///< nothing is nearer to the camera
+  double min_depth_m = 0.3;      ///< nothing is nearer to the camera
   double sigma_floor_px = 0.02;  ///< errors of matches are never believed to be smaller
   /// What matches are off by alike, so that no residual tells: corners that grow as the camera
-  /// comes nearer, the picture's compression. Goes into the covariance as shifts of this size along
-  /// both axes, a zoom and a turn of this size at the picture's edge.
+  /// comes nearer, the image's compression. Goes into the covariance as shifts of this size along
+  /// both axes, a zoom and a turn of this size at the image's edge.
   double systematic_px = 0.05;
   /// What all motions are off by alike, rad: things that hang below the ceiling move more than it
   /// does, and put the direction of travel off. Goes into the covariance as it is.
@@ -52,7 +52,7 @@ struct ForwardMount {
   /// Of a small turn about base's axes (x: roll, y: nose down, z: to the left), rad^2. From the
   /// curvature, large where no motion tells; by leaving out stretches of the recordings one after
   /// the other (delete-a-group jackknife), so that errors of the motion, which all matches of a
-  /// picture share, count as often as they occur; and from systematic_px, systematic_rad and
+  /// image share, count as often as they occur; and from systematic_px, systematic_rad and
   /// lens_sigma_px.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double sigma_px = 0;  ///< robust deviation of a match from its line
@@ -61,13 +61,13 @@ struct ForwardMount {
 };
 
 /// Robust least squares (Ceres, Cauchy's loss) over the rotation alone. What a match is off by is
-/// its distance from where the second picture shows what the first one did, at whatever depth from
-/// least_depth_m to infinity fits best: the epipolar line's half that is ahead of the camera. A
+/// its distance from where the second image shows what the first one did, at whatever depth from
+/// min_depth_m to infinity fits best: the epipolar line's half that is ahead of the camera. A
 /// camera that turns without moving has a point instead of a line, and needs no special case.
 /// @param motions  of one recording after the other, in order of time.
 /// @param start  the camera in base: its rotation to begin with (within some 10 degrees), its place
 ///   as measured, m, which stays. A place wrong by 1 cm changes the result little.
-ForwardMount SolveForwardMount(const std::vector<SeenMotion>& motions,
+ForwardMount SolveForwardMount(const std::vector<MotionWithMatches>& motions,
                                const Eigen::Isometry3d& start,
                                const ForwardMountParams& params);
 

@@ -110,7 +110,7 @@ std::vector<cv::Point2d> Undistort(const Lens& lens, const std::vector<cv::Point
 
 double Reach(const Lens& lens) {
   const std::vector<double> k = lens.Coefficients();
-  // On the picture, of the tangent of the angle from the axis, or of the angle itself.
+  // On the image, of the tangent of the angle from the axis, or of the angle itself.
   const auto radius = [&](double from_axis) {
     const double s = from_axis * from_axis;
     if (lens.model == LensModel::kEquidistant) {
@@ -142,7 +142,7 @@ std::array<double, 4> RectifiedPinhole(const Lens& lens) {
   return {K.at<double>(0, 0), K.at<double>(1, 1), K.at<double>(0, 2), K.at<double>(1, 2)};
 }
 
-cv::Mat Rectify(const Lens& lens, const cv::Mat& picture) {
+cv::Mat Rectify(const Lens& lens, const cv::Mat& image) {
   const auto [fx, fy, cx, cy] = RectifiedPinhole(lens);
   const cv::Matx33d K(fx, 0, cx, 0, fy, cy, 0, 0, 1);
   cv::Mat x;
@@ -155,7 +155,7 @@ cv::Mat Rectify(const Lens& lens, const cv::Mat& picture) {
         lens.Matrix(), lens.Coefficients(), cv::noArray(), K, lens.size, CV_32FC1, x, y);
   }
   cv::Mat rectified;
-  cv::remap(picture, rectified, x, y, cv::INTER_LINEAR);
+  cv::remap(image, rectified, x, y, cv::INTER_LINEAR);
   return rectified;
 }
 

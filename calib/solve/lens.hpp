@@ -9,7 +9,7 @@
 
 namespace ceilmap::calibration {
 
-/// How a lens bends the picture; coefficients in the order of OpenCV and ROS camera_info.
+/// How a lens bends the image; coefficients in the order of OpenCV and ROS camera_info.
 enum class LensModel : std::uint8_t {
   kPlumbBob,     ///< k1, k2, p1, p2, k3: all that rig.yaml takes
   kRational,     ///< k1, k2, p1, p2, k3, k4, k5, k6
@@ -32,7 +32,7 @@ struct Lens {
   /// fx, fy, cx, cy in pixels ((0, 0) is the centre of the top-left pixel), then the coefficients.
   Eigen::VectorXd values;
 
-  /// @return a lens without distortion, its centre that of the picture.
+  /// @return a lens without distortion, its centre that of the image.
   static Lens WithoutDistortion(LensModel model, cv::Size size, double focal_px);
   [[nodiscard]] cv::Matx33d Matrix() const {
     return {values[0], 0, values[2], 0, values[1], values[3], 0, 0, 1};
@@ -61,15 +61,15 @@ std::vector<cv::Point2d> Project(const Lens& lens,
 /// which no direction leads.
 std::vector<cv::Point2d> Undistort(const Lens& lens, const std::vector<cv::Point2d>& pixels);
 
-/// How far from the principal point, in focal lengths on the picture, the model has a meaning: from
+/// How far from the principal point, in focal lengths on the image, the model has a meaning: from
 /// there on it folds back, and two directions would show at one place. Tangential terms left out.
 double Reach(const Lens& lens);
 
-/// fx, fy, cx, cy of a camera without distortion whose picture of the same size shows nothing but
+/// fx, fy, cx, cy of a camera without distortion whose image of the same size shows nothing but
 /// what the lens saw.
 std::array<double, 4> RectifiedPinhole(const Lens& lens);
 
-/// The picture as a lens without distortion, of RectifiedPinhole, would show it.
-cv::Mat Rectify(const Lens& lens, const cv::Mat& picture);
+/// The image as a lens without distortion, of RectifiedPinhole, would show it.
+cv::Mat Rectify(const Lens& lens, const cv::Mat& image);
 
 }  // namespace ceilmap::calibration

@@ -40,7 +40,7 @@ std::vector<Vector2d> OutlineOf(const cv::Mat& moving) {
         return cv::contourArea(a) < cv::contourArea(b);
       });
   for (const cv::Point& p : largest) {
-    // Along the picture's border it is no rim.
+    // Along the image's border it is no rim.
     const bool inside = p.x > 1 && p.y > 1 && p.x < moving.cols - 2 && p.y < moving.rows - 2;
     if (inside) points.emplace_back(p.x, p.y);
   }
@@ -51,8 +51,8 @@ std::vector<Vector2d> OutlineOf(const cv::Mat& moving) {
 std::optional<CircleFit> FitRim(const cv::Mat& moving, Circle start) {
   std::optional<CircleFit> fit;
   for (const double reach : {0.06, 0.03, 0.0}) {
-    constexpr double kLeastReachPx = 10;
-    const double reach_px = std::max(kLeastReachPx, reach * start.radius);
+    constexpr double kMinReachPx = 10;
+    const double reach_px = std::max(kMinReachPx, reach * start.radius);
     fit = FitCircle(FallingEdges(moving, start, reach_px), start);
     if (!fit) return fit;
     start = fit->circle;
@@ -71,7 +71,7 @@ void TakeRim(const CircleFit& fit, const std::vector<Vector2d>& points, MirrorRi
       fit.covariance.topLeftCorner<2, 2>() + kVariance * Eigen::Matrix2d::Identity();
   result.outer_sigma_px = std::sqrt(fit.covariance(2, 2) + kVariance);
   result.rim_sigma_px = fit.sigma;
-  result.rim_part = fit.inlier_part * static_cast<double>(points.size()) / kEdgeDirections;
+  result.rim_ratio = fit.inlier_ratio * static_cast<double>(points.size()) / kEdgeDirections;
   result.rim = points;
 }
 
@@ -114,15 +114,15 @@ void TakeBody(const std::vector<Vector2d>& points,
   result.inner_sigma_px = kCornerSigmaPx;
 }
 
-cv::Mat GreyOf(const cv::Mat& picture) {
-  if (picture.channels() == 1) return picture;
+cv::Mat GreyOf(const cv::Mat& image) {
+  if (image.channels() == 1) return image;
   cv::Mat grey;
-  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
   return grey;
 }
 
 // sRGB undone, mean of the channels.
-cv::Mat LightOf(const cv::Mat& picture) {
+cv::Mat LightOf(const cv::Mat& image) {
   static const cv::Mat kTable = [] {
     cv::Mat table(1, 256, CV_32FC1);
     for (int i = 0; i < 256; ++i) {
@@ -133,7 +133,7 @@ cv::Mat LightOf(const cv::Mat& picture) {
     return table;
   }();
   cv::Mat light;
-  cv::LUT(picture, kTable, light);
+  cv::LUT(image, kTable, light);
   if (light.channels() == 1) return light;
   cv::Mat mean;
   cv::transform(light, mean, cv::Matx13f(1 / 3.0F, 1 / 3.0F, 1 / 3.0F));
@@ -142,15 +142,15 @@ cv::Mat LightOf(const cv::Mat& picture) {
 
 // What is too bright for the camera is brighter than it shows: beside it a blurred edge seems to
 // lie farther out than it does.
-cv::Mat NotSaturated(const cv::Mat& picture) {
+cv::Mat NotSaturated(const cv::Mat& image) {
   constexpr int kLimit = 250;
   constexpr int kReach = 9;  // px across
-  cv::Mat brightest = picture;
-  if (picture.channels() > 1) {
+  cv::Mat brightest = image;
+  if (image.channels() > 1) {
     cv::Mat channel;
-    cv::extractChannel(picture, brightest, 0);
-    for (int c = 1; c < picture.channels(); ++c) {
-      cv::extractChannel(picture, channel, c);
+    cv::extractChannel(image, brightest, 0);
+    for (int c = 1; c < image.channels(); ++c) {
+      cv::extractChannel(image, channel, c);
       brightest = cv::max(brightest, channel);
     }
   }
@@ -159,13 +159,13 @@ cv::Mat NotSaturated(const cv::Mat& picture) {
   return sound;
 }
 
-// 0 where a pixel was seen in fewer than a quarter of the pictures.
-cv::Mat Deviation(const cv::Mat& sum, const cv::Mat& squares, const cv::Mat& count, int pictures) {
+// 0 where a pixel was seen in fewer than a quarter of the images.
+cv::Mat Deviation(const cv::Mat& sum, const cv::Mat& squares, const cv::Mat& count, int images) {
   const cv::Mat some = cv::max(count, 1);
   const cv::Mat mean = sum / some;
   cv::Mat variance = squares / some - mean.mul(mean);
   variance = cv::max(variance, 0);
-  variance.setTo(0, count < 0.25 * pictures);
+  variance.setTo(0, count < 0.25 * images);
   cv::Mat deviation;
   cv::sqrt(variance, deviation);
   deviation.convertTo(deviation, CV_32FC1);
@@ -174,44 +174,44 @@ cv::Mat Deviation(const cv::Mat& sum, const cv::Mat& squares, const cv::Mat& cou
 
 }  // namespace
 
-void MirrorActivity::Add(const cv::Mat& picture) {
-  const cv::Mat light = LightOf(picture);
+void MirrorActivity::Add(const cv::Mat& image) {
+  const cv::Mat light = LightOf(image);
   cv::Mat grey;
   constexpr double kBlurPx = 1.2;
-  cv::GaussianBlur(GreyOf(picture), grey, {}, kBlurPx);
-  if (pictures_ == 0) {
+  cv::GaussianBlur(GreyOf(image), grey, {}, kBlurPx);
+  if (images_ == 0) {
     for (cv::Mat* sum : {&light_, &light_squares_, &grey_, &grey_squares_}) {
-      *sum = cv::Mat::zeros(picture.size(), CV_64FC1);
+      *sum = cv::Mat::zeros(image.size(), CV_64FC1);
     }
-    sound_ = cv::Mat::zeros(picture.size(), CV_64FC1);
+    sound_ = cv::Mat::zeros(image.size(), CV_64FC1);
   }
-  CV_Assert(picture.size() == light_.size());
-  const cv::Mat sound = NotSaturated(picture);
+  CV_Assert(image.size() == light_.size());
+  const cv::Mat sound = NotSaturated(image);
   cv::accumulate(light, light_, sound);
   cv::accumulateSquare(light, light_squares_, sound);
   cv::add(sound_, 1, sound_, sound);
   cv::accumulate(grey, grey_, sound);
   cv::accumulateSquare(grey, grey_squares_, sound);
-  ++pictures_;
+  ++images_;
 }
 
 cv::Mat MirrorActivity::OfLight() const {
-  return Deviation(light_, light_squares_, sound_, pictures_);
+  return Deviation(light_, light_squares_, sound_, images_);
 }
 
 cv::Mat MirrorActivity::OfGrey() const {
-  return Deviation(grey_, grey_squares_, sound_, pictures_);
+  return Deviation(grey_, grey_squares_, sound_, images_);
 }
 
 MirrorRingFit FindRing(const MirrorActivity& activity) {
   MirrorRingFit result;
-  constexpr int kLeastPictures = 3;
-  constexpr double kLeastGrey =
+  constexpr int kMinImages = 3;
+  constexpr double kMinGrey =
       4;  // levels, where most moves: noise and lamps that flicker have less
   result.fault = MirrorFault::kNothingMoves;
-  if (activity.Pictures() < kLeastPictures) return result;
+  if (activity.Images() < kMinImages) return result;
   const cv::Mat grey = activity.OfGrey();
-  if (Quantile(grey, 0.9) < kLeastGrey) return result;
+  if (Quantile(grey, 0.9) < kMinGrey) return result;
   result.fault = MirrorFault::kNoRim;
   const cv::Mat moving = activity.OfLight();
   const double side = std::min(moving.cols, moving.rows);
@@ -219,10 +219,10 @@ MirrorRingFit FindRing(const MirrorActivity& activity) {
   if (!rough || rough->radius > side || rough->radius < 0.1 * side) return result;
   const std::optional<CircleFit> fit = FitRim(moving, *rough);
   if (!fit) return result;
-  constexpr double kLeastReachPx = 10;
-  TakeRim(*fit, FallingEdges(moving, fit->circle, kLeastReachPx), result);
-  constexpr double kLeastRim = 0.35;
-  if (result.rim_part < kLeastRim) return result;
+  constexpr double kMinReachPx = 10;
+  TakeRim(*fit, FallingEdges(moving, fit->circle, kMinReachPx), result);
+  constexpr double kMinRim = 0.35;
+  if (result.rim_ratio < kMinRim) return result;
   result.fault = MirrorFault::kNone;
   constexpr double kEdge = 0.5;
   constexpr double kCorner = 0.75;
@@ -232,10 +232,10 @@ MirrorRingFit FindRing(const MirrorActivity& activity) {
   return result;
 }
 
-MirrorRingFit FindRing(const cv::Mat& picture) {
+MirrorRingFit FindRing(const cv::Mat& image) {
   MirrorRingFit result;
   result.fault = MirrorFault::kNoRim;
-  const cv::Mat grey = GreyOf(picture);
+  const cv::Mat grey = GreyOf(image);
   const std::optional<Circle> rough = DarkeningCircle(grey);
   if (!rough) return result;
   cv::Mat smooth;
@@ -260,8 +260,8 @@ MirrorRingFit FindRing(const cv::Mat& picture) {
   const double sigma_px = kPart * circle.radius;
   result.centre_covariance += sigma_px * sigma_px * Eigen::Matrix2d::Identity();
   result.outer_sigma_px = std::hypot(result.outer_sigma_px, sigma_px);
-  constexpr double kLeastRim = 0.25;
-  if (result.rim_part < kLeastRim) return result;
+  constexpr double kMinRim = 0.25;
+  if (result.rim_ratio < kMinRim) return result;
   result.fault = MirrorFault::kNone;
   if (const auto inner = BrighteningRadius(grey, circle)) {
     result.body_seen = true;

@@ -9,25 +9,25 @@
 
 namespace ceilmap::calibration {
 
-/// Tells what moves in the pictures of a camera under a mirror while the robot turns, and what
+/// Tells what moves in the images of a camera under a mirror while the robot turns, and what
 /// does not: the robot itself in the middle, and everything around the mirror.
 class MirrorActivity {
  public:
-  /// @param picture  CV_8UC1 or CV_8UC3 (BGR), all of one size.
-  void Add(const cv::Mat& picture);
-  [[nodiscard]] int Pictures() const { return pictures_; }
+  /// @param image  CV_8UC1 or CV_8UC3 (BGR), all of one size.
+  void Add(const cv::Mat& image);
+  [[nodiscard]] int Images() const { return images_; }
 
   /// CV_32FC1: deviation over time of the light at each pixel (sRGB undone, so that at a sharp edge
   /// a blurred pixel has its share of it: half the deviation is where the edge is).
   [[nodiscard]] cv::Mat OfLight() const;
-  /// CV_32FC1: the same of grey levels in pictures blurred against noise.
+  /// CV_32FC1: the same of grey levels in images blurred against noise.
   [[nodiscard]] cv::Mat OfGrey() const;
 
  private:
-  int pictures_ = 0;
+  int images_ = 0;
   cv::Mat light_;  // CV_64FC1 sums
   cv::Mat light_squares_;
-  cv::Mat sound_;  // how many of the pictures were not saturated there
+  cv::Mat sound_;  // how many of the images were not saturated there
   cv::Mat grey_;
   cv::Mat grey_squares_;
 };
@@ -35,7 +35,7 @@ class MirrorActivity {
 /// Why no ring was found.
 enum class MirrorFault : std::uint8_t {
   kNone,
-  kNothingMoves,  ///< the pictures are all the same
+  kNothingMoves,  ///< the images are all the same
   kNoRim,         ///< nothing round
 };
 
@@ -50,7 +50,7 @@ struct MirrorRingFit {
   /// the smallest about the centre that leaves it out.
   bool round_body = false;
   bool body_seen = false;   ///< false: nothing in the middle stays; the inner radius is a guess
-  double rim_part = 0;      ///< of all directions, where the rim was seen and on the circle
+  double rim_ratio = 0;     ///< of all directions, where the rim was seen and on the circle
   double rim_sigma_px = 0;  ///< of a single direction
   std::vector<Eigen::Vector2d> rim;  ///< where it was seen
   std::vector<Eigen::Vector2d> body;
@@ -60,10 +60,10 @@ struct MirrorRingFit {
 /// to half, a robust circle goes through them.
 MirrorRingFit FindRing(const MirrorActivity& activity);
 
-/// From one picture: the circle across which the picture becomes darker all around, and inside it
-/// the one across which it becomes brighter. Rough where the picture is dark at the rim: deviations
+/// From one image: the circle across which the image becomes darker all around, and inside it
+/// the one across which it becomes brighter. Rough where the image is dark at the rim: deviations
 /// are a hundredth of the radius.
-/// @param picture  CV_8UC1 or CV_8UC3.
-MirrorRingFit FindRing(const cv::Mat& picture);
+/// @param image  CV_8UC1 or CV_8UC3.
+MirrorRingFit FindRing(const cv::Mat& image);
 
 }  // namespace ceilmap::calibration

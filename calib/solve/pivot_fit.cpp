@@ -4,30 +4,24 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
-#include <numbers>
 #include <optional>
+
+#include "calib/base/degrees.hpp"
+#include "calib/base/statistics.hpp"
 
 namespace ceilmap::calibration {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Point {
   double steep = 0;  // sine of the pitch, > 0
   double lift = 0;
 };
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Slope of a line through the origin under the points that do not lie on it: it begins at a low
 // slope, and what is more than three deviations above it does not count.
 std::optional<double> SlopeOf(const std::vector<Point>& points) {
-  constexpr std::size_t kLeast = 4;
-  if (points.size() < kLeast) return std::nullopt;
+  constexpr std::size_t kMin = 4;
+  if (points.size() < kMin) return std::nullopt;
   std::vector<double> slopes;
   slopes.reserve(points.size());
   for (const Point& p : points) slopes.push_back(p.lift / p.steep);
@@ -41,9 +35,8 @@ std::optional<double> SlopeOf(const std::vector<Point>& points) {
       const double off = p.lift - slope * p.steep;
       if (off <= 0) below.push_back(-off);
     }
-    constexpr double kLeastSigma = 2e-4;  // metres
-    const double sigma =
-        below.empty() ? kLeastSigma : std::max(kLeastSigma, 1.4826 * MedianOf(below));
+    constexpr double kMinSigma = 2e-4;  // metres
+    const double sigma = below.empty() ? kMinSigma : std::max(kMinSigma, 1.4826 * Median(below));
     double up = 0;
     double down = 0;
     for (const Point& p : points) {
@@ -85,11 +78,11 @@ double SigmaOf(const std::vector<Point>& points, double slope) {
 
 Pivot FitPivot(const std::vector<Point>& all) {
   Pivot pivot;
-  for (const Point& p : all) pivot.most_rad = std::max(pivot.most_rad, std::asin(p.steep));
+  for (const Point& p : all) pivot.max_rad = std::max(pivot.max_rad, std::asin(p.steep));
   // Near level, noise is all there is.
-  constexpr double kLeastRad = 0.4 * kDegree;
-  constexpr double kLeastPart = 0.25;
-  const double least = std::sin(std::max(kLeastRad, kLeastPart * pivot.most_rad));
+  constexpr double kMinRad = 0.4 * kRadPerDeg;
+  constexpr double kMinPart = 0.25;
+  const double least = std::sin(std::max(kMinRad, kMinPart * pivot.max_rad));
   std::vector<Point> points;
   std::copy_if(all.begin(), all.end(), std::back_inserter(points), [least](const Point& p) {
     return p.steep >= least;
@@ -100,7 +93,7 @@ Pivot FitPivot(const std::vector<Point>& all) {
   std::vector<double> off;
   off.reserve(points.size());
   for (const Point& p : points) off.push_back(std::abs(p.lift - *slope * p.steep));
-  const double reach = std::max(6e-4, 3 * 1.4826 * MedianOf(off));
+  const double reach = std::max(6e-4, 3 * 1.4826 * Median(off));
   double squares = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (off[i] > reach) continue;
@@ -117,9 +110,9 @@ Pivot FitPivot(const std::vector<Point>& all) {
 
 // Lift of the level robot on the floor: the first frame, from which lifts count, has an error too.
 double FloorOf(const std::vector<Climb>& climbs) {
-  constexpr double kLevelRad = 0.2 * kDegree;
+  constexpr double kLevelRad = 0.2 * kRadPerDeg;
   constexpr double kLowPart = 0.25;  // of the highest: not on the step
-  constexpr std::size_t kLeast = 3;
+  constexpr std::size_t kMin = 3;
   double most = 0;
   for (const Climb& climb : climbs) most = std::max(most, std::abs(climb.lift_m));
   std::vector<double> lifts;
@@ -129,7 +122,7 @@ double FloorOf(const std::vector<Climb>& climbs) {
       lifts.push_back(climb.lift_m);
     }
   }
-  return lifts.size() < kLeast ? 0 : MedianOf(lifts);
+  return lifts.size() < kMin ? 0 : Median(lifts);
 }
 
 }  // namespace

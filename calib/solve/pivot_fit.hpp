@@ -15,9 +15,9 @@ struct Pivot {
   double distance_m = 0;  ///< of the mast from it
   /// By leaving out stretches of the recording one after the other (delete-a-group jackknife).
   double sigma_m = 0;
-  double rms_m = 0;     ///< of what the lifts are off by
-  int frames = 0;       ///< used
-  double most_rad = 0;  ///< the steepest of them, > 0
+  double rms_m = 0;    ///< of what the lifts are off by
+  int frames = 0;      ///< used
+  double max_rad = 0;  ///< the steepest of them, > 0
 };
 
 /// Pivots of a recording over something on the floor: of a robot whose front climbs the lift of the

@@ -137,14 +137,14 @@ std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle,
 }
 
 std::vector<Vector2d> SteepestFalls(const cv::Mat& map, const Circle& circle, double reach_px) {
-  constexpr double kLeastFall = 12;  // grey levels
-  constexpr std::size_t kSpan = 8;   // samples: 2 px
+  constexpr double kMinFall = 12;   // grey levels
+  constexpr std::size_t kSpan = 8;  // samples: 2 px
   std::vector<Vector2d> points;
   for (int k = 0; k < kEdgeDirections; ++k) {
     const Vector2d out = Direction(k, kEdgeDirections);
     const Profile profile =
         Along(map, circle.centre, out, circle.radius - reach_px - 1, circle.radius + reach_px + 1);
-    double most = kLeastFall;
+    double most = kMinFall;
     std::optional<double> at;
     for (std::size_t i = 0; i + kSpan < profile.values.size(); ++i) {
       const double fall = profile.values[i] - profile.values[i + kSpan];
@@ -161,7 +161,7 @@ namespace {
 
 constexpr int kCoarseDirections = 72;
 
-// By how much a picture falls across a circle, outwards: mean over directions of a limited step,
+// By how much an image falls across a circle, outwards: mean over directions of a limited step,
 // so that a few strong edges do not pass for a circle.
 double FallAcross(const cv::Mat& map, const Circle& circle, double half_span, double limit) {
   double sum = 0;
@@ -174,8 +174,8 @@ double FallAcross(const cv::Mat& map, const Circle& circle, double half_span, do
     ++seen;
     sum += std::clamp(*inner - *outer, -limit, limit);
   }
-  constexpr double kLeastSeen = 0.6;
-  return seen < kLeastSeen * kCoarseDirections ? -limit : sum / seen;
+  constexpr double kMinSeen = 0.6;
+  return seen < kMinSeen * kCoarseDirections ? -limit : sum / seen;
 }
 
 constexpr double kStepLimit = 40;  // grey levels
@@ -206,8 +206,8 @@ std::optional<Circle> DarkeningCircle(const cv::Mat& grey) {
       }
     }
   }
-  constexpr double kLeastFall = 10;
-  if (most < kLeastFall) return std::nullopt;
+  constexpr double kMinFall = 10;
+  if (most < kMinFall) return std::nullopt;
   best.centre = (best.centre + Vector2d(0.5, 0.5)) / scale - Vector2d(0.5, 0.5);
   best.radius /= scale;
   return best;
@@ -227,8 +227,8 @@ std::optional<double> BrighteningRadius(const cv::Mat& grey, const Circle& circl
     most = rise;
     best = radius;
   }
-  constexpr double kLeastRise = 10;
-  return most < kLeastRise ? std::nullopt : best;
+  constexpr double kMinRise = 10;
+  return most < kMinRise ? std::nullopt : best;
 }
 
 }  // namespace ceilmap::calibration

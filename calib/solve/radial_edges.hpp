@@ -25,17 +25,17 @@ std::vector<Eigen::Vector2d> FirstRisingEdges(const cv::Mat& map,
                                               const Circle& circle,
                                               double part);
 
-/// Where a picture (CV_32FC1) becomes darker fastest within reach of a circle, outwards; only
+/// Where an image (CV_32FC1) becomes darker fastest within reach of a circle, outwards; only
 /// directions with a clear edge.
 std::vector<Eigen::Vector2d> SteepestFalls(const cv::Mat& map,
                                            const Circle& circle,
                                            double reach_px);
 
-/// The circle across which a picture (CV_8UC1) becomes darker outwards in most directions, to a
-/// few pixels, about the middle of the picture. Nothing where there is none.
+/// The circle across which an image (CV_8UC1) becomes darker outwards in most directions, to a
+/// few pixels, about the middle of the image. Nothing where there is none.
 std::optional<Circle> DarkeningCircle(const cv::Mat& grey);
 
-/// The radius below half of the circle's across which the picture becomes brighter outwards in most
+/// The radius below half of the circle's across which the image becomes brighter outwards in most
 /// directions, to a pixel.
 std::optional<double> BrighteningRadius(const cv::Mat& grey, const Circle& circle);
 

@@ -147,7 +147,7 @@ double EdgeOf(const Recording& spin, const Recording& straight) {
   double edge = 0;
   for (const Recording* recording : {&spin, &straight}) {
     for (const ViewPair& pair : recording->pairs) {
-      for (const SeenTwice& place : pair.places) {
+      for (const PointCorrespondence& place : pair.places) {
         edge = std::max({edge, place.first.norm(), place.second.norm()});
       }
     }
@@ -157,9 +157,9 @@ double EdgeOf(const Recording& spin, const Recording& straight) {
 
 // What errors of the lens do to the fit: by how much each residual moves, and with them what is
 // asked for.
-class LensDoubt {
+class LensUncertainty {
  public:
-  LensDoubt(const RigParameters& parameters, const RigSolverParams& params, double sigma_px)
+  LensUncertainty(const RigParameters& parameters, const RigSolverParams& params, double sigma_px)
       : parameters_(parameters),
         focal_px_(params.focal_px),
         lens_sigma_(params.lens_sigma_px / params.focal_px),
@@ -168,14 +168,14 @@ class LensDoubt {
   // Residual moves, a column for each error of the lens.
   [[nodiscard]] LensErrors Moves(const std::vector<RigParameters::Pose>& poses,
                                  const ViewPair& pair,
-                                 const SeenTwice& place,
+                                 const PointCorrespondence& place,
                                  double edge) const {
     const LensErrors first = lens_sigma_ * LensErrorsAt(place.first, edge);
     const LensErrors second = lens_sigma_ * LensErrorsAt(place.second, edge);
     const Vector2d as_is = PlaceError(parameters_, poses, pair, place, focal_px_);
     LensErrors moves;
     for (int k = 0; k < kLensErrors; ++k) {
-      SeenTwice moved = place;
+      PointCorrespondence moved = place;
       moved.first += first.col(k);
       moved.second += second.col(k);
       moves.col(k) = PlaceError(parameters_, poses, pair, moved, focal_px_) - as_is;
@@ -196,12 +196,12 @@ std::vector<LensErrors> LensMoves(const Recording& spin,
                                   const RigParameters& parameters,
                                   const RigSolverParams& params,
                                   double sigma_px) {
-  const LensDoubt doubt(parameters, params, sigma_px);
+  const LensUncertainty doubt(parameters, params, sigma_px);
   const double edge = EdgeOf(spin, straight);
   std::vector<LensErrors> moves;
   const auto add = [&](const Recording& recording, const auto& poses) {
     for (const ViewPair& pair : recording.pairs) {
-      for (const SeenTwice& place : pair.places) {
+      for (const PointCorrespondence& place : pair.places) {
         moves.push_back(doubt.Moves(poses, pair, place, edge));
       }
     }

@@ -35,10 +35,13 @@ Vector2<T> OnCeiling(const T* tilt, const Eigen::Vector2d& ray) {
   return {px / pz, py / pz};
 }
 
-// The second picture's sight of a place, brought to the first, against the first's own.
+// The second image's sight of a place, brought to the first, against the first's own.
 template <typename T>
-Vector2<T> Error(
-    const T* tilt, const T* centre, const T* first, const T* second, const SeenTwice& place) {
+Vector2<T> Error(const T* tilt,
+                 const T* centre,
+                 const T* first,
+                 const T* second,
+                 const PointCorrespondence& place) {
   const Vector2<T> c(centre[0], centre[1]);
   const Vector2<T> seen_first = c + OnCeiling(tilt, place.first);
   const Vector2<T> seen_second = c + OnCeiling(tilt, place.second);
@@ -47,7 +50,7 @@ Vector2<T> Error(
 }
 
 struct PlaceResidual {
-  const SeenTwice* place;
+  const PointCorrespondence* place;
   double scale;  // focal length / deviation
 
   template <typename T>
@@ -98,7 +101,7 @@ Eigen::Vector2d CameraOf(const RigParameters::Pose& pose, const std::array<doubl
 Eigen::Vector2d PlaceError(const RigParameters& parameters,
                            const std::vector<RigParameters::Pose>& poses,
                            const ViewPair& pair,
-                           const SeenTwice& place,
+                           const PointCorrespondence& place,
                            double focal_px) {
   return focal_px * place.whitening *
          Error(parameters.tilt.data(),
@@ -142,7 +145,7 @@ void RigProblem::AddPlaces(const Recording& recording,
                            std::vector<RigParameters::Pose>& poses,
                            int first_view) {
   for (const ViewPair& pair : recording.pairs) {
-    for (const SeenTwice& place : pair.places) {
+    for (const PointCorrespondence& place : pair.places) {
       const auto id =
           problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PlaceResidual, 2, 2, 2, 3, 3>(
                                        new PlaceResidual{&place, focal_px / sigma_px}),

@@ -37,11 +37,11 @@ struct BlockOwner {
   bool place = false;
 };
 
-/// Error of a place in pixels of the first picture, weighted; not divided by its deviation.
+/// Error of a place in pixels of the first image, weighted; not divided by its deviation.
 Eigen::Vector2d PlaceError(const RigParameters& parameters,
                            const std::vector<RigParameters::Pose>& poses,
                            const ViewPair& pair,
-                           const SeenTwice& place,
+                           const PointCorrespondence& place,
                            double focal_px);
 
 /// Sideways step, in units of Z, from a view to the next.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "calib/base/statistics.hpp"
 #include "calib/solve/rig_covariance.hpp"
 #include "calib/solve/rig_problem.hpp"
 
@@ -36,19 +37,13 @@ RigParameters StartParameters(const Recording& spin,
   return parameters;
 }
 
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 void AddErrors(const Recording& recording,
                const RigParameters& parameters,
                const std::vector<RigParameters::Pose>& poses,
                double focal_px,
                std::vector<double>& errors_px) {
   for (const ViewPair& pair : recording.pairs) {
-    for (const SeenTwice& place : pair.places) {
+    for (const PointCorrespondence& place : pair.places) {
       errors_px.push_back(PlaceError(parameters, poses, pair, place, focal_px).norm());
     }
   }
@@ -75,13 +70,13 @@ RigScales ScalesOf(const Recording& spin,
   scales.place_px = std::max(params.sigma_floor_px, Median(errors_px) / kMedianOfTwo);
   std::vector<double> wander;
   for (const auto& pose : parameters.spin) wander.push_back(std::hypot(pose[0], pose[1]));
-  scales.wander = std::max(params.least_wander, Median(wander) / kMedianOfTwo);
+  scales.wander = std::max(params.min_wander, Median(wander) / kMedianOfTwo);
   std::vector<double> slip;
   for (std::size_t i = 0; i + 1 < parameters.straight.size(); ++i) {
     slip.push_back(std::abs(SlipOf(parameters, i)));
   }
   constexpr double kMedianOfOne = 0.6745;
-  scales.slip = params.least_slip;
+  scales.slip = params.min_slip;
   if (!slip.empty()) scales.slip = std::max(scales.slip, Median(slip) / kMedianOfOne);
   return scales;
 }
@@ -103,7 +98,7 @@ std::vector<ViewError> ViewErrors(const Recording& recording,
                                   double focal_px) {
   std::vector<ViewError> errors(poses.size());
   for (const ViewPair& pair : recording.pairs) {
-    for (const SeenTwice& place : pair.places) {
+    for (const PointCorrespondence& place : pair.places) {
       const double square = PlaceError(parameters, poses, pair, place, focal_px).squaredNorm();
       for (const int view : {pair.first, pair.second}) {
         ViewError& error = errors[static_cast<std::size_t>(view)];

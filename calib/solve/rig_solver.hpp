@@ -11,15 +11,15 @@ namespace ceilmap::calibration {
 /// the spot and while it drove straight on.
 ///
 /// Axes here are those of the camera's level twin: at its place, looking exactly up, turned about
-/// z like the camera; x right and y down in the picture, z up. The unit of length is the distance
+/// z like the camera; x right and y down in the image, z up. The unit of length is the distance
 /// Z of the ceiling above the camera, which a tape measure must give.
 
-/// A place of the ceiling that two pictures show.
-struct SeenTwice {
+/// A place of the ceiling that two images show.
+struct PointCorrespondence {
   /// Where, as (x/z, y/z) in the optical frame of the camera as it is mounted.
   Eigen::Vector2d first = Eigen::Vector2d::Zero();
   Eigen::Vector2d second = Eigen::Vector2d::Zero();
-  /// Takes an error in pixels of the first picture to one as far as the place lets it be seen
+  /// Takes an error in pixels of the first image to one as far as the place lets it be seen
   /// (small along an edge); W'W is the inverse covariance up to a factor that all share.
   Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
 };
@@ -27,7 +27,7 @@ struct SeenTwice {
 struct ViewPair {
   int first = 0;  ///< of the recording's views, from 0
   int second = 0;
-  std::vector<SeenTwice> places;
+  std::vector<PointCorrespondence> places;
 };
 
 /// One recording. A view's pose is that of the level twin, with the axle's foot as its origin, in
@@ -54,11 +54,11 @@ struct RigSolverParams {
   double focal_px = 0;  ///< turns errors into pixels, > 0
   /// Sideways slip from view to view, and the wander of the axle in a turn on the spot, are found
   /// from the data but never believed to be smaller, in units of Z.
-  double least_slip = 5e-5;
-  double least_wander = 5e-5;
+  double min_slip = 5e-5;
+  double min_wander = 5e-5;
   double sigma_floor_px = 0.005;  ///< the same of the places' errors
-  /// How far off the intrinsics may put a point at the picture's edge. What is wrong with the lens
-  /// is wrong alike in all pictures, and no residual tells of it: it goes into the covariance as
+  /// How far off the intrinsics may put a point at the image's edge. What is wrong with the lens
+  /// is wrong alike in all images, and no residual tells of it: it goes into the covariance as
   /// errors of focal length, principal point, distortion and skew of this size each.
   double lens_sigma_px = 0.05;
 };
@@ -76,7 +76,7 @@ struct RigSolution {
   double travel = 0;
   /// Of (tilt x, tilt y, centre x, centre y, yaw, travel). From the residuals, with all pairs that
   /// share a view taken for dependent (dyadic cluster-robust, Fafchamps & Gubert 2007): what is
-  /// wrong with one picture is wrong in each of its pairs. And from lens_sigma_px.
+  /// wrong with one image is wrong in each of its pairs. And from lens_sigma_px.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<Pose2> spin;      ///< axle and heading at each view
   std::vector<Pose2> straight;  ///< the same, in the first view's frame

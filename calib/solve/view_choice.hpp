@@ -12,7 +12,7 @@ namespace ceilmap::calibration {
 ///
 /// A first calibration from views that differ much in place, size and slant gives a lens and, with
 /// it, the information of every view. Views are then taken one by one, each the one that adds most
-/// to the logarithm of the information's determinant (D-optimal design): places in the picture,
+/// to the logarithm of the information's determinant (D-optimal design): places in the image,
 /// tilts and distances that are not there yet. Blurred views count less, by their edges' width. The
 /// same views give the same choice.
 ///

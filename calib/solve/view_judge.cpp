@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
+
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::calibration {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 std::string Join(const std::vector<std::string>& parts) {
   std::string text;
@@ -47,11 +46,11 @@ double GreatestTilt(const CameraSolution& solution) {
 }
 
 void JudgeTilt(const CameraSolution& solution, Judgement& judgement) {
-  constexpr double kLeastTilt = 10 / kDegPerRad;
+  constexpr double kMinTilt = 10 / kDegPerRad;
   constexpr double kGoodTilt = 20 / kDegPerRad;
   const double tilt = GreatestTilt(solution);
   if (tilt >= kGoodTilt) return;
-  (tilt < kLeastTilt ? judgement.faults : judgement.warnings)
+  (tilt < kMinTilt ? judgement.faults : judgement.warnings)
       .push_back(fmt::format(
           "no view with the board tilted by more than {:.0f} deg, so that focal length and "
           "distance "
@@ -60,23 +59,23 @@ void JudgeTilt(const CameraSolution& solution, Judgement& judgement) {
 }
 
 void JudgeSigmas(const CameraSolution& solution, Judgement& judgement) {
-  constexpr double kMostRelative = 0.02;
+  constexpr double kMaxRelative = 0.02;
   constexpr double kGoodRelative = 0.005;
   const double focal = std::max(solution.Sigma(0) / solution.lens.values[0],
                                 solution.Sigma(1) / solution.lens.values[1]);
   const double centre = std::max(solution.Sigma(2), solution.Sigma(3)) /
                         std::max(solution.lens.size.width, solution.lens.size.height);
   if (focal > kGoodRelative || !std::isfinite(focal)) {
-    (focal < kMostRelative ? judgement.warnings : judgement.faults)
+    (focal < kMaxRelative ? judgement.warnings : judgement.faults)
         .push_back(
             fmt::format("focal length known to {:.1f} % only: add views with the board tilted "
-                        "by 30 to 45 deg, near enough to fill half of the picture",
+                        "by 30 to 45 deg, near enough to fill half of the image",
                         100 * focal));
   }
   if (centre > kGoodRelative || !std::isfinite(centre)) {
-    (centre < kMostRelative ? judgement.warnings : judgement.faults)
+    (centre < kMaxRelative ? judgement.warnings : judgement.faults)
         .push_back(
-            fmt::format("principal point known to {:.1f} % of the picture only: add views with "
+            fmt::format("principal point known to {:.1f} % of the image only: add views with "
                         "the board tilted to all four sides, and turned by 90 deg",
                         100 * centre));
   }
@@ -84,30 +83,30 @@ void JudgeSigmas(const CameraSolution& solution, Judgement& judgement) {
   const double corner_px = solution.CornerSigma();
   if (corner_px > kGoodCornerPx) {
     judgement.warnings.push_back(fmt::format(
-        "the picture's corners are known to {:.1f} px only: add views with the board there",
+        "the image's corners are known to {:.1f} px only: add views with the board there",
         corner_px));
   }
 }
 
 void JudgeCoverage(const Coverage& coverage, Judgement& judgement) {
-  constexpr double kLeastShare = 0.1;
+  constexpr double kMinShare = 0.1;
   constexpr double kGoodShare = 0.5;
   const double share = coverage.Share();
   const std::vector<std::string> empty = coverage.EmptyNinths();
   if (empty.empty() && share >= kGoodShare) return;
   std::string where = "bring the board nearer, and into every corner";
-  if (!empty.empty()) where = fmt::format("hold the board in {} of the picture too", Join(empty));
-  (share < kLeastShare ? judgement.faults : judgement.warnings)
-      .push_back(fmt::format("boards cover {:.0f} % of the picture only: {}", 100 * share, where));
+  if (!empty.empty()) where = fmt::format("hold the board in {} of the image too", Join(empty));
+  (share < kMinShare ? judgement.faults : judgement.warnings)
+      .push_back(fmt::format("boards cover {:.0f} % of the image only: {}", 100 * share, where));
 }
 
 void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
   const double width_px = std::max(solution.lens.size.width, solution.lens.size.height);
-  constexpr double kMostPart = 0.01;
+  constexpr double kMaxPart = 0.01;
   constexpr double kGoodPart = 0.0015;
   const double part = solution.rms_px / width_px;
   if (part > kGoodPart) {
-    (part < kMostPart ? judgement.warnings : judgement.faults)
+    (part < kMaxPart ? judgement.warnings : judgement.faults)
         .push_back(
             fmt::format("RMS of {:.2f} px: is the board flat, and is the lens of --model {}? A "
                         "fisheye needs equidistant",
@@ -126,7 +125,7 @@ void JudgeReach(const Lens& lens, Judgement& judgement) {
   const double share = Reach(lens) / std::hypot(across, down);
   if (share >= kGoodShare) return;
   judgement.warnings.push_back(fmt::format(
-      "the distortion found has a meaning only {:.0f} % of the way to the picture's corners; "
+      "the distortion found has a meaning only {:.0f} % of the way to the image's corners; "
       "what lies beyond is lost when it is taken out: add views with the board there, or try "
       "another --model",
       100 * share));

@@ -9,13 +9,13 @@
 
 namespace ceilmap::calibration {
 
-/// Which parts of the picture boards were seen in.
+/// Which parts of the image boards were seen in.
 struct Coverage {
   static constexpr int kColumns = 12;
   static constexpr int kRows = 9;
   /// How many boards cover each cell's centre, row by row: kColumns x kRows cells of one size.
   std::vector<int> boards;
-  /// Corners in each ninth of the picture, row by row.
+  /// Corners in each ninth of the image, row by row.
   std::vector<int> corners_in_ninths;
 
   /// Cells that a board covers, of all of them, 0 to 1.
@@ -26,7 +26,7 @@ struct Coverage {
 Coverage FindCoverage(const std::vector<BoardView>& views, cv::Size size);
 
 /// Views left when of those that show the board in the same place only the first counts: all
-/// corners within a hundredth of the picture's diagonal, on average.
+/// corners within a hundredth of the image's diagonal, on average.
 std::size_t DistinctViews(const std::vector<BoardView>& views, cv::Size size);
 
 /// True where edges are wider than a quarter of the squares, so that corners pull at each other, or

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "localization/compass/frame_check.hpp"
 #include "localization/compass/heading_graph.hpp"
@@ -20,31 +21,27 @@ using std::numbers::pi;
 
 namespace {
 
-/// A view with a heading of its own, in the graph.
+/// A view with its own heading in the graph.
 struct Reference {
   std::shared_ptr<View> view;
   int place = 0;
 };
 
 void RequireWidth(const cv::Mat& panorama) {
-  constexpr int kLeastColumns = 48;
-  if (panorama.cols < kLeastColumns) {
+  constexpr int kMinColumns = 48;
+  if (panorama.cols < kMinColumns) {
     throw InputError(
         fmt::format("a panorama of {} columns is too narrow for method fft, must have at least {}; "
                     "unwrap it to more columns",
                     panorama.cols,
-                    kLeastColumns));
+                    kMinColumns));
   }
 }
 
 }  // namespace
 
 void FftCompassParams::Validate() const {
-  const auto require = [](bool ok, const char* field, double value, const char* range) {
-    if (!ok) {
-      throw InputError(fmt::format("fft compass: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("fft compass");
   const auto part = [&](const char* field, double value) {
     require(value >= 0 && value <= 1, field, value, "in [0, 1]");
   };
@@ -54,8 +51,8 @@ void FftCompassParams::Validate() const {
           "in (0, 2 pi]");
   require(rows >= 1, "rows", rows, "at least 1");
   require(max_parallax_rad > 0, "max_parallax_rad", max_parallax_rad, "> 0");
-  part("min_inlier_part", min_inlier_part);
-  part("min_believed_part", min_believed_part);
+  part("min_inlier_ratio", min_inlier_ratio);
+  part("min_believed_ratio", min_believed_ratio);
   require(reference_sigma_rad >= 0, "reference_sigma_rad", reference_sigma_rad, ">= 0");
   require(recent_references >= 1, "recent_references", recent_references, "at least 1");
   require(kept_references >= 4, "kept_references", kept_references, "at least 4");
@@ -77,16 +74,16 @@ struct FftCompass::Impl {
   std::vector<Reference> references;  // by time; the last one is the current one
   std::shared_ptr<View> current;
   std::shared_ptr<View> spare;
-  std::shared_ptr<View> before;  // the frame before, while its heading was measured
+  std::shared_ptr<View> before;  // the previous frame, while its heading was measured
   double before_turn_rad = 0;    // from the last reference
   double before_variance = 0;
   HeadingEstimate estimate;
-  double seen_stamp_s = 0;    // of the last frame that was measured
+  double seen_stamp_s = 0;    // stamp of the last measured frame
   double seen_variance = 0;   // ... and its variance
-  double turned_rad = 0;      // from the frame before that to the last one
-  double tried_turn_rad = 0;  // that was taken last, ...
-  std::int64_t profiled = 0;  // ... since this frame, of which the matcher has the distances
-  int unmatched = 0;          // frames in a row
+  double turned_rad = 0;      // from the second last frame to the last one
+  double tried_turn_rad = 0;  // the last turn that was tried, ...
+  std::int64_t profiled = 0;  // ... relative to this frame; the matcher holds the distances to it
+  int unmatched = 0;          // number of consecutive frames without a match
   std::int64_t frames = 0;
   std::int64_t made = 0;
   std::int64_t revisited = 0;
@@ -118,7 +115,7 @@ FftCompass::~FftCompass() = default;
 FftCompass::FftCompass(FftCompass&&) noexcept = default;
 FftCompass& FftCompass::operator=(FftCompass&&) noexcept = default;
 
-/// The memory of a view that nobody keeps any more is used again.
+/// Reuses the memory of a view that is no longer referenced.
 std::shared_ptr<View> FftCompass::Impl::FreshView() {
   if (current && current.use_count() == 1) return std::move(current);
   if (spare && spare.use_count() == 1) return std::move(spare);
@@ -131,9 +128,9 @@ void FftCompass::Impl::Analyze(const cv::Mat& panorama) {
   current->frame = frames;
 }
 
-/// The turn since a reference. Where the fields of view say something else than the motion so far
-/// both are tried: something that moves by itself may fill a field of view.
-/// @param heading_rad  of the reference.
+/// The turn since a reference. Where the fields of view disagree with the prediction of the motion
+/// both turns are tried: an independently moving object may fill a field of view.
+/// @param heading_rad  Heading of the reference.
 std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
                                                    double heading_rad,
                                                    std::optional<double> expected_rad) {
@@ -146,15 +143,15 @@ std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
   profiled = reference.frame;
   std::optional<ParallaxFit> best = around(seen);
   if (!expected_rad) return best;
-  constexpr double kSame = 0.25;  // of the search
+  constexpr double kSame = 0.25;  // fraction of the search range
   const double off = WrapAngle(seen - *expected_rad);
   if (best && std::abs(off) < kSame * params.sectors.search_rad) return best;
   const std::optional<ParallaxFit> other = around(WrapAngle(*expected_rad));
-  if (other && (!best || other->inlier_part > best->inlier_part)) best = other;
+  if (other && (!best || other->inlier_ratio > best->inlier_ratio)) best = other;
   return best;
 }
 
-/// A turn since the last reference becomes the heading.
+/// Sets the heading from a turn since the last reference.
 void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
   const HeadingGraph::Place& place = PlaceOf(references.back());
   const double heading = WrapAngle(place.heading_rad + fit.rotation_rad);
@@ -162,7 +159,7 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
   estimate.heading_rad = heading;
   estimate.variance_rad2 = place.variance_rad2 + fit.variance_rad2 +
                            params.reference_sigma_rad * params.reference_sigma_rad;
-  estimate.confidence = std::clamp(fit.inlier_part, 0.0, 1.0);
+  estimate.confidence = std::clamp(fit.inlier_ratio, 0.0, 1.0);
   tried_turn_rad = WrapAngle(fit.rotation_rad);
   seen_stamp_s = stamp_s;
   seen_variance = estimate.variance_rad2;
@@ -173,7 +170,7 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
 
 void FftCompass::Impl::Hold(double stamp_s) {
   const double sigma = params.unseen_rate_rad_s * (stamp_s - seen_stamp_s);
-  // Beyond this a heading is any heading.
+  // Beyond this variance the heading is unknown.
   constexpr double kAny = pi * pi;
   estimate.variance_rad2 = std::min(seen_variance + sigma * sigma, kAny);
   estimate.confidence = 0;
@@ -183,19 +180,20 @@ void FftCompass::Impl::Hold(double stamp_s) {
 
 void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revisit) {
   const double expected = WrapAngle(graph.At(place).heading_rad - PlaceOf(old).heading_rad);
-  // What was seen long before lies anywhere, and the way between has added up errors.
+  // The direction to a place visited long before is unknown: the path since then has accumulated
+  // errors.
   std::optional<double> direction;
   if (!revisit) {
     direction = travel.DirectionFrom(old.view->spot, expected, graph.At(place).heading_rad);
   }
   const std::optional<ParallaxFit> fit = matcher->Around(*old.view, *current, expected, direction);
-  if (!fit || fit->inlier_part < params.min_inlier_part) return;
+  if (!fit || fit->inlier_ratio < params.min_inlier_ratio) return;
   if (std::abs(fit->parallax_rad) > 2 * params.max_parallax_rad) return;
   const double off = WrapAngle(fit->rotation_rad - expected);
   const double sigma = params.reference_sigma_rad;
   const double variance = fit->variance_rad2 + sigma * sigma;
   if (revisit) {
-    // The expectation is off by what has drifted in between.
+    // The error of the prediction is the drift accumulated in between.
     constexpr double kSigmas = 4;
     const double drifted = std::abs(graph.At(place).variance_rad2 - PlaceOf(old).variance_rad2);
     if (off * off > kSigmas * kSigmas * (drifted + variance) + 1e-3) return;
@@ -218,7 +216,7 @@ void FftCompass::Impl::MeasureRevisits(int place) {
   for (std::size_t k = 0; k < count; ++k) MeasureAgainst(references[alike[k].second], place, true);
 }
 
-/// @param turn_rad, variance_rad2  since the last reference.
+/// @param turn_rad, variance_rad2  Relative to the last reference.
 void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
                                      double turn_rad,
                                      double variance_rad2) {
@@ -242,7 +240,7 @@ void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
   Forget();
 }
 
-/// Every second one of the older references goes, so that the rest covers the way evenly.
+/// Removes every second one of the older references, so that the rest covers the path evenly.
 void FftCompass::Impl::Forget() {
   if (static_cast<int>(references.size()) <= params.kept_references) return;
   std::vector<Reference> kept;
@@ -259,7 +257,7 @@ void FftCompass::Impl::Forget() {
   references = std::move(kept);
 }
 
-/// The reference does not fit any more: the frame before, which did, becomes the reference.
+/// The reference no longer fits: the previous frame, which did fit, becomes the reference.
 bool FftCompass::Impl::Retry(double stamp_s) {
   if (!before || before == references.back().view) return false;
   const std::optional<ParallaxFit> fit = Match(*before, estimate.heading_rad, turned_rad);
@@ -275,7 +273,7 @@ void FftCompass::Impl::Restart() {
   unmatched = 0;
 }
 
-/// The heading of the current view. @return whether it tells one.
+/// Measures the heading of the current view. @return whether it could be measured.
 bool FftCompass::Impl::Measure(double stamp_s) {
   const Reference& reference = references.back();
   const double heading = PlaceOf(reference).heading_rad;
@@ -292,7 +290,7 @@ bool FftCompass::Impl::Measure(double stamp_s) {
   }
   Take(*fit, stamp_s);
   if (std::abs(fit->parallax_rad) <= params.max_parallax_rad &&
-      fit->inlier_part >= params.min_inlier_part) {
+      fit->inlier_ratio >= params.min_inlier_ratio) {
     return true;
   }
   MakeReference(current, fit->rotation_rad, fit->variance_rad2);
@@ -306,7 +304,8 @@ bool FftCompass::Impl::Measure(double stamp_s) {
 
 std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
   Impl& me = *impl_;
-  // First of all, so that a panorama that was refused is not the measure of those to come.
+  // This check comes first, so that a rejected panorama does not set the size of the following
+  // ones.
   if (!me.matcher && !frame.panorama.empty()) RequireWidth(frame.panorama);
   me.check.Take(frame);
   if (!me.matcher) {

@@ -12,52 +12,54 @@
 namespace ceilmap::compass {
 
 struct FftCompassParams {
-  /// Of each of the two fields of view, ahead and behind, in which the turn is looked for at first,
-  /// in (0, 2 pi]; 2 pi: the whole view.
+  /// Width of each of the two fields of view, ahead and behind, in which the initial estimate of
+  /// the turn is searched, in (0, 2 pi]; 2 pi: the whole view.
   double field_of_view_rad = std::numbers::pi / 3;
-  /// That panoramas are averaged to beforehand, >= 1: a dozen tell as much as many.
+  /// Number of rows to which panoramas are averaged beforehand, >= 1. About twelve are sufficient.
   int rows = 15;
   SectorParams sectors;
   ParallaxParams parallax;
-  /// The reference gives way when travel has moved things at the sides by more than this on
+  /// The reference is replaced when travel has moved the content at the sides by more than this on
   /// average, rad, > 0, ...
   double max_parallax_rad = 0.07;
-  /// ... or when fewer sectors agree, [0, 1].
-  double min_inlier_part = 0.6;
-  /// Below this a turn is not believed, [0, 1].
-  double min_believed_part = 0.35;
-  /// What a turn between two references is off by beyond what the fit says, rad, >= 0.
+  /// ... or when a smaller fraction of the sectors agrees, [0, 1].
+  double min_inlier_ratio = 0.6;
+  /// A turn with a smaller inlier ratio is rejected, [0, 1].
+  double min_believed_ratio = 0.35;
+  /// Standard deviation of the error of a heading between two references beyond that stated by the
+  /// fit, rad, >= 0.
   double reference_sigma_rad = 0.001;
-  /// References that a new one is measured against, the latest first, >= 1: drift falls.
+  /// Number of recent references that a new one is measured against, the latest first, >= 1. More
+  /// references reduce drift.
   int recent_references = 3;
-  /// References that are kept, to be recognised when the robot comes back, >= 4. About 0.2 MB each.
+  /// Number of references that are kept for recognition when the robot returns, >= 4. About 0.2 MB
+  /// each.
   int kept_references = 120;
-  /// Old references that look most like a new one and are compared with it, >= 0.
+  /// Number of old references, most similar to a new one, that are compared with it, >= 0.
   int revisits = 2;
-  /// While nothing can be measured: standard deviation of the rate at which the robot may turn,
-  /// rad/s, > 0.
+  /// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
   double unseen_rate_rad_s = 0.5;
-  /// After so many frames in a row that fit no reference the robot has been carried into unknown
-  /// surroundings, and a new reference begins there, >= 1.
+  /// After this number of consecutive frames that fit no reference the robot is assumed to have
+  /// been carried into unknown surroundings, and a new reference is created there, >= 1.
   int restart_after = 5;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Heading from panoramas, Labrosse's compass made better (localization/compass/README.md has what
-/// each part is worth):
+/// Heading from panoramas, an improvement of Labrosse's compass. localization/compass/README.md
+/// states what each part contributes.
 ///
-/// 1. Squared distances to the reference for all shifts at once (ShiftDistances), with fields of
-///    view ahead and behind: the least one is the turn, roughly. Lines without their means, so that
-///    light that changes evenly changes nothing.
-/// 2. Shifts of 36 sectors around it (SectorMatcher), and the turn and travel that explain them
-///    (FitParallax): what travel does to the sides is no bias any more but told apart. What moves
-///    by itself is an outlier.
-/// 3. References: a panorama is measured against one that stays until travel has changed the view.
-///    A new reference is measured against several old ones, also against those that were seen long
-///    ago and look alike; a graph of headings (HeadingGraph) takes the drift out again.
+/// 1. Squared distances to the reference for all shifts at once (ShiftDistances), within fields of
+///    view ahead and behind. The minimum is the initial estimate of the turn. Each line is taken
+///    without its mean, so that a uniform change of illumination has no effect.
+/// 2. Shifts of 36 sectors around this estimate (SectorMatcher), and the turn and travel that
+///    explain them (FitParallax). The effect of travel on the sides is estimated instead of causing
+///    a bias. Objects that move independently are outliers.
+/// 3. References: a panorama is measured against a reference that is kept until travel has changed
+///    the view. A new reference is measured against several old ones, including references from
+///    long ago that look similar. A graph of headings (HeadingGraph) corrects the drift.
 ///
-/// Memory and time per frame are bounded. Any width from 48 columns; 1080 are worth it.
+/// Memory and time per frame are bounded. Any width from 48 columns; 1080 columns are recommended.
 class FftCompass : public Compass {
  public:
   explicit FftCompass(const FftCompassParams& params = {});
@@ -68,7 +70,7 @@ class FftCompass : public Compass {
   std::optional<HeadingEstimate> Next(const PanoramaFrame& frame) override;
   [[nodiscard]] DistanceProfile Profile() const override;
   [[nodiscard]] std::int64_t References() const override;
-  /// Of those, how many were measured against a place seen long before.
+  /// Number of references that were measured against a place observed long before.
   [[nodiscard]] std::int64_t Revisits() const;
 
  private:

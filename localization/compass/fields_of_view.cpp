@@ -35,7 +35,7 @@ void FieldsOfView::Validate() const {
 }
 
 std::vector<float> FieldsOfView::ColumnWeights(int columns) const {
-  // A column that lies on an edge stays inside when the angles are rounded.
+  // A column on the edge stays inside despite the rounding of angles.
   constexpr double kEdgeColumns = 1e-6;
   const double half_columns = width_rad / kTurn * columns / 2 + kEdgeColumns;
   std::vector<float> weights(static_cast<std::size_t>(columns), 0.0F);

@@ -12,13 +12,13 @@ namespace ceilmap::compass {
 void FrameCheck::Take(const PanoramaFrame& frame) {
   const cv::Mat& panorama = frame.panorama;
   CheckPanorama(panorama, "the");
-  constexpr int kLeastColumns = 8;
-  if (panorama.cols < kLeastColumns) {
+  constexpr int kMinColumns = 8;
+  if (panorama.cols < kMinColumns) {
     throw InputError(
         fmt::format("a panorama of {} columns is too narrow for a compass, must have at least {}; "
                     "unwrap it to more columns",
                     panorama.cols,
-                    kLeastColumns));
+                    kMinColumns));
   }
   if (frames_ > 0 && (panorama.size() != size_ || panorama.type() != type_)) {
     throw InputError(

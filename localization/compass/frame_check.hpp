@@ -7,15 +7,16 @@
 
 namespace ceilmap::compass {
 
-/// Holds the frames of a run against what Compass::Next asks of them.
+/// Checks the frames of a run against the requirements of Compass::Next.
 class FrameCheck {
  public:
-  /// Takes the next frame.
-  /// @throws InputError on a panorama of another size or type than before, or one that no
-  ///   compass can take, on a stamp that does not increase, and a direction that is not finite.
+  /// Checks the next frame.
+  /// @throws InputError on a panorama of another size or type than before, or of one that no
+  ///   compass accepts, on a stamp that does not increase, and on a travel vector that is not
+  ///   finite.
   void Take(const PanoramaFrame& frame);
 
-  /// Taken so far.
+  /// Number of frames checked so far.
   [[nodiscard]] std::int64_t Frames() const { return frames_; }
 
  private:

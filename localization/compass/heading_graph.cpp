@@ -35,7 +35,8 @@ void HeadingGraph::Solve() {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(places_.size() + 4 * turns_.size());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
-  // The first place is held; a whisper on the others, for those that nothing ties to it.
+  // The first place is fixed. A very weak prior on the others keeps places regular that are not
+  // connected to it.
   constexpr double kHeld = 1e12;
   constexpr double kWhisper = 1e-6;
   for (int i = 0; i < count; ++i) entries.emplace_back(i, i, i == 0 ? kHeld : kWhisper);
@@ -65,7 +66,8 @@ void HeadingGraph::Remove(int place) {
       !used_[static_cast<std::size_t>(place)]) {
     throw std::invalid_argument("heading graph: no such place to remove");
   }
-  // Elimination of one unknown: each pair of its neighbours with the series of their measurements.
+  // Elimination of one unknown: each pair of its neighbours is connected by the combination of
+  // their two measurements in series.
   std::vector<Turn> star;  // from the place
   double sum = 0;
   for (const Turn& turn : turns_) {

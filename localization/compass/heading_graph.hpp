@@ -5,8 +5,8 @@
 
 namespace ceilmap::compass {
 
-/// Headings of places of which some are known relative to each other: linear least squares on the
-/// circle, exact, in one dimension. The first place is 0 by definition.
+/// Headings of places, some of which were measured relative to each other: linear least squares on
+/// the circle, exact, in one dimension. The first place has heading 0 by definition.
 class HeadingGraph {
  public:
   struct Place {
@@ -14,15 +14,16 @@ class HeadingGraph {
     double variance_rad2 = 0;  ///< relative to the first place
   };
 
-  /// Adds a place with a first guess of its heading. @return its number, counted from 0.
+  /// Adds a place with an initial estimate of its heading. @return its number, counted from 0.
   int Add(double heading_rad);
-  /// heading(to) - heading(from) was measured. @param variance_rad2  > 0.
+  /// Adds a measurement of heading(to) - heading(from). @param variance_rad2  > 0.
   void Measure(int from, int to, double turn_rad, double variance_rad2);
-  /// Brings all headings to the optimum. A place that nothing ties to the first one keeps its
-  /// heading relative to its neighbours.
+  /// Optimizes all headings. A place that is not connected to the first one keeps its heading
+  /// relative to its neighbours.
   void Solve();
-  /// Takes a place out; what it told of others is kept in measurements between its neighbours,
-  /// exactly. The first place stays. Numbers of the others stay the same, its own is free again.
+  /// Removes a place by marginalization: its information about other places is kept exactly, in
+  /// measurements between its neighbours. The first place cannot be removed. The numbers of the
+  /// other places stay the same; the number of the removed place becomes free.
   void Remove(int place);
 
   [[nodiscard]] const Place& At(int place) const {

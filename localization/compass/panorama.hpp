@@ -4,12 +4,12 @@
 
 namespace ceilmap::compass {
 
-/// Panoramas here show the full circle, one column per 360/W deg, and azimuth falls from left to
-/// right: what stands left of the robot is at the left of what stands ahead. They are CV_8UC1 or
-/// CV_8UC3, 2 to kMaxColumns wide.
+/// Maximum width of a panorama. Panoramas show the full circle with one column per 360/W deg.
+/// Azimuth decreases from left to right: objects to the left of the robot appear to the left of
+/// objects ahead. They are CV_8UC1 or CV_8UC3, 2 to kMaxColumns wide.
 inline constexpr int kMaxColumns = 16384;
 
-/// @param name  what the panorama is called in messages.
+/// @param name  Name of the panorama in messages.
 /// @throws InputError on a panorama that is empty, of another type, or too wide.
 void CheckPanorama(const cv::Mat& panorama, const char* name);
 

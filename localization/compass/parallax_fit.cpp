@@ -1,7 +1,5 @@
 #include "localization/compass/parallax_fit.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
@@ -11,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
@@ -20,7 +18,8 @@ namespace {
 using std::numbers::pi;
 
 constexpr int kMaxOrder = 12;
-// Rotation, direction, then the series: mean, and cosine and sine of each order.
+// Order of the unknowns: rotation, direction, then the series (mean, cosine and sine of each
+// order).
 constexpr int kRotation = 0;
 constexpr int kDirection = 1;
 constexpr int kSeries = 2;
@@ -40,7 +39,8 @@ Vector Series(double azimuth_rad, int order) {
   return terms;
 }
 
-/// The shift of one sector that the unknowns explain, and its derivatives by them.
+/// The shift of one sector that follows from the unknowns, and its derivatives with respect to
+/// them.
 double Model(double azimuth_rad, const Vector& terms, const Vector& x, Vector& derivatives) {
   const double sine = std::sin(azimuth_rad - x[kDirection]);
   const double nearness = terms.dot(x.tail(terms.size()));
@@ -59,14 +59,14 @@ double MedianShift(std::span<const SectorShift> shifts) {
   return *middle;
 }
 
-/// Information of the prior on each unknown.
+/// Information of the prior for each unknown.
 Vector Prior(const ParallaxParams& params, double mean_nearness_rad) {
   constexpr double kAnyNearness = 0.35;
-  constexpr double kLeastNearness = 0.0035;
+  constexpr double kMinNearness = 0.0035;
   Vector information = Vector::Zero(kSeries + 1 + 2 * params.order);
   information[kDirection] = 1 / (params.direction_sigma_rad * params.direction_sigma_rad);
   information[kSeries] = 1 / (kAnyNearness * kAnyNearness);
-  const double nearness = std::max(std::abs(mean_nearness_rad), kLeastNearness);
+  const double nearness = std::max(std::abs(mean_nearness_rad), kMinNearness);
   for (int k = 1; k <= params.order; ++k) {
     const double sigma = params.roughness / k * nearness;
     information[kSeries + 2 * k - 1] = information[kSeries + 2 * k] = 1 / (sigma * sigma);
@@ -77,16 +77,12 @@ Vector Prior(const ParallaxParams& params, double mean_nearness_rad) {
 }  // namespace
 
 void ParallaxParams::Validate() const {
-  const auto require = [](bool ok, const char* field, double value, const char* range) {
-    if (!ok) {
-      throw InputError(fmt::format("parallax: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("parallax");
   require(order >= 0 && order <= kMaxOrder, "order", order, "in [0, 12]");
   require(roughness > 0, "roughness", roughness, "> 0");
   require(direction_sigma_rad > 0, "direction_sigma_rad", direction_sigma_rad, "> 0");
   require(floor_rad > 0, "floor_rad", floor_rad, "> 0");
-  require(floor_part > 0, "floor_part", floor_part, "> 0");
+  require(floor_ratio > 0, "floor_ratio", floor_ratio, "> 0");
   require(robust_sigmas > 0, "robust_sigmas", robust_sigmas, "> 0");
 }
 
@@ -96,8 +92,8 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
                         const ParallaxParams& params) {
   ParallaxFit fit;
   fit.variance_rad2 = std::numeric_limits<double>::infinity();
-  constexpr std::size_t kLeastSectors = 6;
-  if (shifts.size() < kLeastSectors) return fit;
+  constexpr std::size_t kMinSectors = 6;
+  if (shifts.size() < kMinSectors) return fit;
   const Eigen::Index unknowns = kSeries + 1 + 2 * params.order;
   Vector expected = Vector::Zero(unknowns);
   expected[kDirection] = expected_direction_rad;
@@ -114,7 +110,7 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
     const Vector prior = Prior(params, x[kSeries]);
-    const double floor = params.floor_rad + params.floor_part * std::abs(x[kSeries]);
+    const double floor = params.floor_rad + params.floor_ratio * std::abs(x[kSeries]);
     information = prior.asDiagonal();
     Vector gradient = prior.cwiseProduct(expected - x);
     inliers = 0;
@@ -127,14 +123,14 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
       const double robust = params.robust_sigmas * params.robust_sigmas;
       const double trust = 1 / (1 + off2 / robust);
       cost += robust * std::log1p(off2 / robust);
-      // Beyond three standard deviations it is another motion, not noise.
+      // Residuals beyond three standard deviations are caused by another motion, not by noise.
       inliers += off2 < 9 ? 1 : 0;
       information += trust / variance * derivatives * derivatives.transpose();
       gradient += trust / variance * residual * derivatives;
     }
     solver.compute(information);
     x += solver.solve(gradient);
-    // A direction further off than this is noise of a robot that hardly moved.
+    // A larger deviation of the direction is noise of a robot that hardly moved.
     x[kDirection] =
         std::clamp(x[kDirection], expected_direction_rad - pi / 4, expected_direction_rad + pi / 4);
   }
@@ -142,7 +138,7 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   fit.variance_rad2 = solver.solve(Vector::Unit(unknowns, kRotation))[kRotation];
   fit.direction_rad = WrapAngle(x[kDirection]);
   fit.parallax_rad = x[kSeries];
-  fit.inlier_part = inliers / sectors_asked;
+  fit.inlier_ratio = inliers / sectors_asked;
   fit.cost = cost;
   return fit;
 }
@@ -151,7 +147,7 @@ ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts,
                                       int sectors_asked,
                                       const ParallaxParams& params) {
   ParallaxParams wide = params;
-  // Each direction of travel is its opposite too, so these four leave no gap.
+  // Each direction of travel also stands for its opposite, so these four cover the circle.
   constexpr std::size_t kDirections = 4;
   wide.direction_sigma_rad = pi / (2 * kDirections);
   std::array<ParallaxFit, kDirections> fits;
@@ -160,7 +156,7 @@ ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts,
   }
   ParallaxFit best = *std::min_element(
       fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
-  if (best.inlier_part <= 0) return best;
+  if (best.inlier_ratio <= 0) return best;
   double total = 0;
   double mean = 0;
   for (const ParallaxFit& fit : fits) {

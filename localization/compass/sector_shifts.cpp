@@ -1,12 +1,10 @@
 #include "localization/compass/sector_shifts.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
 
@@ -32,7 +30,7 @@ CEILMAP_HOT void Unpack(
 }
 
 CEILMAP_HOT float WeightedSum(const float* values, const float* weights, int n) {
-  // Sums side by side, which a compiler may not make of one by itself.
+  // Independent partial sums, because a compiler may not reorder floating-point additions itself.
   constexpr int kLanes = 16;
   float sums[kLanes] = {};
   int i = 0;
@@ -48,11 +46,7 @@ CEILMAP_HOT float WeightedSum(const float* values, const float* weights, int n) 
 }  // namespace
 
 void SectorParams::Validate() const {
-  const auto require = [](bool ok, const char* field, double value, const char* range) {
-    if (!ok) {
-      throw InputError(fmt::format("sectors: {} = {}, must be {}", field, value, range));
-    }
-  };
+  const FieldCheck require("sectors");
   require(sectors >= 12 && sectors <= 360, "sectors", sectors, "in [12, 360]");
   require(width_rad > 0 && width_rad <= pi / 2, "width_rad", width_rad, "in (0, pi/2]");
   require(search_rad > 0 && search_rad <= pi / 2, "search_rad", search_rad, "in (0, pi/2]");
@@ -62,7 +56,7 @@ SectorMatcher::SectorMatcher(cv::Size size, int channels, const SectorParams& pa
     : params_(params), columns_(size.width), rows_(size.height), channels_(channels) {
   params_.Validate();
   const double columns_per_rad = columns_ / (2 * pi);
-  // Two to either side are the least that a parabola and a test of its depth can do with.
+  // A parabola and the test of its depth need at least two columns to either side.
   reach_ = std::clamp(static_cast<int>(std::lround(params_.search_rad * columns_per_rad)),
                       std::min(3, (columns_ - 1) / 2),
                       (columns_ - 1) / 2);
@@ -112,7 +106,7 @@ void SectorMatcher::Compare(const PanoramaLines& reference,
                             volume_.data() + Size(k) * Size(stride_));
     }
   }
-  // Around the seam once more, so that windows need not wrap.
+  // The columns at the seam are repeated, so that windows need not wrap.
   for (int k = 0; k <= 2 * reach_; ++k) {
     float* costs = volume_.data() + Size(k) * Size(stride_);
     std::copy_n(costs, window_.size(), costs + columns_);
@@ -133,7 +127,7 @@ void SectorMatcher::MeasureSector(int sector, int expected) {
   }
   const auto least = std::min_element(cost_.begin(), cost_.end());
   const int k = static_cast<int>(least - cost_.begin());
-  // A shallow minimum is one of noise; one at the edge is none.
+  // A shallow minimum is caused by noise; a minimum at the edge of the range is not a minimum.
   constexpr double kShallow = 0.8;
   if (k == 0 || k == 2 * reach_ || !(*least < kShallow * mean)) return;
   const double before = cost_[Size(k - 1)];
@@ -141,7 +135,7 @@ void SectorMatcher::MeasureSector(int sector, int expected) {
   const double curvature = before - 2 * *least + after;
   if (!(curvature > 0)) return;
   const double shift = expected + k - reach_ + 0.5 * (before - after) / curvature;
-  // Of the samples under the window so many tell something of their own.
+  // Number of independent samples under the window.
   constexpr double kIndependent = 15;
   const double rad_per_column = 2 * pi / columns_;
   shifts_.push_back({WrapAngle(pi - rad_per_column * centre),

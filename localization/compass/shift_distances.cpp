@@ -22,7 +22,7 @@ std::size_t Size(int n) {
   return static_cast<std::size_t>(n);
 }
 
-/// Two lines without their means as the parts of a complex one, and their squares.
+/// Two lines with their means subtracted as the parts of a complex line, and their squares.
 CEILMAP_HOT void Pack(const std::uint8_t* __restrict a,
                       const std::uint8_t* __restrict b,
                       float mean_a,
@@ -39,7 +39,7 @@ CEILMAP_HOT void Pack(const std::uint8_t* __restrict a,
   }
 }
 
-/// The same, each column times its weight.
+/// The same, with each column multiplied by its weight.
 CEILMAP_HOT void PackWeighted(const std::uint8_t* __restrict a,
                               const std::uint8_t* __restrict b,
                               float mean_a,
@@ -54,16 +54,16 @@ CEILMAP_HOT void PackWeighted(const std::uint8_t* __restrict a,
 }
 
 /// @param blank  `columns` zeros: compilers have an instruction for sums of absolute differences of
-/// bytes, and none for plain sums.
+///   bytes, and none for plain sums.
 CEILMAP_HOT int Sum(const std::uint8_t* line, const std::uint8_t* blank, int columns) {
   int sum = 0;
   for (int u = 0; u < columns; ++u) sum += std::abs(line[u] - blank[u]);
   return sum;
 }
 
-/// What conj(a) * b is made of, summed over lines: `straight` of the products of like parts (re re,
-/// im im), `crossed` of a's parts with b's others (re im, im re). One shuffle a register; whole
-/// complex products would take four.
+/// The components of conj(a) * b, summed over lines: `straight` holds the products of like parts
+/// (re re, im im), `crossed` those of a's parts with b's other parts (re im, im re). This needs one
+/// shuffle per register; complete complex products would need four.
 CEILMAP_HOT void AddProducts(const float* __restrict a,
                              const float* __restrict b,
                              int n,
@@ -77,7 +77,7 @@ CEILMAP_HOT void AddProducts(const float* __restrict a,
   }
 }
 
-/// Of four lines that follow each other: the sums are loaded and stored once for all of them.
+/// The same for four consecutive lines: the sums are loaded and stored once for all of them.
 CEILMAP_HOT void AddProductsOfFour(const float* __restrict a,
                                    const float* __restrict b,
                                    int n,
@@ -109,10 +109,10 @@ CEILMAP_HOT void AddLine(const std::uint8_t* __restrict line,
   for (int u = 0; u < columns; ++u) sum[u] += factor * (static_cast<float>(line[u]) - mean);
 }
 
-/// Squared distance of two runs of samples, each counted with a weight; b is `above` darker.
+/// Weighted squared distance of two runs of samples; b is `above` darker.
 CEILMAP_HOT float SquaredDistance(
     const std::uint8_t* a, const std::uint8_t* b, float above, const float* weights, int n) {
-  // Sums side by side, which a compiler may not make of one by itself.
+  // Independent partial sums, because a compiler may not reorder floating-point additions itself.
   constexpr int kLanes = 16;
   float sums[kLanes] = {};
   int u = 0;
@@ -271,7 +271,7 @@ void ShiftDistances::Squared(const PanoramaSpectrum& reference,
     const double energy = current_energy + (weights.empty() ? reference.total_energy
                                                             : scale * profile_correlation_[s]);
     squared[s] = energy - 2 * scale * correlation_[s].real();
-    // The rounding of the transforms is about 1e-7 of the energy.
+    // The rounding error of the transforms is about 1e-7 of the energy.
     constexpr double kCancelled = 1e-2;
     if (squared[s] < kCancelled * energy) {
       squared[s] = Exactly(reference, current, weights, static_cast<int>(s));
@@ -290,14 +290,15 @@ double ShiftDistances::Exactly(const PanoramaSpectrum& reference,
     const std::uint8_t* then = Line(reference, line);
     const std::uint8_t* now = Line(current, line);
     const float above = current.means[Size(line)] - reference.means[Size(line)];
-    // The first columns show what was at the end of the reference.
+    // The first columns are compared with the end of the reference.
     sum += double{SquaredDistance(now, then + (columns_ - shift), above, w, shift)};
     sum += double{SquaredDistance(now + shift, then, above, w + shift, columns_ - shift)};
   }
   return sum;
 }
 
-/// With m the difference of two lines' means, w (J + m - I)^2 has 2 m w (J - I) and w m^2 more.
+/// With m the difference of two lines' means, w (J + m - I)^2 has the additional terms 2 m w (J -
+/// I) and w m^2.
 void ShiftDistances::AddMeans(const PanoramaSpectrum& reference,
                               const PanoramaSpectrum& current,
                               std::span<const float> weights,
@@ -316,7 +317,7 @@ void ShiftDistances::AddMeans(const PanoramaSpectrum& reference,
   double sum = 0;
   for (const float weight : weights) sum += weight;
   constant *= sum;
-  // The current panorama's part first, then the reference's.
+  // First the current panorama's part, then the reference's.
   std::fill_n(profile_.data(), columns, 0.F);
   for (int line = 0; line < real_lines; ++line) {
     AddLine(

@@ -7,8 +7,8 @@
 
 namespace ceilmap::compass {
 
-/// Of the differences of `count` bytes, at most a row of a panorama: that sum fits 32 bits, which
-/// doubles the width of the vectorised loop.
+/// Sum of squared differences of `count` bytes, at most a row of a panorama. The sum then fits 32
+/// bits, which doubles the width of the vectorised loop.
 inline std::uint32_t SumOfSquares(const std::uint8_t* a, const std::uint8_t* b, std::size_t count) {
   constexpr std::uint64_t kMaxChannels = 3;
   static_assert(kMaxColumns * kMaxChannels * 255 * 255 <= UINT32_MAX);

@@ -7,19 +7,20 @@
 
 namespace ceilmap::compass {
 
-/// The way of a camera on a robot whose poses become known a moment too late for the compass, by
-/// going on as it went: PanoramaFrame::travel for those who map or localize beside it.
+/// Displacement of a camera on a robot whose poses become available slightly too late for the
+/// compass, predicted by a constant-velocity model. It provides PanoramaFrame::travel to programs
+/// that map or localize at the same time.
 class TravelForecast {
  public:
-  /// @param camera  where it stands on the robot, base frame, m. Off the axle it travels when the
-  /// robot turns on the spot.
+  /// @param camera  Position on the robot, base frame, m. A camera that is not above the axle's
+  ///   centre travels when the robot turns on the spot.
   explicit TravelForecast(const Eigen::Vector2d& camera = Eigen::Vector2d::Zero())
       : camera_(camera) {}
 
-  /// A pose, or that there is none. Stamps must increase; others are left out.
+  /// Adds a pose, or the fact that there is none. Stamps must increase; others are ignored.
   void See(double stamp_s, const std::optional<Pose2>& T_map_base);
-  /// The way from one moment to a later one; nothing when the last two poses are not of the second
-  /// before it.
+  /// Displacement from one time to a later one; nothing unless the last two poses lie within the
+  /// second before it.
   [[nodiscard]] std::optional<Eigen::Vector2d> Between(double from_s, double to_s) const;
 
  private:

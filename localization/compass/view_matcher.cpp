@@ -60,8 +60,8 @@ std::optional<ParallaxFit> ViewMatcher::Around(const View& reference,
   const int asked = params_.sectors.sectors;
   ParallaxFit fit = direction_rad ? FitParallax(sectors, asked, *direction_rad, params_.parallax)
                                   : FitParallaxOfAnyDirection(sectors, asked, params_.parallax);
-  if (!(fit.inlier_part >= params_.min_believed_part)) return std::nullopt;
-  // Further than that from the shift that was looked around nothing was looked at.
+  if (!(fit.inlier_ratio >= params_.min_believed_ratio)) return std::nullopt;
+  // Shifts outside the range around the expected shift were not searched.
   if (std::abs(fit.rotation_rad - turn_rad) > params_.sectors.search_rad) return std::nullopt;
   return fit;
 }

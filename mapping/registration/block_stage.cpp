@@ -134,7 +134,7 @@ bool BlockStage::Inside(const kernels::Affine& m, const Level& level) const {
   }
   const cv::Mat& blank = level.blank.empty() ? blank_ : level.blank;
   if (blank.empty()) return true;
-  // Any blank pixel in the box around the block's picture leaves it out.
+  // Any blank pixel in the box around the block's image leaves it out.
   const float x0 = m.x0 + std::min(0.0F, m.xx * last) + std::min(0.0F, m.xy * last);
   const float y0 = m.y0 + std::min(0.0F, m.yx * last) + std::min(0.0F, m.yy * last);
   const float x1 = m.x0 + std::max(0.0F, m.xx * last) + std::max(0.0F, m.xy * last);
@@ -223,9 +223,9 @@ Dissimilarity BlockStage::Compare(const Level& reference,
     const Eigen::Map<const Eigen::VectorXf> seen(samples_.data(), n);
     const double energy = std::sqrt(static_cast<double>(wanted.squaredNorm()) * seen.squaredNorm());
     const double common = wanted.dot(seen);
-    const double unlike =
+    const double dissimilarity =
         energy > 0 ? energy * (1 - std::pow(std::max(common, 0.0) / energy, 2)) : 0.0;
-    const double nats = std::log1p(unlike / (noise + kUnexplained * energy + 1e-9));
+    const double nats = std::log1p(dissimilarity / (noise + kUnexplained * energy + 1e-9));
     result.by_block[i] = static_cast<float>(nats);
     result.mean += nats;
     ++result.blocks;

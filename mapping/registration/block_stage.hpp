@@ -20,7 +20,7 @@ struct BlockParams {
 };
 
 /// The fine stage: block POC. A grid of small blocks of the reference is compared with the current
-/// picture sampled under a motion that is nearly right; each block gives the shift that is left, to
+/// image sampled under a motion that is nearly right; each block gives the shift that is left, to
 /// a few hundredths of a pixel (peak of the band-limited phase-only correlation, Takita et al.
 /// 2003; with a Gaussian spectral weight its peak is a Gaussian, whose top is found in closed form
 /// from the logarithms around the highest sample).
@@ -28,25 +28,25 @@ struct BlockParams {
 /// The window biases a shift towards zero; sampling again with the corrected motion takes the bias
 /// out, as the remaining shift goes to zero.
 ///
-/// Works on one Level: pixels, motions and shifts are those of the level's picture, positions from
+/// Works on one Level: pixels, motions and shifts are those of the level's image, positions from
 /// its centre.
 class BlockStage {
  public:
-  /// @param mask  see RegistrarParams::mask, of the level's size; empty: pictures have content
+  /// @param mask  see RegistrarParams::mask, of the level's size; empty: images have content
   /// everywhere.
   explicit BlockStage(cv::Size size, const cv::Mat& mask = {}, const BlockParams& params = {});
 
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
 
-  /// Fills level.blank. @param mask  of the level's size, 0 where this picture has no content
+  /// Fills level.blank. @param mask  of the level's size, 0 where this image has no content
   /// beyond what all lack; empty: none.
   void TakeMask(const cv::Mat& mask, Level& level) const;
 
   /// Fills level.blocks: from then on the level can be a reference.
   void PrepareReference(Level& level) const;
 
-  /// The blocks of the reference that lie inside the current picture under `motion`, at the most
-  /// `count`, spread over the picture, the better textured ones of each neighbourhood first.
+  /// The blocks of the reference that lie inside the current image under `motion`, at the most
+  /// `count`, spread over the image, the better textured ones of each neighbourhood first.
   std::vector<int> Select(const Level& reference,
                           const Level& current,
                           const ImageMotion& motion,
@@ -64,7 +64,7 @@ class BlockStage {
   Dissimilarity Compare(const Level& reference, const Level& current, const ImageMotion& motion);
 
   /// Shifts of the chosen blocks under a plane motion, each block sampled with the motion's linear
-  /// part at its centre; the motion is that of the level's picture and camera.
+  /// part at its centre; the motion is that of the level's image and camera.
   void MeasurePlane(const Level& reference,
                     const Level& current,
                     const PlaneCamera& camera,
@@ -90,7 +90,7 @@ class BlockStage {
 
   BlockParams params_;
   cv::Size size_;
-  cv::Mat any_blank_;  // 255 where no picture has content; empty: nowhere
+  cv::Mat any_blank_;  // 255 where no image has content; empty: nowhere
   cv::Mat blank_;      // its integral
   cv::Size grid_;
   std::vector<cv::Point> corners_;

@@ -21,7 +21,7 @@ cv::Size WorkingSizeFor(cv::Size full, int factor) {
   return {FastFftSize(full.width / factor), FastFftSize(full.height / factor)};
 }
 
-// Correlation of two pictures over what both show.
+// Correlation of two images over what both show.
 struct Agreement {
   double correlation = 0;
   double overlap = 0;
@@ -46,10 +46,10 @@ float EstimateNoise(const cv::Mat& grey) {
     }
   }
   constexpr float kRounding = 0.3F;
-  // What is left between black and white in a picture that is nearly all of either is the edges of
+  // What is left between black and white in an image that is nearly all of either is the edges of
   // things.
-  constexpr int kMostLost = 4;
-  if (kMostLost * count <= all) return kRounding;
+  constexpr int kMaxLost = 4;
+  if (kMaxLost * count <= all) return kRounding;
   // Linear position of the median inside its bin, as the differences are whole grey levels.
   int below = 0;
   std::size_t bin = 0;
@@ -81,7 +81,7 @@ std::vector<float> CoarseStage::FadingMask(const cv::Mat& mask) const {
   cv::Mat weight;
   mask(used).convertTo(weight, CV_32F, 1.0 / 255);
   cv::resize(weight, weight, work_, 0, 0, cv::INTER_AREA);
-  // Eroded by a tenth of the picture and blurred, so that the blank border's edge itself is not
+  // Eroded by a tenth of the image and blurred, so that the blank border's edge itself is not
   // seen.
   const int reach = std::max(work_.width, work_.height) / 20;
   const cv::Size box(2 * reach + 1, 2 * reach + 1);
@@ -126,12 +126,12 @@ bool CoarseStage::LimitLamps(const std::vector<float>& fading) {
   if (deviations_.empty()) return false;
   const auto middle = deviations_.begin() + static_cast<std::ptrdiff_t>(deviations_.size() / 2);
   std::nth_element(deviations_.begin(), middle, deviations_.end());
-  constexpr float kLeastTypical = 0.5F;  // grey levels
-  const float limit = static_cast<float>(params_.lamp_limit) * std::max(*middle, kLeastTypical);
+  constexpr float kMinTypical = 0.5F;  // grey levels
+  const float limit = static_cast<float>(params_.lamp_limit) * std::max(*middle, kMinTypical);
   return kernels::LimitAbove(mean_.data(), limit, reduced_.size(), reduced_.data());
 }
 
-// A few dark things that are left in a white picture fit in many places, and a short way between
+// A few dark things that are left in a white image fit in many places, and a short way between
 // them says little of the rotation.
 bool CoarseStage::IsOverexposed() const {
   constexpr float kSaturated = 250;
@@ -141,7 +141,7 @@ bool CoarseStage::IsOverexposed() const {
   return static_cast<double>(saturated) > params_.max_saturated * static_cast<double>(poc_.Area());
 }
 
-// Towards what has no content the picture fades into its own local mean.
+// Towards what has no content the image fades into its own local mean.
 void CoarseStage::FadeToMean(const std::vector<float>& weights) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     reduced_[i] = mean_[i] + (reduced_[i] - mean_[i]) * weights[i];
@@ -184,8 +184,8 @@ void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const 
 
 void CoarseStage::TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale) {
   // turned(x) = current(s R(theta) (x - c) + c): its content differs from the reference's by a
-  // shift only. The window moves with the current picture, so that it falls to zero at the
-  // picture's own borders.
+  // shift only. The window moves with the current image, so that it falls to zero at the
+  // image's own borders.
   const double cx = 0.5 * (work_.width - 1);
   const double cy = 0.5 * (work_.height - 1);
   const double c = scale * std::cos(theta_rad);
@@ -208,8 +208,8 @@ void CoarseStage::TurnBack(const FrameSpectrum::Data& current, double theta_rad,
 }
 
 ImageMotion CoarseStage::ToFull(double theta_rad, double scale, double dx, double dy) const {
-  // d is the shift in the reference's axes; the motion's t = s R d. The working picture's centre
-  // may lie half a pixel beside the full picture's.
+  // d is the shift in the reference's axes; the motion's t = s R d. The working image's centre
+  // may lie half a pixel beside the full image's.
   ImageMotion turn{0, 0, WrapAngle(theta_rad), scale};
   const Eigen::Vector2d t = turn.Apply(Eigen::Vector2d(dx, dy) * factor_);
   const Eigen::Vector2d offset(
@@ -223,7 +223,7 @@ ImageMotion CoarseStage::ToFull(double theta_rad, double scale, double dx, doubl
 
 namespace {
 
-// Reference pixel x is seen at x + d of the turned picture, which is read backwards after a half
+// Reference pixel x is seen at x + d of the turned image, which is read backwards after a half
 // turn.
 Agreement Compare(const RealArray& reference,
                   const RealArray& turned,
@@ -269,7 +269,7 @@ void CoarseStage::TestShift(const FrameSpectrum::Data& reference,
                             std::vector<Hypothesis>& hypotheses) const {
   const int w = work_.width;
   const int h = work_.height;
-  // The transform's half-turned picture is turned(-x), the true one turned(-1 - x) in periodic
+  // The transform's half-turned image is turned(-x), the true one turned(-1 - x) in periodic
   // indices.
   const double dx = peak.shift.x() - (half_turn ? 1 : 0);
   const double dy = peak.shift.y() - (half_turn ? 1 : 0);
@@ -344,7 +344,7 @@ std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Data& referenc
                                        estimate_scale);
   double best_score = 0;
   for (const RotationPeak& rotation : rotations) {
-    // A rotation that explained the pictures well ends the search, unless the next one looks about
+    // A rotation that explained the images well ends the search, unless the next one looks about
     // as good in the spectra (square tiles).
     if (best_score > params_.decisive_score &&
         rotation.value < params_.decisive_ratio * rotations.front().value) {

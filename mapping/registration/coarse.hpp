@@ -12,11 +12,11 @@
 namespace ceilmap::registration {
 
 struct CoarseParams {
-  int working_px = 320;  ///< longer side of the working picture, about; larger pictures are reduced
+  int working_px = 320;      ///< longer side of the working image, about; larger images are reduced
   double local_mean = 0.12;  ///< box of the local mean that is removed, part of the longer side
   /// What is brighter than its surroundings by more than this many typical deviations is cut off.
   double lamp_limit = 7;
-  /// Pictures of which a larger part is white show nothing: what is left is too little.
+  /// Images of which a larger part is white show nothing: what is left is too little.
   double max_saturated = 0.75;
   double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
   int peaks_per_rotation = 3;  ///< translations kept of each correlation surface
@@ -48,13 +48,13 @@ struct Hypothesis {
 };
 
 /// The coarse stage of registration, RI-POC: rotation (and scale) by PolarSearch on the amplitude
-/// spectra, then for each proposed rotation the current picture is turned back and phase-only
+/// spectra, then for each proposed rotation the current image is turned back and phase-only
 /// correlation gives translations; both half turns come from one transform, because the spectrum of
-/// a picture turned by 180 degrees is its conjugate up to a phase. Translations are tested with
+/// an image turned by 180 degrees is its conjugate up to a phase. Translations are tested with
 /// their wrapped twins (t +- W, t +- H) on the common area.
 class CoarseStage {
  public:
-  /// @param mask  see RegistrarParams::mask; empty: pictures have content everywhere.
+  /// @param mask  see RegistrarParams::mask; empty: images have content everywhere.
   explicit CoarseStage(cv::Size size, const cv::Mat& mask = {}, const CoarseParams& params = {});
 
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }
@@ -62,7 +62,7 @@ class CoarseStage {
 
   /// Fills what the coarse stage needs of `data`: flat, spectrum, rings, noise_sigma and contrast.
   /// @param grey  CV_8UC1, checked by the caller. @param mask  CV_8UC1 of the same size, 0 where
-  /// this picture has no content beyond what all lack; empty: none.
+  /// this image has no content beyond what all lack; empty: none.
   void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask = {});
 
   /// Possible motions, best score first; may be empty.
@@ -105,11 +105,11 @@ class CoarseStage {
   RealArray reduced_;
   RealArray mean_;
   RealArray windowed_;
-  RealArray turned_;  // current picture, turned back
+  RealArray turned_;  // current image, turned back
   ComplexArray turned_spectrum_;
 };
 
-/// Standard deviation of white noise in a picture, in grey levels, from the median of its mixed
+/// Standard deviation of white noise in an image, in grey levels, from the median of its mixed
 /// second differences (texture raises it a little; at least 0.3, the rounding to 8 bits, and no
 /// more where three quarters are black or white).
 float EstimateNoise(const cv::Mat& grey);

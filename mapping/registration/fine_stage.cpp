@@ -18,7 +18,7 @@ constexpr int kSmallSide = 240;  // shorter side; from it on there are six rows 
 
 BlockParams RoughParams() {
   // 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of two
-  // pictures turns the sign of the spectrum beyond 1/length of the smear, which splits a phase-only
+  // images turns the sign of the spectrum beyond 1/length of the smear, which splits a phase-only
   // peak into twins beside the truth; this band stays below that for smears up to about ten pixels,
   // and noise hurts it least.
   BlockParams params;
@@ -42,7 +42,7 @@ double FineFactor(cv::Size full) {
 
 void Fill(const cv::Mat& grey, double factor, cv::Size size, float noise_sigma, Level& level) {
   level.grey.Resize(static_cast<std::size_t>(size.area()));
-  // An enlarged picture has all its noise in a quarter of the band, twice as dense along each axis.
+  // An enlarged image has all its noise in a quarter of the band, twice as dense along each axis.
   level.noise_sigma = noise_sigma / static_cast<float>(factor);
   if (factor < 1) {
     cv::Mat exact;
@@ -199,7 +199,7 @@ void FineStage::LastRounds(const FrameSpectrum::Data& reference,
     finalist = sharp;
     return;
   }
-  // One of the pictures is blurred: the low band once more, from where it stands, is the best there
+  // One of the images is blurred: the low band once more, from where it stands, is the best there
   // is.
   MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
   FitShifts(finalist);
@@ -207,16 +207,16 @@ void FineStage::LastRounds(const FrameSpectrum::Data& reference,
 }
 
 /// A smear splits the correlation peak of a block into one at each end of it. Where the blocks then
-/// agree on an end, their residuals are small and the motion is wrong; but the pictures do not fit.
+/// agree on an end, their residuals are small and the motion is wrong; but the images do not fit.
 /// Of simulated smears of 5 to 29 px errors were up to 1.3 px with `unlike` 1.74, 2.2 px with 1.87,
 /// 3.9 px with 2.0 and 10 px with 2.6.
-void FineStage::AddBlurDoubt(const FrameSpectrum::Data& reference,
-                             const FrameSpectrum::Data& current,
-                             Finalist& finalist) {
+void FineStage::InflateBlurCovariance(const FrameSpectrum::Data& reference,
+                                      const FrameSpectrum::Data& current,
+                                      Finalist& finalist) {
   if (!finalist.blurred) return;
   Compare(reference, current, finalist);
   constexpr double kFits = 1;  // nats
-  const double sigma_px = 1.5 * std::pow(std::max(0.0, finalist.unlike.mean - kFits), 2);
+  const double sigma_px = 1.5 * std::pow(std::max(0.0, finalist.dissimilarity.mean - kFits), 2);
   finalist.result.covariance.diagonal().head<2>().array() += sigma_px * sigma_px;
 }
 
@@ -236,7 +236,7 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
   result.motion = fine_frame_.ToFull(result.motion);
   if (IsSound(reference, current, candidate, finalist)) {
     result.verdict = Verdict::kOk;
-    AddBlurDoubt(reference, current, finalist);
+    InflateBlurCovariance(reference, current, finalist);
   }
   result.covariance.topLeftCorner<2, 4>() *= fine_frame_.factor;
   result.covariance.topLeftCorner<4, 2>() *= fine_frame_.factor;
@@ -251,10 +251,10 @@ bool FineStage::IsSound(const FrameSpectrum::Data& reference,
   const double sigma = std::sqrt(r.covariance.diagonal().head<2>().maxCoeff());
   const bool determined = sigma > 0 && sigma < params_.max_sigma_px &&
                           r.inliers >= params_.min_inliers &&
-                          r.inliers >= params_.min_inlier_part * r.blocks;
+                          r.inliers >= params_.min_inlier_ratio * r.blocks;
   if (!determined) return false;
   // The lines between tiles fit at any place of a tiled ceiling, and blocks agree on them. So
-  // either all that sees more than lines agrees too, or the pictures must be the same down to the
+  // either all that sees more than lines agrees too, or the images must be the same down to the
   // noise.
   const double by_blocks = candidate.Agreement() + finalist.agreement;
   const bool small = fine_frame_.factor < 1;
@@ -262,20 +262,22 @@ bool FineStage::IsSound(const FrameSpectrum::Data& reference,
                       (small ? params_.min_agreement_small : params_.min_agreement);
   if (agreed && by_blocks > params_.min_block_agreement) return true;
   Compare(reference, current, finalist);
-  if (finalist.unlike.mean < (agreed ? params_.max_unlike_weak : params_.max_unlike)) return true;
+  if (finalist.dissimilarity.mean <
+      (agreed ? params_.max_dissimilarity_weak : params_.max_dissimilarity))
+    return true;
   constexpr int kEnoughBlocks = 20;
   constexpr double kFifth = 0.2;
   return !small && r.inliers >= kEnoughBlocks &&
          r.inliers >= params_.min_partial_inliers * r.blocks &&
          finalist.agreement > params_.min_partial_agreement &&
-         finalist.unlike.Quantile(kFifth) < params_.max_partial_unlike;
+         finalist.dissimilarity.Quantile(kFifth) < params_.max_partial_dissimilarity;
 }
 
 void FineStage::Compare(const FrameSpectrum::Data& reference,
                         const FrameSpectrum::Data& current,
                         Finalist& finalist) {
-  if (finalist.unlike.blocks > 0) return;
-  finalist.unlike = Compare(reference, current, finalist.result.motion);
+  if (finalist.dissimilarity.blocks > 0) return;
+  finalist.dissimilarity = Compare(reference, current, finalist.result.motion);
 }
 
 Dissimilarity FineStage::Compare(const FrameSpectrum::Data& reference,
@@ -285,7 +287,7 @@ Dissimilarity FineStage::Compare(const FrameSpectrum::Data& reference,
   return rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
 }
 
-/// How far apart two motions put the picture's corners, the larger way, pixels of the level.
+/// How far apart two motions put the image's corners, the larger way, pixels of the level.
 double FineStage::CornerStep(const PlaneCamera& camera,
                              const PlaneMotion& a,
                              const PlaneMotion& b) const {
@@ -308,7 +310,7 @@ PlaneCamera FineStage::LevelCamera(const PlaneCamera& camera) const {
           (camera.principal_px - fine_frame_.offset) / fine_frame_.factor};
 }
 
-// The selection needs only a rough idea of what both pictures see.
+// The selection needs only a rough idea of what both images see.
 std::vector<int> FineStage::SelectUnder(const FrameSpectrum::Data& reference,
                                         const FrameSpectrum::Data& current,
                                         const PlaneCamera& level_camera,

@@ -16,7 +16,7 @@ namespace ceilmap::registration {
 struct Candidate {
   ImageMotion motion;
   double overlap = 0;
-  double poc_peak = 0;  ///< of the whole pictures, from the coarse stage
+  double poc_peak = 0;  ///< of the whole images, from the coarse stage
   double support = 0;   ///< sum of the peaks of the blocks that agree with one motion
   int inliers = 0;
   int blocks = 0;
@@ -27,13 +27,13 @@ struct Candidate {
 /// A candidate after the last rounds.
 struct Finalist {
   Registration result;
-  double agreement = 0;  ///< mean over the compared blocks of the peaks of those that agree
-  Dissimilarity unlike;  ///< see FineStage::Compare
-  bool blurred = false;  ///< the low band alone could be used
+  double agreement = 0;         ///< mean over the compared blocks of the peaks of those that agree
+  Dissimilarity dissimilarity;  ///< see FineStage::Compare
+  bool blurred = false;         ///< the low band alone could be used
 };
 
-/// One reduced (or enlarged) picture of the fine stage and where it lies in the full one: x_full =
-/// factor * x_level + offset, both from the pictures' centres.
+/// One reduced (or enlarged) image of the fine stage and where it lies in the full one: x_full =
+/// factor * x_level + offset, both from the images' centres.
 struct LevelFrame {
   /// @param full_px_per_level_px  a whole number, or one half.
   LevelFrame(cv::Size full, double full_px_per_level_px);
@@ -47,9 +47,9 @@ struct LevelFrame {
 
 /// The fine stage of registration on two levels: blocks of a rough level (half the resolution of
 /// the fine one), which see the low band, robust against noise and motion blur, and blocks of the
-/// fine level, which are exact. The fine level is the picture itself up to about 1200 pixels and
+/// fine level, which are exact. The fine level is the image itself up to about 1200 pixels and
 /// reduced above, so that a block always sees a fair part of the scene and the cost does not grow
-/// with the picture. A picture whose shorter side is below 240 pixels has no room for enough blocks
+/// with the image. An image whose shorter side is below 240 pixels has no room for enough blocks
 /// to vote, and is enlarged to twice its size. Motions going in and out are those of full pixels.
 class FineStage {
  public:
@@ -84,7 +84,7 @@ class FineStage {
                         const FrameSpectrum::Data& current,
                         const ImageMotion& motion);
 
-  /// Plane motion from blocks of the full picture, measured and fitted from `start` until it stands
+  /// Plane motion from blocks of the full image, measured and fitted from `start` until it stands
   /// still, `rounds` times at the most.
   PlaneFit RefinePlane(const FrameSpectrum::Data& reference,
                        const FrameSpectrum::Data& current,
@@ -94,7 +94,7 @@ class FineStage {
                        int rounds);
 
   /// What RefinePlane fits, at a motion that is known already to a pixel or two: of the full
-  /// picture, from its centre. @param count  of blocks, at the most.
+  /// image, from its centre. @param count  of blocks, at the most.
   std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Data& reference,
                                        const FrameSpectrum::Data& current,
                                        const PlaneCamera& camera,
@@ -125,9 +125,9 @@ class FineStage {
                const FrameSpectrum::Data& current,
                const Candidate& candidate,
                Finalist& finalist);
-  void AddBlurDoubt(const FrameSpectrum::Data& reference,
-                    const FrameSpectrum::Data& current,
-                    Finalist& finalist);
+  void InflateBlurCovariance(const FrameSpectrum::Data& reference,
+                             const FrameSpectrum::Data& current,
+                             Finalist& finalist);
   void LastRounds(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
                   Finalist& finalist);

@@ -8,34 +8,33 @@
 
 namespace ceilmap::registration {
 
-/// One block of the fine stage in the reference picture.
+/// One block of the fine stage in the reference image.
 struct ReferenceBlock {
   ComplexArray spectrum;  ///< of the windowed block
   double texture = 0;  ///< sharpness of its correlation peak in the worst direction, see BlockStage
   bool blank = false;  ///< one grey level all over (black, saturated): tells nothing
 };
 
-/// A picture at one resolution of the fine stage.
+/// An image at one resolution of the fine stage.
 struct Level {
   RealArray grey;         ///< grey levels 0..255, row-major
   float noise_sigma = 0;  ///< of white noise in `grey`, grey levels
-  /// Where this picture has no content: integral (CV_32S) of the pixels without; empty: where no
-  /// picture has any (RegistrarParams::mask).
+  /// Where this image has no content: integral (CV_32S) of the pixels without; empty: where no
+  /// image has any (RegistrarParams::mask).
   cv::Mat blank;
-  std::vector<ReferenceBlock>
-      blocks;  ///< of the grid; empty until the picture serves as a reference
+  std::vector<ReferenceBlock> blocks;  ///< of the grid; empty until the image serves as a reference
 };
 
-/// What FrameSpectrum keeps of a picture. Immutable after Registrar::Analyze, but for the levels'
-/// blocks, which the first registration against this picture fills in once, under the lock.
+/// What FrameSpectrum keeps of an image. Immutable after Registrar::Analyze, but for the levels'
+/// blocks, which the first registration against this image fills in once, under the lock.
 struct FrameSpectrum::Data {
   bool coarse = false;    ///< the next three are there (not after Registrar::AnalyzeFine)
-  RealArray flat;         ///< coarse working picture: reduced, local mean removed
+  RealArray flat;         ///< coarse working image: reduced, local mean removed
   ComplexArray spectrum;  ///< of `flat` under the window
   ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)
-  float noise_sigma = 0;  ///< of the picture at full resolution, grey levels
+  float noise_sigma = 0;  ///< of the image at full resolution, grey levels
   float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed pictures
-  Level fine;             ///< the picture, reduced if it is very large (FineStage)
+  Level fine;             ///< the image, reduced if it is very large (FineStage)
   Level rough;            ///< half the resolution of `fine`
 
   std::mutex blocks_mutex;

@@ -4,7 +4,7 @@
 
 namespace ceilmap::registration {
 
-/// The picture without single white or black pixels (defective ones, errors of transmission), if it
+/// The image without single white or black pixels (defective ones, errors of transmission), if it
 /// has more than one in two thousand: they are noise of all frequencies, far stronger than the
 /// sensor's, and a thousandth of them hides a ceiling's grain. Judged by a twelfth of the pixels; a
 /// median of 3x3 pixels takes them out.

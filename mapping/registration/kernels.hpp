@@ -39,7 +39,7 @@ double FlattenAndWindow(const float* a,
 /// Lowers values to at the most mean + limit; true when any was above.
 bool LimitAbove(const float* mean, float limit, std::size_t n, float* values);
 
-/// Value of positions that a picture does not show.
+/// Value of positions that an image does not show.
 constexpr float kOutside = 1e9F;
 
 /// Bilinear sampling of src at affine positions; src and both results are w x h. `plain` gets the
@@ -54,7 +54,7 @@ void TurnAndWindow(const float* src,
                    float* plain,
                    float* windowed);
 
-/// Sums over one row of two pictures, for a correlation coefficient; pixels that are kOutside in b
+/// Sums over one row of two images, for a correlation coefficient; pixels that are kOutside in b
 /// are left out.
 struct Sums {
   float count = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;

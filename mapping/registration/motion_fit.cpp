@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/base/statistics.hpp"
+
 namespace ceilmap::registration {
 namespace {
 
@@ -18,12 +20,6 @@ Eigen::Matrix<double, 2, 4> Jacobian(const Eigen::Vector2d& p) {
 double Distance(const BlockShift& block, const Parameters& parameters) {
   const Eigen::Vector2d r = block.shift - Jacobian(block.point) * parameters;
   return std::sqrt(std::max(0.0, r.dot(block.sharpness * r)));
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // The small motion of two blocks; false when they stand too close to tell a rotation.

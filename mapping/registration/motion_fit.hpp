@@ -8,10 +8,10 @@
 namespace ceilmap::registration {
 
 /// What one block says: near `point` the content of the reference lies at point + shift, once the
-/// current picture is brought back by the motion it was sampled with.
+/// current image is brought back by the motion it was sampled with.
 struct BlockShift {
   Eigen::Vector2d point =
-      Eigen::Vector2d::Zero();  ///< block centre in the reference, from the picture's centre, px
+      Eigen::Vector2d::Zero();  ///< block centre in the reference, from the image's centre, px
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();  ///< measured, px of the reference
   /// Sharpness of the peak, relative to the sharpest that the band allows: 1 in directions with
   /// full texture, near 0 along an edge. sqrt(r' S r) is the distance of a residual r in pixels "as

@@ -13,7 +13,7 @@ namespace {
 
 using Parameters = std::array<double, 6>;  // x, y, height, yaw, tilt_x, tilt_y
 
-// Current picture position of a reference pixel; the plane lies at distance 1.
+// Current image position of a reference pixel; the plane lies at distance 1.
 template <typename T>
 Eigen::Matrix<T, 2, 1> Project(const PlaneCamera& camera, const T* p, const Eigen::Vector2d& x) {
   using std::cos;
@@ -59,7 +59,7 @@ struct BlockResidual {
 };
 
 Eigen::Matrix2d Whitening(const PlaneShift& shift) {
-  // W'W = quality * sharpness, taken to the current picture by the local linear part.
+  // W'W = quality * sharpness, taken to the current image by the local linear part.
   const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
   const Eigen::LLT<Eigen::Matrix2d> llt(information + 1e-9 * Eigen::Matrix2d::Identity());
   return llt.matrixU().toDenseMatrix() * shift.current_from_reference.inverse();

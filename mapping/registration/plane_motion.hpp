@@ -9,10 +9,10 @@
 
 namespace ceilmap::registration {
 
-/// Pinhole geometry of the pictures: square pixels, no distortion.
+/// Pinhole geometry of the images: square pixels, no distortion.
 struct PlaneCamera {
   double focal_px = 0;  ///< > 0
-  /// Principal point from the picture's centre ((W-1)/2, (H-1)/2), pixels.
+  /// Principal point from the image's centre ((W-1)/2, (H-1)/2), pixels.
   Eigen::Vector2d principal_px = Eigen::Vector2d::Zero();
 };
 
@@ -20,21 +20,21 @@ struct PlaneCamera {
 PlaneCamera PlaneCameraOf(const calib::CeilingView& view);
 
 /// Motion of a camera under a plane that the reference camera sees at a right angle (level robot,
-/// level ceiling). Axes of the reference's optical frame: x right, y down in the picture, z up to
+/// level ceiling). Axes of the reference's optical frame: x right, y down in the image, z up to
 /// the ceiling. The unit of length is the distance of the reference camera from the plane, so that
 /// no scale is needed:
 ///   p_ref = R p_cur + t,   R = Rz(yaw) Ry(tilt_y) Rx(tilt_x).
-/// The induced motion of the picture is the homography x_cur ~ K R' (I - t n' ) K^-1 x_ref with n =
+/// The induced motion of the image is the homography x_cur ~ K R' (I - t n' ) K^-1 x_ref with n =
 /// (0, 0, 1).
 struct PlaneMotion {
   double x = 0;  ///< t
   double y = 0;
   double height = 0;  ///< t's z: how much closer to the plane the current camera is
   double yaw = 0;     ///< rad
-  double tilt_x = 0;  ///< rad, about the picture's u axis
-  double tilt_y = 0;  ///< rad, about the picture's v axis
+  double tilt_x = 0;  ///< rad, about the image's u axis
+  double tilt_y = 0;  ///< rad, about the image's v axis
 
-  /// Where the reference pixel x is seen in the current picture; both from the picture's centre.
+  /// Where the reference pixel x is seen in the current image; both from the image's centre.
   /// Only meaningful in front of the camera (tilts well below 90 degrees).
   [[nodiscard]] Eigen::Vector2d Apply(const PlaneCamera& camera, const Eigen::Vector2d& x) const;
   /// Derivative of Apply by x.
@@ -45,9 +45,8 @@ struct PlaneMotion {
 
 /// One block's evidence for a plane motion.
 struct PlaneShift {
-  BlockShift block;  ///< point and sharpness in the reference
-  Eigen::Vector2d
-      seen;  ///< where the block's centre is seen in the current picture, from its centre
+  BlockShift block;      ///< point and sharpness in the reference
+  Eigen::Vector2d seen;  ///< where the block's centre is seen in the current image, from its centre
   Eigen::Matrix2d current_from_reference =
       Eigen::Matrix2d::Identity();  ///< local linear part, as it was sampled
 };
@@ -71,7 +70,7 @@ struct PlaneFit {
 
 /// The fit's tilt as pitch and roll of base, for small tilts: within 0.01 degrees up to 4. The
 /// covariance is the fit's own.
-/// @param view  whose camera took the pictures.
+/// @param view  whose camera took the images.
 TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view);
 
 /// Robust least squares (Ceres; Cauchy loss on a robust scale, found twice) of the plane motion

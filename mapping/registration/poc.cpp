@@ -73,12 +73,12 @@ void PocPlane::Transform(const RealArray& windowed, ComplexArray& out) const {
   fft_.Forward({windowed.data(), windowed.size()}, {out.data(), out.size()});
 }
 
-ComplexArray PocPlane::Spectrum(const cv::Mat& picture) {
-  if (picture.size() != size_ || (picture.type() != CV_8UC1 && picture.type() != CV_32FC1)) {
-    throw std::invalid_argument("PocPlane::Spectrum: picture of another size or type");
+ComplexArray PocPlane::Spectrum(const cv::Mat& image) {
+  if (image.size() != size_ || (image.type() != CV_8UC1 && image.type() != CV_32FC1)) {
+    throw std::invalid_argument("PocPlane::Spectrum: image of another size or type");
   }
   cv::Mat values(size_, CV_32FC1, windowed_.data());
-  picture.convertTo(values, CV_32F);
+  image.convertTo(values, CV_32F);
   const auto mean = static_cast<float>(cv::mean(values)[0]);
   for (int y = 0; y < size_.height; ++y) {
     auto* row = values.ptr<float>(y);

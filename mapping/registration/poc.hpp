@@ -16,11 +16,11 @@ std::vector<float> TukeyWindow(int n, double taper);
 
 /// A peak of a correlation surface.
 struct PocPeak {
-  /// Shift of the second picture's content against the first's, pixels: second(x) = first(x -
+  /// Shift of the second image's content against the first's, pixels: second(x) = first(x -
   /// shift). With periodic wrap- around, so each coordinate is only known modulo the size; given in
   /// [-size/2, size/2).
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
-  /// Agreement of the weighted phases at the sample nearest to the peak: 1 when both pictures are
+  /// Agreement of the weighted phases at the sample nearest to the peak: 1 when both images are
   /// the same up to a shift by whole pixels, 0.87 when the shift lies half-way between two pixels
   /// in one axis.
   double height = 0;
@@ -35,11 +35,11 @@ struct PocParams {
       0.12;  ///< standard deviation of the Gaussian spectral weight, cycles per pixel, > 0
 };
 
-/// Phase-only correlation of pictures of one size, in single precision, with a Gaussian spectral
+/// Phase-only correlation of images of one size, in single precision, with a Gaussian spectral
 /// weight (Kuglin & Hines 1975; band limitation after Ito et al. 2004 and Takita et al. 2003).
 ///
 /// The cross spectrum is whitened down to the noise: each bin is weighted by band / (|A||B| +
-/// noise), which is pure phase-only correlation where both pictures stand above the noise and turns
+/// noise), which is pure phase-only correlation where both images stand above the noise and turns
 /// into plain correlation below it. Noise-only bins then do not shout down the others, as they do
 /// in the pure method.
 ///
@@ -60,14 +60,14 @@ class PocPlane {
   [[nodiscard]] double WindowPower() const { return window_power_; }
   [[nodiscard]] std::span<const float> Band() const { return band_; }
 
-  /// Spectrum of a picture that has been multiplied with the window. out: SpectrumSize() bins.
+  /// Spectrum of an image that has been multiplied with the window. out: SpectrumSize() bins.
   void Transform(const RealArray& windowed, ComplexArray& out) const;
-  /// Mean removed, windowed, transformed. @param picture  CV_32FC1 or CV_8UC1 of Size().
+  /// Mean removed, windowed, transformed. @param image  CV_32FC1 or CV_8UC1 of Size().
   /// @throws std::invalid_argument on another type or size.
-  ComplexArray Spectrum(const cv::Mat& picture);
+  ComplexArray Spectrum(const cv::Mat& image);
 
   /// Correlation surface of two spectra. @param noise_power  expected |A||B| of noise alone.
-  /// @param conjugate_b  as if the second picture were turned by 180 degrees about pixel (0, 0).
+  /// @param conjugate_b  as if the second image were turned by 180 degrees about pixel (0, 0).
   void Correlate(const ComplexArray& a,
                  const ComplexArray& b,
                  double noise_power,

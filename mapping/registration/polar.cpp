@@ -29,7 +29,7 @@ void PolarSearch::MakeSamples(cv::Size size) {
     for (int a = 0; a < params_.angles; ++a) {
       // Angles over (-pi/2, pi/2]: the half with kx >= 0 that the real transform stores.
       const double phi = std::numbers::pi * (static_cast<double>(a) / params_.angles - 0.5);
-      // A W x H picture has unequal frequency axes: bins are kx W and ky H apart from zero.
+      // A W x H image has unequal frequency axes: bins are kx W and ky H apart from zero.
       const double x = rho * std::cos(phi) * size.width;
       const double y = rho * std::sin(phi) * size.height;
       const int column = std::min(static_cast<int>(x), half_cols - 2);
@@ -176,7 +176,7 @@ std::vector<RotationPeak> PolarSearch::Search(std::span<const std::complex<float
   RingEnergies(reference, reference_energy_);
   RingEnergies(current, current_energy_);
   surface_.resize(static_cast<std::size_t>(scales) * n);
-  // A magnified picture (scale s) has its spectrum shrunk: ring r of the reference lies at ring r -
+  // A magnified image (scale s) has its spectrum shrunk: ring r of the reference lies at ring r -
   // ln s / step.
   for (int s = 0; s < scales; ++s) {
     Correlate(

@@ -35,12 +35,12 @@ struct RotationPeak {
 /// with one short inverse transform per scale. With a known scale a single one remains.
 class PolarSearch {
  public:
-  /// @param size  of the working picture whose half spectrum (rows x (cols/2+1)) is analysed.
+  /// @param size  of the working image whose half spectrum (rows x (cols/2+1)) is analysed.
   explicit PolarSearch(cv::Size size, const PolarParams& params = {});
 
   [[nodiscard]] std::size_t RingSpectrumSize() const { return lines_.SpectrumSize(); }
 
-  /// Ring profiles of a picture: ln amplitude on the polar grid, mean of each ring removed,
+  /// Ring profiles of an image: ln amplitude on the polar grid, mean of each ring removed,
   /// transformed along the angle. @param noise_power  expected |bin|^2 of the noise; below it the
   /// profile is levelled.
   void Analyze(std::span<const std::complex<float>> spectrum,

@@ -45,7 +45,7 @@ double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion) {
   return dt * dt + dr * dr;
 }
 
-/// The candidates that explain the pictures about as well as the best one, best first. Blocks of
+/// The candidates that explain the images about as well as the best one, best first. Blocks of
 /// tiles agree with many motions at low resolution, so the net is wide.
 std::vector<Candidate> NearlyBest(std::vector<Candidate> candidates, double ratio) {
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
@@ -126,13 +126,13 @@ bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist
 /// thread.
 struct Registrar::Pool {
   using Data = FrameSpectrum::Data;
-  static constexpr std::size_t kMost = 4;
+  static constexpr std::size_t kMax = 4;
 
-  Pool() { free.reserve(kMost); }
+  Pool() { free.reserve(kMax); }
   void TakeBack(Data* released) {
     std::unique_ptr<Data> data(released);
     const std::scoped_lock lock(mutex);
-    if (free.size() < kMost) free.push_back(std::move(data));
+    if (free.size() < kMax) free.push_back(std::move(data));
   }
 
   std::mutex mutex;
@@ -140,8 +140,8 @@ struct Registrar::Pool {
 };
 
 struct Registrar::Impl {
-  Impl(cv::Size picture_size, const RegistrarParams& p)
-      : size(picture_size), params(p), coarse(picture_size, p.mask), fine(picture_size, p) {}
+  Impl(cv::Size image_size, const RegistrarParams& p)
+      : size(image_size), params(p), coarse(image_size, p.mask), fine(image_size, p) {}
 
   using Data = FrameSpectrum::Data;
   cv::Size size;
@@ -184,14 +184,14 @@ Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
   if (std::min(size.width, size.height) < kSmallest ||
       std::max(size.width, size.height) > kLargest) {
     throw InputError(
-        fmt::format("pictures of {}x{} cannot be registered; each side must have {} to {} pixels",
+        fmt::format("images of {}x{} cannot be registered; each side must have {} to {} pixels",
                     size.width,
                     size.height,
                     kSmallest,
                     kLargest));
   }
   if (!params.mask.empty() && (params.mask.type() != CV_8UC1 || params.mask.size() != size)) {
-    throw InputError("the mask of a registrar must be an 8-bit picture of its pictures' size");
+    throw InputError("the mask of a registrar must be an 8-bit image of its images' size");
   }
   impl_ = std::make_unique<Impl>(size, params);
 }
@@ -201,14 +201,14 @@ Registrar& Registrar::operator=(Registrar&&) noexcept = default;
 
 void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
   if (grey.type() != CV_8UC1 || grey.size() != impl_->size) {
-    throw InputError(fmt::format("picture of {}x{} where {}x{} grey is expected",
+    throw InputError(fmt::format("image of {}x{} where {}x{} grey is expected",
                                  grey.cols,
                                  grey.rows,
                                  impl_->size.width,
                                  impl_->size.height));
   }
   if (!mask.empty() && (mask.type() != CV_8UC1 || mask.size() != impl_->size)) {
-    throw InputError("a picture's mask must be an 8-bit picture of its size");
+    throw InputError("an image's mask must be an 8-bit image of its size");
   }
 }
 
@@ -240,24 +240,24 @@ Registration Registrar::Impl::Choose(const Data& reference,
                                      const std::optional<MotionPrior>& prior) {
   std::vector<Finalist> rivals = Rivals(finalists, params.rival_ratio);
   bool settled = true;
-  bool by_prior = false;
+  bool disambiguated_by_prior = false;
   if (rivals.size() > 1) {
     // On a nearly periodic ceiling few marks tell: look at all blocks for what one motion leaves
     // unexplained.
     for (Finalist& f : rivals) fine.Compare(reference, current, f);
     std::sort(rivals.begin(), rivals.end(), [](const Finalist& a, const Finalist& b) {
-      return a.unlike.mean < b.unlike.mean;
+      return a.dissimilarity.mean < b.dissimilarity.mean;
     });
-    double evidence = Evidence(rivals[0].unlike, rivals[1].unlike);
+    double evidence = Evidence(rivals[0].dissimilarity, rivals[1].dissimilarity);
     for (std::size_t i = 2; i < rivals.size(); ++i) {
-      evidence = std::min(evidence, Evidence(rivals[0].unlike, rivals[i].unlike));
+      evidence = std::min(evidence, Evidence(rivals[0].dissimilarity, rivals[i].dissimilarity));
     }
-    by_prior = evidence <= params.min_evidence;
-    settled = !by_prior || ChooseByPrior(prior, rivals);
+    disambiguated_by_prior = evidence <= params.min_evidence;
+    settled = !disambiguated_by_prior || ChooseByPrior(prior, rivals);
   }
   Registration result = rivals.front().result;
   result.peak = rivals.front().agreement;
-  result.by_prior = result.ok() && by_prior;
+  result.disambiguated_by_prior = result.ok() && disambiguated_by_prior;
   for (const Finalist& f : finalists) {
     if (Differ(f.result.motion, result.motion)) {
       result.runner_up = std::max(result.runner_up, f.agreement);
@@ -279,8 +279,8 @@ void Registrar::Impl::AddExpected(const MotionPrior& prior,
   Hypothesis expected = hypotheses.front();
   expected.motion = prior.motion;
   expected.overlap = OverlapOf(prior.motion, size);
-  constexpr double kLeastOverlap = 0.25;
-  if (expected.overlap > kLeastOverlap) hypotheses.push_back(expected);
+  constexpr double kMinOverlap = 0.25;
+  if (expected.overlap > kMinOverlap) hypotheses.push_back(expected);
 }
 
 Registration Registrar::Impl::Run(Data& reference,

@@ -13,17 +13,17 @@ namespace ceilmap::registration {
 
 /// Why a registration has an answer, or none.
 enum class Verdict {
-  kOk,         ///< one motion explains the pictures, and no other does nearly as well
-  kNoTexture,  ///< a picture shows nothing that could be registered (uniform, black, saturated)
-  kNoMatch,    ///< no motion brings the pictures to agreement: no or too little overlap
-  kAmbiguous,  ///< several different motions explain the pictures about equally well (periodic
+  kOk,         ///< one motion explains the images, and no other does nearly as well
+  kNoTexture,  ///< an image shows nothing that could be registered (uniform, black, saturated)
+  kNoMatch,    ///< no motion brings the images to agreement: no or too little overlap
+  kAmbiguous,  ///< several different motions explain the images about equally well (periodic
                ///< ceiling)
 };
 const char* ToString(Verdict verdict);
 
 /// What is known of the motion beforehand (odometry, a motion model, a compass). Rotations near it
-/// are tried first, others only when none of those explains the pictures; and it chooses among
-/// motions that the pictures leave open. It is never averaged into the result.
+/// are tried first, others only when none of those explains the images; and it chooses among
+/// motions that the images leave open. It is never averaged into the result.
 struct MotionPrior {
   ImageMotion motion;
   double sigma_px = 0;         ///< of tx and ty, > 0
@@ -36,21 +36,21 @@ struct Registration {
   /// Of (tx_px, ty_px, theta_rad, ln scale), from the residuals of the fine stage; the scale's row
   /// and column are zero when the scale is held at 1.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
-  double peak = 0;       ///< agreement of the pictures under the motion, 0..1
+  double peak = 0;       ///< agreement of the images under the motion, 0..1
   double runner_up = 0;  ///< the same for the best different motion, 0..1
-  double overlap = 0;    ///< part of the reference picture that the current one sees, 0..1
+  double overlap = 0;    ///< part of the reference image that the current one sees, 0..1
   int blocks = 0;        ///< blocks of the fine stage that could be compared
   int inliers = 0;       ///< those that agree with the motion
-  /// Other motions explain the pictures as well; the prior alone chose this one (kOk) or could not
+  /// Other motions explain the images as well; the prior alone chose this one (kOk) or could not
   /// (kAmbiguous). A place where this happens cannot be told from others by what is seen there.
-  bool by_prior = false;
+  bool disambiguated_by_prior = false;
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
 };
 
 struct RegistrarParams {
   bool estimate_scale = false;  ///< false: scale 1 (level robot, one camera); true: 0.7 .. 1.4
-  /// Where pictures have content (CeilingView::Mask): CV_8UC1 of the picture's size, 0 where they
+  /// Where images have content (CeilingView::Mask): CV_8UC1 of the image's size, 0 where they
   /// have none; empty: everywhere. Blank borders would otherwise be matched with each other.
   cv::Mat mask;
   int first_blocks = 24;  ///< blocks that test a coarse hypothesis and bring it close
@@ -68,42 +68,42 @@ struct RegistrarParams {
   /// Blocks that agree, ...
   int min_inliers = 5;
   /// ... and their part of the compared blocks after the last round.
-  double min_inlier_part = 0.25;
+  double min_inlier_ratio = 0.25;
   /// Of the translation, from the residuals.
   double max_sigma_px = 0.42;
   /// Mean ln(1 + unexplained / expected energy) of the blocks; or, where it is larger, ...
-  double max_unlike = 0.92;
-  /// ... agreement of rough blocks + fine blocks + 2 x POC peak of the whole pictures, 0..4.
+  double max_dissimilarity = 0.92;
+  /// ... agreement of rough blocks + fine blocks + 2 x POC peak of the whole images, 0..4.
   double min_agreement = 1.8;
-  /// The same of pictures whose shorter side is below 240 px: their few blocks see little but
+  /// The same of images whose shorter side is below 240 px: their few blocks see little but
   /// lines, which agreed by up to 2.25 over 2700 pairs of other places (96x96 to 220x220; with 240
   /// px and more by up to 1.76). What agrees by less must be alike.
   double min_agreement_small = 2.3;
-  /// Where `unlike` is above `max_unlike_weak`, rough and fine blocks alone must also agree by
-  /// this: a smear of more than 12 px in one picture splits the peaks even of the rough blocks,
+  /// Where `unlike` is above `max_dissimilarity_weak`, rough and fine blocks alone must also agree
+  /// by this: a smear of more than 12 px in one image splits the peaks even of the rough blocks,
   /// which then agree on a place beside the truth (1.09 and less, `unlike` 2.2 and more; pictures
   /// under other light have 1.15 and more).
-  double max_unlike_weak = 1.9;
+  double max_dissimilarity_weak = 1.9;
   double min_block_agreement = 1.12;
   /// A part of what is seen may have changed (covered, moved, switched off): then at least this
   /// part of the blocks must agree as well as this, and a fifth of them down to the noise. At the
   /// true place with a fifth to a half changed the agreement was 0.37 and more and that fifth's
   /// `unlike` 1.1 and less; one tile further 0.32 and less, and 1.9 and more. Not for small
-  /// pictures, where such a part would be a few lines.
+  /// images, where such a part would be a few lines.
   double min_partial_inliers = 0.6;
   double min_partial_agreement = 0.36;
-  double max_partial_unlike = 1.4;
+  double max_partial_dissimilarity = 1.4;
   /// Stands for that POC peak in Refine, where it is not computed.
   double refine_poc_peak = 0.3;
-  /// Grey levels; pictures with less show nothing.
+  /// Grey levels; images with less show nothing.
   double min_contrast = 0.25;
   /// Another motion with this part of the best agreement is a rival, and ...
   double rival_ratio = 0.7;
-  /// ... stays one unless the pictures speak against it by so many nats.
+  /// ... stays one unless the images speak against it by so many nats.
   double min_evidence = 4.5;
 };
 
-/// Everything that is computed once of a picture and kept: its working copies and spectra. Cheap to
+/// Everything that is computed once of an image and kept: its working copies and spectra. Cheap to
 /// move and to share (the data behind it are immutable); made by Registrar::Analyze.
 class FrameSpectrum {
  public:
@@ -116,19 +116,19 @@ class FrameSpectrum {
   std::shared_ptr<Data> data_;
 };
 
-/// Registers pictures of one size. Holds FFT plans and scratch memory: one object per thread.
+/// Registers images of one size. Holds FFT plans and scratch memory: one object per thread.
 class Registrar {
  public:
-  /// Pictures whose shorter side is below 240 px have few blocks to vote with: exact to a tenth of
+  /// Images whose shorter side is below 240 px have few blocks to vote with: exact to a tenth of
   /// a pixel (96 px: to a third), and sooner lost where much of what they see is new. They take as
-  /// long as pictures of twice their size.
+  /// long as images of twice their size.
   /// @throws InputError when a side has less than 96 or more than 16384 pixels.
   explicit Registrar(cv::Size size, const RegistrarParams& params = {});
   ~Registrar();
   Registrar(Registrar&&) noexcept;
   Registrar& operator=(Registrar&&) noexcept;
 
-  /// @param grey  CV_8UC1 of the registrar's size. @param mask  the same, 0 where this picture has
+  /// @param grey  CV_8UC1 of the registrar's size. @param mask  the same, 0 where this image has
   /// no content beyond what all lack (RegistrarParams::mask); empty: none.
   /// @throws InputError on another type or size.
   [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey, const cv::Mat& mask = {});
@@ -143,15 +143,15 @@ class Registrar {
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt);
 
-  /// How badly the pictures disagree under an exact motion. Two comparisons of the same reference
-  /// can be weighed against each other (Evidence), with different current pictures too.
+  /// How badly the images disagree under an exact motion. Two comparisons of the same reference
+  /// can be weighed against each other (Evidence), with different current images too.
   [[nodiscard]] Dissimilarity Compare(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const ImageMotion& motion);
 
   /// The fine stage alone, from a motion that is known to about 10 px and 2 degrees (tracking on a
   /// map, checking a prediction). kOk or kNoMatch; says nothing about other motions that might
-  /// explain the pictures too.
+  /// explain the images too.
   [[nodiscard]] Registration Refine(const FrameSpectrum& reference,
                                     const FrameSpectrum& current,
                                     const ImageMotion& start);
@@ -167,8 +167,8 @@ class Registrar {
                                      const PlaneFitParams& params = {});
 
   /// The places that RefinePlane fits a motion to, for those who fit more than one motion to them:
-  /// where blocks of the reference are seen in the current picture, pixels of the full pictures
-  /// from their centres. @param motion  known to about 2 px over the picture. Needs no level
+  /// where blocks of the reference are seen in the current image, pixels of the full pictures
+  /// from their centres. @param motion  known to about 2 px over the image. Needs no level
   /// reference.
   [[nodiscard]] std::vector<PlaneShift> MeasurePlane(const FrameSpectrum& reference,
                                                      const FrameSpectrum& current,

@@ -6,9 +6,9 @@
 
 namespace ceilmap::registration {
 
-/// Similarity motion between two pictures of the same size W x H:
+/// Similarity motion between two images of the same size W x H:
 ///   x' = s R(theta) (x - c) + c + t,   R = [[cos, -sin], [sin, cos]],   c = ((W-1)/2, (H-1)/2)
-/// takes a pixel x of the reference to the pixel x' of the current picture that shows the same
+/// takes a pixel x of the reference to the pixel x' of the current image that shows the same
 /// point. u right, v down, so theta > 0 turns the content clockwise on the screen.
 struct ImageMotion {
   double tx_px = 0;
@@ -17,14 +17,14 @@ struct ImageMotion {
   double scale = 1;      ///< > 0
 
   [[nodiscard]] ImageMotion Inverse() const;
-  /// x' of x; both relative to the picture's centre c.
+  /// x' of x; both relative to the image's centre c.
   [[nodiscard]] Eigen::Vector2d Apply(const Eigen::Vector2d& x_centred) const;
 };
 
 /// first, then second: x'' = second(first(x)).
 ImageMotion Compose(const ImageMotion& second, const ImageMotion& first);
 
-/// How badly two pictures disagree under an exact motion: for each block of the reference that both
+/// How badly two images disagree under an exact motion: for each block of the reference that both
 /// see, ln(1 + residual energy / expected energy), brightness and contrast of each block being
 /// free. A block on which both show the same gives little, one that shows a mark in one picture
 /// only gives much.
@@ -43,7 +43,7 @@ struct Dissimilarity {
 /// whichever motion is the smaller one: only what goes beyond them counts.
 double Evidence(const Dissimilarity& a, const Dissimilarity& b);
 
-/// Part of the reference picture (0..1) whose points the current one shows under the motion; to
+/// Part of the reference image (0..1) whose points the current one shows under the motion; to
 /// about 1 %.
 double OverlapOf(const ImageMotion& motion, cv::Size size);
 

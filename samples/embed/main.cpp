@@ -13,13 +13,13 @@
 
 #include "calib/rig.hpp"
 #include "localization/localizer.hpp"
-#include "mapping/map_file.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace {
 
 void Print(const ceilmap::localization::Location& location) {
-  const ceilmap::mapping::FramePose& pose = location.pose;
-  std::printf("%.3f %s", pose.stamp_s, ceilmap::mapping::ToString(pose.status));
+  const ceilmap::graph::FramePose& pose = location.pose;
+  std::printf("%.3f %s", pose.stamp_s, ceilmap::graph::ToString(pose.status));
   // A pose means something only when the robot is placed: lost and ambiguous are answers too.
   if (location.Placed()) {
     const double variance = 0.5 * (pose.covariance(0, 0) + pose.covariance(1, 1));
@@ -34,15 +34,15 @@ void Print(const ceilmap::localization::Location& location) {
 
 void Run(const char* map_file, const char* rig_file, const char* source) {
   const ceilmap::calib::Rig rig = ceilmap::calib::ReadRig(rig_file);
-  const ceilmap::mapping::MapReader map(map_file);  // outlives the localizer
+  const ceilmap::store::MapReader map(map_file);  // outlives the localizer
   ceilmap::localization::Localizer localizer(map, rig.up.value());
   cv::VideoCapture camera(source);
   const double fps = camera.get(cv::CAP_PROP_FPS);
   const double period_s = fps > 0 ? 1 / fps : 0.1;
-  cv::Mat picture;
+  cv::Mat image;
   ceilmap::localization::CeilingFrame frame;
-  while (camera.read(picture)) {
-    cv::cvtColor(picture, frame.grey, cv::COLOR_BGR2GRAY);
+  while (camera.read(image)) {
+    cv::cvtColor(image, frame.grey, cv::COLOR_BGR2GRAY);
     // On a robot: the middle of the exposure. A compass or wheel odometry would set frame.heading.
     frame.stamp_s = static_cast<double>(frame.index) * period_s;
     Print(localizer.Locate(frame));

@@ -9,11 +9,11 @@
 namespace ceilmap::simulator {
 
 /// The rays of a camera's pixels. Each pixel has four taps at (u +- 0.25, v +- 0.25): tap (row r,
-/// column c) of the picture lies at u = (c - 0.5) / 2, v = (r - 0.5) / 2. A ray is the point (x, y,
+/// column c) of the image lies at u = (c - 0.5) / 2, v = (r - 0.5) / 2. A ray is the point (x, y,
 /// 1) of the optical frame, without distortion.
 class CameraRays {
  public:
-  /// A part of the picture and what its pixels see, borders included: x and y of their rays lie in
+  /// A part of the image and what its pixels see, borders included: x and y of their rays lie in
   /// the rectangle, which has a negative size when none has a ray. `whole`: all have one.
   struct Block {
     cv::Rect pixels;

@@ -9,7 +9,7 @@
 namespace ceilmap::simulator {
 namespace {
 
-constexpr std::int64_t kMostTexels = 4096;
+constexpr std::int64_t kMaxTexels = 4096;
 
 std::int64_t FloorToInt(double value) {
   return static_cast<std::int64_t>(std::floor(value));
@@ -22,8 +22,8 @@ std::int64_t FloorToInt(double value) {
 void CeilingWindow::Sample(const float* column, const float* row, int count, float* sampled) const {
   const auto* data = light.ptr<std::uint16_t>();
   const auto step = static_cast<std::ptrdiff_t>(light.step1());
-  std::array<int, kMostSamples> u, v, a, b, c, d;
-  std::array<float, kMostSamples> part_u, part_v;
+  std::array<int, kMaxSamples> u, v, a, b, c, d;
+  std::array<float, kMaxSamples> part_u, part_v;
   for (int i = 0; i < count; ++i) {
     u[i] = static_cast<int>(column[i]);
     v[i] = static_cast<int>(row[i]);
@@ -64,7 +64,7 @@ CeilingWindow CeilingTexture::Window(double x0_m, double y0_m, double x1_m, doub
     window.row0 = FloorToInt(y0_m / window.pitch_y_m) - 2;
     columns = FloorToInt(x1_m / window.pitch_x_m) + 3 - window.column0;
     rows = FloorToInt(y1_m / window.pitch_y_m) + 3 - window.row0;
-  } while (std::max(columns, rows) > kMostTexels);
+  } while (std::max(columns, rows) > kMaxTexels);
   const cv::Rect whole(0, 0, static_cast<int>(columns), static_cast<int>(rows));
   window.light.create(whole.size(), CV_16UC1);
   const auto first_column = FloorToInt(static_cast<double>(window.column0) / kTileSize);
@@ -120,7 +120,7 @@ void CeilingTexture::Keep(const Key& key, const cv::Mat& tile) const {
   if (places_.contains(key)) return;
   tiles_.push_front({key, tile});
   places_[key] = tiles_.begin();
-  if (tiles_.size() > kMostTiles) {
+  if (tiles_.size() > kMaxTiles) {
     places_.erase(tiles_.back().key);
     tiles_.pop_back();
   }

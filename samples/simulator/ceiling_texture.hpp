@@ -20,14 +20,14 @@ struct CeilingWindow {
   double pitch_x_m = 1;
   double pitch_y_m = 1;
 
-  /// Looks texels up, `count` at most kMostSamples at a time and bilinear between their centres:
+  /// Looks texels up, `count` at most kMaxSamples at a time and bilinear between their centres:
   /// sampled[i] at (column[i], row[i]), counted from the window's first texel; both >= 0 and with a
   /// texel to the right and below.
-  static constexpr int kMostSamples = 64;
+  static constexpr int kMaxSamples = 64;
   void Sample(const float* column, const float* row, int count, float* sampled) const;
 };
 
-/// The ceiling's picture, computed where it is looked at and kept in tiles, those used last. Level
+/// The ceiling's image, computed where it is looked at and kept in tiles, those used last. Level
 /// n has texels of 2^n x 2^n samples, for views too wide for single samples. Thread-safe.
 class CeilingTexture {
  public:
@@ -39,7 +39,7 @@ class CeilingTexture {
 
  private:
   static constexpr int kTileSize = 256;
-  static constexpr std::size_t kMostTiles = 700;  // of 128 kB
+  static constexpr std::size_t kMaxTiles = 700;  // of 128 kB
 
   struct Key {
     int level;

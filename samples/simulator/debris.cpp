@@ -3,20 +3,21 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/base/degrees.hpp"
+
 namespace ceilmap::simulator {
 
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
 Tilt TiltAt(const Debris& debris, double way_m) {
-  constexpr double kDegree = std::numbers::pi / 180;
   Tilt tilt;
   for (const Bump& bump : debris.bumps) {
     const double part = (way_m - bump.start_m) / bump.length_m;
     if (!(part > 0 && part < 1)) continue;
     const double height = (1 - std::cos(2 * std::numbers::pi * part)) / 2;
-    tilt.pitch_rad += height * bump.pitch_deg * kDegree;
-    tilt.roll_rad += height * bump.roll_deg * kDegree;
+    tilt.pitch_rad += height * bump.pitch_deg * kRadPerDeg;
+    tilt.roll_rad += height * bump.roll_deg * kRadPerDeg;
   }
   return tilt;
 }

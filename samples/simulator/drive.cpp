@@ -3,17 +3,16 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::simulator {
 namespace {
 
 using Eigen::Vector2d;
-
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kLeast = 1e-9;  // metres or radians not worth a piece
+constexpr double kMin = 1e-9;  // metres or radians not worth a piece
 // A corner that turns back on itself cannot be rounded.
-constexpr double kLargestArc = 179 * kDegree;
+constexpr double kLargestArc = 179 * kRadPerDeg;
 
 std::vector<Vector2d> DistinctPoints(const std::vector<std::array<double, 2>>& points) {
   std::vector<Vector2d> distinct;
@@ -47,7 +46,7 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
     double radius = std::abs(turn) < kLargestArc ? path.corner_radius_m : 0;
     const double per_radius = std::tan(std::abs(turn) / 2);
     const double next_length = (points[i + 2] - points[i + 1]).norm();
-    if (per_radius > kLeast)
+    if (per_radius > kMin)
       radius = std::min(radius, std::min(length, next_length) / 2 / per_radius);
     const double next_cut = radius > 0 ? radius * per_radius : 0;
     Add({{}, length - cut_m - next_cut, 0, false, 0});
@@ -58,7 +57,7 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
 }
 
 void Drive::Add(Piece piece) {
-  if (piece.extent < kLeast) return;
+  if (piece.extent < kMin) return;
   piece.start = pieces_.back().At(pieces_.back().extent);
   piece.way_m = pieces_.back().WayTo(pieces_.back().extent);
   pieces_.push_back(piece);
@@ -66,7 +65,7 @@ void Drive::Add(Piece piece) {
 
 void Drive::AddCorner(double turn_rad, double radius_m) {
   const double sign = turn_rad < 0 ? -1 : 1;
-  if (radius_m > kLeast) {
+  if (radius_m > kMin) {
     Add({{}, std::abs(turn_rad) * radius_m, sign / radius_m, false, 0});
   } else {
     Add({{}, std::abs(turn_rad), sign, true, 0});
@@ -91,8 +90,8 @@ void Drive::MakeStretches(const Path& path) {
     Stretch stretch{first, first, time_s, 0, path.speed_m_s, path.acceleration_m_s2};
     const bool on_spot = pieces_[first].on_spot;
     if (on_spot) {
-      stretch.speed = path.turn_rate_deg_s * kDegree;
-      stretch.acceleration = path.turn_acceleration_deg_s2 * kDegree;
+      stretch.speed = path.turn_rate_deg_s * kRadPerDeg;
+      stretch.acceleration = path.turn_acceleration_deg_s2 * kRadPerDeg;
     }
     do {
       stretch.extent += pieces_[stretch.last++].extent;

@@ -5,12 +5,12 @@
 #include <limits>
 #include <numbers>
 
+#include "calib/base/degrees.hpp"
+
 namespace ceilmap::simulator {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// Height of the mirror above its centre, `radius_m` beside its axis.
 double MirrorHeight(const OmniCamera& camera, double radius_m) {
@@ -40,7 +40,7 @@ MirrorRays::MirrorRays(const OmniCamera& camera)
       focus_m_(camera.FocusM()),
       cx_((camera.width_px - 1) / 2.0 + camera.centre_offset_px[0]),
       cy_((camera.height_px - 1) / 2.0 + camera.centre_offset_px[1]),
-      body_z_(std::sin(camera.body_below_deg * kDegree)),
+      body_z_(std::sin(camera.body_below_deg * kRadPerDeg)),
       centres_(camera.height_px, camera.width_px) {
   const float nothing = std::numeric_limits<float>::quiet_NaN();
   for (int v = 0; v < camera.height_px; ++v) {
@@ -86,7 +86,7 @@ double MirrorRays::RimElevation() const {
 
 Eigen::Matrix3d MirrorRays::R_base_cam() const {
   // x_cam = +y_base, y_cam = -x_base, z_cam = +z_base for a camera that is not turned.
-  const double yaw = std::numbers::pi / 2 + camera_.mount_yaw_deg * kDegree;
+  const double yaw = std::numbers::pi / 2 + camera_.mount_yaw_deg * kRadPerDeg;
   return Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix();
 }
 

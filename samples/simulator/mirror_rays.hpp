@@ -22,10 +22,10 @@ struct Cone {
 
 /// The rays of the pixels of a camera under a hyperbolic mirror: all run through one viewpoint,
 /// where a pixel's own ray and the mirror's reflection meet the mirror's upper focus. Directions
-/// are of the optical frame (x right, y down in the picture, z up the axis), from the viewpoint.
+/// are of the optical frame (x right, y down in the image, z up the axis), from the viewpoint.
 class MirrorRays {
  public:
-  /// A part of the picture, and a cone that holds the rays of its pixels, borders included.
+  /// A part of the image, and a cone that holds the rays of its pixels, borders included.
   struct Block {
     cv::Rect pixels;
     Cone cone;
@@ -38,7 +38,7 @@ class MirrorRays {
   /// Blocks that show the mirror, in part at least.
   [[nodiscard]] const std::vector<Block>& Blocks() const { return blocks_; }
 
-  /// What a place of the picture shows, pixel (0, 0) being the centre of the top-left one: a
+  /// What a place of the image shows, pixel (0, 0) being the centre of the top-left one: a
   /// direction of length 1, or nothing beside the mirror.
   [[nodiscard]] std::optional<Eigen::Vector3d> Direction(double u, double v) const;
   /// Direction() of a pixel's centre, kept; not a number beside the mirror.

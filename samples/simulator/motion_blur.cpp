@@ -26,10 +26,10 @@ Isometry3d During(const Exposure& exposure, double time) {
                   : Between(exposure.T_map_base, exposure.T_map_base_close, time);
 }
 
-/// Moments of the exposure, in [-1, 1], whose mean picture has the blur of the whole.
+/// Moments of the exposure, in [-1, 1], whose mean image has the blur of the whole.
 std::vector<double> Moments(double blur_px) {
   if (!(blur_px > 0.1)) return {0};
-  // Two pictures at Gauss's points spread as much as the whole way does, and look like it while
+  // Two images at Gauss's points spread as much as the whole way does, and look like it while
   // they are nearer to each other than a pixel.
   if (blur_px < 1.5) return {-1 / std::sqrt(3.0), 1 / std::sqrt(3.0)};
   const int count = std::clamp(static_cast<int>(std::ceil(blur_px / 0.75)), 3, 64);
@@ -69,9 +69,9 @@ std::vector<Vector3d> CeilingInCorners(const calib::MountedCamera& mounted,
   return points_map;
 }
 
-std::vector<Vector3d> RoomInPicture(const calib::MountedCamera& mounted,
-                                    const Isometry3d& T_map_base,
-                                    const Room& room) {
+std::vector<Vector3d> RoomInImage(const calib::MountedCamera& mounted,
+                                  const Isometry3d& T_map_base,
+                                  const Room& room) {
   const calib::PinholeCamera& camera = mounted.camera;
   const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
   std::vector<Vector3d> points_map;

@@ -7,10 +7,10 @@
 namespace ceilmap::simulator {
 namespace {
 
-PictureModel ColourModel(const Scene& scene, PixelPurposes purposes) {
+ImageModel ColourModel(const Scene& scene, PixelPurposes purposes) {
   Scene of_omni = scene;
-  of_omni.picture.exposure_gain = scene.omni->exposure_gain;
-  of_omni.picture.exposure_steps = scene.omni->exposure_steps;
+  of_omni.image.exposure_gain = scene.omni->exposure_gain;
+  of_omni.image.exposure_steps = scene.omni->exposure_steps;
   Camera camera;
   camera.width_px = scene.omni->width_px;
   camera.height_px = scene.omni->height_px;

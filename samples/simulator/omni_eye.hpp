@@ -4,14 +4,14 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "samples/simulator/image_model.hpp"
 #include "samples/simulator/omni_tracer.hpp"
 #include "samples/simulator/path.hpp"
-#include "samples/simulator/picture_model.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace ceilmap::simulator {
 
-/// The camera under the mirror and all that its pictures take. Thread-safe.
+/// The camera under the mirror and all that its images take. Thread-safe.
 class OmniEye {
  public:
   /// @param scene  valid, with an omni camera.
@@ -19,13 +19,13 @@ class OmniEye {
 
   /// The light on the pixels: CV_32FC3, blue, green, red, 1 = white.
   [[nodiscard]] cv::Mat Light(const Frame& frame) const;
-  /// The picture: CV_8UC3, blue, green, red. Each colour has noise of its own.
+  /// The image: CV_8UC3, blue, green, red. Each colour has noise of its own.
   [[nodiscard]] cv::Mat Take(const Frame& frame) const;
 
  private:
   Scene scene_;
   OmniTracer tracer_;
-  std::array<PictureModel, 3> colours_;  // blue, green, red
+  std::array<ImageModel, 3> colours_;  // blue, green, red
 };
 
 }  // namespace ceilmap::simulator

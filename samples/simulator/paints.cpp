@@ -40,7 +40,7 @@ Paints::Paints(std::uint64_t seed, std::size_t boxes, double saturation) {
   for (const std::size_t colourless : {kCeiling, kNothing, kRobot}) hull_[colourless] = {1, 1, 1};
   posters_ = Tints(kHues, 0.1 * saturation, 0.5 * saturation, random);
   boxes_ = Tints(
-      std::clamp<std::size_t>(boxes, 1, kMostBoxes), 0.05 * saturation, 0.4 * saturation, random);
+      std::clamp<std::size_t>(boxes, 1, kMaxBoxes), 0.05 * saturation, 0.4 * saturation, random);
 }
 
 const cv::Vec3f& Paints::Of(std::uint16_t surface) const {

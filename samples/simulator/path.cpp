@@ -50,7 +50,7 @@ Points Loops(const Path& path) {
 
 Points RandomWalk(const Path& path, std::uint64_t seed) {
   const std::array<double, 4>& area = path.area_m;
-  const double least_step = std::min(area[2] - area[0], area[3] - area[1]) / 4;
+  const double min_step = std::min(area[2] - area[0], area[3] - area[1]) / 4;
   Random random(seed, Purpose::kWalk);
   const auto any_point = [&]() -> std::array<double, 2> {
     const double x = random.Uniform(area[0], area[2]);
@@ -60,7 +60,7 @@ Points RandomWalk(const Path& path, std::uint64_t seed) {
   for (double driven = 0; driven < path.length_m;) {
     const std::array<double, 2> next = any_point();
     const double step = std::hypot(next[0] - points.back()[0], next[1] - points.back()[1]);
-    if (step < least_step) continue;
+    if (step < min_step) continue;
     points.push_back(next);
     driven += step;
   }
@@ -95,12 +95,12 @@ std::vector<Frame> PlannedFrames(const Scene& scene) {
   const Drive drive(PathPoints(scene), path);
   double count = std::ceil(drive.Duration() * path.frame_rate_hz - 1e-9) + 1;
   if (path.max_frames > 0) count = std::min(count, static_cast<double>(path.max_frames));
-  if (!(count <= static_cast<double>(kMostFrames))) {
+  if (!(count <= static_cast<double>(kMaxFrames))) {
     throw InputError(
         fmt::format("the path takes {:.0f} frames, must be at most {}; shorten it or lower "
                     "path.frame_rate_hz",
                     count,
-                    kMostFrames));
+                    kMaxFrames));
   }
   const auto pose_at = [&](double t) { return BaseAt(scene, drive, t); };
   const double half = scene.camera.exposure_time_s / 2;

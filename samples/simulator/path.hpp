@@ -9,7 +9,7 @@
 
 namespace ceilmap::simulator {
 
-/// One picture to take: when, and where the robot is meanwhile. p_map = T_map_base * p_base.
+/// One image to take: when, and where the robot is meanwhile. p_map = T_map_base * p_base.
 struct Frame {
   std::int64_t index = 0;
   double stamp_s = 0;  ///< middle of the exposure, and so is the pose
@@ -28,10 +28,10 @@ Frame StillFrame(std::int64_t index, const Pose2& T_map_base, double stamp_s = 0
 double PathLength(const Scene& scene);
 
 /// What a drive may have: four days at 30 frames a second, some GB.
-inline constexpr std::int64_t kMostFrames = 10'000'000;
+inline constexpr std::int64_t kMaxFrames = 10'000'000;
 
 /// The frames of the scene's drive, at most path.max_frames when that is not 0. Never empty.
-/// @throws InputError when the scene is not valid, the drive is longer than kMostFrames, or
+/// @throws InputError when the scene is not valid, the drive is longer than kMaxFrames, or
 ///   given poses (PathKind::kTum) cannot be used.
 std::vector<Frame> MakePath(const Scene& scene);
 

@@ -16,9 +16,9 @@ using Eigen::Matrix3d;
 using Eigen::RowVector3d;
 using Eigen::Vector3d;
 
-constexpr double kLeastRise = 1e-3;  // of a ray that counts as hitting the ceiling somewhere
+constexpr double kMinRise = 1e-3;  // of a ray that counts as hitting the ceiling somewhere
 constexpr int kTaps = 2 * CameraRays::kBlockSize;
-static_assert(kTaps <= CeilingWindow::kMostSamples);
+static_assert(kTaps <= CeilingWindow::kMaxSamples);
 
 /// 55 places in a pixel, from its centre: a Fibonacci lattice, whose places all have different u
 /// and different v, so that an edge along the rows or columns is placed within 1/110 pixel.
@@ -117,7 +117,7 @@ RayTracer::View::View(const RayTracer& tracer,
 
 std::optional<Eigen::Vector2d> RayTracer::View::OnCeiling(double x, double y) const {
   const Vector3d direction = R_ * Vector3d(x, y, 1);
-  if (!(direction.z() > kLeastRise)) return std::nullopt;
+  if (!(direction.z() > kMinRise)) return std::nullopt;
   return (p_ + (room_.height_m - p_.z()) / direction.z() * direction).head<2>();
 }
 

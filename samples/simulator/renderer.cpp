@@ -11,10 +11,10 @@
 #include "calib/base/error.hpp"
 #include "samples/simulator/camera_rays.hpp"
 #include "samples/simulator/fixtures.hpp"
+#include "samples/simulator/image_model.hpp"
 #include "samples/simulator/motion_blur.hpp"
 #include "samples/simulator/movers.hpp"
 #include "samples/simulator/omni_eye.hpp"
-#include "samples/simulator/picture_model.hpp"
 #include "samples/simulator/ray_tracer.hpp"
 
 namespace ceilmap::simulator {
@@ -53,7 +53,7 @@ constexpr std::array kForwardColours{
     PixelPurposes{Purpose::kForwardGreenGain, Purpose::kForwardGreenNoise},
     PixelPurposes{Purpose::kForwardRedGain, Purpose::kForwardRedNoise}};
 
-/// A camera of the robot and all that its pictures take.
+/// A camera of the robot and all that its images take.
 class Eye {
  public:
   Eye(const Scene& scene,
@@ -72,7 +72,7 @@ class Eye {
     return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers);
   }
 
-  /// @param blur_px  how far things move in the picture.
+  /// @param blur_px  how far things move in the image.
   [[nodiscard]] cv::Mat Take(const Exposure& exposure,
                              double blur_px,
                              const Frame& frame,
@@ -98,7 +98,7 @@ class Eye {
   calib::MountedCamera mounted_;
   CameraRays rays_;
   RayTracer tracer_;
-  std::vector<PictureModel> planes_;  // one, or blue, green, red
+  std::vector<ImageModel> planes_;  // one, or blue, green, red
 };
 
 }  // namespace
@@ -147,7 +147,7 @@ cv::Mat Renderer::Render(const Frame& frame) const {
   const Eye& up = parts_->up;
   const Exposure exposure{frame.T_map_base, frame.T_map_base_open, frame.T_map_base_close};
   double blur_px = 0;
-  if (parts_->scene.picture.motion_blur) {
+  if (parts_->scene.image.motion_blur) {
     blur_px =
         BlurLength(up.Mounted(),
                    exposure,
@@ -161,10 +161,10 @@ cv::Mat Renderer::RenderForward(const Frame& frame) const {
   const Exposure exposure{
       frame.T_map_base, frame.T_map_base_forward_open, frame.T_map_base_forward_close};
   double blur_px = 0;
-  if (parts_->scene.picture.motion_blur) {
+  if (parts_->scene.image.motion_blur) {
     blur_px = BlurLength(forward.Mounted(),
                          exposure,
-                         RoomInPicture(forward.Mounted(), frame.T_map_base, parts_->scene.room));
+                         RoomInImage(forward.Mounted(), frame.T_map_base, parts_->scene.room));
   }
   return forward.Take(exposure, blur_px, frame, MoversAt(parts_->scene, frame));
 }

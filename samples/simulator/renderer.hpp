@@ -14,11 +14,11 @@ namespace ceilmap::simulator {
 /// rig.yaml of the scene's robot, in the form that calib::ParseRig reads.
 std::string RigYaml(const Scene& scene);
 
-/// Takes the pictures. A point p_map of the room appears where
+/// Takes the images. A point p_map of the room appears where
 /// camera.Project(T_base_cam^-1 T_map_base^-1 p_map) of GetRig().up or .forward says, to a few
 /// thousandths of a pixel; pixel (0, 0) is the centre of the top-left pixel.
 ///
-/// A picture depends on the scene and its frame only: the noise is seeded by the scene's seed and
+/// An image depends on the scene and its frame only: the noise is seeded by the scene's seed and
 /// the frame's index, never by what was rendered before. All const members are thread-safe; threads
 /// share the ceiling's texture, of which the parts used last are kept (memory stays below 200 MB a
 /// camera whatever the room's size).
@@ -30,17 +30,17 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// The upward camera's picture: CV_8UC1 of the camera's size.
+  /// The upward camera's image: CV_8UC1 of the camera's size.
   [[nodiscard]] cv::Mat Render(const Frame& frame) const;
-  /// The forward camera's picture: of its size, CV_8UC1, or CV_8UC3 (blue, green, red) where
+  /// The forward camera's image: of its size, CV_8UC1, or CV_8UC3 (blue, green, red) where
   /// forward.saturation is not 0. It neither changes Render() nor depends on it. @throws
   /// InputError when the scene has no forward camera.
   [[nodiscard]] cv::Mat RenderForward(const Frame& frame) const;
-  /// The picture of the camera under the mirror: CV_8UC3 of its size, blue, green, red. A point
+  /// The image of the camera under the mirror: CV_8UC3 of its size, blue, green, red. A point
   /// p_map appears where the mirror of OmniCamera shows it, to a few hundredths of a pixel.
   /// @throws InputError when the scene has no omni camera.
   [[nodiscard]] cv::Mat RenderOmni(const Frame& frame) const;
-  /// The light that falls on the upward camera's pixels, before all that Picture describes:
+  /// The light that falls on the upward camera's pixels, before all that Image describes:
   /// CV_32FC1, 1 = white. A frame at T_map_base; without movers, motion blur, optical blur,
   /// vignetting, glare and noise.
   [[nodiscard]] cv::Mat RenderLight(const Eigen::Isometry3d& T_map_base) const;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/yaml_text.hpp"
 #include "samples/simulator/mirror_rays.hpp"
 #include "samples/simulator/renderer.hpp"
@@ -16,14 +17,12 @@ using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 /// R in p_base = R p_cam + t.
 Matrix3d UpRotation(const Camera& camera) {
   // x_cam = +y_base, y_cam = -x_base, z_cam = +z_base for a camera that is not turned.
-  const double yaw = std::numbers::pi / 2 + camera.mount_yaw_deg * kDegree;
-  const Eigen::Quaterniond R = AngleAxisd(camera.mount_roll_deg * kDegree, Vector3d::UnitX()) *
-                               AngleAxisd(camera.mount_pitch_deg * kDegree, Vector3d::UnitY()) *
+  const double yaw = std::numbers::pi / 2 + camera.mount_yaw_deg * kRadPerDeg;
+  const Eigen::Quaterniond R = AngleAxisd(camera.mount_roll_deg * kRadPerDeg, Vector3d::UnitX()) *
+                               AngleAxisd(camera.mount_pitch_deg * kRadPerDeg, Vector3d::UnitY()) *
                                AngleAxisd(yaw, Vector3d::UnitZ());
   return R.toRotationMatrix();
 }
@@ -31,9 +30,9 @@ Matrix3d UpRotation(const Camera& camera) {
 Matrix3d ForwardRotation(const Camera& camera) {
   Matrix3d level;  // x_cam = -y_base, y_cam = -z_base, z_cam = +x_base
   level << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  const Eigen::Quaterniond R = AngleAxisd(camera.mount_yaw_deg * kDegree, Vector3d::UnitZ()) *
-                               AngleAxisd(-camera.mount_pitch_deg * kDegree, Vector3d::UnitY()) *
-                               AngleAxisd(camera.mount_roll_deg * kDegree, Vector3d::UnitX());
+  const Eigen::Quaterniond R = AngleAxisd(camera.mount_yaw_deg * kRadPerDeg, Vector3d::UnitZ()) *
+                               AngleAxisd(-camera.mount_pitch_deg * kRadPerDeg, Vector3d::UnitY()) *
+                               AngleAxisd(camera.mount_roll_deg * kRadPerDeg, Vector3d::UnitX());
   return R.toRotationMatrix() * level;
 }
 
@@ -42,7 +41,7 @@ struct Intrinsics {
   int width_px = 0;
   int height_px = 0;
   double focal_px = 0;
-  double offset_x_px = 0;  // of the principal point from the picture's centre
+  double offset_x_px = 0;  // of the principal point from the image's centre
   double offset_y_px = 0;
   std::array<double, 5> distortion{};
 };

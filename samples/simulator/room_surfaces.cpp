@@ -47,7 +47,7 @@ Hit RoomSurfaces::TraceWall(int axis, bool far, const Vector3d& at) const {
   int surface = kWalls + wall;
   if (const auto field = posters_.At(wall, at[1 - axis], at.z())) {
     light *= field->brightness;
-    surface = kPosters + field->index % kMostPosterFields;
+    surface = kPosters + field->index % kMaxPosterFields;
   }
   return {static_cast<float>(std::max(0.0, light)), static_cast<std::uint16_t>(surface)};
 }

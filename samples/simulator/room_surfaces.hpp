@@ -22,8 +22,8 @@ enum Surface : std::uint16_t {
   kBoxes = 8,
   kPosters = 48100
 };
-constexpr int kMostBoxes = 8000;          ///< beyond these their numbers repeat
-constexpr int kMostPosterFields = 17000;  ///< the same
+constexpr int kMaxBoxes = 8000;          ///< beyond these their numbers repeat
+constexpr int kMaxPosterFields = 17000;  ///< the same
 
 /// What a ray meets.
 struct Hit {
@@ -49,7 +49,7 @@ class RoomSurfaces {
                                const SeenBox::Entry& entry) const;
   /// @param index  of the box. @param face  as SeenBox::Entry.
   static std::uint16_t BoxSurface(std::size_t index, int face) {
-    return static_cast<std::uint16_t>(kBoxes + (index % kMostBoxes) * 6 + face);
+    return static_cast<std::uint16_t>(kBoxes + (index % kMaxBoxes) * 6 + face);
   }
   [[nodiscard]] const Room& GetRoom() const { return room_; }
 

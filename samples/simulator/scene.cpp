@@ -188,7 +188,7 @@ void Scene::Validate() const {
   CheckGroup("room", room, kRoomFields);
   CheckGroup("ceiling", ceiling, kCeilingFields);
   CheckGroup("fixtures", fixtures, kFixtureFields);
-  CheckGroup("picture", picture, kPictureFields);
+  CheckGroup("picture", image, kImageFields);
   CheckGroup("path", path, kPathFields);
   CheckCamera("camera", camera, room);
   CheckForward(*this);
@@ -206,7 +206,7 @@ void Scene::Validate() const {
   CheckMarks(*this);
   CheckBoxes(*this);
   CheckMovers(*this);
-  CheckSteps("picture", picture.exposure_steps);
+  CheckSteps("picture", image.exposure_steps);
   CheckPath(*this);
   CheckDebris(*this);
 }

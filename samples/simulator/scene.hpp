@@ -18,7 +18,7 @@ namespace ceilmap::simulator {
 /// by name (samples/simulator/README.md).
 ///
 /// Frames as in CONTRIBUTING.md; `map` stands in a corner of the floor, x along the room's length,
-/// y along its width, z up. Brightness is linear light, 1 = white in the picture at exposure
+/// y along its width, z up. Brightness is linear light, 1 = white in the image at exposure
 /// gain 1. Shares and contrasts are relative, e.g. 0.03 = 3 %.
 
 /// The walls stand at x = 0, x = length, y = 0 and y = width.
@@ -28,7 +28,7 @@ struct Room {
   double height_m = 2.6;  ///< of the ceiling above the floor
   double wall_brightness = 0.3;
   double wall_contrast = 0.08;  ///< of the walls' faint texture
-  /// Pictures, doors and panels at random places of the walls: what a forward camera can hold on
+  /// Images, doors and panels at random places of the walls: what a forward camera can hold on
   /// to.
   double wall_posters_per_100m2 = 0;
   double floor_brightness = 0.1;
@@ -37,12 +37,12 @@ struct Room {
 
 enum class CeilingKind {
   kTiles,     ///< tiles with joints, each with a texture of its own; stains, vents and lamps
-  kPeriodic,  ///< tiles of which each is the same picture, bit by bit
+  kPeriodic,  ///< tiles of which each is the same image, bit by bit
   kPlaster,   ///< weak noise on several scales, no edges
   kUniform    ///< nothing at all
 };
 
-/// A disc on the ceiling that occurs once, with an edge as sharp as the picture can hold.
+/// A disc on the ceiling that occurs once, with an edge as sharp as the image can hold.
 struct Mark {
   double x_m = 0;  ///< centre
   double y_m = 0;
@@ -64,7 +64,7 @@ struct Ceiling {
   int lamp_every_x = 0;
   int lamp_every_y = 0;
   double lamp_brightness = 2.5;
-  /// Only for kPeriodic, with square tiles: the tile's picture is its own after a quarter turn, so
+  /// Only for kPeriodic, with square tiles: the tile's image is its own after a quarter turn, so
   /// that nothing on the ceiling tells north from east.
   bool symmetric = false;
   // What makes places differ; not for kPeriodic.
@@ -109,7 +109,7 @@ struct Fixtures {
 
 /// A camera on the robot.
 ///
-/// The upward one, level and not turned, has the robot's front at its picture's top and the robot's
+/// The upward one, level and not turned, has the robot's front at its image's top and the robot's
 /// LEFT at its right (x_cam = +y_base, y_cam = -x_base, z_cam = +z_base). It is turned by its yaw,
 /// then tipped about base y by its pitch, forward when positive, then about base x by its roll.
 ///
@@ -119,7 +119,7 @@ struct Fixtures {
 struct Camera {
   int width_px = 640;
   int height_px = 480;
-  double focal_px = 457.0;  ///< in both axes; the principal point is the picture's centre
+  double focal_px = 457.0;             ///< in both axes; the principal point is the image's centre
   std::array<double, 5> distortion{};  ///< plumb_bob k1, k2, p1, p2, k3
   double mount_x_m = 0;                ///< in base
   double mount_y_m = 0;
@@ -148,8 +148,8 @@ struct ExposureStep {
 
 /// A colour camera that looks straight up into a convex hyperbolic mirror and so sees all around:
 /// z^2/A^2 - r^2/B^2 = 1 (upper sheet), pinhole at (0, 0, -C), single viewpoint at (0, 0, C), C^2 =
-/// A^2 + B^2, z upwards along the optical axis (calib::HyperbolicMirror). Not turned, its picture's
-/// top is the robot's front and its right the robot's left. Each picture is taken in an instant.
+/// A^2 + B^2, z upwards along the optical axis (calib::HyperbolicMirror). Not turned, its image's
+/// top is the robot's front and its right the robot's left. Each image is taken in an instant.
 struct OmniCamera {
   int width_px = 480;
   int height_px = 480;
@@ -162,11 +162,11 @@ struct OmniCamera {
   double mirror_b_m = 0.0234125;
   double rim_radius_m = 0.04;
   double body_below_deg = -60;  ///< steeper downwards than this elevation the robot itself shows
-  /// Where the mirror's axis shows, from the picture's centre, to the right and down.
+  /// Where the mirror's axis shows, from the image's centre, to the right and down.
   std::array<double, 2> centre_offset_px{};
-  bool centre_in_rig = true;  ///< false: the rig believes the axis in the picture's centre
+  bool centre_in_rig = true;  ///< false: the rig believes the axis in the image's centre
   double saturation = 1;      ///< of the colours; 0: grey
-  // Instead of the same fields of Picture.
+  // Instead of the same fields of Image.
   double exposure_gain = 1;
   std::vector<ExposureStep> exposure_steps;
 
@@ -176,7 +176,7 @@ struct OmniCamera {
 
 /// From light to grey values, in this order: motion blur, glare, vignetting, optical blur,
 /// exposure, noise, sRGB curve, 8 bit.
-struct Picture {
+struct Image {
   bool motion_blur = true;  ///< by the true motion during the exposure
   double blur_px = 0.6;     ///< standard deviation of the optics' blur; 0: none
   double glare = 0.02;      ///< share of the light that spreads widely around bright places
@@ -218,7 +218,7 @@ struct Path {
   double length_m = 50;
   std::vector<std::array<double, 2>> waypoints_m;
   std::filesystem::path tum_file;  ///< relative to the scene's file; ReadScene does not open it
-  /// kTum: what tum_file holds, stamps rising. Who makes a path reads them, as with app::ReadTum.
+  /// kTum: what tum_file holds, stamps rising. Who makes a path reads them, as with files::ReadTum.
   std::vector<PathPose> poses;
   double corner_radius_m = 0;
   double speed_m_s = 0.8;
@@ -272,9 +272,9 @@ struct Scene {
   Ceiling ceiling;
   Fixtures fixtures;
   Camera camera;                   ///< looks up
-  std::optional<Camera> forward;   ///< looks ahead; it takes its pictures when `camera` does
+  std::optional<Camera> forward;   ///< looks ahead; it takes its images when `camera` does
   std::optional<OmniCamera> omni;  ///< looks around, at the same moments
-  Picture picture;                 ///< of all cameras
+  Image image;                     ///< of all cameras
   std::vector<Mover> movers;
   Path path;
   Debris debris;  ///< not with PathKind::kTum, whose poses hold the tilt themselves

@@ -136,17 +136,17 @@ constexpr std::array kMoverFields{
     Field<Mover>{"to_s", &Mover::to_s, -1e10, 1e10},
 };
 
-constexpr std::array kPictureFields{
-    Field<Picture>{"motion_blur", &Picture::motion_blur},
-    Field<Picture>{"blur_px", &Picture::blur_px, 0, 20},
-    Field<Picture>{"glare", &Picture::glare, 0, 1},
-    Field<Picture>{"vignetting", &Picture::vignetting, 0, 1},
-    Field<Picture>{"exposure_gain", &Picture::exposure_gain, 0.001, 1000},
-    Field<Picture>{"exposure_drift", &Picture::exposure_drift, 0, 0.9},
-    Field<Picture>{"exposure_period_s", &Picture::exposure_period_s, 0.01, 1e6},
-    Field<Picture>{"shot_noise", &Picture::shot_noise, 0, 1},
-    Field<Picture>{"read_noise", &Picture::read_noise, 0, 1},
-    Field<Picture>{"gain_spread", &Picture::gain_spread, 0, 0.3},
+constexpr std::array kImageFields{
+    Field<Image>{"motion_blur", &Image::motion_blur},
+    Field<Image>{"blur_px", &Image::blur_px, 0, 20},
+    Field<Image>{"glare", &Image::glare, 0, 1},
+    Field<Image>{"vignetting", &Image::vignetting, 0, 1},
+    Field<Image>{"exposure_gain", &Image::exposure_gain, 0.001, 1000},
+    Field<Image>{"exposure_drift", &Image::exposure_drift, 0, 0.9},
+    Field<Image>{"exposure_period_s", &Image::exposure_period_s, 0.01, 1e6},
+    Field<Image>{"shot_noise", &Image::shot_noise, 0, 1},
+    Field<Image>{"read_noise", &Image::read_noise, 0, 1},
+    Field<Image>{"gain_spread", &Image::gain_spread, 0, 0.3},
 };
 
 constexpr unsigned kPlanned = ~Only(PathKind::kTum);

@@ -144,10 +144,10 @@ void ReadSteps(const YamlValue& value, std::vector<ExposureStep>& steps) {
   });
 }
 
-void ReadPicture(const YamlValue& value, Picture& picture) {
-  AllowOnly(value, kPictureFields, "exposure_steps");
-  ReadFields(value, kPictureFields, picture);
-  ReadSteps(value, picture.exposure_steps);
+void ReadImage(const YamlValue& value, Image& image) {
+  AllowOnly(value, kImageFields, "exposure_steps");
+  ReadFields(value, kImageFields, image);
+  ReadSteps(value, image.exposure_steps);
 }
 
 void ReadPath(const YamlValue& value, Path& path) {
@@ -255,7 +255,7 @@ Scene ReadAll(const YamlValue& root) {
   }
   if (const auto omni = root.Find("omni")) ReadOmni(*omni, scene.omni.emplace());
   ReadFieldRows(root, "movers", kMoverColumns, kMoverFields, scene.movers);
-  if (const auto picture = root.Find("picture")) ReadPicture(*picture, scene.picture);
+  if (const auto image = root.Find("picture")) ReadImage(*image, scene.image);
   if (const auto path = root.Find("path")) ReadPath(*path, scene.path);
   if (const auto debris = root.Find("debris")) ReadDebris(*debris, scene.path, scene.debris);
   return scene;

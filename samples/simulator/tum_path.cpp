@@ -62,11 +62,11 @@ std::vector<Frame> TumFrames(const Scene& scene) {
   if (scene.path.poses.empty()) {
     throw InputError(fmt::format("{}: no poses of it were read", scene.path.tum_file.string()));
   }
-  if (scene.path.poses.size() > static_cast<std::size_t>(kMostFrames)) {
+  if (scene.path.poses.size() > static_cast<std::size_t>(kMaxFrames)) {
     throw InputError(fmt::format("{}: holds {} poses, must be at most {}; split it",
                                  scene.path.tum_file.string(),
                                  scene.path.poses.size(),
-                                 kMostFrames));
+                                 kMaxFrames));
   }
   std::vector<Frame> frames;
   frames.reserve(scene.path.poses.size());

@@ -10,7 +10,7 @@
 
 namespace ceilmap::simulator {
 
-/// What hangs or stands flat on the walls at random places of the seed: pictures of a few fields,
+/// What hangs or stands flat on the walls at random places of the seed: images of a few fields,
 /// doors, and panels from floor to ceiling. Smaller ones cover larger ones.
 class WallPosters {
  public:

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "localization/compass/fft_compass.hpp"
-#include "localization/compass/methods.hpp"
+#include "localization/compass/labrosse/methods.hpp"
 #include "localization/compass/shift_distances.hpp"
 #include "mapping/registration/kernels.hpp"
 #include "tests/localization/compass/panorama_room.hpp"
@@ -110,10 +110,10 @@ void AllShiftsByFft(benchmark::State& state) {
 }
 BENCHMARK(AllShiftsByFft)->Arg(360)->Arg(1080)->Unit(benchmark::kMicrosecond);
 
-void RunCompass(benchmark::State& state, Method method) {
+void RunCompass(benchmark::State& state, labrosse::Method method) {
   constexpr int kFrames = 60;
   const std::vector<cv::Mat> panoramas = Drive(static_cast<int>(state.range(0)), kFrames);
-  const std::unique_ptr<Compass> compass = MakeCompass({.method = method});
+  const std::unique_ptr<Compass> compass = labrosse::MakeCompass({.method = method});
   std::int64_t frame = 0;
   for (auto _ : state) {
     // Forth and back along the way, so that it never jumps.
@@ -127,15 +127,15 @@ void RunCompass(benchmark::State& state, Method method) {
   }
   state.SetItemsProcessed(frame);
 }
-BENCHMARK_CAPTURE(RunCompass, fft, Method::kFft)
+BENCHMARK_CAPTURE(RunCompass, fft, labrosse::Method::kFft)
     ->Arg(360)
     ->Arg(1080)
     ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(RunCompass, labrosse2006, Method::kLabrosse2006)
+BENCHMARK_CAPTURE(RunCompass, labrosse2006, labrosse::Method::kLabrosse2006)
     ->Arg(360)
     ->Arg(1080)
     ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(RunCompass, labrosse2004, Method::kLabrosse2004)
+BENCHMARK_CAPTURE(RunCompass, labrosse2004, labrosse::Method::kLabrosse2004)
     ->Arg(360)
     ->Unit(benchmark::kMicrosecond);
 

@@ -157,40 +157,40 @@ bool RunCameras(const simulator::Scene& scene, const fs::path& folder) {
   std::vector<std::pair<std::string, simulator::Scene>> robots;
   const auto add = [&](const std::string& name, const auto& change) {
     simulator::Scene other = AnotherRobot(scene);
-    change(other.camera, other.picture);
+    change(other.camera, other.image);
     other.path.max_frames = 150;
     robots.emplace_back(name, other);
   };
   using simulator::Camera;
-  using simulator::Picture;
-  add("as in the other runs", [](Camera&, Picture&) {});
-  add("wide angle", [](Camera& c, Picture&) { c.focal_px = 300; });
-  add("narrow angle", [](Camera& c, Picture&) { c.focal_px = 800; });
-  add("mounted at 1.2 m", [](Camera& c, Picture&) { c.mount_height_m = 1.2; });
-  add("320 x 240 px", [](Camera& c, Picture&) {
+  using simulator::Image;
+  add("as in the other runs", [](Camera&, Image&) {});
+  add("wide angle", [](Camera& c, Image&) { c.focal_px = 300; });
+  add("narrow angle", [](Camera& c, Image&) { c.focal_px = 800; });
+  add("mounted at 1.2 m", [](Camera& c, Image&) { c.mount_height_m = 1.2; });
+  add("320 x 240 px", [](Camera& c, Image&) {
     c.width_px = 320;
     c.height_px = 240;
     c.focal_px /= 2;
   });
-  add("1280 x 960 px", [](Camera& c, Picture&) {
+  add("1280 x 960 px", [](Camera& c, Image&) {
     c.width_px = 1280;
     c.height_px = 960;
     c.focal_px *= 2;
   });
-  add("barrel distortion", [](Camera& c, Picture&) { c.distortion = {-0.25, 0.07, 0, 0, 0}; });
-  add("mounted askew", [](Camera& c, Picture&) {
+  add("barrel distortion", [](Camera& c, Image&) { c.distortion = {-0.25, 0.07, 0, 0, 0}; });
+  add("mounted askew", [](Camera& c, Image&) {
     c.mount_yaw_deg = 70;
     c.mount_pitch_deg = 3;
     c.mount_roll_deg = -2;
     c.mount_x_m = 0.2;
   });
-  add("dark and noisy", [](Camera&, Picture& p) {
+  add("dark and noisy", [](Camera&, Image& p) {
     p.exposure_gain = 0.15;
     p.read_noise = 0.003;
     p.shot_noise = 0.02;
   });
-  add("overexposed", [](Camera&, Picture& p) { p.exposure_gain = 2.2; });
-  add("smeared, 20 ms", [](Camera& c, Picture&) { c.exposure_time_s = 0.02; });
+  add("overexposed", [](Camera&, Image& p) { p.exposure_gain = 2.2; });
+  add("smeared, 20 ms", [](Camera& c, Image&) { c.exposure_time_s = 0.02; });
   DriveResult::PrintHeader();
   int wrong = 0;
   for (const auto& [name, robot] : robots) {
@@ -208,25 +208,25 @@ bool RunSpeed(const fs::path& folder) {
   other.path.kind = simulator::PathKind::kRandomWalk;
   other.path.length_m = 15;
   const simulator::Renderer renderer(other);
-  std::vector<cv::Mat> pictures;
+  std::vector<cv::Mat> images;
   for (const simulator::Frame& frame : simulator::MakePath(other)) {
-    pictures.push_back(renderer.Render(frame));
+    images.push_back(renderer.Render(frame));
   }
   const auto time_ms = [&](const auto& work) {
     const auto start = std::chrono::steady_clock::now();
     work();
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
                .count() /
-           static_cast<double>(pictures.size());
+           static_cast<double>(images.size());
   };
   cv::setNumThreads(1);
   std::vector<double> ratios;
   for (int round = 0; round < 5; ++round) {
-    registration::Registrar registrar(pictures[0].size());
+    registration::Registrar registrar(images[0].size());
     const double streaming_ms = time_ms([&] {
-      registration::FrameSpectrum before = registrar.Analyze(pictures[0]);
-      for (const cv::Mat& picture : pictures) {
-        registration::FrameSpectrum now = registrar.Analyze(picture);
+      registration::FrameSpectrum before = registrar.Analyze(images[0]);
+      for (const cv::Mat& image : images) {
+        registration::FrameSpectrum now = registrar.Analyze(image);
         (void)registrar.Register(before, now);
         before = now;
       }
@@ -234,11 +234,11 @@ bool RunSpeed(const fs::path& folder) {
     localization::Localizer localizer(*world.map, *renderer.GetRig().up);
     std::int64_t index = 0;
     for (; index < 20; ++index) {  // switched on and settled
-      (void)localizer.Locate({pictures[0], index, kPeriod_s * static_cast<double>(index), {}});
+      (void)localizer.Locate({images[0], index, kPeriod_s * static_cast<double>(index), {}});
     }
     const double tracking_ms = time_ms([&] {
-      for (const cv::Mat& picture : pictures) {
-        (void)localizer.Locate({picture, index, kPeriod_s * static_cast<double>(index), {}});
+      for (const cv::Mat& image : images) {
+        (void)localizer.Locate({image, index, kPeriod_s * static_cast<double>(index), {}});
         ++index;
       }
     });

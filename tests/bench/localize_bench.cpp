@@ -18,11 +18,11 @@
 
 #include "calib/base/error.hpp"
 #include "calib/base/tilt.hpp"
-#include "tests/bench/command_line.hpp"
 #include "tests/bench/following.hpp"
 #include "tests/bench/median.hpp"
 #include "tests/bench/visit.hpp"
 #include "tests/bench/world_run.hpp"
+#include "tests/support/command_line.hpp"
 
 namespace fs = std::filesystem;
 
@@ -175,7 +175,7 @@ bool Run(const std::vector<std::string>& arguments) {
   const auto needs_scene = [](const std::string& mode) {
     return mode != "consistency" && mode != "speed";
   };
-  const auto [mode, scene_file, folder] = ParseCommandLine(arguments, needs_scene, usage);
+  const auto [mode, scene_file, folder] = support::ParseCommandLine(arguments, needs_scene, usage);
   fs::create_directories(folder);
   if (mode == "consistency") return RunConsistency(folder);
   if (mode == "speed") return RunSpeed(folder);
@@ -192,5 +192,5 @@ bool Run(const std::vector<std::string>& arguments) {
 }  // namespace ceilmap::bench
 
 int main(int argc, char** argv) {
-  return ceilmap::bench::RunBenchmark("ceilmap_localize_bench", argc, argv, ceilmap::bench::Run);
+  return ceilmap::support::RunBenchmark("ceilmap_localize_bench", argc, argv, ceilmap::bench::Run);
 }

@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "mapping/g2o.hpp"
-#include "mapping/pose_graph.hpp"
+#include "mapping/graph/g2o.hpp"
+#include "mapping/graph/pose_graph.hpp"
 #include "tests/bench/median.hpp"
-#include "tests/mapping/synthetic_graph.hpp"
+#include "tests/mapping/graph/synthetic_graph.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -86,12 +86,12 @@ struct AutoDiffError {
   }
 };
 
-void SolvePlain(const PoseGraph& graph, Outcome& outcome) {
+void SolvePlain(const graph::PoseGraph& graph, Outcome& outcome) {
   outcome.poses = graph.poses;
   const double start = Seconds();
   ceres::Problem problem;
   auto* manifold = new ceres::AutoDiffManifold<AngleManifold, 1, 1>;
-  for (const Edge& edge : graph.edges) {
+  for (const graph::Edge& edge : graph.edges) {
     Pose2& from = outcome.poses[edge.from];
     Pose2& to = outcome.poses[edge.to];
     const Eigen::Matrix3d whitening = edge.information.llt().matrixU();
@@ -126,20 +126,23 @@ void SolvePlain(const PoseGraph& graph, Outcome& outcome) {
 
 // --- Ours.
 
-void SolveOurs(const PoseGraph& graph, const PoseGraphParams& params, Outcome& outcome) {
+void SolveOurs(const graph::PoseGraph& graph,
+               const graph::PoseGraphParams& params,
+               Outcome& outcome) {
   outcome.poses = graph.poses;
   const double start = Seconds();
-  const PoseGraphSummary summary = OptimizePoses(graph.edges, graph.fixed, outcome.poses, params);
+  const graph::PoseGraphSummary summary =
+      graph::OptimizePoses(graph.edges, graph.fixed, outcome.poses, params);
   outcome.seconds.push_back(Seconds() - start);
   outcome.iterations = summary.iterations;
   outcome.cost = summary.final_cost;
 }
 
 /// Half the sum of squares at the poses, counted the same way for both.
-double Cost(const PoseGraph& graph, const std::vector<Pose2>& poses) {
+double Cost(const graph::PoseGraph& graph, const std::vector<Pose2>& poses) {
   double sum = 0;
-  for (const Edge& edge : graph.edges) {
-    sum += EdgeChi2(edge, poses[edge.from], poses[edge.to]) / 2;
+  for (const graph::Edge& edge : graph.edges) {
+    sum += graph::EdgeChi2(edge, poses[edge.from], poses[edge.to]) / 2;
   }
   return sum;
 }
@@ -152,7 +155,7 @@ double LargestDistance(const std::vector<Pose2>& a, const std::vector<Pose2>& b)
   return largest;
 }
 
-void PrintRow(const char* name, const PoseGraph& graph, const Outcome& outcome) {
+void PrintRow(const char* name, const graph::PoseGraph& graph, const Outcome& outcome) {
   fmt::print("  {:<24}{:>12}{:>18.8f}{:>12.1f}{:>12.1f}\n",
              name,
              outcome.iterations,
@@ -162,10 +165,10 @@ void PrintRow(const char* name, const PoseGraph& graph, const Outcome& outcome) 
 }
 
 /// Whether both reached the same cost, by their own account and by a common one.
-bool Compare(const std::string& name, const synthetic::World& world, int repetitions) {
-  const PoseGraph graph =
-      ParseG2o(FormatG2o(world.graph.poses, world.graph.edges, world.graph.fixed), name + ".g2o");
-  const PoseGraphParams plain_squares = {.loop_loss_scale = 0};
+bool Compare(const std::string& name, const graph::synthetic::World& world, int repetitions) {
+  const graph::PoseGraph graph = graph::ParseG2o(
+      graph::FormatG2o(world.graph.poses, world.graph.edges, world.graph.fixed), name + ".g2o");
+  const graph::PoseGraphParams plain_squares = {.loop_loss_scale = 0};
   Outcome plain;
   Outcome ours;
   Outcome robust;
@@ -175,7 +178,7 @@ bool Compare(const std::string& name, const synthetic::World& world, int repetit
     SolveOurs(graph, plain_squares, ours);
     SolveOurs(graph, {}, robust);
     const double start = Seconds();
-    MarginalCovariances(graph.edges, graph.fixed, ours.poses, plain_squares);
+    graph::MarginalCovariances(graph.edges, graph.fixed, ours.poses, plain_squares);
     covariance_seconds.push_back(Seconds() - start);
   }
   fmt::print("{}: {} poses, {} edges, start {:.2f} m off, start cost {:.1f}, {} repetitions\n",
@@ -202,8 +205,9 @@ bool Compare(const std::string& name, const synthetic::World& world, int repetit
 }
 
 int Main(int repetitions) {
-  const bool manhattan = Compare("manhattan", synthetic::Manhattan(3500, 1), repetitions);
-  const bool lawnmower = Compare("lawnmower", synthetic::Lawnmower(100, 100, 1), repetitions);
+  const bool manhattan = Compare("manhattan", graph::synthetic::Manhattan(3500, 1), repetitions);
+  const bool lawnmower =
+      Compare("lawnmower", graph::synthetic::Lawnmower(100, 100, 1), repetitions);
   if (manhattan && lawnmower) return 0;
   fmt::print("the costs differ by more than {:.0e}\n", kMaxCostDifference);
   return 1;

@@ -1,4 +1,4 @@
-// Registration of a stream of 640x480 ceiling pictures, one thread, against three measures taken in
+// Registration of a stream of 640x480 ceiling images, one thread, against three measures taken in
 // the same run: the Fourier transforms that it cannot do without, the same method put together from
 // OpenCV's functions, and feature matching. Every frame's answer is checked.
 
@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/frame_data.hpp"
 #include "mapping/registration/registrar.hpp"
@@ -62,7 +63,7 @@ void Fine(benchmark::State& state) {
     ImageMotion start = Frames().motions[i];
     start.tx_px += 2 * std::numbers::sqrt2 / 2;
     start.ty_px -= 2 * std::numbers::sqrt2 / 2;
-    start.theta_rad += 0.2 * kDegree;
+    start.theta_rad += 0.2 * kRadPerDeg;
     return Answer(registrar.Refine(reference, spectra[i], start), kFineBoundPx, kFineBoundDeg);
   });
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "calib/base/degrees.hpp"
+
 namespace ceilmap::bench {
 
 double ThreadSeconds() {
@@ -27,7 +29,7 @@ const Sequence& Frames() {
       const double direction = 0.7 + 2.4 * i;
       s.motions.push_back({shift_px * std::cos(direction),
                            shift_px * std::sin(direction),
-                           12 * part * kDegree * (i % 2 == 0 ? 1 : -1),
+                           12 * part * kRadPerDeg * (i % 2 == 0 ? 1 : -1),
                            1});
       s.frames.push_back(
           ceiling.Render(kSize, s.motions.back(), kNoise, static_cast<std::uint32_t>(i)));

@@ -5,26 +5,25 @@
 
 #include <cstddef>
 #include <map>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "mapping/registration/registration.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
-/// The pictures that all benchmarks of registration work on, the clock that they are timed by, and
+/// The images that all benchmarks of registration work on, the clock that they are timed by, and
 /// the check of their answers.
 namespace ceilmap::bench {
 
 inline const cv::Size kSize(640, 480);
-inline constexpr double kDegree = std::numbers::pi / 180;
 
 /// Processor time of this thread: what a loaded machine does between the time slices of this one is
 /// not counted.
 double ThreadSeconds();
 
-/// A reference picture and frames that a robot takes while it drives away from there and back.
+/// A reference image and frames that a robot takes while it drives away from there and back.
 struct Sequence {
   cv::Mat reference;
   std::vector<cv::Mat> frames;

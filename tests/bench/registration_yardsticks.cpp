@@ -143,9 +143,9 @@ class OpenCvPieces {
   static constexpr int kAngles = 360;  // over the half turn
   static constexpr int kRadii = 256;
 
-  [[nodiscard]] cv::Mat Polar(const cv::Mat& picture) const {
+  [[nodiscard]] cv::Mat Polar(const cv::Mat& image) const {
     cv::Mat spectrum;
-    cv::dft((picture - cv::mean(picture)).mul(window_), spectrum, cv::DFT_COMPLEX_OUTPUT);
+    cv::dft((image - cv::mean(image)).mul(window_), spectrum, cv::DFT_COMPLEX_OUTPUT);
     std::array<cv::Mat, 2> parts;
     cv::split(spectrum, parts.data());
     cv::Mat amplitude;

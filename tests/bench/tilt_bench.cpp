@@ -20,8 +20,8 @@
 #include "mapping/registration/registrar.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
-#include "tests/bench/command_line.hpp"
 #include "tests/bench/world_run.hpp"
+#include "tests/support/command_line.hpp"
 
 namespace ceilmap::bench {
 namespace {
@@ -42,17 +42,17 @@ struct Way {
 std::map<std::int64_t, Eigen::Vector2d> Errors(const WorldRun& run) {
   Eigen::Vector2d mean_truth = Eigen::Vector2d::Zero();
   Eigen::Vector2d mean_seen = Eigen::Vector2d::Zero();
-  const std::vector<mapping::FramePose>& frames = run.graph.trajectory;
-  const auto truth = [&run](const mapping::FramePose& frame) -> Eigen::Vector2d {
+  const std::vector<graph::FramePose>& frames = run.graph.trajectory;
+  const auto truth = [&run](const graph::FramePose& frame) -> Eigen::Vector2d {
     return run.truth[static_cast<std::size_t>(frame.frame_index)].position.head<2>();
   };
-  for (const mapping::FramePose& frame : frames) {
+  for (const graph::FramePose& frame : frames) {
     mean_truth += truth(frame) / static_cast<double>(frames.size());
     mean_seen += frame.T_map_base.Translation() / static_cast<double>(frames.size());
   }
   double cross = 0;
   double dot = 0;
-  for (const mapping::FramePose& frame : frames) {
+  for (const graph::FramePose& frame : frames) {
     const Eigen::Vector2d a = frame.T_map_base.Translation() - mean_seen;
     const Eigen::Vector2d b = truth(frame) - mean_truth;
     cross += a.x() * b.y() - a.y() * b.x();
@@ -60,7 +60,7 @@ std::map<std::int64_t, Eigen::Vector2d> Errors(const WorldRun& run) {
   }
   const Eigen::Matrix2d turn = Pose2{0, 0, std::atan2(cross, dot)}.Rotation();
   std::map<std::int64_t, Eigen::Vector2d> errors;
-  for (const mapping::FramePose& frame : frames) {
+  for (const graph::FramePose& frame : frames) {
     errors[frame.frame_index] =
         turn * (frame.T_map_base.Translation() - mean_seen) + mean_truth - truth(frame);
   }
@@ -79,7 +79,7 @@ Difference Compare(const WorldRun& run, const WorldRun& level, bool keyframes_on
   const auto level_errors = Errors(level);
   std::vector<std::int64_t> indices;
   if (keyframes_only) {
-    for (const mapping::Keyframe& keyframe : run.graph.keyframes) {
+    for (const graph::Keyframe& keyframe : run.graph.keyframes) {
       indices.push_back(keyframe.pose.frame_index);
     }
   } else {
@@ -98,7 +98,7 @@ Difference Compare(const WorldRun& run, const WorldRun& level, bool keyframes_on
   return difference;
 }
 
-bool CompareMaps(const CommandLine& line) {
+bool CompareMaps(const support::CommandLine& line) {
   const simulator::Scene scene = simulator::ReadScene(line.scene);
   simulator::Scene level_scene = scene;
   level_scene.debris = {};
@@ -147,12 +147,12 @@ double Milliseconds(const std::function<void()>& work) {
 }
 
 /// One thread's time: the two cameras are measured one after the other.
-bool MeasureSpeed(const CommandLine& line) {
+bool MeasureSpeed(const support::CommandLine& line) {
   const simulator::Scene scene = simulator::ReadScene(line.scene);
   const simulator::Renderer renderer(scene);
   std::vector<simulator::Frame> frames = simulator::MakePath(scene);
-  constexpr std::size_t kMost = 80;
-  frames.resize(std::min(frames.size(), kMost));
+  constexpr std::size_t kMax = 80;
+  frames.resize(std::min(frames.size(), kMax));
   std::vector<compensation::TiltFrame> inputs;
   for (const simulator::Frame& frame : frames) {
     const cv::Mat forward = scene.forward ? renderer.RenderForward(frame) : cv::Mat();
@@ -184,7 +184,7 @@ bool MeasureSpeed(const CommandLine& line) {
 
 bool Run(const std::vector<std::string>& arguments) {
   constexpr const char* kUsage = "map|speed SCENE.yaml [-o DIR]";
-  const CommandLine line = ParseCommandLine(
+  const support::CommandLine line = support::ParseCommandLine(
       arguments, [](const std::string&) { return true; }, kUsage);
   if (line.mode == "map") return CompareMaps(line);
   if (line.mode == "speed") return MeasureSpeed(line);
@@ -195,5 +195,5 @@ bool Run(const std::vector<std::string>& arguments) {
 }  // namespace ceilmap::bench
 
 int main(int argc, char** argv) {
-  return ceilmap::bench::RunBenchmark("ceilmap_tilt_bench", argc, argv, ceilmap::bench::Run);
+  return ceilmap::support::RunBenchmark("ceilmap_tilt_bench", argc, argv, ceilmap::bench::Run);
 }

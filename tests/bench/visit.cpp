@@ -24,15 +24,15 @@ void ShowProgress(std::int64_t done, std::int64_t total) {
 
 // Where the map lies in the room: the planar motion that brings the keyframes to where they were
 // truly taken, least squares. `mapping` are the frames of the mapping run.
-Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator::Frame>& mapping) {
-  const std::vector<mapping::Keyframe> keyframes = map.ReadKeyframes();
+Pose2 FindMap(const store::MapReader& map, const std::vector<simulator::Frame>& mapping) {
+  const std::vector<graph::Keyframe> keyframes = map.ReadKeyframes();
   Eigen::Vector2d mean_map = Eigen::Vector2d::Zero();
   Eigen::Vector2d mean_room = Eigen::Vector2d::Zero();
-  const auto truth = [&](const mapping::Keyframe& keyframe) {
+  const auto truth = [&](const graph::Keyframe& keyframe) {
     const auto frame = static_cast<std::size_t>(keyframe.pose.frame_index);
     return FromSpace(mapping.at(frame).T_map_base).pose;
   };
-  for (const mapping::Keyframe& keyframe : keyframes) {
+  for (const graph::Keyframe& keyframe : keyframes) {
     mean_map += keyframe.pose.T_map_base.Translation();
     mean_room += truth(keyframe).Translation();
   }
@@ -41,7 +41,7 @@ Pose2 FindMap(const mapping::MapReader& map, const std::vector<simulator::Frame>
   mean_room /= n;
   double sine = 0;
   double cosine = 0;
-  for (const mapping::Keyframe& keyframe : keyframes) {
+  for (const graph::Keyframe& keyframe : keyframes) {
     const Eigen::Vector2d a = keyframe.pose.T_map_base.Translation() - mean_map;
     const Eigen::Vector2d b = truth(keyframe).Translation() - mean_room;
     sine += a.x() * b.y() - a.y() * b.x();
@@ -91,15 +91,15 @@ simulator::Scene AnotherRobot(simulator::Scene scene) {
   scene.camera.focal_px *= 1.08;
   scene.camera.mount_height_m += 0.15;
   scene.camera.mount_x_m = 0.03;
-  scene.picture.exposure_gain *= 0.75;
-  scene.picture.exposure_drift = 0.05;
+  scene.image.exposure_gain *= 0.75;
+  scene.image.exposure_drift = 0.05;
   if (scene.ceiling.lamps_off_share > 0) scene.ceiling.lamps_off_share += 0.1;
   return scene;
 }
 
 World::World(const simulator::Scene& world, const std::filesystem::path& file) : scene(world) {
   if (!std::filesystem::exists(file)) RunWorld(scene, file, {.progress = ShowProgress});
-  map = std::make_unique<mapping::MapReader>(file);
+  map = std::make_unique<store::MapReader>(file);
   T_map_room = FindMap(*map, simulator::MakePath(scene)).Inverse();
 }
 
@@ -141,11 +141,11 @@ Visit Visitor::See(const simulator::Frame& frame) {
   Visit visit;
   visit.T_map_base = world_.T_map_room * FromSpace(frame.T_map_base).pose;
   simulator::Frame now = frame;
-  now.index = next_index_;  // the noise of no two pictures is the same
-  const cv::Mat picture = renderer_.Render(now);
+  now.index = next_index_;  // the noise of no two images is the same
+  const cv::Mat image = renderer_.Render(now);
   const double stamp_s = kPeriod_s * static_cast<double>(next_index_);
   const auto start = std::chrono::steady_clock::now();
-  visit.location = localizer_->Locate({picture, next_index_, stamp_s, std::nullopt});
+  visit.location = localizer_->Locate({image, next_index_, stamp_s, std::nullopt});
   visit.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   ++next_index_;

@@ -9,7 +9,7 @@
 
 #include "calib/base/pose2.hpp"
 #include "localization/localizer.hpp"
-#include "mapping/map_file.hpp"
+#include "mapping/store/map_file.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 #include "samples/simulator/scene.hpp"
@@ -21,7 +21,7 @@ namespace ceilmap::bench {
 constexpr double kPeriod_s = 0.1;
 
 /// The world on another day, seen by another robot: higher camera, longer focal length, darker
-/// pictures, more lamps off.
+/// images, more lamps off.
 simulator::Scene AnotherRobot(simulator::Scene scene);
 
 /// A world, its map and where that lies in the room.
@@ -31,7 +31,7 @@ struct World {
   World(const simulator::Scene& world, const std::filesystem::path& file);
 
   simulator::Scene scene;
-  std::unique_ptr<mapping::MapReader> map;
+  std::unique_ptr<store::MapReader> map;
   Pose2 T_map_room;
 };
 
@@ -65,7 +65,7 @@ struct Visit {
   [[nodiscard]] bool Right() const;
 };
 
-/// Takes the pictures of frames and locates them, one after the other.
+/// Takes the images of frames and locates them, one after the other.
 class Visitor {
  public:
   /// @param scene  of the visitor. @param world  must outlive the object.

@@ -11,15 +11,15 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "app/evaluation/trajectory_errors.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/pose2.hpp"
-#include "tests/bench/command_line.hpp"
 #include "tests/bench/world_run.hpp"
+#include "tests/support/command_line.hpp"
 
 namespace fs = std::filesystem;
 
@@ -45,23 +45,23 @@ int FalseClosures(const WorldRun& run) {
       }));
 }
 
-int Spots(const WorldRun& run, mapping::WeakSpot::Kind kind) {
+int Spots(const WorldRun& run, graph::WeakSpot::Kind kind) {
   const auto& spots = run.graph.weak_spots;
   return static_cast<int>(
-      std::count_if(spots.begin(), spots.end(), [kind](const mapping::WeakSpot& spot) {
+      std::count_if(spots.begin(), spots.end(), [kind](const graph::WeakSpot& spot) {
         return spot.kind == kind;
       }));
 }
 
 void WriteTum(const fs::path& file, const std::vector<StampedPose>& poses) {
-  std::ofstream(file) << app::FormatTum(poses);
+  std::ofstream(file) << files::FormatTum(poses);
 }
 
 /// @return whether the position is as exact as asked.
 bool ReportAccuracy(const WorldRun& run) {
   const auto errors = evaluation::EvaluateTrajectory(run.truth, run.estimate);
   const mapping::MapperReport& report = run.report;
-  const mapping::LoopCounts& loops = report.quality.loops;
+  const graph::LoopCounts& loops = report.quality.loops;
   fmt::print("frames        {} ({} tracked, {} lost, {} ambiguous, {} unconnected), {} keyframes\n",
              report.frames,
              report.tracked,
@@ -211,7 +211,7 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
     const auto errors = evaluation::EvaluateTrajectory(run.truth, run.estimate);
     double largest = 0;
     for (const ClosureCheck& closure : run.closures) largest = std::max(largest, closure.error_m);
-    const int ambiguous = Spots(run, mapping::WeakSpot::Kind::kAmbiguous);
+    const int ambiguous = Spots(run, graph::WeakSpot::Kind::kAmbiguous);
     fmt::print("{:4}  {:6}  {:8}  {:5}  {:8.1f} mm  {:9}  {:21} {:4}  {:10.1f} mm\n",
                seed,
                run.report.frames,
@@ -220,7 +220,7 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
                1e3 * largest,
                run.report.quality.loops.ambiguous,
                ambiguous,
-               Spots(run, mapping::WeakSpot::Kind::kLost),
+               Spots(run, graph::WeakSpot::Kind::kLost),
                errors ? 1e3 * errors->position_m.rmse : -1.0);
     std::fflush(stdout);
     total += FalseClosures(run);
@@ -236,7 +236,6 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
 /// The largest error of yaws that count from their first one, degrees. @return -1 without any.
 double LargestTurnError(const std::vector<StampedPose>& truth,
                         const std::vector<StampedPose>& yaws) {
-  constexpr double kDegPerRad = 180 / std::numbers::pi;
   double largest = -1;
   double first = 0;
   std::size_t next = 0;
@@ -293,7 +292,7 @@ bool RunHeading(const simulator::Scene& scene, const fs::path& folder) {
 }
 
 bool Run(const std::vector<std::string>& arguments) {
-  const auto [mode, scene_file, folder] = ParseCommandLine(
+  const auto [mode, scene_file, folder] = support::ParseCommandLine(
       arguments,
       [](const std::string&) { return true; },
       "ceilmap_world_bench accuracy|growth|periodic|heading SCENE.yaml [-o DIR]");
@@ -309,5 +308,5 @@ bool Run(const std::vector<std::string>& arguments) {
 }  // namespace ceilmap::bench
 
 int main(int argc, char** argv) {
-  return ceilmap::bench::RunBenchmark("ceilmap_world_bench", argc, argv, ceilmap::bench::Run);
+  return ceilmap::support::RunBenchmark("ceilmap_world_bench", argc, argv, ceilmap::bench::Run);
 }

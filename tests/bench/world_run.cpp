@@ -45,7 +45,7 @@ double PeakMb() {
   return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
 }
 
-/// Squares of a quarter metre whose centres some picture has shown.
+/// Squares of a quarter metre whose centres some image has shown.
 class Coverage {
  public:
   void Add(const calib::CeilingView& view, const Pose2& T_map_base) {
@@ -86,20 +86,20 @@ struct Stretch {
   }
 };
 
-/// The visual compass on pictures of the camera under the mirror.
+/// The visual compass on images of the camera under the mirror.
 class OmniCompass {
  public:
   explicit OmniCompass(const calib::Rig& rig) : view_(rig.omni.value()) {}
 
-  std::optional<HeadingPrior> Look(const cv::Mat& picture, double stamp_s) {
-    view_.Unwrap(picture, panorama_);
+  std::optional<HeadingPrior> MapMatch(const cv::Mat& image, double stamp_s) {
+    view_.Unwrap(image, panorama_);
     compass::PanoramaFrame frame;
     frame.panorama = panorama_;
     frame.stamp_s = stamp_s;
     const auto estimate = compass_.Next(frame);
     if (!estimate) return std::nullopt;
-    constexpr double kLeastVariance = 1e-10;  // the first frame's is 0
-    return HeadingPrior{estimate->heading_rad, std::max(kLeastVariance, estimate->variance_rad2)};
+    constexpr double kMinVariance = 1e-10;  // the first frame's is 0
+    return HeadingPrior{estimate->heading_rad, std::max(kMinVariance, estimate->variance_rad2)};
   }
 
  private:
@@ -108,16 +108,16 @@ class OmniCompass {
   cv::Mat panorama_;
 };
 
-std::vector<ClosureCheck> CheckClosures(const mapping::MapGraph& graph,
+std::vector<ClosureCheck> CheckClosures(const graph::MapGraph& graph,
                                         const std::vector<simulator::Frame>& frames) {
   std::unordered_map<std::int64_t, Pose2> T_map_base;
-  for (const mapping::Keyframe& keyframe : graph.keyframes) {
+  for (const graph::Keyframe& keyframe : graph.keyframes) {
     const auto frame = static_cast<std::size_t>(keyframe.pose.frame_index);
     T_map_base[keyframe.id] = FromSpace(frames[frame].T_map_base).pose;
   }
   std::vector<ClosureCheck> checks;
-  for (const mapping::Edge& edge : graph.edges) {
-    if (edge.kind != mapping::Edge::Kind::kLoopClosure) continue;
+  for (const graph::Edge& edge : graph.edges) {
+    if (edge.kind != graph::Edge::Kind::kLoopClosure) continue;
     const Pose2 T_from_to = T_map_base.at(edge.from).Inverse() * T_map_base.at(edge.to);
     const Pose2 off = T_from_to.Inverse() * edge.T_from_to;
     checks.push_back({edge.from, edge.to, off.Translation().norm()});
@@ -134,7 +134,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
   const std::vector<simulator::Frame> frames = simulator::MakePath(scene);
   const calib::Rig& rig = renderer.GetRig();
   const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
-  mapping::MapMetadata metadata;
+  store::MapMetadata metadata;
   metadata.resolution = view.MetresPerPixel();
   metadata.ceiling_height_m = rig.ceiling_height_m;
   metadata.rig_yaml = rig.source_yaml;
@@ -144,7 +144,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
   metadata.view_mask = view.Mask();
   mapping::MapperParams params;
   params.mosaic.resolution = metadata.resolution;
-  mapping::MapWriter writer(file, metadata);
+  store::MapWriter writer(file, metadata);
   mapping::Mapper mapper(view, writer, metadata, params);
 
   std::optional<compensation::TiltEstimator> estimator;
@@ -167,15 +167,15 @@ WorldRun RunWorld(const simulator::Scene& scene,
     const auto [pose, stood] = FromSpace(frame.T_map_base);
     const double cpu_before = Clock(CLOCK_PROCESS_CPUTIME_ID);
     const double render_before = Clock(CLOCK_THREAD_CPUTIME_ID);
-    const cv::Mat picture = renderer.Render(frame);
+    const cv::Mat image = renderer.Render(frame);
     const cv::Mat forward = needs_forward ? renderer.RenderForward(frame) : cv::Mat();
     const cv::Mat omni = compass ? renderer.RenderOmni(frame) : cv::Mat();
     const double rendered = Clock(CLOCK_THREAD_CPUTIME_ID) - render_before;
     const double start = WallSeconds();
     mapping::FrameContext context;
-    if (estimator) context.tilt = estimator->Estimate({picture, forward, frame.stamp_s}).tilt;
-    if (compass) context.heading = compass->Look(omni, frame.stamp_s);
-    const mapping::FramePose live = mapper.Process(picture, frame.index, frame.stamp_s, context);
+    if (estimator) context.tilt = estimator->Estimate({image, forward, frame.stamp_s}).tilt;
+    if (compass) context.heading = compass->MapMatch(omni, frame.stamp_s);
+    const graph::FramePose live = mapper.Process(image, frame.index, frame.stamp_s, context);
     const double spent = WallSeconds() - start;
     if (live.keyframe_id >= 0) {
       run.live.push_back(ToStampedPose(live.stamp_s, live.T_map_base, live.tilt));
@@ -202,7 +202,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
   run.seconds += WallSeconds() - start;
   run.graph = mapper.Graph();
   run.report = mapper.Report();
-  for (const mapping::FramePose& pose : run.graph.trajectory) {
+  for (const graph::FramePose& pose : run.graph.trajectory) {
     run.estimate.push_back(ToStampedPose(pose.stamp_s, pose.T_map_base, pose.tilt));
   }
   run.closures = CheckClosures(run.graph, frames);

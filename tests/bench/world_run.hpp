@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/tum.hpp"
+#include "app/files/tum.hpp"
 #include "calib/base/pose2.hpp"
 #include "compensation/tilt_estimator.hpp"
 #include "mapping/mapper.hpp"
@@ -38,7 +38,7 @@ struct WorldRun {
   std::vector<StampedPose> estimate;
   std::vector<StampedPose> live;     ///< as the odometry had them, parts that were left out too
   std::vector<StampedPose> compass;  ///< its headings as yaw, where it was asked
-  mapping::MapGraph graph;
+  graph::MapGraph graph;
   mapping::MapperReport report;
   std::vector<ClosureCheck> closures;
   double peak_mb = 0;  ///< largest resident memory of the whole run, mosaic included

@@ -1,4 +1,5 @@
 #include "calib/ceiling_view.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gmock/gmock.h>
 
@@ -15,7 +16,6 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kCeiling = 2.6;
-constexpr double kDegree = kPi / 180;
 
 /// The camera of GEOMETRY: x_cam = +y_base, y_cam = -x_base, z_cam = +z_base, 0.4 m up the mast.
 MountedCamera MakeUpwardCamera() {
@@ -32,8 +32,8 @@ MountedCamera MakeUpwardCamera() {
 
 MountedCamera Tilted(MountedCamera up, double roll_deg, double pitch_deg) {
   up.T_base_cam.linear() =
-      Eigen::AngleAxisd(pitch_deg * kDegree, Eigen::Vector3d::UnitY()).toRotationMatrix() *
-      Eigen::AngleAxisd(roll_deg * kDegree, Eigen::Vector3d::UnitX()).toRotationMatrix() *
+      Eigen::AngleAxisd(pitch_deg * kRadPerDeg, Eigen::Vector3d::UnitY()).toRotationMatrix() *
+      Eigen::AngleAxisd(roll_deg * kRadPerDeg, Eigen::Vector3d::UnitX()).toRotationMatrix() *
       up.T_base_cam.linear();
   return up;
 }
@@ -75,7 +75,7 @@ cv::Mat RenderRaw(const MountedCamera& up) {
   return raw;
 }
 
-/// Largest difference, over the pixels with content, between the rectified picture and the pattern
+/// Largest difference, over the pixels with content, between the rectified image and the pattern
 /// at the place on the ceiling that the view gives each pixel.
 double WorstGreyError(const CeilingView& view, const cv::Mat& rectified) {
   double worst = 0;
@@ -125,7 +125,7 @@ TEST(CeilingView, OffsetsOfCameraAndPrincipalPointArePartOfThePose) {
   const CeilingView view(up, kCeiling);
   EXPECT_FALSE(view.NeedsRectification());
   EXPECT_LT((PixelToBase(view, {329.5, 239.5}) - Eigen::Vector2d(0.2, -0.1)).norm(), 1e-12);
-  // The picture's centre shows what is 10 px = 0.05 m to the robot's right of that.
+  // The image's centre shows what is 10 px = 0.05 m to the robot's right of that.
   EXPECT_NEAR(view.T_base_view().x, 0.2, 1e-12);
   EXPECT_NEAR(view.T_base_view().y, -0.15, 1e-12);
   EXPECT_NEAR(view.T_base_view().yaw, kPi / 2, 1e-12);
@@ -172,7 +172,7 @@ TEST(CeilingView, TakesOutDistortion) {
   const cv::Mat& rectified = view.Rectify(RenderRaw(up), buffer);
   EXPECT_EQ(&rectified, &buffer);
   EXPECT_LT(WorstGreyError(view, rectified), 1.6);
-  EXPECT_TRUE(view.Mask().empty()) << "a barrel lens sees more than its ideal picture";
+  EXPECT_TRUE(view.Mask().empty()) << "a barrel lens sees more than its ideal image";
 }
 
 TEST(CeilingView, MasksWhatAPincushionLensDoesNotSee) {
@@ -208,12 +208,12 @@ TEST(CeilingView, TakesOutTiltDistortionAndFocalLengthsTogether) {
   }
 }
 
-TEST(CeilingView, TiltKeepsYawAndTheMiddleOfThePicture) {
+TEST(CeilingView, TiltKeepsYawAndTheMiddleOfTheImage) {
   // Nose-down pitch of 10 deg turns the axis forwards: it meets the ceiling 2.2 tan(10 deg) ahead.
   const MountedCamera up = Tilted(MakeUpwardCamera(), 0, 10);
   const CeilingView view(up, kCeiling);
   EXPECT_NEAR(view.T_base_view().yaw, kPi / 2, 1e-12);
-  EXPECT_NEAR(view.T_base_view().x, 2.2 * std::tan(10 * kDegree), 1e-12);
+  EXPECT_NEAR(view.T_base_view().x, 2.2 * std::tan(10 * kRadPerDeg), 1e-12);
   EXPECT_NEAR(view.T_base_view().y, 0, 1e-12);
   EXPECT_NEAR(view.MetresPerPixel(), 2.2 / 440, 1e-15);
 }
@@ -240,7 +240,7 @@ TEST(CeilingView, RectifiesInPlace) {
   EXPECT_EQ(cv::norm(apart, same, cv::NORM_INF), 0);
 }
 
-TEST(CeilingView, RefusesOtherPictures) {
+TEST(CeilingView, RefusesOtherImages) {
   const CeilingView view(MakeUpwardCamera(), kCeiling);
   cv::Mat buffer;
   const auto message = [&](const cv::Mat& raw) -> std::string {
@@ -252,10 +252,10 @@ TEST(CeilingView, RefusesOtherPictures) {
     return "";
   };
   EXPECT_EQ(message(cv::Mat::zeros(240, 320, CV_8UC1)),
-            "picture of 320 x 240 pixels, must be 640 x 480 and 8-bit grey; use the rig of the "
+            "image of 320 x 240 pixels, must be 640 x 480 and 8-bit grey; use the rig of the "
             "camera that took it");
   EXPECT_EQ(message(cv::Mat::zeros(480, 640, CV_8UC3)),
-            "picture of 640 x 480 pixels that is not 8-bit grey, must be 640 x 480 and 8-bit grey; "
+            "image of 640 x 480 pixels that is not 8-bit grey, must be 640 x 480 and 8-bit grey; "
             "use the rig of the camera that took it");
 }
 

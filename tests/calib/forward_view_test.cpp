@@ -1,4 +1,5 @@
 #include "calib/forward_view.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gmock/gmock.h>
 
@@ -6,7 +7,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 
 #include "calib/base/error.hpp"
 
@@ -17,8 +17,6 @@ using Eigen::AngleAxisd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180;
 constexpr double kFocal = 277;
 
 /// 320 x 240 px along base x, then turned to the left by its yaw, raised by its pitch and rolled
@@ -28,9 +26,9 @@ MountedCamera ForwardCamera(double yaw_deg, double raised_deg = 0, double roll_d
   forward.camera = {320, 240, kFocal, kFocal, 159.5, 119.5, {}};
   Eigen::Matrix3d R_ahead_cam;  // x right, y down, z ahead
   R_ahead_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  forward.T_base_cam.linear() = (AngleAxisd(yaw_deg * kDegree, Vector3d::UnitZ()) *
-                                 AngleAxisd(-raised_deg * kDegree, Vector3d::UnitY()) *
-                                 AngleAxisd(roll_deg * kDegree, Vector3d::UnitX()))
+  forward.T_base_cam.linear() = (AngleAxisd(yaw_deg * kRadPerDeg, Vector3d::UnitZ()) *
+                                 AngleAxisd(-raised_deg * kRadPerDeg, Vector3d::UnitY()) *
+                                 AngleAxisd(roll_deg * kRadPerDeg, Vector3d::UnitX()))
                                     .toRotationMatrix() *
                                 R_ahead_cam;
   forward.T_base_cam.translation() = Vector3d(0.1, 0, 0.45);
@@ -65,7 +63,7 @@ cv::Mat RenderRaw(const MountedCamera& forward, double wall_yaw_rad) {
   return raw;
 }
 
-/// Largest grey error over pixels with content of the picture that the view says is level.
+/// Largest grey error over pixels with content of the image that the view says is level.
 double WorstError(const ForwardView& view, const cv::Mat& rectified) {
   double worst = 0;
   for (int v = 0; v < rectified.rows; ++v) {
@@ -79,7 +77,7 @@ double WorstError(const ForwardView& view, const cv::Mat& rectified) {
   return worst;
 }
 
-TEST(ForwardView, ALevelCameraPassesItsPicturesThrough) {
+TEST(ForwardView, ALevelCameraPassesItsImagesThrough) {
   const ForwardView view(ForwardCamera(0));
   EXPECT_EQ(view.Size(), cv::Size(320, 240));
   EXPECT_NEAR(view.FocalLength(), kFocal, 1e-12);
@@ -94,8 +92,8 @@ TEST(ForwardView, ALevelCameraPassesItsPicturesThrough) {
 TEST(ForwardView, ARaisedCameraHasItsHorizonBelowTheCentre) {
   const ForwardView view(ForwardCamera(0, 10));
   EXPECT_NEAR(view.Horizon().x(), 0, 1e-9);
-  EXPECT_NEAR(view.Horizon().y(), kFocal * std::tan(10 * kDegree), 1e-9);
-  // Raised by 30 degrees the horizon is below the picture.
+  EXPECT_NEAR(view.Horizon().y(), kFocal * std::tan(10 * kRadPerDeg), 1e-9);
+  // Raised by 30 degrees the horizon is below the image.
   EXPECT_GT(ForwardView(ForwardCamera(0, 30)).Horizon().y(), 119.5);
   EXPECT_LT(ForwardView(ForwardCamera(0, -10)).Horizon().y(), 0);
 }
@@ -109,8 +107,8 @@ TEST(ForwardView, ItsPrincipalPointIsKept) {
 }
 
 TEST(ForwardView, YawIsCounterClockwiseWhateverElseTheMountDoes) {
-  EXPECT_NEAR(ForwardView(ForwardCamera(12)).Yaw(), 12 * kDegree, 1e-12);
-  EXPECT_NEAR(ForwardView(ForwardCamera(-7, 5, 3)).Yaw(), -7 * kDegree, 1e-12);
+  EXPECT_NEAR(ForwardView(ForwardCamera(12)).Yaw(), 12 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(ForwardView(ForwardCamera(-7, 5, 3)).Yaw(), -7 * kRadPerDeg, 1e-12);
 }
 
 TEST(ForwardView, TakesOutDistortionUnequalFocalLengthsAndTheMountsTilt) {
@@ -130,12 +128,12 @@ TEST(ForwardView, TakesOutDistortionUnequalFocalLengthsAndTheMountsTilt) {
   EXPECT_EQ(cv::countNonZero(blank), 0);
 }
 
-TEST(ForwardView, RefusesOtherPictures) {
+TEST(ForwardView, RefusesOtherImages) {
   const ForwardView view(ForwardCamera(0));
   cv::Mat buffer;
   EXPECT_THAT([&] { (void)view.Rectify(cv::Mat(240, 321, CV_8UC1), buffer); },
               testing::ThrowsMessage<InputError>(
-                  "picture of 321 x 240 pixels, must be 320 x 240 and 8-bit grey; use the rig of "
+                  "image of 321 x 240 pixels, must be 320 x 240 and 8-bit grey; use the rig of "
                   "the camera that took it"));
 }
 
@@ -158,7 +156,7 @@ TEST(ForwardView, RefusesCamerasThatDoNotLookForward) {
 
 TEST(ForwardView, RefusesCamerasThatCannotBe) {
   const char* const message =
-      "forward camera: picture size and focal lengths must be > 0; correct the rig";
+      "forward camera: image size and focal lengths must be > 0; correct the rig";
   const auto expect_refusal = [&](const std::function<void(PinholeCamera&)>& spoil) {
     MountedCamera forward = ForwardCamera(0);
     spoil(forward.camera);

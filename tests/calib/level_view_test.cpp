@@ -1,4 +1,5 @@
 #include "calib/level_view.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gmock/gmock.h>
 
@@ -19,14 +20,13 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180;
 constexpr double kCeiling = 2.6;
 
 Tilt MakeTilt(double pitch_rad, double roll_rad, double lift_m) {
   return {pitch_rad, roll_rad, lift_m, Eigen::Matrix2d::Zero()};
 }
 
-/// Upwards, 0.4 m up the mast, its front at the picture's top.
+/// Upwards, 0.4 m up the mast, its front at the image's top.
 MountedCamera UpCamera() {
   MountedCamera up;
   up.camera = {320, 240, 220, 220, 159.5, 119.5, {}};
@@ -40,7 +40,7 @@ MountedCamera OddCamera() {
   MountedCamera up = UpCamera();
   up.camera.cx = 150;
   up.camera.cy = 128;
-  up.T_base_cam.linear() = AngleAxisd(70 * kDegree, Vector3d::UnitZ()).toRotationMatrix();
+  up.T_base_cam.linear() = AngleAxisd(70 * kRadPerDeg, Vector3d::UnitZ()).toRotationMatrix();
   up.T_base_cam.translation() = Vector3d(0.12, -0.07, 0.4);
   return up;
 }
@@ -51,7 +51,7 @@ double Draw(std::mt19937& random, double limit) {
 
 Tilt RandomTilt(std::mt19937& random) {
   return MakeTilt(
-      Draw(random, 10 * kDegree), Draw(random, 10 * kDegree), 0.02 + Draw(random, 0.02));
+      Draw(random, 10 * kRadPerDeg), Draw(random, 10 * kRadPerDeg), 0.02 + Draw(random, 0.02));
 }
 
 // Matsumoto et al.: a = 14 cm, h = 260 cm. The mast's foot stands a sin(tilt) above the floor.
@@ -61,7 +61,7 @@ TEST(LevelView, CeilingShiftIsEq2AndEq3) {
   const compensation::TiltModel front_climbs(-kAxle, kCeiling);
   const compensation::TiltModel rear_climbs(kAxle, kCeiling);
   for (const double deg : {1.99, 3.76, 4.64, 8.0}) {
-    const double tilt = deg * kDegree;
+    const double tilt = deg * kRadPerDeg;
     const double lift = kAxle * std::sin(tilt);
     const double expected = rear_climbs.CeilingShift(tilt);
     EXPECT_NEAR(front_climbs.CeilingShift(-tilt), -expected, 1e-15);
@@ -74,9 +74,10 @@ TEST(LevelView, CeilingShiftIsEq2AndEq3) {
     EXPECT_NEAR((left_up + Vector2d(0, expected)).norm(), 0, 1e-12);
   }
   const double deg = 4.64;
-  EXPECT_NEAR(view.CeilingShift(MakeTilt(deg * kDegree, 0, kAxle * std::sin(deg * kDegree))).x(),
-              0.21,
-              5e-4);
+  EXPECT_NEAR(
+      view.CeilingShift(MakeTilt(deg * kRadPerDeg, 0, kAxle * std::sin(deg * kRadPerDeg))).x(),
+      0.21,
+      5e-4);
 }
 
 TEST(LevelView, CeilingShiftOfAnyCameraIsWhereItsAxisMeetsTheCeiling) {
@@ -131,7 +132,7 @@ TEST(LevelView, TiltedFromLevelIsWhatPointsOfTheCeilingDo) {
 
 TEST(LevelView, RefusesAViewWithoutARig) {
   const char* const message =
-      "a tilt can only be taken out of pictures of a camera whose rig is known";
+      "a tilt can only be taken out of images of a camera whose rig is known";
   EXPECT_THAT(
       [] {
         LevelView{CeilingView::InPixels({320, 240})};
@@ -152,10 +153,10 @@ simulator::Scene ClearScene() {
   scene.camera.mount_y_m = -0.06;
   scene.camera.mount_yaw_deg = -12;
   scene.ceiling.lamp_every_x = scene.ceiling.lamp_every_y = 4;
-  scene.picture.motion_blur = false;
-  scene.picture.blur_px = 0.9;
-  scene.picture.glare = scene.picture.vignetting = 0;
-  scene.picture.shot_noise = scene.picture.read_noise = scene.picture.gain_spread = 0;
+  scene.image.motion_blur = false;
+  scene.image.blur_px = 0.9;
+  scene.image.glare = scene.image.vignetting = 0;
+  scene.image.shot_noise = scene.image.read_noise = scene.image.gain_spread = 0;
   return scene;
 }
 
@@ -166,7 +167,7 @@ simulator::Frame FrameAt(const Pose2& pose, const Tilt& tilt) {
   return frame;
 }
 
-/// Whether the level picture is blank at the pixels that the tilted one does not show, and nowhere
+/// Whether the level image is blank at the pixels that the tilted one does not show, and nowhere
 /// else; in between, where rounding decides, it may be either.
 void ExpectBlankWhereNothingWasSeen(const LevelView& view,
                                     const cv::Mat& mask,
@@ -196,8 +197,8 @@ void ExpectBlankWhereNothingWasSeen(const LevelView& view,
   EXPECT_EQ(wrong, 0);
 }
 
-/// Compares a tilted picture drawn level with what the level robot would have seen.
-void ExpectLevelPicture(const simulator::Scene& scene, const Tilt& tilt) {
+/// Compares a tilted image drawn level with what the level robot would have seen.
+void ExpectLevelImage(const simulator::Scene& scene, const Tilt& tilt) {
   const simulator::Renderer renderer(scene);
   const CeilingView ceiling(*renderer.GetRig().up, renderer.GetRig().ceiling_height_m);
   const LevelView view(ceiling);
@@ -228,47 +229,47 @@ void ExpectLevelPicture(const simulator::Scene& scene, const Tilt& tilt) {
   }
 }
 
-TEST(LevelView, DrawsThePictureOfALevelRobot) {
-  ExpectLevelPicture(ClearScene(), MakeTilt(4.6 * kDegree, -2.5 * kDegree, 0.03));
-  ExpectLevelPicture(ClearScene(), MakeTilt(-3.3 * kDegree, 2 * kDegree, 0.02));
+TEST(LevelView, DrawsTheImageOfALevelRobot) {
+  ExpectLevelImage(ClearScene(), MakeTilt(4.6 * kRadPerDeg, -2.5 * kRadPerDeg, 0.03));
+  ExpectLevelImage(ClearScene(), MakeTilt(-3.3 * kRadPerDeg, 2 * kRadPerDeg, 0.02));
 }
 
-TEST(LevelView, KnowsWhatARectifiedPictureLacks) {
+TEST(LevelView, KnowsWhatARectifiedImageLacks) {
   simulator::Scene scene = ClearScene();
   scene.camera.mount_pitch_deg = 3;
   scene.camera.mount_roll_deg = -4;
   ASSERT_FALSE(CeilingView(*simulator::Renderer(scene).GetRig().up, 2.6).Mask().empty());
-  ExpectLevelPicture(scene, MakeTilt(3 * kDegree, 3 * kDegree, 0.03));
+  ExpectLevelImage(scene, MakeTilt(3 * kRadPerDeg, 3 * kRadPerDeg, 0.03));
 }
 
-// A level robot's picture stays as it is to its borders, and so does that of one whose tilt moves
+// A level robot's image stays as it is to its borders, and so does that of one whose tilt moves
 // nothing by more than rounding.
-TEST(LevelView, DrawsThePictureToItsLastRowAndColumn) {
+TEST(LevelView, DrawsTheImageToItsLastRowAndColumn) {
   const LevelView view(CeilingView(UpCamera(), kCeiling));
-  cv::Mat picture(240, 320, CV_8UC1);
-  cv::RNG(3).fill(picture, cv::RNG::UNIFORM, 1, 256);
+  cv::Mat image(240, 320, CV_8UC1);
+  cv::RNG(3).fill(image, cv::RNG::UNIFORM, 1, 256);
   cv::Mat level;
   for (const double tilt_rad : {0.0, 1e-7, -1e-7}) {
-    view.Draw(picture, MakeTilt(tilt_rad, tilt_rad, 0), level);
+    view.Draw(image, MakeTilt(tilt_rad, tilt_rad, 0), level);
     EXPECT_EQ(cv::countNonZero(level), 320 * 240) << tilt_rad;
-    EXPECT_LE(cv::norm(level, picture, cv::NORM_INF), tilt_rad == 0 ? 0 : 1) << tilt_rad;
+    EXPECT_LE(cv::norm(level, image, cv::NORM_INF), tilt_rad == 0 ? 0 : 1) << tilt_rad;
   }
 }
 
-// Black is content, and drawn as 1: only what was not seen is 0. The picture shifts by 10.4 px.
+// Black is content, and drawn as 1: only what was not seen is 0. The image shifts by 10.4 px.
 TEST(LevelView, BlackIsNotBlank) {
   const LevelView view(CeilingView(UpCamera(), kCeiling));
   const cv::Mat black(240, 320, CV_8UC1, cv::Scalar(0));
   cv::Mat level;
-  view.Draw(black, MakeTilt(2.7 * kDegree, 0, 0), level);
+  view.Draw(black, MakeTilt(2.7 * kRadPerDeg, 0, 0), level);
   EXPECT_EQ(cv::countNonZero(level(cv::Rect(20, 20, 280, 200)) != 1), 0);
   EXPECT_LT(cv::countNonZero(level), 320 * 233);
   const cv::Mat white(240, 320, CV_8UC1, cv::Scalar(255));
-  view.Draw(white, MakeTilt(2.7 * kDegree, 0, 0), level);
+  view.Draw(white, MakeTilt(2.7 * kRadPerDeg, 0, 0), level);
   EXPECT_EQ(cv::countNonZero(level(cv::Rect(20, 20, 280, 200)) != 255), 0);
 }
 
-TEST(ContentMask, IsEmptyWhereAPictureIsFull) {
+TEST(ContentMask, IsEmptyWhereAImageIsFull) {
   cv::Mat level(60, 80, CV_8UC1, cv::Scalar(9));
   EXPECT_TRUE(ContentMask(level).empty());
   // Black pixels, alone, in a line and in a corner of content.

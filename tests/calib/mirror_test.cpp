@@ -1,14 +1,12 @@
 #include "calib/mirror.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 namespace ceilmap::calib {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 HyperbolicMirror Mirror() {
   return {.A_m = 0.028095,
@@ -29,7 +27,7 @@ Eigen::Vector3d Direction(double azimuth, double elevation) {
 TEST(Mirror, ReflectsAsItsSurfaceDoes) {
   const HyperbolicMirror mirror = Mirror();
   for (double elevation = -80; elevation <= 25; elevation += 7) {
-    const Eigen::Vector3d direction = Direction(0.7, elevation * kDegree);
+    const Eigen::Vector3d direction = Direction(0.7, elevation * kRadPerDeg);
     const auto p_cam = mirror.Reflection(direction);
     ASSERT_TRUE(p_cam) << elevation;
     const double r = p_cam->head<2>().norm();
@@ -43,8 +41,8 @@ TEST(Mirror, ReflectsAsItsSurfaceDoes) {
     const Eigen::Vector3d incoming = -direction;
     const Eigen::Vector3d reflected = incoming - 2 * incoming.dot(normal) * normal;
     EXPECT_LT((reflected - -p_cam->normalized()).norm(), 1e-9) << elevation;
-    EXPECT_NEAR(mirror.CameraSlope(elevation * kDegree), r / p_cam->z(), 1e-12);
-    EXPECT_NEAR(mirror.Elevation(r / p_cam->z()), elevation * kDegree, 1e-7);  // C is rounded
+    EXPECT_NEAR(mirror.CameraSlope(elevation * kRadPerDeg), r / p_cam->z(), 1e-12);
+    EXPECT_NEAR(mirror.Elevation(r / p_cam->z()), elevation * kRadPerDeg, 1e-7);  // C is rounded
   }
 }
 
@@ -53,7 +51,7 @@ TEST(Mirror, HorizonAndRimAreWhereTheRigSaysThem) {
   const HyperbolicMirror mirror = Mirror();
   EXPECT_NEAR(520 * mirror.CameraSlope(0), mirror.horizon_radius_px, 1e-3);
   EXPECT_NEAR(520 * mirror.CameraSlope(mirror.RimElevation()), mirror.rim_radius_px, 1e-3);
-  EXPECT_NEAR(mirror.RimElevation(), 25.4 * kDegree, 0.1 * kDegree);
+  EXPECT_NEAR(mirror.RimElevation(), 25.4 * kRadPerDeg, 0.1 * kRadPerDeg);
 }
 
 TEST(Mirror, EndsAtItsRim) {

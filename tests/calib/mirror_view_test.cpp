@@ -1,4 +1,5 @@
 #include "calib/mirror_view.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,11 +16,10 @@ namespace ceilmap::calib {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180;
 const MirrorRing kRing{{150.3, 141.8}, 40, 120};
 const cv::Size kSize(300, 280);
 
-/// A picture of the directions about a centre: value of (azimuth counter-clockwise from the front
+/// An image of the directions about a centre: value of (azimuth counter-clockwise from the front
 /// that is at the top, radius in px). Seen from below, the robot's left is at the right.
 using World = std::function<double(double azimuth, double radius)>;
 
@@ -66,10 +66,10 @@ MountedCamera OmniCamera() {
 
 TEST(MirrorView, FrontIsInTheMiddleAndLeftAtAQuarter) {
   const cv::Mat front = Render(kSize, kRing.centre_px, [](double azimuth, double) {
-    return std::abs(azimuth) < 10 * kDegree ? 255 : 0;
+    return std::abs(azimuth) < 10 * kRadPerDeg ? 255 : 0;
   });
   const cv::Mat left = Render(kSize, kRing.centre_px, [](double azimuth, double) {
-    return std::abs(azimuth - kPi / 2) < 10 * kDegree ? 255 : 0;
+    return std::abs(azimuth - kPi / 2) < 10 * kRadPerDeg ? 255 : 0;
   });
   const MirrorView view(kSize, kRing, {.columns = 360, .rows = 5});
   for (int u = 0; u < 360; ++u) {
@@ -174,7 +174,7 @@ TEST(MirrorView, AQuarterTurnIsAQuarterOfTheColumns) {
   }
 }
 
-/// Raw picture of a world at infinity: value of the direction in base.
+/// Raw image of a world at infinity: value of the direction in base.
 cv::Mat RenderMirror(const MountedCamera& omni,
                      const std::function<double(const Eigen::Vector3d&)>& world) {
   cv::Mat raw(omni.camera.Size(), CV_8UC1, cv::Scalar(0));
@@ -256,12 +256,13 @@ TEST(MirrorView, HonoursTheMountingAndTheLens) {
   using Eigen::AngleAxisd;
   using Eigen::Vector3d;
   MountedCamera omni = OmniCamera();
-  omni.T_base_cam.linear() = AngleAxisd(37 * kDegree, Vector3d::UnitZ()) * omni.T_base_cam.linear();
   omni.T_base_cam.linear() =
-      AngleAxisd(3 * kDegree, Vector3d(0.6, 0.8, 0)) * omni.T_base_cam.linear();
+      AngleAxisd(37 * kRadPerDeg, Vector3d::UnitZ()) * omni.T_base_cam.linear();
+  omni.T_base_cam.linear() =
+      AngleAxisd(3 * kRadPerDeg, Vector3d(0.6, 0.8, 0)) * omni.T_base_cam.linear();
   omni.camera.fy = 510;
   omni.camera.distortion = {-0.05, 0.01, 0.001, -0.001, 0};
-  const double highest = omni.mirror->RimElevation() - 3 * kDegree;
+  const double highest = omni.mirror->RimElevation() - 3 * kRadPerDeg;
   const MirrorView view(omni, {.columns = 360, .rows = 40});
   ExpectRoom(view, RenderMirror(omni, Room), [&](int v) { return highest * (1 - (v + 0.5) / 20); });
 }
@@ -275,9 +276,9 @@ TEST(MirrorView, HonoursTheYawOfARing) {
   const cv::Mat straight = Panorama(MirrorView(omni, {.columns = 360}), raw);
   const cv::Mat plain = Panorama(MirrorView(raw.size(), *omni.mirror_ring, {.columns = 360}), raw);
   EXPECT_LE(cv::norm(straight, plain, cv::NORM_INF), 1);
-  // A camera turned left sees at its picture's top what is 30 deg left of the robot's front.
+  // A camera turned left sees at its image's top what is 30 deg left of the robot's front.
   omni.T_base_cam.linear() =
-      Eigen::AngleAxisd(30 * kDegree, Eigen::Vector3d::UnitZ()) * omni.T_base_cam.linear();
+      Eigen::AngleAxisd(30 * kRadPerDeg, Eigen::Vector3d::UnitZ()) * omni.T_base_cam.linear();
   const cv::Mat turned = Panorama(MirrorView(omni, {.columns = 360}), raw);
   EXPECT_LE(cv::norm(turned.col(150), straight.col(180), cv::NORM_INF), 1);
 }
@@ -307,11 +308,12 @@ TEST(MirrorViewFaults, Params) {
   EXPECT_EQ(with({.lowest_elevation_rad = std::nan("")}),
             "MirrorViewParams.lowest_elevation_rad = nan deg, must be above -90 deg and below 90 "
             "deg");
-  EXPECT_EQ(with({.highest_elevation_rad = -20 * kDegree, .lowest_elevation_rad = -10 * kDegree}),
-            "mirror camera: the panorama's lowest elevation -10 deg must be below its "
-            "highest, -20 deg; the mirror looks up to 25.46 deg");
-  EXPECT_EQ(with({.highest_elevation_rad = 30 * kDegree}),
-            "mirror camera: parts of the panorama lie outside the mirror or the picture of 480 x "
+  EXPECT_EQ(
+      with({.highest_elevation_rad = -20 * kRadPerDeg, .lowest_elevation_rad = -10 * kRadPerDeg}),
+      "mirror camera: the panorama's lowest elevation -10 deg must be below its "
+      "highest, -20 deg; the mirror looks up to 25.46 deg");
+  EXPECT_EQ(with({.highest_elevation_rad = 30 * kRadPerDeg}),
+            "mirror camera: parts of the panorama lie outside the mirror or the image of 480 x "
             "480 pixels; take a smaller outer radius or a lower highest elevation");
 }
 
@@ -332,14 +334,14 @@ TEST(MirrorViewFaults, Rings) {
     return ErrorOf([&] { MirrorView(kSize, ring, params); });
   };
   const std::string outside =
-      "mirror camera: parts of the panorama lie outside the mirror or the picture of 300 x 280 "
+      "mirror camera: parts of the panorama lie outside the mirror or the image of 300 x 280 "
       "pixels; take a smaller outer radius or a lower highest elevation";
   EXPECT_EQ(with({{150, 140}, 40, 135}), "");
   EXPECT_EQ(with({{150, 140}, 40, 145}), outside);
   EXPECT_EQ(with({{-900, 140}, 40, 100}), outside);
   EXPECT_EQ(with({{150, 140}, 100, 40}),
             "mirror ring: inner radius 100 px, outer 40 px, must be 0 < inner < outer "
-            "about a centre in the picture");
+            "about a centre in the image");
   EXPECT_NE(with({{150, 140}, 0, 40}), "");
   EXPECT_NE(with({{150, std::nan("")}, 20, 40}), "");
   const std::string unknown =
@@ -351,16 +353,15 @@ TEST(MirrorViewFaults, Rings) {
   EXPECT_EQ(ErrorOf([] {
               MirrorView({1, 5}, kRing);
             }),
-            "mirror camera: pictures of 1 x 5 pixels, must be 2 x 2 to 16384 x 16384");
+            "mirror camera: images of 1 x 5 pixels, must be 2 x 2 to 16384 x 16384");
 }
 
-TEST(MirrorViewFaults, Pictures) {
+TEST(MirrorViewFaults, Images) {
   const MirrorView view(kSize, kRing);
   cv::Mat panorama;
-  EXPECT_EQ(
-      ErrorOf([&] { view.Unwrap(cv::Mat(280, 301, CV_8UC1), panorama); }),
-      "mirror picture of 301 x 280 pixels, CV_8UC1, must be 300 x 280 and CV_8UC1 or CV_8UC3; "
-      "use the rig or ring of the camera that took it");
+  EXPECT_EQ(ErrorOf([&] { view.Unwrap(cv::Mat(280, 301, CV_8UC1), panorama); }),
+            "mirror image of 301 x 280 pixels, CV_8UC1, must be 300 x 280 and CV_8UC1 or CV_8UC3; "
+            "use the rig or ring of the camera that took it");
   EXPECT_NE(ErrorOf([&] { view.Unwrap(cv::Mat(kSize, CV_16UC1), panorama); }), "");
   EXPECT_NE(ErrorOf([&] { view.Unwrap({}, panorama); }), "");
 }

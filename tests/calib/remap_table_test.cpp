@@ -8,17 +8,17 @@
 namespace ceilmap::calib {
 namespace {
 
-cv::Mat RandomPicture(cv::Size size) {
-  cv::Mat picture(size, CV_8UC1);
+cv::Mat RandomImage(cv::Size size) {
+  cv::Mat image(size, CV_8UC1);
   std::mt19937 random(4);
-  for (auto& pixel : cv::Mat_<std::uint8_t>(picture)) {
+  for (auto& pixel : cv::Mat_<std::uint8_t>(image)) {
     pixel = static_cast<std::uint8_t>(random() & 255U);
   }
-  return picture;
+  return image;
 }
 
 TEST(RemapTable, IdentityIsExact) {
-  const cv::Mat raw = RandomPicture({37, 23});
+  const cv::Mat raw = RandomImage({37, 23});
   const RemapTable table(raw.size(), [](int u, int v) { return cv::Point2d(u, v); });
   cv::Mat result;
   table.Apply(raw, result);
@@ -68,12 +68,12 @@ TEST(RemapTable, SamplesFinelyBetweenPixels) {
   }
 }
 
-TEST(RemapTable, TreatsEachColourAsAPictureOfItsOwn) {
+TEST(RemapTable, TreatsEachColourAsAImageOfItsOwn) {
   const cv::Size size(31, 17);
   const RemapTable table(size, {40, 9}, [](int u, int v) {
-    return cv::Point2d(0.7 * u + 0.2, 1.5 * v + 0.4);  // past the picture's right border too
+    return cv::Point2d(0.7 * u + 0.2, 1.5 * v + 0.4);  // past the image's right border too
   });
-  const cv::Mat blue = RandomPicture(size);
+  const cv::Mat blue = RandomImage(size);
   cv::Mat green;
   cv::flip(blue, green, 0);
   cv::Mat red;
@@ -94,16 +94,16 @@ TEST(RemapTable, TreatsEachColourAsAPictureOfItsOwn) {
   }
 }
 
-TEST(RemapTable, TakesAPartOfALargerPicture) {
-  const cv::Mat large = RandomPicture({60, 50});
+TEST(RemapTable, TakesAPartOfALargerImage) {
+  const cv::Mat large = RandomImage({60, 50});
   const cv::Mat part = large(cv::Rect(7, 5, 30, 20));
   const RemapTable table(part.size(),
                          [](int u, int v) { return cv::Point2d(0.9 * u + 0.3, 0.9 * v + 0.7); });
-  cv::Mat of_part;
+  cv::Mat of_ratio;
   cv::Mat of_copy;
-  table.Apply(part, of_part);
+  table.Apply(part, of_ratio);
   table.Apply(part.clone(), of_copy);
-  EXPECT_EQ(cv::norm(of_part, of_copy, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(of_ratio, of_copy, cv::NORM_INF), 0);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ const Fault kFaults[] = {
     {"MissingWidth",
      "    image_width: 640\n",
      "",
-     "rig.yaml:7: cameras.up.image_width is missing, must be given; add the picture's width in "
+     "rig.yaml:7: cameras.up.image_width is missing, must be given; add the image's width in "
      "pixels"},
     {"MissingType",
      "    type: pinhole\n",

@@ -68,24 +68,23 @@ TEST(RigMirrorFaults, Ring) {
   const std::string at = "rig.yaml:8: cameras.omni.mirror";
   EXPECT_EQ(RingError("{inner_radius_px: 50, outer_radius_px: 230, centre_px: [320, 240]}"), "");
   EXPECT_EQ(RingError("{outer_radius_px: 230, centre_px: [320, 240]}"),
-            at + ".inner_radius_px is missing, must be given; add the radius in the picture that "
+            at + ".inner_radius_px is missing, must be given; add the radius in the image that "
                  "the robot's own body fills");
   EXPECT_EQ(RingError("{inner_radius_px: -5, outer_radius_px: 230, centre_px: [320, 240]}"),
-            at + ".inner_radius_px = -5, must be > 0; measure it in a picture, from the mirror's "
+            at + ".inner_radius_px = -5, must be > 0; measure it in an image, from the mirror's "
                  "centre");
   EXPECT_EQ(RingError("{inner_radius_px: 50, outer_radius_px: 50, centre_px: [320, 240]}"),
             at + ".outer_radius_px = 50, must be larger than inner_radius_px; the mirror's rim is "
                  "the outer circle");
   EXPECT_EQ(RingError("{inner_radius_px: 50, outer_radius_px: 230}"),
             at + ".centre_px is missing, must be given; add the mirror's centre [u, v] in the "
-                 "picture, or camera_matrix");
+                 "image, or camera_matrix");
   EXPECT_EQ(RingError("{inner_radius_px: 50, outer_radius_px: 230, centre_px: [320, 240, 1]}"),
             at + ".centre_px = [320, 240, 1], must be a list of 2 numbers, not 3; complete or "
                  "shorten the list");
   EXPECT_EQ(RingError("{inner_radius_px: 50, outer_radius_px: 230, centre_px: [320, 250]}"),
-            at +
-                ".outer_radius_px = 230, must be a circle inside the picture (at most 229 px about "
-                "its centre); take a smaller one, or correct centre_px");
+            at + ".outer_radius_px = 230, must be a circle inside the image (at most 229 px about "
+                 "its centre); take a smaller one, or correct centre_px");
   EXPECT_EQ(RingError("{inner_radius_px: 50, outer_radius_px: 230, centre_px: [320, 240]}",
                       "    distortion_model: plumb_bob\n"),
             "rig.yaml:4: cameras.omni.camera_matrix is missing, must be given; add camera_matrix: "

@@ -47,7 +47,7 @@ TEST(Rig, ReadsAPinholeCamera) {
   EXPECT_THAT(rig.up->camera.distortion, ElementsAre(-0.12, 0.02, 0.001, -0.002, 0.003));
   EXPECT_EQ(rig.up->exposure_time_s, 0.005);
   EXPECT_FALSE(rig.up->mirror);
-  // The picture's right (x_cam) is the robot's left (+y), its bottom (y_cam) the robot's back (-x).
+  // The image's right (x_cam) is the robot's left (+y), its bottom (y_cam) the robot's back (-x).
   const Eigen::Isometry3d& T_base_cam = rig.up->T_base_cam;
   EXPECT_TRUE((T_base_cam.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
   EXPECT_TRUE((T_base_cam.linear() * Eigen::Vector3d::UnitY()).isApprox(-Eigen::Vector3d::UnitX()));
@@ -59,7 +59,7 @@ TEST(Rig, ReadsAPoseFromAQuaternionAlone) {
   ASSERT_TRUE(rig.forward);
   EXPECT_FALSE(rig.forward->camera.IsDistorted());
   EXPECT_EQ(rig.forward->exposure_time_s, 0);
-  // The optical axis is the robot's front, the picture's right its right.
+  // The optical axis is the robot's front, the image's right its right.
   const Eigen::Matrix3d R_base_cam = rig.forward->T_base_cam.linear();
   EXPECT_TRUE(R_base_cam.col(2).isApprox(Eigen::Vector3d::UnitX(), 1e-12));
   EXPECT_TRUE(R_base_cam.col(0).isApprox(-Eigen::Vector3d::UnitY(), 1e-12));
@@ -79,7 +79,7 @@ TEST(Rig, ReadsAMirror) {
   EXPECT_EQ(rig.omni->T_base_cam.translation().z(), 0.55);
 }
 
-// Of an uncalibrated camera the size of its pictures, the ring and the pose are enough.
+// Of an uncalibrated camera the size of its images, the ring and the pose are enough.
 TEST(Rig, ReadsAMirrorOfUnknownShape) {
   const std::string mirror = kRigText.substr(kRigText.find("    mirror:\n"));
   std::string text =

@@ -1,19 +1,17 @@
 #pragma once
 
 #include <filesystem>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 
-/// Rendered pictures of the room of samples/scenes/debris.yaml, small ones, for the tests of what
+/// Rendered images of the room of samples/scenes/debris.yaml, small ones, for the tests of what
 /// measures tilt.
 namespace ceilmap::compensation::synthetic {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// Cameras of 320 x 240 px; two metres towards the right wall, and nothing on the floor.
 inline simulator::Scene Lab() {
@@ -49,9 +47,9 @@ inline simulator::Frame FrameAt(std::int64_t index, const Pose2& pose, const Til
 
 /// Front wheels that climb: degrees of nose up, and the lift that goes with them.
 inline Tilt FrontUp(double deg, double axle_behind_mast_m, double roll_deg = 0) {
-  return {-deg * kDegree,
-          roll_deg * kDegree,
-          axle_behind_mast_m * std::sin(deg * kDegree),
+  return {-deg * kRadPerDeg,
+          roll_deg * kRadPerDeg,
+          axle_behind_mast_m * std::sin(deg * kRadPerDeg),
           Eigen::Matrix2d::Zero()};
 }
 

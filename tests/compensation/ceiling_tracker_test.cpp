@@ -1,4 +1,5 @@
 #include "compensation/ceiling_tracker.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gmock/gmock.h>
 
@@ -18,7 +19,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using synthetic::FrameAt;
 using synthetic::FrontUp;
-using synthetic::kDegree;
 
 constexpr double kAxle = 0.14;
 
@@ -43,9 +43,9 @@ class Robot {
     truth_ = ToSpace(pose, tilt);
     return Show(renderer_.Render(FrameAt(index_, pose, tilt)));
   }
-  CeilingTracker::Frame Show(const cv::Mat& picture) {
+  CeilingTracker::Frame Show(const cv::Mat& image) {
     ++index_;
-    return tracker_.Analyze(view_.Rectify(picture, buffer_), 0.1 * static_cast<double>(index_));
+    return tracker_.Analyze(view_.Rectify(image, buffer_), 0.1 * static_cast<double>(index_));
   }
   std::optional<CeilingMotion> Measure(const Pose2& pose, const Tilt& tilt = {}) {
     CeilingTracker::Frame frame = See(pose, tilt);
@@ -63,15 +63,15 @@ class Robot {
     const Isometry3d truth = T_map_reference_.inverse() * truth_;
     const PlanarTilt expected = FromSpace(truth);
     const PlanarTilt found = FromSpace(motion->T_reference_base);
-    EXPECT_NEAR(found.tilt.pitch_rad, expected.tilt.pitch_rad, 0.08 * kDegree);
-    EXPECT_NEAR(found.tilt.roll_rad, expected.tilt.roll_rad, 0.08 * kDegree);
+    EXPECT_NEAR(found.tilt.pitch_rad, expected.tilt.pitch_rad, 0.08 * kRadPerDeg);
+    EXPECT_NEAR(found.tilt.roll_rad, expected.tilt.roll_rad, 0.08 * kRadPerDeg);
     EXPECT_NEAR(found.tilt.lift_m, expected.tilt.lift_m, 0.002);
     EXPECT_NEAR((found.pose.Translation() - expected.pose.Translation()).norm(), 0, 0.004);
-    EXPECT_NEAR(found.pose.yaw, expected.pose.yaw, 0.08 * kDegree);
+    EXPECT_NEAR(found.pose.yaw, expected.pose.yaw, 0.08 * kRadPerDeg);
     const Vector2d off(found.tilt.pitch_rad - expected.tilt.pitch_rad,
                        found.tilt.roll_rad - expected.tilt.roll_rad);
     EXPECT_LT(off.dot(motion->covariance.inverse() * off), 16);
-    EXPECT_LT(std::sqrt(motion->covariance.trace()), 0.1 * kDegree);
+    EXPECT_LT(std::sqrt(motion->covariance.trace()), 0.1 * kRadPerDeg);
     EXPECT_GE(motion->inliers, 10);
     EXPECT_LE(motion->inliers, motion->blocks);
   }
@@ -118,12 +118,12 @@ TEST(CeilingTracker, ALevelRobotIsLevel) {
     const auto motion = robot.Measure({3 + 0.05 * i, 2.5, 0.02 * i});
     robot.ExpectRight(motion);
     const Tilt tilt = FromSpace(motion->T_reference_base).tilt;
-    EXPECT_LT(std::hypot(tilt.pitch_rad, tilt.roll_rad), 0.03 * kDegree);
+    EXPECT_LT(std::hypot(tilt.pitch_rad, tilt.roll_rad), 0.03 * kRadPerDeg);
   }
 }
 
 // Were it not enlarged, there would be too few blocks.
-TEST(CeilingTracker, ASmallPictureTellsToo) {
+TEST(CeilingTracker, ASmallImageTellsToo) {
   simulator::Scene scene = OddLab();
   scene.camera.width_px = 240;
   scene.camera.height_px = 180;
@@ -136,11 +136,11 @@ TEST(CeilingTracker, ASmallPictureTellsToo) {
     ASSERT_TRUE(motion.has_value());
     EXPECT_GE(motion->inliers, 20);
     const Tilt tilt = FromSpace(motion->T_reference_base).tilt;
-    EXPECT_LT(std::hypot(tilt.pitch_rad, tilt.roll_rad), 0.15 * kDegree);
+    EXPECT_LT(std::hypot(tilt.pitch_rad, tilt.roll_rad), 0.15 * kRadPerDeg);
   }
 }
 
-// A picture is 2.2 / 228.5 * 320 = 3.08 m by 2.31 m of ceiling.
+// An image is 2.2 / 228.5 * 320 = 3.08 m by 2.31 m of ceiling.
 TEST(CeilingTracker, OverlapIsWhatALevelRobotWouldSee) {
   Robot robot(synthetic::Lab());
   robot.StartAt({3, 2.5, 0});
@@ -153,7 +153,7 @@ TEST(CeilingTracker, OverlapIsWhatALevelRobotWouldSee) {
   EXPECT_NEAR(tilted->overlap, level->overlap, 0.005);
 }
 
-// Faster than the prediction follows: the whole picture is searched.
+// Faster than the prediction follows: the whole image is searched.
 TEST(CeilingTracker, FindsAJump) {
   Robot robot;
   robot.StartAt({3, 2.5, 0});
@@ -215,7 +215,7 @@ TEST(CeilingTracker, ATiltedFrameDrawnLevelIsAReference) {
   CeilingTracker::Frame tilted = robot.See({3.2, 2.5, 0.25}, tilt);
   robot.ExpectRight(robot.Tracker().Measure(tilted));
   cv::Mat level;
-  calib::LevelView(robot.View()).Draw(tilted.picture, tilt, level);
+  calib::LevelView(robot.View()).Draw(tilted.image, tilt, level);
   robot.Tracker().SetReference(tilted, level);
   robot.ReferenceIs({3.2, 2.5, 0.25});
   robot.ExpectRight(robot.Measure({3.3, 2.5, 0.3}, FrontUp(3, kAxle, 1)));

@@ -13,7 +13,6 @@ namespace ceilmap::compensation {
 namespace {
 
 using synthetic::Draw;
-using synthetic::kRadPerDeg;
 using synthetic::Scene;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -225,7 +224,7 @@ TEST(ForwardEquation, TiltBecomesTh1AsZoomBecomes1) {
   EXPECT_NEAR(far->tilt_rad, 3 * kRadPerDeg, 1e-15);
 }
 
-// The equation's other root explains the same pictures by a robot that went 8 mm where it went
+// The equation's other root explains the same images by a robot that went 8 mm where it went
 // 30 cm, and a wall 8 cm ahead, about a - (h - d) (z' - d) / b.
 TEST(ForwardEquation, TheSpuriousRootIsNotTaken) {
   const Scene scene{0.14, 0.45, 2.6, 4 * kRadPerDeg, 3, 0.3};

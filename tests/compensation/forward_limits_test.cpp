@@ -17,7 +17,6 @@ namespace {
 
 using synthetic::Draw;
 using synthetic::ErrorOf;
-using synthetic::kRadPerDeg;
 using synthetic::Scene;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();

@@ -3,15 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <ostream>
 #include <random>
 
+#include "calib/base/degrees.hpp"
 #include "compensation/forward_equation.hpp"
 
 namespace ceilmap::compensation::synthetic {
-
-inline constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 inline double Draw(std::mt19937& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);

@@ -1,10 +1,10 @@
 #include "compensation/forward_solver.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "calib/base/error.hpp"
@@ -17,8 +17,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kAxle = 0.14;
 constexpr double kForward = 0.45;
 constexpr double kCeiling = 2.6;
@@ -46,7 +44,7 @@ struct Scene {
   ForwardMotion seen;
   double ceiling_motion_m = 0;
 
-  void Look() {
+  void MapMatch() {
     const Tilt tilt{pitch_rad, roll_rad, pivot_m * std::sin(pitch_rad), {}};
     const Isometry3d T = tilt.T_level_base();
     const Vector3d along(std::cos(yaw_rad), std::sin(yaw_rad), 0);
@@ -82,13 +80,14 @@ TEST(ForwardSolver, FrontWheelsThatClimbAreExact) {
   for (const double deg : {-6.0, -4.64, -2.0, -0.3}) {
     for (const double base_shift_m : {-0.2, 0.0, 0.1, 0.5}) {
       Scene scene;
-      scene.pitch_rad = deg * kDegree;
+      scene.pitch_rad = deg * kRadPerDeg;
       scene.base_shift_m = base_shift_m;
-      scene.Look();
+      scene.MapMatch();
       ForwardSolver solver(PapersRig(), 0, scene.Known());
       const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
       ASSERT_TRUE(tilt.has_value());
-      EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 1e-3 * kDegree) << deg << ' ' << base_shift_m;
+      EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 1e-3 * kRadPerDeg)
+          << deg << ' ' << base_shift_m;
       EXPECT_NEAR(tilt->angles[1], 0, 1e-12);
     }
   }
@@ -97,16 +96,16 @@ TEST(ForwardSolver, FrontWheelsThatClimbAreExact) {
 TEST(ForwardSolver, RearWheelsThatClimbAreExactButForThePivotsPlace) {
   for (const double deg : {0.3, 2.0, 4.64, 6.0}) {
     Scene scene;
-    scene.pitch_rad = deg * kDegree;
+    scene.pitch_rad = deg * kRadPerDeg;
     scene.pivot_m = 0;
-    scene.Look();
+    scene.MapMatch();
     ForwardSolver solver(PapersRig(), 0, scene.Known());
     auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
     ASSERT_TRUE(tilt.has_value());
-    EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 1e-3 * kDegree) << deg;
+    EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 1e-3 * kRadPerDeg) << deg;
     // Front wheels 10 cm before the mast lift its foot by that times the tilt, seen over 4 m.
     scene.pivot_m = 0.1;
-    scene.Look();
+    scene.MapMatch();
     tilt = ForwardSolver(PapersRig(), 0, scene.Known()).Solve(scene.seen, scene.ceiling_motion_m);
     ASSERT_TRUE(tilt.has_value());
     EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.027 * scene.pitch_rad) << deg;
@@ -115,13 +114,13 @@ TEST(ForwardSolver, RearWheelsThatClimbAreExactButForThePivotsPlace) {
 
 TEST(ForwardSolver, RollIsTheCamerasWhenItLooksStraightAhead) {
   Scene scene;
-  scene.pitch_rad = -3 * kDegree;
-  scene.roll_rad = 2.5 * kDegree;
-  scene.Look();
+  scene.pitch_rad = -3 * kRadPerDeg;
+  scene.roll_rad = 2.5 * kRadPerDeg;
+  scene.MapMatch();
   ForwardSolver solver(PapersRig(), 0, scene.Known());
   const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
   ASSERT_TRUE(tilt.has_value());
-  EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.01 * kDegree);
+  EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.01 * kRadPerDeg);
   EXPECT_NEAR(tilt->angles[1], scene.roll_rad, 1e-9);
 }
 
@@ -130,18 +129,18 @@ TEST(ForwardSolver, ACameraThatLooksAsideSeesPitchAndRollMixed) {
   for (const double yaw_deg : {-30.0, 10.0, 30.0}) {
     for (const Vector2d& deg : {Vector2d(-3, 0), Vector2d(0, 2), Vector2d(-2, -2)}) {
       Scene scene;
-      scene.pitch_rad = deg[0] * kDegree;
-      scene.roll_rad = deg[1] * kDegree;
-      scene.yaw_rad = yaw_deg * kDegree;
+      scene.pitch_rad = deg[0] * kRadPerDeg;
+      scene.roll_rad = deg[1] * kRadPerDeg;
+      scene.yaw_rad = yaw_deg * kRadPerDeg;
       scene.pivot_m = 0;  // whoever climbs: the foot stays
-      scene.Look();
+      scene.MapMatch();
       calib::Rig rig = PapersRig();
       rig.axle_behind_mast_m = 0;
       ForwardSolver solver(rig, scene.yaw_rad, scene.Known());
       const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
       ASSERT_TRUE(tilt.has_value());
-      EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.06 * kDegree) << yaw_deg << ' ' << deg;
-      EXPECT_NEAR(tilt->angles[1], scene.roll_rad, 0.06 * kDegree) << yaw_deg << ' ' << deg;
+      EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.06 * kRadPerDeg) << yaw_deg << ' ' << deg;
+      EXPECT_NEAR(tilt->angles[1], scene.roll_rad, 0.06 * kRadPerDeg) << yaw_deg << ' ' << deg;
     }
   }
 }
@@ -152,58 +151,58 @@ TEST(ForwardSolver, LearnsTheWallsDistanceFromTheZoom) {
   for (int i = 1; i <= 12; ++i) {
     scene.base_shift_m = 0.4 - 0.02 * i;
     scene.wall_m = 1.6 + scene.base_shift_m;
-    scene.Look();
+    scene.MapMatch();
     const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
     ASSERT_TRUE(tilt.has_value());
     EXPECT_NEAR(tilt->angles[0], 0, 1e-6);
   }
-  scene.pitch_rad = -4.64 * kDegree;
-  scene.Look();
+  scene.pitch_rad = -4.64 * kRadPerDeg;
+  scene.MapMatch();
   const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
   ASSERT_TRUE(tilt.has_value());
-  EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.01 * kDegree);
+  EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.01 * kRadPerDeg);
   const auto guessed = ForwardSolver(PapersRig(), 0).Solve(scene.seen, scene.ceiling_motion_m);
   ASSERT_TRUE(guessed.has_value());
-  EXPECT_GT(std::abs(guessed->angles[0] - scene.pitch_rad), 0.1 * kDegree);
+  EXPECT_GT(std::abs(guessed->angles[0] - scene.pitch_rad), 0.1 * kRadPerDeg);
 }
 
 // By 1.5 % at 8 degrees, which would put a wall that is 1.6 m away at 1.5 m.
 TEST(ForwardSolver, KeystoneIsNoZoom) {
   ForwardSolver solver(PapersRig(), 0);
   Scene scene;
-  scene.pitch_rad = -8 * kDegree;
+  scene.pitch_rad = -8 * kRadPerDeg;
   for (int i = 0; i < 20; ++i) {
     scene.base_shift_m = 0.4;
     scene.wall_m = 1.6 + scene.base_shift_m;
-    scene.Look();
+    scene.MapMatch();
     const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
     ASSERT_TRUE(tilt.has_value());
     if (i > 15) {
-      EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.03 * kDegree) << i;
+      EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.03 * kRadPerDeg) << i;
     }
   }
 }
 
 TEST(ForwardSolver, AKeyframeFartherAheadIsNearerToTheWall) {
   Scene scene;
-  scene.pitch_rad = -4 * kDegree;
+  scene.pitch_rad = -4 * kRadPerDeg;
   scene.wall_m = 2;
-  scene.Look();
+  scene.MapMatch();
   ForwardSolverParams params = scene.Known();
   params.wall_per_m = 1 / (scene.wall_m - scene.base_shift_m + 0.7);  // of the keyframe before
   ForwardSolver solver(PapersRig(), 0, params);
   solver.MoveKeyframe(0.7);
   const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
   ASSERT_TRUE(tilt.has_value());
-  EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 2e-3 * kDegree);
+  EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 2e-3 * kRadPerDeg);
 }
 
 // The distance that a frame teaches is not the one that its own tilt was solved with.
 TEST(ForwardSolver, OneFrameIsNotSurerThanTheWallItWasSolvedWith) {
   Scene scene;
-  scene.pitch_rad = -4.64 * kDegree;
+  scene.pitch_rad = -4.64 * kRadPerDeg;
   scene.wall_m = 1.9;
-  scene.Look();
+  scene.MapMatch();
   scene.seen.sigma_tan_shift = 1e-5;
   scene.seen.sigma_zoom = 1e-4;
   ForwardSolverParams params;
@@ -211,15 +210,15 @@ TEST(ForwardSolver, OneFrameIsNotSurerThanTheWallItWasSolvedWith) {
   ForwardSolver solver(PapersRig(), 0, params);
   const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
   ASSERT_TRUE(tilt.has_value());
-  EXPECT_GT(std::abs(tilt->angles[0] - scene.pitch_rad), 0.1 * kDegree);
+  EXPECT_GT(std::abs(tilt->angles[0] - scene.pitch_rad), 0.1 * kRadPerDeg);
   EXPECT_LT(std::abs(tilt->angles[0] - scene.pitch_rad), 4 * std::sqrt(tilt->covariance(0, 0)));
 }
 
 TEST(ForwardSolver, WithoutTheCeilingsMotionParallaxIsLeftOut) {
   Scene scene;
-  scene.pitch_rad = -4 * kDegree;
-  scene.roll_rad = 1 * kDegree;
-  scene.Look();
+  scene.pitch_rad = -4 * kRadPerDeg;
+  scene.roll_rad = 1 * kRadPerDeg;
+  scene.MapMatch();
   ForwardSolver solver(PapersRig(), 0);
   const auto tilt = solver.Solve(scene.seen, std::nullopt);
   ASSERT_TRUE(tilt.has_value());
@@ -232,11 +231,11 @@ TEST(ForwardSolver, WithoutTheCeilingsMotionParallaxIsLeftOut) {
 
 TEST(ForwardSolver, CovarianceIsThatOfManyNoisyFrames) {
   Scene scene;
-  scene.pitch_rad = -4 * kDegree;
-  scene.roll_rad = 1 * kDegree;
-  scene.yaw_rad = 25 * kDegree;
+  scene.pitch_rad = -4 * kRadPerDeg;
+  scene.roll_rad = 1 * kRadPerDeg;
+  scene.yaw_rad = 25 * kRadPerDeg;
   scene.wall_m = 2;
-  scene.Look();
+  scene.MapMatch();
   scene.seen.sigma_zoom = 100;  // tells nothing of the wall
   ForwardSolverParams params = scene.Known();
   params.wall_per_m_sigma = 0.05;
@@ -270,7 +269,7 @@ TEST(ForwardSolver, CovarianceIsThatOfManyNoisyFrames) {
 
 TEST(ForwardSolver, RefusesWhatNoTiltExplains) {
   Scene scene;
-  scene.Look();
+  scene.MapMatch();
   scene.seen.tan_shift = 3;
   ForwardSolver solver(PapersRig(), 0);
   EXPECT_FALSE(solver.Solve(scene.seen, scene.ceiling_motion_m).has_value());
@@ -280,13 +279,13 @@ TEST(ForwardSolver, RefusesWhatNoTiltExplains) {
 
 TEST(ForwardSolver, TakesTheCamerasHeightWhereTheRigHasNoD) {
   Scene scene;
-  scene.pitch_rad = -4 * kDegree;
-  scene.Look();
+  scene.pitch_rad = -4 * kRadPerDeg;
+  scene.MapMatch();
   calib::Rig rig = PapersRig();
   rig.forward_height_m.reset();
   const auto tilt = ForwardSolver(rig, 0, scene.Known()).Solve(scene.seen, scene.ceiling_motion_m);
   ASSERT_TRUE(tilt.has_value());
-  EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 1e-3 * kDegree);
+  EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 1e-3 * kRadPerDeg);
 }
 
 TEST(ForwardSolver, RefusesARigWithoutForwardCamera) {

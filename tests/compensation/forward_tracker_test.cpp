@@ -1,4 +1,5 @@
 #include "compensation/forward_tracker.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,13 +15,12 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using synthetic::FrameAt;
 using synthetic::FrontUp;
-using synthetic::kDegree;
 
 constexpr double kAxle = 0.14;
 constexpr double kWall_m = 8;
 const Pose2 kStart{4.5, 3, 0};
 
-/// Nothing but a wall full of pictures, straight ahead, and a floor that shows nothing.
+/// Nothing but a wall full of images, straight ahead, and a floor that shows nothing.
 simulator::Scene WallScene() {
   simulator::Scene scene = synthetic::Lab();
   scene.fixtures.boxes.clear();
@@ -37,22 +37,22 @@ class Robot {
   explicit Robot(const simulator::Scene& scene = WallScene())
       : renderer_(scene), view_(*renderer_.GetRig().forward), tracker_(view_) {}
 
-  [[nodiscard]] cv::Mat Picture(const Pose2& pose, const Tilt& tilt = {}) const {
+  [[nodiscard]] cv::Mat Image(const Pose2& pose, const Tilt& tilt = {}) const {
     return renderer_.RenderForward(FrameAt(index_ + 1, pose, tilt));
   }
-  ForwardTracker::Frame Show(const cv::Mat& picture) {
+  ForwardTracker::Frame Show(const cv::Mat& image) {
     ++index_;
-    return tracker_.Analyze(view_.Rectify(picture, buffer_), 0.1 * static_cast<double>(index_));
+    return tracker_.Analyze(view_.Rectify(image, buffer_), 0.1 * static_cast<double>(index_));
   }
-  std::optional<ForwardMotion> Measure(const cv::Mat& picture) {
-    ForwardTracker::Frame frame = Show(picture);
+  std::optional<ForwardMotion> Measure(const cv::Mat& image) {
+    ForwardTracker::Frame frame = Show(image);
     return tracker_.Measure(frame);
   }
   std::optional<ForwardMotion> Measure(const Pose2& pose, const Tilt& tilt = {}) {
-    return Measure(Picture(pose, tilt));
+    return Measure(Image(pose, tilt));
   }
   void StartAt(const Pose2& pose) {
-    tracker_.SetReference(Show(Picture(pose)));
+    tracker_.SetReference(Show(Image(pose)));
     reference_ = pose;
   }
   void ReferenceIs(const Pose2& pose) { reference_ = pose; }
@@ -61,7 +61,7 @@ class Robot {
   void ExpectRight(const std::optional<ForwardMotion>& motion,
                    const Pose2& pose,
                    const Tilt& tilt = {},
-                   double roll_bound_rad = 0.1 * kDegree) const {
+                   double roll_bound_rad = 0.1 * kRadPerDeg) const {
     ASSERT_TRUE(motion.has_value());
     const Vector3d mount = renderer_.GetRig().forward->T_base_cam.translation();
     const Isometry3d T = ToSpace(pose, tilt);
@@ -75,7 +75,7 @@ class Robot {
     EXPECT_NEAR(motion->roll_rad, tilt.roll_rad, roll_bound_rad);
     EXPECT_LT(motion->sigma_tan_shift, 1.2 / view_.FocalLength());
     EXPECT_LT(motion->sigma_zoom, 0.01);
-    EXPECT_LT(motion->sigma_roll_rad, 0.1 * kDegree);
+    EXPECT_LT(motion->sigma_roll_rad, 0.1 * kRadPerDeg);
     EXPECT_LE(motion->inliers, motion->blocks);
   }
 
@@ -111,7 +111,7 @@ TEST(ForwardTracker, NoseUpAndLeftSideUp) {
     const auto motion = robot.Measure(kStart, tilt);
     robot.ExpectRight(motion, kStart, tilt);
     // Signs, whatever the geometry above says.
-    if (tilt.pitch_rad < -0.5 * kDegree) {
+    if (tilt.pitch_rad < -0.5 * kRadPerDeg) {
       EXPECT_LT(motion->tan_shift, -0.01);
     }
     if (tilt.roll_rad > 0) {
@@ -134,7 +134,7 @@ TEST(ForwardTracker, GoesOnFromANewReference) {
   Robot robot;
   robot.StartAt(kStart);
   const Pose2 next{4.6, 3, 0};
-  ForwardTracker::Frame frame = robot.Show(robot.Picture(next));
+  ForwardTracker::Frame frame = robot.Show(robot.Image(next));
   robot.ExpectRight(robot.Tracker().Measure(frame), next);
   const Pose2 last{4.7, 3, 0};
   robot.ExpectRight(robot.Measure(last, FrontUp(1, kAxle)), last, FrontUp(1, kAxle));
@@ -158,9 +158,9 @@ TEST(ForwardTracker, HalfCoveredStillTells) {
   Robot robot;
   robot.StartAt(kStart);
   for (int i = 1; i <= 3; ++i) {
-    cv::Mat picture = robot.Picture(kStart, FrontUp(i, kAxle));
-    picture.colRange(0, 150).setTo(0);
-    robot.ExpectRight(robot.Measure(picture), kStart, FrontUp(i, kAxle), 0.4 * kDegree);
+    cv::Mat image = robot.Image(kStart, FrontUp(i, kAxle));
+    image.colRange(0, 150).setTo(0);
+    robot.ExpectRight(robot.Measure(image), kStart, FrontUp(i, kAxle), 0.4 * kRadPerDeg);
   }
 }
 
@@ -169,10 +169,10 @@ TEST(ForwardTracker, SomethingThatMovesDropsOut) {
   robot.StartAt(kStart);
   for (int i = 0; i < 5; ++i) {
     SCOPED_TRACE(i);
-    cv::Mat picture = robot.Picture(kStart, FrontUp(0.7 * i, kAxle));
-    cv::rectangle(picture, cv::Rect(40 + 25 * i, 60, 70, 150), cv::Scalar(220), cv::FILLED);
-    cv::rectangle(picture, cv::Rect(55 + 25 * i, 90, 30, 60), cv::Scalar(30), cv::FILLED);
-    robot.ExpectRight(robot.Measure(picture), kStart, FrontUp(0.7 * i, kAxle), 0.2 * kDegree);
+    cv::Mat image = robot.Image(kStart, FrontUp(0.7 * i, kAxle));
+    cv::rectangle(image, cv::Rect(40 + 25 * i, 60, 70, 150), cv::Scalar(220), cv::FILLED);
+    cv::rectangle(image, cv::Rect(55 + 25 * i, 90, 30, 60), cv::Scalar(30), cv::FILLED);
+    robot.ExpectRight(robot.Measure(image), kStart, FrontUp(0.7 * i, kAxle), 0.2 * kRadPerDeg);
   }
 }
 

@@ -1,4 +1,5 @@
 #include "compensation/space_path.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,6 @@ namespace {
 
 using Eigen::Isometry3d;
 using synthetic::FrameAt;
-using synthetic::kDegree;
 
 /// Shows a path what a robot sees, and holds it against where the robot was.
 class Walk {
@@ -22,8 +22,8 @@ class Walk {
         view_(*renderer_.GetRig().up, renderer_.GetRig().ceiling_height_m),
         path_(view_) {}
 
-  std::optional<Isometry3d> Show(const cv::Mat& picture) {
-    return path_.Follow(view_.Rectify(picture, buffer_), 0.1 * static_cast<double>(++shown_));
+  std::optional<Isometry3d> Show(const cv::Mat& image) {
+    return path_.Follow(view_.Rectify(image, buffer_), 0.1 * static_cast<double>(++shown_));
   }
 
   void Step(const simulator::Frame& frame) {
@@ -31,13 +31,13 @@ class Walk {
     const auto found = Show(renderer_.Render(frame));
     ASSERT_TRUE(found) << "frame " << shown_;
     const Isometry3d off = (T_map_first_.inverse() * frame.T_map_base).inverse() * *found;
-    most_off_m_ = std::max(most_off_m_, off.translation().norm());
-    most_off_rad_ = std::max(most_off_rad_, Eigen::AngleAxisd(off.linear()).angle());
+    max_off_m_ = std::max(max_off_m_, off.translation().norm());
+    max_off_rad_ = std::max(max_off_rad_, Eigen::AngleAxisd(off.linear()).angle());
     last_ = *found;
   }
 
-  [[nodiscard]] double MostOffM() const { return most_off_m_; }
-  [[nodiscard]] double MostOffRad() const { return most_off_rad_; }
+  [[nodiscard]] double MostOffM() const { return max_off_m_; }
+  [[nodiscard]] double MostOffRad() const { return max_off_rad_; }
   [[nodiscard]] const Isometry3d& Last() const { return last_; }
 
  private:
@@ -48,8 +48,8 @@ class Walk {
   std::int64_t shown_ = 0;
   Isometry3d T_map_first_ = Isometry3d::Identity();
   Isometry3d last_ = Isometry3d::Identity();
-  double most_off_m_ = 0;
-  double most_off_rad_ = 0;
+  double max_off_m_ = 0;
+  double max_off_rad_ = 0;
 };
 
 TEST(SpacePath, FollowsARobotOverBumps) {
@@ -57,7 +57,7 @@ TEST(SpacePath, FollowsARobotOverBumps) {
   Walk walk(scene);
   for (const simulator::Frame& frame : simulator::MakePath(scene)) walk.Step(frame);
   EXPECT_LT(walk.MostOffM(), 0.01);
-  EXPECT_LT(walk.MostOffRad(), 0.15 * kDegree);
+  EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }
 
 TEST(SpacePath, StaysUpOnAStep) {
@@ -77,9 +77,9 @@ TEST(SpacePath, StaysUpOnAStep) {
 TEST(SpacePath, TurnsOnTheSpot) {
   const simulator::Scene scene = synthetic::Lab();
   Walk walk(scene);
-  for (int i = 0; i <= 24; ++i) walk.Step(FrameAt(i, {3, 3, WrapAngle(15 * kDegree * i)}));
+  for (int i = 0; i <= 24; ++i) walk.Step(FrameAt(i, {3, 3, WrapAngle(15 * kRadPerDeg * i)}));
   EXPECT_LT(walk.MostOffM(), 0.01);
-  EXPECT_LT(walk.MostOffRad(), 0.15 * kDegree);
+  EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }
 
 TEST(SpacePath, TellsNothingInTheDark) {

@@ -1,4 +1,5 @@
 #include "compensation/tilt_estimator.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gmock/gmock.h>
 
@@ -18,7 +19,6 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using synthetic::BumpyLab;
-using synthetic::kDegree;
 using synthetic::Lab;
 using testing::ThrowsMessage;
 
@@ -31,9 +31,9 @@ class Recording {
       : Recording(scene, simulator::MakePath(scene)) {}
   Recording(const simulator::Scene& scene, const std::vector<simulator::Frame>& path)
       : renderer_(scene), truths_(path) {
-    pictures_.reserve(path.size());
+    images_.reserve(path.size());
     for (const simulator::Frame& frame : path) {
-      pictures_.push_back({renderer_.Render(frame), renderer_.RenderForward(frame), frame.stamp_s});
+      images_.push_back({renderer_.Render(frame), renderer_.RenderForward(frame), frame.stamp_s});
     }
   }
 
@@ -44,7 +44,7 @@ class Recording {
     TiltEstimator estimator(renderer_.GetRig(), params);
     estimates.clear();
     for (int i = 0; i < Size(); ++i) {
-      const TiltFrame& taken = pictures_[static_cast<std::size_t>(i)];
+      const TiltFrame& taken = images_[static_cast<std::size_t>(i)];
       TiltFrame frame{taken.up.clone(), taken.forward.clone(), taken.stamp_s};
       if (edit) edit(i, frame);
       estimates.push_back(estimator.Estimate(frame));
@@ -73,12 +73,12 @@ class Recording {
   [[nodiscard]] double WorstDeg(int first, int last) const {
     double worst = 0;
     for (int i = first; i < last; ++i) worst = std::max(worst, ErrorOf(i).norm());
-    return worst / kDegree;
+    return worst / kRadPerDeg;
   }
   [[nodiscard]] double RmsDeg() const {
     double sum = 0;
     for (int i = 0; i < Size(); ++i) sum += ErrorOf(i).squaredNorm();
-    return std::sqrt(sum / Size()) / kDegree;
+    return std::sqrt(sum / Size()) / kRadPerDeg;
   }
   /// Frames farther off than so many of their own standard deviations.
   [[nodiscard]] int Beyond(double sigmas) const {
@@ -104,7 +104,7 @@ class Recording {
  private:
   simulator::Renderer renderer_;
   std::vector<simulator::Frame> truths_;
-  std::vector<TiltFrame> pictures_;
+  std::vector<TiltFrame> images_;
 };
 
 /// Over bumps in frames 12 to 19 and 26 to 33, rendered once.
@@ -113,7 +113,7 @@ Recording& Bumpy() {
   return recording;
 }
 
-// With pictures of 640 x 480 px: noise that small ones have left over is no tilt here.
+// With images of 640 x 480 px: noise that small ones have left over is no tilt here.
 TEST(TiltEstimator, ALevelDriveIsExactlyLevel) {
   simulator::Scene scene = Lab();
   scene.camera = {640, 480, 457};
@@ -139,7 +139,7 @@ TEST_P(EachMethod, MeasuresBumps) {
   EXPECT_LE(recording.Beyond(3), 1);
   const TiltReport& report = recording.report;
   EXPECT_NEAR(static_cast<double>(report.level), recording.LevelInTruth(), 4);
-  EXPECT_NEAR(report.largest_rad / kDegree, 4.55, 0.15);
+  EXPECT_NEAR(report.largest_rad / kRadPerDeg, 4.55, 0.15);
   EXPECT_EQ(report.unknown, 1);
   EXPECT_EQ(report.forward_refused, 0);
   EXPECT_EQ(report.without_forward, 0);
@@ -315,13 +315,13 @@ TEST(TiltEstimator, CorrectMakesAKeyframeLevelAgain) {
 
 TEST(TiltEstimator, OneContradictionOrASmallOneIsNoCorrection) {
   const simulator::Renderer renderer(Lab());
-  const cv::Mat picture = renderer.Render(synthetic::FrameAt(0, {2.6, 2.6, 0.2}));
+  const cv::Mat image = renderer.Render(synthetic::FrameAt(0, {2.6, 2.6, 0.2}));
   const Matrix2d sure = std::pow(3e-4, 2) * Matrix2d::Identity();
   const auto corrected = [&](const std::vector<TiltAngles>& left) {
     TiltEstimator estimator(renderer.GetRig());
     double stamp_s = 0;
     for (const TiltAngles& each : left) {
-      estimator.Estimate({picture, {}, stamp_s += 0.1});
+      estimator.Estimate({image, {}, stamp_s += 0.1});
       estimator.Correct(each);
     }
     return estimator.Report().corrected;
@@ -354,7 +354,7 @@ TEST(TiltEstimator, RefusesStampsThatDoNotIncrease) {
   EXPECT_NO_THROW(estimator.Estimate({grey, grey, 5.1}));
 }
 
-TEST(TiltEstimator, RefusesPicturesOfAnotherSize) {
+TEST(TiltEstimator, RefusesImagesOfAnotherSize) {
   TiltEstimator estimator(simulator::Renderer(Lab()).GetRig());
   const cv::Mat grey(240, 320, CV_8UC1, cv::Scalar(100));
   const cv::Mat small(120, 160, CV_8UC1, cv::Scalar(100));

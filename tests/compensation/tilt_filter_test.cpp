@@ -1,4 +1,5 @@
 #include "compensation/tilt_filter.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +13,6 @@ namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 TiltAngles Angles(double pitch, double roll, double sigma) {
   return {Vector2d(pitch, roll), sigma * sigma * Matrix2d::Identity()};
@@ -46,25 +45,25 @@ TEST(TiltFilter, WeighsEachAngleByItsCovariance) {
 TEST(TiltFilter, FollowsABump) {
   TiltFilter filter;
   std::mt19937 random(2);
-  std::normal_distribution<double> normal(0, 0.05 * kDegree);
+  std::normal_distribution<double> normal(0, 0.05 * kRadPerDeg);
   double sum2 = 0;
   int predictions_off = 0;
   for (int i = 0; i < 60; ++i) {
     const double time_s = 0.1 * i;
     const double part =
         time_s > 2 && time_s < 4 ? (1 - std::cos(std::numbers::pi * time_s)) / 2 : 0;
-    const Vector2d truth = part * Vector2d(-4.6 * kDegree, 1.5 * kDegree);
+    const Vector2d truth = part * Vector2d(-4.6 * kRadPerDeg, 1.5 * kRadPerDeg);
     filter.Predict(time_s);
     const TiltAngles expected = filter.Now();
     const Vector2d off = expected.angles - truth;
     if (off.dot(expected.covariance.inverse() * off) > 9) ++predictions_off;
     EXPECT_TRUE(filter.Update(
-        Angles(truth[0] + normal(random), truth[1] + normal(random), 0.05 * kDegree)));
-    EXPECT_LT((filter.Now().angles - truth).norm(), 0.2 * kDegree) << i;
-    EXPECT_LE(std::sqrt(filter.Now().covariance(0, 0)), 0.05 * kDegree);
+        Angles(truth[0] + normal(random), truth[1] + normal(random), 0.05 * kRadPerDeg)));
+    EXPECT_LT((filter.Now().angles - truth).norm(), 0.2 * kRadPerDeg) << i;
+    EXPECT_LE(std::sqrt(filter.Now().covariance(0, 0)), 0.05 * kRadPerDeg);
     sum2 += (filter.Now().angles - truth).squaredNorm();
   }
-  EXPECT_LT(std::sqrt(sum2 / 120), 0.055 * kDegree);
+  EXPECT_LT(std::sqrt(sum2 / 120), 0.055 * kRadPerDeg);
   EXPECT_LE(predictions_off, 2);
 }
 

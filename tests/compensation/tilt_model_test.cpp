@@ -1,4 +1,5 @@
 #include "compensation/tilt_model.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +16,6 @@ namespace ceilmap::compensation {
 namespace {
 
 using synthetic::ErrorOf;
-
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 

@@ -107,10 +107,10 @@ TEST(WallDistance, MovesAheadExactly) {
 
 TEST(WallDistance, StaysInFrontOfTheCamera) {
   const WallDistance wall = Learned();
-  constexpr double kMost = 1 / 0.3;
-  EXPECT_EQ(wall.PerMetre(-2.4), kMost);
-  EXPECT_EQ(wall.PerMetre(-2.5), kMost);
-  EXPECT_EQ(wall.PerMetre(-100), kMost);
+  constexpr double kMax = 1 / 0.3;
+  EXPECT_EQ(wall.PerMetre(-2.4), kMax);
+  EXPECT_EQ(wall.PerMetre(-2.5), kMax);
+  EXPECT_EQ(wall.PerMetre(-100), kMax);
   WallDistance far = Unlearned();
   for (int i = 0; i < 10; ++i) far.Learn(0.99, 0.01, 0.5);  // noise puts it behind infinity
   EXPECT_EQ(far.PerMetre(0), 0);

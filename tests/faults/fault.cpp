@@ -5,29 +5,30 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "tests/faults/h264.hpp"
 #include "tests/faults/recording_faults.hpp"
+#include "tests/support/h264.hpp"
 
 namespace fs = std::filesystem;
 
 namespace ceilmap::faults {
 namespace {
 
-// Flips bytes in this share of the pictures' NAL units but the first, behind their headers: what a
+// Flips bytes in this share of the images' NAL units but the first, behind their headers: what a
 // bad cable, card or radio does.
 void FlipBytes(const fs::path& file, double share, Random& random) {
   constexpr int kFlipsEach = 4;
   std::string bytes = ReadBytes(file);
-  std::vector<NalUnit> pictures =
-      file.extension() == ".mp4" ? NalUnitsOfMp4(bytes) : NalUnitsOfAnnexB(bytes);
-  std::erase_if(pictures, [](const NalUnit& unit) { return unit.type != 1 && unit.type != 5; });
+  std::vector<support::NalUnit> images =
+      file.extension() == ".mp4" ? support::NalUnitsOfMp4(bytes) : support::NalUnitsOfAnnexB(bytes);
+  std::erase_if(images,
+                [](const support::NalUnit& unit) { return unit.type != 1 && unit.type != 5; });
   std::uniform_real_distribution<double> chance(0, 1);
   std::uniform_int_distribution<int> flip(1, 255);
-  for (std::size_t i = 1; i < pictures.size(); ++i) {
+  for (std::size_t i = 1; i < images.size(); ++i) {
     if (chance(random) >= share) continue;
-    std::uniform_int_distribution<std::size_t> place(1, pictures[i].size - 1);
+    std::uniform_int_distribution<std::size_t> place(1, images[i].size - 1);
     for (int k = 0; k < kFlipsEach; ++k) {
-      char& byte = bytes[pictures[i].begin + place(random)];
+      char& byte = bytes[images[i].begin + place(random)];
       byte =
           static_cast<char>(static_cast<unsigned char>(byte) ^ static_cast<unsigned>(flip(random)));
     }
@@ -40,7 +41,7 @@ void Truncate(const fs::path& file, double part) {
                   static_cast<std::uintmax_t>(part * static_cast<double>(fs::file_size(file))));
 }
 
-// From the middle on the pictures of a folder are of another size.
+// From the middle on the images of a folder are of another size.
 void ChangeSize(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
@@ -52,8 +53,8 @@ void ChangeSize(const fs::path& folder) {
   }
 }
 
-Fault Pictures(const std::string& name,
-               const std::function<Recording(const Recording&, Random&)>& recording) {
+Fault Images(const std::string& name,
+             const std::function<Recording(const Recording&, Random&)>& recording) {
   return {name, recording};
 }
 
@@ -65,24 +66,24 @@ Fault Corrupted(const std::string& name, Storage storage, double share) {
 
 void AddOrderFaults(std::vector<Fault>& faults) {
   for (const int percent : {1, 10, 50}) {
-    faults.push_back(Pictures("dropped frames, " + std::to_string(percent) + " %",
-                              [=](const Recording& good, Random& random) {
-                                return DropFrames(good, 0.01 * percent, random);
-                              }));
+    faults.push_back(Images("dropped frames, " + std::to_string(percent) + " %",
+                            [=](const Recording& good, Random& random) {
+                              return DropFrames(good, 0.01 * percent, random);
+                            }));
   }
-  faults.push_back(Pictures("duplicated frames, 10 %", [](const Recording& good, Random& random) {
+  faults.push_back(Images("duplicated frames, 10 %", [](const Recording& good, Random& random) {
     return DuplicateFrames(good, 0.1, random);
   }));
-  faults.push_back(Pictures("swapped frames, 5 %", [](const Recording& good, Random& random) {
+  faults.push_back(Images("swapped frames, 5 %", [](const Recording& good, Random& random) {
     return SwapFrames(good, 0.05, random);
   }));
 }
 
-void AddPictureFaults(std::vector<Fault>& faults) {
+void AddImageFaults(std::vector<Fault>& faults) {
   const auto add = [&faults](const char* name, auto change) {
-    faults.push_back(Pictures(name, change));
+    faults.push_back(Images(name, change));
   };
-  add("flicker, every other picture at 0.4",
+  add("flicker, every other image at 0.4",
       [](const Recording& good, Random&) { return Flicker(good, 0.4); });
   add("exposure jumps, 10 of 0.35 to 2.5",
       [](const Recording& good, Random& random) { return ExposureJumps(good, 10, random); });
@@ -124,7 +125,7 @@ void AddFileFaults(std::vector<Fault>& faults) {
 std::vector<Fault> MakeFaults() {
   std::vector<Fault> faults = {{"none"}};
   AddOrderFaults(faults);
-  AddPictureFaults(faults);
+  AddImageFaults(faults);
   AddFileFaults(faults);
   return faults;
 }

@@ -8,11 +8,11 @@
 
 namespace ceilmap::faults {
 
-/// Something that goes wrong with a recording, from the pictures to the file.
+/// Something that goes wrong with a recording, from the images to the file.
 struct Fault {
   std::string name;
   std::function<Recording(const Recording&, Random&)> recording = {};  ///< empty: as it is
-  Storage storage = Storage::kPictures;
+  Storage storage = Storage::kImages;
   /// Changes the stored file (or folder); empty: as it is.
   std::function<void(const std::filesystem::path& up, Random&)> file = {};
 };

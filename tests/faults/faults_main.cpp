@@ -18,9 +18,9 @@
 #include <vector>
 
 #include "calib/base/error.hpp"
-#include "tests/bench/command_line.hpp"
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
+#include "tests/support/command_line.hpp"
 
 namespace ceilmap::faults {
 namespace {
@@ -151,7 +151,7 @@ bool RunSystem(const std::filesystem::path& folder) {
 
 bool Run(const std::vector<std::string>& arguments) {
   const char* const usage = "ceilmap_faults recordings|system|one FAULT[:SEED] [-o DIR]";
-  const bench::CommandLine line = bench::ParseCommandLine(
+  const support::CommandLine line = support::ParseCommandLine(
       arguments, [](const std::string& mode) { return mode == "one"; }, usage);
   const std::filesystem::path folder = std::filesystem::absolute(line.folder);
   std::filesystem::create_directories(folder);
@@ -165,5 +165,5 @@ bool Run(const std::vector<std::string>& arguments) {
 }  // namespace ceilmap::faults
 
 int main(int argc, char** argv) {
-  return ceilmap::bench::RunBenchmark("ceilmap_faults", argc, argv, ceilmap::faults::Run);
+  return ceilmap::support::RunBenchmark("ceilmap_faults", argc, argv, ceilmap::faults::Run);
 }

@@ -4,9 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/app/test_folder.hpp"
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::faults {
 namespace {
@@ -17,7 +17,7 @@ class Faults : public testing::Test {
  protected:
   /// One for all tests: its map takes a while.
   static const Lab& TheLab() {
-    static const app::TestFolder kFolder;
+    static const support::TestFolder kFolder;
     static const Lab kLab(kFolder.Path());
     return kLab;
   }
@@ -51,11 +51,11 @@ TEST_F(Faults, DarknessOnTheWayPutsNothingWhereItIsNot) {
   EXPECT_GT(outcome.Coverage(), 0.3);
 }
 
-TEST_F(Faults, WhitePicturesSayNothing) {
+TEST_F(Faults, WhiteImagesSayNothing) {
   ExpectSurvived(TheLab().Map(FaultNamed("exposure jumps, 10 of 0.35 to 2.5"), 1));
 }
 
-TEST_F(Faults, SmearedPicturesAreDoubted) {
+TEST_F(Faults, SmearedImagesAreDoubted) {
   ExpectSurvived(TheLab().Map(FaultNamed("motion blur of 25 px in 20 %"), 1));
 }
 

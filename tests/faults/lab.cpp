@@ -11,9 +11,9 @@
 #include <stdexcept>
 
 #include "app/evaluation/alignment.hpp"
-#include "app/status_csv.hpp"
+#include "app/files/status_csv.hpp"
 #include "calib/base/error.hpp"
-#include "mapping/map_file.hpp"
+#include "mapping/store/map_file.hpp"
 #include "samples/simulator/renderer.hpp"
 
 namespace fs = std::filesystem;
@@ -33,14 +33,14 @@ struct Estimate {
 
 std::vector<Estimate> PosesOfMap(const fs::path& map) {
   std::vector<Estimate> estimates;
-  for (const mapping::FramePose& pose : mapping::MapReader(map).ReadTrajectory()) {
+  for (const graph::FramePose& pose : store::MapReader(map).ReadTrajectory()) {
     estimates.push_back({pose.stamp_s, pose.T_map_base, pose.covariance});
   }
   return estimates;
 }
 
 std::vector<Estimate> PosesOfStatus(const fs::path& file) {
-  const app::StatusRecord record = app::ReadStatus(file);
+  const files::StatusRecord record = files::ReadStatus(file);
   std::vector<Estimate> estimates;
   for (std::size_t i = 0; i < record.poses.size(); ++i) {
     estimates.push_back(
@@ -72,7 +72,7 @@ Pose2 FitMap(const std::vector<Estimate>& estimates, const Recording& shots) {
   return pairs.empty() ? Pose2{} : evaluation::FitPlanarMotion(pairs);
 }
 
-// A pose at a stamp that no picture has is as wrong as can be.
+// A pose at a stamp that no image has is as wrong as can be.
 void Score(const std::vector<Estimate>& estimates,
            const Recording& shots,
            const Pose2& T_room_map,
@@ -115,7 +115,7 @@ double Outcome::Coverage() const {
   return shots > 0 ? static_cast<double>(placed) / shots : 0;
 }
 
-Outcome OutcomeOf(const integration::ProcessResult& result, const Recording& shots) {
+Outcome OutcomeOf(const support::ProcessResult& result, const Recording& shots) {
   Outcome outcome;
   outcome.exit_code = result.exit_code;
   outcome.shots = static_cast<int>(shots.size());
@@ -150,8 +150,8 @@ Lab::Lab(fs::path folder)
   fs::rename(visit.up, folder_ / "visited");
   fs::rename(visit.stamps, folder_ / "visited.csv");
   const fs::path map = folder_ / "good.gpkg";
-  const integration::ProcessResult result =
-      integration::RunCeilmap(MapArguments("mapped", "mapped.csv", map.string()), folder_.string());
+  const support::ProcessResult result =
+      support::RunCeilmap(MapArguments("mapped", "mapped.csv", map.string()), folder_.string());
   if (result.exit_code != 0) throw std::runtime_error("the good map: " + result.err);
   T_room_map_ = FitMap(PosesOfMap(map), mapped_);
 }
@@ -180,7 +180,7 @@ Lab::Stored Lab::Store(const Recording& good, const Fault& fault, unsigned seed)
   for (const char* const name : {"up", "up.mp4", "up.h264"}) fs::remove_all(folder_ / name);
   Stored stored;
   stored.shots = fault.recording ? fault.recording(good, random) : good;
-  stored.up = StorePictures(stored.shots, folder_, fault.storage);
+  stored.up = StoreImages(stored.shots, folder_, fault.storage);
   if (fault.file) fault.file(stored.up, random);
   stored.stamps = folder_ / "up.csv";
   WriteBytes(stored.stamps, StampsText(stored.shots));
@@ -189,12 +189,12 @@ Lab::Stored Lab::Store(const Recording& good, const Fault& fault, unsigned seed)
 }
 
 MapState Lab::StateOf(const fs::path& map, const std::string& before) const {
-  const integration::ProcessResult info =
-      integration::RunCeilmap({"info", map.string(), "--json"}, folder_.string());
+  const support::ProcessResult info =
+      support::RunCeilmap({"info", map.string(), "--json"}, folder_.string());
   if (info.exit_code != 0) return MapState::kLost;
   if (ReadBytes(map) == before) return MapState::kOld;
   try {  // all of it can be read, and fits together
-    const mapping::MapReader reader(map);
+    const store::MapReader reader(map);
     if (reader.ReadGraph().trajectory.empty()) return MapState::kLost;
     cv::Mat grey;
     cv::Mat alpha;
@@ -211,8 +211,8 @@ Outcome Lab::Map(const Fault& fault, unsigned seed) const {
   fs::copy_file(folder_ / "good.gpkg", map, fs::copy_options::overwrite_existing);
   const std::string before = ReadBytes(map);
   Outcome outcome = OutcomeOf(
-      integration::RunCeilmap(
-          MapArguments(stored.up.string(), stored.stamps.string(), map.string()), folder_.string()),
+      support::RunCeilmap(MapArguments(stored.up.string(), stored.stamps.string(), map.string()),
+                          folder_.string()),
       stored.shots);
   outcome.map = StateOf(map, before);
   if (outcome.exit_code == 0 && outcome.map == MapState::kNew) {
@@ -228,7 +228,7 @@ Outcome Lab::Localize(const Fault& fault, unsigned seed) const {
   const std::string before = ReadBytes(map);
   for (const char* const name : {"t.tum", "t.csv"}) fs::remove(folder_ / name);
   Outcome outcome =
-      OutcomeOf(integration::RunCeilmap(
+      OutcomeOf(support::RunCeilmap(
                     LocalizeArguments(stored.up.string(), stored.stamps.string(), map.string()),
                     folder_.string()),
                 stored.shots);

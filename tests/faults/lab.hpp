@@ -7,7 +7,7 @@
 
 #include "calib/base/pose2.hpp"
 #include "tests/faults/fault.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
 
 namespace ceilmap::faults {
 
@@ -25,9 +25,9 @@ struct Outcome {
   std::string message;
   /// Exit code 0, 1 or 2; when it is not 0, one line on stderr says why.
   bool orderly = false;
-  int shots = 0;      ///< pictures of the recording
+  int shots = 0;      ///< images of the recording
   int placed = 0;     ///< that got a pose
-  double rmse_m = 0;  ///< of these, against where their pictures were taken
+  double rmse_m = 0;  ///< of these, against where their images were taken
   double largest_m = 0;
   /// Wrong though sure: off by more than 0.05 m or 0.02 rad, and by more than four of the standard
   /// deviations that are claimed.
@@ -80,6 +80,6 @@ class Lab {
 };
 
 /// What the run left, judged as all runs are.
-Outcome OutcomeOf(const integration::ProcessResult& result, const Recording& shots);
+Outcome OutcomeOf(const support::ProcessResult& result, const Recording& shots);
 
 }  // namespace ceilmap::faults

@@ -7,12 +7,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "app/recording_writer.hpp"
-#include "app/tum.hpp"
+#include "app/files/tum.hpp"
+#include "app/recordings/recording_writer.hpp"
 #include "calib/base/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
-#include "tests/faults/h264.hpp"
+#include "tests/support/h264.hpp"
 
 namespace fs = std::filesystem;
 
@@ -49,8 +49,8 @@ simulator::Scene VisitedRoom() {
   scene.camera.focal_px *= 1.08;
   scene.camera.mount_height_m += 0.15;
   scene.camera.mount_x_m = 0.03;
-  scene.picture.exposure_gain = 0.75;
-  scene.picture.exposure_drift = 0.05;
+  scene.image.exposure_gain = 0.75;
+  scene.image.exposure_drift = 0.05;
   scene.path.kind = simulator::PathKind::kWaypoints;
   scene.path.waypoints_m = {{5.6, 4.2}, {5.6, 2.3}, {2.4, 2.2}, {2.3, 4.0}};
   scene.path.corner_radius_m = 0.4;
@@ -67,23 +67,23 @@ Recording Render(const simulator::Scene& scene) {
   return recording;
 }
 
-fs::path StorePictures(const Recording& recording, const fs::path& folder, Storage storage) {
-  if (storage == Storage::kPictures) {
+fs::path StoreImages(const Recording& recording, const fs::path& folder, Storage storage) {
+  if (storage == Storage::kImages) {
     fs::path target = folder / "up";
     fs::create_directories(target);
     for (std::size_t i = 0; i < recording.size(); ++i) {
-      cv::imwrite((target / fmt::format("{:06}.png", i)).string(), recording[i].picture);
+      cv::imwrite((target / fmt::format("{:06}.png", i)).string(), recording[i].image);
     }
     return target;
   }
   fs::path mp4 = folder / "up.mp4";
-  const auto writer = app::RecordingWriter::Create(
-      app::RecordingFormat::kVideo, mp4, recording.front().picture.size(), kRateHz);
-  for (const Shot& shot : recording) writer->Write(writer->Prepare(shot.picture));
+  const auto writer = recordings::RecordingWriter::Create(
+      recordings::RecordingFormat::kVideo, mp4, recording.front().image.size(), kRateHz);
+  for (const Shot& shot : recording) writer->Write(writer->Prepare(shot.image));
   writer->Commit();
   if (storage == Storage::kMp4) return mp4;
   fs::path stream = folder / "up.h264";
-  WriteBytes(stream, AnnexBOf(ReadBytes(mp4)));
+  WriteBytes(stream, support::AnnexBOf(ReadBytes(mp4)));
   fs::remove(mp4);
   return stream;
 }
@@ -102,7 +102,7 @@ std::string TruthText(const Recording& recording) {
   for (const Shot& shot : recording) {
     poses.push_back(ToStampedPose(shot.stamp_s, shot.T_room_base));
   }
-  return app::FormatTum(poses);
+  return files::FormatTum(poses);
 }
 
 std::string ReadBytes(const fs::path& file) {

@@ -11,10 +11,10 @@
 
 namespace ceilmap::faults {
 
-/// One picture, and what is true of it: a fault may give it a wrong stamp or another place in the
+/// One image, and what is true of it: a fault may give it a wrong stamp or another place in the
 /// recording, but never changes where it was taken.
 struct Shot {
-  cv::Mat picture;  ///< CV_8UC1
+  cv::Mat image;  ///< CV_8UC1
   double stamp_s = 0;
   Pose2 T_room_base;
 };
@@ -26,7 +26,7 @@ using Random = std::mt19937;
 /// frames, 6 cm each: enough to be mapped with a loop closure.
 simulator::Scene MappedRoom();
 /// The same room on another day, from another robot: higher camera, longer focal length, darker
-/// pictures, on a way of its own of about 120 frames.
+/// images, on a way of its own of about 120 frames.
 simulator::Scene VisitedRoom();
 
 /// Renders the scene's drive.
@@ -34,19 +34,19 @@ Recording Render(const simulator::Scene& scene);
 
 /// How a recording is stored.
 enum class Storage {
-  kPictures,  ///< a folder of PNG, numbered in order
-  kMp4,       ///< H.264, as `ceilmap simulate` stores it
-  kAnnexB     ///< the same, as a camera sends it: NAL units behind start codes, no container
+  kImages,  ///< a folder of PNG, numbered in order
+  kMp4,     ///< H.264, as `ceilmap simulate` stores it
+  kAnnexB   ///< the same, as a camera sends it: NAL units behind start codes, no container
 };
 
-/// Stores the pictures under `folder`/up, up.mp4 or up.h264. @return that path.
-std::filesystem::path StorePictures(const Recording& recording,
-                                    const std::filesystem::path& folder,
-                                    Storage storage);
+/// Stores the images under `folder`/up, up.mp4 or up.h264. @return that path.
+std::filesystem::path StoreImages(const Recording& recording,
+                                  const std::filesystem::path& folder,
+                                  Storage storage);
 
 /// `index,timestamp` of all shots.
 std::string StampsText(const Recording& recording);
-/// Where the pictures were taken, as TUM lines under the stamps that the shots carry.
+/// Where the images were taken, as TUM lines under the stamps that the shots carry.
 std::string TruthText(const Recording& recording);
 
 std::string ReadBytes(const std::filesystem::path& file);

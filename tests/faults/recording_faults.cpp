@@ -17,9 +17,9 @@ std::size_t Below(std::size_t count, Random& random) {
   return std::uniform_int_distribution<std::size_t>(0, count - 1)(random);
 }
 
-cv::Mat Brighter(const cv::Mat& picture, double factor) {
+cv::Mat Brighter(const cv::Mat& image, double factor) {
   cv::Mat changed;
-  picture.convertTo(changed, CV_8U, factor);
+  image.convertTo(changed, CV_8U, factor);
   return changed;
 }
 
@@ -58,7 +58,7 @@ Recording SwapFrames(const Recording& good, double share, Random& random) {
 Recording Flicker(const Recording& good, double low) {
   Recording faulty = good;
   for (std::size_t i = 1; i < faulty.size(); i += 2) {
-    faulty[i].picture = Brighter(faulty[i].picture, low);
+    faulty[i].image = Brighter(faulty[i].image, low);
   }
   return faulty;
 }
@@ -72,7 +72,7 @@ Recording ExposureJumps(const Recording& good, int jumps, Random& random) {
   double factor = 1;
   for (std::size_t i = 0; i < faulty.size(); ++i) {
     if (factors[i] > 0) factor = factors[i];
-    faulty[i].picture = Brighter(faulty[i].picture, factor);
+    faulty[i].image = Brighter(faulty[i].image, factor);
   }
   return faulty;
 }
@@ -88,8 +88,8 @@ Recording MotionBlur(const Recording& good, double share, int length_px, Random&
     cv::line(kernel, centre - half, centre + half, 1);
     kernel /= cv::sum(kernel)[0];
     cv::Mat smeared;
-    cv::filter2D(shot.picture, smeared, CV_8U, kernel);
-    shot.picture = smeared;
+    cv::filter2D(shot.image, smeared, CV_8U, kernel);
+    shot.image = smeared;
   }
   return faulty;
 }
@@ -97,10 +97,10 @@ Recording MotionBlur(const Recording& good, double share, int length_px, Random&
 Recording SaltNoise(const Recording& good, double share, Random& random) {
   Recording faulty = good;
   for (Shot& shot : faulty) {
-    shot.picture = shot.picture.clone();
-    const auto count = std::lround(share * static_cast<double>(shot.picture.total()));
+    shot.image = shot.image.clone();
+    const auto count = std::lround(share * static_cast<double>(shot.image.total()));
     for (long i = 0; i < count; ++i) {
-      shot.picture.data[Below(shot.picture.total(), random)] = Share(random) < 0.5 ? 0 : 255;
+      shot.image.data[Below(shot.image.total(), random)] = Share(random) < 0.5 ? 0 : 255;
     }
   }
   return faulty;
@@ -108,28 +108,28 @@ Recording SaltNoise(const Recording& good, double share, Random& random) {
 
 Recording DeadRows(const Recording& good, int rows, Random& random) {
   Recording faulty = good;
-  for (Shot& shot : faulty) shot.picture = shot.picture.clone();
+  for (Shot& shot : faulty) shot.image = shot.image.clone();
   for (int i = 0; i < rows; ++i) {
-    const int row = static_cast<int>(Below(good.front().picture.rows, random));
+    const int row = static_cast<int>(Below(good.front().image.rows, random));
     const double value = Share(random) < 0.5 ? 0 : 255;
-    for (Shot& shot : faulty) shot.picture.row(row).setTo(value);
+    for (Shot& shot : faulty) shot.image.row(row).setTo(value);
   }
   return faulty;
 }
 
 Recording CoveredHalf(const Recording& good) {
   Recording faulty = good;
-  // A finger or tape near the lens: dark, its edge spread over a fifth of the picture.
-  cv::Mat light(good.front().picture.size(), CV_32F);
+  // A finger or tape near the lens: dark, its edge spread over a fifth of the image.
+  cv::Mat light(good.front().image.size(), CV_32F);
   for (int u = 0; u < light.cols; ++u) {
     const double at = (u - 0.5 * light.cols) / (0.1 * light.cols);
     light.col(u).setTo(1 / (1 + std::exp(-2 * at)));
   }
   for (std::size_t i = faulty.size() / 2; i < faulty.size(); ++i) {
     cv::Mat covered;
-    faulty[i].picture.convertTo(covered, CV_32F);
+    faulty[i].image.convertTo(covered, CV_32F);
     covered = covered.mul(light) + 12;
-    covered.convertTo(faulty[i].picture, CV_8U);
+    covered.convertTo(faulty[i].image, CV_8U);
   }
   return faulty;
 }
@@ -137,7 +137,7 @@ Recording CoveredHalf(const Recording& good) {
 Recording Dark(const Recording& good) {
   Recording faulty = good;
   for (std::size_t i = faulty.size() / 3; i < 2 * faulty.size() / 3; ++i) {
-    faulty[i].picture = cv::Mat::zeros(faulty[i].picture.size(), CV_8U);
+    faulty[i].image = cv::Mat::zeros(faulty[i].image.size(), CV_8U);
   }
   return faulty;
 }

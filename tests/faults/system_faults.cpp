@@ -16,12 +16,12 @@ namespace fs = std::filesystem;
 namespace ceilmap::faults {
 namespace {
 
-using integration::ChildProcess;
-using integration::ProcessResult;
+using support::ChildProcess;
+using support::ProcessResult;
 
 constexpr int kKilled = 128 + SIGKILL;
 
-// A few frames are enough to be written: the map of the first twenty pictures.
+// A few frames are enough to be written: the map of the first twenty images.
 constexpr int kFrames = 20;
 
 /// A folder with an old map in it, and the command that replaces it.
@@ -32,7 +32,7 @@ class Target {
     fs::create_directories(folder_);
     fs::remove_all(lab.Folder() / "short");
     fs::create_directories(lab.Folder() / "short");
-    (void)StorePictures(Shots(), lab.Folder() / "short", Storage::kPictures);
+    (void)StoreImages(Shots(), lab.Folder() / "short", Storage::kImages);
     WriteBytes(lab.Folder() / "short.csv", StampsText(Shots()));
     Restore();
   }
@@ -102,23 +102,23 @@ long Moment(int trial, int calls, Random& random) {
   return std::uniform_int_distribution<long>(first, calls - 1)(random);
 }
 
-// Motion JPEG into a pipe, to and fro through the pictures, until nobody reads any more.
+// Motion JPEG into a pipe, to and fro through the images, until nobody reads any more.
 class Feed {
  public:
   Feed(const fs::path& pipe, const Recording& shots) {
     (void)std::signal(SIGPIPE, SIG_IGN);
     fs::remove(pipe);
     if (mkfifo(pipe.c_str(), 0600) != 0) throw std::runtime_error("no pipe");
-    std::vector<std::string> pictures;
+    std::vector<std::string> images;
     for (const Shot& shot : shots) {
       std::vector<unsigned char> code;
-      cv::imencode(".jpg", shot.picture, code);
-      pictures.emplace_back(code.begin(), code.end());
+      cv::imencode(".jpg", shot.image, code);
+      images.emplace_back(code.begin(), code.end());
     }
-    pictures.insert(pictures.end(), pictures.rbegin(), pictures.rend());
-    writer_ = std::thread([pipe, pictures] {
+    images.insert(images.end(), images.rbegin(), images.rend());
+    writer_ = std::thread([pipe, images] {
       std::ofstream stream(pipe, std::ios::binary);
-      for (std::size_t i = 0; stream; i = (i + 1) % pictures.size()) stream << pictures[i];
+      for (std::size_t i = 0; stream; i = (i + 1) % images.size()) stream << images[i];
     });
   }
   ~Feed() { writer_.join(); }
@@ -194,7 +194,7 @@ SystemResult TwoWriters(const Lab& lab) {
   const fs::path map = target.Map();
   ChildProcess first({CEILMAP_EXE, "map", "--rig=mapped.yaml", "--up=pipe", "-o", map.string()},
                      lab.Folder().string());
-  // It writes from then on, and for as long as there are pictures.
+  // It writes from then on, and for as long as there are images.
   const fs::path partial = map.parent_path() / ".m.gpkg.partial";
   std::error_code ignored;
   while (!fs::exists(partial, ignored) || fs::file_size(partial, ignored) == 0) {

@@ -1,8 +1,8 @@
 #include <string>
 #include <vector>
 
-#include "app/arguments.hpp"
-#include "app/page_server.hpp"
+#include "app/files/arguments.hpp"
+#include "app/live/page_server.hpp"
 #include "app/program.hpp"
 #include "tests/fuzz/promise.hpp"
 #include "tests/fuzz/targets.hpp"
@@ -11,9 +11,9 @@ namespace ceilmap::fuzz {
 namespace {
 
 std::vector<std::string> Words(std::string_view bytes) {
-  constexpr std::size_t kMost = 64;
+  constexpr std::size_t kMax = 64;
   std::vector<std::string> words;
-  while (!bytes.empty() && words.size() < kMost) {
+  while (!bytes.empty() && words.size() < kMax) {
     const std::size_t end = std::min(bytes.find('\n'), bytes.size());
     words.emplace_back(
         bytes.substr(0, end).substr(0, bytes.find('\0')));  // as the system gives them
@@ -31,7 +31,7 @@ void ReadAsCommandLine(std::string_view bytes) {
   // Made once: it takes as long as a hundred command lines.
   static app::CommandLine line;
   try {
-    const app::Command* const command = line.Parse(static_cast<int>(argv.size()), argv.data());
+    const commands::Command* const command = line.Parse(static_cast<int>(argv.size()), argv.data());
     Require(command != nullptr ? bool(command->run) : !line.Answer().empty(), "nothing to do");
   } catch (const InputError& error) {
     Require(*error.what() != '\0', "an error without a text");  // the console makes it one line
@@ -46,17 +46,17 @@ void ReadAsArguments(std::string_view bytes) {
     } catch (const InputError&) {  // NOLINT(bugprone-empty-catch)
     }
   };
-  refuse_or_take([&] { return app::ParsePose2(text, "--start"); });
-  refuse_or_take([&] { return app::ParseSpread(text, "--start-spread"); });
-  refuse_or_take([&] { return app::ParsePositiveNumbers(text, "--segments"); });
+  refuse_or_take([&] { return files::ParsePose2(text, "--start"); });
+  refuse_or_take([&] { return files::ParseSpread(text, "--start-spread"); });
+  refuse_or_take([&] { return files::ParsePositiveNumbers(text, "--segments"); });
   refuse_or_take([&] {
-    const app::ServerAddress address = app::ParseServerAddress(text, "--live-at");
+    const live::ServerAddress address = live::ParseServerAddress(text, "--live-at");
     Require(address.port >= 0 && address.port <= 65535 && !address.host.empty(), "an address");
     return address;
   });
-  (void)app::ParseFourNumbers(text);
-  (void)app::ParseSixNumbers(text);
-  if (text.find('\0') == std::string::npos) (void)app::ParseNamedFile(text);
+  (void)files::ParseFourNumbers(text);
+  (void)files::ParseSixNumbers(text);
+  if (text.find('\0') == std::string::npos) (void)files::ParseNamedFile(text);
 }
 
 }  // namespace ceilmap::fuzz

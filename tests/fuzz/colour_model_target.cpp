@@ -1,6 +1,6 @@
 #include <string>
 
-#include "app/colour_model_file.hpp"
+#include "app/files/colour_model_file.hpp"
 #include "tests/fuzz/promise.hpp"
 #include "tests/fuzz/targets.hpp"
 
@@ -8,17 +8,17 @@ namespace ceilmap::fuzz {
 
 void ReadAsColourModel(std::string_view bytes) {
   const std::string text(bytes);
-  constexpr std::int64_t kMostFrequencies = 1'000'000;
+  constexpr std::int64_t kMaxFrequencies = 1'000'000;
   const auto model =
-      Accepted([&] { return app::ParseColourModel(text, "model", kMostFrequencies); });
+      Accepted([&] { return files::ParseColourModel(text, "model", kMaxFrequencies); });
   if (!model) return;
   model->Validate();
   // What was written and read is not changed by being written again.
-  const std::string once = app::FormatColourModel(*model);
-  const auto read = Accepted([&] { return app::ParseColourModel(once, "once"); });
+  const std::string once = files::FormatColourModel(*model);
+  const auto read = Accepted([&] { return files::ParseColourModel(once, "once"); });
   if (!read) return;  // small numbers round to 0, which a depth or a certainty must not be
-  const std::string twice = app::FormatColourModel(*read);
-  Require(app::FormatColourModel(app::ParseColourModel(twice, "twice")) == twice,
+  const std::string twice = files::FormatColourModel(*read);
+  Require(files::FormatColourModel(files::ParseColourModel(twice, "twice")) == twice,
           "a model reads back as another one");
 }
 

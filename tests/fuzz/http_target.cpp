@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <string>
 
-#include "app/page_http.hpp"
+#include "app/live/page_http.hpp"
 #include "tests/fuzz/promise.hpp"
 #include "tests/fuzz/targets.hpp"
 
@@ -38,16 +38,16 @@ class Client final : public httplib::Stream {
 }  // namespace
 
 void ReadAsHttp(std::string_view bytes) {
-  static app::PageHttp server(
+  static live::PageHttp server(
       {{"/",
         [](const std::string& query) {
-          return app::ServedContent{"text/html; charset=utf-8", "page " + query};
+          return live::ServedContent{"text/html; charset=utf-8", "page " + query};
         }}},
       true);
-  Client client(bytes.substr(0, app::kMaxRequestBytes));
+  Client client(bytes.substr(0, live::kMaxRequestBytes));
   (void)server.Answer(client);
   const std::string& answer = client.Received();
-  Require(answer.size() < 2 * app::kMaxRequestBytes, "an answer larger than the page");
+  Require(answer.size() < 2 * live::kMaxRequestBytes, "an answer larger than the page");
   const bool page = answer.starts_with("HTTP/1.1 200");
   const std::string_view line = bytes.substr(0, bytes.find('\n'));
   const auto has = [&line](std::string_view words) { return line.find(words) != line.npos; };

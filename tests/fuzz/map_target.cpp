@@ -8,10 +8,10 @@
 #include <iterator>
 #include <string>
 
-#include "mapping/map_file.hpp"
+#include "mapping/store/map_file.hpp"
 #include "tests/fuzz/promise.hpp"
 #include "tests/fuzz/targets.hpp"
-#include "tests/mapping/synthetic_map.hpp"
+#include "tests/mapping/store/synthetic_map.hpp"
 
 namespace ceilmap::fuzz {
 namespace {
@@ -26,17 +26,16 @@ class DamagedMap {
     const fs::path memory = "/dev/shm";
     const fs::path folder = fs::is_directory(memory) ? memory : fs::temp_directory_path();
     file_ = folder / ("ceilmap-fuzz-" + std::to_string(getpid()) + ".gpkg");
-    mapping::synthetic::SmallMap map;
-    mapping::MapWriter writer(file_, map.metadata);
-    for (const mapping::Keyframe& keyframe : map.keyframes) {
-      writer.AddPicture(keyframe.id,
-                        mapping::synthetic::Picture(keyframe.id, map.metadata.view_size));
+    store::synthetic::SmallMap map;
+    store::MapWriter writer(file_, map.metadata);
+    for (const graph::Keyframe& keyframe : map.keyframes) {
+      writer.AddImage(keyframe.id, store::synthetic::Image(keyframe.id, map.metadata.view_size));
       const cv::Mat descriptors(2, 8, CV_32FC1, cv::Scalar(0.5));
       writer.AddDescriptors(keyframe.id, descriptors);
     }
     writer.WriteGraph(map.Graph());
     constexpr double kResolution = 0.05;
-    writer.WriteMosaic({-1, 1, kResolution, 40, 30}, mapping::synthetic::FillMosaic);
+    writer.WriteMosaic({-1, 1, kResolution, 40, 30}, store::synthetic::FillMosaic);
     writer.Commit();
     std::ifstream stream(file_, std::ios::binary);
     good_.assign(std::istreambuf_iterator<char>(stream), {});
@@ -74,34 +73,34 @@ class DamagedMap {
   int descriptor_ = -1;
 };
 
-void CheckFrame(const mapping::FramePose& frame) {
+void CheckFrame(const graph::FramePose& frame) {
   Require(std::isfinite(frame.stamp_s) && frame.T_map_base.Translation().allFinite() &&
               std::isfinite(frame.T_map_base.yaw) && frame.covariance.allFinite(),
           "a pose that is not finite");
 }
 
 /// Each part by itself: one that is damaged says nothing of the others.
-void ReadAll(const mapping::MapReader& map) {
+void ReadAll(const store::MapReader& map) {
   const cv::Size size = map.Metadata().view_size;
   Require(size.width > 0 && size.height > 0 && map.Metadata().resolution > 0, "metadata");
   if (const auto graph = Accepted([&] { return map.ReadGraph(); })) {
-    for (const mapping::FramePose& frame : graph->trajectory) CheckFrame(frame);
-    for (const mapping::Keyframe& keyframe : graph->keyframes) CheckFrame(keyframe.pose);
-    for (const mapping::Edge& edge : graph->edges) {
+    for (const graph::FramePose& frame : graph->trajectory) CheckFrame(frame);
+    for (const graph::Keyframe& keyframe : graph->keyframes) CheckFrame(keyframe.pose);
+    for (const graph::Edge& edge : graph->edges) {
       Require(edge.information.allFinite() && std::isfinite(edge.T_from_to.yaw), "an edge");
     }
   }
   for (const std::int64_t id : {0, 5}) {
-    if (const auto picture = Accepted([&] { return map.ReadPicture(id); })) {
-      Require(picture->size() == size && picture->type() == CV_8UC1, "a picture of another size");
+    if (const auto image = Accepted([&] { return map.ReadImage(id); })) {
+      Require(image->size() == size && image->type() == CV_8UC1, "an image of another size");
     }
     (void)Accepted([&] { return map.ReadDescriptors(id); });
   }
   (void)Accepted([&] {
     cv::Mat grey;
     cv::Mat alpha;
-    constexpr int kMostPx = 64;
-    const mapping::MosaicGrid grid = map.ReadOverview(kMostPx, grey, alpha);
+    constexpr int kMaxPx = 64;
+    const store::MosaicGrid grid = map.ReadOverview(kMaxPx, grey, alpha);
     Require(grey.size() == cv::Size(grid.width_px, grid.height_px), "an overview of another size");
     return 0;
   });
@@ -113,7 +112,7 @@ void ReadAsMap(std::string_view bytes) {
   static DamagedMap file;
   file.Damage(bytes);
   (void)Accepted([&] {
-    ReadAll(mapping::MapReader(file.File()));
+    ReadAll(store::MapReader(file.File()));
     return 0;
   });
 }

@@ -77,11 +77,11 @@ void ChangeOnce(std::string& bytes, std::span<const std::string> others, std::mt
 }  // namespace
 
 std::string Mutate(std::string bytes, std::span<const std::string> others, std::mt19937& random) {
-  constexpr std::size_t kMostBytes = 1U << 16U;
+  constexpr std::size_t kMaxBytes = 1U << 16U;
   for (std::size_t changes = 1 + Below(4, random); changes > 0; --changes) {
     ChangeOnce(bytes, others, random);
   }
-  if (bytes.size() > kMostBytes) bytes.resize(kMostBytes);
+  if (bytes.size() > kMaxBytes) bytes.resize(kMaxBytes);
   return bytes;
 }
 

@@ -21,8 +21,8 @@ inline void Require(bool holds, const char* what) {
 
 /// An error is one line that a terminal shows and does not obey, and that can be read at a glance.
 inline void RequireOneLine(std::string_view message) {
-  constexpr std::size_t kMostBytes = 2000;
-  Require(!message.empty() && message.size() <= kMostBytes, "a message is empty or endless");
+  constexpr std::size_t kMaxBytes = 2000;
+  Require(!message.empty() && message.size() <= kMaxBytes, "a message is empty or endless");
   for (const char c : message) {
     Require(static_cast<unsigned char>(c) >= ' ' && c != 127, "a message has control characters");
   }

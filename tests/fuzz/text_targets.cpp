@@ -5,22 +5,22 @@
 #include <limits>
 #include <string>
 
-#include "app/csv.hpp"
-#include "app/heading_csv.hpp"
-#include "app/picture_pairs.hpp"
-#include "app/stamps.hpp"
-#include "app/status_csv.hpp"
-#include "app/tum.hpp"
+#include "app/files/csv.hpp"
+#include "app/files/heading_csv.hpp"
+#include "app/files/image_pairs.hpp"
+#include "app/files/stamps.hpp"
+#include "app/files/status_csv.hpp"
+#include "app/files/tum.hpp"
 #include "tests/fuzz/promise.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace ceilmap::fuzz {
 namespace {
 
-using app::CsvTable;
+using files::CsvTable;
 
 std::optional<CsvTable> Table(std::string_view bytes) {
-  return Accepted([&] { return app::ParseCsv(bytes, "file.csv"); });
+  return Accepted([&] { return files::ParseCsv(bytes, "file.csv"); });
 }
 
 // Between strings of numbers that rise there may be one that is not finite only by mistake.
@@ -33,7 +33,7 @@ constexpr double kBeforeAll = -std::numeric_limits<double>::infinity();
 }  // namespace
 
 void ReadAsTum(std::string_view bytes) {
-  const auto poses = Accepted([&] { return app::ParseTum(bytes, "file.tum"); });
+  const auto poses = Accepted([&] { return files::ParseTum(bytes, "file.tum"); });
   if (!poses) return;
   Require(!poses->empty(), "no poses");
   double before = kBeforeAll;
@@ -49,7 +49,7 @@ void ReadAsTum(std::string_view bytes) {
   }
   // What is written keeps microseconds and nanometres.
   if (most > 1e6 || shortest_s < 1e-5) return;
-  const auto again = app::ParseTum(app::FormatTum(*poses), "again.tum");
+  const auto again = files::ParseTum(files::FormatTum(*poses), "again.tum");
   Require(again.size() == poses->size(), "poses are lost");
   for (std::size_t i = 0; i < again.size(); ++i) {
     Require(std::abs(again[i].stamp_s - (*poses)[i].stamp_s) < 1e-6 &&
@@ -65,7 +65,7 @@ void ReadAsCsv(std::string_view bytes) {
   std::string text = "\xEF\xBB\xBF";  // the header may begin with a second one
   const auto append = [&text](const std::vector<std::string>& fields) {
     for (std::size_t i = 0; i < fields.size(); ++i) {
-      text += (i == 0 ? "" : ",") + app::CsvField(fields[i]);
+      text += (i == 0 ? "" : ",") + files::CsvField(fields[i]);
     }
     text += '\n';
   };
@@ -88,7 +88,7 @@ void ReadAsCsv(std::string_view bytes) {
 void ReadAsStamps(std::string_view bytes) {
   const auto table = Table(bytes);
   if (!table) return;
-  const auto stamps = Accepted([&] { return app::StampsIn(*table); });
+  const auto stamps = Accepted([&] { return files::StampsIn(*table); });
   if (!stamps) return;
   Require(!stamps->empty() && stamps->size() == table->rows.size(), "stamps are lost");
   double before = kBeforeAll;
@@ -101,7 +101,7 @@ void ReadAsStamps(std::string_view bytes) {
 void ReadAsHeadings(std::string_view bytes) {
   const auto table = Table(bytes);
   if (!table) return;
-  const auto headings = Accepted([&] { return app::HeadingsIn(*table); });
+  const auto headings = Accepted([&] { return files::HeadingsIn(*table); });
   if (!headings) return;
   Require(!headings->empty(), "no headings");
   double before = kBeforeAll;
@@ -115,7 +115,7 @@ void ReadAsHeadings(std::string_view bytes) {
 void ReadAsStatus(std::string_view bytes) {
   const auto table = Table(bytes);
   if (!table) return;
-  const auto record = Accepted([&] { return app::StatusIn(*table); });
+  const auto record = Accepted([&] { return files::StatusIn(*table); });
   if (!record) return;
   Require(record->poses.size() == record->covariances.size() &&
               record->poses.size() == record->placed.size() &&
@@ -131,9 +131,9 @@ void ReadAsStatus(std::string_view bytes) {
 }
 
 void ReadAsPairs(std::string_view bytes) {
-  const auto table = Accepted([&] { return app::ParseCsv(bytes, "/nowhere/pairs.csv"); });
+  const auto table = Accepted([&] { return files::ParseCsv(bytes, "/nowhere/pairs.csv"); });
   if (!table) return;
-  const auto pairs = Accepted([&] { return app::PairsIn(*table); });
+  const auto pairs = Accepted([&] { return files::PairsIn(*table); });
   Require(!pairs || pairs->size() == table->rows.size(), "pairs are lost");
 }
 

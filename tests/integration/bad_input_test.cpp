@@ -46,7 +46,7 @@ std::vector<std::string> Localize(const std::string& map,
 void WriteMaps(const Recordings& test) {
   ASSERT_EQ(
       test.Run({"map", "--quiet", "--rig=@rig.yaml", "--up=@run.avi", "-o", "@good.gpkg"}).err, "");
-  const std::string map = app::ReadAll(test.in / "good.gpkg");
+  const std::string map = support::ReadAll(test.in / "good.gpkg");
   test.in.Write("half.gpkg", map.substr(0, map.size() / 2));
   std::filesystem::copy_file(test.in / "good.gpkg", test.in / "old.gpkg");
   SetFormatVersion(test.in / "old.gpkg", 1);
@@ -59,28 +59,28 @@ void WriteMaps(const Recordings& test) {
   test.in.Write(
       "down.yaml",
       rig.replace(rig.find("[0, 0, 0.707106781186548, 0.707106781186548]"), 44, "[1, 0, 0, 0]"));
-  app::WritePictures(test.in / "elsewhere", PicturesFromElsewhere());
+  support::WriteImages(test.in / "elsewhere", ImagesFromElsewhere());
   test.in.Write("h.csv", "timestamp,heading_deg,sigma_deg\n1,2,0\n");
 }
 
-void WriteBadInputs(const app::TestFolder& in) {
-  const std::vector<cv::Mat> pictures = CeilingPictures();
-  std::vector<cv::Mat> some(pictures.begin(), pictures.begin() + 6);
-  app::WritePictures(in / "damaged", some);
-  in.Write("damaged/frame4.png", "no picture");
+void WriteBadInputs(const support::TestFolder& in) {
+  const std::vector<cv::Mat> images = CeilingImages();
+  std::vector<cv::Mat> some(images.begin(), images.begin() + 6);
+  support::WriteImages(in / "damaged", some);
+  in.Write("damaged/frame4.png", "no image");
   some[4] = some[4](cv::Rect(0, 0, 200, 200)).clone();
-  app::WritePictures(in / "sizes", some);
-  app::WritePictures(in / "small", {some[4], some[4]});
-  app::WritePictures(in / "black", std::vector<cv::Mat>(5, cv::Mat::zeros(kPictureSize, CV_8U)));
-  app::WriteVideo(
-      in / "grey.avi", std::vector<cv::Mat>(5, cv::Mat(kPictureSize, CV_8U, cv::Scalar(128))), 10);
+  support::WriteImages(in / "sizes", some);
+  support::WriteImages(in / "small", {some[4], some[4]});
+  support::WriteImages(in / "black", std::vector<cv::Mat>(5, cv::Mat::zeros(kImageSize, CV_8U)));
+  support::WriteVideo(
+      in / "grey.avi", std::vector<cv::Mat>(5, cv::Mat(kImageSize, CV_8U, cv::Scalar(128))), 10);
   std::filesystem::create_directory(in / "nothing");
   in.Write("empty.mp4", "");
   in.Write("text.mp4", "this is no video\n");
-  const std::string video = app::ReadAll(in / "run.avi");
+  const std::string video = support::ReadAll(in / "run.avi");
   in.Write("zero.avi", video.substr(0, video.find("movi") + 4));
-  in.Write("short.csv", app::StampsCsv(kFrames - 1, 0, 1));
-  in.Write("long.csv", app::StampsCsv(kFrames + 1, 0, 1));
+  in.Write("short.csv", support::StampsCsv(kFrames - 1, 0, 1));
+  in.Write("long.csv", support::StampsCsv(kFrames + 1, 0, 1));
   in.Write("back.csv", "index,timestamp\n0,1\n1,0.5\n");
   std::string rig = kRig;
   in.Write("focal.yaml", rig.replace(rig.find("data: [200"), 10, "data: [-20"));
@@ -108,7 +108,7 @@ TEST_P(BadInputTest, IsOneLineAndLeavesNothing) {
   const Recordings test;
   WriteBadInputs(test.in);
   if (!GetParam().arguments.empty() && GetParam().arguments[0] == "localize") WriteMaps(test);
-  const ProcessResult result = test.Run(GetParam().arguments);
+  const support::ProcessResult result = test.Run(GetParam().arguments);
   EXPECT_EQ(result.exit_code, GetParam().exit_code);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));
@@ -122,7 +122,7 @@ const std::vector<BadInput> kSources = {
     {"NotAVideo", Map({"--up=@text.mp4"}), "not a video"},
     {"EmptyFile", Map({"--up=@empty.mp4"}), "is empty"},
     {"ZeroFrames", Map({"--up=@zero.avi"}), "zero.avi"},
-    {"EmptyFolder", Map({"--up=@nothing"}), "no pictures"},
+    {"EmptyFolder", Map({"--up=@nothing"}), "no images"},
     {"EmptyPattern", Map({"--up=@nothing/%d.png"}), "no file"},
     {"NoCamera", Map({"--up=/dev/video4711"}), "/dev/video4711"},
     {"NotTheRigsSize", Map({"--rig=@rig.yaml", "--up=@small"}), "200x200 px, but camera 'up'"},
@@ -236,13 +236,13 @@ const std::vector<BadInput> kLocalize = {
 };
 
 const std::vector<BadInput> kPairs = {
-    {"RegisterNothing", {"register"}, "two pictures"},
-    {"RegisterOnePicture", {"register", "@run/frame0.png"}, "two pictures"},
+    {"RegisterNothing", {"register"}, "two images"},
+    {"RegisterOnePicture", {"register", "@run/frame0.png"}, "two images"},
     {"RegisterMissing", {"register", "@run/frame0.png", "@none.png", "-o", "r.csv"}, "none.png"},
     {"RegisterSizes", {"register", "@run/frame0.png", "@small/frame0.png"}, "320x240"},
     {"PairsAndPictures",
      {"register", "@run/frame0.png", "@run/frame1.png", "--pairs=@pairs.csv", "-o", "r.csv"},
-     "two pictures"},
+     "two images"},
     {"PairsWithoutOutput", {"register", "--pairs=@pairs.csv"}, "-o OUT.csv"},
     {"PairsNoFile", {"register", "--pairs=@none.csv", "-o", "r.csv"}, "none.csv"},
     {"PairsNoColumns", {"register", "--pairs=@stamps.csv", "-o", "r.csv"}, "'id'"},

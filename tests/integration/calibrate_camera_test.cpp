@@ -1,5 +1,5 @@
 // `ceilmap calibrate camera` on painted boards: what it writes, and the one line that it ends with
-// where pictures or arguments are of no use.
+// where images or arguments are of no use.
 
 #include <fmt/format.h>
 
@@ -9,22 +9,22 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "app/gnuplot.hpp"
+#include "app/figures/gnuplot.hpp"
 #include "calib/camera_info.hpp"
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
 #include "tests/calib/solve/painted_board.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
 namespace fs = std::filesystem;
-using app::ReadAll;
 using calibration::Board;
 using calibration::BoardPainter;
 using calibration::BoardPose;
 using calibration::Lens;
+using support::ReadAll;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -51,41 +51,41 @@ class Recordings {
     const std::vector<BoardPose> poses = GoodPoses(Chessboard(), lens);
     const BoardPainter painter(Chessboard(), lens);
     const std::vector<cv::Mat> good = PaintAll(painter, poses);
-    app::WritePictures(folder_ / "good", good);
-    app::WritePictures(folder_ / "one", {good[0]});
-    app::WritePictures(folder_ / "alike", {good[1], good[1], good[1], good[1]});
-    app::WritePictures(folder_ / "grey",
-                       std::vector<cv::Mat>(3, cv::Mat(360, 480, CV_8U, cv::Scalar(90))));
-    app::WritePictures(folder_ / "sizes", {good[0], good[1].colRange(0, 400).clone()});
-    app::WritePictures(folder_ / "blurred", Changed(good, [](const cv::Mat& from, cv::Mat& to) {
-                         cv::GaussianBlur(from, to, {}, 5);
-                       }));
+    support::WriteImages(folder_ / "good", good);
+    support::WriteImages(folder_ / "one", {good[0]});
+    support::WriteImages(folder_ / "alike", {good[1], good[1], good[1], good[1]});
+    support::WriteImages(folder_ / "grey",
+                         std::vector<cv::Mat>(3, cv::Mat(360, 480, CV_8U, cv::Scalar(90))));
+    support::WriteImages(folder_ / "sizes", {good[0], good[1].colRange(0, 400).clone()});
+    support::WriteImages(folder_ / "blurred", Changed(good, [](const cv::Mat& from, cv::Mat& to) {
+                           cv::GaussianBlur(from, to, {}, 5);
+                         }));
     WriteLevel(painter, lens);
     WriteVideo(painter, poses);
     const std::vector<BoardPose> few(poses.begin(), poses.begin() + 4);
-    app::WritePictures(folder_ / "other", PaintAll(BoardPainter(Chessboard(8), lens), few));
+    support::WriteImages(folder_ / "other", PaintAll(BoardPainter(Chessboard(8), lens), few));
     const std::vector<cv::Mat> charuco = PaintAll(BoardPainter(Charuco(), lens), poses);
-    app::WritePictures(folder_ / "charuco", charuco);
-    app::WritePictures(folder_ / "mirrored", Changed(charuco, [](const cv::Mat& from, cv::Mat& to) {
-                         cv::flip(from, to, 1);
-                       }));
+    support::WriteImages(folder_ / "charuco", charuco);
+    support::WriteImages(
+        folder_ / "mirrored",
+        Changed(charuco, [](const cv::Mat& from, cv::Mat& to) { cv::flip(from, to, 1); }));
     fs::create_directory(folder_ / "empty");
     folder_.Write("text.mp4", "this is no video\n");
-    folder_.Write("text.png", "this is no picture\n");
+    folder_.Write("text.png", "this is no image\n");
   }
   [[nodiscard]] const fs::path& Path() const { return folder_.Path(); }
 
  private:
   static std::vector<cv::Mat> PaintAll(const BoardPainter& painter,
                                        const std::vector<BoardPose>& poses) {
-    std::vector<cv::Mat> pictures;
-    for (const BoardPose& pose : poses) pictures.push_back(painter.Paint(pose));
-    return pictures;
+    std::vector<cv::Mat> images;
+    for (const BoardPose& pose : poses) images.push_back(painter.Paint(pose));
+    return images;
   }
   template <typename Change>
-  static std::vector<cv::Mat> Changed(const std::vector<cv::Mat>& pictures, const Change& change) {
-    std::vector<cv::Mat> changed(pictures.size());
-    for (std::size_t i = 0; i < pictures.size(); ++i) change(pictures[i], changed[i]);
+  static std::vector<cv::Mat> Changed(const std::vector<cv::Mat>& images, const Change& change) {
+    std::vector<cv::Mat> changed(images.size());
+    for (std::size_t i = 0; i < images.size(); ++i) change(images[i], changed[i]);
     return changed;
   }
   void WriteLevel(const BoardPainter& painter, const Lens& lens) const {
@@ -94,21 +94,21 @@ class Recordings {
       poses.push_back(PoseAt(Chessboard(), lens, {x, 0.5}, 0, 0, 0, 0.5));
       poses.push_back(PoseAt(Chessboard(), lens, {x, 0.4}, 0, 0, 0.1, 0.45));
     }
-    app::WritePictures(folder_ / "level", PaintAll(painter, poses));
+    support::WriteImages(folder_ / "level", PaintAll(painter, poses));
   }
   // Each view three times, the second as a camera that moves would show it.
   void WriteVideo(const BoardPainter& painter, const std::vector<BoardPose>& poses) const {
     std::vector<cv::Mat> frames;
     for (const BoardPose& pose : poses) {
-      const cv::Mat picture = painter.Paint(pose);
+      const cv::Mat image = painter.Paint(pose);
       cv::Mat moved;
-      cv::blur(picture, moved, {41, 1});
-      frames.insert(frames.end(), {picture, moved, picture});
+      cv::blur(image, moved, {41, 1});
+      frames.insert(frames.end(), {image, moved, image});
     }
-    app::WriteVideo(folder_ / "walk.avi", frames, 10);
+    support::WriteVideo(folder_ / "walk.avi", frames, 10);
   }
 
-  app::TestFolder folder_;
+  support::TestFolder folder_;
 };
 
 class CalibrateCamera : public testing::Test {
@@ -118,25 +118,25 @@ class CalibrateCamera : public testing::Test {
     return recordings;
   }
   // `@NAME` in an argument stands for NAME among the inputs.
-  ProcessResult Run(std::vector<std::string> arguments) const {
+  support::ProcessResult Run(std::vector<std::string> arguments) const {
     for (std::string& argument : arguments) {
       const std::size_t at = argument.find('@');
       if (at != std::string::npos) argument.replace(at, 1, Inputs().Path().string() + "/");
     }
     arguments.insert(arguments.begin(), {"calibrate", "camera"});
-    return RunCeilmap(arguments, out_.Path().string());
+    return support::RunCeilmap(arguments, out_.Path().string());
   }
-  void ExpectTestLens(const std::string& file, double focal_part, double centre_px) const {
+  void ExpectTestLens(const std::string& file, double focal_ratio, double centre_px) const {
     const Lens lens = calibration::TestLens();
     const calib::PinholeCamera camera = calib::ReadCameraInfo(out_ / file);
     EXPECT_EQ(camera.Size(), lens.size);
-    EXPECT_NEAR(camera.fx / lens.values[0], 1, focal_part);
-    EXPECT_NEAR(camera.fy / lens.values[1], 1, focal_part);
+    EXPECT_NEAR(camera.fx / lens.values[0], 1, focal_ratio);
+    EXPECT_NEAR(camera.fy / lens.values[1], 1, focal_ratio);
     EXPECT_NEAR(camera.cx, lens.values[2], centre_px);
     EXPECT_NEAR(camera.cy, lens.values[3], centre_px);
     EXPECT_NEAR(camera.distortion[0], lens.values[4], 0.02);
   }
-  app::TestFolder out_;
+  support::TestFolder out_;
 };
 
 const std::vector<std::string> kBoard = {"--corners=9x6", "--square=0.025"};
@@ -166,18 +166,18 @@ TEST_F(CalibrateCamera, WritesACameraThatIsReadBack) {
   EXPECT_LT(quality["sigmas"]["fx"], 1);
 }
 
-TEST_F(CalibrateCamera, TheSamePicturesGiveTheSameCamera) {
+TEST_F(CalibrateCamera, TheSameImagesGiveTheSameCamera) {
   ASSERT_EQ(Run(With(kBoard, {"@good", "-o", "a.yaml", "--quiet"})).exit_code, 0);
   const auto again = Run(With(kBoard, {"@good", "-o", "b.yaml", "--quiet"}));
   EXPECT_EQ(again.out + again.err, "");
   EXPECT_EQ(ReadAll(out_ / "a.yaml"), ReadAll(out_ / "b.yaml"));
 }
 
-TEST_F(CalibrateCamera, TakesPicturesByName) {
+TEST_F(CalibrateCamera, TakesImagesByName) {
   std::vector<std::string> arguments = kBoard;
   for (const int i : {0, 1, 2, 3, 4, 5, 8, 9}) {
     arguments.push_back((Inputs().Path() / "good" /
-                         app::NamesIn(Inputs().Path() / "good")[static_cast<std::size_t>(i)])
+                         support::NamesIn(Inputs().Path() / "good")[static_cast<std::size_t>(i)])
                             .string());
   }
   const auto result = Run(With(arguments, {"-o", "up.yaml"}));
@@ -205,13 +205,13 @@ TEST_F(CalibrateCamera, ReportsToLookAt) {
   const auto result =
       Run(With(kBoard, {"@good", "-o", "up.yaml", "--report=report", "--name=<up>"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const auto names = app::NamesIn(out_ / "report");
+  const auto names = support::NamesIn(out_ / "report");
   for (const char* name : {"after.jpg", "before.jpg", "index.html", "metrics.json", "tables.md"}) {
     EXPECT_THAT(names, testing::Contains(name));
   }
   EXPECT_THAT(ReadAll(out_ / "report" / "index.html"), HasSubstr("Camera &lt;up&gt;"));
   EXPECT_EQ(cv::imread((out_ / "report" / "after.jpg").string()).size(), cv::Size(480, 360));
-  if (!app::FindGnuplot()) return;
+  if (!figures::FindGnuplot()) return;
   for (const char* name : {"coverage.svg", "residuals.png", "views.pdf"}) {
     EXPECT_GT(fs::file_size(out_ / "report" / "figures" / name), 1000U) << name;
   }
@@ -254,7 +254,7 @@ TEST_P(BadCalibrationTest, IsOneLineAndLeavesNothing) {
   if (!has("--corners")) arguments.emplace_back("--corners=9x6");
   if (!has("--square")) arguments.emplace_back("--square=0.025");
   if (!has("--print")) arguments.insert(arguments.end(), {"-o", "up.yaml"});
-  const ProcessResult result = Run(arguments);
+  const support::ProcessResult result = Run(arguments);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));
@@ -266,34 +266,34 @@ TEST_P(BadCalibrationTest, IsOneLineAndLeavesNothing) {
 const std::vector<std::string> kCharuco = {"--board=charuco", "--marker=0.018"};
 
 const std::vector<BadCalibration> kBadCalibrations = {
-    {"NoSource", {}, "no pictures; give a folder of pictures, a video, or several pictures"},
-    {"EmptyFolder", {"@empty"}, "empty: holds no pictures"},
+    {"NoSource", {}, "no images; give a folder of images, a video, or several images"},
+    {"EmptyFolder", {"@empty"}, "empty: holds no images"},
     {"NoSuchFile", {"@none.mp4"}, "none.mp4: no such file"},
     {"NotAVideo", {"@text.mp4"}, "text.mp4: is not a video"},
-    {"NotAPicture", {"@text.png"}, "text.png: is not a picture"},
-    {"NoBoard", {"@grey"}, "grey: no chessboard of 9x6 corners in any of 3 pictures; is it whole"},
+    {"NotAPicture", {"@text.png"}, "text.png: is not an image"},
+    {"NoBoard", {"@grey"}, "grey: no chessboard of 9x6 corners in any of 3 images; is it whole"},
     {"SmallerBoard",
      {"@other"},
-     "other: the pictures show a chessboard of 8x6 corners, not 9x6; give --corners 8x6"},
+     "other: the images show a chessboard of 8x6 corners, not 9x6; give --corners 8x6"},
     {"LargerBoard",
      {"@good", "--corners=8x5"},
-     "good: the pictures show a chessboard of 9x6 corners, not 8x5; give --corners 9x6"},
+     "good: the images show a chessboard of 9x6 corners, not 8x5; give --corners 9x6"},
     {"Mirrored",
      With(kCharuco, {"@mirrored"}),
      "mirrored: the board is seen mirrored, by a mirror"},
-    {"NoMarkers", With(kCharuco, {"@good"}), "good: the pictures show a chessboard of 9x6 corners"},
+    {"NoMarkers", With(kCharuco, {"@good"}), "good: the images show a chessboard of 9x6 corners"},
     {"OtherMarkers",
      With(kCharuco, {"@charuco", "--corners=5x8"}),
      "there are markers of 4x4_50 but no ChArUco board of 5x8 corners; check --corners"},
-    {"Blurred", {"@blurred"}, "blurred: the board is blurred in all of 15 pictures; hold it still"},
-    {"OneView", {"@one"}, "one: 1 of 1 pictures shows the board sharp and whole, at least 3"},
+    {"Blurred", {"@blurred"}, "blurred: the board is blurred in all of 15 images; hold it still"},
+    {"OneView", {"@one"}, "one: 1 of 1 images shows the board sharp and whole, at least 3"},
     {"AlikeViews",
      {"@alike"},
      "alike: the 4 views of the board are alike (1 different one), at least 3 are needed; show"},
     {"LevelViews", {"@level"}, "level: no view with the board tilted by more than"},
     {"SizesDiffer",
      {"@sizes"},
-     "is 400x360 px, those before it 480x360; calibrate with pictures of one size"},
+     "is 400x360 px, those before it 480x360; calibrate with images of one size"},
     {"NoSize", {"@good", "--corners=9"}, "--corners 9: must be COLUMNSxROWS of inner corners"},
     {"FewCorners", {"@good", "--corners=9x2"}, "--corners: 2 in a row, must be 3 to 60"},
     {"NoSquare", {"@good", "--square=0"}, "--square 0: must be the side of a square in metres"},

@@ -12,14 +12,14 @@
 #include <vector>
 
 #include "calib/rig.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
-using app::TestFolder;
+using support::ReadAll;
+using support::TestFolder;
 
 const std::string kScene = R"(seed: 2
 room: {length_m: 6, width_m: 5, height_m: 2.6, wall_brightness: 0.32, wall_posters_per_100m2: 45, floor_contrast: 0.2}
@@ -41,22 +41,22 @@ class CalibrateMirrorTest : public testing::Test {
     }
     folder_->Write("turn.tum", turn);
     folder_->Write("scene.yaml", kScene);
-    const ProcessResult made = Run({"simulate", "scene.yaml", "-o", "turn", "--pictures"});
+    const support::ProcessResult made = Run({"simulate", "scene.yaml", "-o", "turn", "--pictures"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
   static void TearDownTestSuite() {
     delete folder_;
     folder_ = nullptr;
   }
-  static ProcessResult Run(const std::vector<std::string>& arguments) {
-    return RunCeilmap(arguments, folder_->Path().string());
+  static support::ProcessResult Run(const std::vector<std::string>& arguments) {
+    return support::RunCeilmap(arguments, folder_->Path().string());
   }
-  static ProcessResult Calibrate(const std::vector<std::string>& more) {
+  static support::ProcessResult Calibrate(const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"calibrate", "mirror"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return Run(arguments);
   }
-  static void ExpectFault(const ProcessResult& result, const std::string& text) {
+  static void ExpectFault(const support::ProcessResult& result, const std::string& text) {
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(result.err, "ceilmap: " + text + "\n");
   }
@@ -67,12 +67,12 @@ class CalibrateMirrorTest : public testing::Test {
 TestFolder* CalibrateMirrorTest::folder_ = nullptr;
 
 TEST_F(CalibrateMirrorTest, FindsTheMirrorOfATurningRobot) {
-  const ProcessResult result = Calibrate({"--omni=turn/omni",
-                                          "--rig=turn/rig.yaml",
-                                          "--report=report",
-                                          "--panorama=panorama.png",
-                                          "-o",
-                                          "new.yaml"});
+  const support::ProcessResult result = Calibrate({"--omni=turn/omni",
+                                                   "--rig=turn/rig.yaml",
+                                                   "--report=report",
+                                                   "--panorama=panorama.png",
+                                                   "-o",
+                                                   "new.yaml"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   const calib::Rig truth = calib::ReadRig(*folder_ / "turn/rig.yaml");
@@ -91,7 +91,7 @@ TEST_F(CalibrateMirrorTest, ARigWithoutAMirrorGetsOne) {
   std::string rig = ReadAll(*folder_ / "turn/rig.yaml");
   rig.resize(rig.find("  omni:"));
   folder_->Write("up.yaml", rig);
-  const ProcessResult result =
+  const support::ProcessResult result =
       Calibrate({"--omni=turn/omni", "--rig=up.yaml", "-o", "ring.yaml", "--summary=s.json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const calib::Rig truth = calib::ReadRig(*folder_ / "turn/rig.yaml");
@@ -104,7 +104,7 @@ TEST_F(CalibrateMirrorTest, ARigWithoutAMirrorGetsOne) {
 }
 
 TEST_F(CalibrateMirrorTest, ByHand) {
-  const ProcessResult result =
+  const support::ProcessResult result =
       Calibrate({"--omni=turn/omni/000000.png", "--ring=140,140,30,120", "--panorama=by-hand.png"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(std::filesystem::exists(*folder_ / "by-hand.png"));

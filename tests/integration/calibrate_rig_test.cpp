@@ -8,25 +8,23 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <string>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "calib/rig.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
-using app::TestFolder;
+using support::ReadAll;
+using support::TestFolder;
 using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::StartsWith;
-
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kAxle = 0.12;
 constexpr double kLength = 1.5;
 constexpr double kStep = 0.02;
@@ -90,15 +88,15 @@ class CalibrateRigTest : public testing::Test {
     std::string spin;
     std::string drift;
     for (int i = 0; i <= 40; ++i) {
-      spin += TumLine(i, 4, 3.5, 9 * kDegree * i);
-      drift += TumLine(i, 4 + 0.005 * i, 3.5, 9 * kDegree * i);
+      spin += TumLine(i, 4, 3.5, 9 * kRadPerDeg * i);
+      drift += TumLine(i, 4 + 0.005 * i, 3.5, 9 * kRadPerDeg * i);
     }
     std::string straight;
     std::string curve;
     for (int i = 0; i <= 20; ++i) {
       const double s = kLength * i / 20;
       straight += TumLine(i, 3 + s * std::cos(0.3), 3.2 + s * std::sin(0.3), 0.3);
-      curve += TumLine(i, 3 + s, 3.2, 0.2 * kDegree * i);
+      curve += TumLine(i, 3 + s, 3.2, 0.2 * kRadPerDeg * i);
     }
     std::string step;
     for (int i = 0; i <= 34; ++i) step += StepLine(i, 3 + 0.025 * i);
@@ -132,15 +130,15 @@ class CalibrateRigTest : public testing::Test {
   static void Render(const std::string& name, const std::string& poses) {
     folder_->Write(name + ".tum", poses);
     folder_->Write(name + ".yaml", Scene(name + ".tum"));
-    const ProcessResult made = Run({"simulate", name + ".yaml", "-o", name, "--pictures"});
+    const support::ProcessResult made = Run({"simulate", name + ".yaml", "-o", name, "--pictures"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
-  static ProcessResult Run(const std::vector<std::string>& arguments) {
-    return RunCeilmap(arguments, folder_->Path().string());
+  static support::ProcessResult Run(const std::vector<std::string>& arguments) {
+    return support::RunCeilmap(arguments, folder_->Path().string());
   }
-  static ProcessResult Calibrate(const std::string& spin,
-                                 const std::string& straight,
-                                 const std::vector<std::string>& more) {
+  static support::ProcessResult Calibrate(const std::string& spin,
+                                          const std::string& straight,
+                                          const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"calibrate",
                                        "rig",
                                        "--spin=" + spin,
@@ -168,7 +166,7 @@ class CalibrateRigTest : public testing::Test {
     ExpectTruth("pitch_deg", 1, 0.05);
     ExpectTruth("roll_deg", -0.6, 0.05);
   }
-  static void ExpectFault(const ProcessResult& result, const std::string& text) {
+  static void ExpectFault(const support::ProcessResult& result, const std::string& text) {
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(result.err, "ceilmap: " + text + "\n");
   }
@@ -179,7 +177,7 @@ class CalibrateRigTest : public testing::Test {
 TestFolder* CalibrateRigTest::folder_ = nullptr;
 
 TEST_F(CalibrateRigTest, FindsTheMountUnderACeilingOfKnownHeight) {
-  const ProcessResult result =
+  const support::ProcessResult result =
       Calibrate("spin/up", "straight/up", {"--rig=rough.yaml", "--ceiling-height=2.5"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
@@ -194,11 +192,11 @@ TEST_F(CalibrateRigTest, FindsTheMountUnderACeilingOfKnownHeight) {
   EXPECT_LT((rig.up->T_base_cam.translation() - truth.up->T_base_cam.translation()).norm(), 0.002);
   const Eigen::AngleAxisd off(rig.up->T_base_cam.linear().transpose() *
                               truth.up->T_base_cam.linear());
-  EXPECT_LT(off.angle() / kDegree, 0.1);
+  EXPECT_LT(off.angle() / kRadPerDeg, 0.1);
 }
 
 TEST_F(CalibrateRigTest, ATapedWayGivesTheCeilingsHeight) {
-  ProcessResult result = Calibrate(
+  support::ProcessResult result = Calibrate(
       "spin/up", "straight/up", {"--rig=rough.yaml", "--distance=1.5", "--report=report"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   ExpectMount();
@@ -217,23 +215,23 @@ TEST_F(CalibrateRigTest, ATapedWayGivesTheCeilingsHeight) {
 }
 
 TEST_F(CalibrateRigTest, WithBothTheCamerasHeightComesOutToo) {
-  const ProcessResult result = Calibrate(
+  const support::ProcessResult result = Calibrate(
       "spin/up", "straight/up", {"--rig=rough.yaml", "--distance=1.5", "--ceiling-height=2.5"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   ExpectTruth("camera_z_m", 0.4, 0.003 * 2.1);
 }
 
 TEST_F(CalibrateRigTest, AStepTellsTheAxleAndTheForwardCamera) {
-  const ProcessResult result = Calibrate("spin/up",
-                                         "straight/up",
-                                         {"--rig=ahead.yaml",
-                                          "--ceiling-height=2.5",
-                                          "--step=step/up",
-                                          "--step-forward=step/forward",
-                                          "--step-height=0.02",
-                                          "--spin-forward=spin/forward",
-                                          "--straight-forward=straight/forward",
-                                          "--report=step-report"});
+  const support::ProcessResult result = Calibrate("spin/up",
+                                                  "straight/up",
+                                                  {"--rig=ahead.yaml",
+                                                   "--ceiling-height=2.5",
+                                                   "--step=step/up",
+                                                   "--step-forward=step/forward",
+                                                   "--step-height=0.02",
+                                                   "--spin-forward=spin/forward",
+                                                   "--straight-forward=straight/forward",
+                                                   "--report=step-report"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   ExpectTruth("a_step_m", kAxle, 0.01);
@@ -246,13 +244,13 @@ TEST_F(CalibrateRigTest, AStepTellsTheAxleAndTheForwardCamera) {
   const calib::Rig truth = calib::ReadRig(*folder_ / "spin/rig.yaml");
   const Eigen::AngleAxisd off(rig.forward->T_base_cam.linear().transpose() *
                               truth.forward->T_base_cam.linear());
-  EXPECT_LT(off.angle() / kDegree, 0.2);
+  EXPECT_LT(off.angle() / kRadPerDeg, 0.2);
   EXPECT_DOUBLE_EQ(rig.forward->T_base_cam.translation().z(), 0.45);
   EXPECT_TRUE(std::filesystem::exists(*folder_ / "step-report/figures/step.gp"));
 }
 
 TEST_F(CalibrateRigTest, AnAngleThatNothingTellsIsWarnedOf) {
-  const ProcessResult result = Calibrate(
+  const support::ProcessResult result = Calibrate(
       "spin/up",
       "straight/up",
       {"--rig=ahead.yaml", "--ceiling-height=2.5", "--straight-forward=straight/forward"});
@@ -262,7 +260,7 @@ TEST_F(CalibrateRigTest, AnAngleThatNothingTellsIsWarnedOf) {
 }
 
 TEST_F(CalibrateRigTest, AStepThatIsNone) {
-  const ProcessResult result = Calibrate(
+  const support::ProcessResult result = Calibrate(
       "spin/up", "straight/up", {"--rig=ahead.yaml", "--ceiling-height=2.5", "--step=straight/up"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(
@@ -275,7 +273,7 @@ TEST_F(CalibrateRigTest, AStepThatIsNone) {
 
 TEST_F(CalibrateRigTest, ASpinThatIsNone) {
   const std::vector<std::string> more{"--rig=rough.yaml", "--ceiling-height=2.5"};
-  ProcessResult result = Calibrate("straight/up", "straight/up", more);
+  support::ProcessResult result = Calibrate("straight/up", "straight/up", more);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err,
               AllOf(StartsWith("ceilmap: straight/up: the robot turns by 0."),
@@ -308,7 +306,7 @@ TEST_F(CalibrateRigTest, ACeilingThatIsLost) {
         ReadAll(*folder_ /
                 fmt::format("{}/up/{:06}.png", here ? "spin" : "straight", here ? i : i % 2 * 20)));
   }
-  const ProcessResult result =
+  const support::ProcessResult result =
       Calibrate("lost", "straight/up", {"--rig=rough.yaml", "--ceiling-height=2.5"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("lost: "));

@@ -13,14 +13,13 @@
 #include <utility>
 #include <vector>
 
-#include "app/tum.hpp"
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "app/files/tum.hpp"
+#include "calib/base/degrees.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// Coloured patches all around a robot, infinitely far: by azimuth, counter-clockwise from the left
 /// edge on, and tangent of the elevation, from the top 2 down to -1.
@@ -39,16 +38,16 @@ class PaintedCylinder {
         v += height;
       }
     }
-    LookAhead();
+    Foresee();
   }
 
   /// What a level robot with this yaw sees by the camera of ForwardRig(kRaisedDeg).
   [[nodiscard]] cv::Mat Seen(double yaw_rad) const {
     const double turns = yaw_rad / (2 * std::numbers::pi);
     const cv::Mat map = ahead_ + cv::Scalar(kColumns * (turns - std::floor(turns)));
-    cv::Mat picture;
-    cv::remap(panorama_, picture, map, {}, cv::INTER_LINEAR, cv::BORDER_WRAP);
-    return picture;
+    cv::Mat image;
+    cv::remap(panorama_, image, map, {}, cv::INTER_LINEAR, cv::BORDER_WRAP);
+    return image;
   }
 
   static constexpr double kRaisedDeg = 14;
@@ -58,9 +57,9 @@ class PaintedCylinder {
 
  private:
   // Where each pixel of a robot of yaw 0 looks to.
-  void LookAhead() {
-    const double sine = std::sin(kRaisedDeg * kDegree);
-    const double cosine = std::cos(kRaisedDeg * kDegree);
+  void Foresee() {
+    const double sine = std::sin(kRaisedDeg * kRadPerDeg);
+    const double cosine = std::cos(kRaisedDeg * kRadPerDeg);
     ahead_.create(kSize, CV_32FC2);
     for (int v = 0; v < kSize.height; ++v) {
       for (int u = 0; u < kSize.width; ++u) {
@@ -87,7 +86,7 @@ class PaintedCylinder {
 
 /// A rig whose forward camera is raised from level.
 inline std::string ForwardRig(double raised_deg, int width = 320) {
-  const double half = 0.5 * (90 + raised_deg) * kDegree;
+  const double half = 0.5 * (90 + raised_deg) * kRadPerDeg;
   const double a = std::cos(half) / std::sqrt(2.0);
   const double b = std::sin(half) / std::sqrt(2.0);
   return fmt::format(
@@ -108,17 +107,17 @@ inline std::string ForwardRig(double raised_deg, int width = 320) {
       b);
 }
 
-/// Motion JPEG of colour pictures.
+/// Motion JPEG of colour images.
 inline void WriteColourVideo(const std::filesystem::path& file,
-                             const std::vector<cv::Mat>& pictures) {
+                             const std::vector<cv::Mat>& images) {
   cv::VideoWriter writer(file.string(),
                          cv::CAP_OPENCV_MJPEG,
                          cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
                          10,
-                         pictures.front().size(),
+                         images.front().size(),
                          true);
   writer.set(cv::VIDEOWRITER_PROP_QUALITY, 95);
-  for (const cv::Mat& picture : pictures) writer.write(picture);
+  for (const cv::Mat& image : images) writer.write(image);
 }
 
 /// A robot that turns on the spot, ten frames a second.
@@ -128,26 +127,28 @@ struct Turn {
   double step_deg = 0;
   double first_s = 0;
 
-  [[nodiscard]] double YawRad(int frame) const { return (first_deg + step_deg * frame) * kDegree; }
+  [[nodiscard]] double YawRad(int frame) const {
+    return (first_deg + step_deg * frame) * kRadPerDeg;
+  }
   [[nodiscard]] double Stamp(int frame) const { return first_s + 0.1 * frame; }
 
-  [[nodiscard]] std::vector<cv::Mat> Pictures(const PaintedCylinder& world) const {
-    std::vector<cv::Mat> pictures;
-    for (int i = 0; i < frames; ++i) pictures.push_back(world.Seen(YawRad(i)));
-    return pictures;
+  [[nodiscard]] std::vector<cv::Mat> Images(const PaintedCylinder& world) const {
+    std::vector<cv::Mat> images;
+    for (int i = 0; i < frames; ++i) images.push_back(world.Seen(YawRad(i)));
+    return images;
   }
   /// @param turned_deg  added to every yaw. @param pitch_deg  nose down, from the middle on.
   [[nodiscard]] std::string Poses(double turned_deg = 0, double pitch_deg = 0) const {
     std::vector<StampedPose> poses;
     for (int i = 0; i < frames; ++i) {
       Tilt tilt;
-      if (i >= frames / 2) tilt.pitch_rad = pitch_deg * kDegree;
-      const double yaw = WrapAngle(YawRad(i) + turned_deg * kDegree);
+      if (i >= frames / 2) tilt.pitch_rad = pitch_deg * kRadPerDeg;
+      const double yaw = WrapAngle(YawRad(i) + turned_deg * kRadPerDeg);
       poses.push_back(ToStampedPose(Stamp(i), {1.0, 0.5, yaw}, tilt));
     }
-    return app::FormatTum(poses);
+    return files::FormatTum(poses);
   }
-  [[nodiscard]] std::string Stamps() const { return app::StampsCsv(frames, first_s, 0.1); }
+  [[nodiscard]] std::string Stamps() const { return support::StampsCsv(frames, first_s, 0.1); }
 };
 
 /// A folder with recordings of turning robots, beside an empty one for results.
@@ -160,7 +161,7 @@ class CompassCommand : public testing::Test {
   }
 
   void Record(const std::string& name, const Turn& turn) const {
-    WriteColourVideo(in_ / (name + ".avi"), turn.Pictures(world_));
+    WriteColourVideo(in_ / (name + ".avi"), turn.Images(world_));
     in_.Write(name + ".csv", turn.Stamps());
     in_.Write(name + ".tum", turn.Poses());
   }
@@ -173,9 +174,9 @@ class CompassCommand : public testing::Test {
     }
     return arguments;
   }
-  [[nodiscard]] ProcessResult Run(std::vector<std::string> arguments) const {
+  [[nodiscard]] support::ProcessResult Run(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), "compass");
-    return RunCeilmap(Resolve(std::move(arguments)), out_.Path().string());
+    return support::RunCeilmap(Resolve(std::move(arguments)), out_.Path().string());
   }
   /// `WHAT --rig --forward NAME.avi --stamps NAME.csv` and more.
   [[nodiscard]] static std::vector<std::string> Of(const std::vector<std::string>& what,
@@ -193,15 +194,15 @@ class CompassCommand : public testing::Test {
     std::vector<std::string> arguments =
         Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", model});
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = Run(arguments);
+    const support::ProcessResult result = Run(arguments);
     ASSERT_EQ(result.exit_code, 0) << result.err;
   }
 
   inline static const Turn kLearn{90, 0, 4, 1000};
   inline static const Turn kAgain{72, 100, 5, 2000};  // another one, begun elsewhere
   PaintedCylinder world_;
-  app::TestFolder in_;
-  app::TestFolder out_;
+  support::TestFolder in_;
+  support::TestFolder out_;
 };
 
 }  // namespace ceilmap::integration

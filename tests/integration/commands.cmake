@@ -2,88 +2,58 @@
 ceilmap_add_test(commands_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/bad_input_test.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
     ${CMAKE_CURRENT_LIST_DIR}/commands_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/evaluate_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/localize_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/report_test.cpp
-  LINKS ceilmap_app PkgConfig::httplib GDAL::GDAL opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
-target_compile_definitions(commands_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(commands_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support PkgConfig::httplib GDAL::GDAL opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(heading_command_test
   SOURCES
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
     ${CMAKE_CURRENT_LIST_DIR}/heading_bad_input_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/heading_command_test.cpp
-  LINKS ceilmap_app opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
-target_compile_definitions(heading_command_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(heading_command_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(simulate_test
   SOURCES
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
     ${CMAKE_CURRENT_LIST_DIR}/simulate_test.cpp
-  LINKS ceilmap_app opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
-target_compile_definitions(simulate_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(simulate_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(tilt_test
   SOURCES
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
     ${CMAKE_CURRENT_LIST_DIR}/tilt_test.cpp
-  LINKS ceilmap_app fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
-target_compile_definitions(tilt_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(tilt_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(sites_test
   SOURCES
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
     ${CMAKE_CURRENT_LIST_DIR}/durability_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/sites_test.cpp
-  LINKS ceilmap_app opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
-target_compile_definitions(sites_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(sites_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(heading_test
   SOURCES
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
     ${CMAKE_CURRENT_LIST_DIR}/heading_test.cpp
-  LINKS ceilmap_app fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
-target_compile_definitions(heading_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(heading_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(compass_command_test
   SOURCES
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
     ${CMAKE_CURRENT_LIST_DIR}/compass_bad_input_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/compass_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/heading_model_test.cpp
-  LINKS ceilmap_app fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
-target_compile_definitions(compass_command_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(compass_command_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(calibrate_camera_test WHOLE
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/../calib/solve/painted_board.cpp
     ${CMAKE_CURRENT_LIST_DIR}/calibrate_camera_test.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
-  LINKS ceilmap_app fmt::fmt opencv_calib3d opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
-target_compile_definitions(calibrate_camera_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(calibrate_camera_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_calib3d opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(calibrate_rig_test WHOLE
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/calibrate_rig_test.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
-  LINKS ceilmap_app fmt::fmt opencv_core)
-target_compile_definitions(calibrate_rig_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(calibrate_rig_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_core)
 
 ceilmap_add_test(calibrate_mirror_test WHOLE
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/calibrate_mirror_test.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/child_process.cpp
-  LINKS ceilmap_app fmt::fmt opencv_core)
-target_compile_definitions(calibrate_mirror_test PRIVATE CEILMAP_EXE="$<TARGET_FILE:ceilmap>")
-add_dependencies(calibrate_mirror_test ceilmap)
+  LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_core)

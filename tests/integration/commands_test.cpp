@@ -6,15 +6,15 @@
 #include <sstream>
 #include <thread>
 
-#include "app/tum.hpp"
-#include "mapping/map_file.hpp"
+#include "app/files/tum.hpp"
+#include "mapping/store/map_file.hpp"
 #include "tests/integration/endless_stream.hpp"
 #include "tests/integration/recordings.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -40,7 +40,7 @@ void ExpectStraightPath(const std::filesystem::path& file,
                         double units_per_px,
                         double first_s,
                         double period_s) {
-  const std::vector<StampedPose> poses = app::ReadTum(file);
+  const std::vector<StampedPose> poses = files::ReadTum(file);
   ASSERT_EQ(poses.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) {
     SCOPED_TRACE(i);
@@ -53,25 +53,24 @@ void ExpectStraightPath(const std::filesystem::path& file,
   }
 }
 
-// Extent in picture pixels of all keyframes of the test recording, as seen from above: the robot's
-// front, the top of its pictures, is at the right.
+// Extent in image pixels of all keyframes of the test recording, as seen from above: the robot's
+// front, the top of its images, is at the right.
 cv::Size MosaicSize(const std::filesystem::path& map) {
-  const auto last =
-      static_cast<int>(mapping::MapReader(map).ReadKeyframes().back().pose.frame_index);
-  return {kPictureSize.height + kStep.y * last, kPictureSize.width + kStep.x * last};
+  const auto last = static_cast<int>(store::MapReader(map).ReadKeyframes().back().pose.frame_index);
+  return {kImageSize.height + kStep.y * last, kImageSize.width + kStep.x * last};
 }
 
 TEST(Program, TellsItsVersionAndItsCommands) {
-  const app::TestFolder folder;
-  const ProcessResult version = RunCeilmap({"--version"}, folder.Path());
+  const support::TestFolder folder;
+  const support::ProcessResult version = support::RunCeilmap({"--version"}, folder.Path());
   EXPECT_EQ(version.exit_code, 0);
   EXPECT_EQ(version.out, std::string("ceilmap ") + CEILMAP_VERSION + "\n");
-  const ProcessResult help = RunCeilmap({"--help"}, folder.Path());
+  const support::ProcessResult help = support::RunCeilmap({"--help"}, folder.Path());
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_EQ(help.err, "");
   for (const char* command : {"map", "info", "export", "register", "evaluate", "simulate"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
-    const ProcessResult more = RunCeilmap({command, "--help"}, folder.Path());
+    const support::ProcessResult more = support::RunCeilmap({command, "--help"}, folder.Path());
     EXPECT_EQ(more.exit_code, 0);
     EXPECT_THAT(more.out, HasSubstr(std::string("\n  ceilmap ") + command)) << "no example";
     for (const char* option : {"--summary", "--quiet", "--verbose"}) {
@@ -82,16 +81,16 @@ TEST(Program, TellsItsVersionAndItsCommands) {
 
 TEST(Map, FromAVideoInMetres) {
   const Recordings test;
-  const ProcessResult result = test.Run({"map",
-                                         "--rig=@rig.yaml",
-                                         "--up=@run.avi",
-                                         "--stamps=@stamps.csv",
-                                         "-o",
-                                         "m.gpkg",
-                                         "--trajectory=t.tum",
-                                         "--uncompensated=t0.tum",
-                                         "--picture=m.png",
-                                         "--summary=s.json"});
+  const support::ProcessResult result = test.Run({"map",
+                                                  "--rig=@rig.yaml",
+                                                  "--up=@run.avi",
+                                                  "--stamps=@stamps.csv",
+                                                  "-o",
+                                                  "m.gpkg",
+                                                  "--trajectory=t.tum",
+                                                  "--uncompensated=t0.tum",
+                                                  "--picture=m.png",
+                                                  "--summary=s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(test.out.Names(),
@@ -110,15 +109,15 @@ TEST(Map, FromAVideoInMetres) {
   EXPECT_EQ(summary["files"].size(), 4U);
   EXPECT_GT(summary["stages_ms"]["decode"], 0);
 
-  const cv::Mat picture = cv::imread((test.out / "m.png").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat image = cv::imread((test.out / "m.png").string(), cv::IMREAD_UNCHANGED);
   const cv::Size size = MosaicSize(test.out / "m.gpkg");
-  EXPECT_NEAR(picture.cols, size.width, 2);
-  EXPECT_NEAR(picture.rows, size.height, 2);
+  EXPECT_NEAR(image.cols, size.width, 2);
+  EXPECT_NEAR(image.rows, size.height, 2);
 }
 
-TEST(Map, FromPicturesInPixelsSaysSo) {
+TEST(Map, FromImagesInPixelsSaysSo) {
   const Recordings test;
-  const ProcessResult result =
+  const support::ProcessResult result =
       test.Run({"map", "--up", "@run", "-o", "m.gpkg", "--trajectory", "t.tum"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(Lines(result.err), ElementsAre(HasSubstr("in pixels"), HasSubstr("one second")));
@@ -127,7 +126,7 @@ TEST(Map, FromPicturesInPixelsSaysSo) {
 
 TEST(Map, FromAPattern) {
   const Recordings test;
-  const ProcessResult result =
+  const support::ProcessResult result =
       test.Run({"map", "--up", "@run/frame%d.png", "-o", "m.gpkg", "--trajectory", "t.tum"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   ExpectStraightPath(test.out / "t.tum", 1, 0, 1);
@@ -135,7 +134,8 @@ TEST(Map, FromAPattern) {
 
 TEST(Map, QuietSaysNothing) {
   const Recordings test;
-  const ProcessResult result = test.Run({"map", "--up", "@run", "-o", "m.gpkg", "--quiet"});
+  const support::ProcessResult result =
+      test.Run({"map", "--up", "@run", "-o", "m.gpkg", "--quiet"});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_EQ(result.out, "");
   EXPECT_EQ(result.err, "");
@@ -143,16 +143,16 @@ TEST(Map, QuietSaysNothing) {
 
 TEST(Map, StartsAtTheOrigin) {
   const Recordings test;
-  const ProcessResult result = test.Run({"map",
-                                         "--rig=@rig.yaml",
-                                         "--up=@run.avi",
-                                         "--origin",
-                                         "-1,2,90",
-                                         "-o",
-                                         "m.gpkg",
-                                         "--trajectory=t.tum"});
+  const support::ProcessResult result = test.Run({"map",
+                                                  "--rig=@rig.yaml",
+                                                  "--up=@run.avi",
+                                                  "--origin",
+                                                  "-1,2,90",
+                                                  "-o",
+                                                  "m.gpkg",
+                                                  "--trajectory=t.tum"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  const std::vector<StampedPose> poses = app::ReadTum(test.out / "t.tum");
+  const std::vector<StampedPose> poses = files::ReadTum(test.out / "t.tum");
   EXPECT_NEAR(poses.front().position.x(), -1, 1e-9);
   EXPECT_NEAR(poses.front().position.y(), 2, 1e-9);
   // Turned by 90 degrees to the left, the robot's left is -x and its back -y.
@@ -175,18 +175,18 @@ TEST(Map, UsesACutVideoAsFarAsItGoes) {
   const Recordings test;
   const auto video = test.in / "run.avi";
   std::filesystem::resize_file(video, std::filesystem::file_size(video) * 2 / 3);
-  const ProcessResult result = test.Run({"map",
-                                         "--rig=@rig.yaml",
-                                         "--up=@run.avi",
-                                         "--stamps=@stamps.csv",
-                                         "-o",
-                                         "m.gpkg",
-                                         "--trajectory=t.tum"});
+  const support::ProcessResult result = test.Run({"map",
+                                                  "--rig=@rig.yaml",
+                                                  "--up=@run.avi",
+                                                  "--stamps=@stamps.csv",
+                                                  "-o",
+                                                  "m.gpkg",
+                                                  "--trajectory=t.tum"});
   EXPECT_EQ(result.exit_code, 0);
   ASSERT_EQ(Lines(result.err).size(), 1U) << result.err;
   EXPECT_THAT(result.err, HasSubstr("warning"));
   EXPECT_THAT(result.err, HasSubstr("of 24 frames"));
-  const std::size_t count = app::ReadTum(test.out / "t.tum").size();
+  const std::size_t count = files::ReadTum(test.out / "t.tum").size();
   EXPECT_GT(count, 10U);
   EXPECT_LT(count, 24U);
 }
@@ -194,23 +194,23 @@ TEST(Map, UsesACutVideoAsFarAsItGoes) {
 TEST(Map, KeepsWhatIsDoneWhenInterrupted) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const Recordings test;
-    const EndlessStream stream(test.in / "pipe.mjpeg", CeilingPictures());
-    ChildProcess child(test.Resolve({CEILMAP_EXE,
-                                     "map",
-                                     "--rig=@rig.yaml",
-                                     "--up=@pipe.mjpeg",
-                                     "-o",
-                                     "m.gpkg",
-                                     "--trajectory=t.tum",
-                                     "--summary=s.json",
-                                     "--verbose"}),
-                       test.out.Path());
+    const EndlessStream stream(test.in / "pipe.mjpeg", CeilingImages());
+    support::ChildProcess child(test.Resolve({CEILMAP_EXE,
+                                              "map",
+                                              "--rig=@rig.yaml",
+                                              "--up=@pipe.mjpeg",
+                                              "-o",
+                                              "m.gpkg",
+                                              "--trajectory=t.tum",
+                                              "--summary=s.json",
+                                              "--verbose"}),
+                                test.out.Path());
     EXPECT_TRUE(child.WaitForErr("frame 30 at"));
     child.Send(signal);
-    const ProcessResult result = child.Wait();
+    const support::ProcessResult result = child.Wait();
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_THAT(test.out.Names(), UnorderedElementsAre("m.gpkg", "t.tum", "s.json"));
-    const std::size_t kept = app::ReadTum(test.out / "t.tum").size();
+    const std::size_t kept = files::ReadTum(test.out / "t.tum").size();
     EXPECT_GE(kept, 31U);
     EXPECT_THAT(Lines(result.err),
                 Contains(fmt::format("ceilmap: interrupted: {} frames were kept", kept)));
@@ -225,7 +225,7 @@ TEST(Info, TellsWhatTheMapHolds) {
       test.Run({"map", "--rig=@rig.yaml", "--up=@run.avi", "--stamps=@stamps.csv", "-o", "m.gpkg"})
           .exit_code,
       0);
-  const ProcessResult table = test.Run({"info", "m.gpkg"});
+  const support::ProcessResult table = test.Run({"info", "m.gpkg"});
   EXPECT_EQ(table.exit_code, 0);
   for (const char* text : {"test robot", "24 poses", "0.01 m per px", "2.400 m", "version 2"}) {
     EXPECT_THAT(table.out, HasSubstr(text));
@@ -233,7 +233,7 @@ TEST(Info, TellsWhatTheMapHolds) {
   for (const char* row : {"loops closed", "not closed", "residuals", "weak spots"}) {
     EXPECT_THAT(Lines(table.out), Contains(StartsWith(row)));
   }
-  const ProcessResult result = test.Run({"info", "m.gpkg", "--json"});
+  const support::ProcessResult result = test.Run({"info", "m.gpkg", "--json"});
   EXPECT_EQ(result.exit_code, 0);
   const auto info = nlohmann::json::parse(result.out);
   EXPECT_EQ(info["unit"], "m");
@@ -244,7 +244,7 @@ TEST(Info, TellsWhatTheMapHolds) {
   EXPECT_EQ(info["view"]["width_px"], 320);
   EXPECT_EQ(info["rig_yaml"], kRig);
   EXPECT_THAT(info["provenance"].get<std::string>(), StartsWith("ceilmap map --rig="));
-  // Seen: at least a picture, at most what lies between the first and the last.
+  // Seen: at least an image, at most what lies between the first and the last.
   const cv::Size size = MosaicSize(test.out / "m.gpkg");
   EXPECT_GE(info["covered_area"].get<double>(), 1.01 * 3.2 * 2.4);
   EXPECT_LE(info["covered_area"].get<double>(), 1.02e-4 * size.width * size.height);
@@ -264,7 +264,7 @@ TEST(Export, WritesEveryFormat) {
   ASSERT_EQ(test.Run({"map", "--rig=@rig.yaml", "--up=@run.avi", "-o", "m.gpkg"}).exit_code, 0);
   const auto expect = [&test](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"export", "m.gpkg"});
-    const ProcessResult result = test.Run(arguments);
+    const support::ProcessResult result = test.Run(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_THAT(result.out, StartsWith("written "));
   };
@@ -285,7 +285,7 @@ TEST(Export, WritesEveryFormat) {
 TEST(Export, PixelsAreNoMetresForRos) {
   const Recordings test;
   ASSERT_EQ(test.Run({"map", "--up=@run", "-o", "m.gpkg"}).exit_code, 0);
-  const ProcessResult result = test.Run({"export", "m.gpkg", "--format=ros", "-o", "ros"});
+  const support::ProcessResult result = test.Run({"export", "m.gpkg", "--format=ros", "-o", "ros"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(Lines(result.err).size(), 1U) << result.err;
   EXPECT_THAT(test.out.Names(), ElementsAre("m.gpkg"));
@@ -293,7 +293,7 @@ TEST(Export, PixelsAreNoMetresForRos) {
 
 TEST(Register, OnePair) {
   const Recordings test;
-  const ProcessResult result =
+  const support::ProcessResult result =
       test.Run({"register", "@run/frame0.png", "@run/frame3.png", "--fixed-scale", "-o", "r.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("verdict"));
@@ -305,13 +305,13 @@ TEST(Register, OnePair) {
 
 TEST(Register, AListWithPathsFromItsFolder) {
   const Recordings test;
-  cv::imwrite((test.in / "black.png").string(), cv::Mat::zeros(kPictureSize, CV_8UC1));
+  cv::imwrite((test.in / "black.png").string(), cv::Mat::zeros(kImageSize, CV_8UC1));
   test.in.Write("pairs.csv",
                 "id,reference,current\n"
                 "near,run/frame0.png,run/frame3.png\n"
                 "\"a, b\",run/frame5.png,run/frame5.png\n"
                 "dark,run/frame0.png,black.png\n");
-  const ProcessResult result =
+  const support::ProcessResult result =
       test.Run({"register", "--pairs", "@pairs.csv", "-o", "r.csv", "--summary", "s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::vector<std::string> lines = Lines(ReadAll(test.out / "r.csv"));

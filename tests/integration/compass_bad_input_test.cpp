@@ -9,7 +9,7 @@
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -35,26 +35,26 @@ class BadCompassTest : public CompassCommand, public testing::WithParamInterface
     in_.Write("blind.yaml", "a: 0.1\nh: 2.4\ncameras: {}\n");
     in_.Write("later.tum", "9000 0 0 0 0 0 0 1\n");
     std::vector<cv::Mat> grey;
-    for (cv::Mat& picture : Turn{40, 0, 4, 0}.Pictures(world_)) {
-      cv::cvtColor(picture, grey.emplace_back(), cv::COLOR_BGR2GRAY);
+    for (cv::Mat& image : Turn{40, 0, 4, 0}.Images(world_)) {
+      cv::cvtColor(image, grey.emplace_back(), cv::COLOR_BGR2GRAY);
     }
-    app::WriteVideo(in_ / "grey.avi", grey, 10);
-    app::WriteVideo(in_ / "shortgrey.avi", {grey.begin(), grey.begin() + 3}, 10);
-    app::WriteVideo(
+    support::WriteVideo(in_ / "grey.avi", grey, 10);
+    support::WriteVideo(in_ / "shortgrey.avi", {grey.begin(), grey.begin() + 3}, 10);
+    support::WriteVideo(
         in_ / "dark.avi", std::vector<cv::Mat>(5, cv::Mat::zeros(grey[0].size(), CV_8U)), 10);
   }
 
   void ExpectOneLine() const {
-    const auto before = app::NamesIn(in_.Path());
+    const auto before = support::NamesIn(in_.Path());
     const std::string model = ReadAll(in_ / "m");
-    const ProcessResult result = Run(GetParam().arguments);
+    const support::ProcessResult result = Run(GetParam().arguments);
     EXPECT_EQ(result.exit_code, GetParam().exit_code);
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
     EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));
     EXPECT_THAT(result.err, HasSubstr(GetParam().message));
     EXPECT_EQ(result.out, "");
     EXPECT_THAT(out_.Names(), IsEmpty());
-    EXPECT_EQ(app::NamesIn(in_.Path()), before);
+    EXPECT_EQ(support::NamesIn(in_.Path()), before);
     EXPECT_EQ(ReadAll(in_ / "m"), model);
   }
 };
@@ -168,7 +168,7 @@ const std::vector<BadCompass> kBadRecordings = {
     {"NoForwardCamera", Stamped("blind.yaml", "learn.tum"), "blind.yaml"},
     {"NotTheRigsSize",
      Stamped("wide.yaml", "learn.tum"),
-     "learn.avi: pictures are 320x240 px, but camera 'forward' of"},
+     "learn.avi: images are 320x240 px, but camera 'forward' of"},
     {"PosesOfAnotherDay",
      Stamped("rig.yaml", "later.tum"),
      "later.tum: no pose within 0.05 s of a frame of"},
@@ -180,14 +180,14 @@ const std::vector<BadCompass> kBadRecordings = {
      "later.tum: no pose within 0.02 s of a frame of"},
     {"GreyVideo",
      Learning("grey.avi", "rig.yaml", "learn.tum"),
-     "grey.avi: its pictures are grey; this compass knows places by their colours, record it in "
+     "grey.avi: its images are grey; this compass knows places by their colours, record it in "
      "colour\n"},
     {"ShortGreyVideo",
      {"query", "@m", "--forward=@shortgrey.avi", "--rig=@rig.yaml", "-o", "h.csv"},
-     "shortgrey.avi: its pictures are grey"},
+     "shortgrey.avi: its images are grey"},
     {"GreyUpdate",
      {"update", "@m", "--forward=@grey.avi", "--rig=@rig.yaml", "--poses=@learn.tum"},
-     "grey.avi: its pictures are grey"},
+     "grey.avi: its images are grey"},
     {"AllBelowTheHorizon",
      Stamped("level.yaml", "learn.tum"),
      "learn.avi: none of 90 frames could be used, 90 show too little above the horizon; raise the "

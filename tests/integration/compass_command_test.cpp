@@ -7,10 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "app/colour_model_file.hpp"
-#include "app/csv.hpp"
-#include "app/gnuplot.hpp"
-#include "app/heading_csv.hpp"
+#include "app/figures/gnuplot.hpp"
+#include "app/files/colour_model_file.hpp"
+#include "app/files/csv.hpp"
+#include "app/files/heading_csv.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
 #include "tests/integration/colour_recordings.hpp"
 #include "tests/integration/endless_stream.hpp"
@@ -18,7 +19,7 @@
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
@@ -32,7 +33,7 @@ class CompassTest : public CompassCommand {
   }
   /// Mean absolute error of the headings of a turn; their zero is that of the learned poses.
   [[nodiscard]] double MeanErrorRad(const std::string& file, const Turn& turn) const {
-    const auto headings = app::ReadHeadings(out_ / file);
+    const auto headings = files::ReadHeadings(out_ / file);
     EXPECT_EQ(headings.size(), static_cast<std::size_t>(turn.frames));
     double sum = 0;
     for (std::size_t i = 0; i < headings.size(); ++i) {
@@ -47,7 +48,7 @@ class CompassTest : public CompassCommand {
                                 const std::vector<std::string>& more = {}) const {
     std::vector<std::string> options = {"-o", "h.csv", "--summary=s.json"};
     options.insert(options.end(), more.begin(), more.end());
-    const ProcessResult result = Run(Of({"query", model}, "again", options));
+    const support::ProcessResult result = Run(Of({"query", model}, "again", options));
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err, "");
     return MeanErrorRad("h.csv", kAgain);
@@ -55,7 +56,7 @@ class CompassTest : public CompassCommand {
 };
 
 TEST_F(CompassTest, LearnsATurnAndKnowsAnother) {
-  const ProcessResult learned =
+  const support::ProcessResult learned =
       Run(Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", "m", "--summary=l.json"}));
   EXPECT_EQ(learned.exit_code, 0) << learned.err;
   EXPECT_EQ(learned.err, "");
@@ -70,7 +71,7 @@ TEST_F(CompassTest, LearnsATurnAndKnowsAnother) {
   EXPECT_EQ(summary["quality"]["used"], kLearn.frames);
   EXPECT_EQ(summary["quality"]["model"]["bins_filled"], 180);
   EXPECT_EQ(summary["quality"]["model"]["frames"], kLearn.frames);
-  EXPECT_THAT(app::ReadColourModel(out_ / "m").provenance, HasSubstr("ceilmap compass learn"));
+  EXPECT_THAT(files::ReadColourModel(out_ / "m").provenance, HasSubstr("ceilmap compass learn"));
 
   EXPECT_LT(AskAgain("m"), kLargestMeanRad);
   EXPECT_THAT(ReadAll(out_ / "h.csv"),
@@ -79,7 +80,7 @@ TEST_F(CompassTest, LearnsATurnAndKnowsAnother) {
 
 TEST_F(CompassTest, ErrorsAgainstTheTruthAreAbsolute) {
   Learn("m");
-  const ProcessResult result =
+  const support::ProcessResult result =
       Run(Of({"query", "m"}, "again", {"--truth=@again.tum", "-o", "h.csv", "--summary=s.json"}));
   EXPECT_EQ(result.exit_code, 0) << result.err;
   for (const char* text : {"mean error", "max error", "small errors", "frames/s"}) {
@@ -89,7 +90,7 @@ TEST_F(CompassTest, ErrorsAgainstTheTruthAreAbsolute) {
   EXPECT_NEAR(quality["errors"]["mean_rad"].get<double>(), MeanErrorRad("h.csv", kAgain), 1e-5);
   EXPECT_GT(quality["errors"]["below_0_1_rad"].get<double>(), 0.9);
   EXPECT_GT(quality["mean_sigma_deg"].get<double>(), 0);
-  const app::CsvTable table = app::ReadCsv(out_ / "h.csv");
+  const files::CsvTable table = files::ReadCsv(out_ / "h.csv");
   const auto& first = table.rows.front().fields;
   EXPECT_NEAR(std::stod(first[table.Column("true_heading_deg")]), kAgain.first_deg, 1e-3);
   // Against a truth that is turned, all is wrong by that turn.
@@ -129,7 +130,7 @@ TEST_F(CompassTest, UpdateAndMergeFillAModel) {
   Record("rest", rest);
   Record("asked", asked);
   const auto ask = [&](const char* model) {
-    const ProcessResult result = Run(Of({"query", model}, "asked", {"-o", "h.csv"}));
+    const support::ProcessResult result = Run(Of({"query", model}, "asked", {"-o", "h.csv"}));
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return MeanErrorRad("h.csv", asked);
   };
@@ -138,18 +139,19 @@ TEST_F(CompassTest, UpdateAndMergeFillAModel) {
   EXPECT_GT(ask("half"), kLargestMeanRad);
 
   const std::string before = ReadAll(out_ / "half");
-  const ProcessResult updated =
+  const support::ProcessResult updated =
       Run(Of({"update", "half"}, "rest", {"--poses=@rest.tum", "-o", "both"}));
   EXPECT_EQ(updated.exit_code, 0) << updated.err;
   EXPECT_THAT(updated.out, HasSubstr("written both"));
   EXPECT_EQ(ReadAll(out_ / "half"), before);
   EXPECT_LT(ask("both"), kLargestMeanRad);
-  const colour::ColourModel both = app::ReadColourModel(out_ / "both");
+  const colour::ColourModel both = files::ReadColourModel(out_ / "both");
   EXPECT_EQ(both.frames, half.frames + rest.frames);
   EXPECT_THAT(both.provenance, HasSubstr("compass learn"));
   EXPECT_THAT(both.provenance, HasSubstr("\nceilmap compass update"));
 
-  const ProcessResult merged = Run({"merge", "half", "both", "-o", "all", "--summary=s.json"});
+  const support::ProcessResult merged =
+      Run({"merge", "half", "both", "-o", "all", "--summary=s.json"});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_THAT(merged.out, HasSubstr("written all"));
   EXPECT_EQ(SummaryOf("s.json")["command"], "compass merge");
@@ -165,14 +167,14 @@ TEST_F(CompassTest, LearnsWhileItIsAsked) {
   EXPECT_LT(AskAgain("m", {"--poses=@again.tum", "--update", "--save=m2"}), kLargestMeanRad);
   const auto learned = SummaryOf("s.json")["quality"]["learned"].get<int>();
   EXPECT_GT(learned, kAgain.frames / 2);
-  EXPECT_EQ(app::ReadColourModel(out_ / "m2").frames, kLearn.frames + learned);
+  EXPECT_EQ(files::ReadColourModel(out_ / "m2").frames, kLearn.frames + learned);
   EXPECT_LT(AskAgain("m2"), kLargestMeanRad);
 }
 
 TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
-  // Nose down by 20 deg in the second half: most of these pictures is below the horizon.
+  // Nose down by 20 deg in the second half: most of these images is below the horizon.
   in_.Write("down.tum", kLearn.Poses(0, 20));
-  const ProcessResult tilted =
+  const support::ProcessResult tilted =
       Run(Of({"learn"}, "learn", {"--poses=@down.tum", "-o", "m", "--summary=s.json"}));
   EXPECT_EQ(tilted.exit_code, 0) << tilted.err;
   EXPECT_EQ(
@@ -182,7 +184,7 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
   EXPECT_EQ(SummaryOf("s.json")["quality"]["below_horizon"], 45);
   // Poses of the first frames only.
   in_.Write("short.tum", Turn{40, 0, 4, 1000}.Poses());
-  const ProcessResult few =
+  const support::ProcessResult few =
       Run(Of({"learn"}, "learn", {"--poses=@short.tum", "-o", "m", "--summary=s.json"}));
   EXPECT_EQ(few.exit_code, 0) << few.err;
   EXPECT_EQ(few.err, "ceilmap: warning: 50 of 90 frames have no pose within 0.05 s\n");
@@ -190,9 +192,10 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
   // A question about such frames has fewer answers.
   Learn("m");
   in_.Write("bow.tum", kAgain.Poses(0, 20));
-  const ProcessResult asked = Run(Of({"query", "m"}, "again", {"--poses=@bow.tum", "-o", "h.csv"}));
+  const support::ProcessResult asked =
+      Run(Of({"query", "m"}, "again", {"--poses=@bow.tum", "-o", "h.csv"}));
   EXPECT_EQ(asked.exit_code, 0) << asked.err;
-  EXPECT_EQ(app::ReadHeadings(out_ / "h.csv").size(), 36U);
+  EXPECT_EQ(files::ReadHeadings(out_ / "h.csv").size(), 36U);
   EXPECT_EQ(
       asked.err,
       "ceilmap: warning: 36 of 72 frames were skipped: too little of them is above the horizon\n");
@@ -204,31 +207,31 @@ TEST_F(CompassTest, IsNotSureOfColoursInAnotherOrder) {
   Learn("m");
   ASSERT_LT(AskAgain("m"), kLargestMeanRad);
   const double usual_deg = SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>();
-  std::vector<cv::Mat> swapped = kAgain.Pictures(world_);
-  for (cv::Mat& picture : swapped) cv::cvtColor(picture, picture, cv::COLOR_BGR2RGB);
+  std::vector<cv::Mat> swapped = kAgain.Images(world_);
+  for (cv::Mat& image : swapped) cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
   WriteColourVideo(in_ / "swapped.avi", swapped);
   in_.Write("swapped.csv", kAgain.Stamps());
-  const ProcessResult result =
+  const support::ProcessResult result =
       Run(Of({"query", "m"}, "swapped", {"-o", "h.csv", "--summary=s.json"}));
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_GT(SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>(), 3 * usual_deg);
-  const auto headings = app::ReadHeadings(out_ / "h.csv");
+  const auto headings = files::ReadHeadings(out_ / "h.csv");
   for (std::size_t i = 0; i < headings.size(); ++i) {
-    if (headings[i].sigma_rad > 3 * kDegree) continue;
+    if (headings[i].sigma_rad > 3 * kRadPerDeg) continue;
     const double true_rad = kAgain.YawRad(static_cast<int>(i));
-    EXPECT_LT(std::abs(WrapAngle(headings[i].heading_rad - true_rad)), 10 * kDegree) << i;
+    EXPECT_LT(std::abs(WrapAngle(headings[i].heading_rad - true_rad)), 10 * kRadPerDeg) << i;
   }
 }
 
 TEST_F(CompassTest, Plots) {
-  if (!app::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
+  if (!figures::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
   Learn("m");
   EXPECT_EQ(Run(Of({"query", "m"},
                    "again",
                    {"--truth=@again.tum", "--plot=figures", "-o", "h.csv", "--quiet"}))
                 .exit_code,
             0);
-  EXPECT_THAT(app::NamesIn(out_ / "figures"),
+  EXPECT_THAT(support::NamesIn(out_ / "figures"),
               UnorderedElementsAre(
                   "heading.csv", "heading.gp", "heading.pdf", "heading.png", "heading.svg"));
 }
@@ -237,50 +240,50 @@ TEST_F(CompassTest, ALiveQuestionEndsWithWhatItHas) {
   Learn("m");
   // A program that does not even open the pipe would leave its writer waiting.
   ASSERT_LT(AskAgain("m"), kLargestMeanRad);
-  const EndlessStream stream(in_ / "pipe.mjpeg", kAgain.Pictures(world_));
-  ChildProcess child(Resolve({CEILMAP_EXE,
-                              "compass",
-                              "query",
-                              "m",
-                              "--rig=@rig.yaml",
-                              "--forward=@pipe.mjpeg",
-                              "-o",
-                              "h.csv",
-                              "--verbose"}),
-                     out_.Path());
+  const EndlessStream stream(in_ / "pipe.mjpeg", kAgain.Images(world_));
+  support::ChildProcess child(Resolve({CEILMAP_EXE,
+                                       "compass",
+                                       "query",
+                                       "m",
+                                       "--rig=@rig.yaml",
+                                       "--forward=@pipe.mjpeg",
+                                       "-o",
+                                       "h.csv",
+                                       "--verbose"}),
+                              out_.Path());
   EXPECT_TRUE(child.WaitForErr("frame 20 at"));
   child.Send(SIGINT);
-  const ProcessResult result = child.Wait();
+  const support::ProcessResult result = child.Wait();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(out_.Names(), UnorderedElementsAre("m", "h.csv", "s.json"));
-  const std::size_t kept = app::ReadHeadings(out_ / "h.csv").size();
+  const std::size_t kept = files::ReadHeadings(out_ / "h.csv").size();
   EXPECT_GE(kept, 21U);
   EXPECT_THAT(result.err, HasSubstr(fmt::format("interrupted: {} frames were used", kept)));
 }
 
 TEST_F(CompassTest, LearningEndsWithWhatItHas) {
   Learn("m");
-  const EndlessStream stream(in_ / "pipe.mjpeg", kLearn.Pictures(world_));
+  const EndlessStream stream(in_ / "pipe.mjpeg", kLearn.Images(world_));
   // A pose at any time: the robot stands still, as far as that matters here.
   std::vector<StampedPose> poses;
   for (int i = 0; i < 3000; ++i) poses.push_back(ToStampedPose(0.04 * i, {1, 0.5, 0}));
-  in_.Write("still.tum", app::FormatTum(poses));
-  ChildProcess child(Resolve({CEILMAP_EXE,
-                              "compass",
-                              "learn",
-                              "--rig=@rig.yaml",
-                              "--forward=@pipe.mjpeg",
-                              "--poses=@still.tum",
-                              "-o",
-                              "m",
-                              "--verbose"}),
-                     out_.Path());
+  in_.Write("still.tum", files::FormatTum(poses));
+  support::ChildProcess child(Resolve({CEILMAP_EXE,
+                                       "compass",
+                                       "learn",
+                                       "--rig=@rig.yaml",
+                                       "--forward=@pipe.mjpeg",
+                                       "--poses=@still.tum",
+                                       "-o",
+                                       "m",
+                                       "--verbose"}),
+                              out_.Path());
   EXPECT_TRUE(child.WaitForErr("frame 20 at"));
   child.Send(SIGINT);
-  const ProcessResult result = child.Wait();
+  const support::ProcessResult result = child.Wait();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("interrupted: "));
-  EXPECT_GE(app::ReadColourModel(out_ / "m").frames, 21);
+  EXPECT_GE(files::ReadColourModel(out_ / "m").frames, 21);
 }
 
 }  // namespace

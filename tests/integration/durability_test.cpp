@@ -17,7 +17,7 @@
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 
 /// Counts what happens to the files of a folder: each creation, write, closing and renaming. These
 /// are the moments at which being killed could matter, and they do not depend on the machine's
@@ -36,7 +36,7 @@ class FolderEvents {
   FolderEvents& operator=(const FolderEvents&) = delete;
 
   /// Waits until a file takes the place of the named one; false when the program ended without.
-  bool WaitForReplacement(const std::string& name, ChildProcess& child) {
+  bool WaitForReplacement(const std::string& name, support::ChildProcess& child) {
     named_.clear();
     while (!named_.contains(name)) {
       if (child.WaitForDescriptor(descriptor_)) {
@@ -48,7 +48,7 @@ class FolderEvents {
     return true;
   }
   /// Waits for so many events of the running program; @return how many came before its end.
-  int WaitFor(int count, ChildProcess& child) {
+  int WaitFor(int count, support::ChildProcess& child) {
     int seen = 0;
     while (seen < count && child.WaitForDescriptor(descriptor_)) seen += ReadSome();
     return seen;
@@ -90,7 +90,7 @@ class Durability : public testing::Test {
   }
   [[nodiscard]] std::string Make(const std::vector<std::string>& arguments,
                                  const std::string& map) const {
-    const ProcessResult result = sites_.recordings.Run(arguments);
+    const support::ProcessResult result = sites_.recordings.Run(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return ReadAll(sites_.recordings.out / map);
   }
@@ -102,7 +102,7 @@ class Durability : public testing::Test {
     std::vector<std::string> arguments = sites_.recordings.Resolve(command.arguments);
     arguments.insert(arguments.begin(), CEILMAP_EXE);
     FolderEvents folder(sites_.recordings.out.Path());
-    ChildProcess child(arguments, sites_.recordings.out.Path());
+    support::ChildProcess child(arguments, sites_.recordings.out.Path());
     const int seen = events == kUntilReplaced
                          ? static_cast<int>(folder.WaitForReplacement(kTarget, child))
                          : folder.WaitFor(events, child);

@@ -13,23 +13,23 @@
 
 namespace ceilmap::integration {
 
-/// Endless Motion JPEG into a pipe, to and fro through the pictures, until nobody reads any more.
+/// Endless Motion JPEG into a pipe, to and fro through the images, until nobody reads any more.
 class EndlessStream {
  public:
-  EndlessStream(const std::filesystem::path& pipe, const std::vector<cv::Mat>& pictures) {
+  EndlessStream(const std::filesystem::path& pipe, const std::vector<cv::Mat>& images) {
     signal(SIGPIPE, SIG_IGN);
     EXPECT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    for (const cv::Mat& picture : pictures) {
+    for (const cv::Mat& image : images) {
       std::vector<uchar> code;
-      cv::imencode(".jpg", picture, code);
-      pictures_.push_back(std::move(code));
+      cv::imencode(".jpg", image, code);
+      images_.push_back(std::move(code));
     }
-    const std::vector<std::vector<uchar>> there = pictures_;
-    pictures_.insert(pictures_.end(), there.rbegin(), there.rend());
+    const std::vector<std::vector<uchar>> there = images_;
+    images_.insert(images_.end(), there.rbegin(), there.rend());
     writer_ = std::thread([this, pipe] {
       std::ofstream stream(pipe, std::ios::binary);
-      for (std::size_t i = 0; stream; i = (i + 1) % pictures_.size()) {
-        const std::vector<uchar>& code = pictures_[i];
+      for (std::size_t i = 0; stream; i = (i + 1) % images_.size()) {
+        const std::vector<uchar>& code = images_[i];
         stream.write(reinterpret_cast<const char*>(code.data()),
                      static_cast<std::streamsize>(code.size()));
       }
@@ -40,7 +40,7 @@ class EndlessStream {
   EndlessStream& operator=(const EndlessStream&) = delete;
 
  private:
-  std::vector<std::vector<uchar>> pictures_;
+  std::vector<std::vector<uchar>> images_;
   std::thread writer_;
 };
 

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "app/gnuplot.hpp"
+#include "app/figures/gnuplot.hpp"
 #include "tests/integration/recordings.hpp"
-#include "tests/mapping/synthetic_map.hpp"
+#include "tests/mapping/store/synthetic_map.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
@@ -20,7 +20,7 @@ using testing::StartsWith;
 
 // Without the folder of figures, which is there where gnuplot is.
 std::vector<std::string> FilesOf(const std::filesystem::path& report) {
-  std::vector<std::string> names = app::NamesIn(report);
+  std::vector<std::string> names = support::NamesIn(report);
   std::erase(names, "figures");
   return names;
 }
@@ -36,7 +36,7 @@ TEST(Evaluate, ReportsEachEstimate) {
   }
   test.in.Write("truth.tum", truth);
   test.in.Write("est.tum", estimate);
-  const ProcessResult result =
+  const support::ProcessResult result =
       test.Run({"evaluate", "--truth=@truth.tum", "turned=@est.tum", "@truth.tum", "-o", "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("position per metre"));
@@ -55,7 +55,7 @@ TEST(Evaluate, ReportsEachEstimate) {
   EXPECT_THAT(ReadAll(test.out / "report/metrics.csv"), HasSubstr("\nturned,position,m,9,"));
   EXPECT_THAT(ReadAll(test.out / "report/estimates.csv"), HasSubstr("\nturned,"));
 
-  const ProcessResult unaligned =
+  const support::ProcessResult unaligned =
       test.Run({"evaluate", "--truth=@truth.tum", "@est.tum", "--align=none", "-o", "plain"});
   EXPECT_EQ(unaligned.exit_code, 0);
   const auto plain = nlohmann::json::parse(ReadAll(test.out / "plain/metrics.json"));
@@ -84,13 +84,13 @@ TEST(Evaluate, TellsWhatCompensationIsWorth) {
   test.in.Write("truth.tum", Line(0, 0, -4));
   test.in.Write("before.tum", Line(-0.2, 0.1, 0));
   test.in.Write("after.tum", Line(0.02, -0.03, -3.9));
-  const ProcessResult result = test.Run({"evaluate",
-                                         "--truth=@truth.tum",
-                                         "--before=@before.tum",
-                                         "fused=@after.tum",
-                                         "none=@before.tum",
-                                         "-o",
-                                         "report"});
+  const support::ProcessResult result = test.Run({"evaluate",
+                                                  "--truth=@truth.tum",
+                                                  "--before=@before.tum",
+                                                  "fused=@after.tum",
+                                                  "none=@before.tum",
+                                                  "-o",
+                                                  "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("20.00   2.00  0.100             10.00   3.00  0.300"));
   EXPECT_THAT(FilesOf(test.out / "report"),
@@ -120,23 +120,23 @@ TEST(Evaluate, TellsWhatCompensationIsWorth) {
 }
 
 TEST(Evaluate, DrawsTheErrorsOverTheMap) {
-  if (!app::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
+  if (!figures::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
   const Recordings test;
   test.in.Write("truth.tum", Line(0, 0, -4));
   test.in.Write("run.tum", Line(0.02, 0, -4));
-  mapping::synthetic::SmallMap().Write(test.in / "map.gpkg");
-  const ProcessResult result = test.Run({"evaluate",
-                                         "--truth=@truth.tum",
-                                         "@run.tum",
-                                         "--map=@map.gpkg",
-                                         "--segments=0.1,0.2",
-                                         "-o",
-                                         "report"});
+  store::synthetic::SmallMap().Write(test.in / "map.gpkg");
+  const support::ProcessResult result = test.Run({"evaluate",
+                                                  "--truth=@truth.tum",
+                                                  "@run.tum",
+                                                  "--map=@map.gpkg",
+                                                  "--segments=0.1,0.2",
+                                                  "-o",
+                                                  "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::string page = ReadAll(test.out / "report/index.html");
   EXPECT_THAT(page, HasSubstr("data:image/"));
   EXPECT_THAT(page, HasSubstr("Position error over the way"));
-  const std::vector<std::string> names = app::NamesIn(test.out / "report/figures");
+  const std::vector<std::string> names = support::NamesIn(test.out / "report/figures");
   for (const char* name :
        {"trajectories", "poses", "errors", "errors-way", "error-map", "distribution", "segments"}) {
     for (const char* format : {".svg", ".pdf", ".png", ".gp"}) {
@@ -151,12 +151,12 @@ TEST(Evaluate, DrawsTheErrorsOverTheMap) {
 TEST(Evaluate, AMapWantsAReport) {
   const Recordings test;
   test.in.Write("truth.tum", Line(0, 0, -4));
-  mapping::synthetic::SmallMap().Write(test.in / "map.gpkg");
-  const ProcessResult alone =
+  store::synthetic::SmallMap().Write(test.in / "map.gpkg");
+  const support::ProcessResult alone =
       test.Run({"evaluate", "--truth=@truth.tum", "@truth.tum", "--map=@map.gpkg"});
   EXPECT_EQ(alone.exit_code, 2);
   EXPECT_THAT(alone.err, HasSubstr("give -o too"));
-  const ProcessResult none = test.Run(
+  const support::ProcessResult none = test.Run(
       {"evaluate", "--truth=@truth.tum", "@truth.tum", "--map=@none.gpkg", "-o", "report"});
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_THAT(none.err, HasSubstr("none.gpkg"));
@@ -166,7 +166,7 @@ TEST(Evaluate, AMapWantsAReport) {
 TEST(Evaluate, WithoutBeforeThereIsNoCompensation) {
   const Recordings test;
   test.in.Write("truth.tum", Line(0, 0, -4));
-  const ProcessResult result =
+  const support::ProcessResult result =
       test.Run({"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("compensation")));
@@ -203,13 +203,13 @@ TEST(Evaluate, FindsTheOffsetOfAnotherClockAndAScale) {
   const Recordings test;
   test.in.Write("truth.tum", Drive(1, 0));
   test.in.Write("other.tum", Drive(2, 876.5));
-  const ProcessResult found = test.Run({"evaluate",
-                                        "--truth=@truth.tum",
-                                        "@other.tum",
-                                        "--align=sim2",
-                                        "--offset=auto",
-                                        "-o",
-                                        "report"});
+  const support::ProcessResult found = test.Run({"evaluate",
+                                                 "--truth=@truth.tum",
+                                                 "@other.tum",
+                                                 "--align=sim2",
+                                                 "--offset=auto",
+                                                 "-o",
+                                                 "report"});
   EXPECT_EQ(found.exit_code, 0) << found.err;
   const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
   const auto& other = metrics["estimates"]["other"];
@@ -218,19 +218,19 @@ TEST(Evaluate, FindsTheOffsetOfAnotherClockAndAScale) {
   EXPECT_NEAR(other["alignment"]["scale"].get<double>(), 0.5, 1e-6);
   EXPECT_LT(other["position_m"]["max"].get<double>(), 1e-6);
 
-  const ProcessResult told = test.Run({"evaluate",
-                                       "--truth=@truth.tum",
-                                       "@other.tum",
-                                       "--align=sim2",
-                                       "--offset=876.5",
-                                       "--segments=1.5",
-                                       "-o",
-                                       "told"});
+  const support::ProcessResult told = test.Run({"evaluate",
+                                                "--truth=@truth.tum",
+                                                "@other.tum",
+                                                "--align=sim2",
+                                                "--offset=876.5",
+                                                "--segments=1.5",
+                                                "-o",
+                                                "told"});
   EXPECT_EQ(told.exit_code, 0) << told.err;
   const auto again = nlohmann::json::parse(ReadAll(test.out / "told/metrics.json"));
   EXPECT_EQ(again["estimates"]["other"]["segments"][0]["length_m"], 1.5);
 
-  const ProcessResult refused = test.Run({"evaluate", "--truth=@truth.tum", "@other.tum"});
+  const support::ProcessResult refused = test.Run({"evaluate", "--truth=@truth.tum", "@other.tum"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err,
               HasSubstr("its stamps are 123.500 to 153.400 s, the truth's 1000.000 to 1029.900 s; "
@@ -257,14 +257,14 @@ TEST(Evaluate, StatusFilesTellOfConsistencyAndHeadingsOfDrift) {
   test.in.Write("s.csv", status);
   test.in.Write("h.csv", headings);
   test.in.Write("frames.csv", frames + "10,10\n11,11\n");
-  const ProcessResult result = test.Run({"evaluate",
-                                         "--truth=@truth.tum",
-                                         "@s.csv",
-                                         "@h.csv",
-                                         "--align=none",
-                                         "--expect=@frames.csv",
-                                         "-o",
-                                         "report"});
+  const support::ProcessResult result = test.Run({"evaluate",
+                                                  "--truth=@truth.tum",
+                                                  "@s.csv",
+                                                  "@h.csv",
+                                                  "--align=none",
+                                                  "--expect=@frames.csv",
+                                                  "-o",
+                                                  "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("NEES"));
   const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
@@ -293,14 +293,14 @@ TEST(Evaluate, AFrameThatTheMappingRunTells) {
   test.in.Write("truth.tum", line(0));
   test.in.Write("map.tum", line(10));
   test.in.Write("second.tum", line(10.25));
-  const ProcessResult result = test.Run({"evaluate",
-                                         "--truth=@truth.tum",
-                                         "--frame-from",
-                                         "@truth.tum",
-                                         "@map.tum",
-                                         "@second.tum",
-                                         "-o",
-                                         "report"});
+  const support::ProcessResult result = test.Run({"evaluate",
+                                                  "--truth=@truth.tum",
+                                                  "--frame-from",
+                                                  "@truth.tum",
+                                                  "@map.tum",
+                                                  "@second.tum",
+                                                  "-o",
+                                                  "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const auto metrics = nlohmann::json::parse(ReadAll(test.out / "report/metrics.json"));
   EXPECT_NEAR(metrics["estimates"]["second"]["position_m"]["rmse"].get<double>(), 0.25, 1e-12);

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 
-#include "app/gnuplot.hpp"
+#include "app/figures/gnuplot.hpp"
 #include "tests/integration/heading_recordings.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -28,7 +28,7 @@ class BadHeadingTest : public HeadingCommand, public testing::WithParamInterface
 TEST_P(BadHeadingTest, IsOneLineAndLeavesNothing) {
   std::vector<std::string> arguments = GetParam().arguments;
   arguments.insert(arguments.end(), {"-o", "h.csv", "--summary=s.json"});
-  const ProcessResult result = Run(arguments);
+  const support::ProcessResult result = Run(arguments);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   EXPECT_THAT(result.err, testing::StartsWith("ceilmap: "));
@@ -38,7 +38,7 @@ TEST_P(BadHeadingTest, IsOneLineAndLeavesNothing) {
 }
 
 const std::vector<BadHeading> kBadHeadings = {
-    {"NoSource", {}, "no pictures: give --omni SOURCE or --panorama SOURCE"},
+    {"NoSource", {}, "no images: give --omni SOURCE or --panorama SOURCE"},
     {"TwoSources", {"--omni=@omni", "--panorama=@panoramas"}, "give one of the two"},
     {"NoSuchFile", {"--panorama=@none.mp4"}, "none.mp4: no such file"},
     {"NotAVideo", {"--panorama=@text.mp4"}, "not a video"},
@@ -103,11 +103,11 @@ INSTANTIATE_TEST_SUITE_P(All,
                          [](const auto& test) { return test.param.name; });
 
 TEST_F(HeadingCommand, BadPlots) {
-  if (!app::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
+  if (!figures::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
   const auto expect = [&](const std::vector<std::string>& more, const std::string& message) {
     std::vector<std::string> arguments{"--panorama=@panoramas", "-o", "h.csv"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = Run(arguments);
+    const support::ProcessResult result = Run(arguments);
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_THAT(result.err, HasSubstr(message));
     EXPECT_THAT(out_.Names(), IsEmpty());
@@ -120,7 +120,7 @@ TEST_F(HeadingCommand, BadPlots) {
 
 TEST_F(HeadingCommand, ResultIsTheTruth) {
   const std::string truth = ReadAll(in_ / "truth.tum");
-  const ProcessResult result =
+  const support::ProcessResult result =
       Run({"--panorama=@panoramas", "--truth=@truth.tum", "-o", "@truth.tum"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("is read by this run"));

@@ -7,26 +7,26 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include "app/csv.hpp"
-#include "app/gnuplot.hpp"
+#include "app/figures/gnuplot.hpp"
+#include "app/files/csv.hpp"
 #include "tests/integration/endless_stream.hpp"
 #include "tests/integration/heading_recordings.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
 TEST_F(HeadingCommand, OfAMirrorVideoWithARig) {
-  const ProcessResult result = Run({"--rig=@rig.yaml",
-                                    "--omni=@omni",
-                                    "--stamps=@stamps.csv",
-                                    "-o",
-                                    "h.csv",
-                                    "--summary=s.json"});
+  const support::ProcessResult result = Run({"--rig=@rig.yaml",
+                                             "--omni=@omni",
+                                             "--stamps=@stamps.csv",
+                                             "-o",
+                                             "h.csv",
+                                             "--summary=s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(out_.Names(), UnorderedElementsAre("h.csv", "s.json"));
@@ -48,16 +48,16 @@ TEST_F(HeadingCommand, OfAMirrorVideoWithARig) {
 TEST_F(HeadingCommand, EveryMethodAndUnwrapping) {
   for (const char* method : {"fft", "labrosse2006", "labrosse2004"}) {
     for (const char* interpolation : {"nearest", "bilinear"}) {
-      const ProcessResult result = Run({"--ring=121,118,30,110",
-                                        "--omni=@omni",
-                                        "--rows=30",
-                                        "--row-spacing=radius",
-                                        std::string("--interpolation=") + interpolation,
-                                        std::string("--method=") + method,
-                                        "-o",
-                                        "h.csv",
-                                        "--summary=s.json",
-                                        "--quiet"});
+      const support::ProcessResult result = Run({"--ring=121,118,30,110",
+                                                 "--omni=@omni",
+                                                 "--rows=30",
+                                                 "--row-spacing=radius",
+                                                 std::string("--interpolation=") + interpolation,
+                                                 std::string("--method=") + method,
+                                                 "-o",
+                                                 "h.csv",
+                                                 "--summary=s.json",
+                                                 "--quiet"});
       EXPECT_EQ(result.exit_code, 0) << result.err;
       EXPECT_EQ(result.out, "");
       ExpectTurns("h.csv", 0, 1);
@@ -69,41 +69,41 @@ TEST_F(HeadingCommand, EveryMethodAndUnwrapping) {
 
 // How the camera is mounted does not matter to a robot that turns.
 TEST_F(HeadingCommand, WithACameraThatIsMountedTurned) {
-  const ProcessResult result =
+  const support::ProcessResult result =
       Run({"--rig=@turned.yaml", "--omni=@omni", "--stamps=@stamps.csv", "-o", "h.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   ExpectTurns("h.csv", 100, 0.1);
 }
 
 TEST_F(HeadingCommand, OfPanoramasEitherWayRound) {
-  const ProcessResult falling = Run({"--panorama=@panoramas", "-o", "h.csv"});
+  const support::ProcessResult falling = Run({"--panorama=@panoramas", "-o", "h.csv"});
   EXPECT_EQ(falling.exit_code, 0) << falling.err;
   EXPECT_THAT(falling.err, HasSubstr("no --stamps"));
   ExpectTurns("h.csv", 0, 1);
-  const ProcessResult rising =
+  const support::ProcessResult rising =
       Run({"--panorama=@rising", "--azimuth=rising", "--front-column=179", "-o", "r.csv"});
   EXPECT_EQ(rising.exit_code, 0) << rising.err;
   EXPECT_EQ(ReadAll(out_ / "h.csv"), ReadAll(out_ / "r.csv"));
 }
 
 TEST_F(HeadingCommand, SkipsFramesAsItIsTold) {
-  const ProcessResult result =
+  const support::ProcessResult result =
       Run({"--panorama=@panoramas", "--method=labrosse2006", "--skip=2", "-o", "h.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   ExpectTurns("h.csv", 0, 1, 3);
 }
 
 TEST_F(HeadingCommand, ErrorsAgainstTheTruth) {
-  const ProcessResult result = Run({"--panorama=@panoramas",
-                                    "--stamps=@stamps.csv",
-                                    "--truth=@truth.tum",
-                                    "-o",
-                                    "h.csv",
-                                    "--summary=s.json"});
+  const support::ProcessResult result = Run({"--panorama=@panoramas",
+                                             "--stamps=@stamps.csv",
+                                             "--truth=@truth.tum",
+                                             "-o",
+                                             "h.csv",
+                                             "--summary=s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("max error"));
   EXPECT_THAT(result.out, HasSubstr("deg/m"));
-  const app::CsvTable table = app::ReadCsv(out_ / "h.csv");
+  const files::CsvTable table = files::ReadCsv(out_ / "h.csv");
   ASSERT_EQ(table.rows.size(), static_cast<std::size_t>(kTurnFrames));
   const auto& last = table.rows.back().fields;
   EXPECT_NEAR(std::stod(last[table.Column("true_heading_deg")]), TurnAt(kTurnFrames - 1), 1e-3);
@@ -127,7 +127,7 @@ TEST_F(HeadingCommand, IsToldOfTheWay) {
     std::vector<std::string> all = arguments;
     all.emplace_back(file);
     all.insert(all.end(), more.begin(), more.end());
-    const ProcessResult result = Run(all);
+    const support::ProcessResult result = Run(all);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     ExpectTurns(file, 100, 0.1);
     return ReadAll(out_ / file);
@@ -139,17 +139,17 @@ TEST_F(HeadingCommand, IsToldOfTheWay) {
 }
 
 TEST_F(HeadingCommand, DrawsHeadingsErrorsAndDistances) {
-  if (!app::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
-  const ProcessResult result = Run({"--panorama=@panoramas",
-                                    "--stamps=@stamps.csv",
-                                    "--truth=@truth.tum",
-                                    "-o",
-                                    "h.csv",
-                                    "--plot=plots",
-                                    "--plot-frame=5"});
+  if (!figures::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
+  const support::ProcessResult result = Run({"--panorama=@panoramas",
+                                             "--stamps=@stamps.csv",
+                                             "--truth=@truth.tum",
+                                             "-o",
+                                             "h.csv",
+                                             "--plot=plots",
+                                             "--plot-frame=5"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
-  EXPECT_THAT(app::NamesIn(out_ / "plots"),
+  EXPECT_THAT(support::NamesIn(out_ / "plots"),
               UnorderedElementsAre("distance-5.csv",
                                    "distance-5.gp",
                                    "distance-5.pdf",
@@ -161,43 +161,43 @@ TEST_F(HeadingCommand, DrawsHeadingsErrorsAndDistances) {
                                    "heading.png",
                                    "heading.svg"));
   EXPECT_THAT(result.out, HasSubstr("written plots/heading.svg"));
-  const app::CsvTable distances = app::ReadCsv(out_ / "plots/distance-5.csv");
+  const files::CsvTable distances = files::ReadCsv(out_ / "plots/distance-5.csv");
   EXPECT_EQ(distances.rows.size(), 360U);
   // The last frame, unless another is asked for.
   EXPECT_EQ(Run({"--panorama=@panoramas", "-o", "h.csv", "--plot=others", "--quiet"}).exit_code, 0);
-  EXPECT_THAT(app::NamesIn(out_ / "others"), Contains("distance-15.svg"));
+  EXPECT_THAT(support::NamesIn(out_ / "others"), Contains("distance-15.svg"));
 }
 
 TEST_F(HeadingCommand, AUniformPanoramaIsHeldAndTold) {
-  const ProcessResult result = Run({"--panorama=@grey.avi", "-o", "h.csv"});
+  const support::ProcessResult result = Run({"--panorama=@grey.avi", "-o", "h.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("3 of 3 headings were held"));
-  const auto headings = app::ReadHeadings(out_ / "h.csv");
+  const auto headings = files::ReadHeadings(out_ / "h.csv");
   ASSERT_EQ(headings.size(), 3U);
   EXPECT_EQ(headings[2].heading_rad, 0);
   EXPECT_GT(headings[2].sigma_rad, headings[1].sigma_rad);
 }
 
 TEST_F(HeadingCommand, KeepsWhatIsDoneWhenInterrupted) {
-  std::vector<cv::Mat> pictures;
+  std::vector<cv::Mat> images;
   for (int i = 0; i < kTurnFrames; ++i) {
-    pictures.push_back(app::TurnedPanorama(app::SyntheticPanorama({360, 48}), TurnAt(i)));
+    images.push_back(support::TurnedPanorama(support::SyntheticPanorama({360, 48}), TurnAt(i)));
   }
-  const EndlessStream stream(in_ / "pipe.mjpeg", pictures);
-  ChildProcess child(Resolve({CEILMAP_EXE,
-                              "heading",
-                              "--panorama=@pipe.mjpeg",
-                              "-o",
-                              "h.csv",
-                              "--summary=s.json",
-                              "--verbose"}),
-                     out_.Path());
+  const EndlessStream stream(in_ / "pipe.mjpeg", images);
+  support::ChildProcess child(Resolve({CEILMAP_EXE,
+                                       "heading",
+                                       "--panorama=@pipe.mjpeg",
+                                       "-o",
+                                       "h.csv",
+                                       "--summary=s.json",
+                                       "--verbose"}),
+                              out_.Path());
   EXPECT_TRUE(child.WaitForErr("frame 20 at"));
   child.Send(SIGINT);
-  const ProcessResult result = child.Wait();
+  const support::ProcessResult result = child.Wait();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(out_.Names(), UnorderedElementsAre("h.csv", "s.json"));
-  const std::size_t kept = app::ReadHeadings(out_ / "h.csv").size();
+  const std::size_t kept = files::ReadHeadings(out_ / "h.csv").size();
   EXPECT_GE(kept, 21U);
   EXPECT_THAT(result.err, HasSubstr(fmt::format("interrupted: {} frames were used", kept)));
   EXPECT_EQ(nlohmann::json::parse(ReadAll(out_ / "s.json"))["interrupted"], true);

@@ -9,7 +9,8 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 
-#include "app/tum.hpp"
+#include "app/files/tum.hpp"
+#include "calib/base/degrees.hpp"
 #include "tests/integration/colour_recordings.hpp"
 #include "tests/integration/recordings.hpp"
 
@@ -44,26 +45,26 @@ class HeadingModel : public testing::Test {
       poses.push_back(ToStampedPose(0.1 * i, {0, 0, yaw}));
     }
     WriteColourVideo(test_.in / "turn.avi", turn);
-    test_.in.Write("turn.csv", app::StampsCsv(kTurnFrames, 0, 0.1));
-    test_.in.Write("turn.tum", app::FormatTum(poses));
-    const ProcessResult learned = test_.Run({"compass",
-                                             "learn",
-                                             "--quiet",
-                                             "--rig=@forward.yaml",
-                                             "--forward=@turn.avi",
-                                             "--stamps=@turn.csv",
-                                             "--poses=@turn.tum",
-                                             "-o",
-                                             "@room.colours"});
+    test_.in.Write("turn.csv", support::StampsCsv(kTurnFrames, 0, 0.1));
+    test_.in.Write("turn.tum", files::FormatTum(poses));
+    const support::ProcessResult learned = test_.Run({"compass",
+                                                      "learn",
+                                                      "--quiet",
+                                                      "--rig=@forward.yaml",
+                                                      "--forward=@turn.avi",
+                                                      "--stamps=@turn.csv",
+                                                      "--poses=@turn.tum",
+                                                      "-o",
+                                                      "@room.colours"});
     ASSERT_EQ(learned.exit_code, 0) << learned.err;
   }
 
   /// The drive of the map again, with a forward camera that looks into one direction after the
   /// robot turned into it.
-  [[nodiscard]] ProcessResult Localize(double seen_yaw) const {
+  [[nodiscard]] support::ProcessResult Localize(double seen_yaw) const {
     std::vector<cv::Mat> ahead;
     for (int i = 0; i < kFrames; ++i) {
-      ahead.push_back(room_.Seen(seen_yaw - 8 * kDegree * std::max(0, kTurning - i)));
+      ahead.push_back(room_.Seen(seen_yaw - 8 * kRadPerDeg * std::max(0, kTurning - i)));
     }
     WriteColourVideo(test_.in / "ahead.avi", ahead);
     return test_.Run(LocalizeArguments("@m.gpkg",
@@ -82,11 +83,11 @@ class HeadingModel : public testing::Test {
 };
 
 TEST_F(HeadingModel, AgreesWithTheCeiling) {
-  const ProcessResult result = Localize(0);
+  const support::ProcessResult result = Localize(0);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("by colours"));
-  EXPECT_GE(app::ReadTum(test_.out / "t.tum").size(), static_cast<std::size_t>(kFrames - 4));
-  const auto summary = nlohmann::json::parse(app::ReadAll(test_.out / "s.json"));
+  EXPECT_GE(files::ReadTum(test_.out / "t.tum").size(), static_cast<std::size_t>(kFrames - 4));
+  const auto summary = nlohmann::json::parse(support::ReadAll(test_.out / "s.json"));
   EXPECT_EQ(summary["quality"]["heading"]["by"], "colours");
   EXPECT_EQ(summary["quality"]["heading"]["headings"], kFrames);
 }
@@ -94,20 +95,20 @@ TEST_F(HeadingModel, AgreesWithTheCeiling) {
 // The colours are sure of the heading before the ceiling comes into sight; looking a quarter to the
 // left, the robot cannot stand as the ceiling has it.
 TEST_F(HeadingModel, AHeadingThatIsSureRulesPlacesOut) {
-  std::vector<cv::Mat> pictures = CeilingPictures();
-  for (std::size_t i = 0; i < kTurning; ++i) pictures[i] = cv::Mat::zeros(kPictureSize, CV_8UC1);
-  app::WriteVideo(test_.in / "run.avi", pictures, 10);
+  std::vector<cv::Mat> images = CeilingImages();
+  for (std::size_t i = 0; i < kTurning; ++i) images[i] = cv::Mat::zeros(kImageSize, CV_8UC1);
+  support::WriteVideo(test_.in / "run.avi", images, 10);
   ASSERT_EQ(Localize(0).exit_code, 0);
-  EXPECT_GE(app::ReadTum(test_.out / "t.tum").size(),
+  EXPECT_GE(files::ReadTum(test_.out / "t.tum").size(),
             static_cast<std::size_t>(kFrames - kTurning - 3));
-  const ProcessResult result = Localize(std::numbers::pi / 2);
+  const support::ProcessResult result = Localize(std::numbers::pi / 2);
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr("none of its 24 frames could be placed"));
 }
 
 TEST_F(HeadingModel, NeedsAForwardCameraAndAModelAndNoOtherHeadings) {
   const auto refused = [this](const std::vector<std::string>& more) {
-    const ProcessResult result =
+    const support::ProcessResult result =
         test_.Run(LocalizeArguments("@m.gpkg", "@both.yaml", "@run.avi", more));
     EXPECT_EQ(result.exit_code, 2);
     return result.err;

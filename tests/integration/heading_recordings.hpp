@@ -3,22 +3,20 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
-#include "app/heading_csv.hpp"
-#include "tests/app/synthetic_panorama.hpp"
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "app/files/heading_csv.hpp"
+#include "calib/base/degrees.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_panorama.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
-
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kTurnFrames = 16;
-const cv::Size kMirrorPicture(240, 240);
+const cv::Size kMirrorImage(240, 240);
 const calib::MirrorRing kMirrorRing{{121, 118}, 30, 110};
 
 /// Columns of 1 deg that the robot has turned to the left at a frame: there, and farther back.
@@ -28,7 +26,7 @@ inline int TurnAt(int frame) {
 
 /// A camera under a mirror of unknown shape, mounted turned by a yaw.
 inline std::string OmniRig(double yaw_deg) {
-  const double half = 0.5 * (90 + yaw_deg) * kDegree;
+  const double half = 0.5 * (90 + yaw_deg) * kRadPerDeg;
   return fmt::format(
       "a: 0.1\nh: 2.4\ncameras:\n  omni:\n    type: mirror\n    image_width: 240\n"
       "    image_height: 240\n"
@@ -43,15 +41,15 @@ inline std::string OmniRig(double yaw_deg) {
 class HeadingCommand : public testing::Test {
  protected:
   void SetUp() override {
-    const cv::Mat world = app::SyntheticPanorama({360, 45});
+    const cv::Mat world = support::SyntheticPanorama({360, 45});
     std::vector<cv::Mat> omni;
     std::vector<cv::Mat> panoramas;
     std::vector<cv::Mat> rising;
     std::string truth;
     for (int i = 0; i < kTurnFrames; ++i) {
-      const double turn = TurnAt(i) * kDegree;
-      omni.push_back(app::MirrorPicture(world, kMirrorPicture, kMirrorRing, turn));
-      panoramas.push_back(app::TurnedPanorama(world, TurnAt(i)));
+      const double turn = TurnAt(i) * kRadPerDeg;
+      omni.push_back(support::MirrorImage(world, kMirrorImage, kMirrorRing, turn));
+      panoramas.push_back(support::TurnedPanorama(world, TurnAt(i)));
       cv::flip(panoramas.back(), rising.emplace_back(), 1);
       truth += fmt::format("{:.6f} {} 0 0 0 0 {:.9f} {:.9f}\n",
                            100 + 0.1 * i,
@@ -59,9 +57,9 @@ class HeadingCommand : public testing::Test {
                            std::sin(0.5 * turn + 1),
                            std::cos(0.5 * turn + 1));
     }
-    app::WritePictures(in_ / "omni", omni);
-    app::WritePictures(in_ / "panoramas", panoramas);
-    app::WritePictures(in_ / "rising", rising);
+    support::WriteImages(in_ / "omni", omni);
+    support::WriteImages(in_ / "panoramas", panoramas);
+    support::WriteImages(in_ / "rising", rising);
     WriteDamaged(panoramas);
     in_.Write("truth.tum", truth);
     in_.Write("sideways.tum", Sideways(0.1));
@@ -69,7 +67,7 @@ class HeadingCommand : public testing::Test {
     in_.Write("later.tum", "500 0 0 0 0 0 0 1\n");
     in_.Write("rig.yaml", OmniRig(0));
     in_.Write("turned.yaml", OmniRig(35));
-    in_.Write("stamps.csv", app::StampsCsv(kTurnFrames, 100, 0.1));
+    in_.Write("stamps.csv", support::StampsCsv(kTurnFrames, 100, 0.1));
   }
 
   /// Poses of a robot that always travels to its left, so many seconds apart.
@@ -82,17 +80,17 @@ class HeadingCommand : public testing::Test {
   }
 
   void WriteDamaged(const std::vector<cv::Mat>& panoramas) const {
-    app::WriteVideo(in_ / "grey.avi",
-                    {cv::Mat(48, 320, CV_8U, cv::Scalar(90)),
-                     cv::Mat(48, 320, CV_8U, cv::Scalar(90)),
-                     cv::Mat(48, 320, CV_8U, cv::Scalar(90))},
-                    10);
-    app::WritePictures(in_ / "narrow", {panoramas[0].colRange(0, 7).clone()});
-    app::WritePictures(in_ / "sizes",
-                       {panoramas[0], panoramas[1], panoramas[2].colRange(0, 200).clone()});
-    app::WritePictures(in_ / "small", {cv::Mat(100, 100, CV_8UC3, cv::Scalar(1, 2, 3))});
+    support::WriteVideo(in_ / "grey.avi",
+                        {cv::Mat(48, 320, CV_8U, cv::Scalar(90)),
+                         cv::Mat(48, 320, CV_8U, cv::Scalar(90)),
+                         cv::Mat(48, 320, CV_8U, cv::Scalar(90))},
+                        10);
+    support::WriteImages(in_ / "narrow", {panoramas[0].colRange(0, 7).clone()});
+    support::WriteImages(in_ / "sizes",
+                         {panoramas[0], panoramas[1], panoramas[2].colRange(0, 200).clone()});
+    support::WriteImages(in_ / "small", {cv::Mat(100, 100, CV_8UC3, cv::Scalar(1, 2, 3))});
     in_.Write("text.mp4", "this is no video\n");
-    in_.Write("short.csv", app::StampsCsv(kTurnFrames - 1, 100, 0.1));
+    in_.Write("short.csv", support::StampsCsv(kTurnFrames - 1, 100, 0.1));
     in_.Write("back.csv", "index,timestamp\n0,1\n1,0.5\n");
     in_.Write("blind.yaml",
               "a: 0.1\nh: 2.4\ncameras: {forward: {type: pinhole, image_width: 240, image_height: "
@@ -109,24 +107,24 @@ class HeadingCommand : public testing::Test {
     }
     return arguments;
   }
-  [[nodiscard]] ProcessResult Run(std::vector<std::string> arguments) const {
+  [[nodiscard]] support::ProcessResult Run(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), "heading");
-    return RunCeilmap(Resolve(std::move(arguments)), out_.Path().string());
+    return support::RunCeilmap(Resolve(std::move(arguments)), out_.Path().string());
   }
 
   // The turns of the robot, counter-clockwise from the first frame.
   void ExpectTurns(const std::string& file, double first_s, double period_s, int step = 1) const {
-    const auto headings = app::ReadHeadings(out_ / file);
+    const auto headings = files::ReadHeadings(out_ / file);
     ASSERT_EQ(headings.size(), static_cast<std::size_t>((kTurnFrames + step - 1) / step));
     for (std::size_t i = 0; i < headings.size(); ++i) {
       const int frame = step * static_cast<int>(i);
       EXPECT_NEAR(headings[i].stamp_s, first_s + period_s * frame, 1e-6);
-      EXPECT_NEAR(headings[i].heading_rad / kDegree, TurnAt(frame), 0.6) << frame;
+      EXPECT_NEAR(headings[i].heading_rad / kRadPerDeg, TurnAt(frame), 0.6) << frame;
     }
   }
 
-  app::TestFolder in_;
-  app::TestFolder out_;
+  support::TestFolder in_;
+  support::TestFolder out_;
 };
 
 }  // namespace ceilmap::integration

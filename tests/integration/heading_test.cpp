@@ -1,5 +1,5 @@
 // A compass under tiles that are their own after a quarter turn, through the real executable: the
-// robot turns on the spot, too fast for the pictures of its upward camera.
+// robot turns on the spot, too fast for the images of its upward camera.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,23 +8,21 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <string>
 #include <vector>
 
-#include "app/tum.hpp"
+#include "app/files/tum.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
-using app::TestFolder;
+using support::ReadAll;
+using support::TestFolder;
 using testing::HasSubstr;
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 const std::string kScene = R"(seed: 4
 robot: "mirror robot"
 room: {length_m: 7, width_m: 6, height_m: 2.6, wall_brightness: 0.32, wall_posters_per_100m2: 40}
@@ -44,13 +42,13 @@ class HeadingTest : public testing::Test {
  protected:
   HeadingTest() {
     folder_.Write("scene.yaml", kScene);
-    const ProcessResult made = Run({"simulate", "scene.yaml", "-o", "run", "--pictures"});
+    const support::ProcessResult made = Run({"simulate", "scene.yaml", "-o", "run", "--pictures"});
     EXPECT_EQ(made.exit_code, 0) << made.err;
-    truth_ = app::ReadTum(folder_ / "run/truth.tum");
+    truth_ = files::ReadTum(folder_ / "run/truth.tum");
   }
 
-  [[nodiscard]] ProcessResult Run(const std::vector<std::string>& arguments) const {
-    return RunCeilmap(arguments, folder_.Path().string());
+  [[nodiscard]] support::ProcessResult Run(const std::vector<std::string>& arguments) const {
+    return support::RunCeilmap(arguments, folder_.Path().string());
   }
   [[nodiscard]] static std::vector<std::string> With(std::vector<std::string> arguments,
                                                      const std::vector<std::string>& more) {
@@ -61,7 +59,7 @@ class HeadingTest : public testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
-  [[nodiscard]] ProcessResult Map(const std::vector<std::string>& more) const {
+  [[nodiscard]] support::ProcessResult Map(const std::vector<std::string>& more) const {
     const StampedPose& first = truth_.front();
     const std::string origin =
         fmt::format("--origin={},{},0", first.position.x(), first.position.y());
@@ -72,7 +70,7 @@ class HeadingTest : public testing::Test {
   }
   /// Every frame is there, and in its place.
   void ExpectTruth() const {
-    const std::vector<StampedPose> poses = app::ReadTum(folder_ / "t.tum");
+    const std::vector<StampedPose> poses = files::ReadTum(folder_ / "t.tum");
     ASSERT_EQ(poses.size(), truth_.size());
     for (std::size_t i = 0; i < poses.size(); ++i) {
       EXPECT_LT((poses[i].position - truth_[i].position).norm(), 0.05) << i;
@@ -98,14 +96,14 @@ class HeadingTest : public testing::Test {
 };
 
 TEST_F(HeadingTest, WithoutOneTheMapEndsAtTheTurn) {
-  const ProcessResult result = Map({});
+  const support::ProcessResult result = Map({});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("frames are left out"));
   EXPECT_GT(Summary()["quality"]["unconnected"], 4);
 }
 
 TEST_F(HeadingTest, TheMirrorCameraTellsHowTheRobotTurned) {
-  ProcessResult result = Map({"--omni=run/omni"});
+  support::ProcessResult result = Map({"--omni=run/omni"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(result.out, HasSubstr("of the mirror camera"));
@@ -127,14 +125,14 @@ TEST_F(HeadingTest, TheMirrorCameraTellsHowTheRobotTurned) {
 
 TEST_F(HeadingTest, AFileDoesTheSame) {
   WriteHeadings();
-  const ProcessResult result = Map({"--heading=h.csv"});
+  const support::ProcessResult result = Map({"--heading=h.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   ExpectTruth();
   EXPECT_EQ(Summary()["quality"]["heading"]["by"], "file");
 }
 
-TEST_F(HeadingTest, MirrorPicturesThatAreMissingAreTold) {
+TEST_F(HeadingTest, MirrorImagesThatAreMissingAreTold) {
   for (const int missing : {2, 3}) {
     std::filesystem::remove(folder_ / fmt::format("run/omni/{:06}.png", missing));
   }
@@ -146,7 +144,7 @@ TEST_F(HeadingTest, MirrorPicturesThatAreMissingAreTold) {
     stamps += fmt::format("{},{:.9f}\n", index++, truth_[i].stamp_s);
   }
   folder_.Write("omni.csv", stamps);
-  const ProcessResult result = Map({"--omni=run/omni", "--omni-stamps=omni.csv"});
+  const support::ProcessResult result = Map({"--omni=run/omni", "--omni-stamps=omni.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err,
               HasSubstr(fmt::format("2 of {} upward frames have no mirror frame at their time",

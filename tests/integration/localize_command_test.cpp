@@ -5,8 +5,8 @@
 #include <opencv2/core.hpp>
 #include <sstream>
 
-#include "app/csv.hpp"
-#include "app/tum.hpp"
+#include "app/files/csv.hpp"
+#include "app/files/tum.hpp"
 #include "tests/integration/recordings.hpp"
 
 namespace ceilmap::integration {
@@ -19,14 +19,14 @@ using testing::UnorderedElementsAre;
 class LocalizeCommand : public testing::Test {
  protected:
   void SetUp() override {
-    std::vector<cv::Mat> pictures = CeilingPictures();
-    std::reverse(pictures.begin(), pictures.end());
-    for (cv::Mat& picture : pictures) {
+    std::vector<cv::Mat> images = CeilingImages();
+    std::reverse(images.begin(), images.end());
+    for (cv::Mat& image : images) {
       cv::Mat turned;
-      cv::flip(picture, turned, -1);
-      turned.convertTo(picture, CV_8U, 0.8, 3);
+      cv::flip(image, turned, -1);
+      turned.convertTo(image, CV_8U, 0.8, 3);
     }
-    app::WriteVideo(test_.in / "back.avi", pictures, 10);
+    support::WriteVideo(test_.in / "back.avi", images, 10);
     ASSERT_EQ(test_
                   .Run({"map",
                         "--quiet",
@@ -39,12 +39,12 @@ class LocalizeCommand : public testing::Test {
               0);
   }
 
-  [[nodiscard]] ProcessResult Localize(const std::string& up,
-                                       const std::vector<std::string>& more) const {
+  [[nodiscard]] support::ProcessResult Localize(const std::string& up,
+                                                const std::vector<std::string>& more) const {
     return test_.Run(LocalizeArguments("@m.gpkg", "@rig.yaml", up, more));
   }
 
-  // Picture k of the way back is picture kFrames - 1 - k of the way there, turned.
+  // Image k of the way back is image kFrames - 1 - k of the way there, turned.
   static void ExpectWayBack(const StampedPose& pose, double first_s) {
     const double k = kFrames - 1 - std::round((pose.stamp_s - first_s) / 0.1);
     EXPECT_NEAR(pose.position.x(), -kStep.y * k * 0.01, 0.003);
@@ -56,7 +56,7 @@ class LocalizeCommand : public testing::Test {
 };
 
 TEST_F(LocalizeCommand, FindsAndFollows) {
-  const ProcessResult result = Localize(
+  const support::ProcessResult result = Localize(
       "@back.avi",
       {"--stamps=@stamps.csv", "--status=s.csv", "--uncompensated=t0.tum", "--summary=s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -65,15 +65,15 @@ TEST_F(LocalizeCommand, FindsAndFollows) {
   for (const char* text : {"placed", "found", "sigma", "frames/s", "written t.tum"}) {
     EXPECT_THAT(result.out, HasSubstr(text));
   }
-  const std::vector<StampedPose> poses = app::ReadTum(test_.out / "t.tum");
+  const std::vector<StampedPose> poses = files::ReadTum(test_.out / "t.tum");
   EXPECT_GE(poses.size(), static_cast<std::size_t>(kFrames - 4));
   for (const StampedPose& pose : poses) ExpectWayBack(pose, 100);
-  EXPECT_EQ(app::ReadAll(test_.out / "t.tum"), app::ReadAll(test_.out / "t0.tum"));
+  EXPECT_EQ(support::ReadAll(test_.out / "t.tum"), support::ReadAll(test_.out / "t0.tum"));
 
-  const app::CsvTable status = app::ReadCsv(test_.out / "s.csv");
+  const files::CsvTable status = files::ReadCsv(test_.out / "s.csv");
   ASSERT_EQ(status.rows.size(), static_cast<std::size_t>(kFrames));
   std::size_t placed = 0;
-  for (const app::CsvTable::Row& row : status.rows) {
+  for (const files::CsvTable::Row& row : status.rows) {
     const std::string& what = row.fields[status.Column("status")];
     const bool has_pose = what == "tracking" || what == "relocalized";
     EXPECT_TRUE(has_pose || what == "ambiguous" || what == "lost") << what;
@@ -93,7 +93,7 @@ TEST_F(LocalizeCommand, FindsAndFollows) {
   }
   EXPECT_EQ(placed, poses.size());
 
-  const auto summary = nlohmann::json::parse(app::ReadAll(test_.out / "s.json"));
+  const auto summary = nlohmann::json::parse(support::ReadAll(test_.out / "s.json"));
   EXPECT_EQ(summary["command"], "localize");
   EXPECT_EQ(summary["frames"], kFrames);
   EXPECT_EQ(summary["quality"]["relocalized"], 1);
@@ -103,21 +103,22 @@ TEST_F(LocalizeCommand, FindsAndFollows) {
 }
 
 TEST_F(LocalizeCommand, StreamsPosesToStdout) {
-  const ProcessResult result = Localize("@back.avi", {"--stream"});
+  const support::ProcessResult result = Localize("@back.avi", {"--stream"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  const std::string file = app::ReadAll(test_.out / "t.tum");
+  const std::string file = support::ReadAll(test_.out / "t.tum");
   EXPECT_EQ(result.out, file.substr(file.find('\n') + 1));
 }
 
 TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
-  // A start that is right makes the first frame sure; headings that contradict the pictures leave
+  // A start that is right makes the first frame sure; headings that contradict the images leave
   // nothing to be sure of.
   const double k = kFrames - 1;
   const std::string start =
       std::to_string(-kStep.y * k * 0.01) + "," + std::to_string(kStep.x * k * 0.01) + ",180";
-  ProcessResult result = Localize("@back.avi", {"--start=" + start, "--start-spread=0.1,5"});
+  support::ProcessResult result =
+      Localize("@back.avi", {"--start=" + start, "--start-spread=0.1,5"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(app::ReadTum(test_.out / "t.tum").size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(files::ReadTum(test_.out / "t.tum").size(), static_cast<std::size_t>(kFrames));
   std::string headings = "timestamp,heading_deg,sigma_deg\n";
   for (int i = 0; i < kFrames; ++i) headings += std::to_string(0.1 * i) + ",60,1\n";
   test_.in.Write("h.csv", headings);
@@ -129,11 +130,12 @@ TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
 }
 
 TEST_F(LocalizeCommand, OfARecordingOfAnotherPlaceOnlyTheStatusStays) {
-  app::WritePictures(test_.in / "elsewhere", PicturesFromElsewhere());
-  const ProcessResult result = Localize("@elsewhere", {"--status=s.csv", "--summary=s.json"});
+  support::WriteImages(test_.in / "elsewhere", ImagesFromElsewhere());
+  const support::ProcessResult result =
+      Localize("@elsewhere", {"--status=s.csv", "--summary=s.json"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(test_.out.Names(), UnorderedElementsAre("s.csv"));
-  for (const app::CsvTable::Row& row : app::ReadCsv(test_.out / "s.csv").rows) {
+  for (const files::CsvTable::Row& row : files::ReadCsv(test_.out / "s.csv").rows) {
     EXPECT_TRUE(row.fields[1] == "lost" || row.fields[1] == "ambiguous") << row.fields[1];
     EXPECT_EQ(row.fields[2], "");
   }

@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 
 /// A level upward camera of 320 x 240 px at 0.4 m under a ceiling at 2.4 m: 0.01 m per pixel. The
-/// picture's right is the robot's left, its top the robot's front.
+/// image's right is the robot's left, its top the robot's front.
 inline const std::string kRig = R"(robot: "test robot"
 a: 0.1
 d: null
@@ -33,23 +33,23 @@ cameras:
 )";
 
 constexpr int kFrames = 24;
-const cv::Size kPictureSize(320, 240);
-/// Picture pixels from frame to frame: 0.06 m to the robot's left, 0.02 m backwards.
+const cv::Size kImageSize(320, 240);
+/// Image pixels from frame to frame: 0.06 m to the robot's left, 0.02 m backwards.
 const cv::Point kStep(6, 2);
 
-inline std::vector<cv::Mat> CeilingPictures() {
-  return app::CropAlong(app::SyntheticCeiling({520, 340}), kPictureSize, kStep, kFrames);
+inline std::vector<cv::Mat> CeilingImages() {
+  return support::CropAlong(support::SyntheticCeiling({520, 340}), kImageSize, kStep, kFrames);
 }
 
 /// The same of a place that is nowhere under that ceiling.
-inline std::vector<cv::Mat> PicturesFromElsewhere() {
-  std::vector<cv::Mat> pictures = CeilingPictures();
-  for (cv::Mat& picture : pictures) {
+inline std::vector<cv::Mat> ImagesFromElsewhere() {
+  std::vector<cv::Mat> images = CeilingImages();
+  for (cv::Mat& image : images) {
     cv::Mat mirrored;  // no ceiling looks like its mirror image
-    cv::flip(picture, mirrored, 0);
-    picture = mirrored;
+    cv::flip(image, mirrored, 0);
+    image = mirrored;
   }
-  return pictures;
+  return images;
 }
 
 /// Arguments of a localization, the poses in `t.tum`, and more of them.
@@ -66,16 +66,16 @@ inline std::vector<std::string> LocalizeArguments(const std::string& map,
 class Recordings {
  public:
   Recordings() {
-    const std::vector<cv::Mat> pictures = CeilingPictures();
-    app::WritePictures(in / "run", pictures);
-    app::WriteVideo(in / "run.avi", pictures, 10);
+    const std::vector<cv::Mat> images = CeilingImages();
+    support::WriteImages(in / "run", images);
+    support::WriteVideo(in / "run.avi", images, 10);
     in.Write("rig.yaml", kRig);
-    in.Write("stamps.csv", app::StampsCsv(kFrames, 100, 0.1));
+    in.Write("stamps.csv", support::StampsCsv(kFrames, 100, 0.1));
   }
 
   /// Runs ceilmap in the folder `out`; `@NAME` in an argument stands for NAME among the inputs.
-  [[nodiscard]] ProcessResult Run(std::vector<std::string> arguments) const {
-    return RunCeilmap(Resolve(std::move(arguments)), out.Path().string());
+  [[nodiscard]] support::ProcessResult Run(std::vector<std::string> arguments) const {
+    return support::RunCeilmap(Resolve(std::move(arguments)), out.Path().string());
   }
   [[nodiscard]] std::vector<std::string> Resolve(std::vector<std::string> arguments) const {
     for (std::string& argument : arguments) {
@@ -85,8 +85,8 @@ class Recordings {
     return arguments;
   }
 
-  app::TestFolder in;
-  app::TestFolder out;
+  support::TestFolder in;
+  support::TestFolder out;
 };
 
 }  // namespace ceilmap::integration

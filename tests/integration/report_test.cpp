@@ -6,15 +6,15 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "app/gnuplot.hpp"
+#include "app/figures/gnuplot.hpp"
 #include "tests/integration/endless_stream.hpp"
 #include "tests/integration/recordings.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::NamesIn;
-using app::ReadAll;
+using support::NamesIn;
+using support::ReadAll;
 using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
@@ -39,7 +39,8 @@ std::vector<std::string> FilesOf(const std::filesystem::path& report) {
 
 TEST(RunReport, OfAMap) {
   const Recordings test;
-  const ProcessResult result = test.Run(With(kMap, {"--report=report", "--summary=s.json"}));
+  const support::ProcessResult result =
+      test.Run(With(kMap, {"--report=report", "--summary=s.json"}));
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("written report/index.html\n"));
   EXPECT_THAT(FilesOf(test.out / "report"),
@@ -53,7 +54,7 @@ TEST(RunReport, OfAMap) {
   const auto summary = nlohmann::json::parse(ReadAll(test.out / "s.json"));
   EXPECT_THAT(summary["files"].get<std::vector<std::string>>(),
               AllOf(Contains("m.gpkg"), Contains("report/index.html")));
-  if (!app::FindGnuplot()) return;
+  if (!figures::FindGnuplot()) return;
   EXPECT_THAT(NamesIn(test.out / "report/figures"),
               AllOf(Contains("trajectories.svg"),
                     Contains("poses.pdf"),
@@ -64,7 +65,7 @@ TEST(RunReport, OfAMap) {
 TEST(RunReport, OfARobotOnAMap) {
   const Recordings test;
   ASSERT_EQ(test.Run(With(kMap, {"--quiet"})).exit_code, 0);
-  const ProcessResult result = test.Run(LocalizeArguments(
+  const support::ProcessResult result = test.Run(LocalizeArguments(
       "m.gpkg", "@rig.yaml", "@run.avi", {"--stamps=@stamps.csv", "--report=report"}));
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(FilesOf(test.out / "report"),
@@ -77,7 +78,7 @@ TEST(RunReport, NeverReplacesAnything) {
   const Recordings test;
   std::filesystem::create_directory(test.out / "report");
   test.out.Write("report/notes.txt", "mine");
-  const ProcessResult result = test.Run(With(kMap, {"--report=report"}));
+  const support::ProcessResult result = test.Run(With(kMap, {"--report=report"}));
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("report: exists and is not an empty folder; name a new one"));
   EXPECT_THAT(test.out.Names(), ElementsAre("report")) << "told before the work";
@@ -88,7 +89,7 @@ TEST(RunReport, NeedsNoGnuplotForItsPage) {
   const char* const before = std::getenv("PATH");
   const std::string path = before != nullptr ? before : "";
   setenv("PATH", "/nonexistent", 1);
-  const ProcessResult result = test.Run(With(kMap, {"--report=report"}));
+  const support::ProcessResult result = test.Run(With(kMap, {"--report=report"}));
   setenv("PATH", path.c_str(), 1);
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.err, HasSubstr("no figures: gnuplot"));
@@ -99,7 +100,7 @@ TEST(RunReport, NeedsNoGnuplotForItsPage) {
 class LiveRun {
  public:
   LiveRun(const Recordings& test, std::vector<std::string> arguments)
-      : stream_(test.out / "camera.mjpg", CeilingPictures()),
+      : stream_(test.out / "camera.mjpg", CeilingImages()),
         program_(Start(test, std::move(arguments))) {
     const std::string said = "live page: http://127.0.0.1:";
     EXPECT_TRUE(program_.WaitForErr(said));
@@ -121,20 +122,20 @@ class LiveRun {
     }
   }
   [[nodiscard]] int Port() const { return port_; }
-  ProcessResult End() {
+  support::ProcessResult End() {
     program_.Send(SIGINT);
     return program_.Wait();
   }
 
  private:
-  static ChildProcess Start(const Recordings& test, std::vector<std::string> arguments) {
+  static support::ChildProcess Start(const Recordings& test, std::vector<std::string> arguments) {
     arguments = test.Resolve(std::move(arguments));
     arguments.insert(arguments.begin(), CEILMAP_EXE);
     return {arguments, test.out.Path().string()};
   }
 
   EndlessStream stream_;
-  ChildProcess program_;
+  support::ChildProcess program_;
   int port_ = 0;
 };
 
@@ -149,13 +150,13 @@ TEST(LiveRuns, AMapIsSeenWhileItGrows) {
   EXPECT_GE(document["paths"][0]["x"].size(), 2U);
   httplib::Client client("127.0.0.1", run.Port());
   EXPECT_THAT(client.Get("/")->body, HasSubstr("Map m.gpkg"));
-  const std::string picture = document["picture"]["url"];
-  EXPECT_GT(client.Get("/" + picture)->body.size(), 100U);
+  const std::string image = document["picture"]["url"];
+  EXPECT_GT(client.Get("/" + image)->body.size(), 100U);
   const std::int64_t frames = document["state"]["frames"];
   EXPECT_FALSE(
       run.AskUntil([frames](const nlohmann::json& now) { return now["state"]["frames"] > frames; })
           .is_null());
-  const ProcessResult result = run.End();
+  const support::ProcessResult result = run.End();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(test.out.Names(), Contains("m.gpkg"));
 }
@@ -179,7 +180,7 @@ TEST(LiveRuns, APlaceThatCannotBeServedIsToldBeforeTheWork) {
   for (const auto& [at, text] :
        {std::pair{"65536", "--live-at 65536: must be [HOST:]PORT"},
         {"198.51.100.1:8800", "198.51.100.1:8800: no page can be served there"}}) {
-    const ProcessResult result = test.Run(With(kMap, {std::string("--live-at=") + at}));
+    const support::ProcessResult result = test.Run(With(kMap, {std::string("--live-at=") + at}));
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_THAT(result.err, HasSubstr(text));
     EXPECT_TRUE(test.out.Names().empty());

@@ -10,16 +10,16 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "app/stamps.hpp"
-#include "app/tum.hpp"
+#include "app/files/stamps.hpp"
+#include "app/files/tum.hpp"
 #include "calib/rig.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -44,12 +44,12 @@ class SimulateTest : public testing::Test {
  protected:
   SimulateTest() { folder_.Write("scene.yaml", kScene); }
 
-  [[nodiscard]] ProcessResult Run(const std::vector<std::string>& arguments) const {
-    return RunCeilmap(arguments, folder_.Path().string());
+  [[nodiscard]] support::ProcessResult Run(const std::vector<std::string>& arguments) const {
+    return support::RunCeilmap(arguments, folder_.Path().string());
   }
   void Simulate(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), "simulate");
-    const ProcessResult result = Run(arguments);
+    const support::ProcessResult result = Run(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err, "");
   }
@@ -63,23 +63,22 @@ class SimulateTest : public testing::Test {
   }
   [[nodiscard]] std::vector<cv::Mat> Video(const std::string& name) const {
     cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
-    std::vector<cv::Mat> pictures;
-    for (cv::Mat picture; video.read(picture);) {
-      cv::cvtColor(picture, picture, cv::COLOR_BGR2GRAY);
-      pictures.push_back(picture.clone());
+    std::vector<cv::Mat> images;
+    for (cv::Mat image; video.read(image);) {
+      cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+      images.push_back(image.clone());
     }
-    return pictures;
+    return images;
   }
-  [[nodiscard]] std::vector<cv::Mat> Pictures(const std::string& name) const {
-    std::vector<cv::Mat> pictures;
-    for (const std::string& picture : NamesIn(name)) {
-      pictures.push_back(
-          cv::imread((folder_ / (name + "/" + picture)).string(), cv::IMREAD_UNCHANGED));
+  [[nodiscard]] std::vector<cv::Mat> Images(const std::string& name) const {
+    std::vector<cv::Mat> images;
+    for (const std::string& image : NamesIn(name)) {
+      images.push_back(cv::imread((folder_ / (name + "/" + image)).string(), cv::IMREAD_UNCHANGED));
     }
-    return pictures;
+    return images;
   }
 
-  app::TestFolder folder_;
+  support::TestFolder folder_;
 };
 
 // Root mean square difference in grey values.
@@ -95,7 +94,8 @@ double Difference(const std::vector<cv::Mat>& a, const std::vector<cv::Mat>& b) 
 }
 
 TEST_F(SimulateTest, WritesARecording) {
-  const ProcessResult result = Run({"simulate", "scene.yaml", "-o", "run", "--summary", "s.json"});
+  const support::ProcessResult result =
+      Run({"simulate", "scene.yaml", "-o", "run", "--summary", "s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   for (const char* text : {"frames", "29", "3.600", "240 x 180", "ms per frame", "run/up.mp4"}) {
@@ -107,8 +107,8 @@ TEST_F(SimulateTest, WritesARecording) {
   EXPECT_THAT(ReadAll(folder_ / "run/frames.csv"),
               testing::StartsWith("index,timestamp\n0,100.000000\n1,100.200000\n"));
 
-  const std::vector<double> stamps_s = app::ReadStamps(folder_ / "run/frames.csv");
-  const std::vector<StampedPose> truth = app::ReadTum(folder_ / "run/truth.tum");
+  const std::vector<double> stamps_s = files::ReadStamps(folder_ / "run/frames.csv");
+  const std::vector<StampedPose> truth = files::ReadTum(folder_ / "run/truth.tum");
   EXPECT_EQ(Video("run/up.mp4").size(), static_cast<std::size_t>(kFrames));
   ASSERT_EQ(stamps_s.size(), static_cast<std::size_t>(kFrames));
   ASSERT_EQ(truth.size(), static_cast<std::size_t>(kFrames));
@@ -130,7 +130,7 @@ TEST_F(SimulateTest, WritesARecording) {
   EXPECT_EQ(summary["files"].size(), 5U);
 }
 
-TEST_F(SimulateTest, SeedDecidesThePictures) {
+TEST_F(SimulateTest, SeedDecidesTheImages) {
   Simulate({"scene.yaml", "-o", "a", "--pictures", "--frames", "6", "--quiet"});
   Simulate({"scene.yaml", "-o", "b", "--pictures", "--frames", "6"});
   Simulate({"scene.yaml", "-o", "other", "--pictures", "--frames", "6", "--seed", "6"});
@@ -139,21 +139,21 @@ TEST_F(SimulateTest, SeedDecidesThePictures) {
       NamesIn("a/up"),
       ElementsAre(
           "000000.png", "000001.png", "000002.png", "000003.png", "000004.png", "000005.png"));
-  EXPECT_EQ(Pictures("a/up").front().type(), CV_8UC1);
-  EXPECT_EQ(Difference(Pictures("a/up"), Pictures("b/up")), 0);
-  EXPECT_GT(Difference(Pictures("a/up"), Pictures("other/up")), 3);
-  EXPECT_EQ(Difference(Pictures("other/up"), Pictures("again/up")), 0);
+  EXPECT_EQ(Images("a/up").front().type(), CV_8UC1);
+  EXPECT_EQ(Difference(Images("a/up"), Images("b/up")), 0);
+  EXPECT_GT(Difference(Images("a/up"), Images("other/up")), 3);
+  EXPECT_EQ(Difference(Images("other/up"), Images("again/up")), 0);
 }
 
-TEST_F(SimulateTest, VideosHoldThePictures) {
+TEST_F(SimulateTest, VideosHoldTheImages) {
   Simulate({"scene.yaml", "-o", "png", "--pictures"});
   Simulate({"scene.yaml", "-o", "mkv", "--lossless"});
   Simulate({"scene.yaml", "-o", "mp4"});
-  const std::vector<cv::Mat> pictures = Pictures("png/up");
-  EXPECT_EQ(pictures.size(), static_cast<std::size_t>(kFrames));
-  EXPECT_EQ(Difference(Video("mkv/up.mkv"), pictures), 0);
+  const std::vector<cv::Mat> images = Images("png/up");
+  EXPECT_EQ(images.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(Difference(Video("mkv/up.mkv"), images), 0);
   // What OpenCV writes of itself differs by 1.8.
-  EXPECT_LT(Difference(Video("mp4/up.mp4"), pictures), 1.55);
+  EXPECT_LT(Difference(Video("mp4/up.mp4"), images), 1.55);
   for (const char* name : {"mkv/up.mkv", "mp4/up.mp4"}) {
     cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
     EXPECT_DOUBLE_EQ(video.get(cv::CAP_PROP_FPS), 5) << name;
@@ -164,15 +164,15 @@ TEST_F(SimulateTest, VideosHoldThePictures) {
 
 TEST_F(SimulateTest, IsMappedAndEvaluated) {
   Simulate({"scene.yaml", "-o", "run"});
-  const ProcessResult mapped = Run({"map",
-                                    "--rig=run/rig.yaml",
-                                    "--up=run/up.mp4",
-                                    "--stamps=run/frames.csv",
-                                    "-o",
-                                    "m.gpkg",
-                                    "--trajectory=e.tum"});
+  const support::ProcessResult mapped = Run({"map",
+                                             "--rig=run/rig.yaml",
+                                             "--up=run/up.mp4",
+                                             "--stamps=run/frames.csv",
+                                             "-o",
+                                             "m.gpkg",
+                                             "--trajectory=e.tum"});
   ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
-  const ProcessResult judged =
+  const support::ProcessResult judged =
       Run({"evaluate", "--truth=run/truth.tum", "mapped=e.tum", "-o", "report"});
   ASSERT_EQ(judged.exit_code, 0) << judged.err;
   const auto metrics = nlohmann::json::parse(ReadAll(folder_ / "report/metrics.json"));
@@ -186,7 +186,8 @@ TEST_F(SimulateTest, ReplacesAnEarlierRecordingOnlyWhenTold) {
   Simulate({"scene.yaml", "-o", "run", "--frames", "4"});
   folder_.Write("run/notes.txt", "keep");
   const std::string truth = ReadAll(folder_ / "run/truth.tum");
-  const ProcessResult refused = Run({"simulate", "scene.yaml", "-o", "run", "--frames", "3"});
+  const support::ProcessResult refused =
+      Run({"simulate", "scene.yaml", "-o", "run", "--frames", "3"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("--force"));
   EXPECT_EQ(ReadAll(folder_ / "run/truth.tum"), truth);
@@ -195,30 +196,31 @@ TEST_F(SimulateTest, ReplacesAnEarlierRecordingOnlyWhenTold) {
               ElementsAre("frames.csv", "notes.txt", "rig.yaml", "scene.yaml", "truth.tum", "up"));
   Simulate({"scene.yaml", "-o", "run", "--frames", "2", "--pictures", "--force"});
   EXPECT_EQ(NamesIn("run/up").size(), 2U);
-  EXPECT_EQ(app::ReadTum(folder_ / "run/truth.tum").size(), 2U);
+  EXPECT_EQ(files::ReadTum(folder_ / "run/truth.tum").size(), 2U);
 }
 
 TEST_F(SimulateTest, ForwardCameraHasAVideoOfItsOwn) {
   const std::string forward = "forward: {width_px: 200, height_px: 160, focal_px: 170}\n";
   folder_.Write("both.yaml", kScene + forward + "debris: {bumps: [1, 0.6, 4, 1]}\n");
-  const ProcessResult result = Run({"simulate", "both.yaml", "-o", "run", "--summary", "s.json"});
+  const support::ProcessResult result =
+      Run({"simulate", "both.yaml", "-o", "run", "--summary", "s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("200 x 160"));
   EXPECT_THAT(result.out, HasSubstr("run/forward.mp4"));
   EXPECT_THAT(
       NamesIn("run"),
       ElementsAre("forward.mp4", "frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
-  const std::vector<cv::Mat> pictures = Video("run/forward.mp4");
-  ASSERT_EQ(pictures.size(), app::ReadStamps(folder_ / "run/frames.csv").size());
-  EXPECT_EQ(pictures.front().size(), cv::Size(200, 160));
-  EXPECT_EQ(Video("run/up.mp4").size(), pictures.size());
+  const std::vector<cv::Mat> images = Video("run/forward.mp4");
+  ASSERT_EQ(images.size(), files::ReadStamps(folder_ / "run/frames.csv").size());
+  EXPECT_EQ(images.front().size(), cv::Size(200, 160));
+  EXPECT_EQ(Video("run/up.mp4").size(), images.size());
   EXPECT_EQ(nlohmann::json::parse(ReadAll(folder_ / "s.json"))["quality"]["forward_width_px"], 200);
 
   const calib::Rig rig = calib::ReadRig(folder_ / "run/rig.yaml");
   EXPECT_EQ(rig.forward_height_m, 0.45);
   EXPECT_EQ(rig.forward->camera.Size(), cv::Size(200, 160));
   double steepest = 0;  // nose up is a negative pitch about y in the truth
-  for (const StampedPose& pose : app::ReadTum(folder_ / "run/truth.tum")) {
+  for (const StampedPose& pose : files::ReadTum(folder_ / "run/truth.tum")) {
     steepest = std::max(steepest, (pose.orientation * Eigen::Vector3d::UnitX()).z());
   }
   EXPECT_NEAR(steepest, std::sin(4 * M_PI / 180), 0.01);
@@ -230,7 +232,7 @@ TEST_F(SimulateTest, ForwardCameraHasAVideoOfItsOwn) {
   Simulate({"both.yaml", "-o", "run", "--frames", "3", "--pictures", "--force"});
   EXPECT_EQ(NamesIn("run/forward").size(), 3U);
   EXPECT_EQ(NamesIn("run/up").size(), 3U);
-  EXPECT_GT(Difference(Pictures("run/forward"),
+  EXPECT_GT(Difference(Images("run/forward"),
                        {cv::Mat::zeros(160, 200, CV_8UC1),
                         cv::Mat::zeros(160, 200, CV_8UC1),
                         cv::Mat::zeros(160, 200, CV_8UC1)}),
@@ -243,7 +245,8 @@ TEST_F(SimulateTest, CameraUnderAMirrorHasAVideoInColour) {
       "centre_in_rig: false}\n"
       "movers: [4.4, 2.5, 0.3, 0.3, 0, 1.5, 0, 2, 0.1, 0.1, 0.8, 0, 0, 3]\n";
   folder_.Write("omni.yaml", kScene + omni);
-  const ProcessResult result = Run({"simulate", "omni.yaml", "-o", "run", "--summary", "s.json"});
+  const support::ProcessResult result =
+      Run({"simulate", "omni.yaml", "-o", "run", "--summary", "s.json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("240 x 240"));
   EXPECT_THAT(
@@ -257,20 +260,20 @@ TEST_F(SimulateTest, CameraUnderAMirrorHasAVideoInColour) {
 
   Simulate({"omni.yaml", "-o", "png", "--pictures"});
   Simulate({"omni.yaml", "-o", "mkv", "--lossless"});
-  const std::vector<cv::Mat> pictures = Pictures("png/omni");
-  ASSERT_EQ(pictures.size(), static_cast<std::size_t>(kFrames));
-  EXPECT_EQ(pictures.front().type(), CV_8UC3);
+  const std::vector<cv::Mat> images = Images("png/omni");
+  ASSERT_EQ(images.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(images.front().type(), CV_8UC3);
   const auto colours = [&](const std::string& name) {
     cv::VideoCapture video((folder_ / name).string(), cv::CAP_FFMPEG);
     std::vector<cv::Mat> frames;
     for (cv::Mat frame; video.read(frame);) frames.push_back(frame.clone());
     return frames;
   };
-  EXPECT_EQ(Difference(colours("mkv/omni.mkv"), pictures), 0);
+  EXPECT_EQ(Difference(colours("mkv/omni.mkv"), images), 0);
   // Colours at half the resolution cost most of it.
-  EXPECT_LT(Difference(colours("run/omni.mp4"), pictures), 4 * std::sqrt(3.0));
+  EXPECT_LT(Difference(colours("run/omni.mp4"), images), 4 * std::sqrt(3.0));
   // The red mover goes ahead of the robot, above the middle, which is 5 px to the right.
-  const cv::Vec3b ahead = pictures[3].at<cv::Vec3b>(119 - 62, 125);
+  const cv::Vec3b ahead = images[3].at<cv::Vec3b>(119 - 62, 125);
   EXPECT_GT(ahead[2], ahead[0] + 60);
   EXPECT_LT(cv::norm(colours("run/omni.mp4")[3].at<cv::Vec3b>(119 - 62, 125), ahead), 30);
 
@@ -284,17 +287,17 @@ TEST_F(SimulateTest, KeepsWhatIsDoneWhenInterrupted) {
   folder_.Write("long.yaml",
                 "camera: {width_px: 160, height_px: 120, focal_px: 110}\n"
                 "path: {kind: random_walk, length_m: 5000}\n");
-  ChildProcess child({CEILMAP_EXE, "simulate", "long.yaml", "-o", "run", "--verbose"},
-                     folder_.Path().string());
+  support::ChildProcess child({CEILMAP_EXE, "simulate", "long.yaml", "-o", "run", "--verbose"},
+                              folder_.Path().string());
   EXPECT_TRUE(child.WaitForErr("frame 8 at"));
   child.Send(SIGINT);
-  const ProcessResult result = child.Wait();
+  const support::ProcessResult result = child.Wait();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(NamesIn("run"),
               ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
-  const std::size_t kept = app::ReadStamps(folder_ / "run/frames.csv").size();
+  const std::size_t kept = files::ReadStamps(folder_ / "run/frames.csv").size();
   EXPECT_GE(kept, 9U);
-  EXPECT_EQ(app::ReadTum(folder_ / "run/truth.tum").size(), kept);
+  EXPECT_EQ(files::ReadTum(folder_ / "run/truth.tum").size(), kept);
   EXPECT_EQ(Video("run/up.mp4").size(), kept);
   EXPECT_THAT(result.err, HasSubstr(fmt::format("interrupted: {} frames were kept", kept)));
 }
@@ -313,7 +316,7 @@ TEST_F(SimulateTest, RefusesBadInputInOneLine) {
     SCOPED_TRACE(message);
     std::vector<std::string> all{"simulate"};
     all.insert(all.end(), arguments.begin(), arguments.end());
-    const ProcessResult result = Run(all);
+    const support::ProcessResult result = Run(all);
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
     EXPECT_THAT(result.err, HasSubstr(message));

@@ -20,10 +20,10 @@ class Sites {
 
   Sites() {
     constexpr int kAll = kSecondBegins + kSecond;
-    const std::vector<cv::Mat> all = app::CropAlong(Ceiling(0), kPictureSize, kStep, kAll);
+    const std::vector<cv::Mat> all = support::CropAlong(Ceiling(0), kImageSize, kStep, kAll);
     Write("first", {all.begin(), all.begin() + kFirst}, 100);
     Write("second", {all.begin() + kSecondBegins, all.end()}, 1000);
-    Write("elsewhere", app::CropAlong(Ceiling(1), kPictureSize, kStep, kFirst), 2000);
+    Write("elsewhere", support::CropAlong(Ceiling(1), kImageSize, kStep, kFirst), 2000);
   }
 
   [[nodiscard]] std::vector<std::string> MapArguments(const std::string& name,
@@ -36,11 +36,11 @@ class Sites {
             map,
             "--trajectory=" + name + ".tum"};
   }
-  [[nodiscard]] ProcessResult Map(const std::string& name, const std::string& map) const {
+  [[nodiscard]] support::ProcessResult Map(const std::string& name, const std::string& map) const {
     return recordings.Run(MapArguments(name, map));
   }
   [[nodiscard]] nlohmann::json Info(const std::string& map) const {
-    const ProcessResult result = recordings.Run({"info", map, "--json"});
+    const support::ProcessResult result = recordings.Run({"info", map, "--json"});
     EXPECT_EQ(result.exit_code, 0) << map << ": " << result.err;
     return nlohmann::json::parse(result.out, nullptr, false);
   }
@@ -49,13 +49,13 @@ class Sites {
 
  private:
   static cv::Mat Ceiling(int room) {
-    const cv::Mat ceiling = app::SyntheticCeiling({820, 820});
+    const cv::Mat ceiling = support::SyntheticCeiling({820, 820});
     return room == 0 ? ceiling.rowRange(0, 410) : ceiling.rowRange(410, 820);
   }
-  void Write(const std::string& name, const std::vector<cv::Mat>& pictures, double first_s) {
-    app::WritePictures(recordings.in / name, pictures);
+  void Write(const std::string& name, const std::vector<cv::Mat>& images, double first_s) {
+    support::WriteImages(recordings.in / name, images);
     recordings.in.Write(name + ".csv",
-                        app::StampsCsv(static_cast<int>(pictures.size()), first_s, 0.1));
+                        support::StampsCsv(static_cast<int>(images.size()), first_s, 0.1));
   }
 };
 

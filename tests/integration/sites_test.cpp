@@ -2,13 +2,13 @@
 
 #include <cmath>
 
-#include "app/tum.hpp"
+#include "app/files/tum.hpp"
 #include "tests/integration/sites.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
-using app::ReadAll;
+using support::ReadAll;
 using testing::Contains;
 using testing::EndsWith;
 using testing::HasSubstr;
@@ -31,10 +31,10 @@ TEST(Sites, AppendPutsASecondRecordingIntoTheMap) {
   ASSERT_EQ(sites.Map("first", "m.gpkg").exit_code, 0);
   std::vector<std::string> append = sites.MapArguments("second", "m.gpkg");
   append.emplace_back("--append");
-  const ProcessResult result = sites.recordings.Run(append);
+  const support::ProcessResult result = sites.recordings.Run(append);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   // The trajectory is that of the new recording, in the map's frame.
-  const std::vector<StampedPose> poses = app::ReadTum(sites.recordings.out / "second.tum");
+  const std::vector<StampedPose> poses = files::ReadTum(sites.recordings.out / "second.tum");
   EXPECT_EQ(poses.size(), static_cast<std::size_t>(Sites::kSecond));
   ExpectOnTheLine(poses);
   const nlohmann::json info = sites.Info("m.gpkg");
@@ -47,14 +47,15 @@ TEST(Sites, MergeMakesOneMapOfTwo) {
   const Sites sites;
   ASSERT_EQ(sites.Map("first", "a.gpkg").exit_code, 0);
   ASSERT_EQ(sites.Map("second", "b.gpkg").exit_code, 0);
-  const ProcessResult result = sites.recordings.Run({"merge", "a.gpkg", "b.gpkg", "-o", "s.gpkg"});
+  const support::ProcessResult result =
+      sites.recordings.Run({"merge", "a.gpkg", "b.gpkg", "-o", "s.gpkg"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("pictures agree"));
+  EXPECT_THAT(result.out, HasSubstr("images agree"));
   EXPECT_EQ(sites.Info("s.gpkg")["trajectory_poses"], Sites::kFirst + Sites::kSecond);
-  const ProcessResult exported =
+  const support::ProcessResult exported =
       sites.recordings.Run({"export", "s.gpkg", "--format", "tum", "-o", "s.tum"});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
-  const std::vector<StampedPose> poses = app::ReadTum(sites.recordings.out / "s.tum");
+  const std::vector<StampedPose> poses = files::ReadTum(sites.recordings.out / "s.tum");
   EXPECT_EQ(poses.size(), static_cast<std::size_t>(Sites::kFirst + Sites::kSecond));
   ExpectOnTheLine(poses);
 }
@@ -63,7 +64,8 @@ TEST(Sites, OtherRoomsAreRefusedWithTheReason) {
   const Sites sites;
   ASSERT_EQ(sites.Map("first", "a.gpkg").exit_code, 0);
   ASSERT_EQ(sites.Map("elsewhere", "b.gpkg").exit_code, 0);
-  const ProcessResult merge = sites.recordings.Run({"merge", "a.gpkg", "b.gpkg", "-o", "s.gpkg"});
+  const support::ProcessResult merge =
+      sites.recordings.Run({"merge", "a.gpkg", "b.gpkg", "-o", "s.gpkg"});
   EXPECT_EQ(merge.exit_code, 1);
   EXPECT_THAT(merge.err, HasSubstr("b.gpkg does not join a.gpkg: "));
   EXPECT_THAT(sites.recordings.out.Names(), Not(Contains(HasSubstr("s.gpkg"))));
@@ -71,7 +73,7 @@ TEST(Sites, OtherRoomsAreRefusedWithTheReason) {
   const std::string before = ReadAll(sites.recordings.out / "a.gpkg");
   std::vector<std::string> arguments = sites.MapArguments("elsewhere", "a.gpkg");
   arguments.emplace_back("--append");
-  const ProcessResult append = sites.recordings.Run(arguments);
+  const support::ProcessResult append = sites.recordings.Run(arguments);
   EXPECT_EQ(append.exit_code, 1);
   EXPECT_THAT(append.err, HasSubstr("the map stays as it was"));
   EXPECT_TRUE(ReadAll(sites.recordings.out / "a.gpkg") == before);
@@ -84,7 +86,7 @@ TEST(Sites, WhatDoesNotFitIsRefusedBeforeAnyWork) {
   ASSERT_EQ(sites.Map("first", "a.gpkg").exit_code, 0);
   ASSERT_EQ(test.Run({"map", "--up=@second", "-o", "pixels.gpkg"}).exit_code, 0);
   const auto refused = [&test](const std::vector<std::string>& arguments, const char* why) {
-    const ProcessResult result = test.Run(arguments);
+    const support::ProcessResult result = test.Run(arguments);
     EXPECT_EQ(result.exit_code, 2) << result.err;
     EXPECT_THAT(result.err, HasSubstr(why));
   };

@@ -10,16 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "tests/app/synthetic_recording.hpp"
-#include "tests/app/test_folder.hpp"
-#include "tests/integration/child_process.hpp"
+#include "tests/support/child_process.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::integration {
 namespace {
 
 namespace fs = std::filesystem;
-using app::ReadAll;
-using app::TestFolder;
+using support::ReadAll;
+using support::TestFolder;
 using testing::HasSubstr;
 
 constexpr int kFrames = 30;
@@ -39,7 +39,7 @@ path:
 debris: {bumps: [0.25, 0.4, 4.0, 0]}
 )";
 
-fs::path Picture(const fs::path& folder, int index) {
+fs::path Image(const fs::path& folder, int index) {
   return folder / fmt::format("{:06}.png", index);
 }
 
@@ -47,15 +47,15 @@ class TiltTest : public testing::Test {
  protected:
   TiltTest() {
     folder_.Write("scene.yaml", kScene);
-    const ProcessResult made = Run({"simulate", "scene.yaml", "-o", "run", "--pictures"});
+    const support::ProcessResult made = Run({"simulate", "scene.yaml", "-o", "run", "--pictures"});
     EXPECT_EQ(made.exit_code, 0) << made.err;
   }
 
-  [[nodiscard]] ProcessResult Run(const std::vector<std::string>& arguments) const {
-    return RunCeilmap(arguments, folder_.Path().string());
+  [[nodiscard]] support::ProcessResult Run(const std::vector<std::string>& arguments) const {
+    return support::RunCeilmap(arguments, folder_.Path().string());
   }
 
-  /// A copy of the forward pictures, to be spoilt.
+  /// A copy of the forward images, to be spoilt.
   [[nodiscard]] fs::path CopyForward(const std::string& name) const {
     fs::copy(folder_ / "run/forward", folder_ / name, fs::copy_options::recursive);
     return folder_ / name;
@@ -79,20 +79,20 @@ class TiltTest : public testing::Test {
                                        "--uncompensated=t0.tum",
                                        "--summary=s.json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = Run(arguments);
+    const support::ProcessResult result = Run(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     Mapped mapped;
     mapped.err = result.err;
     if (result.exit_code != 0) return mapped;
     mapped.tilt = nlohmann::json::parse(ReadAll(folder_ / "s.json"))["quality"].value(
         "tilt", nlohmann::json());
-    const ProcessResult judged = Run({"evaluate",
-                                      "--truth=run/truth.tum",
-                                      "before=t0.tum",
-                                      "after=t.tum",
-                                      "--align=first",
-                                      "-o",
-                                      "report"});
+    const support::ProcessResult judged = Run({"evaluate",
+                                               "--truth=run/truth.tum",
+                                               "before=t0.tum",
+                                               "after=t.tum",
+                                               "--align=first",
+                                               "-o",
+                                               "report"});
     EXPECT_EQ(judged.exit_code, 0) << judged.err;
     const auto metrics = nlohmann::json::parse(ReadAll(folder_ / "report/metrics.json"));
     EXPECT_EQ(metrics["estimates"]["after"]["coverage"], 1);
@@ -127,7 +127,7 @@ TEST_F(TiltTest, EachMethodTakesDebrisOut) {
 
 TEST_F(TiltTest, AForwardCameraThatFailsIsLeftOut) {
   const fs::path shorter = CopyForward("shorter");
-  for (int i = 15; i < kFrames; ++i) fs::remove(Picture(shorter, i));
+  for (int i = 15; i < kFrames; ++i) fs::remove(Image(shorter, i));
   const Mapped with_shorter = Map({"--forward=shorter"});
   EXPECT_LT(with_shorter.after_m, 0.01);
   EXPECT_THAT(with_shorter.err, HasSubstr("shorter has 15 frames, run/frames.csv 30 stamps"));
@@ -136,7 +136,7 @@ TEST_F(TiltTest, AForwardCameraThatFailsIsLeftOut) {
 
   const fs::path covered = CopyForward("covered");
   for (int i = 12; i < kFrames; ++i) {
-    cv::imwrite(Picture(covered, i).string(), cv::Mat::zeros(240, 320, CV_8UC1));
+    cv::imwrite(Image(covered, i).string(), cv::Mat::zeros(240, 320, CV_8UC1));
   }
   const Mapped with_covered = Map({"--forward=covered"});
   EXPECT_LT(with_covered.after_m, 0.01);
@@ -144,7 +144,7 @@ TEST_F(TiltTest, AForwardCameraThatFailsIsLeftOut) {
   EXPECT_LE(with_covered.tilt["by_forward"], 12);
 
   (void)CopyForward("damaged");
-  folder_.Write("damaged/000020.png", "no picture");
+  folder_.Write("damaged/000020.png", "no image");
   const Mapped with_damaged = Map({"--forward=damaged"});
   EXPECT_LT(with_damaged.after_m, 0.01);
   EXPECT_THAT(with_damaged.err, HasSubstr("it is not used from there on"));
@@ -157,7 +157,7 @@ TEST_F(TiltTest, FramesAreMatchedByTime) {
   int left = 0;
   for (int i = 0; i < kFrames; ++i) {
     if (i % 5 == 3) continue;
-    fs::copy(Picture(folder_ / "run/forward", i), Picture(folder_ / "some", left));
+    fs::copy(Image(folder_ / "run/forward", i), Image(folder_ / "some", left));
     stamps += fmt::format("{},{:.3f}\n", left++, 100 + 0.1 * i + 0.012);
   }
   folder_.Write("some.csv", stamps);
@@ -167,7 +167,7 @@ TEST_F(TiltTest, FramesAreMatchedByTime) {
   EXPECT_THAT(mapped.err, HasSubstr("6 of 30 upward frames have no forward frame"));
   EXPECT_EQ(mapped.tilt["forward_missing"], 6);
   // Stamps of another day match nothing: the ceiling alone is left.
-  folder_.Write("other.csv", app::StampsCsv(kFrames, 5000, 0.1));
+  folder_.Write("other.csv", support::StampsCsv(kFrames, 5000, 0.1));
   const Mapped other = Map({"--forward=run/forward", "--forward-stamps=other.csv"});
   EXPECT_LT(other.after_m, 0.01);
   EXPECT_EQ(other.tilt["by_forward"], 0);
@@ -180,20 +180,20 @@ TEST_F(TiltTest, UpwardFramesMayBeMissing) {
   int left = 0;
   for (int i = 0; i < kFrames; ++i) {
     if (i == 7 || i == 8 || i == 19) continue;
-    fs::copy(Picture(folder_ / "run/up", i), Picture(folder_ / "up2", left));
+    fs::copy(Image(folder_ / "run/up", i), Image(folder_ / "up2", left));
     stamps += fmt::format("{},{:.3f}\n", left++, 100 + 0.1 * i);
   }
   folder_.Write("up2.csv", stamps);
-  const ProcessResult mapped = Run({"map",
-                                    "--rig=run/rig.yaml",
-                                    "--up=up2",
-                                    "--stamps=up2.csv",
-                                    "--forward=run/forward",
-                                    "--forward-stamps=run/frames.csv",
-                                    "-o",
-                                    "m2.gpkg",
-                                    "--trajectory=t.tum",
-                                    "--summary=s.json"});
+  const support::ProcessResult mapped = Run({"map",
+                                             "--rig=run/rig.yaml",
+                                             "--up=up2",
+                                             "--stamps=up2.csv",
+                                             "--forward=run/forward",
+                                             "--forward-stamps=run/frames.csv",
+                                             "-o",
+                                             "m2.gpkg",
+                                             "--trajectory=t.tum",
+                                             "--summary=s.json"});
   ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
   EXPECT_EQ(mapped.err, "");
   const auto summary = nlohmann::json::parse(ReadAll(folder_ / "s.json"));
@@ -203,18 +203,18 @@ TEST_F(TiltTest, UpwardFramesMayBeMissing) {
 
 TEST_F(TiltTest, ARobotOnDebrisIsLocalized) {
   ASSERT_EQ(Map({"--forward=run/forward"}).tilt["method"], "fused");
-  const ProcessResult found = Run({"localize",
-                                   "m.gpkg",
-                                   "--rig=run/rig.yaml",
-                                   "--up=run/up",
-                                   "--forward=run/forward",
-                                   "--stamps=run/frames.csv",
-                                   "-o",
-                                   "l.tum",
-                                   "--uncompensated=l0.tum",
-                                   "--status=l.csv"});
+  const support::ProcessResult found = Run({"localize",
+                                            "m.gpkg",
+                                            "--rig=run/rig.yaml",
+                                            "--up=run/up",
+                                            "--forward=run/forward",
+                                            "--stamps=run/frames.csv",
+                                            "-o",
+                                            "l.tum",
+                                            "--uncompensated=l0.tum",
+                                            "--status=l.csv"});
   ASSERT_EQ(found.exit_code, 0) << found.err;
-  const ProcessResult judged =
+  const support::ProcessResult judged =
       Run({"evaluate", "--truth=t.tum", "before=l0.tum", "after=l.tum", "--align=none", "-o", "r"});
   ASSERT_EQ(judged.exit_code, 0) << judged.err;
   const auto metrics = nlohmann::json::parse(ReadAll(folder_ / "r/metrics.json"))["estimates"];

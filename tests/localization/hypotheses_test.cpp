@@ -12,32 +12,34 @@ namespace {
 constexpr double kSpan = 3;
 
 /// A look whose blocks are explained up to `unlike` nats each.
-Look LookAt(const Pose2& T, double unlike, bool by_prior = false) {
-  Look look;
+MapMatch MatchAt(const Pose2& T, double dissimilarity, bool disambiguated_by_prior = false) {
+  MapMatch look;
   look.pose = {T, 1e-6 * Eigen::Matrix3d::Identity()};
-  look.by_prior = by_prior;
+  look.disambiguated_by_prior = disambiguated_by_prior;
   look.peak = 0.7;
-  look.unlike.by_block.assign(10, static_cast<float>(unlike));
-  look.unlike.mean = unlike;
-  look.unlike.blocks = 10;
+  look.dissimilarity.by_block.assign(10, static_cast<float>(dissimilarity));
+  look.dissimilarity.mean = dissimilarity;
+  look.dissimilarity.blocks = 10;
   return look;
 }
 
 class HypothesesTest : public testing::Test {
  protected:
   // A frame of a robot that drives along x: `unlike` says how well each of the places fits.
-  void Frame(const std::map<double, double>& unlike_at_y, bool by_prior = false) {
+  void Frame(const std::map<double, double>& dissimilarity_at_y,
+             bool disambiguated_by_prior = false) {
     const Pose2 step{0.3, 0, 0};
     x_ += step.x;
     hypotheses_.Move(step, 1e-6 * Eigen::Matrix3d::Identity(), true);
-    hypotheses_.LookAtAll([&](const Hypothesis& h) -> std::optional<Look> {
-      for (const auto& [y, unlike] : unlike_at_y) {
-        if (std::abs(h.pose.T_map_base.y - y) < 0.1) return LookAt({x_, y, 0}, unlike, by_prior);
+    hypotheses_.MatchAll([&](const Hypothesis& h) -> std::optional<MapMatch> {
+      for (const auto& [y, dissimilarity] : dissimilarity_at_y) {
+        if (std::abs(h.pose.T_map_base.y - y) < 0.1)
+          return MatchAt({x_, y, 0}, dissimilarity, disambiguated_by_prior);
       }
       return std::nullopt;
     });
-    for (const auto& [y, unlike] : unlike_at_y)
-      hypotheses_.Add(LookAt({x_, y, 0}, unlike, by_prior));
+    for (const auto& [y, dissimilarity] : dissimilarity_at_y)
+      hypotheses_.Add(MatchAt({x_, y, 0}, dissimilarity, disambiguated_by_prior));
     hypotheses_.Weigh();
   }
   [[nodiscard]] std::optional<double> SureY() const {
@@ -55,7 +57,7 @@ class HypothesesTest : public testing::Test {
 TEST_F(HypothesesTest, OnePlaceIsBelievedOnceItIsConfirmed) {
   Frame({{5, 0.2}});
   EXPECT_FALSE(SureY());
-  EXPECT_TRUE(hypotheses_.AnyLook());
+  EXPECT_TRUE(hypotheses_.AnyMatch());
   Frame({{5, 0.2}});
   EXPECT_FALSE(SureY());
   Frame({{5, 0.2}});
@@ -98,14 +100,14 @@ TEST_F(HypothesesTest, LooksThatRestOnThePredictionConfirmNothing) {
 
 TEST_F(HypothesesTest, AtRestOnlyAGoodLookConfirmsAgain) {
   const auto look_again = [this](double peak) {
-    hypotheses_.LookAtAll([&](const Hypothesis&) -> std::optional<Look> {
-      Look look = LookAt({0, 5, 0}, 0.2);
+    hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
+      MapMatch look = MatchAt({0, 5, 0}, 0.2);
       look.peak = peak;
       return look;
     });
     hypotheses_.Weigh();
   };
-  hypotheses_.Add(LookAt({0, 5, 0}, 0.2));
+  hypotheses_.Add(MatchAt({0, 5, 0}, 0.2));
   hypotheses_.Weigh();
   look_again(0.3);  // the way before counts
   for (int i = 0; i < 10; ++i) look_again(0.3);
@@ -115,15 +117,15 @@ TEST_F(HypothesesTest, AtRestOnlyAGoodLookConfirmsAgain) {
 }
 
 TEST_F(HypothesesTest, ManySmallStepsAreAWayToo) {
-  hypotheses_.Add(LookAt({0, 5, 0}, 0.2));
+  hypotheses_.Add(MatchAt({0, 5, 0}, 0.2));
   hypotheses_.Weigh();
   double x = 0;
   int frames = 0;
   for (; frames < 30 && !SureY(); ++frames) {
     x += 0.05;
     hypotheses_.Move({0.05, 0, 0}, 1e-6 * Eigen::Matrix3d::Identity(), true);
-    hypotheses_.LookAtAll([&](const Hypothesis&) -> std::optional<Look> {
-      Look look = LookAt({x, 5, 0}, 0.2);
+    hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
+      MapMatch look = MatchAt({x, 5, 0}, 0.2);
       look.peak = 0.3;
       return look;
     });
@@ -153,8 +155,8 @@ TEST_F(HypothesesTest, AMotionThatMayBeAnotherEndsTrust) {
 
 TEST_F(HypothesesTest, ALookFarFromWhereItWasExpectedIsAnotherPlace) {
   hypotheses_.Trust({{0, 5, 0}, 1e-6 * Eigen::Matrix3d::Identity()});
-  hypotheses_.LookAtAll([](const Hypothesis&) { return LookAt({0, 5.2, 0}, 0.2); });
-  EXPECT_FALSE(hypotheses_.AnyLook());
+  hypotheses_.MatchAll([](const Hypothesis&) { return MatchAt({0, 5.2, 0}, 0.2); });
+  EXPECT_FALSE(hypotheses_.AnyMatch());
 }
 
 TEST_F(HypothesesTest, WhatBecomesTooVagueIsDropped) {
@@ -167,9 +169,9 @@ TEST_F(HypothesesTest, WhatBecomesTooVagueIsDropped) {
 }
 
 TEST_F(HypothesesTest, GuessesThatMeetBecomeOne) {
-  hypotheses_.Add(LookAt({0, 5, 0}, 0.2));
-  hypotheses_.Add(LookAt({0, 5.3, 0}, 0.2));
-  hypotheses_.Add(LookAt({0, 5.001, 0}, 0.2));
+  hypotheses_.Add(MatchAt({0, 5, 0}, 0.2));
+  hypotheses_.Add(MatchAt({0, 5.3, 0}, 0.2));
+  hypotheses_.Add(MatchAt({0, 5.001, 0}, 0.2));
   EXPECT_EQ(hypotheses_.All().size(), 2U);
   EXPECT_TRUE(hypotheses_.Knows({0.1, 5.1, 0.1}));
   EXPECT_FALSE(hypotheses_.Knows({0.1, 5.1, 1}));

@@ -10,7 +10,7 @@
 namespace ceilmap::localization {
 namespace {
 
-using mapping::TrackingStatus;
+using graph::TrackingStatus;
 using synthetic::Periodic;
 using synthetic::TrueMap;
 using synthetic::UpCamera;

@@ -12,7 +12,7 @@
 namespace ceilmap::localization {
 namespace {
 
-using mapping::TrackingStatus;
+using graph::TrackingStatus;
 using synthetic::DistanceOf;
 using synthetic::kRight_m;
 using synthetic::kStep;
@@ -83,8 +83,8 @@ TEST_F(LocalizerTest, AWrongStartIsGivenUp) {
   PoseEstimate start{{4, 3.5, 0}};
   start.covariance.diagonal() << 1e-2, 1e-2, 1e-2;
   params.start = start;
-  params.give_up_start_after = 4;
-  params.unseen_speed = 0.1;
+  params.max_frames_at_start_prior = 4;
+  params.speed_noise_when_lost_m_s = 0.1;
   Visitor visitor(*map_, UpCamera(250, 0.5), params);
   Pose2 T{0.8, 1, 2};
   EXPECT_FALSE(visitor.Drive(T, kStep, 4).Placed());
@@ -149,11 +149,11 @@ TEST_F(LocalizerTest, LightAndAFifthOfTheCeilingMayChange) {
   constexpr int kFrames = 30;
   for (int i = 0; i < kFrames; ++i) {
     T = T * kStep;
-    cv::Mat picture = Seen(other, view, T, static_cast<std::uint32_t>(i) + 50);
-    picture.convertTo(picture, CV_8U, i < 15 ? 0.6 : 1.2, i < 15 ? 5 : -20);  // and exposure
-    // Something covers a fifth of what it sees, at rest in the picture.
-    picture(cv::Rect(0, 0, 130, 118)).setTo(70);
-    const Location location = visitor.Show(picture);
+    cv::Mat image = Seen(other, view, T, static_cast<std::uint32_t>(i) + 50);
+    image.convertTo(image, CV_8U, i < 15 ? 0.6 : 1.2, i < 15 ? 5 : -20);  // and exposure
+    // Something covers a fifth of what it sees, at rest in the image.
+    image(cv::Rect(0, 0, 130, 118)).setTo(70);
+    const Location location = visitor.Show(image);
     Visitor::ExpectRight(location, T);
     placed += location.Placed() ? 1 : 0;
   }
@@ -217,12 +217,12 @@ TEST_F(LocalizerTest, MeasuresAWrongScaleOfTheRigOnce) {
 TEST_F(LocalizerTest, BadCallsAreRefused) {
   Visitor visitor(*map_);
   EXPECT_THROW(visitor.Show(cv::Mat(100, 100, CV_8UC1)), InputError);
-  const cv::Mat picture = visitor.Uniform(1);
-  EXPECT_THROW(visitor.Get().Locate({picture, 1, std::nan(""), {}}), InputError);
-  (void)visitor.Get().Locate({picture, 1, 50, {}});
-  EXPECT_THROW(visitor.Get().Locate({picture, 2, 50, {}}), InputError);
-  EXPECT_THROW(visitor.Get().Locate({picture, 2, 51, HeadingPrior{0, 0}}), InputError);
-  (void)visitor.Get().Locate({picture, 2, 51, {}});                      // nothing was harmed
+  const cv::Mat image = visitor.Uniform(1);
+  EXPECT_THROW(visitor.Get().Locate({image, 1, std::nan(""), {}}), InputError);
+  (void)visitor.Get().Locate({image, 1, 50, {}});
+  EXPECT_THROW(visitor.Get().Locate({image, 2, 50, {}}), InputError);
+  EXPECT_THROW(visitor.Get().Locate({image, 2, 51, HeadingPrior{0, 0}}), InputError);
+  (void)visitor.Get().Locate({image, 2, 51, {}});                        // nothing was harmed
   EXPECT_THROW(Localizer(*map_->map, UpCamera(250, 2.7)), InputError);   // above the ceiling
   EXPECT_THROW(Localizer(*map_->map, UpCamera(5000, 0.5)), InputError);  // another scale
 }

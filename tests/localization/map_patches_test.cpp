@@ -36,7 +36,7 @@ class MapPatchesTest : public testing::Test {
 TrueMap* MapPatchesTest::map_ = nullptr;
 
 TEST_F(MapPatchesTest, ShowWhatTheVisitorWouldSee) {
-  // Noise of 1.5 grey levels is in the pictures; half a pixel of shift would make more than 4.
+  // Noise of 1.5 grey levels is in the images; half a pixel of shift would make more than 4.
   const calib::CeilingView same(UpCamera(), synthetic::kCeiling_m);
   EXPECT_LT(Difference(same, {2.4, 2.0, 0}), 2.5);
   EXPECT_LT(Difference(same, {2.613, 1.787, 2.2}), 2.5);

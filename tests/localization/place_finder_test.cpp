@@ -32,13 +32,13 @@ class PlaceFinderTest : public testing::Test {
 };
 TrueMap* PlaceFinderTest::map_ = nullptr;
 
-TEST_F(PlaceFinderTest, KnowsWhereAPictureWasTaken) {
+TEST_F(PlaceFinderTest, KnowsWhereAImageWasTaken) {
   const calib::CeilingView view(UpCamera(250, 0.5), synthetic::kCeiling_m);
   PlaceFinder finder(*map_->map, view);
   std::mt19937 random(3);
   int right = 0;
-  constexpr int kPictures = 20;
-  for (int i = 0; i < kPictures; ++i) {
+  constexpr int kImages = 20;
+  for (int i = 0; i < kImages; ++i) {
     const Pose2 truth = Anywhere(random);
     const auto places =
         finder.Find(Seen(map_->ceiling, view, truth, static_cast<std::uint32_t>(i) + 1));
@@ -52,22 +52,22 @@ TEST_F(PlaceFinderTest, KnowsWhereAPictureWasTaken) {
       EXPECT_GE(places[0].keyframes, 2);
     }
   }
-  EXPECT_GE(right, kPictures - 2);
+  EXPECT_GE(right, kImages - 2);
 }
 
 TEST_F(PlaceFinderTest, PlacesThatCannotBeAreLeftOut) {
   const calib::CeilingView view(UpCamera(), synthetic::kCeiling_m);
   PlaceFinder finder(*map_->map, view);
   const Pose2 truth{2.1, 1.9, 1};
-  const cv::Mat picture = Seen(map_->ceiling, view, truth);
+  const cv::Mat image = Seen(map_->ceiling, view, truth);
   for (const PlaceProposal& place :
-       finder.Find(picture, [](const PlaceProposal& p) { return p.T_map_base.x > 3; })) {
+       finder.Find(image, [](const PlaceProposal& p) { return p.T_map_base.x > 3; })) {
     EXPECT_GT(place.T_map_base.x, 2.8);  // the mean of what was allowed
   }
-  EXPECT_TRUE(finder.Find(picture, [](const PlaceProposal&) { return false; }).empty());
+  EXPECT_TRUE(finder.Find(image, [](const PlaceProposal&) { return false; }).empty());
 }
 
-TEST_F(PlaceFinderTest, ABlankPictureIsNowhere) {
+TEST_F(PlaceFinderTest, ABlankImageIsNowhere) {
   const calib::CeilingView view(UpCamera(), synthetic::kCeiling_m);
   PlaceFinder finder(*map_->map, view);
   EXPECT_TRUE(finder.Find(cv::Mat(view.Size(), CV_8UC1, cv::Scalar(90))).empty());
@@ -80,7 +80,7 @@ TEST_F(PlaceFinderTest, EndsBeforeItsIndexIsReady) {
 
 TEST(PlaceFinder, ImpossibleParametersAreRefused) {
   PlaceFinderParams params;
-  params.min_votes_part = 1;
+  params.min_votes_ratio = 1;
   EXPECT_THROW(params.Validate(), InputError);
 }
 

@@ -1,4 +1,4 @@
-// Robots that stand tilted on a map of level pictures.
+// Robots that stand tilted on a map of level images.
 
 #include <gmock/gmock.h>
 
@@ -7,6 +7,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/base/degrees.hpp"
 #include "calib/level_view.hpp"
 #include "localization/localizer.hpp"
 #include "tests/localization/true_map.hpp"
@@ -16,13 +17,11 @@ namespace {
 
 using synthetic::TrueMap;
 using synthetic::UpCamera;
-
-constexpr double kDegree = std::numbers::pi / 180;
 /// A level drive past several keyframes, from frame to frame.
 const Pose2 kStep{0.05, 0.01, 0.02};
 
 Tilt MakeTilt(double pitch_deg, double roll_deg, double lift_m) {
-  return {pitch_deg * kDegree, roll_deg * kDegree, lift_m, Eigen::Matrix2d::Zero()};
+  return {pitch_deg * kRadPerDeg, roll_deg * kRadPerDeg, lift_m, Eigen::Matrix2d::Zero()};
 }
 
 /// A robot under a ceiling, tilted or not.
@@ -40,7 +39,7 @@ class Visitor {
     truth_ = truth_ * kStep;
     ++index_;
     return localizer_->Locate(
-        {Picture(tilt), index_, 0.1 * static_cast<double>(index_), std::nullopt, told});
+        {Image(tilt), index_, 0.1 * static_cast<double>(index_), std::nullopt, told});
   }
   [[nodiscard]] const Pose2& Truth() const { return truth_; }
   [[nodiscard]] double ErrorOf(const Location& location) const {
@@ -48,8 +47,8 @@ class Visitor {
   }
 
  private:
-  /// A wide level picture, seen by the tilted camera: the other way about than LevelView::Draw.
-  cv::Mat Picture(const Tilt& tilt) const {
+  /// A wide level image, seen by the tilted camera: the other way about than LevelView::Draw.
+  cv::Mat Image(const Tilt& tilt) const {
     constexpr int kMargin = 80;
     calib::MountedCamera wide = up_;
     wide.camera.width_px += 2 * kMargin;
@@ -63,9 +62,9 @@ class Visitor {
     const Eigen::Matrix3d map = calib::LevelView(view_).TiltedFromLevel(tilt) * crop;
     cv::Matx33d homography;
     for (int i = 0; i < 9; ++i) homography(i / 3, i % 3) = map(i / 3, i % 3);
-    cv::Mat picture;
-    cv::warpPerspective(level, picture, homography, view_.Size(), cv::INTER_CUBIC);
-    return picture;
+    cv::Mat image;
+    cv::warpPerspective(level, image, homography, view_.Size(), cv::INTER_CUBIC);
+    return image;
   }
 
   synthetic::SyntheticCeiling ceiling_;
@@ -97,7 +96,7 @@ TEST_F(TiltedVisitor, IsPlacedRightWhenItsTiltIsGiven) {
     EXPECT_EQ(location.pose.tilt.lift_m, tilt.lift_m);
     EXPECT_LT(std::sqrt(location.pose.covariance(0, 0)), 0.01);
     if (!location.tilt_left) continue;
-    EXPECT_LT(location.tilt_left->angles.norm(), 0.15 * kDegree) << i;
+    EXPECT_LT(location.tilt_left->angles.norm(), 0.15 * kRadPerDeg) << i;
     EXPECT_LT(location.tilt_left->Sigmas(), 3) << i;
   }
 }
@@ -115,8 +114,8 @@ TEST_F(TiltedVisitor, AnUnnoticedTiltIsToldAndHeldByTheCovariance) {
       if (!location.tilt_left) continue;
       ++told;
       const Eigen::Vector2d& left = location.tilt_left->angles;
-      EXPECT_NEAR(left[0], tilt.pitch_rad, 0.15 * kDegree) << i;
-      EXPECT_NEAR(left[1], tilt.roll_rad, 0.15 * kDegree) << i;
+      EXPECT_NEAR(left[0], tilt.pitch_rad, 0.15 * kRadPerDeg) << i;
+      EXPECT_NEAR(left[1], tilt.roll_rad, 0.15 * kRadPerDeg) << i;
       const Eigen::Vector2d off = left - Eigen::Vector2d(tilt.pitch_rad, tilt.roll_rad);
       EXPECT_LT(off.dot(location.tilt_left->covariance.inverse() * off), 25);
       const Eigen::Vector2d miss =
@@ -169,8 +168,8 @@ TEST_F(TiltedVisitor, AHalfKnownTiltLeavesTheOtherHalf) {
     ASSERT_TRUE(location.Placed());
     if (!location.tilt_left) continue;
     ++told;
-    EXPECT_NEAR(location.tilt_left->angles[0], 1.5 * kDegree, 0.15 * kDegree);
-    EXPECT_NEAR(location.tilt_left->angles[1], 0, 0.15 * kDegree);
+    EXPECT_NEAR(location.tilt_left->angles[0], 1.5 * kRadPerDeg, 0.15 * kRadPerDeg);
+    EXPECT_NEAR(location.tilt_left->angles[1], 0, 0.15 * kRadPerDeg);
   }
   EXPECT_GE(told, 3);
 }

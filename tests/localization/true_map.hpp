@@ -7,14 +7,14 @@
 
 #include "calib/ceiling_view.hpp"
 #include "calib/rig.hpp"
-#include "mapping/map_builder.hpp"
-#include "mapping/map_file.hpp"
-#include "mapping/place_descriptor.hpp"
+#include "mapping/mosaic/map_builder.hpp"
+#include "mapping/places/place_descriptor.hpp"
 #include "mapping/planar_motion.hpp"
+#include "mapping/store/map_file.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
-#include "tests/mapping/temp_folder.hpp"
+#include "tests/support/temp_folder.hpp"
 
-/// Maps of synthetic ceilings whose keyframes lie where they truly are, and visitors' pictures.
+/// Maps of synthetic ceilings whose keyframes lie where they truly are, and visitors' images.
 namespace ceilmap::localization::synthetic {
 
 using registration::synthetic::CeilingParams;
@@ -53,57 +53,57 @@ class TrueMap {
   explicit TrueMap(const CeilingParams& params = {}, int columns = 7, int rows = 6)
       : ceiling(params) {
     const calib::CeilingView view(UpCamera(), kCeiling_m);
-    mapping::MapMetadata metadata;
+    store::MapMetadata metadata;
     metadata.resolution = view.MetresPerPixel();
     metadata.ceiling_height_m = kCeiling_m;
     metadata.view_size = view.Size();
     metadata.view_units_per_px = view.MetresPerPixel();
     metadata.T_base_view = view.T_base_view();
     const std::filesystem::path file = folder / "true.gpkg";
-    mapping::MapWriter writer(file, metadata);
-    mapping::PlaceDescriber describer(
+    store::MapWriter writer(file, metadata);
+    places::PlaceDescriber describer(
         view.Size(),
         view.MetresPerPixel(),
-        mapping::PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()));
-    mapping::MapGraph graph;
+        places::PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()));
+    graph::MapGraph graph;
     constexpr double kStep = 0.8;
     for (int i = 0; i < columns * rows; ++i) {
       const int row = i / columns;
       const bool back = row % 2 == 1;
       const int column = back ? columns - 1 - i % columns : i % columns;
-      mapping::Keyframe keyframe;
+      graph::Keyframe keyframe;
       keyframe.id = i;
       keyframe.pose.keyframe_id = i;
       keyframe.pose.frame_index = i;
       keyframe.pose.T_map_base = {column * kStep, row * kStep, back ? std::numbers::pi : 0};
-      const cv::Mat picture =
+      const cv::Mat image =
           Seen(ceiling, view, keyframe.pose.T_map_base, static_cast<std::uint32_t>(i) + 100);
-      writer.AddPicture(i, picture);
-      writer.AddDescriptors(i, describer.Describe(picture));
+      writer.AddImage(i, image);
+      writer.AddDescriptors(i, describer.Describe(image));
       if (i > 0) {
         const Pose2& before = graph.keyframes.back().pose.T_map_base;
-        mapping::Edge tie{i - 1,
-                          i,
-                          mapping::Edge::Kind::kOdometry,
-                          before.Inverse() * keyframe.pose.T_map_base,
-                          {}};
+        graph::Edge tie{i - 1,
+                        i,
+                        graph::Edge::Kind::kOdometry,
+                        before.Inverse() * keyframe.pose.T_map_base,
+                        {}};
         tie.information = Eigen::Vector3d(1e8, 1e8, 1e9).asDiagonal();
         graph.edges.push_back(tie);
       }
       graph.keyframes.push_back(keyframe);
       graph.trajectory.push_back(keyframe.pose);
     }
-    mapping::MosaicParams mosaic;
+    mosaic::MosaicParams mosaic;
     mosaic.resolution = metadata.resolution;
     mosaic.threads = 1;
-    mapping::WriteMap(graph, metadata, mosaic, writer);
+    mosaic::WriteMap(graph, metadata, mosaic, writer);
     writer.Commit();
-    map = std::make_unique<mapping::MapReader>(file);
+    map = std::make_unique<store::MapReader>(file);
   }
 
-  mapping::TempFolder folder;
+  support::TempFolder folder;
   SyntheticCeiling ceiling;
-  std::unique_ptr<mapping::MapReader> map;
+  std::unique_ptr<store::MapReader> map;
 };
 
 /// Tiles, and nothing by which one could tell them apart.

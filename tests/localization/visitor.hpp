@@ -25,12 +25,12 @@ class Visitor {
   Location See(const Pose2& T, const std::optional<HeadingPrior>& heading = std::nullopt) {
     return Show(Seen(ceiling_, view_, T, static_cast<std::uint32_t>(index_) + 7), heading);
   }
-  Location Show(const cv::Mat& picture, const std::optional<HeadingPrior>& heading = std::nullopt) {
+  Location Show(const cv::Mat& image, const std::optional<HeadingPrior>& heading = std::nullopt) {
     ++index_;
     return localizer_.Locate(
-        {picture, index_, carried_s_ + 0.1 * static_cast<double>(index_), heading});
+        {image, index_, carried_s_ + 0.1 * static_cast<double>(index_), heading});
   }
-  /// Time passes, without pictures.
+  /// Time passes, without images.
   void IsCarriedAway(double seconds = 2) { carried_s_ += seconds; }
   /// Drives on; the last frame's result. Every pose that is given must be right.
   Location Drive(Pose2& T, const Pose2& step, int frames) {

@@ -46,8 +46,8 @@ TEST(KeyframeHeadings, KnowNothingOfKeyframesWithoutOne) {
   EXPECT_TRUE(headings.Turn(1, 3));
 }
 
-KeyframeGraph::Relative ByGraph(double yaw, double sigma_rad) {
-  KeyframeGraph::Relative relative;
+graph::KeyframeGraph::Relative ByGraph(double yaw, double sigma_rad) {
+  graph::KeyframeGraph::Relative relative;
   relative.T_from_to = {2, 1, yaw};
   relative.covariance.diagonal() << 0.01, 0.04, sigma_rad * sigma_rad;
   relative.covariance(1, 2) = relative.covariance(2, 1) = 0.1 * sigma_rad;  // an arm: y moves along
@@ -58,14 +58,14 @@ TEST(KeyframeHeadings, NarrowWhatTheGraphKnowsOfARotation) {
   KeyframeHeadings headings;
   headings.Add(0, {0, 1e-9});
   headings.Add(1, {1, 2e-9});
-  const KeyframeGraph::Relative vague = headings.Narrowed(ByGraph(0.5, 0.5), 0, 1);
+  const graph::KeyframeGraph::Relative vague = headings.Narrowed(ByGraph(0.5, 0.5), 0, 1);
   EXPECT_NEAR(vague.T_from_to.yaw, 1, 0.001);
   EXPECT_NEAR(vague.covariance(2, 2), kSingles, 1e-6);
   EXPECT_NEAR(vague.T_from_to.y, 1 + 0.5 * 0.05 / 0.25, 0.001) << "what hangs on it moves along";
   EXPECT_LT(vague.covariance(1, 1), 0.04);
   EXPECT_NEAR(vague.T_from_to.x, 2, 1e-9);
   // The ceiling tells a rotation a hundred times more exactly.
-  const KeyframeGraph::Relative exact = headings.Narrowed(ByGraph(0.9, 1e-4), 0, 1);
+  const graph::KeyframeGraph::Relative exact = headings.Narrowed(ByGraph(0.9, 1e-4), 0, 1);
   EXPECT_NEAR(exact.T_from_to.yaw, 0.9, 1e-5);
 }
 
@@ -73,10 +73,10 @@ TEST(KeyframeHeadings, CountForNothingAgainstWhatWasSeen) {
   KeyframeHeadings headings;
   headings.Add(0, {0, 1e-9});
   headings.Add(1, {2, 2e-9});
-  const KeyframeGraph::Relative kept = headings.Narrowed(ByGraph(0.5, 0.01), 0, 1);
+  const graph::KeyframeGraph::Relative kept = headings.Narrowed(ByGraph(0.5, 0.01), 0, 1);
   EXPECT_EQ(kept.T_from_to.yaw, 0.5);
   EXPECT_EQ(kept.covariance, ByGraph(0.5, 0.01).covariance);
-  const KeyframeGraph::Relative unknown = headings.Narrowed(ByGraph(0.5, 0.01), 0, 2);
+  const graph::KeyframeGraph::Relative unknown = headings.Narrowed(ByGraph(0.5, 0.01), 0, 2);
   EXPECT_EQ(unknown.T_from_to.yaw, 0.5);
 }
 
@@ -84,7 +84,7 @@ TEST(KeyframeHeadings, SayWhichEdgesFaceAnotherWay) {
   KeyframeHeadings headings;
   headings.Add(0, {0, 1e-9});
   headings.Add(1, {1, 2e-9});
-  Edge edge{0, 1, Edge::Kind::kLoopClosure, {3, 0, 1.1}, {}};
+  graph::Edge edge{0, 1, graph::Edge::Kind::kLoopClosure, {3, 0, 1.1}, {}};
   EXPECT_FALSE(headings.Contradict(edge));
   edge.T_from_to.yaw = 1 + 1.57;
   EXPECT_TRUE(headings.Contradict(edge));

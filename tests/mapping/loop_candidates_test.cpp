@@ -18,30 +18,31 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::ThrowsMessage;
 
-constexpr int kMostAlike = 5;
+constexpr int kMaxAlike = 5;
 
-KeyframeGraph GraphOf(const std::vector<Pose2>& poses) {
-  KeyframeGraph graph(3.2, 1.6);
+graph::KeyframeGraph GraphOf(const std::vector<Pose2>& poses) {
+  graph::KeyframeGraph graph(3.2, 1.6);
   for (std::size_t id = 0; id < poses.size(); ++id) {
     graph.Add(static_cast<std::int64_t>(id), poses[id]);
   }
   return graph;
 }
 
-Edge Tie(std::int64_t from, std::int64_t to) {
-  return {from, to, Edge::Kind::kOdometry, {}, Eigen::Matrix3d::Identity()};
+graph::Edge Tie(std::int64_t from, std::int64_t to) {
+  return {from, to, graph::Edge::Kind::kOdometry, {}, Eigen::Matrix3d::Identity()};
 }
 
 TEST(LoopCandidates, ByPositionMostOverlapFirst) {
-  // A picture shows 2.4 m along the way and 3.2 m across.
+  // An image shows 2.4 m along the way and 3.2 m across.
   const calib::CeilingView view = synthetic::SmallView();
   const LoopCandidates candidates(view);
-  KeyframeGraph graph = GraphOf({{1.2, 0, 0}, {0, 0.3, 0}, {0.6, 0, 0}, {0, 2.3, 0}, {0, 0, 0}});
-  EXPECT_THAT(candidates.Find(4, 0.001, graph, kMostAlike), ElementsAre(1, 2, 0));
-  EXPECT_THAT(candidates.Find(4, 0.3, graph, kMostAlike), ElementsAre(1, 2, 0, 3))
+  graph::KeyframeGraph graph =
+      GraphOf({{1.2, 0, 0}, {0, 0.3, 0}, {0.6, 0, 0}, {0, 2.3, 0}, {0, 0, 0}});
+  EXPECT_THAT(candidates.Find(4, 0.001, graph, kMaxAlike), ElementsAre(1, 2, 0));
+  EXPECT_THAT(candidates.Find(4, 0.3, graph, kMaxAlike), ElementsAre(1, 2, 0, 3))
       << "it may be nearer than it seems";
   graph.Add(Tie(2, 4));
-  EXPECT_THAT(candidates.Find(4, 0.001, graph, kMostAlike), ElementsAre(1, 0)) << "tied already";
+  EXPECT_THAT(candidates.Find(4, 0.001, graph, kMaxAlike), ElementsAre(1, 0)) << "tied already";
 }
 
 TEST(LoopCandidates, ByLooksWhereThePositionIsNotKnown) {
@@ -56,16 +57,16 @@ TEST(LoopCandidates, ByLooksWhereThePositionIsNotKnown) {
     patient.Add(id, drive.Descriptors(id));
   }
   // The graph has it near the last place.
-  KeyframeGraph graph = GraphOf({truth[0], truth[1], truth[2], truth[3], truth[3]});
-  const std::vector<std::int64_t> alike = candidates.Find(4, 1, graph, kMostAlike);
+  graph::KeyframeGraph graph = GraphOf({truth[0], truth[1], truth[2], truth[3], truth[3]});
+  const std::vector<std::int64_t> alike = candidates.Find(4, 1, graph, kMaxAlike);
   ASSERT_FALSE(alike.empty());
   EXPECT_EQ(alike.front(), 0);
   EXPECT_THAT(alike, Not(Contains(4)));
   EXPECT_EQ(candidates.Find(4, 1, graph, 1).size(), 1U);
-  EXPECT_THAT(patient.Find(4, 1, graph, kMostAlike), IsEmpty()) << "all of them are recent";
-  EXPECT_THAT(candidates.Find(3, 1, graph, kMostAlike), IsEmpty()) << "not the latest";
+  EXPECT_THAT(patient.Find(4, 1, graph, kMaxAlike), IsEmpty()) << "all of them are recent";
+  EXPECT_THAT(candidates.Find(3, 1, graph, kMaxAlike), IsEmpty()) << "not the latest";
   graph.Add(Tie(0, 4));
-  EXPECT_THAT(candidates.Find(4, 1, graph, kMostAlike), Not(Contains(0))) << "tied already";
+  EXPECT_THAT(candidates.Find(4, 1, graph, kMaxAlike), Not(Contains(0))) << "tied already";
 }
 
 TEST(LoopCandidates, RefusesParametersThatCannotBe) {

@@ -1,4 +1,4 @@
-// Places that look alike: what one pair of pictures says of a loop, another pair can contradict.
+// Places that look alike: what one pair of images says of a loop, another pair can contradict.
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class CarriedBack {
   }
 
   /// Shows the places in their order, but of the second visit only so many.
-  LoopCounts Visit(int again) {
+  graph::LoopCounts Visit(int again) {
     for (int i = 0; i <= kCarried + again; ++i) stops_.Show(way_[static_cast<std::size_t>(i)]);
     return stops_.Counts();
   }
@@ -53,11 +53,11 @@ class CarriedBack {
 };
 
 TEST(LoopCloserDoubles, ASecondClosureConfirmsTheFirstWhereNothingContradicts) {
-  const LoopCounts one = CarriedBack(0).Visit(1);
+  const graph::LoopCounts one = CarriedBack(0).Visit(1);
   EXPECT_EQ(one.accepted, 0);
   EXPECT_EQ(one.unconfirmed, 1);
   CarriedBack drive(0);
-  const LoopCounts two = drive.Visit(2);
+  const graph::LoopCounts two = drive.Visit(2);
   EXPECT_EQ(two.accepted, 2);
   EXPECT_EQ(two.unconfirmed, 0);
   EXPECT_LT(drive.WorstEdge(), 0.01);
@@ -65,18 +65,18 @@ TEST(LoopCloserDoubles, ASecondClosureConfirmsTheFirstWhereNothingContradicts) {
 
 TEST(LoopCloserDoubles, ARoomThatIsThereTwiceIsNotRecognized) {
   // Each keyframe is found in both rooms; closures to one room contradict those to the other.
-  const LoopCounts counts = CarriedBack(kPlaces).Visit(kPlaces);
+  const graph::LoopCounts counts = CarriedBack(kPlaces).Visit(kPlaces);
   EXPECT_EQ(counts.accepted, 0);
   EXPECT_EQ(counts.unconfirmed, 2 * kPlaces);
 }
 
 TEST(LoopCloserDoubles, ManyThatAgreeOutweighOneThatDoesNot) {
   // Only the first place has a double: 1 against 1, 2, 3 others.
-  const LoopCounts three = CarriedBack(1).Visit(3);
+  const graph::LoopCounts three = CarriedBack(1).Visit(3);
   EXPECT_EQ(three.accepted, 0);
   EXPECT_EQ(three.unconfirmed, 4);
   CarriedBack drive(1);
-  const LoopCounts four = drive.Visit(4);
+  const graph::LoopCounts four = drive.Visit(4);
   EXPECT_EQ(four.accepted, 4);
   EXPECT_EQ(four.unconfirmed, 1) << "the one to the wrong room";
   EXPECT_LT(drive.WorstEdge(), 0.01);
@@ -84,10 +84,10 @@ TEST(LoopCloserDoubles, ManyThatAgreeOutweighOneThatDoesNot) {
 
 TEST(LoopCloserDoubles, TheParameterSaysHowMuchContradictionIsBorne) {
   LoopCloserParams params = Stops::ShortGap();
-  params.judge.max_contradicting_part = 0.51;
+  params.judge.max_contradicting_ratio = 0.51;
   EXPECT_EQ(CarriedBack(1, params).Visit(2).accepted, 0);
   EXPECT_EQ(CarriedBack(1, params).Visit(3).accepted, 3) << "1 against 2";
-  params.judge.max_contradicting_part = 0;
+  params.judge.max_contradicting_ratio = 0;
   EXPECT_EQ(CarriedBack(1, params).Visit(4).accepted, 0);
   EXPECT_EQ(CarriedBack(0, params).Visit(2).accepted, 2);
 }
@@ -96,7 +96,7 @@ TEST(LoopCloserDoubles, AContradictionIsForgottenWithTheClosureThatMadeIt) {
   LoopCloserParams params = Stops::ShortGap();
   params.judge.confirm_within = 2;
   CarriedBack drive(1, params);
-  const LoopCounts counts = drive.Visit(4);
+  const graph::LoopCounts counts = drive.Visit(4);
   EXPECT_EQ(counts.accepted, 3);
   EXPECT_EQ(counts.unconfirmed, 2) << "both that the first place was found by";
   EXPECT_LT(drive.WorstEdge(), 0.01);

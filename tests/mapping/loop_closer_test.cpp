@@ -25,26 +25,26 @@ class Closed {
   explicit Closed(const DriveUnder& drive, const LoopCloserParams& params = {})
       : drive_(drive),
         closer(
-            drive.view, [&](std::int64_t id) { return drive_.Picture(id); }, params) {
+            drive.view, [&](std::int64_t id) { return drive_.Image(id); }, params) {
     for (std::size_t i = 0; i < drive.graph.keyframes.size(); ++i) {
       const std::int64_t id = drive.graph.keyframes[i].id;
-      const std::span<const Edge> ties(drive.graph.edges.data() + (i > 0 ? i - 1 : 0),
-                                       i > 0 ? 1 : 0);
+      const std::span<const graph::Edge> ties(drive.graph.edges.data() + (i > 0 ? i - 1 : 0),
+                                              i > 0 ? 1 : 0);
       closer.Add(drive.graph.keyframes[i], {}, ties, drive.Descriptors(id));
       closer.Close(id);
     }
   }
 
-  [[nodiscard]] std::vector<Edge> Closures() const {
-    std::vector<Edge> closures;
-    for (const Edge& edge : closer.Graph().Edges()) {
-      if (edge.kind == Edge::Kind::kLoopClosure) closures.push_back(edge);
+  [[nodiscard]] std::vector<graph::Edge> Closures() const {
+    std::vector<graph::Edge> closures;
+    for (const graph::Edge& edge : closer.Graph().Edges()) {
+      if (edge.kind == graph::Edge::Kind::kLoopClosure) closures.push_back(edge);
     }
     return closures;
   }
   [[nodiscard]] double WorstClosure() const {
     double worst = 0;
-    for (const Edge& edge : Closures()) worst = std::max(worst, drive_.Error(edge));
+    for (const graph::Edge& edge : Closures()) worst = std::max(worst, drive_.Error(edge));
     return worst;
   }
   [[nodiscard]] double ErrorOf(std::int64_t id) const {
@@ -67,7 +67,7 @@ TEST(LoopCloser, ClosesTheLoopWhereItIs) {
   const Closed closed(drive);
   EXPECT_GE(closed.Closures().size(), 12U);
   EXPECT_LT(closed.WorstClosure(), 0.001);
-  const LoopCounts counts = closed.closer.Counts();
+  const graph::LoopCounts counts = closed.closer.Counts();
   EXPECT_EQ(counts.accepted, static_cast<std::int64_t>(closed.Closures().size()));
   EXPECT_EQ(counts.compared,
             counts.accepted + counts.no_match + counts.ambiguous + counts.off_prediction +

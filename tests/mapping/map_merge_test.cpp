@@ -30,7 +30,7 @@ MergeResult Merge(const DriveUnder& a, const DriveUnder& b) {
   return MergeGraphs(
       a.view,
       {a.graph, b.graph},
-      [&](std::int64_t id) { return of(id).Picture(id); },
+      [&](std::int64_t id) { return of(id).Image(id); },
       [&](std::int64_t id) { return of(id).Descriptors(id); });
 }
 
@@ -38,7 +38,7 @@ MergeResult Merge(const DriveUnder& a, const DriveUnder& b) {
 double WorstError(const MergeResult& merged, const DriveUnder& a, const DriveUnder& b) {
   double worst = 0;
   const Pose2 T_map_first = merged.graph.keyframes.front().pose.T_map_base;
-  for (const Keyframe& keyframe : merged.graph.keyframes) {
+  for (const graph::Keyframe& keyframe : merged.graph.keyframes) {
     const Pose2& truth = keyframe.id < 1000 ? a.truth.at(keyframe.id) : b.truth.at(keyframe.id);
     const Pose2 expected = T_map_first * a.truth.at(0).Inverse() * truth;
     worst = std::max(worst, (expected.Inverse() * keyframe.pose.T_map_base).Translation().norm());
@@ -91,7 +91,7 @@ TEST(MapMerge, PeriodicCeilingIsAmbiguous) {
 }
 
 TEST(MapMerge, BaysThatLookAlikeAreAmbiguous) {
-  // The same mark every 2 m, seen one or two at a time: every picture fits at several places.
+  // The same mark every 2 m, seen one or two at a time: every image fits at several places.
   CeilingParams bays = Periodic(0);
   for (int i = -20; i < 40; ++i) {
     bays.own_marks.emplace_back(200.0 * i, 10);
@@ -114,7 +114,7 @@ TEST(MapMerge, ThirdPartMayHangOnTheSecond) {
   const MergeResult merged = MergeGraphs(
       a.view,
       {a.graph, c.graph, b.graph},
-      [&](std::int64_t id) { return of(id).Picture(id); },
+      [&](std::int64_t id) { return of(id).Image(id); },
       [&](std::int64_t id) { return of(id).Descriptors(id); });
   ASSERT_TRUE(merged.ok()) << merged.results[1].reason << merged.results[2].reason;
   EXPECT_EQ(merged.graph.keyframes.size(), 28U);
@@ -123,7 +123,7 @@ TEST(MapMerge, ThirdPartMayHangOnTheSecond) {
 /// What a compass said on the drive, that counts from another direction than the map.
 void AddHeadings(DriveUnder& drive, double first_variance) {
   double variance = first_variance;
-  for (Keyframe& keyframe : drive.graph.keyframes) {
+  for (graph::Keyframe& keyframe : drive.graph.keyframes) {
     variance += 1e-5;
     keyframe.pose.heading = {WrapAngle(drive.truth.at(keyframe.id).yaw + 2), variance};
   }
@@ -151,8 +151,8 @@ TEST(MapMerge, ACompassTellsPartsApartThatLookAlikeAfterAQuarterTurn) {
 
 TEST(MapMerge, RenumberingKeepsWhatBelongsTogether) {
   DriveUnder a({}, Row(0, 0, 4));
-  MapGraph graph = a.graph;
-  graph.weak_spots.push_back({WeakSpot::Kind::kLost, 2, 0, 0, 1});
+  graph::MapGraph graph = a.graph;
+  graph.weak_spots.push_back({graph::WeakSpot::Kind::kLost, 2, 0, 0, 1});
   Renumber(graph, 50);
   EXPECT_EQ(graph.keyframes[3].id, 53);
   EXPECT_EQ(graph.keyframes[3].pose.keyframe_id, 53);

@@ -7,16 +7,16 @@
 #include <filesystem>
 #include <string>
 
-#include "mapping/map_file.hpp"
-#include "tests/mapping/synthetic_map.hpp"
-#include "tests/mapping/temp_folder.hpp"
+#include "mapping/store/map_file.hpp"
+#include "tests/mapping/store/synthetic_map.hpp"
+#include "tests/support/temp_folder.hpp"
 
 namespace ceilmap::mapping {
 namespace {
 
 /// A map whose frames stand tilted, each differently.
-synthetic::SmallMap TiltedMap() {
-  synthetic::SmallMap map;
+store::synthetic::SmallMap TiltedMap() {
+  store::synthetic::SmallMap map;
   for (std::size_t i = 0; i < map.trajectory.size(); i += 2) {
     const double part = 1.0 / static_cast<double>(i + 3);
     map.trajectory[i].tilt = {-0.1 * part, 0.07 * part, 0.02 * part, Eigen::Matrix2d::Identity()};
@@ -32,18 +32,18 @@ void ExpectSame(const Tilt& a, const Tilt& b) {
 }
 
 TEST(MapTilt, IsKeptExactly) {
-  const TempFolder folder;
-  const synthetic::SmallMap map = TiltedMap();
+  const support::TempFolder folder;
+  const store::synthetic::SmallMap map = TiltedMap();
   map.Write(folder / "map.gpkg");
-  const MapReader reader(folder / "map.gpkg");
-  const std::vector<FramePose> trajectory = reader.ReadTrajectory();
+  const store::MapReader reader(folder / "map.gpkg");
+  const std::vector<graph::FramePose> trajectory = reader.ReadTrajectory();
   ASSERT_EQ(trajectory.size(), map.trajectory.size());
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     SCOPED_TRACE(i);
     ExpectSame(trajectory[i].tilt, map.trajectory[i].tilt);
   }
   EXPECT_TRUE(trajectory[1].tilt.IsLevel());
-  const std::vector<Keyframe> keyframes = reader.ReadKeyframes();
+  const std::vector<graph::Keyframe> keyframes = reader.ReadKeyframes();
   ASSERT_EQ(keyframes.size(), map.keyframes.size());
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     SCOPED_TRACE(i);
@@ -53,7 +53,7 @@ TEST(MapTilt, IsKeptExactly) {
 
 // Maps of earlier versions have no such columns: their robots were taken for level.
 TEST(MapTilt, IsLevelInAMapWithoutIt) {
-  const TempFolder folder;
+  const support::TempFolder folder;
   TiltedMap().Write(folder / "map.gpkg");
   GDALAllRegister();
   {
@@ -70,16 +70,16 @@ TEST(MapTilt, IsLevelInAMapWithoutIt) {
       }
     }
   }
-  const MapReader reader(folder / "map.gpkg");
-  const synthetic::SmallMap map = TiltedMap();
-  const std::vector<FramePose> trajectory = reader.ReadTrajectory();
+  const store::MapReader reader(folder / "map.gpkg");
+  const store::synthetic::SmallMap map = TiltedMap();
+  const std::vector<graph::FramePose> trajectory = reader.ReadTrajectory();
   ASSERT_EQ(trajectory.size(), map.trajectory.size());
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     EXPECT_TRUE(trajectory[i].tilt.IsLevel()) << i;
     EXPECT_EQ(trajectory[i].T_map_base.yaw, map.trajectory[i].T_map_base.yaw);
     EXPECT_EQ(trajectory[i].covariance, map.trajectory[i].covariance);
   }
-  for (const Keyframe& keyframe : reader.ReadKeyframes()) {
+  for (const graph::Keyframe& keyframe : reader.ReadKeyframes()) {
     EXPECT_TRUE(keyframe.pose.tilt.IsLevel());
   }
 }

@@ -62,7 +62,7 @@ class Drive {
 
  private:
   [[nodiscard]] std::int64_t Frame() const { return static_cast<std::int64_t>(steps_.size()); }
-  const OdometryStep& Process(const cv::Mat& picture) {
+  const OdometryStep& Process(const cv::Mat& image) {
     FrameContext context;
     if (compass_.on) {
       compass_.off += compass_.drift_per_frame;
@@ -70,7 +70,7 @@ class Drive {
       context.heading = {WrapAngle(T_map_base_.yaw + compass_.off), compass_.variance};
     }
     steps_.push_back(
-        odometry_.Process(picture, Frame(), 0.1 * static_cast<double>(Frame()), context));
+        odometry_.Process(image, Frame(), 0.1 * static_cast<double>(Frame()), context));
     return steps_.back();
   }
 
@@ -101,7 +101,7 @@ TEST(OdometryWithCompass, FollowsAQuarterTurnWithinTwoFrames) {
     Drive drive(Periodic(kTilePx), true);
     DriveAndTurnFast(drive, turn);
     for (const OdometryStep& step : drive.Steps()) {
-      EXPECT_EQ(step.pose.status, TrackingStatus::kTracking) << step.pose.frame_index;
+      EXPECT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << step.pose.frame_index;
     }
     EXPECT_TRUE(drive.Right()) << drive.Error() << " m " << drive.YawError() << " rad";
   }
@@ -112,7 +112,7 @@ TEST(OdometryWithCompass, WithoutOneNobodyKnowsAfterSuchATurn) {
   DriveAndTurnFast(drive, kQuarter);
   int unknown = 0;
   for (const OdometryStep& step : drive.Steps()) {
-    unknown += step.pose.status == TrackingStatus::kAmbiguous ? 1 : 0;
+    unknown += step.pose.status == graph::TrackingStatus::kAmbiguous ? 1 : 0;
   }
   EXPECT_GE(unknown, 4);
   EXPECT_FALSE(drive.Right());
@@ -123,12 +123,13 @@ TEST(OdometryWithCompass, IsCarriedThroughTheDark) {
     Drive drive(MarkedCorner(), compass);
     for (int i = 0; i < 3; ++i) drive.See();
     for (int i = 0; i < 30; ++i) {
-      EXPECT_EQ(drive.SeeNothing({0, 0, kQuarter / 30}).pose.status, TrackingStatus::kLost);
+      EXPECT_EQ(drive.SeeNothing({0, 0, kQuarter / 30}).pose.status, graph::TrackingStatus::kLost);
     }
     drive.See({0.03, 0.02, 0});
     EXPECT_EQ(drive.Last().pose.status,
-              compass ? TrackingStatus::kRelocalized : TrackingStatus::kAmbiguous);
-    EXPECT_TRUE(drive.Last().registration.by_prior) << "the ceiling alone does not tell";
+              compass ? graph::TrackingStatus::kRelocalized : graph::TrackingStatus::kAmbiguous);
+    EXPECT_TRUE(drive.Last().registration.disambiguated_by_prior)
+        << "the ceiling alone does not tell";
     EXPECT_EQ(drive.Right(), compass) << drive.Error() << " m " << drive.YawError();
   }
 }
@@ -138,7 +139,7 @@ TEST(OdometryWithCompass, DoesNotTellOneTileFromTheNext) {
   for (int i = 0; i < 3; ++i) drive.See();
   for (int i = 0; i < 30; ++i) drive.SeeNothing({0, 0, kQuarter / 30});
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
-    EXPECT_EQ(drive.See({0.02, 0, 0}).pose.status, TrackingStatus::kAmbiguous) << i;
+    EXPECT_EQ(drive.See({0.02, 0, 0}).pose.status, graph::TrackingStatus::kAmbiguous) << i;
   }
   const OdometryStep& anew = drive.See({0.02, 0, 0});
   ASSERT_TRUE(anew.new_keyframe);
@@ -152,12 +153,12 @@ TEST(OdometryWithCompass, ADisturbedOneDoesNotHurtWhereTheCeilingTells) {
     drive.See();
     for (int i = 0; i < 12; ++i) {
       if (i % 4 == 2) drive.Disturb(jump);
-      EXPECT_EQ(drive.See({0.08, 0, 0.02}).pose.status, TrackingStatus::kTracking) << jump;
+      EXPECT_EQ(drive.See({0.08, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking) << jump;
       EXPECT_TRUE(drive.Right()) << jump << " frame " << i;
     }
     for (int i = 0; i < 5; ++i) drive.SeeNothing();
     drive.Disturb(jump);
-    EXPECT_EQ(drive.See({0.08, 0, 0.02}).pose.status, TrackingStatus::kTracking) << jump;
+    EXPECT_EQ(drive.See({0.08, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking) << jump;
     EXPECT_TRUE(drive.Right()) << jump << " after the dark";
   }
 }
@@ -168,7 +169,7 @@ TEST(OdometryWithCompass, ASmallDisturbanceDoesNotHurtUnderTilesEither) {
     drive.See();
     for (int i = 0; i < 12; ++i) {
       if (i % 4 == 2) drive.Disturb(jump);
-      EXPECT_EQ(drive.See({0.05, 0, 0.02}).pose.status, TrackingStatus::kTracking) << jump;
+      EXPECT_EQ(drive.See({0.05, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking) << jump;
     }
     EXPECT_TRUE(drive.Right()) << jump << ": " << drive.Error() << " m " << drive.YawError();
   }
@@ -183,7 +184,7 @@ TEST(OdometryWithCompass, FramesWithoutAHeadingMayLieBetween) {
   drive.See({0.05, 0, 0.1});
   drive.SwitchCompass(true);
   for (int i = 0; i < 2; ++i) drive.See({0, 0, kQuarter / 2});
-  EXPECT_EQ(drive.Last().pose.status, TrackingStatus::kTracking);
+  EXPECT_EQ(drive.Last().pose.status, graph::TrackingStatus::kTracking);
   EXPECT_TRUE(drive.Right()) << drive.Error() << " m " << drive.YawError();
 }
 

@@ -1,4 +1,4 @@
-// Odometry under ceilings that repeat themselves: pictures alone never tell one tile from the next,
+// Odometry under ceilings that repeat themselves: images alone never tell one tile from the next,
 // only where the robot is expected does, and where that does not either, nothing may be claimed.
 
 #include <gtest/gtest.h>
@@ -36,9 +36,9 @@ class Drive {
     T_map_base_ = T_map_base_ * T_before_after;
     truths_.push_back(T_map_base_);
     const auto index = static_cast<std::int64_t>(steps_.size());
-    const cv::Mat picture = ceiling_.Render(
+    const cv::Mat image = ceiling_.Render(
         view_.Size(), MotionAt(view_, T_map_base_), 1.5, static_cast<std::uint32_t>(index) + 1);
-    steps_.push_back(odometry_.Process(picture, index, 0.1 * static_cast<double>(index)));
+    steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
     return steps_.back();
   }
   /// Speeds up to half a tile a frame, and goes on like that for four tiles.
@@ -66,7 +66,7 @@ class Drive {
         const auto frame = static_cast<std::size_t>(step.new_keyframe->pose.frame_index);
         truth[step.new_keyframe->id] = truths_[frame];
       }
-      for (const Edge& edge : step.new_edges) {
+      for (const graph::Edge& edge : step.new_edges) {
         const Pose2 off =
             edge.T_from_to.Inverse() * (truth.at(edge.from).Inverse() * truth.at(edge.to));
         worst = std::max(worst, off.Translation().norm() / kPixel);
@@ -86,7 +86,7 @@ class Drive {
 
 void ExpectTrackedThroughout(const Drive& drive) {
   for (std::size_t i = 0; i < drive.Steps().size(); ++i) {
-    EXPECT_EQ(drive.Steps()[i].pose.status, TrackingStatus::kTracking) << i;
+    EXPECT_EQ(drive.Steps()[i].pose.status, graph::TrackingStatus::kTracking) << i;
     EXPECT_LT(drive.ErrorPx(i), 1) << i;
   }
   EXPECT_LT(drive.WorstEdgePx(), 1);
@@ -138,16 +138,16 @@ TEST(OdometryUnderTiles, APredictionThatHasProvedGoodTellsShortPeriodsApart) {
   ceiling.own_marks = {{10, -30}, {60, 20}, {110, -60}};
   Drive drive(ceiling);
   drive.See();
-  EXPECT_FALSE(drive.See({0.2, 0, 0}).registration.by_prior);
+  EXPECT_FALSE(drive.See({0.2, 0, 0}).registration.disambiguated_by_prior);
   for (int i = 0; i < 20; ++i) drive.See({0.2, 0, 0});
   ExpectTrackedThroughout(drive);
-  EXPECT_TRUE(drive.Steps().back().registration.by_prior);
+  EXPECT_TRUE(drive.Steps().back().registration.disambiguated_by_prior);
 }
 
 TEST(OdometryUnderTiles, AnUnevenDriveIsPredictedWithLessConfidence) {
   // Off the prediction by 14 px at every frame: more than three of the smallest sigmas.
   OdometryParams params;
-  params.uneven_part = 0.04;
+  params.uneven_ratio = 0.04;
   Drive drive(Periodic(kTilePx), params);
   drive.See();
   for (int i = 0; i < 12; ++i) drive.See({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
@@ -164,7 +164,7 @@ TEST(OdometryUnderTiles, AStartByHalfATileIsAmbiguous) {
       drive.See();
       const Eigen::Vector2d t = direction.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
       EXPECT_EQ(drive.See({t.x(), t.y(), 0}).pose.status,
-                tiles < 0.2 ? TrackingStatus::kTracking : TrackingStatus::kAmbiguous)
+                tiles < 0.2 ? graph::TrackingStatus::kTracking : graph::TrackingStatus::kAmbiguous)
           << tiles << " tiles at " << angle;
     }
   }
@@ -179,7 +179,8 @@ TEST(OdometryUnderTiles, ANeighbourThatNobodyProposedCountsToo) {
       drive.SpeedUpAndDriveEvenly();
       const Eigen::Vector2d off =
           Pose2{0, 0, eighth * std::numbers::pi / 4}.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
-      EXPECT_EQ(drive.See({0.3 + off.x(), off.y(), 0}).pose.status, TrackingStatus::kAmbiguous)
+      EXPECT_EQ(drive.See({0.3 + off.x(), off.y(), 0}).pose.status,
+                graph::TrackingStatus::kAmbiguous)
           << tiles << " tiles, direction " << eighth;
     }
   }
@@ -194,7 +195,7 @@ struct Jump {
 
 class JumpUnderTiles : public testing::TestWithParam<Jump> {};
 
-/// A jump by a whole tile leaves no trace in the pictures. By half a tile the robot may be before
+/// A jump by a whole tile leaves no trace in the images. By half a tile the robot may be before
 /// or behind the place where it was expected, and nobody can know.
 TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   Drive drive(Periodic(kTilePx));
@@ -203,18 +204,19 @@ TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   ExpectTrackedThroughout(drive);
   drive.See({0.1 + GetParam().forward * kTile, GetParam().left * kTile, 0});
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
-    EXPECT_EQ(drive.Steps().back().pose.status, TrackingStatus::kAmbiguous) << i;
+    EXPECT_EQ(drive.Steps().back().pose.status, graph::TrackingStatus::kAmbiguous) << i;
     drive.See({0.1, 0, 0});
   }
   const OdometryStep& anew = drive.Steps().back();
-  EXPECT_EQ(anew.pose.status, TrackingStatus::kTracking);
+  EXPECT_EQ(anew.pose.status, graph::TrackingStatus::kTracking);
   ASSERT_TRUE(anew.new_keyframe);
   EXPECT_TRUE(anew.new_edges.empty()) << "nothing ties it to the time before";
   const std::int64_t first_anew = anew.new_keyframe->id;
   for (int i = 0; i < 8; ++i) {
-    for (const Edge& edge : drive.See({0.1, 0, 0}).new_edges) EXPECT_GE(edge.from, first_anew);
+    for (const graph::Edge& edge : drive.See({0.1, 0, 0}).new_edges)
+      EXPECT_GE(edge.from, first_anew);
   }
-  EXPECT_EQ(drive.Steps().back().pose.status, TrackingStatus::kTracking);
+  EXPECT_EQ(drive.Steps().back().pose.status, graph::TrackingStatus::kTracking);
   EXPECT_LT(drive.WorstEdgePx(), 1);
 }
 

@@ -1,4 +1,5 @@
 #include "mapping/odometry.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +9,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -22,8 +22,6 @@ using calib::CeilingView;
 using registration::Verdict;
 using registration::synthetic::MotionAt;
 using registration::synthetic::SyntheticCeiling;
-
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMillimetre = 1e-3;
 
 /// Camera ahead of the axis and to its right, turned a little in its mount; 5 mm per pixel, 3.2 m x
@@ -32,19 +30,19 @@ CeilingView MakeView() {
   calib::MountedCamera up;
   up.camera = {640, 480, 440, 440, 322.5, 238, {}};
   up.T_base_cam.linear() =
-      Eigen::AngleAxisd(93 * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      Eigen::AngleAxisd(93 * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   up.T_base_cam.translation() = Eigen::Vector3d(0.12, -0.05, 0.4);
   return {up, 2.6};
 }
 
-/// A robot that drives under a synthetic ceiling and is told nothing but its pictures.
+/// A robot that drives under a synthetic ceiling and is told nothing but its images.
 class Drive {
  public:
   explicit Drive(const Pose2& origin = {0.4, -0.3, 0.5}, const OdometryParams& params = {})
       : T_map_base_(origin), odometry_(view_, origin, params) {}
 
   void Move(double forward_m, double turn_deg) {
-    T_map_base_ = T_map_base_ * Pose2{forward_m, 0, turn_deg * kDegree};
+    T_map_base_ = T_map_base_ * Pose2{forward_m, 0, turn_deg * kRadPerDeg};
   }
   void Jump(const Pose2& T_map_base) { T_map_base_ = T_map_base; }
   OdometryStep See() {
@@ -66,10 +64,10 @@ class Drive {
   static inline const cv::Size kSize{640, 480};
 
   std::uint32_t Next() { return static_cast<std::uint32_t>(truths_.size()) + 1; }
-  OdometryStep Process(const cv::Mat& picture) {
+  OdometryStep Process(const cv::Mat& image) {
     const auto index = static_cast<std::int64_t>(truths_.size());
     truths_.push_back(T_map_base_);
-    steps_.push_back(odometry_.Process(picture, index, 0.1 * static_cast<double>(index)));
+    steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
     return steps_.back();
   }
 
@@ -83,12 +81,11 @@ class Drive {
 
 void ExpectNear(const Pose2& pose, const Pose2& truth, const std::string& what) {
   EXPECT_LT((pose.Translation() - truth.Translation()).norm(), kMillimetre) << what;
-  EXPECT_LT(std::abs(WrapAngle(pose.yaw - truth.yaw)), 0.02 * kDegree) << what;
+  EXPECT_LT(std::abs(WrapAngle(pose.yaw - truth.yaw)), 0.02 * kRadPerDeg) << what;
 }
 
 bool Placed(const OdometryStep& step) {
-  return step.pose.status == TrackingStatus::kTracking ||
-         step.pose.status == TrackingStatus::kRelocalized;
+  return graph::HasPose(step.pose.status);
 }
 
 /// About 6 m: straight, a left turn, straight, a right turn.
@@ -122,7 +119,7 @@ TEST_F(OdometryOnAPath, FollowsTheTruth) {
   int keyframes = 0;
   for (std::size_t i = 0; i < drive->Steps().size(); ++i) {
     const OdometryStep& step = drive->Steps()[i];
-    ASSERT_EQ(step.pose.status, TrackingStatus::kTracking) << i;
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
     EXPECT_EQ(step.pose.frame_index, static_cast<std::int64_t>(i));
     EXPECT_EQ(step.pose.stamp_s, 0.1 * static_cast<double>(i));
     EXPECT_EQ(step.registration.verdict, Verdict::kOk);
@@ -133,12 +130,12 @@ TEST_F(OdometryOnAPath, FollowsTheTruth) {
   EXPECT_LE(keyframes, 20) << "a keyframe is not every third frame";
 }
 
-TEST_F(OdometryOnAPath, KeyframesCountFromZeroAndHoldTheirPicture) {
+TEST_F(OdometryOnAPath, KeyframesCountFromZeroAndHoldTheirImage) {
   std::int64_t next = 0;
   for (const OdometryStep& step : drive->Steps()) {
     if (!step.new_keyframe) continue;
     EXPECT_EQ(step.new_keyframe->id, next++);
-    EXPECT_EQ(step.new_keyframe->picture.size(), drive->View().Size());
+    EXPECT_EQ(step.new_keyframe->image.size(), drive->View().Size());
     ExpectNear(step.new_keyframe->pose.T_map_base,
                drive->Truths()[static_cast<std::size_t>(step.new_keyframe->pose.frame_index)],
                "keyframe");
@@ -163,7 +160,7 @@ TEST_F(OdometryOnAPath, CovarianceIsPositiveAndGrows) {
     last_yaw = k(2, 2);
   }
   EXPECT_GT(last_yaw, 0);
-  EXPECT_LT(std::sqrt(last_yaw), 0.05 * kDegree);
+  EXPECT_LT(std::sqrt(last_yaw), 0.05 * kRadPerDeg);
 }
 
 TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
@@ -176,10 +173,10 @@ TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
           static_cast<std::size_t>(step.new_keyframe->pose.frame_index);
       EXPECT_EQ(step.new_edges.empty(), step.new_keyframe->id == 0);
     }
-    for (const Edge& edge : step.new_edges) {
+    for (const graph::Edge& edge : step.new_edges) {
       ASSERT_TRUE(frame_of.contains(edge.from) && frame_of.contains(edge.to));
       EXPECT_LT(edge.from, edge.to);
-      EXPECT_EQ(edge.kind, Edge::Kind::kOdometry);
+      EXPECT_EQ(edge.kind, graph::Edge::Kind::kOdometry);
       to_older += edge.to - edge.from > 1 ? 1 : 0;
       const Pose2 truth =
           drive->Truths()[frame_of[edge.from]].Inverse() * drive->Truths()[frame_of[edge.to]];
@@ -187,7 +184,7 @@ TEST_F(OdometryOnAPath, EdgesAreTrueWithinTheirInformation) {
                                   edge.T_from_to.y - truth.y,
                                   WrapAngle(edge.T_from_to.yaw - truth.yaw));
       EXPECT_LT(error.head<2>().norm(), 0.5 * kMillimetre);
-      EXPECT_LT(std::abs(error.z()), 0.015 * kDegree);
+      EXPECT_LT(std::abs(error.z()), 0.015 * kRadPerDeg);
       EXPECT_LT(error.dot(edge.information * error), 36) << "six sigmas";
       ++edges;
     }
@@ -201,12 +198,12 @@ TEST(Odometry, StartsAtTheFirstFrameWithTexture) {
   Drive drive(origin);
   for (const int grey : {0, 0, 255, 90}) {
     const OdometryStep step = drive.SeeUniform(grey);
-    EXPECT_EQ(step.pose.status, TrackingStatus::kLost);
+    EXPECT_EQ(step.pose.status, graph::TrackingStatus::kLost);
     EXPECT_EQ(step.registration.verdict, Verdict::kNoTexture);
     EXPECT_FALSE(step.new_keyframe);
   }
   const OdometryStep first = drive.See();
-  EXPECT_EQ(first.pose.status, TrackingStatus::kTracking);
+  EXPECT_EQ(first.pose.status, graph::TrackingStatus::kTracking);
   ASSERT_TRUE(first.new_keyframe);
   EXPECT_EQ(first.new_keyframe->id, 0);
   EXPECT_EQ(first.new_keyframe->pose.frame_index, 4);
@@ -227,7 +224,7 @@ TEST(Odometry, FramesWithoutTextureAreLostAndThenFoundAgain) {
   for (const int grey : {0, 128, 255}) {
     drive.Move(0.1, 3);
     const OdometryStep lost = drive.SeeUniform(grey);
-    EXPECT_EQ(lost.pose.status, TrackingStatus::kLost);
+    EXPECT_EQ(lost.pose.status, graph::TrackingStatus::kLost);
     EXPECT_EQ(lost.pose.keyframe_id, -1);
     EXPECT_FALSE(lost.new_keyframe);
     EXPECT_TRUE(lost.new_edges.empty());
@@ -243,7 +240,7 @@ TEST(Odometry, FramesWithoutTextureAreLostAndThenFoundAgain) {
 /// Of a robot of which nothing is taken for impossible.
 OdometryParams Anywhere() {
   OdometryParams params;
-  params.uneven_part = 100;
+  params.uneven_ratio = 100;
   params.uneven_rad = 4;
   return params;
 }
@@ -295,13 +292,13 @@ void DriveEvenly(Drive& drive, int frames = 12) {
 }
 
 TEST(Odometry, ARobotThatJumpsIsNotBelieved) {
-  // Pictures that a damaged stream shifted as a whole fit without a flaw.
+  // Images that a damaged stream shifted as a whole fit without a flaw.
   Drive drive;
   DriveEvenly(drive);
   drive.Move(-0.5, 0);
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
     drive.Move(0.06, 0);
-    EXPECT_EQ(drive.See().pose.status, TrackingStatus::kAmbiguous) << i;
+    EXPECT_EQ(drive.See().pose.status, graph::TrackingStatus::kAmbiguous) << i;
   }
   drive.Move(0.06, 0);
   const OdometryStep anew = drive.See();
@@ -346,7 +343,7 @@ TEST(Odometry, CloseKeepsTheLastPlacedFrame) {
   ASSERT_TRUE(end.new_keyframe);
   EXPECT_EQ(end.new_keyframe->id, 1);
   EXPECT_EQ(end.new_keyframe->pose.frame_index, 1);
-  EXPECT_FALSE(end.new_keyframe->picture.empty());
+  EXPECT_FALSE(end.new_keyframe->image.empty());
   ExpectNear(end.new_keyframe->pose.T_map_base, drive.Truth(), "last keyframe");
   ASSERT_EQ(end.new_edges.size(), 1U);
   EXPECT_EQ(end.new_edges[0].from, 0);
@@ -364,12 +361,12 @@ TEST(Odometry, WorksInPixelsWithoutARig) {
         odometry.Process(ceiling.Render(view.Size(), MotionAt(view, truth)), i, i);
     ASSERT_TRUE(Placed(step)) << i;
     EXPECT_LT((step.pose.T_map_base.Translation() - truth.Translation()).norm(), 0.1);
-    EXPECT_LT(std::abs(WrapAngle(step.pose.T_map_base.yaw - truth.yaw)), 0.05 * kDegree);
+    EXPECT_LT(std::abs(WrapAngle(step.pose.T_map_base.yaw - truth.yaw)), 0.05 * kRadPerDeg);
     truth = truth * Pose2{25, 3, 0.1};
   }
 }
 
-TEST(Odometry, RefusesOtherPictures) {
+TEST(Odometry, RefusesOtherImages) {
   const CeilingView view = MakeView();
   Odometry odometry(view, {});
   EXPECT_THROW(odometry.Process(cv::Mat::zeros(480, 640, CV_8UC3), 0, 0), InputError);
@@ -392,14 +389,14 @@ TEST(OdometryParams, OutOfRange) {
             "odometry: min_overlap = 1, must be in (0, 1)");
   EXPECT_EQ(message([](OdometryParams& p) { p.min_overlap = 0; }),
             "odometry: min_overlap = 0, must be in (0, 1)");
-  EXPECT_EQ(message([](OdometryParams& p) { p.min_inlier_part = -0.5; }),
-            "odometry: min_inlier_part = -0.5, must be in [0, 1)");
+  EXPECT_EQ(message([](OdometryParams& p) { p.min_inlier_ratio = -0.5; }),
+            "odometry: min_inlier_ratio = -0.5, must be in [0, 1)");
   EXPECT_EQ(message([](OdometryParams& p) { p.recent_keyframes = 0; }),
             "odometry: recent_keyframes = 0, must be at least 1");
   EXPECT_EQ(message([](OdometryParams& p) { p.local_keyframes = 0; }),
             "odometry: local_keyframes = 0, must be at least 1");
-  EXPECT_EQ(message([](OdometryParams& p) { p.prior_sigma_part = 0; }),
-            "odometry: prior_sigma_part = 0, must be > 0");
+  EXPECT_EQ(message([](OdometryParams& p) { p.prior_sigma_ratio = 0; }),
+            "odometry: prior_sigma_ratio = 0, must be > 0");
   EXPECT_EQ(message([](OdometryParams& p) { p.prior_sigma_rad = std::nan(""); }),
             "odometry: prior_sigma_rad = nan, must be > 0");
   EXPECT_EQ(message([](OdometryParams& p) { p.noise.systematic_px = 0; }),

@@ -1,4 +1,4 @@
-// Odometry of a robot whose tilt is known: pictures that are drawn level, with blank borders.
+// Odometry of a robot whose tilt is known: images that are drawn level, with blank borders.
 
 #include <gtest/gtest.h>
 
@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/odometry.hpp"
 #include "tests/compensation/bumpy_drive.hpp"
@@ -16,17 +17,16 @@ namespace {
 using compensation::synthetic::BumpyLab;
 using compensation::synthetic::FrameAt;
 using compensation::synthetic::FrontUp;
-using compensation::synthetic::kDegree;
 using compensation::synthetic::Lab;
 
-/// Rendered upward pictures of a drive.
+/// Rendered upward images of a drive.
 class Recording {
  public:
   explicit Recording(const std::vector<simulator::Frame>& path, const simulator::Scene& scene)
       : path_(path),
         renderer_(scene),
         view_(*renderer_.GetRig().up, renderer_.GetRig().ceiling_height_m) {
-    for (const simulator::Frame& frame : path_) pictures_.push_back(renderer_.Render(frame));
+    for (const simulator::Frame& frame : path_) images_.push_back(renderer_.Render(frame));
   }
 
   /// @param sigma_rad  what is said of the tilts' errors; they are exact.
@@ -39,10 +39,10 @@ class Recording {
       if (compensate) tilt = TruthOf(i).tilt;
       if (std::hypot(tilt.pitch_rad, tilt.roll_rad) < 1e-9) tilt = {};
       tilt.covariance = sigma_rad * sigma_rad * Eigen::Matrix2d::Identity();
-      cv::Mat picture = pictures_[i];
-      if (!tilt.IsLevel()) level_view.Draw(pictures_[i], tilt, picture = cv::Mat());
+      cv::Mat image = images_[i];
+      if (!tilt.IsLevel()) level_view.Draw(images_[i], tilt, image = cv::Mat());
       steps.push_back(
-          odometry.Process(picture, static_cast<std::int64_t>(i), path_[i].stamp_s, {tilt, {}}));
+          odometry.Process(image, static_cast<std::int64_t>(i), path_[i].stamp_s, {tilt, {}}));
     }
     return steps;
   }
@@ -57,7 +57,7 @@ class Recording {
   std::vector<simulator::Frame> path_;
   simulator::Renderer renderer_;
   calib::CeilingView view_;
-  std::vector<cv::Mat> pictures_;
+  std::vector<cv::Mat> images_;
 };
 
 /// Over bumps in frames 12 to 19 and 26 to 33.
@@ -68,7 +68,7 @@ Recording OverBumps() {
 TEST(OdometryOfATiltedRobot, PlacesTheMastsFoot) {
   const Recording recording = OverBumps();
   for (const OdometryStep& step : recording.Run()) {
-    ASSERT_EQ(step.pose.status, TrackingStatus::kTracking) << step.pose.frame_index;
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << step.pose.frame_index;
     EXPECT_LT(recording.ErrorOf(step), 0.004) << step.pose.frame_index;
     const Tilt truth = recording.TruthOf(static_cast<std::size_t>(step.pose.frame_index)).tilt;
     EXPECT_NEAR(step.pose.tilt.pitch_rad, truth.pitch_rad, 1e-9);
@@ -82,7 +82,7 @@ TEST(OdometryOfATiltedRobot, PlacesTheMastsFoot) {
 }
 
 TEST(OdometryOfATiltedRobot, TheLastLevelFrameBecomesTheKeyframe) {
-  // 0.3 m level, a bump, 0.4 m level, a bump; 0.23 m are a tenth of the picture.
+  // 0.3 m level, a bump, 0.4 m level, a bump; 0.23 m are a tenth of the image.
   std::vector<simulator::Frame> path;
   for (int i = 0; i < 22; ++i) {
     const bool tilted = (i >= 7 && i < 10) || i >= 19;
@@ -101,14 +101,14 @@ TEST(OdometryOfATiltedRobot, TheLastLevelFrameBecomesTheKeyframe) {
     ++made;
     EXPECT_EQ(steps[i].new_keyframe->pose.frame_index, static_cast<std::int64_t>(i) - 1);
     EXPECT_EQ(steps[i].pose.keyframe_id, steps[i].new_keyframe->id);
-    EXPECT_EQ(cv::countNonZero(steps[i].new_keyframe->picture), 320 * 240);
+    EXPECT_EQ(cv::countNonZero(steps[i].new_keyframe->image), 320 * 240);
   }
   EXPECT_EQ(made, 2);
 }
 
 TEST(OdometryOfATiltedRobot, CovarianceHoldsWhatIsNotKnownOfTheTilt) {
   const Recording recording = OverBumps();
-  constexpr double kSigma = 0.1 * kDegree;
+  constexpr double kSigma = 0.1 * kRadPerDeg;
   const std::vector<OdometryStep> sure = recording.Run();
   const std::vector<OdometryStep> unsure = recording.Run(true, kSigma);
   const double sigma_m = 2.6 * kSigma;
@@ -135,17 +135,17 @@ TEST(OdometryOfATiltedRobot, ATiltedFrameBecomesAKeyframeWhenItMust) {
   int tilted = 0;
   double from_m = 0;
   for (const OdometryStep& step : recording.Run()) {
-    ASSERT_EQ(step.pose.status, TrackingStatus::kTracking) << step.pose.frame_index;
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << step.pose.frame_index;
     EXPECT_LT(recording.ErrorOf(step), 0.006) << step.pose.frame_index;
     if (!step.new_keyframe || step.new_keyframe->pose.tilt.IsLevel()) continue;
     ++tilted;
     const double at_m = 0.1 * static_cast<double>(step.new_keyframe->pose.frame_index);
     EXPECT_GT(at_m - from_m, 0.95);  // half of 2.31 m, or the last frame that was seen well
     from_m = at_m;
-    const cv::Mat& picture = step.new_keyframe->picture;
-    EXPECT_LT(cv::countNonZero(picture), 320 * 240 * 95 / 100);
-    EXPECT_GT(cv::countNonZero(picture), 320 * 240 * 85 / 100);
-    EXPECT_EQ(cv::countNonZero(picture(cv::Rect(60, 60, 200, 120))), 200 * 120);
+    const cv::Mat& image = step.new_keyframe->image;
+    EXPECT_LT(cv::countNonZero(image), 320 * 240 * 95 / 100);
+    EXPECT_GT(cv::countNonZero(image), 320 * 240 * 85 / 100);
+    EXPECT_EQ(cv::countNonZero(image(cv::Rect(60, 60, 200, 120))), 200 * 120);
   }
   EXPECT_GE(tilted, 1);
   EXPECT_LE(tilted, 2);

@@ -10,6 +10,7 @@
 
 #include "calib/level_view.hpp"
 
+#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 namespace {
 
@@ -41,9 +42,9 @@ Pose2 RandomPose(std::mt19937& random) {
 
 TEST(BaseMotion, SignsByHand) {
   const CeilingView view = CeilingView::InPixels({640, 480});
-  // Forward is up in the picture: the ceiling runs down the screen.
+  // Forward is up in the image: the ceiling runs down the screen.
   ExpectPose(BaseMotion(view, {0, 10, 0, 1}), 10, 0, 0);
-  // The robot's left is the picture's right: when it moves left, the ceiling runs to the left.
+  // The robot's left is the image's right: when it moves left, the ceiling runs to the left.
   ExpectPose(BaseMotion(view, {-10, 0, 0, 1}), 0, 10, 0);
   // A left turn turns the content counter-clockwise on the screen.
   ExpectPose(BaseMotion(view, {0, 0, -0.1, 1}), 0, 0, 0.1);
@@ -54,7 +55,7 @@ TEST(OverlapOf, ByHand) {
   const CeilingView view = OffsetView();  // 3.2 m x 2.4 m of ceiling
   EXPECT_NEAR(SpanOf(view), 3.2, 1e-12);
   EXPECT_EQ(OverlapOf(view, {}), 1);
-  // The picture's x axis lies 0.3 rad to the left of the robot's right.
+  // The image's x axis lies 0.3 rad to the left of the robot's right.
   const double c = std::cos(0.3);
   const double s = std::sin(0.3);
   EXPECT_NEAR(OverlapOf(view, {0.8 * s, -0.8 * c, 0}), 0.75, 0.01);
@@ -70,12 +71,12 @@ TEST(BaseMotion, InMetresByHand) {
   const CeilingView view(up, 2.6);
   ExpectPose(BaseMotion(view, {0, 20, 0, 1}), 0.1, 0, 0);
   // A camera 0.2 m ahead of the axis moves by 0.2 m to the left in a quarter turn to the left, and
-  // ends 0.2 m less far ahead. Its picture's centre c is then seen at R (0) + t.
+  // ends 0.2 m less far ahead. Its image's centre c is then seen at R (0) + t.
   const Pose2 T_ref_cur = {0, 0, kPi / 2};
   const ImageMotion motion = ImageMotionOf(view, T_ref_cur);
   EXPECT_NEAR(motion.theta_rad, -kPi / 2, 1e-12);
   // What was over the camera (0.2 m ahead) is now 0.2 m to the robot's right of its axis, that is
-  // 40 px left of the axis in the picture, and the axis is 40 px below the centre.
+  // 40 px left of the axis in the image, and the axis is 40 px below the centre.
   EXPECT_NEAR(motion.tx_px, -40, 1e-9);
   EXPECT_NEAR(motion.ty_px, 40, 1e-9);
 }
@@ -105,7 +106,7 @@ TEST(BaseMotion, ComposesLikeTheImageMotions) {
 }
 
 TEST(BaseMotion, FollowsAPointOfTheCeiling) {
-  // p_ref = T_ref_cur p_cur for a point seen in both pictures.
+  // p_ref = T_ref_cur p_cur for a point seen in both images.
   std::mt19937 random(3);
   const CeilingView view = OffsetView();
   const double m = view.MetresPerPixel();
@@ -203,15 +204,15 @@ TEST(BaseMotionCovariance, AgreesWithMonteCarlo) {
 
 /// Of robots whose ceiling was seen without error, but whose tilts are not what they were taken
 /// for: what is said of the foot's place against where it comes out.
-TEST(AddTiltDoubt, AgreesWithMonteCarlo) {
+TEST(InflateTiltCovariance, AgreesWithMonteCarlo) {
   const CeilingView view = OffsetView();
   const calib::LevelView level_view(view);
   Tilt tilt{0.05, -0.03, 0, {}};
   tilt.covariance << 4e-6, 1.5e-6, 1.5e-6, 1e-6;
-  Edge edge;
+  graph::Edge edge;
   edge.T_from_to = {0.3, -0.2, 0.8};
   edge.information = Eigen::Vector3d(1e12, 1e12, 1e6).asDiagonal();
-  AddTiltDoubt(view, tilt, edge);
+  InflateTiltCovariance(view, tilt, edge);
   const Eigen::Matrix3d claimed = edge.information.inverse();
   EXPECT_NEAR(claimed(2, 2), 1e-6, 1e-12);
   EXPECT_NEAR(claimed(0, 2), 0, 1e-12);
@@ -237,17 +238,17 @@ TEST(AddTiltDoubt, AgreesWithMonteCarlo) {
       << claimed;
 }
 
-TEST(AddTiltDoubt, ByHandAndNothingWithoutDoubt) {
+TEST(InflateTiltCovariance, ByHandAndNothingWithoutDoubt) {
   // A pitch that is wrong by 0.01 rad under a ceiling of 2.6 m, of a robot that looks along y.
   const CeilingView view = OffsetView();
-  Edge edge;
+  graph::Edge edge;
   edge.T_from_to = {1, 2, kPi / 2};
   edge.information.setIdentity();
   Tilt tilt;
-  AddTiltDoubt(view, tilt, edge);
+  InflateTiltCovariance(view, tilt, edge);
   EXPECT_EQ(edge.information, Eigen::Matrix3d::Identity());
   tilt.covariance(0, 0) = 1e-4;
-  AddTiltDoubt(view, tilt, edge);
+  InflateTiltCovariance(view, tilt, edge);
   EXPECT_NEAR(edge.information(0, 0), 1, 1e-12);
   EXPECT_NEAR(1 / edge.information(1, 1), 1 + 0.026 * 0.026, 1e-12);
   EXPECT_NEAR(edge.information(2, 2), 1, 1e-12);

@@ -29,31 +29,31 @@ class Stops {
   explicit Stops(const CeilingParams& ceiling, const LoopCloserParams& params = ShortGap())
       : ceiling_(ceiling),
         closer_(
-            view_, [this](std::int64_t id) { return Picture(id); }, params) {}
+            view_, [this](std::int64_t id) { return Image(id); }, params) {}
 
   void Show(const Stop& stop) {
     const auto id = static_cast<std::int64_t>(stops_.size());
     stops_.push_back(stop);
-    Keyframe keyframe;
+    graph::Keyframe keyframe;
     keyframe.id = id;
     keyframe.pose.T_map_base = stop.T_map_base;
     keyframe.pose.heading = stop.heading;
-    std::vector<Edge> ties;
+    std::vector<graph::Edge> ties;
     if (id > 0) {
       const double xy = 1 / (stop.sigma * stop.sigma);
-      Edge tie{id - 1, id, Edge::Kind::kOdometry, Between(id - 1, id), {}};
+      graph::Edge tie{id - 1, id, graph::Edge::Kind::kOdometry, Between(id - 1, id), {}};
       tie.information = Eigen::Vector3d(xy, xy, 1 / (stop.sigma_rad * stop.sigma_rad)).asDiagonal();
       ties.push_back(tie);
     }
-    closer_.Add(keyframe, {}, ties, describer_.Describe(Picture(id)));
+    closer_.Add(keyframe, {}, ties, describer_.Describe(Image(id)));
     closer_.Close(id);
   }
 
-  [[nodiscard]] LoopCounts Counts() const { return closer_.Counts(); }
+  [[nodiscard]] graph::LoopCounts Counts() const { return closer_.Counts(); }
   /// How far the worst edge is from the truth: metres.
   [[nodiscard]] double WorstEdge() const {
     double worst = 0;
-    for (const Edge& edge : closer_.Graph().Edges()) {
+    for (const graph::Edge& edge : closer_.Graph().Edges()) {
       const Pose2 off = edge.T_from_to.Inverse() * Between(edge.from, edge.to);
       worst = std::max(worst, off.Translation().norm());
     }
@@ -74,16 +74,17 @@ class Stops {
   [[nodiscard]] Pose2 Between(std::int64_t from, std::int64_t to) const {
     return At(from).T_map_base.Inverse() * At(to).T_map_base;
   }
-  [[nodiscard]] cv::Mat Picture(std::int64_t id) const {
+  [[nodiscard]] cv::Mat Image(std::int64_t id) const {
     return ceiling_.Render(
         view_.Size(), MotionAt(view_, At(id).looks), 1.5, static_cast<std::uint32_t>(id) + 1);
   }
 
   SyntheticCeiling ceiling_;
   calib::CeilingView view_ = SmallView();
-  PlaceDescriber describer_{view_.Size(),
-                            view_.MetresPerPixel(),
-                            PlaceDescriptorParams::ForCamera(view_.Size(), view_.MetresPerPixel())};
+  places::PlaceDescriber describer_{
+      view_.Size(),
+      view_.MetresPerPixel(),
+      places::PlaceDescriptorParams::ForCamera(view_.Size(), view_.MetresPerPixel())};
   std::vector<Stop> stops_;
   LoopCloser closer_;
 };

@@ -7,10 +7,11 @@
 #include <random>
 #include <vector>
 
+#include "calib/base/pose_with_covariance.hpp"
 #include "calib/ceiling_view.hpp"
-#include "mapping/keyframe.hpp"
-#include "mapping/map_graph.hpp"
-#include "mapping/place_descriptor.hpp"
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/map_graph.hpp"
+#include "mapping/places/place_descriptor.hpp"
 #include "mapping/planar_motion.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
@@ -78,12 +79,12 @@ class DriveUnder {
     for (std::size_t i = 0; i < truths.size(); ++i) {
       const std::int64_t id = first_id + static_cast<std::int64_t>(i);
       truth[id] = truths[i];
-      Keyframe keyframe;
+      graph::Keyframe keyframe;
       keyframe.id = id;
       keyframe.pose.keyframe_id = id;
       if (i > 0) {
-        Edge tie = Tie(id - 1, id);
-        const FramePose& before = graph.keyframes.back().pose;
+        graph::Edge tie = Tie(id - 1, id);
+        const graph::FramePose& before = graph.keyframes.back().pose;
         keyframe.pose.T_map_base = before.T_map_base * tie.T_from_to;
         keyframe.pose.covariance = ComposeCovariance(
             before.T_map_base, before.covariance, tie.T_from_to, tie.information.inverse());
@@ -94,18 +95,19 @@ class DriveUnder {
     }
   }
 
-  [[nodiscard]] cv::Mat Picture(std::int64_t id) const {
+  [[nodiscard]] cv::Mat Image(std::int64_t id) const {
     return ceiling_.Render(
         {320, 240}, MotionAt(view, truth.at(id)), 1.5, static_cast<std::uint32_t>(id) + 1);
   }
   [[nodiscard]] cv::Mat Descriptors(std::int64_t id) const {
-    PlaceDescriber describer(view.Size(),
-                             view.MetresPerPixel(),
-                             PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()));
-    return describer.Describe(Picture(id));
+    places::PlaceDescriber describer(
+        view.Size(),
+        view.MetresPerPixel(),
+        places::PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()));
+    return describer.Describe(Image(id));
   }
   /// How far an edge is from the truth: metres.
-  [[nodiscard]] double Error(const Edge& edge) const {
+  [[nodiscard]] double Error(const graph::Edge& edge) const {
     const Pose2 off =
         edge.T_from_to.Inverse() * (truth.at(edge.from).Inverse() * truth.at(edge.to));
     return off.Translation().norm();
@@ -113,11 +115,11 @@ class DriveUnder {
 
   const calib::CeilingView view = SmallView();
   std::map<std::int64_t, Pose2> truth;
-  MapGraph graph;  ///< as the odometry has it
+  graph::MapGraph graph;  ///< as the odometry has it
 
  private:
-  Edge Tie(std::int64_t from, std::int64_t to) {
-    Edge edge{from, to, Edge::Kind::kOdometry, truth[from].Inverse() * truth[to], {}};
+  graph::Edge Tie(std::int64_t from, std::int64_t to) {
+    graph::Edge edge{from, to, graph::Edge::Kind::kOdometry, truth[from].Inverse() * truth[to], {}};
     edge.T_from_to.x += drift_.sigma * normal_(random_);
     edge.T_from_to.y += drift_.sigma * normal_(random_);
     edge.T_from_to.yaw += drift_.sigma_rad * normal_(random_) + drift_.yaw_bias_rad;

@@ -16,11 +16,11 @@
 namespace ceilmap::colour {
 namespace {
 
-constexpr int kSteps = 64;           // of each channel in the table
+constexpr int kSteps = 64;           // per channel in the table
 constexpr int kStep = 256 / kSteps;  // grey levels
-constexpr float kLeastVariance = 4;  // of a class in each channel: noise of any camera
+constexpr float kMinVariance = 4;    // of a class in each channel: noise of any camera
 
-/// Y, U and V of evenly chosen samples, a row each.
+/// Y, U and V of evenly chosen samples, one row each.
 cv::Mat ToYuv(const cv::Mat& bgr, int most) {
   const cv::Mat line = bgr.isContinuous() ? bgr.reshape(3, 1) : bgr.clone().reshape(3, 1);
   const int step = std::max(1, (line.cols + most - 1) / most);
@@ -47,7 +47,7 @@ void RequireColours(const cv::Mat& samples, int classes) {
   }
   if (different.size() < static_cast<std::size_t>(classes)) {
     throw InputError(
-        fmt::format("the pictures show {} different colours, must be at least {}; is the lens "
+        fmt::format("the images show {} different colours, must be at least {}; is the lens "
                     "covered, or the light off?",
                     different.size(),
                     classes));
@@ -55,12 +55,12 @@ void RequireColours(const cv::Mat& samples, int classes) {
   constexpr double kNoChroma = 2;  // grey levels
   if (chroma < kNoChroma * samples.rows) {
     throw InputError(
-        "the pictures are grey, and this compass tells directions by colours; give a colour "
+        "the images are grey, and this compass tells directions by colours; give a colour "
         "camera");
   }
 }
 
-/// The same colours have the same names, whatever clustering began with.
+/// Equal colours get equal class numbers, independent of the initialization of the clustering.
 void SortByBrightness(std::vector<ColourClass>& classes) {
   std::sort(classes.begin(), classes.end(), [](const ColourClass& a, const ColourClass& b) {
     return a.mean < b.mean;
@@ -86,7 +86,8 @@ std::vector<ColourClass> ByKMeans(const cv::Mat& samples, const ColourClassParam
 }
 
 std::vector<ColourClass> ByMixture(const cv::Mat& samples, const ColourClassParams& params) {
-  // EM from the classes of k-means: from anywhere else it needs luck.
+  // EM is initialized with the classes of k-means; other initial values often converge to poor
+  // solutions.
   const std::vector<ColourClass> first = ByKMeans(samples, params);
   cv::Mat means(params.classes, 3, CV_64F);
   for (int i = 0; i < params.classes; ++i) {
@@ -114,14 +115,15 @@ std::vector<ColourClass> ByMixture(const cv::Mat& samples, const ColourClassPara
       for (int l = 0; l < 3; ++l) {
         one.covariance[3 * row + static_cast<std::size_t>(l)] =
             static_cast<float>(covariances[static_cast<std::size_t>(i)].at<double>(j, l)) +
-            (j == l ? kLeastVariance : 0);
+            (j == l ? kMinVariance : 0);
       }
     }
   }
   return classes;
 }
 
-/// Distance of a colour from a class: -2 log of its share, up to a constant.
+/// Distance of a colour from a class: -2 log of its likelihood, weighted with the class, up to a
+/// constant.
 class Distance {
  public:
   explicit Distance(const ColourClass& one) : mean_(one.mean[0], one.mean[1], one.mean[2]) {
@@ -133,15 +135,15 @@ class Distance {
         !(one.weight > 0 && one.weight <= 1)) {
       throw InputError("a colour class has numbers that cannot be");
     }
-    if (covariance.isIdentity()) return;  // k-means: sizes of classes do not count
+    if (covariance.isIdentity()) return;  // k-means: the weights of classes are not used
     inverse_ = covariance.inverse();
     reach_ = kSigmas * kSigmas;
     offset_ = std::log(determinant) - 2 * std::log(one.weight);
   }
   float operator()(const Eigen::Vector3f& yuv) const { return Away(yuv) + offset_; }
-  /// Is the colour like those of the class at all?
+  /// Whether the colour is similar to those of the class.
   [[nodiscard]] bool Reaches(const Eigen::Vector3f& yuv) const { return Away(yuv) <= reach_; }
-  /// @param nearest  mean of the class that is nearest to this one.
+  /// @param nearest  Mean of the class that is nearest to this one.
   void SetReach(const Eigen::Vector3f& nearest) {
     constexpr float kPart = 0.5F;
     reach_ = std::max(reach_, kPart * kPart * Away(nearest));
@@ -187,8 +189,8 @@ void ColourClassParams::Validate() const {
   if (classes < 2 || classes > kMaxClasses) {
     throw InputError(fmt::format("classes = {}, must be 2 to {}", classes, kMaxClasses));
   }
-  if (most_samples <= classes) {
-    throw InputError(fmt::format("most_samples = {}, must be more than classes", most_samples));
+  if (max_samples <= classes) {
+    throw InputError(fmt::format("most_samples = {}, must be more than classes", max_samples));
   }
 }
 
@@ -223,7 +225,7 @@ ColourClasses::ColourClasses(std::vector<ColourClass> classes)
 
 ColourClasses ColourClasses::Learn(const cv::Mat& bgr, const ColourClassParams& params) {
   params.Validate();
-  const cv::Mat samples = ToYuv(bgr, params.most_samples);
+  const cv::Mat samples = ToYuv(bgr, params.max_samples);
   RequireColours(samples, params.classes);
   std::vector<ColourClass> classes = params.clustering == Clustering::kMeans
                                          ? ByKMeans(samples, params)

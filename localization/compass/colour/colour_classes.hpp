@@ -7,7 +7,7 @@
 
 namespace ceilmap::colour {
 
-/// How colours are put together in classes.
+/// Method by which colours are clustered into classes.
 enum class Clustering {
   kMeans,    ///< k-means in YUV (ViCTORiA)
   kMixture,  ///< EM on a mixture of Gaussians in YUV (Sturm & Visser)
@@ -15,42 +15,45 @@ enum class Clustering {
 
 struct ColourClassParams {
   Clustering clustering = Clustering::kMeans;
-  int classes = 8;           ///< 2 .. kMaxClasses
-  std::uint64_t seed = 1;    ///< the same samples give the same classes
-  int most_samples = 40000;  ///< that are clustered, evenly chosen from those given, > 0
+  int classes = 8;          ///< 2 .. kMaxClasses
+  std::uint64_t seed = 1;   ///< equal samples and seeds give equal classes
+  int max_samples = 40000;  ///< number of samples clustered, evenly chosen from those given, > 0
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 inline constexpr int kMaxClasses = 32;
-/// Of a colour that no class is like: nothing of that kind was learned.
+/// Label of a colour that is not similar to any class: no such colour was learned.
 inline constexpr std::uint8_t kNoClass = 255;
 
-/// One class of colours.
+/// One colour class.
 struct ColourClass {
   std::array<float, 3> mean{};  ///< Y, U, V of cv::COLOR_BGR2YUV, [0, 255]
-  /// k-means: ones and zeros. Mixture: covariance, row by row.
+  /// k-means: the identity matrix. Mixture: covariance, row by row.
   std::array<float, 9> covariance{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  float weight = 1;  ///< part of the samples, (0, 1]
+  float weight = 1;  ///< fraction of the samples, (0, 1]
 };
 
-/// Tells which class a colour belongs to: by a table over the colours in steps of 4 grey levels, so
-/// that a pixel costs one look-up.
+/// Determines the class of a colour from a table over the colours in steps of 4 grey levels, so
+/// that a pixel costs one table look-up.
 class ColourClasses {
  public:
-  /// @param classes  2 .. kMaxClasses; by rising brightness as Learn makes them, in any order
-  /// otherwise. @throws InputError when they are too few or many, or numbers that cannot be.
+  /// @param classes  2 .. kMaxClasses; in order of rising brightness when made by Learn, in any
+  ///   order otherwise.
+  /// @throws InputError when there are too few or too many, or on invalid numbers.
   explicit ColourClasses(std::vector<ColourClass> classes);
 
-  /// @param bgr  CV_8UC3, samples in any shape. @throws InputError when they show fewer
-  ///   different colours than classes were asked for (a grey or dark video).
+  /// @param bgr  CV_8UC3, samples in any shape.
+  /// @throws InputError when they contain fewer different colours than the requested number of
+  ///   classes (a grey or dark video).
   static ColourClasses Learn(const cv::Mat& bgr, const ColourClassParams& params = {});
 
   [[nodiscard]] int Count() const { return static_cast<int>(classes_.size()); }
   [[nodiscard]] const std::vector<ColourClass>& Classes() const { return classes_; }
-  /// @param bgr  three bytes. @return below Count(), or kNoClass for a colour further than 40
-  ///   levels of YUV (mixture: 5 sigma) from the class that it is nearest to; classes that lie
-  ///   apart reach as far as half the way to the next.
+  /// @param bgr  Three bytes.
+  /// @return a class below Count(), or kNoClass for a colour that is further than 40 levels of YUV
+  ///   (mixture: 5 sigma) from its nearest class. A class that is far from the others extends up to
+  ///   half the distance to the next one.
   [[nodiscard]] std::uint8_t Of(const std::uint8_t* bgr) const {
     return table_[static_cast<std::size_t>((bgr[0] >> 2) << 12 | (bgr[1] >> 2) << 6 |
                                            (bgr[2] >> 2))];
@@ -58,7 +61,7 @@ class ColourClasses {
 
  private:
   std::vector<ColourClass> classes_;
-  std::vector<std::uint8_t> table_;  // 64 x 64 x 64, by B, G, R
+  std::vector<std::uint8_t> table_;  // 64 x 64 x 64, indexed by B, G, R
 };
 
 }  // namespace ceilmap::colour

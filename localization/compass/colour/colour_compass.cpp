@@ -22,10 +22,10 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kSpacing = 0.15;  // of places, as a part of the depth
-constexpr double kMostOffset = 0.9;
-constexpr double kElsewhere = 0.5;  // at first; see Doubt
-constexpr double kFarthest = 10;    // that doubt grows to
+constexpr double kSpacing = 0.15;  // of places, as a ratio of the depth
+constexpr double kMaxOffset = 0.9;
+constexpr double kElsewhere = 0.5;  // initial probability
+constexpr double kFarthest = 10;    // largest offset in the model error, in depths
 
 int StepOf(double angle_rad) {
   const double turns = angle_rad / (2 * pi);
@@ -52,22 +52,26 @@ void ColourCompassParams::Validate() const {
     if (!holds) throw InputError(fmt::format("{} = {}, must be {}", what, value, must));
   };
   require(line_noise > 0, "line_noise", line_noise, "> 0");
-  require(changed_part >= 0 && changed_part < 1, "changed_part", changed_part, "in [0, 1)");
+  require(changed_fraction >= 0 && changed_fraction < 1,
+          "changed_fraction",
+          changed_fraction,
+          "in [0, 1)");
   require(exposure_sigma >= 0, "exposure_sigma", exposure_sigma, ">= 0");
   require(exposure_drift >= 0, "exposure_drift", exposure_drift, ">= 0");
   require(effective_lines > 0, "effective_lines", effective_lines, "> 0");
   require(fresh_turn_rad > 0, "fresh_turn_rad", fresh_turn_rad, "> 0");
-  require(least_fresh > 0 && least_fresh <= 1, "least_fresh", least_fresh, "in (0, 1]");
+  require(min_fresh > 0 && min_fresh <= 1, "least_fresh", min_fresh, "in (0, 1]");
   require(turn_sigma_rad >= 0, "turn_sigma_rad", turn_sigma_rad, ">= 0");
-  require(turn_sigma_part >= 0, "turn_sigma_part", turn_sigma_part, ">= 0");
+  require(turn_sigma_ratio >= 0, "turn_sigma_ratio", turn_sigma_ratio, ">= 0");
   require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
-  require(way_sigma_part >= 0, "way_sigma_part", way_sigma_part, ">= 0");
+  require(way_sigma_ratio >= 0, "way_sigma_ratio", way_sigma_ratio, ">= 0");
   require(way_sigma_m >= 0, "way_sigma_m", way_sigma_m, ">= 0");
   require(unseen_way_sigma_m >= 0, "unseen_way_sigma_m", unseen_way_sigma_m, ">= 0");
   require(model_sigma_rad >= 0, "model_sigma_rad", model_sigma_rad, ">= 0");
   require(model_sigma_known_rad >= 0, "model_sigma_known_rad", model_sigma_known_rad, ">= 0");
-  require(reach >= 0 && reach <= kMostOffset, "reach", reach, "in [0, 0.9]");
-  require(min_cell_part >= 0 && min_cell_part <= 1, "min_cell_part", min_cell_part, "in [0, 1]");
+  require(reach >= 0 && reach <= kMaxOffset, "reach", reach, "in [0, 0.9]");
+  require(
+      min_cell_ratio >= 0 && min_cell_ratio <= 1, "min_cell_ratio", min_cell_ratio, "in [0, 1]");
 }
 
 struct ColourCompass::Impl {
@@ -75,7 +79,7 @@ struct ColourCompass::Impl {
       : model(std::move(learned)),
         forward(std::move(camera)),
         params((wanted.Validate(), wanted)),
-        matcher((Check(model), model), params.line_noise, params.changed_part),
+        matcher((Check(model), model), params.line_noise, params.changed_fraction),
         strip(forward),
         reader(model.classes,
                model.kind == ModelKind::kSturm ? 0 : params.exposure_sigma,
@@ -89,9 +93,9 @@ struct ColourCompass::Impl {
   const ScanLines& LinesFor(const Tilt& wanted);
   void Predict(const ColourFrame& frame);
   void Compare(int cell);
-  /// @param evidence  logarithm of how much better the frame fits to what is believed than to any
-  ///   direction of the room.
-  void Doubt(double evidence);
+  /// @param evidence  Log-likelihood ratio of the frame under the estimated distribution and under
+  ///   any direction of the room.
+  void Discount(double evidence);
   void WeighExposures(const Eigen::Vector2d& at);
   [[nodiscard]] Eigen::Vector2d MeanPlace() const;
   [[nodiscard]] double Sure(const YawBelief::Estimate& yaw) const {
@@ -99,7 +103,7 @@ struct ColourCompass::Impl {
   }
   double WeighAll();
   double WeighKnown(std::span<const PlaceHypothesis> hypotheses);
-  /// Log-likelihood of each yaw at a place. @param fit  of the place's cell.
+  /// Log-likelihood of each yaw at a place. @param fit  Fit of the place's cell.
   void FitAt(const LineFit& fit, const DirectionTable& directions, float* fit_of_yaws) const;
   [[nodiscard]] const LineFit& FitOf(int cell) const {
     return fits[static_cast<std::size_t>(cell)];
@@ -112,8 +116,8 @@ struct ColourCompass::Impl {
   StripTurn strip;
   FrameReader reader;
   double turn_scale = 1;
-  double elsewhere = kElsewhere;  // probability that nothing of what is believed holds
-  double fresh = 1;               // part of the frame that is news
+  double elsewhere = kElsewhere;  // probability that no yaw and place of the distribution is right
+  double fresh = 1;               // fraction of the frame that is new information
   ColourCounts counts;
   std::vector<Place> places;
   std::optional<YawBelief> belief;
@@ -125,8 +129,8 @@ struct ColourCompass::Impl {
   cv::Mat samples;
   LineFit one_fit;
   std::vector<LineFit> fits;    // of each cell
-  std::vector<char> fitted;     // those that are of this frame
-  std::vector<int> line_steps;  // azimuths
+  std::vector<char> fitted;     // whether the fit of a cell is that of this frame
+  std::vector<int> line_steps;  // directions of the lines' azimuths, in steps
   YawBelief::Histogram weights;
 };
 
@@ -163,28 +167,28 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
   double sigma_m = params.unseen_way_sigma_m * std::sqrt(seconds);
   if (seen) {
     const double turn = turn_scale * seen->turn_rad;
-    // Where things are nearer on one side, driving past them looks like a turn.
+    // Where objects are nearer on one side, driving past them appears as a turn.
     constexpr double kSideways = 0.1;
     belief->Turn(
         turn,
-        std::hypot(params.turn_sigma_rad, params.turn_sigma_part * turn, kSideways * seen->ahead));
+        std::hypot(params.turn_sigma_rad, params.turn_sigma_ratio * turn, kSideways * seen->ahead));
     fresh = std::clamp(
-        (std::abs(turn) + std::abs(seen->ahead)) / params.fresh_turn_rad, params.least_fresh, 1.0);
+        (std::abs(turn) + std::abs(seen->ahead)) / params.fresh_turn_rad, params.min_fresh, 1.0);
     const double way_m = seen->ahead * model.depth_m;
     belief->Drive(way_m / step_m, places);
-    sigma_m = std::hypot(params.way_sigma_part * way_m, params.way_sigma_m * std::sqrt(seconds));
+    sigma_m = std::hypot(params.way_sigma_ratio * way_m, params.way_sigma_m * std::sqrt(seconds));
   } else {
     ++counts.without_turn;
-    fresh = params.least_fresh;  // for all that is known
+    fresh = params.min_fresh;  // nothing is known about the change of the view
     belief->Turn(0, params.unseen_rate_rad_s * seconds);
   }
   const double part = 0.5 * sigma_m * sigma_m / (step_m * step_m);
-  constexpr double kMostPart = 0.2;
-  belief->Walk(places, static_cast<float>(std::min(kMostPart, part)));
+  constexpr double kMaxPart = 0.2;
+  belief->Walk(places, static_cast<float>(std::min(kMaxPart, part)));
   reader.Wait(seconds);
 }
 
-// How well the frame fits to all that is believed, at each exposure.
+// Computes the fit of the frame under the current distribution, at each exposure.
 void ColourCompass::Impl::WeighExposures(const Eigen::Vector2d& at) {
   const std::span<const Reading> readings = reader.Readings();
   if (readings.size() < 2) return;
@@ -206,14 +210,14 @@ void ColourCompass::Impl::WeighExposures(const Eigen::Vector2d& at) {
   reader.Weigh(evidence);
 }
 
-// Beside all that can be believed stands one more: this is nowhere that was learned, or so much has
-// changed that it tells nothing. Lines then look like any of the room, which is what FitChanging
-// compares with: an evidence of 0.
-void ColourCompass::Impl::Doubt(double evidence) {
+// In addition to all yaws and places there is one more hypothesis: the place was not learned, or
+// the surroundings have changed too much to give information. Under it a line resembles any line of
+// the room. This is the reference of FitChanging, so its evidence is 0.
+void ColourCompass::Impl::Discount(double evidence) {
   if (model.kind == ModelKind::kSturm) return;  // its likelihood has no such scale
   const double odds = (1 - elsewhere) / elsewhere * std::exp(std::clamp(evidence, -50.0, 50.0));
-  constexpr double kLeast = 0.01;  // it may come to be, and end
-  elsewhere = kLeast + (1 - 2 * kLeast) / (1 + odds);
+  constexpr double kMin = 0.01;  // the hypothesis can become true, and false again
+  elsewhere = kMin + (1 - 2 * kMin) / (1 + odds);
 }
 
 Eigen::Vector2d ColourCompass::Impl::MeanPlace() const {
@@ -236,7 +240,7 @@ void ColourCompass::Impl::FitAt(const LineFit& fit,
                                 float* fit_of_yaws) const {
   const auto scale =
       static_cast<float>(fresh * params.effective_lines / static_cast<double>(fit.rows()));
-  // Columns of the belief are a whole number of steps apart.
+  // The columns of the distribution are a whole number of steps apart.
   static_assert(DirectionTable::kSteps % YawBelief::kYaws == 0);
   constexpr int kStride = DirectionTable::kSteps / YawBelief::kYaws;
   int step = StepOf(belief->YawOf(0));
@@ -278,7 +282,7 @@ double ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypothes
     all += hypothesis.weight;
   }
   const double most = *std::max_element(of_cell.begin(), of_cell.end());
-  const double least = std::min(params.min_cell_part * all, most);
+  const double least = std::min(params.min_cell_ratio * all, most);
   Eigen::RowVectorXf likelihood = Eigen::RowVectorXf::Zero(YawBelief::kYaws);
   Eigen::RowVectorXf fit(YawBelief::kYaws);
   Eigen::VectorXf near = Eigen::VectorXf::Constant(static_cast<Eigen::Index>(places.size()), 1e-6F);
@@ -288,7 +292,7 @@ double ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypothes
     Compare(cells[i]);
     const bool parallax = params.parallax && model.kind == ModelKind::kVictoria;
     const Eigen::Vector2d offset =
-        parallax ? OffsetFrom(model, cells[i], hypotheses[i].place, kMostOffset)
+        parallax ? OffsetFrom(model, cells[i], hypotheses[i].place, kMaxOffset)
                  : Eigen::Vector2d(Eigen::Vector2d::Zero());
     FitAt(FitOf(cells[i]), DirectionTable(offset, model.bins), fit.data());
     if (!top) top = fit.maxCoeff();
@@ -335,10 +339,10 @@ std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
   me.fitted.assign(me.model.cells.size(), 0);
   if (frame.places.empty()) {
     me.WeighExposures(me.MeanPlace());
-    me.Doubt(me.WeighAll());
+    me.Discount(me.WeighAll());
   } else {
     me.WeighExposures(MeanOf(frame.places));
-    me.Doubt(me.WeighKnown(frame.places));
+    me.Discount(me.WeighKnown(frame.places));
   }
   ++me.counts.used;
   const YawBelief::Estimate yaw = me.belief->Yaw();
@@ -363,7 +367,7 @@ void ColourCompass::Learn(const LearnedPose& pose) {
   const int left = static_cast<int>(std::count_if(
       me.model.cells.begin(), me.model.cells.end(), [](const Cell& c) { return c.empty(); }));
   if (left == cells) return;
-  // A new cell: there are other places to be at. What is known of the yaw stays.
+  // A new cell adds possible places. The distribution of the yaw is kept.
   const Eigen::RowVectorXf before = me.belief->Yaws();
   const double turned = me.belief->Turned();
   me.SetPlaces();

@@ -17,22 +17,23 @@ namespace {
 
 using std::numbers::pi;
 
-/// How far away things are, from turns about an axle behind the camera: what is seen of them
-/// exceeds them by the camera's distance from the axle over that of the things.
+/// Estimates the distance of the surroundings from turns about an axle behind the camera. The
+/// measured turns exceed the true ones by the ratio of the camera's distance from the axle to the
+/// distance of the objects.
 class DepthMeter {
  public:
   void Add(double turned_rad, double seen_rad) {
-    constexpr double kLeast = 0.008;  // rad: below it noise counts
-    constexpr double kMost = 0.5;
-    if (std::abs(turned_rad) < kLeast || std::abs(turned_rad) > kMost) return;
+    constexpr double kMin = 0.008;  // rad: noise dominates below it
+    constexpr double kMax = 0.5;
+    if (std::abs(turned_rad) < kMin || std::abs(turned_rad) > kMax) return;
     turned_ += std::abs(turned_rad);
     seen_ += turned_rad > 0 ? seen_rad : -seen_rad;
   }
   [[nodiscard]] std::optional<double> Depth(double camera_ahead_of_axle_m) const {
-    constexpr double kLeastAhead = 0.05;
+    constexpr double kMinAhead = 0.05;
     constexpr double kNearest = 1;
     constexpr double kFarthest = 20;
-    if (camera_ahead_of_axle_m < kLeastAhead || turned_ < pi) return std::nullopt;
+    if (camera_ahead_of_axle_m < kMinAhead || turned_ < pi) return std::nullopt;
     const double excess = seen_ / turned_ - 1;
     if (!(excess > camera_ahead_of_axle_m / kFarthest)) return std::nullopt;
     return std::max(kNearest, camera_ahead_of_axle_m / excess);
@@ -63,7 +64,8 @@ GridParams AboutTheMiddle(const std::vector<Kept>& frames) {
   return grid;
 }
 
-/// How well a place and a heading that are known so well fit a cell and a bin: p(l) p(alpha).
+/// Weight of an observation in a cell and a bin, given the uncertainty of its position and heading:
+/// p(l) p(alpha).
 double CertaintyOf(const LearnedPose& pose, double bin_rad) {
   constexpr double kPlaceScaleM = 0.5;
   const double place = pose.sigma_m / kPlaceScaleM;
@@ -86,7 +88,7 @@ void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& seen,
     bin.stamp_s = stamp_s;
     return;
   }
-  // Old things count less: what has changed is replaced, what has not is averaged.
+  // Old observations have less weight: what has changed is replaced, what has not is averaged.
   const double before = FadedCertainty(bin, stamp_s, model.fading_s);
   const auto part = static_cast<float>(certainty / (before + certainty));
   const Eigen::VectorXf off = seen.transpose() - bin.transitions;
@@ -95,8 +97,8 @@ void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& seen,
     bin.variance = (1 - part) * (bin.variance + part * off.cwiseAbs2());
   }
   bin.place += static_cast<double>(part) * (place - bin.place);
-  constexpr double kMost = 4;
-  bin.certainty = std::min(before + certainty, kMost);
+  constexpr double kMax = 4;
+  bin.certainty = std::min(before + certainty, kMax);
   bin.stamp_s = std::max(bin.stamp_s, stamp_s);
 }
 
@@ -130,7 +132,7 @@ struct ColourLearner::Impl {
   DepthMeter depth;
   LearnCounts counts;
   std::vector<Kept> frames;
-  std::shared_ptr<const ScanLines> lines;  // of the tilt below
+  std::shared_ptr<const ScanLines> lines;  // for the tilt below
   Tilt tilt;
   std::optional<double> last_yaw;
 
@@ -227,7 +229,7 @@ void Observe(const LineFeatures& features,
   const double certainty = CertaintyOf(pose, 2 * pi / count);
   for (std::size_t i = 0; i < azimuths.size(); ++i) {
     const double angle = (pose.T_map_base.yaw + azimuths[i]) / (2 * pi);
-    const double at = (angle - std::floor(angle)) * count - 0.5;  // middles of bins: 0, 1, ...
+    const double at = (angle - std::floor(angle)) * count - 0.5;  // centres of bins: 0, 1, ...
     const double lower = std::floor(at);
     const double part = at - lower;
     const auto bin = [&](double wanted) -> AngleBin& {

@@ -10,7 +10,7 @@
 namespace ceilmap::colour {
 namespace {
 
-constexpr int kMostPerSide = 100;  // cells
+constexpr int kMaxPerSide = 100;  // cells
 
 void Require(bool holds, const std::string& what) {
   if (!holds) throw InputError(what);
@@ -29,7 +29,7 @@ void CheckBin(const AngleBin& bin, Eigen::Index size, bool with_variance) {
           "a bin has a certainty, stamp or place that cannot be");
 }
 
-/// Mean of two bins, by what they are worth at the later one's time.
+/// Mean of two bins, weighted by their certainty at the time of the later one.
 void MergeBin(const AngleBin& other, double fading_s, AngleBin& bin) {
   if (other.empty()) return;
   if (bin.empty()) {
@@ -65,9 +65,9 @@ void GridParams::Validate() const {
   Require(std::isfinite(min_x_m) && std::isfinite(min_y_m) && width_m > 0 && height_m > 0 &&
               std::isfinite(width_m) && std::isfinite(height_m),
           fmt::format("a grid of {} x {} m, must be > 0", width_m, height_m));
-  Require(columns >= 1 && rows >= 1 && columns <= kMostPerSide && rows <= kMostPerSide,
+  Require(columns >= 1 && rows >= 1 && columns <= kMaxPerSide && rows <= kMaxPerSide,
           fmt::format(
-              "a grid of {} x {} cells, must be 1 to {} either way", columns, rows, kMostPerSide));
+              "a grid of {} x {} cells, must be 1 to {} either way", columns, rows, kMaxPerSide));
 }
 
 int GridParams::CellOf(const Eigen::Vector2d& place) const {

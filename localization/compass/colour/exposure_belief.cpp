@@ -6,8 +6,8 @@
 namespace ceilmap::colour {
 namespace {
 
-constexpr double kLeastLive = 2e-3;
-constexpr double kLeast = 1e-9;  // so that each can come back
+constexpr double kMinLive = 2e-3;
+constexpr double kMin = 1e-9;  // lower bound, so that each factor can become likely again
 
 }  // namespace
 
@@ -39,8 +39,8 @@ std::array<std::uint8_t, 256> ExposureBelief::Table(int index) {
 }
 
 void ExposureBelief::Drift(double sigma) {
-  constexpr double kMostPart = 0.25;  // to each neighbour: more is not a random walk any more
-  const double part = std::min(kMostPart, 0.5 * sigma * sigma / (kStep * kStep));
+  constexpr double kMaxPart = 0.25;  // to each neighbour: a larger value is not a random walk
+  const double part = std::min(kMaxPart, 0.5 * sigma * sigma / (kStep * kStep));
   if (!(part > 0)) return;
   const std::array<double, kFactors> before = probabilities_;
   for (int i = 0; i < kFactors; ++i) {
@@ -72,14 +72,14 @@ int ExposureBelief::Best() const {
 void ExposureBelief::Normalize() {
   double sum = 0;
   for (double& probability : probabilities_) {
-    if (probability > 0) probability = std::max(probability, kLeast);
+    if (probability > 0) probability = std::max(probability, kMin);
     sum += probability;
   }
   live_.clear();
   for (int i = 0; i < kFactors; ++i) {
     double& probability = probabilities_[static_cast<std::size_t>(i)];
     probability /= sum;
-    if (probability >= kLeastLive) live_.push_back(i);
+    if (probability >= kMinLive) live_.push_back(i);
   }
 }
 

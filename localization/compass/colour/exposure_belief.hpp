@@ -7,34 +7,37 @@
 
 namespace ceilmap::colour {
 
-/// What is believed of how much brighter or darker a recording is than the model: how often its
-/// pixel values (not its light: cameras raise that to about 1 / 2.2) are to be multiplied to look
-/// as they did when the model was learned. A few factors, each with a probability; other light,
-/// another camera's exposure and one that drifts are all the same to it.
+/// Probability distribution of a recording's brightness relative to the model: the factor by which
+/// pixel values are multiplied to match those at the time of learning. The factor applies to pixel
+/// values, not to light (cameras raise light to about 1 / 2.2). A few factors, each with a
+/// probability; they cover changes of illumination, another camera's exposure and a drifting
+/// exposure alike.
 class ExposureBelief {
  public:
   /// Factors are e^(kStep (i - kFactors / 2)): 0.74 to 1.35, half to twice the light.
   static constexpr int kFactors = 13;
   static constexpr double kStep = 0.05;
 
-  /// @param sigma  of the logarithm of the factor before anything was seen, >= 0; 0: it is 1.
+  /// @param sigma  Initial standard deviation of the logarithm of the factor, >= 0; 0: the factor
+  ///   is 1.
   explicit ExposureBelief(double sigma);
 
   static double Factor(int index);
-  /// Pixel values 0 .. 255 times a factor. Values from 250 on may be any that the sensor could not
-  /// tell apart: they become 255.
+  /// Pixel values 0 .. 255 times a factor. Values from 250 may be saturated: they become 255.
   static std::array<std::uint8_t, 256> Table(int index);
 
-  /// Time went by. @param sigma  of the logarithm of the factor since, >= 0.
+  /// Advances time. @param sigma  Standard deviation of the change of the logarithm of the factor,
+  /// >= 0.
   void Drift(double sigma);
-  /// The factors that are worth a look, with their probabilities, which sum to 1 nearly.
+  /// The factors with a significant probability. Their probabilities sum to nearly 1.
   [[nodiscard]] std::span<const int> Live() const { return live_; }
   [[nodiscard]] double Probability(int index) const {
     return probabilities_[static_cast<std::size_t>(index)];
   }
-  /// @param log_likelihood  of each of Live(). The others are taken to fit as the worst of them.
+  /// @param log_likelihood  One for each of Live(). The others are assumed to fit as badly as the
+  ///   worst of them.
   void Weigh(std::span<const double> log_likelihood);
-  /// The most likely one.
+  /// The most likely factor.
   [[nodiscard]] int Best() const;
 
  private:

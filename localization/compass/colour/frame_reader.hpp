@@ -12,30 +12,31 @@
 
 namespace ceilmap::colour {
 
-/// What a frame shows if its exposure is one of several.
+/// Features of a frame under one assumed exposure.
 struct Reading {
   LineFeatures features;
   double probability = 1;  ///< of that exposure
 };
 
-/// Reads the scan lines of frames at all exposures that they may have compared with the model: one
-/// once that is clear, two or three at a change of light. Costs some 15 us a reading.
+/// Reads the scan lines of frames at all probable exposures relative to the model: one once the
+/// exposure is known, two or three when the illumination changes. Costs about 15 us per reading.
 class FrameReader {
  public:
   /// @param sigma, drift  ColourCompassParams::exposure_sigma and exposure_drift.
   FrameReader(const std::vector<ColourClass>& classes, double sigma, double drift);
 
-  /// Time went by since the frame before.
+  /// Advances time by the interval since the previous frame.
   void Wait(double seconds);
-  /// @param samples  of ScanLines::Sample.
+  /// @param samples  Samples from ScanLines::Sample.
   void Read(const cv::Mat& samples, const ScanLines& lines);
-  /// Of the last Read; at least one.
+  /// Readings of the last Read; at least one.
   [[nodiscard]] std::span<const Reading> Readings() const { return readings_; }
-  /// @param log_likelihood  of each of Readings(), whose probabilities follow.
+  /// Updates the probabilities of the exposures.
+  /// @param log_likelihood  One for each of Readings().
   void Weigh(std::span<const double> log_likelihood);
-  /// At the most likely exposure.
+  /// The reading at the most likely exposure.
   [[nodiscard]] const Reading& Best() const;
-  /// As just switched on.
+  /// Returns to the initial state.
   void Reset() { exposure_ = ExposureBelief(sigma_); }
 
  private:
@@ -43,7 +44,7 @@ class FrameReader {
   double sigma_;
   double drift_;
   ExposureBelief exposure_;
-  std::array<cv::Mat, ExposureBelief::kFactors> levels_;  // each a table for cv::LUT
+  std::array<cv::Mat, ExposureBelief::kFactors> levels_;  // one table for cv::LUT each
   std::vector<int> factors_;                              // of the readings
   std::vector<Reading> readings_;
   cv::Mat exposed_;  // scratch

@@ -6,10 +6,11 @@
 namespace ceilmap::colour {
 namespace {
 
-/// Of a frequency, for kSturm: less than this no two looks at the same place differ.
-constexpr float kLeastVariance = 4e-4F;
+/// Minimum variance of a frequency, for kSturm: repeated observations of the same place differ by
+/// at least this.
+constexpr float kMinVariance = 4e-4F;
 
-/// Bins without anything tell nothing: what they would is the mean of the others.
+/// Empty bins give no information: they get the mean of the others.
 void FillEmpty(const std::vector<char>& empty, LineFit& fit) {
   Eigen::VectorXf mean = Eigen::VectorXf::Zero(fit.rows());
   int known = 0;
@@ -26,10 +27,10 @@ void FillEmpty(const std::vector<char>& empty, LineFit& fit) {
 
 }  // namespace
 
-LineMatcher::LineMatcher(const ColourModel& model, double noise, double changed_part)
+LineMatcher::LineMatcher(const ColourModel& model, double noise, double changed_fraction)
     : kind_(model.kind),
       noise_(static_cast<float>(noise)),
-      changed_part_(static_cast<float>(changed_part)) {
+      changed_fraction_(static_cast<float>(changed_fraction)) {
   Update(model);
 }
 
@@ -93,12 +94,12 @@ void LineMatcher::PrepareSturm(const std::vector<AngleBin>& bins, Prepared& prep
   for (std::size_t b = 0; b < bins.size(); ++b) {
     if (bins[b].empty()) continue;
     const auto at = static_cast<Eigen::Index>(b);
-    const Eigen::VectorXf variance = bins[b].variance.array() + kLeastVariance;
+    const Eigen::VectorXf variance = bins[b].variance.array() + kMinVariance;
     prepared.inverse.col(at) = variance.cwiseInverse();
     prepared.columns.col(at) = bins[b].transitions.cwiseProduct(prepared.inverse.col(at));
-    // Parts of the exponent that the line has no part in, and the factor before it.
+    // Terms of the exponent that do not depend on the line, and the normalisation factor.
     prepared.offset(at) = bins[b].transitions.dot(prepared.columns.col(at)) +
-                          (variance / kLeastVariance).array().log().sum();
+                          (variance / kMinVariance).array().log().sum();
   }
 }
 
@@ -115,7 +116,8 @@ void LineMatcher::Fit(const LineFeatures& features, int cell, LineFit& fit) {
     scaled_ = features.cwiseAbs2();
     fit.noalias() += scaled_ * prepared.inverse;
     fit.rowwise() += prepared.offset;
-    // Frequencies of one line say nearly the same: as published their product is far too sure.
+    // The frequencies of one line are strongly dependent: the product of the published method is
+    // overconfident.
     const float dependence = std::sqrt(static_cast<float>(features.cols()));
     fit *= -0.5F / dependence;
   }
@@ -135,7 +137,7 @@ void LineMatcher::FitChanging(std::span<const Reading> readings, int cell, LineF
     one_.array().colwise() /= one_.rowwise().mean().array().eval();
     fit += static_cast<float>(reading.probability) * one_;
   }
-  fit = (changed_part_ + (1 - changed_part_) * fit.array()).log();
+  fit = (changed_fraction_ + (1 - changed_fraction_) * fit.array()).log();
 }
 
 }  // namespace ceilmap::colour

@@ -33,7 +33,7 @@ int NearestLearned(const ColourModel& model, const Eigen::Vector2d& place) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t c = 0; c < model.cells.size(); ++c) {
     if (model.cells[c].empty()) continue;
-    // A cell that was hardly seen is asked only where nothing else is near.
+    // A cell with few observations is used only where no other cell is near.
     constexpr double kUnseenM = 3;
     const double distance =
         (model.cells[c].Place() - place).norm() + kUnseenM * (1 - model.cells[c].Filled());
@@ -62,7 +62,7 @@ std::vector<Place> PlacesAround(const ColourModel& model, double reach, double s
   for (const Cell& cell : model.cells) {
     if (!cell.empty()) origin = cell.Place();
   }
-  // One grid for all cells, through the place of one of them.
+  // One grid for all cells; it contains the place of one of them.
   std::map<std::pair<int, int>, int> indices;
   std::vector<Place> places;
   for (const Cell& cell : model.cells) {

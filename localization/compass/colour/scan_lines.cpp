@@ -15,10 +15,10 @@ namespace {
 
 using std::numbers::pi;
 
-/// Directions in the level frame of the robot (x ahead, z up) and pixels.
-class Looks {
+/// Directions in the level frame of the robot (x ahead, z up), and their pixels.
+class ViewRays {
  public:
-  Looks(const calib::MountedCamera& forward, const Tilt& tilt)
+  ViewRays(const calib::MountedCamera& forward, const Tilt& tilt)
       : camera_(forward.camera),
         R_cam_level_((tilt.T_level_base().linear() * forward.T_base_cam.linear()).transpose()) {}
 
@@ -34,7 +34,7 @@ class Looks {
     const Eigen::Vector3d ray((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1);
     return (R_cam_level_.transpose() * ray).z() > 0;
   }
-  /// Where the optical axis looks.
+  /// Azimuth of the optical axis.
   [[nodiscard]] double Azimuth() const {
     const Eigen::Vector3d axis = R_cam_level_.row(2).transpose();
     return std::atan2(axis.y(), axis.x());
@@ -54,14 +54,14 @@ class Looks {
 };
 
 /// Pixels of a line from the horizon upwards, `step` apart.
-std::vector<cv::Point2d> Line(const Looks& looks, double azimuth, double step_px) {
+std::vector<cv::Point2d> Line(const ViewRays& looks, double azimuth, double step_px) {
   std::vector<cv::Point2d> line;
   constexpr double kFine = 0.0005;  // rad
   constexpr double kHighest = 1.3;
   for (int i = 0; i * kFine < kHighest; ++i) {
     const auto pixel = looks.Pixel(azimuth, i * kFine);
     if (!pixel) {
-      if (line.empty()) continue;  // it enters the picture higher up
+      if (line.empty()) continue;  // the line enters the image higher up
       break;
     }
     const cv::Point2d at(pixel->x(), pixel->y());
@@ -70,7 +70,7 @@ std::vector<cv::Point2d> Line(const Looks& looks, double azimuth, double step_px
   return line;
 }
 
-double PartAbove(const Looks& looks, cv::Size size) {
+double PartAbove(const ViewRays& looks, cv::Size size) {
   constexpr int kGrid = 60;
   int above = 0;
   for (int j = 0; j < kGrid; ++j) {
@@ -84,8 +84,9 @@ double PartAbove(const Looks& looks, cv::Size size) {
   return static_cast<double>(above) / (kGrid * kGrid);
 }
 
-/// Half of the field of view to either side of the axis at an elevation, of both the smaller one.
-double HalfField(const Looks& looks, double elevation) {
+/// Half of the field of view at an elevation: the smaller of the angles to the left and to the
+/// right of the axis.
+double HalfField(const ViewRays& looks, double elevation) {
   constexpr double kStep = 0.002;
   double half = 0;
   while (half < pi / 2 && looks.Pixel(looks.Azimuth() + half, elevation) &&
@@ -114,7 +115,7 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
                      const Tilt& tilt)
     : size_(forward.camera.Size()) {
   params.Validate();
-  const Looks looks(forward, tilt);
+  const ViewRays looks(forward, tilt);
   constexpr double kSteepest = pi / 3;
   if (!(std::abs(looks.Elevation()) < kSteepest)) {
     throw InputError(
@@ -123,7 +124,7 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
   }
   above_horizon_ = PartAbove(looks, size_);
   if (above_horizon_ < params.min_above_horizon) return;
-  // A camera that is raised far has the horizon below its picture.
+  // The horizon of a camera that is pitched up far lies below its image.
   double base = std::max(0.0, looks.Elevation());
   while (base > 0 && looks.Pixel(looks.Azimuth(), base)) base -= 0.01;
   const double half = HalfField(looks, std::max(0.0, base + 0.01));
@@ -131,8 +132,8 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
   for (int i = 0; i < params.lines; ++i) {
     const double azimuth = looks.Azimuth() + half * (1 - (2.0 * i + 1) / params.lines);
     std::vector<cv::Point2d> line = Line(looks, azimuth, params.step_px);
-    constexpr std::size_t kLeastSamples = 8;
-    if (line.size() < kLeastSamples) continue;
+    constexpr std::size_t kMinSamples = 8;
+    if (line.size() < kMinSamples) continue;
     azimuths_.push_back(azimuth);
     lengths_.push_back(static_cast<int>(line.size()));
     lines.push_back(std::move(line));
@@ -152,7 +153,7 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
 void ScanLines::Sample(const cv::Mat& bgr, cv::Mat& samples) const {
   if (bgr.type() != CV_8UC3 || bgr.size() != size_) {
     throw InputError(
-        fmt::format("a picture of {} x {} pixels and {} channels, must be {} x {} and 3",
+        fmt::format("an image of {} x {} pixels and {} channels, must be {} x {} and 3",
                     bgr.cols,
                     bgr.rows,
                     bgr.channels(),

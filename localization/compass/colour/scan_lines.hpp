@@ -10,38 +10,41 @@
 namespace ceilmap::colour {
 
 struct ScanLineParams {
-  int lines = 10;  ///< a frame, >= 2
-  /// Frames with less of their pixels above the horizon are skipped, [0, 1].
+  int lines = 10;  ///< per frame, >= 2
+  /// Frames with a smaller fraction of their pixels above the horizon are skipped, [0, 1].
   double min_above_horizon = 0.6;
-  double step_px =
-      3;  ///< between samples of a line, > 0: neighbours that see the same tell nothing
+  double step_px = 3;  ///< between samples of a line, > 0; adjacent pixels with the same content
+                       ///< add no information
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
-/// Scan lines of a forward camera: upright lines in the world, each at one azimuth, from the
-/// horizon up to the edge of the picture. Upright in the world is normal to the horizon in the
-/// middle of the picture; beside it, seen by a raised camera, such lines lean inwards. Robots that
-/// drive on a floor see along each the same things wherever the line stands in the picture.
+/// Scan lines of a forward camera: vertical lines in the world, each at one azimuth, from the
+/// horizon up to the edge of the image. In the middle of the image they are perpendicular to the
+/// horizon; towards the sides, in a camera that is pitched up, they lean inwards. For a robot that
+/// drives on a floor, a line shows the same objects at any position in the image.
 class ScanLines {
  public:
-  /// @param forward  looks within 60 deg of level. @param tilt  of the robot, where that is known.
-  /// @throws InputError on a camera that cannot be.
+  /// @param forward  Its optical axis is within 60 deg of horizontal.
+  /// @param tilt  Tilt of the robot, where it is known.
+  /// @throws InputError on an invalid camera.
   explicit ScanLines(const calib::MountedCamera& forward,
                      const ScanLineParams& params = {},
                      const Tilt& tilt = {});
 
-  /// Part of the picture's pixels that lie above the horizon.
+  /// Fraction of the image's pixels that lie above the horizon.
   [[nodiscard]] double AboveHorizon() const { return above_horizon_; }
-  /// Enough of them, and at least two lines.
+  /// Whether this fraction is sufficient, with at least two lines.
   [[nodiscard]] bool Usable() const { return usable_; }
-  /// Of each line, counter-clockwise from base's x axis, rad; falling: from left to right.
+  /// Azimuth of each line, counter-clockwise from base's x axis, rad; decreasing, i.e. from left to
+  /// right.
   [[nodiscard]] const std::vector<double>& Azimuths() const { return azimuths_; }
-  /// Samples that a line has, from the horizon upwards: the first `Length(i)` of its row.
+  /// Number of samples of a line, from the horizon upwards: the first `Length(i)` of its row.
   [[nodiscard]] int Length(std::size_t line) const { return lengths_[line]; }
 
-  /// @param bgr  CV_8UC3 of the camera's size. @param samples  CV_8UC3, a row per line; allocated
-  ///   unless it fits. @throws InputError on another size or type.
+  /// @param bgr  CV_8UC3 of the camera's size.
+  /// @param samples  CV_8UC3, a row per line; allocated unless it already has the right size.
+  /// @throws InputError on another size or type.
   void Sample(const cv::Mat& bgr, cv::Mat& samples) const;
 
  private:

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kColumns = 256;
 constexpr int kRows = 24;
-constexpr int kMostShift = kColumns / 2;
-constexpr double kMostDifference = 0.5;
+constexpr int kMaxShift = kColumns / 2;
+constexpr double kMaxDifference = 0.5;
 
 /// Columns of a strip.
 struct Columns {
@@ -22,7 +22,7 @@ struct Columns {
 };
 
 /// Mean squared difference of columns of `a` and those of `b` that lie `shift` to the right, where
-/// there are some, as a part of what both vary there.
+/// they exist, as a ratio of the variance of both there.
 double Difference(const cv::Mat& a, const cv::Mat& b, Columns of, int shift) {
   const int first = std::max(of.first, -shift);
   const int count = std::min(of.first + of.count, kColumns - shift) - first;
@@ -31,7 +31,7 @@ double Difference(const cv::Mat& a, const cv::Mat& b, Columns of, int shift) {
   for (int v = 0; v < kRows; ++v) {
     const float* x = a.ptr<float>(v) + first;
     const float* y = b.ptr<float>(v) + first + shift;
-    // Sums side by side, which a compiler may not make of one by itself.
+    // Independent partial sums, because a compiler may not reorder floating-point additions itself.
     constexpr int kLanes = 16;
     float offs[kLanes] = {};
     float energies[kLanes] = {};
@@ -48,7 +48,7 @@ double Difference(const cv::Mat& a, const cv::Mat& b, Columns of, int shift) {
       energy += energies[lane];
     }
   }
-  constexpr float kNoise = 2.F * kRows * kColumns;  // of a picture with nothing in it
+  constexpr float kNoise = 2.F * kRows * kColumns;  // of an image without content
   return static_cast<double>(off / (energy + kNoise));
 }
 
@@ -57,9 +57,9 @@ struct BestShift {
   double difference = 1;
 };
 
-/// @param from, to  shifts that are tried, at least three.
+/// @param from, to  Range of the shifts that are tried, at least three.
 BestShift FindShift(const cv::Mat& a, const cv::Mat& b, Columns of, int from, int to) {
-  std::array<double, 2 * kMostShift + 1> difference{};
+  std::array<double, 2 * kMaxShift + 1> difference{};
   const int count = to - from + 1;
   for (int i = 0; i < count; ++i) {
     difference[static_cast<std::size_t>(i)] = Difference(a, b, of, from + i);
@@ -82,11 +82,12 @@ StripTurn::StripTurn(const calib::MountedCamera& forward) {
   const double pitch = std::asin(std::clamp(axis.z(), -1.0, 1.0));
   const double half = 0.92 * std::atan(0.5 * camera.width_px / camera.fx);
   const double half_height = std::atan(0.5 * camera.height_px / camera.fy);
-  // From the horizon up, or as near to it as the camera sees.
+  // From the horizon upwards, or as near to it as the field of view allows.
   const double lowest = std::max(0.03, pitch - 0.85 * half_height);
   const double highest = std::max(lowest + 0.1, pitch + 0.7 * half_height);
   column_rad_ = 2 * half / (kColumns - 1);
-  // A thing at azimuth a moves by sin(a) times the way over its distance; the mean over a half.
+  // An object at azimuth a moves by sin(a) times the distance travelled over its distance; the mean
+  // over a half.
   ahead_per_rad_ = half / (2 * (1 - std::cos(half)));
   table_ = calib::RemapTable(
       camera.Size(), {kColumns, kRows}, [&](int u, int v) -> std::optional<cv::Point2d> {
@@ -109,22 +110,22 @@ std::optional<SeenTurn> StripTurn::Next(const cv::Mat& bgr) {
     cv::Mat row = now_.row(v);
     row -= cv::mean(row)[0];
   }
-  cv::swap(now_, before_);  // before_ is the newest from here on
+  cv::swap(now_, before_);  // before_ is the newest frame from here on
   if (now_.size() != before_.size()) return std::nullopt;
-  const BestShift all = FindShift(now_, before_, {}, -kMostShift, kMostShift);
-  if (!(all.difference < kMostDifference)) return std::nullopt;
-  // Things that stood left are further right after a turn to the left.
+  const BestShift all = FindShift(now_, before_, {}, -kMaxShift, kMaxShift);
+  if (!(all.difference < kMaxDifference)) return std::nullopt;
+  // After a turn to the left, objects on the left have moved to the right.
   SeenTurn seen{all.columns * column_rad_, 0, all.difference};
   const int middle = static_cast<int>(std::lround(all.columns));
   constexpr int kAround = 12;
   constexpr int kHalf = kColumns / 2;
-  if (std::abs(middle) + kAround > kHalf / 2) return seen;  // too little is left of one of them
+  if (std::abs(middle) + kAround > kHalf / 2) return seen;  // too little of one half is left
   const auto half = [&](int first) {
     return FindShift(now_, before_, {first, kHalf}, middle - kAround, middle + kAround);
   };
   const BestShift left = half(0);
   const BestShift right = half(kHalf);
-  if (left.difference < kMostDifference && right.difference < kMostDifference) {
+  if (left.difference < kMaxDifference && right.difference < kMaxDifference) {
     seen.ahead = ahead_per_rad_ * column_rad_ * (right.columns - left.columns);
   }
   return seen;

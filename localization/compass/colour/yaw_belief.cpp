@@ -12,8 +12,8 @@ namespace {
 using std::numbers::pi;
 
 constexpr double kColumnRad = 2 * pi / YawBelief::kYaws;
-/// What is never given up, so that a robot that was carried away is found again.
-constexpr float kLeastPart = 1e-6F;
+/// Minimum probability, so that a robot that was carried away can be localized again.
+constexpr float kMinPart = 1e-6F;
 
 }  // namespace
 
@@ -28,11 +28,11 @@ double YawBelief::YawOf(int column) const {
 
 void YawBelief::Turn(double turn_rad, double sigma_rad) {
   turned_rad_ = std::fmod(turned_rad_ + turn_rad, 2 * pi);
-  // Passing a part to both neighbours adds exactly this variance.
+  // Passing a fraction to both neighbours adds exactly this variance.
   double variance = std::min(sigma_rad * sigma_rad, pi * pi) / (kColumnRad * kColumnRad);
-  constexpr double kMostPart = 0.33;
+  constexpr double kMaxPart = 0.33;
   while (variance > 1e-9) {
-    const double now = std::min(variance, 2 * kMostPart);
+    const double now = std::min(variance, 2 * kMaxPart);
     const auto part = static_cast<float>(0.5 * now);
     scratch_ = (1 - 2 * part) * belief_;
     scratch_.leftCols(kYaws - 1) += part * belief_.rightCols(kYaws - 1);
@@ -51,7 +51,7 @@ void YawBelief::Drive(double steps, const std::vector<Place>& places) {
     const double yaw = YawOf(column);
     auto ahead = ahead_.col(column);
     ahead += steps * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
-    // Sides as in Place::neighbours.
+    // The sides are numbered as in Place::neighbours.
     for (int axis = 0; axis < 2; ++axis) {
       while (std::abs(ahead(axis)) > kHalf) {
         const bool up = ahead(axis) > 0;
@@ -62,7 +62,7 @@ void YawBelief::Drive(double steps, const std::vector<Place>& places) {
   }
 }
 
-// What would leave the grid stays at its edge.
+// Probability that would leave the grid stays at its edge.
 void YawBelief::PassOn(int column, int side, const std::vector<Place>& places) {
   scratch_.col(column).setZero();
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -94,7 +94,7 @@ void YawBelief::Normalize() {
     belief_.setConstant(1 / size);
     return;
   }
-  belief_ = belief_.array() * ((1 - kLeastPart) / sum) + kLeastPart / size;
+  belief_ = belief_.array() * ((1 - kMinPart) / sum) + kMinPart / size;
 }
 
 double YawBelief::Weigh(const Histogram& log_likelihood) {
@@ -142,10 +142,11 @@ YawBelief::Estimate YawBelief::Yaw() const {
     const double off = std::remainder(away(i) - mean, 2 * pi);
     estimate.variance_rad2 += double{yaws(i)} * off * off / sum;
   }
-  // A column has a width.
+  // Variance of the width of a column.
   estimate.variance_rad2 += kColumnRad * kColumnRad / 12;
   constexpr double kSigmas = 3;
-  constexpr double kBlunderRad = 0.5;  // beyond which an estimate is a wrong one, however unsure
+  constexpr double kBlunderRad = 0.5;  // an estimate with a larger error is wrong, whatever its
+                                       // variance
   const double near = std::min(kSigmas * std::sqrt(estimate.variance_rad2), kBlunderRad);
   for (int i = 0; i < kYaws; ++i) {
     const double off = std::remainder(away(i) - mean, 2 * pi);

@@ -8,44 +8,47 @@
 
 namespace ceilmap::colour {
 
-/// What is believed of yaw and place: a histogram, a row per place, a column per yaw. It turns with
-/// the robot: a column stands for a yaw less the turns since the beginning, so turns cost no
-/// interpolation and blur nothing.
+/// Probability distribution of yaw and place: a histogram with a row per place and a column per
+/// yaw. It rotates with the robot: a column stands for a yaw minus the turns since the beginning,
+/// so that turns need no interpolation and do not blur the histogram.
 class YawBelief {
  public:
   static constexpr int kYaws = 180;
   using Histogram = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  /// Everything is as likely. @param places  at least one.
+  /// Uniform distribution. @param places  At least one.
   explicit YawBelief(int places);
 
-  /// The robot turned. @param sigma_rad  how well that is known, >= 0.
+  /// Predicts a turn of the robot. @param sigma_rad  Standard deviation of the turn, >= 0.
   void Turn(double turn_rad, double sigma_rad);
-  /// It drove ahead, in the direction of each yaw. @param steps  as a part of the grid's spacing.
+  /// Predicts a forward motion, in the direction of each yaw. @param steps  Distance as a ratio of
+  /// the grid's spacing.
   void Drive(double steps, const std::vector<Place>& places);
-  /// It may have gone to a neighbouring place. @param part  to each of them, [0, 0.2].
+  /// Predicts a random motion to neighbouring places. @param part  Probability of each of them, [0,
+  /// 0.2].
   void Walk(const std::vector<Place>& places, float part);
-  /// Yaw of a column now, rad in [0, 2 pi).
+  /// Current yaw of a column, rad in [0, 2 pi).
   [[nodiscard]] double YawOf(int column) const;
-  /// Weighs each place and yaw. @param log_likelihood  of the histogram's size.
-  /// @return logarithm of the likelihood of all that was believed.
+  /// Weights each place and yaw. @param log_likelihood  Of the histogram's size.
+  /// @return logarithm of the likelihood under the distribution before the call.
   double Weigh(const Histogram& log_likelihood);
-  /// The place is known: weighs each yaw, and spreads it over places.
-  /// @param likelihood  a value per yaw, >= 0. @param places  a weight per place.
+  /// For a known place: weights each yaw, and distributes it over places.
+  /// @param likelihood  One value per yaw, >= 0. @param places  One weight per place.
   /// @return as Weigh.
   double WeighYaws(const Eigen::RowVectorXf& likelihood, const Eigen::VectorXf& places);
 
   struct Estimate {
-    double yaw_rad = 0;        ///< in (-pi, pi]: mean about the most likely yaw
-    double variance_rad2 = 0;  ///< about that
-    double confidence = 0;     ///< part within 3 sigma of it
+    double yaw_rad = 0;        ///< in (-pi, pi]: mean around the most likely yaw
+    double variance_rad2 = 0;  ///< around that mean
+    double confidence = 0;     ///< probability mass within 3 sigma of it
   };
   [[nodiscard]] Estimate Yaw() const;
-  /// Of each column, over all places; and back, with all places as likely.
+  /// Probability of each column, over all places. Restore sets it again, with all places equally
+  /// likely.
   [[nodiscard]] Eigen::RowVectorXf Yaws() const { return belief_.colwise().sum(); }
   [[nodiscard]] double Turned() const { return turned_rad_; }
   void Restore(const Eigen::RowVectorXf& yaws, double turned_rad);
-  /// Of each place.
+  /// Probability of each place.
   [[nodiscard]] Eigen::VectorXf Places() const { return belief_.rowwise().sum(); }
 
  private:
@@ -55,8 +58,8 @@ class YawBelief {
   Histogram belief_;
   Histogram scratch_;
   double turned_rad_ = 0;
-  /// Of each column: how far the places that are meant lie from those of the grid, in steps: where
-  /// the robot drove since it was passed on to a neighbour.
+  /// For each column: offset between the places it represents and those of the grid, in steps. It
+  /// is the distance driven since probability was last passed on to a neighbour.
   Eigen::Matrix2Xd ahead_ = Eigen::Matrix2Xd::Zero(2, kYaws);
 };
 

@@ -5,12 +5,11 @@
 #include <vector>
 
 #include "app/evaluation/compensation.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace ceilmap::evaluation {
 
 /// A short drive over debris, and estimates of it, for tests of what compensation is worth.
-
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kUp = std::numbers::pi / 2;  // yaw along y of the truth: ahead is +y, left is -x
 
 inline StampedPose Pose(double stamp_s, const Pose2& planar, TiltDegrees tilt = {}) {

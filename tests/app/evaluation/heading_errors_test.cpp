@@ -1,23 +1,21 @@
 #include "app/evaluation/heading_errors.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 StampedPose True(double stamp_s, double x_m, double yaw_deg) {
-  return ToStampedPose(stamp_s, {x_m, 0, WrapAngle(yaw_deg * kDegree)});
+  return ToStampedPose(stamp_s, {x_m, 0, WrapAngle(yaw_deg * kRadPerDeg)});
 }
 
 StampedHeading Measured(double stamp_s, double heading_deg) {
-  return {stamp_s, WrapAngle(heading_deg * kDegree)};
+  return {stamp_s, WrapAngle(heading_deg * kRadPerDeg)};
 }
 
 // Three full turns over 10 m, a compass that gains 0.2 degrees per metre and starts at the second

@@ -62,7 +62,7 @@ TEST(PoseErrorStatistics, OfTheFourPartsOfAnError) {
   EXPECT_NEAR(s.translation_m.max, 1.2, 1e-12);
   EXPECT_NEAR(s.rotation_deg.mean, 67.5, 1e-12);
   EXPECT_NEAR(s.rotation_deg.rmse, std::sqrt((8100 + 32400) / 4.0), 1e-12);
-  EXPECT_NEAR(s.rotation_part.rmse, std::sqrt((4 + 8) / 4.0), 1e-12);
+  EXPECT_NEAR(s.rotation_block.rmse, std::sqrt((4 + 8) / 4.0), 1e-12);
   EXPECT_NEAR(s.full.rmse, 1.85, 1e-12);  // sqrt((0.25 + 4 + 9.44) / 4)
 }
 

@@ -2,6 +2,7 @@
 // filters.py).
 
 #include "app/evaluation/relative_errors.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +11,6 @@
 
 namespace ceilmap::evaluation {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 PosePair Pair(const Pose2& truth, const Pose2& estimate) {
   return {ToStampedPose(0, truth), ToStampedPose(0, estimate)};
@@ -42,7 +41,7 @@ TEST(RelativeErrors, PerFrame) {
   EXPECT_NEAR(errors->translation_m.mean, 0.5 / 3, 1e-12);
   EXPECT_NEAR(errors->rotation_deg.mean, 30, 1e-12);
   EXPECT_NEAR(errors->rotation_deg.rmse, std::sqrt(2700), 1e-12);
-  EXPECT_NEAR(errors->rotation_part.max, 2, 1e-12);
+  EXPECT_NEAR(errors->rotation_block.max, 2, 1e-12);
   EXPECT_NEAR(errors->full.mean, 2.5 / 3, 1e-12);
 }
 

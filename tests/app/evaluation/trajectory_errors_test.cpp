@@ -1,4 +1,5 @@
 #include "app/evaluation/trajectory_errors.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +8,6 @@
 
 namespace ceilmap::evaluation {
 namespace {
-
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 std::vector<StampedPose> Poses(const std::vector<Pose2>& planar, double first_s = 0) {
   std::vector<StampedPose> poses;

@@ -6,15 +6,15 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "tests/app/test_folder.hpp"
-#include "tests/mapping/synthetic_map.hpp"
+#include "tests/mapping/store/synthetic_map.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::page {
 namespace {
 
 // Left half of the ceiling seen, bright at the top; noise is what pictures have most of.
 struct HalfSeen {
-  explicit HalfSeen(mapping::MosaicGrid where, double noise) : grid(where) {
+  explicit HalfSeen(store::MosaicGrid where, double noise) : grid(where) {
     grey.create(grid.height_px, grid.width_px, CV_8UC1);
     alpha = cv::Mat::zeros(grey.size(), CV_8UC1);
     cv::RNG random(1);
@@ -22,7 +22,7 @@ struct HalfSeen {
     grey.rowRange(0, grey.rows / 2) += 80;
     alpha.colRange(0, grey.cols / 2).setTo(255);
   }
-  mapping::MosaicGrid grid;
+  store::MosaicGrid grid;
   cv::Mat grey;
   cv::Mat alpha;
 };
@@ -97,15 +97,15 @@ TEST(MakePicture, RefusesOtherSizes) {
 }
 
 TEST(MakeMosaicPicture, IsTheOverviewOfAMap) {
-  const app::TestFolder folder;
+  const support::TestFolder folder;
   const HalfSeen scene({-3, 2, 0.01, 800, 600}, 5);
-  mapping::MapWriter writer(folder / "map.gpkg", mapping::synthetic::SmallMap().metadata);
+  store::MapWriter writer(folder / "map.gpkg", store::synthetic::SmallMap().metadata);
   writer.WriteMosaic(scene.grid, [&](const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
     scene.grey(window).copyTo(grey);
     scene.alpha(window).copyTo(alpha);
   });
   writer.Commit();
-  const PagePicture picture = MakeMosaicPicture(mapping::MapReader(folder / "map.gpkg"), 400);
+  const PagePicture picture = MakeMosaicPicture(store::MapReader(folder / "map.gpkg"), 400);
   EXPECT_EQ(picture.min_x, -3);
   EXPECT_DOUBLE_EQ(picture.max_x, 5);
   EXPECT_DOUBLE_EQ(picture.min_y, -4);

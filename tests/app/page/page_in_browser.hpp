@@ -11,7 +11,7 @@
 
 #include "app/page/page.hpp"
 #include "tests/app/page/browser.hpp"
-#include "tests/app/test_folder.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::page {
 /// Pages in a real browser, one for all tests: it takes a second to start.
@@ -66,7 +66,7 @@ class PageInBrowser : public testing::Test {
     browser_->Screenshot(std::filesystem::path(folder) / (name + ".png"));
   }
 
-  inline static std::optional<app::TestFolder> folder_;
+  inline static std::optional<support::TestFolder> folder_;
   inline static std::unique_ptr<Browser> browser_;
 };
 

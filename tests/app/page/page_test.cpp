@@ -129,10 +129,9 @@ TEST(PageDocument, HoldsPosesInWholeSteps) {
   PageData data = OnePath();
   auto& poses = data.paths[0].poses;
   poses.resize(3);
-  poses[0] = {
-      100.5, 1.23456, -2, 0.5, mapping::TrackingStatus::kTracking, {4e-6, 1e-6, 1e-6, 9e-8}};
-  poses[1] = {100.6, kNan, kNan, kNan, mapping::TrackingStatus::kLost, {}};
-  poses[2] = {100.600001, 0, 0, -3.14159, mapping::TrackingStatus::kAmbiguous, {}};
+  poses[0] = {100.5, 1.23456, -2, 0.5, graph::TrackingStatus::kTracking, {4e-6, 1e-6, 1e-6, 9e-8}};
+  poses[1] = {100.6, kNan, kNan, kNan, graph::TrackingStatus::kLost, {}};
+  poses[2] = {100.600001, 0, 0, -3.14159, graph::TrackingStatus::kAmbiguous, {}};
   const json document = DocumentOf(data);
   EXPECT_EQ(document["first_stamp_s"], 100.5);
   const json path = document["paths"][0];
@@ -159,7 +158,7 @@ TEST(PageDocument, HoldsStampsToTheMicrosecondOverHours) {
   auto& poses = data.paths[0].poses;
   poses.clear();
   for (int i = 0; i < 100'000; ++i) {
-    poses.push_back({1.7e9 + i / 29.97, 0, 0, 0, mapping::TrackingStatus::kTracking, {}});
+    poses.push_back({1.7e9 + i / 29.97, 0, 0, 0, graph::TrackingStatus::kTracking, {}});
   }
   const json document = DocumentOf(data);
   std::int64_t sum = 0;

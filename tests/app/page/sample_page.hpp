@@ -53,17 +53,17 @@ inline std::vector<PagePose> EstimatedDrive(int frames, double error) {
 inline void LosePoses(std::vector<PagePose>& poses,
                       int begin,
                       int end,
-                      mapping::TrackingStatus status) {
+                      graph::TrackingStatus status) {
   for (int i = begin; i < end; ++i) {
     poses[i].x = poses[i].y = poses[i].yaw_rad = kNan;
     poses[i].status = status;
     poses[i].covariance = {};
   }
-  poses[end].status = mapping::TrackingStatus::kRelocalized;
+  poses[end].status = graph::TrackingStatus::kRelocalized;
 }
 
 inline PagePicture DrawMosaic() {
-  const mapping::MosaicGrid grid = {-9.5, 7, 0.02, 950, 700};
+  const store::MosaicGrid grid = {-9.5, 7, 0.02, 950, 700};
   cv::Mat grey(grid.height_px, grid.width_px, CV_8UC1);
   cv::Mat alpha = cv::Mat::zeros(grey.size(), CV_8UC1);
   cv::RNG(1).fill(grey, cv::RNG::UNIFORM, 105, 135);
@@ -138,8 +138,8 @@ inline PageData Comparison(const std::vector<std::string>& names = {
     runs.push_back({name, PathRole::kRun, EstimatedDrive(kFrames, error), footprint});
     error *= 3;
   }
-  LosePoses(runs.back().poses, 200, 230, mapping::TrackingStatus::kLost);
-  LosePoses(runs.back().poses, 400, 415, mapping::TrackingStatus::kAmbiguous);
+  LosePoses(runs.back().poses, 200, 230, graph::TrackingStatus::kLost);
+  LosePoses(runs.back().poses, 400, 415, graph::TrackingStatus::kAmbiguous);
   data.paths.push_back({"truth", PathRole::kTruth, TrueDrive(kFrames), {}});
   data.paths.insert(data.paths.end(), runs.begin(), runs.end());
   data.charts = {ErrorChart(runs, true), ErrorChart(runs, false), ErrorChart(runs, true)};

@@ -1,4 +1,5 @@
 #include "calib/base/tilt.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180;
 
 Tilt MakeTilt(double pitch_rad, double roll_rad, double lift_m) {
   return {pitch_rad, roll_rad, lift_m, Eigen::Matrix2d::Zero()};
@@ -22,10 +22,10 @@ Tilt MakeTilt(double pitch_rad, double roll_rad, double lift_m) {
 TEST(Tilt, PitchLowersThePointAheadAndRollRaisesTheLeftSide) {
   const Vector3d ahead(1, 0, 0);
   const Vector3d left(0, 1, 0);
-  const Isometry3d nose_down = MakeTilt(30 * kDegree, 0, 0).T_level_base();
+  const Isometry3d nose_down = MakeTilt(30 * kRadPerDeg, 0, 0).T_level_base();
   EXPECT_NEAR((nose_down * ahead - Vector3d(std::sqrt(0.75), 0, -0.5)).norm(), 0, 1e-15);
   EXPECT_NEAR((nose_down * left - left).norm(), 0, 1e-15);
-  const Isometry3d left_up = MakeTilt(0, 30 * kDegree, 0).T_level_base();
+  const Isometry3d left_up = MakeTilt(0, 30 * kRadPerDeg, 0).T_level_base();
   EXPECT_NEAR((left_up * left - Vector3d(0, std::sqrt(0.75), 0.5)).norm(), 0, 1e-15);
   EXPECT_NEAR((left_up * ahead - ahead).norm(), 0, 1e-15);
   // Nose down tips the mast ahead, left side up tips it to the right; the foot rises by the lift.
@@ -37,7 +37,7 @@ TEST(Tilt, PitchLowersThePointAheadAndRollRaisesTheLeftSide) {
 
 // Turned by 90 degrees to the left, what is ahead of the robot is along y of the map.
 TEST(Tilt, IsInTheRobotsOwnAxesNotTheMaps) {
-  const Isometry3d T = ToSpace({3, -2, kPi / 2}, MakeTilt(30 * kDegree, 0, 0.1));
+  const Isometry3d T = ToSpace({3, -2, kPi / 2}, MakeTilt(30 * kRadPerDeg, 0, 0.1));
   const Vector3d ahead = T * Vector3d(1, 0, 0);
   EXPECT_NEAR((ahead - Vector3d(3, -2 + std::sqrt(0.75), 0.1 - 0.5)).norm(), 0, 1e-15);
 }

@@ -35,7 +35,7 @@ std::vector<cv::Point2d> Errors(const BoardView& view, const std::vector<cv::Poi
   return errors;
 }
 
-// No corner is far off, and no picture is shifted as a whole.
+// No corner is far off, and no image is shifted as a whole.
 void ExpectAccurate(const Board& board, double rms_limit_px) {
   const Lens lens = TestLens();
   const BoardPainter painter(board, lens);
@@ -94,10 +94,10 @@ TEST(BoardDetector, LeavesOutCornersThatAreHidden) {
   const Lens lens = TestLens();
   const BoardPainter painter(board, lens);
   const BoardPose pose = PoseAt(board, lens, {0.5, 0.5}, 0.2, 0.1, 0, 0.8);
-  cv::Mat picture = painter.Paint(pose);
+  cv::Mat image = painter.Paint(pose);
   const cv::Point2d hidden = painter.Corners(pose)[22];
-  cv::circle(picture, hidden, 9, cv::Scalar(210), cv::FILLED);
-  const std::optional<BoardView> view = DetectBoard(picture, board);
+  cv::circle(image, hidden, 9, cv::Scalar(210), cv::FILLED);
+  const std::optional<BoardView> view = DetectBoard(image, board);
   ASSERT_TRUE(view);
   EXPECT_EQ(view->ids.size(), 53U);
   for (const cv::Point2d& p : view->corners_px) EXPECT_GT(cv::norm(p - hidden), 10);
@@ -124,10 +124,10 @@ TEST_F(Guessing, TellsTheSizeOfAnotherChessboard) {
 }
 
 TEST_F(Guessing, TellsAMirroredCharucoBoard) {
-  cv::Mat picture = Paint(Charuco());
-  cv::flip(picture, picture, 1);
-  EXPECT_FALSE(DetectBoard(picture, Charuco()));
-  EXPECT_EQ(GuessBoard(picture, Charuco()).kind, BoardGuess::Kind::kMirrored);
+  cv::Mat image = Paint(Charuco());
+  cv::flip(image, image, 1);
+  EXPECT_FALSE(DetectBoard(image, Charuco()));
+  EXPECT_EQ(GuessBoard(image, Charuco()).kind, BoardGuess::Kind::kMirrored);
 }
 
 TEST_F(Guessing, TellsMarkersOfAnotherBoard) {
@@ -137,11 +137,11 @@ TEST_F(Guessing, TellsMarkersOfAnotherBoard) {
   EXPECT_EQ(GuessBoard(Paint(other), Charuco()).kind, BoardGuess::Kind::kMarkers);
 }
 
-TEST_F(Guessing, TellsNothingOfAPictureWithoutABoard) {
-  const cv::Mat picture(360, 480, CV_8U, cv::Scalar(120));
-  EXPECT_FALSE(DetectBoard(picture, Chessboard()));
-  EXPECT_EQ(GuessBoard(picture, Chessboard()).kind, BoardGuess::Kind::kNothing);
-  EXPECT_EQ(GuessBoard(picture, Charuco()).kind, BoardGuess::Kind::kNothing);
+TEST_F(Guessing, TellsNothingOfAImageWithoutABoard) {
+  const cv::Mat image(360, 480, CV_8U, cv::Scalar(120));
+  EXPECT_FALSE(DetectBoard(image, Chessboard()));
+  EXPECT_EQ(GuessBoard(image, Chessboard()).kind, BoardGuess::Kind::kNothing);
+  EXPECT_EQ(GuessBoard(image, Charuco()).kind, BoardGuess::Kind::kNothing);
 }
 
 TEST_F(Guessing, EdgesGrowWithBlur) {

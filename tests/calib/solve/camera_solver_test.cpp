@@ -46,7 +46,7 @@ std::vector<BoardView> NoisyViews(const Lens& lens,
   return views;
 }
 
-TEST(CameraSolver, FindsALensFromPaintedPictures) {
+TEST(CameraSolver, FindsALensFromPaintedImages) {
   const Board board = TestBoard();
   const Lens lens = TestLens();
   const BoardPainter painter(board, lens);
@@ -253,8 +253,7 @@ TEST_F(Judging, TellsWhereBoardsAreMissing) {
     poses.push_back(PoseAt(TestBoard(), lens_, {0.35, 0.4}, 0, tilt, 0.3, 0.45));
   }
   const Judgement judgement = Judge(poses);
-  EXPECT_THAT(judgement.warnings,
-              testing::Contains(HasSubstr("the lower right of the picture too")));
+  EXPECT_THAT(judgement.warnings, testing::Contains(HasSubstr("the lower right of the image too")));
 }
 
 TEST_F(Judging, CountsViewsThatDiffer) {

@@ -1,4 +1,5 @@
 #include "calib/solve/forward_mount.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,8 +17,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFocalPx = 500;
 
 Matrix3d Turned(double yaw, double pitch_up, double roll) {
@@ -37,7 +36,7 @@ Isometry3d Start() {
 
 Isometry3d Truth() {
   Isometry3d T = Start();
-  T.linear() = Turned(4 * kDegree, 7 * kDegree, -2 * kDegree);
+  T.linear() = Turned(4 * kRadPerDeg, 7 * kRadPerDeg, -2 * kRadPerDeg);
   return T;
 }
 
@@ -51,8 +50,8 @@ class Room {
       points_.emplace_back(around(random_), around(random_), up(random_));
   }
 
-  SeenMotion See(const Isometry3d& T_room_first, const Isometry3d& T_room_second) {
-    SeenMotion motion;
+  MotionWithMatches See(const Isometry3d& T_room_first, const Isometry3d& T_room_second) {
+    MotionWithMatches motion;
     motion.T_first_second = T_room_first.inverse() * T_room_second;
     const Isometry3d first = (T_room_first * Truth()).inverse();
     const Isometry3d second = (T_room_second * Truth()).inverse();
@@ -91,24 +90,25 @@ Isometry3d Ahead(double way, double pitch_down = 0) {
   return ToSpace({way - 1, 0, 0}, tilt);
 }
 
-std::vector<SeenMotion> Spin(Room& room) {
-  std::vector<SeenMotion> motions;
+std::vector<MotionWithMatches> Spin(Room& room) {
+  std::vector<MotionWithMatches> motions;
   for (int i = 0; i < 24; ++i) {
-    motions.push_back(room.See(OnTheSpot(15 * kDegree * i), OnTheSpot(15 * kDegree * (i + 0.7))));
+    motions.push_back(
+        room.See(OnTheSpot(15 * kRadPerDeg * i), OnTheSpot(15 * kRadPerDeg * (i + 0.7))));
   }
   return motions;
 }
 
-std::vector<SeenMotion> Straight(Room& room) {
-  std::vector<SeenMotion> motions;
+std::vector<MotionWithMatches> Straight(Room& room) {
+  std::vector<MotionWithMatches> motions;
   for (int i = 0; i < 16; ++i) motions.push_back(room.See(Ahead(0.1 * i), Ahead(0.1 * i + 0.4)));
   return motions;
 }
 
-std::vector<SeenMotion> OverAStep(Room& room) {
-  std::vector<SeenMotion> motions;
+std::vector<MotionWithMatches> OverAStep(Room& room) {
+  std::vector<MotionWithMatches> motions;
   for (int i = 0; i < 16; ++i) {
-    const double pitch = -4 * kDegree * std::sin(std::numbers::pi * i / 15);
+    const double pitch = -4 * kRadPerDeg * std::sin(std::numbers::pi * i / 15);
     motions.push_back(room.See(Ahead(0.02 * i), Ahead(0.02 * i + 0.3, pitch)));
   }
   return motions;
@@ -130,13 +130,13 @@ Vector3d ErrorOf(const ForwardMount& mount) {
   return off.angle() * off.axis();
 }
 
-void Append(std::vector<SeenMotion>& motions, const std::vector<SeenMotion>& more) {
+void Append(std::vector<MotionWithMatches>& motions, const std::vector<MotionWithMatches>& more) {
   motions.insert(motions.end(), more.begin(), more.end());
 }
 
 TEST(ForwardMount, FindsTheTurnOfExactMatches) {
   Room room(1, 0);
-  std::vector<SeenMotion> motions = Spin(room);
+  std::vector<MotionWithMatches> motions = Spin(room);
   Append(motions, Straight(room));
   const ForwardMount mount = SolveForwardMount(motions, Start(), Params());
   ASSERT_TRUE(mount.ok);
@@ -148,8 +148,8 @@ TEST(ForwardMount, AStepTellsAllThree) {
   Room room(2, 0.1);
   const ForwardMount mount = SolveForwardMount(OverAStep(room), Start(), Params());
   ASSERT_TRUE(mount.ok);
-  EXPECT_LT(ErrorOf(mount).norm(), 0.1 * kDegree);
-  EXPECT_LT(std::sqrt(mount.covariance.diagonal().maxCoeff()), 0.1 * kDegree);
+  EXPECT_LT(ErrorOf(mount).norm(), 0.1 * kRadPerDeg);
+  EXPECT_LT(std::sqrt(mount.covariance.diagonal().maxCoeff()), 0.1 * kRadPerDeg);
 }
 
 TEST(ForwardMount, ErrorsAreAsLargeAsTheirDeviations) {
@@ -157,7 +157,7 @@ TEST(ForwardMount, ErrorsAreAsLargeAsTheirDeviations) {
   constexpr int kTimes = 8;
   for (int i = 0; i < kTimes; ++i) {
     Room room(10 + static_cast<unsigned>(i), 0.2);
-    std::vector<SeenMotion> motions = Spin(room);
+    std::vector<MotionWithMatches> motions = Spin(room);
     Append(motions, Straight(room));
     const ForwardMount mount = SolveForwardMount(motions, Start(), Params());
     ASSERT_TRUE(mount.ok);
@@ -174,16 +174,16 @@ TEST(ForwardMount, AStraightDriveDoesNotTellTheRoll) {
   Room room(3, 0.1);
   const ForwardMount mount = SolveForwardMount(Straight(room), Start(), Params());
   ASSERT_TRUE(mount.ok);
-  EXPECT_GT(std::sqrt(mount.covariance(0, 0)), 1 * kDegree);
-  // Where the robot drives to is known in the picture all the same.
+  EXPECT_GT(std::sqrt(mount.covariance(0, 0)), 1 * kRadPerDeg);
+  // Where the robot drives to is known in the image all the same.
   const Vector3d ahead = mount.R_base_cam.transpose() * Vector3d::UnitX();
   const Vector3d truth = Truth().linear().transpose() * Vector3d::UnitX();
-  EXPECT_LT(std::acos(ahead.dot(truth)), 0.1 * kDegree);
+  EXPECT_LT(std::acos(ahead.dot(truth)), 0.1 * kRadPerDeg);
 }
 
 TEST(ForwardMount, ACameraOverTheAxleOnlyTurns) {
   Room room(4, 0.1);
-  std::vector<SeenMotion> motions;
+  std::vector<MotionWithMatches> motions;
   Isometry3d start = Start();
   start.translation().x() = 0;
   for (int i = 0; i < 24; ++i) {
@@ -191,17 +191,17 @@ TEST(ForwardMount, ACameraOverTheAxleOnlyTurns) {
     const auto turn = [](double yaw) {
       return ToSpace({-0.05 * std::cos(yaw), -0.05 * std::sin(yaw), yaw}, {});
     };
-    motions.push_back(room.See(turn(15 * kDegree * i), turn(15 * kDegree * (i + 0.7))));
+    motions.push_back(room.See(turn(15 * kRadPerDeg * i), turn(15 * kRadPerDeg * (i + 0.7))));
     // See() has the camera 0.05 m ahead of base: it stands on the axis, and only turns.
   }
   const ForwardMount mount = SolveForwardMount(motions, Truth(), Params());
   ASSERT_TRUE(mount.ok);
-  EXPECT_LT(ErrorOf(mount).norm(), 0.05 * kDegree);
+  EXPECT_LT(ErrorOf(mount).norm(), 0.05 * kRadPerDeg);
 }
 
 TEST(ForwardMount, WhatMovesByItselfIsLeftOut) {
   Room room(5, 0.1);
-  std::vector<SeenMotion> motions = OverAStep(room);
+  std::vector<MotionWithMatches> motions = OverAStep(room);
   for (std::size_t k = 0; k < motions.size(); ++k) {
     // Somebody walks to and fro.
     const double way = k % 2 == 0 ? 0.03 : -0.03;
@@ -210,19 +210,19 @@ TEST(ForwardMount, WhatMovesByItselfIsLeftOut) {
   }
   const ForwardMount mount = SolveForwardMount(motions, Start(), Params());
   ASSERT_TRUE(mount.ok);
-  EXPECT_LT(ErrorOf(mount).norm(), 0.15 * kDegree);
+  EXPECT_LT(ErrorOf(mount).norm(), 0.15 * kRadPerDeg);
   EXPECT_LT(mount.inliers, 8 * mount.matches / 10);
 }
 
 TEST(ForwardMount, WhatAllMatchesAreOffByIsInItsDeviation) {
   Room room(6, 0.05);
-  std::vector<SeenMotion> motions = Spin(room);
+  std::vector<MotionWithMatches> motions = Spin(room);
   Append(motions, Straight(room));
   ForwardMountParams params = Params();
   const ForwardMount without = SolveForwardMount(motions, Start(), params);
   params.systematic_px = 0.1;
   const ForwardMount with = SolveForwardMount(motions, Start(), params);
-  for (SeenMotion& motion : motions) {
+  for (MotionWithMatches& motion : motions) {
     for (Match& match : motion.matches) match.second.y() += 0.1 / kFocalPx;
   }
   const ForwardMount shifted = SolveForwardMount(motions, Start(), Params());

@@ -40,7 +40,7 @@ struct Sketch {
 
 /// The mirror when the robot has turned so far: a body that stays, a room that turns, nothing
 /// outside. Edges have their share of each pixel.
-cv::Mat MirrorPicture(double turn_rad, const Sketch& sketch, std::mt19937& random) {
+cv::Mat MirrorImage(double turn_rad, const Sketch& sketch, std::mt19937& random) {
   constexpr int kFine = 4;
   std::normal_distribution<double> noise(0, sketch.noise);
   cv::Mat light(240 * kFine, 320 * kFine, CV_32FC1);
@@ -57,22 +57,22 @@ cv::Mat MirrorPicture(double turn_rad, const Sketch& sketch, std::mt19937& rando
   }
   cv::resize(light, light, {320, 240}, 0, 0, cv::INTER_AREA);
   cv::GaussianBlur(light, light, {}, 0.6);
-  cv::Mat picture(light.size(), CV_8UC1);
+  cv::Mat image(light.size(), CV_8UC1);
   for (int v = 0; v < light.rows; ++v) {
     for (int u = 0; u < light.cols; ++u) {
-      picture.at<std::uint8_t>(v, u) =
+      image.at<std::uint8_t>(v, u) =
           cv::saturate_cast<std::uint8_t>(ToGrey(light.at<float>(v, u)) + noise(random));
     }
   }
-  return picture;
+  return image;
 }
 
 MirrorActivity Turn(double by_rad, const Sketch& sketch = {}) {
-  constexpr int kPictures = 24;
+  constexpr int kImages = 24;
   std::mt19937 random(3);
   MirrorActivity activity;
-  for (int i = 0; i < kPictures; ++i) {
-    activity.Add(MirrorPicture(by_rad * i / kPictures, sketch, random));
+  for (int i = 0; i < kImages; ++i) {
+    activity.Add(MirrorImage(by_rad * i / kImages, sketch, random));
   }
   return activity;
 }
@@ -85,7 +85,7 @@ TEST(MirrorFinder, FindsTheRingOfATurningRobot) {
   EXPECT_NEAR(fit.ring.inner_radius_px, kBody, 0.5);
   EXPECT_TRUE(fit.body_seen);
   EXPECT_TRUE(fit.round_body);
-  EXPECT_GT(fit.rim_part, 0.8);
+  EXPECT_GT(fit.rim_ratio, 0.8);
   EXPECT_LT(fit.outer_sigma_px, 0.15);
 }
 
@@ -101,7 +101,7 @@ TEST(MirrorFinder, ColourIsTakenToo) {
   MirrorActivity activity;
   for (int i = 0; i < 12; ++i) {
     cv::Mat colour;
-    cv::cvtColor(MirrorPicture(0.5 * i, {}, random), colour, cv::COLOR_GRAY2BGR);
+    cv::cvtColor(MirrorImage(0.5 * i, {}, random), colour, cv::COLOR_GRAY2BGR);
     activity.Add(colour);
   }
   const MirrorRingFit fit = FindRing(activity);
@@ -117,16 +117,16 @@ TEST(MirrorFinder, NothingMoves) {
 TEST(MirrorFinder, WhatMovesIsNotRound) {
   MirrorActivity activity;
   for (int i = 0; i < 12; ++i) {
-    cv::Mat picture(240, 320, CV_8UC1, cv::Scalar(10));
-    cv::rectangle(picture, {40, 60, 240, 60}, cv::Scalar(20 * i), cv::FILLED);
-    activity.Add(picture);
+    cv::Mat image(240, 320, CV_8UC1, cv::Scalar(10));
+    cv::rectangle(image, {40, 60, 240, 60}, cv::Scalar(20 * i), cv::FILLED);
+    activity.Add(image);
   }
   EXPECT_EQ(FindRing(activity).fault, MirrorFault::kNoRim);
 }
 
-TEST(MirrorFinder, OnePictureTellsRoughly) {
+TEST(MirrorFinder, OneImageTellsRoughly) {
   std::mt19937 random(3);
-  const MirrorRingFit fit = FindRing(MirrorPicture(1, {}, random));
+  const MirrorRingFit fit = FindRing(MirrorImage(1, {}, random));
   ASSERT_EQ(fit.fault, MirrorFault::kNone);
   EXPECT_LT((fit.ring.centre_px - kCentre).norm(), 1);
   EXPECT_NEAR(fit.ring.outer_radius_px, kRim, 1);
@@ -135,7 +135,7 @@ TEST(MirrorFinder, OnePictureTellsRoughly) {
   EXPECT_GT(std::sqrt(fit.centre_covariance(0, 0)), 1);
 }
 
-TEST(RadialEdges, ACircleOutsideThePictureHasNone) {
+TEST(RadialEdges, ACircleOutsideTheImageHasNone) {
   const cv::Mat map(48, 64, CV_32F, cv::Scalar(1));
   for (const Eigen::Vector2d& centre : {Eigen::Vector2d(-5, 20), Eigen::Vector2d(30, 48)}) {
     EXPECT_TRUE(FirstRisingEdges(map, {centre, 20}, 0.5).empty());

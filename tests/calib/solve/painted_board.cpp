@@ -74,9 +74,9 @@ cv::Mat BoardPainter::Paint(const BoardPose& pose) const {
   cv::Mat small;
   cv::resize(fine, small, lens_.size, 0, 0, cv::INTER_AREA);
   cv::GaussianBlur(small, small, {}, 0.6);  // a lens's
-  cv::Mat picture;
-  small.convertTo(picture, CV_8U);
-  return picture;
+  cv::Mat image;
+  small.convertTo(image, CV_8U);
+  return image;
 }
 
 std::vector<cv::Point2d> BoardPainter::Corners(const BoardPose& pose) const {
@@ -91,7 +91,7 @@ BoardPose PoseAt(const Board& board,
                  double across_rad,
                  double along_rad,
                  double turn_rad,
-                 double width_part) {
+                 double width_ratio) {
   cv::Matx33d across;
   cv::Matx33d along;
   cv::Matx33d turn;
@@ -102,7 +102,7 @@ BoardPose PoseAt(const Board& board,
   BoardPose pose;
   cv::Rodrigues(R, pose.rotation);
   const double width_m = (board.columns + 1) * board.square_m;
-  const double depth_m = lens.values[0] * width_m / (width_part * lens.size.width);
+  const double depth_m = lens.values[0] * width_m / (width_ratio * lens.size.width);
   const cv::Point2d ray =
       Undistort(lens, {{at.x * lens.size.width, at.y * lens.size.height}}).front();
   const cv::Vec3d centre(

@@ -29,9 +29,9 @@ class BoardPainter {
   std::vector<cv::Point2d> rays_;
 };
 
-/// A pose whose board's centre is seen at a part of the picture (0 to 1 from left and top).
+/// A pose whose board's centre is seen at a part of the image (0 to 1 from left and top).
 /// @param across_rad, along_rad  tilts about the sheet's x and y. @param turn_rad  about the view.
-/// @param width_part  how much of the picture's width the board would fill, level and in the
+/// @param width_ratio  how much of the image's width the board would fill, level and in the
 /// centre.
 BoardPose PoseAt(const Board& board,
                  const Lens& lens,
@@ -39,12 +39,12 @@ BoardPose PoseAt(const Board& board,
                  double across_rad,
                  double along_rad,
                  double turn_rad,
-                 double width_part);
+                 double width_ratio);
 
-/// Fifteen views as a person would take them: all parts of the picture, tilts to all sides.
+/// Fifteen views as a person would take them: all parts of the image, tilts to all sides.
 std::vector<BoardPose> GoodPoses(const Board& board, const Lens& lens);
 
-/// A 480 x 360 camera with some barrel distortion whose centre is not the picture's.
+/// A 480 x 360 camera with some barrel distortion whose centre is not the image's.
 Lens TestLens();
 
 }  // namespace ceilmap::calibration

@@ -1,4 +1,5 @@
 #include "calib/solve/pivot_fit.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +10,6 @@
 
 namespace ceilmap::calibration {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kAxle = 0.14;
 constexpr double kFront = 0.2;
 
@@ -39,7 +38,7 @@ TEST(PivotFit, ANarrowBoardTellsBoth) {
   const PivotFit fit = FitPivots(Over(0.015, 0.2, 0, 1));
   EXPECT_NEAR(fit.axle.distance_m, kAxle, 0.001);
   EXPECT_NEAR(fit.front_wheels.distance_m, kFront, 0.001);
-  EXPECT_NEAR(fit.axle.most_rad, std::asin(0.015 / (kAxle + kFront)), 3e-4);
+  EXPECT_NEAR(fit.axle.max_rad, std::asin(0.015 / (kAxle + kFront)), 3e-4);
 }
 
 TEST(PivotFit, ARobotThatEndsOnTheBoardTellsTheAxleAlone) {
@@ -57,7 +56,7 @@ TEST(PivotFit, AFirstFrameThatIsOffDoesNotMatter) {
 TEST(PivotFit, TheMastMayStandBehindTheAxle) {
   std::vector<Climb> climbs;
   for (int i = 0; i < 50; ++i) {
-    const double up = 3 * kDegree * std::sin(std::numbers::pi * i / 49);
+    const double up = 3 * kRadPerDeg * std::sin(std::numbers::pi * i / 49);
     climbs.push_back({-up, -0.08 * std::sin(up)});
   }
   EXPECT_NEAR(FitPivots(climbs).axle.distance_m, -0.08, 1e-6);

@@ -1,4 +1,5 @@
 #include "calib/solve/rig_solver.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,15 +14,13 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFocalPx = 400;
 
 RigMount Truth() {
   RigMount mount;
-  mount.tilt_rad = Vector2d(1.2, -0.7) * kDegree;
+  mount.tilt_rad = Vector2d(1.2, -0.7) * kRadPerDeg;
   mount.centre = {0.05, 0.07};
-  mount.yaw_rad = 94 * kDegree;
+  mount.yaw_rad = 94 * kRadPerDeg;
   return mount;
 }
 
@@ -63,12 +62,12 @@ class SyntheticCamera {
     return pose(first).Inverse() * pose(view);
   }
 
-  SeenTwice Place(const Pose2& first, const Pose2& second, bool outlier) {
+  PointCorrespondence Place(const Pose2& first, const Pose2& second, bool outlier) {
     std::uniform_real_distribution<double> anywhere(-0.5, 0.5);
     const Vector2d seen(anywhere(random_), anywhere(random_));
     const Vector2d point = first * (mount_.centre + seen);
     const Vector2d again = second.Inverse() * point - mount_.centre;
-    SeenTwice place{Ray(seen), Ray(again), Eigen::Matrix2d::Identity()};
+    PointCorrespondence place{Ray(seen), Ray(again), Eigen::Matrix2d::Identity()};
     if (outlier) place.second += Vector2d(0.02, 0.01);
     return place;
   }
@@ -136,9 +135,9 @@ TEST(RigSolver, FindsTheMountOfExactPlaces) {
 }
 
 TEST(RigSolver, TheCentreIsToldInBaseAxes) {
-  // Turned by 90 degrees, what is above the picture's centre (smaller v) is ahead.
+  // Turned by 90 degrees, what is above the image's centre (smaller v) is ahead.
   RigMount mount;
-  mount.yaw_rad = 90 * kDegree;
+  mount.yaw_rad = 90 * kRadPerDeg;
   mount.centre = {0.02, -0.05};
   EXPECT_NEAR(mount.CentreInBase().x(), 0.05, 1e-12);
   EXPECT_NEAR(mount.CentreInBase().y(), 0.02, 1e-12);
@@ -155,9 +154,9 @@ TEST(RigSolver, WhatMovesAsNoCeilingDoesIsLeftOut) {
   const RigSolution solution = Solve(MakeCase(2, 0.05, 4));
   ASSERT_TRUE(solution.ok);
   const auto errors = ErrorsOf(solution);
-  EXPECT_LT(errors.head<2>().norm(), 0.003 * kDegree);
+  EXPECT_LT(errors.head<2>().norm(), 0.003 * kRadPerDeg);
   EXPECT_LT(errors.segment<2>(2).norm(), 1e-4);
-  EXPECT_LT(std::abs(errors[4]), 0.02 * kDegree);
+  EXPECT_LT(std::abs(errors[4]), 0.02 * kRadPerDeg);
   EXPECT_NEAR(solution.inliers, 0.8 * solution.places, 0.02 * solution.places);
 }
 
@@ -181,7 +180,7 @@ TEST(RigSolver, AWrongLensIsInsideItsDeviation) {
   Case c = MakeCase(3, 0.02);
   for (Recording* recording : {&c.spin, &c.straight}) {
     for (ViewPair& pair : recording->pairs) {
-      for (SeenTwice& place : pair.places) {
+      for (PointCorrespondence& place : pair.places) {
         place.first.x() += 0.5 / kFocalPx;  // the principal point is half a pixel off
         place.second.x() += 0.5 / kFocalPx;
       }

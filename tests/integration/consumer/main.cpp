@@ -1,4 +1,4 @@
-// Registers two pictures of one ceiling with the installed libraries and turns the result into a
+// Registers two images of one ceiling with the installed libraries and turns the result into a
 // motion of the robot.
 
 #include <cmath>
@@ -35,20 +35,20 @@ std::vector<Blob> MakeCeiling() {
 }
 
 cv::Mat Photograph(const std::vector<Blob>& ceiling, double shift_u, double shift_v) {
-  cv::Mat_<double> picture(240, 320, 120.0);
+  cv::Mat_<double> image(240, 320, 120.0);
   for (const Blob& blob : ceiling) {
-    for (int v = 0; v < picture.rows; ++v) {
+    for (int v = 0; v < image.rows; ++v) {
       const double dv = v - blob.v - shift_v;
       if (std::abs(dv) > 5 * blob.sigma) continue;
-      for (int u = 0; u < picture.cols; ++u) {
+      for (int u = 0; u < image.cols; ++u) {
         const double du = u - blob.u - shift_u;
         const double r2 = du * du + dv * dv;
-        picture(v, u) += blob.grey * std::exp(-0.5 * r2 / (blob.sigma * blob.sigma));
+        image(v, u) += blob.grey * std::exp(-0.5 * r2 / (blob.sigma * blob.sigma));
       }
     }
   }
   cv::Mat grey;
-  picture.convertTo(grey, CV_8U);
+  image.convertTo(grey, CV_8U);
   return grey;
 }
 
@@ -67,7 +67,7 @@ int main() {
         "wrong: %s, %.3f, %.3f px\n", ToString(registration.verdict), motion.tx_px, motion.ty_px);
     return EXIT_FAILURE;
   }
-  // Content that moves down the picture is passed by a robot that drives forward.
+  // Content that moves down the image is passed by a robot that drives forward.
   const Eigen::Vector2d ahead =
       view.T_base_view().Rotation() * -Eigen::Vector2d(motion.tx_px, motion.ty_px);
   std::printf("drove ahead by %.2f px\n", ahead.x());

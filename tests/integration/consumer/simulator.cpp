@@ -1,4 +1,4 @@
-// Renders a picture of a simulated ceiling with the installed library.
+// Renders an image of a simulated ceiling with the installed library.
 
 #include <cstdlib>
 
@@ -8,6 +8,6 @@
 int main() {
   const ceilmap::simulator::Renderer renderer({});
   const auto frames = ceilmap::simulator::MakePath(renderer.GetScene());
-  const cv::Mat picture = renderer.Render(frames.front());
-  return picture.size() == cv::Size(640, 480) ? EXIT_SUCCESS : EXIT_FAILURE;
+  const cv::Mat image = renderer.Render(frames.front());
+  return image.size() == cv::Size(640, 480) ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -1,4 +1,5 @@
 #include "localization/compass/fft_compass.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +17,6 @@ namespace ceilmap::compass {
 namespace {
 
 using std::numbers::pi;
-constexpr double kDegree = pi / 180;
 
 /// A circle of 1 m radius around the middle of the room, driven `rounds` times, 5 cm a frame.
 std::vector<Pose2> Circle(double rounds) {
@@ -74,11 +74,11 @@ TEST(FftCompass, FollowsACircle) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     FftCompass compass;
     const Drove run = Drive(compass, PanoramaRoom(seed), Circle(1.05));
-    EXPECT_LT(run.Largest(), 1.2 * kDegree) << seed;
+    EXPECT_LT(run.Largest(), 1.2 * kRadPerDeg) << seed;
     EXPECT_GT(compass.References(), 5);
     for (std::size_t i = 1; i < run.estimates.size(); ++i) {
       const double sigma = std::sqrt(run.estimates[i].variance_rad2);
-      EXPECT_LT(std::abs(run.errors_rad[i]), 4 * sigma + 0.05 * kDegree) << i;
+      EXPECT_LT(std::abs(run.errors_rad[i]), 4 * sigma + 0.05 * kRadPerDeg) << i;
       EXPECT_GT(run.estimates[i].confidence, 0.5) << i;
     }
   }
@@ -86,7 +86,7 @@ TEST(FftCompass, FollowsACircle) {
 
 TEST(FftCompass, DoesNotTakeTravelForATurn) {
   FftCompass compass;
-  EXPECT_LT(Drive(compass, PanoramaRoom(4), Straight()).Largest(), 1.2 * kDegree);
+  EXPECT_LT(Drive(compass, PanoramaRoom(4), Straight()).Largest(), 1.2 * kRadPerDeg);
 }
 
 /// Drives, and tells the compass the way between the panoramas.
@@ -108,10 +108,10 @@ TEST(FftCompass, FollowsARobotThatDrivesSideways) {
   std::vector<Pose2> poses = Straight();
   for (Pose2& pose : poses) pose.yaw += pi / 2;
   const PanoramaRoom room(4);
-  EXPECT_LT(DriveTelling(room, poses).Largest(), 1.2 * kDegree);
+  EXPECT_LT(DriveTelling(room, poses).Largest(), 1.2 * kRadPerDeg);
   // Whoever does not say so is taken to drive ahead.
   FftCompass untold;
-  EXPECT_GT(Drive(untold, room, poses).Largest(), 3 * kDegree);
+  EXPECT_GT(Drive(untold, room, poses).Largest(), 3 * kRadPerDeg);
 }
 
 TEST(FftCompass, FollowsARobotThatTurnsAsItLikesOnItsWay) {
@@ -120,7 +120,7 @@ TEST(FftCompass, FollowsARobotThatTurnsAsItLikesOnItsWay) {
     poses[i].yaw = 0.4 * std::sin(0.08 * static_cast<double>(i));
   }
   const Drove run = DriveTelling(PanoramaRoom(2), poses);
-  EXPECT_LT(run.Largest(), 1.2 * kDegree);
+  EXPECT_LT(run.Largest(), 1.2 * kRadPerDeg);
 }
 
 TEST(FftCompass, NeedsNoExactWay) {
@@ -134,7 +134,7 @@ TEST(FftCompass, NeedsNoExactWay) {
     const auto estimate = compass.Next({room.See(poses[i]), 0.1 * static_cast<double>(i), travel});
     largest = std::max(largest, std::abs(Error(*estimate, poses[0], poses[i])));
   }
-  EXPECT_LT(largest, 1.2 * kDegree);
+  EXPECT_LT(largest, 1.2 * kRadPerDeg);
 }
 
 TEST(FftCompass, TurnsOnTheSpotExactly) {
@@ -142,7 +142,7 @@ TEST(FftCompass, TurnsOnTheSpotExactly) {
   for (int i = 0; i < 50; ++i) poses.push_back({3, 2, WrapAngle(-0.17 * i)});
   FftCompass compass;
   const Drove run = Drive(compass, PanoramaRoom(5), poses);
-  EXPECT_LT(run.Largest(), 0.15 * kDegree);
+  EXPECT_LT(run.Largest(), 0.15 * kRadPerDeg);
   // Nothing moved but the robot's heading: the first panorama stays the reference.
   EXPECT_EQ(compass.References(), 1);
 }
@@ -153,7 +153,7 @@ TEST(FftCompass, TurnsFurtherThanItCouldPredict) {
   const std::vector<double> yaws = {0, 0.1, 0.2, 1.9, -2.8, 3.1, 0};
   std::vector<Pose2> poses;
   for (const double yaw : yaws) poses.push_back({5, 2, yaw});
-  EXPECT_LT(Drive(compass, room, poses).Largest(), 0.2 * kDegree);
+  EXPECT_LT(Drive(compass, room, poses).Largest(), 0.2 * kRadPerDeg);
 }
 
 TEST(FftCompass, KnowsPlacesAgain) {
@@ -167,14 +167,14 @@ TEST(FftCompass, KnowsPlacesAgain) {
   EXPECT_GT(compass.Revisits(), 5);
   EXPECT_EQ(forgetful.Revisits(), 0);
   EXPECT_LT(closed.estimates.back().variance_rad2, 0.3 * open.estimates.back().variance_rad2);
-  EXPECT_LT(std::abs(closed.errors_rad.back()), 0.3 * kDegree);
+  EXPECT_LT(std::abs(closed.errors_rad.back()), 0.3 * kRadPerDeg);
 }
 
 TEST(FftCompass, KeepsABoundedNumberOfReferences) {
   FftCompassParams params;
   params.kept_references = 8;
   FftCompass compass(params);
-  EXPECT_LT(Drive(compass, PanoramaRoom(8), Circle(2.1)).Largest(), 1.5 * kDegree);
+  EXPECT_LT(Drive(compass, PanoramaRoom(8), Circle(2.1)).Largest(), 1.5 * kRadPerDeg);
   EXPECT_GT(compass.References(), 20);
 }
 
@@ -193,7 +193,7 @@ TEST(FftCompass, HoldsItsHeadingWhereNothingIsToBeSeen) {
   }
   // Then it knows again.
   EXPECT_GT(run.estimates[30].confidence, 0.5);
-  EXPECT_LT(std::abs(run.errors_rad.back()), 1.2 * kDegree);
+  EXPECT_LT(std::abs(run.errors_rad.back()), 1.2 * kRadPerDeg);
 }
 
 TEST(FftCompass, AUniformRecordingHasNoHeading) {
@@ -216,23 +216,22 @@ TEST(FftCompass, BearsMissingFrames) {
       Drive(compass, PanoramaRoom(10), Circle(1), [](std::size_t i, cv::Mat& panorama) {
         if (i % 4 == 2 || (i > 50 && i < 56)) panorama.release();
       });
-  EXPECT_LT(run.Largest(), 1.2 * kDegree);
+  EXPECT_LT(run.Largest(), 1.2 * kRadPerDeg);
 }
 
 /// The paper's car: something bright and large that passes through a field of view.
 TEST(FftCompass, IsNotTakenAlongByWhatPasses) {
   FftCompass compass;
-  const Drove run =
-      Drive(compass, PanoramaRoom(11), Straight(), [](std::size_t i, cv::Mat& picture) {
-        if (i < 20 || i > 60) return;
-        const int at = 130 + 2 * (static_cast<int>(i) - 20);  // 20 deg/s through the front
-        cv::rectangle(picture, {at, 3}, {at + 35, 14}, {255, 255, 40}, cv::FILLED);
-        cv::rectangle(picture, {at + 8, 3}, {at + 16, 9}, {0, 0, 0}, cv::FILLED);
-      });
+  const Drove run = Drive(compass, PanoramaRoom(11), Straight(), [](std::size_t i, cv::Mat& image) {
+    if (i < 20 || i > 60) return;
+    const int at = 130 + 2 * (static_cast<int>(i) - 20);  // 20 deg/s through the front
+    cv::rectangle(image, {at, 3}, {at + 35, 14}, {255, 255, 40}, cv::FILLED);
+    cv::rectangle(image, {at + 8, 3}, {at + 16, 9}, {0, 0, 0}, cv::FILLED);
+  });
   for (std::size_t i = 1; i < run.errors_rad.size(); ++i) {
-    EXPECT_LT(std::abs(run.errors_rad[i] - run.errors_rad[i - 1]), 1 * kDegree) << i;
+    EXPECT_LT(std::abs(run.errors_rad[i] - run.errors_rad[i - 1]), 1 * kRadPerDeg) << i;
   }
-  EXPECT_LT(run.Largest(), 2 * kDegree);
+  EXPECT_LT(run.Largest(), 2 * kRadPerDeg);
 }
 
 TEST(FftCompass, BearsLightThatChanges) {
@@ -241,10 +240,10 @@ TEST(FftCompass, BearsLightThatChanges) {
       Drive(compass, PanoramaRoom(12), Circle(1), [](std::size_t i, cv::Mat& panorama) {
         panorama.convertTo(panorama, -1, 0.8 + 0.15 * std::sin(0.3 * static_cast<double>(i)), 12);
       });
-  EXPECT_LT(run.Largest(), 1.2 * kDegree);
+  EXPECT_LT(run.Largest(), 1.2 * kRadPerDeg);
 }
 
-/// A mirror whose picture is unwrapped about a point 5 of 140 px off its centre.
+/// A mirror whose image is unwrapped about a point 5 of 140 px off its centre.
 TEST(FftCompass, BearsAMirrorOffCentre) {
   FftCompass compass;
   const Drove run = Drive(compass, PanoramaRoom(17), Circle(1), [](std::size_t, cv::Mat& panorama) {
@@ -261,9 +260,9 @@ TEST(FftCompass, BearsAMirrorOffCentre) {
     panorama = seen;
   });
   for (std::size_t i = 1; i < run.errors_rad.size(); ++i) {
-    EXPECT_LT(std::abs(run.errors_rad[i] - run.errors_rad[i - 1]), 1 * kDegree) << i;
+    EXPECT_LT(std::abs(run.errors_rad[i] - run.errors_rad[i - 1]), 1 * kRadPerDeg) << i;
   }
-  EXPECT_LT(run.Largest(), 6 * kDegree);
+  EXPECT_LT(run.Largest(), 6 * kRadPerDeg);
 }
 
 TEST(FftCompass, BeginsAnewWhereItWasCarriedTo) {
@@ -279,7 +278,7 @@ TEST(FftCompass, BeginsAnewWhereItWasCarriedTo) {
   }
   EXPECT_GT(estimate.confidence, 0.5);
   // How it was turned on the way nobody knows.
-  EXPECT_GT(std::sqrt(estimate.variance_rad2), 10 * kDegree);
+  EXPECT_GT(std::sqrt(estimate.variance_rad2), 10 * kRadPerDeg);
 }
 
 TEST(FftCompass, ShowsTheDistancesOfTheLastFrame) {
@@ -288,7 +287,7 @@ TEST(FftCompass, ShowsTheDistancesOfTheLastFrame) {
   EXPECT_TRUE(compass.Profile().distance.empty());
   ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 0, {}}));
   EXPECT_TRUE(compass.Profile().distance.empty());
-  ASSERT_TRUE(compass.Next({room.See({3, 3, 30 * kDegree}), 1, {}}));
+  ASSERT_TRUE(compass.Next({room.See({3, 3, 30 * kRadPerDeg}), 1, {}}));
   const DistanceProfile profile = compass.Profile();
   ASSERT_EQ(profile.distance.size(), 360U);
   EXPECT_EQ(profile.reference_frame, 0);

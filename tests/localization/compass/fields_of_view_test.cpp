@@ -1,4 +1,5 @@
 #include "localization/compass/fields_of_view.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +18,6 @@ namespace ceilmap::compass {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDeg = kPi / 180;
 
 double Sum(const std::vector<float>& weights) {
   return std::accumulate(weights.begin(), weights.end(), 0.0);
@@ -28,8 +28,8 @@ TEST(FieldsOfView, ByHand) {
   const std::vector<float> front_and_back{1, 0, 0, 0, 1, 0, 0, 0};
   EXPECT_EQ(FieldsOfView{}.ColumnWeights(8), front_and_back);
   const std::vector<float> front_and_back_90{1, 1, 0, 1, 1, 1, 0, 1};
-  EXPECT_EQ(FieldsOfView::FrontAndBack(0, 90 * kDeg).ColumnWeights(8), front_and_back_90);
-  const FieldsOfView left{.centres_rad = {90 * kDeg}, .width_rad = 100 * kDeg};
+  EXPECT_EQ(FieldsOfView::FrontAndBack(0, 90 * kRadPerDeg).ColumnWeights(8), front_and_back_90);
+  const FieldsOfView left{.centres_rad = {90 * kRadPerDeg}, .width_rad = 100 * kRadPerDeg};
   const std::vector<float> left_only{0, 1, 1, 1, 0, 0, 0, 0};
   EXPECT_EQ(left.ColumnWeights(8), left_only);
 }
@@ -44,7 +44,8 @@ TEST(FieldsOfView, EdgesAreInside) {
 }
 
 TEST(FieldsOfView, FollowTheDirectionOfTravel) {
-  const std::vector<float> ahead = FieldsOfView::FrontAndBack(0, 40 * kDeg).ColumnWeights(360);
+  const std::vector<float> ahead =
+      FieldsOfView::FrontAndBack(0, 40 * kRadPerDeg).ColumnWeights(360);
   // Travel to the left: what counts lies further left in the panorama.
   for (const int degrees : {-400, -90, 17, 90, 179, 361}) {
     std::vector<float> expected(360);
@@ -52,7 +53,8 @@ TEST(FieldsOfView, FollowTheDirectionOfTravel) {
       const int from = ((u + degrees) % 360 + 360) % 360;
       expected[static_cast<std::size_t>(u)] = ahead[static_cast<std::size_t>(from)];
     }
-    EXPECT_EQ(FieldsOfView::FrontAndBack(degrees * kDeg, 40 * kDeg).ColumnWeights(360), expected)
+    EXPECT_EQ(FieldsOfView::FrontAndBack(degrees * kRadPerDeg, 40 * kRadPerDeg).ColumnWeights(360),
+              expected)
         << degrees;
   }
 }
@@ -62,7 +64,7 @@ TEST(FieldsOfView, TheWholeViewAndFieldsThatOverlapCountOnce) {
     EXPECT_EQ(Sum(FieldsOfView::FrontAndBack(0.3, 2 * kPi).ColumnWeights(columns)), columns);
     EXPECT_EQ(Sum(FieldsOfView::FrontAndBack(1.3, kPi).ColumnWeights(columns)), columns);
   }
-  EXPECT_EQ(Sum(FieldsOfView::FrontAndBack(0, 200 * kDeg).ColumnWeights(360)), 360);
+  EXPECT_EQ(Sum(FieldsOfView::FrontAndBack(0, 200 * kRadPerDeg).ColumnWeights(360)), 360);
 }
 
 // Whatever the direction, a field holds as many columns as fit its width, one more or less.

@@ -1,4 +1,5 @@
 #include "localization/compass/parallax_fit.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,6 @@ namespace ceilmap::compass {
 namespace {
 
 using std::numbers::pi;
-constexpr double kDegree = pi / 180;
 constexpr int kSectors = 36;
 
 /// What a robot in a round room, off its middle, sees: nearness is smooth around the circle.
@@ -32,14 +32,14 @@ TEST(ParallaxFit, TellsTurnFromTravel) {
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int round = 0; round < 50; ++round) {
     const double turn = 0.3 * unit(random);
-    const double direction = 3 * kDegree * unit(random);
+    const double direction = 3 * kRadPerDeg * unit(random);
     const double nearness = 0.06 * unit(random);  // backwards, too
     const auto shifts = Shifts(turn, direction, nearness, 0.4 * unit(random));
     const ParallaxFit fit = FitParallax(shifts, kSectors, 0);
     // The prior holds the lopsidedness back a little.
     EXPECT_NEAR(fit.rotation_rad, turn, 0.03 * std::abs(nearness) + 1e-4) << round;
     EXPECT_NEAR(fit.parallax_rad, nearness, 0.1 * std::abs(nearness) + 1e-4) << round;
-    EXPECT_EQ(fit.inlier_part, 1);
+    EXPECT_EQ(fit.inlier_ratio, 1);
     EXPECT_GT(fit.variance_rad2, 0);
     EXPECT_LT(std::abs(fit.rotation_rad - turn), 3 * std::sqrt(fit.variance_rad2)) << round;
   }
@@ -56,28 +56,28 @@ TEST(ParallaxFit, IsNotDrawnByWhatIsNear) {
 }
 
 TEST(ParallaxFit, FindsTheDirectionOfTravel) {
-  const ParallaxFit fit = FitParallax(Shifts(0, 5 * kDegree, 0.06, 0.2), kSectors, 0);
-  EXPECT_NEAR(fit.direction_rad, 5 * kDegree, 1 * kDegree);
+  const ParallaxFit fit = FitParallax(Shifts(0, 5 * kRadPerDeg, 0.06, 0.2), kSectors, 0);
+  EXPECT_NEAR(fit.direction_rad, 5 * kRadPerDeg, 1 * kRadPerDeg);
 }
 
 TEST(ParallaxFit, OfAnyDirectionFindsItAllAround) {
   for (int degrees = -180; degrees < 180; degrees += 15) {
-    const auto shifts = Shifts(0.1, degrees * kDegree, 0.06, 0.3);
+    const auto shifts = Shifts(0.1, degrees * kRadPerDeg, 0.06, 0.3);
     const ParallaxFit fit = FitParallaxOfAnyDirection(shifts, kSectors);
     EXPECT_NEAR(fit.rotation_rad, 0.1, 0.004) << degrees;
     EXPECT_LT(std::abs(fit.rotation_rad - 0.1), 3 * std::sqrt(fit.variance_rad2)) << degrees;
-    EXPECT_NEAR(std::cos(2 * (fit.direction_rad - degrees * kDegree)), 1, 0.05) << degrees;
+    EXPECT_NEAR(std::cos(2 * (fit.direction_rad - degrees * kRadPerDeg)), 1, 0.05) << degrees;
     // A wrong expectation costs.
-    EXPECT_LT(fit.cost, FitParallax(shifts, kSectors, (degrees + 80) * kDegree).cost) << degrees;
+    EXPECT_LT(fit.cost, FitParallax(shifts, kSectors, (degrees + 80) * kRadPerDeg).cost) << degrees;
   }
 }
 
 TEST(ParallaxFit, OfAnyDirectionDoubtsWhereSeveralFit) {
   // Shifts known so badly that hardly anything speaks for one direction.
-  auto shifts = Shifts(0.1, 50 * kDegree, 0.06, 0.6);
+  auto shifts = Shifts(0.1, 50 * kRadPerDeg, 0.06, 0.6);
   for (SectorShift& shift : shifts) shift.variance_rad2 = 0.03 * 0.03;
   const ParallaxFit fit = FitParallaxOfAnyDirection(shifts, kSectors);
-  EXPECT_GT(fit.variance_rad2, FitParallax(shifts, kSectors, 50 * kDegree).variance_rad2);
+  EXPECT_GT(fit.variance_rad2, FitParallax(shifts, kSectors, 50 * kRadPerDeg).variance_rad2);
 }
 
 TEST(ParallaxFit, LeavesOutWhatMovesByItself) {
@@ -85,7 +85,7 @@ TEST(ParallaxFit, LeavesOutWhatMovesByItself) {
   for (std::size_t i = 15; i < 22; ++i) shifts[i].shift_rad += 0.12;  // a car ahead
   const ParallaxFit fit = FitParallax(shifts, kSectors, 0);
   EXPECT_NEAR(fit.rotation_rad, 0.05, 0.004);
-  EXPECT_NEAR(fit.inlier_part, 29.0 / 36, 1e-9);
+  EXPECT_NEAR(fit.inlier_ratio, 29.0 / 36, 1e-9);
 }
 
 TEST(ParallaxFit, ASectorCountsByItsVariance) {
@@ -102,7 +102,7 @@ TEST(ParallaxFit, SaysThatTooFewSectorsTellNothing) {
   shifts.resize(5);
   const ParallaxFit fit = FitParallax(shifts, kSectors, 0);
   EXPECT_TRUE(std::isinf(fit.variance_rad2));
-  EXPECT_EQ(fit.inlier_part, 0);
+  EXPECT_EQ(fit.inlier_ratio, 0);
 }
 
 TEST(ParallaxFit, FewerSectorsMeanMoreDoubt) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calib/base/error.hpp"
-#include "localization/compass/column_shift.hpp"
+#include "localization/compass/labrosse/column_shift.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -137,7 +137,7 @@ TEST(ShiftDistances, HaveTheMinimumOfTheExactIntegers) {
   for (int round = 0; round < 20; ++round) {
     const cv::Mat reference = Random(random, 360, 5, CV_8UC3);
     const cv::Mat current = Random(random, 360, 5, CV_8UC3);
-    const auto exact = SquaredShiftDistances(reference, current);
+    const auto exact = labrosse::SquaredShiftDistances(reference, current);
     const auto found = ByFft(reference, current, {}, Means::kCompare);
     EXPECT_EQ(std::min_element(found.begin(), found.end()) - found.begin(),
               std::min_element(exact.begin(), exact.end()) - exact.begin());

@@ -15,10 +15,10 @@ using synthetic::SyntheticCeiling;
 
 const cv::Size kSize(400, 300);
 
-Level MakeLevel(const cv::Mat& picture) {
+Level MakeLevel(const cv::Mat& image) {
   Level level;
-  level.grey.Resize(picture.total());
-  picture.convertTo(cv::Mat(picture.size(), CV_32FC1, level.grey.data()), CV_32F);
+  level.grey.Resize(image.total());
+  image.convertTo(cv::Mat(image.size(), CV_32FC1, level.grey.data()), CV_32F);
   level.noise_sigma = 0.3F;
   return level;
 }
@@ -86,7 +86,7 @@ TEST(BlockStage, MeasuresUnderScale) {
   EXPECT_LT(ErrorsOf(shifts, truth, truth).median, 0.02);
 }
 
-TEST(BlockStage, SelectsSpreadBlocksThatBothPicturesShow) {
+TEST(BlockStage, SelectsSpreadBlocksThatBothImagesShow) {
   const SyntheticCeiling ceiling;
   BlockStage stage(kSize);
   Level reference = MakeLevel(ceiling.RenderFloat(kSize));
@@ -104,7 +104,7 @@ TEST(BlockStage, SelectsSpreadBlocksThatBothPicturesShow) {
   for (const BlockShift& s : shifts) quadrants.insert({s.point.x() > 0, s.point.y() > 0});
   EXPECT_EQ(quadrants.size(), 4U);
 
-  // Half of the picture has left: what remains lies to one side.
+  // Half of the image has left: what remains lies to one side.
   const ImageMotion half{200, 0, 0, 1};
   const auto seen = stage.Select(reference, reference, half, 10000);
   EXPECT_LT(static_cast<int>(seen.size()), 2 * stage.GridSize() / 3);
@@ -115,11 +115,11 @@ TEST(BlockStage, SelectsSpreadBlocksThatBothPicturesShow) {
 }
 
 TEST(BlockStage, PrefersTexture) {
-  cv::Mat picture(kSize, CV_32FC1, cv::Scalar(120));
+  cv::Mat image(kSize, CV_32FC1, cv::Scalar(120));
   const SyntheticCeiling ceiling({.tile_px = 0, .lamps = false});
-  ceiling.RenderFloat(kSize)(cv::Rect(0, 0, 200, 300)).copyTo(picture(cv::Rect(0, 0, 200, 300)));
+  ceiling.RenderFloat(kSize)(cv::Rect(0, 0, 200, 300)).copyTo(image(cv::Rect(0, 0, 200, 300)));
   BlockStage stage(kSize);
-  Level level = MakeLevel(picture);
+  Level level = MakeLevel(image);
   stage.PrepareReference(level);
   const auto chosen = stage.Select(level, level, {}, 6);
   for (const int i : chosen) {
@@ -131,7 +131,7 @@ TEST(BlockStage, PrefersTexture) {
   EXPECT_LT(textured, 3 * stage.GridSize() / 4);
 }
 
-TEST(BlockStage, PicturesSmallerThanABlockHaveNoGrid) {
+TEST(BlockStage, ImagesSmallerThanABlockHaveNoGrid) {
   BlockStage stage({60, 200});
   EXPECT_EQ(stage.GridSize(), 0);
   Level level = MakeLevel(cv::Mat(200, 60, CV_8UC1, cv::Scalar(50)));
@@ -139,7 +139,7 @@ TEST(BlockStage, PicturesSmallerThanABlockHaveNoGrid) {
   EXPECT_TRUE(stage.Select(level, level, {}, 10).empty());
 }
 
-TEST(BlockStage, UniformPicturesGiveNoShifts) {
+TEST(BlockStage, UniformImagesGiveNoShifts) {
   BlockStage stage(kSize);
   Level flat = MakeLevel(cv::Mat(kSize, CV_8UC1, cv::Scalar(90)));
   stage.PrepareReference(flat);

@@ -31,7 +31,7 @@ class CoarseStageTest : public testing::Test {
   FrameSpectrum::Data current_;
 };
 
-TEST_F(CoarseStageTest, WorksOnHalfThePicture) {
+TEST_F(CoarseStageTest, WorksOnHalfTheImage) {
   EXPECT_EQ(stage_.Reduction(), 2);
   EXPECT_EQ(stage_.WorkingSize(), cv::Size(320, 240));
   EXPECT_EQ(CoarseStage({1283, 722}).Reduction(), 4);

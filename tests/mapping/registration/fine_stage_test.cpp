@@ -1,8 +1,8 @@
 #include "mapping/registration/fine_stage.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
@@ -15,13 +15,12 @@ using synthetic::ShiftError;
 using synthetic::SyntheticCeiling;
 
 const cv::Size kSize(480, 360);
-constexpr double kDegree = std::numbers::pi / 180;
 
 class FineStageTest : public testing::Test {
  protected:
-  void Analyze(const cv::Mat& picture, FrameSpectrum::Data& data) {
-    coarse_.Analyze(picture, data);
-    fine_.Analyze(picture, data);
+  void Analyze(const cv::Mat& image, FrameSpectrum::Data& data) {
+    coarse_.Analyze(image, data);
+    fine_.Analyze(image, data);
   }
 
   Hypothesis Near(const ImageMotion& truth, double off_px, double off_deg) {
@@ -29,7 +28,7 @@ class FineStageTest : public testing::Test {
     hypothesis.motion = truth;
     hypothesis.motion.tx_px += off_px;
     hypothesis.motion.ty_px -= 0.5 * off_px;
-    hypothesis.motion.theta_rad += off_deg * kDegree;
+    hypothesis.motion.theta_rad += off_deg * kRadPerDeg;
     hypothesis.overlap = OverlapOf(truth, kSize);
     hypothesis.peak = 0.5;  // what the coarse stage finds on smeared pictures
     hypothesis.peak = 0.3;  // as the coarse stage finds it
@@ -65,7 +64,7 @@ TEST_F(FineStageTest, BringsARoughMotionToTheLastDigit) {
   }
 }
 
-TEST_F(FineStageTest, HoldsUnderBlurOfOnePicture) {
+TEST_F(FineStageTest, HoldsUnderBlurOfOneImage) {
   // A smear of 7 px turns the sign of the spectrum beyond 0.14 cycles per pixel.
   const ImageMotion truth{21.4, 8.3, 0.1, 1};
   Analyze(ceiling_.Render(kSize), reference_);
@@ -116,8 +115,9 @@ TEST_F(FineStageTest, TellsTheTrueMotionFromOneByATile) {
   const Finalist wrong = refine_near(Compose(truth, ImageMotion{60, 0, 0, 1}));
   ASSERT_TRUE(right.result.ok());
   EXPECT_LT(ShiftError(right.result.motion, truth), 0.05);
-  EXPECT_GT(Evidence(right.unlike, wrong.unlike), params_.min_evidence);
-  EXPECT_EQ(Evidence(wrong.unlike, right.unlike), -Evidence(right.unlike, wrong.unlike));
+  EXPECT_GT(Evidence(right.dissimilarity, wrong.dissimilarity), params_.min_evidence);
+  EXPECT_EQ(Evidence(wrong.dissimilarity, right.dissimilarity),
+            -Evidence(right.dissimilarity, wrong.dissimilarity));
 }
 
 }  // namespace

@@ -11,8 +11,8 @@ namespace ceilmap::registration {
 namespace {
 
 /// Of each so many pixels one is black or white.
-cv::Mat Salted(const cv::Mat& picture, int one_in, unsigned seed) {
-  cv::Mat salted = picture.clone();
+cv::Mat Salted(const cv::Mat& image, int one_in, unsigned seed) {
+  cv::Mat salted = image.clone();
   std::mt19937 random(seed);
   std::uniform_int_distribution<std::size_t> place(0, salted.total() - 1);
   for (std::size_t i = 0; i < salted.total() / static_cast<std::size_t>(one_in); ++i) {
@@ -21,23 +21,23 @@ cv::Mat Salted(const cv::Mat& picture, int one_in, unsigned seed) {
   return salted;
 }
 
-TEST(WithoutImpulses, LeavesAPictureAsItIs) {
+TEST(WithoutImpulses, LeavesAImageAsItIs) {
   cv::Mat buffer;
-  const cv::Mat picture = SyntheticCeiling().Render(kSize, {}, 4);
-  EXPECT_EQ(WithoutImpulses(picture, buffer).data, picture.data);
-  const cv::Mat few = Salted(picture, 10000, 1);
+  const cv::Mat image = SyntheticCeiling().Render(kSize, {}, 4);
+  EXPECT_EQ(WithoutImpulses(image, buffer).data, image.data);
+  const cv::Mat few = Salted(image, 10000, 1);
   EXPECT_EQ(WithoutImpulses(few, buffer).data, few.data) << "not worth its grain";
 }
 
 TEST(WithoutImpulses, TakesThemOut) {
   cv::Mat buffer;
-  const cv::Mat picture = SyntheticCeiling().Render(kSize, {}, 1);
-  const cv::Mat salted = Salted(picture, 200, 1);
-  const double before = cv::norm(salted, picture, cv::NORM_L2);
-  EXPECT_LT(cv::norm(WithoutImpulses(salted, buffer), picture, cv::NORM_L2), 0.2 * before);
+  const cv::Mat image = SyntheticCeiling().Render(kSize, {}, 1);
+  const cv::Mat salted = Salted(image, 200, 1);
+  const double before = cv::norm(salted, image, cv::NORM_L2);
+  EXPECT_LT(cv::norm(WithoutImpulses(salted, buffer), image, cv::NORM_L2), 0.2 * before);
 }
 
-TEST_F(RegistrarTest, SaltedPictures) {
+TEST_F(RegistrarTest, SaltedImages) {
   const SyntheticCeiling ceiling;
   const ImageMotion truth{14.3, -22.6, 0.21, 1};
   for (const int one_in : {500, 50}) {

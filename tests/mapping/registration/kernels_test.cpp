@@ -294,7 +294,7 @@ TEST(Kernels, SampleCubicIsCatmullRom) {
     }
     return CatmullRom(columns[0], columns[1], columns[2], columns[3], y - iy);
   };
-  // Positions are rounded to 1/512 px; this picture changes by up to 3 a pixel.
+  // Positions are rounded to 1/512 px; this image changes by up to 3 a pixel.
   for (const Affine& m : {Affine{0.92F, -0.31F, 6.2F, 0.31F, 0.92F, 2.7F},
                           Affine{1.3F, 0.2F, 3.1F, -0.2F, 1.3F, 8.4F},
                           Affine{-1, 0.01F, 30.5F, -0.01F, -1, 20.3F}}) {
@@ -320,7 +320,7 @@ TEST(Kernels, SampleCubicReproducesQuadratics) {
 }
 
 TEST(Kernels, SampleCubicReadsUpToTheBorder) {
-  // Positions in [1, w-2) x [1, h-2): a picture of exactly the patch and its margin.
+  // Positions in [1, w-2) x [1, h-2): an image of exactly the patch and its margin.
   constexpr int kSrcW = Patch::kW + 3;
   const auto src = RandomFloats(kSrcW * (Patch::kH + 3), 18);
   const auto value = [&](double x, double y) {

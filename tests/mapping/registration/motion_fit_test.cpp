@@ -16,7 +16,7 @@ Eigen::Vector2d LinearShift(const Eigen::Vector2d& p, const Parameters& motion) 
           motion[1] + motion[2] * p.x() + motion[3] * p.y()};
 }
 
-/// 8 x 6 blocks over a picture of 640x480.
+/// 8 x 6 blocks over an image of 640x480.
 std::vector<BlockShift> Grid(const Parameters& motion) {
   std::vector<BlockShift> blocks;
   for (int j = 0; j < 6; ++j) {

@@ -17,8 +17,8 @@ CeilingParams BareTiles(double tile_px) {
 }
 
 /// A third of the light is lost in the corners.
-cv::Mat ThroughALens(const cv::Mat& picture) {
-  cv::Mat seen = picture.clone();
+cv::Mat ThroughALens(const cv::Mat& image) {
+  cv::Mat seen = image.clone();
   const double cu = 0.5 * (kSize.width - 1);
   const double cv = 0.5 * (kSize.height - 1);
   for (int v = 0; v < kSize.height; ++v) {
@@ -65,7 +65,7 @@ TEST_F(PeriodicCeiling, APredictionSettlesIt) {
   const ImageMotion motion{140, -60, 0.05, 1};
   const Registration result = Pair(tiles, motion, MotionPrior{{145, -57, 0.04, 1}, 10, 0.05});
   ASSERT_TRUE(result.ok());
-  EXPECT_TRUE(result.by_prior);
+  EXPECT_TRUE(result.disambiguated_by_prior);
   EXPECT_NEAR(result.motion.tx_px, motion.tx_px, 0.1);
   EXPECT_NEAR(result.motion.ty_px, motion.ty_px, 0.1);
 }

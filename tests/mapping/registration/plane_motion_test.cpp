@@ -1,4 +1,5 @@
 #include "mapping/registration/plane_motion.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "mapping/registration/registrar.hpp"
@@ -14,8 +14,6 @@
 
 namespace ceilmap::registration {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 const PlaneCamera kCamera{457, {3, -2}};
 
 PlaneMotion RandomMotion(std::mt19937& random) {
@@ -24,8 +22,8 @@ PlaneMotion RandomMotion(std::mt19937& random) {
           0.2 * unit(random),
           0.05 * unit(random),
           0.5 * unit(random),
-          4 * kDegree * unit(random),
-          4 * kDegree * unit(random)};
+          4 * kRadPerDeg * unit(random),
+          4 * kRadPerDeg * unit(random)};
 }
 
 /// The same by rays: the pixel's point on the plane, brought to the current camera.
@@ -53,7 +51,7 @@ calib::CeilingView OddView() {
   calib::MountedCamera up;
   up.camera = {320, 240, 220, 220, 150, 128, {}};
   up.T_base_cam.linear() =
-      Eigen::AngleAxisd(70 * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      Eigen::AngleAxisd(70 * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   up.T_base_cam.translation() = Eigen::Vector3d(0.12, -0.07, 0.4);
   return {up, 2.6};
 }
@@ -71,7 +69,7 @@ TEST(PlaneFit, TiltIsThatOfTheRobot) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int i = 0; i < 100; ++i) {
-    const Tilt tilt{4 * kDegree * unit(random), 4 * kDegree * unit(random), 0, {}};
+    const Tilt tilt{4 * kRadPerDeg * unit(random), 4 * kRadPerDeg * unit(random), 0, {}};
     const Eigen::Isometry3d T = ToSpace({0, 0, 0.5 * unit(random)}, tilt);
     Eigen::Isometry3d T_camera = Eigen::Isometry3d::Identity();
     T_camera.linear() = R_base_camera.transpose() * T.linear() * R_base_camera;
@@ -80,8 +78,8 @@ TEST(PlaneFit, TiltIsThatOfTheRobot) {
     fit.motion.tilt_x = seen.tilt.roll_rad;
     fit.motion.tilt_y = seen.tilt.pitch_rad;
     const Eigen::Vector2d angles = TiltOf(fit, view).angles;
-    EXPECT_NEAR(angles[0], tilt.pitch_rad, 0.01 * kDegree);
-    EXPECT_NEAR(angles[1], tilt.roll_rad, 0.01 * kDegree);
+    EXPECT_NEAR(angles[0], tilt.pitch_rad, 0.01 * kRadPerDeg);
+    EXPECT_NEAR(angles[1], tilt.roll_rad, 0.01 * kRadPerDeg);
   }
 }
 
@@ -118,7 +116,7 @@ TEST(PlaneMotion, JacobianIsTheDerivative) {
 TEST(PlaneMotion, OneDegreeOfTiltMovesTheBorderByFourPixels) {
   // GEOMETRY section 4: f = 457 px, 320 px off centre, against the centre's motion.
   PlaneMotion motion;
-  motion.tilt_y = kDegree;
+  motion.tilt_y = kRadPerDeg;
   const PlaneCamera camera{457, {0, 0}};
   const double centre = motion.Apply(camera, {0, 0}).x();
   EXPECT_NEAR(std::abs(motion.Apply(camera, {320, 0}).x() - 320 - centre), 3.9, 0.2);
@@ -136,7 +134,7 @@ TEST(PlaneMotion, FromSimilarityMovesPixelsAlike) {
   }
 }
 
-/// Blocks of a 640x480 picture, where `truth` and some noise show them.
+/// Blocks of a 640x480 image, where `truth` and some noise show them.
 std::vector<PlaneShift> Shifts(const PlaneMotion& truth, double noise_px) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
@@ -179,14 +177,14 @@ TEST(FitPlaneMotion, ExactMotions) {
 }
 
 TEST(FitPlaneMotion, LampsBelowTheCeilingDropOut) {
-  const PlaneMotion truth{0.1, -0.05, 0.01, 0.2, 2 * kDegree, -kDegree};
+  const PlaneMotion truth{0.1, -0.05, 0.01, 0.2, 2 * kRadPerDeg, -kRadPerDeg};
   auto shifts = Shifts(truth, 0.02);
   for (std::size_t i = 0; i < shifts.size(); i += 6) shifts[i].seen += Eigen::Vector2d(6, 3);
   const PlaneFit fit = FitPlaneMotion(kCamera, shifts, truth);
   ASSERT_TRUE(fit.ok);
   EXPECT_EQ(fit.inliers, 40);
-  EXPECT_LT(std::abs(fit.motion.tilt_x - truth.tilt_x), 0.02 * kDegree);
-  EXPECT_LT(std::abs(fit.motion.tilt_y - truth.tilt_y), 0.02 * kDegree);
+  EXPECT_LT(std::abs(fit.motion.tilt_x - truth.tilt_x), 0.02 * kRadPerDeg);
+  EXPECT_LT(std::abs(fit.motion.tilt_y - truth.tilt_y), 0.02 * kRadPerDeg);
   const Six d = Difference(fit.motion, truth);
   EXPECT_LT(d.dot(fit.covariance.ldlt().solve(d)), 36) << "six sigmas";
 }
@@ -212,16 +210,16 @@ TEST(FitPlaneMotion, TooFewBlocksAreNotOk) {
   EXPECT_FALSE(FitPlaneMotion(kCamera, {}, {}).ok);
 }
 
-TEST(RefinePlane, FindsTheTiltOfARenderedPicture) {
+TEST(RefinePlane, FindsTheTiltOfARenderedImage) {
   const cv::Size size(640, 480);
   const PlaneCamera camera{457, {0, 0}};
-  // A larger and finer picture of the ceiling, looked up under the plane motion.
+  // A larger and finer image of the ceiling, looked up under the plane motion.
   constexpr int kFiner = 2;
   const cv::Size large(2048, 1600);
   const cv::Mat fine = synthetic::SyntheticCeiling().RenderFloat(large, {0, 0, 0, kFiner});
   const auto render = [&](const PlaneMotion& motion) {
     // Reference pixel of each current pixel: by Newton, as Apply has a derivative.
-    cv::Mat picture(size, CV_8UC1);
+    cv::Mat image(size, CV_8UC1);
     for (int v = 0; v < size.height; ++v) {
       for (int u = 0; u < size.width; ++u) {
         const Eigen::Vector2d seen(u - 319.5, v - 239.5);
@@ -238,16 +236,17 @@ TEST(RefinePlane, FindsTheTiltOfARenderedPicture) {
         const double upper = (1 - px) * fine.at<float>(iy, ix) + px * fine.at<float>(iy, ix + 1);
         const double lower =
             (1 - px) * fine.at<float>(iy + 1, ix) + px * fine.at<float>(iy + 1, ix + 1);
-        picture.at<std::uint8_t>(v, u) =
+        image.at<std::uint8_t>(v, u) =
             cv::saturate_cast<std::uint8_t>((1 - py) * upper + py * lower);
       }
     }
-    return picture;
+    return image;
   };
   Registrar registrar(size);
   const FrameSpectrum reference = registrar.Analyze(render({}));
-  for (const PlaneMotion& truth : {PlaneMotion{0.06, -0.04, 0, 0.1, 2.5 * kDegree, -1.5 * kDegree},
-                                   PlaneMotion{-0.05, 0.02, 0.01, -0.2, -kDegree, 3 * kDegree}}) {
+  for (const PlaneMotion& truth :
+       {PlaneMotion{0.06, -0.04, 0, 0.1, 2.5 * kRadPerDeg, -1.5 * kRadPerDeg},
+        PlaneMotion{-0.05, 0.02, 0.01, -0.2, -kRadPerDeg, 3 * kRadPerDeg}}) {
     const FrameSpectrum current = registrar.Analyze(render(truth));
     PlaneMotion start = truth;
     start.tilt_x = 0;
@@ -257,9 +256,9 @@ TEST(RefinePlane, FindsTheTiltOfARenderedPicture) {
     start.height = 0;
     const PlaneFit fit = registrar.RefinePlane(reference, current, camera, start);
     ASSERT_TRUE(fit.ok);
-    EXPECT_LT(std::abs(fit.motion.tilt_x - truth.tilt_x), 0.01 * kDegree);
-    EXPECT_LT(std::abs(fit.motion.tilt_y - truth.tilt_y), 0.01 * kDegree);
-    EXPECT_LT(std::abs(fit.motion.yaw - truth.yaw), 0.005 * kDegree);
+    EXPECT_LT(std::abs(fit.motion.tilt_x - truth.tilt_x), 0.01 * kRadPerDeg);
+    EXPECT_LT(std::abs(fit.motion.tilt_y - truth.tilt_y), 0.01 * kRadPerDeg);
+    EXPECT_LT(std::abs(fit.motion.yaw - truth.yaw), 0.005 * kRadPerDeg);
     // 2.2 m below a ceiling, 0.5 mm.
     EXPECT_LT(std::hypot(fit.motion.x - truth.x, fit.motion.y - truth.y), 0.5e-3 / 2.2);
 

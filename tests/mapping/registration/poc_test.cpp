@@ -16,15 +16,15 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 const cv::Size kSize(96, 80);
 
-/// Periodic pictures: no window, so that shifts are exact.
+/// Periodic images: no window, so that shifts are exact.
 PocParams Periodic() {
   return {.taper = 0, .band_sigma = 0.12};
 }
 
 /// White noise, i.e. all frequencies, shifted by any amount in its spectrum.
-class PeriodicPicture {
+class PeriodicImage {
  public:
-  explicit PeriodicPicture(unsigned seed) : fft_(RealFft::Plane(kSize.height, kSize.width)) {
+  explicit PeriodicImage(unsigned seed) : fft_(RealFft::Plane(kSize.height, kSize.width)) {
     std::mt19937 random(seed);
     std::normal_distribution<float> normal(0, 20);
     RealArray samples(fft_.RealSize());
@@ -33,7 +33,7 @@ class PeriodicPicture {
     fft_.Forward({samples.data(), samples.size()}, {bins_.data(), bins_.size()});
   }
 
-  /// Picture with B(x) = A(x - shift), mean 0.
+  /// Image with B(x) = A(x - shift), mean 0.
   [[nodiscard]] cv::Mat Shifted(const Eigen::Vector2d& shift) const {
     ComplexArray bins(bins_.size());
     const std::size_t half = static_cast<std::size_t>(kSize.width) / 2 + 1;
@@ -48,9 +48,9 @@ class PeriodicPicture {
       }
     }
     bins[0] = 0;
-    cv::Mat picture(kSize, CV_32FC1);
-    fft_.Inverse({bins.data(), bins.size()}, {picture.ptr<float>(), fft_.RealSize()});
-    return picture / kSize.area();
+    cv::Mat image(kSize, CV_32FC1);
+    fft_.Inverse({bins.data(), bins.size()}, {image.ptr<float>(), fft_.RealSize()});
+    return image / kSize.area();
   }
 
  private:
@@ -62,27 +62,27 @@ double ErrorTo(const PocPeak& peak, double x, double y) {
   return (peak.shift - Eigen::Vector2d(x, y)).norm();
 }
 
-TEST(PocPlane, SubPixelShiftsOfPeriodicPictures) {
+TEST(PocPlane, SubPixelShiftsOfPeriodicImages) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicPicture picture(1);
-  const ComplexArray a = poc.Spectrum(picture.Shifted({0, 0}));
+  const PeriodicImage image(1);
+  const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   std::mt19937 random(2);
   std::uniform_real_distribution<double> x(-45, 45);
   std::uniform_real_distribution<double> y(-38, 38);
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector2d shift(x(random), y(random));
-    poc.Correlate(a, poc.Spectrum(picture.Shifted(shift)), 1e-3);
+    poc.Correlate(a, poc.Spectrum(image.Shifted(shift)), 1e-3);
     const auto peaks = poc.BestPeaks(1);
     ASSERT_EQ(peaks.size(), 1U);
     EXPECT_LT(ErrorTo(peaks[0], shift.x(), shift.y()), 0.002) << shift.transpose();
   }
 }
 
-TEST(PocPlane, EqualPicturesAgreeCompletely) {
+TEST(PocPlane, EqualImagesAgreeCompletely) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicPicture picture(3);
-  const ComplexArray a = poc.Spectrum(picture.Shifted({0, 0}));
-  poc.Correlate(a, poc.Spectrum(picture.Shifted({-11, 7})), 1e-3);
+  const PeriodicImage image(3);
+  const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
+  poc.Correlate(a, poc.Spectrum(image.Shifted({-11, 7})), 1e-3);
   const PocPeak peak = poc.BestPeaks(1).at(0);
   EXPECT_LT(ErrorTo(peak, -11, 7), 1e-3);
   EXPECT_NEAR(peak.height, 1, 1e-3);
@@ -93,25 +93,25 @@ TEST(PocPlane, HeightBetweenPixelsIsThatOfTheNearestSample) {
   // A Gaussian band of deviation s is a Gaussian peak exp(-(2 pi s r)^2 / 2); half a pixel on both
   // axes is the farthest that a sample can be off its top.
   PocPlane poc(kSize, Periodic());
-  const PeriodicPicture picture(4);
-  const ComplexArray a = poc.Spectrum(picture.Shifted({0, 0}));
-  poc.Correlate(a, poc.Spectrum(picture.Shifted({3.5, -2.5})), 1e-3);
+  const PeriodicImage image(4);
+  const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
+  poc.Correlate(a, poc.Spectrum(image.Shifted({3.5, -2.5})), 1e-3);
   const double lowest = std::exp(-0.5 * std::pow(2 * kPi * 0.12, 2) * 0.5);
   EXPECT_NEAR(poc.BestPeaks(1).at(0).height, lowest, 0.01);
 }
 
-TEST(PocPlane, UnrelatedPicturesDoNotAgree) {
+TEST(PocPlane, UnrelatedImagesDoNotAgree) {
   PocPlane poc(kSize, Periodic());
-  const ComplexArray a = poc.Spectrum(PeriodicPicture(5).Shifted({0, 0}));
-  poc.Correlate(a, poc.Spectrum(PeriodicPicture(6).Shifted({0, 0})), 1e-3);
+  const ComplexArray a = poc.Spectrum(PeriodicImage(5).Shifted({0, 0}));
+  poc.Correlate(a, poc.Spectrum(PeriodicImage(6).Shifted({0, 0})), 1e-3);
   for (const PocPeak& peak : poc.BestPeaks(3)) EXPECT_LT(peak.height, 0.25);
 }
 
 TEST(PocPlane, FindsTheGhostToo) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicPicture picture(7);
-  const cv::Mat both = picture.Shifted({12.3, -5.6}) + 0.6 * picture.Shifted({-20.4, 17.7});
-  poc.Correlate(poc.Spectrum(picture.Shifted({0, 0})), poc.Spectrum(both), 1e-3);
+  const PeriodicImage image(7);
+  const cv::Mat both = image.Shifted({12.3, -5.6}) + 0.6 * image.Shifted({-20.4, 17.7});
+  poc.Correlate(poc.Spectrum(image.Shifted({0, 0})), poc.Spectrum(both), 1e-3);
   const auto peaks = poc.BestPeaks(3);
   ASSERT_EQ(peaks.size(), 3U);
   EXPECT_LT(ErrorTo(peaks[0], 12.3, -5.6), 0.1);
@@ -122,10 +122,10 @@ TEST(PocPlane, FindsTheGhostToo) {
 
 TEST(PocPlane, PeaksAcrossTheBorderAreFoundOnce) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicPicture picture(8);
-  const ComplexArray a = poc.Spectrum(picture.Shifted({0, 0}));
+  const PeriodicImage image(8);
+  const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   for (const Eigen::Vector2d& shift : {Eigen::Vector2d(-0.4, 0.4), Eigen::Vector2d(-47.6, 39.6)}) {
-    poc.Correlate(a, poc.Spectrum(picture.Shifted(shift)), 1e-3);
+    poc.Correlate(a, poc.Spectrum(image.Shifted(shift)), 1e-3);
     const auto peaks = poc.BestPeaks(2);
     ASSERT_GE(peaks.size(), 1U);
     EXPECT_NEAR(std::remainder(peaks[0].shift.x() - shift.x(), kSize.width), 0, 0.002);
@@ -136,9 +136,9 @@ TEST(PocPlane, PeaksAcrossTheBorderAreFoundOnce) {
 
 TEST(PocPlane, HalfTurnIsAConjugate) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicPicture picture(9);
-  const cv::Mat first = picture.Shifted({0, 0});
-  const cv::Mat shifted = picture.Shifted({8.25, -13.5});
+  const PeriodicImage image(9);
+  const cv::Mat first = image.Shifted({0, 0});
+  const cv::Mat shifted = image.Shifted({8.25, -13.5});
   cv::Mat turned(kSize, CV_32FC1);  // about pixel (0, 0)
   for (int y = 0; y < kSize.height; ++y) {
     for (int x = 0; x < kSize.width; ++x) {
@@ -156,14 +156,14 @@ TEST(PocPlane, HalfTurnIsAConjugate) {
 
 TEST(PocPlane, NoiseLowersThePeakAndHardlyMovesIt) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicPicture picture(10);
-  const cv::Mat first = picture.Shifted({0, 0});
+  const PeriodicImage image(10);
+  const cv::Mat first = image.Shifted({0, 0});
   cv::RNG random(11);
   for (int i = 0; i < 10; ++i) {
     const Eigen::Vector2d shift(0.7 * i - 3, 2.5 - 0.3 * i);
-    cv::Mat second = picture.Shifted(shift);
+    cv::Mat second = image.Shifted(shift);
     cv::Mat noise(kSize, CV_32FC1);
-    random.fill(noise, cv::RNG::NORMAL, 0, 10);  // half of the picture's own deviation
+    random.fill(noise, cv::RNG::NORMAL, 0, 10);  // half of the image's own deviation
     second += noise;
     poc.Correlate(poc.Spectrum(first), poc.Spectrum(second), 20 * 10 * poc.WindowPower());
     const PocPeak peak = poc.PeakWithin(8);
@@ -193,14 +193,14 @@ TEST(PocPlane, ALineTellsOneDirectionOnly) {
   PocPlane poc(size);
   cv::RNG random(14);
   const auto line = [&](double at) {
-    cv::Mat picture(size, CV_32FC1);
-    random.fill(picture, cv::RNG::NORMAL, 0, 1);
+    cv::Mat image(size, CV_32FC1);
+    random.fill(image, cv::RNG::NORMAL, 0, 1);
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
-        picture.at<float>(y, x) += static_cast<float>(100 * std::exp(-0.25 * (x - at) * (x - at)));
+        image.at<float>(y, x) += static_cast<float>(100 * std::exp(-0.25 * (x - at) * (x - at)));
       }
     }
-    return poc.Spectrum(picture);
+    return poc.Spectrum(image);
   };
   const ComplexArray a = line(30);
   poc.Correlate(a, line(31.5), 4 * poc.WindowPower());
@@ -212,13 +212,13 @@ TEST(PocPlane, ALineTellsOneDirectionOnly) {
 
 TEST(PocPlane, LooksNoFartherThanItIsTold) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicPicture picture(13);
-  poc.Correlate(poc.Spectrum(picture.Shifted({0, 0})), poc.Spectrum(picture.Shifted({9, 0})), 1e-3);
+  const PeriodicImage image(13);
+  poc.Correlate(poc.Spectrum(image.Shifted({0, 0})), poc.Spectrum(image.Shifted({9, 0})), 1e-3);
   EXPECT_LT(poc.PeakWithin(5).height, 0.3);
   EXPECT_LT(ErrorTo(poc.PeakWithin(10), 9, 0), 1e-2);
 }
 
-TEST(PocPlane, EmptyPicturesHaveNoPeak) {
+TEST(PocPlane, EmptyImagesHaveNoPeak) {
   PocPlane poc(kSize);
   const ComplexArray nothing = poc.Spectrum(cv::Mat(kSize, CV_8UC1, cv::Scalar(77)));
   for (const double noise_power : {0.0, 1.0}) {
@@ -228,7 +228,7 @@ TEST(PocPlane, EmptyPicturesHaveNoPeak) {
   }
 }
 
-TEST(PocPlane, RefusesOtherPictures) {
+TEST(PocPlane, RefusesOtherImages) {
   PocPlane poc(kSize);
   EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kSize, CV_16UC1)), std::invalid_argument);
   EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kSize, CV_8UC3)), std::invalid_argument);

@@ -1,4 +1,5 @@
 #include "mapping/registration/polar.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,18 +14,17 @@ namespace ceilmap::registration {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180;
 const cv::Size kSize(320, 240);
 
-/// A picture without a preferred direction.
+/// An image without a preferred direction.
 synthetic::CeilingParams Plaster() {
   return {.seed = 3, .tile_px = 0, .lamps = false};
 }
 
 class PolarTest : public testing::Test {
  protected:
-  ComplexArray Rings(const cv::Mat& picture) {
-    const ComplexArray spectrum = poc_.Spectrum(picture);
+  ComplexArray Rings(const cv::Mat& image) {
+    const ComplexArray spectrum = poc_.Spectrum(image);
     ComplexArray rings(search_.RingSpectrumSize());
     search_.Analyze({spectrum.data(), spectrum.size()},
                     static_cast<float>(0.1 * poc_.WindowPower()),
@@ -41,10 +41,10 @@ class PolarTest : public testing::Test {
 
 /// Difference of two angles that are known up to half a turn, degrees.
 double HalfTurnErrorDeg(double a, double b) {
-  return std::abs(std::remainder(a - b, kPi)) / kDegree;
+  return std::abs(std::remainder(a - b, kPi)) / kRadPerDeg;
 }
 
-TEST_F(PolarTest, APictureAgreesWithItself) {
+TEST_F(PolarTest, AImageAgreesWithItself) {
   const ComplexArray rings = Rings(synthetic::SyntheticCeiling().Render(kSize));
   const auto peaks = Search(rings, rings, false);
   ASSERT_FALSE(peaks.empty());
@@ -58,7 +58,7 @@ TEST_F(PolarTest, RotationsOverTheHalfCircle) {
   const ComplexArray reference = Rings(ceiling.Render(kSize));
   for (int i = 0; i < 33; ++i) {
     const double theta_deg = -176.5 + 11 * i;
-    const double theta = theta_deg * kDegree;
+    const double theta = theta_deg * kRadPerDeg;
     const auto peaks = Search(reference, Rings(ceiling.Render(kSize, {6, -4, theta, 1})), false);
     ASSERT_FALSE(peaks.empty());
     EXPECT_LT(HalfTurnErrorDeg(peaks[0].theta_rad, theta), 0.25) << theta_deg;
@@ -86,10 +86,10 @@ TEST_F(PolarTest, TilesLeaveTheTrueRotationAmongTheProposals) {
   for (int i = 0; i < 10; ++i) {
     const double theta_deg = -85 + 19 * i;
     const auto peaks =
-        Search(reference, Rings(ceiling.Render(kSize, {0, 0, theta_deg * kDegree, 1})), false);
+        Search(reference, Rings(ceiling.Render(kSize, {0, 0, theta_deg * kRadPerDeg, 1})), false);
     double nearest = 90;
     for (const RotationPeak& peak : peaks) {
-      nearest = std::min(nearest, HalfTurnErrorDeg(peak.theta_rad, theta_deg * kDegree));
+      nearest = std::min(nearest, HalfTurnErrorDeg(peak.theta_rad, theta_deg * kRadPerDeg));
     }
     EXPECT_LT(nearest, 0.5) << theta_deg;
   }
@@ -108,7 +108,7 @@ TEST_F(PolarTest, BestFirstNoMoreThanAskedAndApart) {
   }
 }
 
-TEST_F(PolarTest, UniformPicturesGetAProposalTooAndItIsANumber) {
+TEST_F(PolarTest, UniformImagesGetAProposalTooAndItIsANumber) {
   const ComplexArray flat = Rings(cv::Mat(kSize, CV_8UC1, cv::Scalar(128)));
   for (const bool scale : {false, true}) {
     const auto peaks = Search(flat, flat, scale);

@@ -1,4 +1,4 @@
-// Pictures with nothing, or nothing in common: no answer is the right one.
+// Images with nothing, or nothing in common: no answer is the right one.
 
 #include <gmock/gmock.h>
 
@@ -10,7 +10,7 @@
 namespace ceilmap::registration {
 namespace {
 
-TEST_F(RegistrarTest, PicturesWithoutTexture) {
+TEST_F(RegistrarTest, ImagesWithoutTexture) {
   const cv::Mat ceiling = SyntheticCeiling().Render(kSize);
   for (const int grey : {0, 128, 255}) {
     const cv::Mat uniform(kSize, CV_8UC1, cv::Scalar(grey));
@@ -20,7 +20,7 @@ TEST_F(RegistrarTest, PicturesWithoutTexture) {
   }
 }
 
-TEST_F(RegistrarTest, WhitePicturesWithAFewDarkThings) {
+TEST_F(RegistrarTest, WhiteImagesWithAFewDarkThings) {
   cv::Mat white(kSize, CV_8UC1, cv::Scalar(255));
   const cv::Mat grille = white(cv::Rect(kSize.width / 2, kSize.height / 2, 90, 60));
   for (int y = 0; y < grille.rows; y += 6) grille.row(y).setTo(120);
@@ -37,7 +37,7 @@ TEST_F(RegistrarTest, NoiseAloneIsNeverRegistered) {
   }
 }
 
-TEST_F(RegistrarTest, UnrelatedPicturesDoNotMatch) {
+TEST_F(RegistrarTest, UnrelatedImagesDoNotMatch) {
   Registrar with_scale(kSize, WithScale());
   int not_matched = 0;
   constexpr int kPairs = 60;
@@ -76,7 +76,7 @@ TEST_F(RegistrarTest, NoCommonAreaDoesNotMatch) {
 }
 
 TEST_F(RegistrarTest, ABlankBorderIsNotMatchedWithItself) {
-  // Rectified pictures have corners without content, which stand still while the ceiling moves.
+  // Rectified images have corners without content, which stand still while the ceiling moves.
   cv::Mat mask(kSize, CV_8UC1, cv::Scalar(255));
   for (int v = 0; v < kSize.height; ++v) {
     for (int u = 0; u < kSize.width; ++u) {
@@ -95,7 +95,7 @@ TEST_F(RegistrarTest, ABlankBorderIsNotMatchedWithItself) {
   }
 }
 
-TEST_F(RegistrarTest, RefineOfPicturesWithoutTexture) {
+TEST_F(RegistrarTest, RefineOfImagesWithoutTexture) {
   const FrameSpectrum flat = registrar_.Analyze(cv::Mat(kSize, CV_8UC1, cv::Scalar(60)));
   EXPECT_FALSE(registrar_.Refine(flat, flat, {}).ok());
 }

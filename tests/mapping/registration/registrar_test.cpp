@@ -88,7 +88,7 @@ TEST_F(RegistrarTest, LampsThatAreSwitchedOff) {
   }
 }
 
-TEST_F(RegistrarTest, PicturesOfWhichPartsHaveNoContent) {
+TEST_F(RegistrarTest, ImagesOfWhichPartsHaveNoContent) {
   const ImageMotion truth{-30, 20, -0.2, 1};
   const SyntheticCeiling ceiling;
   Registrar registrar(kSize);
@@ -102,9 +102,9 @@ TEST_F(RegistrarTest, PicturesOfWhichPartsHaveNoContent) {
   EXPECT_THAT(as_reference, IsMotion(truth, 0.03, 0.02));
   EXPECT_THAT(registrar.Register(whole, masked), IsMotion(truth.Inverse(), 0.03, 0.02));
   // No block that lies in the blank part was compared.
-  const Dissimilarity unlike = registrar.Compare(whole, masked, truth.Inverse());
-  EXPECT_GT(unlike.blocks, 10);
-  EXPECT_LT(unlike.mean, 0.3);
+  const Dissimilarity dissimilarity = registrar.Compare(whole, masked, truth.Inverse());
+  EXPECT_GT(dissimilarity.blocks, 10);
+  EXPECT_LT(dissimilarity.mean, 0.3);
   EXPECT_LT(as_reference.blocks, registrar.Register(whole, whole).blocks);
   EXPECT_THROW((void)registrar.Analyze(part, cv::Mat(10, 10, CV_8UC1)), InputError);
 }
@@ -129,9 +129,9 @@ TEST_F(RegistrarTest, SpecialAngles) {
   }
 }
 
-TEST_F(RegistrarTest, APictureAgreesWithItself) {
-  const cv::Mat picture = SyntheticCeiling().Render(kSize);
-  const Registration r = Register(picture, picture);
+TEST_F(RegistrarTest, AImageAgreesWithItself) {
+  const cv::Mat image = SyntheticCeiling().Render(kSize);
+  const Registration r = Register(image, image);
   EXPECT_THAT(r, IsMotion(ImageMotion{}, 1e-3, 1e-4));
   EXPECT_NEAR(r.overlap, 1, 0.02);
   EXPECT_EQ(r.inliers, r.blocks);
@@ -223,16 +223,16 @@ TEST_F(RegistrarTest, Exposure) {
 TEST_F(RegistrarTest, LightThatFallsOffToOneSide) {
   const SyntheticCeiling ceiling;
   const ImageMotion truth{40, -25, 0.5, 1};
-  cv::Mat picture = ceiling.RenderFloat(kSize, truth);
-  for (int v = 0; v < picture.rows; ++v) {
-    for (int u = 0; u < picture.cols; ++u) picture.at<float>(v, u) *= 0.6F + 0.0006F * u;
+  cv::Mat image = ceiling.RenderFloat(kSize, truth);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) image.at<float>(v, u) *= 0.6F + 0.0006F * u;
   }
   cv::Mat shaded;
-  picture.convertTo(shaded, CV_8U);
+  image.convertTo(shaded, CV_8U);
   EXPECT_THAT(Register(ceiling.Render(kSize), shaded), IsMotion(truth, 0.03, 0.02));
 }
 
-TEST_F(RegistrarTest, MotionBlurOfOnePicture) {
+TEST_F(RegistrarTest, MotionBlurOfOneImage) {
   std::mt19937 random(7);
   for (const cv::Size smear : {cv::Size(7, 1), cv::Size(1, 9), cv::Size(5, 5)}) {
     const SyntheticCeiling ceiling({.seed = 80});

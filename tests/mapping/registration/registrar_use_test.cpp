@@ -29,7 +29,7 @@ TEST(Registrar, OtherSizes) {
   }
 }
 
-// A pixel of a small picture sees more, so tiles and grooves are smaller.
+// A pixel of a small image sees more, so tiles and grooves are smaller.
 CeilingParams SeenSmall(std::uint32_t seed) {
   return {.seed = seed, .tile_px = 24.0 + seed % 17, .groove_grey = seed % 2 == 0 ? 20.0 : 35.0};
 }
@@ -39,7 +39,7 @@ const std::vector<cv::Size>& SmallSizes() {
   return kSizes;
 }
 
-TEST(Registrar, SmallPictures) {
+TEST(Registrar, SmallImages) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (const cv::Size size : SmallSizes()) {
@@ -67,7 +67,7 @@ TEST(Registrar, SmallPictures) {
   }
 }
 
-TEST(Registrar, SmallPicturesOfOtherPlaces) {
+TEST(Registrar, SmallImagesOfOtherPlaces) {
   enum class There { kPlaster, kOtherTiles, kSameTiles };
   for (const cv::Size size : SmallSizes()) {
     Registrar registrar(size, WithScale());
@@ -97,21 +97,21 @@ std::string MessageOf(const std::function<void()>& action) {
   return "";
 }
 
-TEST_F(RegistrarTest, RefusesOtherPictures) {
+TEST_F(RegistrarTest, RefusesOtherImages) {
   EXPECT_EQ(MessageOf([&] { (void)registrar_.Analyze(cv::Mat::zeros(kSize, CV_8UC3)); }),
-            "picture of 640x480 where 640x480 grey is expected");
+            "image of 640x480 where 640x480 grey is expected");
   EXPECT_EQ(MessageOf([&] { (void)registrar_.Analyze(cv::Mat::zeros(480, 641, CV_8UC1)); }),
-            "picture of 641x480 where 640x480 grey is expected");
+            "image of 641x480 where 640x480 grey is expected");
   EXPECT_THROW((void)registrar_.Analyze(cv::Mat()), InputError);
 }
 
 TEST_F(RegistrarTest, ARowStrideIsNoHindrance) {
   const SyntheticCeiling ceiling;
   cv::Mat wide(480, 700, CV_8UC1, cv::Scalar(0));
-  const cv::Mat picture = ceiling.Render(kSize, {12, 5, 0.1, 1});
-  picture.copyTo(wide(cv::Rect(30, 0, 640, 480)));
+  const cv::Mat image = ceiling.Render(kSize, {12, 5, 0.1, 1});
+  image.copyTo(wide(cv::Rect(30, 0, 640, 480)));
   const cv::Mat reference = ceiling.Render(kSize);
-  const Registration dense = Register(reference, picture);
+  const Registration dense = Register(reference, image);
   const Registration strided = Register(reference, wide(cv::Rect(30, 0, 640, 480)));
   EXPECT_EQ(dense.motion.tx_px, strided.motion.tx_px);
   EXPECT_EQ(dense.motion.theta_rad, strided.motion.theta_rad);
@@ -121,7 +121,7 @@ TEST(Registrar, RefusesSizes) {
   EXPECT_EQ(MessageOf([] {
               Registrar registrar({95, 480});
             }),
-            "pictures of 95x480 cannot be registered; each side must have 96 to 16384 pixels");
+            "images of 95x480 cannot be registered; each side must have 96 to 16384 pixels");
   EXPECT_THROW(Registrar({640, 16385}), InputError);
   EXPECT_THROW(Registrar({0, 0}), InputError);
   EXPECT_NO_THROW(Registrar({96, 96}));
@@ -181,7 +181,7 @@ TEST_F(RegistrarTest, SpectraOutliveManyFramesThatCameAfter) {
 
 TEST_F(RegistrarTest, TwoThreadsShareAReference) {
   const SyntheticCeiling ceiling;
-  const cv::Mat reference_picture = ceiling.Render(kSize);
+  const cv::Mat reference_image = ceiling.Render(kSize);
   constexpr std::size_t kFrames = 3;
   std::vector<cv::Mat> frames;
   for (std::size_t i = 0; i < 2 * kFrames; ++i) {
@@ -190,10 +190,10 @@ TEST_F(RegistrarTest, TwoThreadsShareAReference) {
   }
   std::vector<Registration> alone;
   alone.reserve(frames.size());
-  for (const cv::Mat& frame : frames) alone.push_back(Register(reference_picture, frame));
+  for (const cv::Mat& frame : frames) alone.push_back(Register(reference_image, frame));
 
   // Both threads make the shared reference ready, at about the same time.
-  const FrameSpectrum reference = registrar_.Analyze(reference_picture);
+  const FrameSpectrum reference = registrar_.Analyze(reference_image);
   std::vector<Registration> shared(frames.size());
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < 2; ++t) {
@@ -213,16 +213,16 @@ TEST_F(RegistrarTest, TwoThreadsShareAReference) {
 
 TEST_F(RegistrarTest, SpectraMayEndInAnotherThread) {
   const SyntheticCeiling ceiling;
-  const cv::Mat picture = ceiling.Render(kSize);
-  const Registration expected = Register(picture, picture);
+  const cv::Mat image = ceiling.Render(kSize);
+  const Registration expected = Register(image, image);
   std::vector<Registration> results(4);
   for (Registration& result : results) {
-    const FrameSpectrum reference = registrar_.Analyze(picture);
+    const FrameSpectrum reference = registrar_.Analyze(image);
     std::thread user([&result, spectrum = reference] {
       Registrar registrar(kSize);
       result = registrar.Register(spectrum, spectrum);
     });
-    FrameSpectrum meanwhile = registrar_.Analyze(picture);
+    FrameSpectrum meanwhile = registrar_.Analyze(image);
     user.join();
   }
   for (const Registration& result : results) ExpectSame(result, expected);

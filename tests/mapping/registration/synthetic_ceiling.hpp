@@ -25,29 +25,29 @@ struct CeilingParams {
   std::vector<Eigen::Vector2d> own_marks{};  ///< large dark spots at these places
 };
 
-/// A ceiling without end, drawn from formulas: every picture of it is exact under any similarity
-/// motion, no picture is made by resampling another. All it consists of has been smoothed by a
+/// A ceiling without end, drawn from formulas: every image of it is exact under any similarity
+/// motion, no image is made by resampling another. All it consists of has been smoothed by a
 /// Gaussian of at least 1.2 px, so that sampling at one pixel (or 0.7) loses nothing.
 class SyntheticCeiling {
  public:
   explicit SyntheticCeiling(const CeilingParams& params = {}) : params_(params) {}
 
   /// What a camera shows to which ceiling point p (pixels) appears at motion.Apply(p) from the
-  /// picture's centre, in grey levels, CV_32FC1. With the motions A and B of two pictures,
+  /// image's centre, in grey levels, CV_32FC1. With the motions A and B of two images,
   /// Compose(B, A.Inverse()) is the motion from the first to the second.
   [[nodiscard]] cv::Mat RenderFloat(cv::Size size, const ImageMotion& motion = {}) const {
-    cv::Mat picture(size, CV_32FC1, cv::Scalar(130));
+    cv::Mat image(size, CV_32FC1, cv::Scalar(130));
     const Frame frame{size, motion, motion.Inverse()};
-    if (params_.tile_px > 0) DrawTiles(frame, picture);
+    if (params_.tile_px > 0) DrawTiles(frame, image);
     if (params_.speckle_grey > 0) {
-      DrawSpots(frame, {1, 8, 1.0, 1.3, 2.3, params_.speckle_grey, true}, picture);
+      DrawSpots(frame, {1, 8, 1.0, 1.3, 2.3, params_.speckle_grey, true}, image);
     }
-    if (params_.marks) DrawSpots(frame, {2, 160, 0.8, 4, 9, -60, false}, picture);
+    if (params_.marks) DrawSpots(frame, {2, 160, 0.8, 4, 9, -60, false}, image);
     for (const Eigen::Vector2d& p : params_.own_marks) {
-      AddSpot(motion.Apply(p), 12 * motion.scale, -70, picture);
+      AddSpot(motion.Apply(p), 12 * motion.scale, -70, image);
     }
-    if (params_.lamps) DrawLamps(frame, picture);
-    return picture;
+    if (params_.lamps) DrawLamps(frame, image);
+    return image;
   }
 
   /// The same in 8 bits, with white noise of a standard deviation (grey levels).
@@ -55,15 +55,15 @@ class SyntheticCeiling {
                                const ImageMotion& motion = {},
                                double noise_sigma = 0,
                                std::uint32_t noise_seed = 1) const {
-    cv::Mat picture = RenderFloat(size, motion);
+    cv::Mat image = RenderFloat(size, motion);
     if (noise_sigma > 0) {
       cv::Mat noise(size, CV_32FC1);
       cv::RNG random(noise_seed * 2654435761U + 97);
       random.fill(noise, cv::RNG::NORMAL, 0, noise_sigma);
-      picture += noise;
+      image += noise;
     }
     cv::Mat grey;
-    picture.convertTo(grey, CV_8U);
+    image.convertTo(grey, CV_8U);
     return grey;
   }
 
@@ -71,7 +71,7 @@ class SyntheticCeiling {
   struct Frame {
     cv::Size size;
     ImageMotion motion;   // ceiling -> picture
-    ImageMotion inverse;  // picture -> ceiling
+    ImageMotion inverse;  // image -> ceiling
 
     [[nodiscard]] Eigen::Vector2d Centred(double u, double v) const {
       return {u - 0.5 * (size.width - 1), v - 0.5 * (size.height - 1)};
@@ -110,7 +110,7 @@ class SyntheticCeiling {
     return numbers;
   }
 
-  /// Cells that the picture may show, with one more on each side.
+  /// Cells that the image may show, with one more on each side.
   static Cells CellsInView(const Frame& frame, double cell_px) {
     double reach_x = 0;
     double reach_y = 0;
@@ -128,15 +128,15 @@ class SyntheticCeiling {
             cell(centre.y() + reach_y) + 1};
   }
 
-  static void AddSpot(const Eigen::Vector2d& at, double sigma, double grey, cv::Mat& picture) {
+  static void AddSpot(const Eigen::Vector2d& at, double sigma, double grey, cv::Mat& image) {
     // A Gaussian is the product of one along x and one along y, in any rotation.
-    const double u = at.x() + 0.5 * (picture.cols - 1);
-    const double v = at.y() + 0.5 * (picture.rows - 1);
+    const double u = at.x() + 0.5 * (image.cols - 1);
+    const double v = at.y() + 0.5 * (image.rows - 1);
     const double reach = 4.5 * sigma;
     const int x0 = std::max(0, static_cast<int>(std::ceil(u - reach)));
-    const int x1 = std::min(picture.cols - 1, static_cast<int>(std::floor(u + reach)));
+    const int x1 = std::min(image.cols - 1, static_cast<int>(std::floor(u + reach)));
     const int y0 = std::max(0, static_cast<int>(std::ceil(v - reach)));
-    const int y1 = std::min(picture.rows - 1, static_cast<int>(std::floor(v + reach)));
+    const int y1 = std::min(image.rows - 1, static_cast<int>(std::floor(v + reach)));
     std::array<float, 256> along_x{};
     if (x1 - x0 >= static_cast<int>(along_x.size())) return;
     const double k = -0.5 / (sigma * sigma);
@@ -146,12 +146,12 @@ class SyntheticCeiling {
     }
     for (int y = y0; y <= y1; ++y) {
       const auto height = static_cast<float>(grey * std::exp(k * (y - v) * (y - v)));
-      auto* row = picture.ptr<float>(y);
+      auto* row = image.ptr<float>(y);
       for (int x = x0; x <= x1; ++x) row[x] += height * along_x[static_cast<std::size_t>(x - x0)];
     }
   }
 
-  void DrawSpots(const Frame& frame, const Spots& spots, cv::Mat& picture) const {
+  void DrawSpots(const Frame& frame, const Spots& spots, cv::Mat& image) const {
     const Cells cells = CellsInView(frame, spots.cell_px);
     for (int j = cells.y0; j <= cells.y1; ++j) {
       for (int i = cells.x0; i <= cells.x1; ++i) {
@@ -163,7 +163,7 @@ class SyntheticCeiling {
             spots.sigma_min_px + kind[0] * (spots.sigma_max_px - spots.sigma_min_px);
         const double grey =
             spots.both_signs ? spots.grey * (2 * kind[1] - 1) : spots.grey * (0.5 + 0.5 * kind[1]);
-        AddSpot(frame.motion.Apply(p), frame.motion.scale * sigma, grey, picture);
+        AddSpot(frame.motion.Apply(p), frame.motion.scale * sigma, grey, image);
       }
     }
   }
@@ -176,7 +176,7 @@ class SyntheticCeiling {
     return 0.5 * std::erfc(-x / (kSigma * std::sqrt(2.0)));
   }
 
-  void DrawTiles(const Frame& frame, cv::Mat& picture) const {
+  void DrawTiles(const Frame& frame, cv::Mat& image) const {
     constexpr double kGroove = 1.4;  // half width of the lines, sigma
     const auto groove = [](double d) {
       return std::abs(d) > 5 * kGroove ? 0.0 : std::exp(-0.5 * d * d / (kGroove * kGroove));
@@ -184,13 +184,13 @@ class SyntheticCeiling {
     const auto tile_grey = [&](int i, int j) {
       return params_.tile_grey * (2 * Chance(0, i, j)[0] - 1);
     };
-    for (int v = 0; v < picture.rows; ++v) {
-      auto* row = picture.ptr<float>(v);
+    for (int v = 0; v < image.rows; ++v) {
+      auto* row = image.ptr<float>(v);
       int i_known = 0;
       int j_known = 0;
       std::array<double, 4> greys{};
       bool known = false;
-      for (int u = 0; u < picture.cols; ++u) {
+      for (int u = 0; u < image.cols; ++u) {
         const Eigen::Vector2d p = frame.inverse.Apply(frame.Centred(u, v));
         // The nearest crossing of lines, and the four tiles around it.
         const int i = static_cast<int>(std::lround(p.x() / params_.tile_px));
@@ -214,7 +214,7 @@ class SyntheticCeiling {
     }
   }
 
-  void DrawLamps(const Frame& frame, cv::Mat& picture) const {
+  void DrawLamps(const Frame& frame, cv::Mat& image) const {
     constexpr double kCell = 300;
     const Cells cells = CellsInView(frame, kCell);
     for (int j = cells.y0; j <= cells.y1; ++j) {
@@ -226,7 +226,7 @@ class SyntheticCeiling {
         AddLamp(frame,
                 {(i + 0.2 + 0.6 * place[0]) * kCell, (j + 0.2 + 0.6 * place[1]) * kCell},
                 half,
-                picture);
+                image);
       }
     }
   }
@@ -234,15 +234,15 @@ class SyntheticCeiling {
   static void AddLamp(const Frame& frame,
                       const Eigen::Vector2d& centre,
                       const Eigen::Vector2d& half,
-                      cv::Mat& picture) {
+                      cv::Mat& image) {
     const Eigen::Vector2d at = frame.motion.Apply(centre) - frame.Centred(0, 0);
     const double reach = frame.motion.scale * (half.norm() + 8);
     const int x0 = std::max(0, static_cast<int>(at.x() - reach));
-    const int x1 = std::min(picture.cols - 1, static_cast<int>(at.x() + reach));
+    const int x1 = std::min(image.cols - 1, static_cast<int>(at.x() + reach));
     const int y0 = std::max(0, static_cast<int>(at.y() - reach));
-    const int y1 = std::min(picture.rows - 1, static_cast<int>(at.y() + reach));
+    const int y1 = std::min(image.rows - 1, static_cast<int>(at.y() + reach));
     for (int v = y0; v <= y1; ++v) {
-      auto* row = picture.ptr<float>(v);
+      auto* row = image.ptr<float>(v);
       for (int u = x0; u <= x1; ++u) {
         const Eigen::Vector2d p = frame.inverse.Apply(frame.Centred(u, v)) - centre;
         row[u] += static_cast<float>(70 * Step(half.x() - std::abs(p.x())) *

@@ -24,9 +24,9 @@ double Deviation(const cv::Mat& samples) {
   return deviation[0];
 }
 
-cv::Mat Shrunk(const cv::Mat& picture, int times) {
+cv::Mat Shrunk(const cv::Mat& image, int times) {
   cv::Mat small;
-  cv::resize(picture, small, picture.size() / times, 0, 0, cv::INTER_AREA);
+  cv::resize(image, small, image.size() / times, 0, 0, cv::INTER_AREA);
   return small;
 }
 
@@ -88,7 +88,7 @@ TEST(CeilingGrain, OfAPeriodicCeilingIsTheSameToo) {
   EXPECT_GT(Correlation(Shrunk(Seen(scene), 2), coarse), 0.98);
 }
 
-// A camera that turns by 90 degrees over a tile's middle or corner sees the same picture.
+// A camera that turns by 90 degrees over a tile's middle or corner sees the same image.
 TEST(CeilingGrain, OfASymmetricTileIsItsOwnAfterAQuarterTurn) {
   Scene scene = PlainScene();
   scene.camera.height_px = scene.camera.width_px;

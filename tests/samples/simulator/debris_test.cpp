@@ -1,4 +1,5 @@
 #include "samples/simulator/debris.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gmock/gmock.h>
 
@@ -39,7 +40,7 @@ std::string ErrorOf(const Scene& scene) {
 TEST(TiltAt, FollowsARaisedCosine) {
   // Rows of a rendered run whose bump of 0.4 m begins at 0.22 m, 0.02 m apart.
   const Debris debris{{{0.22, 0.4, 2.4, 0}}};
-  const auto pitch_deg = [&](double way_m) { return TiltAt(debris, way_m).pitch_rad / kDegree; };
+  const auto pitch_deg = [&](double way_m) { return TiltAt(debris, way_m).pitch_rad / kRadPerDeg; };
   EXPECT_EQ(pitch_deg(0.22), 0);
   EXPECT_NEAR(pitch_deg(0.24), 0.058732, 1e-6);
   EXPECT_NEAR(pitch_deg(0.26), 0.229180, 1e-6);
@@ -54,17 +55,17 @@ TEST(TiltAt, FollowsARaisedCosine) {
 TEST(TiltAt, BumpsThatOverlapAddUp) {
   const Debris debris{{{1, 1, 3, 0}, {1.25, 0.5, 1, -2}}};
   const Tilt tilt = TiltAt(debris, 1.5);
-  EXPECT_NEAR(tilt.pitch_rad, 4 * kDegree, 1e-12);
-  EXPECT_NEAR(tilt.roll_rad, -2 * kDegree, 1e-12);
+  EXPECT_NEAR(tilt.pitch_rad, 4 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(tilt.roll_rad, -2 * kRadPerDeg, 1e-12);
 }
 
 TEST(TiltedBase, NoseUpLiftsTheMastAndLeftSideUpTipsItToTheRight) {
-  const Isometry3d T_map_base = TiltedBase({1, 2, 0}, {5 * kDegree, 0}, 0.14);
-  EXPECT_NEAR(T_map_base.translation().z(), 0.14 * std::sin(5 * kDegree), 1e-12);
-  EXPECT_NEAR(T_map_base.translation().x(), 1 + 0.14 * std::cos(5 * kDegree), 1e-12);
-  EXPECT_NEAR((T_map_base.linear() * Vector3d::UnitX()).z(), std::sin(5 * kDegree), 1e-12);
-  const Isometry3d rolled = TiltedBase({1, 2, 0}, {0, 2 * kDegree}, 0.14);
-  EXPECT_NEAR((rolled.linear() * Vector3d::UnitY()).z(), std::sin(2 * kDegree), 1e-12);
+  const Isometry3d T_map_base = TiltedBase({1, 2, 0}, {5 * kRadPerDeg, 0}, 0.14);
+  EXPECT_NEAR(T_map_base.translation().z(), 0.14 * std::sin(5 * kRadPerDeg), 1e-12);
+  EXPECT_NEAR(T_map_base.translation().x(), 1 + 0.14 * std::cos(5 * kRadPerDeg), 1e-12);
+  EXPECT_NEAR((T_map_base.linear() * Vector3d::UnitX()).z(), std::sin(5 * kRadPerDeg), 1e-12);
+  const Isometry3d rolled = TiltedBase({1, 2, 0}, {0, 2 * kRadPerDeg}, 0.14);
+  EXPECT_NEAR((rolled.linear() * Vector3d::UnitY()).z(), std::sin(2 * kRadPerDeg), 1e-12);
   EXPECT_NEAR(rolled.translation().z(), 0, 1e-12);
 }
 
@@ -87,8 +88,8 @@ TEST(MakePathOverDebris, PosesAreTheFormula) {
     for (const Bump& bump : scene.debris.bumps) {
       if (way < bump.start_m || way > bump.start_m + bump.length_m) continue;
       const double turn = 2 * std::numbers::pi * (way - bump.start_m) / bump.length_m;
-      pitch += bump.pitch_deg * kDegree * (1 - std::cos(turn)) / 2;
-      roll += bump.roll_deg * kDegree * (1 - std::cos(turn)) / 2;
+      pitch += bump.pitch_deg * kRadPerDeg * (1 - std::cos(turn)) / 2;
+      roll += bump.roll_deg * kRadPerDeg * (1 - std::cos(turn)) / 2;
     }
     return Translation3d(2 + way * std::cos(yaw), 3 + way * std::sin(yaw), 0) *
            AngleAxisd(yaw, Vector3d::UnitZ()) * AngleAxisd(-pitch, Vector3d::UnitY()) *

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "samples/simulator/paints.hpp"
 #include "samples/simulator/wall_posters.hpp"
@@ -38,7 +39,7 @@ Vector2d ForwardPixel(const Renderer& renderer,
   return *forward.camera.Project((T_map_base * forward.T_base_cam).inverse() * p_map);
 }
 
-/// Where the rig puts the middle of what a square on that wall covers of the picture.
+/// Where the rig puts the middle of what a square on that wall covers of the image.
 Vector2d CentreOfSquare(const Renderer& renderer,
                         const Isometry3d& T_map_base,
                         const Vector3d& middle,
@@ -77,11 +78,11 @@ TEST(ForwardCamera, NoseUpMovesTheContentDown) {
   const Renderer renderer(SquareOnTheWall(4, 0.4));
   const Isometry3d level = Level(7.99999, 4, 0);
   Isometry3d nose_up = level;
-  nose_up.rotate(Eigen::AngleAxisd(-4 * kDegree, Vector3d::UnitY()));
+  nose_up.rotate(Eigen::AngleAxisd(-4 * kRadPerDeg, Vector3d::UnitY()));
   const Vector2d before = CentreOfMark(renderer.RenderForwardLight(level), 0);
   const Vector2d after = CentreOfMark(renderer.RenderForwardLight(nose_up), 0);
   EXPECT_NEAR(after.x() - before.x(), 0, kPixels);
-  EXPECT_GT(after.y() - before.y(), 400 * std::tan(4 * kDegree) - 0.5);
+  EXPECT_GT(after.y() - before.y(), 400 * std::tan(4 * kRadPerDeg) - 0.5);
   EXPECT_LT((after - ForwardPixel(renderer, nose_up, {11.99999, 4, 0.4})).norm(), kPixels);
 }
 
@@ -99,8 +100,8 @@ TEST(ForwardCamera, ThingsFollowTheRigsCameraModelEverywhere) {
   for (int i = 0; i < 24; ++i) {
     Isometry3d T_map_base =
         Level(8 + 1.2 * std::cos(1.7 * i), 4 + 0.7 * std::sin(2.3 * i), 12 * std::sin(0.9 * i));
-    T_map_base.rotate(Eigen::AngleAxisd(-4 * kDegree * std::cos(i), Vector3d::UnitY()));
-    T_map_base.rotate(Eigen::AngleAxisd(2 * kDegree * std::sin(i), Vector3d::UnitX()));
+    T_map_base.rotate(Eigen::AngleAxisd(-4 * kRadPerDeg * std::cos(i), Vector3d::UnitY()));
+    T_map_base.rotate(Eigen::AngleAxisd(2 * kRadPerDeg * std::sin(i), Vector3d::UnitX()));
     const Vector2d expected = CentreOfSquare(renderer, T_map_base, {11.99999, 4.2, 0.9}, kSize);
     if (expected.x() < 35 || expected.x() > 285 || expected.y() < 35 || expected.y() > 205)
       continue;
@@ -136,7 +137,7 @@ TEST(ForwardCamera, FloorBeginsWhereTheWallEnds) {
   EXPECT_EQ(light.at<float>(150, 100), 0);
 }
 
-TEST(ForwardCamera, PostersAreInThePictureWhereTheyHang) {
+TEST(ForwardCamera, PostersAreInTheImageWhereTheyHang) {
   Scene scene = DarkForwardScene();
   scene.room.wall_brightness = 0.5;
   scene.room.wall_posters_per_100m2 = 200;
@@ -184,24 +185,24 @@ TEST(ForwardCamera, FloorHasATextureThatFadesFarAway) {
 
 TEST(ForwardCamera, BlursByItsOwnExposure) {
   Scene scene = SquareOnTheWall(4, 0.4);
-  scene.picture.motion_blur = true;
+  scene.image.motion_blur = true;
   const Renderer renderer(scene);
   const Frame still = StillFrame(0, {7.99999, 4, 0});
   Frame turning = still;
   turning.T_map_base_forward_open = Level(7.99999, 4, -0.5);
   turning.T_map_base_forward_close = Level(7.99999, 4, 0.5);
-  const auto spread = [](const cv::Mat& picture) {
+  const auto spread = [](const cv::Mat& image) {
     cv::Mat columns;
-    cv::reduce(picture, columns, 0, cv::REDUCE_MAX);
+    cv::reduce(image, columns, 0, cv::REDUCE_MAX);
     return cv::countNonZero(columns);
   };
   EXPECT_NEAR(spread(renderer.RenderForward(turning)) - spread(renderer.RenderForward(still)),
-              400 * kDegree,
+              400 * kRadPerDeg,
               2);
   EXPECT_EQ(cv::norm(renderer.Render(turning), renderer.Render(still), cv::NORM_INF), 0);
 }
 
-TEST(ForwardCamera, LeavesTheUpwardPicturesAlone) {
+TEST(ForwardCamera, LeavesTheUpwardImagesAlone) {
   Scene scene;
   scene.camera.width_px = 320;
   scene.camera.height_px = 240;
@@ -217,7 +218,7 @@ TEST(ForwardCamera, HasNoiseOfItsOwn) {
   Scene scene = DarkForwardScene();
   scene.ceiling.brightness = 0.4;
   scene.fixtures.boxes = {{8, 4, 0.1, 8, 0, 2.4, 0, 0.4 / 0.6}};  // fills the forward picture
-  scene.picture.shot_noise = 0.02;
+  scene.image.shot_noise = 0.02;
   const Renderer renderer(scene);
   const Frame frame = StillFrame(0, {7, 4, 0});
   cv::Mat up, forward, difference;
@@ -257,10 +258,10 @@ TEST(ForwardCamera, SeesMoversInTheirColours) {
   const Frame frame = StillFrame(0, {6, 4, 0});
   EXPECT_EQ(Renderer(scene).RenderForward(frame).type(), CV_8UC1);
   scene.forward->saturation = 1;
-  const cv::Mat picture = Renderer(scene).RenderForward(frame);
-  ASSERT_EQ(picture.type(), CV_8UC3);
+  const cv::Mat image = Renderer(scene).RenderForward(frame);
+  ASSERT_EQ(image.type(), CV_8UC3);
   // Its ends shine with 0.6 of 1 and of 0.25: by the sRGB curve 0.798 and 0.425.
-  const auto& seen = picture.at<cv::Vec3b>(100, 160);
+  const auto& seen = image.at<cv::Vec3b>(100, 160);
   EXPECT_NEAR(seen[2], 203, 1);
   EXPECT_NEAR(seen[1], 108, 1);
   EXPECT_EQ(seen[0], 0);

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "samples/simulator/mirror_rays.hpp"
 #include "samples/simulator/paints.hpp"
@@ -23,7 +24,7 @@ constexpr double kB = 0.0234125;
 const double kC = std::hypot(kA, kB);
 constexpr double kCentre = 239.5;
 
-/// Radius in the picture of a direction `elevation` above the horizon: the ray from the viewpoint
+/// Radius in the image of a direction `elevation` above the horizon: the ray from the viewpoint
 /// meets the mirror at distance t, the root on its upper sheet, and the pinhole sees that place.
 double Rho(double elevation) {
   const double c = std::cos(elevation);
@@ -112,7 +113,7 @@ TEST(OmniCamera, ThingsShowWhereTheMirrorPutsThem) {
     for (const double yaw : {0.0, 1.1, -2.5}) {
       const Pose2 T_map_base{6, 4, yaw};
       const Vector2d seen = CentreOfLight(LightAt(renderer, T_map_base));
-      const Vector2d expected = OmniPixel(Level(6, 4, yaw / kDegree), at);
+      const Vector2d expected = OmniPixel(Level(6, 4, yaw / kRadPerDeg), at);
       EXPECT_LT((seen - expected).norm(), 0.25) << at.transpose() << " yaw " << yaw;
     }
   }
@@ -123,8 +124,8 @@ TEST(OmniCamera, FollowsTheRobotsTilt) {
   scene.fixtures.boxes = {SmallBox({7.5, 4.4, 0.9})};
   const Renderer renderer(scene);
   Frame frame = StillFrame(0, {6, 4, 0.2});
-  frame.T_map_base.rotate(Eigen::AngleAxisd(-5 * kDegree, Vector3d::UnitY()));
-  frame.T_map_base.rotate(Eigen::AngleAxisd(3 * kDegree, Vector3d::UnitX()));
+  frame.T_map_base.rotate(Eigen::AngleAxisd(-5 * kRadPerDeg, Vector3d::UnitY()));
+  frame.T_map_base.rotate(Eigen::AngleAxisd(3 * kRadPerDeg, Vector3d::UnitX()));
   const Vector2d seen = CentreOfLight(renderer.RenderOmniLight(frame));
   EXPECT_LT((seen - OmniPixel(frame.T_map_base, {7.5, 4.4, 0.9})).norm(), 0.25);
 }
@@ -164,7 +165,7 @@ TEST(OmniCamera, ALeftTurnMovesThePanoramaToTheRight) {
     return row;
   };
   const cv::Mat before = panorama(0);
-  const cv::Mat after = panorama(20 * kDegree);
+  const cv::Mat after = panorama(20 * kRadPerDeg);
   int best = 0;
   double least = 1e9;
   for (int shift = 0; shift < 720; ++shift) {
@@ -202,20 +203,20 @@ TEST(OmniCamera, ColoursFollowTheSeedAndLeaveTheLightAlone) {
   const cv::Mat grey = LightAt(Renderer(scene), {6, 4, 0});
   scene.omni->saturation = 1;
   const cv::Mat coloured = LightAt(Renderer(scene), {6, 4, 0});
-  double most_colour = 0;
+  double max_colour = 0;
   for (int v = 0; v < 480; v += 3) {
     for (int u = 0; u < 480; u += 3) {
       const auto& g = grey.at<cv::Vec3f>(v, u);
       const auto& c = coloured.at<cv::Vec3f>(v, u);
       EXPECT_NEAR(Luminance(c[2], c[1], c[0]), Luminance(g[2], g[1], g[0]), 1e-4);
       EXPECT_TRUE(c[0] >= 0 && c[1] >= 0 && c[2] >= 0);
-      most_colour = std::max<double>(most_colour, std::abs(c[0] - c[2]));
+      max_colour = std::max<double>(max_colour, std::abs(c[0] - c[2]));
     }
   }
-  EXPECT_GT(most_colour, 0.2);
+  EXPECT_GT(max_colour, 0.2);
 }
 
-TEST(OmniCamera, MirrorOffCentreMovesThePictureAndTheRigOnlyWhenItKnows) {
+TEST(OmniCamera, MirrorOffCentreMovesTheImageAndTheRigOnlyWhenItKnows) {
   Scene scene = DarkOmniScene();
   scene.fixtures.boxes = {SmallBox({7.2, 4.3, 0.62})};
   const Vector2d centred = CentreOfLight(LightAt(Renderer(scene), {6, 4, 0}));
@@ -245,7 +246,7 @@ TEST(OmniCamera, RigReadsBackAsTheMirror) {
   EXPECT_EQ(omni.camera.cx, kCentre);
   EXPECT_FALSE(omni.camera.IsDistorted());
   EXPECT_EQ(omni.T_base_cam.translation(), Vector3d(0.05, 0, 0.55));
-  EXPECT_NEAR(std::atan2(omni.T_base_cam(1, 0), omni.T_base_cam(0, 0)), 120 * kDegree, 1e-8);
+  EXPECT_NEAR(std::atan2(omni.T_base_cam(1, 0), omni.T_base_cam(0, 0)), 120 * kRadPerDeg, 1e-8);
   ASSERT_TRUE(omni.mirror.has_value());
   EXPECT_EQ(omni.mirror->A_m, kA);
   EXPECT_EQ(omni.mirror->B_m, kB);
@@ -259,7 +260,7 @@ TEST(OmniCamera, HasExposureStepsOfItsOwn) {
   Scene scene = DarkOmniScene();
   scene.ceiling.brightness = 0.4;
   scene.room.wall_brightness = 0.4;
-  scene.picture.exposure_steps = {{2, 0.01}};
+  scene.image.exposure_steps = {{2, 0.01}};
   scene.omni->exposure_steps = {{4, 2}};
   const Renderer renderer(scene);
   const auto up = [&](int i) { return cv::mean(renderer.Render(StillFrame(i, {6, 4, 0})))[0]; };
@@ -271,7 +272,7 @@ TEST(OmniCamera, HasExposureStepsOfItsOwn) {
   EXPECT_GT(omni(4), 1.1 * omni(1));
 }
 
-TEST(OmniCamera, LeavesTheOtherPicturesAlone) {
+TEST(OmniCamera, LeavesTheOtherImagesAlone) {
   Scene scene;
   scene.camera.width_px = 160;
   scene.camera.height_px = 120;
@@ -283,9 +284,9 @@ TEST(OmniCamera, LeavesTheOtherPicturesAlone) {
   const Renderer with(scene);
   EXPECT_EQ(cv::norm(with.Render(frame), without.Render(frame), cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(with.RenderForward(frame), without.RenderForward(frame), cv::NORM_INF), 0);
-  const cv::Mat picture = with.RenderOmni(frame);
-  EXPECT_EQ(picture.type(), CV_8UC3);
-  EXPECT_EQ(cv::norm(with.RenderOmni(frame), picture, cv::NORM_INF), 0);
+  const cv::Mat image = with.RenderOmni(frame);
+  EXPECT_EQ(image.type(), CV_8UC3);
+  EXPECT_EQ(cv::norm(with.RenderOmni(frame), image, cv::NORM_INF), 0);
 }
 
 TEST(OmniCamera, IsRefusedWhereTheSceneHasNone) {
@@ -312,7 +313,7 @@ TEST(Movers, AreWhereTheyAreWhenTheyAre) {
     const cv::Mat light = LightAt(renderer, {6, 4, 0}, 100 + t);
     const Vector2d seen = CentreOfLight(light) - Vector2d(kCentre, kCentre);
     const double azimuth = std::atan2(0.5 * (t - 1) - 1, 1.5);  // of its centre
-    EXPECT_NEAR(std::atan2(seen.x(), -seen.y()), azimuth, 2.5 * kDegree) << t;
+    EXPECT_NEAR(std::atan2(seen.x(), -seen.y()), azimuth, 2.5 * kRadPerDeg) << t;
   }
   EXPECT_LT(cv::norm(LightAt(renderer, {6, 4, 0}, 100.9), LightAt(renderer, {6, 4, 0}, 105.1)),
             1e-9);
@@ -332,7 +333,7 @@ TEST(Movers, CoverWhatIsBehindThemAndHideBehindWhatIsBeforeThem) {
   EXPECT_NEAR(colour(scene, 103)[2], 0.3, 1e-3);
 }
 
-TEST(Movers, ShowInTheForwardPictureToo) {
+TEST(Movers, ShowInTheForwardImageToo) {
   Scene scene = MoverScene();
   scene.forward = scene.camera;
   const Renderer renderer(scene);

@@ -1,4 +1,5 @@
 #include "samples/simulator/path.hpp"
+#include "calib/base/degrees.hpp"
 
 #include <gmock/gmock.h>
 
@@ -59,11 +60,11 @@ TEST(Drive, TurnsOnTheSpotToTheShorterSide) {
   const Pose2 end = drive.PoseAt(drive.Duration());
   EXPECT_NEAR(end.x, 1, 1e-12);
   EXPECT_NEAR(end.y, -1, 1e-12);
-  EXPECT_NEAR(end.yaw, -90 * kDegree, 1e-12);
+  EXPECT_NEAR(end.yaw, -90 * kRadPerDeg, 1e-12);
   // 90 degrees at 45 deg/s, 90 deg/s^2: 2.5 s; a metre at 0.6 m/s^2, at most 0.775 m/s.
   const double metre_s = 2 * std::sqrt(1 / 0.6);
   EXPECT_NEAR(drive.Duration(), 2.5 + 2 * metre_s, 1e-9);
-  EXPECT_NEAR(drive.PoseAt(metre_s + 1.25).yaw, -45 * kDegree, 1e-9);
+  EXPECT_NEAR(drive.PoseAt(metre_s + 1.25).yaw, -45 * kRadPerDeg, 1e-9);
   EXPECT_NEAR(drive.PoseAt(metre_s + 1.25).x, 1, 1e-12);
 }
 
@@ -74,7 +75,7 @@ TEST(Drive, RoundsCornersWithoutStopping) {
   const double length = 1.5 + 0.25 * std::numbers::pi + 1.5;
   EXPECT_NEAR(drive.Duration(), length / 0.8 + 0.8 / 0.6, 1e-9);
   const Pose2 middle = drive.PoseAt(drive.Duration() / 2);
-  EXPECT_NEAR(middle.yaw, 45 * kDegree, 1e-9);
+  EXPECT_NEAR(middle.yaw, 45 * kRadPerDeg, 1e-9);
   EXPECT_NEAR(std::hypot(middle.x - 1.5, middle.y - 0.5), 0.5, 1e-9);
   const Pose2 end = drive.PoseAt(drive.Duration());
   EXPECT_NEAR(end.x, 2, 1e-9);
@@ -201,9 +202,9 @@ TEST_F(TumPathTest, TakesPosesWithRollAndPitch) {
   ASSERT_EQ(frames.size(), 2U);
   EXPECT_DOUBLE_EQ(frames[0].stamp_s, 5);
   const Eigen::Vector3d ahead = frames[0].T_map_base.linear() * Eigen::Vector3d::UnitX();
-  EXPECT_NEAR(std::asin(-ahead.z()), 4 * kDegree, 1e-8);  // nose down
+  EXPECT_NEAR(std::asin(-ahead.z()), 4 * kRadPerDeg, 1e-8);  // nose down
   EXPECT_DOUBLE_EQ(frames[0].T_map_base.translation().z(), 0.01);
-  EXPECT_NEAR(YawOf(frames[1].T_map_base), 90 * kDegree, 1e-8);
+  EXPECT_NEAR(YawOf(frames[1].T_map_base), 90 * kRadPerDeg, 1e-8);
   EXPECT_NEAR(frames[1].T_map_base_open.translation().x(), 2.9, 1e-9);
   EXPECT_NEAR(frames[1].T_map_base_close.translation().x(), 3.0, 1e-9);
 }

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "calib/base/degrees.hpp"
 #include "tests/samples/simulator/scenes.hpp"
 
 namespace ceilmap::simulator {
@@ -35,8 +36,8 @@ TEST(RendererGeometry, LeftTurnTurnsTheContentCounterClockwise) {
   const Scene scene = MarkedScene(6, 4.3);
   const Vector2d turned = SeenMark(scene, Level(6, 4, 30));
   // From the right of the centre by 30 degrees towards the top.
-  EXPECT_NEAR(turned.x(), 159.5 + 60 * std::cos(30 * kDegree), kPixels);
-  EXPECT_NEAR(turned.y(), 119.5 - 60 * std::sin(30 * kDegree), kPixels);
+  EXPECT_NEAR(turned.x(), 159.5 + 60 * std::cos(30 * kRadPerDeg), kPixels);
+  EXPECT_NEAR(turned.y(), 119.5 - 60 * std::sin(30 * kRadPerDeg), kPixels);
 }
 
 TEST(RendererGeometry, MotionForwardMovesTheContentDownBySubpixels) {
@@ -70,8 +71,8 @@ TEST(RendererGeometry, MarkFollowsTheRigsCameraModelEverywhere) {
 TEST(RendererGeometry, TiltedRobotSeesTheMarkWhereTheTiltPutsIt) {
   const Renderer renderer(MarkedScene(6.1, 4.2, 0.01));
   Isometry3d T_map_base = Level(6, 4, 20);
-  T_map_base.rotate(Eigen::AngleAxisd(-4 * kDegree, Vector3d::UnitY()));  // nose up
-  T_map_base.rotate(Eigen::AngleAxisd(2 * kDegree, Vector3d::UnitX()));
+  T_map_base.rotate(Eigen::AngleAxisd(-4 * kRadPerDeg, Vector3d::UnitY()));  // nose up
+  T_map_base.rotate(Eigen::AngleAxisd(2 * kRadPerDeg, Vector3d::UnitX()));
   T_map_base.translation().z() = 0.02;
   const Vector2d expected = Pixel(renderer, T_map_base, {6.1, 4.2, 2.4});
   EXPECT_LT((CentreOfMark(renderer.RenderLight(T_map_base)) - expected).norm(), 0.02);
@@ -95,7 +96,7 @@ TEST(RendererGeometry, BoxShowsParallax) {
   EXPECT_NEAR(area_px, 40 * 40, 1.6);
 }
 
-// The edge of a box along the picture's columns, placed from 0 to 1 pixel, shows as the share of
+// The edge of a box along the image's columns, placed from 0 to 1 pixel, shows as the share of
 // its pixel that it covers.
 TEST(RendererGeometry, BoxEdgesLieWhereTheyAreToAHundredthOfAPixel) {
   Scene scene = PlainScene();

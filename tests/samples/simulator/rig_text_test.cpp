@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "calib/base/degrees.hpp"
 #include "calib/ceiling_view.hpp"
 #include "tests/samples/simulator/scenes.hpp"
 
@@ -40,8 +41,8 @@ TEST(RigYaml, ACameraThatIsNotLevelKeepsItsTilt) {
   scene.camera.mount_roll_deg = -2;
   const calib::Rig rig = calib::ParseRig(RigYaml(scene), "rig.yaml");
   const Eigen::Vector3d axis = rig.up->T_base_cam.linear().col(2);
-  EXPECT_NEAR(axis.x(), std::sin(3 * kDegree), 1e-8);  // pitch about y tips the axis forward
-  EXPECT_NEAR(axis.y(), std::sin(2 * kDegree) * std::cos(3 * kDegree), 1e-8);
+  EXPECT_NEAR(axis.x(), std::sin(3 * kRadPerDeg), 1e-8);  // pitch about y tips the axis forward
+  EXPECT_NEAR(axis.y(), std::sin(2 * kRadPerDeg) * std::cos(3 * kRadPerDeg), 1e-8);
   EXPECT_NO_THROW(calib::CeilingView(*rig.up, rig.ceiling_height_m));
 }
 
@@ -74,12 +75,13 @@ TEST(RigYaml, ForwardCameraIsTurnedLeftThenRaisedThenRolled) {
   scene.forward->mount_roll_deg = 5;
   const calib::Rig rig = calib::ParseRig(RigYaml(scene), "rig.yaml");
   const Eigen::Matrix3d R = rig.forward->T_base_cam.linear();
-  EXPECT_NEAR(R(2, 2), std::sin(14 * kDegree), 1e-8);
-  EXPECT_NEAR(std::atan2(R(1, 2), R(0, 2)), 20 * kDegree, 1e-8);
-  EXPECT_NEAR(R(2, 0), -std::sin(5 * kDegree) * std::cos(14 * kDegree), 1e-8);  // right side down
+  EXPECT_NEAR(R(2, 2), std::sin(14 * kRadPerDeg), 1e-8);
+  EXPECT_NEAR(std::atan2(R(1, 2), R(0, 2)), 20 * kRadPerDeg, 1e-8);
+  EXPECT_NEAR(
+      R(2, 0), -std::sin(5 * kRadPerDeg) * std::cos(14 * kRadPerDeg), 1e-8);  // right side down
 }
 
-TEST(RigYaml, RectifiedPictureIsTheCeilingToScale) {
+TEST(RigYaml, RectifiedImageIsTheCeilingToScale) {
   // What the mapper sees of a mark, through the rig's distortion and mount.
   Scene scene = PlainScene();
   scene.camera.distortion = {-0.15, 0.02, 0, 0, 0};
@@ -88,9 +90,9 @@ TEST(RigYaml, RectifiedPictureIsTheCeilingToScale) {
   const Renderer renderer(scene);
   const calib::CeilingView view(*renderer.GetRig().up, renderer.GetRig().ceiling_height_m);
   cv::Mat buffer;
-  const cv::Mat& picture = view.Rectify(renderer.Render(StillFrame(0, {6, 4, 0.3})), buffer);
+  const cv::Mat& image = view.Rectify(renderer.Render(StillFrame(0, {6, 4, 0.3})), buffer);
   cv::Mat light;
-  picture.convertTo(light, CV_32F, 1 / 170.0);
+  image.convertTo(light, CV_32F, 1 / 170.0);
   if (!view.Mask().empty()) light.setTo(1, view.Mask() == 0);
   const Eigen::Vector2d seen = CentreOfMark(light, 1.0);
   const Eigen::Vector2d p_view =

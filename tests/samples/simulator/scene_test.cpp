@@ -70,9 +70,9 @@ debris:
   EXPECT_EQ(scene.fixtures.boxes[0].yaw_deg, 30);
   EXPECT_EQ(scene.camera.width_px, 800);
   EXPECT_EQ(scene.camera.distortion[0], 0.1);
-  EXPECT_FALSE(scene.picture.motion_blur);
-  ASSERT_EQ(scene.picture.exposure_steps.size(), 1U);
-  EXPECT_EQ(scene.picture.exposure_steps[0].frame, 10);
+  EXPECT_FALSE(scene.image.motion_blur);
+  ASSERT_EQ(scene.image.exposure_steps.size(), 1U);
+  EXPECT_EQ(scene.image.exposure_steps[0].frame, 10);
   EXPECT_EQ(scene.path.kind, PathKind::kWaypoints);
   EXPECT_EQ(scene.path.waypoints_m[1][0], 5);
   EXPECT_EQ(scene.path.max_frames, 9);

@@ -2,18 +2,16 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 #include <opencv2/core.hpp>
 
+#include "calib/base/degrees.hpp"
 #include "samples/simulator/renderer.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace ceilmap::simulator {
 
-inline constexpr double kDegree = std::numbers::pi / 180;
-
 /// A room of 12 x 8 x 2.4 m with an even ceiling of light 0.4 and a camera at 0.4 m that spans 2 m
-/// / 400 px = 5 mm a pixel there. Its picture is the light itself, but for the sRGB curve.
+/// / 400 px = 5 mm a pixel there. Its image is the light itself, but for the sRGB curve.
 inline Scene PlainScene() {
   Scene scene;
   scene.room.height_m = 2.4;
@@ -22,13 +20,13 @@ inline Scene PlainScene() {
   scene.camera.height_px = 240;
   scene.camera.focal_px = 400;
   scene.fixtures.contrast = 0;
-  scene.picture.motion_blur = false;
-  scene.picture.blur_px = 0;
-  scene.picture.glare = 0;
-  scene.picture.vignetting = 0;
-  scene.picture.shot_noise = 0;
-  scene.picture.read_noise = 0;
-  scene.picture.gain_spread = 0;
+  scene.image.motion_blur = false;
+  scene.image.blur_px = 0;
+  scene.image.glare = 0;
+  scene.image.vignetting = 0;
+  scene.image.shot_noise = 0;
+  scene.image.read_noise = 0;
+  scene.image.gain_spread = 0;
   return scene;
 }
 
@@ -43,7 +41,7 @@ inline Scene DarkScene() {
 }
 
 inline Eigen::Isometry3d Level(double x_m, double y_m, double yaw_deg) {
-  return StillFrame(0, {x_m, y_m, yaw_deg * kDegree}).T_map_base;
+  return StillFrame(0, {x_m, y_m, yaw_deg * kRadPerDeg}).T_map_base;
 }
 
 /// Pixel that shows a point of the map, by the rig's own camera model.

@@ -79,7 +79,7 @@ TEST(ColourClasses, AreTheNearestMeans) {
   EXPECT_EQ(classes.Of(&bright[0]), 1);
 }
 
-TEST(ColourClasses, GreyOrDarkPicturesHaveNone) {
+TEST(ColourClasses, GreyOrDarkImagesHaveNone) {
   cv::Mat grey(1, 1000, CV_8UC3);
   for (int i = 0; i < grey.cols; ++i)
     grey.at<cv::Vec3b>(i) = cv::Vec3b::all(static_cast<uchar>(i % 250));

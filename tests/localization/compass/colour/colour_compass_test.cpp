@@ -184,7 +184,7 @@ TEST_F(ColourCompassTest, FramesBelowTheHorizonAreSkipped) {
   EXPECT_THROW(static_cast<void>(learner.Finish()), InputError);
 }
 
-TEST_F(ColourCompassTest, APictureThatShowsNothingIsNoHeading) {
+TEST_F(ColourCompassTest, AImageThatShowsNothingIsNoHeading) {
   ColourCompass compass(Learn(), forward_);
   for (int i = 0; i < 20; ++i) {
     const auto heading = compass.Next({cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(20)), 0.1 * i});

@@ -47,21 +47,21 @@ class ColouredRoom {
                             const Pose2& T_room_base,
                             double light = 1) const {
     const calib::PinholeCamera& camera = forward.camera;
-    cv::Mat picture(camera.Size(), CV_8UC3);
+    cv::Mat image(camera.Size(), CV_8UC3);
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(T_room_base.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const Eigen::Vector3d eye =
         turn * forward.T_base_cam.translation() + Eigen::Vector3d(T_room_base.x, T_room_base.y, 0);
     const Eigen::Matrix3d look = turn * forward.T_base_cam.linear();
-    for (int v = 0; v < picture.rows; ++v) {
-      for (int u = 0; u < picture.cols; ++u) {
+    for (int v = 0; v < image.rows; ++v) {
+      for (int u = 0; u < image.cols; ++u) {
         const Eigen::Vector3d ray =
             look * Eigen::Vector3d((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
-        picture.at<cv::Vec3b>(v, u) = light * ColourAlong(eye, ray);
+        image.at<cv::Vec3b>(v, u) = light * ColourAlong(eye, ray);
       }
     }
-    cv::GaussianBlur(picture, picture, {3, 3}, 0.7);
-    return picture;
+    cv::GaussianBlur(image, image, {3, 3}, 0.7);
+    return image;
   }
 
  private:

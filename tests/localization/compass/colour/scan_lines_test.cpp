@@ -53,20 +53,20 @@ TEST(ScanLines, AreUprightForATiltedRobotToo) {
 // Each line meets the pixels of its azimuth, and none below the horizon.
 TEST(ScanLines, SampleOneAzimuth) {
   const calib::MountedCamera forward = ForwardCamera(20);
-  cv::Mat picture(forward.camera.Size(), CV_8UC3);
-  for (int v = 0; v < picture.rows; ++v) {
-    for (int u = 0; u < picture.cols; ++u) {
+  cv::Mat image(forward.camera.Size(), CV_8UC3);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
       const Eigen::Vector3d ray =
           forward.T_base_cam.linear() * Eigen::Vector3d((u - 159.5) / 272, (v - 119.5) / 272, 1);
       const double azimuth = std::atan2(ray.y(), ray.x()) / kRad;
-      picture.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(127 + 2 * azimuth),
-                                     0,
-                                     static_cast<uchar>(ray.z() > 0 ? 200 : 0)};
+      image.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(127 + 2 * azimuth),
+                                   0,
+                                   static_cast<uchar>(ray.z() > 0 ? 200 : 0)};
     }
   }
   const ScanLines lines(forward);
   cv::Mat samples;
-  lines.Sample(picture, samples);
+  lines.Sample(image, samples);
   for (int i = 0; i < samples.rows; ++i) {
     const double azimuth_deg = lines.Azimuths()[static_cast<std::size_t>(i)] / kRad;
     for (int u = 2; u < lines.Length(static_cast<std::size_t>(i)); ++u) {

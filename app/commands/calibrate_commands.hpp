@@ -1,0 +1,12 @@
+#pragma once
+
+#include "app/commands/commands.hpp"
+
+namespace ceilmap::commands {
+
+/// The commands of `ceilmap calibrate`, each in a file of its own name.
+Command AddCalibrateCameraCommand(CLI::App& calibrate);
+Command AddCalibrateRigCommand(CLI::App& calibrate);
+Command AddCalibrateMirrorCommand(CLI::App& calibrate);
+
+}  // namespace ceilmap::commands

@@ -1,0 +1,195 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/commands/calibrate_commands.hpp"
+#include "app/commands/calibrate_rig_options.hpp"
+#include "app/files/output_files.hpp"
+#include "app/recordings/frame_source.hpp"
+#include "app/recordings/motion_calibration.hpp"
+#include "app/recordings/rig_calibration.hpp"
+#include "app/recordings/robot_rig.hpp"
+#include "app/recordings/synchronized_stream.hpp"
+#include "app/reports/report_folder.hpp"
+#include "app/reports/rig_calibration_report.hpp"
+#include "app/terminal/clock.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/interrupt.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/yaml_value.hpp"
+#include "calib/rig_text.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+using std::chrono::steady_clock;
+
+// The rig as far as it is known: what is missing is a camera that looks straight up from the mast,
+// its top to the front, over an axle that is below it.
+std::string KnownRig(const CalibrateRigOptions& params) {
+  const bool own = !params.rig.empty();
+  const std::string text =
+      own ? ReadSettingsText(params.rig, "a rig file (format: calib/README.md)")
+          : calib::RigOfCameraInfo(params.camera);
+  constexpr double kRoughDistanceM = 2;  // only to begin with; the tape tells
+  const double camera_height_m = params.camera_height_m.value_or(0);
+  calib::RigValues guess;
+  guess.axle_behind_mast_m = 0;
+  guess.ceiling_height_m = params.tape.ceiling_height_m.value_or(camera_height_m + kRoughDistanceM);
+  guess.T_base_up = Eigen::Isometry3d::Identity();
+  guess.T_base_up->linear() =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  guess.T_base_up->translation().z() = camera_height_m;
+  const fs::path& file = own ? params.rig : params.camera;
+  calib::RigValues pose;
+  pose.T_base_up = guess.T_base_up;
+  const bool height_told = params.camera_height_m || params.tape.GivesCameraHeight();
+  if (!height_told && calib::CompleteRig(text, file, pose) != text) {
+    throw InputError(
+        fmt::format("{}: tells nothing of the upward camera's height; give --camera-height, or "
+                    "both --ceiling-height and --distance",
+                    file.string()));
+  }
+  return calib::CompleteRig(text, file, guess);
+}
+
+// Tells before any work what cannot be used.
+void CheckRecordings(const CalibrateRigOptions& params,
+                     const calib::Rig& rig,
+                     const fs::path& file) {
+  if (!params.step.empty()) {
+    const recordings::FrameSource up(params.step, {.stamps = params.step_stamps});
+    recordings::UpCameraOf(rig, file, up);
+  }
+  for (const recordings::RigRecording& recording :
+       {params.Spin(), params.Straight(), params.Step()}) {
+    if (recording.forward.empty()) continue;
+    const recordings::SynchronizedStream forward(recording.forward, recording.stamps);
+    recordings::CheckForwardCamera(rig, file, recording.forward, forward.Size());
+  }
+}
+
+// What needs the robot's motion in space: the step, and the forward camera.
+// @param rig  with the upward camera as calibrated.
+void CalibrateMotion(const CalibrateRigOptions& params,
+                     const calib::Rig& rig,
+                     const fs::path& file,
+                     recordings::RigFindings& found) {
+  std::vector<recordings::RigMotion> seen;
+  std::vector<std::string> names;
+  const auto read = [&](const recordings::RigRecording& recording, const char* label) {
+    recordings::RigMotion motion = recordings::ReadMotion(recording, rig, file, label);
+    if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
+    if (!recording.forward.empty()) names.push_back(recording.forward);
+    seen.push_back(std::move(motion));
+  };
+  if (!params.step.empty()) {
+    read(params.Step(), "step");
+    found.step = recordings::CalibrateStep(seen.back(),
+                                           params.step,
+                                           found.mount,
+                                           rig.up->camera,
+                                           params.step_height_m,
+                                           params.lens_sigma_px);
+  }
+  if (!params.spin_forward.empty()) read(params.Spin(), "spin, forward");
+  if (!params.straight_forward.empty()) read(params.Straight(), "straight, forward");
+  if (names.empty()) return;
+  found.forward = recordings::CalibrateForward(
+      rig, seen, fmt::format("{}", fmt::join(names, ", ")), found.mount, params.lens_sigma_px);
+}
+
+void RunCalibrateRig(const CalibrateRigOptions& params,
+                     const CommonOptions& common,
+                     terminal::Summary& out) {
+  const auto start = steady_clock::now();
+  params.Check();
+  const fs::path& file = params.rig.empty() ? params.camera : params.rig;
+  const std::string text = KnownRig(params);
+  calib::Rig rig = calib::ParseRig(text, file);
+  if (params.camera_height_m && rig.up) {
+    rig.up->T_base_cam.translation().z() = *params.camera_height_m;
+  }
+  CheckRecordings(params, rig, file);
+  recordings::FrameSource spin_source(params.spin, {.stamps = params.spin_stamps});
+  recordings::FrameSource straight_source(params.straight, {.stamps = params.straight_stamps});
+  recordings::UpCameraOf(rig, file, spin_source);
+  const calib::MountedCamera& up = recordings::UpCameraOf(rig, file, straight_source);
+  if (params.tape.ceiling_height_m) rig.ceiling_height_m = *params.tape.ceiling_height_m;
+  const calib::CeilingView view(up, rig.ceiling_height_m);
+  const recordings::CeilingKeyframes spin = recordings::ReadCeiling(spin_source, view, "spin");
+  const recordings::CeilingKeyframes straight =
+      recordings::ReadCeiling(straight_source, view, "straight");
+  if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
+  out.frames = spin.read + straight.read;
+  out.stages_ms["follow"] = terminal::MillisecondsSince(start);
+
+  const auto solving = steady_clock::now();
+  recordings::RigFindings found;
+  found.mount = recordings::CalibrateRig(rig, spin, straight, params.tape, params.lens_sigma_px);
+  const recordings::RigCalibration& result = found.mount;
+  out.stages_ms["solve"] = terminal::MillisecondsSince(solving);
+  calib::RigValues values;
+  values.axle_behind_mast_m = result.axle_behind_mast_m.value;
+  values.ceiling_height_m = result.ceiling_height_m.value;
+  values.T_base_up = result.T_base_up;
+  const Eigen::Vector3d ahead_before = rig.up->T_base_cam.linear().row(0);
+  constexpr double kOpposite = -0.9;  // cosine
+  if (ahead_before.dot(result.T_base_up.linear().row(0)) < kOpposite) {
+    terminal::Warn(
+        "{}: by the rig as it was the robot drives backwards; the straight drive counts as ahead",
+        params.straight);
+  }
+  const auto moving = steady_clock::now();
+  CalibrateMotion(params,
+                  calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file),
+                  file,
+                  found);
+  out.stages_ms["motion"] = terminal::MillisecondsSince(moving);
+  if (found.forward) values.T_base_forward = found.forward->T_base_forward;
+  for (const std::string& doubt : recordings::Contradictions(found, params.step))
+    terminal::Warn("{}", doubt);
+  const std::string changed =
+      reports::RigHeader(found) + calib::ChangeRig(text, file, values, params.output);
+  calib::ParseRig(changed, params.output);  // what no command would read is not written
+  files::WriteFileAtomically(params.output, changed);
+  out.files.push_back(params.output);
+  reports::Summarize(rig, found, out);
+  if (!params.report.empty()) reports::WriteRigReport(params.report, rig, found, spin, out);
+  if (!common.quiet) reports::PrintReport(rig, found, terminal::SecondsSince(start), out);
+}
+
+}  // namespace
+
+Command AddCalibrateRigCommand(CLI::App& calibrate) {
+  Command command = MakeCommand(
+      calibrate,
+      "rig",
+      "Measures how the upward camera stands on the robot: where the robot turns, where ahead is, "
+      "the camera's tilts, and the ceiling's height, from a turn on the spot and a straight drive.",
+      "ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
+      "--ceiling-height 2.6 -o rig.yaml\n"
+      "  ceilmap calibrate rig --camera up.yaml --camera-height 0.4 --spin spin.mp4 --straight "
+      "straight.mp4 --distance 3.02 -o rig.yaml\n"
+      "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
+      "--ceiling-height 2.6 --step step/up.mp4 --step-forward step/forward.mp4 --step-height 0.018 "
+      "-o rig.yaml\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+  auto params = std::make_shared<CalibrateRigOptions>();
+  params->AddTo(*command.cli);
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunCalibrateRig(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "app/commands/commands.hpp"
+
+namespace ceilmap::commands {
+
+/// The commands of `ceilmap compass`, each in a file of its own name.
+Command AddCompassLearnCommand(CLI::App& compass);
+Command AddCompassQueryCommand(CLI::App& compass);
+Command AddCompassUpdateCommand(CLI::App& compass);
+Command AddCompassMergeCommand(CLI::App& compass);
+
+}  // namespace ceilmap::commands

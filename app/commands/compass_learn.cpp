@@ -1,0 +1,287 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "app/commands/compass_commands.hpp"
+#include "app/files/arguments.hpp"
+#include "app/files/colour_model_file.hpp"
+#include "app/files/output_files.hpp"
+#include "app/recordings/compass_frames.hpp"
+#include "app/reports/compass_report.hpp"
+#include "app/terminal/clock.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/progress.hpp"
+#include "calib/base/error.hpp"
+#include "localization/compass/colour/colour_compass.hpp"
+#include "localization/compass/colour/colour_learner.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct LearnCommandParams {
+  recordings::ForwardOptions forward;
+  fs::path poses;
+  std::string method = "victoria";
+  std::string clustering = "kmeans";
+  std::string grid;
+  colour::LearnParams learn;
+  fs::path output;
+
+  // Checks everything that can be told without the recording. @throws InputError
+  void Resolve();
+};
+
+// A whole number of cells, few enough to be told apart from a slip.
+int CellCount(double number, const std::string& text) {
+  constexpr double kMaxCells = 100;
+  if (number >= 1 && number <= kMaxCells && number == std::floor(number)) {
+    return static_cast<int>(number);
+  }
+  throw InputError(
+      fmt::format("--grid {}: COLUMNS and ROWS must be whole numbers in 1..100", text));
+}
+
+colour::GridParams ParseGrid(const std::string& text) {
+  const auto numbers = files::ParseSixNumbers(text);
+  if (!numbers) {
+    throw InputError(fmt::format(
+        "--grid {}: must be MIN_X,MIN_Y,WIDTH,HEIGHT,COLUMNS,ROWS in metres and cells, e.g. "
+        "-3,-2,6,4,5,3",
+        text));
+  }
+  const auto& [min_x, min_y, width, height, columns, rows] = *numbers;
+  if (!(width > 0) || !(height > 0)) {
+    throw InputError(fmt::format("--grid {}: WIDTH and HEIGHT must be > 0", text));
+  }
+  return {min_x, min_y, width, height, CellCount(columns, text), CellCount(rows, text)};
+}
+
+void LearnCommandParams::Resolve() {
+  learn.kind = method == "sturm" ? colour::ModelKind::kSturm : colour::ModelKind::kVictoria;
+  learn.classes.clustering =
+      clustering == "mixture" ? colour::Clustering::kMixture : colour::Clustering::kMeans;
+  if (!grid.empty()) {
+    if (learn.kind == colour::ModelKind::kSturm) {
+      throw InputError("--grid: is of --method victoria; sturm has one place; leave it out");
+    }
+    learn.grid = ParseGrid(grid);
+  }
+  learn.Validate();
+  files::CheckOutputFiles({output});
+  forward.CheckResult(output);
+  recordings::CheckNotRead(output, {poses});
+}
+
+colour::LearnedPose LearnedFrom(const StampedPose& pose) {
+  colour::LearnedPose learned;
+  learned.T_map_base = {pose.position.x(), pose.position.y(), YawOf(pose)};
+  learned.tilt = recordings::TiltOf(pose);
+  return learned;
+}
+
+// Goes through a recording at known poses. `learn` takes a frame and its pose and tells whether it
+// could be used.
+template <typename Learn>
+reports::CompassLearnResult LearnFrames(recordings::ForwardFrames& frames,
+                                        const fs::path& poses_file,
+                                        const char* label,
+                                        const Learn& learn) {
+  const recordings::PosesByTime poses(poses_file);
+  reports::CompassLearnResult result;
+  terminal::Progress progress(label, "frames", frames.Source().ExpectedFrames());
+  while (frames.Read()) {
+    progress.Update(frames.Count());
+    const recordings::Frame& frame = frames.Current();
+    const StampedPose* const pose = poses.Nearest(frame.stamp_s);
+    if (pose == nullptr) {
+      ++result.unused.without_pose;
+      terminal::Detail("frame {} at {:.6f} s: no pose", frame.index, frame.stamp_s);
+      continue;
+    }
+    const auto start = steady_clock::now();
+    const bool used = learn(frame, LearnedFrom(*pose));
+    result.learn_ms += terminal::MillisecondsSince(start);
+    ++(used ? result.used : result.unused.below_horizon);
+    terminal::Detail("frame {} at {:.6f} s: {}",
+                     frame.index,
+                     frame.stamp_s,
+                     used ? "learned" : "skipped, too little above the horizon");
+  }
+  result.frames = frames.Count();
+  if (result.used == 0) recordings::RefuseRecording(frames, result.unused, poses_file);
+  result.reading = frames.Source().Report();
+  return result;
+}
+
+// Stores the model and tells of it.
+void Finish(const colour::ColourModel& model,
+            const fs::path& output,
+            const recordings::ForwardFrames& frames,
+            const CommonOptions& common,
+            steady_clock::time_point start,
+            reports::CompassLearnResult& result,
+            terminal::Summary& summary) {
+  files::WriteColourModel(model, output);
+  summary.files.push_back(output);
+  recordings::ReportFrames(frames, result.unused);
+  result.seconds = terminal::SecondsSince(start);
+  reports::Summarize(result, model, summary);
+  if (!common.quiet) reports::PrintReport(result, model, summary);
+}
+
+void RunLearn(LearnCommandParams params, const CommonOptions& common, terminal::Summary& summary) {
+  const auto start = steady_clock::now();
+  params.Resolve();
+  recordings::ForwardFrames frames(params.forward);
+  params.learn.camera_ahead_of_axle_m = frames.AheadOfAxleM();
+  colour::ColourLearner learner(frames.Camera(), params.learn);
+  reports::CompassLearnResult result =
+      LearnFrames(frames,
+                  params.poses,
+                  "learning",
+                  [&learner](const recordings::Frame& frame, const colour::LearnedPose& pose) {
+                    return learner.Add(frame.image, frame.stamp_s, pose);
+                  });
+  const auto finishing = steady_clock::now();
+  colour::ColourModel model = learner.Finish();
+  result.learn_ms += terminal::MillisecondsSince(finishing);
+  model.provenance = common.command_line;
+  Finish(model, params.output, frames, common, start, result, summary);
+}
+
+struct UpdateCommandParams {
+  fs::path model;
+  recordings::ForwardOptions forward;
+  fs::path poses;
+  colour::ScanLineParams lines = {};
+  fs::path output;  // empty: the model itself
+};
+
+void RunUpdate(const UpdateCommandParams& params,
+               const CommonOptions& common,
+               terminal::Summary& summary) {
+  const auto start = steady_clock::now();
+  const fs::path& output = params.output.empty() ? params.model : params.output;
+  files::CheckOutputFiles({output});
+  params.forward.CheckResult(output);
+  recordings::CheckNotRead(output, {params.poses});
+  colour::ColourCompassParams settings;
+  settings.lines = params.lines;
+  settings.Validate();
+  colour::ColourModel stored = files::ReadColourModel(params.model);
+  stored.provenance += (stored.provenance.empty() ? "" : "\n") + common.command_line;
+  recordings::ForwardFrames frames(params.forward);
+  settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
+  colour::ColourCompass compass(std::move(stored), frames.Camera(), settings);
+  reports::CompassLearnResult result =
+      LearnFrames(frames,
+                  params.poses,
+                  "updating",
+                  [&compass](const recordings::Frame& frame, const colour::LearnedPose& pose) {
+                    colour::ColourFrame seen;
+                    seen.bgr = frame.image;
+                    seen.stamp_s = frame.stamp_s;
+                    seen.tilt = pose.tilt;
+                    const colour::PlaceHypothesis place{pose.T_map_base.Translation()};
+                    seen.places = {&place, 1};
+                    if (!compass.Next(seen)) return false;
+                    compass.Learn(pose);
+                    return true;
+                  });
+  Finish(compass.Model(), output, frames, common, start, result, summary);
+}
+
+void AddPoses(CLI::App& cli, fs::path& poses) {
+  cli.add_option("--poses", poses, "Where the robot was, nearest within 50 ms of each frame")
+      ->type_name("T.tum")
+      ->group("Input")
+      ->required();
+}
+
+void AddModelOptions(CLI::App& cli, LearnCommandParams& params) {
+  const std::string group = "Model";
+  constexpr int kMinBins = 36;
+  constexpr int kMaxBins = 720;
+  const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type)->group(group);
+  };
+  add("--method", params.method, "victoria: a grid of places; sturm: one cylinder", "METHOD")
+      ->check(CLI::IsMember({"victoria", "sturm"}))
+      ->capture_default_str();
+  add("--classes", params.learn.classes.classes, "Classes of colours", "K")
+      ->check(CLI::Range(2, colour::kMaxClasses))
+      ->capture_default_str();
+  add("--clustering", params.clustering, "How they are found: kmeans or mixture", "HOW")
+      ->check(CLI::IsMember({"kmeans", "mixture"}))
+      ->capture_default_str();
+  add("--bins", params.learn.bins, "Directions of each cell", "N")
+      ->check(CLI::Range(kMinBins, kMaxBins))
+      ->capture_default_str();
+  add("--grid",
+      params.grid,
+      "Cells, in the frame of the poses [6 x 4 m about their middle, 5 x 3 cells]",
+      "MIN_X,MIN_Y,WIDTH,HEIGHT,COLUMNS,ROWS");
+  add("--fading", params.learn.fading_s, "Seconds in which what was seen fades by e", "S")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add("--depth", params.learn.depth_m, "Metres to what is seen [measured]", "M")
+      ->check(CLI::PositiveNumber);
+  add("--seed", params.learn.classes.seed, "Of the search for classes", "N")->capture_default_str();
+  recordings::AddLineOptions(cli, params.learn.lines, group);
+}
+
+}  // namespace
+
+Command AddCompassLearnCommand(CLI::App& compass) {
+  Command command = MakeCommand(
+      compass,
+      "learn",
+      "Learns a map of colours from a recording at known poses.",
+      "ceilmap compass learn --rig rig.yaml --forward forward.mp4 --stamps frames.csv --poses "
+      "truth.tum -o lab.colours");
+  auto params = std::make_shared<LearnCommandParams>();
+  params->forward.AddTo(*command.cli, "Input");
+  AddPoses(*command.cli, params->poses);
+  AddModelOptions(*command.cli, *params);
+  command.cli->add_option("-o,--output", params->output, "The model")
+      ->required()
+      ->type_name("MODEL")
+      ->group("Results");
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunLearn(*params, common, summary);
+  };
+  return command;
+}
+
+Command AddCompassUpdateCommand(CLI::App& compass) {
+  Command command = MakeCommand(
+      compass,
+      "update",
+      "Puts what a recording at known poses shows into a model.",
+      "ceilmap compass update lab.colours --rig rig.yaml --forward later.mp4 --stamps later.csv "
+      "--poses later.tum");
+  auto params = std::make_shared<UpdateCommandParams>();
+  command.cli->add_option("model", params->model, "The model, written anew at the end")
+      ->required()
+      ->type_name("MODEL");
+  params->forward.AddTo(*command.cli, "Input");
+  AddPoses(*command.cli, params->poses);
+  recordings::AddLineOptions(*command.cli, params->lines, "Input");
+  command.cli->add_option("-o,--output", params->output, "Another model instead")
+      ->type_name("MODEL")
+      ->group("Results");
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunUpdate(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

@@ -1,0 +1,77 @@
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "app/commands/compass_commands.hpp"
+#include "app/files/colour_model_file.hpp"
+#include "app/files/output_files.hpp"
+#include "app/reports/compass_report.hpp"
+#include "calib/base/error.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+struct CompassMergeParams {
+  std::vector<fs::path> models;
+  fs::path output;
+};
+
+colour::ColourModel MergeAll(const std::vector<fs::path>& files) {
+  colour::ColourModel merged = files::ReadColourModel(files.front());
+  for (std::size_t i = 1; i < files.size(); ++i) {
+    const colour::ColourModel other = files::ReadColourModel(files[i]);
+    try {
+      colour::Merge(other, merged);
+    } catch (const InputError& error) {
+      throw InputError(
+          fmt::format("{} and {}: {}", files.front().string(), files[i].string(), error.what()));
+    }
+  }
+  return merged;
+}
+
+void RunMerge(const CompassMergeParams& params,
+              const CommonOptions& common,
+              terminal::Summary& summary) {
+  if (params.models.size() < 2) throw InputError("compass merge: give at least two models");
+  files::CheckOutputFiles({params.output});
+  colour::ColourModel model = MergeAll(params.models);
+  model.provenance += (model.provenance.empty() ? "" : "\n") + common.command_line;
+  files::WriteColourModel(model, params.output);
+  summary.files = {params.output};
+  summary.frames = model.frames;
+  summary.quality = {{"models", params.models.size()}, {"model", reports::ModelJson(model)}};
+  if (common.quiet) return;
+  terminal::Table table;
+  table.AddRow({"models", fmt::format("{}", params.models.size())});
+  table.AddRow({"frames", fmt::format("{}", model.frames), "learned from"});
+  reports::AddModelRows(model, table);
+  fmt::print("{}written {}\n", table.Format(), params.output.string());
+}
+
+}  // namespace
+
+Command AddCompassMergeCommand(CLI::App& compass) {
+  Command command =
+      MakeCommand(compass,
+                  "merge",
+                  "Makes one model of several that robots updated from the same one.",
+                  "ceilmap compass merge one.colours two.colours -o both.colours\n"
+                  "Models agree in their classes, grid and directions: learn one, hand it out, "
+                  "update it on each robot.");
+  auto params = std::make_shared<CompassMergeParams>();
+  command.cli->add_option("models", params->models, "The models")->required()->type_name("MODEL");
+  command.cli->add_option("-o,--output", params->output, "The model of all; may be one of them")
+      ->required()
+      ->type_name("MODEL");
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunMerge(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

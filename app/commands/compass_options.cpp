@@ -1,0 +1,85 @@
+#include "app/commands/compass_options.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <numbers>
+
+#include "calib/base/error.hpp"
+#include "localization/compass/labrosse/methods.hpp"
+
+namespace ceilmap::commands {
+namespace {
+
+const std::map<std::string, labrosse::Method> kMethods = {
+    {"fft", labrosse::Method::kFft},
+    {"labrosse2006", labrosse::Method::kLabrosse2006},
+    {"labrosse2004", labrosse::Method::kLabrosse2004}};
+
+void RefuseUnlessLabrosse2006(bool given, const char* option, const std::string& method) {
+  if (!given || method == "labrosse2006") return;
+  throw InputError(fmt::format(
+      "{}: is of --method labrosse2006, not of {}; leave one of the two out", option, method));
+}
+
+}  // namespace
+
+void CompassOptions::AddTo(CLI::App& cli, const std::string& group) {
+  cli.add_option("--method", method, "How headings are found")
+      ->check(CLI::IsMember({"fft", "labrosse2006", "labrosse2004"}))
+      ->capture_default_str()
+      ->group(group);
+  cli.add_option(
+         "--fov",
+         fov_deg,
+         "Width of the two fields of view, ahead and behind; 180: all around [the method's]")
+      ->type_name("DEG")
+      ->group(group);
+  cli.add_option("--skip", skip, "labrosse2006: frames left out after each one, \"Fx N\" [none]")
+      ->type_name("N")
+      ->group(group);
+  cli.add_option(
+         "--threshold",
+         threshold,
+         "labrosse2006: the normalised amplitude below which the reference changes [0.6055]")
+      ->type_name("T")
+      ->group(group);
+}
+
+void CompassOptions::Check() const {
+  RefuseUnlessLabrosse2006(skip.has_value(), "--skip", method);
+  RefuseUnlessLabrosse2006(threshold.has_value(), "--threshold", method);
+  if (fov_deg && method == "labrosse2004") {
+    throw InputError("--fov: --method labrosse2004 looks all around; leave one of the two out");
+  }
+  if (fov_deg && !(*fov_deg > 0 && *fov_deg <= 180)) {
+    throw InputError(fmt::format("--fov {}: must be > 0 and at most 180 degrees", *fov_deg));
+  }
+  if (skip && !(*skip >= 0 && *skip <= 1000)) {
+    throw InputError(fmt::format("--skip {}: must be in 0..1000", *skip));
+  }
+  if (skip && threshold) {
+    throw InputError(
+        "--threshold: with --skip every frame that is used becomes the reference; leave one of the "
+        "two out");
+  }
+  if (threshold && !(*threshold >= 0 && *threshold <= 1)) {
+    throw InputError(fmt::format("--threshold {}: must be in 0..1", *threshold));
+  }
+}
+
+std::unique_ptr<compass::Compass> CompassOptions::Make() const {
+  Check();
+  labrosse::CompassParams params;
+  params.method = kMethods.at(method);
+  if (fov_deg) {
+    const double fov_rad = *fov_deg * std::numbers::pi / 180;
+    params.fft.field_of_view_rad = fov_rad;
+    params.labrosse2006.field_of_view_rad = fov_rad;
+  }
+  if (skip) params.labrosse2006.skip = static_cast<int>(*skip);
+  if (threshold) params.labrosse2006.threshold = *threshold;
+  return labrosse::MakeCompass(params);
+}
+
+}  // namespace ceilmap::commands

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "localization/compass/compass.hpp"
+
+namespace ceilmap::commands {
+
+/// Options of a command that reads heading from panoramas: which compass, and its settings.
+struct CompassOptions {
+  std::string method = "fft";        ///< fft, labrosse2006 or labrosse2004
+  std::optional<double> fov_deg;     ///< width of the front and the back field of view
+  std::optional<std::int64_t> skip;  ///< labrosse2006: frames left out after each one
+  std::optional<double> threshold;   ///< labrosse2006: on the normalised amplitude
+
+  void AddTo(CLI::App& cli, const std::string& group);
+  /// @throws InputError on a value outside its range, or one that the method does not have.
+  void Check() const;
+  /// A compass before its first panorama. @throws as Check.
+  [[nodiscard]] std::unique_ptr<compass::Compass> Make() const;
+};
+
+}  // namespace ceilmap::commands

@@ -1,0 +1,273 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "app/commands/compass_commands.hpp"
+#include "app/figures/figure.hpp"
+#include "app/figures/heading_figures.hpp"
+#include "app/files/colour_model_file.hpp"
+#include "app/files/output_files.hpp"
+#include "app/recordings/compass_frames.hpp"
+#include "app/reports/compass_report.hpp"
+#include "app/terminal/clock.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/progress.hpp"
+#include "calib/base/error.hpp"
+#include "localization/compass/colour/colour_compass.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr double kTruthDtS = 0.02;  // between a heading and its true pose
+
+struct QueryParams {
+  fs::path model;
+  recordings::ForwardOptions forward;
+  fs::path poses;
+  colour::ScanLineParams lines = {};
+  bool no_parallax = false;
+  bool update = false;
+  fs::path save;
+  fs::path output;
+  fs::path truth;
+  fs::path plot;
+
+  // Checks everything that can be told without the recording. @throws InputError
+  void Check() const;
+  [[nodiscard]] colour::ColourCompassParams Settings() const;
+};
+
+void QueryParams::Check() const {
+  if (update && poses.empty()) {
+    throw InputError("--update: what is seen is learned at a place; give --poses too");
+  }
+  if (!save.empty() && !update) {
+    throw InputError("--save: nothing is learned without --update; give that too");
+  }
+  files::CheckOutputFiles({output, save});
+  for (const fs::path& result : {output, save}) {
+    forward.CheckResult(result);
+    recordings::CheckNotRead(result, {poses, truth});
+  }
+  recordings::CheckNotRead(output, {model});
+}
+
+colour::ColourCompassParams QueryParams::Settings() const {
+  colour::ColourCompassParams settings;
+  settings.lines = lines;
+  settings.parallax = !no_parallax;
+  settings.Validate();
+  return settings;
+}
+
+compass::HeadingEstimate EstimateOf(const colour::ColourHeading& heading) {
+  return {heading.heading_rad, heading.variance_rad2, heading.confidence};
+}
+
+// A heading that may be another one would spoil the model.
+bool LearnAlong(const colour::ColourHeading& heading,
+                const StampedPose& pose,
+                colour::ColourCompass& compass) {
+  if (heading.confidence < reports::kSureConfidence) return false;
+  colour::LearnedPose learned;
+  learned.T_map_base = {pose.position.x(), pose.position.y(), heading.heading_rad};
+  learned.tilt = recordings::TiltOf(pose);
+  learned.sigma_rad = std::max(learned.sigma_rad, std::sqrt(heading.variance_rad2));
+  compass.Learn(learned);
+  return true;
+}
+
+std::optional<colour::ColourHeading> Ask(const recordings::Frame& frame,
+                                         const StampedPose* pose,
+                                         colour::ColourCompass& compass) {
+  colour::ColourFrame seen;
+  seen.bgr = frame.image;
+  seen.stamp_s = frame.stamp_s;
+  colour::PlaceHypothesis place;
+  if (pose != nullptr) {
+    place.place = pose->position.head<2>();
+    seen.places = {&place, 1};
+    seen.tilt = recordings::TiltOf(*pose);
+  }
+  return compass.Next(seen);
+}
+
+void ReportDetail(const recordings::Frame& frame,
+                  const std::optional<colour::ColourHeading>& heading) {
+  if (heading) {
+    terminal::Detail("frame {} at {:.6f} s: {:.3f} rad, sigma {:.3f}, confidence {:.3f}",
+                     frame.index,
+                     frame.stamp_s,
+                     heading->heading_rad,
+                     std::sqrt(heading->variance_rad2),
+                     heading->confidence);
+  } else {
+    terminal::Detail(
+        "frame {} at {:.6f} s: skipped, too little above the horizon", frame.index, frame.stamp_s);
+  }
+}
+
+reports::CompassQueryResult AskFrames(recordings::ForwardFrames& frames,
+                                      const recordings::PosesByTime* poses,
+                                      bool update,
+                                      colour::ColourCompass& compass) {
+  reports::CompassQueryResult result;
+  terminal::Progress progress("heading", "frames", frames.Source().ExpectedFrames());
+  while (frames.Read()) {
+    progress.Update(frames.Count());
+    const recordings::Frame& frame = frames.Current();
+    const StampedPose* const pose = poses != nullptr ? poses->Nearest(frame.stamp_s) : nullptr;
+    if (poses != nullptr && pose == nullptr) ++result.unused.without_pose;
+    const auto start = steady_clock::now();
+    const std::optional<colour::ColourHeading> heading = Ask(frame, pose, compass);
+    if (heading && update && pose != nullptr && LearnAlong(*heading, *pose, compass)) {
+      ++result.learned;
+    }
+    result.compass_ms += terminal::MillisecondsSince(start);
+    if (heading) result.headings.push_back({frame.index, frame.stamp_s, EstimateOf(*heading)});
+    ReportDetail(frame, heading);
+  }
+  result.frames = frames.Count();
+  result.unused.below_horizon = compass.Counts().below_horizon;
+  result.without_turn = compass.Counts().without_turn;
+  result.reading = frames.Source().Report();
+  return result;
+}
+
+std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<StampedPose>& truth,
+                                                       const QueryParams& params,
+                                                       const reports::CompassQueryResult& result) {
+  if (truth.empty()) return std::nullopt;
+  std::vector<evaluation::StampedHeading> headings;
+  headings.reserve(result.headings.size());
+  for (const files::MeasuredHeading& heading : result.headings) {
+    headings.push_back({heading.stamp_s, heading.estimate.heading_rad});
+  }
+  auto errors =
+      evaluation::CompareHeadings(headings, truth, kTruthDtS, evaluation::HeadingZero::kTruth);
+  if (!errors) {
+    throw InputError(
+        fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and truth count alike?",
+                    params.truth.string(),
+                    kTruthDtS,
+                    params.forward.forward));
+  }
+  return errors;
+}
+
+void Store(const QueryParams& params,
+           const CommonOptions& common,
+           const reports::CompassQueryResult& result,
+           const colour::ColourCompass& compass,
+           terminal::Summary& summary) {
+  const evaluation::HeadingErrors* const errors = result.errors ? &*result.errors : nullptr;
+  files::WriteFileAtomically(params.output, files::FormatHeadings(result.headings, errors));
+  summary.files.push_back(params.output);
+  if (params.save.empty()) return;
+  colour::ColourModel model = compass.Model();
+  model.provenance += (model.provenance.empty() ? "" : "\n") + common.command_line;
+  files::WriteColourModel(model, params.save);
+  summary.files.push_back(params.save);
+}
+
+void Draw(figures::FigureFolder& folder,
+          const reports::CompassQueryResult& result,
+          terminal::Summary& summary) {
+  folder.Draw(figures::HeadingFigure(result.headings, result.errors ? &*result.errors : nullptr));
+  summary.files.insert(summary.files.end(), folder.Files().begin(), folder.Files().end());
+}
+
+void RunQuery(const QueryParams& params, const CommonOptions& common, terminal::Summary& summary) {
+  const auto start = steady_clock::now();
+  params.Check();
+  colour::ColourCompassParams settings = params.Settings();
+  std::vector<StampedPose> truth;
+  if (!params.truth.empty()) truth = files::ReadTum(params.truth);
+  std::optional<recordings::PosesByTime> poses;
+  if (!params.poses.empty()) poses.emplace(params.poses);
+  std::optional<figures::FigureFolder> figures;
+  if (!params.plot.empty()) figures.emplace(params.plot);
+  colour::ColourModel model = files::ReadColourModel(params.model);
+  recordings::ForwardFrames frames(params.forward);
+  settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
+  colour::ColourCompass compass(std::move(model), frames.Camera(), settings);
+
+  reports::CompassQueryResult result =
+      AskFrames(frames, poses ? &*poses : nullptr, params.update, compass);
+  if (poses && result.frames > 0 && result.unused.without_pose == result.frames) {
+    recordings::RefuseRecording(frames, result.unused, params.poses);
+  }
+  if (result.headings.empty()) recordings::RefuseRecording(frames, result.unused, {});
+  result.errors = ErrorsAgainst(truth, params, result);
+  Store(params, common, result, compass, summary);
+  recordings::ReportFrames(frames, result.unused);
+  if (figures) Draw(*figures, result, summary);
+  result.seconds = terminal::SecondsSince(start);
+  reports::Summarize(result, summary);
+  if (!common.quiet) reports::PrintReport(result, summary);
+}
+
+void AddCompassOptions(CLI::App& cli, QueryParams& params) {
+  const std::string group = "Compass";
+  cli.add_option("--poses",
+                 params.poses,
+                 "Where the robot is, if that is known: place, pitch and roll; yaw is not used")
+      ->type_name("T.tum")
+      ->group("Input");
+  recordings::AddLineOptions(cli, params.lines, group);
+  cli.add_flag("--no-parallax",
+               params.no_parallax,
+               "As published: all that is seen is taken to be infinitely far")
+      ->group(group);
+  cli.add_flag("--update",
+               params.update,
+               "The model learns on the way, at the places of --poses, by its own headings")
+      ->group(group);
+}
+
+}  // namespace
+
+Command AddCompassQueryCommand(CLI::App& compass) {
+  Command command = MakeCommand(
+      compass,
+      "query",
+      "Finds the heading of a robot by a model of the colours around it.",
+      "ceilmap compass query lab.colours --rig rig.yaml --forward again.mp4 --stamps again.csv -o "
+      "heading.csv\n"
+      "  ceilmap compass query lab.colours --rig rig.yaml --forward again.mp4 --truth truth.tum "
+      "--plot figures -o heading.csv\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+  auto params = std::make_shared<QueryParams>();
+  CLI::App& cli = *command.cli;
+  cli.add_option("model", params->model, "What 'compass learn' made")
+      ->required()
+      ->type_name("MODEL");
+  params->forward.AddTo(cli, "Input");
+  AddCompassOptions(cli, *params);
+  const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type)->group("Results");
+  };
+  add("-o,--output",
+      params->output,
+      "In the frame of the learned poses: timestamp,heading_deg,sigma_deg,confidence",
+      "H.csv")
+      ->required();
+  add("--save", params->save, "The model as it is after --update", "MODEL2");
+  add("--truth", params->truth, "True poses: errors, also as columns of H.csv", "T.tum");
+  add("--plot", params->plot, "Figure with its gnuplot script and data", "DIR");
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunQuery(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

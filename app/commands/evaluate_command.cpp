@@ -1,0 +1,207 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "app/commands/commands.hpp"
+#include "app/files/arguments.hpp"
+#include "app/files/csv.hpp"
+#include "app/page/page.hpp"
+#include "app/reports/comparison.hpp"
+#include "app/reports/comparison_figures.hpp"
+#include "app/reports/comparison_page.hpp"
+#include "app/reports/comparison_report.hpp"
+#include "app/reports/comparison_tables.hpp"
+#include "app/reports/page_parts.hpp"
+#include "app/reports/report_folder.hpp"
+#include "app/terminal/console.hpp"
+#include "calib/base/error.hpp"
+#include "mapping/store/map_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+using evaluation::Alignment;
+
+const std::map<std::string, Alignment> kAlignments = {{"none", Alignment::kNone},
+                                                      {"first", Alignment::kFirst},
+                                                      {"se2", Alignment::kSe2},
+                                                      {"sim2", Alignment::kSim2}};
+
+struct EvaluateParams {
+  reports::ComparisonParams comparison;
+  fs::path map;
+  std::string align = "se2";
+  std::string offset;
+  std::string segments = "1,2,5,10";
+  fs::path report;
+};
+
+reports::ClockOffset ParseOffset(const std::string& text) {
+  if (text.empty()) return {};
+  if (text == "auto") return {.search = true};
+  reports::ClockOffset offset;
+  if (!files::ParseNumber(text, offset.seconds) || !std::isfinite(offset.seconds)) {
+    throw InputError(fmt::format("--offset {}: must be seconds, or auto", text));
+  }
+  return offset;
+}
+
+// With a map all is shown in its frame, which is that of the first estimate.
+reports::ShownFrame ShownOn(const store::MapReader* map) {
+  return map != nullptr ? reports::ShownFrame::kFirstRun : reports::ShownFrame::kTruth;
+}
+
+void PrintReport(const reports::Comparison& comparison) {
+  std::string text;
+  for (const reports::ReportTable& table : reports::ComparisonTables(comparison)) {
+    if (!text.empty()) text += '\n';
+    text += reports::FormatPlain(table);
+  }
+  fmt::print("{}", text);
+}
+
+// Those with positions, over the mosaic of a map if there is one.
+void DrawFigures(const reports::Comparison& comparison,
+                 const store::MapReader* map,
+                 const fs::path& folder,
+                 terminal::Summary& summary) {
+  std::vector<reports::ComparedRun> runs;
+  for (const reports::ComparedEstimate& estimate : comparison.estimates) {
+    if (estimate.errors) runs.push_back({estimate.file.name, &*estimate.errors});
+  }
+  if (runs.empty()) return;
+  const reports::ShownFrame frame = ShownOn(map);
+  figures::TrajectoryComparison shown = reports::ComparisonFor(comparison.truth, runs, frame);
+  if (comparison.compensation) {
+    shown.before =
+        reports::FigurePosesBefore(comparison.truth,
+                                   comparison.compensation->estimates.front().compensation,
+                                   reports::T_shown_truth(runs, frame));
+  }
+  reports::DrawTrajectoryFigures(std::move(shown), map, folder, summary);
+}
+
+reports::ReportFile PageFile(const reports::Comparison& comparison,
+                             const store::MapReader* map,
+                             const EvaluateParams& params) {
+  const std::string unit = map != nullptr ? map->Metadata().unit : "m";
+  page::PageData data = reports::ComparisonPage(
+      comparison, reports::ComparisonTables(comparison), ShownOn(map), unit);
+  data.note = fmt::format("Truth: {}; aligned: {}", params.comparison.truth.string(), params.align);
+  if (map != nullptr) reports::AddMap(*map, data);
+  return {"index.html", page::WritePage(data)};
+}
+
+void RunEvaluate(EvaluateParams params, const CommonOptions& common, terminal::Summary& summary) {
+  if (!params.map.empty() && params.report.empty()) {
+    throw InputError("--map: its image goes under the figures of a report; give -o too");
+  }
+  evaluation::EvaluationParams& evaluation = params.comparison.evaluation;
+  evaluation.align = kAlignments.at(params.align);
+  if (!params.comparison.frame_from.empty()) params.align = "frame-from";
+  evaluation.segments.lengths_m = files::ParsePositiveNumbers(params.segments, "--segments");
+  params.comparison.offset = ParseOffset(params.offset);
+  if (!params.report.empty()) reports::CheckReportFolder(params.report);
+  std::optional<store::MapReader> map;
+  if (!params.map.empty()) map.emplace(params.map);
+
+  const reports::Comparison comparison = reports::Compare(params.comparison);
+  for (const reports::ComparedEstimate& estimate : comparison.estimates) {
+    summary.frames += estimate.matched;
+  }
+  summary.quality = reports::ComparisonJson(comparison, params.comparison, params.align);
+  if (!params.report.empty()) {
+    const store::MapReader* const under = map ? &*map : nullptr;
+    std::vector<reports::ReportFile> files = {PageFile(comparison, under, params)};
+    for (reports::ReportFile& file : reports::ReportFiles(comparison, summary.quality)) {
+      files.push_back(std::move(file));
+    }
+    summary.files = reports::WriteReport(params.report, files);
+    DrawFigures(comparison, under, params.report / "figures", summary);
+  }
+  if (!common.quiet) PrintReport(comparison);
+}
+
+}  // namespace
+
+Command AddEvaluateCommand(CLI::App& program) {
+  Command command = MakeCommand(
+      program,
+      "evaluate",
+      "Compares estimated trajectories with the true one.",
+      "ceilmap evaluate --truth truth.tum mapped=lab.tum -o report\n"
+      "  ceilmap evaluate --truth truth.tum live=live.tum status.csv heading.csv -o report\n"
+      "  ceilmap evaluate --truth truth.tum other-clock.tum --offset auto --align sim2\n"
+      "  ceilmap evaluate --truth truth.tum --before uncompensated.tum fused=compensated.tum -o "
+      "table\n"
+      "  ceilmap evaluate --truth second.tum --frame-from map-truth.tum map.tum status.csv\n"
+      "An estimate is a trajectory (TUM), a status file of localize, or headings (CSV).");
+  auto params = std::make_shared<EvaluateParams>();
+  reports::ComparisonParams& comparison = params->comparison;
+  CLI::App& cli = *command.cli;
+  cli.add_option("--truth", comparison.truth, "The true trajectory")
+      ->required()
+      ->type_name("T.tum");
+  cli.add_option("estimates", comparison.estimates, "What to judge: trajectories, status, headings")
+      ->required()
+      ->type_name("[NAME=]EST");
+  cli.add_option(
+         "--before",
+         comparison.before,
+         "Without tilt compensation; tells what it is worth: largest errors before and after")
+      ->type_name("T0.tum");
+  cli.add_option("--map",
+                 params->map,
+                 "The map that the first estimate is on: its image lies under "
+                 "the paths")
+      ->type_name("MAP.gpkg");
+  CLI::Option* const align =
+      cli.add_option("--align",
+                     params->align,
+                     "How estimates are brought into the truth's frame, --before aside")
+          ->check(CLI::IsMember({"none", "first", "se2", "sim2"}))
+          ->capture_default_str();
+  cli.add_option("--frame-from",
+                 comparison.frame_from,
+                 "Instead: truth and estimate of the run that made the map the robots were on")
+      ->expected(2)
+      ->allow_extra_args(false)
+      ->type_name("T.tum EST.tum")
+      ->excludes(align);
+  cli.add_option("--max-dt", comparison.evaluation.max_dt_s, "Most seconds between compared poses")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S")
+      ->capture_default_str();
+  cli.add_option("--offset",
+                 params->offset,
+                 "Added to the stamps of estimates; auto: found from how the robot moved")
+      ->type_name("S|auto");
+  cli.add_option("--expect",
+                 comparison.expect,
+                 "Frames that there should be poses for, instead of the truth's stamps")
+      ->type_name("FRAMES.csv");
+  cli.add_option("--segments",
+                 params->segments,
+                 "Metres of the way over which errors of the motion are told")
+      ->type_name("M,M,...")
+      ->capture_default_str();
+  cli.add_option(
+         "-o,--output",
+         params->report,
+         "Folder for index.html to look at, metrics.json, CSV files, tables in Markdown and "
+         "LaTeX, and figures; new or empty")
+      ->type_name("REPORT_DIR");
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunEvaluate(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

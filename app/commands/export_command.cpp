@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.hpp"
+#include "app/files/output_files.hpp"
+#include "app/files/tum.hpp"
+#include "calib/base/error.hpp"
+#include "mapping/graph/g2o.hpp"
+#include "mapping/store/export.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+struct ExportParams {
+  fs::path map;
+  std::string format;
+  fs::path output;
+  bool from_below = false;
+};
+
+// Of every recording that the map was made of; stamps may repeat where recordings were merged.
+std::string TrajectoryText(const store::MapReader& map) {
+  std::vector<StampedPose> poses;
+  for (const graph::FramePose& frame : map.ReadTrajectory()) {
+    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
+  }
+  std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
+    return a.stamp_s < b.stamp_s;
+  });
+  return files::FormatTum(poses);
+}
+
+std::vector<fs::path> OutputFiles(const ExportParams& params) {
+  if (params.format != "ros") return {params.output};
+  fs::path yaml = params.output;
+  if (yaml.extension() != ".yaml") yaml += ".yaml";
+  return {yaml, fs::path(yaml).replace_extension(".png")};
+}
+
+void RunExport(const ExportParams& params,
+               const CommonOptions& common,
+               terminal::Summary& summary) {
+  if (params.from_below && params.format != "png") {
+    throw InputError(
+        fmt::format("--from-below is for --format png: --format {} lies on maps drawn from above",
+                    params.format));
+  }
+  const std::vector<fs::path> files = OutputFiles(params);
+  files::CheckOutputFiles(files);
+  const store::MapReader map(params.map);
+  if (params.format == "png") {
+    store::ExportPng(map, params.output, {.seen_from_below = params.from_below});
+  } else if (params.format == "geotiff") {
+    store::ExportGeoTiff(map, params.output);
+  } else if (params.format == "g2o") {
+    files::WriteFileAtomically(params.output, graph::FormatG2o(map.ReadGraph()));
+  } else if (params.format == "tum") {
+    files::WriteFileAtomically(params.output, TrajectoryText(map));
+  } else {
+    store::ExportRos(map, params.output);
+  }
+  summary.files = files;
+  summary.quality = {{"map_width_px", map.Grid().width_px},
+                     {"map_height_px", map.Grid().height_px}};
+  if (common.quiet) return;
+  for (const fs::path& file : files) fmt::print("written {}\n", file.string());
+}
+
+}  // namespace
+
+Command AddExportCommand(CLI::App& program) {
+  Command command = MakeCommand(program,
+                                "export",
+                                "Writes a map for other programs: its image for ROS map_server "
+                                "and Nav2, GIS or people, its "
+                                "pose graph as g2o text, its trajectory as TUM lines.",
+                                "ceilmap export lab.gpkg --format ros -o lab.yaml");
+  auto params = std::make_shared<ExportParams>();
+  CLI::App& cli = *command.cli;
+  cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
+  cli.add_option("--format", params->format, "What to write")
+      ->required()
+      ->check(CLI::IsMember({"ros", "geotiff", "png", "g2o", "tum"}));
+  cli.add_option("-o,--output", params->output, "File; for ros PATH.yaml and PATH.png")
+      ->required()
+      ->type_name("PATH");
+  cli.add_flag("--from-below", params->from_below, "png as a person sees it who looks up");
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunExport(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

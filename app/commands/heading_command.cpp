@@ -1,0 +1,290 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "app/commands/commands.hpp"
+#include "app/commands/compass_options.hpp"
+#include "app/figures/figure.hpp"
+#include "app/figures/heading_figures.hpp"
+#include "app/files/heading_csv.hpp"
+#include "app/files/output_files.hpp"
+#include "app/files/tum.hpp"
+#include "app/recordings/panorama_source.hpp"
+#include "app/reports/heading_report.hpp"
+#include "app/terminal/clock.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/interrupt.hpp"
+#include "app/terminal/progress.hpp"
+#include "calib/base/error.hpp"
+#include "localization/compass/travel_forecast.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr double kMaxDtS = 0.02;  // between a heading and its true pose
+
+struct HeadingParams {
+  recordings::PanoramaOptions panorama;
+  fs::path travel;
+  CompassOptions compass;
+  fs::path output;
+  fs::path truth;
+  fs::path plot;
+  std::optional<std::int64_t> plot_frame;
+
+  // Checks everything that can be told without the recording. @throws InputError
+  void Check() const;
+};
+
+void HeadingParams::Check() const {
+  panorama.Check();
+  compass.Check();
+  if (plot_frame && plot.empty()) {
+    throw InputError("--plot-frame: the figure goes to --plot DIR; give that too");
+  }
+  if (plot_frame && *plot_frame < 1) {
+    throw InputError(fmt::format(
+        "--plot-frame {}: must be at least 1; frame 0 has no reference before it", *plot_frame));
+  }
+  files::CheckOutputFiles({output});
+  std::error_code ignored;
+  for (const fs::path& source :
+       {panorama.rig, panorama.stamps, travel, truth, fs::path(panorama.Source())}) {
+    if (source.empty() || !fs::equivalent(output, source, ignored)) continue;
+    throw InputError(
+        fmt::format("{}: is read by this run and cannot be its result too", output.string()));
+  }
+}
+
+// The methods of the papers have a column per degree unless told otherwise.
+recordings::PanoramaOptions ForMethod(recordings::PanoramaOptions options,
+                                      const std::string& method) {
+  constexpr int kPaperColumns = 360;
+  if (!options.omni.empty() && !options.columns && method != "fft") {
+    options.columns = kPaperColumns;
+  }
+  return options;
+}
+
+void CheckPlotFrame(const HeadingParams& params, const recordings::FrameSource& source) {
+  const std::optional<std::int64_t> frames = source.ExpectedFrames();
+  if (!params.plot_frame || !frames || *params.plot_frame < *frames) return;
+  throw InputError(fmt::format("--plot-frame {}: {} has {} frames, 0 to {}",
+                               *params.plot_frame,
+                               source.Name(),
+                               *frames,
+                               *frames - 1));
+}
+
+// What a file of poses tells of the way between frames.
+class KnownTravel {
+ public:
+  KnownTravel(std::vector<StampedPose> poses, const Eigen::Vector2d& camera)
+      : poses_(std::move(poses)), forecast_(camera) {}
+
+  // Frames in order of time. The newest pose before a frame stands for it.
+  std::optional<Eigen::Vector2d> To(double stamp_s) {
+    const std::size_t seen = next_;
+    while (next_ < poses_.size() && poses_[next_].stamp_s <= stamp_s + kMaxDtS) ++next_;
+    if (next_ > seen) {
+      const StampedPose& pose = poses_[next_ - 1];
+      forecast_.See(pose.stamp_s, Pose2{pose.position.x(), pose.position.y(), YawOf(pose)});
+    }
+    std::optional<Eigen::Vector2d> travel;
+    if (last_s_) travel = forecast_.Between(*last_s_, stamp_s);
+    told_ += travel ? 1 : 0;
+    last_s_ = stamp_s;
+    return travel;
+  }
+  [[nodiscard]] std::int64_t Reported() const { return told_; }
+
+ private:
+  std::vector<StampedPose> poses_;
+  std::size_t next_ = 0;
+  compass::TravelForecast forecast_;
+  std::optional<double> last_s_;
+  std::int64_t told_ = 0;
+};
+
+// Distances of the frame that is to be plotted: the one asked for, else the last one.
+struct PlottedProfile {
+  std::int64_t frame = 0;
+  compass::DistanceProfile profile;
+};
+
+void MeasureFrames(recordings::PanoramaSource& source,
+                   compass::Compass& compass,
+                   KnownTravel& travel,
+                   const std::optional<std::int64_t>& plot_frame,
+                   reports::HeadingResult& result,
+                   PlottedProfile& plotted) {
+  terminal::Progress progress("heading", "frames", source.Source().ExpectedFrames());
+  while (source.Read()) {
+    const recordings::Frame& frame = source.Raw();
+    const auto start = steady_clock::now();
+    compass::PanoramaFrame panorama;
+    panorama.panorama = source.Panorama();
+    panorama.stamp_s = frame.stamp_s;
+    panorama.travel = travel.To(frame.stamp_s);
+    const auto estimate = compass.Next(panorama);
+    result.compass_ms += terminal::MillisecondsSince(start);
+    progress.Update(++result.frames);
+    if (!estimate) continue;
+    result.headings.push_back({frame.index, frame.stamp_s, *estimate});
+    if (!(estimate->confidence > 0)) ++result.untold;
+    if (plot_frame == frame.index) plotted = {frame.index, compass.Profile()};
+    terminal::Detail("frame {} at {:.6f} s: {:.3f} rad, confidence {:.3f}",
+                     frame.index,
+                     frame.stamp_s,
+                     estimate->heading_rad,
+                     estimate->confidence);
+  }
+}
+
+std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<StampedPose>& truth,
+                                                       const HeadingParams& params,
+                                                       const reports::HeadingResult& result) {
+  if (truth.empty()) return std::nullopt;
+  std::vector<evaluation::StampedHeading> headings;
+  headings.reserve(result.headings.size());
+  for (const files::MeasuredHeading& heading : result.headings) {
+    headings.push_back({heading.stamp_s, heading.estimate.heading_rad});
+  }
+  std::optional<evaluation::HeadingErrors> errors =
+      evaluation::CompareHeadings(headings, truth, kMaxDtS);
+  if (!errors) {
+    throw InputError(
+        fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and truth count alike?",
+                    params.truth.string(),
+                    kMaxDtS,
+                    params.panorama.Source()));
+  }
+  return errors;
+}
+
+void DrawFigures(figures::FigureFolder& folder,
+                 const HeadingParams& params,
+                 const reports::HeadingResult& result,
+                 const PlottedProfile& plotted) {
+  folder.Draw(figures::HeadingFigure(result.headings, result.errors ? &*result.errors : nullptr));
+  if (!plotted.profile.distance.empty()) {
+    folder.Draw(figures::DistanceFigure(plotted.frame, plotted.profile));
+  } else if (params.plot_frame) {
+    terminal::Warn("--plot-frame {}: the compass did not look at that frame", *params.plot_frame);
+  }
+}
+
+void Report(const recordings::PanoramaSource& source, const reports::HeadingResult& result) {
+  for (const std::string& warning : source.Source().Warnings()) terminal::PrintWarning(warning);
+  if (terminal::Interrupted())
+    terminal::PrintNote(fmt::format("interrupted: {} frames were used", result.frames));
+  if (source.Source().Stamps() == recordings::StampOrigin::kFrameIndex) {
+    terminal::Note("no --stamps: images are taken to be one second apart");
+  }
+  if (result.untold > 0) {
+    terminal::Warn("{} of {} headings were held: nothing in the panoramas told them",
+                   result.untold,
+                   result.headings.size());
+  }
+}
+
+void RunHeading(const HeadingParams& params,
+                const CommonOptions& common,
+                terminal::Summary& summary) {
+  const auto start = steady_clock::now();
+  params.Check();
+  std::vector<StampedPose> truth;
+  if (!params.truth.empty()) truth = files::ReadTum(params.truth);
+  std::vector<StampedPose> poses;
+  if (!params.travel.empty()) poses = files::ReadTum(params.travel);
+  std::optional<figures::FigureFolder> figures;
+  if (!params.plot.empty()) figures.emplace(params.plot);
+  recordings::PanoramaSource source(ForMethod(params.panorama, params.compass.method));
+  CheckPlotFrame(params, source.Source());
+  const std::unique_ptr<compass::Compass> compass = params.compass.Make();
+
+  reports::HeadingResult result;
+  PlottedProfile plotted;
+  KnownTravel travel(std::move(poses), source.Position());
+  MeasureFrames(source, *compass, travel, params.plot_frame, result, plotted);
+  constexpr std::int64_t kMinFrames = 3;  // to know the way to the last one
+  if (!params.travel.empty() && travel.Reported() == 0 && result.frames >= kMinFrames) {
+    throw InputError(fmt::format("{}: no poses at the times of {}; do the two count alike?",
+                                 params.travel.string(),
+                                 params.panorama.Source()));
+  }
+  if (result.headings.empty()) throw RunError("interrupted before the first frame");
+  if (figures && !params.plot_frame) plotted = {result.headings.back().frame, compass->Profile()};
+  result.references = compass->References();
+  result.panorama = source.Size();
+  result.reading = source.Source().Report();
+  result.unwrap_ms = source.UnwrapMs();
+  result.errors = ErrorsAgainst(truth, params, result);
+
+  files::WriteFileAtomically(
+      params.output,
+      files::FormatHeadings(result.headings, result.errors ? &*result.errors : nullptr));
+  summary.files.push_back(params.output);
+  Report(source, result);
+  if (figures) {
+    DrawFigures(*figures, params, result, plotted);
+    summary.files.insert(summary.files.end(), figures->Files().begin(), figures->Files().end());
+  }
+  result.seconds = terminal::SecondsSince(start);
+  reports::Summarize(result, summary);
+  if (!common.quiet) reports::PrintReport(result, summary);
+}
+
+}  // namespace
+
+Command AddHeadingCommand(CLI::App& program) {
+  Command command = MakeCommand(
+      program,
+      "heading",
+      "Measures how a robot turns, with a camera under a convex mirror as a visual compass.",
+      "ceilmap heading --rig rig.yaml --omni omni.mp4 --stamps frames.csv -o heading.csv\n"
+      "  ceilmap heading --ring 320,240,60,230 --omni omni.avi -o heading.csv --plot figures\n"
+      "  ceilmap heading --panorama panoramas --azimuth rising -o heading.csv\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+  auto params = std::make_shared<HeadingParams>();
+  CLI::App& cli = *command.cli;
+  params->panorama.AddTo(cli, "Input", "Unwrapping");
+  params->compass.AddTo(cli, "Compass");
+  cli.add_option("--travel",
+                 params->travel,
+                 "Poses from the wheels or the ceiling, for robots that do not only drive ahead "
+                 "and back")
+      ->type_name("T.tum")
+      ->group("Compass");
+  const std::string result = "Results";
+  const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type);
+  };
+  add("-o,--output",
+      params->output,
+      "Counter-clockwise from the first frame: timestamp,heading_deg,sigma_deg,confidence",
+      "H.csv")
+      ->required()
+      ->group(result);
+  add("--truth", params->truth, "True poses: errors, also as columns of H.csv", "T.tum")
+      ->group(result);
+  add("--plot", params->plot, "Figures with their gnuplot scripts and data", "DIR")->group(result);
+  add("--plot-frame",
+      params->plot_frame,
+      "Frame whose distances over all shifts are plotted [the last]",
+      "N")
+      ->group(result);
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunHeading(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

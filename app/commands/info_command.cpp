@@ -1,0 +1,187 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "app/commands/commands.hpp"
+#include "app/reports/map_quality.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/table.hpp"
+#include "calib/base/degrees.hpp"
+#include "calib/base/one_line.hpp"
+#include "mapping/store/map_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct InfoParams {
+  fs::path map;
+  bool json = false;
+};
+
+// What a map says of itself, and what can be counted in it.
+struct MapInfo {
+  store::MapMetadata metadata;
+  store::MosaicGrid grid;
+  std::size_t keyframes = 0;
+  std::size_t poses = 0;
+  std::size_t edges = 0;
+  double first_stamp_s = 0;
+  double last_stamp_s = 0;
+  double covered_area = 0;  // unit^2
+  std::uintmax_t file_bytes = 0;
+  graph::MapQuality quality;
+  std::vector<graph::WeakSpot> weak_spots;
+};
+
+// Window by window, since a map can be larger than memory.
+double CoveredArea(const store::MapReader& map) {
+  constexpr int kWindow = 2048;
+  const store::MosaicGrid& grid = map.Grid();
+  std::int64_t covered_px = 0;
+  cv::Mat grey;
+  cv::Mat alpha;
+  for (int row = 0; row < grid.height_px; row += kWindow) {
+    for (int col = 0; col < grid.width_px; col += kWindow) {
+      const cv::Rect window(col,
+                            row,
+                            std::min(kWindow, grid.width_px - col),
+                            std::min(kWindow, grid.height_px - row));
+      map.ReadMosaic(window, grey, alpha);
+      covered_px += cv::countNonZero(alpha);
+    }
+  }
+  return static_cast<double>(covered_px) * grid.resolution * grid.resolution;
+}
+
+MapInfo Inspect(const fs::path& file) {
+  const store::MapReader map(file);
+  MapInfo info;
+  info.metadata = map.Metadata();
+  info.grid = map.Grid();
+  info.keyframes = map.ReadKeyframes().size();
+  info.edges = map.ReadEdges().size();
+  const std::vector<graph::FramePose> trajectory = map.ReadTrajectory();
+  info.poses = trajectory.size();
+  if (!trajectory.empty()) {
+    info.first_stamp_s = trajectory.front().stamp_s;
+    info.last_stamp_s = trajectory.back().stamp_s;
+  }
+  info.covered_area = CoveredArea(map);
+  info.file_bytes = fs::file_size(file);
+  info.quality = map.Quality();
+  info.weak_spots = map.ReadWeakSpots();
+  return info;
+}
+
+ordered_json ToJson(const MapInfo& info) {
+  const store::MapMetadata& metadata = info.metadata;
+  const store::MosaicGrid& grid = info.grid;
+  return {
+      {"format_version", metadata.format_version},
+      {"unit", metadata.unit},
+      {"resolution", metadata.resolution},
+      {"ceiling_height_m", metadata.ceiling_height_m},
+      {"robot", metadata.robot},
+      {"view",
+       {{"width_px", metadata.view_size.width},
+        {"height_px", metadata.view_size.height},
+        {"units_per_px", metadata.view_units_per_px},
+        {"T_base_view",
+         {{"x", metadata.T_base_view.x},
+          {"y", metadata.T_base_view.y},
+          {"yaw_deg", metadata.T_base_view.yaw * kDegPerRad}}}}},
+      {"grid",
+       {{"min_x", grid.min_x},
+        {"max_y", grid.max_y},
+        {"resolution", grid.resolution},
+        {"width_px", grid.width_px},
+        {"height_px", grid.height_px}}},
+      {"covered_area", info.covered_area},
+      {"keyframes", info.keyframes},
+      {"trajectory_poses", info.poses},
+      {"first_stamp_s", info.first_stamp_s},
+      {"last_stamp_s", info.last_stamp_s},
+      {"edges", info.edges},
+      {"quality", reports::ToJson(info.quality)},
+      {"weak_spots", reports::ToJson(info.weak_spots)},
+      {"file_bytes", info.file_bytes},
+      {"program_version", metadata.program_version},
+      {"provenance", metadata.provenance},
+      {"rig_yaml", metadata.rig_yaml},
+  };
+}
+
+void PrintTable(const MapInfo& info) {
+  const store::MapMetadata& metadata = info.metadata;
+  const store::MosaicGrid& grid = info.grid;
+  const std::string& unit = metadata.unit;
+  const double width = grid.width_px * grid.resolution;
+  const double height = grid.height_px * grid.resolution;
+  terminal::Table table;
+  table.AddRow({"map size", fmt::format("{:.3f} x {:.3f} {}", width, height, unit)});
+  table.AddRow({"map pixels", fmt::format("{} x {}", grid.width_px, grid.height_px)});
+  table.AddRow({"resolution", fmt::format("{:.6g} {} per px", grid.resolution, unit)});
+  table.AddRow(
+      {"x from, to", fmt::format("{:.3f}, {:.3f} {}", grid.min_x, grid.min_x + width, unit)});
+  table.AddRow(
+      {"y from, to", fmt::format("{:.3f}, {:.3f} {}", grid.max_y - height, grid.max_y, unit)});
+  table.AddRow({"area seen", fmt::format("{:.3f} {}^2", info.covered_area, unit)});
+  table.AddRow({"keyframes", fmt::format("{}", info.keyframes)});
+  table.AddRow({"trajectory", fmt::format("{} poses", info.poses)});
+  table.AddRow({"time", fmt::format("{:.3f} .. {:.3f} s", info.first_stamp_s, info.last_stamp_s)});
+  table.AddRow({"edges", fmt::format("{}", info.edges)});
+  constexpr int kMaxSpots = 8;
+  reports::AddQuality(info.quality, info.weak_spots, unit, kMaxSpots, table);
+  table.AddRow({"images",
+                fmt::format("{} x {} px, {:.6g} {} per px",
+                            metadata.view_size.width,
+                            metadata.view_size.height,
+                            metadata.view_units_per_px,
+                            unit)});
+  table.AddRow({"ceiling", fmt::format("{:.3f} m above the floor", metadata.ceiling_height_m)});
+  table.AddRow({"robot", metadata.robot.empty() ? "not named" : InOneLine(metadata.robot)});
+  table.AddRow({"rig", metadata.rig_yaml.empty() ? "none" : "stored; --json shows it"});
+  table.AddRow({"file", fmt::format("{:.2f} MB", static_cast<double>(info.file_bytes) * 1e-6)});
+  table.AddRow({"format", fmt::format("version {}", metadata.format_version)});
+  table.AddRow({"made by", "ceilmap " + InOneLine(metadata.program_version)});
+  table.AddRow({"provenance", InOneLine(metadata.provenance)});
+  // All values to the left: they carry their units, so their ends mean nothing.
+  fmt::print("{}", table.Format(terminal::Table::Numbers::kLeft));
+}
+
+void RunInfo(const InfoParams& params, terminal::Summary& summary) {
+  const MapInfo info = Inspect(params.map);
+  summary.frames = static_cast<std::int64_t>(info.poses);
+  summary.quality = {{"keyframes", info.keyframes}, {"covered_area", info.covered_area}};
+  if (params.json) {
+    fmt::print("{}\n", ToJson(info).dump(2, ' ', false, ordered_json::error_handler_t::replace));
+  } else {
+    PrintTable(info);
+  }
+}
+
+}  // namespace
+
+Command AddInfoCommand(CLI::App& program) {
+  Command command =
+      MakeCommand(program,
+                  "info",
+                  "Tells what a map holds and how good it is: size, coverage, loops, weak spots.",
+                  "ceilmap info lab.gpkg --json");
+  auto params = std::make_shared<InfoParams>();
+  command.cli->add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
+  command.cli->add_flag("--json", params->json, "One JSON object instead of a table");
+  command.run = [params](const CommonOptions&, terminal::Summary& summary) {
+    RunInfo(*params, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

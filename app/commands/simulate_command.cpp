@@ -1,0 +1,321 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <iterator>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "app/commands/commands.hpp"
+#include "app/files/tum.hpp"
+#include "app/recordings/ordered_work.hpp"
+#include "app/recordings/recording_writer.hpp"
+#include "app/recordings/simulation_folder.hpp"
+#include "app/terminal/clock.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/interrupt.hpp"
+#include "app/terminal/progress.hpp"
+#include "app/terminal/table.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/yaml_value.hpp"
+#include "samples/simulator/path.hpp"
+#include "samples/simulator/renderer.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct SimulateParams {
+  fs::path scene;
+  std::optional<std::int64_t> seed;
+  std::optional<int> frames;
+  bool lossless = false;
+  bool images = false;
+  bool force = false;
+  fs::path output;
+
+  [[nodiscard]] recordings::RecordingFormat Format() const {
+    if (images) return recordings::RecordingFormat::kImages;
+    return lossless ? recordings::RecordingFormat::kLosslessVideo
+                    : recordings::RecordingFormat::kVideo;
+  }
+};
+
+std::vector<simulator::PathPose> ReadPath(const fs::path& tum_file) {
+  std::vector<simulator::PathPose> path;
+  for (const StampedPose& pose : files::ReadTum(tum_file)) {
+    simulator::PathPose at;
+    at.stamp_s = pose.stamp_s;
+    at.T_map_base.linear() = pose.orientation.normalized().toRotationMatrix();
+    at.T_map_base.translation() = pose.position;
+    path.push_back(at);
+  }
+  return path;
+}
+
+// The scene with what the options change in it, and with the path of its TUM file.
+simulator::Scene MakeScene(const std::string& text, const SimulateParams& params) {
+  simulator::Scene scene = simulator::ParseScene(text, params.scene);
+  if (params.seed) scene.seed = static_cast<std::uint64_t>(*params.seed);
+  if (params.frames) {
+    int& most = scene.path.max_frames;
+    most = most == 0 ? *params.frames : std::min(most, *params.frames);
+  }
+  if (scene.path.kind == simulator::PathKind::kTum && !scene.path.tum_file.empty()) {
+    scene.path.poses = ReadPath(scene.path.tum_file);
+  }
+  return scene;
+}
+
+struct RenderReport {
+  std::int64_t frames = 0;
+  int threads = 1;
+  double render_ms = 0;  // of all threads together
+  double write_ms = 0;
+};
+
+using Recordings = std::vector<recordings::SimulationFolder::Recording>;
+
+Recordings OpenRecordings(const simulator::Scene& scene,
+                          recordings::RecordingFormat format,
+                          const recordings::SimulationFolder& folder) {
+  Recordings recordings;
+  const auto open = [&](const char* name, const auto& camera, bool is_colour = false) {
+    recordings.push_back({name,
+                          recordings::RecordingWriter::Create(format,
+                                                              folder.ImagesOf(name),
+                                                              {camera.width_px, camera.height_px},
+                                                              scene.path.frame_rate_hz,
+                                                              is_colour)});
+  };
+  open("up", scene.camera);
+  if (scene.forward) open("forward", *scene.forward, scene.forward->saturation > 0);
+  if (scene.omni) open("omni", *scene.omni, true);
+  return recordings;
+}
+
+// The images of one frame, one for each recording.
+using Images = std::vector<recordings::RecordingWriter::Prepared>;
+
+Images TakeImages(const simulator::Renderer& renderer,
+                  const simulator::Frame& frame,
+                  const Recordings& recordings) {
+  Images images;
+  for (const recordings::SimulationFolder::Recording& recording : recordings) {
+    const cv::Mat pixels = recording.camera == "forward" ? renderer.RenderForward(frame)
+                           : recording.camera == "omni"  ? renderer.RenderOmni(frame)
+                                                         : renderer.Render(frame);
+    images.push_back(recording.writer->Prepare(pixels));
+  }
+  return images;
+}
+
+RenderReport RenderFrames(const simulator::Renderer& renderer,
+                          const std::vector<simulator::Frame>& frames,
+                          const Recordings& recordings) {
+  RenderReport report;
+  report.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  std::atomic<double> render_ms = 0;
+  const auto count = static_cast<std::int64_t>(frames.size());
+  recordings::OrderedWork<Images> work(count, report.threads, [&](std::int64_t i) {
+    const auto start = steady_clock::now();
+    Images images = TakeImages(renderer, frames[static_cast<std::size_t>(i)], recordings);
+    render_ms += terminal::MillisecondsSince(start);
+    return images;
+  });
+  terminal::Progress progress("rendering", "frames", count);
+  while (!terminal::Interrupted()) {
+    const auto images = work.Next();
+    if (!images) break;
+    const auto start = steady_clock::now();
+    for (std::size_t i = 0; i < recordings.size(); ++i) {
+      recordings[i].writer->Write((*images)[i]);
+    }
+    report.write_ms += terminal::MillisecondsSince(start);
+    const simulator::Frame& frame = frames[static_cast<std::size_t>(report.frames)];
+    progress.Update(++report.frames);
+    terminal::Detail("frame {} at {:.6f} s", frame.index, frame.stamp_s);
+  }
+  report.render_ms = render_ms;
+  return report;
+}
+
+std::vector<StampedPose> TruePoses(const std::vector<simulator::Frame>& frames) {
+  std::vector<StampedPose> poses;
+  poses.reserve(frames.size());
+  for (const simulator::Frame& frame : frames) {
+    poses.push_back({frame.stamp_s,
+                     frame.T_map_base.translation(),
+                     Eigen::Quaterniond(frame.T_map_base.linear())});
+  }
+  return poses;
+}
+
+std::string StampsText(const std::vector<StampedPose>& poses) {
+  std::string text = "index,timestamp\n";
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    fmt::format_to(std::back_inserter(text), "{},{:.6f}\n", i, poses[i].stamp_s);
+  }
+  return text;
+}
+
+// How far the robot went, and over which part of the floor.
+struct Way {
+  explicit Way(const std::vector<StampedPose>& poses) {
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      ground.extend(poses[i].position.head<2>());
+      if (i > 0) length_m += (poses[i].position - poses[i - 1].position).norm();
+    }
+  }
+  double length_m = 0;
+  Eigen::AlignedBox2d ground;
+};
+
+// Somebody who stops a recording wants what there is of it.
+void ReportInterrupted(std::int64_t frames) {
+  if (frames == 0) {
+    throw RunError("interrupted before any frame was rendered; nothing was written");
+  }
+  terminal::PrintNote(fmt::format("interrupted: {} frames were kept", frames));
+}
+
+void Summarize(const RenderReport& report,
+               const simulator::Scene& scene,
+               const Way& way,
+               double seconds,
+               terminal::Summary& summary) {
+  const auto frames = static_cast<double>(report.frames);
+  summary.frames = report.frames;
+  summary.interrupted = terminal::Interrupted();
+  summary.stages_ms = {{"render", report.render_ms}, {"write", report.write_ms}};
+  summary.quality = {{"ms_per_frame", 1000 * seconds / frames},
+                     {"threads", report.threads},
+                     {"path_m", way.length_m},
+                     {"extent_m", {way.ground.sizes().x(), way.ground.sizes().y()}},
+                     {"width_px", scene.camera.width_px},
+                     {"height_px", scene.camera.height_px},
+                     {"seed", scene.seed}};
+  if (scene.forward) {
+    summary.quality["forward_width_px"] = scene.forward->width_px;
+    summary.quality["forward_height_px"] = scene.forward->height_px;
+  }
+  if (scene.omni) {
+    summary.quality["omni_width_px"] = scene.omni->width_px;
+    summary.quality["omni_height_px"] = scene.omni->height_px;
+  }
+}
+
+void PrintReport(const RenderReport& report,
+                 const simulator::Scene& scene,
+                 const Way& way,
+                 double seconds,
+                 const terminal::Summary& summary) {
+  const auto frames = static_cast<double>(report.frames);
+  terminal::Table table;
+  table.AddRow({"frames", fmt::format("{}", report.frames)});
+  table.AddRow({"images",
+                fmt::format("{} x {}", scene.camera.width_px, scene.camera.height_px),
+                fmt::format("px at {:g} Hz", scene.path.frame_rate_hz)});
+  const auto add_images = [&table](const char* name, const auto& camera) {
+    if (!camera) return;
+    table.AddRow({name, fmt::format("{} x {}", camera->width_px, camera->height_px), "px"});
+  };
+  add_images("forward images", scene.forward);
+  add_images("omni images", scene.omni);
+  table.AddRow({"path", fmt::format("{:.3f}", way.length_m), "m"});
+  const Eigen::Vector2d extent = way.ground.sizes();
+  table.AddRow({"extent", fmt::format("{:.3f} x {:.3f}", extent.x(), extent.y()), "m"});
+  table.AddRow({"time",
+                fmt::format("{:.2f}", seconds),
+                fmt::format("s ({:.1f} ms per frame)", 1000 * seconds / frames)});
+  fmt::print("{}", table.Format());
+  for (const fs::path& file : summary.files) fmt::print("written {}\n", file.string());
+}
+
+void RunSimulate(const SimulateParams& params,
+                 const CommonOptions& common,
+                 terminal::Summary& summary) {
+  const auto start = steady_clock::now();
+  const std::string text =
+      ReadSettingsText(params.scene, "a scene file (format: samples/simulator/README.md)");
+  const simulator::Scene scene = MakeScene(text, params);
+  std::vector<simulator::Frame> frames = simulator::MakePath(scene);
+  recordings::SimulationFolder folder(params.output, params.Format(), params.force);
+  const Recordings recordings = OpenRecordings(scene, params.Format(), folder);
+  const simulator::Renderer renderer(scene);
+
+  const RenderReport report = RenderFrames(renderer, frames, recordings);
+  if (terminal::Interrupted()) ReportInterrupted(report.frames);
+  frames.resize(static_cast<std::size_t>(report.frames));
+  const std::vector<StampedPose> poses = TruePoses(frames);
+  summary.files = folder.Commit(recordings,
+                                {.stamps = StampsText(poses),
+                                 .truth = files::FormatTum(poses),
+                                 .rig = simulator::RigYaml(scene),
+                                 .scene = recordings::WithSeed(text, params.scene, scene.seed)});
+
+  const Way way(poses);
+  const double seconds = terminal::SecondsSince(start);
+  Summarize(report, scene, way, seconds, summary);
+  if (!common.quiet) PrintReport(report, scene, way, seconds, summary);
+}
+
+}  // namespace
+
+Command AddSimulateCommand(CLI::App& program) {
+  Command command = MakeCommand(
+      program,
+      "simulate",
+      "Renders what an upward camera on a driving robot records in a room, and a forward camera "
+      "and one under a mirror where the scene has them, with the true trajectory.",
+      "ceilmap simulate samples/scenes/hall.yaml -o hall\n"
+      "  ceilmap map --rig hall/rig.yaml --up hall/up.mp4 --stamps hall/frames.csv -o hall.gpkg\n"
+      "samples/simulator/README.md tells what a scene holds.");
+  auto params = std::make_shared<SimulateParams>();
+  CLI::App& cli = *command.cli;
+  const std::string input = "Input";
+  const std::string result = "Results";
+  cli.add_option("scene", params->scene, "Room, ceiling, camera and path")
+      ->required()
+      ->type_name("SCENE.yaml");
+  cli.add_option("--seed", params->seed, "Of everything random, instead of the scene's")
+      ->check(CLI::Range(0, 2147483647))
+      ->type_name("N")
+      ->group(input);
+  cli.add_option("--frames", params->frames, "At most so many, from the start")
+      ->check(CLI::Range(1, 10000000))
+      ->type_name("N")
+      ->group(input);
+  cli.add_option(
+         "-o,--output",
+         params->output,
+         "Folder, made if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
+         "forward.mp4 of a forward camera, omni.mp4 of one under a mirror")
+      ->required()
+      ->type_name("DIR")
+      ->group(result);
+  CLI::Option* const lossless =
+      cli.add_flag("--lossless",
+                   params->lossless,
+                   "up.mkv (FFV1), bit by bit as rendered, instead of up.mp4 (H.264), which is "
+                   "three to four times smaller and loses a little of the finest grain")
+          ->group(result);
+  cli.add_flag("--pictures", params->images, "up/000000.png, ... instead of a video")
+      ->excludes(lossless)
+      ->group(result);
+  cli.add_flag("--force", params->force, "Replace an earlier recording in DIR")->group(result);
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunSimulate(*params, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/evaluation/heading_errors.hpp"
+#include "app/figures/figure.hpp"
+#include "app/files/heading_csv.hpp"
+#include "localization/compass/compass.hpp"
+
+namespace ceilmap::figures {
+
+/// Heading over time, with its doubt, over the truth; below it, where there is a truth, the error
+/// over time.
+/// @param headings  at least one. @param errors  of these headings, or null.
+Figure HeadingFigure(const std::vector<files::MeasuredHeading>& headings,
+                     const evaluation::HeadingErrors* errors);
+
+/// Distance of a frame's panorama to its reference over all shifts, and the shift that was taken.
+/// @param frame  counted from 0. @param profile  not empty.
+Figure DistanceFigure(std::int64_t frame, const compass::DistanceProfile& profile);
+
+}  // namespace ceilmap::figures

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "app/files/csv.hpp"
+
+namespace ceilmap::files {
+
+/// Reads the time stamps of a recording's frames: a CSV file with the columns `index`, counting up
+/// by one, and `timestamp` in seconds.
+/// @return seconds, strictly increasing, at least one.
+/// @throws InputError naming file and line.
+std::vector<double> ReadStamps(const std::filesystem::path& file);
+
+/// The same of a table that was read.
+std::vector<double> StampsIn(const CsvTable& table);
+
+}  // namespace ceilmap::files

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/base/stamped_pose.hpp"
+
+namespace ceilmap::files {
+
+/// The comment line that names the columns of a trajectory file, and one of its lines.
+std::string_view TumHeader();
+std::string FormatTumLine(const StampedPose& pose);
+
+/// The trajectory as TUM lines `timestamp tx ty tz qx qy qz qw` under one comment line that names
+/// the columns: stamps to the microsecond, lengths to the nanometre, quaternions of unit length to
+/// 1e-9.
+std::string FormatTum(const std::vector<StampedPose>& poses);
+
+/// Reads TUM lines; `#` starts a comment.
+/// @return at least one pose; stamps strictly increasing, numbers finite, quaternions of unit
+/// length
+///   to 1e-3 (files with four digits exist).
+/// @throws InputError naming file and line.
+std::vector<StampedPose> ReadTum(const std::filesystem::path& file);
+
+/// The same from a file's text. @param name  the file's, for messages.
+std::vector<StampedPose> ParseTum(std::string_view text, const std::string& name);
+
+}  // namespace ceilmap::files

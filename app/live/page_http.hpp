@@ -1,0 +1,78 @@
+#pragma once
+
+#include <httplib.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <thread>
+
+#include "app/live/page_server.hpp"
+
+namespace ceilmap::live {
+
+/// The HTTP of PageServer, on top of cpp-httplib, whose own limits are on lines and not on
+/// requests: headers without end would fill the memory, a byte every other second keep a thread for
+/// ever, and connections without end take the descriptors that the map is written through.
+/// Internal.
+
+/// What a client may cost.
+inline constexpr std::size_t kMaxRequestBytes = 8192;       ///< line and headers; there is no body
+inline constexpr std::chrono::seconds kRequestPatience{4};  ///< until all of it is there
+inline constexpr std::chrono::seconds kAnswerPatience{60};  ///< until all of an answer is taken
+inline constexpr std::size_t kAnsweredAtATime = 4;
+inline constexpr int kMaxWaiting = 32;  ///< connections; more are closed at once
+
+/// Whether a host is this machine and no other.
+bool IsLoopback(const std::string& host);
+
+/// A client's connection within these limits: beyond them, and once `stopping` is set, it is at its
+/// end.
+class ClientStream final : public httplib::Stream {
+ public:
+  /// @param socket  stays the caller's.
+  ClientStream(int socket, const std::atomic<bool>& stopping);
+
+  [[nodiscard]] bool is_readable() const override;
+  [[nodiscard]] bool is_writable() const override;
+  ssize_t read(char* bytes, std::size_t size) override;
+  ssize_t write(const char* bytes, std::size_t size) override;
+  void get_remote_ip_and_port(std::string& ip, int& port) const override;
+  void get_local_ip_and_port(std::string& ip, int& port) const override;
+  [[nodiscard]] int socket() const override { return socket_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  [[nodiscard]] bool Wait(short events, Clock::time_point until) const;
+
+  int socket_;
+  const std::atomic<bool>& stopping_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point asked_;  // when the answer began; not yet: the clock's epoch
+  std::string buffer_;       // received and not yet read
+  std::size_t received_ = 0;
+};
+
+class PageHttp final : public httplib::Server {
+ public:
+  /// @param loopback  requests must name this machine as their host.
+  PageHttp(std::map<std::string, PageServer::Handler> pages, bool loopback);
+
+  /// Answers one request. @return false when there was none.
+  bool Answer(httplib::Stream& stream);
+  /// Cuts off who is still asking. Before stop().
+  void CutOff() { stopping_ = true; }
+
+ private:
+  bool process_and_close_socket(int socket) override;
+  void Respond(const httplib::Request& request, httplib::Response& response) const;
+
+  std::map<std::string, PageServer::Handler> pages_;
+  bool loopback_;
+  std::atomic<bool> stopping_ = false;
+  std::atomic<std::thread::id> listener_;
+};
+
+}  // namespace ceilmap::live

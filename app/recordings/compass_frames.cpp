@@ -1,0 +1,214 @@
+#include "app/recordings/compass_frames.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "app/recordings/robot_rig.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/interrupt.hpp"
+#include "calib/base/error.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::recordings {
+namespace {
+
+constexpr int kPixelStep = 4;  // every 16th pixel tells enough
+constexpr int kDarkLevel = 24;
+
+// Calls with the least and the greatest channel of every 16th pixel.
+template <typename Visit>
+void ForSomePixels(const cv::Mat& bgr, const Visit& visit) {
+  for (int v = 0; v < bgr.rows; v += kPixelStep) {
+    const auto* const row = bgr.ptr<cv::Vec3b>(v);
+    for (int u = 0; u < bgr.cols; u += kPixelStep) {
+      const auto [least, most] = std::minmax({row[u][0], row[u][1], row[u][2]});
+      visit(least, most);
+    }
+  }
+}
+
+bool IsDark(const cv::Mat& bgr) {
+  std::int64_t pixels = 0;
+  std::int64_t sum = 0;
+  ForSomePixels(bgr, [&](int /*least*/, int most) {
+    ++pixels;
+    sum += most;
+  });
+  return sum < kDarkLevel * pixels;
+}
+
+// Between the brightest and the darkest channel, grey levels.
+double MeanDifference(const cv::Mat& bgr) {
+  std::int64_t pixels = 0;
+  std::int64_t sum = 0;
+  ForSomePixels(bgr, [&](int least, int most) {
+    ++pixels;
+    sum += most - least;
+  });
+  return static_cast<double>(sum) / static_cast<double>(std::max<std::int64_t>(pixels, 1));
+}
+
+}  // namespace
+
+double ColouredPart(const cv::Mat& bgr) {
+  constexpr int kMinDifference = 12;
+  std::int64_t pixels = 0;
+  std::int64_t coloured = 0;
+  ForSomePixels(bgr, [&](int least, int most) {
+    ++pixels;
+    coloured += most - least >= kMinDifference ? 1 : 0;
+  });
+  return pixels > 0 ? static_cast<double>(coloured) / static_cast<double>(pixels) : 0;
+}
+
+void ForwardOptions::AddTo(CLI::App& cli, const std::string& group) {
+  const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type)->group(group);
+  };
+  add("--rig", rig, "The robot's cameras, forward among them", "RIG.yaml")->required();
+  add("--forward", forward, "Forward camera, in colour", "SOURCE")->required();
+  add("--stamps", stamps, "Time of each frame: index,timestamp", "FRAMES.csv");
+}
+
+void ForwardOptions::CheckResult(const fs::path& result) const {
+  CheckNotRead(result, {rig, fs::path(forward), stamps});
+}
+
+void CheckNotRead(const fs::path& result, const std::vector<fs::path>& sources) {
+  std::error_code ignored;
+  for (const fs::path& source : sources) {
+    if (source.empty() || !fs::equivalent(result, source, ignored)) continue;
+    throw InputError(
+        fmt::format("{}: is read by this run and cannot be its result too", result.string()));
+  }
+}
+
+void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::string& group) {
+  constexpr int kMaxLines = 640;
+  cli.add_option("--lines", lines.lines, "Upright scan lines of a frame")
+      ->check(CLI::Range(2, kMaxLines))
+      ->type_name("N")
+      ->group(group)
+      ->capture_default_str();
+  cli.add_option("--min-above-horizon",
+                 lines.min_above_horizon,
+                 "Frames with a smaller part of their pixels above the horizon are skipped")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("PART")
+      ->group(group)
+      ->capture_default_str();
+}
+
+ForwardFrames::ForwardFrames(const ForwardOptions& options)
+    : source_(options.forward,
+              {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}),
+      rig_(calib::ReadRig(options.rig)) {
+  CheckForwardCamera(rig_, options.rig, source_.Name(), source_.Size());
+  try {
+    const colour::ScanLines lines(Camera());
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", options.rig.string(), error.what()));
+  }
+}
+
+bool ForwardFrames::Read() {
+  if (!source_.Read(frame_)) {
+    if (!colour_seen_ && grey_ > 0 && !terminal::Interrupted()) RefuseGrey();
+    return false;
+  }
+  ++count_;
+  CheckColour();
+  return true;
+}
+
+double ForwardFrames::AheadOfAxleM() const {
+  return rig_.axle_behind_mast_m + Camera().T_base_cam.translation().x();
+}
+
+void ForwardFrames::CheckColour() {
+  constexpr double kMinPart = 0.005;
+  constexpr std::int64_t kMaxGrey = 30;
+  if (colour_seen_ || IsDark(frame_.image)) return;
+  colour_seen_ = ColouredPart(frame_.image) >= kMinPart;
+  if (colour_seen_) return;
+  ++grey_;
+  // A robot may stand before a bare wall for long; a grey camera shows in less.
+  constexpr double kMinDifference = 2;
+  wall_seen_ = wall_seen_ || MeanDifference(frame_.image) >= kMinDifference;
+  if (!wall_seen_ && grey_ >= kMaxGrey) RefuseGrey();
+}
+
+void ForwardFrames::RefuseGrey() const {
+  throw InputError(fmt::format(
+      "{}: its images are grey; this compass knows places by their colours, record it in colour",
+      source_.Name()));
+}
+
+const StampedPose* PosesByTime::Nearest(double stamp_s) const {
+  const auto after = std::lower_bound(
+      poses_.begin(), poses_.end(), stamp_s, [](const StampedPose& pose, double time_s) {
+        return pose.stamp_s < time_s;
+      });
+  const StampedPose* nearest = nullptr;
+  double offset_s = kMaxDtS;
+  const auto consider = [&](const StampedPose& pose) {
+    if (std::abs(pose.stamp_s - stamp_s) > offset_s) return;
+    nearest = &pose;
+    offset_s = std::abs(pose.stamp_s - stamp_s);
+  };
+  if (after != poses_.begin()) consider(*(after - 1));
+  if (after != poses_.end()) consider(*after);
+  return nearest;
+}
+
+Tilt TiltOf(const StampedPose& pose) {
+  Tilt tilt;
+  tilt.pitch_rad = PitchOf(pose);
+  tilt.roll_rad = RollOf(pose);
+  return tilt;
+}
+
+void ReportFrames(const ForwardFrames& frames, const UnusedFrames& unused) {
+  for (const std::string& warning : frames.Source().Warnings()) terminal::PrintWarning(warning);
+  if (terminal::Interrupted()) terminal::Note("interrupted: {} frames were used", frames.Count());
+  if (frames.Source().Stamps() == StampOrigin::kFrameIndex) {
+    terminal::Note("no --stamps: images are taken to be one second apart");
+  }
+  if (unused.without_pose > 0) {
+    terminal::Warn("{} of {} frames have no pose within {} s",
+                   unused.without_pose,
+                   frames.Count(),
+                   PosesByTime::kMaxDtS);
+  }
+  if (unused.below_horizon > 0) {
+    terminal::Warn("{} of {} frames were skipped: too little of them is above the horizon",
+                   unused.below_horizon,
+                   frames.Count());
+  }
+}
+
+void RefuseRecording(const ForwardFrames& frames,
+                     const UnusedFrames& unused,
+                     const fs::path& poses) {
+  const std::string& source = frames.Source().Name();
+  if (frames.Count() == 0) throw RunError("interrupted before the first frame");
+  if (!poses.empty() && unused.without_pose == frames.Count()) {
+    throw InputError(
+        fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and poses count alike?",
+                    poses.string(),
+                    PosesByTime::kMaxDtS,
+                    source));
+  }
+  throw RunError(fmt::format(
+      "{}: none of {} frames could be used, {} show too little above the horizon; raise "
+      "the camera, or correct its pose in the rig",
+      source,
+      frames.Count(),
+      unused.below_horizon));
+}
+
+}  // namespace ceilmap::recordings

@@ -1,0 +1,132 @@
+#include "app/recordings/frame_reader.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <opencv2/videoio.hpp>
+#include <system_error>
+#include <utility>
+
+#include "app/recordings/images.hpp"
+#include "app/recordings/video_reader.hpp"
+#include "calib/base/error.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::recordings {
+namespace {
+
+class ImageReader final : public FrameReader {
+ public:
+  ImageReader(std::vector<fs::path> files, Pixels pixels, std::vector<std::string> remarks = {})
+      : files_(std::move(files)), pixels_(pixels), remarks_(std::move(remarks)) {}
+
+  bool Next(cv::Mat& image, std::optional<double>& time_s) override {
+    if (next_ == files_.size()) return false;
+    image = ReadImage(files_[next_++], pixels_);
+    time_s.reset();
+    return true;
+  }
+  [[nodiscard]] Kind GetKind() const override { return Kind::kImages; }
+  [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override {
+    return static_cast<std::int64_t>(files_.size());
+  }
+  [[nodiscard]] std::vector<std::string> Remarks() const override { return remarks_; }
+
+ private:
+  std::vector<fs::path> files_;
+  Pixels pixels_;
+  std::vector<std::string> remarks_;
+  std::size_t next_ = 0;
+};
+
+/// A camera of this machine.
+class CameraReader final : public FrameReader {
+ public:
+  CameraReader(std::string name, Pixels pixels) : name_(std::move(name)), pixels_(pixels) {
+    bool open = false;
+    try {
+      open = capture_.open(name_, cv::CAP_V4L2);
+    } catch (const cv::Exception&) {
+      open = false;
+    }
+    if (!open) {
+      throw InputError(fmt::format(
+          "{}: the camera cannot be opened; is it connected, free, and readable for you?", name_));
+    }
+    constexpr double kHighestRate = 10000;
+    const double rate = capture_.get(cv::CAP_PROP_FPS);
+    if (rate > 0 && rate <= kHighestRate) period_s_ = 1 / rate;
+  }
+
+  bool Next(cv::Mat& image, std::optional<double>& time_s) override {
+    if (!capture_.read(image_) || image_.empty()) return false;
+    ConvertTo(pixels_, image_, image, name_);
+    time_s.reset();  // its clock is not ours
+    return true;
+  }
+  [[nodiscard]] Kind GetKind() const override { return Kind::kLive; }
+  [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override { return {}; }
+  [[nodiscard]] std::optional<double> FramePeriod() const override { return period_s_; }
+  [[nodiscard]] bool CanStall() const override { return true; }
+
+ private:
+  std::string name_;
+  Pixels pixels_;
+  cv::VideoCapture capture_;
+  cv::Mat image_;
+  std::optional<double> period_s_;
+};
+
+VideoReader::Input InputKind(const std::string& source) {
+  std::error_code ignored;
+  if (source.find("://") != std::string::npos) return VideoReader::Input::kStream;
+  return fs::is_fifo(source, ignored) ? VideoReader::Input::kPipe : VideoReader::Input::kFile;
+}
+
+void CheckFile(const std::string& source) {
+  std::error_code ignored;
+  if (!fs::exists(source, ignored)) {
+    throw InputError(fmt::format("{}: no such file or folder", source));
+  }
+  if (access(source.c_str(), R_OK) != 0) {
+    throw InputError(fmt::format("{}: cannot be read; check its permissions", source));
+  }
+  if (fs::is_regular_file(source, ignored) && fs::file_size(source, ignored) == 0) {
+    throw InputError(fmt::format("{}: is empty", source));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source, Pixels pixels) {
+  using Input = VideoReader::Input;
+  if (source.starts_with("/dev/video")) return std::make_unique<CameraReader>(source, pixels);
+  const Input input = InputKind(source);
+  std::error_code ignored;
+  if (input == Input::kStream) return std::make_unique<VideoReader>(source, input, pixels);
+  if (!fs::exists(source, ignored) && IsPattern(source)) {
+    PatternImages images = ListPattern(source);
+    std::vector<std::string> remarks;
+    if (images.missing > 0) {
+      remarks.push_back(fmt::format(
+          "{}: {} numbers between the first and the last have no file", source, images.missing));
+    }
+    return std::make_unique<ImageReader>(std::move(images.files), pixels, std::move(remarks));
+  }
+  CheckFile(source);
+  if (fs::is_directory(source, ignored)) {
+    return std::make_unique<ImageReader>(ListFolder(source), pixels);
+  }
+  return std::make_unique<VideoReader>(source, input, pixels);
+}
+
+std::int64_t CountFrames(const std::string& source) {
+  VideoReader reader(source, InputKind(source), Pixels::kGrey);
+  std::int64_t count = 0;
+  while (reader.Skip()) ++count;
+  return count + reader.LeftOut();
+}
+
+}  // namespace ceilmap::recordings

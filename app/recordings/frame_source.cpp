@@ -1,0 +1,355 @@
+#include "app/recordings/frame_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "app/files/stamps.hpp"
+#include "app/recordings/frame_reader.hpp"
+#include "app/terminal/clock.hpp"
+#include "app/terminal/interrupt.hpp"
+#include "calib/base/error.hpp"
+
+namespace ceilmap::recordings {
+namespace {
+
+using std::chrono::steady_clock;
+
+StampOrigin ChooseStamps(bool have_file, FrameReader::Kind kind) {
+  if (have_file) return StampOrigin::kStampsFile;
+  switch (kind) {
+    case FrameReader::Kind::kImages:
+      return StampOrigin::kFrameIndex;
+    case FrameReader::Kind::kLive:
+      return StampOrigin::kClock;
+    default:
+      return StampOrigin::kContainer;
+  }
+}
+
+}  // namespace
+
+/// Shared with the decoding thread, which may outlive the FrameSource when it waits for a camera.
+struct FrameSource::State {
+  // Fixed once the thread runs.
+  std::string name;
+  std::unique_ptr<FrameReader> reader;  // used by the thread alone
+  std::vector<double> stamps_s;
+  std::string stamps_name;
+  bool stamps_of_another = false;
+  double first_stamp_s = 0;  // what the recording's own time counts from
+  StampOrigin stamp_origin = StampOrigin::kContainer;
+  cv::Size size;
+  std::optional<std::int64_t> expected;
+  std::size_t read_ahead = 0;
+  bool drop_oldest = false;
+
+  // Of the thread.
+  std::int64_t next_index = 0;
+  std::int64_t left_out = 0;  // by the reader, of the frames up to next_index
+  double last_stamp_s = 0;
+  std::int64_t stamps_missing = 0;  // frames without a time of their own
+  std::int64_t stamps_wrong = 0;    // frames whose time was not later than the one before
+
+  // Under the lock.
+  std::mutex mutex;
+  std::condition_variable filled;
+  std::condition_variable taken;
+  std::deque<Frame> queue;
+  std::vector<cv::Mat> spare;
+  bool stop = false;
+  bool ended = false;
+  std::exception_ptr error;
+  FrameSourceReport report;
+  std::vector<std::string> warnings;
+
+  std::thread thread;
+
+  void CheckStampCount();
+  void UseOwnTime();
+  void SkipLeftOut();
+  bool Decode(Frame& frame);
+  double StampOf(std::int64_t index, const std::optional<double>& time_s);
+  void CheckEnd();
+  cv::Mat TakeSpare();
+  bool Push(Frame&& frame);
+  void Run();
+};
+
+// A container's count may be an estimate, so before stamps are refused the frames are counted.
+void FrameSource::State::CheckStampCount() {
+  if (stamps_s.empty() || !expected) return;
+  const auto stamps = static_cast<std::int64_t>(stamps_s.size());
+  if (stamps == *expected) return;
+  const bool countable = reader->GetKind() == FrameReader::Kind::kVideo && !reader->CanStall();
+  if (countable) expected = CountFrames(name);
+  if (stamps == *expected) return;
+  if (stamps_of_another) {
+    UseOwnTime();
+    return;
+  }
+  throw InputError(fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
+                               stamps_name,
+                               stamps,
+                               name,
+                               *expected));
+}
+
+// Images without a time of their own keep the stamps as far as they go.
+void FrameSource::State::UseOwnTime() {
+  const bool has_time = reader->GetKind() == FrameReader::Kind::kVideo;
+  warnings.push_back(fmt::format("{} has {} frames, {} {} stamps: {}",
+                                 name,
+                                 *expected,
+                                 stamps_name,
+                                 stamps_s.size(),
+                                 has_time ? "the video's own time counts, from the first stamp on"
+                                          : "the first of both go together"));
+  if (has_time) {
+    stamp_origin = StampOrigin::kContainer;
+    first_stamp_s = stamps_s.front();
+  }
+  stamps_s.resize(has_time ? 0 : std::min<std::size_t>(stamps_s.size(), *expected));
+}
+
+bool FrameSource::State::Decode(Frame& frame) {
+  const auto start = steady_clock::now();
+  std::optional<double> time_s;
+  const bool no_stamp = stamp_origin == StampOrigin::kStampsFile && stamps_of_another &&
+                        static_cast<std::size_t>(next_index) >= stamps_s.size();
+  if (no_stamp || !reader->Next(frame.image, time_s)) return false;
+  if (size.empty()) size = frame.image.size();
+  if (frame.image.size() != size) {
+    throw InputError(fmt::format("{}: frame {} is {}x{} px, the frames before it are {}x{}",
+                                 name,
+                                 next_index,
+                                 frame.image.cols,
+                                 frame.image.rows,
+                                 size.width,
+                                 size.height));
+  }
+  SkipLeftOut();
+  frame.index = next_index++;
+  frame.stamp_s = StampOf(frame.index, time_s);
+  const std::lock_guard lock(mutex);
+  ++report.decoded;
+  report.decode_ms += terminal::MillisecondsSince(start);
+  return true;
+}
+
+// Frames that the reader left out have their numbers and stamps.
+void FrameSource::State::SkipLeftOut() {
+  next_index += reader->LeftOut() - left_out;
+  left_out = reader->LeftOut();
+}
+
+double FrameSource::State::StampOf(std::int64_t index, const std::optional<double>& time_s) {
+  double stamp_s = 0;
+  switch (stamp_origin) {
+    case StampOrigin::kStampsFile:
+      if (static_cast<std::size_t>(index) >= stamps_s.size()) {
+        throw InputError(fmt::format(
+            "{}: {} stamps, but {} has more frames", stamps_name, stamps_s.size(), name));
+      }
+      return stamps_s[static_cast<std::size_t>(index)];
+    case StampOrigin::kFrameIndex:
+      return static_cast<double>(index);
+    case StampOrigin::kClock:
+      stamp_s = terminal::ClockSeconds();
+      break;
+    case StampOrigin::kContainer:
+      stamp_s = first_stamp_s + time_s.value_or(0);
+      if (!time_s) ++stamps_missing;
+      break;
+  }
+  // Some containers repeat or lose times, and a clock can be set back: time must not.
+  if (index > 0 && stamp_s <= last_stamp_s) {
+    if (time_s) ++stamps_wrong;
+    stamp_s = last_stamp_s + reader->FramePeriod().value_or(1);
+  }
+  last_stamp_s = stamp_s;
+  return stamp_s;
+}
+
+// At the natural end: is it the end that was promised?
+void FrameSource::State::CheckEnd() {
+  const std::lock_guard lock(mutex);
+  if (left_out > 0) {
+    warnings.push_back(
+        fmt::format("{}: {} of {} frames are damaged, or rest on damaged ones, and were left out",
+                    name,
+                    left_out,
+                    next_index));
+  }
+  const std::int64_t frames = next_index + reader->LeftOut() - left_out;
+  const bool all_stamps = static_cast<std::size_t>(frames) >= stamps_s.size();
+  if (expected && next_index < *expected && !(stamps_of_another && all_stamps)) {
+    warnings.push_back(fmt::format(
+        "{}: only {} of {} frames could be read; the file seems to be cut off or damaged",
+        name,
+        next_index,
+        *expected));
+  } else if (!stamps_s.empty() && !all_stamps && !stamps_of_another) {
+    throw InputError(fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
+                                 stamps_name,
+                                 stamps_s.size(),
+                                 name,
+                                 frames));
+  }
+  const double period_s = reader->FramePeriod().value_or(1);
+  if (2 * stamps_missing > next_index) {
+    warnings.push_back(
+        fmt::format("{}: its frames carry no time and are taken to be {:.6g} s apart; see --stamps",
+                    name,
+                    period_s));
+  }
+  if (stamps_wrong > 0) {
+    warnings.push_back(fmt::format(
+        "{}: the time of {} frames was not later than that of the frame before; each was put "
+        "{:.6g} s after it",
+        name,
+        stamps_wrong,
+        period_s));
+  }
+}
+
+cv::Mat FrameSource::State::TakeSpare() {
+  const std::lock_guard lock(mutex);
+  if (spare.empty()) return {};
+  cv::Mat image = std::move(spare.back());
+  spare.pop_back();
+  return image;
+}
+
+bool FrameSource::State::Push(Frame&& frame) {
+  std::unique_lock lock(mutex);
+  if (drop_oldest && queue.size() >= read_ahead) {
+    spare.push_back(std::move(queue.front().image));
+    queue.pop_front();
+    ++report.dropped;
+  }
+  taken.wait(lock, [this] { return stop || queue.size() < read_ahead; });
+  if (stop) return false;
+  queue.push_back(std::move(frame));
+  filled.notify_one();
+  return true;
+}
+
+void FrameSource::State::Run() {
+  try {
+    Frame frame;
+    bool wanted = true;
+    while (wanted && Decode(frame)) {
+      wanted = Push(std::move(frame));
+      frame = Frame();
+      frame.image = TakeSpare();
+    }
+    if (wanted) CheckEnd();
+  } catch (...) {
+    const std::lock_guard lock(mutex);
+    error = std::current_exception();
+  }
+  const std::lock_guard lock(mutex);
+  ended = true;
+  filled.notify_all();
+}
+
+FrameSource::FrameSource(const std::string& source, const FrameSourceOptions& options)
+    : FrameSource(nullptr, source, options) {}
+
+FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
+                         const std::string& source,
+                         const FrameSourceOptions& options)
+    : state_(std::make_shared<State>()) {
+  State& state = *state_;
+  state.name = source;
+  if (!options.stamps.empty()) {
+    state.stamps_name = options.stamps.string();
+    state.stamps_s = files::ReadStamps(options.stamps);
+    state.stamps_of_another = options.stamps_of_another;
+  }
+  state.reader = reader ? std::move(reader) : FrameReader::Open(source, options.pixels);
+  state.warnings = state.reader->Remarks();
+  state.stamp_origin = ChooseStamps(!state.stamps_s.empty(), state.reader->GetKind());
+  state.drop_oldest = state.reader->GetKind() == FrameReader::Kind::kLive;
+  const int queue = state.drop_oldest ? options.live_queue : options.read_ahead;
+  state.read_ahead = static_cast<std::size_t>(std::max(queue, 1));
+  if (!state.drop_oldest) state.expected = state.reader->ExpectedFrames();
+  state.CheckStampCount();
+  Frame first;
+  if (!state.Decode(first)) {
+    throw InputError(fmt::format("{}: has no frames that can be decoded", source));
+  }
+  state.queue.push_back(std::move(first));
+  state.thread = std::thread([shared = state_] { shared->Run(); });
+}
+
+FrameSource::~FrameSource() {
+  // Long enough for any decoder that is at work, short for a user who pressed Ctrl-C.
+  constexpr auto kPatience = std::chrono::seconds(1);
+  bool wait = !state_->reader->CanStall();
+  {
+    std::unique_lock lock(state_->mutex);
+    state_->stop = true;
+    state_->taken.notify_all();
+    if (!wait) wait = state_->filled.wait_for(lock, kPatience, [this] { return state_->ended; });
+  }
+  if (wait) {
+    state_->thread.join();
+  } else {
+    state_->thread.detach();
+  }
+}
+
+bool FrameSource::Read(Frame& frame) {
+  constexpr auto kInterruptPoll = std::chrono::milliseconds(50);
+  State& state = *state_;
+  std::unique_lock lock(state.mutex);
+  while (!terminal::Interrupted() && state.queue.empty() && !state.ended) {
+    state.filled.wait_for(lock, kInterruptPoll);
+  }
+  if (terminal::Interrupted()) return false;
+  if (state.queue.empty()) {
+    if (state.error) std::rethrow_exception(state.error);
+    return false;
+  }
+  // Memory that the consumer still holds on to must not be written again.
+  const bool sole_owner = frame.image.u != nullptr && frame.image.u->refcount == 1;
+  if (sole_owner) state.spare.push_back(std::move(frame.image));
+  frame = std::move(state.queue.front());
+  state.queue.pop_front();
+  state.taken.notify_one();
+  return true;
+}
+
+const std::string& FrameSource::Name() const {
+  return state_->name;
+}
+cv::Size FrameSource::Size() const {
+  return state_->size;
+}
+std::optional<std::int64_t> FrameSource::ExpectedFrames() const {
+  return state_->expected;
+}
+StampOrigin FrameSource::Stamps() const {
+  return state_->stamp_origin;
+}
+
+FrameSourceReport FrameSource::Report() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->report;
+}
+
+std::vector<std::string> FrameSource::Warnings() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->warnings;
+}
+
+}  // namespace ceilmap::recordings

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace ceilmap::recordings {
+
+/// Results 0, 1, ... count - 1 of a job, computed by several threads and handed out in order. The
+/// threads run at most two results each ahead of who takes them, so memory stays bounded.
+template <typename Result>
+class OrderedWork {
+ public:
+  using Job = std::function<Result(std::int64_t index)>;
+
+  /// @param job  called by several threads at once, once for each index.
+  OrderedWork(std::int64_t count, int threads, Job job)
+      : count_(count), max_ahead_(2 * threads), job_(std::move(job)) {
+    for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Run(); });
+  }
+  /// Leaves out what has not begun and waits for the rest.
+  ~OrderedWork() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    taken_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+  OrderedWork(const OrderedWork&) = delete;
+  OrderedWork& operator=(const OrderedWork&) = delete;
+
+  /// The next result; nothing after the last one. Throws what the job threw for it.
+  std::optional<Result> Next() {
+    std::unique_lock lock(mutex_);
+    if (next_out_ == count_) return std::nullopt;
+    filled_.wait(lock, [this] { return done_.contains(next_out_); });
+    Outcome outcome = std::move(done_.extract(next_out_).mapped());
+    ++next_out_;
+    lock.unlock();
+    taken_.notify_all();
+    if (outcome.error) std::rethrow_exception(outcome.error);
+    return std::move(outcome.result);
+  }
+
+ private:
+  struct Outcome {
+    std::optional<Result> result;
+    std::exception_ptr error;
+  };
+
+  void Run() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      taken_.wait(lock, [this] {
+        return stop_ || next_in_ == count_ || next_in_ - next_out_ < max_ahead_;
+      });
+      if (stop_ || next_in_ == count_) return;
+      const std::int64_t index = next_in_++;
+      lock.unlock();
+      Outcome outcome;
+      try {
+        outcome.result = job_(index);
+      } catch (...) {
+        outcome.error = std::current_exception();
+      }
+      lock.lock();
+      done_.emplace(index, std::move(outcome));
+      filled_.notify_one();
+    }
+  }
+
+  std::int64_t count_;
+  std::int64_t max_ahead_;
+  Job job_;
+
+  std::mutex mutex_;  // of what follows, but the threads
+  std::condition_variable filled_;
+  std::condition_variable taken_;
+  std::map<std::int64_t, Outcome> done_;
+  std::int64_t next_in_ = 0;   // to begin
+  std::int64_t next_out_ = 0;  // to hand out
+  bool stop_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace ceilmap::recordings

@@ -1,0 +1,286 @@
+#include "app/recordings/rig_calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <future>
+#include <utility>
+#include <vector>
+
+#include "calib/base/degrees.hpp"
+#include "calib/base/error.hpp"
+
+namespace ceilmap::recordings {
+namespace {
+
+using calibration::RigMount;
+using calibration::RigSolution;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+
+std::vector<Pose2> RoughPoses(const CeilingKeyframes& keyframes) {
+  std::vector<Pose2> poses;
+  poses.reserve(keyframes.frames.size());
+  for (const CeilingKeyframe& frame : keyframes.frames) poses.push_back(frame.T_first_camera);
+  return poses;
+}
+
+double SpanOfHeadings(const std::vector<Pose2>& poses) {
+  double heading = poses.front().yaw;
+  double least = heading;
+  double most = heading;
+  for (const Pose2& pose : poses) {
+    heading += WrapAngle(pose.yaw - heading);
+    least = std::min(least, heading);
+    most = std::max(most, heading);
+  }
+  return most - least;
+}
+
+// What can be told before the fit.
+void CheckSpin(const CeilingKeyframes& spin) {
+  constexpr double kMinTurnDeg = 180;
+  const double turn_deg = kDegPerRad * SpanOfHeadings(RoughPoses(spin));
+  if (turn_deg >= kMinTurnDeg) return;
+  throw InputError(fmt::format(
+      "{}: the robot turns by {:.1f} deg only, must be at least {:.0f}; let it turn on the spot, "
+      "best once around",
+      spin.source,
+      turn_deg,
+      kMinTurnDeg));
+}
+
+void CheckCourse(const CeilingKeyframes& straight, double turn_rad, double max_deg) {
+  const double turn_deg = kDegPerRad * turn_rad;
+  if (turn_deg <= max_deg) return;
+  throw InputError(
+      fmt::format("{}: the robot turns by {:.1f} deg on its straight drive, must be at most "
+                  "{:.0f}; let it drive straight ahead, on an even floor",
+                  straight.source,
+                  turn_deg,
+                  max_deg));
+}
+
+void CheckStraight(const CeilingKeyframes& straight, double rough_distance_m) {
+  constexpr double kMinLengthM = 0.5;
+  constexpr double kMaxTurnDeg = 6;  // a tilt that is not known yet passes for some
+  const std::vector<Pose2> poses = RoughPoses(straight);
+  CheckCourse(straight, SpanOfHeadings(poses), kMaxTurnDeg);
+  const double length_m =
+      rough_distance_m * (poses.front().Inverse() * poses.back()).Translation().norm();
+  if (length_m < kMinLengthM) {
+    throw InputError(fmt::format(
+        "{}: the robot drives {:.2f} m only, must be at least {:.1f}; let it drive straight ahead "
+        "as far as the room allows",
+        straight.source,
+        length_m,
+        kMinLengthM));
+  }
+}
+
+// Rz(yaw) after a tilt about a horizontal axis.
+RigMount MountOf(const Matrix3d& R_base_cam) {
+  RigMount mount;
+  const Eigen::Quaterniond q(R_base_cam);
+  mount.yaw_rad = WrapAngle(2 * std::atan2(q.z(), q.w()));
+  const Matrix3d tilt =
+      Eigen::AngleAxisd(-mount.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_base_cam;
+  const Eigen::AngleAxisd turn(tilt);
+  mount.tilt_rad = turn.angle() * turn.axis().head<2>();
+  return mount;
+}
+
+Matrix3d RotationOf(const RigMount& mount) {
+  const double angle = mount.tilt_rad.norm();
+  Matrix3d tilt = Matrix3d::Identity();
+  if (angle > 0) {
+    const Eigen::Vector3d axis(mount.tilt_rad.x() / angle, mount.tilt_rad.y() / angle, 0);
+    tilt = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+  }
+  return Eigen::AngleAxisd(mount.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix() * tilt;
+}
+
+std::vector<Pose2> CamerasOf(const std::vector<Pose2>& views, const Vector2d& centre) {
+  std::vector<Pose2> cameras;
+  cameras.reserve(views.size());
+  for (const Pose2& view : views) {
+    const Vector2d at = view * centre;
+    cameras.push_back({at.x(), at.y(), view.yaw});
+  }
+  return cameras;
+}
+
+double Change(const RigMount& a, const RigMount& b) {
+  return std::max({(a.tilt_rad - b.tilt_rad).norm(),
+                   (a.centre - b.centre).norm(),
+                   std::abs(WrapAngle(a.yaw_rad - b.yaw_rad))});
+}
+
+// Measuring and solving in turn: a block is measured the better, the better the motion between the
+// images is known, and the leveller the images are.
+RigSolution Solve(const calib::Rig& rig,
+                  const CeilingKeyframes& spin,
+                  const CeilingKeyframes& straight,
+                  double lens_sigma_px) {
+  calib::MountedCamera up = *rig.up;
+  std::vector<Pose2> spin_cameras = RoughPoses(spin);
+  std::vector<Pose2> straight_cameras = RoughPoses(straight);
+  calibration::RigSolverParams params;
+  params.focal_px = std::sqrt(up.camera.fx * up.camera.fy);
+  params.lens_sigma_px = lens_sigma_px;
+  RigMount mount = MountOf(up.T_base_cam.linear());
+  RigSolution solution;
+  constexpr int kMaxRounds = 4;
+  constexpr double kSettled = 2e-5;  // rad, or of the ceiling's distance
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const auto measure = [&](const CeilingKeyframes& keyframes, const std::vector<Pose2>& cameras) {
+      return MeasureCeiling(keyframes, up, rig.ceiling_height_m, cameras, round > 0);
+    };
+    auto driving =
+        std::async(std::launch::async, [&] { return measure(straight, straight_cameras); });
+    const calibration::Recording spun = measure(spin, spin_cameras);
+    const calibration::Recording driven = driving.get();
+    if (round == 0) {
+      const Vector2d tilt = mount.tilt_rad;
+      mount = calibration::GuessMount(spun, driven);
+      mount.tilt_rad = tilt;
+    }
+    solution = calibration::SolveRig(spun, driven, mount, params);
+    if (!solution.ok) {
+      throw InputError(
+          fmt::format("{}: too few places of the ceiling could be followed; record it under a "
+                      "ceiling with more texture",
+                      spin.source));
+    }
+    const double change = Change(mount, solution.mount);
+    mount = solution.mount;
+    up.T_base_cam.linear() = RotationOf(mount);
+    spin_cameras = CamerasOf(solution.spin, mount.centre);
+    straight_cameras = CamerasOf(solution.straight, mount.centre);
+    if (round > 0 && change < kSettled) break;
+  }
+  return solution;
+}
+
+// Z, what is known of it, and the heights that follow.
+void Scale(const calib::Rig& rig, const TapeMeasures& tape, RigCalibration& result) {
+  const RigSolution& solution = result.solution;
+  const double travel_ratio = std::sqrt(solution.covariance(5, 5)) / solution.travel;
+  double Z = 0;
+  double sigma = 0;
+  result.camera_z_m = {rig.up->T_base_cam.translation().z(), 0};
+  if (tape.distance_m) {
+    Z = *tape.distance_m / solution.travel;
+    sigma = Z * std::hypot(travel_ratio, tape.sigma_m / *tape.distance_m);
+    if (tape.ceiling_height_m) {
+      result.ceiling_height_m = {*tape.ceiling_height_m, tape.sigma_m};
+      result.camera_z_m = {*tape.ceiling_height_m - Z, std::hypot(sigma, tape.sigma_m)};
+    } else {
+      result.ceiling_height_m = {result.camera_z_m.value + Z, sigma};
+    }
+  } else {
+    Z = *tape.ceiling_height_m - result.camera_z_m.value;
+    sigma = tape.sigma_m;
+    result.ceiling_height_m = {*tape.ceiling_height_m, tape.sigma_m};
+  }
+  result.distance_m = {Z, sigma};
+  const double focal_px = std::sqrt(rig.up->camera.fx * rig.up->camera.fy);
+  result.m_per_px = {Z / focal_px, sigma / focal_px};
+  result.drive_length_m = {Z * solution.travel,
+                           Z * solution.travel * std::hypot(travel_ratio, sigma / Z)};
+  if (tape.distance_m) result.drive_length_m.sigma = tape.sigma_m;
+}
+
+// The camera's place, from what is measured in units of Z in the twin's axes.
+void Place(const calib::Rig& rig, RigCalibration& result) {
+  const RigMount& mount = result.solution.mount;
+  const double Z = result.distance_m.value;
+  const Vector2d in_base = mount.CentreInBase();
+  // (centre x, centre y, yaw) -> base; Z scales both.
+  Eigen::Matrix<double, 2, 3> J;
+  J.leftCols<2>() = Pose2{0, 0, mount.yaw_rad}.Rotation();
+  J.col(2) = Vector2d(-in_base.y(), in_base.x());
+  const Eigen::Matrix2d spread =
+      J * result.solution.covariance.block<3, 3>(2, 2) * J.transpose() * Z * Z +
+      in_base * in_base.transpose() * result.distance_m.sigma * result.distance_m.sigma;
+  const double mast_x = rig.up->T_base_cam.translation().x();
+  result.axle_behind_mast_m = {Z * in_base.x() - mast_x, std::sqrt(spread(0, 0))};
+  result.camera_y_m = {Z * in_base.y(), std::sqrt(spread(1, 1))};
+}
+
+void Turn(RigCalibration& result) {
+  const RigMount& mount = result.solution.mount;
+  const Matrix3d R = RotationOf(mount);
+  const auto& covariance = result.solution.covariance;
+  result.yaw_rad = {std::atan2(-R(0, 1), R(0, 0)), std::sqrt(covariance(4, 4))};
+  // p_base = Rx(roll) Ry(pitch) Rz(yaw) p_cam: the third column is Rx(roll) Ry(pitch) z.
+  result.pitch_rad.value = std::asin(R(0, 2));
+  result.roll_rad.value = std::atan2(-R(1, 2), R(2, 2));
+  // Small turns about x and y of the twin are turns about those of base, turned by the yaw.
+  const Eigen::Matrix2d turn = Pose2{0, 0, mount.yaw_rad}.Rotation();
+  const Eigen::Matrix2d spread = turn * covariance.block<2, 2>(0, 0) * turn.transpose();
+  result.roll_rad.sigma = std::sqrt(spread(0, 0));
+  result.pitch_rad.sigma = std::sqrt(spread(1, 1));
+}
+
+double RmsWander(const std::vector<Pose2>& spin) {
+  double sum = 0;
+  for (const Pose2& view : spin) sum += view.Translation().squaredNorm();
+  return std::sqrt(sum / static_cast<double>(spin.size()));
+}
+
+// What only the fit can tell.
+void CheckResult(const calib::Rig& rig,
+                 const CeilingKeyframes& spin,
+                 const CeilingKeyframes& straight,
+                 const RigCalibration& result) {
+  constexpr double kMaxTurnDeg = 2;
+  CheckCourse(straight, result.course_rad, kMaxTurnDeg);
+  constexpr double kMaxWanderM = 0.02;
+  constexpr double kMaxAsideM = 0.3;
+  const double aside_m = result.camera_y_m.value - rig.up->T_base_cam.translation().y();
+  if (result.wander_m > kMaxWanderM) {
+    throw InputError(
+        fmt::format("{}: the robot does not turn on the spot, its axle moves by {:.1f} cm (RMS), "
+                    "must be below {:.0f}; let both wheels turn at the same speed, one backwards",
+                    spin.source,
+                    100 * result.wander_m,
+                    100 * kMaxWanderM));
+  }
+  if (std::abs(aside_m) > kMaxAsideM) {
+    throw InputError(
+        fmt::format("{}: the robot drives round a point {:.2f} m to its {} instead of turning on "
+                    "the spot; let both wheels turn at the same speed, one backwards",
+                    spin.source,
+                    std::abs(aside_m),
+                    aside_m > 0 ? "right" : "left"));
+  }
+}
+
+}  // namespace
+
+RigCalibration CalibrateRig(const calib::Rig& rig,
+                            const CeilingKeyframes& spin,
+                            const CeilingKeyframes& straight,
+                            const TapeMeasures& tape,
+                            double lens_sigma_px) {
+  CheckSpin(spin);
+  CheckStraight(straight, rig.ceiling_height_m - rig.up->T_base_cam.translation().z());
+  RigCalibration result;
+  result.solution = Solve(rig, spin, straight, lens_sigma_px);
+  Scale(rig, tape, result);
+  Place(rig, result);
+  Turn(result);
+  result.wander_m = result.distance_m.value * RmsWander(result.solution.spin);
+  result.turn_rad = SpanOfHeadings(result.solution.spin);
+  result.course_rad = SpanOfHeadings(result.solution.straight);
+  CheckResult(rig, spin, straight, result);
+  result.T_base_up.linear() = RotationOf(result.solution.mount);
+  result.T_base_up.translation() << rig.up->T_base_cam.translation().x(), result.camera_y_m.value,
+      result.camera_z_m.value;
+  return result;
+}
+
+}  // namespace ceilmap::recordings

@@ -1,0 +1,154 @@
+#include "app/recordings/simulation_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+#include "app/files/output_files.hpp"
+#include "calib/base/error.hpp"
+#include "samples/simulator/scene.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::recordings {
+namespace {
+
+constexpr std::array kFormats{
+    RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kImages};
+constexpr std::array kCameras{"up", "forward", "omni"};
+constexpr std::array<const char*, 4> kTextNames{
+    "frames.csv", "truth.tum", "rig.yaml", "scene.yaml"};
+
+// All names that images of a recording may have.
+std::vector<fs::path> ImageNames() {
+  std::vector<fs::path> names;
+  for (const char* camera : kCameras) {
+    for (const RecordingFormat format : kFormats) names.push_back(RecordingName(camera, format));
+  }
+  return names;
+}
+
+// Nothing but numbered images, so that to replace the folder destroys nothing else.
+bool HoldsOnlyRecording(const fs::path& images) {
+  if (!fs::is_directory(images)) return false;
+  return std::all_of(
+      fs::directory_iterator(images), fs::directory_iterator(), [](const auto& entry) {
+        const std::string stem = entry.path().stem().string();
+        return entry.path().extension() == ".png" &&
+               std::all_of(
+                   stem.begin(), stem.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+      });
+}
+
+std::uint64_t SeedOf(const std::string& text, const fs::path& file) {
+  return simulator::ParseScene(text, file).seed;
+}
+
+// The line of a scene in block style, as scenes are written; in front where there is none.
+std::string ReplaceSeed(const std::string& text, std::uint64_t seed) {
+  const std::string line = fmt::format("seed: {}", seed);
+  const std::size_t start = text.starts_with("seed:") ? 0 : text.find("\nseed:");
+  if (start == std::string::npos) return line + "\n" + text;
+  const std::size_t first = start == 0 ? 0 : start + 1;
+  const std::size_t end = text.find_first_of("#\r\n", first);
+  const bool comment = end != std::string::npos && text[end] == '#';
+  std::string changed = text;
+  changed.replace(first, std::min(end, text.size()) - first, comment ? line + "  " : line);
+  return changed;
+}
+
+}  // namespace
+
+SimulationFolder::SimulationFolder(fs::path folder, RecordingFormat format, bool replace)
+    : folder_(std::move(folder)), format_(format) {
+  if (!folder_.has_filename()) folder_ = folder_.parent_path();  // DIR/
+  std::error_code error;
+  if (fs::is_directory(folder_, error)) {
+    RefuseEarlier(replace);
+    files::CheckOutputFiles({folder_ / kTextNames.front()});
+  } else {
+    if (fs::exists(folder_, error)) {
+      throw InputError(
+          fmt::format("{}: exists and is not a folder; name another", folder_.string()));
+    }
+    files::CheckOutputFiles({folder_});  // its parent
+    made_ = fs::create_directory(folder_, error);
+    if (error) {
+      throw InputError(fmt::format(
+          "{}: cannot be created ({}); choose another", folder_.string(), error.message()));
+    }
+  }
+}
+
+void SimulationFolder::RefuseEarlier(bool replace) const {
+  std::vector<fs::path> names(kTextNames.begin(), kTextNames.end());
+  const std::vector<fs::path> images = ImageNames();
+  names.insert(names.end(), images.begin(), images.end());
+  std::error_code ignored;
+  for (const fs::path& name : names) {
+    if (replace || !fs::exists(folder_ / name, ignored)) continue;
+    throw InputError(
+        fmt::format("{}: holds {} already; name another folder, or replace it by --force",
+                    folder_.string(),
+                    name.string()));
+  }
+  for (const char* camera : kCameras) {
+    const fs::path folder = folder_ / RecordingName(camera, RecordingFormat::kImages);
+    if (!fs::exists(folder, ignored) || HoldsOnlyRecording(folder)) continue;
+    throw InputError(fmt::format(
+        "{}: holds other things than images of a recording; name another folder", folder.string()));
+  }
+}
+
+SimulationFolder::~SimulationFolder() {
+  std::error_code ignored;
+  if (made_) fs::remove(folder_, ignored);
+}
+
+fs::path SimulationFolder::ImagesOf(std::string_view camera) const {
+  return folder_ / RecordingName(camera, format_);
+}
+
+std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& recordings,
+                                               const Texts& texts) {
+  const std::array<const std::string*, 4> contents{
+      &texts.stamps, &texts.truth, &texts.rig, &texts.scene};
+  std::vector<std::unique_ptr<AtomicFile>> files;
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    files.push_back(std::make_unique<AtomicFile>(folder_ / kTextNames.at(i)));
+    files::WriteText(*files.back(), *contents.at(i));
+  }
+  std::vector<fs::path> names;
+  names.reserve(recordings.size() + files.size());
+  for (const Recording& recording : recordings) names.push_back(ImagesOf(recording.camera));
+  for (const fs::path& name : ImageNames()) {
+    std::error_code ignored;
+    const bool is_new = std::find(names.begin(), names.end(), folder_ / name) != names.end();
+    if (!is_new) fs::remove_all(folder_ / name, ignored);
+  }
+  for (const Recording& recording : recordings) recording.writer->Commit();
+  made_ = false;
+  for (const auto& file : files) {
+    file->Commit();
+    names.push_back(file->Target());
+  }
+  return names;
+}
+
+std::string WithSeed(const std::string& text, const fs::path& file, std::uint64_t seed) {
+  if (SeedOf(text, file) == seed) return text;
+  std::string changed = ReplaceSeed(text, seed);
+  try {
+    if (SeedOf(changed, file) == seed) return changed;
+  } catch (const InputError&) {
+    // Written in another style: leave it to people.
+  }
+  return fmt::format("# rendered with --seed {}\n{}", seed, text);
+}
+
+}  // namespace ceilmap::recordings

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/recordings/recording_writer.hpp"
+
+namespace ceilmap::recordings {
+
+/// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4`, `omni.mp4` (or
+/// `up.mkv`, or the images `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other
+/// files in it are left alone.
+class SimulationFolder {
+ public:
+  /// The images of one camera, `up`, `forward` or `omni`.
+  struct Recording {
+    std::string camera;
+    std::unique_ptr<RecordingWriter> writer;
+  };
+  struct Texts {
+    std::string stamps;
+    std::string truth;
+    std::string rig;
+    std::string scene;
+  };
+
+  /// Makes the folder when it is missing; the destructor removes it again without a Commit().
+  /// @param replace  an earlier recording may be in the folder, and Commit() replaces it.
+  /// @throws InputError when the folder cannot be made or written to, or holds a recording
+  ///   that must not be replaced.
+  SimulationFolder(std::filesystem::path folder, RecordingFormat format, bool replace);
+  ~SimulationFolder();
+  SimulationFolder(const SimulationFolder&) = delete;
+  SimulationFolder& operator=(const SimulationFolder&) = delete;
+
+  /// Where a camera's images go.
+  [[nodiscard]] std::filesystem::path ImagesOf(std::string_view camera) const;
+
+  /// Gives all files their names; images of an earlier run under other names go, since they would
+  /// not fit the new stamps. @param recordings  each writes ImagesOf() its camera.
+  /// @return the files. @throws RunError when the disk refuses.
+  std::vector<std::filesystem::path> Commit(const std::vector<Recording>& recordings,
+                                            const Texts& texts);
+
+ private:
+  void RefuseEarlier(bool replace) const;
+
+  std::filesystem::path folder_;
+  RecordingFormat format_;
+  bool made_ = false;  // by this object, and not yet committed
+};
+
+/// A scene's text with another seed, so that it gives the same recording without options.
+/// @param file  the scene's, for messages.
+std::string WithSeed(const std::string& text,
+                     const std::filesystem::path& file,
+                     std::uint64_t seed);
+
+}  // namespace ceilmap::recordings

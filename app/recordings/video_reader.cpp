@@ -1,0 +1,329 @@
+#include "app/recordings/video_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <opencv2/core.hpp>
+#include <set>
+#include <utility>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/log.h>
+#include <libswscale/swscale.h>
+}
+
+#include "calib/base/error.hpp"
+
+namespace ceilmap::recordings {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// FFmpeg's objects are released through a pointer to their pointer.
+struct Release {
+  void operator()(AVFormatContext* x) const { avformat_close_input(&x); }
+  void operator()(AVCodecContext* x) const { avcodec_free_context(&x); }
+  void operator()(AVFrame* x) const { av_frame_free(&x); }
+  void operator()(AVPacket* x) const { av_packet_free(&x); }
+  void operator()(SwsContext* x) const { sws_freeContext(x); }
+};
+template <typename T>
+using Held = std::unique_ptr<T, Release>;
+
+const char* WhyNotOpen(VideoReader::Input input) {
+  return input == VideoReader::Input::kStream
+             ? "the stream cannot be opened; check the address and the network"
+             : "is not a video that can be decoded; is it complete?";
+}
+
+bool StandsAlone(AVCodecID codec) {
+  const AVCodecDescriptor* const descriptor = avcodec_descriptor_get(codec);
+  return descriptor != nullptr && (descriptor->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
+}
+
+}  // namespace
+
+struct VideoReader::Decoder {
+  bool Open(const std::string& name, Input input);
+  /// The next image that can be trusted, in `frame`; false at the end.
+  bool Decode();
+  void Convert(cv::Mat& bgr);
+  [[nodiscard]] std::optional<double> Time() const;
+  [[nodiscard]] cv::Size Size() const { return {codec_->width, codec_->height}; }
+
+  std::int64_t left_out = 0;
+  std::optional<std::int64_t> expected;
+  std::optional<double> period_s;
+
+ private:
+  bool OpenStream(const std::string& name, Input input);
+  void Describe();
+  void Feed();
+  void Receive();
+  void Take();
+  void Account();
+  bool Release();
+  bool Trusted(std::int64_t order);
+
+  // A network that says nothing for so long is down.
+  static constexpr auto kPatience = std::chrono::seconds(30);
+  static int GivesUp(void* decoder);
+  Clock::time_point asked_ = Clock::now();
+
+  Held<AVFormatContext> format_;
+  Held<AVCodecContext> codec_;
+  Held<AVFrame> frame_{av_frame_alloc()};
+  Held<AVPacket> packet_{av_packet_alloc()};
+  Held<SwsContext> scaler_;
+  cv::Mat padded_;
+  AVStream* stream_ = nullptr;
+  bool ended_ = false;                // there are no more packets
+  bool drained_ = false;              // ... nor pictures
+  std::multiset<std::int64_t> sent_;  // times of packets whose images have not come yet
+
+  // Images come in the order in which they are shown, but rest on those that were sent before
+  // them, of which some are shown later. So an image waits until all that were sent before it are
+  // there.
+  struct Image {
+    Held<AVFrame> frame;
+    std::int64_t order = 0;  // in which it was sent
+    bool alone = false;
+  };
+  std::deque<Image> waiting_;
+  std::multiset<std::int64_t> awaited_;  // orders of packets whose images have not come yet
+  std::set<std::int64_t> damaged_;       // orders, as far as they still matter
+  std::int64_t last_alone_ = 0;          // order of the last released image that stands on its own
+  std::int64_t latest_ = 0;              // order of the last packet
+};
+
+int VideoReader::Decoder::GivesUp(void* decoder) {
+  return Clock::now() - static_cast<Decoder*>(decoder)->asked_ > kPatience ? 1 : 0;
+}
+
+bool VideoReader::Decoder::OpenStream(const std::string& name, Input input) {
+  AVFormatContext* format = avformat_alloc_context();
+  AVDictionary* options = nullptr;
+  if (input == Input::kStream) {
+    format->interrupt_callback = {GivesUp, this};
+    av_dict_set(&options, "rtsp_transport", "tcp", 0);  // UDP would lose packets
+  }
+  // A file's name is never taken for a protocol, whatever stands before a colon in it.
+  const std::string address = input == Input::kStream ? name : "file:" + name;
+  const int error = avformat_open_input(&format, address.c_str(), nullptr, &options);
+  av_dict_free(&options);
+  if (error < 0) return false;  // which has released `format`
+  format_.reset(format);
+  return avformat_find_stream_info(format, nullptr) >= 0;
+}
+
+bool VideoReader::Decoder::Open(const std::string& name, Input input) {
+  av_log_set_level(AV_LOG_FATAL);  // what is damaged is counted, and told in one line
+  if (!OpenStream(name, input)) return false;
+  const AVCodec* decoder = nullptr;
+  const int index = av_find_best_stream(format_.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
+  if (index < 0 || decoder == nullptr) return false;
+  stream_ = format_->streams[index];
+  codec_.reset(avcodec_alloc_context3(decoder));
+  if (avcodec_parameters_to_context(codec_.get(), stream_->codecpar) < 0) return false;
+  codec_->pkt_timebase = stream_->time_base;
+  // Sizes can change within a stream: the decoder asks before it makes room for an image.
+  codec_->max_pixels = std::int64_t{kMaxImageSidePx} * kMaxImageSidePx;
+  // Threads that work on several frames at once lose what is said about damage.
+  codec_->thread_count = 0;
+  codec_->thread_type = FF_THREAD_SLICE;
+  // Where each image has its own checksum, a damaged one is an error and none comes. Not of
+  // cameras' JPEGs, in which the decoder finds fault with much that is harmless; damage stays in
+  // the one image, and what is left of it is where it belongs.
+  if (StandsAlone(decoder->id) && decoder->id != AV_CODEC_ID_MJPEG) {
+    codec_->err_recognition |= AV_EF_CRCCHECK | AV_EF_EXPLODE;
+  }
+  if (avcodec_open2(codec_.get(), decoder, nullptr) < 0) return false;
+  Describe();
+  return true;
+}
+
+// Unknown counts and rates come as zero, negative or absurd numbers.
+void VideoReader::Decoder::Describe() {
+  constexpr double kMaxFrames = 1e9;
+  constexpr double kHighestRate = 10000;
+  const double rate = av_q2d(av_guess_frame_rate(format_.get(), stream_, nullptr));
+  if (rate > 0 && rate <= kHighestRate) period_s = 1 / rate;
+  auto count = static_cast<double>(stream_->nb_frames);
+  if (count <= 0 && period_s && format_->duration > 0) {
+    count = std::round(static_cast<double>(format_->duration) / AV_TIME_BASE * rate);
+  }
+  if (count >= 1 && count < kMaxFrames) expected = static_cast<std::int64_t>(count);
+}
+
+// Gives the decoder the next packet, or tells it that there are no more.
+void VideoReader::Decoder::Feed() {
+  asked_ = Clock::now();
+  do {
+    av_packet_unref(packet_.get());
+    if (av_read_frame(format_.get(), packet_.get()) < 0) {
+      ended_ = true;
+      (void)avcodec_send_packet(codec_.get(), nullptr);
+      return;
+    }
+  } while (packet_->stream_index != stream_->index);
+  const bool wanted = (packet_->flags & AV_PKT_FLAG_DISCARD) == 0;
+  if (wanted && packet_->pts != AV_NOPTS_VALUE) sent_.insert(packet_->pts);
+  // Streams have no places: their images count in the order in which they are shown.
+  const bool in_file = packet_->pos >= 0;
+  latest_ = in_file ? packet_->pos : latest_ + 1;
+  if (wanted && in_file) awaited_.insert(latest_);
+  if ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0) damaged_.insert(latest_);
+  if (avcodec_send_packet(codec_.get(), packet_.get()) >= 0) return;
+  damaged_.insert(latest_);
+  if (const auto failed = awaited_.find(latest_); failed != awaited_.end()) awaited_.erase(failed);
+  if (packet_->pts == AV_NOPTS_VALUE) ++left_out;
+}
+
+// Images come in the order of their times: an earlier one that has not come never will.
+void VideoReader::Decoder::Account() {
+  if (frame_->pts == AV_NOPTS_VALUE) return;
+  const auto here = sent_.lower_bound(frame_->pts);
+  left_out += std::distance(sent_.begin(), here);
+  sent_.erase(sent_.begin(), sent_.upper_bound(frame_->pts));
+}
+
+// The image in `frame_` joins those that wait.
+void VideoReader::Decoder::Take() {
+  Account();
+  // H.264 keeps at most so many images back; a packet that is older has none.
+  constexpr std::size_t kMaxReordered = 16;
+  Image image{Held<AVFrame>(av_frame_clone(frame_.get())), latest_};
+  if (frame_->pkt_pos >= 0) image.order = frame_->pkt_pos;
+  const auto sent = awaited_.find(image.order);
+  if (sent != awaited_.end()) awaited_.erase(sent);
+  if (waiting_.size() >= kMaxReordered && !awaited_.empty()) awaited_.erase(awaited_.begin());
+  image.alone = frame_->key_frame != 0 || StandsAlone(codec_->codec_id);
+  const bool corrupt = (frame_->flags & AV_FRAME_FLAG_CORRUPT) != 0;
+  if (corrupt || frame_->decode_error_flags != 0) damaged_.insert(image.order);
+  waiting_.push_back(std::move(image));
+}
+
+void VideoReader::Decoder::Receive() {
+  const int error = avcodec_receive_frame(codec_.get(), frame_.get());
+  if (error == AVERROR(EAGAIN)) {
+    Feed();
+  } else if (error == AVERROR_EOF || (error < 0 && ended_)) {
+    left_out += static_cast<std::int64_t>(sent_.size());
+    sent_.clear();
+    drained_ = true;
+  } else if (error < 0) {
+    damaged_.insert(latest_);
+  } else {
+    Take();
+  }
+}
+
+// Nothing that it may rest on is damaged.
+bool VideoReader::Decoder::Trusted(std::int64_t order) {
+  damaged_.erase(damaged_.begin(), damaged_.lower_bound(last_alone_));
+  return damaged_.empty() || *damaged_.begin() > order;
+}
+
+// The next image that can be trusted, in `frame_`; false when it has to wait.
+bool VideoReader::Decoder::Release() {
+  while (!waiting_.empty()) {
+    Image& next = waiting_.front();
+    if (!drained_ && !awaited_.empty() && *awaited_.begin() < next.order) return false;
+    if (next.alone) last_alone_ = next.order;
+    const bool trusted = Trusted(next.order);
+    av_frame_unref(frame_.get());
+    av_frame_move_ref(frame_.get(), next.frame.get());
+    waiting_.pop_front();
+    if (trusted) return true;
+    ++left_out;
+  }
+  return false;
+}
+
+bool VideoReader::Decoder::Decode() {
+  while (!Release()) {
+    if (drained_) return false;
+    Receive();
+  }
+  return true;
+}
+
+// To what OpenCV calls BGR. The rows are padded: the scaler may write beyond their ends.
+void VideoReader::Decoder::Convert(cv::Mat& bgr) {
+  constexpr int kPadding = 64;
+  const int width = frame_->width;
+  const int height = frame_->height;
+  scaler_.reset(sws_getCachedContext(scaler_.release(),
+                                     width,
+                                     height,
+                                     static_cast<AVPixelFormat>(frame_->format),
+                                     width,
+                                     height,
+                                     AV_PIX_FMT_BGR24,
+                                     SWS_BICUBIC,
+                                     nullptr,
+                                     nullptr,
+                                     nullptr));
+  if (!scaler_) throw InputError("its pixels are of a kind that cannot be converted");
+  padded_.create(height + 1, (width + kPadding) / kPadding * kPadding, CV_8UC3);
+  uint8_t* const rows = padded_.data;
+  const int step = static_cast<int>(padded_.step);
+  sws_scale(scaler_.get(), frame_->data, frame_->linesize, 0, height, &rows, &step);
+  bgr = padded_(cv::Rect(0, 0, width, height));
+}
+
+std::optional<double> VideoReader::Decoder::Time() const {
+  if (frame_->best_effort_timestamp == AV_NOPTS_VALUE) return std::nullopt;
+  const std::int64_t start = stream_->start_time == AV_NOPTS_VALUE ? 0 : stream_->start_time;
+  const double time_s =
+      static_cast<double>(frame_->best_effort_timestamp - start) * av_q2d(stream_->time_base);
+  constexpr double kLatestSeconds = 1e10;
+  if (!(time_s >= 0 && time_s < kLatestSeconds)) return std::nullopt;
+  return time_s;
+}
+
+VideoReader::VideoReader(std::string name, Input input, Pixels pixels)
+    : name_(std::move(name)),
+      input_(input),
+      pixels_(pixels),
+      decoder_(std::make_unique<Decoder>()) {
+  if (!decoder_->Open(name_, input_)) {
+    throw InputError(fmt::format("{}: {}", name_, WhyNotOpen(input_)));
+  }
+  CheckImageSize(decoder_->Size(), name_);
+}
+
+VideoReader::~VideoReader() = default;
+
+bool VideoReader::Next(cv::Mat& image, std::optional<double>& time_s) {
+  if (!decoder_->Decode()) return false;
+  cv::Mat bgr;
+  decoder_->Convert(bgr);
+  ConvertTo(pixels_, bgr, image, name_);
+  time_s = decoder_->Time();
+  return true;
+}
+
+bool VideoReader::Skip() {
+  return decoder_->Decode();
+}
+
+FrameReader::Kind VideoReader::GetKind() const {
+  const bool live = input_ == Input::kStream && !decoder_->expected;
+  return live ? Kind::kLive : Kind::kVideo;
+}
+std::optional<std::int64_t> VideoReader::ExpectedFrames() const {
+  return decoder_->expected;
+}
+std::optional<double> VideoReader::FramePeriod() const {
+  return decoder_->period_s;
+}
+std::int64_t VideoReader::LeftOut() const {
+  return decoder_->left_out;
+}
+
+}  // namespace ceilmap::recordings

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/evaluation/compensation.hpp"
+#include "app/evaluation/consistency.hpp"
+#include "app/evaluation/heading_errors.hpp"
+#include "app/evaluation/time_offset.hpp"
+#include "app/evaluation/trajectory_errors.hpp"
+#include "app/files/arguments.hpp"
+#include "app/files/status_csv.hpp"
+#include "app/reports/compensation_report.hpp"
+
+namespace ceilmap::reports {
+
+/// How the clock of an estimate is brought to that of the truth.
+struct ClockOffset {
+  bool search = false;  ///< from how the robot moved; else ...
+  double seconds = 0;   ///< ... this is added to the stamps of the estimate
+};
+
+struct ComparisonParams {
+  std::filesystem::path truth;
+  std::vector<std::string> estimates;  ///< `[NAME=]FILE`, no name twice
+  std::filesystem::path before;  ///< without tilt compensation; empty: nothing is said of its worth
+  std::filesystem::path expect;  ///< stamps that there should be poses for; empty: the truth's
+  /// The truth of the run that made the map, and its estimate: their alignment is that of the map,
+  /// and so counts for all robots on it. Empty: each estimate is aligned as `evaluation` says.
+  std::vector<std::filesystem::path> frame_from;
+  ClockOffset offset;
+  evaluation::EvaluationParams evaluation;
+};
+
+/// One estimate against the truth.
+struct ComparedEstimate {
+  files::NamedFile file;
+  double offset_s = 0;                                   ///< that was added to its stamps
+  std::optional<evaluation::TimeOffset> found_offset;    ///< where it was searched for
+  std::optional<evaluation::TrajectoryErrors> errors;    ///< unset: it has headings only
+  evaluation::HeadingErrors heading;                     ///< from its first matched pose on
+  std::optional<evaluation::Consistency> consistency;    ///< where it has covariances
+  std::vector<evaluation::PoseCovariance> covariances;   ///< of its poses; empty: not known
+  std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file
+  std::vector<files::FrameStatus> placed;                ///< of a status file, of each pose
+  std::vector<files::FrameStatus> unplaced;              ///< of a status file, by the truth's clock
+  std::int64_t matched = 0;
+  std::int64_t expected = 0;
+
+  [[nodiscard]] double Coverage() const {
+    return expected > 0 ? static_cast<double>(matched) / static_cast<double>(expected) : 0;
+  }
+};
+
+/// What tilt compensation is worth.
+struct BeforeAndAfter {
+  evaluation::LevelAlignment alignment;
+  evaluation::TiltDegrees largest_true_tilt;
+  std::vector<NamedCompensation> estimates;  ///< all, in their order
+};
+
+struct Comparison {
+  std::vector<StampedPose> truth;
+  std::vector<ComparedEstimate> estimates;  ///< in the order of the arguments
+  std::optional<BeforeAndAfter> compensation;
+};
+
+/// Reads all files and compares them.
+/// @throws InputError on files that cannot be used, two estimates of one name, and an
+///   estimate that has no pose at the time of a true one.
+Comparison Compare(const ComparisonParams& params);
+
+}  // namespace ceilmap::reports

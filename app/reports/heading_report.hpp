@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "app/evaluation/heading_errors.hpp"
+#include "app/files/heading_csv.hpp"
+#include "app/recordings/frame_source.hpp"
+#include "app/terminal/summary.hpp"
+
+namespace ceilmap::reports {
+
+/// What `heading` did.
+struct HeadingResult {
+  std::vector<files::MeasuredHeading> headings;
+  std::optional<evaluation::HeadingErrors> errors;  ///< with --truth
+  std::int64_t frames = 0;                          ///< of the recording
+  std::int64_t references = 0;
+  std::int64_t untold = 0;  ///< headings of confidence 0
+  cv::Size panorama;
+  recordings::FrameSourceReport reading;
+  double unwrap_ms = 0;
+  double compass_ms = 0;
+  double seconds = 0;
+};
+
+void Summarize(const HeadingResult& result, terminal::Summary& summary);
+/// The table of a run, on stdout.
+void PrintReport(const HeadingResult& result, const terminal::Summary& summary);
+
+}  // namespace ceilmap::reports

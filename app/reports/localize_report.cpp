@@ -1,0 +1,79 @@
+#include "app/reports/localize_report.hpp"
+
+#include <fmt/format.h>
+
+#include "app/terminal/interrupt.hpp"
+
+namespace ceilmap::reports {
+
+void Summarize(const LocalizeResult& result, terminal::Summary& summary) {
+  const localization::LocalizerReport& report = result.report;
+  summary.frames = report.frames;
+  summary.interrupted = terminal::Interrupted();
+  summary.stages_ms = {{"decode", result.reading.decode_ms},
+                       {"rectify", report.rectify_ms},
+                       {"analyze", report.analyze_ms},
+                       {"track", report.track_ms},
+                       {"search", report.search_ms}};
+  const auto or_null = [](const auto& value) {
+    return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+  };
+  summary.quality = {{"tracking", report.tracking},
+                     {"relocalized", report.relocalized},
+                     {"ambiguous", report.ambiguous},
+                     {"lost", report.lost},
+                     {"dropped", result.reading.dropped},
+                     {"searches", report.searches},
+                     {"first_placed_frame", or_null(result.first_placed_frame)},
+                     {"scale", or_null(report.scale)},
+                     {"mean_sigma_m", result.mean_sigma_m},
+                     {"path", result.path_m},
+                     {"latency_ms", or_null(result.latency_ms)}};
+  if (result.heading != nullptr) {
+    result.heading->AddTimes(summary.stages_ms);
+    summary.quality["heading"] = result.heading->Quality();
+  }
+  if (result.tilt == nullptr) return;
+  result.tilt->AddTimes(summary.stages_ms);
+  summary.quality["tilt"] = result.tilt->Quality();
+}
+
+terminal::Table FactsOf(const LocalizeResult& result) {
+  const localization::LocalizerReport& report = result.report;
+  const auto frames = static_cast<double>(report.frames);
+  const double rate = result.seconds > 0 ? frames / result.seconds : 0;
+  const auto count = [](std::int64_t n) { return fmt::format("{}", n); };
+  terminal::Table table;
+  table.AddRow({"frames", count(report.frames)});
+  table.AddRow({"placed",
+                count(result.Placed()),
+                fmt::format("{:.1f} %", 100 * static_cast<double>(result.Placed()) / frames)});
+  if (result.first_placed_s) {
+    table.AddRow({"found", fmt::format("{:.2f}", *result.first_placed_s), "s after the start"});
+  }
+  if (report.relocalized > 1) {
+    table.AddRow({"found again", count(report.relocalized - 1), "times after it was lost"});
+  }
+  table.AddRow({"ambiguous", count(report.ambiguous)});
+  table.AddRow({"lost", count(report.lost)});
+  if (result.reading.dropped > 0) {
+    table.AddRow({"dropped", count(result.reading.dropped), "frames that came too fast"});
+  }
+  if (result.tilt != nullptr) result.tilt->AddRows(table);
+  if (result.heading != nullptr) result.heading->AddRows(table);
+  if (report.scale) {
+    table.AddRow({"scale",
+                  fmt::format("{:.4f}", *report.scale),
+                  "of the rig's heights and focal length against the map"});
+  }
+  table.AddRow({"path", fmt::format("{:.3f}", result.path_m), "m"});
+  table.AddRow({"sigma", fmt::format("{:.2f}", 1e3 * result.mean_sigma_m), "mm, of x and y"});
+  if (result.latency_ms) {
+    table.AddRow({"latency", fmt::format("{:.1f}", *result.latency_ms), "ms at the most"});
+  }
+  table.AddRow(
+      {"time", fmt::format("{:.2f}", result.seconds), fmt::format("s ({:.1f} frames/s)", rate)});
+  return table;
+}
+
+}  // namespace ceilmap::reports

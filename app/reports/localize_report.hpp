@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "app/recordings/frame_source.hpp"
+#include "app/recordings/heading_source.hpp"
+#include "app/recordings/tilt_source.hpp"
+#include "app/terminal/summary.hpp"
+#include "app/terminal/table.hpp"
+#include "localization/localizer.hpp"
+
+namespace ceilmap::reports {
+
+/// What a localization run found.
+struct LocalizeResult {
+  const recordings::TiltSource* tilt = nullptr;        ///< null: tilt was not measured
+  const recordings::HeadingSource* heading = nullptr;  ///< null: there were none
+  localization::LocalizerReport report;
+  recordings::FrameSourceReport reading;
+  std::optional<double> first_placed_s;  ///< after the first frame
+  std::optional<std::int64_t> first_placed_frame;
+  double path_m = 0;        ///< between placed frames
+  double mean_sigma_m = 0;  ///< of x and y, root mean square over the placed frames
+  /// From a live frame's arrival to its pose, the longest one; unset for recordings.
+  std::optional<double> latency_ms;
+  double seconds = 0;
+
+  [[nodiscard]] std::int64_t Placed() const { return report.tracking + report.relocalized; }
+};
+
+/// Frames, stages and quality for --summary.
+void Summarize(const LocalizeResult& result, terminal::Summary& summary);
+
+/// The table that ends a run.
+terminal::Table FactsOf(const LocalizeResult& result);
+
+}  // namespace ceilmap::reports

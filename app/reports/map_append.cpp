@@ -1,0 +1,62 @@
+#include "app/reports/map_append.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "app/terminal/progress.hpp"
+#include "calib/base/error.hpp"
+#include "mapping/map_union.hpp"
+
+namespace ceilmap::reports {
+
+Appending::Appending(const std::filesystem::path& file,
+                     const store::MapMetadata& recording,
+                     const std::optional<double>& resolution)
+    : file_(file), map_(file), metadata_(map_.Metadata()) {
+  const std::string problem = mapping::Incompatibility(metadata_, recording);
+  if (!problem.empty()) {
+    throw InputError(fmt::format("--append: {}: {}", file.string(), problem));
+  }
+  if (resolution) metadata_.resolution = *resolution;
+  metadata_.provenance += "\n" + recording.provenance;
+  metadata_.program_version = CEILMAP_VERSION;
+  for (const graph::Keyframe& keyframe : map_.ReadKeyframes()) {
+    next_keyframe_id_ = keyframe.id + 1;
+  }
+}
+
+void Appending::CheckCurrent() const {
+  map_.CheckCurrent();
+}
+
+MapResult Appending::Finish(const std::string& source,
+                            const calib::CeilingView& view,
+                            mapping::Mapper& mapper,
+                            store::MapWriter& writer) const {
+  mapper.Close();
+  terminal::Progress progress("drawing", "tiles");
+  const mapping::MergeResult merged = mapping::AppendRecording(
+      map_, mapper.Graph(), view, metadata_, {}, writer, [&progress](int done, int total) {
+        progress.Update(done, total);
+      });
+  if (!merged.ok()) {
+    throw RunError(fmt::format("--append: {} does not join {}: {}; the map stays as it was",
+                               source,
+                               file_.string(),
+                               merged.results.back().reason));
+  }
+  MapResult result{nullptr, nullptr, {}, mapper.Report(), merged.graph.weak_spots};
+  std::copy_if(
+      merged.graph.trajectory.begin(),
+      merged.graph.trajectory.end(),
+      std::back_inserter(result.frames),
+      [this](const graph::FramePose& frame) { return frame.keyframe_id >= next_keyframe_id_; });
+  result.report.grid = merged.grid;
+  result.report.quality = merged.graph.quality;
+  result.report.keyframes = static_cast<std::int64_t>(merged.graph.keyframes.size());
+  return result;
+}
+
+}  // namespace ceilmap::reports

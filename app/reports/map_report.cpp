@@ -1,0 +1,98 @@
+#include "app/reports/map_report.hpp"
+
+#include <fmt/format.h>
+
+#include "app/reports/map_quality.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/interrupt.hpp"
+
+namespace ceilmap::reports {
+
+void Summarize(const MapResult& result,
+               const recordings::FrameSourceReport& reading,
+               const std::string& unit,
+               terminal::Summary& summary) {
+  const mapping::MapperReport& report = result.report;
+  summary.frames = report.frames;
+  summary.interrupted = terminal::Interrupted();
+  summary.stages_ms = {{"decode", reading.decode_ms},
+                       {"rectify", report.rectify_ms},
+                       {"register", report.register_ms},
+                       {"keyframe", report.keyframe_ms},
+                       {"loops", report.loop_ms},
+                       {"optimize", report.optimize_ms},
+                       {"mosaic", report.mosaic_ms}};
+  summary.quality = {{"tracked", report.tracked},
+                     {"lost", report.lost},
+                     {"ambiguous", report.ambiguous},
+                     {"without_texture", report.without_texture},
+                     {"dropped", reading.dropped},
+                     {"unconnected", report.unconnected},
+                     {"keyframes", report.keyframes},
+                     {"loops", ToJson(report.quality.loops)},
+                     {"chi2_per_dof", report.quality.chi2_per_dof},
+                     {"loop_rms", report.quality.loop_rms},
+                     {"weak_spots", ToJson(result.weak_spots)},
+                     {"median_peak", report.median_peak},
+                     {"path", report.path},
+                     {"map_width_px", report.grid.width_px},
+                     {"map_height_px", report.grid.height_px},
+                     {"map_resolution", report.grid.resolution},
+                     {"unit", unit}};
+  if (result.heading != nullptr) {
+    result.heading->AddTimes(summary.stages_ms);
+    summary.quality["heading"] = result.heading->Quality();
+  }
+  if (result.tilt == nullptr) return;
+  result.tilt->AddTimes(summary.stages_ms);
+  summary.quality["tilt"] = result.tilt->Quality();
+}
+
+void WarnOfParts(const MapResult& result) {
+  const std::int64_t frames = result.report.unconnected;
+  if (frames == 0) return;
+  terminal::PrintWarning(fmt::format(
+      "{} frames are left out: the robot was lost before them, and nothing ties them to the rest; "
+      "drive where the ceilings overlap, or map that part by itself",
+      frames));
+}
+
+terminal::Table FactsOf(const MapResult& result, const std::string& unit, double seconds) {
+  const mapping::MapperReport& report = result.report;
+  const double rate = seconds > 0 ? static_cast<double>(report.frames) / seconds : 0;
+  const int decimals = unit == "m" ? 3 : 1;
+  const store::MosaicGrid& grid = report.grid;
+  terminal::Table table;
+  table.AddRow({"frames", fmt::format("{}", report.frames)});
+  table.AddRow({"tracked", fmt::format("{}", report.tracked)});
+  table.AddRow({"lost", fmt::format("{}", report.lost)});
+  table.AddRow({"ambiguous", fmt::format("{}", report.ambiguous)});
+  if (report.unconnected > 0) {
+    table.AddRow({"unconnected",
+                  fmt::format("{}", report.unconnected),
+                  "seen from a part that nothing ties to the map; left out"});
+  }
+  if (result.tilt != nullptr) result.tilt->AddRows(table);
+  if (result.heading != nullptr) result.heading->AddRows(table);
+  table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
+  table.AddRow({"loops closed",
+                fmt::format("{}", report.quality.loops.accepted - report.quality.loops.outliers),
+                fmt::format("of {} compared", report.quality.loops.compared)});
+  if (!result.weak_spots.empty()) {
+    table.AddRow(
+        {"weak spots", fmt::format("{}", result.weak_spots.size()), "'ceilmap info' names them"});
+  }
+  table.AddRow({"path", fmt::format("{:.{}f}", report.path, decimals), unit});
+  table.AddRow({"map",
+                fmt::format("{:.{}f} x {:.{}f}",
+                            grid.width_px * grid.resolution,
+                            decimals,
+                            grid.height_px * grid.resolution,
+                            decimals),
+                unit});
+  table.AddRow({"map", fmt::format("{} x {}", grid.width_px, grid.height_px), "px of the mosaic"});
+  table.AddRow({"time", fmt::format("{:.2f}", seconds), fmt::format("s ({:.1f} frames/s)", rate)});
+  return table;
+}
+
+}  // namespace ceilmap::reports

@@ -1,0 +1,158 @@
+#include "app/reports/page_parts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "app/page/mosaic_picture.hpp"
+#include "app/reports/map_quality.hpp"
+#include "calib/base/degrees.hpp"
+
+namespace ceilmap::reports {
+namespace {
+
+using graph::FramePose;
+using graph::TrackingStatus;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// One value of each frame over time; NaN where it was not placed.
+page::PageSeries OverTime(const std::string& name,
+                          const std::vector<FramePose>& frames,
+                          const std::function<double(const FramePose&)>& value) {
+  page::PageSeries series;
+  series.name = name;
+  series.x.reserve(frames.size());
+  series.y.reserve(frames.size());
+  for (const FramePose& frame : frames) {
+    series.x.push_back(frame.stamp_s);
+    series.y.push_back(graph::HasPose(frame.status) ? value(frame) : kUnknown);
+  }
+  return series;
+}
+
+page::PageChart TimeChart(std::string title, std::string y_label, page::PageSeries series) {
+  page::PageChart chart;
+  chart.title = std::move(title);
+  chart.x_label = "time (s)";
+  chart.y_label = std::move(y_label);
+  chart.series.push_back(std::move(series));
+  return chart;
+}
+
+double PositionSigma(const FramePose& frame) {
+  return std::sqrt(0.5 * (frame.covariance(0, 0) + frame.covariance(1, 1)));
+}
+
+}  // namespace
+
+page::PagePose ToPagePose(const FramePose& frame) {
+  page::PagePose pose;
+  pose.stamp_s = frame.stamp_s;
+  pose.status = frame.status;
+  if (!graph::HasPose(frame.status)) {
+    pose.x = pose.y = pose.yaw_rad = kUnknown;
+    return pose;
+  }
+  pose.x = frame.T_map_base.x;
+  pose.y = frame.T_map_base.y;
+  pose.yaw_rad = frame.T_map_base.yaw;
+  const Eigen::Matrix3d& covariance = frame.covariance;
+  pose.covariance = {covariance(0, 0), covariance(0, 1), covariance(1, 1), covariance(2, 2)};
+  return pose;
+}
+
+page::PagePath ToPagePath(const std::string& name, const std::vector<FramePose>& frames) {
+  page::PagePath path;
+  path.name = name;
+  path.poses.reserve(frames.size());
+  for (const FramePose& frame : frames) path.poses.push_back(ToPagePose(frame));
+  return path;
+}
+
+std::vector<std::array<double, 2>> FootprintOf(const calib::CeilingView& view) {
+  std::vector<std::array<double, 2>> corners;
+  const double half_width = 0.5 * view.MetresPerPixel() * view.Size().width;
+  const double half_height = 0.5 * view.MetresPerPixel() * view.Size().height;
+  for (const auto& [u, v] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+    const Eigen::Vector2d p_base =
+        view.T_base_view() * Eigen::Vector2d(u * half_width, v * half_height);
+    corners.push_back({p_base.x(), p_base.y()});
+  }
+  return corners;
+}
+
+void AddGraph(const graph::MapGraph& graph, page::PageData& data) {
+  data.keyframes.reserve(graph.keyframes.size());
+  for (const graph::Keyframe& keyframe : graph.keyframes) {
+    const Pose2& T_map_base = keyframe.pose.T_map_base;
+    data.keyframes.push_back({keyframe.id, T_map_base.x, T_map_base.y, T_map_base.yaw});
+  }
+  data.edges.reserve(graph.edges.size());
+  for (const graph::Edge& edge : graph.edges) {
+    data.edges.push_back({edge.from, edge.to, edge.kind == graph::Edge::Kind::kLoopClosure});
+  }
+  for (const graph::WeakSpot& spot : graph.weak_spots) {
+    data.spots.push_back({Describe(spot, data.unit), spot.x, spot.y});
+  }
+}
+
+void AddMap(const store::MapReader& map, page::PageData& data) {
+  data.unit = map.Metadata().unit;
+  data.picture = page::MakeMosaicPicture(map);
+  AddGraph(map.ReadGraph(), data);
+}
+
+void AddTables(const std::vector<ReportTable>& tables, page::PageData& data) {
+  for (const ReportTable& table : tables) {
+    data.tables.push_back({table.title, table.columns, table.rows});
+  }
+}
+
+std::vector<page::PageChart> ChartsOfRun(const std::string& name,
+                                         const std::vector<FramePose>& frames,
+                                         const std::string& unit) {
+  const bool metres = unit == "m";
+  double yaw_rad = 0;  // that of the pose before, beyond 180 degrees
+  std::vector<page::PageChart> charts = {
+      TimeChart("Yaw",
+                "yaw (deg)",
+                OverTime(name,
+                         frames,
+                         [&yaw_rad](const FramePose& frame) {
+                           yaw_rad +=
+                               std::remainder(frame.T_map_base.yaw - yaw_rad, 2 * std::numbers::pi);
+                           return kDegPerRad * yaw_rad;
+                         })),
+      TimeChart("Standard deviation of the position",
+                metres ? "sigma (mm)" : "sigma (px)",
+                OverTime(name,
+                         frames,
+                         [metres](const FramePose& frame) {
+                           return (metres ? 1e3 : 1.0) * PositionSigma(frame);
+                         })),
+      TimeChart("Standard deviation of the yaw",
+                "sigma (deg)",
+                OverTime(name, frames, [](const FramePose& frame) {
+                  return kDegPerRad * std::sqrt(frame.covariance(2, 2));
+                }))};
+  const bool tilted = std::any_of(frames.begin(), frames.end(), [](const FramePose& frame) {
+    return frame.tilt.pitch_rad != 0 || frame.tilt.roll_rad != 0;
+  });
+  if (!tilted) return charts;
+  page::PageChart tilt = TimeChart(
+      "Pitch and roll", "angle (deg)", OverTime("pitch", frames, [](const FramePose& frame) {
+        return kDegPerRad * frame.tilt.pitch_rad;
+      }));
+  tilt.series.push_back(OverTime(
+      "roll", frames, [](const FramePose& frame) { return kDegPerRad * frame.tilt.roll_rad; }));
+  charts.push_back(std::move(tilt));
+  return charts;
+}
+
+}  // namespace ceilmap::reports

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "app/figures/figure.hpp"
+#include "app/recordings/ceiling_keyframes.hpp"
+#include "app/recordings/motion_calibration.hpp"
+#include "app/recordings/rig_calibration.hpp"
+#include "calib/rig.hpp"
+
+namespace ceilmap::reports {
+
+/// The camera's circle in the spin with what each view is off by, the straight drive's way aside
+/// and its heading, and what is left at the places of each view.
+std::vector<figures::Figure> RigFigures(const recordings::RigCalibration& result);
+
+/// The lift of the mast over the pitch, with the lines of the pivots.
+figures::Figure StepFigure(const recordings::StepCalibration& step);
+
+/// The mean of the spin's images, brought together as the rig has it: sharp where the rig is
+/// right, smeared where it is not. CV_8UC1, 0 where no image looked.
+/// @param up  the upward camera of that rig. @param headings  of the views, rad.
+cv::Mat SpinMosaic(const recordings::CeilingKeyframes& spin,
+                   const std::vector<Pose2>& headings,
+                   const calib::MountedCamera& up,
+                   double ceiling_height_m,
+                   double axle_behind_mast_m);
+
+}  // namespace ceilmap::reports

@@ -1,0 +1,270 @@
+#include "app/reports/rig_calibration_report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
+
+#include "app/figures/figure.hpp"
+#include "app/reports/report_folder.hpp"
+#include "app/reports/report_table.hpp"
+#include "app/reports/rig_calibration_figures.hpp"
+#include "app/terminal/console.hpp"
+#include "app/terminal/table.hpp"
+#include "calib/base/degrees.hpp"
+#include "calib/base/error.hpp"
+
+namespace ceilmap::reports {
+namespace {
+
+// One parameter of the rig, in the unit that people read.
+struct Parameter {
+  const char* key;  // in JSON
+  const char* name;
+  const char* unit;
+  std::optional<double> before;
+  recordings::Measured found;
+  int digits = 4;
+};
+
+struct MountAngles {
+  double yaw_rad = 0;
+  double pitch_rad = 0;
+  double roll_rad = 0;
+};
+
+MountAngles AnglesOf(const Eigen::Matrix3d& R) {
+  return {std::atan2(-R(0, 1), R(0, 0)), std::asin(R(0, 2)), std::atan2(-R(1, 2), R(2, 2))};
+}
+
+recordings::Measured InDegrees(const recordings::Measured& m) {
+  return {kDegPerRad * m.value, kDegPerRad * m.sigma};
+}
+
+// What the upward camera's recordings tell.
+std::vector<Parameter> MountParameters(const calib::Rig& before,
+                                       const recordings::RigCalibration& result) {
+  const MountAngles angles = AnglesOf(before.up->T_base_cam.linear());
+  const Eigen::Vector3d& t = before.up->T_base_cam.translation();
+  const double Z = before.ceiling_height_m - t.z();
+  const double focal_px = std::sqrt(before.up->camera.fx * before.up->camera.fy);
+  const auto millimetres = [](const recordings::Measured& m) {
+    return recordings::Measured{1000 * m.value, 1000 * m.sigma};
+  };
+  return {
+      {"a_m", "a", "m", before.axle_behind_mast_m, result.axle_behind_mast_m},
+      {"camera_y_m", "camera y", "m", t.y(), result.camera_y_m},
+      {"camera_z_m", "camera z", "m", t.z(), result.camera_z_m},
+      {"yaw_deg", "yaw", "deg", kDegPerRad * angles.yaw_rad, InDegrees(result.yaw_rad), 3},
+      {"pitch_deg", "pitch", "deg", kDegPerRad * angles.pitch_rad, InDegrees(result.pitch_rad), 3},
+      {"roll_deg", "roll", "deg", kDegPerRad * angles.roll_rad, InDegrees(result.roll_rad), 3},
+      {"h_m", "h", "m", before.ceiling_height_m, result.ceiling_height_m},
+      {"distance_m", "ceiling above camera", "m", Z, result.distance_m},
+      {"mm_per_px", "scale", "mm/px", 1000 * Z / focal_px, millimetres(result.m_per_px)}};
+}
+
+std::vector<Parameter> ForwardParameters(const calib::Rig& before,
+                                         const recordings::ForwardCalibration& result) {
+  const recordings::ForwardAngles angles =
+      recordings::ForwardAnglesOf(before.forward->T_base_cam.linear());
+  const auto add =
+      [](const char* key, const char* name, double was_rad, const recordings::Measured& found) {
+        return Parameter{key, name, "deg", kDegPerRad * was_rad, InDegrees(found), 3};
+      };
+  return {add("forward_yaw_deg", "forward yaw", angles.yaw_rad, result.yaw_rad),
+          add("forward_pitch_deg", "forward pitch (up)", angles.pitch_rad, result.pitch_rad),
+          add("forward_roll_deg", "forward roll", angles.roll_rad, result.roll_rad)};
+}
+
+// By a second way, or not in the rig: `before` is what the first way says, or nothing.
+std::vector<Parameter> StepParameters(const recordings::RigCalibration& mount,
+                                      const recordings::StepCalibration& step) {
+  const auto pivot = [](const calibration::Pivot& p) {
+    return recordings::Measured{p.distance_m, p.sigma_m};
+  };
+  std::vector<Parameter> parameters{
+      {"a_step_m", "a by the step", "m", mount.axle_behind_mast_m.value, pivot(step.pivots.axle)}};
+  if (step.pivots.front_wheels.frames > 0) {
+    parameters.push_back({"front_wheels_m",
+                          "front wheels before mast",
+                          "m",
+                          std::nullopt,
+                          pivot(step.pivots.front_wheels)});
+  }
+  if (step.wheelbase_m) {
+    parameters.push_back({"wheelbase_m", "wheelbase", "m", std::nullopt, *step.wheelbase_m});
+  }
+  if (step.climbed_m) {
+    parameters.push_back({"climbed_m", "step's height", "m", step.height_m, *step.climbed_m});
+  }
+  return parameters;
+}
+
+std::vector<Parameter> ParametersOf(const calib::Rig& before,
+                                    const recordings::RigFindings& result) {
+  std::vector<Parameter> all = MountParameters(before, result.mount);
+  const auto add = [&all](const std::vector<Parameter>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  };
+  if (result.forward) add(ForwardParameters(before, *result.forward));
+  if (result.step) add(StepParameters(result.mount, *result.step));
+  return all;
+}
+
+ReportTable ParameterTable(const calib::Rig& before, const recordings::RigFindings& result) {
+  ReportTable table{"Rig", {"", "before", "measured", "sigma", "unit"}, {}};
+  for (const Parameter& p : ParametersOf(before, result)) {
+    table.rows.push_back(
+        {p.name,
+         p.before ? fmt::format("{:.{}f}", *p.before, p.digits) : "-",
+         fmt::format("{:.{}f}", p.found.value, p.digits + 1),
+         p.found.sigma > 0 ? fmt::format("{:.{}f}", p.found.sigma, p.digits + 1) : "-",
+         p.unit});
+  }
+  return table;
+}
+
+}  // namespace
+
+std::string RigHeader(const recordings::RigFindings& found) {
+  const recordings::RigCalibration& result = found.mount;
+  std::string text = "# measured by ceilmap calibrate rig, with standard deviations:\n";
+  const auto add =
+      [&text](const char* name, const recordings::Measured& m, double unit, const char* unit_name) {
+        text += fmt::format(
+            "#   {} = {:.5f} +- {:.5f} {}\n", name, unit * m.value, unit * m.sigma, unit_name);
+      };
+  add("a", result.axle_behind_mast_m, 1, "m");
+  add("h", result.ceiling_height_m, 1, "m");
+  add("up: y", result.camera_y_m, 1, "m");
+  if (result.camera_z_m.sigma > 0) add("up: z", result.camera_z_m, 1, "m");
+  add("up: yaw", result.yaw_rad, kDegPerRad, "deg");
+  add("up: pitch", result.pitch_rad, kDegPerRad, "deg");
+  add("up: roll", result.roll_rad, kDegPerRad, "deg");
+  if (found.forward) {
+    add("forward: yaw", found.forward->yaw_rad, kDegPerRad, "deg");
+    add("forward: pitch (up)", found.forward->pitch_rad, kDegPerRad, "deg");
+    add("forward: roll", found.forward->roll_rad, kDegPerRad, "deg");
+  }
+  if (found.step) {
+    const calibration::Pivot& axle = found.step->pivots.axle;
+    add("a by the step, to compare", {axle.distance_m, axle.sigma_m}, 1, "m");
+  }
+  return text;
+}
+
+void Summarize(const calib::Rig& before,
+               const recordings::RigFindings& found,
+               terminal::Summary& summary) {
+  const recordings::RigCalibration& result = found.mount;
+  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+  for (const Parameter& p : ParametersOf(before, found)) {
+    nlohmann::ordered_json was;
+    if (p.before) was = *p.before;
+    parameters[p.key] = {{"before", was}, {"value", p.found.value}, {"sigma", p.found.sigma}};
+  }
+  const calibration::RigSolution& solution = result.solution;
+  summary.quality = {{"parameters", parameters},
+                     {"places", solution.places},
+                     {"inliers", solution.inliers},
+                     {"sigma_px", solution.sigma_px},
+                     {"spin",
+                      {{"keyframes", solution.spin.size()},
+                       {"turn_deg", kDegPerRad * result.turn_rad},
+                       {"wander_mm", 1000 * result.wander_m}}},
+                     {"straight",
+                      {{"keyframes", solution.straight.size()},
+                       {"turn_deg", kDegPerRad * result.course_rad},
+                       {"length_m", result.drive_length_m.value}}}};
+  if (found.forward) {
+    summary.quality["forward"] = {{"pairs", found.forward->pairs},
+                                  {"matches", found.forward->mount.matches},
+                                  {"inliers", found.forward->mount.inliers},
+                                  {"sigma_px", found.forward->mount.sigma_px}};
+  }
+  if (found.step) {
+    summary.quality["step"] = {{"frames", found.step->climbs.size()},
+                               {"largest_deg", kDegPerRad * found.step->max_pitch_rad},
+                               {"rms_mm", 1000 * found.step->pivots.axle.rms_m}};
+  }
+}
+
+void WriteRigReport(const std::filesystem::path& folder,
+                    const calib::Rig& before,
+                    const recordings::RigFindings& found,
+                    const recordings::CeilingKeyframes& spin,
+                    terminal::Summary& summary) {
+  const recordings::RigCalibration& result = found.mount;
+  const std::vector<ReportTable> tables{ParameterTable(before, found)};
+  using Handler = nlohmann::ordered_json::error_handler_t;
+  std::vector<std::filesystem::path> files =
+      WriteReport(folder,
+                  {{"metrics.json", summary.quality.dump(2, ' ', false, Handler::replace) + "\n"},
+                   {"tables.md", FormatMarkdown(tables)},
+                   {"tables.tex", FormatLatex(tables)}});
+  calib::MountedCamera up = *before.up;
+  const auto draw = [&](const char* name, double height_m, double axle_m) {
+    const std::filesystem::path file = folder / name;
+    const cv::Mat mosaic = SpinMosaic(spin, result.solution.spin, up, height_m, axle_m);
+    if (!cv::imwrite(file.string(), mosaic)) {
+      throw RunError(fmt::format("{}: cannot be written", file.string()));
+    }
+    files.push_back(file);
+  };
+  draw("spin-before.png", before.ceiling_height_m, before.axle_behind_mast_m);
+  up.T_base_cam = result.T_base_up;
+  draw("spin-after.png", result.ceiling_height_m.value, result.axle_behind_mast_m.value);
+  summary.files.insert(summary.files.end(), files.begin(), files.end());
+  try {
+    figures::FigureFolder figures(folder / "figures");
+    std::vector<figures::Figure> all = RigFigures(result);
+    if (found.step) all.push_back(StepFigure(*found.step));
+    figures.Draw(all);
+    summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
+  } catch (const RunError& error) {
+    terminal::Warn("no figures: {}", error.what());
+  }
+}
+
+void PrintReport(const calib::Rig& before,
+                 const recordings::RigFindings& found,
+                 double seconds,
+                 const terminal::Summary& summary) {
+  fmt::print("{}\n", FormatPlain(ParameterTable(before, found)));
+  const recordings::RigCalibration& result = found.mount;
+  const calibration::RigSolution& solution = result.solution;
+  terminal::Table facts;
+  facts.AddRow({"spin",
+                fmt::format("{:.1f}", kDegPerRad * result.turn_rad),
+                fmt::format("deg in {} views, axle steady to {:.1f} mm",
+                            solution.spin.size(),
+                            1000 * result.wander_m)});
+  facts.AddRow({"straight drive",
+                fmt::format("{:.3f}", result.drive_length_m.value),
+                fmt::format("m in {} views, course steady to {:.2f} deg",
+                            solution.straight.size(),
+                            kDegPerRad * result.course_rad)});
+  facts.AddRow({"places",
+                fmt::format("{}", solution.places),
+                fmt::format("of the ceiling in two views, residual {:.3f} px", solution.sigma_px)});
+  if (found.forward) {
+    facts.AddRow({"forward camera",
+                  fmt::format("{}", found.forward->mount.matches),
+                  fmt::format("matches in {} pairs of images, residual {:.3f} px",
+                              found.forward->pairs,
+                              found.forward->mount.sigma_px)});
+  }
+  if (found.step) {
+    facts.AddRow({"step",
+                  fmt::format("{:.2f}", kDegPerRad * found.step->max_pitch_rad),
+                  fmt::format("deg of pitch; lifts agree to {:.2f} mm in {} frames",
+                              1000 * found.step->pivots.axle.rms_m,
+                              found.step->pivots.axle.frames)});
+  }
+  facts.AddRow({"time", fmt::format("{:.1f}", seconds), "s"});
+  fmt::print("{}", facts.Format());
+  for (const auto& file : summary.files) fmt::print("written {}\n", file.string());
+}
+
+}  // namespace ceilmap::reports

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <chrono>
+
+namespace ceilmap::terminal {
+
+/// Seconds since 1970 by this machine's clock, which stamps the frames of live sources.
+inline double ClockSeconds() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(since_1970).count();
+}
+
+/// Time that has passed, whatever was done to the clock meanwhile.
+inline double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+inline double MillisecondsSince(std::chrono::steady_clock::time_point start) {
+  return 1e3 * SecondsSince(start);
+}
+
+}  // namespace ceilmap::terminal

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace ceilmap::terminal {
+
+/// What `--summary FILE.json` says of a run that ended well, for scripts and measurements.
+struct Summary {
+  std::int64_t frames = 0;  ///< processed (or pairs, or poses: what the command counts)
+  bool interrupted = false;
+  nlohmann::ordered_json stages_ms = nlohmann::ordered_json::object();  ///< totals by stage
+  nlohmann::ordered_json quality = nlohmann::ordered_json::object();    ///< the command's figures
+  std::vector<std::filesystem::path> files;                             ///< written
+
+  /// One JSON object; a number that is not finite becomes null.
+  [[nodiscard]] std::string ToJson(const std::string& command, double seconds) const;
+};
+
+}  // namespace ceilmap::terminal

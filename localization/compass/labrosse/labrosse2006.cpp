@@ -1,0 +1,190 @@
+#include "localization/compass/labrosse/labrosse2006.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+
+#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
+#include "calib/base/pose2.hpp"
+#include "localization/compass/fields_of_view.hpp"
+#include "localization/compass/heading_variance.hpp"
+#include "localization/compass/labrosse/field_distance.hpp"
+#include "localization/compass/labrosse/shift_minimum.hpp"
+
+namespace ceilmap::labrosse {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+}  // namespace
+
+void Labrosse2006Params::Validate() const {
+  const FieldCheck require("labrosse2006");
+  require(field_of_view_rad > 0 && field_of_view_rad <= kTurn,
+          "field_of_view_rad",
+          field_of_view_rad,
+          "in (0, 2 pi]");
+  require(threshold >= 0 && threshold <= 1, "threshold", threshold, "in [0, 1]");
+  require(skip.value_or(0) >= 0, "skip", skip.value_or(0), ">= 0");
+  require(min_texture >= 0, "min_texture", min_texture, ">= 0");
+  require(min_amplitude >= 0 && min_amplitude < 1, "min_amplitude", min_amplitude, "in [0, 1)");
+  require(independent_rad > 0, "independent_rad", independent_rad, "> 0");
+  require(interpolation_sigma_columns > 0,
+          "interpolation_sigma_columns",
+          interpolation_sigma_columns,
+          "> 0");
+  require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
+  search.Validate();
+}
+
+Labrosse2006::Labrosse2006(const Labrosse2006Params& params) : params_(params) {
+  params_.Validate();
+}
+
+std::optional<compass::HeadingEstimate> Labrosse2006::Next(const compass::PanoramaFrame& frame) {
+  check_.Take(frame);
+  if ((check_.Frames() - 1) % (params_.skip.value_or(0) + 1) != 0) return std::nullopt;
+  travel_.Move(frame.travel);
+  weights_ = compass::FieldsOfView::FrontAndBack(travel_.Direction(), params_.field_of_view_rad)
+                 .ColumnWeights(frame.panorama.cols);
+  frame.panorama.copyTo(current_);
+  const bool textured = RowTexture(current_, weights_) >= params_.min_texture;
+  if (check_.Frames() == 1) last_stamp_s_ = frame.stamp_s;
+  if (reference_.panorama.empty()) {
+    Begin(frame, textured);
+    return estimate_;
+  }
+  ++frames_since_;
+  compared_ = true;
+  if (textured) {
+    Follow(frame);
+  } else {
+    Hold(frame.stamp_s);
+  }
+  return estimate_;
+}
+
+/// The first frame with texture becomes the reference.
+void Labrosse2006::Begin(const compass::PanoramaFrame& frame, bool textured) {
+  Hold(frame.stamp_s);
+  if (!textured) return;
+  estimate_.confidence = 1;
+  last_ = estimate_;
+  last_stamp_s_ = frame.stamp_s;
+  previous_ = {.panorama = current_.clone(),
+               .frame = check_.Frames() - 1,
+               .stamp_s = frame.stamp_s,
+               .estimate = estimate_,
+               .measured = true};
+  PreviousBecomesReference();
+}
+
+void Labrosse2006::Follow(const compass::PanoramaFrame& frame) {
+  if (params_.skip && previous_.measured) PreviousBecomesReference();
+  Measurement measured = Measure();
+  if (PreviousIsBetter(measured)) {
+    PreviousBecomesReference();
+    measured = Measure();
+  }
+  const bool fits = measured.amplitude > 0 && measured.amplitude >= params_.min_amplitude;
+  if (fits) {
+    Accept(measured, frame.stamp_s);
+  } else {
+    Hold(frame.stamp_s);
+  }
+  previous_ = {.panorama = current_.clone(),
+               .frame = check_.Frames() - 1,
+               .stamp_s = frame.stamp_s,
+               .estimate = estimate_,
+               .measured = fits};
+}
+
+/// Measures the shift of the reference's content to the current panorama.
+Labrosse2006::Measurement Labrosse2006::Measure() const {
+  const int columns = current_.cols;
+  const FieldDistance distance(reference_.panorama, current_, weights_);
+  const double expected_rad = WrapAngle(ExpectedHeading() - reference_.estimate.heading_rad);
+  const FoundShift found =
+      FindShift([&](int shift) { return std::sqrt(static_cast<double>(distance.Squared(shift))); },
+                columns,
+                static_cast<int>(std::lround(expected_rad / kTurn * columns)),
+                params_.search);
+  const double seen = std::accumulate(weights_.begin(), weights_.end(), 0.0);
+  const double independent = std::max(seen / columns * kTurn / params_.independent_rad, 1.0);
+  // Even a very flat minimum lies within the range of the probes.
+  const double reach = params_.search.probe_span_rad / kTurn * columns / 2;
+  const double interpolation = params_.interpolation_sigma_columns;
+  return {
+      .shift_columns = found.columns + BlendedMinimum(found.distances, found.amplitude),
+      .amplitude = found.amplitude,
+      .variance_columns2 = std::min(ShiftVariance(found.distances, independent), reach * reach) +
+                           interpolation * interpolation};
+}
+
+double Labrosse2006::ExpectedHeading() const {
+  const bool turns_on = params_.expected == ExpectedTurn::kAsBefore;
+  return last_.heading_rad + (turns_on ? frames_since_ * turn_per_frame_rad_ : 0);
+}
+
+/// A view whose heading was only held would lose the turns of the robot in the meantime. Such a
+/// view becomes the reference only where the current reference gives no information at all.
+bool Labrosse2006::PreviousIsBetter(const Measurement& measured) const {
+  if (previous_.frame == reference_.frame) return false;
+  if (measured.amplitude < params_.min_amplitude) return true;
+  return previous_.measured && measured.amplitude < params_.threshold;
+}
+
+void Labrosse2006::PreviousBecomesReference() {
+  if (previous_.frame == reference_.frame && references_ > 0) return;
+  reference_ = previous_;
+  if (!reference_.measured) {
+    // The search continues from the reference's heading, regardless of the turns since then.
+    last_ = reference_.estimate;
+    last_stamp_s_ = reference_.stamp_s;
+    frames_since_ = 1;
+    turn_per_frame_rad_ = 0;
+  }
+  ++references_;
+}
+
+void Labrosse2006::Accept(const Measurement& measured, double stamp_s) {
+  const double column_rad = kTurn / current_.cols;
+  estimate_.heading_rad =
+      WrapAngle(reference_.estimate.heading_rad + measured.shift_columns * column_rad);
+  estimate_.variance_rad2 = compass::ChainedVariance(
+      reference_.estimate.variance_rad2, measured.variance_columns2 * column_rad * column_rad);
+  estimate_.confidence = std::clamp(measured.amplitude, 0.0, 1.0);
+  turn_per_frame_rad_ =
+      WrapAngle(estimate_.heading_rad - last_.heading_rad) / std::max(frames_since_, 1);
+  last_ = estimate_;
+  last_stamp_s_ = stamp_s;
+  frames_since_ = 0;
+}
+
+void Labrosse2006::Hold(double stamp_s) {
+  estimate_ = {.heading_rad = last_.heading_rad,
+               .variance_rad2 = compass::HeldVariance(
+                   last_.variance_rad2, params_.unseen_rate_rad_s, stamp_s - last_stamp_s_),
+               .confidence = 0};
+}
+
+compass::DistanceProfile Labrosse2006::Profile() const {
+  compass::DistanceProfile profile;
+  if (!compared_) return profile;
+  const int columns = current_.cols;
+  const FieldDistance distance(reference_.panorama, current_, weights_);
+  for (int shift = 0; shift < columns; ++shift) {
+    profile.distance.push_back(std::sqrt(static_cast<double>(distance.Squared(shift))));
+  }
+  const double turned = estimate_.heading_rad - reference_.estimate.heading_rad;
+  profile.shift_columns = std::remainder(turned / kTurn * columns, columns);
+  if (2 * profile.shift_columns >= columns) profile.shift_columns -= columns;
+  profile.reference_frame = reference_.frame;
+  return profile;
+}
+
+}  // namespace ceilmap::labrosse

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstdint>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "localization/compass/compass.hpp"
+#include "localization/compass/frame_check.hpp"
+#include "localization/compass/labrosse/shift_search.hpp"
+#include "localization/compass/travel_track.hpp"
+
+namespace ceilmap::labrosse {
+
+/// The predicted turn, at which the search for the shift begins.
+enum class ExpectedTurn : std::uint8_t {
+  kAsBefore,  ///< the turn rate between the two previous frames continues
+  kNone       ///< the heading is the same as at the previous frame
+};
+
+struct Labrosse2006Params {
+  /// Width of each of the two fields of view, centred on the direction of travel and its opposite,
+  /// rad, in (0, 2 pi]; 2 pi: the whole view.
+  double field_of_view_rad = std::numbers::pi / 3;
+  /// A reference is kept until the normalised amplitude of its minimum falls below this, [0, 1]. 0:
+  /// it is kept forever; 1: it is kept for one frame. Not used with `skip`.
+  double threshold = 0.6055;
+  /// Empty: references by the threshold ("Atm"). n >= 0: every (n+1)-th frame is used, and compared
+  /// with the one used before ("Fx n").
+  std::optional<int> skip = std::nullopt;
+  ExpectedTurn expected = ExpectedTurn::kAsBefore;
+  ShiftSearchParams search = {};
+  /// A panorama with less texture along its rows in the fields of view than this (RowTexture, grey
+  /// levels, >= 0) gives no information: it is uniform except for noise.
+  double min_texture = 2;
+  /// A minimum with a smaller normalised amplitude, [0, 1), is rejected: the panoramas do not show
+  /// the same surroundings.
+  double min_amplitude = 0.05;
+  /// Width over which the differences of two panoramas count as one independent error, rad, > 0: 4
+  /// deg. Only the variance depends on it.
+  double independent_rad = std::numbers::pi / 45;
+  /// Standard deviation of the sub-pixel minimum between panoramas that agree, columns, > 0.
+  double interpolation_sigma_columns = 0.05;
+  /// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
+  double unseen_rate_rad_s = 0.5;
+
+  void Validate() const;  ///< throws InputError naming field, value and range
+};
+
+/// The compass of Labrosse, "The visual compass: performance and limitations of an appearance-based
+/// method", Journal of Field Robotics 2006, Algorithm 1. Panoramas of 360 x 45 RGB in the paper,
+/// any size here.
+///
+/// The turn since a reference panorama is the column shift of least Euclidean distance d = sqrt(sum
+/// of squared colour differences), over those columns of the current panorama that lie in fields of
+/// view ahead and behind. The fields follow the direction of travel; the reference is shifted under
+/// them. FindShift searches from the predicted turn, and BlendedMinimum computes the fraction. When
+/// the normalised amplitude of the minimum falls below the threshold, the previous frame becomes
+/// the reference and the turn is measured again.
+///
+/// Two details are reconstructed: the blend of the sub-pixel minimum (see BlendedMinimum), and that
+/// the normalised amplitude is that of the minimum and the probes around it (see FindShift).
+///
+/// A frame without a result (uniform, or too different from the reference) leaves the heading
+/// unchanged. If the following frame does not fit the reference either, a new reference is created
+/// there.
+///
+/// Time: a few shifts per frame instead of all. Panoramas are copied.
+class Labrosse2006 : public compass::Compass {
+ public:
+  explicit Labrosse2006(const Labrosse2006Params& params = {});
+
+  std::optional<compass::HeadingEstimate> Next(const compass::PanoramaFrame& frame) override;
+  /// Profile over the fields of view of the last frame. Time: columns x one distance.
+  [[nodiscard]] compass::DistanceProfile Profile() const override;
+  [[nodiscard]] std::int64_t References() const override { return references_; }
+
+ private:
+  /// A panorama and the heading assigned to it.
+  struct View {
+    cv::Mat panorama;
+    std::int64_t frame = 0;
+    double stamp_s = 0;
+    compass::HeadingEstimate estimate;
+    bool measured = false;  ///< false: its heading was held, not measured
+  };
+  struct Measurement {
+    double shift_columns = 0;
+    double amplitude = 0;
+    double variance_columns2 = 0;
+  };
+
+  void Begin(const compass::PanoramaFrame& frame, bool textured);
+  void Follow(const compass::PanoramaFrame& frame);
+  [[nodiscard]] Measurement Measure() const;
+  [[nodiscard]] double ExpectedHeading() const;
+  [[nodiscard]] bool PreviousIsBetter(const Measurement& measured) const;
+  void PreviousBecomesReference();
+  void Accept(const Measurement& measured, double stamp_s);
+  void Hold(double stamp_s);
+
+  Labrosse2006Params params_;
+  compass::FrameCheck check_;
+  compass::TravelTrack travel_;
+  std::vector<float> weights_;  ///< weights of the last frame's columns
+  cv::Mat current_;
+  View reference_;  ///< empty: no usable panorama so far
+  View previous_;   ///< the previous textured frame; may be the reference itself
+  std::int64_t references_ = 0;
+  bool compared_ = false;
+  compass::HeadingEstimate estimate_;
+  // State at the last frame that was measured.
+  compass::HeadingEstimate last_;
+  double last_stamp_s_ = 0;
+  double turn_per_frame_rad_ = 0;
+  int frames_since_ = 0;  ///< number of frames used since then
+};
+
+}  // namespace ceilmap::labrosse

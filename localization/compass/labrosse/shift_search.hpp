@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <numbers>
+
+#include "localization/compass/labrosse/shift_minimum.hpp"
+
+namespace ceilmap::labrosse {
+
+struct ShiftSearchParams {
+  /// Number of shifts tried around a minimum, even, >= 2, half of them to either side.
+  int probes = 8;
+  /// Angle from the first probe to the last, rad, in (0, 2 pi): 20 deg, i.e. up to 10 deg to either
+  /// side.
+  double probe_span_rad = std::numbers::pi / 9;
+
+  void Validate() const;  ///< throws InputError naming field, value and range
+};
+
+struct FoundShift {
+  int columns = 0;  ///< not wrapped: near the start of the search
+  ShiftNeighbours distances;
+  /// NormalizedAmplitude of the minimum, its two neighbours and the probes around it. It depends
+  /// only on the panoramas, not on the start of the search.
+  double amplitude = 0;
+};
+
+/// Labrosse 2006, Algorithm 1: descent from `start` in steps of a column; then the probes, evenly
+/// spaced around the minimum found; descent again from the lowest probe if it is lower; repeated
+/// until no probe is lower.
+///
+/// The paper's "8 probes over 20 deg" is interpreted as 20 deg in total. With 20 deg to either side
+/// the amplitude is larger, so that references are kept longer than intended by the threshold and
+/// the drift increases.
+///
+/// @param distance  Distance of the panoramas at a shift, >= 0; called at most once for each shift
+///   in 0 .. columns - 1.
+/// @param columns  Width of the panoramas, >= 2.
+FoundShift FindShift(const std::function<double(int)>& distance,
+                     int columns,
+                     int start,
+                     const ShiftSearchParams& params = {});
+
+}  // namespace ceilmap::labrosse

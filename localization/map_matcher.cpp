@@ -1,0 +1,176 @@
+#include "localization/map_matcher.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/base/error.hpp"
+#include "calib/level_view.hpp"
+#include "mapping/planar_motion.hpp"
+
+namespace ceilmap::localization {
+
+using registration::FrameSpectrum;
+using registration::MotionPrior;
+using registration::Registrar;
+using registration::Registration;
+
+namespace {
+
+/// The camera's view when everything that it sees is `scale` times as large as the rig implies, in
+/// pixels.
+calib::CeilingView MakeView(const calib::MountedCamera& up, double ceiling_height_m, double scale) {
+  const double camera_m = up.T_base_cam.translation().z();
+  return {up, camera_m + (ceiling_height_m - camera_m) / scale};
+}
+
+calib::CeilingView MakeFirstView(const store::MapReader& map, const calib::MountedCamera& up) {
+  const store::MapMetadata& metadata = map.Metadata();
+  if (metadata.unit != "m") {
+    throw InputError(
+        "the map is in pixels, because it was made without a rig; make it again with --rig");
+  }
+  if (map.Grid().width_px == 0) {
+    throw InputError("the map has no mosaic to find a robot on; make it again");
+  }
+  calib::CeilingView view = MakeView(up, metadata.ceiling_height_m, 1);
+  constexpr double kMaxScale = 4;
+  const double scale = view.MetresPerPixel() / metadata.view_units_per_px;
+  if (scale > kMaxScale || scale < 1 / kMaxScale) {
+    throw InputError(fmt::format(
+        "the camera sees {:.2g} mm of this ceiling in a pixel, the map's camera {:.2g} mm: too "
+        "different to be compared; check the rig's focal length and height",
+        1e3 * view.MetresPerPixel(),
+        1e3 * metadata.view_units_per_px));
+  }
+  return view;
+}
+
+registration::RegistrarParams WithScale(registration::RegistrarParams params,
+                                        const calib::CeilingView& view,
+                                        bool estimate_scale) {
+  params.estimate_scale = estimate_scale;
+  params.mask = view.Mask();
+  return params;
+}
+
+}  // namespace
+
+double PositionSigma(const Eigen::Matrix3d& covariance) {
+  const double mean = 0.5 * (covariance(0, 0) + covariance(1, 1));
+  const double root = std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1));
+  return std::sqrt(std::max(0.0, mean + root));
+}
+
+MapMatcher::MapMatcher(const store::MapReader& map,
+                       const calib::MountedCamera& up,
+                       const LocalizerParams& params)
+    : map_(map),
+      up_(up),
+      params_(params),
+      view_(MakeFirstView(map, up)),
+      span_(mapping::SpanOf(view_)),
+      registrar_(view_.Size(), WithScale(params.registration, view_, false)),
+      scaling_(view_.Size(), WithScale(params.registration, view_, true)),
+      patches_(std::make_unique<MapPatches>(map, view_, registrar_, params.patches)),
+      scale_known_(params.scale_frames == 0) {}
+
+FrameSpectrum MapMatcher::Analyze(const LevelFrame& frame) {
+  tilt_ = frame.tilt;
+  return registrar_.Analyze(frame.image,
+                            tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(frame.image));
+}
+
+MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseEstimate& expected) const {
+  MotionPrior prior;
+  prior.motion = mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * expected.T_map_base);
+  prior.sigma_px = std::max(params_.min_prior_sigma_px,
+                            PositionSigma(expected.covariance) / view_.MetresPerPixel());
+  prior.sigma_theta_rad =
+      std::max(params_.min_prior_sigma_rad, std::sqrt(expected.covariance(2, 2)));
+  return prior;
+}
+
+std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
+                                            const FrameSpectrum& frame,
+                                            const std::optional<PoseEstimate>& expected) {
+  Registrar& registrar = scale_known_ ? registrar_ : scaling_;
+  std::optional<MotionPrior> prior;
+  if (expected) prior = PriorFor(at, *expected);
+  Registration found = registrar.Register(at.spectrum, frame, prior);
+  verdict_ = found.verdict;
+  if (!found.ok()) return std::nullopt;
+  MapMatch look;
+  look.scale = found.motion.scale;
+  if (std::abs(std::log(look.scale)) > params_.max_scale_error) return std::nullopt;
+  // Converts the shift to pixels of the patch, whose size on the ceiling is known.
+  found.motion.tx_px /= look.scale;
+  found.motion.ty_px /= look.scale;
+  found.motion.scale = 1;
+  graph::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, params_.noise);
+  mapping::InflateTiltCovariance(view_, tilt_, edge);
+  look.pose = Moved({at.T_map_base}, edge.T_from_to, edge.information.inverse());
+  look.disambiguated_by_prior = found.disambiguated_by_prior;
+  look.peak = found.peak;
+  look.inliers = found.inliers;
+  look.blocks = found.blocks;
+  return look;
+}
+
+std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
+                                              const FrameSpectrum& frame,
+                                              const std::optional<PoseEstimate>& expected) {
+  const std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
+  if (!at) return std::nullopt;
+  std::optional<MapMatch> look = MatchAt(*at, frame, expected);
+  if (!look) return std::nullopt;
+  // The frame is the reference, so that places can be compared with each other.
+  registration::ImageMotion to_map =
+      mapping::ImageMotionOf(view_, look->pose.T_map_base.Inverse() * at->T_map_base);
+  to_map.scale = 1 / look->scale;
+  look->dissimilarity = registrar_.Compare(frame, at->spectrum, to_map);
+  return look;
+}
+
+std::optional<TiltAngles> MapMatcher::MeasureTilt(const Patch& at,
+                                                  const FrameSpectrum& frame,
+                                                  const MapMatch& look) {
+  const registration::PlaneCamera camera = registration::PlaneCameraOf(view_);
+  const registration::PlaneMotion start = registration::PlaneMotion::FromSimilarity(
+      camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * look.pose.T_map_base));
+  const registration::PlaneFit fit = registrar_.RefinePlane(at.spectrum, frame, camera, start);
+  constexpr int kFewest = 12;
+  if (!fit.ok || fit.inliers < kFewest || 2 * fit.inliers < fit.blocks) return std::nullopt;
+  TiltAngles left = registration::TiltOf(fit, view_);
+  left.covariance.diagonal().array() += params_.tilt_noise_rad * params_.tilt_noise_rad;
+  return left;
+}
+
+double MapMatcher::Overlap(const Patch& at, const Pose2& T_map_base) const {
+  return mapping::OverlapOf(view_, at.T_map_base.Inverse() * T_map_base);
+}
+
+bool MapMatcher::LearnScale(const MapMatch& look) {
+  if (scale_known_) return false;
+  scales_.push_back(look.scale);
+  if (static_cast<int>(scales_.size()) < params_.scale_frames) return false;
+  std::sort(scales_.begin(), scales_.end());
+  const double median = scales_[scales_.size() / 2];
+  // The scales of matches with one ceiling agree closely. A larger spread shows wrong matches:
+  // restart.
+  constexpr double kSpread = 0.004;  // between the quartiles
+  const double spread = scales_[3 * scales_.size() / 4] - scales_[scales_.size() / 4];
+  if (spread > kSpread) {
+    scales_.clear();
+    return false;
+  }
+  scale_known_ = true;
+  scale_ = median;
+  patches_.reset();
+  view_ = MakeView(up_, map_.Metadata().ceiling_height_m, median);
+  patches_ = std::make_unique<MapPatches>(map_, view_, registrar_, params_.patches);
+  return true;
+}
+
+}  // namespace ceilmap::localization

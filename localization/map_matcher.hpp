@@ -1,0 +1,84 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "calib/ceiling_view.hpp"
+#include "calib/rig.hpp"
+#include "localization/hypotheses.hpp"
+#include "localization/localizer.hpp"
+#include "localization/map_patches.hpp"
+#include "localization/relative_odometry.hpp"
+#include "mapping/registration/registrar.hpp"
+#include "mapping/store/map_file.hpp"
+
+namespace ceilmap::localization {
+
+/// Matches frames of the robot being localized with the map, and estimates the scale of its camera.
+/// The part of Localizer that processes images; Localizer interprets the poses.
+class MapMatcher {
+ public:
+  /// @throws InputError as Localizer does.
+  MapMatcher(const store::MapReader& map,
+             const calib::MountedCamera& up,
+             const LocalizerParams& params);
+
+  /// The view with the scale that is known now. Changes when LearnScale returns true.
+  [[nodiscard]] const calib::CeilingView& View() const { return view_; }
+  /// Map units across the image's longer side.
+  [[nodiscard]] double Span() const { return span_; }
+  /// Prepares a frame for matching. Its tilt is used by the matches that follow.
+  [[nodiscard]] registration::FrameSpectrum Analyze(const LevelFrame& frame);
+  [[nodiscard]] MapPatches& Patches() { return *patches_; }
+
+  /// Matches a frame with a patch.
+  /// @param expected  Its expected pose; unset: nothing is known, not even the yaw.
+  /// @return nothing when the patch is not recognised; Verdict() gives the reason.
+  std::optional<MapMatch> MatchAt(const Patch& at,
+                                  const registration::FrameSpectrum& frame,
+                                  const std::optional<PoseEstimate>& expected);
+  [[nodiscard]] registration::Verdict Verdict() const { return verdict_; }
+  /// Matches a frame near a place, and compares it for weighing places (MapMatch::dissimilarity).
+  std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
+                                    const registration::FrameSpectrum& frame,
+                                    const std::optional<PoseEstimate>& expected);
+  /// The residual tilt of a frame, measured against a level map.
+  /// @param look  Match of the frame with this patch.
+  /// @return nothing when the blocks do not determine it.
+  std::optional<TiltAngles> MeasureTilt(const Patch& at,
+                                        const registration::FrameSpectrum& frame,
+                                        const MapMatch& look);
+  /// Fraction of a patch that a robot at this pose sees, 0..1.
+  [[nodiscard]] double Overlap(const Patch& at, const Pose2& T_map_base) const;
+
+  /// Adds the scale of a reliable match to the estimate. True when this changes the view: all
+  /// patches are then drawn anew.
+  bool LearnScale(const MapMatch& look);
+  /// See LocalizerReport::scale.
+  [[nodiscard]] std::optional<double> Scale() const { return scale_; }
+
+ private:
+  [[nodiscard]] registration::MotionPrior PriorFor(const Patch& at,
+                                                   const PoseEstimate& expected) const;
+
+  const store::MapReader& map_;
+  calib::MountedCamera up_;
+  LocalizerParams params_;
+  calib::CeilingView view_;
+  Tilt tilt_;  // that was removed from the frame
+  double span_;
+  registration::Registrar registrar_;
+  registration::Registrar scaling_;  // until the scale is known
+  std::unique_ptr<MapPatches> patches_;
+  std::vector<double> scales_;
+  std::optional<double> scale_;
+  bool scale_known_;
+  registration::Verdict verdict_ = registration::Verdict::kNoMatch;
+};
+
+/// Largest standard deviation of a position, in any direction.
+double PositionSigma(const Eigen::Matrix3d& covariance);
+
+}  // namespace ceilmap::localization

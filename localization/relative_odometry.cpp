@@ -1,0 +1,79 @@
+#include "localization/relative_odometry.hpp"
+
+#include <limits>
+
+#include "mapping/odometry.hpp"
+
+namespace ceilmap::localization {
+
+struct RelativeOdometry::Impl {
+  const calib::CeilingView& view;
+  std::unique_ptr<mapping::Odometry> odometry;
+  std::optional<Pose2> T_chain_before;
+  bool began = false;
+  bool broken = false;
+
+  [[nodiscard]] std::unique_ptr<mapping::Odometry> NewOdometry() const {
+    mapping::OdometryParams params;
+    params.local_keyframes = 1;
+    params.registration.mask = view.Mask();
+    params.restart_after = std::numeric_limits<int>::max();  // restarted here instead
+    return std::make_unique<mapping::Odometry>(view, Pose2{}, params);
+  }
+};
+
+RelativeOdometry::RelativeOdometry(const calib::CeilingView& view)
+    : impl_(std::make_unique<Impl>(Impl{view, nullptr, std::nullopt, false, false})) {}
+RelativeOdometry::~RelativeOdometry() = default;
+
+void RelativeOdometry::Reset() {
+  impl_->odometry.reset();
+  impl_->T_chain_before.reset();
+  impl_->began = false;
+  impl_->broken = false;
+}
+
+bool RelativeOdometry::Began() const {
+  return impl_->began;
+}
+
+bool RelativeOdometry::Broken() const {
+  return impl_->broken;
+}
+
+std::optional<ChainStep> RelativeOdometry::Next(const LevelFrame& frame) {
+  Impl& me = *impl_;
+  const bool first = !me.odometry;
+  if (first) me.odometry = me.NewOdometry();
+  mapping::OdometryStep step =
+      me.odometry->Process(frame.image, frame.index, frame.stamp_s, {frame.tilt, frame.heading});
+  bool placed = graph::HasPose(step.pose.status);
+  // The first image with texture starts the chain, whether or not dark ones came before.
+  me.began = placed && !me.T_chain_before;
+  if (!placed && !first) {
+    // An image that can start a chain has texture, but is not connected to earlier images.
+    std::unique_ptr<mapping::Odometry> anew = me.NewOdometry();
+    step = anew->Process(frame.image, frame.index, frame.stamp_s, {frame.tilt, frame.heading});
+    placed = graph::HasPose(step.pose.status);
+    me.began = placed;
+    if (placed) me.odometry = std::move(anew);
+  }
+  me.broken = me.began && me.T_chain_before;
+  if (!placed) return std::nullopt;
+  const std::optional<Pose2> before = me.T_chain_before;
+  me.T_chain_before = step.pose.T_map_base;
+  if (!before || me.began) return std::nullopt;
+  ChainStep result;
+  result.T_before_now = before->Inverse() * step.pose.T_map_base;
+  // Both frames were measured against a keyframe: at most twice the variance of one measurement.
+  if (step.tie.information.trace() > 0) {
+    const double turn = result.T_before_now.yaw - step.tie.T_from_to.yaw;  // keyframe -> before
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    R.topLeftCorner<2, 2>() = Pose2{0, 0, turn}.Rotation();
+    result.covariance = 2 * R * step.tie.information.inverse() * R.transpose();
+  }
+  result.disambiguated_by_prior = step.registration.disambiguated_by_prior;
+  return result;
+}
+
+}  // namespace ceilmap::localization

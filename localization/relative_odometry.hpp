@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "calib/base/heading.hpp"
+#include "calib/base/tilt.hpp"
+#include "calib/ceiling_view.hpp"
+
+namespace ceilmap::localization {
+
+/// An image as seen by a level robot: CV_8UC1, rectified (CeilingView) and level (LevelView).
+struct LevelFrame {
+  cv::Mat image;
+  std::int64_t index = 0;
+  double stamp_s = 0;
+  Tilt tilt = {};  ///< tilt that was removed from the image
+  /// As measured: separates orientations from one frame to another.
+  std::optional<HeadingPrior> heading = std::nullopt;
+};
+
+/// Motion of the robot between two frames.
+struct ChainStep {
+  Pose2 T_before_now;  ///< from the last frame placed in the chain
+  Eigen::Matrix3d covariance =
+      Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw), in the frame before
+  /// Several motions explain the images; the constant-velocity model alone chose this one (periodic
+  /// ceiling).
+  bool disambiguated_by_prior = false;
+};
+
+/// The robot's own motion, from frame to frame, while its pose on the map is unknown. It moves the
+/// hypotheses of the pose until one of them is confirmed. Visual odometry on the ceiling
+/// (mapping::Odometry), restarted whenever a frame cannot be connected to earlier ones.
+class RelativeOdometry {
+ public:
+  /// @param view  Must outlive the object.
+  explicit RelativeOdometry(const calib::CeilingView& view);
+  ~RelativeOdometry();
+
+  /// Discards all frames.
+  void Reset();
+  /// Processes the next frame.
+  /// @return nothing for a frame without texture, and for one that is not connected to earlier ones
+  ///   (the first one, and after a jump); Began() and Broken() report which.
+  std::optional<ChainStep> Next(const LevelFrame& frame);
+  /// True when the last frame started a chain.
+  [[nodiscard]] bool Began() const;
+  /// True when the last frame started a chain although there was one: after a jump, or after a
+  /// period without texture. Earlier poses are not connected to the new chain.
+  [[nodiscard]] bool Broken() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ceilmap::localization

@@ -1,0 +1,321 @@
+#include "mapping/graph/map_graph.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "calib/base/pose_with_covariance.hpp"
+namespace ceilmap::graph {
+namespace {
+
+/// A frame relative to its keyframe.
+struct Tie {
+  Pose2 T_keyframe_frame;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+using KeyframesById = std::unordered_map<std::int64_t, const Keyframe*>;
+
+KeyframesById ById(const std::vector<Keyframe>& keyframes) {
+  KeyframesById by_id;
+  by_id.reserve(keyframes.size());
+  for (const Keyframe& keyframe : keyframes) by_id[keyframe.id] = &keyframe;
+  return by_id;
+}
+
+/// The nearest matrix without negative eigenvalues.
+Eigen::Matrix3d Positive(const Eigen::Matrix3d& matrix) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (matrix + matrix.transpose()));
+  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).asDiagonal() *
+         solver.eigenvectors().transpose();
+}
+
+/// The pose of each frame relative to its keyframe. Its relative covariance is its own minus that
+/// of the keyframe (the inverse of ComposeCovariance).
+std::vector<Tie> Ties(const MapGraph& graph) {
+  const KeyframesById keyframes = ById(graph.keyframes);
+  std::vector<Tie> ties;
+  ties.reserve(graph.trajectory.size());
+  for (const FramePose& frame : graph.trajectory) {
+    const FramePose& keyframe = keyframes.at(frame.keyframe_id)->pose;
+    Tie tie;
+    tie.T_keyframe_frame = keyframe.T_map_base.Inverse() * frame.T_map_base;
+    const Eigen::Matrix3d inherited = ComposeCovariance(
+        keyframe.T_map_base, keyframe.covariance, tie.T_keyframe_frame, Eigen::Matrix3d::Zero());
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = keyframe.T_map_base.Rotation();
+    tie.covariance = Positive(turn.transpose() * (frame.covariance - inherited) * turn);
+    ties.push_back(tie);
+  }
+  return ties;
+}
+
+void PlaceFrames(MapGraph& graph, const std::vector<Tie>& ties, double variance_factor) {
+  const KeyframesById keyframes = ById(graph.keyframes);
+  for (std::size_t i = 0; i < ties.size(); ++i) {
+    FramePose& frame = graph.trajectory[i];
+    const FramePose& keyframe = keyframes.at(frame.keyframe_id)->pose;
+    frame.T_map_base = keyframe.T_map_base * ties[i].T_keyframe_frame;
+    frame.covariance = ComposeCovariance(keyframe.T_map_base,
+                                         keyframe.covariance,
+                                         ties[i].T_keyframe_frame,
+                                         variance_factor * ties[i].covariance);
+  }
+}
+
+double Chi2(const Edge& edge, const std::vector<Pose2>& poses) {
+  return EdgeChi2(
+      edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)]);
+}
+
+/// Typical ratio of the squared residuals to the edges' covariances, at least 1. The median is
+/// used, so that false closures have no influence.
+double ClaimFactor(const MapGraph& graph, const std::vector<Pose2>& poses) {
+  std::vector<double> all;
+  for (const Edge& edge : graph.edges) all.push_back(Chi2(edge, poses));
+  const double n = static_cast<double>(graph.edges.size());
+  const double dof = n - static_cast<double>(graph.keyframes.size()) + 1;
+  if (dof <= 0) return 1;  // no redundant edge: the errors cannot be estimated
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  constexpr double kMedianOfChi2With3 = 2.366;
+  return std::max(1.0, *middle / kMedianOfChi2With3 * n / dof);
+}
+
+/// Removes the loop closures that contradict the optimum; returns their number.
+std::int64_t RemoveOutliers(std::vector<Edge>& edges,
+                            const std::vector<Pose2>& poses,
+                            double max_chi2) {
+  return static_cast<std::int64_t>(std::erase_if(edges, [&](const Edge& edge) {
+    return edge.kind == Edge::Kind::kLoopClosure && Chi2(edge, poses) > max_chi2;
+  }));
+}
+
+void MeasureQuality(const MapGraph& graph, const std::vector<Pose2>& poses, MapQuality& quality) {
+  double sum = 0;
+  double largest = 0;
+  std::array<double, 2> squares{};
+  std::array<std::int64_t, 2> counts{};
+  for (const Edge& edge : graph.edges) {
+    const double chi2 = Chi2(edge, poses);
+    sum += chi2;
+    largest = std::max(largest, chi2);
+    const Eigen::Vector3d residual = EdgeResidual(
+        edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)]);
+    const std::size_t kind = edge.kind == Edge::Kind::kLoopClosure ? 1 : 0;
+    squares[kind] += residual.head<2>().squaredNorm() / 2;
+    ++counts[kind];
+  }
+  const double unknowns = 3.0 * (static_cast<double>(graph.keyframes.size()) - 1);
+  const double dof = 3.0 * static_cast<double>(graph.edges.size()) - unknowns;
+  quality.chi2_per_dof = dof > 0 ? sum / dof : 0;
+  quality.max_edge_sigmas = std::sqrt(largest);
+  const auto rms = [&](std::size_t kind) {
+    return counts[kind] > 0 ? std::sqrt(squares[kind] / static_cast<double>(counts[kind])) : 0.0;
+  };
+  quality.odometry_rms = rms(0);
+  quality.loop_rms = rms(1);
+}
+
+}  // namespace
+
+LoopCounts& LoopCounts::operator+=(const LoopCounts& other) {
+  compared += other.compared;
+  accepted += other.accepted;
+  no_match += other.no_match;
+  ambiguous += other.ambiguous;
+  off_prediction += other.off_prediction;
+  unconfirmed += other.unconfirmed;
+  outliers += other.outliers;
+  return *this;
+}
+
+const char* ToString(WeakSpot::Kind kind) {
+  switch (kind) {
+    case WeakSpot::Kind::kAmbiguous:
+      return "ambiguous";
+    case WeakSpot::Kind::kLost:
+      return "lost";
+    case WeakSpot::Kind::kUnclosed:
+      return "unclosed";
+  }
+  return "?";
+}
+
+std::vector<Pose2> PosesById(const MapGraph& graph) {
+  std::vector<Pose2> poses;
+  if (graph.keyframes.empty()) return poses;
+  poses.resize(static_cast<std::size_t>(graph.keyframes.back().id) + 1);
+  for (const Keyframe& keyframe : graph.keyframes) {
+    poses[static_cast<std::size_t>(keyframe.id)] = keyframe.pose.T_map_base;
+  }
+  return poses;
+}
+
+void MoveKeyframes(MapGraph& graph, const std::vector<Pose2>& poses) {
+  const KeyframesById keyframes = ById(graph.keyframes);
+  const auto move = [&](FramePose& pose, std::int64_t keyframe_id, const Pose2& keyframe_before) {
+    const Pose2 T_new_old =
+        poses[static_cast<std::size_t>(keyframe_id)] * keyframe_before.Inverse();
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() = T_new_old.Rotation();
+    pose.T_map_base = T_new_old * pose.T_map_base;
+    pose.covariance = turn * pose.covariance * turn.transpose();
+  };
+  for (FramePose& frame : graph.trajectory) {
+    move(frame, frame.keyframe_id, keyframes.at(frame.keyframe_id)->pose.T_map_base);
+  }
+  for (Keyframe& keyframe : graph.keyframes) {
+    move(keyframe.pose, keyframe.id, keyframe.pose.T_map_base);
+  }
+}
+
+double PathLength(const std::vector<FramePose>& trajectory) {
+  double length = 0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    length += (trajectory[i].T_map_base.Translation() - trajectory[i - 1].T_map_base.Translation())
+                  .norm();
+  }
+  return length;
+}
+
+std::vector<std::vector<std::int64_t>> Components(const MapGraph& graph) {
+  std::unordered_map<std::int64_t, std::vector<std::int64_t>> neighbours;
+  for (const Edge& edge : graph.edges) {
+    neighbours[edge.from].push_back(edge.to);
+    neighbours[edge.to].push_back(edge.from);
+  }
+  std::unordered_set<std::int64_t> seen;
+  std::vector<std::vector<std::int64_t>> components;
+  for (const Keyframe& start : graph.keyframes) {
+    if (!seen.insert(start.id).second) continue;
+    std::vector<std::int64_t> component = {start.id};
+    for (std::size_t i = 0; i < component.size(); ++i) {
+      for (const std::int64_t next : neighbours[component[i]]) {
+        if (seen.insert(next).second) component.push_back(next);
+      }
+    }
+    std::sort(component.begin(), component.end());
+    components.push_back(std::move(component));
+  }
+  std::stable_sort(components.begin(), components.end(), [](const auto& a, const auto& b) {
+    return a.size() > b.size();
+  });
+  return components;
+}
+
+void KeepOnly(MapGraph& graph, const std::unordered_set<std::int64_t>& keyframe_ids) {
+  const auto gone = [&](std::int64_t id) { return !keyframe_ids.contains(id); };
+  std::erase_if(graph.keyframes, [&](const Keyframe& k) { return gone(k.id); });
+  std::erase_if(graph.edges, [&](const Edge& e) { return gone(e.from) || gone(e.to); });
+  std::erase_if(graph.trajectory, [&](const FramePose& f) { return gone(f.keyframe_id); });
+  std::erase_if(graph.weak_spots, [&](const WeakSpot& s) { return gone(s.keyframe_id); });
+}
+
+void MoveAll(MapGraph& graph, const Pose2& T_new_old) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = T_new_old.Rotation();
+  const auto move = [&](FramePose& pose) {
+    pose.T_map_base = T_new_old * pose.T_map_base;
+    pose.covariance = turn * pose.covariance * turn.transpose();
+  };
+  for (Keyframe& keyframe : graph.keyframes) move(keyframe.pose);
+  for (FramePose& frame : graph.trajectory) move(frame);
+  for (WeakSpot& spot : graph.weak_spots) {
+    const Eigen::Vector2d p = T_new_old * Eigen::Vector2d(spot.x, spot.y);
+    spot.x = p.x();
+    spot.y = p.y();
+  }
+}
+
+void Optimize(MapGraph& graph, const OptimizeParams& params) {
+  if (graph.keyframes.empty()) return;
+  const std::vector<Tie> ties = Ties(graph);
+  const std::vector<std::int64_t> fixed = {graph.keyframes.front().id};
+  std::vector<Pose2> poses = PosesById(graph);
+  // Where all residuals are larger than the edges' covariances predict, the covariances are wrong
+  // and not the edges. Outliers are therefore judged relative to the typical residual on this
+  // ceiling, which a first plain least-squares solution gives.
+  PoseGraphParams plain = params.pose_graph;
+  plain.loop_loss_scale = 0;
+  OptimizePoses(graph.edges, fixed, poses, plain);
+  double factor = ClaimFactor(graph, poses);
+  PoseGraphParams robust = params.pose_graph;
+  constexpr int kMaxRounds = 6;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    robust.loop_loss_scale = params.pose_graph.loop_loss_scale * std::sqrt(factor);
+    OptimizePoses(graph.edges, fixed, poses, robust);
+    const double before = factor;
+    factor = std::min(factor, ClaimFactor(graph, poses));
+    const std::int64_t removed =
+        RemoveOutliers(graph.edges, poses, factor * params.max_sigmas * params.max_sigmas);
+    graph.quality.loops.outliers += removed;
+    if (removed == 0 && factor > 0.8 * before) break;
+  }
+  MeasureQuality(graph, poses, graph.quality);
+  const double variance_factor = std::max(1.0, graph.quality.chi2_per_dof);
+  const auto covariances = MarginalCovariances(graph.edges, fixed, poses, robust);
+  for (Keyframe& keyframe : graph.keyframes) {
+    const auto index = static_cast<std::size_t>(keyframe.id);
+    keyframe.pose.T_map_base = poses[index];
+    keyframe.pose.covariance = variance_factor * covariances[index];
+  }
+  PlaceFrames(graph, ties, variance_factor);
+  for (WeakSpot& spot : graph.weak_spots) {
+    spot.x = poses[static_cast<std::size_t>(spot.keyframe_id)].x;
+    spot.y = poses[static_cast<std::size_t>(spot.keyframe_id)].y;
+  }
+}
+
+namespace {
+
+/// Adds a spot for each run of consecutive keyframes for which `weak` holds and whose length is at
+/// least `min_length`.
+template <typename Predicate>
+void AddRuns(WeakSpot::Kind kind, double min_length, const Predicate& weak, MapGraph& graph) {
+  const std::vector<Keyframe>& keyframes = graph.keyframes;
+  for (std::size_t first = 0; first < keyframes.size(); ++first) {
+    if (!weak(keyframes[first])) continue;
+    double length = 0;
+    std::size_t last = first;
+    for (; last + 1 < keyframes.size() && weak(keyframes[last + 1]); ++last) {
+      length += (keyframes[last + 1].pose.T_map_base.Translation() -
+                 keyframes[last].pose.T_map_base.Translation())
+                    .norm();
+    }
+    const Keyframe& middle = keyframes[(first + last) / 2];
+    const Pose2& T = middle.pose.T_map_base;
+    if (length >= min_length) graph.weak_spots.push_back({kind, middle.id, T.x, T.y, length});
+    first = last;
+  }
+}
+
+}  // namespace
+
+void FindWeakSpots(MapGraph& graph, double view_span) {
+  std::erase_if(graph.weak_spots,
+                [](const WeakSpot& spot) { return spot.kind != WeakSpot::Kind::kLost; });
+  std::unordered_set<std::int64_t> closed;
+  for (const Edge& edge : graph.edges) {
+    // An overlap with the last few keyframes is no loop closure.
+    constexpr std::int64_t kAlongTheWay = 10;
+    if (edge.kind != Edge::Kind::kLoopClosure) continue;
+    if (std::abs(edge.to - edge.from) <= kAlongTheWay) continue;
+    closed.insert(edge.from);
+    closed.insert(edge.to);
+  }
+  AddRuns(
+      WeakSpot::Kind::kAmbiguous, 0, [](const Keyframe& k) { return k.ambiguous; }, graph);
+  AddRuns(
+      WeakSpot::Kind::kUnclosed,
+      view_span,
+      [&closed](const Keyframe& k) { return !closed.contains(k.id); },
+      graph);
+}
+
+}  // namespace ceilmap::graph

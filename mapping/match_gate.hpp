@@ -1,0 +1,55 @@
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "mapping/registration/registrar.hpp"
+
+namespace ceilmap::mapping {
+
+/// Quality of the match of two images under the motion that was found between them.
+struct MatchQuality {
+  double inlier_ratio = 0;   ///< of the compared blocks, 0..1
+  double peak = 0;           ///< Registration::peak, 0..1
+  double dissimilarity = 0;  ///< Dissimilarity::mean, nats, >= 0
+};
+
+/// @param dissimilarity  of the same images under the registration's motion.
+MatchQuality QualityOf(const registration::Registration& registration,
+                       const registration::Dissimilarity& dissimilarity);
+
+/// Median of each field separately; all fields 0 for an empty input. Takes a copy.
+MatchQuality Median(std::vector<MatchQuality> matches);
+
+struct MatchGateParams {
+  int remembered = 15;                    ///< number of latest correct matches used
+  double min_inlier_ratio = 0.93;         ///< relative to the median of the correct matches
+  double min_peak_ratio = 0.87;           ///< the same
+  double max_dissimilarity_ratio = 1.25;  ///< the same
+  /// Absolute upper limit, whatever the median is. The only limit on dissimilarity as long as no
+  /// correct match is known.
+  double max_dissimilarity = 1.6;
+};
+
+/// Gate on match quality, learned from matches that are known to be correct: those between
+/// neighbouring frames of the robot's path, taken by the same camera in the same light. On a tiled
+/// ceiling the registration may accept a wrong place where joints and lamps coincide (perceptual
+/// aliasing). There the images fit worse than those of neighbouring frames: grain, stains and
+/// things that hang from the ceiling differ. The gate rejects most of these false matches, more
+/// reliably where the grain of the tiles is visible, and accepts most true ones, fewer of them
+/// under another exposure.
+class MatchGate {
+ public:
+  explicit MatchGate(const MatchGateParams& params = {}) : params_(params) {}
+
+  /// Adds a match that is known to be correct.
+  void Add(const MatchQuality& right);
+  /// Whether a match is as good as the correct matches.
+  [[nodiscard]] bool Meets(const MatchQuality& match) const;
+
+ private:
+  MatchGateParams params_;
+  std::deque<MatchQuality> right_;
+};
+
+}  // namespace ceilmap::mapping

@@ -1,0 +1,170 @@
+#include "mapping/mosaic/exposure.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <span>
+
+namespace ceilmap::mosaic {
+namespace {
+
+constexpr int kVignettingTerms = 3;
+constexpr int kRounds = 6;
+constexpr double kHuber = 0.02;  // log units: about 2 % of grey, twice the noise of a patch mean
+constexpr double kRidge = 1e-4;  // in units of one observation
+
+/// Largest number of observations of one point. The work for a point grows with the square of this
+/// number, and a robot may pass under a point any number of times.
+constexpr std::size_t kMaxMatches = 8;
+
+using Observations = std::span<const ExposureObservation>;
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+/// The observations sorted by point, without the points observed only once, and at most kMaxMatches
+/// of each point. These are drawn at random: a regular choice would separate the keyframes into
+/// groups that are hardly compared with each other.
+std::vector<ExposureObservation> Select(std::vector<ExposureObservation> all) {
+  std::stable_sort(
+      all.begin(), all.end(), [](const ExposureObservation& a, const ExposureObservation& b) {
+        return a.point < b.point;
+      });
+  std::minstd_rand random;  // default seed: the result is reproducible
+  std::vector<ExposureObservation> selected;
+  for (std::size_t begin = 0; begin < all.size();) {
+    std::size_t end = begin + 1;
+    while (end < all.size() && all[end].point == all[begin].point) ++end;
+    const std::size_t seen = end - begin;
+    const std::size_t looks = seen < 2 ? 0 : std::min(seen, kMaxMatches);
+    for (std::size_t i = 0; i < looks; ++i) {
+      if (seen > kMaxMatches) std::swap(all[begin + i], all[begin + i + random() % (seen - i)]);
+      selected.push_back(all[begin + i]);
+    }
+    begin = end;
+  }
+  return selected;
+}
+
+/// One span of sorted observations for each point.
+std::vector<Observations> GroupByPoint(const std::vector<ExposureObservation>& observations) {
+  std::vector<Observations> points;
+  for (std::size_t begin = 0; begin < observations.size();) {
+    std::size_t end = begin + 1;
+    while (end < observations.size() && observations[end].point == observations[begin].point) ++end;
+    points.emplace_back(&observations[begin], end - begin);
+    begin = end;
+  }
+  return points;
+}
+
+std::array<double, kVignettingTerms> Powers(double q) {
+  return {q, q * q, q * q * q};
+}
+
+/// Normal equations of all unknowns x = (gains, vignetting), with the points' brightnesses
+/// eliminated: each point adds sum w a a^T - (sum w a)(sum w a)^T / sum w, where a is an
+/// observation's row.
+class NormalEquations {
+ public:
+  explicit NormalEquations(int unknowns) : right_(Eigen::VectorXd::Zero(unknowns)) {
+    for (int i = 0; i < unknowns; ++i) triplets_.emplace_back(i, i, kRidge);
+  }
+
+  void AddPoint(Observations looks, const std::vector<double>& weights) {
+    const int first_term = static_cast<int>(right_.size()) - kVignettingTerms;
+    const double sum_w = std::accumulate(weights.begin(), weights.end(), 0.0);
+    row_.clear();  // sum w a as (unknown, value); the three vignetting terms come last
+    std::array<double, kVignettingTerms> terms_sum{};
+    double grey_sum = 0;
+    for (std::size_t i = 0; i < looks.size(); ++i) {
+      const auto terms = Powers(looks[i].q);
+      const double w = weights[i];
+      const int k = looks[i].keyframe;
+      row_.emplace_back(k, w);
+      grey_sum += w * looks[i].log_grey;
+      triplets_.emplace_back(k, k, w);
+      right_[k] += w * looks[i].log_grey;
+      for (int m = 0; m < kVignettingTerms; ++m) {
+        terms_sum[m] += w * terms[m];
+        triplets_.emplace_back(first_term + m, k, w * terms[m]);
+        right_[first_term + m] += w * terms[m] * looks[i].log_grey;
+        for (int n = 0; n <= m; ++n) {
+          triplets_.emplace_back(first_term + m, first_term + n, w * terms[m] * terms[n]);
+        }
+      }
+    }
+    for (int m = 0; m < kVignettingTerms; ++m) row_.emplace_back(first_term + m, terms_sum[m]);
+    for (const auto& [r, value_r] : row_) {
+      right_[r] -= value_r * grey_sum / sum_w;
+      for (const auto& [c, value_c] : row_) {
+        if (c <= r) triplets_.emplace_back(r, c, -value_r * value_c / sum_w);
+      }
+    }
+  }
+
+  [[nodiscard]] Eigen::VectorXd Solve() const {
+    SparseMatrix matrix(right_.size(), right_.size());
+    matrix.setFromTriplets(triplets_.begin(), triplets_.end());
+    const Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower> solver(matrix);
+    return solver.solve(right_);
+  }
+
+ private:
+  std::vector<Eigen::Triplet<double>> triplets_;  // lower triangle
+  Eigen::VectorXd right_;
+  std::vector<std::pair<int, double>> row_;
+};
+
+/// Huber weights of a point's observations about the point's brightness, the median of its
+/// observations.
+std::vector<double> Weights(Observations looks, const ExposureModel& model) {
+  std::vector<double> brightness;
+  for (const ExposureObservation& look : looks) {
+    brightness.push_back(look.log_grey - model.log_gain[look.keyframe] -
+                         model.LogVignetting(look.q));
+  }
+  std::vector<double> sorted = brightness;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  for (double& value : brightness) {
+    const double residual = std::abs(value - *middle);
+    value = residual <= kHuber ? 1 : kHuber / residual;
+  }
+  return brightness;
+}
+
+}  // namespace
+
+double ExposureModel::LogVignetting(double q) const {
+  return q * (vignetting[0] + q * (vignetting[1] + q * vignetting[2]));
+}
+
+ExposureModel SolveExposure(int keyframes, std::vector<ExposureObservation> observations) {
+  const std::vector<ExposureObservation> selected = Select(std::move(observations));
+  const std::vector<Observations> points = GroupByPoint(selected);
+
+  ExposureModel model;
+  model.log_gain.assign(static_cast<std::size_t>(keyframes), 0);
+  for (int round = 0; round < kRounds; ++round) {
+    NormalEquations equations(keyframes + kVignettingTerms);
+    for (const Observations& looks : points) {
+      // The first iteration has no residuals: all observations have equal weight.
+      const std::vector<double> weights =
+          round == 0 ? std::vector<double>(looks.size(), 1) : Weights(looks, model);
+      equations.AddPoint(looks, weights);
+    }
+    const Eigen::VectorXd x = equations.Solve();
+    for (int k = 0; k < keyframes; ++k) model.log_gain[k] = x[k];
+    for (int m = 0; m < kVignettingTerms; ++m) model.vignetting[m] = x[keyframes + m];
+  }
+  if (keyframes > 0) {
+    const double mean =
+        std::accumulate(model.log_gain.begin(), model.log_gain.end(), 0.0) / keyframes;
+    for (double& gain : model.log_gain) gain -= mean;
+  }
+  return model;
+}
+
+}  // namespace ceilmap::mosaic

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "mapping/mosaic/exposure.hpp"
+#include "mapping/mosaic/view_placement.hpp"
+
+namespace ceilmap::mosaic {
+
+/// Observations of the brightness of a lattice of ceiling points in the images, for SolveExposure.
+/// A point counts where its patch in the image is flat: saturated (>= 250) and dark (<= 3) pixels
+/// give no ratio, and at an edge a small error of the pose would be taken for one of the exposure.
+///
+/// @param load  image of the view with that index, CV_8UC1 of `size`; each image is loaded once.
+std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement>& views,
+                                                 cv::Size size,
+                                                 double units_per_px,
+                                                 const std::function<cv::Mat(std::size_t)>& load);
+
+}  // namespace ceilmap::mosaic

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <functional>
+
+#include "mapping/graph/map_graph.hpp"
+#include "mapping/mosaic/mosaic.hpp"
+#include "mapping/store/map_file.hpp"
+
+namespace ceilmap::mosaic {
+
+/// Writes a graph and the mosaic rendered from its keyframes' images (without Commit). The images
+/// must be in the writer already.
+/// @param progress  done, total windows of the mosaic; may be empty.
+/// @return the extent of the mosaic.
+store::MosaicGrid WriteMap(const graph::MapGraph& graph,
+                           const store::MapMetadata& metadata,
+                           const MosaicParams& mosaic,
+                           store::MapWriter& writer,
+                           const std::function<void(int, int)>& progress = {});
+
+}  // namespace ceilmap::mosaic

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+
+namespace ceilmap::places {
+
+/// How images are described for place recognition. All images that are to be compared need the
+/// same parameters, whatever their cameras: a map is described with one set, its visitors with the
+/// same. "px" are pixels of the working image, into which every image is brought first.
+struct PlaceDescriptorParams {
+  /// Scale of the working image: units of length (metres; pixels without a rig) on the ceiling
+  /// per working pixel, > 0. Half the resolution of the map's camera serves well, see ForCamera.
+  double units_per_px = 0.01;
+  int max_windows = 32;          ///< per image, > 0
+  double window_radius_px = 24;  ///< of a window, [8, 128]
+  double min_distance_px = 12;   ///< between the centres of two windows, >= 1
+  double mark_sigma_px = 1.6;    ///< size of the marks that windows are centred on, [0.8, 8]
+  double min_contrast = 0.1;     ///< grey levels; images with less give no window, >= 0
+
+  /// Parameters for a map whose images have this size and scale: the working image has a
+  /// longer side of 320 px. @throws InputError unless all are > 0.
+  static PlaceDescriptorParams ForCamera(cv::Size image, double units_per_px);
+
+  /// @throws InputError with the field, its value and what is allowed.
+  void Validate() const;
+};
+
+/// Describes a piece of ceiling so that it is found again at any rotation, when half of it is out
+/// of sight, under other light, and by a camera with another height or field of view.
+///
+/// The image is brought to a fixed scale, its large-scale light is taken out and what is far
+/// brighter than the texture (lamps) is limited. Windows are laid around its marks, the strongest
+/// spots, dark or bright, at a distance from each other: so two images of the same ceiling have
+/// windows at the same places however little they share. Each window is sampled on rings around its
+/// mark and transformed along the angle. A rotation of the image by theta multiplies harmonic m
+/// of all rings by the same exp(-i m theta); it cancels in a conj(b) / sqrt(|a||b|) of two
+/// neighbouring rings. These products and the rings' means make the vector: unlike amplitude
+/// spectra (Reddy & Chatterji 1996) it tells how the rings lie to each other, which counts on
+/// weak plaster under noise.
+///
+/// Holds FFT plans and scratch memory: one object per thread. Same image, same rows, to the last
+/// bit on one machine.
+class PlaceDescriber {
+ public:
+  /// Columns of Describe's result.
+  static int Dimension();
+
+  /// @param image  size of the images. @param units_per_px  their scale, > 0 (CeilingView::
+  /// MetresPerPixel). @param mask  CV_8UC1 of that size, 0 where images have no content
+  /// (CeilingView::Mask); empty: content everywhere.
+  /// @throws InputError on impossible arguments, or when the working image has no room for
+  /// a single window.
+  PlaceDescriber(cv::Size image,
+                 double units_per_px,
+                 const PlaceDescriptorParams& params = {},
+                 const cv::Mat& mask = {});
+  ~PlaceDescriber();
+  PlaceDescriber(PlaceDescriber&&) noexcept;
+  PlaceDescriber& operator=(PlaceDescriber&&) noexcept;
+
+  /// One row per window, CV_32FC1 with Dimension() columns: first the window's place (x right, y
+  /// down from the image's centre, in lengths of units_per_px), then a vector of length 1.
+  /// Windows without texture give no row; a blank image gives none at all (an empty matrix with
+  /// Dimension() columns).
+  /// @param grey  CV_8UC1 of the image's size. @throws InputError on another type or size.
+  [[nodiscard]] cv::Mat Describe(const cv::Mat& grey);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ceilmap::places

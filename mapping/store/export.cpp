@@ -1,0 +1,194 @@
+#include "mapping/store/export.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <opencv2/core.hpp>
+
+#include "calib/base/atomic_file.hpp"
+#include "calib/base/error.hpp"
+#include "mapping/store/gdal_support.hpp"
+
+namespace ceilmap::store {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kTilePx = 256;
+
+void Check(const GdalScope& gdal, bool succeeded, const fs::path& file) {
+  if (succeeded && !gdal.Failed()) return;
+  throw RunError("cannot write " + file.string() + ": " +
+                 (gdal.Message().empty() ? "unknown GDAL error" : gdal.Message()));
+}
+
+GDALDriver& Driver(const char* name) {
+  GDALDriver* driver = GetGDALDriverManager()->GetDriverByName(name);
+  if (driver == nullptr) {
+    throw RunError(std::string("this GDAL has no driver for ") + name);
+  }
+  return *driver;
+}
+
+void CheckHasMosaic(const MapReader& map) {
+  if (map.Grid().width_px == 0) {
+    throw InputError("the map holds no mosaic, so there is no picture to export");
+  }
+}
+
+/// Grey and alpha, interleaved (CV_8UC2).
+cv::Mat ReadWindow(const MapReader& map, const cv::Rect& window) {
+  std::array<cv::Mat, 2> bands;
+  map.ReadMosaic(window, bands[0], bands[1]);
+  cv::Mat pixels;
+  cv::merge(bands.data(), bands.size(), pixels);
+  return pixels;
+}
+
+CPLErr WriteWindow(GDALDataset& dataset, const cv::Rect& window, cv::Mat& pixels) {
+  return dataset.RasterIO(GF_Write,
+                          window.x,
+                          window.y,
+                          window.width,
+                          window.height,
+                          pixels.data,
+                          window.width,
+                          window.height,
+                          GDT_Byte,
+                          2,
+                          nullptr,
+                          2,
+                          static_cast<GSpacing>(pixels.step),
+                          1,
+                          nullptr);
+}
+
+/// Writes an image with transparency where the ceiling was never seen.
+void WritePng(cv::Mat pixels, const AtomicFile& file) {
+  const GdalScope gdal;
+  const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");  // no .aux.xml beside the picture
+  const GDALDatasetUniquePtr memory(
+      Driver("MEM").Create("", pixels.cols, pixels.rows, 2, GDT_Byte, nullptr));
+  Check(gdal,
+        memory && WriteWindow(*memory, cv::Rect({0, 0}, pixels.size()), pixels) == CE_None &&
+            memory->GetRasterBand(2)->SetColorInterpretation(GCI_AlphaBand) == CE_None,
+        file.Target());
+  const GDALDatasetUniquePtr png(Driver("PNG").CreateCopy(
+      file.PartialPath().c_str(), memory.get(), FALSE, nullptr, nullptr, nullptr));
+  Check(gdal, png != nullptr, file.Target());
+}
+
+void WriteText(const std::string& text, const AtomicFile& file) {
+  std::ofstream stream(file.PartialPath(), std::ios::binary | std::ios::trunc);
+  stream << text;
+  stream.close();
+  if (!stream) throw RunError("cannot write " + file.Target().string() + ": disk full?");
+}
+
+/// Shortest text that reads back to the same value, with a '.' whatever the locale; YAML readers
+/// take "1" for an integer but map_server wants a number, so both forms do.
+std::string Number(double value) {
+  std::array<char, 40> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
+
+}  // namespace
+
+void ExportPng(const MapReader& map, const fs::path& file, const PngOptions& options) {
+  CheckHasMosaic(map);
+  AtomicFile target(file);
+  cv::Mat pixels = ReadWindow(map, {0, 0, map.Grid().width_px, map.Grid().height_px});
+  if (options.seen_from_below) cv::flip(pixels, pixels, 1);
+  WritePng(pixels, target);
+  target.Commit();
+}
+
+void ExportGeoTiff(const MapReader& map, const fs::path& file) {
+  CheckHasMosaic(map);
+  AtomicFile target(file);
+  const MosaicGrid& grid = map.Grid();
+  {
+    const GdalScope gdal;
+    const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");
+    CPLStringList options;
+    options.SetNameValue("TILED", "YES");
+    options.SetNameValue("BLOCKXSIZE", std::to_string(kTilePx).c_str());
+    options.SetNameValue("BLOCKYSIZE", std::to_string(kTilePx).c_str());
+    options.SetNameValue("COMPRESS", "DEFLATE");
+    options.SetNameValue("PREDICTOR", "2");
+    options.SetNameValue("ALPHA", "YES");
+    options.SetNameValue("BIGTIFF", "IF_SAFER");
+    GDALDatasetUniquePtr tiff(Driver("GTiff").Create(
+        target.PartialPath().c_str(), grid.width_px, grid.height_px, 2, GDT_Byte, options.List()));
+    Check(gdal, tiff != nullptr, file);
+    std::array<double, 6> transform = {
+        grid.min_x, grid.resolution, 0, grid.max_y, 0, -grid.resolution};
+    const OGRSpatialReference srs = LocalSrs(map.Metadata().unit);
+    Check(
+        gdal,
+        tiff->SetSpatialRef(&srs) == CE_None && tiff->SetGeoTransform(transform.data()) == CE_None,
+        file);
+    for (int y = 0; y < grid.height_px; y += kTilePx) {
+      const cv::Rect window(0, y, grid.width_px, std::min(kTilePx, grid.height_px - y));
+      cv::Mat pixels = ReadWindow(map, window);
+      Check(gdal, WriteWindow(*tiff, window, pixels) == CE_None, file);
+    }
+    std::vector<int> factors;
+    for (int factor = 2; std::max(grid.width_px, grid.height_px) > factor / 2 * kTilePx;
+         factor *= 2) {
+      factors.push_back(factor);
+    }
+    if (!factors.empty()) {
+      Check(gdal,
+            tiff->BuildOverviews("AVERAGE",
+                                 static_cast<int>(factors.size()),
+                                 factors.data(),
+                                 0,
+                                 nullptr,
+                                 nullptr,
+                                 nullptr,
+                                 nullptr) == CE_None,
+            file);
+    }
+    tiff.reset();
+    Check(gdal, true, file);
+  }
+  target.Commit();
+}
+
+void ExportRos(const MapReader& map, const fs::path& path) {
+  CheckHasMosaic(map);
+  if (map.Metadata().unit != "m") {
+    throw InputError("a map in pixels has no metres, which ROS needs; make the map with --rig");
+  }
+  fs::path yaml = path;
+  if (yaml.extension() != ".yaml") yaml += ".yaml";
+  fs::path image = yaml;
+  image.replace_extension(".png");
+  AtomicFile yaml_file(yaml);
+  AtomicFile image_file(image);
+
+  const MosaicGrid& grid = map.Grid();
+  WritePng(ReadWindow(map, {0, 0, grid.width_px, grid.height_px}), image_file);
+  const double min_y = grid.max_y - grid.height_px * grid.resolution;
+  WriteText("image: " + image.filename().string() +
+                "\n"
+                "mode: scale\n"
+                "resolution: " +
+                Number(grid.resolution) +
+                "\n"
+                "origin: [" +
+                Number(grid.min_x) + ", " + Number(min_y) +
+                ", 0]\n"
+                "negate: 0\n"
+                "occupied_thresh: 0.65\n"
+                "free_thresh: 0.196\n",
+            yaml_file);
+  // The image first: a yaml file never names an image that is not there.
+  image_file.Commit();
+  yaml_file.Commit();
+}
+
+}  // namespace ceilmap::store

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+
+#include <string>
+
+namespace ceilmap::store {
+
+/// What every use of GDAL in this folder goes through. Internal: no public header includes it.
+
+/// Of what a library says of a file, in a message.
+inline constexpr std::size_t kMaxMessageBytes = 400;
+
+/// While alive, what GDAL has to say on this thread is kept here instead of printed: libraries do
+/// not print. Registers GDAL's drivers at the first use in the process. Scopes may nest.
+class GdalScope {
+ public:
+  GdalScope();
+  ~GdalScope();
+  GdalScope(const GdalScope&) = delete;
+  GdalScope& operator=(const GdalScope&) = delete;
+
+  /// True after GDAL reported an error (warnings do not count). Several GDAL calls, such as
+  /// closing a file, tell of a failure in no other way.
+  [[nodiscard]] bool Failed() const { return failed_; }
+  /// The first error on one line: later ones are mostly its consequences. Empty without an error.
+  [[nodiscard]] const std::string& Message() const { return message_; }
+
+ private:
+  static void Handle(CPLErr level, CPLErrorNum number, const char* text);
+
+  bool failed_ = false;
+  std::string message_;
+};
+
+/// Sets a GDAL configuration option for this thread while alive.
+class GdalOption {
+ public:
+  GdalOption(const char* key, const char* value);
+  ~GdalOption();
+  GdalOption(const GdalOption&) = delete;
+  GdalOption& operator=(const GdalOption&) = delete;
+
+ private:
+  std::string key_;
+  std::string old_;
+  bool had_old_ = false;
+};
+
+/// The map's coordinate system: a local engineering one, x right and y up, in metres ("m") or
+/// pixels ("px"). Not tied to the Earth.
+OGRSpatialReference LocalSrs(const std::string& unit);
+
+}  // namespace ceilmap::store

@@ -1,0 +1,172 @@
+#include "mapping/store/map_metadata.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "calib/base/error.hpp"
+
+namespace ceilmap::store {
+namespace {
+
+constexpr int kMaxViewSide = 1 << 15;
+constexpr int kMaxViewPixels = 1 << 27;
+constexpr int kMaxMosaicSide = 1 << 24;
+constexpr std::int64_t kMaxMosaicPixels = std::int64_t{1} << 36U;  // 2.6 km square at 1 cm
+constexpr double kMaxCoordinate = 1e9;
+constexpr std::size_t kMaxTextBytes = 1 << 24;
+
+std::string ToText(double value) {
+  std::array<char, 40> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
+
+const std::string& Text(const std::map<std::string, std::string>& rows, const char* key) {
+  const auto row = rows.find(key);
+  if (row == rows.end()) {
+    throw InputError(std::string("ceilmap_metadata has no '") + key + "'; the file is damaged");
+  }
+  if (row->second.size() > kMaxTextBytes) {
+    throw InputError(std::string("ceilmap_metadata: '") + key +
+                     "' is too long; the file is damaged");
+  }
+  return row->second;
+}
+
+template <typename Number>
+Number Value(const std::map<std::string, std::string>& rows, const char* key) {
+  const std::string& text = Text(rows, key);
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    throw InputError(std::string("ceilmap_metadata: '") + key +
+                     "' is no number; the file is damaged");
+  }
+  return value;
+}
+
+bool IsPositive(double value) {
+  return std::isfinite(value) && value > 0;
+}
+bool IsCoordinate(double value) {
+  return std::abs(value) <= kMaxCoordinate;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> ToRows(const MapMetadata& m) {
+  return {{"format_version", std::to_string(m.format_version)},
+          {"unit", m.unit},
+          {"resolution", ToText(m.resolution)},
+          {"ceiling_height_m", ToText(m.ceiling_height_m)},
+          {"rig_yaml", m.rig_yaml},
+          {"robot", m.robot},
+          {"view_width_px", std::to_string(m.view_size.width)},
+          {"view_height_px", std::to_string(m.view_size.height)},
+          {"view_units_per_px", ToText(m.view_units_per_px)},
+          {"T_base_view_x", ToText(m.T_base_view.x)},
+          {"T_base_view_y", ToText(m.T_base_view.y)},
+          {"T_base_view_yaw_rad", ToText(m.T_base_view.yaw)},
+          {"program_version", m.program_version},
+          {"provenance", m.provenance}};
+}
+
+std::map<std::string, std::string> ToRows(const graph::MapQuality& q) {
+  return {{"loops_compared", std::to_string(q.loops.compared)},
+          {"loops_accepted", std::to_string(q.loops.accepted)},
+          {"loops_no_match", std::to_string(q.loops.no_match)},
+          {"loops_ambiguous", std::to_string(q.loops.ambiguous)},
+          {"loops_off_prediction", std::to_string(q.loops.off_prediction)},
+          {"loops_unconfirmed", std::to_string(q.loops.unconfirmed)},
+          {"loops_outliers", std::to_string(q.loops.outliers)},
+          {"chi2_per_dof", ToText(q.chi2_per_dof)},
+          {"max_edge_sigmas", ToText(q.max_edge_sigmas)},
+          {"odometry_rms", ToText(q.odometry_rms)},
+          {"loop_rms", ToText(q.loop_rms)}};
+}
+
+graph::MapQuality QualityFromRows(const std::map<std::string, std::string>& rows) {
+  graph::MapQuality q;
+  q.loops.compared = Value<std::int64_t>(rows, "loops_compared");
+  q.loops.accepted = Value<std::int64_t>(rows, "loops_accepted");
+  q.loops.no_match = Value<std::int64_t>(rows, "loops_no_match");
+  q.loops.ambiguous = Value<std::int64_t>(rows, "loops_ambiguous");
+  q.loops.off_prediction = Value<std::int64_t>(rows, "loops_off_prediction");
+  q.loops.unconfirmed = Value<std::int64_t>(rows, "loops_unconfirmed");
+  q.loops.outliers = Value<std::int64_t>(rows, "loops_outliers");
+  q.chi2_per_dof = Value<double>(rows, "chi2_per_dof");
+  q.max_edge_sigmas = Value<double>(rows, "max_edge_sigmas");
+  q.odometry_rms = Value<double>(rows, "odometry_rms");
+  q.loop_rms = Value<double>(rows, "loop_rms");
+  return q;
+}
+
+MapMetadata FromRows(const std::map<std::string, std::string>& rows) {
+  MapMetadata m;
+  m.format_version = Value<int>(rows, "format_version");
+  if (m.format_version != kMapFormatVersion) {
+    throw InputError("map format version " + std::to_string(m.format_version) +
+                     ", this program reads version " + std::to_string(kMapFormatVersion) +
+                     "; make the map again or use the program that wrote it");
+  }
+  m.unit = Text(rows, "unit");
+  m.resolution = Value<double>(rows, "resolution");
+  m.ceiling_height_m = Value<double>(rows, "ceiling_height_m");
+  m.rig_yaml = Text(rows, "rig_yaml");
+  m.robot = Text(rows, "robot");
+  m.view_size.width = Value<int>(rows, "view_width_px");
+  m.view_size.height = Value<int>(rows, "view_height_px");
+  m.view_units_per_px = Value<double>(rows, "view_units_per_px");
+  m.T_base_view.x = Value<double>(rows, "T_base_view_x");
+  m.T_base_view.y = Value<double>(rows, "T_base_view_y");
+  m.T_base_view.yaw = Value<double>(rows, "T_base_view_yaw_rad");
+  m.program_version = Text(rows, "program_version");
+  m.provenance = Text(rows, "provenance");
+  if (const std::string problem = Problem(m); !problem.empty()) {
+    throw InputError("ceilmap_metadata: " + problem + "; the file is damaged");
+  }
+  return m;
+}
+
+std::string Problem(const MapMetadata& m) {
+  if (m.unit != "m" && m.unit != "px") return "unit must be 'm' or 'px'";
+  if (!IsPositive(m.resolution)) return "resolution must be > 0";
+  if (!std::isfinite(m.ceiling_height_m) || m.ceiling_height_m < 0) {
+    return "ceiling_height_m must be >= 0";
+  }
+  const cv::Size size = m.view_size;
+  if (size.width <= 0 || size.height <= 0 || size.width > kMaxViewSide ||
+      size.height > kMaxViewSide || std::int64_t{size.width} * size.height > kMaxViewPixels) {
+    return "view size " + std::to_string(size.width) + " x " + std::to_string(size.height) +
+           " is not that of a picture";
+  }
+  if (!IsPositive(m.view_units_per_px)) return "view_units_per_px must be > 0";
+  if (!m.view_mask.empty() && (m.view_mask.type() != CV_8UC1 || m.view_mask.size() != size)) {
+    return "the view's mask must be of the view's size";
+  }
+  const Pose2& T = m.T_base_view;
+  if (!IsCoordinate(T.x) || !IsCoordinate(T.y) || !IsCoordinate(T.yaw)) {
+    return "T_base_view must be finite";
+  }
+  return {};
+}
+
+std::string Problem(const MosaicGrid& grid) {
+  if (grid.width_px < 0 || grid.height_px < 0 || grid.width_px > kMaxMosaicSide ||
+      grid.height_px > kMaxMosaicSide) {
+    return "a mosaic of " + std::to_string(grid.width_px) + " x " + std::to_string(grid.height_px) +
+           " pixels cannot be stored (at most " + std::to_string(kMaxMosaicSide) + " on a side)";
+  }
+  if (std::int64_t{grid.width_px} * grid.height_px > kMaxMosaicPixels) {
+    return "a mosaic of " + std::to_string(grid.width_px) + " x " + std::to_string(grid.height_px) +
+           " pixels cannot be stored (at most " + std::to_string(kMaxMosaicPixels) + " in all)";
+  }
+  if (!IsPositive(grid.resolution) || !IsCoordinate(grid.min_x) || !IsCoordinate(grid.max_y)) {
+    return "the mosaic's position or resolution is no usable number";
+  }
+  return {};
+}
+
+}  // namespace ceilmap::store

@@ -1,0 +1,378 @@
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <unordered_set>
+
+#include "calib/base/error.hpp"
+#include "mapping/store/gdal_support.hpp"
+#include "mapping/store/image_codec.hpp"
+#include "mapping/store/map_file.hpp"
+#include "mapping/store/map_metadata.hpp"
+#include "mapping/store/map_schema.hpp"
+#include "mapping/store/map_tables.hpp"
+
+namespace ceilmap::store {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of a table that is held in memory: a week's frames at 30 a second.
+constexpr std::size_t kMaxRows = 20'000'000;
+
+/// Which file a name leads to, and its state; all zero when to none.
+using FileState = std::array<std::int64_t, 5>;
+
+FileState StateOf(const fs::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return {};
+  return {static_cast<std::int64_t>(status.st_dev),
+          static_cast<std::int64_t>(status.st_ino),
+          status.st_size,
+          status.st_mtim.tv_sec,
+          status.st_mtim.tv_nsec};
+}
+
+/// What the first bytes of an SQLite database tell (file format, section 1.3). SQLite itself
+/// notices a truncated file only when it comes to a missing page; saying it at once saves the user
+/// a half finished run.
+void CheckSqliteHeader(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError("no such file");
+  if (!fs::is_regular_file(status)) throw InputError("is no file");
+  std::array<unsigned char, 100> header{};
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw InputError("cannot be opened for reading; check its permissions");
+  stream.read(reinterpret_cast<char*>(header.data()), header.size());
+  constexpr std::array<char, 16> kMagic = {
+      'S', 'Q', 'L', 'i', 't', 'e', ' ', 'f', 'o', 'r', 'm', 'a', 't', ' ', '3', '\0'};
+  if (stream.gcount() != static_cast<std::streamsize>(header.size()) ||
+      !std::equal(kMagic.begin(), kMagic.end(), header.begin())) {
+    throw InputError("is no GeoPackage; give a map made by 'ceilmap map'");
+  }
+  const auto big_endian = [&header](std::size_t at, std::size_t bytes) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i) value = value << 8 | header[at + i];
+    return value;
+  };
+  const std::uint64_t stored_size = big_endian(16, 2);
+  const std::uint64_t page_bytes = stored_size == 1 ? 65536 : stored_size;
+  const bool has_page_count = big_endian(24, 4) == big_endian(92, 4);
+  const std::uintmax_t file_bytes = fs::file_size(path, error);
+  if (error || (has_page_count && file_bytes < page_bytes * big_endian(28, 4))) {
+    throw InputError("is truncated; copy it again or make the map again");
+  }
+}
+
+GDALDatasetUniquePtr Open(const fs::path& path,
+                          unsigned kind,
+                          const std::vector<const char*>& options) {
+  const std::array<const char*, 2> drivers = {"GPKG", nullptr};
+  return GDALDatasetUniquePtr(
+      GDALDataset::Open(path.c_str(), kind, drivers.data(), options.data(), nullptr));
+}
+
+}  // namespace
+
+struct MapReader::Impl {
+  explicit Impl(const fs::path& path);
+
+  [[noreturn]] void Throw(const std::string& what) const {
+    throw InputError(path.string() + ": " + what);
+  }
+  void Check(const GdalScope& gdal) const {
+    if (gdal.Failed()) Throw("the file is damaged (" + gdal.Message() + ")");
+  }
+  /// Runs `read`, whose errors do not know the file's name, and adds it.
+  template <typename Read>
+  auto Named(const Read& read) const {
+    try {
+      return read();
+    } catch (const InputError& error) {
+      Throw(error.what());
+    }
+  }
+  OGRLayer& Layer(const char* name) const;
+  template <typename Row, typename Convert>
+  std::vector<Row> ReadAll(const char* table, Convert convert) const;
+
+  void CheckCurrent() const;
+  void OpenTables();
+  void OpenMosaic();
+
+  fs::path path;
+  FileState state;
+  MapMetadata metadata;
+  graph::MapQuality quality;
+  MosaicGrid grid;
+  mutable std::mutex mutex;  // GDAL datasets take one call at a time
+  GDALDatasetUniquePtr database;
+  GDALDatasetUniquePtr mosaic;  // null: the map has none
+};
+
+MapReader::Impl::Impl(const fs::path& map_path) : path(map_path), state(StateOf(map_path)) {
+  Named([&] {
+    CheckSqliteHeader(path);
+    CheckSchema(path);
+  });
+  OpenTables();
+  OpenMosaic();
+  // Each opened it by its name: of two maps one is not read half and half.
+  CheckCurrent();
+}
+
+void MapReader::Impl::CheckCurrent() const {
+  if (StateOf(path) != state) Throw("was replaced while it was opened; try again");
+}
+
+void MapReader::Impl::OpenTables() {
+  const GdalScope gdal;
+  database = Open(path, GDAL_OF_VECTOR, {"LIST_ALL_TABLES=NO", nullptr});
+  if (!database) Throw("cannot be read as a GeoPackage (" + gdal.Message() + ")");
+  if (database->GetLayerByName(tables::kMetadata) == nullptr) {
+    Throw("is a GeoPackage but no ceilmap map; give one made by 'ceilmap map'");
+  }
+  std::map<std::string, std::string> rows;
+  for (const auto& row : Layer(tables::kMetadata)) {
+    const int key = row->GetFieldIndex(tables::kKey);
+    const int value = row->GetFieldIndex(tables::kValue);
+    if (key >= 0 && value >= 0) rows[row->GetFieldAsString(key)] = row->GetFieldAsString(value);
+  }
+  Check(gdal);
+  metadata = Named([&] { return FromRows(rows); });
+  // A map to which no graph was written has no quality either.
+  if (rows.contains("loops_compared")) quality = Named([&] { return QualityFromRows(rows); });
+  for (const char* table : {tables::kKeyframes,
+                            tables::kTrajectory,
+                            tables::kEdges,
+                            tables::kWeakSpots,
+                            tables::kDescriptors,
+                            tables::kMask,
+                            tables::kImages}) {
+    Layer(table);
+  }
+  if (Layer(tables::kMask).GetFeatureCount() > 0) {
+    metadata.view_mask = Named(
+        [&] { return DecodeImage(tables::ReadPng(Layer(tables::kMask), 0), metadata.view_size); });
+  }
+  Check(gdal);
+}
+
+void MapReader::Impl::OpenMosaic() {
+  const GdalScope gdal;
+  OGRLayer* found = database->ExecuteSQL(
+      "SELECT 1 FROM gpkg_contents WHERE table_name = 'mosaic' AND data_type = 'tiles'",
+      nullptr,
+      nullptr);
+  const bool has_mosaic = found != nullptr && OGRFeatureUniquePtr(found->GetNextFeature());
+  database->ReleaseResultSet(found);
+  Check(gdal);
+  if (!has_mosaic) return;
+
+  mosaic = Open(path, GDAL_OF_RASTER, {"TABLE=mosaic", "BAND_COUNT=2", nullptr});
+  std::array<double, 6> transform{};
+  if (!mosaic || mosaic->GetRasterCount() != 2 ||
+      mosaic->GetGeoTransform(transform.data()) != CE_None) {
+    Throw("the mosaic cannot be read (" + gdal.Message() + "); the file is damaged");
+  }
+  Check(gdal);
+  grid.min_x = transform[0];
+  grid.max_y = transform[3];
+  grid.resolution = transform[1];
+  grid.width_px = mosaic->GetRasterXSize();
+  grid.height_px = mosaic->GetRasterYSize();
+  if (const std::string problem = Problem(grid); !problem.empty() || transform[2] != 0 ||
+                                                 transform[4] != 0 ||
+                                                 transform[5] != -grid.resolution) {
+    Throw("the mosaic's size or position is impossible; the file is damaged");
+  }
+}
+
+OGRLayer& MapReader::Impl::Layer(const char* name) const {
+  OGRLayer* layer = database->GetLayerByName(name);
+  if (layer == nullptr) Throw(std::string("has no table ") + name + "; the file is damaged");
+  return *layer;
+}
+
+template <typename Row, typename Convert>
+std::vector<Row> MapReader::Impl::ReadAll(const char* table, Convert convert) const {
+  const std::lock_guard lock(mutex);
+  const GdalScope gdal;
+  std::vector<Row> rows;
+  Named([&] {
+    for (const auto& row : Layer(table)) {
+      if (rows.size() == kMaxRows) {
+        throw InputError(std::string("table ") + table + " has more than " +
+                         std::to_string(kMaxRows) + " rows; the file is damaged");
+      }
+      rows.push_back(convert(*row));
+    }
+  });
+  Check(gdal);
+  return rows;
+}
+
+MapReader::MapReader(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
+MapReader::~MapReader() {
+  const GdalScope gdal;
+  impl_.reset();
+}
+
+void MapReader::CheckCurrent() const {
+  impl_->CheckCurrent();
+}
+
+const MapMetadata& MapReader::Metadata() const {
+  return impl_->metadata;
+}
+const MosaicGrid& MapReader::Grid() const {
+  return impl_->grid;
+}
+
+std::vector<graph::Keyframe> MapReader::ReadKeyframes() const {
+  auto keyframes = impl_->ReadAll<graph::Keyframe>(tables::kKeyframes, tables::ToKeyframe);
+  std::sort(keyframes.begin(),
+            keyframes.end(),
+            [](const graph::Keyframe& a, const graph::Keyframe& b) { return a.id < b.id; });
+  return keyframes;
+}
+
+std::vector<graph::FramePose> MapReader::ReadTrajectory() const {
+  return impl_->ReadAll<graph::FramePose>(tables::kTrajectory, tables::ToFramePose);
+}
+
+std::vector<graph::Edge> MapReader::ReadEdges() const {
+  return impl_->ReadAll<graph::Edge>(tables::kEdges, tables::ToEdge);
+}
+
+std::vector<graph::WeakSpot> MapReader::ReadWeakSpots() const {
+  return impl_->ReadAll<graph::WeakSpot>(tables::kWeakSpots, tables::ToWeakSpot);
+}
+
+const graph::MapQuality& MapReader::Quality() const {
+  return impl_->quality;
+}
+
+graph::MapGraph MapReader::ReadGraph() const {
+  graph::MapGraph graph;
+  graph.keyframes = ReadKeyframes();
+  graph.trajectory = ReadTrajectory();
+  graph.edges = ReadEdges();
+  graph.weak_spots = ReadWeakSpots();
+  graph.quality = Quality();
+  std::unordered_set<std::int64_t> known;
+  for (const graph::Keyframe& keyframe : graph.keyframes) known.insert(keyframe.id);
+  const auto check = [&](std::int64_t id) {
+    if (!known.contains(id)) {
+      impl_->Throw("keyframe " + std::to_string(id) + " is missing; the file is damaged");
+    }
+  };
+  for (const graph::FramePose& frame : graph.trajectory) check(frame.keyframe_id);
+  for (const graph::WeakSpot& spot : graph.weak_spots) check(spot.keyframe_id);
+  for (const graph::Edge& edge : graph.edges) {
+    check(edge.from);
+    check(edge.to);
+  }
+  return graph;
+}
+
+cv::Mat MapReader::ReadDescriptors(std::int64_t keyframe_id) const {
+  return impl_->Named([&] {
+    const std::lock_guard lock(impl_->mutex);
+    const GdalScope gdal;
+    cv::Mat descriptors = tables::ReadDescriptors(impl_->Layer(tables::kDescriptors), keyframe_id);
+    impl_->Check(gdal);
+    return descriptors;
+  });
+}
+
+std::vector<unsigned char> MapReader::ReadPng(std::int64_t keyframe_id) const {
+  return impl_->Named([&] {
+    const std::lock_guard lock(impl_->mutex);
+    const GdalScope gdal;
+    std::vector<unsigned char> png = tables::ReadPng(impl_->Layer(tables::kImages), keyframe_id);
+    impl_->Check(gdal);
+    return png;
+  });
+}
+
+cv::Mat MapReader::ReadImage(std::int64_t keyframe_id) const {
+  const std::vector<unsigned char> png = ReadPng(keyframe_id);
+  return impl_->Named([&] { return DecodeImage(png, impl_->metadata.view_size); });
+}
+
+void MapReader::ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const {
+  const cv::Rect all(0, 0, impl_->grid.width_px, impl_->grid.height_px);
+  if (window.empty() || (window & all) != window) {
+    impl_->Throw("the window asked for lies outside the mosaic");
+  }
+  grey.create(window.size(), CV_8UC1);
+  alpha.create(window.size(), CV_8UC1);
+  const std::lock_guard lock(impl_->mutex);
+  const GdalScope gdal;
+  for (const auto& [band, image] : {std::pair{1, &grey}, std::pair{2, &alpha}}) {
+    const CPLErr error =
+        impl_->mosaic->GetRasterBand(band)->RasterIO(GF_Read,
+                                                     window.x,
+                                                     window.y,
+                                                     window.width,
+                                                     window.height,
+                                                     image->data,
+                                                     window.width,
+                                                     window.height,
+                                                     GDT_Byte,
+                                                     1,
+                                                     static_cast<GSpacing>(image->step),
+                                                     nullptr);
+    if (error != CE_None) impl_->Throw("the mosaic is damaged (" + gdal.Message() + ")");
+  }
+  impl_->Check(gdal);
+}
+
+MosaicGrid MapReader::ReadOverview(int max_px, cv::Mat& grey, cv::Mat& alpha) const {
+  MosaicGrid grid = impl_->grid;
+  const int side = std::max(grid.width_px, grid.height_px);
+  int factor = 1;  // of a level of the pyramid
+  while (side / factor > max_px && factor <= side) factor *= 2;
+  grid.width_px /= factor;
+  grid.height_px /= factor;
+  grid.resolution *= factor;
+  if (grid.width_px == 0 || grid.height_px == 0) {
+    grey.release();
+    alpha.release();
+    grid.width_px = grid.height_px = 0;
+    return grid;
+  }
+  grey.create(grid.height_px, grid.width_px, CV_8UC1);
+  alpha.create(grid.height_px, grid.width_px, CV_8UC1);
+  GDALRasterIOExtraArg how;
+  INIT_RASTERIO_EXTRA_ARG(how);
+  how.eResampleAlg = GRIORA_Average;
+  const std::lock_guard lock(impl_->mutex);
+  const GdalScope gdal;
+  for (const auto& [band, image] : {std::pair{1, &grey}, std::pair{2, &alpha}}) {
+    const CPLErr error =
+        impl_->mosaic->GetRasterBand(band)->RasterIO(GF_Read,
+                                                     0,
+                                                     0,
+                                                     grid.width_px * factor,
+                                                     grid.height_px * factor,
+                                                     image->data,
+                                                     grid.width_px,
+                                                     grid.height_px,
+                                                     GDT_Byte,
+                                                     1,
+                                                     static_cast<GSpacing>(image->step),
+                                                     &how);
+    if (error != CE_None) impl_->Throw("the mosaic is damaged (" + gdal.Message() + ")");
+  }
+  impl_->Check(gdal);
+  return grid;
+}
+
+}  // namespace ceilmap::store

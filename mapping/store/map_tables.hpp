@@ -1,0 +1,62 @@
+#pragma once
+
+#include <ogrsf_frmts.h>
+
+#include <string>
+#include <vector>
+
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/map_graph.hpp"
+
+/// The tables of the map file and how their rows stand for the project's types. Shared by MapWriter
+/// and MapReader so that each column is named once. Internal: it speaks GDAL.
+namespace ceilmap::store::tables {
+
+inline constexpr char kMosaic[] = "mosaic";
+inline constexpr char kKeyframes[] = "keyframes";
+inline constexpr char kTrajectory[] = "trajectory";
+inline constexpr char kEdges[] = "edges";
+inline constexpr char kWeakSpots[] = "weak_spots";
+inline constexpr char kImages[] = "keyframe_pictures";
+inline constexpr char kDescriptors[] = "place_descriptors";
+inline constexpr char kMask[] = "view_mask";  ///< one row, as kImages; none: no mask
+inline constexpr char kMetadata[] = "ceilmap_metadata";
+inline constexpr char kPng[] = "png";  ///< column of kImages
+inline constexpr char kKey[] = "key";  ///< columns of kMetadata
+inline constexpr char kValue[] = "value";
+inline constexpr int kTilePx = 256;
+
+/// Adds the layer with its columns; null when GDAL refuses (the GdalScope knows why).
+OGRLayer* CreateKeyframes(GDALDataset& dataset, OGRSpatialReference& srs);
+OGRLayer* CreateTrajectory(GDALDataset& dataset, OGRSpatialReference& srs);
+OGRLayer* CreateEdges(GDALDataset& dataset, OGRSpatialReference& srs);
+OGRLayer* CreateWeakSpots(GDALDataset& dataset, OGRSpatialReference& srs);
+/// @param name  kImages or kMask.
+OGRLayer* CreateImages(GDALDataset& dataset, const char* name);
+OGRLayer* CreateDescriptors(GDALDataset& dataset);
+OGRLayer* CreateMetadata(GDALDataset& dataset);
+
+/// Adds a row; false when GDAL refuses. An edge is drawn from its one keyframe to the other.
+bool Append(OGRLayer& layer, const graph::Keyframe& keyframe);
+bool Append(OGRLayer& layer, const graph::FramePose& frame);
+bool Append(OGRLayer& layer,
+            const graph::Edge& edge,
+            const Pose2& T_map_from,
+            const Pose2& T_map_to);
+bool Append(OGRLayer& layer, const graph::WeakSpot& spot);
+bool Append(OGRLayer& layer, std::int64_t keyframe_id, const std::vector<unsigned char>& png);
+bool Append(OGRLayer& layer, std::int64_t keyframe_id, const cv::Mat& descriptors);
+bool Append(OGRLayer& layer, const std::string& key, const std::string& value);
+
+/// The opposite. @throws InputError (without the file's name) for a column that is missing
+/// and for values that cannot be.
+graph::Keyframe ToKeyframe(OGRFeature& row);
+graph::FramePose ToFramePose(OGRFeature& row);
+graph::Edge ToEdge(OGRFeature& row);
+graph::WeakSpot ToWeakSpot(OGRFeature& row);
+/// The stored bytes of a keyframe's image. @throws InputError when there are none.
+std::vector<unsigned char> ReadPng(OGRLayer& images, std::int64_t keyframe_id);
+/// CV_32FC1. @throws InputError when there are none or their size cannot be.
+cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id);
+
+}  // namespace ceilmap::store::tables

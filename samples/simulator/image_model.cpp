@@ -1,0 +1,128 @@
+#include "samples/simulator/image_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+namespace ceilmap::simulator {
+namespace {
+
+constexpr int kNormalBits = 14;
+constexpr int kCurveSteps = 1 << 14;  // of light 0..1
+constexpr int kNoiseSteps = 1 << 10;
+
+/// IEC 61966-2-1.
+double SrgbCurve(double light) {
+  return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+}
+
+std::vector<float> NormalNumbers(Random random) {
+  std::vector<float> numbers(std::size_t{1} << kNormalBits);
+  for (std::size_t i = 0; i < numbers.size(); i += 2) {
+    numbers[i] = static_cast<float>(random.Normal());
+    numbers[i + 1] = -numbers[i];  // so the mean is exactly 0
+  }
+  return numbers;
+}
+
+cv::Mat Sensitivity(const Image& image, const Camera& camera, Random random) {
+  cv::Mat sensitivity(camera.height_px, camera.width_px, CV_32FC1);
+  const double cx = (camera.width_px - 1) / 2.0;
+  const double cy = (camera.height_px - 1) / 2.0;
+  for (int v = 0; v < sensitivity.rows; ++v) {
+    for (int u = 0; u < sensitivity.cols; ++u) {
+      const double r2 = ((u - cx) * (u - cx) + (v - cy) * (v - cy)) / (cx * cx + cy * cy);
+      const double own = 1 + image.gain_spread * random.Normal();
+      sensitivity.at<float>(v, u) = static_cast<float>((1 - image.vignetting * r2) * own);
+    }
+  }
+  return sensitivity;
+}
+
+}  // namespace
+
+ImageModel::ImageModel(const Scene& scene, const Camera& camera, PixelPurposes purposes)
+    : image_(scene.image),
+      start_stamp_s_(scene.path.start_stamp_s),
+      noise_key_(Random(scene.seed, purposes.noise).Bits()),
+      sensitivity_(Sensitivity(scene.image, camera, {scene.seed, purposes.gain})),
+      normal_(NormalNumbers({scene.seed, purposes.noise})) {
+  for (int i = 0; i <= kNoiseSteps; ++i) {
+    const double light = (i + 0.5) / kNoiseSteps;
+    noise_.push_back(
+        static_cast<float>(std::hypot(image_.shot_noise * std::sqrt(light), image_.read_noise)));
+  }
+  for (int i = 0; i <= kCurveSteps; ++i) {
+    const double grey = 255 * SrgbCurve(static_cast<double>(i) / kCurveSteps);
+    curve_.push_back(static_cast<std::uint8_t>(std::lround(grey)));
+  }
+}
+
+double ImageModel::Gain(const Frame& frame) const {
+  const double turns = (frame.stamp_s - start_stamp_s_) / image_.exposure_period_s;
+  const double drift = 1 + image_.exposure_drift * std::sin(2 * std::numbers::pi * turns);
+  double step_gain = 1;
+  for (const ExposureStep& step : image_.exposure_steps) {
+    if (frame.index >= step.frame) step_gain = step.gain;
+  }
+  return image_.exposure_gain * drift * step_gain;
+}
+
+void ImageModel::AddGlare(cv::Mat& light) const {
+  // Wide and smooth, so a small image is enough. Light above white spreads too.
+  constexpr int kShrink = 8;
+  const cv::Size small(std::max(1, light.cols / kShrink), std::max(1, light.rows / kShrink));
+  cv::Mat spread;
+  cv::resize(light, spread, small, 0, 0, cv::INTER_AREA);
+  const double sigma = 0.06 * small.width;
+  cv::GaussianBlur(spread, spread, {}, sigma, sigma, cv::BORDER_REPLICATE);
+  cv::resize(spread, spread, light.size(), 0, 0, cv::INTER_LINEAR);
+  cv::addWeighted(light, 1 - image_.glare, spread, image_.glare, 0, light);
+}
+
+cv::Mat ImageModel::Expose(const cv::Mat& light, float gain, std::int64_t index) const {
+  cv::Mat grey(light.size(), CV_8UC1);
+  const std::uint64_t key = Mix(noise_key_ ^ static_cast<std::uint64_t>(index));
+  for (int v = 0; v < light.rows; ++v) {
+    const auto* in = light.ptr<float>(v);
+    const auto* sensitivity = sensitivity_.ptr<float>(v);
+    auto* out = grey.ptr<std::uint8_t>(v);
+    std::uint64_t bits = 0;
+    for (int u = 0; u < light.cols; ++u) {
+      bits = u % 4 == 0 ? HashAt(key, v, u) : bits >> kNormalBits;
+      const float random = normal_[bits & ((std::uint64_t{1} << kNormalBits) - 1)];
+      const float seen = in[u] * sensitivity[u] * gain;
+      const float noise = noise_[static_cast<std::size_t>(std::min(seen, 1.0F) * kNoiseSteps)];
+      const float noisy = std::clamp(seen + noise * random, 0.0F, 1.0F);
+      constexpr float kHalf = 0.5F;  // rounds; lround would cost more than all the rest
+      out[u] = curve_[static_cast<std::size_t>(noisy * kCurveSteps + kHalf)];
+    }
+  }
+  return grey;
+}
+
+cv::Mat ImageModel::Develop(cv::Mat& light, const Frame& frame) const {
+  if (image_.glare > 0) AddGlare(light);
+  if (image_.blur_px > 0) {
+    const int size = 2 * static_cast<int>(std::ceil(3 * image_.blur_px)) + 1;
+    cv::GaussianBlur(
+        light, light, {size, size}, image_.blur_px, image_.blur_px, cv::BORDER_REPLICATE);
+  }
+  return Expose(light, static_cast<float>(Gain(frame)), frame.index);
+}
+
+cv::Mat DevelopPlanes(std::span<const ImageModel> planes,
+                      const cv::Mat& light,
+                      const Frame& frame) {
+  std::vector<cv::Mat> channels;
+  cv::split(light, channels);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    channels[i] = planes[i].Develop(channels[i], frame);
+  }
+  cv::Mat image;
+  cv::merge(channels, image);
+  return image;
+}
+
+}  // namespace ceilmap::simulator

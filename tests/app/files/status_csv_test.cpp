@@ -1,0 +1,79 @@
+#include "app/files/status_csv.hpp"
+
+#include <numbers>
+
+#include "tests/support/test_folder.hpp"
+
+namespace ceilmap::files {
+namespace {
+
+using graph::TrackingStatus;
+
+TEST(StatusCsv, APlacedFrame) {
+  localization::Location location;
+  location.pose.status = TrackingStatus::kRelocalized;
+  location.pose.stamp_s = 12.5;
+  location.pose.T_map_base = {1, -2.25, std::acos(-1.0) / 4};
+  location.pose.covariance.diagonal() << 1e-6, 4e-6, 1e-8;
+  location.peak = 0.71;
+  location.inliers = 40;
+  EXPECT_EQ(FormatStatusLine(location),
+            "12.500000,relocalized,1.000000,-2.250000,45.00000,0,0,0.001000,0.002000,0.00573,0.710,"
+            "40\n");
+}
+
+TEST(StatusCsv, AFrameWithoutAPoseHasNoNumbersAndAsManyFields) {
+  localization::Location location;
+  location.pose.stamp_s = 3;
+  const std::string_view header = StatusHeader();
+  for (const TrackingStatus status : {TrackingStatus::kLost, TrackingStatus::kAmbiguous}) {
+    location.pose.status = status;
+    location.pose.T_map_base = {1, 2, 3};
+    const std::string line = FormatStatusLine(location);
+    EXPECT_EQ(line, std::string("3.000000,") + graph::ToString(status) + ",,,,,,,,,,\n");
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','),
+              std::count(header.begin(), header.end(), ','));
+  }
+}
+
+TEST(StatusCsv, IsReadBack) {
+  const support::TestFolder folder;
+  localization::Location placed;
+  placed.pose.status = TrackingStatus::kTracking;
+  placed.pose.stamp_s = 12.5;
+  placed.pose.T_map_base = {1, -2.25, 0.75};
+  placed.pose.tilt.pitch_rad = 0.1;
+  placed.pose.covariance.diagonal() << 1e-6, 4e-6, 1e-4;
+  localization::Location lost;
+  lost.pose.status = TrackingStatus::kLost;
+  lost.pose.stamp_s = 13;
+  const StatusRecord record = ReadStatus(folder.Write(
+      "s.csv", std::string(StatusHeader()) + FormatStatusLine(placed) + FormatStatusLine(lost)));
+  ASSERT_EQ(record.poses.size(), 1U);
+  EXPECT_EQ(record.poses[0].stamp_s, 12.5);
+  EXPECT_NEAR((record.poses[0].position - Eigen::Vector3d(1, -2.25, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR(YawOf(record.poses[0]), 0.75, 1e-6);
+  EXPECT_NEAR(PitchOf(record.poses[0]), 0.1, 1e-6);
+  ASSERT_EQ(record.covariances.size(), 1U);
+  EXPECT_NEAR(record.covariances[0](1, 1), 4e-6, 1e-9);
+  EXPECT_NEAR(record.covariances[0](2, 2), 1e-4, 1e-6);
+  EXPECT_EQ(record.covariances[0](0, 1), 0);
+  EXPECT_EQ(record.frames, (std::map<std::string, std::int64_t>{{"lost", 1}, {"tracking", 1}}));
+}
+
+TEST(StatusCsv, FaultsAreNamed) {
+  const support::TestFolder folder;
+  const std::string header(StatusHeader());
+  const auto expect = [&](const std::string& text, const std::vector<std::string>& parts) {
+    SCOPED_TRACE(text);
+    support::ExpectInputError([&] { ReadStatus(folder.Write("s.csv", text)); }, parts);
+  };
+  expect("timestamp,status\n", {"s.csv:1", "'x'"});
+  expect(header + "1,lost,,,,,,,,,,\n1,lost,,,,,,,,,,\n", {"s.csv:3", "not later"});
+  expect(header + "1,tracking,1,,0,0,0,1,1,1,1,9\n", {"s.csv:2", "y ''"});
+  expect(header + "1,tracking,1,nan,0,0,0,1,1,1,1,9\n", {"s.csv:2", "y 'nan'"});
+  expect(header + "1,tracking,1,2,0,0,0,1,-1,1,1,9\n", {"s.csv:2", "negative"});
+}
+
+}  // namespace
+}  // namespace ceilmap::files

@@ -1,0 +1,44 @@
+#include "app/files/text_file.hpp"
+
+#include "tests/support/test_folder.hpp"
+
+namespace ceilmap::files {
+namespace {
+
+TEST(ReadTextFile, HasALimit) {
+  const support::TestFolder folder;
+  const std::string text((1U << 20U) + 1, 'x');
+  const auto file = folder.Write("t", text);
+  EXPECT_EQ(ReadTextFile(file), text);
+  EXPECT_EQ(ReadTextFile(file, text.size()), text);
+  support::ExpectInputError(
+      [&] { ReadTextFile(file, 1U << 20U); },
+      {(folder / "t").string() +
+       ": larger than 1 MiB, the most that a text file may have; split the recording"});
+  // A device without end, whose size nobody tells.
+  support::ExpectInputError([&] { ReadTextFile("/dev/zero", 1U << 20U); },
+                            {"/dev/zero: larger than 1 MiB"});
+  support::ExpectInputError([&] { ReadTextFile(folder.Path()); },
+                            {"no such file, or not readable"});
+}
+
+TEST(Lines, AreCountedAndHaveNoEnds) {
+  const std::string name = "t";
+  Lines lines("a\n\nb\r\nc", name);
+  std::vector<std::string> read;
+  std::string_view line;
+  while (lines.Next(line)) read.emplace_back(line);
+  EXPECT_THAT(read, testing::ElementsAre("a", "", "b\r", "c"));
+  EXPECT_EQ(lines.Number(), 4);
+  EXPECT_FALSE(Lines("", name).Next(line));
+}
+
+TEST(Shown, IsShortAndCommandsNoTerminal) {
+  EXPECT_EQ(Shown("a b"), "a b");
+  EXPECT_EQ(Shown("\x1b[2J\n"), "?[2J?");
+  EXPECT_EQ(Shown("12345", 4), "1234...");
+  EXPECT_EQ(Shown("123\xC3\xA4", 4), "123...");  // no half of a character
+}
+
+}  // namespace
+}  // namespace ceilmap::files

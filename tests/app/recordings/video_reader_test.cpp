@@ -1,0 +1,59 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "app/recordings/frame_source.hpp"
+#include "app/recordings/recording_writer.hpp"
+#include "tests/support/h264.hpp"
+#include "tests/support/synthetic_recording.hpp"
+#include "tests/support/test_folder.hpp"
+
+namespace ceilmap::recordings {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// An image that is damaged rests on the one before, and those behind it on it: what a decoder
+// makes of them shows where the camera was.
+TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
+  constexpr int kCount = 600;  // several groups of pictures
+  constexpr std::size_t kDamaged = 40;
+  const support::TestFolder folder;
+  const std::vector<cv::Mat> images =
+      support::CropAlong(support::SyntheticCeiling({1400, 160}), {96, 64}, {2, 0}, kCount);
+  const auto writer =
+      RecordingWriter::Create(RecordingFormat::kVideo, folder / "v.mp4", {96, 64}, 10);
+  for (const cv::Mat& image : images) writer->Write(writer->Prepare(image));
+  writer->Commit();
+  std::string bytes = support::ReadAll(folder / "v.mp4");
+  std::vector<support::NalUnit> units = support::NalUnitsOfMp4(bytes);
+  std::erase_if(units, [](const auto& unit) { return unit.type != 1 && unit.type != 5; });
+  ASSERT_EQ(units.size(), static_cast<std::size_t>(kCount));
+  const support::NalUnit& hit = units[kDamaged];
+  ASSERT_EQ(hit.type, 1);
+  for (std::size_t i = hit.size / 2; i < hit.size; ++i) bytes[hit.begin + i] ^= '\x5A';
+  folder.Write("v.mp4", bytes);
+
+  FrameSource source((folder / "v.mp4").string(),
+                     {.stamps = folder.Write("f.csv", support::StampsCsv(kCount, 100, 0.1))});
+  Frame frame;
+  int read = 0;
+  bool missing = false;
+  while (source.Read(frame)) {
+    ++read;
+    missing = missing || frame.index > read;
+    const auto index = static_cast<std::size_t>(frame.index);
+    EXPECT_NEAR(frame.stamp_s, 100 + 0.1 * static_cast<double>(index), 1e-6);
+    EXPECT_LT(cv::norm(frame.image, images[index], cv::NORM_L1) / (96 * 64), 6)
+        << "frame " << index << " shows another place";
+  }
+  EXPECT_TRUE(missing);
+  EXPECT_GT(read, kCount / 4);
+  EXPECT_THAT(source.Warnings(),
+              ElementsAre(HasSubstr("frames are damaged, or rest on damaged ones")));
+}
+
+}  // namespace
+}  // namespace ceilmap::recordings

@@ -1,0 +1,109 @@
+#include "localization/compass/labrosse/shift_search.hpp"
+#include "calib/base/degrees.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+#include "calib/base/error.hpp"
+
+namespace ceilmap::labrosse {
+namespace {
+
+/// Columns from `at` the short way around.
+int Off(int shift, int at, int columns) {
+  const int off = std::abs(shift - at) % columns;
+  return std::min(off, columns - off);
+}
+
+TEST(ShiftSearch, GoesDownhillAroundTheCircle) {
+  for (const int at : {0, 3, 180, 357}) {
+    const auto distance = [&](int shift) { return 2.0 * Off(shift, at, 360); };
+    for (const int from : {-25, 0, 40, 100}) {
+      const FoundShift found = FindShift(distance, 360, at + from);
+      EXPECT_EQ(found.columns, at);
+      EXPECT_EQ(found.distances.left, 2);
+      EXPECT_EQ(found.distances.least, 0);
+      EXPECT_EQ(found.distances.right, 2);
+      EXPECT_EQ(found.amplitude, 1);
+    }
+  }
+}
+
+// A valley of depth 50 at shift 0, the deep one at shift `to`, a ridge between them.
+TEST(ShiftSearch, ProbesEscapeALocalMinimum) {
+  const auto landscape = [](int to) {
+    return [to](int shift) {
+      return std::min(50.0 + 10 * Off(shift, 0, 360), 12.0 * Off(shift, to, 360));
+    };
+  };
+  for (const int to : {-13, -8, 8, 13}) {
+    EXPECT_EQ(FindShift(landscape(to), 360, 0).columns, to);
+  }
+  // Probes reach 10 deg; beyond, the other valley's floor is not seen.
+  EXPECT_EQ(FindShift(landscape(20), 360, 0).columns, 0);
+  EXPECT_EQ(FindShift(landscape(20), 360, 0, {.probe_span_rad = 40 * kRadPerDeg}).columns, 20);
+}
+
+TEST(ShiftSearch, ProbesAreEvenlySpreadAndAskedOnce) {
+  std::map<int, int> asked;
+  const auto distance = [&](int shift) {
+    ++asked[shift];
+    return Off(shift, 100, 720) + 1.0;
+  };
+  const FoundShift found = FindShift(distance, 720, 100);
+  const std::map<int, int> expected{{80, 1},
+                                    {85, 1},
+                                    {90, 1},
+                                    {95, 1},
+                                    {99, 1},
+                                    {100, 1},
+                                    {101, 1},
+                                    {105, 1},
+                                    {110, 1},
+                                    {115, 1},
+                                    {120, 1}};
+  EXPECT_EQ(asked, expected);
+  EXPECT_DOUBLE_EQ(found.amplitude, 20.0 / 21);
+}
+
+// What was passed on the way down does not count.
+TEST(ShiftSearch, AmplitudeDoesNotDependOnTheStart) {
+  const auto distance = [](int shift) { return 5.0 + Off(shift, 200, 360); };
+  EXPECT_EQ(FindShift(distance, 360, 60).amplitude, FindShift(distance, 360, 200).amplitude);
+  EXPECT_DOUBLE_EQ(FindShift(distance, 360, 200).amplitude, 10.0 / 15);
+}
+
+TEST(ShiftSearch, EndsOnPlainsAndNarrowPanoramas) {
+  const FoundShift flat = FindShift([](int) { return 4.0; }, 360, 17);
+  EXPECT_EQ(flat.columns, 17);
+  EXPECT_EQ(flat.amplitude, 0);
+  const FoundShift narrow = FindShift([](int shift) { return Off(shift, 5, 8) + 1.0; }, 8, 1);
+  EXPECT_EQ((narrow.columns + 8) % 8, 5);
+}
+
+std::string ErrorOf(const ShiftSearchParams& params) {
+  try {
+    params.Validate();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(ShiftSearch, RefusesUnusableParameters) {
+  EXPECT_EQ(ErrorOf({}), "no error");
+  EXPECT_EQ(ErrorOf({.probes = 7}), "shift search: probes = 7, must be even and at least 2");
+  EXPECT_EQ(ErrorOf({.probes = 0}), "shift search: probes = 0, must be even and at least 2");
+  EXPECT_EQ(ErrorOf({.probe_span_rad = 0}),
+            "shift search: probe_span_rad = 0, must be in (0, 2 pi)");
+  EXPECT_EQ(ErrorOf({.probe_span_rad = std::nan("")}),
+            "shift search: probe_span_rad = nan, must be in (0, 2 pi)");
+}
+
+}  // namespace
+}  // namespace ceilmap::labrosse
