@@ -16,15 +16,16 @@ GlobalSearch::GlobalSearch(const store::MapReader& map,
       chain_(sight.View()),
       finder_(map, sight.View(), params.places),
       hypotheses_(sight.Span(), params.hypotheses),
-      use_start_(params.start.has_value()) {
+      start_(params.start) {
   hypotheses_.Clear();
-  if (use_start_) hypotheses_.Trust(*params_.start);
+  if (start_) hypotheses_.Trust(*start_);
 }
 
-void GlobalSearch::Reset() {
+void GlobalSearch::Reset(const std::optional<PoseEstimate>& start) {
   hypotheses_.Clear();
+  if (start) hypotheses_.Trust(*start);
   chain_.Reset();
-  use_start_ = false;
+  start_ = start;
   frames_ = 0;
   begin_s_.reset();
   seen_s_.reset();
@@ -83,11 +84,11 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
   if (!place.any_yaw && hypotheses_.Knows(place.T_map_base)) return false;
   Pose2 T_map_base = place.T_map_base;
   if (!place.any_yaw && !Fits(T_map_base, yaw)) return false;
-  if (!use_start_ || frames_ > params_.max_frames_at_start_prior) return true;
+  if (!start_ || frames_ > params_.max_frames_at_start_prior) return true;
   const double elapsed_s = stamp_s - *begin_s_;
   const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * sight_.Span();
   const double turned = params_.unseen_turn * elapsed_s + kProposalRad;
-  PoseEstimate start = *params_.start;
+  PoseEstimate start = *start_;
   if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
   start.covariance.diagonal() += Eigen::Vector3d(moved * moved, moved * moved, turned * turned);
   return SquaredDistance(start, {T_map_base}) < kSigmas * kSigmas;
@@ -141,7 +142,7 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   // A compass that has drifted, or whose zero is wrong, must not exclude the right place
   // permanently.
   const bool believe_yaw =
-      yaw && (!params_.heading.unknown_zero || frames_ <= params_.give_up_heading_after);
+      yaw && (yaw->frame == HeadingFrame::kMap || frames_ <= params_.give_up_heading_after);
   if (believe_yaw) hypotheses_.Turn(*yaw);
   hypotheses_.MatchAll(
       [&](const Hypothesis& h) { return MatchNear(h.pose.T_map_base, spectrum, h.pose); });

@@ -20,8 +20,8 @@ class GlobalSearch {
   /// @param map, sight  Must outlive the object.
   GlobalSearch(const store::MapReader& map, MapMatcher& sight, const LocalizerParams& params);
 
-  /// Discards all hypotheses; LocalizerParams::start is not used either.
-  void Reset();
+  /// Discards all hypotheses and begins near `start`, or anywhere on the map.
+  void Reset(const std::optional<PoseEstimate>& start = std::nullopt);
   /// Starts from a pose that was known a moment ago, when the robot took this frame.
   void BeginAt(const PoseEstimate& pose, const LevelFrame& frame);
   /// Call when the view of `sight` has changed.
@@ -58,7 +58,7 @@ class GlobalSearch {
   PlaceFinder finder_;
   Hypotheses hypotheses_;
   std::int64_t searches_ = 0;
-  bool use_start_;
+  std::optional<PoseEstimate> start_;
   int frames_ = 0;                 // since the search began
   std::optional<double> begin_s_;  // stamp of the first frame of the search
   std::optional<double> seen_s_;   // stamp of the last frame placed by the chain

@@ -25,20 +25,21 @@ HeadingFusion::HeadingFusion(const HeadingParams& params)
 }
 
 std::optional<HeadingPrior> HeadingFusion::InMap(const HeadingPrior& measured, double stamp_s) {
-  if (!params_.unknown_zero) return measured;
+  if (measured.frame == HeadingFrame::kMap) return measured;
   since_.See(measured);
   const std::optional<HeadingTurn> turn = since_.Turn();
   if (!known_ || !turn) return std::nullopt;
   const double drift = params_.drift_rad2_per_s * std::max(0.0, stamp_s - stamp_s_);
   return HeadingPrior{WrapAngle(yaw_rad_ + turn->turn_rad),
-                      turn->variance_rad2 + yaw_variance_rad2_ + drift};
+                      turn->variance_rad2 + yaw_variance_rad2_ + drift,
+                      measured.frame};
 }
 
 void HeadingFusion::Learn(const HeadingPrior& measured,
                           double yaw_map_rad,
                           double yaw_variance_rad2,
                           double stamp_s) {
-  if (!params_.unknown_zero) return;
+  if (measured.frame == HeadingFrame::kMap) return;
   since_.See(measured);
   since_.Mark();
   known_ = true;

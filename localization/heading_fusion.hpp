@@ -7,11 +7,7 @@
 namespace ceilmap::localization {
 
 struct HeadingParams {
-  /// False: headings are relative to the map (a compass that was trained there). True: their zero
-  /// is unknown, e.g. the heading of the first frame. It is estimated as soon as the robot's pose
-  /// is known.
-  bool unknown_zero = true;
-  /// Drift of the zero: growth of its variance per second, rad^2/s, >= 0. The default corresponds
+  /// Drift of the estimated zero of relative headings: growth of its variance per second, rad^2/s, >= 0. The default corresponds
   /// to 1.5 degrees in a minute.
   double drift_rad2_per_s = 1e-5;
   /// Minimum standard deviation of a single heading, whatever its stated variance, rad, > 0. For
@@ -23,13 +19,15 @@ struct HeadingParams {
 };
 
 /// Transforms measured headings into the map's frame. There they resolve the perceptual aliasing of
-/// places (a ceiling of square tiles has the same appearance after every quarter turn).
+/// places (a ceiling of square tiles has the same appearance after every quarter turn). The zero of
+/// relative headings is estimated as soon as the pose of the robot is known.
 class HeadingFusion {
  public:
   /// @throws InputError for invalid parameters.
   explicit HeadingFusion(const HeadingParams& params = {});
 
-  /// The robot's yaw on the map from the measured heading; nothing while the zero is unknown. Pass
+  /// The robot's yaw on the map from the measured heading, with `frame` as measured; nothing while
+  /// the zero is unknown. Pass
   /// every heading, in order of time: their variances determine the drift of the compass since the
   /// zero was estimated.
   std::optional<HeadingPrior> InMap(const HeadingPrior& measured, double stamp_s);
@@ -40,7 +38,7 @@ class HeadingFusion {
              double yaw_map_rad,
              double yaw_variance_rad2,
              double stamp_s);
-  /// Discards the zero. Headings relative to the map do not change.
+  /// Discards the zero. Headings in the map's frame do not change.
   void Forget();
 
  private:

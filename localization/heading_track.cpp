@@ -13,16 +13,14 @@
 namespace ceilmap::localization {
 namespace {
 
-void CheckSamples(const std::vector<HeadingSample>& samples) {
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const auto require = [i](bool good, const char* field, double value, const char* range) {
-      if (!good) {
-        throw InputError(
-            fmt::format("heading sample {}: {} = {}, must be {}", i + 1, field, value, range));
-      }
-    };
-    const HeadingSample& sample = samples[i];
-    require(std::isfinite(sample.stamp_s), "stamp_s", sample.stamp_s, "finite");
+void CheckSample(const HeadingSample& sample, std::size_t number, const HeadingSample* before) {
+  const auto require = [number](bool good, const char* field, double value, const char* range) {
+    if (!good) {
+      throw InputError(
+          fmt::format("heading sample {}: {} = {}, must be {}", number, field, value, range));
+    }
+  };
+  require(std::isfinite(sample.stamp_s), "stamp_s", sample.stamp_s, "finite");
     require(std::isfinite(sample.heading_rad),
             "heading_rad",
             sample.heading_rad,
@@ -31,11 +29,10 @@ void CheckSamples(const std::vector<HeadingSample>& samples) {
             "sigma_rad",
             sample.sigma_rad,
             "finite and > 0");
-    require(i == 0 || sample.stamp_s > samples[i - 1].stamp_s,
+    require(before == nullptr || sample.stamp_s > before->stamp_s,
             "stamp_s",
             sample.stamp_s,
             "larger than the one before; sort the samples and drop repeated stamps");
-  }
 }
 
 double Variance(const HeadingSample& sample) {
@@ -63,10 +60,21 @@ void HeadingTrackParams::Validate() const {
 }
 
 HeadingTrack::HeadingTrack(std::vector<HeadingSample> samples, const HeadingTrackParams& params)
-    : samples_(std::move(samples)), params_(params) {
+    : params_(params) {
   params_.Validate();
-  CheckSamples(samples_);
-  for (HeadingSample& sample : samples_) sample.heading_rad = WrapAngle(sample.heading_rad);
+  for (const HeadingSample& sample : samples) Add(sample);
+}
+
+void HeadingTrack::Add(const HeadingSample& sample) {
+  ++added_;
+  CheckSample(sample, added_, samples_.empty() ? nullptr : &samples_.back());
+  samples_.push_back(sample);
+  samples_.back().heading_rad = WrapAngle(sample.heading_rad);
+}
+
+void HeadingTrack::DropBefore(double stamp_s) {
+  // Interpolation needs the last sample that is not later.
+  while (samples_.size() > 1 && samples_[1].stamp_s <= stamp_s) samples_.pop_front();
 }
 
 std::optional<HeadingPrior> HeadingTrack::At(double stamp_s) const {

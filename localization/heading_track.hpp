@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -26,7 +28,14 @@ class HeadingTrack {
   /// @param samples  With increasing stamps. May be empty; the track then never gives a heading.
   /// @throws InputError when a value is not finite, a stamp is not larger than the one before, or a
   ///   sigma is not > 0, and on invalid parameters.
-  explicit HeadingTrack(std::vector<HeadingSample> samples, const HeadingTrackParams& params = {});
+  explicit HeadingTrack(std::vector<HeadingSample> samples = {},
+                        const HeadingTrackParams& params = {});
+
+  /// Adds a sample, later than all before. @throws InputError as the constructor.
+  void Add(const HeadingSample& sample);
+  /// Removes samples that no time from this one on needs.
+  void DropBefore(double stamp_s);
+  [[nodiscard]] bool Empty() const { return samples_.empty(); }
 
   /// The heading at a time. Between two samples at most 2 max_gap_s apart it is interpolated
   /// linearly in time, along the shorter arc. The variance is interpolated in the same way; no
@@ -37,7 +46,8 @@ class HeadingTrack {
   [[nodiscard]] std::optional<HeadingPrior> At(double stamp_s) const;
 
  private:
-  std::vector<HeadingSample> samples_;
+  std::deque<HeadingSample> samples_;
+  std::size_t added_ = 0;
   HeadingTrackParams params_;
 };
 

@@ -382,11 +382,13 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   return location;
 }
 
-void Localizer::Reset() {
+void Localizer::Reset(const std::optional<PoseEstimate>& start) {
   Impl& me = *impl_;
+  me.params.start = start;
+  me.params.Validate();
   me.motion.Stop();
   me.motion_before.reset();
-  me.search.Reset();
+  me.search.Reset(start);
   me.heading.Forget();
   me.patch.reset();
   me.was_placed = false;

@@ -22,7 +22,7 @@ namespace ceilmap::localization {
 struct LocalizerParams {
   /// Start pose of the robot with its covariance; unset: anywhere on the map.
   std::optional<PoseEstimate> start;
-  /// Reference of the headings (CeilingFrame::heading).
+  /// Accuracy of relative headings (CeilingFrame::heading).
   HeadingParams heading;
   MotionModelParams motion;
   PatchParams patches;
@@ -143,9 +143,10 @@ class Localizer {
   ///   exception.
   Location Locate(const CeilingFrame& frame);
 
-  /// Restarts the localizer: discards the robot's pose, its heading and LocalizerParams::start. The
-  /// estimated scale of the camera and the index of the map stay. Stamps must keep increasing.
-  void Reset();
+  /// Restarts the localizer: discards the robot's pose and the zero of its headings, and searches
+  /// near `start`, or anywhere on the map. The estimated scale of the camera and the index of the
+  /// map stay. Stamps must keep increasing. @throws InputError when `start` is not finite.
+  void Reset(const std::optional<PoseEstimate>& start = std::nullopt);
 
   [[nodiscard]] const LocalizerReport& Report() const;
 

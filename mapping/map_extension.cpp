@@ -28,7 +28,7 @@ void MapExtension::CheckCurrent() const {
   map_.CheckCurrent();
 }
 
-MapExtension::Result MapExtension::Finish(const std::string& source,
+MappingResult MapExtension::Finish(const std::string& source,
                                           const calib::CeilingView& view,
                                           Mapper& mapper,
                                           store::MapWriter& writer,
@@ -42,7 +42,7 @@ MapExtension::Result MapExtension::Finish(const std::string& source,
                                file_.string(),
                                merged.results.back().reason));
   }
-  Result result{{}, mapper.Report(), merged.graph.weak_spots};
+  MappingResult result{{}, mapper.Report(), merged.graph.weak_spots};
   std::copy_if(
       merged.graph.trajectory.begin(),
       merged.graph.trajectory.end(),

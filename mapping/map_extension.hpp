@@ -17,12 +17,6 @@ namespace ceilmap::mapping {
 /// seen in both, the map stays as it was.
 class MapExtension {
  public:
-  struct Result {
-    std::vector<graph::FramePose> frames;     ///< of the recording, on the map
-    MapperReport report;                      ///< grid, quality and keyframes of the whole map
-    std::vector<graph::WeakSpot> weak_spots;  ///< of the whole map
-  };
-
   /// @param file  the map. @param recording  metadata of a map of the recording alone.
   /// @param resolution  of the map from now on, map units per pixel; unset: it stays.
   /// @throws InputError as store::MapReader, and when the recording cannot go into this map.
@@ -41,7 +35,7 @@ class MapExtension {
   /// @param source  name of the recording, for messages. @param view  of its camera.
   /// @param progress  done, total tiles of the mosaic.
   /// @throws RunError when the recording does not join the map.
-  Result Finish(const std::string& source,
+  MappingResult Finish(const std::string& source,
                 const calib::CeilingView& view,
                 Mapper& mapper,
                 store::MapWriter& writer,

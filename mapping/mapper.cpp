@@ -50,8 +50,11 @@ void ReturnFreeMemory() {
 
 void CheckHeading(const FrameContext& context, std::int64_t frame_index) {
   if (!context.heading) return;
-  const auto [heading_rad, variance_rad2] = *context.heading;
-  if (std::isfinite(heading_rad) && std::isfinite(variance_rad2) && variance_rad2 > 0) return;
+  const HeadingPrior& heading = *context.heading;
+  if (std::isfinite(heading.heading_rad) && std::isfinite(heading.variance_rad2) &&
+      heading.variance_rad2 > 0) {
+    return;
+  }
   throw InputError(
       fmt::format("frame {}: a heading must be finite, its variance > 0", frame_index));
 }
@@ -262,11 +265,15 @@ void Mapper::Close() {
   me.report.path = graph::PathLength(me.graph.trajectory);
 }
 
-void Mapper::Finish(const std::function<void(int, int)>& progress) {
+MappingResult Mapper::Finish(const std::function<void(int, int)>& progress) {
   Close();
-  const StageTimer timer(impl_->report.mosaic_ms);
-  impl_->report.grid = mosaic::WriteMap(
-      impl_->graph, impl_->metadata, impl_->params.mosaic, impl_->writer, progress);
+  Impl& me = *impl_;
+  {
+    const StageTimer timer(me.report.mosaic_ms);
+    me.report.grid =
+        mosaic::WriteMap(me.graph, me.metadata, me.params.mosaic, me.writer, progress);
+  }
+  return {me.graph.trajectory, me.report, me.graph.weak_spots};
 }
 
 const std::vector<graph::FramePose>& Mapper::Trajectory() const {

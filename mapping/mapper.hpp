@@ -48,6 +48,13 @@ struct MapperReport {
   double mosaic_ms = 0;
 };
 
+/// Result of mapping one recording.
+struct MappingResult {
+  std::vector<graph::FramePose> frames;  ///< of the recording, on the map; placed ones only
+  MapperReport report;  ///< of the recording; grid, quality and keyframes of the whole map
+  std::vector<graph::WeakSpot> weak_spots;  ///< of the whole map
+};
+
 /// Builds a map from frames. Odometry registers frames against the last keyframe; images of
 /// keyframes are written to the map file as they arrive; loop closing runs in its own thread, one
 /// keyframe behind and synchronized at fixed points, so that the same recording always gives the
@@ -78,7 +85,7 @@ class Mapper {
   void Close();
   /// Close(), then writes the map and its mosaic to the writer (without Commit).
   /// @param progress  done, total tiles of the mosaic.
-  void Finish(const std::function<void(int, int)>& progress = {});
+  MappingResult Finish(const std::function<void(int, int)>& progress = {});
 
   /// Placed frames only; before Close() with the poses of the odometry.
   [[nodiscard]] const std::vector<graph::FramePose>& Trajectory() const;

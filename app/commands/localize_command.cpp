@@ -6,15 +6,14 @@
 #include <optional>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/sensor_options.hpp"
 #include "app/files/arguments.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/status_csv.hpp"
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/heading_source.hpp"
-#include "app/recordings/sensor_fusion.hpp"
-#include "app/recordings/tilt_source.hpp"
+#include "app/recordings/sensor_inputs.hpp"
 #include "app/reports/localize_report.hpp"
 #include "app/reports/page_parts.hpp"
 #include "app/terminal/clock.hpp"
@@ -25,7 +24,7 @@
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
-#include "localization/localizer.hpp"
+#include "localization/robot/ceiling_localizer.hpp"
 #include "mapping/store/map_file.hpp"
 
 namespace fs = std::filesystem;
@@ -42,9 +41,8 @@ struct LocalizeParams {
   fs::path stamps;
   std::string start;
   std::string start_spread = "0.5,10";
-  recordings::HeadingOptions heading;
+  SensorOptions sensors;
   std::string heading_zero = "first";
-  recordings::TiltOptions tilt;
   fs::path output;
   fs::path status;
   bool stream = false;
@@ -56,19 +54,18 @@ struct LocalizeParams {
 };
 
 void LocalizeParams::Check() const {
-  heading.Check(true);
-  if (heading.Absolute() && heading_zero != "first") {
+  sensors.Check(true);
+  if (!sensors.heading_model.empty() && heading_zero != "first") {
     throw InputError(
         "--heading-zero: headings of --heading-model count from the map's x axis; leave it out");
   }
-  if (!heading.omni.empty() && heading_zero != "first") {
+  if (!sensors.omni.empty() && heading_zero != "first") {
     throw InputError("--heading-zero: headings of --omni count from the first frame; leave it out");
   }
-  tilt.Check(true);
-  files::CheckOutputFiles({output, tilt.uncompensated, status});
+  files::CheckOutputFiles({output, sensors.uncompensated, status});
   std::error_code ignored;
-  for (const fs::path& target : {output, tilt.uncompensated, status}) {
-    for (const fs::path& source : {map, rig, stamps, heading.file, heading.model, fs::path(up)}) {
+  for (const fs::path& target : {output, sensors.uncompensated, status}) {
+    for (const fs::path& source : {map, rig, stamps, sensors.heading, sensors.heading_model, fs::path(up)}) {
       if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
       throw InputError(
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
@@ -79,7 +76,6 @@ void LocalizeParams::Check() const {
 
 localization::LocalizerParams LocalizeParams::ForLocalizer() const {
   localization::LocalizerParams params;
-  params.heading.unknown_zero = heading_zero == "first" && !heading.Absolute();
   const files::PoseSpread spread = files::ParseSpread(start_spread, "--start-spread");
   if (!start.empty()) {
     localization::PoseEstimate pose{files::ParsePose2(start, "--start")};
@@ -96,7 +92,7 @@ class Results {
   Results(const LocalizeParams& params, const calib::LevelView& level)
       : level_(level),
         trajectory_(params.output),
-        uncompensated_(params.tilt.uncompensated),
+        uncompensated_(params.sensors.uncompensated),
         status_(params.status),
         stream_(params.stream) {
     for (files::GrowingFile* file : {&trajectory_, &uncompensated_})
@@ -104,15 +100,15 @@ class Results {
     status_.Append(files::StatusHeader());
   }
 
-  void Add(const localization::Location& location) {
-    status_.Append(files::FormatStatusLine(location));
-    if (!location.Placed()) return;
-    const graph::FramePose& pose = location.pose;
+  void Add(const robot::Estimate& estimate) {
+    status_.Append(files::FormatStatusLine(estimate));
+    if (!estimate.HasPose()) return;
+    const Pose2& T_map_base = estimate.pose.pose;
     const std::string line =
-        files::FormatTumLine(ToStampedPose(pose.stamp_s, pose.T_map_base, pose.tilt));
+        files::FormatTumLine(ToStampedPose(estimate.stamp_s, T_map_base, estimate.tilt));
     trajectory_.Append(line);
     uncompensated_.Append(files::FormatTumLine(
-        ToStampedPose(pose.stamp_s, level_.Uncompensated(pose.T_map_base, pose.tilt))));
+        ToStampedPose(estimate.stamp_s, level_.Uncompensated(T_map_base, estimate.tilt))));
     if (!stream_) return;
     fmt::print("{}", line);
     std::fflush(stdout);
@@ -121,7 +117,7 @@ class Results {
   void CommitStatus() { status_.Commit(); }
   void Commit(const LocalizeParams& params, terminal::Summary& summary) {
     for (files::GrowingFile* file : {&trajectory_, &uncompensated_, &status_}) file->Commit();
-    for (const fs::path& file : {params.output, params.tilt.uncompensated, params.status}) {
+    for (const fs::path& file : {params.output, params.sensors.uncompensated, params.status}) {
       if (!file.empty()) summary.files.push_back(file);
     }
   }
@@ -137,25 +133,25 @@ class Results {
 // Sums over the frames.
 class Tally {
  public:
-  void Add(const localization::Location& location, bool live, reports::LocalizeResult& result) {
-    const graph::FramePose& pose = location.pose;
-    if (!first_stamp_s_) first_stamp_s_ = pose.stamp_s;
+  void Add(const robot::Estimate& estimate, bool live, reports::LocalizeResult& result) {
+    if (!first_stamp_s_) first_stamp_s_ = estimate.stamp_s;
     if (live) {
-      const double latency_ms = 1e3 * (terminal::ClockSeconds() - pose.stamp_s);
+      const double latency_ms = 1e3 * (terminal::ClockSeconds() - estimate.stamp_s);
       result.latency_ms = std::max(latency_ms, result.latency_ms.value_or(0));
     }
-    if (!location.Placed()) {
+    if (!estimate.HasPose()) {
       had_pose_ = false;
       return;
     }
     if (!result.first_placed_s) {
-      result.first_placed_s = pose.stamp_s - *first_stamp_s_;
-      result.first_placed_frame = pose.frame_index;
+      result.first_placed_s = estimate.stamp_s - *first_stamp_s_;
+      result.first_placed_frame = estimate.index;
     }
-    if (had_pose_) result.path_m += (pose.T_map_base.Translation() - last_.Translation()).norm();
+    const auto& [pose, covariance] = estimate.pose;
+    if (had_pose_) result.path_m += (pose.Translation() - last_.Translation()).norm();
     had_pose_ = true;
-    last_ = pose.T_map_base;
-    variances_ += 0.5 * (pose.covariance(0, 0) + pose.covariance(1, 1));
+    last_ = pose;
+    variances_ += 0.5 * (covariance(0, 0) + covariance(1, 1));
     ++placed_;
     result.mean_sigma_m = std::sqrt(variances_ / static_cast<double>(placed_));
   }
@@ -169,33 +165,33 @@ class Tally {
 };
 
 void LocateFrames(recordings::FrameSource& source,
-                  recordings::TiltSource* tilt,
-                  recordings::HeadingSource* heading,
-                  localization::Localizer& localizer,
+                  recordings::SensorInputs& sensors,
+                  robot::CeilingLocalizer& localizer,
                   Results& results,
                   live::RunWatch& watch,
                   reports::LocalizeResult& result) {
   terminal::Progress progress("localizing", "frames", source.ExpectedFrames());
   const bool live = source.Stamps() == recordings::StampOrigin::kClock;
-  recordings::SensorFusion frames(source, tilt, heading);
-  recordings::MeasuredFrame measured;
+  sensors.AddHeadings(localizer);
   Tally tally;
   std::int64_t done = 0;
-  while (frames.Read(measured)) {
-    const recordings::Frame& frame = measured.frame;
-    const localization::Location location = localizer.Locate(
-        {frame.image, frame.index, frame.stamp_s, measured.context.heading, measured.context.tilt});
-    if (location.tilt_left) frames.Correct(*location.tilt_left);
-    frames.Locate(location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);
-    results.Add(location);
-    tally.Add(location, live, result);
-    watch.Add(location.pose, source.ExpectedFrames());
+  const auto report = [&](const robot::Estimate& estimate) {
+    results.Add(estimate);
+    tally.Add(estimate, live, result);
+    watch.Add(robot::ToFramePose(estimate), source.ExpectedFrames());
     progress.Update(++done);
-    terminal::Detail("frame {} at {:.6f} s: {}",
-                     frame.index,
-                     frame.stamp_s,
-                     graph::ToString(location.pose.status));
+    reports::PrintDetail(estimate);
+  };
+  for (recordings::Frame frame; source.Read(frame); frame = {}) {
+    sensors.ReadTo(frame.stamp_s, localizer);
+    const robot::Image up{frame.image, frame.stamp_s, frame.index};
+    if (live) {
+      report(localizer.AddCeiling(up));
+    } else if (const auto estimate = localizer.AddCeilingPipelined(up)) {
+      report(*estimate);
+    }
   }
+  if (const auto estimate = localizer.Flush()) report(*estimate);
 }
 
 // A recording of another room, or nothing to see: no pose, and why.
@@ -253,37 +249,26 @@ void RunLocalize(const LocalizeParams& params,
                  terminal::Summary& summary) {
   const auto start = steady_clock::now();
   params.Check();
-  const localization::LocalizerParams localizer_params = params.ForLocalizer();
+  robot::CeilingLocalizerParams localizer_params;
+  localizer_params.localization = params.ForLocalizer();
   const calib::Rig rig = calib::ReadRig(params.rig);
-  const store::MapReader map(params.map);
   recordings::FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
-  const calib::MountedCamera& up = calib::UpCameraFor(rig, source.Name(), source.Size());
-  localization::Localizer localizer = [&] {
-    try {
-      return localization::Localizer(map, up, localizer_params);
-    } catch (const InputError& error) {
-      throw InputError(
-          fmt::format("{} on {}: {}", params.rig.string(), params.map.string(), error.what()));
-    }
-  }();
+  calib::UpCameraFor(rig, source.Name(), source.Size());
+  const HeadingFrame headings_frame =
+      params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
+  recordings::SensorInputs sensors(params.sensors.Files(true, params.stamps, headings_frame), rig);
+  localizer_params.sensors = sensors.Params();
+  robot::CeilingLocalizer localizer(params.map, rig, localizer_params);
+  const store::MapReader& map = localizer.Map();
 
-  const std::unique_ptr<recordings::TiltSource> tilt =
-      recordings::TiltSource::Make(params.tilt, rig, params.stamps);
-  const std::unique_ptr<recordings::HeadingSource> heading =
-      recordings::HeadingSource::Make(params.heading, rig, params.stamps);
   reports::LocalizeResult result;
-  result.tilt = tilt.get();
-  result.heading = heading.get();
-  const calib::CeilingView view(up, map.Metadata().ceiling_height_m);
-  Results results(params, calib::LevelView(view));
-  live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), view);
-  LocateFrames(source, tilt.get(), heading.get(), localizer, results, watch, result);
+  Results results(params, calib::LevelView(localizer.View()));
+  live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
+  LocateFrames(source, sensors, localizer, results, watch, result);
+  result.sensors = {&sensors, localizer.Sensed()};
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
-  if (tilt) {
-    for (const std::string& warning : tilt->Warnings()) terminal::PrintWarning(warning);
-  }
-  if (heading) {
-    for (const std::string& warning : heading->Warnings()) terminal::PrintWarning(warning);
+  for (const std::string& warning : reports::Warnings(result.sensors)) {
+    terminal::PrintWarning(warning);
   }
   result.report = localizer.Report();
   result.reading = source.Report();
@@ -334,8 +319,8 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("--start-spread", params->start_spread, "Standard deviations of --start", "M,DEG")
       ->capture_default_str()
       ->group(prior);
-  params->heading.AddTo(cli, input, prior);
-  params->heading.AddModelTo(cli, prior);
+  params->sensors.AddTo(cli, input, prior, result);
+  params->sensors.AddModelTo(cli, prior);
   add("--heading-zero",
       params->heading_zero,
       "Where headings count from: the first frame (or any other unknown direction), or the map's x "
@@ -347,15 +332,12 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("-o,--output", params->output, "Poses of all frames found", "T.tum")
       ->required()
       ->group(result);
-  params->tilt.AddTo(cli, input, result);
   add("--status", params->status, "What is known of every frame, and how well", "S.csv")
       ->group(result);
   cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")
       ->group(result);
   params->watch.AddTo(cli, result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
-    params->heading.forward = params->tilt.forward;
-    params->heading.forward_stamps = params->tilt.forward_stamps;
     RunLocalize(*params, common, summary);
   };
   return command;

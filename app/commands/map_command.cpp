@@ -8,26 +8,23 @@
 #include <utility>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/sensor_options.hpp"
 #include "app/files/arguments.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/heading_source.hpp"
-#include "app/recordings/sensor_fusion.hpp"
-#include "app/recordings/tilt_source.hpp"
+#include "app/recordings/sensor_inputs.hpp"
 #include "app/reports/map_report.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
-#include "calib/ceiling_view.hpp"
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
-#include "mapping/map_extension.hpp"
-#include "mapping/mapper.hpp"
+#include "localization/robot/ceiling_mapper.hpp"
 #include "mapping/store/export.hpp"
 
 namespace fs = std::filesystem;
@@ -45,8 +42,7 @@ struct MapParams {
   Pose2 T_map_first;  // --origin, parsed
   std::optional<double> resolution;
   bool append = false;
-  recordings::HeadingOptions heading;
-  recordings::TiltOptions tilt;
+  SensorOptions sensors;
   fs::path output;
   fs::path trajectory;
   fs::path picture;
@@ -60,8 +56,7 @@ void MapParams::Resolve() {
   if (append && !origin.empty()) {
     throw InputError("--origin: with --append the map has its origin already; leave it out");
   }
-  heading.Check(!rig.empty());
-  tilt.Check(!rig.empty());
+  sensors.Check(!rig.empty());
   if (output.extension() != ".gpkg") {
     throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
   }
@@ -73,15 +68,8 @@ void MapParams::Resolve() {
         fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
   }
   if (!origin.empty()) T_map_first = files::ParsePose2(origin, "--origin");
-  files::CheckOutputFiles({output, trajectory, tilt.uncompensated, picture});
+  files::CheckOutputFiles({output, trajectory, sensors.uncompensated, picture});
   watch.Check();
-}
-
-calib::CeilingView MakeView(const std::optional<calib::Rig>& rig,
-                            const MapParams& params,
-                            const recordings::FrameSource& source) {
-  if (!rig) return calib::CeilingView::InPixels(source.Size());
-  return {calib::UpCameraFor(*rig, source.Name(), source.Size()), rig->ceiling_height_m};
 }
 
 std::string UtcNow() {
@@ -97,25 +85,21 @@ std::string UtcNow() {
                      utc.tm_sec);
 }
 
-store::MapMetadata Describe(const std::optional<calib::Rig>& rig,
-                            const calib::CeilingView& view,
-                            const MapParams& params,
-                            const CommonOptions& common) {
-  store::MapMetadata metadata;
-  metadata.unit = rig ? "m" : "px";
-  metadata.resolution = params.resolution.value_or(view.MetresPerPixel());
-  if (rig) {
-    metadata.ceiling_height_m = rig->ceiling_height_m;
-    metadata.rig_yaml = rig->source_yaml;
-    metadata.robot = rig->robot;
+std::string ProvenanceOf(const MapParams& params, const CommonOptions& common) {
+  return fmt::format("{}; from {}; {}", common.command_line, params.up, UtcNow());
+}
+
+robot::CeilingMapper MakeMapper(const std::optional<calib::Rig>& rig,
+                                const recordings::FrameSource& source,
+                                const MapParams& params,
+                                const robot::CeilingMapperParams& mapper) {
+  try {
+    if (!rig) return {source.Size(), params.output, mapper};
+    return {*rig, params.output, mapper};
+  } catch (const InputError& error) {
+    if (!params.append) throw;
+    throw InputError(fmt::format("--append: {}", error.what()));
   }
-  metadata.view_size = view.Size();
-  metadata.view_units_per_px = view.MetresPerPixel();
-  metadata.T_base_view = view.T_base_view();
-  metadata.view_mask = view.Mask();
-  metadata.program_version = CEILMAP_VERSION;
-  metadata.provenance = fmt::format("{}; from {}; {}", common.command_line, params.up, UtcNow());
-  return metadata;
 }
 
 // What the map rests on without anybody having said so. Told at the end, so that an error before it
@@ -128,67 +112,48 @@ void ReportAssumptions(bool have_rig, recordings::StampOrigin stamps) {
 }
 
 void MapFrames(recordings::FrameSource& source,
-               recordings::TiltSource* tilt,
-               recordings::HeadingSource* heading,
-               mapping::Mapper& mapper,
+               recordings::SensorInputs& sensors,
+               robot::CeilingMapper& mapper,
                live::RunWatch& watch) {
   terminal::Progress progress("mapping", "frames", source.ExpectedFrames());
-  recordings::SensorFusion frames(source, tilt, heading);
-  recordings::MeasuredFrame measured;
+  const bool live = source.Stamps() == recordings::StampOrigin::kClock;
+  sensors.AddHeadings(mapper);
   std::int64_t done = 0;
-  while (frames.Read(measured)) {
-    const recordings::Frame& frame = measured.frame;
-    const graph::FramePose pose =
-        mapper.Process(frame.image, frame.index, frame.stamp_s, measured.context);
-    frames.Locate(pose.status == graph::TrackingStatus::kTracking ? std::optional(pose.T_map_base)
-                                                                  : std::nullopt);
-    watch.AddMapped(pose, frame.image, source.ExpectedFrames());
+  const auto report = [&](const robot::Estimate& estimate, const cv::Mat& image) {
+    watch.AddMapped(robot::ToFramePose(estimate), image, source.ExpectedFrames());
     progress.Update(++done);
-    terminal::Detail(
-        "frame {} at {:.6f} s: {}", frame.index, frame.stamp_s, graph::ToString(pose.status));
+    reports::PrintDetail(estimate);
+  };
+  cv::Mat before;  // image of the estimate that the next call returns
+  for (recordings::Frame frame; source.Read(frame); frame = {}) {
+    sensors.ReadTo(frame.stamp_s, mapper);
+    const robot::Image up{frame.image, frame.stamp_s, frame.index};
+    if (live) {
+      report(mapper.AddCeiling(up), frame.image);
+    } else if (const auto estimate = mapper.AddCeilingPipelined(up)) {
+      report(*estimate, before);
+    }
+    before = frame.image;
   }
+  if (const auto estimate = mapper.Flush()) report(*estimate, before);
 }
 
 // A camera is always ended this way, so it is no error once there is something to keep.
-void ReportInterrupted(const mapping::Mapper& mapper) {
-  if (mapper.Trajectory().empty()) {
+void ReportInterrupted(const robot::CeilingMapper& mapper) {
+  if (mapper.PlacedFrames() == 0) {
     throw RunError("interrupted before any frame was mapped; nothing was written");
   }
-  terminal::PrintNote(fmt::format("interrupted: {} frames were kept", mapper.Trajectory().size()));
+  terminal::PrintNote(fmt::format("interrupted: {} frames were kept", mapper.PlacedFrames()));
 }
 
-// The map as it is written, alone or as the extension of another.
-reports::MapResult FinishMap(const std::optional<mapping::MapExtension>& extension,
-                             const std::string& source,
-                             const calib::CeilingView& view,
-                             mapping::Mapper& mapper,
-                             store::MapWriter& writer) {
+mapping::MappingResult DrawMap(const MapParams& params, robot::CeilingMapper& mapper) {
   terminal::Progress progress("drawing", "tiles");
   const auto show = [&progress](int done, int total) { progress.Update(done, total); };
-  if (!extension) {
-    mapper.Finish(show);
-    return {nullptr, nullptr, mapper.Trajectory(), mapper.Report(), mapper.Graph().weak_spots};
-  }
   try {
-    mapping::MapExtension::Result joined = extension->Finish(source, view, mapper, writer, show);
-    return {nullptr,
-            nullptr,
-            std::move(joined.frames),
-            joined.report,
-            std::move(joined.weak_spots)};
+    return mapper.Draw(show);
   } catch (const RunError& error) {
+    if (!params.append) throw;
     throw RunError(fmt::format("--append: {}", error.what()));
-  }
-}
-
-std::optional<mapping::MapExtension> OpenExtended(const MapParams& params,
-                                                  const store::MapMetadata& recording) {
-  if (!params.append) return std::nullopt;
-  try {
-    return std::optional<mapping::MapExtension>(
-        std::in_place, params.output, recording, params.resolution);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("--append: {}", error.what()));
   }
 }
 
@@ -217,8 +182,7 @@ std::string UncompensatedText(const std::vector<graph::FramePose>& frames,
 
 // The map and the trajectories appear together, or none of them.
 void CommitFiles(const std::vector<graph::FramePose>& frames,
-                 const calib::CeilingView& view,
-                 store::MapWriter& writer,
+                 robot::CeilingMapper& mapper,
                  const MapParams& params,
                  terminal::Summary& summary) {
   std::vector<std::unique_ptr<AtomicFile>> trajectories;
@@ -228,8 +192,8 @@ void CommitFiles(const std::vector<graph::FramePose>& frames,
     files::WriteText(*trajectories.back(), text);
   };
   write(params.trajectory, TrajectoryText(frames));
-  write(params.tilt.uncompensated, UncompensatedText(frames, view));
-  writer.Commit();
+  write(params.sensors.uncompensated, UncompensatedText(frames, mapper.View()));
+  mapper.Commit();
   summary.files.push_back(params.output);
   for (const auto& trajectory : trajectories) {
     trajectory->Commit();
@@ -241,54 +205,54 @@ void CommitFiles(const std::vector<graph::FramePose>& frames,
   }
 }
 
+robot::CeilingMapperParams MapperParamsFor(const MapParams& params,
+                                           const CommonOptions& common,
+                                           const recordings::SensorInputs& sensors) {
+  robot::CeilingMapperParams mapper;
+  mapper.sensors = sensors.Params();
+  mapper.mapping.origin = params.T_map_first;
+  mapper.append = params.append;
+  mapper.resolution = params.resolution;
+  mapper.source = params.up;
+  mapper.provenance = ProvenanceOf(params, common);
+  return mapper;
+}
+
 void RunMap(MapParams params, const CommonOptions& common, terminal::Summary& summary) {
   const auto start = steady_clock::now();
   params.Resolve();
   const std::optional<calib::Rig> rig =
       params.rig.empty() ? std::nullopt : std::optional(calib::ReadRig(params.rig));
   recordings::FrameSource source(params.up, {.stamps = params.stamps});
-  const calib::CeilingView view = MakeView(rig, params, source);
-  const std::unique_ptr<recordings::TiltSource> tilt =
-      recordings::TiltSource::Make(params.tilt, rig, params.stamps);
-  const std::unique_ptr<recordings::HeadingSource> heading =
-      recordings::HeadingSource::Make(params.heading, rig, params.stamps);
-
-  const store::MapMetadata metadata = Describe(rig, view, params, common);
-  mapping::MapperParams mapper_params;
-  mapper_params.origin = params.T_map_first;
-  mapper_params.mosaic.resolution = metadata.resolution;
-  const std::optional<mapping::MapExtension> extension = OpenExtended(params, metadata);
-  if (extension) mapper_params.first_keyframe_id = extension->NextKeyframeId();
-  store::MapWriter writer(params.output, extension ? extension->Metadata() : metadata);
-  if (extension) extension->CheckCurrent();
-  mapping::Mapper mapper(view, writer, metadata, mapper_params);
+  if (rig) calib::UpCameraFor(*rig, source.Name(), source.Size());
+  recordings::SensorInputs sensors(
+      params.sensors.Files(rig.has_value(), params.stamps, HeadingFrame::kRelative), rig);
+  robot::CeilingMapper mapper =
+      MakeMapper(rig, source, params, MapperParamsFor(params, common, sensors));
+  const std::string unit = mapper.Metadata().unit;
 
   page::PageData page;
   page.title = fmt::format("Map {}", params.output.filename().string());
-  page.unit = metadata.unit;
-  live::RunWatch watch(params.watch, params.up, std::move(page), view);
-  MapFrames(source, tilt.get(), heading.get(), mapper, watch);
+  page.unit = unit;
+  live::RunWatch watch(params.watch, params.up, std::move(page), mapper.View());
+  MapFrames(source, sensors, mapper, watch);
+  reports::MapResult result;
+  result.sensors = {&sensors, mapper.Sensed()};
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
-  if (tilt) {
-    for (const std::string& warning : tilt->Warnings()) terminal::PrintWarning(warning);
-  }
-  if (heading) {
-    for (const std::string& warning : heading->Warnings()) terminal::PrintWarning(warning);
+  for (const std::string& warning : reports::Warnings(result.sensors)) {
+    terminal::PrintWarning(warning);
   }
   if (terminal::Interrupted()) ReportInterrupted(mapper);
-  reports::MapResult result = FinishMap(extension, params.up, view, mapper, writer);
-  result.tilt = tilt.get();
-  result.heading = heading.get();
-  CommitFiles(result.frames, view, writer, params, summary);
+  result.map = DrawMap(params, mapper);
+  CommitFiles(result.map.frames, mapper, params, summary);
   ReportAssumptions(rig.has_value(), source.Stamps());
 
-  const terminal::Table facts =
-      reports::FactsOf(result, metadata.unit, terminal::SecondsSince(start));
-  reports::Summarize(result, source.Report(), metadata.unit, summary);
+  const terminal::Table facts = reports::FactsOf(result, unit, terminal::SecondsSince(start));
+  reports::Summarize(result, source.Report(), unit, summary);
   reports::WarnOfParts(result);
   if (!common.quiet) reports::PrintFacts(facts, summary);
   if (!watch.Wanted()) return;
-  watch.Replace(result.frames);
+  watch.Replace(result.map.frames);
   watch.End(store::MapReader(params.output), facts, common.quiet, summary);
 }
 
@@ -325,8 +289,7 @@ Command AddMapCommand(CLI::App& program) {
       ->group(result);
   add("-o,--output", params->output, "The map", "MAP.gpkg")->required()->group(result);
   add("--trajectory", params->trajectory, "Poses of all frames found", "T.tum")->group(result);
-  params->tilt.AddTo(cli, input, result);
-  params->heading.AddTo(cli, input, input);
+  params->sensors.AddTo(cli, input, input, result);
   add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
   params->watch.AddTo(cli, result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

@@ -76,28 +76,28 @@ std::string_view StatusHeader() {
          "inliers\n";
 }
 
-std::string FormatStatusLine(const localization::Location& location) {
-  const graph::FramePose& pose = location.pose;
-  const char* const status = graph::ToString(pose.status);
-  if (!location.Placed()) return fmt::format("{:.6f},{},,,,,,,,,,\n", pose.stamp_s, status);
-  const auto sigma = [&](int i) { return std::sqrt(pose.covariance(i, i)); };
+std::string FormatStatusLine(const robot::Estimate& estimate) {
+  const char* const status = graph::ToString(estimate.status);
+  if (!estimate.HasPose()) return fmt::format("{:.6f},{},,,,,,,,,,\n", estimate.stamp_s, status);
+  const Pose2& pose = estimate.pose.pose;
+  const auto sigma = [&](int i) { return std::sqrt(estimate.pose.covariance(i, i)); };
   // A level robot is exactly level.
   const auto tilt = [](double rad) {
     return rad == 0 ? std::string("0") : fmt::format("{:.5f}", kDegPerRad * rad);
   };
   return fmt::format("{:.6f},{},{:.6f},{:.6f},{:.5f},{},{},{:.6f},{:.6f},{:.5f},{:.3f},{}\n",
-                     pose.stamp_s,
+                     estimate.stamp_s,
                      status,
-                     pose.T_map_base.x,
-                     pose.T_map_base.y,
-                     kDegPerRad * pose.T_map_base.yaw,
-                     tilt(pose.tilt.pitch_rad),
-                     tilt(pose.tilt.roll_rad),
+                     pose.x,
+                     pose.y,
+                     kDegPerRad * pose.yaw,
+                     tilt(estimate.tilt.pitch_rad),
+                     tilt(estimate.tilt.roll_rad),
                      sigma(0),
                      sigma(1),
                      kDegPerRad * sigma(2),
-                     location.peak,
-                     location.inliers);
+                     estimate.peak,
+                     estimate.inliers);
 }
 
 StatusRecord ReadStatus(const std::filesystem::path& file) {

@@ -10,7 +10,7 @@
 
 #include "app/files/csv.hpp"
 #include "calib/base/stamped_pose.hpp"
-#include "localization/localizer.hpp"
+#include "localization/robot/estimate.hpp"
 #include "mapping/graph/keyframe.hpp"
 
 namespace ceilmap::files {
@@ -19,7 +19,7 @@ namespace ceilmap::files {
 /// `timestamp,status,x,y,yaw_deg,pitch_deg,roll_deg,sigma_x,sigma_y,sigma_yaw_deg,peak,inliers`,
 /// lengths in metres. Where there is no pose, the fields after `status` are empty.
 std::string_view StatusHeader();
-std::string FormatStatusLine(const localization::Location& location);
+std::string FormatStatusLine(const robot::Estimate& estimate);
 
 /// Whether a frame was placed.
 struct FrameStatus {

@@ -29,13 +29,7 @@ void Summarize(const LocalizeResult& result, terminal::Summary& summary) {
                      {"mean_sigma_m", result.mean_sigma_m},
                      {"path", result.path_m},
                      {"latency_ms", or_null(result.latency_ms)}};
-  if (result.heading != nullptr) {
-    result.heading->AddTimes(summary.stages_ms);
-    summary.quality["heading"] = result.heading->Quality();
-  }
-  if (result.tilt == nullptr) return;
-  result.tilt->AddTimes(summary.stages_ms);
-  summary.quality["tilt"] = result.tilt->Quality();
+  Summarize(result.sensors, summary);
 }
 
 terminal::Table FactsOf(const LocalizeResult& result) {
@@ -59,8 +53,7 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   if (result.reading.dropped > 0) {
     table.AddRow({"dropped", count(result.reading.dropped), "frames that came too fast"});
   }
-  if (result.tilt != nullptr) result.tilt->AddRows(table);
-  if (result.heading != nullptr) result.heading->AddRows(table);
+  AddRows(result.sensors, table);
   if (report.scale) {
     table.AddRow({"scale",
                   fmt::format("{:.4f}", *report.scale),

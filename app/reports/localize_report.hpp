@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/heading_source.hpp"
-#include "app/recordings/tilt_source.hpp"
+#include "app/reports/sensor_report.hpp"
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
 #include "localization/localizer.hpp"
@@ -15,8 +14,7 @@ namespace ceilmap::reports {
 
 /// What a localization run found.
 struct LocalizeResult {
-  const recordings::TiltSource* tilt = nullptr;        ///< null: tilt was not measured
-  const recordings::HeadingSource* heading = nullptr;  ///< null: there were none
+  SensorResult sensors;
   localization::LocalizerReport report;
   recordings::FrameSourceReport reading;
   std::optional<double> first_placed_s;  ///< after the first frame

@@ -12,7 +12,7 @@ void Summarize(const MapResult& result,
                const recordings::FrameSourceReport& reading,
                const std::string& unit,
                terminal::Summary& summary) {
-  const mapping::MapperReport& report = result.report;
+  const mapping::MapperReport& report = result.map.report;
   summary.frames = report.frames;
   summary.interrupted = terminal::Interrupted();
   summary.stages_ms = {{"decode", reading.decode_ms},
@@ -32,24 +32,18 @@ void Summarize(const MapResult& result,
                      {"loops", ToJson(report.quality.loops)},
                      {"chi2_per_dof", report.quality.chi2_per_dof},
                      {"loop_rms", report.quality.loop_rms},
-                     {"weak_spots", ToJson(result.weak_spots)},
+                     {"weak_spots", ToJson(result.map.weak_spots)},
                      {"median_peak", report.median_peak},
                      {"path", report.path},
                      {"map_width_px", report.grid.width_px},
                      {"map_height_px", report.grid.height_px},
                      {"map_resolution", report.grid.resolution},
                      {"unit", unit}};
-  if (result.heading != nullptr) {
-    result.heading->AddTimes(summary.stages_ms);
-    summary.quality["heading"] = result.heading->Quality();
-  }
-  if (result.tilt == nullptr) return;
-  result.tilt->AddTimes(summary.stages_ms);
-  summary.quality["tilt"] = result.tilt->Quality();
+  Summarize(result.sensors, summary);
 }
 
 void WarnOfParts(const MapResult& result) {
-  const std::int64_t frames = result.report.unconnected;
+  const std::int64_t frames = result.map.report.unconnected;
   if (frames == 0) return;
   terminal::PrintWarning(fmt::format(
       "{} frames are left out: the robot was lost before them, and nothing ties them to the rest; "
@@ -58,7 +52,7 @@ void WarnOfParts(const MapResult& result) {
 }
 
 terminal::Table FactsOf(const MapResult& result, const std::string& unit, double seconds) {
-  const mapping::MapperReport& report = result.report;
+  const mapping::MapperReport& report = result.map.report;
   const double rate = seconds > 0 ? static_cast<double>(report.frames) / seconds : 0;
   const int decimals = unit == "m" ? 3 : 1;
   const store::MosaicGrid& grid = report.grid;
@@ -72,15 +66,14 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
                   fmt::format("{}", report.unconnected),
                   "seen from a part that nothing ties to the map; left out"});
   }
-  if (result.tilt != nullptr) result.tilt->AddRows(table);
-  if (result.heading != nullptr) result.heading->AddRows(table);
+  AddRows(result.sensors, table);
   table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
   table.AddRow({"loops closed",
                 fmt::format("{}", report.quality.loops.accepted - report.quality.loops.outliers),
                 fmt::format("of {} compared", report.quality.loops.compared)});
-  if (!result.weak_spots.empty()) {
+  if (!result.map.weak_spots.empty()) {
     table.AddRow(
-        {"weak spots", fmt::format("{}", result.weak_spots.size()), "'ceilmap info' names them"});
+        {"weak spots", fmt::format("{}", result.map.weak_spots.size()), "'ceilmap info' names them"});
   }
   table.AddRow({"path", fmt::format("{:.{}f}", report.path, decimals), unit});
   table.AddRow({"map",

@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/heading_source.hpp"
-#include "app/recordings/tilt_source.hpp"
+#include "app/reports/sensor_report.hpp"
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
 #include "mapping/graph/map_graph.hpp"
@@ -15,11 +14,8 @@ namespace ceilmap::reports {
 
 /// What a mapping run made.
 struct MapResult {
-  const recordings::TiltSource* tilt = nullptr;        ///< null: tilt was not measured
-  const recordings::HeadingSource* heading = nullptr;  ///< null: there were none
-  std::vector<graph::FramePose> frames;                ///< of this recording
-  mapping::MapperReport report;
-  std::vector<graph::WeakSpot> weak_spots;  ///< of the whole map
+  mapping::MappingResult map;
+  SensorResult sensors;
 };
 
 /// Frames, stages and quality for --summary. @param unit  of the map, "m" or "px".

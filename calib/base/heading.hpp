@@ -12,6 +12,12 @@ struct HeadingSample {
   double sigma_rad = 0;    ///< standard deviation, > 0
 };
 
+/// The direction that a heading counts from.
+enum class HeadingFrame {
+  kRelative,  ///< unknown, the same for all headings of a source, e.g. its first frame
+  kMap,       ///< the x axis of the map
+};
+
 /// The estimate of the heading at one moment, as a prior for registration, mapping, tracking or
 /// search. The headings of one source are relative to one unknown direction and drift from it: the
 /// variance of a compass grows from its first frame on and decreases when the compass sees earlier
@@ -19,6 +25,7 @@ struct HeadingSample {
 struct HeadingPrior {
   double heading_rad = 0;    ///< in (-pi, pi]
   double variance_rad2 = 0;  ///< > 0
+  HeadingFrame frame = HeadingFrame::kRelative;
 };
 
 /// How far the robot turned between two moments.

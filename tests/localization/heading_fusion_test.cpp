@@ -11,10 +11,8 @@ namespace ceilmap::localization {
 namespace {
 
 TEST(HeadingFusion, OfTheMapIsTakenAsItIs) {
-  HeadingParams params;
-  params.unknown_zero = false;
-  HeadingFusion fusion(params);
-  const auto yaw = fusion.InMap({1, 0.01}, 5);
+  HeadingFusion fusion;
+  const auto yaw = fusion.InMap({1, 0.01, HeadingFrame::kMap}, 5);
   ASSERT_TRUE(yaw);
   EXPECT_EQ(yaw->heading_rad, 1);
   EXPECT_EQ(yaw->variance_rad2, 0.01);

@@ -175,18 +175,16 @@ TEST_F(LocalizerTest, AnotherCeilingIsNeverAPose) {
 }
 
 TEST_F(LocalizerTest, HeadingsOfTheMapChooseAmongPlaces) {
-  LocalizerParams params;
-  params.heading.unknown_zero = false;
-  Visitor right(*map_, UpCamera(250, 0.5), params);
-  Visitor wrong(*map_, UpCamera(250, 0.5), params);
+  Visitor right(*map_, UpCamera(250, 0.5));
+  Visitor wrong(*map_, UpCamera(250, 0.5));
   Pose2 T{2, 2, 0.5};
   bool found = false;
   for (int i = 0; i < 6; ++i) {
     T = T * kStep;
-    const Location location = right.See(T, HeadingPrior{T.yaw + 0.02, 0.001});
+    const Location location = right.See(T, HeadingPrior{T.yaw + 0.02, 0.001, HeadingFrame::kMap});
     Visitor::ExpectRight(location, T);
     found = found || location.Placed();
-    EXPECT_FALSE(wrong.See(T, HeadingPrior{T.yaw + 2, 0.001}).Placed());
+    EXPECT_FALSE(wrong.See(T, HeadingPrior{T.yaw + 2, 0.001, HeadingFrame::kMap}).Placed());
   }
   EXPECT_TRUE(found);
 }
@@ -239,14 +237,12 @@ TEST_F(LocalizerTest, AGapInTimeIsNotBridgedByOneLook) {
 }
 
 TEST_F(LocalizerTest, AHeadingThatTheMotionExcludesIsNotUsed) {
-  LocalizerParams params;
-  params.heading.unknown_zero = false;
-  Visitor visitor(*map_, UpCamera(250, 0.5), params);
+  Visitor visitor(*map_, UpCamera(250, 0.5));
   Pose2 T{1.5, 1.5, 0.3};
   for (int i = 0; i < 20; ++i) {
     T = T * kStep;
     const double off = i > 8 && i % 3 == 0 ? 1.5 : 0;  // beside steel
-    const Location location = visitor.See(T, HeadingPrior{T.yaw + off, 1e-4});
+    const Location location = visitor.See(T, HeadingPrior{T.yaw + off, 1e-4, HeadingFrame::kMap});
     Visitor::ExpectRight(location, T);
     EXPECT_TRUE(i <= 5 || location.Placed()) << i;
   }

@@ -1,0 +1,64 @@
+#include "app/recordings/sensor_inputs.hpp"
+
+#include "app/files/colour_model_file.hpp"
+#include "app/files/heading_csv.hpp"
+#include "calib/robot_rig.hpp"
+
+namespace ceilmap::recordings {
+namespace {
+
+using compensation::TiltMethod;
+
+const std::filesystem::path& OwnOr(const std::filesystem::path& own,
+                                   const std::filesystem::path& upward) {
+  return own.empty() ? upward : own;
+}
+
+}  // namespace
+
+SensorInputs::SensorInputs(const SensorFiles& files, const std::optional<calib::Rig>& rig)
+    : files_(files) {
+  if (!rig) return;
+  if (files.forward.empty()) {
+    if (files_.tilt) files_.tilt = TiltMethod::kCeiling;
+  } else if ((files.tilt && files.tilt != TiltMethod::kCeiling) || !files.heading_model.empty()) {
+    forward_ = std::make_unique<SensorStream>(
+        files.forward,
+        OwnOr(files.forward_stamps, files.stamps),
+        files.heading_model.empty() ? Pixels::kGrey : Pixels::kColour);
+    calib::ForwardCameraFor(*rig, files.forward, forward_->Size());
+  }
+  if (!files.omni.empty()) {
+    omni_ = std::make_unique<SensorStream>(
+        files.omni, OwnOr(files.omni_stamps, files.stamps), Pixels::kColour);
+    calib::OmniCameraFor(*rig, files.omni, omni_->Size());
+  }
+}
+
+robot::SensorsParams SensorInputs::Params() const {
+  robot::SensorsParams params;
+  params.measure_tilt = files_.tilt.has_value();
+  if (files_.tilt) params.tilt.method = *files_.tilt;
+  if (!files_.heading_model.empty()) {
+    params.heading_model = files::ReadColourModel(files_.heading_model);
+  }
+  return params;
+}
+
+void SensorInputs::AddHeadings(robot::Sensors& sensors) const {
+  if (files_.headings.empty()) return;
+  for (const HeadingSample& sample : files::ReadHeadings(files_.headings)) {
+    sensors.AddHeading(sample, files_.headings_frame);
+  }
+}
+
+void SensorInputs::ReadTo(double stamp_s, robot::Sensors& sensors) {
+  if (forward_) {
+    forward_->ReadTo(stamp_s, [&](const robot::Image& image) { sensors.AddForward(image); });
+  }
+  if (omni_) {
+    omni_->ReadTo(stamp_s, [&](const robot::Image& image) { sensors.AddOmni(image); });
+  }
+}
+
+}  // namespace ceilmap::recordings

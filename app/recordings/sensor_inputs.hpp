@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/recordings/sensor_stream.hpp"
+#include "calib/base/heading.hpp"
+#include "calib/rig.hpp"
+#include "compensation/tilt_estimator.hpp"
+#include "localization/robot/sensors.hpp"
+
+namespace ceilmap::recordings {
+
+/// The recordings beside that of the upward camera; empty: there is none.
+struct SensorFiles {
+  std::string forward;
+  std::filesystem::path forward_stamps;  ///< empty: `stamps`
+  std::string omni;
+  std::filesystem::path omni_stamps;    ///< empty: `stamps`
+  std::filesystem::path headings;       ///< files::ReadHeadings
+  std::filesystem::path heading_model;  ///< files::ReadColourModel
+  HeadingFrame headings_frame = HeadingFrame::kRelative;
+  std::optional<compensation::TiltMethod> tilt;  ///< nothing: tilt is not measured
+  std::filesystem::path stamps;                  ///< of the upward frames
+};
+
+/// Reads the recordings beside that of the upward camera and adds them to a mapper or localizer.
+class SensorInputs {
+ public:
+  /// @throws InputError when a file cannot be used or does not fit the rig.
+  SensorInputs(const SensorFiles& files, const std::optional<calib::Rig>& rig);
+
+  /// What the mapper or localizer has to know of these recordings.
+  [[nodiscard]] robot::SensorsParams Params() const;
+  /// Adds the headings of the file, before the first image.
+  void AddHeadings(robot::Sensors& sensors) const;
+  /// Adds the images of each camera as far as the first one that is later than `stamp_s`.
+  void ReadTo(double stamp_s, robot::Sensors& sensors);
+
+  /// Null where there is no recording.
+  [[nodiscard]] const SensorStream* Forward() const { return forward_.get(); }
+  [[nodiscard]] const SensorStream* Omni() const { return omni_.get(); }
+  [[nodiscard]] const std::filesystem::path& HeadingFile() const { return files_.headings; }
+
+ private:
+  SensorFiles files_;
+  std::unique_ptr<SensorStream> forward_;
+  std::unique_ptr<SensorStream> omni_;
+};
+
+}  // namespace ceilmap::recordings

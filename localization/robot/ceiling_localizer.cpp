@@ -1,0 +1,112 @@
+#include "localization/robot/ceiling_localizer.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "calib/base/error.hpp"
+
+namespace ceilmap::robot {
+namespace {
+
+const calib::MountedCamera& UpOf(const calib::Rig& rig) {
+  if (!rig.up) throw InputError("the rig has no camera 'up'; add it under cameras");
+  return *rig.up;
+}
+
+Estimate ToEstimate(const localization::Location& location,
+                    const std::optional<HeadingPrior>& heading) {
+  const graph::FramePose& pose = location.pose;
+  Estimate estimate;
+  estimate.stamp_s = pose.stamp_s;
+  estimate.index = pose.frame_index;
+  estimate.status = pose.status;
+  estimate.pose = {pose.T_map_base, pose.covariance};
+  estimate.tilt = pose.tilt;
+  estimate.heading = heading;
+  estimate.peak = location.peak;
+  estimate.inliers = location.inliers;
+  estimate.blocks = location.blocks;
+  estimate.hypotheses = location.hypotheses;
+  return estimate;
+}
+
+localization::Localizer MakeLocalizer(const store::MapReader& map,
+                                      const std::filesystem::path& file,
+                                      const calib::Rig& rig,
+                                      const localization::LocalizerParams& params) {
+  try {
+    return {map, UpOf(rig), params};
+  } catch (const InputError& error) {
+    if (rig.file.empty()) throw;
+    throw InputError(
+        fmt::format("{} on {}: {}", rig.file.string(), file.string(), error.what()));
+  }
+}
+
+}  // namespace
+
+struct CeilingLocalizer::Impl {
+  Impl(const std::filesystem::path& file,
+       const calib::Rig& rig,
+       const localization::LocalizerParams& params)
+      : map(file),
+        view(UpOf(rig), map.Metadata().ceiling_height_m),
+        localizer(MakeLocalizer(map, file, rig, params)) {}
+
+  store::MapReader map;
+  calib::CeilingView view;
+  localization::Localizer localizer;
+};
+
+CeilingLocalizer::CeilingLocalizer(const std::filesystem::path& map,
+                                   const calib::Rig& rig,
+                                   const CeilingLocalizerParams& params)
+    : Sensors(rig, params.sensors), impl_(std::make_unique<Impl>(map, rig, params.localization)) {}
+CeilingLocalizer::~CeilingLocalizer() = default;
+
+Estimate CeilingLocalizer::Locate(const Frame& frame) {
+  const localization::Location location = impl_->localizer.Locate({frame.up.pixels,
+                                                                   frame.up.index,
+                                                                   frame.up.stamp_s,
+                                                                   frame.context.heading,
+                                                                   frame.context.tilt});
+  if (location.tilt_left) CorrectTilt(*location.tilt_left);
+  Sensors::Locate(frame.up.stamp_s,
+                  location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);
+  return ToEstimate(location, frame.context.heading);
+}
+
+Estimate CeilingLocalizer::AddCeiling(const Image& up) {
+  return Locate(Measure(up));
+}
+
+std::optional<Estimate> CeilingLocalizer::AddCeilingPipelined(const Image& up) {
+  const std::optional<Frame> before = Exchange(up);
+  if (!before) return std::nullopt;
+  return Locate(*before);
+}
+
+std::optional<Estimate> CeilingLocalizer::Flush() {
+  const std::optional<Frame> last = TakeLast();
+  if (!last) return std::nullopt;
+  return Locate(*last);
+}
+
+void CeilingLocalizer::Restart(const std::optional<PoseWithCovariance>& start) {
+  std::optional<localization::PoseEstimate> near;
+  if (start) near = localization::PoseEstimate{start->pose, start->covariance};
+  impl_->localizer.Reset(near);
+}
+
+const store::MapReader& CeilingLocalizer::Map() const {
+  return impl_->map;
+}
+const calib::CeilingView& CeilingLocalizer::View() const {
+  return impl_->view;
+}
+const localization::LocalizerReport& CeilingLocalizer::Report() const {
+  return impl_->localizer.Report();
+}
+
+}  // namespace ceilmap::robot

@@ -1,0 +1,142 @@
+#include "localization/robot/ceiling_mapper.hpp"
+
+#include <utility>
+
+#include "calib/base/error.hpp"
+#include "mapping/map_extension.hpp"
+#include "mapping/store/map_file.hpp"
+
+namespace ceilmap::robot {
+namespace {
+
+calib::CeilingView ViewOf(const calib::Rig& rig) {
+  if (!rig.up) throw InputError("the rig has no camera 'up'; add it under cameras");
+  return {*rig.up, rig.ceiling_height_m};
+}
+
+store::MapMetadata Describe(const std::optional<calib::Rig>& rig,
+                            const calib::CeilingView& view,
+                            const CeilingMapperParams& params) {
+  store::MapMetadata metadata;
+  metadata.unit = rig ? "m" : "px";
+  metadata.resolution = params.resolution.value_or(view.MetresPerPixel());
+  if (rig) {
+    metadata.ceiling_height_m = rig->ceiling_height_m;
+    metadata.rig_yaml = rig->source_yaml;
+    metadata.robot = rig->robot;
+  }
+  metadata.view_size = view.Size();
+  metadata.view_units_per_px = view.MetresPerPixel();
+  metadata.T_base_view = view.T_base_view();
+  metadata.view_mask = view.Mask();
+  metadata.program_version = CEILMAP_VERSION;
+  metadata.provenance = params.provenance;
+  return metadata;
+}
+
+mapping::MapperParams ForMapper(const CeilingMapperParams& params,
+                                const store::MapMetadata& metadata,
+                                const std::optional<mapping::MapExtension>& extension) {
+  mapping::MapperParams mapper = params.mapping;
+  mapper.mosaic.resolution = metadata.resolution;
+  if (extension) mapper.first_keyframe_id = extension->NextKeyframeId();
+  return mapper;
+}
+
+}  // namespace
+
+struct CeilingMapper::Impl {
+  Impl(const std::optional<calib::Rig>& rig,
+       const calib::CeilingView& ceiling_view,
+       const std::filesystem::path& map,
+       const CeilingMapperParams& params)
+      : source(params.source), view(ceiling_view), metadata(Describe(rig, view, params)) {
+    if (params.append) extension.emplace(map, metadata, params.resolution);
+    writer.emplace(map, extension ? extension->Metadata() : metadata);
+    // The writer holds the map's name from here on.
+    if (extension) extension->CheckCurrent();
+    mapper.emplace(view, *writer, metadata, ForMapper(params, metadata, extension));
+  }
+
+  std::string source;
+  calib::CeilingView view;
+  store::MapMetadata metadata;
+  std::optional<mapping::MapExtension> extension;
+  std::optional<store::MapWriter> writer;
+  std::optional<mapping::Mapper> mapper;
+};
+
+CeilingMapper::CeilingMapper(const std::optional<calib::Rig>& rig,
+                             const calib::CeilingView& view,
+                             const std::filesystem::path& map,
+                             const CeilingMapperParams& params)
+    : Sensors(rig, params.sensors), impl_(std::make_unique<Impl>(rig, view, map, params)) {}
+CeilingMapper::CeilingMapper(const calib::Rig& rig,
+                             const std::filesystem::path& map,
+                             const CeilingMapperParams& params)
+    : CeilingMapper(rig, ViewOf(rig), map, params) {}
+CeilingMapper::CeilingMapper(cv::Size size,
+                             const std::filesystem::path& map,
+                             const CeilingMapperParams& params)
+    : CeilingMapper(std::nullopt, calib::CeilingView::InPixels(size), map, params) {}
+CeilingMapper::~CeilingMapper() = default;
+
+Estimate CeilingMapper::Map(const Frame& frame) {
+  const graph::FramePose pose = impl_->mapper->Process(
+      frame.up.pixels, frame.up.index, frame.up.stamp_s, frame.context);
+  Locate(pose.stamp_s,
+         pose.status == TrackingStatus::kTracking ? std::optional(pose.T_map_base) : std::nullopt);
+  Estimate estimate;
+  estimate.stamp_s = pose.stamp_s;
+  estimate.index = pose.frame_index;
+  estimate.status = pose.status;
+  estimate.pose = {pose.T_map_base, pose.covariance};
+  estimate.tilt = pose.tilt;
+  estimate.heading = pose.heading;
+  estimate.keyframe_id = pose.keyframe_id;
+  return estimate;
+}
+
+Estimate CeilingMapper::AddCeiling(const Image& up) {
+  return Map(Measure(up));
+}
+
+std::optional<Estimate> CeilingMapper::AddCeilingPipelined(const Image& up) {
+  const std::optional<Frame> before = Exchange(up);
+  if (!before) return std::nullopt;
+  return Map(*before);
+}
+
+std::optional<Estimate> CeilingMapper::Flush() {
+  const std::optional<Frame> last = TakeLast();
+  if (!last) return std::nullopt;
+  return Map(*last);
+}
+
+mapping::MappingResult CeilingMapper::Draw(const ProgressFunction& progress) {
+  Impl& me = *impl_;
+  if (!me.extension) return me.mapper->Finish(progress);
+  return me.extension->Finish(me.source, me.view, *me.mapper, *me.writer, progress);
+}
+
+void CeilingMapper::Commit() {
+  impl_->writer->Commit();
+}
+
+mapping::MappingResult CeilingMapper::Finish(const ProgressFunction& progress) {
+  mapping::MappingResult result = Draw(progress);
+  Commit();
+  return result;
+}
+
+std::size_t CeilingMapper::PlacedFrames() const {
+  return impl_->mapper->Trajectory().size();
+}
+const calib::CeilingView& CeilingMapper::View() const {
+  return impl_->view;
+}
+const store::MapMetadata& CeilingMapper::Metadata() const {
+  return impl_->metadata;
+}
+
+}  // namespace ceilmap::robot

@@ -1,0 +1,186 @@
+#include "localization/robot/sensors.hpp"
+
+#include <future>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "calib/base/error.hpp"
+#include "localization/robot/colour_heading.hpp"
+#include "localization/robot/omni_heading.hpp"
+#include "localization/robot/sample_heading.hpp"
+
+namespace ceilmap::robot {
+namespace {
+
+struct Located {
+  double stamp_s = 0;
+  std::optional<Pose2> T_map_base;
+};
+
+/// What is known of an upward frame before it is measured. Holds all that the measurement reads, so
+/// that images can be added meanwhile.
+struct Task {
+  Image up;
+  std::optional<Image> forward;
+  std::optional<Image> omni;
+  std::optional<HeadingPrior> heading;  // by samples
+  HeadingSource* by_camera = nullptr;   // null: no camera gives headings
+  std::optional<TiltAngles> residual;   // feedback
+  std::optional<Located> located;
+
+  [[nodiscard]] const Image* HeadingImage(bool by_colours) const {
+    const std::optional<Image>& image = by_colours ? forward : omni;
+    return image ? &*image : nullptr;
+  }
+};
+
+}  // namespace
+
+struct Sensors::Impl {
+  Impl(const std::optional<calib::Rig>& robot, const SensorsParams& p)
+      : rig(robot), params(p), forward(p.max_offset_s), omni(p.max_offset_s) {
+    if (!(p.max_offset_s > 0)) throw InputError("sensors: max_offset_s must be > 0");
+    if (!rig) return;
+    if (params.measure_tilt) tilt.emplace(*rig, params.tilt);
+    if (params.heading_model) {
+      by_camera = std::make_unique<ColourHeading>(std::move(*params.heading_model), *rig);
+      by_colours = true;
+      params.heading_model.reset();
+    }
+  }
+
+  std::optional<calib::Rig> rig;
+  SensorsParams params;
+  CameraStream forward;
+  CameraStream omni;
+  std::optional<compensation::TiltEstimator> tilt;
+  std::unique_ptr<HeadingSource> by_camera;
+  bool by_colours = false;  // by_camera takes forward images, else mirror images
+  std::unique_ptr<SampleHeading> samples;
+  cv::Mat forward_grey;
+
+  // Feedback for the next frame that is measured; it waits while one is being measured.
+  std::optional<TiltAngles> residual;
+  std::optional<Located> located;
+  std::future<Frame> measuring;
+
+  Task Prepare(const Image& up);
+  Frame Measure(const Task& task);
+  Tilt MeasureTilt(const Task& task);
+};
+
+Task Sensors::Impl::Prepare(const Image& up) {
+  Task task;
+  task.up = up;
+  task.forward = forward.Nearest(up.stamp_s);
+  task.omni = omni.Nearest(up.stamp_s);
+  if (samples) task.heading = samples->At(up.stamp_s, nullptr);
+  task.by_camera = by_camera.get();
+  task.residual = std::exchange(residual, std::nullopt);
+  task.located = std::exchange(located, std::nullopt);
+  return task;
+}
+
+Tilt Sensors::Impl::MeasureTilt(const Task& task) {
+  compensation::TiltFrame frame;
+  frame.up = task.up.pixels;
+  frame.stamp_s = task.up.stamp_s;
+  if (task.forward) frame.forward = task.forward->pixels;
+  if (frame.forward.channels() == 3) {
+    cv::cvtColor(frame.forward, forward_grey, cv::COLOR_BGR2GRAY);
+    frame.forward = forward_grey;
+  }
+  return tilt->Estimate(frame).tilt;
+}
+
+Sensors::Frame Sensors::Impl::Measure(const Task& task) {
+  if (task.residual && tilt) tilt->Correct(*task.residual);
+  Frame frame{task.up, {}};
+  frame.context.heading = task.heading;
+  std::future<std::optional<HeadingPrior>> heading;
+  if (task.by_camera != nullptr) {
+    if (task.located) {
+      task.by_camera->Locate(task.located->stamp_s, task.located->T_map_base);
+    }
+    heading = std::async(std::launch::async, [this, &task] {
+      return task.by_camera->At(task.up.stamp_s, task.HeadingImage(by_colours));
+    });
+  }
+  if (tilt) frame.context.tilt = MeasureTilt(task);
+  if (heading.valid()) frame.context.heading = heading.get();
+  return frame;
+}
+
+Sensors::Sensors(const std::optional<calib::Rig>& rig, const SensorsParams& params)
+    : impl_(std::make_unique<Impl>(rig, params)) {}
+Sensors::~Sensors() {
+  if (impl_ && impl_->measuring.valid()) impl_->measuring.wait();
+}
+Sensors::Sensors(Sensors&&) noexcept = default;
+Sensors& Sensors::operator=(Sensors&&) noexcept = default;
+
+void Sensors::AddForward(const Image& image) {
+  impl_->forward.Add(image);
+}
+
+void Sensors::AddOmni(const Image& image) {
+  Impl& me = *impl_;
+  if (!me.by_camera) {
+    if (me.samples) throw InputError("headings come from samples already, not from mirror images");
+    if (!me.rig) throw InputError("mirror images need the robot's rig");
+    me.by_camera = std::make_unique<OmniHeading>(*me.rig);
+  } else if (me.by_colours) {
+    throw InputError("headings come from a model of colours already, not from mirror images");
+  }
+  me.omni.Add(image);
+}
+
+void Sensors::AddHeading(const HeadingSample& sample, HeadingFrame frame) {
+  Impl& me = *impl_;
+  if (me.by_camera) throw InputError("headings come from a camera already, not from samples");
+  if (!me.samples) me.samples = std::make_unique<SampleHeading>(frame);
+  if (me.samples->Frame() != frame) {
+    throw InputError("a heading sample counts from another direction than those before");
+  }
+  me.samples->Add(sample);
+}
+
+SensorsReport Sensors::Sensed() const {
+  const Impl& me = *impl_;
+  SensorsReport report;
+  if (me.tilt) report.tilt = me.tilt->Report();
+  report.tilt_method = me.params.tilt.method;
+  report.forward = me.forward.Report();
+  report.omni = me.omni.Report();
+  if (me.by_camera) report.heading = me.by_camera->Report();
+  if (me.samples) report.heading = me.samples->Report();
+  return report;
+}
+
+Sensors::Frame Sensors::Measure(const Image& up) {
+  return impl_->Measure(impl_->Prepare(up));
+}
+
+std::optional<Sensors::Frame> Sensors::Exchange(const Image& up) {
+  Impl& me = *impl_;
+  std::optional<Frame> before = TakeLast();
+  const bool measures = me.tilt || me.by_camera;
+  me.measuring = std::async(measures ? std::launch::async : std::launch::deferred,
+                            [&me, task = me.Prepare(up)] { return me.Measure(task); });
+  return before;
+}
+
+std::optional<Sensors::Frame> Sensors::TakeLast() {
+  if (!impl_->measuring.valid()) return std::nullopt;
+  return impl_->measuring.get();
+}
+
+void Sensors::CorrectTilt(const TiltAngles& residual) {
+  impl_->residual = residual;
+}
+
+void Sensors::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
+  impl_->located = Located{stamp_s, T_map_base};
+}
+
+}  // namespace ceilmap::robot
