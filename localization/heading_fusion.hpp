@@ -7,8 +7,8 @@
 namespace ceilmap::localization {
 
 struct HeadingParams {
-  /// Drift of the estimated zero of relative headings: growth of its variance per second, rad^2/s, >= 0. The default corresponds
-  /// to 1.5 degrees in a minute.
+  /// Drift of the estimated zero of relative headings: growth of its variance per second, rad^2/s,
+  /// >= 0. The default corresponds to 1.5 degrees in a minute.
   double drift_rad2_per_s = 1e-5;
   /// Minimum standard deviation of a single heading, whatever its stated variance, rad, > 0. For
   /// headings with an unknown zero, the drift up to the moment when the zero was estimated cancels

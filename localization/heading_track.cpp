@@ -21,18 +21,18 @@ void CheckSample(const HeadingSample& sample, std::size_t number, const HeadingS
     }
   };
   require(std::isfinite(sample.stamp_s), "stamp_s", sample.stamp_s, "finite");
-    require(std::isfinite(sample.heading_rad),
-            "heading_rad",
-            sample.heading_rad,
-            "finite; leave out moments without a heading");
-    require(std::isfinite(sample.sigma_rad) && sample.sigma_rad > 0,
-            "sigma_rad",
-            sample.sigma_rad,
-            "finite and > 0");
-    require(before == nullptr || sample.stamp_s > before->stamp_s,
-            "stamp_s",
-            sample.stamp_s,
-            "larger than the one before; sort the samples and drop repeated stamps");
+  require(std::isfinite(sample.heading_rad),
+          "heading_rad",
+          sample.heading_rad,
+          "finite; leave out moments without a heading");
+  require(std::isfinite(sample.sigma_rad) && sample.sigma_rad > 0,
+          "sigma_rad",
+          sample.sigma_rad,
+          "finite and > 0");
+  require(before == nullptr || sample.stamp_s > before->stamp_s,
+          "stamp_s",
+          sample.stamp_s,
+          "larger than the one before; sort the samples and drop repeated stamps");
 }
 
 double Variance(const HeadingSample& sample) {

@@ -29,10 +29,10 @@ void MapExtension::CheckCurrent() const {
 }
 
 MappingResult MapExtension::Finish(const std::string& source,
-                                          const calib::CeilingView& view,
-                                          Mapper& mapper,
-                                          store::MapWriter& writer,
-                                          const std::function<void(int, int)>& progress) const {
+                                   const calib::CeilingView& view,
+                                   Mapper& mapper,
+                                   store::MapWriter& writer,
+                                   const std::function<void(int, int)>& progress) const {
   mapper.Close();
   const MergeResult merged =
       AppendRecording(map_, mapper.Graph(), view, metadata_, {}, writer, progress);

@@ -36,10 +36,10 @@ class MapExtension {
   /// @param progress  done, total tiles of the mosaic.
   /// @throws RunError when the recording does not join the map.
   MappingResult Finish(const std::string& source,
-                const calib::CeilingView& view,
-                Mapper& mapper,
-                store::MapWriter& writer,
-                const std::function<void(int, int)>& progress = {}) const;
+                       const calib::CeilingView& view,
+                       Mapper& mapper,
+                       store::MapWriter& writer,
+                       const std::function<void(int, int)>& progress = {}) const;
 
  private:
   std::filesystem::path file_;

@@ -270,8 +270,7 @@ MappingResult Mapper::Finish(const std::function<void(int, int)>& progress) {
   Impl& me = *impl_;
   {
     const StageTimer timer(me.report.mosaic_ms);
-    me.report.grid =
-        mosaic::WriteMap(me.graph, me.metadata, me.params.mosaic, me.writer, progress);
+    me.report.grid = mosaic::WriteMap(me.graph, me.metadata, me.params.mosaic, me.writer, progress);
   }
   return {me.graph.trajectory, me.report, me.graph.weak_spots};
 }

@@ -22,19 +22,21 @@ rows=(
   "localization/compass/labrosse: localization/compass calib/base"
   "localization/compass/colour: calib calib/base"
   "localization: mapping mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration calib calib/base"
+  "localization/robot: localization localization/compass localization/compass/colour compensation mapping mapping/store
+    mapping/graph calib calib/base"
   "samples/simulator: calib calib/base"
   "app/evaluation: calib/base"
   "app/page: mapping/store mapping/graph"
   "app/terminal: calib/base"
-  "app/files: app/evaluation localization localization/compass localization/compass/colour mapping/graph calib/base"
-  "app/recordings: app/files app/terminal samples/simulator compensation localization localization/compass
+  "app/files: app/evaluation localization/robot localization localization/compass localization/compass/colour mapping/graph calib/base"
+  "app/recordings: app/files app/terminal samples/simulator localization/robot compensation localization localization/compass
     localization/compass/labrosse localization/compass/colour mapping mapping/registration calib/solve calib calib/base"
   "app/figures: app/recordings app/files app/terminal app/evaluation localization/compass calib/base"
-  "app/reports: app/figures app/recordings app/files app/terminal app/page app/evaluation localization
+  "app/reports: app/figures app/recordings app/files app/terminal app/page app/evaluation localization/robot localization
     localization/compass/colour mapping mapping/store mapping/graph calib calib/base"
   "app/live: app/reports app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
   "app/commands: app/live app/reports app/figures app/recordings app/files app/terminal app/page samples/simulator
-    localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/store
+    localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/store
     mapping/graph mapping/registration calib/solve calib calib/base"
   "app: app/commands app/files app/terminal calib/base"
 )
@@ -43,6 +45,7 @@ test_rows=(
   "tests/support: calib/base"
   "tests/mapping/mosaic: tests/mapping/registration"
   "tests/mapping: tests/compensation"
+  "tests/localization/robot: tests/compensation"
   "tests/app/reports: tests/compensation"
   "tests/integration: tests/mapping/store tests/calib/solve"
   "tests/fuzz: tests/mapping/store"

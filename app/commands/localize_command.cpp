@@ -65,7 +65,8 @@ void LocalizeParams::Check() const {
   files::CheckOutputFiles({output, sensors.uncompensated, status});
   std::error_code ignored;
   for (const fs::path& target : {output, sensors.uncompensated, status}) {
-    for (const fs::path& source : {map, rig, stamps, sensors.heading, sensors.heading_model, fs::path(up)}) {
+    for (const fs::path& source :
+         {map, rig, stamps, sensors.heading, sensors.heading_model, fs::path(up)}) {
       if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
       throw InputError(
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));

@@ -72,8 +72,9 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
                 fmt::format("{}", report.quality.loops.accepted - report.quality.loops.outliers),
                 fmt::format("of {} compared", report.quality.loops.compared)});
   if (!result.map.weak_spots.empty()) {
-    table.AddRow(
-        {"weak spots", fmt::format("{}", result.map.weak_spots.size()), "'ceilmap info' names them"});
+    table.AddRow({"weak spots",
+                  fmt::format("{}", result.map.weak_spots.size()),
+                  "'ceilmap info' names them"});
   }
   table.AddRow({"path", fmt::format("{:.{}f}", report.path, decimals), unit});
   table.AddRow({"map",

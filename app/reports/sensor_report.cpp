@@ -133,9 +133,8 @@ std::string HeadingNote(const SensorResult& result) {
     case HeadingSensor::kColours:
       return fmt::format("by colours; {} unsure, {} missing", report.uncertain, report.missing);
     case HeadingSensor::kSamples:
-      return fmt::format("of {}; {} missing",
-                         result.inputs->HeadingFile().filename().string(),
-                         report.missing);
+      return fmt::format(
+          "of {}; {} missing", result.inputs->HeadingFile().filename().string(), report.missing);
   }
   return "";
 }
@@ -194,9 +193,8 @@ void AddRows(const SensorResult& result, terminal::Table& table) {
     }
   }
   if (result.report.heading) {
-    table.AddRow({"headings",
-                  fmt::format("{}", result.report.heading->headings),
-                  HeadingNote(result)});
+    table.AddRow(
+        {"headings", fmt::format("{}", result.report.heading->headings), HeadingNote(result)});
   }
 }
 

@@ -39,8 +39,7 @@ localization::Localizer MakeLocalizer(const store::MapReader& map,
     return {map, UpOf(rig), params};
   } catch (const InputError& error) {
     if (rig.file.empty()) throw;
-    throw InputError(
-        fmt::format("{} on {}: {}", rig.file.string(), file.string(), error.what()));
+    throw InputError(fmt::format("{} on {}: {}", rig.file.string(), file.string(), error.what()));
   }
 }
 

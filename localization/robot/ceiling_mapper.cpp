@@ -82,8 +82,8 @@ CeilingMapper::CeilingMapper(cv::Size size,
 CeilingMapper::~CeilingMapper() = default;
 
 Estimate CeilingMapper::Map(const Frame& frame) {
-  const graph::FramePose pose = impl_->mapper->Process(
-      frame.up.pixels, frame.up.index, frame.up.stamp_s, frame.context);
+  const graph::FramePose pose =
+      impl_->mapper->Process(frame.up.pixels, frame.up.index, frame.up.stamp_s, frame.context);
   Locate(pose.stamp_s,
          pose.status == TrackingStatus::kTracking ? std::optional(pose.T_map_base) : std::nullopt);
   Estimate estimate;

@@ -62,15 +62,13 @@ std::optional<HeadingPrior> ColourHeading::At(double stamp_s, const Image* image
     ++report_.missing;
     return std::nullopt;
   }
-  report_.largest_offset_s =
-      std::max(report_.largest_offset_s, std::abs(image->stamp_s - stamp_s));
+  report_.largest_offset_s = std::max(report_.largest_offset_s, std::abs(image->stamp_s - stamp_s));
   if (image_s_ != image->stamp_s) Process(*image);
   image_s_ = image->stamp_s;
   if (!heading_ || heading_->confidence < kMinConfidence) return std::nullopt;
   const double turned_rad = kTurnRate * (stamp_s - image->stamp_s);
-  return HeadingPrior{heading_->heading_rad,
-                      heading_->variance_rad2 + turned_rad * turned_rad,
-                      HeadingFrame::kMap};
+  return HeadingPrior{
+      heading_->heading_rad, heading_->variance_rad2 + turned_rad * turned_rad, HeadingFrame::kMap};
 }
 
 void ColourHeading::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {

@@ -18,13 +18,13 @@ struct Estimate {
   double stamp_s = 0;
   std::int64_t index = 0;  ///< of the image (Image::index)
   TrackingStatus status = TrackingStatus::kLost;
-  PoseWithCovariance pose;  ///< T_map_base; (x, y, yaw) in map axes
-  Tilt tilt;                ///< that was taken out of the image
+  PoseWithCovariance pose;              ///< T_map_base; (x, y, yaw) in map axes
+  Tilt tilt;                            ///< that was taken out of the image
   std::optional<HeadingPrior> heading;  ///< as measured, in its own frame
-  double peak = 0;          ///< agreement of the image with the map, 0..1 (CeilingLocalizer)
-  int inliers = 0;          ///< blocks of the image that agree with the map (CeilingLocalizer)
-  int blocks = 0;           ///< blocks compared (CeilingLocalizer)
-  int hypotheses = 0;       ///< places where the robot may be, while its pose is unknown
+  double peak = 0;     ///< agreement of the image with the map, 0..1 (CeilingLocalizer)
+  int inliers = 0;     ///< blocks of the image that agree with the map (CeilingLocalizer)
+  int blocks = 0;      ///< blocks compared (CeilingLocalizer)
+  int hypotheses = 0;  ///< places where the robot may be, while its pose is unknown
   std::int64_t keyframe_id = -1;  ///< against which the frame was measured (CeilingMapper)
 
   [[nodiscard]] bool HasPose() const { return graph::HasPose(status); }

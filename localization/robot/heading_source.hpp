@@ -23,7 +23,7 @@ struct HeadingReport {
   /// Mirror: images without information, for which the heading was held. Colours: headings that
   /// were not unique.
   std::int64_t uncertain = 0;
-  std::int64_t missing = 0;  ///< upward frames without image or sample at their time
+  std::int64_t missing = 0;        ///< upward frames without image or sample at their time
   std::int64_t references = 0;     ///< mirror: panoramas that became the reference
   std::int64_t below_horizon = 0;  ///< colours: frames that show only what is below the horizon
   double last_sigma_rad = 0;       ///< of the last heading

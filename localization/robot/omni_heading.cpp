@@ -66,8 +66,7 @@ std::optional<HeadingPrior> OmniHeading::At(double stamp_s, const Image* image) 
     ++report_.missing;
     return std::nullopt;
   }
-  report_.largest_offset_s =
-      std::max(report_.largest_offset_s, std::abs(image->stamp_s - stamp_s));
+  report_.largest_offset_s = std::max(report_.largest_offset_s, std::abs(image->stamp_s - stamp_s));
   if (image_s_ != image->stamp_s) Process(*image);
   image_s_ = image->stamp_s;
   // A compass may skip images; it then has no heading at this time.

@@ -140,7 +140,7 @@ TEST_F(TiltTest, AForwardCameraThatFailsIsLeftOut) {
   }
   const Mapped with_covered = Map({"--forward=covered"});
   EXPECT_LT(with_covered.after_m, 0.01);
-  EXPECT_THAT(with_covered.err, HasSubstr("forward frames tell no tilt"));
+  EXPECT_THAT(with_covered.err, HasSubstr("forward frames show no tilt"));
   EXPECT_LE(with_covered.tilt["by_forward"], 12);
 
   (void)CopyForward("damaged");

@@ -93,7 +93,7 @@ TEST(HeadingTrack, KnowsOnlyItsSamplesWithoutAGap) {
 }
 
 TEST(HeadingTrack, MayBeEmptyOrOfOneSample) {
-  EXPECT_FALSE(HeadingTrack({}).At(0).has_value());
+  EXPECT_FALSE(HeadingTrack().At(0).has_value());
   const HeadingTrack one({{5, 3 * kPi, 0.1}});
   ExpectPrior(one.At(5), kPi, 0.01);
   ExpectPrior(one.At(4.75), kPi, 0.01 + 0.25 * 0.03);

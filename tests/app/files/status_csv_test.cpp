@@ -10,26 +10,26 @@ namespace {
 using graph::TrackingStatus;
 
 TEST(StatusCsv, APlacedFrame) {
-  localization::Location location;
-  location.pose.status = TrackingStatus::kRelocalized;
-  location.pose.stamp_s = 12.5;
-  location.pose.T_map_base = {1, -2.25, std::acos(-1.0) / 4};
-  location.pose.covariance.diagonal() << 1e-6, 4e-6, 1e-8;
-  location.peak = 0.71;
-  location.inliers = 40;
-  EXPECT_EQ(FormatStatusLine(location),
+  robot::Estimate estimate;
+  estimate.status = TrackingStatus::kRelocalized;
+  estimate.stamp_s = 12.5;
+  estimate.pose.pose = {1, -2.25, std::acos(-1.0) / 4};
+  estimate.pose.covariance.diagonal() << 1e-6, 4e-6, 1e-8;
+  estimate.peak = 0.71;
+  estimate.inliers = 40;
+  EXPECT_EQ(FormatStatusLine(estimate),
             "12.500000,relocalized,1.000000,-2.250000,45.00000,0,0,0.001000,0.002000,0.00573,0.710,"
             "40\n");
 }
 
 TEST(StatusCsv, AFrameWithoutAPoseHasNoNumbersAndAsManyFields) {
-  localization::Location location;
-  location.pose.stamp_s = 3;
+  robot::Estimate estimate;
+  estimate.stamp_s = 3;
   const std::string_view header = StatusHeader();
   for (const TrackingStatus status : {TrackingStatus::kLost, TrackingStatus::kAmbiguous}) {
-    location.pose.status = status;
-    location.pose.T_map_base = {1, 2, 3};
-    const std::string line = FormatStatusLine(location);
+    estimate.status = status;
+    estimate.pose.pose = {1, 2, 3};
+    const std::string line = FormatStatusLine(estimate);
     EXPECT_EQ(line, std::string("3.000000,") + graph::ToString(status) + ",,,,,,,,,,\n");
     EXPECT_EQ(std::count(line.begin(), line.end(), ','),
               std::count(header.begin(), header.end(), ','));
@@ -38,15 +38,15 @@ TEST(StatusCsv, AFrameWithoutAPoseHasNoNumbersAndAsManyFields) {
 
 TEST(StatusCsv, IsReadBack) {
   const support::TestFolder folder;
-  localization::Location placed;
-  placed.pose.status = TrackingStatus::kTracking;
-  placed.pose.stamp_s = 12.5;
-  placed.pose.T_map_base = {1, -2.25, 0.75};
-  placed.pose.tilt.pitch_rad = 0.1;
+  robot::Estimate placed;
+  placed.status = TrackingStatus::kTracking;
+  placed.stamp_s = 12.5;
+  placed.pose.pose = {1, -2.25, 0.75};
+  placed.tilt.pitch_rad = 0.1;
   placed.pose.covariance.diagonal() << 1e-6, 4e-6, 1e-4;
-  localization::Location lost;
-  lost.pose.status = TrackingStatus::kLost;
-  lost.pose.stamp_s = 13;
+  robot::Estimate lost;
+  lost.status = TrackingStatus::kLost;
+  lost.stamp_s = 13;
   const StatusRecord record = ReadStatus(folder.Write(
       "s.csv", std::string(StatusHeader()) + FormatStatusLine(placed) + FormatStatusLine(lost)));
   ASSERT_EQ(record.poses.size(), 1U);

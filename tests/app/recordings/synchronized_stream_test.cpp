@@ -44,9 +44,9 @@ TEST(SynchronizedStream, GoOneToOneWithFramesOfTheSameTimes) {
   EXPECT_EQ(frames.Name(), (folder / "forward").string());
   for (int i = 0; i < 6; ++i) EXPECT_EQ(NumberAt(frames, 100 + 0.1 * i), i);
   const SynchronizedStream::Report report = frames.GetReport();
-  EXPECT_EQ(report.matched, 6);
-  EXPECT_EQ(report.missing, 0);
-  EXPECT_LT(report.largest_offset_s, 1e-6);
+  EXPECT_EQ(report.matches.matched, 6);
+  EXPECT_EQ(report.matches.missing, 0);
+  EXPECT_LT(report.matches.largest_offset_s, 1e-6);
   EXPECT_EQ(report.reading.decoded, 6);
   EXPECT_THAT(frames.Warnings(), IsEmpty());
 }
@@ -60,8 +60,8 @@ TEST(SynchronizedStream, TheNearestInTimeCounts) {
   EXPECT_EQ(NumberAt(frames, 100.0599), 1);  // the same again
   EXPECT_EQ(NumberAt(frames, 100.061), 2);
   EXPECT_EQ(NumberAt(frames, 100.295), 7);  // several later
-  EXPECT_EQ(frames.GetReport().matched, 6);
-  EXPECT_NEAR(frames.GetReport().largest_offset_s, 0.02, 2e-3);
+  EXPECT_EQ(frames.GetReport().matches.matched, 6);
+  EXPECT_NEAR(frames.GetReport().matches.largest_offset_s, 0.02, 2e-3);
   EXPECT_THAT(frames.Warnings(),
               ElementsAre(frames.Name() + ": its frames were matched by time, up to 20 ms apart"));
 }
@@ -76,8 +76,8 @@ TEST(SynchronizedStream, FartherThan50MillisecondsIsAnotherMoment) {
   EXPECT_EQ(NumberAt(frames, 100.1), -1);  // between two
   EXPECT_EQ(NumberAt(frames, 100.151), 1);
   EXPECT_EQ(NumberAt(frames, 100.41), 2);
-  EXPECT_EQ(frames.GetReport().matched, 4);
-  EXPECT_EQ(frames.GetReport().missing, 3);
+  EXPECT_EQ(frames.GetReport().matches.matched, 4);
+  EXPECT_EQ(frames.GetReport().matches.missing, 3);
 }
 
 TEST(SynchronizedStream, OneThatEndsSoonerIsUsedAsFarAsItGoes) {
@@ -98,7 +98,7 @@ TEST(SynchronizedStream, AnotherFrameRate) {
   std::vector<int> seen;
   for (int i = 0; i < 10; ++i) seen.push_back(NumberAt(frames, 0.1 * i));
   EXPECT_THAT(seen, ElementsAre(0, 3, 6, 9, 12, 15, 18, 21, 24, 27));
-  EXPECT_EQ(frames.GetReport().matched, 10);
+  EXPECT_EQ(frames.GetReport().matches.matched, 10);
 }
 
 // The first camera's stamps, 100.0 and on; the forward video has twice as many frames.

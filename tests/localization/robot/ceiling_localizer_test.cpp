@@ -1,0 +1,131 @@
+#include "localization/robot/ceiling_localizer.hpp"
+
+#include "calib/base/error.hpp"
+#include "tests/localization/true_map.hpp"
+
+namespace ceilmap::robot {
+namespace {
+
+using namespace localization::synthetic;
+
+calib::Rig RigOf(const calib::MountedCamera& up) {
+  calib::Rig rig;
+  rig.ceiling_height_m = kCeiling_m;
+  rig.up = up;
+  return rig;
+}
+
+class CeilingLocalizerTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { map_ = new TrueMap(); }
+  static void TearDownTestSuite() {
+    delete map_;
+    map_ = nullptr;
+  }
+  static std::filesystem::path MapFile() { return map_->folder / "true.gpkg"; }
+
+  Image See(const Pose2& T_map_base) {
+    const calib::CeilingView view(up_, kCeiling_m);
+    ++index_;
+    return {Seen(map_->ceiling, view, T_map_base, static_cast<std::uint32_t>(index_)),
+            0.1 * static_cast<double>(index_),
+            index_};
+  }
+  static void ExpectAt(const Estimate& estimate, const Pose2& T_map_base) {
+    ASSERT_TRUE(estimate.HasPose());
+    EXPECT_LT((estimate.pose.pose.Translation() - T_map_base.Translation()).norm(), 0.01);
+    EXPECT_LT(std::abs(WrapAngle(estimate.pose.pose.yaw - T_map_base.yaw)), 0.005);
+    EXPECT_GT(estimate.pose.covariance(0, 0), 0);
+    EXPECT_GT(estimate.inliers, 0);
+    EXPECT_GT(estimate.blocks, 0);
+    EXPECT_GT(estimate.peak, 0.2);
+  }
+
+  static TrueMap* map_;
+  calib::MountedCamera up_ = UpCamera(250, 0.5);
+  std::int64_t index_ = 0;
+};
+
+TrueMap* CeilingLocalizerTest::map_ = nullptr;
+
+const Pose2 kStep{0.06, 0.01, 0.03};
+
+TEST_F(CeilingLocalizerTest, FindsTheRobotAnywhereAndFollowsIt) {
+  CeilingLocalizer localizer(MapFile(), RigOf(up_));
+  Pose2 T{1.5, 1.5, 0.4};
+  Estimate estimate;
+  for (int i = 0; i < 12; ++i) {
+    T = T * kStep;
+    const Image image = See(T);
+    estimate = localizer.AddCeiling(image);
+    EXPECT_EQ(estimate.index, image.index);
+    EXPECT_EQ(estimate.stamp_s, image.stamp_s);
+    if (estimate.HasPose()) ExpectAt(estimate, T);
+  }
+  ExpectAt(estimate, T);
+  EXPECT_EQ(estimate.status, TrackingStatus::kTracking);
+  EXPECT_EQ(localizer.Report().frames, 12);
+}
+
+TEST_F(CeilingLocalizerTest, PipelinedEstimatesComeOneImageLaterAndAreTheSame) {
+  CeilingLocalizer direct(MapFile(), RigOf(up_));
+  CeilingLocalizer pipelined(MapFile(), RigOf(up_));
+  std::vector<Estimate> expected;
+  std::vector<Estimate> estimates;
+  Pose2 T{2, 1, -0.5};
+  for (int i = 0; i < 10; ++i) {
+    T = T * kStep;
+    const Image image = See(T);
+    expected.push_back(direct.AddCeiling(image));
+    const auto estimate = pipelined.AddCeilingPipelined(image);
+    EXPECT_EQ(estimate.has_value(), i > 0);
+    if (estimate) estimates.push_back(*estimate);
+  }
+  estimates.push_back(pipelined.Flush().value());
+  EXPECT_FALSE(pipelined.Flush());
+  ASSERT_EQ(estimates.size(), expected.size());
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    EXPECT_EQ(estimates[i].index, expected[i].index);
+    EXPECT_EQ(estimates[i].status, expected[i].status) << i;
+    EXPECT_NEAR(estimates[i].pose.pose.x, expected[i].pose.pose.x, 1e-3) << i;
+  }
+}
+
+TEST_F(CeilingLocalizerTest, ARestartWithAPoseSearchesThere) {
+  CeilingLocalizer localizer(MapFile(), RigOf(up_));
+  Pose2 T{1.5, 1.5, 0.4};
+  for (int i = 0; i < 8; ++i) {
+    T = T * kStep;
+    (void)localizer.AddCeiling(See(T));
+  }
+  PoseWithCovariance start;
+  start.pose = {3.5, 2.5, -1};
+  start.covariance.diagonal() << 0.04, 0.04, 0.01;
+  localizer.Restart(start);
+  const Estimate estimate = localizer.AddCeiling(See({3.6, 2.45, -1.02}));
+  ExpectAt(estimate, {3.6, 2.45, -1.02});
+  EXPECT_EQ(estimate.status, TrackingStatus::kRelocalized);
+  start.pose.x = std::nan("");
+  EXPECT_THROW(localizer.Restart(start), InputError);
+}
+
+TEST_F(CeilingLocalizerTest, AnImageWithoutTextureHasNoPose) {
+  CeilingLocalizer localizer(MapFile(), RigOf(up_));
+  const Estimate estimate = localizer.AddCeiling({cv::Mat(240, 320, CV_8UC1, cv::Scalar(7)), 1, 0});
+  EXPECT_FALSE(estimate.HasPose());
+  EXPECT_EQ(estimate.status, TrackingStatus::kLost);
+}
+
+TEST_F(CeilingLocalizerTest, BadInputIsRefused) {
+  EXPECT_THROW(CeilingLocalizer(map_->folder / "none.gpkg", RigOf(up_)), InputError);
+  EXPECT_THROW(CeilingLocalizer(MapFile(), calib::Rig{}), InputError);
+  CeilingLocalizer localizer(MapFile(), RigOf(up_));
+  EXPECT_THROW(localizer.AddCeiling({cv::Mat(100, 100, CV_8UC1), 1, 0}), InputError);
+  (void)localizer.AddCeiling(See({2, 2, 0}));
+  Image late = See({2, 2, 0});
+  late.stamp_s = 0;
+  EXPECT_THROW(localizer.AddCeiling(late), InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::robot

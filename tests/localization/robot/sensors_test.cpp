@@ -1,0 +1,180 @@
+#include "localization/robot/sensors.hpp"
+
+#include <cmath>
+
+#include "calib/base/degrees.hpp"
+#include "calib/base/error.hpp"
+#include "tests/compensation/bumpy_drive.hpp"
+
+namespace ceilmap::robot {
+namespace {
+
+using compensation::TiltMethod;
+
+/// What CeilingMapper and CeilingLocalizer use of their base.
+class TestedSensors : public Sensors {
+ public:
+  using Sensors::CorrectTilt;
+  using Sensors::Exchange;
+  using Sensors::Frame;
+  using Sensors::Locate;
+  using Sensors::Measure;
+  using Sensors::Sensors;
+  using Sensors::TakeLast;
+};
+
+/// Four level frames, then nose up by 3 degrees; the forward camera stops before the last two.
+struct Drive {
+  std::vector<cv::Mat> up;
+  std::vector<cv::Mat> forward;
+  calib::Rig rig;
+
+  Drive() {
+    const simulator::Renderer renderer(compensation::synthetic::Lab());
+    rig = renderer.GetRig();
+    for (int i = 0; i < 8; ++i) {
+      const Tilt tilt =
+          i < 4 ? Tilt{} : compensation::synthetic::FrontUp(3, rig.axle_behind_mast_m);
+      const simulator::Frame frame =
+          compensation::synthetic::FrameAt(i, {2.6 + 0.02 * i, 2.6, 0.2}, tilt);
+      up.push_back(renderer.Render(frame));
+      if (i < 6) forward.push_back(renderer.RenderForward(frame));
+    }
+  }
+};
+
+Image ImageOf(const cv::Mat& pixels, int index) {
+  return {pixels, 100 + 0.1 * index, index};
+}
+
+/// All frames of a drive, one by one or pipelined.
+std::vector<TestedSensors::Frame> Measured(const Drive& drive,
+                                           bool pipelined,
+                                           TestedSensors& sensors) {
+  std::vector<TestedSensors::Frame> frames;
+  for (int i = 0; i < static_cast<int>(drive.up.size()); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (at < drive.forward.size()) sensors.AddForward(ImageOf(drive.forward[at], i));
+    const Image up = ImageOf(drive.up[at], i);
+    if (!pipelined) {
+      frames.push_back(sensors.Measure(up));
+    } else if (auto frame = sensors.Exchange(up)) {
+      frames.push_back(*frame);
+    }
+  }
+  if (auto frame = sensors.TakeLast()) frames.push_back(*frame);
+  EXPECT_FALSE(sensors.TakeLast());
+  return frames;
+}
+
+TEST(Sensors, MeasureTheTiltOfEachFrameInBothWays) {
+  const Drive drive;
+  for (const bool pipelined : {false, true}) {
+    TestedSensors sensors(drive.rig, {});
+    const auto frames = Measured(drive, pipelined, sensors);
+    ASSERT_EQ(frames.size(), 8U);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      EXPECT_EQ(frames[i].up.index, static_cast<std::int64_t>(i));
+      EXPECT_EQ(frames[i].up.pixels.data, drive.up[i].data) << "shared, not copied";
+      const Tilt& tilt = frames[i].context.tilt;
+      EXPECT_NEAR(tilt.pitch_rad, i < 4 ? 0 : -3 * kRadPerDeg, 0.15 * kRadPerDeg) << i;
+      EXPECT_NEAR(tilt.roll_rad, 0, 0.15 * kRadPerDeg) << i;
+    }
+    const SensorsReport report = sensors.Sensed();
+    ASSERT_TRUE(report.tilt);
+    EXPECT_EQ(report.tilt_method, TiltMethod::kFused);
+    EXPECT_EQ(report.tilt->level, 4);
+    EXPECT_NEAR(report.tilt->largest_rad, 3 * kRadPerDeg, 0.1 * kRadPerDeg);
+    EXPECT_EQ(report.tilt->by_ceiling, 7);
+    EXPECT_EQ(report.tilt->by_forward, 5);
+    EXPECT_EQ(report.tilt->without_forward, 2);
+    EXPECT_EQ(report.tilt->unknown, 1);
+    EXPECT_EQ(report.forward.matched, 6);
+    EXPECT_EQ(report.forward.missing, 2);
+    EXPECT_FALSE(report.heading);
+  }
+}
+
+TEST(Sensors, ColourImagesOfTheForwardCameraGiveTheSameTilt) {
+  Drive drive;
+  TestedSensors grey(drive.rig, {});
+  const auto expected = Measured(drive, false, grey);
+  for (cv::Mat& image : drive.forward) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
+  TestedSensors colour(drive.rig, {});
+  const auto frames = Measured(drive, false, colour);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_NEAR(frames[i].context.tilt.pitch_rad, expected[i].context.tilt.pitch_rad, 1e-9) << i;
+  }
+  EXPECT_EQ(colour.Sensed().tilt->by_forward, 5);
+}
+
+TEST(Sensors, TheRobotIsLevelWithoutMeasurement) {
+  const Drive drive;
+  SensorsParams params;
+  params.measure_tilt = false;
+  TestedSensors sensors(drive.rig, params);
+  for (const auto& frame : Measured(drive, true, sensors)) {
+    EXPECT_TRUE(frame.context.tilt.IsLevel());
+    EXPECT_FALSE(frame.context.heading);
+  }
+  EXPECT_FALSE(sensors.Sensed().tilt);
+}
+
+TEST(Sensors, ResidualTiltMeasuredByAMapCorrectsTheNextFrames) {
+  const Drive drive;
+  SensorsParams params;
+  params.tilt.method = TiltMethod::kCeiling;
+  TestedSensors sensors(drive.rig, params);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_TRUE(
+        sensors.Measure(ImageOf(drive.up[static_cast<std::size_t>(i)], i)).context.tilt.IsLevel());
+    sensors.CorrectTilt({{0.02, 0}, 1e-8 * Eigen::Matrix2d::Identity()});
+  }
+  const auto frame = sensors.Measure(ImageOf(drive.up[3], 4));
+  EXPECT_NEAR(frame.context.tilt.pitch_rad, 0.02, 0.002);
+  EXPECT_EQ(sensors.Sensed().tilt->corrected, 1);
+}
+
+TEST(Sensors, SamplesOfHeadingsAreInterpolated) {
+  const Drive drive;
+  TestedSensors sensors(std::nullopt, {});
+  for (int i = 0; i < 4; ++i)
+    sensors.AddHeading({100 + 0.2 * i, 0.1 * i, 0.01}, HeadingFrame::kMap);
+  for (int i = 0; i < 7; ++i) {
+    const auto frame = sensors.Measure(ImageOf(drive.up[0], i));
+    ASSERT_TRUE(frame.context.heading) << i;
+    EXPECT_NEAR(frame.context.heading->heading_rad, 0.05 * i, 1e-9);
+    EXPECT_EQ(frame.context.heading->frame, HeadingFrame::kMap);
+  }
+  EXPECT_FALSE(sensors.Measure(ImageOf(drive.up[0], 20)).context.heading);
+  const SensorsReport report = sensors.Sensed();
+  ASSERT_TRUE(report.heading);
+  EXPECT_EQ(report.heading->sensor, HeadingSensor::kSamples);
+  EXPECT_EQ(report.heading->headings, 7);
+  EXPECT_EQ(report.heading->missing, 1);
+}
+
+TEST(Sensors, RefuseHeadingsOfTwoSources) {
+  const Drive drive;
+  TestedSensors sensors(drive.rig, {});
+  const Image mirror{cv::Mat(240, 320, CV_8UC1, cv::Scalar(9)), 100, 0};
+  EXPECT_THROW(sensors.AddOmni(mirror), InputError) << "the rig has no mirror";
+  sensors.AddHeading({100, 0, 0.01}, HeadingFrame::kRelative);
+  EXPECT_THROW(sensors.AddHeading({101, 0, 0.01}, HeadingFrame::kMap), InputError);
+  EXPECT_THROW(sensors.AddHeading({100, 0, 0.01}, HeadingFrame::kRelative), InputError);
+  EXPECT_THROW(sensors.AddOmni(mirror), InputError);
+}
+
+TEST(Sensors, RefuseParametersThatTheRigCannotMeet) {
+  Drive drive;
+  SensorsParams params;
+  params.max_offset_s = 0;
+  EXPECT_THROW(TestedSensors(drive.rig, params), InputError);
+  params = {};
+  params.tilt.method = TiltMethod::kForward;
+  drive.rig.forward.reset();
+  EXPECT_THROW(TestedSensors(drive.rig, params), InputError);
+}
+
+}  // namespace
+}  // namespace ceilmap::robot
