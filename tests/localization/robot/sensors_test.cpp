@@ -14,12 +14,13 @@ using compensation::TiltMethod;
 /// What CeilingMapper and CeilingLocalizer use of their base.
 class TestedSensors : public Sensors {
  public:
+  explicit TestedSensors(const std::optional<calib::Rig>& rig, const SensorsParams& params = {})
+      : Sensors(rig, params) {}
   using Sensors::CorrectTilt;
   using Sensors::Exchange;
   using Sensors::Frame;
   using Sensors::Locate;
   using Sensors::Measure;
-  using Sensors::Sensors;
   using Sensors::TakeLast;
 };
 
