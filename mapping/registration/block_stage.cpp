@@ -81,7 +81,7 @@ void BlockStage::PrepareReference(Level& level) const {
   RealArray samples(poc_.Area());
   level.blocks.resize(corners_.size());
   for (std::size_t i = 0; i < corners_.size(); ++i) {
-    SampleBlock(level, SamplingMap({}, size_, corners_[i]), samples);
+    CopyBlock(level, corners_[i], samples);
     ReferenceBlock& out = level.blocks[i];
     out.spectrum.Resize(poc_.SpectrumSize());
     out.blank = IsBlank(samples);
@@ -198,6 +198,17 @@ void BlockStage::SampleBlock(const Level& level,
                                samples.data());
 }
 
+void BlockStage::CopyBlock(const Level& level, cv::Point corner, RealArray& samples) const {
+  kernels::CopyWindowed(
+      level.grey.data() + static_cast<std::ptrdiff_t>(corner.y) * size_.width + corner.x,
+      size_.width,
+      poc_.WindowX().data(),
+      poc_.WindowY().data(),
+      params_.block_px,
+      params_.block_px,
+      samples.data());
+}
+
 Dissimilarity BlockStage::Compare(const Level& reference,
                                   const Level& current,
                                   const ImageMotion& motion) {
@@ -215,7 +226,7 @@ Dissimilarity BlockStage::Compare(const Level& reference,
     const kernels::Affine map = SamplingMap(motion, size_, corner);
     const kernels::Affine in_reference = SamplingMap({}, size_, corner);
     if (!Inside(in_reference, reference) || !Inside(map, current)) continue;
-    SampleBlock(reference, in_reference, samples_);
+    CopyBlock(reference, corner, samples_);
     if (IsBlank(samples_)) continue;
     wanted = Eigen::Map<const Eigen::VectorXf>(samples_.data(), n);
     SampleBlock(current, map, samples_);

@@ -75,6 +75,7 @@ class BlockStage {
 
  private:
   void SampleBlock(const Level& level, const kernels::Affine& map, RealArray& samples) const;
+  void CopyBlock(const Level& level, cv::Point corner, RealArray& samples) const;
   bool MeasureBlock(const Level& reference,
                     const Level& current,
                     int block,

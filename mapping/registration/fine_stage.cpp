@@ -338,18 +338,28 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Fine& reference,
   PlaneFit fit;
   fit.motion = start;
   std::vector<PlaneShift> shifts;
+  std::vector<PlaneShift> measured;
+  std::vector<int> valid;  // blocks of `shifts` that need not be measured again
   for (int round = 0; round < rounds; ++round) {
     const int count = round == 0 ? params_.first_blocks : params_.final_blocks;
-    const auto chosen = SelectUnder(reference, current, level_camera, fit.motion, count);
+    std::vector<int> chosen = SelectUnder(reference, current, level_camera, fit.motion, count);
+    if (valid.empty()) shifts.clear();
+    std::erase_if(chosen, [&valid](int block) {
+      return std::find(valid.begin(), valid.end(), block) != valid.end();
+    });
     const int search_px = round == 0 ? 2 * kWideSearch : kCloseSearch;
     fine_.MeasurePlane(
-        reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, shifts);
+        reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, measured);
+    shifts.insert(shifts.end(), measured.begin(), measured.end());
     const PlaneMotion from = fit.motion;
     fit = FitPlaneMotion(level_camera, shifts, from, params);
     if (!fit.ok) return fit;
-    // Sampled once more from less than this away, a block would say the same.
+    // A block measured again from less than this distance would give the same shift.
     constexpr double kSettledPx = 0.3;
-    if (round > 0 && CornerStep(level_camera, from, fit.motion) < kSettledPx) break;
+    const bool settled = CornerStep(level_camera, from, fit.motion) < kSettledPx;
+    if (round > 0 && settled) break;
+    valid.clear();
+    if (settled) valid = std::move(chosen);
   }
   fit.sigma_px *= fine_frame_.factor;
   return fit;

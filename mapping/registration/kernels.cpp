@@ -206,6 +206,15 @@ inline Four CubicColumns(const float* src, std::ptrdiff_t w, int x_fixed, int y_
   return column * Load(kCubicTable[static_cast<std::size_t>(x_fixed & (kFractions - 1))].data());
 }
 
+// `total` is the sum of all values of dst, in four parts.
+inline void SubtractMeanAndWindow(
+    Four total, const float* wx, const float* wy, int dw, int dh, float* dst) {
+  const float mean = (total[0] + total[1] + total[2] + total[3]) / static_cast<float>(dw * dh);
+  for (int y = 0; y < dh; ++y, dst += dw) {
+    for (int x = 0; x < dw; ++x) dst[x] = (dst[x] - mean) * (wx[x] * wy[y]);
+  }
+}
+
 // Sums of four vectors, one in each lane.
 inline Four SumsOf(Four a, Four b, Four c, Four d) {
   const Four ab =
@@ -246,11 +255,22 @@ void SampleCubicWindowed(const float* src,
       total += value;
     }
   }
-  const float mean = (total[0] + total[1] + total[2] + total[3]) / static_cast<float>(dw * dh);
-  out = dst;
-  for (int y = 0; y < dh; ++y, out += dw) {
-    for (int x = 0; x < dw; ++x) out[x] = (out[x] - mean) * (wx[x] * wy[y]);
+  SubtractMeanAndWindow(total, wx, wy, dw, dh, dst);
+}
+
+CEILMAP_HOT
+void CopyWindowed(
+    const float* src, int w, const float* wx, const float* wy, int dw, int dh, float* dst) {
+  Four total{};
+  float* out = dst;
+  for (int y = 0; y < dh; ++y, out += dw, src += w) {
+    for (int x = 0; x < dw; x += 4) {
+      const Four value = Load(src + x);
+      std::memcpy(out + x, &value, sizeof value);
+      total += value;
+    }
   }
+  SubtractMeanAndWindow(total, wx, wy, dw, dh, dst);
 }
 
 CEILMAP_HOT

@@ -89,6 +89,10 @@ void SampleCubicWindowed(const float* src,
                          int dh,
                          float* dst);
 
+/// The same at the pixels themselves: dw x dh pixels from src on.
+void CopyWindowed(
+    const float* src, int w, const float* wx, const float* wy, int dw, int dh, float* dst);
+
 /// out = conj(a) * b * weight, with weight = band / (|a||b| * whiten + noise): between plain
 /// correlation (whiten 0) and phase-only correlation (noise 0). Returns the sum of all |out| over
 /// the half spectrum, columns 0 and (for even widths) the last counted once, others twice, i.e. the
