@@ -46,8 +46,7 @@ CeilingTracker::CeilingTracker(const calib::CeilingView& view, const CeilingTrac
 
 CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& image, double stamp_s) {
   Frame frame;
-  frame.image = image.clone();
-  frame.spectrum = registrar_.AnalyzeFine(image);
+  frame.image = {image.clone(), registrar_.AnalyzeFine(image)};
   frame.stamp_s = stamp_s;
   return frame;
 }
@@ -115,20 +114,22 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
 }
 
 /// For a poor prediction: the initial value is the similarity motion that a level robot would see.
-PlaneFit CeilingTracker::Find(const Frame& frame) {
-  if (whole_reference_.empty()) {
-    whole_reference_ = registrar_.Analyze(reference_image_, calib::ContentMask(reference_image_));
-  }
-  const Registration found = registrar_.Register(whole_reference_, registrar_.Analyze(frame.image));
+PlaneFit CeilingTracker::Find(Frame& frame) {
+  reference_.spectrum =
+      registrar_.Complete(reference_.pixels, reference_.spectrum, reference_content_);
+  frame.image.spectrum = registrar_.Complete(frame.image.pixels, frame.image.spectrum);
+  const Registration found = registrar_.Register(reference_.spectrum, frame.image.spectrum);
   if (found.verdict == registration::Verdict::kNoTexture) return {};
-  return registrar_.RefinePlane(
-      reference_, frame.spectrum, camera_, PlaneMotion::FromSimilarity(camera_, found.motion));
+  return registrar_.RefinePlane(reference_.spectrum,
+                                frame.image.spectrum,
+                                camera_,
+                                PlaneMotion::FromSimilarity(camera_, found.motion));
 }
 
 std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (!HasReference()) return std::nullopt;
-  PlaneFit fit =
-      registrar_.RefinePlane(reference_, frame.spectrum, camera_, ToMotion(Predict(frame.stamp_s)));
+  PlaneFit fit = registrar_.RefinePlane(
+      reference_.spectrum, frame.image.spectrum, camera_, ToMotion(Predict(frame.stamp_s)));
   const bool sound = IsSound(fit);
   if (!sound || TiltSigma(fit) > params_.vague_sigma_rad) {
     const PlaneFit found = Find(frame);
@@ -148,7 +149,7 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
 }
 
 bool CeilingTracker::IsBare(const Frame& frame) {
-  return !registrar_.Refine(frame.spectrum, frame.spectrum, {}).ok();
+  return !registrar_.Refine(frame.image.spectrum, frame.image.spectrum, {}).ok();
 }
 
 void CeilingTracker::MoveTo(const Isometry3d& T_reference_new) {
@@ -162,16 +163,14 @@ void CeilingTracker::MoveTo(const Isometry3d& T_reference_new) {
 
 void CeilingTracker::SetReference(const Frame& frame) {
   MoveTo(frame.T_reference_base);
-  reference_ = frame.spectrum;
-  reference_image_ = frame.image;
-  whole_reference_ = {};
+  reference_ = frame.image;
+  reference_content_.release();
 }
 
 void CeilingTracker::SetReference(const Frame& frame, const cv::Mat& level) {
   MoveTo(frame.T_reference_base);
-  reference_ = registrar_.AnalyzeFine(level, calib::ContentMask(level));
-  reference_image_ = level.clone();
-  whole_reference_ = {};
+  reference_content_ = calib::ContentMask(level);
+  reference_ = {level.clone(), registrar_.AnalyzeFine(level, reference_content_)};
 }
 
 }  // namespace ceilmap::compensation

@@ -52,8 +52,7 @@ class CeilingTracker {
  public:
   /// An analysed image, which can become the reference.
   struct Frame {
-    cv::Mat image;                                                       ///< a copy
-    registration::FrameSpectrum spectrum;                                ///< of the fine stage
+    registration::AnalyzedImage image;                                   ///< a copy
     Eigen::Isometry3d T_reference_base = Eigen::Isometry3d::Identity();  ///< as measured
     double stamp_s = 0;
   };
@@ -61,7 +60,7 @@ class CeilingTracker {
   /// @param view  View of a rig; must outlive the tracker.
   explicit CeilingTracker(const calib::CeilingView& view, const CeilingTrackerParams& params = {});
 
-  [[nodiscard]] bool HasReference() const { return !reference_.empty(); }
+  [[nodiscard]] bool HasReference() const { return !reference_.spectrum.empty(); }
 
   /// @param image  CV_8UC1, rectified. Stamps must increase.
   Frame Analyze(const cv::Mat& image, double stamp_s);
@@ -87,7 +86,7 @@ class CeilingTracker {
   [[nodiscard]] PlanarTilt Predict(double stamp_s) const;
   [[nodiscard]] registration::PlaneMotion ToMotion(const PlanarTilt& at) const;
   [[nodiscard]] Eigen::Isometry3d ToPose(const registration::PlaneMotion& motion) const;
-  registration::PlaneFit Find(const Frame& frame);
+  registration::PlaneFit Find(Frame& frame);
   [[nodiscard]] bool IsSound(const registration::PlaneFit& fit) const;
   [[nodiscard]] CeilingMotion Describe(const registration::PlaneFit& fit) const;
   void MoveTo(const Eigen::Isometry3d& T_reference_new);
@@ -97,9 +96,8 @@ class CeilingTracker {
   registration::PlaneCamera camera_;
   double distance_m_;  // of a level camera from the ceiling
   registration::Registrar registrar_;
-  registration::FrameSpectrum reference_;
-  cv::Mat reference_image_;
-  registration::FrameSpectrum whole_reference_;  // with the coarse stage, made on demand
+  registration::AnalyzedImage reference_;  // its coarse part is made on demand
+  cv::Mat reference_content_;              // mask of the pixels that have content; empty: all
   std::optional<Moment> last_;
   std::optional<Moment> before_;
 };

@@ -36,7 +36,7 @@ void SpacePath::Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion)
     cv::Mat level;
     Tilt turn = at.tilt;
     turn.lift_m = 0;  // it is part of the reference's own pose
-    level_view_.Draw(frame.image, turn, level);
+    level_view_.Draw(frame.image.pixels, turn, level);
     tracker_.SetReference(frame, level);
   } else {
     return;

@@ -68,7 +68,6 @@ struct TiltEstimator::Impl {
   std::optional<double> last_stamp_s;
   std::deque<Moment> moments;  // the latest ones, oldest first
   cv::Mat rectified;
-  cv::Mat up_image;  // of the current frame, rectified
   cv::Mat forward_rectified;
   int ceiling_failed = 0;       // consecutive frames without a measurement
   int forward_failed = 0;       // the same for the forward camera, images with texture only
@@ -117,8 +116,7 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::MapMatch(const TiltFrame& frame, 
   }
   {
     const StageTimer timer(report.ceiling_ms);
-    up_image = view.Rectify(frame.up, rectified);
-    moment.ceiling = ceiling.Analyze(up_image, frame.stamp_s);
+    moment.ceiling = ceiling.Analyze(view.Rectify(frame.up, rectified), frame.stamp_s);
     seen.ceiling = ceiling.Measure(moment.ceiling);
     moment.has_ceiling = seen.ceiling.has_value();
   }
@@ -237,7 +235,7 @@ void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
 /// Draws the ceiling's image level; the forward keyframe stays.
 void TiltEstimator::Impl::MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt) {
   cv::Mat level;
-  level_view.Draw(up_image, tilt, level);
+  level_view.Draw(moment.ceiling.image.pixels, tilt, level);
   ceiling.SetReference(moment.ceiling, level);
   reference_variance = 0.5 * tilt.covariance.trace();
   CountFrom(moment);
@@ -316,6 +314,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   Moment& moment = me.moments.back();
   const Impl::Seen seen = me.MapMatch(frame, moment);
   TiltEstimate estimate;
+  estimate.up = moment.ceiling.image;
   me.filter.Predict(frame.stamp_s);
   me.Measure(seen, estimate);
   me.Fuse(estimate);
@@ -323,7 +322,6 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
 
   if (me.correction && seen.ceiling) {
     me.ApplyCorrection(moment, estimate);
-    me.up_image.release();
     return estimate;
   }
   me.ceiling_failed = seen.ceiling ? 0 : me.ceiling_failed + 1;
@@ -335,7 +333,6 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   } else {
     me.Renew(seen);
   }
-  me.up_image.release();  // it refers to the caller's memory
   return estimate;
 }
 

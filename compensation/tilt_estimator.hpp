@@ -81,6 +81,9 @@ struct TiltEstimate {
   /// Pitch and roll by one camera alone, before fusion.
   std::optional<TiltAngles> by_forward;
   std::optional<TiltAngles> by_ceiling;
+  /// The upward image, rectified and analysed, for those who register it next (mapping::Mapper,
+  /// localization::Localizer).
+  registration::AnalyzedImage up;
 };
 
 /// Counts and computing time of the estimation.

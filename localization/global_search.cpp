@@ -114,7 +114,7 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
   const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, frame.stamp_s, yaw); };
   // An image that fits in several ways within each of these places does so everywhere.
   constexpr int kEnoughAmbiguous = 3;
-  const std::vector<PlaceProposal> places = finder_.Find(frame.image, wanted);
+  const std::vector<PlaceProposal> places = finder_.Find(frame.image.pixels, wanted);
   for (const bool any_yaw : {false, true}) {
     // Places of single descriptors need a check over the full circle. Where whole places fit, only
     // the best one is checked.

@@ -121,13 +121,12 @@ struct Localizer::Impl {
 };
 
 LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
-  LevelFrame level{sight.View().Rectify(frame.grey, rectified), frame.index, frame.stamp_s};
-  level.tilt = frame.tilt;
-  level.heading = frame.heading;
+  LevelFrame level{frame.rectified, frame.index, frame.stamp_s, frame.tilt, frame.heading};
+  if (level.image.pixels.empty()) level.image = {sight.View().Rectify(frame.grey, rectified), {}};
   if (frame.tilt.IsLevel()) return level;
   if (!level_view) level_view.emplace(sight.View());
-  level_view->Draw(level.image, frame.tilt, levelled);
-  level.image = levelled;
+  level_view->Draw(level.image.pixels, frame.tilt, levelled);
+  level.image = {levelled, {}};
   return level;
 }
 
@@ -298,7 +297,8 @@ void Localizer::Impl::Place(const MapMatch& look, Location& location) {
 void Localizer::Impl::Remember(const CeilingFrame& frame,
                                const LevelFrame& level,
                                const Location& location) {
-  level.image.copyTo(last_frame.image);
+  level.image.pixels.copyTo(last_frame.image.pixels);
+  last_frame.image.spectrum = level.image.spectrum;
   last_frame.index = level.index;
   last_frame.stamp_s = level.stamp_s;
   last_frame.tilt = level.tilt;
@@ -344,10 +344,11 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   location.pose.stamp_s = frame.stamp_s;
   location.pose.tilt = frame.tilt;
   auto start = Clock::now();
-  const LevelFrame level = me.Levelled(frame);
+  LevelFrame level = me.Levelled(frame);
   me.report.rectify_ms += MillisecondsSince(start);
   start = Clock::now();
-  const FrameSpectrum spectrum = me.sight.Analyze(level);
+  me.sight.Analyze(level);
+  const FrameSpectrum& spectrum = level.image.spectrum;
   me.report.analyze_ms += MillisecondsSince(start);
   std::optional<HeadingPrior> yaw;
   if (frame.heading) yaw = me.heading.InMap(*frame.heading, frame.stamp_s);

@@ -74,6 +74,9 @@ struct CeilingFrame {
   std::optional<HeadingPrior> heading;
   /// Tilt of the robot, if known: its effect is removed from the image.
   Tilt tilt = {};
+  /// The image, if it is rectified, and analysed as far as its spectrum goes, already; `grey` is
+  /// then not used.
+  registration::AnalyzedImage rectified = {};
 };
 
 /// Pose of the robot, or the reason why it is unknown.

@@ -76,10 +76,11 @@ MapMatcher::MapMatcher(const store::MapReader& map,
       patches_(std::make_unique<MapPatches>(map, view_, registrar_, params.patches)),
       scale_known_(params.scale_frames == 0) {}
 
-FrameSpectrum MapMatcher::Analyze(const LevelFrame& frame) {
+void MapMatcher::Analyze(LevelFrame& frame) {
   tilt_ = frame.tilt;
-  return registrar_.Analyze(frame.image,
-                            tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(frame.image));
+  const cv::Mat& pixels = frame.image.pixels;
+  frame.image.spectrum = registrar_.Complete(
+      pixels, frame.image.spectrum, tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(pixels));
 }
 
 MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseEstimate& expected) const {

@@ -29,8 +29,9 @@ class MapMatcher {
   [[nodiscard]] const calib::CeilingView& View() const { return view_; }
   /// Map units across the image's longer side.
   [[nodiscard]] double Span() const { return span_; }
-  /// Prepares a frame for matching. Its tilt is used by the matches that follow.
-  [[nodiscard]] registration::FrameSpectrum Analyze(const LevelFrame& frame);
+  /// Prepares a frame for matching: completes its spectrum. Its tilt is used by the matches that
+  /// follow.
+  void Analyze(LevelFrame& frame);
   [[nodiscard]] MapPatches& Patches() { return *patches_; }
 
   /// Matches a frame with a patch.

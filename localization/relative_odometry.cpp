@@ -45,15 +45,21 @@ std::optional<ChainStep> RelativeOdometry::Next(const LevelFrame& frame) {
   Impl& me = *impl_;
   const bool first = !me.odometry;
   if (first) me.odometry = me.NewOdometry();
-  mapping::OdometryStep step =
-      me.odometry->Process(frame.image, frame.index, frame.stamp_s, {frame.tilt, frame.heading});
+  const auto process = [&frame](mapping::Odometry& odometry) {
+    return odometry.Process(frame.image.pixels,
+                            frame.index,
+                            frame.stamp_s,
+                            {frame.tilt, frame.heading},
+                            frame.image.spectrum);
+  };
+  mapping::OdometryStep step = process(*me.odometry);
   bool placed = graph::HasPose(step.pose.status);
   // The first image with texture starts the chain, whether or not dark ones came before.
   me.began = placed && !me.T_chain_before;
   if (!placed && !first) {
     // An image that can start a chain has texture, but is not connected to earlier images.
     std::unique_ptr<mapping::Odometry> anew = me.NewOdometry();
-    step = anew->Process(frame.image, frame.index, frame.stamp_s, {frame.tilt, frame.heading});
+    step = process(*anew);
     placed = graph::HasPose(step.pose.status);
     me.began = placed;
     if (placed) me.odometry = std::move(anew);

@@ -9,12 +9,13 @@
 #include "calib/base/heading.hpp"
 #include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
+#include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::localization {
 
-/// An image as seen by a level robot: CV_8UC1, rectified (CeilingView) and level (LevelView).
+/// An image as seen by a level robot: rectified (CeilingView) and level (LevelView).
 struct LevelFrame {
-  cv::Mat image;
+  registration::AnalyzedImage image;
   std::int64_t index = 0;
   double stamp_s = 0;
   Tilt tilt = {};  ///< tilt that was removed from the image

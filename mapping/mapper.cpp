@@ -211,23 +211,31 @@ graph::FramePose Mapper::Process(const cv::Mat& raw_grey,
                                  std::int64_t frame_index,
                                  double stamp_s,
                                  const FrameContext& context) {
+  registration::AnalyzedImage image;
+  {
+    const StageTimer timer(impl_->report.rectify_ms);
+    image.pixels = impl_->view.Rectify(raw_grey, impl_->rectified);
+  }
+  return Process(image, frame_index, stamp_s, context);
+}
+
+graph::FramePose Mapper::Process(const registration::AnalyzedImage& rectified,
+                                 std::int64_t frame_index,
+                                 double stamp_s,
+                                 const FrameContext& context) {
   Impl& me = *impl_;
   CheckHeading(context, frame_index);
-  const Tilt& tilt = context.tilt;
-  const cv::Mat* image = nullptr;
-  {
+  registration::AnalyzedImage level = rectified;
+  if (!context.tilt.IsLevel()) {
     const StageTimer timer(me.report.rectify_ms);
-    image = &me.view.Rectify(raw_grey, me.rectified);
-    if (!tilt.IsLevel()) {
-      if (!me.level_view) me.level_view.emplace(me.view);
-      me.level_view->Draw(*image, tilt, me.levelled);
-      image = &me.levelled;
-    }
+    if (!me.level_view) me.level_view.emplace(me.view);
+    me.level_view->Draw(rectified.pixels, context.tilt, me.levelled);
+    level = {me.levelled, {}};
   }
   OdometryStep step;
   {
     const StageTimer timer(me.report.register_ms);
-    step = me.odometry.Process(*image, frame_index, stamp_s, context);
+    step = me.odometry.Process(level.pixels, frame_index, stamp_s, context, level.spectrum);
   }
   me.KeepKeyframe(step);
   me.Count(step);

@@ -79,6 +79,11 @@ class Mapper {
                            std::int64_t frame_index,
                            double stamp_s,
                            const FrameContext& context = {});
+  /// The same with an image that is rectified, and analysed as far as its spectrum goes, already.
+  graph::FramePose Process(const registration::AnalyzedImage& rectified,
+                           std::int64_t frame_index,
+                           double stamp_s,
+                           const FrameContext& context = {});
 
   /// Ends the recording and optimizes all poses together. No Process after it.
   /// @throws RunError when no frame showed any texture.

@@ -360,15 +360,16 @@ Odometry::~Odometry() = default;
 OdometryStep Odometry::Process(const cv::Mat& image,
                                std::int64_t frame_index,
                                double stamp_s,
-                               const FrameContext& context) {
+                               const FrameContext& context,
+                               const FrameSpectrum& analyzed) {
   Impl& me = *impl_;
   OdometryStep step;
   step.pose.frame_index = frame_index;
   step.pose.stamp_s = stamp_s;
   step.pose.tilt = context.tilt;
   step.pose.heading = context.heading;
-  const FrameSpectrum spectrum =
-      me.registrar.Analyze(image, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
+  const FrameSpectrum spectrum = me.registrar.Complete(
+      image, analyzed, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
   me.prediction.Begin(stamp_s, context.heading);
   graph::Edge edge;
   bool placed = false;

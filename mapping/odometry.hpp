@@ -106,10 +106,12 @@ class Odometry {
 
   /// @param image  CV_8UC1, rectified, of the view's size; drawn level (LevelView) unless the
   /// context's tilt is level.
+  /// @param analyzed  spectrum of the image, as far as it is known already.
   OdometryStep Process(const cv::Mat& image,
                        std::int64_t frame_index,
                        double stamp_s,
-                       const FrameContext& context = {});
+                       const FrameContext& context = {},
+                       const registration::FrameSpectrum& analyzed = {});
 
   /// Makes the last placed frame a keyframe if it is not one yet, so that the map shows everything
   /// that was recorded. To be called at the end of a recording; sets only new_keyframe and

@@ -13,6 +13,7 @@ extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/log.h>
+#include <libavutil/pixdesc.h>
 #include <libswscale/swscale.h>
 }
 
@@ -45,6 +46,17 @@ bool StandsAlone(AVCodecID codec) {
   return descriptor != nullptr && (descriptor->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
 }
 
+// Luma of limited range is 16 to 235; as grey levels of 0 to 255.
+cv::Mat FullRange() {
+  constexpr double kBlack = 16;
+  constexpr double kWhite = 235;
+  cv::Mat levels(1, 256, CV_8UC1);
+  for (int i = 0; i < levels.cols; ++i) {
+    levels.at<uchar>(i) = cv::saturate_cast<uchar>(255 * (i - kBlack) / (kWhite - kBlack));
+  }
+  return levels;
+}
+
 }  // namespace
 
 struct VideoReader::Decoder {
@@ -52,6 +64,8 @@ struct VideoReader::Decoder {
   /// The next image that can be trusted, in `frame`; false at the end.
   bool Decode();
   void Convert(cv::Mat& bgr);
+  /// Copies the image's luma; false where the pixels have none that is ready to use.
+  bool CopyLuma(cv::Mat& grey) const;
   [[nodiscard]] std::optional<double> Time() const;
   [[nodiscard]] cv::Size Size() const { return {codec_->width, codec_->height}; }
 
@@ -80,6 +94,7 @@ struct VideoReader::Decoder {
   Held<AVPacket> packet_{av_packet_alloc()};
   Held<SwsContext> scaler_;
   cv::Mat padded_;
+  cv::Mat full_range_ = FullRange();
   AVStream* stream_ = nullptr;
   bool ended_ = false;                // there are no more packets
   bool drained_ = false;              // ... nor pictures
@@ -276,6 +291,30 @@ void VideoReader::Decoder::Convert(cv::Mat& bgr) {
   bgr = padded_(cv::Rect(0, 0, width, height));
 }
 
+// Most videos are YUV with a plane of luma of 8 bits, which is the grey image itself.
+bool VideoReader::Decoder::CopyLuma(cv::Mat& grey) const {
+  const auto format = static_cast<AVPixelFormat>(frame_->format);
+  const AVPixFmtDescriptor* const pixels = av_pix_fmt_desc_get(format);
+  constexpr std::uint64_t kOther = AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL |
+                                   AV_PIX_FMT_FLAG_BITSTREAM | AV_PIX_FMT_FLAG_HWACCEL |
+                                   AV_PIX_FMT_FLAG_BAYER;
+  if (pixels == nullptr || (pixels->flags & kOther) != 0 || frame_->linesize[0] <= 0) return false;
+  const AVComponentDescriptor& luma = pixels->comp[0];
+  if (luma.plane != 0 || luma.depth != 8 || luma.step != 1 || luma.offset != 0) return false;
+  const cv::Mat plane(frame_->height,
+                      frame_->width,
+                      CV_8UC1,
+                      frame_->data[0],
+                      static_cast<std::size_t>(frame_->linesize[0]));
+  const bool full = frame_->color_range == AVCOL_RANGE_JPEG || pixels->nb_components < 3;
+  if (full) {
+    plane.copyTo(grey);
+  } else {
+    cv::LUT(plane, full_range_, grey);
+  }
+  return true;
+}
+
 std::optional<double> VideoReader::Decoder::Time() const {
   if (frame_->best_effort_timestamp == AV_NOPTS_VALUE) return std::nullopt;
   const std::int64_t start = stream_->start_time == AV_NOPTS_VALUE ? 0 : stream_->start_time;
@@ -301,9 +340,12 @@ VideoReader::~VideoReader() = default;
 
 bool VideoReader::Next(cv::Mat& image, std::optional<double>& time_s) {
   if (!decoder_->Decode()) return false;
-  cv::Mat bgr;
-  decoder_->Convert(bgr);
-  ConvertTo(pixels_, bgr, image, name_);
+  if (pixels_ != Pixels::kGrey || !decoder_->CopyLuma(image)) {
+    cv::Mat bgr;
+    decoder_->Convert(bgr);
+    ConvertTo(pixels_, bgr, image, name_);
+  }
+  CheckImageSize(image.size(), name_);
   time_s = decoder_->Time();
   return true;
 }

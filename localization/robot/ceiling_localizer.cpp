@@ -69,7 +69,8 @@ Estimate CeilingLocalizer::Locate(const Frame& frame) {
                                                                    frame.up.index,
                                                                    frame.up.stamp_s,
                                                                    frame.context.heading,
-                                                                   frame.context.tilt});
+                                                                   frame.context.tilt,
+                                                                   frame.rectified});
   if (location.tilt_left) CorrectTilt(*location.tilt_left);
   Sensors::Locate(frame.up.stamp_s,
                   location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);

@@ -82,8 +82,12 @@ CeilingMapper::CeilingMapper(cv::Size size,
 CeilingMapper::~CeilingMapper() = default;
 
 Estimate CeilingMapper::Map(const Frame& frame) {
+  mapping::Mapper& mapper = *impl_->mapper;
+  const Image& up = frame.up;
   const graph::FramePose pose =
-      impl_->mapper->Process(frame.up.pixels, frame.up.index, frame.up.stamp_s, frame.context);
+      frame.rectified.pixels.empty()
+          ? mapper.Process(up.pixels, up.index, up.stamp_s, frame.context)
+          : mapper.Process(frame.rectified, up.index, up.stamp_s, frame.context);
   Locate(pose.stamp_s,
          pose.status == TrackingStatus::kTracking ? std::optional(pose.T_map_base) : std::nullopt);
   Estimate estimate;

@@ -66,7 +66,7 @@ struct Sensors::Impl {
 
   Task Prepare(const Image& up);
   Frame Measure(const Task& task);
-  Tilt MeasureTilt(const Task& task);
+  compensation::TiltEstimate MeasureTilt(const Task& task);
 };
 
 Task Sensors::Impl::Prepare(const Image& up) {
@@ -81,7 +81,7 @@ Task Sensors::Impl::Prepare(const Image& up) {
   return task;
 }
 
-Tilt Sensors::Impl::MeasureTilt(const Task& task) {
+compensation::TiltEstimate Sensors::Impl::MeasureTilt(const Task& task) {
   compensation::TiltFrame frame;
   frame.up = task.up.pixels;
   frame.stamp_s = task.up.stamp_s;
@@ -90,12 +90,12 @@ Tilt Sensors::Impl::MeasureTilt(const Task& task) {
     cv::cvtColor(frame.forward, forward_grey, cv::COLOR_BGR2GRAY);
     frame.forward = forward_grey;
   }
-  return tilt->Estimate(frame).tilt;
+  return tilt->Estimate(frame);
 }
 
 Sensors::Frame Sensors::Impl::Measure(const Task& task) {
   if (task.residual && tilt) tilt->Correct(*task.residual);
-  Frame frame{task.up, {}};
+  Frame frame{task.up, {}, {}};
   frame.context.heading = task.heading;
   std::future<std::optional<HeadingPrior>> heading;
   if (task.by_camera != nullptr) {
@@ -106,7 +106,11 @@ Sensors::Frame Sensors::Impl::Measure(const Task& task) {
       return task.by_camera->At(task.up.stamp_s, task.HeadingImage(by_colours));
     });
   }
-  if (tilt) frame.context.tilt = MeasureTilt(task);
+  if (tilt) {
+    compensation::TiltEstimate estimate = MeasureTilt(task);
+    frame.context.tilt = estimate.tilt;
+    frame.rectified = std::move(estimate.up);
+  }
   if (heading.valid()) frame.context.heading = heading.get();
   return frame;
 }

@@ -61,6 +61,8 @@ class Sensors {
   struct Frame {
     Image up;
     mapping::FrameContext context;
+    /// The upward image, rectified and analysed while the tilt was measured; empty: it was not.
+    registration::AnalyzedImage rectified;
   };
 
   /// @param rig  nothing: no sensor but the upward camera can be used.

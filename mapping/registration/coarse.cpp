@@ -148,7 +148,10 @@ void CoarseStage::FadeToMean(const std::vector<float>& weights) {
   }
 }
 
-void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask) {
+void CoarseStage::Analyze(const cv::Mat& grey,
+                          float noise_sigma,
+                          FrameSpectrum::Coarse& data,
+                          const cv::Mat& mask) {
   kernels::ReduceArea(grey.ptr<unsigned char>(start_.y) + start_.x,
                       grey.step,
                       factor_,
@@ -172,7 +175,7 @@ void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const 
                                                    windowed_.data());
   data.contrast =
       overexposed ? 0 : static_cast<float>(std::sqrt(squares / static_cast<double>(poc_.Area())));
-  data.noise_sigma = EstimateNoise(grey);
+  data.noise_sigma = noise_sigma;
   data.spectrum.Resize(poc_.SpectrumSize());
   poc_.Transform(windowed_, data.spectrum);
   data.rings.Resize(polar_.RingSpectrumSize());
@@ -182,7 +185,7 @@ void CoarseStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const 
                  {data.rings.data(), data.rings.size()});
 }
 
-void CoarseStage::TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale) {
+void CoarseStage::TurnBack(const FrameSpectrum::Coarse& current, double theta_rad, double scale) {
   // turned(x) = current(s R(theta) (x - c) + c): its content differs from the reference's by a
   // shift only. The window moves with the current image, so that it falls to zero at the
   // image's own borders.
@@ -262,7 +265,7 @@ Agreement Compare(const RealArray& reference,
 
 }  // namespace
 
-void CoarseStage::TestShift(const FrameSpectrum::Data& reference,
+void CoarseStage::TestShift(const FrameSpectrum::Coarse& reference,
                             const RotationPeak& rotation,
                             bool half_turn,
                             const PocPeak& peak,
@@ -294,8 +297,8 @@ void CoarseStage::TestShift(const FrameSpectrum::Data& reference,
   }
 }
 
-void CoarseStage::ProposeShifts(const FrameSpectrum::Data& reference,
-                                const FrameSpectrum::Data& current,
+void CoarseStage::ProposeShifts(const FrameSpectrum::Coarse& reference,
+                                const FrameSpectrum::Coarse& current,
                                 const RotationPeak& rotation,
                                 bool half_turn,
                                 std::vector<Hypothesis>& hypotheses) {
@@ -331,8 +334,8 @@ std::vector<Hypothesis> CoarseStage::Best(std::vector<Hypothesis> hypotheses) co
   return kept;
 }
 
-std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Data& reference,
-                                             const FrameSpectrum::Data& current,
+std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Coarse& reference,
+                                             const FrameSpectrum::Coarse& current,
                                              bool estimate_scale,
                                              const std::optional<RotationRange>& near) {
   const auto wanted = [&near](double theta_rad) {

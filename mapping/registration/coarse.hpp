@@ -60,16 +60,19 @@ class CoarseStage {
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }
   [[nodiscard]] int Reduction() const { return factor_; }
 
-  /// Fills what the coarse stage needs of `data`: flat, spectrum, rings, noise_sigma and contrast.
-  /// @param grey  CV_8UC1, checked by the caller. @param mask  CV_8UC1 of the same size, 0 where
-  /// this image has no content beyond what all lack; empty: none.
-  void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask = {});
+  /// Fills `data`. @param grey  CV_8UC1, checked by the caller. @param noise_sigma  of it
+  /// (EstimateNoise). @param mask  CV_8UC1 of the same size, 0 where this image has no content
+  /// beyond what all lack; empty: none.
+  void Analyze(const cv::Mat& grey,
+               float noise_sigma,
+               FrameSpectrum::Coarse& data,
+               const cv::Mat& mask = {});
 
   /// Possible motions, best score first; may be empty.
   /// @param near  only rotations within this range are tried: half the work when the range says
   /// which half turn.
-  std::vector<Hypothesis> Propose(const FrameSpectrum::Data& reference,
-                                  const FrameSpectrum::Data& current,
+  std::vector<Hypothesis> Propose(const FrameSpectrum::Coarse& reference,
+                                  const FrameSpectrum::Coarse& current,
                                   bool estimate_scale,
                                   const std::optional<RotationRange>& near = std::nullopt);
 
@@ -79,13 +82,13 @@ class CoarseStage {
   [[nodiscard]] bool IsOverexposed() const;
   bool LimitLamps(const std::vector<float>& fading);
   void FadeToMean(const std::vector<float>& weights);
-  void TurnBack(const FrameSpectrum::Data& current, double theta_rad, double scale);
-  void ProposeShifts(const FrameSpectrum::Data& reference,
-                     const FrameSpectrum::Data& current,
+  void TurnBack(const FrameSpectrum::Coarse& current, double theta_rad, double scale);
+  void ProposeShifts(const FrameSpectrum::Coarse& reference,
+                     const FrameSpectrum::Coarse& current,
                      const RotationPeak& rotation,
                      bool half_turn,
                      std::vector<Hypothesis>& hypotheses);
-  void TestShift(const FrameSpectrum::Data& reference,
+  void TestShift(const FrameSpectrum::Coarse& reference,
                  const RotationPeak& rotation,
                  bool half_turn,
                  const PocPeak& peak,

@@ -93,14 +93,18 @@ FineStage::FineStage(cv::Size size, const RegistrarParams& params)
       rough_(rough_frame_.size, LevelMask(params.mask, rough_frame_.size), RoughParams()),
       fine_(fine_frame_.size, LevelMask(params.mask, fine_frame_.size)) {}
 
-void FineStage::Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask) const {
+void FineStage::Analyze(const cv::Mat& grey,
+                        float noise_sigma,
+                        FrameSpectrum::Fine& data,
+                        const cv::Mat& mask) const {
+  data.noise_sigma = noise_sigma;
   Fill(grey, fine_frame_.factor, fine_frame_.size, data.noise_sigma, data.fine);
   Fill(grey, 2 * fine_frame_.factor, rough_frame_.size, data.noise_sigma, data.rough);
   fine_.TakeMask(LevelMask(mask, fine_frame_.size), data.fine);
   rough_.TakeMask(LevelMask(mask, rough_frame_.size), data.rough);
 }
 
-void FineStage::PrepareReference(FrameSpectrum::Data& data) const {
+void FineStage::PrepareReference(FrameSpectrum::Fine& data) const {
   PrepareFine(data);
   const std::scoped_lock lock(data.blocks_mutex);
   if (data.rough_ready) return;
@@ -108,15 +112,15 @@ void FineStage::PrepareReference(FrameSpectrum::Data& data) const {
   data.rough_ready = true;
 }
 
-void FineStage::PrepareFine(FrameSpectrum::Data& data) const {
+void FineStage::PrepareFine(FrameSpectrum::Fine& data) const {
   const std::scoped_lock lock(data.blocks_mutex);
   if (data.fine_ready) return;
   fine_.PrepareReference(data.fine);
   data.fine_ready = true;
 }
 
-void FineStage::MeasureRough(const FrameSpectrum::Data& reference,
-                             const FrameSpectrum::Data& current,
+void FineStage::MeasureRough(const FrameSpectrum::Fine& reference,
+                             const FrameSpectrum::Fine& current,
                              const ImageMotion& motion,
                              int count,
                              int search_px) {
@@ -129,8 +133,8 @@ void FineStage::MeasureRough(const FrameSpectrum::Data& reference,
   }
 }
 
-void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
-                            const FrameSpectrum::Data& current,
+void FineStage::MeasureFine(const FrameSpectrum::Fine& reference,
+                            const FrameSpectrum::Fine& current,
                             const ImageMotion& motion,
                             int count) {
   const auto chosen = fine_.Select(reference.fine, current.fine, motion, count);
@@ -145,8 +149,8 @@ bool FineStage::Reaches(const ImageMotion& start, const ImageMotion& motion) con
          std::abs(WrapAngle(start.theta_rad - motion.theta_rad)) < kReachRad;
 }
 
-Candidate FineStage::Test(const FrameSpectrum::Data& reference,
-                          const FrameSpectrum::Data& current,
+Candidate FineStage::Test(const FrameSpectrum::Fine& reference,
+                          const FrameSpectrum::Fine& current,
                           const Hypothesis& hypothesis) {
   Candidate candidate;
   candidate.motion = hypothesis.motion;
@@ -183,8 +187,8 @@ bool FineStage::FitShifts(Finalist& finalist) const {
   return true;
 }
 
-void FineStage::LastRounds(const FrameSpectrum::Data& reference,
-                           const FrameSpectrum::Data& current,
+void FineStage::LastRounds(const FrameSpectrum::Fine& reference,
+                           const FrameSpectrum::Fine& current,
                            Finalist& finalist) {
   Registration& result = finalist.result;
   MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
@@ -210,8 +214,8 @@ void FineStage::LastRounds(const FrameSpectrum::Data& reference,
 /// agree on an end, their residuals are small and the motion is wrong; but the images do not fit.
 /// Of simulated smears of 5 to 29 px errors were up to 1.3 px with `unlike` 1.74, 2.2 px with 1.87,
 /// 3.9 px with 2.0 and 10 px with 2.6.
-void FineStage::InflateBlurCovariance(const FrameSpectrum::Data& reference,
-                                      const FrameSpectrum::Data& current,
+void FineStage::InflateBlurCovariance(const FrameSpectrum::Fine& reference,
+                                      const FrameSpectrum::Fine& current,
                                       Finalist& finalist) {
   if (!finalist.blurred) return;
   Compare(reference, current, finalist);
@@ -220,8 +224,8 @@ void FineStage::InflateBlurCovariance(const FrameSpectrum::Data& reference,
   finalist.result.covariance.diagonal().head<2>().array() += sigma_px * sigma_px;
 }
 
-Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
-                           const FrameSpectrum::Data& current,
+Finalist FineStage::Refine(const FrameSpectrum::Fine& reference,
+                           const FrameSpectrum::Fine& current,
                            const Candidate& candidate) {
   Finalist finalist;
   Registration& result = finalist.result;
@@ -243,8 +247,8 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
   return finalist;
 }
 
-bool FineStage::IsSound(const FrameSpectrum::Data& reference,
-                        const FrameSpectrum::Data& current,
+bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
+                        const FrameSpectrum::Fine& current,
                         const Candidate& candidate,
                         Finalist& finalist) {
   const Registration& r = finalist.result;
@@ -273,15 +277,15 @@ bool FineStage::IsSound(const FrameSpectrum::Data& reference,
          finalist.dissimilarity.Quantile(kFifth) < params_.max_partial_dissimilarity;
 }
 
-void FineStage::Compare(const FrameSpectrum::Data& reference,
-                        const FrameSpectrum::Data& current,
+void FineStage::Compare(const FrameSpectrum::Fine& reference,
+                        const FrameSpectrum::Fine& current,
                         Finalist& finalist) {
   if (finalist.dissimilarity.blocks > 0) return;
   finalist.dissimilarity = Compare(reference, current, finalist.result.motion);
 }
 
-Dissimilarity FineStage::Compare(const FrameSpectrum::Data& reference,
-                                 const FrameSpectrum::Data& current,
+Dissimilarity FineStage::Compare(const FrameSpectrum::Fine& reference,
+                                 const FrameSpectrum::Fine& current,
                                  const ImageMotion& motion) {
   const ImageMotion fine = fine_frame_.FromFull(motion);
   return rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
@@ -311,8 +315,8 @@ PlaneCamera FineStage::LevelCamera(const PlaneCamera& camera) const {
 }
 
 // The selection needs only a rough idea of what both images see.
-std::vector<int> FineStage::SelectUnder(const FrameSpectrum::Data& reference,
-                                        const FrameSpectrum::Data& current,
+std::vector<int> FineStage::SelectUnder(const FrameSpectrum::Fine& reference,
+                                        const FrameSpectrum::Fine& current,
                                         const PlaneCamera& level_camera,
                                         const PlaneMotion& motion,
                                         int count) const {
@@ -324,8 +328,8 @@ std::vector<int> FineStage::SelectUnder(const FrameSpectrum::Data& reference,
   return fine_.Select(reference.fine, current.fine, rough, count);
 }
 
-PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
-                                const FrameSpectrum::Data& current,
+PlaneFit FineStage::RefinePlane(const FrameSpectrum::Fine& reference,
+                                const FrameSpectrum::Fine& current,
                                 const PlaneCamera& camera,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params,
@@ -351,8 +355,8 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
   return fit;
 }
 
-std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Data& reference,
-                                                const FrameSpectrum::Data& current,
+std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Fine& reference,
+                                                const FrameSpectrum::Fine& current,
                                                 const PlaneCamera& camera,
                                                 const PlaneMotion& motion,
                                                 int count) {

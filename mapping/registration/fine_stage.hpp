@@ -55,39 +55,40 @@ class FineStage {
  public:
   FineStage(cv::Size size, const RegistrarParams& params);
 
-  /// Fills the levels of `data`. @param grey  CV_8UC1, after CoarseStage::Analyze (the noise is
-  /// taken from there).
-  /// @param mask  see CoarseStage::Analyze.
-  void Analyze(const cv::Mat& grey, FrameSpectrum::Data& data, const cv::Mat& mask = {}) const;
+  /// Fills the levels of `data`. @param grey, noise_sigma, mask  see CoarseStage::Analyze.
+  void Analyze(const cv::Mat& grey,
+               float noise_sigma,
+               FrameSpectrum::Fine& data,
+               const cv::Mat& mask = {}) const;
   /// Makes `data` able to be a reference; once, thread-safe.
-  void PrepareReference(FrameSpectrum::Data& data) const;
+  void PrepareReference(FrameSpectrum::Fine& data) const;
   /// The same for RefinePlane alone.
-  void PrepareFine(FrameSpectrum::Data& data) const;
+  void PrepareFine(FrameSpectrum::Fine& data) const;
 
   /// Would Test find the motion when it starts at this one?
   [[nodiscard]] bool Reaches(const ImageMotion& start, const ImageMotion& motion) const;
   /// Do blocks agree on a motion near the hypothesis (within 16 fine pixels and about 3 degrees)?
-  Candidate Test(const FrameSpectrum::Data& reference,
-                 const FrameSpectrum::Data& current,
+  Candidate Test(const FrameSpectrum::Fine& reference,
+                 const FrameSpectrum::Fine& current,
                  const Hypothesis& hypothesis);
   /// Brings a candidate to the last digit; its result is kOk when it can be believed
   /// (RegistrarParams), else kNoMatch.
-  Finalist Refine(const FrameSpectrum::Data& reference,
-                  const FrameSpectrum::Data& current,
+  Finalist Refine(const FrameSpectrum::Fine& reference,
+                  const FrameSpectrum::Fine& current,
                   const Candidate& candidate);
   /// Fills `unlike` of a finalist, as it stands in full pixels, unless it is filled in already.
-  void Compare(const FrameSpectrum::Data& reference,
-               const FrameSpectrum::Data& current,
+  void Compare(const FrameSpectrum::Fine& reference,
+               const FrameSpectrum::Fine& current,
                Finalist& finalist);
 
-  Dissimilarity Compare(const FrameSpectrum::Data& reference,
-                        const FrameSpectrum::Data& current,
+  Dissimilarity Compare(const FrameSpectrum::Fine& reference,
+                        const FrameSpectrum::Fine& current,
                         const ImageMotion& motion);
 
   /// Plane motion from blocks of the full image, measured and fitted from `start` until it stands
   /// still, `rounds` times at the most.
-  PlaneFit RefinePlane(const FrameSpectrum::Data& reference,
-                       const FrameSpectrum::Data& current,
+  PlaneFit RefinePlane(const FrameSpectrum::Fine& reference,
+                       const FrameSpectrum::Fine& current,
                        const PlaneCamera& camera,
                        const PlaneMotion& start,
                        const PlaneFitParams& params,
@@ -95,41 +96,41 @@ class FineStage {
 
   /// What RefinePlane fits, at a motion that is known already to a pixel or two: of the full
   /// image, from its centre. @param count  of blocks, at the most.
-  std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Data& reference,
-                                       const FrameSpectrum::Data& current,
+  std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Fine& reference,
+                                       const FrameSpectrum::Fine& current,
                                        const PlaneCamera& camera,
                                        const PlaneMotion& motion,
                                        int count);
 
  private:
   [[nodiscard]] PlaneCamera LevelCamera(const PlaneCamera& camera) const;
-  std::vector<int> SelectUnder(const FrameSpectrum::Data& reference,
-                               const FrameSpectrum::Data& current,
+  std::vector<int> SelectUnder(const FrameSpectrum::Fine& reference,
+                               const FrameSpectrum::Fine& current,
                                const PlaneCamera& level_camera,
                                const PlaneMotion& motion,
                                int count) const;
   [[nodiscard]] double CornerStep(const PlaneCamera& camera,
                                   const PlaneMotion& a,
                                   const PlaneMotion& b) const;
-  void MeasureRough(const FrameSpectrum::Data& reference,
-                    const FrameSpectrum::Data& current,
+  void MeasureRough(const FrameSpectrum::Fine& reference,
+                    const FrameSpectrum::Fine& current,
                     const ImageMotion& motion,
                     int count,
                     int search_px);
-  void MeasureFine(const FrameSpectrum::Data& reference,
-                   const FrameSpectrum::Data& current,
+  void MeasureFine(const FrameSpectrum::Fine& reference,
+                   const FrameSpectrum::Fine& current,
                    const ImageMotion& motion,
                    int count);
   bool FitShifts(Finalist& finalist) const;
-  bool IsSound(const FrameSpectrum::Data& reference,
-               const FrameSpectrum::Data& current,
+  bool IsSound(const FrameSpectrum::Fine& reference,
+               const FrameSpectrum::Fine& current,
                const Candidate& candidate,
                Finalist& finalist);
-  void InflateBlurCovariance(const FrameSpectrum::Data& reference,
-                             const FrameSpectrum::Data& current,
+  void InflateBlurCovariance(const FrameSpectrum::Fine& reference,
+                             const FrameSpectrum::Fine& current,
                              Finalist& finalist);
-  void LastRounds(const FrameSpectrum::Data& reference,
-                  const FrameSpectrum::Data& current,
+  void LastRounds(const FrameSpectrum::Fine& reference,
+                  const FrameSpectrum::Fine& current,
                   Finalist& finalist);
 
   RegistrarParams params_;

@@ -25,15 +25,20 @@ struct Level {
   std::vector<ReferenceBlock> blocks;  ///< of the grid; empty until the image serves as a reference
 };
 
-/// What FrameSpectrum keeps of an image. Immutable after Registrar::Analyze, but for the levels'
-/// blocks, which the first registration against this image fills in once, under the lock.
-struct FrameSpectrum::Data {
-  bool coarse = false;    ///< the next three are there (not after Registrar::AnalyzeFine)
+/// What FrameSpectrum keeps of an image for the coarse stage. Immutable once it is filled.
+struct FrameSpectrum::Coarse {
   RealArray flat;         ///< coarse working image: reduced, local mean removed
   ComplexArray spectrum;  ///< of `flat` under the window
   ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)
   float noise_sigma = 0;  ///< of the image at full resolution, grey levels
-  float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed pictures
+  float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed images
+};
+
+/// What FrameSpectrum keeps of an image for the fine stage. Immutable once it is filled, but for
+/// the levels' blocks, which the first registration against this image fills in once, under the
+/// lock.
+struct FrameSpectrum::Fine {
+  float noise_sigma = 0;  ///< of the image at full resolution, grey levels
   Level fine;             ///< the image, reduced if it is very large (FineStage)
   Level rough;            ///< half the resolution of `fine`
 

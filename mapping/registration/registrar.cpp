@@ -119,63 +119,88 @@ bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist
   return period * (period - 2 * off) > kNineSigma2 * prior->sigma_px * prior->sigma_px;
 }
 
-}  // namespace
-
 /// Buffers of frames that nobody holds any more. A frame's buffers are megabytes: asking the system
 /// for them anew costs as much as a transform. Frames may outlive their registrar and end in any
 /// thread.
-struct Registrar::Pool {
-  using Data = FrameSpectrum::Data;
-  static constexpr std::size_t kMax = 4;
+template <typename Data>
+class Pool {
+ public:
+  Pool() { free_.reserve(kMax); }
 
-  Pool() { free.reserve(kMax); }
-  void TakeBack(Data* released) {
-    std::unique_ptr<Data> data(released);
-    const std::scoped_lock lock(mutex);
-    if (free.size() < kMax) free.push_back(std::move(data));
+  /// A buffer that returns to the pool with its last owner.
+  static std::shared_ptr<Data> Take(const std::shared_ptr<Pool>& pool) {
+    std::unique_ptr<Data> data = pool->TakeFree();
+    if (!data) data = std::make_unique<Data>();
+    return {data.release(), [pool](Data* released) { pool->TakeBack(released); }};
   }
 
-  std::mutex mutex;
-  std::vector<std::unique_ptr<Data>> free;
+ private:
+  static constexpr std::size_t kMax = 4;
+
+  std::unique_ptr<Data> TakeFree() {
+    const std::scoped_lock lock(mutex_);
+    if (free_.empty()) return nullptr;
+    std::unique_ptr<Data> data = std::move(free_.back());
+    free_.pop_back();
+    return data;
+  }
+  void TakeBack(Data* released) {
+    std::unique_ptr<Data> data(released);
+    const std::scoped_lock lock(mutex_);
+    if (free_.size() < kMax) free_.push_back(std::move(data));
+  }
+
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Data>> free_;
 };
+
+}  // namespace
 
 struct Registrar::Impl {
   Impl(cv::Size image_size, const RegistrarParams& p)
       : size(image_size), params(p), coarse(image_size, p.mask), fine(image_size, p) {}
 
-  using Data = FrameSpectrum::Data;
+  using Coarse = FrameSpectrum::Coarse;
+  using Fine = FrameSpectrum::Fine;
   cv::Size size;
   RegistrarParams params;
   CoarseStage coarse;
   FineStage fine;
-  std::shared_ptr<Pool> pool = std::make_shared<Pool>();
+  std::shared_ptr<Pool<Coarse>> coarse_pool = std::make_shared<Pool<Coarse>>();
+  std::shared_ptr<Pool<Fine>> fine_pool = std::make_shared<Pool<Fine>>();
   cv::Mat clean;
 
-  std::shared_ptr<Data> Recycle();
+  std::shared_ptr<Coarse> AnalyzeCoarse(const cv::Mat& clean_grey,
+                                        float noise,
+                                        const cv::Mat& mask);
+  std::shared_ptr<Fine> AnalyzeFine(const cv::Mat& clean_grey, float noise, const cv::Mat& mask);
   void AddExpected(const MotionPrior& prior, std::vector<Hypothesis>& hypotheses) const;
-  Registration Run(Data& reference,
-                   const Data& current,
+  Registration Run(const FrameSpectrum& reference_spectrum,
+                   const FrameSpectrum& current_spectrum,
                    const std::optional<MotionPrior>& prior,
                    const std::optional<RotationRange>& near);
-  Registration Choose(const Data& reference,
-                      const Data& current,
+  Registration Choose(const Fine& reference,
+                      const Fine& current,
                       const std::vector<Finalist>& finalists,
                       const std::optional<MotionPrior>& prior);
 };
 
-std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Recycle() {
-  std::unique_ptr<Data> data;
-  {
-    const std::scoped_lock lock(pool->mutex);
-    if (!pool->free.empty()) {
-      data = std::move(pool->free.back());
-      pool->free.pop_back();
-    }
-  }
-  if (!data) data = std::make_unique<Data>();
+std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::Mat& clean_grey,
+                                                                      float noise,
+                                                                      const cv::Mat& mask) {
+  std::shared_ptr<Coarse> data = Pool<Coarse>::Take(coarse_pool);
+  coarse.Analyze(clean_grey, noise, *data, mask);
+  return data;
+}
+
+std::shared_ptr<FrameSpectrum::Fine> Registrar::Impl::AnalyzeFine(const cv::Mat& clean_grey,
+                                                                  float noise,
+                                                                  const cv::Mat& mask) {
+  std::shared_ptr<Fine> data = Pool<Fine>::Take(fine_pool);
   data->rough_ready = false;
   data->fine_ready = false;
-  return {data.release(), [pool = pool](Data* released) { pool->TakeBack(released); }};
+  fine.Analyze(clean_grey, noise, *data, mask);
+  return data;
 }
 
 Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
@@ -213,29 +238,32 @@ void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
 }
 
 FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
-  Check(grey, mask);
-  FrameSpectrum spectrum;
-  spectrum.data_ = impl_->Recycle();
-  const cv::Mat& clean = WithoutImpulses(grey, impl_->clean);
-  impl_->coarse.Analyze(clean, *spectrum.data_, mask);
-  spectrum.data_->coarse = true;
-  impl_->fine.Analyze(clean, *spectrum.data_, mask);
-  return spectrum;
+  return Complete(grey, {}, mask);
 }
 
 FrameSpectrum Registrar::AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask) {
   Check(grey, mask);
   FrameSpectrum spectrum;
-  spectrum.data_ = impl_->Recycle();
-  spectrum.data_->coarse = false;
   const cv::Mat& clean = WithoutImpulses(grey, impl_->clean);
-  spectrum.data_->noise_sigma = EstimateNoise(clean);
-  impl_->fine.Analyze(clean, *spectrum.data_, mask);
+  spectrum.fine_ = impl_->AnalyzeFine(clean, EstimateNoise(clean), mask);
   return spectrum;
 }
 
-Registration Registrar::Impl::Choose(const Data& reference,
-                                     const Data& current,
+FrameSpectrum Registrar::Complete(const cv::Mat& grey,
+                                  const FrameSpectrum& spectrum,
+                                  const cv::Mat& mask) {
+  if (spectrum.HasCoarse()) return spectrum;
+  Check(grey, mask);
+  FrameSpectrum complete = spectrum;
+  const cv::Mat& clean = WithoutImpulses(grey, impl_->clean);
+  const float noise = spectrum.empty() ? EstimateNoise(clean) : spectrum.fine_->noise_sigma;
+  if (spectrum.empty()) complete.fine_ = impl_->AnalyzeFine(clean, noise, mask);
+  complete.coarse_ = impl_->AnalyzeCoarse(clean, noise, mask);
+  return complete;
+}
+
+Registration Registrar::Impl::Choose(const Fine& reference,
+                                     const Fine& current,
                                      const std::vector<Finalist>& finalists,
                                      const std::optional<MotionPrior>& prior) {
   std::vector<Finalist> rivals = Rivals(finalists, params.rival_ratio);
@@ -283,12 +311,15 @@ void Registrar::Impl::AddExpected(const MotionPrior& prior,
   if (expected.overlap > kMinOverlap) hypotheses.push_back(expected);
 }
 
-Registration Registrar::Impl::Run(Data& reference,
-                                  const Data& current,
+Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
+                                  const FrameSpectrum& current_spectrum,
                                   const std::optional<MotionPrior>& prior,
                                   const std::optional<RotationRange>& near) {
-  auto hypotheses = coarse.Propose(reference, current, params.estimate_scale, near);
+  auto hypotheses = coarse.Propose(
+      *reference_spectrum.coarse_, *current_spectrum.coarse_, params.estimate_scale, near);
   if (hypotheses.empty()) return {};
+  Fine& reference = *reference_spectrum.fine_;
+  const Fine& current = *current_spectrum.fine_;
   if (prior) AddExpected(*prior, hypotheses);
   fine.PrepareReference(reference);
   std::vector<Candidate> candidates;
@@ -315,12 +346,11 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   if (reference.empty() || current.empty()) {
     throw std::invalid_argument("Registrar::Register: an empty FrameSpectrum");
   }
-  FrameSpectrum::Data& ref = *reference.data_;
-  const FrameSpectrum::Data& cur = *current.data_;
-  if (!ref.coarse || !cur.coarse) {
+  if (!reference.HasCoarse() || !current.HasCoarse()) {
     throw std::invalid_argument("Registrar::Register: a FrameSpectrum of AnalyzeFine");
   }
-  if (std::min(ref.contrast, cur.contrast) < impl_->params.min_contrast) {
+  if (std::min(reference.coarse_->contrast, current.coarse_->contrast) <
+      impl_->params.min_contrast) {
     Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;
@@ -330,10 +360,10 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     // found.
     constexpr double kSigmas = 4;
     const RotationRange near{prior->motion.theta_rad, kSigmas * prior->sigma_theta_rad + 0.05};
-    Registration expected = impl_->Run(ref, cur, prior, near);
+    Registration expected = impl_->Run(reference, current, prior, near);
     if (expected.ok()) return expected;
   }
-  return impl_->Run(ref, cur, prior, std::nullopt);
+  return impl_->Run(reference, current, prior, std::nullopt);
 }
 
 PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
@@ -345,8 +375,8 @@ PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
     throw std::invalid_argument("Registrar::RefinePlane: an empty FrameSpectrum");
   }
   constexpr int kRounds = 3;
-  impl_->fine.PrepareFine(*reference.data_);
-  return impl_->fine.RefinePlane(*reference.data_, *current.data_, camera, start, params, kRounds);
+  impl_->fine.PrepareFine(*reference.fine_);
+  return impl_->fine.RefinePlane(*reference.fine_, *current.fine_, camera, start, params, kRounds);
 }
 
 std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,
@@ -356,9 +386,9 @@ std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,
   if (reference.empty() || current.empty()) {
     throw std::invalid_argument("Registrar::MeasurePlane: an empty FrameSpectrum");
   }
-  impl_->fine.PrepareFine(*reference.data_);
+  impl_->fine.PrepareFine(*reference.fine_);
   return impl_->fine.MeasurePlane(
-      *reference.data_, *current.data_, camera, motion, impl_->params.final_blocks);
+      *reference.fine_, *current.fine_, camera, motion, impl_->params.final_blocks);
 }
 
 Dissimilarity Registrar::Compare(const FrameSpectrum& reference,
@@ -367,7 +397,7 @@ Dissimilarity Registrar::Compare(const FrameSpectrum& reference,
   if (reference.empty() || current.empty()) {
     throw std::invalid_argument("Registrar::Compare: an empty FrameSpectrum");
   }
-  return impl_->fine.Compare(*reference.data_, *current.data_, motion);
+  return impl_->fine.Compare(*reference.fine_, *current.fine_, motion);
 }
 
 Registration Registrar::Refine(const FrameSpectrum& reference,
@@ -376,8 +406,8 @@ Registration Registrar::Refine(const FrameSpectrum& reference,
   if (reference.empty() || current.empty()) {
     throw std::invalid_argument("Registrar::Refine: an empty FrameSpectrum");
   }
-  FrameSpectrum::Data& ref = *reference.data_;
-  const FrameSpectrum::Data& cur = *current.data_;
+  FrameSpectrum::Fine& ref = *reference.fine_;
+  const FrameSpectrum::Fine& cur = *current.fine_;
   impl_->fine.PrepareReference(ref);
   Hypothesis hypothesis;
   hypothesis.motion = start;

@@ -98,16 +98,27 @@ struct RegistrarParams {
 };
 
 /// Everything that is computed once of an image and kept: its working copies and spectra. Cheap to
-/// move and to share (the data behind it are immutable); made by Registrar::Analyze.
+/// copy and to share between threads and between registrars of one image size and mask (the data
+/// behind it are immutable); made by a Registrar.
 class FrameSpectrum {
  public:
   FrameSpectrum() = default;
-  [[nodiscard]] bool empty() const { return !data_; }
-  struct Data;
+  [[nodiscard]] bool empty() const { return !fine_; }
+  /// False after Registrar::AnalyzeFine.
+  [[nodiscard]] bool HasCoarse() const { return coarse_ != nullptr; }
+  struct Coarse;
+  struct Fine;
 
  private:
   friend class Registrar;
-  std::shared_ptr<Data> data_;
+  std::shared_ptr<Coarse> coarse_;
+  std::shared_ptr<Fine> fine_;
+};
+
+/// An image that is rectified and analysed once for all that register it: tilt, odometry, search.
+struct AnalyzedImage {
+  cv::Mat pixels;          ///< CV_8UC1, rectified; shared, never written to
+  FrameSpectrum spectrum;  ///< of the pixels; may be empty or without its coarse part
 };
 
 /// Registers images of one size. Holds FFT plans and scratch memory: one object per thread.
@@ -130,6 +141,12 @@ class Registrar {
   /// The same for Refine and RefinePlane alone, at a third of the time: a frame whose motion is
   /// nearly known needs no more.
   [[nodiscard]] FrameSpectrum AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask = {});
+
+  /// What Analyze returns, with as much of it taken from `spectrum` as that has. @param spectrum of
+  /// the same image and mask, by a registrar of the same size and mask; may be empty.
+  [[nodiscard]] FrameSpectrum Complete(const cv::Mat& grey,
+                                       const FrameSpectrum& spectrum,
+                                       const cv::Mat& mask = {});
 
   /// Motion that takes pixels of `reference` to pixels of `current`. The content of an image never
   /// causes an exception. @throws std::invalid_argument for spectra of AnalyzeFine.
@@ -172,7 +189,6 @@ class Registrar {
  private:
   void Check(const cv::Mat& grey, const cv::Mat& mask) const;
 
-  struct Pool;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -23,6 +23,7 @@
 namespace ceilmap::bench {
 
 using registration::CoarseStage;
+using registration::EstimateNoise;
 using registration::FrameSpectrum;
 using registration::ImageMotion;
 using registration::Registrar;
@@ -34,11 +35,12 @@ namespace {
 /// The coarse stage of one streamed frame.
 void Coarse(benchmark::State& state) {
   CoarseStage stage(kSize);
-  FrameSpectrum::Data reference;
-  FrameSpectrum::Data current;
-  stage.Analyze(Frames().reference, reference);
+  FrameSpectrum::Coarse reference;
+  FrameSpectrum::Coarse current;
+  stage.Analyze(Frames().reference, EstimateNoise(Frames().reference), reference);
   RunFrames(state, "coarse", [&](std::size_t i) {
-    stage.Analyze(Frames().frames[i], current);
+    const cv::Mat& frame = Frames().frames[i];
+    stage.Analyze(frame, EstimateNoise(frame), current);
     const auto hypotheses = stage.Propose(reference, current, false);
     return MotionWithin(
         hypotheses.empty() ? ImageMotion{1e9, 1e9, 0, 1} : hypotheses.front().motion, 3, 0.5);

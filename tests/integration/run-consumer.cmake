@@ -14,21 +14,25 @@ execute_process(COMMAND ${CMAKE_COMMAND} --build ${stage}/build COMMAND_ERROR_IS
 execute_process(COMMAND ${stage}/build/consumer COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${stage}/build/simulator_consumer COMMAND_ERROR_IS_FATAL ANY)
 
-# The sample program, on the bundled recordings.
+# The sample program: maps with three cameras, then finds the robot on that map.
 set(samples ${CONSUMER_DIR}/../../../samples)
 execute_process(COMMAND ${CMAKE_COMMAND} -S ${samples}/embed -B ${stage}/embed -G ${GENERATOR}
   -D CMAKE_PREFIX_PATH=${stage}/prefix -D CMAKE_CXX_COMPILER=${CXX_COMPILER} -D CMAKE_BUILD_TYPE=${BUILD_TYPE}
   -D CMAKE_CXX_FLAGS=${CXX_FLAGS}
   COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${stage}/embed COMMAND_ERROR_IS_FATAL ANY)
-execute_process(COMMAND ${stage}/prefix/bin/ceilmap map --quiet
-  --rig ${samples}/lab-map/rig.yaml --up ${samples}/lab-map/up.mp4 --stamps ${samples}/lab-map/frames.csv
-  -o ${stage}/lab.gpkg COMMAND_ERROR_IS_FATAL ANY)
-execute_process(COMMAND ${stage}/embed/where_am_i
-  ${stage}/lab.gpkg ${samples}/lab-second-robot/rig.yaml ${samples}/lab-second-robot/up.mp4
-  OUTPUT_VARIABLE told COMMAND_ERROR_IS_FATAL ANY)
-string(REGEX MATCHALL " tracking [^\n]+" placed "${told}")
+execute_process(COMMAND ${stage}/prefix/bin/ceilmap simulate ${samples}/scenes/three-cameras.yaml -o ${stage}/drive
+  --frames 60 COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${stage}/embed/embed ${stage}/drive/rig.yaml ${stage}/drive ${stage}/drive.gpkg
+  OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
+# Six numbers after the status: x, y, yaw, sigma, pitch and heading.
+string(REGEX MATCHALL "tracking( [-0-9.]+)( [-0-9.]+)( [-0-9.]+)( [-0-9.]+)( [-0-9.]+)( [-0-9.]+)\n" placed "${printed}")
 list(LENGTH placed count)
 if(count LESS 115)
-  message(FATAL_ERROR "where_am_i: ${count} of 120 frames tracked, expected 115 and more:\n${told}")
+  message(FATAL_ERROR "embed: ${count} of 2 x 60 frames tracked with a heading, expected 115 and more:\n${printed}")
+endif()
+string(REGEX MATCHALL "tracking [-0-9.]+ [-0-9.]+ [-0-9.]+ [-0-9.]+ -[12]\\.[0-9]+ " tilted "${printed}")
+list(LENGTH tilted count)
+if(count LESS 10)
+  message(FATAL_ERROR "embed: ${count} frames with the pitch of the bump, expected 10 and more:\n${printed}")
 endif()

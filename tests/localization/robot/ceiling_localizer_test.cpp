@@ -120,7 +120,7 @@ TEST_F(CeilingLocalizerTest, BadInputIsRefused) {
   EXPECT_THROW(CeilingLocalizer(map_->folder / "none.gpkg", RigOf(up_)), InputError);
   EXPECT_THROW(CeilingLocalizer(MapFile(), calib::Rig{}), InputError);
   CeilingLocalizer localizer(MapFile(), RigOf(up_));
-  EXPECT_THROW(localizer.AddCeiling({cv::Mat(100, 100, CV_8UC1), 1, 0}), InputError);
+  EXPECT_THROW(localizer.AddCeiling({cv::Mat(100, 100, CV_8UC1), 0.01, 0}), InputError);
   (void)localizer.AddCeiling(See({2, 2, 0}));
   Image late = See({2, 2, 0});
   late.stamp_s = 0;

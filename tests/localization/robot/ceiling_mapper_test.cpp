@@ -78,7 +78,7 @@ TEST_F(CeilingMapperTest, PipelinedImagesGiveTheSameMap) {
 TEST_F(CeilingMapperTest, ExtendsAMap) {
   {
     CeilingMapper mapper(rig_, file_);
-    for (int i = 0; i < 12; ++i) (void)mapper.AddCeiling(See(i));
+    for (int i = 0; i < 20; ++i) (void)mapper.AddCeiling(See(i));
     (void)mapper.Finish();
   }
   CeilingMapperParams params;

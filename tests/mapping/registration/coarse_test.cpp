@@ -20,15 +20,19 @@ constexpr double kPi = std::numbers::pi;
 class CoarseStageTest : public testing::Test {
  protected:
   std::vector<Hypothesis> Propose(const ImageMotion& truth, bool estimate_scale = false) {
-    stage_.Analyze(ceiling_.Render(kSize), reference_);
-    stage_.Analyze(ceiling_.Render(kSize, truth), current_);
+    Analyze(ceiling_.Render(kSize), reference_);
+    Analyze(ceiling_.Render(kSize, truth), current_);
     return stage_.Propose(reference_, current_, estimate_scale);
+  }
+
+  void Analyze(const cv::Mat& image, FrameSpectrum::Coarse& data) {
+    stage_.Analyze(image, EstimateNoise(image), data);
   }
 
   SyntheticCeiling ceiling_;
   CoarseStage stage_{kSize};
-  FrameSpectrum::Data reference_;
-  FrameSpectrum::Data current_;
+  FrameSpectrum::Coarse reference_;
+  FrameSpectrum::Coarse current_;
 };
 
 TEST_F(CoarseStageTest, WorksOnHalfTheImage) {
@@ -86,14 +90,14 @@ TEST_F(CoarseStageTest, TriesOnlyRotationsInRange) {
 }
 
 TEST_F(CoarseStageTest, ContrastIsThatOfTheTexture) {
-  stage_.Analyze(cv::Mat(kSize, CV_8UC1, cv::Scalar(200)), reference_);
+  Analyze(cv::Mat(kSize, CV_8UC1, cv::Scalar(200)), reference_);
   EXPECT_LT(reference_.contrast, 0.01);
   // A shallow slope of brightness is no texture; a ceiling is.
   cv::Mat slope(kSize, CV_8UC1);
   for (int v = 0; v < kSize.height; ++v) slope.row(v).setTo(40 + 0.25 * v);
-  stage_.Analyze(slope, reference_);
+  Analyze(slope, reference_);
   EXPECT_LT(reference_.contrast, 3);
-  stage_.Analyze(ceiling_.Render(kSize), reference_);
+  Analyze(ceiling_.Render(kSize), reference_);
   EXPECT_GT(reference_.contrast, 8);
 }
 

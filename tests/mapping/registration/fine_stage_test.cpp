@@ -18,9 +18,8 @@ const cv::Size kSize(480, 360);
 
 class FineStageTest : public testing::Test {
  protected:
-  void Analyze(const cv::Mat& image, FrameSpectrum::Data& data) {
-    coarse_.Analyze(image, data);
-    fine_.Analyze(image, data);
+  void Analyze(const cv::Mat& image, FrameSpectrum::Fine& data) {
+    fine_.Analyze(image, EstimateNoise(image), data);
   }
 
   Hypothesis Near(const ImageMotion& truth, double off_px, double off_deg) {
@@ -36,11 +35,10 @@ class FineStageTest : public testing::Test {
   }
 
   RegistrarParams params_;
-  CoarseStage coarse_{kSize};
   FineStage fine_{kSize, params_};
   SyntheticCeiling ceiling_;
-  FrameSpectrum::Data reference_;
-  FrameSpectrum::Data current_;
+  FrameSpectrum::Fine reference_;
+  FrameSpectrum::Fine current_;
 };
 
 TEST_F(FineStageTest, BringsARoughMotionToTheLastDigit) {
