@@ -14,16 +14,16 @@ namespace ceilmap::registration {
 /// Why a registration has an answer, or none.
 enum class Verdict {
   kOk,         ///< one motion explains the images, and no other does nearly as well
-  kNoTexture,  ///< an image shows nothing that could be registered (uniform, black, saturated)
+  kNoTexture,  ///< an image has no texture to register (uniform, black, saturated)
   kNoMatch,    ///< no motion brings the images to agreement: no or too little overlap
   kAmbiguous,  ///< several different motions explain the images about equally well (periodic
                ///< ceiling)
 };
 const char* ToString(Verdict verdict);
 
-/// What is known of the motion beforehand (odometry, a motion model, a compass). Rotations near it
-/// are tried first, others only when none of those explains the images; and it chooses among
-/// motions that the images leave open. It is never averaged into the result.
+/// Prediction of the motion (odometry, a motion model, a compass). Rotations near it are tried
+/// first, others only when none of those explains the images; and it chooses among motions that the
+/// images do not decide between. It is never averaged into the result.
 struct MotionPrior {
   ImageMotion motion;
   double sigma_px = 0;         ///< of tx and ty, > 0
@@ -38,11 +38,11 @@ struct Registration {
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   double peak = 0;       ///< agreement of the images under the motion, 0..1
   double runner_up = 0;  ///< the same for the best different motion, 0..1
-  double overlap = 0;    ///< part of the reference image that the current one sees, 0..1
+  double overlap = 0;    ///< fraction of the reference image visible in the current one, 0..1
   int blocks = 0;        ///< blocks of the fine stage that could be compared
   int inliers = 0;       ///< those that agree with the motion
   /// Other motions explain the images as well; the prior alone chose this one (kOk) or could not
-  /// (kAmbiguous). A place where this happens cannot be told from others by what is seen there.
+  /// (kAmbiguous). The image alone does not distinguish such a place from others.
   bool disambiguated_by_prior = false;
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
@@ -56,18 +56,14 @@ struct RegistrarParams {
   int first_blocks = 24;  ///< blocks that test a coarse hypothesis and bring it close
   int final_blocks = 48;  ///< blocks of the last rounds
 
-  // When an answer is believed. Over 1300 pairs that have nothing in common, of eight scenes, the
-  // support by chance was at most 4.1 with a sigma of 0.47 px, 2.5 and 0.4 px at the 99th
-  // percentile; true motions have 5 and more (median 22) and below 0.33 px (median 0.003). Over 250
-  // pairs of other places on one tiled ceiling, where the lines fit, `unlike` was 0.98 and more and
-  // the agreement 1.62 and less; true motions have either `unlike` below 0.87 (noise) or agreement
-  // above 1.94 (other light, blur, real recordings with moving sun).
+  // Limits of acceptance. The measurements behind them: mapping/registration/README.md, "Limits of
+  // acceptance".
 
   /// Sum of the peaks of agreeing blocks in the test of a hypothesis.
   double min_support = 4.2;
   /// Blocks that agree, ...
   int min_inliers = 5;
-  /// ... and their part of the compared blocks after the last round.
+  /// ... and their ratio to the compared blocks after the last round.
   double min_inlier_ratio = 0.25;
   /// Of the translation, from the residuals.
   double max_sigma_px = 0.42;
@@ -75,31 +71,29 @@ struct RegistrarParams {
   double max_dissimilarity = 0.92;
   /// ... agreement of rough blocks + fine blocks + 2 x POC peak of the whole images, 0..4.
   double min_agreement = 1.8;
-  /// The same of images whose shorter side is below 240 px: their few blocks see little but
-  /// lines, which agreed by up to 2.25 over 2700 pairs of other places (96x96 to 220x220; with 240
-  /// px and more by up to 1.76). What agrees by less must be alike.
+  /// The same for images whose shorter side is below 240 px: their few blocks show little but
+  /// lines, which also agree at other places. A match that agrees by less must meet
+  /// `max_dissimilarity`.
   double min_agreement_small = 2.3;
-  /// Where `unlike` is above `max_dissimilarity_weak`, rough and fine blocks alone must also agree
-  /// by this: a smear of more than 12 px in one image splits the peaks even of the rough blocks,
-  /// which then agree on a place beside the truth (1.09 and less, `unlike` 2.2 and more; pictures
-  /// under other light have 1.15 and more).
+  /// Where the dissimilarity is above `max_dissimilarity_weak`, rough and fine blocks alone must
+  /// also agree by `min_block_agreement`: motion blur of more than 12 px in one image splits the
+  /// peaks even of the rough blocks, which then agree on a place beside the true one.
   double max_dissimilarity_weak = 1.9;
   double min_block_agreement = 1.12;
-  /// A part of what is seen may have changed (covered, moved, switched off): then at least this
-  /// part of the blocks must agree as well as this, and a fifth of them down to the noise. At the
-  /// true place with a fifth to a half changed the agreement was 0.37 and more and that fifth's
-  /// `unlike` 1.1 and less; one tile further 0.32 and less, and 1.9 and more. Not for small
-  /// images, where such a part would be a few lines.
+  /// A part of the ceiling may have changed (covered, moved, switched off): then at least this
+  /// ratio of the blocks must agree, by at least `min_partial_agreement`, and the dissimilarity of
+  /// the best fifth of them must be at most `max_partial_dissimilarity`. Not for small images,
+  /// where such a part would be a few lines.
   double min_partial_inliers = 0.6;
   double min_partial_agreement = 0.36;
   double max_partial_dissimilarity = 1.4;
-  /// Stands for that POC peak in Refine, where it is not computed.
+  /// Used in place of the POC peak in Refine, where it is not computed.
   double refine_poc_peak = 0.3;
-  /// Grey levels; images with less show nothing.
+  /// Grey levels; images with less contrast have no texture.
   double min_contrast = 0.25;
-  /// Another motion with this part of the best agreement is a rival, and ...
+  /// Another motion with at least this fraction of the best agreement is a rival, and ...
   double rival_ratio = 0.7;
-  /// ... stays one unless the images speak against it by so many nats.
+  /// ... remains one unless the evidence of the images against it is at least this, nats.
   double min_evidence = 4.5;
 };
 
@@ -130,9 +124,9 @@ struct AnalyzedImage {
 /// Registers images of one size. Holds FFT plans and scratch memory: one object per thread.
 class Registrar {
  public:
-  /// Images whose shorter side is below 240 px have few blocks to vote with: exact to a tenth of
-  /// a pixel (96 px: to a third), and sooner lost where much of what they see is new. They take as
-  /// long as images of twice their size.
+  /// Images whose shorter side is below 240 px have few blocks: their accuracy is a tenth of a
+  /// pixel (96 px: a third), and they need more overlap. They take as long as images of twice their
+  /// size.
   /// @throws InputError when a side has less than 96 or more than 16384 pixels.
   explicit Registrar(cv::Size size, const RegistrarParams& params = {});
   ~Registrar();
@@ -154,37 +148,37 @@ class Registrar {
                                        const FrameSpectrum& spectrum,
                                        const cv::Mat& mask = {});
 
-  /// Motion that takes pixels of `reference` to pixels of `current`. Never throws on picture
-  /// content. @throws std::invalid_argument for spectra of AnalyzeFine.
+  /// Motion that takes pixels of `reference` to pixels of `current`. The content of an image never
+  /// causes an exception. @throws std::invalid_argument for spectra of AnalyzeFine.
   [[nodiscard]] Registration Register(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt);
 
-  /// How badly the images disagree under an exact motion. Two comparisons of the same reference
-  /// can be weighed against each other (Evidence), with different current images too.
+  /// Disagreement of the images under an exact motion. Two comparisons of the same reference can be
+  /// weighed against each other (Evidence), with different current images too.
   [[nodiscard]] Dissimilarity Compare(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const ImageMotion& motion);
 
   /// The fine stage alone, from a motion that is known to about 10 px and 2 degrees (tracking on a
-  /// map, checking a prediction). kOk or kNoMatch; says nothing about other motions that might
-  /// explain the images too.
+  /// map, checking a prediction). kOk or kNoMatch; other motions that might explain the images are
+  /// not examined.
   [[nodiscard]] Registration Refine(const FrameSpectrum& reference,
                                     const FrameSpectrum& current,
                                     const ImageMotion& start);
 
-  /// The plane-induced motion with pitch and roll (GEOMETRY section 4), from a motion that is known
-  /// to a few degrees, e.g. PlaneMotion::FromSimilarity of a Register result. The reference must be
-  /// a level view. Two or three rounds of measuring and fitting; `ok` is false where too few blocks
-  /// can be compared.
+  /// The plane-induced motion with pitch and roll (mapping/registration/README.md, "Plane-induced
+  /// motion"), from a motion that is known to a few degrees, e.g. PlaneMotion::FromSimilarity of a
+  /// Register result. The reference must be a level view. Two or three rounds of measuring and
+  /// fitting; `ok` is false where too few blocks can be compared.
   [[nodiscard]] PlaneFit RefinePlane(const FrameSpectrum& reference,
                                      const FrameSpectrum& current,
                                      const PlaneCamera& camera,
                                      const PlaneMotion& start,
                                      const PlaneFitParams& params = {});
 
-  /// The places that RefinePlane fits a motion to, for those who fit more than one motion to them:
-  /// where blocks of the reference are seen in the current image, pixels of the full pictures
+  /// The measurements to which RefinePlane fits a motion, for fits of more than one motion to them:
+  /// the positions of blocks of the reference in the current image, in pixels of the full images,
   /// from their centres. @param motion  known to about 2 px over the image. Needs no level
   /// reference.
   [[nodiscard]] std::vector<PlaneShift> MeasurePlane(const FrameSpectrum& reference,

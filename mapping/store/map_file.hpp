@@ -31,8 +31,8 @@ struct MapMetadata {
 /// Extent of a mosaic and how its pixels lie in the map: pixel (col, row) of the full mosaic has
 /// its CENTRE at
 ///   x = min_x + (col + 0.5) * resolution,  y = max_y - (row + 0.5) * resolution.
-/// The mosaic is stored as seen from above: x right, y up (GEOMETRY: mirrored against a photograph
-/// from below).
+/// The mosaic is stored as seen from above: x right, y up, mirrored relative to an image from below
+/// (mapping/README.md, "Pixels").
 struct MosaicGrid {
   double min_x = 0;
   double max_y = 0;

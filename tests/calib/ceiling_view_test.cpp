@@ -17,7 +17,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kCeiling = 2.6;
 
-/// The camera of GEOMETRY: x_cam = +y_base, y_cam = -x_base, z_cam = +z_base, 0.4 m up the mast.
+/// The mount of the example in calib/README.md: x_cam = +y_base, y_cam = -x_base, z_cam = +z_base,
+/// 0.4 m up the mast.
 MountedCamera MakeUpwardCamera() {
   MountedCamera up;
   up.camera.width_px = 640;

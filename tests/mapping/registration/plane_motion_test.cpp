@@ -114,7 +114,7 @@ TEST(PlaneMotion, JacobianIsTheDerivative) {
 }
 
 TEST(PlaneMotion, OneDegreeOfTiltMovesTheBorderByFourPixels) {
-  // GEOMETRY section 4: f = 457 px, 320 px off centre, against the centre's motion.
+  // The example of compensation/README.md, "Tilt from the ceiling": f = 457 px, 320 px off centre.
   PlaneMotion motion;
   motion.tilt_y = kRadPerDeg;
   const PlaneCamera camera{457, {0, 0}};
