@@ -119,23 +119,21 @@ void MapFrames(recordings::FrameSource& source,
   const bool live = source.Stamps() == recordings::StampOrigin::kClock;
   sensors.AddHeadings(mapper);
   std::int64_t done = 0;
-  const auto report = [&](const robot::Estimate& estimate, const cv::Mat& image) {
-    watch.AddMapped(robot::ToFramePose(estimate), image, source.ExpectedFrames());
+  const auto report = [&](const robot::Estimate& estimate) {
+    watch.AddMapped(robot::ToFramePose(estimate), mapper.Rectified(), source.ExpectedFrames());
     progress.Update(++done);
     reports::PrintDetail(estimate);
   };
-  cv::Mat before;  // image of the estimate that the next call returns
   for (recordings::Frame frame; source.Read(frame); frame = {}) {
     sensors.ReadTo(frame.stamp_s, mapper);
     const robot::Image up{frame.image, frame.stamp_s, frame.index};
     if (live) {
-      report(mapper.AddCeiling(up), frame.image);
+      report(mapper.AddCeiling(up));
     } else if (const auto estimate = mapper.AddCeilingPipelined(up)) {
-      report(*estimate, before);
+      report(*estimate);
     }
-    before = frame.image;
   }
-  if (const auto estimate = mapper.Flush()) report(*estimate, before);
+  if (const auto estimate = mapper.Flush()) report(*estimate);
 }
 
 // A camera is always ended this way, so it is no error once there is something to keep.

@@ -78,7 +78,7 @@ void RunWatch::Add(const graph::FramePose& frame, std::optional<std::int64_t> ex
 }
 
 void RunWatch::AddMapped(const graph::FramePose& frame,
-                         const cv::Mat& raw,
+                         const cv::Mat& rectified,
                          std::optional<std::int64_t> expected) {
   Add(frame, expected);
   if (!live_ || frame.status != graph::TrackingStatus::kTracking) return;
@@ -86,7 +86,7 @@ void RunWatch::AddMapped(const graph::FramePose& frame,
   last_keyframe_ = frame.keyframe_id;
   const Pose2& T_map_base = frame.T_map_base;
   live_->Add(page::PageKeyframe{frame.keyframe_id, T_map_base.x, T_map_base.y, T_map_base.yaw});
-  mosaic_.Add(raw, T_map_base);
+  mosaic_.Add(rectified, T_map_base);
   live_->SetMosaic(mosaic_.Copy());
 }
 

@@ -44,9 +44,9 @@ class RunWatch {
   /// @param expected  frames of the recording, where that is known.
   void Add(const graph::FramePose& frame, std::optional<std::int64_t> expected);
   /// The same for a frame that is mapped: keyframes come onto the live page.
-  /// @param raw  picture, as the camera took it.
+  /// @param rectified  its image, rectified.
   void AddMapped(const graph::FramePose& frame,
-                 const cv::Mat& raw,
+                 const cv::Mat& rectified,
                  std::optional<std::int64_t> expected);
 
   /// Poses as they are after all were optimised; frames that are not among them have no place on

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "calib/base/error.hpp"
+#include "calib/base/stage_timer.hpp"
 #include "mapping/map_extension.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -64,6 +65,9 @@ struct CeilingMapper::Impl {
   std::optional<mapping::MapExtension> extension;
   std::optional<store::MapWriter> writer;
   std::optional<mapping::Mapper> mapper;
+  registration::AnalyzedImage image;  // of the last frame
+  cv::Mat buffer;                     // of a rectified image
+  double rectify_ms = 0;
 };
 
 CeilingMapper::CeilingMapper(const std::optional<calib::Rig>& rig,
@@ -82,12 +86,14 @@ CeilingMapper::CeilingMapper(cv::Size size,
 CeilingMapper::~CeilingMapper() = default;
 
 Estimate CeilingMapper::Map(const Frame& frame) {
-  mapping::Mapper& mapper = *impl_->mapper;
-  const Image& up = frame.up;
+  Impl& me = *impl_;
+  me.image = frame.rectified;
+  if (me.image.pixels.empty()) {
+    const StageTimer timer(me.rectify_ms);
+    me.image.pixels = me.view.Rectify(frame.up.pixels, me.buffer);
+  }
   const graph::FramePose pose =
-      frame.rectified.pixels.empty()
-          ? mapper.Process(up.pixels, up.index, up.stamp_s, frame.context)
-          : mapper.Process(frame.rectified, up.index, up.stamp_s, frame.context);
+      me.mapper->Process(me.image, frame.up.index, frame.up.stamp_s, frame.context);
   Locate(pose.stamp_s,
          pose.status == TrackingStatus::kTracking ? std::optional(pose.T_map_base) : std::nullopt);
   Estimate estimate;
@@ -119,8 +125,11 @@ std::optional<Estimate> CeilingMapper::Flush() {
 
 mapping::MappingResult CeilingMapper::Draw(const ProgressFunction& progress) {
   Impl& me = *impl_;
-  if (!me.extension) return me.mapper->Finish(progress);
-  return me.extension->Finish(me.source, me.view, *me.mapper, *me.writer, progress);
+  mapping::MappingResult result =
+      me.extension ? me.extension->Finish(me.source, me.view, *me.mapper, *me.writer, progress)
+                   : me.mapper->Finish(progress);
+  result.report.rectify_ms += me.rectify_ms;
+  return result;
 }
 
 void CeilingMapper::Commit() {
@@ -133,6 +142,9 @@ mapping::MappingResult CeilingMapper::Finish(const ProgressFunction& progress) {
   return result;
 }
 
+const cv::Mat& CeilingMapper::Rectified() const {
+  return impl_->image.pixels;
+}
 std::size_t CeilingMapper::PlacedFrames() const {
   return impl_->mapper->Trajectory().size();
 }

@@ -73,6 +73,8 @@ class CeilingMapper : public Sensors {
   /// Draw, then Commit.
   mapping::MappingResult Finish(const ProgressFunction& progress = {});
 
+  /// The image of the last estimate, rectified: CV_8UC1 of the view's size.
+  [[nodiscard]] const cv::Mat& Rectified() const;
   /// Frames placed so far.
   [[nodiscard]] std::size_t PlacedFrames() const;
   [[nodiscard]] const calib::CeilingView& View() const;

@@ -67,7 +67,7 @@ void LiveMosaic::MakeRoomFor(const cv::Rect2d& extent) {
   }
 }
 
-void LiveMosaic::Add(const cv::Mat& raw, const Pose2& T_map_base) {
+void LiveMosaic::Add(const cv::Mat& rectified, const Pose2& T_map_base) {
   const Pose2 T_map_view = T_map_base * view_.T_base_view();
   const double width = view_.MetresPerPixel() * view_.Size().width;
   const double height = view_.MetresPerPixel() * view_.Size().height;
@@ -75,10 +75,9 @@ void LiveMosaic::Add(const cv::Mat& raw, const Pose2& T_map_base) {
   const cv::Rect2d extent = ExtentOf(T_map_view, width, height);
   MakeRoomFor(extent);
 
-  const cv::Mat& image = view_.Rectify(raw, rectified_);
   const cv::Size size(std::max(1, static_cast<int>(std::lround(width / resolution_))),
                       std::max(1, static_cast<int>(std::lround(height / resolution_))));
-  cv::resize(image, small_, size, 0, 0, cv::INTER_AREA);
+  cv::resize(rectified, small_, size, 0, 0, cv::INTER_AREA);
   if (view_.Mask().empty()) {
     small_mask_.create(size, CV_8UC1);
     small_mask_.setTo(255);

@@ -23,8 +23,8 @@ class LiveMosaic {
   /// @param view  of the camera; must outlive this. @param max_px  longest side, >= 512.
   explicit LiveMosaic(const calib::CeilingView& view, int max_px = 1600);
 
-  /// @param raw  unrectified camera image, CV_8UC1 of the view's size. About a millisecond.
-  void Add(const cv::Mat& raw, const Pose2& T_map_base);
+  /// @param rectified  CV_8UC1 of the view's size. About a millisecond.
+  void Add(const cv::Mat& rectified, const Pose2& T_map_base);
 
   /// Empty before the first Add.
   [[nodiscard]] Mosaic Copy() const;
@@ -35,7 +35,6 @@ class LiveMosaic {
 
   const calib::CeilingView& view_;
   int max_px_;
-  cv::Mat rectified_;
   cv::Mat small_;
   cv::Mat small_mask_;
   cv::Mat turned_;
