@@ -73,7 +73,7 @@ void BlockStage::LayOutGrid() {
   }
 }
 
-void BlockStage::PrepareReference(Level& level) const {
+void BlockStage::PrepareReference(Level& level) {
   const int block = params_.block_px;
   const int half = block / 2 + 1;
   const double noise =

@@ -43,7 +43,7 @@ class BlockStage {
   void TakeMask(const cv::Mat& mask, Level& level) const;
 
   /// Fills level.blocks: from then on the level can be a reference.
-  void PrepareReference(Level& level) const;
+  void PrepareReference(Level& level);
 
   /// The blocks of the reference that lie inside the current image under `motion`, at the most
   /// `count`, spread over the image, the better textured ones of each neighbourhood first.

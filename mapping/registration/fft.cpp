@@ -7,6 +7,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "mapping/registration/row_pairs.hpp"
+
 namespace ceilmap::registration {
 namespace {
 
@@ -63,21 +65,6 @@ RealFft::RealFft(std::shared_ptr<const Plans> plans,
                  std::size_t spectrum_size)
     : plans_(std::move(plans)), real_size_(real_size), spectrum_size_(spectrum_size) {}
 
-RealFft RealFft::Plane(int rows, int cols) {
-  const auto real_size = static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols);
-  const auto spectrum_size =
-      static_cast<std::size_t>(rows) * (static_cast<std::size_t>(cols) / 2 + 1);
-  RealArray real(real_size);
-  ComplexArray spectrum(spectrum_size);
-  auto plans = std::make_shared<Plans>();
-  const std::scoped_lock lock(PlannerMutex());
-  plans->forward =
-      fftwf_plan_dft_r2c_2d(rows, cols, real.data(), AsFftw(spectrum.data()), FFTW_ESTIMATE);
-  plans->inverse =
-      fftwf_plan_dft_c2r_2d(rows, cols, AsFftw(spectrum.data()), real.data(), FFTW_ESTIMATE);
-  return {std::move(plans), real_size, spectrum_size};
-}
-
 RealFft RealFft::Lines(int count, int length) {
   const int bins = length / 2 + 1;
   const auto real_size = static_cast<std::size_t>(count) * static_cast<std::size_t>(length);
@@ -116,7 +103,6 @@ RealFft RealFft::Lines(int count, int length) {
 void RealFft::Forward(std::span<const float> in, std::span<std::complex<float>> out) const {
   RequireSize(in.size(), real_size_);
   RequireSize(out.size(), spectrum_size_);
-  // A multi-dimensional r2c transform out of place leaves its input as it is.
   fftwf_execute_dft_r2c(plans_->forward, const_cast<float*>(in.data()), AsFftw(out.data()));
 }
 
@@ -124,6 +110,116 @@ void RealFft::Inverse(std::span<std::complex<float>> in, std::span<float> out) c
   RequireSize(in.size(), spectrum_size_);
   RequireSize(out.size(), real_size_);
   fftwf_execute_dft_c2r(plans_->inverse, AsFftw(in.data()), out.data());
+}
+
+struct PlaneFft::Impl {
+  Impl(int plane_rows, int plane_cols);
+
+  int rows;
+  int cols;
+  int pairs;        // of rows; the last row of an odd number has a partner of zeros
+  ComplexArray z;   // the pairs of rows, or their spectra
+  PlanPair lines;   // of z, in place
+  PlanPair across;  // the columns of a spectrum, in place
+
+  [[nodiscard]] std::size_t Half() const { return static_cast<std::size_t>(cols) / 2 + 1; }
+  [[nodiscard]] std::complex<float>* Pair(int i) {
+    return z.data() + static_cast<std::ptrdiff_t>(i) * cols;
+  }
+};
+
+PlaneFft::Impl::Impl(int plane_rows, int plane_cols)
+    : rows(plane_rows),
+      cols(plane_cols),
+      pairs((rows + 1) / 2),
+      z(static_cast<std::size_t>(pairs) * static_cast<std::size_t>(cols)) {
+  ComplexArray spectrum(static_cast<std::size_t>(rows) * Half());
+  const int half = static_cast<int>(Half());
+  const std::scoped_lock lock(PlannerMutex());
+  const auto plan_lines = [&](int sign) {
+    return fftwf_plan_many_dft(1,
+                               &cols,
+                               pairs,
+                               AsFftw(z.data()),
+                               nullptr,
+                               1,
+                               cols,
+                               AsFftw(z.data()),
+                               nullptr,
+                               1,
+                               cols,
+                               sign,
+                               FFTW_ESTIMATE);
+  };
+  const auto plan_across = [&](int sign) {
+    return fftwf_plan_many_dft(1,
+                               &rows,
+                               half,
+                               AsFftw(spectrum.data()),
+                               nullptr,
+                               half,
+                               1,
+                               AsFftw(spectrum.data()),
+                               nullptr,
+                               half,
+                               1,
+                               sign,
+                               FFTW_ESTIMATE);
+  };
+  lines.forward = plan_lines(FFTW_FORWARD);
+  lines.inverse = plan_lines(FFTW_BACKWARD);
+  across.forward = plan_across(FFTW_FORWARD);
+  across.inverse = plan_across(FFTW_BACKWARD);
+}
+
+PlaneFft::PlaneFft(int rows, int cols) : impl_(std::make_unique<Impl>(rows, cols)) {}
+PlaneFft::~PlaneFft() = default;
+PlaneFft::PlaneFft(PlaneFft&&) noexcept = default;
+PlaneFft& PlaneFft::operator=(PlaneFft&&) noexcept = default;
+
+std::size_t PlaneFft::RealSize() const {
+  return static_cast<std::size_t>(impl_->rows) * static_cast<std::size_t>(impl_->cols);
+}
+std::size_t PlaneFft::SpectrumSize() const {
+  return static_cast<std::size_t>(impl_->rows) * impl_->Half();
+}
+
+void PlaneFft::Forward(std::span<const float> in, std::span<std::complex<float>> out) {
+  RequireSize(in.size(), RealSize());
+  RequireSize(out.size(), SpectrumSize());
+  Impl& me = *impl_;
+  const bool odd = me.rows % 2 != 0;
+  for (int i = 0; i < me.pairs; ++i) {
+    const float* upper = in.data() + static_cast<std::ptrdiff_t>(2 * i) * me.cols;
+    const float* lower = odd && i + 1 == me.pairs ? nullptr : upper + me.cols;
+    kernels::PairRows(upper, lower, me.cols, me.Pair(i));
+  }
+  fftwf_execute(me.lines.forward);
+  for (int i = 0; i < me.pairs; ++i) {
+    std::complex<float>* upper = out.data() + 2 * static_cast<std::size_t>(i) * me.Half();
+    std::complex<float>* lower = odd && i + 1 == me.pairs ? nullptr : upper + me.Half();
+    kernels::SplitSpectra(me.Pair(i), me.cols, upper, lower);
+  }
+  fftwf_execute_dft(me.across.forward, AsFftw(out.data()), AsFftw(out.data()));
+}
+
+void PlaneFft::Inverse(std::span<std::complex<float>> in, std::span<float> out) {
+  RequireSize(in.size(), SpectrumSize());
+  RequireSize(out.size(), RealSize());
+  Impl& me = *impl_;
+  const bool odd = me.rows % 2 != 0;
+  fftwf_execute_dft(me.across.inverse, AsFftw(in.data()), AsFftw(in.data()));
+  for (int i = 0; i < me.pairs; ++i) {
+    const std::complex<float>* upper = in.data() + 2 * static_cast<std::size_t>(i) * me.Half();
+    const std::complex<float>* lower = odd && i + 1 == me.pairs ? nullptr : upper + me.Half();
+    kernels::JoinSpectra(upper, lower, me.cols, me.Pair(i));
+  }
+  fftwf_execute(me.lines.inverse);
+  for (int i = 0; i < me.pairs; ++i) {
+    float* upper = out.data() + static_cast<std::ptrdiff_t>(2 * i) * me.cols;
+    float* lower = odd && i + 1 == me.pairs ? nullptr : upper + me.cols;
+    kernels::SplitRows(me.Pair(i), me.cols, upper, lower);
+  }
 }
 
 struct ComplexFft::Plans : PlanPair {};

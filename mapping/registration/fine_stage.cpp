@@ -104,7 +104,7 @@ void FineStage::Analyze(const cv::Mat& grey,
   rough_.TakeMask(LevelMask(mask, rough_frame_.size), data.rough);
 }
 
-void FineStage::PrepareReference(FrameSpectrum::Fine& data) const {
+void FineStage::PrepareReference(FrameSpectrum::Fine& data) {
   PrepareFine(data);
   const std::scoped_lock lock(data.blocks_mutex);
   if (data.rough_ready) return;
@@ -112,7 +112,7 @@ void FineStage::PrepareReference(FrameSpectrum::Fine& data) const {
   data.rough_ready = true;
 }
 
-void FineStage::PrepareFine(FrameSpectrum::Fine& data) const {
+void FineStage::PrepareFine(FrameSpectrum::Fine& data) {
   const std::scoped_lock lock(data.blocks_mutex);
   if (data.fine_ready) return;
   fine_.PrepareReference(data.fine);

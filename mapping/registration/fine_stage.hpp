@@ -61,9 +61,9 @@ class FineStage {
                FrameSpectrum::Fine& data,
                const cv::Mat& mask = {}) const;
   /// Makes `data` able to be a reference; once, thread-safe.
-  void PrepareReference(FrameSpectrum::Fine& data) const;
+  void PrepareReference(FrameSpectrum::Fine& data);
   /// The same for RefinePlane alone.
-  void PrepareFine(FrameSpectrum::Fine& data) const;
+  void PrepareFine(FrameSpectrum::Fine& data);
 
   /// Would Test find the motion when it starts at this one?
   [[nodiscard]] bool Reaches(const ImageMotion& start, const ImageMotion& motion) const;

@@ -39,6 +39,7 @@ struct FrameSpectrum::Coarse {
 /// lock.
 struct FrameSpectrum::Fine {
   float noise_sigma = 0;  ///< of the image at full resolution, grey levels
+  bool impulses = false;  ///< the image has impulse noise, which was removed (WithoutImpulses)
   Level fine;             ///< the image, reduced if it is very large (FineStage)
   Level rough;            ///< half the resolution of `fine`
 

@@ -198,12 +198,13 @@ constexpr std::array<std::array<float, 4>, kFractions> MakeCubicTable() {
 alignas(16) constexpr auto kCubicTable = MakeCubicTable();
 
 // The four products of a bicubic sample's columns with their weights; their sum is the sample.
-inline Four CubicColumns(const float* src, std::ptrdiff_t w, int x_fixed, int y_fixed) {
-  const float* p = src + ((y_fixed >> kFractionBits) - 1) * w + ((x_fixed >> kFractionBits) - 1);
-  const float* wy = kCubicTable[static_cast<std::size_t>(y_fixed & (kFractions - 1))].data();
+// @param p  the first tap. @param x_part, y_part  of the position behind the second one, in steps
+// of the table.
+inline Four CubicColumns(const float* p, std::ptrdiff_t w, int x_part, int y_part) {
+  const float* wy = kCubicTable[static_cast<std::size_t>(y_part)].data();
   const Four column =
       Load(p) * wy[0] + Load(p + w) * wy[1] + Load(p + 2 * w) * wy[2] + Load(p + 3 * w) * wy[3];
-  return column * Load(kCubicTable[static_cast<std::size_t>(x_fixed & (kFractions - 1))].data());
+  return column * Load(kCubicTable[static_cast<std::size_t>(x_part)].data());
 }
 
 // `total` is the sum of all values of dst, in four parts.
@@ -236,6 +237,7 @@ void SampleCubicWindowed(const float* src,
                          int dh,
                          float* dst) {
   const std::ptrdiff_t stride = w;
+  const float* first = src - stride - 1;
   Four total{};
   float* out = dst;
   for (int y = 0; y < dh; ++y, out += dw) {
@@ -247,10 +249,13 @@ void SampleCubicWindowed(const float* src,
       const Four at = Four{0, 1, 2, 3} + static_cast<float>(x);
       const FourInt xs = __builtin_convertvector(at * step_x + row_x, FourInt);
       const FourInt ys = __builtin_convertvector(at * step_y + row_y, FourInt);
-      const Four value = SumsOf(CubicColumns(src, stride, xs[0], ys[0]),
-                                CubicColumns(src, stride, xs[1], ys[1]),
-                                CubicColumns(src, stride, xs[2], ys[2]),
-                                CubicColumns(src, stride, xs[3], ys[3]));
+      const FourInt tap = (ys >> kFractionBits) * w + (xs >> kFractionBits);
+      const FourInt x_part = xs & (kFractions - 1);
+      const FourInt y_part = ys & (kFractions - 1);
+      const Four value = SumsOf(CubicColumns(first + tap[0], stride, x_part[0], y_part[0]),
+                                CubicColumns(first + tap[1], stride, x_part[1], y_part[1]),
+                                CubicColumns(first + tap[2], stride, x_part[2], y_part[2]),
+                                CubicColumns(first + tap[3], stride, x_part[3], y_part[3]));
       std::memcpy(out + x, &value, sizeof value);
       total += value;
     }

@@ -60,7 +60,7 @@ std::vector<float> TukeyWindow(int n, double taper) {
 PocPlane::PocPlane(cv::Size size, const PocParams& params)
     : size_(size),
       params_(params),
-      fft_(RealFft::Plane(size.height, size.width)),
+      fft_(size.height, size.width),
       window_x_(TukeyWindow(size.width, params.taper)),
       window_y_(TukeyWindow(size.height, params.taper)),
       window_power_(Power(window_x_) * Power(window_y_)),
@@ -69,7 +69,7 @@ PocPlane::PocPlane(cv::Size size, const PocParams& params)
       cross_(fft_.SpectrumSize()),
       surface_(fft_.RealSize()) {}
 
-void PocPlane::Transform(const RealArray& windowed, ComplexArray& out) const {
+void PocPlane::Transform(const RealArray& windowed, ComplexArray& out) {
   fft_.Forward({windowed.data(), windowed.size()}, {out.data(), out.size()});
 }
 

@@ -61,7 +61,7 @@ class PocPlane {
   [[nodiscard]] std::span<const float> Band() const { return band_; }
 
   /// Spectrum of an image that has been multiplied with the window. out: SpectrumSize() bins.
-  void Transform(const RealArray& windowed, ComplexArray& out) const;
+  void Transform(const RealArray& windowed, ComplexArray& out);
   /// Mean removed, windowed, transformed. @param image  CV_32FC1 or CV_8UC1 of Size().
   /// @throws std::invalid_argument on another type or size.
   ComplexArray Spectrum(const cv::Mat& image);
@@ -85,7 +85,7 @@ class PocPlane {
 
   cv::Size size_;
   PocParams params_;
-  RealFft fft_;
+  PlaneFft fft_;
   std::vector<float> window_x_;
   std::vector<float> window_y_;
   double window_power_ = 0;

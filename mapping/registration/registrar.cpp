@@ -246,6 +246,7 @@ FrameSpectrum Registrar::AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask) {
   FrameSpectrum spectrum;
   const cv::Mat& clean = WithoutImpulses(grey, impl_->clean);
   spectrum.fine_ = impl_->AnalyzeFine(clean, EstimateNoise(clean), mask);
+  spectrum.fine_->impulses = clean.data != grey.data;
   return spectrum;
 }
 
@@ -253,12 +254,11 @@ FrameSpectrum Registrar::Complete(const cv::Mat& grey,
                                   const FrameSpectrum& spectrum,
                                   const cv::Mat& mask) {
   if (spectrum.HasCoarse()) return spectrum;
+  FrameSpectrum complete = spectrum.empty() ? AnalyzeFine(grey, mask) : spectrum;
   Check(grey, mask);
-  FrameSpectrum complete = spectrum;
-  const cv::Mat& clean = WithoutImpulses(grey, impl_->clean);
-  const float noise = spectrum.empty() ? EstimateNoise(clean) : spectrum.fine_->noise_sigma;
-  if (spectrum.empty()) complete.fine_ = impl_->AnalyzeFine(clean, noise, mask);
-  complete.coarse_ = impl_->AnalyzeCoarse(clean, noise, mask);
+  const FrameSpectrum::Fine& fine = *complete.fine_;
+  const cv::Mat& clean = fine.impulses ? WithoutImpulses(grey, impl_->clean) : grey;
+  complete.coarse_ = impl_->AnalyzeCoarse(clean, fine.noise_sigma, mask);
   return complete;
 }
 

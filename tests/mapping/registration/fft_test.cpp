@@ -34,7 +34,8 @@ std::span<std::complex<float>> All(ComplexArray& bins) {
   return {bins.data(), bins.size()};
 }
 
-ComplexArray Transformed(const RealFft& fft, RealArray& samples) {
+template <typename Fft>
+ComplexArray Transformed(Fft& fft, RealArray& samples) {
   ComplexArray bins(fft.SpectrumSize());
   fft.Forward(All(samples), All(bins));
   return bins;
@@ -55,9 +56,9 @@ std::complex<double> DftBin(const RealArray& samples, int rows, int cols, int k,
 
 const std::vector<std::pair<int, int>> kSizes = {{12, 10}, {9, 15}, {16, 7}, {1, 20}, {7, 1}};
 
-TEST(RealFft, PlaneIsTheDefinition) {
+TEST(PlaneFft, IsTheDefinition) {
   for (const auto& [rows, cols] : kSizes) {
-    const RealFft fft = RealFft::Plane(rows, cols);
+    PlaneFft fft(rows, cols);
     RealArray samples = RandomSamples(fft.RealSize(), 1);
     const ComplexArray bins = Transformed(fft, samples);
     const int half = cols / 2 + 1;
@@ -72,9 +73,9 @@ TEST(RealFft, PlaneIsTheDefinition) {
   }
 }
 
-TEST(RealFft, RoundTripMultipliesByTheNumberOfSamples) {
+TEST(PlaneFft, RoundTripMultipliesByTheNumberOfSamples) {
   for (const auto& [rows, cols] : {std::pair{240, 320}, {33, 45}, {64, 64}}) {
-    const RealFft fft = RealFft::Plane(rows, cols);
+    PlaneFft fft(rows, cols);
     RealArray samples = RandomSamples(fft.RealSize(), 2);
     ComplexArray bins = Transformed(fft, samples);
     RealArray back(fft.RealSize());
@@ -85,10 +86,10 @@ TEST(RealFft, RoundTripMultipliesByTheNumberOfSamples) {
   }
 }
 
-TEST(RealFft, KeepsTheEnergy) {
+TEST(PlaneFft, KeepsTheEnergy) {
   constexpr int kRows = 48;
   constexpr int kCols = 60;
-  const RealFft fft = RealFft::Plane(kRows, kCols);
+  PlaneFft fft(kRows, kCols);
   RealArray samples = RandomSamples(fft.RealSize(), 3);
   const ComplexArray bins = Transformed(fft, samples);
   double in_samples = 0;
@@ -103,8 +104,8 @@ TEST(RealFft, KeepsTheEnergy) {
   EXPECT_NEAR(in_bins / (kRows * kCols) / in_samples, 1, 1e-6);
 }
 
-TEST(RealFft, LeavesItsInputAsItIs) {
-  const RealFft fft = RealFft::Plane(40, 50);
+TEST(PlaneFft, LeavesItsInputAsItIs) {
+  PlaneFft fft(40, 50);
   RealArray samples = RandomSamples(fft.RealSize(), 4);
   const RealArray before = RandomSamples(fft.RealSize(), 4);
   Transformed(fft, samples);
@@ -115,7 +116,7 @@ TEST(RealFft, LinesAreIndependentPlanesOfOneRow) {
   for (const int length : {24, 15}) {
     constexpr int kCount = 5;
     const RealFft lines = RealFft::Lines(kCount, length);
-    const RealFft line = RealFft::Plane(1, length);
+    PlaneFft line(1, length);
     const auto n = static_cast<std::size_t>(length);
     const auto bins_of_line = static_cast<std::size_t>(length) / 2 + 1;
     ASSERT_EQ(lines.RealSize(), kCount * n);
@@ -137,8 +138,8 @@ TEST(RealFft, LinesAreIndependentPlanesOfOneRow) {
   }
 }
 
-TEST(RealFft, RefusesBuffersThatAreTooSmall) {
-  const RealFft plane = RealFft::Plane(8, 10);
+TEST(PlaneFft, RefusesBuffersThatAreTooSmall) {
+  PlaneFft plane(8, 10);
   RealArray real(plane.RealSize());
   ComplexArray bins(plane.SpectrumSize());
   RealArray small_real(plane.RealSize() - 1);
@@ -152,12 +153,12 @@ TEST(RealFft, RefusesBuffersThatAreTooSmall) {
   EXPECT_NO_THROW(plane.Forward(All(real), All(bins)));
 }
 
-TEST(RealFft, PlansMadeInSeveralThreadsAtOnceAreRight) {
+TEST(PlaneFft, PlansMadeInSeveralThreadsAtOnceAreRight) {
   constexpr unsigned kThreads = 4;
   constexpr unsigned kRounds = 80;
   const auto work = [](unsigned thread, unsigned round) {
     // Every thread makes plans of its own and drops them, of sizes that others use as well.
-    const RealFft fft = RealFft::Plane(16 + 4 * static_cast<int>((thread + round) % 5), 30);
+    PlaneFft fft(16 + 4 * static_cast<int>((thread + round) % 5), 30);
     RealArray samples = RandomSamples(fft.RealSize(), round);
     return Transformed(fft, samples);
   };
@@ -183,7 +184,7 @@ TEST(RealFft, PlansMadeInSeveralThreadsAtOnceAreRight) {
 }
 
 TEST(RealFft, OnePlanServesTwoThreads) {
-  const RealFft fft = RealFft::Plane(60, 80);
+  const RealFft fft = RealFft::Lines(60, 80);
   std::vector<ComplexArray> bins(2);
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 2; ++t) {

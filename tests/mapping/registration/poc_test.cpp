@@ -24,7 +24,7 @@ PocParams Periodic() {
 /// White noise, i.e. all frequencies, shifted by any amount in its spectrum.
 class PeriodicImage {
  public:
-  explicit PeriodicImage(unsigned seed) : fft_(RealFft::Plane(kSize.height, kSize.width)) {
+  explicit PeriodicImage(unsigned seed) : fft_(kSize.height, kSize.width) {
     std::mt19937 random(seed);
     std::normal_distribution<float> normal(0, 20);
     RealArray samples(fft_.RealSize());
@@ -34,7 +34,7 @@ class PeriodicImage {
   }
 
   /// Image with B(x) = A(x - shift), mean 0.
-  [[nodiscard]] cv::Mat Shifted(const Eigen::Vector2d& shift) const {
+  [[nodiscard]] cv::Mat Shifted(const Eigen::Vector2d& shift) {
     ComplexArray bins(bins_.size());
     const std::size_t half = static_cast<std::size_t>(kSize.width) / 2 + 1;
     for (int row = 0; row < kSize.height; ++row) {
@@ -54,7 +54,7 @@ class PeriodicImage {
   }
 
  private:
-  RealFft fft_;
+  PlaneFft fft_;
   ComplexArray bins_;
 };
 
@@ -64,7 +64,7 @@ double ErrorTo(const PocPeak& peak, double x, double y) {
 
 TEST(PocPlane, SubPixelShiftsOfPeriodicImages) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicImage image(1);
+  PeriodicImage image(1);
   const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   std::mt19937 random(2);
   std::uniform_real_distribution<double> x(-45, 45);
@@ -80,7 +80,7 @@ TEST(PocPlane, SubPixelShiftsOfPeriodicImages) {
 
 TEST(PocPlane, EqualImagesAgreeCompletely) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicImage image(3);
+  PeriodicImage image(3);
   const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   poc.Correlate(a, poc.Spectrum(image.Shifted({-11, 7})), 1e-3);
   const PocPeak peak = poc.BestPeaks(1).at(0);
@@ -93,7 +93,7 @@ TEST(PocPlane, HeightBetweenPixelsIsThatOfTheNearestSample) {
   // A Gaussian band of deviation s is a Gaussian peak exp(-(2 pi s r)^2 / 2); half a pixel on both
   // axes is the farthest that a sample can be off its top.
   PocPlane poc(kSize, Periodic());
-  const PeriodicImage image(4);
+  PeriodicImage image(4);
   const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   poc.Correlate(a, poc.Spectrum(image.Shifted({3.5, -2.5})), 1e-3);
   const double lowest = std::exp(-0.5 * std::pow(2 * kPi * 0.12, 2) * 0.5);
@@ -109,7 +109,7 @@ TEST(PocPlane, UnrelatedImagesDoNotAgree) {
 
 TEST(PocPlane, FindsTheGhostToo) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicImage image(7);
+  PeriodicImage image(7);
   const cv::Mat both = image.Shifted({12.3, -5.6}) + 0.6 * image.Shifted({-20.4, 17.7});
   poc.Correlate(poc.Spectrum(image.Shifted({0, 0})), poc.Spectrum(both), 1e-3);
   const auto peaks = poc.BestPeaks(3);
@@ -122,7 +122,7 @@ TEST(PocPlane, FindsTheGhostToo) {
 
 TEST(PocPlane, PeaksAcrossTheBorderAreFoundOnce) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicImage image(8);
+  PeriodicImage image(8);
   const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   for (const Eigen::Vector2d& shift : {Eigen::Vector2d(-0.4, 0.4), Eigen::Vector2d(-47.6, 39.6)}) {
     poc.Correlate(a, poc.Spectrum(image.Shifted(shift)), 1e-3);
@@ -136,7 +136,7 @@ TEST(PocPlane, PeaksAcrossTheBorderAreFoundOnce) {
 
 TEST(PocPlane, HalfTurnIsAConjugate) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicImage image(9);
+  PeriodicImage image(9);
   const cv::Mat first = image.Shifted({0, 0});
   const cv::Mat shifted = image.Shifted({8.25, -13.5});
   cv::Mat turned(kSize, CV_32FC1);  // about pixel (0, 0)
@@ -156,7 +156,7 @@ TEST(PocPlane, HalfTurnIsAConjugate) {
 
 TEST(PocPlane, NoiseLowersThePeakAndHardlyMovesIt) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicImage image(10);
+  PeriodicImage image(10);
   const cv::Mat first = image.Shifted({0, 0});
   cv::RNG random(11);
   for (int i = 0; i < 10; ++i) {
@@ -212,7 +212,7 @@ TEST(PocPlane, ALineTellsOneDirectionOnly) {
 
 TEST(PocPlane, LooksNoFartherThanItIsTold) {
   PocPlane poc(kSize, Periodic());
-  const PeriodicImage image(13);
+  PeriodicImage image(13);
   poc.Correlate(poc.Spectrum(image.Shifted({0, 0})), poc.Spectrum(image.Shifted({9, 0})), 1e-3);
   EXPECT_LT(poc.PeakWithin(5).height, 0.3);
   EXPECT_LT(ErrorTo(poc.PeakWithin(10), 9, 0), 1e-2);
