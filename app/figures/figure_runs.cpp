@@ -48,8 +48,8 @@ using figure_runs::kLegendAbove;
 using figure_runs::LengthUnit;
 using figure_runs::RunStyles;
 
-double Quantile(const std::vector<double>& sorted, double part) {
-  const double at = part * static_cast<double>(sorted.size() - 1);
+double Quantile(const std::vector<double>& sorted, double fraction) {
+  const double at = fraction * static_cast<double>(sorted.size() - 1);
   const auto low = static_cast<std::size_t>(at);
   const std::size_t high = std::min(low + 1, sorted.size() - 1);
   return sorted[low] + (at - static_cast<double>(low)) * (sorted[high] - sorted[low]);
@@ -97,8 +97,8 @@ std::string BoxData(const std::vector<SortedErrors>& errors) {
     for (const auto& [what, sorted] :
          {std::pair{"position_m", &errors[i].position}, std::pair{"yaw_deg", &errors[i].yaw}}) {
       text += fmt::format("{},{}", i + 1, what);
-      for (const double part : {0.05, 0.25, 0.5, 0.75, 0.95}) {
-        text += fmt::format(",{:.7g}", Quantile(*sorted, part));
+      for (const double fraction : {0.05, 0.25, 0.5, 0.75, 0.95}) {
+        text += fmt::format(",{:.7g}", Quantile(*sorted, fraction));
       }
       text += '\n';
     }
@@ -111,12 +111,12 @@ std::string CumulativeData(const std::vector<SortedErrors>& errors) {
   for (std::size_t i = 0; i < errors.size(); ++i) {
     constexpr int kSteps = 200;
     for (int step = 0; step <= kSteps; ++step) {
-      const double part = static_cast<double>(step) / kSteps;
+      const double fraction = static_cast<double>(step) / kSteps;
       text += fmt::format("{},{:.4f},{:.7g},{:.7g}\n",
                           i + 1,
-                          part,
-                          Quantile(errors[i].position, part),
-                          Quantile(errors[i].yaw, part));
+                          fraction,
+                          Quantile(errors[i].position, fraction),
+                          Quantile(errors[i].yaw, fraction));
     }
     text += "\n\n";
   }
@@ -176,7 +176,7 @@ Figure DistributionFigure(const TrajectoryComparison& comparison, const LengthUn
     figure.plot += fmt::format(
         "  set title 'Part of the frames with at most this error'\n"
         "  set xtics autofreq\n  set xrange [0:*]\n  set yrange [0:1]\n"
-        "  set xlabel '{}'\n  set ylabel 'part of the frames'\n"
+        "  set xlabel '{}'\n  set ylabel 'fraction of the frames'\n"
         "  set key bottom right noenhanced\n",
         label);
     figure.plot += BlockCurves(comparison,

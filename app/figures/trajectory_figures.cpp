@@ -43,7 +43,7 @@ double GapOf(const std::vector<FigurePose>& poses) {
 std::string PoseLine(const FigurePose& pose) {
   return fmt::format("{:.6f},{:.4f},{:.6f},{:.6f},{:.5f},{:.5f},{:.5f},{:.7f},{:.6f}\n",
                      pose.time_s,
-                     pose.way_m,
+                     pose.distance_m,
                      pose.x,
                      pose.y,
                      pose.yaw_deg,
@@ -252,12 +252,12 @@ Figure Poses(const TrajectoryComparison& comparison) {
   return Panels(comparison, "poses", "time (s)", panels);
 }
 
-Figure Errors(const TrajectoryComparison& comparison, const LengthUnit& unit, bool over_way) {
-  const int x = over_way ? 2 : 1;
+Figure Errors(const TrajectoryComparison& comparison, const LengthUnit& unit, bool over_distance) {
+  const int x = over_distance ? 2 : 1;
   const std::string label =
-      over_way ? fmt::format("true path ({})", comparison.unit) : std::string("time (s)");
+      over_distance ? fmt::format("true path ({})", comparison.unit) : std::string("time (s)");
   return Panels(comparison,
-                over_way ? "errors-way" : "errors",
+                over_distance ? "errors-way" : "errors",
                 label,
                 {{fmt::format("position error ({})", unit.name),
                   fmt::format("{}:({:g} * $8)", x, unit.per_unit),

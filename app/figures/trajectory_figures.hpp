@@ -12,8 +12,8 @@ namespace ceilmap::figures {
 
 /// A pose as figures show it: brought into the frame of the truth (or of the map, without one).
 struct FigurePose {
-  double time_s = 0;  ///< since the comparison's beginning
-  double way_m = 0;   ///< along the true path, or the run's own without a truth
+  double time_s = 0;      ///< since the comparison's beginning
+  double distance_m = 0;  ///< along the true path, or the run's own without a truth
   double x = 0;
   double y = 0;
   double yaw_deg = 0;  ///< goes on beyond 180 degrees

@@ -109,7 +109,7 @@ void ObserveImages(const std::vector<fs::path>& files,
   };
   const auto count = static_cast<std::int64_t>(files.size());
   OrderedWork<NamedImage> work(count, ThreadCount(), look);
-  terminal::Progress progress("boards", "pictures", count);
+  terminal::Progress progress("boards", "images", count);
   for (std::int64_t done = 1; !terminal::Interrupted(); ++done) {
     std::optional<NamedImage> image = work.Next();
     if (!image) return;

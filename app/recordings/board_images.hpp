@@ -13,10 +13,10 @@ namespace ceilmap::recordings {
 /// Boards found in the images that were given.
 struct BoardImages {
   std::string name;         ///< of the source, for messages
-  cv::Size size;            ///< of every picture
+  cv::Size size;            ///< of every image
   std::int64_t images = 0;  ///< looked at; of a video those that were sharper than their neighbours
-  std::vector<calibration::BoardView> views;  ///< in the order of the pictures
-  std::vector<std::string> without_board;     ///< names of the other pictures
+  std::vector<calibration::BoardView> views;  ///< in the order of the images
+  std::vector<std::string> without_board;     ///< names of the other images
   /// Some images without a board, spread over the source, for whoever wants to know why.
   std::vector<cv::Mat> unseen;
   cv::Mat sample;  ///< the image whose board is the largest, CV_8UC1

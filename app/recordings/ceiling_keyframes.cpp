@@ -53,7 +53,7 @@ class CeilingFollower {
 
   // False when the image matches nothing.
   bool Follow(const Frame& frame) {
-    Seen now{{frame.image.clone(), frame.index, {}}, Analyze(frame.image)};
+    KeptImage now{{frame.image.clone(), frame.index, {}}, Analyze(frame.image)};
     if (frames_.empty()) {
       Keep(std::move(now));
       return true;
@@ -84,7 +84,7 @@ class CeilingFollower {
   }
 
  private:
-  struct Seen {
+  struct KeptImage {
     CeilingKeyframe image;
     FrameSpectrum spectrum;
   };
@@ -95,10 +95,10 @@ class CeilingFollower {
 
   std::optional<Pose2> Match(const FrameSpectrum& now) {
     const Pose2 expected = key_.image.T_first_camera.Inverse() * T_first_last_ * step_;
-    constexpr double kSigmaPart = 0.1;  // of the image's width
+    constexpr double kSigmaRatio = 0.1;  // of the image's width
     constexpr double kSigmaDeg = 10;
     const registration::MotionPrior prior{
-        InImage(camera_, expected), kSigmaPart * view_.Size().width, kSigmaDeg * kRadPerDeg};
+        InImage(camera_, expected), kSigmaRatio * view_.Size().width, kSigmaDeg * kRadPerDeg};
     const registration::Registration found = registrar_.Register(key_.spectrum, now, prior);
     if (!found.ok()) return std::nullopt;
     const PlaneMotion motion = PlaneMotion::FromSimilarity(camera_, found.motion);
@@ -111,8 +111,8 @@ class CeilingFollower {
            std::abs(T_key_now.yaw) > min_turn_rad_;
   }
 
-  void Keep(Seen seen) {
-    key_ = std::move(seen);
+  void Keep(KeptImage image) {
+    key_ = std::move(image);
     T_first_last_ = key_.image.T_first_camera;
     frames_.push_back(key_.image);
     if (frames_.size() < kMaxKeyframes) return;
@@ -129,8 +129,8 @@ class CeilingFollower {
   Registrar registrar_;
   cv::Mat buffer_;
   std::vector<CeilingKeyframe> frames_;
-  Seen key_;
-  std::optional<Seen> last_;
+  KeptImage key_;
+  std::optional<KeptImage> last_;
   Pose2 T_first_last_;
   Pose2 step_;
   double min_fraction_ = 0.035;  // of the image's diagonal

@@ -54,7 +54,7 @@ double MeanDifference(const cv::Mat& bgr) {
 
 }  // namespace
 
-double ColouredPart(const cv::Mat& bgr) {
+double ColouredRatio(const cv::Mat& bgr) {
   constexpr int kMinDifference = 12;
   std::int64_t pixels = 0;
   std::int64_t coloured = 0;
@@ -117,7 +117,7 @@ ForwardFrames::ForwardFrames(const ForwardOptions& options)
 
 bool ForwardFrames::Read() {
   if (!source_.Read(frame_)) {
-    if (!colour_seen_ && grey_ > 0 && !terminal::Interrupted()) RefuseGrey();
+    if (!has_colour_ && grey_ > 0 && !terminal::Interrupted()) RefuseGrey();
     return false;
   }
   ++count_;
@@ -130,16 +130,16 @@ double ForwardFrames::AheadOfAxleM() const {
 }
 
 void ForwardFrames::CheckColour() {
-  constexpr double kMinPart = 0.005;
+  constexpr double kMinRatio = 0.005;
   constexpr std::int64_t kMaxGrey = 30;
-  if (colour_seen_ || IsDark(frame_.image)) return;
-  colour_seen_ = ColouredPart(frame_.image) >= kMinPart;
-  if (colour_seen_) return;
+  if (has_colour_ || IsDark(frame_.image)) return;
+  has_colour_ = ColouredRatio(frame_.image) >= kMinRatio;
+  if (has_colour_) return;
   ++grey_;
   // A robot may stand before a bare wall for long; a grey camera shows in less.
   constexpr double kMinDifference = 2;
-  wall_seen_ = wall_seen_ || MeanDifference(frame_.image) >= kMinDifference;
-  if (!wall_seen_ && grey_ >= kMaxGrey) RefuseGrey();
+  has_some_colour_ = has_some_colour_ || MeanDifference(frame_.image) >= kMinDifference;
+  if (!has_some_colour_ && grey_ >= kMaxGrey) RefuseGrey();
 }
 
 void ForwardFrames::RefuseGrey() const {

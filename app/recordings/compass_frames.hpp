@@ -63,13 +63,13 @@ class ForwardFrames {
   Frame frame_;
   std::int64_t count_ = 0;
   std::int64_t grey_ = 0;  // bright, but without colours
-  bool colour_seen_ = false;
-  bool wall_seen_ = false;  // some colour, if not much
+  bool has_colour_ = false;
+  bool has_some_colour_ = false;  // some colour, if not much
 };
 
 /// Part of the pixels that have a colour: whose brightest and darkest channels differ by 12 grey
 /// levels. Encoders leave less than that on grey images. @param bgr  CV_8UC3.
-double ColouredPart(const cv::Mat& bgr);
+double ColouredRatio(const cv::Mat& bgr);
 
 /// Poses of a trajectory by time.
 class PosesByTime {

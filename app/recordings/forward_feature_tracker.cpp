@@ -39,11 +39,11 @@ std::optional<cv::Point2f> FindAgain(const cv::Mat& first,
   const cv::Point2f to = rough - cv::Point2f(window.tl());
   cv::Mat warp = (cv::Mat_<float>(2, 3) << 1, 0, to.x - from.x, 0, 1, to.y - from.y);
   const cv::TermCriteria end(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 25, 1e-4);
-  constexpr double kAlike = 0.95;
+  constexpr double kMinCorrelation = 0.95;
   try {
-    const double alike =
+    const double correlation =
         cv::findTransformECC(first(patch), second(window), warp, cv::MOTION_AFFINE, end, {}, 1);
-    if (alike < kAlike) return std::nullopt;
+    if (correlation < kMinCorrelation) return std::nullopt;
   } catch (const cv::Exception&) {  // it did not converge
     return std::nullopt;
   }
@@ -72,8 +72,9 @@ void ForwardFeatureTracker::Follow(const cv::Mat& image,
     Track(image, *T_first_base);
     constexpr double kFarM = 0.08;
     constexpr double kFarRad = 2.5 * kRadPerDeg;
-    const bool far = (T_first_base->translation() - T_first_told_.translation()).norm() > kFarM ||
-                     TurnBetween(*T_first_base, T_first_told_) > kFarRad;
+    const bool far =
+        (T_first_base->translation() - T_first_reported_.translation()).norm() > kFarM ||
+        TurnBetween(*T_first_base, T_first_reported_) > kFarRad;
     if (far) Report(image, *T_first_base);
     // New corners before the old ones are few: those that last are not the best ones.
     constexpr double kMaxTurn = 15 * kRadPerDeg;
@@ -92,7 +93,7 @@ void ForwardFeatureTracker::Begin(const cv::Mat& image, const Isometry3d& T_firs
   image.copyTo(anchor_);
   at_anchor_ = now_;
   chosen_ = now_.size();
-  T_first_anchor_ = T_first_told_ = T_first_base;
+  T_first_anchor_ = T_first_reported_ = T_first_base;
 }
 
 void ForwardFeatureTracker::Track(const cv::Mat& image, const Isometry3d& T_first_base) {
@@ -163,7 +164,7 @@ void ForwardFeatureTracker::Report(const cv::Mat& image, const Isometry3d& T_fir
   motion.matches.reserve(first.size());
   for (std::size_t i = 0; i < first.size(); ++i) motion.matches.push_back({first[i], second[i]});
   motions_.push_back(std::move(motion));
-  T_first_told_ = T_first_base;
+  T_first_reported_ = T_first_base;
 }
 
 std::vector<Vector2d> ForwardFeatureTracker::Rays(const std::vector<cv::Point2f>& pixels) const {

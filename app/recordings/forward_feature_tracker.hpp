@@ -37,11 +37,11 @@ class ForwardFeatureTracker {
   [[nodiscard]] std::vector<Eigen::Vector2d> Rays(const std::vector<cv::Point2f>& pixels) const;
 
   calib::MountedCamera forward_;
-  cv::Mat before_;  // the last picture
+  cv::Mat before_;  // the previous image
   cv::Mat anchor_;  // the one where corners were chosen
   Eigen::Isometry3d T_first_before_ = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d T_first_anchor_ = Eigen::Isometry3d::Identity();  // where corners were chosen
-  Eigen::Isometry3d T_first_told_ = Eigen::Isometry3d::Identity();    // of the last pair
+  Eigen::Isometry3d T_first_anchor_ = Eigen::Isometry3d::Identity();    // where corners were chosen
+  Eigen::Isometry3d T_first_reported_ = Eigen::Isometry3d::Identity();  // of the last pair
   std::vector<cv::Point2f> at_anchor_;
   std::vector<cv::Point2f> now_;
   std::size_t chosen_ = 0;

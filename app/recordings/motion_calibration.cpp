@@ -103,17 +103,17 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
                                     const std::string& source,
                                     const RigCalibration& mount,
                                     double lens_sigma_px) {
-  std::vector<calibration::MotionWithMatches> sights;
+  std::vector<calibration::MotionWithMatches> pairs;
   for (const RigMotion& motion : motions) {
-    sights.insert(sights.end(), motion.sights.begin(), motion.sights.end());
+    pairs.insert(pairs.end(), motion.forward_pairs.begin(), motion.forward_pairs.end());
   }
   const calib::MountedCamera& forward = *rig.forward;
   calibration::ForwardMountParams params;
   params.focal_px = std::sqrt(forward.camera.fx * forward.camera.fy);
   params.lens_sigma_px = lens_sigma_px;
   ForwardCalibration result;
-  result.pairs = sights.size();
-  result.mount = calibration::SolveForwardMount(sights, forward.T_base_cam, params);
+  result.pairs = pairs.size();
+  result.mount = calibration::SolveForwardMount(pairs, forward.T_base_cam, params);
   if (!result.mount.ok) {
     throw InputError(
         fmt::format("{}: shows too little that moves as the robot does ({} matches in {} pairs of "
@@ -190,11 +190,11 @@ std::vector<std::string> Contradictions(const RigFindings& found, const std::str
   }
   if (!found.forward) return lines;
   constexpr double kUnknownDeg = 0.5;
-  const auto tell = [&lines](const char* name, const Measured& angle, const char* mend) {
+  const auto tell = [&lines](const char* name, const Measured& angle, const char* fix) {
     const double sigma_deg = kDegPerRad * angle.sigma;
     if (sigma_deg < kUnknownDeg) return;
     lines.push_back(fmt::format(
-        "the forward camera's {} is known to {:.1f} deg only; add {}", name, sigma_deg, mend));
+        "the forward camera's {} is known to {:.1f} deg only; add {}", name, sigma_deg, fix));
   };
   tell("yaw", found.forward->yaw_rad, "--straight-forward or --step-forward");
   tell("pitch", found.forward->pitch_rad, "--spin-forward or --step-forward");

@@ -18,7 +18,7 @@ namespace ceilmap::recordings {
 /// unwrapped.
 struct PanoramaOptions {
   std::filesystem::path rig;
-  std::string omni;      ///< mirror pictures
+  std::string omni;      ///< mirror images
   std::string panorama;  ///< or images that are unwrapped already
   std::filesystem::path stamps;
 

@@ -36,7 +36,7 @@ struct RigCalibration {
   Measured roll_rad;
   Measured ceiling_height_m;
   Measured distance_m;      ///< Z: of the ceiling above the camera
-  Measured m_per_px;        ///< on the ceiling, of the level picture
+  Measured m_per_px;        ///< on the ceiling, of the levelled image
   Measured drive_length_m;  ///< of the straight drive, from its first frame to its last
   Eigen::Isometry3d T_base_up = Eigen::Isometry3d::Identity();
   calibration::RigSolution solution;

@@ -23,7 +23,7 @@ struct RigRecording {
 struct RigMotion {
   /// Of each frame, the first being level; nothing: the ceiling did not tell.
   std::vector<std::optional<Eigen::Isometry3d>> T_first_base;
-  std::vector<calibration::MotionWithMatches> sights;  ///< of the forward camera
+  std::vector<calibration::MotionWithMatches> forward_pairs;  ///< of the forward camera
   std::int64_t frames = 0;
 };
 

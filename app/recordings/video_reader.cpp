@@ -82,7 +82,7 @@ struct VideoReader::Decoder {
   cv::Mat padded_;
   AVStream* stream_ = nullptr;
   bool ended_ = false;                // there are no more packets
-  bool drained_ = false;              // ... nor pictures
+  bool drained_ = false;              // ... nor images
   std::multiset<std::int64_t> sent_;  // times of packets whose images have not come yet
 
   // Images come in the order in which they are shown, but rest on those that were sent before

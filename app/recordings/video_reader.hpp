@@ -12,7 +12,7 @@ namespace ceilmap::recordings {
 
 /// Video of a file, a pipe or a network address, decoded by FFmpeg's libraries.
 ///
-/// A decoder does not say no: where bytes are damaged it fills the hole with what the picture
+/// A decoder does not say no: where bytes are damaged it fills the hole with what the image
 /// before showed, and the images that follow build on that. They look right and show where the
 /// robot WAS. So an image that is damaged, or rests on one that is, is left out until the next one
 /// that stands on its own; LeftOut() counts it, so that the frames after it keep their numbers.

@@ -112,7 +112,8 @@ class Comparer {
 std::string Comparer::LikelyOffset(const files::Estimate& estimate, double added_s) const {
   if (!estimate.poses.empty()) {
     const std::optional<TimeOffset> offset = evaluation::FindTimeOffset(truth_, estimate.poses);
-    if (offset && offset->IsSure() && std::abs(offset->offset_s) > params_.evaluation.max_dt_s) {
+    if (offset && offset->IsReliable() &&
+        std::abs(offset->offset_s) > params_.evaluation.max_dt_s) {
       return fmt::format("the robot moved alike with --offset {:.3f}", added_s + offset->offset_s);
     }
   }
@@ -154,7 +155,7 @@ files::Estimate Comparer::Read(const std::filesystem::path& file,
                       file.string()));
     }
     compared.found_offset = evaluation::FindTimeOffset(truth_, estimate.poses);
-    if (!compared.found_offset || !compared.found_offset->IsSure()) {
+    if (!compared.found_offset || !compared.found_offset->IsReliable()) {
       throw InputError(
           fmt::format("{}: how the robot moved does not tell the offset of its clock from that of "
                       "{}; give --offset SECONDS",

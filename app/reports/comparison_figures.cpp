@@ -36,13 +36,13 @@ void Place(const PlanarSimilarity& T, const Eigen::Vector2d& p_truth, figures::F
 }  // namespace
 
 std::vector<figures::FigurePose> FigurePoses(const std::vector<StampedPose>& poses) {
-  const std::vector<double> way_m = PathLengths(poses);
+  const std::vector<double> distance_m = PathLengths(poses);
   std::vector<figures::FigurePose> shown;
   shown.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     figures::FigurePose pose;
     pose.time_s = poses[i].stamp_s - poses.front().stamp_s;
-    pose.way_m = way_m[i];
+    pose.distance_m = distance_m[i];
     pose.x = poses[i].position.x();
     pose.y = poses[i].position.y();
     pose.yaw_deg = kDegPerRad * YawOf(poses[i]);
@@ -74,7 +74,7 @@ figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& trut
     shown.poses.reserve(run.errors->frames.size());
     for (const FrameError& error : run.errors->frames) {
       figures::FigurePose pose = unmoved[error.truth];
-      pose.way_m = error.way_m;
+      pose.distance_m = error.distance_m;
       pose.yaw_deg += error.yaw_deg;
       pose.pitch_deg += error.pitch_deg;
       pose.roll_deg += error.roll_deg;

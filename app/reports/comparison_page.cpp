@@ -177,7 +177,7 @@ page::PageChart Builder::PositionChart(std::string title,
     page::PageSeries series;
     series.name = estimate.file.name;
     for (const FrameError& error : estimate.errors->frames) {
-      series.x.push_back(over_time ? error.stamp_s : error.way_m);
+      series.x.push_back(over_time ? error.stamp_s : error.distance_m);
       series.y.push_back(value(error));
       if (!over_time) series.stamps_s.push_back(error.stamp_s);
     }

@@ -190,7 +190,7 @@ std::string FormatErrorsCsv(const std::vector<StampedPose>& truth,
       ",true_yaw_deg,way_m,aligned_x,aligned_y,aligned_yaw_deg,position_error_m,ahead_m,left_m,"
       "yaw_error_deg,pitch_error_deg,roll_error_deg,translation_error_m,rotation_error_deg,"
       "heading_error_deg\n";
-  const std::vector<double> way_m = PathLengths(truth);
+  const std::vector<double> distance_m = PathLengths(truth);
   std::size_t next = 0;          // of the errors
   std::size_t next_heading = 0;  // of the heading's errors
   for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -198,7 +198,7 @@ std::string FormatErrorsCsv(const std::vector<StampedPose>& truth,
     text += compensation != nullptr
                 ? FormatCompensatedFrame(compensation->frames[i])
                 : fmt::format("{:.9f},{:.9f}", truth[i].position.x(), truth[i].position.y());
-    text += fmt::format(",{:.7f},{:.9f},", kDegPerRad * YawOf(truth[i]), way_m[i]);
+    text += fmt::format(",{:.7f},{:.9f},", kDegPerRad * YawOf(truth[i]), distance_m[i]);
     const evaluation::FrameError* error = nullptr;
     if (estimate.errors && next < estimate.errors->frames.size() &&
         estimate.errors->frames[next].truth == i) {

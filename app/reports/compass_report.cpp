@@ -148,16 +148,16 @@ void Summarize(const CompassQueryResult& result, terminal::Summary& summary) {
   summary.frames = result.frames;
   summary.interrupted = terminal::Interrupted();
   summary.stages_ms = {{"decode", result.reading.decode_ms}, {"compass", result.compass_ms}};
-  const auto unsure = std::count_if(
+  const auto ambiguous = std::count_if(
       result.headings.begin(), result.headings.end(), [](const files::MeasuredHeading& heading) {
-        return heading.estimate.confidence < kSureConfidence;
+        return heading.estimate.confidence < kUniqueConfidence;
       });
   summary.quality = {
       {"headings", result.headings.size()},
       {"without_pose", result.unused.without_pose},
       {"below_horizon", result.unused.below_horizon},
       {"without_turn", result.without_turn},
-      {"unsure", unsure},
+      {"unsure", ambiguous},
       {"learned", result.learned},
       {"dropped", result.reading.dropped},
       {"mean_sigma_deg", kDegPerRad * result.MeanSigmaRad()},
@@ -177,8 +177,8 @@ void PrintReport(const CompassQueryResult& result, const terminal::Summary& summ
   table.AddRow({"frames", Count(result.frames)});
   table.AddRow({"headings", Count(static_cast<std::int64_t>(result.headings.size()))});
   AddUnused(result.unused, table);
-  if (const auto unsure = summary.quality["unsure"].get<std::int64_t>(); unsure > 0) {
-    table.AddRow({"unsure", Count(unsure), "headings: there are others that fit"});
+  if (const auto ambiguous = summary.quality["unsure"].get<std::int64_t>(); ambiguous > 0) {
+    table.AddRow({"unsure", Count(ambiguous), "headings: there are others that fit"});
   }
   if (result.learned > 0) table.AddRow({"learned", Count(result.learned), "frames on the way"});
   if (result.reading.dropped > 0) {

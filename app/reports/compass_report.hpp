@@ -51,7 +51,7 @@ struct CompassQueryResult {
 };
 
 /// Confidence from which on a heading is believed to be the only one.
-inline constexpr double kSureConfidence = 0.9;
+inline constexpr double kUniqueConfidence = 0.9;
 
 void Summarize(const CompassQueryResult& result, terminal::Summary& summary);
 void PrintReport(const CompassQueryResult& result, const terminal::Summary& summary);

@@ -17,7 +17,7 @@ struct HeadingResult {
   std::optional<evaluation::HeadingErrors> errors;  ///< with --truth
   std::int64_t frames = 0;                          ///< of the recording
   std::int64_t references = 0;
-  std::int64_t untold = 0;  ///< headings of confidence 0
+  std::int64_t held = 0;  ///< headings of confidence 0
   cv::Size panorama;
   recordings::FrameSourceReport reading;
   double unwrap_ms = 0;

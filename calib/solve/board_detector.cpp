@@ -82,15 +82,15 @@ std::size_t Refine(const cv::Mat& grey,
                    std::vector<bool>& found) {
   constexpr double kMaxBellPx = 6;
   constexpr double kMinBellPx = 1;
-  constexpr double kFarthestPart = 0.15;
+  constexpr double kFarthestRatio = 0.15;
   found.assign(corners.size(), false);
   std::size_t missing = 0;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const double bell_px = std::clamp(bell_ratio * nearest[i], kMinBellPx, kMaxBellPx);
-    const double farthest_px = std::max(1.0, kFarthestPart * nearest[i]);
-    for (const double part : {1.0, 0.5}) {
+    const double farthest_px = std::max(1.0, kFarthestRatio * nearest[i]);
+    for (const double fraction : {1.0, 0.5}) {
       const auto corner =
-          RefineCorner(grey, corners[i], std::max(kMinBellPx, part * bell_px), farthest_px);
+          RefineCorner(grey, corners[i], std::max(kMinBellPx, fraction * bell_px), farthest_px);
       if (!corner) continue;
       corners[i] = *corner;
       found[i] = true;
@@ -145,9 +145,9 @@ std::optional<Grid> FindGrid(const cv::Mat& grey,
   Enlarge(scale, corners);
   Grid grid;
   for (int id = 0; id < board.CornerCount(); ++id) grid.view.ids.push_back(id);
-  constexpr double kBellPart = 0.2;
+  constexpr double kBellRatio = 0.2;
   const std::vector<double> nearest = NeighbourDistances(corners, grid.view.ids, board.columns);
-  grid.missing = Refine(grey, nearest, kBellPart, corners, grid.found);
+  grid.missing = Refine(grey, nearest, kBellRatio, corners, grid.found);
   grid.view.corners_px.assign(corners.begin(), corners.end());
   grid.view.edge_px = EdgeWidth(grey, size, corners);
   grid.view.square_px = *std::min_element(nearest.begin(), nearest.end());
@@ -215,10 +215,10 @@ std::optional<BoardView> DetectCharuco(const cv::Mat& grey, const Board& board) 
   std::vector<int> ids;
   FindCharuco(grey, charuco, corners, ids);
   if (!FitsBoard(corners, ids, charuco)) return std::nullopt;
-  constexpr double kBellPart = 0.12;  // markers begin near the corners, but alike on both sides
+  constexpr double kBellRatio = 0.12;  // markers begin near the corners, but alike on both sides
   const std::vector<double> nearest = NeighbourDistances(corners, ids, board.columns);
   std::vector<bool> found;
-  Refine(grey, nearest, kBellPart, corners, found);
+  Refine(grey, nearest, kBellRatio, corners, found);
   BoardView view;
   view.corners_px.assign(corners.begin(), corners.end());
   view.ids = ids;

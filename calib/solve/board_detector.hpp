@@ -11,7 +11,7 @@ namespace ceilmap::calibration {
 
 /// A board as an image shows it.
 struct BoardView {
-  std::string name;                     ///< of the picture
+  std::string name;                     ///< of the image
   std::vector<cv::Point2d> corners_px;  ///< (0, 0) is the centre of the top-left pixel
   std::vector<int> ids;                 ///< Board::Corner of each, rising
   /// Width of the edges between squares, from 10 to 90 % of their contrast: 1 to 3 px in a sharp

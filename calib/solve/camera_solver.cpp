@@ -313,8 +313,8 @@ std::optional<cv::Point3d> RayTowards(const Lens& lens, const cv::Point2d& pixel
   constexpr int kSteps = 20;
   const cv::Point2d centre(lens.values[2], lens.values[3]);
   for (int step = kSteps; step > 0; --step) {
-    const double part = static_cast<double>(step) / kSteps;
-    const cv::Point2d at = centre + part * (pixel - centre);
+    const double fraction = static_cast<double>(step) / kSteps;
+    const cv::Point2d at = centre + fraction * (pixel - centre);
     const cv::Point2d p = Undistort(lens, {at}).front();
     if (!(std::abs(p.x) < kFarthest && std::abs(p.y) < kFarthest)) continue;
     const cv::Point3d ray(p.x, p.y, 1);

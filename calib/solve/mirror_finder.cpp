@@ -16,13 +16,13 @@ namespace {
 using Eigen::Vector2d;
 
 // Quantile of a map, of every fourth pixel.
-double Quantile(const cv::Mat& map, double part) {
+double Quantile(const cv::Mat& map, double fraction) {
   std::vector<float> values;
   for (int v = 0; v < map.rows; v += 2) {
     for (int u = 0; u < map.cols; u += 2) values.push_back(map.at<float>(v, u));
   }
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  const auto at = values.begin() +
+                  static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }

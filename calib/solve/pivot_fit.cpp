@@ -81,8 +81,8 @@ Pivot FitPivot(const std::vector<Point>& all) {
   for (const Point& p : all) pivot.max_rad = std::max(pivot.max_rad, std::asin(p.steep));
   // Near level, noise is all there is.
   constexpr double kMinRad = 0.4 * kRadPerDeg;
-  constexpr double kMinPart = 0.25;
-  const double least = std::sin(std::max(kMinRad, kMinPart * pivot.max_rad));
+  constexpr double kMinRatio = 0.25;
+  const double least = std::sin(std::max(kMinRad, kMinRatio * pivot.max_rad));
   std::vector<Point> points;
   std::copy_if(all.begin(), all.end(), std::back_inserter(points), [least](const Point& p) {
     return p.steep >= least;
@@ -111,14 +111,14 @@ Pivot FitPivot(const std::vector<Point>& all) {
 // Lift of the level robot on the floor: the first frame, from which lifts count, has an error too.
 double FloorOf(const std::vector<Climb>& climbs) {
   constexpr double kLevelRad = 0.2 * kRadPerDeg;
-  constexpr double kLowPart = 0.25;  // of the highest: not on the step
+  constexpr double kLowRatio = 0.25;  // of the highest: not on the step
   constexpr std::size_t kMin = 3;
   double most = 0;
   for (const Climb& climb : climbs) most = std::max(most, std::abs(climb.lift_m));
   std::vector<double> lifts;
   lifts.reserve(climbs.size());
   for (const Climb& climb : climbs) {
-    if (std::abs(climb.pitch_rad) < kLevelRad && std::abs(climb.lift_m) < kLowPart * most) {
+    if (std::abs(climb.pitch_rad) < kLevelRad && std::abs(climb.lift_m) < kLowRatio * most) {
       lifts.push_back(climb.lift_m);
     }
   }

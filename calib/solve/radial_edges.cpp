@@ -41,9 +41,9 @@ struct Profile {
       return static_cast<std::ptrdiff_t>(
           std::clamp(i, 0.0, static_cast<double>(values.size() - 1)));
     };
-    std::vector<double> part(values.begin() + index(from), values.begin() + index(to) + 1);
-    const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
-    std::nth_element(part.begin(), middle, part.end());
+    std::vector<double> segment(values.begin() + index(from), values.begin() + index(to) + 1);
+    const auto middle = segment.begin() + static_cast<std::ptrdiff_t>(segment.size() / 2);
+    std::nth_element(segment.begin(), middle, segment.end());
     return *middle;
   }
 };
@@ -93,7 +93,7 @@ std::vector<Vector2d> FallingEdges(const cv::Mat& map, const Circle& circle, dou
   return points;
 }
 
-std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle, double part) {
+std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle, double fraction) {
   std::vector<Vector2d> points;
   if (!Sample(map, circle.centre)) return points;
   // What is fixed shows its noise in the middle.
@@ -122,7 +122,7 @@ std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle,
     constexpr double kNearPx = 4;
     constexpr double kFarPx = 10;
     const double floor = profile.Median(first + kNearPx, first + kFarPx);
-    const double level = low + part * (floor - low);
+    const double level = low + fraction * (floor - low);
     // Back to where it is still below, then up to the level.
     std::size_t j = i - kRun;
     while (j > 1 && profile.values[j] > level) --j;

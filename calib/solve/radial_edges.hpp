@@ -20,10 +20,10 @@ std::vector<Eigen::Vector2d> FallingEdges(const cv::Mat& map,
                                           double reach_px);
 
 /// Where a map that is low in the middle of a circle begins to be high: for each direction the
-/// first such place, where it is part of the way up.
+/// first such place, where it has risen by `fraction`.
 std::vector<Eigen::Vector2d> FirstRisingEdges(const cv::Mat& map,
                                               const Circle& circle,
-                                              double part);
+                                              double fraction);
 
 /// Where an image (CV_32FC1) becomes darker fastest within reach of a circle, outwards; only
 /// directions with a clear edge.

@@ -22,7 +22,7 @@ std::string Join(const std::vector<std::string>& parts) {
 }
 
 // Mean distance of the corners that both show; nothing when they are few.
-bool AreAlike(const BoardView& a, const BoardView& b, double limit_px) {
+bool AreSimilar(const BoardView& a, const BoardView& b, double limit_px) {
   double sum_px = 0;
   std::size_t shared = 0;
   for (std::size_t i = 0, j = 0; i < a.ids.size() && j < b.ids.size();) {
@@ -102,11 +102,11 @@ void JudgeCoverage(const Coverage& coverage, Judgement& judgement) {
 
 void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
   const double width_px = std::max(solution.lens.size.width, solution.lens.size.height);
-  constexpr double kMaxPart = 0.01;
-  constexpr double kGoodPart = 0.0015;
-  const double part = solution.rms_px / width_px;
-  if (part > kGoodPart) {
-    (part < kMaxPart ? judgement.warnings : judgement.faults)
+  constexpr double kMaxRatio = 0.01;
+  constexpr double kGoodRatio = 0.0015;
+  const double ratio = solution.rms_px / width_px;
+  if (ratio > kGoodRatio) {
+    (ratio < kMaxRatio ? judgement.warnings : judgement.faults)
         .push_back(
             fmt::format("RMS of {:.2f} px: is the board flat, and is the lens of --model {}? A "
                         "fisheye needs equidistant",
@@ -182,12 +182,12 @@ Coverage FindCoverage(const std::vector<BoardView>& views, cv::Size size) {
 }
 
 std::size_t DistinctViews(const std::vector<BoardView>& views, cv::Size size) {
-  constexpr double kAlike = 0.01;
-  const double limit_px = kAlike * std::hypot(size.width, size.height);
+  constexpr double kMinDifference = 0.01;
+  const double limit_px = kMinDifference * std::hypot(size.width, size.height);
   std::vector<const BoardView*> distinct;
   for (const BoardView& view : views) {
     const bool seen = std::any_of(distinct.begin(), distinct.end(), [&](const BoardView* other) {
-      return AreAlike(view, *other, limit_px);
+      return AreSimilar(view, *other, limit_px);
     });
     if (!seen) distinct.push_back(&view);
   }

@@ -97,7 +97,7 @@ class CoarseStage {
   cv::Size full_;
   int factor_ = 1;
   cv::Size work_;
-  cv::Point start_;          // first full pixel of the working picture
+  cv::Point start_;          // first full pixel of the working image
   std::vector<float> mask_;  // 1 inside, falling to 0 towards blank borders; empty: all 1
   std::vector<float> deviations_;
   PocPlane poc_;

@@ -33,7 +33,7 @@ struct FrameSpectrum::Data {
   ComplexArray spectrum;  ///< of `flat` under the window
   ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)
   float noise_sigma = 0;  ///< of the image at full resolution, grey levels
-  float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed pictures
+  float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed images
   Level fine;             ///< the image, reduced if it is very large (FineStage)
   Level rough;            ///< half the resolution of `fine`
 

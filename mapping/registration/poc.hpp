@@ -93,7 +93,7 @@ class PocPlane {
   RealArray windowed_;
   ComplexArray cross_;
   RealArray surface_;
-  double total_ = 0;  // height of the peak of two equal pictures
+  double total_ = 0;  // height of the peak of two equal images
 };
 
 }  // namespace ceilmap::registration

@@ -12,7 +12,7 @@ namespace ceilmap::registration {
 struct PolarParams {
   int angles = 384;            ///< samples over the half turn that an amplitude spectrum has
   int rings = 48;              ///< log-spaced radii
-  double rho_min = 0.035;      ///< lowest radius, cycles per pixel of the working picture
+  double rho_min = 0.035;      ///< lowest radius, cycles per pixel of the working image
   double rho_max = 0.35;       ///< highest; above it lies mostly noise
   double max_scale = 1.45;     ///< scales are searched in [1/max_scale, max_scale]
   double min_relative = 0.35;  ///< peaks below this part of the highest one are dropped

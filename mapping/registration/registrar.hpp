@@ -81,7 +81,7 @@ struct RegistrarParams {
   double min_agreement_small = 2.3;
   /// Where `unlike` is above `max_dissimilarity_weak`, rough and fine blocks alone must also agree
   /// by this: a smear of more than 12 px in one image splits the peaks even of the rough blocks,
-  /// which then agree on a place beside the truth (1.09 and less, `unlike` 2.2 and more; pictures
+  /// which then agree on a place beside the truth (1.09 and less, `unlike` 2.2 and more; images
   /// under other light have 1.15 and more).
   double max_dissimilarity_weak = 1.9;
   double min_block_agreement = 1.12;
@@ -137,7 +137,7 @@ class Registrar {
   /// nearly known needs no more.
   [[nodiscard]] FrameSpectrum AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask = {});
 
-  /// Motion that takes pixels of `reference` to pixels of `current`. Never throws on picture
+  /// Motion that takes pixels of `reference` to pixels of `current`. Never throws on image
   /// content. @throws std::invalid_argument for spectra of AnalyzeFine.
   [[nodiscard]] Registration Register(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
@@ -167,7 +167,7 @@ class Registrar {
                                      const PlaneFitParams& params = {});
 
   /// The places that RefinePlane fits a motion to, for those who fit more than one motion to them:
-  /// where blocks of the reference are seen in the current image, pixels of the full pictures
+  /// where blocks of the reference are seen in the current image, pixels of the full images
   /// from their centres. @param motion  known to about 2 px over the image. Needs no level
   /// reference.
   [[nodiscard]] std::vector<PlaneShift> MeasurePlane(const FrameSpectrum& reference,

@@ -26,15 +26,16 @@ ImageMotion Compose(const ImageMotion& second, const ImageMotion& first);
 
 /// How badly two images disagree under an exact motion: for each block of the reference that both
 /// see, ln(1 + residual energy / expected energy), brightness and contrast of each block being
-/// free. A block on which both show the same gives little, one that shows a mark in one picture
+/// free. A block on which both show the same gives little, one that shows a mark in one image
 /// only gives much.
 struct Dissimilarity {
   double mean = 0;  ///< 0 when no block could be compared
   int blocks = 0;
   std::vector<float> by_block;  ///< of all the grid's blocks, < 0 where not both see it
 
-  /// Nats below which this part (0..1) of the compared blocks lies; infinity when there are none.
-  [[nodiscard]] double Quantile(double part) const;
+  /// Nats below which this fraction (0..1) of the compared blocks lies; infinity when there are
+  /// none.
+  [[nodiscard]] double Quantile(double fraction) const;
 };
 
 /// What the blocks that both comparisons have in common say for the first and against the second,

@@ -33,7 +33,7 @@ GDALDriver& Driver(const char* name) {
 
 void CheckHasMosaic(const MapReader& map) {
   if (map.Grid().width_px == 0) {
-    throw InputError("the map holds no mosaic, so there is no picture to export");
+    throw InputError("the map holds no mosaic, so there is no image to export");
   }
 }
 
@@ -67,7 +67,7 @@ CPLErr WriteWindow(GDALDataset& dataset, const cv::Rect& window, cv::Mat& pixels
 /// Writes an image with transparency where the ceiling was never seen.
 void WritePng(cv::Mat pixels, const AtomicFile& file) {
   const GdalScope gdal;
-  const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");  // no .aux.xml beside the picture
+  const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");  // no .aux.xml beside the image
   const GDALDatasetUniquePtr memory(
       Driver("MEM").Create("", pixels.cols, pixels.rows, 2, GDT_Byte, nullptr));
   Check(gdal,

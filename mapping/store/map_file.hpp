@@ -20,7 +20,7 @@ struct MapMetadata {
   double ceiling_height_m = 0;  ///< above the floor; 0 without a rig
   std::string rig_yaml;         ///< text of the rig file, empty without a rig
   std::string robot;
-  cv::Size view_size;            ///< size of the keyframe pictures
+  cv::Size view_size;            ///< size of the keyframe images
   double view_units_per_px = 0;  ///< units on the ceiling per keyframe image pixel
   Pose2 T_base_view;             ///< CeilingView::T_base_view of the mapping camera
   cv::Mat view_mask;             ///< CeilingView::Mask of the keyframe images; empty: none

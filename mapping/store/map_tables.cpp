@@ -330,7 +330,7 @@ std::vector<unsigned char> ReadPng(OGRLayer& images, std::int64_t keyframe_id) {
   int size = 0;
   const GByte* bytes = column >= 0 ? row->GetFieldAsBinary(column, &size) : nullptr;
   if (bytes == nullptr || size <= 0) {
-    throw InputError("the map holds no picture of keyframe " + std::to_string(keyframe_id));
+    throw InputError("the map holds no image of keyframe " + std::to_string(keyframe_id));
   }
   return {bytes, bytes + size};
 }

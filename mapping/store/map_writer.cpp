@@ -55,7 +55,7 @@ RenderedWindow RenderWindow(const MosaicSource& source, const cv::Rect& window) 
   source(window, rendered.grey, rendered.alpha);
   if (rendered.grey.size() != window.size() || rendered.alpha.size() != window.size() ||
       rendered.grey.type() != CV_8UC1 || rendered.alpha.type() != CV_8UC1) {
-    throw RunError("the mosaic source gave a picture of another size or type");
+    throw RunError("the mosaic source gave an image of another size or type");
   }
   return rendered;
 }
@@ -211,7 +211,7 @@ MapWriter::~MapWriter() {
 void MapWriter::AddImage(std::int64_t keyframe_id, const cv::Mat& image) {
   if (image.type() != CV_8UC1 || image.size() != impl_->metadata.view_size) {
     throw InputError("keyframe " + std::to_string(keyframe_id) +
-                     ": the picture must be 8 bit grey and of the view's size");
+                     ": the image must be 8 bit grey and of the view's size");
   }
   const std::vector<unsigned char> png = EncodeImage(image);
   const std::lock_guard lock(impl_->mutex);

@@ -10,7 +10,7 @@ namespace ceilmap::simulator {
 
 /// A box as seen from one camera pose. The box's own frame has its origin in the box's centre (x,
 /// y) on the floor, x along its length, z up.
-class SeenBox {
+class BoxInView {
  public:
   /// Where a ray enters the box: p_camera + distance * direction, on a face 2 * axis + (1 when the
   /// face looks towards +axis).
@@ -22,7 +22,7 @@ class SeenBox {
   /// The smallest rectangle along map's axes over the box.
   static Eigen::AlignedBox2d Ground(const Box& box);
 
-  SeenBox(const Box& box, const Eigen::Isometry3d& T_map_cam);
+  BoxInView(const Box& box, const Eigen::Isometry3d& T_map_cam);
 
   /// False when no ray (x, y, 1) of the optical frame with (x, y) in `rays` meets the box.
   [[nodiscard]] bool MayShowIn(const cv::Rect2d& rays) const;

@@ -17,7 +17,7 @@ struct Tilt {
 
 /// The tilt after so many metres of the axle's way: all bumps there added up, exactly level beside
 /// them.
-Tilt TiltAt(const Debris& debris, double way_m);
+Tilt TiltAt(const Debris& debris, double distance_m);
 
 /// T_map_base = Trans(x, y, 0) Rz(yaw) Ry(-pitch) Rx(roll) Trans(a, 0, 0): the wheels of the axle
 /// stay on the floor, the foot of the mast rises by a sin(pitch).

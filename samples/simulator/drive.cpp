@@ -59,7 +59,7 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
 void Drive::Add(Piece piece) {
   if (piece.extent < kMin) return;
   piece.start = pieces_.back().At(pieces_.back().extent);
-  piece.way_m = pieces_.back().WayTo(pieces_.back().extent);
+  piece.distance_m = pieces_.back().DistanceTo(pieces_.back().extent);
   pieces_.push_back(piece);
 }
 
@@ -146,7 +146,7 @@ Pose2 Drive::PoseAt(double time_s) const {
 double Drive::WayAt(double time_s) const {
   if (stretches_.empty()) return 0;
   const Place place = PlaceAt(time_s);
-  return pieces_[place.piece].WayTo(place.along);
+  return pieces_[place.piece].DistanceTo(place.along);
 }
 
 }  // namespace ceilmap::simulator

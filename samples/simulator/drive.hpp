@@ -33,8 +33,10 @@ class Drive {
     double extent = 0;     // metres, radians for a turn on the spot
     double curvature = 0;  // left turn in rad per metre; +-1 for a turn on the spot
     bool on_spot = false;
-    double way_m = 0;  // travelled before
-    [[nodiscard]] double WayTo(double along) const { return way_m + (on_spot ? 0 : along); }
+    double distance_m = 0;  // travelled before
+    [[nodiscard]] double DistanceTo(double along) const {
+      return distance_m + (on_spot ? 0 : along);
+    }
     [[nodiscard]] Pose2 At(double along) const;
   };
   // Pieces [first, last) driven with one rise and one fall of the speed.

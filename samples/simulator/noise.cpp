@@ -12,12 +12,12 @@
 namespace ceilmap::simulator {
 namespace {
 
-std::array<float, 4> SplineWeights(double part) {
-  const double rest = 1 - part;
+std::array<float, 4> SplineWeights(double fraction) {
+  const double rest = 1 - fraction;
   return {static_cast<float>(rest * rest * rest / 6),
-          static_cast<float>(2.0 / 3 - part * part * (2 - part) / 2),
+          static_cast<float>(2.0 / 3 - fraction * fraction * (2 - fraction) / 2),
           static_cast<float>(2.0 / 3 - rest * rest * (2 - rest) / 2),
-          static_cast<float>(part * part * part / 6)};
+          static_cast<float>(fraction * fraction * fraction / 6)};
 }
 
 // Standard deviation of a cubic B-spline over independent values uniform in [-1, 1], over all

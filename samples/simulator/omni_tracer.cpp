@@ -74,7 +74,7 @@ class OmniTracer::View {
   Vector3d viewpoint_;  // in map
   Eigen::Matrix3d R_map_cam_;
   CeilingWindow window_;
-  std::vector<SeenBox> boxes_;
+  std::vector<BoxInView> boxes_;
   std::vector<cv::Vec3f> colours_;  // of boxes_
   std::vector<Cone> cones_;         // of boxes_, in map
   std::vector<std::size_t> near_;   // of boxes_, those that the current block may show
@@ -196,7 +196,7 @@ OmniTracer::View::Place OmniTracer::View::TraceRay(const Vector3d& d_cam) const 
   Hit hit = surfaces.Trace(viewpoint_, d, tracer_.rays_.PixelSpan(), distance);
   const double to_hull = distance;
   std::size_t nearest = boxes_.size();
-  SeenBox::Entry entry;
+  BoxInView::Entry entry;
   for (const std::size_t i : near_) {
     const auto candidate = boxes_[i].Enter(d, distance);
     if (!candidate) continue;

@@ -53,7 +53,7 @@ class RayTracer::View {
   [[nodiscard]] std::optional<Eigen::Vector2d> OnCeiling(double x, double y) const;
   /// True when all of the block's rays reach the ceiling before a wall.
   [[nodiscard]] bool IsBelowCeiling(const CameraRays::Block& block) const;
-  [[nodiscard]] Footprint SeenCeiling() const;
+  [[nodiscard]] Footprint CeilingFootprint() const;
   void ChooseWindow(const Footprint& seen);
   void ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour);
   [[nodiscard]] cv::Mat Result() const { return coloured_.empty() ? light_ : coloured_; }
@@ -75,7 +75,7 @@ class RayTracer::View {
   RowVector3d to_column_;  // of (x, y, 1); over to_depth_: column in the window
   RowVector3d to_row_;
   RowVector3d to_depth_;
-  std::vector<SeenBox> boxes_;
+  std::vector<BoxInView> boxes_;
   std::vector<cv::Vec3f> colours_;  // of boxes_
   std::vector<std::size_t> near_;   // of boxes_, those that the current block may show
   cv::Mat light_;
@@ -104,7 +104,7 @@ RayTracer::View::View(const RayTracer& tracer,
       T_map_cam_(T_map_cam),
       R_(T_map_cam.linear()),
       p_(T_map_cam.translation()) {
-  const Footprint seen = SeenCeiling();
+  const Footprint seen = CeilingFootprint();
   ChooseWindow(seen);
   for (std::size_t i = 0; i < tracer.boxes_.size(); ++i) {
     ChooseBox(
@@ -121,7 +121,7 @@ std::optional<Eigen::Vector2d> RayTracer::View::OnCeiling(double x, double y) co
   return (p_ + (room_.height_m - p_.z()) / direction.z() * direction).head<2>();
 }
 
-RayTracer::View::Footprint RayTracer::View::SeenCeiling() const {
+RayTracer::View::Footprint RayTracer::View::CeilingFootprint() const {
   Footprint seen;
   for (const CameraRays::Block& block : rays_.Blocks()) {
     const cv::Rect2d& r = block.rays;
@@ -158,7 +158,7 @@ void RayTracer::View::ChooseWindow(const Footprint& seen) {
 void RayTracer::View::ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour) {
   Eigen::AlignedBox2d region = seen.box;
   region.extend(p_.head<2>());
-  if (!region.intersects(SeenBox::Ground(box))) return;
+  if (!region.intersects(BoxInView::Ground(box))) return;
   boxes_.emplace_back(box, T_map_cam_);
   colours_.push_back(colour);
 }
@@ -306,7 +306,7 @@ RayTracer::View::Place RayTracer::View::TraceRay(double x, double y, bool below_
     hit = tracer_.surfaces_.Trace(p_, direction, rays_.PixelSpan(), distance);
   }
   std::size_t nearest = boxes_.size();
-  SeenBox::Entry entry;
+  BoxInView::Entry entry;
   for (const std::size_t i : near_) {
     const auto candidate = boxes_[i].Enter(direction, distance);
     if (!candidate) continue;

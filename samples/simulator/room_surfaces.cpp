@@ -59,9 +59,9 @@ float RoomSurfaces::FloorLight(const Vector3d& at, double footprint_m) const {
       std::max(0.0, room_.floor_brightness * (1 + room_.floor_contrast * texture)));
 }
 
-float RoomSurfaces::BoxLight(const SeenBox& box,
+float RoomSurfaces::BoxLight(const BoxInView& box,
                              const Vector3d& direction,
-                             const SeenBox::Entry& entry) const {
+                             const BoxInView::Entry& entry) const {
   const Eigen::Vector2d at = box.OnFace(direction, entry);
   const float texture = 1 + box_contrast_ * wall_.At(at.x(), at.y());
   return std::max(0.0F, box.Light(entry) * texture);

@@ -44,10 +44,10 @@ class RoomSurfaces {
                           double pixel_span,
                           double& distance) const;
   /// The light of a box where a ray enters it.
-  [[nodiscard]] float BoxLight(const SeenBox& box,
+  [[nodiscard]] float BoxLight(const BoxInView& box,
                                const Eigen::Vector3d& direction,
-                               const SeenBox::Entry& entry) const;
-  /// @param index  of the box. @param face  as SeenBox::Entry.
+                               const BoxInView::Entry& entry) const;
+  /// @param index  of the box. @param face  as BoxInView::Entry.
   static std::uint16_t BoxSurface(std::size_t index, int face) {
     return static_cast<std::uint16_t>(kBoxes + (index % kMaxBoxes) * 6 + face);
   }

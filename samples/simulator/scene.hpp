@@ -287,7 +287,7 @@ struct Scene {
 
 /// Reads a scene strictly: an unknown key, one that the chosen kind does not use, a wrong type or
 /// an impossible value is an error. The result is valid.
-/// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to mend`
+/// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to fix`
 Scene ReadScene(const std::filesystem::path& file);
 
 /// The same from a text. @param file  its name in messages; relative paths start at its folder.

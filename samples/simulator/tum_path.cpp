@@ -39,12 +39,12 @@ void CheckInside(const Scene& scene, const AnyCamera& camera, const Frame& frame
 }
 
 /// Part way from one pose to the other.
-Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double part) {
+Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double fraction) {
   const Eigen::Quaterniond a(T_map_a.linear());
   const Eigen::Quaterniond b(T_map_b.linear());
   Isometry3d T = Isometry3d::Identity();
-  T.linear() = a.slerp(part, b).toRotationMatrix();
-  T.translation() = (1 - part) * T_map_a.translation() + part * T_map_b.translation();
+  T.linear() = a.slerp(fraction, b).toRotationMatrix();
+  T.translation() = (1 - fraction) * T_map_a.translation() + fraction * T_map_b.translation();
   return T;
 }
 

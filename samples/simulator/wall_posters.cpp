@@ -17,7 +17,7 @@ int FieldsIn(double extent_m, Random& random) {
 WallPosters::Poster WallPosters::Make(const Room& room, Random& random) {
   Poster poster;
   const double sort = random.Uniform(0, 1);
-  if (sort < 0.65) {  // an picture
+  if (sort < 0.65) {  // a picture
     poster.width_m = random.Uniform(0.25, 1.1);
     poster.height_m = std::min(random.Uniform(0.2, 0.8), 0.8 * room.height_m);
     poster.bottom_m = random.Uniform(0.1, 1) * (room.height_m - poster.height_m);

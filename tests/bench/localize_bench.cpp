@@ -131,13 +131,13 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder) {
     drive.path.length_m = 60;
     drive.path.max_frames = 400;
     int placed = 0;
-    double way_m = 0;
+    double distance_m = 0;
     const std::vector<simulator::Frame> frames = simulator::MakePath(drive);
     for (std::size_t k = 0; k < frames.size() && placed < kEnough; ++k) {
       const Visit visit = visitor.See(frames[k]);
       if (placed == 0 && k > 0) {
         search_ms.push_back(visit.milliseconds);
-        way_m +=
+        distance_m +=
             (frames[k].T_map_base.translation() - frames[k - 1].T_map_base.translation()).norm();
       }
       if (!visit.location.Placed()) continue;
@@ -149,11 +149,11 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder) {
       }
     }
     found += placed > 0 ? 1 : 0;
-    if (placed > 0) travel_m += way_m;
+    if (placed > 0) travel_m += distance_m;
     fmt::print("place {:2}: {}\n",
                i,
-               placed > 0 ? fmt::format("sure after {:.1f} m", way_m)
-                          : fmt::format("never sure within {:.1f} m", way_m));
+               placed > 0 ? fmt::format("sure after {:.1f} m", distance_m)
+                          : fmt::format("never sure within {:.1f} m", distance_m));
     std::fflush(stdout);
   }
   fmt::print(

@@ -127,7 +127,7 @@ const std::vector<BadInput> kSources = {
     {"NoCamera", Map({"--up=/dev/video4711"}), "/dev/video4711"},
     {"NotTheRigsSize", Map({"--rig=@rig.yaml", "--up=@small"}), "200x200 px, but camera 'up'"},
     {"SizesThatChange", Map({"--up=@sizes"}), "frame 4 is 200x200"},
-    {"DamagedPicture", Map({"--up=@damaged"}), "frame4.png"},
+    {"DamagedImage", Map({"--up=@damaged"}), "frame4.png"},
     {"Black", Map({"--up=@black"}), "texture", 1},
     {"Uniform", Map({"--up=@grey.avi"}), "texture", 1},
 };
@@ -135,7 +135,7 @@ const std::vector<BadInput> kSources = {
 const std::vector<BadInput> kStampsAndRigs = {
     {"FewStamps", Map({"--up=@run.avi", "--stamps=@short.csv"}), "23 stamps"},
     {"ManyStamps", Map({"--up=@run.avi", "--stamps=@long.csv"}), "25 stamps"},
-    {"FewStampsForPictures", Map({"--up=@run", "--stamps=@short.csv"}), "24 frames"},
+    {"FewStampsForImages", Map({"--up=@run", "--stamps=@short.csv"}), "24 frames"},
     {"StampsGoBack", Map({"--up=@run.avi", "--stamps=@back.csv"}), "back.csv:3"},
     {"NoStampsFile", Map({"--up=@run.avi", "--stamps=@none.csv"}), "none.csv"},
     {"NoRig", Map({"--up=@run.avi", "--rig=@none.yaml"}), "none.yaml"},
@@ -209,7 +209,7 @@ const std::vector<BadInput> kLocalize = {
     {"CameraAtTheCeiling", Localize("@good.gpkg", "@high.yaml", "@run.avi"), "high.yaml"},
     {"NoUpwardCamera", Localize("@good.gpkg", "@blind.yaml", "@run.avi"), "blind.yaml"},
     {"CameraLooksDown", Localize("@good.gpkg", "@down.yaml", "@run.avi"), "down.yaml"},
-    {"NotTheRigsPictures", Localize("@good.gpkg", "@rig.yaml", "@small"), "200x200 px"},
+    {"NotTheRigsImages", Localize("@good.gpkg", "@rig.yaml", "@small"), "200x200 px"},
     {"AnotherRoom", Localize("@good.gpkg", "@rig.yaml", "@elsewhere"), "none of its 24 frames", 1},
     {"NothingToSee", Localize("@good.gpkg", "@rig.yaml", "@grey.avi"), "none of its 5 frames", 1},
     {"StartIsNoPose",
@@ -237,19 +237,19 @@ const std::vector<BadInput> kLocalize = {
 
 const std::vector<BadInput> kPairs = {
     {"RegisterNothing", {"register"}, "two images"},
-    {"RegisterOnePicture", {"register", "@run/frame0.png"}, "two images"},
+    {"RegisterOneImage", {"register", "@run/frame0.png"}, "two images"},
     {"RegisterMissing", {"register", "@run/frame0.png", "@none.png", "-o", "r.csv"}, "none.png"},
     {"RegisterSizes", {"register", "@run/frame0.png", "@small/frame0.png"}, "320x240"},
-    {"PairsAndPictures",
+    {"PairsAndImages",
      {"register", "@run/frame0.png", "@run/frame1.png", "--pairs=@pairs.csv", "-o", "r.csv"},
      "two images"},
     {"PairsWithoutOutput", {"register", "--pairs=@pairs.csv"}, "-o OUT.csv"},
     {"PairsNoFile", {"register", "--pairs=@none.csv", "-o", "r.csv"}, "none.csv"},
     {"PairsNoColumns", {"register", "--pairs=@stamps.csv", "-o", "r.csv"}, "'id'"},
-    {"PairsMissingPicture", {"register", "--pairs=@pairs.csv", "-o", "r.csv"}, "pairs.csv:2"},
+    {"PairsMissingImage", {"register", "--pairs=@pairs.csv", "-o", "r.csv"}, "pairs.csv:2"},
     {"PairsSizes", {"register", "--pairs=@sizes.csv", "-o", "r.csv"}, "sizes.csv:2"},
     {"PairsTwice", {"register", "--pairs=@twice.csv", "-o", "r.csv"}, "twice.csv:3"},
-    {"PairsDamagedPicture", {"register", "--pairs=@damaged.csv", "-o", "r.csv"}, "damaged.csv:2"},
+    {"PairsDamagedImage", {"register", "--pairs=@damaged.csv", "-o", "r.csv"}, "damaged.csv:2"},
     {"PairsNoFolder", {"register", "--pairs=@pairs.csv", "-o", "none/r.csv"}, "does not exist"},
 };
 

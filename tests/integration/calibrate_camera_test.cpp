@@ -270,7 +270,7 @@ const std::vector<BadCalibration> kBadCalibrations = {
     {"EmptyFolder", {"@empty"}, "empty: holds no images"},
     {"NoSuchFile", {"@none.mp4"}, "none.mp4: no such file"},
     {"NotAVideo", {"@text.mp4"}, "text.mp4: is not a video"},
-    {"NotAPicture", {"@text.png"}, "text.png: is not an image"},
+    {"NotAnImage", {"@text.png"}, "text.png: is not an image"},
     {"NoBoard", {"@grey"}, "grey: no chessboard of 9x6 corners in any of 3 images; is it whole"},
     {"SmallerBoard",
      {"@other"},

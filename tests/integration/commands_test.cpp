@@ -255,7 +255,7 @@ TEST(Info, TellsWhatTheMapHolds) {
               ElementsAre("chi2_per_dof", "loop_rms", "loops", "max_edge_sigmas", "odometry_rms"));
   EXPECT_THAT(Keys(quality["loops"]), IsSupersetOf({"accepted", "ambiguous", "unconfirmed"}));
   EXPECT_EQ(quality["loops"].size(), 7U);
-  EXPECT_LT(quality["odometry_rms"], 0.001) << "cut from one picture: true to a part of a pixel";
+  EXPECT_LT(quality["odometry_rms"], 0.001) << "cut from one image: true to a part of a pixel";
   EXPECT_TRUE(info.at("weak_spots").is_array());
 }
 

@@ -45,7 +45,7 @@ TEST(FindTimeOffset, OfAnotherClockFrameAndRate) {
   EXPECT_NEAR(offset->offset_s, 1234.567, 0.005);
   EXPECT_LT(offset->sigma_s, 0.005);
   EXPECT_GT(offset->sigma_s, 1e-5);
-  EXPECT_TRUE(offset->IsSure());
+  EXPECT_TRUE(offset->IsReliable());
 }
 
 TEST(FindTimeOffset, OfSmallOnesAsWell) {
@@ -53,7 +53,7 @@ TEST(FindTimeOffset, OfSmallOnesAsWell) {
     const auto offset = FindTimeOffset(Record(0, 60, 0.1), Record(0, 60, 0.1, expected_s, 0.002));
     ASSERT_TRUE(offset);
     EXPECT_NEAR(offset->offset_s, expected_s, 0.004);
-    EXPECT_TRUE(offset->IsSure());
+    EXPECT_TRUE(offset->IsReliable());
   }
 }
 
@@ -61,7 +61,7 @@ TEST(FindTimeOffset, OfAPartOnly) {
   const auto offset = FindTimeOffset(Record(0, 200, 0.1), Record(70, 110, 0.1, -5000, 0.003));
   ASSERT_TRUE(offset);
   EXPECT_NEAR(offset->offset_s, -5000, 0.005);
-  EXPECT_TRUE(offset->IsSure());
+  EXPECT_TRUE(offset->IsReliable());
 }
 
 TEST(FindTimeOffset, GapsAndScaleDoNoHarm) {
@@ -71,7 +71,7 @@ TEST(FindTimeOffset, GapsAndScaleDoNoHarm) {
   const auto offset = FindTimeOffset(Record(0, 80, 0.1), estimate);
   ASSERT_TRUE(offset);
   EXPECT_NEAR(offset->offset_s, 40, 0.005);
-  EXPECT_TRUE(offset->IsSure());
+  EXPECT_TRUE(offset->IsReliable());
 }
 
 TEST(FindTimeOffset, ADriveThatRepeatsItselfIsNotSure) {
@@ -87,7 +87,7 @@ TEST(FindTimeOffset, ADriveThatRepeatsItselfIsNotSure) {
   };
   const auto offset = FindTimeOffset(laps(0, 0), laps(0.05, 300));
   ASSERT_TRUE(offset);
-  EXPECT_FALSE(offset->IsSure());
+  EXPECT_FALSE(offset->IsReliable());
 }
 
 TEST(FindTimeOffset, NothingToGoBy) {
@@ -100,7 +100,7 @@ TEST(FindTimeOffset, NothingToGoBy) {
 
 TEST(FindTimeOffset, OtherDrivesAreNotSure) {
   const auto offset = FindTimeOffset(Record(0, 60, 0.1), Record(1000, 1060, 0.1, 0, 0.003));
-  EXPECT_TRUE(!offset || !offset->IsSure()) << offset->unexplained;
+  EXPECT_TRUE(!offset || !offset->IsReliable()) << offset->unexplained;
 }
 
 TEST(Delayed, AddsToEachStamp) {

@@ -113,7 +113,7 @@ TEST(EvaluateTrajectory, TellsOfEachFrame) {
   EXPECT_EQ(frame.truth, 2U);
   EXPECT_EQ(frame.estimate, 1U);
   EXPECT_EQ(frame.stamp_s, 12);
-  EXPECT_DOUBLE_EQ(frame.way_m, 3);
+  EXPECT_DOUBLE_EQ(frame.distance_m, 3);
   EXPECT_NEAR(frame.along_m, 0.5, 1e-14);
   EXPECT_NEAR(frame.across_m, 0.1, 1e-14);
   EXPECT_NEAR(frame.position_m, std::hypot(0.5, 0.1), 1e-14);

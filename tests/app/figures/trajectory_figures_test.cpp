@@ -22,7 +22,7 @@ using testing::Not;
 FigurePose PoseAt(double time_s, double error_m) {
   FigurePose pose;
   pose.time_s = time_s;
-  pose.way_m = 0.5 * time_s;
+  pose.distance_m = 0.5 * time_s;
   pose.x = std::cos(0.3 * time_s);
   pose.y = std::sin(0.3 * time_s) + error_m;
   pose.yaw_deg = 20 * time_s;

@@ -69,7 +69,7 @@ TEST(FrameSource, ImagesComeInOrderAndUnchanged) {
   for (std::size_t i = 0; i < images.size(); ++i) {
     EXPECT_EQ(taken.indices[i], static_cast<std::int64_t>(i));
     EXPECT_EQ(taken.stamps_s[i], static_cast<double>(i));
-    EXPECT_EQ(cv::norm(taken.images[i], images[i], cv::NORM_INF), 0) << "picture " << i;
+    EXPECT_EQ(cv::norm(taken.images[i], images[i], cv::NORM_INF), 0) << "image " << i;
   }
   EXPECT_THAT(source.Warnings(), IsEmpty());
   EXPECT_EQ(source.Report().decoded, 12);
@@ -86,7 +86,7 @@ TEST(FrameSource, AImageThatIsStillHeldIsNotOverwritten) {
   while (source.Read(frame)) held.push_back(frame.image);
   ASSERT_EQ(held.size(), images.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
-    EXPECT_EQ(cv::norm(held[i], images[i], cv::NORM_INF), 0) << "picture " << i;
+    EXPECT_EQ(cv::norm(held[i], images[i], cv::NORM_INF), 0) << "image " << i;
   }
 }
 

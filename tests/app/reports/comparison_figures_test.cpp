@@ -36,7 +36,7 @@ TEST(ComparisonFigures, TurnsGoOnBeyondAHalf) {
   const std::vector<figures::FigurePose> poses = FigurePoses(Circle());
   EXPECT_NEAR(poses.back().yaw_deg - poses.front().yaw_deg, 19.9 * 180 / std::numbers::pi, 1e-9);
   EXPECT_EQ(poses.front().time_s, 0);
-  EXPECT_NEAR(poses.back().way_m, 199 * 4 * std::sin(0.05), 1e-9);
+  EXPECT_NEAR(poses.back().distance_m, 199 * 4 * std::sin(0.05), 1e-9);
 }
 
 TEST(ComparisonFigures, AreInTheFrameOfTheTruthOrOfTheFirstRun) {

@@ -15,7 +15,7 @@ constexpr double kSingles = 2 * kNoise * kNoise;
 HeadingTurn TurnOver(const std::vector<HeadingPrior>& headings, std::size_t marked) {
   HeadingSince since(kNoise);
   for (std::size_t i = 0; i < headings.size(); ++i) {
-    since.See(headings[i]);
+    since.Add(headings[i]);
     if (i == marked) since.Mark();
   }
   return since.Turn().value();
@@ -26,7 +26,7 @@ TEST(HeadingSince, KnowsNothingBeforeSomethingIsMarked) {
   EXPECT_FALSE(since.Turn());
   since.Mark();
   EXPECT_FALSE(since.Turn());
-  since.See({1, 0.1});
+  since.Add({1, 0.1});
   EXPECT_FALSE(since.Turn());
   since.Mark();
   EXPECT_TRUE(since.Turn());
@@ -75,7 +75,7 @@ TEST(HeadingSince, HoldsForARandomWalk) {
     HeadingSince since(1e-6);
     double drift = 0;
     for (int i = 0; i <= kSteps; ++i) {
-      since.See({drift, 1e-12 + i * kStep * kStep});
+      since.Add({drift, 1e-12 + i * kStep * kStep});
       if (i == kMarked) since.Mark();
       drift += kStep * std::sqrt(12.0) * uniform();
     }

@@ -30,7 +30,7 @@ class FineStageTest : public testing::Test {
     hypothesis.motion.ty_px -= 0.5 * off_px;
     hypothesis.motion.theta_rad += off_deg * kRadPerDeg;
     hypothesis.overlap = OverlapOf(truth, kSize);
-    hypothesis.peak = 0.5;  // what the coarse stage finds on smeared pictures
+    hypothesis.peak = 0.5;  // what the coarse stage finds on smeared images
     hypothesis.peak = 0.3;  // as the coarse stage finds it
     return hypothesis;
   }

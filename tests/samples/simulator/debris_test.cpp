@@ -40,7 +40,9 @@ std::string ErrorOf(const Scene& scene) {
 TEST(TiltAt, FollowsARaisedCosine) {
   // Rows of a rendered run whose bump of 0.4 m begins at 0.22 m, 0.02 m apart.
   const Debris debris{{{0.22, 0.4, 2.4, 0}}};
-  const auto pitch_deg = [&](double way_m) { return TiltAt(debris, way_m).pitch_rad / kRadPerDeg; };
+  const auto pitch_deg = [&](double distance_m) {
+    return TiltAt(debris, distance_m).pitch_rad / kRadPerDeg;
+  };
   EXPECT_EQ(pitch_deg(0.22), 0);
   EXPECT_NEAR(pitch_deg(0.24), 0.058732, 1e-6);
   EXPECT_NEAR(pitch_deg(0.26), 0.229180, 1e-6);

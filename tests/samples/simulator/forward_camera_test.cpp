@@ -217,7 +217,7 @@ TEST(ForwardCamera, LeavesTheUpwardImagesAlone) {
 TEST(ForwardCamera, HasNoiseOfItsOwn) {
   Scene scene = DarkForwardScene();
   scene.ceiling.brightness = 0.4;
-  scene.fixtures.boxes = {{8, 4, 0.1, 8, 0, 2.4, 0, 0.4 / 0.6}};  // fills the forward picture
+  scene.fixtures.boxes = {{8, 4, 0.1, 8, 0, 2.4, 0, 0.4 / 0.6}};  // fills the forward image
   scene.image.shot_noise = 0.02;
   const Renderer renderer(scene);
   const Frame frame = StillFrame(0, {7, 4, 0});

@@ -26,14 +26,15 @@ TEST(StripTurn, OfARobotThatTurns) {
 TEST(StripTurn, DrivingAheadIsNoTurn) {
   const ColouredRoom room;
   const calib::MountedCamera forward = ForwardCamera();
-  for (const double way_m : {0.05, 0.1, -0.1}) {
+  for (const double travelled_m : {0.05, 0.1, -0.1}) {
     StripTurn strip(forward);
     strip.Next(room.See(forward, {0, 0, 0.4}));
-    const auto seen =
-        strip.Next(room.See(forward, {way_m * std::cos(0.4), way_m * std::sin(0.4), 0.4}));
+    const auto seen = strip.Next(
+        room.See(forward, {travelled_m * std::cos(0.4), travelled_m * std::sin(0.4), 0.4}));
     ASSERT_TRUE(seen);
-    EXPECT_NEAR(seen->turn_rad, 0, 0.003) << way_m;
-    EXPECT_NEAR(seen->ahead * room.Radius(), way_m, 0.3 * std::abs(way_m)) << way_m;
+    EXPECT_NEAR(seen->turn_rad, 0, 0.003) << travelled_m;
+    EXPECT_NEAR(seen->ahead * room.Radius(), travelled_m, 0.3 * std::abs(travelled_m))
+        << travelled_m;
   }
 }
 
