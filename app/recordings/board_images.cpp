@@ -36,7 +36,7 @@ struct NamedImage {
   std::optional<BoardView> view;
 };
 
-// Takes images in their order.
+// Takes images in order.
 class Collector {
  public:
   explicit Collector(std::string name) { found_.name = std::move(name); }
@@ -118,7 +118,7 @@ void ObserveImages(const std::vector<fs::path>& files,
   }
 }
 
-// The variance of second derivatives: comparable between neighbours in a video.
+// The variance of second derivatives; comparable between neighbouring images of a video.
 double Sharpness(const cv::Mat& grey) {
   cv::Mat curvature;
   cv::Laplacian(grey, curvature, CV_16S);
@@ -128,7 +128,7 @@ double Sharpness(const cv::Mat& grey) {
   return deviation[0];
 }
 
-// The sharpest image of each stretch of a video.
+// The sharpest image of each interval of a video.
 class Stretches {
  public:
   Stretches(FrameReader& reader, std::int64_t length) : reader_(reader), length_(length) {}

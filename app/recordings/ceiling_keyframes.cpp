@@ -23,7 +23,7 @@ using registration::PlaneCamera;
 using registration::PlaneMotion;
 using registration::Registrar;
 constexpr std::size_t kMaxKeyframes =
-    97;  // odd: see Keep; about 4 MB each while pairs are measured
+    97;  // odd: see Keep; about 4 MB each during the measurement of pairs
 
 Registrar MakeRegistrar(const calib::CeilingView& view) {
   registration::RegistrarParams params;
@@ -45,13 +45,13 @@ ImageMotion InImage(const PlaneCamera& camera, const Pose2& T_reference_current)
   return {centre.x(), centre.y(), -plane.yaw, 1};
 }
 
-// Follows the camera from keyframe to keyframe.
+// Tracks the camera from keyframe to keyframe.
 class CeilingFollower {
  public:
   explicit CeilingFollower(const calib::CeilingView& view)
       : view_(view), camera_(registration::PlaneCameraOf(view)), registrar_(MakeRegistrar(view)) {}
 
-  // False when the image matches nothing.
+  // False when the image matches none.
   bool Follow(const Frame& frame) {
     KeptImage now{{frame.image.clone(), frame.index, {}}, Analyze(frame.image)};
     if (frames_.empty()) {
@@ -116,7 +116,8 @@ class CeilingFollower {
     T_first_last_ = key_.image.T_first_camera;
     frames_.push_back(key_.image);
     if (frames_.size() < kMaxKeyframes) return;
-    // Every other one, the first and the newest among them; what comes is as far apart.
+    // Keeps every second keyframe, with the first and the newest one; the spacing of later
+    // keyframes doubles too.
     std::vector<CeilingKeyframe> half;
     for (std::size_t i = 0; i < frames_.size(); i += 2) half.push_back(std::move(frames_[i]));
     frames_ = std::move(half);

@@ -17,7 +17,7 @@
 namespace ceilmap::recordings {
 namespace {
 
-/// The forward camera beside the upward one.
+/// The forward camera in addition to the upward one.
 class ForwardSide {
  public:
   ForwardSide(const RigRecording& recording, const calib::Rig& rig)
