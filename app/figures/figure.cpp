@@ -89,8 +89,8 @@ FigureFolder::FigureFolder(fs::path folder) : folder_(std::move(folder)) {
   }
   if (!FindGnuplot()) {
     throw RunError(
-        "gnuplot, which draws figures, is not installed; 'samples/install-deps.sh --plots' or "
-        "'apt-get install gnuplot-nox' does that");
+        "gnuplot, which draws figures, is not installed; install it by "
+        "'samples/install-deps.sh --plots' or 'apt-get install gnuplot-nox'");
   }
 }
 
@@ -115,7 +115,7 @@ void FigureFolder::Take(const Figure& figure, const GnuplotResult& result) {
     return;
   }
   std::error_code error;
-  for (const fs::path& image : images) fs::remove(image, error);  // half of one, or none
+  for (const fs::path& image : images) fs::remove(image, error);  // incomplete or missing
   throw RunError(fmt::format("{}: gnuplot could not draw it: {}",
                              (folder_ / (figure.name + ".gp")).string(),
                              InOneLine(result.messages)));

@@ -11,7 +11,7 @@ namespace ceilmap::figures {
 namespace figure_runs {
 namespace {
 
-// Okabe and Ito's colours, darkest first; after all of them they come again with other dashes.
+// Okabe and Ito's colours, darkest first; further runs use them again with other dashes.
 constexpr std::array<const char*, 7> kColours = {
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#882255"};
 constexpr std::array<const char*, 4> kDashes = {"1", "(8,3)", "(2,3)", "(8,3,2,3)"};
@@ -70,7 +70,7 @@ SortedErrors Sorted(const FigureRun& run) {
   return errors;
 }
 
-// A curve for each of these runs, out of a file with a block for each of them.
+// One curve for each of these runs, from a file with one block each.
 std::string BlockCurves(const TrajectoryComparison& comparison,
                         const std::vector<std::size_t>& runs,
                         const std::string& file,
@@ -90,7 +90,7 @@ std::string BlockCurves(const TrajectoryComparison& comparison,
   return text + "\n";
 }
 
-// Per run a row for each quantity with the quantiles of a box.
+// For each run, one row per quantity with the quantiles of a box.
 std::string BoxData(const std::vector<SortedErrors>& errors) {
   std::string text = "run,quantity,p5,p25,p50,p75,p95\n";
   for (std::size_t i = 0; i < errors.size(); ++i) {
@@ -123,7 +123,7 @@ std::string CumulativeData(const std::vector<SortedErrors>& errors) {
   return text;
 }
 
-// Boxes of one quantity: from quartile to quartile with whiskers, and a thick median.
+// Boxes of one quantity: quartiles with whiskers, and a thick median.
 std::string Boxes(std::size_t runs, const std::string& quantity, double factor) {
   const std::string each = fmt::format(
       "for [i = 1:{}] 'boxes.csv' skip 1 using ($1 == i && strcol(2) eq '{}' ? i : NaN)",
@@ -174,7 +174,7 @@ Figure DistributionFigure(const TrajectoryComparison& comparison, const LengthUn
         label);
     figure.plot += Boxes(runs.size(), yaw ? "yaw_deg" : "position_m", factor);
     figure.plot += fmt::format(
-        "  set title 'Part of the frames with at most this error'\n"
+        "  set title 'Fraction of the frames with at most this error'\n"
         "  set xtics autofreq\n  set xrange [0:*]\n  set yrange [0:1]\n"
         "  set xlabel '{}'\n  set ylabel 'fraction of the frames'\n"
         "  set key bottom right noenhanced\n",
@@ -194,7 +194,7 @@ Figure SegmentFigure(const TrajectoryComparison& comparison) {
   figure.name = "segments";
   figure.width_px = 1000;
   std::string data = "run,length_m,translation_percent,rotation_deg_per_m\n";
-  std::vector<std::size_t> runs;  // only those that are as long as a segment
+  std::vector<std::size_t> runs;  // only those with segments
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     if (comparison.runs[i].segments.empty()) continue;
     runs.push_back(i);

@@ -25,7 +25,7 @@ PlanarSimilarity Inverse(const PlanarSimilarity& T) {
   return inverse;
 }
 
-/// Where a pose is shown.
+/// Coordinates of a pose in the figures.
 void Place(const PlanarSimilarity& T, const Eigen::Vector2d& p_truth, figures::FigurePose& pose) {
   const Eigen::Vector2d shown = T * p_truth;
   pose.x = shown.x();
@@ -119,8 +119,8 @@ std::optional<figures::FigureMosaic> WriteMosaic(const store::MapReader& map,
   cv::Mat alpha;
   const store::MosaicGrid grid = map.ReadOverview(kMaxPx, grey, alpha);
   if (grey.empty()) return std::nullopt;
-  // Pale, so that paths stand out. Beyond what was seen the paper shows. (gnuplot could do this
-  // too, for as long as all the rest takes.)
+  // Bright, so that paths are visible. Unmapped areas are white. (gnuplot could do this too, but
+  // takes as long as all other work.)
   grey.convertTo(grey, CV_8U, 0.45, 140);
   grey.setTo(255, alpha == 0);
   std::vector<unsigned char> png;

@@ -48,7 +48,7 @@ class YamlValue {
   /// The number of entries when this is a list, else throws.
   std::size_t ListSize() const;
 
-  /// Throws "FILE:LINE: KEY = VALUE, must be MUST_BE; MEND".
+  /// Throws "FILE:LINE: KEY = VALUE, must be MUST_BE; FIX".
   [[noreturn]] void Fail(std::string_view must_be, std::string_view fix) const;
 
   [[nodiscard]] const std::filesystem::path& File() const { return file_; }
