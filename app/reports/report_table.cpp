@@ -116,7 +116,7 @@ std::string FormatMarkdown(const std::vector<ReportTable>& tables) {
 std::string FormatLatex(const std::vector<ReportTable>& tables) {
   // Inside a document LaTeX defines \@nodocument as \relax.
   std::string text =
-      "% Compiles as it is; \\input takes the tables into a document.\n"
+      "% Compiles as a document; \\input inserts the tables into another one.\n"
       "\\expandafter\\ifx\\csname @nodocument\\endcsname\\relax\\else\n"
       "\\documentclass{article}\n"
       "\\begin{document}\n"

@@ -177,9 +177,9 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
   const support::ProcessResult tilted =
       Run(Of({"learn"}, "learn", {"--poses=@down.tum", "-o", "m", "--summary=s.json"}));
   EXPECT_EQ(tilted.exit_code, 0) << tilted.err;
-  EXPECT_EQ(
-      tilted.err,
-      "ceilmap: warning: 45 of 90 frames were skipped: too little of them is above the horizon\n");
+  EXPECT_EQ(tilted.err,
+            "ceilmap: warning: 45 of 90 frames were skipped: too small a part of them is above the "
+            "horizon\n");
   EXPECT_THAT(tilted.out, HasSubstr("skipped"));
   EXPECT_EQ(SummaryOf("s.json")["quality"]["below_horizon"], 45);
   // Poses of the first frames only.
@@ -196,9 +196,9 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
       Run(Of({"query", "m"}, "again", {"--poses=@bow.tum", "-o", "h.csv"}));
   EXPECT_EQ(asked.exit_code, 0) << asked.err;
   EXPECT_EQ(files::ReadHeadings(out_ / "h.csv").size(), 36U);
-  EXPECT_EQ(
-      asked.err,
-      "ceilmap: warning: 36 of 72 frames were skipped: too little of them is above the horizon\n");
+  EXPECT_EQ(asked.err,
+            "ceilmap: warning: 36 of 72 frames were skipped: too small a part of them is above the "
+            "horizon\n");
 }
 
 // Colours of another order are other colours: all that is left is what is light and dark. The

@@ -135,7 +135,7 @@ TEST(Evaluate, DrawsTheErrorsOverTheMap) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::string page = ReadAll(test.out / "report/index.html");
   EXPECT_THAT(page, HasSubstr("data:image/"));
-  EXPECT_THAT(page, HasSubstr("Position error over the way"));
+  EXPECT_THAT(page, HasSubstr("Position error over the distance travelled"));
   const std::vector<std::string> names = support::NamesIn(test.out / "report/figures");
   for (const char* name :
        {"trajectories", "poses", "errors", "errors-way", "error-map", "distribution", "segments"}) {
@@ -234,7 +234,7 @@ TEST(Evaluate, FindsTheOffsetOfAnotherClockAndAScale) {
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err,
               HasSubstr("its stamps are 123.500 to 153.400 s, the truth's 1000.000 to 1029.900 s; "
-                        "the robot moved alike with --offset 876.500\n"));
+                        "the motions agree with --offset 876.500\n"));
 }
 
 TEST(Evaluate, StatusFilesTellOfConsistencyAndHeadingsOfDrift) {

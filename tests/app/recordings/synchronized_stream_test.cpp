@@ -112,7 +112,7 @@ TEST(SynchronizedStream, StampsOfAnotherRecordingOnlyTellWhenItBegins) {
   EXPECT_THAT(seen, ElementsAre(0, 2, 4, 6, 8, 10, 12, 14, 16, 18));
   EXPECT_THAT(frames.Warnings(),
               ElementsAre(frames.Name() + " has 20 frames, " + stamps.string() +
-                          " 10 stamps: the video's own time counts, from the first stamp on"));
+                          " 10 stamps: the video's own time is used, starting at the first stamp"));
 }
 
 TEST(SynchronizedStream, AsManyStampsAsFramesAreTheirs) {
@@ -135,7 +135,7 @@ TEST(SynchronizedStream, ImagesWithoutTimeKeepStampsOfAnotherAsFarAsTheyGo) {
   EXPECT_THAT(
       frames.Warnings(),
       ElementsAre(frames.Name() + " has 6 frames, " + few.string() +
-                      " 4 stamps: the first of both go together",
+                      " 4 stamps: the first stamp belongs to the first frame",
                   frames.Name() + ": 2 of 6 upward frames have no forward frame at their time"));
   const auto many = folder.Write("many.csv", support::StampsCsv(9, 100, 0.1));
   SynchronizedStream more((folder / "forward").string(), many);

@@ -52,7 +52,7 @@ TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
   EXPECT_TRUE(missing);
   EXPECT_GT(read, kCount / 4);
   EXPECT_THAT(source.Warnings(),
-              ElementsAre(HasSubstr("frames are damaged, or rest on damaged ones")));
+              ElementsAre(HasSubstr("frames are damaged, or depend on damaged ones")));
 }
 
 }  // namespace
