@@ -14,7 +14,7 @@
 namespace ceilmap::mapping {
 
 /// A recording that extends an existing map. It joins the map wherever it begins; when nothing is
-/// seen in both, the map stays as it was.
+/// seen in both, the map is not changed.
 class MapExtension {
  public:
   /// @param file  the map. @param recording  metadata of a map of the recording alone.

@@ -21,7 +21,7 @@ std::string Join(const std::vector<std::string>& parts) {
   return text;
 }
 
-// Mean distance of the corners that both show; nothing when they are few.
+// True when the corners of both have a small mean distance; false when they share few corners.
 bool AreSimilar(const BoardView& a, const BoardView& b, double limit_px) {
   double sum_px = 0;
   std::size_t shared = 0;
@@ -67,24 +67,25 @@ void JudgeSigmas(const CameraSolution& solution, Judgement& judgement) {
                         std::max(solution.lens.size.width, solution.lens.size.height);
   if (focal > kGoodRelative || !std::isfinite(focal)) {
     (focal < kMaxRelative ? judgement.warnings : judgement.faults)
-        .push_back(
-            fmt::format("focal length known to {:.1f} % only: add views with the board tilted "
-                        "by 30 to 45 deg, near enough to fill half of the image",
-                        100 * focal));
+        .push_back(fmt::format("the focal length has a standard deviation of {:.1f} %: add views "
+                               "with the board tilted "
+                               "by 30 to 45 deg, near enough to fill half of the image",
+                               100 * focal));
   }
   if (centre > kGoodRelative || !std::isfinite(centre)) {
     (centre < kMaxRelative ? judgement.warnings : judgement.faults)
-        .push_back(
-            fmt::format("principal point known to {:.1f} % of the image only: add views with "
-                        "the board tilted to all four sides, and turned by 90 deg",
-                        100 * centre));
+        .push_back(fmt::format(
+            "the principal point has a standard deviation of {:.1f} % of the image: add views with "
+            "the board tilted to all four sides, and turned by 90 deg",
+            100 * centre));
   }
   constexpr double kGoodCornerPx = 2;
   const double corner_px = solution.CornerSigma();
   if (corner_px > kGoodCornerPx) {
-    judgement.warnings.push_back(fmt::format(
-        "the image's corners are known to {:.1f} px only: add views with the board there",
-        corner_px));
+    judgement.warnings.push_back(
+        fmt::format("the standard deviation at the image's corners is {:.1f} px: add views with "
+                    "the board there",
+                    corner_px));
   }
 }
 
@@ -97,7 +98,7 @@ void JudgeCoverage(const Coverage& coverage, Judgement& judgement) {
   std::string where = "bring the board nearer, and into every corner";
   if (!empty.empty()) where = fmt::format("hold the board in {} of the image too", Join(empty));
   (share < kMinShare ? judgement.faults : judgement.warnings)
-      .push_back(fmt::format("boards cover {:.0f} % of the image only: {}", 100 * share, where));
+      .push_back(fmt::format("boards cover only {:.0f} % of the image: {}", 100 * share, where));
 }
 
 void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
@@ -115,7 +116,7 @@ void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
   }
 }
 
-// What lies beyond the model's reach is lost wherever distortion is taken out.
+// Content beyond the model's range is lost by rectification.
 void JudgeReach(const Lens& lens, Judgement& judgement) {
   constexpr double kGoodShare = 0.98;
   const double across =
@@ -125,8 +126,8 @@ void JudgeReach(const Lens& lens, Judgement& judgement) {
   const double share = Reach(lens) / std::hypot(across, down);
   if (share >= kGoodShare) return;
   judgement.warnings.push_back(fmt::format(
-      "the distortion found has a meaning only {:.0f} % of the way to the image's corners; "
-      "what lies beyond is lost when it is taken out: add views with the board there, or try "
+      "the distortion model is valid only to {:.0f} % of the distance to the image's corners; "
+      "content beyond is lost by rectification: add views with the board there, or try "
       "another --model",
       100 * share));
 }

@@ -75,7 +75,7 @@ TEST(Sites, OtherRoomsAreRefusedWithTheReason) {
   arguments.emplace_back("--append");
   const support::ProcessResult append = sites.recordings.Run(arguments);
   EXPECT_EQ(append.exit_code, 1);
-  EXPECT_THAT(append.err, HasSubstr("the map stays as it was"));
+  EXPECT_THAT(append.err, HasSubstr("the map is not changed"));
   EXPECT_TRUE(ReadAll(sites.recordings.out / "a.gpkg") == before);
   EXPECT_THAT(sites.recordings.out.Names(), Not(Contains(EndsWith(".partial"))));
 }
