@@ -237,8 +237,8 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
     result.reason =
         ambiguous_ > 0
             ? fmt::format(
-                  "the ceiling is periodic: {} of {} pairs of images fit in several "
-                  "ways, and none in one only",
+                  "the ceiling is periodic: {} of {} pairs of images fit at several "
+                  "positions, and none at only one",
                   ambiguous_,
                   compared_)
             : fmt::format("no overlap found: none of {} pairs of images agrees", compared_);

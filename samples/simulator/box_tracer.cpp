@@ -42,7 +42,7 @@ BoxInView::BoxInView(const Box& box, const Eigen::Isometry3d& T_map_cam)
     const double z = (corner & 4) != 0 ? high_.z() : low_.z();
     const Eigen::Vector3d p_map(box.x_m + cos_ * x - sin_ * y, box.y_m + sin_ * x + cos_ * y, z);
     const Eigen::Vector3d p_cam = T_cam_map * p_map;
-    if (p_cam.z() < 1e-3) {  // beside or behind the camera: may show anywhere
+    if (p_cam.z() < 1e-3) {  // beside or behind the camera: may appear anywhere
       rays_low_ = {-kInfinity, -kInfinity};
       rays_high_ = {kInfinity, kInfinity};
       return;
@@ -68,7 +68,7 @@ std::optional<BoxInView::Entry> BoxInView::Enter(const Eigen::Vector3d& directio
   Entry entry{0, -1};
   double leave = limit;
   for (int axis = 0; axis < 3; ++axis) {
-    if (d[axis] == 0) {  // along the face
+    if (d[axis] == 0) {  // parallel to the face
       if (camera_[axis] < low_[axis] || camera_[axis] > high_[axis]) return std::nullopt;
       continue;
     }

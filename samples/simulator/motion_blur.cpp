@@ -11,7 +11,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Part way from one pose to another one nearby.
+/// Interpolates between two poses near each other.
 Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double fraction) {
   const Eigen::Quaterniond a(T_map_a.linear());
   Isometry3d T = Isometry3d::Identity();
@@ -20,17 +20,17 @@ Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double 
   return T;
 }
 
-/// When a share `time` in [-1, 1] of the half exposure before or after its middle has passed.
+/// At the fraction `time` in [-1, 1] of the half exposure before or after its middle.
 Isometry3d During(const Exposure& exposure, double time) {
   return time < 0 ? Between(exposure.T_map_base, exposure.T_map_base_open, -time)
                   : Between(exposure.T_map_base, exposure.T_map_base_close, time);
 }
 
-/// Moments of the exposure, in [-1, 1], whose mean image has the blur of the whole.
+/// Times of the exposure, in [-1, 1], whose mean image has the same blur.
 std::vector<double> Moments(double blur_px) {
   if (!(blur_px > 0.1)) return {0};
-  // Two images at Gauss's points spread as much as the whole way does, and look like it while
-  // they are nearer to each other than a pixel.
+  // Two images at Gauss's points have the same spread as the whole motion, and a similar appearance
+  // while they are less than a pixel apart.
   if (blur_px < 1.5) return {-1 / std::sqrt(3.0), 1 / std::sqrt(3.0)};
   const int count = std::clamp(static_cast<int>(std::ceil(blur_px / 0.75)), 3, 64);
   std::vector<double> moments(static_cast<std::size_t>(count));
@@ -38,7 +38,7 @@ std::vector<double> Moments(double blur_px) {
   return moments;
 }
 
-/// How far a ray from inside of the room runs, in lengths of `direction`.
+/// Length of a ray from inside the room to its hull, in lengths of `direction`.
 double DistanceToHull(const Vector3d& from, const Vector3d& direction, const Room& room) {
   const Vector3d size(room.length_m, room.width_m, room.height_m);
   double distance = std::numeric_limits<double>::infinity();

@@ -38,7 +38,7 @@ Points Lawnmower(const Path& path) {
 
 Points Loops(const Path& path) {
   const auto [x_min, y_min, x_max, y_max] = path.area_m;
-  // From the middle of a side, so that all four corners are alike.
+  // Starts at the middle of a side, so that all four corners are equal.
   const double x_start = (x_min + x_max) / 2;
   Points points{{x_start, y_min}};
   for (int lap = 0; lap < path.laps; ++lap) {
@@ -82,7 +82,7 @@ Points PathPoints(const Scene& scene) {
   return scene.path.waypoints_m;
 }
 
-/// Where the robot is, tilted where something lies in its way.
+/// Pose of the robot, tilted over debris.
 Eigen::Isometry3d BaseAt(const Scene& scene, const Drive& drive, double time_s) {
   const Pose2 T_map_axle = drive.PoseAt(time_s);
   const Tilt tilt = TiltAt(scene.debris, drive.WayAt(time_s));

@@ -34,7 +34,7 @@ Hit RoomSurfaces::Trace(const Vector3d& from,
   }
   if (axis < 2) return TraceWall(axis, d[axis] > 0, from + distance * d);
   if (d.z() > 0) return {0, kCeiling};
-  // Seen flat, a pixel spans more of the floor.
+  // At a flat angle, a pixel covers more of the floor.
   const double footprint = distance * pixel_span * d.norm() / std::abs(d.z());
   return {FloorLight(from + distance * d, footprint), kFloor};
 }

@@ -50,7 +50,7 @@ WallPosters::WallPosters(const Scene& scene) {
     std::size_t wall = 0;
     while (wall < 3 && place > lengths.at(wall)) place -= lengths.at(wall++);
     Poster poster = Make(room, random);
-    poster.left_m = place - poster.width_m / 2;  // what reaches around the corner is cut off
+    poster.left_m = place - poster.width_m / 2;  // the part beyond the corner is cut off
     poster.first_field = fields;
     fields += poster.columns * poster.rows;
     Hang(static_cast<int>(wall), poster);
