@@ -33,10 +33,9 @@ struct StatusRecord {
   /// Covariances of (x, y, yaw) of the poses, metres and radians: only the variances, because the
   /// file has no others.
   std::vector<Eigen::Matrix3d> covariances;
-  std::vector<FrameStatus> placed;    ///< of each pose
-  std::vector<FrameStatus> unplaced;  ///< of the frames that have none
-  std::map<std::string, std::int64_t>
-      frames;  ///< number of frames by status, with the file's spelling
+  std::vector<FrameStatus> placed;             ///< of each pose
+  std::vector<FrameStatus> unplaced;           ///< of the frames that have none
+  std::map<std::string, std::int64_t> frames;  ///< number of frames by status, as spelt in the file
 };
 
 /// Columns may have any order; `peak` and `inliers` may be missing.

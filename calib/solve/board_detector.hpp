@@ -17,8 +17,7 @@ struct BoardView {
   /// Width of the edges between squares, from 10 to 90 % of their contrast: 1 to 3 px in a sharp
   /// image.
   double edge_px = 0;
-  double square_px =
-      0;  ///< shortest distance from a corner to its neighbour in the same row or column
+  double square_px = 0;  ///< shortest distance between neighbouring corners
 };
 
 /// Finds the board's corners, to some hundredths of a pixel in a sharp image. A chessboard must be

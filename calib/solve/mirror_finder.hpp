@@ -49,10 +49,8 @@ struct MirrorRingFit {
   /// True: the robot in the middle is round and the inner circle is its border. False: the inner
   /// circle is the smallest one around the centre that contains the robot.
   bool round_body = false;
-  bool body_seen =
-      false;  ///< false: no static content in the middle; the inner radius is an estimate
-  double rim_ratio =
-      0;  ///< fraction of all directions in which the rim is visible and on the circle
+  bool body_seen = false;            ///< false: no static content; the inner radius is an estimate
+  double rim_ratio = 0;              ///< fraction of directions with the rim on the circle
   double rim_sigma_px = 0;           ///< of a single direction
   std::vector<Eigen::Vector2d> rim;  ///< detected points
   std::vector<Eigen::Vector2d> body;

@@ -16,7 +16,7 @@ std::mutex& PlannerMutex() {
   return mutex;
 }
 
-/// The way there and back, destroyed under the planner's lock.
+/// The plans of both directions, destroyed under the planner's lock.
 struct PlanPair {
   fftwf_plan forward = nullptr;
   fftwf_plan inverse = nullptr;
@@ -116,7 +116,7 @@ RealFft RealFft::Lines(int count, int length) {
 void RealFft::Forward(std::span<const float> in, std::span<std::complex<float>> out) const {
   RequireSize(in.size(), real_size_);
   RequireSize(out.size(), spectrum_size_);
-  // A multi-dimensional r2c transform out of place leaves its input as it is.
+  // A multi-dimensional r2c transform out of place does not change its input.
   fftwf_execute_dft_r2c(plans_->forward, const_cast<float*>(in.data()), AsFftw(out.data()));
 }
 

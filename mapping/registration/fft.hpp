@@ -13,8 +13,8 @@ class AlignedArray {
  public:
   AlignedArray() = default;
   explicit AlignedArray(std::size_t size);
-  /// Gives the array `size` elements; keeps its memory (and contents) when that is its size
-  /// already.
+  /// Resizes the array to `size` elements; keeps its memory and contents if the size does not
+  /// change.
   void Resize(std::size_t size) {
     if (size != size_) *this = AlignedArray(size);
   }
@@ -37,27 +37,27 @@ using RealArray = AlignedArray<float>;
 using ComplexArray = AlignedArray<std::complex<float>>;
 
 /// Real-to-complex FFT and its inverse in single precision, unnormalised (a round trip multiplies
-/// by the number of samples). The only place that knows FFTW, so that another FFT can stand in.
+/// by the number of samples). The only class that uses FFTW, so that the library can be replaced.
 ///
-/// Plans are FFTW_ESTIMATE plans: they take microseconds to make and are the same in every run, so
-/// that results are reproducible to the last bit; measured plans are 15-30 % faster and differ from
-/// run to run. Making and destroying plans is serialised inside; execution is const and
-/// thread-safe, as long as the buffers are not shared.
+/// Plans are FFTW_ESTIMATE plans: they are created in microseconds and are the same in every run,
+/// so that results are reproducible to the last bit; measured plans are 15-30 % faster and differ
+/// from run to run. Creating and destroying plans is serialised inside; execution is const and
+/// thread-safe if the buffers are not shared.
 class RealFft {
  public:
   /// 2-D transform of `rows` x `cols` samples, row-major; the spectrum has rows x (cols/2 + 1).
   static RealFft Plane(int rows, int cols);
-  /// `count` independent 1-D transforms of `length` samples that lie one after another.
+  /// `count` independent 1-D transforms of `length` consecutive samples each.
   static RealFft Lines(int count, int length);
 
   [[nodiscard]] std::size_t RealSize() const { return real_size_; }
   [[nodiscard]] std::size_t SpectrumSize() const { return spectrum_size_; }
 
-  /// @param in  RealSize() samples; kept. @param out  SpectrumSize() bins. Both from AlignedArray
-  /// memory of at
-  ///   least that size; @throws std::invalid_argument when a span is too small.
+  /// @param in  RealSize() samples; not changed. @param out  SpectrumSize() bins. Both from
+  /// AlignedArray memory of at least that size; @throws std::invalid_argument when a span is too
+  /// small.
   void Forward(std::span<const float> in, std::span<std::complex<float>> out) const;
-  /// @param in  destroyed for 2-D transforms.
+  /// @param in  Overwritten by 2-D transforms.
   void Inverse(std::span<std::complex<float>> in, std::span<float> out) const;
 
  private:
@@ -68,17 +68,17 @@ class RealFft {
   std::size_t spectrum_size_ = 0;
 };
 
-/// Complex FFT of many lines in single precision, unnormalised, as RealFft otherwise. Two real
-/// lines as the parts of one complex line transform in little more than half the time of two real
-/// ones.
+/// Complex FFT of many lines in single precision, unnormalised, like RealFft. Two real lines as the
+/// real and imaginary parts of one complex line take little more than half the time of two real
+/// transforms.
 class ComplexFft {
  public:
-  /// `count` independent 1-D transforms of `length` samples that lie one after another.
+  /// `count` independent 1-D transforms of `length` consecutive samples each.
   static ComplexFft Lines(int count, int length);
 
   [[nodiscard]] std::size_t Size() const { return size_; }
 
-  /// @param in, out  Size() values each, from AlignedArray memory; `in` is kept.
+  /// @param in, out  Size() values each, from AlignedArray memory; `in` is not changed.
   /// @throws std::invalid_argument when a span is too small.
   void Forward(std::span<const std::complex<float>> in, std::span<std::complex<float>> out) const;
   void Inverse(std::span<const std::complex<float>> in, std::span<std::complex<float>> out) const;
@@ -90,8 +90,8 @@ class ComplexFft {
   std::size_t size_ = 0;
 };
 
-/// Smallest n' <= n that is even and has only the prime factors 2, 3 and 5: a size that transforms
-/// fast. n >= 2.
+/// Largest n' <= n that is even and has only the prime factors 2, 3 and 5: a size with a fast
+/// transform. n >= 2.
 int FastFftSize(int n);
 
 }  // namespace ceilmap::registration

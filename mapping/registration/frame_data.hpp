@@ -12,23 +12,23 @@ namespace ceilmap::registration {
 struct ReferenceBlock {
   ComplexArray spectrum;  ///< of the windowed block
   double texture = 0;  ///< sharpness of its correlation peak in the worst direction, see BlockStage
-  bool blank = false;  ///< one grey level all over (black, saturated): tells nothing
+  bool blank = false;  ///< constant grey level (black, saturated): no information
 };
 
 /// An image at one resolution of the fine stage.
 struct Level {
   RealArray grey;         ///< grey levels 0..255, row-major
   float noise_sigma = 0;  ///< of white noise in `grey`, grey levels
-  /// Where this image has no content: integral (CV_32S) of the pixels without; empty: where no
-  /// image has any (RegistrarParams::mask).
+  /// Area without content: integral (CV_32S) of the pixels without content; empty: only that of the
+  /// common mask (RegistrarParams::mask).
   cv::Mat blank;
-  std::vector<ReferenceBlock> blocks;  ///< of the grid; empty until the image serves as a reference
+  std::vector<ReferenceBlock> blocks;  ///< of the grid; only of a reference
 };
 
-/// What FrameSpectrum keeps of an image. Immutable after Registrar::Analyze, but for the levels'
-/// blocks, which the first registration against this image fills in once, under the lock.
+/// Data of a FrameSpectrum. Immutable after Registrar::Analyze, except for the levels' blocks,
+/// which the first registration against this image computes once, under the lock.
 struct FrameSpectrum::Data {
-  bool coarse = false;    ///< the next three are there (not after Registrar::AnalyzeFine)
+  bool coarse = false;    ///< the next three are valid (not after Registrar::AnalyzeFine)
   RealArray flat;         ///< coarse working image: reduced, local mean removed
   ComplexArray spectrum;  ///< of `flat` under the window
   ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)

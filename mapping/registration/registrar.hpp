@@ -11,19 +11,19 @@
 
 namespace ceilmap::registration {
 
-/// Why a registration has an answer, or none.
+/// Result of a registration.
 enum class Verdict {
-  kOk,         ///< one motion explains the images, and no other does nearly as well
-  kNoTexture,  ///< an image shows nothing that could be registered (uniform, black, saturated)
-  kNoMatch,    ///< no motion brings the images to agreement: no or too little overlap
+  kOk,         ///< one motion explains the images, and no other one does nearly as well
+  kNoTexture,  ///< an image has no texture (uniform, black, saturated)
+  kNoMatch,    ///< the images agree under no motion: no or too little overlap
   kAmbiguous,  ///< several different motions explain the images about equally well (periodic
                ///< ceiling)
 };
 const char* ToString(Verdict verdict);
 
-/// What is known of the motion beforehand (odometry, a motion model, a compass). Rotations near it
-/// are tried first, others only when none of those explains the images; and it chooses among
-/// motions that the images leave open. It is never averaged into the result.
+/// Prior of the motion (odometry, a motion model, a compass). Rotations near it are tried first,
+/// others only when none of those explains the images; it also selects among motions that the
+/// images cannot distinguish. It is never averaged into the result.
 struct MotionPrior {
   ImageMotion motion;
   double sigma_px = 0;         ///< of tx and ty, > 0
@@ -32,17 +32,17 @@ struct MotionPrior {
 
 struct Registration {
   Verdict verdict = Verdict::kNoMatch;
-  ImageMotion motion;  ///< reference -> current; meaningless unless ok()
+  ImageMotion motion;  ///< reference -> current; only valid if ok()
   /// Of (tx_px, ty_px, theta_rad, ln scale), from the residuals of the fine stage; the scale's row
-  /// and column are zero when the scale is held at 1.
+  /// and column are zero when the scale is fixed at 1.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   double peak = 0;       ///< agreement of the images under the motion, 0..1
   double runner_up = 0;  ///< the same for the best different motion, 0..1
-  double overlap = 0;    ///< part of the reference image that the current one sees, 0..1
+  double overlap = 0;    ///< fraction of the reference image that the current one shows, 0..1
   int blocks = 0;        ///< blocks of the fine stage that could be compared
   int inliers = 0;       ///< those that agree with the motion
-  /// Other motions explain the images as well; the prior alone chose this one (kOk) or could not
-  /// (kAmbiguous). A place where this happens cannot be told from others by what is seen there.
+  /// Other motions explain the images as well; only the prior selected this one (kOk) or could not
+  /// (kAmbiguous). The images of such a place do not distinguish it from others.
   bool disambiguated_by_prior = false;
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
@@ -103,8 +103,8 @@ struct RegistrarParams {
   double min_evidence = 4.5;
 };
 
-/// Everything that is computed once of an image and kept: its working copies and spectra. Cheap to
-/// move and to share (the data behind it are immutable); made by Registrar::Analyze.
+/// Data that are computed once per image: its working copies and spectra. Cheap to move and to
+/// share (the data are immutable); created by Registrar::Analyze.
 class FrameSpectrum {
  public:
   FrameSpectrum() = default;
@@ -116,11 +116,11 @@ class FrameSpectrum {
   std::shared_ptr<Data> data_;
 };
 
-/// Registers images of one size. Holds FFT plans and scratch memory: one object per thread.
+/// Registers images of the same size. Contains FFT plans and scratch memory: one object per thread.
 class Registrar {
  public:
-  /// Images whose shorter side is below 240 px have few blocks to vote with: exact to a tenth of
-  /// a pixel (96 px: to a third), and sooner lost where much of what they see is new. They take as
+  /// Images whose shorter side is below 240 px have few blocks: they are accurate to a tenth of a
+  /// pixel (96 px: to a third), and fail earlier when much of their content is new. They take as
   /// long as images of twice their size.
   /// @throws InputError when a side has less than 96 or more than 16384 pixels.
   explicit Registrar(cv::Size size, const RegistrarParams& params = {});
@@ -128,48 +128,46 @@ class Registrar {
   Registrar(Registrar&&) noexcept;
   Registrar& operator=(Registrar&&) noexcept;
 
-  /// @param grey  CV_8UC1 of the registrar's size. @param mask  the same, 0 where this image has
-  /// no content beyond what all lack (RegistrarParams::mask); empty: none.
+  /// @param grey  CV_8UC1 of the registrar's size. @param mask  The same, 0 where this image has no
+  /// content in addition to the common mask (RegistrarParams::mask); empty: none.
   /// @throws InputError on another type or size.
   [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey, const cv::Mat& mask = {});
 
-  /// The same for Refine and RefinePlane alone, at a third of the time: a frame whose motion is
-  /// nearly known needs no more.
+  /// The same for Refine and RefinePlane only, in a third of the time: sufficient for a frame whose
+  /// motion is approximately known.
   [[nodiscard]] FrameSpectrum AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask = {});
 
-  /// Motion that takes pixels of `reference` to pixels of `current`. Never throws on image
+  /// Motion from pixels of `reference` to pixels of `current`. Never throws because of image
   /// content. @throws std::invalid_argument for spectra of AnalyzeFine.
   [[nodiscard]] Registration Register(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt);
 
-  /// How badly the images disagree under an exact motion. Two comparisons of the same reference
-  /// can be weighed against each other (Evidence), with different current images too.
+  /// Dissimilarity of the images under an exact motion. Two comparisons of the same reference can
+  /// be compared (Evidence), also with different current images.
   [[nodiscard]] Dissimilarity Compare(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const ImageMotion& motion);
 
-  /// The fine stage alone, from a motion that is known to about 10 px and 2 degrees (tracking on a
-  /// map, checking a prediction). kOk or kNoMatch; says nothing about other motions that might
-  /// explain the images too.
+  /// Only the fine stage, from a motion that is known to about 10 px and 2 degrees (tracking on a
+  /// map, checking a prediction). kOk or kNoMatch; other motions that might explain the images too
+  /// are not searched.
   [[nodiscard]] Registration Refine(const FrameSpectrum& reference,
                                     const FrameSpectrum& current,
                                     const ImageMotion& start);
 
-  /// The plane-induced motion with pitch and roll (GEOMETRY section 4), from a motion that is known
-  /// to a few degrees, e.g. PlaneMotion::FromSimilarity of a Register result. The reference must be
-  /// a level view. Two or three rounds of measuring and fitting; `ok` is false where too few blocks
-  /// can be compared.
+  /// The plane-induced motion with pitch and roll, from a motion that is known to a few degrees,
+  /// e.g. PlaneMotion::FromSimilarity of a Register result. The reference must be a level view. Two
+  /// or three rounds of measuring and fitting; `ok` is false when too few blocks can be compared.
   [[nodiscard]] PlaneFit RefinePlane(const FrameSpectrum& reference,
                                      const FrameSpectrum& current,
                                      const PlaneCamera& camera,
                                      const PlaneMotion& start,
                                      const PlaneFitParams& params = {});
 
-  /// The places that RefinePlane fits a motion to, for those who fit more than one motion to them:
-  /// where blocks of the reference are seen in the current image, pixels of the full images
-  /// from their centres. @param motion  known to about 2 px over the image. Needs no level
-  /// reference.
+  /// The measurements of RefinePlane, for fits of more than one motion: positions of blocks of the
+  /// reference in the current image, pixels of the full images relative to their centres. @param
+  /// motion  Known to about 2 px over the image. The reference need not be level.
   [[nodiscard]] std::vector<PlaneShift> MeasurePlane(const FrameSpectrum& reference,
                                                      const FrameSpectrum& current,
                                                      const PlaneCamera& camera,

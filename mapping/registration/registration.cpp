@@ -56,7 +56,7 @@ double Dissimilarity::Quantile(double fraction) const {
 }
 
 double Evidence(const Dissimilarity& a, const Dissimilarity& b) {
-  constexpr double kEveryday = 0.7;  // nats by which blocks differ without showing anything else
+  constexpr double kEveryday = 0.7;  // nats by which blocks differ without other content
   double evidence = 0;
   for (std::size_t i = 0; i < std::min(a.by_block.size(), b.by_block.size()); ++i) {
     if (a.by_block[i] < 0 || b.by_block[i] < 0) continue;
