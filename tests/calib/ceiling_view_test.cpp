@@ -175,7 +175,7 @@ TEST(CeilingView, TakesOutDistortion) {
   EXPECT_TRUE(view.Mask().empty()) << "a barrel lens sees more than its ideal image";
 }
 
-TEST(CeilingView, MasksWhatAPincushionLensDoesNotSee) {
+TEST(CeilingView, MasksPixelsOutsideAPincushionLens) {
   MountedCamera up = MakeUpwardCamera();
   up.camera.distortion[0] = 0.1;
   const CeilingView view(up, kCeiling);
@@ -259,7 +259,7 @@ TEST(CeilingView, RefusesOtherImages) {
             "use the rig of the camera that took it");
 }
 
-TEST(CeilingView, RefusesCamerasThatSeeNoCeiling) {
+TEST(CeilingView, RefusesCamerasWithoutAViewOfTheCeiling) {
   const MountedCamera good = MakeUpwardCamera();
   EXPECT_THROW(CeilingView(good, 0.4), InputError);
   EXPECT_THROW(CeilingView(good, -1), InputError);

@@ -137,7 +137,7 @@ TEST(ForwardView, RefusesOtherImages) {
                   "the camera that took it"));
 }
 
-TEST(ForwardView, RefusesCamerasThatDoNotLookForward) {
+TEST(ForwardView, RefusesCamerasThatDoNotPointForward) {
   const char* const message =
       "forward camera: its optical axis must point forward (within 45 deg); correct the camera's "
       "pose in the rig";

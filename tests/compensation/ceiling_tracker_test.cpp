@@ -123,7 +123,7 @@ TEST(CeilingTracker, ALevelRobotIsLevel) {
 }
 
 // Were it not enlarged, there would be too few blocks.
-TEST(CeilingTracker, ASmallImageTellsToo) {
+TEST(CeilingTracker, ASmallImageIsSufficient) {
   simulator::Scene scene = OddLab();
   scene.camera.width_px = 240;
   scene.camera.height_px = 180;
@@ -141,7 +141,7 @@ TEST(CeilingTracker, ASmallImageTellsToo) {
 }
 
 // An image is 2.2 / 228.5 * 320 = 3.08 m by 2.31 m of ceiling.
-TEST(CeilingTracker, OverlapIsWhatALevelRobotWouldSee) {
+TEST(CeilingTracker, OverlapIsThatOfALevelRobot) {
   Robot robot(synthetic::Lab());
   robot.StartAt({3, 2.5, 0});
   robot.Measure({3.1, 2.5, 0});
@@ -161,7 +161,7 @@ TEST(CeilingTracker, FindsAJump) {
   robot.ExpectRight(robot.Measure({3.5, 2.9, 0.5}, FrontUp(2, kAxle, 1)));
 }
 
-TEST(CeilingTracker, TellsNothingOfTheDarkAndGoesOnAfterIt) {
+TEST(CeilingTracker, NoResultInTheDarkAndContinuesAfterIt) {
   Robot robot;
   robot.StartAt({3, 2.5, 0});
   robot.ExpectRight(robot.Measure({3.05, 2.5, 0}));
@@ -170,7 +170,7 @@ TEST(CeilingTracker, TellsNothingOfTheDarkAndGoesOnAfterIt) {
   robot.ExpectRight(robot.Measure({3.15, 2.5, 0}, FrontUp(3, kAxle)));
 }
 
-TEST(CeilingTracker, TellsNothingOfAnotherCeiling) {
+TEST(CeilingTracker, NoResultForAnotherCeiling) {
   Robot robot;
   robot.StartAt({3, 2.5, 0});
   cv::Mat other(240, 320, CV_8UC1);

@@ -150,7 +150,7 @@ TEST(ForwardEquation, ZoomGivesTiltZero) {
 
 // Without a base line the zoom is 1 and says nothing of the wall: th1 (a wall infinitely far) and
 // the tilt that makes b = 0 both agree. A farthest wall tells them apart.
-TEST(ForwardEquation, NoBaseLineIsToldByTheFarthestWall) {
+TEST(ForwardEquation, NoBaselineIsReportedForTheFarthestWall) {
   std::mt19937 random(7);
   for (int i = 0; i < 1000; ++i) {
     Scene scene = Scene::Random(random);

@@ -35,7 +35,7 @@ TEST(ForwardEquation, AZoomAgainstTheBaseLineIsRefused) {
 
 // 5 cm of base line are too few for a zoom of that noise. Who does not tell the noise gets the
 // spurious root for a unique one now and then; who does gets both.
-TEST(ForwardEquation, ToldNoiseLeavesNoWrongTilt) {
+TEST(ForwardEquation, KnownNoiseLeavesNoWrongTilt) {
   std::mt19937 random(10);
   const double sigma = 0.005;
   int unique = 0;

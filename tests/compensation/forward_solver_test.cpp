@@ -112,7 +112,7 @@ TEST(ForwardSolver, RearWheelsThatClimbAreExactButForThePivotsPlace) {
   }
 }
 
-TEST(ForwardSolver, RollIsTheCamerasWhenItLooksStraightAhead) {
+TEST(ForwardSolver, RollIsTheCamerasWhenItPointsStraightAhead) {
   Scene scene;
   scene.pitch_rad = -3 * kRadPerDeg;
   scene.roll_rad = 2.5 * kRadPerDeg;
@@ -125,7 +125,7 @@ TEST(ForwardSolver, RollIsTheCamerasWhenItLooksStraightAhead) {
 }
 
 // Small turns about level axes: what is neglected is of second order, 3 deg * 3 deg = 0.16 deg.
-TEST(ForwardSolver, ACameraThatLooksAsideSeesPitchAndRollMixed) {
+TEST(ForwardSolver, ACameraThatPointsAsideMixesPitchAndRoll) {
   for (const double yaw_deg : {-30.0, 10.0, 30.0}) {
     for (const Vector2d& deg : {Vector2d(-3, 0), Vector2d(0, 2), Vector2d(-2, -2)}) {
       Scene scene;
@@ -198,7 +198,7 @@ TEST(ForwardSolver, AKeyframeFartherAheadIsNearerToTheWall) {
 }
 
 // The distance that a frame teaches is not the one that its own tilt was solved with.
-TEST(ForwardSolver, OneFrameIsNotSurerThanTheWallItWasSolvedWith) {
+TEST(ForwardSolver, OneFrameIsNotMoreAccurateThanItsWall) {
   Scene scene;
   scene.pitch_rad = -4.64 * kRadPerDeg;
   scene.wall_m = 1.9;

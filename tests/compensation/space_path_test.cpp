@@ -82,7 +82,7 @@ TEST(SpacePath, TurnsOnTheSpot) {
   EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }
 
-TEST(SpacePath, TellsNothingInTheDark) {
+TEST(SpacePath, NoResultInTheDark) {
   const simulator::Scene scene = synthetic::Lab();
   Walk walk(scene);
   walk.Step(FrameAt(0, {3, 3, 0}));

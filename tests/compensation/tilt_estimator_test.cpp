@@ -198,7 +198,7 @@ void Cross(int i, TiltFrame& frame) {
   cv::rectangle(frame.forward, cv::Rect(7 * i - 5, 80, 30, 60), cv::Scalar(30), cv::FILLED);
 }
 
-TEST(TiltEstimator, SomebodyWhoCrossesTheViewIsNoTilt) {
+TEST(TiltEstimator, APersonInTheViewIsNoTilt) {
   Recording& recording = Bumpy();
   // What is left of the view lies to one side, where a pitch looks like a little roll.
   recording.Run(TiltMethod::kForward, Cross);
@@ -239,7 +239,7 @@ TEST(TiltEstimator, BeginsAnewAfterTheDark) {
   EXPECT_LE(recording.Beyond(3), 1);
 }
 
-TEST(TiltEstimator, CountsWhatNobodySaw) {
+TEST(TiltEstimator, CountsFramesWithoutMeasurement) {
   Recording& recording = Bumpy();
   recording.Run(TiltMethod::kCeiling, [](int i, TiltFrame& frame) {
     if (i >= 3 && i < 10) frame.up.setTo(3);

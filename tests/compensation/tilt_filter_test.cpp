@@ -18,7 +18,7 @@ TiltAngles Angles(double pitch, double roll, double sigma) {
   return {Vector2d(pitch, roll), sigma * sigma * Matrix2d::Identity()};
 }
 
-TEST(TiltFilter, StartsLevelAndUnsure) {
+TEST(TiltFilter, StartsLevelWithALargeCovariance) {
   TiltFilter filter;
   filter.Predict(100);
   EXPECT_EQ(filter.Now().angles, Vector2d(0, 0));
@@ -77,7 +77,7 @@ TiltFilter Rising(const TiltFilterParams& params = {}) {
   return filter;
 }
 
-TEST(TiltFilter, PredictsAtTheRatesItHasSeen) {
+TEST(TiltFilter, PredictsWithTheMeasuredRates) {
   TiltFilter filter = Rising();
   filter.Predict(1.4);
   EXPECT_NEAR(filter.Now().angles[0], 0.14, 1e-3);
@@ -125,7 +125,7 @@ TEST(TiltFilter, CovarianceGrowsWithoutMeasurements) {
   EXPECT_GT(std::sqrt(last), 1);  // of two seconds nobody knows anything
 }
 
-TEST(TiltFilter, RestartsWithWhatItIsTold) {
+TEST(TiltFilter, RestartsWithTheGivenTilt) {
   TiltFilter filter = Rising();
   filter.Predict(1.1);
   const TiltAngles sure = Angles(-0.07, 0.02, 1e-3);

@@ -202,7 +202,7 @@ TEST_F(CalibrateCamera, CharucoBoards) {
   ExpectTestLens("up.yaml", 0.003, 1);
 }
 
-TEST_F(CalibrateCamera, ReportsToLookAt) {
+TEST_F(CalibrateCamera, WritesAReport) {
   const auto result =
       Run(With(kBoard, {"@good", "-o", "up.yaml", "--report=report", "--name=<up>"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;

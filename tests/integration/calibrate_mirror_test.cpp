@@ -110,7 +110,7 @@ TEST_F(CalibrateMirrorTest, ByHand) {
   EXPECT_TRUE(std::filesystem::exists(*folder_ / "by-hand.png"));
 }
 
-TEST_F(CalibrateMirrorTest, RecordingsThatTellNothing) {
+TEST_F(CalibrateMirrorTest, UnusableRecordings) {
   std::filesystem::create_directory(*folder_ / "still");
   for (const char* name : {"still/0.png", "still/1.png", "still/2.png"}) {
     folder_->Write(name, ReadAll(*folder_ / "turn/omni/000000.png"));

@@ -195,7 +195,7 @@ TEST_F(CalibrateRigTest, FindsTheMountUnderACeilingOfKnownHeight) {
   EXPECT_LT(off.angle() / kRadPerDeg, 0.1);
 }
 
-TEST_F(CalibrateRigTest, ATapedWayGivesTheCeilingsHeight) {
+TEST_F(CalibrateRigTest, AMeasuredDistanceGivesTheCeilingsHeight) {
   support::ProcessResult result = Calibrate(
       "spin/up", "straight/up", {"--rig=rough.yaml", "--distance=1.5", "--report=report"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -221,7 +221,7 @@ TEST_F(CalibrateRigTest, WithBothTheCamerasHeightComesOutToo) {
   ExpectTruth("camera_z_m", 0.4, 0.003 * 2.1);
 }
 
-TEST_F(CalibrateRigTest, AStepTellsTheAxleAndTheForwardCamera) {
+TEST_F(CalibrateRigTest, AStepGivesTheAxleAndTheForwardCamera) {
   const support::ProcessResult result = Calibrate("spin/up",
                                                   "straight/up",
                                                   {"--rig=ahead.yaml",
@@ -249,7 +249,7 @@ TEST_F(CalibrateRigTest, AStepTellsTheAxleAndTheForwardCamera) {
   EXPECT_TRUE(std::filesystem::exists(*folder_ / "step-report/figures/step.gp"));
 }
 
-TEST_F(CalibrateRigTest, AnAngleThatNothingTellsIsWarnedOf) {
+TEST_F(CalibrateRigTest, AnUndeterminedAngleCausesAWarning) {
   const support::ProcessResult result = Calibrate(
       "spin/up",
       "straight/up",

@@ -60,7 +60,7 @@ cv::Size MosaicSize(const std::filesystem::path& map) {
   return {kImageSize.height + kStep.y * last, kImageSize.width + kStep.x * last};
 }
 
-TEST(Program, TellsItsVersionAndItsCommands) {
+TEST(Program, PrintsItsVersionAndItsCommands) {
   const support::TestFolder folder;
   const support::ProcessResult version = support::RunCeilmap({"--version"}, folder.Path());
   EXPECT_EQ(version.exit_code, 0);
@@ -219,7 +219,7 @@ TEST(Map, KeepsWhatIsDoneWhenInterrupted) {
   }
 }
 
-TEST(Info, TellsWhatTheMapHolds) {
+TEST(Info, ReportsTheContentOfTheMap) {
   const Recordings test;
   ASSERT_EQ(
       test.Run({"map", "--rig=@rig.yaml", "--up=@run.avi", "--stamps=@stamps.csv", "-o", "m.gpkg"})

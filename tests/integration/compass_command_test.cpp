@@ -55,7 +55,7 @@ class CompassTest : public CompassCommand {
   }
 };
 
-TEST_F(CompassTest, LearnsATurnAndKnowsAnother) {
+TEST_F(CompassTest, FindsTheHeadingInASecondTurn) {
   const support::ProcessResult learned =
       Run(Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", "m", "--summary=l.json"}));
   EXPECT_EQ(learned.exit_code, 0) << learned.err;
@@ -203,7 +203,7 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
 
 // Colours of another order are other colours: all that is left is what is light and dark. The
 // compass may find its way by that, or not, but it must not be sure and wrong.
-TEST_F(CompassTest, IsNotSureOfColoursInAnotherOrder) {
+TEST_F(CompassTest, HasLowConfidenceForColoursInAnotherOrder) {
   Learn("m");
   ASSERT_LT(AskAgain("m"), kLargestMeanRad);
   const double usual_deg = SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>();

@@ -79,7 +79,7 @@ std::string Line(double off_x, double off_y, double pitch_deg) {
   return text;
 }
 
-TEST(Evaluate, TellsWhatCompensationIsWorth) {
+TEST(Evaluate, ReportsTheBenefitOfCompensation) {
   const Recordings test;
   test.in.Write("truth.tum", Line(0, 0, -4));
   test.in.Write("before.tum", Line(-0.2, 0.1, 0));
@@ -237,7 +237,7 @@ TEST(Evaluate, FindsTheOffsetOfAnotherClockAndAScale) {
                         "the motions agree with --offset 876.500\n"));
 }
 
-TEST(Evaluate, StatusFilesTellOfConsistencyAndHeadingsOfDrift) {
+TEST(Evaluate, StatusFilesGiveConsistencyAndHeadingsGiveDrift) {
   const Recordings test;
   std::string truth;
   std::string status =
@@ -282,7 +282,7 @@ TEST(Evaluate, StatusFilesTellOfConsistencyAndHeadingsOfDrift) {
   EXPECT_THAT(ReadAll(test.out / "report/s-errors.csv"), HasSubstr("\n7.000000,3.500000000,"));
 }
 
-TEST(Evaluate, AFrameThatTheMappingRunTells) {
+TEST(Evaluate, TheFrameOfTheMappingRun) {
   // The map is 10 m aside; the second robot is 0.25 m off on it, which no fit may take away.
   const Recordings test;
   const auto line = [](double off_m) {

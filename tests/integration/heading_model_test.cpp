@@ -94,7 +94,7 @@ TEST_F(HeadingModel, AgreesWithTheCeiling) {
 
 // The colours are sure of the heading before the ceiling comes into sight; looking a quarter to the
 // left, the robot cannot stand as the ceiling has it.
-TEST_F(HeadingModel, AHeadingThatIsSureRulesPlacesOut) {
+TEST_F(HeadingModel, AnAccurateHeadingExcludesPlaces) {
   std::vector<cv::Mat> images = CeilingImages();
   for (std::size_t i = 0; i < kTurning; ++i) images[i] = cv::Mat::zeros(kImageSize, CV_8UC1);
   support::WriteVideo(test_.in / "run.avi", images, 10);

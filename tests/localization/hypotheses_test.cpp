@@ -54,7 +54,7 @@ class HypothesesTest : public testing::Test {
   double x_ = 0;
 };
 
-TEST_F(HypothesesTest, OnePlaceIsBelievedOnceItIsConfirmed) {
+TEST_F(HypothesesTest, ASinglePlaceIsAcceptedAfterConfirmation) {
   Frame({{5, 0.2}});
   EXPECT_FALSE(AcceptedY());
   EXPECT_TRUE(hypotheses_.AnyMatch());
@@ -64,7 +64,7 @@ TEST_F(HypothesesTest, OnePlaceIsBelievedOnceItIsConfirmed) {
   EXPECT_EQ(AcceptedY(), 5);
 }
 
-TEST_F(HypothesesTest, PlacesThatFitAlikeAreNeverBelieved) {
+TEST_F(HypothesesTest, EquallyGoodPlacesAreNeverAccepted) {
   for (int i = 0; i < 30; ++i) {
     Frame({{5, 0.2}, {8, 0.2}});
     EXPECT_FALSE(AcceptedY()) << i;
@@ -93,12 +93,12 @@ TEST_F(HypothesesTest, APlaceThatIsNotRecognisedAnyMoreGoes) {
   EXPECT_EQ(AcceptedY(), 5);
 }
 
-TEST_F(HypothesesTest, LooksThatRestOnThePredictionConfirmNothing) {
+TEST_F(HypothesesTest, MatchesByThePriorConfirmNothing) {
   for (int i = 0; i < 10; ++i) Frame({{5, 0.2}}, true);
   EXPECT_FALSE(AcceptedY());
 }
 
-TEST_F(HypothesesTest, AtRestOnlyAGoodLookConfirmsAgain) {
+TEST_F(HypothesesTest, AtRestOnlyAGoodMatchConfirmsAgain) {
   const auto look_again = [this](double peak) {
     hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
       MapMatch match = MatchAt({0, 5, 0}, 0.2);
@@ -116,7 +116,7 @@ TEST_F(HypothesesTest, AtRestOnlyAGoodLookConfirmsAgain) {
   EXPECT_EQ(AcceptedY(), 5);
 }
 
-TEST_F(HypothesesTest, ManySmallStepsAreAWayToo) {
+TEST_F(HypothesesTest, ManySmallStepsAddUp) {
   hypotheses_.Add(MatchAt({0, 5, 0}, 0.2));
   hypotheses_.Weigh();
   double x = 0;
@@ -135,7 +135,7 @@ TEST_F(HypothesesTest, ManySmallStepsAreAWayToo) {
   EXPECT_LT(frames, 12);
 }
 
-TEST_F(HypothesesTest, ATrustedPlaceIsBelievedAtTheFirstLook) {
+TEST_F(HypothesesTest, ATrustedPlaceIsAcceptedAtTheFirstMatch) {
   hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
   Frame({{5, 0.2}}, true);
   EXPECT_EQ(AcceptedY(), 5);
@@ -153,7 +153,7 @@ TEST_F(HypothesesTest, AMotionThatMayBeAnotherEndsTrust) {
   EXPECT_FALSE(hypotheses_.All().front().trusted);
 }
 
-TEST_F(HypothesesTest, ALookFarFromWhereItWasExpectedIsAnotherPlace) {
+TEST_F(HypothesesTest, AMatchFarFromTheExpectedPoseIsAnotherPlace) {
   hypotheses_.Trust({{0, 5, 0}, 1e-6 * Eigen::Matrix3d::Identity()});
   hypotheses_.MatchAll([](const Hypothesis&) { return MatchAt({0, 5.2, 0}, 0.2); });
   EXPECT_FALSE(hypotheses_.AnyMatch());

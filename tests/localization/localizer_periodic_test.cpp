@@ -44,7 +44,7 @@ class PeriodicMap : public testing::Test {
 };
 TrueMap* PeriodicMap::map_ = nullptr;
 
-TEST_F(PeriodicMap, NoPlaceIsBelieved) {
+TEST_F(PeriodicMap, NoPlaceIsAccepted) {
   Visitor visitor(*map_);
   Pose2 T{1, 1, 0};
   bool ambiguous = false;
@@ -72,7 +72,7 @@ TEST_F(PeriodicMap, AStartKnownBadlyIsNot) {
   }
 }
 
-TEST_F(PeriodicMap, WhoIsCarriedAwayIsNotBelievedToBeWhereHeWas) {
+TEST_F(PeriodicMap, ACarriedRobotIsNotPlacedAtItsOldPose) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> off(-0.29, 0.29);  // within a tile of 0.6 m
   for (int trial = 0; trial < 8; ++trial) {
@@ -115,7 +115,7 @@ TEST_F(PeriodicMap, DarknessInWhichTheRobotDroveLeavesItOpen) {
 /// Under one marked tile, which tells the place but not by which quarter the robot is turned.
 const Pose2 kMark{1.8, 1.8, 0.2};
 
-TEST(MarkedTile, ACompassTellsByWhichQuarterTheRobotTurnedInTheDark) {
+TEST(MarkedTile, ACompassResolvesTheQuarterTurnInTheDark) {
   synthetic::CeilingParams ceiling = Periodic();
   ceiling.own_marks = {kMark.Translation() / synthetic::kUnit_m};
   const TrueMap map(ceiling);

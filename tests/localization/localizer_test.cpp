@@ -56,7 +56,7 @@ TEST_F(LocalizerTest, IsSwitchedOnAnywhereAndFollowed) {
   EXPECT_GE(report.searches, 6);
 }
 
-TEST_F(LocalizerTest, TheFirstSureFrameIsToldApart) {
+TEST_F(LocalizerTest, TheFirstAcceptedFrameHasItsOwnStatus) {
   Visitor visitor(*map_);
   Pose2 T{2, 2, 0};
   std::vector<TrackingStatus> seen;
@@ -66,7 +66,7 @@ TEST_F(LocalizerTest, TheFirstSureFrameIsToldApart) {
   EXPECT_EQ(seen.back(), TrackingStatus::kTracking);
 }
 
-TEST_F(LocalizerTest, AStartMakesItSureAtOnce) {
+TEST_F(LocalizerTest, AStartPoseIsAcceptedAtOnce) {
   LocalizerParams params;
   PoseEstimate start{{2.1, 1.95, 0.45}};
   start.covariance.diagonal() << 0.04, 0.04, 0.01;
@@ -116,7 +116,7 @@ TEST_F(LocalizerTest, IsFoundAgainAfterItWasCarriedAway) {
   }
 }
 
-TEST_F(LocalizerTest, NobodyCarriesItAwayWithinAMoment) {
+TEST_F(LocalizerTest, TheRobotIsNotCarriedAwayWithinAMoment) {
   // A damaged stream may show another place without a flaw.
   Visitor visitor(*map_);
   Pose2 T{1, 1, 0};
@@ -225,7 +225,7 @@ TEST_F(LocalizerTest, BadCallsAreRefused) {
   EXPECT_THROW(Localizer(*map_->map, UpCamera(5000, 0.5)), InputError);  // another scale
 }
 
-TEST_F(LocalizerTest, AGapInTimeIsNotBridgedByOneLook) {
+TEST_F(LocalizerTest, AGapInTimeIsNotBridgedByOneMatch) {
   Visitor visitor(*map_);
   Pose2 T{1.5, 1.5, 0};
   EXPECT_TRUE(visitor.Drive(T, {0, 0, 0}, 12).Placed());

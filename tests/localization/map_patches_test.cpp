@@ -35,7 +35,7 @@ class MapPatchesTest : public testing::Test {
 };
 TrueMap* MapPatchesTest::map_ = nullptr;
 
-TEST_F(MapPatchesTest, ShowWhatTheVisitorWouldSee) {
+TEST_F(MapPatchesTest, ShowTheViewOfTheLocalizedRobot) {
   // Noise of 1.5 grey levels is in the images; half a pixel of shift would make more than 4.
   const calib::CeilingView same(UpCamera(), synthetic::kCeiling_m);
   EXPECT_LT(Difference(same, {2.4, 2.0, 0}), 2.5);
@@ -46,7 +46,7 @@ TEST_F(MapPatchesTest, ShowWhatTheVisitorWouldSee) {
   EXPECT_LT(Difference(wider, {2.4, 2.0, 0.5}), 2.5);
 }
 
-TEST_F(MapPatchesTest, ACameraThatSeesCoarselyGetsMeans) {
+TEST_F(MapPatchesTest, ACoarseCameraGetsMeans) {
   const calib::CeilingView coarse(UpCamera(100, 0.2), synthetic::kCeiling_m);  // 24 mm a pixel
   registration::Registrar registrar(coarse.Size());
   const MapPatches patches(*map_->map, coarse, registrar);

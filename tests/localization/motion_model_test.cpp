@@ -39,7 +39,7 @@ TEST(MotionModel, LearnsAnEvenSpeedAndKeepsIt) {
   EXPECT_EQ(model.Stamp(), 3.0);  // PredictedAt changes nothing
 }
 
-TEST(MotionModel, KnowsLessTheLongerNothingIsSeen) {
+TEST(MotionModel, UncertaintyGrowsWithoutMeasurements) {
   MotionModel model;
   model.Start(Known({}), 10);
   double before = 0;

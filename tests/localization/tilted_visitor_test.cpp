@@ -102,7 +102,7 @@ TEST_F(TiltedVisitor, IsPlacedRightWhenItsTiltIsGiven) {
 }
 
 // 2 degrees under 2.6 m are 9 cm.
-TEST_F(TiltedVisitor, AnUnnoticedTiltIsToldAndHeldByTheCovariance) {
+TEST_F(TiltedVisitor, AnUnnoticedTiltIsReportedAndInTheCovariance) {
   for (const Tilt& tilt : {MakeTilt(2, 0, 0), MakeTilt(0, -1.5, 0), MakeTilt(-1.2, 1.2, 0)}) {
     Visitor visitor(*map_);
     int told = 0;

@@ -45,7 +45,7 @@ TEST(LoopCandidates, ByPositionMostOverlapFirst) {
   EXPECT_THAT(candidates.Find(4, 0.001, graph, kMaxAlike), ElementsAre(1, 0)) << "tied already";
 }
 
-TEST(LoopCandidates, ByLooksWhereThePositionIsNotKnown) {
+TEST(LoopCandidates, ByAppearanceWhereThePositionIsNotKnown) {
   const std::vector<Pose2> truth = {{0, 0, 0}, {5, 0, 0}, {10, 0, 0}, {15, 0, 0}, {0.2, 0.1, 0.3}};
   const DriveUnder drive({}, truth);
   LoopCandidatesParams params;

@@ -87,7 +87,7 @@ TEST(LoopCloser, LatestKeyframesFollowTheClosures) {
             0.6 * (by_odometry.Inverse() * truth).Translation().norm() + 0.005);
 }
 
-TEST(LoopCloser, FindsByItsLooksWhatIsLostByPosition) {
+TEST(LoopCloser, FindsByAppearanceWhenThePositionIsLost) {
   DriftParams drift;
   drift.sigma = 0.15;  // the edges know that they are bad
   drift.sigma_rad = 0.01;
@@ -97,7 +97,7 @@ TEST(LoopCloser, FindsByItsLooksWhatIsLostByPosition) {
   EXPECT_LT(closed.WorstClosure(), 0.001);
 }
 
-TEST(LoopCloser, PeriodicCeilingClosesOnlyWhereThePredictionTells) {
+TEST(LoopCloser, PeriodicCeilingClosesOnlyWithAnAccuratePrediction) {
   // Tiles of 0.6 m. Known to 2 mm a keyframe, the right tile is beyond doubt.
   const DriveUnder sharp(Periodic(60), Square(5, 1, 2));
   const Closed closed(sharp);

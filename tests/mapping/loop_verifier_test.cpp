@@ -92,7 +92,7 @@ TEST_F(TwoVisits, NothingIsSaidOfPartsThatNoPathJoins) {
   EXPECT_THAT(Verify(Closure(0, 8)), IsEmpty());
 }
 
-TEST_F(TwoVisits, WhatNobodyConfirmsIsForgotten) {
+TEST_F(TwoVisits, UnconfirmedClosuresAreForgotten) {
   LoopVerifierParams params;
   params.confirm_within = 2;
   judge_ = LoopVerifier(kUnitsPerPx, params);

@@ -90,7 +90,7 @@ TEST(MapMerge, PeriodicCeilingIsAmbiguous) {
   EXPECT_THAT(merged.results[1].reason, HasSubstr("is periodic"));
 }
 
-TEST(MapMerge, BaysThatLookAlikeAreAmbiguous) {
+TEST(MapMerge, IdenticalBaysAreAmbiguous) {
   // The same mark every 2 m, seen one or two at a time: every image fits at several places.
   CeilingParams bays = Periodic(0);
   for (int i = -20; i < 40; ++i) {
@@ -129,7 +129,7 @@ void AddHeadings(DriveUnder& drive, double first_variance) {
   }
 }
 
-TEST(MapMerge, ACompassTellsPartsApartThatLookAlikeAfterAQuarterTurn) {
+TEST(MapMerge, ACompassResolvesAliasingByAQuarterTurn) {
   const DriveUnder along_x(FourArms(), Row(2, 0, 9));
   std::vector<Pose2> along_y;
   for (const Pose2& T : Row(2, 0, 9)) along_y.push_back(Pose2{0, 0, std::numbers::pi / 2} * T);

@@ -107,7 +107,7 @@ TEST(OdometryWithCompass, FollowsAQuarterTurnWithinTwoFrames) {
   }
 }
 
-TEST(OdometryWithCompass, WithoutOneNobodyKnowsAfterSuchATurn) {
+TEST(OdometryWithCompass, WithoutOneThePoseIsUnknownAfterSuchATurn) {
   Drive drive(Periodic(kTilePx), false);
   DriveAndTurnFast(drive, kQuarter);
   int unknown = 0;
@@ -134,7 +134,7 @@ TEST(OdometryWithCompass, IsCarriedThroughTheDark) {
   }
 }
 
-TEST(OdometryWithCompass, DoesNotTellOneTileFromTheNext) {
+TEST(OdometryWithCompass, DoesNotResolveTranslationsByATile) {
   Drive drive(Periodic(kTilePx), true);
   for (int i = 0; i < 3; ++i) drive.See();
   for (int i = 0; i < 30; ++i) drive.SeeNothing({0, 0, kQuarter / 30});
@@ -147,7 +147,7 @@ TEST(OdometryWithCompass, DoesNotTellOneTileFromTheNext) {
   EXPECT_LT(drive.YawError(), 0.05) << "but how it is turned is known";
 }
 
-TEST(OdometryWithCompass, ADisturbedOneDoesNotHurtWhereTheCeilingTells) {
+TEST(OdometryWithCompass, ADisturbedOneIsHarmlessOnADistinctiveCeiling) {
   for (const double jump : {0.1, 0.5, kQuarter, 3.0}) {
     Drive drive({}, true);
     drive.See();

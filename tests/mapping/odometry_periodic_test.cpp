@@ -131,7 +131,7 @@ TEST(OdometryUnderTiles, KeyframesSayThatOnlyThePredictionPlacedThem) {
   EXPECT_EQ(marked, std::vector<bool>(marked.size(), false));
 }
 
-TEST(OdometryUnderTiles, APredictionThatHasProvedGoodTellsShortPeriodsApart) {
+TEST(OdometryUnderTiles, AnAccuratePredictionResolvesShortPeriods) {
   // The prior that a drive begins with could not choose among tiles of 0.3 m. Marks help over the
   // start; where they end, the robot has moved evenly for long enough.
   CeilingParams ceiling = Periodic(30);
@@ -170,7 +170,7 @@ TEST(OdometryUnderTiles, AStartByHalfATileIsAmbiguous) {
   }
 }
 
-TEST(OdometryUnderTiles, ANeighbourThatNobodyProposedCountsToo) {
+TEST(OdometryUnderTiles, ANeighbourThatWasNotProposedCountsToo) {
   // Still speeding up: the prediction is vague, and of the places a tile apart that fit, those far
   // from the last keyframe are not among the candidates.
   for (const double tiles : {0.5, 0.6, 0.7}) {

@@ -291,7 +291,7 @@ void DriveEvenly(Drive& drive, int frames = 12) {
   }
 }
 
-TEST(Odometry, ARobotThatJumpsIsNotBelieved) {
+TEST(Odometry, AJumpOfTheRobotIsNotAccepted) {
   // Images that a damaged stream shifted as a whole fit without a flaw.
   Drive drive;
   DriveEvenly(drive);
@@ -318,7 +318,7 @@ TEST(Odometry, OneFrameThatIsElsewhereCostsOnlyItself) {
   ExpectNear(after.pose.T_map_base, drive.Truth(), "after");
 }
 
-TEST(Odometry, AnUnevenStepIsDoubted) {
+TEST(Odometry, AnUnevenStepHasALargerCovariance) {
   Drive even;
   DriveEvenly(even);
   even.Move(0.06, 0);

@@ -238,7 +238,7 @@ TEST(InflateTiltCovariance, AgreesWithMonteCarlo) {
       << claimed;
 }
 
-TEST(InflateTiltCovariance, ByHandAndNothingWithoutDoubt) {
+TEST(InflateTiltCovariance, MatchesAManualResultAndIsZeroWithoutUncertainty) {
   // A pitch that is wrong by 0.01 rad under a ceiling of 2.6 m, of a robot that looks along y.
   const CeilingView view = OffsetView();
   graph::Edge edge;

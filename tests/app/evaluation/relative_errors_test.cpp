@@ -99,7 +99,7 @@ TEST(SelectPairs, OneMotionAfterTheOther) {
   EXPECT_EQ(SelectPairs(Line({0, 0.5, 1, 1.75, 2.25, 3.25}), params), (IndexPairs{{2, 4}, {4, 5}}));
 }
 
-TEST(MeasureSegments, ShareOfTheWay) {
+TEST(MeasureSegments, RatioOfTheDistance) {
   // Half-metre steps; the estimate is 2 % long and turns by 0.01 rad a step.
   std::vector<PosePair> poses;
   std::vector<double> distance_m;

@@ -74,7 +74,7 @@ TEST(FindTimeOffset, GapsAndScaleDoNoHarm) {
   EXPECT_TRUE(offset->IsReliable());
 }
 
-TEST(FindTimeOffset, ADriveThatRepeatsItselfIsNotSure) {
+TEST(FindTimeOffset, ARepetitiveDriveIsNotReliable) {
   const auto laps = [](double first_s, double offset_s) {
     std::vector<StampedPose> poses;
     for (int i = 0; i < 600; ++i) {
@@ -98,7 +98,7 @@ TEST(FindTimeOffset, NothingToGoBy) {
   EXPECT_FALSE(FindTimeOffset({still[0], still[1]}, {still[0], still[1]}));
 }
 
-TEST(FindTimeOffset, OtherDrivesAreNotSure) {
+TEST(FindTimeOffset, OtherDrivesAreNotReliable) {
   const auto offset = FindTimeOffset(Record(0, 60, 0.1), Record(1000, 1060, 0.1, 0, 0.003));
   EXPECT_TRUE(!offset || !offset->IsReliable()) << offset->unexplained;
 }

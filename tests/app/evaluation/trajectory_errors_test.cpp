@@ -101,7 +101,7 @@ TEST(EvaluateTrajectory, Sim2TakesAScaleOutToo) {
   EXPECT_LT(errors->per_frame->translation_m.max, 1e-12);
 }
 
-TEST(EvaluateTrajectory, TellsOfEachFrame) {
+TEST(EvaluateTrajectory, ReportsEachFrame) {
   // Up along y; the last pose is half a metre ahead of the true one and 0.1 m left of it.
   const double up = std::numbers::pi / 2;
   const auto errors = EvaluateTrajectory(Poses({{0, 0, up}, {0, 1, up}, {0, 3, up}}, 10),

@@ -128,7 +128,7 @@ TEST(TrajectoryFigures, LinesBreakWhereTheRobotWasLost) {
   EXPECT_THAT(data.substr(data.find("\n\n") + 2), Not(HasSubstr("\n\n")));
 }
 
-TEST(TrajectoryFigures, TellErrorsInAUnitThatFits) {
+TEST(TrajectoryFigures, ShowErrorsInASuitableUnit) {
   TrajectoryComparison comparison = Comparison(20);
   EXPECT_THAT(TrajectoryFigures(comparison)[2].plot, HasSubstr("position error (cm)"));
   for (FigureRun& run : comparison.runs) {

@@ -115,7 +115,7 @@ TEST_F(LivePageTest, ShowsTheMosaicAsItGrows) {
   EXPECT_NE(Ask()["picture"]["url"], url) << "browsers keep what has the same name";
 }
 
-TEST_F(LivePageTest, TheEndIsSeenByWhoIsLooking) {
+TEST_F(LivePageTest, TheLastStateReachesConnectedClients) {
   page_->Add(Frame(0), 1);
   Ask();
   page::PageData last;
@@ -131,7 +131,7 @@ TEST_F(LivePageTest, TheEndIsSeenByWhoIsLooking) {
   end.get();  // in time: it waits for nobody any more
 }
 
-TEST_F(LivePageTest, TheEndWaitsForNobodyWhoIsNotThere) {
+TEST_F(LivePageTest, TheEndDoesNotWaitWithoutClients) {
   page_->Add(Frame(0), 1);
   page_->Finish({});
   EXPECT_FALSE(Ask()["state"]["running"]);

@@ -109,7 +109,7 @@ TEST(PageServer, APortIsServedByOne) {
   EXPECT_THROW(PageServer({"198.51.100.1", 0}, {}), InputError);  // not of this machine
 }
 
-TEST(PageServer, WhoDawdlesKeepsNobodyElseWaiting) {
+TEST(PageServer, ASlowClientDoesNotDelayOthers) {
   const auto server = Serve();
   // Connections on which nothing is ever asked.
   std::vector<int> sockets;

@@ -180,7 +180,7 @@ TEST_F(PageInBrowser, SaysThatTheRunHasEnded) {
   EXPECT_NEAR(State()["time"].get<double>(), sample::TruePose(599).stamp_s, 2e-6);
 }
 
-TEST_F(PageInBrowser, SaysThatNobodyAnswersUntilSomebodyDoes) {
+TEST_F(PageInBrowser, ShowsThatTheServerDoesNotAnswerUntilItDoes) {
   RunningRun run(*browser_);
   run.Show(200);
   ASSERT_NO_FATAL_FAILURE(run.Open());

@@ -7,7 +7,7 @@
 namespace ceilmap::recordings {
 namespace {
 
-TEST(ColouredRatio, TellsColourFromGrey) {
+TEST(ColouredRatio, SeparatesColourFromGrey) {
   cv::Mat image(80, 120, CV_8UC3, cv::Scalar(90, 95, 99));  // what encoders make of grey
   EXPECT_EQ(ColouredRatio(image), 0);
   image.colRange(0, 30).setTo(cv::Scalar(90, 95, 140));

@@ -107,7 +107,7 @@ TEST(FrameSource, ColourWhereItIsAskedFor) {
   }
 }
 
-TEST(FrameSource, APatternTellsItsGaps) {
+TEST(FrameSource, APatternReportsItsGaps) {
   const support::TestFolder folder;
   support::WriteImages(folder / "run", Images(5));
   fs::remove(folder / "run/frame0.png");

@@ -102,7 +102,7 @@ TEST(SynchronizedStream, AnotherFrameRate) {
 }
 
 // The first camera's stamps, 100.0 and on; the forward video has twice as many frames.
-TEST(SynchronizedStream, StampsOfAnotherRecordingOnlyTellWhenItBegins) {
+TEST(SynchronizedStream, StampsOfAnotherRecordingGiveOnlyItsStart) {
   const support::TestFolder folder;
   support::WriteVideo(folder / "forward.avi", Numbered(20), 20);
   const auto stamps = folder.Write("up.csv", support::StampsCsv(10, 100, 0.1));

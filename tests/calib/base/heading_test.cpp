@@ -21,7 +21,7 @@ HeadingTurn TurnOver(const std::vector<HeadingPrior>& headings, std::size_t mark
   return since.Turn().value();
 }
 
-TEST(HeadingSince, KnowsNothingBeforeSomethingIsMarked) {
+TEST(HeadingSince, HasNoTurnBeforeAMark) {
   HeadingSince since;
   EXPECT_FALSE(since.Turn());
   since.Mark();
@@ -52,7 +52,7 @@ TEST(HeadingSince, DriftThatWasTakenOutAndCameAgainCountsTwice) {
   EXPECT_NEAR(TurnOver({{0, 1e-9}, {1, 0.04}, {1, 0.01}}, 1).variance_rad2, 0.03 + kSingles, 1e-9);
 }
 
-TEST(HeadingSince, ASourceThatIsNeverSureIsNotMadeSureByADifference) {
+TEST(HeadingSince, ADifferenceOfInaccurateHeadingsIsInaccurate) {
   const double variance = 0.0076;  // 5 degrees, always
   const HeadingTurn turn = TurnOver({{0, variance}, {1, variance}, {1.2, variance}}, 0);
   EXPECT_NEAR(turn.variance_rad2, 2 * variance, 1e-12);

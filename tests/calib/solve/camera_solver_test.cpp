@@ -199,7 +199,7 @@ TEST(Lens, DerivativesAreThoseOfTheProjection) {
   }
 }
 
-TEST(ViewChoice, TakesWhatTellsMost) {
+TEST(ViewChoice, TakesTheMostInformativeViews) {
   const Lens lens = TestLens();
   const std::vector<BoardPose> good = GoodPoses(TestBoard(), lens);
   std::vector<BoardPose> poses;
@@ -246,7 +246,7 @@ TEST_F(Judging, RefusesLevelViews) {
   EXPECT_THAT(judgement.faults.front(), HasSubstr("no view with the board tilted by more than"));
 }
 
-TEST_F(Judging, TellsWhereBoardsAreMissing) {
+TEST_F(Judging, ReportsWhereBoardsAreMissing) {
   std::vector<BoardPose> poses;
   for (const double tilt : {-0.6, -0.3, 0.3, 0.6}) {
     poses.push_back(At(0.35, 0.4, tilt, 0.45));

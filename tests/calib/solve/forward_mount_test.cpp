@@ -144,7 +144,7 @@ TEST(ForwardMount, FindsTheTurnOfExactMatches) {
   EXPECT_EQ(mount.inliers, mount.matches);
 }
 
-TEST(ForwardMount, AStepTellsAllThree) {
+TEST(ForwardMount, AStepGivesAllThreeAngles) {
   Room room(2, 0.1);
   const ForwardMount mount = SolveForwardMount(OverAStep(room), Start(), Params());
   ASSERT_TRUE(mount.ok);
@@ -170,7 +170,7 @@ TEST(ForwardMount, ErrorsAreAsLargeAsTheirDeviations) {
   EXPECT_GT(sum / kTimes, 0.1);
 }
 
-TEST(ForwardMount, AStraightDriveDoesNotTellTheRoll) {
+TEST(ForwardMount, AStraightDriveDoesNotGiveTheRoll) {
   Room room(3, 0.1);
   const ForwardMount mount = SolveForwardMount(Straight(room), Start(), Params());
   ASSERT_TRUE(mount.ok);

@@ -124,7 +124,7 @@ TEST(MirrorFinder, WhatMovesIsNotRound) {
   EXPECT_EQ(FindRing(activity).fault, MirrorFault::kNoRim);
 }
 
-TEST(MirrorFinder, OneImageTellsRoughly) {
+TEST(MirrorFinder, OneImageGivesARoughResult) {
   std::mt19937 random(3);
   const MirrorRingFit fit = FindRing(MirrorImage(1, {}, random));
   ASSERT_EQ(fit.fault, MirrorFault::kNone);

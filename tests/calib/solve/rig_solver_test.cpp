@@ -134,7 +134,7 @@ TEST(RigSolver, FindsTheMountOfExactPlaces) {
   EXPECT_EQ(solution.inliers, solution.places);
 }
 
-TEST(RigSolver, TheCentreIsToldInBaseAxes) {
+TEST(RigSolver, TheCentreIsGivenInBaseAxes) {
   // Turned by 90 degrees, what is above the image's centre (smaller v) is ahead.
   RigMount mount;
   mount.yaw_rad = 90 * kRadPerDeg;

@@ -114,7 +114,7 @@ TEST(FftCompass, FollowsARobotThatDrivesSideways) {
   EXPECT_GT(Drive(untold, room, poses).Largest(), 3 * kRadPerDeg);
 }
 
-TEST(FftCompass, FollowsARobotThatTurnsAsItLikesOnItsWay) {
+TEST(FftCompass, FollowsARobotThatTurnsFreelyOnItsPath) {
   std::vector<Pose2> poses = Circle(1.05);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     poses[i].yaw = 0.4 * std::sin(0.08 * static_cast<double>(i));
@@ -123,7 +123,7 @@ TEST(FftCompass, FollowsARobotThatTurnsAsItLikesOnItsWay) {
   EXPECT_LT(run.Largest(), 1.2 * kRadPerDeg);
 }
 
-TEST(FftCompass, NeedsNoExactWay) {
+TEST(FftCompass, NeedsNoExactTravel) {
   cv::RNG random(3);
   const PanoramaRoom room(1);
   FftCompass compass;
@@ -156,7 +156,7 @@ TEST(FftCompass, TurnsFurtherThanItCouldPredict) {
   EXPECT_LT(Drive(compass, room, poses).Largest(), 0.2 * kRadPerDeg);
 }
 
-TEST(FftCompass, KnowsPlacesAgain) {
+TEST(FftCompass, RecognisesPlaces) {
   FftCompassParams params;
   params.revisits = 0;
   FftCompass forgetful(params);
@@ -178,7 +178,7 @@ TEST(FftCompass, KeepsABoundedNumberOfReferences) {
   EXPECT_GT(compass.References(), 20);
 }
 
-TEST(FftCompass, HoldsItsHeadingWhereNothingIsToBeSeen) {
+TEST(FftCompass, HoldsItsHeadingWithoutTexture) {
   FftCompass compass;
   const PanoramaRoom room(9);
   const std::vector<Pose2> poses = Circle(0.5);

@@ -16,7 +16,7 @@ double Apart(double a, double b) {
   return std::abs(WrapAngle(2 * (a - b))) / 2;
 }
 
-TEST(TravelTrack, OfAnUnknownWayTakesAnArc) {
+TEST(TravelTrack, OfUnknownTravelTakesAnArc) {
   TravelTrack track;
   track.Move(std::nullopt);
   const TravelTrack::Spot start = track.Arrive(0);
@@ -26,7 +26,7 @@ TEST(TravelTrack, OfAnUnknownWayTakesAnArc) {
   EXPECT_NEAR(track.DirectionFrom(start, pi / 2, pi / 2), -pi / 4, 1e-12);
 }
 
-TEST(TravelTrack, OfAKnownWayTakesTheChord) {
+TEST(TravelTrack, OfKnownTravelTakesTheChord) {
   const Pose2 poses[] = {{2, 1, 0.3}, {2.5, 1.5, 1}, {2.4, 2.5, -2}, {1, 3, 3}};
   TravelTrack track;
   track.Move(std::nullopt);
@@ -50,7 +50,7 @@ TEST(TravelTrack, KeepsItsDirectionWhileItStands) {
   EXPECT_DOUBLE_EQ(track.DirectionFrom(here, 0.2, 0.2), pi / 2 - 0.1);
 }
 
-TEST(TravelTrack, DoesNotComparePlacesAcrossAnUnknownWay) {
+TEST(TravelTrack, DoesNotComparePlacesAcrossUnknownTravel) {
   TravelTrack track;
   track.Move(Eigen::Vector2d(0, 0.1));
   const TravelTrack::Spot before = track.Arrive(0);

@@ -59,7 +59,7 @@ TEST(Exposure, LeavesOutliersAside) {
   Scene(20, 2000, 0.005, 0.05).ExpectSolved(4e-3);
 }
 
-TEST(Exposure, APointSeenByAllKeyframesIsNoBurden) {
+TEST(Exposure, APointInAllKeyframesIsNotExpensive) {
   // 300 keyframes on one spot: each of the few points is seen by all of them.
   cv::RNG rng(3);
   std::vector<double> gains;

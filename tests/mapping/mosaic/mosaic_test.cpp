@@ -286,7 +286,7 @@ TEST(Mosaic, BlankBordersLeaveNoDarkSeam) {
   }
 }
 
-TEST(Mosaic, WhatNoImageHasContentForIsNotSeen) {
+TEST(Mosaic, PixelsWithoutContentAreTransparent) {
   store::MapMetadata metadata = store::synthetic::Metadata({64, 48}, 0.5);
   metadata.T_base_view = {};
   cv::Mat image(48, 64, CV_8UC1, cv::Scalar(99));

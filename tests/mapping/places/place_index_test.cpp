@@ -81,7 +81,7 @@ TEST(PlaceIndex, AgreesWithBruteForce) {
   }
 }
 
-TEST(PlaceIndex, TellsHowAImageLiesToTheKeyframe) {
+TEST(PlaceIndex, GivesTheMotionFromTheKeyframe) {
   std::mt19937 random(8);
   PlaceIndex index(kDimension);
   std::vector<cv::Mat> places;
@@ -105,7 +105,7 @@ TEST(PlaceIndex, TellsHowAImageLiesToTheKeyframe) {
   }
 }
 
-TEST(PlaceIndex, ASingleWindowTellsWhereButNotHowTurned) {
+TEST(PlaceIndex, ASingleDescriptorGivesThePositionButNotTheYaw) {
   std::mt19937 random(9);
   PlaceIndex index(kDimension);
   cv::Mat first;
@@ -122,7 +122,7 @@ TEST(PlaceIndex, ASingleWindowTellsWhereButNotHowTurned) {
   EXPECT_FLOAT_EQ(static_cast<float>(matches[0].T_stored_query.y), first.at<float>(2, 1));
 }
 
-TEST(PlaceIndex, FindsKeyframesSeenAgain) {
+TEST(PlaceIndex, FindsRevisitedKeyframes) {
   std::mt19937 random(6);
   PlaceIndex index(kDimension);
   std::vector<cv::Mat> keyframes;

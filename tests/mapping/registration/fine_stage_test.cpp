@@ -79,7 +79,7 @@ TEST_F(FineStageTest, HoldsUnderBlurOfOneImage) {
   EXPECT_LT(AngleErrorDeg(finalist.result.motion, truth), 0.05);
 }
 
-TEST_F(FineStageTest, BelievesNoWrongHypothesis) {
+TEST_F(FineStageTest, AcceptsNoWrongHypothesis) {
   const ImageMotion truth{21.4, 8.3, 0.1, 1};
   Analyze(ceiling_.Render(kSize), reference_);
   Analyze(ceiling_.Render(kSize, truth), current_);
@@ -94,7 +94,7 @@ TEST_F(FineStageTest, BelievesNoWrongHypothesis) {
   }
 }
 
-TEST_F(FineStageTest, TellsTheTrueMotionFromOneByATile) {
+TEST_F(FineStageTest, SeparatesTheTrueMotionFromOneByATile) {
   const SyntheticCeiling tiles({.tile_px = 60,
                                 .tile_grey = 0,
                                 .speckle_grey = 0,

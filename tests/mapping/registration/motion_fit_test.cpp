@@ -65,7 +65,7 @@ TEST(FitRobust, ExactMotions) {
   }
 }
 
-TEST(FitRobust, HoldsTheScaleWhenTold) {
+TEST(FitRobust, HoldsAFixedScale) {
   const MotionFit fit = FitRobust(Grid(kSimilarity), WithScale(false));
   ASSERT_TRUE(fit.ok);
   EXPECT_EQ(fit.motion.scale, 1);
@@ -158,7 +158,7 @@ TEST(FitRobust, CovarianceOfBlocksOfDifferentQuality) {
   CheckCovariance(kRigid, true);
 }
 
-TEST(FitRobust, BlocksOnEdgesCountInTheDirectionTheySee) {
+TEST(FitRobust, BlocksOnEdgesCountAcrossTheEdge) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> along_the_edge(-4, 4);
   auto blocks = Grid(kRigid);

@@ -122,7 +122,7 @@ TEST(PlaneMotion, OneDegreeOfTiltMovesTheBorderByFourPixels) {
   EXPECT_NEAR(std::abs(motion.Apply(camera, {320, 0}).x() - 320 - centre), 3.9, 0.2);
 }
 
-TEST(PlaneMotion, FromSimilarityMovesPixelsAlike) {
+TEST(PlaneMotion, FromSimilarityMovesPixelsEqually) {
   for (const ImageMotion& motion : {ImageMotion{30, -20, 0.4, 1}, ImageMotion{-5, 60, -2, 1.1}}) {
     const PlaneMotion plane = PlaneMotion::FromSimilarity(kCamera, motion);
     EXPECT_EQ(plane.tilt_x, 0);
@@ -189,7 +189,7 @@ TEST(FitPlaneMotion, LampsBelowTheCeilingDropOut) {
   EXPECT_LT(d.dot(fit.covariance.ldlt().solve(d)), 36) << "six sigmas";
 }
 
-TEST(FitPlaneMotion, HoldsWhatItIsTold) {
+TEST(FitPlaneMotion, HoldsFixedParameters) {
   const PlaneMotion truth{0.1, -0.05, 0, 0.2, 0, 0};
   PlaneFitParams params;
   params.fit_height = false;

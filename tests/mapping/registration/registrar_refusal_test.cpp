@@ -56,7 +56,7 @@ TEST_F(RegistrarTest, UnrelatedImagesDoNotMatch) {
   EXPECT_GE(not_matched, kPairs - 6) << "the lines between tiles may be called ambiguous";
 }
 
-TEST_F(RegistrarTest, OtherPlacesOfATiledCeilingAreNeverTakenForSure) {
+TEST_F(RegistrarTest, OtherPlacesOfATiledCeilingAreNeverAccepted) {
   // The grid fits everywhere; grain, marks and lamps say that it is another place.
   for (std::uint32_t i = 0; i < 20; ++i) {
     const SyntheticCeiling ceiling({.seed = 300 + i});

@@ -218,7 +218,7 @@ TEST(MapFile, MapInPixelsWithoutMosaicOrFrames) {
   EXPECT_THROW((void)reader.ReadImage(0), InputError);
 }
 
-TEST(MapFile, MosaicThatNobodySawIsTransparent) {
+TEST(MapFile, UnmappedMosaicIsTransparent) {
   const support::TempFolder folder;
   {
     MapWriter writer(folder / "map.gpkg", SmallMap().metadata);

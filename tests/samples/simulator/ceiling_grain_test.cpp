@@ -106,7 +106,7 @@ TEST(CeilingGrain, OfASymmetricTileIsItsOwnAfterAQuarterTurn) {
   EXPECT_NEAR(Deviation(seen(0)) / deviation, 1, 0.2);  // as rich as the other
 }
 
-TEST(CeilingGrain, OfASymmetricTileIsTheSameInWhateverPart) {
+TEST(CeilingGrain, OfASymmetricTileIsTheSameInEveryPart) {
   Scene scene;
   scene.ceiling.kind = CeilingKind::kPeriodic;
   scene.ceiling.symmetric = true;

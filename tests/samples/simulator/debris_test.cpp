@@ -126,7 +126,7 @@ TEST(MakePathOverDebris, BesideTheBumpsTheDriveIsTheLevelOneBitByBit) {
   }
 }
 
-TEST(MakePathOverDebris, WayCountsTheAxlesMetresAndNoTurnOnTheSpot) {
+TEST(MakePathOverDebris, DistanceIsThatOfTheAxleWithoutTurnsOnTheSpot) {
   Path path;
   const Drive drive({{0, 0}, {1, 0}, {1, 2}}, path);
   const double metre_s = 2 * std::sqrt(1 / 0.6);

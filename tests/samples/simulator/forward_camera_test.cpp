@@ -252,7 +252,7 @@ TEST(ForwardCamera, ColoursLeaveTheLuminanceAlone) {
   EXPECT_GT(colourful, grey.rows * grey.cols / 50);
 }
 
-TEST(ForwardCamera, SeesMoversInTheirColours) {
+TEST(ForwardCamera, ShowsMoversInTheirColours) {
   Scene scene = DarkForwardScene();
   scene.movers = {{8, 4, 0.1, 2, 0, 2, 0, 1, 0.25, 0, 0, 0, -1e6, 1e6}};  // before it
   const Frame frame = StillFrame(0, {6, 4, 0});
@@ -278,7 +278,7 @@ TEST(ForwardCamera, IsRefusedWhereTheSceneHasNone) {
           "the scene has no forward camera; give it the group 'forward'"));
 }
 
-TEST(WallPosters, FollowTheSeedAndNoneHangsUnasked) {
+TEST(WallPosters, FollowTheSeedAndAreOptional) {
   Scene scene;
   const auto covered = [](const WallPosters& posters, const WallPosters& others) {
     int both = 0;

@@ -216,7 +216,7 @@ TEST(OmniCamera, ColoursFollowTheSeedAndLeaveTheLightAlone) {
   EXPECT_GT(max_colour, 0.2);
 }
 
-TEST(OmniCamera, MirrorOffCentreMovesTheImageAndTheRigOnlyWhenItKnows) {
+TEST(OmniCamera, MirrorOffCentreMovesTheImageAndOptionallyTheRig) {
   Scene scene = DarkOmniScene();
   scene.fixtures.boxes = {SmallBox({7.2, 4.3, 0.62})};
   const Vector2d centred = CentreOfLight(LightAt(Renderer(scene), {6, 4, 0}));

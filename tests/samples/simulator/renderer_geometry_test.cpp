@@ -68,7 +68,7 @@ TEST(RendererGeometry, MarkFollowsTheRigsCameraModelEverywhere) {
   }
 }
 
-TEST(RendererGeometry, TiltedRobotSeesTheMarkWhereTheTiltPutsIt) {
+TEST(RendererGeometry, TiltMovesTheMarkInTheImage) {
   const Renderer renderer(MarkedScene(6.1, 4.2, 0.01));
   Isometry3d T_map_base = Level(6, 4, 20);
   T_map_base.rotate(Eigen::AngleAxisd(-4 * kRadPerDeg, Vector3d::UnitY()));  // nose up

@@ -55,7 +55,7 @@ class ColourCompassTest : public testing::Test {
   calib::MountedCamera forward_ = ForwardCamera();
 };
 
-TEST_F(ColourCompassTest, KnowsItsHeadingWhereItLearned) {
+TEST_F(ColourCompassTest, FindsTheHeadingAtLearnedPlaces) {
   ColourCompass compass(Learn(), forward_);
   EXPECT_LT(WorstError(compass, {0, 0}), 0.05);
   EXPECT_EQ(compass.Counts().used, kTurnFrames);
@@ -131,7 +131,7 @@ TEST_F(ColourCompassTest, APlaceThatIsGivenIsTaken) {
   }
 }
 
-TEST_F(ColourCompassTest, TurnsTellHowFarThingsAre) {
+TEST_F(ColourCompassTest, TurnsGiveTheDepth) {
   const ColourModel model = Learn({}, 0.2);
   // From the camera on: the wall is 0.2 m nearer on one side than from the axle.
   EXPECT_NEAR(model.depth_m, room_.Radius(), 0.5);

@@ -90,7 +90,7 @@ std::vector<Reading> ReadAs(const Eigen::VectorXf& line) {
   return {{LineFeatures(line.transpose()), 1}};
 }
 
-TEST(FitChanging, WhatFitsEverywhereTellsLittle) {
+TEST(FitChanging, AFitInAllDirectionsGivesLittleInformation) {
   LineMatcher matcher(MostlyBare(7), 0.005, 0.3);
   LineFit fit;
   matcher.FitChanging(ReadAs(Eigen::VectorXf::Unit(kClasses * kClasses, 0)), 0, fit);
@@ -101,7 +101,7 @@ TEST(FitChanging, WhatFitsEverywhereTellsLittle) {
   EXPECT_NEAR(fit(0, 3), std::log(0.3), 0.35) << "a board may have come";
 }
 
-TEST(FitChanging, WhatWasNeverSeenSpeaksForNoDirection) {
+TEST(FitChanging, UnknownContentFavoursNoDirection) {
   LineMatcher matcher(MostlyBare(7), 0.005, 0.3);
   LineFit fit;
   matcher.FitChanging(ReadAs(Eigen::VectorXf::Zero(kClasses * kClasses)), 0, fit);

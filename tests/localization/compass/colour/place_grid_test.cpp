@@ -26,7 +26,7 @@ ColourModel Model(const std::vector<Eigen::Vector2d>& learned_at) {
   return model;
 }
 
-TEST(DirectionTable, AtTheCellAllStandsWhereItIsSeen) {
+TEST(DirectionTable, AtTheCellDirectionsAreUnchanged) {
   const DirectionTable table({0, 0}, 180);
   for (int step = 0; step < DirectionTable::kSteps; ++step) {
     const DirectionTable::Entry& entry = table.At(step);

@@ -38,7 +38,7 @@ TEST(StripTurn, DrivingAheadIsNoTurn) {
   }
 }
 
-TEST(StripTurn, NothingInCommonTellsNothing) {
+TEST(StripTurn, NoResultWithoutCommonContent) {
   const calib::MountedCamera forward = ForwardCamera();
   StripTurn strip(forward);
   strip.Next(ColouredRoom(1).See(forward, {0, 0, 0}));

@@ -38,7 +38,7 @@ TEST(Labrosse2004, AddsUpTurns) {
   EXPECT_EQ(compass.References(), 40);
 }
 
-TEST(Labrosse2004, SeesNoTurnOfLessThanHalfAColumn) {
+TEST(Labrosse2004, MeasuresNoTurnOfLessThanHalfAColumn) {
   const compass::Waves world(6, 90, CV_8UC1, 3);
   Labrosse2004 compass;
   for (int i = 0; i < 10; ++i) {
@@ -52,7 +52,7 @@ TEST(Labrosse2004, SeesNoTurnOfLessThanHalfAColumn) {
   }
 }
 
-TEST(Labrosse2004, HoldsTheHeadingWhereNothingIsSeen) {
+TEST(Labrosse2004, HoldsTheHeadingWithoutTexture) {
   const cv::Mat world = compass::RandomPanorama(9, 360, CV_8UC3, 4);
   const cv::Mat grey(9, 360, CV_8UC3, cv::Scalar(40, 90, 90));
   cv::Mat noise = compass::RandomPanorama(9, 360, CV_8UC3, 5) / 128 + grey;  // one grey level

@@ -129,7 +129,7 @@ TEST(Labrosse2006, FixedSkipsUseEveryNthFrame) {
   }
 }
 
-TEST(Labrosse2006, HoldsTheHeadingWhereNothingIsSeen) {
+TEST(Labrosse2006, HoldsTheHeadingWithoutTexture) {
   const compass::Waves world(8, 360, CV_8UC3, 6);
   const cv::Mat grey(8, 360, CV_8UC3, cv::Scalar(40, 90, 90));
   const cv::Mat noise = compass::RandomPanorama(8, 360, CV_8UC3, 7) / 128 + grey;
@@ -218,7 +218,7 @@ TEST(Labrosse2006, FieldsOfViewFollowTheTravel) {
 }
 
 // Blue against red of the same brightness.
-TEST(Labrosse2006, SeesColours) {
+TEST(Labrosse2006, UsesColours) {
   const cv::Mat blue = compass::Waves(8, 360, CV_8UC1, 13).At(0);
   cv::Mat colours;
   cv::merge(std::vector<cv::Mat>{blue, cv::Mat(blue.size(), CV_8UC1, cv::Scalar(80)), 255 - blue},
