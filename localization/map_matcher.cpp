@@ -38,11 +38,12 @@ calib::CeilingView MakeFirstView(const store::MapReader& map, const calib::Mount
   constexpr double kMaxScale = 4;
   const double scale = view.MetresPerPixel() / metadata.view_units_per_px;
   if (scale > kMaxScale || scale < 1 / kMaxScale) {
-    throw InputError(fmt::format(
-        "the camera sees {:.2g} mm of this ceiling in a pixel, the map's camera {:.2g} mm: too "
-        "different to be compared; check the rig's focal length and height",
-        1e3 * view.MetresPerPixel(),
-        1e3 * metadata.view_units_per_px));
+    throw InputError(
+        fmt::format("a pixel of the camera covers {:.2g} mm of this ceiling, one of the map's "
+                    "camera {:.2g} mm: too "
+                    "different to be compared; check the rig's focal length and height",
+                    1e3 * view.MetresPerPixel(),
+                    1e3 * metadata.view_units_per_px));
   }
   return view;
 }

@@ -80,7 +80,7 @@ MirrorObservation ObserveImage(const std::string& file) {
 MirrorObservation ObserveRecording(const CalibrateMirrorParams& params) {
   recordings::FrameSource source(params.omni,
                                  {.pixels = recordings::Pixels::kColour, .stamps = params.stamps});
-  terminal::Progress progress("looking", "frames", source.ExpectedFrames());
+  terminal::Progress progress("searching", "frames", source.ExpectedFrames());
   MirrorObservation observation;
   calibration::MirrorActivity activity;
   recordings::Frame frame;

@@ -157,8 +157,8 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
                   found);
   out.stages_ms["motion"] = terminal::MillisecondsSince(moving);
   if (found.forward) values.T_base_forward = found.forward->T_base_forward;
-  for (const std::string& doubt : recordings::Contradictions(found, params.step))
-    terminal::Warn("{}", doubt);
+  for (const std::string& warning : recordings::Contradictions(found, params.step))
+    terminal::Warn("{}", warning);
   const std::string changed =
       reports::RigHeader(found) + calib::ChangeRig(text, file, values, params.output);
   calib::ParseRig(changed, params.output);  // fails if no command could read the result

@@ -18,7 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 constexpr double kTapeM = 5e-4;  // accuracy of a measured step height
 
-// A level camera that looks along base x: x_cam = -y_base, y_cam = -z_base.
+// A level camera that points along base x: x_cam = -y_base, y_cam = -z_base.
 Matrix3d LevelForward() {
   Matrix3d R;
   R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -192,7 +192,7 @@ std::vector<std::string> Contradictions(const RigFindings& found, const std::str
   }
   if (!found.forward) return lines;
   constexpr double kUnknownDeg = 0.5;
-  const auto tell = [&lines](const char* name, const Measured& angle, const char* fix) {
+  const auto report = [&lines](const char* name, const Measured& angle, const char* fix) {
     const double sigma_deg = kDegPerRad * angle.sigma;
     if (sigma_deg < kUnknownDeg) return;
     lines.push_back(
@@ -201,9 +201,9 @@ std::vector<std::string> Contradictions(const RigFindings& found, const std::str
                     sigma_deg,
                     fix));
   };
-  tell("yaw", found.forward->yaw_rad, "--straight-forward or --step-forward");
-  tell("pitch", found.forward->pitch_rad, "--spin-forward or --step-forward");
-  tell("roll", found.forward->roll_rad, "--spin-forward or --step-forward");
+  report("yaw", found.forward->yaw_rad, "--straight-forward or --step-forward");
+  report("pitch", found.forward->pitch_rad, "--spin-forward or --step-forward");
+  report("roll", found.forward->roll_rad, "--spin-forward or --step-forward");
   return lines;
 }
 

@@ -54,11 +54,11 @@ RayInSecond<T> RayOf(const MotionWithMatches& motion,
                      const Vector6<T>& error) {
   const Matrix3d R_second_first = motion.T_first_second.linear().transpose();
   // The first camera in the second's base, from the second camera.
-  const Vector3d way = R_second_first * (place - motion.T_first_second.translation()) - place;
+  const Vector3d ray = R_second_first * (place - motion.T_first_second.translation()) - place;
   const Vector3<T> ray = R_base_cam * match.first.homogeneous().cast<T>();
   const Vector3<T> turned = R_second_first.cast<T>() * ray;
   return {R_base_cam.transpose() * (turned + error.template head<3>().cross(turned)),
-          R_base_cam.transpose() * (way.cast<T>() + error.template tail<3>())};
+          R_base_cam.transpose() * (ray.cast<T>() + error.template tail<3>())};
 }
 
 // Distance of a match from that half line, along it (beyond its ends) and across, in units of the
@@ -327,14 +327,15 @@ ForwardMount SolveForwardMount(const std::vector<MotionWithMatches>& motions,
   const std::optional<Matrix3d> spread = Spread(solver, motions.size(), at, mount.sigma_px);
   Matrix3d curvature;
   if (!solver.Solve(at, mount.sigma_px, {}, Loss::kCauchy, &curvature)) return mount;
-  const std::optional<Matrix3d> alike = Systematic(motions, start, params, at, mount.sigma_px);
-  if (!spread || !alike) return mount;
+  const std::optional<Matrix3d> systematic = Systematic(motions, start, params, at, mount.sigma_px);
+  if (!spread || !systematic) return mount;
   for (const double error : solver.Errors(at)) mount.inliers += error < 3 * mount.sigma_px;
   mount.R_base_cam = TurnOf(at.turn.data()) * start.linear();
   // An error of the principal point shifts the image: rotations about the camera's x and y.
   const double lens_rad = params.lens_sigma_px / params.focal_px;
   const Eigen::Matrix<double, 3, 2> axes = mount.R_base_cam.leftCols<2>();
-  mount.covariance = curvature + *spread + *alike + lens_rad * lens_rad * axes * axes.transpose();
+  mount.covariance =
+      curvature + *spread + *systematic + lens_rad * lens_rad * axes * axes.transpose();
   mount.covariance.diagonal().array() += params.systematic_rad * params.systematic_rad;
   mount.ok = mount.covariance.allFinite() && 2 * mount.inliers > mount.matches;
   return mount;

@@ -195,13 +195,13 @@ std::vector<LensErrors> LensMoves(const Recording& spin,
                                   const RigParameters& parameters,
                                   const RigSolverParams& params,
                                   double sigma_px) {
-  const LensUncertainty doubt(parameters, params, sigma_px);
+  const LensUncertainty lens(parameters, params, sigma_px);
   const double edge = EdgeOf(spin, straight);
   std::vector<LensErrors> moves;
   const auto add = [&](const Recording& recording, const auto& poses) {
     for (const ViewPair& pair : recording.pairs) {
       for (const PointCorrespondence& place : pair.places) {
-        moves.push_back(doubt.Moves(poses, pair, place, edge));
+        moves.push_back(lens.Moves(poses, pair, place, edge));
       }
     }
   };

@@ -45,8 +45,8 @@ Vector2<T> Error(const T* tilt,
   const Vector2<T> c(centre[0], centre[1]);
   const Vector2<T> seen_first = c + OnCeiling(tilt, place.first);
   const Vector2<T> seen_second = c + OnCeiling(tilt, place.second);
-  const Vector2<T> way(second[0] - first[0], second[1] - first[1]);
-  return Turned<T>(-first[2], way) + Turned<T>(second[2] - first[2], seen_second) - seen_first;
+  const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
+  return Turned<T>(-first[2], moved) + Turned<T>(second[2] - first[2], seen_second) - seen_first;
 }
 
 struct PlaceResidual {
@@ -78,8 +78,8 @@ struct WanderResidual {
 // heading.
 template <typename T>
 T SideStep(const T& yaw, const T* from, const T* to) {
-  const Vector2<T> way(to[0] - from[0], to[1] - from[1]);
-  return Turned<T>(yaw - 0.5 * (from[2] + to[2]), way).y();
+  const Vector2<T> moved(to[0] - from[0], to[1] - from[1]);
+  return Turned<T>(yaw - 0.5 * (from[2] + to[2]), moved).y();
 }
 
 struct SlipResidual {

@@ -166,8 +166,8 @@ RigMount GuessMount(const Recording& spin, const Recording& straight) {
   if (straight.cameras.size() < 2) return mount;
   // Forward in the axes of the levelled camera is (cos yaw, -sin yaw).
   const Pose2& last = straight.cameras.back();
-  const Vector2d way = Pose2{0, 0, -0.5 * last.yaw} * last.Translation();
-  mount.yaw_rad = std::atan2(-way.y(), way.x());
+  const Vector2d moved = Pose2{0, 0, -0.5 * last.yaw} * last.Translation();
+  mount.yaw_rad = std::atan2(-moved.y(), moved.x());
   return mount;
 }
 

@@ -54,7 +54,7 @@ void JudgeTilt(const CameraSolution& solution, Judgement& judgement) {
       .push_back(fmt::format(
           "no view with the board tilted by more than {:.0f} deg, so that focal length and "
           "distance "
-          "cannot be told apart: tilt it by 30 to 45 deg to the left, right, front and back",
+          "cannot be distinguished: tilt it by 30 to 45 deg to the left, right, front and back",
           std::ceil(tilt * kDegPerRad)));
 }
 

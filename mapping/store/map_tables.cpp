@@ -18,7 +18,7 @@ constexpr std::array<const char*, 6> kCovariance = {
 constexpr std::array<const char*, 6> kInformation = {
     "ixx", "ixy", "ixyaw", "iyy", "iyyaw", "iyawyaw"};
 
-// Of a robot that was measured to stand tilted; maps of earlier versions have no such columns.
+// For a robot with a measured tilt; maps of earlier versions do not have these columns.
 constexpr char kPitch[] = "pitch_rad";
 constexpr char kRoll[] = "roll_rad";
 constexpr char kLift[] = "lift";

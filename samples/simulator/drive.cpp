@@ -143,7 +143,7 @@ Pose2 Drive::PoseAt(double time_s) const {
   return pieces_[place.piece].At(place.along);
 }
 
-double Drive::WayAt(double time_s) const {
+double Drive::DistanceAt(double time_s) const {
   if (stretches_.empty()) return 0;
   const Place place = PlaceAt(time_s);
   return pieces_[place.piece].DistanceTo(place.along);

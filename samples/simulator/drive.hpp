@@ -23,7 +23,7 @@ class Drive {
   /// rest.
   [[nodiscard]] Pose2 PoseAt(double time_s) const;
   /// Distance travelled by the axle in metres; a turn on the spot adds nothing.
-  [[nodiscard]] double WayAt(double time_s) const;
+  [[nodiscard]] double DistanceAt(double time_s) const;
 
  private:
   // A line, an arc or a turn on the spot.

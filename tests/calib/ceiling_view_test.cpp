@@ -172,7 +172,7 @@ TEST(CeilingView, TakesOutDistortion) {
   const cv::Mat& rectified = view.Rectify(RenderRaw(up), buffer);
   EXPECT_EQ(&rectified, &buffer);
   EXPECT_LT(WorstGreyError(view, rectified), 1.6);
-  EXPECT_TRUE(view.Mask().empty()) << "a barrel lens sees more than its ideal image";
+  EXPECT_TRUE(view.Mask().empty()) << "a barrel lens has a wider view than its ideal image";
 }
 
 TEST(CeilingView, MasksPixelsOutsideAPincushionLens) {

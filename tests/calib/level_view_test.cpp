@@ -94,7 +94,7 @@ TEST(LevelView, CeilingShiftOfAnyCameraIsWhereItsAxisMeetsTheCeiling) {
   }
 }
 
-// A level robot at the uncompensated pose looks at the same point of the ceiling.
+// A level robot at the uncompensated pose has the same point of the ceiling.
 TEST(LevelView, UncompensatedIsThePoseThatALevelRobotWouldNeed) {
   const LevelView view(CeilingView(OddCamera(), kCeiling));
   std::mt19937 random(4);

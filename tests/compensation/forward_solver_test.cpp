@@ -32,7 +32,7 @@ calib::Rig PapersRig() {
 }
 
 /// A tilted frame and a level keyframe, seen without error: a robot turned in space, and the rays
-/// of its cameras on the mast, of which the forward one looks at a wall at a right angle.
+/// of its cameras on the mast, of which the forward one is perpendicular to a wall.
 struct Scene {
   double pitch_rad = 0;
   double roll_rad = 0;
@@ -54,7 +54,7 @@ struct Scene {
     const Vector3d axis = T.linear() * along;
     const Vector3d from_keyframe = camera + wall_m / axis.dot(along) * axis - keyframe;
     seen.tan_shift = -from_keyframe.z() / from_keyframe.dot(along);
-    // Registration sees a wall by cos(th1) narrower and by its square lower.
+    // Registration finds a wall by cos(th1) narrower and by its square lower.
     const double keystone = std::pow(1 + seen.tan_shift * seen.tan_shift, 0.75);
     seen.zoom = wall_m / (wall_m - base_shift_m) * keystone;
     const Eigen::AngleAxisd turn(yaw_rad, Vector3d::UnitZ());
@@ -67,7 +67,7 @@ struct Scene {
     const Vector3d met = camera + (kCeiling - camera.z()) / up.z() * up;
     ceiling_motion_m = along.dot(keyframe - met);
   }
-  /// What the keyframe knows of the wall.
+  /// The keyframe's data of the wall.
   [[nodiscard]] ForwardSolverParams Known() const {
     ForwardSolverParams params;
     params.wall_per_m = 1 / (wall_m - base_shift_m);
@@ -236,7 +236,7 @@ TEST(ForwardSolver, CovarianceIsThatOfManyNoisyFrames) {
   scene.yaw_rad = 25 * kRadPerDeg;
   scene.wall_m = 2;
   scene.MapMatch();
-  scene.seen.sigma_zoom = 100;  // tells nothing of the wall
+  scene.seen.sigma_zoom = 100;  // no information on the wall
   ForwardSolverParams params = scene.Known();
   params.wall_per_m_sigma = 0.05;
   const auto claimed =

@@ -31,7 +31,7 @@ simulator::Scene WallScene() {
   return scene;
 }
 
-/// A robot before a wall, and a tracker that is shown what it sees.
+/// A robot before a wall, and a tracker that gets its images.
 class Robot {
  public:
   explicit Robot(const simulator::Scene& scene = WallScene())

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Isometry3d;
 using synthetic::FrameAt;
 
-/// Shows a path what a robot sees, and holds it against where the robot was.
+/// Feeds a path with a robot's images, and compares it with the true poses.
 class Walk {
  public:
   explicit Walk(const simulator::Scene& scene)

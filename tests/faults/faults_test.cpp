@@ -1,4 +1,4 @@
-// A few of the faults that tests/reliability.sh goes through: no wrong pose that is sure, no map
+// A few of the faults that tests/reliability.sh covers: no accepted wrong pose, no map
 // lost, no crash.
 
 #include <gmock/gmock.h>

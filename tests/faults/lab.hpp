@@ -29,8 +29,8 @@ struct Outcome {
   int placed = 0;     ///< that got a pose
   double rmse_m = 0;  ///< of these, against where their images were taken
   double largest_m = 0;
-  /// Wrong though sure: off by more than 0.05 m or 0.02 rad, and by more than four of the standard
-  /// deviations that are claimed.
+  /// Accepted although wrong: an error of more than 0.05 m or 0.02 rad, and by more than four of
+  /// the standard deviations that are claimed.
   int wrong = 0;
   MapState map = MapState::kOld;
 

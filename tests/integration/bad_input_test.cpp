@@ -42,7 +42,7 @@ std::vector<std::string> Localize(const std::string& map,
   return LocalizeArguments(map, rig, up, more);
 }
 
-// A map of the recording, and files that only look like one.
+// A map of the recording, and files that are similar to one.
 void WriteMaps(const Recordings& test) {
   ASSERT_EQ(
       test.Run({"map", "--quiet", "--rig=@rig.yaml", "--up=@run.avi", "-o", "@good.gpkg"}).err, "");

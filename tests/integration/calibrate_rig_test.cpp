@@ -66,7 +66,7 @@ std::string TumLine(int index, double x, double y, double yaw) {
                      std::cos(yaw / 2));
 }
 
-/// The same on its way up a step, which the front wheels climb from x = 3.6 m on and the axle
+/// The same while climbing a step, which the front wheels climb from x = 3.6 m on and the axle
 /// later.
 std::string StepLine(int index, double axle_x) {
   const auto floor = [](double x) { return kStep * std::clamp((x - 3.6) / 0.05, 0.0, 1.0); };
@@ -106,7 +106,7 @@ class CalibrateRigTest : public testing::Test {
     Render("straight", straight);
     Render("curve", curve);
     const std::string rig = ReadAll(*folder_ / "spin/rig.yaml");
-    // With a forward camera that looks straight ahead, as far as anybody knows.
+    // With a forward camera that points straight ahead, by the initial rig.
     std::string ahead = "d: 0.45\n" + rig.substr(rig.find("cameras:"));
     for (std::size_t at = 0; (at = ahead.find("      matrix:", at)) != std::string::npos;) {
       ahead.erase(at, ahead.find('\n', at) + 1 - at);
@@ -114,7 +114,7 @@ class CalibrateRigTest : public testing::Test {
     const std::size_t turn = ahead.find("rotation_xyzw:", ahead.find("  forward:"));
     ahead.replace(turn, ahead.find('\n', turn) - turn, "rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]");
     folder_->Write("ahead.yaml", ahead);
-    // The intrinsics, and that the camera is 0.4 m above the floor and looks up.
+    // The intrinsics, and that the camera is 0.4 m above the floor and points up.
     std::string rough = "robot: test\nd: 0.45\n" + rig.substr(rig.find("cameras:"));
     rough.resize(rough.find("      translation:"));  // and no other camera
     rough +=

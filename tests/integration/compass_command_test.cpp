@@ -125,7 +125,7 @@ TEST_F(CompassTest, PlacesAreUsedAndTheirYawIsNot) {
 TEST_F(CompassTest, UpdateAndMergeFillAModel) {
   const Turn half{46, 0, 4, 1000};
   const Turn rest{46, 180, 4, 1500};
-  const Turn asked{24, 235, 2.5, 2000};  // sees nothing of the half
+  const Turn asked{24, 235, 2.5, 2000};  // without a view of that half
   Record("half", half);
   Record("rest", rest);
   Record("asked", asked);
@@ -202,7 +202,7 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
 }
 
 // Colours of another order are other colours: all that is left is what is light and dark. The
-// compass may find its way by that, or not, but it must not be sure and wrong.
+// compass may use that or not, but it must not accept a wrong heading.
 TEST_F(CompassTest, HasLowConfidenceForColoursInAnotherOrder) {
   Learn("m");
   ASSERT_LT(AskAgain("m"), kLargestMeanRad);

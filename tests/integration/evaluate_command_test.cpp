@@ -187,12 +187,12 @@ std::string Drive(double scale, double ahead_s) {
   std::string text;
   for (int i = 0; i < 300; ++i) {
     const double t = 0.1 * i;
-    const double way = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
+    const double travelled = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
     const double half = 0.75 * std::sin(0.23 * t) + 0.25 * std::sin(0.71 * t + 1);
     text += fmt::format("{:.6f} {:.9f} {:.9f} 0 0 0 {:.12f} {:.12f}\n",
                         1000 + t - ahead_s,
-                        scale * way * std::cos(0.1 * way),
-                        scale * way * std::sin(0.1 * way),
+                        scale * travelled * std::cos(0.1 * travelled),
+                        scale * travelled * std::sin(0.1 * travelled),
                         std::sin(half),
                         std::cos(half));
   }
@@ -218,15 +218,15 @@ TEST(Evaluate, FindsTheOffsetOfAnotherClockAndAScale) {
   EXPECT_NEAR(other["alignment"]["scale"].get<double>(), 0.5, 1e-6);
   EXPECT_LT(other["position_m"]["max"].get<double>(), 1e-6);
 
-  const support::ProcessResult told = test.Run({"evaluate",
-                                                "--truth=@truth.tum",
-                                                "@other.tum",
-                                                "--align=sim2",
-                                                "--offset=876.5",
-                                                "--segments=1.5",
-                                                "-o",
-                                                "told"});
-  EXPECT_EQ(told.exit_code, 0) << told.err;
+  const support::ProcessResult shifted = test.Run({"evaluate",
+                                                   "--truth=@truth.tum",
+                                                   "@other.tum",
+                                                   "--align=sim2",
+                                                   "--offset=876.5",
+                                                   "--segments=1.5",
+                                                   "-o",
+                                                   "told"});
+  EXPECT_EQ(shifted.exit_code, 0) << shifted.err;
   const auto again = nlohmann::json::parse(ReadAll(test.out / "told/metrics.json"));
   EXPECT_EQ(again["estimates"]["other"]["segments"][0]["length_m"], 1.5);
 
@@ -247,7 +247,7 @@ TEST(Evaluate, StatusFilesGiveConsistencyAndHeadingsGiveDrift) {
   std::string frames = "index,timestamp\n";
   for (int i = 0; i < 10; ++i) {
     truth += fmt::format("{} {} 0 0 0 0 0 1\n", i, 0.5 * i);
-    // Off by 0.3 m where 0.1 m were told, and by 0.1 m where 0.2 m were: 9.25 together.
+    // Off by 0.3 m where 0.1 m were reported, and by 0.1 m where 0.2 m were: 9.25 together.
     status += i == 7 ? "7,lost,,,,,,,,,,\n"
                      : fmt::format("{},tracking,{},0.1,0,0,0,0.1,0.2,1,0.9,50\n", i, 0.5 * i + 0.3);
     headings += fmt::format("{},{},1,1\n", i, 90 + 0.25 * i);

@@ -132,7 +132,7 @@ TEST_F(HeadingCommand, UsesTheTravelOfPoses) {
     ExpectTurns(file, 100, 0.1);
     return ReadAll(out_ / file);
   };
-  // A robot that travels to its side is looked at elsewhere. From poses of another rate, too.
+  // For a robot that travels sideways the views differ. From poses of another rate, too.
   const std::string alone = run("h.csv", {});
   EXPECT_NE(run("side.csv", {"--travel=@sideways.tum"}), alone);
   EXPECT_NE(run("dense.csv", {"--travel=@dense.tum"}), alone);

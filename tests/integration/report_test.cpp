@@ -1,4 +1,4 @@
-// What `map` and `localize` leave to look at, and show while they run, through the real program.
+// Reports and live pages of `map` and `localize`, by the real program.
 
 #include <httplib.h>
 
@@ -81,7 +81,7 @@ TEST(RunReport, NeverReplacesAnything) {
   const support::ProcessResult result = test.Run(With(kMap, {"--report=report"}));
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("report: exists and is not an empty folder; name a new one"));
-  EXPECT_THAT(test.out.Names(), ElementsAre("report")) << "told before the work";
+  EXPECT_THAT(test.out.Names(), ElementsAre("report")) << "reported before the work";
 }
 
 TEST(RunReport, NeedsNoGnuplotForItsPage) {

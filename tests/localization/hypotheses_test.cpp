@@ -99,7 +99,7 @@ TEST_F(HypothesesTest, MatchesByThePriorConfirmNothing) {
 }
 
 TEST_F(HypothesesTest, AtRestOnlyAGoodMatchConfirmsAgain) {
-  const auto look_again = [this](double peak) {
+  const auto match_again = [this](double peak) {
     hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
       MapMatch match = MatchAt({0, 5, 0}, 0.2);
       match.peak = peak;
@@ -109,10 +109,10 @@ TEST_F(HypothesesTest, AtRestOnlyAGoodMatchConfirmsAgain) {
   };
   hypotheses_.Add(MatchAt({0, 5, 0}, 0.2));
   hypotheses_.Weigh();
-  look_again(0.3);  // the way before counts
-  for (int i = 0; i < 10; ++i) look_again(0.3);
+  match_again(0.3);  // the earlier travel counts
+  for (int i = 0; i < 10; ++i) match_again(0.3);
   EXPECT_FALSE(AcceptedY());
-  look_again(0.7);
+  match_again(0.7);
   EXPECT_EQ(AcceptedY(), 5);
 }
 

@@ -33,7 +33,7 @@ class PeriodicMap : public testing::Test {
   /// Straight on, for so many frames, which must all be placed.
   static void DriveOn(Visitor& visitor, Pose2& T, int frames) {
     for (int i = 0; i < frames; ++i) {
-      const Location location = visitor.See(T);
+      const Location location = visitor.Locate(T);
       EXPECT_TRUE(location.Placed()) << i;
       Visitor::ExpectRight(location, T);
       T = T * Pose2{0.05, 0, 0};
@@ -50,7 +50,7 @@ TEST_F(PeriodicMap, NoPlaceIsAccepted) {
   bool ambiguous = false;
   for (int i = 0; i < 40; ++i) {
     T = T * Pose2{0.05, 0, 0.01};
-    const Location location = visitor.See(T);
+    const Location location = visitor.Locate(T);
     EXPECT_FALSE(location.Placed());
     ambiguous = ambiguous || location.pose.status == TrackingStatus::kAmbiguous;
   }
@@ -67,7 +67,7 @@ TEST_F(PeriodicMap, AStartKnownBadlyIsNot) {
   Visitor visitor(*map_, UpCamera(250, 0.5), StartingAt({1.5, 1.1, 0.2}, 0.3));
   Pose2 T = kFirst;
   for (int i = 0; i < 20; ++i) {
-    EXPECT_FALSE(visitor.See(T).Placed());
+    EXPECT_FALSE(visitor.Locate(T).Placed());
     T = T * Pose2{0.05, 0, 0.01};
   }
 }
@@ -81,7 +81,7 @@ TEST_F(PeriodicMap, ACarriedRobotIsNotPlacedAtItsOldPose) {
     DriveOn(visitor, T, 8);
     T = Pose2{T.x + 1.2 + off(random), T.y + 0.6 + off(random), T.yaw + 0.1};
     for (int i = 0; i < 10; ++i) {
-      EXPECT_FALSE(visitor.See(T).Placed()) << trial << " " << i;
+      EXPECT_FALSE(visitor.Locate(T).Placed()) << trial << " " << i;
       T = T * Pose2{0.05, 0, 0};
     }
   }
@@ -93,7 +93,7 @@ TEST_F(PeriodicMap, ABlinkDoesNotEndIt) {
   DriveOn(visitor, T, 12);
   EXPECT_EQ(visitor.Show(visitor.Uniform(20)).pose.status, TrackingStatus::kLost);
   T = T * Pose2{0.05, 0, 0};
-  const Location after = visitor.See(T);
+  const Location after = visitor.Locate(T);
   EXPECT_EQ(after.pose.status, TrackingStatus::kRelocalized);
   Visitor::ExpectRight(after, T);
 }
@@ -106,13 +106,13 @@ TEST_F(PeriodicMap, DarknessInWhichTheRobotDroveLeavesItOpen) {
     for (int i = 0; i < 30; ++i) visitor.Show(visitor.Uniform(20));
     T = T * Pose2{0.9, 0.3, 0};
     for (int i = 0; i < 6; ++i) {
-      EXPECT_FALSE(visitor.See(T).Placed()) << dark_at_once;
+      EXPECT_FALSE(visitor.Locate(T).Placed()) << dark_at_once;
       T = T * Pose2{0.05, 0, 0};
     }
   }
 }
 
-/// Under one marked tile, which tells the place but not by which quarter the robot is turned.
+/// Under one marked tile, which determines the position but not the quarter turn of the robot.
 const Pose2 kMark{1.8, 1.8, 0.2};
 
 TEST(MarkedTile, ACompassResolvesTheQuarterTurnInTheDark) {
@@ -129,9 +129,9 @@ TEST(MarkedTile, ACompassResolvesTheQuarterTurnInTheDark) {
       variance += 1e-6;
       return compass ? std::optional(HeadingPrior{WrapAngle(T.yaw + 2.2), variance}) : std::nullopt;
     };
-    for (int i = 0; i < 6; ++i) EXPECT_TRUE(visitor.See(T, heading()).Placed()) << i;
+    for (int i = 0; i < 6; ++i) EXPECT_TRUE(visitor.Locate(T, heading()).Placed()) << i;
     variance += 0.05;  // it has drifted for long
-    EXPECT_TRUE(visitor.See(T, heading()).Placed());
+    EXPECT_TRUE(visitor.Locate(T, heading()).Placed());
     for (int i = 0; i < 8; ++i) {
       T.yaw += 0.2;
       (void)visitor.Show(visitor.Uniform(20), heading());
@@ -139,7 +139,7 @@ TEST(MarkedTile, ACompassResolvesTheQuarterTurnInTheDark) {
     int placed = 0;
     for (int i = 0; i < 14; ++i) {
       T = T * Pose2{0.04, 0, 0};
-      const Location location = visitor.See(T, heading());
+      const Location location = visitor.Locate(T, heading());
       placed += location.Placed() ? 1 : 0;
       if (compass) Visitor::ExpectRight(location, T);
     }

@@ -54,9 +54,9 @@ TEST_F(MapPatchesTest, ACoarseCameraGetsMeans) {
   cv::Mat mask;
   patches.Draw({2.4, 2.0, 0}, grey, mask);
   const double seen = cv::countNonZero(mask) / static_cast<double>(mask.total());
-  EXPECT_GT(seen, 0.5);  // it sees beyond the map's border
+  EXPECT_GT(seen, 0.5);  // its view extends beyond the map's border
   EXPECT_LT(seen, 1);
-  // The middle is what a camera of the map's own scale sees, in less detail.
+  // The middle is the view of a camera of the map's scale, in less detail.
   cv::Mat fine;
   cv::Mat fine_mask;
   const calib::CeilingView same(UpCamera(), synthetic::kCeiling_m);

@@ -64,7 +64,7 @@ TEST(KeyframeHeadings, NarrowTheRotationOfTheGraph) {
   EXPECT_NEAR(vague.T_from_to.y, 1 + 0.5 * 0.05 / 0.25, 0.001) << "what hangs on it moves along";
   EXPECT_LT(vague.covariance(1, 1), 0.04);
   EXPECT_NEAR(vague.T_from_to.x, 2, 1e-9);
-  // The ceiling tells a rotation a hundred times more exactly.
+  // The ceiling measures a rotation a hundred times more accurately.
   const graph::KeyframeGraph::Relative exact = headings.Narrowed(ByGraph(0.9, 1e-4), 0, 1);
   EXPECT_NEAR(exact.T_from_to.yaw, 0.9, 1e-5);
 }

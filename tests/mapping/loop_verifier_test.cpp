@@ -28,7 +28,7 @@ graph::Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T_from_to,
 
 TEST(LoopVerifier, AgreesWithinTheSpreadThatBothLeave) {
   const LoopVerifier judge(kUnitsPerPx);
-  // `to` looks to the left of `from`; what is hardly known is how far ahead of it it stands.
+  // `to` faces to the left of `from`; its distance ahead of it is hardly known.
   graph::KeyframeGraph::Relative predicted{{2, 1, kQuarter}, Eigen::Matrix3d::Zero()};
   predicted.covariance(0, 0) = 0.2 * 0.2;
   const auto off_by = [&](double x, double y, double yaw) {
@@ -57,7 +57,7 @@ class TwoVisits : public testing::Test {
   static graph::Edge Closure(std::int64_t from, std::int64_t to, double ahead = 0) {
     return MakeEdge(from, to, {static_cast<double>(to - 4 - from) + ahead, 0, 0}, 0.002);
   }
-  /// The ends of the closures that are believed once this one is heard.
+  /// The ends of the closures that are accepted after this one was added.
   std::vector<std::pair<std::int64_t, std::int64_t>> Verify(const graph::Edge& closure) {
     std::vector<std::pair<std::int64_t, std::int64_t>> ends;
     for (const graph::Edge& edge : judge_.Confirm(closure, graph_))

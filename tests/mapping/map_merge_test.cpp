@@ -142,7 +142,7 @@ TEST(MapMerge, ACompassResolvesAliasingByAQuarterTurn) {
       AddHeadings(other_arm, 0.01);
       AddHeadings(same_arm, 0.01);
     }
-    EXPECT_EQ(Merge(a, other_arm).ok(), !compass) << "only the compass knows better";
+    EXPECT_EQ(Merge(a, other_arm).ok(), !compass) << "only the compass resolves it";
     const MergeResult merged = Merge(a, same_arm);
     ASSERT_TRUE(merged.ok()) << merged.results[1].reason;
     EXPECT_LT(WorstError(merged, a, same_arm), 0.03);

@@ -1,4 +1,4 @@
-// Odometry under ceilings that repeat themselves: images alone never tell one tile from the next,
+// Odometry under periodic ceilings: images alone never distinguish one tile from the next,
 // only where the robot is expected does, and where that does not either, nothing may be claimed.
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ class Drive {
   explicit Drive(const CeilingParams& ceiling, const OdometryParams& params = {})
       : ceiling_(ceiling), odometry_(view_, T_map_base_, params) {}
 
-  /// Moves by T_before_after, and sees the ceiling from there.
-  const OdometryStep& See(const Pose2& T_before_after = {}) {
+  /// Moves by T_before_after, and processes the image there.
+  const OdometryStep& Process(const Pose2& T_before_after = {}) {
     T_map_base_ = T_map_base_ * T_before_after;
     truths_.push_back(T_map_base_);
     const auto index = static_cast<std::int64_t>(steps_.size());
@@ -43,9 +43,9 @@ class Drive {
   }
   /// Speeds up to half a tile a frame, and goes on like that for four tiles.
   void SpeedUpAndDriveEvenly(double turn = 0) {
-    See();
-    for (const double forward : {0.1, 0.2}) See({forward, 0, 0});
-    for (int i = 0; i < 8; ++i) See({0.5 * kTile, 0, turn});
+    Process();
+    for (const double forward : {0.1, 0.2}) Process({forward, 0, 0});
+    for (int i = 0; i < 8; ++i) Process({0.5 * kTile, 0, turn});
   }
   void Close() {
     truths_.push_back(T_map_base_);
@@ -104,7 +104,7 @@ std::vector<bool> AmbiguousKeyframes(const Drive& drive) {
 }
 
 TEST(OdometryUnderTiles, AnEvenDriveIsTrackedByThePrediction) {
-  // Half a tile a frame: from one frame to the next, forward and backward look the same.
+  // Half a tile a frame: from one frame to the next, forward and backward are identical.
   for (const double turn : {0.0, 0.04}) {
     Drive drive(Periodic(kTilePx));
     drive.SpeedUpAndDriveEvenly(turn);
@@ -115,16 +115,16 @@ TEST(OdometryUnderTiles, AnEvenDriveIsTrackedByThePrediction) {
 TEST(OdometryUnderTiles, KeyframesSayThatOnlyThePredictionPlacedThem) {
   Drive drive(Periodic(kTilePx));
   drive.SpeedUpAndDriveEvenly();
-  drive.See({0.25, 0, 0});
+  drive.Process({0.25, 0, 0});
   ExpectTrackedThroughout(drive);
   drive.Close();
   const std::vector<bool> periodic = AmbiguousKeyframes(drive);
   EXPECT_GE(periodic.size(), 4U);
   EXPECT_EQ(periodic, std::vector<bool>(periodic.size(), true));
-  // The same drive under a ceiling that tells its places apart.
+  // The same drive under a ceiling with distinct places.
   Drive other({});
   other.SpeedUpAndDriveEvenly();
-  other.See({0.25, 0, 0});
+  other.Process({0.25, 0, 0});
   other.Close();
   const std::vector<bool> marked = AmbiguousKeyframes(other);
   EXPECT_GE(marked.size(), 4U);
@@ -137,9 +137,9 @@ TEST(OdometryUnderTiles, AnAccuratePredictionResolvesShortPeriods) {
   CeilingParams ceiling = Periodic(30);
   ceiling.own_marks = {{10, -30}, {60, 20}, {110, -60}};
   Drive drive(ceiling);
-  drive.See();
-  EXPECT_FALSE(drive.See({0.2, 0, 0}).registration.disambiguated_by_prior);
-  for (int i = 0; i < 20; ++i) drive.See({0.2, 0, 0});
+  drive.Process();
+  EXPECT_FALSE(drive.Process({0.2, 0, 0}).registration.disambiguated_by_prior);
+  for (int i = 0; i < 20; ++i) drive.Process({0.2, 0, 0});
   ExpectTrackedThroughout(drive);
   EXPECT_TRUE(drive.Steps().back().registration.disambiguated_by_prior);
 }
@@ -149,8 +149,8 @@ TEST(OdometryUnderTiles, AnUnevenDriveIsPredictedWithLessConfidence) {
   OdometryParams params;
   params.uneven_ratio = 0.04;
   Drive drive(Periodic(kTilePx), params);
-  drive.See();
-  for (int i = 0; i < 12; ++i) drive.See({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
+  drive.Process();
+  for (int i = 0; i < 12; ++i) drive.Process({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
   ExpectTrackedThroughout(drive);
 }
 
@@ -161,9 +161,9 @@ TEST(OdometryUnderTiles, AStartByHalfATileIsAmbiguous) {
     const Pose2 direction{0, 0, angle};
     for (const double tiles : {0.15, 0.5}) {
       Drive drive(Periodic(kTilePx));
-      drive.See();
+      drive.Process();
       const Eigen::Vector2d t = direction.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
-      EXPECT_EQ(drive.See({t.x(), t.y(), 0}).pose.status,
+      EXPECT_EQ(drive.Process({t.x(), t.y(), 0}).pose.status,
                 tiles < 0.2 ? graph::TrackingStatus::kTracking : graph::TrackingStatus::kAmbiguous)
           << tiles << " tiles at " << angle;
     }
@@ -179,7 +179,7 @@ TEST(OdometryUnderTiles, ANeighbourThatWasNotProposedCountsToo) {
       drive.SpeedUpAndDriveEvenly();
       const Eigen::Vector2d off =
           Pose2{0, 0, eighth * std::numbers::pi / 4}.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
-      EXPECT_EQ(drive.See({0.3 + off.x(), off.y(), 0}).pose.status,
+      EXPECT_EQ(drive.Process({0.3 + off.x(), off.y(), 0}).pose.status,
                 graph::TrackingStatus::kAmbiguous)
           << tiles << " tiles, direction " << eighth;
     }
@@ -199,13 +199,13 @@ class JumpUnderTiles : public testing::TestWithParam<Jump> {};
 /// or behind the place where it was expected, and nobody can know.
 TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   Drive drive(Periodic(kTilePx));
-  drive.See();
-  for (int i = 0; i < 8; ++i) drive.See({0.1, 0, 0});
+  drive.Process();
+  for (int i = 0; i < 8; ++i) drive.Process({0.1, 0, 0});
   ExpectTrackedThroughout(drive);
-  drive.See({0.1 + GetParam().forward * kTile, GetParam().left * kTile, 0});
+  drive.Process({0.1 + GetParam().forward * kTile, GetParam().left * kTile, 0});
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
     EXPECT_EQ(drive.Steps().back().pose.status, graph::TrackingStatus::kAmbiguous) << i;
-    drive.See({0.1, 0, 0});
+    drive.Process({0.1, 0, 0});
   }
   const OdometryStep& anew = drive.Steps().back();
   EXPECT_EQ(anew.pose.status, graph::TrackingStatus::kTracking);
@@ -213,7 +213,7 @@ TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   EXPECT_TRUE(anew.new_edges.empty()) << "nothing ties it to the time before";
   const std::int64_t first_anew = anew.new_keyframe->id;
   for (int i = 0; i < 8; ++i) {
-    for (const graph::Edge& edge : drive.See({0.1, 0, 0}).new_edges)
+    for (const graph::Edge& edge : drive.Process({0.1, 0, 0}).new_edges)
       EXPECT_GE(edge.from, first_anew);
   }
   EXPECT_EQ(drive.Steps().back().pose.status, graph::TrackingStatus::kTracking);

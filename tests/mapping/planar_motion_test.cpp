@@ -239,7 +239,7 @@ TEST(InflateTiltCovariance, AgreesWithMonteCarlo) {
 }
 
 TEST(InflateTiltCovariance, MatchesAManualResultAndIsZeroWithoutUncertainty) {
-  // A pitch that is wrong by 0.01 rad under a ceiling of 2.6 m, of a robot that looks along y.
+  // A pitch that is wrong by 0.01 rad under a ceiling of 2.6 m, of a robot that faces y.
   const CeilingView view = OffsetView();
   graph::Edge edge;
   edge.T_from_to = {1, 2, kPi / 2};

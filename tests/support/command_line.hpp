@@ -15,7 +15,7 @@ struct CommandLine {
   std::filesystem::path folder = ".";
 };
 
-/// @param needs_scene  tells it of a mode; a mode that does not exist is left to the caller.
+/// @param needs_scene  Returns it for a mode; a mode that does not exist is left to the caller.
 /// @throws InputError with the usage when the arguments are anything else.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const std::function<bool(const std::string&)>& needs_scene,

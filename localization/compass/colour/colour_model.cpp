@@ -66,8 +66,10 @@ void GridParams::Validate() const {
               std::isfinite(width_m) && std::isfinite(height_m),
           fmt::format("a grid of {} x {} m, must be > 0", width_m, height_m));
   Require(columns >= 1 && rows >= 1 && columns <= kMaxPerSide && rows <= kMaxPerSide,
-          fmt::format(
-              "a grid of {} x {} cells, must be 1 to {} either way", columns, rows, kMaxPerSide));
+          fmt::format("a grid of {} x {} cells, must be 1 to {} in each direction",
+                      columns,
+                      rows,
+                      kMaxPerSide));
 }
 
 int GridParams::CellOf(const Eigen::Vector2d& place) const {

@@ -119,7 +119,7 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
   constexpr double kSteepest = pi / 3;
   if (!(std::abs(rays.Elevation()) < kSteepest)) {
     throw InputError(
-        fmt::format("the forward camera looks {:.0f} deg above the horizon, must be within 60 deg",
+        fmt::format("the forward camera points {:.0f} deg above the horizon, must be within 60 deg",
                     rays.Elevation() * 180 / pi));
   }
   above_horizon_ = FractionAbove(rays, size_);

@@ -88,7 +88,7 @@ TEST(SelectPairs, NearestDistanceWithinATenth) {
   // The robot stands at 1 m: the first pose there counts. From 0.125 m on 1.125 m is a metre away,
   // from 1 m on nothing is.
   EXPECT_EQ(SelectPairs(Line({0, 0.125, 1, 1, 1.125, 1.5}), params), (IndexPairs{{0, 2}, {1, 4}}));
-  // Half way between 0.9375 and 1.0625: the earlier one.
+  // Half-way between 0.9375 and 1.0625: the earlier one.
   EXPECT_EQ(SelectPairs(Line({0, 0.9375, 1.0625}), params), (IndexPairs{{0, 1}}));
   EXPECT_EQ(SelectPairs(Line({0, 0.5, 0.75}), params), IndexPairs{});
   EXPECT_EQ(SelectPairs(Line({0}), params), IndexPairs{});

@@ -13,9 +13,11 @@ namespace {
 
 // A drive that never repeats itself: speed and turns of unequal periods.
 Pose2 DriveAt(double t) {
-  const double way = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
+  const double travelled = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
   const double yaw = 1.5 * std::sin(0.23 * t) + 0.5 * std::sin(0.71 * t + 1);
-  return {way * std::cos(0.05 * way), way * std::sin(0.05 * way), WrapAngle(yaw)};
+  return {travelled * std::cos(0.05 * travelled),
+          travelled * std::sin(0.05 * travelled),
+          WrapAngle(yaw)};
 }
 
 // `first_s` and `last_s` by the clock of the drive; stamps are `offset_s` behind it.
@@ -119,7 +121,7 @@ TEST(PlanarTrack, BetweenPosesButNotInGaps) {
   const auto half = track.At(0.25);
   ASSERT_TRUE(half);
   EXPECT_NEAR((half->position - Eigen::Vector2d(0.5, 1)).norm(), 0, 1e-15);
-  EXPECT_NEAR(half->yaw, M_PI, 1e-12);  // by the short way round
+  EXPECT_NEAR(half->yaw, M_PI, 1e-12);  // along the shorter arc
   EXPECT_TRUE(track.At(0));
   EXPECT_TRUE(track.At(9));
   EXPECT_FALSE(track.At(-0.1));

@@ -19,7 +19,7 @@ class LivePageTest : public testing::Test {
   LivePageTest() {
     LivePage::Params params;
     params.max_frames = 100;
-    params.farewell_s = 30;  // ended by who looks, long before
+    params.farewell_s = 30;  // clients end it long before
     page::PageData start;
     start.title = "Map lab.gpkg";
     page_ = std::make_unique<LivePage>(

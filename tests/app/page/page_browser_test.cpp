@@ -169,7 +169,7 @@ TEST_F(PageInBrowser, AClickOnAChartGoesThere) {
   EXPECT_NEAR(cursor_x(2), 300, 1.5);
   browser_->Drag(".chart:nth-child(2) .plot", 400, 60, 400, 60);
   const double other = State()["time"];
-  EXPECT_GT(other, time + 1) << "further along the way";
+  EXPECT_GT(other, time + 1) << "further along the path";
   EXPECT_NEAR(cursor_x(1), 400, 3) << "at a point of a curve";
   EXPECT_NEAR(std::remainder(other - sample::kFirstStamp_s, sample::kStep_s), 0, 2e-6);
 }

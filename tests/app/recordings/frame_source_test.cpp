@@ -25,7 +25,7 @@ std::vector<cv::Mat> Images(int count) {
   return support::CropAlong(support::SyntheticCeiling({320, 120}), kSize, {5, 1}, count);
 }
 
-// Flat images whose brightness tells their number, in whatever codec.
+// Flat images whose brightness encodes their number, with any codec.
 std::vector<cv::Mat> Numbered(int count) {
   std::vector<cv::Mat> images;
   images.reserve(static_cast<std::size_t>(count));
@@ -259,7 +259,7 @@ TEST(FrameSource, LeavesAStalledPipeBehind) {
   close(descriptor);
 }
 
-/// A camera that delivers faster than anybody looks.
+/// A camera that delivers faster than they are read.
 class FastCamera : public FrameReader {
  public:
   FastCamera(int frames, std::promise<void>& all_delivered)

@@ -12,7 +12,7 @@ using testing::IsEmpty;
 
 const cv::Size kSize(96, 64);
 
-/// Flat images whose brightness tells their number.
+/// Flat images whose brightness encodes their number.
 std::vector<cv::Mat> Numbered(int count) {
   std::vector<cv::Mat> images;
   for (int i = 0; i < count; ++i) images.emplace_back(kSize, CV_8UC1, cv::Scalar(10 + 5 * i));

@@ -102,7 +102,7 @@ TEST(ComparisonFigures, TheMosaicLiesWhereTheMapHasIt) {
   EXPECT_EQ(image.size(), cv::Size(grid.width_px, grid.height_px));
   EXPECT_EQ(mosaic->min_x, grid.min_x);
   EXPECT_DOUBLE_EQ(mosaic->min_y + grid.height_px * mosaic->metres_per_px, grid.max_y);
-  EXPECT_EQ(image.at<std::uint8_t>(0, 0), 255) << "nobody looked there";
+  EXPECT_EQ(image.at<std::uint8_t>(0, 0), 255) << "unmapped";
 }
 
 }  // namespace

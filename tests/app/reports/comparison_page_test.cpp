@@ -28,7 +28,7 @@ class ComparisonPageTest : public testing::Test {
     params_.estimates = {(folder_ / "run.tum").string()};
   }
 
-  // Status lines of the same run, surer along x of its own frame than across.
+  // Status lines of the same run, with a smaller standard deviation along x of its own frame.
   void WriteStatus() {
     std::string text =
         "timestamp,status,x,y,yaw_deg,pitch_deg,roll_deg,sigma_x,sigma_y,sigma_yaw_deg\n";

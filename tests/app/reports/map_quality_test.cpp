@@ -79,7 +79,7 @@ TEST(AddQuality, TakesTheUnitOfTheMap) {
             "              unclosed at (10.0, 20.0): 900.0 px of path without a loop closure");
 }
 
-/// Out of order by kind and by extent; y tells them apart.
+/// Out of order by kind and by extent; y identifies them.
 const std::vector<WeakSpot> kMixed = {{WeakSpot::Kind::kUnclosed, 0, 0, 1, 9},
                                       {WeakSpot::Kind::kLost, 1, 0, 2, 3},
                                       {WeakSpot::Kind::kAmbiguous, 2, 0, 3, 1},

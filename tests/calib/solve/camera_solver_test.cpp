@@ -150,7 +150,7 @@ TEST(CameraSolver, LeavesOutViewsThatDoNotFit) {
 
 TEST(Lens, ReachEndsWhereTheModelFoldsBack) {
   Lens lens = Lens::WithoutDistortion(LensModel::kPlumbBob, {480, 360}, 400);
-  EXPECT_NEAR(Reach(lens), 10, 1e-9);  // as far as is looked
+  EXPECT_NEAR(Reach(lens), 10, 1e-9);  // the limit of the search
   lens.values[4] = -0.1;               // r - 0.1 r^3 has its maximum at r = sqrt(10 / 3)
   EXPECT_NEAR(Reach(lens), std::sqrt(10.0 / 3) * 2 / 3, 1e-4);
   Lens fisheye = Lens::WithoutDistortion(LensModel::kEquidistant, {480, 360}, 150);
@@ -211,8 +211,8 @@ TEST(ViewChoice, TakesTheMostInformativeViews) {
   const auto chosen = ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 10);
   ASSERT_EQ(chosen.size(), 10U);
   EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
-  for (const std::size_t told : {6U, 17U, 28U, 39U, 50U, 61U})
-    EXPECT_THAT(chosen, testing::Contains(told));
+  for (const std::size_t chosen_id : {6U, 17U, 28U, 39U, 50U, 61U})
+    EXPECT_THAT(chosen, testing::Contains(chosen_id));
   EXPECT_EQ(chosen, ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 10));
   EXPECT_EQ(ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 99).size(),
             views.size());

@@ -25,7 +25,7 @@ double ToGrey(double light) {
   return 255 * std::clamp(v, 0.0, 1.0);
 }
 
-/// How the room looks in a direction, before the camera's limits: bright and dark sectors, one of
+/// Light of the room in a direction, before the camera's limits: bright and dark sectors, one of
 /// them far too bright, rings of the floor.
 double RoomLight(double azimuth, double radius) {
   const double stripes = std::sin(7 * azimuth) + 0.6 * std::sin(13 * azimuth + 1);

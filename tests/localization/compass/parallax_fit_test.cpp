@@ -16,7 +16,7 @@ namespace {
 using std::numbers::pi;
 constexpr int kSectors = 36;
 
-/// What a robot in a round room, off its middle, sees: nearness is smooth around the circle.
+/// Panorama of a robot in a round room, away from its middle: nearness is smooth around the circle.
 std::vector<SectorShift> Shifts(double turn, double direction, double nearness, double lopsided) {
   std::vector<SectorShift> shifts;
   for (int i = 0; i < kSectors; ++i) {
@@ -73,7 +73,7 @@ TEST(ParallaxFit, OfAnyDirectionFindsItAllAround) {
 }
 
 TEST(ParallaxFit, OfAnyDirectionHasALargeVarianceWhereSeveralFit) {
-  // Shifts known so badly that hardly anything speaks for one direction.
+  // Shifts known so badly that they hardly favour one direction.
   auto shifts = Shifts(0.1, 50 * kRadPerDeg, 0.06, 0.6);
   for (SectorShift& shift : shifts) shift.variance_rad2 = 0.03 * 0.03;
   const ParallaxFit fit = FitParallaxOfAnyDirection(shifts, kSectors);

@@ -11,7 +11,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Angle between two directions either of which may be told backwards.
+/// Angle between two directions either of which may be reversed.
 double Apart(double a, double b) {
   return std::abs(WrapAngle(2 * (a - b))) / 2;
 }
@@ -33,8 +33,8 @@ TEST(TravelTrack, OfKnownTravelTakesTheChord) {
   const TravelTrack::Spot start = track.Arrive(poses[0].yaw);
   for (int i = 1; i < 4; ++i) {
     track.Move((poses[i].Inverse() * poses[i - 1]).Translation() * -1);
-    const Eigen::Vector2d way = poses[i].Inverse() * poses[0].Translation();
-    const double chord = std::atan2(way.y(), way.x());
+    const Eigen::Vector2d moved = poses[i].Inverse() * poses[0].Translation();
+    const double chord = std::atan2(moved.y(), moved.x());
     EXPECT_LT(Apart(track.DirectionFrom(start, 0.1, poses[i].yaw), chord), 1e-9) << i;
     (void)track.Arrive(poses[i].yaw);
   }

@@ -358,7 +358,7 @@ TEST(MapFile, MosaicSourceMayThrow) {
   EXPECT_THAT(write, ThrowsMessage<RunError>(HasSubstr("no image")));
 }
 
-/// Lets files of this process grow up to a limit only: what a full disk looks like to a program.
+/// Lets files of this process grow up to a limit only: the effect of a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

@@ -1,4 +1,4 @@
-// The grain of a ceiling belongs to the ceiling: whoever looks at it sees the same.
+// The grain of a ceiling belongs to the ceiling: it is the same in every image.
 
 #include <gmock/gmock.h>
 
@@ -88,7 +88,7 @@ TEST(CeilingGrain, OfAPeriodicCeilingIsTheSameToo) {
   EXPECT_GT(Correlation(Shrunk(Seen(scene), 2), coarse), 0.98);
 }
 
-// A camera that turns by 90 degrees over a tile's middle or corner sees the same image.
+// A camera that turns by 90 degrees over a tile's middle or corner has the same image.
 TEST(CeilingGrain, OfASymmetricTileIsItsOwnAfterAQuarterTurn) {
   Scene scene = PlainScene();
   scene.camera.height_px = scene.camera.width_px;

@@ -42,10 +42,10 @@ class ColouredRoom {
 
   [[nodiscard]] double Radius() const { return radius_m_; }
 
-  /// What the camera sees from a pose of base. @param light  factor on all colours.
-  [[nodiscard]] cv::Mat See(const calib::MountedCamera& forward,
-                            const Pose2& T_room_base,
-                            double light = 1) const {
+  /// Image of the camera at a pose of base. @param light  factor on all colours.
+  [[nodiscard]] cv::Mat Render(const calib::MountedCamera& forward,
+                               const Pose2& T_room_base,
+                               double light = 1) const {
     const calib::PinholeCamera& camera = forward.camera;
     cv::Mat image(camera.Size(), CV_8UC3);
     const Eigen::Matrix3d turn =

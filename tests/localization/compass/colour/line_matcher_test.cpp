@@ -78,7 +78,7 @@ TEST(LineMatcher, IsTheWeightedHellingerDistance) {
   }
 }
 
-/// A model of two kinds of directions: bare wall (class 0 all the way) in most, a board in one.
+/// A model of two kinds of directions: bare wall (class 0 only) in most, a board in one.
 ColourModel MostlyBare(int board) {
   ColourModel model = Model(ModelKind::kVictoria);
   for (AngleBin& bin : model.cells[0].bins) bin.transitions.setUnit(0);
@@ -111,7 +111,8 @@ TEST(FitChanging, UnknownContentFavoursNoDirection) {
   EXPECT_LT(fit.maxCoeff(), 0.1);
 }
 
-// On average over directions a line is as likely as any: what Doubt of the compass rests on.
+// On average over directions a line is as likely as any other, which the compass assumes for its
+// variance.
 TEST(FitChanging, HasAMeanOfOne) {
   const ColourModel model = Model(ModelKind::kVictoria);
   LineMatcher matcher(model, 0.02, 0.2);

@@ -71,7 +71,7 @@ TEST(Labrosse2004, HoldsTheHeadingWithoutTexture) {
     EXPECT_GT(held->variance_rad2, variance);
     variance = held->variance_rad2;
   }
-  // Compared with what was seen last, the turn meanwhile is not lost, nor is the doubt kept.
+  // Compared with the last valid panorama, the turn is measured and the variance is small again.
   const auto again = compass.Next({compass::Rolled(world, 50), ++stamp});
   EXPECT_NEAR(again->heading_rad, 50 * kRadPerDeg, 1e-9);
   EXPECT_EQ(again->confidence, 1);

@@ -173,7 +173,7 @@ TEST(Labrosse2006, GoesOnInNewSurroundings) {
   EXPECT_GE(found->variance_rad2, lost->variance_rad2);
 }
 
-// A frame that fitted nothing does not become the reference while the old one still tells
+// A frame that fitted nothing does not become the reference while the old one still matches
 // something, less than the threshold asks for: what the robot turned meanwhile would be lost.
 TEST(Labrosse2006, ReturnsToAPoorReference) {
   const compass::Waves world(8, 360, CV_8UC3, 15);
@@ -284,7 +284,7 @@ TEST(MakeCompass, MakesEachMethod) {
   EXPECT_NE(dynamic_cast<compass::FftCompass*>(make(Method::kFft).get()), nullptr);
   EXPECT_NE(dynamic_cast<Labrosse2006*>(make(Method::kLabrosse2006).get()), nullptr);
   EXPECT_NE(dynamic_cast<Labrosse2004*>(make(Method::kLabrosse2004).get()), nullptr);
-  // Only the parameters of the method that is made are looked at.
+  // Only the parameters of the selected method are checked.
   CompassParams params{.method = Method::kLabrosse2004};
   params.labrosse2006.threshold = 2;
   EXPECT_NO_THROW(MakeCompass(params));
