@@ -35,7 +35,7 @@ double Seconds() {
 struct Outcome {
   std::vector<Pose2> poses;
   int iterations = 0;
-  double cost = 0;  ///< as it says itself
+  double cost = 0;  ///< as reported
   std::vector<double> seconds;
 };
 

@@ -226,7 +226,7 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
     total += FalseClosures(run);
     reported = reported && ambiguous > 0;
   }
-  fmt::print("false loop closures in {} seeds: {}; every map says where it is ambiguous: {}\n",
+  fmt::print("false loop closures in {} seeds: {}; every map reports where it is ambiguous: {}\n",
              kSeeds,
              total,
              reported ? "yes" : "no");

@@ -148,7 +148,7 @@ TEST(ForwardEquation, ZoomGivesTiltZero) {
   }
 }
 
-// Without a base line the zoom is 1 and says nothing of the wall: th1 (a wall infinitely far) and
+// Without a base line the zoom is 1 and independent of the wall: th1 (a wall infinitely far) and
 // the tilt that makes b = 0 both agree. A farthest wall distinguishes them.
 TEST(ForwardEquation, NoBaselineIsReportedForTheFarthestWall) {
   std::mt19937 random(7);

@@ -132,7 +132,7 @@ TEST(ForwardSolver, ACameraThatPointsAsideMixesPitchAndRoll) {
       scene.pitch_rad = deg[0] * kRadPerDeg;
       scene.roll_rad = deg[1] * kRadPerDeg;
       scene.yaw_rad = yaw_deg * kRadPerDeg;
-      scene.pivot_m = 0;  // whoever climbs: the foot stays
+      scene.pivot_m = 0;  // in any climb: the foot stays
       scene.MapMatch();
       calib::Rig rig = PapersRig();
       rig.axle_behind_mast_m = 0;

@@ -110,7 +110,7 @@ TEST(ForwardTracker, NoseUpAndLeftSideUp) {
                            FrontUp(0, kAxle, -2)}) {
     const auto motion = robot.Measure(kStart, tilt);
     robot.ExpectRight(motion, kStart, tilt);
-    // Signs, whatever the geometry above says.
+    // Signs, independent of the geometry above.
     if (tilt.pitch_rad < -0.5 * kRadPerDeg) {
       EXPECT_LT(motion->tan_shift, -0.01);
     }

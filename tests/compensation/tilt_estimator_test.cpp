@@ -80,7 +80,7 @@ class Recording {
     for (int i = 0; i < Size(); ++i) sum += ErrorOf(i).squaredNorm();
     return std::sqrt(sum / Size()) / kRadPerDeg;
   }
-  /// Frames farther off than so many of their own standard deviations.
+  /// Frames with an error above this number of their own standard deviations.
   [[nodiscard]] int Beyond(double sigmas) const {
     int beyond = 0;
     for (int i = 0; i < Size(); ++i) {
@@ -192,7 +192,7 @@ TEST(TiltEstimator, AnUncoveredForwardCameraIsUsedAgain) {
   EXPECT_EQ(recording.report.unknown, 4);
 }
 
-/// Somebody crosses the forward view.
+/// A person crosses the forward view.
 void Cross(int i, TiltFrame& frame) {
   cv::rectangle(frame.forward, cv::Rect(7 * i - 20, 50, 70, 160), cv::Scalar(220), cv::FILLED);
   cv::rectangle(frame.forward, cv::Rect(7 * i - 5, 80, 30, 60), cv::Scalar(30), cv::FILLED);

@@ -44,7 +44,7 @@ TEST_F(Faults, DamagedPacketsGiveNoPosesFromBefore) {
   EXPECT_GT(localized.placed, 0);
 }
 
-// The drive goes on elsewhere under the same tiles.
+// The drive continues elsewhere under the same tiles.
 TEST_F(Faults, DarknessDuringTheDriveCausesNoWrongPose) {
   const Outcome outcome = TheLab().Map(FaultNamed("dark for a third of the way"), 1);
   ExpectSurvived(outcome);

@@ -1,4 +1,4 @@
-// Every unusable input ends with its exit code, one line on stderr that says what is wrong, and
+// Every unusable input ends with its exit code, one line on stderr with the problem, and
 // nothing left behind.
 
 #include <algorithm>
@@ -33,7 +33,7 @@ std::vector<std::string> Map(std::vector<std::string> more) {
   return more;
 }
 
-// Arguments of a localization that is right but for what they say.
+// Arguments of a localization with one error each.
 std::vector<std::string> Localize(const std::string& map,
                                   const std::string& rig,
                                   const std::string& up,

@@ -1,5 +1,5 @@
-// Whatever `ceilmap compass` cannot use ends with its exit code, one line on stderr that says what
-// is wrong, and nothing left behind.
+// Every unusable input of `ceilmap compass` ends with its exit code, one line on stderr with the
+// problem, and no files left behind.
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -25,7 +25,7 @@ MapMatch MatchAt(const Pose2& T, double dissimilarity, bool disambiguated_by_pri
 
 class HypothesesTest : public testing::Test {
  protected:
-  // A frame of a robot that drives along x: `unlike` says how well each of the places fits.
+  // A frame of a robot that drives along x: `dissimilarity` of each of the places.
   void Frame(const std::map<double, double>& dissimilarity_at_y,
              bool disambiguated_by_prior = false) {
     const Pose2 step{0.3, 0, 0};

@@ -22,7 +22,7 @@ class PeriodicMap : public testing::Test {
  protected:
   static void SetUpTestSuite() { map_ = new TrueMap(Periodic()); }
   static void TearDownTestSuite() { delete map_; }
-  /// Switched on at a pose that is known to so many metres, and 1.1 degrees.
+  /// Started at a pose that is known with this standard deviation in metres, and 1.1 degrees.
   static LocalizerParams StartingAt(const Pose2& T_map_base, double sigma) {
     LocalizerParams params;
     PoseEstimate start{T_map_base};
@@ -30,7 +30,7 @@ class PeriodicMap : public testing::Test {
     params.start = start;
     return params;
   }
-  /// Straight on, for so many frames, which must all be placed.
+  /// Straight ahead, for this number of frames, which must all be placed.
   static void DriveOn(Visitor& visitor, Pose2& T, int frames) {
     for (int i = 0; i < frames; ++i) {
       const Location location = visitor.Locate(T);

@@ -191,7 +191,7 @@ TEST_F(LocalizerTest, HeadingsOfTheMapChooseAmongPlaces) {
 }
 
 TEST_F(LocalizerTest, MeasuresAWrongScaleOfTheRigOnce) {
-  // The camera is 4 cm higher than its rig says: 2 % of the distance to the ceiling.
+  // The camera is 4 cm higher than in its rig: 2 % of the distance to the ceiling.
   const calib::MountedCamera truth = UpCamera(250, 0.54);
   const calib::CeilingView view(truth, synthetic::kCeiling_m);
   Visitor visitor(*map_, UpCamera(250, 0.5));

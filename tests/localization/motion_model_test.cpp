@@ -53,7 +53,7 @@ TEST(MotionModel, UncertaintyGrowsWithoutMeasurements) {
 }
 
 TEST(MotionModel, ErrorsAreAsLargeAsItSays) {
-  // Robots that do what the model says: its normalised squared error must average 3.
+  // Robots that move by the model: its normalised squared error must average 3.
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
   const MotionModelParams params;

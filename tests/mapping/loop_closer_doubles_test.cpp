@@ -22,7 +22,8 @@ constexpr int kCarried = 2 * kPlaces;  // the keyframe after the robot was carri
 /// hardly anything.
 class CarriedBack {
  public:
-  /// @param doubles  so many places of room B, the first ones, are identical to those of room A.
+  /// @param doubles  Number of places of room B, the first ones, that are identical to those of
+  /// room A.
   explicit CarriedBack(int doubles, const LoopCloserParams& params = Stops::ShortGap())
       : stops_({}, params) {
     for (int i = 0; i < kPlaces; ++i) Place({4.0 * i, 0, 0});
@@ -37,7 +38,7 @@ class CarriedBack {
     for (int i = 0; i < kPlaces; ++i) Place({4.0 * i + 0.3, -0.2, 0.1});
   }
 
-  /// Shows the places in their order, but of the second visit only so many.
+  /// Shows the places in their order, but of the second visit only this number.
   graph::LoopCounts Visit(int again) {
     for (int i = 0; i <= kCarried + again; ++i) stops_.Show(drive_[static_cast<std::size_t>(i)]);
     return stops_.Counts();

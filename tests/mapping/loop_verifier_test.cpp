@@ -43,8 +43,8 @@ TEST(LoopVerifier, AgreesWithinTheSpreadThatBothLeave) {
   EXPECT_TRUE(judge.Agrees(MakeEdge(0, 1, {2, 1.9, kQuarter}, 0.2), predicted)) << "its own spread";
 }
 
-/// Two visits of a corridor, keyframes 0..3 and 4..7 a metre apart; how the one lies to the other
-/// nobody knows.
+/// Two visits of a corridor, keyframes 0..3 and 4..7 a metre apart; the motion between them is
+/// unknown.
 class TwoVisits : public testing::Test {
  protected:
   TwoVisits() {
@@ -83,7 +83,7 @@ TEST_F(TwoVisits, OneThatContradictsTakesThreeThatSupport) {
   EXPECT_THAT(Verify(Closure(1, 5)), IsEmpty());
   EXPECT_THAT(Verify(Closure(2, 6)), IsEmpty());
   EXPECT_THAT(Verify(Closure(3, 7)), ElementsAre(Pair(0, 4), Pair(1, 5), Pair(2, 6), Pair(3, 7)));
-  EXPECT_EQ(judge_.Waiting(), 1U) << "what contradicts goes on waiting";
+  EXPECT_EQ(judge_.Waiting(), 1U) << "a contradicting closure remains pending";
 }
 
 TEST_F(TwoVisits, NothingIsSaidOfPartsThatNoPathJoins) {

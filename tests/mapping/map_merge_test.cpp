@@ -120,7 +120,7 @@ TEST(MapMerge, ThirdPartMayHangOnTheSecond) {
   EXPECT_EQ(merged.graph.keyframes.size(), 28U);
 }
 
-/// What a compass said on the drive, that counts from another direction than the map.
+/// Headings of a compass on the drive, with another zero direction than the map.
 void AddHeadings(DriveUnder& drive, double first_variance) {
   double variance = first_variance;
   for (graph::Keyframe& keyframe : drive.graph.keyframes) {

@@ -41,7 +41,7 @@ class Drive {
     steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
     return steps_.back();
   }
-  /// Speeds up to half a tile a frame, and goes on like that for four tiles.
+  /// Accelerates to half a tile a frame, and keeps that speed for four tiles.
   void SpeedUpAndDriveEvenly(double turn = 0) {
     Process();
     for (const double forward : {0.1, 0.2}) Process({forward, 0, 0});
@@ -196,7 +196,7 @@ struct Jump {
 class JumpUnderTiles : public testing::TestWithParam<Jump> {};
 
 /// A jump by a whole tile leaves no trace in the images. By half a tile the robot may be before
-/// or behind the place where it was expected, and nobody can know.
+/// or behind the place where it was expected, and this cannot be detected.
 TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   Drive drive(Periodic(kTilePx));
   drive.Process();

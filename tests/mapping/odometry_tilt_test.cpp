@@ -29,7 +29,7 @@ class Recording {
     for (const simulator::Frame& frame : path_) images_.push_back(renderer_.Render(frame));
   }
 
-  /// @param sigma_rad  what is said of the tilts' errors; they are exact.
+  /// @param sigma_rad  Reported standard deviation of the tilts, which are exact.
   [[nodiscard]] std::vector<OdometryStep> Run(bool compensate = true, double sigma_rad = 0) const {
     const calib::LevelView level_view(view_);
     Odometry odometry(view_, TruthOf(0).pose);

@@ -203,7 +203,7 @@ TEST(BaseMotionCovariance, AgreesWithMonteCarlo) {
 }
 
 /// Of robots whose ceiling was seen without error, but whose tilts are not what they were taken
-/// for: what is said of the foot's place against where it comes out.
+/// for: the error of the foot's position compared with its covariance.
 TEST(InflateTiltCovariance, AgreesWithMonteCarlo) {
   const CeilingView view = OffsetView();
   const calib::LevelView level_view(view);

@@ -16,8 +16,8 @@ PosePair Pair(const Pose2& truth, const Pose2& estimate) {
   return {ToStampedPose(0, truth), ToStampedPose(0, estimate)};
 }
 
-// The truth drives three metres straight on. The estimate turns left after the first, goes on for
-// one metre and then for one and a half.
+// The truth drives three metres straight ahead. The estimate turns left after the first, goes on
+// for one metre and then for one and a half.
 std::vector<PosePair> Bend() {
   const double left = std::numbers::pi / 2;
   return {Pair({0, 0, 0}, {0, 0, 0}),

@@ -36,7 +36,7 @@ AngleBin SomeBin(int size, bool with_variance, cv::RNG& random) {
   return bin;
 }
 
-/// @param filled  the first so many bins of each cell hold something.
+/// @param filled  Number of non-empty bins of each cell, the first ones.
 ColourModel SomeModel(colour::ModelKind kind, int classes, int filled) {
   constexpr std::uint64_t kSeed = 7;
   cv::RNG random(kSeed);
@@ -122,7 +122,7 @@ TEST(ColourModelFile, IsSmall) {
   EXPECT_LT(text.size(), 2'000'000U);
 }
 
-// A document with a mistake, and all that is said of it after the file's name.
+// A document with a mistake, and its message after the file's name.
 struct BadModel {
   std::string name;
   std::function<void(json&)> damage;

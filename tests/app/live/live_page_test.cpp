@@ -127,8 +127,8 @@ TEST_F(LivePageTest, TheLastStateReachesConnectedClients) {
     document = Ask();
   } while (document["state"]["running"]);
   EXPECT_EQ(document["title"], "Done");
-  EXPECT_EQ(document["picture"]["url"], "data:image/png;base64,TWFu") << "who would answer?";
-  end.get();  // in time: it waits for nobody any more
+  EXPECT_EQ(document["picture"]["url"], "data:image/png;base64,TWFu") << "the server ends";
+  end.get();  // in time: there are no clients to wait for
 }
 
 TEST_F(LivePageTest, TheEndDoesNotWaitWithoutClients) {

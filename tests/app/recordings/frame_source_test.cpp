@@ -247,7 +247,7 @@ TEST(FrameSource, LeavesAStalledPipeBehind) {
     EXPECT_EQ(write(descriptor, video.data(), static_cast<std::size_t>(wanted)), wanted);
   });
   {
-    // Room for all frames: the reader goes on until it waits for the pipe.
+    // Space for all frames: the reader continues until it waits for the pipe.
     FrameSource source(pipe.string(), ReadAhead(100));
     writer.join();
     Frame frame;

@@ -125,7 +125,7 @@ TEST_F(ComparisonPageTest, HeadingsAloneTurnTheRobotWhereItTrulyWas) {
   params_.estimates = {(folder_ / "h.csv").string()};
   const page::PageData data = ComparisonPage(Compare(params_), {}, ShownFrame::kTruth, "m");
   data.Validate();
-  ASSERT_EQ(data.paths.size(), 2U);  // where the robot truly was, turned as the compass says
+  ASSERT_EQ(data.paths.size(), 2U);  // true positions, with the yaw of the compass
   EXPECT_EQ(data.paths[1].name, "h (heading)");
   EXPECT_NEAR(data.paths[1].poses.at(1).x, 5, 1e-6);
   EXPECT_NEAR(data.paths[1].poses[1].yaw_rad, 0.1 + std::numbers::pi / 180, 1e-6);

@@ -35,7 +35,7 @@ std::vector<std::string> Rows(const std::vector<WeakSpot>& spots,
   return rows;
 }
 
-/// Only what is said of the weak spots: how many, and which.
+/// Only the rows of the weak spots: their number, and the spots.
 std::vector<std::string> SpotRows(const std::vector<WeakSpot>& spots, int max_spots = 8) {
   std::vector<std::string> rows = Rows(spots, max_spots);
   rows.erase(rows.begin(), rows.begin() + 3);

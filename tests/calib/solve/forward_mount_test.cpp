@@ -204,7 +204,7 @@ TEST(ForwardMount, WhatMovesByItselfIsLeftOut) {
   Room room(5, 0.1);
   std::vector<MotionWithMatches> motions = OverAStep(room);
   for (std::size_t k = 0; k < motions.size(); ++k) {
-    // Somebody walks to and fro.
+    // A person walks to and fro.
     const double shift = k % 2 == 0 ? 0.03 : -0.03;
     std::vector<Match>& matches = motions[k].matches;
     for (std::size_t i = 0; i < matches.size(); i += 4) matches[i].second += Vector2d(shift, 0.01);

@@ -131,7 +131,8 @@ TEST(MirrorFinder, OneImageGivesARoughResult) {
   EXPECT_LT((fit.ring.centre_px - kCentre).norm(), 1);
   EXPECT_NEAR(fit.ring.outer_radius_px, kRim, 1);
   EXPECT_EQ(FindRing(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90))).fault, MirrorFault::kNoRim);
-  EXPECT_NEAR(fit.outer_sigma_px, 0.01 * fit.ring.outer_radius_px, 0.5) << "says so";
+  EXPECT_NEAR(fit.outer_sigma_px, 0.01 * fit.ring.outer_radius_px, 0.5)
+      << "the reported sigma agrees";
   EXPECT_GT(std::sqrt(fit.centre_covariance(0, 0)), 1);
 }
 

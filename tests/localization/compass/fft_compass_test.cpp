@@ -109,7 +109,7 @@ TEST(FftCompass, FollowsARobotThatDrivesSideways) {
   for (Pose2& pose : poses) pose.yaw += pi / 2;
   const PanoramaRoom room(4);
   EXPECT_LT(DriveTelling(room, poses).Largest(), 1.2 * kRadPerDeg);
-  // Whoever does not say so is taken to drive ahead.
+  // Without travel the robot is assumed to drive ahead.
   FftCompass without_travel;
   EXPECT_GT(Drive(without_travel, room, poses).Largest(), 3 * kRadPerDeg);
 }

@@ -23,7 +23,7 @@ Level MakeLevel(const cv::Mat& image) {
   return level;
 }
 
-/// Largest and middle distance of the measured shifts from what the motions say.
+/// Largest and middle distance of the measured shifts from those of the motions.
 struct ShiftErrors {
   double median = 0;
   double largest = 0;

@@ -79,7 +79,7 @@ bool IsOutlier(std::size_t block) {
 }
 constexpr int kOutliers = 19;  // of 48
 
-/// Two of five blocks say something else, at least 3 px off.
+/// Two of five blocks contradict, by at least 3 px.
 std::vector<BlockShift> WithOutliers(const Parameters& truth, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> radius(3, 9);

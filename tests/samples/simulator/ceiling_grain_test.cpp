@@ -30,7 +30,7 @@ cv::Mat Shrunk(const cv::Mat& image, int times) {
   return small;
 }
 
-// So many metres of grain from x = y = 0.
+// Grain of this size in metres, from x = y = 0.
 cv::Mat Grain(double pitch_m, double size_m) {
   const int count = static_cast<int>(std::lround(size_m / pitch_m));
   cv::Mat samples(count, count, CV_32FC1, cv::Scalar(0));
