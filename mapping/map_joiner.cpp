@@ -274,7 +274,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
                     rival != tested.end() ? rival->matched : best->matched - best->distinct);
     return result;
   }
-  if (params_.same_light && !standard_.Meets(Median(best->qualities))) {
+  if (params_.same_light && !standard_.Accepts(Median(best->qualities))) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
         fmt::format("the ceiling is periodic: {} images agree, but not as well as neighbours do",

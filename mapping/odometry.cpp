@@ -175,7 +175,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
   InflateTiltCovariance(view, step.pose.tilt, edge);
   Place(reference, edge, step.pose);
   const bool accepted = prediction.CeilingHidden()
-                            ? standard.Meets(Quality(reference, spectrum, step.registration))
+                            ? standard.Accepts(Quality(reference, spectrum, step.registration))
                             : prediction.CanBeAt(step.pose.T_map_base);
   if (!accepted) {
     step.registration.verdict = Verdict::kAmbiguous;
