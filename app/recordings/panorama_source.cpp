@@ -119,7 +119,7 @@ void PanoramaOptions::AddTo(CLI::App& cli,
   add("--azimuth",
       azimuth,
       "Counter-clockwise azimuth in --panorama, from left to right [falling]",
-      "WAY")
+      "DIRECTION")
       ->check(CLI::IsMember({"falling", "rising"}))
       ->group(input);
   add("--front-column",

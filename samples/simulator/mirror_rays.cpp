@@ -30,7 +30,7 @@ Cone Cone::Around(const std::vector<Vector3d>& directions) {
   return cone;
 }
 
-bool Cone::Accepts(const Vector3d& axis_other, double angle_other_rad) const {
+bool Cone::Intersects(const Vector3d& axis_other, double angle_other_rad) const {
   const double reach = angle_rad + angle_other_rad + 1e-6;
   return reach >= std::numbers::pi || axis.dot(axis_other) >= std::cos(reach);
 }

@@ -17,7 +17,7 @@ struct Cone {
   /// The narrowest cone around the mean of some directions, of any length.
   static Cone Around(const std::vector<Eigen::Vector3d>& directions);
   /// False when no direction is in both. @param axis_other  of length 1, in this cone's frame.
-  [[nodiscard]] bool Accepts(const Eigen::Vector3d& axis_other, double angle_other_rad) const;
+  [[nodiscard]] bool Intersects(const Eigen::Vector3d& axis_other, double angle_other_rad) const;
 };
 
 /// The rays of the pixels of a camera under a hyperbolic mirror. They all pass through one

@@ -122,7 +122,7 @@ void OmniTracer::View::ChooseNear(const MirrorRays::Block& block) {
   const Vector3d axis = R_map_cam_ * block.cone.axis;
   near_.clear();
   for (std::size_t i = 0; i < boxes_.size(); ++i) {
-    if (cones_[i].Accepts(axis, block.cone.angle_rad)) near_.push_back(i);
+    if (cones_[i].Intersects(axis, block.cone.angle_rad)) near_.push_back(i);
   }
 }
 
