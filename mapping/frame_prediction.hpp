@@ -38,7 +38,7 @@ class FramePrediction {
   /// Whether the robot may still be near the images of the time when it was placed last.
   [[nodiscard]] bool MayBeNear() const;
   /// Whether a measured pose is plausible under the constant-velocity model. It rejects perceptual
-  /// aliasing: poses a few tiles away or rotated by a quarter turn whose images look the same.
+  /// aliasing: poses a few tiles away or rotated by a quarter turn whose images are the same.
   [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
   /// Standard deviation that accounts for an implausible innovation. Where a measured position
   /// differs from the constant-velocity prediction, the image may be of another moment, or damaged

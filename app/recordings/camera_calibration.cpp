@@ -50,7 +50,7 @@ bool IsSeen(const cv::Mat& image, cv::Size corners, Board board) {
 }
 
 // Counts images that show a board of another size. Two images must agree if there are two, because
-// tiles and windows may look like small boards.
+// tiles and windows may appear as small boards.
 class SizeVotes {
  public:
   SizeVotes(const BoardImages& images, const Board& board)

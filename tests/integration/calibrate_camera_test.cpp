@@ -53,7 +53,7 @@ class Recordings {
     const std::vector<cv::Mat> good = PaintAll(painter, poses);
     support::WriteImages(folder_ / "good", good);
     support::WriteImages(folder_ / "one", {good[0]});
-    support::WriteImages(folder_ / "alike", {good[1], good[1], good[1], good[1]});
+    support::WriteImages(folder_ / "similar", {good[1], good[1], good[1], good[1]});
     support::WriteImages(folder_ / "grey",
                          std::vector<cv::Mat>(3, cv::Mat(360, 480, CV_8U, cv::Scalar(90))));
     support::WriteImages(folder_ / "sizes", {good[0], good[1].colRange(0, 400).clone()});
@@ -289,8 +289,8 @@ const std::vector<BadCalibration> kBadCalibrations = {
     {"Blurred", {"@blurred"}, "blurred: the board is blurred in all of 15 images; hold it still"},
     {"OneView", {"@one"}, "one: 1 of 1 images shows the board sharp and whole, at least 3"},
     {"AlikeViews",
-     {"@alike"},
-     "alike: the 4 views of the board are too similar (1 different one), at least 3 are needed; "
+     {"@similar"},
+     "similar: the 4 views of the board are too similar (1 different one), at least 3 are needed; "
      "show"},
     {"LevelViews", {"@level"}, "level: no view with the board tilted by more than"},
     {"SizesDiffer",

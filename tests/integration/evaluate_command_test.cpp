@@ -225,9 +225,9 @@ TEST(Evaluate, FindsTheOffsetOfAnotherClockAndAScale) {
                                                    "--offset=876.5",
                                                    "--segments=1.5",
                                                    "-o",
-                                                   "told"});
+                                                   "shifted"});
   EXPECT_EQ(shifted.exit_code, 0) << shifted.err;
-  const auto again = nlohmann::json::parse(ReadAll(test.out / "told/metrics.json"));
+  const auto again = nlohmann::json::parse(ReadAll(test.out / "shifted/metrics.json"));
   EXPECT_EQ(again["estimates"]["other"]["segments"][0]["length_m"], 1.5);
 
   const support::ProcessResult refused = test.Run({"evaluate", "--truth=@truth.tum", "@other.tum"});

@@ -92,8 +92,8 @@ TEST_F(HeadingModel, AgreesWithTheCeiling) {
   EXPECT_EQ(summary["quality"]["heading"]["headings"], kFrames);
 }
 
-// The colours are sure of the heading before the ceiling is visible; pointing a quarter to the
-// left, the robot cannot stand as the ceiling has it.
+// The colours give the heading before the ceiling is visible; with a heading a quarter turn to the
+// left, the pose by the ceiling is excluded.
 TEST_F(HeadingModel, AnAccurateHeadingExcludesPlaces) {
   std::vector<cv::Mat> images = CeilingImages();
   for (std::size_t i = 0; i < kTurning; ++i) images[i] = cv::Mat::zeros(kImageSize, CV_8UC1);

@@ -113,13 +113,13 @@ TEST(OdometryOfATiltedRobot, CovarianceHoldsWhatIsNotKnownOfTheTilt) {
   const std::vector<OdometryStep> inaccurate = recording.Run(true, kSigma);
   const double sigma_m = 2.6 * kSigma;
   for (const std::size_t i : {14U, 16U, 18U}) {
-    const Eigen::Matrix3d more = inaccurate[i].pose.covariance - sure[i].pose.covariance;
+    const Eigen::Matrix3d more = inaccurate[i].pose.covariance - accurate[i].pose.covariance;
     // The keyframe's own, and this frame's.
     EXPECT_GE(std::sqrt(more(0, 0)), 0.999 * sigma_m) << i;
     EXPECT_GE(std::sqrt(more(1, 1)), 0.999 * sigma_m) << i;
     EXPECT_LE(std::sqrt(more(0, 0)), 2 * sigma_m) << i;
     EXPECT_NEAR(
-        inaccurate[i].tie.information.inverse()(0, 0) - sure[i].tie.information.inverse()(0, 0),
+        inaccurate[i].tie.information.inverse()(0, 0) - accurate[i].tie.information.inverse()(0, 0),
         sigma_m * sigma_m,
         1e-3 * sigma_m * sigma_m);
   }

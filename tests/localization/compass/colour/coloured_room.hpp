@@ -52,11 +52,12 @@ class ColouredRoom {
         Eigen::AngleAxisd(T_room_base.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const Eigen::Vector3d eye =
         turn * forward.T_base_cam.translation() + Eigen::Vector3d(T_room_base.x, T_room_base.y, 0);
-    const Eigen::Matrix3d look = turn * forward.T_base_cam.linear();
+    const Eigen::Matrix3d R_room_cam = turn * forward.T_base_cam.linear();
     for (int v = 0; v < image.rows; ++v) {
       for (int u = 0; u < image.cols; ++u) {
         const Eigen::Vector3d ray =
-            look * Eigen::Vector3d((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
+            R_room_cam *
+            Eigen::Vector3d((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
         image.at<cv::Vec3b>(v, u) = light * ColourAlong(eye, ray);
       }
     }
