@@ -40,12 +40,12 @@ class Drive {
   /// Moves by T_before_after, and processes the image there.
   const OdometryStep& Process(const Pose2& T_before_after = {}) {
     T_map_base_ = T_map_base_ * T_before_after;
-    return Process(ceiling_.Render(
+    return ProcessImage(ceiling_.Render(
         view_.Size(), MotionAt(view_, T_map_base_), 1.5, static_cast<std::uint32_t>(Frame()) + 1));
   }
   const OdometryStep& SeeNothing(const Pose2& T_before_after = {}) {
     T_map_base_ = T_map_base_ * T_before_after;
-    return Process(cv::Mat(view_.Size(), CV_8UC1, cv::Scalar(20)));
+    return ProcessImage(cv::Mat(view_.Size(), CV_8UC1, cv::Scalar(20)));
   }
   void Disturb(double off) { compass_.off += off; }
   void SwitchCompass(bool on) { compass_.on = on; }
@@ -62,7 +62,7 @@ class Drive {
 
  private:
   [[nodiscard]] std::int64_t Frame() const { return static_cast<std::int64_t>(steps_.size()); }
-  const OdometryStep& Process(const cv::Mat& image) {
+  const OdometryStep& ProcessImage(const cv::Mat& image) {
     FrameContext context;
     if (compass_.on) {
       compass_.off += compass_.drift_per_frame;

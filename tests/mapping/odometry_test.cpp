@@ -46,11 +46,11 @@ class Drive {
   }
   void Jump(const Pose2& T_map_base) { T_map_base_ = T_map_base; }
   OdometryStep Process() {
-    return Process(ceiling_.Render(kSize, MotionAt(view_, T_map_base_), 1.5, Next()));
+    return ProcessImage(ceiling_.Render(kSize, MotionAt(view_, T_map_base_), 1.5, Next()));
   }
   OdometryStep SeeUniform(int grey) {
     Next();
-    return Process(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
+    return ProcessImage(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
   }
 
   OdometryStep Close() { return odometry_.Close(); }
@@ -64,7 +64,7 @@ class Drive {
   static inline const cv::Size kSize{640, 480};
 
   std::uint32_t Next() { return static_cast<std::uint32_t>(truths_.size()) + 1; }
-  OdometryStep Process(const cv::Mat& image) {
+  OdometryStep ProcessImage(const cv::Mat& image) {
     const auto index = static_cast<std::int64_t>(truths_.size());
     truths_.push_back(T_map_base_);
     steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
