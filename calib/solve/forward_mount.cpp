@@ -54,11 +54,11 @@ RayInSecond<T> RayOf(const MotionWithMatches& motion,
                      const Vector6<T>& error) {
   const Matrix3d R_second_first = motion.T_first_second.linear().transpose();
   // The first camera in the second's base, from the second camera.
-  const Vector3d ray = R_second_first * (place - motion.T_first_second.translation()) - place;
+  const Vector3d origin = R_second_first * (place - motion.T_first_second.translation()) - place;
   const Vector3<T> ray = R_base_cam * match.first.homogeneous().cast<T>();
   const Vector3<T> turned = R_second_first.cast<T>() * ray;
   return {R_base_cam.transpose() * (turned + error.template head<3>().cross(turned)),
-          R_base_cam.transpose() * (ray.cast<T>() + error.template tail<3>())};
+          R_base_cam.transpose() * (origin.cast<T>() + error.template tail<3>())};
 }
 
 // Distance of a match from that half line, along it (beyond its ends) and across, in units of the
