@@ -29,7 +29,7 @@ std::string JoinCommandLine(int argc, const char* const* argv) {
   return line;
 }
 
-// As typed, without the program: "compass learn".
+// As typed, without the program's name: "compass learn".
 std::string FullName(const CLI::App& cli) {
   const CLI::App* const parent = cli.get_parent();
   if (parent == nullptr) return "";
@@ -52,14 +52,14 @@ void RunCommand(const commands::Command& command) {
   if (std::fflush(stdout) != 0) throw RunError("stdout cannot be written to");
 }
 
-// One of those that can be run: require_subcommand(1) sees to it.
+// The selected command; require_subcommand(1) ensures that there is one.
 const commands::Command& ChosenCommand(const std::vector<commands::Command>& commands) {
   return *std::find_if(commands.begin(), commands.end(), [](const commands::Command& command) {
     return command.cli->parsed();
   });
 }
 
-// CLI11 would only say that a command is missing.
+// CLI11 would only report that a command is missing.
 void CheckCommandName(const CLI::App& program, int argc, const char* const* argv) {
   const CLI::App* cli = &program;
   int i = 1;
@@ -85,7 +85,7 @@ void CheckCommandName(const CLI::App& program, int argc, const char* const* argv
       fmt::format("{0}: give one of {1}; see 'ceilmap {0} --help'", FullName(*cli), names));
 }
 
-// How far the command line was understood.
+// The commands that were recognised in the command line.
 const CLI::App& LastParsed(const CLI::App& program) {
   const CLI::App* cli = &program;
   while (!cli->get_subcommands().empty()) cli = cli->get_subcommands().front();
@@ -126,11 +126,11 @@ int ParseAndRun(int argc, const char* const* argv) {
 
 CommandLine::CommandLine()
     : program_(std::make_unique<CLI::App>("Maps a ceiling from the video of an upward camera on a "
-                                          "robot, and finds robots on the map.")) {
+                                          "robot, and localizes robots on the map.")) {
   program_->name("ceilmap");
   program_->set_version_flag("--version", std::string("ceilmap ") + CEILMAP_VERSION);
   program_->require_subcommand(1);
-  program_->footer("ceilmap COMMAND --help tells more, with examples.");
+  program_->footer("'ceilmap COMMAND --help' describes a command, with examples.");
   commands_ = AddCommands(*program_);
 }
 

@@ -10,12 +10,12 @@ namespace ceilmap::app {
 class CommandLine {
  public:
   CommandLine();
-  /// @return the command that was named, with its options set; null when --help or --version was
-  ///   asked for, which ends the parse with nothing more to do than Answer().
-  /// @throws InputError for what cannot be understood. Files are not opened here, but
-  ///   options that must name one are held against the disk.
+  /// @return the selected command with its options set; null when --help or --version was given,
+  /// which ends the parse; Answer() has the text.
+  /// @throws InputError for arguments that cannot be understood. Files are not opened here, but
+  /// options that must name an existing file are checked.
   const commands::Command* Parse(int argc, const char* const* argv);
-  /// The text of --help or --version, when Parse gave null.
+  /// The text of --help or --version, when Parse returned null.
   [[nodiscard]] const std::string& Answer() const { return answer_; }
 
  private:
@@ -24,9 +24,9 @@ class CommandLine {
   std::string answer_;
 };
 
-/// The whole program: parses the command line, runs the command, turns errors into one line on
+/// The whole program: parses the command line, runs the command, prints an error as one line on
 /// stderr.
-/// @return the exit code: 0 done; 1 it ran but failed; 2 unusable arguments or input files.
+/// @return the exit code: 0 done; 1 the run failed; 2 unusable arguments or input files.
 int RunProgram(int argc, const char* const* argv);
 
 }  // namespace ceilmap::app

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kWhat = "a ROS camera_info file";
 constexpr int kMaxImagePx = 16384;
-constexpr std::string_view kFocalMend = "take it from the camera's calibration, in pixels";
+constexpr std::string_view kFocalFix = "take it from the camera's calibration, in pixels";
 
 /// `{rows: R, cols: C, data: [...]}` in row order.
 std::vector<double> ReadMatrix(const YamlValue& matrix, int rows, int cols) {
@@ -32,8 +32,8 @@ void ReadCameraMatrix(const YamlValue& info, PinholeCamera& camera) {
   if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
     data.Fail("[fx, 0, cx, 0, fy, cy, 0, 0, 1]", "calibrate the camera without skew");
   }
-  if (!(k[0] > 0)) data.Fail("a matrix with fx > 0 (its first number)", kFocalMend);
-  if (!(k[4] > 0)) data.Fail("a matrix with fy > 0 (its fifth number)", kFocalMend);
+  if (!(k[0] > 0)) data.Fail("a matrix with fx > 0 (its first number)", kFocalFix);
+  if (!(k[4] > 0)) data.Fail("a matrix with fy > 0 (its fifth number)", kFocalFix);
   camera.fx = k[0];
   camera.fy = k[4];
   camera.cx = k[2];

@@ -25,7 +25,7 @@ class CeilingView {
  public:
   /// @param up  the mounted upward camera; its optical axis within 45 deg of straight up.
   /// @param ceiling_height_m  above the floor; must be above the camera.
-  /// @throws InputError when the camera cannot see a ceiling at that height.
+  /// @throws InputError when the ceiling at that height is not in the camera's view.
   CeilingView(const MountedCamera& up, double ceiling_height_m);
 
   /// View without a rig: one pixel is one unit of length, x forward = up in the image, y left =

@@ -86,9 +86,9 @@ std::uint8_t LevelView::Sample(const cv::Mat& image, float x, float y) const {
   if (!content_.empty() && content_.ptr<std::uint8_t>(y0)[x0] == 0) return 0;
   const auto* top = image.ptr<std::uint8_t>(y0) + x0;
   const auto* low = top + image.step[0];
-  const float part = x - static_cast<float>(x0);
-  const float upper = static_cast<float>(top[0]) + part * static_cast<float>(top[1] - top[0]);
-  const float lower = static_cast<float>(low[0]) + part * static_cast<float>(low[1] - low[0]);
+  const float fraction = x - static_cast<float>(x0);
+  const float upper = static_cast<float>(top[0]) + fraction * static_cast<float>(top[1] - top[0]);
+  const float lower = static_cast<float>(low[0]) + fraction * static_cast<float>(low[1] - low[0]);
   const float grey = upper + (y - static_cast<float>(y0)) * (lower - upper);
   return static_cast<std::uint8_t>(std::max(1.0F, grey + 0.5F));
 }

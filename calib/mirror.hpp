@@ -10,7 +10,7 @@ namespace ceilmap::calib {
 /// foci: pinhole at (0, 0, -C), effective single viewpoint at (0, 0, C). Metres and pixels.
 ///
 /// Elevation is the angle above the plane through the viewpoint perpendicular to the axis. It
-/// increases from the centre of the image, where the camera sees itself, to the rim.
+/// increases from the centre of the image, which shows the camera itself, to the rim.
 struct HyperbolicMirror {
   double A_m = 0;
   double B_m = 0;

@@ -52,14 +52,14 @@ MirrorRing ParseMirrorRing(const YamlValue& mirror,
                            cv::Size image,
                            const std::optional<Eigen::Vector2d>& axis_px) {
   mirror.AllowOnly({"inner_radius_px", "outer_radius_px", "centre_px"});
-  constexpr auto kMend = "measure it in an image, from the mirror's centre";
+  constexpr auto kFix = "measure it in an image, from the mirror's centre";
   MirrorRing ring;
   ring.inner_radius_px =
       mirror.At("inner_radius_px", "the radius in the image that the robot's own body fills")
-          .PositiveNumber(kMend);
+          .PositiveNumber(kFix);
   const YamlValue outer =
       mirror.At("outer_radius_px", "the radius in the image of the mirror's rim");
-  ring.outer_radius_px = outer.PositiveNumber(kMend);
+  ring.outer_radius_px = outer.PositiveNumber(kFix);
   if (!(ring.outer_radius_px > ring.inner_radius_px)) {
     outer.Fail("larger than inner_radius_px", "the mirror's rim is the outer circle");
   }

@@ -77,7 +77,7 @@ class RowElevations {
     if (!(lowest_rad < highest_rad)) {
       throw InputError(fmt::format(
           "mirror camera: the panorama's lowest elevation {} must be below its highest, "
-          "{}; the mirror looks up to {}",
+          "{}; the maximum of the mirror is {}",
           Degrees(lowest_rad),
           Degrees(highest_rad),
           Degrees(mirror.RimElevation() - tilt_rad)));

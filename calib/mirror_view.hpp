@@ -44,7 +44,7 @@ struct MirrorViewParams {
 ///
 /// Column u of W shows azimuth pi - 2 pi u / W, counter-clockwise from the x axis of base: the
 /// front of the robot is column W/2, its left W/4. The image is not mirrored: it shows the room as
-/// an observer sees it who faces forward, with the top row highest. When the robot turns left by w,
+/// seen by an observer who faces forward, with the top row highest. When the robot turns left by w,
 /// the content moves to the RIGHT by w W / (2 pi) columns. Rows are of equal height; the centre of
 /// row v lies at the fraction (v + 1/2) / rows of the distance from the upper edge (outer circle)
 /// to the lower one.

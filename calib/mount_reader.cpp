@@ -50,13 +50,13 @@ void CheckAgreement(const YamlValue& matrix,
                     const Eigen::Isometry3d& T_base_cam,
                     const std::optional<Eigen::Matrix3d>& R,
                     const std::optional<Eigen::Vector3d>& t) {
-  constexpr auto kMend = "remove the one that is wrong";
+  constexpr auto kFix = "remove the one that is wrong";
   if (R) {
     const double angle = Eigen::AngleAxisd(T_base_cam.linear().transpose() * *R).angle();
-    if (angle > kTolerance) matrix.Fail("the same rotation as rotation_xyzw", kMend);
+    if (angle > kTolerance) matrix.Fail("the same rotation as rotation_xyzw", kFix);
   }
   if (t && (T_base_cam.translation() - *t).norm() > kTolerance) {
-    matrix.Fail("the same translation as translation", kMend);
+    matrix.Fail("the same translation as translation", kFix);
   }
 }
 

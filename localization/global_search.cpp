@@ -9,13 +9,13 @@ using graph::TrackingStatus;
 using registration::FrameSpectrum;
 
 GlobalSearch::GlobalSearch(const store::MapReader& map,
-                           MapMatcher& sight,
+                           MapMatcher& matcher,
                            const LocalizerParams& params)
-    : sight_(sight),
+    : matcher_(matcher),
       params_(params),
-      chain_(sight.View()),
-      finder_(map, sight.View(), params.places),
-      hypotheses_(sight.Span(), params.hypotheses),
+      chain_(matcher.View()),
+      finder_(map, matcher.View(), params.places),
+      hypotheses_(matcher.Span(), params.hypotheses),
       start_(params.start) {
   hypotheses_.Clear();
   if (start_) hypotheses_.Trust(*start_);
@@ -28,7 +28,7 @@ void GlobalSearch::Reset(const std::optional<PoseEstimate>& start) {
   start_ = start;
   frames_ = 0;
   begin_s_.reset();
-  seen_s_.reset();
+  last_placed_s_.reset();
 }
 
 void GlobalSearch::BeginAt(const PoseEstimate& pose, const LevelFrame& frame) {
@@ -36,12 +36,12 @@ void GlobalSearch::BeginAt(const PoseEstimate& pose, const LevelFrame& frame) {
   hypotheses_.Trust(pose);
   (void)chain_.Next(frame);
   begin_s_ = frame.stamp_s;
-  seen_s_ = frame.stamp_s;
+  last_placed_s_ = frame.stamp_s;
 }
 
 void GlobalSearch::ChangeView() {
   chain_.Reset();
-  finder_.SetView(sight_.View());
+  finder_.SetView(matcher_.View());
 }
 
 /// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
@@ -52,16 +52,16 @@ bool GlobalSearch::Move(const LevelFrame& frame) {
   if (!begin_s_) begin_s_ = stamp_s;
   const std::optional<ChainStep> step = chain_.Next(frame);
   if (!step && !chain_.Began()) return false;
-  const double unseen_s = stamp_s - seen_s_.value_or(*begin_s_);
+  const double unplaced_s = stamp_s - last_placed_s_.value_or(*begin_s_);
   if (step) {
     hypotheses_.Move(step->T_before_now,
                      step->covariance,
-                     !step->disambiguated_by_prior && unseen_s < kMaxDropoutS);
-  } else if (unseen_s > 0) {
-    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unseen_s,
-                       params_.unseen_turn * unseen_s);
+                     !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
+  } else if (unplaced_s > 0) {
+    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unplaced_s,
+                       params_.unseen_turn * unplaced_s);
   }
-  seen_s_ = stamp_s;
+  last_placed_s_ = stamp_s;
   return true;
 }
 
@@ -81,12 +81,12 @@ bool Fits(const Pose2& T_map_base, const std::optional<HeadingPrior>& yaw) {
 bool GlobalSearch::Wanted(const PlaceProposal& place,
                           double stamp_s,
                           const std::optional<HeadingPrior>& yaw) const {
-  if (!place.any_yaw && hypotheses_.Knows(place.T_map_base)) return false;
+  if (!place.any_yaw && hypotheses_.Contains(place.T_map_base)) return false;
   Pose2 T_map_base = place.T_map_base;
   if (!place.any_yaw && !Fits(T_map_base, yaw)) return false;
   if (!start_ || frames_ > params_.max_frames_at_start_prior) return true;
   const double elapsed_s = stamp_s - *begin_s_;
-  const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * sight_.Span();
+  const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * matcher_.Span();
   const double turned = params_.unseen_turn * elapsed_s + kProposalRad;
   PoseEstimate start = *start_;
   if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
@@ -97,9 +97,9 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
 std::optional<MapMatch> GlobalSearch::MatchNear(const Pose2& T_map_base,
                                                 const FrameSpectrum& spectrum,
                                                 const std::optional<PoseEstimate>& expected) {
-  std::optional<MapMatch> look = sight_.MatchNear(T_map_base, spectrum, expected);
-  if (sight_.Verdict() == registration::Verdict::kAmbiguous) ++ambiguous_looks_;
-  return look;
+  std::optional<MapMatch> match = matcher_.MatchNear(T_map_base, spectrum, expected);
+  if (matcher_.Verdict() == registration::Verdict::kAmbiguous) ++ambiguous_matches_;
+  return match;
 }
 
 /// Searches the whole map for places of similar appearance.
@@ -107,7 +107,7 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
                               const FrameSpectrum& spectrum,
                               const std::optional<HeadingPrior>& yaw) {
   ++searches_;
-  const double sigma = 0.5 * params_.places.same_ratio * sight_.Span();
+  const double sigma = 0.5 * params_.places.same_ratio * matcher_.Span();
   constexpr double kProposalVariance = 0.01;  // rad^2
   Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
   rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;
@@ -121,13 +121,13 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
     int left = any_yaw && hypotheses_.AnyMatch() ? 1 : static_cast<int>(places.size());
     for (const PlaceProposal& place : places) {
       if (place.any_yaw != any_yaw) continue;
-      if (ambiguous_looks_ >= kEnoughAmbiguous || left-- <= 0) break;
+      if (ambiguous_matches_ >= kEnoughAmbiguous || left-- <= 0) break;
       std::optional<PoseEstimate> expected;
       if (!any_yaw) expected = {place.T_map_base, rough};
-      const std::optional<MapMatch> look = MatchNear(place.T_map_base, spectrum, expected);
+      const std::optional<MapMatch> match = MatchNear(place.T_map_base, spectrum, expected);
       // A match that more than one pose explains gives no information about the place.
-      if (!look || look->disambiguated_by_prior) continue;
-      if (Fits(look->pose.T_map_base, yaw)) hypotheses_.Add(*look);
+      if (!match || match->disambiguated_by_prior) continue;
+      if (Fits(match->pose.T_map_base, yaw)) hypotheses_.Add(*match);
     }
   }
 }
@@ -138,24 +138,24 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   Result result;
   if (!Move(frame)) return result;
   ++frames_;
-  ambiguous_looks_ = 0;
+  ambiguous_matches_ = 0;
   // A compass that has drifted, or whose zero is wrong, must not exclude the right place
   // permanently.
-  const bool believe_yaw =
+  const bool use_yaw =
       yaw && (yaw->frame == HeadingFrame::kMap || frames_ <= params_.give_up_heading_after);
-  if (believe_yaw) hypotheses_.Turn(*yaw);
+  if (use_yaw) hypotheses_.Turn(*yaw);
   hypotheses_.MatchAll(
       [&](const Hypothesis& h) { return MatchNear(h.pose.T_map_base, spectrum, h.pose); });
-  if (hypotheses_.Sure() == nullptr) {
-    Relocalize(frame, spectrum, believe_yaw ? yaw : std::nullopt);
+  if (hypotheses_.Accepted() == nullptr) {
+    Relocalize(frame, spectrum, use_yaw ? yaw : std::nullopt);
   }
   hypotheses_.Weigh();
   result.hypotheses = static_cast<int>(hypotheses_.All().size());
-  if (const Hypothesis* sure = hypotheses_.Sure()) {
+  if (const Hypothesis* accepted = hypotheses_.Accepted()) {
     result.status = TrackingStatus::kRelocalized;
-    result.look = sure->look;
+    result.match = accepted->match;
     Reset();
-  } else if (ambiguous_looks_ > 0 || hypotheses_.AnyMatch()) {
+  } else if (ambiguous_matches_ > 0 || hypotheses_.AnyMatch()) {
     result.status = TrackingStatus::kAmbiguous;
   }
   return result;

@@ -17,20 +17,20 @@ namespace ceilmap::localization {
 /// Localizer that maintains several hypotheses of the place.
 class GlobalSearch {
  public:
-  /// @param map, sight  Must outlive the object.
-  GlobalSearch(const store::MapReader& map, MapMatcher& sight, const LocalizerParams& params);
+  /// @param map, matcher  Must outlive the object.
+  GlobalSearch(const store::MapReader& map, MapMatcher& matcher, const LocalizerParams& params);
 
   /// Discards all hypotheses and begins near `start`, or anywhere on the map.
   void Reset(const std::optional<PoseEstimate>& start = std::nullopt);
   /// Starts from a pose that was known a moment ago, when the robot took this frame.
   void BeginAt(const PoseEstimate& pose, const LevelFrame& frame);
-  /// Call when the view of `sight` has changed.
+  /// Call when the view of `matcher` has changed.
   void ChangeView();
 
   /// Result of the search after one more frame.
   struct Result {
     graph::TrackingStatus status = graph::TrackingStatus::kLost;  ///< kRelocalized: pose found
-    MapMatch look;                                                ///< that determined the pose
+    MapMatch match;                                               ///< that determined the pose
     int hypotheses = 0;                                           ///< places where the robot may be
   };
   /// @param yaw  The robot's yaw on the map, if a compass gives it.
@@ -52,17 +52,17 @@ class GlobalSearch {
                   const registration::FrameSpectrum& spectrum,
                   const std::optional<HeadingPrior>& yaw);
 
-  MapMatcher& sight_;
+  MapMatcher& matcher_;
   LocalizerParams params_;
   RelativeOdometry chain_;
   PlaceFinder finder_;
   Hypotheses hypotheses_;
   std::int64_t searches_ = 0;
   std::optional<PoseEstimate> start_;
-  int frames_ = 0;                 // since the search began
-  std::optional<double> begin_s_;  // stamp of the first frame of the search
-  std::optional<double> seen_s_;   // stamp of the last frame placed by the chain
-  int ambiguous_looks_ = 0;        // places of this frame with several matching poses
+  int frames_ = 0;                       // since the search began
+  std::optional<double> begin_s_;        // stamp of the first frame of the search
+  std::optional<double> last_placed_s_;  // stamp of the last frame placed by the chain
+  int ambiguous_matches_ = 0;            // places of this frame with several matching poses
 };
 
 }  // namespace ceilmap::localization

@@ -26,7 +26,7 @@ HeadingFusion::HeadingFusion(const HeadingParams& params)
 
 std::optional<HeadingPrior> HeadingFusion::InMap(const HeadingPrior& measured, double stamp_s) {
   if (measured.frame == HeadingFrame::kMap) return measured;
-  since_.See(measured);
+  since_.Add(measured);
   const std::optional<HeadingTurn> turn = since_.Turn();
   if (!known_ || !turn) return std::nullopt;
   const double drift = params_.drift_rad2_per_s * std::max(0.0, stamp_s - stamp_s_);
@@ -40,7 +40,7 @@ void HeadingFusion::Learn(const HeadingPrior& measured,
                           double yaw_variance_rad2,
                           double stamp_s) {
   if (measured.frame == HeadingFrame::kMap) return;
-  since_.See(measured);
+  since_.Add(measured);
   since_.Mark();
   known_ = true;
   yaw_rad_ = yaw_map_rad;

@@ -40,10 +40,10 @@ double Variance(const HeadingSample& sample) {
 }
 
 HeadingPrior Interpolate(const HeadingSample& before, const HeadingSample& after, double stamp_s) {
-  const double part = (stamp_s - before.stamp_s) / (after.stamp_s - before.stamp_s);
+  const double fraction = (stamp_s - before.stamp_s) / (after.stamp_s - before.stamp_s);
   const double turn = WrapAngle(after.heading_rad - before.heading_rad);
-  return {WrapAngle(before.heading_rad + part * turn),
-          (1 - part) * Variance(before) + part * Variance(after)};
+  return {WrapAngle(before.heading_rad + fraction * turn),
+          (1 - fraction) * Variance(before) + fraction * Variance(after)};
 }
 
 }  // namespace

@@ -33,29 +33,31 @@ void Hypotheses::Clear() {
 }
 
 bool Hypotheses::Same(const Pose2& a, const Pose2& b) const {
-  constexpr double kSamePart = 0.03;  // of the span
+  constexpr double kSameRatio = 0.03;  // of the span
   constexpr double kSameRad = 0.05;
-  return std::hypot(a.x - b.x, a.y - b.y) < kSamePart * span_ &&
+  return std::hypot(a.x - b.x, a.y - b.y) < kSameRatio * span_ &&
          std::abs(WrapAngle(a.yaw - b.yaw)) < kSameRad;
 }
 
-bool Hypotheses::Knows(const Pose2& T_map_base) const {
+bool Hypotheses::Contains(const Pose2& T_map_base) const {
   // The pose of a proposal is less exact than that of a match.
-  constexpr double kNearPart = 0.1;
+  constexpr double kNearRatio = 0.1;
   constexpr double kNearRad = 0.2;
   return std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
     const Pose2& T = h.pose.T_map_base;
-    return std::hypot(T.x - T_map_base.x, T.y - T_map_base.y) < kNearPart * span_ &&
+    return std::hypot(T.x - T_map_base.x, T.y - T_map_base.y) < kNearRatio * span_ &&
            std::abs(WrapAngle(T.yaw - T_map_base.yaw)) < kNearRad;
   });
 }
 
-void Hypotheses::Move(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, bool sure) {
+void Hypotheses::Move(const Pose2& T_before_now,
+                      const Eigen::Matrix3d& covariance,
+                      bool unambiguous) {
   travelled_ += T_before_now.Translation().norm();
   since_confirmed_ += T_before_now.Translation().norm();
   for (Hypothesis& h : all_) {
     h.pose = Moved(h.pose, T_before_now, covariance);
-    h.trusted = h.trusted && sure;
+    h.trusted = h.trusted && unambiguous;
   }
 }
 
@@ -94,51 +96,51 @@ void Hypotheses::Trust(const PoseEstimate& pose) {
   Hypothesis hypothesis;
   hypothesis.pose = pose;
   const double variance = pose.covariance.diagonal().head<2>().maxCoeff();
-  constexpr double kTrustedPart = 0.2;
-  hypothesis.trusted = std::sqrt(variance) < kTrustedPart * span_;
+  constexpr double kTrustedRatio = 0.2;
+  hypothesis.trusted = std::sqrt(variance) < kTrustedRatio * span_;
   all_.push_back(hypothesis);
 }
 
-void Hypotheses::Add(const MapMatch& look) {
+void Hypotheses::Add(const MapMatch& match) {
   const bool known = std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
-    return Same(h.pose.T_map_base, look.pose.T_map_base);
+    return Same(h.pose.T_map_base, match.pose.T_map_base);
   });
   if (known) return;
   Hypothesis hypothesis;
-  hypothesis.pose = look.pose;
-  hypothesis.looks = 1;
-  hypothesis.confirmations = look.disambiguated_by_prior ? 0 : 1;
+  hypothesis.pose = match.pose;
+  hypothesis.matches = 1;
+  hypothesis.confirmations = match.disambiguated_by_prior ? 0 : 1;
   hypothesis.recognised = true;
-  hypothesis.look = look;
+  hypothesis.match = match;
   all_.push_back(hypothesis);
 }
 
 void Hypotheses::MatchAll(
-    const std::function<std::optional<MapMatch>(const Hypothesis&)>& look_at) {
+    const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at) {
   const double max_distance2 = params_.max_sigmas * params_.max_sigmas;
   // Lower limit of the motion's standard deviation: the camera's scale may not be known yet.
-  constexpr double kFloorPart = 0.005;  // of the span
+  constexpr double kFloorRatio = 0.005;  // of the span
   constexpr double kFloorRad = 0.005;
-  const double floor = kFloorPart * span_;
+  const double floor = kFloorRatio * span_;
   const Eigen::Vector3d floors(floor * floor, floor * floor, kFloorRad * kFloorRad);
   const bool anew = since_confirmed_ >= params_.look_ratio * span_;
   if (anew) since_confirmed_ = 0;
   for (Hypothesis& h : all_) {
-    const std::optional<MapMatch> look = look_at(h);
+    const std::optional<MapMatch> match = match_at(h);
     // The match must also agree with the expected pose.
     PoseEstimate expected = h.pose;
     expected.covariance.diagonal() += floors;
-    h.recognised = look && SquaredDistance(look->pose, expected) < max_distance2;
+    h.recognised = match && SquaredDistance(match->pose, expected) < max_distance2;
     if (!h.recognised) {
       ++h.misses;
       continue;
     }
-    h.look = *look;
+    h.match = *match;
     h.misses = 0;
-    h.pose = look->pose;
-    ++h.looks;
+    h.pose = match->pose;
+    ++h.matches;
     const bool counts =
-        !look->disambiguated_by_prior && (anew || look->peak >= params_.min_peak_at_rest);
+        !match->disambiguated_by_prior && (anew || match->peak >= params_.min_peak_at_rest);
     h.confirmations += counts ? 1 : 0;
   }
   // Two hypotheses may converge to the same place: the one with more confirmations stays.
@@ -164,14 +166,14 @@ bool Hypotheses::AnyMatch() const {
 const Hypothesis& Hypotheses::BestOfFrame() const {
   int max_blocks = 0;
   for (const Hypothesis& h : all_) {
-    if (h.recognised) max_blocks = std::max(max_blocks, h.look.dissimilarity.blocks);
+    if (h.recognised) max_blocks = std::max(max_blocks, h.match.dissimilarity.blocks);
   }
   const auto comparable = [max_blocks](const Hypothesis& h) {
-    return h.recognised && 2 * h.look.dissimilarity.blocks >= max_blocks;
+    return h.recognised && 2 * h.match.dissimilarity.blocks >= max_blocks;
   };
   return *std::min_element(all_.begin(), all_.end(), [&](const Hypothesis& a, const Hypothesis& b) {
     if (comparable(a) != comparable(b)) return comparable(a);
-    return comparable(a) && a.look.dissimilarity.mean < b.look.dissimilarity.mean;
+    return comparable(a) && a.match.dissimilarity.mean < b.match.dissimilarity.mean;
   });
 }
 
@@ -183,9 +185,9 @@ void Hypotheses::Weigh() {
     travelled_ = 0;
     for (Hypothesis& h : all_) {
       const double against =
-          h.recognised ? registration::Evidence(best.look.dissimilarity, h.look.dissimilarity)
+          h.recognised ? registration::Evidence(best.match.dissimilarity, h.match.dissimilarity)
                        : params_.miss_evidence;
-      h.evidence -= (h.looks == 1 ? 1 : weight) * against;
+      h.evidence -= (h.matches == 1 ? 1 : weight) * against;
     }
     const double most =
         std::max_element(all_.begin(), all_.end(), [](const auto& a, const auto& b) {
@@ -209,7 +211,7 @@ void Hypotheses::Weigh() {
   for (Hypothesis& h : all_) h.confirmations = 0;
 }
 
-const Hypothesis* Hypotheses::Sure() const {
+const Hypothesis* Hypotheses::Accepted() const {
   for (const Hypothesis& h : all_) {
     if (h.trusted && h.recognised) return &h;
   }

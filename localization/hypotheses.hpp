@@ -48,12 +48,12 @@ struct Hypothesis {
   /// True for a pose that was known a moment ago: one match confirms it, even on a periodic
   /// ceiling.
   bool trusted = false;
-  int looks = 0;
+  int matches = 0;
   int confirmations = 0;    ///< matches that were not disambiguated_by_prior
   int misses = 0;           ///< consecutive frames without a match
   double evidence = 0;      ///< relative to the best place, nats, <= 0
   bool recognised = false;  ///< in the latest frame ...
-  MapMatch look;            ///< ... as measured by the latest match
+  MapMatch match;           ///< ... as measured by the latest match
 };
 
 /// A multi-hypothesis tracker: several places where the robot may be, until one is clearly the
@@ -74,8 +74,8 @@ class Hypotheses {
   [[nodiscard]] bool Empty() const { return all_.empty(); }
 
   /// Applies a motion of the robot.
-  /// @param sure  False: the motion is ambiguous; no hypothesis is trusted any more.
-  void Move(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, bool sure);
+  /// @param unambiguous  False: the motion is ambiguous; no hypothesis is trusted any more.
+  void Move(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, bool unambiguous);
   /// Adds an unknown motion in any direction; standard deviations in map units and radians.
   /// Hypotheses with a standard deviation above half the span are dropped.
   void Spread(double sigma, double sigma_rad);
@@ -87,18 +87,18 @@ class Hypotheses {
   /// below a fifth of the span; otherwise it is a hypothesis like others.
   void Trust(const PoseEstimate& pose);
   /// Adds the place of a match, unless it is one of the existing hypotheses.
-  void Add(const MapMatch& look);
+  void Add(const MapMatch& match);
   /// True when there is a hypothesis at this place.
-  [[nodiscard]] bool Knows(const Pose2& T_map_base) const;
+  [[nodiscard]] bool Contains(const Pose2& T_map_base) const;
 
   /// Matches the frame at every hypothesis.
-  /// @param look_at  Returns the match at a hypothesis, nothing when the place is not recognised.
-  void MatchAll(const std::function<std::optional<MapMatch>(const Hypothesis&)>& look_at);
+  /// @param match_at  Returns the match at a hypothesis, nothing when the place is not recognised.
+  void MatchAll(const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at);
   /// After MatchAll and Add: compares the places of this frame with each other and drops unlikely
   /// hypotheses.
   void Weigh();
   /// The accepted hypothesis; null if there is none.
-  [[nodiscard]] const Hypothesis* Sure() const;
+  [[nodiscard]] const Hypothesis* Accepted() const;
   /// True when any place was recognised in the latest frame.
   [[nodiscard]] bool AnyMatch() const;
 

@@ -69,8 +69,8 @@ struct Localizer::Impl {
   Impl(const store::MapReader& map, const calib::MountedCamera& up, const LocalizerParams& p)
       : motion(p.motion),
         params(p),
-        sight(map, up, p),
-        search(map, sight, p),
+        matcher(map, up, p),
+        search(map, matcher, p),
         shape(map),
         heading(p.heading) {}
 
@@ -80,14 +80,14 @@ struct Localizer::Impl {
   PoseEstimate last_pose;                    // ... and its pose
   std::optional<MotionModel> motion_before;  // at the time when the robot was lost
   LocalizerParams params;
-  MapMatcher sight;
+  MapMatcher matcher;
   GlobalSearch search;
   MapUncertainty shape;
   HeadingFusion heading;
   LocalizerReport report;
 
   std::shared_ptr<const Patch> patch;  // the robot is tracked on it
-  // Of the view of `sight`, made for the first tilted frame.
+  // Of the view of `matcher`, made for the first tilted frame.
   std::optional<calib::LevelView> level_view;
   cv::Mat rectified;
   cv::Mat levelled;
@@ -98,14 +98,14 @@ struct Localizer::Impl {
   [[nodiscard]] LevelFrame Levelled(const CeilingFrame& frame);
   void CheckTilt(const Patch& at,
                  const FrameSpectrum& spectrum,
-                 const MapMatch& look,
+                 const MapMatch& match,
                  Location& location);
   void InflateByTilt(Location& location);
   void Check(const CeilingFrame& frame) const;
   void ChoosePatch(const PoseEstimate& expected);
   void TakeHeading(const HeadingPrior& yaw);
   [[nodiscard]] bool CanBeAt(const PoseEstimate& pose, double stamp_s) const;
-  [[nodiscard]] double InnovationSigma(const MapMatch& look, const PoseEstimate& expected) const;
+  [[nodiscard]] double InnovationSigma(const MapMatch& match, const PoseEstimate& expected) const;
   bool Track(double stamp_s,
              const FrameSpectrum& spectrum,
              const std::optional<HeadingPrior>& yaw,
@@ -115,16 +115,16 @@ struct Localizer::Impl {
               const FrameSpectrum& spectrum,
               const std::optional<HeadingPrior>& yaw,
               Location& location);
-  void Place(const MapMatch& look, Location& location);
+  void Place(const MapMatch& match, Location& location);
   void Remember(const CeilingFrame& frame, const LevelFrame& level, const Location& location);
   void Count(TrackingStatus status);
 };
 
 LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
   LevelFrame level{frame.rectified, frame.index, frame.stamp_s, frame.tilt, frame.heading};
-  if (level.image.pixels.empty()) level.image = {sight.View().Rectify(frame.grey, rectified), {}};
+  if (level.image.pixels.empty()) level.image = {matcher.View().Rectify(frame.grey, rectified), {}};
   if (frame.tilt.IsLevel()) return level;
-  if (!level_view) level_view.emplace(sight.View());
+  if (!level_view) level_view.emplace(matcher.View());
   level_view->Draw(level.image.pixels, frame.tilt, levelled);
   level.image = {levelled, {}};
   return level;
@@ -132,12 +132,12 @@ LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
 
 void Localizer::Impl::CheckTilt(const Patch& at,
                                 const FrameSpectrum& spectrum,
-                                const MapMatch& look,
+                                const MapMatch& match,
                                 Location& location) {
   const int frames = placed_frames + 1;
   const bool due = params.tilt_check_every > 0 && frames % params.tilt_check_every == 0;
   if (frames > params.tilt_checks && !due && !unnoticed_tilt) return;
-  location.tilt_left = sight.MeasureTilt(at, spectrum, look);
+  location.tilt_left = matcher.MeasureTilt(at, spectrum, match);
   if (!location.tilt_left) return;
   constexpr double kSigmas = 3;
   unnoticed_tilt.reset();
@@ -151,7 +151,7 @@ void Localizer::Impl::InflateByTilt(Location& location) {
   if (!unnoticed_tilt) return;
   const Eigen::Vector2d& angles = unnoticed_tilt->angles;
   location.pose.covariance.topLeftCorner<2, 2>() +=
-      mapping::TiltCovariance(sight.View(),
+      mapping::TiltCovariance(matcher.View(),
                               location.pose.T_map_base,
                               angles * angles.transpose() + unnoticed_tilt->covariance);
 }
@@ -177,16 +177,16 @@ void Localizer::Impl::Check(const CeilingFrame& frame) const {
 /// longer.
 void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
   const Pose2& T_map_base = expected.T_map_base;
-  if (patch && sight.Overlap(*patch, T_map_base) >= params.min_overlap) return;
-  constexpr double kSlow = 0.05;       // m/s: direction of travel not defined
-  constexpr double kAheadPart = 0.17;  // of the span
+  if (patch && matcher.Overlap(*patch, T_map_base) >= params.min_overlap) return;
+  constexpr double kSlow = 0.05;        // m/s: direction of travel not defined
+  constexpr double kAheadRatio = 0.17;  // of the span
   const Eigen::Vector2d velocity = motion.Velocity().head<2>();
   if (velocity.norm() > kSlow) {
-    const Eigen::Vector2d ahead = kAheadPart * sight.Span() * velocity.normalized();
-    patch = sight.Patches().Near(T_map_base * Pose2{ahead.x(), ahead.y(), 0});
-    if (patch && sight.Overlap(*patch, T_map_base) >= params.min_overlap) return;
+    const Eigen::Vector2d ahead = kAheadRatio * matcher.Span() * velocity.normalized();
+    patch = matcher.Patches().Near(T_map_base * Pose2{ahead.x(), ahead.y(), 0});
+    if (patch && matcher.Overlap(*patch, T_map_base) >= params.min_overlap) return;
   }
-  patch = sight.Patches().Near(T_map_base);
+  patch = matcher.Patches().Near(T_map_base);
 }
 
 /// A heading that contradicts the motion model is disturbed (steel, a crowd) and is not used.
@@ -202,14 +202,14 @@ void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
 /// an error of its decoder, even if the match is good.
 /// @return standard deviation that accounts for this, m; 0 where the motion is near constant
 ///   velocity.
-double Localizer::Impl::InnovationSigma(const MapMatch& look, const PoseEstimate& expected) const {
+double Localizer::Impl::InnovationSigma(const MapMatch& match, const PoseEstimate& expected) const {
   constexpr double kExactPx = 1.5;
   constexpr double kSigmas = 2.5;
   constexpr double kInflation = 0.5;  // of the position innovation
   const double off =
-      (look.pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
+      (match.pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
   const double sigma =
-      std::hypot(PositionSigma(expected.covariance), kExactPx * sight.View().MetresPerPixel());
+      std::hypot(PositionSigma(expected.covariance), kExactPx * matcher.View().MetresPerPixel());
   return off > kSigmas * sigma ? kInflation * off : 0;
 }
 
@@ -221,29 +221,30 @@ bool Localizer::Impl::Track(double stamp_s,
   if (yaw) TakeHeading(*yaw);
   PoseEstimate expected = motion.Pose();
   // After a gap in time one match is not enough, because of perceptual aliasing.
-  constexpr double kVaguePart = 0.2;
-  if (PositionSigma(expected.covariance) > kVaguePart * sight.Span()) return false;
+  constexpr double kVagueRatio = 0.2;
+  if (PositionSigma(expected.covariance) > kVagueRatio * matcher.Span()) return false;
   ChoosePatch(expected);
   if (!patch) return false;
-  const std::optional<MapMatch> look = sight.MatchAt(*patch, spectrum, expected);
-  if (!look) return false;
-  const double floor = params.min_prior_sigma_px * sight.View().MetresPerPixel();
+  const std::optional<MapMatch> match = matcher.MatchAt(*patch, spectrum, expected);
+  if (!match) return false;
+  const double floor = params.min_prior_sigma_px * matcher.View().MetresPerPixel();
   const double floor_rad = params.min_prior_sigma_rad;
   expected.covariance.diagonal() +=
       Eigen::Vector3d(floor * floor, floor * floor, floor_rad * floor_rad);
-  const double distance2 = SquaredDistance(look->pose, expected);
+  const double distance2 = SquaredDistance(match->pose, expected);
   if (!(distance2 <= params.max_sigmas * params.max_sigmas)) return false;
-  const double surprise = InnovationSigma(*look, motion.Pose());
-  motion.Update(look->pose);
-  Place(*look, location);
-  location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() += surprise * surprise;
-  CheckTilt(*patch, spectrum, *look, location);
+  const double innovation_sigma = InnovationSigma(*match, motion.Pose());
+  motion.Update(match->pose);
+  Place(*match, location);
+  location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() +=
+      innovation_sigma * innovation_sigma;
+  CheckTilt(*patch, spectrum, *match, location);
   location.pose.status = was_placed ? TrackingStatus::kTracking : TrackingStatus::kRelocalized;
-  if (sight.LearnScale(*look)) {
+  if (matcher.LearnScale(*match)) {
     patch.reset();
     level_view.reset();
     search.ChangeView();
-    report.scale = sight.Scale();
+    report.scale = matcher.Scale();
   }
   return true;
 }
@@ -257,12 +258,12 @@ bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
   const PoseEstimate expected = motion_before->PredictedAt(stamp_s);
   const double off = (pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
   return off < kSigmas * std::hypot(PositionSigma(expected.covariance),
-                                    params.min_prior_sigma_px * sight.View().MetresPerPixel());
+                                    params.min_prior_sigma_px * matcher.View().MetresPerPixel());
 }
 
 /// During a short period without texture the earlier prediction remains valid.
 bool Localizer::Impl::IsDropout(double stamp_s) const {
-  return sight.Verdict() == registration::Verdict::kNoTexture &&
+  return matcher.Verdict() == registration::Verdict::kNoTexture &&
          stamp_s - last_frame.stamp_s <= params.max_dropout_s;
 }
 
@@ -275,23 +276,23 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   location.hypotheses = result.hypotheses;
   report.searches = search.Searches();
   if (result.status != TrackingStatus::kRelocalized) return;
-  if (!CanBeAt(result.look.pose, frame.stamp_s)) {
+  if (!CanBeAt(result.match.pose, frame.stamp_s)) {
     location.pose.status = TrackingStatus::kAmbiguous;
     return;
   }
   if (was_placed) location.pose.status = TrackingStatus::kTracking;
-  Place(result.look, location);
-  motion.Start(result.look.pose, frame.stamp_s);
+  Place(result.match, location);
+  motion.Start(result.match.pose, frame.stamp_s);
   patch.reset();
 }
 
-void Localizer::Impl::Place(const MapMatch& look, Location& location) {
-  location.pose.T_map_base = look.pose.T_map_base;
-  location.pose.covariance = look.pose.covariance + shape.At(look.pose.T_map_base);
-  location.peak = look.peak;
-  location.inliers = look.inliers;
-  location.blocks = look.blocks;
-  last_pose = look.pose;
+void Localizer::Impl::Place(const MapMatch& match, Location& location) {
+  location.pose.T_map_base = match.pose.T_map_base;
+  location.pose.covariance = match.pose.covariance + shape.At(match.pose.T_map_base);
+  location.peak = match.peak;
+  location.inliers = match.inliers;
+  location.blocks = match.blocks;
+  last_pose = match.pose;
 }
 
 void Localizer::Impl::Remember(const CeilingFrame& frame,
@@ -347,7 +348,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   LevelFrame level = me.Levelled(frame);
   me.report.rectify_ms += MillisecondsSince(start);
   start = Clock::now();
-  me.sight.Analyze(level);
+  me.matcher.Analyze(level);
   const FrameSpectrum& spectrum = level.image.spectrum;
   me.report.analyze_ms += MillisecondsSince(start);
   std::optional<HeadingPrior> yaw;

@@ -38,11 +38,12 @@ calib::CeilingView MakeFirstView(const store::MapReader& map, const calib::Mount
   constexpr double kMaxScale = 4;
   const double scale = view.MetresPerPixel() / metadata.view_units_per_px;
   if (scale > kMaxScale || scale < 1 / kMaxScale) {
-    throw InputError(fmt::format(
-        "the camera sees {:.2g} mm of this ceiling in a pixel, the map's camera {:.2g} mm: too "
-        "different to be compared; check the rig's focal length and height",
-        1e3 * view.MetresPerPixel(),
-        1e3 * metadata.view_units_per_px));
+    throw InputError(
+        fmt::format("a pixel of the camera covers {:.2g} mm of this ceiling, one of the map's "
+                    "camera {:.2g} mm: too "
+                    "different to be compared; check the rig's focal length and height",
+                    1e3 * view.MetresPerPixel(),
+                    1e3 * metadata.view_units_per_px));
   }
   return view;
 }
@@ -102,21 +103,21 @@ std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
   Registration found = registrar.Register(at.spectrum, frame, prior);
   verdict_ = found.verdict;
   if (!found.ok()) return std::nullopt;
-  MapMatch look;
-  look.scale = found.motion.scale;
-  if (std::abs(std::log(look.scale)) > params_.max_scale_error) return std::nullopt;
+  MapMatch match;
+  match.scale = found.motion.scale;
+  if (std::abs(std::log(match.scale)) > params_.max_scale_error) return std::nullopt;
   // Converts the shift to pixels of the patch, whose size on the ceiling is known.
-  found.motion.tx_px /= look.scale;
-  found.motion.ty_px /= look.scale;
+  found.motion.tx_px /= match.scale;
+  found.motion.ty_px /= match.scale;
   found.motion.scale = 1;
   graph::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, params_.noise);
   mapping::InflateTiltCovariance(view_, tilt_, edge);
-  look.pose = Moved({at.T_map_base}, edge.T_from_to, edge.information.inverse());
-  look.disambiguated_by_prior = found.disambiguated_by_prior;
-  look.peak = found.peak;
-  look.inliers = found.inliers;
-  look.blocks = found.blocks;
-  return look;
+  match.pose = Moved({at.T_map_base}, edge.T_from_to, edge.information.inverse());
+  match.disambiguated_by_prior = found.disambiguated_by_prior;
+  match.peak = found.peak;
+  match.inliers = found.inliers;
+  match.blocks = found.blocks;
+  return match;
 }
 
 std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
@@ -124,25 +125,25 @@ std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
                                               const std::optional<PoseEstimate>& expected) {
   const std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
   if (!at) return std::nullopt;
-  std::optional<MapMatch> look = MatchAt(*at, frame, expected);
-  if (!look) return std::nullopt;
+  std::optional<MapMatch> match = MatchAt(*at, frame, expected);
+  if (!match) return std::nullopt;
   // The frame is the reference, so that places can be compared with each other.
   registration::ImageMotion to_map =
-      mapping::ImageMotionOf(view_, look->pose.T_map_base.Inverse() * at->T_map_base);
-  to_map.scale = 1 / look->scale;
-  look->dissimilarity = registrar_.Compare(frame, at->spectrum, to_map);
-  return look;
+      mapping::ImageMotionOf(view_, match->pose.T_map_base.Inverse() * at->T_map_base);
+  to_map.scale = 1 / match->scale;
+  match->dissimilarity = registrar_.Compare(frame, at->spectrum, to_map);
+  return match;
 }
 
 std::optional<TiltAngles> MapMatcher::MeasureTilt(const Patch& at,
                                                   const FrameSpectrum& frame,
-                                                  const MapMatch& look) {
+                                                  const MapMatch& match) {
   const registration::PlaneCamera camera = registration::PlaneCameraOf(view_);
   const registration::PlaneMotion start = registration::PlaneMotion::FromSimilarity(
-      camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * look.pose.T_map_base));
+      camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * match.pose.T_map_base));
   const registration::PlaneFit fit = registrar_.RefinePlane(at.spectrum, frame, camera, start);
-  constexpr int kFewest = 12;
-  if (!fit.ok || fit.inliers < kFewest || 2 * fit.inliers < fit.blocks) return std::nullopt;
+  constexpr int kMinMatches = 12;
+  if (!fit.ok || fit.inliers < kMinMatches || 2 * fit.inliers < fit.blocks) return std::nullopt;
   TiltAngles left = registration::TiltOf(fit, view_);
   left.covariance.diagonal().array() += params_.tilt_noise_rad * params_.tilt_noise_rad;
   return left;
@@ -152,9 +153,9 @@ double MapMatcher::Overlap(const Patch& at, const Pose2& T_map_base) const {
   return mapping::OverlapOf(view_, at.T_map_base.Inverse() * T_map_base);
 }
 
-bool MapMatcher::LearnScale(const MapMatch& look) {
+bool MapMatcher::LearnScale(const MapMatch& match) {
   if (scale_known_) return false;
-  scales_.push_back(look.scale);
+  scales_.push_back(match.scale);
   if (static_cast<int>(scales_.size()) < params_.scale_frames) return false;
   std::sort(scales_.begin(), scales_.end());
   const double median = scales_[scales_.size() / 2];

@@ -46,17 +46,17 @@ class MapMatcher {
                                     const registration::FrameSpectrum& frame,
                                     const std::optional<PoseEstimate>& expected);
   /// The residual tilt of a frame, measured against a level map.
-  /// @param look  Match of the frame with this patch.
+  /// @param match  Match of the frame with this patch.
   /// @return nothing when the blocks do not determine it.
   std::optional<TiltAngles> MeasureTilt(const Patch& at,
                                         const registration::FrameSpectrum& frame,
-                                        const MapMatch& look);
+                                        const MapMatch& match);
   /// Fraction of a patch that a robot at this pose sees, 0..1.
   [[nodiscard]] double Overlap(const Patch& at, const Pose2& T_map_base) const;
 
   /// Adds the scale of a reliable match to the estimate. True when this changes the view: all
   /// patches are then drawn anew.
-  bool LearnScale(const MapMatch& look);
+  bool LearnScale(const MapMatch& match);
   /// See LocalizerReport::scale.
   [[nodiscard]] std::optional<double> Scale() const { return scale_; }
 

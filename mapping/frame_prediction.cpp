@@ -26,57 +26,58 @@ Pose2 Turned(const Pose2& motion, double turn_rad) {
 FramePrediction::FramePrediction(const calib::CeilingView& view,
                                  const Pose2& origin,
                                  const OdometryParams& params)
-    : view_(view), params_(params), compass_(params.heading_noise_rad), T_last_seen_(origin) {}
+    : view_(view), params_(params), compass_(params.heading_noise_rad), T_last_placed_(origin) {}
 
 void FramePrediction::Begin(double stamp_s, const std::optional<HeadingPrior>& heading) {
   stamp_s_ = stamp_s;
   heading_ = heading.has_value();
-  if (heading) compass_.See(*heading);
+  if (heading) compass_.Add(*heading);
 }
 
 /// Turn since the last placed frame. That frame may have no heading; then the turn is counted from
 /// an earlier frame that has one.
 std::optional<HeadingTurn> FramePrediction::Turn() const {
   auto turn = heading_ ? compass_.Turn() : std::nullopt;
-  if (turn) turn->turn_rad = WrapAngle(turn->turn_rad + marked_yaw_ - T_last_seen_.yaw);
+  if (turn) turn->turn_rad = WrapAngle(turn->turn_rad + marked_yaw_ - T_last_placed_.yaw);
   return turn;
 }
 
-double FramePrediction::GoneSeconds() const {
-  return last_seen_s_ ? std::abs(stamp_s_ - *last_seen_s_) : 0;
+double FramePrediction::ElapsedSeconds() const {
+  return last_placed_s_ ? std::abs(stamp_s_ - *last_placed_s_) : 0;
 }
 
 bool FramePrediction::CeilingHidden() const {
   constexpr double kHalfImage = 0.5;
-  const double gone_s = GoneSeconds();
-  if (params_.unseen_speed_ratio * gone_s <= kHalfImage) return false;
+  const double elapsed_s = ElapsedSeconds();
+  if (params_.unseen_speed_ratio * elapsed_s <= kHalfImage) return false;
   // A low frame rate (an image every few seconds) is not a gap.
-  return !last_ || !before_last_ || gone_s > kGapSteps * (last_->stamp_s - before_last_->stamp_s);
+  return !last_ || !before_last_ ||
+         elapsed_s > kGapSteps * (last_->stamp_s - before_last_->stamp_s);
 }
 
 bool FramePrediction::MayBeNear() const {
-  return params_.unseen_speed_ratio * GoneSeconds() < params_.max_strayed_ratio;
+  return params_.unseen_speed_ratio * ElapsedSeconds() < params_.max_strayed_ratio;
 }
 
 /// Difference from constant velocity: the smallest one among the velocities of the last step and of
 /// the last few steps, each also without the last frame, whose stamp may be wrong. Nothing where no
 /// motion was measured.
 std::optional<FramePrediction::Off> FramePrediction::OffEvenMotion(const Pose2& T_map_base) const {
-  std::optional<Off> least;
-  const auto compare = [&](const Seen& from, const Seen& to) {
+  std::optional<Off> smallest;
+  const auto compare = [&](const PlacedFrame& from, const PlacedFrame& to) {
     const double step_s = to.stamp_s - from.stamp_s;
     if (step_s <= 0) return;
     const Pose2 step = from.T_map_base.Inverse() * to.T_map_base;
     const Pose2 even = to.T_map_base * Interpolate(step, (stamp_s_ - to.stamp_s) / step_s);
     const Off off = OffFrom(even, T_map_base);
-    if (!least || off.px < least->px) least = off;
+    if (!smallest || off.px < smallest->px) smallest = off;
   };
-  for (std::size_t skipped = 0; skipped < 2 && way_.size() >= 2 + skipped; ++skipped) {
-    const std::size_t last = way_.size() - 1 - skipped;
-    compare(way_[last - 1], way_[last]);
-    compare(way_.front(), way_[last]);
+  for (std::size_t skipped = 0; skipped < 2 && recent_.size() >= 2 + skipped; ++skipped) {
+    const std::size_t last = recent_.size() - 1 - skipped;
+    compare(recent_[last - 1], recent_[last]);
+    compare(recent_.front(), recent_[last]);
   }
-  return least;
+  return smallest;
 }
 
 FramePrediction::Off FramePrediction::OffFrom(const Pose2& expected,
@@ -86,24 +87,25 @@ FramePrediction::Off FramePrediction::OffFrom(const Pose2& expected,
 }
 
 bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
-  if (!last_seen_s_) return true;
+  if (!last_placed_s_) return true;
   // After an implausible measurement only poses near constant velocity are accepted: the time that
   // passes does not make other poses more likely.
-  const double gone_s = contradicted_ ? 0 : GoneSeconds();
+  const double elapsed_s = contradicted_ ? 0 : ElapsedSeconds();
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   const std::optional<Off> even = OffEvenMotion(T_map_base);
-  const Off still = OffFrom(T_last_seen_, T_map_base);
+  const Off still = OffFrom(T_last_placed_, T_map_base);
   const Off off = even ? *even : still;
-  constexpr double kUnknownSpeedPart = 0.5;  // a recording may begin at full speed
+  constexpr double kUnknownSpeedRatio = 0.5;  // a recording may begin at full speed
   const double max_fraction =
-      even ? params_.uneven_ratio + 0.5 * params_.unseen_acceleration_ratio * gone_s * gone_s
-           : kUnknownSpeedPart + 2 * params_.unseen_speed_ratio * gone_s;
+      even ? params_.uneven_ratio + 0.5 * params_.unseen_acceleration_ratio * elapsed_s * elapsed_s
+           : kUnknownSpeedRatio + 2 * params_.unseen_speed_ratio * elapsed_s;
   // Standing still is always plausible, except after an implausible measurement. A heading was
   // already used in the prediction, and a compass may be disturbed: with a heading the yaw is not
   // checked here.
   const bool stopped = !contradicted_ && still.px < params_.uneven_ratio * side_px;
-  const bool can = (stopped || off.px < max_fraction * side_px) &&
-                   (heading_ || off.rad < params_.uneven_rad + params_.unseen_turn_rad_s * gone_s);
+  const bool can =
+      (stopped || off.px < max_fraction * side_px) &&
+      (heading_ || off.rad < params_.uneven_rad + params_.unseen_turn_rad_s * elapsed_s);
   contradicted_ = contradicted_ || !can;
   return can;
 }
@@ -112,13 +114,13 @@ double FramePrediction::InnovationSigma(const Pose2& T_map_base) const {
   const std::optional<Off> off = OffEvenMotion(T_map_base);
   if (!off) return 0;
   constexpr double kExactPx = 1.5;
-  constexpr double kUsualPart = 0.1;  // of the largest accepted acceleration
+  constexpr double kUsualRatio = 0.1;  // of the largest accepted acceleration
   constexpr double kSigmas = 3;
   constexpr double kInflation = 0.5;  // fraction of the position error
   const double side_px = std::max(view_.Size().width, view_.Size().height);
-  const double gone_s = GoneSeconds();
-  const double sigma_px =
-      kExactPx + 0.5 * kUsualPart * params_.unseen_acceleration_ratio * side_px * gone_s * gone_s;
+  const double elapsed_s = ElapsedSeconds();
+  const double sigma_px = kExactPx + 0.5 * kUsualRatio * params_.unseen_acceleration_ratio *
+                                         side_px * elapsed_s * elapsed_s;
   return off->px > kSigmas * sigma_px ? kInflation * off->px * view_.MetresPerPixel() : 0;
 }
 
@@ -139,13 +141,13 @@ std::optional<ExpectedPose> FramePrediction::Next() {
     }
   }
   const auto compass = Turn();
-  const double most = params_.prior_sigma_rad;
-  if (!compass || compass->variance_rad2 >= most * most) return expected;
+  const double max_sigma = params_.prior_sigma_rad;
+  if (!compass || compass->variance_rad2 >= max_sigma * max_sigma) return expected;
   // Within this limit the compass and the constant-velocity model agree on the quarter turn, and
   // either of them may have the error.
   constexpr double kSameSigmas = 2.5;
   const double off = std::abs(WrapAngle(compass->turn_rad - motion.yaw));
-  expected.by_compass_alone = off > kSameSigmas * most;
+  expected.by_compass_alone = off > kSameSigmas * max_sigma;
   expected.T_map_base = last_->T_map_base * Turned(motion, compass->turn_rad);
   expected.sigma_rad = std::sqrt(compass->variance_rad2);
   if (!expected.by_compass_alone) expected.sigma_rad = std::max(expected.sigma_rad, off);
@@ -155,33 +157,34 @@ std::optional<ExpectedPose> FramePrediction::Next() {
 
 std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
   const auto compass = Turn();
-  if (!compass || !last_seen_s_) return std::nullopt;
+  if (!compass || !last_placed_s_) return std::nullopt;
   const double side_px = std::max(view_.Size().width, view_.Size().height);
-  const double gone_s = stamp_s_ - *last_seen_s_;
+  const double elapsed_s = stamp_s_ - *last_placed_s_;
   const double known_px = params_.prior_sigma_ratio * side_px;
-  const double strayed_px = params_.unseen_speed_ratio * side_px * gone_s;
-  ExpectedPose expected{T_last_seen_};
-  expected.T_map_base.yaw = WrapAngle(T_last_seen_.yaw + compass->turn_rad);
-  expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * gone_s);
+  const double strayed_px = params_.unseen_speed_ratio * side_px * elapsed_s;
+  ExpectedPose expected{T_last_placed_};
+  expected.T_map_base.yaw = WrapAngle(T_last_placed_.yaw + compass->turn_rad);
+  expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * elapsed_s);
   expected.sigma_rad = std::sqrt(compass->variance_rad2);
   expected.by_compass_alone = true;
   return expected;
 }
 
 Pose2 FramePrediction::Restart() {
-  way_.clear();
+  recent_.clear();
   const auto compass = Turn();
-  if (!compass) return T_last_seen_;
-  return {T_last_seen_.x, T_last_seen_.y, WrapAngle(T_last_seen_.yaw + compass->turn_rad)};
+  if (!compass) return T_last_placed_;
+  return {T_last_placed_.x, T_last_placed_.y, WrapAngle(T_last_placed_.yaw + compass->turn_rad)};
 }
 
 /// Standard deviation of the predicted position. The constant-velocity model is accurate enough to
 /// resolve even short periods of a periodic ceiling.
 double FramePrediction::Sigma() const {
-  const double most = params_.prior_sigma_ratio * std::max(view_.Size().width, view_.Size().height);
-  if (!error_px_) return most;
+  const double max_sigma =
+      params_.prior_sigma_ratio * std::max(view_.Size().width, view_.Size().height);
+  if (!error_px_) return max_sigma;
   const double sigma = params_.prior_sigma_errors * *error_px_;
-  return std::min(most, std::max(sigma, params_.min_prior_sigma_px));
+  return std::min(max_sigma, std::max(sigma, params_.min_prior_sigma_px));
 }
 
 void FramePrediction::Placed(const Pose2& T_map_base) {
@@ -193,20 +196,21 @@ void FramePrediction::Placed(const Pose2& T_map_base) {
   }
   predicted_.reset();
   before_last_ = last_;
-  last_ = Seen{T_map_base, stamp_s_};
+  last_ = PlacedFrame{T_map_base, stamp_s_};
   speed_px_s_ = 0;
   if (before_last_ && last_->stamp_s > before_last_->stamp_s) {
-    const double way = (T_map_base.Translation() - before_last_->T_map_base.Translation()).norm();
-    speed_px_s_ = way / view_.MetresPerPixel() / (last_->stamp_s - before_last_->stamp_s);
+    const double distance =
+        (T_map_base.Translation() - before_last_->T_map_base.Translation()).norm();
+    speed_px_s_ = distance / view_.MetresPerPixel() / (last_->stamp_s - before_last_->stamp_s);
   }
-  T_last_seen_ = T_map_base;
-  last_seen_s_ = stamp_s_;
+  T_last_placed_ = T_map_base;
+  last_placed_s_ = stamp_s_;
   contradicted_ = false;
   constexpr double kRememberedSeconds = 0.4;
-  constexpr std::size_t kFewest = 4;
-  way_.push_back(*last_);
-  while (way_.size() > kFewest && stamp_s_ - way_.front().stamp_s > kRememberedSeconds) {
-    way_.pop_front();
+  constexpr std::size_t kMinFrames = 4;
+  recent_.push_back(*last_);
+  while (recent_.size() > kMinFrames && stamp_s_ - recent_.front().stamp_s > kRememberedSeconds) {
+    recent_.pop_front();
   }
   if (!heading_) return;
   compass_.Mark();

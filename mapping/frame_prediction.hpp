@@ -38,7 +38,7 @@ class FramePrediction {
   /// Whether the robot may still be near the images of the time when it was placed last.
   [[nodiscard]] bool MayBeNear() const;
   /// Whether a measured pose is plausible under the constant-velocity model. It rejects perceptual
-  /// aliasing: poses a few tiles away or rotated by a quarter turn whose images look the same.
+  /// aliasing: poses a few tiles away or rotated by a quarter turn whose images are the same.
   [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
   /// Standard deviation that accounts for an implausible innovation. Where a measured position
   /// differs from the constant-velocity prediction, the image may be of another moment, or damaged
@@ -59,7 +59,7 @@ class FramePrediction {
   void Lost();
 
  private:
-  struct Seen {
+  struct PlacedFrame {
     Pose2 T_map_base;
     double stamp_s = 0;
   };
@@ -69,7 +69,7 @@ class FramePrediction {
   };
   [[nodiscard]] std::optional<HeadingTurn> Turn() const;
   [[nodiscard]] double Sigma() const;
-  [[nodiscard]] double GoneSeconds() const;
+  [[nodiscard]] double ElapsedSeconds() const;
   [[nodiscard]] std::optional<Off> OffEvenMotion(const Pose2& T_map_base) const;
   [[nodiscard]] Off OffFrom(const Pose2& expected, const Pose2& T_map_base) const;
 
@@ -78,11 +78,11 @@ class FramePrediction {
   HeadingSince compass_;
   double stamp_s_ = 0;
   bool heading_ = false;  // of the current frame
-  std::optional<Seen> last_;
-  std::optional<Seen> before_last_;
-  Pose2 T_last_seen_;  // last placed pose, of any age
-  std::optional<double> last_seen_s_;
-  std::deque<Seen> way_;            // the last placed frames of this segment
+  std::optional<PlacedFrame> last_;
+  std::optional<PlacedFrame> before_last_;
+  Pose2 T_last_placed_;  // last placed pose, of any age
+  std::optional<double> last_placed_s_;
+  std::deque<PlacedFrame> recent_;  // the last placed frames of this segment
   bool contradicted_ = false;       // an implausible pose was measured since the last placed frame
   double speed_px_s_ = 0;           // speed at the last placed frame
   double marked_yaw_ = 0;           // yaw of the last placed frame with a heading

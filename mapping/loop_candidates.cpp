@@ -47,9 +47,9 @@ void LoopCandidates::Add(std::int64_t id, const cv::Mat& descriptors) {
 std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
                                                double sigma,
                                                const graph::KeyframeGraph& graph,
-                                               int max_alike) const {
+                                               int max_candidates) const {
   return sigma < params_.looks_sigma_ratio * span_ ? Around(id, sigma, graph)
-                                                   : Alike(id, graph, max_alike);
+                                                   : Retrieved(id, graph, max_candidates);
 }
 
 /// Most overlap first.
@@ -83,9 +83,9 @@ std::vector<std::int64_t> LoopCandidates::Around(std::int64_t id,
 }
 
 /// Most similar first. The latest keyframes are similar too, but close no loop.
-std::vector<std::int64_t> LoopCandidates::Alike(std::int64_t id,
-                                                const graph::KeyframeGraph& graph,
-                                                int most) const {
+std::vector<std::int64_t> LoopCandidates::Retrieved(std::int64_t id,
+                                                    const graph::KeyframeGraph& graph,
+                                                    int most) const {
   if (id != latest_id_ || most < 1) return {};
   const std::unordered_set<std::int64_t> tied = Tied(graph, id);
   std::vector<std::int64_t> ids;

@@ -36,22 +36,22 @@ class LoopCandidates {
   void Add(std::int64_t id, const cv::Mat& descriptors);
 
   /// Ids, best candidates first: at most two dozen by position in order of decreasing overlap, or
-  /// at most `max_alike` by place recognition. Candidates by place recognition are only available
-  /// for the keyframe that was added last.
+  /// at most `max_candidates` by place recognition. Candidates by place recognition are only
+  /// available for the keyframe that was added last.
   /// @param id  of a keyframe of the graph. @param sigma  of its position on the map, along the
-  /// worst direction, map units. @param max_alike  >= 1.
+  /// worst direction, map units. @param max_candidates  >= 1.
   [[nodiscard]] std::vector<std::int64_t> Find(std::int64_t id,
                                                double sigma,
                                                const graph::KeyframeGraph& graph,
-                                               int max_alike) const;
+                                               int max_candidates) const;
 
  private:
   [[nodiscard]] std::vector<std::int64_t> Around(std::int64_t id,
                                                  double sigma,
                                                  const graph::KeyframeGraph& graph) const;
-  [[nodiscard]] std::vector<std::int64_t> Alike(std::int64_t id,
-                                                const graph::KeyframeGraph& graph,
-                                                int most) const;
+  [[nodiscard]] std::vector<std::int64_t> Retrieved(std::int64_t id,
+                                                    const graph::KeyframeGraph& graph,
+                                                    int most) const;
 
   const calib::CeilingView& view_;
   LoopCandidatesParams params_;

@@ -86,7 +86,7 @@ struct LoopCloser::Impl {
   std::optional<graph::Edge> Measure(std::int64_t from,
                                      std::int64_t to,
                                      const Relative& predicted,
-                                     bool doubtful);
+                                     bool uncertain);
   void Accept(const graph::Edge& edge);
   void MoveWindow(std::int64_t latest);
 };
@@ -129,7 +129,7 @@ bool LoopCloser::Impl::WorthWhile(const Relative& predicted, std::int64_t id) co
 std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
                                                      std::int64_t to,
                                                      const Relative& predicted,
-                                                     bool doubtful) {
+                                                     bool uncertain) {
   ++counts.compared;
   const MotionPrior prior = Prior(predicted.T_from_to,
                                   LargestSigma(predicted.covariance.topLeftCorner<2, 2>()),
@@ -142,7 +142,7 @@ std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
   }
   const bool rivalled = measured.disambiguated_by_prior ||
                         measured.runner_up > params.max_rival_ratio * measured.peak;
-  if (doubtful && rivalled) {
+  if (uncertain && rivalled) {
     ++counts.ambiguous;
     return std::nullopt;
   }
@@ -259,18 +259,18 @@ void LoopCloser::Close(std::int64_t id) {
     if (relative.empty()) continue;  // another segment
     const graph::KeyframeGraph::Relative predicted =
         me.headings.Narrowed(relative.begin()->second, candidate, id);
-    const double doubt_px =
+    const double sigma_px =
         LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) / me.view.MetresPerPixel();
-    const bool doubtful = doubt_px > params.confirm_px;
+    const bool uncertain = sigma_px > params.confirm_px;
     if (!me.WorthWhile(predicted, id)) continue;
     const double overlap = OverlapOf(me.view, predicted.T_from_to);
-    if (!doubtful && overlap < params.candidates.min_overlap) continue;
+    if (!uncertain && overlap < params.candidates.min_overlap) continue;
     ++compared;
-    const std::optional<graph::Edge> edge = me.Measure(candidate, id, predicted, doubtful);
+    const std::optional<graph::Edge> edge = me.Measure(candidate, id, predicted, uncertain);
     if (!edge) continue;
-    const std::vector<graph::Edge> believed =
-        doubtful ? me.judge.Confirm(*edge, me.graph) : std::vector<graph::Edge>{*edge};
-    for (const graph::Edge& closure : believed) me.Accept(closure);
+    const std::vector<graph::Edge> accepted =
+        uncertain ? me.judge.Confirm(*edge, me.graph) : std::vector<graph::Edge>{*edge};
+    for (const graph::Edge& closure : accepted) me.Accept(closure);
   }
   if (me.counts.accepted > accepted_before) me.MoveWindow(id);
 }

@@ -37,7 +37,7 @@ MappingResult MapExtension::Finish(const std::string& source,
   const MergeResult merged =
       AppendRecording(map_, mapper.Graph(), view, metadata_, {}, writer, progress);
   if (!merged.ok()) {
-    throw RunError(fmt::format("{} does not join {}: {}; the map stays as it was",
+    throw RunError(fmt::format("{} cannot be joined with {}: {}; the map is not changed",
                                source,
                                file_.string(),
                                merged.results.back().reason));

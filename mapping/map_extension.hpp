@@ -13,8 +13,8 @@
 
 namespace ceilmap::mapping {
 
-/// A recording that extends an existing map. It joins the map wherever it begins; when nothing is
-/// seen in both, the map stays as it was.
+/// A recording that extends an existing map. It may begin anywhere on the map; without an overlap
+/// the map is not changed.
 class MapExtension {
  public:
   /// @param file  the map. @param recording  metadata of a map of the recording alone.

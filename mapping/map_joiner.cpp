@@ -237,18 +237,18 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
     result.reason =
         ambiguous_ > 0
             ? fmt::format(
-                  "the ceiling repeats itself: {} of {} pairs of images fit in several "
-                  "ways, and none in one only",
+                  "the ceiling is periodic: {} of {} pairs of images fit at several "
+                  "positions, and none at only one",
                   ambiguous_,
                   compared_)
-            : fmt::format("nothing is seen in both: none of {} pairs of images agrees", compared_);
+            : fmt::format("no overlap found: none of {} pairs of images agrees", compared_);
     return result;
   }
   result.expected = best->expected;
   result.matched = best->matched;
   if (best->matched < params_.min_matches) {
     result.reason = fmt::format(
-        "too little is seen in both: {} images agree, at least {} must; record a longer common "
+        "the overlap is too small: {} images agree, at least {} must; record a longer common "
         "stretch",
         best->matched,
         params_.min_matches);
@@ -269,15 +269,15 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   if (rival != tested.end() || best->distinct < params_.min_matches) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
-        fmt::format("the ceiling repeats itself: several positions fit ({} and {} images agree)",
+        fmt::format("the ceiling is periodic: several positions fit ({} and {} images agree)",
                     best->matched,
                     rival != tested.end() ? rival->matched : best->matched - best->distinct);
     return result;
   }
-  if (params_.same_light && !standard_.Meets(Median(best->qualities))) {
+  if (params_.same_light && !standard_.Accepts(Median(best->qualities))) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
-        fmt::format("the ceiling repeats itself: {} images agree, but not as well as neighbours do",
+        fmt::format("the ceiling is periodic: {} images agree, but not as well as neighbours do",
                     best->matched);
     return result;
   }

@@ -98,7 +98,7 @@ struct Mapper::Impl {
   cv::Mat levelled;
   graph::MapGraph graph;
   std::vector<float> peaks;
-  int lost_in_a_row = 0;
+  int consecutive_lost = 0;
   bool closed = false;
   MapperReport report;
 
@@ -151,11 +151,11 @@ void Mapper::Impl::Count(const OdometryStep& step) {
       break;
     case graph::TrackingStatus::kAmbiguous:
       ++report.ambiguous;
-      ++lost_in_a_row;
+      ++consecutive_lost;
       break;
     case graph::TrackingStatus::kLost:
       ++report.lost;
-      ++lost_in_a_row;
+      ++consecutive_lost;
       break;
   }
   if (step.registration.verdict == registration::Verdict::kNoTexture) ++report.without_texture;
@@ -163,14 +163,14 @@ void Mapper::Impl::Count(const OdometryStep& step) {
 
 /// Records where frames could not be placed: at the last placed frame before them.
 void Mapper::Impl::NoteLoss() {
-  if (lost_in_a_row > 0 && !graph.trajectory.empty()) {
+  if (consecutive_lost > 0 && !graph.trajectory.empty()) {
     graph::WeakSpot spot;
     spot.kind = graph::WeakSpot::Kind::kLost;
     spot.keyframe_id = graph.trajectory.back().keyframe_id;
-    spot.extent = lost_in_a_row;
+    spot.extent = consecutive_lost;
     graph.weak_spots.push_back(spot);
   }
-  lost_in_a_row = 0;
+  consecutive_lost = 0;
 }
 
 /// Joins the segments between which the robot was lost; segments that cannot be joined are removed.

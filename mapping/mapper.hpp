@@ -72,7 +72,7 @@ class Mapper {
   /// Processes the next frame: CV_8UC1 raw image of the view's size; stamps must increase.
   /// @param context  Tilt of the robot, where it is known: it is removed from the image and
   /// returned with the pose; needs a view of a rig. Heading, where a compass gives one: it resolves
-  /// orientations that look the same (Odometry, LoopCloser, JoinParts). A frame that cannot be
+  /// orientations with the same images (Odometry, LoopCloser, JoinParts). A frame that cannot be
   /// placed is returned as kLost or kAmbiguous and is not added to the trajectory.
   /// @throws InputError on a heading that is not finite or without variance.
   graph::FramePose Process(const cv::Mat& raw_grey,

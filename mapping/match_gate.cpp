@@ -34,7 +34,7 @@ void MatchGate::Add(const MatchQuality& right) {
   if (static_cast<int>(right_.size()) > params_.remembered) right_.pop_front();
 }
 
-bool MatchGate::Meets(const MatchQuality& match) const {
+bool MatchGate::Accepts(const MatchQuality& match) const {
   // Typical of true matches at one exposure; used until a correct match is known.
   MatchQuality typical{1.0, 0.65, params_.max_dissimilarity / params_.max_dissimilarity_ratio};
   if (!right_.empty()) {

@@ -45,7 +45,7 @@ class MatchGate {
   /// Adds a match that is known to be correct.
   void Add(const MatchQuality& right);
   /// Whether a match is as good as the correct matches.
-  [[nodiscard]] bool Meets(const MatchQuality& match) const;
+  [[nodiscard]] bool Accepts(const MatchQuality& match) const;
 
  private:
   MatchGateParams params_;

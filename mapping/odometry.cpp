@@ -56,7 +56,7 @@ struct Odometry::Impl {
   std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
-  int lost_in_a_row = 0;
+  int consecutive_lost = 0;
 
   [[nodiscard]] MotionPrior PriorFor(const ActiveKeyframe& reference,
                                      const ExpectedPose& expected) const;
@@ -174,10 +174,10 @@ bool Odometry::Impl::TryReference(std::size_t index,
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   InflateTiltCovariance(view, step.pose.tilt, edge);
   Place(reference, edge, step.pose);
-  const bool believed = prediction.CeilingHidden()
-                            ? standard.Meets(Quality(reference, spectrum, step.registration))
+  const bool accepted = prediction.CeilingHidden()
+                            ? standard.Accepts(Quality(reference, spectrum, step.registration))
                             : prediction.CanBeAt(step.pose.T_map_base);
-  if (!believed) {
+  if (!accepted) {
     step.registration.verdict = Verdict::kAmbiguous;
     return false;
   }
@@ -241,7 +241,7 @@ bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
                              const cv::Mat& image,
                              OdometryStep& step) {
   if (step.registration.verdict == Verdict::kNoTexture) return false;
-  if (++lost_in_a_row < params.restart_after || step.new_keyframe) return false;
+  if (++consecutive_lost < params.restart_after || step.new_keyframe) return false;
   const Registration failed = step.registration;
   std::deque<ActiveKeyframe> before;
   before.swap(active);
@@ -336,7 +336,7 @@ void Odometry::Impl::Remember(const OdometryStep& step,
                               const cv::Mat& image,
                               const graph::Edge& edge) {
   prediction.Placed(step.pose.T_map_base);
-  lost_in_a_row = 0;
+  consecutive_lost = 0;
   if (!last) last.emplace();
   last->pose = step.pose;
   last->spectrum = spectrum;

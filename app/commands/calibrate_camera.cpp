@@ -98,7 +98,7 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
   solver.model = calibration::ParseLensModel(params.model);
   solver.choose_terms = !params.all_terms;
   recordings::BoardImages images = recordings::FindBoards(params.images, board);
-  if (images.interrupted) throw RunError("interrupted before all images were seen");
+  if (images.interrupted) throw RunError("interrupted before all images were processed");
   recordings::CameraCalibration calibration = recordings::CalibrateCamera(
       board, std::move(images), solver, static_cast<std::size_t>(params.max_views));
   calibration.name = params.name;
@@ -132,17 +132,20 @@ void AddBoardOptions(CLI::App& cli, CalibrateCameraParams& params) {
   const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type)->group(group);
   };
-  add("--board", params.board, "chessboard, or charuco: with markers, may be seen in part", "KIND")
+  add("--board",
+      params.board,
+      "chessboard, or charuco: with markers, may be partly visible",
+      "KIND")
       ->capture_default_str();
   add("--corners",
       params.corners,
       "Inner corners, where four squares meet; 9x6: 10x7 squares",
       "CxR")
       ->required();
-  add("--square", params.square_m, "Side of a square, metres: measure it, printers shrink", "M")
+  add("--square", params.square_m, "Side of a square, metres; measure it: printers may scale", "M")
       ->required();
   add("--marker", params.marker_m, "Side of a marker, metres; only with charuco", "M");
-  add("--dictionary", params.dictionary, "The markers', e.g. 5x5_100", "NAME")
+  add("--dictionary", params.dictionary, "Dictionary of the markers, e.g. 5x5_100", "NAME")
       ->capture_default_str();
 }
 
@@ -159,12 +162,12 @@ Command AddCalibrateCameraCommand(CLI::App& calibrate) {
                   "  ceilmap calibrate camera walk.mp4 --board charuco --corners 9x6 --square "
                   "0.025 --marker 0.018 "
                   "-o up.yaml\n"
-                  "Glue the board to something flat. Show it some 15 times, in all parts of the "
+                  "Fix the board to a flat plate. Record it about 15 times, in all parts of the "
                   "image, near, and "
-                  "tilted by 30 to 45 degrees to all sides; hold it still.");
+                  "tilted by 30 to 45 degrees to all sides. Do not move it during an exposure.");
   auto params = std::make_shared<CalibrateCameraParams>();
   CLI::App& cli = *command.cli;
-  cli.add_option("pictures", params->images, "A folder of images, a video, or several images")
+  cli.add_option("images", params->images, "A folder of images, a video, or several images")
       ->type_name("SOURCE");
   AddBoardOptions(cli, *params);
   const auto add =
@@ -174,25 +177,30 @@ Command AddCalibrateCameraCommand(CLI::App& calibrate) {
   const char* const lens = "Camera";
   add("--model", params->model, "plumb_bob, rational (wide) or equidistant (fisheye)", "NAME", lens)
       ->capture_default_str();
-  cli.add_flag("--all-terms", params->all_terms, "Estimate all coefficients, also those not needed")
+  cli.add_flag("--all-terms", params->all_terms, "Estimate all coefficients, also unnecessary ones")
       ->group(lens);
-  add("--views", params->max_views, "Views at the most; those that tell most are taken", "N", lens)
+  add("--views",
+      params->max_views,
+      "Maximum number of views; the most informative are used",
+      "N",
+      lens)
       ->capture_default_str();
-  add("--name", params->name, "Its name in the file", "NAME", lens)->capture_default_str();
+  add("--name", params->name, "Name of the camera in the file", "NAME", lens)
+      ->capture_default_str();
   const char* const result = "Results";
   add("-o,--output",
       params->output,
-      "ROS camera_info, for rig.yaml and others",
+      "ROS camera_info, for rig.yaml and other programs",
       "INFO.yaml",
       result);
   add("--report",
       params->report,
-      "Residuals, coverage and views to look at: index.html",
+      "Folder for a report of residuals, coverage and views: index.html",
       "DIR",
       result);
   add("--print-board",
       params->print_board,
-      "Draw the board to scale instead, to print it",
+      "Only draw the board to scale, for printing",
       "FILE.pdf|svg",
       result);
   add("--paper", params->paper, "a4, a3 or letter", "NAME", result)->capture_default_str();

@@ -13,7 +13,7 @@ std::vector<Command> AddCalibrateCommands(CLI::App& program) {
       "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
       "--ceiling-height 2.6 -o rig.yaml\n"
       "  ceilmap calibrate mirror --omni turn.mp4 --rig rig.yaml -o new.yaml\n"
-      "ceilmap calibrate COMMAND --help tells more.");
+      "'ceilmap calibrate COMMAND --help' describes a command.");
   return {AddCalibrateCameraCommand(calibrate),
           AddCalibrateRigCommand(calibrate),
           AddCalibrateMirrorCommand(calibrate)};

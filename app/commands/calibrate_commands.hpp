@@ -4,7 +4,7 @@
 
 namespace ceilmap::commands {
 
-/// The commands of `ceilmap calibrate`, each in a file of its own name.
+/// The commands of `ceilmap calibrate`. Each is in the file with its name.
 Command AddCalibrateCameraCommand(CLI::App& calibrate);
 Command AddCalibrateRigCommand(CLI::App& calibrate);
 Command AddCalibrateMirrorCommand(CLI::App& calibrate);

@@ -41,14 +41,14 @@ struct CalibrateMirrorParams {
   fs::path report;
   fs::path output;
 
-  // Checks everything that can be told without the recording. @throws InputError
+  // Checks everything that can be checked without the recording. @throws InputError
   void Check() const;
 };
 
 void CalibrateMirrorParams::Check() const {
   if (!output.empty() && rig.empty()) {
     throw InputError(
-        "calibrate mirror: -o writes a rig with the mirror in it; give the rig so far by --rig");
+        "calibrate mirror: -o writes a rig with the mirror added; give the existing rig by --rig");
   }
   if (!panorama.empty() && panorama.extension() != ".png") {
     throw InputError(fmt::format("{}: the image's name must end in .png", panorama.string()));
@@ -57,7 +57,7 @@ void CalibrateMirrorParams::Check() const {
   if (!report.empty()) reports::CheckReportFolder(report);
 }
 
-// What was seen: the first image, and what all of them tell.
+// Result of the observation: the first image, and the fit to all images.
 struct MirrorObservation {
   cv::Mat image;
   std::int64_t images = 0;
@@ -70,34 +70,34 @@ bool IsImage(const std::string& source) {
 }
 
 MirrorObservation ObserveImage(const std::string& file) {
-  MirrorObservation sight;
-  sight.image = recordings::ReadImage(file, recordings::Pixels::kColour);
-  sight.images = 1;
-  sight.fit = calibration::FindRing(sight.image);
-  return sight;
+  MirrorObservation observation;
+  observation.image = recordings::ReadImage(file, recordings::Pixels::kColour);
+  observation.images = 1;
+  observation.fit = calibration::FindRing(observation.image);
+  return observation;
 }
 
 MirrorObservation ObserveRecording(const CalibrateMirrorParams& params) {
   recordings::FrameSource source(params.omni,
                                  {.pixels = recordings::Pixels::kColour, .stamps = params.stamps});
-  terminal::Progress progress("looking", "frames", source.ExpectedFrames());
-  MirrorObservation sight;
+  terminal::Progress progress("searching", "frames", source.ExpectedFrames());
+  MirrorObservation observation;
   calibration::MirrorActivity activity;
   recordings::Frame frame;
   while (source.Read(frame)) {
-    if (sight.image.empty()) sight.image = frame.image.clone();
+    if (observation.image.empty()) observation.image = frame.image.clone();
     activity.Add(frame.image);
-    progress.Update(++sight.images);
+    progress.Update(++observation.images);
   }
   if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
-  sight.fit =
-      sight.images == 1 ? calibration::FindRing(sight.image) : calibration::FindRing(activity);
-  return sight;
+  observation.fit = observation.images == 1 ? calibration::FindRing(observation.image)
+                                            : calibration::FindRing(activity);
+  return observation;
 }
 
-void CheckFound(const CalibrateMirrorParams& params, const MirrorObservation& sight) {
-  switch (sight.fit.fault) {
+void CheckFound(const CalibrateMirrorParams& params, const MirrorObservation& observation) {
+  switch (observation.fit.fault) {
     case calibration::MirrorFault::kNone:
       return;
     case calibration::MirrorFault::kNothingMoves:
@@ -109,12 +109,12 @@ void CheckFound(const CalibrateMirrorParams& params, const MirrorObservation& si
       break;
   }
   throw InputError(
-      fmt::format("{}: no mirror with a round rim is to be seen; light the room, or say where it "
-                  "is: --ring U,V,INNER,OUTER",
+      fmt::format("{}: no mirror with a round rim was found; light the room, or give its position: "
+                  "--ring U,V,INNER,OUTER",
                   params.omni));
 }
 
-// A circle that the image shows all around: what a panorama can be made of.
+// The largest ring that lies completely inside the image, as a panorama requires.
 calib::MirrorRing InsideImage(calib::MirrorRing ring, cv::Size size) {
   const Eigen::Vector2d far(size.width - 1, size.height - 1);
   const double room = std::min(ring.centre_px.minCoeff(), (far - ring.centre_px).minCoeff());
@@ -122,8 +122,8 @@ calib::MirrorRing InsideImage(calib::MirrorRing ring, cv::Size size) {
   return ring;
 }
 
-reports::ReportTable RingTable(const MirrorObservation& sight) {
-  const MirrorRingFit& fit = sight.fit;
+reports::ReportTable RingTable(const MirrorObservation& observation) {
+  const MirrorRingFit& fit = observation.fit;
   const auto sigma = [](double s) { return s > 0 ? fmt::format("{:.3f}", s) : std::string("-"); };
   const auto row = [&](const char* name, double value, double s) {
     return std::vector<std::string>{name, fmt::format("{:.3f}", value), sigma(s), "px"};
@@ -136,9 +136,9 @@ reports::ReportTable RingTable(const MirrorObservation& sight) {
            row("inner radius", fit.ring.inner_radius_px, fit.inner_sigma_px)}};
 }
 
-void Summarize(const MirrorObservation& sight, terminal::Summary& summary) {
-  const MirrorRingFit& fit = sight.fit;
-  summary.frames = sight.images;
+void Summarize(const MirrorObservation& observation, terminal::Summary& summary) {
+  const MirrorRingFit& fit = observation.fit;
+  summary.frames = observation.images;
   const auto value = [](double v, double sigma) {
     return nlohmann::ordered_json{{"value", v}, {"sigma", sigma}};
   };
@@ -154,22 +154,22 @@ void Summarize(const MirrorObservation& sight, terminal::Summary& summary) {
       {"rim_sigma_px", fit.rim_sigma_px}};
 }
 
-cv::Mat Panorama(const MirrorObservation& sight) {
-  const calib::MirrorRing ring = InsideImage(sight.fit.ring, sight.image.size());
+cv::Mat Panorama(const MirrorObservation& observation) {
+  const calib::MirrorRing ring = InsideImage(observation.fit.ring, observation.image.size());
   calib::MirrorViewParams params;
   params.rows = std::max(1, static_cast<int>(ring.outer_radius_px - ring.inner_radius_px));
   const double middle = 0.5 * (ring.outer_radius_px + ring.inner_radius_px);
   params.columns = std::clamp(static_cast<int>(2 * std::numbers::pi * middle), 8, 16384);
-  const calib::MirrorView view(sight.image.size(), ring, params);
+  const calib::MirrorView view(observation.image.size(), ring, params);
   cv::Mat panorama;
-  view.Unwrap(sight.image, panorama);
+  view.Unwrap(observation.image, panorama);
   return panorama;
 }
 
-cv::Mat Overlay(const MirrorObservation& sight) {
+cv::Mat Overlay(const MirrorObservation& observation) {
   constexpr int kShift = 4;  // sub-pixel drawing
   const auto fixed = [](double v) { return static_cast<int>(std::lround(v * (1 << kShift))); };
-  cv::Mat image = sight.image.clone();
+  cv::Mat image = observation.image.clone();
   if (image.channels() == 1) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
   const auto dots = [&](const std::vector<Eigen::Vector2d>& points, const cv::Scalar& colour) {
     for (const Eigen::Vector2d& p : points) {
@@ -178,9 +178,9 @@ cv::Mat Overlay(const MirrorObservation& sight) {
   };
   const cv::Scalar orange(0, 94, 213);
   const cv::Scalar green(115, 158, 0);
-  dots(sight.fit.rim, orange);
-  dots(sight.fit.body, orange);
-  const calib::MirrorRing& ring = sight.fit.ring;
+  dots(observation.fit.rim, orange);
+  dots(observation.fit.body, orange);
+  const calib::MirrorRing& ring = observation.fit.ring;
   const cv::Point centre(fixed(ring.centre_px.x()), fixed(ring.centre_px.y()));
   for (const double radius : {ring.inner_radius_px, ring.outer_radius_px}) {
     cv::circle(image, centre, fixed(radius), green, 1, cv::LINE_AA, kShift);
@@ -197,48 +197,49 @@ void WriteImage(const fs::path& file, const cv::Mat& image, terminal::Summary& s
 }
 
 void WriteMirrorReport(const fs::path& folder,
-                       const MirrorObservation& sight,
+                       const MirrorObservation& observation,
                        terminal::Summary& summary) {
   using Handler = nlohmann::ordered_json::error_handler_t;
-  const std::vector<reports::ReportTable> tables{RingTable(sight)};
+  const std::vector<reports::ReportTable> tables{RingTable(observation)};
   const auto files = reports::WriteReport(
       folder,
       {{"metrics.json", summary.quality.dump(2, ' ', false, Handler::replace) + "\n"},
        {"tables.md", reports::FormatMarkdown(tables)},
        {"tables.tex", reports::FormatLatex(tables)}});
   summary.files.insert(summary.files.end(), files.begin(), files.end());
-  WriteImage(folder / "mirror.png", Overlay(sight), summary);
-  WriteImage(folder / "panorama.png", Panorama(sight), summary);
+  WriteImage(folder / "mirror.png", Overlay(observation), summary);
+  WriteImage(folder / "panorama.png", Panorama(observation), summary);
 }
 
 void WriteRig(const CalibrateMirrorParams& params,
-              const MirrorObservation& sight,
+              const MirrorObservation& observation,
               terminal::Summary& summary) {
   const std::string text = ReadSettingsText(params.rig, "a rig file (format: calib/README.md)");
   calib::ParseRig(text, params.rig);
   calib::RigValues values;
-  values.omni = {
-      InsideImage(sight.fit.ring, sight.image.size()), sight.image.cols, sight.image.rows};
+  values.omni = {InsideImage(observation.fit.ring, observation.image.size()),
+                 observation.image.cols,
+                 observation.image.rows};
   const std::string changed = calib::ChangeRig(text, params.rig, values, params.output);
   calib::ParseRig(changed, params.output);
   files::WriteFileAtomically(params.output, changed);
   summary.files.push_back(params.output);
 }
 
-void PrintReport(const MirrorObservation& sight, const terminal::Summary& summary) {
-  const MirrorRingFit& fit = sight.fit;
-  fmt::print("{}", reports::FormatPlain(RingTable(sight)));
-  fmt::print("rim seen in {:.0f} % of all directions, to {:.2f} px\n",
+void PrintReport(const MirrorObservation& observation, const terminal::Summary& summary) {
+  const MirrorRingFit& fit = observation.fit;
+  fmt::print("{}", reports::FormatPlain(RingTable(observation)));
+  fmt::print("rim visible in {:.0f} % of all directions, sigma {:.2f} px\n",
              100 * std::min(1.0, fit.rim_ratio),
              fit.rim_sigma_px);
-  if (fit.body_seen && !fit.round_body && sight.images > 1) {
-    fmt::print("the inner circle leaves out all of the robot, which is not round\n");
+  if (fit.body_seen && !fit.round_body && observation.images > 1) {
+    fmt::print("the inner circle excludes the whole robot, which is not round\n");
   }
   fmt::print("ceilmap heading --ring {:.2f},{:.2f},{:.2f},{:.2f}\n",
              fit.ring.centre_px.x(),
              fit.ring.centre_px.y(),
              fit.ring.inner_radius_px,
-             InsideImage(fit.ring, sight.image.size()).outer_radius_px);
+             InsideImage(fit.ring, observation.image.size()).outer_radius_px);
   for (const auto& file : summary.files) fmt::print("written {}\n", file.string());
 }
 
@@ -248,23 +249,23 @@ void RunCalibrateMirror(const CalibrateMirrorParams& params,
   params.Check();
   std::optional<calib::MirrorRing> by_hand;
   if (!params.ring.empty()) by_hand = recordings::ParseRing(params.ring, "--ring");
-  MirrorObservation sight =
+  MirrorObservation observation =
       IsImage(params.omni) ? ObserveImage(params.omni) : ObserveRecording(params);
   if (by_hand) {
-    sight.fit = {};
-    sight.fit.ring = *by_hand;
+    observation.fit = {};
+    observation.fit.ring = *by_hand;
   }
-  CheckFound(params, sight);
-  Summarize(sight, summary);
-  if (!sight.fit.body_seen && !by_hand) {
+  CheckFound(params, observation);
+  Summarize(observation, summary);
+  if (!observation.fit.body_seen && !by_hand) {
     terminal::Warn(
-        "{}: nothing in the middle of the mirror stands still; its inner radius is a guess",
+        "{}: no static content in the middle of the mirror; its inner radius is only an estimate",
         params.omni);
   }
-  if (!params.output.empty()) WriteRig(params, sight, summary);
-  if (!params.panorama.empty()) WriteImage(params.panorama, Panorama(sight), summary);
-  if (!params.report.empty()) WriteMirrorReport(params.report, sight, summary);
-  if (!common.quiet) PrintReport(sight, summary);
+  if (!params.output.empty()) WriteRig(params, observation, summary);
+  if (!params.panorama.empty()) WriteImage(params.panorama, Panorama(observation), summary);
+  if (!params.report.empty()) WriteMirrorReport(params.report, observation, summary);
+  if (!common.quiet) PrintReport(observation, summary);
 }
 
 }  // namespace
@@ -273,8 +274,8 @@ Command AddCalibrateMirrorCommand(CLI::App& calibrate) {
   Command command = MakeCommand(
       calibrate,
       "mirror",
-      "Measures where a convex mirror shows the room in the images of the camera below it, from "
-      "a recording of a robot that turns.",
+      "Measures the position of a convex mirror in the images of the camera below it, from a "
+      "recording of a turning robot.",
       "ceilmap calibrate mirror --omni turn.mp4 --rig rig.yaml -o new.yaml --report mirror\n"
       "  ceilmap calibrate mirror --omni image.jpg --panorama panorama.png\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
@@ -287,28 +288,28 @@ Command AddCalibrateMirrorCommand(CLI::App& calibrate) {
   const std::string result = "Results";
   add("--omni",
       params->omni,
-      "The mirror while the robot turns or drives; or a single image, in which only light and "
-      "dark tell, less well",
+      "The mirror while the robot turns or drives; or a single image, "
+      "with less accuracy",
       "SOURCE")
       ->required()
       ->group(input);
   add("--stamps", params->stamps, "Not needed; checked when given", "FRAMES.csv")->group(input);
-  add("--rig", params->rig, "The rig so far, with or without a camera 'omni'", "RIG.yaml")
+  add("--rig", params->rig, "The existing rig, with or without a camera 'omni'", "RIG.yaml")
       ->group(input);
   add("--ring",
       params->ring,
-      "Where the ring is, measured by hand: nothing is looked for",
+      "Position of the ring, measured by hand; no search",
       "U,V,INNER,OUTER")
       ->group(input);
   add("-o,--output",
       params->output,
-      "The rig with the mirror as measured, all else as it was",
+      "The rig with the measured mirror, otherwise unchanged",
       "RIG.yaml")
       ->group(result);
   add("--panorama", params->panorama, "The first image unwrapped", "FILE.png")->group(result);
   add("--report",
       params->report,
-      "New folder for the image with circles and what they go through, a panorama, tables",
+      "New folder for the image with circles and edge points, a panorama, tables",
       "DIR")
       ->group(result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

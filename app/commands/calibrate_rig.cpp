@@ -33,14 +33,14 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// The rig as far as it is known: what is missing is a camera that looks straight up from the mast,
-// its top to the front, over an axle that is below it.
+// The initial rig. Missing values are those of a camera at the mast that points straight up, its
+// top to the front, over an axle below it.
 std::string KnownRig(const CalibrateRigOptions& params) {
   const bool own = !params.rig.empty();
   const std::string text =
       own ? ReadSettingsText(params.rig, "a rig file (format: calib/README.md)")
           : calib::RigOfCameraInfo(params.camera);
-  constexpr double kRoughDistanceM = 2;  // only to begin with; the tape tells
+  constexpr double kRoughDistanceM = 2;  // initial value; the tape measure gives the scale
   const double camera_height_m = params.camera_height_m.value_or(0);
   calib::RigValues guess;
   guess.axle_behind_mast_m = 0;
@@ -55,14 +55,14 @@ std::string KnownRig(const CalibrateRigOptions& params) {
   const bool height_told = params.camera_height_m || params.tape.GivesCameraHeight();
   if (!height_told && calib::CompleteRig(text, file, pose) != text) {
     throw InputError(
-        fmt::format("{}: tells nothing of the upward camera's height; give --camera-height, or "
+        fmt::format("{}: does not give the upward camera's height; give --camera-height, or "
                     "both --ceiling-height and --distance",
                     file.string()));
   }
   return calib::CompleteRig(text, file, guess);
 }
 
-// Tells before any work what cannot be used.
+// Checks before any work that all input can be used.
 void CheckRecordings(const CalibrateRigOptions& params,
                      const calib::Rig& rig,
                      const fs::path& file) {
@@ -78,8 +78,8 @@ void CheckRecordings(const CalibrateRigOptions& params,
   }
 }
 
-// What needs the robot's motion in space: the step, and the forward camera.
-// @param rig  with the upward camera as calibrated.
+// Calibration that needs the robot's motion in space: the step, and the forward camera.
+// @param rig  With the calibrated upward camera.
 void CalibrateMotion(const CalibrateRigOptions& params,
                      const calib::Rig& rig,
                      const fs::path& file,
@@ -147,7 +147,7 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
   constexpr double kOpposite = -0.9;  // cosine
   if (ahead_before.dot(result.T_base_up.linear().row(0)) < kOpposite) {
     terminal::Warn(
-        "{}: by the rig as it was the robot drives backwards; the straight drive counts as ahead",
+        "{}: the robot drives backwards by the given rig; the straight drive is taken as ahead",
         params.straight);
   }
   const auto moving = steady_clock::now();
@@ -157,11 +157,11 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
                   found);
   out.stages_ms["motion"] = terminal::MillisecondsSince(moving);
   if (found.forward) values.T_base_forward = found.forward->T_base_forward;
-  for (const std::string& doubt : recordings::Contradictions(found, params.step))
-    terminal::Warn("{}", doubt);
+  for (const std::string& warning : recordings::Contradictions(found, params.step))
+    terminal::Warn("{}", warning);
   const std::string changed =
       reports::RigHeader(found) + calib::ChangeRig(text, file, values, params.output);
-  calib::ParseRig(changed, params.output);  // what no command would read is not written
+  calib::ParseRig(changed, params.output);  // fails if no command could read the result
   files::WriteFileAtomically(params.output, changed);
   out.files.push_back(params.output);
   reports::Summarize(rig, found, out);
@@ -175,8 +175,8 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
   Command command = MakeCommand(
       calibrate,
       "rig",
-      "Measures how the upward camera stands on the robot: where the robot turns, where ahead is, "
-      "the camera's tilts, and the ceiling's height, from a turn on the spot and a straight drive.",
+      "Measures how the upward camera is mounted: the rotation centre, the forward direction, the "
+      "camera's tilt and the ceiling's height, from a turn on the spot and a straight drive.",
       "ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
       "--ceiling-height 2.6 -o rig.yaml\n"
       "  ceilmap calibrate rig --camera up.yaml --camera-height 0.4 --spin spin.mp4 --straight "

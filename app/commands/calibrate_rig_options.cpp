@@ -25,7 +25,7 @@ void CalibrateRigOptions::Check() const {
   if (!tape.ceiling_height_m && !tape.distance_m) {
     throw InputError(
         "calibrate rig: give --ceiling-height, or --distance of the straight drive; without a tape "
-        "measure nothing has a scale");
+        "measure there is no scale");
   }
   CheckPositive("--ceiling-height", tape.ceiling_height_m);
   CheckPositive("--distance", tape.distance_m);
@@ -58,23 +58,24 @@ void CalibrateRigOptions::AddInput(CLI::App& cli) {
   };
   add("--rig",
       rig,
-      "The rig as far as it is known: the upward camera's intrinsics, and its height (z of its "
-      "pose). h, a and the rest of the pose may be left out; where they stand they are a start, "
-      "and x of the camera's pose stays",
+      "The initial rig: the upward camera's intrinsics, and its height (z of its pose). h, a and "
+      "the rest of the pose may be left out; given values are initial values, and x of the "
+      "camera's pose is not changed",
       "RIG.yaml");
   add("--camera",
       camera,
-      "Instead of a rig: the upward camera's camera_info, for a rig with nothing else in it",
+      "Instead of a rig: the upward camera's camera_info, for a rig with this camera only",
       "CAMERA_INFO.yaml");
   add("--spin", spin, "The upward camera while the robot turns on the spot, once around", "SOURCE")
       ->required();
-  add("--straight", straight, "The same while it drives straight ahead", "SOURCE")->required();
+  add("--straight", straight, "The upward camera while the robot drives straight ahead", "SOURCE")
+      ->required();
   add("--spin-stamps",
       spin_stamps,
-      "Time of each frame, of both cameras where there are two; else not needed, checked when "
+      "Time of each frame, for both cameras; not needed for one camera, but checked when "
       "given",
       "FRAMES.csv");
-  add("--straight-stamps", straight_stamps, "Likewise", "FRAMES.csv");
+  add("--straight-stamps", straight_stamps, "As --spin-stamps", "FRAMES.csv");
 }
 
 void CalibrateRigOptions::AddMotion(CLI::App& cli) {
@@ -83,27 +84,28 @@ void CalibrateRigOptions::AddMotion(CLI::App& cli) {
   };
   add("--spin-forward",
       spin_forward,
-      "The forward camera during the spin: how it is turned, pitch and roll above all. The rig "
+      "The forward camera during the spin: for its pitch and roll. The rig must "
       "must "
-      "have its intrinsics and its place, and its direction to 10 deg",
+      "contain its intrinsics, its position, and its direction to 10 deg",
       "SOURCE");
   add("--straight-forward",
       straight_forward,
-      "The same during the straight drive: pitch and yaw",
+      "The forward camera during the straight drive: for its pitch and yaw",
       "SOURCE");
   add("--step",
       step,
-      "The upward camera while the front wheels climb a board, begun on a level floor: the axle's "
-      "place by another way",
+      "The upward camera while the front wheels climb a board, starting on a level floor: a "
+      "second measurement of the axle's position",
       "SOURCE");
   add("--step-forward",
       step_forward,
-      "The forward camera over the step: all three of its angles",
+      "The forward camera over the step: for all three angles",
       "SOURCE");
   add("--step-stamps", step_stamps, "As --spin-stamps", "FRAMES.csv");
   add("--step-height",
       step_height_m,
-      "Of the board: tells the wheelbase, and checks the tape measures when all wheels end up on "
+      "Height of the board: gives the wheelbase, and checks the tape measures when all wheels end "
+      "on "
       "it",
       "M");
 }
@@ -112,35 +114,36 @@ void CalibrateRigOptions::AddTape(CLI::App& cli) {
   const auto add = [&cli](const char* name, auto& value, const char* text) {
     return cli.add_option(name, value, text)->type_name("M")->group("Tape measure");
   };
-  add("--ceiling-height", tape.ceiling_height_m, "Of the ceiling above the floor");
+  add("--ceiling-height", tape.ceiling_height_m, "Height of the ceiling above the floor");
   add("--distance",
       tape.distance_m,
-      "From where the robot stands in the first frame of the straight drive to where it stands in "
-      "the last; with --ceiling-height too, the camera's height comes out");
-  add("--camera-height", camera_height_m, "Of the camera above the floor [as in the rig]");
-  add("--tape-sigma", tape.sigma_m, "Standard deviation of these [0.001]");
+      "Distance from the robot's position in the first frame of the straight drive to that in the "
+      "last; together with --ceiling-height it gives the camera's height");
+  add("--camera-height", camera_height_m, "Height of the camera above the floor [as in the rig]");
+  add("--tape-sigma", tape.sigma_m, "Standard deviation of these lengths [0.001]");
 }
 
 void CalibrateRigOptions::AddTo(CLI::App& cli) {
   AddInput(cli);
   AddTape(cli);
   AddMotion(cli);
-  cli.add_option("--lens-sigma",
-                 lens_sigma_px,
-                 "How far off the intrinsics may put a point at the image's edge, for the "
-                 "standard deviations; "
-                 "calibrate camera tells, as what corners are known to [0.05]")
+  cli.add_option(
+         "--lens-sigma",
+         lens_sigma_px,
+         "Error of a point at the image's edge by the intrinsics, for the "
+         "standard deviations; 'calibrate camera' reports it as the error of the corners [0.05]")
       ->type_name("PX")
       ->group("Input");
   cli.add_option("--report",
                  report,
-                 "New folder for figures of the fit, the mean image of the spin by the rig as it "
-                 "was and as measured, and tables")
+                 "New folder for figures of the fit, the mean image of the spin with the initial "
+                 "and with the measured rig, and tables")
       ->type_name("DIR")
       ->group("Results");
-  cli.add_option("-o,--output",
-                 output,
-                 "The rig with a, h and the upward camera's pose as measured, all else as it was")
+  cli.add_option(
+         "-o,--output",
+         output,
+         "The rig with the measured a, h and pose of the upward camera, otherwise unchanged")
       ->required()
       ->type_name("RIG.yaml")
       ->group("Results");

@@ -33,7 +33,7 @@ struct CalibrateRigOptions {
 
   /// Adds all of them to the command.
   void AddTo(CLI::App& cli);
-  /// Checks everything that can be told without the recordings. @throws InputError
+  /// Checks everything that can be checked without the recordings. @throws InputError
   void Check() const;
 
   /// The recordings, with the forward camera where there is one.

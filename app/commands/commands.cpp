@@ -17,8 +17,8 @@ Command MakeCommand(CLI::App& program,
       ->type_name("FILE.json")
       ->group("Common options");
   CLI::Option* const quiet =
-      add_flag("--quiet", common.quiet, "Say nothing but warnings and errors; no progress");
-  add_flag("--verbose", common.verbose, "Say more, a line for each frame")->excludes(quiet);
+      add_flag("--quiet", common.quiet, "Print only warnings and errors; no progress");
+  add_flag("--verbose", common.verbose, "Print more, a line for each frame")->excludes(quiet);
   return command;
 }
 

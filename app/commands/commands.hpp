@@ -11,29 +11,30 @@
 
 namespace ceilmap::commands {
 
-/// What every command takes.
+/// Options of every command.
 struct CommonOptions {
   std::filesystem::path summary;  ///< --summary; empty: none
   bool quiet = false;
   bool verbose = false;
-  std::string command_line;  ///< as typed, for a result's provenance
+  std::string command_line;  ///< as typed; provenance of a result
 };
 
-/// A command: how it is called, and what it does once its arguments are parsed. The body fills in
-/// the summary; it throws InputError or RunError and never ends the program itself.
+/// A command: its name, its options, and its function. The function is called after the arguments
+/// are parsed; it fills in the summary, throws InputError or RunError, and never ends the program
+/// itself.
 struct Command {
   CLI::App* cli = nullptr;
   std::shared_ptr<CommonOptions> common;
   std::function<void(const CommonOptions&, terminal::Summary&)> run;
 };
 
-/// Each adds its command to the program's command line.
+/// Each function adds its command to the program's command line.
 Command AddMapCommand(CLI::App& program);
 Command AddLocalizeCommand(CLI::App& program);
 Command AddHeadingCommand(CLI::App& program);
-/// `compass` and the commands under it.
+/// `compass` and its subcommands.
 std::vector<Command> AddCompassCommands(CLI::App& program);
-/// `calibrate` and the commands under it.
+/// `calibrate` and its subcommands.
 std::vector<Command> AddCalibrateCommands(CLI::App& program);
 Command AddMergeCommand(CLI::App& program);
 Command AddInfoCommand(CLI::App& program);
@@ -42,8 +43,8 @@ Command AddRegisterCommand(CLI::App& program);
 Command AddEvaluateCommand(CLI::App& program);
 Command AddSimulateCommand(CLI::App& program);
 
-/// The start of each of them: a command with --help, --summary, --quiet and --verbose, whose help
-/// ends with `example`, a line that can be run. `program` may be a command with commands under it.
+/// Creates a command with --help, --summary, --quiet and --verbose. The help ends with `example`, a
+/// line that can be run. `program` may be a command with subcommands.
 Command MakeCommand(CLI::App& program,
                     const std::string& name,
                     const std::string& description,

@@ -4,7 +4,7 @@
 
 namespace ceilmap::commands {
 
-/// The commands of `ceilmap compass`, each in a file of its own name.
+/// The commands of `ceilmap compass`. Each is in the file with its name.
 Command AddCompassLearnCommand(CLI::App& compass);
 Command AddCompassQueryCommand(CLI::App& compass);
 Command AddCompassUpdateCommand(CLI::App& compass);

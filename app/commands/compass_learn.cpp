@@ -35,11 +35,11 @@ struct LearnCommandParams {
   colour::LearnParams learn;
   fs::path output;
 
-  // Checks everything that can be told without the recording. @throws InputError
+  // Checks everything that can be checked without the recording. @throws InputError
   void Resolve();
 };
 
-// A whole number of cells, few enough to be told apart from a slip.
+// A whole number of cells. A limit detects typing errors.
 int CellCount(double number, const std::string& text) {
   constexpr double kMaxCells = 100;
   if (number >= 1 && number <= kMaxCells && number == std::floor(number)) {
@@ -70,7 +70,8 @@ void LearnCommandParams::Resolve() {
       clustering == "mixture" ? colour::Clustering::kMixture : colour::Clustering::kMeans;
   if (!grid.empty()) {
     if (learn.kind == colour::ModelKind::kSturm) {
-      throw InputError("--grid: is of --method victoria; sturm has one place; leave it out");
+      throw InputError(
+          "--grid: is an option of --method victoria; sturm has one place; leave it out");
     }
     learn.grid = ParseGrid(grid);
   }
@@ -87,8 +88,8 @@ colour::LearnedPose LearnedFrom(const StampedPose& pose) {
   return learned;
 }
 
-// Goes through a recording at known poses. `learn` takes a frame and its pose and tells whether it
-// could be used.
+// Reads a recording at known poses. `learn` takes a frame and its pose and returns whether it was
+// used.
 template <typename Learn>
 reports::CompassLearnResult LearnFrames(recordings::ForwardFrames& frames,
                                         const fs::path& poses_file,
@@ -121,7 +122,7 @@ reports::CompassLearnResult LearnFrames(recordings::ForwardFrames& frames,
   return result;
 }
 
-// Stores the model and tells of it.
+// Stores the model and prints a report.
 void Finish(const colour::ColourModel& model,
             const fs::path& output,
             const recordings::ForwardFrames& frames,
@@ -162,7 +163,7 @@ struct UpdateCommandParams {
   recordings::ForwardOptions forward;
   fs::path poses;
   colour::ScanLineParams lines = {};
-  fs::path output;  // empty: the model itself
+  fs::path output;  // empty: the input model is replaced
 };
 
 void RunUpdate(const UpdateCommandParams& params,
@@ -200,7 +201,8 @@ void RunUpdate(const UpdateCommandParams& params,
 }
 
 void AddPoses(CLI::App& cli, fs::path& poses) {
-  cli.add_option("--poses", poses, "Where the robot was, nearest within 50 ms of each frame")
+  cli.add_option(
+         "--poses", poses, "Poses of the robot; the nearest within 50 ms of each frame is used")
       ->type_name("T.tum")
       ->group("Input")
       ->required();
@@ -216,25 +218,25 @@ void AddModelOptions(CLI::App& cli, LearnCommandParams& params) {
   add("--method", params.method, "victoria: a grid of places; sturm: one cylinder", "METHOD")
       ->check(CLI::IsMember({"victoria", "sturm"}))
       ->capture_default_str();
-  add("--classes", params.learn.classes.classes, "Classes of colours", "K")
+  add("--classes", params.learn.classes.classes, "Number of colour classes", "K")
       ->check(CLI::Range(2, colour::kMaxClasses))
       ->capture_default_str();
-  add("--clustering", params.clustering, "How they are found: kmeans or mixture", "HOW")
+  add("--clustering", params.clustering, "Clustering of the colours: kmeans or mixture", "HOW")
       ->check(CLI::IsMember({"kmeans", "mixture"}))
       ->capture_default_str();
-  add("--bins", params.learn.bins, "Directions of each cell", "N")
+  add("--bins", params.learn.bins, "Number of directions of each cell", "N")
       ->check(CLI::Range(kMinBins, kMaxBins))
       ->capture_default_str();
   add("--grid",
       params.grid,
-      "Cells, in the frame of the poses [6 x 4 m about their middle, 5 x 3 cells]",
+      "Grid of cells in the frame of the poses [6 x 4 m around their centre, 5 x 3 cells]",
       "MIN_X,MIN_Y,WIDTH,HEIGHT,COLUMNS,ROWS");
-  add("--fading", params.learn.fading_s, "Seconds in which what was seen fades by e", "S")
+  add("--fading", params.learn.fading_s, "Time constant of forgetting, seconds", "S")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  add("--depth", params.learn.depth_m, "Metres to what is seen [measured]", "M")
+  add("--depth", params.learn.depth_m, "Distance of the surroundings, metres [measured]", "M")
       ->check(CLI::PositiveNumber);
-  add("--seed", params.learn.classes.seed, "Of the search for classes", "N")->capture_default_str();
+  add("--seed", params.learn.classes.seed, "Seed of the clustering", "N")->capture_default_str();
   recordings::AddLineOptions(cli, params.learn.lines, group);
 }
 
@@ -244,7 +246,7 @@ Command AddCompassLearnCommand(CLI::App& compass) {
   Command command = MakeCommand(
       compass,
       "learn",
-      "Learns a map of colours from a recording at known poses.",
+      "Learns a model of the surrounding colours from a recording at known poses.",
       "ceilmap compass learn --rig rig.yaml --forward forward.mp4 --stamps frames.csv --poses "
       "truth.tum -o lab.colours");
   auto params = std::make_shared<LearnCommandParams>();
@@ -265,17 +267,17 @@ Command AddCompassUpdateCommand(CLI::App& compass) {
   Command command = MakeCommand(
       compass,
       "update",
-      "Puts what a recording at known poses shows into a model.",
+      "Updates a model from a recording at known poses.",
       "ceilmap compass update lab.colours --rig rig.yaml --forward later.mp4 --stamps later.csv "
       "--poses later.tum");
   auto params = std::make_shared<UpdateCommandParams>();
-  command.cli->add_option("model", params->model, "The model, written anew at the end")
+  command.cli->add_option("model", params->model, "The model; it is replaced at the end")
       ->required()
       ->type_name("MODEL");
   params->forward.AddTo(*command.cli, "Input");
   AddPoses(*command.cli, params->poses);
   recordings::AddLineOptions(*command.cli, params->lines, "Input");
-  command.cli->add_option("-o,--output", params->output, "Another model instead")
+  command.cli->add_option("-o,--output", params->output, "Write to this file instead")
       ->type_name("MODEL")
       ->group("Results");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

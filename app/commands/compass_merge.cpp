@@ -59,13 +59,14 @@ Command AddCompassMergeCommand(CLI::App& compass) {
   Command command =
       MakeCommand(compass,
                   "merge",
-                  "Makes one model of several that robots updated from the same one.",
+                  "Merges models that robots have updated from the same model.",
                   "ceilmap compass merge one.colours two.colours -o both.colours\n"
-                  "Models agree in their classes, grid and directions: learn one, hand it out, "
-                  "update it on each robot.");
+                  "The models must have the same classes, grid and directions: learn one model, "
+                  "copy it to each robot, and update it there.");
   auto params = std::make_shared<CompassMergeParams>();
   command.cli->add_option("models", params->models, "The models")->required()->type_name("MODEL");
-  command.cli->add_option("-o,--output", params->output, "The model of all; may be one of them")
+  command.cli
+      ->add_option("-o,--output", params->output, "The merged model; may be one of the inputs")
       ->required()
       ->type_name("MODEL");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

@@ -18,21 +18,23 @@ const std::map<std::string, labrosse::Method> kMethods = {
 
 void RefuseUnlessLabrosse2006(bool given, const char* option, const std::string& method) {
   if (!given || method == "labrosse2006") return;
-  throw InputError(fmt::format(
-      "{}: is of --method labrosse2006, not of {}; leave one of the two out", option, method));
+  throw InputError(
+      fmt::format("{}: is an option of --method labrosse2006, not of {}; leave one of the two out",
+                  option,
+                  method));
 }
 
 }  // namespace
 
 void CompassOptions::AddTo(CLI::App& cli, const std::string& group) {
-  cli.add_option("--method", method, "How headings are found")
+  cli.add_option("--method", method, "Method")
       ->check(CLI::IsMember({"fft", "labrosse2006", "labrosse2004"}))
       ->capture_default_str()
       ->group(group);
   cli.add_option(
          "--fov",
          fov_deg,
-         "Width of the two fields of view, ahead and behind; 180: all around [the method's]")
+         "Width of the two fields of view, ahead and behind; 180: full circle [by the method]")
       ->type_name("DEG")
       ->group(group);
   cli.add_option("--skip", skip, "labrosse2006: frames left out after each one, \"Fx N\" [none]")
@@ -41,7 +43,7 @@ void CompassOptions::AddTo(CLI::App& cli, const std::string& group) {
   cli.add_option(
          "--threshold",
          threshold,
-         "labrosse2006: the normalised amplitude below which the reference changes [0.6055]")
+         "labrosse2006: normalised amplitude below which the reference is replaced [0.6055]")
       ->type_name("T")
       ->group(group);
 }
@@ -50,7 +52,7 @@ void CompassOptions::Check() const {
   RefuseUnlessLabrosse2006(skip.has_value(), "--skip", method);
   RefuseUnlessLabrosse2006(threshold.has_value(), "--threshold", method);
   if (fov_deg && method == "labrosse2004") {
-    throw InputError("--fov: --method labrosse2004 looks all around; leave one of the two out");
+    throw InputError("--fov: --method labrosse2004 uses the full circle; leave one of the two out");
   }
   if (fov_deg && !(*fov_deg > 0 && *fov_deg <= 180)) {
     throw InputError(fmt::format("--fov {}: must be > 0 and at most 180 degrees", *fov_deg));

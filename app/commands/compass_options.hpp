@@ -10,7 +10,7 @@
 
 namespace ceilmap::commands {
 
-/// Options of a command that reads heading from panoramas: which compass, and its settings.
+/// Options of a command that measures the heading from panoramas: the compass and its settings.
 struct CompassOptions {
   std::string method = "fft";        ///< fft, labrosse2006 or labrosse2004
   std::optional<double> fov_deg;     ///< width of the front and the back field of view
@@ -18,7 +18,7 @@ struct CompassOptions {
   std::optional<double> threshold;   ///< labrosse2006: on the normalised amplitude
 
   void AddTo(CLI::App& cli, const std::string& group);
-  /// @throws InputError on a value outside its range, or one that the method does not have.
+  /// @throws InputError on a value outside its range, or an option that the method does not have.
   void Check() const;
   /// A compass before its first panorama. @throws as Check.
   [[nodiscard]] std::unique_ptr<compass::Compass> Make() const;

@@ -41,17 +41,17 @@ struct QueryParams {
   fs::path truth;
   fs::path plot;
 
-  // Checks everything that can be told without the recording. @throws InputError
+  // Checks everything that can be checked without the recording. @throws InputError
   void Check() const;
   [[nodiscard]] colour::ColourCompassParams Settings() const;
 };
 
 void QueryParams::Check() const {
   if (update && poses.empty()) {
-    throw InputError("--update: what is seen is learned at a place; give --poses too");
+    throw InputError("--update: learning needs the position of the robot; give --poses too");
   }
   if (!save.empty() && !update) {
-    throw InputError("--save: nothing is learned without --update; give that too");
+    throw InputError("--save: the model only changes with --update; give that too");
   }
   files::CheckOutputFiles({output, save});
   for (const fs::path& result : {output, save}) {
@@ -73,11 +73,11 @@ compass::HeadingEstimate EstimateOf(const colour::ColourHeading& heading) {
   return {heading.heading_rad, heading.variance_rad2, heading.confidence};
 }
 
-// A heading that may be another one would spoil the model.
+// A heading that is not unique would corrupt the model.
 bool LearnAlong(const colour::ColourHeading& heading,
                 const StampedPose& pose,
                 colour::ColourCompass& compass) {
-  if (heading.confidence < reports::kSureConfidence) return false;
+  if (heading.confidence < reports::kUniqueConfidence) return false;
   colour::LearnedPose learned;
   learned.T_map_base = {pose.position.x(), pose.position.y(), heading.heading_rad};
   learned.tilt = recordings::TiltOf(pose);
@@ -155,11 +155,11 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
   auto errors =
       evaluation::CompareHeadings(headings, truth, kTruthDtS, evaluation::HeadingZero::kTruth);
   if (!errors) {
-    throw InputError(
-        fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and truth count alike?",
-                    params.truth.string(),
-                    kTruthDtS,
-                    params.forward.forward));
+    throw InputError(fmt::format(
+        "{}: no pose within {} s of a frame of {}; do --stamps and truth use the same clock?",
+        params.truth.string(),
+        kTruthDtS,
+        params.forward.forward));
   }
   return errors;
 }
@@ -220,17 +220,17 @@ void AddCompassOptions(CLI::App& cli, QueryParams& params) {
   const std::string group = "Compass";
   cli.add_option("--poses",
                  params.poses,
-                 "Where the robot is, if that is known: place, pitch and roll; yaw is not used")
+                 "Poses of the robot, if known: position, pitch and roll; yaw is not used")
       ->type_name("T.tum")
       ->group("Input");
   recordings::AddLineOptions(cli, params.lines, group);
   cli.add_flag("--no-parallax",
                params.no_parallax,
-               "As published: all that is seen is taken to be infinitely far")
+               "As published: the surroundings are taken to be infinitely far")
       ->group(group);
   cli.add_flag("--update",
                params.update,
-               "The model learns on the way, at the places of --poses, by its own headings")
+               "Update the model during the run, at the positions of --poses and its own headings")
       ->group(group);
 }
 
@@ -240,7 +240,7 @@ Command AddCompassQueryCommand(CLI::App& compass) {
   Command command = MakeCommand(
       compass,
       "query",
-      "Finds the heading of a robot by a model of the colours around it.",
+      "Finds the heading of a robot with a model of the surrounding colours.",
       "ceilmap compass query lab.colours --rig rig.yaml --forward again.mp4 --stamps again.csv -o "
       "heading.csv\n"
       "  ceilmap compass query lab.colours --rig rig.yaml --forward again.mp4 --truth truth.tum "
@@ -261,9 +261,9 @@ Command AddCompassQueryCommand(CLI::App& compass) {
       "In the frame of the learned poses: timestamp,heading_deg,sigma_deg,confidence",
       "H.csv")
       ->required();
-  add("--save", params->save, "The model as it is after --update", "MODEL2");
+  add("--save", params->save, "The model after --update", "MODEL2");
   add("--truth", params->truth, "True poses: errors, also as columns of H.csv", "T.tum");
-  add("--plot", params->plot, "Figure with its gnuplot script and data", "DIR");
+  add("--plot", params->plot, "Folder for a figure with its gnuplot script and data", "DIR");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunQuery(*params, common, summary);
   };

@@ -53,7 +53,7 @@ reports::ClockOffset ParseOffset(const std::string& text) {
   return offset;
 }
 
-// With a map all is shown in its frame, which is that of the first estimate.
+// With a map, all paths are shown in its frame, which is the frame of the first estimate.
 reports::ShownFrame ShownOn(const store::MapReader* map) {
   return map != nullptr ? reports::ShownFrame::kFirstRun : reports::ShownFrame::kTruth;
 }
@@ -67,7 +67,7 @@ void PrintReport(const reports::Comparison& comparison) {
   fmt::print("{}", text);
 }
 
-// Those with positions, over the mosaic of a map if there is one.
+// Paths of the estimates with positions, over the mosaic of a map if there is one.
 void DrawFigures(const reports::Comparison& comparison,
                  const store::MapReader* map,
                  const fs::path& folder,
@@ -101,7 +101,7 @@ reports::ReportFile PageFile(const reports::Comparison& comparison,
 
 void RunEvaluate(EvaluateParams params, const CommonOptions& common, terminal::Summary& summary) {
   if (!params.map.empty() && params.report.empty()) {
-    throw InputError("--map: its image goes under the figures of a report; give -o too");
+    throw InputError("--map: its mosaic is the background of a report's figures; give -o too");
   }
   evaluation::EvaluationParams& evaluation = params.comparison.evaluation;
   evaluation.align = kAlignments.at(params.align);
@@ -149,54 +149,53 @@ Command AddEvaluateCommand(CLI::App& program) {
   cli.add_option("--truth", comparison.truth, "The true trajectory")
       ->required()
       ->type_name("T.tum");
-  cli.add_option("estimates", comparison.estimates, "What to judge: trajectories, status, headings")
+  cli.add_option(
+         "estimates", comparison.estimates, "Estimates: trajectories, status files, headings")
       ->required()
       ->type_name("[NAME=]EST");
   cli.add_option(
          "--before",
          comparison.before,
-         "Without tilt compensation; tells what it is worth: largest errors before and after")
+         "The trajectory without tilt compensation, for the largest errors before and after")
       ->type_name("T0.tum");
   cli.add_option("--map",
                  params->map,
-                 "The map that the first estimate is on: its image lies under "
+                 "Map of the first estimate: its mosaic is the background of "
                  "the paths")
       ->type_name("MAP.gpkg");
   CLI::Option* const align =
-      cli.add_option("--align",
-                     params->align,
-                     "How estimates are brought into the truth's frame, --before aside")
+      cli.add_option(
+             "--align", params->align, "Alignment of estimates with the truth, except --before")
           ->check(CLI::IsMember({"none", "first", "se2", "sim2"}))
           ->capture_default_str();
   cli.add_option("--frame-from",
                  comparison.frame_from,
-                 "Instead: truth and estimate of the run that made the map the robots were on")
+                 "Instead: truth and estimate of the run that made the robots' map")
       ->expected(2)
       ->allow_extra_args(false)
       ->type_name("T.tum EST.tum")
       ->excludes(align);
-  cli.add_option("--max-dt", comparison.evaluation.max_dt_s, "Most seconds between compared poses")
+  cli.add_option(
+         "--max-dt", comparison.evaluation.max_dt_s, "Maximum time between compared poses, seconds")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S")
       ->capture_default_str();
   cli.add_option("--offset",
                  params->offset,
-                 "Added to the stamps of estimates; auto: found from how the robot moved")
+                 "Added to the stamps of estimates; auto: found from the robot's motion")
       ->type_name("S|auto");
-  cli.add_option("--expect",
-                 comparison.expect,
-                 "Frames that there should be poses for, instead of the truth's stamps")
+  cli.add_option(
+         "--expect", comparison.expect, "Frames with expected poses, instead of the truth's stamps")
       ->type_name("FRAMES.csv");
   cli.add_option("--segments",
                  params->segments,
-                 "Metres of the way over which errors of the motion are told")
+                 "Distances in metres over which errors of the motion are reported")
       ->type_name("M,M,...")
       ->capture_default_str();
-  cli.add_option(
-         "-o,--output",
-         params->report,
-         "Folder for index.html to look at, metrics.json, CSV files, tables in Markdown and "
-         "LaTeX, and figures; new or empty")
+  cli.add_option("-o,--output",
+                 params->report,
+                 "Folder for a page (index.html), metrics.json, CSV files, tables in Markdown and "
+                 "LaTeX, and figures; new or empty")
       ->type_name("REPORT_DIR");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunEvaluate(*params, common, summary);

@@ -24,7 +24,7 @@ struct ExportParams {
   bool from_below = false;
 };
 
-// Of every recording that the map was made of; stamps may repeat where recordings were merged.
+// Of every recording of the map. Stamps may repeat if recordings were merged.
 std::string TrajectoryText(const store::MapReader& map) {
   std::vector<StampedPose> poses;
   for (const graph::FramePose& frame : map.ReadTrajectory()) {
@@ -47,9 +47,9 @@ void RunExport(const ExportParams& params,
                const CommonOptions& common,
                terminal::Summary& summary) {
   if (params.from_below && params.format != "png") {
-    throw InputError(
-        fmt::format("--from-below is for --format png: --format {} lies on maps drawn from above",
-                    params.format));
+    throw InputError(fmt::format(
+        "--from-below is for --format png; --format {} is used with maps seen from above",
+        params.format));
   }
   const std::vector<fs::path> files = OutputFiles(params);
   files::CheckOutputFiles(files);
@@ -77,20 +77,20 @@ void RunExport(const ExportParams& params,
 Command AddExportCommand(CLI::App& program) {
   Command command = MakeCommand(program,
                                 "export",
-                                "Writes a map for other programs: its image for ROS map_server "
+                                "Converts a map for other programs: its mosaic for ROS map_server "
                                 "and Nav2, GIS or people, its "
                                 "pose graph as g2o text, its trajectory as TUM lines.",
                                 "ceilmap export lab.gpkg --format ros -o lab.yaml");
   auto params = std::make_shared<ExportParams>();
   CLI::App& cli = *command.cli;
   cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
-  cli.add_option("--format", params->format, "What to write")
+  cli.add_option("--format", params->format, "Format of the result")
       ->required()
       ->check(CLI::IsMember({"ros", "geotiff", "png", "g2o", "tum"}));
-  cli.add_option("-o,--output", params->output, "File; for ros PATH.yaml and PATH.png")
+  cli.add_option("-o,--output", params->output, "Output file; with ros PATH.yaml and PATH.png")
       ->required()
       ->type_name("PATH");
-  cli.add_flag("--from-below", params->from_below, "png as a person sees it who looks up");
+  cli.add_flag("--from-below", params->from_below, "png as seen from below");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunExport(*params, common, summary);
   };

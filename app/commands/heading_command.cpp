@@ -39,7 +39,7 @@ struct HeadingParams {
   fs::path plot;
   std::optional<std::int64_t> plot_frame;
 
-  // Checks everything that can be told without the recording. @throws InputError
+  // Checks everything that can be checked without the recording. @throws InputError
   void Check() const;
 };
 
@@ -47,11 +47,11 @@ void HeadingParams::Check() const {
   panorama.Check();
   compass.Check();
   if (plot_frame && plot.empty()) {
-    throw InputError("--plot-frame: the figure goes to --plot DIR; give that too");
+    throw InputError("--plot-frame: the figure is written to --plot DIR; give that too");
   }
   if (plot_frame && *plot_frame < 1) {
     throw InputError(fmt::format(
-        "--plot-frame {}: must be at least 1; frame 0 has no reference before it", *plot_frame));
+        "--plot-frame {}: must be at least 1; frame 0 has no earlier reference", *plot_frame));
   }
   files::CheckOutputFiles({output});
   std::error_code ignored;
@@ -63,7 +63,7 @@ void HeadingParams::Check() const {
   }
 }
 
-// The methods of the papers have a column per degree unless told otherwise.
+// The published methods have a column per degree by default.
 recordings::PanoramaOptions ForMethod(recordings::PanoramaOptions options,
                                       const std::string& method) {
   constexpr int kPaperColumns = 360;
@@ -83,37 +83,37 @@ void CheckPlotFrame(const HeadingParams& params, const recordings::FrameSource& 
                                *frames - 1));
 }
 
-// What a file of poses tells of the way between frames.
+// Travel between frames, from a file of poses.
 class KnownTravel {
  public:
   KnownTravel(std::vector<StampedPose> poses, const Eigen::Vector2d& camera)
       : poses_(std::move(poses)), forecast_(camera) {}
 
-  // Frames in order of time. The newest pose before a frame stands for it.
+  // Frames in order of time. The newest pose before a frame is that of the frame.
   std::optional<Eigen::Vector2d> To(double stamp_s) {
     const std::size_t seen = next_;
     while (next_ < poses_.size() && poses_[next_].stamp_s <= stamp_s + kMaxDtS) ++next_;
     if (next_ > seen) {
       const StampedPose& pose = poses_[next_ - 1];
-      forecast_.See(pose.stamp_s, Pose2{pose.position.x(), pose.position.y(), YawOf(pose)});
+      forecast_.Add(pose.stamp_s, Pose2{pose.position.x(), pose.position.y(), YawOf(pose)});
     }
     std::optional<Eigen::Vector2d> travel;
     if (last_s_) travel = forecast_.Between(*last_s_, stamp_s);
-    told_ += travel ? 1 : 0;
+    reported_ += travel ? 1 : 0;
     last_s_ = stamp_s;
     return travel;
   }
-  [[nodiscard]] std::int64_t Reported() const { return told_; }
+  [[nodiscard]] std::int64_t Reported() const { return reported_; }
 
  private:
   std::vector<StampedPose> poses_;
   std::size_t next_ = 0;
   compass::TravelForecast forecast_;
   std::optional<double> last_s_;
-  std::int64_t told_ = 0;
+  std::int64_t reported_ = 0;
 };
 
-// Distances of the frame that is to be plotted: the one asked for, else the last one.
+// Distances of the frame to be plotted: the requested one, else the last one.
 struct PlottedProfile {
   std::int64_t frame = 0;
   compass::DistanceProfile profile;
@@ -138,7 +138,7 @@ void MeasureFrames(recordings::PanoramaSource& source,
     progress.Update(++result.frames);
     if (!estimate) continue;
     result.headings.push_back({frame.index, frame.stamp_s, *estimate});
-    if (!(estimate->confidence > 0)) ++result.untold;
+    if (!(estimate->confidence > 0)) ++result.held;
     if (plot_frame == frame.index) plotted = {frame.index, compass.Profile()};
     terminal::Detail("frame {} at {:.6f} s: {:.3f} rad, confidence {:.3f}",
                      frame.index,
@@ -160,11 +160,11 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
   std::optional<evaluation::HeadingErrors> errors =
       evaluation::CompareHeadings(headings, truth, kMaxDtS);
   if (!errors) {
-    throw InputError(
-        fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and truth count alike?",
-                    params.truth.string(),
-                    kMaxDtS,
-                    params.panorama.Source()));
+    throw InputError(fmt::format(
+        "{}: no pose within {} s of a frame of {}; do --stamps and truth use the same clock?",
+        params.truth.string(),
+        kMaxDtS,
+        params.panorama.Source()));
   }
   return errors;
 }
@@ -177,7 +177,7 @@ void DrawFigures(figures::FigureFolder& folder,
   if (!plotted.profile.distance.empty()) {
     folder.Draw(figures::DistanceFigure(plotted.frame, plotted.profile));
   } else if (params.plot_frame) {
-    terminal::Warn("--plot-frame {}: the compass did not look at that frame", *params.plot_frame);
+    terminal::Warn("--plot-frame {}: the compass did not process that frame", *params.plot_frame);
   }
 }
 
@@ -188,9 +188,9 @@ void Report(const recordings::PanoramaSource& source, const reports::HeadingResu
   if (source.Source().Stamps() == recordings::StampOrigin::kFrameIndex) {
     terminal::Note("no --stamps: images are taken to be one second apart");
   }
-  if (result.untold > 0) {
-    terminal::Warn("{} of {} headings were held: nothing in the panoramas told them",
-                   result.untold,
+  if (result.held > 0) {
+    terminal::Warn("{} of {} headings were held: the panoramas did not determine them",
+                   result.held,
                    result.headings.size());
   }
 }
@@ -214,9 +214,9 @@ void RunHeading(const HeadingParams& params,
   PlottedProfile plotted;
   KnownTravel travel(std::move(poses), source.Position());
   MeasureFrames(source, *compass, travel, params.plot_frame, result, plotted);
-  constexpr std::int64_t kMinFrames = 3;  // to know the way to the last one
+  constexpr std::int64_t kMinFrames = 3;  // for the travel to the last one
   if (!params.travel.empty() && travel.Reported() == 0 && result.frames >= kMinFrames) {
-    throw InputError(fmt::format("{}: no poses at the times of {}; do the two count alike?",
+    throw InputError(fmt::format("{}: no poses at the times of {}; do the two use the same clock?",
                                  params.travel.string(),
                                  params.panorama.Source()));
   }
@@ -248,7 +248,7 @@ Command AddHeadingCommand(CLI::App& program) {
   Command command = MakeCommand(
       program,
       "heading",
-      "Measures how a robot turns, with a camera under a convex mirror as a visual compass.",
+      "Measures the heading of a robot with a camera under a convex mirror (visual compass).",
       "ceilmap heading --rig rig.yaml --omni omni.mp4 --stamps frames.csv -o heading.csv\n"
       "  ceilmap heading --ring 320,240,60,230 --omni omni.avi -o heading.csv --plot figures\n"
       "  ceilmap heading --panorama panoramas --azimuth rising -o heading.csv\n"
@@ -259,7 +259,7 @@ Command AddHeadingCommand(CLI::App& program) {
   params->compass.AddTo(cli, "Compass");
   cli.add_option("--travel",
                  params->travel,
-                 "Poses from the wheels or the ceiling, for robots that do not only drive ahead "
+                 "Poses from odometry or the ceiling, for robots that do not only drive ahead "
                  "and back")
       ->type_name("T.tum")
       ->group("Compass");
@@ -275,10 +275,11 @@ Command AddHeadingCommand(CLI::App& program) {
       ->group(result);
   add("--truth", params->truth, "True poses: errors, also as columns of H.csv", "T.tum")
       ->group(result);
-  add("--plot", params->plot, "Figures with their gnuplot scripts and data", "DIR")->group(result);
+  add("--plot", params->plot, "Folder for figures with their gnuplot scripts and data", "DIR")
+      ->group(result);
   add("--plot-frame",
       params->plot_frame,
-      "Frame whose distances over all shifts are plotted [the last]",
+      "Frame of which the distances over all shifts are plotted [the last]",
       "N")
       ->group(result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

@@ -25,7 +25,7 @@ struct InfoParams {
   bool json = false;
 };
 
-// What a map says of itself, and what can be counted in it.
+// Metadata of a map, and counts of its content.
 struct MapInfo {
   store::MapMetadata metadata;
   store::MosaicGrid grid;
@@ -40,7 +40,7 @@ struct MapInfo {
   std::vector<graph::WeakSpot> weak_spots;
 };
 
-// Window by window, since a map can be larger than memory.
+// Processed by windows, because a map can be larger than memory.
 double CoveredArea(const store::MapReader& map) {
   constexpr int kWindow = 2048;
   const store::MosaicGrid& grid = map.Grid();
@@ -152,7 +152,7 @@ void PrintTable(const MapInfo& info) {
   table.AddRow({"format", fmt::format("version {}", metadata.format_version)});
   table.AddRow({"made by", "ceilmap " + InOneLine(metadata.program_version)});
   table.AddRow({"provenance", InOneLine(metadata.provenance)});
-  // All values to the left: they carry their units, so their ends mean nothing.
+  // All values are left-aligned: with units, right alignment has no use.
   fmt::print("{}", table.Format(terminal::Table::Numbers::kLeft));
 }
 
@@ -173,7 +173,7 @@ Command AddInfoCommand(CLI::App& program) {
   Command command =
       MakeCommand(program,
                   "info",
-                  "Tells what a map holds and how good it is: size, coverage, loops, weak spots.",
+                  "Reports the content and quality of a map: size, coverage, loops, weak spots.",
                   "ceilmap info lab.gpkg --json");
   auto params = std::make_shared<InfoParams>();
   command.cli->add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");

@@ -48,7 +48,7 @@ struct LocalizeParams {
   bool stream = false;
   live::WatchOptions watch;
 
-  // Checks everything that can be told without the recording. @throws InputError
+  // Checks everything that can be checked without the recording. @throws InputError
   void Check() const;
   [[nodiscard]] localization::LocalizerParams ForLocalizer() const;
 };
@@ -57,10 +57,12 @@ void LocalizeParams::Check() const {
   sensors.Check(true);
   if (!sensors.heading_model.empty() && heading_zero != "first") {
     throw InputError(
-        "--heading-zero: headings of --heading-model count from the map's x axis; leave it out");
+        "--heading-zero: headings of --heading-model are relative to the map's x axis; leave it "
+        "out");
   }
   if (!sensors.omni.empty() && heading_zero != "first") {
-    throw InputError("--heading-zero: headings of --omni count from the first frame; leave it out");
+    throw InputError(
+        "--heading-zero: headings of --omni are relative to the first frame; leave it out");
   }
   files::CheckOutputFiles({output, sensors.uncompensated, status});
   std::error_code ignored;
@@ -87,7 +89,7 @@ localization::LocalizerParams LocalizeParams::ForLocalizer() const {
   return params;
 }
 
-// The files that grow with the run, and what is told as it goes.
+// Files and messages that are written during the run.
 class Results {
  public:
   Results(const LocalizeParams& params, const calib::LevelView& level)
@@ -159,7 +161,7 @@ class Tally {
 
  private:
   std::optional<double> first_stamp_s_;
-  bool had_pose_ = false;  // in the frame before
+  bool had_pose_ = false;  // of the previous frame
   Pose2 last_;
   double variances_ = 0;
   std::int64_t placed_ = 0;
@@ -195,7 +197,7 @@ void LocateFrames(recordings::FrameSource& source,
   if (const auto estimate = localizer.Flush()) report(*estimate);
 }
 
-// A recording of another room, or nothing to see: no pose, and why.
+// The error for a run without any pose, with its likely cause.
 [[noreturn]] void ReportNothingFound(const LocalizeParams& params,
                                      const reports::LocalizeResult& result) {
   const localization::LocalizerReport& report = result.report;
@@ -205,8 +207,8 @@ void LocateFrames(recordings::FrameSource& source,
   }
   const char* const reason =
       report.ambiguous > report.lost
-          ? "several places of the map look alike; drive farther, or give --start or --heading"
-          : "nothing on the map looks like it; is it the map of this place, and the rig of this "
+          ? "several places of the map match; drive farther, or give --start or --heading"
+          : "no place of the map matches; is it the map of this place, and the rig of this "
             "robot?";
   throw RunError(fmt::format("{}: none of its {} frames could be placed on {}: {}",
                              params.up,
@@ -215,28 +217,28 @@ void LocateFrames(recordings::FrameSource& source,
                              reason));
 }
 
-// Where rig and map do not agree; the map's word counts.
+// Warnings about differences between rig and map. The map's values are used.
 void WarnOfScale(const calib::Rig& rig,
                  const store::MapMetadata& map,
                  const reports::LocalizeResult& result) {
   constexpr double kNotable = 0.01;
   if (std::abs(rig.ceiling_height_m / map.ceiling_height_m - 1) > kNotable) {
     terminal::Warn(
-        "the rig says that the ceiling is at {} m, the map says {} m: the map's height is used",
+        "the ceiling height is {} m in the rig and {} m in the map: the map's height is used",
         rig.ceiling_height_m,
         map.ceiling_height_m);
   }
   const double scale = result.report.scale.value_or(1);
   if (std::abs(scale - 1) > kNotable) {
     terminal::Warn(
-        "the ceiling looks {:.1f} % {} than the rig says; check the camera's height and focal "
+        "the ceiling appears {:.1f} % {} than by the rig; check the camera's height and focal "
         "length",
         100 * std::abs(scale - 1),
         scale > 1 ? "larger" : "smaller");
   }
 }
 
-// What the live page has from the beginning: the map.
+// Initial content of the live page: the map.
 page::PageData StartOfPage(const LocalizeParams& params, const store::MapReader& map) {
   page::PageData page;
   page.title = fmt::format(
@@ -275,7 +277,7 @@ void RunLocalize(const LocalizeParams& params,
   result.reading = source.Report();
   result.seconds = terminal::SecondsSince(start);
   if (result.Placed() == 0) {
-    results.CommitStatus();  // it tells why
+    results.CommitStatus();  // the file shows the reason
     ReportNothingFound(params, result);
   }
   results.Commit(params, summary);
@@ -299,13 +301,13 @@ Command AddLocalizeCommand(CLI::App& program) {
   Command command = MakeCommand(
       program,
       "localize",
-      "Finds a robot on a map of the ceiling, wherever it is switched on, and follows it.",
+      "Localizes a robot on a map of the ceiling, from any start, and tracks it.",
       "ceilmap localize lab.gpkg --rig rig2.yaml --up up2.mp4 --stamps frames2.csv -o robot2.tum\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<LocalizeParams>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
-  const std::string prior = "What is known";
+  const std::string prior = "Prior knowledge";
   const std::string result = "Results";
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type);
@@ -324,7 +326,8 @@ Command AddLocalizeCommand(CLI::App& program) {
   params->sensors.AddModelTo(cli, prior);
   add("--heading-zero",
       params->heading_zero,
-      "Where headings count from: the first frame (or any other unknown direction), or the map's x "
+      "Zero direction of the headings: the first frame (or any other unknown direction), or the "
+      "map's x "
       "axis",
       "ZERO")
       ->check(CLI::IsMember({"first", "map"}))
@@ -333,7 +336,7 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("-o,--output", params->output, "Poses of all frames found", "T.tum")
       ->required()
       ->group(result);
-  add("--status", params->status, "What is known of every frame, and how well", "S.csv")
+  add("--status", params->status, "Pose, status and accuracy of every frame", "S.csv")
       ->group(result);
   cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")
       ->group(result);

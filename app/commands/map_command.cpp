@@ -48,7 +48,7 @@ struct MapParams {
   fs::path picture;
   live::WatchOptions watch;
 
-  // Checks everything that can be told without the recording. @throws InputError
+  // Checks everything that can be checked without the recording. @throws InputError
   void Resolve();
 };
 
@@ -102,8 +102,8 @@ robot::CeilingMapper MakeMapper(const std::optional<calib::Rig>& rig,
   }
 }
 
-// What the map rests on without anybody having said so. Told at the end, so that an error before it
-// stays one line.
+// Notes about assumptions of the map. They are printed at the end, so that an earlier error stays
+// one line.
 void ReportAssumptions(bool have_rig, recordings::StampOrigin stamps) {
   if (!have_rig) terminal::Note("no --rig: lengths are in pixels of the recording, not in metres");
   if (stamps == recordings::StampOrigin::kFrameIndex) {
@@ -136,7 +136,7 @@ void MapFrames(recordings::FrameSource& source,
   if (const auto estimate = mapper.Flush()) report(*estimate);
 }
 
-// A camera is always ended this way, so it is no error once there is something to keep.
+// A camera is always stopped by an interruption, so it is no error if frames were mapped.
 void ReportInterrupted(const robot::CeilingMapper& mapper) {
   if (mapper.PlacedFrames() == 0) {
     throw RunError("interrupted before any frame was mapped; nothing was written");
@@ -178,7 +178,7 @@ std::string UncompensatedText(const std::vector<graph::FramePose>& frames,
   return files::FormatTum(poses);
 }
 
-// The map and the trajectories appear together, or none of them.
+// The map and the trajectories are written together, or none of them.
 void CommitFiles(const std::vector<graph::FramePose>& frames,
                  robot::CeilingMapper& mapper,
                  const MapParams& params,
@@ -260,7 +260,7 @@ Command AddMapCommand(CLI::App& program) {
   Command command = MakeCommand(
       program,
       "map",
-      "Makes a map of the ceiling, and the robot's trajectory, from a recording.",
+      "Creates a map of the ceiling, and the robot's trajectory, from a recording.",
       "ceilmap map --rig rig.yaml --up up.mp4 --stamps frames.csv -o lab.gpkg --trajectory "
       "lab.tum\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
@@ -280,8 +280,8 @@ Command AddMapCommand(CLI::App& program) {
       ->group(input);
   cli.add_flag("--append",
                params->append,
-               "Extend the map, wherever on it the recording begins; it stays as it was if nothing "
-               "is seen in both")
+               "Extend this map; the recording may begin anywhere on it. The map is not changed if "
+               "nothing matches")
       ->group(result);
   add("--resolution", params->resolution, "Metres per map pixel [that of the camera]", "M")
       ->group(result);

@@ -61,12 +61,12 @@ store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>
   for (std::size_t i = 1; i < merged.results.size(); ++i) {
     if (merged.results[i].ok()) continue;
     throw RunError(
-        fmt::format("{} does not join {}: {}; nothing was written",
+        fmt::format("{} cannot be joined with {}: {}; nothing was written",
                     params.maps[i].string(),
                     merged.results.size() > 2 ? "the others" : params.maps.front().string(),
                     merged.results[i].reason));
   }
-  throw RunError("the maps do not join");
+  throw RunError("the maps cannot be joined");
 }
 
 void Report(const mapping::MergeResult& merged,
@@ -124,16 +124,16 @@ void RunMerge(const MergeCommandParams& params,
 Command AddMergeCommand(CLI::App& program) {
   Command command = MakeCommand(program,
                                 "merge",
-                                "Makes one map of several that have some ceiling in common.",
+                                "Merges maps that overlap.",
                                 "ceilmap merge east.gpkg west.gpkg -o site.gpkg");
   auto params = std::make_shared<MergeCommandParams>();
   CLI::App& cli = *command.cli;
-  cli.add_option("maps", params->maps, "The maps; the first one's frame is that of the result")
+  cli.add_option("maps", params->maps, "The maps; the result has the frame of the first one")
       ->required()
       ->type_name("MAP.gpkg");
   cli.add_option("--resolution", params->resolution, "Metres per map pixel [that of the first map]")
       ->type_name("M");
-  cli.add_option("-o,--output", params->output, "The map of all")
+  cli.add_option("-o,--output", params->output, "The merged map")
       ->required()
       ->type_name("SITE.gpkg");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

@@ -58,7 +58,7 @@ struct PairResult {
   double ms = 0;  // analysis of both images and their registration; no file access
 };
 
-// Registers pairs of any size; the plans for a size are made once.
+// Registers pairs of any size. The FFT plans of a size are created once.
 class PairRegistrar {
  public:
   explicit PairRegistrar(bool fixed_scale) { params_.estimate_scale = !fixed_scale; }
@@ -97,7 +97,7 @@ class PairRegistrar {
   }
 
   registration::Registrar& ForSize(cv::Size size) {
-    constexpr std::size_t kMaxSizes = 8;  // bounds memory on lists of odd sizes
+    constexpr std::size_t kMaxSizes = 8;  // bounds memory for lists of many sizes
     const std::pair key(size.width, size.height);
     if (registrars_.size() >= kMaxSizes && !registrars_.contains(key)) registrars_.clear();
     return registrars_.try_emplace(key, size, params_).first->second;
@@ -232,13 +232,14 @@ Command AddRegisterCommand(CLI::App& program) {
                                 "  ceilmap register --pairs pairs.csv -o results.csv");
   auto params = std::make_shared<RegisterParams>();
   CLI::App& cli = *command.cli;
-  cli.add_option("pictures", params->images, "The reference and the current image")
+  cli.add_option("images", params->images, "The reference and the current image")
       ->expected(0, 2)
       ->type_name("REF.png CUR.png");
   cli.add_option("--pairs", params->pairs, "List of pairs: id,reference,current")
       ->type_name("PAIRS.csv");
   cli.add_option("-o,--output", params->output, "Results as CSV")->type_name("OUT.csv");
-  cli.add_flag("--fixed-scale", params->fixed_scale, "The images have one scale (a level robot)");
+  cli.add_flag(
+      "--fixed-scale", params->fixed_scale, "The images have the same scale (a level robot)");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunRegister(*params, common, summary);
   };

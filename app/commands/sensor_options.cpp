@@ -52,30 +52,29 @@ void SensorOptions::AddTo(CLI::App& cli,
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type);
   };
-  add("--forward", forward, "Forward camera, for the tilt that debris causes", "SOURCE")
+  add("--forward", forward, "Forward camera, for the tilt caused by debris", "SOURCE")
       ->group(inputs);
   add("--forward-stamps", forward_stamps, "Time of each forward frame [--stamps]", "FRAMES.csv")
       ->group(inputs);
   add("--tilt",
       tilt,
-      "How tilt is measured and taken out: not at all, by the forward camera, by the keystone "
-      "distortion of the ceiling, or by both [fused with a rig; ceiling alone without --forward]",
+      "Tilt compensation: none, by the forward camera, by the keystone distortion of the ceiling, "
+      "or by both [fused with a rig; ceiling without --forward]",
       "METHOD")
       ->check(CLI::IsMember({"none", "forward", "ceiling", "fused"}))
       ->group(inputs);
-  add("--uncompensated", uncompensated, "The poses as they are without compensation", "T0.tum")
-      ->group(results);
+  add("--uncompensated", uncompensated, "Poses without compensation", "T0.tum")->group(results);
   add("--omni", omni, "Camera under a convex mirror, for the heading", "SOURCE")->group(inputs);
   add("--omni-stamps", omni_stamps, "Time of each mirror frame [--stamps]", "FRAMES.csv")
       ->group(inputs);
-  add("--heading", heading, "Headings instead: timestamp,heading_deg,sigma_deg", "H.csv")
+  add("--heading", heading, "Measured headings: timestamp,heading_deg,sigma_deg", "H.csv")
       ->group(priors);
 }
 
 void SensorOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
   cli.add_option("--heading-model",
                  heading_model,
-                 "Headings by the colours that --forward sees instead: a model of 'compass learn', "
+                 "Headings by the colours in --forward: a model of 'compass learn', "
                  "learned at poses on this map")
       ->type_name("MODEL")
       ->group(priors);

@@ -8,7 +8,7 @@
 
 namespace ceilmap::commands {
 
-/// Options of `map` and `localize` for the sensors beside the upward camera.
+/// Options of `map` and `localize` for additional sensors.
 struct SensorOptions {
   std::string forward;
   std::filesystem::path forward_stamps;

@@ -61,7 +61,7 @@ std::vector<simulator::PathPose> ReadPath(const fs::path& tum_file) {
   return path;
 }
 
-// The scene with what the options change in it, and with the path of its TUM file.
+// The scene with the changes by options, and with the path of its TUM file.
 simulator::Scene MakeScene(const std::string& text, const SimulateParams& params) {
   simulator::Scene scene = simulator::ParseScene(text, params.scene);
   if (params.seed) scene.seed = static_cast<std::uint64_t>(*params.seed);
@@ -78,7 +78,7 @@ simulator::Scene MakeScene(const std::string& text, const SimulateParams& params
 struct RenderReport {
   std::int64_t frames = 0;
   int threads = 1;
-  double render_ms = 0;  // of all threads together
+  double render_ms = 0;  // sum over all threads
   double write_ms = 0;
 };
 
@@ -102,7 +102,7 @@ Recordings OpenRecordings(const simulator::Scene& scene,
   return recordings;
 }
 
-// The images of one frame, one for each recording.
+// The images of one frame, one of each camera.
 using Images = std::vector<recordings::RecordingWriter::Prepared>;
 
 Images TakeImages(const simulator::Renderer& renderer,
@@ -167,9 +167,9 @@ std::string StampsText(const std::vector<StampedPose>& poses) {
   return text;
 }
 
-// How far the robot went, and over which part of the floor.
-struct Way {
-  explicit Way(const std::vector<StampedPose>& poses) {
+// Length and extent of the path.
+struct PathExtent {
+  explicit PathExtent(const std::vector<StampedPose>& poses) {
     for (std::size_t i = 0; i < poses.size(); ++i) {
       ground.extend(poses[i].position.head<2>());
       if (i > 0) length_m += (poses[i].position - poses[i - 1].position).norm();
@@ -179,7 +179,7 @@ struct Way {
   Eigen::AlignedBox2d ground;
 };
 
-// Somebody who stops a recording wants what there is of it.
+// After an interruption the frames so far are kept.
 void ReportInterrupted(std::int64_t frames) {
   if (frames == 0) {
     throw RunError("interrupted before any frame was rendered; nothing was written");
@@ -189,7 +189,7 @@ void ReportInterrupted(std::int64_t frames) {
 
 void Summarize(const RenderReport& report,
                const simulator::Scene& scene,
-               const Way& way,
+               const PathExtent& path,
                double seconds,
                terminal::Summary& summary) {
   const auto frames = static_cast<double>(report.frames);
@@ -198,8 +198,8 @@ void Summarize(const RenderReport& report,
   summary.stages_ms = {{"render", report.render_ms}, {"write", report.write_ms}};
   summary.quality = {{"ms_per_frame", 1000 * seconds / frames},
                      {"threads", report.threads},
-                     {"path_m", way.length_m},
-                     {"extent_m", {way.ground.sizes().x(), way.ground.sizes().y()}},
+                     {"path_m", path.length_m},
+                     {"extent_m", {path.ground.sizes().x(), path.ground.sizes().y()}},
                      {"width_px", scene.camera.width_px},
                      {"height_px", scene.camera.height_px},
                      {"seed", scene.seed}};
@@ -215,7 +215,7 @@ void Summarize(const RenderReport& report,
 
 void PrintReport(const RenderReport& report,
                  const simulator::Scene& scene,
-                 const Way& way,
+                 const PathExtent& path,
                  double seconds,
                  const terminal::Summary& summary) {
   const auto frames = static_cast<double>(report.frames);
@@ -230,8 +230,8 @@ void PrintReport(const RenderReport& report,
   };
   add_images("forward images", scene.forward);
   add_images("omni images", scene.omni);
-  table.AddRow({"path", fmt::format("{:.3f}", way.length_m), "m"});
-  const Eigen::Vector2d extent = way.ground.sizes();
+  table.AddRow({"path", fmt::format("{:.3f}", path.length_m), "m"});
+  const Eigen::Vector2d extent = path.ground.sizes();
   table.AddRow({"extent", fmt::format("{:.3f} x {:.3f}", extent.x(), extent.y()), "m"});
   table.AddRow({"time",
                 fmt::format("{:.2f}", seconds),
@@ -262,10 +262,10 @@ void RunSimulate(const SimulateParams& params,
                                  .rig = simulator::RigYaml(scene),
                                  .scene = recordings::WithSeed(text, params.scene, scene.seed)});
 
-  const Way way(poses);
+  const PathExtent path(poses);
   const double seconds = terminal::SecondsSince(start);
-  Summarize(report, scene, way, seconds, summary);
-  if (!common.quiet) PrintReport(report, scene, way, seconds, summary);
+  Summarize(report, scene, path, seconds, summary);
+  if (!common.quiet) PrintReport(report, scene, path, seconds, summary);
 }
 
 }  // namespace
@@ -274,11 +274,11 @@ Command AddSimulateCommand(CLI::App& program) {
   Command command = MakeCommand(
       program,
       "simulate",
-      "Renders what an upward camera on a driving robot records in a room, and a forward camera "
-      "and one under a mirror where the scene has them, with the true trajectory.",
+      "Renders recordings of a driving robot's upward camera in a room, with the true trajectory; "
+      "and of a forward camera and one under a mirror if the scene has them.",
       "ceilmap simulate samples/scenes/hall.yaml -o hall\n"
       "  ceilmap map --rig hall/rig.yaml --up hall/up.mp4 --stamps hall/frames.csv -o hall.gpkg\n"
-      "samples/simulator/README.md tells what a scene holds.");
+      "samples/simulator/README.md describes the scene file.");
   auto params = std::make_shared<SimulateParams>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
@@ -286,27 +286,27 @@ Command AddSimulateCommand(CLI::App& program) {
   cli.add_option("scene", params->scene, "Room, ceiling, camera and path")
       ->required()
       ->type_name("SCENE.yaml");
-  cli.add_option("--seed", params->seed, "Of everything random, instead of the scene's")
+  cli.add_option("--seed", params->seed, "Random seed, instead of the scene's")
       ->check(CLI::Range(0, 2147483647))
       ->type_name("N")
       ->group(input);
-  cli.add_option("--frames", params->frames, "At most so many, from the start")
+  cli.add_option("--frames", params->frames, "Maximum number of frames, from the start")
       ->check(CLI::Range(1, 10000000))
       ->type_name("N")
       ->group(input);
   cli.add_option(
          "-o,--output",
          params->output,
-         "Folder, made if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
-         "forward.mp4 of a forward camera, omni.mp4 of one under a mirror")
+         "Folder, created if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
+         "forward.mp4 of a forward camera, omni.mp4 of a camera under a mirror")
       ->required()
       ->type_name("DIR")
       ->group(result);
   CLI::Option* const lossless =
       cli.add_flag("--lossless",
                    params->lossless,
-                   "up.mkv (FFV1), bit by bit as rendered, instead of up.mp4 (H.264), which is "
-                   "three to four times smaller and loses a little of the finest grain")
+                   "up.mkv (FFV1), lossless, instead of up.mp4 (H.264), which is three to four "
+                   "times smaller and loses some of the finest texture")
           ->group(result);
   cli.add_flag("--pictures", params->images, "up/000000.png, ... instead of a video")
       ->excludes(lossless)

@@ -55,7 +55,7 @@ std::vector<HeadingError> ErrorsOf(const std::vector<StampedHeading>& headings,
   std::vector<StampedPose> stamps;
   stamps.reserve(headings.size());
   for (const StampedHeading& heading : headings) stamps.push_back({.stamp_s = heading.stamp_s});
-  const std::vector<double> way_m = PathLengths(truth);
+  const std::vector<double> distance_m = PathLengths(truth);
   std::vector<HeadingError> errors;
   Unwrapper true_yaw;
   Unwrapper error;
@@ -75,7 +75,7 @@ std::vector<HeadingError> ErrorsOf(const std::vector<StampedHeading>& headings,
          .truth = k,
          .true_deg = kDegPerRad * (first_heading_rad + true_turn_rad),
          .error_deg = kDegPerRad * (zero == HeadingZero::kFirst ? error(off_rad) : off_rad),
-         .way_m = way_m[k]});
+         .distance_m = distance_m[k]});
   }
   return errors;
 }
@@ -97,11 +97,11 @@ std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& 
   result.of = ErrorsOf(headings, truth, max_dt_s, zero);
   if (result.of.empty()) return std::nullopt;
   std::vector<double> errors_deg;
-  std::vector<double> ways_m;
+  std::vector<double> distances_m;
   std::vector<double> stamps_s;
   for (const HeadingError& error : result.of) {
     errors_deg.push_back(error.error_deg);
-    ways_m.push_back(error.way_m);
+    distances_m.push_back(error.distance_m);
     stamps_s.push_back(headings[error.heading].stamp_s - headings[result.of[0].heading].stamp_s);
   }
   for (std::size_t i = 1; i < result.of.size(); ++i) {
@@ -109,13 +109,13 @@ std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& 
   }
   const auto count = static_cast<double>(errors_deg.size());
   result.coverage = count / static_cast<double>(truth.size());
-  result.path_m = ways_m.back() - ways_m.front();
+  result.path_m = distances_m.back() - distances_m.front();
   result.seconds = stamps_s.back();
   result.error_deg = Statistics(errors_deg);
   result.signed_mean_deg = std::accumulate(errors_deg.begin(), errors_deg.end(), 0.0) / count;
   result.std_deg = StandardDeviation(errors_deg, result.signed_mean_deg);
   result.end_deg = errors_deg.back();
-  if (result.path_m > kMinPathM) result.drift_deg_per_m = Slope(ways_m, errors_deg);
+  if (result.path_m > kMinPathM) result.drift_deg_per_m = Slope(distances_m, errors_deg);
   result.drift_deg_per_s = Slope(stamps_s, errors_deg);
   return result;
 }

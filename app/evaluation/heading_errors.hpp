@@ -23,7 +23,7 @@ struct HeadingError {
   std::size_t truth = 0;    ///< index of the true pose
   double true_deg = 0;      ///< from the same zero as the headings, continuous over full turns
   double error_deg = 0;     ///< heading minus truth, continuous over full turns (kFirst)
-  double way_m = 0;         ///< distance along the true path from its first pose
+  double distance_m = 0;    ///< distance along the true path from its first pose
 };
 
 /// Zero direction of headings.

@@ -36,10 +36,11 @@ std::optional<PlanarTrack::Point> PlanarTrack::At(double stamp_s) const {
   if (*later == stamp_s) return points_[j];
   const double step_s = stamps_s_[j] - stamps_s_[j - 1];
   if (step_s > std::max(kMinGapS, kGapSteps * median_step_s_)) return std::nullopt;
-  const double part = (stamp_s - stamps_s_[j - 1]) / step_s;
+  const double fraction = (stamp_s - stamps_s_[j - 1]) / step_s;
   const Point& a = points_[j - 1];
   const Point& b = points_[j];
-  return Point{a.position + part * (b.position - a.position), a.yaw + part * (b.yaw - a.yaw)};
+  return Point{a.position + fraction * (b.position - a.position),
+               a.yaw + fraction * (b.yaw - a.yaw)};
 }
 
 }  // namespace ceilmap::evaluation

@@ -45,24 +45,24 @@ IndexPairs ConsecutivePairs(const std::vector<double>& steps_m, double delta_m) 
 }
 
 // The first of the poses after i whose distance from i is nearest to delta.
-std::size_t NearestTo(const std::vector<double>& way_m, std::size_t i, double delta_m) {
-  const auto begin = way_m.begin() + static_cast<std::ptrdiff_t>(i) + 1;
-  auto nearest = std::lower_bound(begin, way_m.end(), way_m[i] + delta_m);
-  const auto off_m = [&](auto at) { return std::abs(*at - way_m[i] - delta_m); };
-  if (nearest == way_m.end() || (nearest != begin && off_m(nearest - 1) <= off_m(nearest))) {
+std::size_t NearestTo(const std::vector<double>& distance_m, std::size_t i, double delta_m) {
+  const auto begin = distance_m.begin() + static_cast<std::ptrdiff_t>(i) + 1;
+  auto nearest = std::lower_bound(begin, distance_m.end(), distance_m[i] + delta_m);
+  const auto off_m = [&](auto at) { return std::abs(*at - distance_m[i] - delta_m); };
+  if (nearest == distance_m.end() || (nearest != begin && off_m(nearest - 1) <= off_m(nearest))) {
     nearest = std::lower_bound(begin, nearest, *(nearest - 1));  // the robot may have stood still
                                                                  // there
   }
-  return static_cast<std::size_t>(nearest - way_m.begin());
+  return static_cast<std::size_t>(nearest - distance_m.begin());
 }
 
 IndexPairs AllPairs(const std::vector<double>& steps_m, double delta_m) {
-  std::vector<double> way_m(steps_m.size());
-  std::partial_sum(steps_m.begin(), steps_m.end(), way_m.begin());
+  std::vector<double> distance_m(steps_m.size());
+  std::partial_sum(steps_m.begin(), steps_m.end(), distance_m.begin());
   IndexPairs pairs;
-  for (std::size_t i = 0; i + 1 < way_m.size(); ++i) {
-    const std::size_t j = NearestTo(way_m, i, delta_m);
-    const double off_m = std::abs(way_m[j] - way_m[i] - delta_m);
+  for (std::size_t i = 0; i + 1 < distance_m.size(); ++i) {
+    const std::size_t j = NearestTo(distance_m, i, delta_m);
+    const double off_m = std::abs(distance_m[j] - distance_m[i] - delta_m);
     if (off_m <= kToleranceOfDelta * delta_m) pairs.emplace_back(i, j);
   }
   return pairs;
@@ -91,16 +91,17 @@ std::optional<PoseErrorStatistics> RelativeErrors(const std::vector<PosePair>& p
 }
 
 std::vector<SegmentErrors> MeasureSegments(const std::vector<PosePair>& poses,
-                                           const std::vector<double>& way_m,
+                                           const std::vector<double>& distance_m,
                                            const SegmentParams& params) {
   std::vector<SegmentErrors> segments;
   for (const double length_m : params.lengths_m) {
     std::vector<double> translation_percent;
     std::vector<double> rotation_deg_per_m;
     for (std::size_t i = 0; i < poses.size(); i += params.every) {
-      const auto end = std::lower_bound(way_m.begin(), way_m.end(), way_m[i] + length_m);
-      if (end == way_m.end()) break;
-      const auto j = static_cast<std::size_t>(end - way_m.begin());
+      const auto end =
+          std::lower_bound(distance_m.begin(), distance_m.end(), distance_m[i] + length_m);
+      if (end == distance_m.end()) break;
+      const auto j = static_cast<std::size_t>(end - distance_m.begin());
       const PoseError error = RelativeError(poses[i], poses[j]);
       translation_percent.push_back(100 * error.translation_m / length_m);
       rotation_deg_per_m.push_back(kDegPerRad * error.angle_rad / length_m);

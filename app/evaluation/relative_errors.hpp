@@ -56,10 +56,10 @@ struct SegmentParams {
 
 /// Measures segments. A segment ends at the first pose that is at least its length away along the
 /// true path.
-/// @param way_m  Distance of each pose along the true path, never decreasing.
+/// @param distance_m  Distance of each pose along the true path, never decreasing.
 /// @return one for each length that fits into the path, in the order of the lengths.
 std::vector<SegmentErrors> MeasureSegments(const std::vector<PosePair>& poses,
-                                           const std::vector<double>& way_m,
+                                           const std::vector<double>& distance_m,
                                            const SegmentParams& params = {});
 
 }  // namespace ceilmap::evaluation

@@ -9,8 +9,8 @@ namespace ceilmap::evaluation {
 namespace {
 
 // Value at a fractional rank of sorted values, as in numpy.percentile.
-double AtRank(const std::vector<double>& sorted, double part) {
-  const double rank = part * static_cast<double>(sorted.size() - 1);
+double AtRank(const std::vector<double>& sorted, double fraction) {
+  const double rank = fraction * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(rank);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
   return sorted[below] + (sorted[above] - sorted[below]) * (rank - static_cast<double>(below));

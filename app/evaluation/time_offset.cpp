@@ -231,7 +231,7 @@ void Offer(TimeOffset offset, double same_s, std::optional<TimeOffset>& best) {
 
 }  // namespace
 
-bool TimeOffset::IsSure() const {
+bool TimeOffset::IsReliable() const {
   constexpr double kMinCorrelation = 0.3;
   constexpr double kMaxUnexplained = 0.1;
   constexpr double kMaxOfRunnerUp = 0.25;  // half of the runner-up's error

@@ -19,7 +19,7 @@ struct TimeOffset {
   double runner_up = 1;  ///< ... and at the next best one; a repetitive drive has several good ones
 
   /// Whether the paths agree at this offset, and much less at any other.
-  [[nodiscard]] bool IsSure() const;
+  [[nodiscard]] bool IsReliable() const;
 };
 
 struct TimeOffsetParams {

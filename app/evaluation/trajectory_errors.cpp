@@ -56,14 +56,15 @@ void AddAbsoluteErrors(const std::vector<PosePair>& pairs, TrajectoryErrors& err
 
 // Errors in the plane, over each metre of the true path.
 void AddPerMetre(const std::vector<PosePair>& pairs,
-                 const std::vector<double>& way_m,
+                 const std::vector<double>& distance_m,
                  TrajectoryErrors& errors) {
   std::vector<double> position_m;
   std::vector<double> yaw_deg;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto end = std::lower_bound(way_m.begin(), way_m.end(), way_m[i] + kRelativeLengthM);
-    if (end == way_m.end()) break;
-    const PosePair& to = pairs[static_cast<std::size_t>(end - way_m.begin())];
+    const auto end =
+        std::lower_bound(distance_m.begin(), distance_m.end(), distance_m[i] + kRelativeLengthM);
+    if (end == distance_m.end()) break;
+    const PosePair& to = pairs[static_cast<std::size_t>(end - distance_m.begin())];
     const Pose2 true_motion = PlanarPose(pairs[i].truth).Inverse() * PlanarPose(to.truth);
     const Pose2 motion = PlanarPose(pairs[i].estimate).Inverse() * PlanarPose(to.estimate);
     position_m.push_back((motion.Translation() - true_motion.Translation()).norm());
@@ -77,15 +78,15 @@ void AddPerMetre(const std::vector<PosePair>& pairs,
 void AddRelativeErrors(const std::vector<PosePair>& pairs,
                        const SegmentParams& params,
                        TrajectoryErrors& errors) {
-  std::vector<double> way_m;
-  way_m.reserve(pairs.size());
-  for (const FrameError& frame : errors.frames) way_m.push_back(frame.way_m);
-  AddPerMetre(pairs, way_m, errors);
+  std::vector<double> distance_m;
+  distance_m.reserve(pairs.size());
+  for (const FrameError& frame : errors.frames) distance_m.push_back(frame.distance_m);
+  AddPerMetre(pairs, distance_m, errors);
   errors.per_frame = RelativeErrors(pairs, {.delta = 1, .unit = DeltaUnit::kFrames});
   errors.per_metre = RelativeErrors(pairs, {.delta = 1, .unit = DeltaUnit::kMetres});
   errors.per_metre_all_pairs =
       RelativeErrors(pairs, {.delta = 1, .unit = DeltaUnit::kMetres, .all_pairs = true});
-  errors.segments = MeasureSegments(pairs, way_m, params);
+  errors.segments = MeasureSegments(pairs, distance_m, params);
 }
 
 }  // namespace
@@ -103,17 +104,17 @@ std::optional<TrajectoryErrors> EvaluateTrajectory(const std::vector<StampedPose
   errors.T_truth_estimate =
       params.T_truth_estimate ? *params.T_truth_estimate : Align(pairs, params.align);
   for (PosePair& pair : pairs) pair.estimate = errors.T_truth_estimate * pair.estimate;
-  const std::vector<double> way_m = PathLengths(truth);
+  const std::vector<double> distance_m = PathLengths(truth);
   errors.frames.reserve(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     FrameError& error = errors.frames.emplace_back(ErrorOf(pairs[i]));
     error.truth = matches[i].first;
     error.estimate = matches[i].second;
-    error.way_m = way_m[error.truth];
+    error.distance_m = distance_m[error.truth];
   }
   errors.matched = static_cast<std::int64_t>(pairs.size());
   errors.expected = params.expected.value_or(static_cast<std::int64_t>(truth.size()));
-  errors.path_m = way_m.back();
+  errors.path_m = distance_m.back();
   AddAbsoluteErrors(pairs, errors);
   AddRelativeErrors(pairs, params.segments, errors);
   return errors;

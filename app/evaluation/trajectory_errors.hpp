@@ -29,7 +29,7 @@ struct FrameError {
   std::size_t truth = 0;     ///< index of the pose in the truth
   std::size_t estimate = 0;  ///< index in the estimate
   double stamp_s = 0;        ///< of the truth
-  double way_m = 0;          ///< distance along the true path from its first pose
+  double distance_m = 0;     ///< distance along the true path from its first pose
   Pose2 T_truth_base;        ///< the estimated pose, aligned
   Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();  ///< estimated minus true position
   double position_m = 0;                              ///< its length

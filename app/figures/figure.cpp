@@ -26,7 +26,7 @@ constexpr std::array<const char*, 3> kFormats = {"svg", "png", "pdf"};
 constexpr std::string_view kHouseStyle = R"(set datafile separator ','
 set encoding utf8
 
-# Okabe and Ito's colours, which colour-blind people tell apart; dashes and points differ as well.
+# Okabe and Ito's colours, which colour-blind people can distinguish; dashes and points differ as well.
 set style line 1 lc rgb '#0072B2' lw 2 dt 1 pt 7 ps 0.5
 set style line 2 lc rgb '#D55E00' lw 2 dt (8,3) pt 5 ps 0.5
 set style line 3 lc rgb '#E69F00' lw 2 dt (2,3) pt 9 ps 0.5
@@ -38,7 +38,7 @@ set style line 9 lc rgb '#DDDDDD' lw 1 dt 1
 set tics nomirror out scale 0.6
 set grid ls 9
 
-# All formats show a figure alike: a unit of size is a pixel of the SVG, two of the PNG and 1/96 inch of the PDF.
+# All formats show the same figure: a unit of size is a pixel of the SVG, two of the PNG and 1/96 inch of the PDF.
 terminal(format, width, height) = format eq 'svg' ? \
   sprintf("set terminal svg size %d,%d background '#FFFFFF' font 'DejaVu Sans,13'", width, height) : \
   format eq 'png' ? \
@@ -89,8 +89,8 @@ FigureFolder::FigureFolder(fs::path folder) : folder_(std::move(folder)) {
   }
   if (!FindGnuplot()) {
     throw RunError(
-        "gnuplot, which draws figures, is not installed; 'samples/install-deps.sh --plots' or "
-        "'apt-get install gnuplot-nox' does that");
+        "gnuplot, which draws figures, is not installed; install it by "
+        "'samples/install-deps.sh --plots' or 'apt-get install gnuplot-nox'");
   }
 }
 
@@ -115,7 +115,7 @@ void FigureFolder::Take(const Figure& figure, const GnuplotResult& result) {
     return;
   }
   std::error_code error;
-  for (const fs::path& image : images) fs::remove(image, error);  // half of one, or none
+  for (const fs::path& image : images) fs::remove(image, error);  // incomplete or missing
   throw RunError(fmt::format("{}: gnuplot could not draw it: {}",
                              (folder_ / (figure.name + ".gp")).string(),
                              InOneLine(result.messages)));

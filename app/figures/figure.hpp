@@ -8,49 +8,47 @@
 
 namespace ceilmap::figures {
 
-/// A figure that gnuplot draws. Script and data stay beside the images, so that a figure can be
+/// A figure that gnuplot draws. Script and data are kept beside the images, so that a figure can be
 /// changed and drawn again: `cd FOLDER && gnuplot NAME.gp`.
 struct Figure {
   struct Data {
-    std::string name;  ///< of the file, e.g. "heading.csv"; comma-separated with a header line
+    std::string name;  ///< file name, e.g. "heading.csv"; comma-separated with a header line
     std::string text;
   };
-  std::string name;  ///< becomes NAME.gp, NAME.svg, NAME.png and NAME.pdf
+  std::string name;  ///< for NAME.gp, NAME.svg, NAME.png and NAME.pdf
   int width_px = 860;
   int height_px = 420;
-  /// What stands before all formats: settings, without the house style that every figure has (line
-  /// styles 1 .. 4 for curves, 5 and 6 for the truth over and under them, 7 for what is pointed
-  /// at).
+  /// Settings for all formats, in addition to the common style (line styles 1 .. 4 for curves, 5
+  /// and 6 for the truth over and below them, 7 for marks).
   std::string settings;
-  /// Draws one format; run once for each of them.
+  /// Commands that draw one format; run once for each.
   std::string plot;
   std::vector<Data> data;
 
-  /// The whole of NAME.gp.
+  /// The text of NAME.gp.
   [[nodiscard]] std::string Script() const;
 };
 
-/// A text as a string of gnuplot, whatever characters it has; shown as it is (no enhanced text).
+/// A text as a string of gnuplot, shown without interpretation (no enhanced text).
 std::string GnuplotQuote(std::string_view text);
 
-/// A folder of figures. What else is in it stays.
+/// A folder of figures. Other files in it are kept.
 class FigureFolder {
  public:
-  /// Tells before the work that figures could not be drawn. Makes nothing yet.
-  /// @throws InputError when the folder cannot be made or written to; RunError when
-  ///   gnuplot is not installed.
+  /// Checks before the work that figures can be drawn. Creates no files.
+  /// @throws InputError when the folder cannot be created or written; RunError when gnuplot is not
+  /// installed.
   explicit FigureFolder(std::filesystem::path folder);
 
-  /// Writes script and data and has the figure drawn, over what has the same name.
-  /// @throws RunError when gnuplot fails (its own words, and where the script is) or the
-  /// disk
-  ///   refuses.
+  /// Writes script and data and draws the figure; replaces files of the same name.
+  /// @throws RunError when gnuplot fails (with its message and the path of the script) or the disk
+  /// cannot be written.
   void Draw(const Figure& figure) { Draw(std::vector<Figure>{figure}); }
-  /// The same, with as many gnuplots at a time as there are cores. All scripts and data are there
-  /// before the first of them begins: figures may share data.
+  /// The same for several figures, with one gnuplot per core. All scripts and data are written
+  /// before the first one starts, because figures may share data.
   void Draw(const std::vector<Figure>& figures);
 
-  /// All that was written.
+  /// All written files.
   [[nodiscard]] const std::vector<std::filesystem::path>& Files() const { return files_; }
 
  private:

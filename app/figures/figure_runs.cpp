@@ -11,7 +11,7 @@ namespace ceilmap::figures {
 namespace figure_runs {
 namespace {
 
-// Okabe and Ito's colours, darkest first; after all of them they come again with other dashes.
+// Okabe and Ito's colours, darkest first; further runs use them again with other dashes.
 constexpr std::array<const char*, 7> kColours = {
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#882255"};
 constexpr std::array<const char*, 4> kDashes = {"1", "(8,3)", "(2,3)", "(8,3,2,3)"};
@@ -48,8 +48,8 @@ using figure_runs::kLegendAbove;
 using figure_runs::LengthUnit;
 using figure_runs::RunStyles;
 
-double Quantile(const std::vector<double>& sorted, double part) {
-  const double at = part * static_cast<double>(sorted.size() - 1);
+double Quantile(const std::vector<double>& sorted, double fraction) {
+  const double at = fraction * static_cast<double>(sorted.size() - 1);
   const auto low = static_cast<std::size_t>(at);
   const std::size_t high = std::min(low + 1, sorted.size() - 1);
   return sorted[low] + (at - static_cast<double>(low)) * (sorted[high] - sorted[low]);
@@ -70,7 +70,7 @@ SortedErrors Sorted(const FigureRun& run) {
   return errors;
 }
 
-// A curve for each of these runs, out of a file with a block for each of them.
+// One curve for each of these runs, from a file with one block each.
 std::string BlockCurves(const TrajectoryComparison& comparison,
                         const std::vector<std::size_t>& runs,
                         const std::string& file,
@@ -90,15 +90,15 @@ std::string BlockCurves(const TrajectoryComparison& comparison,
   return text + "\n";
 }
 
-// Per run a row for each quantity with the quantiles of a box.
+// For each run, one row per quantity with the quantiles of a box.
 std::string BoxData(const std::vector<SortedErrors>& errors) {
   std::string text = "run,quantity,p5,p25,p50,p75,p95\n";
   for (std::size_t i = 0; i < errors.size(); ++i) {
     for (const auto& [what, sorted] :
          {std::pair{"position_m", &errors[i].position}, std::pair{"yaw_deg", &errors[i].yaw}}) {
       text += fmt::format("{},{}", i + 1, what);
-      for (const double part : {0.05, 0.25, 0.5, 0.75, 0.95}) {
-        text += fmt::format(",{:.7g}", Quantile(*sorted, part));
+      for (const double fraction : {0.05, 0.25, 0.5, 0.75, 0.95}) {
+        text += fmt::format(",{:.7g}", Quantile(*sorted, fraction));
       }
       text += '\n';
     }
@@ -111,19 +111,19 @@ std::string CumulativeData(const std::vector<SortedErrors>& errors) {
   for (std::size_t i = 0; i < errors.size(); ++i) {
     constexpr int kSteps = 200;
     for (int step = 0; step <= kSteps; ++step) {
-      const double part = static_cast<double>(step) / kSteps;
+      const double fraction = static_cast<double>(step) / kSteps;
       text += fmt::format("{},{:.4f},{:.7g},{:.7g}\n",
                           i + 1,
-                          part,
-                          Quantile(errors[i].position, part),
-                          Quantile(errors[i].yaw, part));
+                          fraction,
+                          Quantile(errors[i].position, fraction),
+                          Quantile(errors[i].yaw, fraction));
     }
     text += "\n\n";
   }
   return text;
 }
 
-// Boxes of one quantity: from quartile to quartile with whiskers, and a thick median.
+// Boxes of one quantity: quartiles with whiskers, and a thick median.
 std::string Boxes(std::size_t runs, const std::string& quantity, double factor) {
   const std::string each = fmt::format(
       "for [i = 1:{}] 'boxes.csv' skip 1 using ($1 == i && strcol(2) eq '{}' ? i : NaN)",
@@ -174,9 +174,9 @@ Figure DistributionFigure(const TrajectoryComparison& comparison, const LengthUn
         label);
     figure.plot += Boxes(runs.size(), yaw ? "yaw_deg" : "position_m", factor);
     figure.plot += fmt::format(
-        "  set title 'Part of the frames with at most this error'\n"
+        "  set title 'Fraction of the frames with at most this error'\n"
         "  set xtics autofreq\n  set xrange [0:*]\n  set yrange [0:1]\n"
-        "  set xlabel '{}'\n  set ylabel 'part of the frames'\n"
+        "  set xlabel '{}'\n  set ylabel 'fraction of the frames'\n"
         "  set key bottom right noenhanced\n",
         label);
     figure.plot += BlockCurves(comparison,
@@ -194,7 +194,7 @@ Figure SegmentFigure(const TrajectoryComparison& comparison) {
   figure.name = "segments";
   figure.width_px = 1000;
   std::string data = "run,length_m,translation_percent,rotation_deg_per_m\n";
-  std::vector<std::size_t> runs;  // only those that are as long as a segment
+  std::vector<std::size_t> runs;  // only those with segments
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     if (comparison.runs[i].segments.empty()) continue;
     runs.push_back(i);

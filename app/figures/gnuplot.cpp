@@ -58,7 +58,7 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-// stdin empty, both outputs into the pipe, started in the folder.
+// Starts it in the folder, with an empty stdin and both outputs in the pipe.
 class SpawnActions {
  public:
   SpawnActions(const fs::path& folder, int output) {

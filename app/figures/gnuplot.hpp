@@ -6,16 +6,16 @@
 
 namespace ceilmap::figures {
 
-/// The gnuplot on the PATH; nothing when there is none.
+/// The path of gnuplot by PATH; nothing when there is none.
 std::optional<std::filesystem::path> FindGnuplot();
 
-/// How a run of gnuplot ended.
+/// Result of a run of gnuplot.
 struct GnuplotResult {
-  int exit_code = -1;  ///< 128 + signal when one ended it
+  int exit_code = -1;  ///< 128 + signal after a signal
   std::string messages;
 };
 
-/// Runs a script, in a process of its own without a shell, in its folder.
+/// Runs a script in its folder, in a separate process without a shell.
 /// @throws RunError when no process can be started.
 GnuplotResult RunGnuplot(const std::filesystem::path& gnuplot,
                          const std::filesystem::path& folder,

@@ -11,7 +11,7 @@
 namespace ceilmap::figures {
 namespace {
 
-// Turns go on beyond 180 degrees, as a robot's do. Fields without a value are empty.
+// Turns continue beyond 180 degrees. Fields without a value are empty.
 std::string HeadingData(const std::vector<files::MeasuredHeading>& headings,
                         const evaluation::HeadingErrors* errors) {
   std::string text = "time_s,frame,heading_deg,sigma_deg,confidence,true_heading_deg,error_deg\n";

@@ -26,7 +26,7 @@ double LargestError(const TrajectoryComparison& comparison) {
   return largest;
 }
 
-// Seconds without a pose after which a line breaks.
+// Time without a pose after which a line is interrupted, s.
 double GapOf(const std::vector<FigurePose>& poses) {
   std::vector<double> steps;
   steps.reserve(poses.size());
@@ -43,7 +43,7 @@ double GapOf(const std::vector<FigurePose>& poses) {
 std::string PoseLine(const FigurePose& pose) {
   return fmt::format("{:.6f},{:.4f},{:.6f},{:.6f},{:.5f},{:.5f},{:.5f},{:.7f},{:.6f}\n",
                      pose.time_s,
-                     pose.way_m,
+                     pose.distance_m,
                      pose.x,
                      pose.y,
                      pose.yaw_deg,
@@ -66,7 +66,7 @@ std::string PosesData(const std::vector<FigurePose>& poses) {
                                         [](const FigurePose& a, const FigurePose& b) {
                                           return a.position_error_m < b.position_error_m;
                                         });
-    // A blank line ends a line in gnuplot.
+    // A blank line interrupts a line in gnuplot.
     if (first > 0 && poses[first].time_s - poses[first - 1].time_s > gap_s) text += '\n';
     text += PoseLine(*begin);
     if (worst != begin) text += PoseLine(*worst);
@@ -74,13 +74,13 @@ std::string PosesData(const std::vector<FigurePose>& poses) {
   return text;
 }
 
-// What is drawn under the runs.
+// Curves below the runs.
 struct Under {
   bool truth = false;
   bool before = false;
 };
 
-// These, then a curve per run. @param columns  as gnuplot's using.
+// These, then one curve per run. @param columns  For gnuplot's using.
 std::string Curves(const TrajectoryComparison& comparison,
                    const std::string& columns,
                    Under under,
@@ -134,7 +134,7 @@ Extent ExtentOf(const TrajectoryComparison& comparison) {
       extent.min_x - margin, extent.max_x + margin, extent.min_y - margin, extent.max_y + margin};
 }
 
-// Settings and size of a figure in which both axes have one scale.
+// Settings and size of a figure with equal scales of both axes.
 struct MapFrame {
   int width_px = 0;
   int height_px = 0;
@@ -197,7 +197,7 @@ Figure Trajectories(const TrajectoryComparison& comparison) {
   return figure;
 }
 
-// Panels one below the other, over one axis.
+// Panels below each other, with a common axis.
 struct Panel {
   std::string label;
   std::string columns;
@@ -252,12 +252,12 @@ Figure Poses(const TrajectoryComparison& comparison) {
   return Panels(comparison, "poses", "time (s)", panels);
 }
 
-Figure Errors(const TrajectoryComparison& comparison, const LengthUnit& unit, bool over_way) {
-  const int x = over_way ? 2 : 1;
+Figure Errors(const TrajectoryComparison& comparison, const LengthUnit& unit, bool over_distance) {
+  const int x = over_distance ? 2 : 1;
   const std::string label =
-      over_way ? fmt::format("true path ({})", comparison.unit) : std::string("time (s)");
+      over_distance ? fmt::format("true path ({})", comparison.unit) : std::string("time (s)");
   return Panels(comparison,
-                over_way ? "errors-way" : "errors",
+                over_distance ? "errors-way" : "errors",
                 label,
                 {{fmt::format("position error ({})", unit.name),
                   fmt::format("{}:({:g} * $8)", x, unit.per_unit),
@@ -275,7 +275,7 @@ Figure ErrorMap(const TrajectoryComparison& comparison, const LengthUnit& unit) 
   const double scale = columns == 1 ? 1 : 0.6;
   figure.width_px = static_cast<int>(scale * columns * frame.width_px) + 80;
   figure.height_px = static_cast<int>(scale * (columns == 1 ? 1 : rows) * frame.height_px) + 30;
-  // Viridis, which stays in order for everybody and in grey.
+  // Viridis, which is ordered for colour-blind readers and in grey.
   figure.settings =
       frame.settings +
       "set palette defined (0 '#440154', 0.25 '#3B528B', 0.5 '#21918C', 0.75 '#5EC962', "

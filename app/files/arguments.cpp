@@ -17,7 +17,7 @@ namespace ceilmap::files {
 
 namespace {
 
-// Numbers between commas, as many as there is room for; false for anything else.
+// Comma-separated numbers, as many as fit into the array; false for anything else.
 bool ParseNumbers(std::string_view rest, std::span<double> values) {
   bool good = true;
   for (std::size_t i = 0; i < values.size(); ++i) {

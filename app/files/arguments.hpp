@@ -10,11 +10,11 @@
 
 namespace ceilmap::files {
 
-/// `X,Y,YAW_DEG` as a pose (yaw in degrees, any turn). `option` names it in the message.
+/// `X,Y,YAW_DEG` as a pose (yaw in degrees, any turn). `option` is used in the message.
 /// @throws InputError
 Pose2 ParsePose2(const std::string& text, const std::string& option);
 
-/// How well a pose is known: standard deviations, both > 0.
+/// Accuracy of a pose: standard deviations, both > 0.
 struct PoseSpread {
   double position_m = 0;  ///< of x and of y
   double yaw_rad = 0;
@@ -25,10 +25,10 @@ PoseSpread ParseSpread(const std::string& text, const std::string& option);
 /// `A,B,C,D`, all finite; nothing for anything else.
 std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text);
 
-/// Six of them.
+/// The same for six numbers.
 std::optional<std::array<double, 6>> ParseSixNumbers(const std::string& text);
 
-/// `A,B,...`, at least one, each finite and > 0. `option` names it in the message.
+/// `A,B,...`, at least one, each finite and > 0. `option` is used in the message.
 /// @throws InputError
 std::vector<double> ParsePositiveNumbers(const std::string& text, const std::string& option);
 
@@ -37,7 +37,7 @@ struct NamedFile {
   std::string name;  ///< the file's name without folder and extension unless given
   std::filesystem::path file;
 };
-/// A file of that whole name wins over a name in front of it.
+/// A file with the whole text as its name takes precedence over a name in front.
 NamedFile ParseNamedFile(const std::string& text);
 
 }  // namespace ceilmap::files

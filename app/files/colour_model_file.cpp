@@ -35,7 +35,7 @@ double Rounded(double value, double unit) {
   return std::round(value / unit) * unit;
 }
 
-// To so many significant digits.
+// With this number of significant digits.
 double Significant(double value, int digits) {
   return std::stod(fmt::format("{:.{}g}", value, digits));
 }
@@ -73,7 +73,7 @@ ordered_json ToJson(const ColourClass& colour) {
 }
 
 ordered_json ToJson(const AngleBin& bin, std::size_t index) {
-  // A tenth of a millimetre and a millisecond, and no digits that rounding leaves behind.
+  // Rounded to a tenth of a millimetre and a millisecond, without superfluous digits.
   const auto place = [](double metres) { return Significant(Rounded(metres, 1e-4), 9); };
   ordered_json entry = {{"bin", index},
                         {"certainty", Significant(bin.certainty, 6)},
@@ -106,7 +106,7 @@ ordered_json HeadOf(const ColourModel& model) {
   return head;
 }
 
-// A line per bin, so that two models can be compared by eye.
+// One line per bin, so that two models can be compared with text tools.
 void AppendCell(const Cell& cell, std::string& text) {
   const char* separator = "";
   text += '[';
@@ -138,13 +138,13 @@ std::string ReadText(const fs::path& file) {
         kMaxColourModelBytes));
   }
   std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) refuse("cannot be read; look at its permissions");
+  if (error || !stream) refuse("cannot be read; check its permissions");
   std::string text(std::istreambuf_iterator<char>(stream), {});
   if (text.empty()) refuse(fmt::format("is empty; {}", kAnew));
   return text;
 }
 
-// Values cost more memory than text: what no model has is refused while it is read.
+// Values need more memory than text: content that no model has is refused while it is read.
 json Parse(const std::string& text) {
   constexpr int kMaxDepth = 8;
   constexpr std::int64_t kMaxValues = 16'000'000;
@@ -165,7 +165,7 @@ json Parse(const std::string& text) {
   }
 }
 
-// An object of the document, with where it stands in it.
+// An object of the document, with its position.
 class Fields {
  public:
   Fields(const json& object, std::string place) : object_(object), place_(std::move(place)) {
@@ -207,7 +207,7 @@ class Fields {
     }
     return value;
   }
-  // All of a list of numbers.
+  // A list of numbers.
   template <typename Values>
   void Numbers(const char* key, Values& values) const {
     const json& list = List(key, values.size(), values.size());
@@ -217,7 +217,7 @@ class Fields {
       values[i] = static_cast<typename Values::value_type>(number);
     }
   }
-  // The inverse of Packed: `size` values, or nothing at all is stored.
+  // The inverse of Packed: `size` values, or no values at all.
   [[nodiscard]] Eigen::VectorXf Unpacked(const char* key, int size, double scale) const {
     const json& list = List(key, 1, static_cast<std::size_t>(size));
     Eigen::VectorXf values = Eigen::VectorXf::Zero(size);
@@ -300,16 +300,16 @@ ColourClass ClassOf(const Fields& fields) {
   return colour;
 }
 
-/// @param room  for so many frequencies; what the bin takes is taken off.
+/// @param room  Remaining number of frequencies; reduced by those of the bin.
 void TakeBin(const Fields& fields, const ColourModel& model, std::int64_t& room, Cell& cell) {
   const auto index = static_cast<std::size_t>(fields.Whole("bin", 0, model.bins - 1));
-  // Memory for bins only where there is one.
+  // Memory is allocated only for bins with content.
   if (cell.bins.empty()) cell.bins.resize(static_cast<std::size_t>(model.bins));
   AngleBin& bin = cell.bins[index];
-  if (!bin.empty()) fields.Refuse(fmt::format("bin {} stands there twice", index));
+  if (!bin.empty()) fields.Refuse(fmt::format("bin {} occurs twice", index));
   const auto size = static_cast<int>(model.classes.size() * model.classes.size());
   room -= fields.Has("variance") ? 2 * size : size;
-  if (room < 0) fields.Refuse("more frequencies than a model may have");
+  if (room < 0) fields.Refuse("more frequencies than the maximum of a model");
   bin.transitions = fields.Unpacked("transitions", size, kTransitionScale);
   if (fields.Has("variance")) bin.variance = fields.Unpacked("variance", size, kVarianceScale);
   bin.certainty = fields.Number("certainty");
@@ -362,9 +362,9 @@ ColourModel ModelOf(const json& document, std::int64_t max_frequencies) {
 }  // namespace
 
 std::string FormatColourModel(const ColourModel& model) {
-  // The provenance holds what was typed, in whatever bytes.
+  // The provenance contains the command line as typed, in any encoding.
   std::string text = HeadOf(model).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-  text.pop_back();  // its brace
+  text.pop_back();  // the closing brace
   text += ",\"cells\":[\n";
   for (std::size_t c = 0; c < model.cells.size(); ++c) {
     if (c > 0) text += ",\n";

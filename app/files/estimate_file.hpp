@@ -13,21 +13,21 @@
 
 namespace ceilmap::files {
 
-/// What a file says of a drive, whichever of the program's formats it has.
+/// Content of a file of poses or headings, in any of the program's formats.
 struct Estimate {
-  std::vector<StampedPose> poses;                        ///< empty: it has headings only
-  std::vector<evaluation::PoseCovariance> covariances;   ///< of each pose; empty: not known
-  std::vector<evaluation::StampedHeading> headings;      ///< of the poses, where there are some
-  std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file, as it spells them
-  std::vector<FrameStatus> placed;                       ///< of it, of each pose
-  std::vector<FrameStatus> unplaced;                     ///< of it, frames without a pose
+  std::vector<StampedPose> poses;                        ///< empty: headings only
+  std::vector<evaluation::PoseCovariance> covariances;   ///< of each pose; empty: unknown
+  std::vector<evaluation::StampedHeading> headings;      ///< of the poses, if available
+  std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file, with its spelling
+  std::vector<FrameStatus> placed;                       ///< of a status file, for each pose
+  std::vector<FrameStatus> unplaced;  ///< of a status file, frames without a pose
 
-  /// The same by another clock.
+  /// The same with stamps of another clock.
   void Delay(double offset_s);
 };
 
-/// Reads a trajectory (TUM lines), or, by its ending `.csv` and its columns, a status file of
-/// `localize` or the headings of `heading`.
+/// Reads a trajectory (TUM lines), or, if the name ends in `.csv`, depending on its columns, a
+/// status file of `localize` or the headings of `heading`.
 /// @return at least one heading; stamps strictly increasing.
 /// @throws InputError naming file and line.
 Estimate ReadEstimate(const std::filesystem::path& file);

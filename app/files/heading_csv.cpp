@@ -11,7 +11,7 @@
 namespace ceilmap::files {
 namespace {
 
-// In (-180, 180] after rounding too.
+// In (-180, 180] also after rounding.
 std::string FormatAngle(double angle_deg) {
   const std::string text = fmt::format("{:.5f}", angle_deg);
   if (text == "-180.00000") return "180.00000";
@@ -54,7 +54,7 @@ std::string FormatHeadings(const std::vector<MeasuredHeading>& headings,
   constexpr double kMinSigmaDeg = 0.001;
   std::string text = "timestamp,heading_deg,sigma_deg,confidence";
   text += errors == nullptr ? "\n" : ",true_heading_deg,error_deg\n";
-  std::size_t next = 0;  // of the errors
+  std::size_t next = 0;  // next error
   for (std::size_t i = 0; i < headings.size(); ++i) {
     const compass::HeadingEstimate& estimate = headings[i].estimate;
     text += fmt::format("{:.6f},{},{:.5f},{:.4f}",

@@ -22,10 +22,10 @@ void CheckOutputFiles(const std::vector<fs::path>& targets) {
       throw InputError(fmt::format(
           "{}: is a device or pipe and would be replaced; name another file", target.string()));
     }
-    const AtomicFile probe(target);  // refuses what cannot be written
+    const AtomicFile probe(target);  // throws if the file cannot be written
     if (!seen.insert(fs::weakly_canonical(target, ignored)).second) {
-      throw InputError(fmt::format("{}: is named for two results; give each a file of its own",
-                                   target.string()));
+      throw InputError(
+          fmt::format("{}: is given for two results; give two different files", target.string()));
     }
   }
 }

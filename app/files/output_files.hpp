@@ -10,26 +10,26 @@
 
 namespace ceilmap::files {
 
-/// Tells before hours of work, not after them, that a result could not be stored. Empty paths are
-/// skipped; nothing stays behind.
-/// @throws InputError when a folder does not exist or cannot be written to, a target exists
-///   but is not a regular file, or two targets are the same file.
+/// Checks before a long run that its results can be stored. Empty paths are skipped; no files
+/// remain.
+/// @throws InputError when a folder does not exist or cannot be written to, a target exists but is
+/// not a regular file, or two targets are the same file.
 void CheckOutputFiles(const std::vector<std::filesystem::path>& targets);
 
-/// The text as the content of a file that Commit() will name.
-/// @throws RunError when the disk refuses.
+/// Writes a text to a file that becomes visible with Commit().
+/// @throws RunError when the disk cannot be written.
 void WriteText(const AtomicFile& file, std::string_view text);
 
-/// A text file that grows line by line, on the disk and not in memory, and gets its name at the end
-/// (AtomicFile). Without a name it takes everything and keeps nothing.
+/// A text file that is written line by line and becomes visible at the end (AtomicFile). Without a
+/// name it discards the text.
 class GrowingFile {
  public:
-  /// @throws as AtomicFile, and RunError when the disk refuses.
+  /// @throws as AtomicFile, and RunError when the disk cannot be written.
   explicit GrowingFile(const std::filesystem::path& target);
 
-  /// @throws RunError when the disk refuses.
+  /// @throws RunError when the disk cannot be written.
   void Append(std::string_view text);
-  /// @throws RunError when the disk refused any of it.
+  /// @throws RunError when any of the text could not be written.
   void Commit();
 
  private:
@@ -37,7 +37,7 @@ class GrowingFile {
   std::ofstream stream_;
 };
 
-/// A text file that is there complete or not at all.
+/// Writes a text file completely or not at all.
 void WriteFileAtomically(const std::filesystem::path& target, std::string_view text);
 
 }  // namespace ceilmap::files

@@ -32,7 +32,7 @@ std::vector<double> StampsIn(const CsvTable& table) {
           "{}: timestamp '{}' is not a number", table.Place(row), Shown(row.fields[stamp_column])));
     }
     if (!stamps_s.empty() && index != previous_index + 1) {
-      throw InputError(fmt::format("{}: index {} after {}; every frame needs its line",
+      throw InputError(fmt::format("{}: index {} after {}; every frame needs one line",
                                    table.Place(row),
                                    index,
                                    previous_index));

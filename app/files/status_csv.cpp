@@ -11,7 +11,7 @@
 namespace ceilmap::files {
 namespace {
 
-// Words of other programs are those of a frame that has a pose, or none.
+// Status names of other programs are reduced to whether the frame has a pose.
 graph::TrackingStatus StatusOf(const std::string& word, bool placed) {
   using Status = graph::TrackingStatus;
   for (const Status status :
@@ -21,7 +21,7 @@ graph::TrackingStatus StatusOf(const std::string& word, bool placed) {
   return placed ? Status::kTracking : Status::kLost;
 }
 
-// The columns of a status file that are read back.
+// Columns of a status file that are read.
 class StatusColumns {
  public:
   explicit StatusColumns(const CsvTable& table)
@@ -81,7 +81,7 @@ std::string FormatStatusLine(const robot::Estimate& estimate) {
   if (!estimate.HasPose()) return fmt::format("{:.6f},{},,,,,,,,,,\n", estimate.stamp_s, status);
   const Pose2& pose = estimate.pose.pose;
   const auto sigma = [&](int i) { return std::sqrt(estimate.pose.covariance(i, i)); };
-  // A level robot is exactly level.
+  // The pitch and roll of a level robot are exactly 0.
   const auto tilt = [](double rad) {
     return rad == 0 ? std::string("0") : fmt::format("{:.5f}", kDegPerRad * rad);
   };

@@ -15,34 +15,35 @@
 
 namespace ceilmap::files {
 
-/// What `localize --status` tells of every frame, placed or not:
+/// The output of `localize --status` for every frame, with or without a pose:
 /// `timestamp,status,x,y,yaw_deg,pitch_deg,roll_deg,sigma_x,sigma_y,sigma_yaw_deg,peak,inliers`,
-/// lengths in metres. Where there is no pose, the fields after `status` are empty.
+/// lengths in metres. Without a pose, the fields after `status` are empty.
 std::string_view StatusHeader();
 std::string FormatStatusLine(const robot::Estimate& estimate);
 
-/// Whether a frame was placed.
+/// Status of one frame.
 struct FrameStatus {
   double stamp_s = 0;
   graph::TrackingStatus status = graph::TrackingStatus::kTracking;
 };
 
-/// What such a file tells, for comparisons.
+/// Content of a status file, for comparisons.
 struct StatusRecord {
   std::vector<StampedPose> poses;  ///< of the frames that have one, at height 0
-  /// Of (x, y, yaw) of each of them, metres and radians: the variances, all that the file has.
+  /// Covariances of (x, y, yaw) of the poses, metres and radians: only the variances, because the
+  /// file has no others.
   std::vector<Eigen::Matrix3d> covariances;
   std::vector<FrameStatus> placed;             ///< of each pose
   std::vector<FrameStatus> unplaced;           ///< of the frames that have none
-  std::map<std::string, std::int64_t> frames;  ///< how many, by status as the file spells it
+  std::map<std::string, std::int64_t> frames;  ///< number of frames by status, as spelt in the file
 };
 
-/// Columns may stand in any order, `peak` and `inliers` may be missing.
-/// @return stamps strictly increasing; perhaps no poses.
+/// Columns may have any order; `peak` and `inliers` may be missing.
+/// @return stamps strictly increasing; possibly no poses.
 /// @throws InputError naming file and line.
 StatusRecord ReadStatus(const std::filesystem::path& file);
 
-/// The same of a table that was read.
+/// The same from a table.
 StatusRecord StatusIn(const CsvTable& table);
 
 }  // namespace ceilmap::files

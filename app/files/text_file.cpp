@@ -49,7 +49,7 @@ bool Lines::Next(std::string_view& line) {
 
 std::string Shown(std::string_view text, std::size_t max_bytes) {
   std::size_t end = std::min(text.size(), max_bytes);
-  // Not amid a character of UTF-8.
+  // Not within a character of UTF-8.
   const auto continues = [&](std::size_t at) {
     return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
   };

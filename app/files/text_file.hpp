@@ -7,24 +7,24 @@
 
 namespace ceilmap::files {
 
-/// What a text file of lines (trajectories, stamps, headings) may have at most: larger ones are
-/// refused before they fill the memory. A trajectory of this size has 30 frames a second for a day.
+/// Maximum size of a text file of lines (trajectories, stamps, headings); larger files are refused
+/// before they fill the memory. A trajectory of this size has 30 frames a second for a day.
 inline constexpr std::size_t kMaxTextBytes = std::size_t{256} << 20U;
 inline constexpr std::size_t kMaxLineBytes = std::size_t{64} << 10U;
 
-/// The whole file. Pipes are read too, to their end.
-/// @param max_bytes  of which a text may have no more; for tests.
-/// @throws InputError when it is missing, a folder, unreadable or too large.
+/// Reads a whole file. Pipes are read to their end.
+/// @param max_bytes  Maximum size; for tests.
+/// @throws InputError when the file is missing, a folder, unreadable or too large.
 std::string ReadTextFile(const std::filesystem::path& file, std::size_t max_bytes = kMaxTextBytes);
 
-/// The lines of a text, one by one, without their ends; what follows the last end is a line unless
-/// it is empty.
+/// The lines of a text, one by one, without line ends. Text after the last line end is a line
+/// unless it is empty.
 class Lines {
  public:
-  /// @param text, name  of the file; must outlive this.
+  /// @param text, name  Of the file; must outlive the object.
   Lines(std::string_view text, const std::string& name) : rest_(text), name_(name) {}
 
-  /// @return false at the end. @throws InputError when the line is too long for one of text.
+  /// @return false at the end. @throws InputError when the line is too long.
   bool Next(std::string_view& line);
   [[nodiscard]] int Number() const { return number_; }  ///< of the last line, from 1
 
@@ -34,7 +34,7 @@ class Lines {
   int number_ = 0;
 };
 
-/// Text of a file as messages show it: its start, and `?` for what would command a terminal.
+/// Text of a file for messages: its beginning, with `?` for control characters.
 std::string Shown(std::string_view text, std::size_t max_bytes = 60);
 
 }  // namespace ceilmap::files

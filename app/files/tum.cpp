@@ -18,7 +18,7 @@ constexpr double kUnitLengthTolerance = 1e-3;
 
 constexpr std::string_view kBlanks = " \t\r\n\v\f";
 
-// Fields between blanks; as many as there are, but no more than `fields` has room for are kept.
+// Blank-separated fields; all are counted, but only those that fit into `fields` are kept.
 std::size_t Split(std::string_view text, std::span<std::string_view> fields) {
   std::size_t count = 0;
   for (auto begin = text.find_first_not_of(kBlanks); begin != std::string_view::npos;
@@ -31,7 +31,7 @@ std::size_t Split(std::string_view text, std::span<std::string_view> fields) {
   return count;
 }
 
-// @param place  makes the start of a message: most lines need none.
+// @param place  Creates the beginning of a message; not needed for valid lines.
 template <typename Place>
 StampedPose ParsePose(std::string_view text, const Place& place) {
   std::array<std::string_view, 8> words;

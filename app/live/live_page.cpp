@@ -86,7 +86,7 @@ ServedContent LivePage::Document(const std::string& query) {
   {
     const std::lock_guard lock(mutex_);
     asked_ = steady_clock::now();
-    told_revision_ = revision_;
+    sent_revision_ = revision_;
     const double seconds = terminal::SecondsSince(start_);
     state = {revision_,
              running_,
@@ -100,14 +100,14 @@ ServedContent LivePage::Document(const std::string& query) {
     frames = frames_;
     const page::PagePicture& picture = under_->picture;
     if (running_) {
-      // Its place comes with the document, its pixels do not.
+      // The document contains the extent of the picture, but not its pixels.
       data.picture.min_x = picture.min_x;
       data.picture.min_y = picture.min_y;
       data.picture.max_x = picture.max_x;
       data.picture.max_y = picture.max_y;
       if (picture.max_x > picture.min_x) picture_url = fmt::format("picture?{}", under_->revision);
     } else {
-      // The last document has the pixels too: nobody answers any more when they are asked for.
+      // The last document also contains the pixels, because the server ends after it.
       data.picture = picture;
     }
   }
@@ -139,7 +139,7 @@ void LivePage::Finish(page::PageData data) {
   {
     const std::lock_guard lock(mutex_);
     data_ = std::move(data);
-    frames_.clear();  // they are among its paths
+    frames_.clear();  // they are contained in its paths
     running_ = false;
     last = ++revision_;
     watched = asked_ && terminal::SecondsSince(*asked_) < 2 * params_.farewell_s;
@@ -149,7 +149,7 @@ void LivePage::Finish(page::PageData data) {
     constexpr std::chrono::milliseconds kRetry{20};
     std::this_thread::sleep_for(kRetry);
     const std::lock_guard lock(mutex_);
-    watched = told_revision_ < last;
+    watched = sent_revision_ < last;
   }
 }
 

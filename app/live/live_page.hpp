@@ -16,23 +16,23 @@
 
 namespace ceilmap::live {
 
-/// The page of a run while it goes on, for robots without a screen: served on this machine, or
-/// where --live says. It has what the report's page has, as far as the run has come. The run itself
-/// is never kept waiting by who looks.
+/// The page of a running command, for robots without a screen, served on this machine or at the
+/// address of --live-at. It has the content of the report's page, up to the current frame. Clients
+/// never delay the run.
 ///
-/// Add, SetMosaic and Finish come from the run's thread, browsers ask from those of the server.
+/// Add, SetMosaic and Finish are called by the run's thread, requests by the server's threads.
 class LivePage {
  public:
   struct Params {
     ServerAddress address;
-    /// Of frames that the page has at a time; when there are more every second one goes.
+    /// Maximum number of frames on the page; above it, every second frame is dropped.
     std::size_t max_frames = 20000;
-    /// That the last state waits for who is looking, seconds >= 0.
+    /// Time to wait for clients to fetch the last state, seconds >= 0.
     double farewell_s = 2;
   };
 
-  /// Serves from now on. @param start  what is known before the run: title, unit, map; no paths.
-  /// @param run  the path's name. @param footprint  of the camera, see page::PagePath.
+  /// Starts the server. @param start  Data before the run: title, unit, map; no paths.
+  /// @param run  Name of the path. @param footprint  Of the camera, see page::PagePath.
   /// @throws InputError as PageServer.
   LivePage(const Params& params,
            page::PageData start,
@@ -44,17 +44,18 @@ class LivePage {
 
   [[nodiscard]] const std::string& Url() const { return server_->Url(); }
 
-  /// A frame that was mapped or located, or was not. @param expected  frames of the whole run, 0:
-  /// not known.
+  /// Adds a frame, with or without a pose. @param expected  Number of frames of the run, 0:
+  /// unknown.
   void Add(const graph::FramePose& frame, std::int64_t expected);
   void Add(const page::PageKeyframe& keyframe);
-  /// Another mosaic under the paths; it becomes a picture when somebody asks for it.
+  /// Sets another mosaic under the paths. It is encoded when a client requests it.
   void SetMosaic(mosaic::Mosaic mosaic);
-  /// Shows this from now on: the run has ended. Waits a little until who is looking has seen it.
+  /// Shows this final page: the run has ended. Waits for a limited time until clients have fetched
+  /// it.
   void Finish(page::PageData data);
 
  private:
-  // A picture, or what it will be made from: only its place is known before.
+  // A picture, or the mosaic from which it will be made: only its extent is known before.
   struct Under {
     page::PagePicture picture;
     mosaic::Mosaic mosaic;
@@ -69,20 +70,20 @@ class LivePage {
   const std::string run_;
   const std::vector<std::array<double, 2>> footprint_;
 
-  std::mutex mutex_;  // of all that follows
+  std::mutex mutex_;  // guards all following members
   page::PageData data_;
   std::shared_ptr<const Under> under_;
   std::vector<graph::FramePose> frames_;
-  std::int64_t every_ = 1;  // frame that is kept
+  std::int64_t every_ = 1;  // every n-th frame is kept
   std::int64_t revision_ = 0;
   std::int64_t done_ = 0;
   std::int64_t expected_ = 0;
   bool running_ = true;
   std::chrono::steady_clock::time_point start_;
-  std::optional<std::chrono::steady_clock::time_point> asked_;  // last
-  std::int64_t told_revision_ = -1;
+  std::optional<std::chrono::steady_clock::time_point> asked_;  // last request
+  std::int64_t sent_revision_ = -1;
 
-  std::unique_ptr<PageServer> server_;  // last: its threads end first
+  std::unique_ptr<PageServer> server_;  // last member: its threads end first
 };
 
 }  // namespace ceilmap::live

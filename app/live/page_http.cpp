@@ -11,8 +11,8 @@
 namespace ceilmap::live {
 namespace {
 
-/// A few threads and a short queue. What finds no room in it is run by the one who brings it: the
-/// listener, which has no time and closes the connection.
+/// A few threads and a short queue. When the queue is full, the task is run by the caller: the
+/// listener, for which no time is left, so that it closes the connection.
 class ShortQueue final : public httplib::TaskQueue {
  public:
   void enqueue(std::function<void()> task) override {
@@ -33,7 +33,7 @@ class ShortQueue final : public httplib::TaskQueue {
   httplib::ThreadPool pool_{kAnsweredAtATime};
 };
 
-/// Of a Host header: without port and brackets.
+/// The host of a Host header, without port and brackets.
 std::string HostOf(const std::string& header) {
   if (header.starts_with('[')) return header.substr(1, header.find(']') - 1);
   return header.substr(0, header.find(':'));
@@ -50,12 +50,12 @@ ClientStream::ClientStream(int socket, const std::atomic<bool>& stopping)
     : socket_(socket), stopping_(stopping) {}
 
 bool ClientStream::Wait(short events, Clock::time_point until) const {
-  constexpr std::chrono::milliseconds kLookUp{100};  // for who wants to stop
+  constexpr std::chrono::milliseconds kPollInterval{100};  // for a quick stop
   while (!stopping_) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
     if (left.count() <= 0) return false;
     pollfd waiting{socket_, events, 0};
-    const int ready = poll(&waiting, 1, static_cast<int>(std::min(left, kLookUp).count()));
+    const int ready = poll(&waiting, 1, static_cast<int>(std::min(left, kPollInterval).count()));
     if (ready > 0) return true;
     if (ready < 0 && errno != EINTR) return false;
   }
@@ -92,7 +92,7 @@ ssize_t ClientStream::write(const char* bytes, std::size_t size) {
   return send(socket_, bytes, size, MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
-// Nobody asks for these, and nothing is told of who looks.
+// Addresses of clients are not used and not recorded.
 void ClientStream::get_remote_ip_and_port(std::string& ip, int& port) const {
   ip.clear();
   port = 0;
@@ -119,7 +119,7 @@ PageHttp::PageHttp(std::map<std::string, PageServer::Handler> pages, bool loopba
                        {"X-Frame-Options", "DENY"},
                        {"Referrer-Policy", "no-referrer"},
                        {"Cache-Control", "no-store"}});
-  // Before the server's own routing, which matches regular expressions against what strangers send.
+  // Before the server's own routing, which matches untrusted input against regular expressions.
   set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
     Respond(request, response);
     return httplib::Server::HandlerResponse::Handled;
@@ -128,8 +128,8 @@ PageHttp::PageHttp(std::map<std::string, PageServer::Handler> pages, bool loopba
 
 bool PageHttp::Answer(httplib::Stream& stream) {
   bool closed = false;
-  constexpr bool kClose = true;  // a connection a request
-  // A thousand ranges of a page are a thousand pages.
+  constexpr bool kClose = true;  // one request per connection
+  // A request of many ranges could multiply the size of the answer.
   return process_request(
       stream, kClose, closed, [](httplib::Request& request) { request.ranges.clear(); });
 }

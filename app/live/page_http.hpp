@@ -13,26 +13,26 @@
 
 namespace ceilmap::live {
 
-/// The HTTP of PageServer, on top of cpp-httplib, whose own limits are on lines and not on
-/// requests: headers without end would fill the memory, a byte every other second keep a thread for
-/// ever, and connections without end take the descriptors that the map is written through.
-/// Internal.
+/// The HTTP server of PageServer, on top of cpp-httplib, whose limits are per line and not per
+/// request: endless headers would fill the memory, slow requests would occupy a thread forever, and
+/// endless connections would exhaust the file descriptors that the map needs. Internal.
 
-/// What a client may cost.
-inline constexpr std::size_t kMaxRequestBytes = 8192;       ///< line and headers; there is no body
-inline constexpr std::chrono::seconds kRequestPatience{4};  ///< until all of it is there
-inline constexpr std::chrono::seconds kAnswerPatience{60};  ///< until all of an answer is taken
+/// Limits of one client.
+inline constexpr std::size_t kMaxRequestBytes =
+    8192;  ///< request line and headers; bodies are refused
+inline constexpr std::chrono::seconds kRequestPatience{4};  ///< until the request is complete
+inline constexpr std::chrono::seconds kAnswerPatience{60};  ///< until the answer is sent
 inline constexpr std::size_t kAnsweredAtATime = 4;
-inline constexpr int kMaxWaiting = 32;  ///< connections; more are closed at once
+inline constexpr int kMaxWaiting = 32;  ///< connections; further ones are closed at once
 
-/// Whether a host is this machine and no other.
+/// Whether a host is this machine.
 bool IsLoopback(const std::string& host);
 
-/// A client's connection within these limits: beyond them, and once `stopping` is set, it is at its
-/// end.
+/// A client's connection within these limits. It ends when a limit is exceeded or `stopping` is
+/// set.
 class ClientStream final : public httplib::Stream {
  public:
-  /// @param socket  stays the caller's.
+  /// @param socket  Not owned.
   ClientStream(int socket, const std::atomic<bool>& stopping);
 
   [[nodiscard]] bool is_readable() const override;
@@ -50,19 +50,19 @@ class ClientStream final : public httplib::Stream {
   int socket_;
   const std::atomic<bool>& stopping_;
   Clock::time_point start_ = Clock::now();
-  Clock::time_point asked_;  // when the answer began; not yet: the clock's epoch
-  std::string buffer_;       // received and not yet read
+  Clock::time_point asked_;  // when the answer began; before: the clock's epoch
+  std::string buffer_;       // received, not yet read
   std::size_t received_ = 0;
 };
 
 class PageHttp final : public httplib::Server {
  public:
-  /// @param loopback  requests must name this machine as their host.
+  /// @param loopback  Requests must name this machine as their host.
   PageHttp(std::map<std::string, PageServer::Handler> pages, bool loopback);
 
-  /// Answers one request. @return false when there was none.
+  /// Answers one request. @return false if there was none.
   bool Answer(httplib::Stream& stream);
-  /// Cuts off who is still asking. Before stop().
+  /// Ends open connections. Call it before stop().
   void CutOff() { stopping_ = true; }
 
  private:

@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kDefaultAddress = "8800";
 
-// What people call a recording.
+// Short name of a recording.
 std::string NameOf(const std::string& source) {
   const fs::path path(source);
   const fs::path name = path.has_filename() ? path.filename() : path.parent_path().filename();
@@ -32,18 +32,18 @@ ServerAddress AddressOf(const WatchOptions& options) {
 }  // namespace
 
 void WatchOptions::AddTo(CLI::App& cli, const std::string& group) {
-  cli.add_option("--report",
-                 report,
-                 "Folder for a page to look at (index.html), figures and tables; new or empty")
+  cli.add_option(
+         "--report", report, "Folder for a page (index.html), figures and tables; new or empty")
       ->type_name("DIR")
       ->group(group);
   cli.add_flag("--live",
                live,
-               fmt::format("Serve that page while the run goes on, to this machine only, at "
+               fmt::format("Serve the page during the run, to this machine only, at "
                            "http://127.0.0.1:{}/",
                            kDefaultAddress))
       ->group(group);
-  cli.add_option("--live-at", live_at, "The same there; 0.0.0.0:PORT: to the whole network")
+  cli.add_option(
+         "--live-at", live_at, "Serve it at this address; 0.0.0.0:PORT: to the whole network")
       ->type_name("[HOST:]PORT")
       ->group(group);
 }
@@ -67,7 +67,7 @@ RunWatch::RunWatch(const WatchOptions& options,
   try {
     live_ = std::make_unique<LivePage>(params, std::move(start), run_.name, run_.footprint);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}; --live-at names another place", error.what()));
+    throw InputError(fmt::format("{}; give another address by --live-at", error.what()));
   }
   terminal::Note("live page: {}", live_->Url());
 }

@@ -18,45 +18,44 @@
 
 namespace ceilmap::live {
 
-/// --report and --live, which `map` and `localize` share.
+/// The options --report and --live of `map` and `localize`.
 struct WatchOptions {
   std::filesystem::path report;
   bool live = false;
-  std::string live_at;  ///< `[HOST:]PORT`; given: live, too
+  std::string live_at;  ///< `[HOST:]PORT`; implies live
 
   void AddTo(CLI::App& cli, const std::string& group);
-  /// Before the run begins. @throws InputError
+  /// Checks the options before the run. @throws InputError
   void Check() const;
   [[nodiscard]] bool Live() const { return live || !live_at.empty(); }
 };
 
-/// Looks on while a recording is mapped or located: keeps its frames for the report, and shows them
-/// on the live page. Does nothing, and keeps nothing, when neither is asked for.
+/// Observes a run of `map` or `localize`: keeps its frames for the report, and shows them on the
+/// live page. Does nothing if neither is requested.
 class RunWatch {
  public:
-  /// @param source  of the upward camera. @param start  title, unit and map of the page.
-  /// @param view  must outlive this. @throws InputError when the page cannot be served.
+  /// @param source  Of the upward camera. @param start  Title, unit and map of the page.
+  /// @param view  Must outlive the object. @throws InputError when the page cannot be served.
   RunWatch(const WatchOptions& options,
            const std::string& source,
            page::PageData start,
            const calib::CeilingView& view);
 
-  /// @param expected  frames of the recording, where that is known.
+  /// @param expected  Number of frames of the recording, if known.
   void Add(const graph::FramePose& frame, std::optional<std::int64_t> expected);
-  /// The same for a frame that is mapped: keyframes come onto the live page.
+  /// The same for a frame that is mapped: keyframes are added to the live page.
   /// @param rectified  its image, rectified.
   void AddMapped(const graph::FramePose& frame,
                  const cv::Mat& rectified,
                  std::optional<std::int64_t> expected);
 
-  /// Poses as they are after all were optimised; frames that are not among them have no place on
-  /// the map.
+  /// Replaces the poses by optimised ones. Frames that are not among them have no pose on the map.
   void Replace(const std::vector<graph::FramePose>& placed);
 
-  /// A report or a live page was asked for: End has something to do.
+  /// True when a report or a live page was requested, so that End has work to do.
   [[nodiscard]] bool Wanted() const { return !report_.empty() || live_; }
-  /// Writes the report and shows its page. Says on stdout where, unless `quiet`.
-  /// @throws RunError when the disk refuses.
+  /// Writes the report and shows its page. Prints the paths to stdout, unless `quiet`.
+  /// @throws RunError when the disk cannot be written.
   void End(const store::MapReader& map,
            const terminal::Table& facts,
            bool quiet,

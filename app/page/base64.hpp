@@ -5,7 +5,7 @@
 
 namespace ceilmap::page {
 
-/// RFC 4648, with padding: how bytes stand in a data URL.
+/// RFC 4648, with padding, as in a data URL.
 std::string Base64(const std::vector<unsigned char>& bytes);
 
 }  // namespace ceilmap::page

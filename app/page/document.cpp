@@ -22,15 +22,15 @@ constexpr double kYawStepRad = 1e-4;
 constexpr double kSigmaStep = 1e-6;  // of standard deviations, in the page's unit or rad
 constexpr double kCorrelationStep = 1e-3;
 
-// A number as a whole multiple of `step`, null where it is not known. Whole numbers are shorter
-// than decimals, and read much faster.
+// A number as a multiple of `step`, null if unknown. Integers are shorter than decimals and parsed
+// faster.
 ordered_json Steps(double value, double step) {
   if (!std::isfinite(value)) return nullptr;
   return std::llround(value / step);
 }
 
-// Stamps as differences, each to the one before and the first to the page's first stamp. Whole
-// numbers add up exactly.
+// Stamps as differences to the previous one, the first one to the page's first stamp. Sums of
+// integers are exact.
 class StampColumn {
  public:
   explicit StampColumn(double first_s) : first_s_(first_s) {}
@@ -188,7 +188,7 @@ ordered_json KeyframesToJson(const std::vector<PageKeyframe>& keyframes) {
 ordered_json EdgesToJson(const std::vector<PageEdge>& edges) {
   ordered_json from = ordered_json::array();
   ordered_json to = ordered_json::array();
-  std::string kind;  // of each: w(ay) or l(oop)
+  std::string kind;  // of each edge: w (odometry) or l (loop)
   for (const PageEdge& edge : edges) {
     from.push_back(edge.from);
     to.push_back(edge.to);
@@ -197,7 +197,7 @@ ordered_json EdgesToJson(const std::vector<PageEdge>& edges) {
   return {{"from", std::move(from)}, {"to", std::move(to)}, {"kind", std::move(kind)}};
 }
 
-// Six digits: more than any screen shows.
+// Six digits are more than a screen can resolve.
 ordered_json Rounded(double value) {
   if (!std::isfinite(value)) return nullptr;
   if (value == 0) return 0;

@@ -5,8 +5,8 @@
 
 namespace ceilmap::page {
 
-/// JSON on one line that may stand in a script element of HTML, whatever its texts hold: without a
-/// '<' no end of a script and no comment begins. Bytes that are not UTF-8 become U+FFFD.
+/// JSON on one line that is safe in a script element of HTML, whatever its texts contain: without
+/// '<', it cannot end the script or begin a comment. Bytes that are not UTF-8 become U+FFFD.
 std::string DumpForHtml(const nlohmann::ordered_json& json);
 
 }  // namespace ceilmap::page

@@ -5,8 +5,7 @@
 
 namespace ceilmap::page {
 
-/// A text as HTML shows it, whatever characters it has; between tags, or in an attribute in double
-/// quotes.
+/// A text escaped for HTML, between tags or in an attribute in double quotes.
 std::string EscapedForHtml(std::string_view text);
 
 }  // namespace ceilmap::page

@@ -8,7 +8,8 @@
 namespace ceilmap::page {
 namespace {
 
-// Grey, grey, grey, alpha: what both encoders take. Black where never seen, which costs nothing.
+// Grey, grey, grey, alpha, as both encoders need it. Unmapped pixels are black, which compresses
+// best.
 cv::Mat WithAlpha(const cv::Mat& grey, const cv::Mat& alpha) {
   cv::Mat seen = cv::Mat::zeros(grey.size(), CV_8UC1);
   grey.copyTo(seen, alpha);
@@ -17,7 +18,8 @@ cv::Mat WithAlpha(const cv::Mat& grey, const cv::Mat& alpha) {
   return picture;
 }
 
-// Half the resolution. Each pixel is the mean of what was seen of it: edges do not darken.
+// Half the resolution. Each pixel is the mean of the mapped pixels only, so that edges do not
+// darken.
 void Halve(cv::Mat& grey, cv::Mat& alpha) {
   const cv::Size size(std::max(1, grey.cols / 2), std::max(1, grey.rows / 2));
   cv::Mat weighted;
@@ -45,7 +47,7 @@ std::vector<unsigned char> EncodeWithin(cv::Mat grey,
                                         cv::Mat alpha,
                                         bool webp,
                                         std::size_t max_bytes) {
-  constexpr int kMaxSidePx = 16383;  // of WebP
+  constexpr int kMaxSidePx = 16383;  // limit of WebP
   while (std::max(grey.cols, grey.rows) > kMaxSidePx) Halve(grey, alpha);
   while (true) {
     const cv::Mat picture = WithAlpha(grey, alpha);

@@ -8,21 +8,21 @@
 
 namespace ceilmap::page {
 
-/// As large as a picture on a page may be unless another size is given: pages are sent by mail.
+/// Default size limit of a picture on a page, so that pages can be sent by mail.
 inline constexpr std::size_t kMaxPictureBytes = 4 << 20;
 
-/// A picture of a mosaic for a page: WebP, what was never seen transparent (PNG where OpenCV writes
-/// no WebP). With lower quality, then with less resolution, it is made to fit into `max_bytes`.
-/// @param grey, alpha  CV_8UC1 of the grid's size; alpha 0: never seen.
-/// @param grid  where it lies; of no pixels: the picture is empty.
-/// @param max_bytes  a picture of 1 x 1 pixel comes back even if it is larger.
+/// Makes a picture of a mosaic for a page: WebP, unmapped pixels transparent (PNG if OpenCV has no
+/// WebP encoder). The quality and then the resolution are reduced until it fits into `max_bytes`.
+/// @param grey, alpha  CV_8UC1 of the grid's size; alpha 0: unmapped.
+/// @param grid  Extent of the mosaic; without pixels, the picture is empty.
+/// @param max_bytes  A picture of 1 x 1 pixel is returned even if it is larger.
 /// @throws std::invalid_argument on wrong types or sizes.
 PagePicture MakePicture(const cv::Mat& grey,
                         const cv::Mat& alpha,
                         const store::MosaicGrid& grid,
                         std::size_t max_bytes = kMaxPictureBytes);
 
-/// The same of a map's mosaic, no side longer than `max_px`; empty when the map has none.
+/// A picture of a map's mosaic, at most `max_px` wide and high; empty if the map has none.
 /// @throws InputError as MapReader.
 PagePicture MakeMosaicPicture(const store::MapReader& map,
                               int max_px = 3000,

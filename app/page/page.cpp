@@ -14,7 +14,7 @@ std::string Fill(std::string_view connect, const std::string& title, std::string
   std::string filled;
   filled.reserve(page.size() + title.size() + document.size());
   std::size_t done = 0;
-  // Each is looked for behind the one before: nothing that was filled in is taken for a place.
+  // Each key is searched behind the one before, so that inserted text is never taken for a key.
   const auto put = [&](std::string_view place, std::string_view text) {
     const std::size_t at = page.find(place, done);
     filled.append(page, done, at - done).append(text);

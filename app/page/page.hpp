@@ -7,40 +7,39 @@
 
 namespace ceilmap::page {
 
-/// The page as one HTML file that needs nothing else: no network, no other file. Every name and
-/// text of `data` is shown as it is, whatever characters it has.
+/// The page as one self-contained HTML file. All texts of `data` are escaped.
 ///
-/// Long paths are kept whole as far as 200,000 poses on the page; of longer ones, evenly chosen
-/// poses stand for the rest; of a curve of a chart of more than 20,000 points, the first, least and
-/// greatest of equal stretches. 100,000 poses take about 0.1 s and 5 MB.
+/// All poses are kept up to 200,000 on the page; above that, evenly spaced poses are kept. Of a
+/// curve of more than 20,000 points, the first, smallest and largest point of equal intervals are
+/// kept. 100,000 poses take about 0.1 s and 5 MB.
 /// @throws std::invalid_argument as PageData::Validate.
 std::string WritePage(const PageData& data);
 
-/// The page for a run that goes on, to be served: it takes its data from `document_url` (what
-/// WriteDocument writes) twice a second and shows what is new, without losing the view that the
-/// user has chosen. It says so when nobody answers any more, and when the run has ended.
-/// @param document_url  relative, e.g. "document.json".
+/// The page of a running command, to be served. It loads its data from `document_url` (the output
+/// of WriteDocument) twice a second and shows changes without changing the user's view. It shows
+/// when the server does not answer, and when the run has ended.
+/// @param document_url  Relative, e.g. "document.json".
 std::string WriteServedPage(const std::string& title, const std::string& document_url);
 
-/// How far a run has come, for a page that is served.
+/// Progress of a run, for a served page.
 struct RunState {
-  std::int64_t revision = 0;  ///< rises with everything new
+  std::int64_t revision = 0;  ///< increases with every change
   bool running = false;
-  double rate_hz = 0;                ///< frames per second of late; 0: not known
+  double rate_hz = 0;                ///< recent frames per second; 0: unknown
   std::int64_t frames = 0;           ///< done
-  std::int64_t frames_expected = 0;  ///< 0: not known
+  std::int64_t frames_expected = 0;  ///< 0: unknown
 };
 
 /// The data of a page as JSON.
-/// @param state  comes with it, for a page that is served.
-/// @param picture_url  where the picture is to be had, for a page that is served; empty: it is in
-///   the document, as a data URL.
+/// @param state  Included for a served page.
+/// @param picture_url  URL of the picture, for a served page; empty: the document contains it as a
+/// data URL.
 std::string WriteDocument(const PageData& data,
                           const RunState& state = {},
                           const std::string& picture_url = {});
 
-/// What a served page takes instead of a document when there is nothing new but the state itself:
-/// it asks for `document_url?revision=N` with the revision N that it shows.
+/// Answer to a served page instead of a document when only the state has changed. The page requests
+/// `document_url?revision=N` with the revision N that it shows.
 std::string WriteUnchanged(const RunState& state);
 
 }  // namespace ceilmap::page

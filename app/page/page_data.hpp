@@ -7,26 +7,26 @@
 
 #include "mapping/graph/keyframe.hpp"
 
-/// The page to look at: a map, the robots on it, and their figures, in one HTML file. What is on it
-/// is said here; how it looks is in page.html, page.css and page.js.
+/// Data of the page of a report: a map, the robots on it, and charts, in one HTML file. The layout
+/// is defined in page.html, page.css and page.js.
 namespace ceilmap::page {
 
-/// A pose of a path. A frame without one has NaN for x, y and yaw, and its status tells why.
+/// A pose of a path. A frame without a pose has NaN for x, y and yaw; its status gives the reason.
 struct PagePose {
   double stamp_s = 0;
   double x = 0;  ///< in the page's frame, in its unit
   double y = 0;
   double yaw_rad = 0;
   graph::TrackingStatus status = graph::TrackingStatus::kTracking;
-  /// Variance of x, covariance of x and y, variance of y, variance of yaw (rad^2); all 0 where
-  /// nothing is known of them.
+  /// Variance of x, covariance of x and y, variance of y, variance of yaw (rad^2); all 0 if
+  /// unknown.
   std::array<double, 4> covariance{};
 };
 
-/// What a path is, which decides how it is drawn.
+/// Type of a path, which determines how it is drawn.
 enum class PathRole {
-  kTruth,   ///< a line under the others
-  kRun,     ///< a coloured line with the robot on it
+  kTruth,   ///< a line below the others
+  kRun,     ///< a coloured line with the robot
   kBefore,  ///< the same without tilt compensation: thin and dashed
 };
 
@@ -35,8 +35,8 @@ struct PagePath {
   std::string name;  ///< unique on the page
   PathRole role = PathRole::kRun;
   std::vector<PagePose> poses;  ///< stamps increase
-  /// What the upward camera sees of the ceiling, corners in the robot's frame (base), in order
-  /// around it; empty: nothing is drawn.
+  /// Outline of the ceiling in the upward camera's image, in the robot's frame (base), in order;
+  /// empty: not drawn.
   std::vector<std::array<double, 2>> footprint;
 };
 
@@ -51,17 +51,17 @@ struct PageKeyframe {
 struct PageEdge {
   std::int64_t from = 0;  ///< ids of keyframes on the page
   std::int64_t to = 0;
-  bool loop = false;  ///< the robot came back here; else: the way from one to the next
+  bool loop = false;  ///< true: loop closure; false: between consecutive keyframes
 };
 
-/// A place where the map deserves less trust.
+/// A place where the map is less reliable.
 struct PageSpot {
   std::string text;
   double x = 0;
   double y = 0;
 };
 
-/// A picture under the paths.
+/// A picture below the paths.
 struct PagePicture {
   std::string mime;  ///< "image/jpeg", "image/png" or "image/webp"
   std::vector<unsigned char> bytes;
@@ -73,10 +73,10 @@ struct PagePicture {
   [[nodiscard]] bool empty() const { return bytes.empty(); }
 };
 
-/// A curve of a chart. Values that are not known are NaN: the line breaks there.
+/// A curve of a chart. Unknown values are NaN: the line is interrupted there.
 struct PageSeries {
-  std::string name;              ///< as in PagePath::name where it belongs to one: same colour
-  std::vector<double> x;         ///< never falls
+  std::string name;              ///< as PagePath::name if it belongs to a path: same colour
+  std::vector<double> x;         ///< never decreasing
   std::vector<double> y;         ///< as long as `x`
   std::vector<double> stamps_s;  ///< time of each point, for charts not over time; else empty
 };
@@ -85,7 +85,7 @@ struct PageChart {
   std::string title;
   std::string x_label;  ///< with its unit, e.g. "time (s)"
   std::string y_label;
-  bool over_time = true;  ///< x are stamps, shown from the page's first stamp on
+  bool over_time = true;  ///< x are stamps, shown relative to the page's first stamp
   std::vector<PageSeries> series;
 };
 
@@ -98,7 +98,7 @@ struct PageTable {
 /// Everything on a page. All positions are in one frame, REP 103: x right, y up on the page.
 struct PageData {
   std::string title;
-  std::string note;        ///< a line under the title, e.g. what the page was made from
+  std::string note;        ///< a line below the title, e.g. the source of the page
   std::string unit = "m";  ///< of lengths, "m" or "px"
   PagePicture picture;
   std::vector<PagePath> paths;
@@ -108,7 +108,7 @@ struct PageData {
   std::vector<PageChart> charts;
   std::vector<PageTable> tables;
 
-  /// @throws std::invalid_argument where anything said above does not hold.
+  /// @throws std::invalid_argument when a condition above is not met.
   void Validate() const;
 };
 

@@ -36,7 +36,7 @@ struct NamedImage {
   std::optional<BoardView> view;
 };
 
-// Takes images in their order.
+// Takes images in order.
 class Collector {
  public:
   explicit Collector(std::string name) { found_.name = std::move(name); }
@@ -101,15 +101,15 @@ std::vector<fs::path> ListImages(const std::vector<std::string>& sources) {
 void ObserveImages(const std::vector<fs::path>& files,
                    const calibration::Board& board,
                    Collector& collector) {
-  const auto look = [&](std::int64_t index) {
+  const auto process = [&](std::int64_t index) {
     const fs::path& file = files[static_cast<std::size_t>(index)];
     NamedImage result{file.filename().string(), ReadGreyImage(file), {}};
     result.view = calibration::DetectBoard(result.image, board);
     return result;
   };
   const auto count = static_cast<std::int64_t>(files.size());
-  OrderedWork<NamedImage> work(count, ThreadCount(), look);
-  terminal::Progress progress("boards", "pictures", count);
+  OrderedWork<NamedImage> work(count, ThreadCount(), process);
+  terminal::Progress progress("boards", "images", count);
   for (std::int64_t done = 1; !terminal::Interrupted(); ++done) {
     std::optional<NamedImage> image = work.Next();
     if (!image) return;
@@ -118,7 +118,7 @@ void ObserveImages(const std::vector<fs::path>& files,
   }
 }
 
-// The variance of second derivatives: comparable between neighbours in a video.
+// The variance of second derivatives; comparable between neighbouring images of a video.
 double Sharpness(const cv::Mat& grey) {
   cv::Mat curvature;
   cv::Laplacian(grey, curvature, CV_16S);
@@ -128,7 +128,7 @@ double Sharpness(const cv::Mat& grey) {
   return deviation[0];
 }
 
-// The sharpest image of each stretch of a video.
+// The sharpest image of each interval of a video.
 class Stretches {
  public:
   Stretches(FrameReader& reader, std::int64_t length) : reader_(reader), length_(length) {}
@@ -171,12 +171,12 @@ void ObserveVideo(FrameReader& reader, const calibration::Board& board, Collecto
       more = stretches.Next(image);
       if (more) images.push_back(std::move(image));
     }
-    const auto look = [&](std::int64_t index) {
+    const auto process = [&](std::int64_t index) {
       NamedImage& image = images[static_cast<std::size_t>(index)];
       image.view = calibration::DetectBoard(image.image, board);
       return std::move(image);
     };
-    OrderedWork<NamedImage> work(static_cast<std::int64_t>(images.size()), ThreadCount(), look);
+    OrderedWork<NamedImage> work(static_cast<std::int64_t>(images.size()), ThreadCount(), process);
     while (auto image = work.Next()) collector.Take(std::move(*image));
     progress.Update(stretches.Frames());
   }

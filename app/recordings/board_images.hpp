@@ -10,23 +10,22 @@
 
 namespace ceilmap::recordings {
 
-/// Boards found in the images that were given.
+/// Boards found in the given images.
 struct BoardImages {
-  std::string name;         ///< of the source, for messages
-  cv::Size size;            ///< of every picture
-  std::int64_t images = 0;  ///< looked at; of a video those that were sharper than their neighbours
-  std::vector<calibration::BoardView> views;  ///< in the order of the pictures
-  std::vector<std::string> without_board;     ///< names of the other pictures
-  /// Some images without a board, spread over the source, for whoever wants to know why.
+  std::string name;         ///< name of the source, for messages
+  cv::Size size;            ///< size of every image
+  std::int64_t images = 0;  ///< processed; of a video, the sharpest of each interval
+  std::vector<calibration::BoardView> views;  ///< in the order of the images
+  std::vector<std::string> without_board;     ///< names of the images without a board
+  /// Some images without a board, spread over the source, to find the reason.
   std::vector<cv::Mat> unseen;
-  cv::Mat sample;  ///< the image whose board is the largest, CV_8UC1
+  cv::Mat sample;  ///< the image with the largest board, CV_8UC1
   bool interrupted = false;
 };
 
-/// Looks for a board in a folder of images, in several images, or in a video; several pictures
-/// at a time. Of a video, 300 images at the most are looked at: the sharpest of as many
-/// stretches.
-/// @param sources  one recording, or images.
+/// Detects a board in a folder of images, in several images, or in a video, with several threads.
+/// Of a video, at most 300 images are processed: the sharpest of as many intervals.
+/// @param sources  One recording, or images.
 /// @throws InputError when there are none, one cannot be read, or their sizes differ.
 BoardImages FindBoards(const std::vector<std::string>& sources, const calibration::Board& board);
 

@@ -40,7 +40,7 @@ std::string Blurred(std::int64_t images) {
       images);
 }
 
-// True where a chessboard of this size is really found, with all its corners.
+// True when a chessboard of this size is found with all its corners.
 bool IsSeen(const cv::Mat& image, cv::Size corners, Board board) {
   board.kind = calibration::BoardKind::kChessboard;
   board.columns = corners.width;
@@ -49,8 +49,8 @@ bool IsSeen(const cv::Mat& image, cv::Size corners, Board board) {
   return view && view->ids.size() == static_cast<std::size_t>(corners.area());
 }
 
-// Counts images that show a board of another size. Two must agree, where there are two: tiles and
-// windows make small boards here and there.
+// Counts images that show a board of another size. Two images must agree if there are two, because
+// tiles and windows may appear as small boards.
 class SizeVotes {
  public:
   SizeVotes(const BoardImages& images, const Board& board)
@@ -67,7 +67,7 @@ class SizeVotes {
   std::map<std::pair<int, int>, std::size_t> votes_;
 };
 
-// What the images without a board say, the first that says something.
+// Explains why images have no board, from the first one that gives a reason.
 std::string WhyNoBoard(const BoardImages& images, const Board& board) {
   using Kind = BoardGuess::Kind;
   SizeVotes votes(images, board);
@@ -78,7 +78,7 @@ std::string WhyNoBoard(const BoardImages& images, const Board& board) {
         if (votes.Add(image, guess.corners)) return OtherSize(guess.corners, board);
         break;
       case Kind::kMirrored:
-        return "the board is seen mirrored, by a mirror before the camera or a driver that flips; "
+        return "the board appears mirrored, by a mirror before the camera or a driver that flips; "
                "give "
                "images that are not, here and to all other commands";
       case Kind::kBlurred:
@@ -100,7 +100,7 @@ std::string WhyNoBoard(const BoardImages& images, const Board& board) {
       images.images);
 }
 
-// A board may be found as a part of a larger one.
+// The detected board may be a part of a larger one.
 void CheckSize(const BoardImages& images, const Board& board) {
   if (board.kind != calibration::BoardKind::kChessboard) return;
   const BoardGuess guess = calibration::GuessSize(images.sample);
@@ -111,7 +111,7 @@ void CheckSize(const BoardImages& images, const Board& board) {
   }
 }
 
-// Sharp views only.
+// Keeps sharp views only.
 std::vector<BoardView> SharpViews(const BoardImages& images, CameraCalibration& result) {
   const double usual_px = calibration::UsualEdge(images.views);
   std::vector<BoardView> sharp;
@@ -140,13 +140,13 @@ void CheckViews(const BoardImages& images, const std::vector<BoardView>& views) 
   const std::size_t distinct = calibration::DistinctViews(views, images.size);
   if (distinct >= kMinViews) return;
   Refuse(images,
-         fmt::format(
-             "the {} views of the board are alike ({} different one{}), at least {} are needed; {}",
-             views.size(),
-             distinct,
-             distinct == 1 ? "" : "s",
-             kMinViews,
-             kHowToHold));
+         fmt::format("the {} views of the board are too similar ({} different one{}), at least {} "
+                     "are needed; {}",
+                     views.size(),
+                     distinct,
+                     distinct == 1 ? "" : "s",
+                     kMinViews,
+                     kHowToHold));
 }
 
 void Choose(const Board& board,
@@ -161,7 +161,7 @@ void Choose(const Board& board,
       result.views.push_back(std::move(sharp[i]));
       ++next;
     } else {
-      result.left_out.push_back({sharp[i].name, "others tell more"});
+      result.left_out.push_back({sharp[i].name, "less informative than the others"});
     }
   }
 }
@@ -184,7 +184,7 @@ CameraCalibration CalibrateCamera(const Board& board,
   Choose(board, std::move(sharp), params.model, max_views, result);
   auto solution = calibration::SolveCamera(board, result.views, result.images.size, params);
   if (!solution) {
-    Refuse(result.images, fmt::format("no camera follows from these views; {}", kHowToHold));
+    Refuse(result.images, fmt::format("these views do not determine the camera; {}", kHowToHold));
   }
   result.solution = std::move(*solution);
   std::vector<BoardView> used;

@@ -12,14 +12,14 @@
 
 namespace ceilmap::recordings {
 
-/// A camera that was calibrated, with all that a report tells of it.
+/// A calibrated camera, with the data of its report.
 struct CameraCalibration {
   std::string name;  ///< of the camera
   calibration::Board board;
-  BoardImages images;                         ///< all that was found
-  std::vector<calibration::BoardView> views;  ///< those that went into the solution
-  calibration::CameraSolution solution;       ///< its views count in `views`
-  calibration::Coverage coverage;             ///< of those used
+  BoardImages images;                         ///< all boards found
+  std::vector<calibration::BoardView> views;  ///< views used in the solution
+  calibration::CameraSolution solution;       ///< its views are those of `views`
+  calibration::Coverage coverage;             ///< coverage of the used views
   std::vector<std::string> warnings;
   struct LeftOut {
     std::string name;
@@ -28,11 +28,9 @@ struct CameraCalibration {
   std::vector<LeftOut> left_out;
 };
 
-/// Chooses views, solves, judges.
-/// @param max_views  at least 3.
-/// @throws InputError when the images do not determine the camera: what is missing, and
-/// what
-///   to add.
+/// Selects views, solves, and checks the result.
+/// @param max_views  At least 3.
+/// @throws InputError when the images do not determine the camera, with the missing information.
 CameraCalibration CalibrateCamera(const calibration::Board& board,
                                   BoardImages images,
                                   const calibration::SolverParams& params,

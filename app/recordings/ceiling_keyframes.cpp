@@ -23,7 +23,7 @@ using registration::PlaneCamera;
 using registration::PlaneMotion;
 using registration::Registrar;
 constexpr std::size_t kMaxKeyframes =
-    97;  // odd: see Keep; about 4 MB each while pairs are measured
+    97;  // odd: see Keep; about 4 MB each during the measurement of pairs
 
 Registrar MakeRegistrar(const calib::CeilingView& view) {
   registration::RegistrarParams params;
@@ -45,15 +45,15 @@ ImageMotion InImage(const PlaneCamera& camera, const Pose2& T_reference_current)
   return {centre.x(), centre.y(), -plane.yaw, 1};
 }
 
-// Follows the camera from keyframe to keyframe.
+// Tracks the camera from keyframe to keyframe.
 class CeilingFollower {
  public:
   explicit CeilingFollower(const calib::CeilingView& view)
       : view_(view), camera_(registration::PlaneCameraOf(view)), registrar_(MakeRegistrar(view)) {}
 
-  // False when the image matches nothing.
+  // False when the image matches none.
   bool Follow(const Frame& frame) {
-    Seen now{{frame.image.clone(), frame.index, {}}, Analyze(frame.image)};
+    KeptImage now{{frame.image.clone(), frame.index, {}}, Analyze(frame.image)};
     if (frames_.empty()) {
       Keep(std::move(now));
       return true;
@@ -84,7 +84,7 @@ class CeilingFollower {
   }
 
  private:
-  struct Seen {
+  struct KeptImage {
     CeilingKeyframe image;
     FrameSpectrum spectrum;
   };
@@ -95,10 +95,10 @@ class CeilingFollower {
 
   std::optional<Pose2> Match(const FrameSpectrum& now) {
     const Pose2 expected = key_.image.T_first_camera.Inverse() * T_first_last_ * step_;
-    constexpr double kSigmaPart = 0.1;  // of the image's width
+    constexpr double kSigmaRatio = 0.1;  // of the image's width
     constexpr double kSigmaDeg = 10;
     const registration::MotionPrior prior{
-        InImage(camera_, expected), kSigmaPart * view_.Size().width, kSigmaDeg * kRadPerDeg};
+        InImage(camera_, expected), kSigmaRatio * view_.Size().width, kSigmaDeg * kRadPerDeg};
     const registration::Registration found = registrar_.Register(key_.spectrum, now, prior);
     if (!found.ok()) return std::nullopt;
     const PlaneMotion motion = PlaneMotion::FromSimilarity(camera_, found.motion);
@@ -111,12 +111,13 @@ class CeilingFollower {
            std::abs(T_key_now.yaw) > min_turn_rad_;
   }
 
-  void Keep(Seen seen) {
-    key_ = std::move(seen);
+  void Keep(KeptImage image) {
+    key_ = std::move(image);
     T_first_last_ = key_.image.T_first_camera;
     frames_.push_back(key_.image);
     if (frames_.size() < kMaxKeyframes) return;
-    // Every other one, the first and the newest among them; what comes is as far apart.
+    // Keeps every second keyframe, with the first and the newest one; the spacing of later
+    // keyframes doubles too.
     std::vector<CeilingKeyframe> half;
     for (std::size_t i = 0; i < frames_.size(); i += 2) half.push_back(std::move(frames_[i]));
     frames_ = std::move(half);
@@ -129,8 +130,8 @@ class CeilingFollower {
   Registrar registrar_;
   cv::Mat buffer_;
   std::vector<CeilingKeyframe> frames_;
-  Seen key_;
-  std::optional<Seen> last_;
+  KeptImage key_;
+  std::optional<KeptImage> last_;
   Pose2 T_first_last_;
   Pose2 step_;
   double min_fraction_ = 0.035;  // of the image's diagonal

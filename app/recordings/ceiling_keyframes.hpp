@@ -13,35 +13,35 @@
 
 namespace ceilmap::recordings {
 
-/// An image of the ceiling that is kept to be measured.
+/// An image of the ceiling that is kept for measurements.
 struct CeilingKeyframe {
   cv::Mat raw;             ///< as the camera took it
-  std::int64_t frame = 0;  ///< of the recording
-  /// Rough pose of the camera, from image to image; units of the ceiling's distance.
+  std::int64_t frame = 0;  ///< index in the recording
+  /// Rough pose of the camera, from image to image; in units of the distance to the ceiling.
   Pose2 T_first_camera;
 };
 
-/// Keyframes of a recording of the ceiling, each far enough from the one before, the first and the
-/// last frame among them.
+/// Keyframes of a recording of the ceiling, with a minimum distance between them; the first and the
+/// last frame are included.
 struct CeilingKeyframes {
   std::string source;
   std::vector<CeilingKeyframe> frames;
   std::int64_t read = 0;
-  std::int64_t lost = 0;  ///< frames that matched nothing
+  std::int64_t lost = 0;  ///< frames without a match
 };
 
-/// Follows a recording image by image.
-/// @param view  of the camera as far as it is known; tilts of a few degrees do no harm.
-/// @throws InputError when the ceiling is lost for longer than a moment.
+/// Tracks a recording image by image.
+/// @param view  Of the approximate camera; tilt errors of a few degrees are allowed.
+/// @throws InputError when tracking is lost for longer than a moment.
 CeilingKeyframes ReadCeiling(FrameSource& source,
                              const calib::CeilingView& view,
                              const std::string& label);
 
-/// Where both images of many pairs see the same places: of neighbours and of views farther apart,
-/// as long as they overlap.
-/// @param up  the camera as far as it is known. @param cameras  poses of the keyframes' cameras as
-///   far as they are known. @param known  to a pixel or two over the image; else pairs are
-///   brought closer first, tilt included.
+/// Measures corresponding points of pairs of images: of neighbours, and of more distant views as
+/// long as they overlap.
+/// @param up  The approximate camera. @param cameras  Approximate poses of the keyframes' cameras.
+/// @param known  True when these are accurate to one or two pixels over the image; otherwise pairs
+/// are registered first, including the tilt.
 calibration::Recording MeasureCeiling(const CeilingKeyframes& keyframes,
                                       const calib::MountedCamera& up,
                                       double ceiling_height_m,

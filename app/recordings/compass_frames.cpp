@@ -16,10 +16,10 @@ namespace fs = std::filesystem;
 namespace ceilmap::recordings {
 namespace {
 
-constexpr int kPixelStep = 4;  // every 16th pixel tells enough
+constexpr int kPixelStep = 4;  // every 16th pixel is sufficient
 constexpr int kDarkLevel = 24;
 
-// Calls with the least and the greatest channel of every 16th pixel.
+// Calls a function with the smallest and the largest channel of every 16th pixel.
 template <typename Visit>
 void ForSomePixels(const cv::Mat& bgr, const Visit& visit) {
   for (int v = 0; v < bgr.rows; v += kPixelStep) {
@@ -41,7 +41,7 @@ bool IsDark(const cv::Mat& bgr) {
   return sum < kDarkLevel * pixels;
 }
 
-// Between the brightest and the darkest channel, grey levels.
+// Mean difference between the largest and the smallest channel, grey levels.
 double MeanDifference(const cv::Mat& bgr) {
   std::int64_t pixels = 0;
   std::int64_t sum = 0;
@@ -54,7 +54,7 @@ double MeanDifference(const cv::Mat& bgr) {
 
 }  // namespace
 
-double ColouredPart(const cv::Mat& bgr) {
+double ColouredRatio(const cv::Mat& bgr) {
   constexpr int kMinDifference = 12;
   std::int64_t pixels = 0;
   std::int64_t coloured = 0;
@@ -69,7 +69,7 @@ void ForwardOptions::AddTo(CLI::App& cli, const std::string& group) {
   const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type)->group(group);
   };
-  add("--rig", rig, "The robot's cameras, forward among them", "RIG.yaml")->required();
+  add("--rig", rig, "The robot's cameras, including the forward camera", "RIG.yaml")->required();
   add("--forward", forward, "Forward camera, in colour", "SOURCE")->required();
   add("--stamps", stamps, "Time of each frame: index,timestamp", "FRAMES.csv");
 }
@@ -89,14 +89,14 @@ void CheckNotRead(const fs::path& result, const std::vector<fs::path>& sources) 
 
 void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::string& group) {
   constexpr int kMaxLines = 640;
-  cli.add_option("--lines", lines.lines, "Upright scan lines of a frame")
+  cli.add_option("--lines", lines.lines, "Number of vertical scan lines of a frame")
       ->check(CLI::Range(2, kMaxLines))
       ->type_name("N")
       ->group(group)
       ->capture_default_str();
   cli.add_option("--min-above-horizon",
                  lines.min_above_horizon,
-                 "Frames with a smaller part of their pixels above the horizon are skipped")
+                 "Frames with a smaller fraction of their pixels above the horizon are skipped")
       ->check(CLI::Range(0.0, 1.0))
       ->type_name("PART")
       ->group(group)
@@ -117,7 +117,7 @@ ForwardFrames::ForwardFrames(const ForwardOptions& options)
 
 bool ForwardFrames::Read() {
   if (!source_.Read(frame_)) {
-    if (!colour_seen_ && grey_ > 0 && !terminal::Interrupted()) RefuseGrey();
+    if (!has_colour_ && grey_ > 0 && !terminal::Interrupted()) RefuseGrey();
     return false;
   }
   ++count_;
@@ -130,22 +130,22 @@ double ForwardFrames::AheadOfAxleM() const {
 }
 
 void ForwardFrames::CheckColour() {
-  constexpr double kMinPart = 0.005;
+  constexpr double kMinRatio = 0.005;
   constexpr std::int64_t kMaxGrey = 30;
-  if (colour_seen_ || IsDark(frame_.image)) return;
-  colour_seen_ = ColouredPart(frame_.image) >= kMinPart;
-  if (colour_seen_) return;
+  if (has_colour_ || IsDark(frame_.image)) return;
+  has_colour_ = ColouredRatio(frame_.image) >= kMinRatio;
+  if (has_colour_) return;
   ++grey_;
-  // A robot may stand before a bare wall for long; a grey camera shows in less.
+  // A robot may stand before a grey wall for long; its images are less grey than those of a grey
+  // camera.
   constexpr double kMinDifference = 2;
-  wall_seen_ = wall_seen_ || MeanDifference(frame_.image) >= kMinDifference;
-  if (!wall_seen_ && grey_ >= kMaxGrey) RefuseGrey();
+  has_some_colour_ = has_some_colour_ || MeanDifference(frame_.image) >= kMinDifference;
+  if (!has_some_colour_ && grey_ >= kMaxGrey) RefuseGrey();
 }
 
 void ForwardFrames::RefuseGrey() const {
   throw InputError(fmt::format(
-      "{}: its images are grey; this compass knows places by their colours, record it in colour",
-      source_.Name()));
+      "{}: its images are grey; this compass needs colours, record it in colour", source_.Name()));
 }
 
 const StampedPose* PosesByTime::Nearest(double stamp_s) const {
@@ -185,7 +185,7 @@ void ReportFrames(const ForwardFrames& frames, const UnusedFrames& unused) {
                    PosesByTime::kMaxDtS);
   }
   if (unused.below_horizon > 0) {
-    terminal::Warn("{} of {} frames were skipped: too little of them is above the horizon",
+    terminal::Warn("{} of {} frames were skipped: too small a part of them is above the horizon",
                    unused.below_horizon,
                    frames.Count());
   }
@@ -197,11 +197,11 @@ void RefuseRecording(const ForwardFrames& frames,
   const std::string& source = frames.Source().Name();
   if (frames.Count() == 0) throw RunError("interrupted before the first frame");
   if (!poses.empty() && unused.without_pose == frames.Count()) {
-    throw InputError(
-        fmt::format("{}: no pose within {} s of a frame of {}; do --stamps and poses count alike?",
-                    poses.string(),
-                    PosesByTime::kMaxDtS,
-                    source));
+    throw InputError(fmt::format(
+        "{}: no pose within {} s of a frame of {}; do --stamps and poses use the same clock?",
+        poses.string(),
+        PosesByTime::kMaxDtS,
+        source));
   }
   throw RunError(fmt::format(
       "{}: none of {} frames could be used, {} show too little above the horizon; raise "

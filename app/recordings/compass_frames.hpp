@@ -15,14 +15,14 @@
 
 namespace ceilmap::recordings {
 
-/// Where the images of `compass learn|query|update` come from.
+/// Input options of `compass learn|query|update`.
 struct ForwardOptions {
   std::filesystem::path rig;
   std::string forward;
   std::filesystem::path stamps;
 
   void AddTo(CLI::App& cli, const std::string& group);
-  /// That no result would take the place of what is read.
+  /// Checks that no result replaces an input.
   /// @throws InputError
   void CheckResult(const std::filesystem::path& result) const;
 };
@@ -31,26 +31,26 @@ struct ForwardOptions {
 void CheckNotRead(const std::filesystem::path& result,
                   const std::vector<std::filesystem::path>& sources);
 
-/// Options for the scan lines of frames.
+/// Options of the scan lines of frames.
 void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::string& group);
 
 /// The colour images of the rig's forward camera.
 class ForwardFrames {
  public:
-  /// Opens recording and rig. @throws InputError also when the two do not fit, or the camera
-  ///   looks up or down too much.
+  /// Opens recording and rig. @throws InputError also when they do not fit each other, or the
+  /// camera is pitched up or down too much.
   explicit ForwardFrames(const ForwardOptions& options);
 
-  /// The next one. @return as FrameSource::Read.
-  /// @throws InputError when the images turn out to be grey: after 30 without a trace of
-  ///   colour, and at the end where none has colours to speak of. Dark ones tell nothing.
+  /// Reads the next frame. @return as FrameSource::Read.
+  /// @throws InputError when the images are grey: after 30 images without any colour, or at the end
+  /// when none has sufficient colour. Dark images are not counted.
   bool Read();
   [[nodiscard]] const Frame& Current() const { return frame_; }
-  /// Read so far.
+  /// Number of frames read so far.
   [[nodiscard]] std::int64_t Count() const { return count_; }
 
   [[nodiscard]] const calib::MountedCamera& Camera() const { return *rig_.forward; }
-  /// Of the camera, from the axle that the robot turns about: turns move it by that.
+  /// Distance of the camera ahead of the axle about which the robot turns.
   [[nodiscard]] double AheadOfAxleM() const;
   [[nodiscard]] const FrameSource& Source() const { return source_; }
 
@@ -62,14 +62,14 @@ class ForwardFrames {
   calib::Rig rig_;
   Frame frame_;
   std::int64_t count_ = 0;
-  std::int64_t grey_ = 0;  // bright, but without colours
-  bool colour_seen_ = false;
-  bool wall_seen_ = false;  // some colour, if not much
+  std::int64_t grey_ = 0;  // bright images without colours
+  bool has_colour_ = false;
+  bool has_some_colour_ = false;  // at least a little colour
 };
 
-/// Part of the pixels that have a colour: whose brightest and darkest channels differ by 12 grey
-/// levels. Encoders leave less than that on grey images. @param bgr  CV_8UC3.
-double ColouredPart(const cv::Mat& bgr);
+/// Fraction of the pixels that have a colour: the largest and smallest channel differ by at least
+/// 12 grey levels. Encoders cause smaller differences in grey images. @param bgr  CV_8UC3.
+double ColouredRatio(const cv::Mat& bgr);
 
 /// Poses of a trajectory by time.
 class PosesByTime {
@@ -79,7 +79,7 @@ class PosesByTime {
   /// @throws as ReadTum.
   explicit PosesByTime(const std::filesystem::path& file) : poses_(files::ReadTum(file)) {}
 
-  /// The nearest in time, not farther than kMaxDtS; null where there is none.
+  /// The nearest pose in time, within kMaxDtS; null if there is none.
   [[nodiscard]] const StampedPose* Nearest(double stamp_s) const;
 
  private:
@@ -89,18 +89,18 @@ class PosesByTime {
 /// Pitch and roll of a pose.
 Tilt TiltOf(const StampedPose& pose);
 
-/// Frames that a run over a recording could not use.
+/// Frames of a recording that could not be used.
 struct UnusedFrames {
-  std::int64_t without_pose = 0;   ///< no pose at their time
-  std::int64_t below_horizon = 0;  ///< too little of the image above it
+  std::int64_t without_pose = 0;   ///< without a pose at their time
+  std::int64_t below_horizon = 0;  ///< with too little of the image above the horizon
 };
 
-/// What every run over a recording tells at its end: the recording's warnings, interruption,
-/// missing stamps, and frames that were not used.
+/// Prints the messages at the end of a run over a recording: its warnings, interruption, missing
+/// stamps, and unused frames.
 void ReportFrames(const ForwardFrames& frames, const UnusedFrames& unused);
 
-/// When not one frame could be used.
-/// @param poses  the file of poses; empty: there is none.
+/// Throws the error for a run in which no frame could be used.
+/// @param poses  The file of poses; empty: none.
 /// @throws InputError when the poses are of another time; else RunError.
 [[noreturn]] void RefuseRecording(const ForwardFrames& frames,
                                   const UnusedFrames& unused,

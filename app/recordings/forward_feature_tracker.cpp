@@ -14,20 +14,20 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 constexpr int kMaxCorners = 150;
-constexpr std::size_t kMinCorners = 30;  // a pair with fewer says little
+constexpr std::size_t kMinCorners = 30;  // a pair with fewer is not informative
 
 double TurnBetween(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-// Where the surroundings of a corner of one image are in another, to hundredths of a pixel;
-// nothing where they are not alike. @param rough  to a pixel.
+// Finds the neighbourhood of a corner of one image in another, to hundredths of a pixel; nothing if
+// they are not similar. @param rough  Accurate to a pixel.
 std::optional<cv::Point2f> FindAgain(const cv::Mat& first,
                                      const cv::Point2f& corner,
                                      const cv::Mat& second,
                                      const cv::Point2f& rough) {
   constexpr int kReach = 12;
-  constexpr int kMargin = 8;  // what the patch may grow and move by
+  constexpr int kMargin = 8;  // for the growth and motion of the patch
   const cv::Point at(cvRound(corner.x), cvRound(corner.y));
   const cv::Point there(cvRound(rough.x), cvRound(rough.y));
   const cv::Rect patch(at.x - kReach, at.y - kReach, 2 * kReach + 1, 2 * kReach + 1);
@@ -39,11 +39,11 @@ std::optional<cv::Point2f> FindAgain(const cv::Mat& first,
   const cv::Point2f to = rough - cv::Point2f(window.tl());
   cv::Mat warp = (cv::Mat_<float>(2, 3) << 1, 0, to.x - from.x, 0, 1, to.y - from.y);
   const cv::TermCriteria end(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 25, 1e-4);
-  constexpr double kAlike = 0.95;
+  constexpr double kMinCorrelation = 0.95;
   try {
-    const double alike =
+    const double correlation =
         cv::findTransformECC(first(patch), second(window), warp, cv::MOTION_AFFINE, end, {}, 1);
-    if (alike < kAlike) return std::nullopt;
+    if (correlation < kMinCorrelation) return std::nullopt;
   } catch (const cv::Exception&) {  // it did not converge
     return std::nullopt;
   }
@@ -72,10 +72,11 @@ void ForwardFeatureTracker::Follow(const cv::Mat& image,
     Track(image, *T_first_base);
     constexpr double kFarM = 0.08;
     constexpr double kFarRad = 2.5 * kRadPerDeg;
-    const bool far = (T_first_base->translation() - T_first_told_.translation()).norm() > kFarM ||
-                     TurnBetween(*T_first_base, T_first_told_) > kFarRad;
+    const bool far =
+        (T_first_base->translation() - T_first_reported_.translation()).norm() > kFarM ||
+        TurnBetween(*T_first_base, T_first_reported_) > kFarRad;
     if (far) Report(image, *T_first_base);
-    // New corners before the old ones are few: those that last are not the best ones.
+    // Adds corners before few are left: the remaining ones are not the best.
     constexpr double kMaxTurn = 15 * kRadPerDeg;
     if (3 * now_.size() < chosen_ || TurnBetween(*T_first_base, T_first_anchor_) > kMaxTurn) {
       Begin(image, *T_first_base);
@@ -92,7 +93,7 @@ void ForwardFeatureTracker::Begin(const cv::Mat& image, const Isometry3d& T_firs
   image.copyTo(anchor_);
   at_anchor_ = now_;
   chosen_ = now_.size();
-  T_first_anchor_ = T_first_told_ = T_first_base;
+  T_first_anchor_ = T_first_reported_ = T_first_base;
 }
 
 void ForwardFeatureTracker::Track(const cv::Mat& image, const Isometry3d& T_first_base) {
@@ -122,7 +123,7 @@ void ForwardFeatureTracker::Track(const cv::Mat& image, const Isometry3d& T_firs
   now_.resize(kept);
 }
 
-// Where corners would be now if they were far away.
+// Positions of the corners if they were infinitely far away.
 std::vector<cv::Point2f> ForwardFeatureTracker::Expect(const Isometry3d& T_before_now) const {
   const Eigen::Matrix3d& R_base_cam = forward_.T_base_cam.linear();
   const Eigen::Matrix3d turn =
@@ -163,7 +164,7 @@ void ForwardFeatureTracker::Report(const cv::Mat& image, const Isometry3d& T_fir
   motion.matches.reserve(first.size());
   for (std::size_t i = 0; i < first.size(); ++i) motion.matches.push_back({first[i], second[i]});
   motions_.push_back(std::move(motion));
-  T_first_told_ = T_first_base;
+  T_first_reported_ = T_first_base;
 }
 
 std::vector<Vector2d> ForwardFeatureTracker::Rays(const std::vector<cv::Point2f>& pixels) const {

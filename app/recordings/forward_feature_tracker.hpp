@@ -11,19 +11,19 @@
 
 namespace ceilmap::recordings {
 
-/// Follows what a forward camera shows while the robot moves, and tells pairs of moments with what
-/// both of them show. Corners are followed from image to image (cv::calcOpticalFlowPyrLK), from
-/// where the robot's motion and the camera as it is known put them; each must be found again
-/// backwards. What a pair tells is found between its two images alone, the surroundings of each
-/// corner being stretched as they appear (cv::findTransformECC, affine): a window that only moves
-/// drifts as things come nearer.
+/// Tracks corners in a forward camera's images while the robot moves, and returns pairs of images
+/// with their correspondences. Corners are tracked from image to image (cv::calcOpticalFlowPyrLK),
+/// starting at the positions predicted from the robot's motion and the approximate camera, and are
+/// verified by backward tracking. The correspondences of a pair are measured between its two images
+/// only, with an affine deformation of each corner's neighbourhood (cv::findTransformECC), because
+/// a window that is only shifted drifts when objects come nearer.
 class ForwardFeatureTracker {
  public:
-  /// @param forward  as far as it is known: 10 degrees off do no harm.
+  /// @param forward  Approximate; its direction may have an error of 10 degrees.
   explicit ForwardFeatureTracker(const calib::MountedCamera& forward);
 
-  /// The next image. @param image  CV_8UC1, as the camera took it. @param T_first_base  where
-  /// the robot was; nothing: not known, what was followed is given up.
+  /// Processes the next image. @param image  CV_8UC1, as the camera took it. @param T_first_base
+  /// Pose of the robot; nothing: unknown, all tracks end.
   void Follow(const cv::Mat& image, const std::optional<Eigen::Isometry3d>& T_first_base);
 
   /// All pairs so far.
@@ -37,11 +37,11 @@ class ForwardFeatureTracker {
   [[nodiscard]] std::vector<Eigen::Vector2d> Rays(const std::vector<cv::Point2f>& pixels) const;
 
   calib::MountedCamera forward_;
-  cv::Mat before_;  // the last picture
-  cv::Mat anchor_;  // the one where corners were chosen
+  cv::Mat before_;  // the previous image
+  cv::Mat anchor_;  // the image in which corners were selected
   Eigen::Isometry3d T_first_before_ = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d T_first_anchor_ = Eigen::Isometry3d::Identity();  // where corners were chosen
-  Eigen::Isometry3d T_first_told_ = Eigen::Isometry3d::Identity();    // of the last pair
+  Eigen::Isometry3d T_first_anchor_ = Eigen::Isometry3d::Identity();  // at the selection of corners
+  Eigen::Isometry3d T_first_reported_ = Eigen::Isometry3d::Identity();  // at the last pair
   std::vector<cv::Point2f> at_anchor_;
   std::vector<cv::Point2f> now_;
   std::size_t chosen_ = 0;

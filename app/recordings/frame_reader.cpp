@@ -53,7 +53,8 @@ class CameraReader final : public FrameReader {
     }
     if (!open) {
       throw InputError(fmt::format(
-          "{}: the camera cannot be opened; is it connected, free, and readable for you?", name_));
+          "{}: the camera cannot be opened; is it connected, free, and readable for this user?",
+          name_));
     }
     constexpr double kHighestRate = 10000;
     const double rate = capture_.get(cv::CAP_PROP_FPS);
@@ -63,7 +64,7 @@ class CameraReader final : public FrameReader {
   bool Next(cv::Mat& image, std::optional<double>& time_s) override {
     if (!capture_.read(image_) || image_.empty()) return false;
     ConvertTo(pixels_, image_, image, name_);
-    time_s.reset();  // its clock is not ours
+    time_s.reset();  // its clock is not the system clock
     return true;
   }
   [[nodiscard]] Kind GetKind() const override { return Kind::kLive; }

@@ -38,27 +38,27 @@ StampOrigin ChooseStamps(bool have_file, FrameReader::Kind kind) {
 
 /// Shared with the decoding thread, which may outlive the FrameSource when it waits for a camera.
 struct FrameSource::State {
-  // Fixed once the thread runs.
+  // Constant while the thread runs.
   std::string name;
-  std::unique_ptr<FrameReader> reader;  // used by the thread alone
+  std::unique_ptr<FrameReader> reader;  // used by the thread only
   std::vector<double> stamps_s;
   std::string stamps_name;
   bool stamps_of_another = false;
-  double first_stamp_s = 0;  // what the recording's own time counts from
+  double first_stamp_s = 0;  // start of the recording's own time
   StampOrigin stamp_origin = StampOrigin::kContainer;
   cv::Size size;
   std::optional<std::int64_t> expected;
   std::size_t read_ahead = 0;
   bool drop_oldest = false;
 
-  // Of the thread.
+  // Used by the thread only.
   std::int64_t next_index = 0;
-  std::int64_t left_out = 0;  // by the reader, of the frames up to next_index
+  std::int64_t left_out = 0;  // by the reader, up to next_index
   double last_stamp_s = 0;
-  std::int64_t stamps_missing = 0;  // frames without a time of their own
-  std::int64_t stamps_wrong = 0;    // frames whose time was not later than the one before
+  std::int64_t stamps_missing = 0;  // frames without their own stamp
+  std::int64_t stamps_wrong = 0;    // frames with a stamp that is not later than the one before
 
-  // Under the lock.
+  // Guarded by the lock.
   std::mutex mutex;
   std::condition_variable filled;
   std::condition_variable taken;
@@ -83,7 +83,7 @@ struct FrameSource::State {
   void Run();
 };
 
-// A container's count may be an estimate, so before stamps are refused the frames are counted.
+// A container's count may be an estimate, so the frames are counted before stamps are refused.
 void FrameSource::State::CheckStampCount() {
   if (stamps_s.empty() || !expected) return;
   const auto stamps = static_cast<std::int64_t>(stamps_s.size());
@@ -102,7 +102,7 @@ void FrameSource::State::CheckStampCount() {
                                *expected));
 }
 
-// Images without a time of their own keep the stamps as far as they go.
+// Images without their own stamps use the given stamps as far as these go.
 void FrameSource::State::UseOwnTime() {
   const bool has_time = reader->GetKind() == FrameReader::Kind::kVideo;
   warnings.push_back(fmt::format("{} has {} frames, {} {} stamps: {}",
@@ -110,8 +110,9 @@ void FrameSource::State::UseOwnTime() {
                                  *expected,
                                  stamps_name,
                                  stamps_s.size(),
-                                 has_time ? "the video's own time counts, from the first stamp on"
-                                          : "the first of both go together"));
+                                 has_time
+                                     ? "the video's own time is used, starting at the first stamp"
+                                     : "the first stamp belongs to the first frame"));
   if (has_time) {
     stamp_origin = StampOrigin::kContainer;
     first_stamp_s = stamps_s.front();
@@ -144,7 +145,7 @@ bool FrameSource::State::Decode(Frame& frame) {
   return true;
 }
 
-// Frames that the reader left out have their numbers and stamps.
+// Frames that the reader skipped have indices and stamps too.
 void FrameSource::State::SkipLeftOut() {
   next_index += reader->LeftOut() - left_out;
   left_out = reader->LeftOut();
@@ -169,7 +170,7 @@ double FrameSource::State::StampOf(std::int64_t index, const std::optional<doubl
       if (!time_s) ++stamps_missing;
       break;
   }
-  // Some containers repeat or lose times, and a clock can be set back: time must not.
+  // Some containers repeat or lose times, and a clock can be set back, but stamps must increase.
   if (index > 0 && stamp_s <= last_stamp_s) {
     if (time_s) ++stamps_wrong;
     stamp_s = last_stamp_s + reader->FramePeriod().value_or(1);
@@ -178,12 +179,12 @@ double FrameSource::State::StampOf(std::int64_t index, const std::optional<doubl
   return stamp_s;
 }
 
-// At the natural end: is it the end that was promised?
+// Checks at the end of the source whether all frames were read.
 void FrameSource::State::CheckEnd() {
   const std::lock_guard lock(mutex);
   if (left_out > 0) {
     warnings.push_back(
-        fmt::format("{}: {} of {} frames are damaged, or rest on damaged ones, and were left out",
+        fmt::format("{}: {} of {} frames are damaged, or depend on damaged ones, and were left out",
                     name,
                     left_out,
                     next_index));
@@ -205,10 +206,10 @@ void FrameSource::State::CheckEnd() {
   }
   const double period_s = reader->FramePeriod().value_or(1);
   if (2 * stamps_missing > next_index) {
-    warnings.push_back(
-        fmt::format("{}: its frames carry no time and are taken to be {:.6g} s apart; see --stamps",
-                    name,
-                    period_s));
+    warnings.push_back(fmt::format(
+        "{}: its frames have no time stamps and are taken to be {:.6g} s apart; see --stamps",
+        name,
+        period_s));
   }
   if (stamps_wrong > 0) {
     warnings.push_back(fmt::format(
@@ -292,7 +293,7 @@ FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
 }
 
 FrameSource::~FrameSource() {
-  // Long enough for any decoder that is at work, short for a user who pressed Ctrl-C.
+  // Longer than any decoder needs, but short for a user who pressed Ctrl-C.
   constexpr auto kPatience = std::chrono::seconds(1);
   bool wait = !state_->reader->CanStall();
   {
@@ -320,7 +321,7 @@ bool FrameSource::Read(Frame& frame) {
     if (state.error) std::rethrow_exception(state.error);
     return false;
   }
-  // Memory that the consumer still holds on to must not be written again.
+  // Memory that the consumer still uses must not be written again.
   const bool sole_owner = frame.image.u != nullptr && frame.image.u->refcount == 1;
   if (sole_owner) state.spare.push_back(std::move(frame.image));
   frame = std::move(state.queue.front());

@@ -27,7 +27,7 @@ bool IsDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-// Takes the run of digits off the front of `text`, without its leading zeros.
+// Removes the leading digits of `text` and returns them without leading zeros.
 std::string_view TakeNumber(std::string_view& text) {
   const auto end = std::find_if_not(text.begin(), text.end(), IsDigit);
   std::string_view number = text.substr(0, static_cast<std::size_t>(end - text.begin()));
@@ -36,7 +36,7 @@ std::string_view TakeNumber(std::string_view& text) {
   return number;
 }
 
-// OpenCV's code for cvtColor, -1 where there is nothing to convert; unset for what is not known.
+// OpenCV's code for cvtColor, -1 if no conversion is needed; unset if unknown.
 std::optional<int> ConversionCode(Pixels pixels, int channels) {
   const bool grey = pixels == Pixels::kGrey;
   switch (channels) {
@@ -51,10 +51,10 @@ std::optional<int> ConversionCode(Pixels pixels, int channels) {
   }
 }
 
-// The parts of a pattern's file name around its number field.
+// The parts of a pattern's file name before and after its number field.
 struct Pattern {
   std::string before;
-  std::size_t width = 0;  // with zeros in front: 0 means as many digits as there are
+  std::size_t width = 0;  // with leading zeros; 0: as many digits as necessary
   bool zeros = false;
   std::string after;
 };
@@ -71,7 +71,7 @@ std::optional<Pattern> ParsePattern(const std::string& name) {
                  match[4].str()};
 }
 
-// The number in `name` if printf would have made this name from it.
+// The number in `name` if printf would create this name from it.
 std::optional<std::int64_t> NumberIn(const std::string& name, const Pattern& pattern) {
   if (name.size() <= pattern.before.size() + pattern.after.size() ||
       !name.starts_with(pattern.before) || !name.ends_with(pattern.after)) {
@@ -174,7 +174,7 @@ cv::Mat ReadImage(const fs::path& file, Pixels pixels) {
   try {
     image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
-    image.release();  // a damaged or absurdly large header; told below
+    image.release();  // a damaged or very large header; reported below
   }
   if (image.empty()) {
     throw InputError(

@@ -9,54 +9,54 @@
 
 namespace ceilmap::recordings {
 
-/// Order of names as people count: "frame2" before "frame10". Runs of digits compare as numbers,
-/// everything else byte by byte; equal numbers ("7", "07") fall back to plain order.
+/// Natural order of names: "frame2" before "frame10". Groups of digits are compared as numbers,
+/// other characters as bytes; with equal numbers ("7", "07") as texts.
 bool NaturalLess(std::string_view a, std::string_view b);
 
-/// True for a name that ends as images' names do, in either case; false for hidden files.
+/// True for a name with an image's extension, in either case; false for hidden files.
 bool IsImageName(const std::filesystem::path& file);
 
-/// The images of a folder, by their usual extensions in either case, in natural order of the
-/// names. Hidden files are left out.
-/// @throws InputError when there is none.
+/// The images of a folder, by their usual extensions in either case, in natural order of the names.
+/// Hidden files are left out.
+/// @throws InputError when there are none.
 std::vector<std::filesystem::path> ListFolder(const std::filesystem::path& folder);
 
 /// True for a name with one printf number field: `%d`, `%4d` or `%04d`.
 bool IsPattern(std::string_view source);
 
-/// A series of images that a pattern names.
+/// Images of a pattern.
 struct PatternImages {
-  std::vector<std::filesystem::path> files;  ///< by number, from the first that exists
-  std::size_t missing = 0;                   ///< numbers between first and last without a file
+  std::vector<std::filesystem::path> files;  ///< by number, from the first existing one
+  std::size_t missing = 0;                   ///< missing numbers between the first and the last
 };
 
-/// @param pattern  as IsPattern says; the number field must be in the file's name, not in a
+/// @param pattern  As for IsPattern; the number field must be in the file's name, not in a
 /// folder's.
 /// @throws InputError when no such file exists.
 PatternImages ListPattern(const std::filesystem::path& pattern);
 
-/// As a rig's cameras.
+/// As for the cameras of a rig.
 inline constexpr int kMaxImageSidePx = 16384;
 
-/// @throws InputError naming the source when a side is longer than that.
+/// @throws InputError naming the source when a side is longer.
 void CheckImageSize(cv::Size size, std::string_view name);
 
-/// What images are decoded to.
+/// Format of decoded images.
 enum class Pixels : std::uint8_t {
   kGrey,    ///< CV_8UC1
-  kColour,  ///< CV_8UC3 (BGR), of grey images too
+  kColour,  ///< CV_8UC3 (BGR), also of grey images
 };
 
-/// Reads an image file: to grey, colour by OpenCV's COLOR_BGR2GRAY, 16 bits scaled to 8, alpha
-/// ignored, rotation flags ignored (the image as the camera took it).
+/// Reads an image file: to grey, colour by OpenCV's COLOR_BGR2GRAY, 16 bits scaled to 8, alpha and
+/// rotation flags ignored (the image as the camera took it).
 /// @throws InputError naming the file.
 cv::Mat ReadImage(const std::filesystem::path& file, Pixels pixels);
 inline cv::Mat ReadGreyImage(const std::filesystem::path& file) {
   return ReadImage(file, Pixels::kGrey);
 }
 
-/// The same for an image in memory with 1, 3 or 4 channels of 8 or 16 bits; the result's memory is
-/// reused and never the image's.
+/// The same for an image in memory with 1, 3 or 4 channels of 8 or 16 bits; the memory of the
+/// result is reused and never shared with the image.
 /// @throws InputError on another type, naming `name`.
 void ConvertTo(Pixels pixels, const cv::Mat& image, cv::Mat& result, std::string_view name);
 inline void ToGrey(const cv::Mat& image, cv::Mat& grey, std::string_view name) {

@@ -16,16 +16,16 @@ namespace {
 using calibration::Climb;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-constexpr double kTapeM = 5e-4;  // what a step's height is measured to
+constexpr double kTapeM = 5e-4;  // accuracy of a measured step height
 
-// A level camera that looks along base x: x_cam = -y_base, y_cam = -z_base.
+// A level camera that points along base x: x_cam = -y_base, y_cam = -z_base.
 Matrix3d LevelForward() {
   Matrix3d R;
   R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   return R;
 }
 
-// The lift at the end, where the robot stands level there.
+// The lift at the end, if the robot is level there.
 std::optional<Measured> ClimbedBy(const std::vector<Climb>& climbs) {
   constexpr std::size_t kLast = 5;
   constexpr double kLevelRad = 0.3 / kDegPerRad;
@@ -38,12 +38,13 @@ std::optional<Measured> ClimbedBy(const std::vector<Climb>& climbs) {
   const double lift = Median(lifts);
   double squares = 0;
   for (const double one : lifts) squares += (one - lift) * (one - lift);
-  // References on the way add up; each is good to some tenths of a millimetre.
+  // Errors of the references on the path accumulate; each is accurate to some tenths of a
+  // millimetre.
   constexpr double kReferencesM = 5e-4;
   return Measured{lift, std::hypot(kReferencesM, std::sqrt(squares / kLast))};
 }
 
-// By the top of the climb: the steepest frames, in which the wheels stand on the step.
+// The steepest frames, in which the wheels are on the step, give the wheelbase.
 std::optional<Measured> WheelbaseOf(const std::vector<Climb>& climbs,
                                     double height_m,
                                     double tilt_sigma_rad) {
@@ -58,7 +59,7 @@ std::optional<Measured> WheelbaseOf(const std::vector<Climb>& climbs,
   return Measured{height_m / top, std::hypot(kTapeM, height_m / top * spread) / top};
 }
 
-// Of the step with the rest.
+// Consistency of the step with the other recordings.
 std::vector<std::string> StepContradictions(const StepCalibration& step,
                                             const Measured& axle_behind_mast_m,
                                             const std::string& name) {
@@ -71,8 +72,8 @@ std::vector<std::string> StepContradictions(const StepCalibration& step,
     lines.push_back(fmt::format(
         "{}: the robot tilts about a line {:.1f} mm behind the mast, but turns about a point "
         "{:.1f} "
-        "mm behind it; the rig has the latter. Was it the driven wheels that stayed on the floor, "
-        "and was the floor level where it began?",
+        "mm behind it; the rig contains the latter. Did the driven wheels stay on the floor, and "
+        "was the floor level at the start?",
         name,
         kMmPerM * axle.distance_m,
         kMmPerM * axle_behind_mast_m.value));
@@ -80,12 +81,12 @@ std::vector<std::string> StepContradictions(const StepCalibration& step,
   if (step.climbed_m && step.height_m &&
       std::abs(step.climbed_m->value - *step.height_m) >
           kSigmas * std::hypot(step.climbed_m->sigma, kTapeM)) {
-    lines.push_back(fmt::format(
-        "{}: by the ceiling the robot climbed {:.1f} mm, but --step-height says {:.1f}; "
-        "is the ceiling's height, or the distance, measured right?",
-        name,
-        kMmPerM * step.climbed_m->value,
-        kMmPerM * *step.height_m));
+    lines.push_back(
+        fmt::format("{}: by the ceiling the robot climbed {:.1f} mm, but --step-height is {:.1f}; "
+                    "is the ceiling's height, or the distance, measured right?",
+                    name,
+                    kMmPerM * step.climbed_m->value,
+                    kMmPerM * *step.height_m));
   }
   return lines;
 }
@@ -94,7 +95,7 @@ std::vector<std::string> StepContradictions(const StepCalibration& step,
 
 ForwardAngles ForwardAnglesOf(const Matrix3d& R_base_cam) {
   const Matrix3d R = R_base_cam * LevelForward().transpose();
-  // Rz(yaw) Ry(-pitch) Rx(roll): the first column is where the camera looks.
+  // Rz(yaw) Ry(-pitch) Rx(roll): the first column is the camera's axis.
   return {std::atan2(R(1, 0), R(0, 0)), std::asin(R(2, 0)), std::atan2(R(2, 1), R(2, 2))};
 }
 
@@ -103,22 +104,22 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
                                     const std::string& source,
                                     const RigCalibration& mount,
                                     double lens_sigma_px) {
-  std::vector<calibration::MotionWithMatches> sights;
+  std::vector<calibration::MotionWithMatches> pairs;
   for (const RigMotion& motion : motions) {
-    sights.insert(sights.end(), motion.sights.begin(), motion.sights.end());
+    pairs.insert(pairs.end(), motion.forward_pairs.begin(), motion.forward_pairs.end());
   }
   const calib::MountedCamera& forward = *rig.forward;
   calibration::ForwardMountParams params;
   params.focal_px = std::sqrt(forward.camera.fx * forward.camera.fy);
   params.lens_sigma_px = lens_sigma_px;
   ForwardCalibration result;
-  result.pairs = sights.size();
-  result.mount = calibration::SolveForwardMount(sights, forward.T_base_cam, params);
+  result.pairs = pairs.size();
+  result.mount = calibration::SolveForwardMount(pairs, forward.T_base_cam, params);
   if (!result.mount.ok) {
     throw InputError(
-        fmt::format("{}: shows too little that moves as the robot does ({} matches in {} pairs of "
-                    "images); record it in a lit room with things to see, without people, and "
-                    "let the forward camera's pose in the rig be right to 10 deg",
+        fmt::format("{}: too few matches agree with the robot's motion ({} matches in {} pairs of "
+                    "images); record it in a lit room with texture, without people, and give the "
+                    "forward camera's pose in the rig to 10 deg",
                     source,
                     result.mount.matches,
                     result.pairs));
@@ -126,7 +127,8 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
   result.T_base_forward = forward.T_base_cam;
   result.T_base_forward.linear() = result.mount.R_base_cam;
   const ForwardAngles angles = ForwardAnglesOf(result.mount.R_base_cam);
-  // A small turn about base's axes by the rates of Rz(yaw) Ry(-pitch) Rx(roll).
+  // A small rotation about the axes of base, by changes of the angles in Rz(yaw) Ry(-pitch)
+  // Rx(roll).
   const Matrix3d R_yaw = Eigen::AngleAxisd(angles.yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
   Matrix3d by_angles;
   by_angles << result.mount.R_base_cam.col(2), -R_yaw.col(1), Vector3d::UnitZ();
@@ -148,7 +150,7 @@ StepCalibration CalibrateStep(const RigMotion& motion,
                               std::optional<double> height_m,
                               double lens_sigma_px) {
   StepCalibration result;
-  // A lift zooms the image, a tilt moves its edges against its middle by f (edge / f)^2.
+  // A lift scales the image; a tilt moves its edges relative to its centre by f (edge / f)^2.
   const double edge_px = 0.5 * std::hypot(up.width_px, up.height_px);
   const double focal_px = std::sqrt(up.fx * up.fy);
   const double lift_sigma_m = mount.distance_m.value * lens_sigma_px / edge_px;
@@ -168,7 +170,7 @@ StepCalibration CalibrateStep(const RigMotion& motion,
   constexpr double kMinDeg = 0.8;
   if (kDegPerRad * result.max_pitch_rad < kMinDeg || result.pivots.axle.frames == 0) {
     throw InputError(
-        fmt::format("{}: the robot's front climbs nothing, it tilts by {:.2f} deg at the most, "
+        fmt::format("{}: the robot's front does not climb, it tilts by at most {:.2f} deg, "
                     "must be at least {:.1f}; begin on the level floor and let the front wheels "
                     "drive slowly onto a board",
                     source,
@@ -190,15 +192,18 @@ std::vector<std::string> Contradictions(const RigFindings& found, const std::str
   }
   if (!found.forward) return lines;
   constexpr double kUnknownDeg = 0.5;
-  const auto tell = [&lines](const char* name, const Measured& angle, const char* mend) {
+  const auto report = [&lines](const char* name, const Measured& angle, const char* fix) {
     const double sigma_deg = kDegPerRad * angle.sigma;
     if (sigma_deg < kUnknownDeg) return;
-    lines.push_back(fmt::format(
-        "the forward camera's {} is known to {:.1f} deg only; add {}", name, sigma_deg, mend));
+    lines.push_back(
+        fmt::format("the forward camera's {} has a standard deviation of {:.1f} deg; add {}",
+                    name,
+                    sigma_deg,
+                    fix));
   };
-  tell("yaw", found.forward->yaw_rad, "--straight-forward or --step-forward");
-  tell("pitch", found.forward->pitch_rad, "--spin-forward or --step-forward");
-  tell("roll", found.forward->roll_rad, "--spin-forward or --step-forward");
+  report("yaw", found.forward->yaw_rad, "--straight-forward or --step-forward");
+  report("pitch", found.forward->pitch_rad, "--spin-forward or --step-forward");
+  report("roll", found.forward->roll_rad, "--spin-forward or --step-forward");
   return lines;
 }
 

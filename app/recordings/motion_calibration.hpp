@@ -15,27 +15,27 @@
 
 namespace ceilmap::recordings {
 
-/// How the forward camera is turned: p_base = Rz(yaw) Ry(-pitch) Rx(roll) p_level, of a level
-/// camera that looks along base x. Pitch > 0 is raised. An angle that the recordings do not tell
-/// has a large deviation and stays as it was.
+/// Orientation of the forward camera: p_base = Rz(yaw) Ry(-pitch) Rx(roll) p_level, of a level
+/// camera that points along base x. Pitch > 0 is raised. An angle that the recordings do not
+/// determine has a large standard deviation and is not changed.
 struct ForwardCalibration {
   Measured yaw_rad;
   Measured pitch_rad;
   Measured roll_rad;
   Eigen::Isometry3d T_base_forward = Eigen::Isometry3d::Identity();
   calibration::ForwardMount mount;
-  std::size_t pairs = 0;  ///< of moments
+  std::size_t pairs = 0;  ///< number of image pairs
 };
 
-/// What a recording over a step tells.
+/// Result of a recording over a step.
 struct StepCalibration {
-  std::vector<calibration::Climb> climbs;  ///< of the frames whose tilt the ceiling showed
+  std::vector<calibration::Climb> climbs;  ///< of the frames whose tilt was measured by the ceiling
   calibration::PivotFit pivots;
-  double max_pitch_rad = 0;  ///< to either side
-  /// The robot stands level and higher at the end: all wheels are on the step.
+  double max_pitch_rad = 0;  ///< in either direction
+  /// The robot is level and higher at the end: all wheels are on the step.
   std::optional<Measured> climbed_m;
   std::optional<double> height_m;  ///< of the step, as given
-  /// How far the wheels that climb first are from the axle, by that height.
+  /// Distance of the wheels that climb first from the axle, by that height.
   std::optional<Measured> wheelbase_m;
 };
 
@@ -47,18 +47,17 @@ struct ForwardAngles {
 };
 ForwardAngles ForwardAnglesOf(const Eigen::Matrix3d& R_base_cam);
 
-/// @param motions  of recordings with a forward camera. @param mount  of the upward camera: what is
-///   wrong with it is wrong with the motions.
-/// @throws InputError when they show too little, or it does not agree.
+/// @param motions  Of recordings with a forward camera. @param mount  Of the upward camera: its
+/// errors are errors of the motions.
+/// @throws InputError when there are too few matches, or they do not agree.
 ForwardCalibration CalibrateForward(const calib::Rig& rig,
                                     const std::vector<RigMotion>& motions,
                                     const std::string& source,
                                     const RigCalibration& mount,
                                     double lens_sigma_px);
 
-/// @param height_m  of the step, where it was measured. @param lens_sigma_px  as SolveRig's: what
-/// the
-///   intrinsics put wrong at the image's edge passes for a lift, and for a tilt.
+/// @param height_m  Of the step, if measured. @param lens_sigma_px  As for SolveRig: an error of
+/// the intrinsics at the image's edge has the effect of a lift and of a tilt.
 /// @throws InputError when the robot does not climb.
 StepCalibration CalibrateStep(const RigMotion& motion,
                               const std::string& source,
@@ -67,15 +66,15 @@ StepCalibration CalibrateStep(const RigMotion& motion,
                               std::optional<double> height_m,
                               double lens_sigma_px);
 
-/// All that `calibrate rig` found.
+/// All results of `calibrate rig`.
 struct RigFindings {
   RigCalibration mount;
   std::optional<ForwardCalibration> forward;
   std::optional<StepCalibration> step;
 };
 
-/// What does not fit together, or is not known well, with what to do; a line each.
-/// @param step  the recording's name.
+/// Contradictions and inaccurate values, each with a solution; one line each.
+/// @param step  Name of the recording.
 std::vector<std::string> Contradictions(const RigFindings& found, const std::string& step);
 
 }  // namespace ceilmap::recordings

@@ -25,17 +25,17 @@ class Mp4File {
   [[nodiscard]] bool Good() const { return stream_.good(); }
   [[nodiscard]] int Headers() const { return headers_; }
 
-  // Walks the boxes of a file or a box: 32-bit size, type, content.
+  // Visits the boxes of a file or a box: 32-bit size, type, content.
   void SpeedUp(double factor) { SpeedUpBoxes(0, size_, factor, 0); }
 
  private:
   void SpeedUpBoxes(std::int64_t begin, std::int64_t end, double factor, int depth) {
-    constexpr int kDeepest = 3;  // moov, trak, mdia; a file may claim any
+    constexpr int kDeepest = 3;  // moov, trak, mdia; a file may have any depth
     constexpr std::int64_t kHead = 8;
     for (std::int64_t at = begin; at + kHead <= end && stream_;) {
       std::int64_t size = Number(at, 4);
       const std::int64_t type = Number(at + 4, 4);
-      if (size == 1) size = Number(at + kHead, 8);  // a long one
+      if (size == 1) size = Number(at + kHead, 8);  // 64-bit size
       if (size == 0) size = end - at;               // up to the end
       if (size < kHead || size > end - at) return;
       if (depth < kDeepest && (Is(type, "moov") || Is(type, "trak") || Is(type, "mdia"))) {
@@ -68,7 +68,8 @@ class Mp4File {
     return type == wanted;
   }
 
-  // Big-endian, of so many bytes. Of eight it may be negative: a size that cannot be.
+  // Big-endian number of the given size. Eight bytes may give a negative value, which is no valid
+  // size.
   std::int64_t Number(std::int64_t at, int bytes) {
     std::uint64_t number = 0;
     stream_.seekg(at);
@@ -87,7 +88,7 @@ class Mp4File {
 bool SpeedUpMp4(std::iostream& stream, double factor) {
   Mp4File mp4(stream);
   if (mp4.Good()) mp4.SpeedUp(factor);
-  constexpr int kMinHeaders = 2;  // of the movie, of its track
+  constexpr int kMinHeaders = 2;  // of the movie and of its track
   return mp4.Good() && mp4.Headers() >= kMinHeaders;
 }
 

@@ -13,19 +13,19 @@
 
 namespace ceilmap::recordings {
 
-/// Results 0, 1, ... count - 1 of a job, computed by several threads and handed out in order. The
-/// threads run at most two results each ahead of who takes them, so memory stays bounded.
+/// Results 0, 1, ... count - 1 of a job, computed by several threads and returned in order. Each
+/// thread is at most two results ahead of the consumer, which bounds the memory.
 template <typename Result>
 class OrderedWork {
  public:
   using Job = std::function<Result(std::int64_t index)>;
 
-  /// @param job  called by several threads at once, once for each index.
+  /// @param job  Called by several threads at once, once for each index.
   OrderedWork(std::int64_t count, int threads, Job job)
       : count_(count), max_ahead_(2 * threads), job_(std::move(job)) {
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { Run(); });
   }
-  /// Leaves out what has not begun and waits for the rest.
+  /// Discards what has not begun and waits for the rest.
   ~OrderedWork() {
     {
       const std::lock_guard lock(mutex_);
@@ -37,7 +37,7 @@ class OrderedWork {
   OrderedWork(const OrderedWork&) = delete;
   OrderedWork& operator=(const OrderedWork&) = delete;
 
-  /// The next result; nothing after the last one. Throws what the job threw for it.
+  /// The next result; nothing after the last one. Throws the exception of the job, if any.
   std::optional<Result> Next() {
     std::unique_lock lock(mutex_);
     if (next_out_ == count_) return std::nullopt;
@@ -81,12 +81,12 @@ class OrderedWork {
   std::int64_t max_ahead_;
   Job job_;
 
-  std::mutex mutex_;  // of what follows, but the threads
+  std::mutex mutex_;  // guards the following members, except the threads
   std::condition_variable filled_;
   std::condition_variable taken_;
   std::map<std::int64_t, Outcome> done_;
-  std::int64_t next_in_ = 0;   // to begin
-  std::int64_t next_out_ = 0;  // to hand out
+  std::int64_t next_in_ = 0;   // next to begin
+  std::int64_t next_out_ = 0;  // next to return
   bool stop_ = false;
   std::vector<std::thread> threads_;
 };

@@ -112,16 +112,22 @@ void PanoramaOptions::AddTo(CLI::App& cli,
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type);
   };
-  add("--rig", rig, "The robot's cameras, omni among them", "RIG.yaml")->group(input);
+  add("--rig", rig, "The robot's cameras, including the mirror camera", "RIG.yaml")->group(input);
   add("--omni", omni, "Camera under a convex mirror", "SOURCE")->group(input);
-  add("--panorama", panorama, "Instead: images that are unwrapped already", "SOURCE")->group(input);
+  add("--panorama", panorama, "Instead of --omni: unwrapped images", "SOURCE")->group(input);
   add("--stamps", stamps, "Time of each frame: index,timestamp", "FRAMES.csv")->group(input);
-  add("--azimuth", azimuth, "Of --panorama, counter-clockwise, from left to right [falling]", "WAY")
+  add("--azimuth",
+      azimuth,
+      "Counter-clockwise azimuth in --panorama, from left to right [falling]",
+      "DIRECTION")
       ->check(CLI::IsMember({"falling", "rising"}))
       ->group(input);
-  add("--front-column", front_column, "Of --panorama: shows the robot's front [the middle]", "U")
+  add("--front-column",
+      front_column,
+      "Column of --panorama that shows the robot's front [the middle]",
+      "U")
       ->group(input);
-  add("--ring", ring, "The mirror in the image, when there is no rig", "U,V,INNER,OUTER")
+  add("--ring", ring, "The mirror in the image, if there is no rig", "U,V,INNER,OUTER")
       ->group(unwrapping);
   add("--columns", columns, "Columns of the panorama [1080; labrosse: 360]", "N")
       ->group(unwrapping);
@@ -131,7 +137,8 @@ void PanoramaOptions::AddTo(CLI::App& cli,
       ->group(unwrapping);
   add("--row-spacing",
       row_spacing,
-      "What rows are even in; all but radius need a mirror of known shape [elevation, radius]",
+      "Quantity with equal steps per row; elevation and tangent need a mirror of known shape "
+      "[elevation, radius]",
       "KIND")
       ->check(CLI::IsMember({"radius", "elevation", "tangent"}))
       ->group(unwrapping);
@@ -146,7 +153,7 @@ void PanoramaOptions::Check() const {
     if (given) throw InputError(fmt::format("{}: {}; leave it out", option, why));
   };
   if (omni.empty()) {
-    constexpr auto kWhy = "images of --panorama are unwrapped already";
+    constexpr auto kWhy = "images of --panorama are already unwrapped";
     refuse(!rig.empty(), "--rig", kWhy);
     refuse(!ring.empty(), "--ring", kWhy);
     refuse(columns.has_value(), "--columns", kWhy);

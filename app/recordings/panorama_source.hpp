@@ -14,25 +14,24 @@
 
 namespace ceilmap::recordings {
 
-/// Options of a command that looks at panoramas: where they come from, and how mirror images are
-/// unwrapped.
+/// Options of a command that reads panoramas: their source, and the unwrapping of mirror images.
 struct PanoramaOptions {
   std::filesystem::path rig;
-  std::string omni;      ///< mirror pictures
-  std::string panorama;  ///< or images that are unwrapped already
+  std::string omni;      ///< mirror images
+  std::string panorama;  ///< or unwrapped images
   std::filesystem::path stamps;
 
-  std::string ring;  ///< U,V,INNER,OUTER: the mirror, where there is no rig
+  std::string ring;  ///< U,V,INNER,OUTER: the mirror, if there is no rig
   std::optional<int> columns;
   std::optional<int> rows;
   std::optional<std::string> interpolation;  ///< nearest or bilinear
   std::optional<std::string> row_spacing;    ///< radius, elevation or tangent
 
   std::optional<std::string> azimuth;  ///< of --panorama from left to right: falling or rising
-  std::optional<int> front_column;     ///< of --panorama, where the robot's front is
+  std::optional<int> front_column;     ///< of --panorama, column of the robot's front
 
   void AddTo(CLI::App& cli, const std::string& input, const std::string& unwrapping);
-  /// What can be told without any file. @throws InputError
+  /// Checks everything that can be checked without files. @throws InputError
   void Check() const;
   [[nodiscard]] const std::string& Source() const { return omni.empty() ? panorama : omni; }
 };
@@ -40,33 +39,33 @@ struct PanoramaOptions {
 /// `U,V,INNER,OUTER` in pixels. @throws InputError
 calib::MirrorRing ParseRing(const std::string& text, const std::string& option);
 
-/// A panorama brought to the convention of compass::PanoramaFrame.
-/// @param rising  azimuth of `raw` rises from left to right. @param front_column  of `raw`, in
-///   0 .. W-1; falls on W/2. @param panorama  must not share memory with `raw`; its memory is
-///   reused.
+/// Converts a panorama to the convention of compass::PanoramaFrame.
+/// @param rising  Azimuth of `raw` increases from left to right. @param front_column  Of `raw`, in
+/// 0 .. W-1; becomes W/2. @param panorama  Must not share memory with `raw`; its memory is reused.
 void OrientPanorama(const cv::Mat& raw, bool rising, int front_column, cv::Mat& panorama);
 
-/// Panoramas of a recording, as compass::PanoramaFrame has them, in colour.
+/// Panoramas of a recording, as for compass::PanoramaFrame, in colour.
 class PanoramaSource {
  public:
-  /// Opens recording and rig. @throws InputError also when the two do not fit.
+  /// Opens recording and rig. @throws InputError also when they do not fit each other.
   explicit PanoramaSource(const PanoramaOptions& options);
 
-  /// The next one; its memory is used again for the one after. @return as FrameSource::Read.
+  /// Reads the next panorama; its memory is reused by the following one. @return as
+  /// FrameSource::Read.
   bool Read();
   [[nodiscard]] const Frame& Raw() const { return frame_; }
   [[nodiscard]] const cv::Mat& Panorama() const { return panorama_; }
 
-  /// Of the panoramas.
+  /// Size of the panoramas.
   [[nodiscard]] cv::Size Size() const;
-  /// Where the mirror stands on the robot, base frame, m; above its origin where there is no rig.
+  /// Position of the mirror on the robot, base frame, m; (0, 0) without a rig.
   [[nodiscard]] const Eigen::Vector2d& Position() const { return position_; }
   [[nodiscard]] const FrameSource& Source() const { return source_; }
   [[nodiscard]] double UnwrapMs() const { return unwrap_ms_; }
 
  private:
   FrameSource source_;
-  std::optional<calib::MirrorView> view_;  // unless they are panoramas already
+  std::optional<calib::MirrorView> view_;  // unset if the images are panoramas
   Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
   bool rising_ = false;
   int front_column_ = 0;

@@ -27,16 +27,17 @@ namespace {
 
 class VideoRecording final : public RecordingWriter {
  public:
-  // OpenCV fixes the quality of H.264 (x264's crf 23) at what pleases the eye, which wipes the fine
-  // grain off a ceiling. But x264 spends more on an image the longer it is shown, up to a second.
-  // So H.264 is encoded as one image a second, and the file gets its true rate when it is whole.
+  // OpenCV fixes the quality of H.264 (x264's crf 23) at a visual quality that removes the fine
+  // texture of a ceiling. But x264 spends more bits on an image that is shown longer, up to a
+  // second. So H.264 is encoded with one image a second, and the file gets its true rate at the
+  // end.
   VideoRecording(
       const fs::path& target, bool lossless, cv::Size size, double rate_hz, bool is_colour)
       : file_(target, {target.extension().string()}),
         video_(file_.PartialPath()),
         encoded_hz_(lossless ? rate_hz : std::min(rate_hz, 1.0)),
         rate_hz_(rate_hz) {
-    // OpenCV would cut the last row or column off without a word.
+    // OpenCV would cut off the last row or column without a message.
     if (size.width % 2 != 0 || size.height % 2 != 0) {
       throw InputError(
           fmt::format("{}: a video's width and height must be even, not {} x {} px; change the "
@@ -45,10 +46,10 @@ class VideoRecording final : public RecordingWriter {
                       size.width,
                       size.height));
     }
-    video_ += target.extension();  // tells OpenCV the container
+    video_ += target.extension();  // determines OpenCV's container
     const int codec = lossless ? cv::VideoWriter::fourcc('F', 'F', 'V', '1')
                                : cv::VideoWriter::fourcc('a', 'v', 'c', '1');
-    // Grey stays grey: by way of colours H.264 loses 3 dB more.
+    // Grey images are encoded as grey: with a conversion to colour H.264 loses 3 dB more.
     if (!writer_.open(video_.string(), cv::CAP_FFMPEG, codec, encoded_hz_, size, is_colour)) {
       throw RunError(
           fmt::format("{}: OpenCV has no encoder for it here; write --lossless or --pictures",
@@ -72,7 +73,7 @@ class VideoRecording final : public RecordingWriter {
   }
 
  private:
-  // OpenCV tells nobody when the disk is full; the file does.
+  // OpenCV does not report a full disk; the file size shows it.
   void CheckVideo() const {
     const cv::VideoCapture video(video_.string(), cv::CAP_FFMPEG);
     const bool whole =
@@ -94,10 +95,10 @@ class ImageRecording final : public RecordingWriter {
       : target_(target),
         partial_(target.parent_path() / fmt::format(".{}.partial", target.filename().string())) {
     std::error_code error;
-    fs::remove_all(partial_, error);  // of a run that was killed
+    fs::remove_all(partial_, error);  // of an aborted run
     if (!fs::create_directory(partial_, error)) {
       throw InputError(fmt::format(
-          "{}: cannot be created ({}); choose another", target_.string(), error.message()));
+          "{}: cannot be created ({}); give another name", target_.string(), error.message()));
     }
   }
   ~ImageRecording() override {

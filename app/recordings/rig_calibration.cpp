@@ -39,14 +39,14 @@ double SpanOfHeadings(const std::vector<Pose2>& poses) {
   return most - least;
 }
 
-// What can be told before the fit.
+// Checks before the fit.
 void CheckSpin(const CeilingKeyframes& spin) {
   constexpr double kMinTurnDeg = 180;
   const double turn_deg = kDegPerRad * SpanOfHeadings(RoughPoses(spin));
   if (turn_deg >= kMinTurnDeg) return;
   throw InputError(fmt::format(
       "{}: the robot turns by {:.1f} deg only, must be at least {:.0f}; let it turn on the spot, "
-      "best once around",
+      "best by a full turn",
       spin.source,
       turn_deg,
       kMinTurnDeg));
@@ -65,14 +65,14 @@ void CheckCourse(const CeilingKeyframes& straight, double turn_rad, double max_d
 
 void CheckStraight(const CeilingKeyframes& straight, double rough_distance_m) {
   constexpr double kMinLengthM = 0.5;
-  constexpr double kMaxTurnDeg = 6;  // a tilt that is not known yet passes for some
+  constexpr double kMaxTurnDeg = 6;  // a tilt that is not yet known appears as a turn
   const std::vector<Pose2> poses = RoughPoses(straight);
   CheckCourse(straight, SpanOfHeadings(poses), kMaxTurnDeg);
   const double length_m =
       rough_distance_m * (poses.front().Inverse() * poses.back()).Translation().norm();
   if (length_m < kMinLengthM) {
     throw InputError(fmt::format(
-        "{}: the robot drives {:.2f} m only, must be at least {:.1f}; let it drive straight ahead "
+        "{}: the robot drives only {:.2f} m, must be at least {:.1f}; let it drive straight ahead "
         "as far as the room allows",
         straight.source,
         length_m,
@@ -118,8 +118,8 @@ double Change(const RigMount& a, const RigMount& b) {
                    std::abs(WrapAngle(a.yaw_rad - b.yaw_rad))});
 }
 
-// Measuring and solving in turn: a block is measured the better, the better the motion between the
-// images is known, and the leveller the images are.
+// Alternates between measuring and solving: blocks are measured more accurately when the motion
+// between the images is known better and the images are levelled better.
 RigSolution Solve(const calib::Rig& rig,
                   const CeilingKeyframes& spin,
                   const CeilingKeyframes& straight,
@@ -133,7 +133,7 @@ RigSolution Solve(const calib::Rig& rig,
   RigMount mount = MountOf(up.T_base_cam.linear());
   RigSolution solution;
   constexpr int kMaxRounds = 4;
-  constexpr double kSettled = 2e-5;  // rad, or of the ceiling's distance
+  constexpr double kSettled = 2e-5;  // rad, or relative to the distance of the ceiling
   for (int round = 0; round < kMaxRounds; ++round) {
     const auto measure = [&](const CeilingKeyframes& keyframes, const std::vector<Pose2>& cameras) {
       return MeasureCeiling(keyframes, up, rig.ceiling_height_m, cameras, round > 0);
@@ -164,7 +164,7 @@ RigSolution Solve(const calib::Rig& rig,
   return solution;
 }
 
-// Z, what is known of it, and the heights that follow.
+// Z from the tape measures, and the resulting heights.
 void Scale(const calib::Rig& rig, const TapeMeasures& tape, RigCalibration& result) {
   const RigSolution& solution = result.solution;
   const double travel_ratio = std::sqrt(solution.covariance(5, 5)) / solution.travel;
@@ -193,7 +193,7 @@ void Scale(const calib::Rig& rig, const TapeMeasures& tape, RigCalibration& resu
   if (tape.distance_m) result.drive_length_m.sigma = tape.sigma_m;
 }
 
-// The camera's place, from what is measured in units of Z in the twin's axes.
+// The camera's position, from values in units of Z in the axes of the levelled camera.
 void Place(const calib::Rig& rig, RigCalibration& result) {
   const RigMount& mount = result.solution.mount;
   const double Z = result.distance_m.value;
@@ -218,7 +218,8 @@ void Turn(RigCalibration& result) {
   // p_base = Rx(roll) Ry(pitch) Rz(yaw) p_cam: the third column is Rx(roll) Ry(pitch) z.
   result.pitch_rad.value = std::asin(R(0, 2));
   result.roll_rad.value = std::atan2(-R(1, 2), R(2, 2));
-  // Small turns about x and y of the twin are turns about those of base, turned by the yaw.
+  // Small rotations about x and y of the levelled camera are rotations about those of base, rotated
+  // by the yaw.
   const Eigen::Matrix2d turn = Pose2{0, 0, mount.yaw_rad}.Rotation();
   const Eigen::Matrix2d spread = turn * covariance.block<2, 2>(0, 0) * turn.transpose();
   result.roll_rad.sigma = std::sqrt(spread(0, 0));
@@ -231,7 +232,7 @@ double RmsWander(const std::vector<Pose2>& spin) {
   return std::sqrt(sum / static_cast<double>(spin.size()));
 }
 
-// What only the fit can tell.
+// Checks after the fit.
 void CheckResult(const calib::Rig& rig,
                  const CeilingKeyframes& spin,
                  const CeilingKeyframes& straight,
@@ -251,7 +252,7 @@ void CheckResult(const calib::Rig& rig,
   }
   if (std::abs(aside_m) > kMaxAsideM) {
     throw InputError(
-        fmt::format("{}: the robot drives round a point {:.2f} m to its {} instead of turning on "
+        fmt::format("{}: the robot turns about a point {:.2f} m to its {} instead of turning on "
                     "the spot; let both wheels turn at the same speed, one backwards",
                     spin.source,
                     std::abs(aside_m),

@@ -10,11 +10,11 @@
 
 namespace ceilmap::recordings {
 
-/// What a tape measured, in metres; one of the two at least.
+/// Tape measurements in metres; at least one of the two lengths.
 struct TapeMeasures {
   std::optional<double> ceiling_height_m;  ///< above the floor
-  std::optional<double> distance_m;        ///< from where the straight drive began to its end
-  double sigma_m = 0.001;                  ///< of either, > 0
+  std::optional<double> distance_m;        ///< between the start and the end of the straight drive
+  double sigma_m = 0.001;                  ///< of both, > 0
 
   [[nodiscard]] bool GivesCameraHeight() const { return ceiling_height_m && distance_m; }
 };
@@ -25,8 +25,8 @@ struct Measured {
   double sigma = 0;
 };
 
-/// How the upward camera is mounted, in the rig's terms. Angles of the mount: p_base = Rx(roll)
-/// Ry(pitch) Rz(yaw) p_cam.
+/// Mount of the upward camera, in the terms of the rig. Angles: p_base = Rx(roll) Ry(pitch) Rz(yaw)
+/// p_cam.
 struct RigCalibration {
   Measured axle_behind_mast_m;
   Measured camera_y_m;
@@ -35,22 +35,22 @@ struct RigCalibration {
   Measured pitch_rad;
   Measured roll_rad;
   Measured ceiling_height_m;
-  Measured distance_m;      ///< Z: of the ceiling above the camera
-  Measured m_per_px;        ///< on the ceiling, of the level picture
+  Measured distance_m;      ///< Z: from the camera to the ceiling
+  Measured m_per_px;        ///< on the ceiling, of the levelled image
   Measured drive_length_m;  ///< of the straight drive, from its first frame to its last
   Eigen::Isometry3d T_base_up = Eigen::Isometry3d::Identity();
   calibration::RigSolution solution;
   double wander_m = 0;    ///< of the axle in the spin, RMS
-  double turn_rad = 0;    ///< of the spin, from the least heading to the greatest
-  double course_rad = 0;  ///< of the straight drive, likewise
+  double turn_rad = 0;    ///< of the spin, from the smallest heading to the largest
+  double course_rad = 0;  ///< of the straight drive, the same
 };
 
-/// Solves for the mount of the rig's upward camera, measuring anew with each better mount until it
-/// stands still.
-/// @param rig  its upward camera as far as it is known; the place along base x is kept.
-/// @param lens_sigma_px  see calibration::RigSolverParams.
-/// @throws InputError when a recording is not what it should be: a spin that does not turn
-///   or drives away, a straight drive that turns or is too short.
+/// Solves for the mount of the rig's upward camera. Measurements are repeated with each better
+/// mount until it converges.
+/// @param rig  With the approximate upward camera; the position along base x is not changed.
+/// @param lens_sigma_px  See calibration::RigSolverParams.
+/// @throws InputError when a recording is not as required: a spin that does not turn or moves away,
+/// a straight drive that turns or is too short.
 RigCalibration CalibrateRig(const calib::Rig& rig,
                             const CeilingKeyframes& spin,
                             const CeilingKeyframes& straight,

@@ -17,27 +17,27 @@
 namespace ceilmap::recordings {
 namespace {
 
-/// The forward camera beside the upward one.
+/// The forward camera in addition to the upward one.
 class ForwardSide {
  public:
   ForwardSide(const RigRecording& recording, const calib::Rig& rig)
       : camera_(recording.forward, recording.stamps) {
     calib::ForwardCameraFor(rig, recording.forward, camera_.Size());
-    sights_.emplace(*rig.forward);
+    tracker_.emplace(*rig.forward);
   }
 
   void Follow(double stamp_s, const std::optional<Eigen::Isometry3d>& T_first_base) {
-    sights_->Follow(camera_.At(stamp_s), T_first_base);
+    tracker_->Follow(camera_.At(stamp_s), T_first_base);
   }
 
   std::vector<calibration::MotionWithMatches> Finish() {
     for (const std::string& warning : camera_.Warnings()) terminal::Warn("{}", warning);
-    return sights_->Take();
+    return tracker_->Take();
   }
 
  private:
   SynchronizedStream camera_;
-  std::optional<ForwardFeatureTracker> sights_;
+  std::optional<ForwardFeatureTracker> tracker_;
 };
 
 }  // namespace
@@ -72,7 +72,7 @@ RigMotion ReadMotion(const RigRecording& recording,
                     source.Name(),
                     frame.index - lost + 1));
   }
-  if (forward) motion.sights = forward->Finish();
+  if (forward) motion.forward_pairs = forward->Finish();
   return motion;
 }
 

@@ -15,23 +15,23 @@ namespace ceilmap::recordings {
 /// A recording of both cameras.
 struct RigRecording {
   std::string up;
-  std::string forward;           ///< empty: of the upward camera alone
+  std::string forward;           ///< empty: upward camera only
   std::filesystem::path stamps;  ///< of both; empty: the recordings' own time
 };
 
-/// What a recording shows of the robot's motion in space.
+/// The robot's motion in space, from one recording.
 struct RigMotion {
-  /// Of each frame, the first being level; nothing: the ceiling did not tell.
+  /// Of each frame, relative to the first, which is level; nothing: not measured.
   std::vector<std::optional<Eigen::Isometry3d>> T_first_base;
-  std::vector<calibration::MotionWithMatches> sights;  ///< of the forward camera
+  std::vector<calibration::MotionWithMatches> forward_pairs;  ///< of the forward camera
   std::int64_t frames = 0;
 };
 
-/// Follows a recording by the ceiling, and what the forward camera shows on the way.
-/// @param rig  its upward camera as calibrated, its forward one as far as it is known.
-/// @param label  of the progress.
+/// Tracks a recording by the ceiling, and the features of the forward camera.
+/// @param rig  With the calibrated upward camera and the approximate forward camera.
+/// @param label  Of the progress.
 /// @throws InputError when a source cannot be used, the forward camera is not in the rig, or
-///   the ceiling is lost for longer than a moment.
+/// tracking is lost for longer than a moment.
 RigMotion ReadMotion(const RigRecording& recording,
                      const calib::Rig& rig,
                      const std::string& label);

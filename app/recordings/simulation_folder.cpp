@@ -33,7 +33,7 @@ std::vector<fs::path> ImageNames() {
   return names;
 }
 
-// Nothing but numbered images, so that to replace the folder destroys nothing else.
+// Contains numbered images only, so that replacing the folder destroys no other files.
 bool HoldsOnlyRecording(const fs::path& images) {
   if (!fs::is_directory(images)) return false;
   return std::all_of(
@@ -49,7 +49,7 @@ std::uint64_t SeedOf(const std::string& text, const fs::path& file) {
   return simulator::ParseScene(text, file).seed;
 }
 
-// The line of a scene in block style, as scenes are written; in front where there is none.
+// The line of the seed in a scene in block style; at the beginning if there is none.
 std::string ReplaceSeed(const std::string& text, std::uint64_t seed) {
   const std::string line = fmt::format("seed: {}", seed);
   const std::size_t start = text.starts_with("seed:") ? 0 : text.find("\nseed:");
@@ -76,11 +76,11 @@ SimulationFolder::SimulationFolder(fs::path folder, RecordingFormat format, bool
       throw InputError(
           fmt::format("{}: exists and is not a folder; name another", folder_.string()));
     }
-    files::CheckOutputFiles({folder_});  // its parent
+    files::CheckOutputFiles({folder_});  // its parent folder
     made_ = fs::create_directory(folder_, error);
     if (error) {
       throw InputError(fmt::format(
-          "{}: cannot be created ({}); choose another", folder_.string(), error.message()));
+          "{}: cannot be created ({}); give another name", folder_.string(), error.message()));
     }
   }
 }
@@ -146,7 +146,7 @@ std::string WithSeed(const std::string& text, const fs::path& file, std::uint64_
   try {
     if (SeedOf(changed, file) == seed) return changed;
   } catch (const InputError&) {
-    // Written in another style: leave it to people.
+    // Another style: not changed, only a comment is added.
   }
   return fmt::format("# rendered with --seed {}\n{}", seed, text);
 }

@@ -13,7 +13,7 @@ namespace ceilmap::recordings {
 
 /// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4`, `omni.mp4` (or
 /// `up.mkv`, or the images `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other
-/// files in it are left alone.
+/// files in it are not changed.
 class SimulationFolder {
  public:
   /// The images of one camera, `up`, `forward` or `omni`.
@@ -28,21 +28,21 @@ class SimulationFolder {
     std::string scene;
   };
 
-  /// Makes the folder when it is missing; the destructor removes it again without a Commit().
-  /// @param replace  an earlier recording may be in the folder, and Commit() replaces it.
-  /// @throws InputError when the folder cannot be made or written to, or holds a recording
-  ///   that must not be replaced.
+  /// Creates the folder if it is missing; without Commit() the destructor removes it again.
+  /// @param replace  Commit() may replace an earlier recording in the folder.
+  /// @throws InputError when the folder cannot be created or written, or contains a recording that
+  /// must not be replaced.
   SimulationFolder(std::filesystem::path folder, RecordingFormat format, bool replace);
   ~SimulationFolder();
   SimulationFolder(const SimulationFolder&) = delete;
   SimulationFolder& operator=(const SimulationFolder&) = delete;
 
-  /// Where a camera's images go.
+  /// Target of a camera's images.
   [[nodiscard]] std::filesystem::path ImagesOf(std::string_view camera) const;
 
-  /// Gives all files their names; images of an earlier run under other names go, since they would
-  /// not fit the new stamps. @param recordings  each writes ImagesOf() its camera.
-  /// @return the files. @throws RunError when the disk refuses.
+  /// Gives all files their names. Images of an earlier run under other names are removed, because
+  /// the new stamps are not theirs. @param recordings  Each writes ImagesOf() its camera.
+  /// @return the files. @throws RunError when the disk cannot be written.
   std::vector<std::filesystem::path> Commit(const std::vector<Recording>& recordings,
                                             const Texts& texts);
 
@@ -55,7 +55,7 @@ class SimulationFolder {
 };
 
 /// A scene's text with another seed, so that it gives the same recording without options.
-/// @param file  the scene's, for messages.
+/// @param file  The scene's, for messages.
 std::string WithSeed(const std::string& text,
                      const std::filesystem::path& file,
                      std::uint64_t seed);

@@ -12,13 +12,13 @@
 namespace ceilmap::recordings {
 
 /// Problems of matching a camera's recording with the upward frames, one line each.
-/// @param source  the recording. @param camera  what the camera is called.
+/// @param source  The recording. @param camera  Name of the camera.
 std::vector<std::string> MatchWarnings(const std::string& source,
                                        const std::string& camera,
                                        const robot::StreamReport& matches);
 
 /// The images of a second camera that belong to those of the first, matched by time. It may have
-/// other frames than the first, begin later and end sooner.
+/// another frame rate, begin later and end earlier.
 class SynchronizedStream {
  public:
   struct Report {
@@ -32,8 +32,7 @@ class SynchronizedStream {
   [[nodiscard]] cv::Size Size() const { return stream_.Size(); }
   [[nodiscard]] const std::string& Name() const { return stream_.Name(); }
 
-  /// The image nearest in time, at most 50 ms away; empty when there is none. Stamps must not
-  /// decrease.
+  /// The image nearest in time, within 50 ms; empty if there is none. Stamps must not decrease.
   cv::Mat At(double stamp_s);
 
   [[nodiscard]] Report GetReport() const { return {images_.Report(), stream_.Reading()}; }

@@ -61,7 +61,7 @@ cv::Mat FullRange() {
 
 struct VideoReader::Decoder {
   bool Open(const std::string& name, Input input);
-  /// The next image that can be trusted, in `frame`; false at the end.
+  /// Decodes the next valid image into `frame`; false at the end.
   bool Decode();
   void Convert(cv::Mat& bgr);
   /// Copies the image's luma; false where the pixels have none that is ready to use.
@@ -83,7 +83,7 @@ struct VideoReader::Decoder {
   bool Release();
   bool Trusted(std::int64_t order);
 
-  // A network that says nothing for so long is down.
+  // A network without data for this time is down.
   static constexpr auto kPatience = std::chrono::seconds(30);
   static int GivesUp(void* decoder);
   Clock::time_point asked_ = Clock::now();
@@ -96,23 +96,23 @@ struct VideoReader::Decoder {
   cv::Mat padded_;
   cv::Mat full_range_ = FullRange();
   AVStream* stream_ = nullptr;
-  bool ended_ = false;                // there are no more packets
-  bool drained_ = false;              // ... nor pictures
-  std::multiset<std::int64_t> sent_;  // times of packets whose images have not come yet
+  bool ended_ = false;                // no more packets
+  bool drained_ = false;              // ... nor images
+  std::multiset<std::int64_t> sent_;  // times of packets whose images were not returned yet
 
-  // Images come in the order in which they are shown, but rest on those that were sent before
-  // them, of which some are shown later. So an image waits until all that were sent before it are
-  // there.
+  // The decoder returns images in display order, but they depend on images that were sent before
+  // them, some of which are displayed later. So an image waits until all images that were sent
+  // before it are decoded.
   struct Image {
     Held<AVFrame> frame;
-    std::int64_t order = 0;  // in which it was sent
+    std::int64_t order = 0;  // position in the order of sending
     bool alone = false;
   };
   std::deque<Image> waiting_;
-  std::multiset<std::int64_t> awaited_;  // orders of packets whose images have not come yet
-  std::set<std::int64_t> damaged_;       // orders, as far as they still matter
-  std::int64_t last_alone_ = 0;          // order of the last released image that stands on its own
-  std::int64_t latest_ = 0;              // order of the last packet
+  std::multiset<std::int64_t> awaited_;  // orders of packets whose images were not returned yet
+  std::set<std::int64_t> damaged_;       // orders, as long as they are relevant
+  std::int64_t last_alone_ = 0;  // order of the last released image that depends on no other
+  std::int64_t latest_ = 0;      // order of the last packet
 };
 
 int VideoReader::Decoder::GivesUp(void* decoder) {
@@ -126,17 +126,17 @@ bool VideoReader::Decoder::OpenStream(const std::string& name, Input input) {
     format->interrupt_callback = {GivesUp, this};
     av_dict_set(&options, "rtsp_transport", "tcp", 0);  // UDP would lose packets
   }
-  // A file's name is never taken for a protocol, whatever stands before a colon in it.
+  // A file name is never interpreted as a protocol, even if it contains a colon.
   const std::string address = input == Input::kStream ? name : "file:" + name;
   const int error = avformat_open_input(&format, address.c_str(), nullptr, &options);
   av_dict_free(&options);
-  if (error < 0) return false;  // which has released `format`
+  if (error < 0) return false;  // `format` was released by this call
   format_.reset(format);
   return avformat_find_stream_info(format, nullptr) >= 0;
 }
 
 bool VideoReader::Decoder::Open(const std::string& name, Input input) {
-  av_log_set_level(AV_LOG_FATAL);  // what is damaged is counted, and told in one line
+  av_log_set_level(AV_LOG_FATAL);  // damage is counted and reported in one line
   if (!OpenStream(name, input)) return false;
   const AVCodec* decoder = nullptr;
   const int index = av_find_best_stream(format_.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
@@ -145,14 +145,14 @@ bool VideoReader::Decoder::Open(const std::string& name, Input input) {
   codec_.reset(avcodec_alloc_context3(decoder));
   if (avcodec_parameters_to_context(codec_.get(), stream_->codecpar) < 0) return false;
   codec_->pkt_timebase = stream_->time_base;
-  // Sizes can change within a stream: the decoder asks before it makes room for an image.
+  // Sizes can change within a stream: the decoder asks before it allocates an image.
   codec_->max_pixels = std::int64_t{kMaxImageSidePx} * kMaxImageSidePx;
-  // Threads that work on several frames at once lose what is said about damage.
+  // Threads that decode several frames at once would lose the damage reports.
   codec_->thread_count = 0;
   codec_->thread_type = FF_THREAD_SLICE;
-  // Where each image has its own checksum, a damaged one is an error and none comes. Not of
-  // cameras' JPEGs, in which the decoder finds fault with much that is harmless; damage stays in
-  // the one image, and what is left of it is where it belongs.
+  // Where each image has its own checksum, a damaged image is an error and is not returned. Not for
+  // cameras' JPEGs, in which the decoder reports many harmless errors; damage stays within one
+  // image, and the remaining content is at its correct position.
   if (StandsAlone(decoder->id) && decoder->id != AV_CODEC_ID_MJPEG) {
     codec_->err_recognition |= AV_EF_CRCCHECK | AV_EF_EXPLODE;
   }
@@ -161,7 +161,7 @@ bool VideoReader::Decoder::Open(const std::string& name, Input input) {
   return true;
 }
 
-// Unknown counts and rates come as zero, negative or absurd numbers.
+// Unknown counts and rates are zero, negative or invalid numbers.
 void VideoReader::Decoder::Describe() {
   constexpr double kMaxFrames = 1e9;
   constexpr double kHighestRate = 10000;
@@ -174,7 +174,7 @@ void VideoReader::Decoder::Describe() {
   if (count >= 1 && count < kMaxFrames) expected = static_cast<std::int64_t>(count);
 }
 
-// Gives the decoder the next packet, or tells it that there are no more.
+// Sends the next packet to the decoder, or the end of the stream.
 void VideoReader::Decoder::Feed() {
   asked_ = Clock::now();
   do {
@@ -187,7 +187,7 @@ void VideoReader::Decoder::Feed() {
   } while (packet_->stream_index != stream_->index);
   const bool wanted = (packet_->flags & AV_PKT_FLAG_DISCARD) == 0;
   if (wanted && packet_->pts != AV_NOPTS_VALUE) sent_.insert(packet_->pts);
-  // Streams have no places: their images count in the order in which they are shown.
+  // Streams have no positions: their images count in display order.
   const bool in_file = packet_->pos >= 0;
   latest_ = in_file ? packet_->pos : latest_ + 1;
   if (wanted && in_file) awaited_.insert(latest_);
@@ -198,7 +198,7 @@ void VideoReader::Decoder::Feed() {
   if (packet_->pts == AV_NOPTS_VALUE) ++left_out;
 }
 
-// Images come in the order of their times: an earlier one that has not come never will.
+// Images are returned in the order of their times: an earlier one will not come any more.
 void VideoReader::Decoder::Account() {
   if (frame_->pts == AV_NOPTS_VALUE) return;
   const auto here = sent_.lower_bound(frame_->pts);
@@ -206,10 +206,10 @@ void VideoReader::Decoder::Account() {
   sent_.erase(sent_.begin(), sent_.upper_bound(frame_->pts));
 }
 
-// The image in `frame_` joins those that wait.
+// Adds the image in `frame_` to the waiting ones.
 void VideoReader::Decoder::Take() {
   Account();
-  // H.264 keeps at most so many images back; a packet that is older has none.
+  // H.264 delays a limited number of images; an older packet has no image.
   constexpr std::size_t kMaxReordered = 16;
   Image image{Held<AVFrame>(av_frame_clone(frame_.get())), latest_};
   if (frame_->pkt_pos >= 0) image.order = frame_->pkt_pos;
@@ -237,13 +237,13 @@ void VideoReader::Decoder::Receive() {
   }
 }
 
-// Nothing that it may rest on is damaged.
+// True when no image that it may depend on is damaged.
 bool VideoReader::Decoder::Trusted(std::int64_t order) {
   damaged_.erase(damaged_.begin(), damaged_.lower_bound(last_alone_));
   return damaged_.empty() || *damaged_.begin() > order;
 }
 
-// The next image that can be trusted, in `frame_`; false when it has to wait.
+// Moves the next valid image to `frame_`; false when it must wait.
 bool VideoReader::Decoder::Release() {
   while (!waiting_.empty()) {
     Image& next = waiting_.front();
@@ -267,7 +267,7 @@ bool VideoReader::Decoder::Decode() {
   return true;
 }
 
-// To what OpenCV calls BGR. The rows are padded: the scaler may write beyond their ends.
+// Converts to OpenCV's BGR. The rows are padded, because the scaler may write beyond their ends.
 void VideoReader::Decoder::Convert(cv::Mat& bgr) {
   constexpr int kPadding = 64;
   const int width = frame_->width;
@@ -283,7 +283,7 @@ void VideoReader::Decoder::Convert(cv::Mat& bgr) {
                                      nullptr,
                                      nullptr,
                                      nullptr));
-  if (!scaler_) throw InputError("its pixels are of a kind that cannot be converted");
+  if (!scaler_) throw InputError("its pixel format cannot be converted");
   padded_.create(height + 1, (width + kPadding) / kPadding * kPadding, CV_8UC3);
   uint8_t* const rows = padded_.data;
   const int step = static_cast<int>(padded_.step);

@@ -12,15 +12,16 @@ namespace ceilmap::recordings {
 
 /// Video of a file, a pipe or a network address, decoded by FFmpeg's libraries.
 ///
-/// A decoder does not say no: where bytes are damaged it fills the hole with what the picture
-/// before showed, and the images that follow build on that. They look right and show where the
-/// robot WAS. So an image that is damaged, or rests on one that is, is left out until the next one
-/// that stands on its own; LeftOut() counts it, so that the frames after it keep their numbers.
+/// A decoder does not report damage clearly: it fills damaged areas with the content of the image
+/// before, and the following images are based on that. They appear correct but show an earlier
+/// position of the robot. Therefore a damaged image, and images that depend on one, are skipped
+/// until the next image that depends on no other. LeftOut() counts them, so that later frames keep
+/// their indices.
 class VideoReader final : public FrameReader {
  public:
   enum class Input { kFile, kPipe, kStream };
 
-  /// @throws InputError when it cannot be opened or is no video that can be decoded.
+  /// @throws InputError when it cannot be opened or cannot be decoded as a video.
   VideoReader(std::string name, Input input, Pixels pixels);
   ~VideoReader() override;
 

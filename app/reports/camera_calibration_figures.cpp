@@ -22,7 +22,7 @@ using calibration::SolvedView;
 
 constexpr int kWidthPx = 860;
 
-// Room for labels beside an image in its own proportions.
+// Space for labels beside an image of the given aspect ratio.
 int HeightOf(cv::Size size) {
   return 90 + static_cast<int>(0.88 * kWidthPx * size.height / size.width);
 }
@@ -53,7 +53,7 @@ std::string ResidualData(const recordings::CameraCalibration& calibration) {
   return text;
 }
 
-// A round number that makes arrows of the RMS some two hundredths of the image long.
+// A round factor with which an arrow of the RMS is about two hundredths of the image long.
 double ArrowScale(const recordings::CameraCalibration& calibration) {
   const double wanted =
       0.02 * calibration.solution.lens.size.width / std::max(1e-6, calibration.solution.rms_px);
@@ -101,7 +101,7 @@ figures::Figure CoverageFigure(const recordings::CameraCalibration& calibration)
   figure.settings =
       ImageAxes(size) +
       fmt::format(
-          "set title 'Boards over each part of the image, and corners; {:.0f} % covered'\n"
+          "set title 'Number of boards in each part of the image, and corners; {:.0f} % covered'\n"
           "set palette defined (0 '#FFFFFF', 1 '#D6E6F2', 10 '#56B4E9', 20 '#0072B2')\n"
           "set cbrange [0:*]\nset colorbox\nset grid front\n",
           100 * calibration.coverage.Share());
@@ -171,7 +171,7 @@ std::string Html(const recordings::CameraCalibration& calibration,
   }
   html += "</table>\n";
   for (const std::string& warning : calibration.warnings) {
-    html += "<p><strong>To make it better:</strong> " + page::EscapedForHtml(warning) + "</p>\n";
+    html += "<p><strong>To improve it:</strong> " + page::EscapedForHtml(warning) + "</p>\n";
   }
   for (const std::string& figure : figures) {
     html += fmt::format("<p><img src=\"figures/{0}.svg\" alt=\"{0}\"></p>\n", figure);
@@ -199,7 +199,7 @@ std::vector<fs::path> WriteCameraReport(const fs::path& folder,
     figures = {ResidualFigure(calibration), CoverageFigure(calibration), ViewFigure(calibration)};
   } else {
     terminal::Warn(
-        "gnuplot is not installed: {} has no figures; 'apt-get install gnuplot-nox' mends that",
+        "gnuplot is not installed: {} has no figures; install it by 'apt-get install gnuplot-nox'",
         folder.string());
   }
   std::vector<std::string> names;

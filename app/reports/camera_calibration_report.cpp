@@ -22,14 +22,14 @@ std::vector<std::string> ValueNames(calibration::LensModel model) {
   return names;
 }
 
-// As many digits as the standard deviation has a right to: two of its own.
+// Rounded to two significant digits of the standard deviation.
 std::string WithSigma(double value, double sigma) {
   if (!(sigma > 0)) return fmt::format("{:g}", value);
   const int digits = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 9);
   return fmt::format("{:.{}f} +- {:.{}f}", value, digits, sigma, digits);
 }
 
-// By reason, the first words of it: blur and misfit come with figures.
+// By reason, its first words, because the messages on blur and misfit contain numbers.
 void AddLeftOut(const recordings::CameraCalibration& calibration, terminal::Table& table) {
   std::map<std::string, int> counts;
   for (const auto& [name, why] : calibration.left_out) ++counts[why.substr(0, why.find(':'))];
@@ -57,12 +57,14 @@ terminal::Table CameraFacts(const recordings::CameraCalibration& calibration) {
   for (Eigen::Index i = 0; i < solution.lens.values.size(); ++i) {
     const auto index = static_cast<std::size_t>(i);
     const bool free = solution.free[index];
-    const char* const unit = i < kPinhole ? "px" : free ? "" : "the views do not tell it from 0";
+    const char* const unit = i < kPinhole ? "px"
+                             : free       ? ""
+                                    : "not estimated: it does not differ from 0 significantly";
     table.AddRow({names[index], WithSigma(solution.lens.values[i], solution.Sigma(i)), unit});
   }
-  table.AddRow({"corners known to",
+  table.AddRow({"standard deviation",
                 fmt::format("{:.2f}", solution.CornerSigma()),
-                "px, where the directions of the image's corners show"});
+                "px, at the image's corners"});
   table.AddRow(
       {"coverage", fmt::format("{:.0f} %", 100 * calibration.coverage.Share()), "of the image"});
   return table;

@@ -12,22 +12,23 @@
 
 namespace ceilmap::reports {
 
-/// What a calibration found, in words, for the terminal.
+/// Result of a calibration as text, for the terminal.
 terminal::Table CameraFacts(const recordings::CameraCalibration& calibration);
 
 /// The same for scripts: the lens with standard deviations, RMS, views, coverage.
 nlohmann::ordered_json CameraJson(const recordings::CameraCalibration& calibration);
 
-/// For `-o`.
+/// The camera_info file for `-o`.
 calib::CameraInfo CameraInfoOf(const recordings::CameraCalibration& calibration);
 
-/// The views that were used, and those left out and why.
+/// The used views, and the unused ones with the reason.
 std::vector<ReportTable> CameraTables(const recordings::CameraCalibration& calibration);
 
-/// Writes index.html, tables.md, metrics.json, figures of residuals, coverage and views, and a
-/// image before and after. Without gnuplot there are no figures, and a warning tells.
-/// @param folder  checked by CheckReportFolder before. @return all files.
-/// @throws RunError when the disk refuses.
+/// Writes index.html, tables.md, metrics.json, figures of residuals, coverage and views, and an
+/// image before and after rectification. Without gnuplot there are no figures, and a warning is
+/// printed.
+/// @param folder  Already checked by CheckReportFolder. @return all files.
+/// @throws RunError when the disk cannot be written.
 std::vector<std::filesystem::path> WriteCameraReport(
     const std::filesystem::path& folder, const recordings::CameraCalibration& calibration);
 

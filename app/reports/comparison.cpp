@@ -27,13 +27,13 @@ std::vector<files::NamedFile> ParseEstimates(const std::vector<std::string>& arg
     files.push_back(files::ParseNamedFile(argument));
     if (!names.insert(files.back().name).second) {
       throw InputError(fmt::format(
-          "{}: the name '{}' is taken; write NAME={}", argument, files.back().name, argument));
+          "{}: the name '{}' is used twice; write NAME={}", argument, files.back().name, argument));
     }
   }
   return files;
 }
 
-// Where the frame of a map is by the run that made it.
+// Alignment of a map, from the run that created it.
 evaluation::PlanarSimilarity FrameOfMap(const std::filesystem::path& truth_file,
                                         const std::filesystem::path& estimate_file,
                                         double max_dt_s) {
@@ -54,7 +54,7 @@ evaluation::PlanarSimilarity FrameOfMap(const std::filesystem::path& truth_file,
   return evaluation::Align(pairs, evaluation::Alignment::kSe2);
 }
 
-// Between the nearest two stamps.
+// Time between the nearest two stamps.
 double NearestSeconds(const std::vector<StampedPose>& truth,
                       const std::vector<StampedHeading>& estimate) {
   double nearest_s = std::numeric_limits<double>::infinity();
@@ -82,7 +82,7 @@ class Comparer {
         FrameOfMap(params.frame_from.at(0), params.frame_from.at(1), evaluation_.max_dt_s);
   }
 
-  // Takes BEFORE, and so tells of compensations too.
+  // Its table also has compensations, so that it takes BEFORE.
   void Before(const std::filesystem::path& file);
   void Add(const files::NamedFile& file);
   Comparison Take() {
@@ -108,12 +108,13 @@ class Comparer {
   Comparison comparison_;
 };
 
-// @param added_s  to its stamps already.
+// @param added_s  Offset that was already added to its stamps.
 std::string Comparer::LikelyOffset(const files::Estimate& estimate, double added_s) const {
   if (!estimate.poses.empty()) {
     const std::optional<TimeOffset> offset = evaluation::FindTimeOffset(truth_, estimate.poses);
-    if (offset && offset->IsSure() && std::abs(offset->offset_s) > params_.evaluation.max_dt_s) {
-      return fmt::format("the robot moved alike with --offset {:.3f}", added_s + offset->offset_s);
+    if (offset && offset->IsReliable() &&
+        std::abs(offset->offset_s) > params_.evaluation.max_dt_s) {
+      return fmt::format("the motions agree with --offset {:.3f}", added_s + offset->offset_s);
     }
   }
   const double first_s = estimate.headings.front().stamp_s;
@@ -122,7 +123,7 @@ std::string Comparer::LikelyOffset(const files::Estimate& estimate, double added
     return fmt::format("the nearest two are {:.3g} s apart, see --max-dt",
                        NearestSeconds(truth_, estimate.headings));
   }
-  return fmt::format("had both begun together it were --offset {:.3f}",
+  return fmt::format("if both begin at the same time, it is --offset {:.3f}",
                      added_s + truth_.front().stamp_s - first_s);
 }
 
@@ -142,7 +143,7 @@ void Comparer::ThrowNothingInCommon(const std::filesystem::path& file,
                   LikelyOffset(estimate, added_s)));
 }
 
-// Reads an estimate and brings it to the clock of the truth.
+// Reads an estimate and converts its stamps to the clock of the truth.
 files::Estimate Comparer::Read(const std::filesystem::path& file,
                                ComparedEstimate& compared) const {
   files::Estimate estimate = files::ReadEstimate(file);
@@ -154,12 +155,12 @@ files::Estimate Comparer::Read(const std::filesystem::path& file,
                       file.string()));
     }
     compared.found_offset = evaluation::FindTimeOffset(truth_, estimate.poses);
-    if (!compared.found_offset || !compared.found_offset->IsSure()) {
-      throw InputError(
-          fmt::format("{}: how the robot moved does not tell the offset of its clock from that of "
-                      "{}; give --offset SECONDS",
-                      file.string(),
-                      params_.truth.string()));
+    if (!compared.found_offset || !compared.found_offset->IsReliable()) {
+      throw InputError(fmt::format(
+          "{}: the robot's motion does not determine the offset of its clock from that of "
+          "{}; give --offset SECONDS",
+          file.string(),
+          params_.truth.string()));
     }
     compared.offset_s = compared.found_offset->offset_s;
   }
@@ -176,14 +177,14 @@ void Comparer::Before(const std::filesystem::path& file) {
   const auto alignment = evaluation::AlignLevelFrames(truth_, estimate.poses, Compensation());
   if (alignment.matched == 0) ThrowNothingInCommon(file, estimate, compared.offset_s);
   if (!alignment.T_truth_before) {
-    throw InputError(
-        fmt::format("{}: {} of its {} compared frames level by {} (pitch and roll below {} deg), "
-                    "must be at least 2 to align on",
-                    file.string(),
-                    alignment.level,
-                    alignment.matched,
-                    params_.truth.string(),
-                    Compensation().level_below_deg));
+    throw InputError(fmt::format(
+        "{}: {} of its {} compared frames are level by {} (pitch and roll below {} deg), "
+        "must be at least 2 to align on",
+        file.string(),
+        alignment.level,
+        alignment.matched,
+        params_.truth.string(),
+        Compensation().level_below_deg));
   }
   before_ = estimate.poses;
   comparison_.compensation = BeforeAndAfter{alignment, evaluation::LargestTilt(truth_), {}};

@@ -18,36 +18,36 @@
 
 namespace ceilmap::reports {
 
-/// How the clock of an estimate is brought to that of the truth.
+/// Conversion of an estimate's clock to that of the truth.
 struct ClockOffset {
-  bool search = false;  ///< from how the robot moved; else ...
+  bool search = false;  ///< determined from the motion; else ...
   double seconds = 0;   ///< ... this is added to the stamps of the estimate
 };
 
 struct ComparisonParams {
   std::filesystem::path truth;
   std::vector<std::string> estimates;  ///< `[NAME=]FILE`, no name twice
-  std::filesystem::path before;  ///< without tilt compensation; empty: nothing is said of its worth
-  std::filesystem::path expect;  ///< stamps that there should be poses for; empty: the truth's
-  /// The truth of the run that made the map, and its estimate: their alignment is that of the map,
-  /// and so counts for all robots on it. Empty: each estimate is aligned as `evaluation` says.
+  std::filesystem::path before;        ///< without tilt compensation; empty: no comparison
+  std::filesystem::path expect;        ///< stamps with expected poses; empty: the truth's
+  /// The truth of the run that created the map, and its estimate: their alignment is that of the
+  /// map and of all robots on it. Empty: each estimate is aligned as `evaluation` requests.
   std::vector<std::filesystem::path> frame_from;
   ClockOffset offset;
   evaluation::EvaluationParams evaluation;
 };
 
-/// One estimate against the truth.
+/// Comparison of one estimate with the truth.
 struct ComparedEstimate {
   files::NamedFile file;
-  double offset_s = 0;                                   ///< that was added to its stamps
-  std::optional<evaluation::TimeOffset> found_offset;    ///< where it was searched for
-  std::optional<evaluation::TrajectoryErrors> errors;    ///< unset: it has headings only
-  evaluation::HeadingErrors heading;                     ///< from its first matched pose on
-  std::optional<evaluation::Consistency> consistency;    ///< where it has covariances
-  std::vector<evaluation::PoseCovariance> covariances;   ///< of its poses; empty: not known
+  double offset_s = 0;                                   ///< added to its stamps
+  std::optional<evaluation::TimeOffset> found_offset;    ///< set if it was searched
+  std::optional<evaluation::TrajectoryErrors> errors;    ///< unset: headings only
+  evaluation::HeadingErrors heading;                     ///< relative to its first matched pose
+  std::optional<evaluation::Consistency> consistency;    ///< if it has covariances
+  std::vector<evaluation::PoseCovariance> covariances;   ///< of its poses; empty: unknown
   std::map<std::string, std::int64_t> frames_of_status;  ///< of a status file
   std::vector<files::FrameStatus> placed;                ///< of a status file, of each pose
-  std::vector<files::FrameStatus> unplaced;              ///< of a status file, by the truth's clock
+  std::vector<files::FrameStatus> unplaced;  ///< of a status file, with stamps of the truth's clock
   std::int64_t matched = 0;
   std::int64_t expected = 0;
 
@@ -56,11 +56,11 @@ struct ComparedEstimate {
   }
 };
 
-/// What tilt compensation is worth.
+/// Results of tilt compensation.
 struct BeforeAndAfter {
   evaluation::LevelAlignment alignment;
   evaluation::TiltDegrees largest_true_tilt;
-  std::vector<NamedCompensation> estimates;  ///< all, in their order
+  std::vector<NamedCompensation> estimates;  ///< all, in order of the arguments
 };
 
 struct Comparison {
@@ -70,8 +70,8 @@ struct Comparison {
 };
 
 /// Reads all files and compares them.
-/// @throws InputError on files that cannot be used, two estimates of one name, and an
-///   estimate that has no pose at the time of a true one.
+/// @throws InputError on unusable files, two estimates of the same name, and an estimate that has
+/// no pose at the time of a true one.
 Comparison Compare(const ComparisonParams& params);
 
 }  // namespace ceilmap::reports

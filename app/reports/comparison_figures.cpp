@@ -25,7 +25,7 @@ PlanarSimilarity Inverse(const PlanarSimilarity& T) {
   return inverse;
 }
 
-/// Where a pose is shown.
+/// Coordinates of a pose in the figures.
 void Place(const PlanarSimilarity& T, const Eigen::Vector2d& p_truth, figures::FigurePose& pose) {
   const Eigen::Vector2d shown = T * p_truth;
   pose.x = shown.x();
@@ -36,13 +36,13 @@ void Place(const PlanarSimilarity& T, const Eigen::Vector2d& p_truth, figures::F
 }  // namespace
 
 std::vector<figures::FigurePose> FigurePoses(const std::vector<StampedPose>& poses) {
-  const std::vector<double> way_m = PathLengths(poses);
+  const std::vector<double> distance_m = PathLengths(poses);
   std::vector<figures::FigurePose> shown;
   shown.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     figures::FigurePose pose;
     pose.time_s = poses[i].stamp_s - poses.front().stamp_s;
-    pose.way_m = way_m[i];
+    pose.distance_m = distance_m[i];
     pose.x = poses[i].position.x();
     pose.y = poses[i].position.y();
     pose.yaw_deg = kDegPerRad * YawOf(poses[i]);
@@ -74,7 +74,7 @@ figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& trut
     shown.poses.reserve(run.errors->frames.size());
     for (const FrameError& error : run.errors->frames) {
       figures::FigurePose pose = unmoved[error.truth];
-      pose.way_m = error.way_m;
+      pose.distance_m = error.distance_m;
       pose.yaw_deg += error.yaw_deg;
       pose.pitch_deg += error.pitch_deg;
       pose.roll_deg += error.roll_deg;
@@ -119,8 +119,8 @@ std::optional<figures::FigureMosaic> WriteMosaic(const store::MapReader& map,
   cv::Mat alpha;
   const store::MosaicGrid grid = map.ReadOverview(kMaxPx, grey, alpha);
   if (grey.empty()) return std::nullopt;
-  // Pale, so that paths stand out. Beyond what was seen the paper shows. (gnuplot could do this
-  // too, for as long as all the rest takes.)
+  // Bright, so that paths are visible. Unmapped areas are white. (gnuplot could do this too, but
+  // takes as long as all other work.)
   grey.convertTo(grey, CV_8U, 0.45, 140);
   grey.setTo(255, alpha == 0);
   std::vector<unsigned char> png;

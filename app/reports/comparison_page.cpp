@@ -30,7 +30,7 @@ page::PagePose Shown(const PlanarSimilarity& T_shown_truth,
   return pose;
 }
 
-// The covariance of an estimate's own frame, turned and scaled into the one shown.
+// The covariance in an estimate's frame, rotated and scaled to the frame of the page.
 void SetCovariance(const evaluation::PoseCovariance& known,
                    double yaw_shown_estimate,
                    double scale,
@@ -42,7 +42,7 @@ void SetCovariance(const evaluation::PoseCovariance& known,
   pose.covariance = {position(0, 0), position(0, 1), position(1, 1), (*known)(2, 2)};
 }
 
-// Frames that a run could not place come between its poses; stamps stay in order.
+// Frames without a pose are inserted between the poses in order of stamps.
 void AddUnplaced(const std::vector<files::FrameStatus>& unplaced,
                  std::vector<page::PagePose>& poses) {
   constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
@@ -77,9 +77,9 @@ class Builder {
   std::vector<page::PageChart> Charts() const;
 
  private:
-  // Errors with and without compensation, whose size hides what is left in the charts of the runs.
+  // Errors with and without compensation are in a separate chart, because their scale differs.
   page::PageChart BeforeAndAfter(page::PageChart after) const;
-  // No run can have a name of ours.
+  // This name cannot be that of a run.
   std::string Unused(std::string name) const {
     while (std::any_of(comparison_.estimates.begin(),
                        comparison_.estimates.end(),
@@ -133,7 +133,7 @@ page::PagePath Builder::Run(const ComparedEstimate& estimate) const {
   return path;
 }
 
-// Headings alone have no places: the robot stands where it truly was.
+// Headings have no positions: the true ones are used.
 page::PagePath Builder::Headings(const ComparedEstimate& estimate) const {
   page::PagePath path;
   path.name = HeadingName(estimate);
@@ -147,7 +147,7 @@ page::PagePath Builder::Headings(const ComparedEstimate& estimate) const {
   return path;
 }
 
-// Of all runs the same. Its yaw is not compared, so that of the truth stands for it.
+// The same for all runs. Its yaw is not compared, so that of the truth is used.
 page::PagePath Builder::Before() const {
   page::PagePath path;
   path.name = BeforeName();
@@ -177,7 +177,7 @@ page::PageChart Builder::PositionChart(std::string title,
     page::PageSeries series;
     series.name = estimate.file.name;
     for (const FrameError& error : estimate.errors->frames) {
-      series.x.push_back(over_time ? error.stamp_s : error.way_m);
+      series.x.push_back(over_time ? error.stamp_s : error.distance_m);
       series.y.push_back(value(error));
       if (!over_time) series.stamps_s.push_back(error.stamp_s);
     }
@@ -196,7 +196,7 @@ page::PageChart Builder::BeforeAndAfter(page::PageChart after) const {
     before.y.push_back((metres_ ? 1e3 : 1) *
                        std::hypot(frame.before->along_m, frame.before->across_m));
   }
-  after.title = "Position error, before compensation too";
+  after.title = "Position error, with and without compensation";
   after.series.insert(after.series.begin(), std::move(before));
   return after;
 }
@@ -210,15 +210,15 @@ std::vector<page::PageChart> Builder::Charts() const {
   std::vector<page::PageChart> charts = {
       PositionChart("Position error", label, true, position),
       PositionChart("Yaw error", "error (deg)", true, yaw_deg),
-      PositionChart("Position error over the way", label, false, position),
-      PositionChart("Yaw error over the way", "error (deg)", false, yaw_deg)};
+      PositionChart("Position error over the distance travelled", label, false, position),
+      PositionChart("Yaw error over the distance travelled", "error (deg)", false, yaw_deg)};
   if (comparison_.compensation) charts.push_back(BeforeAndAfter(charts.front()));
   page::PageChart headings;
-  headings.title = "Heading error from the first heading on";
+  headings.title = "Heading error relative to the first heading";
   headings.x_label = "time (s)";
   headings.y_label = "error (deg)";
   for (const ComparedEstimate& estimate : comparison_.estimates) {
-    if (estimate.errors) continue;  // has the charts above
+    if (estimate.errors) continue;  // shown in the charts above
     page::PageSeries series;
     series.name = HeadingName(estimate);
     for (const evaluation::HeadingError& error : estimate.heading.of) {
@@ -236,12 +236,12 @@ std::string TitleOf(const Comparison& comparison) {
   constexpr std::size_t kMaxNames = 4;
   const auto& estimates = comparison.estimates;
   if (estimates.size() > kMaxNames)
-    return fmt::format("{} runs against the truth", estimates.size());
+    return fmt::format("{} runs compared with the truth", estimates.size());
   std::string names;
   for (const ComparedEstimate& estimate : estimates) {
     names += (names.empty() ? "" : ", ") + estimate.file.name;
   }
-  return names + " against the truth";
+  return names + " compared with the truth";
 }
 
 }  // namespace

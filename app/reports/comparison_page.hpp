@@ -10,10 +10,10 @@
 
 namespace ceilmap::reports {
 
-/// What the page of `evaluate` shows, without a map: the truth, every run with positions beside it
-/// and what it was without tilt compensation, errors over time and over the way, tables.
-/// @param frame  all paths are shown in.
-/// @param unit  of lengths, "m" or "px".
+/// Content of the page of `evaluate`, without a map: the truth, every run with positions, the run
+/// without tilt compensation, errors over time and over the distance travelled, tables.
+/// @param frame  Of all paths.
+/// @param unit  Of lengths, "m" or "px".
 page::PageData ComparisonPage(const Comparison& comparison,
                               const std::vector<ReportTable>& tables,
                               ShownFrame frame,

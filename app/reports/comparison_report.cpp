@@ -31,7 +31,7 @@ ordered_json EstimateJson(const ComparedEstimate& estimate, const std::string& a
   return json;
 }
 
-// The rows of one estimate in metrics.csv.
+// Rows of one estimate in metrics.csv.
 class MetricRows {
  public:
   explicit MetricRows(std::string name) : name_(std::move(name)) {}
@@ -73,7 +73,7 @@ std::string JoinWithCommas(const std::vector<std::string>& fields) {
   return fmt::format("{}\n", fmt::join(fields, ","));
 }
 
-// What NAME-errors.csv says of a pose after the true one.
+// Fields of NAME-errors.csv after the true pose.
 std::string ErrorFields(const evaluation::FrameError* error) {
   if (error == nullptr) return ",,,,,,,,,,";
   return fmt::format("{:.9f},{:.9f},{:.7f},{:.9f},{:.9f},{:.9f},{:.7f},{:.7f},{:.7f},{:.9f},{:.7f}",
@@ -190,15 +190,15 @@ std::string FormatErrorsCsv(const std::vector<StampedPose>& truth,
       ",true_yaw_deg,way_m,aligned_x,aligned_y,aligned_yaw_deg,position_error_m,ahead_m,left_m,"
       "yaw_error_deg,pitch_error_deg,roll_error_deg,translation_error_m,rotation_error_deg,"
       "heading_error_deg\n";
-  const std::vector<double> way_m = PathLengths(truth);
-  std::size_t next = 0;          // of the errors
-  std::size_t next_heading = 0;  // of the heading's errors
+  const std::vector<double> distance_m = PathLengths(truth);
+  std::size_t next = 0;          // next error
+  std::size_t next_heading = 0;  // next error of the heading
   for (std::size_t i = 0; i < truth.size(); ++i) {
     text += fmt::format("{:.6f},", truth[i].stamp_s);
     text += compensation != nullptr
                 ? FormatCompensatedFrame(compensation->frames[i])
                 : fmt::format("{:.9f},{:.9f}", truth[i].position.x(), truth[i].position.y());
-    text += fmt::format(",{:.7f},{:.9f},", kDegPerRad * YawOf(truth[i]), way_m[i]);
+    text += fmt::format(",{:.7f},{:.9f},", kDegPerRad * YawOf(truth[i]), distance_m[i]);
     const evaluation::FrameError* error = nullptr;
     if (estimate.errors && next < estimate.errors->frames.size() &&
         estimate.errors->frames[next].truth == i) {

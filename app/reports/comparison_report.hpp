@@ -9,16 +9,16 @@
 
 namespace ceilmap::reports {
 
-/// The files that `evaluate` leaves of a comparison.
+/// The files of a comparison by `evaluate`.
 
-/// metrics.json. @param align  how estimates were aligned, as the option has it.
+/// metrics.json. @param align  Name of the alignment, as for the option.
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison,
                                       const ComparisonParams& params,
                                       const std::string& align);
 
 /// metrics.csv: a row per estimate and kind of error, with its statistics.
 std::string FormatMetricsCsv(const Comparison& comparison);
-/// estimates.csv: a row per estimate with what is one number of each.
+/// estimates.csv: one row per estimate with its single values.
 std::string FormatEstimatesCsv(const Comparison& comparison);
 /// NAME-errors.csv: a line for each pose of the truth.
 /// @param compensation  of this estimate, or null.

@@ -16,7 +16,7 @@ std::string Count(std::int64_t count) {
   return fmt::format("{}", count);
 }
 
-// Nothing is not less than nothing.
+// Without values there is no ratio.
 std::string Fixed(double value, int decimals) {
   std::string text = fmt::format("{:.{}f}", value, decimals);
   if (text.find_first_not_of("-0.") == std::string::npos) std::erase(text, '-');
@@ -72,7 +72,7 @@ ReportTable ErrorTable(const Comparison& comparison) {
 }
 
 ReportTable AlignmentTable(const Comparison& comparison) {
-  ReportTable table{"How the estimates were brought to the truth",
+  ReportTable table{"Alignment of the estimates with the truth",
                     {"estimate", "x m", "y m", "yaw deg", "scale", "offset s", "sigma s"},
                     {}};
   for (const ComparedEstimate& estimate : comparison.estimates) {
@@ -113,7 +113,7 @@ ReportTable SegmentTable(const Comparison& comparison) {
 }
 
 ReportTable HeadingTable(const Comparison& comparison) {
-  ReportTable table{"Heading from the first compared frame on",
+  ReportTable table{"Heading relative to the first compared frame",
                     {"heading",
                      "path m",
                      "turned deg",

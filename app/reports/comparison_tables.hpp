@@ -7,8 +7,8 @@
 
 namespace ceilmap::reports {
 
-/// What `evaluate` tells people of a comparison: coverage, errors, errors over distances, headings,
-/// and, where there is such a thing to tell, alignment, consistency, status and compensation.
+/// Tables of a comparison by `evaluate`: coverage, errors, errors over distances, headings, and, if
+/// available, alignment, consistency, status and compensation.
 std::vector<ReportTable> ComparisonTables(const Comparison& comparison);
 
 }  // namespace ceilmap::reports

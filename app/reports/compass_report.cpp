@@ -17,7 +17,7 @@ std::string Count(std::int64_t number) {
   return fmt::format("{}", number);
 }
 
-// Part of the errors that are small, as the papers count them.
+// Fraction of small errors, with the limit of the publications.
 double PartBelow(const evaluation::HeadingErrors& errors, double limit_rad) {
   const auto small = [limit_rad](const evaluation::HeadingError& error) {
     return std::abs(error.error_deg) < kDegPerRad * limit_rad;
@@ -44,10 +44,11 @@ void AddErrors(const evaluation::HeadingErrors& errors, terminal::Table& table) 
 
 void AddUnused(const recordings::UnusedFrames& unused, terminal::Table& table) {
   if (unused.without_pose > 0) {
-    table.AddRow({"no pose", Count(unused.without_pose), "frames at whose time there is none"});
+    table.AddRow({"no pose", Count(unused.without_pose), "frames without a pose at their time"});
   }
   if (unused.below_horizon > 0) {
-    table.AddRow({"skipped", Count(unused.below_horizon), "frames with too little above horizon"});
+    table.AddRow(
+        {"skipped", Count(unused.below_horizon), "frames with too few pixels above the horizon"});
   }
 }
 
@@ -64,11 +65,11 @@ void Print(const terminal::Table& table, const terminal::Summary& summary) {
   for (const auto& file : summary.files) fmt::print("written {}\n", file.string());
 }
 
-// What a model holds, all in all.
+// Summary of a model's content.
 struct Content {
-  std::int64_t cells = 0;  // with anything in them
+  std::int64_t cells = 0;  // cells with content
   std::int64_t bins = 0;
-  double filled = 0;  // part of the bins of these cells
+  double filled = 0;  // fraction of the bins of these cells
 };
 
 Content ContentOf(const colour::ColourModel& model) {
@@ -95,7 +96,7 @@ void AddModelRows(const colour::ColourModel& model, terminal::Table& table) {
   table.AddRow({"directions",
                 fmt::format("{:.1f}", 100 * content.filled),
                 fmt::format("% of {} in each of these", model.bins)});
-  table.AddRow({"depth", fmt::format("{:.2f}", model.depth_m), "m to what is seen"});
+  table.AddRow({"depth", fmt::format("{:.2f}", model.depth_m), "m to the surroundings"});
 }
 
 nlohmann::ordered_json ModelJson(const colour::ColourModel& model) {
@@ -148,16 +149,16 @@ void Summarize(const CompassQueryResult& result, terminal::Summary& summary) {
   summary.frames = result.frames;
   summary.interrupted = terminal::Interrupted();
   summary.stages_ms = {{"decode", result.reading.decode_ms}, {"compass", result.compass_ms}};
-  const auto unsure = std::count_if(
+  const auto ambiguous = std::count_if(
       result.headings.begin(), result.headings.end(), [](const files::MeasuredHeading& heading) {
-        return heading.estimate.confidence < kSureConfidence;
+        return heading.estimate.confidence < kUniqueConfidence;
       });
   summary.quality = {
       {"headings", result.headings.size()},
       {"without_pose", result.unused.without_pose},
       {"below_horizon", result.unused.below_horizon},
       {"without_turn", result.without_turn},
-      {"unsure", unsure},
+      {"unsure", ambiguous},
       {"learned", result.learned},
       {"dropped", result.reading.dropped},
       {"mean_sigma_deg", kDegPerRad * result.MeanSigmaRad()},
@@ -177,20 +178,19 @@ void PrintReport(const CompassQueryResult& result, const terminal::Summary& summ
   table.AddRow({"frames", Count(result.frames)});
   table.AddRow({"headings", Count(static_cast<std::int64_t>(result.headings.size()))});
   AddUnused(result.unused, table);
-  if (const auto unsure = summary.quality["unsure"].get<std::int64_t>(); unsure > 0) {
-    table.AddRow({"unsure", Count(unsure), "headings: there are others that fit"});
+  if (const auto ambiguous = summary.quality["unsure"].get<std::int64_t>(); ambiguous > 0) {
+    table.AddRow({"unsure", Count(ambiguous), "headings: others match too"});
   }
-  if (result.learned > 0) table.AddRow({"learned", Count(result.learned), "frames on the way"});
+  if (result.learned > 0) table.AddRow({"learned", Count(result.learned), "frames during the run"});
   if (result.reading.dropped > 0) {
-    table.AddRow({"dropped", Count(result.reading.dropped), "frames that came too fast"});
+    table.AddRow({"dropped", Count(result.reading.dropped), "frames of a live source"});
   }
   const compass::HeadingEstimate& last = result.headings.back().estimate;
   table.AddRow(
       {"heading",
        fmt::format("{:.2f}", kDegPerRad * last.heading_rad),
        fmt::format("deg at the end, sigma {:.2f}", kDegPerRad * std::sqrt(last.variance_rad2))});
-  table.AddRow(
-      {"sigma", fmt::format("{:.2f}", kDegPerRad * result.MeanSigmaRad()), "deg in the mean"});
+  table.AddRow({"sigma", fmt::format("{:.2f}", kDegPerRad * result.MeanSigmaRad()), "deg, mean"});
   if (result.errors) AddErrors(*result.errors, table);
   AddTimes("compass", result.compass_ms, result.frames, result.seconds, table);
   Print(table, summary);

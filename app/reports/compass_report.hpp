@@ -16,9 +16,9 @@
 
 namespace ceilmap::reports {
 
-/// What a run over a recording did to a model: `compass learn` and `compass update`.
+/// Changes of a model by a recording: `compass learn` and `compass update`.
 struct CompassLearnResult {
-  std::int64_t frames = 0;  ///< of the recording
+  std::int64_t frames = 0;  ///< frames of the recording
   std::int64_t used = 0;
   recordings::UnusedFrames unused;
   recordings::FrameSourceReport reading;
@@ -33,15 +33,14 @@ void PrintReport(const CompassLearnResult& result,
                  const colour::ColourModel& model,
                  const terminal::Summary& summary);
 
-/// What `compass query` did.
+/// Results of `compass query`.
 struct CompassQueryResult {
-  /// As FormatHeadings and HeadingFigure take them: counter-clockwise from the x axis of the
-  /// learned poses.
+  /// For FormatHeadings and HeadingFigure: counter-clockwise from the x axis of the learned poses.
   std::vector<files::MeasuredHeading> headings;
   std::optional<evaluation::HeadingErrors> errors;  ///< with --truth, absolute
-  std::int64_t frames = 0;                          ///< of the recording
+  std::int64_t frames = 0;                          ///< frames of the recording
   recordings::UnusedFrames unused;
-  std::int64_t without_turn = 0;  ///< turn since the frame before not seen
+  std::int64_t without_turn = 0;  ///< turn since the previous frame not measured
   std::int64_t learned = 0;       ///< with --update
   recordings::FrameSourceReport reading;
   double compass_ms = 0;
@@ -50,13 +49,13 @@ struct CompassQueryResult {
   [[nodiscard]] double MeanSigmaRad() const;
 };
 
-/// Confidence from which on a heading is believed to be the only one.
-inline constexpr double kSureConfidence = 0.9;
+/// Confidence above which a heading is accepted as unique.
+inline constexpr double kUniqueConfidence = 0.9;
 
 void Summarize(const CompassQueryResult& result, terminal::Summary& summary);
 void PrintReport(const CompassQueryResult& result, const terminal::Summary& summary);
 
-/// What a model holds, for tables and summaries.
+/// Content of a model, for tables and summaries.
 void AddModelRows(const colour::ColourModel& model, terminal::Table& table);
 nlohmann::ordered_json ModelJson(const colour::ColourModel& model);
 

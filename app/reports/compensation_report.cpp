@@ -22,7 +22,7 @@ std::string ThreeDecimals(double value) {
   return fmt::format("{:.3f}", value);
 }
 
-// Lengths to the nanometre, as in trajectories.
+// Lengths with the digits of trajectories, to the nanometre.
 std::string Errors(const std::optional<PlacedError>& error) {
   return error ? fmt::format("{:.9f},{:.9f}", error->along_m, error->across_m) : ",";
 }

@@ -9,7 +9,7 @@
 
 namespace ceilmap::reports {
 
-/// How `evaluate --before` tells of a compensation: centimetres and degrees for people, metres and
+/// Results of a compensation by `evaluate --before`: centimetres and degrees in tables, metres and
 /// degrees in files.
 
 struct NamedCompensation {
@@ -17,16 +17,16 @@ struct NamedCompensation {
   evaluation::Compensation compensation;
 };
 
-/// Two tables with a row per estimate: largest errors along and across the path and root mean
-/// square, before and after; errors of the estimated tilt.
+/// Two tables with one row per estimate: largest errors along and across the path and root mean
+/// square, before and after compensation; errors of the estimated tilt.
 std::vector<ReportTable> CompensationTables(const std::vector<NamedCompensation>& rows);
 
 /// The first of them as CSV: `estimate` and, for along, across and rmse, `*_before_m,*_m,*_ratio`;
-/// then the tilt's errors.
+/// then the errors of the tilt.
 std::string FormatTableCsv(const std::vector<NamedCompensation>& rows);
 
-/// Of one pose of the truth, in the frame of the truth: the names of its columns, and its fields.
-/// What an estimate does not have is empty.
+/// For one pose of the truth, in the frame of the truth: column names, and fields. Unavailable
+/// values are empty.
 std::string_view CompensatedFrameColumns();
 std::string FormatCompensatedFrame(const evaluation::CompensatedFrame& frame);
 

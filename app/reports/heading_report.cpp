@@ -38,7 +38,7 @@ void Summarize(const HeadingResult& result, terminal::Summary& summary) {
   const compass::HeadingEstimate& last = result.headings.back().estimate;
   summary.quality = {{"headings", result.headings.size()},
                      {"references", result.references},
-                     {"untold", result.untold},
+                     {"untold", result.held},
                      {"dropped", result.reading.dropped},
                      {"columns", result.panorama.width},
                      {"rows", result.panorama.height},
@@ -55,9 +55,9 @@ void PrintReport(const HeadingResult& result, const terminal::Summary& summary) 
   terminal::Table table;
   table.AddRow({"frames", count(result.frames)});
   table.AddRow({"headings", count(static_cast<std::int64_t>(result.headings.size()))});
-  if (result.untold > 0) table.AddRow({"held", count(result.untold), "that nothing told"});
+  if (result.held > 0) table.AddRow({"held", count(result.held), "not determined by the panorama"});
   if (result.reading.dropped > 0) {
-    table.AddRow({"dropped", count(result.reading.dropped), "frames that came too fast"});
+    table.AddRow({"dropped", count(result.reading.dropped), "frames of a live source"});
   }
   table.AddRow({"panorama",
                 count(result.panorama.width),

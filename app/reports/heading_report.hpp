@@ -11,13 +11,13 @@
 
 namespace ceilmap::reports {
 
-/// What `heading` did.
+/// Results of `heading`.
 struct HeadingResult {
   std::vector<files::MeasuredHeading> headings;
   std::optional<evaluation::HeadingErrors> errors;  ///< with --truth
-  std::int64_t frames = 0;                          ///< of the recording
+  std::int64_t frames = 0;                          ///< frames of the recording
   std::int64_t references = 0;
-  std::int64_t untold = 0;  ///< headings of confidence 0
+  std::int64_t held = 0;  ///< headings of confidence 0
   cv::Size panorama;
   recordings::FrameSourceReport reading;
   double unwrap_ms = 0;
@@ -26,7 +26,7 @@ struct HeadingResult {
 };
 
 void Summarize(const HeadingResult& result, terminal::Summary& summary);
-/// The table of a run, on stdout.
+/// Prints the table of a run on stdout.
 void PrintReport(const HeadingResult& result, const terminal::Summary& summary);
 
 }  // namespace ceilmap::reports

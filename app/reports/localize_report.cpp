@@ -51,13 +51,13 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   table.AddRow({"ambiguous", count(report.ambiguous)});
   table.AddRow({"lost", count(report.lost)});
   if (result.reading.dropped > 0) {
-    table.AddRow({"dropped", count(result.reading.dropped), "frames that came too fast"});
+    table.AddRow({"dropped", count(result.reading.dropped), "frames of a live source"});
   }
   AddRows(result.sensors, table);
   if (report.scale) {
     table.AddRow({"scale",
                   fmt::format("{:.4f}", *report.scale),
-                  "of the rig's heights and focal length against the map"});
+                  "of the rig's heights and focal length relative to the map"});
   }
   table.AddRow({"path", fmt::format("{:.3f}", result.path_m), "m"});
   table.AddRow({"sigma", fmt::format("{:.2f}", 1e3 * result.mean_sigma_m), "mm, of x and y"});

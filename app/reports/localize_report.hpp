@@ -12,16 +12,16 @@
 
 namespace ceilmap::reports {
 
-/// What a localization run found.
+/// Results of a localization run.
 struct LocalizeResult {
   SensorResult sensors;
   localization::LocalizerReport report;
   recordings::FrameSourceReport reading;
   std::optional<double> first_placed_s;  ///< after the first frame
   std::optional<std::int64_t> first_placed_frame;
-  double path_m = 0;        ///< between placed frames
+  double path_m = 0;        ///< sum of distances between placed frames
   double mean_sigma_m = 0;  ///< of x and y, root mean square over the placed frames
-  /// From a live frame's arrival to its pose, the longest one; unset for recordings.
+  /// Longest time from a live frame's arrival to its pose; unset for recordings.
   std::optional<double> latency_ms;
   double seconds = 0;
 
@@ -31,7 +31,7 @@ struct LocalizeResult {
 /// Frames, stages and quality for --summary.
 void Summarize(const LocalizeResult& result, terminal::Summary& summary);
 
-/// The table that ends a run.
+/// Prints the table of a run.
 terminal::Table FactsOf(const LocalizeResult& result);
 
 }  // namespace ceilmap::reports

@@ -40,10 +40,8 @@ std::string Describe(const graph::WeakSpot& spot, const std::string& unit) {
   std::string place = fmt::format("at ({:.1f}, {:.1f})", spot.x, spot.y);
   switch (spot.kind) {
     case graph::WeakSpot::Kind::kAmbiguous:
-      return fmt::format("ambiguous {} and {:.1f} {} around: the ceiling repeats itself",
-                         place,
-                         spot.extent,
-                         unit);
+      return fmt::format(
+          "ambiguous {} and {:.1f} {} around: the ceiling is periodic", place, spot.extent, unit);
     case graph::WeakSpot::Kind::kLost:
       return fmt::format("lost {}: {:.0f} frame{} could not be placed",
                          place,
@@ -51,7 +49,7 @@ std::string Describe(const graph::WeakSpot& spot, const std::string& unit) {
                          spot.extent == 1 ? "" : "s");
     case graph::WeakSpot::Kind::kUnclosed:
       return fmt::format(
-          "unclosed {}: {:.1f} {} of way that meets no other", place, spot.extent, unit);
+          "unclosed {}: {:.1f} {} of path without a loop closure", place, spot.extent, unit);
   }
   return place;
 }

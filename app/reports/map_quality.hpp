@@ -9,18 +9,18 @@
 
 namespace ceilmap::reports {
 
-/// For --summary and `info --json`: compared, accepted (and kept), and the reasons why the others
-/// were not.
+/// For --summary and `info --json`: compared and accepted loop closures (and those kept), and the
+/// numbers of rejected ones by reason.
 nlohmann::ordered_json ToJson(const graph::LoopCounts& loops);
 /// Loops and residuals.
 nlohmann::ordered_json ToJson(const graph::MapQuality& quality);
 nlohmann::ordered_json ToJson(const std::vector<graph::WeakSpot>& spots);
 
-/// What is the matter there, in one line. @param unit  of the map, "m" or "px".
+/// Describes a weak spot in one line. @param unit  Of the map, "m" or "px".
 std::string Describe(const graph::WeakSpot& spot, const std::string& unit);
 
-/// Rows for people: loops by what became of them, residuals, and the weak spots, the largest first
-/// and no more than `max_spots`.
+/// Table rows: loop closures by result, residuals, and at most `max_spots` weak spots, the largest
+/// first.
 void AddQuality(const graph::MapQuality& quality,
                 std::vector<graph::WeakSpot> spots,
                 const std::string& unit,

@@ -46,8 +46,8 @@ void WarnOfParts(const MapResult& result) {
   const std::int64_t frames = result.map.report.unconnected;
   if (frames == 0) return;
   terminal::PrintWarning(fmt::format(
-      "{} frames are left out: the robot was lost before them, and nothing ties them to the rest; "
-      "drive where the ceilings overlap, or map that part by itself",
+      "{} frames are left out: the robot was lost before them, and they are not connected to the "
+      "rest; drive where the ceilings overlap, or map that part separately",
       frames));
 }
 
@@ -64,7 +64,7 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
   if (report.unconnected > 0) {
     table.AddRow({"unconnected",
                   fmt::format("{}", report.unconnected),
-                  "seen from a part that nothing ties to the map; left out"});
+                  "of a part that is not connected to the map; left out"});
   }
   AddRows(result.sensors, table);
   table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});

@@ -12,7 +12,7 @@
 
 namespace ceilmap::reports {
 
-/// What a mapping run made.
+/// Results of a mapping run.
 struct MapResult {
   mapping::MappingResult map;
   SensorResult sensors;
@@ -24,10 +24,10 @@ void Summarize(const MapResult& result,
                const std::string& unit,
                terminal::Summary& summary);
 
-/// A warning on stderr when frames are not in the map because nothing ties them to it.
+/// Prints a warning when frames are left out of the map because they are not connected to it.
 void WarnOfParts(const MapResult& result);
 
-/// The table that ends a run.
+/// Prints the table of a run.
 terminal::Table FactsOf(const MapResult& result, const std::string& unit, double seconds);
 
 }  // namespace ceilmap::reports

@@ -118,7 +118,7 @@ std::vector<page::PageChart> ChartsOfRun(const std::string& name,
                                          const std::vector<FramePose>& frames,
                                          const std::string& unit) {
   const bool metres = unit == "m";
-  double yaw_rad = 0;  // that of the pose before, beyond 180 degrees
+  double yaw_rad = 0;  // of the previous pose, continuous beyond 180 degrees
   std::vector<page::PageChart> charts = {
       TimeChart("Yaw",
                 "yaw (deg)",

@@ -13,27 +13,27 @@
 
 namespace ceilmap::reports {
 
-/// From what the program knows to what a page shows of it.
+/// Conversion of the program's data to the content of a page.
 
-/// NaN for a frame that was not placed.
+/// NaN for a frame without a pose.
 page::PagePose ToPagePose(const graph::FramePose& frame);
 
-/// A run's frames, placed or not. @param frames  by rising stamps.
+/// Frames of a run, with or without a pose. @param frames  By increasing stamps.
 page::PagePath ToPagePath(const std::string& name, const std::vector<graph::FramePose>& frames);
 
-/// Corners of what the camera sees of a level ceiling, in base.
+/// Outline of a level ceiling in the camera's image, in base.
 std::vector<std::array<double, 2>> FootprintOf(const calib::CeilingView& view);
 
 /// Keyframes, edges and weak spots of a map. @param unit  of the map, "m" or "px".
 void AddGraph(const graph::MapGraph& graph, page::PageData& data);
-/// The same of a map file, and its mosaic.
+/// The same for a map file, with its mosaic.
 void AddMap(const store::MapReader& map, page::PageData& data);
 
 void AddTables(const std::vector<ReportTable>& tables, page::PageData& data);
 
-/// Charts of a run by itself: yaw (going on beyond 180 degrees), standard deviations of position
-/// and yaw, and pitch and roll where it was ever tilted.
-/// @param frames  by rising stamps.
+/// Charts of a run: yaw (continuous beyond 180 degrees), standard deviations of position and yaw,
+/// and pitch and roll if it was ever tilted.
+/// @param frames  By increasing stamps.
 std::vector<page::PageChart> ChartsOfRun(const std::string& name,
                                          const std::vector<graph::FramePose>& frames,
                                          const std::string& unit);

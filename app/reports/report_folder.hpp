@@ -6,19 +6,19 @@
 
 namespace ceilmap::reports {
 
-/// A file of a report, by its name in the folder.
+/// A file of a report, with its name in the folder.
 struct ReportFile {
   std::string name;
   std::string text;
 };
 
-/// Tells before the work begins that a report could not be stored there. The folder must be new or
-/// empty: a report does not mix with what is there already, nor replace it.
+/// Checks before the work that a report can be stored. The folder must be new or empty, so that a
+/// report never replaces or joins other files.
 /// @throws InputError
 void CheckReportFolder(const std::filesystem::path& folder);
 
-/// Writes all of the files or none, into a folder that is made where it is missing.
-/// @return their paths. @throws RunError when the disk refuses.
+/// Writes all of the files or none, into a folder that is created if missing.
+/// @return their paths. @throws RunError when the disk cannot be written.
 std::vector<std::filesystem::path> WriteReport(const std::filesystem::path& folder,
                                                const std::vector<ReportFile>& files);
 

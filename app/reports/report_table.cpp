@@ -9,7 +9,7 @@
 namespace ceilmap::reports {
 namespace {
 
-// Numbers, and places without one.
+// Numbers, and cells without a number.
 std::vector<bool> NumberColumns(const ReportTable& table) {
   std::vector<bool> numbers(table.columns.size(), !table.rows.empty());
   for (const std::vector<std::string>& row : table.rows) {
@@ -72,7 +72,7 @@ std::string EscapeLatex(std::string_view text) {
       case '^':
         escaped += "\\textasciicircum{}";
         break;
-      case '<':  // plain ones become other signs in LaTeX's first encoding
+      case '<':  // other characters in LaTeX's default encoding
         escaped += "\\textless{}";
         break;
       case '>':
@@ -114,9 +114,9 @@ std::string FormatMarkdown(const std::vector<ReportTable>& tables) {
 }
 
 std::string FormatLatex(const std::vector<ReportTable>& tables) {
-  // Inside a document LaTeX has let \@nodocument be \relax.
+  // Inside a document LaTeX defines \@nodocument as \relax.
   std::string text =
-      "% Compiles as it is; \\input takes the tables into a document.\n"
+      "% Compiles as a document; \\input inserts the tables into another one.\n"
       "\\expandafter\\ifx\\csname @nodocument\\endcsname\\relax\\else\n"
       "\\documentclass{article}\n"
       "\\begin{document}\n"

@@ -6,25 +6,24 @@
 
 namespace ceilmap::reports {
 
-/// A table of results, for a terminal, a README and a paper alike.
+/// A table of results, for terminals, READMEs and papers.
 struct ReportTable {
   std::string title;
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;  ///< each as long as `columns`
 };
 
-/// As Table prints it, without the title.
+/// In the format of Table, without the title.
 std::string FormatPlain(const ReportTable& table);
 
-/// One after the other, each under its title; columns of numbers stand to the right.
+/// All tables, each with its title; columns of numbers are right-aligned.
 std::string FormatMarkdown(const std::vector<ReportTable>& tables);
 
-/// The same in plain LaTeX, without packages: a document that compiles as it is, and that a paper
-/// takes in with \input as well, tables only.
+/// The same in plain LaTeX, without packages: a document that compiles alone; \input inserts only
+/// the tables into another document.
 std::string FormatLatex(const std::vector<ReportTable>& tables);
 
-/// Text with every character escaped that would mean something in Markdown, or in LaTeX; line
-/// breaks become blanks.
+/// Escapes the special characters of Markdown, or of LaTeX; line breaks become blanks.
 std::string EscapeMarkdown(std::string_view text);
 std::string EscapeLatex(std::string_view text);
 

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Residuals are drawn so many times as long as the largest is a fifth of the circle.
+// Residuals are drawn with a factor so that the largest is a fifth of the circle.
 double Exaggeration(const std::vector<Pose2>& spin, double radius) {
   double largest = 1e-9;
   for (const Pose2& view : spin) largest = std::max(largest, view.Translation().norm());
@@ -48,7 +48,7 @@ figures::Figure SpinFigure(const recordings::RigCalibration& result) {
       "set xlabel 'x (mm), of the image'\n"
       "set ylabel 'y (mm)'\n"
       "set object 1 circle at 0,0 size {:.5g} fs empty border rgb '#AAAAAA' lw 3\n"
-      "set title 'The camera about the point where the robot turns; what views are off by, {:g} "
+      "set title 'The camera around the rotation centre; errors of views {:g} "
       "times as large'\n",
       radius_mm,
       times);
@@ -64,7 +64,7 @@ figures::Figure SpinFigure(const recordings::RigCalibration& result) {
 figures::Figure StraightFigure(const recordings::RigCalibration& result) {
   const calibration::RigSolution& solution = result.solution;
   const double Z = result.distance_m.value;
-  // Ahead of base is (cos yaw, -sin yaw) in the first view's axes.
+  // Base x is (cos yaw, -sin yaw) in the first view's axes.
   const Pose2 T_base_twin{0, 0, solution.mount.yaw_rad};
   figures::Figure figure;
   figure.name = "straight";
@@ -78,9 +78,9 @@ figures::Figure StraightFigure(const recordings::RigCalibration& result) {
   figure.plot =
       "  set multiplot layout 2,1 margins char 11,char 2,char 3.5,char 1.5 spacing char 0,char 3\n"
       "  unset xlabel\n"
-      "  set ylabel 'axle aside (mm)'\n"
+      "  set ylabel 'lateral position of the axle (mm)'\n"
       "  plot 'straight.csv' using 1:2 every ::1 with linespoints ls 1 notitle\n"
-      "  set xlabel 'way ahead (m)'\n"
+      "  set xlabel 'distance ahead (m)'\n"
       "  set ylabel 'heading (deg)'\n"
       "  plot 'straight.csv' using 1:3 every ::1 with linespoints ls 1 notitle\n"
       "  unset multiplot\n";
@@ -101,7 +101,7 @@ figures::Figure ResidualFigure(const recordings::RigCalibration& result) {
                  {"residuals-straight.csv", data(result.solution.straight_errors)}};
   figure.settings =
       "set xlabel 'view'\n"
-      "set ylabel 'RMS of its places (px)'\n"
+      "set ylabel 'RMS of its points (px)'\n"
       "set yrange [0:*]\n";
   figure.plot =
       "  plot 'residuals-spin.csv' using 1:2 every ::1 with linespoints ls 1 title 'spin', \\\n"
@@ -125,7 +125,7 @@ figures::Figure StepFigure(const recordings::StepCalibration& step) {
       "set ylabel 'lift of the mast (mm)'\n"
       "set angles degrees\n"
       "set key top left\n"
-      "set title 'The mast over a step: about its axle while the front climbs'\n";
+      "set title 'Lift of the mast over a step: rotation about the axle while the front climbs'\n";
   figure.plot = fmt::format(
       "  plot 'step.csv' using 1:2 every ::1 with points ls 1 title 'frames', \\\n"
       "    [0:{:.4f}] {:.6g} * sin(x) ls 2 title 'axle {:.1f} mm behind'",
@@ -163,7 +163,7 @@ cv::Mat SpinMosaic(const recordings::CeilingKeyframes& spin,
   for (std::size_t i = 0; i < spin.frames.size() && i < headings.size(); ++i) {
     const cv::Mat& level = view.Rectify(spin.frames[i].raw, buffer);
     const Pose2 T_middle_view = Pose2{0, 0, headings[i].yaw} * T_axle_base * view.T_base_view();
-    // x right and y down about the middle, as in the camera's own image of the first view.
+    // x right and y down, from the centre, as in the camera's image of the first view.
     const Pose2 T_mosaic_view = Pose2{0, 0, -view.T_base_view().yaw} * T_middle_view;
     const double c = std::cos(T_mosaic_view.yaw);
     const double s = std::sin(T_mosaic_view.yaw);

@@ -18,9 +18,9 @@
 namespace ceilmap::reports {
 namespace {
 
-// One parameter of the rig, in the unit that people read.
+// One parameter of the rig, in the unit of the table.
 struct Parameter {
-  const char* key;  // in JSON
+  const char* key;  // key in JSON
   const char* name;
   const char* unit;
   std::optional<double> before;
@@ -42,7 +42,7 @@ recordings::Measured InDegrees(const recordings::Measured& m) {
   return {kDegPerRad * m.value, kDegPerRad * m.sigma};
 }
 
-// What the upward camera's recordings tell.
+// Parameters from the upward camera's recordings.
 std::vector<Parameter> MountParameters(const calib::Rig& before,
                                        const recordings::RigCalibration& result) {
   const MountAngles angles = AnglesOf(before.up->T_base_cam.linear());
@@ -77,7 +77,7 @@ std::vector<Parameter> ForwardParameters(const calib::Rig& before,
           add("forward_roll_deg", "forward roll", angles.roll_rad, result.roll_rad)};
 }
 
-// By a second way, or not in the rig: `before` is what the first way says, or nothing.
+// Values by a second measurement, or not in the rig: `before` is the first measurement, or nothing.
 std::vector<Parameter> StepParameters(const recordings::RigCalibration& mount,
                                       const recordings::StepCalibration& step) {
   const auto pivot = [](const calibration::Pivot& p) {

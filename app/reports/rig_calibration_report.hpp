@@ -10,22 +10,22 @@
 
 namespace ceilmap::reports {
 
-/// What `calibrate rig` found, as comment lines at the head of the rig file.
+/// Results of `calibrate rig`, as comment lines for the beginning of the rig file.
 std::string RigHeader(const recordings::RigFindings& result);
 
-/// @param before  the rig as it was known.
+/// @param before  The initial rig.
 void Summarize(const calib::Rig& before,
                const recordings::RigFindings& result,
                terminal::Summary& summary);
-/// Writes figures, mosaics and tables into a folder that CheckReportFolder has passed. Without
-/// gnuplot there are no figures, and a warning tells.
+/// Writes figures, mosaics and tables into a folder that was checked by CheckReportFolder. Without
+/// gnuplot there are no figures, and a warning is printed.
 void WriteRigReport(const std::filesystem::path& folder,
                     const calib::Rig& before,
                     const recordings::RigFindings& result,
                     const recordings::CeilingKeyframes& spin,
                     terminal::Summary& summary);
 
-/// The table of a run, on stdout.
+/// Prints the table of a run on stdout.
 void PrintReport(const calib::Rig& before,
                  const recordings::RigFindings& result,
                  double seconds,

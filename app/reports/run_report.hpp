@@ -14,26 +14,26 @@
 
 namespace ceilmap::reports {
 
-/// What a run of `map` or `localize` leaves to look at: `--report DIR`.
+/// The report of a run of `map` or `localize`: `--report DIR`.
 
 struct RunRecord {
-  std::string name;                              ///< of the recording, e.g. "up.mp4"
-  std::string title;                             ///< of the page, e.g. "Map lab.gpkg"
-  std::vector<graph::FramePose> frames;          ///< all, placed or not, by rising stamps
+  std::string name;                              ///< name of the recording, e.g. "up.mp4"
+  std::string title;                             ///< title of the page, e.g. "Map lab.gpkg"
+  std::vector<graph::FramePose> frames;          ///< with or without a pose, by increasing stamps
   std::vector<std::array<double, 2>> footprint;  ///< of the camera, see page::PagePath
 };
 
-/// The page of a run: its path on the map, with all that the map has, and charts of the run alone.
+/// The page of a run: its path on the map, the content of the map, and charts of the run.
 page::PageData PageOf(const RunRecord& run, const store::MapReader& map);
 
-/// What a run's facts, as they are printed, are called in files.
+/// Names of the printed results in files.
 ReportTable FactsTable(const std::string& title, const terminal::Table& facts);
 
 /// Writes index.html (the page), metrics.json, tables.md, tables.tex and figures/. Without gnuplot
-/// there are no figures, and a warning tells.
-/// @param folder  checked by CheckReportFolder before the run. @param page  the page.
-/// @param summary  gets the files; its figures are those of metrics.json.
-/// @throws RunError when the disk refuses.
+/// there are no figures, and a warning is printed.
+/// @param folder  Checked by CheckReportFolder before the run. @param page  The page.
+/// @param summary  The files are added to it; its results are those of metrics.json.
+/// @throws RunError when the disk cannot be written.
 void WriteRunReport(const std::filesystem::path& folder,
                     const RunRecord& run,
                     const page::PageData& page,
@@ -41,7 +41,7 @@ void WriteRunReport(const std::filesystem::path& folder,
                     const std::vector<ReportTable>& tables,
                     terminal::Summary& summary);
 
-/// Facts on stdout, then the files that a run wrote.
+/// Prints results on stdout, then the files of a run.
 void PrintFacts(const terminal::Table& facts, const terminal::Summary& summary);
 
 }  // namespace ceilmap::reports

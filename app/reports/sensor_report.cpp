@@ -47,8 +47,8 @@ void AddTiltWarnings(const SensorResult& result, std::vector<std::string>& warni
                     images));
   }
   if (report.unknown > 1 && report.unknown < report.frames) {
-    warnings.push_back(fmt::format("the tilt of {} frames is only a prediction: nothing showed it",
-                                   report.unknown));
+    warnings.push_back(fmt::format(
+        "the tilt of {} frames is only a prediction: it was not measured", report.unknown));
   }
 }
 

@@ -12,19 +12,19 @@
 
 namespace ceilmap::reports {
 
-/// What the sensors beside the upward camera contributed to a run that has ended.
+/// Contribution of the additional sensors to a finished run.
 struct SensorResult {
-  const recordings::SensorInputs* inputs = nullptr;  ///< must outlive this
+  const recordings::SensorInputs* inputs = nullptr;  ///< must outlive the object
   robot::SensorsReport report;
 };
 
 /// Problems, one line each.
 std::vector<std::string> Warnings(const SensorResult& result);
 
-/// Adds times and quality to --summary.
+/// Adds times and quality values to --summary.
 void Summarize(const SensorResult& result, terminal::Summary& summary);
 
-/// Adds rows to the table that ends a run.
+/// Adds rows to the table of a run.
 void AddRows(const SensorResult& result, terminal::Table& table);
 
 /// Tilt, heading and status of a frame, for --verbose.

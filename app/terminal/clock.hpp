@@ -4,13 +4,13 @@
 
 namespace ceilmap::terminal {
 
-/// Seconds since 1970 by this machine's clock, which stamps the frames of live sources.
+/// Seconds since 1970 by this machine's clock, for the frames of live sources.
 inline double ClockSeconds() {
   const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
   return std::chrono::duration<double>(since_1970).count();
 }
 
-/// Time that has passed, whatever was done to the clock meanwhile.
+/// Elapsed time, independent of changes of the clock.
 inline double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

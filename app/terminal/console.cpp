@@ -24,10 +24,10 @@ namespace {
 
 constexpr std::string_view kEraseLine = "\r\033[K";
 
-// Messages and the line of progress share one descriptor, and so one lock.
+// Messages and the line of progress use the same descriptor, and so the same lock.
 class ConsoleSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
-  // The descriptor that messages go to: stderr, or the copy of it that OpenConsole made.
+  // The descriptor for messages: stderr, or its copy by OpenConsole.
   int descriptor = STDERR_FILENO;
 
   void ShowStatus(const std::string& line) {
@@ -51,7 +51,7 @@ class ConsoleSink final : public spdlog::sinks::base_sink<std::mutex> {
   void Write(std::string_view text) const {
     while (!text.empty()) {
       const ssize_t written = write(descriptor, text.data(), text.size());
-      if (written <= 0) return;  // nowhere left to complain
+      if (written <= 0) return;  // the error cannot be reported
       text.remove_prefix(static_cast<std::size_t>(written));
     }
   }
@@ -76,12 +76,12 @@ void SilenceLibraries() {
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", kKeepTheUsersChoice);
   setenv("OPENCV_LOG_LEVEL", "SILENT", kKeepTheUsersChoice);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  // An OpenCV error is thrown as well; printing it would make two lines of one.
+  // An OpenCV error is also thrown; printing it would give two lines for one error.
   cv::redirectError([](int, const char*, const char*, const char*, int, void*) { return 0; });
 }
 
 [[noreturn]] void Terminate() {
-  PrintError("stopped by an error that nothing handled; please report it");
+  PrintError("stopped by an unhandled error; please report it");
   std::abort();
 }
 
@@ -91,7 +91,7 @@ void OpenConsole() {
   SilenceLibraries();
   const int own = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (own < 0 || nowhere < 0) return;  // a closed stderr or no /dev: leave things as they are
+  if (own < 0 || nowhere < 0) return;  // stderr is closed or there is no /dev: no change
   TheConsole().sink->descriptor = own;
   dup2(nowhere, STDERR_FILENO);
   close(nowhere);

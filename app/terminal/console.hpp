@@ -8,22 +8,22 @@
 
 namespace ceilmap::terminal {
 
-/// What the program says on stderr: errors, warnings, notes, and the one line of progress. Results
-/// go to stdout instead. All functions are thread-safe.
+/// Output of the program to stderr: errors, warnings, notes, and the line of progress. Results are
+/// written to stdout. All functions are thread-safe.
 ///
-/// The codecs under OpenCV (FFmpeg, libpng, libjpeg) and GDAL write to stderr as they please, some
-/// of it past every switch that they offer. An error of this program is one line, so OpenConsole()
-/// keeps stderr for the program itself and sends what libraries write to descriptor 2 to nowhere,
-/// until `--verbose` asks for it.
+/// The codecs of OpenCV (FFmpeg, libpng, libjpeg) and GDAL write to stderr, partly without an
+/// option to prevent it. An error of this program must be one line, so OpenConsole() keeps stderr
+/// for the program itself and discards what libraries write to descriptor 2, except with
+/// `--verbose`.
 
 enum class Verbosity { kQuiet, kNormal, kVerbose };
 
-/// Takes stderr over and silences the libraries; once, at the start of main. Without it (in unit
-/// tests) everything works on the plain stderr.
+/// Takes over stderr and silences the libraries; call it once, at the start of main. Without it (in
+/// unit tests) all output goes to the plain stderr.
 void OpenConsole();
 
-/// kQuiet: warnings and errors only. kNormal: notes too. kVerbose: details too, and what libraries
-/// write.
+/// kQuiet: warnings and errors only. kNormal: notes too. kVerbose: details and messages of
+/// libraries too.
 void SetVerbosity(Verbosity verbosity);
 Verbosity GetVerbosity();
 
@@ -48,7 +48,7 @@ template <typename... Args>
 void Note(fmt::format_string<Args...> text, Args&&... args) {
   PrintNote(fmt::format(text, std::forward<Args>(args)...));
 }
-/// Formats only when details are shown: this is called once a frame.
+/// Formats only when details are printed: it is called once per frame.
 template <typename... Args>
 void Detail(fmt::format_string<Args...> text, Args&&... args) {
   if (GetVerbosity() == Verbosity::kVerbose) {

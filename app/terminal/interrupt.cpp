@@ -23,7 +23,7 @@ void InstallInterruptHandler() {
   struct sigaction action {};
   action.sa_handler = OnSignal;
   sigemptyset(&action.sa_mask);
-  action.sa_flags = SA_RESTART;  // a decoder must not take the signal for a read error
+  action.sa_flags = SA_RESTART;  // a decoder must not get a read error
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }

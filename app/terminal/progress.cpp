@@ -32,9 +32,10 @@ std::string FormatProgress(const std::string& label,
                            double elapsed_s) {
   const double rate = elapsed_s > 0 ? static_cast<double>(done) / elapsed_s : 0;
   if (!total || *total <= 0) return fmt::format("{}  {} {}  {:.1f}/s", label, done, unit, rate);
-  // A container may promise fewer frames than it holds.
-  const double part = std::clamp(static_cast<double>(done) / static_cast<double>(*total), 0.0, 1.0);
-  const int filled = static_cast<int>(std::floor(part * kBarWidth));
+  // A container may state fewer frames than it has.
+  const double fraction =
+      std::clamp(static_cast<double>(done) / static_cast<double>(*total), 0.0, 1.0);
+  const int filled = static_cast<int>(std::floor(fraction * kBarWidth));
   std::string line = fmt::format("{}  [{:#<{}}{:.<{}}]  {}/{} {}  {:.1f}/s",
                                  label,
                                  "",

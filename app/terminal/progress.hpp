@@ -8,18 +8,18 @@
 namespace ceilmap::terminal {
 
 /// One line of progress, e.g. `mapping  [#####.....]  193/387 frames  132.4/s  1.5 s left`; without
-/// a total no bar and no time left.
+/// a total there is no bar and no remaining time.
 std::string FormatProgress(const std::string& label,
                            const std::string& unit,
                            std::int64_t done,
                            std::optional<std::int64_t> total,
                            double elapsed_s);
 
-/// A duration as people read it: `4.2 s`, `3 min 05 s`, `1 h 02 min`.
+/// A duration as text: `4.2 s`, `3 min 05 s`, `1 h 02 min`.
 std::string FormatDuration(double seconds);
 
-/// Shows progress at the bottom of the terminal, a few times a second. Does nothing where stderr is
-/// no terminal or with --quiet. The line goes away with the object.
+/// Shows progress at the bottom of the terminal, a few times a second. Does nothing if stderr is no
+/// terminal or with --quiet. The destructor removes the line.
 class Progress {
  public:
   Progress(std::string label, std::string unit, std::optional<std::int64_t> total = std::nullopt);

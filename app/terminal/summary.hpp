@@ -8,12 +8,12 @@
 
 namespace ceilmap::terminal {
 
-/// What `--summary FILE.json` says of a run that ended well, for scripts and measurements.
+/// Content of `--summary FILE.json` after a successful run, for scripts and measurements.
 struct Summary {
-  std::int64_t frames = 0;  ///< processed (or pairs, or poses: what the command counts)
+  std::int64_t frames = 0;  ///< processed frames (or pairs, or poses, depending on the command)
   bool interrupted = false;
   nlohmann::ordered_json stages_ms = nlohmann::ordered_json::object();  ///< totals by stage
-  nlohmann::ordered_json quality = nlohmann::ordered_json::object();    ///< the command's figures
+  nlohmann::ordered_json quality = nlohmann::ordered_json::object();    ///< results of the command
   std::vector<std::filesystem::path> files;                             ///< written
 
   /// One JSON object; a number that is not finite becomes null.

@@ -5,15 +5,15 @@
 
 namespace ceilmap::terminal {
 
-/// A table for people: columns as wide as their content, two blanks apart.
+/// A table for terminals: columns as wide as their content, two blanks apart.
 class Table {
  public:
-  /// Where cells stand that start with a number; the first column and words stand to the left.
+  /// Alignment of cells that begin with a number; the first column and words are left-aligned.
   enum class Numbers { kLeft, kRight };
 
   void AddRow(std::vector<std::string> cells);
   [[nodiscard]] const std::vector<std::vector<std::string>>& Rows() const { return rows_; }
-  /// Lines with a line feed each, without blanks at their ends.
+  /// Lines with line feeds, without trailing blanks.
   [[nodiscard]] std::string Format(Numbers numbers = Numbers::kRight) const;
 
  private:

@@ -15,7 +15,7 @@ HeadingTurn TurnBetween(const HeadingPrior& from,
           from.variance_rad2 + to.variance_rad2 - 2 * common_rad2 + 2 * single_rad * single_rad};
 }
 
-void HeadingSince::See(const HeadingPrior& heading) {
+void HeadingSince::Add(const HeadingPrior& heading) {
   now_ = heading;
   common_rad2_ = std::min(common_rad2_, heading.variance_rad2);
   min_rad2_ = std::min(min_rad2_.value_or(heading.variance_rad2), heading.variance_rad2);

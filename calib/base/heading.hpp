@@ -62,7 +62,7 @@ class HeadingSince {
 
   /// Adds a heading. All headings of the source should be added in order of time; moments without a
   /// heading may be omitted.
-  void See(const HeadingPrior& heading);
+  void Add(const HeadingPrior& heading);
   /// Marks the last heading added; no mark is set when there is none.
   void Mark();
   /// The turn from the marked heading to the last one; nothing when no heading is marked.

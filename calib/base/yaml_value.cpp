@@ -65,8 +65,8 @@ int LineOf(const YAML::Node& node) {
 /// one value regardless of its content, and this reader never expands one.
 class LimitGuard final : public YAML::EventHandler {
  public:
-  LimitGuard(const std::filesystem::path& file, std::string mend)
-      : file_(file), mend_(std::move(mend)) {}
+  LimitGuard(const std::filesystem::path& file, std::string fix)
+      : file_(file), fix_(std::move(fix)) {}
 
   void OnDocumentStart(const YAML::Mark& mark) override { Count(mark); }
   void OnDocumentEnd() override {}
@@ -107,11 +107,11 @@ class LimitGuard final : public YAML::EventHandler {
                            int most,
                            const std::string& unit) const {
     Throw(file_.string() + ":" + std::to_string(mark.line + 1) + ": " + what + " " +
-          std::to_string(most) + " " + unit + mend_);
+          std::to_string(most) + " " + unit + fix_);
   }
 
   const std::filesystem::path& file_;
-  std::string mend_;
+  std::string fix_;
   int values_ = 0;
   int depth_ = 0;
 };
@@ -119,11 +119,11 @@ class LimitGuard final : public YAML::EventHandler {
 std::vector<YAML::Node> LoadDocuments(const std::string& text,
                                       const std::filesystem::path& file,
                                       std::string_view what) {
-  const std::string mend = "; correct it there, or give " + std::string(what);
+  const std::string fix = "; correct it there, or give " + std::string(what);
   try {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
-    LimitGuard guard(file, mend);
+    LimitGuard guard(file, fix);
     while (parser.HandleNextDocument(guard)) {
     }
     return YAML::LoadAll(text);
@@ -131,9 +131,9 @@ std::vector<YAML::Node> LoadDocuments(const std::string& text,
     throw;
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
-    Throw(file.string() + line + ": not YAML: " + Shorten(error.msg) + mend);
+    Throw(file.string() + line + ": not YAML: " + Shorten(error.msg) + fix);
   } catch (const std::exception& error) {
-    Throw(file.string() + ": not YAML: " + Shorten(error.what()) + mend);
+    Throw(file.string() + ": not YAML: " + Shorten(error.what()) + fix);
   }
 }
 
@@ -164,15 +164,15 @@ YamlValue YamlValue::Parse(const std::string& text,
                            const std::filesystem::path& file,
                            std::string_view what) {
   const std::vector<YAML::Node> documents = LoadDocuments(text, file, what);
-  const std::string mend = "; give " + std::string(what);
-  if (documents.empty() || documents[0].IsNull()) Throw(file.string() + ": is empty" + mend);
+  const std::string fix = "; give " + std::string(what);
+  if (documents.empty() || documents[0].IsNull()) Throw(file.string() + ": is empty" + fix);
   if (documents.size() > 1) {
     Throw(file.string() + ":" + std::to_string(LineOf(documents[1])) + ": holds " +
-          std::to_string(documents.size()) + " YAML documents, must be one" + mend);
+          std::to_string(documents.size()) + " YAML documents, must be one" + fix);
   }
   if (!documents[0].IsMap()) {
     Throw(file.string() + ":" + std::to_string(LineOf(documents[0])) + ": " + Show(documents[0]) +
-          " stands alone, must be a map of keys" + mend);
+          " stands alone, must be a map of keys" + fix);
   }
   YamlValue root;
   root.file_ = file;
@@ -195,15 +195,15 @@ YamlValue YamlValue::Child(std::string name, const YAML::Node& node, int line) c
   return child;
 }
 
-void YamlValue::Fail(std::string_view must_be, std::string_view mend) const {
+void YamlValue::Fail(std::string_view must_be, std::string_view fix) const {
   Throw(Where() + key_ + " = " + Show(*node_) + ", must be " + std::string(must_be) + "; " +
-        std::string(mend));
+        std::string(fix));
 }
 
-YamlValue YamlValue::At(std::string_view key, std::string_view mend) const {
+YamlValue YamlValue::At(std::string_view key, std::string_view fix) const {
   if (std::optional<YamlValue> child = Find(key)) return *std::move(child);
   const std::string name = (key_.empty() ? "" : key_ + ".") + std::string(key);
-  Throw(Where() + name + " is missing, must be given; add " + std::string(mend));
+  Throw(Where() + name + " is missing, must be given; add " + std::string(fix));
 }
 
 std::optional<YamlValue> YamlValue::Find(std::string_view key) const {
@@ -244,9 +244,9 @@ double YamlValue::Number() const {
   return *value;
 }
 
-double YamlValue::PositiveNumber(std::string_view mend) const {
+double YamlValue::PositiveNumber(std::string_view fix) const {
   const double value = Number();
-  if (!(value > 0)) Fail("> 0", mend);
+  if (!(value > 0)) Fail("> 0", fix);
   return value;
 }
 
@@ -283,21 +283,21 @@ std::vector<double> YamlValue::Numbers(std::size_t count) const {
 }
 
 std::string ReadSettingsText(const std::filesystem::path& file, std::string_view what) {
-  const std::string mend = "; give the path of " + std::string(what);
+  const std::string fix = "; give the path of " + std::string(what);
   std::error_code status_error;
   if (std::filesystem::is_directory(file, status_error)) {
-    Throw(file.string() + ": is a folder, must be a file" + mend);
+    Throw(file.string() + ": is a folder, must be a file" + fix);
   }
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
   if (!stream) {
-    Throw(file.string() + ": " + std::generic_category().message(errno != 0 ? errno : EIO) + mend);
+    Throw(file.string() + ": " + std::generic_category().message(errno != 0 ? errno : EIO) + fix);
   }
   std::string text(kMaxSettingsBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (stream.bad()) Throw(file.string() + ": cannot be read" + mend);
-  if (text.size() > kMaxSettingsBytes) Throw(file.string() + ": larger than 1 MiB" + mend);
+  if (stream.bad()) Throw(file.string() + ": cannot be read" + fix);
+  if (text.size() > kMaxSettingsBytes) Throw(file.string() + ": larger than 1 MiB" + fix);
   return text;
 }
 

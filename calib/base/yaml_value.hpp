@@ -33,23 +33,23 @@ class YamlValue {
                          const std::filesystem::path& file,
                          std::string_view what);
 
-  /// The value under a key. @param mend what to write there when it is missing, for the message.
-  [[nodiscard]] YamlValue At(std::string_view key, std::string_view mend) const;
+  /// The value under a key. @param fix what to write there when it is missing, for the message.
+  [[nodiscard]] YamlValue At(std::string_view key, std::string_view fix) const;
   [[nodiscard]] std::optional<YamlValue> Find(std::string_view key) const;
   /// @throws InputError unless this is a map whose keys are all named here, each at most once.
   void AllowOnly(std::initializer_list<std::string_view> keys) const;
 
   std::string Text() const;
   double Number() const;  ///< finite
-  double PositiveNumber(std::string_view mend) const;
+  double PositiveNumber(std::string_view fix) const;
   int WholeNumber(int least, int most) const;
   /// A list of exactly `count` finite numbers.
   std::vector<double> Numbers(std::size_t count) const;
   /// The number of entries when this is a list, else throws.
   std::size_t ListSize() const;
 
-  /// Throws "FILE:LINE: KEY = VALUE, must be MUST_BE; MEND".
-  [[noreturn]] void Fail(std::string_view must_be, std::string_view mend) const;
+  /// Throws "FILE:LINE: KEY = VALUE, must be MUST_BE; FIX".
+  [[noreturn]] void Fail(std::string_view must_be, std::string_view fix) const;
 
   [[nodiscard]] const std::filesystem::path& File() const { return file_; }
 

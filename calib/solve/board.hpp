@@ -9,7 +9,7 @@ namespace ceilmap::calibration {
 
 enum class BoardKind : std::uint8_t {
   kChessboard,
-  kCharuco,  ///< a chessboard whose white squares hold markers; may be seen in part
+  kCharuco,  ///< a chessboard with markers in its white squares; may be partly visible
 };
 
 /// A flat calibration board. Its frame: corners in rows along x, the rows along y, z = 0, metres.
@@ -20,9 +20,9 @@ struct Board {
   int rows = 6;
   double square_m = 0;                ///< side of a square, > 0
   double marker_m = 0;                ///< side of a marker, less than a square's; only for kCharuco
-  std::string dictionary = "4x4_50";  ///< of the markers: SIZExSIZE_COUNT as OpenCV has them
+  std::string dictionary = "4x4_50";  ///< of the markers: SIZExSIZE_COUNT, as in OpenCV
 
-  /// @throws InputError naming the option of `ceilmap calibrate camera` to mend.
+  /// @throws InputError naming the option of `ceilmap calibrate camera` to be corrected.
   void Validate() const;
 
   [[nodiscard]] int CornerCount() const { return columns * rows; }
@@ -41,13 +41,13 @@ cv::Size ParseCorners(const std::string& text);
 /// "chessboard" or "charuco". @throws InputError
 BoardKind ParseBoardKind(const std::string& text);
 
-/// A marker's image, a cell a bit with its black frame: 0 black, 255 white.
+/// Image of a marker, one cell per bit, with its black frame: 0 black, 255 white.
 cv::Mat1b MarkerCells(const std::string& dictionary, int id);
 
-/// How many markers a dictionary has. @throws InputError when there is none of that name.
+/// Number of markers of a dictionary. @throws InputError when there is none of that name.
 int MarkerCount(const std::string& dictionary);
 
-/// OpenCV's number of a dictionary. @throws InputError listing those that there are.
+/// OpenCV's number of a dictionary. @throws InputError with a list of the names.
 int DictionaryId(const std::string& dictionary);
 
 }  // namespace ceilmap::calibration

@@ -13,12 +13,13 @@
 namespace ceilmap::calibration {
 namespace {
 
-constexpr int kSearchSidePx = 1600;  // longer images are searched in small, refined in full
+constexpr int kSearchSidePx =
+    1600;  // longer images are searched at reduced size and refined at full size
 constexpr int kMinCharucoCorners = 6;
 
 using Corners = std::vector<cv::Point2f>;
 
-// Image for the search, and the factor from its pixels to those of the original.
+// Image for the search, and the scale factor to the original.
 double Reduce(const cv::Mat& grey, int longest_px, cv::Mat& small) {
   const int side = std::max(grey.cols, grey.rows);
   if (side <= longest_px) {
@@ -49,8 +50,8 @@ bool FindByQuads(const cv::Mat& grey, cv::Size size, Corners& corners) {
   return cv::findChessboardCorners(grey, size, corners, kFlags);
 }
 
-// From each corner to the nearest of its neighbours in row and column, pixels; of a corner without
-// any that is seen, the least of all.
+// Distance from each corner to the nearest neighbour in its row and column, pixels; for a corner
+// without detected neighbours, the smallest of all.
 std::vector<double> NeighbourDistances(const Corners& corners,
                                        const std::vector<int>& ids,
                                        int columns) {
@@ -72,9 +73,9 @@ std::vector<double> NeighbourDistances(const Corners& corners,
   return nearest;
 }
 
-// Bells end before the next corners, whose edges would pull. A smaller one may still fit where the
-// image ends.
-// @return how many of the corners are none: those keep their place, and `found` says so.
+// Weights end before the next corners, whose edges would cause errors. A smaller window may still
+// fit at the border of the image.
+// @return number of corners without a saddle: they keep their position, and `found` is false.
 std::size_t Refine(const cv::Mat& grey,
                    const std::vector<double>& nearest,
                    double bell_ratio,
@@ -82,15 +83,15 @@ std::size_t Refine(const cv::Mat& grey,
                    std::vector<bool>& found) {
   constexpr double kMaxBellPx = 6;
   constexpr double kMinBellPx = 1;
-  constexpr double kFarthestPart = 0.15;
+  constexpr double kFarthestRatio = 0.15;
   found.assign(corners.size(), false);
   std::size_t missing = 0;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const double bell_px = std::clamp(bell_ratio * nearest[i], kMinBellPx, kMaxBellPx);
-    const double farthest_px = std::max(1.0, kFarthestPart * nearest[i]);
-    for (const double part : {1.0, 0.5}) {
+    const double farthest_px = std::max(1.0, kFarthestRatio * nearest[i]);
+    for (const double fraction : {1.0, 0.5}) {
       const auto corner =
-          RefineCorner(grey, corners[i], std::max(kMinBellPx, part * bell_px), farthest_px);
+          RefineCorner(grey, corners[i], std::max(kMinBellPx, fraction * bell_px), farthest_px);
       if (!corner) continue;
       corners[i] = *corner;
       found[i] = true;
@@ -101,7 +102,7 @@ std::size_t Refine(const cv::Mat& grey,
   return missing;
 }
 
-// Without the corners that are none; nothing when they are more than a fifth.
+// Without the corners that have no saddle; nothing when these are more than a fifth.
 std::optional<BoardView> KeepFound(BoardView view, const std::vector<bool>& found) {
   constexpr std::size_t kMaxMissing = 5;
   std::size_t kept = 0;
@@ -123,11 +124,11 @@ double EdgeWidth(const cv::Mat& grey, cv::Size size, const Corners& corners) {
     const double across = cv::estimateChessboardSharpness(grey, size, corners, kRise, true)[0];
     return std::max(along, across);
   } catch (const cv::Exception&) {
-    return 0;  // squares of a few pixels only
+    return 0;  // squares of only a few pixels
   }
 }
 
-// A grid of corners, and which of them are some.
+// A grid of corners, and which of them were detected.
 struct Grid {
   BoardView view;
   std::vector<bool> found;
@@ -145,17 +146,17 @@ std::optional<Grid> FindGrid(const cv::Mat& grey,
   Enlarge(scale, corners);
   Grid grid;
   for (int id = 0; id < board.CornerCount(); ++id) grid.view.ids.push_back(id);
-  constexpr double kBellPart = 0.2;
+  constexpr double kBellRatio = 0.2;
   const std::vector<double> nearest = NeighbourDistances(corners, grid.view.ids, board.columns);
-  grid.missing = Refine(grey, nearest, kBellPart, corners, grid.found);
+  grid.missing = Refine(grey, nearest, kBellRatio, corners, grid.found);
   grid.view.corners_px.assign(corners.begin(), corners.end());
   grid.view.edge_px = EdgeWidth(grey, size, corners);
   grid.view.square_px = *std::min_element(nearest.begin(), nearest.end());
   return grid;
 }
 
-// The sector-based detector guesses corners that it does not see, beside the true ones when the
-// lens bends much.
+// The sector-based detector extrapolates corners that are not visible; with strong distortion they
+// are wrong.
 std::optional<BoardView> DetectChessboard(const cv::Mat& grey, const Board& board) {
   std::optional<Grid> grid = FindGrid(grey, board, FindBySectors);
   if (!grid || grid->missing > 0) {
@@ -178,7 +179,7 @@ struct Charuco {
   cv::Ptr<cv::aruco::CharucoBoard> layout;
 };
 
-// @return how many markers of the dictionary there are.
+// @return number of detected markers of the dictionary.
 std::size_t FindCharuco(const cv::Mat& grey,
                         const Charuco& charuco,
                         Corners& corners,
@@ -193,7 +194,7 @@ std::size_t FindCharuco(const cv::Mat& grey,
   return marker_ids.size();
 }
 
-// Corners that lie as they do on the board, up to what a lens bends.
+// Corners whose positions agree with the board, within the distortion of a lens.
 bool FitsBoard(const Corners& corners, const std::vector<int>& ids, const Charuco& charuco) {
   if (ids.size() < kMinCharucoCorners) return false;
   Corners on_board;
@@ -215,10 +216,10 @@ std::optional<BoardView> DetectCharuco(const cv::Mat& grey, const Board& board) 
   std::vector<int> ids;
   FindCharuco(grey, charuco, corners, ids);
   if (!FitsBoard(corners, ids, charuco)) return std::nullopt;
-  constexpr double kBellPart = 0.12;  // markers begin near the corners, but alike on both sides
+  constexpr double kBellRatio = 0.12;  // markers begin near the corners, but symmetrically
   const std::vector<double> nearest = NeighbourDistances(corners, ids, board.columns);
   std::vector<bool> found;
-  Refine(grey, nearest, kBellPart, corners, found);
+  Refine(grey, nearest, kBellRatio, corners, found);
   BoardView view;
   view.corners_px.assign(corners.begin(), corners.end());
   view.ids = ids;

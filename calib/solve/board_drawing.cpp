@@ -16,12 +16,12 @@ constexpr double kRulerMm = 100;
 constexpr double kTickMm = 10;
 constexpr double kTextMm = 3.2;  // size of letters
 constexpr double kFootMm = 12;   // for ruler and text
-constexpr double kMarginMm = 6;  // what printers cannot reach, and white around the board
+constexpr double kMarginMm = 6;  // unprintable margin, and white around the board
 constexpr double kLineMm = 0.2;
 
 using Rectangle = BoardDrawing::Rectangle;
 
-// The cells of a marker that are white, rows of them as one.
+// The white cells of a marker, joined by rows.
 void AddMarker(
     const cv::Mat1b& cells, double x_mm, double y_mm, double side_mm, std::vector<Rectangle>& to) {
   const double cell_mm = side_mm / cells.cols;
@@ -39,7 +39,7 @@ void AddMarker(
   }
 }
 
-// Squares in rows from the top; white ones of a ChArUco board get their markers in that order.
+// Squares by rows from the top; white squares of a ChArUco board get their markers in that order.
 void AddSquares(const Board& board, double left_mm, double top_mm, std::vector<Rectangle>& to) {
   const bool charuco = board.kind == BoardKind::kCharuco;
   const double square_mm = 1e3 * board.square_m;
@@ -68,7 +68,7 @@ std::string Describe(const Board& board) {
   return text + "; print at 100 %: the ruler is 100 mm long";
 }
 
-// The ruler as rectangles: one line, ticks that grow at both ends.
+// The ruler as rectangles: a line, and ticks with increasing length at both ends.
 std::vector<Rectangle> Ruler(const BoardDrawing& drawing) {
   std::vector<Rectangle> lines = {
       {drawing.ruler_x_mm, drawing.ruler_y_mm - kLineMm / 2, kRulerMm, kLineMm}};
@@ -90,7 +90,7 @@ std::vector<Rectangle> AllRectangles(const BoardDrawing& drawing) {
   return all;
 }
 
-// Offsets of objects, as PDF wants them at its end.
+// Offsets of objects, for the table at the end of a PDF file.
 class PdfWriter {
  public:
   void AddObject(const std::string& body) {

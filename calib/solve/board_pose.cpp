@@ -26,7 +26,7 @@ std::optional<BoardPose> FindPose(const Lens& lens, const Board& board, const Bo
       return std::nullopt;
     }
   } catch (const cv::Exception&) {
-    return std::nullopt;  // corners in one line
+    return std::nullopt;  // collinear corners
   }
   if (!(pose.translation[2] > 0)) return std::nullopt;
   return pose;

@@ -10,10 +10,10 @@
 
 namespace ceilmap::calibration {
 
-/// The board's corners that a view shows.
+/// The board's corners in a view.
 std::vector<cv::Point3d> BoardPoints(const Board& board, const BoardView& view);
 
-/// The pose that fits a view best, for a lens that is known. Nothing when there is none.
+/// The pose that fits a view best, for a known lens. Nothing when there is none.
 std::optional<BoardPose> FindPose(const Lens& lens, const Board& board, const BoardView& view);
 
 }  // namespace ceilmap::calibration

@@ -26,12 +26,12 @@ BoardPose PoseOf(const double* values) {
   return {{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
 }
 
-// The first of a model's coefficients, which any lens may have: k1, k2, p1, p2 or k1, k2.
+// The first coefficients of a model, which are always estimated: k1, k2, p1, p2 or k1, k2.
 Index OpenTerms(LensModel model) {
   return model == LensModel::kEquidistant ? 2 : 4;
 }
 
-// Residuals of one view by the lens's values and the view's pose.
+// Residuals of one view, as functions of the lens and the view's pose.
 class ViewCost final : public ceres::CostFunction {
  public:
   ViewCost(Lens lens, std::vector<cv::Point3d> points, const std::vector<cv::Point2d>& measured)
@@ -71,7 +71,7 @@ class ViewCost final : public ceres::CostFunction {
     if (to != nullptr) Eigen::Map<RowMajor>(to, from.rows(), from.cols()) = from;
   }
 
-  Lens lens_;  // its model; the values are those of the parameters
+  Lens lens_;  // its model; the values are the parameters
   std::vector<cv::Point3d> points_;
   std::vector<cv::Point2d> measured_;
 };
@@ -117,7 +117,7 @@ class Problem {
   std::vector<std::vector<cv::Point3d>> points_;
 };
 
-// Zhang's closed form where the lens bends little; else, and beside it, what wide lenses have.
+// Zhang's closed form for small distortion; and typical values of wide lenses.
 std::vector<double> Problem::FocalGuesses() const {
   const double width_px = std::max(size_.width, size_.height);
   if (model_ == LensModel::kEquidistant)
@@ -150,7 +150,7 @@ std::optional<Estimate> Problem::StartAt(double focal_px) const {
   return estimate;
 }
 
-// The best of the guesses, by residuals with focal length and the first coefficients free.
+// The best of the initial values, by residuals with free focal length and first coefficients.
 std::optional<Estimate> Problem::Start() const {
   std::optional<Estimate> best;
   for (const double focal_px : FocalGuesses()) {
@@ -237,7 +237,7 @@ CameraSolution Problem::Solution(const Estimate& estimate, std::vector<bool> fre
   return solution;
 }
 
-// Sets of coefficients to choose from, the simplest first; all of them last.
+// Candidate sets of coefficients, the simplest first; the last one contains all.
 std::vector<std::vector<bool>> TermSets(const SolverParams& params) {
   const std::size_t count = CoefficientNames(params.model).size();
   std::vector<std::vector<int>> sets;
@@ -259,7 +259,7 @@ std::vector<std::vector<bool>> TermSets(const SolverParams& params) {
   return free;
 }
 
-// Schwarz's: twice the negative log likelihood plus the price of the values.
+// Schwarz's criterion: twice the negative log likelihood plus a penalty per parameter.
 double Criterion(const Estimate& estimate, const std::vector<bool>& free, std::size_t corners) {
   const double numbers = 2 * static_cast<double>(corners);
   const auto values = static_cast<double>(std::count(free.begin(), free.end(), true));
@@ -290,9 +290,9 @@ std::optional<CameraSolution> SolveOnce(const Problem& problem, const SolverPara
   return problem.Solution(*best, best_free);
 }
 
-// The view that fits worst, when it fits too badly to be of the same board and camera.
+// The view with the largest residuals, if it does not belong to the same board and camera.
 std::optional<std::size_t> Outlier(const CameraSolution& solution, double factor) {
-  constexpr std::size_t kMinViews = 4;  // three must be left
+  constexpr std::size_t kMinViews = 4;  // three must remain
   if (solution.UsedViews() < kMinViews) return std::nullopt;
   std::vector<double> rms_px;
   const SolvedView* worst = nullptr;
@@ -307,14 +307,14 @@ std::optional<std::size_t> Outlier(const CameraSolution& solution, double factor
   return worst->view;
 }
 
-// The direction that shows at a pixel, or at the last place on the way to it that has one.
+// The direction of a pixel, or of the last pixel on the line to it that has a direction.
 std::optional<cv::Point3d> RayTowards(const Lens& lens, const cv::Point2d& pixel) {
   constexpr double kFarthest = 20;  // tangent of the angle from the axis
   constexpr int kSteps = 20;
   const cv::Point2d centre(lens.values[2], lens.values[3]);
   for (int step = kSteps; step > 0; --step) {
-    const double part = static_cast<double>(step) / kSteps;
-    const cv::Point2d at = centre + part * (pixel - centre);
+    const double fraction = static_cast<double>(step) / kSteps;
+    const cv::Point2d at = centre + fraction * (pixel - centre);
     const cv::Point2d p = Undistort(lens, {at}).front();
     if (!(std::abs(p.x) < kFarthest && std::abs(p.y) < kFarthest)) continue;
     const cv::Point3d ray(p.x, p.y, 1);
@@ -323,7 +323,7 @@ std::optional<cv::Point3d> RayTowards(const Lens& lens, const cv::Point2d& pixel
   return std::nullopt;
 }
 
-// A variance that came out as no number, or below zero, is that of something unknown.
+// A variance that is not a number, or negative, is that of an undetermined value.
 double RootOf(double variance) {
   return variance >= 0 ? std::sqrt(variance) : std::numeric_limits<double>::infinity();
 }

@@ -13,16 +13,16 @@ namespace ceilmap::calibration {
 
 struct SolverParams {
   LensModel model = LensModel::kPlumbBob;
-  /// Leaves coefficients at zero that the views do not need (Schwarz's criterion); else all of the
-  /// model's are free.
+  /// Fixes coefficients to zero that the views do not need (Schwarz's criterion); else all
+  /// coefficients of the model are free.
   bool choose_terms = true;
-  /// A view is left out whose RMS is more than so many times the views' median, > 1.
+  /// A view is left out if its RMS exceeds this multiple of the views' median, > 1.
   double outlier_factor = 3;
 };
 
-/// A view and how well it fits.
+/// A view and its residuals.
 struct SolvedView {
-  std::size_t view = 0;  ///< in what was given to SolveCamera
+  std::size_t view = 0;  ///< index in the input of SolveCamera
   BoardPose pose;
   std::vector<cv::Point2d> residuals_px;  ///< measured minus modelled, as BoardView::corners_px
   double rms_px = 0;                      ///< root of the mean squared length
@@ -33,32 +33,31 @@ struct SolvedView {
 /// A calibrated camera.
 struct CameraSolution {
   Lens lens;
-  /// Of Lens::values, see LensCovariance. k1, k2, p1 and p2 (of a fisheye k1, k2) count as if they
-  /// had been estimated where they were not: that the views do not tell them from zero leaves
-  /// something open, for focal lengths and centre too. Rows and columns of other values left at
-  /// zero are zero.
+  /// Of Lens::values, see LensCovariance. k1, k2, p1 and p2 (of a fisheye k1, k2) are included even
+  /// if they were fixed: they do not differ from zero significantly, which contributes to the
+  /// uncertainty of focal lengths and centre. Rows and columns of other fixed values are zero.
   Eigen::MatrixXd covariance;
   std::vector<bool> free;         ///< which of Lens::values were estimated
-  double rms_px = 0;              ///< root of the mean squared length over all corners used
-  std::size_t corners = 0;        ///< used
-  std::vector<SolvedView> views;  ///< in the order given; also those left out
+  double rms_px = 0;              ///< root of the mean squared length over all used corners
+  std::size_t corners = 0;        ///< number of used corners
+  std::vector<SolvedView> views;  ///< in the input order; including those left out
 
-  /// Standard deviation of a value; infinite where the views leave it open altogether.
+  /// Standard deviation of a value; infinite when the views do not determine it.
   [[nodiscard]] double Sigma(Eigen::Index i) const;
-  /// How well the lens is known in the image's corners: standard deviation, in pixels, of where
-  /// the directions show that the corners look into; the greatest of the four. Where the
-  /// lens's model ends before the corners, its last place on the way there stands for them;
-  /// infinite when there is none.
+  /// Accuracy of the lens in the image's corners: standard deviation, in pixels, of the position
+  /// where the directions of the corners appear; the maximum of the four. If the lens model ends
+  /// before a corner, its last position on the line to the corner is used; infinite when there is
+  /// none.
   [[nodiscard]] double CornerSigma() const;
   [[nodiscard]] std::size_t UsedViews() const;
 };
 
 /// Minimises the squared distances between measured and modelled corners over the lens and the
-/// board's pose in every view (Zhang 2000), then leaves out views that do not fit, one at a time,
-/// and starts again.
+/// board's pose in every view (Zhang 2000). Views that do not fit are left out one at a time, and
+/// the fit is repeated.
 ///
-/// @param views  at least 3, of one image size.
-/// @return nothing when no solution was found: views from which no lens of this model follows.
+/// @param views  At least 3, of the same image size.
+/// @return nothing when no solution was found: the views do not determine a lens of this model.
 std::optional<CameraSolution> SolveCamera(const Board& board,
                                           const std::vector<BoardView>& views,
                                           cv::Size size,

@@ -81,7 +81,7 @@ Matrix3d Spread(const std::vector<Vector2d>& points, const Circle& circle, doubl
   Matrix3d sum = Matrix3d::Zero();
   for (const Vector3d& pull : pulls) sum += pull * pull.transpose();
   const Matrix3d inverse = NormalOf(points, circle, sigma).A.inverse();
-  // Three parameters were taken out of so many sectors.
+  // Three parameters were estimated from this number of sectors.
   constexpr double kFew = static_cast<double>(kSectors) / (kSectors - 3);
   return kFew * inverse * sum * inverse;
 }
@@ -91,7 +91,8 @@ Matrix3d Spread(const std::vector<Vector2d>& points, const Circle& circle, doubl
 std::optional<Circle> FindCircle(const std::vector<Vector2d>& points, double tolerance) {
   if (points.size() < 8) return std::nullopt;
   constexpr int kTriples = 500;
-  std::mt19937 random(1);  // its numbers are the same everywhere, unlike those of distributions
+  std::mt19937 random(
+      1);  // a generator with the same numbers on all platforms, unlike distributions
   const auto pick = [&] { return points[random() % points.size()]; };
   std::optional<Circle> best;
   std::ptrdiff_t most = 0;

@@ -8,13 +8,13 @@
 namespace ceilmap::calibration {
 namespace {
 
-constexpr double kReach = 2;  // of the bell, in standard deviations
+constexpr double kReach = 2;  // of the weight function, in standard deviations
 constexpr int kMinHalf = 2;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// The saddle of a x^2 + b x y + c y^2 + d x + e y + f; nothing for a hill or a ridge.
+// The saddle of a x^2 + b x y + c y^2 + d x + e y + f; nothing for an extremum or a ridge.
 std::optional<cv::Point2d> Saddle(const Vector6& quadric) {
   const double a = quadric[0];
   const double b = quadric[1];
@@ -25,7 +25,7 @@ std::optional<cv::Point2d> Saddle(const Vector6& quadric) {
                      (b * quadric[3] - 2 * a * quadric[4]) / determinant);
 }
 
-// The quadric about `centre` that fits the grey values; nothing when the bell leaves the image.
+// The quadric around `centre` that fits the grey values; nothing when the window leaves the image.
 std::optional<Vector6> FitQuadric(const cv::Mat& grey, cv::Point2d centre, double sigma_px) {
   const int half = std::max(kMinHalf, static_cast<int>(std::ceil(kReach * sigma_px)));
   const int u0 = cvRound(centre.x);

@@ -6,16 +6,15 @@
 namespace ceilmap::calibration {
 
 /// The point where two dark and two bright squares meet, to some hundredths of a pixel: the saddle
-/// of the quadric that fits the grey values around it best, weighted by a bell of standard
-/// deviation `sigma_px` about the saddle itself. A bell that reaches nearly to the next corners
-/// averages noise away; what bends the edges does so alike on both sides.
+/// of the quadric that fits the grey values around it best, with Gaussian weights of standard
+/// deviation `sigma_px` around the saddle. A window that nearly reaches the next corners averages
+/// noise; curvature of the edges has a symmetric effect.
 ///
-/// On the rendered boards of calib/README.md it errs by 0.036 px (RMS) where gradients
-/// (cv::cornerSubPix) err by 0.07 px and the sector-based detector by 0.11 px.
-/// @param grey  CV_8UC1. @param start  within a pixel or two.
-/// @return nothing where there is no saddle within `farthest_px` of the start, or the bell leaves
-/// the
-///   image.
+/// On the rendered boards of calib/README.md the error is 0.036 px (RMS), compared with 0.07 px for
+/// gradients (cv::cornerSubPix) and 0.11 px for the sector-based detector.
+/// @param grey  CV_8UC1. @param start  Within a pixel or two.
+/// @return nothing where there is no saddle within `farthest_px` of the start, or the window leaves
+/// the image.
 std::optional<cv::Point2d> RefineCorner(const cv::Mat& grey,
                                         cv::Point2d start,
                                         double sigma_px,

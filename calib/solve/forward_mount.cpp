@@ -29,23 +29,23 @@ using Vector6 = Eigen::Matrix<T, 6, 1>;
 template <typename T>
 using Matrix3 = Eigen::Matrix<T, 3, 3>;
 
-// exp(turn), turn about base's axes.
+// exp(turn), a rotation about the axes of base.
 template <typename T>
 Matrix3<T> TurnOf(const T* turn) {
   Matrix3<T> R;
-  ceres::AngleAxisToRotationMatrix(turn, R.data());  // column by column, as Eigen has it
+  ceres::AngleAxisToRotationMatrix(turn, R.data());  // column-major, as in Eigen
   return R;
 }
 
-// The half of an epipolar line on which the second image may show a match, in the second's
-// optical frame: the direction of the first's ray and the way of the camera against it.
+// The half of an epipolar line on which a match may lie in the second image, in the second's
+// optical frame: direction of the first ray, and position of the first camera.
 template <typename T>
 struct RayInSecond {
   Vector3<T> direction;  // of the first's ray, z = 1 in the first
   Vector3<T> origin;     // the first camera
 };
 
-// @param error  of the motion: a small turn about base's axes, and a shift, m.
+// @param error  Of the motion: a small rotation about the axes of base, and a translation, m.
 template <typename T>
 RayInSecond<T> RayOf(const MotionWithMatches& motion,
                      const Match& match,
@@ -54,15 +54,15 @@ RayInSecond<T> RayOf(const MotionWithMatches& motion,
                      const Vector6<T>& error) {
   const Matrix3d R_second_first = motion.T_first_second.linear().transpose();
   // The first camera in the second's base, from the second camera.
-  const Vector3d way = R_second_first * (place - motion.T_first_second.translation()) - place;
+  const Vector3d origin = R_second_first * (place - motion.T_first_second.translation()) - place;
   const Vector3<T> ray = R_base_cam * match.first.homogeneous().cast<T>();
   const Vector3<T> turned = R_second_first.cast<T>() * ray;
   return {R_base_cam.transpose() * (turned + error.template head<3>().cross(turned)),
-          R_base_cam.transpose() * (way.cast<T>() + error.template tail<3>())};
+          R_base_cam.transpose() * (origin.cast<T>() + error.template tail<3>())};
 }
 
-// How far a match is from that half line, along it (beyond its ends) and across, in units of the
-// focal length. @return false when the second image cannot show it at all.
+// Distance of a match from that half line, along it (beyond its ends) and across, in units of the
+// focal length. @return false when it is behind the second camera.
 template <typename T>
 bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, double min_depth_m, T* miss) {
   const Vector3<T>& far = ray.direction;
@@ -72,7 +72,7 @@ bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, double min_depth_m,
   const Vector2<T> towards = (ray.origin.template head<2>() - infinity * ray.origin.z()) / far.z();
   const Vector2<T> off = seen.cast<T>() - infinity;
   const T length2 = towards.squaredNorm();
-  if (!(length2 > 1e-16)) {  // the camera only turned
+  if (!(length2 > 1e-16)) {  // pure rotation of the camera
     miss[0] = off.x();
     miss[1] = off.y();
     return true;
@@ -96,7 +96,7 @@ struct MatchCost {
   const Match* match;
   const Isometry3d* start;
   double min_depth_m;
-  double per_error;  // focal length over deviation
+  double per_error;  // focal length / standard deviation
 
   template <typename T>
   bool operator()(const T* turn, const T* error, T* residual) const {
@@ -104,7 +104,7 @@ struct MatchCost {
     const RayInSecond<T> ray =
         RayOf<T>(*motion, *match, R, start->translation(), Eigen::Map<const Vector6<T>>(error));
     if (!MissOf<T>(ray, match->second, min_depth_m, residual)) {
-      residual[0] = residual[1] = T(0);  // says nothing
+      residual[0] = residual[1] = T(0);  // not informative
     }
     residual[0] *= T(per_error);
     residual[1] *= T(per_error);
@@ -112,7 +112,7 @@ struct MatchCost {
   }
 };
 
-// That a turn is small.
+// Prior of a small rotation.
 struct TurnCost {
   double per_rad;
   template <typename T>
@@ -122,7 +122,7 @@ struct TurnCost {
   }
 };
 
-// That a motion is nearly the one which was measured.
+// Prior of the measured motion.
 struct MotionCost {
   double per_rad;
   double per_m;
@@ -137,10 +137,10 @@ ceres::CostFunction* TurnCostOf(double sigma_rad) {
   return new ceres::AutoDiffCostFunction<TurnCost, 3, 3>(new TurnCost{1 / sigma_rad});
 }
 
-// What is looked for.
+// The unknowns.
 struct Estimate {
-  Vector3d turn = Vector3d::Zero();     // of the camera, from the start
-  std::vector<Vector6<double>> errors;  // of each motion: turn and shift
+  Vector3d turn = Vector3d::Zero();     // of the camera, relative to the start
+  std::vector<Vector6<double>> errors;  // of each motion: rotation and translation
 };
 
 // Motions [first, last) that a solution leaves out.
@@ -149,10 +149,10 @@ struct Range {
   std::size_t last = 0;
 };
 
-// How matches that are far off count.
+// Loss function for outliers.
 enum class Loss {
-  kHuber,   // by their distance: finds the way from far away, but is pulled at
-  kCauchy,  // less and less: from nearby
+  kHuber,   // linear: converges from far away, but is affected by outliers
+  kCauchy,  // decreasing influence: for an approximate start
 };
 
 ceres::LossFunction* LossOf(Loss loss) {
@@ -167,7 +167,8 @@ class Solver {
          const ForwardMountParams& params)
       : motions_(motions), start_(start), params_(params) {}
 
-  // @param at  to begin with. @param curvature  the turn's covariance by it, where it is wanted.
+  // @param at  Start. @param curvature  Covariance of the rotation from the curvature, if
+  // requested.
   [[nodiscard]] std::optional<Estimate> Solve(Estimate at,
                                               double sigma_px,
                                               Range out,
@@ -212,7 +213,7 @@ class Solver {
     return at;
   }
 
-  // Lengths of what all matches are off by, in pixels.
+  // Lengths of the residuals of all matches, in pixels.
   [[nodiscard]] std::vector<double> Errors(const Estimate& at) const {
     const Matrix3d R = TurnOf(at.turn.data()) * start_.linear();
     std::vector<double> errors;
@@ -229,7 +230,7 @@ class Solver {
     return errors;
   }
 
-  // Deviation of one axis, by the median of lengths that are those across a line, nearly.
+  // Standard deviation of one axis, from the median of the lengths, which are mostly across a line.
   [[nodiscard]] double SigmaOf(std::vector<double> errors) const {
     const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
     std::nth_element(errors.begin(), middle, errors.end());
@@ -243,7 +244,7 @@ class Solver {
   const ForwardMountParams& params_;
 };
 
-// By what the rotation changes when all matches are off alike.
+// Change of the rotation by a common error of all matches.
 std::optional<Matrix3d> Systematic(const std::vector<MotionWithMatches>& motions,
                                    const Isometry3d& start,
                                    const ForwardMountParams& params,
@@ -273,7 +274,7 @@ std::optional<Matrix3d> Systematic(const std::vector<MotionWithMatches>& motions
   return spread;
 }
 
-// Delete-a-group jackknife over stretches of neighbouring motions.
+// Delete-a-group jackknife over intervals of consecutive motions.
 std::optional<Matrix3d> Spread(const Solver& solver,
                                std::size_t motions,
                                const Estimate& at,
@@ -308,7 +309,7 @@ ForwardMount SolveForwardMount(const std::vector<MotionWithMatches>& motions,
   const Solver solver(motions, start, params);
   Estimate at;
   at.errors.assign(motions.size(), Vector6<double>::Zero());
-  // A rotation that is off makes all matches bad alike: the scale comes down with it.
+  // A wrong rotation increases the residuals of all matches: the scale decreases with it.
   mount.sigma_px = solver.SigmaOf(solver.Errors(at));
   constexpr int kMaxRounds = 8;
   constexpr double kSettled = 0.01;
@@ -326,14 +327,15 @@ ForwardMount SolveForwardMount(const std::vector<MotionWithMatches>& motions,
   const std::optional<Matrix3d> spread = Spread(solver, motions.size(), at, mount.sigma_px);
   Matrix3d curvature;
   if (!solver.Solve(at, mount.sigma_px, {}, Loss::kCauchy, &curvature)) return mount;
-  const std::optional<Matrix3d> alike = Systematic(motions, start, params, at, mount.sigma_px);
-  if (!spread || !alike) return mount;
+  const std::optional<Matrix3d> systematic = Systematic(motions, start, params, at, mount.sigma_px);
+  if (!spread || !systematic) return mount;
   for (const double error : solver.Errors(at)) mount.inliers += error < 3 * mount.sigma_px;
   mount.R_base_cam = TurnOf(at.turn.data()) * start.linear();
-  // The principal point moves the view sideways and up: turns about the camera's own x and y.
+  // An error of the principal point shifts the image: rotations about the camera's x and y.
   const double lens_rad = params.lens_sigma_px / params.focal_px;
   const Eigen::Matrix<double, 3, 2> axes = mount.R_base_cam.leftCols<2>();
-  mount.covariance = curvature + *spread + *alike + lens_rad * lens_rad * axes * axes.transpose();
+  mount.covariance =
+      curvature + *spread + *systematic + lens_rad * lens_rad * axes * axes.transpose();
   mount.covariance.diagonal().array() += params.systematic_rad * params.systematic_rad;
   mount.ok = mount.covariance.allFinite() && 2 * mount.inliers > mount.matches;
   return mount;

@@ -110,7 +110,7 @@ std::vector<cv::Point2d> Undistort(const Lens& lens, const std::vector<cv::Point
 
 double Reach(const Lens& lens) {
   const std::vector<double> k = lens.Coefficients();
-  // On the image, of the tangent of the angle from the axis, or of the angle itself.
+  // Radius in the image, of the tangent of the angle from the axis, or of the angle itself.
   const auto radius = [&](double from_axis) {
     const double s = from_axis * from_axis;
     if (lens.model == LensModel::kEquidistant) {

@@ -12,7 +12,7 @@ using Eigen::VectorXd;
 
 constexpr int kPose = 6;
 
-// Derivatives of a view's pixels by the lens, without what a change of its pose would do.
+// Derivatives of a view's pixels by the lens, projected orthogonally to those by its pose.
 MatrixXd ByLensAlone(const Lens& lens,
                      const BoardPose& pose,
                      const std::vector<cv::Point3d>& points) {
@@ -56,7 +56,7 @@ MatrixXd LensCovariance(const Lens& lens,
   MatrixXd information = MatrixXd::Zero(values, values);
   MatrixXd disagreement = MatrixXd::Zero(values, values);
   double squares = 0;
-  double spare = -static_cast<double>(values);  // numbers measured beyond those estimated
+  double spare = -static_cast<double>(values);  // number of measurements minus number of estimates
   for (const FittedView& view : views) {
     const VectorXd residuals = Stacked(*view.residuals_px);
     const MatrixXd alone = ByLensAlone(lens, view.pose, *view.points)(Eigen::all, kept);

@@ -8,8 +8,8 @@
 
 namespace ceilmap::calibration {
 
-/// What a view tells of the lens: information of Lens::values with the view's pose taken out, per
-/// square pixel of corner noise.
+/// Information of one view on Lens::values, with the view's pose eliminated, per square pixel of
+/// corner noise.
 Eigen::MatrixXd LensInformation(const Lens& lens,
                                 const BoardPose& pose,
                                 const std::vector<cv::Point3d>& points);
@@ -21,13 +21,13 @@ struct FittedView {
   const std::vector<cv::Point2d>* residuals_px = nullptr;
 };
 
-/// Covariance of Lens::values at a fit's minimum; rows and columns of values that are not `free`
-/// are zero.
+/// Covariance of Lens::values at the minimum of a fit; rows and columns of values that are not
+/// `free` are zero.
 ///
-/// From the curvature of the squared residuals, whose size tells the corners' noise, and from how
-/// the views disagree (the "sandwich" with a view as the unit: corner errors of one view, of a bent
-/// board or of shading, are not independent); for each value the greater of the two, correlations
-/// from the curvature.
+/// Computed from the curvature of the squared residuals, whose size gives the corners' noise, and
+/// from the differences between views (a sandwich estimator with views as clusters, because corner
+/// errors of one view, of a bent board or of shading, are not independent); for each value the
+/// larger of both, with correlations from the curvature.
 Eigen::MatrixXd LensCovariance(const Lens& lens,
                                const std::vector<FittedView>& views,
                                const std::vector<bool>& free);

@@ -15,21 +15,21 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Quantile of a map, of every fourth pixel.
-double Quantile(const cv::Mat& map, double part) {
+// Quantile of a map, from every fourth pixel.
+double Quantile(const cv::Mat& map, double fraction) {
   std::vector<float> values;
   for (int v = 0; v < map.rows; v += 2) {
     for (int u = 0; u < map.cols; u += 2) values.push_back(map.at<float>(v, u));
   }
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  const auto at = values.begin() +
+                  static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
 
-// The outline of the largest area that moves.
+// The outline of the largest moving area.
 std::vector<Vector2d> OutlineOf(const cv::Mat& moving) {
-  constexpr double kPart = 0.12;  // of what moves much
+  constexpr double kPart = 0.12;  // relative to strong motion
   const cv::Mat mask = moving > kPart * Quantile(moving, 0.95);
   std::vector<std::vector<cv::Point>> outlines;
   cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
@@ -40,14 +40,14 @@ std::vector<Vector2d> OutlineOf(const cv::Mat& moving) {
         return cv::contourArea(a) < cv::contourArea(b);
       });
   for (const cv::Point& p : largest) {
-    // Along the image's border it is no rim.
+    // The image's border is no rim.
     const bool inside = p.x > 1 && p.y > 1 && p.x < moving.cols - 2 && p.y < moving.rows - 2;
     if (inside) points.emplace_back(p.x, p.y);
   }
   return points;
 }
 
-// Circle of the rim, in turns of measuring and fitting.
+// Circle of the rim, by alternating measurement and fit.
 std::optional<CircleFit> FitRim(const cv::Mat& moving, Circle start) {
   std::optional<CircleFit> fit;
   for (const double reach : {0.06, 0.03, 0.0}) {
@@ -63,8 +63,8 @@ std::optional<CircleFit> FitRim(const cv::Mat& moving, Circle start) {
 void TakeRim(const CircleFit& fit, const std::vector<Vector2d>& points, MirrorRingFit& result) {
   result.ring.centre_px = fit.circle.centre;
   result.ring.outer_radius_px = fit.circle.radius;
-  // Light at the rim may vary otherwise than a few pixels inside, alike over wide parts of it: no
-  // residual tells. As large as errors were on simulated mirrors.
+  // Systematic error by light that varies near the rim over wide parts of it, which residuals do
+  // not show. As large as the errors on simulated mirrors.
   constexpr double kEdgeSigmaPx = 0.1;
   constexpr double kVariance = kEdgeSigmaPx * kEdgeSigmaPx;
   result.centre_covariance =
@@ -75,12 +75,14 @@ void TakeRim(const CircleFit& fit, const std::vector<Vector2d>& points, MirrorRi
   result.rim = points;
 }
 
-// A few directions in which the floor hides itself do not count; corners of the robot do.
-// @param corners  the same points where a corner's blurred tip is: a quarter of it is the robot.
+// A few directions in which the floor is not visible are ignored; corners of the robot are
+// included.
+// @param corners  The same points at the blurred tip of a corner, which has a quarter of the
+// contrast.
 void TakeBody(const std::vector<Vector2d>& points,
               const std::vector<Vector2d>& corners,
               MirrorRingFit& result) {
-  constexpr double kGuess = 0.15;  // of the outer radius
+  constexpr double kGuess = 0.15;  // relative to the outer radius
   result.body = points;
   result.ring.inner_radius_px = kGuess * result.ring.outer_radius_px;
   if (points.size() < kEdgeDirections / 4) return;
@@ -98,9 +100,10 @@ void TakeBody(const std::vector<Vector2d>& points,
   constexpr double kRound = 0.04;
   result.round_body = spread < kRound * middle;
   if (result.round_body) {
-    constexpr double kIndependent = 36;  // sectors
+    constexpr double kIndependent = 36;  // number of independent sectors
     result.ring.inner_radius_px = middle;
-    constexpr double kEdgeSigmaPx = 0.25;  // the floor is fainter than what the rim shows
+    constexpr double kEdgeSigmaPx =
+        0.25;  // the floor has less contrast than the content at the rim
     result.inner_sigma_px = std::hypot(1.25 * spread / std::sqrt(kIndependent), kEdgeSigmaPx);
     return;
   }
@@ -121,7 +124,7 @@ cv::Mat GreyOf(const cv::Mat& image) {
   return grey;
 }
 
-// sRGB undone, mean of the channels.
+// Linear light, mean of the channels.
 cv::Mat LightOf(const cv::Mat& image) {
   static const cv::Mat kTable = [] {
     cv::Mat table(1, 256, CV_32FC1);
@@ -140,8 +143,8 @@ cv::Mat LightOf(const cv::Mat& image) {
   return mean;
 }
 
-// What is too bright for the camera is brighter than it shows: beside it a blurred edge seems to
-// lie farther out than it does.
+// Saturated pixels are brighter than their value: a blurred edge beside them appears too far
+// outside.
 cv::Mat NotSaturated(const cv::Mat& image) {
   constexpr int kLimit = 250;
   constexpr int kReach = 9;  // px across
@@ -159,7 +162,7 @@ cv::Mat NotSaturated(const cv::Mat& image) {
   return sound;
 }
 
-// 0 where a pixel was seen in fewer than a quarter of the images.
+// 0 where a pixel was valid in fewer than a quarter of the images.
 cv::Mat Deviation(const cv::Mat& sum, const cv::Mat& squares, const cv::Mat& count, int images) {
   const cv::Mat some = cv::max(count, 1);
   const cv::Mat mean = sum / some;
@@ -207,7 +210,7 @@ MirrorRingFit FindRing(const MirrorActivity& activity) {
   MirrorRingFit result;
   constexpr int kMinImages = 3;
   constexpr double kMinGrey =
-      4;  // levels, where most moves: noise and lamps that flicker have less
+      4;  // grey levels, at the strongest motion: above noise and flicker of lamps
   result.fault = MirrorFault::kNothingMoves;
   if (activity.Images() < kMinImages) return result;
   const cv::Mat grey = activity.OfGrey();
@@ -254,8 +257,8 @@ MirrorRingFit FindRing(const cv::Mat& image) {
     circle = fit->circle;
   }
   TakeRim(*fit, points, result);
-  // What becomes darker may be something in the room along a part of the rim, and that part fits
-  // as well as the rest: two real mirrors were off by 0.6 and 1.9 % of their radius.
+  // A dark object in the room along a part of the rim may also cause the change: on two real
+  // mirrors the error was 0.6 and 1.9 % of the radius.
   constexpr double kPart = 0.01;
   const double sigma_px = kPart * circle.radius;
   result.centre_covariance += sigma_px * sigma_px * Eigen::Matrix2d::Identity();

@@ -17,8 +17,8 @@ struct Point {
   double lift = 0;
 };
 
-// Slope of a line through the origin under the points that do not lie on it: it begins at a low
-// slope, and what is more than three deviations above it does not count.
+// Slope of a line through the origin below the points that do not lie on it: it starts with a low
+// slope, and points more than three standard deviations above the line are ignored.
 std::optional<double> SlopeOf(const std::vector<Point>& points) {
   constexpr std::size_t kMin = 4;
   if (points.size() < kMin) return std::nullopt;
@@ -29,7 +29,7 @@ std::optional<double> SlopeOf(const std::vector<Point>& points) {
   double slope = slopes[slopes.size() / 4];
   constexpr int kRounds = 20;
   for (int round = 0; round < kRounds; ++round) {
-    // The deviation by what lies below the line, where nothing else does.
+    // The standard deviation from the points below the line, which are all inliers.
     std::vector<double> below;
     for (const Point& p : points) {
       const double off = p.lift - slope * p.steep;
@@ -79,10 +79,10 @@ double SigmaOf(const std::vector<Point>& points, double slope) {
 Pivot FitPivot(const std::vector<Point>& all) {
   Pivot pivot;
   for (const Point& p : all) pivot.max_rad = std::max(pivot.max_rad, std::asin(p.steep));
-  // Near level, noise is all there is.
+  // Near level there is only noise.
   constexpr double kMinRad = 0.4 * kRadPerDeg;
-  constexpr double kMinPart = 0.25;
-  const double least = std::sin(std::max(kMinRad, kMinPart * pivot.max_rad));
+  constexpr double kMinRatio = 0.25;
+  const double least = std::sin(std::max(kMinRad, kMinRatio * pivot.max_rad));
   std::vector<Point> points;
   std::copy_if(all.begin(), all.end(), std::back_inserter(points), [least](const Point& p) {
     return p.steep >= least;
@@ -108,17 +108,18 @@ Pivot FitPivot(const std::vector<Point>& all) {
   return pivot;
 }
 
-// Lift of the level robot on the floor: the first frame, from which lifts count, has an error too.
+// Lift of the level robot on the floor: the first frame, the reference of the lifts, has an error
+// too.
 double FloorOf(const std::vector<Climb>& climbs) {
   constexpr double kLevelRad = 0.2 * kRadPerDeg;
-  constexpr double kLowPart = 0.25;  // of the highest: not on the step
+  constexpr double kLowRatio = 0.25;  // relative to the maximum: not on the step
   constexpr std::size_t kMin = 3;
   double most = 0;
   for (const Climb& climb : climbs) most = std::max(most, std::abs(climb.lift_m));
   std::vector<double> lifts;
   lifts.reserve(climbs.size());
   for (const Climb& climb : climbs) {
-    if (std::abs(climb.pitch_rad) < kLevelRad && std::abs(climb.lift_m) < kLowPart * most) {
+    if (std::abs(climb.pitch_rad) < kLevelRad && std::abs(climb.lift_m) < kLowRatio * most) {
       lifts.push_back(climb.lift_m);
     }
   }

@@ -41,9 +41,9 @@ struct Profile {
       return static_cast<std::ptrdiff_t>(
           std::clamp(i, 0.0, static_cast<double>(values.size() - 1)));
     };
-    std::vector<double> part(values.begin() + index(from), values.begin() + index(to) + 1);
-    const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
-    std::nth_element(part.begin(), middle, part.end());
+    std::vector<double> segment(values.begin() + index(from), values.begin() + index(to) + 1);
+    const auto middle = segment.begin() + static_cast<std::ptrdiff_t>(segment.size() / 2);
+    std::nth_element(segment.begin(), middle, segment.end());
     return *middle;
   }
 };
@@ -61,7 +61,7 @@ Profile Along(
   return profile;
 }
 
-// Where the profile last comes down through a level.
+// Last position where the profile falls below a level.
 std::optional<double> LastFall(const Profile& profile, double level) {
   for (std::size_t i = profile.values.size(); i-- > 1;) {
     const double inner = profile.values[i - 1];
@@ -75,7 +75,7 @@ std::optional<double> LastFall(const Profile& profile, double level) {
 }  // namespace
 
 std::vector<Vector2d> FallingEdges(const cv::Mat& map, const Circle& circle, double reach_px) {
-  constexpr double kBeside = 0.4;  // of the reach: what is nearer to the edge is not level
+  constexpr double kBeside = 0.4;  // relative to the reach: nearer samples belong to the edge
   std::vector<Vector2d> points;
   for (int k = 0; k < kEdgeDirections; ++k) {
     const Vector2d out = Direction(k, kEdgeDirections);
@@ -93,10 +93,10 @@ std::vector<Vector2d> FallingEdges(const cv::Mat& map, const Circle& circle, dou
   return points;
 }
 
-std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle, double part) {
+std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle, double fraction) {
   std::vector<Vector2d> points;
   if (!Sample(map, circle.centre)) return points;
-  // What is fixed shows its noise in the middle.
+  // Static content in the middle gives the noise level.
   std::vector<Profile> profiles;
   std::vector<double> middle;
   for (int k = 0; k < kEdgeDirections; ++k) {
@@ -111,7 +111,7 @@ std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle,
   const double high = kTimes * low + kMore;
   for (int k = 0; k < kEdgeDirections; ++k) {
     const Profile& profile = profiles[static_cast<std::size_t>(k)];
-    constexpr std::size_t kRun = 20;  // samples that stay high
+    constexpr std::size_t kRun = 20;  // samples above the level
     std::size_t run = 0;
     std::size_t i = 0;
     for (; i < profile.values.size() && run < kRun; ++i) {
@@ -122,8 +122,8 @@ std::vector<Vector2d> FirstRisingEdges(const cv::Mat& map, const Circle& circle,
     constexpr double kNearPx = 4;
     constexpr double kFarPx = 10;
     const double floor = profile.Median(first + kNearPx, first + kFarPx);
-    const double level = low + part * (floor - low);
-    // Back to where it is still below, then up to the level.
+    const double level = low + fraction * (floor - low);
+    // Back to the last sample below, then up to the level.
     std::size_t j = i - kRun;
     while (j > 1 && profile.values[j] > level) --j;
     while (j + 1 < profile.values.size() && profile.values[j + 1] < level) ++j;
@@ -161,8 +161,8 @@ namespace {
 
 constexpr int kCoarseDirections = 72;
 
-// By how much an image falls across a circle, outwards: mean over directions of a limited step,
-// so that a few strong edges do not pass for a circle.
+// Step of an image across a circle, outwards: the mean over directions, with a limit per direction,
+// so that a few strong edges are not taken as a circle.
 double FallAcross(const cv::Mat& map, const Circle& circle, double half_span, double limit) {
   double sum = 0;
   int seen = 0;

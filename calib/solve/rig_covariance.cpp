@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 constexpr int kKnown = 6;  // tilt, centre, yaw, travel
 using Influence = Eigen::Matrix<double, kKnown, 1>;
 
-// Derivatives of what is asked for by the free parameters.
+// Derivatives of the known parameters by the free ones.
 MatrixXd Asked(const RigParameters& parameters, int columns) {
   MatrixXd asked = MatrixXd::Zero(kKnown, columns);
   asked.topLeftCorner<4, 4>().setIdentity();
@@ -35,7 +35,7 @@ MatrixXd Asked(const RigParameters& parameters, int columns) {
   return asked;
 }
 
-// The Jacobian of all residuals, row by row, without the loss.
+// The Jacobian of all residuals, row by row, without the loss function.
 struct Linearized {
   explicit Linearized(RigProblem& problem) {
     ceres::Problem::EvaluateOptions options;
@@ -48,7 +48,7 @@ struct Linearized {
   ceres::CRSMatrix jacobian;
 };
 
-// What one residual block adds.
+// Contribution of one residual block.
 struct BlockTerm {
   int rows = 0;
   double weight = 1;  // rho'
@@ -72,7 +72,7 @@ BlockTerm TermOf(const BlockOwner& owner,
   return term;
 }
 
-// Calls use(column, value) for what a row of the Jacobian holds.
+// Calls use(column, value) for each value of a row of the Jacobian.
 void ForRow(const ceres::CRSMatrix& m, std::size_t row, auto&& use) {
   for (int k = m.rows[row]; k < m.rows[row + 1]; ++k) {
     use(m.cols[static_cast<std::size_t>(k)], m.values[static_cast<std::size_t>(k)]);
@@ -119,7 +119,7 @@ Normal NormalOf(const RigProblem& problem, const Linearized& at) {
   return normal;
 }
 
-// rows: by how much what is asked for moves with each free parameter's gradient.
+// Rows: change of the known parameters by each free parameter's gradient.
 MatrixXd InfluenceOf(const Normal& normal, const MatrixXd& asked) {
   const Eigen::LLT<MatrixXd> exact(normal.hessian);
   if (exact.info() == Eigen::Success) return exact.solve(asked.transpose()).transpose();
@@ -127,8 +127,8 @@ MatrixXd InfluenceOf(const Normal& normal, const MatrixXd& asked) {
   return fallback.solve(asked.transpose()).transpose();
 }
 
-// Errors of a lens model at a ray, each of length 1 at the edge or less: principal point, focal
-// length, skew, radial and tangential distortion.
+// Errors of a lens model at a ray, each with a length of at most 1, which it reaches at the edge:
+// principal point, focal length, skew, radial and tangential distortion.
 constexpr int kLensErrors = 7;
 using LensErrors = Eigen::Matrix<double, 2, kLensErrors>;
 
@@ -155,8 +155,7 @@ double EdgeOf(const Recording& spin, const Recording& straight) {
   return edge;
 }
 
-// What errors of the lens do to the fit: by how much each residual moves, and with them what is
-// asked for.
+// Effect of lens errors on the fit: change of each residual, and of the known parameters.
 class LensUncertainty {
  public:
   LensUncertainty(const RigParameters& parameters, const RigSolverParams& params, double sigma_px)
@@ -165,7 +164,7 @@ class LensUncertainty {
         lens_sigma_(params.lens_sigma_px / params.focal_px),
         sigma_px_(sigma_px) {}
 
-  // Residual moves, a column for each error of the lens.
+  // Changes of residuals, one column per lens error.
   [[nodiscard]] LensErrors Moves(const std::vector<RigParameters::Pose>& poses,
                                  const ViewPair& pair,
                                  const PointCorrespondence& place,
@@ -190,19 +189,19 @@ class LensUncertainty {
   double sigma_px_;
 };
 
-// Rows of the problem's places, in its order.
+// Rows of the problem's points, in its order.
 std::vector<LensErrors> LensMoves(const Recording& spin,
                                   const Recording& straight,
                                   const RigParameters& parameters,
                                   const RigSolverParams& params,
                                   double sigma_px) {
-  const LensUncertainty doubt(parameters, params, sigma_px);
+  const LensUncertainty lens(parameters, params, sigma_px);
   const double edge = EdgeOf(spin, straight);
   std::vector<LensErrors> moves;
   const auto add = [&](const Recording& recording, const auto& poses) {
     for (const ViewPair& pair : recording.pairs) {
       for (const PointCorrespondence& place : pair.places) {
-        moves.push_back(doubt.Moves(poses, pair, place, edge));
+        moves.push_back(lens.Moves(poses, pair, place, edge));
       }
     }
   };
@@ -217,7 +216,7 @@ Eigen::Matrix<double, kKnown, kKnown> FromLens(const RigProblem& problem,
                                                const std::vector<LensErrors>& moves) {
   Eigen::Matrix<double, kKnown, kLensErrors> shift = decltype(shift)::Zero();
   std::size_t row = 0;
-  for (std::size_t i = 0; i < moves.size(); ++i) {  // places come first
+  for (std::size_t i = 0; i < moves.size(); ++i) {  // points come first
     const BlockTerm term = TermOf(problem.owners[i], at, row, problem.problem);
     for (int k = 0; k < term.rows; ++k, ++row) {
       ForRow(at.jacobian, row, [&](int column, double a) {
@@ -259,8 +258,8 @@ Eigen::Matrix<double, kKnown, kKnown> FromViews(const RigProblem& problem,
   }
   Eigen::Matrix<double, kKnown, kKnown> sum = decltype(sum)::Zero();
   for (const Influence& view : of_view) sum += view * view.transpose();
-  // A pair was counted at both its views. Where that is all there is, the difference can lose its
-  // sign by rounding: half the sum is what independent pairs give.
+  // A pair was counted at both of its views. If there are no others, the difference can become
+  // negative by rounding: half of the sum is the result for independent pairs.
   Eigen::Matrix<double, kKnown, kKnown> covariance = sum - twice;
   for (int i = 0; i < kKnown; ++i) {
     if (covariance(i, i) < 0.5 * sum(i, i)) return 0.5 * sum;

@@ -7,8 +7,8 @@
 
 namespace ceilmap::calibration {
 
-/// RigSolution::covariance of a problem that is solved. Internal to RigSolver.
-/// @param sigma_px  the deviation of places that the problem was made with.
+/// RigSolution::covariance of a solved problem. Internal to RigSolver.
+/// @param sigma_px  Standard deviation of points in the problem.
 Eigen::Matrix<double, 6, 6> RigCovariance(RigProblem& problem,
                                           const Recording& spin,
                                           const Recording& straight,

@@ -13,7 +13,7 @@ Vector2<T> Turned(const T& angle, const Vector2<T>& v) {
   return {cos(angle) * v.x() - sin(angle) * v.y(), sin(angle) * v.x() + cos(angle) * v.y()};
 }
 
-// Where a ray of the tilted camera meets the ceiling, from the camera, in units of Z.
+// Intersection of a ray of the tilted camera with the ceiling, from the camera, in units of Z.
 template <typename T>
 Vector2<T> OnCeiling(const T* tilt, const Eigen::Vector2d& ray) {
   using std::cos;
@@ -35,7 +35,7 @@ Vector2<T> OnCeiling(const T* tilt, const Eigen::Vector2d& ray) {
   return {px / pz, py / pz};
 }
 
-// The second image's sight of a place, brought to the first, against the first's own.
+// Difference between the point of the first image and that of the second, transformed to the first.
 template <typename T>
 Vector2<T> Error(const T* tilt,
                  const T* centre,
@@ -45,13 +45,13 @@ Vector2<T> Error(const T* tilt,
   const Vector2<T> c(centre[0], centre[1]);
   const Vector2<T> seen_first = c + OnCeiling(tilt, place.first);
   const Vector2<T> seen_second = c + OnCeiling(tilt, place.second);
-  const Vector2<T> way(second[0] - first[0], second[1] - first[1]);
-  return Turned<T>(-first[2], way) + Turned<T>(second[2] - first[2], seen_second) - seen_first;
+  const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
+  return Turned<T>(-first[2], moved) + Turned<T>(second[2] - first[2], seen_second) - seen_first;
 }
 
 struct PlaceResidual {
   const PointCorrespondence* place;
-  double scale;  // focal length / deviation
+  double scale;  // focal length / standard deviation
 
   template <typename T>
   bool operator()(
@@ -74,11 +74,12 @@ struct WanderResidual {
   }
 };
 
-// Base x in the twin's axes is (cos yaw, -sin yaw); the step across it, at the mean heading.
+// Base x in the axes of the levelled camera is (cos yaw, -sin yaw); the step across it, at the mean
+// heading.
 template <typename T>
 T SideStep(const T& yaw, const T* from, const T* to) {
-  const Vector2<T> way(to[0] - from[0], to[1] - from[1]);
-  return Turned<T>(yaw - 0.5 * (from[2] + to[2]), way).y();
+  const Vector2<T> moved(to[0] - from[0], to[1] - from[1]);
+  return Turned<T>(yaw - 0.5 * (from[2] + to[2]), moved).y();
 }
 
 struct SlipResidual {
@@ -184,7 +185,7 @@ void RigProblem::AddStraight(double slip) {
 }
 
 void RigProblem::Hold() {
-  // The first heading of the spin, and the first pose of the straight drive, are the frames.
+  // The first heading of the spin and the first pose of the straight drive define the frames.
   problem.SetManifold(parameters_.spin.front().data(), new ceres::SubsetManifold(3, {2}));
   blocks = {parameters_.tilt.data(), parameters_.centre.data()};
   if (!parameters_.straight.empty()) {

@@ -22,35 +22,35 @@ struct RigParameters {
   std::vector<Pose> straight;
 };
 
-/// Deviations of the three kinds of residuals.
+/// Standard deviations of the three kinds of residuals.
 struct RigScales {
   double place_px = 1;
   double wander = 0.01;
   double slip = 0.003;
 };
 
-/// Who a residual block of the problem belongs to.
+/// Views of a residual block.
 struct BlockOwner {
   ceres::ResidualBlockId id = nullptr;
-  int first = -1;   ///< view, those of the straight drive after those of the spin
-  int second = -1;  ///< -1: of one view alone
+  int first = -1;   ///< view; views of the straight drive follow those of the spin
+  int second = -1;  ///< -1: of one view only
   bool place = false;
 };
 
-/// Error of a place in pixels of the first image, weighted; not divided by its deviation.
+/// Error of a point in pixels of the first image, weighted; not divided by its standard deviation.
 Eigen::Vector2d PlaceError(const RigParameters& parameters,
                            const std::vector<RigParameters::Pose>& poses,
                            const ViewPair& pair,
                            const PointCorrespondence& place,
                            double focal_px);
 
-/// Sideways step, in units of Z, from a view to the next.
+/// Sideways step between consecutive views, in units of Z.
 double SlipOf(const RigParameters& parameters, std::size_t view);
 
-/// How far the camera went from the first view of the straight drive to the last, units of Z.
+/// Distance of the camera between the first and last view of the straight drive, units of Z.
 Eigen::Vector2d TravelOf(const RigParameters& parameters);
 
-/// A least-squares problem whose residuals all have deviation 1.
+/// A least-squares problem whose residuals all have standard deviation 1.
 struct RigProblem {
   RigProblem(const Recording& spin,
              const Recording& straight,
@@ -60,7 +60,7 @@ struct RigProblem {
 
   ceres::Problem problem;
   std::vector<BlockOwner> owners;
-  /// All that are free, in the order of Jacobians.
+  /// All free parameters, in the order of Jacobians.
   std::vector<double*> blocks;
 
  private:
@@ -76,7 +76,7 @@ struct RigProblem {
   RigParameters& parameters_;
 };
 
-/// Cauchy's parameter in deviations: keeps 95 % of the efficiency.
+/// Cauchy's parameter in standard deviations: keeps 95 % of the efficiency.
 constexpr double kCauchy = 2.3849;
 
 }  // namespace ceilmap::calibration

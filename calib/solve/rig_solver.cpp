@@ -23,13 +23,13 @@ RigParameters StartParameters(const Recording& spin,
   parameters.tilt = {start.tilt_rad.x(), start.tilt_rad.y()};
   parameters.centre = {start.centre.x(), start.centre.y()};
   parameters.yaw = {start.yaw_rad};
-  // Headings are continuous: a spin may go round more than once.
+  // Headings are continuous: a spin may exceed a full turn.
   double heading = 0;
   for (const Pose2& camera : spin.cameras) {
     heading += WrapAngle(camera.yaw - heading);
     parameters.spin.push_back({0, 0, heading});
   }
-  // The axle begins at the origin.
+  // The axle starts at the origin.
   for (const Pose2& camera : straight.cameras) {
     const Vector2d axle = camera.Translation() + start.centre - camera.Rotation() * start.centre;
     parameters.straight.push_back({axle.x(), axle.y(), camera.yaw});
@@ -59,7 +59,7 @@ std::vector<double> ErrorsOf(const Recording& spin,
   return errors_px;
 }
 
-// Deviations of what is left; of wheels too, once their views are free.
+// Standard deviations of the residuals; those of the wheels too, when their views are free.
 RigScales ScalesOf(const Recording& spin,
                    const Recording& straight,
                    const RigParameters& parameters,
@@ -164,10 +164,10 @@ RigMount GuessMount(const Recording& spin, const Recording& straight) {
   const VectorXd x = A.colPivHouseholderQr().solve(b);
   mount.centre = x.head<2>();
   if (straight.cameras.size() < 2) return mount;
-  // Forward in the twin's axes is (cos yaw, -sin yaw).
+  // Forward in the axes of the levelled camera is (cos yaw, -sin yaw).
   const Pose2& last = straight.cameras.back();
-  const Vector2d way = Pose2{0, 0, -0.5 * last.yaw} * last.Translation();
-  mount.yaw_rad = std::atan2(-way.y(), way.x());
+  const Vector2d moved = Pose2{0, 0, -0.5 * last.yaw} * last.Translation();
+  mount.yaw_rad = std::atan2(-moved.y(), moved.x());
   return mount;
 }
 
@@ -177,7 +177,7 @@ RigSolution SolveRig(const Recording& spin,
                      const RigSolverParams& params) {
   RigParameters parameters = StartParameters(spin, straight, start);
   if (parameters.spin.size() < 3 || ErrorsOf(spin, straight, parameters, 1).empty()) return {};
-  RigScales scales;  // wide at first: what wheels did is not known yet
+  RigScales scales;  // initially wide: errors of the wheels are not yet known
   scales.place_px = ScalesOf(spin, straight, parameters, params).place_px;
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
@@ -188,7 +188,7 @@ RigSolution SolveRig(const Recording& spin,
           SolutionOf(spin, straight, parameters, params.focal_px, scales.place_px);
       solution.covariance =
           RigCovariance(problem, spin, straight, parameters, params, scales.place_px);
-      solution.ok = solution.covariance.allFinite();  // else the views leave something open
+      solution.ok = solution.covariance.allFinite();  // else the views do not determine all values
       return solution;
     }
     scales = ScalesOf(spin, straight, parameters, params);

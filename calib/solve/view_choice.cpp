@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::MatrixXd;
 
-// Where a board is, how large, and how it leans: comparable numbers of about 0 to 1.
+// Position, size and slant of a board: comparable numbers of about 0 to 1.
 using Features = std::array<double, 6>;
 
 Features FeaturesOf(const BoardView& view, cv::Size size) {
@@ -44,7 +44,7 @@ double Distance(const Features& a, const Features& b) {
   return squares;
 }
 
-// Each as far as can be from those before; the first is the largest.
+// Each as different as possible from those before; the first is the largest.
 std::vector<std::size_t> Spread(const std::vector<BoardView>& views,
                                 cv::Size size,
                                 std::size_t count) {
@@ -67,7 +67,7 @@ std::vector<std::size_t> Spread(const std::vector<BoardView>& views,
   return chosen;
 }
 
-// Information of each view for a lens that is nearly known; without any where it has no pose.
+// Information of each view for an approximate lens; zero for a view without a pose.
 std::vector<MatrixXd> Informations(const Board& board,
                                    const std::vector<BoardView>& views,
                                    const Lens& lens) {

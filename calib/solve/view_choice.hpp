@@ -8,15 +8,15 @@
 
 namespace ceilmap::calibration {
 
-/// Chooses the views of a recording that tell most of the lens.
+/// Selects the most informative views of a recording for a lens calibration.
 ///
-/// A first calibration from views that differ much in place, size and slant gives a lens and, with
-/// it, the information of every view. Views are then taken one by one, each the one that adds most
-/// to the logarithm of the information's determinant (D-optimal design): places in the image,
-/// tilts and distances that are not there yet. Blurred views count less, by their edges' width. The
-/// same views give the same choice.
+/// A first calibration from views of very different position, size and slant gives a lens and the
+/// information of every view. Then the view that increases the logarithm of the determinant of the
+/// information most is added, one by one (D-optimal design): with new positions in the image, tilts
+/// and distances. Blurred views have less weight, by the width of their edges. The result is
+/// deterministic.
 ///
-/// @param most  at least 3. @return indices, rising; all of them when there are no more than
+/// @param most  At least 3. @return indices, increasing; all of them when there are no more than
 /// `most`.
 std::vector<std::size_t> ChooseViews(const Board& board,
                                      const std::vector<BoardView>& views,

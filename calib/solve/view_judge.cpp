@@ -21,8 +21,8 @@ std::string Join(const std::vector<std::string>& parts) {
   return text;
 }
 
-// Mean distance of the corners that both show; nothing when they are few.
-bool AreAlike(const BoardView& a, const BoardView& b, double limit_px) {
+// True when the corners of both have a small mean distance; false when they share few corners.
+bool AreSimilar(const BoardView& a, const BoardView& b, double limit_px) {
   double sum_px = 0;
   std::size_t shared = 0;
   for (std::size_t i = 0, j = 0; i < a.ids.size() && j < b.ids.size();) {
@@ -54,7 +54,7 @@ void JudgeTilt(const CameraSolution& solution, Judgement& judgement) {
       .push_back(fmt::format(
           "no view with the board tilted by more than {:.0f} deg, so that focal length and "
           "distance "
-          "cannot be told apart: tilt it by 30 to 45 deg to the left, right, front and back",
+          "cannot be distinguished: tilt it by 30 to 45 deg to the left, right, front and back",
           std::ceil(tilt * kDegPerRad)));
 }
 
@@ -67,24 +67,25 @@ void JudgeSigmas(const CameraSolution& solution, Judgement& judgement) {
                         std::max(solution.lens.size.width, solution.lens.size.height);
   if (focal > kGoodRelative || !std::isfinite(focal)) {
     (focal < kMaxRelative ? judgement.warnings : judgement.faults)
-        .push_back(
-            fmt::format("focal length known to {:.1f} % only: add views with the board tilted "
-                        "by 30 to 45 deg, near enough to fill half of the image",
-                        100 * focal));
+        .push_back(fmt::format("the focal length has a standard deviation of {:.1f} %: add views "
+                               "with the board tilted "
+                               "by 30 to 45 deg, near enough to fill half of the image",
+                               100 * focal));
   }
   if (centre > kGoodRelative || !std::isfinite(centre)) {
     (centre < kMaxRelative ? judgement.warnings : judgement.faults)
-        .push_back(
-            fmt::format("principal point known to {:.1f} % of the image only: add views with "
-                        "the board tilted to all four sides, and turned by 90 deg",
-                        100 * centre));
+        .push_back(fmt::format(
+            "the principal point has a standard deviation of {:.1f} % of the image: add views with "
+            "the board tilted to all four sides, and turned by 90 deg",
+            100 * centre));
   }
   constexpr double kGoodCornerPx = 2;
   const double corner_px = solution.CornerSigma();
   if (corner_px > kGoodCornerPx) {
-    judgement.warnings.push_back(fmt::format(
-        "the image's corners are known to {:.1f} px only: add views with the board there",
-        corner_px));
+    judgement.warnings.push_back(
+        fmt::format("the standard deviation at the image's corners is {:.1f} px: add views with "
+                    "the board there",
+                    corner_px));
   }
 }
 
@@ -97,16 +98,16 @@ void JudgeCoverage(const Coverage& coverage, Judgement& judgement) {
   std::string where = "bring the board nearer, and into every corner";
   if (!empty.empty()) where = fmt::format("hold the board in {} of the image too", Join(empty));
   (share < kMinShare ? judgement.faults : judgement.warnings)
-      .push_back(fmt::format("boards cover {:.0f} % of the image only: {}", 100 * share, where));
+      .push_back(fmt::format("boards cover only {:.0f} % of the image: {}", 100 * share, where));
 }
 
 void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
   const double width_px = std::max(solution.lens.size.width, solution.lens.size.height);
-  constexpr double kMaxPart = 0.01;
-  constexpr double kGoodPart = 0.0015;
-  const double part = solution.rms_px / width_px;
-  if (part > kGoodPart) {
-    (part < kMaxPart ? judgement.warnings : judgement.faults)
+  constexpr double kMaxRatio = 0.01;
+  constexpr double kGoodRatio = 0.0015;
+  const double ratio = solution.rms_px / width_px;
+  if (ratio > kGoodRatio) {
+    (ratio < kMaxRatio ? judgement.warnings : judgement.faults)
         .push_back(
             fmt::format("RMS of {:.2f} px: is the board flat, and is the lens of --model {}? A "
                         "fisheye needs equidistant",
@@ -115,7 +116,7 @@ void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
   }
 }
 
-// What lies beyond the model's reach is lost wherever distortion is taken out.
+// Content beyond the model's range is lost by rectification.
 void JudgeReach(const Lens& lens, Judgement& judgement) {
   constexpr double kGoodShare = 0.98;
   const double across =
@@ -125,8 +126,8 @@ void JudgeReach(const Lens& lens, Judgement& judgement) {
   const double share = Reach(lens) / std::hypot(across, down);
   if (share >= kGoodShare) return;
   judgement.warnings.push_back(fmt::format(
-      "the distortion found has a meaning only {:.0f} % of the way to the image's corners; "
-      "what lies beyond is lost when it is taken out: add views with the board there, or try "
+      "the distortion model is valid only to {:.0f} % of the distance to the image's corners; "
+      "content beyond is lost by rectification: add views with the board there, or try "
       "another --model",
       100 * share));
 }
@@ -182,12 +183,12 @@ Coverage FindCoverage(const std::vector<BoardView>& views, cv::Size size) {
 }
 
 std::size_t DistinctViews(const std::vector<BoardView>& views, cv::Size size) {
-  constexpr double kAlike = 0.01;
-  const double limit_px = kAlike * std::hypot(size.width, size.height);
+  constexpr double kMinDifference = 0.01;
+  const double limit_px = kMinDifference * std::hypot(size.width, size.height);
   std::vector<const BoardView*> distinct;
   for (const BoardView& view : views) {
     const bool seen = std::any_of(distinct.begin(), distinct.end(), [&](const BoardView* other) {
-      return AreAlike(view, *other, limit_px);
+      return AreSimilar(view, *other, limit_px);
     });
     if (!seen) distinct.push_back(&view);
   }

@@ -42,7 +42,7 @@ void RequireWidth(const cv::Mat& panorama) {
 
 void FftCompassParams::Validate() const {
   const FieldCheck require("fft compass");
-  const auto part = [&](const char* field, double value) {
+  const auto fraction = [&](const char* field, double value) {
     require(value >= 0 && value <= 1, field, value, "in [0, 1]");
   };
   require(field_of_view_rad > 0 && field_of_view_rad <= 2 * pi,
@@ -51,8 +51,8 @@ void FftCompassParams::Validate() const {
           "in (0, 2 pi]");
   require(rows >= 1, "rows", rows, "at least 1");
   require(max_parallax_rad > 0, "max_parallax_rad", max_parallax_rad, "> 0");
-  part("min_inlier_ratio", min_inlier_ratio);
-  part("min_believed_ratio", min_believed_ratio);
+  fraction("min_inlier_ratio", min_inlier_ratio);
+  fraction("min_believed_ratio", min_believed_ratio);
   require(reference_sigma_rad >= 0, "reference_sigma_rad", reference_sigma_rad, ">= 0");
   require(recent_references >= 1, "recent_references", recent_references, "at least 1");
   require(kept_references >= 4, "kept_references", kept_references, "at least 4");
@@ -78,10 +78,10 @@ struct FftCompass::Impl {
   double before_turn_rad = 0;    // from the last reference
   double before_variance = 0;
   HeadingEstimate estimate;
-  double seen_stamp_s = 0;    // stamp of the last measured frame
-  double seen_variance = 0;   // ... and its variance
-  double turned_rad = 0;      // from the second last frame to the last one
-  double tried_turn_rad = 0;  // the last turn that was tried, ...
+  double measured_stamp_s = 0;   // stamp of the last measured frame
+  double measured_variance = 0;  // ... and its variance
+  double turned_rad = 0;         // from the second last frame to the last one
+  double tried_turn_rad = 0;     // the last turn that was tried, ...
   std::int64_t profiled = 0;  // ... relative to this frame; the matcher holds the distances to it
   int unmatched = 0;          // number of consecutive frames without a match
   std::int64_t frames = 0;
@@ -161,18 +161,18 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
                            params.reference_sigma_rad * params.reference_sigma_rad;
   estimate.confidence = std::clamp(fit.inlier_ratio, 0.0, 1.0);
   tried_turn_rad = WrapAngle(fit.rotation_rad);
-  seen_stamp_s = stamp_s;
-  seen_variance = estimate.variance_rad2;
+  measured_stamp_s = stamp_s;
+  measured_variance = estimate.variance_rad2;
   unmatched = 0;
   before_turn_rad = fit.rotation_rad;
   before_variance = fit.variance_rad2;
 }
 
 void FftCompass::Impl::Hold(double stamp_s) {
-  const double sigma = params.unseen_rate_rad_s * (stamp_s - seen_stamp_s);
+  const double sigma = params.unseen_rate_rad_s * (stamp_s - measured_stamp_s);
   // Beyond this variance the heading is unknown.
   constexpr double kAny = pi * pi;
-  estimate.variance_rad2 = std::min(seen_variance + sigma * sigma, kAny);
+  estimate.variance_rad2 = std::min(measured_variance + sigma * sigma, kAny);
   estimate.confidence = 0;
   turned_rad = 0;
   before.reset();
@@ -205,15 +205,17 @@ void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revi
 void FftCompass::Impl::MeasureRevisits(int place) {
   const auto old = static_cast<std::ptrdiff_t>(references.size()) - 1 - params.recent_references;
   if (old <= 0 || params.revisits == 0) return;
-  std::vector<std::pair<double, std::size_t>> alike;
+  std::vector<std::pair<double, std::size_t>> similar;
   for (std::size_t i = 0; i < static_cast<std::size_t>(old); ++i) {
     const double difference = matcher->Difference(*references[i].view, *current);
-    constexpr double kAlike = 0.35;
-    if (difference < kAlike) alike.emplace_back(difference, i);
+    constexpr double kMaxDifference = 0.35;
+    if (difference < kMaxDifference) similar.emplace_back(difference, i);
   }
-  const std::size_t count = std::min(alike.size(), static_cast<std::size_t>(params.revisits));
-  std::partial_sort(alike.begin(), alike.begin() + static_cast<std::ptrdiff_t>(count), alike.end());
-  for (std::size_t k = 0; k < count; ++k) MeasureAgainst(references[alike[k].second], place, true);
+  const std::size_t count = std::min(similar.size(), static_cast<std::size_t>(params.revisits));
+  std::partial_sort(
+      similar.begin(), similar.begin() + static_cast<std::ptrdiff_t>(count), similar.end());
+  for (std::size_t k = 0; k < count; ++k)
+    MeasureAgainst(references[similar[k].second], place, true);
 }
 
 /// @param turn_rad, variance_rad2  Relative to the last reference.
@@ -317,7 +319,7 @@ std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
     me.current->spot = me.travel.Arrive(0);
     me.references.push_back({me.current, me.graph.Add(0)});
     me.made = 1;
-    me.seen_stamp_s = frame.stamp_s;
+    me.measured_stamp_s = frame.stamp_s;
     me.estimate.confidence = me.current->spectrum.total_energy > 0 ? 1 : 0;
     return me.estimate;
   }

@@ -57,7 +57,7 @@ struct FftCompassParams {
 ///    a bias. Objects that move independently are outliers.
 /// 3. References: a panorama is measured against a reference that is kept until travel has changed
 ///    the view. A new reference is measured against several old ones, including references from
-///    long ago that look similar. A graph of headings (HeadingGraph) corrects the drift.
+///    long ago that are similar. A graph of headings (HeadingGraph) corrects the drift.
 ///
 /// Memory and time per frame are bounded. Any width from 48 columns; 1080 columns are recommended.
 class FftCompass : public Compass {

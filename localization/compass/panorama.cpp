@@ -28,7 +28,7 @@ void CheckPanoramas(const cv::Mat& reference, const cv::Mat& current) {
   CheckPanorama(current, "current");
   if (reference.size() != current.size() || reference.type() != current.type()) {
     throw InputError(
-        fmt::format("panoramas differ: reference {} x {} {}, current {} x {} {}, must be alike; "
+        fmt::format("panoramas differ: reference {} x {} {}, current {} x {} {}, must be equal; "
                     "unwrap both with the same settings",
                     reference.cols,
                     reference.rows,

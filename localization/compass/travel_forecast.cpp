@@ -7,7 +7,7 @@ constexpr double kMaxAgeS = 1;
 
 }  // namespace
 
-void TravelForecast::See(double stamp_s, const std::optional<Pose2>& T_map_base) {
+void TravelForecast::Add(double stamp_s, const std::optional<Pose2>& T_map_base) {
   if (last_ && !(stamp_s > last_s_)) return;
   velocity_m_s_.reset();
   if (last_ && T_map_base && stamp_s - last_s_ <= kMaxAgeS) {

@@ -18,7 +18,7 @@ class TravelForecast {
       : camera_(camera) {}
 
   /// Adds a pose, or the fact that there is none. Stamps must increase; others are ignored.
-  void See(double stamp_s, const std::optional<Pose2>& T_map_base);
+  void Add(double stamp_s, const std::optional<Pose2>& T_map_base);
   /// Displacement from one time to a later one; nothing unless the last two poses lie within the
   /// second before it.
   [[nodiscard]] std::optional<Eigen::Vector2d> Between(double from_s, double to_s) const;

@@ -21,9 +21,9 @@ Eigen::Vector2d TravelTrack::Here(double heading_rad) const {
 }
 
 double TravelTrack::DirectionFrom(const Spot& place, double turn_rad, double heading_rad) const {
-  const Eigen::Vector2d way = Here(heading_rad) - place.at;
-  if (place.stretch != last_.stretch || way.isZero(0)) return direction_rad_ - 0.5 * turn_rad;
-  return std::atan2(way.y(), way.x()) - heading_rad;
+  const Eigen::Vector2d moved = Here(heading_rad) - place.at;
+  if (place.stretch != last_.stretch || moved.isZero(0)) return direction_rad_ - 0.5 * turn_rad;
+  return std::atan2(moved.y(), moved.x()) - heading_rad;
 }
 
 TravelTrack::Spot TravelTrack::Arrive(double heading_rad) {

@@ -78,7 +78,7 @@ std::optional<HeadingPrior> OmniHeading::At(double stamp_s, const Image* image) 
 }
 
 void OmniHeading::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
-  travel_.See(stamp_s, T_map_base);
+  travel_.Add(stamp_s, T_map_base);
 }
 
 HeadingReport OmniHeading::Report() const {

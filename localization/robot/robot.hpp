@@ -1,6 +1,6 @@
 #pragma once
 
-/// All that a robot's program needs to map the ceiling and to find its way by it.
+/// Interface for a robot's program: mapping of the ceiling, and localization on a map.
 
 #include "calib/rig.hpp"
 #include "localization/robot/ceiling_localizer.hpp"

@@ -37,8 +37,8 @@ std::vector<ExposureObservation> Select(std::vector<ExposureObservation> all) {
     std::size_t end = begin + 1;
     while (end < all.size() && all[end].point == all[begin].point) ++end;
     const std::size_t seen = end - begin;
-    const std::size_t looks = seen < 2 ? 0 : std::min(seen, kMaxMatches);
-    for (std::size_t i = 0; i < looks; ++i) {
+    const std::size_t count = seen < 2 ? 0 : std::min(seen, kMaxMatches);
+    for (std::size_t i = 0; i < count; ++i) {
       if (seen > kMaxMatches) std::swap(all[begin + i], all[begin + i + random() % (seen - i)]);
       selected.push_back(all[begin + i]);
     }
@@ -72,24 +72,24 @@ class NormalEquations {
     for (int i = 0; i < unknowns; ++i) triplets_.emplace_back(i, i, kRidge);
   }
 
-  void AddPoint(Observations looks, const std::vector<double>& weights) {
+  void AddPoint(Observations observations, const std::vector<double>& weights) {
     const int first_term = static_cast<int>(right_.size()) - kVignettingTerms;
     const double sum_w = std::accumulate(weights.begin(), weights.end(), 0.0);
     row_.clear();  // sum w a as (unknown, value); the three vignetting terms come last
     std::array<double, kVignettingTerms> terms_sum{};
     double grey_sum = 0;
-    for (std::size_t i = 0; i < looks.size(); ++i) {
-      const auto terms = Powers(looks[i].q);
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      const auto terms = Powers(observations[i].q);
       const double w = weights[i];
-      const int k = looks[i].keyframe;
+      const int k = observations[i].keyframe;
       row_.emplace_back(k, w);
-      grey_sum += w * looks[i].log_grey;
+      grey_sum += w * observations[i].log_grey;
       triplets_.emplace_back(k, k, w);
-      right_[k] += w * looks[i].log_grey;
+      right_[k] += w * observations[i].log_grey;
       for (int m = 0; m < kVignettingTerms; ++m) {
         terms_sum[m] += w * terms[m];
         triplets_.emplace_back(first_term + m, k, w * terms[m]);
-        right_[first_term + m] += w * terms[m] * looks[i].log_grey;
+        right_[first_term + m] += w * terms[m] * observations[i].log_grey;
         for (int n = 0; n <= m; ++n) {
           triplets_.emplace_back(first_term + m, first_term + n, w * terms[m] * terms[n]);
         }
@@ -119,11 +119,10 @@ class NormalEquations {
 
 /// Huber weights of a point's observations about the point's brightness, the median of its
 /// observations.
-std::vector<double> Weights(Observations looks, const ExposureModel& model) {
+std::vector<double> Weights(Observations observations, const ExposureModel& model) {
   std::vector<double> brightness;
-  for (const ExposureObservation& look : looks) {
-    brightness.push_back(look.log_grey - model.log_gain[look.keyframe] -
-                         model.LogVignetting(look.q));
+  for (const ExposureObservation& o : observations) {
+    brightness.push_back(o.log_grey - model.log_gain[o.keyframe] - model.LogVignetting(o.q));
   }
   std::vector<double> sorted = brightness;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
@@ -149,11 +148,11 @@ ExposureModel SolveExposure(int keyframes, std::vector<ExposureObservation> obse
   model.log_gain.assign(static_cast<std::size_t>(keyframes), 0);
   for (int round = 0; round < kRounds; ++round) {
     NormalEquations equations(keyframes + kVignettingTerms);
-    for (const Observations& looks : points) {
+    for (const Observations& point : points) {
       // The first iteration has no residuals: all observations have equal weight.
       const std::vector<double> weights =
-          round == 0 ? std::vector<double>(looks.size(), 1) : Weights(looks, model);
-      equations.AddPoint(looks, weights);
+          round == 0 ? std::vector<double>(point.size(), 1) : Weights(point, model);
+      equations.AddPoint(point, weights);
     }
     const Eigen::VectorXd x = equations.Solve();
     for (int k = 0; k < keyframes; ++k) model.log_gain[k] = x[k];

@@ -195,9 +195,9 @@ void MosaicRenderer::Impl::WeighBySharpness(const std::vector<double>& sharpness
                       1);
     double sharpest = sharpness[k];
     for (const int other : ViewsAt(at)) sharpest = std::max(sharpest, sharpness[other]);
-    const double part = sharpest > 0 ? sharpness[k] / sharpest : 1;
+    const double sharpness_ratio = sharpest > 0 ? sharpness[k] / sharpest : 1;
     view_weights.push_back(
-        static_cast<float>(std::max(kMin, std::pow(part, params.sharpness_power))));
+        static_cast<float>(std::max(kMin, std::pow(sharpness_ratio, params.sharpness_power))));
   }
 }
 

@@ -27,9 +27,9 @@ int FloorDiv(int value, int divisor) {
 
 float Factor(float grey, float median) {
   const float difference = std::abs(grey - median) / std::max(median, kDarkGrey);
-  const float doubt =
+  const float excess =
       std::clamp((difference - kAgreementLimit) / (kOutlier - kAgreementLimit), 0.0F, 1.0F);
-  return std::max(1 - doubt, kOutlierFactor);
+  return std::max(1 - excess, kOutlierFactor);
 }
 
 float Median(std::vector<float>& values) {

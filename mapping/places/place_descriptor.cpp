@@ -25,14 +25,14 @@ using Complex = std::complex<float>;
 constexpr int kRings = 6;
 constexpr int kAngles = 64;
 constexpr int kBins = kAngles / 2 + 1;
-constexpr int kPlace = 2;  // columns of the window's place
+constexpr int kPlace = 2;  // columns of the window's position
 
-// Part of the window's radius at which a ring lies.
+// Radius of a ring as a fraction of the window's radius.
 constexpr double RingRadius(int ring) {
   return (ring + 0.7) / (kRings - 0.3);
 }
 
-// Harmonics that tie a ring to the next one: the smaller the ring, the less its samples tell.
+// Harmonics that connect a ring with the next one: smaller rings have less informative samples.
 constexpr int Harmonics(int ring) {
   return std::max(1, static_cast<int>(12 * RingRadius(ring) + 0.45));
 }
@@ -208,16 +208,16 @@ void PlaceDescriber::Impl::ToWorkingScale(const cv::Mat& source) {
   }
 }
 
-// A mark's place from the image's centre, in units of length / params.units_per_px: the same in
-// every camera, although the working pixels of some are a little off that scale.
+// Position of a keypoint relative to the image's centre, in units of length / params.units_per_px:
+// the same in every camera, although the working pixels of some deviate slightly from that scale.
 cv::Point2d PlaceDescriber::Impl::Place(const Mark& mark) const {
   const double u = (mark.x + 0.5) * px_per_work_x - 0.5 * image.width;
   const double v = (mark.y + 0.5) * px_per_work_y - 0.5 * image.height;
   return cv::Point2d(u, v) * (units_per_px / params.units_per_px);
 }
 
-// Takes out the light of large scale and limits what is far stronger than the texture (the rims of
-// lamps). False when there is no texture.
+// Removes large-scale light and limits values far above the texture (the rims of lamps). False when
+// there is no texture.
 bool PlaceDescriber::Impl::Flatten() {
   const int box = 2 * static_cast<int>(params.window_radius_px * 0.75) + 1;
   cv::GaussianBlur(grey, smooth, {}, 0.6 * params.mark_sigma_px);
@@ -261,7 +261,7 @@ void PlaceDescriber::Impl::FindMarks() {
   }
 }
 
-// The strongest marks that keep their distance from each other.
+// The strongest keypoints with a minimum distance from each other.
 void PlaceDescriber::Impl::KeepStrongest() {
   std::stable_sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) {
     return a.strength > b.strength;
@@ -300,7 +300,7 @@ void PlaceDescriber::Impl::Sample(const Mark& mark) {
 }
 
 void PlaceDescriber::Impl::Invariants(std::span<float> vector) const {
-  // A ring counts as much as the area it stands for.
+  // The weight of a ring is proportional to its area.
   const auto at = [&](int ring, int m) {
     return harmonics[static_cast<std::size_t>(ring) * kBins + static_cast<std::size_t>(m)] *
            static_cast<float>(std::sqrt(RingRadius(ring)));

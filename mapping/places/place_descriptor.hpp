@@ -26,21 +26,21 @@ struct PlaceDescriptorParams {
   void Validate() const;
 };
 
-/// Describes a piece of ceiling so that it is found again at any rotation, when half of it is out
-/// of sight, under other light, and by a camera with another height or field of view.
+/// Describes a piece of ceiling so that it is recognised at any rotation, when half of it is
+/// outside the image, under other light, and by a camera with another height or field of view.
 ///
-/// The image is brought to a fixed scale, its large-scale light is taken out and what is far
-/// brighter than the texture (lamps) is limited. Windows are laid around its marks, the strongest
-/// spots, dark or bright, at a distance from each other: so two images of the same ceiling have
-/// windows at the same places however little they share. Each window is sampled on rings around its
-/// mark and transformed along the angle. A rotation of the image by theta multiplies harmonic m
-/// of all rings by the same exp(-i m theta); it cancels in a conj(b) / sqrt(|a||b|) of two
-/// neighbouring rings. These products and the rings' means make the vector: unlike amplitude
-/// spectra (Reddy & Chatterji 1996) it tells how the rings lie to each other, which counts on
-/// weak plaster under noise.
+/// The image is scaled to a fixed resolution, its large-scale light is removed and values far above
+/// the texture (lamps) are limited. Windows are centred on keypoints, the strongest dark or bright
+/// spots with a minimum distance from each other: so two images of the same ceiling have windows at
+/// the same places even with a small overlap. Each window is sampled on rings around its keypoint
+/// and transformed along the angle. A rotation of the image by theta multiplies harmonic m of all
+/// rings by the same exp(-i m theta); it cancels in a conj(b) / sqrt(|a
+/// b|) of two neighbouring rings. These products and the rings' means form the vector: unlike
+/// amplitude spectra (Reddy & Chatterji 1996) it contains the relative rotation of the rings, which
+/// is important on weak plaster with noise.
 ///
-/// Holds FFT plans and scratch memory: one object per thread. Same image, same rows, to the last
-/// bit on one machine.
+/// Contains FFT plans and scratch memory: one object per thread. The result is deterministic on one
+/// machine, to the last bit.
 class PlaceDescriber {
  public:
   /// Columns of Describe's result.
@@ -49,8 +49,8 @@ class PlaceDescriber {
   /// @param image  size of the images. @param units_per_px  their scale, > 0 (CeilingView::
   /// MetresPerPixel). @param mask  CV_8UC1 of that size, 0 where images have no content
   /// (CeilingView::Mask); empty: content everywhere.
-  /// @throws InputError on impossible arguments, or when the working image has no room for
-  /// a single window.
+  /// @throws InputError on invalid arguments, or when the working image is too small for a single
+  /// window.
   PlaceDescriber(cv::Size image,
                  double units_per_px,
                  const PlaceDescriptorParams& params = {},
@@ -59,10 +59,10 @@ class PlaceDescriber {
   PlaceDescriber(PlaceDescriber&&) noexcept;
   PlaceDescriber& operator=(PlaceDescriber&&) noexcept;
 
-  /// One row per window, CV_32FC1 with Dimension() columns: first the window's place (x right, y
-  /// down from the image's centre, in lengths of units_per_px), then a vector of length 1.
-  /// Windows without texture give no row; a blank image gives none at all (an empty matrix with
-  /// Dimension() columns).
+  /// One row per window, CV_32FC1 with Dimension() columns: first the window's position (x right, y
+  /// down from the image's centre, in lengths of units_per_px), then a vector of length 1. Windows
+  /// without texture have no row; a blank image has none at all (an empty matrix with Dimension()
+  /// columns).
   /// @param grey  CV_8UC1 of the image's size. @throws InputError on another type or size.
   [[nodiscard]] cv::Mat Describe(const cv::Mat& grey);
 

@@ -7,8 +7,8 @@
 namespace ceilmap::places {
 namespace {
 
-// The motion that two pairs define; none where they are too close together, or not equally far
-// apart in both images.
+// The motion of two pairs; none if they are too close together, or have different distances in the
+// two images.
 std::optional<PlaceMotion> MotionOf(const PlacePair& a, const PlacePair& b, float tolerance) {
   const ImagePoint in_query = b.query - a.query;
   const ImagePoint in_stored = b.stored - a.stored;
@@ -21,8 +21,8 @@ std::optional<PlaceMotion> MotionOf(const PlacePair& a, const PlacePair& b, floa
   return PlaceMotion{turn, 0.5F * (a.stored + b.stored) - turn * 0.5F * (a.query + b.query)};
 }
 
-// Does a pair agree with the motion that `a` and `b` define? The farther away from the two, the
-// more their own errors turn it.
+// Whether a pair agrees with the motion of `a` and `b`. The effect of their errors increases with
+// the distance from them.
 bool Agrees(const PlacePair& pair,
             const PlaceMotion& motion,
             const PlacePair& a,
@@ -60,7 +60,7 @@ PlaceFit BestFit(std::span<const PlacePair> pairs, float tolerance) {
     }
   }
   if (best.pairs == 0) return best;
-  // All that agree, weighted least squares.
+  // Weighted least squares over all pairs that agree.
   const PlacePair& a = pairs[defining.first];
   const PlacePair& b = pairs[defining.second];
   ImagePoint query_mean;

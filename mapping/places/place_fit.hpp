@@ -3,18 +3,18 @@
 #include <complex>
 #include <span>
 
-/// How two images lie to each other, from windows that look alike. Internal.
+/// Motion between two images, from pairs of similar windows. Internal.
 namespace ceilmap::places {
 
-/// A window's place in an image, x + iy: x right, y down from the centre, in lengths of
+/// Position of a window in an image, x + iy: x right, y down from the centre, in lengths of
 /// units_per_px (PlaceDescriber).
 using ImagePoint = std::complex<float>;
 
-/// Where a window of the query lies, and the stored window that resembles it.
+/// Position of a window of the query, and the similar stored window.
 struct PlacePair {
   ImagePoint query;
   ImagePoint stored;
-  float weight = 0;  ///< how much the two look alike, > 0; comparable within one query
+  float weight = 0;  ///< similarity of the two, > 0; comparable within one query
 };
 
 /// p_stored = turn * p_query + shift.
@@ -24,18 +24,17 @@ struct PlaceMotion {
 };
 
 struct PlaceFit {
-  float weight = 0;  ///< of the pairs that agree with the motion, summed
+  float weight = 0;  ///< sum over the pairs that agree with the motion
   int pairs = 0;     ///< their number: 0, or at least 2
   PlaceMotion motion;
 };
 
-/// The rotation and shift under which most weight of the pairs agrees: every two pairs propose one,
-/// all others are held against it, and those that agree with the best refine it by weighted least
-/// squares. The work grows with the cube of the number of pairs; the same pairs in the same order
-/// give the same answer.
+/// The rotation and shift with the largest weight of agreeing pairs: every two pairs propose one,
+/// all others are tested against it, and the best one is refined from the agreeing pairs by
+/// weighted least squares. The cost is cubic in the number of pairs; the result is deterministic.
 ///
-/// @param tolerance  of a window's place, units of ImagePoint, > 0. Pairs less than three of it
-/// apart propose nothing, nor do those that are not equally far apart in both images.
+/// @param tolerance  Of a window's position, units of ImagePoint, > 0. Pairs at less than three
+/// times this distance, or with different distances in the two images, propose no motion.
 /// @return no pairs, no weight and the identity when no two pairs define a motion.
 PlaceFit BestFit(std::span<const PlacePair> pairs, float tolerance);
 

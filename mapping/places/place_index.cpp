@@ -1,7 +1,7 @@
 #include "mapping/places/place_index.hpp"
 
-// hnswlib's prefetching reads a word beyond its lists of links: a fifth of the search time is the
-// price of going without.
+// hnswlib's prefetching reads one word beyond its lists of links; without prefetching the search
+// takes a fifth longer.
 #define NO_MANUAL_VECTORIZATION
 #include <fmt/format.h>
 #include <hnswlib/hnswlib.h>
@@ -22,9 +22,9 @@
 namespace ceilmap::places {
 namespace {
 
-constexpr int kPlace = 2;  // columns of a window's place
+constexpr int kPlace = 2;  // columns of a window's position
 
-// Squared distance of two vectors; one look-up in the graph is a thousand of these.
+// Squared distance of two vectors; a search in the graph computes about a thousand of these.
 CEILMAP_HOT float SquaredDistance(const void* first, const void* second, const void* dimension) {
   const auto* a = static_cast<const float*>(first);
   const auto* b = static_cast<const float*>(second);
@@ -55,7 +55,7 @@ class VectorSpace : public hnswlib::SpaceInterface<float> {
   std::size_t dimension_;
 };
 
-/// A stored window that resembles one of the query.
+/// A stored window that is similar to one of the query.
 struct Neighbour {
   float distance = 0;  // squared
   std::size_t window = 0;
@@ -64,7 +64,7 @@ struct Neighbour {
   }
 };
 
-/// One window of the query speaks for a keyframe.
+/// Vote of one window of the query for a keyframe.
 struct Vote {
   std::size_t keyframe = 0;
   int query = 0;           // row of the query
@@ -76,7 +76,7 @@ struct Vote {
 struct Candidate {
   std::size_t first = 0;
   std::size_t last = 0;
-  float weight = 0;  // sum, each window of the query counted once
+  float weight = 0;  // sum, with each window of the query counted once
 };
 
 // Votes by keyframe, then by window of the query, the strongest first.
@@ -170,12 +170,12 @@ void PlaceIndex::Impl::Reserve(std::size_t windows) {
   capacity = larger;
 }
 
-// The nearest windows of keyframes that are not excluded, nearest first. The graph knows no
-// exclusion: more are asked for when too many drop out.
+// The nearest windows of keyframes that are not excluded, nearest first. The graph does not support
+// exclusion: the search is extended when too many are excluded.
 void PlaceIndex::Impl::FindNeighbours(const float* vector,
                                       const std::function<bool(std::int64_t)>& exclude,
                                       std::vector<Neighbour>& neighbours) const {
-  constexpr std::size_t kMaxAsked = 8;  // times the wanted number
+  constexpr std::size_t kMaxAsked = 8;  // multiple of the requested number
   const auto wanted = static_cast<std::size_t>(params.neighbours);
   for (std::size_t asked = wanted;; asked *= 2) {
     neighbours.clear();
@@ -194,8 +194,7 @@ void PlaceIndex::Impl::FindNeighbours(const float* vector,
 
 std::vector<Vote> PlaceIndex::Impl::CollectVotes(
     const cv::Mat& descriptors, const std::function<bool(std::int64_t)>& exclude) const {
-  // Squared distance of windows that have nothing in common, where there are too few windows to see
-  // it.
+  // Squared distance of unrelated windows, used when there are too few windows to estimate it.
   constexpr float kDissimilarity = 0.7F;
   std::vector<Vote> votes;
   if (keyframe_of.empty()) return votes;
@@ -217,8 +216,8 @@ PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
                                          std::span<const Vote> votes,
                                          const Candidate& candidate,
                                          std::vector<PlacePair>& pairs) const {
-  constexpr std::size_t kMaxPairs = 32;      // the work grows with the cube
-  constexpr double kVoteWithoutPlace = 0.1;  // of a vote whose place agrees
+  constexpr std::size_t kMaxPairs = 32;      // the cost is cubic
+  constexpr double kVoteWithoutPlace = 0.1;  // relative to a vote with an agreeing position
   pairs.clear();
   for (const Vote& vote : votes.subspan(candidate.first, candidate.last - candidate.first)) {
     const auto* row = descriptors.ptr<float>(vote.query);

@@ -10,7 +10,7 @@ namespace ceilmap::registration {
 namespace {
 
 kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point corner) {
-  // Block pixel (x, y) is reference pixel corner + (x, y); it is seen at s R (p - c) + t + c.
+  // Block pixel (x, y) is reference pixel corner + (x, y); its image is s R (p - c) + t + c.
   const double cx = 0.5 * (size.width - 1);
   const double cy = 0.5 * (size.height - 1);
   const double c = motion.scale * std::cos(motion.theta_rad);
@@ -56,7 +56,7 @@ void BlockStage::TakeMask(const cv::Mat& mask, Level& level) const {
 
 void BlockStage::LayOutGrid() {
   const int block = params_.block_px;
-  // Two pixels of margin: the reach of bicubic sampling.
+  // Two pixels of margin for bicubic sampling.
   const int room_x = size_.width - block - 4;
   const int room_y = size_.height - block - 4;
   if (room_x < 0 || room_y < 0) return;
@@ -86,7 +86,7 @@ void BlockStage::PrepareReference(Level& level) {
     out.spectrum.Resize(poc_.SpectrumSize());
     out.blank = IsBlank(samples);
     poc_.Transform(samples, out.spectrum);
-    // The sharpness that the block's correlation peak will have.
+    // The sharpness of the block's correlation peak.
     double xx = 0;
     double yy = 0;
     double xy = 0;
@@ -101,13 +101,13 @@ void BlockStage::PrepareReference(Level& level) {
         xy += weight * col * ky;
       }
     }
-    // Smaller eigenvalue of the sharpness: what the block can tell in its worst direction.
+    // Smaller eigenvalue of the sharpness: the information of the block in its worst direction.
     out.texture = 0.5 * (xx + yy - std::hypot(xx - yy, 2 * xy));
   }
 }
 
-/// Sensors have noise, so one grey level all over is none that was measured. It fits on any other
-/// such block wherever that lies, as exactly as rounding goes.
+/// Sensors have noise, so a block of one constant grey level was not measured. It would match any
+/// other constant block exactly.
 bool BlockStage::IsBlank(const RealArray& samples) const {
   constexpr float kVariance = 1e-3F;  // grey levels squared
   const Eigen::Map<const Eigen::VectorXf> values(samples.data(),
@@ -134,7 +134,7 @@ bool BlockStage::Inside(const kernels::Affine& m, const Level& level) const {
   }
   const cv::Mat& blank = level.blank.empty() ? blank_ : level.blank;
   if (blank.empty()) return true;
-  // Any blank pixel in the box around the block's image leaves it out.
+  // A block with any blank pixel in its image is left out.
   const float x0 = m.x0 + std::min(0.0F, m.xx * last) + std::min(0.0F, m.xy * last);
   const float y0 = m.y0 + std::min(0.0F, m.yx * last) + std::min(0.0F, m.yy * last);
   const float x1 = m.x0 + std::max(0.0F, m.xx * last) + std::max(0.0F, m.xy * last);
@@ -161,7 +161,7 @@ std::vector<int> BlockStage::Select(const Level& reference,
   }
   if (static_cast<int>(inside.size()) <= count) return inside;
   const auto texture = [&](int i) { return reference.blocks[static_cast<std::size_t>(i)].texture; };
-  // Neighbourhoods of 2x2 grid places; the best of each, then the second best of each, ...
+  // Neighbourhoods of 2x2 grid positions; first the best of each, then the second best of each, ...
   std::vector<std::vector<int>> cells(
       static_cast<std::size_t>((grid_.width + 1) / 2 * ((grid_.height + 1) / 2)));
   for (const int i : inside) {
@@ -212,8 +212,8 @@ void BlockStage::CopyBlock(const Level& level, cv::Point corner, RealArray& samp
 Dissimilarity BlockStage::Compare(const Level& reference,
                                   const Level& current,
                                   const ImageMotion& motion) {
-  // Sampling and compression leave about this part of a block's energy unexplained even under the
-  // true motion.
+  // With sampling and compression about this fraction of a block's energy remains unexplained even
+  // under the true motion.
   constexpr double kUnexplained = 0.02;
   const double noise =
       static_cast<double>(reference.noise_sigma) * current.noise_sigma * poc_.WindowPower();

@@ -20,39 +20,39 @@ struct BlockParams {
 };
 
 /// The fine stage: block POC. A grid of small blocks of the reference is compared with the current
-/// image sampled under a motion that is nearly right; each block gives the shift that is left, to
-/// a few hundredths of a pixel (peak of the band-limited phase-only correlation, Takita et al.
-/// 2003; with a Gaussian spectral weight its peak is a Gaussian, whose top is found in closed form
-/// from the logarithms around the highest sample).
+/// image sampled under an approximate motion; each block gives the remaining shift, to a few
+/// hundredths of a pixel (peak of the band-limited phase-only correlation, Takita et al. 2003; with
+/// a Gaussian spectral weight its peak is a Gaussian, whose maximum is computed in closed form from
+/// the logarithms around the highest sample).
 ///
-/// The window biases a shift towards zero; sampling again with the corrected motion takes the bias
-/// out, as the remaining shift goes to zero.
+/// The window biases a shift towards zero; sampling again with the corrected motion removes the
+/// bias, because the remaining shift converges to zero.
 ///
-/// Works on one Level: pixels, motions and shifts are those of the level's image, positions from
-/// its centre.
+/// Works on one Level: pixels, motions and shifts are those of the level's image, positions
+/// relative to its centre.
 class BlockStage {
  public:
-  /// @param mask  see RegistrarParams::mask, of the level's size; empty: images have content
+  /// @param mask  See RegistrarParams::mask, of the level's size; empty: images have content
   /// everywhere.
   explicit BlockStage(cv::Size size, const cv::Mat& mask = {}, const BlockParams& params = {});
 
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
 
-  /// Fills level.blank. @param mask  of the level's size, 0 where this image has no content
-  /// beyond what all lack; empty: none.
+  /// Fills level.blank. @param mask  Of the level's size, 0 where this image has no content in
+  /// addition to the common mask; empty: none.
   void TakeMask(const cv::Mat& mask, Level& level) const;
 
-  /// Fills level.blocks: from then on the level can be a reference.
+  /// Fills level.blocks: afterwards the level can be a reference.
   void PrepareReference(Level& level);
 
-  /// The blocks of the reference that lie inside the current image under `motion`, at the most
-  /// `count`, spread over the image, the better textured ones of each neighbourhood first.
+  /// The blocks of the reference that lie inside the current image under `motion`, at most `count`,
+  /// spread over the image, the blocks with the most texture of each neighbourhood first.
   std::vector<int> Select(const Level& reference,
                           const Level& current,
                           const ImageMotion& motion,
                           int count) const;
 
-  /// Shifts of the chosen blocks. @param search_px  the peak is searched within this distance.
+  /// Shifts of the selected blocks. @param search_px  The peak is searched within this distance.
   void Measure(const Level& reference,
                const Level& current,
                const ImageMotion& motion,
@@ -63,8 +63,8 @@ class BlockStage {
   /// See Dissimilarity.
   Dissimilarity Compare(const Level& reference, const Level& current, const ImageMotion& motion);
 
-  /// Shifts of the chosen blocks under a plane motion, each block sampled with the motion's linear
-  /// part at its centre; the motion is that of the level's image and camera.
+  /// Shifts of the selected blocks under a plane motion, each block sampled with the motion's
+  /// linear part at its centre; the motion is that of the level's image and camera.
   void MeasurePlane(const Level& reference,
                     const Level& current,
                     const PlaneCamera& camera,

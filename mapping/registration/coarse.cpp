@@ -21,7 +21,7 @@ cv::Size WorkingSizeFor(cv::Size full, int factor) {
   return {FastFftSize(full.width / factor), FastFftSize(full.height / factor)};
 }
 
-// Correlation of two images over what both show.
+// Correlation of two images over their common area.
 struct Agreement {
   double correlation = 0;
   double overlap = 0;
@@ -30,8 +30,8 @@ struct Agreement {
 }  // namespace
 
 float EstimateNoise(const cv::Mat& grey) {
-  // Mixed second difference: zero on planes and straight axis-parallel edges; its deviation is 2
-  // sigma.
+  // Mixed second difference: zero on planes and straight axis-parallel edges; its standard
+  // deviation is 2 sigma.
   std::array<int, 1021> histogram{};
   int count = 0;
   int all = 0;
@@ -46,11 +46,11 @@ float EstimateNoise(const cv::Mat& grey) {
     }
   }
   constexpr float kRounding = 0.3F;
-  // What is left between black and white in an image that is nearly all of either is the edges of
-  // things.
+  // In an image that is mostly black or white, the remaining grey values are edges of objects.
   constexpr int kMaxLost = 4;
   if (kMaxLost * count <= all) return kRounding;
-  // Linear position of the median inside its bin, as the differences are whole grey levels.
+  // Position of the median inside its bin by linear interpolation, because the differences are
+  // whole grey levels.
   int below = 0;
   std::size_t bin = 0;
   while (below + histogram[bin] < (count + 1) / 2) below += histogram[bin++];
@@ -81,8 +81,8 @@ std::vector<float> CoarseStage::FadingMask(const cv::Mat& mask) const {
   cv::Mat weight;
   mask(used).convertTo(weight, CV_32F, 1.0 / 255);
   cv::resize(weight, weight, work_, 0, 0, cv::INTER_AREA);
-  // Eroded by a tenth of the image and blurred, so that the blank border's edge itself is not
-  // seen.
+  // Eroded by a tenth of the image and smoothed, so that the edge of the blank border has no
+  // effect.
   const int reach = std::max(work_.width, work_.height) / 20;
   const cv::Size box(2 * reach + 1, 2 * reach + 1);
   cv::threshold(weight, weight, 0.999, 1.0, cv::THRESH_BINARY);
@@ -110,10 +110,10 @@ void CoarseStage::LocalMean() {
                 cv::BORDER_REFLECT_101);
 }
 
-// A lamp or a window is brighter than all texture together: nearly all that the spectrum shows, and
-// wrong as soon as it is switched off.
+// A lamp or a window is brighter than all texture: it would dominate the spectrum, which is wrong
+// when it is switched off.
 bool CoarseStage::LimitLamps(const std::vector<float>& fading) {
-  constexpr std::size_t kStep = 37;  // shares no factor with usual widths
+  constexpr std::size_t kStep = 37;  // coprime with usual widths
   deviations_.clear();
   constexpr float kInside = 0.99F;
   const auto outside = [](const std::vector<float>& weights, std::size_t i) {
@@ -131,8 +131,8 @@ bool CoarseStage::LimitLamps(const std::vector<float>& fading) {
   return kernels::LimitAbove(mean_.data(), limit, reduced_.size(), reduced_.data());
 }
 
-// A few dark things that are left in a white image fit in many places, and a short way between
-// them says little of the rotation.
+// A few dark objects in a white image fit in many positions, and with short distances between them
+// they give little information on the rotation.
 bool CoarseStage::IsOverexposed() const {
   constexpr float kSaturated = 250;
   const auto saturated = std::count_if(reduced_.data(),
@@ -141,7 +141,7 @@ bool CoarseStage::IsOverexposed() const {
   return static_cast<double>(saturated) > params_.max_saturated * static_cast<double>(poc_.Area());
 }
 
-// Towards what has no content the image fades into its own local mean.
+// Towards areas without content the image is replaced smoothly by its local mean.
 void CoarseStage::FadeToMean(const std::vector<float>& weights) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     reduced_[i] = mean_[i] + (reduced_[i] - mean_[i]) * weights[i];
@@ -187,8 +187,8 @@ void CoarseStage::Analyze(const cv::Mat& grey,
 
 void CoarseStage::TurnBack(const FrameSpectrum::Coarse& current, double theta_rad, double scale) {
   // turned(x) = current(s R(theta) (x - c) + c): its content differs from the reference's by a
-  // shift only. The window moves with the current image, so that it falls to zero at the
-  // image's own borders.
+  // shift only. The window moves with the current image, so that it falls to zero at the image's
+  // own borders.
   const double cx = 0.5 * (work_.width - 1);
   const double cy = 0.5 * (work_.height - 1);
   const double c = scale * std::cos(theta_rad);
@@ -211,8 +211,8 @@ void CoarseStage::TurnBack(const FrameSpectrum::Coarse& current, double theta_ra
 }
 
 ImageMotion CoarseStage::ToFull(double theta_rad, double scale, double dx, double dy) const {
-  // d is the shift in the reference's axes; the motion's t = s R d. The working image's centre
-  // may lie half a pixel beside the full image's.
+  // d is the shift in the reference's axes; the motion's t = s R d. The working image's centre may
+  // lie half a pixel beside the full image's.
   ImageMotion turn{0, 0, WrapAngle(theta_rad), scale};
   const Eigen::Vector2d t = turn.Apply(Eigen::Vector2d(dx, dy) * factor_);
   const Eigen::Vector2d offset(
@@ -226,7 +226,7 @@ ImageMotion CoarseStage::ToFull(double theta_rad, double scale, double dx, doubl
 
 namespace {
 
-// Reference pixel x is seen at x + d of the turned image, which is read backwards after a half
+// Reference pixel x corresponds to x + d of the turned image, which is read backwards after a half
 // turn.
 Agreement Compare(const RealArray& reference,
                   const RealArray& turned,
@@ -276,8 +276,8 @@ void CoarseStage::TestShift(const FrameSpectrum::Coarse& reference,
   // indices.
   const double dx = peak.shift.x() - (half_turn ? 1 : 0);
   const double dy = peak.shift.y() - (half_turn ? 1 : 0);
-  // A shift is known modulo the size only: the wrapped twins are told apart by what they would have
-  // in common.
+  // A shift is known modulo the size only: the wrapped alternatives are distinguished by their
+  // common area.
   for (const double x : {dx, dx < 0 ? dx + w : dx - w}) {
     for (const double y : {dy, dy < 0 ? dy + h : dy - h}) {
       const cv::Point whole(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)));
@@ -317,7 +317,7 @@ std::vector<Hypothesis> CoarseStage::Best(std::vector<Hypothesis> hypotheses) co
   std::sort(hypotheses.begin(), hypotheses.end(), [](const Hypothesis& a, const Hypothesis& b) {
     return a.score > b.score;
   });
-  // The same motion comes from neighbouring rotations and from shoulders of one peak: the fine
+  // The same motion results from neighbouring rotations and from shoulders of one peak: the fine
   // stage reaches all of them from the best one.
   std::vector<Hypothesis> kept;
   for (const Hypothesis& h : hypotheses) {
@@ -347,8 +347,8 @@ std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Coarse& refere
                                        estimate_scale);
   double best_score = 0;
   for (const RotationPeak& rotation : rotations) {
-    // A rotation that explained the images well ends the search, unless the next one looks about
-    // as good in the spectra (square tiles).
+    // A rotation that explains the images well ends the search, unless the spectra of the next one
+    // agree about as well (square tiles).
     if (best_score > params_.decisive_score &&
         rotation.value < params_.decisive_ratio * rotations.front().value) {
       break;

@@ -31,46 +31,46 @@ struct CoarseParams {
   PolarParams polar;
 };
 
-/// Rotations that are worth a try.
+/// Candidate rotations.
 struct RotationRange {
   double theta_rad = 0;
   double reach_rad = 0;
 };
 
-/// A motion that the coarse stage thinks possible.
+/// A candidate motion of the coarse stage.
 struct Hypothesis {
   ImageMotion motion;      ///< full pixels
   double peak = 0;         ///< of the POC surface, 0..1
   double correlation = 0;  ///< normalised cross-correlation over the common area, -1..1
-  double overlap = 0;      ///< common area, part of the reference
+  double overlap = 0;      ///< common area, fraction of the reference
   double score =
       0;  ///< peak + correlation * sqrt(overlap): the more common area, the less is chance
 };
 
 /// The coarse stage of registration, RI-POC: rotation (and scale) by PolarSearch on the amplitude
-/// spectra, then for each proposed rotation the current image is turned back and phase-only
+/// spectra; then, for each proposed rotation, the current image is rotated back and phase-only
 /// correlation gives translations; both half turns come from one transform, because the spectrum of
 /// an image turned by 180 degrees is its conjugate up to a phase. Translations are tested with
-/// their wrapped twins (t +- W, t +- H) on the common area.
+/// their wrapped alternatives (t +- W, t +- H) on the common area.
 class CoarseStage {
  public:
-  /// @param mask  see RegistrarParams::mask; empty: images have content everywhere.
+  /// @param mask  See RegistrarParams::mask; empty: images have content everywhere.
   explicit CoarseStage(cv::Size size, const cv::Mat& mask = {}, const CoarseParams& params = {});
 
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }
   [[nodiscard]] int Reduction() const { return factor_; }
 
-  /// Fills `data`. @param grey  CV_8UC1, checked by the caller. @param noise_sigma  of it
-  /// (EstimateNoise). @param mask  CV_8UC1 of the same size, 0 where this image has no content
-  /// beyond what all lack; empty: none.
+  /// Fills the data of the coarse stage: flat, spectrum, rings, noise_sigma and contrast.
+  /// @param grey  CV_8UC1, checked by the caller. @param mask  CV_8UC1 of the same size, 0 where
+  /// this image has no content in addition to the common mask; empty: none.
   void Analyze(const cv::Mat& grey,
                float noise_sigma,
                FrameSpectrum::Coarse& data,
                const cv::Mat& mask = {});
 
   /// Possible motions, best score first; may be empty.
-  /// @param near  only rotations within this range are tried: half the work when the range says
-  /// which half turn.
+  /// @param near  Only rotations within this range are tried, which takes half the time when it
+  /// determines the half turn.
   std::vector<Hypothesis> Propose(const FrameSpectrum::Coarse& reference,
                                   const FrameSpectrum::Coarse& current,
                                   bool estimate_scale,
@@ -100,7 +100,7 @@ class CoarseStage {
   cv::Size full_;
   int factor_ = 1;
   cv::Size work_;
-  cv::Point start_;          // first full pixel of the working picture
+  cv::Point start_;          // first full pixel of the working image
   std::vector<float> mask_;  // 1 inside, falling to 0 towards blank borders; empty: all 1
   std::vector<float> deviations_;
   PocPlane poc_;
@@ -113,7 +113,7 @@ class CoarseStage {
 };
 
 /// Standard deviation of white noise in an image, in grey levels, from the median of its mixed
-/// second differences (texture raises it a little; at least 0.3, the rounding to 8 bits, and no
+/// second differences (texture increases it a little; at least 0.3, the rounding to 8 bits, and not
 /// more where three quarters are black or white).
 float EstimateNoise(const cv::Mat& grey);
 

@@ -18,7 +18,7 @@ std::mutex& PlannerMutex() {
   return mutex;
 }
 
-/// The way there and back, destroyed under the planner's lock.
+/// The plans of both directions, destroyed under the planner's lock.
 struct PlanPair {
   fftwf_plan forward = nullptr;
   fftwf_plan inverse = nullptr;

@@ -13,8 +13,8 @@ class AlignedArray {
  public:
   AlignedArray() = default;
   explicit AlignedArray(std::size_t size);
-  /// Gives the array `size` elements; keeps its memory (and contents) when that is its size
-  /// already.
+  /// Resizes the array to `size` elements; keeps its memory and contents if the size does not
+  /// change.
   void Resize(std::size_t size) {
     if (size != size_) *this = AlignedArray(size);
   }
@@ -40,10 +40,10 @@ using ComplexArray = AlignedArray<std::complex<float>>;
 /// multiplies by the number of samples). This header is the only place that uses FFTW, so that
 /// another FFT can replace it.
 ///
-/// Plans are FFTW_ESTIMATE plans: they take microseconds to make and are the same in every run, so
-/// that results are reproducible to the last bit; measured plans are 15-30 % faster and differ from
-/// run to run. Making and destroying plans is serialised inside; execution is const and
-/// thread-safe, as long as the buffers are not shared.
+/// Plans are FFTW_ESTIMATE plans: they are created in microseconds and are the same in every run,
+/// so that results are reproducible to the last bit; measured plans are 15-30 % faster and differ
+/// from run to run. Creating and destroying plans is serialised inside; execution is const and
+/// thread-safe if the buffers are not shared.
 class RealFft {
  public:
   /// `count` independent 1-D transforms of `length` samples that lie one after another.
@@ -52,9 +52,9 @@ class RealFft {
   [[nodiscard]] std::size_t RealSize() const { return real_size_; }
   [[nodiscard]] std::size_t SpectrumSize() const { return spectrum_size_; }
 
-  /// @param in  RealSize() samples; kept. @param out  SpectrumSize() bins. Both from AlignedArray
-  /// memory of at
-  ///   least that size; @throws std::invalid_argument when a span is too small.
+  /// @param in  RealSize() samples; not changed. @param out  SpectrumSize() bins. Both from
+  /// AlignedArray memory of at least that size; @throws std::invalid_argument when a span is too
+  /// small.
   void Forward(std::span<const float> in, std::span<std::complex<float>> out) const;
   void Inverse(std::span<std::complex<float>> in, std::span<float> out) const;
 
@@ -97,12 +97,12 @@ class PlaneFft {
 /// ones.
 class ComplexFft {
  public:
-  /// `count` independent 1-D transforms of `length` samples that lie one after another.
+  /// `count` independent 1-D transforms of `length` consecutive samples each.
   static ComplexFft Lines(int count, int length);
 
   [[nodiscard]] std::size_t Size() const { return size_; }
 
-  /// @param in, out  Size() values each, from AlignedArray memory; `in` is kept.
+  /// @param in, out  Size() values each, from AlignedArray memory; `in` is not changed.
   /// @throws std::invalid_argument when a span is too small.
   void Forward(std::span<const std::complex<float>> in, std::span<std::complex<float>> out) const;
   void Inverse(std::span<const std::complex<float>> in, std::span<std::complex<float>> out) const;
@@ -114,8 +114,8 @@ class ComplexFft {
   std::size_t size_ = 0;
 };
 
-/// Smallest n' <= n that is even and has only the prime factors 2, 3 and 5: a size that transforms
-/// fast. n >= 2.
+/// Largest n' <= n that is even and has only the prime factors 2, 3 and 5: a size with a fast
+/// transform. n >= 2.
 int FastFftSize(int n);
 
 }  // namespace ceilmap::registration

@@ -10,23 +10,23 @@
 namespace ceilmap::registration {
 namespace {
 
-constexpr int kWideSearch = 8;   // rough pixels: reaches what the coarse stage may be off by
-constexpr int kCloseSearch = 4;  // pixels of the level, once the motion is nearly right
+constexpr int kWideSearch = 8;   // rough pixels: covers the error of the coarse stage
+constexpr int kCloseSearch = 4;  // pixels of the level, for an approximate motion
 
-constexpr int kFineSide = 1200;  // longer side of the fine level, at the most about
-constexpr int kSmallSide = 240;  // shorter side; from it on there are six rows of rough blocks
+constexpr int kFineSide = 1200;  // maximum of the longer side of the fine level, approximately
+constexpr int kSmallSide = 240;  // shorter side; from here on there are six rows of rough blocks
 
 BlockParams RoughParams() {
-  // 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of two
-  // images turns the sign of the spectrum beyond 1/length of the smear, which splits a phase-only
-  // peak into twins beside the truth; this band stays below that for smears up to about ten pixels,
-  // and noise hurts it least.
+  // 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of two images inverts
+  // the sign of the spectrum above 1/length of the blur, which splits a phase-only peak into two
+  // peaks beside the true one; this band is below that limit for blurs up to about ten pixels, and
+  // it is the least sensitive to noise.
   BlockParams params;
   params.block_px = 32;
   return params;
 }
 
-// A pixel of the level has content only where all of its full pixels do.
+// A pixel of the level has content only if all of its full pixels do.
 cv::Mat LevelMask(const cv::Mat& mask, cv::Size size) {
   if (mask.empty()) return {};
   cv::Mat reduced;
@@ -203,17 +203,17 @@ void FineStage::LastRounds(const FrameSpectrum::Fine& reference,
     finalist = sharp;
     return;
   }
-  // One of the images is blurred: the low band once more, from where it stands, is the best there
-  // is.
+  // One of the images is blurred: another round with the low band, from the current motion, is the
+  // best available.
   MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
   FitShifts(finalist);
   finalist.blurred = true;
 }
 
-/// A smear splits the correlation peak of a block into one at each end of it. Where the blocks then
-/// agree on an end, their residuals are small and the motion is wrong; but the images do not fit.
-/// Of simulated smears of 5 to 29 px errors were up to 1.3 px with `unlike` 1.74, 2.2 px with 1.87,
-/// 3.9 px with 2.0 and 10 px with 2.6.
+/// A blur splits the correlation peak of a block into one at each end. If the blocks then agree on
+/// one end, their residuals are small although the motion is wrong; but the images do not fit. For
+/// simulated blurs of 5 to 29 px errors were up to 1.3 px with a dissimilarity of 1.74, 2.2 px with
+/// 1.87, 3.9 px with 2.0 and 10 px with 2.6.
 void FineStage::InflateBlurCovariance(const FrameSpectrum::Fine& reference,
                                       const FrameSpectrum::Fine& current,
                                       Finalist& finalist) {
@@ -257,9 +257,9 @@ bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
                           r.inliers >= params_.min_inliers &&
                           r.inliers >= params_.min_inlier_ratio * r.blocks;
   if (!determined) return false;
-  // The lines between tiles fit at any place of a tiled ceiling, and blocks agree on them. So
-  // either all that sees more than lines agrees too, or the images must be the same down to the
-  // noise.
+  // The lines between tiles fit at any position of a tiled ceiling, and blocks agree on them. So
+  // either all blocks with more content than lines must agree too, or the images must be the same
+  // down to the noise.
   const double by_blocks = candidate.Agreement() + finalist.agreement;
   const bool small = fine_frame_.factor < 1;
   const bool agreed = by_blocks + 2 * candidate.poc_peak >
@@ -291,7 +291,7 @@ Dissimilarity FineStage::Compare(const FrameSpectrum::Fine& reference,
   return rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
 }
 
-/// How far apart two motions put the image's corners, the larger way, pixels of the level.
+/// Maximum distance between the images of the corners under two motions, pixels of the level.
 double FineStage::CornerStep(const PlaneCamera& camera,
                              const PlaneMotion& a,
                              const PlaneMotion& b) const {
@@ -307,14 +307,14 @@ double FineStage::CornerStep(const PlaneCamera& camera,
   return largest;
 }
 
-// A plane motion is in units of the plane's distance: the same on every level, only the camera
-// differs.
+// A plane motion is in units of the plane's distance: it is the same on every level, only the
+// camera differs.
 PlaneCamera FineStage::LevelCamera(const PlaneCamera& camera) const {
   return {camera.focal_px / fine_frame_.factor,
           (camera.principal_px - fine_frame_.offset) / fine_frame_.factor};
 }
 
-// The selection needs only a rough idea of what both images see.
+// The selection needs only an approximate common area.
 std::vector<int> FineStage::SelectUnder(const FrameSpectrum::Fine& reference,
                                         const FrameSpectrum::Fine& current,
                                         const PlaneCamera& level_camera,

@@ -12,7 +12,7 @@
 
 namespace ceilmap::registration {
 
-/// A hypothesis after its test by blocks.
+/// A hypothesis after its test with blocks.
 struct Candidate {
   ImageMotion motion;
   double overlap = 0;
@@ -29,13 +29,13 @@ struct Finalist {
   Registration result;
   double agreement = 0;         ///< mean over the compared blocks of the peaks of those that agree
   Dissimilarity dissimilarity;  ///< see FineStage::Compare
-  bool blurred = false;         ///< the low band alone could be used
+  bool blurred = false;         ///< only the low band could be used
 };
 
-/// One reduced (or enlarged) image of the fine stage and where it lies in the full one: x_full =
-/// factor * x_level + offset, both from the images' centres.
+/// One reduced (or enlarged) image of the fine stage and its position in the full one: x_full =
+/// factor * x_level + offset, both relative to the images' centres.
 struct LevelFrame {
-  /// @param full_px_per_level_px  a whole number, or one half.
+  /// @param full_px_per_level_px  A whole number, or one half.
   LevelFrame(cv::Size full, double full_px_per_level_px);
   [[nodiscard]] ImageMotion FromFull(const ImageMotion& full) const;
   [[nodiscard]] ImageMotion ToFull(const ImageMotion& level) const;
@@ -46,37 +46,40 @@ struct LevelFrame {
 };
 
 /// The fine stage of registration on two levels: blocks of a rough level (half the resolution of
-/// the fine one), which see the low band, robust against noise and motion blur, and blocks of the
-/// fine level, which are exact. The fine level is the image itself up to about 1200 pixels and
-/// reduced above, so that a block always sees a fair part of the scene and the cost does not grow
-/// with the image. An image whose shorter side is below 240 pixels has no room for enough blocks
-/// to vote, and is enlarged to twice its size. Motions going in and out are those of full pixels.
+/// the fine one), which use the low band and are robust against noise and motion blur, and blocks
+/// of the fine level, which are exact. The fine level is the image itself up to about 1200 pixels
+/// and reduced above, so that a block always contains a sufficient part of the scene and the cost
+/// is bounded. An image whose shorter side is below 240 pixels has too few blocks for a consensus
+/// and is enlarged to twice its size. Motions in the interface are those of full pixels.
 class FineStage {
  public:
   FineStage(cv::Size size, const RegistrarParams& params);
 
-  /// Fills the levels of `data`. @param grey, noise_sigma, mask  see CoarseStage::Analyze.
+  /// Fills the levels of `data`. @param grey  CV_8UC1, after CoarseStage::Analyze, which gives the
+  /// noise.
+  /// @param mask  See CoarseStage::Analyze.
   void Analyze(const cv::Mat& grey,
                float noise_sigma,
                FrameSpectrum::Fine& data,
                const cv::Mat& mask = {}) const;
-  /// Makes `data` able to be a reference; once, thread-safe.
+  /// Prepares `data` as a reference; once, thread-safe.
   void PrepareReference(FrameSpectrum::Fine& data);
-  /// The same for RefinePlane alone.
+  /// The same for RefinePlane only.
   void PrepareFine(FrameSpectrum::Fine& data);
 
-  /// Would Test find the motion when it starts at this one?
+  /// True when Test would find the motion, starting at this one.
   [[nodiscard]] bool Reaches(const ImageMotion& start, const ImageMotion& motion) const;
-  /// Do blocks agree on a motion near the hypothesis (within 16 fine pixels and about 3 degrees)?
+  /// True when blocks agree on a motion near the hypothesis (within 16 fine pixels and about 3
+  /// degrees).
   Candidate Test(const FrameSpectrum::Fine& reference,
                  const FrameSpectrum::Fine& current,
                  const Hypothesis& hypothesis);
-  /// Brings a candidate to the last digit; its result is kOk when it can be believed
-  /// (RegistrarParams), else kNoMatch.
+  /// Refines a candidate to full accuracy; its result is kOk when it is accepted (RegistrarParams),
+  /// else kNoMatch.
   Finalist Refine(const FrameSpectrum::Fine& reference,
                   const FrameSpectrum::Fine& current,
                   const Candidate& candidate);
-  /// Fills `unlike` of a finalist, as it stands in full pixels, unless it is filled in already.
+  /// Fills the dissimilarity of a finalist, in full pixels, unless it is already known.
   void Compare(const FrameSpectrum::Fine& reference,
                const FrameSpectrum::Fine& current,
                Finalist& finalist);
@@ -85,8 +88,8 @@ class FineStage {
                         const FrameSpectrum::Fine& current,
                         const ImageMotion& motion);
 
-  /// Plane motion from blocks of the full image, measured and fitted from `start` until it stands
-  /// still, `rounds` times at the most.
+  /// Plane motion from blocks of the full image, measured and fitted from `start` until it
+  /// converges, at most `rounds` times.
   PlaneFit RefinePlane(const FrameSpectrum::Fine& reference,
                        const FrameSpectrum::Fine& current,
                        const PlaneCamera& camera,
@@ -94,8 +97,8 @@ class FineStage {
                        const PlaneFitParams& params,
                        int rounds);
 
-  /// What RefinePlane fits, at a motion that is known already to a pixel or two: of the full
-  /// image, from its centre. @param count  of blocks, at the most.
+  /// The measurements of RefinePlane, at a motion that is known to one or two pixels: of the full
+  /// image, relative to its centre. @param count  Maximum number of blocks.
   std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Fine& reference,
                                        const FrameSpectrum::Fine& current,
                                        const PlaneCamera& camera,

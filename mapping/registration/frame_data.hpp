@@ -12,20 +12,20 @@ namespace ceilmap::registration {
 struct ReferenceBlock {
   ComplexArray spectrum;  ///< of the windowed block
   double texture = 0;  ///< sharpness of its correlation peak in the worst direction, see BlockStage
-  bool blank = false;  ///< one grey level all over (black, saturated): tells nothing
+  bool blank = false;  ///< constant grey level (black, saturated): no information
 };
 
 /// An image at one resolution of the fine stage.
 struct Level {
   RealArray grey;         ///< grey levels 0..255, row-major
   float noise_sigma = 0;  ///< of white noise in `grey`, grey levels
-  /// Where this image has no content: integral (CV_32S) of the pixels without; empty: where no
-  /// image has any (RegistrarParams::mask).
+  /// Area without content: integral (CV_32S) of the pixels without content; empty: only that of the
+  /// common mask (RegistrarParams::mask).
   cv::Mat blank;
-  std::vector<ReferenceBlock> blocks;  ///< of the grid; empty until the image serves as a reference
+  std::vector<ReferenceBlock> blocks;  ///< of the grid; only of a reference
 };
 
-/// What FrameSpectrum keeps of an image for the coarse stage. Immutable once it is filled.
+/// Data of a FrameSpectrum for the coarse stage. Immutable once computed.
 struct FrameSpectrum::Coarse {
   RealArray flat;         ///< coarse working image: reduced, local mean removed
   ComplexArray spectrum;  ///< of `flat` under the window
@@ -34,9 +34,8 @@ struct FrameSpectrum::Coarse {
   float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed images
 };
 
-/// What FrameSpectrum keeps of an image for the fine stage. Immutable once it is filled, but for
-/// the levels' blocks, which the first registration against this image fills in once, under the
-/// lock.
+/// Data of a FrameSpectrum for the fine stage. Immutable once computed, except for the levels'
+/// blocks, which the first registration against this image computes once, under the lock.
 struct FrameSpectrum::Fine {
   float noise_sigma = 0;  ///< of the image at full resolution, grey levels
   bool impulses = false;  ///< the image has impulse noise, which was removed (WithoutImpulses)

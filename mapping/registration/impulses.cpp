@@ -10,7 +10,7 @@ bool IsImpulse(const unsigned char* above,
                const unsigned char* here,
                const unsigned char* below,
                int x) {
-  constexpr int kFar = 60;  // grey levels: no lens makes a dot of one pixel
+  constexpr int kFar = 60;  // grey levels: no lens images a dot of one pixel
   const auto [least, most] = std::minmax({above[x], below[x], here[x - 1], here[x + 1]});
   return here[x] > most + kFar || here[x] < least - kFar;
 }

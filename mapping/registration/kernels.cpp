@@ -88,7 +88,7 @@ void TurnAndWindow(const float* src,
     for (int x = 0; x < w; ++x) {
       const float sx = m.xx * static_cast<float>(x) + row_x;
       const float sy = m.yx * static_cast<float>(x) + row_y;
-      // Clamped positions keep the loop free of branches; what they read is dropped below.
+      // Clamped positions avoid branches in the loop; their values are discarded below.
       const float cx = std::min(std::max(sx, 0.0F), max_x - 1e-3F);
       const float cy = std::min(std::max(sy, 0.0F), max_y - 1e-3F);
       const bool inside = (sx >= 0) & (sy >= 0) & (sx <= max_x) & (sy <= max_y);

@@ -3,16 +3,16 @@
 #include <complex>
 #include <cstddef>
 
-/// Compiles a function several times, for newer x86-64 levels too, and picks the best one when the
-/// program is loaded: fast loops without binding the library to the machine that built it.
-/// Sanitizers and other compilers get the plain version.
+/// Compiles a function several times, also for newer x86-64 levels, and selects the best version
+/// when the program is loaded, so that loops are fast and the library runs on any machine. With
+/// sanitizers and other compilers only the plain version is built.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(CEILMAP_SANITIZED)
 #define CEILMAP_HOT __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define CEILMAP_HOT
 #endif
 
-/// The plain loops of registration: no allocation, no checks; callers own sizes and bounds.
+/// The plain loops of registration: no allocation, no checks; callers ensure sizes and bounds.
 namespace ceilmap::registration::kernels {
 
 /// x_src = m * (x_dst, 1) in pixels, row-major 2x3.
@@ -36,15 +36,15 @@ double FlattenAndWindow(const float* a,
                         float* flat,
                         float* windowed);
 
-/// Lowers values to at the most mean + limit; true when any was above.
+/// Limits values to mean + limit; true when any was above.
 bool LimitAbove(const float* mean, float limit, std::size_t n, float* values);
 
-/// Value of positions that an image does not show.
+/// Value of positions outside an image.
 constexpr float kOutside = 1e9F;
 
-/// Bilinear sampling of src at affine positions; src and both results are w x h. `plain` gets the
-/// samples, kOutside where the position is outside [0, w-1] x [0, h-1]; `windowed` gets them times
-/// the window at the SOURCE position (wx[round x] * wy[round y]), 0 outside.
+/// Bilinear sampling of src at affine positions; src and both results are w x h. `plain` contains
+/// the samples, kOutside where the position is outside [0, w-1] x [0, h-1]; `windowed` contains
+/// them times the window at the SOURCE position (wx[round x] * wy[round y]), 0 outside.
 void TurnAndWindow(const float* src,
                    int w,
                    int h,
@@ -68,7 +68,7 @@ Sums RowSums(const float* a, const float* b, int n, bool backwards);
 void CellMaxima(const float* surface, int w, int h, int cell, float* row, float* maxima);
 
 /// out[i] = bilinear sample i of a plane: values at top[i], top[i] + 1, bottom[i], bottom[i] + 1,
-/// mixed by right[i] and down[i].
+/// weighted by right[i] and down[i].
 void GatherBilinear(const float* plane,
                     const int* top,
                     const int* bottom,

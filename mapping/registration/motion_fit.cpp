@@ -22,7 +22,7 @@ double Distance(const BlockShift& block, const Parameters& parameters) {
   return std::sqrt(std::max(0.0, r.dot(block.sharpness * r)));
 }
 
-// The small motion of two blocks; false when they stand too close to tell a rotation.
+// The small motion of two blocks; false when they are too close to determine a rotation.
 bool FromPair(const BlockShift& a, const BlockShift& b, bool scale, Parameters& out) {
   const Eigen::Vector2d d = b.point - a.point;
   const double length2 = d.squaredNorm();
@@ -57,7 +57,7 @@ Normal Accumulate(const std::vector<BlockShift>& blocks, const std::vector<doubl
   return n;
 }
 
-// Solves for the free parameters; a scale that is held keeps 0.
+// Solves for the free parameters; a fixed scale remains 0.
 bool Solve(const Normal& normal, bool scale, Parameters& out, Eigen::Matrix4d* inverse) {
   const int n = scale ? 4 : 3;
   const Eigen::MatrixXd a = normal.a.topLeftCorner(n, n);

@@ -7,15 +7,15 @@
 
 namespace ceilmap::registration {
 
-/// What one block says: near `point` the content of the reference lies at point + shift, once the
-/// current image is brought back by the motion it was sampled with.
+/// Measurement of one block: near `point` the content of the reference lies at point + shift, after
+/// the current image is resampled with the current motion.
 struct BlockShift {
   Eigen::Vector2d point =
       Eigen::Vector2d::Zero();  ///< block centre in the reference, from the image's centre, px
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();  ///< measured, px of the reference
-  /// Sharpness of the peak, relative to the sharpest that the band allows: 1 in directions with
-  /// full texture, near 0 along an edge. sqrt(r' S r) is the distance of a residual r in pixels "as
-  /// far as the block can see it".
+  /// Sharpness of the peak, relative to the sharpest one of the band: 1 in directions with full
+  /// texture, near 0 along an edge. sqrt(r' S r) is the length of a residual r in pixels, weighted
+  /// by the accuracy of the block.
   Eigen::Matrix2d sharpness = Eigen::Matrix2d::Identity();
   /// Weight of the block; its shift has the inverse covariance quality * sharpness up to a common
   /// factor.
@@ -36,13 +36,13 @@ struct MotionFit {
   ImageMotion motion;
   /// Of (tx, ty, theta, ln scale), from the residuals.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
-  double sigma_px = 0;  ///< robust deviation of a fully informative block's residual, one axis
+  double sigma_px = 0;  ///< robust, of a fully informative block, one axis
   int inliers = 0;
   std::vector<double> weights;  ///< robust weight of each block, 0..1
 };
 
 /// Small motion on which most blocks agree, found among all pairs of blocks: for a first round, in
-/// which many shifts are chance. Exhaustive, so the same input always gives the same answer; n^3
+/// which many shifts are random. Exhaustive, so the same input always gives the same result; n^3
 /// small steps for n blocks.
 MotionFit FindConsensus(const std::vector<BlockShift>& blocks, const FitParams& params);
 

@@ -41,7 +41,7 @@ PlaneMotion FromArray(const Parameters& p) {
   return {p[0], p[1], p[2], p[3], p[4], p[5]};
 }
 
-// Residual of a block in reference pixels, weighted by what the block can see.
+// Residual of a block in reference pixels, weighted by its accuracy.
 struct BlockResidual {
   const PlaneCamera* camera;
   const PlaneShift* shift;
@@ -59,7 +59,7 @@ struct BlockResidual {
 };
 
 Eigen::Matrix2d Whitening(const PlaneShift& shift) {
-  // W'W = quality * sharpness, taken to the current image by the local linear part.
+  // W'W = quality * sharpness, transformed to the current image by the local linear part.
   const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
   const Eigen::LLT<Eigen::Matrix2d> llt(information + 1e-9 * Eigen::Matrix2d::Identity());
   return llt.matrixU().toDenseMatrix() * shift.current_from_reference.inverse();
@@ -81,8 +81,8 @@ PlaneCamera PlaneCameraOf(const calib::CeilingView& view) {
 }
 
 TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view) {
-  // Small turns about x and y of the camera are turns about x and y of base, turned by the camera's
-  // yaw. (roll, pitch) there, (pitch, roll) here.
+  // Small rotations about x and y of the camera are rotations about x and y of base, rotated by the
+  // camera's yaw. (roll, pitch) there, (pitch, roll) here.
   const Eigen::Matrix2d turn = view.T_base_camera().linear().topLeftCorner<2, 2>();
   const Eigen::Vector2d about = turn * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
   const Eigen::Matrix2d spread = turn * fit.covariance.bottomRightCorner<2, 2>() * turn.transpose();
@@ -168,7 +168,7 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
     if (round < 2) continue;
     ceres::Covariance::Options covariance_options;
     covariance_options.algorithm_type = ceres::DENSE_SVD;
-    // What the blocks leave open comes out as a huge variance, not as a line on stderr.
+    // Undetermined parameters result in a very large variance, without a message on stderr.
     covariance_options.min_reciprocal_condition_number = 0;
     ceres::Covariance covariance(covariance_options);
     const std::vector<const double*> blocks{p.data()};

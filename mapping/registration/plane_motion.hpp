@@ -19,36 +19,36 @@ struct PlaneCamera {
 /// The virtual camera of a view of a rig.
 PlaneCamera PlaneCameraOf(const calib::CeilingView& view);
 
-/// Motion of a camera under a plane that the reference camera sees at a right angle (level robot,
-/// level ceiling). Axes of the reference's optical frame: x right, y down in the image, z up to
-/// the ceiling. The unit of length is the distance of the reference camera from the plane, so that
-/// no scale is needed:
+/// Motion of a camera below a plane to which the reference camera is perpendicular (level robot,
+/// level ceiling). Axes of the reference's optical frame: x right, y down in the image, z up to the
+/// ceiling. The unit of length is the distance of the reference camera from the plane, so that no
+/// scale is needed:
 ///   p_ref = R p_cur + t,   R = Rz(yaw) Ry(tilt_y) Rx(tilt_x).
 /// The induced motion of the image is the homography x_cur ~ K R' (I - t n' ) K^-1 x_ref with n =
 /// (0, 0, 1).
 struct PlaneMotion {
   double x = 0;  ///< t
   double y = 0;
-  double height = 0;  ///< t's z: how much closer to the plane the current camera is
+  double height = 0;  ///< z of t: decrease of the distance from the plane
   double yaw = 0;     ///< rad
   double tilt_x = 0;  ///< rad, about the image's u axis
   double tilt_y = 0;  ///< rad, about the image's v axis
 
-  /// Where the reference pixel x is seen in the current image; both from the image's centre.
-  /// Only meaningful in front of the camera (tilts well below 90 degrees).
+  /// Position of the reference pixel x in the current image; both relative to the image's centre.
+  /// Only valid in front of the camera (tilts well below 90 degrees).
   [[nodiscard]] Eigen::Vector2d Apply(const PlaneCamera& camera, const Eigen::Vector2d& x) const;
   /// Derivative of Apply by x.
   [[nodiscard]] Eigen::Matrix2d Jacobian(const PlaneCamera& camera, const Eigen::Vector2d& x) const;
-  /// The motion without tilt that moves pixels as `motion` does.
+  /// The motion without tilt that moves pixels like `motion`.
   static PlaneMotion FromSimilarity(const PlaneCamera& camera, const ImageMotion& motion);
 };
 
-/// One block's evidence for a plane motion.
+/// Measurement of one block for a plane motion.
 struct PlaneShift {
   BlockShift block;      ///< point and sharpness in the reference
-  Eigen::Vector2d seen;  ///< where the block's centre is seen in the current image, from its centre
+  Eigen::Vector2d seen;  ///< the block's centre in the current image, from its centre
   Eigen::Matrix2d current_from_reference =
-      Eigen::Matrix2d::Identity();  ///< local linear part, as it was sampled
+      Eigen::Matrix2d::Identity();  ///< local linear part of the sampling
 };
 
 struct PlaneFitParams {
@@ -60,12 +60,12 @@ struct PlaneFitParams {
 struct PlaneFit {
   bool ok = false;
   PlaneMotion motion;
-  /// Of (x, y, height, yaw, tilt_x, tilt_y), from the residuals; zero rows and columns for what was
-  /// held.
+  /// Of (x, y, height, yaw, tilt_x, tilt_y), from the residuals; zero rows and columns for fixed
+  /// parameters.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  double sigma_px = 0;  ///< robust deviation of a fully informative block, one axis
+  double sigma_px = 0;  ///< robust standard deviation of a fully informative block, one axis
   int inliers = 0;      ///< within 1 px ...
-  int blocks = 0;       ///< ... of so many
+  int blocks = 0;       ///< ... out of this number
 };
 
 /// The fit's tilt as pitch and roll of base, for small tilts: within 0.01 degrees up to 4. The
@@ -73,8 +73,8 @@ struct PlaneFit {
 /// @param view  whose camera took the images.
 TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view);
 
-/// Robust least squares (Ceres; Cauchy loss on a robust scale, found twice) of the plane motion
-/// over all blocks; things that hang below the ceiling move by more than the plane and drop out.
+/// Robust least squares (Ceres; Cauchy loss on a robust scale, estimated twice) of the plane motion
+/// over all blocks; objects below the ceiling move by more than the plane and become outliers.
 /// Starts from `start`, which should be within a few degrees. Needs at least 6 blocks. About 1 ms
 /// for 50 blocks.
 PlaneFit FitPlaneMotion(const PlaneCamera& camera,

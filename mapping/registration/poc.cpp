@@ -120,7 +120,7 @@ PocPeak PocPlane::SubPixel(int x, int y) const {
   const float best = At(x, y);
   if (!(best > 0) || !(total_ > 0)) return peak;
   // Logarithms of the 3x3 samples: exact for the Gaussian peak of a Gaussian band. Samples too low
-  // to be part of the peak are held at a twentieth of it.
+  // to be part of the peak are limited to a twentieth of it.
   std::array<std::array<double, 3>, 3> v{};
   for (int j = 0; j < 3; ++j) {
     for (int i = 0; i < 3; ++i) {
@@ -132,8 +132,7 @@ PocPeak PocPlane::SubPixel(int x, int y) const {
   Eigen::Matrix2d curvature;
   curvature(0, 0) = -(v[1][2] + v[1][0]) + 1e-4;
   curvature(1, 1) = -(v[2][1] + v[0][1]) + 1e-4;
-  // At a maximum both curvatures are positive; the mixed one is kept from making the form
-  // indefinite.
+  // At a maximum both curvatures are positive; the mixed one is limited to keep the form definite.
   const double limit = 0.95 * std::sqrt(std::max(curvature(0, 0) * curvature(1, 1), 0.0));
   const double mixed = -0.25 * (v[2][2] - v[2][0] - v[0][2] + v[0][0]);
   curvature(0, 1) = curvature(1, 0) = std::clamp(mixed, -limit, limit);
@@ -146,7 +145,7 @@ PocPeak PocPlane::SubPixel(int x, int y) const {
 }
 
 std::vector<PocPeak> PocPlane::BestPeaks(int count) const {
-  // Maxima of small cells first: peaks worth telling apart do not share a cell.
+  // Maxima of small cells first: distinct peaks are not in the same cell.
   const int cells_x = (size_.width + kCell - 1) / kCell;
   const int cells_y = (size_.height + kCell - 1) / kCell;
   std::vector<float> maxima(static_cast<std::size_t>(cells_x) * static_cast<std::size_t>(cells_y));
@@ -173,7 +172,7 @@ std::vector<PocPeak> PocPlane::BestPeaks(int count) const {
       }
     }
     const PocPeak peak = SubPixel(best.x, best.y);
-    // A cell beside a peak's own holds only its shoulder.
+    // A cell beside that of a peak contains only its shoulder.
     const bool shoulder = std::any_of(peaks.begin(), peaks.end(), [&](const PocPeak& p) {
       return std::abs(std::remainder(p.shift.x() - peak.shift.x(), size_.width)) <= 5 &&
              std::abs(std::remainder(p.shift.y() - peak.shift.y(), size_.height)) <= 5;

@@ -16,15 +16,15 @@ std::vector<float> TukeyWindow(int n, double taper);
 
 /// A peak of a correlation surface.
 struct PocPeak {
-  /// Shift of the second image's content against the first's, pixels: second(x) = first(x -
-  /// shift). With periodic wrap- around, so each coordinate is only known modulo the size; given in
+  /// Shift of the second image's content relative to the first's, pixels: second(x) = first(x -
+  /// shift). The shift is periodic, so each coordinate is only known modulo the size; given in
   /// [-size/2, size/2).
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   /// Agreement of the weighted phases at the sample nearest to the peak: 1 when both images are
-  /// the same up to a shift by whole pixels, 0.87 when the shift lies half-way between two pixels
-  /// in one axis.
+  /// equal up to a shift by whole pixels, 0.87 when the shift is half-way between two pixels in one
+  /// axis.
   double height = 0;
-  /// Curvature of the peak relative to the sharpest that the band allows: 1 in directions with full
+  /// Curvature of the peak relative to the sharpest one of the band: 1 in directions with full
   /// texture, near 0 along an edge, where the shift is not determined.
   Eigen::Matrix2d sharpness = Eigen::Matrix2d::Identity();
 };
@@ -35,18 +35,17 @@ struct PocParams {
       0.12;  ///< standard deviation of the Gaussian spectral weight, cycles per pixel, > 0
 };
 
-/// Phase-only correlation of images of one size, in single precision, with a Gaussian spectral
+/// Phase-only correlation of images of the same size, in single precision, with a Gaussian spectral
 /// weight (Kuglin & Hines 1975; band limitation after Ito et al. 2004 and Takita et al. 2003).
 ///
-/// The cross spectrum is whitened down to the noise: each bin is weighted by band / (|A||B| +
-/// noise), which is pure phase-only correlation where both images stand above the noise and turns
-/// into plain correlation below it. Noise-only bins then do not shout down the others, as they do
-/// in the pure method.
+/// The cross spectrum is whitened down to the noise: each bin is weighted by band / (|A
+/// B| + noise), which is pure phase-only correlation where both images exceed the noise and plain
+/// correlation below it. So bins with only noise do not dominate, as they do in the pure method.
 ///
-/// With a Gaussian weight the surface around a peak is a Gaussian of known shape: its top follows
-/// in closed form from the logarithms of the 3x3 samples around the highest one.
+/// With a Gaussian weight the surface around a peak is a Gaussian of known shape: its maximum is
+/// computed in closed form from the logarithms of the 3x3 samples around the highest one.
 ///
-/// Holds buffers and a surface: one object per thread. Results refer to the last Correlate.
+/// Contains buffers and a surface: one object per thread. Results refer to the last Correlate.
 class PocPlane {
  public:
   PocPlane(cv::Size size, const PocParams& params = {});
@@ -60,14 +59,17 @@ class PocPlane {
   [[nodiscard]] double WindowPower() const { return window_power_; }
   [[nodiscard]] std::span<const float> Band() const { return band_; }
 
-  /// Spectrum of an image that has been multiplied with the window. out: SpectrumSize() bins.
+  /// Spectrum of an image that was multiplied by the window. out: SpectrumSize() bins.
   void Transform(const RealArray& windowed, ComplexArray& out);
-  /// Mean removed, windowed, transformed. @param image  CV_32FC1 or CV_8UC1 of Size().
+  /// Removes the mean, applies the window, and transforms. @param image  CV_32FC1 or CV_8UC1 of
+  /// Size().
   /// @throws std::invalid_argument on another type or size.
   ComplexArray Spectrum(const cv::Mat& image);
 
-  /// Correlation surface of two spectra. @param noise_power  expected |A||B| of noise alone.
-  /// @param conjugate_b  as if the second image were turned by 180 degrees about pixel (0, 0).
+  /// Correlation surface of two spectra. @param noise_power  Expected |A
+  /// B| of noise alone.
+  /// @param conjugate_b  True: as if the second image were turned by 180 degrees about pixel (0,
+  /// 0).
   void Correlate(const ComplexArray& a,
                  const ComplexArray& b,
                  double noise_power,
@@ -75,8 +77,8 @@ class PocPlane {
 
   /// Highest peaks of the surface, at least about half a cell of 8 pixels apart, highest first.
   [[nodiscard]] std::vector<PocPeak> BestPeaks(int count) const;
-  /// Highest peak with both coordinates within +-reach pixels (reach < size / 2). Height 0 where
-  /// there is none.
+  /// Highest peak with both coordinates within +-reach pixels (reach < size / 2). Height 0 if there
+  /// is none.
   [[nodiscard]] PocPeak PeakWithin(int reach) const;
 
  private:
@@ -93,7 +95,7 @@ class PocPlane {
   RealArray windowed_;
   ComplexArray cross_;
   RealArray surface_;
-  double total_ = 0;  // height of the peak of two equal pictures
+  double total_ = 0;  // height of the peak of two equal images
 };
 
 }  // namespace ceilmap::registration

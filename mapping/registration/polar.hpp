@@ -12,7 +12,7 @@ namespace ceilmap::registration {
 struct PolarParams {
   int angles = 384;            ///< samples over the half turn that an amplitude spectrum has
   int rings = 48;              ///< log-spaced radii
-  double rho_min = 0.035;      ///< lowest radius, cycles per pixel of the working picture
+  double rho_min = 0.035;      ///< lowest radius, cycles per pixel of the working image
   double rho_max = 0.35;       ///< highest; above it lies mostly noise
   double max_scale = 1.45;     ///< scales are searched in [1/max_scale, max_scale]
   double min_relative = 0.35;  ///< peaks below this part of the highest one are dropped
@@ -20,7 +20,7 @@ struct PolarParams {
   double cross_bins = 1.5;     ///< samples closer than this to a frequency axis are left out
 };
 
-/// A proposal: the content turned by theta or theta + pi, and scaled.
+/// A proposal: the content rotated by theta or theta + pi, and scaled.
 struct RotationPeak {
   double theta_rad = 0;  ///< in [-pi/2, pi/2)
   double scale = 1;
@@ -28,26 +28,26 @@ struct RotationPeak {
 };
 
 /// Rotation and scale from amplitude spectra: the RI part of RI-POC. A shift changes only phases; a
-/// rotation turns the amplitude spectrum and a scale stretches it (Reddy & Chatterji 1996; for
+/// rotation rotates the amplitude spectrum and a scale stretches it (Reddy & Chatterji 1996; for
 /// phase-only matching Sasaki et al. 1998). Instead of one 2-D log-polar correlation, every
 /// log-spaced ring is transformed along the angle and the cross spectra of the rings are summed,
-/// once per admissible scale: exact over the full half turn, without the wrap-around in scale, and
-/// with one short inverse transform per scale. With a known scale a single one remains.
+/// once per admissible scale: exact over the full half turn, without wrap-around in scale, and with
+/// one short inverse transform per scale. With a known scale there is only one.
 class PolarSearch {
  public:
-  /// @param size  of the working image whose half spectrum (rows x (cols/2+1)) is analysed.
+  /// @param size  Of the working image whose half spectrum (rows x (cols/2+1)) is analysed.
   explicit PolarSearch(cv::Size size, const PolarParams& params = {});
 
   [[nodiscard]] std::size_t RingSpectrumSize() const { return lines_.SpectrumSize(); }
 
   /// Ring profiles of an image: ln amplitude on the polar grid, mean of each ring removed,
-  /// transformed along the angle. @param noise_power  expected |bin|^2 of the noise; below it the
-  /// profile is levelled.
+  /// transformed along the angle. @param noise_power  Expected |bin|^2 of the noise; below it the
+  /// profile is constant.
   void Analyze(std::span<const std::complex<float>> spectrum,
                float noise_power,
                std::span<std::complex<float>> rings);
 
-  /// Best rotations (and scales) that take `reference` to `current`, best first; never empty.
+  /// Best rotations (and scales) from `reference` to `current`, best first; never empty.
   std::vector<RotationPeak> Search(std::span<const std::complex<float>> reference,
                                    std::span<const std::complex<float>> current,
                                    bool estimate_scale);

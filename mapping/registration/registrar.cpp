@@ -36,7 +36,7 @@ bool Differ(const ImageMotion& a, const ImageMotion& b) {
          std::abs(WrapAngle(a.theta_rad - b.theta_rad)) > 0.03;
 }
 
-/// Squared distance of a motion from the prior, in sigmas.
+/// Squared distance of a motion from the prior, in standard deviations.
 double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion) {
   const double dt =
       std::hypot(motion.tx_px - prior.motion.tx_px, motion.ty_px - prior.motion.ty_px) /
@@ -46,7 +46,7 @@ double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion) {
 }
 
 /// The candidates that explain the images about as well as the best one, best first. Blocks of
-/// tiles agree with many motions at low resolution, so the net is wide.
+/// tiles agree with many motions at low resolution, so the limit is wide.
 std::vector<Candidate> NearlyBest(std::vector<Candidate> candidates, double ratio) {
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return a.support > b.support;
@@ -66,7 +66,7 @@ std::vector<Candidate> NearlyBest(std::vector<Candidate> candidates, double rati
   return kept;
 }
 
-/// Finalists that are sound and agree about as well as the best one; at least the best one itself.
+/// Accepted finalists that agree about as well as the best one; at least the best one itself.
 std::vector<Finalist> Rivals(std::vector<Finalist> finalists, double ratio) {
   std::sort(finalists.begin(), finalists.end(), [](const Finalist& a, const Finalist& b) {
     return a.result.ok() != b.result.ok() ? a.result.ok() : a.agreement > b.agreement;
@@ -83,8 +83,8 @@ std::vector<Finalist> Rivals(std::vector<Finalist> finalists, double ratio) {
   return rivals;
 }
 
-/// The shortest step between two rivals of one orientation, px: the period of the ceiling, as far
-/// as it shows. 0: none.
+/// The shortest shift between two rivals of one orientation, px: the period of the ceiling in these
+/// images. 0: none.
 double PeriodOf(const std::vector<Finalist>& rivals) {
   constexpr double kSameTurn = 0.03;
   double period = 0;
@@ -100,7 +100,7 @@ double PeriodOf(const std::vector<Finalist>& rivals) {
   return period;
 }
 
-/// Moves the rival that the prior prefers to the front; true when the prior settles the choice.
+/// Moves the rival that the prior prefers to the front; true when the prior determines the choice.
 bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist>& rivals) {
   if (!prior) return false;
   const auto distance2 = [&](const Finalist& f) { return PriorDistance2(*prior, f.result.motion); };
@@ -270,8 +270,8 @@ Registration Registrar::Impl::Choose(const Fine& reference,
   bool settled = true;
   bool disambiguated_by_prior = false;
   if (rivals.size() > 1) {
-    // On a nearly periodic ceiling few marks tell: look at all blocks for what one motion leaves
-    // unexplained.
+    // On a nearly periodic ceiling only few marks are distinctive: all blocks are compared under
+    // one motion.
     for (Finalist& f : rivals) fine.Compare(reference, current, f);
     std::sort(rivals.begin(), rivals.end(), [](const Finalist& a, const Finalist& b) {
       return a.dissimilarity.mean < b.dissimilarity.mean;
@@ -356,8 +356,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     return none;
   }
   if (prior) {
-    // What the prior holds for impossible need not be computed, as long as what it expects is
-    // found.
+    // Motions that the prior excludes need not be computed, as long as the expected one is found.
     constexpr double kSigmas = 4;
     const RotationRange near{prior->motion.theta_rad, kSigmas * prior->sigma_theta_rad + 0.05};
     Registration expected = impl_->Run(reference, current, prior, near);

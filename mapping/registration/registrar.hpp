@@ -11,7 +11,7 @@
 
 namespace ceilmap::registration {
 
-/// Why a registration has an answer, or none.
+/// Result of a registration.
 enum class Verdict {
   kOk,         ///< one motion explains the images, and no other does nearly as well
   kNoTexture,  ///< an image has no texture to register (uniform, black, saturated)
@@ -32,17 +32,17 @@ struct MotionPrior {
 
 struct Registration {
   Verdict verdict = Verdict::kNoMatch;
-  ImageMotion motion;  ///< reference -> current; meaningless unless ok()
+  ImageMotion motion;  ///< reference -> current; only valid if ok()
   /// Of (tx_px, ty_px, theta_rad, ln scale), from the residuals of the fine stage; the scale's row
-  /// and column are zero when the scale is held at 1.
+  /// and column are zero when the scale is fixed at 1.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   double peak = 0;       ///< agreement of the images under the motion, 0..1
   double runner_up = 0;  ///< the same for the best different motion, 0..1
   double overlap = 0;    ///< fraction of the reference image visible in the current one, 0..1
   int blocks = 0;        ///< blocks of the fine stage that could be compared
   int inliers = 0;       ///< those that agree with the motion
-  /// Other motions explain the images as well; the prior alone chose this one (kOk) or could not
-  /// (kAmbiguous). The image alone does not distinguish such a place from others.
+  /// Other motions explain the images as well; only the prior selected this one (kOk) or could not
+  /// (kAmbiguous). The images of such a place do not distinguish it from others.
   bool disambiguated_by_prior = false;
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
@@ -121,7 +121,7 @@ struct AnalyzedImage {
   FrameSpectrum spectrum;  ///< of the pixels; may be empty or without its coarse part
 };
 
-/// Registers images of one size. Holds FFT plans and scratch memory: one object per thread.
+/// Registers images of the same size. Contains FFT plans and scratch memory: one object per thread.
 class Registrar {
  public:
   /// Images whose shorter side is below 240 px have few blocks: their accuracy is a tenth of a
@@ -133,13 +133,13 @@ class Registrar {
   Registrar(Registrar&&) noexcept;
   Registrar& operator=(Registrar&&) noexcept;
 
-  /// @param grey  CV_8UC1 of the registrar's size. @param mask  the same, 0 where this image has
-  /// no content beyond what all lack (RegistrarParams::mask); empty: none.
+  /// @param grey  CV_8UC1 of the registrar's size. @param mask  The same, 0 where this image has no
+  /// content in addition to the common mask (RegistrarParams::mask); empty: none.
   /// @throws InputError on another type or size.
   [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey, const cv::Mat& mask = {});
 
-  /// The same for Refine and RefinePlane alone, at a third of the time: a frame whose motion is
-  /// nearly known needs no more.
+  /// The same for Refine and RefinePlane only, in a third of the time: sufficient for a frame whose
+  /// motion is approximately known.
   [[nodiscard]] FrameSpectrum AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask = {});
 
   /// What Analyze returns, with as much of it taken from `spectrum` as that has. @param spectrum of

@@ -43,20 +43,20 @@ double OverlapOf(const ImageMotion& motion, cv::Size size) {
   return static_cast<double>(seen) / (kSamples * kSamples);
 }
 
-double Dissimilarity::Quantile(double part) const {
+double Dissimilarity::Quantile(double fraction) const {
   std::vector<float> compared;
   std::copy_if(by_block.begin(), by_block.end(), std::back_inserter(compared), [](float nats) {
     return nats >= 0;
   });
   if (compared.empty()) return std::numeric_limits<double>::infinity();
   const double last = static_cast<double>(compared.size()) - 1;
-  const auto at = compared.begin() + static_cast<std::ptrdiff_t>(std::lround(part * last));
+  const auto at = compared.begin() + static_cast<std::ptrdiff_t>(std::lround(fraction * last));
   std::nth_element(compared.begin(), at, compared.end());
   return *at;
 }
 
 double Evidence(const Dissimilarity& a, const Dissimilarity& b) {
-  constexpr double kEveryday = 0.7;  // nats by which blocks differ without showing anything else
+  constexpr double kEveryday = 0.7;  // nats by which blocks differ without other content
   double evidence = 0;
   for (std::size_t i = 0; i < std::min(a.by_block.size(), b.by_block.size()); ++i) {
     if (a.by_block[i] < 0 || b.by_block[i] < 0) continue;

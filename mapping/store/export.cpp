@@ -33,7 +33,7 @@ GDALDriver& Driver(const char* name) {
 
 void CheckHasMosaic(const MapReader& map) {
   if (map.Grid().width_px == 0) {
-    throw InputError("the map holds no mosaic, so there is no picture to export");
+    throw InputError("the map holds no mosaic, so there is no image to export");
   }
 }
 
@@ -64,10 +64,10 @@ CPLErr WriteWindow(GDALDataset& dataset, const cv::Rect& window, cv::Mat& pixels
                           nullptr);
 }
 
-/// Writes an image with transparency where the ceiling was never seen.
+/// Writes an image that is transparent in unmapped areas.
 void WritePng(cv::Mat pixels, const AtomicFile& file) {
   const GdalScope gdal;
-  const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");  // no .aux.xml beside the picture
+  const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");  // no .aux.xml beside the image
   const GDALDatasetUniquePtr memory(
       Driver("MEM").Create("", pixels.cols, pixels.rows, 2, GDT_Byte, nullptr));
   Check(gdal,
@@ -86,8 +86,9 @@ void WriteText(const std::string& text, const AtomicFile& file) {
   if (!stream) throw RunError("cannot write " + file.Target().string() + ": disk full?");
 }
 
-/// Shortest text that reads back to the same value, with a '.' whatever the locale; YAML readers
-/// take "1" for an integer but map_server wants a number, so both forms do.
+/// Shortest text that gives the same value when it is read, with '.' in any locale. YAML readers
+/// take "1" as an integer, but map_server expects a floating-point number; both forms are valid for
+/// it.
 std::string Number(double value) {
   std::array<char, 40> buffer{};
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
@@ -186,7 +187,7 @@ void ExportRos(const MapReader& map, const fs::path& path) {
                 "occupied_thresh: 0.65\n"
                 "free_thresh: 0.196\n",
             yaml_file);
-  // The image first: a yaml file never names an image that is not there.
+  // The image first, so that the yaml file never names a missing image.
   image_file.Commit();
   yaml_file.Commit();
 }

@@ -7,11 +7,11 @@
 
 namespace ceilmap::store {
 
-/// The mosaic as other programs want it. Files are written aside and renamed; memory is bounded by
-/// windows for GeoTIFF, by the mosaic's size for the images.
+/// Export of the mosaic for other programs. Files are written under temporary names and renamed;
+/// memory is bounded by windows for GeoTIFF, and by the size of the mosaic for the images.
 
 struct PngOptions {
-  bool seen_from_below = false;  ///< flipped left-right, as a person who looks up sees the ceiling
+  bool seen_from_below = false;  ///< flipped left-right, as seen from below
 };
 void ExportPng(const MapReader& map,
                const std::filesystem::path& file,
@@ -20,9 +20,9 @@ void ExportPng(const MapReader& map,
 /// Tiled, compressed GeoTIFF with overviews and the map's local engineering SRS.
 void ExportGeoTiff(const MapReader& map, const std::filesystem::path& file);
 
-/// `PATH.yaml` + `PATH.png` (PATH may be given with or without .yaml) as ROS map_server and Nav2
-/// read them: image, resolution, origin [x, y, yaw] of the lower left pixel's corner, negate,
-/// thresholds, mode.
+/// `PATH.yaml` + `PATH.png` (PATH with or without .yaml) in the format of ROS map_server and Nav2:
+/// image, resolution, origin [x, y, yaw] of the lower left pixel's corner, negate, thresholds,
+/// mode.
 /// @throws InputError for a map in pixels, which has no metres.
 void ExportRos(const MapReader& map, const std::filesystem::path& path);
 

@@ -7,13 +7,14 @@
 
 namespace ceilmap::store {
 
-/// What every use of GDAL in this folder goes through. Internal: no public header includes it.
+/// Common wrapper for all uses of GDAL in this folder. Internal: no public header includes it.
 
-/// Of what a library says of a file, in a message.
+/// Maximum length of a library's text in a message.
 inline constexpr std::size_t kMaxMessageBytes = 400;
 
-/// While alive, what GDAL has to say on this thread is kept here instead of printed: libraries do
-/// not print. Registers GDAL's drivers at the first use in the process. Scopes may nest.
+/// While the object exists, messages of GDAL on this thread are stored instead of printed, because
+/// libraries must not print. Registers GDAL's drivers at the first use in the process. Scopes may
+/// be nested.
 class GdalScope {
  public:
   GdalScope();
@@ -21,10 +22,11 @@ class GdalScope {
   GdalScope(const GdalScope&) = delete;
   GdalScope& operator=(const GdalScope&) = delete;
 
-  /// True after GDAL reported an error (warnings do not count). Several GDAL calls, such as
-  /// closing a file, tell of a failure in no other way.
+  /// True after GDAL reported an error (warnings do not count). Several GDAL calls, such as closing
+  /// a file, report a failure only in this way.
   [[nodiscard]] bool Failed() const { return failed_; }
-  /// The first error on one line: later ones are mostly its consequences. Empty without an error.
+  /// The first error on one line, because later ones are mostly its consequences. Empty without an
+  /// error.
   [[nodiscard]] const std::string& Message() const { return message_; }
 
  private:
@@ -34,7 +36,7 @@ class GdalScope {
   std::string message_;
 };
 
-/// Sets a GDAL configuration option for this thread while alive.
+/// Sets a GDAL configuration option for this thread while the object exists.
 class GdalOption {
  public:
   GdalOption(const char* key, const char* value);

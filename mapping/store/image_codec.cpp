@@ -54,13 +54,13 @@ class MemoryFile {
 std::vector<unsigned char> EncodeImage(const cv::Mat& image) {
   std::vector<unsigned char> png;
   // Without parameters OpenCV takes its fastest setting (run lengths of row differences).
-  if (!cv::imencode(".png", image, png)) throw RunError("cannot encode a picture as PNG");
+  if (!cv::imencode(".png", image, png)) throw RunError("cannot encode an image as PNG");
   return png;
 }
 
 cv::Mat DecodeImage(const std::vector<unsigned char>& png, cv::Size size) {
   if (!HeaderSays(png, size)) {
-    throw InputError("a stored picture is no PNG of the size that the map names");
+    throw InputError("a stored image is no PNG of the size that the map names");
   }
   // By GDAL rather than OpenCV, whose PNG reader prints on damaged data.
   const GdalScope gdal;
@@ -89,7 +89,7 @@ cv::Mat DecodeImage(const std::vector<unsigned char>& png, cv::Size size) {
     if (error != CE_None) image.release();
   }
   if (image.empty() || gdal.Failed()) {
-    throw InputError("a stored picture is damaged (" + gdal.Message() + ")");
+    throw InputError("a stored image is damaged (" + gdal.Message() + ")");
   }
   return image;
 }

@@ -12,15 +12,15 @@
 
 namespace ceilmap::store {
 
-/// What a map says of itself.
+/// Metadata of a map.
 struct MapMetadata {
   int format_version = 2;
-  std::string unit = "m";       ///< "m", or "px" for a map made without a rig
+  std::string unit = "m";       ///< "m", or "px" for a map without a rig
   double resolution = 0;        ///< mosaic: units per mosaic pixel, > 0
   double ceiling_height_m = 0;  ///< above the floor; 0 without a rig
   std::string rig_yaml;         ///< text of the rig file, empty without a rig
   std::string robot;
-  cv::Size view_size;            ///< size of the keyframe pictures
+  cv::Size view_size;            ///< size of the keyframe images
   double view_units_per_px = 0;  ///< units on the ceiling per keyframe image pixel
   Pose2 T_base_view;             ///< CeilingView::T_base_view of the mapping camera
   cv::Mat view_mask;             ///< CeilingView::Mask of the keyframe images; empty: none
@@ -28,8 +28,8 @@ struct MapMetadata {
   std::string provenance;  ///< command line, source names, date; free text
 };
 
-/// Extent of a mosaic and how its pixels lie in the map: pixel (col, row) of the full mosaic has
-/// its CENTRE at
+/// Extent of a mosaic and position of its pixels in the map: pixel (col, row) of the full mosaic
+/// has its CENTRE at
 ///   x = min_x + (col + 0.5) * resolution,  y = max_y - (row + 0.5) * resolution.
 /// The mosaic is stored as seen from above: x right, y up, mirrored relative to an image from below
 /// (mapping/README.md, "Pixels").
@@ -41,8 +41,8 @@ struct MosaicGrid {
   int height_px = 0;
 };
 
-/// Fills a window of the mosaic: grey and alpha, both CV_8UC1 of the window's size (alpha 0: never
-/// seen).
+/// Fills a window of the mosaic: grey and alpha, both CV_8UC1 of the window's size (alpha 0:
+/// unmapped).
 using MosaicSource = std::function<void(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha)>;
 
 class MapReader;
@@ -51,44 +51,44 @@ class MapReader;
 /// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots` (vector) and the tables
 /// `keyframe_images`, `ceilmap_metadata`.
 ///
-/// Everything goes to a partial file beside the target (a fixed name, so that the next run replaces
-/// what a killed one left behind); Commit() closes it, syncs it to disk and renames it over the
-/// target: at any moment the target is the old map or the new one. Without Commit() the destructor
-/// removes the partial file. Not thread-safe. All calls throw RunError when the disk refuses
-/// (full, read-only).
+/// All data are written to a partial file beside the target (with a fixed name, so that the next
+/// run replaces the partial file of a killed one); Commit() closes it, syncs it to disk and renames
+/// it over the target: at any moment the target is the old map or the new one. Without Commit() the
+/// destructor removes the partial file. Not thread-safe. All calls throw RunError when the disk
+/// cannot be written (full, read-only).
 class MapWriter {
  public:
-  /// @throws InputError when the folder of `file` does not exist or cannot be written, or
-  /// the name does
-  ///   not end in .gpkg.
+  /// @throws InputError when the folder of `file` does not exist or cannot be written, or the name
+  /// does not end in .gpkg.
   MapWriter(const std::filesystem::path& file, MapMetadata metadata);
   ~MapWriter();
   MapWriter(const MapWriter&) = delete;
   MapWriter& operator=(const MapWriter&) = delete;
 
-  /// Stores the image losslessly; its pose comes later, with WriteKeyframes. Bounded memory:
-  /// nothing is kept.
+  /// Stores the image losslessly; its pose is added later by WriteKeyframes. Memory is bounded: the
+  /// image is not kept.
   void AddImage(std::int64_t keyframe_id, const cv::Mat& image);
-  /// Takes a keyframe's image and descriptors as they are stored in another map, whose views are
-  /// of the same size and scale.
+  /// Copies a keyframe's image and descriptors from another map, whose views have the same size and
+  /// scale.
   void CopyImage(const MapReader& from, std::int64_t id_there, std::int64_t keyframe_id);
-  /// Of a keyframe that does not come into the map; its descriptors too.
+  /// Removes the image and descriptors of a keyframe that will not be in the map.
   void RemoveImage(std::int64_t keyframe_id);
-  /// Stores what global localization and joining need of a keyframe, see PlaceDescriber.
+  /// Stores the place descriptors of a keyframe for global localization and joining, see
+  /// PlaceDescriber.
   void AddDescriptors(std::int64_t keyframe_id, const cv::Mat& descriptors);
   [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;  ///< as ReadImage
-  /// Reads a stored image back (loop closing compares them, the mosaic is rendered from them).
-  /// From any thread, at any time, also while WriteMosaic runs.
+  /// Reads a stored image (for loop closing and for rendering the mosaic). Thread-safe, also while
+  /// WriteMosaic runs.
   [[nodiscard]] cv::Mat ReadImage(std::int64_t keyframe_id) const;
 
-  /// Everything but images and mosaic, once, before Commit.
+  /// Writes everything except images and mosaic, once, before Commit.
   /// @throws InputError for an edge whose keyframes are not in the graph.
   void WriteGraph(const graph::MapGraph& graph);
-  /// Renders the mosaic window by window (aligned to tiles) and builds its pyramid.
-  /// @param grid  of no pixels: the map gets no mosaic.
-  /// @param source  called one window at a time, from another thread: the next window is rendered
-  ///   while this one is written.
-  /// @param progress  called with done/total windows; may be empty.
+  /// Renders the mosaic by windows (aligned to tiles) and builds its pyramid.
+  /// @param grid  Without pixels: the map has no mosaic.
+  /// @param source  Called for one window at a time, from another thread: the next window is
+  /// rendered while this one is written.
+  /// @param progress  Called with done/total windows; may be empty.
   void WriteMosaic(const MosaicGrid& grid,
                    const MosaicSource& source,
                    const std::function<void(int, int)>& progress = {});
@@ -100,7 +100,7 @@ class MapWriter {
 };
 
 /// Reads a map. @throws InputError when the file is missing, no GeoPackage, no ceilmap map,
-/// damaged, or of another format version (each with what to do). Thread-safe.
+/// damaged, or of another format version (with a solution in each message). Thread-safe.
 class MapReader {
  public:
   explicit MapReader(const std::filesystem::path& file);
@@ -108,33 +108,34 @@ class MapReader {
   MapReader(const MapReader&) = delete;
   MapReader& operator=(const MapReader&) = delete;
 
-  /// Who writes a map made from this one over it asks after the MapWriter holds the name, lest
-  /// another's work be lost.
-  /// @throws InputError unless the file's name still leads to what this reads, unchanged.
+  /// Checks that the file was not changed. A program that replaces this map by a new one calls it
+  /// after the MapWriter has locked the name, so that changes by others are not lost.
+  /// @throws InputError unless the file's name still refers to the file that this object reads,
+  /// unchanged.
   void CheckCurrent() const;
 
   [[nodiscard]] const MapMetadata& Metadata() const;
   [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic
   [[nodiscard]] std::vector<graph::Keyframe> ReadKeyframes() const;  ///< without images, by id
   [[nodiscard]] cv::Mat ReadImage(std::int64_t keyframe_id) const;
-  /// CV_32FC1 as PlaceDescriber gives it.
+  /// CV_32FC1 as returned by PlaceDescriber.
   [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;
-  /// The image as it is stored, PNG.
+  /// The stored image, PNG.
   [[nodiscard]] std::vector<unsigned char> ReadPng(std::int64_t keyframe_id) const;
   [[nodiscard]] std::vector<graph::FramePose> ReadTrajectory() const;
   [[nodiscard]] std::vector<graph::Edge> ReadEdges() const;
   [[nodiscard]] std::vector<graph::WeakSpot> ReadWeakSpots() const;
   [[nodiscard]] const graph::MapQuality& Quality() const;
-  /// All of these. @throws InputError also when they do not fit together (an edge or a frame
-  /// names a keyframe that is not there).
+  /// All of these. @throws InputError also when they are inconsistent (an edge or a frame refers to
+  /// a missing keyframe).
   [[nodiscard]] graph::MapGraph ReadGraph() const;
   /// A window of the mosaic at full resolution; must lie inside the grid.
   void ReadMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const;
-  /// The whole mosaic, each pixel the mean of n x n of it, n the least power of two with which no
-  /// side has more than max_px; up to n - 1 pixels at the right and the lower edge are left out.
-  /// Quick and small however large the map: read from its pyramid.
+  /// The whole mosaic, each pixel the mean of n x n pixels, n the smallest power of two with which
+  /// no side has more than max_px; up to n - 1 pixels at the right and the lower edge are left out.
+  /// Fast and small for maps of any size, because the pyramid is read.
   /// @param max_px  >= 1.
-  /// @return where the image lies; 0 x 0 pixels, and empty images, when the map has no mosaic.
+  /// @return the extent of the image; 0 x 0 pixels, and empty images, when the map has no mosaic.
   MosaicGrid ReadOverview(int max_px, cv::Mat& grey, cv::Mat& alpha) const;
 
  private:

@@ -140,7 +140,7 @@ std::string Problem(const MapMetadata& m) {
   if (size.width <= 0 || size.height <= 0 || size.width > kMaxViewSide ||
       size.height > kMaxViewSide || std::int64_t{size.width} * size.height > kMaxViewPixels) {
     return "view size " + std::to_string(size.width) + " x " + std::to_string(size.height) +
-           " is not that of a picture";
+           " is not that of an image";
   }
   if (!IsPositive(m.view_units_per_px)) return "view_units_per_px must be > 0";
   if (!m.view_mask.empty() && (m.view_mask.type() != CV_8UC1 || m.view_mask.size() != size)) {

@@ -21,10 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of a table that is held in memory: a week's frames at 30 a second.
+/// Maximum number of rows of a table in memory: the frames of a week at 30 a second.
 constexpr std::size_t kMaxRows = 20'000'000;
 
-/// Which file a name leads to, and its state; all zero when to none.
+/// The file of a name, and its state; all zero if there is none.
 using FileState = std::array<std::int64_t, 5>;
 
 FileState StateOf(const fs::path& path) {
@@ -37,9 +37,9 @@ FileState StateOf(const fs::path& path) {
           status.st_mtim.tv_nsec};
 }
 
-/// What the first bytes of an SQLite database tell (file format, section 1.3). SQLite itself
-/// notices a truncated file only when it comes to a missing page; saying it at once saves the user
-/// a half finished run.
+/// The first bytes of an SQLite database (file format, section 1.3). SQLite itself detects a
+/// truncated file only when it reads a missing page; an early check prevents a run that fails
+/// half-way.
 void CheckSqliteHeader(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -88,7 +88,7 @@ struct MapReader::Impl {
   void Check(const GdalScope& gdal) const {
     if (gdal.Failed()) Throw("the file is damaged (" + gdal.Message() + ")");
   }
-  /// Runs `read`, whose errors do not know the file's name, and adds it.
+  /// Runs `read` and adds the file's name to its errors.
   template <typename Read>
   auto Named(const Read& read) const {
     try {
@@ -110,7 +110,7 @@ struct MapReader::Impl {
   MapMetadata metadata;
   graph::MapQuality quality;
   MosaicGrid grid;
-  mutable std::mutex mutex;  // GDAL datasets take one call at a time
+  mutable std::mutex mutex;  // GDAL datasets are not thread-safe
   GDALDatasetUniquePtr database;
   GDALDatasetUniquePtr mosaic;  // null: the map has none
 };
@@ -122,7 +122,7 @@ MapReader::Impl::Impl(const fs::path& map_path) : path(map_path), state(StateOf(
   });
   OpenTables();
   OpenMosaic();
-  // Each opened it by its name: of two maps one is not read half and half.
+  // Each dataset was opened by name: they must not be of two different files.
   CheckCurrent();
 }
 
@@ -145,7 +145,7 @@ void MapReader::Impl::OpenTables() {
   }
   Check(gdal);
   metadata = Named([&] { return FromRows(rows); });
-  // A map to which no graph was written has no quality either.
+  // A map without a graph has no quality either.
   if (rows.contains("loops_compared")) quality = Named([&] { return QualityFromRows(rows); });
   for (const char* table : {tables::kKeyframes,
                             tables::kTrajectory,

@@ -16,7 +16,7 @@ namespace {
 using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
 using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
 
-/// What SQLite makes of each name, rather than what the file says that it is.
+/// The type of each name by SQLite's interpretation, which is authoritative.
 constexpr const char* kWorkedOut =
     "SELECT l.name, l.type, coalesce(m.sql, '') FROM pragma_table_list AS l "
     "LEFT JOIN main.sqlite_master AS m ON m.name = l.name "
@@ -36,8 +36,7 @@ Database Open(const std::filesystem::path& file) {
   if (result != SQLITE_OK) ThrowDamaged(handle);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-  // A schema takes some thousand steps; of a file that wants more than this nothing good is to
-  // come.
+  // A normal schema needs a few thousand steps; a file that needs more than this limit is refused.
   constexpr int kMaxSteps = 20'000'000;
   sqlite3_progress_handler(
       handle, kMaxSteps, [](void*) { return 1; }, nullptr);
@@ -49,7 +48,7 @@ std::string Text(sqlite3_stmt* row, int column) {
   return text == nullptr ? "" : text;
 }
 
-/// As GDAL creates them.
+/// As created by GDAL.
 bool IsSpatialIndex(const std::string& name, const std::string& sql) {
   return name.starts_with("rtree_") && name.find('"') == std::string::npos &&
          sql == "CREATE VIRTUAL TABLE \"" + name + "\" USING rtree(id, minx, maxx, miny, maxy)";

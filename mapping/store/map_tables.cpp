@@ -18,7 +18,7 @@ constexpr std::array<const char*, 6> kCovariance = {
 constexpr std::array<const char*, 6> kInformation = {
     "ixx", "ixy", "ixyaw", "iyy", "iyyaw", "iyawyaw"};
 
-// Of a robot that was measured to stand tilted; maps of earlier versions have no such columns.
+// For a robot with a measured tilt; maps of earlier versions do not have these columns.
 constexpr char kPitch[] = "pitch_rad";
 constexpr char kRoll[] = "roll_rad";
 constexpr char kLift[] = "lift";
@@ -330,7 +330,7 @@ std::vector<unsigned char> ReadPng(OGRLayer& images, std::int64_t keyframe_id) {
   int size = 0;
   const GByte* bytes = column >= 0 ? row->GetFieldAsBinary(column, &size) : nullptr;
   if (bytes == nullptr || size <= 0) {
-    throw InputError("the map holds no picture of keyframe " + std::to_string(keyframe_id));
+    throw InputError("the map holds no image of keyframe " + std::to_string(keyframe_id));
   }
   return {bytes, bytes + size};
 }

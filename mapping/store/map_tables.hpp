@@ -8,8 +8,8 @@
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/graph/map_graph.hpp"
 
-/// The tables of the map file and how their rows stand for the project's types. Shared by MapWriter
-/// and MapReader so that each column is named once. Internal: it speaks GDAL.
+/// The tables of the map file and the conversion of their rows. Shared by MapWriter and MapReader
+/// so that each column is named once. Internal, because it uses GDAL.
 namespace ceilmap::store::tables {
 
 inline constexpr char kMosaic[] = "mosaic";
@@ -26,7 +26,7 @@ inline constexpr char kKey[] = "key";  ///< columns of kMetadata
 inline constexpr char kValue[] = "value";
 inline constexpr int kTilePx = 256;
 
-/// Adds the layer with its columns; null when GDAL refuses (the GdalScope knows why).
+/// Adds the layer with its columns; null when GDAL fails (the GdalScope has the reason).
 OGRLayer* CreateKeyframes(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateTrajectory(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateEdges(GDALDataset& dataset, OGRSpatialReference& srs);
@@ -36,7 +36,7 @@ OGRLayer* CreateImages(GDALDataset& dataset, const char* name);
 OGRLayer* CreateDescriptors(GDALDataset& dataset);
 OGRLayer* CreateMetadata(GDALDataset& dataset);
 
-/// Adds a row; false when GDAL refuses. An edge is drawn from its one keyframe to the other.
+/// Adds a row; false when GDAL fails. An edge is a line between its two keyframes.
 bool Append(OGRLayer& layer, const graph::Keyframe& keyframe);
 bool Append(OGRLayer& layer, const graph::FramePose& frame);
 bool Append(OGRLayer& layer,
@@ -48,15 +48,15 @@ bool Append(OGRLayer& layer, std::int64_t keyframe_id, const std::vector<unsigne
 bool Append(OGRLayer& layer, std::int64_t keyframe_id, const cv::Mat& descriptors);
 bool Append(OGRLayer& layer, const std::string& key, const std::string& value);
 
-/// The opposite. @throws InputError (without the file's name) for a column that is missing
-/// and for values that cannot be.
+/// The inverse. @throws InputError (without the file's name) for a missing column and for invalid
+/// values.
 graph::Keyframe ToKeyframe(OGRFeature& row);
 graph::FramePose ToFramePose(OGRFeature& row);
 graph::Edge ToEdge(OGRFeature& row);
 graph::WeakSpot ToWeakSpot(OGRFeature& row);
 /// The stored bytes of a keyframe's image. @throws InputError when there are none.
 std::vector<unsigned char> ReadPng(OGRLayer& images, std::int64_t keyframe_id);
-/// CV_32FC1. @throws InputError when there are none or their size cannot be.
+/// CV_32FC1. @throws InputError when there are none or their size is invalid.
 cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id);
 
 }  // namespace ceilmap::store::tables

@@ -18,8 +18,8 @@ namespace {
 /// Side of the windows in which the mosaic is rendered and written; a multiple of the tile's.
 constexpr int kWindowPx = 4 * tables::kTilePx;
 
-/// The partial file needs no protection of its own, it counts only once it is renamed. So SQLite
-/// neither syncs nor keeps a journal on disk. Must be alive while the file is opened.
+/// The partial file needs no protection, because it becomes valid only when it is renamed. So
+/// SQLite neither syncs nor keeps a journal on disk. Must exist while the file is opened.
 struct FastSqlite {
   GdalOption synchronous{"OGR_SQLITE_SYNCHRONOUS", "OFF"};
   GdalOption journal{"OGR_SQLITE_JOURNAL", "MEMORY"};
@@ -55,7 +55,7 @@ RenderedWindow RenderWindow(const MosaicSource& source, const cv::Rect& window) 
   source(window, rendered.grey, rendered.alpha);
   if (rendered.grey.size() != window.size() || rendered.alpha.size() != window.size() ||
       rendered.grey.type() != CV_8UC1 || rendered.alpha.type() != CV_8UC1) {
-    throw RunError("the mosaic source gave a picture of another size or type");
+    throw RunError("the mosaic source gave an image of another size or type");
   }
   return rendered;
 }
@@ -66,7 +66,7 @@ struct MapWriter::Impl {
   Impl(const std::filesystem::path& path, MapMetadata map_metadata)
       : file(path, {"-wal", "-shm", "-journal"}), metadata(std::move(map_metadata)) {}
 
-  /// Throws when the call before failed or GDAL reported an error.
+  /// Throws when the previous call failed or GDAL reported an error.
   void Check(const GdalScope& gdal, bool succeeded) const {
     if (succeeded && !gdal.Failed()) return;
     throw RunError("cannot write " + file.Target().string() + ": " +
@@ -148,7 +148,7 @@ void MapWriter::Impl::AddMosaicTable(const GdalScope& gdal, const MosaicGrid& gr
   Check(gdal, raster->SetGeoTransform(geo_transform.data()) == CE_None);
 }
 
-/// One tile at a time, so that a thread that reads images waits for one tile at most.
+/// One tile at a time, so that a thread that reads images waits for at most one tile.
 void MapWriter::Impl::WriteTiles(const cv::Rect& window, const RenderedWindow& rendered) {
   for (int y = 0; y < window.height; y += tables::kTilePx) {
     for (int x = 0; x < window.width; x += tables::kTilePx) {
@@ -178,7 +178,7 @@ void MapWriter::Impl::WriteTiles(const cv::Rect& window, const RenderedWindow& r
                                              static_cast<GSpacing>(pixels.step),
                                              1,
                                              nullptr);
-      // GDAL would keep written tiles until its cache is full, i.e. use memory without need.
+      // GDAL would keep written tiles until its cache is full, which wastes memory.
       if (error == CE_None) dataset->FlushCache(false);
       Check(gdal, error == CE_None);
     }
@@ -211,7 +211,7 @@ MapWriter::~MapWriter() {
 void MapWriter::AddImage(std::int64_t keyframe_id, const cv::Mat& image) {
   if (image.type() != CV_8UC1 || image.size() != impl_->metadata.view_size) {
     throw InputError("keyframe " + std::to_string(keyframe_id) +
-                     ": the picture must be 8 bit grey and of the view's size");
+                     ": the image must be 8 bit grey and of the view's size");
   }
   const std::vector<unsigned char> png = EncodeImage(image);
   const std::lock_guard lock(impl_->mutex);

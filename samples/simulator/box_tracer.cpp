@@ -17,7 +17,7 @@ double Radians(double degrees) {
 
 }  // namespace
 
-Eigen::AlignedBox2d SeenBox::Ground(const Box& box) {
+Eigen::AlignedBox2d BoxInView::Ground(const Box& box) {
   const double c = std::abs(std::cos(Radians(box.yaw_deg)));
   const double s = std::abs(std::sin(Radians(box.yaw_deg)));
   const Eigen::Vector2d centre(box.x_m, box.y_m);
@@ -26,7 +26,7 @@ Eigen::AlignedBox2d SeenBox::Ground(const Box& box) {
   return {centre - half / 2, centre + half / 2};
 }
 
-SeenBox::SeenBox(const Box& box, const Eigen::Isometry3d& T_map_cam)
+BoxInView::BoxInView(const Box& box, const Eigen::Isometry3d& T_map_cam)
     : cos_(std::cos(Radians(box.yaw_deg))),
       sin_(std::sin(Radians(box.yaw_deg))),
       low_(-box.length_m / 2, -box.width_m / 2, box.bottom_m),
@@ -42,7 +42,7 @@ SeenBox::SeenBox(const Box& box, const Eigen::Isometry3d& T_map_cam)
     const double z = (corner & 4) != 0 ? high_.z() : low_.z();
     const Eigen::Vector3d p_map(box.x_m + cos_ * x - sin_ * y, box.y_m + sin_ * x + cos_ * y, z);
     const Eigen::Vector3d p_cam = T_cam_map * p_map;
-    if (p_cam.z() < 1e-3) {  // beside or behind the camera: may show anywhere
+    if (p_cam.z() < 1e-3) {  // beside or behind the camera: may appear anywhere
       rays_low_ = {-kInfinity, -kInfinity};
       rays_high_ = {kInfinity, kInfinity};
       return;
@@ -53,21 +53,22 @@ SeenBox::SeenBox(const Box& box, const Eigen::Isometry3d& T_map_cam)
   }
 }
 
-Eigen::Vector3d SeenBox::ToBox(const Eigen::Vector3d& v_map) const {
+Eigen::Vector3d BoxInView::ToBox(const Eigen::Vector3d& v_map) const {
   return {cos_ * v_map.x() + sin_ * v_map.y(), cos_ * v_map.y() - sin_ * v_map.x(), v_map.z()};
 }
 
-bool SeenBox::MayShowIn(const cv::Rect2d& rays) const {
+bool BoxInView::MayShowIn(const cv::Rect2d& rays) const {
   return rays_high_.x >= rays.x && rays_low_.x <= rays.x + rays.width && rays_high_.y >= rays.y &&
          rays_low_.y <= rays.y + rays.height;
 }
 
-std::optional<SeenBox::Entry> SeenBox::Enter(const Eigen::Vector3d& direction, double limit) const {
+std::optional<BoxInView::Entry> BoxInView::Enter(const Eigen::Vector3d& direction,
+                                                 double limit) const {
   const Eigen::Vector3d d = ToBox(direction);
   Entry entry{0, -1};
   double leave = limit;
   for (int axis = 0; axis < 3; ++axis) {
-    if (d[axis] == 0) {  // along the face
+    if (d[axis] == 0) {  // parallel to the face
       if (camera_[axis] < low_[axis] || camera_[axis] > high_[axis]) return std::nullopt;
       continue;
     }
@@ -81,7 +82,7 @@ std::optional<SeenBox::Entry> SeenBox::Enter(const Eigen::Vector3d& direction, d
   return entry;
 }
 
-Eigen::Vector2d SeenBox::OnFace(const Eigen::Vector3d& direction, const Entry& entry) const {
+Eigen::Vector2d BoxInView::OnFace(const Eigen::Vector3d& direction, const Entry& entry) const {
   const Eigen::Vector3d at = camera_ + entry.distance * ToBox(direction);
   switch (entry.face / 2) {
     case 0:
@@ -93,7 +94,7 @@ Eigen::Vector2d SeenBox::OnFace(const Eigen::Vector3d& direction, const Entry& e
   }
 }
 
-float SeenBox::Light(const Entry& entry) const {
+float BoxInView::Light(const Entry& entry) const {
   constexpr std::array<double, 3> kShades{0.6, 0.75, 1};
   return static_cast<float>(brightness_ * kShades.at(entry.face / 2));
 }

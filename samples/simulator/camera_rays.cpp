@@ -78,7 +78,7 @@ cv::Point2d CameraRays::Ray(int u, int v, double du, double dv) const {
   if (taps_.empty()) {
     return {(u + du - camera_.cx) / camera_.fx, (v + dv - camera_.cy) / camera_.fy};
   }
-  // Within a pixel the lens is straight: the taps give centre and derivative.
+  // Within a pixel the distortion is linear: the taps give centre and derivative.
   const cv::Point2d a = Tap(2 * v, 2 * u);
   const cv::Point2d b = Tap(2 * v, 2 * u + 1);
   const cv::Point2d c = Tap(2 * v + 1, 2 * u);
@@ -104,7 +104,7 @@ void CameraRays::MakeBlocks() {
         }
       }
       const cv::Point2d border(margin, margin);
-      block.rays = high.x < low.x ? cv::Rect2d(0, 0, -1, -1)  // the lens shows nothing here
+      block.rays = high.x < low.x ? cv::Rect2d(0, 0, -1, -1)  // outside the lens's field of view
                                   : cv::Rect2d(low - border, high + border);
       blocks_.push_back(block);
     }

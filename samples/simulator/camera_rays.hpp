@@ -13,8 +13,8 @@ namespace ceilmap::simulator {
 /// 1) of the optical frame, without distortion.
 class CameraRays {
  public:
-  /// A part of the image and what its pixels see, borders included: x and y of their rays lie in
-  /// the rectangle, which has a negative size when none has a ray. `whole`: all have one.
+  /// A part of the image and the bounding rectangle of x and y of its pixels' rays, borders
+  /// included. It has a negative size when no pixel has a ray. `whole`: all pixels have one.
   struct Block {
     cv::Rect pixels;
     cv::Rect2d rays;
@@ -25,15 +25,14 @@ class CameraRays {
   explicit CameraRays(const calib::PinholeCamera& camera);
 
   [[nodiscard]] cv::Size Size() const { return size_; }
-  /// What a pixel spans at a depth of one metre.
+  /// Size of a pixel at a depth of one metre.
   [[nodiscard]] double PixelSpan() const { return 1 / std::min(camera_.fx, camera_.fy); }
   [[nodiscard]] const std::vector<Block>& Blocks() const { return blocks_; }
 
-  /// Rays of the taps first..first+count-1 of a row of taps. Not a number where the lens shows
-  /// nothing.
+  /// Rays of the taps first..first+count-1 of a row of taps. NaN outside the lens's field of view.
   void TapRow(int tap_row, int first, int count, float* x, float* y) const;
 
-  /// The ray a part of a pixel away from the pixel's centre.
+  /// The ray at an offset, in pixels, from the pixel's centre.
   [[nodiscard]] cv::Point2d Ray(int u, int v, double du, double dv) const;
 
  private:

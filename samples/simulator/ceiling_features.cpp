@@ -66,7 +66,7 @@ double CeilingFeatures::Feature::Remaining(double dx, double dy) const {
       1 + 0.2 * std::sin(2 * phi) + 0.12 * std::sin(3 * phi + 1) + 0.07 * std::sin(7 * phi + 2);
   const double r = std::hypot(dx, dy) / (radius_m * outline);
   const double inner = 1 / (1 + std::exp((r - 0.8) * 18));
-  const double rim = std::exp(-(r - 0.8) * (r - 0.8) * 120);  // as water leaves it
+  const double rim = std::exp(-(r - 0.8) * (r - 0.8) * 120);  // as of dried water
   return 1 - brightness * std::min(1.0, 0.55 * inner + 0.6 * rim);
 }
 

@@ -8,13 +8,13 @@
 
 namespace ceilmap::simulator {
 
-/// What lies on the ceiling's own texture at single places: stains, which darken it, and marks,
-/// which cover it.
+/// Single features on the texture of the ceiling: stains, which darken it, and marks, which cover
+/// it.
 class CeilingFeatures {
  public:
   explicit CeilingFeatures(const Scene& scene);
 
-  /// Draws what touches the grid. @param light  CV_32FC1 of the grid's size.
+  /// Draws features that touch the grid. @param light  CV_32FC1 of the grid's size.
   void Draw(const SampleGrid& grid, cv::Mat& light) const;
 
  private:
@@ -29,7 +29,7 @@ class CeilingFeatures {
     [[nodiscard]] double Reach() const;
     /// Signed distance of a mark's outline in metres, < 0 inside.
     [[nodiscard]] double Distance(double dx, double dy) const;
-    /// What a stain leaves of the light.
+    /// Factor of the light under a stain.
     [[nodiscard]] double Remaining(double dx, double dy) const;
   };
   static void DrawOne(const Feature& feature, const SampleGrid& grid, cv::Mat& light);

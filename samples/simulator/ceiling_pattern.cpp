@@ -18,7 +18,7 @@ std::uint64_t KeyOf(std::uint64_t seed, Purpose purpose) {
   return Random(seed, purpose).Bits();
 }
 
-/// Share of [from, from + 1] that lies in [low, high].
+/// Fraction of [from, from + 1] that lies in [low, high].
 double Overlap(double from, double low, double high) {
   return std::clamp(std::min(from + 1, high) - std::max(from, low), 0.0, 1.0);
 }
@@ -58,7 +58,7 @@ CeilingPattern::Profile CeilingPattern::MakeProfile(double tile_m, int samples, 
   const double joint = joint_m / 2 / pitch;
   const double inset = joint + std::min(0.03, tile_m / 10) / pitch;
   const double phase = std::numbers::pi * pitch / kSlat;
-  const double slat_contrast = phase < 3 ? 0.45 * std::sin(phase) / phase : 0;  // of a mean
+  const double slat_contrast = phase < 3 ? 0.45 * std::sin(phase) / phase : 0;  // of a mean value
   Profile profile;
   for (int i = 0; i < samples; ++i) {
     const double from_edge_m = (std::min(i, samples - 1 - i) + 0.5 - joint) * pitch;
@@ -95,8 +95,8 @@ cv::Mat CeilingPattern::Grain(const Tile& tile, cv::Rect part) const {
   AddGrain(
       tile.grain_key, {part.x, part.y, pitch_x_m_, pitch_y_m_, part.width, part.height}, grain);
   if (!ceiling_.symmetric || part.empty()) return grain;
-  // The mean of all four quarter turns of the tile, with the deviation of one.
-  cv::Rect source = part;  // what a turn brings to `part`
+  // The mean of all four quarter turns of the tile, with the standard deviation of one.
+  cv::Rect source = part;  // is rotated to `part`
   for (int turns = 1; turns < 4; ++turns) {
     source = {source.y, tile_columns_ - source.x - source.width, source.height, source.width};
     cv::Mat turned(source.size(), CV_32FC1, cv::Scalar(0));
@@ -154,7 +154,7 @@ void CeilingPattern::DrawTiles(const SampleGrid& grid, cv::Mat& light) const {
 void CeilingPattern::DrawPlaster(const SampleGrid& grid, cv::Mat& light) const {
   light.setTo(1);
   const std::uint64_t key = KeyOf(seed_, Purpose::kPlaster);
-  // Trowel strokes are a few centimetres to decimetres; equal shares on five scales.
+  // Trowel strokes are a few centimetres to decimetres long; equal fractions on five scales.
   std::uint64_t scale = 0;
   for (const double cell_m : {0.012, 0.035, 0.1, 0.3, 0.9}) {
     AddSplineNoise(

@@ -10,13 +10,13 @@
 
 namespace ceilmap::simulator {
 
-/// The ceiling's light as a function of the place, without end and without memory: any piece of it
-/// is computed from the seed. Samples hold the mean over their area at edges, so that edges lie
-/// exactly where they are and not at the nearest sample.
+/// The ceiling's light as a function of the position, infinite and without stored data: any piece
+/// of it is computed from the seed. At edges, samples are the mean over their area, so that edges
+/// are at their exact position and not at the nearest sample.
 class CeilingPattern {
  public:
-  /// @param pitch_m  wanted distance of samples; tiles are made of whole numbers of samples, so the
-  ///   real one may be smaller. It and the tile's size count per axis.
+  /// @param pitch_m  Requested distance of samples; tiles have whole numbers of samples, so the
+  /// actual distance may be smaller. It and the tile's size are separate for each axis.
   CeilingPattern(const Scene& scene, double pitch_m);
 
   [[nodiscard]] double PitchX() const { return pitch_x_m_; }
@@ -30,12 +30,12 @@ class CeilingPattern {
 
  private:
   enum class Style { kPanel, kLamp, kLampOff, kVent };
-  /// Along one axis of a tile, sample by sample.
+  /// Along one axis of a tile, by samples.
   struct Profile {
-    std::vector<float> panel;  // share of the sample inside of the joints
-    std::vector<float> inset;  // share inside of a lamp's or vent's frame
-    std::vector<float> bevel;  // light left by the rounded edge
-    std::vector<float> slats;  // light left by the slats of a vent, those across the axis
+    std::vector<float> panel;  // fraction of the sample inside the joints
+    std::vector<float> inset;  // fraction inside the frame of a lamp or vent
+    std::vector<float> bevel;  // factor of the light at the rounded edge
+    std::vector<float> slats;  // factor of the light by the slats of a vent across the axis
   };
   struct Tile {
     Style style = Style::kPanel;
@@ -46,7 +46,7 @@ class CeilingPattern {
   static Profile MakeProfile(double tile_m, int samples, double joint_m);
   [[nodiscard]] Tile TileAt(std::int64_t column, std::int64_t row) const;
   void DrawTiles(const SampleGrid& grid, cv::Mat& light) const;
-  /// The texture of a part of a tile, counted in samples from the tile's corner.
+  /// The texture of a part of a tile, in samples from the tile's corner.
   [[nodiscard]] cv::Mat Grain(const Tile& tile, cv::Rect part) const;
   void DrawTile(const Tile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const;
   void DrawPlaster(const SampleGrid& grid, cv::Mat& light) const;

@@ -17,8 +17,8 @@ std::int64_t FloorToInt(double value) {
 
 }  // namespace
 
-// In short loops, because compilers turn all but the second into vector instructions; that doubles
-// the speed of the whole simulator.
+// Short loops, because compilers vectorise all but the second one, which doubles the speed of the
+// whole simulator.
 void CeilingWindow::Sample(const float* column, const float* row, int count, float* sampled) const {
   const auto* data = light.ptr<std::uint16_t>();
   const auto step = static_cast<std::ptrdiff_t>(light.step1());
@@ -82,7 +82,7 @@ CeilingWindow CeilingTexture::Window(double x0_m, double y0_m, double x1_m, doub
 
 cv::Mat CeilingTexture::Tile(const Key& key) const {
   cv::Mat tile = Find(key);
-  if (tile.empty()) {  // two threads may draw the same tile, to the same result
+  if (tile.empty()) {  // two threads may draw the same tile, with the same result
     tile = Draw(key);
     Keep(key, tile);
   }

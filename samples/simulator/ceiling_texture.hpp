@@ -10,8 +10,8 @@
 
 namespace ceilmap::simulator {
 
-/// A rectangle of the ceiling's samples, ready to be looked up: texel (row, column) of `light` lies
-/// at x = (column0 + column + 0.5) * pitch_x_m. Light as 16 bit, 8192 = 1.
+/// A rectangle of the ceiling's samples for interpolation: texel (row, column) of `light` lies at x
+/// = (column0 + column + 0.5) * pitch_x_m. Light in 16 bits, 8192 = 1.
 struct CeilingWindow {
   static constexpr float kOne = 8192;
   cv::Mat light;  ///< CV_16UC1
@@ -20,26 +20,26 @@ struct CeilingWindow {
   double pitch_x_m = 1;
   double pitch_y_m = 1;
 
-  /// Looks texels up, `count` at most kMaxSamples at a time and bilinear between their centres:
-  /// sampled[i] at (column[i], row[i]), counted from the window's first texel; both >= 0 and with a
-  /// texel to the right and below.
+  /// Interpolates texels bilinearly, `count` at most kMaxSamples: sampled[i] at (column[i],
+  /// row[i]), relative to the window's first texel; both >= 0 and with a texel to the right and
+  /// below.
   static constexpr int kMaxSamples = 64;
   void Sample(const float* column, const float* row, int count, float* sampled) const;
 };
 
-/// The ceiling's image, computed where it is looked at and kept in tiles, those used last. Level
-/// n has texels of 2^n x 2^n samples, for views too wide for single samples. Thread-safe.
+/// The ceiling's image, computed on demand in tiles, with a cache of the most recently used ones.
+/// Level n has texels of 2^n x 2^n samples, for views too wide for single samples. Thread-safe.
 class CeilingTexture {
  public:
   CeilingTexture(const Scene& scene, double pitch_m) : pattern_(scene, pitch_m) {}
 
-  /// The window that holds x0..x1, y0..y1 (metres) and a margin of two texels, at the finest level
-  /// that keeps it below 4096 x 4096 texels.
+  /// The window that contains x0..x1, y0..y1 (metres) and a margin of two texels, at the finest
+  /// level at which it is below 4096 x 4096 texels.
   [[nodiscard]] CeilingWindow Window(double x0_m, double y0_m, double x1_m, double y1_m) const;
 
  private:
   static constexpr int kTileSize = 256;
-  static constexpr std::size_t kMaxTiles = 700;  // of 128 kB
+  static constexpr std::size_t kMaxTiles = 700;  // of 128 kB each
 
   struct Key {
     int level;
@@ -61,8 +61,8 @@ class CeilingTexture {
   void Keep(const Key& key, const cv::Mat& tile) const;
 
   CeilingPattern pattern_;
-  mutable std::mutex mutex_;        // of what follows
-  mutable std::list<Entry> tiles_;  // used last first
+  mutable std::mutex mutex_;        // guards the following members
+  mutable std::list<Entry> tiles_;  // most recently used first
   mutable std::unordered_map<Key, std::list<Entry>::iterator, KeyHash> places_;
 };
 

@@ -10,12 +10,12 @@ namespace ceilmap::simulator {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-Tilt TiltAt(const Debris& debris, double way_m) {
+Tilt TiltAt(const Debris& debris, double distance_m) {
   Tilt tilt;
   for (const Bump& bump : debris.bumps) {
-    const double part = (way_m - bump.start_m) / bump.length_m;
-    if (!(part > 0 && part < 1)) continue;
-    const double height = (1 - std::cos(2 * std::numbers::pi * part)) / 2;
+    const double fraction = (distance_m - bump.start_m) / bump.length_m;
+    if (!(fraction > 0 && fraction < 1)) continue;
+    const double height = (1 - std::cos(2 * std::numbers::pi * fraction)) / 2;
     tilt.pitch_rad += height * bump.pitch_deg * kRadPerDeg;
     tilt.roll_rad += height * bump.roll_deg * kRadPerDeg;
   }

@@ -10,8 +10,8 @@ namespace ceilmap::simulator {
 namespace {
 
 using Eigen::Vector2d;
-constexpr double kMin = 1e-9;  // metres or radians not worth a piece
-// A corner that turns back on itself cannot be rounded.
+constexpr double kMin = 1e-9;  // metres or radians; shorter pieces are omitted
+// A corner that reverses the direction cannot be rounded.
 constexpr double kLargestArc = 179 * kRadPerDeg;
 
 std::vector<Vector2d> DistinctPoints(const std::vector<std::array<double, 2>>& points) {
@@ -34,7 +34,7 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
   Pose2 start{points[0].x(), points[0].y(), 0};
   if (points.size() > 1) start.yaw = Heading(points[0], points[1]);
   pieces_.push_back({start, 0, 0, false, 0});
-  double cut_m = 0;  // of the current line's start, by the arc before it
+  double cut_m = 0;  // cut from the current line's start by the arc before it
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const double length = (points[i + 1] - points[i]).norm();
     if (i + 2 == points.size()) {
@@ -59,7 +59,7 @@ Drive::Drive(const std::vector<std::array<double, 2>>& points_m, const Path& pat
 void Drive::Add(Piece piece) {
   if (piece.extent < kMin) return;
   piece.start = pieces_.back().At(pieces_.back().extent);
-  piece.way_m = pieces_.back().WayTo(pieces_.back().extent);
+  piece.distance_m = pieces_.back().DistanceTo(pieces_.back().extent);
   pieces_.push_back(piece);
 }
 
@@ -76,7 +76,7 @@ Pose2 Drive::Piece::At(double along) const {
   const double turn = curvature * along;
   const Pose2 end{start.x, start.y, WrapAngle(start.yaw + turn)};
   if (on_spot) return end;
-  // The chord of the arc leads half of the turn to the left.
+  // The chord of the arc is rotated to the left by half of the turn.
   const double half = turn / 2;
   const double chord = std::abs(half) < 1e-9 ? along : along * std::sin(half) / half;
   return {start.x + chord * std::cos(start.yaw + half),
@@ -143,10 +143,10 @@ Pose2 Drive::PoseAt(double time_s) const {
   return pieces_[place.piece].At(place.along);
 }
 
-double Drive::WayAt(double time_s) const {
+double Drive::DistanceAt(double time_s) const {
   if (stretches_.empty()) return 0;
   const Place place = PlaceAt(time_s);
-  return pieces_[place.piece].WayTo(place.along);
+  return pieces_[place.piece].DistanceTo(place.along);
 }
 
 }  // namespace ceilmap::simulator

@@ -8,23 +8,22 @@
 
 namespace ceilmap::simulator {
 
-/// A drive along a line of points: straight lines, arcs and turns on the spot, with speeds that
-/// rise and fall at constant acceleration. Lines and arcs between two turns on the spot are driven
-/// through without braking.
+/// A drive along a polyline: straight lines, arcs and turns on the spot, with constant acceleration
+/// and deceleration. Lines and arcs between two turns on the spot are driven without stopping.
 class Drive {
  public:
-  /// @param points_m  at least two; points closer than 1 mm to the one before are skipped.
-  /// @param path  gives speeds and the radius of the corners; a corner too tight for the radius
-  /// gets
-  ///   a smaller one.
+  /// @param points_m  At least two; points closer than 1 mm to the one before are skipped.
+  /// @param path  Gives speeds and the radius of the corners; at a corner without enough space the
+  /// radius is smaller.
   Drive(const std::vector<std::array<double, 2>>& points_m, const Path& path);
 
-  /// Seconds from start to end, both at rest.
+  /// Duration of the drive in seconds; the robot is at rest at the start and the end.
   [[nodiscard]] double Duration() const;
-  /// The axle's pose, T_map_axle, x along the drive. Before the start and after the end it rests.
+  /// The axle's pose, T_map_axle, x along the drive. Before the start and after the end it is at
+  /// rest.
   [[nodiscard]] Pose2 PoseAt(double time_s) const;
-  /// Metres that the axle has travelled; a turn on the spot adds none.
-  [[nodiscard]] double WayAt(double time_s) const;
+  /// Distance travelled by the axle in metres; a turn on the spot adds nothing.
+  [[nodiscard]] double DistanceAt(double time_s) const;
 
  private:
   // A line, an arc or a turn on the spot.
@@ -33,17 +32,19 @@ class Drive {
     double extent = 0;     // metres, radians for a turn on the spot
     double curvature = 0;  // left turn in rad per metre; +-1 for a turn on the spot
     bool on_spot = false;
-    double way_m = 0;  // travelled before
-    [[nodiscard]] double WayTo(double along) const { return way_m + (on_spot ? 0 : along); }
+    double distance_m = 0;  // travelled before this piece
+    [[nodiscard]] double DistanceTo(double along) const {
+      return distance_m + (on_spot ? 0 : along);
+    }
     [[nodiscard]] Pose2 At(double along) const;
   };
-  // Pieces [first, last) driven with one rise and one fall of the speed.
+  // Pieces [first, last) that are driven with one acceleration and one deceleration.
   struct Stretch {
     std::size_t first = 0;
     std::size_t last = 0;
     double start_s = 0;
     double extent = 0;
-    double speed = 0;  // reached
+    double speed = 0;  // maximum speed
     double acceleration = 0;
     [[nodiscard]] double Duration() const;
     [[nodiscard]] double Along(double time_s) const;

@@ -8,7 +8,7 @@
 namespace ceilmap::simulator {
 namespace {
 
-/// Places half a spacing from the start, then a spacing apart.
+/// The first position is half a spacing from the start, the next ones are a spacing apart.
 std::vector<double> Places(double every_m, double length_m) {
   std::vector<double> places(
       static_cast<std::size_t>(std::max(0.0, std::ceil(length_m / every_m - 0.5))));
@@ -53,15 +53,15 @@ void AddPillars(const Scene& scene, std::vector<Box>& boxes) {
   }
 }
 
-/// Draws boxes from the seed. Each call draws from the same stream, so that one density leaves the
-/// others' places alone only if it comes later; hence one stream per sort.
+/// Draws boxes from the seed. Each kind has its own random stream, so that the density of one kind
+/// does not change the positions of others.
 class Scatter {
  public:
   Scatter(const Scene& scene, std::uint64_t sort, std::vector<Box>& boxes)
       : room_(scene.room), random_(scene.seed + (sort << 40U), Purpose::kFixtures), boxes_(boxes) {}
 
-  /// @param make  turns random numbers into a box whose bottom_m and top_m count from the ceiling
-  ///   downwards (bottom_m the larger).
+  /// @param make  Converts random numbers to a box whose bottom_m and top_m are distances below the
+  /// ceiling (bottom_m is the larger one).
   template <typename Make>
   void Add(double per_100m2, const Make& make) {
     const auto count = std::lround(per_100m2 * room_.length_m * room_.width_m / 100);

@@ -6,7 +6,7 @@
 
 namespace ceilmap::simulator {
 
-/// All boxes of a scene: those listed, beams and pillars, and those drawn from the seed.
+/// All boxes of a scene: listed ones, beams and pillars, and random ones.
 std::vector<Box> MakeFixtures(const Scene& scene);
 
 }  // namespace ceilmap::simulator

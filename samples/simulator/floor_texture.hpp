@@ -6,15 +6,14 @@
 
 namespace ceilmap::simulator {
 
-/// Smooth noise over the floor on scales of 3 cm, 13 cm and half a metre, mean 0 and standard
-/// deviation 1 from near; the scales repeat every 2, 8 and 32 m.
+/// Smooth noise over the floor on scales of 3 cm, 13 cm and half a metre, with mean 0 and standard
+/// deviation 1 at close range; the scales repeat every 2, 8 and 32 m.
 class FloorTexture {
  public:
   explicit FloorTexture(std::uint64_t seed);
 
-  /// @param footprint_m  the longer side of what a pixel shows of the floor there. Scales finer
-  /// than
-  ///   that fade away instead of turning into false patterns.
+  /// @param footprint_m  The longer side of a pixel's footprint on the floor. Finer scales are
+  /// attenuated to avoid aliasing.
   [[nodiscard]] float At(double x_m, double y_m, double footprint_m) const;
 
  private:

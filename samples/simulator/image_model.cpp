@@ -70,7 +70,7 @@ double ImageModel::Gain(const Frame& frame) const {
 }
 
 void ImageModel::AddGlare(cv::Mat& light) const {
-  // Wide and smooth, so a small image is enough. Light above white spreads too.
+  // Wide and smooth, so a small image is sufficient. Light above white is spread too.
   constexpr int kShrink = 8;
   const cv::Size small(std::max(1, light.cols / kShrink), std::max(1, light.rows / kShrink));
   cv::Mat spread;
@@ -95,7 +95,7 @@ cv::Mat ImageModel::Expose(const cv::Mat& light, float gain, std::int64_t index)
       const float seen = in[u] * sensitivity[u] * gain;
       const float noise = noise_[static_cast<std::size_t>(std::min(seen, 1.0F) * kNoiseSteps)];
       const float noisy = std::clamp(seen + noise * random, 0.0F, 1.0F);
-      constexpr float kHalf = 0.5F;  // rounds; lround would cost more than all the rest
+      constexpr float kHalf = 0.5F;  // rounding; lround would be slower than all other work
       out[u] = curve_[static_cast<std::size_t>(noisy * kCurveSteps + kHalf)];
     }
   }

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Height of the mirror above its centre, `radius_m` beside its axis.
+/// Height of the mirror above its centre, at `radius_m` from its axis.
 double MirrorHeight(const OmniCamera& camera, double radius_m) {
   return camera.mirror_a_m * std::hypot(1, radius_m / camera.mirror_b_m);
 }
@@ -30,7 +30,7 @@ Cone Cone::Around(const std::vector<Vector3d>& directions) {
   return cone;
 }
 
-bool Cone::Meets(const Vector3d& axis_other, double angle_other_rad) const {
+bool Cone::Intersects(const Vector3d& axis_other, double angle_other_rad) const {
   const double reach = angle_rad + angle_other_rad + 1e-6;
   return reach >= std::numbers::pi || axis.dot(axis_other) >= std::cos(reach);
 }
@@ -58,8 +58,8 @@ std::optional<Vector3d> MirrorRays::Direction(double u, double v) const {
   const double y = (v - cy_) / camera_.focal_px;
   const double a2 = camera_.mirror_a_m * camera_.mirror_a_m;
   const double b2 = camera_.mirror_b_m * camera_.mirror_b_m;
-  // The ray s (x, y, 1) from (0, 0, -C) meets z^2 / A^2 - r^2 / B^2 = 1 where p s^2 - 2 q s + b2 /
-  // a2 = 0; the upper sheet is the farther one of both while rays are steeper than its asymptote.
+  // The ray s (x, y, 1) from (0, 0, -C) hits z^2 / A^2 - r^2 / B^2 = 1 where p s^2 - 2 q s + b2 /
+  // a2 = 0; the upper sheet is the farther solution if the ray is steeper than the asymptote.
   const double p = 1 / a2 - (x * x + y * y) / b2;
   const double q = focus_m_ / a2;
   const double root = q * q - p * b2 / a2;
@@ -75,7 +75,7 @@ double MirrorRays::RimRadiusPx() const {
 }
 
 double MirrorRays::HorizonRadiusPx() const {
-  // At the focus' height, z = C, the mirror has the radius B^2 / A.
+  // At the height of the focus, z = C, the mirror has the radius B^2 / A.
   const double radius_m = camera_.mirror_b_m * camera_.mirror_b_m / camera_.mirror_a_m;
   return camera_.focal_px * radius_m / (2 * focus_m_);
 }
@@ -85,7 +85,7 @@ double MirrorRays::RimElevation() const {
 }
 
 Eigen::Matrix3d MirrorRays::R_base_cam() const {
-  // x_cam = +y_base, y_cam = -x_base, z_cam = +z_base for a camera that is not turned.
+  // x_cam = +y_base, y_cam = -x_base, z_cam = +z_base for a camera without rotation.
   const double yaw = std::numbers::pi / 2 + camera_.mount_yaw_deg * kRadPerDeg;
   return Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix();
 }
@@ -107,7 +107,7 @@ void MirrorRays::MakeBlocks() {
       }
       if (corners.empty()) continue;
       Block block{pixels, Cone::Around(corners)};
-      // At the rim some corners are missing; a pixel's span makes up for them.
+      // At the rim some corners are missing; the size of a pixel compensates for them.
       block.cone.angle_rad += PixelSpan();
       blocks_.push_back(block);
     }

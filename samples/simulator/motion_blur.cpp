@@ -11,26 +11,26 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Part way from one pose to another one nearby.
-Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double part) {
+/// Interpolates between two poses near each other.
+Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double fraction) {
   const Eigen::Quaterniond a(T_map_a.linear());
   Isometry3d T = Isometry3d::Identity();
-  T.linear() = a.slerp(part, Eigen::Quaterniond(T_map_b.linear())).toRotationMatrix();
-  T.translation() = (1 - part) * T_map_a.translation() + part * T_map_b.translation();
+  T.linear() = a.slerp(fraction, Eigen::Quaterniond(T_map_b.linear())).toRotationMatrix();
+  T.translation() = (1 - fraction) * T_map_a.translation() + fraction * T_map_b.translation();
   return T;
 }
 
-/// When a share `time` in [-1, 1] of the half exposure before or after its middle has passed.
+/// At the fraction `time` in [-1, 1] of the half exposure before or after its middle.
 Isometry3d During(const Exposure& exposure, double time) {
   return time < 0 ? Between(exposure.T_map_base, exposure.T_map_base_open, -time)
                   : Between(exposure.T_map_base, exposure.T_map_base_close, time);
 }
 
-/// Moments of the exposure, in [-1, 1], whose mean image has the blur of the whole.
+/// Times of the exposure, in [-1, 1], whose mean image has the same blur.
 std::vector<double> Moments(double blur_px) {
   if (!(blur_px > 0.1)) return {0};
-  // Two images at Gauss's points spread as much as the whole way does, and look like it while
-  // they are nearer to each other than a pixel.
+  // Two images at Gauss's points have the same spread as the whole motion, and a similar appearance
+  // while they are less than a pixel apart.
   if (blur_px < 1.5) return {-1 / std::sqrt(3.0), 1 / std::sqrt(3.0)};
   const int count = std::clamp(static_cast<int>(std::ceil(blur_px / 0.75)), 3, 64);
   std::vector<double> moments(static_cast<std::size_t>(count));
@@ -38,15 +38,15 @@ std::vector<double> Moments(double blur_px) {
   return moments;
 }
 
-/// How far a ray from inside of the room runs, in lengths of `direction`.
-double WayToHull(const Vector3d& from, const Vector3d& direction, const Room& room) {
+/// Length of a ray from inside the room to its hull, in lengths of `direction`.
+double DistanceToHull(const Vector3d& from, const Vector3d& direction, const Room& room) {
   const Vector3d size(room.length_m, room.width_m, room.height_m);
-  double way = std::numeric_limits<double>::infinity();
+  double distance = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
-    const double way_i = ((direction[i] > 0 ? size[i] : 0.0) - from[i]) / direction[i];
-    if (way_i > 0) way = std::min(way, way_i);
+    const double distance_i = ((direction[i] > 0 ? size[i] : 0.0) - from[i]) / direction[i];
+    if (distance_i > 0) distance = std::min(distance, distance_i);
   }
-  return way;
+  return distance;
 }
 
 }  // namespace
@@ -79,8 +79,9 @@ std::vector<Vector3d> RoomInImage(const calib::MountedCamera& mounted,
     for (const double v : {0.0, (camera.height_px - 1) / 2.0, camera.height_px - 1.0}) {
       const Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
       const Vector3d direction = T_map_cam.linear() * ray;
-      const double way = WayToHull(T_map_cam.translation(), direction, room);
-      if (std::isfinite(way)) points_map.emplace_back(T_map_cam.translation() + way * direction);
+      const double distance = DistanceToHull(T_map_cam.translation(), direction, room);
+      if (std::isfinite(distance))
+        points_map.emplace_back(T_map_cam.translation() + distance * direction);
     }
   }
   return points_map;

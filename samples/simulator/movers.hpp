@@ -8,13 +8,13 @@
 
 namespace ceilmap::simulator {
 
-/// A mover as it stands at one moment.
+/// A mover at one moment.
 struct PaintedBox {
   Box box;           ///< its brightness is the colour's luminance
   cv::Vec3f colour;  ///< blue, green, red, of unit luminance
 };
 
-/// The movers that are in the room when a frame is taken.
+/// The movers in the room at the time of a frame.
 std::vector<PaintedBox> MoversAt(const Scene& scene, const Frame& frame);
 
 }  // namespace ceilmap::simulator

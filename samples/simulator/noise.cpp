@@ -12,16 +12,16 @@
 namespace ceilmap::simulator {
 namespace {
 
-std::array<float, 4> SplineWeights(double part) {
-  const double rest = 1 - part;
+std::array<float, 4> SplineWeights(double fraction) {
+  const double rest = 1 - fraction;
   return {static_cast<float>(rest * rest * rest / 6),
-          static_cast<float>(2.0 / 3 - part * part * (2 - part) / 2),
+          static_cast<float>(2.0 / 3 - fraction * fraction * (2 - fraction) / 2),
           static_cast<float>(2.0 / 3 - rest * rest * (2 - rest) / 2),
-          static_cast<float>(part * part * part / 6)};
+          static_cast<float>(fraction * fraction * fraction / 6)};
 }
 
 // Standard deviation of a cubic B-spline over independent values uniform in [-1, 1], over all
-// places: 1 / sqrt(3) times the mean of the squared weights, 151/315, of each direction.
+// positions: 1 / sqrt(3) times the mean of the squared weights, 151/315, of each direction.
 const double kSplineDeviation = 151.0 / 315 / std::numbers::sqrt3;
 
 struct Knot {
@@ -43,10 +43,10 @@ float LatticeValue(std::uint64_t key, std::int64_t x, std::int64_t y, std::int64
   return static_cast<float>(2 * UnitInterval(HashAt(key, x, y)) - 1);
 }
 
-/// A dent of Gaussian shape. Places in metres.
+/// A pit of Gaussian shape. Positions in metres.
 struct Pit {
   double x, y;
-  double length, width;  // standard deviations along and across its direction
+  double length, width;  // standard deviations along and across its orientation
   double angle;
   double depth;
 };
@@ -57,9 +57,9 @@ constexpr double kPitReach = 3.5;         // standard deviations
 constexpr double kLongestPit = 0.006;     // standard deviation in metres
 constexpr double kPitMean = 0.0574;       // of the pits' sum, by their density and volume
 constexpr double kPitDeviation = 0.1032;  // of the sum, in samples 4 mm apart
-constexpr double kMottle = 0.2;           // deviation beside the pits' 1
+constexpr double kMottle = 0.2;           // standard deviation relative to the pits' 1
 constexpr double kMottleCell = 0.008;     // metres
-constexpr double kFadingPitch = 0.02;     // metres between samples that begin to lose the grain
+constexpr double kFadingPitch = 0.02;  // metres between samples at which the grain begins to vanish
 
 Pit PitAt(Random& random, double x0_m, double y0_m) {
   Pit pit{};
@@ -72,7 +72,7 @@ Pit PitAt(Random& random, double x0_m, double y0_m) {
   return pit;
 }
 
-/// The pit as samples see it that are the mean of a Gaussian of this standard deviation.
+/// The pit in samples that are the mean over a Gaussian of this standard deviation.
 Pit Blurred(Pit pit, double blur_m) {
   const double volume = pit.depth * pit.length * pit.width;
   pit.length = std::hypot(pit.length, blur_m);
@@ -81,7 +81,7 @@ Pit Blurred(Pit pit, double blur_m) {
   return pit;
 }
 
-/// Samples [first, last) of an axis within reach of a place.
+/// Samples [first, last) of an axis within the range of a position.
 std::pair<int, int> Within(double at_m, double reach_m, double start, double pitch_m, int count) {
   const double low = std::ceil((at_m - reach_m) / pitch_m - 0.5 - start);
   const double high = std::floor((at_m + reach_m) / pitch_m - 0.5 - start);
@@ -107,7 +107,7 @@ void Dig(const Pit& pit, double scale, const SampleGrid& grid, cv::Mat& samples)
     const double across_y = c * dy / pit.width;
     auto* const row = samples.ptr<float>(v);
     for (int u = u0; u < u1; ++u) {
-      // From the place itself, not in steps: a sample must not depend on the grid it is in.
+      // From the position itself, not incrementally: a sample must not depend on its grid.
       const double dx = grid.X(u) - pit.x;
       const auto along = static_cast<float>(along_y + dx * along_x);
       const auto across = static_cast<float>(across_y + dx * across_x);
@@ -151,7 +151,8 @@ void AddSplineNoise(std::uint64_t key,
 }
 
 float SamplePeriodic(const cv::Mat& samples, double column, double row) {
-  constexpr double kPeriods = 1 << 20;  // to count from 0: truncation then is the floor
+  constexpr double kPeriods =
+      1 << 20;  // offset to positive numbers, for which truncation is the floor
   const double x = column + kPeriods;
   const double y = row + kPeriods;
   const int u = static_cast<int>(x);
@@ -175,7 +176,7 @@ void AddGrain(std::uint64_t key, const SampleGrid& grid, cv::Mat& samples) {
   if (fade <= 0 || samples.empty()) return;
   const double scale = fade / kPitDeviation;
   samples += cv::Scalar(scale * kPitMean);
-  // Half a sample of blur leaves little of what samples would show as false patterns.
+  // Half a sample of blur suppresses most of the aliasing.
   const double blur_m = pitch / 2;
   const double reach_m = kPitReach * std::hypot(kLongestPit, blur_m);
   const auto cell = [](double at_m) {

@@ -5,8 +5,8 @@
 
 namespace ceilmap::simulator {
 
-/// A piece of a plane sampled on a grid: sample (row, column) lies at x = (column0 + column + 0.5)
-/// * pitch_x, y likewise.
+/// A part of a plane sampled on a grid: sample (row, column) lies at x = (column0 + column + 0.5) *
+/// pitch_x, y likewise.
 struct SampleGrid {
   std::int64_t column0 = 0;
   std::int64_t row0 = 0;
@@ -24,10 +24,10 @@ struct SampleGrid {
 };
 
 /// Adds smooth noise of mean 0 and the given standard deviation to `samples` (CV_32FC1 of the
-/// grid's size): a cubic B-spline over random values at the corners of square cells. The same place
-/// has the same value in whatever grid it is sampled.
-/// @param key  seeds it. @param cell_m  size of its bumps; finer than two samples it fades away.
-/// @param period_cells  repeats after so many cells in x and y; 0: never.
+/// grid's size): a cubic B-spline over random values at the corners of square cells. A position has
+/// the same value in every grid.
+/// @param key  Seed. @param cell_m  Size of the cells; below two samples the noise is attenuated.
+/// @param period_cells  Period in cells in x and y; 0: none.
 void AddSplineNoise(std::uint64_t key,
                     double cell_m,
                     double deviation,
@@ -35,13 +35,13 @@ void AddSplineNoise(std::uint64_t key,
                     cv::Mat& samples,
                     std::int64_t period_cells = 0);
 
-/// Samples that repeat without end, bilinear between them: `column` and `row` count samples, below
-/// 0 too. @param samples  CV_32FC1, width and height a power of two.
+/// Periodic samples, bilinearly interpolated: `column` and `row` count samples and may be negative.
+/// @param samples  CV_32FC1, width and height a power of two.
 float SamplePeriodic(const cv::Mat& samples, double column, double row);
 
-/// Adds the grain of mineral fibre: dark pits of 2 to 12 mm in all directions on a fine mottle,
-/// mean 0, standard deviation 1 in samples 4 mm apart. A function of the key and the place alone:
-/// finer samples show the same pits deeper and sharper, coarser ones their mean, which fades away.
+/// Adds the texture of mineral fibre: dark pits of 2 to 12 mm in all directions on a fine mottle,
+/// mean 0, standard deviation 1 in samples 4 mm apart. A function of the key and the position only:
+/// finer samples show the same pits deeper and sharper, coarser ones their mean, which vanishes.
 void AddGrain(std::uint64_t key, const SampleGrid& grid, cv::Mat& samples);
 
 }  // namespace ceilmap::simulator

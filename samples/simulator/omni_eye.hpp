@@ -11,15 +11,15 @@
 
 namespace ceilmap::simulator {
 
-/// The camera under the mirror and all that its images take. Thread-safe.
+/// The camera under the mirror with everything its images need. Thread-safe.
 class OmniEye {
  public:
-  /// @param scene  valid, with an omni camera.
+  /// @param scene  Valid, with an omni camera.
   OmniEye(const Scene& scene, std::vector<Box> boxes);
 
   /// The light on the pixels: CV_32FC3, blue, green, red, 1 = white.
   [[nodiscard]] cv::Mat Light(const Frame& frame) const;
-  /// The image: CV_8UC3, blue, green, red. Each colour has noise of its own.
+  /// The image: CV_8UC3, blue, green, red. The noise is independent per colour.
   [[nodiscard]] cv::Mat Take(const Frame& frame) const;
 
  private:

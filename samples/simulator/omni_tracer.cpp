@@ -12,18 +12,18 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 const cv::Vec3f kSurroundings(0.004F, 0.004F, 0.004F);
-const cv::Vec3f kBody(0.16F, 0.14F, 0.13F);  // a little blue
+const cv::Vec3f kBody(0.16F, 0.14F, 0.13F);  // slightly blue
 const cv::Vec3f kLens(0.01F, 0.01F, 0.01F);
-constexpr double kLensBelow = -0.98;  // sine of an elevation, some -79 degrees
+constexpr double kLensBelow = -0.98;  // sine of an elevation, about -79 degrees
 
-/// Places in a pixel, from its centre: a Fibonacci lattice, as in ray_tracer.cpp.
+/// Positions in a pixel, from its centre: a Fibonacci lattice, as in ray_tracer.cpp.
 constexpr int kLattice = 21;
 cv::Point2d LatticePoint(int i) {
   return {(i + 0.5) / kLattice - 0.5, ((i * 13) % kLattice + 0.5) / kLattice - 0.5};
 }
 
-/// Half of the longer side of what a pixel spans on the ceiling where the rim shows it, at its
-/// nearest; no ceiling shows below the horizon.
+/// Half of the longer side of a pixel's footprint on the ceiling at the rim, where it is smallest;
+/// the ceiling is not visible below the horizon.
 double TexelSize(const Scene& scene, const MirrorRays& rays) {
   const double height_m = scene.room.height_m - scene.omni->mount_height_m;
   const double rise = std::sin(std::clamp(rays.RimElevation(), 0.2, std::numbers::pi / 2));
@@ -42,7 +42,7 @@ Cone ConeOf(const Box& box, const Vector3d& from) {
                          from);
   }
   Cone cone = Cone::Around(corners);
-  // Only within a half space the cone of the corners is that of the box.
+  // Only within a half space the cone around the corners contains the box.
   if (!(cone.angle_rad < 1.5)) cone.angle_rad = std::numbers::pi;
   return cone;
 }
@@ -74,10 +74,10 @@ class OmniTracer::View {
   Vector3d viewpoint_;  // in map
   Eigen::Matrix3d R_map_cam_;
   CeilingWindow window_;
-  std::vector<SeenBox> boxes_;
+  std::vector<BoxInView> boxes_;
   std::vector<cv::Vec3f> colours_;  // of boxes_
   std::vector<Cone> cones_;         // of boxes_, in map
-  std::vector<std::size_t> near_;   // of boxes_, those that the current block may show
+  std::vector<std::size_t> near_;   // of boxes_, those that may be visible in the current block
   cv::Mat_<cv::Vec3f> light_;
   cv::Mat_<std::uint16_t> surface_;
 };
@@ -122,7 +122,7 @@ void OmniTracer::View::ChooseNear(const MirrorRays::Block& block) {
   const Vector3d axis = R_map_cam_ * block.cone.axis;
   near_.clear();
   for (std::size_t i = 0; i < boxes_.size(); ++i) {
-    if (cones_[i].Meets(axis, block.cone.angle_rad)) near_.push_back(i);
+    if (cones_[i].Intersects(axis, block.cone.angle_rad)) near_.push_back(i);
   }
 }
 
@@ -196,7 +196,7 @@ OmniTracer::View::Place OmniTracer::View::TraceRay(const Vector3d& d_cam) const 
   Hit hit = surfaces.Trace(viewpoint_, d, tracer_.rays_.PixelSpan(), distance);
   const double to_hull = distance;
   std::size_t nearest = boxes_.size();
-  SeenBox::Entry entry;
+  BoxInView::Entry entry;
   for (const std::size_t i : near_) {
     const auto candidate = boxes_[i].Enter(d, distance);
     if (!candidate) continue;

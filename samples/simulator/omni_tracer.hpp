@@ -13,16 +13,16 @@
 
 namespace ceilmap::simulator {
 
-/// What the camera under the mirror sees, in colour: the room of RayTracer, with edges between
-/// surfaces where they are within 1/12 pixel. Where steep rays would show the robot, it does: a
-/// grey disc with the dark camera in its middle. Around the mirror it is dark.
+/// The image of the camera under the mirror, in colour: the room of RayTracer, with edges between
+/// surfaces accurate to 1/12 pixel. Steep rays show the robot: a grey disc with the dark camera in
+/// its middle. Outside the mirror it is dark.
 class OmniTracer {
  public:
   /// @param scene  valid, with an omni camera.
   OmniTracer(const Scene& scene, std::vector<Box> boxes);
 
-  /// The light on the pixels: CV_32FC3, blue, green, red. Its luminance is what a grey camera would
-  /// see. Thread-safe.
+  /// The light on the pixels: CV_32FC3, blue, green, red. Its luminance is that of a grey camera.
+  /// Thread-safe.
   [[nodiscard]] cv::Mat Trace(const Eigen::Isometry3d& T_map_base,
                               const std::vector<PaintedBox>& movers) const;
 

@@ -10,8 +10,8 @@
 namespace ceilmap::simulator {
 namespace {
 
-/// Grey 1 and a colour difference of the given size: its red and blue minus the luminance, with the
-/// green that leaves the luminance alone (Rec. 709).
+/// Grey 1 with a colour difference of the given size: red and blue minus the luminance, with the
+/// green that keeps the luminance (Rec. 709).
 cv::Vec3f Tint(double hue_rad, double size) {
   const double blue = 1.8556 * size * std::cos(hue_rad);
   const double red = 1.5748 * size * std::sin(hue_rad);

@@ -8,18 +8,18 @@
 
 namespace ceilmap::simulator {
 
-/// Grey of a colour: Rec. 709, which is what a camera without colours sees of it.
+/// Luminance of a colour: Rec. 709, as in a grey camera.
 double Luminance(double red, double green, double blue);
 
-/// The colours of the room's surfaces, by the seed: walls, floor and ceiling nearly grey, each of
-/// its own hue, boxes and what hangs on the walls coloured. Each colour has luminance 1 and so
-/// leaves the light of a surface as it is.
+/// The colours of the room's surfaces, by the seed: walls, floor and ceiling nearly grey, each with
+/// its own hue, boxes and posters coloured. Each colour has luminance 1, so that the light of a
+/// surface is not changed.
 class Paints {
  public:
-  /// @param boxes  how many are painted by the seed. @param saturation  0: all grey.
+  /// @param boxes  Number of boxes with random colours. @param saturation  0: all grey.
   Paints(std::uint64_t seed, std::size_t boxes, double saturation);
 
-  /// Light of unit luminance, blue, green, red. @param surface  as Surface in room_surfaces.hpp.
+  /// Light of unit luminance, blue, green, red. @param surface  As Surface in room_surfaces.hpp.
   [[nodiscard]] const cv::Vec3f& Of(std::uint16_t surface) const;
 
  private:

@@ -38,7 +38,7 @@ Points Lawnmower(const Path& path) {
 
 Points Loops(const Path& path) {
   const auto [x_min, y_min, x_max, y_max] = path.area_m;
-  // From the middle of a side, so that all four corners are alike.
+  // Starts at the middle of a side, so that all four corners are equal.
   const double x_start = (x_min + x_max) / 2;
   Points points{{x_start, y_min}};
   for (int lap = 0; lap < path.laps; ++lap) {
@@ -82,10 +82,10 @@ Points PathPoints(const Scene& scene) {
   return scene.path.waypoints_m;
 }
 
-/// Where the robot is, tilted where something lies in its way.
+/// Pose of the robot, tilted over debris.
 Eigen::Isometry3d BaseAt(const Scene& scene, const Drive& drive, double time_s) {
   const Pose2 T_map_axle = drive.PoseAt(time_s);
-  const Tilt tilt = TiltAt(scene.debris, drive.WayAt(time_s));
+  const Tilt tilt = TiltAt(scene.debris, drive.DistanceAt(time_s));
   if (!tilt.IsLevel()) return TiltedBase(T_map_axle, tilt, scene.axle_behind_mast_m);
   return OnFloor(T_map_axle * Pose2{scene.axle_behind_mast_m, 0, 0});
 }
@@ -130,7 +130,7 @@ Frame StillFrame(std::int64_t index, const Pose2& T_map_base, double stamp_s) {
 double PathLength(const Scene& scene) {
   if (scene.path.kind == PathKind::kTum) return 0;
   const Drive drive(PathPoints(scene), scene.path);
-  return drive.WayAt(drive.Duration());
+  return drive.DistanceAt(drive.Duration());
 }
 
 std::vector<Frame> MakePath(const Scene& scene) {

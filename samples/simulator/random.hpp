@@ -4,7 +4,7 @@
 
 namespace ceilmap::simulator {
 
-/// What a random number is for: the same seed gives unrelated numbers for different purposes.
+/// Purpose of a random number: the same seed gives independent numbers for different purposes.
 enum class Purpose : std::uint64_t {
   kTileStyle = 1,
   kSpeckle,
@@ -44,9 +44,9 @@ constexpr std::uint64_t Mix(std::uint64_t x) {
   return x ^ (x >> 31U);
 }
 
-/// The random number of a place on a grid.
-/// @param key  a mixed number: two keys that differ in their last bits only, like plain seeds, give
-///   the same numbers at other places.
+/// The random number of a position on a grid.
+/// @param key  A mixed number. Keys that differ in their last bits only, like plain seeds, would
+/// give the same numbers at other positions.
 constexpr std::uint64_t HashAt(std::uint64_t key, std::int64_t x, std::int64_t y) {
   return Mix(Mix(key ^ static_cast<std::uint64_t>(x)) + static_cast<std::uint64_t>(y));
 }
@@ -56,8 +56,8 @@ constexpr double UnitInterval(std::uint64_t bits) {
   return static_cast<double>(bits >> 11U) * 0x1p-53;
 }
 
-/// Random numbers that are the same with every compiler and library, unlike <random>'s
-/// distributions.
+/// Random numbers that are the same with every compiler and library, unlike the distributions of
+/// <random>.
 class Random {
  public:
   constexpr Random(std::uint64_t seed, Purpose purpose)

@@ -16,12 +16,12 @@ using Eigen::Matrix3d;
 using Eigen::RowVector3d;
 using Eigen::Vector3d;
 
-constexpr double kMinRise = 1e-3;  // of a ray that counts as hitting the ceiling somewhere
+constexpr double kMinRise = 1e-3;  // minimum slope of a ray that hits the ceiling
 constexpr int kTaps = 2 * CameraRays::kBlockSize;
 static_assert(kTaps <= CeilingWindow::kMaxSamples);
 
-/// 55 places in a pixel, from its centre: a Fibonacci lattice, whose places all have different u
-/// and different v, so that an edge along the rows or columns is placed within 1/110 pixel.
+/// 55 positions in a pixel, from its centre: a Fibonacci lattice, with all u and all v different,
+/// so that the position of an edge along rows or columns is accurate to 1/110 pixel.
 constexpr int kLattice = 55;
 cv::Point2d LatticePoint(int i) {
   return {(i + 0.5) / kLattice - 0.5, ((i * 34) % kLattice + 0.5) / kLattice - 0.5};
@@ -31,7 +31,7 @@ using TapArray = std::array<float, kTaps>;
 
 }  // namespace
 
-/// The room from one camera pose.
+/// The room relative to one camera pose.
 class RayTracer::View {
  public:
   View(const RayTracer& tracer,
@@ -43,7 +43,7 @@ class RayTracer::View {
  private:
   struct Place {
     Hit hit;
-    cv::Vec3f colour{1, 1, 1};  // of unit luminance; only where colours count
+    cv::Vec3f colour{1, 1, 1};  // of unit luminance; only for colour cameras
   };
   struct Footprint {
     Eigen::AlignedBox2d box;
@@ -53,7 +53,7 @@ class RayTracer::View {
   [[nodiscard]] std::optional<Eigen::Vector2d> OnCeiling(double x, double y) const;
   /// True when all of the block's rays reach the ceiling before a wall.
   [[nodiscard]] bool IsBelowCeiling(const CameraRays::Block& block) const;
-  [[nodiscard]] Footprint SeenCeiling() const;
+  [[nodiscard]] Footprint CeilingFootprint() const;
   void ChooseWindow(const Footprint& seen);
   void ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour);
   [[nodiscard]] cv::Mat Result() const { return coloured_.empty() ? light_ : coloured_; }
@@ -75,12 +75,12 @@ class RayTracer::View {
   RowVector3d to_column_;  // of (x, y, 1); over to_depth_: column in the window
   RowVector3d to_row_;
   RowVector3d to_depth_;
-  std::vector<SeenBox> boxes_;
+  std::vector<BoxInView> boxes_;
   std::vector<cv::Vec3f> colours_;  // of boxes_
-  std::vector<std::size_t> near_;   // of boxes_, those that the current block may show
+  std::vector<std::size_t> near_;   // of boxes_, those that may be visible in the current block
   cv::Mat light_;
-  cv::Mat_<cv::Vec3f> coloured_;  // the same in colours; empty without
-  cv::Mat surfaces_;              // of each tap; only where blocks are mixed
+  cv::Mat_<cv::Vec3f> coloured_;  // the same in colours; empty for a grey camera
+  cv::Mat surfaces_;              // of each tap; only for blocks with several surfaces
 };
 
 RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m, double saturation)
@@ -104,7 +104,7 @@ RayTracer::View::View(const RayTracer& tracer,
       T_map_cam_(T_map_cam),
       R_(T_map_cam.linear()),
       p_(T_map_cam.translation()) {
-  const Footprint seen = SeenCeiling();
+  const Footprint seen = CeilingFootprint();
   ChooseWindow(seen);
   for (std::size_t i = 0; i < tracer.boxes_.size(); ++i) {
     ChooseBox(
@@ -121,7 +121,7 @@ std::optional<Eigen::Vector2d> RayTracer::View::OnCeiling(double x, double y) co
   return (p_ + (room_.height_m - p_.z()) / direction.z() * direction).head<2>();
 }
 
-RayTracer::View::Footprint RayTracer::View::SeenCeiling() const {
+RayTracer::View::Footprint RayTracer::View::CeilingFootprint() const {
   Footprint seen;
   for (const CameraRays::Block& block : rays_.Blocks()) {
     const cv::Rect2d& r = block.rays;
@@ -158,7 +158,7 @@ void RayTracer::View::ChooseWindow(const Footprint& seen) {
 void RayTracer::View::ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour) {
   Eigen::AlignedBox2d region = seen.box;
   region.extend(p_.head<2>());
-  if (!region.intersects(SeenBox::Ground(box))) return;
+  if (!region.intersects(BoxInView::Ground(box))) return;
   boxes_.emplace_back(box, T_map_cam_);
   colours_.push_back(colour);
 }
@@ -228,7 +228,7 @@ void RayTracer::View::TraceCeilingBlock(const CameraRays::Block& block) {
     for (int i = 0; i < pixels.width; ++i) out[i] += 0.25F * (light[2 * i] + light[2 * i + 1]);
   }
   if (coloured_.empty()) return;
-  const cv::Mat grey = light_(pixels);  // as ceilings are
+  const cv::Mat grey = light_(pixels);  // grey, as ceilings are
   const std::array<cv::Mat, 3> planes{grey, grey, grey};
   cv::Mat coloured = coloured_(pixels);
   cv::merge(planes.data(), planes.size(), coloured);
@@ -306,7 +306,7 @@ RayTracer::View::Place RayTracer::View::TraceRay(double x, double y, bool below_
     hit = tracer_.surfaces_.Trace(p_, direction, rays_.PixelSpan(), distance);
   }
   std::size_t nearest = boxes_.size();
-  SeenBox::Entry entry;
+  BoxInView::Entry entry;
   for (const std::size_t i : near_) {
     const auto candidate = boxes_[i].Enter(direction, distance);
     if (!candidate) continue;

@@ -14,20 +14,19 @@
 
 namespace ceilmap::simulator {
 
-/// What a camera anywhere in the room sees: the ceiling, the walls and what hangs on them, the
-/// floor, and boxes with parallax and side faces. Rays are straight and surfaces shine by
-/// themselves, the same in every direction. Edges between surfaces lie where they are within 1/100
-/// pixel.
+/// The image of a camera anywhere in the room: the ceiling, the walls with their posters, the
+/// floor, and boxes with parallax and side faces. Rays are straight and surfaces emit the same
+/// light in every direction. Edges between surfaces are accurate to 1/100 pixel.
 class RayTracer {
  public:
-  /// @param texel_m  distance of the ceiling's samples, best half a pixel's footprint.
-  /// @param saturation  of the colours; 0: a grey camera.
+  /// @param texel_m  Distance of the ceiling's samples, best half of a pixel's footprint.
+  /// @param saturation  Of the colours; 0: a grey camera.
   RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m, double saturation = 0);
 
-  /// The light on the pixels, 0 where the lens shows nothing: CV_32FC1 of a grey camera; else
-  /// CV_32FC3, blue, green, red, whose luminance is what a grey camera would see. Thread-safe.
-  /// @param movers  boxes that are there now, beside those of the constructor; with colours of
-  ///   their own whatever the saturation.
+  /// The light on the pixels, 0 outside the lens's field of view: CV_32FC1 of a grey camera; else
+  /// CV_32FC3, blue, green, red, whose luminance is that of a grey camera. Thread-safe.
+  /// @param movers  Boxes at that moment, in addition to those of the constructor; always with
+  /// their own colours.
   [[nodiscard]] cv::Mat Trace(const CameraRays& rays,
                               const Eigen::Isometry3d& T_map_cam,
                               const std::vector<PaintedBox>& movers = {}) const;
@@ -39,7 +38,7 @@ class RayTracer {
 
   std::vector<Box> boxes_;
   RoomSurfaces surfaces_;
-  std::optional<Paints> paints_;  // of a camera that sees colours
+  std::optional<Paints> paints_;  // of a colour camera
   CeilingTexture ceiling_;
 };
 

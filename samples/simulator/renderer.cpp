@@ -27,14 +27,14 @@ const Scene& Checked(const Scene& scene) {
   return scene;
 }
 
-/// Half of what a pixel of the upward camera spans on the ceiling.
+/// Half of the size of an upward camera's pixel on the ceiling.
 double TexelSize(const Scene& scene) {
   const Camera& camera = scene.camera;
   return (scene.room.height_m - camera.mount_height_m) / camera.focal_px / 2;
 }
 
-/// Half of the longer side of what a pixel of the forward camera spans on the ceiling where that is
-/// nearest: it sees the ceiling flat, and finer samples would turn into false patterns.
+/// Half of the longer side of a forward camera's pixel on the ceiling where that is nearest: the
+/// viewing angle is flat, and finer samples would cause aliasing.
 double ForwardTexelSize(const Scene& scene) {
   const Camera& camera = *scene.forward;
   const double half_view = std::atan(camera.height_px / 2.0 / camera.focal_px);
@@ -53,7 +53,7 @@ constexpr std::array kForwardColours{
     PixelPurposes{Purpose::kForwardGreenGain, Purpose::kForwardGreenNoise},
     PixelPurposes{Purpose::kForwardRedGain, Purpose::kForwardRedNoise}};
 
-/// A camera of the robot and all that its images take.
+/// A camera of the robot with everything its images need.
 class Eye {
  public:
   Eye(const Scene& scene,
@@ -72,7 +72,7 @@ class Eye {
     return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers);
   }
 
-  /// @param blur_px  how far things move in the image.
+  /// @param blur_px  Motion in the image.
   [[nodiscard]] cv::Mat Take(const Exposure& exposure,
                              double blur_px,
                              const Frame& frame,

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 /// R in p_base = R p_cam + t.
 Matrix3d UpRotation(const Camera& camera) {
-  // x_cam = +y_base, y_cam = -x_base, z_cam = +z_base for a camera that is not turned.
+  // x_cam = +y_base, y_cam = -x_base, z_cam = +z_base for a camera without rotation.
   const double yaw = std::numbers::pi / 2 + camera.mount_yaw_deg * kRadPerDeg;
   const Eigen::Quaterniond R = AngleAxisd(camera.mount_roll_deg * kRadPerDeg, Vector3d::UnitX()) *
                                AngleAxisd(camera.mount_pitch_deg * kRadPerDeg, Vector3d::UnitY()) *
@@ -36,7 +36,7 @@ Matrix3d ForwardRotation(const Camera& camera) {
   return R.toRotationMatrix() * level;
 }
 
-/// What all kinds of cameras have in common; without distortion when none is given.
+/// Common part of all kinds of cameras; without distortion if none is given.
 struct Intrinsics {
   int width_px = 0;
   int height_px = 0;

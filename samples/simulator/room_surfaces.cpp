@@ -34,7 +34,7 @@ Hit RoomSurfaces::Trace(const Vector3d& from,
   }
   if (axis < 2) return TraceWall(axis, d[axis] > 0, from + distance * d);
   if (d.z() > 0) return {0, kCeiling};
-  // Seen flat, a pixel spans more of the floor.
+  // At a flat angle, a pixel covers more of the floor.
   const double footprint = distance * pixel_span * d.norm() / std::abs(d.z());
   return {FloorLight(from + distance * d, footprint), kFloor};
 }
@@ -59,9 +59,9 @@ float RoomSurfaces::FloorLight(const Vector3d& at, double footprint_m) const {
       std::max(0.0, room_.floor_brightness * (1 + room_.floor_contrast * texture)));
 }
 
-float RoomSurfaces::BoxLight(const SeenBox& box,
+float RoomSurfaces::BoxLight(const BoxInView& box,
                              const Vector3d& direction,
-                             const SeenBox::Entry& entry) const {
+                             const BoxInView::Entry& entry) const {
   const Eigen::Vector2d at = box.OnFace(direction, entry);
   const float texture = 1 + box_contrast_ * wall_.At(at.x(), at.y());
   return std::max(0.0F, box.Light(entry) * texture);

@@ -11,43 +11,43 @@
 
 namespace ceilmap::simulator {
 
-/// Numbers of surfaces; boxes follow with six faces each, then the fields of what hangs on the
-/// walls. Two surfaces that touch have different numbers.
+/// Numbers of surfaces; boxes follow with six faces each, then the fields of posters. Two adjacent
+/// surfaces have different numbers.
 enum Surface : std::uint16_t {
   kCeiling = 0,
   kWalls = 1,  ///< of x = 0, then x = length, y = 0, y = width
   kFloor = 5,
-  kNothing = 6,  ///< beside what the optics show
+  kNothing = 6,  ///< outside the field of view
   kRobot = 7,
   kBoxes = 8,
   kPosters = 48100
 };
-constexpr int kMaxBoxes = 8000;          ///< beyond these their numbers repeat
+constexpr int kMaxBoxes = 8000;          ///< more boxes reuse numbers
 constexpr int kMaxPosterFields = 17000;  ///< the same
 
-/// What a ray meets.
+/// Surface hit by a ray.
 struct Hit {
   float light = 0;
   std::uint16_t surface = kNothing;
 };
 
-/// The light of the walls, of what hangs on them, of the floor and of boxes. Thread-safe.
+/// The light of the walls, posters, floor and boxes. Thread-safe.
 class RoomSurfaces {
  public:
   explicit RoomSurfaces(const Scene& scene);
 
-  /// The hull of the room that a ray from inside of it meets; of the ceiling without its light.
-  /// @param direction  in map, of any length. @param pixel_span  what a pixel spans across the ray
-  ///   at `distance` 1, in lengths of `direction`. @param distance  to the hull, set here.
+  /// Intersection of a ray from inside the room with its hull; for the ceiling without its light.
+  /// @param direction  In map, of any length. @param pixel_span  Size of a pixel across the ray at
+  /// `distance` 1, in lengths of `direction`. @param distance  To the hull, output.
   [[nodiscard]] Hit Trace(const Eigen::Vector3d& from,
                           const Eigen::Vector3d& direction,
                           double pixel_span,
                           double& distance) const;
-  /// The light of a box where a ray enters it.
-  [[nodiscard]] float BoxLight(const SeenBox& box,
+  /// The light of a box at the entry of a ray.
+  [[nodiscard]] float BoxLight(const BoxInView& box,
                                const Eigen::Vector3d& direction,
-                               const SeenBox::Entry& entry) const;
-  /// @param index  of the box. @param face  as SeenBox::Entry.
+                               const BoxInView::Entry& entry) const;
+  /// @param index  of the box. @param face  as BoxInView::Entry.
   static std::uint16_t BoxSurface(std::size_t index, int face) {
     return static_cast<std::uint16_t>(kBoxes + (index % kMaxBoxes) * 6 + face);
   }
@@ -59,7 +59,7 @@ class RoomSurfaces {
 
   Room room_;
   float box_contrast_;
-  WallTexture wall_;  // of boxes too
+  WallTexture wall_;  // also for boxes
   WallPosters posters_;
   FloorTexture floor_;
 };

@@ -12,14 +12,14 @@
 
 namespace ceilmap::simulator {
 
-/// What is simulated: a room, its ceiling and what hangs from it, a robot with an upward camera and
-/// perhaps a forward one and one under a mirror, its drive, what lies in its way, and what the
-/// cameras make of the light. Every default gives a usable scene; the file format is these fields
-/// by name (samples/simulator/README.md).
+/// The simulated scene: a room, its ceiling and objects below it, a robot with an upward camera and
+/// optionally a forward one and one under a mirror, its drive, obstacles on the floor, and the
+/// image model. Every default gives a usable scene; the file format consists of these fields by
+/// name (samples/simulator/README.md).
 ///
-/// Frames as in CONTRIBUTING.md; `map` stands in a corner of the floor, x along the room's length,
-/// y along its width, z up. Brightness is linear light, 1 = white in the image at exposure
-/// gain 1. Shares and contrasts are relative, e.g. 0.03 = 3 %.
+/// Frames as in CONTRIBUTING.md; the origin of `map` is a corner of the floor, x along the room's
+/// length, y along its width, z up. Brightness is linear light, 1 = white in the image at exposure
+/// gain 1. Fractions and contrasts are relative, e.g. 0.03 = 3 %.
 
 /// The walls stand at x = 0, x = length, y = 0 and y = width.
 struct Room {
@@ -27,9 +27,8 @@ struct Room {
   double width_m = 8;
   double height_m = 2.6;  ///< of the ceiling above the floor
   double wall_brightness = 0.3;
-  double wall_contrast = 0.08;  ///< of the walls' faint texture
-  /// Images, doors and panels at random places of the walls: what a forward camera can hold on
-  /// to.
+  double wall_contrast = 0.08;  ///< of the walls' weak texture
+  /// Pictures, doors and panels at random positions of the walls: texture for a forward camera.
   double wall_posters_per_100m2 = 0;
   double floor_brightness = 0.1;
   double floor_contrast = 0;  ///< of the floor's texture
@@ -37,12 +36,12 @@ struct Room {
 
 enum class CeilingKind {
   kTiles,     ///< tiles with joints, each with a texture of its own; stains, vents and lamps
-  kPeriodic,  ///< tiles of which each is the same image, bit by bit
+  kPeriodic,  ///< identical tiles
   kPlaster,   ///< weak noise on several scales, no edges
-  kUniform    ///< nothing at all
+  kUniform    ///< no texture
 };
 
-/// A disc on the ceiling that occurs once, with an edge as sharp as the image can hold.
+/// A unique disc on the ceiling, with an edge as sharp as the image resolution.
 struct Mark {
   double x_m = 0;  ///< centre
   double y_m = 0;
@@ -57,23 +56,23 @@ struct Ceiling {
   double tile_length_m = 0.6;      ///< along x; for kPeriodic this is the period
   double tile_width_m = 0.6;       ///< along y
   double joint_m = 0.015;          ///< full width of the joint between two tiles
-  double joint_contrast = 0.35;    ///< how much darker the joint is
-  double speckle_contrast = 0.05;  ///< standard deviation of a tile's grain or the plaster
-  /// A lamp in the place of every n-th tile along x and y; 0: none. With kPeriodic this multiplies
-  /// the period.
+  double joint_contrast = 0.35;    ///< relative darkness of the joint
+  double speckle_contrast = 0.05;  ///< standard deviation of a tile's grain or of the plaster
+  /// A lamp instead of every n-th tile along x and y; 0: none. With kPeriodic this multiplies the
+  /// period.
   int lamp_every_x = 0;
   int lamp_every_y = 0;
   double lamp_brightness = 2.5;
-  /// Only for kPeriodic, with square tiles: the tile's image is its own after a quarter turn, so
-  /// that nothing on the ceiling tells north from east.
+  /// Only for kPeriodic, with square tiles: the tile's image does not change with a quarter turn,
+  /// so that the ceiling does not determine the quarter turn.
   bool symmetric = false;
-  // What makes places differ; not for kPeriodic.
+  // Differences between places; not for kPeriodic.
   double tile_contrast = 0.02;   ///< standard deviation of the brightness from tile to tile
   double light_contrast = 0.05;  ///< slow variation of the light over metres (not for kUniform)
   double stains_per_100m2 = 4;   ///< water stains and scuffs
   double vents_per_100m2 = 1.5;  ///< tiles replaced by an air vent
-  double lamps_off_share = 0.0;  ///< share of the lamps that are switched off
-  /// Further marks at random places, of random size and shape (all kinds).
+  double lamps_off_share = 0.0;  ///< fraction of the lamps that are switched off
+  /// Additional marks at random positions, of random size and shape (all kinds).
   int marks = 0;
   std::vector<Mark> marks_at;
 };
@@ -87,19 +86,19 @@ struct Box {
   double bottom_m = 2.4;  ///< above the floor
   double top_m = 2.5;
   double yaw_deg = 0;       ///< of the box's x axis
-  double brightness = 0.3;  ///< of the bottom; the sides are darker, differently
+  double brightness = 0.3;  ///< of the bottom; the sides are darker, with different values
 };
 
-/// Things that hang below the ceiling and so show parallax; the random ones may touch each other.
+/// Objects below the ceiling, which show parallax; random ones may touch each other.
 struct Fixtures {
-  double contrast = 0.04;   ///< of the faint texture of all boxes
+  double contrast = 0.04;   ///< of the weak texture of all boxes
   double beam_every_m = 0;  ///< beams across the room (along y) at this spacing; 0: none
   double beam_width_m = 0.2;
   double beam_depth_m = 0.25;
   double beam_brightness = 0.25;
   double pillar_every_m = 0;  ///< square pillars from floor to ceiling on a square grid; 0: none
   double pillar_width_m = 0.4;
-  double lamps_per_100m2 = 0;  ///< long lamps hanging a little below the ceiling
+  double lamps_per_100m2 = 0;  ///< long lamps slightly below the ceiling
   double lamp_drop_m = 0.15;   ///< from the ceiling to a lamp's bottom
   double lamp_brightness = 2.5;
   double ducts_per_100m2 = 0;       ///< air ducts and cable trays of 2 to 6 m
@@ -109,29 +108,29 @@ struct Fixtures {
 
 /// A camera on the robot.
 ///
-/// The upward one, level and not turned, has the robot's front at its image's top and the robot's
-/// LEFT at its right (x_cam = +y_base, y_cam = -x_base, z_cam = +z_base). It is turned by its yaw,
-/// then tipped about base y by its pitch, forward when positive, then about base x by its roll.
+/// The upward camera, level and without yaw, has the robot's front at its image's top and the
+/// robot's LEFT at its right (x_cam = +y_base, y_cam = -x_base, z_cam = +z_base). It is rotated by
+/// its yaw, then about base y by its pitch, forward when positive, then about base x by its roll.
 ///
-/// The forward one, level and not turned, looks along base x (x_cam = -y_base, y_cam = -z_base,
-/// z_cam = +x_base). It is turned to the left by its yaw, then RAISED by its pitch, then rolled
-/// about its own view, left side up.
+/// The forward camera, level and without yaw, points along base x (x_cam = -y_base, y_cam =
+/// -z_base, z_cam = +x_base). It is rotated to the left by its yaw, then RAISED by its pitch, then
+/// rolled about its optical axis, left side up.
 struct Camera {
   int width_px = 640;
   int height_px = 480;
-  double focal_px = 457.0;             ///< in both axes; the principal point is the image's centre
+  double focal_px = 457.0;  ///< in both axes; the principal point is at the image's centre
   std::array<double, 5> distortion{};  ///< plumb_bob k1, k2, p1, p2, k3
   double mount_x_m = 0;                ///< in base
   double mount_y_m = 0;
   double mount_height_m = 0.4;  ///< above the floor
   double mount_yaw_deg = 0;     ///< about the vertical
-  double mount_pitch_deg = 0;   ///< how far it is not level
+  double mount_pitch_deg = 0;   ///< deviation from level
   double mount_roll_deg = 0;
   double exposure_time_s = 0.005;
-  double saturation = 0;  ///< of the colours, the forward camera's only; 0: a grey camera
+  double saturation = 0;  ///< of the colours, forward camera only; 0: a grey camera
 };
 
-/// A forward camera as scenes have it that say nothing else: 60 degrees wide, 0.45 m up.
+/// A forward camera with default values: 60 degrees wide, 0.45 m high.
 inline Camera DefaultForwardCamera() {
   Camera camera;
   camera.focal_px = 554;
@@ -140,16 +139,16 @@ inline Camera DefaultForwardCamera() {
   return camera;
 }
 
-/// From this frame on the exposure is multiplied by gain (instead of the step before).
+/// From this frame on the exposure is multiplied by gain (which replaces that of the step before).
 struct ExposureStep {
   std::int64_t frame = 0;
   double gain = 1;
 };
 
-/// A colour camera that looks straight up into a convex hyperbolic mirror and so sees all around:
-/// z^2/A^2 - r^2/B^2 = 1 (upper sheet), pinhole at (0, 0, -C), single viewpoint at (0, 0, C), C^2 =
-/// A^2 + B^2, z upwards along the optical axis (calib::HyperbolicMirror). Not turned, its image's
-/// top is the robot's front and its right the robot's left. Each image is taken in an instant.
+/// A colour camera that points straight up at a convex hyperbolic mirror and has a view of 360
+/// degrees: z^2/A^2 - r^2/B^2 = 1 (upper sheet), pinhole at (0, 0, -C), single viewpoint at (0, 0,
+/// C), C^2 = A^2 + B^2, z upwards along the optical axis (calib::HyperbolicMirror). Without yaw,
+/// its image's top is the robot's front and its right the robot's left. The exposure time is zero.
 struct OmniCamera {
   int width_px = 480;
   int height_px = 480;
@@ -161,51 +160,54 @@ struct OmniCamera {
   double mirror_a_m = 0.028095;
   double mirror_b_m = 0.0234125;
   double rim_radius_m = 0.04;
-  double body_below_deg = -60;  ///< steeper downwards than this elevation the robot itself shows
-  /// Where the mirror's axis shows, from the image's centre, to the right and down.
+  double body_below_deg = -60;  ///< below this elevation the robot itself is visible
+  /// Image of the mirror's axis, relative to the image's centre, to the right and down.
   std::array<double, 2> centre_offset_px{};
-  bool centre_in_rig = true;  ///< false: the rig believes the axis in the image's centre
+  bool centre_in_rig = true;  ///< false: the rig states the axis at the image's centre
   double saturation = 1;      ///< of the colours; 0: grey
-  // Instead of the same fields of Image.
+  // These replace the same fields of Image.
   double exposure_gain = 1;
   std::vector<ExposureStep> exposure_steps;
 
-  /// The pinhole's distance from the mirror's centre, and the viewpoint's on the other side.
+  /// Distance of the pinhole from the mirror's centre, and of the viewpoint on the other side.
   [[nodiscard]] double FocusM() const { return std::hypot(mirror_a_m, mirror_b_m); }
 };
 
-/// From light to grey values, in this order: motion blur, glare, vignetting, optical blur,
-/// exposure, noise, sRGB curve, 8 bit.
+/// The image model from light to grey values, in this order: motion blur, glare, vignetting,
+/// optical blur, exposure, noise, sRGB curve, 8 bit.
 struct Image {
   bool motion_blur = true;  ///< by the true motion during the exposure
   double blur_px = 0.6;     ///< standard deviation of the optics' blur; 0: none
-  double glare = 0.02;      ///< share of the light that spreads widely around bright places
-  double vignetting = 0.3;  ///< light lost in the corners; follows the squared radius
+  double glare = 0.02;      ///< fraction of the light that spreads widely around bright areas
+  double vignetting =
+      0.3;  ///< relative loss of light in the corners; proportional to the squared radius
   double exposure_gain = 1;
   double exposure_drift = 0.0;    ///< amplitude of a slow sine
   double exposure_period_s = 30;  ///< of that sine
   std::vector<ExposureStep> exposure_steps;
-  double shot_noise = 0.008;   ///< standard deviation at white; grows with the root of the light
+  double shot_noise =
+      0.008;  ///< standard deviation at white; proportional to the square root of the light
   double read_noise = 0.0005;  ///< standard deviation everywhere
-  double gain_spread = 0.003;  ///< standard deviation of the pixels' sensitivity, fixed in place
+  double gain_spread =
+      0.003;  ///< standard deviation of the pixels' sensitivity, constant over time
 };
 
 enum class PathKind {
   kLawnmower,   ///< rows along x, `row_spacing_m` apart, from the area's lower left corner
-  kLoops,       ///< `laps` rounds along the area's border, counter-clockwise
+  kLoops,       ///< `laps` times along the area's border, counter-clockwise
   kWaypoints,   ///< straight from point to point
   kRandomWalk,  ///< random points in the area until `length_m` is driven
   kTum          ///< the poses of a file
 };
 
-/// Where the robot is at some time.
+/// Pose of the robot at a time.
 struct PathPose {
   double stamp_s = 0;
   Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();
 };
 
-/// How the robot drives. All kinds but kTum start and end at rest and turn at corners: on the spot
-/// where corner_radius_m is 0, else on arcs without stopping.
+/// The robot's drive. All kinds but kTum start and end at rest and turn at corners: on the spot if
+/// corner_radius_m is 0, else on arcs without stopping.
 struct Path {
   PathKind kind = PathKind::kLawnmower;
   double frame_rate_hz = 10;
@@ -218,7 +220,7 @@ struct Path {
   double length_m = 50;
   std::vector<std::array<double, 2>> waypoints_m;
   std::filesystem::path tum_file;  ///< relative to the scene's file; ReadScene does not open it
-  /// kTum: what tum_file holds, stamps rising. Who makes a path reads them, as with files::ReadTum.
+  /// kTum: content of tum_file, stamps increasing. The caller reads it, as with files::ReadTum.
   std::vector<PathPose> poses;
   double corner_radius_m = 0;
   double speed_m_s = 0.8;
@@ -227,11 +229,11 @@ struct Path {
   double turn_acceleration_deg_s2 = 90;
 };
 
-/// Something on the floor that the robot drives over. Its tilt follows a raised cosine of the way
-/// that the axle travels: x * (1 - cos(2 pi (way - start) / length)) / 2. Tilts of bumps that
-/// overlap add up.
+/// Debris on the floor that the robot drives over. Its tilt is a raised cosine of the axle's
+/// distance travelled s: x * (1 - cos(2 pi (s - start) / length)) / 2. Tilts of overlapping bumps
+/// are added.
 struct Bump {
-  double start_m = 0;  ///< of the axle's way; turns on the spot are no way
+  double start_m = 0;  ///< distance travelled by the axle; turns on the spot add nothing
   double length_m = 0.4;
   double pitch_deg =
       0;  ///< at the top; positive: nose up, about the line where the axle's wheels stand
@@ -242,8 +244,8 @@ struct Debris {
   std::vector<Bump> bumps;
 };
 
-/// A coloured box that moves straight through the room, seen by all cameras. It stands still during
-/// an exposure.
+/// A coloured box that moves straight through the room, visible in all cameras. It does not move
+/// during an exposure.
 struct Mover {
   double x_m = 0;  ///< centre, when it appears
   double y_m = 0;
@@ -257,37 +259,37 @@ struct Mover {
   double blue = 0.2;
   double velocity_x_m_s = 0;
   double velocity_y_m_s = 0;
-  /// When it is there, from..to, in seconds after path.start_stamp_s; with PathKind::kTum in the
-  /// file's own time.
+  /// Time of its presence, from..to, in seconds after path.start_stamp_s; with PathKind::kTum in
+  /// the file's own time.
   double from_s = 0;
   double to_s = 0;
 };
 
 struct Scene {
-  std::uint64_t seed = 1;  ///< of everything random
+  std::uint64_t seed = 1;  ///< of all random numbers
   std::string robot = "simulated robot";
-  /// Axle behind the camera mast: the robot turns about base x = -a, so base runs on circles.
+  /// Distance of the axle behind the camera mast: the robot turns about base x = -a, so base moves
+  /// on circles.
   double axle_behind_mast_m = 0;
   Room room;
   Ceiling ceiling;
   Fixtures fixtures;
-  Camera camera;                   ///< looks up
-  std::optional<Camera> forward;   ///< looks ahead; it takes its images when `camera` does
-  std::optional<OmniCamera> omni;  ///< looks around, at the same moments
+  Camera camera;                   ///< upward camera
+  std::optional<Camera> forward;   ///< forward camera, with the same image times
+  std::optional<OmniCamera> omni;  ///< omnidirectional camera, with the same image times
   Image image;                     ///< of all cameras
   std::vector<Mover> movers;
   Path path;
-  Debris debris;  ///< not with PathKind::kTum, whose poses hold the tilt themselves
+  Debris debris;  ///< not with PathKind::kTum, whose poses contain the tilt
 
-  /// @throws InputError `KEY = VALUE, must be ...` for the first field out of range, and
-  /// when
-  ///   parts do not fit each other (camera above the ceiling, area outside of the room, ...).
+  /// @throws InputError `KEY = VALUE, must be ...` for the first field out of range, and for
+  /// inconsistent parts (camera above the ceiling, area outside the room, ...).
   void Validate() const;
 };
 
-/// Reads a scene strictly: an unknown key, one that the chosen kind does not use, a wrong type or
-/// an impossible value is an error. The result is valid.
-/// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to mend`
+/// Reads a scene strictly: an unknown key, a key that the selected kind does not use, a wrong type
+/// or an invalid value is an error. The result is valid.
+/// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to fix it`
 Scene ReadScene(const std::filesystem::path& file);
 
 /// The same from a text. @param file  its name in messages; relative paths start at its folder.

@@ -10,8 +10,8 @@
 
 namespace ceilmap::simulator {
 
-/// The plain fields of a scene with their ranges, once for the reader, the checks and the messages.
-/// Lists of numbers are handled by name in scene.cpp and scene_reader.cpp.
+/// The plain fields of a scene with their ranges, shared by the reader, the checks and the
+/// messages. Lists of numbers are handled in scene.cpp and scene_reader.cpp.
 
 /// Bit of a kind in Field::kinds.
 template <typename Kind>
@@ -26,7 +26,7 @@ struct Field {
   std::variant<double Group::*, int Group::*, bool Group::*> member;
   double least = 0;
   double most = 0;
-  unsigned kinds = kEveryKind;  ///< of the group for which the field means something
+  unsigned kinds = kEveryKind;  ///< kinds of the group that use the field
 };
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
@@ -97,7 +97,7 @@ constexpr std::array kCameraFields{
     Field<Camera>{"exposure_time_s", &Camera::exposure_time_s, 0, 10},
 };
 
-/// Beside those of all cameras.
+/// In addition to those of all cameras.
 constexpr std::array kForwardFields{
     Field<Camera>{"saturation", &Camera::saturation, 0, 1},
 };

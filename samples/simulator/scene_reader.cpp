@@ -48,7 +48,7 @@ void ReadField(const YamlValue& value, const Field<Group>& field, Group& group) 
       field.member);
 }
 
-/// @param kind_bit  of the group's kind, and its name for messages.
+/// @param kind_bit  Of the group's kind. @param kind_name  Its name for messages.
 template <typename Group, std::size_t N>
 void ReadFields(const YamlValue& value,
                 const std::array<Field<Group>, N>& fields,
@@ -104,7 +104,7 @@ void ReadArray(const YamlValue& value, std::string_view key, std::array<double, 
   std::copy(read.begin(), read.end(), numbers.begin());
 }
 
-/// A key that only one kind knows.
+/// A key of one kind only.
 void RefuseUnless(bool used, const YamlValue& value, const char* key, std::string_view kind) {
   const auto given = value.Find(key);
   if (given && !used) {
@@ -189,8 +189,8 @@ void ReadOmni(const YamlValue& value, OmniCamera& camera) {
   ReadSteps(value, camera.exposure_steps);
 }
 
-/// Rows of the numbers of `fields`, in their order. Values out of range are said here, where their
-/// line is known.
+/// Rows of the numbers of `fields`, in their order. Values out of range are reported here, where
+/// their line is known.
 template <typename Row, std::size_t N>
 void ReadFieldRows(const YamlValue& value,
                    std::string_view key,

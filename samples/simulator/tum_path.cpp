@@ -38,19 +38,19 @@ void CheckInside(const Scene& scene, const AnyCamera& camera, const Frame& frame
   }
 }
 
-/// Part way from one pose to the other.
-Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double part) {
+/// Interpolates between two poses.
+Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double fraction) {
   const Eigen::Quaterniond a(T_map_a.linear());
   const Eigen::Quaterniond b(T_map_b.linear());
   Isometry3d T = Isometry3d::Identity();
-  T.linear() = a.slerp(part, b).toRotationMatrix();
-  T.translation() = (1 - part) * T_map_a.translation() + part * T_map_b.translation();
+  T.linear() = a.slerp(fraction, b).toRotationMatrix();
+  T.translation() = (1 - fraction) * T_map_a.translation() + fraction * T_map_b.translation();
   return T;
 }
 
 /// `offset_s` after frame i, at most half-way to its neighbour.
 Isometry3d Near(const std::vector<Frame>& frames, std::size_t i, double offset_s) {
-  const std::size_t other = offset_s < 0 ? i - 1 : i + 1;  // wraps to a huge number at the start
+  const std::size_t other = offset_s < 0 ? i - 1 : i + 1;  // underflows at the start
   if (other >= frames.size()) return frames[i].T_map_base;
   const double gap_s = frames[other].stamp_s - frames[i].stamp_s;
   return Between(frames[i].T_map_base, frames[other].T_map_base, std::min(0.5, offset_s / gap_s));

@@ -6,10 +6,10 @@
 
 namespace ceilmap::simulator {
 
-/// One frame for each pose of scene.path.poses, at most path.max_frames. Between them the robot
-/// moves evenly.
-/// @throws InputError naming path.tum_file when there are no poses, stamps do not rise, or a
-///   pose's camera is not inside of the room.
+/// One frame for each pose of scene.path.poses, at most path.max_frames. Between them the velocity
+/// is constant.
+/// @throws InputError naming path.tum_file when there are no poses, stamps do not increase, or a
+/// pose's camera is not inside the room.
 std::vector<Frame> TumFrames(const Scene& scene);
 
 }  // namespace ceilmap::simulator

@@ -17,7 +17,7 @@ int FieldsIn(double extent_m, Random& random) {
 WallPosters::Poster WallPosters::Make(const Room& room, Random& random) {
   Poster poster;
   const double sort = random.Uniform(0, 1);
-  if (sort < 0.65) {  // an picture
+  if (sort < 0.65) {  // a picture
     poster.width_m = random.Uniform(0.25, 1.1);
     poster.height_m = std::min(random.Uniform(0.2, 0.8), 0.8 * room.height_m);
     poster.bottom_m = random.Uniform(0.1, 1) * (room.height_m - poster.height_m);
@@ -50,7 +50,7 @@ WallPosters::WallPosters(const Scene& scene) {
     std::size_t wall = 0;
     while (wall < 3 && place > lengths.at(wall)) place -= lengths.at(wall++);
     Poster poster = Make(room, random);
-    poster.left_m = place - poster.width_m / 2;  // what reaches around the corner is cut off
+    poster.left_m = place - poster.width_m / 2;  // the part beyond the corner is cut off
     poster.first_field = fields;
     fields += poster.columns * poster.rows;
     Hang(static_cast<int>(wall), poster);

@@ -10,21 +10,21 @@
 
 namespace ceilmap::simulator {
 
-/// What hangs or stands flat on the walls at random places of the seed: images of a few fields,
-/// doors, and panels from floor to ceiling. Smaller ones cover larger ones.
+/// Objects flat on the walls at random positions of the seed: pictures of a few fields, doors, and
+/// panels from floor to ceiling. Smaller ones cover larger ones.
 class WallPosters {
  public:
-  /// What shows at a place.
+  /// Poster at a position.
   struct Field {
-    double brightness = 0;  ///< as a share of the wall's
-    int index = 0;          ///< from 0; two fields that touch have different ones
+    double brightness = 0;  ///< relative to the wall's
+    int index = 0;          ///< from 0; two adjacent fields have different ones
   };
 
   explicit WallPosters(const Scene& scene);
 
   /// @param wall  0..3: x = 0, x = length, y = 0, y = width.
-  /// @param along_m  along the wall: y on the first two, x on the others. @param z_m  above the
-  ///   floor. @return nothing where the wall is bare.
+  /// @param along_m  Along the wall: y on the first two, x on the others. @param z_m  Above the
+  /// floor. @return nothing where there is no poster.
   [[nodiscard]] std::optional<Field> At(int wall, double along_m, double z_m) const;
 
  private:
@@ -42,7 +42,7 @@ class WallPosters {
   static Poster Make(const Room& room, Random& random);
   void Hang(int wall, const Poster& poster);
 
-  // Of each wall, for each metre along it: posters that reach into it, the covering ones first.
+  // Of each wall, for each metre along it: posters that reach into it, covering ones first.
   std::array<std::vector<std::vector<Poster>>, 4> walls_;
 };
 

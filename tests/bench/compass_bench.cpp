@@ -27,7 +27,7 @@ std::vector<cv::Mat> Drive(int columns, int frames) {
   for (int i = 0; i < frames; ++i) {
     const double a = 0.05 * i;
     panoramas.push_back(
-        room.See({4 + std::cos(a), 3 + std::sin(a), a + std::numbers::pi / 2}, columns, kRows));
+        room.Render({4 + std::cos(a), 3 + std::sin(a), a + std::numbers::pi / 2}, columns, kRows));
   }
   return panoramas;
 }
@@ -116,7 +116,7 @@ void RunCompass(benchmark::State& state, labrosse::Method method) {
   const std::unique_ptr<Compass> compass = labrosse::MakeCompass({.method = method});
   std::int64_t frame = 0;
   for (auto _ : state) {
-    // Forth and back along the way, so that it never jumps.
+    // Forth and back along the path, so that it never jumps.
     const auto at = static_cast<int>(frame % (2 * kFrames - 2));
     const int index = at < kFrames ? at : 2 * kFrames - 2 - at;
     const auto estimate = compass->Next({panoramas[static_cast<std::size_t>(index)],

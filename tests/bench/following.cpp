@@ -77,7 +77,8 @@ DriveResult DriveAround(const World& world, simulator::Scene scene, double lengt
   scene.path.length_m = length_m;
   Visitor visitor(scene, world);
   DriveResult result;
-  for (const simulator::Frame& frame : simulator::MakePath(scene)) result.Add(visitor.See(frame));
+  for (const simulator::Frame& frame : simulator::MakePath(scene))
+    result.Add(visitor.Locate(frame));
   return result;
 }
 

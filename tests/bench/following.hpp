@@ -15,7 +15,7 @@ bool RunConsistency(const std::filesystem::path& folder);
 bool RunChanged(const simulator::Scene& scene, const std::filesystem::path& folder);
 /// Cameras of all kinds on one map: no pose may be wrong.
 bool RunCameras(const simulator::Scene& scene, const std::filesystem::path& folder);
-/// Tracking a frame costs so many times the registration of the same frames with each other.
+/// Ratio of the time for tracking a frame to that for registering the same frames with each other.
 bool RunSpeed(const std::filesystem::path& folder);
 
 }  // namespace ceilmap::bench

@@ -45,7 +45,7 @@ bool RunGlobal(const simulator::Scene& scene, const fs::path& folder) {
     int frames = 0;
     bool found = false;
     for (const simulator::Frame& frame : drive) {
-      const Visit visit = visitor.See(frame);
+      const Visit visit = visitor.Locate(frame);
       ++frames;
       if (i > 0) search_ms.push_back(visit.milliseconds);  // the first one waits for the index
       if (!visit.location.Placed()) continue;
@@ -86,7 +86,7 @@ bool RunJumps(const simulator::Scene& scene, const fs::path& folder) {
     int frames = 0;
     bool found = false;
     for (const simulator::Frame& frame : places.NextDrive(kFramesEach)) {
-      const Visit visit = visitor.See(frame);
+      const Visit visit = visitor.Locate(frame);
       frames += found ? 0 : 1;
       if (!visit.location.Placed()) continue;
       if (!visit.Right()) {
@@ -118,7 +118,7 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder) {
   Visitor visitor(AnotherRobot(scene), world);
   constexpr int kPlaces = 20;
   constexpr int kEnough = 20;  // placed frames: it stays right
-  int sure = 0;
+  int accepted = 0;
   int wrong = 0;
   int found = 0;
   double travel_m = 0;
@@ -126,44 +126,44 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder) {
   for (int i = 0; i < kPlaces; ++i) {
     visitor.SwitchOn();
     simulator::Scene drive = visitor.GetRenderer().GetScene();
-    drive.seed += static_cast<std::uint64_t>(i);  // another way each time
+    drive.seed += static_cast<std::uint64_t>(i);  // another path each time
     drive.path.kind = simulator::PathKind::kRandomWalk;
     drive.path.length_m = 60;
     drive.path.max_frames = 400;
     int placed = 0;
-    double way_m = 0;
+    double distance_m = 0;
     const std::vector<simulator::Frame> frames = simulator::MakePath(drive);
     for (std::size_t k = 0; k < frames.size() && placed < kEnough; ++k) {
-      const Visit visit = visitor.See(frames[k]);
+      const Visit visit = visitor.Locate(frames[k]);
       if (placed == 0 && k > 0) {
         search_ms.push_back(visit.milliseconds);
-        way_m +=
+        distance_m +=
             (frames[k].T_map_base.translation() - frames[k - 1].T_map_base.translation()).norm();
       }
       if (!visit.location.Placed()) continue;
-      ++sure;
+      ++accepted;
       ++placed;
       if (!visit.Right()) {
         ++wrong;
-        fmt::print("place {}: sure and off by {:.3f} m\n", i, visit.error_m);
+        fmt::print("place {}: accepted with an error of {:.3f} m\n", i, visit.error_m);
       }
     }
     found += placed > 0 ? 1 : 0;
-    if (placed > 0) travel_m += way_m;
+    if (placed > 0) travel_m += distance_m;
     fmt::print("place {:2}: {}\n",
                i,
-               placed > 0 ? fmt::format("sure after {:.1f} m", way_m)
-                          : fmt::format("never sure within {:.1f} m", way_m));
+               placed > 0 ? fmt::format("accepted after {:.1f} m", distance_m)
+                          : fmt::format("not accepted within {:.1f} m", distance_m));
     std::fflush(stdout);
   }
   fmt::print(
       "places {}, found {} after {:.1f} m (mean); a frame until then {:.0f} ms (median); frames "
-      "reported as sure {}, wrong {}\n",
+      "accepted {}, wrong {}\n",
       kPlaces,
       found,
       found > 0 ? travel_m / found : 0,
       Median(search_ms),
-      sure,
+      accepted,
       wrong);
   return wrong == 0 && 2 * found > kPlaces;
 }

@@ -35,7 +35,7 @@ double Seconds() {
 struct Outcome {
   std::vector<Pose2> poses;
   int iterations = 0;
-  double cost = 0;  ///< as it says itself
+  double cost = 0;  ///< as reported
   std::vector<double> seconds;
 };
 
@@ -138,7 +138,7 @@ void SolveOurs(const graph::PoseGraph& graph,
   outcome.cost = summary.final_cost;
 }
 
-/// Half the sum of squares at the poses, counted the same way for both.
+/// Half the sum of squares at the poses, computed equally for both.
 double Cost(const graph::PoseGraph& graph, const std::vector<Pose2>& poses) {
   double sum = 0;
   for (const graph::Edge& edge : graph.edges) {

@@ -118,7 +118,7 @@ void PrintTable() {
 
 int Main(int argc, char** argv) {
   cv::setNumThreads(1);
-  // Interleaved repetitions: what else the machine does meanwhile hits all of them alike.
+  // Interleaved repetitions: other load of the machine affects all of them equally.
   std::vector<std::string> texts{argv[0],
                                  "--benchmark_enable_random_interleaving=true",
                                  "--benchmark_repetitions=9",

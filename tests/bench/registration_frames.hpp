@@ -56,7 +56,7 @@ void RunFrames(benchmark::State& state, const std::string& name, Work work) {
   }
 }
 
-/// An answer that can be held against the truth, within a bound.
+/// A result that can be compared with the truth, within a bound.
 inline auto MotionWithin(const registration::ImageMotion& motion,
                          double bound_px,
                          double bound_deg) {

@@ -31,7 +31,7 @@ using compensation::TiltMethod;
 constexpr double kMaxMapDifference_m = 0.004;
 constexpr double kMaxCost = 4;  // registrations a pair of frames
 
-struct Way {
+struct Variant {
   const char* name;
   std::optional<TiltMethod> method;
   bool level = false;  // without debris
@@ -102,13 +102,13 @@ bool CompareMaps(const support::CommandLine& line) {
   const simulator::Scene scene = simulator::ReadScene(line.scene);
   simulator::Scene level_scene = scene;
   level_scene.debris = {};
-  std::vector<Way> ways{{"level floor", std::nullopt, true},
-                        {"level, ceiling", TiltMethod::kCeiling, true},
-                        {"debris, none", std::nullopt},
-                        {"debris, ceiling", TiltMethod::kCeiling}};
+  std::vector<Variant> variants{{"level floor", std::nullopt, true},
+                                {"level, ceiling", TiltMethod::kCeiling, true},
+                                {"debris, none", std::nullopt},
+                                {"debris, ceiling", TiltMethod::kCeiling}};
   if (scene.forward) {
-    ways.push_back({"debris, forward", TiltMethod::kForward});
-    ways.push_back({"debris, fused", TiltMethod::kFused});
+    variants.push_back({"debris, forward", TiltMethod::kForward});
+    variants.push_back({"debris, fused", TiltMethod::kFused});
   }
   fmt::print("{:18} {:>6} {:>6} {:>22} {:>22}\n",
              "",
@@ -118,23 +118,23 @@ bool CompareMaps(const support::CommandLine& line) {
              "frames mm RMSE / largest");
   std::optional<WorldRun> level;
   bool good = true;
-  for (const Way& way : ways) {
-    WorldRun run =
-        RunWorld(way.level ? level_scene : scene, line.folder / "tilt.gpkg", {.tilt = way.method});
+  for (const Variant& variant : variants) {
+    WorldRun run = RunWorld(
+        variant.level ? level_scene : scene, line.folder / "tilt.gpkg", {.tilt = variant.method});
     if (!level) level = run;
     const Difference map = Compare(run, *level, true);
     const Difference frames = Compare(run, *level, false);
     fmt::print("{:18} {:6} {:6} {:13.2f} / {:6.2f} {:13.2f} / {:6.2f}\n",
-               way.name,
+               variant.name,
                run.report.tracked,
                run.graph.keyframes.size(),
                1e3 * map.rmse_m,
                1e3 * map.largest_m,
                1e3 * frames.rmse_m,
                1e3 * frames.largest_m);
-    const bool bound = way.method && *way.method != TiltMethod::kForward;
+    const bool bound = variant.method && *variant.method != TiltMethod::kForward;
     if (bound && map.rmse_m > kMaxMapDifference_m) good = false;
-    if (run.report.lost > 0 && way.method) good = false;
+    if (run.report.lost > 0 && variant.method) good = false;
   }
   return good;
 }

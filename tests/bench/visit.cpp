@@ -137,7 +137,7 @@ void Visitor::SwitchOn() {
   }
 }
 
-Visit Visitor::See(const simulator::Frame& frame) {
+Visit Visitor::Locate(const simulator::Frame& frame) {
   Visit visit;
   visit.T_map_base = world_.T_map_room * FromSpace(frame.T_map_base).pose;
   simulator::Frame now = frame;

@@ -74,7 +74,7 @@ class Visitor {
   /// Forgets where the robot was.
   void SwitchOn();
   /// Renders and locates the frame, at the next moment of the visitor's clock.
-  Visit See(const simulator::Frame& frame);
+  Visit Locate(const simulator::Frame& frame);
 
   [[nodiscard]] const simulator::Renderer& GetRenderer() const { return renderer_; }
 

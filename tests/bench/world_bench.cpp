@@ -201,7 +201,7 @@ bool RunOne(const simulator::Scene& scene, const fs::path& folder, bool growth) 
 
 bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
   int total = 0;
-  bool told = true;
+  bool reported = true;
   fmt::print(
       "seed  frames  closures  false  largest off  ambiguous  weak spots: ambiguous lost  "
       "position RMSE\n");
@@ -224,13 +224,13 @@ bool RunSeeds(simulator::Scene scene, const fs::path& folder) {
                errors ? 1e3 * errors->position_m.rmse : -1.0);
     std::fflush(stdout);
     total += FalseClosures(run);
-    told = told && ambiguous > 0;
+    reported = reported && ambiguous > 0;
   }
-  fmt::print("false loop closures in {} seeds: {}; every map says where it is ambiguous: {}\n",
+  fmt::print("false loop closures in {} seeds: {}; every map reports where it is ambiguous: {}\n",
              kSeeds,
              total,
-             told ? "yes" : "no");
-  return total == 0 && told;
+             reported ? "yes" : "no");
+  return total == 0 && reported;
 }
 
 /// The largest error of yaws that count from their first one, degrees. @return -1 without any.
@@ -249,12 +249,12 @@ double LargestTurnError(const std::vector<StampedPose>& truth,
   return largest;
 }
 
-// Where the robot was in the dark no compass can tell; how it is turned it must.
+// A compass cannot give the position in the dark, but it must give the yaw.
 constexpr double kTurned_deg = 10;
 
 const char* Verdict(bool whole, double turn_error_deg) {
   if (whole) return "success";
-  return turn_error_deg < kTurned_deg ? "open: turned right, but which tile it is nobody can tell"
+  return turn_error_deg < kTurned_deg ? "undetermined: the yaw is right, the tile is ambiguous"
                                       : "failure: turned wrong, and a part is not in the map";
 }
 

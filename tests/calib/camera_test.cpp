@@ -59,7 +59,7 @@ TEST(PinholeCamera, AgreesWithOpenCv) {
   }
 }
 
-TEST(PinholeCamera, SeesNothingBehindItself) {
+TEST(PinholeCamera, ShowsNothingBehindItself) {
   EXPECT_FALSE(MakeCamera().Project({0.1, 0.1, 0}));
   EXPECT_FALSE(MakeCamera().Project({0.1, 0.1, -1}));
 }

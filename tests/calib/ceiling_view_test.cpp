@@ -173,10 +173,10 @@ TEST(CeilingView, TakesOutDistortion) {
   const cv::Mat& rectified = view.Rectify(RenderRaw(up), buffer);
   EXPECT_EQ(&rectified, &buffer);
   EXPECT_LT(WorstGreyError(view, rectified), 1.6);
-  EXPECT_TRUE(view.Mask().empty()) << "a barrel lens sees more than its ideal image";
+  EXPECT_TRUE(view.Mask().empty()) << "a barrel lens has a wider view than its ideal image";
 }
 
-TEST(CeilingView, MasksWhatAPincushionLensDoesNotSee) {
+TEST(CeilingView, MasksPixelsOutsideAPincushionLens) {
   MountedCamera up = MakeUpwardCamera();
   up.camera.distortion[0] = 0.1;
   const CeilingView view(up, kCeiling);
@@ -260,7 +260,7 @@ TEST(CeilingView, RefusesOtherImages) {
             "use the rig of the camera that took it");
 }
 
-TEST(CeilingView, RefusesCamerasThatSeeNoCeiling) {
+TEST(CeilingView, RefusesCamerasWithoutAViewOfTheCeiling) {
   const MountedCamera good = MakeUpwardCamera();
   EXPECT_THROW(CeilingView(good, 0.4), InputError);
   EXPECT_THROW(CeilingView(good, -1), InputError);

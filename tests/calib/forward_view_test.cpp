@@ -63,7 +63,7 @@ cv::Mat RenderRaw(const MountedCamera& forward, double wall_yaw_rad) {
   return raw;
 }
 
-/// Largest grey error over pixels with content of the image that the view says is level.
+/// Largest grey error over pixels with content of the image that is level by the view.
 double WorstError(const ForwardView& view, const cv::Mat& rectified) {
   double worst = 0;
   for (int v = 0; v < rectified.rows; ++v) {
@@ -137,7 +137,7 @@ TEST(ForwardView, RefusesOtherImages) {
                   "the camera that took it"));
 }
 
-TEST(ForwardView, RefusesCamerasThatDoNotLookForward) {
+TEST(ForwardView, RefusesCamerasThatDoNotPointForward) {
   const char* const message =
       "forward camera: its optical axis must point forward (within 45 deg); correct the camera's "
       "pose in the rig";

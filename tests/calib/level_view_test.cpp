@@ -94,7 +94,7 @@ TEST(LevelView, CeilingShiftOfAnyCameraIsWhereItsAxisMeetsTheCeiling) {
   }
 }
 
-// A level robot at the uncompensated pose looks at the same point of the ceiling.
+// A level robot at the uncompensated pose has the same point of the ceiling.
 TEST(LevelView, UncompensatedIsThePoseThatALevelRobotWouldNeed) {
   const LevelView view(CeilingView(OddCamera(), kCeiling));
   std::mt19937 random(4);
@@ -234,7 +234,7 @@ TEST(LevelView, DrawsTheImageOfALevelRobot) {
   ExpectLevelImage(ClearScene(), MakeTilt(-3.3 * kRadPerDeg, 2 * kRadPerDeg, 0.02));
 }
 
-TEST(LevelView, KnowsWhatARectifiedImageLacks) {
+TEST(LevelView, MasksTheBlankPixelsOfARectifiedImage) {
   simulator::Scene scene = ClearScene();
   scene.camera.mount_pitch_deg = 3;
   scene.camera.mount_roll_deg = -4;

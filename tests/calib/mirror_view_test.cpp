@@ -276,7 +276,7 @@ TEST(MirrorView, HonoursTheYawOfARing) {
   const cv::Mat straight = Panorama(MirrorView(omni, {.columns = 360}), raw);
   const cv::Mat plain = Panorama(MirrorView(raw.size(), *omni.mirror_ring, {.columns = 360}), raw);
   EXPECT_LE(cv::norm(straight, plain, cv::NORM_INF), 1);
-  // A camera turned left sees at its image's top what is 30 deg left of the robot's front.
+  // A camera turned left shows at its image's top what is 30 deg left of the robot's front.
   omni.T_base_cam.linear() =
       Eigen::AngleAxisd(30 * kRadPerDeg, Eigen::Vector3d::UnitZ()) * omni.T_base_cam.linear();
   const cv::Mat turned = Panorama(MirrorView(omni, {.columns = 360}), raw);
@@ -311,7 +311,7 @@ TEST(MirrorViewFaults, Params) {
   EXPECT_EQ(
       with({.highest_elevation_rad = -20 * kRadPerDeg, .lowest_elevation_rad = -10 * kRadPerDeg}),
       "mirror camera: the panorama's lowest elevation -10 deg must be below its "
-      "highest, -20 deg; the mirror looks up to 25.46 deg");
+      "highest, -20 deg; the maximum of the mirror is 25.46 deg");
   EXPECT_EQ(with({.highest_elevation_rad = 30 * kRadPerDeg}),
             "mirror camera: parts of the panorama lie outside the mirror or the image of 480 x "
             "480 pixels; take a smaller outer radius or a lower highest elevation");

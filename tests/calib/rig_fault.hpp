@@ -8,7 +8,7 @@
 #include "calib/rig.hpp"
 #include "tests/calib/rig_text.hpp"
 
-/// Rigs with a fault, and what reading them says.
+/// Rigs with a fault, and the messages of their reader.
 namespace ceilmap::calib {
 
 /// The message of the InputError that reading ends in; empty when it does not.

@@ -27,7 +27,7 @@ std::string FileErrorOf(const std::filesystem::path& file) {
 
 class RigFault : public ::testing::TestWithParam<Fault> {};
 
-TEST_P(RigFault, IsNamedWithLineKeyAndMend) {
+TEST_P(RigFault, IsNamedWithLineKeyAndFix) {
   ExpectNamed(GetParam());
 }
 
@@ -266,7 +266,7 @@ const Fault kFaults[] = {
 
 INSTANTIATE_TEST_SUITE_P(All, RigFault, ::testing::ValuesIn(kFaults), NameOf);
 
-TEST(RigFaults, UpwardCameraMustLookUp) {
+TEST(RigFaults, UpwardCameraMustPointUp) {
   const std::string message =
       "rig.yaml:17: cameras.up.base_link_to_camera = {...}, must be a pose whose optical axis "
       "points upwards (within 45 deg); check its signs: p_base = R p_cam + t, z_cam along the view";

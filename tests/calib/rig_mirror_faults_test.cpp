@@ -11,7 +11,7 @@ namespace {
 
 class RigMirrorFault : public ::testing::TestWithParam<Fault> {};
 
-TEST_P(RigMirrorFault, IsNamedWithLineKeyAndMend) {
+TEST_P(RigMirrorFault, IsNamedWithLineKeyAndFix) {
   ExpectNamed(GetParam());
 }
 

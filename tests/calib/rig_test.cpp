@@ -102,7 +102,7 @@ TEST(Rig, ReadsAMirrorOfUnknownShape) {
   EXPECT_EQ(plain.omni->mirror_ring->centre_px, Eigen::Vector2d(238, 241));
 }
 
-TEST(Rig, TakesNullAndAbsentForwardHeightAlike) {
+TEST(Rig, TakesNullAsAbsentForwardHeight) {
   for (const char* line : {"d: null\n", "d: ~\n", "d:\n", ""}) {
     EXPECT_FALSE(ParseRig(Replaced(kRigText, "d: 0.45\n", line), "rig.yaml").forward_height_m);
   }

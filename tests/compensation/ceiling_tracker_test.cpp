@@ -31,7 +31,7 @@ simulator::Scene OddLab() {
   return scene;
 }
 
-/// A robot that stands here and there, and a tracker that is shown what it sees.
+/// A robot that stands here and there, and a tracker that gets its images.
 class Robot {
  public:
   explicit Robot(const simulator::Scene& scene = OddLab())
@@ -39,7 +39,7 @@ class Robot {
         view_(*renderer_.GetRig().up, renderer_.GetRig().ceiling_height_m),
         tracker_(view_) {}
 
-  CeilingTracker::Frame See(const Pose2& pose, const Tilt& tilt = {}) {
+  CeilingTracker::Frame Observe(const Pose2& pose, const Tilt& tilt = {}) {
     truth_ = ToSpace(pose, tilt);
     return Show(renderer_.Render(FrameAt(index_, pose, tilt)));
   }
@@ -48,11 +48,11 @@ class Robot {
     return tracker_.Analyze(view_.Rectify(image, buffer_), 0.1 * static_cast<double>(index_));
   }
   std::optional<CeilingMotion> Measure(const Pose2& pose, const Tilt& tilt = {}) {
-    CeilingTracker::Frame frame = See(pose, tilt);
+    CeilingTracker::Frame frame = Observe(pose, tilt);
     return tracker_.Measure(frame);
   }
   void StartAt(const Pose2& pose) {
-    tracker_.SetReference(See(pose));
+    tracker_.SetReference(Observe(pose));
     T_map_reference_ = ToSpace(pose, {});
   }
   void ReferenceIs(const Pose2& pose) { T_map_reference_ = ToSpace(pose, {}); }
@@ -123,7 +123,7 @@ TEST(CeilingTracker, ALevelRobotIsLevel) {
 }
 
 // Were it not enlarged, there would be too few blocks.
-TEST(CeilingTracker, ASmallImageTellsToo) {
+TEST(CeilingTracker, ASmallImageIsSufficient) {
   simulator::Scene scene = OddLab();
   scene.camera.width_px = 240;
   scene.camera.height_px = 180;
@@ -141,7 +141,7 @@ TEST(CeilingTracker, ASmallImageTellsToo) {
 }
 
 // An image is 2.2 / 228.5 * 320 = 3.08 m by 2.31 m of ceiling.
-TEST(CeilingTracker, OverlapIsWhatALevelRobotWouldSee) {
+TEST(CeilingTracker, OverlapIsThatOfALevelRobot) {
   Robot robot(synthetic::Lab());
   robot.StartAt({3, 2.5, 0});
   robot.Measure({3.1, 2.5, 0});
@@ -161,7 +161,7 @@ TEST(CeilingTracker, FindsAJump) {
   robot.ExpectRight(robot.Measure({3.5, 2.9, 0.5}, FrontUp(2, kAxle, 1)));
 }
 
-TEST(CeilingTracker, TellsNothingOfTheDarkAndGoesOnAfterIt) {
+TEST(CeilingTracker, NoResultInTheDarkAndContinuesAfterIt) {
   Robot robot;
   robot.StartAt({3, 2.5, 0});
   robot.ExpectRight(robot.Measure({3.05, 2.5, 0}));
@@ -170,7 +170,7 @@ TEST(CeilingTracker, TellsNothingOfTheDarkAndGoesOnAfterIt) {
   robot.ExpectRight(robot.Measure({3.15, 2.5, 0}, FrontUp(3, kAxle)));
 }
 
-TEST(CeilingTracker, TellsNothingOfAnotherCeiling) {
+TEST(CeilingTracker, NoResultForAnotherCeiling) {
   Robot robot;
   robot.StartAt({3, 2.5, 0});
   cv::Mat other(240, 320, CV_8UC1);
@@ -199,7 +199,7 @@ TEST(CeilingTracker, GoesOnFromANewReference) {
   Robot robot;
   robot.StartAt({3, 2.5, 0.2});
   robot.ExpectRight(robot.Measure({3.1, 2.5, 0.2}));
-  CeilingTracker::Frame next = robot.See({3.2, 2.5, 0.25});
+  CeilingTracker::Frame next = robot.Observe({3.2, 2.5, 0.25});
   robot.ExpectRight(robot.Tracker().Measure(next));
   robot.ExpectRight(robot.Measure({3.3, 2.5, 0.3}, FrontUp(1, kAxle)));
   robot.Tracker().SetReference(next);  // an earlier one
@@ -212,7 +212,7 @@ TEST(CeilingTracker, ATiltedFrameDrawnLevelIsAReference) {
   robot.StartAt({3, 2.5, 0.2});
   robot.ExpectRight(robot.Measure({3.1, 2.5, 0.2}));
   const Tilt tilt = FrontUp(4, kAxle, 1.5);
-  CeilingTracker::Frame tilted = robot.See({3.2, 2.5, 0.25}, tilt);
+  CeilingTracker::Frame tilted = robot.Observe({3.2, 2.5, 0.25}, tilt);
   robot.ExpectRight(robot.Tracker().Measure(tilted));
   cv::Mat level;
   calib::LevelView(robot.View()).Draw(tilted.image, tilt, level);

@@ -18,7 +18,7 @@ using synthetic::Scene;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // A robot without rocking arm (a = 0) tilted by the 3-4-5 angle: z' = 0.8, the wall point 0.8 m
-// ahead is 0.2 m high, and B, 0.3 m further on, sees it 0.8 m below 0.5 m ahead.
+// ahead is 0.2 m high, and B, 0.3 m further on, has it 0.8 m below 0.5 m ahead.
 TEST(ForwardEquation, IsRightByHand) {
   const ForwardEquation equation(TiltModel(0, 3), 1);
   const ForwardObservation seen{1.6, 1.6, 0.3 - 3 * 0.75 + 0.6};
@@ -130,7 +130,7 @@ TEST(ForwardEquation, WallGivesTheTilt) {
     Scene scene = Scene::Random(random);
     if (i % 4 == 0) scene.base_shift_m = 0;
     if (i % 5 == 0) scene.tilt_rad = 0;
-    const ForwardSolution solution = scene.Equation().SolveFromWall(scene.SeenWithWall());
+    const ForwardSolution solution = scene.Equation().SolveFromWall(scene.ObservedWithWall());
     ASSERT_TRUE(scene.IsAmong(solution)) << scene;
     if (solution.Unique()) ++unique;
   }
@@ -148,9 +148,9 @@ TEST(ForwardEquation, ZoomGivesTiltZero) {
   }
 }
 
-// Without a base line the zoom is 1 and says nothing of the wall: th1 (a wall infinitely far) and
-// the tilt that makes b = 0 both agree. A farthest wall tells them apart.
-TEST(ForwardEquation, NoBaseLineIsToldByTheFarthestWall) {
+// Without a base line the zoom is 1 and independent of the wall: th1 (a wall infinitely far) and
+// the tilt that makes b = 0 both agree. A farthest wall distinguishes them.
+TEST(ForwardEquation, NoBaselineIsReportedForTheFarthestWall) {
   std::mt19937 random(7);
   for (int i = 0; i < 1000; ++i) {
     Scene scene = Scene::Random(random);
@@ -286,7 +286,7 @@ TEST(ForwardEquation, SensitivityIsTheDerivative) {
         zoom.by_seen_motion_m, Difference(by_zoom, seen, &ForwardObservation::seen_motion_m), 1e-6);
     EXPECT_EQ(zoom.by_wall_per_m, 0);
 
-    const WallObservation with_wall = scene.SeenWithWall();
+    const WallObservation with_wall = scene.ObservedWithWall();
     const ForwardSensitivity wall = nearest(equation.SolveFromWall(with_wall)).sensitivity;
     EXPECT_NEAR(
         wall.by_tan_shift, Difference(by_wall, with_wall, &WallObservation::tan_shift), 1e-6);

@@ -22,7 +22,7 @@ using synthetic::Scene;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The wall got smaller on the way to it.
+// The wall became smaller during the approach.
 TEST(ForwardEquation, AZoomAgainstTheBaseLineIsRefused) {
   const Scene scene{0.14, 0.45, 2.6, 4 * kRadPerDeg, 3, 0.5};
   ForwardObservation seen = scene.Seen();
@@ -33,14 +33,14 @@ TEST(ForwardEquation, AZoomAgainstTheBaseLineIsRefused) {
   EXPECT_FALSE(behind.Unique().has_value());
 }
 
-// 5 cm of base line are too few for a zoom of that noise. Who does not tell the noise gets the
-// spurious root for a unique one now and then; who does gets both.
-TEST(ForwardEquation, ToldNoiseLeavesNoWrongTilt) {
+// 5 cm of base line are too few for a zoom of that noise. Without the noise as input, the solver
+// returns the spurious root for a unique one now and then; who does gets both.
+TEST(ForwardEquation, KnownNoiseLeavesNoWrongTilt) {
   std::mt19937 random(10);
   const double sigma = 0.005;
   int unique = 0;
   int wrong = 0;
-  int wrong_untold = 0;
+  int wrong_without_noise = 0;
   for (int i = 0; i < 4000; ++i) {
     const double side = Draw(random, -1, 1) < 0 ? -1 : 1;
     const double tilt_rad = side * Draw(random, 0, 5) * kRadPerDeg;
@@ -51,14 +51,14 @@ TEST(ForwardEquation, ToldNoiseLeavesNoWrongTilt) {
       return tilt && std::abs(tilt->tilt_rad - tilt_rad) >
                          5 * std::abs(tilt->sensitivity.by_zoom) * sigma + 1e-4;
     };
-    const auto told = scene.Equation().SolveFromZoom(seen, {.zoom_sigma = sigma}).Unique();
-    if (told) ++unique;
-    if (is_wrong(told)) ++wrong;
-    if (is_wrong(scene.Equation().SolveFromZoom(seen).Unique())) ++wrong_untold;
+    const auto with_noise = scene.Equation().SolveFromZoom(seen, {.zoom_sigma = sigma}).Unique();
+    if (with_noise) ++unique;
+    if (is_wrong(with_noise)) ++wrong;
+    if (is_wrong(scene.Equation().SolveFromZoom(seen).Unique())) ++wrong_without_noise;
   }
   EXPECT_GT(unique, 2000);
   EXPECT_EQ(wrong, 0);
-  EXPECT_GT(wrong_untold, 10);
+  EXPECT_GT(wrong_without_noise, 10);
 }
 
 // Whatever the zoom, a tilt that is returned lies within the parallax of the nearest wall.
@@ -103,9 +103,9 @@ TEST(ForwardEquation, NearWallsAreRefusedInEitherFrame) {
     const ForwardEquation equation = scene.Equation();
     EXPECT_FALSE(scene.IsAmong(equation.SolveFromZoom(scene.Seen())));
     EXPECT_TRUE(scene.IsAmong(equation.SolveFromZoom(scene.Seen(), {.nearest_wall_m = 0.15})));
-    EXPECT_FALSE(scene.IsAmong(equation.SolveFromWall(scene.SeenWithWall())));
+    EXPECT_FALSE(scene.IsAmong(equation.SolveFromWall(scene.ObservedWithWall())));
     EXPECT_TRUE(
-        scene.IsAmong(equation.SolveFromWall(scene.SeenWithWall(), {.nearest_wall_m = 0.15})));
+        scene.IsAmong(equation.SolveFromWall(scene.ObservedWithWall(), {.nearest_wall_m = 0.15})));
   }
 }
 
@@ -113,7 +113,7 @@ TEST(ForwardEquation, ATiltOutOfRangeIsNoRoot) {
   const Scene scene{0.14, 0.45, 2.6, 8 * kRadPerDeg, 3, 0.1};
   const ForwardLimits limits{.max_tilt_rad = 3 * kRadPerDeg};
   EXPECT_EQ(scene.Equation().SolveFromZoom(scene.Seen(), limits).verdict, ForwardVerdict::kNoRoot);
-  EXPECT_EQ(scene.Equation().SolveFromWall(scene.SeenWithWall(), limits).verdict,
+  EXPECT_EQ(scene.Equation().SolveFromWall(scene.ObservedWithWall(), limits).verdict,
             ForwardVerdict::kNoRoot);
 }
 

@@ -32,7 +32,7 @@ calib::Rig PapersRig() {
 }
 
 /// A tilted frame and a level keyframe, seen without error: a robot turned in space, and the rays
-/// of its cameras on the mast, of which the forward one looks at a wall at a right angle.
+/// of its cameras on the mast, of which the forward one is perpendicular to a wall.
 struct Scene {
   double pitch_rad = 0;
   double roll_rad = 0;
@@ -54,7 +54,7 @@ struct Scene {
     const Vector3d axis = T.linear() * along;
     const Vector3d from_keyframe = camera + wall_m / axis.dot(along) * axis - keyframe;
     seen.tan_shift = -from_keyframe.z() / from_keyframe.dot(along);
-    // Registration sees a wall by cos(th1) narrower and by its square lower.
+    // Registration finds a wall by cos(th1) narrower and by its square lower.
     const double keystone = std::pow(1 + seen.tan_shift * seen.tan_shift, 0.75);
     seen.zoom = wall_m / (wall_m - base_shift_m) * keystone;
     const Eigen::AngleAxisd turn(yaw_rad, Vector3d::UnitZ());
@@ -67,7 +67,7 @@ struct Scene {
     const Vector3d met = camera + (kCeiling - camera.z()) / up.z() * up;
     ceiling_motion_m = along.dot(keyframe - met);
   }
-  /// What the keyframe knows of the wall.
+  /// The keyframe's data of the wall.
   [[nodiscard]] ForwardSolverParams Known() const {
     ForwardSolverParams params;
     params.wall_per_m = 1 / (wall_m - base_shift_m);
@@ -112,7 +112,7 @@ TEST(ForwardSolver, RearWheelsThatClimbAreExactButForThePivotsPlace) {
   }
 }
 
-TEST(ForwardSolver, RollIsTheCamerasWhenItLooksStraightAhead) {
+TEST(ForwardSolver, RollIsTheCamerasWhenItPointsStraightAhead) {
   Scene scene;
   scene.pitch_rad = -3 * kRadPerDeg;
   scene.roll_rad = 2.5 * kRadPerDeg;
@@ -125,14 +125,14 @@ TEST(ForwardSolver, RollIsTheCamerasWhenItLooksStraightAhead) {
 }
 
 // Small turns about level axes: what is neglected is of second order, 3 deg * 3 deg = 0.16 deg.
-TEST(ForwardSolver, ACameraThatLooksAsideSeesPitchAndRollMixed) {
+TEST(ForwardSolver, ACameraThatPointsAsideMixesPitchAndRoll) {
   for (const double yaw_deg : {-30.0, 10.0, 30.0}) {
     for (const Vector2d& deg : {Vector2d(-3, 0), Vector2d(0, 2), Vector2d(-2, -2)}) {
       Scene scene;
       scene.pitch_rad = deg[0] * kRadPerDeg;
       scene.roll_rad = deg[1] * kRadPerDeg;
       scene.yaw_rad = yaw_deg * kRadPerDeg;
-      scene.pivot_m = 0;  // whoever climbs: the foot stays
+      scene.pivot_m = 0;  // in any climb: the foot stays
       scene.MapMatch();
       calib::Rig rig = PapersRig();
       rig.axle_behind_mast_m = 0;
@@ -198,7 +198,7 @@ TEST(ForwardSolver, AKeyframeFartherAheadIsNearerToTheWall) {
 }
 
 // The distance that a frame teaches is not the one that its own tilt was solved with.
-TEST(ForwardSolver, OneFrameIsNotSurerThanTheWallItWasSolvedWith) {
+TEST(ForwardSolver, OneFrameIsNotMoreAccurateThanItsWall) {
   Scene scene;
   scene.pitch_rad = -4.64 * kRadPerDeg;
   scene.wall_m = 1.9;
@@ -236,7 +236,7 @@ TEST(ForwardSolver, CovarianceIsThatOfManyNoisyFrames) {
   scene.yaw_rad = 25 * kRadPerDeg;
   scene.wall_m = 2;
   scene.MapMatch();
-  scene.seen.sigma_zoom = 100;  // tells nothing of the wall
+  scene.seen.sigma_zoom = 100;  // no information on the wall
   ForwardSolverParams params = scene.Known();
   params.wall_per_m_sigma = 0.05;
   const auto claimed =

@@ -31,7 +31,7 @@ simulator::Scene WallScene() {
   return scene;
 }
 
-/// A robot before a wall, and a tracker that is shown what it sees.
+/// A robot before a wall, and a tracker that gets its images.
 class Robot {
  public:
   explicit Robot(const simulator::Scene& scene = WallScene())
@@ -110,7 +110,7 @@ TEST(ForwardTracker, NoseUpAndLeftSideUp) {
                            FrontUp(0, kAxle, -2)}) {
     const auto motion = robot.Measure(kStart, tilt);
     robot.ExpectRight(motion, kStart, tilt);
-    // Signs, whatever the geometry above says.
+    // Signs, independent of the geometry above.
     if (tilt.pitch_rad < -0.5 * kRadPerDeg) {
       EXPECT_LT(motion->tan_shift, -0.01);
     }
@@ -143,7 +143,7 @@ TEST(ForwardTracker, GoesOnFromANewReference) {
   robot.ExpectRight(robot.Measure({4.8, 3, 0}, FrontUp(2, kAxle)), {4.8, 3, 0}, FrontUp(2, kAxle));
 }
 
-TEST(ForwardTracker, TellsNothingOfTheDarkAndGoesOnAfterIt) {
+TEST(ForwardTracker, NoResultInTheDarkAndContinuesAfterIt) {
   Robot robot;
   robot.StartAt(kStart);
   EXPECT_TRUE(robot.Measure(kStart, FrontUp(1, kAxle)).has_value());
@@ -154,7 +154,7 @@ TEST(ForwardTracker, TellsNothingOfTheDarkAndGoesOnAfterIt) {
 }
 
 // A half that lies to one side shows the key-stone of the pitch as a roll.
-TEST(ForwardTracker, HalfCoveredStillTells) {
+TEST(ForwardTracker, HalfCoveredIsSufficient) {
   Robot robot;
   robot.StartAt(kStart);
   for (int i = 1; i <= 3; ++i) {
@@ -177,7 +177,7 @@ TEST(ForwardTracker, SomethingThatMovesDropsOut) {
 }
 
 // What it shows is not the keyframe's place: no tilt at all rather than a wrong one.
-TEST(ForwardTracker, TellsNothingOfAnotherPlace) {
+TEST(ForwardTracker, NoResultForAnotherPlace) {
   Robot robot;
   robot.StartAt(kStart);
   EXPECT_FALSE(robot.Measure(Pose2{4, 3, 2}).has_value());

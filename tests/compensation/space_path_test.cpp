@@ -14,7 +14,7 @@ namespace {
 using Eigen::Isometry3d;
 using synthetic::FrameAt;
 
-/// Shows a path what a robot sees, and holds it against where the robot was.
+/// Feeds a path with a robot's images, and compares it with the true poses.
 class Walk {
  public:
   explicit Walk(const simulator::Scene& scene)
@@ -82,7 +82,7 @@ TEST(SpacePath, TurnsOnTheSpot) {
   EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }
 
-TEST(SpacePath, TellsNothingInTheDark) {
+TEST(SpacePath, NoResultInTheDark) {
   const simulator::Scene scene = synthetic::Lab();
   Walk walk(scene);
   walk.Step(FrameAt(0, {3, 3, 0}));

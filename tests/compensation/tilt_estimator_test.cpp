@@ -37,7 +37,7 @@ class Recording {
     }
   }
 
-  /// @param correct  tells the estimator the truth after each frame, as a level map would.
+  /// @param correct  Gives the estimator the truth after each frame, as a level map does.
   void Run(TiltMethod method, const Edit& edit = {}, bool correct = false) {
     TiltEstimatorParams params;
     params.method = method;
@@ -80,7 +80,7 @@ class Recording {
     for (int i = 0; i < Size(); ++i) sum += ErrorOf(i).squaredNorm();
     return std::sqrt(sum / Size()) / kRadPerDeg;
   }
-  /// Frames farther off than so many of their own standard deviations.
+  /// Frames with an error above this number of their own standard deviations.
   [[nodiscard]] int Beyond(double sigmas) const {
     int beyond = 0;
     for (int i = 0; i < Size(); ++i) {
@@ -192,15 +192,15 @@ TEST(TiltEstimator, AnUncoveredForwardCameraIsUsedAgain) {
   EXPECT_EQ(recording.report.unknown, 4);
 }
 
-/// Somebody crosses the forward view.
+/// A person crosses the forward view.
 void Cross(int i, TiltFrame& frame) {
   cv::rectangle(frame.forward, cv::Rect(7 * i - 20, 50, 70, 160), cv::Scalar(220), cv::FILLED);
   cv::rectangle(frame.forward, cv::Rect(7 * i - 5, 80, 30, 60), cv::Scalar(30), cv::FILLED);
 }
 
-TEST(TiltEstimator, SomebodyWhoCrossesTheViewIsNoTilt) {
+TEST(TiltEstimator, APersonInTheViewIsNoTilt) {
   Recording& recording = Bumpy();
-  // What is left of the view lies to one side, where a pitch looks like a little roll.
+  // What is left of the view lies to one side, where a pitch is similar to a small roll.
   recording.Run(TiltMethod::kForward, Cross);
   EXPECT_LT(recording.WorstDeg(0, recording.Size()), 0.85);
   EXPECT_GE(recording.report.by_forward, recording.Size() - 3);
@@ -239,7 +239,7 @@ TEST(TiltEstimator, BeginsAnewAfterTheDark) {
   EXPECT_LE(recording.Beyond(3), 1);
 }
 
-TEST(TiltEstimator, CountsWhatNobodySaw) {
+TEST(TiltEstimator, CountsFramesWithoutMeasurement) {
   Recording& recording = Bumpy();
   recording.Run(TiltMethod::kCeiling, [](int i, TiltFrame& frame) {
     if (i >= 3 && i < 10) frame.up.setTo(3);
@@ -273,8 +273,8 @@ std::vector<simulator::Frame> Creep(const std::vector<std::pair<Pose2, Tilt>>& p
   return path;
 }
 
-// Tilted over 0.7 m, a fifth of the way to the wall: the keyframe stays behind, and what is seen of
-// the tilt is that much too small or large.
+// Tilted over 0.7 m, a fifth of the distance to the wall: the keyframe stays behind, and what is
+// seen of the tilt is that much too small or large.
 TEST(TiltEstimator, ParallaxOfALongTiltIsTakenOut) {
   std::vector<simulator::Frame> path;
   for (int i = 0; i < 18; ++i) {
@@ -296,8 +296,8 @@ TEST(TiltEstimator, ARobotThatIsCarriedAwayIsLevelElsewhere) {
   EXPECT_EQ(recording.At(recording.Size() - 1).source, TiltSource::kBoth);
 }
 
-// Switched on with something under a wheel: the first frame counts as level until a map speaks
-// against it, three times in a row.
+// Switched on with something under a wheel: the first frame is taken as level until a map
+// contradicts it in three consecutive frames.
 TEST(TiltEstimator, CorrectMakesAKeyframeLevelAgain) {
   const Tilt under_wheel = synthetic::FrontUp(1.5, 0.14, 0.8);
   Recording recording(Lab(), Creep({{{2.6, 2.6, 0.2}, under_wheel}, {{2.78, 2.63, 0.2}, {}}}, 8));
@@ -316,7 +316,7 @@ TEST(TiltEstimator, CorrectMakesAKeyframeLevelAgain) {
 TEST(TiltEstimator, OneContradictionOrASmallOneIsNoCorrection) {
   const simulator::Renderer renderer(Lab());
   const cv::Mat image = renderer.Render(synthetic::FrameAt(0, {2.6, 2.6, 0.2}));
-  const Matrix2d sure = std::pow(3e-4, 2) * Matrix2d::Identity();
+  const Matrix2d accurate = std::pow(3e-4, 2) * Matrix2d::Identity();
   const auto corrected = [&](const std::vector<TiltAngles>& left) {
     TiltEstimator estimator(renderer.GetRig());
     double stamp_s = 0;
@@ -326,13 +326,13 @@ TEST(TiltEstimator, OneContradictionOrASmallOneIsNoCorrection) {
     }
     return estimator.Report().corrected;
   };
-  const TiltAngles large{{0.02, 0}, sure};
-  const TiltAngles none{{0, 0}, sure};
-  const TiltAngles small{{1.4e-3, 0}, 0.01 * sure};
-  const TiltAngles unsure{{0.02, 0}, 0.01 * 0.01 * Matrix2d::Identity()};
+  const TiltAngles large{{0.02, 0}, accurate};
+  const TiltAngles none{{0, 0}, accurate};
+  const TiltAngles small{{1.4e-3, 0}, 0.01 * accurate};
+  const TiltAngles inaccurate{{0.02, 0}, 0.01 * 0.01 * Matrix2d::Identity()};
   EXPECT_EQ(corrected({large, large, none, large, large, none}), 0);
   EXPECT_EQ(corrected({small, small, small, small, small}), 0);
-  EXPECT_EQ(corrected({unsure, unsure, unsure, unsure, unsure}), 0);
+  EXPECT_EQ(corrected({inaccurate, inaccurate, inaccurate, inaccurate, inaccurate}), 0);
   EXPECT_EQ(corrected({large, large, large, none, none}), 1);
 }
 

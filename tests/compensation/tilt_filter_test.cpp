@@ -18,12 +18,12 @@ TiltAngles Angles(double pitch, double roll, double sigma) {
   return {Vector2d(pitch, roll), sigma * sigma * Matrix2d::Identity()};
 }
 
-TEST(TiltFilter, StartsLevelAndUnsure) {
+TEST(TiltFilter, StartsLevelWithALargeCovariance) {
   TiltFilter filter;
   filter.Predict(100);
   EXPECT_EQ(filter.Now().angles, Vector2d(0, 0));
   EXPECT_TRUE(filter.Now().covariance.isApprox(0.01 * Matrix2d::Identity()));
-  // As sure as the prediction: half-way.
+  // The same variance as the prediction: half-way.
   EXPECT_TRUE(filter.Update(Angles(0.06, -0.04, 0.1)));
   EXPECT_TRUE(filter.Now().angles.isApprox(Vector2d(0.03, -0.02)));
   EXPECT_TRUE(filter.Now().covariance.isApprox(0.005 * Matrix2d::Identity()));
@@ -77,7 +77,7 @@ TiltFilter Rising(const TiltFilterParams& params = {}) {
   return filter;
 }
 
-TEST(TiltFilter, PredictsAtTheRatesItHasSeen) {
+TEST(TiltFilter, PredictsWithTheMeasuredRates) {
   TiltFilter filter = Rising();
   filter.Predict(1.4);
   EXPECT_NEAR(filter.Now().angles[0], 0.14, 1e-3);
@@ -106,7 +106,7 @@ TEST(TiltFilter, RefusesAnOutlierAndStaysAsItWas) {
   EXPECT_EQ(filter.Now().angles, before.angles);
   EXPECT_EQ(filter.Now().covariance, before.covariance);
   EXPECT_TRUE(filter.Update(Angles(0.11 + 0.06, -0.055, 1e-5)));
-  // The same outlier from somebody who is as unsure is taken.
+  // The same outlier with a variance as large is accepted.
   filter = Rising();
   filter.Predict(1.1);
   EXPECT_TRUE(filter.Update(Angles(0.11 + 0.1, -0.055, 0.05)));
@@ -122,18 +122,18 @@ TEST(TiltFilter, CovarianceGrowsWithoutMeasurements) {
     EXPECT_NEAR(covariance(1, 1), covariance(0, 0), 1e-12);
     last = covariance(0, 0);
   }
-  EXPECT_GT(std::sqrt(last), 1);  // of two seconds nobody knows anything
+  EXPECT_GT(std::sqrt(last), 1);  // two seconds without measurements
 }
 
-TEST(TiltFilter, RestartsWithWhatItIsTold) {
+TEST(TiltFilter, RestartsWithTheGivenTilt) {
   TiltFilter filter = Rising();
   filter.Predict(1.1);
-  const TiltAngles sure = Angles(-0.07, 0.02, 1e-3);
-  filter.Restart(sure);
-  EXPECT_EQ(filter.Now().angles, sure.angles);
-  EXPECT_EQ(filter.Now().covariance, sure.covariance);
+  const TiltAngles accurate = Angles(-0.07, 0.02, 1e-3);
+  filter.Restart(accurate);
+  EXPECT_EQ(filter.Now().angles, accurate.angles);
+  EXPECT_EQ(filter.Now().covariance, accurate.covariance);
   filter.Predict(1.2);  // the old rates are gone
-  EXPECT_NEAR((filter.Now().angles - sure.angles).norm(), 0, 1e-12);
+  EXPECT_NEAR((filter.Now().angles - accurate.angles).norm(), 0, 1e-12);
   const double variance = 1e-6 + std::pow(0.1 * 0.5, 2) + std::pow(3 * 0.005, 2);
   EXPECT_NEAR(filter.Now().covariance(1, 1), variance, 1e-12);
 }

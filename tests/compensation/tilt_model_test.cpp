@@ -80,8 +80,8 @@ TEST(TiltModel, IsRightByHand) {
 }
 
 // The rear axle 14 cm behind the mast stays on the floor and the front wheels climb: the nose goes
-// up, and the camera looks at a point behind the mast.
-TEST(TiltModel, LooksBackWhenTheFrontWheelsClimb) {
+// up, and the camera's axis points at a point behind the mast.
+TEST(TiltModel, PointsBackWhenTheFrontWheelsClimb) {
   const TiltModel model(-0.14, 2.6);
   const double tilt = -4 * kRadPerDeg;
   EXPECT_LT(model.CeilingShift(tilt), -0.17);

@@ -6,7 +6,7 @@
 //                                        of `map`; visited.tum: of `localize`), m.gpkg, t.csv
 // They print Markdown tables.
 // DIR (default: the current folder) takes the files. Exits with 1 when the invariant breaks: no
-// wrong pose that is sure, no map lost, no crash.
+// accepted wrong pose, no map lost, no crash.
 
 #include <fmt/format.h>
 

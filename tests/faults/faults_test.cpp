@@ -1,4 +1,4 @@
-// A few of the faults that tests/reliability.sh goes through: no wrong pose that is sure, no map
+// A few of the faults that tests/reliability.sh covers: no accepted wrong pose, no map
 // lost, no crash.
 
 #include <gmock/gmock.h>
@@ -44,8 +44,8 @@ TEST_F(Faults, DamagedPacketsGiveNoPosesFromBefore) {
   EXPECT_GT(localized.placed, 0);
 }
 
-// The drive goes on elsewhere under the same tiles.
-TEST_F(Faults, DarknessOnTheWayPutsNothingWhereItIsNot) {
+// The drive continues elsewhere under the same tiles.
+TEST_F(Faults, DarknessDuringTheDriveCausesNoWrongPose) {
   const Outcome outcome = TheLab().Map(FaultNamed("dark for a third of the way"), 1);
   ExpectSurvived(outcome);
   EXPECT_GT(outcome.Coverage(), 0.3);
@@ -55,7 +55,7 @@ TEST_F(Faults, WhiteImagesSayNothing) {
   ExpectSurvived(TheLab().Map(FaultNamed("exposure jumps, 10 of 0.35 to 2.5"), 1));
 }
 
-TEST_F(Faults, SmearedImagesAreDoubted) {
+TEST_F(Faults, BlurredImagesHaveALargeCovariance) {
   ExpectSurvived(TheLab().Map(FaultNamed("motion blur of 25 px in 20 %"), 1));
 }
 
@@ -83,7 +83,7 @@ TEST_F(Faults, AKilledRunLeavesTheOldMapOrTheNewOne) {
   EXPECT_GT(result.old_maps, 0);
 }
 
-TEST_F(Faults, AReadOnlyFolderIsToldAtOnce) {
+TEST_F(Faults, AReadOnlyFolderIsReportedAtOnce) {
   const SystemResult result = ReadOnlyFolder(TheLab());
   ExpectSurvived(result);
   EXPECT_THAT(result.message, HasSubstr("cannot write in folder"));

@@ -233,7 +233,7 @@ Outcome Lab::Localize(const Fault& fault, unsigned seed) const {
                     folder_.string()),
                 stored.shots);
   outcome.map = StateOf(map, before);
-  if (outcome.map != MapState::kOld) outcome.map = MapState::kLost;  // nobody may write to it
+  if (outcome.map != MapState::kOld) outcome.map = MapState::kLost;  // it must not be written
   if (outcome.exit_code == 0) {
     Score(PosesOfStatus(folder_ / "t.csv"), stored.shots, T_room_map_, outcome);
   }

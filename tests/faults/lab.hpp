@@ -14,23 +14,23 @@ namespace ceilmap::faults {
 /// What stands under a map's name after a run.
 enum class MapState {
   kOld,  ///< bit by bit what stood there before
-  kNew,  ///< another map, which opens and holds all poses that it says
+  kNew,  ///< another map, which opens and contains all poses of its metadata
   kLost  ///< neither
 };
 
 /// What the program did, and how right it was.
 struct Outcome {
   int exit_code = 0;
-  /// What it said when it failed; "" when it did not.
+  /// Its message after a failure; "" after success.
   std::string message;
-  /// Exit code 0, 1 or 2; when it is not 0, one line on stderr says why.
+  /// Exit code 0, 1 or 2; when it is not 0, one line on stderr gives the reason.
   bool orderly = false;
   int shots = 0;      ///< images of the recording
   int placed = 0;     ///< that got a pose
   double rmse_m = 0;  ///< of these, against where their images were taken
   double largest_m = 0;
-  /// Wrong though sure: off by more than 0.05 m or 0.02 rad, and by more than four of the standard
-  /// deviations that are claimed.
+  /// Accepted although wrong: an error of more than 0.05 m or 0.02 rad, and by more than four of
+  /// the standard deviations that are claimed.
   int wrong = 0;
   MapState map = MapState::kOld;
 

@@ -26,7 +26,7 @@ using Random = std::mt19937;
 /// frames, 6 cm each: enough to be mapped with a loop closure.
 simulator::Scene MappedRoom();
 /// The same room on another day, from another robot: higher camera, longer focal length, darker
-/// images, on a way of its own of about 120 frames.
+/// images, on a separate path of about 120 frames.
 simulator::Scene VisitedRoom();
 
 /// Renders the scene's drive.

@@ -18,13 +18,13 @@ Recording SwapFrames(const Recording& good, double share, Random& random);
 
 /// Every other image is darker: grey values times `low`.
 Recording Flicker(const Recording& good, double low);
-/// From each of so many random frames on, another exposure: grey values times 0.35 to 2.5.
+/// From each of this number of random frames on, another exposure: grey values times 0.35 to 2.5.
 Recording ExposureJumps(const Recording& good, int jumps, Random& random);
 /// Images of this share of frames are smeared over `length_px` pixels in a random direction.
 Recording MotionBlur(const Recording& good, double share, int length_px, Random& random);
 /// This share of all pixels is black or white, others in each image.
 Recording SaltNoise(const Recording& good, double share, Random& random);
-/// So many rows of the sensor are dead, the same in all images: black or white.
+/// This number of rows of the sensor are dead, the same in all images: black or white.
 Recording DeadRows(const Recording& good, int rows, Random& random);
 /// From the middle of the recording on, half the lens is covered: dark, out of focus.
 Recording CoveredHalf(const Recording& good);

@@ -102,7 +102,7 @@ long Moment(int trial, int calls, Random& random) {
   return std::uniform_int_distribution<long>(first, calls - 1)(random);
 }
 
-// Motion JPEG into a pipe, to and fro through the images, until nobody reads any more.
+// Motion JPEG into a pipe, to and fro through the images, until the reader stops.
 class Feed {
  public:
   Feed(const fs::path& pipe, const Recording& shots) {

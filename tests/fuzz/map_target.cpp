@@ -79,7 +79,7 @@ void CheckFrame(const graph::FramePose& frame) {
           "a pose that is not finite");
 }
 
-/// Each part by itself: one that is damaged says nothing of the others.
+/// Each part separately: one that is damaged does not affect the others.
 void ReadAll(const store::MapReader& map) {
   const cv::Size size = map.Metadata().view_size;
   Require(size.width > 0 && size.height > 0 && map.Metadata().resolution > 0, "metadata");

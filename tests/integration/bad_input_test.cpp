@@ -1,4 +1,4 @@
-// Every unusable input ends with its exit code, one line on stderr that says what is wrong, and
+// Every unusable input ends with its exit code, one line on stderr with the problem, and
 // nothing left behind.
 
 #include <algorithm>
@@ -33,7 +33,7 @@ std::vector<std::string> Map(std::vector<std::string> more) {
   return more;
 }
 
-// Arguments of a localization that is right but for what they say.
+// Arguments of a localization with one error each.
 std::vector<std::string> Localize(const std::string& map,
                                   const std::string& rig,
                                   const std::string& up,
@@ -42,7 +42,7 @@ std::vector<std::string> Localize(const std::string& map,
   return LocalizeArguments(map, rig, up, more);
 }
 
-// A map of the recording, and files that only look like one.
+// A map of the recording, and files that are similar to one.
 void WriteMaps(const Recordings& test) {
   ASSERT_EQ(
       test.Run({"map", "--quiet", "--rig=@rig.yaml", "--up=@run.avi", "-o", "@good.gpkg"}).err, "");
@@ -127,7 +127,7 @@ const std::vector<BadInput> kSources = {
     {"NoCamera", Map({"--up=/dev/video4711"}), "/dev/video4711"},
     {"NotTheRigsSize", Map({"--rig=@rig.yaml", "--up=@small"}), "200x200 px, but camera 'up'"},
     {"SizesThatChange", Map({"--up=@sizes"}), "frame 4 is 200x200"},
-    {"DamagedPicture", Map({"--up=@damaged"}), "frame4.png"},
+    {"DamagedImage", Map({"--up=@damaged"}), "frame4.png"},
     {"Black", Map({"--up=@black"}), "texture", 1},
     {"Uniform", Map({"--up=@grey.avi"}), "texture", 1},
 };
@@ -135,7 +135,7 @@ const std::vector<BadInput> kSources = {
 const std::vector<BadInput> kStampsAndRigs = {
     {"FewStamps", Map({"--up=@run.avi", "--stamps=@short.csv"}), "23 stamps"},
     {"ManyStamps", Map({"--up=@run.avi", "--stamps=@long.csv"}), "25 stamps"},
-    {"FewStampsForPictures", Map({"--up=@run", "--stamps=@short.csv"}), "24 frames"},
+    {"FewStampsForImages", Map({"--up=@run", "--stamps=@short.csv"}), "24 frames"},
     {"StampsGoBack", Map({"--up=@run.avi", "--stamps=@back.csv"}), "back.csv:3"},
     {"NoStampsFile", Map({"--up=@run.avi", "--stamps=@none.csv"}), "none.csv"},
     {"NoRig", Map({"--up=@run.avi", "--rig=@none.yaml"}), "none.yaml"},
@@ -209,7 +209,7 @@ const std::vector<BadInput> kLocalize = {
     {"CameraAtTheCeiling", Localize("@good.gpkg", "@high.yaml", "@run.avi"), "high.yaml"},
     {"NoUpwardCamera", Localize("@good.gpkg", "@blind.yaml", "@run.avi"), "blind.yaml"},
     {"CameraLooksDown", Localize("@good.gpkg", "@down.yaml", "@run.avi"), "down.yaml"},
-    {"NotTheRigsPictures", Localize("@good.gpkg", "@rig.yaml", "@small"), "200x200 px"},
+    {"NotTheRigsImages", Localize("@good.gpkg", "@rig.yaml", "@small"), "200x200 px"},
     {"AnotherRoom", Localize("@good.gpkg", "@rig.yaml", "@elsewhere"), "none of its 24 frames", 1},
     {"NothingToSee", Localize("@good.gpkg", "@rig.yaml", "@grey.avi"), "none of its 5 frames", 1},
     {"StartIsNoPose",
@@ -237,19 +237,19 @@ const std::vector<BadInput> kLocalize = {
 
 const std::vector<BadInput> kPairs = {
     {"RegisterNothing", {"register"}, "two images"},
-    {"RegisterOnePicture", {"register", "@run/frame0.png"}, "two images"},
+    {"RegisterOneImage", {"register", "@run/frame0.png"}, "two images"},
     {"RegisterMissing", {"register", "@run/frame0.png", "@none.png", "-o", "r.csv"}, "none.png"},
     {"RegisterSizes", {"register", "@run/frame0.png", "@small/frame0.png"}, "320x240"},
-    {"PairsAndPictures",
+    {"PairsAndImages",
      {"register", "@run/frame0.png", "@run/frame1.png", "--pairs=@pairs.csv", "-o", "r.csv"},
      "two images"},
     {"PairsWithoutOutput", {"register", "--pairs=@pairs.csv"}, "-o OUT.csv"},
     {"PairsNoFile", {"register", "--pairs=@none.csv", "-o", "r.csv"}, "none.csv"},
     {"PairsNoColumns", {"register", "--pairs=@stamps.csv", "-o", "r.csv"}, "'id'"},
-    {"PairsMissingPicture", {"register", "--pairs=@pairs.csv", "-o", "r.csv"}, "pairs.csv:2"},
+    {"PairsMissingImage", {"register", "--pairs=@pairs.csv", "-o", "r.csv"}, "pairs.csv:2"},
     {"PairsSizes", {"register", "--pairs=@sizes.csv", "-o", "r.csv"}, "sizes.csv:2"},
     {"PairsTwice", {"register", "--pairs=@twice.csv", "-o", "r.csv"}, "twice.csv:3"},
-    {"PairsDamagedPicture", {"register", "--pairs=@damaged.csv", "-o", "r.csv"}, "damaged.csv:2"},
+    {"PairsDamagedImage", {"register", "--pairs=@damaged.csv", "-o", "r.csv"}, "damaged.csv:2"},
     {"PairsNoFolder", {"register", "--pairs=@pairs.csv", "-o", "none/r.csv"}, "does not exist"},
 };
 
@@ -277,14 +277,14 @@ const std::vector<BadInput> kTrajectories = {
      "one.csv: has neither the columns of a status file"},
     {"NothingInCommon",
      {"evaluate", "--truth=@truth.tum", "@later.tum", "-o", "r"},
-     "its stamps are 11.000 to 12.000 s, the truth's 1.000 to 2.000 s; had both begun together it "
-     "were --offset -10.000"},
+     "its stamps are 11.000 to 12.000 s, the truth's 1.000 to 2.000 s; if both begin at the same "
+     "time, it is --offset -10.000"},
     {"StampsBetweenTheTrueOnes",
      {"evaluate", "--truth=@truth.tum", "@between.tum", "-o", "r"},
      "the nearest two are 0.4 s apart, see --max-dt"},
     {"OffsetThatNothingTells",
      {"evaluate", "--truth=@truth.tum", "@later.tum", "--offset=auto", "-o", "r"},
-     "later.tum: how the robot moved does not tell the offset"},
+     "later.tum: the robot's motion does not determine the offset"},
     {"OffsetIsNoNumber",
      {"evaluate", "--truth=@truth.tum", "@truth.tum", "--offset=soon"},
      "--offset soon: must be seconds, or auto"},
@@ -299,7 +299,7 @@ const std::vector<BadInput> kTrajectories = {
      "later.tum: 0 poses within 0.02 s of one of "},
     {"OneNameTwice",
      {"evaluate", "--truth=@truth.tum", "@truth.tum", "truth=@truth.tum"},
-     "'truth' is taken"},
+     "'truth' is used twice"},
     {"ReportFolderInUse", {"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "@run"}, "empty"},
     {"ReportInNoFolder",
      {"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "none/r"},
@@ -313,7 +313,7 @@ const std::vector<BadInput> kTrajectories = {
      "later.tum: no pose within 0.02 s of one of "},
     {"BeforeHardlyEverLevel",
      {"evaluate", "--truth=@tilted.tum", "--before=@truth.tum", "@truth.tum", "-o", "r"},
-     "truth.tum: 1 of its 2 compared frames level by "},
+     "truth.tum: 1 of its 2 compared frames are level by "},
     {"EstimateWithoutBefore",
      {"evaluate", "--truth=@truth.tum", "--before=@truth.tum", "@later.tum", "-o", "r"},
      "later.tum: no pose within 0.02 s of one of "},

@@ -53,7 +53,7 @@ class Recordings {
     const std::vector<cv::Mat> good = PaintAll(painter, poses);
     support::WriteImages(folder_ / "good", good);
     support::WriteImages(folder_ / "one", {good[0]});
-    support::WriteImages(folder_ / "alike", {good[1], good[1], good[1], good[1]});
+    support::WriteImages(folder_ / "similar", {good[1], good[1], good[1], good[1]});
     support::WriteImages(folder_ / "grey",
                          std::vector<cv::Mat>(3, cv::Mat(360, 480, CV_8U, cv::Scalar(90))));
     support::WriteImages(folder_ / "sizes", {good[0], good[1].colRange(0, 400).clone()});
@@ -152,7 +152,7 @@ TEST_F(CalibrateCamera, WritesACameraThatIsReadBack) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(result.out, HasSubstr("15 with a chessboard of 9x6 corners, 15 used"));
-  EXPECT_THAT(result.out, HasSubstr("the views do not tell it from 0"));
+  EXPECT_THAT(result.out, HasSubstr("not estimated: it does not differ from 0 significantly"));
   ExpectTestLens("up.yaml", 0.002, 0.6);
   EXPECT_THAT(ReadAll(out_ / "up.yaml"), HasSubstr("camera_name: \"up\"\n"));
   const auto summary = nlohmann::json::parse(ReadAll(out_ / "s.json"));
@@ -189,8 +189,9 @@ TEST_F(CalibrateCamera, ChoosesViewsOfAVideo) {
   const auto result = Run(With(kBoard, {"@walk.avi", "-o", "up.yaml", "--views=12", "--verbose"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr(" 12 used"));
-  EXPECT_THAT(result.out, testing::ContainsRegex("left out +[0-9]+  others tell more"));
-  EXPECT_THAT(result.out, testing::ContainsRegex("frame [0-9]+ +others tell more"));
+  EXPECT_THAT(result.out,
+              testing::ContainsRegex("left out +[0-9]+  less informative than the others"));
+  EXPECT_THAT(result.out, testing::ContainsRegex("frame [0-9]+ +less informative than the others"));
   ExpectTestLens("up.yaml", 0.004, 1);
 }
 
@@ -201,7 +202,7 @@ TEST_F(CalibrateCamera, CharucoBoards) {
   ExpectTestLens("up.yaml", 0.003, 1);
 }
 
-TEST_F(CalibrateCamera, ReportsToLookAt) {
+TEST_F(CalibrateCamera, WritesAReport) {
   const auto result =
       Run(With(kBoard, {"@good", "-o", "up.yaml", "--report=report", "--name=<up>"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -270,7 +271,7 @@ const std::vector<BadCalibration> kBadCalibrations = {
     {"EmptyFolder", {"@empty"}, "empty: holds no images"},
     {"NoSuchFile", {"@none.mp4"}, "none.mp4: no such file"},
     {"NotAVideo", {"@text.mp4"}, "text.mp4: is not a video"},
-    {"NotAPicture", {"@text.png"}, "text.png: is not an image"},
+    {"NotAnImage", {"@text.png"}, "text.png: is not an image"},
     {"NoBoard", {"@grey"}, "grey: no chessboard of 9x6 corners in any of 3 images; is it whole"},
     {"SmallerBoard",
      {"@other"},
@@ -280,7 +281,7 @@ const std::vector<BadCalibration> kBadCalibrations = {
      "good: the images show a chessboard of 9x6 corners, not 8x5; give --corners 9x6"},
     {"Mirrored",
      With(kCharuco, {"@mirrored"}),
-     "mirrored: the board is seen mirrored, by a mirror"},
+     "mirrored: the board appears mirrored, by a mirror"},
     {"NoMarkers", With(kCharuco, {"@good"}), "good: the images show a chessboard of 9x6 corners"},
     {"OtherMarkers",
      With(kCharuco, {"@charuco", "--corners=5x8"}),
@@ -288,8 +289,9 @@ const std::vector<BadCalibration> kBadCalibrations = {
     {"Blurred", {"@blurred"}, "blurred: the board is blurred in all of 15 images; hold it still"},
     {"OneView", {"@one"}, "one: 1 of 1 images shows the board sharp and whole, at least 3"},
     {"AlikeViews",
-     {"@alike"},
-     "alike: the 4 views of the board are alike (1 different one), at least 3 are needed; show"},
+     {"@similar"},
+     "similar: the 4 views of the board are too similar (1 different one), at least 3 are needed; "
+     "show"},
     {"LevelViews", {"@level"}, "level: no view with the board tilted by more than"},
     {"SizesDiffer",
      {"@sizes"},

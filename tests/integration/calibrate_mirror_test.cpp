@@ -110,7 +110,7 @@ TEST_F(CalibrateMirrorTest, ByHand) {
   EXPECT_TRUE(std::filesystem::exists(*folder_ / "by-hand.png"));
 }
 
-TEST_F(CalibrateMirrorTest, RecordingsThatTellNothing) {
+TEST_F(CalibrateMirrorTest, UnusableRecordings) {
   std::filesystem::create_directory(*folder_ / "still");
   for (const char* name : {"still/0.png", "still/1.png", "still/2.png"}) {
     folder_->Write(name, ReadAll(*folder_ / "turn/omni/000000.png"));
@@ -118,13 +118,12 @@ TEST_F(CalibrateMirrorTest, RecordingsThatTellNothing) {
   ExpectFault(Calibrate({"--omni=still"}),
               "still: nothing moves in the mirror; record it while the robot turns, in a lit room "
               "with things in it");
+  ExpectFault(Calibrate({"--omni=turn/up/000000.png"}),
+              "turn/up/000000.png: no mirror with a round rim was found; light the room, or give "
+              "its position: --ring U,V,INNER,OUTER");
   ExpectFault(
-      Calibrate({"--omni=turn/up/000000.png"}),
-      "turn/up/000000.png: no mirror with a round rim is to be seen; light the room, or say "
-      "where it is: --ring U,V,INNER,OUTER");
-  ExpectFault(Calibrate({"--omni=turn/omni", "-o", "x.yaml"}),
-              "calibrate mirror: -o writes a rig with the mirror in it; give the rig so far by "
-              "--rig");
+      Calibrate({"--omni=turn/omni", "-o", "x.yaml"}),
+      "calibrate mirror: -o writes a rig with the mirror added; give the existing rig by --rig");
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ std::string TumLine(int index, double x, double y, double yaw) {
                      std::cos(yaw / 2));
 }
 
-/// The same on its way up a step, which the front wheels climb from x = 3.6 m on and the axle
+/// The same while climbing a step, which the front wheels climb from x = 3.6 m on and the axle
 /// later.
 std::string StepLine(int index, double axle_x) {
   const auto floor = [](double x) { return kStep * std::clamp((x - 3.6) / 0.05, 0.0, 1.0); };
@@ -106,7 +106,7 @@ class CalibrateRigTest : public testing::Test {
     Render("straight", straight);
     Render("curve", curve);
     const std::string rig = ReadAll(*folder_ / "spin/rig.yaml");
-    // With a forward camera that looks straight ahead, as far as anybody knows.
+    // With a forward camera that points straight ahead, by the initial rig.
     std::string ahead = "d: 0.45\n" + rig.substr(rig.find("cameras:"));
     for (std::size_t at = 0; (at = ahead.find("      matrix:", at)) != std::string::npos;) {
       ahead.erase(at, ahead.find('\n', at) + 1 - at);
@@ -114,7 +114,7 @@ class CalibrateRigTest : public testing::Test {
     const std::size_t turn = ahead.find("rotation_xyzw:", ahead.find("  forward:"));
     ahead.replace(turn, ahead.find('\n', turn) - turn, "rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]");
     folder_->Write("ahead.yaml", ahead);
-    // The intrinsics, and that the camera is 0.4 m above the floor and looks up.
+    // The intrinsics, and that the camera is 0.4 m above the floor and points up.
     std::string rough = "robot: test\nd: 0.45\n" + rig.substr(rig.find("cameras:"));
     rough.resize(rough.find("      translation:"));  // and no other camera
     rough +=
@@ -195,7 +195,7 @@ TEST_F(CalibrateRigTest, FindsTheMountUnderACeilingOfKnownHeight) {
   EXPECT_LT(off.angle() / kRadPerDeg, 0.1);
 }
 
-TEST_F(CalibrateRigTest, ATapedWayGivesTheCeilingsHeight) {
+TEST_F(CalibrateRigTest, AMeasuredDistanceGivesTheCeilingsHeight) {
   support::ProcessResult result = Calibrate(
       "spin/up", "straight/up", {"--rig=rough.yaml", "--distance=1.5", "--report=report"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -221,7 +221,7 @@ TEST_F(CalibrateRigTest, WithBothTheCamerasHeightComesOutToo) {
   ExpectTruth("camera_z_m", 0.4, 0.003 * 2.1);
 }
 
-TEST_F(CalibrateRigTest, AStepTellsTheAxleAndTheForwardCamera) {
+TEST_F(CalibrateRigTest, AStepGivesTheAxleAndTheForwardCamera) {
   const support::ProcessResult result = Calibrate("spin/up",
                                                   "straight/up",
                                                   {"--rig=ahead.yaml",
@@ -249,14 +249,14 @@ TEST_F(CalibrateRigTest, AStepTellsTheAxleAndTheForwardCamera) {
   EXPECT_TRUE(std::filesystem::exists(*folder_ / "step-report/figures/step.gp"));
 }
 
-TEST_F(CalibrateRigTest, AnAngleThatNothingTellsIsWarnedOf) {
+TEST_F(CalibrateRigTest, AnUndeterminedAngleCausesAWarning) {
   const support::ProcessResult result = Calibrate(
       "spin/up",
       "straight/up",
       {"--rig=ahead.yaml", "--ceiling-height=2.5", "--straight-forward=straight/forward"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("the forward camera's roll is known to "));
-  EXPECT_THAT(result.err, HasSubstr(" deg only; add --spin-forward or --step-forward\n"));
+  EXPECT_THAT(result.err, HasSubstr("the forward camera's roll has a standard deviation of "));
+  EXPECT_THAT(result.err, HasSubstr(" deg; add --spin-forward or --step-forward\n"));
 }
 
 TEST_F(CalibrateRigTest, AStepThatIsNone) {
@@ -265,9 +265,9 @@ TEST_F(CalibrateRigTest, AStepThatIsNone) {
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(
       result.err,
-      AllOf(StartsWith("ceilmap: straight/up: the robot's front climbs nothing, it tilts by "
-                       "0."),
-            EndsWith(" deg at the most, must be at least 0.8; begin on the level floor and "
+      AllOf(StartsWith(
+                "ceilmap: straight/up: the robot's front does not climb, it tilts by at most 0."),
+            EndsWith(" deg, must be at least 0.8; begin on the level floor and "
                      "let the front wheels drive slowly onto a board\n")));
 }
 
@@ -275,10 +275,12 @@ TEST_F(CalibrateRigTest, ASpinThatIsNone) {
   const std::vector<std::string> more{"--rig=rough.yaml", "--ceiling-height=2.5"};
   support::ProcessResult result = Calibrate("straight/up", "straight/up", more);
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err,
-              AllOf(StartsWith("ceilmap: straight/up: the robot turns by 0."),
-                    EndsWith(" deg only, must be at least 180; let it turn on the spot, best once "
-                             "around\n")));
+  EXPECT_THAT(
+      result.err,
+      AllOf(
+          StartsWith("ceilmap: straight/up: the robot turns by 0."),
+          EndsWith(
+              " deg only, must be at least 180; let it turn on the spot, best by a full turn\n")));
   result = Calibrate("drift/up", "straight/up", more);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("drift/up: the robot does not turn on the spot, its axle"));
@@ -293,7 +295,7 @@ TEST_F(CalibrateRigTest, AStraightDriveThatIsNone) {
   folder_->Write("still/0.png", ReadAll(*folder_ / "straight/up/000000.png"));
   folder_->Write("still/1.png", ReadAll(*folder_ / "straight/up/000000.png"));
   ExpectFault(Calibrate("spin/up", "still", more),
-              "still: the robot drives 0.00 m only, must be at least 0.5; let it drive straight "
+              "still: the robot drives only 0.00 m, must be at least 0.5; let it drive straight "
               "ahead as far as the room allows");
 }
 
@@ -315,7 +317,7 @@ TEST_F(CalibrateRigTest, ACeilingThatIsLost) {
 TEST_F(CalibrateRigTest, ArgumentsThatDoNotFit) {
   ExpectFault(Calibrate("spin/up", "straight/up", {"--rig=rough.yaml"}),
               "calibrate rig: give --ceiling-height, or --distance of the straight drive; without "
-              "a tape measure nothing has a scale");
+              "a tape measure there is no scale");
   ExpectFault(Calibrate("spin/up", "straight/up", {"--ceiling-height=2.5"}),
               "calibrate rig: give either --rig RIG.yaml, or --camera CAMERA_INFO.yaml for a rig "
               "that does not exist yet");
@@ -336,7 +338,7 @@ TEST_F(CalibrateRigTest, ArgumentsThatDoNotFit) {
   no_pose.resize(no_pose.find("    base_link_to_camera:"));
   folder_->Write("no-pose.yaml", no_pose);
   ExpectFault(Calibrate("spin/up", "straight/up", {"--rig=no-pose.yaml", "--distance=1.5"}),
-              "no-pose.yaml: tells nothing of the upward camera's height; give --camera-height, or "
+              "no-pose.yaml: does not give the upward camera's height; give --camera-height, or "
               "both --ceiling-height and --distance");
 }
 

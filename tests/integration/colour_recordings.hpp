@@ -41,7 +41,7 @@ class PaintedCylinder {
     Foresee();
   }
 
-  /// What a level robot with this yaw sees by the camera of ForwardRig(kRaisedDeg).
+  /// Image of a level robot with this yaw, by the camera of ForwardRig(kRaisedDeg).
   [[nodiscard]] cv::Mat Seen(double yaw_rad) const {
     const double turns = yaw_rad / (2 * std::numbers::pi);
     const cv::Mat map = ahead_ + cv::Scalar(kColumns * (turns - std::floor(turns)));
@@ -56,7 +56,7 @@ class PaintedCylinder {
   inline static const cv::Point2d kCentre{159.5, 119.5};
 
  private:
-  // Where each pixel of a robot of yaw 0 looks to.
+  // Direction of each pixel of a robot of yaw 0.
   void Foresee() {
     const double sine = std::sin(kRaisedDeg * kRadPerDeg);
     const double cosine = std::cos(kRaisedDeg * kRadPerDeg);

@@ -60,7 +60,7 @@ cv::Size MosaicSize(const std::filesystem::path& map) {
   return {kImageSize.height + kStep.y * last, kImageSize.width + kStep.x * last};
 }
 
-TEST(Program, TellsItsVersionAndItsCommands) {
+TEST(Program, PrintsItsVersionAndItsCommands) {
   const support::TestFolder folder;
   const support::ProcessResult version = support::RunCeilmap({"--version"}, folder.Path());
   EXPECT_EQ(version.exit_code, 0);
@@ -219,7 +219,7 @@ TEST(Map, KeepsWhatIsDoneWhenInterrupted) {
   }
 }
 
-TEST(Info, TellsWhatTheMapHolds) {
+TEST(Info, ReportsTheContentOfTheMap) {
   const Recordings test;
   ASSERT_EQ(
       test.Run({"map", "--rig=@rig.yaml", "--up=@run.avi", "--stamps=@stamps.csv", "-o", "m.gpkg"})
@@ -255,7 +255,7 @@ TEST(Info, TellsWhatTheMapHolds) {
               ElementsAre("chi2_per_dof", "loop_rms", "loops", "max_edge_sigmas", "odometry_rms"));
   EXPECT_THAT(Keys(quality["loops"]), IsSupersetOf({"accepted", "ambiguous", "unconfirmed"}));
   EXPECT_EQ(quality["loops"].size(), 7U);
-  EXPECT_LT(quality["odometry_rms"], 0.001) << "cut from one picture: true to a part of a pixel";
+  EXPECT_LT(quality["odometry_rms"], 0.001) << "cut from one image: true to a part of a pixel";
   EXPECT_TRUE(info.at("weak_spots").is_array());
 }
 

@@ -1,5 +1,5 @@
-// Whatever `ceilmap compass` cannot use ends with its exit code, one line on stderr that says what
-// is wrong, and nothing left behind.
+// Every unusable input of `ceilmap compass` ends with its exit code, one line on stderr with the
+// problem, and no files left behind.
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -140,13 +140,13 @@ const std::vector<BadCompass> kBadCommands = {
      "ceilmap: --grid 0,0,6,4,5.5,3: COLUMNS and ROWS must be whole numbers in 1..100\n"},
     {"GridOfOnePlace",
      Learning("learn.avi", "rig.yaml", "learn.tum", {"--grid=0,0,6,4,5,3", "--method=sturm"}),
-     "ceilmap: --grid: is of --method victoria; sturm has one place; leave it out\n"},
+     "ceilmap: --grid: is an option of --method victoria; sturm has one place; leave it out\n"},
     {"UpdateNowhere",
      Asking("m", {"--update"}),
-     "ceilmap: --update: what is seen is learned at a place; give --poses too\n"},
+     "ceilmap: --update: learning needs the position of the robot; give --poses too\n"},
     {"NothingToSave",
      Asking("m", {"--save=m2"}),
-     "ceilmap: --save: nothing is learned without --update; give that too\n"},
+     "ceilmap: --save: the model only changes with --update; give that too\n"},
     {"OneModel",
      {"merge", "@m", "-o", "out"},
      "ceilmap: compass merge: give at least two models\n"},
@@ -180,7 +180,7 @@ const std::vector<BadCompass> kBadRecordings = {
      "later.tum: no pose within 0.02 s of a frame of"},
     {"GreyVideo",
      Learning("grey.avi", "rig.yaml", "learn.tum"),
-     "grey.avi: its images are grey; this compass knows places by their colours, record it in "
+     "grey.avi: its images are grey; this compass needs colours, record it in "
      "colour\n"},
     {"ShortGreyVideo",
      {"query", "@m", "--forward=@shortgrey.avi", "--rig=@rig.yaml", "-o", "h.csv"},

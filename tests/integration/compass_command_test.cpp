@@ -55,7 +55,7 @@ class CompassTest : public CompassCommand {
   }
 };
 
-TEST_F(CompassTest, LearnsATurnAndKnowsAnother) {
+TEST_F(CompassTest, FindsTheHeadingInASecondTurn) {
   const support::ProcessResult learned =
       Run(Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", "m", "--summary=l.json"}));
   EXPECT_EQ(learned.exit_code, 0) << learned.err;
@@ -125,7 +125,7 @@ TEST_F(CompassTest, PlacesAreUsedAndTheirYawIsNot) {
 TEST_F(CompassTest, UpdateAndMergeFillAModel) {
   const Turn half{46, 0, 4, 1000};
   const Turn rest{46, 180, 4, 1500};
-  const Turn asked{24, 235, 2.5, 2000};  // sees nothing of the half
+  const Turn asked{24, 235, 2.5, 2000};  // without a view of that half
   Record("half", half);
   Record("rest", rest);
   Record("asked", asked);
@@ -177,9 +177,9 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
   const support::ProcessResult tilted =
       Run(Of({"learn"}, "learn", {"--poses=@down.tum", "-o", "m", "--summary=s.json"}));
   EXPECT_EQ(tilted.exit_code, 0) << tilted.err;
-  EXPECT_EQ(
-      tilted.err,
-      "ceilmap: warning: 45 of 90 frames were skipped: too little of them is above the horizon\n");
+  EXPECT_EQ(tilted.err,
+            "ceilmap: warning: 45 of 90 frames were skipped: too small a part of them is above the "
+            "horizon\n");
   EXPECT_THAT(tilted.out, HasSubstr("skipped"));
   EXPECT_EQ(SummaryOf("s.json")["quality"]["below_horizon"], 45);
   // Poses of the first frames only.
@@ -196,14 +196,14 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
       Run(Of({"query", "m"}, "again", {"--poses=@bow.tum", "-o", "h.csv"}));
   EXPECT_EQ(asked.exit_code, 0) << asked.err;
   EXPECT_EQ(files::ReadHeadings(out_ / "h.csv").size(), 36U);
-  EXPECT_EQ(
-      asked.err,
-      "ceilmap: warning: 36 of 72 frames were skipped: too little of them is above the horizon\n");
+  EXPECT_EQ(asked.err,
+            "ceilmap: warning: 36 of 72 frames were skipped: too small a part of them is above the "
+            "horizon\n");
 }
 
 // Colours of another order are other colours: all that is left is what is light and dark. The
-// compass may find its way by that, or not, but it must not be sure and wrong.
-TEST_F(CompassTest, IsNotSureOfColoursInAnotherOrder) {
+// compass may use that or not, but it must not accept a wrong heading.
+TEST_F(CompassTest, HasLowConfidenceForColoursInAnotherOrder) {
   Learn("m");
   ASSERT_LT(AskAgain("m"), kLargestMeanRad);
   const double usual_deg = SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>();

@@ -47,7 +47,7 @@ class FolderEvents {
     }
     return true;
   }
-  /// Waits for so many events of the running program; @return how many came before its end.
+  /// Waits for this number of events of the running program; @return the number before its end.
   int WaitFor(int count, support::ChildProcess& child) {
     int seen = 0;
     while (seen < count && child.WaitForDescriptor(descriptor_)) seen += ReadSome();
@@ -95,8 +95,8 @@ class Durability : public testing::Test {
     return ReadAll(sites_.recordings.out / map);
   }
 
-  /// Kills the command after so many events (kUntilReplaced: as soon as the target is), or lets it
-  /// end. @return how many came.
+  /// Kills the command after this number of events (kUntilReplaced: as soon as the target is), or
+  /// lets it end. @return how many came.
   int Run(const Replacing& command, int events) {
     Restore(command);
     std::vector<std::string> arguments = sites_.recordings.Resolve(command.arguments);

@@ -13,7 +13,7 @@
 
 namespace ceilmap::integration {
 
-/// Endless Motion JPEG into a pipe, to and fro through the images, until nobody reads any more.
+/// Endless Motion JPEG into a pipe, to and fro through the images, until the reader stops.
 class EndlessStream {
  public:
   EndlessStream(const std::filesystem::path& pipe, const std::vector<cv::Mat>& images) {

@@ -79,7 +79,7 @@ std::string Line(double off_x, double off_y, double pitch_deg) {
   return text;
 }
 
-TEST(Evaluate, TellsWhatCompensationIsWorth) {
+TEST(Evaluate, ReportsTheBenefitOfCompensation) {
   const Recordings test;
   test.in.Write("truth.tum", Line(0, 0, -4));
   test.in.Write("before.tum", Line(-0.2, 0.1, 0));
@@ -135,7 +135,7 @@ TEST(Evaluate, DrawsTheErrorsOverTheMap) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::string page = ReadAll(test.out / "report/index.html");
   EXPECT_THAT(page, HasSubstr("data:image/"));
-  EXPECT_THAT(page, HasSubstr("Position error over the way"));
+  EXPECT_THAT(page, HasSubstr("Position error over the distance travelled"));
   const std::vector<std::string> names = support::NamesIn(test.out / "report/figures");
   for (const char* name :
        {"trajectories", "poses", "errors", "errors-way", "error-map", "distribution", "segments"}) {
@@ -187,12 +187,12 @@ std::string Drive(double scale, double ahead_s) {
   std::string text;
   for (int i = 0; i < 300; ++i) {
     const double t = 0.1 * i;
-    const double way = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
+    const double travelled = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
     const double half = 0.75 * std::sin(0.23 * t) + 0.25 * std::sin(0.71 * t + 1);
     text += fmt::format("{:.6f} {:.9f} {:.9f} 0 0 0 {:.12f} {:.12f}\n",
                         1000 + t - ahead_s,
-                        scale * way * std::cos(0.1 * way),
-                        scale * way * std::sin(0.1 * way),
+                        scale * travelled * std::cos(0.1 * travelled),
+                        scale * travelled * std::sin(0.1 * travelled),
                         std::sin(half),
                         std::cos(half));
   }
@@ -218,26 +218,26 @@ TEST(Evaluate, FindsTheOffsetOfAnotherClockAndAScale) {
   EXPECT_NEAR(other["alignment"]["scale"].get<double>(), 0.5, 1e-6);
   EXPECT_LT(other["position_m"]["max"].get<double>(), 1e-6);
 
-  const support::ProcessResult told = test.Run({"evaluate",
-                                                "--truth=@truth.tum",
-                                                "@other.tum",
-                                                "--align=sim2",
-                                                "--offset=876.5",
-                                                "--segments=1.5",
-                                                "-o",
-                                                "told"});
-  EXPECT_EQ(told.exit_code, 0) << told.err;
-  const auto again = nlohmann::json::parse(ReadAll(test.out / "told/metrics.json"));
+  const support::ProcessResult shifted = test.Run({"evaluate",
+                                                   "--truth=@truth.tum",
+                                                   "@other.tum",
+                                                   "--align=sim2",
+                                                   "--offset=876.5",
+                                                   "--segments=1.5",
+                                                   "-o",
+                                                   "shifted"});
+  EXPECT_EQ(shifted.exit_code, 0) << shifted.err;
+  const auto again = nlohmann::json::parse(ReadAll(test.out / "shifted/metrics.json"));
   EXPECT_EQ(again["estimates"]["other"]["segments"][0]["length_m"], 1.5);
 
   const support::ProcessResult refused = test.Run({"evaluate", "--truth=@truth.tum", "@other.tum"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err,
               HasSubstr("its stamps are 123.500 to 153.400 s, the truth's 1000.000 to 1029.900 s; "
-                        "the robot moved alike with --offset 876.500\n"));
+                        "the motions agree with --offset 876.500\n"));
 }
 
-TEST(Evaluate, StatusFilesTellOfConsistencyAndHeadingsOfDrift) {
+TEST(Evaluate, StatusFilesGiveConsistencyAndHeadingsGiveDrift) {
   const Recordings test;
   std::string truth;
   std::string status =
@@ -247,7 +247,7 @@ TEST(Evaluate, StatusFilesTellOfConsistencyAndHeadingsOfDrift) {
   std::string frames = "index,timestamp\n";
   for (int i = 0; i < 10; ++i) {
     truth += fmt::format("{} {} 0 0 0 0 0 1\n", i, 0.5 * i);
-    // Off by 0.3 m where 0.1 m were told, and by 0.1 m where 0.2 m were: 9.25 together.
+    // Off by 0.3 m where 0.1 m were reported, and by 0.1 m where 0.2 m were: 9.25 together.
     status += i == 7 ? "7,lost,,,,,,,,,,\n"
                      : fmt::format("{},tracking,{},0.1,0,0,0,0.1,0.2,1,0.9,50\n", i, 0.5 * i + 0.3);
     headings += fmt::format("{},{},1,1\n", i, 90 + 0.25 * i);
@@ -282,7 +282,7 @@ TEST(Evaluate, StatusFilesTellOfConsistencyAndHeadingsOfDrift) {
   EXPECT_THAT(ReadAll(test.out / "report/s-errors.csv"), HasSubstr("\n7.000000,3.500000000,"));
 }
 
-TEST(Evaluate, AFrameThatTheMappingRunTells) {
+TEST(Evaluate, TheFrameOfTheMappingRun) {
   // The map is 10 m aside; the second robot is 0.25 m off on it, which no fit may take away.
   const Recordings test;
   const auto line = [](double off_m) {

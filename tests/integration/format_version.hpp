@@ -9,7 +9,7 @@
 
 namespace ceilmap::integration {
 
-/// Makes a map say that it is of another format version.
+/// Sets another format version in a map.
 inline void SetFormatVersion(const std::filesystem::path& map, int version) {
   GDALAllRegister();
   const GDALDatasetUniquePtr file(

@@ -1,5 +1,5 @@
-// Whatever `ceilmap heading` cannot use ends with its exit code, one line on stderr that says what
-// is wrong, and nothing left behind.
+// Every unusable input of `ceilmap heading` ends with its exit code, one line on stderr with the
+// problem, and no files left behind.
 
 #include <algorithm>
 
@@ -60,8 +60,8 @@ const std::vector<BadHeading> kBadHeadings = {
     {"ElevationsOfARing",
      {"--omni=@omni", "--rig=@rig.yaml", "--row-spacing=tangent"},
      "rig.yaml: mirror ring: elevations are not known"},
-    {"RigOfPanoramas", {"--panorama=@panoramas", "--rig=@rig.yaml"}, "are unwrapped already"},
-    {"ColumnsOfPanoramas", {"--panorama=@panoramas", "--columns=90"}, "are unwrapped already"},
+    {"RigOfPanoramas", {"--panorama=@panoramas", "--rig=@rig.yaml"}, "are already unwrapped"},
+    {"ColumnsOfPanoramas", {"--panorama=@panoramas", "--columns=90"}, "are already unwrapped"},
     {"AzimuthOfAMirror",
      {"--omni=@omni", "--rig=@rig.yaml", "--azimuth=rising"},
      "--azimuth: is of --panorama"},
@@ -80,7 +80,9 @@ const std::vector<BadHeading> kBadHeadings = {
      {"--panorama=@panoramas", "--travel=@later.tum"},
      "later.tum: no poses at the times of"},
     {"UnknownMethod", {"--panorama=@panoramas", "--method=best"}, "--method"},
-    {"SkipOfAnotherMethod", {"--panorama=@panoramas", "--skip=1"}, "is of --method labrosse2006"},
+    {"SkipOfAnotherMethod",
+     {"--panorama=@panoramas", "--skip=1"},
+     "is an option of --method labrosse2006"},
     {"NegativeSkip",
      {"--panorama=@panoramas", "--method=labrosse2006", "--skip=-1"},
      "--skip -1: must be in 0..1000"},
@@ -93,7 +95,7 @@ const std::vector<BadHeading> kBadHeadings = {
     {"NoFieldOfView", {"--panorama=@panoramas", "--fov=0"}, "--fov 0: must be > 0"},
     {"FieldOfViewOf2004",
      {"--panorama=@panoramas", "--fov=60", "--method=labrosse2004"},
-     "looks all around"},
+     "uses the full circle"},
     {"PlotFrameWithoutPlot", {"--panorama=@panoramas", "--plot-frame=3"}, "give that too"},
 };
 

@@ -86,7 +86,7 @@ TEST_F(HeadingCommand, OfPanoramasEitherWayRound) {
   EXPECT_EQ(ReadAll(out_ / "h.csv"), ReadAll(out_ / "r.csv"));
 }
 
-TEST_F(HeadingCommand, SkipsFramesAsItIsTold) {
+TEST_F(HeadingCommand, SkipsTheRequestedFrames) {
   const support::ProcessResult result =
       Run({"--panorama=@panoramas", "--method=labrosse2006", "--skip=2", "-o", "h.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -120,7 +120,7 @@ TEST_F(HeadingCommand, ErrorsAgainstTheTruth) {
   EXPECT_LT(std::abs(errors["drift_deg_per_m"].get<double>()), 1);
 }
 
-TEST_F(HeadingCommand, IsToldOfTheWay) {
+TEST_F(HeadingCommand, UsesTheTravelOfPoses) {
   const std::vector<std::string> arguments = {
       "--panorama=@panoramas", "--stamps=@stamps.csv", "--method=labrosse2006", "-o"};
   const auto run = [&](const char* file, const std::vector<std::string>& more) {
@@ -132,7 +132,7 @@ TEST_F(HeadingCommand, IsToldOfTheWay) {
     ExpectTurns(file, 100, 0.1);
     return ReadAll(out_ / file);
   };
-  // A robot that travels to its side is looked at elsewhere. From poses of another rate, too.
+  // For a robot that travels sideways the views differ. From poses of another rate, too.
   const std::string alone = run("h.csv", {});
   EXPECT_NE(run("side.csv", {"--travel=@sideways.tum"}), alone);
   EXPECT_NE(run("dense.csv", {"--travel=@dense.tum"}), alone);
@@ -168,7 +168,7 @@ TEST_F(HeadingCommand, DrawsHeadingsErrorsAndDistances) {
   EXPECT_THAT(support::NamesIn(out_ / "others"), Contains("distance-15.svg"));
 }
 
-TEST_F(HeadingCommand, AUniformPanoramaIsHeldAndTold) {
+TEST_F(HeadingCommand, AUniformPanoramaIsHeldAndReported) {
   const support::ProcessResult result = Run({"--panorama=@grey.avi", "-o", "h.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("3 of 3 headings were held"));

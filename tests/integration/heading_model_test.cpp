@@ -59,7 +59,7 @@ class HeadingModel : public testing::Test {
     ASSERT_EQ(learned.exit_code, 0) << learned.err;
   }
 
-  /// The drive of the map again, with a forward camera that looks into one direction after the
+  /// The drive of the map again, with a forward camera that points in one direction after the
   /// robot turned into it.
   [[nodiscard]] support::ProcessResult Localize(double seen_yaw) const {
     std::vector<cv::Mat> ahead;
@@ -92,9 +92,9 @@ TEST_F(HeadingModel, AgreesWithTheCeiling) {
   EXPECT_EQ(summary["quality"]["heading"]["headings"], kFrames);
 }
 
-// The colours are sure of the heading before the ceiling comes into sight; looking a quarter to the
-// left, the robot cannot stand as the ceiling has it.
-TEST_F(HeadingModel, AHeadingThatIsSureRulesPlacesOut) {
+// The colours give the heading before the ceiling is visible; with a heading a quarter turn to the
+// left, the pose by the ceiling is excluded.
+TEST_F(HeadingModel, AnAccurateHeadingExcludesPlaces) {
   std::vector<cv::Mat> images = CeilingImages();
   for (std::size_t i = 0; i < kTurning; ++i) images[i] = cv::Mat::zeros(kImageSize, CV_8UC1);
   support::WriteVideo(test_.in / "run.avi", images, 10);

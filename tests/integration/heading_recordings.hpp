@@ -70,7 +70,7 @@ class HeadingCommand : public testing::Test {
     in_.Write("stamps.csv", support::StampsCsv(kTurnFrames, 100, 0.1));
   }
 
-  /// Poses of a robot that always travels to its left, so many seconds apart.
+  /// Poses of a robot that always travels to its left, with this period in seconds.
   static std::string Sideways(double period_s) {
     std::string poses;
     for (double t = 0; t < 0.1 * kTurnFrames; t += period_s) {

@@ -102,7 +102,7 @@ TEST_F(HeadingTest, WithoutOneTheMapEndsAtTheTurn) {
   EXPECT_GT(Summary()["quality"]["unconnected"], 4);
 }
 
-TEST_F(HeadingTest, TheMirrorCameraTellsHowTheRobotTurned) {
+TEST_F(HeadingTest, TheMirrorCameraMeasuresTheTurn) {
   support::ProcessResult result = Map({"--omni=run/omni"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
@@ -132,7 +132,7 @@ TEST_F(HeadingTest, AFileDoesTheSame) {
   EXPECT_EQ(Summary()["quality"]["heading"]["by"], "file");
 }
 
-TEST_F(HeadingTest, MirrorImagesThatAreMissingAreTold) {
+TEST_F(HeadingTest, MissingMirrorImagesAreReported) {
   for (const int missing : {2, 3}) {
     std::filesystem::remove(folder_ / fmt::format("run/omni/{:06}.png", missing));
   }

@@ -15,7 +15,8 @@ namespace {
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-// The way back under the same ceiling, half a turn, in dimmer light: the second robot's recording.
+// The drive back under the same ceiling, half a turn, in dimmer light: the second robot's
+// recording.
 class LocalizeCommand : public testing::Test {
  protected:
   void SetUp() override {
@@ -44,7 +45,7 @@ class LocalizeCommand : public testing::Test {
     return test_.Run(LocalizeArguments("@m.gpkg", "@rig.yaml", up, more));
   }
 
-  // Image k of the way back is image kFrames - 1 - k of the way there, turned.
+  // Image k of the drive back is image kFrames - 1 - k of the first drive, rotated.
   static void ExpectWayBack(const StampedPose& pose, double first_s) {
     const double k = kFrames - 1 - std::round((pose.stamp_s - first_s) / 0.1);
     EXPECT_NEAR(pose.position.x(), -kStep.y * k * 0.01, 0.003);
@@ -110,8 +111,8 @@ TEST_F(LocalizeCommand, StreamsPosesToStdout) {
 }
 
 TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
-  // A start that is right makes the first frame sure; headings that contradict the images leave
-  // nothing to be sure of.
+  // With a right start the first frame is accepted; headings that contradict the images leave
+  // no accepted pose.
   const double k = kFrames - 1;
   const std::string start =
       std::to_string(-kStep.y * k * 0.01) + "," + std::to_string(kStep.x * k * 0.01) + ",180";

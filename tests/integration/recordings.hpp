@@ -45,7 +45,7 @@ inline std::vector<cv::Mat> CeilingImages() {
 inline std::vector<cv::Mat> ImagesFromElsewhere() {
   std::vector<cv::Mat> images = CeilingImages();
   for (cv::Mat& image : images) {
-    cv::Mat mirrored;  // no ceiling looks like its mirror image
+    cv::Mat mirrored;  // no ceiling matches its mirror image
     cv::flip(image, mirrored, 0);
     image = mirrored;
   }

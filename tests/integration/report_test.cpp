@@ -1,4 +1,4 @@
-// What `map` and `localize` leave to look at, and show while they run, through the real program.
+// Reports and live pages of `map` and `localize`, by the real program.
 
 #include <httplib.h>
 
@@ -81,7 +81,7 @@ TEST(RunReport, NeverReplacesAnything) {
   const support::ProcessResult result = test.Run(With(kMap, {"--report=report"}));
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("report: exists and is not an empty folder; name a new one"));
-  EXPECT_THAT(test.out.Names(), ElementsAre("report")) << "told before the work";
+  EXPECT_THAT(test.out.Names(), ElementsAre("report")) << "reported before the work";
 }
 
 TEST(RunReport, NeedsNoGnuplotForItsPage) {
@@ -139,7 +139,7 @@ class LiveRun {
   int port_ = 0;
 };
 
-TEST(LiveRuns, AMapIsSeenWhileItGrows) {
+TEST(LiveRuns, ShowsAGrowingMap) {
   const Recordings test;
   LiveRun run(test, {"map", "--rig=@rig.yaml", "--up=camera.mjpg", "-o", "m.gpkg", "--live-at=0"});
   const auto document = run.AskUntil([](const nlohmann::json& now) {
@@ -161,7 +161,7 @@ TEST(LiveRuns, AMapIsSeenWhileItGrows) {
   EXPECT_THAT(test.out.Names(), Contains("m.gpkg"));
 }
 
-TEST(LiveRuns, ARobotIsSeenOnItsMap) {
+TEST(LiveRuns, ShowsARobotOnItsMap) {
   const Recordings test;
   ASSERT_EQ(test.Run(With(kMap, {"--quiet"})).exit_code, 0);
   LiveRun run(test,
@@ -175,7 +175,7 @@ TEST(LiveRuns, ARobotIsSeenOnItsMap) {
   EXPECT_EQ(run.End().exit_code, 0);
 }
 
-TEST(LiveRuns, APlaceThatCannotBeServedIsToldBeforeTheWork) {
+TEST(LiveRuns, AnUnusableAddressIsReportedBeforeTheWork) {
   const Recordings test;
   for (const auto& [at, text] :
        {std::pair{"65536", "--live-at 65536: must be [HOST:]PORT"},

@@ -182,7 +182,7 @@ TEST_F(SimulateTest, IsMappedAndEvaluated) {
   EXPECT_LT(mapping["yaw_deg"]["rmse"], 0.1);
 }
 
-TEST_F(SimulateTest, ReplacesAnEarlierRecordingOnlyWhenTold) {
+TEST_F(SimulateTest, ReplacesAnEarlierRecordingOnlyWithForce) {
   Simulate({"scene.yaml", "-o", "run", "--frames", "4"});
   folder_.Write("run/notes.txt", "keep");
   const std::string truth = ReadAll(folder_ / "run/truth.tum");

@@ -10,7 +10,7 @@
 
 namespace ceilmap::integration {
 
-/// One room driven through twice, and another room. The drives share about a third of their way:
+/// One room driven through twice, and another room. The drives share about a third of their path:
 /// frames [0, 50) and [32, 80) of one straight line of 0.063 m a frame, recorded at other times.
 class Sites {
  public:

@@ -67,7 +67,7 @@ TEST(Sites, OtherRoomsAreRefusedWithTheReason) {
   const support::ProcessResult merge =
       sites.recordings.Run({"merge", "a.gpkg", "b.gpkg", "-o", "s.gpkg"});
   EXPECT_EQ(merge.exit_code, 1);
-  EXPECT_THAT(merge.err, HasSubstr("b.gpkg does not join a.gpkg: "));
+  EXPECT_THAT(merge.err, HasSubstr("b.gpkg cannot be joined with a.gpkg: "));
   EXPECT_THAT(sites.recordings.out.Names(), Not(Contains(HasSubstr("s.gpkg"))));
 
   const std::string before = ReadAll(sites.recordings.out / "a.gpkg");
@@ -75,7 +75,7 @@ TEST(Sites, OtherRoomsAreRefusedWithTheReason) {
   arguments.emplace_back("--append");
   const support::ProcessResult append = sites.recordings.Run(arguments);
   EXPECT_EQ(append.exit_code, 1);
-  EXPECT_THAT(append.err, HasSubstr("the map stays as it was"));
+  EXPECT_THAT(append.err, HasSubstr("the map is not changed"));
   EXPECT_TRUE(ReadAll(sites.recordings.out / "a.gpkg") == before);
   EXPECT_THAT(sites.recordings.out.Names(), Not(Contains(EndsWith(".partial"))));
 }

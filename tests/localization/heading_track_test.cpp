@@ -84,7 +84,7 @@ TEST(HeadingTrack, DoesNotBridgeAWideGap) {
   EXPECT_FALSE(track.At(9.499).has_value());
 }
 
-TEST(HeadingTrack, KnowsOnlyItsSamplesWithoutAGap) {
+TEST(HeadingTrack, HasNoHeadingOutsideItsSamplesAndInGaps) {
   const HeadingTrack track({{0, 1, 0.1}, {1, 2, 0.2}}, {.max_gap_s = 0});
   ExpectPrior(track.At(0), 1, 0.01);
   ExpectPrior(track.At(1), 2, 0.04);

@@ -11,21 +11,21 @@ namespace {
 
 constexpr double kSpan = 3;
 
-/// A look whose blocks are explained up to `unlike` nats each.
+/// A match whose blocks are explained up to `unlike` nats each.
 MapMatch MatchAt(const Pose2& T, double dissimilarity, bool disambiguated_by_prior = false) {
-  MapMatch look;
-  look.pose = {T, 1e-6 * Eigen::Matrix3d::Identity()};
-  look.disambiguated_by_prior = disambiguated_by_prior;
-  look.peak = 0.7;
-  look.dissimilarity.by_block.assign(10, static_cast<float>(dissimilarity));
-  look.dissimilarity.mean = dissimilarity;
-  look.dissimilarity.blocks = 10;
-  return look;
+  MapMatch match;
+  match.pose = {T, 1e-6 * Eigen::Matrix3d::Identity()};
+  match.disambiguated_by_prior = disambiguated_by_prior;
+  match.peak = 0.7;
+  match.dissimilarity.by_block.assign(10, static_cast<float>(dissimilarity));
+  match.dissimilarity.mean = dissimilarity;
+  match.dissimilarity.blocks = 10;
+  return match;
 }
 
 class HypothesesTest : public testing::Test {
  protected:
-  // A frame of a robot that drives along x: `unlike` says how well each of the places fits.
+  // A frame of a robot that drives along x: `dissimilarity` of each of the places.
   void Frame(const std::map<double, double>& dissimilarity_at_y,
              bool disambiguated_by_prior = false) {
     const Pose2 step{0.3, 0, 0};
@@ -42,10 +42,10 @@ class HypothesesTest : public testing::Test {
       hypotheses_.Add(MatchAt({x_, y, 0}, dissimilarity, disambiguated_by_prior));
     hypotheses_.Weigh();
   }
-  [[nodiscard]] std::optional<double> SureY() const {
-    const Hypothesis* sure = hypotheses_.Sure();
-    if (sure == nullptr) return std::nullopt;
-    return sure->pose.T_map_base.y;
+  [[nodiscard]] std::optional<double> AcceptedY() const {
+    const Hypothesis* accepted = hypotheses_.Accepted();
+    if (accepted == nullptr) return std::nullopt;
+    return accepted->pose.T_map_base.y;
   }
 
   void SetUp() override { hypotheses_.Clear(); }
@@ -54,35 +54,35 @@ class HypothesesTest : public testing::Test {
   double x_ = 0;
 };
 
-TEST_F(HypothesesTest, OnePlaceIsBelievedOnceItIsConfirmed) {
+TEST_F(HypothesesTest, ASinglePlaceIsAcceptedAfterConfirmation) {
   Frame({{5, 0.2}});
-  EXPECT_FALSE(SureY());
+  EXPECT_FALSE(AcceptedY());
   EXPECT_TRUE(hypotheses_.AnyMatch());
   Frame({{5, 0.2}});
-  EXPECT_FALSE(SureY());
+  EXPECT_FALSE(AcceptedY());
   Frame({{5, 0.2}});
-  EXPECT_EQ(SureY(), 5);
+  EXPECT_EQ(AcceptedY(), 5);
 }
 
-TEST_F(HypothesesTest, PlacesThatFitAlikeAreNeverBelieved) {
+TEST_F(HypothesesTest, EquallyGoodPlacesAreNeverAccepted) {
   for (int i = 0; i < 30; ++i) {
     Frame({{5, 0.2}, {8, 0.2}});
-    EXPECT_FALSE(SureY()) << i;
+    EXPECT_FALSE(AcceptedY()) << i;
   }
   EXPECT_EQ(hypotheses_.All().size(), 2U);
 }
 
 TEST_F(HypothesesTest, WhatOnePlaceDoesNotExplainDecides) {
   for (int i = 0; i < 5; ++i) Frame({{5, 0.2}, {8, 0.2}});
-  EXPECT_FALSE(SureY());
+  EXPECT_FALSE(AcceptedY());
   Frame({{5, 0.2}, {8, 1.2}});  // ten blocks, one nat each
-  EXPECT_EQ(SureY(), 5);
+  EXPECT_EQ(AcceptedY(), 5);
 }
 
 TEST_F(HypothesesTest, SmallDifferencesDecideNothing) {
   for (int i = 0; i < 10; ++i) {
     Frame({{5, 0.2}, {8, 0.6}});
-    EXPECT_FALSE(SureY()) << i;
+    EXPECT_FALSE(AcceptedY()) << i;
   }
 }
 
@@ -90,44 +90,44 @@ TEST_F(HypothesesTest, APlaceThatIsNotRecognisedAnyMoreGoes) {
   Frame({{5, 0.2}, {8, 0.2}});
   for (int i = 0; i < 3; ++i) Frame({{5, 0.2}});
   EXPECT_EQ(hypotheses_.All().size(), 1U);
-  EXPECT_EQ(SureY(), 5);
+  EXPECT_EQ(AcceptedY(), 5);
 }
 
-TEST_F(HypothesesTest, LooksThatRestOnThePredictionConfirmNothing) {
+TEST_F(HypothesesTest, MatchesByThePriorConfirmNothing) {
   for (int i = 0; i < 10; ++i) Frame({{5, 0.2}}, true);
-  EXPECT_FALSE(SureY());
+  EXPECT_FALSE(AcceptedY());
 }
 
-TEST_F(HypothesesTest, AtRestOnlyAGoodLookConfirmsAgain) {
-  const auto look_again = [this](double peak) {
+TEST_F(HypothesesTest, AtRestOnlyAGoodMatchConfirmsAgain) {
+  const auto match_again = [this](double peak) {
     hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
-      MapMatch look = MatchAt({0, 5, 0}, 0.2);
-      look.peak = peak;
-      return look;
+      MapMatch match = MatchAt({0, 5, 0}, 0.2);
+      match.peak = peak;
+      return match;
     });
     hypotheses_.Weigh();
   };
   hypotheses_.Add(MatchAt({0, 5, 0}, 0.2));
   hypotheses_.Weigh();
-  look_again(0.3);  // the way before counts
-  for (int i = 0; i < 10; ++i) look_again(0.3);
-  EXPECT_FALSE(SureY());
-  look_again(0.7);
-  EXPECT_EQ(SureY(), 5);
+  match_again(0.3);  // the earlier travel counts
+  for (int i = 0; i < 10; ++i) match_again(0.3);
+  EXPECT_FALSE(AcceptedY());
+  match_again(0.7);
+  EXPECT_EQ(AcceptedY(), 5);
 }
 
-TEST_F(HypothesesTest, ManySmallStepsAreAWayToo) {
+TEST_F(HypothesesTest, ManySmallStepsAddUp) {
   hypotheses_.Add(MatchAt({0, 5, 0}, 0.2));
   hypotheses_.Weigh();
   double x = 0;
   int frames = 0;
-  for (; frames < 30 && !SureY(); ++frames) {
+  for (; frames < 30 && !AcceptedY(); ++frames) {
     x += 0.05;
     hypotheses_.Move({0.05, 0, 0}, 1e-6 * Eigen::Matrix3d::Identity(), true);
     hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
-      MapMatch look = MatchAt({x, 5, 0}, 0.2);
-      look.peak = 0.3;
-      return look;
+      MapMatch match = MatchAt({x, 5, 0}, 0.2);
+      match.peak = 0.3;
+      return match;
     });
     hypotheses_.Weigh();
   }
@@ -135,16 +135,16 @@ TEST_F(HypothesesTest, ManySmallStepsAreAWayToo) {
   EXPECT_LT(frames, 12);
 }
 
-TEST_F(HypothesesTest, ATrustedPlaceIsBelievedAtTheFirstLook) {
+TEST_F(HypothesesTest, ATrustedPlaceIsAcceptedAtTheFirstMatch) {
   hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
   Frame({{5, 0.2}}, true);
-  EXPECT_EQ(SureY(), 5);
+  EXPECT_EQ(AcceptedY(), 5);
 }
 
 TEST_F(HypothesesTest, AVagueHintIsNotTrusted) {
   hypotheses_.Trust({{0, 5, 0}, 1.0 * Eigen::Matrix3d::Identity()});
   Frame({{5, 0.2}}, true);
-  EXPECT_FALSE(SureY());
+  EXPECT_FALSE(AcceptedY());
 }
 
 TEST_F(HypothesesTest, AMotionThatMayBeAnotherEndsTrust) {
@@ -153,7 +153,7 @@ TEST_F(HypothesesTest, AMotionThatMayBeAnotherEndsTrust) {
   EXPECT_FALSE(hypotheses_.All().front().trusted);
 }
 
-TEST_F(HypothesesTest, ALookFarFromWhereItWasExpectedIsAnotherPlace) {
+TEST_F(HypothesesTest, AMatchFarFromTheExpectedPoseIsAnotherPlace) {
   hypotheses_.Trust({{0, 5, 0}, 1e-6 * Eigen::Matrix3d::Identity()});
   hypotheses_.MatchAll([](const Hypothesis&) { return MatchAt({0, 5.2, 0}, 0.2); });
   EXPECT_FALSE(hypotheses_.AnyMatch());
@@ -173,8 +173,8 @@ TEST_F(HypothesesTest, GuessesThatMeetBecomeOne) {
   hypotheses_.Add(MatchAt({0, 5.3, 0}, 0.2));
   hypotheses_.Add(MatchAt({0, 5.001, 0}, 0.2));
   EXPECT_EQ(hypotheses_.All().size(), 2U);
-  EXPECT_TRUE(hypotheses_.Knows({0.1, 5.1, 0.1}));
-  EXPECT_FALSE(hypotheses_.Knows({0.1, 5.1, 1}));
+  EXPECT_TRUE(hypotheses_.Contains({0.1, 5.1, 0.1}));
+  EXPECT_FALSE(hypotheses_.Contains({0.1, 5.1, 1}));
 }
 
 TEST_F(HypothesesTest, KeepsTheBestFew) {

@@ -22,7 +22,7 @@ class PeriodicMap : public testing::Test {
  protected:
   static void SetUpTestSuite() { map_ = new TrueMap(Periodic()); }
   static void TearDownTestSuite() { delete map_; }
-  /// Switched on at a pose that is known to so many metres, and 1.1 degrees.
+  /// Started at a pose that is known with this standard deviation in metres, and 1.1 degrees.
   static LocalizerParams StartingAt(const Pose2& T_map_base, double sigma) {
     LocalizerParams params;
     PoseEstimate start{T_map_base};
@@ -30,10 +30,10 @@ class PeriodicMap : public testing::Test {
     params.start = start;
     return params;
   }
-  /// Straight on, for so many frames, which must all be placed.
+  /// Straight ahead, for this number of frames, which must all be placed.
   static void DriveOn(Visitor& visitor, Pose2& T, int frames) {
     for (int i = 0; i < frames; ++i) {
-      const Location location = visitor.See(T);
+      const Location location = visitor.Locate(T);
       EXPECT_TRUE(location.Placed()) << i;
       Visitor::ExpectRight(location, T);
       T = T * Pose2{0.05, 0, 0};
@@ -44,13 +44,13 @@ class PeriodicMap : public testing::Test {
 };
 TrueMap* PeriodicMap::map_ = nullptr;
 
-TEST_F(PeriodicMap, NoPlaceIsBelieved) {
+TEST_F(PeriodicMap, NoPlaceIsAccepted) {
   Visitor visitor(*map_);
   Pose2 T{1, 1, 0};
   bool ambiguous = false;
   for (int i = 0; i < 40; ++i) {
     T = T * Pose2{0.05, 0, 0.01};
-    const Location location = visitor.See(T);
+    const Location location = visitor.Locate(T);
     EXPECT_FALSE(location.Placed());
     ambiguous = ambiguous || location.pose.status == TrackingStatus::kAmbiguous;
   }
@@ -67,12 +67,12 @@ TEST_F(PeriodicMap, AStartKnownBadlyIsNot) {
   Visitor visitor(*map_, UpCamera(250, 0.5), StartingAt({1.5, 1.1, 0.2}, 0.3));
   Pose2 T = kFirst;
   for (int i = 0; i < 20; ++i) {
-    EXPECT_FALSE(visitor.See(T).Placed());
+    EXPECT_FALSE(visitor.Locate(T).Placed());
     T = T * Pose2{0.05, 0, 0.01};
   }
 }
 
-TEST_F(PeriodicMap, WhoIsCarriedAwayIsNotBelievedToBeWhereHeWas) {
+TEST_F(PeriodicMap, ACarriedRobotIsNotPlacedAtItsOldPose) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> off(-0.29, 0.29);  // within a tile of 0.6 m
   for (int trial = 0; trial < 8; ++trial) {
@@ -81,7 +81,7 @@ TEST_F(PeriodicMap, WhoIsCarriedAwayIsNotBelievedToBeWhereHeWas) {
     DriveOn(visitor, T, 8);
     T = Pose2{T.x + 1.2 + off(random), T.y + 0.6 + off(random), T.yaw + 0.1};
     for (int i = 0; i < 10; ++i) {
-      EXPECT_FALSE(visitor.See(T).Placed()) << trial << " " << i;
+      EXPECT_FALSE(visitor.Locate(T).Placed()) << trial << " " << i;
       T = T * Pose2{0.05, 0, 0};
     }
   }
@@ -93,7 +93,7 @@ TEST_F(PeriodicMap, ABlinkDoesNotEndIt) {
   DriveOn(visitor, T, 12);
   EXPECT_EQ(visitor.Show(visitor.Uniform(20)).pose.status, TrackingStatus::kLost);
   T = T * Pose2{0.05, 0, 0};
-  const Location after = visitor.See(T);
+  const Location after = visitor.Locate(T);
   EXPECT_EQ(after.pose.status, TrackingStatus::kRelocalized);
   Visitor::ExpectRight(after, T);
 }
@@ -106,16 +106,16 @@ TEST_F(PeriodicMap, DarknessInWhichTheRobotDroveLeavesItOpen) {
     for (int i = 0; i < 30; ++i) visitor.Show(visitor.Uniform(20));
     T = T * Pose2{0.9, 0.3, 0};
     for (int i = 0; i < 6; ++i) {
-      EXPECT_FALSE(visitor.See(T).Placed()) << dark_at_once;
+      EXPECT_FALSE(visitor.Locate(T).Placed()) << dark_at_once;
       T = T * Pose2{0.05, 0, 0};
     }
   }
 }
 
-/// Under one marked tile, which tells the place but not by which quarter the robot is turned.
+/// Under one marked tile, which determines the position but not the quarter turn of the robot.
 const Pose2 kMark{1.8, 1.8, 0.2};
 
-TEST(MarkedTile, ACompassTellsByWhichQuarterTheRobotTurnedInTheDark) {
+TEST(MarkedTile, ACompassResolvesTheQuarterTurnInTheDark) {
   synthetic::CeilingParams ceiling = Periodic();
   ceiling.own_marks = {kMark.Translation() / synthetic::kUnit_m};
   const TrueMap map(ceiling);
@@ -129,9 +129,9 @@ TEST(MarkedTile, ACompassTellsByWhichQuarterTheRobotTurnedInTheDark) {
       variance += 1e-6;
       return compass ? std::optional(HeadingPrior{WrapAngle(T.yaw + 2.2), variance}) : std::nullopt;
     };
-    for (int i = 0; i < 6; ++i) EXPECT_TRUE(visitor.See(T, heading()).Placed()) << i;
+    for (int i = 0; i < 6; ++i) EXPECT_TRUE(visitor.Locate(T, heading()).Placed()) << i;
     variance += 0.05;  // it has drifted for long
-    EXPECT_TRUE(visitor.See(T, heading()).Placed());
+    EXPECT_TRUE(visitor.Locate(T, heading()).Placed());
     for (int i = 0; i < 8; ++i) {
       T.yaw += 0.2;
       (void)visitor.Show(visitor.Uniform(20), heading());
@@ -139,7 +139,7 @@ TEST(MarkedTile, ACompassTellsByWhichQuarterTheRobotTurnedInTheDark) {
     int placed = 0;
     for (int i = 0; i < 14; ++i) {
       T = T * Pose2{0.04, 0, 0};
-      const Location location = visitor.See(T, heading());
+      const Location location = visitor.Locate(T, heading());
       placed += location.Placed() ? 1 : 0;
       if (compass) Visitor::ExpectRight(location, T);
     }

@@ -56,7 +56,7 @@ TEST_F(LocalizerTest, IsSwitchedOnAnywhereAndFollowed) {
   EXPECT_GE(report.searches, 6);
 }
 
-TEST_F(LocalizerTest, TheFirstSureFrameIsToldApart) {
+TEST_F(LocalizerTest, TheFirstAcceptedFrameHasItsOwnStatus) {
   Visitor visitor(*map_);
   Pose2 T{2, 2, 0};
   std::vector<TrackingStatus> seen;
@@ -66,14 +66,14 @@ TEST_F(LocalizerTest, TheFirstSureFrameIsToldApart) {
   EXPECT_EQ(seen.back(), TrackingStatus::kTracking);
 }
 
-TEST_F(LocalizerTest, AStartMakesItSureAtOnce) {
+TEST_F(LocalizerTest, AStartPoseIsAcceptedAtOnce) {
   LocalizerParams params;
   PoseEstimate start{{2.1, 1.95, 0.45}};
   start.covariance.diagonal() << 0.04, 0.04, 0.01;
   params.start = start;
   Visitor visitor(*map_, UpCamera(250, 0.5), params);
   const Pose2 T{2, 2, 0.5};
-  const Location location = visitor.See(T);
+  const Location location = visitor.Locate(T);
   EXPECT_TRUE(location.Placed());
   Visitor::ExpectRight(location, T);
 }
@@ -116,13 +116,13 @@ TEST_F(LocalizerTest, IsFoundAgainAfterItWasCarriedAway) {
   }
 }
 
-TEST_F(LocalizerTest, NobodyCarriesItAwayWithinAMoment) {
+TEST_F(LocalizerTest, TheRobotIsNotCarriedAwayWithinAMoment) {
   // A damaged stream may show another place without a flaw.
   Visitor visitor(*map_);
   Pose2 T{1, 1, 0};
   ASSERT_TRUE(visitor.Drive(T, kStep, 8).Placed());
   for (int i = 0; i < 8; ++i) {
-    const Location location = visitor.See(Pose2{3.5, 3, 2});
+    const Location location = visitor.Locate(Pose2{3.5, 3, 2});
     EXPECT_FALSE(location.Placed()) << i;
   }
 }
@@ -151,7 +151,7 @@ TEST_F(LocalizerTest, LightAndAFifthOfTheCeilingMayChange) {
     T = T * kStep;
     cv::Mat image = Seen(other, view, T, static_cast<std::uint32_t>(i) + 50);
     image.convertTo(image, CV_8U, i < 15 ? 0.6 : 1.2, i < 15 ? 5 : -20);  // and exposure
-    // Something covers a fifth of what it sees, at rest in the image.
+    // An object covers a fifth of the image, static in the image.
     image(cv::Rect(0, 0, 130, 118)).setTo(70);
     const Location location = visitor.Show(image);
     Visitor::ExpectRight(location, T);
@@ -181,16 +181,17 @@ TEST_F(LocalizerTest, HeadingsOfTheMapChooseAmongPlaces) {
   bool found = false;
   for (int i = 0; i < 6; ++i) {
     T = T * kStep;
-    const Location location = right.See(T, HeadingPrior{T.yaw + 0.02, 0.001, HeadingFrame::kMap});
+    const Location location =
+        right.Locate(T, HeadingPrior{T.yaw + 0.02, 0.001, HeadingFrame::kMap});
     Visitor::ExpectRight(location, T);
     found = found || location.Placed();
-    EXPECT_FALSE(wrong.See(T, HeadingPrior{T.yaw + 2, 0.001, HeadingFrame::kMap}).Placed());
+    EXPECT_FALSE(wrong.Locate(T, HeadingPrior{T.yaw + 2, 0.001, HeadingFrame::kMap}).Placed());
   }
   EXPECT_TRUE(found);
 }
 
 TEST_F(LocalizerTest, MeasuresAWrongScaleOfTheRigOnce) {
-  // The camera is 4 cm higher than its rig says: 2 % of the distance to the ceiling.
+  // The camera is 4 cm higher than in its rig: 2 % of the distance to the ceiling.
   const calib::MountedCamera truth = UpCamera(250, 0.54);
   const calib::CeilingView view(truth, synthetic::kCeiling_m);
   Visitor visitor(*map_, UpCamera(250, 0.5));
@@ -225,11 +226,11 @@ TEST_F(LocalizerTest, BadCallsAreRefused) {
   EXPECT_THROW(Localizer(*map_->map, UpCamera(5000, 0.5)), InputError);  // another scale
 }
 
-TEST_F(LocalizerTest, AGapInTimeIsNotBridgedByOneLook) {
+TEST_F(LocalizerTest, AGapInTimeIsNotBridgedByOneMatch) {
   Visitor visitor(*map_);
   Pose2 T{1.5, 1.5, 0};
   EXPECT_TRUE(visitor.Drive(T, {0, 0, 0}, 12).Placed());
-  // Ten seconds later it may be anywhere, even where it all looks alike: the place is confirmed
+  // Ten seconds later it may be anywhere, even at an identical place: the place is confirmed
   // anew.
   const calib::CeilingView view(UpCamera(250, 0.5), synthetic::kCeiling_m);
   const Location later = visitor.Get().Locate({Seen(map_->ceiling, view, T), 100, 11.2, {}});
@@ -242,7 +243,8 @@ TEST_F(LocalizerTest, AHeadingThatTheMotionExcludesIsNotUsed) {
   for (int i = 0; i < 20; ++i) {
     T = T * kStep;
     const double off = i > 8 && i % 3 == 0 ? 1.5 : 0;  // beside steel
-    const Location location = visitor.See(T, HeadingPrior{T.yaw + off, 1e-4, HeadingFrame::kMap});
+    const Location location =
+        visitor.Locate(T, HeadingPrior{T.yaw + off, 1e-4, HeadingFrame::kMap});
     Visitor::ExpectRight(location, T);
     EXPECT_TRUE(i <= 5 || location.Placed()) << i;
   }
@@ -255,14 +257,14 @@ TEST_F(LocalizerTest, AWrongZeroOfHeadingsIsForgotten) {
   Pose2 T{1.2, 1.2, 0};
   for (int i = 0; i < 6; ++i) {
     T = T * kStep;
-    visitor.See(T, HeadingPrior{T.yaw, 1e-4});
+    visitor.Locate(T, HeadingPrior{T.yaw, 1e-4});
   }
   T = Pose2{3, 2.5, 1};  // ... and the compass now counts from elsewhere
   visitor.IsCarriedAway();
   bool found = false;
   for (int i = 0; i < 14; ++i) {
     T = T * kStep;
-    const Location location = visitor.See(T, HeadingPrior{T.yaw + 2, 1e-4});
+    const Location location = visitor.Locate(T, HeadingPrior{T.yaw + 2, 1e-4});
     Visitor::ExpectRight(location, T);
     found = found || location.Placed();
   }

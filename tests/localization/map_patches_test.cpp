@@ -35,7 +35,7 @@ class MapPatchesTest : public testing::Test {
 };
 TrueMap* MapPatchesTest::map_ = nullptr;
 
-TEST_F(MapPatchesTest, ShowWhatTheVisitorWouldSee) {
+TEST_F(MapPatchesTest, ShowTheViewOfTheLocalizedRobot) {
   // Noise of 1.5 grey levels is in the images; half a pixel of shift would make more than 4.
   const calib::CeilingView same(UpCamera(), synthetic::kCeiling_m);
   EXPECT_LT(Difference(same, {2.4, 2.0, 0}), 2.5);
@@ -46,7 +46,7 @@ TEST_F(MapPatchesTest, ShowWhatTheVisitorWouldSee) {
   EXPECT_LT(Difference(wider, {2.4, 2.0, 0.5}), 2.5);
 }
 
-TEST_F(MapPatchesTest, ACameraThatSeesCoarselyGetsMeans) {
+TEST_F(MapPatchesTest, ACoarseCameraGetsMeans) {
   const calib::CeilingView coarse(UpCamera(100, 0.2), synthetic::kCeiling_m);  // 24 mm a pixel
   registration::Registrar registrar(coarse.Size());
   const MapPatches patches(*map_->map, coarse, registrar);
@@ -54,9 +54,9 @@ TEST_F(MapPatchesTest, ACameraThatSeesCoarselyGetsMeans) {
   cv::Mat mask;
   patches.Draw({2.4, 2.0, 0}, grey, mask);
   const double seen = cv::countNonZero(mask) / static_cast<double>(mask.total());
-  EXPECT_GT(seen, 0.5);  // it sees beyond the map's border
+  EXPECT_GT(seen, 0.5);  // its view extends beyond the map's border
   EXPECT_LT(seen, 1);
-  // The middle is what a camera of the map's own scale sees, in less detail.
+  // The middle is the view of a camera of the map's scale, in less detail.
   cv::Mat fine;
   cv::Mat fine_mask;
   const calib::CeilingView same(UpCamera(), synthetic::kCeiling_m);

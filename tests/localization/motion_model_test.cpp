@@ -39,7 +39,7 @@ TEST(MotionModel, LearnsAnEvenSpeedAndKeepsIt) {
   EXPECT_EQ(model.Stamp(), 3.0);  // PredictedAt changes nothing
 }
 
-TEST(MotionModel, KnowsLessTheLongerNothingIsSeen) {
+TEST(MotionModel, UncertaintyGrowsWithoutMeasurements) {
   MotionModel model;
   model.Start(Known({}), 10);
   double before = 0;
@@ -53,7 +53,7 @@ TEST(MotionModel, KnowsLessTheLongerNothingIsSeen) {
 }
 
 TEST(MotionModel, ErrorsAreAsLargeAsItSays) {
-  // Robots that do what the model says: its normalised squared error must average 3.
+  // Robots that move by the model: its normalised squared error must average 3.
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
   const MotionModelParams params;

@@ -32,7 +32,7 @@ class PlaceFinderTest : public testing::Test {
 };
 TrueMap* PlaceFinderTest::map_ = nullptr;
 
-TEST_F(PlaceFinderTest, KnowsWhereAImageWasTaken) {
+TEST_F(PlaceFinderTest, FindsThePoseOfAnImage) {
   const calib::CeilingView view(UpCamera(250, 0.5), synthetic::kCeiling_m);
   PlaceFinder finder(*map_->map, view);
   std::mt19937 random(3);

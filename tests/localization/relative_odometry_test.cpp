@@ -15,7 +15,7 @@ using synthetic::UpCamera;
 
 class RelativeOdometryTest : public testing::Test {
  protected:
-  std::optional<ChainStep> See(const Pose2& T, std::uint32_t seed = 1) {
+  std::optional<ChainStep> Next(const Pose2& T, std::uint32_t seed = 1) {
     return Show(Seen(ceiling_, view_, T, seed));
   }
   std::optional<ChainStep> Show(const cv::Mat& image) {
@@ -32,12 +32,12 @@ class RelativeOdometryTest : public testing::Test {
 TEST_F(RelativeOdometryTest, MeasuresTheMotionFromFrameToFrame) {
   Pose2 T{1, 2, 0.5};
   const Pose2 step{0.08, 0.01, 0.04};
-  EXPECT_FALSE(See(T));
+  EXPECT_FALSE(Next(T));
   EXPECT_TRUE(chain_.Began());
   EXPECT_FALSE(chain_.Broken());            // nothing came before
   for (std::uint32_t i = 2; i < 25; ++i) {  // over several keyframes
     T = T * step;
-    const auto measured = See(T, i);
+    const auto measured = Next(T, i);
     ASSERT_TRUE(measured) << i;
     EXPECT_FALSE(chain_.Began());
     EXPECT_FALSE(measured->disambiguated_by_prior);
@@ -73,33 +73,33 @@ TEST_F(RelativeOdometryTest, BlankBordersDoNotHoldTheRobot) {
 }
 
 TEST_F(RelativeOdometryTest, AJumpBreaksIt) {
-  See({0, 0, 0});
-  ASSERT_TRUE(See({0.05, 0, 0}));
-  EXPECT_FALSE(See({7, 9, 1}));
+  Next({0, 0, 0});
+  ASSERT_TRUE(Next({0.05, 0, 0}));
+  EXPECT_FALSE(Next({7, 9, 1}));
   EXPECT_TRUE(chain_.Broken());
-  ASSERT_TRUE(See({7.05, 9, 1}));
+  ASSERT_TRUE(Next({7.05, 9, 1}));
   EXPECT_FALSE(chain_.Broken());
 }
 
 TEST_F(RelativeOdometryTest, DarknessIsBridgedWhereTheRobotStayed) {
   const cv::Mat dark(view_.Size(), CV_8UC1, cv::Scalar(0));
-  See({0, 0, 0});
-  ASSERT_TRUE(See({0.05, 0, 0}));
+  Next({0, 0, 0});
+  ASSERT_TRUE(Next({0.05, 0, 0}));
   for (int i = 0; i < 5; ++i) {
     EXPECT_FALSE(Show(dark));
     EXPECT_FALSE(chain_.Broken());
     EXPECT_FALSE(chain_.Began());
   }
-  const auto after = See({0.15, 0.02, 0.1}, 9);
+  const auto after = Next({0.15, 0.02, 0.1}, 9);
   ASSERT_TRUE(after);
   EXPECT_NEAR(after->T_before_now.x, 0.10, 3e-3);
   EXPECT_NEAR(after->T_before_now.y, 0.02, 3e-3);
 }
 
 TEST_F(RelativeOdometryTest, ResetForgets) {
-  See({0, 0, 0});
+  Next({0, 0, 0});
   chain_.Reset();
-  EXPECT_FALSE(See({0.05, 0, 0}));
+  EXPECT_FALSE(Next({0.05, 0, 0}));
   EXPECT_TRUE(chain_.Began());
   EXPECT_FALSE(chain_.Broken());
 }

@@ -34,12 +34,12 @@ class Visitor {
     localizer_ = std::make_unique<Localizer>(*map.map, up_, params);
   }
 
-  /// Drives on and looks, standing tilted so. @param told  what the localizer is told of it.
-  Location See(const Tilt& tilt, const Tilt& told) {
+  /// Drives on and locates a tilted robot. @param reported  The tilt that the localizer gets.
+  Location Locate(const Tilt& tilt, const Tilt& reported) {
     truth_ = truth_ * kStep;
     ++index_;
     return localizer_->Locate(
-        {Image(tilt), index_, 0.1 * static_cast<double>(index_), std::nullopt, told});
+        {Image(tilt), index_, 0.1 * static_cast<double>(index_), std::nullopt, reported});
   }
   [[nodiscard]] const Pose2& Truth() const { return truth_; }
   [[nodiscard]] double ErrorOf(const Location& location) const {
@@ -47,7 +47,7 @@ class Visitor {
   }
 
  private:
-  /// A wide level image, seen by the tilted camera: the other way about than LevelView::Draw.
+  /// A wide level image, seen by the tilted camera: the inverse of LevelView::Draw.
   cv::Mat Image(const Tilt& tilt) const {
     constexpr int kMargin = 80;
     calib::MountedCamera wide = up_;
@@ -88,7 +88,7 @@ TEST_F(TiltedVisitor, IsPlacedRightWhenItsTiltIsGiven) {
   for (int i = 0; i < 24; ++i) {
     const bool tilted = i >= 6 && i < 18;
     const Tilt tilt = tilted ? MakeTilt(-0.6 * (i - 5), 0.3 * (i - 9), 0.01) : Tilt{};
-    const Location location = visitor.See(tilt, tilt);
+    const Location location = visitor.Locate(tilt, tilt);
     ASSERT_TRUE(location.Placed()) << i;
     EXPECT_LT(visitor.ErrorOf(location), 0.01) << i;
     EXPECT_LT(std::abs(WrapAngle(location.pose.T_map_base.yaw - visitor.Truth().yaw)), 0.005);
@@ -102,17 +102,17 @@ TEST_F(TiltedVisitor, IsPlacedRightWhenItsTiltIsGiven) {
 }
 
 // 2 degrees under 2.6 m are 9 cm.
-TEST_F(TiltedVisitor, AnUnnoticedTiltIsToldAndHeldByTheCovariance) {
+TEST_F(TiltedVisitor, AnUnnoticedTiltIsReportedAndInTheCovariance) {
   for (const Tilt& tilt : {MakeTilt(2, 0, 0), MakeTilt(0, -1.5, 0), MakeTilt(-1.2, 1.2, 0)}) {
     Visitor visitor(*map_);
-    int told = 0;
+    int reported = 0;
     for (int i = 0; i < 6; ++i) {
-      const Location location = visitor.See(tilt, {});
+      const Location location = visitor.Locate(tilt, {});
       ASSERT_TRUE(location.Placed()) << i;
       const double error = visitor.ErrorOf(location);
       EXPECT_GT(error, 0.06);
       if (!location.tilt_left) continue;
-      ++told;
+      ++reported;
       const Eigen::Vector2d& left = location.tilt_left->angles;
       EXPECT_NEAR(left[0], tilt.pitch_rad, 0.15 * kRadPerDeg) << i;
       EXPECT_NEAR(left[1], tilt.roll_rad, 0.15 * kRadPerDeg) << i;
@@ -124,7 +124,7 @@ TEST_F(TiltedVisitor, AnUnnoticedTiltIsToldAndHeldByTheCovariance) {
       EXPECT_LT(miss.dot(covariance.inverse() * miss), 16) << i;
       EXPECT_LT(std::sqrt(covariance.trace()), 2 * error) << i;
     }
-    EXPECT_GE(told, 4);
+    EXPECT_GE(reported, 4);
   }
 }
 
@@ -138,7 +138,7 @@ TEST_F(TiltedVisitor, NoFrameBetweenChecksClaimsToBeLevel) {
   std::vector<int> checked;
   for (int i = 1; i <= 24; ++i) {
     const double part = std::clamp(std::min(i - 5, 19 - i) / 3.0, 0.0, 1.0);  // of the height
-    const Location location = visitor.See(MakeTilt(-1.2 * part, 1.2 * part, 0), {});
+    const Location location = visitor.Locate(MakeTilt(-1.2 * part, 1.2 * part, 0), {});
     ASSERT_TRUE(location.Placed()) << i;
     if (location.tilt_left) checked.push_back(i);
     const Eigen::Matrix2d covariance = location.pose.covariance.topLeftCorner<2, 2>();
@@ -162,16 +162,16 @@ TEST_F(TiltedVisitor, NoFrameBetweenChecksClaimsToBeLevel) {
 // What is left is what was not taken out.
 TEST_F(TiltedVisitor, AHalfKnownTiltLeavesTheOtherHalf) {
   Visitor visitor(*map_);
-  int told = 0;
+  int reported = 0;
   for (int i = 0; i < 5; ++i) {
-    const Location location = visitor.See(MakeTilt(3, 0, 0), MakeTilt(1.5, 0, 0));
+    const Location location = visitor.Locate(MakeTilt(3, 0, 0), MakeTilt(1.5, 0, 0));
     ASSERT_TRUE(location.Placed());
     if (!location.tilt_left) continue;
-    ++told;
+    ++reported;
     EXPECT_NEAR(location.tilt_left->angles[0], 1.5 * kRadPerDeg, 0.15 * kRadPerDeg);
     EXPECT_NEAR(location.tilt_left->angles[1], 0, 0.15 * kRadPerDeg);
   }
-  EXPECT_GE(told, 3);
+  EXPECT_GE(reported, 3);
 }
 
 TEST_F(TiltedVisitor, IsCheckedInTheBeginningAndThenNowAndThen) {
@@ -181,12 +181,12 @@ TEST_F(TiltedVisitor, IsCheckedInTheBeginningAndThenNowAndThen) {
   Visitor visitor(*map_, params);
   std::vector<int> checked;
   for (int i = 1; i <= 17; ++i) {
-    if (visitor.See({}, {}).tilt_left) checked.push_back(i);
+    if (visitor.Locate({}, {}).tilt_left) checked.push_back(i);
   }
   EXPECT_THAT(checked, testing::ElementsAre(2, 3, 8, 16));  // the first one found the robot
   params.tilt_checks = params.tilt_check_every = 0;
   Visitor unchecked(*map_, params);
-  for (int i = 0; i < 10; ++i) EXPECT_FALSE(unchecked.See({}, {}).tilt_left.has_value());
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(unchecked.Locate({}, {}).tilt_left.has_value());
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ inline calib::MountedCamera UpCamera(double focal_px = 220, double height_m = 0.
   return up;
 }
 
-/// What a robot sees.
+/// Image of a robot.
 inline cv::Mat Seen(const SyntheticCeiling& ceiling,
                     const calib::CeilingView& view,
                     const Pose2& T_map_base,
@@ -47,7 +47,7 @@ inline cv::Mat Seen(const SyntheticCeiling& ceiling,
 }
 
 /// A map of about `columns` x `rows` keyframes, 0.8 m apart, from the origin to the right and up;
-/// even rows look along x, odd ones back.
+/// even rows face along x, odd ones back.
 class TrueMap {
  public:
   explicit TrueMap(const CeilingParams& params = {}, int columns = 7, int rows = 6)
@@ -106,7 +106,7 @@ class TrueMap {
   std::unique_ptr<store::MapReader> map;
 };
 
-/// Tiles, and nothing by which one could tell them apart.
+/// Identical tiles.
 inline CeilingParams Periodic() {
   CeilingParams params;
   params.tile_px = 60;

@@ -22,7 +22,7 @@ class Visitor {
           const LocalizerParams& params = {})
       : ceiling_(map.ceiling), view_(up, kCeiling_m), localizer_(*map.map, up, params) {}
 
-  Location See(const Pose2& T, const std::optional<HeadingPrior>& heading = std::nullopt) {
+  Location Locate(const Pose2& T, const std::optional<HeadingPrior>& heading = std::nullopt) {
     return Show(Seen(ceiling_, view_, T, static_cast<std::uint32_t>(index_) + 7), heading);
   }
   Location Show(const cv::Mat& image, const std::optional<HeadingPrior>& heading = std::nullopt) {
@@ -37,7 +37,7 @@ class Visitor {
     Location location;
     for (int i = 0; i < frames; ++i) {
       T = T * step;
-      location = See(T);
+      location = Locate(T);
       ExpectRight(location, T);
     }
     return location;

@@ -11,7 +11,7 @@ namespace {
 constexpr double kNoise = 0.01;
 constexpr double kSingles = 2 * kNoise * kNoise;
 
-TEST(KeyframeHeadings, TellTurnsEitherWay) {
+TEST(KeyframeHeadings, GiveTurnsInBothDirections) {
   KeyframeHeadings headings;
   headings.Add(3, {0.5, 1e-9});
   headings.Add(4, {1.0, 0.01});
@@ -54,7 +54,7 @@ graph::KeyframeGraph::Relative ByGraph(double yaw, double sigma_rad) {
   return relative;
 }
 
-TEST(KeyframeHeadings, NarrowWhatTheGraphKnowsOfARotation) {
+TEST(KeyframeHeadings, NarrowTheRotationOfTheGraph) {
   KeyframeHeadings headings;
   headings.Add(0, {0, 1e-9});
   headings.Add(1, {1, 2e-9});
@@ -64,12 +64,12 @@ TEST(KeyframeHeadings, NarrowWhatTheGraphKnowsOfARotation) {
   EXPECT_NEAR(vague.T_from_to.y, 1 + 0.5 * 0.05 / 0.25, 0.001) << "what hangs on it moves along";
   EXPECT_LT(vague.covariance(1, 1), 0.04);
   EXPECT_NEAR(vague.T_from_to.x, 2, 1e-9);
-  // The ceiling tells a rotation a hundred times more exactly.
+  // The ceiling measures a rotation a hundred times more accurately.
   const graph::KeyframeGraph::Relative exact = headings.Narrowed(ByGraph(0.9, 1e-4), 0, 1);
   EXPECT_NEAR(exact.T_from_to.yaw, 0.9, 1e-5);
 }
 
-TEST(KeyframeHeadings, CountForNothingAgainstWhatWasSeen) {
+TEST(KeyframeHeadings, HaveNoWeightAgainstMeasurements) {
   KeyframeHeadings headings;
   headings.Add(0, {0, 1e-9});
   headings.Add(1, {2, 2e-9});
@@ -80,7 +80,7 @@ TEST(KeyframeHeadings, CountForNothingAgainstWhatWasSeen) {
   EXPECT_EQ(unknown.T_from_to.yaw, 0.5);
 }
 
-TEST(KeyframeHeadings, SayWhichEdgesFaceAnotherWay) {
+TEST(KeyframeHeadings, DetectEdgesWithAnotherRotation) {
   KeyframeHeadings headings;
   headings.Add(0, {0, 1e-9});
   headings.Add(1, {1, 2e-9});

@@ -1,4 +1,4 @@
-// Places that look alike: what one pair of images says of a loop, another pair can contradict.
+// Perceptual aliasing: a loop closure of one pair of images can be contradicted by another pair.
 
 #include <gtest/gtest.h>
 
@@ -17,38 +17,39 @@ constexpr int kPlaces = 4;             // of a room, without a view in common
 constexpr int kCarried = 2 * kPlaces;  // the keyframe after the robot was carried
 
 /// A robot that drives through room A (keyframes 0..3) and room B (4..7), is then carried to
-/// another place (8), and drives through room A again from there (9..12). All it knows from one
-/// keyframe to the next is true to a few millimetres, but of the way that it was carried hardly
-/// anything.
+/// another place (8), and drives through room A again from there (9..12). Its odometry from one
+/// keyframe to the next is true to a few millimetres, but of the path on which it was carried
+/// hardly anything.
 class CarriedBack {
  public:
-  /// @param doubles  so many places of room B, the first ones, look exactly like those of room A.
+  /// @param doubles  Number of places of room B, the first ones, that are identical to those of
+  /// room A.
   explicit CarriedBack(int doubles, const LoopCloserParams& params = Stops::ShortGap())
       : stops_({}, params) {
     for (int i = 0; i < kPlaces; ++i) Place({4.0 * i, 0, 0});
     for (int i = 0; i < kPlaces; ++i) {
       Place({4.0 * i, 6, 0});
-      if (i < doubles) way_.back().looks = {4.0 * i, 0, 0};
+      if (i < doubles) drive_.back().appears_at = {4.0 * i, 0, 0};
     }
     Place({-4, 0, 0});
-    way_.back().sigma = 3;
-    way_.back().sigma_rad = 0.1;
+    drive_.back().sigma = 3;
+    drive_.back().sigma_rad = 0.1;
     // Not quite where it was the first time.
     for (int i = 0; i < kPlaces; ++i) Place({4.0 * i + 0.3, -0.2, 0.1});
   }
 
-  /// Shows the places in their order, but of the second visit only so many.
+  /// Shows the places in their order, but of the second visit only this number.
   graph::LoopCounts Visit(int again) {
-    for (int i = 0; i <= kCarried + again; ++i) stops_.Show(way_[static_cast<std::size_t>(i)]);
+    for (int i = 0; i <= kCarried + again; ++i) stops_.Show(drive_[static_cast<std::size_t>(i)]);
     return stops_.Counts();
   }
 
   [[nodiscard]] double WorstEdge() const { return stops_.WorstEdge(); }
 
  private:
-  void Place(const Pose2& T_map_base) { way_.push_back({T_map_base, T_map_base}); }
+  void Place(const Pose2& T_map_base) { drive_.push_back({T_map_base, T_map_base}); }
 
-  std::vector<Stop> way_;
+  std::vector<Stop> drive_;
   Stops stops_;
 };
 

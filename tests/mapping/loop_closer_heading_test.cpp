@@ -1,4 +1,4 @@
-// Loop closing with a compass, in a hall whose arms look alike after a quarter turn.
+// Loop closing with a compass, in a hall whose arms are identical after a quarter turn.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using synthetic::Stops;
 constexpr int kPlaces = 5;  // of an arm
 
 /// A robot that drives along one arm (keyframes 0..4) and again along one (5..9). From one keyframe
-/// to the next its odometry is true to millimetres, but of the way between the two drives it knows
+/// to the next its odometry is true to millimetres, but of the path between the two drives it has
 /// hardly anything, not even how it turned.
 class TwoDrives : public Stops {
  public:
@@ -27,7 +27,7 @@ class TwoDrives : public Stops {
       Stop stop;
       stop.T_map_base = id < kPlaces ? Pose2{2.5 + 1.0 * i, 0, 0}
                                      : T_first_second * Pose2{2.6 + 1.0 * i, 0.1, 0.05};
-      stop.looks = stop.T_map_base;
+      stop.appears_at = stop.T_map_base;
       if (id == kPlaces) {
         stop.sigma = 5;
         stop.sigma_rad = 1.5;
@@ -44,7 +44,7 @@ const Pose2 kQuarterTurn{0, 0, std::numbers::pi / 2};
 
 TEST(LoopCloserWithCompass, AnotherArmIsNotTakenForTheSame) {
   const TwoDrives without(kQuarterTurn, false);
-  EXPECT_GE(without.Counts().accepted, 2) << "nothing speaks against it";
+  EXPECT_GE(without.Counts().accepted, 2) << "nothing contradicts it";
   EXPECT_GT(without.WorstEdge(), 1);
   const TwoDrives with(kQuarterTurn, true);
   EXPECT_EQ(with.Counts().accepted, 0);
@@ -54,7 +54,7 @@ TEST(LoopCloserWithCompass, AnotherArmIsNotTakenForTheSame) {
 TEST(LoopCloserWithCompass, TheSameArmIs) {
   const TwoDrives drives({}, true);
   EXPECT_GE(drives.Counts().accepted, 2);
-  EXPECT_LT(drives.WorstEdge(), 0.05) << "a few soft spots tell no more";
+  EXPECT_LT(drives.WorstEdge(), 0.05) << "a few weak spots give no more information";
 }
 
 }  // namespace

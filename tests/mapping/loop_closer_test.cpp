@@ -87,7 +87,7 @@ TEST(LoopCloser, LatestKeyframesFollowTheClosures) {
             0.6 * (by_odometry.Inverse() * truth).Translation().norm() + 0.005);
 }
 
-TEST(LoopCloser, FindsByItsLooksWhatIsLostByPosition) {
+TEST(LoopCloser, FindsByAppearanceWhenThePositionIsLost) {
   DriftParams drift;
   drift.sigma = 0.15;  // the edges know that they are bad
   drift.sigma_rad = 0.01;
@@ -97,8 +97,8 @@ TEST(LoopCloser, FindsByItsLooksWhatIsLostByPosition) {
   EXPECT_LT(closed.WorstClosure(), 0.001);
 }
 
-TEST(LoopCloser, PeriodicCeilingClosesOnlyWhereThePredictionTells) {
-  // Tiles of 0.6 m. Known to 2 mm a keyframe, the right tile is beyond doubt.
+TEST(LoopCloser, PeriodicCeilingClosesOnlyWithAnAccuratePrediction) {
+  // Tiles of 0.6 m. Known to 2 mm a keyframe, the tile is unambiguous.
   const DriveUnder sharp(Periodic(60), Square(5, 1, 2));
   const Closed closed(sharp);
   EXPECT_GE(closed.Closures().size(), 8U);
@@ -114,7 +114,7 @@ TEST(LoopCloser, PeriodicCeilingClosesOnlyWhereThePredictionTells) {
 
 TEST(LoopCloser, NoClosureWhereTheMapExcludesIt) {
   // The edges claim to be exact, but each turns by half a degree too much: after a lap the robot
-  // believes to be elsewhere, and a true closure would contradict all it was told.
+  // has estimated elsewhere, and a true closure would contradict its odometry.
   DriftParams drift;
   drift.sigma = 1e-4;
   drift.sigma_rad = 1e-5;
@@ -138,7 +138,7 @@ TEST(LoopCloser, WorkPerKeyframeIsBounded) {
 TEST(LoopCloser, NoComparisonsAtAllAreAllowed) {
   LoopCloserParams params;
   params.comparisons_per_keyframe = 0;
-  for (const double sigma : {1e-4, 2.0}) {  // candidates by place, and by looks
+  for (const double sigma : {1e-4, 2.0}) {  // candidates by position, and by appearance
     DriftParams drift;
     drift.sigma = sigma;
     const DriveUnder drive({}, Square(4, 1, 1), drift);

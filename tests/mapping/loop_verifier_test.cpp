@@ -28,7 +28,7 @@ graph::Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T_from_to,
 
 TEST(LoopVerifier, AgreesWithinTheSpreadThatBothLeave) {
   const LoopVerifier judge(kUnitsPerPx);
-  // `to` looks to the left of `from`; what is hardly known is how far ahead of it it stands.
+  // `to` faces to the left of `from`; its distance ahead of it is hardly known.
   graph::KeyframeGraph::Relative predicted{{2, 1, kQuarter}, Eigen::Matrix3d::Zero()};
   predicted.covariance(0, 0) = 0.2 * 0.2;
   const auto off_by = [&](double x, double y, double yaw) {
@@ -43,8 +43,8 @@ TEST(LoopVerifier, AgreesWithinTheSpreadThatBothLeave) {
   EXPECT_TRUE(judge.Agrees(MakeEdge(0, 1, {2, 1.9, kQuarter}, 0.2), predicted)) << "its own spread";
 }
 
-/// Two visits of a corridor, keyframes 0..3 and 4..7 a metre apart; how the one lies to the other
-/// nobody knows.
+/// Two visits of a corridor, keyframes 0..3 and 4..7 a metre apart; the motion between them is
+/// unknown.
 class TwoVisits : public testing::Test {
  protected:
   TwoVisits() {
@@ -57,7 +57,7 @@ class TwoVisits : public testing::Test {
   static graph::Edge Closure(std::int64_t from, std::int64_t to, double ahead = 0) {
     return MakeEdge(from, to, {static_cast<double>(to - 4 - from) + ahead, 0, 0}, 0.002);
   }
-  /// The ends of the closures that are believed once this one is heard.
+  /// The ends of the closures that are accepted after this one was added.
   std::vector<std::pair<std::int64_t, std::int64_t>> Verify(const graph::Edge& closure) {
     std::vector<std::pair<std::int64_t, std::int64_t>> ends;
     for (const graph::Edge& edge : judge_.Confirm(closure, graph_))
@@ -83,7 +83,7 @@ TEST_F(TwoVisits, OneThatContradictsTakesThreeThatSupport) {
   EXPECT_THAT(Verify(Closure(1, 5)), IsEmpty());
   EXPECT_THAT(Verify(Closure(2, 6)), IsEmpty());
   EXPECT_THAT(Verify(Closure(3, 7)), ElementsAre(Pair(0, 4), Pair(1, 5), Pair(2, 6), Pair(3, 7)));
-  EXPECT_EQ(judge_.Waiting(), 1U) << "what contradicts goes on waiting";
+  EXPECT_EQ(judge_.Waiting(), 1U) << "a contradicting closure remains pending";
 }
 
 TEST_F(TwoVisits, NothingIsSaidOfPartsThatNoPathJoins) {
@@ -92,7 +92,7 @@ TEST_F(TwoVisits, NothingIsSaidOfPartsThatNoPathJoins) {
   EXPECT_THAT(Verify(Closure(0, 8)), IsEmpty());
 }
 
-TEST_F(TwoVisits, WhatNobodyConfirmsIsForgotten) {
+TEST_F(TwoVisits, UnconfirmedClosuresAreForgotten) {
   LoopVerifierParams params;
   params.confirm_within = 2;
   judge_ = LoopVerifier(kUnitsPerPx, params);

@@ -67,7 +67,7 @@ TEST(MapMerge, OtherCeilingsAreRefused) {
   const MergeResult merged = Merge(a, b);
   EXPECT_FALSE(merged.ok());
   EXPECT_EQ(merged.results[1].verdict, JoinResult::Verdict::kNoOverlap);
-  EXPECT_THAT(merged.results[1].reason, HasSubstr("nothing is seen in both"));
+  EXPECT_THAT(merged.results[1].reason, HasSubstr("no overlap found"));
   EXPECT_EQ(merged.graph.keyframes.size(), 9U) << "what was joined is there";
 }
 
@@ -87,10 +87,10 @@ TEST(MapMerge, PeriodicCeilingIsAmbiguous) {
   const DriveUnder b(Periodic(60), Row(3, 0, 9), {}, 1000);
   const MergeResult merged = Merge(a, b);
   EXPECT_FALSE(merged.ok());
-  EXPECT_THAT(merged.results[1].reason, HasSubstr("repeats itself"));
+  EXPECT_THAT(merged.results[1].reason, HasSubstr("is periodic"));
 }
 
-TEST(MapMerge, BaysThatLookAlikeAreAmbiguous) {
+TEST(MapMerge, IdenticalBaysAreAmbiguous) {
   // The same mark every 2 m, seen one or two at a time: every image fits at several places.
   CeilingParams bays = Periodic(0);
   for (int i = -20; i < 40; ++i) {
@@ -120,7 +120,7 @@ TEST(MapMerge, ThirdPartMayHangOnTheSecond) {
   EXPECT_EQ(merged.graph.keyframes.size(), 28U);
 }
 
-/// What a compass said on the drive, that counts from another direction than the map.
+/// Headings of a compass on the drive, with another zero direction than the map.
 void AddHeadings(DriveUnder& drive, double first_variance) {
   double variance = first_variance;
   for (graph::Keyframe& keyframe : drive.graph.keyframes) {
@@ -129,7 +129,7 @@ void AddHeadings(DriveUnder& drive, double first_variance) {
   }
 }
 
-TEST(MapMerge, ACompassTellsPartsApartThatLookAlikeAfterAQuarterTurn) {
+TEST(MapMerge, ACompassResolvesAliasingByAQuarterTurn) {
   const DriveUnder along_x(FourArms(), Row(2, 0, 9));
   std::vector<Pose2> along_y;
   for (const Pose2& T : Row(2, 0, 9)) along_y.push_back(Pose2{0, 0, std::numbers::pi / 2} * T);
@@ -142,7 +142,7 @@ TEST(MapMerge, ACompassTellsPartsApartThatLookAlikeAfterAQuarterTurn) {
       AddHeadings(other_arm, 0.01);
       AddHeadings(same_arm, 0.01);
     }
-    EXPECT_EQ(Merge(a, other_arm).ok(), !compass) << "only the compass knows better";
+    EXPECT_EQ(Merge(a, other_arm).ok(), !compass) << "only the compass resolves it";
     const MergeResult merged = Merge(a, same_arm);
     ASSERT_TRUE(merged.ok()) << merged.results[1].reason;
     EXPECT_LT(WorstError(merged, a, same_arm), 0.03);

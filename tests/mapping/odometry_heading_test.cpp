@@ -37,15 +37,15 @@ class Drive {
     compass_.on = compass;
   }
 
-  /// Moves by T_before_after, and sees the ceiling from there.
-  const OdometryStep& See(const Pose2& T_before_after = {}) {
+  /// Moves by T_before_after, and processes the image there.
+  const OdometryStep& Process(const Pose2& T_before_after = {}) {
     T_map_base_ = T_map_base_ * T_before_after;
-    return Process(ceiling_.Render(
+    return ProcessImage(ceiling_.Render(
         view_.Size(), MotionAt(view_, T_map_base_), 1.5, static_cast<std::uint32_t>(Frame()) + 1));
   }
   const OdometryStep& SeeNothing(const Pose2& T_before_after = {}) {
     T_map_base_ = T_map_base_ * T_before_after;
-    return Process(cv::Mat(view_.Size(), CV_8UC1, cv::Scalar(20)));
+    return ProcessImage(cv::Mat(view_.Size(), CV_8UC1, cv::Scalar(20)));
   }
   void Disturb(double off) { compass_.off += off; }
   void SwitchCompass(bool on) { compass_.on = on; }
@@ -62,7 +62,7 @@ class Drive {
 
  private:
   [[nodiscard]] std::int64_t Frame() const { return static_cast<std::int64_t>(steps_.size()); }
-  const OdometryStep& Process(const cv::Mat& image) {
+  const OdometryStep& ProcessImage(const cv::Mat& image) {
     FrameContext context;
     if (compass_.on) {
       compass_.off += compass_.drift_per_frame;
@@ -82,7 +82,7 @@ class Drive {
   std::vector<OdometryStep> steps_;
 };
 
-/// A tile's corner with a mark: it tells which tile is seen, and not from which of four sides.
+/// A tile's corner with a mark: it identifies the tile, but not the quarter turn.
 CeilingParams MarkedCorner() {
   CeilingParams params = Periodic(kTilePx);
   params.own_marks = {{0, 0}};
@@ -90,10 +90,10 @@ CeilingParams MarkedCorner() {
 }
 
 void DriveAndTurnFast(Drive& drive, double turn) {
-  drive.See();
-  for (int i = 0; i < 6; ++i) drive.See({0.08, 0, 0});
-  for (int i = 0; i < 2; ++i) drive.See({0, 0, turn / 2});
-  for (int i = 0; i < 6; ++i) drive.See({0.04, 0, 0});
+  drive.Process();
+  for (int i = 0; i < 6; ++i) drive.Process({0.08, 0, 0});
+  for (int i = 0; i < 2; ++i) drive.Process({0, 0, turn / 2});
+  for (int i = 0; i < 6; ++i) drive.Process({0.04, 0, 0});
 }
 
 TEST(OdometryWithCompass, FollowsAQuarterTurnWithinTwoFrames) {
@@ -107,7 +107,7 @@ TEST(OdometryWithCompass, FollowsAQuarterTurnWithinTwoFrames) {
   }
 }
 
-TEST(OdometryWithCompass, WithoutOneNobodyKnowsAfterSuchATurn) {
+TEST(OdometryWithCompass, WithoutOneThePoseIsUnknownAfterSuchATurn) {
   Drive drive(Periodic(kTilePx), false);
   DriveAndTurnFast(drive, kQuarter);
   int unknown = 0;
@@ -121,44 +121,45 @@ TEST(OdometryWithCompass, WithoutOneNobodyKnowsAfterSuchATurn) {
 TEST(OdometryWithCompass, IsCarriedThroughTheDark) {
   for (const bool compass : {true, false}) {
     Drive drive(MarkedCorner(), compass);
-    for (int i = 0; i < 3; ++i) drive.See();
+    for (int i = 0; i < 3; ++i) drive.Process();
     for (int i = 0; i < 30; ++i) {
       EXPECT_EQ(drive.SeeNothing({0, 0, kQuarter / 30}).pose.status, graph::TrackingStatus::kLost);
     }
-    drive.See({0.03, 0.02, 0});
+    drive.Process({0.03, 0.02, 0});
     EXPECT_EQ(drive.Last().pose.status,
               compass ? graph::TrackingStatus::kRelocalized : graph::TrackingStatus::kAmbiguous);
     EXPECT_TRUE(drive.Last().registration.disambiguated_by_prior)
-        << "the ceiling alone does not tell";
+        << "the ceiling alone is ambiguous";
     EXPECT_EQ(drive.Right(), compass) << drive.Error() << " m " << drive.YawError();
   }
 }
 
-TEST(OdometryWithCompass, DoesNotTellOneTileFromTheNext) {
+TEST(OdometryWithCompass, DoesNotResolveTranslationsByATile) {
   Drive drive(Periodic(kTilePx), true);
-  for (int i = 0; i < 3; ++i) drive.See();
+  for (int i = 0; i < 3; ++i) drive.Process();
   for (int i = 0; i < 30; ++i) drive.SeeNothing({0, 0, kQuarter / 30});
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
-    EXPECT_EQ(drive.See({0.02, 0, 0}).pose.status, graph::TrackingStatus::kAmbiguous) << i;
+    EXPECT_EQ(drive.Process({0.02, 0, 0}).pose.status, graph::TrackingStatus::kAmbiguous) << i;
   }
-  const OdometryStep& anew = drive.See({0.02, 0, 0});
+  const OdometryStep& anew = drive.Process({0.02, 0, 0});
   ASSERT_TRUE(anew.new_keyframe);
   EXPECT_TRUE(anew.new_edges.empty()) << "nothing ties it to the time before";
   EXPECT_LT(drive.YawError(), 0.05) << "but how it is turned is known";
 }
 
-TEST(OdometryWithCompass, ADisturbedOneDoesNotHurtWhereTheCeilingTells) {
+TEST(OdometryWithCompass, ADisturbedOneIsHarmlessOnADistinctiveCeiling) {
   for (const double jump : {0.1, 0.5, kQuarter, 3.0}) {
     Drive drive({}, true);
-    drive.See();
+    drive.Process();
     for (int i = 0; i < 12; ++i) {
       if (i % 4 == 2) drive.Disturb(jump);
-      EXPECT_EQ(drive.See({0.08, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking) << jump;
+      EXPECT_EQ(drive.Process({0.08, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking)
+          << jump;
       EXPECT_TRUE(drive.Right()) << jump << " frame " << i;
     }
     for (int i = 0; i < 5; ++i) drive.SeeNothing();
     drive.Disturb(jump);
-    EXPECT_EQ(drive.See({0.08, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking) << jump;
+    EXPECT_EQ(drive.Process({0.08, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking) << jump;
     EXPECT_TRUE(drive.Right()) << jump << " after the dark";
   }
 }
@@ -166,10 +167,11 @@ TEST(OdometryWithCompass, ADisturbedOneDoesNotHurtWhereTheCeilingTells) {
 TEST(OdometryWithCompass, ASmallDisturbanceDoesNotHurtUnderTilesEither) {
   for (const double jump : {0.05, -0.1, 0.2, -0.3}) {
     Drive drive(Periodic(kTilePx), true);
-    drive.See();
+    drive.Process();
     for (int i = 0; i < 12; ++i) {
       if (i % 4 == 2) drive.Disturb(jump);
-      EXPECT_EQ(drive.See({0.05, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking) << jump;
+      EXPECT_EQ(drive.Process({0.05, 0, 0.02}).pose.status, graph::TrackingStatus::kTracking)
+          << jump;
     }
     EXPECT_TRUE(drive.Right()) << jump << ": " << drive.Error() << " m " << drive.YawError();
   }
@@ -178,12 +180,12 @@ TEST(OdometryWithCompass, ASmallDisturbanceDoesNotHurtUnderTilesEither) {
 TEST(OdometryWithCompass, FramesWithoutAHeadingMayLieBetween) {
   // The heading of the frame before the turn is missing: the turn counts from the one before that.
   Drive drive(Periodic(kTilePx), true);
-  drive.See();
-  for (int i = 0; i < 4; ++i) drive.See({0.05, 0, 0.1});
+  drive.Process();
+  for (int i = 0; i < 4; ++i) drive.Process({0.05, 0, 0.1});
   drive.SwitchCompass(false);
-  drive.See({0.05, 0, 0.1});
+  drive.Process({0.05, 0, 0.1});
   drive.SwitchCompass(true);
-  for (int i = 0; i < 2; ++i) drive.See({0, 0, kQuarter / 2});
+  for (int i = 0; i < 2; ++i) drive.Process({0, 0, kQuarter / 2});
   EXPECT_EQ(drive.Last().pose.status, graph::TrackingStatus::kTracking);
   EXPECT_TRUE(drive.Right()) << drive.Error() << " m " << drive.YawError();
 }

@@ -1,4 +1,4 @@
-// Odometry under ceilings that repeat themselves: images alone never tell one tile from the next,
+// Odometry under periodic ceilings: images alone never distinguish one tile from the next,
 // only where the robot is expected does, and where that does not either, nothing may be claimed.
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ class Drive {
   explicit Drive(const CeilingParams& ceiling, const OdometryParams& params = {})
       : ceiling_(ceiling), odometry_(view_, T_map_base_, params) {}
 
-  /// Moves by T_before_after, and sees the ceiling from there.
-  const OdometryStep& See(const Pose2& T_before_after = {}) {
+  /// Moves by T_before_after, and processes the image there.
+  const OdometryStep& Process(const Pose2& T_before_after = {}) {
     T_map_base_ = T_map_base_ * T_before_after;
     truths_.push_back(T_map_base_);
     const auto index = static_cast<std::int64_t>(steps_.size());
@@ -41,11 +41,11 @@ class Drive {
     steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
     return steps_.back();
   }
-  /// Speeds up to half a tile a frame, and goes on like that for four tiles.
+  /// Accelerates to half a tile a frame, and keeps that speed for four tiles.
   void SpeedUpAndDriveEvenly(double turn = 0) {
-    See();
-    for (const double forward : {0.1, 0.2}) See({forward, 0, 0});
-    for (int i = 0; i < 8; ++i) See({0.5 * kTile, 0, turn});
+    Process();
+    for (const double forward : {0.1, 0.2}) Process({forward, 0, 0});
+    for (int i = 0; i < 8; ++i) Process({0.5 * kTile, 0, turn});
   }
   void Close() {
     truths_.push_back(T_map_base_);
@@ -104,7 +104,7 @@ std::vector<bool> AmbiguousKeyframes(const Drive& drive) {
 }
 
 TEST(OdometryUnderTiles, AnEvenDriveIsTrackedByThePrediction) {
-  // Half a tile a frame: from one frame to the next, forward and backward look the same.
+  // Half a tile a frame: from one frame to the next, forward and backward are identical.
   for (const double turn : {0.0, 0.04}) {
     Drive drive(Periodic(kTilePx));
     drive.SpeedUpAndDriveEvenly(turn);
@@ -115,31 +115,31 @@ TEST(OdometryUnderTiles, AnEvenDriveIsTrackedByThePrediction) {
 TEST(OdometryUnderTiles, KeyframesSayThatOnlyThePredictionPlacedThem) {
   Drive drive(Periodic(kTilePx));
   drive.SpeedUpAndDriveEvenly();
-  drive.See({0.25, 0, 0});
+  drive.Process({0.25, 0, 0});
   ExpectTrackedThroughout(drive);
   drive.Close();
   const std::vector<bool> periodic = AmbiguousKeyframes(drive);
   EXPECT_GE(periodic.size(), 4U);
   EXPECT_EQ(periodic, std::vector<bool>(periodic.size(), true));
-  // The same drive under a ceiling that tells its places apart.
+  // The same drive under a ceiling with distinct places.
   Drive other({});
   other.SpeedUpAndDriveEvenly();
-  other.See({0.25, 0, 0});
+  other.Process({0.25, 0, 0});
   other.Close();
   const std::vector<bool> marked = AmbiguousKeyframes(other);
   EXPECT_GE(marked.size(), 4U);
   EXPECT_EQ(marked, std::vector<bool>(marked.size(), false));
 }
 
-TEST(OdometryUnderTiles, APredictionThatHasProvedGoodTellsShortPeriodsApart) {
+TEST(OdometryUnderTiles, AnAccuratePredictionResolvesShortPeriods) {
   // The prior that a drive begins with could not choose among tiles of 0.3 m. Marks help over the
   // start; where they end, the robot has moved evenly for long enough.
   CeilingParams ceiling = Periodic(30);
   ceiling.own_marks = {{10, -30}, {60, 20}, {110, -60}};
   Drive drive(ceiling);
-  drive.See();
-  EXPECT_FALSE(drive.See({0.2, 0, 0}).registration.disambiguated_by_prior);
-  for (int i = 0; i < 20; ++i) drive.See({0.2, 0, 0});
+  drive.Process();
+  EXPECT_FALSE(drive.Process({0.2, 0, 0}).registration.disambiguated_by_prior);
+  for (int i = 0; i < 20; ++i) drive.Process({0.2, 0, 0});
   ExpectTrackedThroughout(drive);
   EXPECT_TRUE(drive.Steps().back().registration.disambiguated_by_prior);
 }
@@ -149,8 +149,8 @@ TEST(OdometryUnderTiles, AnUnevenDriveIsPredictedWithLessConfidence) {
   OdometryParams params;
   params.uneven_ratio = 0.04;
   Drive drive(Periodic(kTilePx), params);
-  drive.See();
-  for (int i = 0; i < 12; ++i) drive.See({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
+  drive.Process();
+  for (int i = 0; i < 12; ++i) drive.Process({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
   ExpectTrackedThroughout(drive);
 }
 
@@ -161,16 +161,16 @@ TEST(OdometryUnderTiles, AStartByHalfATileIsAmbiguous) {
     const Pose2 direction{0, 0, angle};
     for (const double tiles : {0.15, 0.5}) {
       Drive drive(Periodic(kTilePx));
-      drive.See();
+      drive.Process();
       const Eigen::Vector2d t = direction.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
-      EXPECT_EQ(drive.See({t.x(), t.y(), 0}).pose.status,
+      EXPECT_EQ(drive.Process({t.x(), t.y(), 0}).pose.status,
                 tiles < 0.2 ? graph::TrackingStatus::kTracking : graph::TrackingStatus::kAmbiguous)
           << tiles << " tiles at " << angle;
     }
   }
 }
 
-TEST(OdometryUnderTiles, ANeighbourThatNobodyProposedCountsToo) {
+TEST(OdometryUnderTiles, ANeighbourThatWasNotProposedCountsToo) {
   // Still speeding up: the prediction is vague, and of the places a tile apart that fit, those far
   // from the last keyframe are not among the candidates.
   for (const double tiles : {0.5, 0.6, 0.7}) {
@@ -179,7 +179,7 @@ TEST(OdometryUnderTiles, ANeighbourThatNobodyProposedCountsToo) {
       drive.SpeedUpAndDriveEvenly();
       const Eigen::Vector2d off =
           Pose2{0, 0, eighth * std::numbers::pi / 4}.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
-      EXPECT_EQ(drive.See({0.3 + off.x(), off.y(), 0}).pose.status,
+      EXPECT_EQ(drive.Process({0.3 + off.x(), off.y(), 0}).pose.status,
                 graph::TrackingStatus::kAmbiguous)
           << tiles << " tiles, direction " << eighth;
     }
@@ -196,16 +196,16 @@ struct Jump {
 class JumpUnderTiles : public testing::TestWithParam<Jump> {};
 
 /// A jump by a whole tile leaves no trace in the images. By half a tile the robot may be before
-/// or behind the place where it was expected, and nobody can know.
+/// or behind the place where it was expected, and this cannot be detected.
 TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   Drive drive(Periodic(kTilePx));
-  drive.See();
-  for (int i = 0; i < 8; ++i) drive.See({0.1, 0, 0});
+  drive.Process();
+  for (int i = 0; i < 8; ++i) drive.Process({0.1, 0, 0});
   ExpectTrackedThroughout(drive);
-  drive.See({0.1 + GetParam().forward * kTile, GetParam().left * kTile, 0});
+  drive.Process({0.1 + GetParam().forward * kTile, GetParam().left * kTile, 0});
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
     EXPECT_EQ(drive.Steps().back().pose.status, graph::TrackingStatus::kAmbiguous) << i;
-    drive.See({0.1, 0, 0});
+    drive.Process({0.1, 0, 0});
   }
   const OdometryStep& anew = drive.Steps().back();
   EXPECT_EQ(anew.pose.status, graph::TrackingStatus::kTracking);
@@ -213,7 +213,7 @@ TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
   EXPECT_TRUE(anew.new_edges.empty()) << "nothing ties it to the time before";
   const std::int64_t first_anew = anew.new_keyframe->id;
   for (int i = 0; i < 8; ++i) {
-    for (const graph::Edge& edge : drive.See({0.1, 0, 0}).new_edges)
+    for (const graph::Edge& edge : drive.Process({0.1, 0, 0}).new_edges)
       EXPECT_GE(edge.from, first_anew);
   }
   EXPECT_EQ(drive.Steps().back().pose.status, graph::TrackingStatus::kTracking);

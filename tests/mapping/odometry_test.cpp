@@ -35,7 +35,7 @@ CeilingView MakeView() {
   return {up, 2.6};
 }
 
-/// A robot that drives under a synthetic ceiling and is told nothing but its images.
+/// A robot that drives under a synthetic ceiling with images as its only input.
 class Drive {
  public:
   explicit Drive(const Pose2& origin = {0.4, -0.3, 0.5}, const OdometryParams& params = {})
@@ -45,12 +45,12 @@ class Drive {
     T_map_base_ = T_map_base_ * Pose2{forward_m, 0, turn_deg * kRadPerDeg};
   }
   void Jump(const Pose2& T_map_base) { T_map_base_ = T_map_base; }
-  OdometryStep See() {
-    return Process(ceiling_.Render(kSize, MotionAt(view_, T_map_base_), 1.5, Next()));
+  OdometryStep Process() {
+    return ProcessImage(ceiling_.Render(kSize, MotionAt(view_, T_map_base_), 1.5, Next()));
   }
   OdometryStep SeeUniform(int grey) {
     Next();
-    return Process(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
+    return ProcessImage(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
   }
 
   OdometryStep Close() { return odometry_.Close(); }
@@ -64,7 +64,7 @@ class Drive {
   static inline const cv::Size kSize{640, 480};
 
   std::uint32_t Next() { return static_cast<std::uint32_t>(truths_.size()) + 1; }
-  OdometryStep Process(const cv::Mat& image) {
+  OdometryStep ProcessImage(const cv::Mat& image) {
     const auto index = static_cast<std::int64_t>(truths_.size());
     truths_.push_back(T_map_base_);
     steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
@@ -90,11 +90,11 @@ bool Placed(const OdometryStep& step) {
 
 /// About 6 m: straight, a left turn, straight, a right turn.
 void DrivePathWithTurns(Drive& drive) {
-  drive.See();
+  drive.Process();
   const auto drive_on = [&](int frames, double forward_m, double turn_deg) {
     for (int i = 0; i < frames; ++i) {
       drive.Move(forward_m, turn_deg);
-      drive.See();
+      drive.Process();
     }
   };
   drive_on(14, 0.12, 0);
@@ -202,7 +202,7 @@ TEST(Odometry, StartsAtTheFirstFrameWithTexture) {
     EXPECT_EQ(step.registration.verdict, Verdict::kNoTexture);
     EXPECT_FALSE(step.new_keyframe);
   }
-  const OdometryStep first = drive.See();
+  const OdometryStep first = drive.Process();
   EXPECT_EQ(first.pose.status, graph::TrackingStatus::kTracking);
   ASSERT_TRUE(first.new_keyframe);
   EXPECT_EQ(first.new_keyframe->id, 0);
@@ -211,15 +211,15 @@ TEST(Odometry, StartsAtTheFirstFrameWithTexture) {
   EXPECT_EQ(first.pose.T_map_base.y, origin.y);
   EXPECT_EQ(first.pose.T_map_base.yaw, origin.yaw);
   drive.Move(0.1, 5);
-  ExpectNear(drive.See().pose.T_map_base, drive.Truth(), "second");
+  ExpectNear(drive.Process().pose.T_map_base, drive.Truth(), "second");
 }
 
 TEST(Odometry, FramesWithoutTextureAreLostAndThenFoundAgain) {
   Drive drive;
-  drive.See();
+  drive.Process();
   for (int i = 0; i < 3; ++i) {
     drive.Move(0.1, 3);
-    EXPECT_TRUE(Placed(drive.See()));
+    EXPECT_TRUE(Placed(drive.Process()));
   }
   for (const int grey : {0, 128, 255}) {
     drive.Move(0.1, 3);
@@ -231,7 +231,7 @@ TEST(Odometry, FramesWithoutTextureAreLostAndThenFoundAgain) {
   }
   for (int i = 0; i < 4; ++i) {
     drive.Move(0.1, 3);
-    const OdometryStep found = drive.See();
+    const OdometryStep found = drive.Process();
     ASSERT_TRUE(Placed(found)) << i;
     ExpectNear(found.pose.T_map_base, drive.Truth(), "after the gap " + std::to_string(i));
   }
@@ -247,24 +247,24 @@ OdometryParams Anywhere() {
 
 TEST(Odometry, CarriedAwayIsLostAndBroughtBackIsRelocalized) {
   Drive drive({0, 0, 0}, Anywhere());
-  drive.See();
+  drive.Process();
   std::vector<Pose2> visited;
   for (int i = 0; i < 16; ++i) {
     drive.Move(0.15, 2);
-    ASSERT_TRUE(Placed(drive.See())) << i;
+    ASSERT_TRUE(Placed(drive.Process())) << i;
     visited.push_back(drive.Truth());
   }
   for (int i = 0; i < 3; ++i) {
     drive.Jump({40 + 0.1 * i, -30, 1});
-    EXPECT_FALSE(Placed(drive.See())) << "a place it has never seen";
+    EXPECT_FALSE(Placed(drive.Process())) << "a place it has never seen";
   }
   // Back over one of the older of the recent keyframes, turned around.
   drive.Jump(visited[6] * Pose2{0.1, 0.05, 2.8});
-  const OdometryStep found = drive.See();
+  const OdometryStep found = drive.Process();
   ASSERT_TRUE(Placed(found));
   ExpectNear(found.pose.T_map_base, drive.Truth(), "relocalized");
   drive.Move(0.1, -2);
-  const OdometryStep next = drive.See();
+  const OdometryStep next = drive.Process();
   ASSERT_TRUE(Placed(next));
   ExpectNear(next.pose.T_map_base, drive.Truth(), "after");
 }
@@ -272,36 +272,36 @@ TEST(Odometry, CarriedAwayIsLostAndBroughtBackIsRelocalized) {
 TEST(Odometry, AFastFrameIsBridgedByTheLastGoodOne) {
   // From the keyframe less than an eighth is in view, from the frame before about half.
   Drive drive({0.4, -0.3, 0.5}, Anywhere());
-  drive.See();
+  drive.Process();
   drive.Move(0.9, 0);
-  const OdometryStep good = drive.See();
+  const OdometryStep good = drive.Process();
   ASSERT_TRUE(Placed(good));
   drive.Move(1.3, 0);
-  const OdometryStep fast = drive.See();
+  const OdometryStep fast = drive.Process();
   ASSERT_TRUE(Placed(fast));
   ExpectNear(fast.pose.T_map_base, drive.Truth(), "fast");
 }
 
 /// Drives evenly, 0.06 m a frame.
 void DriveEvenly(Drive& drive, int frames = 12) {
-  drive.See();
+  drive.Process();
   for (int i = 0; i < frames; ++i) {
     drive.Move(0.06, 0);
-    ASSERT_TRUE(Placed(drive.See())) << i;
+    ASSERT_TRUE(Placed(drive.Process())) << i;
   }
 }
 
-TEST(Odometry, ARobotThatJumpsIsNotBelieved) {
+TEST(Odometry, AJumpOfTheRobotIsNotAccepted) {
   // Images that a damaged stream shifted as a whole fit without a flaw.
   Drive drive;
   DriveEvenly(drive);
   drive.Move(-0.5, 0);
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
     drive.Move(0.06, 0);
-    EXPECT_EQ(drive.See().pose.status, graph::TrackingStatus::kAmbiguous) << i;
+    EXPECT_EQ(drive.Process().pose.status, graph::TrackingStatus::kAmbiguous) << i;
   }
   drive.Move(0.06, 0);
-  const OdometryStep anew = drive.See();
+  const OdometryStep anew = drive.Process();
   ASSERT_TRUE(anew.new_keyframe);
   EXPECT_TRUE(anew.new_edges.empty()) << "nothing ties it to the time before";
 }
@@ -311,22 +311,22 @@ TEST(Odometry, OneFrameThatIsElsewhereCostsOnlyItself) {
   DriveEvenly(drive);
   const Pose2 truth = drive.Truth();
   drive.Jump(truth * Pose2{-0.5, 0, 0});
-  EXPECT_FALSE(Placed(drive.See()));
+  EXPECT_FALSE(Placed(drive.Process()));
   drive.Jump(truth * Pose2{0.12, 0, 0});
-  const OdometryStep after = drive.See();
+  const OdometryStep after = drive.Process();
   ASSERT_TRUE(Placed(after));
   ExpectNear(after.pose.T_map_base, drive.Truth(), "after");
 }
 
-TEST(Odometry, AnUnevenStepIsDoubted) {
+TEST(Odometry, AnUnevenStepHasALargerCovariance) {
   Drive even;
   DriveEvenly(even);
   even.Move(0.06, 0);
-  const double usual = even.See().pose.covariance(0, 0);
+  const double usual = even.Process().pose.covariance(0, 0);
   Drive uneven;
   DriveEvenly(uneven);
   uneven.Move(0.06 - 0.08, 0);
-  const OdometryStep step = uneven.See();
+  const OdometryStep step = uneven.Process();
   ASSERT_TRUE(Placed(step));
   EXPECT_GT(step.pose.covariance(0, 0), 100 * usual);
   EXPECT_GT(step.pose.covariance(0, 0), 0.08 * 0.08 / 16) << "within four standard deviations";
@@ -335,10 +335,10 @@ TEST(Odometry, AnUnevenStepIsDoubted) {
 TEST(Odometry, CloseKeepsTheLastPlacedFrame) {
   Drive drive;
   EXPECT_FALSE(drive.Close().new_keyframe) << "nothing seen";
-  drive.See();
+  drive.Process();
   EXPECT_FALSE(drive.Close().new_keyframe) << "the first frame is a keyframe already";
   drive.Move(0.2, 4);
-  ASSERT_FALSE(drive.See().new_keyframe);
+  ASSERT_FALSE(drive.Process().new_keyframe);
   const OdometryStep end = drive.Close();
   ASSERT_TRUE(end.new_keyframe);
   EXPECT_EQ(end.new_keyframe->id, 1);

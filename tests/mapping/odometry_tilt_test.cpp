@@ -29,7 +29,7 @@ class Recording {
     for (const simulator::Frame& frame : path_) images_.push_back(renderer_.Render(frame));
   }
 
-  /// @param sigma_rad  what is said of the tilts' errors; they are exact.
+  /// @param sigma_rad  Reported standard deviation of the tilts, which are exact.
   [[nodiscard]] std::vector<OdometryStep> Run(bool compensate = true, double sigma_rad = 0) const {
     const calib::LevelView level_view(view_);
     Odometry odometry(view_, TruthOf(0).pose);
@@ -109,18 +109,19 @@ TEST(OdometryOfATiltedRobot, TheLastLevelFrameBecomesTheKeyframe) {
 TEST(OdometryOfATiltedRobot, CovarianceHoldsWhatIsNotKnownOfTheTilt) {
   const Recording recording = OverBumps();
   constexpr double kSigma = 0.1 * kRadPerDeg;
-  const std::vector<OdometryStep> sure = recording.Run();
-  const std::vector<OdometryStep> unsure = recording.Run(true, kSigma);
+  const std::vector<OdometryStep> accurate = recording.Run();
+  const std::vector<OdometryStep> inaccurate = recording.Run(true, kSigma);
   const double sigma_m = 2.6 * kSigma;
   for (const std::size_t i : {14U, 16U, 18U}) {
-    const Eigen::Matrix3d more = unsure[i].pose.covariance - sure[i].pose.covariance;
+    const Eigen::Matrix3d more = inaccurate[i].pose.covariance - accurate[i].pose.covariance;
     // The keyframe's own, and this frame's.
     EXPECT_GE(std::sqrt(more(0, 0)), 0.999 * sigma_m) << i;
     EXPECT_GE(std::sqrt(more(1, 1)), 0.999 * sigma_m) << i;
     EXPECT_LE(std::sqrt(more(0, 0)), 2 * sigma_m) << i;
-    EXPECT_NEAR(unsure[i].tie.information.inverse()(0, 0) - sure[i].tie.information.inverse()(0, 0),
-                sigma_m * sigma_m,
-                1e-3 * sigma_m * sigma_m);
+    EXPECT_NEAR(
+        inaccurate[i].tie.information.inverse()(0, 0) - accurate[i].tie.information.inverse()(0, 0),
+        sigma_m * sigma_m,
+        1e-3 * sigma_m * sigma_m);
   }
 }
 

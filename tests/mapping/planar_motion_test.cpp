@@ -203,7 +203,7 @@ TEST(BaseMotionCovariance, AgreesWithMonteCarlo) {
 }
 
 /// Of robots whose ceiling was seen without error, but whose tilts are not what they were taken
-/// for: what is said of the foot's place against where it comes out.
+/// for: the error of the foot's position compared with its covariance.
 TEST(InflateTiltCovariance, AgreesWithMonteCarlo) {
   const CeilingView view = OffsetView();
   const calib::LevelView level_view(view);
@@ -238,8 +238,8 @@ TEST(InflateTiltCovariance, AgreesWithMonteCarlo) {
       << claimed;
 }
 
-TEST(InflateTiltCovariance, ByHandAndNothingWithoutDoubt) {
-  // A pitch that is wrong by 0.01 rad under a ceiling of 2.6 m, of a robot that looks along y.
+TEST(InflateTiltCovariance, MatchesAManualResultAndIsZeroWithoutUncertainty) {
+  // A pitch that is wrong by 0.01 rad under a ceiling of 2.6 m, of a robot that faces y.
   const CeilingView view = OffsetView();
   graph::Edge edge;
   edge.T_from_to = {1, 2, kPi / 2};

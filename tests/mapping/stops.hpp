@@ -10,15 +10,15 @@
 #include "mapping/loop_closer.hpp"
 #include "tests/mapping/synthetic_drive.hpp"
 
-/// A robot that knows its way well, but for a step of which it knows hardly anything: places must
-/// be found by their looks.
+/// A robot with accurate odometry, except for one step with hardly any: places must
+/// be found by their appearance.
 namespace ceilmap::mapping::synthetic {
 
 /// Where the robot takes a keyframe.
 struct Stop {
   Pose2 T_map_base;
-  Pose2 looks;           ///< where the ceiling looks like what is seen here
-  double sigma = 0.002;  ///< of the way from the stop before, m; the way itself is true
+  Pose2 appears_at;      ///< where the ceiling has the appearance of this place
+  double sigma = 0.002;  ///< of the path from the stop before, m; the path itself is true
   double sigma_rad = 0.0005;
   std::optional<HeadingPrior> heading = {};
 };
@@ -76,7 +76,7 @@ class Stops {
   }
   [[nodiscard]] cv::Mat Image(std::int64_t id) const {
     return ceiling_.Render(
-        view_.Size(), MotionAt(view_, At(id).looks), 1.5, static_cast<std::uint32_t>(id) + 1);
+        view_.Size(), MotionAt(view_, At(id).appears_at), 1.5, static_cast<std::uint32_t>(id) + 1);
   }
 
   SyntheticCeiling ceiling_;

@@ -33,7 +33,7 @@ inline calib::CeilingView SmallView() {
   return {up, 2.6};
 }
 
-/// Tiles, and nothing by which one could tell them apart.
+/// Identical tiles.
 inline CeilingParams Periodic(double tile_px) {
   CeilingParams params;
   params.tile_px = tile_px;
@@ -44,7 +44,7 @@ inline CeilingParams Periodic(double tile_px) {
   return params;
 }
 
-/// A hall with four arms that look alike: after a quarter turn about its middle it fits again.
+/// A hall with four identical arms: after a quarter turn about its middle it fits again.
 inline CeilingParams FourArms() {
   CeilingParams arms = Periodic(0);
   std::uint32_t state = 5;
@@ -135,7 +135,7 @@ class DriveUnder {
   std::normal_distribution<double> normal_;
 };
 
-/// Places `step` apart along a square of side `side`, `laps` times, the robot looking along.
+/// Places `step` apart along a square of side `side`, `laps` times, the robot facing ahead.
 inline std::vector<Pose2> Square(double side, double step, int laps) {
   std::vector<Pose2> places;
   const int per_side = static_cast<int>(std::lround(side / step));

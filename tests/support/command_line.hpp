@@ -15,13 +15,13 @@ struct CommandLine {
   std::filesystem::path folder = ".";
 };
 
-/// @param needs_scene  tells it of a mode; a mode that does not exist is left to the caller.
+/// @param needs_scene  Returns it for a mode; a mode that does not exist is left to the caller.
 /// @throws InputError with the usage when the arguments are anything else.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments,
                              const std::function<bool(const std::string&)>& needs_scene,
                              const char* usage);
 
-/// The benchmark's exit code: 0 when `run` says that all bounds hold, 1 when one is broken, 2 after
+/// The benchmark's exit code: 0 when all bounds hold by `run`, 1 when one is broken, 2 after
 /// an error, which is a line on stderr.
 int RunBenchmark(const char* name,
                  int argc,

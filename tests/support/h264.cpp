@@ -27,7 +27,7 @@ struct Range {
   std::size_t end = 0;
 };
 
-// What the first box of the type holds among those that stand in a row in the range.
+// What the first box of the type holds among the consecutive boxes of the range.
 Range FindBox(const std::string& mp4, Range in, std::string_view type) {
   constexpr std::size_t kHeader = 8;
   for (std::size_t at = in.begin; at + kHeader <= in.end;) {

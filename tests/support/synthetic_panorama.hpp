@@ -30,7 +30,7 @@ inline cv::Mat SyntheticPanorama(cv::Size size) {
   return panorama;
 }
 
-/// What it looks like after a left turn by so many columns.
+/// The panorama after a left turn by this number of columns.
 inline cv::Mat TurnedPanorama(const cv::Mat& panorama, int columns) {
   const int right = ((columns % panorama.cols) + panorama.cols) % panorama.cols;
   if (right == 0) return panorama.clone();
@@ -42,7 +42,7 @@ inline cv::Mat TurnedPanorama(const cv::Mat& panorama, int columns) {
 }
 
 /// The image under a convex mirror that unwraps to the panorama after a left turn by turn_rad.
-/// The camera looks up, the robot's front is at the image's top, its left at the right.
+/// The camera points up, the robot's front is at the image's top, its left at the right.
 inline cv::Mat MirrorImage(const cv::Mat& panorama,
                            cv::Size size,
                            const calib::MirrorRing& ring,

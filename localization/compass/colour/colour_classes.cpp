@@ -55,7 +55,7 @@ void RequireColours(const cv::Mat& samples, int classes) {
   constexpr double kNoChroma = 2;  // grey levels
   if (chroma < kNoChroma * samples.rows) {
     throw InputError(
-        "the images are grey, and this compass tells directions by colours; give a colour "
+        "the images are grey, and this compass needs colours; give a colour "
         "camera");
   }
 }

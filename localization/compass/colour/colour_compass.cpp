@@ -98,7 +98,7 @@ struct ColourCompass::Impl {
   void Discount(double evidence);
   void WeighExposures(const Eigen::Vector2d& at);
   [[nodiscard]] Eigen::Vector2d MeanPlace() const;
-  [[nodiscard]] double Sure(const YawBelief::Estimate& yaw) const {
+  [[nodiscard]] double ConfidenceOf(const YawBelief::Estimate& yaw) const {
     return model.kind == ModelKind::kSturm ? yaw.confidence : (1 - elsewhere) * yaw.confidence;
   }
   double WeighAll();
@@ -159,32 +159,34 @@ const ScanLines& ColourCompass::Impl::LinesFor(const Tilt& wanted) {
 }
 
 void ColourCompass::Impl::Predict(const ColourFrame& frame) {
-  const std::optional<SeenTurn> seen = strip.Next(frame.bgr);
+  const std::optional<MeasuredTurn> turned = strip.Next(frame.bgr);
   fresh = 1;
   if (!last_s) return;
   const double seconds = frame.stamp_s - *last_s;
   const double step_m = kSpacing * model.depth_m;
   double sigma_m = params.unseen_way_sigma_m * std::sqrt(seconds);
-  if (seen) {
-    const double turn = turn_scale * seen->turn_rad;
+  if (turned) {
+    const double turn = turn_scale * turned->turn_rad;
     // Where objects are nearer on one side, driving past them appears as a turn.
     constexpr double kSideways = 0.1;
     belief->Turn(
         turn,
-        std::hypot(params.turn_sigma_rad, params.turn_sigma_ratio * turn, kSideways * seen->ahead));
+        std::hypot(
+            params.turn_sigma_rad, params.turn_sigma_ratio * turn, kSideways * turned->ahead));
     fresh = std::clamp(
-        (std::abs(turn) + std::abs(seen->ahead)) / params.fresh_turn_rad, params.min_fresh, 1.0);
-    const double way_m = seen->ahead * model.depth_m;
-    belief->Drive(way_m / step_m, places);
-    sigma_m = std::hypot(params.way_sigma_ratio * way_m, params.way_sigma_m * std::sqrt(seconds));
+        (std::abs(turn) + std::abs(turned->ahead)) / params.fresh_turn_rad, params.min_fresh, 1.0);
+    const double travelled_m = turned->ahead * model.depth_m;
+    belief->Drive(travelled_m / step_m, places);
+    sigma_m =
+        std::hypot(params.way_sigma_ratio * travelled_m, params.way_sigma_m * std::sqrt(seconds));
   } else {
     ++counts.without_turn;
     fresh = params.min_fresh;  // nothing is known about the change of the view
     belief->Turn(0, params.unseen_rate_rad_s * seconds);
   }
-  const double part = 0.5 * sigma_m * sigma_m / (step_m * step_m);
-  constexpr double kMaxPart = 0.2;
-  belief->Walk(places, static_cast<float>(std::min(kMaxPart, part)));
+  const double fraction = 0.5 * sigma_m * sigma_m / (step_m * step_m);
+  constexpr double kMaxFraction = 0.2;
+  belief->Walk(places, static_cast<float>(std::min(kMaxFraction, fraction)));
   reader.Wait(seconds);
 }
 
@@ -252,7 +254,7 @@ void ColourCompass::Impl::FitAt(const LineFit& fit,
       if (at >= DirectionTable::kSteps) at -= DirectionTable::kSteps;
       const DirectionTable::Entry& entry = directions.At(at);
       const float* row = fit.row(static_cast<Eigen::Index>(i)).data();
-      sum += row[entry.lower] + entry.part * (row[entry.upper] - row[entry.lower]);
+      sum += row[entry.lower] + entry.fraction * (row[entry.upper] - row[entry.lower]);
     }
     fit_of_yaws[yaw] = scale * sum;
   }
@@ -346,7 +348,7 @@ std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
   }
   ++me.counts.used;
   const YawBelief::Estimate yaw = me.belief->Yaw();
-  ColourHeading heading{yaw.yaw_rad, yaw.variance_rad2, me.Sure(yaw), me.MeanPlace()};
+  ColourHeading heading{yaw.yaw_rad, yaw.variance_rad2, me.ConfidenceOf(yaw), me.MeanPlace()};
   const Eigen::Vector2d place = frame.places.empty() ? heading.place : MeanOf(frame.places);
   const int cell = NearestLearned(me.model, place);
   const double away = OffsetFrom(me.model, cell, place, kFarthest).norm();

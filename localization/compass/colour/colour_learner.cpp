@@ -22,26 +22,26 @@ using std::numbers::pi;
 /// distance of the objects.
 class DepthMeter {
  public:
-  void Add(double turned_rad, double seen_rad) {
+  void Add(double turned_rad, double measured_rad) {
     constexpr double kMin = 0.008;  // rad: noise dominates below it
     constexpr double kMax = 0.5;
     if (std::abs(turned_rad) < kMin || std::abs(turned_rad) > kMax) return;
     turned_ += std::abs(turned_rad);
-    seen_ += turned_rad > 0 ? seen_rad : -seen_rad;
+    measured_ += turned_rad > 0 ? measured_rad : -measured_rad;
   }
   [[nodiscard]] std::optional<double> Depth(double camera_ahead_of_axle_m) const {
     constexpr double kMinAhead = 0.05;
     constexpr double kNearest = 1;
     constexpr double kFarthest = 20;
     if (camera_ahead_of_axle_m < kMinAhead || turned_ < pi) return std::nullopt;
-    const double excess = seen_ / turned_ - 1;
+    const double excess = measured_ / turned_ - 1;
     if (!(excess > camera_ahead_of_axle_m / kFarthest)) return std::nullopt;
     return std::max(kNearest, camera_ahead_of_axle_m / excess);
   }
 
  private:
   double turned_ = 0;
-  double seen_ = 0;
+  double measured_ = 0;
 };
 
 struct Kept {
@@ -73,7 +73,7 @@ double CertaintyOf(const LearnedPose& pose, double bin_rad) {
   return 1 / ((1 + place * place) * (1 + yaw * yaw));
 }
 
-void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& seen,
+void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& observed,
                  double certainty,
                  double stamp_s,
                  const Eigen::Vector2d& place,
@@ -81,8 +81,8 @@ void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& seen,
                  AngleBin& bin) {
   if (!(certainty > 1e-6)) return;
   if (bin.empty()) {
-    bin.transitions = seen.transpose();
-    if (model.kind == ModelKind::kSturm) bin.variance.setZero(seen.size());
+    bin.transitions = observed.transpose();
+    if (model.kind == ModelKind::kSturm) bin.variance.setZero(observed.size());
     bin.certainty = certainty;
     bin.place = place;
     bin.stamp_s = stamp_s;
@@ -90,13 +90,13 @@ void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& seen,
   }
   // Old observations have less weight: what has changed is replaced, what has not is averaged.
   const double before = FadedCertainty(bin, stamp_s, model.fading_s);
-  const auto part = static_cast<float>(certainty / (before + certainty));
-  const Eigen::VectorXf off = seen.transpose() - bin.transitions;
-  bin.transitions += part * off;
+  const auto fraction = static_cast<float>(certainty / (before + certainty));
+  const Eigen::VectorXf off = observed.transpose() - bin.transitions;
+  bin.transitions += fraction * off;
   if (model.kind == ModelKind::kSturm) {
-    bin.variance = (1 - part) * (bin.variance + part * off.cwiseAbs2());
+    bin.variance = (1 - fraction) * (bin.variance + fraction * off.cwiseAbs2());
   }
-  bin.place += static_cast<double>(part) * (place - bin.place);
+  bin.place += static_cast<double>(fraction) * (place - bin.place);
   constexpr double kMax = 4;
   bin.certainty = std::min(before + certainty, kMax);
   bin.stamp_s = std::max(bin.stamp_s, stamp_s);
@@ -164,9 +164,9 @@ bool ColourLearner::Add(const cv::Mat& bgr, double stamp_s, const LearnedPose& p
     return false;
   }
   frame.lines->Sample(bgr, frame.samples);
-  const auto seen = me.strip.Next(bgr);
-  if (seen && me.last_yaw) {
-    me.depth.Add(WrapAngle(pose.T_map_base.yaw - *me.last_yaw), seen->turn_rad);
+  const auto turned = me.strip.Next(bgr);
+  if (turned && me.last_yaw) {
+    me.depth.Add(WrapAngle(pose.T_map_base.yaw - *me.last_yaw), turned->turn_rad);
   }
   me.last_yaw = pose.T_map_base.yaw;
   me.frames.push_back(std::move(frame));
@@ -231,13 +231,13 @@ void Observe(const LineFeatures& features,
     const double angle = (pose.T_map_base.yaw + azimuths[i]) / (2 * pi);
     const double at = (angle - std::floor(angle)) * count - 0.5;  // centres of bins: 0, 1, ...
     const double lower = std::floor(at);
-    const double part = at - lower;
+    const double fraction = at - lower;
     const auto bin = [&](double wanted) -> AngleBin& {
       return bins[static_cast<std::size_t>(wanted < 0 ? wanted + count : wanted) % bins.size()];
     };
     const auto row = features.row(static_cast<Eigen::Index>(i));
-    ObserveLine(row, (1 - part) * certainty, stamp_s, place, model, bin(lower));
-    ObserveLine(row, part * certainty, stamp_s, place, model, bin(lower + 1));
+    ObserveLine(row, (1 - fraction) * certainty, stamp_s, place, model, bin(lower));
+    ObserveLine(row, fraction * certainty, stamp_s, place, model, bin(lower + 1));
   }
   ++model.frames;
 }

@@ -39,10 +39,10 @@ void MergeBin(const AngleBin& other, double fading_s, AngleBin& bin) {
   const double now_s = std::max(bin.stamp_s, other.stamp_s);
   const double mine = FadedCertainty(bin, now_s, fading_s);
   const double theirs = FadedCertainty(other, now_s, fading_s);
-  const auto part = static_cast<float>(theirs / (mine + theirs));
-  bin.transitions += part * (other.transitions - bin.transitions);
-  if (bin.variance.size() > 0) bin.variance += part * (other.variance - bin.variance);
-  bin.place += part * (other.place - bin.place);
+  const auto fraction = static_cast<float>(theirs / (mine + theirs));
+  bin.transitions += fraction * (other.transitions - bin.transitions);
+  if (bin.variance.size() > 0) bin.variance += fraction * (other.variance - bin.variance);
+  bin.place += fraction * (other.place - bin.place);
   bin.certainty = mine + theirs;
   bin.stamp_s = now_s;
 }
@@ -66,8 +66,10 @@ void GridParams::Validate() const {
               std::isfinite(width_m) && std::isfinite(height_m),
           fmt::format("a grid of {} x {} m, must be > 0", width_m, height_m));
   Require(columns >= 1 && rows >= 1 && columns <= kMaxPerSide && rows <= kMaxPerSide,
-          fmt::format(
-              "a grid of {} x {} cells, must be 1 to {} either way", columns, rows, kMaxPerSide));
+          fmt::format("a grid of {} x {} cells, must be 1 to {} in each direction",
+                      columns,
+                      rows,
+                      kMaxPerSide));
 }
 
 int GridParams::CellOf(const Eigen::Vector2d& place) const {
@@ -149,8 +151,8 @@ void Merge(const ColourModel& other, ColourModel& model) {
   }
   const double frames = static_cast<double>(model.frames + other.frames);
   if (frames > 0) {
-    const double part = static_cast<double>(other.frames) / frames;
-    model.depth_m += part * (other.depth_m - model.depth_m);
+    const double fraction = static_cast<double>(other.frames) / frames;
+    model.depth_m += fraction * (other.depth_m - model.depth_m);
   }
   model.frames += other.frames;
   model.provenance += other.provenance;

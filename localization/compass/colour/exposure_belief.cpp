@@ -39,16 +39,16 @@ std::array<std::uint8_t, 256> ExposureBelief::Table(int index) {
 }
 
 void ExposureBelief::Drift(double sigma) {
-  constexpr double kMaxPart = 0.25;  // to each neighbour: a larger value is not a random walk
-  const double part = std::min(kMaxPart, 0.5 * sigma * sigma / (kStep * kStep));
-  if (!(part > 0)) return;
+  constexpr double kMaxFraction = 0.25;  // to each neighbour: a larger value is not a random walk
+  const double fraction = std::min(kMaxFraction, 0.5 * sigma * sigma / (kStep * kStep));
+  if (!(fraction > 0)) return;
   const std::array<double, kFactors> before = probabilities_;
   for (int i = 0; i < kFactors; ++i) {
     const auto at = [&before](int index) {
       return before[static_cast<std::size_t>(std::clamp(index, 0, kFactors - 1))];
     };
     probabilities_[static_cast<std::size_t>(i)] =
-        (1 - 2 * part) * at(i) + part * (at(i - 1) + at(i + 1));
+        (1 - 2 * fraction) * at(i) + fraction * (at(i - 1) + at(i + 1));
   }
   Normalize();
 }

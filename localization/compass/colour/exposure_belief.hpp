@@ -11,7 +11,7 @@ namespace ceilmap::colour {
 /// pixel values are multiplied to match those at the time of learning. The factor applies to pixel
 /// values, not to light (cameras raise light to about 1 / 2.2). A few factors, each with a
 /// probability; they cover changes of illumination, another camera's exposure and a drifting
-/// exposure alike.
+/// exposure equally.
 class ExposureBelief {
  public:
   /// Factors are e^(kStep (i - kFactors / 2)): 0.74 to 1.35, half to twice the light.

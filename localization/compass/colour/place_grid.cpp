@@ -16,15 +16,15 @@ DirectionTable::DirectionTable(const Eigen::Vector2d& offset, int bins) : entrie
     const double angle = 2 * pi * step / kSteps;
     const Eigen::Vector2d ray(std::cos(angle), std::sin(angle));
     const double along = offset.dot(ray);
-    const double way = std::sqrt(1 - offset.squaredNorm() + along * along) - along;
-    const Eigen::Vector2d seen = offset + way * ray;
-    const double turns = std::atan2(seen.y(), seen.x()) / (2 * pi);
+    const double distance = std::sqrt(1 - offset.squaredNorm() + along * along) - along;
+    const Eigen::Vector2d point = offset + distance * ray;
+    const double turns = std::atan2(point.y(), point.x()) / (2 * pi);
     const double at = (turns - std::floor(turns)) * bins - 0.5;
     const double lower = std::floor(at);
     Entry& entry = entries_[static_cast<std::size_t>(step)];
     entry.lower = static_cast<std::int16_t>((static_cast<int>(lower) + bins) % bins);
     entry.upper = static_cast<std::int16_t>((entry.lower + 1) % bins);
-    entry.part = static_cast<float>(at - lower);
+    entry.fraction = static_cast<float>(at - lower);
   }
 }
 
@@ -34,9 +34,9 @@ int NearestLearned(const ColourModel& model, const Eigen::Vector2d& place) {
   for (std::size_t c = 0; c < model.cells.size(); ++c) {
     if (model.cells[c].empty()) continue;
     // A cell with few observations is used only where no other cell is near.
-    constexpr double kUnseenM = 3;
+    constexpr double kSparseM = 3;
     const double distance =
-        (model.cells[c].Place() - place).norm() + kUnseenM * (1 - model.cells[c].Filled());
+        (model.cells[c].Place() - place).norm() + kSparseM * (1 - model.cells[c].Filled());
     if (distance >= least) continue;
     least = distance;
     nearest = static_cast<int>(c);

@@ -21,11 +21,11 @@ class DirectionTable {
   DirectionTable(const Eigen::Vector2d& offset, int bins);
 
   /// Position among the centres of bins: between bin `lower` and the next one counter-clockwise, at
-  /// the fraction `part` of the interval.
+  /// the fraction `fraction` of the interval.
   struct Entry {
     std::int16_t lower = 0;
     std::int16_t upper = 0;
-    float part = 0;
+    float fraction = 0;
   };
   [[nodiscard]] const Entry& At(int step) const { return entries_[static_cast<std::size_t>(step)]; }
 

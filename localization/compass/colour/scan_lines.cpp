@@ -54,12 +54,12 @@ class ViewRays {
 };
 
 /// Pixels of a line from the horizon upwards, `step` apart.
-std::vector<cv::Point2d> Line(const ViewRays& looks, double azimuth, double step_px) {
+std::vector<cv::Point2d> Line(const ViewRays& rays, double azimuth, double step_px) {
   std::vector<cv::Point2d> line;
   constexpr double kFine = 0.0005;  // rad
   constexpr double kHighest = 1.3;
   for (int i = 0; i * kFine < kHighest; ++i) {
-    const auto pixel = looks.Pixel(azimuth, i * kFine);
+    const auto pixel = rays.Pixel(azimuth, i * kFine);
     if (!pixel) {
       if (line.empty()) continue;  // the line enters the image higher up
       break;
@@ -70,13 +70,13 @@ std::vector<cv::Point2d> Line(const ViewRays& looks, double azimuth, double step
   return line;
 }
 
-double PartAbove(const ViewRays& looks, cv::Size size) {
+double FractionAbove(const ViewRays& rays, cv::Size size) {
   constexpr int kGrid = 60;
   int above = 0;
   for (int j = 0; j < kGrid; ++j) {
     for (int i = 0; i < kGrid; ++i) {
       above +=
-          looks.IsAbove((i + 0.5) * size.width / kGrid - 0.5, (j + 0.5) * size.height / kGrid - 0.5)
+          rays.IsAbove((i + 0.5) * size.width / kGrid - 0.5, (j + 0.5) * size.height / kGrid - 0.5)
               ? 1
               : 0;
     }
@@ -86,11 +86,11 @@ double PartAbove(const ViewRays& looks, cv::Size size) {
 
 /// Half of the field of view at an elevation: the smaller of the angles to the left and to the
 /// right of the axis.
-double HalfField(const ViewRays& looks, double elevation) {
+double HalfField(const ViewRays& rays, double elevation) {
   constexpr double kStep = 0.002;
   double half = 0;
-  while (half < pi / 2 && looks.Pixel(looks.Azimuth() + half, elevation) &&
-         looks.Pixel(looks.Azimuth() - half, elevation)) {
+  while (half < pi / 2 && rays.Pixel(rays.Azimuth() + half, elevation) &&
+         rays.Pixel(rays.Azimuth() - half, elevation)) {
     half += kStep;
   }
   return half;
@@ -115,23 +115,23 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
                      const Tilt& tilt)
     : size_(forward.camera.Size()) {
   params.Validate();
-  const ViewRays looks(forward, tilt);
+  const ViewRays rays(forward, tilt);
   constexpr double kSteepest = pi / 3;
-  if (!(std::abs(looks.Elevation()) < kSteepest)) {
+  if (!(std::abs(rays.Elevation()) < kSteepest)) {
     throw InputError(
-        fmt::format("the forward camera looks {:.0f} deg above the horizon, must be within 60 deg",
-                    looks.Elevation() * 180 / pi));
+        fmt::format("the forward camera points {:.0f} deg above the horizon, must be within 60 deg",
+                    rays.Elevation() * 180 / pi));
   }
-  above_horizon_ = PartAbove(looks, size_);
+  above_horizon_ = FractionAbove(rays, size_);
   if (above_horizon_ < params.min_above_horizon) return;
   // The horizon of a camera that is pitched up far lies below its image.
-  double base = std::max(0.0, looks.Elevation());
-  while (base > 0 && looks.Pixel(looks.Azimuth(), base)) base -= 0.01;
-  const double half = HalfField(looks, std::max(0.0, base + 0.01));
+  double base = std::max(0.0, rays.Elevation());
+  while (base > 0 && rays.Pixel(rays.Azimuth(), base)) base -= 0.01;
+  const double half = HalfField(rays, std::max(0.0, base + 0.01));
   std::vector<std::vector<cv::Point2d>> lines;
   for (int i = 0; i < params.lines; ++i) {
-    const double azimuth = looks.Azimuth() + half * (1 - (2.0 * i + 1) / params.lines);
-    std::vector<cv::Point2d> line = Line(looks, azimuth, params.step_px);
+    const double azimuth = rays.Azimuth() + half * (1 - (2.0 * i + 1) / params.lines);
+    std::vector<cv::Point2d> line = Line(rays, azimuth, params.step_px);
     constexpr std::size_t kMinSamples = 8;
     if (line.size() < kMinSamples) continue;
     azimuths_.push_back(azimuth);

@@ -68,8 +68,8 @@ BestShift FindShift(const cv::Mat& a, const cv::Mat& b, Columns of, int from, in
   const double before = *(least - 1);
   const double after = *(least + 1);
   const double bend = before - 2 * *least + after;
-  const double part = bend > 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0;
-  return {from + static_cast<double>(least - difference.begin()) + part, *least};
+  const double fraction = bend > 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0;
+  return {from + static_cast<double>(least - difference.begin()) + fraction, *least};
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ StripTurn::StripTurn(const calib::MountedCamera& forward) {
       });
 }
 
-std::optional<SeenTurn> StripTurn::Next(const cv::Mat& bgr) {
+std::optional<MeasuredTurn> StripTurn::Next(const cv::Mat& bgr) {
   table_.Apply(bgr, colours_);
   cv::cvtColor(colours_, grey_, cv::COLOR_BGR2GRAY);
   grey_.convertTo(now_, CV_32F);
@@ -115,20 +115,20 @@ std::optional<SeenTurn> StripTurn::Next(const cv::Mat& bgr) {
   const BestShift all = FindShift(now_, before_, {}, -kMaxShift, kMaxShift);
   if (!(all.difference < kMaxDifference)) return std::nullopt;
   // After a turn to the left, objects on the left have moved to the right.
-  SeenTurn seen{all.columns * column_rad_, 0, all.difference};
+  MeasuredTurn turned{all.columns * column_rad_, 0, all.difference};
   const int middle = static_cast<int>(std::lround(all.columns));
   constexpr int kAround = 12;
   constexpr int kHalf = kColumns / 2;
-  if (std::abs(middle) + kAround > kHalf / 2) return seen;  // too little of one half is left
+  if (std::abs(middle) + kAround > kHalf / 2) return turned;  // too little of one half is left
   const auto half = [&](int first) {
     return FindShift(now_, before_, {first, kHalf}, middle - kAround, middle + kAround);
   };
   const BestShift left = half(0);
   const BestShift right = half(kHalf);
   if (left.difference < kMaxDifference && right.difference < kMaxDifference) {
-    seen.ahead = ahead_per_rad_ * column_rad_ * (right.columns - left.columns);
+    turned.ahead = ahead_per_rad_ * column_rad_ * (right.columns - left.columns);
   }
-  return seen;
+  return turned;
 }
 
 }  // namespace ceilmap::colour

@@ -10,7 +10,7 @@
 namespace ceilmap::colour {
 
 /// The measured turn of the robot between two frames.
-struct SeenTurn {
+struct MeasuredTurn {
   double turn_rad = 0;  ///< counter-clockwise. Slightly too large if the camera is off the axle,
                         ///< because it also moves
   /// Distance travelled forward as a ratio of the depth of the scene (in metres when that is 1 m):
@@ -32,7 +32,7 @@ class StripTurn {
   /// Processes the next frame, CV_8UC3 of the camera's size.
   /// @return nothing for the first frame, and when nothing agrees: more than half of the field of
   ///   view has changed, or there is no texture. Takes about 0.5 ms.
-  std::optional<SeenTurn> Next(const cv::Mat& bgr);
+  std::optional<MeasuredTurn> Next(const cv::Mat& bgr);
   /// Makes the next frame the first one.
   void Reset() { before_.release(); }
 

@@ -13,7 +13,7 @@ using std::numbers::pi;
 
 constexpr double kColumnRad = 2 * pi / YawBelief::kYaws;
 /// Minimum probability, so that a robot that was carried away can be localized again.
-constexpr float kMinPart = 1e-6F;
+constexpr float kMinProbability = 1e-6F;
 
 }  // namespace
 
@@ -30,15 +30,15 @@ void YawBelief::Turn(double turn_rad, double sigma_rad) {
   turned_rad_ = std::fmod(turned_rad_ + turn_rad, 2 * pi);
   // Passing a fraction to both neighbours adds exactly this variance.
   double variance = std::min(sigma_rad * sigma_rad, pi * pi) / (kColumnRad * kColumnRad);
-  constexpr double kMaxPart = 0.33;
+  constexpr double kMaxFraction = 0.33;
   while (variance > 1e-9) {
-    const double now = std::min(variance, 2 * kMaxPart);
-    const auto part = static_cast<float>(0.5 * now);
-    scratch_ = (1 - 2 * part) * belief_;
-    scratch_.leftCols(kYaws - 1) += part * belief_.rightCols(kYaws - 1);
-    scratch_.rightCols(kYaws - 1) += part * belief_.leftCols(kYaws - 1);
-    scratch_.col(0) += part * belief_.col(kYaws - 1);
-    scratch_.col(kYaws - 1) += part * belief_.col(0);
+    const double now = std::min(variance, 2 * kMaxFraction);
+    const auto fraction = static_cast<float>(0.5 * now);
+    scratch_ = (1 - 2 * fraction) * belief_;
+    scratch_.leftCols(kYaws - 1) += fraction * belief_.rightCols(kYaws - 1);
+    scratch_.rightCols(kYaws - 1) += fraction * belief_.leftCols(kYaws - 1);
+    scratch_.col(0) += fraction * belief_.col(kYaws - 1);
+    scratch_.col(kYaws - 1) += fraction * belief_.col(0);
     belief_.swap(scratch_);
     variance -= now;
   }
@@ -73,15 +73,15 @@ void YawBelief::PassOn(int column, int side, const std::vector<Place>& places) {
   belief_.col(column) = scratch_.col(column);
 }
 
-void YawBelief::Walk(const std::vector<Place>& places, float part) {
-  if (!(part > 0) || places.size() < 2) return;
+void YawBelief::Walk(const std::vector<Place>& places, float fraction) {
+  if (!(fraction > 0) || places.size() < 2) return;
   scratch_ = belief_;
   for (std::size_t i = 0; i < places.size(); ++i) {
     for (const int neighbour : places[i].neighbours) {
       if (neighbour < 0) continue;
       const auto at = static_cast<Eigen::Index>(i);
-      scratch_.row(neighbour) += part * belief_.row(at);
-      scratch_.row(at) -= part * belief_.row(at);
+      scratch_.row(neighbour) += fraction * belief_.row(at);
+      scratch_.row(at) -= fraction * belief_.row(at);
     }
   }
   belief_.swap(scratch_);
@@ -94,7 +94,7 @@ void YawBelief::Normalize() {
     belief_.setConstant(1 / size);
     return;
   }
-  belief_ = belief_.array() * ((1 - kMinPart) / sum) + kMinPart / size;
+  belief_ = belief_.array() * ((1 - kMinProbability) / sum) + kMinProbability / size;
 }
 
 double YawBelief::Weigh(const Histogram& log_likelihood) {

@@ -24,9 +24,9 @@ class YawBelief {
   /// Predicts a forward motion, in the direction of each yaw. @param steps  Distance as a ratio of
   /// the grid's spacing.
   void Drive(double steps, const std::vector<Place>& places);
-  /// Predicts a random motion to neighbouring places. @param part  Probability of each of them, [0,
-  /// 0.2].
-  void Walk(const std::vector<Place>& places, float part);
+  /// Predicts a random motion to neighbouring places. @param fraction  Probability of each of them,
+  /// [0, 0.2].
+  void Walk(const std::vector<Place>& places, float fraction);
   /// Current yaw of a column, rad in [0, 2 pi).
   [[nodiscard]] double YawOf(int column) const;
   /// Weights each place and yaw. @param log_likelihood  Of the histogram's size.

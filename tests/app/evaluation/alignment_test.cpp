@@ -52,7 +52,7 @@ TEST(FitPlanarSimilarity, TakesErrorsForScaleOnlyAsFarAsTheyAre) {
   EXPECT_NEAR(fit.motion.yaw, std::atan2(0.4, 8.4), 1e-14);
 }
 
-TEST(FitPlanarSimilarity, WhoStandsStillHasNoScale) {
+TEST(FitPlanarSimilarity, ARobotAtRestHasNoScale) {
   EXPECT_EQ(FitPlanarSimilarity({{{1, 2}, {5, 5}}, {{3, 2}, {5, 5}}}).scale, 1);
   EXPECT_EQ(FitPlanarSimilarity({{{1, 2}, {5, 5}}, {{1, 2}, {7, 5}}}).scale, 1);
 }

@@ -30,7 +30,7 @@ inline std::vector<StampedPose> Truth() {
 /// The frame that estimates are in.
 inline const Pose2 kTruthMap{5, -3, 0.7};
 
-/// Right but for the third frame, which is off by so much in the frame of the truth.
+/// Correct except for the third frame, which has this error in the frame of the truth.
 inline std::vector<StampedPose> Estimate(const Eigen::Vector2d& off_m, TiltDegrees tilt = {}) {
   std::vector<StampedPose> poses;
   for (const StampedPose& truth : Truth()) {

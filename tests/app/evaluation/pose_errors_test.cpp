@@ -68,7 +68,7 @@ TEST(PoseErrorStatistics, OfTheFourPartsOfAnError) {
 
 TEST(RelativeError, TurnsWithTheRobot) {
   const PosePair from{At({1, 0, 0}), At({1, 0, 0}, kQuarterLeft)};
-  // The estimate goes on along its own x too, half a metre further.
+  // The estimate also moves along its own x, half a metre further.
   const PoseError same = RelativeError(from, {At({2, 0, 0}), At({1, 1.5, 0}, kQuarterLeft)});
   EXPECT_NEAR(same.translation_m, 0.5, 1e-15);
   EXPECT_NEAR(same.angle_rad, 0, 1e-15);

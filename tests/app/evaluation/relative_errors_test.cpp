@@ -16,8 +16,8 @@ PosePair Pair(const Pose2& truth, const Pose2& estimate) {
   return {ToStampedPose(0, truth), ToStampedPose(0, estimate)};
 }
 
-// The truth drives three metres straight on. The estimate turns left after the first, goes on for
-// one metre and then for one and a half.
+// The truth drives three metres straight ahead. The estimate turns left after the first, goes on
+// for one metre and then for one and a half.
 std::vector<PosePair> Bend() {
   const double left = std::numbers::pi / 2;
   return {Pair({0, 0, 0}, {0, 0, 0}),
@@ -88,7 +88,7 @@ TEST(SelectPairs, NearestDistanceWithinATenth) {
   // The robot stands at 1 m: the first pose there counts. From 0.125 m on 1.125 m is a metre away,
   // from 1 m on nothing is.
   EXPECT_EQ(SelectPairs(Line({0, 0.125, 1, 1, 1.125, 1.5}), params), (IndexPairs{{0, 2}, {1, 4}}));
-  // Half way between 0.9375 and 1.0625: the earlier one.
+  // Half-way between 0.9375 and 1.0625: the earlier one.
   EXPECT_EQ(SelectPairs(Line({0, 0.9375, 1.0625}), params), (IndexPairs{{0, 1}}));
   EXPECT_EQ(SelectPairs(Line({0, 0.5, 0.75}), params), IndexPairs{});
   EXPECT_EQ(SelectPairs(Line({0}), params), IndexPairs{});
@@ -99,15 +99,15 @@ TEST(SelectPairs, OneMotionAfterTheOther) {
   EXPECT_EQ(SelectPairs(Line({0, 0.5, 1, 1.75, 2.25, 3.25}), params), (IndexPairs{{2, 4}, {4, 5}}));
 }
 
-TEST(MeasureSegments, ShareOfTheWay) {
+TEST(MeasureSegments, RatioOfTheDistance) {
   // Half-metre steps; the estimate is 2 % long and turns by 0.01 rad a step.
   std::vector<PosePair> poses;
-  std::vector<double> way_m;
+  std::vector<double> distance_m;
   for (int i = 0; i <= 8; ++i) {
     poses.push_back(Pair({0.5 * i, 0, 0}, {0.51 * i, 0, 0}));
-    way_m.push_back(0.5 * i);
+    distance_m.push_back(0.5 * i);
   }
-  const auto straight = MeasureSegments(poses, way_m, {.lengths_m = {1, 2, 5}});
+  const auto straight = MeasureSegments(poses, distance_m, {.lengths_m = {1, 2, 5}});
   ASSERT_EQ(straight.size(), 2U);  // the path is 4 m long
   EXPECT_EQ(straight[0].length_m, 1);
   EXPECT_EQ(straight[0].translation_percent.count, 7);
@@ -115,20 +115,20 @@ TEST(MeasureSegments, ShareOfTheWay) {
   EXPECT_EQ(straight[1].translation_percent.count, 5);
   EXPECT_NEAR(straight[1].translation_percent.max, 2, 1e-12);
   EXPECT_NEAR(straight[1].rotation_deg_per_m.max, 0, 1e-12);
-  EXPECT_EQ(
-      MeasureSegments(poses, way_m, {.lengths_m = {1}, .every = 3})[0].translation_percent.count,
-      3);
+  EXPECT_EQ(MeasureSegments(poses, distance_m, {.lengths_m = {1}, .every = 3})[0]
+                .translation_percent.count,
+            3);
 }
 
 TEST(MeasureSegments, TurnPerMetre) {
   std::vector<PosePair> poses;
-  std::vector<double> way_m;
+  std::vector<double> distance_m;
   for (int i = 0; i <= 8; ++i) {
     poses.push_back(Pair({0.75 * i, 0, 0}, {0.75 * i, 0, 0.015 * i}));
-    way_m.push_back(0.75 * i);
+    distance_m.push_back(0.75 * i);
   }
   // Two steps of 0.75 m reach a metre: the error of 1.5 m, per the length that was asked for.
-  const auto segments = MeasureSegments(poses, way_m, {.lengths_m = {1}});
+  const auto segments = MeasureSegments(poses, distance_m, {.lengths_m = {1}});
   ASSERT_EQ(segments.size(), 1U);
   EXPECT_NEAR(segments[0].rotation_deg_per_m.max, 0.03 * kDegPerRad, 1e-12);
   // From the first start (1.5, 0) is right; from the i-th it is turned by 0.015 i.

@@ -13,9 +13,11 @@ namespace {
 
 // A drive that never repeats itself: speed and turns of unequal periods.
 Pose2 DriveAt(double t) {
-  const double way = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
+  const double travelled = 0.4 * t - 0.25 * std::cos(0.9 * t) + 0.2 * std::sin(0.37 * t);
   const double yaw = 1.5 * std::sin(0.23 * t) + 0.5 * std::sin(0.71 * t + 1);
-  return {way * std::cos(0.05 * way), way * std::sin(0.05 * way), WrapAngle(yaw)};
+  return {travelled * std::cos(0.05 * travelled),
+          travelled * std::sin(0.05 * travelled),
+          WrapAngle(yaw)};
 }
 
 // `first_s` and `last_s` by the clock of the drive; stamps are `offset_s` behind it.
@@ -45,7 +47,7 @@ TEST(FindTimeOffset, OfAnotherClockFrameAndRate) {
   EXPECT_NEAR(offset->offset_s, 1234.567, 0.005);
   EXPECT_LT(offset->sigma_s, 0.005);
   EXPECT_GT(offset->sigma_s, 1e-5);
-  EXPECT_TRUE(offset->IsSure());
+  EXPECT_TRUE(offset->IsReliable());
 }
 
 TEST(FindTimeOffset, OfSmallOnesAsWell) {
@@ -53,7 +55,7 @@ TEST(FindTimeOffset, OfSmallOnesAsWell) {
     const auto offset = FindTimeOffset(Record(0, 60, 0.1), Record(0, 60, 0.1, expected_s, 0.002));
     ASSERT_TRUE(offset);
     EXPECT_NEAR(offset->offset_s, expected_s, 0.004);
-    EXPECT_TRUE(offset->IsSure());
+    EXPECT_TRUE(offset->IsReliable());
   }
 }
 
@@ -61,7 +63,7 @@ TEST(FindTimeOffset, OfAPartOnly) {
   const auto offset = FindTimeOffset(Record(0, 200, 0.1), Record(70, 110, 0.1, -5000, 0.003));
   ASSERT_TRUE(offset);
   EXPECT_NEAR(offset->offset_s, -5000, 0.005);
-  EXPECT_TRUE(offset->IsSure());
+  EXPECT_TRUE(offset->IsReliable());
 }
 
 TEST(FindTimeOffset, GapsAndScaleDoNoHarm) {
@@ -71,10 +73,10 @@ TEST(FindTimeOffset, GapsAndScaleDoNoHarm) {
   const auto offset = FindTimeOffset(Record(0, 80, 0.1), estimate);
   ASSERT_TRUE(offset);
   EXPECT_NEAR(offset->offset_s, 40, 0.005);
-  EXPECT_TRUE(offset->IsSure());
+  EXPECT_TRUE(offset->IsReliable());
 }
 
-TEST(FindTimeOffset, ADriveThatRepeatsItselfIsNotSure) {
+TEST(FindTimeOffset, ARepetitiveDriveIsNotReliable) {
   const auto laps = [](double first_s, double offset_s) {
     std::vector<StampedPose> poses;
     for (int i = 0; i < 600; ++i) {
@@ -87,7 +89,7 @@ TEST(FindTimeOffset, ADriveThatRepeatsItselfIsNotSure) {
   };
   const auto offset = FindTimeOffset(laps(0, 0), laps(0.05, 300));
   ASSERT_TRUE(offset);
-  EXPECT_FALSE(offset->IsSure());
+  EXPECT_FALSE(offset->IsReliable());
 }
 
 TEST(FindTimeOffset, NothingToGoBy) {
@@ -98,9 +100,9 @@ TEST(FindTimeOffset, NothingToGoBy) {
   EXPECT_FALSE(FindTimeOffset({still[0], still[1]}, {still[0], still[1]}));
 }
 
-TEST(FindTimeOffset, OtherDrivesAreNotSure) {
+TEST(FindTimeOffset, OtherDrivesAreNotReliable) {
   const auto offset = FindTimeOffset(Record(0, 60, 0.1), Record(1000, 1060, 0.1, 0, 0.003));
-  EXPECT_TRUE(!offset || !offset->IsSure()) << offset->unexplained;
+  EXPECT_TRUE(!offset || !offset->IsReliable()) << offset->unexplained;
 }
 
 TEST(Delayed, AddsToEachStamp) {
@@ -119,7 +121,7 @@ TEST(PlanarTrack, BetweenPosesButNotInGaps) {
   const auto half = track.At(0.25);
   ASSERT_TRUE(half);
   EXPECT_NEAR((half->position - Eigen::Vector2d(0.5, 1)).norm(), 0, 1e-15);
-  EXPECT_NEAR(half->yaw, M_PI, 1e-12);  // by the short way round
+  EXPECT_NEAR(half->yaw, M_PI, 1e-12);  // along the shorter arc
   EXPECT_TRUE(track.At(0));
   EXPECT_TRUE(track.At(9));
   EXPECT_FALSE(track.At(-0.1));

@@ -101,7 +101,7 @@ TEST(EvaluateTrajectory, Sim2TakesAScaleOutToo) {
   EXPECT_LT(errors->per_frame->translation_m.max, 1e-12);
 }
 
-TEST(EvaluateTrajectory, TellsOfEachFrame) {
+TEST(EvaluateTrajectory, ReportsEachFrame) {
   // Up along y; the last pose is half a metre ahead of the true one and 0.1 m left of it.
   const double up = std::numbers::pi / 2;
   const auto errors = EvaluateTrajectory(Poses({{0, 0, up}, {0, 1, up}, {0, 3, up}}, 10),
@@ -113,7 +113,7 @@ TEST(EvaluateTrajectory, TellsOfEachFrame) {
   EXPECT_EQ(frame.truth, 2U);
   EXPECT_EQ(frame.estimate, 1U);
   EXPECT_EQ(frame.stamp_s, 12);
-  EXPECT_DOUBLE_EQ(frame.way_m, 3);
+  EXPECT_DOUBLE_EQ(frame.distance_m, 3);
   EXPECT_NEAR(frame.along_m, 0.5, 1e-14);
   EXPECT_NEAR(frame.across_m, 0.1, 1e-14);
   EXPECT_NEAR(frame.position_m, std::hypot(0.5, 0.1), 1e-14);

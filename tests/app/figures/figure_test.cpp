@@ -69,7 +69,7 @@ TEST_F(FigureTest, KeepsScriptAndDataBesideTheImages) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "plots/line.svg"));
 }
 
-TEST_F(FigureTest, TellsWhatGnuplotDidNotLike) {
+TEST_F(FigureTest, ReportsTheErrorOfGnuplot) {
   FigureFolder figures(folder_.Path());
   Figure figure = Line();
   figure.plot = "  plot 'none.csv' using 1:2\n";

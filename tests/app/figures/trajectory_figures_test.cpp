@@ -22,7 +22,7 @@ using testing::Not;
 FigurePose PoseAt(double time_s, double error_m) {
   FigurePose pose;
   pose.time_s = time_s;
-  pose.way_m = 0.5 * time_s;
+  pose.distance_m = 0.5 * time_s;
   pose.x = std::cos(0.3 * time_s);
   pose.y = std::sin(0.3 * time_s) + error_m;
   pose.yaw_deg = 20 * time_s;
@@ -128,7 +128,7 @@ TEST(TrajectoryFigures, LinesBreakWhereTheRobotWasLost) {
   EXPECT_THAT(data.substr(data.find("\n\n") + 2), Not(HasSubstr("\n\n")));
 }
 
-TEST(TrajectoryFigures, TellErrorsInAUnitThatFits) {
+TEST(TrajectoryFigures, ShowErrorsInASuitableUnit) {
   TrajectoryComparison comparison = Comparison(20);
   EXPECT_THAT(TrajectoryFigures(comparison)[2].plot, HasSubstr("position error (cm)"));
   for (FigureRun& run : comparison.runs) {

@@ -36,7 +36,7 @@ AngleBin SomeBin(int size, bool with_variance, cv::RNG& random) {
   return bin;
 }
 
-/// @param filled  the first so many bins of each cell hold something.
+/// @param filled  Number of non-empty bins of each cell, the first ones.
 ColourModel SomeModel(colour::ModelKind kind, int classes, int filled) {
   constexpr std::uint64_t kSeed = 7;
   cv::RNG random(kSeed);
@@ -122,7 +122,7 @@ TEST(ColourModelFile, IsSmall) {
   EXPECT_LT(text.size(), 2'000'000U);
 }
 
-// A document with a mistake, and all that is said of it after the file's name.
+// A document with a mistake, and its message after the file's name.
 struct BadModel {
   std::string name;
   std::function<void(json&)> damage;
@@ -246,7 +246,7 @@ const std::vector<BadModel> kBadModels = {
      std::string("cell 0, entry 0: 'bin' must be a whole number in 0..179") + kAnew},
     {"BinTwice",
      [](json& document) { document["cells"][0][1]["bin"] = 0; },
-     std::string("cell 0, entry 1: bin 0 stands there twice") + kAnew},
+     std::string("cell 0, entry 1: bin 0 occurs twice") + kAnew},
     {"FewTransitions",
      [](json& document) {
        FirstBin(document)["transitions"] = {100000, -62};
@@ -288,8 +288,9 @@ TEST(ColourModelFile, ThatUnpacksToTooMuch) {
     (void)ParseColourModel(text, "m", 15 * 2 * 64 - 1);
     ADD_FAILURE() << "no error";
   } catch (const InputError& error) {
-    EXPECT_EQ(error.what(),
-              std::string("m: cell 14, entry 1: more frequencies than a model may have") + kAnew);
+    EXPECT_EQ(
+        error.what(),
+        std::string("m: cell 14, entry 1: more frequencies than the maximum of a model") + kAnew);
   }
 }
 

@@ -15,7 +15,7 @@ TEST(ReadTextFile, HasALimit) {
       [&] { ReadTextFile(file, 1U << 20U); },
       {(folder / "t").string() +
        ": larger than 1 MiB, the most that a text file may have; split the recording"});
-  // A device without end, whose size nobody tells.
+  // A device without end, of unknown size.
   support::ExpectInputError([&] { ReadTextFile("/dev/zero", 1U << 20U); },
                             {"/dev/zero: larger than 1 MiB"});
   support::ExpectInputError([&] { ReadTextFile(folder.Path()); },

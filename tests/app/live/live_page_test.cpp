@@ -19,7 +19,7 @@ class LivePageTest : public testing::Test {
   LivePageTest() {
     LivePage::Params params;
     params.max_frames = 100;
-    params.farewell_s = 30;  // ended by who looks, long before
+    params.farewell_s = 30;  // clients end it long before
     page::PageData start;
     start.title = "Map lab.gpkg";
     page_ = std::make_unique<LivePage>(
@@ -115,7 +115,7 @@ TEST_F(LivePageTest, ShowsTheMosaicAsItGrows) {
   EXPECT_NE(Ask()["picture"]["url"], url) << "browsers keep what has the same name";
 }
 
-TEST_F(LivePageTest, TheEndIsSeenByWhoIsLooking) {
+TEST_F(LivePageTest, TheLastStateReachesConnectedClients) {
   page_->Add(Frame(0), 1);
   Ask();
   page::PageData last;
@@ -127,11 +127,11 @@ TEST_F(LivePageTest, TheEndIsSeenByWhoIsLooking) {
     document = Ask();
   } while (document["state"]["running"]);
   EXPECT_EQ(document["title"], "Done");
-  EXPECT_EQ(document["picture"]["url"], "data:image/png;base64,TWFu") << "who would answer?";
-  end.get();  // in time: it waits for nobody any more
+  EXPECT_EQ(document["picture"]["url"], "data:image/png;base64,TWFu") << "the server ends";
+  end.get();  // in time: there are no clients to wait for
 }
 
-TEST_F(LivePageTest, TheEndWaitsForNobodyWhoIsNotThere) {
+TEST_F(LivePageTest, TheEndDoesNotWaitWithoutClients) {
   page_->Add(Frame(0), 1);
   page_->Finish({});
   EXPECT_FALSE(Ask()["state"]["running"]);

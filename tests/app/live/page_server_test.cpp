@@ -109,7 +109,7 @@ TEST(PageServer, APortIsServedByOne) {
   EXPECT_THROW(PageServer({"198.51.100.1", 0}, {}), InputError);  // not of this machine
 }
 
-TEST(PageServer, WhoDawdlesKeepsNobodyElseWaiting) {
+TEST(PageServer, ASlowClientDoesNotDelayOthers) {
   const auto server = Serve();
   // Connections on which nothing is ever asked.
   std::vector<int> sockets;
@@ -156,7 +156,7 @@ TEST(PageServer, ARequestHasAnEnd) {
   EXPECT_THAT(SendAndReceive(*server, RequestOfSize(kMaxRequestBytes)), StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(SendAndReceive(*server, RequestOfSize(kMaxRequestBytes + 1)),
               Not(StartsWith("HTTP/1.1 200")));
-  // Headers go on for as long as somebody reads them: sending comes to an end, because nobody does.
+  // Headers are sent as long as they are read: sending ends, because the server stops reading.
   const int s = ConnectTo(*server);
   const std::string start = "GET / HTTP/1.1\r\n";
   ASSERT_GT(send(s, start.data(), start.size(), MSG_NOSIGNAL), 0);

@@ -28,7 +28,7 @@ fs::path FindProgram(const std::string& name) {
   return {};
 }
 
-// Chromedriver on a port of its own choice, which its output tells.
+// Chromedriver on a port of its own choice, which its output states.
 class Driver {
  public:
   explicit Driver(const fs::path& program) {

@@ -12,9 +12,10 @@
 namespace ceilmap::page {
 namespace {
 
-// Left half of the ceiling seen, bright at the top; noise is what pictures have most of.
-struct HalfSeen {
-  explicit HalfSeen(store::MosaicGrid where, double noise) : grid(where) {
+// The left half of the ceiling is mapped, bright at the top; noise dominates the size of the
+// picture.
+struct HalfMapped {
+  explicit HalfMapped(store::MosaicGrid where, double noise) : grid(where) {
     grey.create(grid.height_px, grid.width_px, CV_8UC1);
     alpha = cv::Mat::zeros(grey.size(), CV_8UC1);
     cv::RNG random(1);
@@ -40,7 +41,7 @@ double MeanIn(const cv::Mat& picture, int channel, cv::Rect2d part) {
   return cv::mean(picture(window))[channel];
 }
 
-void ExpectHalfSeen(const cv::Mat& picture) {
+void ExpectHalfMapped(const cv::Mat& picture) {
   ASSERT_EQ(picture.channels(), 4);
   EXPECT_NEAR(MeanIn(picture, 0, {0, 0, 0.5, 0.5}), 180, 6);
   EXPECT_NEAR(MeanIn(picture, 0, {0, 0.5, 0.5, 0.5}), 100, 6);
@@ -49,18 +50,18 @@ void ExpectHalfSeen(const cv::Mat& picture) {
 }
 
 TEST(MakePicture, LiesWhereTheMosaicLiesWithTheUnseenTransparent) {
-  const HalfSeen scene({-3, 2, 0.01, 300, 200}, 5);
+  const HalfMapped scene({-3, 2, 0.01, 300, 200}, 5);
   const PagePicture picture = MakePicture(scene.grey, scene.alpha, scene.grid);
   EXPECT_EQ(picture.min_x, -3);
   EXPECT_DOUBLE_EQ(picture.max_x, 0);
   EXPECT_DOUBLE_EQ(picture.min_y, 0);
   EXPECT_EQ(picture.max_y, 2);
   EXPECT_EQ(Decoded(picture).size(), cv::Size(300, 200));
-  ExpectHalfSeen(Decoded(picture));
+  ExpectHalfMapped(Decoded(picture));
 }
 
 TEST(MakePicture, FitsIntoItsBytes) {
-  const HalfSeen scene({0, 0, 0.01, 1200, 800}, 25);
+  const HalfMapped scene({0, 0, 0.01, 1200, 800}, 25);
   std::size_t before = 0;
   for (const std::size_t max_bytes : {3000U, 20'000U, 120'000U}) {
     const PagePicture picture = MakePicture(scene.grey, scene.alpha, scene.grid, max_bytes);
@@ -68,13 +69,13 @@ TEST(MakePicture, FitsIntoItsBytes) {
     EXPECT_GT(picture.bytes.size(), before) << "less was possible before";
     EXPECT_DOUBLE_EQ(picture.max_x, 12);
     EXPECT_DOUBLE_EQ(picture.min_y, -8);
-    ExpectHalfSeen(Decoded(picture));
+    ExpectHalfMapped(Decoded(picture));
     before = picture.bytes.size();
   }
 }
 
 TEST(MakePicture, HasNoDarkRimAfterShrinking) {
-  HalfSeen scene({0, 0, 0.01, 1202, 802}, 25);
+  HalfMapped scene({0, 0, 0.01, 1202, 802}, 25);
   scene.alpha.setTo(0);
   scene.alpha.colRange(0, 603).setTo(255);
   scene.grey.colRange(603, 1202).setTo(0);
@@ -91,14 +92,14 @@ TEST(MakePicture, IsEmptyWithoutAMosaic) {
 }
 
 TEST(MakePicture, RefusesOtherSizes) {
-  const HalfSeen scene({0, 0, 0.01, 30, 20}, 5);
+  const HalfMapped scene({0, 0, 0.01, 30, 20}, 5);
   EXPECT_THROW(MakePicture(scene.grey, scene.alpha, {0, 0, 0.01, 31, 20}), std::invalid_argument);
   EXPECT_THROW(MakePicture(scene.grey, {}, scene.grid), std::invalid_argument);
 }
 
 TEST(MakeMosaicPicture, IsTheOverviewOfAMap) {
   const support::TestFolder folder;
-  const HalfSeen scene({-3, 2, 0.01, 800, 600}, 5);
+  const HalfMapped scene({-3, 2, 0.01, 800, 600}, 5);
   store::MapWriter writer(folder / "map.gpkg", store::synthetic::SmallMap().metadata);
   writer.WriteMosaic(scene.grid, [&](const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
     scene.grey(window).copyTo(grey);
@@ -111,7 +112,7 @@ TEST(MakeMosaicPicture, IsTheOverviewOfAMap) {
   EXPECT_DOUBLE_EQ(picture.min_y, -4);
   EXPECT_EQ(picture.max_y, 2);
   EXPECT_EQ(Decoded(picture).size(), cv::Size(400, 300));
-  ExpectHalfSeen(Decoded(picture));
+  ExpectHalfMapped(Decoded(picture));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TEST_F(PageInBrowser, AsksNobodyForAnything) {
+TEST_F(PageInBrowser, NeedsNoNetwork) {
   Open(sample::Comparison());
   EXPECT_EQ(TextOf("#title"), "Comparison of 3 runs");
   EXPECT_EQ(TextOf("#note"), "hall.yaml, 600 frames, aligned by se2");
@@ -94,7 +94,7 @@ TEST_F(PageInBrowser, TheSliderMovesEachRobotToItsPose) {
   EXPECT_NEAR(RobotNamed("full")["x"].get<double>(), data.paths[1].poses[41].x, 5.1e-5);
 }
 
-TEST_F(PageInBrowser, TellsWhereThereIsNoPose) {
+TEST_F(PageInBrowser, ShowsWhereThereIsNoPose) {
   const PageData data = sample::Comparison();
   Open(data);
   SetTime(sample::TruePose(210).stamp_s);
@@ -169,7 +169,7 @@ TEST_F(PageInBrowser, AClickOnAChartGoesThere) {
   EXPECT_NEAR(cursor_x(2), 300, 1.5);
   browser_->Drag(".chart:nth-child(2) .plot", 400, 60, 400, 60);
   const double other = State()["time"];
-  EXPECT_GT(other, time + 1) << "further along the way";
+  EXPECT_GT(other, time + 1) << "further along the path";
   EXPECT_NEAR(cursor_x(1), 400, 3) << "at a point of a curve";
   EXPECT_NEAR(std::remainder(other - sample::kFirstStamp_s, sample::kStep_s), 0, 2e-6);
 }

@@ -57,7 +57,7 @@ class PageInBrowser : public testing::Test {
   static std::string TextOf(const std::string& selector) {
     return browser_->Run("return document.querySelector(arguments[0]).textContent", {selector});
   }
-  /// For people to look at, into the folder CEILMAP_SCREENSHOTS if it is set.
+  /// Screenshots for people, in the folder CEILMAP_SCREENSHOTS if it is set.
   static void Show(const std::string& name, bool phone = false) {
     const char* const folder = std::getenv("CEILMAP_SCREENSHOTS");
     if (folder == nullptr) return;

@@ -198,7 +198,7 @@ TEST(PageDocument, HoldsThePictureOrItsUrl) {
   EXPECT_EQ(served["picture"]["url"], "picture?v=7");
 }
 
-TEST(PageDocument, TellsTheState) {
+TEST(PageDocument, HasTheState) {
   const RunState state = {7, true, 12.5, 40, 100};
   const json expected = {{"revision", 7},
                          {"running", true},

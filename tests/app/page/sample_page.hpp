@@ -82,7 +82,7 @@ inline PagePicture DrawMosaic() {
   return MakePicture(grey, alpha, grid);
 }
 
-/// Of what a camera sees along the drive.
+/// Images of a camera along the drive.
 inline PagePicture Mosaic() {
   static const PagePicture kMosaic = DrawMosaic();
   return kMosaic;

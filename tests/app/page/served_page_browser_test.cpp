@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 constexpr const char* kShows = "window.ceilmap && ceilmap.state().revision === ";
 
-/// A run that goes on, as far as the test lets it. The browser leaves its page before it ends.
+/// A run that continues under the control of the test. The browser leaves its page before it ends.
 class RunningRun {
  public:
   /// @param port  0: any that is free.
@@ -56,7 +56,7 @@ class RunningRun {
     server_.stop();
     if (thread_.joinable()) thread_.join();
   }
-  /// Lets the run go on until it has so many frames.
+  /// Continues the run up to this number of frames.
   void Show(int frames, bool running = true) {
     const std::lock_guard lock(mutex_);
     data_ = sample::Comparison({"run"});
@@ -180,7 +180,7 @@ TEST_F(PageInBrowser, SaysThatTheRunHasEnded) {
   EXPECT_NEAR(State()["time"].get<double>(), sample::TruePose(599).stamp_s, 2e-6);
 }
 
-TEST_F(PageInBrowser, SaysThatNobodyAnswersUntilSomebodyDoes) {
+TEST_F(PageInBrowser, ShowsThatTheServerDoesNotAnswerUntilItDoes) {
   RunningRun run(*browser_);
   run.Show(200);
   ASSERT_NO_FATAL_FAILURE(run.Open());

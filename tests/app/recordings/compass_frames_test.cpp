@@ -7,14 +7,14 @@
 namespace ceilmap::recordings {
 namespace {
 
-TEST(ColouredPart, TellsColourFromGrey) {
+TEST(ColouredRatio, SeparatesColourFromGrey) {
   cv::Mat image(80, 120, CV_8UC3, cv::Scalar(90, 95, 99));  // what encoders make of grey
-  EXPECT_EQ(ColouredPart(image), 0);
+  EXPECT_EQ(ColouredRatio(image), 0);
   image.colRange(0, 30).setTo(cv::Scalar(90, 95, 140));
-  EXPECT_NEAR(ColouredPart(image), 0.25, 0.04);
+  EXPECT_NEAR(ColouredRatio(image), 0.25, 0.04);
   // Whichever channel it is.
   image.colRange(0, 60).setTo(cv::Scalar(90, 60, 80));
-  EXPECT_NEAR(ColouredPart(image), 0.5, 0.04);
+  EXPECT_NEAR(ColouredRatio(image), 0.5, 0.04);
 }
 
 TEST(PosesByTime, GivesTheNearest) {

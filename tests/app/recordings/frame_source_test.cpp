@@ -25,7 +25,7 @@ std::vector<cv::Mat> Images(int count) {
   return support::CropAlong(support::SyntheticCeiling({320, 120}), kSize, {5, 1}, count);
 }
 
-// Flat images whose brightness tells their number, in whatever codec.
+// Flat images whose brightness encodes their number, with any codec.
 std::vector<cv::Mat> Numbered(int count) {
   std::vector<cv::Mat> images;
   images.reserve(static_cast<std::size_t>(count));
@@ -69,7 +69,7 @@ TEST(FrameSource, ImagesComeInOrderAndUnchanged) {
   for (std::size_t i = 0; i < images.size(); ++i) {
     EXPECT_EQ(taken.indices[i], static_cast<std::int64_t>(i));
     EXPECT_EQ(taken.stamps_s[i], static_cast<double>(i));
-    EXPECT_EQ(cv::norm(taken.images[i], images[i], cv::NORM_INF), 0) << "picture " << i;
+    EXPECT_EQ(cv::norm(taken.images[i], images[i], cv::NORM_INF), 0) << "image " << i;
   }
   EXPECT_THAT(source.Warnings(), IsEmpty());
   EXPECT_EQ(source.Report().decoded, 12);
@@ -86,7 +86,7 @@ TEST(FrameSource, AImageThatIsStillHeldIsNotOverwritten) {
   while (source.Read(frame)) held.push_back(frame.image);
   ASSERT_EQ(held.size(), images.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
-    EXPECT_EQ(cv::norm(held[i], images[i], cv::NORM_INF), 0) << "picture " << i;
+    EXPECT_EQ(cv::norm(held[i], images[i], cv::NORM_INF), 0) << "image " << i;
   }
 }
 
@@ -107,7 +107,7 @@ TEST(FrameSource, ColourWhereItIsAskedFor) {
   }
 }
 
-TEST(FrameSource, APatternTellsItsGaps) {
+TEST(FrameSource, APatternReportsItsGaps) {
   const support::TestFolder folder;
   support::WriteImages(folder / "run", Images(5));
   fs::remove(folder / "run/frame0.png");
@@ -247,7 +247,7 @@ TEST(FrameSource, LeavesAStalledPipeBehind) {
     EXPECT_EQ(write(descriptor, video.data(), static_cast<std::size_t>(wanted)), wanted);
   });
   {
-    // Room for all frames: the reader goes on until it waits for the pipe.
+    // Space for all frames: the reader continues until it waits for the pipe.
     FrameSource source(pipe.string(), ReadAhead(100));
     writer.join();
     Frame frame;
@@ -259,7 +259,7 @@ TEST(FrameSource, LeavesAStalledPipeBehind) {
   close(descriptor);
 }
 
-/// A camera that delivers faster than anybody looks.
+/// A camera that delivers faster than they are read.
 class FastCamera : public FrameReader {
  public:
   FastCamera(int frames, std::promise<void>& all_delivered)

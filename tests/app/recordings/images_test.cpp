@@ -48,7 +48,7 @@ TEST(ListFolder, RefusesAFolderWithoutImages) {
   support::ExpectInputError([&] { ListFolder(folder.Path()); }, {"holds no images"});
 }
 
-TEST(IsPattern, KnowsPrintfNumbers) {
+TEST(IsPattern, RecognisesPrintfNumbers) {
   for (const char* name : {"f%d.png", "f%04d.png", "%3d", "/a/b/f%06d_x.jpg"}) {
     EXPECT_TRUE(IsPattern(name)) << name;
   }

@@ -12,7 +12,7 @@ using testing::IsEmpty;
 
 const cv::Size kSize(96, 64);
 
-/// Flat images whose brightness tells their number.
+/// Flat images whose brightness encodes their number.
 std::vector<cv::Mat> Numbered(int count) {
   std::vector<cv::Mat> images;
   for (int i = 0; i < count; ++i) images.emplace_back(kSize, CV_8UC1, cv::Scalar(10 + 5 * i));
@@ -102,7 +102,7 @@ TEST(SynchronizedStream, AnotherFrameRate) {
 }
 
 // The first camera's stamps, 100.0 and on; the forward video has twice as many frames.
-TEST(SynchronizedStream, StampsOfAnotherRecordingOnlyTellWhenItBegins) {
+TEST(SynchronizedStream, StampsOfAnotherRecordingGiveOnlyItsStart) {
   const support::TestFolder folder;
   support::WriteVideo(folder / "forward.avi", Numbered(20), 20);
   const auto stamps = folder.Write("up.csv", support::StampsCsv(10, 100, 0.1));
@@ -112,7 +112,7 @@ TEST(SynchronizedStream, StampsOfAnotherRecordingOnlyTellWhenItBegins) {
   EXPECT_THAT(seen, ElementsAre(0, 2, 4, 6, 8, 10, 12, 14, 16, 18));
   EXPECT_THAT(frames.Warnings(),
               ElementsAre(frames.Name() + " has 20 frames, " + stamps.string() +
-                          " 10 stamps: the video's own time counts, from the first stamp on"));
+                          " 10 stamps: the video's own time is used, starting at the first stamp"));
 }
 
 TEST(SynchronizedStream, AsManyStampsAsFramesAreTheirs) {
@@ -135,7 +135,7 @@ TEST(SynchronizedStream, ImagesWithoutTimeKeepStampsOfAnotherAsFarAsTheyGo) {
   EXPECT_THAT(
       frames.Warnings(),
       ElementsAre(frames.Name() + " has 6 frames, " + few.string() +
-                      " 4 stamps: the first of both go together",
+                      " 4 stamps: the first stamp belongs to the first frame",
                   frames.Name() + ": 2 of 6 upward frames have no forward frame at their time"));
   const auto many = folder.Write("many.csv", support::StampsCsv(9, 100, 0.1));
   SynchronizedStream more((folder / "forward").string(), many);

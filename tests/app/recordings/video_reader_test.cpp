@@ -18,7 +18,7 @@ using testing::HasSubstr;
 // An image that is damaged rests on the one before, and those behind it on it: what a decoder
 // makes of them shows where the camera was.
 TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
-  constexpr int kCount = 600;  // several groups of pictures
+  constexpr int kCount = 600;  // several groups of images
   constexpr std::size_t kDamaged = 40;
   const support::TestFolder folder;
   const std::vector<cv::Mat> images =
@@ -52,7 +52,7 @@ TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
   EXPECT_TRUE(missing);
   EXPECT_GT(read, kCount / 4);
   EXPECT_THAT(source.Warnings(),
-              ElementsAre(HasSubstr("frames are damaged, or rest on damaged ones")));
+              ElementsAre(HasSubstr("frames are damaged, or depend on damaged ones")));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ TEST(ComparisonFigures, TurnsGoOnBeyondAHalf) {
   const std::vector<figures::FigurePose> poses = FigurePoses(Circle());
   EXPECT_NEAR(poses.back().yaw_deg - poses.front().yaw_deg, 19.9 * 180 / std::numbers::pi, 1e-9);
   EXPECT_EQ(poses.front().time_s, 0);
-  EXPECT_NEAR(poses.back().way_m, 199 * 4 * std::sin(0.05), 1e-9);
+  EXPECT_NEAR(poses.back().distance_m, 199 * 4 * std::sin(0.05), 1e-9);
 }
 
 TEST(ComparisonFigures, AreInTheFrameOfTheTruthOrOfTheFirstRun) {
@@ -102,7 +102,7 @@ TEST(ComparisonFigures, TheMosaicLiesWhereTheMapHasIt) {
   EXPECT_EQ(image.size(), cv::Size(grid.width_px, grid.height_px));
   EXPECT_EQ(mosaic->min_x, grid.min_x);
   EXPECT_DOUBLE_EQ(mosaic->min_y + grid.height_px * mosaic->metres_per_px, grid.max_y);
-  EXPECT_EQ(image.at<std::uint8_t>(0, 0), 255) << "nobody looked there";
+  EXPECT_EQ(image.at<std::uint8_t>(0, 0), 255) << "unmapped";
 }
 
 }  // namespace

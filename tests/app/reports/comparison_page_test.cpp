@@ -28,7 +28,7 @@ class ComparisonPageTest : public testing::Test {
     params_.estimates = {(folder_ / "run.tum").string()};
   }
 
-  // Status lines of the same run, surer along x of its own frame than across.
+  // Status lines of the same run, with a smaller standard deviation along x of its own frame.
   void WriteStatus() {
     std::string text =
         "timestamp,status,x,y,yaw_deg,pitch_deg,roll_deg,sigma_x,sigma_y,sigma_yaw_deg\n";
@@ -125,7 +125,7 @@ TEST_F(ComparisonPageTest, HeadingsAloneTurnTheRobotWhereItTrulyWas) {
   params_.estimates = {(folder_ / "h.csv").string()};
   const page::PageData data = ComparisonPage(Compare(params_), {}, ShownFrame::kTruth, "m");
   data.Validate();
-  ASSERT_EQ(data.paths.size(), 2U);  // where the robot truly was, turned as the compass says
+  ASSERT_EQ(data.paths.size(), 2U);  // true positions, with the yaw of the compass
   EXPECT_EQ(data.paths[1].name, "h (heading)");
   EXPECT_NEAR(data.paths[1].poses.at(1).x, 5, 1e-6);
   EXPECT_NEAR(data.paths[1].poses[1].yaw_rad, 0.1 + std::numbers::pi / 180, 1e-6);

@@ -35,7 +35,7 @@ std::vector<std::string> Rows(const std::vector<WeakSpot>& spots,
   return rows;
 }
 
-/// Only what is said of the weak spots: how many, and which.
+/// Only the rows of the weak spots: their number, and the spots.
 std::vector<std::string> SpotRows(const std::vector<WeakSpot>& spots, int max_spots = 8) {
   std::vector<std::string> rows = Rows(spots, max_spots);
   rows.erase(rows.begin(), rows.begin() + 3);
@@ -55,14 +55,13 @@ TEST(AddQuality, OneRowForEachQuestion) {
 }
 
 TEST(AddQuality, NamesEachKindOfWeakSpot) {
-  EXPECT_THAT(SpotRows({{WeakSpot::Kind::kAmbiguous, 3, 1.26, -2.5, 4.04}}),
-              ElementsAre("1",
-                          "ambiguous at (1.3, -2.5) and 4.0 m around: the ceiling repeats "
-                          "itself"));
+  EXPECT_THAT(
+      SpotRows({{WeakSpot::Kind::kAmbiguous, 3, 1.26, -2.5, 4.04}}),
+      ElementsAre("1", "ambiguous at (1.3, -2.5) and 4.0 m around: the ceiling is periodic"));
   EXPECT_THAT(SpotRows({{WeakSpot::Kind::kLost, 3, 1.26, -2.5, 17}}),
               ElementsAre("1", "lost at (1.3, -2.5): 17 frames could not be placed"));
   EXPECT_THAT(SpotRows({{WeakSpot::Kind::kUnclosed, 3, 1.26, -2.5, 12.34}}),
-              ElementsAre("1", "unclosed at (1.3, -2.5): 12.3 m of way that meets no other"));
+              ElementsAre("1", "unclosed at (1.3, -2.5): 12.3 m of path without a loop closure"));
 }
 
 TEST(AddQuality, TakesTheUnitOfTheMap) {
@@ -75,12 +74,12 @@ TEST(AddQuality, TakesTheUnitOfTheMap) {
             "residuals     odometry 0.0013 px, loops 0.02 px RMS an axis; chi2/dof 0.25, largest "
             "4.5 sigmas");
   EXPECT_EQ(rows[4],
-            "              ambiguous at (10.0, 20.0) and 400.0 px around: the ceiling repeats "
-            "itself");
-  EXPECT_EQ(rows[5], "              unclosed at (10.0, 20.0): 900.0 px of way that meets no other");
+            "              ambiguous at (10.0, 20.0) and 400.0 px around: the ceiling is periodic");
+  EXPECT_EQ(rows[5],
+            "              unclosed at (10.0, 20.0): 900.0 px of path without a loop closure");
 }
 
-/// Out of order by kind and by extent; y tells them apart.
+/// Out of order by kind and by extent; y identifies them.
 const std::vector<WeakSpot> kMixed = {{WeakSpot::Kind::kUnclosed, 0, 0, 1, 9},
                                       {WeakSpot::Kind::kLost, 1, 0, 2, 3},
                                       {WeakSpot::Kind::kAmbiguous, 2, 0, 3, 1},
@@ -91,19 +90,19 @@ const std::vector<WeakSpot> kMixed = {{WeakSpot::Kind::kUnclosed, 0, 0, 1, 9},
 TEST(AddQuality, KindByKindTheLargestFirstEqualsAsTheyCame) {
   EXPECT_THAT(SpotRows(kMixed),
               ElementsAre("6",
-                          "ambiguous at (0.0, 5.0) and 2.0 m around: the ceiling repeats itself",
-                          "ambiguous at (0.0, 3.0) and 1.0 m around: the ceiling repeats itself",
+                          "ambiguous at (0.0, 5.0) and 2.0 m around: the ceiling is periodic",
+                          "ambiguous at (0.0, 3.0) and 1.0 m around: the ceiling is periodic",
                           "lost at (0.0, 4.0): 30 frames could not be placed",
                           "lost at (0.0, 2.0): 3 frames could not be placed",
-                          "unclosed at (0.0, 1.0): 9.0 m of way that meets no other",
-                          "unclosed at (0.0, 6.0): 9.0 m of way that meets no other"));
+                          "unclosed at (0.0, 1.0): 9.0 m of path without a loop closure",
+                          "unclosed at (0.0, 6.0): 9.0 m of path without a loop closure"));
 }
 
 TEST(AddQuality, ShowsNoMoreThanAskedForAndSaysHowManyAreLeft) {
   EXPECT_THAT(SpotRows(kMixed, 2),
               ElementsAre("6",
-                          "ambiguous at (0.0, 5.0) and 2.0 m around: the ceiling repeats itself",
-                          "ambiguous at (0.0, 3.0) and 1.0 m around: the ceiling repeats itself",
+                          "ambiguous at (0.0, 5.0) and 2.0 m around: the ceiling is periodic",
+                          "ambiguous at (0.0, 3.0) and 1.0 m around: the ceiling is periodic",
                           "and 4 more; --json lists them all"));
   EXPECT_THAT(SpotRows(kMixed, 0), ElementsAre("6", "and 6 more; --json lists them all"));
   EXPECT_EQ(SpotRows(kMixed, 6).size(), 7U) << "all are shown: none is left to mention";

@@ -48,7 +48,7 @@ TEST(PageParts, FramesWithoutAPlaceHaveNone) {
   EXPECT_EQ(ToPagePose(Unplaced(7, TrackingStatus::kRelocalized)).x, 1);
 }
 
-TEST(PageParts, FootprintIsWhatTheCameraSeesInBase) {
+TEST(PageParts, FootprintIsTheCamerasViewInBase) {
   // 40 x 20 pixels of 0.1 m, the image's right to the robot's back, half a metre ahead.
   const auto view = calib::CeilingView::OfRectified({40, 20}, 0.1, {0.5, 0, pi});
   const auto corners = FootprintOf(view);

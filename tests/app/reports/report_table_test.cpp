@@ -34,7 +34,7 @@ TEST(ReportTable, Markdown) {
 
 TEST(ReportTable, Latex) {
   const std::string text = FormatLatex({kTable});
-  EXPECT_THAT(text, StartsWith("% Compiles as it is"));
+  EXPECT_THAT(text, StartsWith("% Compiles as a document"));
   EXPECT_THAT(text,
               HasSubstr("\\caption{Errors, 50 \\%}\n"
                         "\\begin{tabular}{lr}\n"

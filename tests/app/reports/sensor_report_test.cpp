@@ -56,7 +56,7 @@ TEST_F(SensorReportTest, WarnsOfFramesWithoutMeasurement) {
       Warnings(result_),
       ElementsAre(HasSubstr("2 of 8 upward frames have no forward frame at their time"),
                   HasSubstr("1 of 6 forward frames show no tilt (covered, dark, bare or crowded)"),
-                  "the tilt of 5 frames is only a prediction: nothing showed it"));
+                  "the tilt of 5 frames is only a prediction: it was not measured"));
 }
 
 TEST_F(SensorReportTest, SummarizesTiltAndHeadings) {

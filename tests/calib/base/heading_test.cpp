@@ -15,18 +15,18 @@ constexpr double kSingles = 2 * kNoise * kNoise;
 HeadingTurn TurnOver(const std::vector<HeadingPrior>& headings, std::size_t marked) {
   HeadingSince since(kNoise);
   for (std::size_t i = 0; i < headings.size(); ++i) {
-    since.See(headings[i]);
+    since.Add(headings[i]);
     if (i == marked) since.Mark();
   }
   return since.Turn().value();
 }
 
-TEST(HeadingSince, KnowsNothingBeforeSomethingIsMarked) {
+TEST(HeadingSince, HasNoTurnBeforeAMark) {
   HeadingSince since;
   EXPECT_FALSE(since.Turn());
   since.Mark();
   EXPECT_FALSE(since.Turn());
-  since.See({1, 0.1});
+  since.Add({1, 0.1});
   EXPECT_FALSE(since.Turn());
   since.Mark();
   EXPECT_TRUE(since.Turn());
@@ -52,7 +52,7 @@ TEST(HeadingSince, DriftThatWasTakenOutAndCameAgainCountsTwice) {
   EXPECT_NEAR(TurnOver({{0, 1e-9}, {1, 0.04}, {1, 0.01}}, 1).variance_rad2, 0.03 + kSingles, 1e-9);
 }
 
-TEST(HeadingSince, ASourceThatIsNeverSureIsNotMadeSureByADifference) {
+TEST(HeadingSince, ADifferenceOfInaccurateHeadingsIsInaccurate) {
   const double variance = 0.0076;  // 5 degrees, always
   const HeadingTurn turn = TurnOver({{0, variance}, {1, variance}, {1.2, variance}}, 0);
   EXPECT_NEAR(turn.variance_rad2, 2 * variance, 1e-12);
@@ -75,7 +75,7 @@ TEST(HeadingSince, HoldsForARandomWalk) {
     HeadingSince since(1e-6);
     double drift = 0;
     for (int i = 0; i <= kSteps; ++i) {
-      since.See({drift, 1e-12 + i * kStep * kStep});
+      since.Add({drift, 1e-12 + i * kStep * kStep});
       if (i == kMarked) since.Mark();
       drift += kStep * std::sqrt(12.0) * uniform();
     }

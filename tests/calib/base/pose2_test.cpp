@@ -47,7 +47,7 @@ TEST(WrapAngle, StaysInRangeAndKeepsTheDirection) {
   }
 }
 
-// A robot at (2, 1) that looks along +y: what is 3 m ahead of it lies at (2, 4), what is 1 m to its
+// A robot at (2, 1) that faces +y: what is 3 m ahead of it lies at (2, 4), what is 1 m to its
 // left at (1, 1).
 TEST(Pose2, TakesPointsOfBaseToMap) {
   const Pose2 T_map_base{2, 1, kPi / 2};

@@ -75,7 +75,7 @@ TEST(BoardDetector, FindsCharucoCornersOfEvenRows) {
   ExpectAccurate(board, 0.1);
 }
 
-TEST(BoardDetector, ACharucoBoardMayBeSeenInPart) {
+TEST(BoardDetector, ACharucoBoardMayBePartlyVisible) {
   const Board board = Charuco();
   const Lens lens = TestLens();
   const BoardPainter painter(board, lens);
@@ -114,7 +114,7 @@ class Guessing : public testing::Test {
   Lens lens_ = TestLens();
 };
 
-TEST_F(Guessing, TellsTheSizeOfAnotherChessboard) {
+TEST_F(Guessing, DetectsTheSizeOfAnotherChessboard) {
   Board other = Chessboard();
   other.columns = 8;
   const BoardGuess guess = GuessBoard(Paint(other), Chessboard());
@@ -123,21 +123,21 @@ TEST_F(Guessing, TellsTheSizeOfAnotherChessboard) {
   EXPECT_EQ(GuessSize(Paint(Chessboard())).corners, cv::Size(9, 6));
 }
 
-TEST_F(Guessing, TellsAMirroredCharucoBoard) {
+TEST_F(Guessing, DetectsAMirroredCharucoBoard) {
   cv::Mat image = Paint(Charuco());
   cv::flip(image, image, 1);
   EXPECT_FALSE(DetectBoard(image, Charuco()));
   EXPECT_EQ(GuessBoard(image, Charuco()).kind, BoardGuess::Kind::kMirrored);
 }
 
-TEST_F(Guessing, TellsMarkersOfAnotherBoard) {
+TEST_F(Guessing, DetectsMarkersOfAnotherBoard) {
   Board other = Charuco();
   other.columns = 5;
   other.rows = 8;
   EXPECT_EQ(GuessBoard(Paint(other), Charuco()).kind, BoardGuess::Kind::kMarkers);
 }
 
-TEST_F(Guessing, TellsNothingOfAImageWithoutABoard) {
+TEST_F(Guessing, NoResultForAnImageWithoutABoard) {
   const cv::Mat image(360, 480, CV_8U, cv::Scalar(120));
   EXPECT_FALSE(DetectBoard(image, Chessboard()));
   EXPECT_EQ(GuessBoard(image, Chessboard()).kind, BoardGuess::Kind::kNothing);

@@ -65,7 +65,7 @@ TEST(BoardDrawing, PdfIsWhatReadersExpect) {
   EXPECT_EQ(pdf.substr(body + std::stoul(match[1]), 10), "endstream\n");
 }
 
-TEST(BoardDrawing, ARefusedBoardIsToldWhatFits) {
+TEST(BoardDrawing, TheMessageForALargeBoardNamesTheMaximum) {
   Board board = TestBoard(BoardKind::kChessboard);
   board.square_m = 0.03;
   try {

@@ -150,7 +150,7 @@ TEST(CameraSolver, LeavesOutViewsThatDoNotFit) {
 
 TEST(Lens, ReachEndsWhereTheModelFoldsBack) {
   Lens lens = Lens::WithoutDistortion(LensModel::kPlumbBob, {480, 360}, 400);
-  EXPECT_NEAR(Reach(lens), 10, 1e-9);  // as far as is looked
+  EXPECT_NEAR(Reach(lens), 10, 1e-9);  // the limit of the search
   lens.values[4] = -0.1;               // r - 0.1 r^3 has its maximum at r = sqrt(10 / 3)
   EXPECT_NEAR(Reach(lens), std::sqrt(10.0 / 3) * 2 / 3, 1e-4);
   Lens fisheye = Lens::WithoutDistortion(LensModel::kEquidistant, {480, 360}, 150);
@@ -199,7 +199,7 @@ TEST(Lens, DerivativesAreThoseOfTheProjection) {
   }
 }
 
-TEST(ViewChoice, TakesWhatTellsMost) {
+TEST(ViewChoice, TakesTheMostInformativeViews) {
   const Lens lens = TestLens();
   const std::vector<BoardPose> good = GoodPoses(TestBoard(), lens);
   std::vector<BoardPose> poses;
@@ -211,8 +211,8 @@ TEST(ViewChoice, TakesWhatTellsMost) {
   const auto chosen = ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 10);
   ASSERT_EQ(chosen.size(), 10U);
   EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
-  for (const std::size_t told : {6U, 17U, 28U, 39U, 50U, 61U})
-    EXPECT_THAT(chosen, testing::Contains(told));
+  for (const std::size_t chosen_id : {6U, 17U, 28U, 39U, 50U, 61U})
+    EXPECT_THAT(chosen, testing::Contains(chosen_id));
   EXPECT_EQ(chosen, ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 10));
   EXPECT_EQ(ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 99).size(),
             views.size());
@@ -246,7 +246,7 @@ TEST_F(Judging, RefusesLevelViews) {
   EXPECT_THAT(judgement.faults.front(), HasSubstr("no view with the board tilted by more than"));
 }
 
-TEST_F(Judging, TellsWhereBoardsAreMissing) {
+TEST_F(Judging, ReportsWhereBoardsAreMissing) {
   std::vector<BoardPose> poses;
   for (const double tilt : {-0.6, -0.3, 0.3, 0.6}) {
     poses.push_back(At(0.35, 0.4, tilt, 0.45));

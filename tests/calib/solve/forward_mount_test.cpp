@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 constexpr double kFocalPx = 500;
 
 Matrix3d Turned(double yaw, double pitch_up, double roll) {
-  Matrix3d level;  // looks along base x
+  Matrix3d level;  // points along base x
   level << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   return Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) *
          Eigen::AngleAxisd(-pitch_up, Vector3d::UnitY()) *
@@ -50,7 +50,7 @@ class Room {
       points_.emplace_back(around(random_), around(random_), up(random_));
   }
 
-  MotionWithMatches See(const Isometry3d& T_room_first, const Isometry3d& T_room_second) {
+  MotionWithMatches Observe(const Isometry3d& T_room_first, const Isometry3d& T_room_second) {
     MotionWithMatches motion;
     motion.T_first_second = T_room_first.inverse() * T_room_second;
     const Isometry3d first = (T_room_first * Truth()).inverse();
@@ -83,25 +83,26 @@ Isometry3d OnTheSpot(double yaw) {
   return ToSpace({0.14 * std::cos(yaw), 0.14 * std::sin(yaw), yaw}, {});
 }
 
-Isometry3d Ahead(double way, double pitch_down = 0) {
+Isometry3d Ahead(double distance, double pitch_down = 0) {
   Tilt tilt;
   tilt.pitch_rad = pitch_down;
   tilt.lift_m = 0.14 * std::sin(-pitch_down);
-  return ToSpace({way - 1, 0, 0}, tilt);
+  return ToSpace({distance - 1, 0, 0}, tilt);
 }
 
 std::vector<MotionWithMatches> Spin(Room& room) {
   std::vector<MotionWithMatches> motions;
   for (int i = 0; i < 24; ++i) {
     motions.push_back(
-        room.See(OnTheSpot(15 * kRadPerDeg * i), OnTheSpot(15 * kRadPerDeg * (i + 0.7))));
+        room.Observe(OnTheSpot(15 * kRadPerDeg * i), OnTheSpot(15 * kRadPerDeg * (i + 0.7))));
   }
   return motions;
 }
 
 std::vector<MotionWithMatches> Straight(Room& room) {
   std::vector<MotionWithMatches> motions;
-  for (int i = 0; i < 16; ++i) motions.push_back(room.See(Ahead(0.1 * i), Ahead(0.1 * i + 0.4)));
+  for (int i = 0; i < 16; ++i)
+    motions.push_back(room.Observe(Ahead(0.1 * i), Ahead(0.1 * i + 0.4)));
   return motions;
 }
 
@@ -109,7 +110,7 @@ std::vector<MotionWithMatches> OverAStep(Room& room) {
   std::vector<MotionWithMatches> motions;
   for (int i = 0; i < 16; ++i) {
     const double pitch = -4 * kRadPerDeg * std::sin(std::numbers::pi * i / 15);
-    motions.push_back(room.See(Ahead(0.02 * i), Ahead(0.02 * i + 0.3, pitch)));
+    motions.push_back(room.Observe(Ahead(0.02 * i), Ahead(0.02 * i + 0.3, pitch)));
   }
   return motions;
 }
@@ -144,7 +145,7 @@ TEST(ForwardMount, FindsTheTurnOfExactMatches) {
   EXPECT_EQ(mount.inliers, mount.matches);
 }
 
-TEST(ForwardMount, AStepTellsAllThree) {
+TEST(ForwardMount, AStepGivesAllThreeAngles) {
   Room room(2, 0.1);
   const ForwardMount mount = SolveForwardMount(OverAStep(room), Start(), Params());
   ASSERT_TRUE(mount.ok);
@@ -170,7 +171,7 @@ TEST(ForwardMount, ErrorsAreAsLargeAsTheirDeviations) {
   EXPECT_GT(sum / kTimes, 0.1);
 }
 
-TEST(ForwardMount, AStraightDriveDoesNotTellTheRoll) {
+TEST(ForwardMount, AStraightDriveDoesNotGiveTheRoll) {
   Room room(3, 0.1);
   const ForwardMount mount = SolveForwardMount(Straight(room), Start(), Params());
   ASSERT_TRUE(mount.ok);
@@ -191,8 +192,8 @@ TEST(ForwardMount, ACameraOverTheAxleOnlyTurns) {
     const auto turn = [](double yaw) {
       return ToSpace({-0.05 * std::cos(yaw), -0.05 * std::sin(yaw), yaw}, {});
     };
-    motions.push_back(room.See(turn(15 * kRadPerDeg * i), turn(15 * kRadPerDeg * (i + 0.7))));
-    // See() has the camera 0.05 m ahead of base: it stands on the axis, and only turns.
+    motions.push_back(room.Observe(turn(15 * kRadPerDeg * i), turn(15 * kRadPerDeg * (i + 0.7))));
+    // Observe() has the camera 0.05 m ahead of base: it stands on the axis, and only turns.
   }
   const ForwardMount mount = SolveForwardMount(motions, Truth(), Params());
   ASSERT_TRUE(mount.ok);
@@ -203,10 +204,10 @@ TEST(ForwardMount, WhatMovesByItselfIsLeftOut) {
   Room room(5, 0.1);
   std::vector<MotionWithMatches> motions = OverAStep(room);
   for (std::size_t k = 0; k < motions.size(); ++k) {
-    // Somebody walks to and fro.
-    const double way = k % 2 == 0 ? 0.03 : -0.03;
+    // A person walks to and fro.
+    const double shift = k % 2 == 0 ? 0.03 : -0.03;
     std::vector<Match>& matches = motions[k].matches;
-    for (std::size_t i = 0; i < matches.size(); i += 4) matches[i].second += Vector2d(way, 0.01);
+    for (std::size_t i = 0; i < matches.size(); i += 4) matches[i].second += Vector2d(shift, 0.01);
   }
   const ForwardMount mount = SolveForwardMount(motions, Start(), Params());
   ASSERT_TRUE(mount.ok);
@@ -234,7 +235,7 @@ TEST(ForwardMount, WhatAllMatchesAreOffByIsInItsDeviation) {
 TEST(ForwardMount, TooLittle) {
   Room room(7, 0);
   EXPECT_FALSE(SolveForwardMount({}, Start(), Params()).ok);
-  EXPECT_FALSE(SolveForwardMount({room.See(Ahead(0), Ahead(0.4))}, Start(), Params()).ok);
+  EXPECT_FALSE(SolveForwardMount({room.Observe(Ahead(0), Ahead(0.4))}, Start(), Params()).ok);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ double ToGrey(double light) {
   return 255 * std::clamp(v, 0.0, 1.0);
 }
 
-/// How the room looks in a direction, before the camera's limits: bright and dark sectors, one of
+/// Light of the room in a direction, before the camera's limits: bright and dark sectors, one of
 /// them far too bright, rings of the floor.
 double RoomLight(double azimuth, double radius) {
   const double stripes = std::sin(7 * azimuth) + 0.6 * std::sin(13 * azimuth + 1);
@@ -124,14 +124,15 @@ TEST(MirrorFinder, WhatMovesIsNotRound) {
   EXPECT_EQ(FindRing(activity).fault, MirrorFault::kNoRim);
 }
 
-TEST(MirrorFinder, OneImageTellsRoughly) {
+TEST(MirrorFinder, OneImageGivesARoughResult) {
   std::mt19937 random(3);
   const MirrorRingFit fit = FindRing(MirrorImage(1, {}, random));
   ASSERT_EQ(fit.fault, MirrorFault::kNone);
   EXPECT_LT((fit.ring.centre_px - kCentre).norm(), 1);
   EXPECT_NEAR(fit.ring.outer_radius_px, kRim, 1);
   EXPECT_EQ(FindRing(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90))).fault, MirrorFault::kNoRim);
-  EXPECT_NEAR(fit.outer_sigma_px, 0.01 * fit.ring.outer_radius_px, 0.5) << "says so";
+  EXPECT_NEAR(fit.outer_sigma_px, 0.01 * fit.ring.outer_radius_px, 0.5)
+      << "the reported sigma agrees";
   EXPECT_GT(std::sqrt(fit.centre_covariance(0, 0)), 1);
 }
 

@@ -11,7 +11,7 @@ namespace ceilmap::calibration {
 namespace {
 
 constexpr double kSheetPxPerMm = 4;
-constexpr int kParts = 4;  // of a pixel, each way
+constexpr int kParts = 4;  // of a pixel, in each direction
 
 cv::Mat1f Draw(const BoardDrawing& drawing) {
   cv::Mat sheet(cvRound(drawing.height_mm * kSheetPxPerMm),

@@ -8,7 +8,7 @@
 
 namespace ceilmap::calibration {
 
-/// Paints what a camera sees of a printed board: rays through parts of every pixel, averaged.
+/// Paints the image of a printed board: rays through parts of every pixel, averaged.
 class BoardPainter {
  public:
   /// @param lens  its undistortion must reach every pixel.

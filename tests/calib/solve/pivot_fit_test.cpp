@@ -34,14 +34,14 @@ std::vector<Climb> Over(double height, double width, double noise_m, unsigned se
   return climbs;
 }
 
-TEST(PivotFit, ANarrowBoardTellsBoth) {
+TEST(PivotFit, ANarrowBoardGivesBoth) {
   const PivotFit fit = FitPivots(Over(0.015, 0.2, 0, 1));
   EXPECT_NEAR(fit.axle.distance_m, kAxle, 0.001);
   EXPECT_NEAR(fit.front_wheels.distance_m, kFront, 0.001);
   EXPECT_NEAR(fit.axle.max_rad, std::asin(0.015 / (kAxle + kFront)), 3e-4);
 }
 
-TEST(PivotFit, ARobotThatEndsOnTheBoardTellsTheAxleAlone) {
+TEST(PivotFit, ARobotThatEndsOnTheBoardGivesOnlyTheAxle) {
   const PivotFit fit = FitPivots(Over(0.015, 10, 0, 2));
   EXPECT_NEAR(fit.axle.distance_m, kAxle, 0.001);
   EXPECT_EQ(fit.front_wheels.frames, 0);

@@ -24,7 +24,7 @@ RigMount Truth() {
   return mount;
 }
 
-/// Sees points of the ceiling, in the mounted camera's frame, with noise.
+/// Observes points of the ceiling, in the mounted camera's frame, with noise.
 class SyntheticCamera {
  public:
   SyntheticCamera(const RigMount& mount, unsigned seed, double noise_px)
@@ -134,7 +134,7 @@ TEST(RigSolver, FindsTheMountOfExactPlaces) {
   EXPECT_EQ(solution.inliers, solution.places);
 }
 
-TEST(RigSolver, TheCentreIsToldInBaseAxes) {
+TEST(RigSolver, TheCentreIsGivenInBaseAxes) {
   // Turned by 90 degrees, what is above the image's centre (smaller v) is ahead.
   RigMount mount;
   mount.yaw_rad = 90 * kRadPerDeg;
@@ -188,7 +188,7 @@ TEST(RigSolver, AWrongLensIsInsideItsDeviation) {
   }
   const RigSolution blind = Solve(c);
   const RigSolution solution = Solve(c, 0.5);
-  // The centre takes it over, and no residual tells.
+  // The centre takes it over, and residuals do not show it.
   const double error = std::abs(ErrorsOf(solution)[2]);
   EXPECT_NEAR(error, 0.5 / kFocalPx, 0.1 / kFocalPx);
   EXPECT_GT(error, 10 * std::sqrt(blind.covariance(2, 2)));

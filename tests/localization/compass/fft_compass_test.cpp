@@ -56,7 +56,7 @@ Drove Drive(FftCompass& compass,
             Change change) {
   Drove run;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    cv::Mat panorama = room.See(poses[i]);
+    cv::Mat panorama = room.Render(poses[i]);
     change(i, panorama);
     if (panorama.empty()) continue;
     const auto estimate = compass.Next({panorama, 0.1 * static_cast<double>(i)});
@@ -89,7 +89,7 @@ TEST(FftCompass, DoesNotTakeTravelForATurn) {
   EXPECT_LT(Drive(compass, PanoramaRoom(4), Straight()).Largest(), 1.2 * kRadPerDeg);
 }
 
-/// Drives, and tells the compass the way between the panoramas.
+/// Drives, and gives the compass the travel between the panoramas.
 Drove DriveTelling(const PanoramaRoom& room, const std::vector<Pose2>& poses) {
   FftCompass compass;
   Drove run;
@@ -98,7 +98,7 @@ Drove DriveTelling(const PanoramaRoom& room, const std::vector<Pose2>& poses) {
     const Eigen::Vector2d travel =
         poses[i].Rotation().transpose() * (poses[i].Translation() - last.Translation());
     run.estimates.push_back(
-        compass.Next({room.See(poses[i]), 0.1 * static_cast<double>(i), travel}).value());
+        compass.Next({room.Render(poses[i]), 0.1 * static_cast<double>(i), travel}).value());
     run.errors_rad.push_back(Error(run.estimates.back(), poses[0], poses[i]));
   }
   return run;
@@ -109,12 +109,12 @@ TEST(FftCompass, FollowsARobotThatDrivesSideways) {
   for (Pose2& pose : poses) pose.yaw += pi / 2;
   const PanoramaRoom room(4);
   EXPECT_LT(DriveTelling(room, poses).Largest(), 1.2 * kRadPerDeg);
-  // Whoever does not say so is taken to drive ahead.
-  FftCompass untold;
-  EXPECT_GT(Drive(untold, room, poses).Largest(), 3 * kRadPerDeg);
+  // Without travel the robot is assumed to drive ahead.
+  FftCompass without_travel;
+  EXPECT_GT(Drive(without_travel, room, poses).Largest(), 3 * kRadPerDeg);
 }
 
-TEST(FftCompass, FollowsARobotThatTurnsAsItLikesOnItsWay) {
+TEST(FftCompass, FollowsARobotThatTurnsFreelyOnItsPath) {
   std::vector<Pose2> poses = Circle(1.05);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     poses[i].yaw = 0.4 * std::sin(0.08 * static_cast<double>(i));
@@ -123,7 +123,7 @@ TEST(FftCompass, FollowsARobotThatTurnsAsItLikesOnItsWay) {
   EXPECT_LT(run.Largest(), 1.2 * kRadPerDeg);
 }
 
-TEST(FftCompass, NeedsNoExactWay) {
+TEST(FftCompass, NeedsNoExactTravel) {
   cv::RNG random(3);
   const PanoramaRoom room(1);
   FftCompass compass;
@@ -131,7 +131,8 @@ TEST(FftCompass, NeedsNoExactWay) {
   double largest = 0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Eigen::Vector2d travel(0.05 + random.gaussian(0.005), random.gaussian(0.005));
-    const auto estimate = compass.Next({room.See(poses[i]), 0.1 * static_cast<double>(i), travel});
+    const auto estimate =
+        compass.Next({room.Render(poses[i]), 0.1 * static_cast<double>(i), travel});
     largest = std::max(largest, std::abs(Error(*estimate, poses[0], poses[i])));
   }
   EXPECT_LT(largest, 1.2 * kRadPerDeg);
@@ -156,7 +157,7 @@ TEST(FftCompass, TurnsFurtherThanItCouldPredict) {
   EXPECT_LT(Drive(compass, room, poses).Largest(), 0.2 * kRadPerDeg);
 }
 
-TEST(FftCompass, KnowsPlacesAgain) {
+TEST(FftCompass, RecognisesPlaces) {
   FftCompassParams params;
   params.revisits = 0;
   FftCompass forgetful(params);
@@ -178,7 +179,7 @@ TEST(FftCompass, KeepsABoundedNumberOfReferences) {
   EXPECT_GT(compass.References(), 20);
 }
 
-TEST(FftCompass, HoldsItsHeadingWhereNothingIsToBeSeen) {
+TEST(FftCompass, HoldsItsHeadingWithoutTexture) {
   FftCompass compass;
   const PanoramaRoom room(9);
   const std::vector<Pose2> poses = Circle(0.5);
@@ -191,7 +192,7 @@ TEST(FftCompass, HoldsItsHeadingWhereNothingIsToBeSeen) {
     EXPECT_GT(run.estimates[i].variance_rad2, run.estimates[i - 1].variance_rad2);
     EXPECT_LT(std::abs(run.errors_rad[i]), 3 * std::sqrt(run.estimates[i].variance_rad2));
   }
-  // Then it knows again.
+  // Then the heading is known again.
   EXPECT_GT(run.estimates[30].confidence, 0.5);
   EXPECT_LT(std::abs(run.errors_rad.back()), 1.2 * kRadPerDeg);
 }
@@ -270,14 +271,14 @@ TEST(FftCompass, BeginsAnewWhereItWasCarriedTo) {
   const PanoramaRoom here(13);
   const PanoramaRoom there(14);
   for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(compass.Next({here.See({3, 3, 0}), 0.1 * i, {}}));
+    ASSERT_TRUE(compass.Next({here.Render({3, 3, 0}), 0.1 * i, {}}));
   }
   HeadingEstimate estimate;
   for (int i = 10; i < 40; ++i) {
-    estimate = compass.Next({there.See({3, 3, 0.05 * i}), 0.1 * i, {}}).value();
+    estimate = compass.Next({there.Render({3, 3, 0.05 * i}), 0.1 * i, {}}).value();
   }
   EXPECT_GT(estimate.confidence, 0.5);
-  // How it was turned on the way nobody knows.
+  // The turn in between is unknown.
   EXPECT_GT(std::sqrt(estimate.variance_rad2), 10 * kRadPerDeg);
 }
 
@@ -285,9 +286,9 @@ TEST(FftCompass, ShowsTheDistancesOfTheLastFrame) {
   FftCompass compass;
   const PanoramaRoom room(15);
   EXPECT_TRUE(compass.Profile().distance.empty());
-  ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 0, {}}));
+  ASSERT_TRUE(compass.Next({room.Render({3, 3, 0}), 0, {}}));
   EXPECT_TRUE(compass.Profile().distance.empty());
-  ASSERT_TRUE(compass.Next({room.See({3, 3, 30 * kRadPerDeg}), 1, {}}));
+  ASSERT_TRUE(compass.Next({room.Render({3, 3, 30 * kRadPerDeg}), 1, {}}));
   const DistanceProfile profile = compass.Profile();
   ASSERT_EQ(profile.distance.size(), 360U);
   EXPECT_EQ(profile.reference_frame, 0);
@@ -300,10 +301,10 @@ TEST(FftCompass, ShowsTheDistancesOfTheLastFrame) {
 TEST(FftCompass, RefusesWhatItCannotTake) {
   FftCompass compass;
   const PanoramaRoom room(16);
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 40), 0, {}}), InputError);
-  ASSERT_TRUE(compass.Next({room.See({3, 3, 0}), 1, {}}));
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}), 1, {}}), InputError);
-  EXPECT_THROW(compass.Next({room.See({3, 3, 0}, 180), 2, {}}), InputError);
+  EXPECT_THROW(compass.Next({room.Render({3, 3, 0}, 40), 0, {}}), InputError);
+  ASSERT_TRUE(compass.Next({room.Render({3, 3, 0}), 1, {}}));
+  EXPECT_THROW(compass.Next({room.Render({3, 3, 0}), 1, {}}), InputError);
+  EXPECT_THROW(compass.Next({room.Render({3, 3, 0}, 180), 2, {}}), InputError);
   FftCompassParams params;
   params.recent_references = 0;
   EXPECT_THROW(FftCompass{params}, InputError);

@@ -49,7 +49,7 @@ TEST(HeadingGraph, WeighsByVariance) {
   EXPECT_NEAR(graph.At(1).variance_rad2, 0.0075, 1e-6);
 }
 
-/// What is left of a place that was taken out must tell the others the same.
+/// After a place is removed, the information on the others must be the same.
 TEST(HeadingGraph, RemovingAPlaceChangesNothingForTheOthers) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;

@@ -24,13 +24,13 @@ class PanoramaRoom {
     cv::normalize(paper_, paper_, 20, 235, cv::NORM_MINMAX);
   }
 
-  /// The room with walls `first` .. `last` of the way around (0..1) painted over.
+  /// The room with walls `first` .. `last` of the circumference (0..1) painted over.
   void Paint(double first, double last, const cv::Scalar& colour) {
     paper_.colRange(static_cast<int>(first * paper_.cols), static_cast<int>(last * paper_.cols)) =
         colour;
   }
 
-  [[nodiscard]] cv::Mat See(const Pose2& pose, int columns = 360, int rows = 15) const {
+  [[nodiscard]] cv::Mat Render(const Pose2& pose, int columns = 360, int rows = 15) const {
     cv::Mat panorama(rows, columns, CV_8UC3);
     for (int u = 0; u < columns; ++u) {
       cv::Vec3f sum[kPaperRows] = {};

@@ -16,7 +16,7 @@ namespace {
 using std::numbers::pi;
 constexpr int kSectors = 36;
 
-/// What a robot in a round room, off its middle, sees: nearness is smooth around the circle.
+/// Panorama of a robot in a round room, away from its middle: nearness is smooth around the circle.
 std::vector<SectorShift> Shifts(double turn, double direction, double nearness, double lopsided) {
   std::vector<SectorShift> shifts;
   for (int i = 0; i < kSectors; ++i) {
@@ -27,7 +27,7 @@ std::vector<SectorShift> Shifts(double turn, double direction, double nearness, 
   return shifts;
 }
 
-TEST(ParallaxFit, TellsTurnFromTravel) {
+TEST(ParallaxFit, SeparatesTurnFromTravel) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int round = 0; round < 50; ++round) {
@@ -72,8 +72,8 @@ TEST(ParallaxFit, OfAnyDirectionFindsItAllAround) {
   }
 }
 
-TEST(ParallaxFit, OfAnyDirectionDoubtsWhereSeveralFit) {
-  // Shifts known so badly that hardly anything speaks for one direction.
+TEST(ParallaxFit, OfAnyDirectionHasALargeVarianceWhereSeveralFit) {
+  // Shifts known so badly that they hardly favour one direction.
   auto shifts = Shifts(0.1, 50 * kRadPerDeg, 0.06, 0.6);
   for (SectorShift& shift : shifts) shift.variance_rad2 = 0.03 * 0.03;
   const ParallaxFit fit = FitParallaxOfAnyDirection(shifts, kSectors);
@@ -97,7 +97,7 @@ TEST(ParallaxFit, ASectorCountsByItsVariance) {
   EXPECT_NEAR(FitParallax(shifts, kSectors, 0).rotation_rad, 0.05, 0.001);
 }
 
-TEST(ParallaxFit, SaysThatTooFewSectorsTellNothing) {
+TEST(ParallaxFit, HasNoResultWithTooFewSectors) {
   auto shifts = Shifts(0.05, 0, 0.03, 0);
   shifts.resize(5);
   const ParallaxFit fit = FitParallax(shifts, kSectors, 0);
@@ -105,7 +105,7 @@ TEST(ParallaxFit, SaysThatTooFewSectorsTellNothing) {
   EXPECT_EQ(fit.inlier_ratio, 0);
 }
 
-TEST(ParallaxFit, FewerSectorsMeanMoreDoubt) {
+TEST(ParallaxFit, FewerSectorsMeanALargerVariance) {
   auto shifts = Shifts(0.05, 0, 0.03, 0);
   const double all = FitParallax(shifts, kSectors, 0).variance_rad2;
   shifts.erase(shifts.begin() + 10, shifts.end());

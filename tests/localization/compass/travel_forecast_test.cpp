@@ -14,9 +14,9 @@ TEST(TravelForecast, GoesOnAsItWent) {
   TravelForecast forecast;
   EXPECT_FALSE(forecast.Between(0, 0.1));
   // Facing along y and driving along x: to the right.
-  forecast.See(1.0, Pose2{2, 3, pi / 2});
+  forecast.Add(1.0, Pose2{2, 3, pi / 2});
   EXPECT_FALSE(forecast.Between(1, 1.1));
-  forecast.See(1.1, Pose2{2.2, 3, pi / 2});
+  forecast.Add(1.1, Pose2{2.2, 3, pi / 2});
   const auto travel = forecast.Between(1.2, 1.3);
   ASSERT_TRUE(travel);
   EXPECT_NEAR(travel->x(), 0, 1e-12);
@@ -25,8 +25,8 @@ TEST(TravelForecast, GoesOnAsItWent) {
 
 TEST(TravelForecast, ACameraOffTheAxleTravelsInATurnOnTheSpot) {
   TravelForecast forecast({0.5, 0});
-  forecast.See(0, Pose2{1, 1, 0});
-  forecast.See(0.1, Pose2{1, 1, 0.1});
+  forecast.Add(0, Pose2{1, 1, 0});
+  forecast.Add(0.1, Pose2{1, 1, 0.1});
   const Eigen::Vector2d travel = forecast.Between(0.1, 0.2).value();
   EXPECT_NEAR(travel.y(), 0.5 * std::sin(0.1), 1e-12);
   EXPECT_NEAR(travel.x(), 0.5 * (1 - std::cos(0.1)), 1e-12);
@@ -34,15 +34,15 @@ TEST(TravelForecast, ACameraOffTheAxleTravelsInATurnOnTheSpot) {
 
 TEST(TravelForecast, SaysNothingOfWhatItDoesNotKnow) {
   TravelForecast forecast;
-  forecast.See(0, Pose2{0, 0, 0});
-  forecast.See(0.1, Pose2{0.1, 0, 0});
+  forecast.Add(0, Pose2{0, 0, 0});
+  forecast.Add(0.1, Pose2{0.1, 0, 0});
   EXPECT_TRUE(forecast.Between(0.9, 1.0));
   EXPECT_FALSE(forecast.Between(1.1, 1.2)) << "too long ago";
-  forecast.See(0.2, std::nullopt);
+  forecast.Add(0.2, std::nullopt);
   EXPECT_FALSE(forecast.Between(0.2, 0.3)) << "lost";
-  forecast.See(0.3, Pose2{5, 0, 0});
+  forecast.Add(0.3, Pose2{5, 0, 0});
   EXPECT_FALSE(forecast.Between(0.3, 0.4)) << "found again, it may have jumped";
-  forecast.See(2.3, Pose2{6, 0, 0});
+  forecast.Add(2.3, Pose2{6, 0, 0});
   EXPECT_FALSE(forecast.Between(2.3, 2.4)) << "two moments too far apart";
 }
 

@@ -11,12 +11,12 @@ namespace {
 
 using std::numbers::pi;
 
-/// Angle between two directions either of which may be told backwards.
+/// Angle between two directions either of which may be reversed.
 double Apart(double a, double b) {
   return std::abs(WrapAngle(2 * (a - b))) / 2;
 }
 
-TEST(TravelTrack, OfAnUnknownWayTakesAnArc) {
+TEST(TravelTrack, OfUnknownTravelTakesAnArc) {
   TravelTrack track;
   track.Move(std::nullopt);
   const TravelTrack::Spot start = track.Arrive(0);
@@ -26,15 +26,15 @@ TEST(TravelTrack, OfAnUnknownWayTakesAnArc) {
   EXPECT_NEAR(track.DirectionFrom(start, pi / 2, pi / 2), -pi / 4, 1e-12);
 }
 
-TEST(TravelTrack, OfAKnownWayTakesTheChord) {
+TEST(TravelTrack, OfKnownTravelTakesTheChord) {
   const Pose2 poses[] = {{2, 1, 0.3}, {2.5, 1.5, 1}, {2.4, 2.5, -2}, {1, 3, 3}};
   TravelTrack track;
   track.Move(std::nullopt);
   const TravelTrack::Spot start = track.Arrive(poses[0].yaw);
   for (int i = 1; i < 4; ++i) {
     track.Move((poses[i].Inverse() * poses[i - 1]).Translation() * -1);
-    const Eigen::Vector2d way = poses[i].Inverse() * poses[0].Translation();
-    const double chord = std::atan2(way.y(), way.x());
+    const Eigen::Vector2d moved = poses[i].Inverse() * poses[0].Translation();
+    const double chord = std::atan2(moved.y(), moved.x());
     EXPECT_LT(Apart(track.DirectionFrom(start, 0.1, poses[i].yaw), chord), 1e-9) << i;
     (void)track.Arrive(poses[i].yaw);
   }
@@ -50,7 +50,7 @@ TEST(TravelTrack, KeepsItsDirectionWhileItStands) {
   EXPECT_DOUBLE_EQ(track.DirectionFrom(here, 0.2, 0.2), pi / 2 - 0.1);
 }
 
-TEST(TravelTrack, DoesNotComparePlacesAcrossAnUnknownWay) {
+TEST(TravelTrack, DoesNotComparePlacesAcrossUnknownTravel) {
   TravelTrack track;
   track.Move(Eigen::Vector2d(0, 0.1));
   const TravelTrack::Spot before = track.Arrive(0);

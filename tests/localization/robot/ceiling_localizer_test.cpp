@@ -24,7 +24,7 @@ class CeilingLocalizerTest : public testing::Test {
   }
   static std::filesystem::path MapFile() { return map_->folder / "true.gpkg"; }
 
-  Image See(const Pose2& T_map_base) {
+  Image ImageAt(const Pose2& T_map_base) {
     const calib::CeilingView view(up_, kCeiling_m);
     ++index_;
     return {Seen(map_->ceiling, view, T_map_base, static_cast<std::uint32_t>(index_)),
@@ -56,7 +56,7 @@ TEST_F(CeilingLocalizerTest, FindsTheRobotAnywhereAndFollowsIt) {
   Estimate estimate;
   for (int i = 0; i < 12; ++i) {
     T = T * kStep;
-    const Image image = See(T);
+    const Image image = ImageAt(T);
     estimate = localizer.AddCeiling(image);
     EXPECT_EQ(estimate.index, image.index);
     EXPECT_EQ(estimate.stamp_s, image.stamp_s);
@@ -75,7 +75,7 @@ TEST_F(CeilingLocalizerTest, PipelinedEstimatesComeOneImageLaterAndAreTheSame) {
   Pose2 T{2, 1, -0.5};
   for (int i = 0; i < 10; ++i) {
     T = T * kStep;
-    const Image image = See(T);
+    const Image image = ImageAt(T);
     expected.push_back(direct.AddCeiling(image));
     const auto estimate = pipelined.AddCeilingPipelined(image);
     EXPECT_EQ(estimate.has_value(), i > 0);
@@ -96,13 +96,13 @@ TEST_F(CeilingLocalizerTest, ARestartWithAPoseSearchesThere) {
   Pose2 T{1.5, 1.5, 0.4};
   for (int i = 0; i < 8; ++i) {
     T = T * kStep;
-    (void)localizer.AddCeiling(See(T));
+    (void)localizer.AddCeiling(ImageAt(T));
   }
   PoseWithCovariance start;
   start.pose = {3.5, 2.5, -1};
   start.covariance.diagonal() << 0.04, 0.04, 0.01;
   localizer.Restart(start);
-  const Estimate estimate = localizer.AddCeiling(See({3.6, 2.45, -1.02}));
+  const Estimate estimate = localizer.AddCeiling(ImageAt({3.6, 2.45, -1.02}));
   ExpectAt(estimate, {3.6, 2.45, -1.02});
   EXPECT_EQ(estimate.status, TrackingStatus::kRelocalized);
   start.pose.x = std::nan("");
@@ -121,8 +121,8 @@ TEST_F(CeilingLocalizerTest, BadInputIsRefused) {
   EXPECT_THROW(CeilingLocalizer(MapFile(), calib::Rig{}), InputError);
   CeilingLocalizer localizer(MapFile(), RigOf(up_));
   EXPECT_THROW(localizer.AddCeiling({cv::Mat(100, 100, CV_8UC1), 0.01, 0}), InputError);
-  (void)localizer.AddCeiling(See({2, 2, 0}));
-  Image late = See({2, 2, 0});
+  (void)localizer.AddCeiling(ImageAt({2, 2, 0}));
+  Image late = ImageAt({2, 2, 0});
   late.stamp_s = 0;
   EXPECT_THROW(localizer.AddCeiling(late), InputError);
 }

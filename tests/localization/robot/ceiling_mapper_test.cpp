@@ -18,7 +18,7 @@ class CeilingMapperTest : public testing::Test {
   }
 
   /// An image every 10 cm along a straight line.
-  Image See(int i) const {
+  Image ImageAt(int i) const {
     const calib::CeilingView view(*rig_.up, kCeiling_m);
     return {Seen(ceiling_, view, {0.1 * i, 0, 0}, static_cast<std::uint32_t>(i) + 1), 0.1 * i, i};
   }
@@ -35,7 +35,7 @@ TEST_F(CeilingMapperTest, MapsADriveThatIsThenFoundOnTheMap) {
   params.provenance = "a test";
   CeilingMapper mapper(rig_, file_, params);
   for (int i = 0; i < kFrames; ++i) {
-    const Estimate estimate = mapper.AddCeiling(See(i));
+    const Estimate estimate = mapper.AddCeiling(ImageAt(i));
     ASSERT_TRUE(estimate.HasPose()) << i;
     EXPECT_EQ(estimate.index, i);
     EXPECT_NEAR(estimate.pose.pose.x, 0.1 * i, 0.01);
@@ -56,7 +56,7 @@ TEST_F(CeilingMapperTest, MapsADriveThatIsThenFoundOnTheMap) {
   EXPECT_EQ(localizer.Map().Metadata().robot, "tester");
   EXPECT_EQ(localizer.Map().Metadata().provenance, "a test");
   Estimate estimate;
-  for (int i = 3; i < 12; ++i) estimate = localizer.AddCeiling(See(i));
+  for (int i = 3; i < 12; ++i) estimate = localizer.AddCeiling(ImageAt(i));
   ASSERT_TRUE(estimate.HasPose());
   EXPECT_NEAR(estimate.pose.pose.x, 1.1, 0.01);
 }
@@ -65,7 +65,8 @@ TEST_F(CeilingMapperTest, PipelinedImagesGiveTheSameMap) {
   CeilingMapper mapper(rig_, file_);
   std::vector<Estimate> estimates;
   for (int i = 0; i < 8; ++i) {
-    if (const auto estimate = mapper.AddCeilingPipelined(See(i))) estimates.push_back(*estimate);
+    if (const auto estimate = mapper.AddCeilingPipelined(ImageAt(i)))
+      estimates.push_back(*estimate);
   }
   estimates.push_back(mapper.Flush().value());
   ASSERT_EQ(estimates.size(), 8U);
@@ -78,36 +79,36 @@ TEST_F(CeilingMapperTest, PipelinedImagesGiveTheSameMap) {
 TEST_F(CeilingMapperTest, ExtendsAMap) {
   {
     CeilingMapper mapper(rig_, file_);
-    for (int i = 0; i < 20; ++i) (void)mapper.AddCeiling(See(i));
+    for (int i = 0; i < 20; ++i) (void)mapper.AddCeiling(ImageAt(i));
     (void)mapper.Finish();
   }
   CeilingMapperParams params;
   params.append = true;
   CeilingMapper mapper(rig_, file_, params);
-  for (int i = 8; i < 24; ++i) (void)mapper.AddCeiling(See(i));
+  for (int i = 8; i < 24; ++i) (void)mapper.AddCeiling(ImageAt(i));
   const mapping::MappingResult result = mapper.Finish();
   ASSERT_EQ(result.frames.size(), 16U);
   EXPECT_NEAR(result.frames.back().T_map_base.x, 2.3, 0.02) << "in the frame of the first map";
 }
 
 TEST_F(CeilingMapperTest, WithoutARigLengthsAreInPixels) {
-  CeilingMapper mapper(See(0).pixels.size(), file_);
+  CeilingMapper mapper(ImageAt(0).pixels.size(), file_);
   EXPECT_EQ(mapper.Metadata().unit, "px");
   Estimate estimate;
-  for (int i = 0; i < 4; ++i) estimate = mapper.AddCeiling(See(i));
+  for (int i = 0; i < 4; ++i) estimate = mapper.AddCeiling(ImageAt(i));
   EXPECT_NEAR(estimate.pose.pose.Translation().norm(), 30, 1) << "of 10 mm";
 }
 
 TEST_F(CeilingMapperTest, AMapperThatIsNotFinishedLeavesTheOldMap) {
   {
     CeilingMapper mapper(rig_, file_);
-    (void)mapper.AddCeiling(See(0));
+    (void)mapper.AddCeiling(ImageAt(0));
     (void)mapper.Finish();
   }
   const auto size = std::filesystem::file_size(file_);
   {
     CeilingMapper mapper(rig_, file_);
-    for (int i = 0; i < 12; ++i) (void)mapper.AddCeiling(See(i));
+    for (int i = 0; i < 12; ++i) (void)mapper.AddCeiling(ImageAt(i));
   }
   EXPECT_EQ(std::filesystem::file_size(file_), size);
 }

@@ -242,7 +242,7 @@ TEST(MapGraph, ChangingTheViewChangesNoImagesPlace) {
     EXPECT_NEAR(off.Translation().norm(), 0, 1e-12);
     EXPECT_NEAR(off.yaw, 0, 1e-12);
   }
-  // The graph says the same: each edge fits as well as before.
+  // The graph is equivalent: each edge fits as well as before.
   const std::vector<Pose2> before = PosesById(circle.graph);
   const std::vector<Pose2> after = PosesById(changed);
   for (std::size_t i = 0; i < changed.edges.size(); ++i) {

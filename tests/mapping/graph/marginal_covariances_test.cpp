@@ -31,7 +31,7 @@ TEST(MarginalCovariances, ChainByHand) {
 }
 
 TEST(MarginalCovariances, AreInMapAxes) {
-  // Facing +y, sigma along the way is sigma of y.
+  // Facing +y, sigma along the path is sigma of y.
   Edge edge = MakeEdge(0, 1, {1, 0, 0});
   edge.information = Eigen::Vector3d(100, 25, 400).asDiagonal();
   const std::vector<Pose2> poses = {{0, 0, kPi / 2}, {0, 1, kPi / 2}};

@@ -60,7 +60,7 @@ inline World Drive(std::vector<Pose2> truth, const MotionNoise& noise, std::mt19
   return world;
 }
 
-/// Blocks of houses: a robot that goes 1 m at a time, now and then turns left or right, and knows a
+/// Blocks of houses: a robot that goes 1 m at a time, now and then turns left or right, and has a
 /// place again that it has been to. About one loop closure for two steps.
 inline World Manhattan(int poses, std::uint32_t seed, const MotionNoise& noise = {0.05, 0.01}) {
   std::mt19937 random(seed);
@@ -119,7 +119,8 @@ inline World Lawnmower(int lanes,
   for (int lane = 1; lane < lanes; ++lane) {
     for (int i = 0; i < per_lane; ++i) {
       for (int side = -1; side <= 1; ++side) {
-        const int beside = per_lane - 1 - i + side;  // the lane before was driven the other way
+        const int beside =
+            per_lane - 1 - i + side;  // the lane before was driven in the other direction
         if (beside < 0 || beside >= per_lane) continue;
         const std::int64_t from = (lane - 1) * per_lane + beside;
         const std::int64_t to = lane * per_lane + i;

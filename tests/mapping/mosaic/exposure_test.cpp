@@ -24,10 +24,10 @@ struct Scene {
     for (int point = 0; point < points; ++point) {
       const double log_brightness = rng.uniform(4.0, 5.2);
       const int first = rng.uniform(0, keyframes);
-      for (int look = 0; look < 4; ++look) {
+      for (int k = 0; k < 4; ++k) {
         ExposureObservation o;
         o.point = point;
-        o.keyframe = (first + look) % keyframes;
+        o.keyframe = (first + k) % keyframes;
         o.q = rng.uniform(0.0, 1.0);
         o.log_grey = log_brightness + truth.log_gain[static_cast<std::size_t>(o.keyframe)] +
                      truth.LogVignetting(o.q) + rng.gaussian(noise);
@@ -59,7 +59,7 @@ TEST(Exposure, LeavesOutliersAside) {
   Scene(20, 2000, 0.005, 0.05).ExpectSolved(4e-3);
 }
 
-TEST(Exposure, APointSeenByAllKeyframesIsNoBurden) {
+TEST(Exposure, APointInAllKeyframesIsNotExpensive) {
   // 300 keyframes on one spot: each of the few points is seen by all of them.
   cv::RNG rng(3);
   std::vector<double> gains;
@@ -86,8 +86,8 @@ TEST(Exposure, MeanGainIsZero) {
 TEST(Exposure, NothingInCommonMeansNoCorrection) {
   const std::vector<ExposureObservation> observations = {
       {0, 0, 0.3, 4.0}, {1, 1, 0.3, 5.0}, {2, 2, 0.3, 6.0}};
-  for (const auto& looks : {observations, std::vector<ExposureObservation>()}) {
-    const ExposureModel model = SolveExposure(3, looks);
+  for (const auto& set : {observations, std::vector<ExposureObservation>()}) {
+    const ExposureModel model = SolveExposure(3, set);
     EXPECT_EQ(model.log_gain, std::vector<double>(3, 0.0));
     EXPECT_EQ(model.LogVignetting(1), 0);
   }

@@ -188,10 +188,10 @@ TEST(Mosaic, SharpImagesCountMoreThanBlurredOnes) {
   MosaicParams params = Plain();
   params.reject_outliers = false;
   params.sharpness_power = 0;
-  const double alike = Rendered(survey.Renderer(params)).Rms(Brightness);
+  const double equal_weights = Rendered(survey.Renderer(params)).Rms(Brightness);
   params.sharpness_power = MosaicParams().sharpness_power;
   const Rendered weighted(survey.Renderer(params));
-  EXPECT_LT(weighted.Rms(Brightness), 0.6 * alike);
+  EXPECT_LT(weighted.Rms(Brightness), 0.6 * equal_weights);
   // Places that only a blurred image shows are there all the same.
   params.sharpness_power = 0;
   EXPECT_EQ(cv::countNonZero(weighted.alpha),
@@ -286,7 +286,7 @@ TEST(Mosaic, BlankBordersLeaveNoDarkSeam) {
   }
 }
 
-TEST(Mosaic, WhatNoImageHasContentForIsNotSeen) {
+TEST(Mosaic, PixelsWithoutContentAreTransparent) {
   store::MapMetadata metadata = store::synthetic::Metadata({64, 48}, 0.5);
   metadata.T_base_view = {};
   cv::Mat image(48, 64, CV_8UC1, cv::Scalar(99));

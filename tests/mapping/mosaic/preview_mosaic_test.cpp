@@ -8,7 +8,7 @@
 namespace ceilmap::mosaic {
 namespace {
 
-/// A ceiling with one bright spot; what a view at a pose sees of it.
+/// A ceiling with one bright spot, and its image at a pose.
 cv::Mat MapMatch(const calib::CeilingView& view,
                  const Pose2& T_map_base,
                  const Eigen::Vector2d& spot) {

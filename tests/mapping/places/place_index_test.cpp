@@ -35,7 +35,7 @@ cv::Mat RandomRows(int count, std::mt19937& random) {
 }
 
 /// The same windows seen again: turned, shifted, vectors a little different.
-cv::Mat SeenAgain(const cv::Mat& rows, const ImageMotion& motion, std::mt19937& random) {
+cv::Mat Revisited(const cv::Mat& rows, const ImageMotion& motion, std::mt19937& random) {
   std::normal_distribution<float> normal(0, 0.03F);
   cv::Mat again = rows.clone();
   for (int i = 0; i < rows.rows; ++i) {
@@ -76,12 +76,12 @@ TEST(PlaceIndex, AgreesWithBruteForce) {
     }
     std::sort(expected.begin(), expected.end());
     const std::vector<std::int64_t> found = Ids(index.Search(query, 19));
-    ASSERT_EQ(found.size(), 19U);  // the 20th tells how near all the others are
+    ASSERT_EQ(found.size(), 19U);  // the 20th gives the distance of the others
     for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i], expected[i].second);
   }
 }
 
-TEST(PlaceIndex, TellsHowAImageLiesToTheKeyframe) {
+TEST(PlaceIndex, GivesTheMotionFromTheKeyframe) {
   std::mt19937 random(8);
   PlaceIndex index(kDimension);
   std::vector<cv::Mat> places;
@@ -92,7 +92,7 @@ TEST(PlaceIndex, TellsHowAImageLiesToTheKeyframe) {
   for (int trial = 0; trial < 10; ++trial) {
     const int id = 4 * trial;
     const ImageMotion motion{12.0 - 3 * trial, 5.0 * trial - 20, 0.6 * trial - 3, 1};
-    const cv::Mat query = SeenAgain(places[static_cast<std::size_t>(id)], motion, random);
+    const cv::Mat query = Revisited(places[static_cast<std::size_t>(id)], motion, random);
     const auto matches = index.Search(query, 3);
     ASSERT_FALSE(matches.empty());
     ASSERT_EQ(matches[0].keyframe_id, id);
@@ -105,7 +105,7 @@ TEST(PlaceIndex, TellsHowAImageLiesToTheKeyframe) {
   }
 }
 
-TEST(PlaceIndex, ASingleWindowTellsWhereButNotHowTurned) {
+TEST(PlaceIndex, ASingleDescriptorGivesThePositionButNotTheYaw) {
   std::mt19937 random(9);
   PlaceIndex index(kDimension);
   cv::Mat first;
@@ -122,7 +122,7 @@ TEST(PlaceIndex, ASingleWindowTellsWhereButNotHowTurned) {
   EXPECT_FLOAT_EQ(static_cast<float>(matches[0].T_stored_query.y), first.at<float>(2, 1));
 }
 
-TEST(PlaceIndex, FindsKeyframesSeenAgain) {
+TEST(PlaceIndex, FindsRevisitedKeyframes) {
   std::mt19937 random(6);
   PlaceIndex index(kDimension);
   std::vector<cv::Mat> keyframes;
@@ -134,7 +134,7 @@ TEST(PlaceIndex, FindsKeyframesSeenAgain) {
   EXPECT_EQ(index.WindowCount(), 2400U);
   for (int id = 0; id < 200; id += 7) {
     const cv::Mat query =
-        SeenAgain(keyframes[static_cast<std::size_t>(id)], {40, -9, 0.1 * id, 1}, random);
+        Revisited(keyframes[static_cast<std::size_t>(id)], {40, -9, 0.1 * id, 1}, random);
     const auto matches = index.Search(query, 5);
     ASSERT_EQ(matches.size(), 5U);
     EXPECT_EQ(matches[0].keyframe_id, 1000 + id);
@@ -145,11 +145,11 @@ TEST(PlaceIndex, FindsKeyframesSeenAgain) {
 TEST(PlaceIndex, PlacesOfTheWindowsDecide) {
   std::mt19937 random(7);
   const cv::Mat query = RandomRows(12, random);
-  cv::Mat elsewhere = SeenAgain(query, {}, random);
+  cv::Mat elsewhere = Revisited(query, {}, random);
   RandomRows(12, random).colRange(0, 2).copyTo(elsewhere.colRange(0, 2));
   PlaceIndex index(kDimension);
   index.Add(1, elsewhere);
-  index.Add(2, SeenAgain(query, {30, 10, 2.5, 1}, random));
+  index.Add(2, Revisited(query, {30, 10, 2.5, 1}, random));
   for (int id = 3; id < 40; ++id) index.Add(id, RandomRows(12, random));
   const auto matches = index.Search(query, 2);
   EXPECT_EQ(Ids(matches), (std::vector<std::int64_t>{2, 1}));
@@ -160,9 +160,9 @@ TEST(PlaceIndex, LeavesOutWhatIsExcluded) {
   std::mt19937 random(8);
   PlaceIndex index(kDimension);
   const cv::Mat place = RandomRows(12, random);
-  // More neighbours that look like the query than a window of the query asks for at first.
-  for (int id = 0; id < 60; ++id) index.Add(id, SeenAgain(place, {1.0 * id, 0, 0, 1}, random));
-  index.Add(60, SeenAgain(place, {5, 5, 1, 1}, random));
+  // More neighbours that are similar to the query than the first search returns.
+  for (int id = 0; id < 60; ++id) index.Add(id, Revisited(place, {1.0 * id, 0, 0, 1}, random));
+  index.Add(60, Revisited(place, {5, 5, 1, 1}, random));
   for (int id = 61; id < 200; ++id) index.Add(id, RandomRows(12, random));
   const auto matches = index.Search(place, 10, [](std::int64_t id) { return id < 60; });
   ASSERT_FALSE(matches.empty());
@@ -179,9 +179,9 @@ TEST(PlaceIndex, SmallIndexes) {
   index.Add(4, cv::Mat());
   EXPECT_TRUE(index.Search(place, 3).empty());
   EXPECT_EQ(index.KeyframeCount(), 1U);
-  index.Add(5, SeenAgain(place.rowRange(0, 1), {}, random));
+  index.Add(5, Revisited(place.rowRange(0, 1), {}, random));
   EXPECT_EQ(Ids(index.Search(place, 3)), (std::vector<std::int64_t>{5}));
-  index.Add(6, SeenAgain(place.rowRange(1, 9), {}, random));
+  index.Add(6, Revisited(place.rowRange(1, 9), {}, random));
   EXPECT_EQ(Ids(index.Search(place, 3)), (std::vector<std::int64_t>{6, 5}));
   EXPECT_EQ(Ids(index.Search(place, 1)), (std::vector<std::int64_t>{6}));
   EXPECT_TRUE(index.Search(cv::Mat(0, kDimension, CV_32FC1), 3).empty());

@@ -23,7 +23,7 @@ Level MakeLevel(const cv::Mat& image) {
   return level;
 }
 
-/// Largest and middle distance of the measured shifts from what the motions say.
+/// Largest and middle distance of the measured shifts from those of the motions.
 struct ShiftErrors {
   double median = 0;
   double largest = 0;
@@ -180,7 +180,7 @@ TEST(BlockStage, SmallDifferencesEverywhereAreNoEvidence) {
   b.by_block[7] = 4.3F;  // a mark
   EXPECT_NEAR(Evidence(a, b), 4, 1e-5);
   EXPECT_NEAR(Evidence(b, a), -4, 1e-5);
-  a.by_block[7] = -1;  // that only one of the two motions sees
+  a.by_block[7] = -1;  // only in the view of one of the two motions
   EXPECT_EQ(Evidence(a, b), 0);
 }
 

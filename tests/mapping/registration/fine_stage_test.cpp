@@ -29,7 +29,7 @@ class FineStageTest : public testing::Test {
     hypothesis.motion.ty_px -= 0.5 * off_px;
     hypothesis.motion.theta_rad += off_deg * kRadPerDeg;
     hypothesis.overlap = OverlapOf(truth, kSize);
-    hypothesis.peak = 0.5;  // what the coarse stage finds on smeared pictures
+    hypothesis.peak = 0.5;  // what the coarse stage finds on smeared images
     hypothesis.peak = 0.3;  // as the coarse stage finds it
     return hypothesis;
   }
@@ -77,7 +77,7 @@ TEST_F(FineStageTest, HoldsUnderBlurOfOneImage) {
   EXPECT_LT(AngleErrorDeg(finalist.result.motion, truth), 0.05);
 }
 
-TEST_F(FineStageTest, BelievesNoWrongHypothesis) {
+TEST_F(FineStageTest, AcceptsNoWrongHypothesis) {
   const ImageMotion truth{21.4, 8.3, 0.1, 1};
   Analyze(ceiling_.Render(kSize), reference_);
   Analyze(ceiling_.Render(kSize, truth), current_);
@@ -92,7 +92,7 @@ TEST_F(FineStageTest, BelievesNoWrongHypothesis) {
   }
 }
 
-TEST_F(FineStageTest, TellsTheTrueMotionFromOneByATile) {
+TEST_F(FineStageTest, SeparatesTheTrueMotionFromOneByATile) {
   const SyntheticCeiling tiles({.tile_px = 60,
                                 .tile_grey = 0,
                                 .speckle_grey = 0,

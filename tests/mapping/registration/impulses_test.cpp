@@ -10,7 +10,7 @@
 namespace ceilmap::registration {
 namespace {
 
-/// Of each so many pixels one is black or white.
+/// One pixel in this number is black or white.
 cv::Mat Salted(const cv::Mat& image, int one_in, unsigned seed) {
   cv::Mat salted = image.clone();
   std::mt19937 random(seed);

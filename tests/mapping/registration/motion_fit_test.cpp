@@ -65,7 +65,7 @@ TEST(FitRobust, ExactMotions) {
   }
 }
 
-TEST(FitRobust, HoldsTheScaleWhenTold) {
+TEST(FitRobust, HoldsAFixedScale) {
   const MotionFit fit = FitRobust(Grid(kSimilarity), WithScale(false));
   ASSERT_TRUE(fit.ok);
   EXPECT_EQ(fit.motion.scale, 1);
@@ -79,7 +79,7 @@ bool IsOutlier(std::size_t block) {
 }
 constexpr int kOutliers = 19;  // of 48
 
-/// Two of five blocks say something else, at least 3 px off.
+/// Two of five blocks contradict, by at least 3 px.
 std::vector<BlockShift> WithOutliers(const Parameters& truth, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> radius(3, 9);
@@ -158,7 +158,7 @@ TEST(FitRobust, CovarianceOfBlocksOfDifferentQuality) {
   CheckCovariance(kRigid, true);
 }
 
-TEST(FitRobust, BlocksOnEdgesCountInTheDirectionTheySee) {
+TEST(FitRobust, BlocksOnEdgesCountAcrossTheEdge) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> along_the_edge(-4, 4);
   auto blocks = Grid(kRigid);

@@ -47,7 +47,7 @@ class PeriodicCeiling : public testing::Test {
   Registrar registrar_{kSize};
 };
 
-TEST_F(PeriodicCeiling, IsNeverSureThroughALensWithVignetting) {
+TEST_F(PeriodicCeiling, IsAmbiguousThroughALensWithVignetting) {
   const SyntheticCeiling tiles(BareTiles(110));
   std::mt19937 random(11);
   std::uniform_real_distribution<double> shift(-220, 220);

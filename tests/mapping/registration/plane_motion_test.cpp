@@ -62,7 +62,7 @@ TEST(PlaneCamera, OfAViewHasItsPrincipalPointFromTheCentre) {
   EXPECT_NEAR((camera.principal_px - Eigen::Vector2d(-9.5, 8.5)).norm(), 0, 1e-9);
 }
 
-// A robot turned in space, as its camera sees it.
+// A rotation of a robot in space, in its camera's frame.
 TEST(PlaneFit, TiltIsThatOfTheRobot) {
   const calib::CeilingView view = OddView();
   const Eigen::Matrix3d R_base_camera = view.T_base_camera().linear();
@@ -83,7 +83,7 @@ TEST(PlaneFit, TiltIsThatOfTheRobot) {
   }
 }
 
-// The covariance turns with the angles: a camera that is sure of one of its axes alone.
+// The covariance turns with the angles: a camera with a small variance about one axis only.
 TEST(PlaneFit, TiltCovarianceTurnsWithTheCamera) {
   const calib::CeilingView view = OddView();
   for (const Eigen::Vector2d& direction : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0.6, -0.8)}) {
@@ -122,7 +122,7 @@ TEST(PlaneMotion, OneDegreeOfTiltMovesTheBorderByFourPixels) {
   EXPECT_NEAR(std::abs(motion.Apply(camera, {320, 0}).x() - 320 - centre), 3.9, 0.2);
 }
 
-TEST(PlaneMotion, FromSimilarityMovesPixelsAlike) {
+TEST(PlaneMotion, FromSimilarityMovesPixelsEqually) {
   for (const ImageMotion& motion : {ImageMotion{30, -20, 0.4, 1}, ImageMotion{-5, 60, -2, 1.1}}) {
     const PlaneMotion plane = PlaneMotion::FromSimilarity(kCamera, motion);
     EXPECT_EQ(plane.tilt_x, 0);
@@ -189,7 +189,7 @@ TEST(FitPlaneMotion, LampsBelowTheCeilingDropOut) {
   EXPECT_LT(d.dot(fit.covariance.ldlt().solve(d)), 36) << "six sigmas";
 }
 
-TEST(FitPlaneMotion, HoldsWhatItIsTold) {
+TEST(FitPlaneMotion, HoldsFixedParameters) {
   const PlaneMotion truth{0.1, -0.05, 0, 0.2, 0, 0};
   PlaneFitParams params;
   params.fit_height = false;
@@ -213,7 +213,7 @@ TEST(FitPlaneMotion, TooFewBlocksAreNotOk) {
 TEST(RefinePlane, FindsTheTiltOfARenderedImage) {
   const cv::Size size(640, 480);
   const PlaneCamera camera{457, {0, 0}};
-  // A larger and finer image of the ceiling, looked up under the plane motion.
+  // A larger and finer image of the ceiling, sampled under the plane motion.
   constexpr int kFiner = 2;
   const cv::Size large(2048, 1600);
   const cv::Mat fine = synthetic::SyntheticCeiling().RenderFloat(large, {0, 0, 0, kFiner});

@@ -188,7 +188,7 @@ TEST(PocPlane, SubPixelShiftsOfCeilingsInOneShot) {
   }
 }
 
-TEST(PocPlane, ALineTellsOneDirectionOnly) {
+TEST(PocPlane, ALineGivesOneDirectionOnly) {
   const cv::Size size(64, 64);
   PocPlane poc(size);
   cv::RNG random(14);
@@ -210,7 +210,7 @@ TEST(PocPlane, ALineTellsOneDirectionOnly) {
   EXPECT_LT(peak.sharpness(1, 1), 0.2);
 }
 
-TEST(PocPlane, LooksNoFartherThanItIsTold) {
+TEST(PocPlane, SearchesWithinTheGivenReach) {
   PocPlane poc(kSize, Periodic());
   PeriodicImage image(13);
   poc.Correlate(poc.Spectrum(image.Shifted({0, 0})), poc.Spectrum(image.Shifted({9, 0})), 1e-3);

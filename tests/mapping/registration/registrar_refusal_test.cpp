@@ -56,8 +56,8 @@ TEST_F(RegistrarTest, UnrelatedImagesDoNotMatch) {
   EXPECT_GE(not_matched, kPairs - 6) << "the lines between tiles may be called ambiguous";
 }
 
-TEST_F(RegistrarTest, OtherPlacesOfATiledCeilingAreNeverTakenForSure) {
-  // The grid fits everywhere; grain, marks and lamps say that it is another place.
+TEST_F(RegistrarTest, OtherPlacesOfATiledCeilingAreNeverAccepted) {
+  // The grid fits everywhere; grain, marks and lamps show that it is another place.
   for (std::uint32_t i = 0; i < 20; ++i) {
     const SyntheticCeiling ceiling({.seed = 300 + i});
     const ImageMotion far{4000.0 + 37 * i, -3000, 0.3 * i, 1};

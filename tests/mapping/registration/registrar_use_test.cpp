@@ -29,8 +29,8 @@ TEST(Registrar, OtherSizes) {
   }
 }
 
-// A pixel of a small image sees more, so tiles and grooves are smaller.
-CeilingParams SeenSmall(std::uint32_t seed) {
+// A pixel of a small image covers more, so tiles and grooves are smaller.
+CeilingParams SmallImageParams(std::uint32_t seed) {
   return {.seed = seed, .tile_px = 24.0 + seed % 17, .groove_grey = seed % 2 == 0 ? 20.0 : 35.0};
 }
 
@@ -52,7 +52,7 @@ TEST(Registrar, SmallImages) {
           reach_px * unit(random), reach_px * unit(random), kPi * unit(random), 1};
       if (OverlapOf(truth, size) < 0.7) continue;
       ++pairs;
-      const SyntheticCeiling ceiling(SeenSmall(i));
+      const SyntheticCeiling ceiling(SmallImageParams(i));
       const FrameSpectrum a = registrar.Analyze(ceiling.Render(size, {}, 2, i));
       const FrameSpectrum b = registrar.Analyze(ceiling.Render(size, truth, 2, i + 500));
       const Registration r = registrar.Register(a, b);
@@ -73,7 +73,7 @@ TEST(Registrar, SmallImagesOfOtherPlaces) {
     Registrar registrar(size, WithScale());
     for (std::uint32_t i = 0; i < 36; ++i) {
       const auto kind = static_cast<There>(i % 3);
-      CeilingParams here = SeenSmall(i);
+      CeilingParams here = SmallImageParams(i);
       if (kind == There::kPlaster) here.tile_px = 0;
       CeilingParams there = here;
       if (kind != There::kSameTiles) there.seed += 10000;

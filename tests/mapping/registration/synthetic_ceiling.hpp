@@ -70,7 +70,7 @@ class SyntheticCeiling {
  private:
   struct Frame {
     cv::Size size;
-    ImageMotion motion;   // ceiling -> picture
+    ImageMotion motion;   // ceiling -> image
     ImageMotion inverse;  // image -> ceiling
 
     [[nodiscard]] Eigen::Vector2d Centred(double u, double v) const {

@@ -100,7 +100,7 @@ TEST_F(Export, GeoTiff) {
   EXPECT_EQ(srs->GetLinearUnits(), 1);
 }
 
-TEST_F(Export, PyramidOfTheMapKeepsGreyAtTheBorderOfTheSeen) {
+TEST_F(Export, PyramidOfTheMapKeepsGreyAtItsBorder) {
   // An even grey with a hole: averaging must not mix in the grey 0 of what was never seen.
   {
     MapWriter writer(folder_ / "even.gpkg", synthetic::SmallMap().metadata);

@@ -133,7 +133,7 @@ std::string MessageAfter(const std::string& sql) {
   }
 }
 
-// Reading them would never end, or run what somebody else wrote.
+// Reading them would never end, or execute foreign code.
 TEST(MapDamage, WhatIsWorkedOutWhenItIsReadIsRefused) {
   constexpr auto kEnd = "', which no map has; do not use it if it comes from elsewhere";
   constexpr auto kEndless =
@@ -178,7 +178,7 @@ TEST(MapDamage, ImpossibleRows) {
 
 TEST(MapDamage, ImagesOfAnotherSizeAreNotDecoded) {
   const support::TempFolder folder;
-  // The header of a PNG that says 60000 x 60000.
+  // The header of a PNG of 60000 x 60000 pixels.
   const fs::path file =
       Altered(folder,
               {"UPDATE keyframe_pictures SET png = x'89504E470D0A1A0A0000000D494844"
@@ -245,7 +245,7 @@ TEST(MapDamage, AFlippedByteInAImageOrTileIsNoticed) {
   for (std::size_t at = good.find(signature); at != std::string::npos;
        at = good.find(signature, at + 1)) {
     std::string bad = good;
-    bad[at + 300] = static_cast<char>(bad[at + 300] ^ 0x10);  // amid the compressed pixels
+    bad[at + 300] = static_cast<char>(bad[at + 300] ^ 0x10);  // within the compressed pixels
     Store(folder / "bad.gpkg", bad);
     try {
       ReadAll(folder / "bad.gpkg");

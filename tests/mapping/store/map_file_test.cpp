@@ -218,7 +218,7 @@ TEST(MapFile, MapInPixelsWithoutMosaicOrFrames) {
   EXPECT_THROW((void)reader.ReadImage(0), InputError);
 }
 
-TEST(MapFile, MosaicThatNobodySawIsTransparent) {
+TEST(MapFile, UnmappedMosaicIsTransparent) {
   const support::TempFolder folder;
   {
     MapWriter writer(folder / "map.gpkg", SmallMap().metadata);
@@ -358,7 +358,7 @@ TEST(MapFile, MosaicSourceMayThrow) {
   EXPECT_THAT(write, ThrowsMessage<RunError>(HasSubstr("no image")));
 }
 
-/// Lets files of this process grow up to a limit only: what a full disk looks like to a program.
+/// Lets files of this process grow up to a limit only: the effect of a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

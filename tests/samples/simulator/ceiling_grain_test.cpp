@@ -1,4 +1,4 @@
-// The grain of a ceiling belongs to the ceiling: whoever looks at it sees the same.
+// The grain of a ceiling belongs to the ceiling: it is the same in every image.
 
 #include <gmock/gmock.h>
 
@@ -30,7 +30,7 @@ cv::Mat Shrunk(const cv::Mat& image, int times) {
   return small;
 }
 
-// So many metres of grain from x = y = 0.
+// Grain of this size in metres, from x = y = 0.
 cv::Mat Grain(double pitch_m, double size_m) {
   const int count = static_cast<int>(std::lround(size_m / pitch_m));
   cv::Mat samples(count, count, CV_32FC1, cv::Scalar(0));
@@ -88,7 +88,7 @@ TEST(CeilingGrain, OfAPeriodicCeilingIsTheSameToo) {
   EXPECT_GT(Correlation(Shrunk(Seen(scene), 2), coarse), 0.98);
 }
 
-// A camera that turns by 90 degrees over a tile's middle or corner sees the same image.
+// A camera that turns by 90 degrees over a tile's middle or corner has the same image.
 TEST(CeilingGrain, OfASymmetricTileIsItsOwnAfterAQuarterTurn) {
   Scene scene = PlainScene();
   scene.camera.height_px = scene.camera.width_px;
@@ -106,7 +106,7 @@ TEST(CeilingGrain, OfASymmetricTileIsItsOwnAfterAQuarterTurn) {
   EXPECT_NEAR(Deviation(seen(0)) / deviation, 1, 0.2);  // as rich as the other
 }
 
-TEST(CeilingGrain, OfASymmetricTileIsTheSameInWhateverPart) {
+TEST(CeilingGrain, OfASymmetricTileIsTheSameInEveryPart) {
   Scene scene;
   scene.ceiling.kind = CeilingKind::kPeriodic;
   scene.ceiling.symmetric = true;

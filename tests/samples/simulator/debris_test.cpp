@@ -40,7 +40,9 @@ std::string ErrorOf(const Scene& scene) {
 TEST(TiltAt, FollowsARaisedCosine) {
   // Rows of a rendered run whose bump of 0.4 m begins at 0.22 m, 0.02 m apart.
   const Debris debris{{{0.22, 0.4, 2.4, 0}}};
-  const auto pitch_deg = [&](double way_m) { return TiltAt(debris, way_m).pitch_rad / kRadPerDeg; };
+  const auto pitch_deg = [&](double distance_m) {
+    return TiltAt(debris, distance_m).pitch_rad / kRadPerDeg;
+  };
   EXPECT_EQ(pitch_deg(0.22), 0);
   EXPECT_NEAR(pitch_deg(0.24), 0.058732, 1e-6);
   EXPECT_NEAR(pitch_deg(0.26), 0.229180, 1e-6);
@@ -82,16 +84,16 @@ TEST(MakePathOverDebris, PosesAreTheFormula) {
   const Drive drive(scene.path.waypoints_m, scene.path);
   const double yaw = std::atan2(1, 3);
   const auto formula = [&](double time_s) -> Isometry3d {
-    const double way = drive.WayAt(time_s);
+    const double travelled = drive.DistanceAt(time_s);
     double pitch = 0;
     double roll = 0;
     for (const Bump& bump : scene.debris.bumps) {
-      if (way < bump.start_m || way > bump.start_m + bump.length_m) continue;
-      const double turn = 2 * std::numbers::pi * (way - bump.start_m) / bump.length_m;
+      if (travelled < bump.start_m || travelled > bump.start_m + bump.length_m) continue;
+      const double turn = 2 * std::numbers::pi * (travelled - bump.start_m) / bump.length_m;
       pitch += bump.pitch_deg * kRadPerDeg * (1 - std::cos(turn)) / 2;
       roll += bump.roll_deg * kRadPerDeg * (1 - std::cos(turn)) / 2;
     }
-    return Translation3d(2 + way * std::cos(yaw), 3 + way * std::sin(yaw), 0) *
+    return Translation3d(2 + travelled * std::cos(yaw), 3 + travelled * std::sin(yaw), 0) *
            AngleAxisd(yaw, Vector3d::UnitZ()) * AngleAxisd(-pitch, Vector3d::UnitY()) *
            AngleAxisd(roll, Vector3d::UnitX()) * Translation3d(0.14, 0, 0);
   };
@@ -124,18 +126,18 @@ TEST(MakePathOverDebris, BesideTheBumpsTheDriveIsTheLevelOneBitByBit) {
   }
 }
 
-TEST(MakePathOverDebris, WayCountsTheAxlesMetresAndNoTurnOnTheSpot) {
+TEST(MakePathOverDebris, DistanceIsThatOfTheAxleWithoutTurnsOnTheSpot) {
   Path path;
   const Drive drive({{0, 0}, {1, 0}, {1, 2}}, path);
   const double metre_s = 2 * std::sqrt(1 / 0.6);
-  EXPECT_EQ(drive.WayAt(-1), 0);
-  EXPECT_NEAR(drive.WayAt(metre_s / 2), 0.5, 1e-12);
-  EXPECT_NEAR(drive.WayAt(metre_s), 1, 1e-12);
-  EXPECT_NEAR(drive.WayAt(metre_s + 1.25), 1, 1e-12);  // half of the turn
-  EXPECT_NEAR(drive.WayAt(drive.Duration()), 3, 1e-12);
+  EXPECT_EQ(drive.DistanceAt(-1), 0);
+  EXPECT_NEAR(drive.DistanceAt(metre_s / 2), 0.5, 1e-12);
+  EXPECT_NEAR(drive.DistanceAt(metre_s), 1, 1e-12);
+  EXPECT_NEAR(drive.DistanceAt(metre_s + 1.25), 1, 1e-12);  // half of the turn
+  EXPECT_NEAR(drive.DistanceAt(drive.Duration()), 3, 1e-12);
   path.corner_radius_m = 0.5;
   const Drive round({{0, 0}, {1, 0}, {1, 2}}, path);
-  EXPECT_NEAR(round.WayAt(round.Duration()), 2 + 0.25 * std::numbers::pi, 1e-9);
+  EXPECT_NEAR(round.DistanceAt(round.Duration()), 2 + 0.25 * std::numbers::pi, 1e-9);
 }
 
 TEST(MakePathOverDebris, RefusesABumpThatIsNeverReached) {

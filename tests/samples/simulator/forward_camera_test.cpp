@@ -1,4 +1,4 @@
-// What a forward camera sees: things where the rig says, walls, posters and the floor.
+// Images of a forward camera: objects at their positions by the rig, walls, posters and the floor.
 
 #include <gmock/gmock.h>
 
@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kPixels = 0.01;  // what "exact" means here
 
-/// Nothing but black, and a camera of 400 px at 0.4 m looking along base x.
+/// Nothing but black, and a camera of 400 px at 0.4 m pointing along base x.
 Scene DarkForwardScene() {
   Scene scene = DarkScene();
   scene.forward = scene.camera;
@@ -217,7 +217,7 @@ TEST(ForwardCamera, LeavesTheUpwardImagesAlone) {
 TEST(ForwardCamera, HasNoiseOfItsOwn) {
   Scene scene = DarkForwardScene();
   scene.ceiling.brightness = 0.4;
-  scene.fixtures.boxes = {{8, 4, 0.1, 8, 0, 2.4, 0, 0.4 / 0.6}};  // fills the forward picture
+  scene.fixtures.boxes = {{8, 4, 0.1, 8, 0, 2.4, 0, 0.4 / 0.6}};  // fills the forward image
   scene.image.shot_noise = 0.02;
   const Renderer renderer(scene);
   const Frame frame = StillFrame(0, {7, 4, 0});
@@ -235,7 +235,7 @@ TEST(ForwardCamera, ColoursLeaveTheLuminanceAlone) {
   scene.room.wall_posters_per_100m2 = 150;
   scene.fixtures.boxes = {{9, 5, 1, 0.8, 0, 1.2, 20, 0.7}};
   scene.forward = scene.camera;
-  scene.forward->mount_pitch_deg = 20;  // sees the ceiling too
+  scene.forward->mount_pitch_deg = 20;  // with a view of the ceiling too
   const cv::Mat grey = Renderer(scene).RenderForwardLight(Level(6, 4, 0));
   scene.forward->saturation = 1;
   const cv::Mat coloured = Renderer(scene).RenderForwardLight(Level(6, 4, 0));
@@ -252,7 +252,7 @@ TEST(ForwardCamera, ColoursLeaveTheLuminanceAlone) {
   EXPECT_GT(colourful, grey.rows * grey.cols / 50);
 }
 
-TEST(ForwardCamera, SeesMoversInTheirColours) {
+TEST(ForwardCamera, ShowsMoversInTheirColours) {
   Scene scene = DarkForwardScene();
   scene.movers = {{8, 4, 0.1, 2, 0, 2, 0, 1, 0.25, 0, 0, 0, -1e6, 1e6}};  // before it
   const Frame frame = StillFrame(0, {6, 4, 0});
@@ -278,7 +278,7 @@ TEST(ForwardCamera, IsRefusedWhereTheSceneHasNone) {
           "the scene has no forward camera; give it the group 'forward'"));
 }
 
-TEST(WallPosters, FollowTheSeedAndNoneHangsUnasked) {
+TEST(WallPosters, FollowTheSeedAndAreOptional) {
   Scene scene;
   const auto covered = [](const WallPosters& posters, const WallPosters& others) {
     int both = 0;

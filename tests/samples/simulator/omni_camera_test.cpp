@@ -1,4 +1,5 @@
-// What a camera under a mirror sees: things where the mirror shows them, in colour, and movers.
+// Images of a camera under a mirror: objects at their positions in the mirror, in colour, and
+// movers.
 
 #include <gmock/gmock.h>
 
@@ -25,7 +26,8 @@ const double kC = std::hypot(kA, kB);
 constexpr double kCentre = 239.5;
 
 /// Radius in the image of a direction `elevation` above the horizon: the ray from the viewpoint
-/// meets the mirror at distance t, the root on its upper sheet, and the pinhole sees that place.
+/// meets the mirror at distance t, the root on its upper sheet, and the pinhole's image of that
+/// point.
 double Rho(double elevation) {
   const double c = std::cos(elevation);
   const double s = std::sin(elevation);
@@ -216,7 +218,7 @@ TEST(OmniCamera, ColoursFollowTheSeedAndLeaveTheLightAlone) {
   EXPECT_GT(max_colour, 0.2);
 }
 
-TEST(OmniCamera, MirrorOffCentreMovesTheImageAndTheRigOnlyWhenItKnows) {
+TEST(OmniCamera, MirrorOffCentreMovesTheImageAndOptionallyTheRig) {
   Scene scene = DarkOmniScene();
   scene.fixtures.boxes = {SmallBox({7.2, 4.3, 0.62})};
   const Vector2d centred = CentreOfLight(LightAt(Renderer(scene), {6, 4, 0}));

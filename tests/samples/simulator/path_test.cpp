@@ -157,9 +157,9 @@ TEST(MakePath, ExposureOpensAndClosesAroundTheStamp) {
   Scene scene = SceneWith({});
   scene.camera.exposure_time_s = 0.02;
   const Frame frame = MakePath(scene)[40];  // on the first row, at full speed
-  const Eigen::Vector3d way =
+  const Eigen::Vector3d moved =
       frame.T_map_base_close.translation() - frame.T_map_base_open.translation();
-  EXPECT_NEAR(way.x(), 0.016, 1e-9);
+  EXPECT_NEAR(moved.x(), 0.016, 1e-9);
   const Eigen::Vector3d middle =
       (frame.T_map_base_close.translation() + frame.T_map_base_open.translation()) / 2;
   EXPECT_LT((middle - frame.T_map_base.translation()).norm(), 1e-9);

@@ -18,23 +18,23 @@ Scene MarkedScene(double x_m, double y_m, double radius_m = 0.05) {
   return scene;
 }
 
-Vector2d SeenMark(const Scene& scene, const Isometry3d& T_map_base) {
+Vector2d MarkInImage(const Scene& scene, const Isometry3d& T_map_base) {
   return CentreOfMark(Renderer(scene).RenderLight(T_map_base));
 }
 
 TEST(RendererGeometry, LampToTheLeftIsOnTheRightAndOneAheadIsAtTheTop) {
   // u = cx + f Y / Z, v = cy - f X / Z with 200 px a metre.
-  const Vector2d left = SeenMark(MarkedScene(6, 4.3), Level(6, 4, 0));
+  const Vector2d left = MarkInImage(MarkedScene(6, 4.3), Level(6, 4, 0));
   EXPECT_NEAR(left.x(), 159.5 + 0.3 * 200, kPixels);
   EXPECT_NEAR(left.y(), 119.5, kPixels);
-  const Vector2d ahead = SeenMark(MarkedScene(6.25, 4), Level(6, 4, 0));
+  const Vector2d ahead = MarkInImage(MarkedScene(6.25, 4), Level(6, 4, 0));
   EXPECT_NEAR(ahead.x(), 159.5, kPixels);
   EXPECT_NEAR(ahead.y(), 119.5 - 0.25 * 200, kPixels);
 }
 
 TEST(RendererGeometry, LeftTurnTurnsTheContentCounterClockwise) {
   const Scene scene = MarkedScene(6, 4.3);
-  const Vector2d turned = SeenMark(scene, Level(6, 4, 30));
+  const Vector2d turned = MarkInImage(scene, Level(6, 4, 30));
   // From the right of the centre by 30 degrees towards the top.
   EXPECT_NEAR(turned.x(), 159.5 + 60 * std::cos(30 * kRadPerDeg), kPixels);
   EXPECT_NEAR(turned.y(), 119.5 - 60 * std::sin(30 * kRadPerDeg), kPixels);
@@ -68,7 +68,7 @@ TEST(RendererGeometry, MarkFollowsTheRigsCameraModelEverywhere) {
   }
 }
 
-TEST(RendererGeometry, TiltedRobotSeesTheMarkWhereTheTiltPutsIt) {
+TEST(RendererGeometry, TiltMovesTheMarkInTheImage) {
   const Renderer renderer(MarkedScene(6.1, 4.2, 0.01));
   Isometry3d T_map_base = Level(6, 4, 20);
   T_map_base.rotate(Eigen::AngleAxisd(-4 * kRadPerDeg, Vector3d::UnitY()));  // nose up

@@ -82,7 +82,7 @@ TEST(RigYaml, ForwardCameraIsTurnedLeftThenRaisedThenRolled) {
 }
 
 TEST(RigYaml, RectifiedImageIsTheCeilingToScale) {
-  // What the mapper sees of a mark, through the rig's distortion and mount.
+  // Position of a mark for the mapper, through the rig's distortion and mount.
   Scene scene = PlainScene();
   scene.camera.distortion = {-0.15, 0.02, 0, 0, 0};
   scene.camera.mount_x_m = 0.06;

@@ -30,7 +30,7 @@ cv::Mat Samples(int of_each = 200) {
 
 class Clusterings : public testing::TestWithParam<Clustering> {};
 
-TEST_P(Clusterings, TellColoursApart) {
+TEST_P(Clusterings, SeparateColours) {
   const ColourClasses classes =
       ColourClasses::Learn(Samples(), {.clustering = GetParam(), .classes = 5});
   std::set<int> found;
@@ -49,7 +49,7 @@ TEST_P(Clusterings, AreTheSameForTheSameSamples) {
   }
   EXPECT_LT(one.Classes().front().mean[0], one.Classes().back().mean[0]) << "by brightness";
 }
-TEST_P(Clusterings, AColourThatWasNeverSeenIsOfNoClass) {
+TEST_P(Clusterings, AnUnknownColourHasNoClass) {
   const ColourClasses classes =
       ColourClasses::Learn(Samples(), {.clustering = GetParam(), .classes = 5});
   const cv::Vec3b cyan{220, 210, 20};

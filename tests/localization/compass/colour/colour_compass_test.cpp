@@ -27,7 +27,7 @@ class ColourCompassTest : public testing::Test {
     ColourLearner learner(forward_, params);
     for (int i = 0; i < kTurnFrames; ++i) {
       const Pose2 pose = OnTurn({0, 0}, 2 * pi * i / kTurnFrames, axle_behind_m);
-      EXPECT_TRUE(learner.Add(room_.See(forward_, pose), 0.1 * i, {pose}));
+      EXPECT_TRUE(learner.Add(room_.Render(forward_, pose), 0.1 * i, {pose}));
     }
     return learner.Finish();
   }
@@ -41,10 +41,10 @@ class ColourCompassTest : public testing::Test {
     double worst = 0;
     for (int i = 0; i < kTurnFrames; ++i) {
       const Pose2 pose = OnTurn(axle, 0.7 + 2 * pi * i / kTurnFrames, 0);
-      const auto heading = compass.Next({room_.See(forward_, pose, light), 100 + 0.1 * i});
+      const auto heading = compass.Next({room_.Render(forward_, pose, light), 100 + 0.1 * i});
       const double error = std::abs(WrapAngle(heading.value().heading_rad - pose.yaw));
       if (honest) {
-        EXPECT_LT(error, 4 * std::sqrt(heading->variance_rad2) + 0.02) << "sure, frame " << i;
+        EXPECT_LT(error, 4 * std::sqrt(heading->variance_rad2) + 0.02) << "accepted, frame " << i;
       }
       if (i >= first) worst = std::max(worst, error);
     }
@@ -55,7 +55,7 @@ class ColourCompassTest : public testing::Test {
   calib::MountedCamera forward_ = ForwardCamera();
 };
 
-TEST_F(ColourCompassTest, KnowsItsHeadingWhereItLearned) {
+TEST_F(ColourCompassTest, FindsTheHeadingAtLearnedPlaces) {
   ColourCompass compass(Learn(), forward_);
   EXPECT_LT(WorstError(compass, {0, 0}), 0.05);
   EXPECT_EQ(compass.Counts().used, kTurnFrames);
@@ -70,8 +70,8 @@ TEST_F(ColourCompassTest, OtherLightDoesNotMatter) {
     ColourCompass same(model, forward_, {.exposure_sigma = 0});
     WorstError(same, {0, 0}, 15, false, light);
     const Pose2 next = OnTurn({0, 0}, 0.7, 0);
-    const auto heading = compass.Next({room_.See(forward_, next, light), 109});
-    const auto without = same.Next({room_.See(forward_, next, light), 109});
+    const auto heading = compass.Next({room_.Render(forward_, next, light), 109});
+    const auto without = same.Next({room_.Render(forward_, next, light), 109});
     EXPECT_GT(heading->confidence, 0.9);
     EXPECT_LT(without->confidence, heading->confidence) << "exposure counts here at all";
   }
@@ -82,16 +82,16 @@ TEST_F(ColourCompassTest, AnotherRoomIsNotRecognized) {
   ColourCompass compass(Learn(), forward_);
   for (int i = 0; i < kTurnFrames; ++i) {
     const Pose2 pose = OnTurn({0, 0}, 2 * pi * i / kTurnFrames, 0);
-    const auto heading = compass.Next({other.See(forward_, pose), 0.1 * i});
+    const auto heading = compass.Next({other.Render(forward_, pose), 0.1 * i});
     if (i > 15) {
       EXPECT_LT(heading->confidence, 0.9) << i;
     }
   }
-  // Back where it was learned, it is sure again.
+  // Back at the learned place, the confidence is high again.
   std::optional<ColourHeading> heading;
   for (int i = 0; i < 30; ++i) {
     const Pose2 pose = OnTurn({0, 0}, 1 + 2 * pi * i / kTurnFrames, 0);
-    heading = compass.Next({room_.See(forward_, pose), 100 + 0.1 * i});
+    heading = compass.Next({room_.Render(forward_, pose), 100 + 0.1 * i});
   }
   EXPECT_GT(heading->confidence, 0.9);
 }
@@ -101,7 +101,7 @@ TEST_F(ColourCompassTest, AsSturmAndVisserHaveIt) {
   double worst = 0;
   for (int i = 0; i < kTurnFrames; ++i) {
     const Pose2 pose = OnTurn({0, 0}, 0.7 + 2 * pi * i / kTurnFrames, 0);
-    const auto heading = compass.Next({room_.See(forward_, pose), 100 + 0.1 * i});
+    const auto heading = compass.Next({room_.Render(forward_, pose), 100 + 0.1 * i});
     if (i > 5) worst = std::max(worst, std::abs(WrapAngle(heading->heading_rad - pose.yaw)));
   }
   EXPECT_LT(worst, 0.05);
@@ -124,14 +124,14 @@ TEST_F(ColourCompassTest, APlaceThatIsGivenIsTaken) {
   const PlaceHypothesis places[] = {{{1.2, -0.8}, 3}};
   for (int i = 0; i < 20; ++i) {
     const Pose2 pose{1.2, -0.8, 0.3 + 0.05 * i};
-    const auto heading = compass.Next({room_.See(forward_, pose), 0.1 * i, {}, places});
+    const auto heading = compass.Next({room_.Render(forward_, pose), 0.1 * i, {}, places});
     if (i > 3) {
       EXPECT_NEAR(WrapAngle(heading->heading_rad - pose.yaw), 0, 0.06) << i;
     }
   }
 }
 
-TEST_F(ColourCompassTest, TurnsTellHowFarThingsAre) {
+TEST_F(ColourCompassTest, TurnsGiveTheDepth) {
   const ColourModel model = Learn({}, 0.2);
   // From the camera on: the wall is 0.2 m nearer on one side than from the axle.
   EXPECT_NEAR(model.depth_m, room_.Radius(), 0.5);
@@ -144,7 +144,7 @@ TEST_F(ColourCompassTest, LearnsAlong) {
   for (int round = 0; round < 2; ++round) {
     for (int i = 0; i < kTurnFrames; ++i) {
       const Pose2 pose{0, 0, WrapAngle(2 * pi * i / kTurnFrames)};
-      compass.Next({other.See(forward_, pose), 100 + 0.1 * (i + kTurnFrames * round)});
+      compass.Next({other.Render(forward_, pose), 100 + 0.1 * (i + kTurnFrames * round)});
       compass.Learn({pose});
     }
   }
@@ -152,7 +152,7 @@ TEST_F(ColourCompassTest, LearnsAlong) {
   double worst = 0;
   for (int i = 0; i < 30; ++i) {
     const Pose2 pose{0, 0, WrapAngle(2 + 0.06 * i)};
-    const auto heading = compass.Next({other.See(forward_, pose), 200 + 0.1 * i});
+    const auto heading = compass.Next({other.Render(forward_, pose), 200 + 0.1 * i});
     if (i > 10) worst = std::max(worst, std::abs(WrapAngle(heading->heading_rad - pose.yaw)));
   }
   EXPECT_LT(worst, 0.05);
@@ -161,26 +161,26 @@ TEST_F(ColourCompassTest, LearnsAlong) {
 TEST_F(ColourCompassTest, ANewCellIsAnotherPlaceToBeAt) {
   ColourCompass compass(Learn(), forward_);
   const Pose2 pose{2, 1, 0.5};
-  compass.Next({room_.See(forward_, pose), 1});
+  compass.Next({room_.Render(forward_, pose), 1});
   compass.Learn({pose});
   int cells = 0;
   for (const Cell& cell : compass.Model().cells) cells += cell.empty() ? 0 : 1;
   EXPECT_EQ(cells, 2);
-  EXPECT_TRUE(compass.Next({room_.See(forward_, pose), 1.1}));
+  EXPECT_TRUE(compass.Next({room_.Render(forward_, pose), 1.1}));
 }
 
 TEST_F(ColourCompassTest, FramesBelowTheHorizonAreSkipped) {
   ColourCompass compass(Learn(), forward_);
-  compass.Next({room_.See(forward_, {}), 1});
+  compass.Next({room_.Render(forward_, {}), 1});
   Tilt down;
   down.pitch_rad = 0.5;
-  EXPECT_FALSE(compass.Next({room_.See(forward_, {}), 2, down}));
+  EXPECT_FALSE(compass.Next({room_.Render(forward_, {}), 2, down}));
   compass.Learn({});  // of nothing
-  EXPECT_TRUE(compass.Next({room_.See(forward_, {}), 3}));
+  EXPECT_TRUE(compass.Next({room_.Render(forward_, {}), 3}));
   EXPECT_EQ(compass.Counts().below_horizon, 1);
   EXPECT_EQ(compass.Counts().used, 2);
   ColourLearner learner(forward_);
-  EXPECT_FALSE(learner.Add(room_.See(forward_, {}), 0, {{}, down}));
+  EXPECT_FALSE(learner.Add(room_.Render(forward_, {}), 0, {{}, down}));
   EXPECT_THROW(static_cast<void>(learner.Finish()), InputError);
 }
 
@@ -196,8 +196,8 @@ TEST_F(ColourCompassTest, AImageThatShowsNothingIsNoHeading) {
 TEST_F(ColourCompassTest, RefusesWhatCannotBe) {
   const ColourModel model = Learn();
   ColourCompass compass(model, forward_);
-  compass.Next({room_.See(forward_, {}), 1});
-  EXPECT_THROW(compass.Next({room_.See(forward_, {}), 1}), InputError) << "stamps increase";
+  compass.Next({room_.Render(forward_, {}), 1});
+  EXPECT_THROW(compass.Next({room_.Render(forward_, {}), 1}), InputError) << "stamps increase";
   EXPECT_THROW(compass.Next({cv::Mat(240, 320, CV_8UC1), 2}), InputError);
   ColourModel empty = model;
   for (Cell& cell : empty.cells) cell.bins.assign(180, {});

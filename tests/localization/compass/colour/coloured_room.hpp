@@ -42,21 +42,22 @@ class ColouredRoom {
 
   [[nodiscard]] double Radius() const { return radius_m_; }
 
-  /// What the camera sees from a pose of base. @param light  factor on all colours.
-  [[nodiscard]] cv::Mat See(const calib::MountedCamera& forward,
-                            const Pose2& T_room_base,
-                            double light = 1) const {
+  /// Image of the camera at a pose of base. @param light  factor on all colours.
+  [[nodiscard]] cv::Mat Render(const calib::MountedCamera& forward,
+                               const Pose2& T_room_base,
+                               double light = 1) const {
     const calib::PinholeCamera& camera = forward.camera;
     cv::Mat image(camera.Size(), CV_8UC3);
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(T_room_base.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const Eigen::Vector3d eye =
         turn * forward.T_base_cam.translation() + Eigen::Vector3d(T_room_base.x, T_room_base.y, 0);
-    const Eigen::Matrix3d look = turn * forward.T_base_cam.linear();
+    const Eigen::Matrix3d R_room_cam = turn * forward.T_base_cam.linear();
     for (int v = 0; v < image.rows; ++v) {
       for (int u = 0; u < image.cols; ++u) {
         const Eigen::Vector3d ray =
-            look * Eigen::Vector3d((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
+            R_room_cam *
+            Eigen::Vector3d((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
         image.at<cv::Vec3b>(v, u) = light * ColourAlong(eye, ray);
       }
     }

@@ -74,7 +74,7 @@ TEST(ExposureBelief, StaysWithinItsEnds) {
   EXPECT_NEAR(Sum(belief), 1, 1e-9);
 }
 
-TEST(ExposureBelief, WhatTheSensorCouldNotTellApartStaysSo) {
+TEST(ExposureBelief, SaturatedValuesStaySaturated) {
   const auto darker = ExposureBelief::Table(0);
   const auto brighter = ExposureBelief::Table(ExposureBelief::kFactors - 1);
   EXPECT_EQ(darker[255], 255);

@@ -78,7 +78,7 @@ TEST(LineMatcher, IsTheWeightedHellingerDistance) {
   }
 }
 
-/// A model of two kinds of directions: bare wall (class 0 all the way) in most, a board in one.
+/// A model of two kinds of directions: bare wall (class 0 only) in most, a board in one.
 ColourModel MostlyBare(int board) {
   ColourModel model = Model(ModelKind::kVictoria);
   for (AngleBin& bin : model.cells[0].bins) bin.transitions.setUnit(0);
@@ -90,7 +90,7 @@ std::vector<Reading> ReadAs(const Eigen::VectorXf& line) {
   return {{LineFeatures(line.transpose()), 1}};
 }
 
-TEST(FitChanging, WhatFitsEverywhereTellsLittle) {
+TEST(FitChanging, AFitInAllDirectionsGivesLittleInformation) {
   LineMatcher matcher(MostlyBare(7), 0.005, 0.3);
   LineFit fit;
   matcher.FitChanging(ReadAs(Eigen::VectorXf::Unit(kClasses * kClasses, 0)), 0, fit);
@@ -101,7 +101,7 @@ TEST(FitChanging, WhatFitsEverywhereTellsLittle) {
   EXPECT_NEAR(fit(0, 3), std::log(0.3), 0.35) << "a board may have come";
 }
 
-TEST(FitChanging, WhatWasNeverSeenSpeaksForNoDirection) {
+TEST(FitChanging, UnknownContentFavoursNoDirection) {
   LineMatcher matcher(MostlyBare(7), 0.005, 0.3);
   LineFit fit;
   matcher.FitChanging(ReadAs(Eigen::VectorXf::Zero(kClasses * kClasses)), 0, fit);
@@ -111,7 +111,8 @@ TEST(FitChanging, WhatWasNeverSeenSpeaksForNoDirection) {
   EXPECT_LT(fit.maxCoeff(), 0.1);
 }
 
-// On average over directions a line is as likely as any: what Doubt of the compass rests on.
+// On average over directions a line is as likely as any other, which the compass assumes for its
+// variance.
 TEST(FitChanging, HasAMeanOfOne) {
   const ColourModel model = Model(ModelKind::kVictoria);
   LineMatcher matcher(model, 0.02, 0.2);

@@ -26,13 +26,13 @@ ColourModel Model(const std::vector<Eigen::Vector2d>& learned_at) {
   return model;
 }
 
-TEST(DirectionTable, AtTheCellAllStandsWhereItIsSeen) {
+TEST(DirectionTable, AtTheCellDirectionsAreUnchanged) {
   const DirectionTable table({0, 0}, 180);
   for (int step = 0; step < DirectionTable::kSteps; ++step) {
     const DirectionTable::Entry& entry = table.At(step);
     EXPECT_EQ((entry.lower + 1) % 180, entry.upper);
     // Middles of bins lie at odd degrees.
-    const double degrees = 2 * (entry.lower + 0.5 + double{entry.part});
+    const double degrees = 2 * (entry.lower + 0.5 + double{entry.fraction});
     EXPECT_NEAR(std::remainder(degrees - 0.5 * step, 360), 0, 1e-4);
   }
 }
@@ -41,9 +41,9 @@ TEST(DirectionTable, BesideItThingsAheadStandElsewhere) {
   // Half the radius to the right of x: what is seen along y from there stands at (0.5, 0.866).
   const DirectionTable table({0.5, 0}, 360);
   const DirectionTable::Entry& entry = table.At(DirectionTable::kSteps / 4);
-  EXPECT_NEAR(entry.lower + 0.5 + double{entry.part}, 60, 1e-3);
+  EXPECT_NEAR(entry.lower + 0.5 + double{entry.fraction}, 60, 1e-3);
   // Straight on and straight back nothing changes.
-  EXPECT_NEAR(std::remainder(table.At(0).lower + 0.5 + double{table.At(0).part}, 360), 0, 1e-3);
+  EXPECT_NEAR(std::remainder(table.At(0).lower + 0.5 + double{table.At(0).fraction}, 360), 0, 1e-3);
 }
 
 TEST(PlaceGrid, TheNearestCellThatLearnedIsAsked) {

@@ -39,7 +39,7 @@ TEST(ScanLines, KnowHowMuchIsAboveTheHorizon) {
 
 TEST(ScanLines, AreUprightForATiltedRobotToo) {
   Tilt tilt;
-  tilt.pitch_rad = -14 * kRad;  // nose up: a level camera then sees what a raised one does
+  tilt.pitch_rad = -14 * kRad;  // nose up: a level camera then has the view of a raised one
   const ScanLines tilted(ForwardCamera(0), {}, tilt);
   const ScanLines raised(ForwardCamera(14));
   ASSERT_TRUE(tilted.Usable());

@@ -33,7 +33,7 @@ YawBelief::Histogram Peak(
   return log;
 }
 
-TEST(YawBelief, KnowsNothingInTheBeginning) {
+TEST(YawBelief, IsUniformAtTheStart) {
   const YawBelief belief(3);
   const YawBelief::Estimate yaw = belief.Yaw();
   EXPECT_NEAR(yaw.variance_rad2, pi * pi / 3, 0.05);
@@ -65,7 +65,7 @@ TEST(YawBelief, TwoPeaksAreNoConfidence) {
   EXPECT_GT(belief.Yaw().variance_rad2, 1);
 }
 
-TEST(YawBelief, DrivesWhereItLooks) {
+TEST(YawBelief, DrivesInTheDirectionOfTheYaw) {
   const std::vector<Place> places = Row(9);
   for (const double yaw : {0.0, pi}) {
     YawBelief belief(9);

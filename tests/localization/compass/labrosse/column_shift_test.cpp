@@ -135,7 +135,7 @@ TEST(ColumnShift, HasNoAnswerOnUniformPanoramas) {
   EXPECT_FALSE(FindColumnShift(two_columns, two_columns).has_value());
 }
 
-// A room that looks the same after half or a quarter of a turn.
+// A room that is identical after half or a quarter of a turn.
 TEST(ColumnShift, HasNoAnswerOnPeriodicPanoramas) {
   for (const int repeats : {2, 4}) {
     const cv::Mat once = compass::RandomPanorama(5, 12, CV_8UC1, 9);
@@ -186,7 +186,7 @@ TEST(ColumnShift, RefusesUnusablePanoramas) {
 
 TEST(ColumnShift, RefusesPanoramasThatDiffer) {
   const cv::Mat reference(45, 360, CV_8UC3, cv::Scalar::all(0));
-  const std::string end = ", must be alike; unwrap both with the same settings";
+  const std::string end = ", must be equal; unwrap both with the same settings";
   EXPECT_EQ(ErrorOf(reference, cv::Mat(45, 361, CV_8UC3)),
             "panoramas differ: reference 360 x 45 CV_8UC3, current 361 x 45 CV_8UC3" + end);
   EXPECT_EQ(ErrorOf(reference, cv::Mat(44, 360, CV_8UC3)),

@@ -38,7 +38,7 @@ TEST(Labrosse2004, AddsUpTurns) {
   EXPECT_EQ(compass.References(), 40);
 }
 
-TEST(Labrosse2004, SeesNoTurnOfLessThanHalfAColumn) {
+TEST(Labrosse2004, MeasuresNoTurnOfLessThanHalfAColumn) {
   const compass::Waves world(6, 90, CV_8UC1, 3);
   Labrosse2004 compass;
   for (int i = 0; i < 10; ++i) {
@@ -52,7 +52,7 @@ TEST(Labrosse2004, SeesNoTurnOfLessThanHalfAColumn) {
   }
 }
 
-TEST(Labrosse2004, HoldsTheHeadingWhereNothingIsSeen) {
+TEST(Labrosse2004, HoldsTheHeadingWithoutTexture) {
   const cv::Mat world = compass::RandomPanorama(9, 360, CV_8UC3, 4);
   const cv::Mat grey(9, 360, CV_8UC3, cv::Scalar(40, 90, 90));
   cv::Mat noise = compass::RandomPanorama(9, 360, CV_8UC3, 5) / 128 + grey;  // one grey level
@@ -71,7 +71,7 @@ TEST(Labrosse2004, HoldsTheHeadingWhereNothingIsSeen) {
     EXPECT_GT(held->variance_rad2, variance);
     variance = held->variance_rad2;
   }
-  // Compared with what was seen last, the turn meanwhile is not lost, nor is the doubt kept.
+  // Compared with the last valid panorama, the turn is measured and the variance is small again.
   const auto again = compass.Next({compass::Rolled(world, 50), ++stamp});
   EXPECT_NEAR(again->heading_rad, 50 * kRadPerDeg, 1e-9);
   EXPECT_EQ(again->confidence, 1);

@@ -129,7 +129,7 @@ TEST(Labrosse2006, FixedSkipsUseEveryNthFrame) {
   }
 }
 
-TEST(Labrosse2006, HoldsTheHeadingWhereNothingIsSeen) {
+TEST(Labrosse2006, HoldsTheHeadingWithoutTexture) {
   const compass::Waves world(8, 360, CV_8UC3, 6);
   const cv::Mat grey(8, 360, CV_8UC3, cv::Scalar(40, 90, 90));
   const cv::Mat noise = compass::RandomPanorama(8, 360, CV_8UC3, 7) / 128 + grey;
@@ -173,7 +173,7 @@ TEST(Labrosse2006, GoesOnInNewSurroundings) {
   EXPECT_GE(found->variance_rad2, lost->variance_rad2);
 }
 
-// A frame that fitted nothing does not become the reference while the old one still tells
+// A frame that fitted nothing does not become the reference while the old one still matches
 // something, less than the threshold asks for: what the robot turned meanwhile would be lost.
 TEST(Labrosse2006, ReturnsToAPoorReference) {
   const compass::Waves world(8, 360, CV_8UC3, 15);
@@ -218,7 +218,7 @@ TEST(Labrosse2006, FieldsOfViewFollowTheTravel) {
 }
 
 // Blue against red of the same brightness.
-TEST(Labrosse2006, SeesColours) {
+TEST(Labrosse2006, UsesColours) {
   const cv::Mat blue = compass::Waves(8, 360, CV_8UC1, 13).At(0);
   cv::Mat colours;
   cv::merge(std::vector<cv::Mat>{blue, cv::Mat(blue.size(), CV_8UC1, cv::Scalar(80)), 255 - blue},
@@ -284,7 +284,7 @@ TEST(MakeCompass, MakesEachMethod) {
   EXPECT_NE(dynamic_cast<compass::FftCompass*>(make(Method::kFft).get()), nullptr);
   EXPECT_NE(dynamic_cast<Labrosse2006*>(make(Method::kLabrosse2006).get()), nullptr);
   EXPECT_NE(dynamic_cast<Labrosse2004*>(make(Method::kLabrosse2004).get()), nullptr);
-  // Only the parameters of the method that is made are looked at.
+  // Only the parameters of the selected method are checked.
   CompassParams params{.method = Method::kLabrosse2004};
   params.labrosse2006.threshold = 2;
   EXPECT_NO_THROW(MakeCompass(params));

@@ -72,7 +72,8 @@ TEST(ShiftMinimum, VarianceByHand) {
   EXPECT_EQ(ShiftVariance({5, 0, 5}, 6), 0);
 }
 
-// Noise on N independent columns of a slope: the shift of least squares scatters as it says.
+// Noise on N independent columns of a slope: the scatter of the least-squares shift agrees with its
+// variance.
 TEST(ShiftMinimum, VarianceIsThatOfTheShift) {
   constexpr int kColumns = 60;
   std::mt19937 random(2);

@@ -14,7 +14,7 @@
 namespace ceilmap::labrosse {
 namespace {
 
-/// Columns from `at` the short way around.
+/// Columns from `at`, in the shorter direction.
 int Off(int shift, int at, int columns) {
   const int off = std::abs(shift - at) % columns;
   return std::min(off, columns - off);
@@ -71,7 +71,7 @@ TEST(ShiftSearch, ProbesAreEvenlySpreadAndAskedOnce) {
   EXPECT_DOUBLE_EQ(found.amplitude, 20.0 / 21);
 }
 
-// What was passed on the way down does not count.
+// Values passed during the descent do not count.
 TEST(ShiftSearch, AmplitudeDoesNotDependOnTheStart) {
   const auto distance = [](int shift) { return 5.0 + Off(shift, 200, 360); };
   EXPECT_EQ(FindShift(distance, 360, 60).amplitude, FindShift(distance, 360, 200).amplitude);
