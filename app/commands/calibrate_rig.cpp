@@ -66,19 +66,14 @@ std::string KnownRig(const CalibrateRigOptions& params) {
 void CheckRecordings(const CalibrateRigOptions& params,
                      const calib::Rig& rig,
                      const fs::path& file) {
-  if (!params.step.empty()) {
-    const recordings::FrameSource up(params.step, {.stamps = params.step_stamps});
-    calib::UpCameraFor(rig, up.Name(), up.Size());
-  }
-  for (const recordings::RigRecording& recording :
-       {params.Spin(), params.Straight(), params.Step()}) {
+  for (const recordings::RigRecording& recording : {params.Spin(), params.Straight()}) {
     if (recording.forward.empty()) continue;
     const recordings::SynchronizedStream forward(recording.forward, recording.stamps);
     calib::ForwardCameraFor(rig, recording.forward, forward.Size());
   }
 }
 
-// What needs the robot's motion in space: the step, and the forward camera.
+// The forward camera's mount, which needs the robot's motion in space.
 // @param rig  with the upward camera as calibrated.
 void CalibrateMotion(const CalibrateRigOptions& params,
                      const calib::Rig& rig,
@@ -92,15 +87,6 @@ void CalibrateMotion(const CalibrateRigOptions& params,
     if (!recording.forward.empty()) names.push_back(recording.forward);
     seen.push_back(std::move(motion));
   };
-  if (!params.step.empty()) {
-    read(params.Step(), "step");
-    found.step = recordings::CalibrateStep(seen.back(),
-                                           params.step,
-                                           found.mount,
-                                           rig.up->camera,
-                                           params.step_height_m,
-                                           params.lens_sigma_px);
-  }
   if (!params.spin_forward.empty()) read(params.Spin(), "spin, forward");
   if (!params.straight_forward.empty()) read(params.Straight(), "straight, forward");
   if (names.empty()) return;
@@ -157,8 +143,7 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
                   found);
   out.stages_ms["motion"] = terminal::MillisecondsSince(moving);
   if (found.forward) values.T_base_forward = found.forward->T_base_forward;
-  for (const std::string& doubt : recordings::Contradictions(found, params.step))
-    terminal::Warn("{}", doubt);
+  for (const std::string& doubt : recordings::UncertainAngles(found)) terminal::Warn("{}", doubt);
   const std::string changed =
       reports::RigHeader(found) + calib::ChangeRig(text, file, values, params.output);
   calib::ParseRig(changed, params.output);  // what no command would read is not written
@@ -181,9 +166,9 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
       "--ceiling-height 2.6 -o rig.yaml\n"
       "  ceilmap calibrate rig --camera up.yaml --camera-height 0.4 --spin spin.mp4 --straight "
       "straight.mp4 --distance 3.02 -o rig.yaml\n"
-      "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
-      "--ceiling-height 2.6 --step step/up.mp4 --step-forward step/forward.mp4 --step-height 0.018 "
-      "-o rig.yaml\n"
+      "  ceilmap calibrate rig --rig rough.yaml --spin spin/up.mp4 --spin-forward "
+      "spin/forward.mp4 --straight straight/up.mp4 --straight-forward straight/forward.mp4 "
+      "--ceiling-height 2.6 -o rig.yaml\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<CalibrateRigOptions>();
   params->AddTo(*command.cli);

@@ -13,81 +13,14 @@
 namespace ceilmap::recordings {
 namespace {
 
-using calibration::Climb;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-constexpr double kTapeM = 5e-4;  // what a step's height is measured to
 
 // A level camera that looks along base x: x_cam = -y_base, y_cam = -z_base.
 Matrix3d LevelForward() {
   Matrix3d R;
   R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   return R;
-}
-
-// The lift at the end, where the robot stands level there.
-std::optional<Measured> ClimbedBy(const std::vector<Climb>& climbs) {
-  constexpr std::size_t kLast = 5;
-  constexpr double kLevelRad = 0.3 / kDegPerRad;
-  if (climbs.size() < kLast) return std::nullopt;
-  std::vector<double> lifts;
-  for (std::size_t i = climbs.size() - kLast; i < climbs.size(); ++i) {
-    if (std::abs(climbs[i].pitch_rad) > kLevelRad) return std::nullopt;
-    lifts.push_back(climbs[i].lift_m);
-  }
-  const double lift = Median(lifts);
-  double squares = 0;
-  for (const double one : lifts) squares += (one - lift) * (one - lift);
-  // References on the way add up; each is good to some tenths of a millimetre.
-  constexpr double kReferencesM = 5e-4;
-  return Measured{lift, std::hypot(kReferencesM, std::sqrt(squares / kLast))};
-}
-
-// By the top of the climb: the steepest frames, in which the wheels stand on the step.
-std::optional<Measured> WheelbaseOf(const std::vector<Climb>& climbs,
-                                    double height_m,
-                                    double tilt_sigma_rad) {
-  std::vector<double> steep;
-  steep.reserve(climbs.size());
-  for (const Climb& climb : climbs) steep.push_back(-std::sin(climb.pitch_rad));
-  std::sort(steep.begin(), steep.end(), std::greater<>());
-  constexpr std::size_t kTop = 3;
-  if (steep.size() < kTop || steep[kTop - 1] <= 0) return std::nullopt;
-  const double top = steep[kTop / 2];
-  const double spread = std::hypot(tilt_sigma_rad, steep.front() - steep[kTop - 1]);
-  return Measured{height_m / top, std::hypot(kTapeM, height_m / top * spread) / top};
-}
-
-// Of the step with the rest.
-std::vector<std::string> StepContradictions(const StepCalibration& step,
-                                            const Measured& axle_behind_mast_m,
-                                            const std::string& name) {
-  constexpr double kSigmas = 3;
-  constexpr double kMmPerM = 1000;
-  std::vector<std::string> lines;
-  const calibration::Pivot& axle = step.pivots.axle;
-  if (std::abs(axle.distance_m - axle_behind_mast_m.value) >
-      kSigmas * std::hypot(axle.sigma_m, axle_behind_mast_m.sigma)) {
-    lines.push_back(fmt::format(
-        "{}: the robot tilts about a line {:.1f} mm behind the mast, but turns about a point "
-        "{:.1f} "
-        "mm behind it; the rig has the latter. Was it the driven wheels that stayed on the floor, "
-        "and was the floor level where it began?",
-        name,
-        kMmPerM * axle.distance_m,
-        kMmPerM * axle_behind_mast_m.value));
-  }
-  if (step.climbed_m && step.height_m &&
-      std::abs(step.climbed_m->value - *step.height_m) >
-          kSigmas * std::hypot(step.climbed_m->sigma, kTapeM)) {
-    lines.push_back(fmt::format(
-        "{}: by the ceiling the robot climbed {:.1f} mm, but --step-height says {:.1f}; "
-        "is the ceiling's height, or the distance, measured right?",
-        name,
-        kMmPerM * step.climbed_m->value,
-        kMmPerM * *step.height_m));
-  }
-  return lines;
 }
 
 }  // namespace
@@ -141,64 +74,19 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
   return result;
 }
 
-StepCalibration CalibrateStep(const RigMotion& motion,
-                              const std::string& source,
-                              const RigCalibration& mount,
-                              const calib::PinholeCamera& up,
-                              std::optional<double> height_m,
-                              double lens_sigma_px) {
-  StepCalibration result;
-  // A lift zooms the image, a tilt moves its edges against its middle by f (edge / f)^2.
-  const double edge_px = 0.5 * std::hypot(up.width_px, up.height_px);
-  const double focal_px = std::sqrt(up.fx * up.fy);
-  const double lift_sigma_m = mount.distance_m.value * lens_sigma_px / edge_px;
-  const double tilt_sigma_rad = lens_sigma_px * focal_px / (edge_px * edge_px);
-  for (const auto& T_first_base : motion.T_first_base) {
-    if (!T_first_base) continue;
-    const Tilt tilt = FromSpace(*T_first_base).tilt;
-    result.climbs.push_back({tilt.pitch_rad, tilt.lift_m});
-    result.max_pitch_rad = std::max(result.max_pitch_rad, std::abs(tilt.pitch_rad));
-  }
-  result.pivots = calibration::FitPivots(result.climbs);
-  for (calibration::Pivot* pivot : {&result.pivots.axle, &result.pivots.front_wheels}) {
-    if (pivot->frames == 0) continue;
-    const double steep = std::sin(pivot->max_rad);
-    pivot->sigma_m = std::hypot(pivot->sigma_m, lift_sigma_m / steep);
-  }
-  constexpr double kMinDeg = 0.8;
-  if (kDegPerRad * result.max_pitch_rad < kMinDeg || result.pivots.axle.frames == 0) {
-    throw InputError(
-        fmt::format("{}: the robot's front climbs nothing, it tilts by {:.2f} deg at the most, "
-                    "must be at least {:.1f}; begin on the level floor and let the front wheels "
-                    "drive slowly onto a board",
-                    source,
-                    kDegPerRad * result.max_pitch_rad,
-                    kMinDeg));
-  }
-  result.height_m = height_m;
-  const std::optional<Measured> climbed = ClimbedBy(result.climbs);
-  constexpr double kClimbedSigmas = 4;
-  if (climbed && climbed->value > kClimbedSigmas * climbed->sigma) result.climbed_m = climbed;
-  if (height_m) result.wheelbase_m = WheelbaseOf(result.climbs, *height_m, tilt_sigma_rad);
-  return result;
-}
-
-std::vector<std::string> Contradictions(const RigFindings& found, const std::string& step) {
+std::vector<std::string> UncertainAngles(const RigFindings& found) {
   std::vector<std::string> lines;
-  if (found.step) {
-    lines = StepContradictions(*found.step, found.mount.axle_behind_mast_m, step);
-  }
   if (!found.forward) return lines;
-  constexpr double kUnknownDeg = 0.5;
-  const auto tell = [&lines](const char* name, const Measured& angle, const char* mend) {
+  constexpr double kUncertainDeg = 0.5;
+  const auto check = [&lines](const char* name, const Measured& angle, const char* options) {
     const double sigma_deg = kDegPerRad * angle.sigma;
-    if (sigma_deg < kUnknownDeg) return;
+    if (sigma_deg < kUncertainDeg) return;
     lines.push_back(fmt::format(
-        "the forward camera's {} is known to {:.1f} deg only; add {}", name, sigma_deg, mend));
+        "the forward camera's {} is known to {:.1f} deg only; add {}", name, sigma_deg, options));
   };
-  tell("yaw", found.forward->yaw_rad, "--straight-forward or --step-forward");
-  tell("pitch", found.forward->pitch_rad, "--spin-forward or --step-forward");
-  tell("roll", found.forward->roll_rad, "--spin-forward or --step-forward");
+  check("yaw", found.forward->yaw_rad, "--straight-forward");
+  check("pitch", found.forward->pitch_rad, "--spin-forward or --straight-forward");
+  check("roll", found.forward->roll_rad, "--spin-forward");
   return lines;
 }
 

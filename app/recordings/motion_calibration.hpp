@@ -11,7 +11,6 @@
 #include "app/recordings/rig_recording.hpp"
 #include "calib/rig.hpp"
 #include "calib/solve/forward_mount.hpp"
-#include "calib/solve/pivot_fit.hpp"
 
 namespace ceilmap::recordings {
 
@@ -25,18 +24,6 @@ struct ForwardCalibration {
   Eigen::Isometry3d T_base_forward = Eigen::Isometry3d::Identity();
   calibration::ForwardMount mount;
   std::size_t pairs = 0;  ///< of moments
-};
-
-/// What a recording over a step tells.
-struct StepCalibration {
-  std::vector<calibration::Climb> climbs;  ///< of the frames whose tilt the ceiling showed
-  calibration::PivotFit pivots;
-  double max_pitch_rad = 0;  ///< to either side
-  /// The robot stands level and higher at the end: all wheels are on the step.
-  std::optional<Measured> climbed_m;
-  std::optional<double> height_m;  ///< of the step, as given
-  /// How far the wheels that climb first are from the axle, by that height.
-  std::optional<Measured> wheelbase_m;
 };
 
 /// Angles of a forward camera, see ForwardCalibration.
@@ -56,26 +43,14 @@ ForwardCalibration CalibrateForward(const calib::Rig& rig,
                                     const RigCalibration& mount,
                                     double lens_sigma_px);
 
-/// @param height_m  of the step, where it was measured. @param lens_sigma_px  as SolveRig's: what
-/// the
-///   intrinsics put wrong at the image's edge passes for a lift, and for a tilt.
-/// @throws InputError when the robot does not climb.
-StepCalibration CalibrateStep(const RigMotion& motion,
-                              const std::string& source,
-                              const RigCalibration& mount,
-                              const calib::PinholeCamera& up,
-                              std::optional<double> height_m,
-                              double lens_sigma_px);
-
 /// All that `calibrate rig` found.
 struct RigFindings {
   RigCalibration mount;
   std::optional<ForwardCalibration> forward;
-  std::optional<StepCalibration> step;
 };
 
-/// What does not fit together, or is not known well, with what to do; a line each.
-/// @param step  the recording's name.
-std::vector<std::string> Contradictions(const RigFindings& found, const std::string& step);
+/// The forward camera's angles that are not known well, with the recordings that determine them; a
+/// line each.
+std::vector<std::string> UncertainAngles(const RigFindings& found);
 
 }  // namespace ceilmap::recordings

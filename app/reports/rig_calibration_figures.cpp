@@ -112,38 +112,6 @@ figures::Figure ResidualFigure(const recordings::RigCalibration& result) {
 
 }  // namespace
 
-figures::Figure StepFigure(const recordings::StepCalibration& step) {
-  figures::Figure figure;
-  figure.name = "step";
-  std::string data = "pitch_up_deg,lift_mm\n";
-  for (const calibration::Climb& climb : step.climbs) {
-    data += fmt::format("{:.5f},{:.4f}\n", -kDegPerRad * climb.pitch_rad, 1000 * climb.lift_m);
-  }
-  figure.data = {{"step.csv", data}};
-  figure.settings =
-      "set xlabel 'pitch, nose up (deg)'\n"
-      "set ylabel 'lift of the mast (mm)'\n"
-      "set angles degrees\n"
-      "set key top left\n"
-      "set title 'The mast over a step: about its axle while the front climbs'\n";
-  figure.plot = fmt::format(
-      "  plot 'step.csv' using 1:2 every ::1 with points ls 1 title 'frames', \\\n"
-      "    [0:{:.4f}] {:.6g} * sin(x) ls 2 title 'axle {:.1f} mm behind'",
-      kDegPerRad * step.pivots.axle.max_rad,
-      1000 * step.pivots.axle.distance_m,
-      1000 * step.pivots.axle.distance_m);
-  const calibration::Pivot& front = step.pivots.front_wheels;
-  if (front.frames > 0) {
-    figure.plot += fmt::format(
-        ", \\\n    [-{:.4f}:0] {:.6g} * sin(-x) ls 3 title 'front wheels {:.1f} mm ahead'",
-        kDegPerRad * front.max_rad,
-        1000 * front.distance_m,
-        1000 * front.distance_m);
-  }
-  figure.plot += "\n";
-  return figure;
-}
-
 std::vector<figures::Figure> RigFigures(const recordings::RigCalibration& result) {
   return {SpinFigure(result), StraightFigure(result), ResidualFigure(result)};
 }

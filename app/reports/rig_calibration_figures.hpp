@@ -5,7 +5,6 @@
 
 #include "app/figures/figure.hpp"
 #include "app/recordings/ceiling_keyframes.hpp"
-#include "app/recordings/motion_calibration.hpp"
 #include "app/recordings/rig_calibration.hpp"
 #include "calib/rig.hpp"
 
@@ -14,9 +13,6 @@ namespace ceilmap::reports {
 /// The camera's circle in the spin with what each view is off by, the straight drive's way aside
 /// and its heading, and what is left at the places of each view.
 std::vector<figures::Figure> RigFigures(const recordings::RigCalibration& result);
-
-/// The lift of the mast over the pitch, with the lines of the pivots.
-figures::Figure StepFigure(const recordings::StepCalibration& step);
 
 /// The mean of the spin's images, brought together as the rig has it: sharp where the rig is
 /// right, smeared where it is not. CV_8UC1, 0 where no image looked.

@@ -23,7 +23,7 @@ struct Parameter {
   const char* key;  // in JSON
   const char* name;
   const char* unit;
-  std::optional<double> before;
+  double before = 0;
   recordings::Measured found;
   int digits = 4;
 };
@@ -77,30 +77,6 @@ std::vector<Parameter> ForwardParameters(const calib::Rig& before,
           add("forward_roll_deg", "forward roll", angles.roll_rad, result.roll_rad)};
 }
 
-// By a second way, or not in the rig: `before` is what the first way says, or nothing.
-std::vector<Parameter> StepParameters(const recordings::RigCalibration& mount,
-                                      const recordings::StepCalibration& step) {
-  const auto pivot = [](const calibration::Pivot& p) {
-    return recordings::Measured{p.distance_m, p.sigma_m};
-  };
-  std::vector<Parameter> parameters{
-      {"a_step_m", "a by the step", "m", mount.axle_behind_mast_m.value, pivot(step.pivots.axle)}};
-  if (step.pivots.front_wheels.frames > 0) {
-    parameters.push_back({"front_wheels_m",
-                          "front wheels before mast",
-                          "m",
-                          std::nullopt,
-                          pivot(step.pivots.front_wheels)});
-  }
-  if (step.wheelbase_m) {
-    parameters.push_back({"wheelbase_m", "wheelbase", "m", std::nullopt, *step.wheelbase_m});
-  }
-  if (step.climbed_m) {
-    parameters.push_back({"climbed_m", "step's height", "m", step.height_m, *step.climbed_m});
-  }
-  return parameters;
-}
-
 std::vector<Parameter> ParametersOf(const calib::Rig& before,
                                     const recordings::RigFindings& result) {
   std::vector<Parameter> all = MountParameters(before, result.mount);
@@ -108,7 +84,6 @@ std::vector<Parameter> ParametersOf(const calib::Rig& before,
     all.insert(all.end(), more.begin(), more.end());
   };
   if (result.forward) add(ForwardParameters(before, *result.forward));
-  if (result.step) add(StepParameters(result.mount, *result.step));
   return all;
 }
 
@@ -117,7 +92,7 @@ ReportTable ParameterTable(const calib::Rig& before, const recordings::RigFindin
   for (const Parameter& p : ParametersOf(before, result)) {
     table.rows.push_back(
         {p.name,
-         p.before ? fmt::format("{:.{}f}", *p.before, p.digits) : "-",
+         fmt::format("{:.{}f}", p.before, p.digits),
          fmt::format("{:.{}f}", p.found.value, p.digits + 1),
          p.found.sigma > 0 ? fmt::format("{:.{}f}", p.found.sigma, p.digits + 1) : "-",
          p.unit});
@@ -147,10 +122,6 @@ std::string RigHeader(const recordings::RigFindings& found) {
     add("forward: pitch (up)", found.forward->pitch_rad, kDegPerRad, "deg");
     add("forward: roll", found.forward->roll_rad, kDegPerRad, "deg");
   }
-  if (found.step) {
-    const calibration::Pivot& axle = found.step->pivots.axle;
-    add("a by the step, to compare", {axle.distance_m, axle.sigma_m}, 1, "m");
-  }
   return text;
 }
 
@@ -160,9 +131,7 @@ void Summarize(const calib::Rig& before,
   const recordings::RigCalibration& result = found.mount;
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
   for (const Parameter& p : ParametersOf(before, found)) {
-    nlohmann::ordered_json was;
-    if (p.before) was = *p.before;
-    parameters[p.key] = {{"before", was}, {"value", p.found.value}, {"sigma", p.found.sigma}};
+    parameters[p.key] = {{"before", p.before}, {"value", p.found.value}, {"sigma", p.found.sigma}};
   }
   const calibration::RigSolution& solution = result.solution;
   summary.quality = {{"parameters", parameters},
@@ -182,11 +151,6 @@ void Summarize(const calib::Rig& before,
                                   {"matches", found.forward->mount.matches},
                                   {"inliers", found.forward->mount.inliers},
                                   {"sigma_px", found.forward->mount.sigma_px}};
-  }
-  if (found.step) {
-    summary.quality["step"] = {{"frames", found.step->climbs.size()},
-                               {"largest_deg", kDegPerRad * found.step->max_pitch_rad},
-                               {"rms_mm", 1000 * found.step->pivots.axle.rms_m}};
   }
 }
 
@@ -218,9 +182,7 @@ void WriteRigReport(const std::filesystem::path& folder,
   summary.files.insert(summary.files.end(), files.begin(), files.end());
   try {
     figures::FigureFolder figures(folder / "figures");
-    std::vector<figures::Figure> all = RigFigures(result);
-    if (found.step) all.push_back(StepFigure(*found.step));
-    figures.Draw(all);
+    figures.Draw(RigFigures(result));
     summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
   } catch (const RunError& error) {
     terminal::Warn("no figures: {}", error.what());
@@ -254,13 +216,6 @@ void PrintReport(const calib::Rig& before,
                   fmt::format("matches in {} pairs of images, residual {:.3f} px",
                               found.forward->pairs,
                               found.forward->mount.sigma_px)});
-  }
-  if (found.step) {
-    facts.AddRow({"step",
-                  fmt::format("{:.2f}", kDegPerRad * found.step->max_pitch_rad),
-                  fmt::format("deg of pitch; lifts agree to {:.2f} mm in {} frames",
-                              1000 * found.step->pivots.axle.rms_m,
-                              found.step->pivots.axle.frames)});
   }
   facts.AddRow({"time", fmt::format("{:.1f}", seconds), "s"});
   fmt::print("{}", facts.Format());

@@ -11,7 +11,7 @@ namespace ceilmap::calibration {
 ///
 /// What tells what: a turn on the spot moves the image about the vertical, which gives pitch and
 /// roll; a straight drive moves it away from the point that the robot drives to, which gives pitch
-/// and yaw; a tilt over a step moves it about base's y axis, which gives roll and yaw.
+/// and yaw.
 
 /// What two images of one thing in the room show, as (x/z, y/z) in the optical frame.
 struct Match {
