@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "app/recordings/rig_calibration.hpp"
 #include "app/recordings/rig_recording.hpp"
 #include "calib/solve/rig_solver.hpp"
+#include "compensation/mount/up_mount.hpp"
 
 namespace ceilmap::commands {
 
@@ -22,7 +22,7 @@ struct CalibrateRigOptions {
   std::string straight_forward;
   std::filesystem::path straight_stamps;
   std::optional<double> camera_height_m;
-  recordings::TapeMeasures tape;
+  mount::TapeMeasures tape;
   double lens_sigma_px = calibration::RigSolverParams{}.lens_sigma_px;
   std::filesystem::path output;
   std::filesystem::path report;

@@ -1,14 +1,14 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "app/recordings/frame_source.hpp"
+#include "calib/ceiling_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/solve/forward_mount.hpp"
+#include "compensation/mount/ceiling_recording.hpp"
 
 namespace ceilmap::recordings {
 
@@ -19,21 +19,21 @@ struct RigRecording {
   std::filesystem::path stamps;  ///< of both; empty: the recordings' own time
 };
 
-/// What a recording shows of the robot's motion in space.
-struct RigMotion {
-  /// Of each frame, the first being level; nothing: the ceiling did not tell.
-  std::vector<std::optional<Eigen::Isometry3d>> T_first_base;
-  std::vector<calibration::MotionWithMatches> sights;  ///< of the forward camera
-  std::int64_t frames = 0;
-};
+/// Reads the upward camera's recording of a spin or of a straight drive.
+/// @param view  of the upward camera as far as it is known. @param label  of the progress.
+/// @throws InputError when the ceiling is lost for 5 consecutive frames.
+mount::CeilingRecording ReadCeiling(FrameSource& source,
+                                    const calib::CeilingView& view,
+                                    const std::string& label);
 
-/// Follows a recording by the ceiling, and what the forward camera shows on the way.
+/// Reads the recordings of both cameras: matches of the forward camera, with the robot's motion by
+/// the upward camera. Prints warnings on the forward recording.
 /// @param rig  its upward camera as calibrated, its forward one as far as it is known.
 /// @param label  of the progress.
-/// @throws InputError when a source cannot be used, the forward camera is not in the rig, or
-///   the ceiling is lost for longer than a moment.
-RigMotion ReadMotion(const RigRecording& recording,
-                     const calib::Rig& rig,
-                     const std::string& label);
+/// @throws InputError when a source cannot be used, the forward camera is not in the rig, or the
+///   ceiling is lost for 5 consecutive frames.
+std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecording& recording,
+                                                               const calib::Rig& rig,
+                                                               const std::string& label);
 
 }  // namespace ceilmap::recordings
