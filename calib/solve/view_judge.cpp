@@ -108,7 +108,7 @@ void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
   if (part > kGoodPart) {
     (part < kMaxPart ? judgement.warnings : judgement.faults)
         .push_back(
-            fmt::format("RMS of {:.2f} px: is the board flat, and is the lens of --model {}? A "
+            fmt::format("RMS of {:.2f} px: is the board flat, and is the lens of the model {}? A "
                         "fisheye needs equidistant",
                         solution.rms_px,
                         RosName(solution.lens.model)));
@@ -127,7 +127,7 @@ void JudgeReach(const Lens& lens, Judgement& judgement) {
   judgement.warnings.push_back(fmt::format(
       "the distortion found has a meaning only {:.0f} % of the way to the image's corners; "
       "what lies beyond is lost when it is taken out: add views with the board there, or try "
-      "another --model",
+      "another lens model",
       100 * share));
 }
 
