@@ -34,7 +34,4 @@ class Lines {
   int number_ = 0;
 };
 
-/// Text of a file as messages show it: its start, and `?` for what would command a terminal.
-std::string Shown(std::string_view text, std::size_t max_bytes = 60);
-
 }  // namespace ceilmap::files

@@ -6,7 +6,7 @@
 
 #include "localization/compass/colour/colour_model.hpp"
 
-namespace ceilmap::files {
+namespace ceilmap::colour {
 
 /// The file of a map of colours: one JSON document, the same on every machine.
 ///
@@ -24,18 +24,18 @@ namespace ceilmap::files {
 inline constexpr std::uintmax_t kMaxColourModelBytes = 64U << 20U;
 
 /// What WriteColourModel writes: some 1 MB for 15 full cells of 180 bins and 8 classes.
-std::string FormatColourModel(const colour::ColourModel& model);
+std::string FormatColourModel(const ColourModel& model);
 
 /// Writes the file complete or not at all.
 /// @param model  valid. @throws RunError when it is larger than could be read again, or the
 ///   disk refuses; InputError when there can be no such file.
-void WriteColourModel(const colour::ColourModel& model, const std::filesystem::path& file);
+void WriteColourModel(const ColourModel& model, const std::filesystem::path& file);
 
 /// Reads a model that has at least one bin with something in it.
 /// @throws InputError, one line with the file, what is wrong and how to mend it: no such
 ///   file, too large, empty, no JSON, another format, a newer version, sizes that do not fit each
 ///   other, numbers that cannot be, or nothing learned.
-colour::ColourModel ReadColourModel(const std::filesystem::path& file);
+ColourModel ReadColourModel(const std::filesystem::path& file);
 
 /// Frequencies that a model may hold, 4 bytes each: a few bytes of text may stand for many. One
 /// with more has a file that is too large.
@@ -43,8 +43,8 @@ inline constexpr std::int64_t kMaxColourModelFrequencies = 128'000'000;
 
 /// The same from a file's text. @param file  its name in messages. @param max_frequencies  for
 ///   tests.
-colour::ColourModel ParseColourModel(const std::string& text,
-                                     const std::filesystem::path& file,
-                                     std::int64_t max_frequencies = kMaxColourModelFrequencies);
+ColourModel ParseColourModel(const std::string& text,
+                             const std::filesystem::path& file,
+                             std::int64_t max_frequencies = kMaxColourModelFrequencies);
 
-}  // namespace ceilmap::files
+}  // namespace ceilmap::colour
