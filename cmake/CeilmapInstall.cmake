@@ -1,21 +1,17 @@
 # Installs the program, the libraries and what find_package(ceilmap) needs of them: targets ceilmap::calib,
-# ceilmap::registration, ceilmap::mapping, ceilmap::simulator, ...; headers under include/ceilmap as they are included.
+# ceilmap::registration, ceilmap::mapping, ceilmap::simulator, ...; their public headers under include/ceilmap as they are
+# included.
 include(CMakePackageConfigHelpers)
 
 set(CEILMAP_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/ceilmap)
 get_property(CEILMAP_INSTALLED_LIBRARIES GLOBAL PROPERTY CEILMAP_LIBRARIES)
 
 install(TARGETS ${CEILMAP_INSTALLED_LIBRARIES}
-  EXPORT ceilmapTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  EXPORT ceilmapTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap)
 if(TARGET ceilmap)
   install(TARGETS ceilmap RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
-install(DIRECTORY calib mapping localization compensation
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap FILES_MATCHING PATTERN "*.hpp")
-install(DIRECTORY app/evaluation app/page
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap/app FILES_MATCHING PATTERN "*.hpp")
-install(DIRECTORY samples/simulator
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ceilmap/samples FILES_MATCHING PATTERN "*.hpp")
 
 install(EXPORT ceilmapTargets NAMESPACE ceilmap:: DESTINATION ${CEILMAP_CONFIG_DIR})
 configure_package_config_file(cmake/ceilmapConfig.cmake.in ${PROJECT_BINARY_DIR}/ceilmapConfig.cmake

@@ -42,10 +42,11 @@ function(ceilmap_add_precompiled name)
   target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
 endfunction()
 
-# ceilmap_add_library(NAME SOURCES ... LINKS ...): the library ceilmap::NAME of the calling folder. Headers are
-# included from the project's root ("calib/pose2.hpp"), in the build tree and installed alike.
+# ceilmap_add_library(NAME SOURCES ... [INTERNAL_HEADERS ...] LINKS ...): the library ceilmap::NAME of the calling folder.
+# Headers are included from the project's root ("calib/pose2.hpp"), in the build tree and installed alike. All headers of
+# the folder are installed but INTERNAL_HEADERS, which no public header includes.
 function(ceilmap_add_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;INTERNAL_HEADERS;LINKS;PRIVATE_LINKS" ${ARGN})
   add_library(ceilmap_${name} STATIC ${ARG_SOURCES})
   add_library(ceilmap::${name} ALIAS ceilmap_${name})
   target_compile_features(ceilmap_${name} PUBLIC cxx_std_20)
@@ -58,4 +59,13 @@ function(ceilmap_add_library name)
   target_precompile_headers(ceilmap_${name} REUSE_FROM ceilmap_library_headers)
   set_target_properties(ceilmap_${name} PROPERTIES EXPORT_NAME ${name})
   set_property(GLOBAL APPEND PROPERTY CEILMAP_LIBRARIES ceilmap_${name})
+  file(GLOB headers CONFIGURE_DEPENDS *.hpp)
+  foreach(header IN LISTS ARG_INTERNAL_HEADERS)
+    set(path ${CMAKE_CURRENT_SOURCE_DIR}/${header})
+    if(NOT path IN_LIST headers)
+      message(FATAL_ERROR "ceilmap_add_library(${name}): there is no header ${path}")
+    endif()
+    list(REMOVE_ITEM headers ${path})
+  endforeach()
+  target_sources(ceilmap_${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${CEILMAP_ROOT} FILES ${headers})
 endfunction()

@@ -1,10 +1,8 @@
 #include "compensation/forward_equation.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <string_view>
+#include <limits>
 
 #include "calib/base/error.hpp"
 #include "calib/base/field_check.hpp"
@@ -15,11 +13,8 @@ namespace {
 
 constexpr double kCellRad = std::numbers::pi / 180;
 constexpr double kSameRootRad = 1e-12;
-constexpr double kTouch = 1e-15;       // a minimum this close to zero is a root
-constexpr double kNoParallaxM = 1e-9;  // neither the base line nor the height determines D
+constexpr double kTouch = 1e-15;  // a minimum this close to zero is a root
 constexpr double kNoSlope = 1e-9;
-constexpr double kSlackSigmas = 3;
-constexpr double kZoomRounding = 1e-12;
 
 /// Argument of the minimum of |function|, which falls at `low` and rises at `high`.
 template <typename Function>
@@ -84,14 +79,6 @@ struct State {
   }
 };
 
-/// F = b (s t - t1) - (s - 1) (z' - d)
-ValueAndSlope ZoomResidual(const State& at, const ForwardObservation& seen) {
-  const double drop = seen.zoom * at.tan.value - seen.tan_shift;
-  return {at.base.value * drop - (seen.zoom - 1) * at.climb.value,
-          at.base.slope * drop + at.base.value * seen.zoom * at.tan.slope -
-              (seen.zoom - 1) * at.climb.slope};
-}
-
 /// E = t - t1 (1 - b / D) - (z' - d) / D
 ValueAndSlope WallResidual(const State& at, const WallObservation& seen) {
   const double parallax = seen.tan_shift * at.base.value - at.climb.value;
@@ -107,45 +94,19 @@ double Implicit(double by_input, double by_tilt) {
                                       : -by_input / by_tilt;
 }
 
-/// 1 / D at a root. There b / D = 1 - 1 / s and (z' - d) / D = t - t1 / s agree. Both are used
-/// together, because each is 0 / 0 at some tilt.
-double WallPerM(const State& at, const ForwardObservation& seen) {
-  const double size = std::hypot(at.base.value, at.climb.value);
-  if (size < kNoParallaxM) return 0;
-  return (at.base.value / size * (1 - 1 / seen.zoom) +
-          at.climb.value / size * (at.tan.value - seen.tan_shift / seen.zoom)) /
-         size;
-}
-
-ForwardTilt FromZoom(double tilt_rad, const State& at, const ForwardObservation& seen) {
-  const double slope = ZoomResidual(at, seen).slope;
-  ForwardSensitivity by;
-  by.by_tan_shift = Implicit(-at.base.value, slope);
-  by.by_zoom = Implicit(at.base.value * at.tan.value - at.climb.value, slope);
-  by.by_seen_motion_m = Implicit(seen.zoom * at.tan.value - seen.tan_shift, slope);
-  return {tilt_rad, at.base.value, WallPerM(at, seen), by};
-}
-
 ForwardTilt FromWall(double tilt_rad, const State& at, const WallObservation& seen) {
   const double slope = WallResidual(at, seen).slope;
   ForwardSensitivity by;
   by.by_tan_shift = Implicit(seen.wall_per_m * at.base.value - 1, slope);
   by.by_wall_per_m = Implicit(seen.tan_shift * at.base.value - at.climb.value, slope);
   by.by_seen_motion_m = Implicit(seen.tan_shift * seen.wall_per_m, slope);
-  return {tilt_rad, at.base.value, seen.wall_per_m, by};
+  return {tilt_rad, at.base.value, by};
 }
 
 /// True when the wall stands in front of both cameras, and not nearer than allowed.
-bool IsBeforeBoth(const ForwardTilt& tilt, double zoom, const ForwardLimits& limits) {
-  return zoom > 0 && std::max(1.0, zoom) * tilt.wall_per_m * limits.nearest_wall_m <= 1;
-}
-
-/// True when the wall is not farther than allowed, or farther only within the noise of the zoom.
-bool IsNearEnough(const ForwardTilt& tilt, double zoom, const ForwardLimits& limits) {
-  const double zoom_slack = kSlackSigmas * limits.zoom_sigma + kZoomRounding;
-  const double slack = zoom_slack / (zoom * zoom * std::abs(tilt.base_shift_m));
-  return tilt.wall_per_m >=
-         std::max(1 / limits.farthest_wall_m - slack, -1 / limits.nearest_wall_m);
+bool IsInFront(const ForwardTilt& tilt, double wall_per_m, const ForwardLimits& limits) {
+  const double zoom = 1 / (1 - tilt.base_shift_m * wall_per_m);
+  return zoom > 0 && std::max(1.0, zoom) * wall_per_m * limits.nearest_wall_m <= 1;
 }
 
 ForwardVerdict VerdictOf(const std::vector<ForwardTilt>& tilts, bool any_root) {
@@ -166,9 +127,6 @@ void ForwardLimits::Validate() const {
           "nearest_wall_m",
           nearest_wall_m,
           "finite and > 0");
-  require(farthest_wall_m > nearest_wall_m, "farthest_wall_m", farthest_wall_m, "> nearest_wall_m");
-  require(
-      zoom_sigma >= 0 && std::isfinite(zoom_sigma), "zoom_sigma", zoom_sigma, "finite and >= 0");
 }
 
 std::optional<ForwardTilt> ForwardSolution::Unique() const {
@@ -179,57 +137,6 @@ std::optional<ForwardTilt> ForwardSolution::Unique() const {
 ForwardEquation::ForwardEquation(const TiltModel& model, double camera_height_m)
     : model_(model), camera_height_m_(camera_height_m) {
   (void)model_.MastLength(0, camera_height_m_);  // throws on a wrong height
-}
-
-std::optional<double> ForwardEquation::PrintedResidual(double tilt_rad,
-                                                       const ForwardObservation& seen) const {
-  const double t = std::tan(tilt_rad);
-  const double t1 = seen.tan_shift;
-  const double t2 = t1 / seen.zoom;
-  if (t == 0 || t1 == t2) return std::nullopt;
-  const double d = camera_height_m_;
-  const double h = model_.CeilingHeight();
-  const double mast = model_.MastLength(tilt_rad, d);  // d + a t
-  return d - mast * std::cos(tilt_rad) +
-         ((h + seen.seen_motion_m / t) * t - mast * std::sin(tilt_rad)) *
-             (t + t2 / (t1 - t2) * (t - t1));
-}
-
-std::optional<double> ForwardEquation::EqualResidual(double tilt_rad,
-                                                     const ForwardObservation& seen) const {
-  if (seen.zoom == 1) return std::nullopt;
-  const State at(model_, camera_height_m_, tilt_rad, seen.seen_motion_m);
-  const double wall_m = at.base.value * seen.zoom / (seen.zoom - 1);
-  return wall_m * (at.tan.value - seen.tan_shift / seen.zoom) - at.climb.value;
-}
-
-double ForwardEquation::PoleFreeResidual(double tilt_rad, const ForwardObservation& seen) const {
-  return ZoomResidual(State(model_, camera_height_m_, tilt_rad, seen.seen_motion_m), seen).value;
-}
-
-ForwardSolution ForwardEquation::SolveFromZoom(const ForwardObservation& seen,
-                                               const ForwardLimits& limits) const {
-  limits.Validate();
-  if (!(std::isfinite(seen.tan_shift) && std::isfinite(seen.seen_motion_m) &&
-        std::isfinite(seen.zoom) && seen.zoom > 0)) {
-    return {ForwardVerdict::kInvalid, {}};
-  }
-  const auto at = [&](double tilt_rad) {
-    return State(model_, camera_height_m_, tilt_rad, seen.seen_motion_m);
-  };
-  const std::vector<double> roots = AllRoots(
-      [&](double tilt_rad) { return ZoomResidual(at(tilt_rad), seen); }, limits.max_tilt_rad);
-  std::vector<ForwardTilt> tilts;
-  for (const double root : roots) {
-    const ForwardTilt tilt = FromZoom(root, at(root), seen);
-    if (IsBeforeBoth(tilt, seen.zoom, limits) && IsNearEnough(tilt, seen.zoom, limits)) {
-      tilts.push_back(tilt);
-    }
-  }
-  std::sort(tilts.begin(), tilts.end(), [](const ForwardTilt& one, const ForwardTilt& other) {
-    return std::abs(one.wall_per_m) < std::abs(other.wall_per_m);
-  });
-  return {VerdictOf(tilts, !roots.empty()), tilts};
 }
 
 ForwardSolution ForwardEquation::SolveFromWall(const WallObservation& seen,
@@ -247,8 +154,7 @@ ForwardSolution ForwardEquation::SolveFromWall(const WallObservation& seen,
   std::vector<ForwardTilt> tilts;
   for (const double root : roots) {
     const ForwardTilt tilt = FromWall(root, at(root), seen);
-    const double zoom = 1 / (1 - tilt.base_shift_m * seen.wall_per_m);
-    if (IsBeforeBoth(tilt, zoom, limits)) tilts.push_back(tilt);
+    if (IsInFront(tilt, seen.wall_per_m, limits)) tilts.push_back(tilt);
   }
   std::sort(tilts.begin(), tilts.end(), [&](const ForwardTilt& one, const ForwardTilt& other) {
     const double th1 = std::atan(seen.tan_shift);

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "calib/base/error.hpp"
-#include "compensation/bracketed_root.hpp"
 
 namespace ceilmap::compensation {
 namespace {
@@ -42,25 +40,6 @@ TiltModel::TiltModel(double pivot_m, double ceiling_height_m)
 double TiltModel::CeilingShift(double tilt_rad) const {
   CheckTilt(tilt_rad);
   return (ceiling_height_m_ - pivot_m_ * std::sin(tilt_rad)) * std::tan(tilt_rad);
-}
-
-double TiltModel::CeilingShiftSlope(double tilt_rad) const {
-  CheckTilt(tilt_rad);
-  const double s = std::sin(tilt_rad);
-  const double c = std::cos(tilt_rad);
-  return (ceiling_height_m_ - pivot_m_ * s) / (c * c) - pivot_m_ * s;
-}
-
-std::optional<double> TiltModel::TiltFromShift(double shift_m) const {
-  const double low = -kMaxTiltRad;
-  const double high = kMaxTiltRad;
-  if (!(shift_m >= CeilingShift(low) && shift_m <= CeilingShift(high))) return std::nullopt;
-  const auto excess = [&](double tilt_rad) {
-    return ValueAndSlope{CeilingShift(tilt_rad) - shift_m, CeilingShiftSlope(tilt_rad)};
-  };
-  // The initial value is the tilt for a pivot under the mast.
-  return BracketedRoot(
-      excess, low, high, std::clamp(std::atan(shift_m / ceiling_height_m_), low, high));
 }
 
 double TiltModel::MastLength(double tilt_rad, double camera_height_m) const {

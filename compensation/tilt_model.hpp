@@ -1,7 +1,6 @@
 #pragma once
 
 #include <numbers>
-#include <optional>
 
 namespace ceilmap::compensation {
 
@@ -29,20 +28,11 @@ class TiltModel {
   /// @throws InputError on other or non-finite values.
   TiltModel(double pivot_m, double ceiling_height_m);
 
-  [[nodiscard]] double CeilingHeight() const { return ceiling_height_m_; }  ///< `h`.
-
   /// Eq. (2), (3): T_d = (h - a sin(tilt)) tan(tilt), the distance ahead of the mast's foot at
   /// which the axis of the mast and of the upward camera meets the ceiling.
   /// @throws InputError unless |tilt_rad| <= kMaxTiltRad; so do all functions below that take a
   ///   tilt.
   [[nodiscard]] double CeilingShift(double tilt_rad) const;
-
-  /// Derivative of CeilingShift by the tilt, in metres per radian, > 0; h at tilt 0.
-  [[nodiscard]] double CeilingShiftSlope(double tilt_rad) const;
-
-  /// The tilt that shifts the ceiling point by `shift_m`: inverse of CeilingShift.
-  /// @return nothing when no tilt within kMaxTiltRad gives this shift, and for NaN.
-  [[nodiscard]] std::optional<double> TiltFromShift(double shift_m) const;
 
   /// L = d + a tan(tilt): length of the mast's axis from the floor to a camera on the mast.
   /// @param camera_height_m  `d`, the camera's height above the floor when level, in (0, h);

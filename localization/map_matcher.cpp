@@ -29,7 +29,7 @@ calib::CeilingView MakeFirstView(const store::MapReader& map, const calib::Mount
   const store::MapMetadata& metadata = map.Metadata();
   if (metadata.unit != "m") {
     throw InputError(
-        "the map is in pixels, because it was made without a rig; make it again with --rig");
+        "the map is in pixels, because it was made without a rig; make it again with a rig");
   }
   if (map.Grid().width_px == 0) {
     throw InputError("the map has no mosaic to find a robot on; make it again");

@@ -37,8 +37,6 @@ draw() {
       printf "forward_yaw=%.3f\n", between(-6, 6)
       printf "forward_pitch=%.3f\n", between(-5, 15)
       printf "forward_roll=%.3f\n", between(-3, 3)
-      printf "wheelbase=%.3f\n", between(0.25, 0.45)
-      printf "step=%.3f\n", between(0.010, 0.022)
     }'
 }
 
@@ -121,30 +119,6 @@ ahead() {
   }'
 }
 
-# From X ($1), Y ($2) ahead on a course in degrees ($3) up a step: front wheels first, then the axle, 2 cm a frame; in the end
-# all stand on it.
-climb() {
-  awk -v x="$1" -v y="$2" -v course="$3" -v a="$axle" -v wheelbase="$wheelbase" -v step="$step" '
-    function floor_at(s) {    # 0.4 m ahead of where the front wheels begin, over a ramp of 6 cm
-      s = (s - b - 0.4) / 0.06
-      return s <= 0 ? 0 : s >= 1 ? step : step * (1 - cos(4 * atan2(1, 1) * s)) / 2
-    }
-    BEGIN {
-      b = wheelbase - a    # the front wheels before the mast
-      yaw = course * 4 * atan2(1, 1) / 180
-      steps = int((0.4 + a + b + 0.4) / 0.02)
-      for (i = 0; i <= steps; ++i) {
-        s = 0.02 * i    # of the mast, if the robot were level
-        rear = floor_at(s - a)
-        sine = (floor_at(s + b) - rear) / (a + b)
-        pitch = atan2(sine, sqrt(1 - sine * sine))    # nose up; by REP-103 that is -pitch about y
-        s = s - a + a * cos(pitch)
-        printf "%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", 100 + i / 8, x + s * cos(yaw), y + s * sin(yaw), rear + a * sine,
-          sin(pitch / 2) * sin(yaw / 2), -sin(pitch / 2) * cos(yaw / 2), cos(pitch / 2) * sin(yaw / 2), cos(pitch / 2) * cos(yaw / 2)
-      }
-    }'
-}
-
 # What is known before: the cameras' intrinsics and heights, that one looks up and one ahead.
 rough() {
   awk -v z="$height" '
@@ -185,7 +159,7 @@ tell() {
     far = $7 < 0 ? -$7 : $7; if (far > farthest[$2]) farthest[$2] = far
   }
   END {
-    unit["a_m"] = unit["camera_y_m"] = unit["distance_m"] = unit["a_step_m"] = unit["wheelbase_m"] = unit["climbed_m"] = "mm"
+    unit["a_m"] = unit["camera_y_m"] = unit["distance_m"] = "mm"
     unit["yaw_deg"] = unit["pitch_deg"] = unit["roll_deg"] = "deg"
     unit["forward_yaw_deg"] = unit["forward_pitch_deg"] = unit["forward_roll_deg"] = "deg"
     unit["centre_u_px"] = unit["centre_v_px"] = unit["outer_radius_px"] = unit["inner_radius_px"] = "px"
@@ -207,8 +181,7 @@ for ((rig = 1; rig <= rigs; ++rig)); do
   while IFS='=' read -r name value; do declare "$name=$value"; done <<<"$values"
   turn 4.5 3.5 "$start" >"$out/scenes/spin-$rig.tum"
   ahead 2.2 3.4 "$course" "$length" >"$out/scenes/straight-$rig.tum"
-  climb 2.6 3.2 "$course" >"$out/scenes/step-$rig.tum"
-  for drive in spin straight step; do
+  for drive in spin straight; do
     scene "$drive-$rig.tum" "$((100 * rig + ${#drive}))" >"$out/scenes/$drive-$rig.yaml"
     if [[ ! -f $out/$drive-$rig/rig.yaml ]]; then
       "$ceilmap" simulate "$out/scenes/$drive-$rig.yaml" --quiet --force -o "$out/$drive-$rig"
@@ -217,8 +190,7 @@ for ((rig = 1; rig <= rigs; ++rig)); do
   rough "$out/spin-$rig/rig.yaml" >"$out/rough-$rig.yaml"
   "$ceilmap" calibrate rig --quiet --rig "$out/rough-$rig.yaml" --spin "$out/spin-$rig/up.mp4" \
     --straight "$out/straight-$rig/up.mp4" --distance "$length" --spin-forward "$out/spin-$rig/forward.mp4" \
-    --straight-forward "$out/straight-$rig/forward.mp4" --step "$out/step-$rig/up.mp4" \
-    --step-forward "$out/step-$rig/forward.mp4" --step-height "$step" -o "$out/rig-$rig.yaml" --summary "$out/rig-$rig.json"
+    --straight-forward "$out/straight-$rig/forward.mp4" -o "$out/rig-$rig.yaml" --summary "$out/rig-$rig.json"
   summary=$out/rig-$rig.json
   {
     compare "$summary" "$rig" a_m "$axle" 1000
@@ -229,9 +201,6 @@ for ((rig = 1; rig <= rigs; ++rig)); do
     compare "$summary" "$rig" forward_yaw_deg "$forward_yaw" 1
     compare "$summary" "$rig" forward_pitch_deg "$forward_pitch" 1
     compare "$summary" "$rig" forward_roll_deg "$forward_roll" 1
-    compare "$summary" "$rig" a_step_m "$axle" 1000
-    compare "$summary" "$rig" wheelbase_m "$wheelbase" 1000
-    compare "$summary" "$rig" climbed_m "$step" 1000
     compare "$summary" "$rig" distance_m "$(awk -v h="$ceiling" -v z="$height" 'BEGIN { print h - z }')" 1000
   } >>"$results"
 

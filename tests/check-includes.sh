@@ -18,6 +18,7 @@ rows=(
   "mapping/mosaic: mapping/store mapping/graph calib calib/base"
   "mapping: mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration calib calib/base"
   "compensation: mapping/registration calib calib/base"
+  "compensation/mount: compensation mapping/registration calib/solve calib calib/base"
   "localization/compass: mapping/registration calib/base"
   "localization/compass/labrosse: localization/compass calib/base"
   "localization/compass/colour: calib calib/base"
@@ -30,14 +31,14 @@ rows=(
   "app/terminal: calib/base"
   "app/files: app/evaluation localization/robot localization localization/compass localization/compass/colour mapping/graph calib/base"
   "app/recordings: app/files app/terminal samples/simulator localization/robot compensation localization localization/compass
-    localization/compass/labrosse localization/compass/colour mapping mapping/registration calib/solve calib calib/base"
+    localization/compass/labrosse localization/compass/colour mapping mapping/registration compensation/mount calib/solve calib calib/base"
   "app/figures: app/recordings app/files app/terminal app/evaluation localization/compass calib/base"
   "app/reports: app/figures app/recordings app/files app/terminal app/page app/evaluation localization/robot localization
-    localization/compass/colour mapping mapping/store mapping/graph calib calib/base"
+    localization/compass/colour compensation/mount calib/solve mapping mapping/store mapping/graph calib calib/base"
   "app/live: app/reports app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
   "app/commands: app/live app/reports app/figures app/recordings app/files app/terminal app/page samples/simulator
     localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/store
-    mapping/graph mapping/registration calib/solve calib calib/base"
+    mapping/graph mapping/registration compensation/mount calib/solve calib calib/base"
   "app: app/commands app/files app/terminal calib/base"
 )
 # tests/X may include tests/Y where X may include Y, and tests/support; and besides:

@@ -6,12 +6,14 @@
 
 #include "app/commands/calibrate_commands.hpp"
 #include "app/files/output_files.hpp"
-#include "app/recordings/camera_calibration.hpp"
+#include "app/recordings/board_images.hpp"
 #include "app/reports/camera_calibration_report.hpp"
 #include "app/reports/report_folder.hpp"
 #include "app/terminal/console.hpp"
+#include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
 #include "calib/solve/board_drawing.hpp"
+#include "calib/solve/camera_calibration.hpp"
 
 namespace fs = std::filesystem;
 
@@ -39,17 +41,29 @@ struct CalibrateCameraParams {
   void Check() const;
 };
 
+// The library names the field first; the option has the same name.
+template <typename Function>
+auto NamingOption(const Function& function) {
+  try {
+    return function();
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("--{}", error.what()));
+  }
+}
+
 calibration::Board CalibrateCameraParams::Board() const {
-  const cv::Size size = calibration::ParseCorners(corners);
-  calibration::Board result;
-  result.kind = calibration::ParseBoardKind(board);
-  result.columns = size.width;
-  result.rows = size.height;
-  result.square_m = square_m;
-  result.marker_m = marker_m;
-  result.dictionary = dictionary;
-  result.Validate();
-  return result;
+  return NamingOption([this] {
+    const cv::Size size = calibration::ParseCorners(corners);
+    calibration::Board result;
+    result.kind = calibration::ParseBoardKind(board);
+    result.columns = size.width;
+    result.rows = size.height;
+    result.square_m = square_m;
+    result.marker_m = marker_m;
+    result.dictionary = dictionary;
+    result.Validate();
+    return result;
+  });
 }
 
 void CalibrateCameraParams::Check() const {
@@ -78,8 +92,8 @@ void PrintBoard(const CalibrateCameraParams& params,
     throw InputError(
         fmt::format("--print-board {}: must end in .pdf or .svg", params.print_board.string()));
   }
-  const calibration::BoardDrawing drawing =
-      calibration::DrawBoard(board, calibration::ParsePaper(params.paper));
+  const calibration::BoardDrawing drawing = NamingOption(
+      [&] { return calibration::DrawBoard(board, calibration::ParsePaper(params.paper)); });
   files::WriteFileAtomically(
       params.print_board,
       extension == ".pdf" ? calibration::FormatPdf(drawing) : calibration::FormatSvg(drawing));
@@ -95,11 +109,11 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
   if (!params.print_board.empty()) return PrintBoard(params, common, summary);
   const calibration::Board board = params.Board();
   calibration::SolverParams solver;
-  solver.model = calibration::ParseLensModel(params.model);
+  solver.model = NamingOption([&] { return calibration::ParseLensModel(params.model); });
   solver.choose_terms = !params.all_terms;
-  recordings::BoardImages images = recordings::FindBoards(params.images, board);
-  if (images.interrupted) throw RunError("interrupted before all images were processed");
-  recordings::CameraCalibration calibration = recordings::CalibrateCamera(
+  calibration::BoardImages images = recordings::FindBoards(params.images, board);
+  if (terminal::Interrupted()) throw RunError("interrupted before all images were seen");
+  calibration::CameraCalibration calibration = calibration::CalibrateCamera(
       board, std::move(images), solver, static_cast<std::size_t>(params.max_views));
   calibration.name = params.name;
   for (const std::string& warning : calibration.warnings) terminal::PrintWarning(warning);

@@ -6,25 +6,26 @@
 #include <numbers>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/commands/calibrate_commands.hpp"
 #include "app/commands/calibrate_rig_options.hpp"
 #include "app/files/output_files.hpp"
 #include "app/recordings/frame_source.hpp"
-#include "app/recordings/motion_calibration.hpp"
-#include "app/recordings/rig_calibration.hpp"
+#include "app/recordings/rig_recording.hpp"
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/reports/report_folder.hpp"
 #include "app/reports/rig_calibration_report.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/yaml_value.hpp"
 #include "calib/rig_text.hpp"
 #include "calib/robot_rig.hpp"
+#include "compensation/mount/forward_mount_from_motion.hpp"
+#include "compensation/mount/up_mount.hpp"
 
 namespace fs = std::filesystem;
 
@@ -62,50 +63,50 @@ std::string KnownRig(const CalibrateRigOptions& params) {
   return calib::CompleteRig(text, file, guess);
 }
 
-// Checks before any work that all input can be used.
-void CheckRecordings(const CalibrateRigOptions& params,
-                     const calib::Rig& rig,
-                     const fs::path& file) {
-  if (!params.step.empty()) {
-    const recordings::FrameSource up(params.step, {.stamps = params.step_stamps});
-    calib::UpCameraFor(rig, up.Name(), up.Size());
-  }
-  for (const recordings::RigRecording& recording :
-       {params.Spin(), params.Straight(), params.Step()}) {
+// Checks the forward recordings before any work begins.
+void CheckForwardRecordings(const CalibrateRigOptions& params, const calib::Rig& rig) {
+  for (const recordings::RigRecording& recording : {params.Spin(), params.Straight()}) {
     if (recording.forward.empty()) continue;
     const recordings::SynchronizedStream forward(recording.forward, recording.stamps);
     calib::ForwardCameraFor(rig, recording.forward, forward.Size());
   }
 }
 
-// Calibration that needs the robot's motion in space: the step, and the forward camera.
-// @param rig  With the calibrated upward camera.
-void CalibrateMotion(const CalibrateRigOptions& params,
-                     const calib::Rig& rig,
-                     const fs::path& file,
-                     recordings::RigFindings& found) {
-  std::vector<recordings::RigMotion> seen;
+// The deviation above which an angle counts as not determined.
+constexpr double kUncertainDeg = 0.5;
+
+// Names the recordings that determine angles which these did not.
+void WarnOfUncertainAngles(const mount::ForwardMount& forward) {
+  const auto check = [](const char* name, const mount::Measured& angle, const char* options) {
+    const double sigma_deg = kDegPerRad * angle.sigma;
+    if (sigma_deg < kUncertainDeg) return;
+    terminal::Warn(
+        "the forward camera's {} is known to {:.1f} deg only; add {}", name, sigma_deg, options);
+  };
+  check("yaw", forward.yaw_rad, "--straight-forward");
+  check("pitch", forward.pitch_rad, "--spin-forward or --straight-forward");
+  check("roll", forward.roll_rad, "--spin-forward");
+}
+
+// @param rig  with the upward camera as calibrated.
+// @return nothing without a recording of the forward camera.
+std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& params,
+                                                    const calib::Rig& rig,
+                                                    const mount::UpMount& up) {
+  std::vector<calibration::MotionWithMatches> motions;
   std::vector<std::string> names;
   const auto read = [&](const recordings::RigRecording& recording, const char* label) {
-    recordings::RigMotion motion = recordings::ReadMotion(recording, rig, label);
+    if (recording.forward.empty()) return;
+    const auto found = recordings::ReadForwardMatches(recording, rig, label);
     if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
-    if (!recording.forward.empty()) names.push_back(recording.forward);
-    seen.push_back(std::move(motion));
+    names.push_back(recording.forward);
+    motions.insert(motions.end(), found.begin(), found.end());
   };
-  if (!params.step.empty()) {
-    read(params.Step(), "step");
-    found.step = recordings::CalibrateStep(seen.back(),
-                                           params.step,
-                                           found.mount,
-                                           rig.up->camera,
-                                           params.step_height_m,
-                                           params.lens_sigma_px);
-  }
-  if (!params.spin_forward.empty()) read(params.Spin(), "spin, forward");
-  if (!params.straight_forward.empty()) read(params.Straight(), "straight, forward");
-  if (names.empty()) return;
-  found.forward = recordings::CalibrateForward(
-      rig, seen, fmt::format("{}", fmt::join(names, ", ")), found.mount, params.lens_sigma_px);
+  read(params.Spin(), "spin, forward");
+  read(params.Straight(), "straight, forward");
+  if (names.empty()) return std::nullopt;
+  return mount::MeasureForwardMount(
+      *rig.forward, motions, up, params.lens_sigma_px, fmt::format("{}", fmt::join(names, ", ")));
 }
 
 void RunCalibrateRig(const CalibrateRigOptions& params,
@@ -119,7 +120,7 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
   if (params.camera_height_m && rig.up) {
     rig.up->T_base_cam.translation().z() = *params.camera_height_m;
   }
-  CheckRecordings(params, rig, file);
+  CheckForwardRecordings(params, rig);
   recordings::FrameSource spin_source(params.spin, {.stamps = params.spin_stamps});
   recordings::FrameSource straight_source(params.straight, {.stamps = params.straight_stamps});
   calib::UpCameraFor(rig, spin_source.Name(), spin_source.Size());
@@ -127,17 +128,17 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
       calib::UpCameraFor(rig, straight_source.Name(), straight_source.Size());
   if (params.tape.ceiling_height_m) rig.ceiling_height_m = *params.tape.ceiling_height_m;
   const calib::CeilingView view(up, rig.ceiling_height_m);
-  const recordings::CeilingKeyframes spin = recordings::ReadCeiling(spin_source, view, "spin");
-  const recordings::CeilingKeyframes straight =
+  const mount::CeilingRecording spin = recordings::ReadCeiling(spin_source, view, "spin");
+  const mount::CeilingRecording straight =
       recordings::ReadCeiling(straight_source, view, "straight");
   if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
-  out.frames = spin.read + straight.read;
+  out.frames = spin.frames + straight.frames;
   out.stages_ms["follow"] = terminal::MillisecondsSince(start);
 
   const auto solving = steady_clock::now();
-  recordings::RigFindings found;
-  found.mount = recordings::CalibrateRig(rig, spin, straight, params.tape, params.lens_sigma_px);
-  const recordings::RigCalibration& result = found.mount;
+  reports::RigFindings found;
+  found.up = mount::MeasureUpMount(rig, spin, straight, params.tape, params.lens_sigma_px);
+  const mount::UpMount& result = found.up;
   out.stages_ms["solve"] = terminal::MillisecondsSince(solving);
   calib::RigValues values;
   values.axle_behind_mast_m = result.axle_behind_mast_m.value;
@@ -151,14 +152,11 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
         params.straight);
   }
   const auto moving = steady_clock::now();
-  CalibrateMotion(params,
-                  calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file),
-                  file,
-                  found);
+  found.forward = CalibrateForward(
+      params, calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file), found.up);
   out.stages_ms["motion"] = terminal::MillisecondsSince(moving);
   if (found.forward) values.T_base_forward = found.forward->T_base_forward;
-  for (const std::string& warning : recordings::Contradictions(found, params.step))
-    terminal::Warn("{}", warning);
+  if (found.forward) WarnOfUncertainAngles(*found.forward);
   const std::string changed =
       reports::RigHeader(found) + calib::ChangeRig(text, file, values, params.output);
   calib::ParseRig(changed, params.output);  // fails if no command could read the result
@@ -181,9 +179,9 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
       "--ceiling-height 2.6 -o rig.yaml\n"
       "  ceilmap calibrate rig --camera up.yaml --camera-height 0.4 --spin spin.mp4 --straight "
       "straight.mp4 --distance 3.02 -o rig.yaml\n"
-      "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
-      "--ceiling-height 2.6 --step step/up.mp4 --step-forward step/forward.mp4 --step-height 0.018 "
-      "-o rig.yaml\n"
+      "  ceilmap calibrate rig --rig rough.yaml --spin spin/up.mp4 --spin-forward "
+      "spin/forward.mp4 --straight straight/up.mp4 --straight-forward straight/forward.mp4 "
+      "--ceiling-height 2.6 -o rig.yaml\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<CalibrateRigOptions>();
   params->AddTo(*command.cli);

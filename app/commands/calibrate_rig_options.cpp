@@ -31,25 +31,15 @@ void CalibrateRigOptions::Check() const {
   CheckPositive("--distance", tape.distance_m);
   CheckPositive("--camera-height", camera_height_m);
   CheckPositive("--tape-sigma", tape.sigma_m);
-  CheckPositive("--step-height", step_height_m);
-  CheckMotion();
-  CheckPositive("--lens-sigma", lens_sigma_px);
-  files::CheckOutputFiles({output});
-  if (!report.empty()) reports::CheckReportFolder(report);
-}
-
-void CalibrateRigOptions::CheckMotion() const {
-  if (step.empty() && (!step_forward.empty() || step_height_m)) {
-    throw InputError(
-        fmt::format("{}: there is no recording over a step; give the upward camera's by --step",
-                    step_forward.empty() ? "--step-height" : "--step-forward"));
-  }
-  const bool forward = !spin_forward.empty() || !straight_forward.empty() || !step_forward.empty();
+  const bool forward = !spin_forward.empty() || !straight_forward.empty();
   if (forward && rig.empty()) {
     throw InputError(
         "calibrate rig: a forward camera's recordings need its intrinsics and its place; give "
         "--rig instead of --camera, with cameras: forward in it");
   }
+  CheckPositive("--lens-sigma", lens_sigma_px);
+  files::CheckOutputFiles({output});
+  if (!report.empty()) reports::CheckReportFolder(report);
 }
 
 void CalibrateRigOptions::AddInput(CLI::App& cli) {
@@ -78,9 +68,9 @@ void CalibrateRigOptions::AddInput(CLI::App& cli) {
   add("--straight-stamps", straight_stamps, "As --spin-stamps", "FRAMES.csv");
 }
 
-void CalibrateRigOptions::AddMotion(CLI::App& cli) {
+void CalibrateRigOptions::AddForward(CLI::App& cli) {
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
-    return cli.add_option(name, value, text)->type_name(type)->group("Forward camera and step");
+    return cli.add_option(name, value, text)->type_name(type)->group("Forward camera");
   };
   add("--spin-forward",
       spin_forward,
@@ -92,22 +82,6 @@ void CalibrateRigOptions::AddMotion(CLI::App& cli) {
       straight_forward,
       "The forward camera during the straight drive: for its pitch and yaw",
       "SOURCE");
-  add("--step",
-      step,
-      "The upward camera while the front wheels climb a board, starting on a level floor: a "
-      "second measurement of the axle's position",
-      "SOURCE");
-  add("--step-forward",
-      step_forward,
-      "The forward camera over the step: for all three angles",
-      "SOURCE");
-  add("--step-stamps", step_stamps, "As --spin-stamps", "FRAMES.csv");
-  add("--step-height",
-      step_height_m,
-      "Height of the board: gives the wheelbase, and checks the tape measures when all wheels end "
-      "on "
-      "it",
-      "M");
 }
 
 void CalibrateRigOptions::AddTape(CLI::App& cli) {
@@ -126,12 +100,12 @@ void CalibrateRigOptions::AddTape(CLI::App& cli) {
 void CalibrateRigOptions::AddTo(CLI::App& cli) {
   AddInput(cli);
   AddTape(cli);
-  AddMotion(cli);
-  cli.add_option(
-         "--lens-sigma",
-         lens_sigma_px,
-         "Error of a point at the image's edge by the intrinsics, for the "
-         "standard deviations; 'calibrate camera' reports it as the error of the corners [0.05]")
+  AddForward(cli);
+  cli.add_option("--lens-sigma",
+                 lens_sigma_px,
+                 "How far off the intrinsics may put a point at the image's edge, for the "
+                 "standard deviations; "
+                 "calibrate camera tells, as what corners are known to [0.05]")
       ->type_name("PX")
       ->group("Input");
   cli.add_option("--report",

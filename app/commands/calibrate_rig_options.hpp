@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "app/recordings/rig_calibration.hpp"
 #include "app/recordings/rig_recording.hpp"
 #include "calib/solve/rig_solver.hpp"
+#include "compensation/mount/up_mount.hpp"
 
 namespace ceilmap::commands {
 
@@ -21,12 +21,8 @@ struct CalibrateRigOptions {
   std::string straight;
   std::string straight_forward;
   std::filesystem::path straight_stamps;
-  std::string step;
-  std::string step_forward;
-  std::filesystem::path step_stamps;
-  std::optional<double> step_height_m;
   std::optional<double> camera_height_m;
-  recordings::TapeMeasures tape;
+  mount::TapeMeasures tape;
   double lens_sigma_px = calibration::RigSolverParams{}.lens_sigma_px;
   std::filesystem::path output;
   std::filesystem::path report;
@@ -41,13 +37,11 @@ struct CalibrateRigOptions {
   [[nodiscard]] recordings::RigRecording Straight() const {
     return {straight, straight_forward, straight_stamps};
   }
-  [[nodiscard]] recordings::RigRecording Step() const { return {step, step_forward, step_stamps}; }
 
  private:
   void AddInput(CLI::App& cli);
   void AddTape(CLI::App& cli);
-  void AddMotion(CLI::App& cli);
-  void CheckMotion() const;
+  void AddForward(CLI::App& cli);
 };
 
 }  // namespace ceilmap::commands

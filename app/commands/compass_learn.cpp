@@ -8,7 +8,6 @@
 
 #include "app/commands/compass_commands.hpp"
 #include "app/files/arguments.hpp"
-#include "app/files/colour_model_file.hpp"
 #include "app/files/output_files.hpp"
 #include "app/recordings/compass_frames.hpp"
 #include "app/reports/compass_report.hpp"
@@ -18,6 +17,7 @@
 #include "calib/base/error.hpp"
 #include "localization/compass/colour/colour_compass.hpp"
 #include "localization/compass/colour/colour_learner.hpp"
+#include "localization/compass/colour/colour_model_file.hpp"
 
 namespace fs = std::filesystem;
 
@@ -130,7 +130,7 @@ void Finish(const colour::ColourModel& model,
             steady_clock::time_point start,
             reports::CompassLearnResult& result,
             terminal::Summary& summary) {
-  files::WriteColourModel(model, output);
+  colour::WriteColourModel(model, output);
   summary.files.push_back(output);
   recordings::ReportFrames(frames, result.unused);
   result.seconds = terminal::SecondsSince(start);
@@ -177,7 +177,7 @@ void RunUpdate(const UpdateCommandParams& params,
   colour::ColourCompassParams settings;
   settings.lines = params.lines;
   settings.Validate();
-  colour::ColourModel stored = files::ReadColourModel(params.model);
+  colour::ColourModel stored = colour::ReadColourModel(params.model);
   stored.provenance += (stored.provenance.empty() ? "" : "\n") + common.command_line;
   recordings::ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();

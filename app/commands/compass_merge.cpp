@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "app/commands/compass_commands.hpp"
-#include "app/files/colour_model_file.hpp"
 #include "app/files/output_files.hpp"
 #include "app/reports/compass_report.hpp"
 #include "calib/base/error.hpp"
+#include "localization/compass/colour/colour_model_file.hpp"
 
 namespace fs = std::filesystem;
 
@@ -21,9 +21,9 @@ struct CompassMergeParams {
 };
 
 colour::ColourModel MergeAll(const std::vector<fs::path>& files) {
-  colour::ColourModel merged = files::ReadColourModel(files.front());
+  colour::ColourModel merged = colour::ReadColourModel(files.front());
   for (std::size_t i = 1; i < files.size(); ++i) {
-    const colour::ColourModel other = files::ReadColourModel(files[i]);
+    const colour::ColourModel other = colour::ReadColourModel(files[i]);
     try {
       colour::Merge(other, merged);
     } catch (const InputError& error) {
@@ -41,7 +41,7 @@ void RunMerge(const CompassMergeParams& params,
   files::CheckOutputFiles({params.output});
   colour::ColourModel model = MergeAll(params.models);
   model.provenance += (model.provenance.empty() ? "" : "\n") + common.command_line;
-  files::WriteColourModel(model, params.output);
+  colour::WriteColourModel(model, params.output);
   summary.files = {params.output};
   summary.frames = model.frames;
   summary.quality = {{"models", params.models.size()}, {"model", reports::ModelJson(model)}};

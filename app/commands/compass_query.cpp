@@ -10,7 +10,6 @@
 #include "app/commands/compass_commands.hpp"
 #include "app/figures/figure.hpp"
 #include "app/figures/heading_figures.hpp"
-#include "app/files/colour_model_file.hpp"
 #include "app/files/output_files.hpp"
 #include "app/recordings/compass_frames.hpp"
 #include "app/reports/compass_report.hpp"
@@ -19,6 +18,7 @@
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
 #include "localization/compass/colour/colour_compass.hpp"
+#include "localization/compass/colour/colour_model_file.hpp"
 
 namespace fs = std::filesystem;
 
@@ -175,7 +175,7 @@ void Store(const QueryParams& params,
   if (params.save.empty()) return;
   colour::ColourModel model = compass.Model();
   model.provenance += (model.provenance.empty() ? "" : "\n") + common.command_line;
-  files::WriteColourModel(model, params.save);
+  colour::WriteColourModel(model, params.save);
   summary.files.push_back(params.save);
 }
 
@@ -196,7 +196,7 @@ void RunQuery(const QueryParams& params, const CommonOptions& common, terminal::
   if (!params.poses.empty()) poses.emplace(params.poses);
   std::optional<figures::FigureFolder> figures;
   if (!params.plot.empty()) figures.emplace(params.plot);
-  colour::ColourModel model = files::ReadColourModel(params.model);
+  colour::ColourModel model = colour::ReadColourModel(params.model);
   recordings::ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
   colour::ColourCompass compass(std::move(model), frames.Camera(), settings);

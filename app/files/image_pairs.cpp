@@ -7,6 +7,7 @@
 
 #include "app/files/text_file.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/one_line.hpp"
 
 namespace fs = std::filesystem;
 

@@ -47,17 +47,4 @@ bool Lines::Next(std::string_view& line) {
   return true;
 }
 
-std::string Shown(std::string_view text, std::size_t max_bytes) {
-  std::size_t end = std::min(text.size(), max_bytes);
-  // Not within a character of UTF-8.
-  const auto continues = [&](std::size_t at) {
-    return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
-  };
-  while (end > 0 && end < text.size() && continues(end)) --end;
-  std::string shown(text.substr(0, end));
-  const auto commands = [](unsigned char c) { return c < ' ' || c == 127; };
-  std::replace_if(shown.begin(), shown.end(), commands, '?');
-  return end < text.size() ? shown + "..." : shown;
-}
-
 }  // namespace ceilmap::files

@@ -34,7 +34,4 @@ class Lines {
   int number_ = 0;
 };
 
-/// Text of a file for messages: its beginning, with `?` for control characters.
-std::string Shown(std::string_view text, std::size_t max_bytes = 60);
-
 }  // namespace ceilmap::files

@@ -10,6 +10,7 @@
 #include "app/files/csv.hpp"
 #include "app/files/text_file.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/one_line.hpp"
 
 namespace ceilmap::files {
 namespace {

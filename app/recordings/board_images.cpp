@@ -73,13 +73,10 @@ class Collector {
     found_.views.push_back(std::move(*image.view));
   }
 
-  BoardImages Finish() {
-    found_.interrupted = terminal::Interrupted();
-    return std::move(found_);
-  }
+  calibration::BoardImages Finish() { return std::move(found_); }
 
  private:
-  BoardImages found_;
+  calibration::BoardImages found_;
   double sample_area_ = 0;
 };
 
@@ -184,7 +181,8 @@ void ObserveVideo(FrameReader& reader, const calibration::Board& board, Collecto
 
 }  // namespace
 
-BoardImages FindBoards(const std::vector<std::string>& sources, const calibration::Board& board) {
+calibration::BoardImages FindBoards(const std::vector<std::string>& sources,
+                                    const calibration::Board& board) {
   if (sources.empty()) {
     throw InputError(
         "calibrate camera: no images; give a folder of images, a video, or several images");

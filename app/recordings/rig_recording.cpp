@@ -2,78 +2,78 @@
 
 #include <fmt/format.h>
 
-#include <memory>
-
-#include "app/recordings/forward_feature_tracker.hpp"
-#include "app/recordings/frame_source.hpp"
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
-#include "calib/ceiling_view.hpp"
 #include "calib/robot_rig.hpp"
-#include "compensation/space_path.hpp"
+#include "compensation/mount/forward_matches.hpp"
+#include "compensation/mount/motion_in_space.hpp"
 
 namespace ceilmap::recordings {
 namespace {
 
-/// The forward camera in addition to the upward one.
-class ForwardSide {
+// Ends the program when the ceiling is lost for too long.
+class LostFrames {
  public:
-  ForwardSide(const RigRecording& recording, const calib::Rig& rig)
-      : camera_(recording.forward, recording.stamps) {
-    calib::ForwardCameraFor(rig, recording.forward, camera_.Size());
-    tracker_.emplace(*rig.forward);
-  }
+  explicit LostFrames(const FrameSource& source) : source_(source) {}
 
-  void Follow(double stamp_s, const std::optional<Eigen::Isometry3d>& T_first_base) {
-    tracker_->Follow(camera_.At(stamp_s), T_first_base);
-  }
-
-  std::vector<calibration::MotionWithMatches> Finish() {
-    for (const std::string& warning : camera_.Warnings()) terminal::Warn("{}", warning);
-    return tracker_->Take();
+  void Count(const Frame& frame, bool matched) {
+    constexpr int kMaxLost = 5;
+    lost_ = matched ? 0 : lost_ + 1;
+    if (lost_ < kMaxLost) return;
+    throw InputError(
+        fmt::format("{}: from frame {} on the ceiling does not match the frames before; record it "
+                    "more slowly, under a ceiling with texture, with the lights on",
+                    source_.Name(),
+                    frame.index - lost_ + 1));
   }
 
  private:
-  SynchronizedStream camera_;
-  std::optional<ForwardFeatureTracker> tracker_;
+  const FrameSource& source_;
+  int lost_ = 0;
 };
 
 }  // namespace
 
-RigMotion ReadMotion(const RigRecording& recording,
-                     const calib::Rig& rig,
-                     const std::string& label) {
-  constexpr int kMaxLost = 5;
-  FrameSource source(recording.up, {.stamps = recording.stamps});
-  const calib::CeilingView view(calib::UpCameraFor(rig, source.Name(), source.Size()),
-                                rig.ceiling_height_m);
-  std::unique_ptr<ForwardSide> forward;
-  if (!recording.forward.empty()) {
-    forward = std::make_unique<ForwardSide>(recording, rig);
-  }
-  compensation::SpacePath path(view);
-  RigMotion motion;
+mount::CeilingRecording ReadCeiling(FrameSource& source,
+                                    const calib::CeilingView& view,
+                                    const std::string& label) {
+  mount::CeilingRecorder recorder(source.Name(), view);
+  LostFrames lost(source);
   terminal::Progress progress(label, "frames", source.ExpectedFrames());
   Frame frame;
-  cv::Mat buffer;
-  int lost = 0;
+  std::int64_t frames = 0;
   while (source.Read(frame)) {
-    progress.Update(++motion.frames);
-    const auto T_first_base = path.Follow(view.Rectify(frame.image, buffer), frame.stamp_s);
-    motion.T_first_base.push_back(T_first_base);
-    if (forward) forward->Follow(frame.stamp_s, T_first_base);
-    lost = T_first_base ? 0 : lost + 1;
-    if (lost < kMaxLost) continue;
-    throw InputError(
-        fmt::format("{}: from frame {} on the ceiling does not match the frames before; record it "
-                    "more slowly, under a ceiling with texture, with the lights on",
-                    source.Name(),
-                    frame.index - lost + 1));
+    progress.Update(++frames);
+    lost.Count(frame, recorder.Add(frame.image));
   }
-  if (forward) motion.forward_pairs = forward->Finish();
-  return motion;
+  return recorder.Finish();
+}
+
+std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecording& recording,
+                                                               const calib::Rig& rig,
+                                                               const std::string& label) {
+  FrameSource up(recording.up, {.stamps = recording.stamps});
+  const calib::CeilingView view(calib::UpCameraFor(rig, up.Name(), up.Size()),
+                                rig.ceiling_height_m);
+  SynchronizedStream forward(recording.forward, recording.stamps);
+  mount::ForwardFeatureTracker tracker(
+      calib::ForwardCameraFor(rig, recording.forward, forward.Size()));
+  mount::MotionInSpace motion(view);
+  LostFrames lost(up);
+  terminal::Progress progress(label, "frames", up.ExpectedFrames());
+  Frame frame;
+  cv::Mat buffer;
+  std::int64_t frames = 0;
+  while (up.Read(frame)) {
+    progress.Update(++frames);
+    const auto T_first_base = motion.Add(view.Rectify(frame.image, buffer), frame.stamp_s);
+    tracker.Add(forward.At(frame.stamp_s), T_first_base);
+    lost.Count(frame, T_first_base.has_value());
+  }
+  for (const std::string& warning : forward.Warnings()) terminal::Warn("{}", warning);
+  return tracker.Take();
 }
 
 }  // namespace ceilmap::recordings

@@ -1,14 +1,14 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "app/recordings/frame_source.hpp"
+#include "calib/ceiling_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/solve/forward_mount.hpp"
+#include "compensation/mount/ceiling_recording.hpp"
 
 namespace ceilmap::recordings {
 
@@ -19,21 +19,21 @@ struct RigRecording {
   std::filesystem::path stamps;  ///< of both; empty: the recordings' own time
 };
 
-/// The robot's motion in space, from one recording.
-struct RigMotion {
-  /// Of each frame, relative to the first, which is level; nothing: not measured.
-  std::vector<std::optional<Eigen::Isometry3d>> T_first_base;
-  std::vector<calibration::MotionWithMatches> forward_pairs;  ///< of the forward camera
-  std::int64_t frames = 0;
-};
+/// Reads the upward camera's recording of a spin or of a straight drive.
+/// @param view  of the upward camera as far as it is known. @param label  of the progress.
+/// @throws InputError when the ceiling is lost for 5 consecutive frames.
+mount::CeilingRecording ReadCeiling(FrameSource& source,
+                                    const calib::CeilingView& view,
+                                    const std::string& label);
 
-/// Tracks a recording by the ceiling, and the features of the forward camera.
-/// @param rig  With the calibrated upward camera and the approximate forward camera.
-/// @param label  Of the progress.
-/// @throws InputError when a source cannot be used, the forward camera is not in the rig, or
-/// tracking is lost for longer than a moment.
-RigMotion ReadMotion(const RigRecording& recording,
-                     const calib::Rig& rig,
-                     const std::string& label);
+/// Reads the recordings of both cameras: matches of the forward camera, with the robot's motion by
+/// the upward camera. Prints warnings on the forward recording.
+/// @param rig  its upward camera as calibrated, its forward one as far as it is known.
+/// @param label  of the progress.
+/// @throws InputError when a source cannot be used, the forward camera is not in the rig, or the
+///   ceiling is lost for 5 consecutive frames.
+std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecording& recording,
+                                                               const calib::Rig& rig,
+                                                               const std::string& label);
 
 }  // namespace ceilmap::recordings

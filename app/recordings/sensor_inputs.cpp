@@ -1,8 +1,8 @@
 #include "app/recordings/sensor_inputs.hpp"
 
-#include "app/files/colour_model_file.hpp"
 #include "app/files/heading_csv.hpp"
 #include "calib/robot_rig.hpp"
+#include "localization/compass/colour/colour_model_file.hpp"
 
 namespace ceilmap::recordings {
 namespace {
@@ -40,7 +40,7 @@ robot::SensorsParams SensorInputs::Params() const {
   params.measure_tilt = files_.tilt.has_value();
   if (files_.tilt) params.tilt.method = *files_.tilt;
   if (!files_.heading_model.empty()) {
-    params.heading_model = files::ReadColourModel(files_.heading_model);
+    params.heading_model = colour::ReadColourModel(files_.heading_model);
   }
   return params;
 }

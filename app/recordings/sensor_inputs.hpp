@@ -21,7 +21,7 @@ struct SensorFiles {
   std::string omni;
   std::filesystem::path omni_stamps;    ///< empty: `stamps`
   std::filesystem::path headings;       ///< files::ReadHeadings
-  std::filesystem::path heading_model;  ///< files::ReadColourModel
+  std::filesystem::path heading_model;  ///< colour::ReadColourModel
   HeadingFrame headings_frame = HeadingFrame::kRelative;
   std::optional<compensation::TiltMethod> tilt;  ///< nothing: tilt is not measured
   std::filesystem::path stamps;                  ///< of the upward frames

@@ -36,7 +36,7 @@ std::string ImageAxes(cv::Size size) {
       static_cast<double>(size.height) / size.width);
 }
 
-std::string ResidualData(const recordings::CameraCalibration& calibration) {
+std::string ResidualData(const calibration::CameraCalibration& calibration) {
   std::string text = "u_px,v_px,du_px,dv_px,picture\n";
   for (const SolvedView& view : calibration.solution.views) {
     if (!view.used) continue;
@@ -53,15 +53,15 @@ std::string ResidualData(const recordings::CameraCalibration& calibration) {
   return text;
 }
 
-// A round factor with which an arrow of the RMS is about two hundredths of the image long.
-double ArrowScale(const recordings::CameraCalibration& calibration) {
+// A round number that makes arrows of the RMS some two hundredths of the image long.
+double ArrowScale(const calibration::CameraCalibration& calibration) {
   const double wanted =
       0.02 * calibration.solution.lens.size.width / std::max(1e-6, calibration.solution.rms_px);
   const double decade = std::pow(10, std::floor(std::log10(wanted)));
   return wanted / decade >= 5 ? 5 * decade : wanted / decade >= 2 ? 2 * decade : decade;
 }
 
-figures::Figure ResidualFigure(const recordings::CameraCalibration& calibration) {
+figures::Figure ResidualFigure(const calibration::CameraCalibration& calibration) {
   figures::Figure figure;
   figure.name = "residuals";
   figure.width_px = kWidthPx;
@@ -81,7 +81,7 @@ figures::Figure ResidualFigure(const recordings::CameraCalibration& calibration)
   return figure;
 }
 
-figures::Figure CoverageFigure(const recordings::CameraCalibration& calibration) {
+figures::Figure CoverageFigure(const calibration::CameraCalibration& calibration) {
   const cv::Size size = calibration.solution.lens.size;
   std::string cells = "u_px,v_px,boards\n";
   for (std::size_t i = 0; i < calibration.coverage.boards.size(); ++i) {
@@ -111,7 +111,7 @@ figures::Figure CoverageFigure(const recordings::CameraCalibration& calibration)
   return figure;
 }
 
-figures::Figure ViewFigure(const recordings::CameraCalibration& calibration) {
+figures::Figure ViewFigure(const calibration::CameraCalibration& calibration) {
   std::string data = "view,rms_px,tilt_deg,picture\n";
   int index = 0;
   for (const SolvedView& view : calibration.solution.views) {
@@ -150,7 +150,7 @@ std::string HtmlTable(const ReportTable& table) {
   return html + "</table>\n";
 }
 
-std::string Html(const recordings::CameraCalibration& calibration,
+std::string Html(const calibration::CameraCalibration& calibration,
                  const std::vector<ReportTable>& tables,
                  const std::vector<std::string>& figures) {
   std::string html =
@@ -192,7 +192,7 @@ std::string Jpeg(const cv::Mat& image) {
 }  // namespace
 
 std::vector<fs::path> WriteCameraReport(const fs::path& folder,
-                                        const recordings::CameraCalibration& calibration) {
+                                        const calibration::CameraCalibration& calibration) {
   const std::vector<ReportTable> tables = CameraTables(calibration);
   std::vector<figures::Figure> figures;
   if (figures::FindGnuplot()) {

@@ -29,8 +29,8 @@ std::string WithSigma(double value, double sigma) {
   return fmt::format("{:.{}f} +- {:.{}f}", value, digits, sigma, digits);
 }
 
-// By reason, its first words, because the messages on blur and misfit contain numbers.
-void AddLeftOut(const recordings::CameraCalibration& calibration, terminal::Table& table) {
+// By reason, the first words of it: blur and misfit come with figures.
+void AddLeftOut(const calibration::CameraCalibration& calibration, terminal::Table& table) {
   std::map<std::string, int> counts;
   for (const auto& [name, why] : calibration.left_out) ++counts[why.substr(0, why.find(':'))];
   for (const auto& [why, count] : counts) {
@@ -40,7 +40,7 @@ void AddLeftOut(const recordings::CameraCalibration& calibration, terminal::Tabl
 
 }  // namespace
 
-terminal::Table CameraFacts(const recordings::CameraCalibration& calibration) {
+terminal::Table CameraFacts(const calibration::CameraCalibration& calibration) {
   const CameraSolution& solution = calibration.solution;
   terminal::Table table;
   table.AddRow({"images",
@@ -70,7 +70,7 @@ terminal::Table CameraFacts(const recordings::CameraCalibration& calibration) {
   return table;
 }
 
-nlohmann::ordered_json CameraJson(const recordings::CameraCalibration& calibration) {
+nlohmann::ordered_json CameraJson(const calibration::CameraCalibration& calibration) {
   const CameraSolution& solution = calibration.solution;
   nlohmann::ordered_json json;
   json["board"] = calibration.board.Name();
@@ -105,7 +105,7 @@ nlohmann::ordered_json CameraJson(const recordings::CameraCalibration& calibrati
   return json;
 }
 
-calib::CameraInfo CameraInfoOf(const recordings::CameraCalibration& calibration) {
+calib::CameraInfo CameraInfoOf(const calibration::CameraCalibration& calibration) {
   const CameraSolution& solution = calibration.solution;
   calib::CameraInfo info;
   info.name = calibration.name;
@@ -127,7 +127,7 @@ calib::CameraInfo CameraInfoOf(const recordings::CameraCalibration& calibration)
   return info;
 }
 
-std::vector<ReportTable> CameraTables(const recordings::CameraCalibration& calibration) {
+std::vector<ReportTable> CameraTables(const calibration::CameraCalibration& calibration) {
   const CameraSolution& solution = calibration.solution;
   ReportTable lens{"Camera", {"value", "estimate", "sigma"}, {}};
   const std::vector<std::string> names = ValueNames(solution.lens.model);

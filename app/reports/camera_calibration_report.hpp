@@ -5,24 +5,24 @@
 #include <string>
 #include <vector>
 
-#include "app/recordings/camera_calibration.hpp"
 #include "app/reports/report_table.hpp"
 #include "app/terminal/table.hpp"
 #include "calib/camera_info.hpp"
+#include "calib/solve/camera_calibration.hpp"
 
 namespace ceilmap::reports {
 
-/// Result of a calibration as text, for the terminal.
-terminal::Table CameraFacts(const recordings::CameraCalibration& calibration);
+/// What a calibration found, in words, for the terminal.
+terminal::Table CameraFacts(const calibration::CameraCalibration& calibration);
 
 /// The same for scripts: the lens with standard deviations, RMS, views, coverage.
-nlohmann::ordered_json CameraJson(const recordings::CameraCalibration& calibration);
+nlohmann::ordered_json CameraJson(const calibration::CameraCalibration& calibration);
 
-/// The camera_info file for `-o`.
-calib::CameraInfo CameraInfoOf(const recordings::CameraCalibration& calibration);
+/// For `-o`.
+calib::CameraInfo CameraInfoOf(const calibration::CameraCalibration& calibration);
 
-/// The used views, and the unused ones with the reason.
-std::vector<ReportTable> CameraTables(const recordings::CameraCalibration& calibration);
+/// The views that were used, and those left out and why.
+std::vector<ReportTable> CameraTables(const calibration::CameraCalibration& calibration);
 
 /// Writes index.html, tables.md, metrics.json, figures of residuals, coverage and views, and an
 /// image before and after rectification. Without gnuplot there are no figures, and a warning is
@@ -30,6 +30,6 @@ std::vector<ReportTable> CameraTables(const recordings::CameraCalibration& calib
 /// @param folder  Already checked by CheckReportFolder. @return all files.
 /// @throws RunError when the disk cannot be written.
 std::vector<std::filesystem::path> WriteCameraReport(
-    const std::filesystem::path& folder, const recordings::CameraCalibration& calibration);
+    const std::filesystem::path& folder, const calibration::CameraCalibration& calibration);
 
 }  // namespace ceilmap::reports

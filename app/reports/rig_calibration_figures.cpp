@@ -23,7 +23,7 @@ double Exaggeration(const std::vector<Pose2>& spin, double radius) {
   return std::max(1.0, std::pow(10, std::floor(std::log10(most))));
 }
 
-figures::Figure SpinFigure(const recordings::RigCalibration& result) {
+figures::Figure SpinFigure(const mount::UpMount& result) {
   const calibration::RigSolution& solution = result.solution;
   const double mm = 1000 * result.distance_m.value;
   const double radius_mm = mm * solution.mount.centre.norm();
@@ -61,7 +61,7 @@ figures::Figure SpinFigure(const recordings::RigCalibration& result) {
   return figure;
 }
 
-figures::Figure StraightFigure(const recordings::RigCalibration& result) {
+figures::Figure StraightFigure(const mount::UpMount& result) {
   const calibration::RigSolution& solution = result.solution;
   const double Z = result.distance_m.value;
   // Base x is (cos yaw, -sin yaw) in the first view's axes.
@@ -87,7 +87,7 @@ figures::Figure StraightFigure(const recordings::RigCalibration& result) {
   return figure;
 }
 
-figures::Figure ResidualFigure(const recordings::RigCalibration& result) {
+figures::Figure ResidualFigure(const mount::UpMount& result) {
   figures::Figure figure;
   figure.name = "residuals";
   const auto data = [](const std::vector<calibration::ViewError>& errors) {
@@ -112,43 +112,11 @@ figures::Figure ResidualFigure(const recordings::RigCalibration& result) {
 
 }  // namespace
 
-figures::Figure StepFigure(const recordings::StepCalibration& step) {
-  figures::Figure figure;
-  figure.name = "step";
-  std::string data = "pitch_up_deg,lift_mm\n";
-  for (const calibration::Climb& climb : step.climbs) {
-    data += fmt::format("{:.5f},{:.4f}\n", -kDegPerRad * climb.pitch_rad, 1000 * climb.lift_m);
-  }
-  figure.data = {{"step.csv", data}};
-  figure.settings =
-      "set xlabel 'pitch, nose up (deg)'\n"
-      "set ylabel 'lift of the mast (mm)'\n"
-      "set angles degrees\n"
-      "set key top left\n"
-      "set title 'Lift of the mast over a step: rotation about the axle while the front climbs'\n";
-  figure.plot = fmt::format(
-      "  plot 'step.csv' using 1:2 every ::1 with points ls 1 title 'frames', \\\n"
-      "    [0:{:.4f}] {:.6g} * sin(x) ls 2 title 'axle {:.1f} mm behind'",
-      kDegPerRad * step.pivots.axle.max_rad,
-      1000 * step.pivots.axle.distance_m,
-      1000 * step.pivots.axle.distance_m);
-  const calibration::Pivot& front = step.pivots.front_wheels;
-  if (front.frames > 0) {
-    figure.plot += fmt::format(
-        ", \\\n    [-{:.4f}:0] {:.6g} * sin(-x) ls 3 title 'front wheels {:.1f} mm ahead'",
-        kDegPerRad * front.max_rad,
-        1000 * front.distance_m,
-        1000 * front.distance_m);
-  }
-  figure.plot += "\n";
-  return figure;
-}
-
-std::vector<figures::Figure> RigFigures(const recordings::RigCalibration& result) {
+std::vector<figures::Figure> RigFigures(const mount::UpMount& result) {
   return {SpinFigure(result), StraightFigure(result), ResidualFigure(result)};
 }
 
-cv::Mat SpinMosaic(const recordings::CeilingKeyframes& spin,
+cv::Mat SpinMosaic(const mount::CeilingRecording& spin,
                    const std::vector<Pose2>& headings,
                    const calib::MountedCamera& up,
                    double ceiling_height_m,
@@ -160,8 +128,8 @@ cv::Mat SpinMosaic(const recordings::CeilingKeyframes& spin,
   cv::Mat sum = cv::Mat::zeros(side, side, CV_32FC1);
   cv::Mat count = cv::Mat::zeros(side, side, CV_32FC1);
   cv::Mat buffer;
-  for (std::size_t i = 0; i < spin.frames.size() && i < headings.size(); ++i) {
-    const cv::Mat& level = view.Rectify(spin.frames[i].raw, buffer);
+  for (std::size_t i = 0; i < spin.keyframes.size() && i < headings.size(); ++i) {
+    const cv::Mat& level = view.Rectify(spin.keyframes[i].image, buffer);
     const Pose2 T_middle_view = Pose2{0, 0, headings[i].yaw} * T_axle_base * view.T_base_view();
     // x right and y down, from the centre, as in the camera's image of the first view.
     const Pose2 T_mosaic_view = Pose2{0, 0, -view.T_base_view().yaw} * T_middle_view;

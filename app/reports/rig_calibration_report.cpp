@@ -23,8 +23,8 @@ struct Parameter {
   const char* key;  // key in JSON
   const char* name;
   const char* unit;
-  std::optional<double> before;
-  recordings::Measured found;
+  double before = 0;
+  mount::Measured found;
   int digits = 4;
 };
 
@@ -38,19 +38,18 @@ MountAngles AnglesOf(const Eigen::Matrix3d& R) {
   return {std::atan2(-R(0, 1), R(0, 0)), std::asin(R(0, 2)), std::atan2(-R(1, 2), R(2, 2))};
 }
 
-recordings::Measured InDegrees(const recordings::Measured& m) {
+mount::Measured InDegrees(const mount::Measured& m) {
   return {kDegPerRad * m.value, kDegPerRad * m.sigma};
 }
 
-// Parameters from the upward camera's recordings.
-std::vector<Parameter> MountParameters(const calib::Rig& before,
-                                       const recordings::RigCalibration& result) {
+// What the upward camera's recordings tell.
+std::vector<Parameter> MountParameters(const calib::Rig& before, const mount::UpMount& result) {
   const MountAngles angles = AnglesOf(before.up->T_base_cam.linear());
   const Eigen::Vector3d& t = before.up->T_base_cam.translation();
   const double Z = before.ceiling_height_m - t.z();
   const double focal_px = std::sqrt(before.up->camera.fx * before.up->camera.fy);
-  const auto millimetres = [](const recordings::Measured& m) {
-    return recordings::Measured{1000 * m.value, 1000 * m.sigma};
+  const auto millimetres = [](const mount::Measured& m) {
+    return mount::Measured{1000 * m.value, 1000 * m.sigma};
   };
   return {
       {"a_m", "a", "m", before.axle_behind_mast_m, result.axle_behind_mast_m},
@@ -65,11 +64,10 @@ std::vector<Parameter> MountParameters(const calib::Rig& before,
 }
 
 std::vector<Parameter> ForwardParameters(const calib::Rig& before,
-                                         const recordings::ForwardCalibration& result) {
-  const recordings::ForwardAngles angles =
-      recordings::ForwardAnglesOf(before.forward->T_base_cam.linear());
+                                         const mount::ForwardMount& result) {
+  const mount::ForwardAngles angles = mount::ForwardAnglesOf(before.forward->T_base_cam.linear());
   const auto add =
-      [](const char* key, const char* name, double was_rad, const recordings::Measured& found) {
+      [](const char* key, const char* name, double was_rad, const mount::Measured& found) {
         return Parameter{key, name, "deg", kDegPerRad * was_rad, InDegrees(found), 3};
       };
   return {add("forward_yaw_deg", "forward yaw", angles.yaw_rad, result.yaw_rad),
@@ -77,47 +75,21 @@ std::vector<Parameter> ForwardParameters(const calib::Rig& before,
           add("forward_roll_deg", "forward roll", angles.roll_rad, result.roll_rad)};
 }
 
-// Values by a second measurement, or not in the rig: `before` is the first measurement, or nothing.
-std::vector<Parameter> StepParameters(const recordings::RigCalibration& mount,
-                                      const recordings::StepCalibration& step) {
-  const auto pivot = [](const calibration::Pivot& p) {
-    return recordings::Measured{p.distance_m, p.sigma_m};
-  };
-  std::vector<Parameter> parameters{
-      {"a_step_m", "a by the step", "m", mount.axle_behind_mast_m.value, pivot(step.pivots.axle)}};
-  if (step.pivots.front_wheels.frames > 0) {
-    parameters.push_back({"front_wheels_m",
-                          "front wheels before mast",
-                          "m",
-                          std::nullopt,
-                          pivot(step.pivots.front_wheels)});
-  }
-  if (step.wheelbase_m) {
-    parameters.push_back({"wheelbase_m", "wheelbase", "m", std::nullopt, *step.wheelbase_m});
-  }
-  if (step.climbed_m) {
-    parameters.push_back({"climbed_m", "step's height", "m", step.height_m, *step.climbed_m});
-  }
-  return parameters;
-}
-
-std::vector<Parameter> ParametersOf(const calib::Rig& before,
-                                    const recordings::RigFindings& result) {
-  std::vector<Parameter> all = MountParameters(before, result.mount);
+std::vector<Parameter> ParametersOf(const calib::Rig& before, const RigFindings& result) {
+  std::vector<Parameter> all = MountParameters(before, result.up);
   const auto add = [&all](const std::vector<Parameter>& more) {
     all.insert(all.end(), more.begin(), more.end());
   };
   if (result.forward) add(ForwardParameters(before, *result.forward));
-  if (result.step) add(StepParameters(result.mount, *result.step));
   return all;
 }
 
-ReportTable ParameterTable(const calib::Rig& before, const recordings::RigFindings& result) {
+ReportTable ParameterTable(const calib::Rig& before, const RigFindings& result) {
   ReportTable table{"Rig", {"", "before", "measured", "sigma", "unit"}, {}};
   for (const Parameter& p : ParametersOf(before, result)) {
     table.rows.push_back(
         {p.name,
-         p.before ? fmt::format("{:.{}f}", *p.before, p.digits) : "-",
+         fmt::format("{:.{}f}", p.before, p.digits),
          fmt::format("{:.{}f}", p.found.value, p.digits + 1),
          p.found.sigma > 0 ? fmt::format("{:.{}f}", p.found.sigma, p.digits + 1) : "-",
          p.unit});
@@ -127,11 +99,11 @@ ReportTable ParameterTable(const calib::Rig& before, const recordings::RigFindin
 
 }  // namespace
 
-std::string RigHeader(const recordings::RigFindings& found) {
-  const recordings::RigCalibration& result = found.mount;
+std::string RigHeader(const RigFindings& found) {
+  const mount::UpMount& result = found.up;
   std::string text = "# measured by ceilmap calibrate rig, with standard deviations:\n";
   const auto add =
-      [&text](const char* name, const recordings::Measured& m, double unit, const char* unit_name) {
+      [&text](const char* name, const mount::Measured& m, double unit, const char* unit_name) {
         text += fmt::format(
             "#   {} = {:.5f} +- {:.5f} {}\n", name, unit * m.value, unit * m.sigma, unit_name);
       };
@@ -147,22 +119,14 @@ std::string RigHeader(const recordings::RigFindings& found) {
     add("forward: pitch (up)", found.forward->pitch_rad, kDegPerRad, "deg");
     add("forward: roll", found.forward->roll_rad, kDegPerRad, "deg");
   }
-  if (found.step) {
-    const calibration::Pivot& axle = found.step->pivots.axle;
-    add("a by the step, to compare", {axle.distance_m, axle.sigma_m}, 1, "m");
-  }
   return text;
 }
 
-void Summarize(const calib::Rig& before,
-               const recordings::RigFindings& found,
-               terminal::Summary& summary) {
-  const recordings::RigCalibration& result = found.mount;
+void Summarize(const calib::Rig& before, const RigFindings& found, terminal::Summary& summary) {
+  const mount::UpMount& result = found.up;
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
   for (const Parameter& p : ParametersOf(before, found)) {
-    nlohmann::ordered_json was;
-    if (p.before) was = *p.before;
-    parameters[p.key] = {{"before", was}, {"value", p.found.value}, {"sigma", p.found.sigma}};
+    parameters[p.key] = {{"before", p.before}, {"value", p.found.value}, {"sigma", p.found.sigma}};
   }
   const calibration::RigSolution& solution = result.solution;
   summary.quality = {{"parameters", parameters},
@@ -171,31 +135,26 @@ void Summarize(const calib::Rig& before,
                      {"sigma_px", solution.sigma_px},
                      {"spin",
                       {{"keyframes", solution.spin.size()},
-                       {"turn_deg", kDegPerRad * result.turn_rad},
-                       {"wander_mm", 1000 * result.wander_m}}},
+                       {"turn_deg", kDegPerRad * result.spin_turn_rad},
+                       {"wander_mm", 1000 * result.axle_motion_m}}},
                      {"straight",
                       {{"keyframes", solution.straight.size()},
-                       {"turn_deg", kDegPerRad * result.course_rad},
+                       {"turn_deg", kDegPerRad * result.course_turn_rad},
                        {"length_m", result.drive_length_m.value}}}};
   if (found.forward) {
     summary.quality["forward"] = {{"pairs", found.forward->pairs},
-                                  {"matches", found.forward->mount.matches},
-                                  {"inliers", found.forward->mount.inliers},
-                                  {"sigma_px", found.forward->mount.sigma_px}};
-  }
-  if (found.step) {
-    summary.quality["step"] = {{"frames", found.step->climbs.size()},
-                               {"largest_deg", kDegPerRad * found.step->max_pitch_rad},
-                               {"rms_mm", 1000 * found.step->pivots.axle.rms_m}};
+                                  {"matches", found.forward->solution.matches},
+                                  {"inliers", found.forward->solution.inliers},
+                                  {"sigma_px", found.forward->solution.sigma_px}};
   }
 }
 
 void WriteRigReport(const std::filesystem::path& folder,
                     const calib::Rig& before,
-                    const recordings::RigFindings& found,
-                    const recordings::CeilingKeyframes& spin,
+                    const RigFindings& found,
+                    const mount::CeilingRecording& spin,
                     terminal::Summary& summary) {
-  const recordings::RigCalibration& result = found.mount;
+  const mount::UpMount& result = found.up;
   const std::vector<ReportTable> tables{ParameterTable(before, found)};
   using Handler = nlohmann::ordered_json::error_handler_t;
   std::vector<std::filesystem::path> files =
@@ -218,9 +177,7 @@ void WriteRigReport(const std::filesystem::path& folder,
   summary.files.insert(summary.files.end(), files.begin(), files.end());
   try {
     figures::FigureFolder figures(folder / "figures");
-    std::vector<figures::Figure> all = RigFigures(result);
-    if (found.step) all.push_back(StepFigure(*found.step));
-    figures.Draw(all);
+    figures.Draw(RigFigures(result));
     summary.files.insert(summary.files.end(), figures.Files().begin(), figures.Files().end());
   } catch (const RunError& error) {
     terminal::Warn("no figures: {}", error.what());
@@ -228,39 +185,32 @@ void WriteRigReport(const std::filesystem::path& folder,
 }
 
 void PrintReport(const calib::Rig& before,
-                 const recordings::RigFindings& found,
+                 const RigFindings& found,
                  double seconds,
                  const terminal::Summary& summary) {
   fmt::print("{}\n", FormatPlain(ParameterTable(before, found)));
-  const recordings::RigCalibration& result = found.mount;
+  const mount::UpMount& result = found.up;
   const calibration::RigSolution& solution = result.solution;
   terminal::Table facts;
   facts.AddRow({"spin",
-                fmt::format("{:.1f}", kDegPerRad * result.turn_rad),
+                fmt::format("{:.1f}", kDegPerRad * result.spin_turn_rad),
                 fmt::format("deg in {} views, axle steady to {:.1f} mm",
                             solution.spin.size(),
-                            1000 * result.wander_m)});
+                            1000 * result.axle_motion_m)});
   facts.AddRow({"straight drive",
                 fmt::format("{:.3f}", result.drive_length_m.value),
                 fmt::format("m in {} views, course steady to {:.2f} deg",
                             solution.straight.size(),
-                            kDegPerRad * result.course_rad)});
+                            kDegPerRad * result.course_turn_rad)});
   facts.AddRow({"places",
                 fmt::format("{}", solution.places),
                 fmt::format("of the ceiling in two views, residual {:.3f} px", solution.sigma_px)});
   if (found.forward) {
     facts.AddRow({"forward camera",
-                  fmt::format("{}", found.forward->mount.matches),
+                  fmt::format("{}", found.forward->solution.matches),
                   fmt::format("matches in {} pairs of images, residual {:.3f} px",
                               found.forward->pairs,
-                              found.forward->mount.sigma_px)});
-  }
-  if (found.step) {
-    facts.AddRow({"step",
-                  fmt::format("{:.2f}", kDegPerRad * found.step->max_pitch_rad),
-                  fmt::format("deg of pitch; lifts agree to {:.2f} mm in {} frames",
-                              1000 * found.step->pivots.axle.rms_m,
-                              found.step->pivots.axle.frames)});
+                              found.forward->solution.sigma_px)});
   }
   facts.AddRow({"time", fmt::format("{:.1f}", seconds), "s"});
   fmt::print("{}", facts.Format());

@@ -1,33 +1,39 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
-#include "app/recordings/motion_calibration.hpp"
-#include "app/recordings/rig_calibration.hpp"
 #include "app/terminal/summary.hpp"
 #include "calib/rig.hpp"
+#include "compensation/mount/ceiling_recording.hpp"
+#include "compensation/mount/forward_mount_from_motion.hpp"
+#include "compensation/mount/up_mount.hpp"
 
 namespace ceilmap::reports {
 
-/// Results of `calibrate rig`, as comment lines for the beginning of the rig file.
-std::string RigHeader(const recordings::RigFindings& result);
+/// The results of `calibrate rig`.
+struct RigFindings {
+  mount::UpMount up;
+  std::optional<mount::ForwardMount> forward;
+};
 
-/// @param before  The initial rig.
-void Summarize(const calib::Rig& before,
-               const recordings::RigFindings& result,
-               terminal::Summary& summary);
-/// Writes figures, mosaics and tables into a folder that was checked by CheckReportFolder. Without
-/// gnuplot there are no figures, and a warning is printed.
+/// The results as comment lines at the head of the rig file.
+std::string RigHeader(const RigFindings& result);
+
+/// @param before  the rig as it was known.
+void Summarize(const calib::Rig& before, const RigFindings& result, terminal::Summary& summary);
+/// Writes figures, mosaics and tables into a folder that CheckReportFolder has passed. Without
+/// gnuplot there are no figures, and a warning tells.
 void WriteRigReport(const std::filesystem::path& folder,
                     const calib::Rig& before,
-                    const recordings::RigFindings& result,
-                    const recordings::CeilingKeyframes& spin,
+                    const RigFindings& result,
+                    const mount::CeilingRecording& spin,
                     terminal::Summary& summary);
 
 /// Prints the table of a run on stdout.
 void PrintReport(const calib::Rig& before,
-                 const recordings::RigFindings& result,
+                 const RigFindings& result,
                  double seconds,
                  const terminal::Summary& summary);
 

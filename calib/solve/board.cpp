@@ -46,10 +46,10 @@ const NamedDictionary& FindDictionary(const std::string& name) {
                                          kDictionaries.end(),
                                          [&](const NamedDictionary& d) { return name == d.name; });
   if (found != kDictionaries.end()) return *found;
-  throw InputError(fmt::format(
-      "--dictionary {}: must be 4x4, 5x5, 6x6 or 7x7, then _50, _100, _250 or _1000, or "
-      "original; see the board's margin or its source",
-      name));
+  throw InputError(
+      fmt::format("dictionary {}: must be 4x4, 5x5, 6x6 or 7x7, then _50, _100, _250 or _1000, or "
+                  "original; the board's maker or its margin tells",
+                  name));
 }
 
 bool ParseCount(std::string_view text, int& count) {
@@ -68,28 +68,28 @@ std::string Board::Name() const {
 }
 
 void Board::Validate() const {
-  const auto check_count = [](int count) {
+  const auto check_count = [this](int count) {
     if (count >= kMinCorners && count <= kMaxCorners) return;
-    throw InputError(
-        fmt::format("--corners: {} in a row, must be {} to {}", count, kMinCorners, kMaxCorners));
+    throw InputError(fmt::format(
+        "corners {}x{}: each count must be {} to {}", columns, rows, kMinCorners, kMaxCorners));
   };
   check_count(columns);
   check_count(rows);
   if (!(square_m > 0 && square_m <= 10)) {
     throw InputError(
-        fmt::format("--square {}: must be the side of a square in metres, e.g. 0.025", square_m));
+        fmt::format("square {}: must be the side of a square in metres, e.g. 0.025", square_m));
   }
   if (kind == BoardKind::kChessboard) return;
   if (!(marker_m > 0 && marker_m < square_m)) {
-    throw InputError(fmt::format(
-        "--marker {}: must be the side of a marker in metres, less than the square's {}",
-        marker_m,
-        square_m));
+    throw InputError(
+        fmt::format("marker {}: must be the side of a marker in metres, less than the square's {}",
+                    marker_m,
+                    square_m));
   }
   const int markers = (columns + 1) * (rows + 1) / 2;
   if (markers > MarkerCount(dictionary)) {
     throw InputError(
-        fmt::format("--dictionary {}: has {} markers, the board needs {}; take a larger one",
+        fmt::format("dictionary {}: has {} markers, the board needs {}; take a larger one",
                     dictionary,
                     MarkerCount(dictionary),
                     markers));
@@ -102,7 +102,7 @@ cv::Size ParseCorners(const std::string& text) {
   if (cross == std::string::npos || !ParseCount(text.substr(0, cross), corners.width) ||
       !ParseCount(text.substr(cross + 1), corners.height)) {
     throw InputError(
-        fmt::format("--corners {}: must be COLUMNSxROWS of inner corners (where four squares "
+        fmt::format("corners {}: must be COLUMNSxROWS of inner corners (where four squares "
                     "meet), e.g. 9x6 for "
                     "10x7 squares",
                     text));
@@ -113,7 +113,7 @@ cv::Size ParseCorners(const std::string& text) {
 BoardKind ParseBoardKind(const std::string& text) {
   if (text == "chessboard") return BoardKind::kChessboard;
   if (text == "charuco") return BoardKind::kCharuco;
-  throw InputError(fmt::format("--board {}: must be chessboard or charuco", text));
+  throw InputError(fmt::format("board {}: must be chessboard or charuco", text));
 }
 
 int DictionaryId(const std::string& dictionary) {

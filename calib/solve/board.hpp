@@ -22,7 +22,7 @@ struct Board {
   double marker_m = 0;                ///< side of a marker, less than a square's; only for kCharuco
   std::string dictionary = "4x4_50";  ///< of the markers: SIZExSIZE_COUNT, as in OpenCV
 
-  /// @throws InputError naming the option of `ceilmap calibrate camera` to be corrected.
+  /// @throws InputError naming the field: corners, square, marker or dictionary.
   void Validate() const;
 
   [[nodiscard]] int CornerCount() const { return columns * rows; }

@@ -119,7 +119,7 @@ Paper ParsePaper(const std::string& name) {
   const auto* const found = std::find_if(
       kPapers.begin(), kPapers.end(), [&](const Paper& paper) { return paper.name == name; });
   if (found != kPapers.end()) return *found;
-  throw InputError(fmt::format("--paper {}: must be a4, a3 or letter", name));
+  throw InputError(fmt::format("paper {}: must be a4, a3 or letter", name));
 }
 
 BoardDrawing DrawBoard(const Board& board, const Paper& paper) {
@@ -136,8 +136,8 @@ BoardDrawing DrawBoard(const Board& board, const Paper& paper) {
     const double fitting_mm = std::min((drawing.width_mm - 2 * kMarginMm) / (board.columns + 1),
                                        (room_mm - 2 * kMarginMm) / (board.rows + 1));
     throw InputError(fmt::format(
-        "--square {:g}: the board of {:.0f} x {:.0f} mm does not fit on {}; take at most "
-        "--square {:.4f}, or a larger --paper",
+        "square {:g}: the board of {:.0f} x {:.0f} mm does not fit on {}; take squares of at most "
+        "{:.4f} m, or larger paper",
         board.square_m,
         board_width_mm,
         board_height_mm,

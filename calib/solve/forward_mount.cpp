@@ -20,6 +20,15 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kMinDepthM = 0.3;  // nothing is nearer to the camera
+// Standard deviation of the initial rotation: all information on an angle that no motion
+// determines.
+constexpr double kStartSigmaRad = 0.05;
+// Standard deviations of each motion, about and along any axis: errors of the ceiling's poses. They
+// are estimated with the rotation, because otherwise short motions would have too much weight.
+constexpr double kMotionSigmaRad = 2e-4;
+constexpr double kMotionSigmaM = 3e-4;
+
 template <typename T>
 using Vector2 = Eigen::Matrix<T, 2, 1>;
 template <typename T>
@@ -64,7 +73,7 @@ RayInSecond<T> RayOf(const MotionWithMatches& motion,
 // Distance of a match from that half line, along it (beyond its ends) and across, in units of the
 // focal length. @return false when it is behind the second camera.
 template <typename T>
-bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, double min_depth_m, T* miss) {
+bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, T* miss) {
   const Vector3<T>& far = ray.direction;
   if (!(far.z() > 1e-3)) return false;
   const Vector2<T> infinity = far.hnormalized();
@@ -80,7 +89,7 @@ bool MissOf(const RayInSecond<T>& ray, const Vector2d& seen, double min_depth_m,
   const Vector2<T> along = towards / ceres::sqrt(length2);
   miss[0] = off.y() * along.x() - off.x() * along.y();
   const T s = off.dot(along);
-  const Vector3<T> near = far + ray.origin / T(min_depth_m);
+  const Vector3<T> near = far + ray.origin / T(kMinDepthM);
   miss[1] = T(0);
   if (s < T(0)) {
     miss[1] = s;
@@ -95,16 +104,15 @@ struct MatchCost {
   const MotionWithMatches* motion;
   const Match* match;
   const Isometry3d* start;
-  double min_depth_m;
-  double per_error;  // focal length / standard deviation
+  double per_error;  // focal length over deviation
 
   template <typename T>
   bool operator()(const T* turn, const T* error, T* residual) const {
     const Matrix3<T> R = TurnOf(turn) * start->linear().cast<T>();
     const RayInSecond<T> ray =
         RayOf<T>(*motion, *match, R, start->translation(), Eigen::Map<const Vector6<T>>(error));
-    if (!MissOf<T>(ray, match->second, min_depth_m, residual)) {
-      residual[0] = residual[1] = T(0);  // not informative
+    if (!MissOf<T>(ray, match->second, residual)) {
+      residual[0] = residual[1] = T(0);  // says nothing
     }
     residual[0] *= T(per_error);
     residual[1] *= T(per_error);
@@ -183,19 +191,18 @@ class Solver {
     for (std::size_t i = 0; i < motions_.size(); ++i) {
       if (i >= out.first && i < out.last) continue;
       double* const error = at.errors[i].data();
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<MotionCost, 6, 6>(new MotionCost{
-                                   1 / params_.motion_sigma_rad, 1 / params_.motion_sigma_m}),
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<MotionCost, 6, 6>(
+                                   new MotionCost{1 / kMotionSigmaRad, 1 / kMotionSigmaM}),
                                nullptr,
                                error);
       options.linear_solver_ordering->AddElementToGroup(error, 0);
       for (const Match& match : motions_[i].matches) {
-        auto* cost = new MatchCost{
-            &motions_[i], &match, &start_, params_.min_depth_m, params_.focal_px / sigma_px};
+        auto* cost = new MatchCost{&motions_[i], &match, &start_, params_.focal_px / sigma_px};
         problem.AddResidualBlock(
             new ceres::AutoDiffCostFunction<MatchCost, 2, 3, 6>(cost), LossOf(loss), turn, error);
       }
     }
-    problem.AddResidualBlock(TurnCostOf(params_.start_sigma_rad), nullptr, turn);
+    problem.AddResidualBlock(TurnCostOf(kStartSigmaRad), nullptr, turn);
     options.linear_solver_type = ceres::DENSE_SCHUR;
     options.num_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     options.logging_type = ceres::SILENT;
@@ -222,7 +229,7 @@ class Solver {
       for (const Match& match : motion.matches) {
         Vector2d miss;
         const auto ray = RayOf<double>(motion, match, R, start_.translation(), at.errors[i]);
-        const bool shown = MissOf<double>(ray, match.second, params_.min_depth_m, miss.data());
+        const bool shown = MissOf<double>(ray, match.second, miss.data());
         errors.push_back(shown ? params_.focal_px * miss.norm()
                                : std::numeric_limits<double>::infinity());
       }

@@ -25,7 +25,7 @@ LensModel ParseLensModel(const std::string& text) {
   if (text == "plumb_bob") return LensModel::kPlumbBob;
   if (text == "rational") return LensModel::kRational;
   if (text == "equidistant") return LensModel::kEquidistant;
-  throw InputError(fmt::format("--model {}: must be plumb_bob, rational or equidistant", text));
+  throw InputError(fmt::format("model {}: must be plumb_bob, rational or equidistant", text));
 }
 
 std::string RosName(LensModel model) {

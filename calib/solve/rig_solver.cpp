@@ -15,6 +15,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
+// Lower bounds of the deviations that are estimated from the data: sideways slip from view to view
+// and motion of the axle in a spin, both in units of Z, and the error of a point.
+constexpr double kMinSlip = 5e-5;
+constexpr double kMinWander = 5e-5;
+constexpr double kMinSigmaPx = 0.005;
 
 RigParameters StartParameters(const Recording& spin,
                               const Recording& straight,
@@ -63,20 +68,20 @@ std::vector<double> ErrorsOf(const Recording& spin,
 RigScales ScalesOf(const Recording& spin,
                    const Recording& straight,
                    const RigParameters& parameters,
-                   const RigSolverParams& params) {
+                   double focal_px) {
   constexpr double kMedianOfTwo = 1.1774;  // of the length of a normal error in two axes
   RigScales scales;
-  std::vector<double> errors_px = ErrorsOf(spin, straight, parameters, params.focal_px);
-  scales.place_px = std::max(params.sigma_floor_px, Median(errors_px) / kMedianOfTwo);
+  std::vector<double> errors_px = ErrorsOf(spin, straight, parameters, focal_px);
+  scales.place_px = std::max(kMinSigmaPx, Median(errors_px) / kMedianOfTwo);
   std::vector<double> wander;
   for (const auto& pose : parameters.spin) wander.push_back(std::hypot(pose[0], pose[1]));
-  scales.wander = std::max(params.min_wander, Median(wander) / kMedianOfTwo);
+  scales.wander = std::max(kMinWander, Median(wander) / kMedianOfTwo);
   std::vector<double> slip;
   for (std::size_t i = 0; i + 1 < parameters.straight.size(); ++i) {
     slip.push_back(std::abs(SlipOf(parameters, i)));
   }
   constexpr double kMedianOfOne = 0.6745;
-  scales.slip = params.min_slip;
+  scales.slip = kMinSlip;
   if (!slip.empty()) scales.slip = std::max(scales.slip, Median(slip) / kMedianOfOne);
   return scales;
 }
@@ -177,8 +182,8 @@ RigSolution SolveRig(const Recording& spin,
                      const RigSolverParams& params) {
   RigParameters parameters = StartParameters(spin, straight, start);
   if (parameters.spin.size() < 3 || ErrorsOf(spin, straight, parameters, 1).empty()) return {};
-  RigScales scales;  // initially wide: errors of the wheels are not yet known
-  scales.place_px = ScalesOf(spin, straight, parameters, params).place_px;
+  RigScales scales;  // wide at first: what wheels did is not known yet
+  scales.place_px = ScalesOf(spin, straight, parameters, params.focal_px).place_px;
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
     RigProblem problem(spin, straight, params.focal_px, scales, parameters);
@@ -191,7 +196,7 @@ RigSolution SolveRig(const Recording& spin,
       solution.ok = solution.covariance.allFinite();  // else the views do not determine all values
       return solution;
     }
-    scales = ScalesOf(spin, straight, parameters, params);
+    scales = ScalesOf(spin, straight, parameters, params.focal_px);
   }
   return {};
 }

@@ -53,14 +53,9 @@ struct RigMount {
 
 struct RigSolverParams {
   double focal_px = 0;  ///< turns errors into pixels, > 0
-  /// Sideways slip from view to view, and the wander of the axle in a turn on the spot, are found
-  /// from the data but never believed to be smaller, in units of Z.
-  double min_slip = 5e-5;
-  double min_wander = 5e-5;
-  double sigma_floor_px = 0.005;  ///< the same of the places' errors
-  /// How far off the intrinsics may put a point at the image's edge. What is wrong with the lens
-  /// is wrong alike in all images, and no residual tells of it: it goes into the covariance as
-  /// errors of focal length, principal point, distortion and skew of this size each.
+  /// Error that the intrinsics may cause at the image's edge. It is the same in all images, so that
+  /// no residual shows it: it enters the covariance as errors of focal length, principal point,
+  /// distortion and skew of this size each.
   double lens_sigma_px = 0.05;
 };
 

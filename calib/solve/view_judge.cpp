@@ -109,7 +109,7 @@ void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
   if (ratio > kGoodRatio) {
     (ratio < kMaxRatio ? judgement.warnings : judgement.faults)
         .push_back(
-            fmt::format("RMS of {:.2f} px: is the board flat, and is the lens of --model {}? A "
+            fmt::format("RMS of {:.2f} px: is the board flat, and is the lens of the model {}? A "
                         "fisheye needs equidistant",
                         solution.rms_px,
                         RosName(solution.lens.model)));
@@ -126,9 +126,9 @@ void JudgeReach(const Lens& lens, Judgement& judgement) {
   const double share = Reach(lens) / std::hypot(across, down);
   if (share >= kGoodShare) return;
   judgement.warnings.push_back(fmt::format(
-      "the distortion model is valid only to {:.0f} % of the distance to the image's corners; "
-      "content beyond is lost by rectification: add views with the board there, or try "
-      "another --model",
+      "the distortion found has a meaning only {:.0f} % of the way to the image's corners; "
+      "what lies beyond is lost when it is taken out: add views with the board there, or try "
+      "another lens model",
       100 * share));
 }
 

@@ -29,8 +29,6 @@ class CameraStream {
   /// The image nearest in time; nothing when none is within max_offset_s. Stamps must not decrease.
   [[nodiscard]] std::optional<Image> Nearest(double stamp_s);
 
-  /// Time of the latest image; nothing before the first one.
-  [[nodiscard]] std::optional<double> LastStamp() const { return last_stamp_s_; }
   [[nodiscard]] const StreamReport& Report() const { return report_; }
 
  private:

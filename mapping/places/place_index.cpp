@@ -251,9 +251,6 @@ PlaceIndex& PlaceIndex::operator=(PlaceIndex&&) noexcept = default;
 std::size_t PlaceIndex::KeyframeCount() const {
   return impl_->keyframe_ids.size();
 }
-std::size_t PlaceIndex::WindowCount() const {
-  return impl_->keyframe_of.size();
-}
 
 void PlaceIndex::Add(std::int64_t keyframe_id, const cv::Mat& descriptors) {
   Impl& d = *impl_;

@@ -71,7 +71,6 @@ class PlaceIndex {
       const std::function<bool(std::int64_t)>& exclude = {}) const;
 
   [[nodiscard]] std::size_t KeyframeCount() const;
-  [[nodiscard]] std::size_t WindowCount() const;
 
  private:
   struct Impl;

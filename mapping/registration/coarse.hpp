@@ -58,7 +58,6 @@ class CoarseStage {
   explicit CoarseStage(cv::Size size, const cv::Mat& mask = {}, const CoarseParams& params = {});
 
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }
-  [[nodiscard]] int Reduction() const { return factor_; }
 
   /// Fills the data of the coarse stage: flat, spectrum, rings, noise_sigma and contrast.
   /// @param grey  CV_8UC1, checked by the caller. @param mask  CV_8UC1 of the same size, 0 where

@@ -162,7 +162,7 @@ void ExportGeoTiff(const MapReader& map, const fs::path& file) {
 void ExportRos(const MapReader& map, const fs::path& path) {
   CheckHasMosaic(map);
   if (map.Metadata().unit != "m") {
-    throw InputError("a map in pixels has no metres, which ROS needs; make the map with --rig");
+    throw InputError("a map in pixels has no metres, which ROS needs; make the map with a rig");
   }
   fs::path yaml = path;
   if (yaml.extension() != ".yaml") yaml += ".yaml";

@@ -14,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "mapping/graph/g2o.hpp"
 #include "mapping/graph/pose_graph.hpp"
 #include "tests/bench/median.hpp"
 #include "tests/mapping/graph/synthetic_graph.hpp"
@@ -86,7 +85,7 @@ struct AutoDiffError {
   }
 };
 
-void SolvePlain(const graph::PoseGraph& graph, Outcome& outcome) {
+void SolvePlain(const graph::synthetic::PoseGraph& graph, Outcome& outcome) {
   outcome.poses = graph.poses;
   const double start = Seconds();
   ceres::Problem problem;
@@ -126,7 +125,7 @@ void SolvePlain(const graph::PoseGraph& graph, Outcome& outcome) {
 
 // --- Ours.
 
-void SolveOurs(const graph::PoseGraph& graph,
+void SolveOurs(const graph::synthetic::PoseGraph& graph,
                const graph::PoseGraphParams& params,
                Outcome& outcome) {
   outcome.poses = graph.poses;
@@ -138,8 +137,8 @@ void SolveOurs(const graph::PoseGraph& graph,
   outcome.cost = summary.final_cost;
 }
 
-/// Half the sum of squares at the poses, computed equally for both.
-double Cost(const graph::PoseGraph& graph, const std::vector<Pose2>& poses) {
+/// Half the sum of squares at the poses, counted the same way for both.
+double Cost(const graph::synthetic::PoseGraph& graph, const std::vector<Pose2>& poses) {
   double sum = 0;
   for (const graph::Edge& edge : graph.edges) {
     sum += graph::EdgeChi2(edge, poses[edge.from], poses[edge.to]) / 2;
@@ -155,7 +154,7 @@ double LargestDistance(const std::vector<Pose2>& a, const std::vector<Pose2>& b)
   return largest;
 }
 
-void PrintRow(const char* name, const graph::PoseGraph& graph, const Outcome& outcome) {
+void PrintRow(const char* name, const graph::synthetic::PoseGraph& graph, const Outcome& outcome) {
   fmt::print("  {:<24}{:>12}{:>18.8f}{:>12.1f}{:>12.1f}\n",
              name,
              outcome.iterations,
@@ -166,8 +165,7 @@ void PrintRow(const char* name, const graph::PoseGraph& graph, const Outcome& ou
 
 /// Whether both reached the same cost, by their own account and by a common one.
 bool Compare(const std::string& name, const graph::synthetic::World& world, int repetitions) {
-  const graph::PoseGraph graph = graph::ParseG2o(
-      graph::FormatG2o(world.graph.poses, world.graph.edges, world.graph.fixed), name + ".g2o");
+  const graph::synthetic::PoseGraph& graph = world.graph;
   const graph::PoseGraphParams plain_squares = {.loop_loss_scale = 0};
   Outcome plain;
   Outcome ours;

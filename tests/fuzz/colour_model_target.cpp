@@ -1,6 +1,6 @@
 #include <string>
 
-#include "app/files/colour_model_file.hpp"
+#include "localization/compass/colour/colour_model_file.hpp"
 #include "tests/fuzz/promise.hpp"
 #include "tests/fuzz/targets.hpp"
 
@@ -10,15 +10,15 @@ void ReadAsColourModel(std::string_view bytes) {
   const std::string text(bytes);
   constexpr std::int64_t kMaxFrequencies = 1'000'000;
   const auto model =
-      Accepted([&] { return files::ParseColourModel(text, "model", kMaxFrequencies); });
+      Accepted([&] { return colour::ParseColourModel(text, "model", kMaxFrequencies); });
   if (!model) return;
   model->Validate();
   // What was written and read is not changed by being written again.
-  const std::string once = files::FormatColourModel(*model);
-  const auto read = Accepted([&] { return files::ParseColourModel(once, "once"); });
+  const std::string once = colour::FormatColourModel(*model);
+  const auto read = Accepted([&] { return colour::ParseColourModel(once, "once"); });
   if (!read) return;  // small numbers round to 0, which a depth or a certainty must not be
-  const std::string twice = files::FormatColourModel(*read);
-  Require(files::FormatColourModel(files::ParseColourModel(twice, "twice")) == twice,
+  const std::string twice = colour::FormatColourModel(*read);
+  Require(colour::FormatColourModel(colour::ParseColourModel(twice, "twice")) == twice,
           "a model reads back as another one");
 }
 

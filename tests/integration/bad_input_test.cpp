@@ -205,7 +205,7 @@ const std::vector<BadInput> kLocalize = {
     {"MapIsNone", Localize("@run.avi", "@rig.yaml", "@run.avi"), "is no GeoPackage"},
     {"MapIsTruncated", Localize("@half.gpkg", "@rig.yaml", "@run.avi"), "half.gpkg"},
     {"MapOfAnotherVersion", Localize("@old.gpkg", "@rig.yaml", "@run.avi"), "version 1"},
-    {"MapInPixels", Localize("@pixels.gpkg", "@rig.yaml", "@run.avi"), "make it again with --rig"},
+    {"MapInPixels", Localize("@pixels.gpkg", "@rig.yaml", "@run.avi"), "make it again with a rig"},
     {"CameraAtTheCeiling", Localize("@good.gpkg", "@high.yaml", "@run.avi"), "high.yaml"},
     {"NoUpwardCamera", Localize("@good.gpkg", "@blind.yaml", "@run.avi"), "blind.yaml"},
     {"CameraLooksDown", Localize("@good.gpkg", "@down.yaml", "@run.avi"), "down.yaml"},

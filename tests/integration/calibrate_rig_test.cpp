@@ -27,8 +27,6 @@ using testing::HasSubstr;
 using testing::StartsWith;
 constexpr double kAxle = 0.12;
 constexpr double kLength = 1.5;
-constexpr double kStep = 0.02;
-constexpr double kWheelbase = 0.3;
 
 std::string Scene(const std::string& tum) {
   return R"(seed: 5
@@ -66,20 +64,6 @@ std::string TumLine(int index, double x, double y, double yaw) {
                      std::cos(yaw / 2));
 }
 
-/// The same while climbing a step, which the front wheels climb from x = 3.6 m on and the axle
-/// later.
-std::string StepLine(int index, double axle_x) {
-  const auto floor = [](double x) { return kStep * std::clamp((x - 3.6) / 0.05, 0.0, 1.0); };
-  const double rear = floor(axle_x);
-  const double up = std::asin((floor(axle_x + kWheelbase) - rear) / kWheelbase);
-  return fmt::format("{:.3f} {:.9f} 3.5 {:.9f} 0 {:.9f} 0 {:.9f}\n",
-                     100 + 0.2 * index,
-                     axle_x + kAxle * std::cos(up),
-                     rear + kAxle * std::sin(up),
-                     -std::sin(up / 2),
-                     std::cos(up / 2));
-}
-
 /// Recordings that all tests share: rendered once.
 class CalibrateRigTest : public testing::Test {
  protected:
@@ -98,9 +82,6 @@ class CalibrateRigTest : public testing::Test {
       straight += TumLine(i, 3 + s * std::cos(0.3), 3.2 + s * std::sin(0.3), 0.3);
       curve += TumLine(i, 3 + s, 3.2, 0.2 * kRadPerDeg * i);
     }
-    std::string step;
-    for (int i = 0; i <= 34; ++i) step += StepLine(i, 3 + 0.025 * i);
-    Render("step", step);
     Render("spin", spin);
     Render("drift", drift);
     Render("straight", straight);
@@ -221,22 +202,15 @@ TEST_F(CalibrateRigTest, WithBothTheCamerasHeightComesOutToo) {
   ExpectTruth("camera_z_m", 0.4, 0.003 * 2.1);
 }
 
-TEST_F(CalibrateRigTest, AStepGivesTheAxleAndTheForwardCamera) {
+TEST_F(CalibrateRigTest, SpinAndDriveDetermineTheForwardCamera) {
   const support::ProcessResult result = Calibrate("spin/up",
                                                   "straight/up",
                                                   {"--rig=ahead.yaml",
                                                    "--ceiling-height=2.5",
-                                                   "--step=step/up",
-                                                   "--step-forward=step/forward",
-                                                   "--step-height=0.02",
                                                    "--spin-forward=spin/forward",
-                                                   "--straight-forward=straight/forward",
-                                                   "--report=step-report"});
+                                                   "--straight-forward=straight/forward"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
-  ExpectTruth("a_step_m", kAxle, 0.01);
-  ExpectTruth("wheelbase_m", kWheelbase, 0.02);
-  ExpectTruth("climbed_m", kStep, 0.002);
   ExpectTruth("forward_yaw_deg", 2, 0.15);
   ExpectTruth("forward_pitch_deg", 4, 0.15);
   ExpectTruth("forward_roll_deg", -1, 0.15);
@@ -246,7 +220,6 @@ TEST_F(CalibrateRigTest, AStepGivesTheAxleAndTheForwardCamera) {
                               truth.forward->T_base_cam.linear());
   EXPECT_LT(off.angle() / kRadPerDeg, 0.2);
   EXPECT_DOUBLE_EQ(rig.forward->T_base_cam.translation().z(), 0.45);
-  EXPECT_TRUE(std::filesystem::exists(*folder_ / "step-report/figures/step.gp"));
 }
 
 TEST_F(CalibrateRigTest, AnUndeterminedAngleCausesAWarning) {
@@ -255,20 +228,8 @@ TEST_F(CalibrateRigTest, AnUndeterminedAngleCausesAWarning) {
       "straight/up",
       {"--rig=ahead.yaml", "--ceiling-height=2.5", "--straight-forward=straight/forward"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("the forward camera's roll has a standard deviation of "));
-  EXPECT_THAT(result.err, HasSubstr(" deg; add --spin-forward or --step-forward\n"));
-}
-
-TEST_F(CalibrateRigTest, AStepThatIsNone) {
-  const support::ProcessResult result = Calibrate(
-      "spin/up", "straight/up", {"--rig=ahead.yaml", "--ceiling-height=2.5", "--step=straight/up"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(
-      result.err,
-      AllOf(StartsWith(
-                "ceilmap: straight/up: the robot's front does not climb, it tilts by at most 0."),
-            EndsWith(" deg, must be at least 0.8; begin on the level floor and "
-                     "let the front wheels drive slowly onto a board\n")));
+  EXPECT_THAT(result.err, HasSubstr("the forward camera's roll is known to "));
+  EXPECT_THAT(result.err, HasSubstr(" deg only; add --spin-forward\n"));
 }
 
 TEST_F(CalibrateRigTest, ASpinThatIsNone) {
@@ -323,11 +284,6 @@ TEST_F(CalibrateRigTest, ArgumentsThatDoNotFit) {
               "that does not exist yet");
   ExpectFault(Calibrate("spin/up", "straight/up", {"--rig=rough.yaml", "--ceiling-height=-2"}),
               "--ceiling-height -2: must be > 0, in metres");
-  ExpectFault(Calibrate("spin/up",
-                        "straight/up",
-                        {"--rig=rough.yaml", "--ceiling-height=2.5", "--step-height=0.02"}),
-              "--step-height: there is no recording over a step; give the upward camera's by "
-              "--step");
   ExpectFault(
       Calibrate("spin/up",
                 "straight/up",

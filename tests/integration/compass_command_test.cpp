@@ -8,11 +8,11 @@
 #include <numeric>
 
 #include "app/figures/gnuplot.hpp"
-#include "app/files/colour_model_file.hpp"
 #include "app/files/csv.hpp"
 #include "app/files/heading_csv.hpp"
 #include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
+#include "localization/compass/colour/colour_model_file.hpp"
 #include "tests/integration/colour_recordings.hpp"
 #include "tests/integration/endless_stream.hpp"
 
@@ -71,7 +71,7 @@ TEST_F(CompassTest, FindsTheHeadingInASecondTurn) {
   EXPECT_EQ(summary["quality"]["used"], kLearn.frames);
   EXPECT_EQ(summary["quality"]["model"]["bins_filled"], 180);
   EXPECT_EQ(summary["quality"]["model"]["frames"], kLearn.frames);
-  EXPECT_THAT(files::ReadColourModel(out_ / "m").provenance, HasSubstr("ceilmap compass learn"));
+  EXPECT_THAT(colour::ReadColourModel(out_ / "m").provenance, HasSubstr("ceilmap compass learn"));
 
   EXPECT_LT(AskAgain("m"), kLargestMeanRad);
   EXPECT_THAT(ReadAll(out_ / "h.csv"),
@@ -145,7 +145,7 @@ TEST_F(CompassTest, UpdateAndMergeFillAModel) {
   EXPECT_THAT(updated.out, HasSubstr("written both"));
   EXPECT_EQ(ReadAll(out_ / "half"), before);
   EXPECT_LT(ask("both"), kLargestMeanRad);
-  const colour::ColourModel both = files::ReadColourModel(out_ / "both");
+  const colour::ColourModel both = colour::ReadColourModel(out_ / "both");
   EXPECT_EQ(both.frames, half.frames + rest.frames);
   EXPECT_THAT(both.provenance, HasSubstr("compass learn"));
   EXPECT_THAT(both.provenance, HasSubstr("\nceilmap compass update"));
@@ -167,7 +167,7 @@ TEST_F(CompassTest, LearnsWhileItIsAsked) {
   EXPECT_LT(AskAgain("m", {"--poses=@again.tum", "--update", "--save=m2"}), kLargestMeanRad);
   const auto learned = SummaryOf("s.json")["quality"]["learned"].get<int>();
   EXPECT_GT(learned, kAgain.frames / 2);
-  EXPECT_EQ(files::ReadColourModel(out_ / "m2").frames, kLearn.frames + learned);
+  EXPECT_EQ(colour::ReadColourModel(out_ / "m2").frames, kLearn.frames + learned);
   EXPECT_LT(AskAgain("m2"), kLargestMeanRad);
 }
 
@@ -283,7 +283,7 @@ TEST_F(CompassTest, LearningEndsWithWhatItHas) {
   const support::ProcessResult result = child.Wait();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("interrupted: "));
-  EXPECT_GE(files::ReadColourModel(out_ / "m").frames, 21);
+  EXPECT_GE(colour::ReadColourModel(out_ / "m").frames, 21);
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ struct Cell {
 };
 
 /// A map of colours, from which robots without a ceiling camera estimate their heading. Stored in
-/// one file (app/colour_model_file.hpp).
+/// one file (colour_model_file.hpp).
 struct ColourModel {
   static constexpr int kVersion = 1;
   ModelKind kind = ModelKind::kVictoria;

@@ -33,12 +33,5 @@ TEST(Lines, AreCountedAndHaveNoEnds) {
   EXPECT_FALSE(Lines("", name).Next(line));
 }
 
-TEST(Shown, IsShortAndCommandsNoTerminal) {
-  EXPECT_EQ(Shown("a b"), "a b");
-  EXPECT_EQ(Shown("\x1b[2J\n"), "?[2J?");
-  EXPECT_EQ(Shown("12345", 4), "1234...");
-  EXPECT_EQ(Shown("123\xC3\xA4", 4), "123...");  // no half of a character
-}
-
 }  // namespace
 }  // namespace ceilmap::files

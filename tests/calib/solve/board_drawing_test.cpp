@@ -74,8 +74,8 @@ TEST(BoardDrawing, TheMessageForALargeBoardNamesTheMaximum) {
   } catch (const InputError& error) {
     EXPECT_STREQ(
         error.what(),
-        "--square 0.03: the board of 300 x 210 mm does not fit on a4; take at most --square "
-        "0.0265, or a larger --paper");
+        "square 0.03: the board of 300 x 210 mm does not fit on a4; take squares of at most 0.0265 "
+        "m, or larger paper");
   }
   board.square_m = 0.0265;
   EXPECT_NO_THROW(DrawBoard(board, ParsePaper("a4")));

@@ -10,8 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "mapping/graph/g2o.hpp"
+#include "calib/base/pose2.hpp"
 #include "mapping/graph/keyframe.hpp"
+#include "mapping/graph/map_graph.hpp"
 
 /// Pose graphs whose truth is known.
 namespace ceilmap::graph::synthetic {
@@ -20,6 +21,12 @@ namespace ceilmap::graph::synthetic {
 struct MotionNoise {
   double xy = 0;   ///< m
   double yaw = 0;  ///< rad
+};
+
+struct PoseGraph {
+  std::vector<Pose2> poses;  ///< T_map_base by keyframe id
+  std::vector<Edge> edges;
+  std::vector<std::int64_t> fixed;
 };
 
 struct World {

@@ -36,11 +36,9 @@ class CoarseStageTest : public testing::Test {
 };
 
 TEST_F(CoarseStageTest, WorksOnHalfTheImage) {
-  EXPECT_EQ(stage_.Reduction(), 2);
   EXPECT_EQ(stage_.WorkingSize(), cv::Size(320, 240));
-  EXPECT_EQ(CoarseStage({1283, 722}).Reduction(), 4);
   EXPECT_EQ(CoarseStage({1283, 722}).WorkingSize(), cv::Size(320, 180));
-  EXPECT_EQ(CoarseStage({200, 150}).Reduction(), 1);
+  EXPECT_EQ(CoarseStage({200, 150}).WorkingSize(), cv::Size(200, 150));
 }
 
 TEST_F(CoarseStageTest, BestHypothesisIsNearTheTruth) {

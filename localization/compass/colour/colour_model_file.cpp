@@ -1,4 +1,4 @@
-#include "app/files/colour_model_file.hpp"
+#include "localization/compass/colour/colour_model_file.hpp"
 
 #include <fmt/format.h>
 
@@ -10,20 +10,15 @@
 #include <system_error>
 #include <vector>
 
-#include "app/files/output_files.hpp"
-#include "app/files/text_file.hpp"
+#include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/one_line.hpp"
 
 namespace fs = std::filesystem;
 
-namespace ceilmap::files {
+namespace ceilmap::colour {
 namespace {
 
-using colour::AngleBin;
-using colour::Cell;
-using colour::ColourClass;
-using colour::ColourModel;
-using colour::ModelKind;
 using nlohmann::json;
 using nlohmann::ordered_json;
 
@@ -280,9 +275,9 @@ ModelKind KindOf(const Fields& fields) {
                             ToString(ModelKind::kSturm)));
 }
 
-colour::GridParams GridOf(const Fields& fields) {
+GridParams GridOf(const Fields& fields) {
   constexpr int kMaxSide = 100;
-  colour::GridParams grid;
+  GridParams grid;
   grid.min_x_m = fields.Number("min_x_m");
   grid.min_y_m = fields.Number("min_y_m");
   grid.width_m = fields.Number("width_m");
@@ -348,13 +343,13 @@ ColourModel ModelOf(const json& document, std::int64_t max_frequencies) {
   model.fading_s = fields.Number("fading_s");
   model.frames = fields.Whole("frames", 0, std::int64_t{1} << 53U);
   model.provenance = fields.Text("provenance");
-  for (const json& entry : fields.List("classes", 2, colour::kMaxClasses)) {
+  for (const json& entry : fields.List("classes", 2, kMaxClasses)) {
     const std::string place = fmt::format("class {}", model.classes.size());
     model.classes.push_back(ClassOf(Fields(entry, place)));
   }
   const auto cells = static_cast<std::size_t>(
       model.kind == ModelKind::kSturm ? 1 : model.grid.columns * model.grid.rows);
-  colour::CheckBinCount(static_cast<int>(cells), model.bins);
+  CheckBinCount(static_cast<int>(cells), model.bins);
   TakeCells(fields.List("cells", cells, cells), max_frequencies, model);
   return model;
 }
@@ -384,7 +379,14 @@ void WriteColourModel(const ColourModel& model, const fs::path& file) {
                     text.size(),
                     kMaxColourModelBytes));
   }
-  WriteFileAtomically(file, text);
+  AtomicFile target(file);
+  std::ofstream stream(target.PartialPath(), std::ios::binary | std::ios::trunc);
+  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+  stream.close();
+  if (!stream) {
+    throw RunError(fmt::format("{}: cannot be written; is the disk full?", file.string()));
+  }
+  target.Commit();
 }
 
 ColourModel ParseColourModel(const std::string& text,
@@ -407,4 +409,4 @@ ColourModel ReadColourModel(const fs::path& file) {
   return ParseColourModel(ReadText(file), file);
 }
 
-}  // namespace ceilmap::files
+}  // namespace ceilmap::colour

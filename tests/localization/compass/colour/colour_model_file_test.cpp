@@ -1,4 +1,4 @@
-#include "app/files/colour_model_file.hpp"
+#include "localization/compass/colour/colour_model_file.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -9,11 +9,9 @@
 
 #include "tests/support/test_folder.hpp"
 
-namespace ceilmap::files {
+namespace ceilmap::colour {
 namespace {
 
-using colour::AngleBin;
-using colour::ColourModel;
 using nlohmann::json;
 using testing::HasSubstr;
 
@@ -36,21 +34,21 @@ AngleBin SomeBin(int size, bool with_variance, cv::RNG& random) {
   return bin;
 }
 
-/// @param filled  Number of non-empty bins of each cell, the first ones.
-ColourModel SomeModel(colour::ModelKind kind, int classes, int filled) {
+/// @param filled  the first so many bins of each cell hold something.
+ColourModel SomeModel(ModelKind kind, int classes, int filled) {
   constexpr std::uint64_t kSeed = 7;
   cv::RNG random(kSeed);
   ColourModel model;
   model.kind = kind;
   model.classes.resize(static_cast<std::size_t>(classes));
-  for (colour::ColourClass& colour : model.classes) {
+  for (ColourClass& colour : model.classes) {
     for (float& channel : colour.mean) channel = random.uniform(0.F, 255.F);
     colour.weight = 1 / static_cast<float>(classes);
   }
   model.grid.min_x_m = -1.0 / 3;
-  const bool sturm = kind == colour::ModelKind::kSturm;
+  const bool sturm = kind == ModelKind::kSturm;
   model.cells.resize(sturm ? 1 : static_cast<std::size_t>(model.grid.Cells()));
-  for (colour::Cell& cell : model.cells) {
+  for (Cell& cell : model.cells) {
     for (int b = 0; b < model.bins; ++b) {
       cell.bins.push_back(b < filled ? SomeBin(classes * classes, sturm, random) : AngleBin());
     }
@@ -100,7 +98,7 @@ void ExpectSame(const ColourModel& read, const ColourModel& stored) {
 
 TEST(ColourModelFile, HoldsBothKinds) {
   const support::TestFolder folder;
-  for (const auto kind : {colour::ModelKind::kVictoria, colour::ModelKind::kSturm}) {
+  for (const auto kind : {ModelKind::kVictoria, ModelKind::kSturm}) {
     const ColourModel model = SomeModel(kind, 8, 31);
     WriteColourModel(model, folder / "m");
     ExpectSame(ReadColourModel(folder / "m"), model);
@@ -111,14 +109,14 @@ TEST(ColourModelFile, HoldsBothKinds) {
 // Only models whose classes are the same to the last digit can be merged.
 TEST(ColourModelFile, ChangesNothingThatWasReadFromIt) {
   const support::TestFolder folder;
-  WriteColourModel(SomeModel(colour::ModelKind::kVictoria, 8, 31), folder / "m");
+  WriteColourModel(SomeModel(ModelKind::kVictoria, 8, 31), folder / "m");
   const ColourModel once = ReadColourModel(folder / "m");
   WriteColourModel(once, folder / "again");
   EXPECT_EQ(support::ReadAll(folder / "m"), support::ReadAll(folder / "again"));
 }
 
 TEST(ColourModelFile, IsSmall) {
-  const std::string text = FormatColourModel(SomeModel(colour::ModelKind::kVictoria, 8, 180));
+  const std::string text = FormatColourModel(SomeModel(ModelKind::kVictoria, 8, 180));
   EXPECT_LT(text.size(), 2'000'000U);
 }
 
@@ -145,7 +143,7 @@ std::string MessageOf(const std::filesystem::path& file) {
 
 TEST_P(BadModelTest, IsRefusedInOneLine) {
   const support::TestFolder folder;
-  json document = json::parse(FormatColourModel(SomeModel(colour::ModelKind::kVictoria, 8, 2)));
+  json document = json::parse(FormatColourModel(SomeModel(ModelKind::kVictoria, 8, 2)));
   GetParam().damage(document);
   const auto file = folder.Write("m", document.dump());
   EXPECT_EQ(MessageOf(file), file.string() + ": " + GetParam().message);
@@ -282,7 +280,7 @@ INSTANTIATE_TEST_SUITE_P(Of, BadModelTest, testing::ValuesIn(kBadModels), [](con
 
 // A few bytes of text may stand for a thousand frequencies.
 TEST(ColourModelFile, ThatUnpacksToTooMuch) {
-  const std::string text = FormatColourModel(SomeModel(colour::ModelKind::kVictoria, 8, 2));
+  const std::string text = FormatColourModel(SomeModel(ModelKind::kVictoria, 8, 2));
   EXPECT_EQ(ParseColourModel(text, "m", 15 * 2 * 64).frames, 91);
   try {
     (void)ParseColourModel(text, "m", 15 * 2 * 64 - 1);
@@ -303,7 +301,7 @@ TEST(ColourModelFile, ThatIsNone) {
   EXPECT_EQ(message(""), std::string(": is empty") + kAnew);
   EXPECT_EQ(message("\x89PNG"),
             std::string(": is no colour model: no JSON from byte 1 on") + kAnew);
-  const std::string text = FormatColourModel(SomeModel(colour::ModelKind::kVictoria, 8, 2));
+  const std::string text = FormatColourModel(SomeModel(ModelKind::kVictoria, 8, 2));
   EXPECT_EQ(message(text.substr(0, 3000)),
             std::string(": is no colour model: no JSON from byte 3001 on") + kAnew);
   EXPECT_EQ(message("{\"a\": 1e999}"),
@@ -327,4 +325,4 @@ TEST(ColourModelFile, ThatIsTooLarge) {
 }
 
 }  // namespace
-}  // namespace ceilmap::files
+}  // namespace ceilmap::colour

@@ -1,20 +1,20 @@
-#include "compensation/space_path.hpp"
+#include "compensation/mount/motion_in_space.hpp"
 
 #include "calib/base/tilt.hpp"
 
-namespace ceilmap::compensation {
+namespace ceilmap::mount {
 
 using Eigen::Isometry3d;
 
-SpacePath::SpacePath(const calib::CeilingView& view) : tracker_(view), level_view_(view) {}
+MotionInSpace::MotionInSpace(const calib::CeilingView& view) : tracker_(view), level_view_(view) {}
 
-std::optional<Isometry3d> SpacePath::Follow(const cv::Mat& image, double stamp_s) {
-  CeilingTracker::Frame frame = tracker_.Analyze(image, stamp_s);
+std::optional<Isometry3d> MotionInSpace::Add(const cv::Mat& image, double stamp_s) {
+  compensation::CeilingTracker::Frame frame = tracker_.Analyze(image, stamp_s);
   if (!tracker_.HasReference()) {
     tracker_.SetReference(frame);
     return T_first_reference_;
   }
-  const std::optional<CeilingMotion> motion = tracker_.Measure(frame);
+  const std::optional<compensation::CeilingMotion> motion = tracker_.Measure(frame);
   if (!motion) return std::nullopt;
   const Isometry3d T_first_base = T_first_reference_ * motion->T_reference_base;
   Renew(frame, *motion);
@@ -23,7 +23,8 @@ std::optional<Isometry3d> SpacePath::Follow(const cv::Mat& image, double stamp_s
 
 // Prefers a level frame to one that must be drawn level; takes any frame before the ceiling is
 // lost.
-void SpacePath::Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion) {
+void MotionInSpace::Renew(compensation::CeilingTracker::Frame& frame,
+                          const compensation::CeilingMotion& motion) {
   constexpr double kRenewOverlap = 0.75;
   constexpr double kMinOverlap = 0.55;
   constexpr double kLevelSigmas = 2;
@@ -46,4 +47,4 @@ void SpacePath::Renew(CeilingTracker::Frame& frame, const CeilingMotion& motion)
   T_first_reference_ = T_first_reference_ * ToSpace(at.pose, lift);
 }
 
-}  // namespace ceilmap::compensation
+}  // namespace ceilmap::mount

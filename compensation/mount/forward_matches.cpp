@@ -1,4 +1,4 @@
-#include "app/recordings/forward_feature_tracker.hpp"
+#include "compensation/mount/forward_matches.hpp"
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>
@@ -7,31 +7,31 @@
 
 #include "calib/base/degrees.hpp"
 
-namespace ceilmap::recordings {
+namespace ceilmap::mount {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 constexpr int kMaxCorners = 150;
-constexpr std::size_t kMinCorners = 30;  // a pair with fewer is not informative
+constexpr std::size_t kMinCorners = 30;  // of a pair
 
 double TurnBetween(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-// Finds the neighbourhood of a corner of one image in another, to hundredths of a pixel; nothing if
-// they are not similar. @param rough  Accurate to a pixel.
-std::optional<cv::Point2f> FindAgain(const cv::Mat& first,
-                                     const cv::Point2f& corner,
-                                     const cv::Mat& second,
-                                     const cv::Point2f& rough) {
-  constexpr int kReach = 12;
-  constexpr int kMargin = 8;  // for the growth and motion of the patch
+// Position in the second image of a corner of the first, by its surroundings, accurate to
+// hundredths of a pixel; nothing when the surroundings differ. @param rough  accurate to a pixel.
+std::optional<cv::Point2f> FindCorner(const cv::Mat& first,
+                                      const cv::Point2f& corner,
+                                      const cv::Mat& second,
+                                      const cv::Point2f& rough) {
+  constexpr int kRadius = 12;
+  constexpr int kMargin = 8;  // for growth and motion of the patch
   const cv::Point at(cvRound(corner.x), cvRound(corner.y));
   const cv::Point there(cvRound(rough.x), cvRound(rough.y));
-  const cv::Rect patch(at.x - kReach, at.y - kReach, 2 * kReach + 1, 2 * kReach + 1);
-  const int side = 2 * (kReach + kMargin) + 1;
+  const cv::Rect patch(at.x - kRadius, at.y - kRadius, 2 * kRadius + 1, 2 * kRadius + 1);
+  const int side = 2 * (kRadius + kMargin) + 1;
   const cv::Rect window(there.x - side / 2, there.y - side / 2, side, side);
   const cv::Rect whole(cv::Point(0, 0), first.size());
   if ((patch & whole) != patch || (window & whole) != window) return std::nullopt;
@@ -50,8 +50,8 @@ std::optional<cv::Point2f> FindAgain(const cv::Mat& first,
   const cv::Matx23f A = warp;
   const cv::Point2f found(A(0, 0) * from.x + A(0, 1) * from.y + A(0, 2) + float(window.x),
                           A(1, 0) * from.x + A(1, 1) * from.y + A(1, 2) + float(window.y));
-  constexpr double kMaxOffPx = 2;
-  if (cv::norm(found - rough) > kMaxOffPx) return std::nullopt;
+  constexpr double kMaxErrorPx = 2;
+  if (cv::norm(found - rough) > kMaxErrorPx) return std::nullopt;
   return found;
 }
 
@@ -60,122 +60,122 @@ std::optional<cv::Point2f> FindAgain(const cv::Mat& first,
 ForwardFeatureTracker::ForwardFeatureTracker(const calib::MountedCamera& forward)
     : forward_(forward) {}
 
-void ForwardFeatureTracker::Follow(const cv::Mat& image,
-                                   const std::optional<Isometry3d>& T_first_base) {
+void ForwardFeatureTracker::Add(const cv::Mat& image,
+                                const std::optional<Isometry3d>& T_first_base) {
   if (!T_first_base || image.empty()) {
-    now_.clear();
+    at_last_.clear();
     return;
   }
-  if (now_.empty()) {
+  if (at_last_.empty()) {
     Begin(image, *T_first_base);
   } else {
     Track(image, *T_first_base);
-    constexpr double kFarM = 0.08;
-    constexpr double kFarRad = 2.5 * kRadPerDeg;
+    constexpr double kMinDistanceM = 0.08;
+    constexpr double kMinTurnRad = 2.5 * kRadPerDeg;
     const bool far =
-        (T_first_base->translation() - T_first_reported_.translation()).norm() > kFarM ||
-        TurnBetween(*T_first_base, T_first_reported_) > kFarRad;
-    if (far) Report(image, *T_first_base);
-    // Adds corners before few are left: the remaining ones are not the best.
-    constexpr double kMaxTurn = 15 * kRadPerDeg;
-    if (3 * now_.size() < chosen_ || TurnBetween(*T_first_base, T_first_anchor_) > kMaxTurn) {
+        (T_first_base->translation() - T_first_pair_.translation()).norm() > kMinDistanceM ||
+        TurnBetween(*T_first_base, T_first_pair_) > kMinTurnRad;
+    if (far) AddPair(image, *T_first_base);
+    // New corners while many are left: those that last longest are not the best ones.
+    constexpr double kMaxTurnRad = 15 * kRadPerDeg;
+    if (3 * at_last_.size() < chosen_ ||
+        TurnBetween(*T_first_base, T_first_anchor_) > kMaxTurnRad) {
       Begin(image, *T_first_base);
     }
   }
-  image.copyTo(before_);
-  T_first_before_ = *T_first_base;
+  image.copyTo(last_);
+  T_first_last_ = *T_first_base;
 }
 
 void ForwardFeatureTracker::Begin(const cv::Mat& image, const Isometry3d& T_first_base) {
   constexpr double kQuality = 0.005;
   const double apart_px = 0.015 * image.cols;
-  cv::goodFeaturesToTrack(image, now_, kMaxCorners, kQuality, apart_px, {}, 5);
+  cv::goodFeaturesToTrack(image, at_last_, kMaxCorners, kQuality, apart_px, {}, 5);
   image.copyTo(anchor_);
-  at_anchor_ = now_;
-  chosen_ = now_.size();
-  T_first_anchor_ = T_first_reported_ = T_first_base;
+  at_anchor_ = at_last_;
+  chosen_ = at_last_.size();
+  T_first_anchor_ = T_first_pair_ = T_first_base;
 }
 
 void ForwardFeatureTracker::Track(const cv::Mat& image, const Isometry3d& T_first_base) {
   constexpr int kLevels = 3;
   const cv::Size window(21, 21);
   const cv::TermCriteria end(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.003);
-  std::vector<cv::Point2f> found = Expect(T_first_before_.inverse() * T_first_base);
-  std::vector<cv::Point2f> back = now_;
+  std::vector<cv::Point2f> found = Predict(T_first_last_.inverse() * T_first_base);
+  std::vector<cv::Point2f> back = at_last_;
   std::vector<unsigned char> ok;
   std::vector<unsigned char> ok_back;
   std::vector<float> error;
   const int flags = cv::OPTFLOW_USE_INITIAL_FLOW;
-  cv::calcOpticalFlowPyrLK(before_, image, now_, found, ok, error, window, kLevels, end, flags);
-  cv::calcOpticalFlowPyrLK(
-      image, before_, found, back, ok_back, error, window, kLevels, end, flags);
-  constexpr double kMaxOffPx = 0.3;
+  cv::calcOpticalFlowPyrLK(last_, image, at_last_, found, ok, error, window, kLevels, end, flags);
+  cv::calcOpticalFlowPyrLK(image, last_, found, back, ok_back, error, window, kLevels, end, flags);
+  constexpr double kMaxErrorPx = 0.3;
   const cv::Rect2f inside(0, 0, static_cast<float>(image.cols), static_cast<float>(image.rows));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    const bool good = ok[i] != 0 && ok_back[i] != 0 && cv::norm(back[i] - now_[i]) < kMaxOffPx &&
-                      inside.contains(found[i]);
+    const bool good = ok[i] != 0 && ok_back[i] != 0 &&
+                      cv::norm(back[i] - at_last_[i]) < kMaxErrorPx && inside.contains(found[i]);
     if (!good) continue;
     at_anchor_[kept] = at_anchor_[i];
-    now_[kept++] = found[i];
+    at_last_[kept++] = found[i];
   }
   at_anchor_.resize(kept);
-  now_.resize(kept);
+  at_last_.resize(kept);
 }
 
-// Positions of the corners if they were infinitely far away.
-std::vector<cv::Point2f> ForwardFeatureTracker::Expect(const Isometry3d& T_before_now) const {
+// Positions in the current image for corners at infinite distance.
+std::vector<cv::Point2f> ForwardFeatureTracker::Predict(const Isometry3d& T_last_current) const {
   const Eigen::Matrix3d& R_base_cam = forward_.T_base_cam.linear();
   const Eigen::Matrix3d turn =
-      R_base_cam.transpose() * T_before_now.linear().transpose() * R_base_cam;
-  std::vector<cv::Point2f> expected;
-  expected.reserve(now_.size());
-  const std::vector<Vector2d> rays = Rays(now_);
-  for (std::size_t i = 0; i < now_.size(); ++i) {
+      R_base_cam.transpose() * T_last_current.linear().transpose() * R_base_cam;
+  std::vector<cv::Point2f> predicted;
+  predicted.reserve(at_last_.size());
+  const std::vector<Vector2d> rays = Rays(at_last_);
+  for (std::size_t i = 0; i < at_last_.size(); ++i) {
     const auto pixel = forward_.camera.Project(turn * rays[i].homogeneous());
-    expected.push_back(
+    predicted.push_back(
         pixel ? cv::Point2f(static_cast<float>(pixel->x()), static_cast<float>(pixel->y()))
-              : now_[i]);
+              : at_last_[i]);
   }
-  return expected;
+  return predicted;
 }
 
-void ForwardFeatureTracker::Report(const cv::Mat& image, const Isometry3d& T_first_base) {
-  if (now_.size() < kMinCorners) return;
-  std::vector<std::optional<cv::Point2f>> found(now_.size());
-  cv::parallel_for_({0, static_cast<int>(now_.size())}, [&](const cv::Range& range) {
+void ForwardFeatureTracker::AddPair(const cv::Mat& image, const Isometry3d& T_first_base) {
+  if (at_last_.size() < kMinCorners) return;
+  std::vector<std::optional<cv::Point2f>> found(at_last_.size());
+  cv::parallel_for_({0, static_cast<int>(at_last_.size())}, [&](const cv::Range& range) {
     for (int k = range.start; k < range.end; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      found[i] = FindAgain(anchor_, at_anchor_[i], image, now_[i]);
+      found[i] = FindCorner(anchor_, at_anchor_[i], image, at_last_[i]);
     }
   });
   std::vector<cv::Point2f> at_anchor;
-  std::vector<cv::Point2f> now;
+  std::vector<cv::Point2f> current;
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (!found[i]) continue;
     at_anchor.push_back(at_anchor_[i]);
-    now.push_back(*found[i]);
+    current.push_back(*found[i]);
   }
-  if (now.size() < kMinCorners) return;
+  if (current.size() < kMinCorners) return;
   calibration::MotionWithMatches motion;
   motion.T_first_second = T_first_anchor_.inverse() * T_first_base;
   const std::vector<Vector2d> first = Rays(at_anchor);
-  const std::vector<Vector2d> second = Rays(now);
+  const std::vector<Vector2d> second = Rays(current);
   motion.matches.reserve(first.size());
   for (std::size_t i = 0; i < first.size(); ++i) motion.matches.push_back({first[i], second[i]});
   motions_.push_back(std::move(motion));
-  T_first_reported_ = T_first_base;
+  T_first_pair_ = T_first_base;
 }
 
 std::vector<Vector2d> ForwardFeatureTracker::Rays(const std::vector<cv::Point2f>& pixels) const {
   std::vector<Vector2d> rays;
   if (pixels.empty()) return rays;
   const calib::PinholeCamera& camera = forward_.camera;
-  std::vector<cv::Point2f> straight;
-  cv::undistortPoints(pixels, straight, camera.Matrix(), camera.distortion);
-  rays.reserve(straight.size());
-  for (const cv::Point2f& p : straight) rays.emplace_back(p.x, p.y);
+  std::vector<cv::Point2f> undistorted;
+  cv::undistortPoints(pixels, undistorted, camera.Matrix(), camera.distortion);
+  rays.reserve(undistorted.size());
+  for (const cv::Point2f& p : undistorted) rays.emplace_back(p.x, p.y);
   return rays;
 }
 
-}  // namespace ceilmap::recordings
+}  // namespace ceilmap::mount

@@ -1,4 +1,4 @@
-#include "app/recordings/camera_calibration.hpp"
+#include "calib/solve/camera_calibration.hpp"
 
 #include <fmt/format.h>
 
@@ -9,12 +9,8 @@
 #include "calib/base/error.hpp"
 #include "calib/solve/view_choice.hpp"
 
-namespace ceilmap::recordings {
+namespace ceilmap::calibration {
 namespace {
-
-using calibration::Board;
-using calibration::BoardGuess;
-using calibration::BoardView;
 
 constexpr std::size_t kMinViews = 3;
 constexpr const char* kHowToHold =
@@ -27,7 +23,7 @@ constexpr const char* kHowToHold =
 
 std::string OtherSize(cv::Size corners, const Board& board) {
   return fmt::format(
-      "the images show a chessboard of {0}x{1} corners, not {2}x{3}; give --corners {0}x{1}",
+      "the images show a chessboard of {0}x{1} corners, not {2}x{3}; give {0}x{1} corners",
       corners.width,
       corners.height,
       board.columns,
@@ -42,10 +38,10 @@ std::string Blurred(std::int64_t images) {
 
 // True when a chessboard of this size is found with all its corners.
 bool IsSeen(const cv::Mat& image, cv::Size corners, Board board) {
-  board.kind = calibration::BoardKind::kChessboard;
+  board.kind = BoardKind::kChessboard;
   board.columns = corners.width;
   board.rows = corners.height;
-  const auto view = calibration::DetectBoard(image, board);
+  const auto view = DetectBoard(image, board);
   return view && view->ids.size() == static_cast<std::size_t>(corners.area());
 }
 
@@ -72,7 +68,7 @@ std::string WhyNoBoard(const BoardImages& images, const Board& board) {
   using Kind = BoardGuess::Kind;
   SizeVotes votes(images, board);
   for (const cv::Mat& image : images.unseen) {
-    const BoardGuess guess = calibration::GuessBoard(image, board);
+    const BoardGuess guess = GuessBoard(image, board);
     switch (guess.kind) {
       case Kind::kOtherSize:
         if (votes.Add(image, guess.corners)) return OtherSize(guess.corners, board);
@@ -85,8 +81,8 @@ std::string WhyNoBoard(const BoardImages& images, const Board& board) {
         return Blurred(images.images);
       case Kind::kMarkers:
         return fmt::format(
-            "there are markers of {} but no {}; check --corners, and print the board with "
-            "--print-board",
+            "there are markers of {} but no {}; check the counts of corners, and the order of the "
+            "markers, which must be that of OpenCV's aruco module",
             board.dictionary,
             board.Name());
       default:
@@ -94,7 +90,7 @@ std::string WhyNoBoard(const BoardImages& images, const Board& board) {
     }
   }
   return fmt::format(
-      "no {} in any of {} images; is it whole, flat and evenly lit, and are --corners the points "
+      "no {} in any of {} images; is it whole, flat and evenly lit, and are its corners the points "
       "where four squares meet?",
       board.Name(),
       images.images);
@@ -102,8 +98,8 @@ std::string WhyNoBoard(const BoardImages& images, const Board& board) {
 
 // The detected board may be a part of a larger one.
 void CheckSize(const BoardImages& images, const Board& board) {
-  if (board.kind != calibration::BoardKind::kChessboard) return;
-  const BoardGuess guess = calibration::GuessSize(images.sample);
+  if (board.kind != BoardKind::kChessboard) return;
+  const BoardGuess guess = GuessSize(images.sample);
   const bool larger =
       guess.kind == BoardGuess::Kind::kOtherSize && guess.corners.area() > board.CornerCount();
   if (larger && IsSeen(images.sample, guess.corners, board)) {
@@ -113,10 +109,10 @@ void CheckSize(const BoardImages& images, const Board& board) {
 
 // Keeps sharp views only.
 std::vector<BoardView> SharpViews(const BoardImages& images, CameraCalibration& result) {
-  const double usual_px = calibration::UsualEdge(images.views);
+  const double usual_px = UsualEdge(images.views);
   std::vector<BoardView> sharp;
   for (const BoardView& view : images.views) {
-    if (calibration::IsBlurred(view, usual_px)) {
+    if (IsBlurred(view, usual_px)) {
       result.left_out.push_back(
           {view.name, fmt::format("blurred: edges are {:.1f} px wide", view.edge_px)});
     } else {
@@ -137,7 +133,7 @@ void CheckViews(const BoardImages& images, const std::vector<BoardView>& views) 
                        kMinViews,
                        kHowToHold));
   }
-  const std::size_t distinct = calibration::DistinctViews(views, images.size);
+  const std::size_t distinct = DistinctViews(views, images.size);
   if (distinct >= kMinViews) return;
   Refuse(images,
          fmt::format("the {} views of the board are too similar ({} different one{}), at least {} "
@@ -151,11 +147,11 @@ void CheckViews(const BoardImages& images, const std::vector<BoardView>& views) 
 
 void Choose(const Board& board,
             std::vector<BoardView> sharp,
-            calibration::LensModel model,
+            LensModel model,
             std::size_t max_views,
             CameraCalibration& result) {
   const std::vector<std::size_t> chosen =
-      calibration::ChooseViews(board, sharp, result.images.size, model, max_views);
+      ChooseViews(board, sharp, result.images.size, model, max_views);
   for (std::size_t i = 0, next = 0; i < sharp.size(); ++i) {
     if (next < chosen.size() && chosen[next] == i) {
       result.views.push_back(std::move(sharp[i]));
@@ -170,7 +166,7 @@ void Choose(const Board& board,
 
 CameraCalibration CalibrateCamera(const Board& board,
                                   BoardImages images,
-                                  const calibration::SolverParams& params,
+                                  const SolverParams& params,
                                   std::size_t max_views) {
   CameraCalibration result;
   result.board = board;
@@ -182,13 +178,13 @@ CameraCalibration CalibrateCamera(const Board& board,
   CheckViews(images, sharp);
   result.images = std::move(images);
   Choose(board, std::move(sharp), params.model, max_views, result);
-  auto solution = calibration::SolveCamera(board, result.views, result.images.size, params);
+  auto solution = SolveCamera(board, result.views, result.images.size, params);
   if (!solution) {
     Refuse(result.images, fmt::format("these views do not determine the camera; {}", kHowToHold));
   }
   result.solution = std::move(*solution);
   std::vector<BoardView> used;
-  for (const calibration::SolvedView& view : result.solution.views) {
+  for (const SolvedView& view : result.solution.views) {
     if (view.used) {
       used.push_back(result.views[view.view]);
     } else {
@@ -197,11 +193,11 @@ CameraCalibration CalibrateCamera(const Board& board,
            fmt::format("does not fit the others: RMS {:.2f} px", view.rms_px)});
     }
   }
-  result.coverage = calibration::FindCoverage(used, result.images.size);
-  calibration::Judgement judgement = calibration::JudgeCamera(result.solution, result.coverage);
+  result.coverage = FindCoverage(used, result.images.size);
+  Judgement judgement = JudgeCamera(result.solution, result.coverage);
   if (!judgement.faults.empty()) Refuse(result.images, judgement.faults.front());
   result.warnings = std::move(judgement.warnings);
   return result;
 }
 
-}  // namespace ceilmap::recordings
+}  // namespace ceilmap::calibration

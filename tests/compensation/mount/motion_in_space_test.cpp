@@ -1,4 +1,4 @@
-#include "compensation/space_path.hpp"
+#include "compensation/mount/motion_in_space.hpp"
 #include "calib/base/degrees.hpp"
 
 #include <gtest/gtest.h>
@@ -8,11 +8,11 @@
 
 #include "tests/compensation/bumpy_drive.hpp"
 
-namespace ceilmap::compensation {
+namespace ceilmap::mount {
 namespace {
 
+using compensation::synthetic::FrameAt;
 using Eigen::Isometry3d;
-using synthetic::FrameAt;
 
 /// Feeds a path with a robot's images, and compares it with the true poses.
 class Walk {
@@ -20,10 +20,10 @@ class Walk {
   explicit Walk(const simulator::Scene& scene)
       : renderer_(scene),
         view_(*renderer_.GetRig().up, renderer_.GetRig().ceiling_height_m),
-        path_(view_) {}
+        motion_(view_) {}
 
   std::optional<Isometry3d> Show(const cv::Mat& image) {
-    return path_.Follow(view_.Rectify(image, buffer_), 0.1 * static_cast<double>(++shown_));
+    return motion_.Add(view_.Rectify(image, buffer_), 0.1 * static_cast<double>(++shown_));
   }
 
   void Step(const simulator::Frame& frame) {
@@ -43,7 +43,7 @@ class Walk {
  private:
   simulator::Renderer renderer_;
   calib::CeilingView view_;
-  SpacePath path_;
+  MotionInSpace motion_;
   cv::Mat buffer_;
   std::int64_t shown_ = 0;
   Isometry3d T_map_first_ = Isometry3d::Identity();
@@ -52,16 +52,16 @@ class Walk {
   double max_off_rad_ = 0;
 };
 
-TEST(SpacePath, FollowsARobotOverBumps) {
-  const simulator::Scene scene = synthetic::BumpyLab();
+TEST(MotionInSpace, FollowsARobotOverBumps) {
+  const simulator::Scene scene = compensation::synthetic::BumpyLab();
   Walk walk(scene);
   for (const simulator::Frame& frame : simulator::MakePath(scene)) walk.Step(frame);
   EXPECT_LT(walk.MostOffM(), 0.01);
   EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }
 
-TEST(SpacePath, StaysUpOnAStep) {
-  const simulator::Scene scene = synthetic::Lab();
+TEST(MotionInSpace, StaysUpOnAStep) {
+  const simulator::Scene scene = compensation::synthetic::Lab();
   Walk walk(scene);
   constexpr double kStep = 0.02;
   for (int i = 0; i <= 24; ++i) {
@@ -74,16 +74,16 @@ TEST(SpacePath, StaysUpOnAStep) {
   EXPECT_LT(walk.MostOffM(), 0.01);
 }
 
-TEST(SpacePath, TurnsOnTheSpot) {
-  const simulator::Scene scene = synthetic::Lab();
+TEST(MotionInSpace, TurnsOnTheSpot) {
+  const simulator::Scene scene = compensation::synthetic::Lab();
   Walk walk(scene);
   for (int i = 0; i <= 24; ++i) walk.Step(FrameAt(i, {3, 3, WrapAngle(15 * kRadPerDeg * i)}));
   EXPECT_LT(walk.MostOffM(), 0.01);
   EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }
 
-TEST(SpacePath, NoResultInTheDark) {
-  const simulator::Scene scene = synthetic::Lab();
+TEST(MotionInSpace, TellsNothingInTheDark) {
+  const simulator::Scene scene = compensation::synthetic::Lab();
   Walk walk(scene);
   walk.Step(FrameAt(0, {3, 3, 0}));
   EXPECT_FALSE(
@@ -93,4 +93,4 @@ TEST(SpacePath, NoResultInTheDark) {
 }
 
 }  // namespace
-}  // namespace ceilmap::compensation
+}  // namespace ceilmap::mount

@@ -1,4 +1,4 @@
-#include "app/recordings/rig_calibration.hpp"
+#include "compensation/mount/up_mount.hpp"
 
 #include <fmt/format.h>
 
@@ -11,8 +11,9 @@
 
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
+#include "compensation/mount/ceiling_pairs.hpp"
 
-namespace ceilmap::recordings {
+namespace ceilmap::mount {
 namespace {
 
 using calibration::RigMount;
@@ -20,61 +21,77 @@ using calibration::RigSolution;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-std::vector<Pose2> RoughPoses(const CeilingKeyframes& keyframes) {
+std::vector<Pose2> RoughPoses(const CeilingRecording& recording) {
   std::vector<Pose2> poses;
-  poses.reserve(keyframes.frames.size());
-  for (const CeilingKeyframe& frame : keyframes.frames) poses.push_back(frame.T_first_camera);
+  poses.reserve(recording.keyframes.size());
+  for (const CeilingKeyframe& keyframe : recording.keyframes) {
+    poses.push_back(keyframe.T_first_camera);
+  }
   return poses;
 }
 
-double SpanOfHeadings(const std::vector<Pose2>& poses) {
+double RangeOfHeadings(const std::vector<Pose2>& poses) {
   double heading = poses.front().yaw;
-  double least = heading;
-  double most = heading;
+  double min = heading;
+  double max = heading;
   for (const Pose2& pose : poses) {
     heading += WrapAngle(pose.yaw - heading);
-    least = std::min(least, heading);
-    most = std::max(most, heading);
+    min = std::min(min, heading);
+    max = std::max(max, heading);
   }
-  return most - least;
+  return max - min;
 }
 
-// Checks before the fit.
-void CheckSpin(const CeilingKeyframes& spin) {
+void Check(const calib::Rig& rig,
+           const CeilingRecording& spin,
+           const CeilingRecording& straight,
+           const TapeMeasures& tape) {
+  if (!rig.up) throw InputError("the rig has no upward camera, whose mount could be measured");
+  if (!tape.ceiling_height_m && !tape.distance_m) {
+    throw InputError(
+        "tape measures: give ceiling_height_m or distance_m, without which there is no scale");
+  }
+  for (const CeilingRecording* recording : {&spin, &straight}) {
+    if (recording->keyframes.empty()) throw InputError(recording->name + ": has no images");
+  }
+}
+
+// Checks the rough poses, before the fit.
+void CheckSpin(const CeilingRecording& spin) {
   constexpr double kMinTurnDeg = 180;
-  const double turn_deg = kDegPerRad * SpanOfHeadings(RoughPoses(spin));
+  const double turn_deg = kDegPerRad * RangeOfHeadings(RoughPoses(spin));
   if (turn_deg >= kMinTurnDeg) return;
   throw InputError(fmt::format(
       "{}: the robot turns by {:.1f} deg only, must be at least {:.0f}; let it turn on the spot, "
-      "best by a full turn",
-      spin.source,
+      "best once around",
+      spin.name,
       turn_deg,
       kMinTurnDeg));
 }
 
-void CheckCourse(const CeilingKeyframes& straight, double turn_rad, double max_deg) {
+void CheckCourse(const CeilingRecording& straight, double turn_rad, double max_deg) {
   const double turn_deg = kDegPerRad * turn_rad;
   if (turn_deg <= max_deg) return;
   throw InputError(
       fmt::format("{}: the robot turns by {:.1f} deg on its straight drive, must be at most "
                   "{:.0f}; let it drive straight ahead, on an even floor",
-                  straight.source,
+                  straight.name,
                   turn_deg,
                   max_deg));
 }
 
-void CheckStraight(const CeilingKeyframes& straight, double rough_distance_m) {
+void CheckStraight(const CeilingRecording& straight, double rough_distance_m) {
   constexpr double kMinLengthM = 0.5;
-  constexpr double kMaxTurnDeg = 6;  // a tilt that is not yet known appears as a turn
+  constexpr double kMaxTurnDeg = 6;  // an unknown tilt causes a part of it
   const std::vector<Pose2> poses = RoughPoses(straight);
-  CheckCourse(straight, SpanOfHeadings(poses), kMaxTurnDeg);
+  CheckCourse(straight, RangeOfHeadings(poses), kMaxTurnDeg);
   const double length_m =
       rough_distance_m * (poses.front().Inverse() * poses.back()).Translation().norm();
   if (length_m < kMinLengthM) {
     throw InputError(fmt::format(
         "{}: the robot drives only {:.2f} m, must be at least {:.1f}; let it drive straight ahead "
         "as far as the room allows",
-        straight.source,
+        straight.name,
         length_m,
         kMinLengthM));
   }
@@ -118,11 +135,11 @@ double Change(const RigMount& a, const RigMount& b) {
                    std::abs(WrapAngle(a.yaw_rad - b.yaw_rad))});
 }
 
-// Alternates between measuring and solving: blocks are measured more accurately when the motion
-// between the images is known better and the images are levelled better.
+// Alternates measurement and fit: blocks are measured more accurately with a better prediction of
+// the motion between the images, and when the images are more level.
 RigSolution Solve(const calib::Rig& rig,
-                  const CeilingKeyframes& spin,
-                  const CeilingKeyframes& straight,
+                  const CeilingRecording& spin,
+                  const CeilingRecording& straight,
                   double lens_sigma_px) {
   calib::MountedCamera up = *rig.up;
   std::vector<Pose2> spin_cameras = RoughPoses(spin);
@@ -135,8 +152,8 @@ RigSolution Solve(const calib::Rig& rig,
   constexpr int kMaxRounds = 4;
   constexpr double kSettled = 2e-5;  // rad, or relative to the distance of the ceiling
   for (int round = 0; round < kMaxRounds; ++round) {
-    const auto measure = [&](const CeilingKeyframes& keyframes, const std::vector<Pose2>& cameras) {
-      return MeasureCeiling(keyframes, up, rig.ceiling_height_m, cameras, round > 0);
+    const auto measure = [&](const CeilingRecording& recording, const std::vector<Pose2>& cameras) {
+      return MeasurePairs(recording, up, rig.ceiling_height_m, cameras, round > 0);
     };
     auto driving =
         std::async(std::launch::async, [&] { return measure(straight, straight_cameras); });
@@ -152,7 +169,7 @@ RigSolution Solve(const calib::Rig& rig,
       throw InputError(
           fmt::format("{}: too few places of the ceiling could be followed; record it under a "
                       "ceiling with more texture",
-                      spin.source));
+                      spin.name));
     }
     const double change = Change(mount, solution.mount);
     mount = solution.mount;
@@ -164,8 +181,8 @@ RigSolution Solve(const calib::Rig& rig,
   return solution;
 }
 
-// Z from the tape measures, and the resulting heights.
-void Scale(const calib::Rig& rig, const TapeMeasures& tape, RigCalibration& result) {
+// Z with its deviation, and the heights and lengths that follow from it.
+void SetScale(const calib::Rig& rig, const TapeMeasures& tape, UpMount& result) {
   const RigSolution& solution = result.solution;
   const double travel_ratio = std::sqrt(solution.covariance(5, 5)) / solution.travel;
   double Z = 0;
@@ -193,8 +210,8 @@ void Scale(const calib::Rig& rig, const TapeMeasures& tape, RigCalibration& resu
   if (tape.distance_m) result.drive_length_m.sigma = tape.sigma_m;
 }
 
-// The camera's position, from values in units of Z in the axes of the levelled camera.
-void Place(const calib::Rig& rig, RigCalibration& result) {
+// The camera's position, from its values in units of Z in the twin's axes.
+void SetPosition(const calib::Rig& rig, UpMount& result) {
   const RigMount& mount = result.solution.mount;
   const double Z = result.distance_m.value;
   const Vector2d in_base = mount.CentreInBase();
@@ -210,7 +227,7 @@ void Place(const calib::Rig& rig, RigCalibration& result) {
   result.camera_y_m = {Z * in_base.y(), std::sqrt(spread(1, 1))};
 }
 
-void Turn(RigCalibration& result) {
+void SetAngles(UpMount& result) {
   const RigMount& mount = result.solution.mount;
   const Matrix3d R = RotationOf(mount);
   const auto& covariance = result.solution.covariance;
@@ -226,35 +243,35 @@ void Turn(RigCalibration& result) {
   result.pitch_rad.sigma = std::sqrt(spread(1, 1));
 }
 
-double RmsWander(const std::vector<Pose2>& spin) {
+double RmsAxleMotion(const std::vector<Pose2>& spin) {
   double sum = 0;
   for (const Pose2& view : spin) sum += view.Translation().squaredNorm();
   return std::sqrt(sum / static_cast<double>(spin.size()));
 }
 
-// Checks after the fit.
+// Checks what only the fit determines.
 void CheckResult(const calib::Rig& rig,
-                 const CeilingKeyframes& spin,
-                 const CeilingKeyframes& straight,
-                 const RigCalibration& result) {
+                 const CeilingRecording& spin,
+                 const CeilingRecording& straight,
+                 const UpMount& result) {
   constexpr double kMaxTurnDeg = 2;
-  CheckCourse(straight, result.course_rad, kMaxTurnDeg);
-  constexpr double kMaxWanderM = 0.02;
+  CheckCourse(straight, result.course_turn_rad, kMaxTurnDeg);
+  constexpr double kMaxAxleMotionM = 0.02;
   constexpr double kMaxAsideM = 0.3;
   const double aside_m = result.camera_y_m.value - rig.up->T_base_cam.translation().y();
-  if (result.wander_m > kMaxWanderM) {
+  if (result.axle_motion_m > kMaxAxleMotionM) {
     throw InputError(
         fmt::format("{}: the robot does not turn on the spot, its axle moves by {:.1f} cm (RMS), "
                     "must be below {:.0f}; let both wheels turn at the same speed, one backwards",
-                    spin.source,
-                    100 * result.wander_m,
-                    100 * kMaxWanderM));
+                    spin.name,
+                    100 * result.axle_motion_m,
+                    100 * kMaxAxleMotionM));
   }
   if (std::abs(aside_m) > kMaxAsideM) {
     throw InputError(
         fmt::format("{}: the robot turns about a point {:.2f} m to its {} instead of turning on "
                     "the spot; let both wheels turn at the same speed, one backwards",
-                    spin.source,
+                    spin.name,
                     std::abs(aside_m),
                     aside_m > 0 ? "right" : "left"));
   }
@@ -262,21 +279,22 @@ void CheckResult(const calib::Rig& rig,
 
 }  // namespace
 
-RigCalibration CalibrateRig(const calib::Rig& rig,
-                            const CeilingKeyframes& spin,
-                            const CeilingKeyframes& straight,
-                            const TapeMeasures& tape,
-                            double lens_sigma_px) {
+UpMount MeasureUpMount(const calib::Rig& rig,
+                       const CeilingRecording& spin,
+                       const CeilingRecording& straight,
+                       const TapeMeasures& tape,
+                       double lens_sigma_px) {
+  Check(rig, spin, straight, tape);
   CheckSpin(spin);
   CheckStraight(straight, rig.ceiling_height_m - rig.up->T_base_cam.translation().z());
-  RigCalibration result;
+  UpMount result;
   result.solution = Solve(rig, spin, straight, lens_sigma_px);
-  Scale(rig, tape, result);
-  Place(rig, result);
-  Turn(result);
-  result.wander_m = result.distance_m.value * RmsWander(result.solution.spin);
-  result.turn_rad = SpanOfHeadings(result.solution.spin);
-  result.course_rad = SpanOfHeadings(result.solution.straight);
+  SetScale(rig, tape, result);
+  SetPosition(rig, result);
+  SetAngles(result);
+  result.axle_motion_m = result.distance_m.value * RmsAxleMotion(result.solution.spin);
+  result.spin_turn_rad = RangeOfHeadings(result.solution.spin);
+  result.course_turn_rad = RangeOfHeadings(result.solution.straight);
   CheckResult(rig, spin, straight, result);
   result.T_base_up.linear() = RotationOf(result.solution.mount);
   result.T_base_up.translation() << rig.up->T_base_cam.translation().x(), result.camera_y_m.value,
@@ -284,4 +302,4 @@ RigCalibration CalibrateRig(const calib::Rig& rig,
   return result;
 }
 
-}  // namespace ceilmap::recordings
+}  // namespace ceilmap::mount

@@ -1,0 +1,93 @@
+#include "compensation/mount/ceiling_recording.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "calib/base/degrees.hpp"
+#include "compensation/mount/ceiling_registrar.hpp"
+
+namespace ceilmap::mount {
+namespace {
+
+// Odd, so that thinning keeps the first and the newest. One image takes about 4 MB while pairs are
+// measured.
+constexpr std::size_t kMaxKeyframes = 97;
+constexpr double kMinDistanceRatio = 0.035;
+constexpr double kMinTurnRad = 4.5 * kRadPerDeg;
+
+}  // namespace
+
+CeilingRecorder::CeilingRecorder(const std::string& name, const calib::CeilingView& view)
+    : view_(view),
+      camera_(registration::PlaneCameraOf(view)),
+      registrar_(CeilingRegistrar(view)),
+      min_distance_ratio_(kMinDistanceRatio),
+      min_turn_rad_(kMinTurnRad) {
+  recording_.name = name;
+}
+
+bool CeilingRecorder::Add(const cv::Mat& image) {
+  ++recording_.frames;
+  AnalyzedKeyframe current{{image.clone(), {}}, registrar_.Analyze(view_.Rectify(image, buffer_))};
+  if (recording_.keyframes.empty()) {
+    Keep(std::move(current));
+    return true;
+  }
+  std::optional<Pose2> T_key_current = Match(current.spectrum);
+  if (!T_key_current && last_) {
+    Keep(std::move(*last_));
+    last_.reset();
+    T_key_current = Match(current.spectrum);
+  }
+  if (!T_key_current) return false;
+  const Pose2 T_first_current = key_.keyframe.T_first_camera * *T_key_current;
+  step_ = T_first_last_.Inverse() * T_first_current;
+  T_first_last_ = T_first_current;
+  current.keyframe.T_first_camera = T_first_current;
+  if (IsFarFromKeyframe(*T_key_current)) {
+    Keep(std::move(current));
+    last_.reset();
+  } else {
+    last_ = std::move(current);
+  }
+  return true;
+}
+
+CeilingRecording CeilingRecorder::Finish() {
+  if (last_) Keep(std::move(*last_));
+  return std::move(recording_);
+}
+
+std::optional<Pose2> CeilingRecorder::Match(const registration::FrameSpectrum& current) {
+  const Pose2 expected = key_.keyframe.T_first_camera.Inverse() * T_first_last_ * step_;
+  constexpr double kSigmaRatio = 0.1;  // of the image's width
+  constexpr double kSigmaDeg = 10;
+  const registration::MotionPrior prior{
+      ImageMotionOf(camera_, expected), kSigmaRatio * view_.Size().width, kSigmaDeg * kRadPerDeg};
+  const registration::Registration found = registrar_.Register(key_.spectrum, current, prior);
+  if (!found.ok()) return std::nullopt;
+  const registration::PlaneMotion motion =
+      registration::PlaneMotion::FromSimilarity(camera_, found.motion);
+  return Pose2{motion.x, motion.y, motion.yaw};
+}
+
+bool CeilingRecorder::IsFarFromKeyframe(const Pose2& T_key_current) const {
+  const double shift_px = camera_.focal_px * T_key_current.Translation().norm();
+  return shift_px > min_distance_ratio_ * std::hypot(view_.Size().width, view_.Size().height) ||
+         std::abs(T_key_current.yaw) > min_turn_rad_;
+}
+
+void CeilingRecorder::Keep(AnalyzedKeyframe frame) {
+  key_ = std::move(frame);
+  T_first_last_ = key_.keyframe.T_first_camera;
+  std::vector<CeilingKeyframe>& keyframes = recording_.keyframes;
+  keyframes.push_back(key_.keyframe);
+  if (keyframes.size() < kMaxKeyframes) return;
+  std::vector<CeilingKeyframe> half;
+  for (std::size_t i = 0; i < keyframes.size(); i += 2) half.push_back(std::move(keyframes[i]));
+  keyframes = std::move(half);
+  min_distance_ratio_ *= 2;
+  min_turn_rad_ *= 2;
+}
+
+}  // namespace ceilmap::mount
