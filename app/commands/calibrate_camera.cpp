@@ -112,7 +112,7 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
   solver.model = NamingOption([&] { return calibration::ParseLensModel(params.model); });
   solver.choose_terms = !params.all_terms;
   calibration::BoardImages images = recordings::FindBoards(params.images, board);
-  if (terminal::Interrupted()) throw RunError("interrupted before all images were seen");
+  if (terminal::Interrupted()) throw RunError("interrupted before all images were processed");
   calibration::CameraCalibration calibration = calibration::CalibrateCamera(
       board, std::move(images), solver, static_cast<std::size_t>(params.max_views));
   calibration.name = params.name;

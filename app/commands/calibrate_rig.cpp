@@ -88,7 +88,7 @@ void WarnOfUncertainAngles(const mount::ForwardMount& forward) {
   check("roll", forward.roll_rad, "--spin-forward");
 }
 
-// @param rig  with the upward camera as calibrated.
+// @param rig  With the calibrated upward camera.
 // @return nothing without a recording of the forward camera.
 std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& params,
                                                     const calib::Rig& rig,

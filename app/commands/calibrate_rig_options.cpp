@@ -101,11 +101,11 @@ void CalibrateRigOptions::AddTo(CLI::App& cli) {
   AddInput(cli);
   AddTape(cli);
   AddForward(cli);
-  cli.add_option("--lens-sigma",
-                 lens_sigma_px,
-                 "How far off the intrinsics may put a point at the image's edge, for the "
-                 "standard deviations; "
-                 "calibrate camera tells, as what corners are known to [0.05]")
+  cli.add_option(
+         "--lens-sigma",
+         lens_sigma_px,
+         "Error of a point at the image's edge by the intrinsics, for the "
+         "standard deviations; 'calibrate camera' reports it as the error of the corners [0.05]")
       ->type_name("PX")
       ->group("Input");
   cli.add_option("--report",

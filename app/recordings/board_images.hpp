@@ -8,10 +8,10 @@
 
 namespace ceilmap::recordings {
 
-/// Searches for a board in a folder of images, in several images, or in a video; several images at
+/// Searches for a board in a folder of images, in several images, or in a video, with several images at
 /// a time. A video is divided into at most 300 parts, of which the sharpest image each is searched.
 /// Ends early when the user interrupts.
-/// @param sources  one recording, or images.
+/// @param sources  One recording, or images.
 /// @throws InputError when there are none, one cannot be read, or their sizes differ.
 calibration::BoardImages FindBoards(const std::vector<std::string>& sources,
                                     const calibration::Board& board);

@@ -20,16 +20,16 @@ struct RigRecording {
 };
 
 /// Reads the upward camera's recording of a spin or of a straight drive.
-/// @param view  of the upward camera as far as it is known. @param label  of the progress.
+/// @param view  of the upward camera as far as it is known. @param label  of relative to the progress.
 /// @throws InputError when the ceiling is lost for 5 consecutive frames.
 mount::CeilingRecording ReadCeiling(FrameSource& source,
                                     const calib::CeilingView& view,
                                     const std::string& label);
 
 /// Reads the recordings of both cameras: matches of the forward camera, with the robot's motion by
-/// the upward camera. Prints warnings on the forward recording.
-/// @param rig  its upward camera as calibrated, its forward one as far as it is known.
-/// @param label  of the progress.
+/// the upward camera. Prints warnings of the forward recording.
+/// @param rig  With the calibrated upward camera and the approximate forward camera.
+/// @param label  Of the progress.
 /// @throws InputError when a source cannot be used, the forward camera is not in the rig, or the
 ///   ceiling is lost for 5 consecutive frames.
 std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecording& recording,

@@ -53,7 +53,7 @@ std::string ResidualData(const calibration::CameraCalibration& calibration) {
   return text;
 }
 
-// A round number that makes arrows of the RMS some two hundredths of the image long.
+// A round factor with which an arrow of the RMS is about two hundredths of the image long.
 double ArrowScale(const calibration::CameraCalibration& calibration) {
   const double wanted =
       0.02 * calibration.solution.lens.size.width / std::max(1e-6, calibration.solution.rms_px);

@@ -29,7 +29,7 @@ std::string WithSigma(double value, double sigma) {
   return fmt::format("{:.{}f} +- {:.{}f}", value, digits, sigma, digits);
 }
 
-// By reason, the first words of it: blur and misfit come with figures.
+// By reason, its first words, because the messages on blur and misfit contain numbers.
 void AddLeftOut(const calibration::CameraCalibration& calibration, terminal::Table& table) {
   std::map<std::string, int> counts;
   for (const auto& [name, why] : calibration.left_out) ++counts[why.substr(0, why.find(':'))];

@@ -12,16 +12,16 @@
 
 namespace ceilmap::reports {
 
-/// What a calibration found, in words, for the terminal.
+/// Result of a calibration as text, for the terminal.
 terminal::Table CameraFacts(const calibration::CameraCalibration& calibration);
 
 /// The same for scripts: the lens with standard deviations, RMS, views, coverage.
 nlohmann::ordered_json CameraJson(const calibration::CameraCalibration& calibration);
 
-/// For `-o`.
+/// The camera_info file for `-o`.
 calib::CameraInfo CameraInfoOf(const calibration::CameraCalibration& calibration);
 
-/// The views that were used, and those left out and why.
+/// The used views, and the unused ones with the reason.
 std::vector<ReportTable> CameraTables(const calibration::CameraCalibration& calibration);
 
 /// Writes index.html, tables.md, metrics.json, figures of residuals, coverage and views, and an

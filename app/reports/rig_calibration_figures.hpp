@@ -10,13 +10,13 @@
 
 namespace ceilmap::reports {
 
-/// The camera's circle in the spin with what each view is off by, the straight drive's way aside
-/// and its heading, and what is left at the places of each view.
+/// The camera's circle in the spin with the errors of the views, lateral position and heading on
+/// the straight drive, and residuals of each view.
 std::vector<figures::Figure> RigFigures(const mount::UpMount& result);
 
-/// The mean of the spin's images, brought together as the rig has it: sharp where the rig is
-/// right, smeared where it is not. CV_8UC1, 0 where no image looked.
-/// @param up  the upward camera of that rig. @param headings  of the views, rad.
+/// The mean of the spin's images, aligned by the rig: sharp if the rig is correct, blurred if not.
+/// CV_8UC1, 0 outside all images.
+/// @param up  The upward camera of that rig. @param headings  Of the views, rad.
 cv::Mat SpinMosaic(const mount::CeilingRecording& spin,
                    const std::vector<Pose2>& headings,
                    const calib::MountedCamera& up,

@@ -42,7 +42,7 @@ mount::Measured InDegrees(const mount::Measured& m) {
   return {kDegPerRad * m.value, kDegPerRad * m.sigma};
 }
 
-// What the upward camera's recordings tell.
+// Parameters from the upward camera's recordings.
 std::vector<Parameter> MountParameters(const calib::Rig& before, const mount::UpMount& result) {
   const MountAngles angles = AnglesOf(before.up->T_base_cam.linear());
   const Eigen::Vector3d& t = before.up->T_base_cam.translation();

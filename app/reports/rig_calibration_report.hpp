@@ -18,13 +18,13 @@ struct RigFindings {
   std::optional<mount::ForwardMount> forward;
 };
 
-/// The results as comment lines at the head of the rig file.
+/// The results as comment lines for the beginning of the rig file.
 std::string RigHeader(const RigFindings& result);
 
-/// @param before  the rig as it was known.
+/// @param before  The initial rig.
 void Summarize(const calib::Rig& before, const RigFindings& result, terminal::Summary& summary);
-/// Writes figures, mosaics and tables into a folder that CheckReportFolder has passed. Without
-/// gnuplot there are no figures, and a warning tells.
+/// Writes figures, mosaics and tables into a folder that was checked by CheckReportFolder. Without
+/// gnuplot there are no figures, and a warning is printed.
 void WriteRigReport(const std::filesystem::path& folder,
                     const calib::Rig& before,
                     const RigFindings& result,

@@ -48,7 +48,7 @@ const NamedDictionary& FindDictionary(const std::string& name) {
   if (found != kDictionaries.end()) return *found;
   throw InputError(
       fmt::format("dictionary {}: must be 4x4, 5x5, 6x6 or 7x7, then _50, _100, _250 or _1000, or "
-                  "original; the board's maker or its margin tells",
+                  "original; see the board's margin or its source",
                   name));
 }
 

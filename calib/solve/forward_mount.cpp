@@ -104,7 +104,7 @@ struct MatchCost {
   const MotionWithMatches* motion;
   const Match* match;
   const Isometry3d* start;
-  double per_error;  // focal length over deviation
+  double per_error;  // focal length / standard deviation
 
   template <typename T>
   bool operator()(const T* turn, const T* error, T* residual) const {
@@ -112,7 +112,7 @@ struct MatchCost {
     const RayInSecond<T> ray =
         RayOf<T>(*motion, *match, R, start->translation(), Eigen::Map<const Vector6<T>>(error));
     if (!MissOf<T>(ray, match->second, residual)) {
-      residual[0] = residual[1] = T(0);  // says nothing
+      residual[0] = residual[1] = T(0);  // not informative
     }
     residual[0] *= T(per_error);
     residual[1] *= T(per_error);

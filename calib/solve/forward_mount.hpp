@@ -9,9 +9,9 @@ namespace ceilmap::calibration {
 /// Orientation of a forward camera on the robot, from its images during a known motion of the robot
 /// (measured by the ceiling).
 ///
-/// What tells what: a turn on the spot moves the image about the vertical, which gives pitch and
-/// roll; a straight drive moves it away from the point that the robot drives to, which gives pitch
-/// and yaw.
+/// A turn on the spot moves the image about the vertical, which determines pitch and roll; a
+/// straight drive moves it away from the vanishing point of the motion, which determines pitch and
+/// yaw.
 
 /// Positions of one point of the room in two images, as (x/z, y/z) in the optical frame.
 struct Match {
@@ -41,24 +41,23 @@ struct ForwardMountParams {
 struct ForwardMount {
   bool ok = false;  ///< false: too few matches, or none that agree
   Eigen::Matrix3d R_base_cam = Eigen::Matrix3d::Identity();
-  /// Of a small turn about base's axes (x: roll, y: nose down, z: to the left), rad^2. From the
-  /// curvature, large where no motion determines it; by leaving out stretches of the recordings one
-  /// after the other (delete-a-group jackknife), so that errors of the motion, which all matches of
-  /// a image share, count as often as they occur; and from systematic_px, systematic_rad and
-  /// lens_sigma_px.
+  /// Of a small rotation about the axes of base (x: roll, y: nose down, z: to the left), rad^2.
+  /// From the curvature, large where no motion determines it; it; from a delete-a-group one
+  /// after the of the recordings, which accounts for errors of the motion that all matches of
+  /// a image share; and from systematic_px, systematic_rad and lens_sigma_px.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double sigma_px = 0;  ///< robust standard deviation of a match from its line
   std::size_t matches = 0;
   std::size_t inliers = 0;  ///< number of them within three standard deviations
 };
 
-/// Robust least squares (Ceres, Cauchy's loss) over the rotation alone. What a match is off by is
-/// its distance from where the second image shows what the first one did, at whatever depth from
-/// 0.3 m to infinity fits best: the epipolar line's half that is ahead of the camera. A
-/// camera that turns without moving has a point instead of a line, and needs no special case.
-/// @param motions  of one recording after the other, in order of time.
-/// @param start  the camera in base: its rotation to begin with (within some 10 degrees), its place
-///   as measured, m, which stays. A place wrong by 1 cm changes the result little.
+/// Robust least squares (Ceres, Cauchy's loss) over the rotation. The residual of a match is its
+/// distance from the half epipolar line ahead of the camera, i.e. from the best position for any
+/// 0.3 m to infinity. For a camera that rotates without translation the line
+/// becomes a point, without a special case.
+/// @param motions  Of the recordings one after the other, in order of time.
+/// @param start  The camera in base: the initial rotation (within about 10 degrees), and the
+/// measured position, m, which is not changed. A position error of 1 cm changes the result little.
 ForwardMount SolveForwardMount(const std::vector<MotionWithMatches>& motions,
                                const Eigen::Isometry3d& start,
                                const ForwardMountParams& params);

@@ -182,7 +182,7 @@ RigSolution SolveRig(const Recording& spin,
                      const RigSolverParams& params) {
   RigParameters parameters = StartParameters(spin, straight, start);
   if (parameters.spin.size() < 3 || ErrorsOf(spin, straight, parameters, 1).empty()) return {};
-  RigScales scales;  // wide at first: what wheels did is not known yet
+  RigScales scales;  // initially wide: errors of the wheels are not yet known
   scales.place_px = ScalesOf(spin, straight, parameters, params.focal_px).place_px;
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {

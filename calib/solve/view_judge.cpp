@@ -126,8 +126,8 @@ void JudgeReach(const Lens& lens, Judgement& judgement) {
   const double share = Reach(lens) / std::hypot(across, down);
   if (share >= kGoodShare) return;
   judgement.warnings.push_back(fmt::format(
-      "the distortion found has a meaning only {:.0f} % of the way to the image's corners; "
-      "what lies beyond is lost when it is taken out: add views with the board there, or try "
+      "the distortion model is valid only to {:.0f} % of the distance to the image's corners; "
+      "content beyond is lost by rectification: add views with the board there, or try "
       "another lens model",
       100 * share));
 }

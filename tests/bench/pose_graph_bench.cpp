@@ -137,7 +137,7 @@ void SolveOurs(const graph::synthetic::PoseGraph& graph,
   outcome.cost = summary.final_cost;
 }
 
-/// Half the sum of squares at the poses, counted the same way for both.
+/// Half the sum of squares at the poses, computed equally for both.
 double Cost(const graph::synthetic::PoseGraph& graph, const std::vector<Pose2>& poses) {
   double sum = 0;
   for (const graph::Edge& edge : graph.edges) {

@@ -33,7 +33,7 @@ double PrintedEq1(const Scene& scene, double tilt_rad, const ZoomObservation& se
 }
 
 // A robot without rocking arm (a = 0) tilted by the 3-4-5 angle: z' = 0.8, the wall point 0.8 m
-// ahead is 0.2 m high, and B, 0.3 m further on, has it 0.8 m below 0.5 m ahead.
+// ahead is 0.2 m high, and B, 0.3 m further on, sees it 0.8 m below 0.5 m ahead.
 TEST(ForwardEquation, IsRightByHand) {
   const ForwardEquation equation(TiltModel(0, 3), 1);
   const WallObservation seen{1.6, 1.25, 0.3 - 3 * 0.75 + 0.6};
@@ -72,7 +72,7 @@ TEST(ForwardEquation, WallGivesTheTilt) {
     Scene scene = Scene::Random(random);
     if (i % 4 == 0) scene.base_shift_m = 0;
     if (i % 5 == 0) scene.tilt_rad = 0;
-    const ForwardSolution solution = scene.Equation().SolveFromWall(scene.ObservedWithWall());
+    const ForwardSolution solution = scene.Equation().SolveFromWall(scene.SeenWithWall());
     ASSERT_TRUE(scene.IsAmong(solution)) << scene;
     if (solution.Unique()) ++unique;
   }
@@ -136,7 +136,7 @@ TEST(ForwardEquation, SensitivityIsTheDerivative) {
     const auto by_wall = [&](const WallObservation& seen) {
       return nearest(equation.SolveFromWall(seen)).tilt_rad;
     };
-    const WallObservation with_wall = scene.SeenWithWall();
+    const WallObservation with_wall = scene.ObservedWithWall();
     const ForwardSensitivity wall = nearest(equation.SolveFromWall(with_wall)).sensitivity;
     EXPECT_NEAR(
         wall.by_tan_shift, Difference(by_wall, with_wall, &WallObservation::tan_shift), 1e-6);

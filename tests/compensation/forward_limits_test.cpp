@@ -35,7 +35,7 @@ TEST(ForwardEquation, NearWallsAreRefusedInEitherFrame) {
   const Scene near_a{0.14, 0.45, 2.6, 4 * kRadPerDeg, 0.2, -0.4};
   for (const Scene& scene : {near_a, near_b}) {
     const ForwardEquation equation = scene.Equation();
-    EXPECT_FALSE(scene.IsAmong(equation.SolveFromWall(scene.SeenWithWall())));
+    EXPECT_FALSE(scene.IsAmong(equation.SolveFromWall(scene.ObservedWithWall())));
     EXPECT_TRUE(
         scene.IsAmong(equation.SolveFromWall(scene.ObservedWithWall(), {.nearest_wall_m = 0.15})));
   }
@@ -44,7 +44,7 @@ TEST(ForwardEquation, NearWallsAreRefusedInEitherFrame) {
 TEST(ForwardEquation, ATiltOutOfRangeIsNoRoot) {
   const Scene scene{0.14, 0.45, 2.6, 8 * kRadPerDeg, 3, 0.1};
   const ForwardLimits limits{.max_tilt_rad = 3 * kRadPerDeg};
-  EXPECT_EQ(scene.Equation().SolveFromWall(scene.SeenWithWall(), limits).verdict,
+  EXPECT_EQ(scene.Equation().SolveFromWall(scene.ObservedWithWall(), limits).verdict,
             ForwardVerdict::kNoRoot);
 }
 

@@ -68,7 +68,7 @@ struct Scene {
     return {-from_b.z() / from_b.x(), wall_m / from_b.x(), camera_b.x() - at_ceiling.x()};
   }
 
-  [[nodiscard]] WallObservation SeenWithWall() const {
+  [[nodiscard]] WallObservation ObservedWithWall() const {
     const ZoomObservation seen = Seen();
     return {seen.tan_shift, 1 / wall_m, seen.seen_motion_m};
   }

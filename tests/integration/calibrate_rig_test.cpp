@@ -222,13 +222,14 @@ TEST_F(CalibrateRigTest, SpinAndDriveDetermineTheForwardCamera) {
   EXPECT_DOUBLE_EQ(rig.forward->T_base_cam.translation().z(), 0.45);
 }
 
-TEST_F(CalibrateRigTest, AnUndeterminedAngleCausesAWarning) {
+TEST_F(CalibrateRigTest, AnAngleThatNothingTellsIsWarnedOf) {
   const support::ProcessResult result = Calibrate(
       "spin/up",
       "straight/up",
       {"--rig=ahead.yaml", "--ceiling-height=2.5", "--straight-forward=straight/forward"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("the forward camera's roll is known to "));
+  EXPECT_THAT(result.err, HasSubstr(
+                "the forward camera's roll is known to "));
   EXPECT_THAT(result.err, HasSubstr(" deg only; add --spin-forward\n"));
 }
 
