@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace ceilmap::commands {
 namespace {
 
-struct CalibrateCameraParams {
+struct CalibrateCameraOptions {
   std::vector<std::string> images;
   std::string board = "chessboard";
   std::string corners;
@@ -39,7 +39,7 @@ struct CalibrateCameraParams {
   void Check() const;
 };
 
-calibration::Board CalibrateCameraParams::Board() const {
+calibration::Board CalibrateCameraOptions::Board() const {
   const cv::Size size = calibration::ParseCorners(corners);
   calibration::Board result;
   result.kind = calibration::ParseBoardKind(board);
@@ -52,7 +52,7 @@ calibration::Board CalibrateCameraParams::Board() const {
   return result;
 }
 
-void CalibrateCameraParams::Check() const {
+void CalibrateCameraOptions::Check() const {
   constexpr int kMinViews = 3;
   if (max_views < kMinViews) {
     throw InputError(fmt::format("--views {}: must be at least {}", max_views, kMinViews));
@@ -69,7 +69,7 @@ void CalibrateCameraParams::Check() const {
   if (!report.empty()) reports::CheckReportFolder(report);
 }
 
-void PrintBoard(const CalibrateCameraParams& params,
+void PrintBoard(const CalibrateCameraOptions& params,
                 const CommonOptions& common,
                 terminal::Summary& summary) {
   const calibration::Board board = params.Board();
@@ -88,7 +88,7 @@ void PrintBoard(const CalibrateCameraParams& params,
   fmt::print("{} on {}\nwritten {}\n", board.Name(), params.paper, params.print_board.string());
 }
 
-void RunCalibrateCamera(const CalibrateCameraParams& params,
+void RunCalibrateCamera(const CalibrateCameraOptions& params,
                         const CommonOptions& common,
                         terminal::Summary& summary) {
   params.Check();
@@ -127,7 +127,7 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
   if (!params.report.empty()) fmt::print("written {}\n", (params.report / "index.html").string());
 }
 
-void AddBoardOptions(CLI::App& cli, CalibrateCameraParams& params) {
+void AddBoardOptions(CLI::App& cli, CalibrateCameraOptions& params) {
   const std::string group = "Board";
   const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type)->group(group);
@@ -162,7 +162,7 @@ Command AddCalibrateCameraCommand(CLI::App& calibrate) {
                   "Glue the board to something flat. Show it some 15 times, in all parts of the "
                   "image, near, and "
                   "tilted by 30 to 45 degrees to all sides; hold it still.");
-  auto params = std::make_shared<CalibrateCameraParams>();
+  auto params = std::make_shared<CalibrateCameraOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("pictures", params->images, "A folder of images, a video, or several images")
       ->type_name("SOURCE");

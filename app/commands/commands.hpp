@@ -41,6 +41,7 @@ Command AddExportCommand(CLI::App& program);
 Command AddRegisterCommand(CLI::App& program);
 Command AddEvaluateCommand(CLI::App& program);
 Command AddSimulateCommand(CLI::App& program);
+Command AddSettingsCommand(CLI::App& program);
 
 /// The start of each of them: a command with --help, --summary, --quiet and --verbose, whose help
 /// ends with `example`, a line that can be run. `program` may be a command with commands under it.

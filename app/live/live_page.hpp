@@ -23,7 +23,7 @@ namespace ceilmap::live {
 /// Add, SetMosaic and Finish come from the run's thread, browsers ask from those of the server.
 class LivePage {
  public:
-  struct Params {
+  struct Options {
     ServerAddress address;
     /// Of frames that the page has at a time; when there are more every second one goes.
     std::size_t max_frames = 20000;
@@ -34,7 +34,7 @@ class LivePage {
   /// Serves from now on. @param start  what is known before the run: title, unit, map; no paths.
   /// @param run  the path's name. @param footprint  of the camera, see page::PagePath.
   /// @throws InputError as PageServer.
-  LivePage(const Params& params,
+  LivePage(const Options& params,
            page::PageData start,
            std::string run,
            std::vector<std::array<double, 2>> footprint);
@@ -65,7 +65,7 @@ class LivePage {
   ServedContent Picture();
   void Put(Under under);
 
-  const Params params_;
+  const Options params_;
   const std::string run_;
   const std::vector<std::array<double, 2>> footprint_;
 

@@ -13,7 +13,7 @@ namespace ceilmap::reports {
 
 /// metrics.json. @param align  how estimates were aligned, as the option has it.
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison,
-                                      const ComparisonParams& params,
+                                      const ComparisonInputs& params,
                                       const std::string& align);
 
 /// metrics.csv: a row per estimate and kind of error, with its statistics.

@@ -14,7 +14,9 @@ struct Summary {
   bool interrupted = false;
   nlohmann::ordered_json stages_ms = nlohmann::ordered_json::object();  ///< totals by stage
   nlohmann::ordered_json quality = nlohmann::ordered_json::object();    ///< the command's figures
-  std::vector<std::filesystem::path> files;                             ///< written
+  /// Resolved parameters of a command that reads --settings, by section; null: none.
+  nlohmann::ordered_json settings;
+  std::vector<std::filesystem::path> files;  ///< written
 
   /// One JSON object; a number that is not finite becomes null.
   [[nodiscard]] std::string ToJson(const std::string& command, double seconds) const;

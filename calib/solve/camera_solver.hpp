@@ -16,8 +16,6 @@ struct SolverParams {
   /// Leaves coefficients at zero that the views do not need (Schwarz's criterion); else all of the
   /// model's are free.
   bool choose_terms = true;
-  /// A view is left out whose RMS is more than so many times the views' median, > 1.
-  double outlier_factor = 3;
 };
 
 /// A view and how well it fits.

@@ -50,7 +50,10 @@ struct CeilingMapper::Impl {
        const calib::CeilingView& ceiling_view,
        const std::filesystem::path& map,
        const CeilingMapperParams& params)
-      : source(params.source), view(ceiling_view), metadata(Describe(rig, view, params)) {
+      : source(params.source),
+        mapping(params.mapping),
+        view(ceiling_view),
+        metadata(Describe(rig, view, params)) {
     if (params.append) extension.emplace(map, metadata, params.resolution);
     writer.emplace(map, extension ? extension->Metadata() : metadata);
     // The writer holds the map's name from here on.
@@ -59,6 +62,7 @@ struct CeilingMapper::Impl {
   }
 
   std::string source;
+  mapping::MapperParams mapping;  // as given
   calib::CeilingView view;
   store::MapMetadata metadata;
   std::optional<mapping::MapExtension> extension;
@@ -116,7 +120,7 @@ std::optional<Estimate> CeilingMapper::Flush() {
 mapping::MappingResult CeilingMapper::Draw(const ProgressFunction& progress) {
   Impl& me = *impl_;
   if (!me.extension) return me.mapper->Finish(progress);
-  return me.extension->Finish(me.source, me.view, *me.mapper, *me.writer, progress);
+  return me.extension->Finish(me.source, me.view, me.mapping, *me.mapper, *me.writer, progress);
 }
 
 void CeilingMapper::Commit() {

@@ -53,54 +53,23 @@ struct RegistrarParams {
   /// Where images have content (CeilingView::Mask): CV_8UC1 of the image's size, 0 where they
   /// have none; empty: everywhere. Blank borders would otherwise be matched with each other.
   cv::Mat mask;
-  int first_blocks = 24;  ///< blocks that test a coarse hypothesis and bring it close
   int final_blocks = 48;  ///< blocks of the last rounds
 
-  // When an answer is believed. Over 1300 pairs that have nothing in common, of eight scenes, the
-  // support by chance was at most 4.1 with a sigma of 0.47 px, 2.5 and 0.4 px at the 99th
-  // percentile; true motions have 5 and more (median 22) and below 0.33 px (median 0.003). Over 250
-  // pairs of other places on one tiled ceiling, where the lines fit, `unlike` was 0.98 and more and
-  // the agreement 1.62 and less; true motions have either `unlike` below 0.87 (noise) or agreement
-  // above 1.94 (other light, blur, real recordings with moving sun).
-
-  /// Sum of the peaks of agreeing blocks in the test of a hypothesis.
-  double min_support = 4.2;
-  /// Blocks that agree, ...
+  /// Blocks that must agree, > 0.
   int min_inliers = 5;
-  /// ... and their part of the compared blocks after the last round.
-  double min_inlier_ratio = 0.25;
-  /// Of the translation, from the residuals.
-  double max_sigma_px = 0.42;
-  /// Mean ln(1 + unexplained / expected energy) of the blocks; or, where it is larger, ...
-  double max_dissimilarity = 0.92;
-  /// ... agreement of rough blocks + fine blocks + 2 x POC peak of the whole images, 0..4.
+  /// Agreement of rough blocks + fine blocks + 2 x POC peak of the whole images, 0..4, from which
+  /// dissimilar images are accepted (other light, blur).
   double min_agreement = 1.8;
-  /// The same of images whose shorter side is below 240 px: their few blocks see little but
-  /// lines, which agreed by up to 2.25 over 2700 pairs of other places (96x96 to 220x220; with 240
-  /// px and more by up to 1.76). What agrees by less must be alike.
-  double min_agreement_small = 2.3;
-  /// Where `unlike` is above `max_dissimilarity_weak`, rough and fine blocks alone must also agree
-  /// by this: a smear of more than 12 px in one image splits the peaks even of the rough blocks,
-  /// which then agree on a place beside the truth (1.09 and less, `unlike` 2.2 and more; pictures
-  /// under other light have 1.15 and more).
-  double max_dissimilarity_weak = 1.9;
+  /// Very dissimilar images must also agree by this in rough and fine blocks alone, 0..2: a smear
+  /// of more than 12 px in one image splits the peaks even of the rough blocks, which then agree on
+  /// a place beside the truth (1.09 and less; images under other light have 1.15 and more).
   double min_block_agreement = 1.12;
-  /// A part of what is seen may have changed (covered, moved, switched off): then at least this
-  /// part of the blocks must agree as well as this, and a fifth of them down to the noise. At the
-  /// true place with a fifth to a half changed the agreement was 0.37 and more and that fifth's
-  /// `unlike` 1.1 and less; one tile further 0.32 and less, and 1.9 and more. Not for small
-  /// images, where such a part would be a few lines.
+  /// A part of the ceiling may have changed (covered, moved, switched off): then at least this
+  /// fraction of the blocks must agree, 0..1, and a fifth of them down to the noise. Not for small
+  /// images, where such a fraction would be a few lines. 1: never.
   double min_partial_inliers = 0.6;
-  double min_partial_agreement = 0.36;
-  double max_partial_dissimilarity = 1.4;
-  /// Stands for that POC peak in Refine, where it is not computed.
+  /// Used as the POC peak in Refine, where it is not computed, 0..1.
   double refine_poc_peak = 0.3;
-  /// Grey levels; images with less show nothing.
-  double min_contrast = 0.25;
-  /// Another motion with this part of the best agreement is a rival, and ...
-  double rival_ratio = 0.7;
-  /// ... stays one unless the images speak against it by so many nats.
-  double min_evidence = 4.5;
 };
 
 /// Everything that is computed once of an image and kept: its working copies and spectra. Cheap to
