@@ -104,7 +104,8 @@ std::vector<commands::Command> AddCommands(CLI::App& program) {
                          commands::AddExportCommand,
                          commands::AddRegisterCommand,
                          commands::AddEvaluateCommand,
-                         commands::AddSimulateCommand}) {
+                         commands::AddSimulateCommand,
+                         commands::AddSettingsCommand}) {
     commands.push_back(add(program));
   }
   return commands;

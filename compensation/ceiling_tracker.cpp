@@ -16,10 +16,23 @@ using registration::Registration;
 
 namespace {
 
-registration::RegistrarParams WithMask(registration::RegistrarParams params, const cv::Mat& mask) {
-  params.mask = mask;
-  return params;
-}
+// A fit is accepted when at least this ratio of its blocks, and at least `kMinInliers` of them, lie
+// within a pixel, and the robust standard deviation of its residuals is at most `kMaxSigmaPx`.
+constexpr double kMinInlierRatio = 0.4;
+constexpr int kMinInliers = 10;
+constexpr double kMaxSigmaPx = 0.4;
+// A fit is accepted only when the standard deviation of its tilt is at most this, rad. A fit
+// with a poor initial value can converge to a wrong minimum, where half of the blocks agree by
+// chance. Such a fit has a large standard deviation.
+constexpr double kMaxSigmaRad = 5e-3;
+// A fit with a larger standard deviation than this is compared with one from a new initial
+// value, rad.
+constexpr double kVagueSigmaRad = 2e-3;
+// A larger tilt is rejected as a wrong fit, rad: debris does not cause it.
+constexpr double kMaxTiltRad = 0.25;
+// Standard deviation of pitch and roll by errors that residuals do not show (things below the
+// ceiling, compression), rad.
+constexpr double kSystematicRad = 1.5e-4;
 
 /// Standard deviation of the tilt, rad.
 double TiltSigma(const PlaneFit& fit) {
@@ -33,12 +46,11 @@ Isometry3d Levelled(const Isometry3d& T) {
 
 }  // namespace
 
-CeilingTracker::CeilingTracker(const calib::CeilingView& view, const CeilingTrackerParams& params)
+CeilingTracker::CeilingTracker(const calib::CeilingView& view)
     : view_(view),
-      params_(params),
       camera_(registration::PlaneCameraOf(view)),
       distance_m_(view.FocalLength() * view.MetresPerPixel()),
-      registrar_(view.Size(), WithMask(params.registration, view.Mask())) {
+      registrar_(view.Size(), registration::RegistrarParams{.mask = view.Mask()}) {
   if (!(camera_.focal_px > 0)) {
     throw InputError("tilt cannot be seen on the ceiling without a rig");
   }
@@ -83,10 +95,9 @@ Isometry3d CeilingTracker::ToPose(const PlaneMotion& motion) const {
 }
 
 bool CeilingTracker::IsSound(const PlaneFit& fit) const {
-  return fit.ok && fit.inliers >= params_.min_inliers &&
-         fit.inliers >= params_.min_inlier_ratio * fit.blocks &&
-         fit.sigma_px <= params_.max_sigma_px && TiltSigma(fit) <= params_.max_sigma_rad &&
-         std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= params_.max_tilt_rad;
+  return fit.ok && fit.inliers >= kMinInliers && fit.inliers >= kMinInlierRatio * fit.blocks &&
+         fit.sigma_px <= kMaxSigmaPx && TiltSigma(fit) <= kMaxSigmaRad &&
+         std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= kMaxTiltRad;
 }
 
 CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
@@ -94,7 +105,7 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   motion.T_reference_base = ToPose(fit.motion);
   motion.inliers = fit.inliers;
   motion.blocks = fit.blocks;
-  const double systematic = params_.systematic_rad * params_.systematic_rad;
+  const double systematic = kSystematicRad * kSystematicRad;
   // The median of few residuals is a poor scale. It is too small when the fit adapts to the
   // residuals.
   constexpr double kFewBlocks = 12;
@@ -131,7 +142,7 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   PlaneFit fit = registrar_.RefinePlane(
       reference_.spectrum, frame.image.spectrum, camera_, ToMotion(Predict(frame.stamp_s)));
   const bool sound = IsSound(fit);
-  if (!sound || TiltSigma(fit) > params_.vague_sigma_rad) {
+  if (!sound || TiltSigma(fit) > kVagueSigmaRad) {
     const PlaneFit found = Find(frame);
     const bool better = IsSound(found) && (!sound || TiltSigma(found) < TiltSigma(fit));
     if (better || !sound) {

@@ -10,28 +10,6 @@
 
 namespace ceilmap::compensation {
 
-struct CeilingTrackerParams {
-  /// A fit is accepted when at least this ratio of its blocks, and at least `min_inliers` of them,
-  /// lie within a pixel, and the robust standard deviation of its residuals is at most
-  /// `max_sigma_px`.
-  double min_inlier_ratio = 0.4;
-  int min_inliers = 10;
-  double max_sigma_px = 0.4;
-  /// A fit is accepted only when the standard deviation of its tilt is at most this, rad. A fit
-  /// with a poor initial value can converge to a wrong minimum, where half of the blocks agree by
-  /// chance. Such a fit has a large standard deviation.
-  double max_sigma_rad = 5e-3;
-  /// A fit with a larger standard deviation than this is compared with one from a new initial
-  /// value, rad.
-  double vague_sigma_rad = 2e-3;
-  /// A larger tilt is rejected as a wrong fit, rad: debris does not cause it.
-  double max_tilt_rad = 0.25;
-  /// Standard deviation of pitch and roll by errors that residuals do not show (things below the
-  /// ceiling, compression), rad.
-  double systematic_rad = 1.5e-4;
-  registration::RegistrarParams registration;
-};
-
 /// Motion of a frame relative to a reference frame.
 struct CeilingMotion {
   /// p_reference = T_reference_base * p_base. The reference is level: its z axis points up.
@@ -58,7 +36,7 @@ class CeilingTracker {
   };
 
   /// @param view  View of a rig; must outlive the tracker.
-  explicit CeilingTracker(const calib::CeilingView& view, const CeilingTrackerParams& params = {});
+  explicit CeilingTracker(const calib::CeilingView& view);
 
   [[nodiscard]] bool HasReference() const { return !reference_.spectrum.empty(); }
 
@@ -92,7 +70,6 @@ class CeilingTracker {
   void MoveTo(const Eigen::Isometry3d& T_reference_new);
 
   const calib::CeilingView& view_;
-  CeilingTrackerParams params_;
   registration::PlaneCamera camera_;
   double distance_m_;  // of a level camera from the ceiling
   registration::Registrar registrar_;

@@ -8,6 +8,10 @@
 namespace ceilmap::compensation {
 namespace {
 
+// Standard deviation added when the ceiling gives no motion and parallax is neglected, as a
+// fraction of the tilt.
+constexpr double kWithoutParallaxRatio = 0.1;
+
 double ForwardHeight(const calib::Rig& rig) {
   if (!rig.forward) {
     throw InputError("the rig has no camera 'forward'; add it under cameras");
@@ -62,7 +66,7 @@ std::optional<TiltAngles> ForwardSolver::Solve(const ForwardMotion& seen,
     // For the next frame: this one was solved with the earlier estimate of the wall.
     wall_.Learn(WithoutKeystone(seen.zoom, seen.tan_shift), seen.sigma_zoom, base_shift_m);
   } else {
-    variance += Squared(params_.without_parallax_ratio * pitch);
+    variance += Squared(kWithoutParallaxRatio * pitch);
   }
   // From components along and across the camera's direction to the axes of base.
   const double c = std::cos(yaw_rad_);

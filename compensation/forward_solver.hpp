@@ -18,9 +18,6 @@ struct ForwardSolverParams {
   double wall_per_m_sigma = 0.15;
   /// Standard deviation of the motion measured by the ceiling, m.
   double ceiling_motion_sigma_m = 0.003;
-  /// Standard deviation added when the ceiling gives no motion and parallax is neglected, as a
-  /// fraction of the tilt.
-  double without_parallax_ratio = 0.1;
 };
 
 /// Pitch and roll from the motion in the forward camera: Eq. (1) of Matsumoto et al. 2010. The zoom

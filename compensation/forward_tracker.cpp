@@ -15,11 +15,18 @@ using registration::Registration;
 
 namespace {
 
-registration::RegistrarParams ForForward(registration::RegistrarParams params,
-                                         const cv::Mat& mask) {
-  params.estimate_scale = true;
-  params.mask = mask;
-  return params;
+// Standard deviations of shift, roll and zoom by errors that residuals do not show: the scene is
+// not at one distance.
+constexpr double kSystematicPx = 0.5;
+constexpr double kSystematicRad = 4e-4;
+constexpr double kSystematicZoom = 2e-3;
+// Standard deviation that grows with the zoom: the nearer the scene, the larger the effect of
+// its depth. As a fraction of (zoom - 1); applies to the shift over the focal length and to the
+// roll.
+constexpr double kDepthRatio = 0.01;
+
+registration::RegistrarParams ForForward(const cv::Mat& mask) {
+  return {.estimate_scale = true, .mask = mask};
 }
 
 /// Near a prediction, ten agreeing blocks are sufficient and a lower inlier ratio is accepted: a
@@ -36,11 +43,10 @@ registration::RegistrarParams ForFollowing(registration::RegistrarParams params)
 
 }  // namespace
 
-ForwardTracker::ForwardTracker(const calib::ForwardView& view, const ForwardTrackerParams& params)
+ForwardTracker::ForwardTracker(const calib::ForwardView& view)
     : view_(view),
-      params_(params),
-      registrar_(view.Size(), ForForward(params.registration, view.Mask())),
-      following_(view.Size(), ForFollowing(ForForward(params.registration, view.Mask()))) {}
+      registrar_(view.Size(), ForForward(view.Mask())),
+      following_(view.Size(), ForFollowing(ForForward(view.Mask()))) {}
 
 ForwardTracker::Frame ForwardTracker::Analyze(const cv::Mat& image, double stamp_s) {
   Frame frame;
@@ -98,13 +104,12 @@ ForwardMotion ForwardTracker::Describe(const Frame& frame, const Registration& f
   motion.zoom = 1 / frame.from_reference.scale;
   // When the camera's left side rises, the image rotates counter-clockwise on the screen.
   motion.roll_rad = -frame.from_reference.theta_rad;
-  const double depth = params_.depth_ratio * std::abs(motion.zoom - 1);
+  const double depth = kDepthRatio * std::abs(motion.zoom - 1);
   const double shift_px2 =
-      found.covariance(1, 1) + frame.variance_px2 + params_.systematic_px * params_.systematic_px;
+      found.covariance(1, 1) + frame.variance_px2 + kSystematicPx * kSystematicPx;
   motion.sigma_tan_shift = std::hypot(std::sqrt(shift_px2) / focal, depth);
-  motion.sigma_zoom = std::hypot(std::sqrt(found.covariance(3, 3)), params_.systematic_zoom);
-  motion.sigma_roll_rad =
-      std::hypot(std::sqrt(found.covariance(2, 2)), params_.systematic_rad, depth);
+  motion.sigma_zoom = std::hypot(std::sqrt(found.covariance(3, 3)), kSystematicZoom);
+  motion.sigma_roll_rad = std::hypot(std::sqrt(found.covariance(2, 2)), kSystematicRad, depth);
   motion.inliers = found.inliers;
   motion.blocks = found.blocks;
   return motion;

@@ -9,19 +9,6 @@
 
 namespace ceilmap::compensation {
 
-struct ForwardTrackerParams {
-  /// Standard deviations of shift, roll and zoom by errors that residuals do not show: the scene is
-  /// not at one distance.
-  double systematic_px = 0.5;
-  double systematic_rad = 4e-4;
-  double systematic_zoom = 2e-3;
-  /// Standard deviation that grows with the zoom: the nearer the scene, the larger the effect of
-  /// its depth. As a fraction of (zoom - 1); applies to the shift over the focal length and to the
-  /// roll.
-  double depth_ratio = 0.01;
-  registration::RegistrarParams registration;
-};
-
 /// What the forward camera measures between a frame (A of the paper, perhaps tilted) and the
 /// reference (B, level).
 struct ForwardMotion {
@@ -56,7 +43,7 @@ class ForwardTracker {
   };
 
   /// @param view  Must outlive the tracker.
-  explicit ForwardTracker(const calib::ForwardView& view, const ForwardTrackerParams& params = {});
+  explicit ForwardTracker(const calib::ForwardView& view);
 
   [[nodiscard]] bool HasReference() const { return reference_.has_value(); }
 
@@ -78,7 +65,6 @@ class ForwardTracker {
                                        const registration::Registration& found) const;
 
   const calib::ForwardView& view_;
-  ForwardTrackerParams params_;
   registration::Registrar registrar_;
   registration::Registrar following_;  // near a prediction
   std::optional<Frame> reference_;

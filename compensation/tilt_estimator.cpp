@@ -17,6 +17,33 @@ using Eigen::Isometry3d;
 
 namespace {
 
+// After level frames measured by the ceiling, both limits of the tilt (TiltEstimatorParams) are
+// larger by this number of standard deviations: among many frames some are noisy, and a real bump
+// rises fast.
+constexpr double kNoiseMarginSigmas = 1;
+// After this many consecutive level frames the one in their middle becomes a keyframe, when a
+// new keyframe is needed. The first and the last one are excluded, because a bump may begin or
+// end there with a tilt below detection. A new keyframe is needed when the robot has been tilted
+// since the last one, when less than `kRenewOverlap` of the keyframe's ceiling is visible, or
+// when the zoom of the forward image has changed by more than `kRenewZoom`.
+constexpr int kLevelFrames = 3;
+constexpr double kRenewOverlap = 0.8;
+constexpr double kRenewZoom = 0.03;
+// A tilted frame becomes the keyframe, drawn level, when the visible fraction is below this.
+constexpr double kMinOverlap = 0.55;
+// After this many consecutive frames without a measurement by the ceiling, its keyframe is
+// discarded.
+constexpr int kRestartAfter = 5;
+// A contradiction by the map counts from this angle on, rad. The keyframe is corrected after
+// `kCorrectAfter` consecutive contradictions.
+constexpr double kCorrectRad = 1.5e-3;
+constexpr int kCorrectAfter = 3;
+// Upper limit of the standard deviation of frames without any measurement, after any time:
+// debris is not higher, rad.
+constexpr double kUnknownSigmaRad = 0.035;
+// Standard deviation of a keyframe that was assumed level without a measurement, rad.
+constexpr double kAssumedSigmaRad = 0.002;
+
 /// A frame stored as a candidate for the next keyframe.
 struct Moment {
   CeilingTracker::Frame ceiling;
@@ -38,15 +65,20 @@ struct TiltEstimator::Impl {
         params(p),
         view(UpOf(rig), rig.ceiling_height_m),
         level_view(view),
-        ceiling(view, p.ceiling),
+        ceiling(view),
         filter(p.filter) {
+    if (!(params.tilted_sigmas > params.level_sigmas)) {
+      throw InputError(fmt::format("tilt: tilted_sigmas = {}, must be > level_sigmas = {}",
+                                   params.tilted_sigmas,
+                                   params.level_sigmas));
+    }
     const bool wants_forward = params.method != TiltMethod::kCeiling;
     if (!wants_forward || (!rig.forward && params.method == TiltMethod::kFused)) return;
     if (!rig.forward) {
       throw InputError("the rig has no camera 'forward'; add it under cameras");
     }
     forward_view = std::make_unique<calib::ForwardView>(*rig.forward);
-    forward = std::make_unique<ForwardTracker>(*forward_view, params.forward);
+    forward = std::make_unique<ForwardTracker>(*forward_view);
     solver = std::make_unique<ForwardSolver>(rig, forward_view->Yaw(), params.solver);
   }
 
@@ -180,7 +212,7 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   const bool exact = by_ceiling && reference_variance == 0;
   const bool was_level = std::all_of(
       moments.begin(), moments.end() - 1, [](const Moment& before) { return before.level; });
-  const double sigmas = now.Sigmas() - (was_level && exact ? params.doubt_sigmas : 0);
+  const double sigmas = now.Sigmas() - (was_level && exact ? kNoiseMarginSigmas : 0);
   const double part = std::clamp(
       (sigmas - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
   moment.level = part < 1;
@@ -191,7 +223,7 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
   // level. The forward camera does not detect the foot of a bump.
   const bool sure = report.frames == 1 || exact;
   if (part > 0 || !sure) {
-    const double most = params.unknown_sigma_rad * params.unknown_sigma_rad;
+    const double most = kUnknownSigmaRad * kUnknownSigmaRad;
     const double variance = now.covariance.diagonal().maxCoeff();
     tilt.covariance = now.covariance * std::min(1.0, most / variance);
   }
@@ -264,7 +296,7 @@ void TiltEstimator::Impl::ApplyCorrection(Moment& moment, TiltEstimate& estimate
 /// True when no frame can be measured against the ceiling's keyframe. A keyframe taken in the dark
 /// is replaced as soon as an image has texture.
 bool TiltEstimator::Impl::WantsNewBeginning(const Moment& moment) {
-  if (!ceiling.HasReference() || ceiling_failed >= params.restart_after) return true;
+  if (!ceiling.HasReference() || ceiling_failed >= kRestartAfter) return true;
   return bare_reference && ceiling_failed > 0 && !ceiling.IsBare(moment.ceiling);
 }
 
@@ -277,19 +309,19 @@ void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate
     MakeTiltedKeyframe(Moment(moment), estimate.tilt);
   }
   // The first keyframe is level by definition.
-  if (report.frames > 1) reference_variance = std::pow(params.assumed_sigma_rad, 2);
+  if (report.frames > 1) reference_variance = std::pow(kAssumedSigmaRad, 2);
   ceiling_failed = 0;
   bare_reference = ceiling.IsBare(moment.ceiling);
 }
 
 /// Makes one of the preceding level frames the keyframe, when a new keyframe is needed.
 void TiltEstimator::Impl::Renew(const Seen& seen) {
-  const bool far = seen.ceiling && seen.ceiling->overlap < params.renew_overlap;
-  const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > params.renew_zoom;
-  const bool none = moments.back().forward &&
-                    (!forward->HasReference() || forward_failed >= params.restart_after);
+  const bool far = seen.ceiling && seen.ceiling->overlap < kRenewOverlap;
+  const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > kRenewZoom;
+  const bool none =
+      moments.back().forward && (!forward->HasReference() || forward_failed >= kRestartAfter);
   if (!far && !near && !none && !tilted_since) return;
-  if (static_cast<int>(moments.size()) < params.level_frames) return;
+  if (static_cast<int>(moments.size()) < kLevelFrames) return;
   const bool all_level = std::all_of(moments.begin(), moments.end(), [](const Moment& moment) {
     return moment.level && moment.has_ceiling;
   });
@@ -310,7 +342,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   if (me.forward && frame.forward.empty()) ++me.report.without_forward;
 
   me.moments.emplace_back();
-  if (static_cast<int>(me.moments.size()) > me.params.level_frames) me.moments.pop_front();
+  if (static_cast<int>(me.moments.size()) > kLevelFrames) me.moments.pop_front();
   Moment& moment = me.moments.back();
   const Impl::Seen seen = me.MapMatch(frame, moment);
   TiltEstimate estimate;
@@ -328,7 +360,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   if (moment.forward) me.forward_failed = seen.forward ? 0 : me.forward_failed + 1;
   if (me.WantsNewBeginning(moment)) {
     me.BeginAnew(moment, estimate);
-  } else if (seen.ceiling && seen.ceiling->overlap < me.params.min_overlap && !moment.level) {
+  } else if (seen.ceiling && seen.ceiling->overlap < kMinOverlap && !moment.level) {
     me.MakeTiltedKeyframe(Moment(moment), estimate.tilt);
   } else {
     me.Renew(seen);
@@ -339,9 +371,9 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
 void TiltEstimator::Correct(const TiltAngles& left) {
   Impl& me = *impl_;
   constexpr double kSigmas = 4;
-  const bool contradicts = left.angles.norm() > me.params.correct_rad && left.Sigmas() > kSigmas;
+  const bool contradicts = left.angles.norm() > kCorrectRad && left.Sigmas() > kSigmas;
   me.contradictions = contradicts ? me.contradictions + 1 : 0;
-  if (me.contradictions < me.params.correct_after) return;
+  if (me.contradictions < kCorrectAfter) return;
   me.contradictions = 0;
   me.correction = left;
 }

@@ -23,40 +23,14 @@ enum class TiltMethod {
 
 struct TiltEstimatorParams {
   TiltMethod method = TiltMethod::kFused;
-  CeilingTrackerParams ceiling;
-  ForwardTrackerParams forward;
   ForwardSolverParams solver;
   TiltFilterParams filter;
   /// Robots are assumed level except on debris. A tilt within this many standard deviations of
   /// level is set to exactly zero.
   double level_sigmas = 2;
   /// A tilt beyond this many standard deviations is taken as measured; in between, a fraction of
-  /// it. After level frames measured by the ceiling, both limits are larger by `doubt_sigmas`:
-  /// among many frames some are noisy, and a real bump rises fast.
+  /// it. Larger than `level_sigmas`.
   double tilted_sigmas = 3;
-  double doubt_sigmas = 1;
-  /// After this many consecutive level frames the one in their middle becomes a keyframe, when a
-  /// new keyframe is needed. The first and the last one are excluded, because a bump may begin or
-  /// end there with a tilt below detection. A new keyframe is needed when the robot has been tilted
-  /// since the last one, when less than `renew_overlap` of the keyframe's ceiling is visible, or
-  /// when the zoom of the forward image has changed by more than `renew_zoom`.
-  int level_frames = 3;
-  double renew_overlap = 0.8;
-  double renew_zoom = 0.03;
-  /// A tilted frame becomes the keyframe, drawn level, when the visible fraction is below this.
-  double min_overlap = 0.55;
-  /// After this many consecutive frames without a measurement by the ceiling, its keyframe is
-  /// discarded.
-  int restart_after = 5;
-  /// A contradiction by the map counts from this angle on, rad. The keyframe is corrected after
-  /// `correct_after` consecutive contradictions.
-  double correct_rad = 1.5e-3;
-  int correct_after = 3;
-  /// Upper limit of the standard deviation of frames without any measurement, after any time:
-  /// debris is not higher, rad.
-  double unknown_sigma_rad = 0.035;
-  /// Standard deviation of a keyframe that was assumed level without a measurement, rad.
-  double assumed_sigma_rad = 0.002;
 };
 
 /// The images of the robot's cameras at one time.

@@ -5,22 +5,34 @@
 
 namespace ceilmap::compensation {
 
+namespace {
+
+// Initial standard deviations of the angles, rad, and of the rates, rad/s.
+constexpr double kFirstSigmaRad = 0.1;
+constexpr double kFirstRateSigma = 0.5;
+// A measurement with a larger innovation, in standard deviations, is rejected.
+constexpr double kMaxSigmas = 5;
+// After a longer gap between frames, s, the rates are reset.
+constexpr double kForgetS = 0.5;
+
+}  // namespace
+
 void TiltFilter::ForgetRates() {
   state_.tail<2>().setZero();
   covariance_.rightCols<2>().setZero();
   covariance_.bottomRows<2>().setZero();
   covariance_.bottomRightCorner<2, 2>() =
-      params_.first_rate_sigma * params_.first_rate_sigma * Eigen::Matrix2d::Identity();
+      kFirstRateSigma * kFirstRateSigma * Eigen::Matrix2d::Identity();
 }
 
 void TiltFilter::Predict(double stamp_s) {
   if (!stamp_s_) {
     covariance_.topLeftCorner<2, 2>() =
-        params_.first_sigma_rad * params_.first_sigma_rad * Eigen::Matrix2d::Identity();
+        kFirstSigmaRad * kFirstSigmaRad * Eigen::Matrix2d::Identity();
     ForgetRates();
   } else {
     const double dt = stamp_s - *stamp_s_;
-    if (dt > params_.forget_s) ForgetRates();
+    if (dt > kForgetS) ForgetRates();
     Eigen::Matrix4d step = Eigen::Matrix4d::Identity();
     step.topRightCorner<2, 2>() = dt * Eigen::Matrix2d::Identity();
     // Constant acceleration over the step.
@@ -37,7 +49,7 @@ bool TiltFilter::Update(const TiltAngles& measured) {
   const Eigen::Vector2d off = measured.angles - state_.head<2>();
   const Eigen::Matrix2d spread = covariance_.topLeftCorner<2, 2>() + measured.covariance;
   const Eigen::Matrix2d weight = spread.inverse();
-  if (!(off.dot(weight * off) <= params_.max_sigmas * params_.max_sigmas)) return false;
+  if (!(off.dot(weight * off) <= kMaxSigmas * kMaxSigmas)) return false;
   const Eigen::Matrix<double, 4, 2> gain = covariance_.leftCols<2>() * weight;
   state_ += gain * off;
   covariance_ -= gain * covariance_.topRows<2>();

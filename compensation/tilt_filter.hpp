@@ -12,13 +12,6 @@ struct TiltFilterParams {
   /// 0.1 s, so measurements outweigh the prediction. The prediction bridges single frames and
   /// detects outliers.
   double acceleration = 3;
-  /// Initial standard deviations of the angles, rad, and of the rates, rad/s.
-  double first_sigma_rad = 0.1;
-  double first_rate_sigma = 0.5;
-  /// A measurement with a larger innovation, in standard deviations, is rejected.
-  double max_sigmas = 5;
-  /// After a longer gap between frames, s, the rates are reset.
-  double forget_s = 0.5;
 };
 
 /// Kalman filter of pitch and roll. White angular acceleration drives their rates.

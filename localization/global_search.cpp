@@ -5,6 +5,13 @@
 
 namespace ceilmap::localization {
 
+namespace {
+
+// Standard deviation of the turn rate of a robot while it cannot be measured, rad/s.
+constexpr double kTurnNoiseWhenLost = 1.0;
+
+}  // namespace
+
 using graph::TrackingStatus;
 using registration::FrameSpectrum;
 
@@ -13,9 +20,9 @@ GlobalSearch::GlobalSearch(const store::MapReader& map,
                            const LocalizerParams& params)
     : matcher_(matcher),
       params_(params),
-      chain_(matcher.View()),
-      finder_(map, matcher.View(), params.places),
-      hypotheses_(matcher.Span(), params.hypotheses),
+      chain_(sight.View()),
+      finder_(map, sight.View()),
+      hypotheses_(sight.Span(), params.hypotheses),
       start_(params.start) {
   hypotheses_.Clear();
   if (start_) hypotheses_.Trust(*start_);
@@ -56,10 +63,9 @@ bool GlobalSearch::Move(const LevelFrame& frame) {
   if (step) {
     hypotheses_.Move(step->T_before_now,
                      step->covariance,
-                     !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
-  } else if (unplaced_s > 0) {
-    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unplaced_s,
-                       params_.unseen_turn * unplaced_s);
+                     !step->disambiguated_by_prior && unseen_s < kMaxDropoutS);
+  } else if (unseen_s > 0) {
+    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unseen_s, kTurnNoiseWhenLost * unseen_s);
   }
   last_placed_s_ = stamp_s;
   return true;
@@ -86,8 +92,8 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
   if (!place.any_yaw && !Fits(T_map_base, yaw)) return false;
   if (!start_ || frames_ > params_.max_frames_at_start_prior) return true;
   const double elapsed_s = stamp_s - *begin_s_;
-  const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * matcher_.Span();
-  const double turned = params_.unseen_turn * elapsed_s + kProposalRad;
+  const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * sight_.Span();
+  const double turned = kTurnNoiseWhenLost * elapsed_s + kProposalRad;
   PoseEstimate start = *start_;
   if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
   start.covariance.diagonal() += Eigen::Vector3d(moved * moved, moved * moved, turned * turned);
@@ -107,7 +113,7 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
                               const FrameSpectrum& spectrum,
                               const std::optional<HeadingPrior>& yaw) {
   ++searches_;
-  const double sigma = 0.5 * params_.places.same_ratio * matcher_.Span();
+  const double sigma = 0.5 * PlaceFinder::kSameRatio * sight_.Span();
   constexpr double kProposalVariance = 0.01;  // rad^2
   Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
   rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;

@@ -7,19 +7,25 @@
 
 namespace ceilmap::localization {
 
+namespace {
+
+constexpr int kMaxHypotheses = 8;  // maximum number; those with least evidence are dropped, >= 2
+constexpr int kMaxMisses = 3;      // consecutive frames without recognition of a place, >= 1
+// Evidence against a place that is not recognised in a frame in which others are, nats.
+constexpr double kMissEvidence = 2;
+// Matches at the same spot are not independent: a match has full weight only after a distance
+// travelled of at least this fraction of the image's span.
+constexpr double kFullWeightRatio = 0.08;
+// A match at the same spot confirms a place again only when its peak is at least this, 0..1.
+constexpr double kMinPeakAtRest = 0.5;
+constexpr double kMaxSigmas = 5;  // a match further from the expected pose is rejected
+
+}  // namespace
+
 void HypothesesParams::Validate() const {
   const FieldCheck require("hypotheses");
-  require(most >= 2, "most", most, "at least 2");
   require(confirmations >= 1, "confirmations", confirmations, "at least 1");
-  require(max_misses >= 1, "max_misses", max_misses, "at least 1");
   require(min_evidence > 0, "min_evidence", min_evidence, "> 0");
-  require(miss_evidence >= 0, "miss_evidence", miss_evidence, ">= 0");
-  require(look_ratio >= 0, "look_ratio", look_ratio, ">= 0");
-  require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");
-  require(min_peak_at_rest >= 0 && min_peak_at_rest <= 1,
-          "min_peak_at_rest",
-          min_peak_at_rest,
-          "in [0, 1]");
 }
 
 Hypotheses::Hypotheses(double span, const HypothesesParams& params) : span_(span), params_(params) {
@@ -79,7 +85,7 @@ void Hypotheses::Turn(const HeadingPrior& yaw) {
     const double off = WrapAngle(yaw.heading_rad - T.yaw);
     const double variance = h.pose.covariance(2, 2) + yaw.variance_rad2;
     // The heading is disturbed, or the hypothesis is wrong: matching the image decides.
-    if (off * off > params_.max_sigmas * params_.max_sigmas * variance) continue;
+    if (off * off > kMaxSigmas * kMaxSigmas * variance) continue;
     const Eigen::Vector3d gain = h.pose.covariance.col(2) / variance;
     T.x += gain.x() * off;
     T.y += gain.y() * off;
@@ -116,14 +122,14 @@ void Hypotheses::Add(const MapMatch& match) {
 }
 
 void Hypotheses::MatchAll(
-    const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at) {
-  const double max_distance2 = params_.max_sigmas * params_.max_sigmas;
+    const std::function<std::optional<MapMatch>(const Hypothesis&)>& look_at) {
+  const double max_distance2 = kMaxSigmas * kMaxSigmas;
   // Lower limit of the motion's standard deviation: the camera's scale may not be known yet.
   constexpr double kFloorRatio = 0.005;  // of the span
   constexpr double kFloorRad = 0.005;
   const double floor = kFloorRatio * span_;
   const Eigen::Vector3d floors(floor * floor, floor * floor, kFloorRad * kFloorRad);
-  const bool anew = since_confirmed_ >= params_.look_ratio * span_;
+  const bool anew = since_confirmed_ >= kFullWeightRatio * span_;
   if (anew) since_confirmed_ = 0;
   for (Hypothesis& h : all_) {
     const std::optional<MapMatch> match = match_at(h);
@@ -137,10 +143,9 @@ void Hypotheses::MatchAll(
     }
     h.match = *match;
     h.misses = 0;
-    h.pose = match->pose;
-    ++h.matches;
-    const bool counts =
-        !match->disambiguated_by_prior && (anew || match->peak >= params_.min_peak_at_rest);
+    h.pose = look->pose;
+    ++h.looks;
+    const bool counts = !look->disambiguated_by_prior && (anew || look->peak >= kMinPeakAtRest);
     h.confirmations += counts ? 1 : 0;
   }
   // Two hypotheses may converge to the same place: the one with more confirmations stays.
@@ -181,13 +186,13 @@ void Hypotheses::Weigh() {
   if (AnyMatch()) {
     const Hypothesis& best = BestOfFrame();
     const double weight =
-        params_.look_ratio > 0 ? std::min(1.0, travelled_ / (params_.look_ratio * span_)) : 1;
+        kFullWeightRatio > 0 ? std::min(1.0, travelled_ / (kFullWeightRatio * span_)) : 1;
     travelled_ = 0;
     for (Hypothesis& h : all_) {
       const double against =
-          h.recognised ? registration::Evidence(best.match.dissimilarity, h.match.dissimilarity)
-                       : params_.miss_evidence;
-      h.evidence -= (h.matches == 1 ? 1 : weight) * against;
+          h.recognised ? registration::Evidence(best.look.dissimilarity, h.look.dissimilarity)
+                       : kMissEvidence;
+      h.evidence -= (h.looks == 1 ? 1 : weight) * against;
     }
     const double most =
         std::max_element(all_.begin(), all_.end(), [](const auto& a, const auto& b) {
@@ -196,12 +201,12 @@ void Hypotheses::Weigh() {
     for (Hypothesis& h : all_) h.evidence -= most;
   }
   std::erase_if(all_, [this](const Hypothesis& h) {
-    return h.misses >= params_.max_misses || h.evidence < -3 * params_.min_evidence;
+    return h.misses >= kMaxMisses || h.evidence < -3 * params_.min_evidence;
   });
   std::stable_sort(all_.begin(), all_.end(), [](const Hypothesis& a, const Hypothesis& b) {
     return a.evidence > b.evidence;
   });
-  const auto most = static_cast<std::size_t>(params_.most);
+  const auto most = static_cast<std::size_t>(kMaxHypotheses);
   if (all_.size() <= most) return;
   // A hypothesis that may be the right one is dropped for lack of space. The others must be
   // confirmed anew; meanwhile the dropped one may be found again.

@@ -11,20 +11,10 @@
 namespace ceilmap::localization {
 
 struct HypothesesParams {
-  int most = 8;  ///< maximum number; those with least evidence are dropped, >= 2
   /// Frames in which a place must be recognised before it is accepted, >= 1.
   int confirmations = 3;
-  int max_misses = 3;  ///< consecutive frames without recognition of a place, >= 1
   /// A place is accepted when its evidence exceeds that of every other place by this, nats.
   double min_evidence = 4.5;
-  /// Evidence against a place that is not recognised in a frame in which others are, nats.
-  double miss_evidence = 2;
-  /// Matches at the same spot are not independent: a match has full weight only after a distance
-  /// travelled of at least this fraction of the image's span.
-  double look_ratio = 0.08;
-  /// A match at the same spot confirms a place again only when its peak is at least this, 0..1.
-  double min_peak_at_rest = 0.5;
-  double max_sigmas = 5;  ///< a match further from the expected pose is rejected
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

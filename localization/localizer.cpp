@@ -15,6 +15,13 @@
 
 namespace ceilmap::localization {
 
+namespace {
+
+// A measured pose further from the predicted one is rejected, in standard deviations, > 0.
+constexpr double kMaxSigmas = 5;
+
+}  // namespace
+
 using graph::TrackingStatus;
 using registration::FrameSpectrum;
 
@@ -22,13 +29,8 @@ void LocalizerParams::Validate() const {
   const FieldCheck require("localizer");
   heading.Validate();
   motion.Validate();
-  patches.Validate();
-  places.Validate();
   hypotheses.Validate();
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
-  require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");
-  require(min_prior_sigma_px > 0, "min_prior_sigma_px", min_prior_sigma_px, "> 0");
-  require(min_prior_sigma_rad > 0, "min_prior_sigma_rad", min_prior_sigma_rad, "> 0");
   require(max_frames_at_start_prior >= 1,
           "max_frames_at_start_prior",
           max_frames_at_start_prior,
@@ -37,12 +39,7 @@ void LocalizerParams::Validate() const {
   require(max_dropout_s >= 0, "max_dropout_s", max_dropout_s, ">= 0");
   require(
       speed_noise_when_lost_m_s > 0, "speed_noise_when_lost_m_s", speed_noise_when_lost_m_s, "> 0");
-  require(unseen_turn > 0, "unseen_turn", unseen_turn, "> 0");
   require(scale_frames >= 0, "scale_frames", scale_frames, "at least 0");
-  require(max_scale_error > 0 && max_scale_error < 0.3,
-          "max_scale_error",
-          max_scale_error,
-          "in (0, 0.3)");
   if (start) {
     const Pose2& T = start->T_map_base;
     require(
@@ -50,9 +47,6 @@ void LocalizerParams::Validate() const {
   }
   require(tilt_checks >= 0, "tilt_checks", tilt_checks, "at least 0");
   require(tilt_check_every >= 0, "tilt_check_every", tilt_check_every, "at least 0");
-  require(tilt_noise_rad > 0, "tilt_noise_rad", tilt_noise_rad, "> 0");
-  require(noise.systematic_px > 0, "noise.systematic_px", noise.systematic_px, "> 0");
-  require(noise.systematic_rad > 0, "noise.systematic_rad", noise.systematic_rad, "> 0");
 }
 
 namespace {
@@ -194,7 +188,7 @@ void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   const PoseEstimate expected = motion.Pose();
   const double off = WrapAngle(yaw.heading_rad - expected.T_map_base.yaw);
   const double variance = expected.covariance(2, 2) + yaw.variance_rad2;
-  if (off * off > params.max_sigmas * params.max_sigmas * variance) return;
+  if (off * off > kMaxSigmas * kMaxSigmas * variance) return;
   motion.UpdateYaw(yaw.heading_rad, yaw.variance_rad2);
 }
 
@@ -225,20 +219,19 @@ bool Localizer::Impl::Track(double stamp_s,
   if (PositionSigma(expected.covariance) > kVagueRatio * matcher.Span()) return false;
   ChoosePatch(expected);
   if (!patch) return false;
-  const std::optional<MapMatch> match = matcher.MatchAt(*patch, spectrum, expected);
-  if (!match) return false;
-  const double floor = params.min_prior_sigma_px * matcher.View().MetresPerPixel();
-  const double floor_rad = params.min_prior_sigma_rad;
+  const std::optional<MapMatch> look = sight.MatchAt(*patch, spectrum, expected);
+  if (!look) return false;
+  const double floor = MapMatcher::kMinPriorSigmaPx * sight.View().MetresPerPixel();
+  const double floor_rad = MapMatcher::kMinPriorSigmaRad;
   expected.covariance.diagonal() +=
       Eigen::Vector3d(floor * floor, floor * floor, floor_rad * floor_rad);
-  const double distance2 = SquaredDistance(match->pose, expected);
-  if (!(distance2 <= params.max_sigmas * params.max_sigmas)) return false;
-  const double innovation_sigma = InnovationSigma(*match, motion.Pose());
-  motion.Update(match->pose);
-  Place(*match, location);
-  location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() +=
-      innovation_sigma * innovation_sigma;
-  CheckTilt(*patch, spectrum, *match, location);
+  const double distance2 = SquaredDistance(look->pose, expected);
+  if (!(distance2 <= kMaxSigmas * kMaxSigmas)) return false;
+  const double surprise = InnovationSigma(*look, motion.Pose());
+  motion.Update(look->pose);
+  Place(*look, location);
+  location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() += surprise * surprise;
+  CheckTilt(*patch, spectrum, *look, location);
   location.pose.status = was_placed ? TrackingStatus::kTracking : TrackingStatus::kRelocalized;
   if (matcher.LearnScale(*match)) {
     patch.reset();
@@ -258,7 +251,7 @@ bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
   const PoseEstimate expected = motion_before->PredictedAt(stamp_s);
   const double off = (pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
   return off < kSigmas * std::hypot(PositionSigma(expected.covariance),
-                                    params.min_prior_sigma_px * matcher.View().MetresPerPixel());
+                                    MapMatcher::kMinPriorSigmaPx * sight.View().MetresPerPixel());
 }
 
 /// During a short period without texture the earlier prediction remains valid.

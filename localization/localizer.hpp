@@ -25,16 +25,9 @@ struct LocalizerParams {
   /// Accuracy of relative headings (CeilingFrame::heading).
   HeadingParams heading;
   MotionModelParams motion;
-  PatchParams patches;
-  PlaceFinderParams places;
   HypothesesParams hypotheses;
   /// The next patch is used when the camera sees a smaller fraction of the current one, (0, 1).
   double min_overlap = 0.65;
-  /// A measured pose further from the predicted one is rejected, in standard deviations, > 0.
-  double max_sigmas = 5;
-  /// Lower limits of the prediction's standard deviation, pixels > 0 and radians > 0.
-  double min_prior_sigma_px = 4;
-  double min_prior_sigma_rad = 0.02;
   /// After this many consecutive frames without a match near `start`, the whole map is searched.
   int max_frames_at_start_prior = 15;
   /// After this many consecutive frames without a place, headings with an estimated zero exclude no
@@ -43,24 +36,16 @@ struct LocalizerParams {
   /// Duration without any visible texture (a hand, a flicker) during which the earlier prediction
   /// remains valid, s, >= 0.
   double max_dropout_s = 0.5;
-  /// Standard deviations of the speed of a robot while it cannot be measured, m/s and rad/s, > 0.
+  /// Standard deviation of the speed of a robot while it cannot be measured, m/s, > 0.
   double speed_noise_when_lost_m_s = 1.0;
-  double unseen_turn = 1.0;
   /// The scale given by the rig (height of the camera and the ceiling) is measured against the map
   /// with this many frames and replaced by their median, once; 0: the rig's scale is used as it is.
   int scale_frames = 12;
-  double max_scale_error = 0.05;  ///< of a rig, (0, 0.3)
-  /// Standard deviations of a match with the map by errors that residuals do not show (things below
-  /// the ceiling, sampling).
-  mapping::EdgeNoise noise{0.012, 3e-5};
   /// Frames are checked against the map for residual tilt: the first `tilt_checks` frames after the
   /// robot was found, then every `tilt_check_every`-th frame, and after a tilted frame every frame
   /// until one is level; 0: never.
   int tilt_checks = 5;
   int tilt_check_every = 4;
-  /// Standard deviation of such a check, beyond what residuals show, rad, > 0.
-  double tilt_noise_rad = 3e-4;
-  registration::RegistrarParams registration;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

@@ -18,6 +18,14 @@ using registration::Registration;
 
 namespace {
 
+// A match is rejected when its scale differs by more than this from what the rig implies.
+constexpr double kMaxScaleError = 0.05;
+// Standard deviation of a residual tilt, beyond what residuals show, rad, > 0.
+constexpr double kTiltNoiseRad = 3e-4;
+// Standard deviations of a match with the map by errors that residuals do not show (things below
+// the ceiling, sampling).
+constexpr mapping::EdgeNoise kMatchNoise{0.012, 3e-5};
+
 /// The camera's view when everything that it sees is `scale` times as large as the rig implies, in
 /// pixels.
 calib::CeilingView MakeView(const calib::MountedCamera& up, double ceiling_height_m, double scale) {
@@ -48,12 +56,8 @@ calib::CeilingView MakeFirstView(const store::MapReader& map, const calib::Mount
   return view;
 }
 
-registration::RegistrarParams WithScale(registration::RegistrarParams params,
-                                        const calib::CeilingView& view,
-                                        bool estimate_scale) {
-  params.estimate_scale = estimate_scale;
-  params.mask = view.Mask();
-  return params;
+registration::RegistrarParams WithScale(const calib::CeilingView& view, bool estimate_scale) {
+  return {.estimate_scale = estimate_scale, .mask = view.Mask()};
 }
 
 }  // namespace
@@ -69,12 +73,12 @@ MapMatcher::MapMatcher(const store::MapReader& map,
                        const LocalizerParams& params)
     : map_(map),
       up_(up),
-      params_(params),
+      scale_frames_(params.scale_frames),
       view_(MakeFirstView(map, up)),
       span_(mapping::SpanOf(view_)),
-      registrar_(view_.Size(), WithScale(params.registration, view_, false)),
-      scaling_(view_.Size(), WithScale(params.registration, view_, true)),
-      patches_(std::make_unique<MapPatches>(map, view_, registrar_, params.patches)),
+      registrar_(view_.Size(), WithScale(view_, false)),
+      scaling_(view_.Size(), WithScale(view_, true)),
+      patches_(std::make_unique<MapPatches>(map, view_, registrar_)),
       scale_known_(params.scale_frames == 0) {}
 
 void MapMatcher::Analyze(LevelFrame& frame) {
@@ -87,10 +91,9 @@ void MapMatcher::Analyze(LevelFrame& frame) {
 MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseEstimate& expected) const {
   MotionPrior prior;
   prior.motion = mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * expected.T_map_base);
-  prior.sigma_px = std::max(params_.min_prior_sigma_px,
-                            PositionSigma(expected.covariance) / view_.MetresPerPixel());
-  prior.sigma_theta_rad =
-      std::max(params_.min_prior_sigma_rad, std::sqrt(expected.covariance(2, 2)));
+  prior.sigma_px =
+      std::max(kMinPriorSigmaPx, PositionSigma(expected.covariance) / view_.MetresPerPixel());
+  prior.sigma_theta_rad = std::max(kMinPriorSigmaRad, std::sqrt(expected.covariance(2, 2)));
   return prior;
 }
 
@@ -103,14 +106,14 @@ std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
   Registration found = registrar.Register(at.spectrum, frame, prior);
   verdict_ = found.verdict;
   if (!found.ok()) return std::nullopt;
-  MapMatch match;
-  match.scale = found.motion.scale;
-  if (std::abs(std::log(match.scale)) > params_.max_scale_error) return std::nullopt;
+  MapMatch look;
+  look.scale = found.motion.scale;
+  if (std::abs(std::log(look.scale)) > kMaxScaleError) return std::nullopt;
   // Converts the shift to pixels of the patch, whose size on the ceiling is known.
   found.motion.tx_px /= match.scale;
   found.motion.ty_px /= match.scale;
   found.motion.scale = 1;
-  graph::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, params_.noise);
+  graph::Edge edge = mapping::MeasuredEdge(view_, found, 0, 1, kMatchNoise);
   mapping::InflateTiltCovariance(view_, tilt_, edge);
   match.pose = Moved({at.T_map_base}, edge.T_from_to, edge.information.inverse());
   match.disambiguated_by_prior = found.disambiguated_by_prior;
@@ -145,7 +148,7 @@ std::optional<TiltAngles> MapMatcher::MeasureTilt(const Patch& at,
   constexpr int kMinMatches = 12;
   if (!fit.ok || fit.inliers < kMinMatches || 2 * fit.inliers < fit.blocks) return std::nullopt;
   TiltAngles left = registration::TiltOf(fit, view_);
-  left.covariance.diagonal().array() += params_.tilt_noise_rad * params_.tilt_noise_rad;
+  left.covariance.diagonal().array() += kTiltNoiseRad * kTiltNoiseRad;
   return left;
 }
 
@@ -155,8 +158,8 @@ double MapMatcher::Overlap(const Patch& at, const Pose2& T_map_base) const {
 
 bool MapMatcher::LearnScale(const MapMatch& match) {
   if (scale_known_) return false;
-  scales_.push_back(match.scale);
-  if (static_cast<int>(scales_.size()) < params_.scale_frames) return false;
+  scales_.push_back(look.scale);
+  if (static_cast<int>(scales_.size()) < scale_frames_) return false;
   std::sort(scales_.begin(), scales_.end());
   const double median = scales_[scales_.size() / 2];
   // The scales of matches with one ceiling agree closely. A larger spread shows wrong matches:
@@ -171,7 +174,7 @@ bool MapMatcher::LearnScale(const MapMatch& match) {
   scale_ = median;
   patches_.reset();
   view_ = MakeView(up_, map_.Metadata().ceiling_height_m, median);
-  patches_ = std::make_unique<MapPatches>(map_, view_, registrar_, params_.patches);
+  patches_ = std::make_unique<MapPatches>(map_, view_, registrar_);
   return true;
 }
 

@@ -20,6 +20,10 @@ namespace ceilmap::localization {
 /// The part of Localizer that processes images; Localizer interprets the poses.
 class MapMatcher {
  public:
+  /// Lower limits of the standard deviations of a predicted pose.
+  static constexpr double kMinPriorSigmaPx = 4;
+  static constexpr double kMinPriorSigmaRad = 0.02;
+
   /// @throws InputError as Localizer does.
   MapMatcher(const store::MapReader& map,
              const calib::MountedCamera& up,
@@ -66,7 +70,7 @@ class MapMatcher {
 
   const store::MapReader& map_;
   calib::MountedCamera up_;
-  LocalizerParams params_;
+  int scale_frames_;
   calib::CeilingView view_;
   Tilt tilt_;  // that was removed from the frame
   double span_;

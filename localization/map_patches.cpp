@@ -6,21 +6,19 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "calib/base/field_check.hpp"
 #include "calib/base/lru_cache.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 
 namespace ceilmap::localization {
 
-void PatchParams::Validate() const {
-  const FieldCheck require("map patches");
-  require(spacing_ratio > 0 && spacing_ratio < 1, "spacing_ratio", spacing_ratio, "in (0, 1)");
-  require(headings >= 4 && headings <= 360, "headings", headings, "in [4, 360]");
-  require(min_content > 0 && min_content <= 1, "min_content", min_content, "in (0, 1]");
-  require(kept >= 2, "kept", kept, "at least 2");
-}
-
 namespace {
+
+// Distance between the poses for which patches are drawn, as a fraction of the shorter side of
+// the camera's view, (0, 1).
+constexpr double kSpacingRatio = 0.2;
+constexpr int kHeadingCount = 16;    // drawn at each place, [4, 360]
+constexpr double kMinContent = 0.3;  // patches with a smaller mapped fraction are not used, (0, 1]
+constexpr int kKeptPatches = 16;     // patches in memory, about 4 MB each for 640 x 480 px, >= 2
 
 /// Point of the lattice.
 struct Node {
@@ -43,7 +41,6 @@ struct MapPatches::Impl {
   const store::MapReader& map;
   const calib::CeilingView& view;
   registration::Registrar& registrar;
-  PatchParams params;
   double spacing = 0;  // map units
   LruCache<std::shared_ptr<const Patch>> patches;
   cv::Mat grey;
@@ -54,16 +51,16 @@ struct MapPatches::Impl {
 };
 
 Node MapPatches::Impl::NodeNear(const Pose2& T_map_base) const {
-  const double step = 2 * std::numbers::pi / params.headings;
+  const double step = 2 * std::numbers::pi / kHeadingCount;
   const std::int64_t heading = std::llround(T_map_base.yaw / step);
   constexpr double kFarthest = 1e9;  // steps; nothing is mapped there
   return {std::llround(std::clamp(T_map_base.x / spacing, -kFarthest, kFarthest)),
           std::llround(std::clamp(T_map_base.y / spacing, -kFarthest, kFarthest)),
-          (heading + params.headings) % params.headings};
+          (heading + kHeadingCount) % kHeadingCount};
 }
 
 Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
-  const double step = 2 * std::numbers::pi / params.headings;
+  const double step = 2 * std::numbers::pi / kHeadingCount;
   return {static_cast<double>(node.x) * spacing,
           static_cast<double>(node.y) * spacing,
           WrapAngle(static_cast<double>(node.heading) * step)};
@@ -71,17 +68,14 @@ Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
 
 MapPatches::MapPatches(const store::MapReader& map,
                        const calib::CeilingView& view,
-                       registration::Registrar& registrar,
-                       const PatchParams& params) {
-  params.Validate();
+                       registration::Registrar& registrar) {
   const double shorter = std::min(view.Size().width, view.Size().height) * view.MetresPerPixel();
   impl_ = std::make_unique<Impl>(
       Impl{map,
            view,
            registrar,
-           params,
-           params.spacing_ratio * shorter,
-           LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(params.kept)),
+           kSpacingRatio * shorter,
+           LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(kKeptPatches)),
            {},
            {}});
 }
@@ -96,7 +90,7 @@ std::shared_ptr<const Patch> MapPatches::Near(const Pose2& T_map_base) {
   Draw(patch.T_map_base, me.grey, me.mask);
   patch.content = cv::countNonZero(me.mask) / static_cast<double>(me.mask.total());
   std::shared_ptr<const Patch> result;
-  if (patch.content >= me.params.min_content) {
+  if (patch.content >= kMinContent) {
     const bool whole = patch.content == 1;
     patch.spectrum = me.registrar.Analyze(me.grey, whole ? cv::Mat() : me.mask);
     result = std::make_shared<const Patch>(std::move(patch));

@@ -10,17 +10,6 @@
 
 namespace ceilmap::localization {
 
-struct PatchParams {
-  /// Distance between the poses for which patches are drawn, as a fraction of the shorter side of
-  /// the camera's view, (0, 1).
-  double spacing_ratio = 0.2;
-  int headings = 16;         ///< drawn at each place, [4, 360]
-  double min_content = 0.3;  ///< patches with a smaller mapped fraction are not used, (0, 1]
-  int kept = 16;             ///< patches in memory, about 4 MB each for 640 x 480 px, >= 2
-
-  void Validate() const;  ///< throws InputError naming field, value and range
-};
-
 /// A piece of the map as seen by the camera of the robot being localized.
 struct Patch {
   Pose2 T_map_base;                      ///< pose of the robot that would see it
@@ -42,8 +31,7 @@ class MapPatches {
   /// @param view  View of the robot being localized, in the map's unit of length.
   MapPatches(const store::MapReader& map,
              const calib::CeilingView& view,
-             registration::Registrar& registrar,
-             const PatchParams& params = {});
+             registration::Registrar& registrar);
   ~MapPatches();
 
   /// The patch whose lattice point is nearest to a pose; null where too little is mapped.

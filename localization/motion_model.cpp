@@ -19,8 +19,6 @@ void MotionModelParams::Validate() const {
   };
   require_positive("speed_noise", speed_noise);
   require_positive("turn_noise", turn_noise);
-  require_positive("first_speed_sigma", first_speed_sigma);
-  require_positive("first_turn_sigma", first_turn_sigma);
 }
 
 MotionModel::MotionModel(const MotionModelParams& params) : params_(params) {
@@ -33,8 +31,8 @@ void MotionModel::Start(const PoseEstimate& pose, double stamp_s) {
   state_ << pose.T_map_base.x, pose.T_map_base.y, pose.T_map_base.yaw, 0, 0, 0;
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>() = pose.covariance;
-  const double speed = params_.first_speed_sigma * params_.first_speed_sigma;
-  const double turn = params_.first_turn_sigma * params_.first_turn_sigma;
+  const double speed = kFirstSpeedSigma * kFirstSpeedSigma;
+  const double turn = kFirstTurnSigma * kFirstTurnSigma;
   covariance_.diagonal().tail<3>() << speed, speed, turn;
 }
 

@@ -18,9 +18,6 @@ struct MotionModelParams {
   /// (m/s)^2/s, > 0 ...
   double speed_noise = 0.5;
   double turn_noise = 2.0;  ///< ... and turning speed, (rad/s)^2/s, > 0
-  /// Standard deviations of the speed before any measurement: m/s and rad/s, > 0.
-  double first_speed_sigma = 0.7;
-  double first_turn_sigma = 0.7;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
@@ -31,6 +28,10 @@ struct MotionModelParams {
 /// grows with the gap.
 class MotionModel {
  public:
+  /// Standard deviations of the speed before any measurement: m/s and rad/s.
+  static constexpr double kFirstSpeedSigma = 0.7;
+  static constexpr double kFirstTurnSigma = 0.7;
+
   explicit MotionModel(const MotionModelParams& params = {});
 
   /// Restarts with a measured pose and unknown velocity.

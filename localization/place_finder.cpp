@@ -6,26 +6,21 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "calib/base/field_check.hpp"
-
 namespace ceilmap::localization {
 
 using places::PlaceDescriber;
 using places::PlaceDescriptorParams;
 using places::PlaceIndex;
 
-void PlaceFinderParams::Validate() const {
-  const FieldCheck require("place finder");
-  require(keyframes > 0, "keyframes", keyframes, "> 0");
-  require(places > 0, "places", places, "> 0");
-  require(marks >= 0, "marks", marks, "at least 0");
-  require(same_ratio > 0, "same_ratio", same_ratio, "> 0");
-  require(same_rad > 0, "same_rad", same_rad, "> 0");
-  require(
-      min_votes_ratio >= 0 && min_votes_ratio < 1, "min_votes_ratio", min_votes_ratio, "in [0, 1)");
-}
-
 namespace {
+
+constexpr int kCandidates = 40;      // retrieval candidates evaluated per image, > 0
+constexpr int kMaxPlaces = 6;        // maximum number of different places returned, > 0
+constexpr int kMaxByDescriptor = 3;  // further ones found by a single local descriptor, >= 0
+// Places that differ by less than this angle and PlaceFinder::kSameRatio are counted together.
+constexpr double kSameRad = 0.15;
+// Places with a smaller fraction of the best one's votes are dropped, [0, 1).
+constexpr double kMinVotesRatio = 0.25;
 
 PlaceDescriptorParams ParamsOf(const store::MapMetadata& metadata) {
   return PlaceDescriptorParams::ForCamera(metadata.view_size, metadata.view_units_per_px);
@@ -51,9 +46,8 @@ std::shared_ptr<const Gallery> Fill(const store::MapReader& map, const std::atom
 }  // namespace
 
 struct PlaceFinder::Impl {
-  Impl(const store::MapReader& map, const calib::CeilingView& view, const PlaceFinderParams& p)
-      : params(p),
-        descriptors(ParamsOf(map.Metadata())),
+  Impl(const store::MapReader& map, const calib::CeilingView& view)
+      : descriptors(ParamsOf(map.Metadata())),
         describer(MakeDescriber(view)),
         filling(std::async(std::launch::async, [&map, this] { return Fill(map, stop); }).share()) {
     SetView(view);
@@ -67,10 +61,9 @@ struct PlaceFinder::Impl {
     describer = MakeDescriber(view);
     T_view_base = view.T_base_view().Inverse();
     const int longer = std::max(view.Size().width, view.Size().height);
-    same = params.same_ratio * longer * view.MetresPerPixel();
+    same = kSameRatio * longer * view.MetresPerPixel();
   }
 
-  PlaceFinderParams params;
   PlaceDescriptorParams descriptors;
   Pose2 T_view_base;
   double same = 0;  // map units
@@ -102,7 +95,7 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
       const Eigen::Vector3d d(other.T_map_base.x - first.x,
                               other.T_map_base.y - first.y,
                               WrapAngle(other.T_map_base.yaw - first.yaw));
-      const bool turned = !place.any_yaw && std::abs(d.z()) > params.same_rad;
+      const bool turned = !place.any_yaw && std::abs(d.z()) > kSameRad;
       if (d.head<2>().norm() > same || turned || other.any_yaw != place.any_yaw) return false;
       offset += other.votes * d;
       place.votes += other.votes;
@@ -119,21 +112,18 @@ std::vector<PlaceProposal> PlaceFinder::Impl::Gather(std::vector<PlaceProposal> 
         return a.votes > b.votes;
       });
   // The best ones of each kind.
-  std::array<int, 2> left = {params.places, params.marks};
+  std::array<int, 2> left = {kMaxPlaces, kMaxByDescriptor};
   std::array<double, 2> most = {0, 0};
   std::erase_if(places, [&](const PlaceProposal& place) {
     const std::size_t kind = place.any_yaw ? 1 : 0;
     most[kind] = std::max(most[kind], place.votes);
-    return place.votes < params.min_votes_ratio * most[kind] || left[kind]-- <= 0;
+    return place.votes < kMinVotesRatio * most[kind] || left[kind]-- <= 0;
   });
   return places;
 }
 
-PlaceFinder::PlaceFinder(const store::MapReader& map,
-                         const calib::CeilingView& view,
-                         const PlaceFinderParams& params) {
-  params.Validate();
-  impl_ = std::make_unique<Impl>(map, view, params);
+PlaceFinder::PlaceFinder(const store::MapReader& map, const calib::CeilingView& view) {
+  impl_ = std::make_unique<Impl>(map, view);
 }
 PlaceFinder::~PlaceFinder() = default;
 
@@ -147,7 +137,7 @@ std::vector<PlaceProposal> PlaceFinder::Find(
   if (!me.gallery) me.gallery = me.filling.get();  // throws each time when the map is damaged
   std::vector<PlaceProposal> single;
   for (const PlaceIndex::Match& match :
-       me.gallery->index.Search(me.describer.Describe(image), me.params.keyframes)) {
+       me.gallery->index.Search(me.describer.Describe(image), kCandidates)) {
     const PlaceProposal proposal{me.PoseFrom(match), match.score, 1, match.windows == 0};
     if (!wanted || wanted(proposal)) single.push_back(proposal);
   }

@@ -13,19 +13,6 @@
 
 namespace ceilmap::localization {
 
-struct PlaceFinderParams {
-  int keyframes = 40;  ///< retrieval candidates evaluated per image, > 0
-  int places = 6;      ///< maximum number of different places returned, > 0
-  int marks = 3;       ///< further ones found by a single local descriptor, >= 0
-  /// Keyframes whose places agree within this fraction of an image's span ...
-  double same_ratio = 0.1;
-  double same_rad = 0.15;  ///< ... and this angle are counted together. Both > 0.
-  /// Places with a smaller fraction of the best one's votes are dropped, [0, 1).
-  double min_votes_ratio = 0.25;
-
-  void Validate() const;  ///< throws InputError naming field, value and range
-};
-
 /// A place of the map of similar appearance to an image.
 struct PlaceProposal {
   Pose2 T_map_base;   ///< of the robot; exact to a few percent of the image's span
@@ -49,11 +36,12 @@ struct PlaceProposal {
 /// Not thread-safe.
 class PlaceFinder {
  public:
+  /// Keyframes whose places agree within this fraction of an image's span are counted together.
+  static constexpr double kSameRatio = 0.1;
+
   /// @param map  Must outlive the object.
   /// @throws InputError when the view's scale is too far from the map's for comparable descriptors.
-  PlaceFinder(const store::MapReader& map,
-              const calib::CeilingView& view,
-              const PlaceFinderParams& params = {});
+  PlaceFinder(const store::MapReader& map, const calib::CeilingView& view);
   ~PlaceFinder();
 
   /// Sets another view of the same map, e.g. with a corrected scale; the index stays.

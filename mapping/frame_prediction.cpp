@@ -9,6 +9,27 @@
 namespace ceilmap::mapping {
 namespace {
 
+// Standard deviations of the prediction, for the choice among equally good motions on periodic
+// ceilings: of the shift as a fraction of the image's longer side, and of the yaw.
+constexpr double kPriorSigmaRatio = 0.04;
+constexpr double kPriorSigmaRad = 0.15;
+// Once the prediction has proved more accurate than that, its own recent errors times this number
+// are used as the standard deviation of the shift, and not less than this.
+constexpr double kPriorSigmaErrors = 4;
+constexpr double kMinPriorSigmaPx = 4;
+// Standard deviation of the robot's speed while it is lost, fraction of the image's longer side
+// per second. It determines the position uncertainty after a loss when only a compass is
+// available.
+constexpr double kUnseenSpeedRatio = 0.4;
+// Acceleration and turn rate of the robot since the last placed frame, beyond the limits
+// OdometryParams::uneven_ratio and uneven_rad: longer sides per s^2, and rad/s.
+constexpr double kUnseenAccelerationRatio = 1.5;
+constexpr double kUnseenTurnRadS = 2;
+// A lost robot is searched for near its last keyframes only until it may have travelled this
+// fraction of the image's longer side at `kUnseenSpeedRatio`; then a new segment begins. Until
+// then only matches that pass the MatchGate are accepted.
+constexpr double kMaxStrayedRatio = 1.5;
+
 // Frames are missing where the time to the last frame is more than this multiple of the time
 // between the last two frames.
 constexpr double kGapSteps = 3;
@@ -48,15 +69,15 @@ double FramePrediction::ElapsedSeconds() const {
 
 bool FramePrediction::CeilingHidden() const {
   constexpr double kHalfImage = 0.5;
-  const double elapsed_s = ElapsedSeconds();
-  if (params_.unseen_speed_ratio * elapsed_s <= kHalfImage) return false;
+  const double gone_s = GoneSeconds();
+  if (kUnseenSpeedRatio * gone_s <= kHalfImage) return false;
   // A low frame rate (an image every few seconds) is not a gap.
   return !last_ || !before_last_ ||
          elapsed_s > kGapSteps * (last_->stamp_s - before_last_->stamp_s);
 }
 
 bool FramePrediction::MayBeNear() const {
-  return params_.unseen_speed_ratio * ElapsedSeconds() < params_.max_strayed_ratio;
+  return kUnseenSpeedRatio * GoneSeconds() < kMaxStrayedRatio;
 }
 
 /// Difference from constant velocity: the smallest one among the velocities of the last step and of
@@ -97,15 +118,14 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   const Off off = even ? *even : still;
   constexpr double kUnknownSpeedRatio = 0.5;  // a recording may begin at full speed
   const double max_fraction =
-      even ? params_.uneven_ratio + 0.5 * params_.unseen_acceleration_ratio * elapsed_s * elapsed_s
-           : kUnknownSpeedRatio + 2 * params_.unseen_speed_ratio * elapsed_s;
+      even ? params_.uneven_ratio + 0.5 * kUnseenAccelerationRatio * gone_s * gone_s
+           : kUnknownSpeedPart + 2 * kUnseenSpeedRatio * gone_s;
   // Standing still is always plausible, except after an implausible measurement. A heading was
   // already used in the prediction, and a compass may be disturbed: with a heading the yaw is not
   // checked here.
   const bool stopped = !contradicted_ && still.px < params_.uneven_ratio * side_px;
-  const bool can =
-      (stopped || off.px < max_fraction * side_px) &&
-      (heading_ || off.rad < params_.uneven_rad + params_.unseen_turn_rad_s * elapsed_s);
+  const bool can = (stopped || off.px < max_fraction * side_px) &&
+                   (heading_ || off.rad < params_.uneven_rad + kUnseenTurnRadS * gone_s);
   contradicted_ = contradicted_ || !can;
   return can;
 }
@@ -118,16 +138,16 @@ double FramePrediction::InnovationSigma(const Pose2& T_map_base) const {
   constexpr double kSigmas = 3;
   constexpr double kInflation = 0.5;  // fraction of the position error
   const double side_px = std::max(view_.Size().width, view_.Size().height);
-  const double elapsed_s = ElapsedSeconds();
-  const double sigma_px = kExactPx + 0.5 * kUsualRatio * params_.unseen_acceleration_ratio *
-                                         side_px * elapsed_s * elapsed_s;
+  const double gone_s = GoneSeconds();
+  const double sigma_px =
+      kExactPx + 0.5 * kUsualPart * kUnseenAccelerationRatio * side_px * gone_s * gone_s;
   return off->px > kSigmas * sigma_px ? kInflation * off->px * view_.MetresPerPixel() : 0;
 }
 
 std::optional<ExpectedPose> FramePrediction::Next() {
   predicted_.reset();
   if (!last_) return std::nullopt;
-  ExpectedPose expected{last_->T_map_base, Sigma(), params_.prior_sigma_rad};
+  ExpectedPose expected{last_->T_map_base, Sigma(), kPriorSigmaRad};
   Pose2 motion;
   if (before_last_) {
     const double step_s = last_->stamp_s - before_last_->stamp_s;
@@ -141,8 +161,8 @@ std::optional<ExpectedPose> FramePrediction::Next() {
     }
   }
   const auto compass = Turn();
-  const double max_sigma = params_.prior_sigma_rad;
-  if (!compass || compass->variance_rad2 >= max_sigma * max_sigma) return expected;
+  const double most = kPriorSigmaRad;
+  if (!compass || compass->variance_rad2 >= most * most) return expected;
   // Within this limit the compass and the constant-velocity model agree on the quarter turn, and
   // either of them may have the error.
   constexpr double kSameSigmas = 2.5;
@@ -159,12 +179,12 @@ std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
   const auto compass = Turn();
   if (!compass || !last_placed_s_) return std::nullopt;
   const double side_px = std::max(view_.Size().width, view_.Size().height);
-  const double elapsed_s = stamp_s_ - *last_placed_s_;
-  const double known_px = params_.prior_sigma_ratio * side_px;
-  const double strayed_px = params_.unseen_speed_ratio * side_px * elapsed_s;
-  ExpectedPose expected{T_last_placed_};
-  expected.T_map_base.yaw = WrapAngle(T_last_placed_.yaw + compass->turn_rad);
-  expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * elapsed_s);
+  const double gone_s = stamp_s_ - *last_seen_s_;
+  const double known_px = kPriorSigmaRatio * side_px;
+  const double strayed_px = kUnseenSpeedRatio * side_px * gone_s;
+  ExpectedPose expected{T_last_seen_};
+  expected.T_map_base.yaw = WrapAngle(T_last_seen_.yaw + compass->turn_rad);
+  expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * gone_s);
   expected.sigma_rad = std::sqrt(compass->variance_rad2);
   expected.by_compass_alone = true;
   return expected;
@@ -180,11 +200,10 @@ Pose2 FramePrediction::Restart() {
 /// Standard deviation of the predicted position. The constant-velocity model is accurate enough to
 /// resolve even short periods of a periodic ceiling.
 double FramePrediction::Sigma() const {
-  const double max_sigma =
-      params_.prior_sigma_ratio * std::max(view_.Size().width, view_.Size().height);
-  if (!error_px_) return max_sigma;
-  const double sigma = params_.prior_sigma_errors * *error_px_;
-  return std::min(max_sigma, std::max(sigma, params_.min_prior_sigma_px));
+  const double most = kPriorSigmaRatio * std::max(view_.Size().width, view_.Size().height);
+  if (!error_px_) return most;
+  const double sigma = kPriorSigmaErrors * *error_px_;
+  return std::min(most, std::max(sigma, kMinPriorSigmaPx));
 }
 
 void FramePrediction::Placed(const Pose2& T_map_base) {

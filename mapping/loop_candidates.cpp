@@ -9,10 +9,17 @@
 
 namespace ceilmap::mapping {
 
+namespace {
+
+// Where the standard deviation of the position exceeds this fraction of an image's span,
+// candidates are retrieved by place recognition, > 0.
+constexpr double kLooksSigmaRatio = 0.15;
+
+}  // namespace
+
 void LoopCandidatesParams::Validate() const {
   const FieldCheck require("loop closing");
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
-  require(looks_sigma_ratio > 0, "looks_sigma_ratio", looks_sigma_ratio, "> 0");
   require(looks_gap >= 1, "looks_gap", looks_gap, "at least 1");
 }
 
@@ -47,9 +54,8 @@ void LoopCandidates::Add(std::int64_t id, const cv::Mat& descriptors) {
 std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
                                                double sigma,
                                                const graph::KeyframeGraph& graph,
-                                               int max_candidates) const {
-  return sigma < params_.looks_sigma_ratio * span_ ? Around(id, sigma, graph)
-                                                   : Retrieved(id, graph, max_candidates);
+                                               int max_alike) const {
+  return sigma < kLooksSigmaRatio * span_ ? Around(id, sigma, graph) : Alike(id, graph, max_alike);
 }
 
 /// Most overlap first.

@@ -13,9 +13,6 @@ namespace ceilmap::mapping {
 struct LoopCandidatesParams {
   /// Smallest shared fraction of the images of candidates by position, (0, 1).
   double min_overlap = 0.35;
-  /// Where the standard deviation of the position exceeds this fraction of an image's span,
-  /// candidates are retrieved by place recognition, > 0.
-  double looks_sigma_ratio = 0.15;
   /// ... excluding this number of preceding keyframes, which close no loop, >= 1.
   int looks_gap = 10;
 

@@ -16,6 +16,22 @@
 #include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
+namespace {
+
+// A closure is searched for only where the variance of the predicted motion exceeds this
+// multiple of the variance of one measurement. Other closures cost time and add no information.
+constexpr double kMinGain = 2;
+// Where the standard deviation of the prediction exceeds this value, a closure waits until a
+// closure of another new image confirms it (LoopVerifier::Confirm).
+constexpr double kConfirmPx = 12;
+// ... and it is rejected as ambiguous when another motion of the images reaches this fraction of
+// the best motion's agreement.
+constexpr double kMaxRivalRatio = 0.7;
+constexpr int kWindow = 30;  // number of latest keyframes that are moved when a closure is found
+constexpr int kCachedSpectra = 40;  // about 4 MB each for images of 640 x 480
+
+}  // namespace
+
 using registration::FrameSpectrum;
 using registration::MotionPrior;
 using registration::Registrar;
@@ -31,12 +47,6 @@ void LoopCloserParams::Validate() const {
           comparisons_per_keyframe,
           "at least 0");
   require(closures_per_keyframe >= 0, "closures_per_keyframe", closures_per_keyframe, "at least 0");
-  require(min_gain >= 0, "min_gain", min_gain, ">= 0");
-  require(confirm_px > 0, "confirm_px", confirm_px, "> 0");
-  require(
-      max_rival_ratio > 0 && max_rival_ratio <= 1, "max_rival_ratio", max_rival_ratio, "in (0, 1]");
-  require(window >= 1, "window", window, "at least 1");
-  require(cached_spectra >= 2, "cached_spectra", cached_spectra, "at least 2");
   heading.Validate();
 }
 
@@ -58,7 +68,7 @@ struct LoopCloser::Impl {
         span(SpanOf(view)),
         graph(span, 0.5 * span),
         headings(p.heading),
-        spectra(static_cast<std::size_t>(p.cached_spectra)),
+        spectra(static_cast<std::size_t>(kCachedSpectra)),
         candidates(view, p.candidates),
         judge(view.MetresPerPixel(), p.judge) {}
 
@@ -123,7 +133,7 @@ bool LoopCloser::Impl::WorthWhile(const Relative& predicted, std::int64_t id) co
     return c(0, 0) + c(1, 1) + 0.25 * span * span * c(2, 2);
   };
   const graph::Edge& tie = graph.Edges()[graph.EdgesOf(id).front()];
-  return variance(predicted.covariance) > params.min_gain * variance(tie.information.inverse());
+  return variance(predicted.covariance) > kMinGain * variance(tie.information.inverse());
 }
 
 std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
@@ -140,9 +150,9 @@ std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
     if (measured.verdict != Verdict::kAmbiguous) ++counts.no_match;
     return std::nullopt;
   }
-  const bool rivalled = measured.disambiguated_by_prior ||
-                        measured.runner_up > params.max_rival_ratio * measured.peak;
-  if (uncertain && rivalled) {
+  const bool rivalled =
+      measured.disambiguated_by_prior || measured.runner_up > kMaxRivalRatio * measured.peak;
+  if (doubtful && rivalled) {
     ++counts.ambiguous;
     return std::nullopt;
   }
@@ -170,7 +180,7 @@ void LoopCloser::Impl::Accept(const graph::Edge& edge) {
 /// Optimizes the latest keyframes with the closures and keeps all older ones fixed: bounded work.
 /// Corrections of the older part are left to the full optimization at the end.
 void LoopCloser::Impl::MoveWindow(std::int64_t latest) {
-  const std::int64_t oldest = std::max<std::int64_t>(0, latest - params.window + 1);
+  const std::int64_t oldest = std::max<std::int64_t>(0, latest - kWindow + 1);
   std::vector<graph::Edge> edges;
   std::unordered_set<std::int64_t> held;
   for (std::int64_t id = oldest; id <= latest; ++id) {
@@ -261,7 +271,7 @@ void LoopCloser::Close(std::int64_t id) {
         me.headings.Narrowed(relative.begin()->second, candidate, id);
     const double sigma_px =
         LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) / me.view.MetresPerPixel();
-    const bool uncertain = sigma_px > params.confirm_px;
+    const bool doubtful = doubt_px > kConfirmPx;
     if (!me.WorthWhile(predicted, id)) continue;
     const double overlap = OverlapOf(me.view, predicted.T_from_to);
     if (!uncertain && overlap < params.candidates.min_overlap) continue;

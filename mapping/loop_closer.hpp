@@ -24,18 +24,7 @@ struct LoopCloserParams {
   LoopCandidatesParams candidates;   ///< selection of the keyframes to compare
   int comparisons_per_keyframe = 5;  ///< largest number of registrations; bounds the work
   int closures_per_keyframe = 3;
-  /// A closure is searched for only where the variance of the predicted motion exceeds this
-  /// multiple of the variance of one measurement. Other closures cost time and add no information.
-  double min_gain = 2;
   LoopVerifierParams judge;  ///< acceptance of closures
-  /// Where the standard deviation of the prediction exceeds this value, a closure waits until a
-  /// closure of another new image confirms it (LoopVerifier::Confirm).
-  double confirm_px = 12;
-  /// ... and it is rejected as ambiguous when another motion of the images reaches this fraction of
-  /// the best motion's agreement.
-  double max_rival_ratio = 0.7;
-  int window = 30;          ///< number of latest keyframes that are moved when a closure is found
-  int cached_spectra = 40;  ///< about 4 MB each for images of 640 x 480
   EdgeNoise noise;
   HeadingTrust heading;  ///< used where keyframes have headings
   registration::RegistrarParams registration;

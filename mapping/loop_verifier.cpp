@@ -10,17 +10,25 @@
 #include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
+namespace {
+
+// A measured motion is rejected when it differs from the predicted one by more than this number
+// of standard deviations of their difference, > 0, ...
+constexpr double kMaxSigmas = 5;
+// ... which has this lower bound, > 0, for errors that the model does not contain.
+constexpr double kFloorPx = 1;
+constexpr double kFloorRad = 0.003;
+
+}  // namespace
+
 void LoopVerifierParams::Validate() const {
   const FieldCheck require("loop closing");
-  require(max_sigmas > 0, "max_sigmas", max_sigmas, "> 0");
-  require(floor_px > 0, "floor_px", floor_px, "> 0");
-  require(floor_rad > 0, "floor_rad", floor_rad, "> 0");
   require(max_contradicting_ratio >= 0, "max_contradicting_ratio", max_contradicting_ratio, ">= 0");
   require(confirm_within >= 1, "confirm_within", confirm_within, "at least 1");
 }
 
 LoopVerifier::LoopVerifier(double units_per_px, const LoopVerifierParams& params)
-    : params_(params), floor_(params.floor_px * units_per_px) {
+    : params_(params), floor_(kFloorPx * units_per_px) {
   params.Validate();
 }
 
@@ -28,12 +36,11 @@ bool LoopVerifier::Agrees(const graph::Edge& closure,
                           const graph::KeyframeGraph::Relative& predicted) const {
   const Pose2 off = predicted.T_from_to.Inverse() * closure.T_from_to;
   Eigen::Matrix3d spread = predicted.covariance + closure.information.inverse();
-  spread.diagonal() +=
-      Eigen::Vector3d(floor_ * floor_, floor_ * floor_, params_.floor_rad * params_.floor_rad);
+  spread.diagonal() += Eigen::Vector3d(floor_ * floor_, floor_ * floor_, kFloorRad * kFloorRad);
   // `off` is expressed in the predicted `to` frame, the covariance in `from`.
   const Eigen::Vector2d t = predicted.T_from_to.Rotation() * off.Translation();
   const Eigen::Vector3d difference(t.x(), t.y(), off.yaw);
-  return difference.dot(spread.ldlt().solve(difference)) < params_.max_sigmas * params_.max_sigmas;
+  return difference.dot(spread.ldlt().solve(difference)) < kMaxSigmas * kMaxSigmas;
 }
 
 /// Whether two closures agree about the motion between the old and the new part of the path.

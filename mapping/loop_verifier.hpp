@@ -10,12 +10,6 @@
 namespace ceilmap::mapping {
 
 struct LoopVerifierParams {
-  /// A measured motion is rejected when it differs from the predicted one by more than this number
-  /// of standard deviations of their difference, > 0, ...
-  double max_sigmas = 5;
-  /// ... which has this lower bound, > 0, for errors that the model does not contain.
-  double floor_px = 1;
-  double floor_rad = 0.003;
   /// A closure is rejected when the number of closures of the last keyframes that contradict it
   /// exceeds this fraction of those that support it, >= 0: the place is subject to perceptual
   /// aliasing.

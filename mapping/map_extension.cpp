@@ -30,12 +30,13 @@ void MapExtension::CheckCurrent() const {
 
 MappingResult MapExtension::Finish(const std::string& source,
                                    const calib::CeilingView& view,
+                                   const MapperParams& params,
                                    Mapper& mapper,
                                    store::MapWriter& writer,
                                    const std::function<void(int, int)>& progress) const {
   mapper.Close();
   const MergeResult merged =
-      AppendRecording(map_, mapper.Graph(), view, metadata_, {}, writer, progress);
+      AppendRecording(map_, mapper.Graph(), view, metadata_, params, writer, progress);
   if (!merged.ok()) {
     throw RunError(fmt::format("{} cannot be joined with {}: {}; the map is not changed",
                                source,

@@ -33,10 +33,12 @@ class MapExtension {
 
   /// Joins both and writes them to `writer`, without Commit.
   /// @param source  name of the recording, for messages. @param view  of its camera.
+  /// @param params  see MergeMaps.
   /// @param progress  done, total tiles of the mosaic.
   /// @throws RunError when the recording does not join the map.
   MappingResult Finish(const std::string& source,
                        const calib::CeilingView& view,
+                       const MapperParams& params,
                        Mapper& mapper,
                        store::MapWriter& writer,
                        const std::function<void(int, int)>& progress = {}) const;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <unordered_set>
 
+#include "mapping/match_gate.hpp"
 #include "mapping/places/place_descriptor.hpp"
 #include "mapping/places/place_index.hpp"
 #include "mapping/planar_motion.hpp"
@@ -18,6 +19,24 @@ using registration::Registration;
 using registration::Verdict;
 
 namespace {
+
+constexpr int kCandidatesPerKeyframe = 6;  // retrieval candidates that a keyframe is compared with
+// Largest number of registrations without a prior of the parts' relative pose.
+constexpr int kMaxComparisons = 4000;
+// Required number of keyframes of the second part that are recognized independently, ...
+constexpr int kMinMatches = 3;
+// ... and their required fraction of the keyframes that should be recognized under the parts'
+// relative pose.
+constexpr double kMinMatchRatio = 0.5;
+// Another relative pose that is confirmed by this fraction of the best one's matches makes both
+// ambiguous.
+constexpr double kRivalRatio = 0.5;
+constexpr int kMaxChecks = 40;  // largest number of keyframes that test a relative pose
+// Two matches agree when they differ by at most this fraction of an image's span ...
+constexpr double kToleranceRatio = 0.08;
+// ... and this angle: maps are slightly deformed relative to each other.
+constexpr double kToleranceRad = 0.05;
+constexpr int kRememberedMatches = 30;  // of neighbours in both parts, where the light is the same
 
 /// A relative pose of parts a and b, and the pairs of keyframes that support it.
 struct Hypothesis {
@@ -57,8 +76,12 @@ class Joiner {
          std::span<const std::int64_t> a,
          std::span<const std::int64_t> b,
          const DescriptorSource& descriptors,
-         const JoinParams& params)
-      : closer_(closer), a_(a), b_(b), descriptors_(descriptors), params_(params) {}
+         JoinLight light)
+      : closer_(closer),
+        a_(a),
+        b_(b),
+        descriptors_(descriptors),
+        same_light_(light == JoinLight::kSame) {}
 
   JoinResult Run();
 
@@ -78,9 +101,9 @@ class Joiner {
   std::span<const std::int64_t> a_;
   std::span<const std::int64_t> b_;
   const DescriptorSource& descriptors_;
-  const JoinParams& params_;
+  bool same_light_;
   std::vector<Hypothesis> hypotheses_;
-  MatchGate standard_{params_.standard};
+  MatchGate standard_{kRememberedMatches};
   int compared_ = 0;
   int ambiguous_ = 0;
 };
@@ -89,8 +112,8 @@ class Joiner {
 bool Joiner::SaysTheSame(const Hypothesis& hypothesis, const graph::Edge& edge) const {
   const Pose2 off =
       (hypothesis.T_a_b * Pose(edge.to)).Inverse() * (Pose(edge.from) * edge.T_from_to);
-  return off.Translation().norm() < params_.tolerance_ratio * closer_.Span() &&
-         std::abs(off.yaw) < params_.tolerance_rad;
+  return off.Translation().norm() < kToleranceRatio * closer_.Span() &&
+         std::abs(off.yaw) < kToleranceRad;
 }
 
 void Joiner::AddMatch(const graph::Edge& edge) {
@@ -123,8 +146,8 @@ bool Joiner::Differ(const Hypothesis& x, const Hypothesis& y) const {
   constexpr double kTolerances = 1.2;
   return std::all_of(x.supporters.begin(), x.supporters.end(), [&](std::int64_t id) {
     const Pose2 off = (x.T_a_b * Pose(id)).Inverse() * (y.T_a_b * Pose(id));
-    return off.Translation().norm() > kTolerances * params_.tolerance_ratio * closer_.Span() ||
-           std::abs(off.yaw) > kTolerances * params_.tolerance_rad;
+    return off.Translation().norm() > kTolerances * kToleranceRatio * closer_.Span() ||
+           std::abs(off.yaw) > kTolerances * kToleranceRad;
   });
 }
 
@@ -132,9 +155,9 @@ void Joiner::Propose() {
   places::PlaceIndex index(places::PlaceDescriber::Dimension());
   for (const std::int64_t id : a_) index.Add(id, descriptors_(id));
   for (const std::size_t i : SpreadOrder(b_.size())) {
-    if (compared_ >= params_.max_comparisons || Decided()) break;
+    if (compared_ >= kMaxComparisons || Decided()) break;
     for (const places::PlaceIndex::Match& match :
-         index.Search(descriptors_(b_[i]), params_.candidates_per_keyframe)) {
+         index.Search(descriptors_(b_[i]), kCandidatesPerKeyframe)) {
       ++compared_;
       const Registration measured =
           closer_.Compare(match.keyframe_id, b_[i], closer_.CompassPrior(match.keyframe_id, b_[i]));
@@ -154,15 +177,15 @@ void Joiner::Propose() {
 
 /// Learns the gate from consecutive keyframes, spread over the part.
 void Joiner::LearnStandard(std::span<const std::int64_t> part) {
-  const auto most = static_cast<std::size_t>(params_.standard.remembered) / 2;
+  const auto most = static_cast<std::size_t>(kRememberedMatches) / 2;
   std::size_t learned = 0;
   for (const std::size_t i : SpreadOrder(part.size())) {
     if (learned >= most) break;
     for (const std::size_t e : closer_.Graph().EdgesOf(part[i])) {
       const graph::Edge& edge = closer_.Graph().Edges()[e];
       if (edge.kind != graph::Edge::Kind::kOdometry || edge.to != part[i]) continue;
-      const double known = params_.tolerance_ratio * closer_.Span() / 3;
-      const MotionPrior prior = closer_.Prior(edge.T_from_to, known, params_.tolerance_rad / 3);
+      const double known = kToleranceRatio * closer_.Span() / 3;
+      const MotionPrior prior = closer_.Prior(edge.T_from_to, known, kToleranceRad / 3);
       const Registration measured = closer_.Compare(edge.from, edge.to, prior);
       ++compared_;
       if (!measured.ok()) continue;
@@ -194,21 +217,20 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
   Tested tested;
   tested.hypothesis = hypothesis;
   for (const std::size_t i : SpreadOrder(b_.size())) {
-    if (tested.expected >= params_.max_checks) break;
+    if (tested.expected >= kMaxChecks) break;
     const Pose2 T_a_base = hypothesis.T_a_b * Pose(b_[i]);
     const std::optional<std::int64_t> from = NearestInA(T_a_base);
     if (!from) continue;
     ++tested.expected;
     ++compared_;
-    const MotionPrior prior = closer_.Prior(Pose(*from).Inverse() * T_a_base,
-                                            params_.tolerance_ratio * closer_.Span() / 3,
-                                            params_.tolerance_rad / 3);
+    const MotionPrior prior = closer_.Prior(
+        Pose(*from).Inverse() * T_a_base, kToleranceRatio * closer_.Span() / 3, kToleranceRad / 3);
     const Registration measured = closer_.Compare(*from, b_[i], prior);
     if (!measured.ok()) continue;
     const graph::Edge edge = closer_.ClosureEdge(measured, *from, b_[i]);
     if (!SaysTheSame(hypothesis, edge)) continue;
     ++tested.matched;
-    if (params_.same_light) {
+    if (same_light_) {
       tested.qualities.push_back(
           QualityOf(measured, closer_.DissimilarityOf(*from, b_[i], measured.motion)));
     }
@@ -226,7 +248,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   JoinResult result;
   result.compared = compared_;
   const auto holds = [&](const Tested& t) {
-    return t.matched >= params_.min_matches && t.matched >= params_.min_match_ratio * t.expected;
+    return t.matched >= kMinMatches && t.matched >= kMinMatchRatio * t.expected;
   };
   const auto best =
       std::max_element(tested.begin(), tested.end(), [&](const Tested& x, const Tested& y) {
@@ -246,12 +268,12 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   }
   result.expected = best->expected;
   result.matched = best->matched;
-  if (best->matched < params_.min_matches) {
+  if (best->matched < kMinMatches) {
     result.reason = fmt::format(
         "the overlap is too small: {} images agree, at least {} must; record a longer common "
         "stretch",
         best->matched,
-        params_.min_matches);
+        kMinMatches);
     return result;
   }
   if (!holds(*best)) {
@@ -263,10 +285,10 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
     return result;
   }
   const auto rival = std::find_if(tested.begin(), tested.end(), [&](const Tested& t) {
-    return holds(t) && t.matched >= params_.rival_ratio * best->matched &&
+    return holds(t) && t.matched >= kRivalRatio * best->matched &&
            Differ(t.hypothesis, best->hypothesis);
   });
-  if (rival != tested.end() || best->distinct < params_.min_matches) {
+  if (rival != tested.end() || best->distinct < kMinMatches) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
         fmt::format("the ceiling is periodic: several positions fit ({} and {} images agree)",
@@ -274,7 +296,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
                     rival != tested.end() ? rival->matched : best->matched - best->distinct);
     return result;
   }
-  if (params_.same_light && !standard_.Accepts(Median(best->qualities))) {
+  if (same_light_ && !standard_.Meets(Median(best->qualities))) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
         fmt::format("the ceiling is periodic: {} images agree, but not as well as neighbours do",
@@ -289,7 +311,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
 
 JoinResult Joiner::Run() {
   Propose();
-  if (params_.same_light && !hypotheses_.empty()) {
+  if (same_light_ && !hypotheses_.empty()) {
     LearnStandard(a_);
     LearnStandard(b_);
   }
@@ -308,8 +330,8 @@ JoinResult JoinParts(LoopCloser& closer,
                      std::span<const std::int64_t> a,
                      std::span<const std::int64_t> b,
                      const DescriptorSource& descriptors,
-                     const JoinParams& params) {
-  return Joiner(closer, a, b, descriptors, params).Run();
+                     JoinLight light) {
+  return Joiner(closer, a, b, descriptors, light).Run();
 }
 
 }  // namespace ceilmap::mapping

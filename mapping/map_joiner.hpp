@@ -9,32 +9,15 @@
 
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/loop_closer.hpp"
-#include "mapping/match_gate.hpp"
 
 namespace ceilmap::mapping {
 
-struct JoinParams {
-  int candidates_per_keyframe = 6;  ///< retrieval candidates that a keyframe is compared with
-  /// Largest number of registrations without a prior of the parts' relative pose.
-  int max_comparisons = 4000;
-  /// Required number of keyframes of the second part that are recognized independently, ...
-  int min_matches = 3;
-  /// ... and their required fraction of the keyframes that should be recognized under the parts'
-  /// relative pose.
-  double min_match_ratio = 0.5;
-  /// Another relative pose that is confirmed by this fraction of the best one's matches makes both
-  /// ambiguous.
-  double rival_ratio = 0.5;
-  int max_checks = 40;  ///< largest number of keyframes that test a relative pose
-  /// Two matches agree when they differ by at most this fraction of an image's span ...
-  double tolerance_ratio = 0.08;
-  /// ... and this angle: maps are slightly deformed relative to each other.
-  double tolerance_rad = 0.05;
-  /// The parts were recorded in the same light with the same camera: their matches must fit as well
-  /// as those of neighbours within each part do (`standard`). False for recordings of different
-  /// days.
-  bool same_light = false;
-  MatchGateParams standard = {.remembered = 30};
+/// Light and camera of the recordings of two parts of a map.
+enum class JoinLight {
+  /// Other days or cameras.
+  kOther,
+  /// The same: matches must fit as well as those of neighbours within each part do (MatchGate).
+  kSame,
 };
 
 /// The relative pose of two parts of a map, or why it cannot be determined.
@@ -75,6 +58,6 @@ JoinResult JoinParts(LoopCloser& closer,
                      std::span<const std::int64_t> a,
                      std::span<const std::int64_t> b,
                      const DescriptorSource& descriptors,
-                     const JoinParams& params = {});
+                     JoinLight light = JoinLight::kOther);
 
 }  // namespace ceilmap::mapping

@@ -11,6 +11,10 @@
 namespace ceilmap::mapping {
 namespace {
 
+// Largest fraction of the closures between joined parts that may turn out to contradict the
+// rest.
+constexpr double kMaxOutlierRatio = 0.3;
+
 std::vector<std::int64_t> Ids(const graph::MapGraph& graph) {
   std::vector<std::int64_t> ids;
   for (const graph::Keyframe& keyframe : graph.keyframes) ids.push_back(keyframe.id);
@@ -79,7 +83,7 @@ void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose
 JoinedParts JoinAll(LoopCloser& closer,
                     const std::vector<std::vector<std::int64_t>>& parts,
                     const DescriptorSource& descriptors,
-                    const JoinParams& params) {
+                    JoinLight light) {
   JoinedParts all;
   if (parts.empty()) return all;
   all.results.resize(parts.size());
@@ -92,7 +96,7 @@ JoinedParts JoinAll(LoopCloser& closer,
     grown = false;
     for (std::size_t i = 1; i < parts.size(); ++i) {
       if (all.results[i].ok()) continue;
-      all.results[i] = JoinParts(closer, base, parts[i], descriptors, params);
+      all.results[i] = JoinParts(closer, base, parts[i], descriptors, light);
       all.loops.compared += all.results[i].compared;
       all.loops.accepted += static_cast<std::int64_t>(all.results[i].edges.size());
       if (!all.results[i].ok()) continue;
@@ -114,8 +118,9 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
                         const std::vector<graph::MapGraph>& parts,
                         const graph::ImageLoader& load,
                         const DescriptorSource& descriptors,
-                        const MergeParams& params) {
-  LoopCloser closer(view, load, params.loops);
+                        const LoopCloserParams& loops,
+                        const graph::PoseGraphParams& pose_graph) {
+  LoopCloser closer(view, load, loops);
   std::vector<std::vector<std::int64_t>> ids;
   std::unordered_map<std::int64_t, std::size_t> part_of;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -126,7 +131,7 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
     }
     for (const graph::Edge& edge : parts[i].edges) closer.Add(edge);
   }
-  const JoinedParts joined = JoinAll(closer, ids, descriptors, params.join);
+  const JoinedParts joined = JoinAll(closer, ids, descriptors);
 
   MergeResult merged;
   merged.results = joined.results;
@@ -144,10 +149,9 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
   merged.graph.quality.loops += closer.Counts();
   graph::MoveKeyframes(merged.graph, closer.Graph().Poses());
   const std::int64_t outliers = merged.graph.quality.loops.outliers;
-  graph::Optimize(merged.graph, params.optimize);
+  graph::Optimize(merged.graph, pose_graph);
   const std::int64_t bad = merged.graph.quality.loops.outliers - outliers;
-  if (across > 0 &&
-      static_cast<double>(bad) > params.max_outlier_ratio * static_cast<double>(across)) {
+  if (across > 0 && static_cast<double>(bad) > kMaxOutlierRatio * static_cast<double>(across)) {
     JoinResult& last = merged.results[joined.joined.back()];
     last.verdict = JoinResult::Verdict::kContradicts;
     last.reason = fmt::format(

@@ -33,16 +33,7 @@ struct JoinedParts {
 JoinedParts JoinAll(LoopCloser& closer,
                     const std::vector<std::vector<std::int64_t>>& parts,
                     const DescriptorSource& descriptors,
-                    const JoinParams& params = {});
-
-struct MergeParams {
-  LoopCloserParams loops;
-  JoinParams join;
-  graph::OptimizeParams optimize;
-  /// Largest fraction of the closures between joined parts that may turn out to contradict the
-  /// rest.
-  double max_outlier_ratio = 0.3;
-};
+                    JoinLight light = JoinLight::kOther);
 
 struct MergeResult {
   graph::MapGraph graph;            ///< of all joined parts, in the frame of the first
@@ -58,6 +49,7 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
                         const std::vector<graph::MapGraph>& parts,
                         const graph::ImageLoader& load,
                         const DescriptorSource& descriptors,
-                        const MergeParams& params = {});
+                        const LoopCloserParams& loops = {},
+                        const graph::PoseGraphParams& pose_graph = {});
 
 }  // namespace ceilmap::mapping

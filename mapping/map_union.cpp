@@ -44,10 +44,16 @@ class Stores {
   const store::MapWriter& writer_;
 };
 
-MergeParams ForView(MergeParams params, const calib::CeilingView& view, const std::string& unit) {
-  params.loops.registration.mask = view.Mask();
-  params.loops.registration.estimate_scale = unit == "px";
-  return params;
+LoopCloserParams ForView(const MapperParams& params,
+                         const calib::CeilingView& view,
+                         const std::string& unit) {
+  LoopCloserParams loops = params.loops;
+  loops.registration = params.odometry.registration;
+  loops.noise = params.odometry.noise;
+  loops.heading.noise_rad = params.odometry.heading_noise_rad;
+  loops.registration.mask = view.Mask();
+  loops.registration.estimate_scale = unit == "px";
+  return loops;
 }
 
 std::int64_t IdsOf(const graph::MapGraph& graph) {
@@ -57,7 +63,7 @@ std::int64_t IdsOf(const graph::MapGraph& graph) {
 MergeResult Unite(const std::vector<graph::MapGraph>& parts,
                   const Stores& stores,
                   const store::MapMetadata& metadata,
-                  const UnionParams& params,
+                  const MapperParams& params,
                   store::MapWriter& writer,
                   const UnionProgress& progress) {
   const calib::CeilingView view = ViewOf(metadata);
@@ -66,7 +72,8 @@ MergeResult Unite(const std::vector<graph::MapGraph>& parts,
       parts,
       [&](std::int64_t id) { return stores.Image(id); },
       [&](std::int64_t id) { return stores.Descriptors(id); },
-      ForView(params.merge, view, metadata.unit));
+      ForView(params, view, metadata.unit),
+      params.pose_graph);
   if (!merged.ok()) return merged;
   for (const graph::Keyframe& keyframe : merged.graph.keyframes) {
     const Store& store = stores.Of(keyframe.id);
@@ -114,7 +121,7 @@ std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadat
 
 MergeResult MergeMaps(const std::vector<const store::MapReader*>& maps,
                       const store::MapMetadata& metadata,
-                      const UnionParams& params,
+                      const MapperParams& params,
                       store::MapWriter& writer,
                       const UnionProgress& progress) {
   std::vector<graph::MapGraph> parts;
@@ -138,7 +145,7 @@ MergeResult AppendRecording(const store::MapReader& map,
                             const graph::MapGraph& recording,
                             const calib::CeilingView& recording_view,
                             const store::MapMetadata& metadata,
-                            const UnionParams& params,
+                            const MapperParams& params,
                             store::MapWriter& writer,
                             const UnionProgress& progress) {
   std::vector<graph::MapGraph> parts = {map.ReadGraph(), recording};

@@ -11,11 +11,6 @@
 /// Merges several maps into one file.
 namespace ceilmap::mapping {
 
-struct UnionParams {
-  MergeParams merge;
-  mosaic::MosaicParams mosaic;
-};
-
 /// Progress of the mosaic: done, total windows.
 using UnionProgress = std::function<void(int, int)>;
 
@@ -28,11 +23,12 @@ std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadat
 
 /// Writes the union of maps, in the frame of the first, to the writer (without Commit). Nothing is
 /// written unless every map could be joined (`ok()`).
-/// @param writer  made with the metadata of the union.
+/// @param params  those of the odometry and the origin are not used. @param writer  made with the
+/// metadata of the union.
 /// @throws InputError when a map is incompatible with the first.
 MergeResult MergeMaps(const std::vector<const store::MapReader*>& maps,
                       const store::MapMetadata& metadata,
-                      const UnionParams& params,
+                      const MapperParams& params,
                       store::MapWriter& writer,
                       const UnionProgress& progress = {});
 
@@ -43,7 +39,7 @@ MergeResult AppendRecording(const store::MapReader& map,
                             const graph::MapGraph& recording,
                             const calib::CeilingView& recording_view,
                             const store::MapMetadata& metadata,
-                            const UnionParams& params,
+                            const MapperParams& params,
                             store::MapWriter& writer,
                             const UnionProgress& progress = {});
 

@@ -180,7 +180,7 @@ void Mapper::Impl::JoinSegments() {
   const DescriptorSource descriptors = [this](std::int64_t id) {
     return writer.ReadDescriptors(id);
   };
-  const JoinedParts joined = JoinAll(closer, parts, descriptors, params.join);
+  const JoinedParts joined = JoinAll(closer, parts, descriptors, JoinLight::kSame);
   graph.quality.loops += joined.loops;
   std::unordered_set<std::int64_t> keep;
   for (const std::size_t part : joined.joined) keep.insert(parts[part].begin(), parts[part].end());
@@ -265,7 +265,7 @@ void Mapper::Close() {
   graph::MoveKeyframes(me.graph, me.closer.Graph().Poses());
   me.JoinSegments();
   me.graph.quality.loops += me.closer.Counts();
-  graph::Optimize(me.graph, me.params.optimize);
+  graph::Optimize(me.graph, me.params.pose_graph);
   const cv::Size size = me.view.Size();
   graph::FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
   me.report.keyframes = static_cast<std::int64_t>(me.graph.keyframes.size());

@@ -9,7 +9,6 @@
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/graph/map_graph.hpp"
 #include "mapping/loop_closer.hpp"
-#include "mapping/map_joiner.hpp"
 #include "mapping/mosaic/mosaic.hpp"
 #include "mapping/odometry.hpp"
 #include "mapping/store/map_file.hpp"
@@ -20,8 +19,7 @@ struct MapperParams {
   Pose2 origin;  ///< T_map_base of the first mapped frame
   OdometryParams odometry;
   LoopCloserParams loops;
-  JoinParams join = {.same_light = true};  ///< for segments between which the robot was lost
-  graph::OptimizeParams optimize;
+  graph::PoseGraphParams pose_graph;  ///< of the optimization of all poses at the end
   mosaic::MosaicParams mosaic;
   std::int64_t first_keyframe_id = 0;  ///< for a recording that is added to an existing map
 };

@@ -6,6 +6,18 @@
 
 namespace ceilmap::mapping {
 
+namespace {
+
+// Relative to the median of the correct matches.
+constexpr double kMinInlierRatio = 0.93;
+constexpr double kMinPeakRatio = 0.87;
+constexpr double kMaxDissimilarityRatio = 1.25;
+// Absolute upper limit, whatever the median is. The only limit on dissimilarity as long as no
+// correct match is known.
+constexpr double kMaxDissimilarity = 1.6;
+
+}  // namespace
+
 MatchQuality QualityOf(const registration::Registration& registration,
                        const registration::Dissimilarity& dissimilarity) {
   return {static_cast<double>(registration.inliers) / std::max(registration.blocks, 1),
@@ -31,20 +43,20 @@ MatchQuality Median(std::vector<MatchQuality> matches) {
 
 void MatchGate::Add(const MatchQuality& right) {
   right_.push_back(right);
-  if (static_cast<int>(right_.size()) > params_.remembered) right_.pop_front();
+  if (static_cast<int>(right_.size()) > remembered_) right_.pop_front();
 }
 
 bool MatchGate::Accepts(const MatchQuality& match) const {
   // Typical of true matches at one exposure; used until a correct match is known.
-  MatchQuality typical{1.0, 0.65, params_.max_dissimilarity / params_.max_dissimilarity_ratio};
+  MatchQuality typical{1.0, 0.65, kMaxDissimilarity / kMaxDissimilarityRatio};
   if (!right_.empty()) {
     const double most = typical.dissimilarity;
     typical = Median({right_.begin(), right_.end()});
     typical.dissimilarity = std::min(typical.dissimilarity, most);
   }
-  return match.inlier_ratio >= params_.min_inlier_ratio * typical.inlier_ratio &&
-         match.peak >= params_.min_peak_ratio * typical.peak &&
-         match.dissimilarity <= params_.max_dissimilarity_ratio * typical.dissimilarity;
+  return match.inlier_ratio >= kMinInlierRatio * typical.inlier_ratio &&
+         match.peak >= kMinPeakRatio * typical.peak &&
+         match.dissimilarity <= kMaxDissimilarityRatio * typical.dissimilarity;
 }
 
 }  // namespace ceilmap::mapping

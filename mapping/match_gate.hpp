@@ -21,16 +21,6 @@ MatchQuality QualityOf(const registration::Registration& registration,
 /// Median of each field separately; all fields 0 for an empty input. Takes a copy.
 MatchQuality Median(std::vector<MatchQuality> matches);
 
-struct MatchGateParams {
-  int remembered = 15;                    ///< number of latest correct matches used
-  double min_inlier_ratio = 0.93;         ///< relative to the median of the correct matches
-  double min_peak_ratio = 0.87;           ///< the same
-  double max_dissimilarity_ratio = 1.25;  ///< the same
-  /// Absolute upper limit, whatever the median is. The only limit on dissimilarity as long as no
-  /// correct match is known.
-  double max_dissimilarity = 1.6;
-};
-
 /// Gate on match quality, learned from matches that are known to be correct: those between
 /// neighbouring frames of the robot's path, taken by the same camera in the same light. On a tiled
 /// ceiling the registration may accept a wrong place where joints and lamps coincide (perceptual
@@ -40,7 +30,10 @@ struct MatchGateParams {
 /// under another exposure.
 class MatchGate {
  public:
-  explicit MatchGate(const MatchGateParams& params = {}) : params_(params) {}
+  /// Number of latest correct matches that are used, unless stated otherwise.
+  static constexpr int kRemembered = 15;
+  /// @param remembered  number of latest correct matches that are used, > 0.
+  explicit MatchGate(int remembered = kRemembered) : remembered_(remembered) {}
 
   /// Adds a match that is known to be correct.
   void Add(const MatchQuality& right);
@@ -48,7 +41,7 @@ class MatchGate {
   [[nodiscard]] bool Accepts(const MatchQuality& match) const;
 
  private:
-  MatchGateParams params_;
+  int remembered_;
   std::deque<MatchQuality> right_;
 };
 

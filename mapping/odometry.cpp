@@ -9,6 +9,7 @@
 #include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/frame_prediction.hpp"
+#include "mapping/match_gate.hpp"
 #include "mapping/planar_motion.hpp"
 
 #include "calib/base/pose_with_covariance.hpp"
@@ -21,6 +22,14 @@ using registration::Registration;
 using registration::Verdict;
 
 namespace {
+
+// A new keyframe is made when a smaller fraction of the compared blocks agrees.
+constexpr double kMinInlierRatio = 0.5;
+// A tilted frame is a poor keyframe: its image has blank borders and its position is less
+// accurate. So the last level frame before it becomes a keyframe when less than `kLevelOverlap`
+// of the last keyframe is in view, and the tilted frame itself only below `kMinTiltedOverlap`.
+constexpr double kLevelOverlap = 0.9;
+constexpr double kMinTiltedOverlap = 0.5;
 
 /// A keyframe that new frames can still be registered against.
 struct ActiveKeyframe {
@@ -45,8 +54,7 @@ struct Odometry::Impl {
       : view(ceiling_view),
         params(p),
         registrar(view.Size(), p.registration),
-        prediction(view, start, params),
-        standard(params.standard) {}
+        prediction(view, start, params) {}
 
   const calib::CeilingView& view;
   OdometryParams params;
@@ -196,7 +204,7 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, gr
   // After a loss the pose is unknown.
   const std::optional<ExpectedPose> expected = prediction.Next();
   const bool tilting = last && last->edge.to < 0 && last->pose.tilt.IsLevel() &&
-                       !step.pose.tilt.IsLevel() && last->overlap < params.level_overlap;
+                       !step.pose.tilt.IsLevel() && last->overlap < kLevelOverlap;
   if (tilting) Bridge(step);
   if (TryReference(active.size() - 1, spectrum, expected, step, edge)) return true;
   // The last placed frame has more overlap with this one than the reference has: it becomes the
@@ -216,8 +224,8 @@ void Odometry::Impl::Bridge(OdometryStep& step) {
 bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
   const Registration& r = step.registration;
   const bool level = step.pose.tilt.IsLevel();
-  return r.overlap < (level ? params.min_overlap : params.min_tilted_overlap) ||
-         (level && r.inliers < params.min_inlier_ratio * r.blocks);
+  return r.overlap < (level ? params.min_overlap : kMinTiltedOverlap) ||
+         (level && r.inliers < kMinInlierRatio * r.blocks);
 }
 
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {

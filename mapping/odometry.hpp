@@ -8,7 +8,6 @@
 #include "calib/ceiling_view.hpp"
 #include "mapping/frame_context.hpp"
 #include "mapping/graph/keyframe.hpp"
-#include "mapping/match_gate.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -18,44 +17,17 @@ struct OdometryParams {
   /// A new keyframe is made when less than this fraction of the last one is in view. Larger: more
   /// keyframes and more drift; smaller: less common area for the registration.
   double min_overlap = 0.7;
-  double min_inlier_ratio = 0.5;  ///< ... or when a smaller fraction of the compared blocks agrees
-  /// A tilted frame is a poor keyframe: its image has blank borders and its position is less
-  /// accurate. So the last level frame before it becomes a keyframe when less than `level_overlap`
-  /// of the last keyframe is in view, and the tilted frame itself only below `min_tilted_overlap`.
-  double level_overlap = 0.9;
-  double min_tilted_overlap = 0.5;
   int recent_keyframes = 4;  ///< keyframes that are compared when the robot is lost, latest first
   int local_keyframes =
       3;  ///< keyframes that a new keyframe is registered against, if they overlap
-  /// Standard deviation of the predicted shift, fraction of the image's longer side, for the choice
-  /// among equally good motions on periodic ceilings. Once the prediction has proved more accurate,
-  /// its own recent errors are used instead, times `prior_sigma_errors` and not below
-  /// `min_prior_sigma_px`.
-  double prior_sigma_ratio = 0.04;
-  double prior_sigma_errors = 4;
-  double min_prior_sigma_px = 4;
-  double prior_sigma_rad = 0.15;
   /// Smallest standard deviation of a single heading, where frames have one (FrameContext), rad.
   double heading_noise_rad = kHeadingNoise;
-  /// Standard deviation of the robot's speed while it is lost, fraction of the image's longer side
-  /// per second. It determines the position uncertainty after a loss when only a compass is
-  /// available.
-  double unseen_speed_ratio = 0.4;
   /// A frame's position is accepted when it differs from the constant-velocity prediction by no
-  /// more than `uneven_ratio` of the image's longer side, plus the path of an acceleration of
-  /// `unseen_acceleration_ratio` (longer sides per s^2) during the time since the last placed
-  /// frame; ...
+  /// more than `uneven_ratio` of the image's longer side, plus what the robot may have accelerated
+  /// since the last placed frame; ...
   double uneven_ratio = 0.03;
-  double unseen_acceleration_ratio = 1.5;
-  /// ... and its orientation by no more than `uneven_rad`, plus `unseen_turn_rad_s` times that
-  /// time.
+  /// ... and its orientation by no more than `uneven_rad`, plus what it may have turned.
   double uneven_rad = 0.65;
-  double unseen_turn_rad_s = 2;
-  /// A lost robot is searched for near its last keyframes only until it may have travelled this
-  /// fraction of the image's longer side at `unseen_speed_ratio`; then a new segment begins. Until
-  /// then only matches that pass `standard` are accepted.
-  double max_strayed_ratio = 1.5;
-  MatchGateParams standard;
   EdgeNoise noise;
   /// After this number of consecutive frames that show texture but match no known place, a new
   /// segment begins. It is not connected with the earlier ones; a loop closure may connect it

@@ -6,20 +6,8 @@ namespace ceilmap::mapping {
 void OdometryParams::Validate() const {
   const FieldCheck require("odometry");
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
-  require(min_inlier_ratio >= 0 && min_inlier_ratio < 1,
-          "min_inlier_ratio",
-          min_inlier_ratio,
-          "in [0, 1)");
-  require(level_overlap > 0 && level_overlap <= 1, "level_overlap", level_overlap, "in (0, 1]");
-  require(min_tilted_overlap > 0 && min_tilted_overlap <= min_overlap,
-          "min_tilted_overlap",
-          min_tilted_overlap,
-          "in (0, min_overlap]");
   require(recent_keyframes >= 1, "recent_keyframes", recent_keyframes, "at least 1");
   require(local_keyframes >= 1, "local_keyframes", local_keyframes, "at least 1");
-  require(prior_sigma_ratio > 0, "prior_sigma_ratio", prior_sigma_ratio, "> 0");
-  require(prior_sigma_errors > 0, "prior_sigma_errors", prior_sigma_errors, "> 0");
-  require(min_prior_sigma_px > 0, "min_prior_sigma_px", min_prior_sigma_px, "> 0");
   require(noise.systematic_px > 0, "noise.systematic_px", noise.systematic_px, "> 0");
   require(noise.systematic_rad > 0, "noise.systematic_rad", noise.systematic_rad, "> 0");
   require(first_keyframe_id >= 0,
@@ -27,16 +15,8 @@ void OdometryParams::Validate() const {
           static_cast<double>(first_keyframe_id),
           "at least 0");
   require(restart_after >= 1, "restart_after", restart_after, "at least 1");
-  require(prior_sigma_rad > 0, "prior_sigma_rad", prior_sigma_rad, "> 0");
-  require(unseen_speed_ratio > 0, "unseen_speed_ratio", unseen_speed_ratio, "> 0");
   require(uneven_ratio > 0, "uneven_ratio", uneven_ratio, "> 0");
-  require(unseen_acceleration_ratio >= 0,
-          "unseen_acceleration_ratio",
-          unseen_acceleration_ratio,
-          ">= 0");
   require(uneven_rad > 0, "uneven_rad", uneven_rad, "> 0");
-  require(unseen_turn_rad_s > 0, "unseen_turn_rad_s", unseen_turn_rad_s, "> 0");
-  require(max_strayed_ratio >= 0, "max_strayed_ratio", max_strayed_ratio, ">= 0");
   require(heading_noise_rad > 0, "heading_noise_rad", heading_noise_rad, "> 0");
 }
 

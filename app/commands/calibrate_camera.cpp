@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace ceilmap::commands {
 namespace {
 
-struct CalibrateCameraParams {
+struct CalibrateCameraOptions {
   std::vector<std::string> images;
   std::string board = "chessboard";
   std::string corners;
@@ -41,32 +41,20 @@ struct CalibrateCameraParams {
   void Check() const;
 };
 
-// The library names the field first; the option has the same name.
-template <typename Function>
-auto NamingOption(const Function& function) {
-  try {
-    return function();
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("--{}", error.what()));
-  }
+calibration::Board CalibrateCameraOptions::Board() const {
+  const cv::Size size = calibration::ParseCorners(corners);
+  calibration::Board result;
+  result.kind = calibration::ParseBoardKind(board);
+  result.columns = size.width;
+  result.rows = size.height;
+  result.square_m = square_m;
+  result.marker_m = marker_m;
+  result.dictionary = dictionary;
+  result.Validate();
+  return result;
 }
 
-calibration::Board CalibrateCameraParams::Board() const {
-  return NamingOption([this] {
-    const cv::Size size = calibration::ParseCorners(corners);
-    calibration::Board result;
-    result.kind = calibration::ParseBoardKind(board);
-    result.columns = size.width;
-    result.rows = size.height;
-    result.square_m = square_m;
-    result.marker_m = marker_m;
-    result.dictionary = dictionary;
-    result.Validate();
-    return result;
-  });
-}
-
-void CalibrateCameraParams::Check() const {
+void CalibrateCameraOptions::Check() const {
   constexpr int kMinViews = 3;
   if (max_views < kMinViews) {
     throw InputError(fmt::format("--views {}: must be at least {}", max_views, kMinViews));
@@ -83,7 +71,7 @@ void CalibrateCameraParams::Check() const {
   if (!report.empty()) reports::CheckReportFolder(report);
 }
 
-void PrintBoard(const CalibrateCameraParams& params,
+void PrintBoard(const CalibrateCameraOptions& params,
                 const CommonOptions& common,
                 terminal::Summary& summary) {
   const calibration::Board board = params.Board();
@@ -102,7 +90,7 @@ void PrintBoard(const CalibrateCameraParams& params,
   fmt::print("{} on {}\nwritten {}\n", board.Name(), params.paper, params.print_board.string());
 }
 
-void RunCalibrateCamera(const CalibrateCameraParams& params,
+void RunCalibrateCamera(const CalibrateCameraOptions& params,
                         const CommonOptions& common,
                         terminal::Summary& summary) {
   params.Check();
@@ -141,7 +129,7 @@ void RunCalibrateCamera(const CalibrateCameraParams& params,
   if (!params.report.empty()) fmt::print("written {}\n", (params.report / "index.html").string());
 }
 
-void AddBoardOptions(CLI::App& cli, CalibrateCameraParams& params) {
+void AddBoardOptions(CLI::App& cli, CalibrateCameraOptions& params) {
   const std::string group = "Board";
   const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type)->group(group);
@@ -178,8 +166,8 @@ Command AddCalibrateCameraCommand(CLI::App& calibrate) {
                   "-o up.yaml\n"
                   "Fix the board to a flat plate. Record it about 15 times, in all parts of the "
                   "image, near, and "
-                  "tilted by 30 to 45 degrees to all sides. Do not move it during an exposure.");
-  auto params = std::make_shared<CalibrateCameraParams>();
+                  "tilted by 30 to 45 degrees to all sides; hold it still.");
+  auto params = std::make_shared<CalibrateCameraOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("images", params->images, "A folder of images, a video, or several images")
       ->type_name("SOURCE");

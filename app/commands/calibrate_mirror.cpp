@@ -32,7 +32,7 @@ namespace {
 
 using calibration::MirrorRingFit;
 
-struct CalibrateMirrorParams {
+struct CalibrateMirrorOptions {
   std::string omni;
   fs::path stamps;
   fs::path rig;
@@ -45,7 +45,7 @@ struct CalibrateMirrorParams {
   void Check() const;
 };
 
-void CalibrateMirrorParams::Check() const {
+void CalibrateMirrorOptions::Check() const {
   if (!output.empty() && rig.empty()) {
     throw InputError(
         "calibrate mirror: -o writes a rig with the mirror added; give the existing rig by --rig");
@@ -77,7 +77,7 @@ MirrorObservation ObserveImage(const std::string& file) {
   return observation;
 }
 
-MirrorObservation ObserveRecording(const CalibrateMirrorParams& params) {
+MirrorObservation ObserveRecording(const CalibrateMirrorOptions& params) {
   recordings::FrameSource source(params.omni,
                                  {.pixels = recordings::Pixels::kColour, .stamps = params.stamps});
   terminal::Progress progress("searching", "frames", source.ExpectedFrames());
@@ -96,8 +96,8 @@ MirrorObservation ObserveRecording(const CalibrateMirrorParams& params) {
   return observation;
 }
 
-void CheckFound(const CalibrateMirrorParams& params, const MirrorObservation& observation) {
-  switch (observation.fit.fault) {
+void CheckFound(const CalibrateMirrorOptions& params, const MirrorObservation& sight) {
+  switch (sight.fit.fault) {
     case calibration::MirrorFault::kNone:
       return;
     case calibration::MirrorFault::kNothingMoves:
@@ -211,8 +211,8 @@ void WriteMirrorReport(const fs::path& folder,
   WriteImage(folder / "panorama.png", Panorama(observation), summary);
 }
 
-void WriteRig(const CalibrateMirrorParams& params,
-              const MirrorObservation& observation,
+void WriteRig(const CalibrateMirrorOptions& params,
+              const MirrorObservation& sight,
               terminal::Summary& summary) {
   const std::string text = ReadSettingsText(params.rig, "a rig file (format: calib/README.md)");
   calib::ParseRig(text, params.rig);
@@ -243,7 +243,7 @@ void PrintReport(const MirrorObservation& observation, const terminal::Summary& 
   for (const auto& file : summary.files) fmt::print("written {}\n", file.string());
 }
 
-void RunCalibrateMirror(const CalibrateMirrorParams& params,
+void RunCalibrateMirror(const CalibrateMirrorOptions& params,
                         const CommonOptions& common,
                         terminal::Summary& summary) {
   params.Check();
@@ -279,7 +279,7 @@ Command AddCalibrateMirrorCommand(CLI::App& calibrate) {
       "ceilmap calibrate mirror --omni turn.mp4 --rig rig.yaml -o new.yaml --report mirror\n"
       "  ceilmap calibrate mirror --omni image.jpg --panorama panorama.png\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
-  auto params = std::make_shared<CalibrateMirrorParams>();
+  auto params = std::make_shared<CalibrateMirrorOptions>();
   CLI::App& cli = *command.cli;
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type);

@@ -42,6 +42,7 @@ Command AddExportCommand(CLI::App& program);
 Command AddRegisterCommand(CLI::App& program);
 Command AddEvaluateCommand(CLI::App& program);
 Command AddSimulateCommand(CLI::App& program);
+Command AddSettingsCommand(CLI::App& program);
 
 /// Creates a command with --help, --summary, --quiet and --verbose. The help ends with `example`, a
 /// line that can be run. `program` may be a command with subcommands.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/commands/compass_commands.hpp"
+#include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
 #include "app/files/output_files.hpp"
 #include "app/recordings/compass_frames.hpp"
@@ -26,7 +27,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-struct LearnCommandParams {
+struct LearnCommandOptions {
   recordings::ForwardOptions forward;
   fs::path poses;
   std::string method = "victoria";
@@ -34,9 +35,13 @@ struct LearnCommandParams {
   std::string grid;
   colour::LearnParams learn;
   fs::path output;
+  SettingsOptions settings;
 
-  // Checks everything that can be checked without the recording. @throws InputError
-  void Resolve();
+  // Checks everything that can be told without the recording. @throws InputError
+  void Resolve(const CLI::App& cli);
+
+ private:
+  void TakeSettings(const CLI::App& cli);
 };
 
 // A whole number of cells. A limit detects typing errors.
@@ -49,7 +54,7 @@ int CellCount(double number, const std::string& text) {
       fmt::format("--grid {}: COLUMNS and ROWS must be whole numbers in 1..100", text));
 }
 
-colour::GridParams ParseGrid(const std::string& text) {
+colour::GridGeometry ParseGrid(const std::string& text) {
   const auto numbers = files::ParseSixNumbers(text);
   if (!numbers) {
     throw InputError(fmt::format(
@@ -64,10 +69,27 @@ colour::GridParams ParseGrid(const std::string& text) {
   return {min_x, min_y, width, height, CellCount(columns, text), CellCount(rows, text)};
 }
 
-void LearnCommandParams::Resolve() {
+// Values of the settings file, where no option gives another one.
+void LearnCommandOptions::TakeSettings(const CLI::App& cli) {
+  const colour::LearnParams file = settings.Read().colour_learn;
+  const auto take = [&cli](const char* option, auto& value, const auto& in_file) {
+    if (cli.count(option) == 0) value = in_file;
+  };
+  take("--method", learn.kind, file.kind);
+  take("--clustering", learn.classes.clustering, file.classes.clustering);
+  take("--classes", learn.classes.classes, file.classes.classes);
+  take("--bins", learn.bins, file.bins);
+  take("--fading", learn.fading_s, file.fading_s);
+  colour::ScanLineParams lines = file.lines;
+  recordings::TakeLineOptions(cli, learn.lines, lines);
+  learn.lines = lines;
+}
+
+void LearnCommandOptions::Resolve(const CLI::App& cli) {
   learn.kind = method == "sturm" ? colour::ModelKind::kSturm : colour::ModelKind::kVictoria;
   learn.classes.clustering =
       clustering == "mixture" ? colour::Clustering::kMixture : colour::Clustering::kMeans;
+  TakeSettings(cli);
   if (!grid.empty()) {
     if (learn.kind == colour::ModelKind::kSturm) {
       throw InputError(
@@ -138,9 +160,15 @@ void Finish(const colour::ColourModel& model,
   if (!common.quiet) reports::PrintReport(result, model, summary);
 }
 
-void RunLearn(LearnCommandParams params, const CommonOptions& common, terminal::Summary& summary) {
+void RunLearn(LearnCommandOptions params,
+              const CLI::App& cli,
+              const CommonOptions& common,
+              terminal::Summary& summary) {
   const auto start = steady_clock::now();
-  params.Resolve();
+  params.Resolve(cli);
+  CommandSettings resolved;
+  resolved.colour_learn = params.learn;
+  summary.settings = SettingsJson(resolved, {"colour_learn"});
   recordings::ForwardFrames frames(params.forward);
   params.learn.camera_ahead_of_axle_m = frames.AheadOfAxleM();
   colour::ColourLearner learner(frames.Camera(), params.learn);
@@ -158,15 +186,17 @@ void RunLearn(LearnCommandParams params, const CommonOptions& common, terminal::
   Finish(model, params.output, frames, common, start, result, summary);
 }
 
-struct UpdateCommandParams {
+struct UpdateCommandOptions {
   fs::path model;
   recordings::ForwardOptions forward;
   fs::path poses;
   colour::ScanLineParams lines = {};
-  fs::path output;  // empty: the input model is replaced
+  fs::path output;  // empty: the model itself
+  SettingsOptions settings;
 };
 
-void RunUpdate(const UpdateCommandParams& params,
+void RunUpdate(const UpdateCommandOptions& params,
+               const CLI::App& cli,
                const CommonOptions& common,
                terminal::Summary& summary) {
   const auto start = steady_clock::now();
@@ -174,10 +204,12 @@ void RunUpdate(const UpdateCommandParams& params,
   files::CheckOutputFiles({output});
   params.forward.CheckResult(output);
   recordings::CheckNotRead(output, {params.poses});
-  colour::ColourCompassParams settings;
-  settings.lines = params.lines;
+  CommandSettings resolved = params.settings.Read();
+  colour::ColourCompassParams& settings = resolved.colour_compass;
+  recordings::TakeLineOptions(cli, params.lines, settings.lines);
   settings.Validate();
-  colour::ColourModel stored = colour::ReadColourModel(params.model);
+  summary.settings = SettingsJson(resolved, {"colour_compass"});
+  colour::ColourModel stored = files::ReadColourModel(params.model);
   stored.provenance += (stored.provenance.empty() ? "" : "\n") + common.command_line;
   recordings::ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
@@ -208,7 +240,7 @@ void AddPoses(CLI::App& cli, fs::path& poses) {
       ->required();
 }
 
-void AddModelOptions(CLI::App& cli, LearnCommandParams& params) {
+void AddModelOptions(CLI::App& cli, LearnCommandOptions& params) {
   const std::string group = "Model";
   constexpr int kMinBins = 36;
   constexpr int kMaxBins = 720;
@@ -249,7 +281,7 @@ Command AddCompassLearnCommand(CLI::App& compass) {
       "Learns a model of the surrounding colours from a recording at known poses.",
       "ceilmap compass learn --rig rig.yaml --forward forward.mp4 --stamps frames.csv --poses "
       "truth.tum -o lab.colours");
-  auto params = std::make_shared<LearnCommandParams>();
+  auto params = std::make_shared<LearnCommandOptions>();
   params->forward.AddTo(*command.cli, "Input");
   AddPoses(*command.cli, params->poses);
   AddModelOptions(*command.cli, *params);
@@ -257,8 +289,10 @@ Command AddCompassLearnCommand(CLI::App& compass) {
       ->required()
       ->type_name("MODEL")
       ->group("Results");
-  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
-    RunLearn(*params, common, summary);
+  params->settings.AddTo(*command.cli);
+  command.run = [params, cli = command.cli](const CommonOptions& common,
+                                            terminal::Summary& summary) {
+    RunLearn(*params, *cli, common, summary);
   };
   return command;
 }
@@ -270,8 +304,8 @@ Command AddCompassUpdateCommand(CLI::App& compass) {
       "Updates a model from a recording at known poses.",
       "ceilmap compass update lab.colours --rig rig.yaml --forward later.mp4 --stamps later.csv "
       "--poses later.tum");
-  auto params = std::make_shared<UpdateCommandParams>();
-  command.cli->add_option("model", params->model, "The model; it is replaced at the end")
+  auto params = std::make_shared<UpdateCommandOptions>();
+  command.cli->add_option("model", params->model, "The model, written anew at the end")
       ->required()
       ->type_name("MODEL");
   params->forward.AddTo(*command.cli, "Input");
@@ -280,8 +314,10 @@ Command AddCompassUpdateCommand(CLI::App& compass) {
   command.cli->add_option("-o,--output", params->output, "Write to this file instead")
       ->type_name("MODEL")
       ->group("Results");
-  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
-    RunUpdate(*params, common, summary);
+  params->settings.AddTo(*command.cli);
+  command.run = [params, cli = command.cli](const CommonOptions& common,
+                                            terminal::Summary& summary) {
+    RunUpdate(*params, *cli, common, summary);
   };
   return command;
 }

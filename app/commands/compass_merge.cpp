@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 namespace ceilmap::commands {
 namespace {
 
-struct CompassMergeParams {
+struct CompassMergeOptions {
   std::vector<fs::path> models;
   fs::path output;
 };
@@ -34,7 +34,7 @@ colour::ColourModel MergeAll(const std::vector<fs::path>& files) {
   return merged;
 }
 
-void RunMerge(const CompassMergeParams& params,
+void RunMerge(const CompassMergeOptions& params,
               const CommonOptions& common,
               terminal::Summary& summary) {
   if (params.models.size() < 2) throw InputError("compass merge: give at least two models");
@@ -61,9 +61,9 @@ Command AddCompassMergeCommand(CLI::App& compass) {
                   "merge",
                   "Merges models that robots have updated from the same model.",
                   "ceilmap compass merge one.colours two.colours -o both.colours\n"
-                  "The models must have the same classes, grid and directions: learn one model, "
-                  "copy it to each robot, and update it there.");
-  auto params = std::make_shared<CompassMergeParams>();
+                  "Models agree in their classes, grid and directions: learn one, hand it out, "
+                  "update it on each robot.");
+  auto params = std::make_shared<CompassMergeOptions>();
   command.cli->add_option("models", params->models, "The models")->required()->type_name("MODEL");
   command.cli
       ->add_option("-o,--output", params->output, "The merged model; may be one of the inputs")

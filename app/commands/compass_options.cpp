@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "calib/base/error.hpp"
-#include "localization/compass/labrosse/methods.hpp"
 
 namespace ceilmap::commands {
 namespace {
@@ -70,9 +69,8 @@ void CompassOptions::Check() const {
   }
 }
 
-std::unique_ptr<compass::Compass> CompassOptions::Make() const {
+labrosse::CompassParams CompassOptions::Resolve(labrosse::CompassParams params) const {
   Check();
-  labrosse::CompassParams params;
   params.method = kMethods.at(method);
   if (fov_deg) {
     const double fov_rad = *fov_deg * std::numbers::pi / 180;
@@ -81,7 +79,7 @@ std::unique_ptr<compass::Compass> CompassOptions::Make() const {
   }
   if (skip) params.labrosse2006.skip = static_cast<int>(*skip);
   if (threshold) params.labrosse2006.threshold = *threshold;
-  return labrosse::MakeCompass(params);
+  return params;
 }
 
 }  // namespace ceilmap::commands

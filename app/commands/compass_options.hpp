@@ -2,11 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 
-#include "localization/compass/compass.hpp"
+#include "localization/compass/labrosse/methods.hpp"
 
 namespace ceilmap::commands {
 
@@ -20,8 +19,8 @@ struct CompassOptions {
   void AddTo(CLI::App& cli, const std::string& group);
   /// @throws InputError on a value outside its range, or an option that the method does not have.
   void Check() const;
-  /// A compass before its first panorama. @throws as Check.
-  [[nodiscard]] std::unique_ptr<compass::Compass> Make() const;
+  /// The parameters with the options that are given. @throws as Check.
+  [[nodiscard]] labrosse::CompassParams Resolve(labrosse::CompassParams params) const;
 };
 
 }  // namespace ceilmap::commands

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/commands/compass_commands.hpp"
+#include "app/commands/settings_options.hpp"
 #include "app/figures/figure.hpp"
 #include "app/figures/heading_figures.hpp"
 #include "app/files/output_files.hpp"
@@ -29,7 +30,7 @@ using std::chrono::steady_clock;
 
 constexpr double kTruthDtS = 0.02;  // between a heading and its true pose
 
-struct QueryParams {
+struct QueryOptions {
   fs::path model;
   recordings::ForwardOptions forward;
   fs::path poses;
@@ -40,13 +41,15 @@ struct QueryParams {
   fs::path output;
   fs::path truth;
   fs::path plot;
+  SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
   void Check() const;
-  [[nodiscard]] colour::ColourCompassParams Settings() const;
+  // The settings file, with the options that are given.
+  [[nodiscard]] CommandSettings ResolveSettings(const CLI::App& cli) const;
 };
 
-void QueryParams::Check() const {
+void QueryOptions::Check() const {
   if (update && poses.empty()) {
     throw InputError("--update: learning needs the position of the robot; give --poses too");
   }
@@ -61,12 +64,13 @@ void QueryParams::Check() const {
   recordings::CheckNotRead(output, {model});
 }
 
-colour::ColourCompassParams QueryParams::Settings() const {
-  colour::ColourCompassParams settings;
-  settings.lines = lines;
-  settings.parallax = !no_parallax;
-  settings.Validate();
-  return settings;
+CommandSettings QueryOptions::ResolveSettings(const CLI::App& cli) const {
+  CommandSettings resolved = settings.Read();
+  colour::ColourCompassParams& compass = resolved.colour_compass;
+  recordings::TakeLineOptions(cli, lines, compass.lines);
+  if (no_parallax) compass.parallax = false;
+  compass.Validate();
+  return resolved;
 }
 
 compass::HeadingEstimate EstimateOf(const colour::ColourHeading& heading) {
@@ -144,7 +148,7 @@ reports::CompassQueryResult AskFrames(recordings::ForwardFrames& frames,
 }
 
 std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<StampedPose>& truth,
-                                                       const QueryParams& params,
+                                                       const QueryOptions& params,
                                                        const reports::CompassQueryResult& result) {
   if (truth.empty()) return std::nullopt;
   std::vector<evaluation::StampedHeading> headings;
@@ -164,7 +168,7 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
   return errors;
 }
 
-void Store(const QueryParams& params,
+void Store(const QueryOptions& params,
            const CommonOptions& common,
            const reports::CompassQueryResult& result,
            const colour::ColourCompass& compass,
@@ -186,10 +190,15 @@ void Draw(figures::FigureFolder& folder,
   summary.files.insert(summary.files.end(), folder.Files().begin(), folder.Files().end());
 }
 
-void RunQuery(const QueryParams& params, const CommonOptions& common, terminal::Summary& summary) {
+void RunQuery(const QueryOptions& params,
+              const CLI::App& cli,
+              const CommonOptions& common,
+              terminal::Summary& summary) {
   const auto start = steady_clock::now();
   params.Check();
-  colour::ColourCompassParams settings = params.Settings();
+  CommandSettings resolved = params.ResolveSettings(cli);
+  colour::ColourCompassParams& settings = resolved.colour_compass;
+  summary.settings = SettingsJson(resolved, {"colour_compass"});
   std::vector<StampedPose> truth;
   if (!params.truth.empty()) truth = files::ReadTum(params.truth);
   std::optional<recordings::PosesByTime> poses;
@@ -216,7 +225,7 @@ void RunQuery(const QueryParams& params, const CommonOptions& common, terminal::
   if (!common.quiet) reports::PrintReport(result, summary);
 }
 
-void AddCompassOptions(CLI::App& cli, QueryParams& params) {
+void AddCompassOptions(CLI::App& cli, QueryOptions& params) {
   const std::string group = "Compass";
   cli.add_option("--poses",
                  params.poses,
@@ -246,7 +255,7 @@ Command AddCompassQueryCommand(CLI::App& compass) {
       "  ceilmap compass query lab.colours --rig rig.yaml --forward again.mp4 --truth truth.tum "
       "--plot figures -o heading.csv\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
-  auto params = std::make_shared<QueryParams>();
+  auto params = std::make_shared<QueryOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("model", params->model, "What 'compass learn' made")
       ->required()
@@ -263,9 +272,10 @@ Command AddCompassQueryCommand(CLI::App& compass) {
       ->required();
   add("--save", params->save, "The model after --update", "MODEL2");
   add("--truth", params->truth, "True poses: errors, also as columns of H.csv", "T.tum");
-  add("--plot", params->plot, "Folder for a figure with its gnuplot script and data", "DIR");
-  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
-    RunQuery(*params, common, summary);
+  add("--plot", params->plot, "Figure with its gnuplot script and data", "DIR");
+  params->settings.AddTo(cli);
+  command.run = [params, &cli](const CommonOptions& common, terminal::Summary& summary) {
+    RunQuery(*params, cli, common, summary);
   };
   return command;
 }

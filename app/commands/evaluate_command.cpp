@@ -34,8 +34,8 @@ const std::map<std::string, Alignment> kAlignments = {{"none", Alignment::kNone}
                                                       {"se2", Alignment::kSe2},
                                                       {"sim2", Alignment::kSim2}};
 
-struct EvaluateParams {
-  reports::ComparisonParams comparison;
+struct EvaluateOptions {
+  reports::ComparisonInputs comparison;
   fs::path map;
   std::string align = "se2";
   std::string offset;
@@ -90,7 +90,7 @@ void DrawFigures(const reports::Comparison& comparison,
 
 reports::ReportFile PageFile(const reports::Comparison& comparison,
                              const store::MapReader* map,
-                             const EvaluateParams& params) {
+                             const EvaluateOptions& params) {
   const std::string unit = map != nullptr ? map->Metadata().unit : "m";
   page::PageData data = reports::ComparisonPage(
       comparison, reports::ComparisonTables(comparison), ShownOn(map), unit);
@@ -99,7 +99,7 @@ reports::ReportFile PageFile(const reports::Comparison& comparison,
   return {"index.html", page::WritePage(data)};
 }
 
-void RunEvaluate(EvaluateParams params, const CommonOptions& common, terminal::Summary& summary) {
+void RunEvaluate(EvaluateOptions params, const CommonOptions& common, terminal::Summary& summary) {
   if (!params.map.empty() && params.report.empty()) {
     throw InputError("--map: its mosaic is the background of a report's figures; give -o too");
   }
@@ -143,8 +143,8 @@ Command AddEvaluateCommand(CLI::App& program) {
       "table\n"
       "  ceilmap evaluate --truth second.tum --frame-from map-truth.tum map.tum status.csv\n"
       "An estimate is a trajectory (TUM), a status file of localize, or headings (CSV).");
-  auto params = std::make_shared<EvaluateParams>();
-  reports::ComparisonParams& comparison = params->comparison;
+  auto params = std::make_shared<EvaluateOptions>();
+  reports::ComparisonInputs& comparison = params->comparison;
   CLI::App& cli = *command.cli;
   cli.add_option("--truth", comparison.truth, "The true trajectory")
       ->required()

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace ceilmap::commands {
 namespace {
 
-struct ExportParams {
+struct ExportOptions {
   fs::path map;
   std::string format;
   fs::path output;
@@ -36,14 +36,14 @@ std::string TrajectoryText(const store::MapReader& map) {
   return files::FormatTum(poses);
 }
 
-std::vector<fs::path> OutputFiles(const ExportParams& params) {
+std::vector<fs::path> OutputFiles(const ExportOptions& params) {
   if (params.format != "ros") return {params.output};
   fs::path yaml = params.output;
   if (yaml.extension() != ".yaml") yaml += ".yaml";
   return {yaml, fs::path(yaml).replace_extension(".png")};
 }
 
-void RunExport(const ExportParams& params,
+void RunExport(const ExportOptions& params,
                const CommonOptions& common,
                terminal::Summary& summary) {
   if (params.from_below && params.format != "png") {
@@ -81,7 +81,7 @@ Command AddExportCommand(CLI::App& program) {
                                 "and Nav2, GIS or people, its "
                                 "pose graph as g2o text, its trajectory as TUM lines.",
                                 "ceilmap export lab.gpkg --format ros -o lab.yaml");
-  auto params = std::make_shared<ExportParams>();
+  auto params = std::make_shared<ExportOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
   cli.add_option("--format", params->format, "Format of the result")

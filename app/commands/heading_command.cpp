@@ -7,6 +7,7 @@
 
 #include "app/commands/commands.hpp"
 #include "app/commands/compass_options.hpp"
+#include "app/commands/settings_options.hpp"
 #include "app/figures/figure.hpp"
 #include "app/figures/heading_figures.hpp"
 #include "app/files/heading_csv.hpp"
@@ -30,7 +31,7 @@ using std::chrono::steady_clock;
 
 constexpr double kMaxDtS = 0.02;  // between a heading and its true pose
 
-struct HeadingParams {
+struct HeadingOptions {
   recordings::PanoramaOptions panorama;
   fs::path travel;
   CompassOptions compass;
@@ -38,12 +39,13 @@ struct HeadingParams {
   fs::path truth;
   fs::path plot;
   std::optional<std::int64_t> plot_frame;
+  SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
   void Check() const;
 };
 
-void HeadingParams::Check() const {
+void HeadingOptions::Check() const {
   panorama.Check();
   compass.Check();
   if (plot_frame && plot.empty()) {
@@ -73,7 +75,7 @@ recordings::PanoramaOptions ForMethod(recordings::PanoramaOptions options,
   return options;
 }
 
-void CheckPlotFrame(const HeadingParams& params, const recordings::FrameSource& source) {
+void CheckPlotFrame(const HeadingOptions& params, const recordings::FrameSource& source) {
   const std::optional<std::int64_t> frames = source.ExpectedFrames();
   if (!params.plot_frame || !frames || *params.plot_frame < *frames) return;
   throw InputError(fmt::format("--plot-frame {}: {} has {} frames, 0 to {}",
@@ -149,7 +151,7 @@ void MeasureFrames(recordings::PanoramaSource& source,
 }
 
 std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<StampedPose>& truth,
-                                                       const HeadingParams& params,
+                                                       const HeadingOptions& params,
                                                        const reports::HeadingResult& result) {
   if (truth.empty()) return std::nullopt;
   std::vector<evaluation::StampedHeading> headings;
@@ -170,7 +172,7 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
 }
 
 void DrawFigures(figures::FigureFolder& folder,
-                 const HeadingParams& params,
+                 const HeadingOptions& params,
                  const reports::HeadingResult& result,
                  const PlottedProfile& plotted) {
   folder.Draw(figures::HeadingFigure(result.headings, result.errors ? &*result.errors : nullptr));
@@ -195,11 +197,14 @@ void Report(const recordings::PanoramaSource& source, const reports::HeadingResu
   }
 }
 
-void RunHeading(const HeadingParams& params,
+void RunHeading(const HeadingOptions& params,
                 const CommonOptions& common,
                 terminal::Summary& summary) {
   const auto start = steady_clock::now();
   params.Check();
+  CommandSettings settings = params.settings.Read();
+  settings.compass = params.compass.Resolve(settings.compass);
+  summary.settings = SettingsJson(settings, {"compass"});
   std::vector<StampedPose> truth;
   if (!params.truth.empty()) truth = files::ReadTum(params.truth);
   std::vector<StampedPose> poses;
@@ -208,7 +213,7 @@ void RunHeading(const HeadingParams& params,
   if (!params.plot.empty()) figures.emplace(params.plot);
   recordings::PanoramaSource source(ForMethod(params.panorama, params.compass.method));
   CheckPlotFrame(params, source.Source());
-  const std::unique_ptr<compass::Compass> compass = params.compass.Make();
+  const std::unique_ptr<compass::Compass> compass = labrosse::MakeCompass(settings.compass);
 
   reports::HeadingResult result;
   PlottedProfile plotted;
@@ -253,10 +258,11 @@ Command AddHeadingCommand(CLI::App& program) {
       "  ceilmap heading --ring 320,240,60,230 --omni omni.avi -o heading.csv --plot figures\n"
       "  ceilmap heading --panorama panoramas --azimuth rising -o heading.csv\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
-  auto params = std::make_shared<HeadingParams>();
+  auto params = std::make_shared<HeadingOptions>();
   CLI::App& cli = *command.cli;
   params->panorama.AddTo(cli, "Input", "Unwrapping");
   params->compass.AddTo(cli, "Compass");
+  params->settings.AddTo(cli);
   cli.add_option("--travel",
                  params->travel,
                  "Poses from odometry or the ceiling, for robots that do not only drive ahead "

@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-struct InfoParams {
+struct InfoOptions {
   fs::path map;
   bool json = false;
 };
@@ -156,7 +156,7 @@ void PrintTable(const MapInfo& info) {
   fmt::print("{}", table.Format(terminal::Table::Numbers::kLeft));
 }
 
-void RunInfo(const InfoParams& params, terminal::Summary& summary) {
+void RunInfo(const InfoOptions& params, terminal::Summary& summary) {
   const MapInfo info = Inspect(params.map);
   summary.frames = static_cast<std::int64_t>(info.poses);
   summary.quality = {{"keyframes", info.keyframes}, {"covered_area", info.covered_area}};
@@ -175,7 +175,7 @@ Command AddInfoCommand(CLI::App& program) {
                   "info",
                   "Reports the content and quality of a map: size, coverage, loops, weak spots.",
                   "ceilmap info lab.gpkg --json");
-  auto params = std::make_shared<InfoParams>();
+  auto params = std::make_shared<InfoOptions>();
   command.cli->add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
   command.cli->add_flag("--json", params->json, "One JSON object instead of a table");
   command.run = [params](const CommonOptions&, terminal::Summary& summary) {

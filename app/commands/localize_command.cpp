@@ -7,6 +7,7 @@
 
 #include "app/commands/commands.hpp"
 #include "app/commands/sensor_options.hpp"
+#include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/status_csv.hpp"
@@ -34,7 +35,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-struct LocalizeParams {
+struct LocalizeOptions {
   fs::path map;
   fs::path rig;
   std::string up;
@@ -47,13 +48,15 @@ struct LocalizeParams {
   fs::path status;
   bool stream = false;
   live::WatchOptions watch;
+  SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
   void Check() const;
-  [[nodiscard]] localization::LocalizerParams ForLocalizer() const;
+  [[nodiscard]] localization::LocalizerParams ForLocalizer(
+      localization::LocalizerParams params) const;
 };
 
-void LocalizeParams::Check() const {
+void LocalizeOptions::Check() const {
   sensors.Check(true);
   if (!sensors.heading_model.empty() && heading_zero != "first") {
     throw InputError(
@@ -77,8 +80,8 @@ void LocalizeParams::Check() const {
   watch.Check();
 }
 
-localization::LocalizerParams LocalizeParams::ForLocalizer() const {
-  localization::LocalizerParams params;
+localization::LocalizerParams LocalizeOptions::ForLocalizer(
+    localization::LocalizerParams params) const {
   const files::PoseSpread spread = files::ParseSpread(start_spread, "--start-spread");
   if (!start.empty()) {
     localization::PoseEstimate pose{files::ParsePose2(start, "--start")};
@@ -92,7 +95,7 @@ localization::LocalizerParams LocalizeParams::ForLocalizer() const {
 // Files and messages that are written during the run.
 class Results {
  public:
-  Results(const LocalizeParams& params, const calib::LevelView& level)
+  Results(const LocalizeOptions& params, const calib::LevelView& level)
       : level_(level),
         trajectory_(params.output),
         uncompensated_(params.sensors.uncompensated),
@@ -118,7 +121,7 @@ class Results {
   }
 
   void CommitStatus() { status_.Commit(); }
-  void Commit(const LocalizeParams& params, terminal::Summary& summary) {
+  void Commit(const LocalizeOptions& params, terminal::Summary& summary) {
     for (files::GrowingFile* file : {&trajectory_, &uncompensated_, &status_}) file->Commit();
     for (const fs::path& file : {params.output, params.sensors.uncompensated, params.status}) {
       if (!file.empty()) summary.files.push_back(file);
@@ -197,8 +200,8 @@ void LocateFrames(recordings::FrameSource& source,
   if (const auto estimate = localizer.Flush()) report(*estimate);
 }
 
-// The error for a run without any pose, with its likely cause.
-[[noreturn]] void ReportNothingFound(const LocalizeParams& params,
+// A recording of another room, or nothing to see: no pose, and why.
+[[noreturn]] void ReportNothingFound(const LocalizeOptions& params,
                                      const reports::LocalizeResult& result) {
   const localization::LocalizerReport& report = result.report;
   if (terminal::Interrupted()) {
@@ -238,8 +241,8 @@ void WarnOfScale(const calib::Rig& rig,
   }
 }
 
-// Initial content of the live page: the map.
-page::PageData StartOfPage(const LocalizeParams& params, const store::MapReader& map) {
+// What the live page has from the beginning: the map.
+page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader& map) {
   page::PageData page;
   page.title = fmt::format(
       "{} on {}", fs::path(params.up).filename().string(), params.map.filename().string());
@@ -247,20 +250,22 @@ page::PageData StartOfPage(const LocalizeParams& params, const store::MapReader&
   return page;
 }
 
-void RunLocalize(const LocalizeParams& params,
+void RunLocalize(const LocalizeOptions& params,
                  const CommonOptions& common,
                  terminal::Summary& summary) {
   const auto start = steady_clock::now();
   params.Check();
+  const CommandSettings settings = params.settings.Read();
+  summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
-  localizer_params.localization = params.ForLocalizer();
+  localizer_params.localization = params.ForLocalizer(settings.localization);
   const calib::Rig rig = calib::ReadRig(params.rig);
   recordings::FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
   calib::UpCameraFor(rig, source.Name(), source.Size());
   const HeadingFrame headings_frame =
       params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
   recordings::SensorInputs sensors(params.sensors.Files(true, params.stamps, headings_frame), rig);
-  localizer_params.sensors = sensors.Params();
+  localizer_params.sensors = sensors.Params(settings.sensors);
   robot::CeilingLocalizer localizer(params.map, rig, localizer_params);
   const store::MapReader& map = localizer.Map();
 
@@ -304,7 +309,7 @@ Command AddLocalizeCommand(CLI::App& program) {
       "Localizes a robot on a map of the ceiling, from any start, and tracks it.",
       "ceilmap localize lab.gpkg --rig rig2.yaml --up up2.mp4 --stamps frames2.csv -o robot2.tum\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
-  auto params = std::make_shared<LocalizeParams>();
+  auto params = std::make_shared<LocalizeOptions>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
   const std::string prior = "Prior knowledge";
@@ -341,6 +346,7 @@ Command AddLocalizeCommand(CLI::App& program) {
   cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")
       ->group(result);
   params->watch.AddTo(cli, result);
+  params->settings.AddTo(cli);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunLocalize(*params, common, summary);
   };

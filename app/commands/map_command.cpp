@@ -9,6 +9,7 @@
 
 #include "app/commands/commands.hpp"
 #include "app/commands/sensor_options.hpp"
+#include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/tum.hpp"
@@ -34,7 +35,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-struct MapParams {
+struct MapOptions {
   fs::path rig;
   std::string up;
   fs::path stamps;
@@ -47,12 +48,13 @@ struct MapParams {
   fs::path trajectory;
   fs::path picture;
   live::WatchOptions watch;
+  SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
   void Resolve();
 };
 
-void MapParams::Resolve() {
+void MapOptions::Resolve() {
   if (append && !origin.empty()) {
     throw InputError("--origin: with --append the map has its origin already; leave it out");
   }
@@ -85,13 +87,13 @@ std::string UtcNow() {
                      utc.tm_sec);
 }
 
-std::string ProvenanceOf(const MapParams& params, const CommonOptions& common) {
+std::string ProvenanceOf(const MapOptions& params, const CommonOptions& common) {
   return fmt::format("{}; from {}; {}", common.command_line, params.up, UtcNow());
 }
 
 robot::CeilingMapper MakeMapper(const std::optional<calib::Rig>& rig,
                                 const recordings::FrameSource& source,
-                                const MapParams& params,
+                                const MapOptions& params,
                                 const robot::CeilingMapperParams& mapper) {
   try {
     if (!rig) return {source.Size(), params.output, mapper};
@@ -144,7 +146,7 @@ void ReportInterrupted(const robot::CeilingMapper& mapper) {
   terminal::PrintNote(fmt::format("interrupted: {} frames were kept", mapper.PlacedFrames()));
 }
 
-mapping::MappingResult DrawMap(const MapParams& params, robot::CeilingMapper& mapper) {
+mapping::MappingResult DrawMap(const MapOptions& params, robot::CeilingMapper& mapper) {
   terminal::Progress progress("drawing", "tiles");
   const auto show = [&progress](int done, int total) { progress.Update(done, total); };
   try {
@@ -181,7 +183,7 @@ std::string UncompensatedText(const std::vector<graph::FramePose>& frames,
 // The map and the trajectories are written together, or none of them.
 void CommitFiles(const std::vector<graph::FramePose>& frames,
                  robot::CeilingMapper& mapper,
-                 const MapParams& params,
+                 const MapOptions& params,
                  terminal::Summary& summary) {
   std::vector<std::unique_ptr<AtomicFile>> trajectories;
   const auto write = [&trajectories](const fs::path& file, const std::string& text) {
@@ -203,11 +205,13 @@ void CommitFiles(const std::vector<graph::FramePose>& frames,
   }
 }
 
-robot::CeilingMapperParams MapperParamsFor(const MapParams& params,
+robot::CeilingMapperParams MapperParamsFor(const MapOptions& params,
                                            const CommonOptions& common,
-                                           const recordings::SensorInputs& sensors) {
+                                           const recordings::SensorInputs& sensors,
+                                           const CommandSettings& settings) {
   robot::CeilingMapperParams mapper;
-  mapper.sensors = sensors.Params();
+  mapper.sensors = sensors.Params(settings.sensors);
+  mapper.mapping = settings.mapping;
   mapper.mapping.origin = params.T_map_first;
   mapper.append = params.append;
   mapper.resolution = params.resolution;
@@ -216,9 +220,11 @@ robot::CeilingMapperParams MapperParamsFor(const MapParams& params,
   return mapper;
 }
 
-void RunMap(MapParams params, const CommonOptions& common, terminal::Summary& summary) {
+void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& summary) {
   const auto start = steady_clock::now();
   params.Resolve();
+  const CommandSettings settings = params.settings.Read();
+  summary.settings = SettingsJson(settings, {"mapping", "sensors"});
   const std::optional<calib::Rig> rig =
       params.rig.empty() ? std::nullopt : std::optional(calib::ReadRig(params.rig));
   recordings::FrameSource source(params.up, {.stamps = params.stamps});
@@ -226,7 +232,7 @@ void RunMap(MapParams params, const CommonOptions& common, terminal::Summary& su
   recordings::SensorInputs sensors(
       params.sensors.Files(rig.has_value(), params.stamps, HeadingFrame::kRelative), rig);
   robot::CeilingMapper mapper =
-      MakeMapper(rig, source, params, MapperParamsFor(params, common, sensors));
+      MakeMapper(rig, source, params, MapperParamsFor(params, common, sensors, settings));
   const std::string unit = mapper.Metadata().unit;
 
   page::PageData page;
@@ -264,7 +270,7 @@ Command AddMapCommand(CLI::App& program) {
       "ceilmap map --rig rig.yaml --up up.mp4 --stamps frames.csv -o lab.gpkg --trajectory "
       "lab.tum\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
-  auto params = std::make_shared<MapParams>();
+  auto params = std::make_shared<MapOptions>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
   const std::string result = "Results";
@@ -290,6 +296,7 @@ Command AddMapCommand(CLI::App& program) {
   params->sensors.AddTo(cli, input, input, result);
   add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
   params->watch.AddTo(cli, result);
+  params->settings.AddTo(cli);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunMap(*params, common, summary);
   };

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace ceilmap::commands {
 namespace {
 
-struct MergeCommandParams {
+struct MergeCommandOptions {
   std::vector<fs::path> maps;
   std::optional<double> resolution;
   fs::path output;
@@ -37,7 +37,7 @@ struct MergeCommandParams {
 };
 
 store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>& maps,
-                            const MergeCommandParams& params,
+                            const MergeCommandOptions& params,
                             const CommonOptions& common) {
   store::MapMetadata metadata = maps.front()->Metadata();
   for (std::size_t i = 1; i < maps.size(); ++i) {
@@ -57,7 +57,7 @@ store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>
   return metadata;
 }
 
-[[noreturn]] void Refuse(const mapping::MergeResult& merged, const MergeCommandParams& params) {
+[[noreturn]] void Refuse(const mapping::MergeResult& merged, const MergeCommandOptions& params) {
   for (std::size_t i = 1; i < merged.results.size(); ++i) {
     if (merged.results[i].ok()) continue;
     throw RunError(
@@ -70,7 +70,7 @@ store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>
 }
 
 void Report(const mapping::MergeResult& merged,
-            const MergeCommandParams& params,
+            const MergeCommandOptions& params,
             const std::string& unit) {
   terminal::Table table;
   for (std::size_t i = 1; i < merged.results.size(); ++i) {
@@ -87,7 +87,7 @@ void Report(const mapping::MergeResult& merged,
   fmt::print("{}written {}\n", table.Format(), params.output.string());
 }
 
-void RunMerge(const MergeCommandParams& params,
+void RunMerge(const MergeCommandOptions& params,
               const CommonOptions& common,
               terminal::Summary& summary) {
   params.Resolve();
@@ -126,7 +126,7 @@ Command AddMergeCommand(CLI::App& program) {
                                 "merge",
                                 "Merges maps that overlap.",
                                 "ceilmap merge east.gpkg west.gpkg -o site.gpkg");
-  auto params = std::make_shared<MergeCommandParams>();
+  auto params = std::make_shared<MergeCommandOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("maps", params->maps, "The maps; the result has the frame of the first one")
       ->required()

@@ -31,7 +31,7 @@ namespace {
 
 using registration::Registration;
 
-struct RegisterParams {
+struct RegisterOptions {
   std::vector<fs::path> images;  // reference, current
   fs::path pairs;
   fs::path output;
@@ -41,7 +41,7 @@ struct RegisterParams {
   void Validate() const;
 };
 
-void RegisterParams::Validate() const {
+void RegisterOptions::Validate() const {
   const bool list = !pairs.empty();
   if (list == !images.empty() || (!list && images.size() != 2)) {
     throw InputError("give two images, REF.png CUR.png, or a list with --pairs PAIRS.csv");
@@ -196,7 +196,7 @@ std::vector<PairResult> RegisterAll(const std::vector<files::ImagePair>& pairs, 
   return results;
 }
 
-void RunRegister(const RegisterParams& params,
+void RunRegister(const RegisterOptions& params,
                  const CommonOptions& common,
                  terminal::Summary& summary) {
   params.Validate();
@@ -230,7 +230,7 @@ Command AddRegisterCommand(CLI::App& program) {
                                 "(x - c) + c + t.",
                                 "ceilmap register reference.png current.png\n"
                                 "  ceilmap register --pairs pairs.csv -o results.csv");
-  auto params = std::make_shared<RegisterParams>();
+  auto params = std::make_shared<RegisterOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("images", params->images, "The reference and the current image")
       ->expected(0, 2)

@@ -33,7 +33,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-struct SimulateParams {
+struct SimulateOptions {
   fs::path scene;
   std::optional<std::int64_t> seed;
   std::optional<int> frames;
@@ -61,8 +61,8 @@ std::vector<simulator::PathPose> ReadPath(const fs::path& tum_file) {
   return path;
 }
 
-// The scene with the changes by options, and with the path of its TUM file.
-simulator::Scene MakeScene(const std::string& text, const SimulateParams& params) {
+// The scene with what the options change in it, and with the path of its TUM file.
+simulator::Scene MakeScene(const std::string& text, const SimulateOptions& params) {
   simulator::Scene scene = simulator::ParseScene(text, params.scene);
   if (params.seed) scene.seed = static_cast<std::uint64_t>(*params.seed);
   if (params.frames) {
@@ -240,7 +240,7 @@ void PrintReport(const RenderReport& report,
   for (const fs::path& file : summary.files) fmt::print("written {}\n", file.string());
 }
 
-void RunSimulate(const SimulateParams& params,
+void RunSimulate(const SimulateOptions& params,
                  const CommonOptions& common,
                  terminal::Summary& summary) {
   const auto start = steady_clock::now();
@@ -278,8 +278,8 @@ Command AddSimulateCommand(CLI::App& program) {
       "and of a forward camera and one under a mirror if the scene has them.",
       "ceilmap simulate samples/scenes/hall.yaml -o hall\n"
       "  ceilmap map --rig hall/rig.yaml --up hall/up.mp4 --stamps hall/frames.csv -o hall.gpkg\n"
-      "samples/simulator/README.md describes the scene file.");
-  auto params = std::make_shared<SimulateParams>();
+      "samples/simulator/README.md tells what a scene holds.");
+  auto params = std::make_shared<SimulateOptions>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
   const std::string result = "Results";

@@ -14,6 +14,12 @@
 namespace ceilmap::evaluation {
 namespace {
 
+constexpr double kLeverM = 0.5;  // weight of a radian of yaw relative to a metre, > 0
+// Time over which speeds are measured, at least two poses apart; >= 0.
+constexpr double kWindowS = 0.2;
+// Minimum fraction of the shorter trajectory that overlaps the other one, in (0, 1].
+constexpr double kMinOverlap = 0.3;
+
 constexpr std::int64_t kMaxSamples = 1 << 16;  // per trajectory
 constexpr double kMinOverlapSamples = 10;
 constexpr std::size_t kMaxRefinedPoses = 2000;
@@ -59,22 +65,20 @@ struct Score {
 
 // Combined score of speed and yaw rate, each weighted by its variance in the truth: a constant
 // signal gives no information.
-std::vector<Score> ScoreShifts(const MotionProfile& truth,
-                               const MotionProfile& estimate,
-                               const TimeOffsetParams& params) {
+std::vector<Score> ScoreShifts(const MotionProfile& truth, const MotionProfile& estimate) {
   const auto known = [](const MotionProfile& profile) {
     const std::vector<double>& samples = profile.speed.known;
     return static_cast<double>(std::count(samples.begin(), samples.end(), 1.0));
   };
   const double shorter = std::min(known(truth), known(estimate));
-  const double min_overlap = std::max(kMinOverlapSamples, params.min_overlap * shorter);
+  const double min_overlap = std::max(kMinOverlapSamples, kMinOverlap * shorter);
   const auto speeds = CorrelateShifts(truth.speed, estimate.speed);
   const auto yaw_rates = CorrelateShifts(truth.yaw_rate, estimate.yaw_rate);
   std::vector<Score> scores;
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     if (speeds[i].overlap < min_overlap) continue;
     const double of_speed = speeds[i].variance;
-    const double of_yaw_rate = params.lever_m * params.lever_m * yaw_rates[i].variance;
+    const double of_yaw_rate = kLeverM * kLeverM * yaw_rates[i].variance;
     if (!(of_speed + of_yaw_rate > 0)) continue;
     scores.push_back({speeds[i].shift,
                       (of_speed * speeds[i].correlation + of_yaw_rate * yaw_rates[i].correlation) /
@@ -240,8 +244,7 @@ bool TimeOffset::IsReliable() const {
 }
 
 std::optional<TimeOffset> FindTimeOffset(const std::vector<StampedPose>& truth,
-                                         const std::vector<StampedPose>& estimate,
-                                         const TimeOffsetParams& params) {
+                                         const std::vector<StampedPose>& estimate) {
   if (truth.size() < 2 || estimate.size() < 2) return std::nullopt;
   const PlanarTrack true_track(truth);
   const PlanarTrack track(estimate);
@@ -249,23 +252,22 @@ std::optional<TimeOffset> FindTimeOffset(const std::vector<StampedPose>& truth,
       std::max(true_track.End() - true_track.Start(), track.End() - track.Start());
   const double step_s = std::max(
       {true_track.MedianStep(), track.MedianStep(), longer_s / static_cast<double>(kMaxSamples)});
-  const auto half_window = std::max<std::int64_t>(1, std::llround(params.window_s / (2 * step_s)));
+  const auto half_window = std::max<std::int64_t>(1, std::llround(kWindowS / (2 * step_s)));
   const MotionProfile true_motion = Resample(true_track, step_s, half_window);
   const std::vector<Score> candidates =
-      Candidates(ScoreShifts(true_motion, Resample(track, step_s, half_window), params));
+      Candidates(ScoreShifts(true_motion, Resample(track, step_s, half_window)));
   if (candidates.empty()) return std::nullopt;
 
   const double reach_s = static_cast<double>(half_window + 1) * step_s;
-  const double speed2 = MeanSquareSpeed(true_motion, params.lever_m);
+  const double speed2 = MeanSquareSpeed(true_motion, kLeverM);
   const std::vector<StampedPose> thinned = Thinned(estimate);
   std::optional<TimeOffset> best;
   for (const Score& candidate : candidates) {
     const double coarse_s =
         true_track.Start() - track.Start() + static_cast<double>(candidate.shift) * step_s;
     TimeOffset offset{.correlation = std::min(1.0, candidate.correlation)};
-    offset.offset_s =
-        Refine(true_track, thinned, coarse_s - reach_s, coarse_s + reach_s, params.lever_m);
-    const Residual residual = ResidualAt(true_track, thinned, offset.offset_s, params.lever_m);
+    offset.offset_s = Refine(true_track, thinned, coarse_s - reach_s, coarse_s + reach_s, kLeverM);
+    const Residual residual = ResidualAt(true_track, thinned, offset.offset_s, kLeverM);
     if (residual.poses == 0) continue;
     offset.unexplained = residual.Unexplained();
     const double weight = static_cast<double>(residual.poses) * speed2;

@@ -22,13 +22,6 @@ struct TimeOffset {
   [[nodiscard]] bool IsReliable() const;
 };
 
-struct TimeOffsetParams {
-  double lever_m = 0.5;   ///< weight of a radian of yaw relative to a metre, > 0
-  double window_s = 0.2;  ///< time over which speeds are measured, at least two poses apart; >= 0
-  /// Minimum fraction of the shorter trajectory that overlaps the other one, in (0, 1].
-  double min_overlap = 0.3;
-};
-
 /// Finds the offset of the clocks from the motion of the robot: speed and yaw rate do not depend on
 /// the frames, and their correlation does not depend on a scale. They are resampled on a common
 /// grid and correlated at all shifts at once; parts where either has no poses are excluded. Near
@@ -39,8 +32,7 @@ struct TimeOffsetParams {
 ///   the offset.
 /// Cost: n log n, about 0.2 s and 60 MB at most.
 std::optional<TimeOffset> FindTimeOffset(const std::vector<StampedPose>& truth,
-                                         const std::vector<StampedPose>& estimate,
-                                         const TimeOffsetParams& params = {});
+                                         const std::vector<StampedPose>& estimate);
 
 /// The same poses with all stamps increased by offset_s.
 std::vector<StampedPose> Delayed(std::vector<StampedPose> poses, double offset_s);

@@ -19,7 +19,7 @@ constexpr const char* kJson = "application/json";
 
 }  // namespace
 
-LivePage::LivePage(const Params& params,
+LivePage::LivePage(const Options& params,
                    page::PageData start,
                    std::string run,
                    std::vector<std::array<double, 2>> footprint)

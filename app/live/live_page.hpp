@@ -23,7 +23,7 @@ namespace ceilmap::live {
 /// Add, SetMosaic and Finish are called by the run's thread, requests by the server's threads.
 class LivePage {
  public:
-  struct Params {
+  struct Options {
     ServerAddress address;
     /// Maximum number of frames on the page; above it, every second frame is dropped.
     std::size_t max_frames = 20000;
@@ -34,7 +34,7 @@ class LivePage {
   /// Starts the server. @param start  Data before the run: title, unit, map; no paths.
   /// @param run  Name of the path. @param footprint  Of the camera, see page::PagePath.
   /// @throws InputError as PageServer.
-  LivePage(const Params& params,
+  LivePage(const Options& params,
            page::PageData start,
            std::string run,
            std::vector<std::array<double, 2>> footprint);
@@ -66,7 +66,7 @@ class LivePage {
   ServedContent Picture();
   void Put(Under under);
 
-  const Params params_;
+  const Options params_;
   const std::string run_;
   const std::vector<std::array<double, 2>> footprint_;
 

@@ -62,7 +62,7 @@ RunWatch::RunWatch(const WatchOptions& options,
   run_.title = start.title;
   run_.footprint = reports::FootprintOf(view);
   if (!options.Live()) return;
-  LivePage::Params params;
+  LivePage::Options params;
   params.address = AddressOf(options);
   try {
     live_ = std::make_unique<LivePage>(params, std::move(start), run_.name, run_.footprint);

@@ -103,6 +103,13 @@ void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::str
       ->capture_default_str();
 }
 
+void TakeLineOptions(const CLI::App& cli,
+                     const colour::ScanLineParams& given,
+                     colour::ScanLineParams& lines) {
+  if (cli.count("--lines") > 0) lines.lines = given.lines;
+  if (cli.count("--min-above-horizon") > 0) lines.min_above_horizon = given.min_above_horizon;
+}
+
 ForwardFrames::ForwardFrames(const ForwardOptions& options)
     : source_(options.forward,
               {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}),

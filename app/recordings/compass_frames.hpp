@@ -34,6 +34,11 @@ void CheckNotRead(const std::filesystem::path& result,
 /// Options of the scan lines of frames.
 void AddLineOptions(CLI::App& cli, colour::ScanLineParams& lines, const std::string& group);
 
+/// Copies the values whose options of AddLineOptions are given on the command line.
+void TakeLineOptions(const CLI::App& cli,
+                     const colour::ScanLineParams& given,
+                     colour::ScanLineParams& lines);
+
 /// The colour images of the rig's forward camera.
 class ForwardFrames {
  public:

@@ -35,8 +35,7 @@ SensorInputs::SensorInputs(const SensorFiles& files, const std::optional<calib::
   }
 }
 
-robot::SensorsParams SensorInputs::Params() const {
-  robot::SensorsParams params;
+robot::SensorsParams SensorInputs::Params(robot::SensorsParams params) const {
   params.measure_tilt = files_.tilt.has_value();
   if (files_.tilt) params.tilt.method = *files_.tilt;
   if (!files_.heading_model.empty()) {

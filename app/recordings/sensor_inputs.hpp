@@ -34,7 +34,8 @@ class SensorInputs {
   SensorInputs(const SensorFiles& files, const std::optional<calib::Rig>& rig);
 
   /// What the mapper or localizer has to know of these recordings.
-  [[nodiscard]] robot::SensorsParams Params() const;
+  /// @param params  what the recordings do not determine is left as it is.
+  [[nodiscard]] robot::SensorsParams Params(robot::SensorsParams params = {}) const;
   /// Adds the headings of the file, before the first image.
   void AddHeadings(robot::Sensors& sensors) const;
   /// Adds the images of each camera as far as the first one that is later than `stamp_s`.

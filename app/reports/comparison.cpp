@@ -72,7 +72,7 @@ double NearestSeconds(const std::vector<StampedPose>& truth,
 
 class Comparer {
  public:
-  explicit Comparer(const ComparisonParams& params)
+  explicit Comparer(const ComparisonInputs& params)
       : params_(params), truth_(files::ReadTum(params.truth)), evaluation_(params.evaluation) {
     if (!params.expect.empty()) {
       evaluation_.expected = static_cast<std::int64_t>(files::ReadStamps(params.expect).size());
@@ -101,7 +101,7 @@ class Comparer {
     return {.max_dt_s = params_.evaluation.max_dt_s};
   }
 
-  const ComparisonParams& params_;
+  const ComparisonInputs& params_;
   std::vector<StampedPose> truth_;
   std::vector<StampedPose> before_;
   evaluation::EvaluationParams evaluation_;
@@ -235,7 +235,7 @@ void Comparer::Add(const files::NamedFile& file) {
 
 }  // namespace
 
-Comparison Compare(const ComparisonParams& params) {
+Comparison Compare(const ComparisonInputs& params) {
   const std::vector<files::NamedFile> files = ParseEstimates(params.estimates);
   Comparer comparer(params);
   if (!params.before.empty()) comparer.Before(params.before);

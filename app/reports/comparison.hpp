@@ -24,7 +24,7 @@ struct ClockOffset {
   double seconds = 0;   ///< ... this is added to the stamps of the estimate
 };
 
-struct ComparisonParams {
+struct ComparisonInputs {
   std::filesystem::path truth;
   std::vector<std::string> estimates;  ///< `[NAME=]FILE`, no name twice
   std::filesystem::path before;        ///< without tilt compensation; empty: no comparison
@@ -70,8 +70,8 @@ struct Comparison {
 };
 
 /// Reads all files and compares them.
-/// @throws InputError on unusable files, two estimates of the same name, and an estimate that has
-/// no pose at the time of a true one.
-Comparison Compare(const ComparisonParams& params);
+/// @throws InputError on files that cannot be used, two estimates of one name, and an
+///   estimate that has no pose at the time of a true one.
+Comparison Compare(const ComparisonInputs& params);
 
 }  // namespace ceilmap::reports

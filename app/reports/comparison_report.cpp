@@ -93,7 +93,7 @@ std::string ErrorFields(const evaluation::FrameError* error) {
 }  // namespace
 
 ordered_json ComparisonJson(const Comparison& comparison,
-                            const ComparisonParams& params,
+                            const ComparisonInputs& params,
                             const std::string& align) {
   ordered_json metrics = {{"truth", params.truth.string()}};
   for (const ComparedEstimate& estimate : comparison.estimates) {

@@ -13,7 +13,7 @@ namespace ceilmap::reports {
 
 /// metrics.json. @param align  Name of the alignment, as for the option.
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison,
-                                      const ComparisonParams& params,
+                                      const ComparisonInputs& params,
                                       const std::string& align);
 
 /// metrics.csv: a row per estimate and kind of error, with its statistics.

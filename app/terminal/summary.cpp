@@ -13,6 +13,7 @@ std::string Summary::ToJson(const std::string& command, double seconds) const {
   json["interrupted"] = interrupted;
   json["stages_ms"] = stages_ms;
   json["quality"] = quality;
+  if (!settings.is_null()) json["settings"] = settings;
   json["files"] = nlohmann::ordered_json::array();
   for (const auto& file : files) json["files"].push_back(file.string());
   using Handler = nlohmann::ordered_json::error_handler_t;

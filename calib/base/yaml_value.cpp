@@ -200,7 +200,11 @@ void YamlValue::Fail(std::string_view must_be, std::string_view fix) const {
         std::string(fix));
 }
 
-YamlValue YamlValue::At(std::string_view key, std::string_view fix) const {
+void YamlValue::FailUnknown(std::string_view meant) const {
+  Throw(fmt::format("{}unknown key '{}'; did you mean '{}'?", Where(), key_, meant));
+}
+
+YamlValue YamlValue::At(std::string_view key, std::string_view mend) const {
   if (std::optional<YamlValue> child = Find(key)) return *std::move(child);
   const std::string name = (key_.empty() ? "" : key_ + ".") + std::string(key);
   Throw(Where() + name + " is missing, must be given; add " + std::string(fix));
@@ -229,6 +233,19 @@ void YamlValue::AllowOnly(std::initializer_list<std::string_view> keys) const {
     }
     if (!seen.insert(name).second) child.Fail("given once", "remove one of the two");
   }
+}
+
+std::vector<std::pair<std::string, YamlValue>> YamlValue::Entries() const {
+  if (!node_->IsMap()) Fail("a map of keys", "write 'key: value' lines below it");
+  std::vector<std::pair<std::string, YamlValue>> entries;
+  std::set<std::string> seen;
+  for (const auto& entry : *node_) {
+    const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : Show(entry.first);
+    YamlValue child = Child(Shorten(name), entry.second, LineOf(entry.first));
+    if (!seen.insert(name).second) child.Fail("given once", "remove one of the two");
+    if (!entry.second.IsNull()) entries.emplace_back(name, std::move(child));
+  }
+  return entries;
 }
 
 std::string YamlValue::Text() const {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace YAML {
@@ -39,6 +40,10 @@ class YamlValue {
   /// @throws InputError unless this is a map whose keys are all named here, each at most once.
   void AllowOnly(std::initializer_list<std::string_view> keys) const;
 
+  /// The keys of this map with their values, in the order of the file; keys whose value is null are
+  /// left out. @throws InputError unless this is a map in which each key is given once.
+  [[nodiscard]] std::vector<std::pair<std::string, YamlValue>> Entries() const;
+
   std::string Text() const;
   double Number() const;  ///< finite
   double PositiveNumber(std::string_view fix) const;
@@ -50,6 +55,9 @@ class YamlValue {
 
   /// Throws "FILE:LINE: KEY = VALUE, must be MUST_BE; FIX".
   [[noreturn]] void Fail(std::string_view must_be, std::string_view fix) const;
+
+  /// Throws "FILE:LINE: unknown key 'KEY'; did you mean 'MEANT'?"
+  [[noreturn]] void FailUnknown(std::string_view meant) const;
 
   [[nodiscard]] const std::filesystem::path& File() const { return file_; }
 

@@ -16,6 +16,9 @@
 namespace ceilmap::calibration {
 namespace {
 
+// A view is left out whose RMS is more than so many times the views' median, > 1.
+constexpr double kOutlierFactor = 3;
+
 using Eigen::Index;
 using Eigen::MatrixXd;
 
@@ -364,7 +367,7 @@ std::optional<CameraSolution> SolveCamera(const Board& board,
   Problem problem(board, views, size, params.model);
   std::optional<CameraSolution> solution = SolveOnce(problem, params);
   while (solution) {
-    const std::optional<std::size_t> outlier = Outlier(*solution, params.outlier_factor);
+    const std::optional<std::size_t> outlier = Outlier(*solution, kOutlierFactor);
     if (!outlier) break;
     problem.LeaveOut(*outlier);
     solution = SolveOnce(problem, params);

@@ -16,8 +16,6 @@ struct SolverParams {
   /// Fixes coefficients to zero that the views do not need (Schwarz's criterion); else all
   /// coefficients of the model are free.
   bool choose_terms = true;
-  /// A view is left out if its RMS exceeds this multiple of the views' median, > 1.
-  double outlier_factor = 3;
 };
 
 /// A view and its residuals.

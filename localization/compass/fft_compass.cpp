@@ -21,6 +21,20 @@ using std::numbers::pi;
 
 namespace {
 
+// The reference is replaced when travel has moved the content at the sides by more than this on
+// average, rad, > 0, ...
+constexpr double kMaxParallaxRad = 0.07;
+// ... or when a smaller fraction of the sectors agrees, [0, 1].
+constexpr double kMinInlierRatio = 0.6;
+// Standard deviation of the error of a heading between two references beyond that stated by the
+// fit, rad, >= 0.
+constexpr double kReferenceSigmaRad = 0.001;
+// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
+constexpr double kUnseenRateRadS = 0.5;
+// After this number of consecutive frames that fit no reference the robot is assumed to have
+// been carried into unknown surroundings, and a new reference is created there, >= 1.
+constexpr int kRestartAfter = 5;
+
 /// A view with its own heading in the graph.
 struct Reference {
   std::shared_ptr<View> view;
@@ -42,25 +56,13 @@ void RequireWidth(const cv::Mat& panorama) {
 
 void FftCompassParams::Validate() const {
   const FieldCheck require("fft compass");
-  const auto fraction = [&](const char* field, double value) {
-    require(value >= 0 && value <= 1, field, value, "in [0, 1]");
-  };
   require(field_of_view_rad > 0 && field_of_view_rad <= 2 * pi,
           "field_of_view_rad",
           field_of_view_rad,
           "in (0, 2 pi]");
-  require(rows >= 1, "rows", rows, "at least 1");
-  require(max_parallax_rad > 0, "max_parallax_rad", max_parallax_rad, "> 0");
-  fraction("min_inlier_ratio", min_inlier_ratio);
-  fraction("min_believed_ratio", min_believed_ratio);
-  require(reference_sigma_rad >= 0, "reference_sigma_rad", reference_sigma_rad, ">= 0");
   require(recent_references >= 1, "recent_references", recent_references, "at least 1");
   require(kept_references >= 4, "kept_references", kept_references, "at least 4");
   require(revisits >= 0, "revisits", revisits, ">= 0");
-  require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
-  require(restart_after >= 1, "restart_after", restart_after, "at least 1");
-  sectors.Validate();
-  parallax.Validate();
 }
 
 struct FftCompass::Impl {
@@ -145,7 +147,7 @@ std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
   if (!expected_rad) return best;
   constexpr double kSame = 0.25;  // fraction of the search range
   const double off = WrapAngle(seen - *expected_rad);
-  if (best && std::abs(off) < kSame * params.sectors.search_rad) return best;
+  if (best && std::abs(off) < kSame * SectorMatcher::kSearchRad) return best;
   const std::optional<ParallaxFit> other = around(WrapAngle(*expected_rad));
   if (other && (!best || other->inlier_ratio > best->inlier_ratio)) best = other;
   return best;
@@ -157,8 +159,8 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
   const double heading = WrapAngle(place.heading_rad + fit.rotation_rad);
   turned_rad = WrapAngle(heading - estimate.heading_rad);
   estimate.heading_rad = heading;
-  estimate.variance_rad2 = place.variance_rad2 + fit.variance_rad2 +
-                           params.reference_sigma_rad * params.reference_sigma_rad;
+  estimate.variance_rad2 =
+      place.variance_rad2 + fit.variance_rad2 + kReferenceSigmaRad * kReferenceSigmaRad;
   estimate.confidence = std::clamp(fit.inlier_ratio, 0.0, 1.0);
   tried_turn_rad = WrapAngle(fit.rotation_rad);
   measured_stamp_s = stamp_s;
@@ -169,7 +171,7 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
 }
 
 void FftCompass::Impl::Hold(double stamp_s) {
-  const double sigma = params.unseen_rate_rad_s * (stamp_s - measured_stamp_s);
+  const double sigma = kUnseenRateRadS * (stamp_s - seen_stamp_s);
   // Beyond this variance the heading is unknown.
   constexpr double kAny = pi * pi;
   estimate.variance_rad2 = std::min(measured_variance + sigma * sigma, kAny);
@@ -187,10 +189,10 @@ void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revi
     direction = travel.DirectionFrom(old.view->spot, expected, graph.At(place).heading_rad);
   }
   const std::optional<ParallaxFit> fit = matcher->Around(*old.view, *current, expected, direction);
-  if (!fit || fit->inlier_ratio < params.min_inlier_ratio) return;
-  if (std::abs(fit->parallax_rad) > 2 * params.max_parallax_rad) return;
+  if (!fit || fit->inlier_ratio < kMinInlierRatio) return;
+  if (std::abs(fit->parallax_rad) > 2 * kMaxParallaxRad) return;
   const double off = WrapAngle(fit->rotation_rad - expected);
-  const double sigma = params.reference_sigma_rad;
+  const double sigma = kReferenceSigmaRad;
   const double variance = fit->variance_rad2 + sigma * sigma;
   if (revisit) {
     // The error of the prediction is the drift accumulated in between.
@@ -224,7 +226,7 @@ void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
                                      double variance_rad2) {
   const Reference last = references.back();
   const int place = graph.Add(WrapAngle(PlaceOf(last).heading_rad + turn_rad));
-  const double sigma = params.reference_sigma_rad;
+  const double sigma = kReferenceSigmaRad;
   graph.Measure(last.place, place, turn_rad, variance_rad2 + sigma * sigma);
   // From now on only its lines are compared.
   if (last.view != before) last.view->spectrum = {};
@@ -286,13 +288,12 @@ bool FftCompass::Impl::Measure(double stamp_s) {
     if (Retry(stamp_s)) return true;
     Hold(stamp_s);
     const bool blind = current->spectrum.total_energy <= 0;
-    if (!blind && ++unmatched >= params.restart_after) Restart();
+    if (!blind && ++unmatched >= kRestartAfter) Restart();
     if (blind) unmatched = std::max(unmatched, 1);
     return false;
   }
   Take(*fit, stamp_s);
-  if (std::abs(fit->parallax_rad) <= params.max_parallax_rad &&
-      fit->inlier_ratio >= params.min_inlier_ratio) {
+  if (std::abs(fit->parallax_rad) <= kMaxParallaxRad && fit->inlier_ratio >= kMinInlierRatio) {
     return true;
   }
   MakeReference(current, fit->rotation_rad, fit->variance_rad2);

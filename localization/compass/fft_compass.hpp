@@ -15,20 +15,6 @@ struct FftCompassParams {
   /// Width of each of the two fields of view, ahead and behind, in which the initial estimate of
   /// the turn is searched, in (0, 2 pi]; 2 pi: the whole view.
   double field_of_view_rad = std::numbers::pi / 3;
-  /// Number of rows to which panoramas are averaged beforehand, >= 1. About twelve are sufficient.
-  int rows = 15;
-  SectorParams sectors;
-  ParallaxParams parallax;
-  /// The reference is replaced when travel has moved the content at the sides by more than this on
-  /// average, rad, > 0, ...
-  double max_parallax_rad = 0.07;
-  /// ... or when a smaller fraction of the sectors agrees, [0, 1].
-  double min_inlier_ratio = 0.6;
-  /// A turn with a smaller inlier ratio is rejected, [0, 1].
-  double min_believed_ratio = 0.35;
-  /// Standard deviation of the error of a heading between two references beyond that stated by the
-  /// fit, rad, >= 0.
-  double reference_sigma_rad = 0.001;
   /// Number of recent references that a new one is measured against, the latest first, >= 1. More
   /// references reduce drift.
   int recent_references = 3;
@@ -37,11 +23,6 @@ struct FftCompassParams {
   int kept_references = 120;
   /// Number of old references, most similar to a new one, that are compared with it, >= 0.
   int revisits = 2;
-  /// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
-  double unseen_rate_rad_s = 0.5;
-  /// After this number of consecutive frames that fit no reference the robot is assumed to have
-  /// been carried into unknown surroundings, and a new reference is created there, >= 1.
-  int restart_after = 5;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

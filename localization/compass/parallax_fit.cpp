@@ -9,11 +9,23 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::compass {
 namespace {
+
+// The nearness of the surroundings around the circle is a Fourier series of this order ...
+constexpr int kOrder = 5;
+// ... in which the expected magnitude of the terms of order k is this ratio / k of the mean.
+constexpr double kRoughness = 0.5;
+// Standard deviation of a sector's shift beyond its own noise, rad, > 0: a constant, and a ratio
+// of the mean shift that travel causes (objects at several distances in one direction).
+constexpr double kFloorRad = 0.0014;
+constexpr double kFloorRatio = 0.055;
+// Residuals beyond this number of standard deviations lose weight progressively, > 0.
+constexpr double kRobustSigmas = 2;
+// Standard deviation of the expected direction of travel, rad, > 0.
+constexpr double kDirectionSigmaRad = 0.105;
 
 using std::numbers::pi;
 
@@ -60,41 +72,30 @@ double MedianShift(std::span<const SectorShift> shifts) {
 }
 
 /// Information of the prior for each unknown.
-Vector Prior(const ParallaxParams& params, double mean_nearness_rad) {
+Vector Prior(double direction_sigma_rad, double mean_nearness_rad) {
   constexpr double kAnyNearness = 0.35;
   constexpr double kMinNearness = 0.0035;
-  Vector information = Vector::Zero(kSeries + 1 + 2 * params.order);
-  information[kDirection] = 1 / (params.direction_sigma_rad * params.direction_sigma_rad);
+  Vector information = Vector::Zero(kSeries + 1 + 2 * kOrder);
+  information[kDirection] = 1 / (direction_sigma_rad * direction_sigma_rad);
   information[kSeries] = 1 / (kAnyNearness * kAnyNearness);
   const double nearness = std::max(std::abs(mean_nearness_rad), kMinNearness);
-  for (int k = 1; k <= params.order; ++k) {
-    const double sigma = params.roughness / k * nearness;
+  for (int k = 1; k <= kOrder; ++k) {
+    const double sigma = kRoughness / k * nearness;
     information[kSeries + 2 * k - 1] = information[kSeries + 2 * k] = 1 / (sigma * sigma);
   }
   return information;
 }
 
-}  // namespace
-
-void ParallaxParams::Validate() const {
-  const FieldCheck require("parallax");
-  require(order >= 0 && order <= kMaxOrder, "order", order, "in [0, 12]");
-  require(roughness > 0, "roughness", roughness, "> 0");
-  require(direction_sigma_rad > 0, "direction_sigma_rad", direction_sigma_rad, "> 0");
-  require(floor_rad > 0, "floor_rad", floor_rad, "> 0");
-  require(floor_ratio > 0, "floor_ratio", floor_ratio, "> 0");
-  require(robust_sigmas > 0, "robust_sigmas", robust_sigmas, "> 0");
-}
-
-ParallaxFit FitParallax(std::span<const SectorShift> shifts,
-                        int sectors_asked,
-                        double expected_direction_rad,
-                        const ParallaxParams& params) {
+/// @param direction_sigma_rad  Standard deviation of the expected direction.
+ParallaxFit Fit(std::span<const SectorShift> shifts,
+                int sectors_asked,
+                double expected_direction_rad,
+                double direction_sigma_rad) {
   ParallaxFit fit;
   fit.variance_rad2 = std::numeric_limits<double>::infinity();
   constexpr std::size_t kMinSectors = 6;
   if (shifts.size() < kMinSectors) return fit;
-  const Eigen::Index unknowns = kSeries + 1 + 2 * params.order;
+  const Eigen::Index unknowns = kSeries + 1 + 2 * kOrder;
   Vector expected = Vector::Zero(unknowns);
   expected[kDirection] = expected_direction_rad;
   Vector x = expected;
@@ -104,13 +105,13 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   Eigen::LLT<Matrix> solver;
   std::vector<Vector> terms;
   terms.reserve(shifts.size());
-  for (const SectorShift& shift : shifts) terms.push_back(Series(shift.azimuth_rad, params.order));
+  for (const SectorShift& shift : shifts) terms.push_back(Series(shift.azimuth_rad, kOrder));
   double inliers = 0;
   double cost = 0;
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
-    const Vector prior = Prior(params, x[kSeries]);
-    const double floor = params.floor_rad + params.floor_ratio * std::abs(x[kSeries]);
+    const Vector prior = Prior(direction_sigma_rad, x[kSeries]);
+    const double floor = kFloorRad + kFloorRatio * std::abs(x[kSeries]);
     information = prior.asDiagonal();
     Vector gradient = prior.cwiseProduct(expected - x);
     inliers = 0;
@@ -120,7 +121,7 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
       const double residual = shift.shift_rad - Model(shift.azimuth_rad, terms[i], x, derivatives);
       const double variance = shift.variance_rad2 + floor * floor;
       const double off2 = residual * residual / variance;
-      const double robust = params.robust_sigmas * params.robust_sigmas;
+      const double robust = kRobustSigmas * kRobustSigmas;
       const double trust = 1 / (1 + off2 / robust);
       cost += robust * std::log1p(off2 / robust);
       // Residuals beyond three standard deviations are caused by another motion, not by noise.
@@ -143,16 +144,21 @@ ParallaxFit FitParallax(std::span<const SectorShift> shifts,
   return fit;
 }
 
-ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts,
-                                      int sectors_asked,
-                                      const ParallaxParams& params) {
-  ParallaxParams wide = params;
+}  // namespace
+
+ParallaxFit FitParallax(std::span<const SectorShift> shifts,
+                        int sectors_asked,
+                        double expected_direction_rad) {
+  return Fit(shifts, sectors_asked, expected_direction_rad, kDirectionSigmaRad);
+}
+
+ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts, int sectors_asked) {
   // Each direction of travel also stands for its opposite, so these four cover the circle.
   constexpr std::size_t kDirections = 4;
-  wide.direction_sigma_rad = pi / (2 * kDirections);
+  constexpr double kWideSigmaRad = pi / (2 * kDirections);
   std::array<ParallaxFit, kDirections> fits;
   for (std::size_t i = 0; i < kDirections; ++i) {
-    fits[i] = FitParallax(shifts, sectors_asked, pi * static_cast<double>(i) / kDirections, wide);
+    fits[i] = Fit(shifts, sectors_asked, pi * static_cast<double>(i) / kDirections, kWideSigmaRad);
   }
   ParallaxFit best = *std::min_element(
       fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });

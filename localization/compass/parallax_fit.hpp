@@ -6,25 +6,6 @@
 
 namespace ceilmap::compass {
 
-struct ParallaxParams {
-  /// The nearness of the surroundings around the circle is a Fourier series of this order, [0, 12]
-  /// ...
-  int order = 5;
-  /// ... in which the expected magnitude of the terms of order k is this ratio / k of the mean, >
-  /// 0.
-  double roughness = 0.5;
-  /// Standard deviation of the expected direction of travel, rad, > 0.
-  double direction_sigma_rad = 0.105;
-  /// Standard deviation of a sector's shift beyond its own noise, rad, > 0: a constant, and a ratio
-  /// of the mean shift that travel causes (objects at several distances in one direction).
-  double floor_rad = 0.0014;
-  double floor_ratio = 0.055;
-  /// Residuals beyond this number of standard deviations lose weight progressively, > 0.
-  double robust_sigmas = 2;
-
-  void Validate() const;  ///< throws InputError naming field, value and range
-};
-
 /// Turn and travel that explain the shifts of the sectors.
 struct ParallaxFit {
   double rotation_rad = 0;  ///< counter-clockwise, near the sectors' shifts; not wrapped
@@ -58,16 +39,13 @@ struct ParallaxFit {
 ///   microseconds.
 ParallaxFit FitParallax(std::span<const SectorShift> shifts,
                         int sectors_asked,
-                        double expected_direction_rad,
-                        const ParallaxParams& params = {});
+                        double expected_direction_rad);
 
 /// The same fit where nothing is known about the direction, as between two visits of a place: fits
 /// for directions all around, each weighted by the likelihood that follows from its cost. Costs
 /// four times as much.
 /// @return the most likely fit, with the weighted mean of all as its rotation; the variance
 ///   includes their disagreement.
-ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts,
-                                      int sectors_asked,
-                                      const ParallaxParams& params = {});
+ParallaxFit FitParallaxOfAnyDirection(std::span<const SectorShift> shifts, int sectors_asked);
 
 }  // namespace ceilmap::compass

@@ -4,12 +4,15 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::compass {
 namespace {
+
+// Width of each sector (a raised cosine of twice this width at its base), in (0, pi/2]. A narrow
+// sector has nearly one shift under travel; a wide sector contains more texture.
+constexpr double kWidthRad = 0.105;
 
 using std::numbers::pi;
 
@@ -45,22 +48,14 @@ CEILMAP_HOT float WeightedSum(const float* values, const float* weights, int n) 
 
 }  // namespace
 
-void SectorParams::Validate() const {
-  const FieldCheck require("sectors");
-  require(sectors >= 12 && sectors <= 360, "sectors", sectors, "in [12, 360]");
-  require(width_rad > 0 && width_rad <= pi / 2, "width_rad", width_rad, "in (0, pi/2]");
-  require(search_rad > 0 && search_rad <= pi / 2, "search_rad", search_rad, "in (0, pi/2]");
-}
-
-SectorMatcher::SectorMatcher(cv::Size size, int channels, const SectorParams& params)
-    : params_(params), columns_(size.width), rows_(size.height), channels_(channels) {
-  params_.Validate();
+SectorMatcher::SectorMatcher(cv::Size size, int channels)
+    : columns_(size.width), rows_(size.height), channels_(channels) {
   const double columns_per_rad = columns_ / (2 * pi);
   // A parabola and the test of its depth need at least two columns to either side.
-  reach_ = std::clamp(static_cast<int>(std::lround(params_.search_rad * columns_per_rad)),
+  reach_ = std::clamp(static_cast<int>(std::lround(kSearchRad * columns_per_rad)),
                       std::min(3, (columns_ - 1) / 2),
                       (columns_ - 1) / 2);
-  const int half = std::clamp(static_cast<int>(std::lround(params_.width_rad * columns_per_rad)),
+  const int half = std::clamp(static_cast<int>(std::lround(kWidthRad * columns_per_rad)),
                               std::min(2, (columns_ - 1) / 2),
                               (columns_ - 1) / 2);
   for (int i = -half; i <= half; ++i) {
@@ -70,7 +65,7 @@ SectorMatcher::SectorMatcher(cv::Size size, int channels, const SectorParams& pa
   volume_.Resize(Size(2 * reach_ + 1) * Size(stride_));
   doubled_.resize(Size(columns_ + 2 * reach_ + 2));
   cost_.resize(Size(2 * reach_ + 1));
-  shifts_.reserve(Size(params_.sectors));
+  shifts_.reserve(Size(kSectors));
 }
 
 void SectorMatcher::Analyze(const cv::Mat& panorama, PanoramaLines& lines) const {
@@ -115,7 +110,7 @@ void SectorMatcher::Compare(const PanoramaLines& reference,
 
 void SectorMatcher::MeasureSector(int sector, int expected) {
   const int half = static_cast<int>(window_.size()) / 2;
-  const double middle = (sector + 0.5) * columns_ / params_.sectors - 0.5;
+  const double middle = (sector + 0.5) * columns_ / kSectors - 0.5;
   const int centre = static_cast<int>(std::lround(middle));
   const int first = (centre - half + columns_) % columns_;
   double mean = 0;
@@ -149,7 +144,7 @@ std::span<const SectorShift> SectorMatcher::Measure(const PanoramaLines& referen
   const int expected = static_cast<int>(std::lround(expected_columns));
   Compare(reference, current, expected);
   shifts_.clear();
-  for (int sector = 0; sector < params_.sectors; ++sector) MeasureSector(sector, expected);
+  for (int sector = 0; sector < kSectors; ++sector) MeasureSector(sector, expected);
   return shifts_;
 }
 

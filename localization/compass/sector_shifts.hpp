@@ -8,18 +8,6 @@
 
 namespace ceilmap::compass {
 
-struct SectorParams {
-  int sectors = 36;  ///< evenly spaced around the circle, [12, 360]
-  /// Width of each sector (a raised cosine of twice this width at its base), in (0, pi/2]. A narrow
-  /// sector has nearly one shift under travel; a wide sector contains more texture.
-  double width_rad = 0.105;
-  /// Range of shifts searched to either side of the expected one, in (0, pi/2]. At least the
-  /// largest shift that travel may cause at the sides.
-  double search_rad = 0.175;
-
-  void Validate() const;  ///< throws InputError naming field, value and range
-};
-
 /// A panorama in the form that SectorMatcher uses; memory is reused.
 struct PanoramaLines {
   /// A line is a row of one channel, with its mean subtracted; line by line, W samples each.
@@ -29,8 +17,8 @@ struct PanoramaLines {
 /// The motion of the content in one direction.
 struct SectorShift {
   double azimuth_rad = 0;  ///< the sector's centre, seen from the current place, in (-pi, pi]
-  /// The decrease of azimuths there, positive in a left turn; within search_rad of the expected
-  /// shift.
+  /// The decrease of azimuths there, positive in a left turn; within SectorMatcher::kSearchRad of
+  /// the expected shift.
   double shift_rad = 0;
   double variance_rad2 = 0;
 };
@@ -43,8 +31,12 @@ struct SectorShift {
 /// Holds scratch memory: one object per thread. No allocation after the first call.
 class SectorMatcher {
  public:
-  /// @throws InputError for invalid parameters.
-  SectorMatcher(cv::Size size, int channels, const SectorParams& params = {});
+  static constexpr int kSectors = 36;  ///< evenly spaced around the circle
+  /// Range of shifts searched to either side of the expected one: at least the largest shift that
+  /// travel may cause at the sides.
+  static constexpr double kSearchRad = 0.175;
+
+  SectorMatcher(cv::Size size, int channels);
 
   /// @param panorama  CV_8UC1 or CV_8UC3 as given to the constructor.
   /// Time is proportional to the number of rows; about twelve averaged rows are sufficient.
@@ -60,7 +52,6 @@ class SectorMatcher {
   void Compare(const PanoramaLines& reference, const PanoramaLines& current, int expected);
   void MeasureSector(int sector, int expected);
 
-  SectorParams params_;
   int columns_;
   int rows_;
   int channels_;

@@ -14,6 +14,11 @@ using std::numbers::pi;
 
 namespace {
 
+// Number of rows to which panoramas are averaged beforehand, >= 1. About twelve are sufficient.
+constexpr int kRows = 15;
+// A turn with a smaller inlier ratio is rejected, [0, 1].
+constexpr double kMinAcceptedRatio = 0.35;
+
 constexpr int kThumbColumns = 72;
 constexpr int kThumbRows = 5;
 
@@ -21,14 +26,14 @@ constexpr int kThumbRows = 5;
 
 ViewMatcher::ViewMatcher(const FftCompassParams& params, cv::Size size, int channels)
     : params_(params),
-      distances_({size.width, std::min(params.rows, size.height)}, channels),
-      matcher_({size.width, std::min(params.rows, size.height)}, channels, params.sectors),
+      distances_({size.width, std::min(kRows, size.height)}, channels),
+      matcher_({size.width, std::min(kRows, size.height)}, channels),
       thumbs_({kThumbColumns, std::min(kThumbRows, size.height)}, 1),
       squared_(static_cast<std::size_t>(size.width)),
       thumb_squared_(kThumbColumns) {}
 
 void ViewMatcher::Analyze(const cv::Mat& panorama, View& view) {
-  const int rows = std::min(params_.rows, panorama.rows);
+  const int rows = std::min(kRows, panorama.rows);
   cv::resize(panorama, pooled_, {panorama.cols, rows}, 0, 0, cv::INTER_AREA);
   distances_.Analyze(pooled_, view.spectrum);
   matcher_.Analyze(pooled_, view.lines);
@@ -57,12 +62,12 @@ std::optional<ParallaxFit> ViewMatcher::Around(const View& reference,
                                                std::optional<double> direction_rad) {
   const double shift_columns = turn_rad * Columns() / (2 * pi);
   const auto sectors = matcher_.Measure(reference.lines, current.lines, shift_columns);
-  const int asked = params_.sectors.sectors;
-  ParallaxFit fit = direction_rad ? FitParallax(sectors, asked, *direction_rad, params_.parallax)
-                                  : FitParallaxOfAnyDirection(sectors, asked, params_.parallax);
-  if (!(fit.inlier_ratio >= params_.min_believed_ratio)) return std::nullopt;
+  const int asked = SectorMatcher::kSectors;
+  ParallaxFit fit = direction_rad ? FitParallax(sectors, asked, *direction_rad)
+                                  : FitParallaxOfAnyDirection(sectors, asked);
+  if (!(fit.inlier_ratio >= kMinAcceptedRatio)) return std::nullopt;
   // Shifts outside the range around the expected shift were not searched.
-  if (std::abs(fit.rotation_rad - turn_rad) > params_.sectors.search_rad) return std::nullopt;
+  if (std::abs(fit.rotation_rad - turn_rad) > SectorMatcher::kSearchRad) return std::nullopt;
   return fit;
 }
 

@@ -51,7 +51,10 @@ struct CeilingMapper::Impl {
        const calib::CeilingView& ceiling_view,
        const std::filesystem::path& map,
        const CeilingMapperParams& params)
-      : source(params.source), view(ceiling_view), metadata(Describe(rig, view, params)) {
+      : source(params.source),
+        mapping(params.mapping),
+        view(ceiling_view),
+        metadata(Describe(rig, view, params)) {
     if (params.append) extension.emplace(map, metadata, params.resolution);
     writer.emplace(map, extension ? extension->Metadata() : metadata);
     // The writer holds the map's name from here on.
@@ -60,6 +63,7 @@ struct CeilingMapper::Impl {
   }
 
   std::string source;
+  mapping::MapperParams mapping;  // as given
   calib::CeilingView view;
   store::MapMetadata metadata;
   std::optional<mapping::MapExtension> extension;
@@ -125,11 +129,8 @@ std::optional<Estimate> CeilingMapper::Flush() {
 
 mapping::MappingResult CeilingMapper::Draw(const ProgressFunction& progress) {
   Impl& me = *impl_;
-  mapping::MappingResult result =
-      me.extension ? me.extension->Finish(me.source, me.view, *me.mapper, *me.writer, progress)
-                   : me.mapper->Finish(progress);
-  result.report.rectify_ms += me.rectify_ms;
-  return result;
+  if (!me.extension) return me.mapper->Finish(progress);
+  return me.extension->Finish(me.source, me.view, me.mapping, *me.mapper, *me.writer, progress);
 }
 
 void CeilingMapper::Commit() {

@@ -233,7 +233,10 @@ void MoveAll(MapGraph& graph, const Pose2& T_new_old) {
   }
 }
 
-void Optimize(MapGraph& graph, const OptimizeParams& params) {
+void Optimize(MapGraph& graph, const PoseGraphParams& params) {
+  // A loop closure with a larger residual, in sigmas, is removed when the rest of the graph agrees
+  // without it.
+  constexpr double kMaxSigmas = 6;
   if (graph.keyframes.empty()) return;
   const std::vector<Tie> ties = Ties(graph);
   const std::vector<std::int64_t> fixed = {graph.keyframes.front().id};
@@ -241,19 +244,19 @@ void Optimize(MapGraph& graph, const OptimizeParams& params) {
   // Where all residuals are larger than the edges' covariances predict, the covariances are wrong
   // and not the edges. Outliers are therefore judged relative to the typical residual on this
   // ceiling, which a first plain least-squares solution gives.
-  PoseGraphParams plain = params.pose_graph;
+  PoseGraphParams plain = params;
   plain.loop_loss_scale = 0;
   OptimizePoses(graph.edges, fixed, poses, plain);
   double factor = ClaimFactor(graph, poses);
-  PoseGraphParams robust = params.pose_graph;
+  PoseGraphParams robust = params;
   constexpr int kMaxRounds = 6;
   for (int round = 0; round < kMaxRounds; ++round) {
-    robust.loop_loss_scale = params.pose_graph.loop_loss_scale * std::sqrt(factor);
+    robust.loop_loss_scale = params.loop_loss_scale * std::sqrt(factor);
     OptimizePoses(graph.edges, fixed, poses, robust);
     const double before = factor;
     factor = std::min(factor, ClaimFactor(graph, poses));
     const std::int64_t removed =
-        RemoveOutliers(graph.edges, poses, factor * params.max_sigmas * params.max_sigmas);
+        RemoveOutliers(graph.edges, poses, factor * kMaxSigmas * kMaxSigmas);
     graph.quality.loops.outliers += removed;
     if (removed == 0 && factor > 0.8 * before) break;
   }

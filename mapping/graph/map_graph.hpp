@@ -82,20 +82,13 @@ void KeepOnly(MapGraph& graph, const std::unordered_set<std::int64_t>& keyframe_
 /// Moves the whole map: T_new_base = T_new_old * T_old_base, and rotates covariances with it.
 void MoveAll(MapGraph& graph, const Pose2& T_new_old);
 
-struct OptimizeParams {
-  PoseGraphParams pose_graph;
-  /// A loop closure with a larger residual, in sigmas, is removed when the rest of the graph agrees
-  /// without it.
-  double max_sigmas = 6;
-};
-
 /// Computes the most likely poses of all keyframes given all edges, with the first keyframe fixed.
 /// Loop closures that contradict the rest are removed (quality.loops.outliers). Then computes the
 /// covariances of keyframes and frames relative to the first keyframe, scaled up where the
 /// residuals are larger than the edges' covariances, and the figures of `quality`.
 ///
 /// Every keyframe must be connected with the first by edges.
-void Optimize(MapGraph& graph, const OptimizeParams& params = {});
+void Optimize(MapGraph& graph, const PoseGraphParams& params = {});
 
 /// Finds the spots of kind kAmbiguous and kUnclosed again; those of kind kLost stay unchanged.
 /// @param view_span  span of an image, map units: shorter open paths are not reported.

@@ -21,6 +21,12 @@
 namespace ceilmap::mosaic {
 namespace {
 
+// Feathering: an image's weight falls from its centre to its border as (distance to the
+// border)^power. 1 is a plain linear feather; larger values take each point of the ceiling
+// almost entirely from the image in which it is most central, which avoids doubled edges from
+// things below the ceiling (parallax) and from small pose errors.
+constexpr double kFeatherPower = 4;
+
 /// Side of the part of the mosaic that one thread renders at a time.
 constexpr int kTilePx = 256;
 /// Rows and columns repeated around a cached image, so that sampling needs no border checks.
@@ -79,9 +85,6 @@ void MosaicParams::Validate() const {
   const auto fail = [](const std::string& what) { throw InputError("mosaic." + what); };
   if (!std::isfinite(resolution) || resolution < 0) {
     fail("resolution = " + std::to_string(resolution) + ", must be >= 0");
-  }
-  if (!(feather_power >= 0 && feather_power <= 64)) {
-    fail("feather_power = " + std::to_string(feather_power) + ", must be in [0, 64]");
   }
   if (!(sharpness_power >= 0 && sharpness_power <= 64)) {
     fail("sharpness_power = " + std::to_string(sharpness_power) + ", must be in [0, 64]");
@@ -172,7 +175,7 @@ void MosaicRenderer::Impl::Survey() {
   for (const double gain : exposure.log_gain) {
     gain_factors.push_back(static_cast<float>(std::exp(-gain)));
   }
-  shading = MakeShading(view_size, params.view_mask, params.feather_power, exposure);
+  shading = MakeShading(view_size, params.view_mask, kFeatherPower, exposure);
   if (params.reject_outliers) thumbnails.Level(gain_factors, shading);
   WeighBySharpness(sharpness);
 }

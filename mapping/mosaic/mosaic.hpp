@@ -14,11 +14,6 @@ struct MosaicParams {
   /// Map units per mosaic pixel; 0: that of the keyframe images. Made coarser by a power of two
   /// where the mosaic would be too large to be stored.
   double resolution = 0;
-  /// Feathering: an image's weight falls from its centre to its border as (distance to the
-  /// border)^power. 1 is a plain linear feather; larger values take each point of the ceiling
-  /// almost entirely from the image in which it is most central, which avoids doubled edges from
-  /// things below the ceiling (parallax) and from small pose errors.
-  double feather_power = 4;
   /// Exponent of the weight of blurred images: (sharpness of the image / that of the sharpest image
   /// of the place)^power. 0: all images have equal weight.
   double sharpness_power = 2;

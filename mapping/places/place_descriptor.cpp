@@ -19,6 +19,13 @@
 namespace ceilmap::places {
 namespace {
 
+constexpr double kWindowRadiusPx = 24;  // of a window, [8, 128]
+
+constexpr int kMaxWindows = 32;        // per image, > 0
+constexpr double kMinDistancePx = 12;  // between the centres of two windows, >= 1
+constexpr double kMarkSigmaPx = 1.6;   // size of the marks that windows are centred on, [0.8, 8]
+constexpr double kMinContrast = 0.1;   // grey levels; images with less give no window, >= 0
+
 namespace kernels = registration::kernels;
 using Complex = std::complex<float>;
 
@@ -86,15 +93,6 @@ PlaceDescriptorParams PlaceDescriptorParams::ForCamera(cv::Size image, double un
 void PlaceDescriptorParams::Validate() const {
   const FieldCheck require("PlaceDescriptorParams");
   require(units_per_px > 0 && std::isfinite(units_per_px), "units_per_px", units_per_px, "> 0");
-  require(max_windows > 0, "max_windows", max_windows, "> 0");
-  require(window_radius_px >= 8 && window_radius_px <= 128,
-          "window_radius_px",
-          window_radius_px,
-          "in [8, 128]");
-  require(min_distance_px >= 1, "min_distance_px", min_distance_px, ">= 1");
-  require(
-      mark_sigma_px >= 0.8 && mark_sigma_px <= 8, "mark_sigma_px", mark_sigma_px, "in [0.8, 8]");
-  require(min_contrast >= 0, "min_contrast", min_contrast, ">= 0");
 }
 
 struct PlaceDescriber::Impl {
@@ -148,7 +146,7 @@ PlaceDescriber::Impl::Impl(cv::Size size,
   const cv::Size used(size.width / factor * factor, size.height / factor * factor);
   work = {static_cast<int>(std::lround(used.width / reduction)),
           static_cast<int>(std::lround(used.height / reduction))};
-  margin = static_cast<int>(std::ceil(params.window_radius_px)) + 2;
+  margin = static_cast<int>(std::ceil(kWindowRadiusPx)) + 2;
   constexpr int kMaxSide = 4096;
   if (std::min(work.width, work.height) <= 2 * margin + 2 ||
       std::max(work.width, work.height) > kMaxSide) {
@@ -168,7 +166,7 @@ PlaceDescriber::Impl::Impl(cv::Size size,
 
 void PlaceDescriber::Impl::MakeRings() {
   for (int r = 0; r < kRings; ++r) {
-    const double radius = params.window_radius_px * RingRadius(r);
+    const double radius = kWindowRadiusPx * RingRadius(r);
     for (int a = 0; a < kAngles; ++a) {
       const double angle = 2 * std::numbers::pi * a / kAngles;
       const auto i = static_cast<std::size_t>(r) * kAngles + static_cast<std::size_t>(a);
@@ -219,8 +217,8 @@ cv::Point2d PlaceDescriber::Impl::Place(const Mark& mark) const {
 // Removes large-scale light and limits values far above the texture (the rims of lamps). False when
 // there is no texture.
 bool PlaceDescriber::Impl::Flatten() {
-  const int box = 2 * static_cast<int>(params.window_radius_px * 0.75) + 1;
-  cv::GaussianBlur(grey, smooth, {}, 0.6 * params.mark_sigma_px);
+  const int box = 2 * static_cast<int>(kWindowRadiusPx * 0.75) + 1;
+  cv::GaussianBlur(grey, smooth, {}, 0.6 * kMarkSigmaPx);
   cv::boxFilter(smooth, mean, CV_32F, {box, box}, {-1, -1}, true, cv::BORDER_REFLECT_101);
   cv::subtract(smooth, mean, flat);
   magnitudes.clear();
@@ -231,7 +229,7 @@ bool PlaceDescriber::Impl::Flatten() {
   const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
   std::nth_element(magnitudes.begin(), middle, magnitudes.end());
   const float typical = *middle;
-  if (typical < static_cast<float>(params.min_contrast)) return false;
+  if (typical < static_cast<float>(kMinContrast)) return false;
   const float knee = 4 * typical;
   for (int y = 0; y < flat.rows; ++y) {
     float* row = flat.ptr<float>(y);
@@ -241,8 +239,8 @@ bool PlaceDescriber::Impl::Flatten() {
 }
 
 void PlaceDescriber::Impl::FindMarks() {
-  cv::GaussianBlur(flat, smooth, {}, params.mark_sigma_px);
-  cv::GaussianBlur(flat, smoother, {}, 1.6 * params.mark_sigma_px);
+  cv::GaussianBlur(flat, smooth, {}, kMarkSigmaPx);
+  cv::GaussianBlur(flat, smoother, {}, 1.6 * kMarkSigmaPx);
   cv::absdiff(smooth, smoother, marks_band);
   cv::dilate(marks_band, peaks, cv::Mat::ones(5, 5, CV_8U));
   marks.clear();
@@ -266,10 +264,10 @@ void PlaceDescriber::Impl::KeepStrongest() {
   std::stable_sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) {
     return a.strength > b.strength;
   });
-  const auto limit = static_cast<float>(params.min_distance_px * params.min_distance_px);
+  const auto limit = static_cast<float>(kMinDistancePx * kMinDistancePx);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (kept == static_cast<std::size_t>(params.max_windows)) break;
+    if (kept == static_cast<std::size_t>(kMaxWindows)) break;
     const Mark mark = marks[i];
     const bool crowded = std::any_of(
         marks.begin(), marks.begin() + static_cast<std::ptrdiff_t>(kept), [&](const Mark& other) {

@@ -12,11 +12,6 @@ struct PlaceDescriptorParams {
   /// Scale of the working image: units of length (metres; pixels without a rig) on the ceiling
   /// per working pixel, > 0. Half the resolution of the map's camera serves well, see ForCamera.
   double units_per_px = 0.01;
-  int max_windows = 32;          ///< per image, > 0
-  double window_radius_px = 24;  ///< of a window, [8, 128]
-  double min_distance_px = 12;   ///< between the centres of two windows, >= 1
-  double mark_sigma_px = 1.6;    ///< size of the marks that windows are centred on, [0.8, 8]
-  double min_contrast = 0.1;     ///< grey levels; images with less give no window, >= 0
 
   /// Parameters for a map whose images have this size and scale: the working image has a
   /// longer side of 320 px. @throws InputError unless all are > 0.

@@ -22,7 +22,11 @@
 namespace ceilmap::places {
 namespace {
 
-constexpr int kPlace = 2;  // columns of a window's position
+constexpr int kCandidates = 60;     // keyframes with most votes that are tested geometrically, > 0
+constexpr double kTolerancePx = 5;  // of a window's place in that test, working pixels, > 0
+constexpr int kLinks = 12;  // HNSW: links per stored window, [4, 64]; more: exacter and larger
+
+constexpr int kPlace = 2;  // columns of a window's place
 
 // Squared distance of two vectors; a search in the graph computes about a thousand of these.
 CEILMAP_HOT float SquaredDistance(const void* first, const void* second, const void* dimension) {
@@ -102,9 +106,6 @@ std::vector<Candidate> GroupByKeyframe(std::vector<Vote>& votes) {
 void PlaceIndexParams::Validate() const {
   const FieldCheck require("PlaceIndexParams");
   require(neighbours >= 2 && neighbours <= 1024, "neighbours", neighbours, "in [2, 1024]");
-  require(candidates > 0, "candidates", candidates, "> 0");
-  require(tolerance_px > 0 && std::isfinite(tolerance_px), "tolerance_px", tolerance_px, "> 0");
-  require(links >= 4 && links <= 64, "links", links, "in [4, 64]");
   require(
       build_effort >= 16 && build_effort <= 1024, "build_effort", build_effort, "in [16, 1024]");
   require(search_effort >= 16 && search_effort <= 4096,
@@ -147,7 +148,7 @@ PlaceIndex::Impl::Impl(int dimension_in, const PlaceIndexParams& params_in)
       space(static_cast<std::size_t>(dimension_in - kPlace)),
       graph(&space,
             kFirstCapacity,
-            static_cast<std::size_t>(params.links),
+            static_cast<std::size_t>(kLinks),
             static_cast<std::size_t>(params.build_effort)) {
   graph.setEf(static_cast<std::size_t>(params.search_effort));
 }
@@ -227,7 +228,7 @@ PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
     return a.weight > b.weight;
   });
   if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
-  const PlaceFit fit = BestFit(pairs, static_cast<float>(params.tolerance_px));
+  const PlaceFit fit = BestFit(pairs, static_cast<float>(kTolerancePx));
   Match match;
   match.keyframe_id = keyframe_ids[votes[candidate.first].keyframe];
   match.score = fit.weight + kVoteWithoutPlace * candidate.weight;
@@ -284,7 +285,7 @@ std::vector<PlaceIndex::Match> PlaceIndex::Search(
   std::stable_sort(candidates.begin(),
                    candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });
-  keep_first(candidates, std::max(count, d.params.candidates));
+  keep_first(candidates, std::max(count, kCandidates));
   std::vector<Match> matches;
   matches.reserve(candidates.size());
   std::vector<PlacePair> pairs;

@@ -12,12 +12,9 @@
 namespace ceilmap::places {
 
 struct PlaceIndexParams {
-  int neighbours = 32;      ///< stored windows that a window of the query may vote for, [2, 1024]
-  int candidates = 60;      ///< keyframes with most votes that are tested geometrically, > 0
-  double tolerance_px = 5;  ///< of a window's place in that test, working pixels, > 0
-  int links = 12;           ///< HNSW: links per stored window, [4, 64]; more: exacter and larger
-  int build_effort = 48;    ///< HNSW: candidates while a window is linked, [16, 1024]
-  int search_effort = 64;   ///< HNSW: candidates while searching, [16, 4096]
+  int neighbours = 32;     ///< stored windows that a window of the query may vote for, [2, 1024]
+  int build_effort = 48;   ///< HNSW: candidates while a window is linked, [16, 1024]
+  int search_effort = 64;  ///< HNSW: candidates while searching, [16, 4096]
 
   /// @throws InputError with the field, its value and what is allowed.
   void Validate() const;

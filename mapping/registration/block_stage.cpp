@@ -9,6 +9,10 @@
 namespace ceilmap::registration {
 namespace {
 
+// Whitening stops where the signal falls below this many noise powers.
+constexpr double kNoiseFactor = 4;
+constexpr int kTargetBlocks = 90;  // the grid is laid out for about this many
+
 kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point corner) {
   // Block pixel (x, y) is reference pixel corner + (x, y); its image is s R (p - c) + t + c.
   const double cx = 0.5 * (size.width - 1);
@@ -27,10 +31,10 @@ kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point 
 
 }  // namespace
 
-BlockStage::BlockStage(cv::Size size, const cv::Mat& mask, const BlockParams& params)
-    : params_(params),
+BlockStage::BlockStage(cv::Size size, const cv::Mat& mask, int block_px)
+    : block_px_(block_px),
       size_(size),
-      poc_({params.block_px, params.block_px}, params.poc),
+      poc_({block_px, block_px}),
       samples_(poc_.Area()),
       spectrum_(poc_.SpectrumSize()) {
   if (!mask.empty()) {
@@ -55,13 +59,13 @@ void BlockStage::TakeMask(const cv::Mat& mask, Level& level) const {
 }
 
 void BlockStage::LayOutGrid() {
-  const int block = params_.block_px;
-  // Two pixels of margin for bicubic sampling.
+  const int block = block_px_;
+  // Two pixels of margin: the reach of bicubic sampling.
   const int room_x = size_.width - block - 4;
   const int room_y = size_.height - block - 4;
   if (room_x < 0 || room_y < 0) return;
   const double area = static_cast<double>(room_x + block) * (room_y + block);
-  const double step = std::max(block / 2.0, std::sqrt(area / params_.target_blocks));
+  const double step = std::max(block / 2.0, std::sqrt(area / kTargetBlocks));
   grid_ = {1 + static_cast<int>(room_x / step), 1 + static_cast<int>(room_y / step)};
   for (int j = 0; j < grid_.height; ++j) {
     for (int i = 0; i < grid_.width; ++i) {
@@ -73,11 +77,10 @@ void BlockStage::LayOutGrid() {
   }
 }
 
-void BlockStage::PrepareReference(Level& level) {
-  const int block = params_.block_px;
+void BlockStage::PrepareReference(Level& level) const {
+  const int block = block_px_;
   const int half = block / 2 + 1;
-  const double noise =
-      params_.noise_factor * level.noise_sigma * level.noise_sigma * poc_.WindowPower();
+  const double noise = kNoiseFactor * level.noise_sigma * level.noise_sigma * poc_.WindowPower();
   RealArray samples(poc_.Area());
   level.blocks.resize(corners_.size());
   for (std::size_t i = 0; i < corners_.size(); ++i) {
@@ -121,7 +124,7 @@ bool BlockStage::Usable(const Level& reference, int block) const {
 }
 
 bool BlockStage::Inside(const kernels::Affine& m, const Level& level) const {
-  const auto last = static_cast<float>(params_.block_px - 1);
+  const auto last = static_cast<float>(block_px_ - 1);
   for (const float x : {0.0F, last}) {
     for (const float y : {0.0F, last}) {
       const float sx = m.xx * x + m.xy * y + m.x0;
@@ -193,8 +196,8 @@ void BlockStage::SampleBlock(const Level& level,
                                map,
                                poc_.WindowX().data(),
                                poc_.WindowY().data(),
-                               params_.block_px,
-                               params_.block_px,
+                               block_px_,
+                               block_px_,
                                samples.data());
 }
 
@@ -247,7 +250,7 @@ Dissimilarity BlockStage::Compare(const Level& reference,
 
 Eigen::Vector2d BlockStage::Centre(int block) const {
   const cv::Point corner = corners_[static_cast<std::size_t>(block)];
-  const double middle = 0.5 * (params_.block_px - 1);
+  const double middle = 0.5 * (block_px_ - 1);
   return {corner.x + middle - 0.5 * (size_.width - 1),
           corner.y + middle - 0.5 * (size_.height - 1)};
 }
@@ -259,7 +262,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
                               int search_px,
                               BlockShift& shift) {
   const double noise =
-      params_.noise_factor * reference.noise_sigma * current.noise_sigma * poc_.WindowPower();
+      kNoiseFactor * reference.noise_sigma * current.noise_sigma * poc_.WindowPower();
   SampleBlock(current, map, samples_);
   if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);
@@ -298,7 +301,7 @@ void BlockStage::MeasurePlane(const Level& reference,
                               int search_px,
                               std::vector<PlaneShift>& shifts) {
   shifts.clear();
-  const double middle = 0.5 * (params_.block_px - 1);
+  const double middle = 0.5 * (block_px_ - 1);
   for (const int i : chosen) {
     const Eigen::Vector2d centre = Centre(i);
     const Eigen::Vector2d seen = motion.Apply(camera, centre);

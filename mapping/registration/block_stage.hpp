@@ -12,13 +12,6 @@
 
 namespace ceilmap::registration {
 
-struct BlockParams {
-  int block_px = 64;        ///< side of a block; an even fast FFT size, a multiple of 4
-  PocParams poc;            ///< window and band of the blocks
-  double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
-  int target_blocks = 90;   ///< the grid is laid out for about this many
-};
-
 /// The fine stage: block POC. A grid of small blocks of the reference is compared with the current
 /// image sampled under an approximate motion; each block gives the remaining shift, to a few
 /// hundredths of a pixel (peak of the band-limited phase-only correlation, Takita et al. 2003; with
@@ -32,9 +25,9 @@ struct BlockParams {
 /// relative to its centre.
 class BlockStage {
  public:
-  /// @param mask  See RegistrarParams::mask, of the level's size; empty: images have content
-  /// everywhere.
-  explicit BlockStage(cv::Size size, const cv::Mat& mask = {}, const BlockParams& params = {});
+  /// @param mask  see RegistrarParams::mask, of the level's size; empty: images have content
+  /// everywhere. @param block_px  side of a block; an even fast FFT size, a multiple of 4.
+  explicit BlockStage(cv::Size size, const cv::Mat& mask = {}, int block_px = 64);
 
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
 
@@ -89,7 +82,7 @@ class BlockStage {
   [[nodiscard]] Eigen::Vector2d Centre(int block) const;
   void LayOutGrid();
 
-  BlockParams params_;
+  int block_px_;
   cv::Size size_;
   cv::Mat any_blank_;  // 255 where no image has content; empty: nowhere
   cv::Mat blank_;      // its integral

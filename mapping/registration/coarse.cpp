@@ -12,6 +12,25 @@
 namespace ceilmap::registration {
 namespace {
 
+constexpr int kWorkingPx = 320;      // longer side of the working image, about; larger are reduced
+constexpr double kLocalMean = 0.12;  // box of the local mean that is removed, per longer side
+// What is brighter than its surroundings by more than this many typical deviations is cut off.
+constexpr double kLampLimit = 7;
+// Images of which a larger part is white show nothing: what is left is too little.
+constexpr double kMaxSaturated = 0.75;
+// Whitening stops where the signal falls below this many noise powers.
+constexpr double kNoiseFactor = 4;
+constexpr int kPeaksPerRotation = 3;  // translations kept of each correlation surface
+constexpr double kMinOverlap = 0.12;  // hypotheses with less common area are dropped
+constexpr int kMaxHypotheses = 6;
+// Hypotheses below this fraction of the best score are dropped.
+constexpr double kMinRelativeScore = 0.5;
+// No further rotations are tried once a hypothesis is better than this ...
+constexpr double kDecisiveScore = 1.0;
+// ... unless their angular correlation is above this fraction of the best one's.
+constexpr double kDecisiveRatio = 0.7;
+constexpr PocParams kPoc{.taper = 0.4, .band_sigma = 0.16};
+
 int ReductionFor(cv::Size full, int working_px) {
   const double ratio = static_cast<double>(std::max(full.width, full.height)) / working_px;
   return std::max(1, static_cast<int>(std::lround(ratio)));
@@ -60,14 +79,13 @@ float EstimateNoise(const cv::Mat& grey) {
   return std::max(kRounding, median / (2 * 0.6745F));
 }
 
-CoarseStage::CoarseStage(cv::Size size, const cv::Mat& mask, const CoarseParams& params)
-    : params_(params),
-      full_(size),
-      factor_(ReductionFor(size, params.working_px)),
+CoarseStage::CoarseStage(cv::Size size, const cv::Mat& mask)
+    : full_(size),
+      factor_(ReductionFor(size, kWorkingPx)),
       work_(WorkingSizeFor(size, factor_)),
       start_((size.width - work_.width * factor_) / 2, (size.height - work_.height * factor_) / 2),
-      poc_(work_, params.poc),
-      polar_(work_, params.polar),
+      poc_(work_, kPoc),
+      polar_(work_),
       reduced_(poc_.Area()),
       mean_(poc_.Area()),
       windowed_(poc_.Area()),
@@ -99,7 +117,7 @@ std::vector<float> CoarseStage::FadingMask(const cv::Mat& mask) const {
 
 void CoarseStage::LocalMean() {
   const int side = std::max(work_.width, work_.height);
-  const int box = 2 * static_cast<int>(0.5 * params_.local_mean * side) + 1;
+  const int box = 2 * static_cast<int>(0.5 * kLocalMean * side) + 1;
   cv::Mat mean(work_, CV_32FC1, mean_.data());
   cv::boxFilter(cv::Mat(work_, CV_32FC1, reduced_.data()),
                 mean,
@@ -127,7 +145,7 @@ bool CoarseStage::LimitLamps(const std::vector<float>& fading) {
   const auto middle = deviations_.begin() + static_cast<std::ptrdiff_t>(deviations_.size() / 2);
   std::nth_element(deviations_.begin(), middle, deviations_.end());
   constexpr float kMinTypical = 0.5F;  // grey levels
-  const float limit = static_cast<float>(params_.lamp_limit) * std::max(*middle, kMinTypical);
+  const float limit = static_cast<float>(kLampLimit) * std::max(*middle, kMinTypical);
   return kernels::LimitAbove(mean_.data(), limit, reduced_.size(), reduced_.data());
 }
 
@@ -138,7 +156,7 @@ bool CoarseStage::IsOverexposed() const {
   const auto saturated = std::count_if(reduced_.data(),
                                        reduced_.data() + reduced_.size(),
                                        [](float grey) { return grey >= kSaturated; });
-  return static_cast<double>(saturated) > params_.max_saturated * static_cast<double>(poc_.Area());
+  return static_cast<double>(saturated) > kMaxSaturated * static_cast<double>(poc_.Area());
 }
 
 // Towards areas without content the image is replaced smoothly by its local mean.
@@ -282,9 +300,9 @@ void CoarseStage::TestShift(const FrameSpectrum::Coarse& reference,
     for (const double y : {dy, dy < 0 ? dy + h : dy - h}) {
       const cv::Point whole(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)));
       const double most = (1 - std::abs(x) / w) * (1 - std::abs(y) / h);
-      if (most < params_.min_overlap) continue;
+      if (most < kMinOverlap) continue;
       const Agreement agreement = Compare(reference.flat, turned_, work_, whole, half_turn);
-      if (agreement.overlap < params_.min_overlap) continue;
+      if (agreement.overlap < kMinOverlap) continue;
       Hypothesis hypothesis;
       hypothesis.motion =
           ToFull(rotation.theta_rad + (half_turn ? std::numbers::pi : 0.0), rotation.scale, x, y);
@@ -306,9 +324,9 @@ void CoarseStage::ProposeShifts(const FrameSpectrum::Coarse& reference,
       static_cast<double>(reference.noise_sigma) * current.noise_sigma / (factor_ * factor_);
   poc_.Correlate(reference.spectrum,
                  turned_spectrum_,
-                 params_.noise_factor * sigma_product * poc_.WindowPower(),
+                 kNoiseFactor * sigma_product * poc_.WindowPower(),
                  half_turn);
-  for (const PocPeak& peak : poc_.BestPeaks(params_.peaks_per_rotation)) {
+  for (const PocPeak& peak : poc_.BestPeaks(kPeaksPerRotation)) {
     TestShift(reference, rotation, half_turn, peak, hypotheses);
   }
 }
@@ -321,8 +339,8 @@ std::vector<Hypothesis> CoarseStage::Best(std::vector<Hypothesis> hypotheses) co
   // stage reaches all of them from the best one.
   std::vector<Hypothesis> kept;
   for (const Hypothesis& h : hypotheses) {
-    if (h.score < params_.min_relative_score * hypotheses.front().score) break;
-    if (static_cast<int>(kept.size()) == params_.max_hypotheses) break;
+    if (h.score < kMinRelativeScore * hypotheses.front().score) break;
+    if (static_cast<int>(kept.size()) == kMaxHypotheses) break;
     const bool twin = std::any_of(kept.begin(), kept.end(), [&](const Hypothesis& k) {
       return std::abs(WrapAngle(k.motion.theta_rad - h.motion.theta_rad)) < 0.03 &&
              std::abs(std::log(k.motion.scale / h.motion.scale)) < 0.03 &&
@@ -347,10 +365,9 @@ std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Coarse& refere
                                        estimate_scale);
   double best_score = 0;
   for (const RotationPeak& rotation : rotations) {
-    // A rotation that explains the images well ends the search, unless the spectra of the next one
-    // agree about as well (square tiles).
-    if (best_score > params_.decisive_score &&
-        rotation.value < params_.decisive_ratio * rotations.front().value) {
+    // A rotation that explained the images well ends the search, unless the next one looks about
+    // as good in the spectra (square tiles).
+    if (best_score > kDecisiveScore && rotation.value < kDecisiveRatio * rotations.front().value) {
       break;
     }
     const bool as_is = wanted(rotation.theta_rad);

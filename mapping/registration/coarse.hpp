@@ -11,27 +11,7 @@
 
 namespace ceilmap::registration {
 
-struct CoarseParams {
-  int working_px = 320;      ///< longer side of the working image, about; larger images are reduced
-  double local_mean = 0.12;  ///< box of the local mean that is removed, part of the longer side
-  /// What is brighter than its surroundings by more than this many typical deviations is cut off.
-  double lamp_limit = 7;
-  /// Images of which a larger part is white show nothing: what is left is too little.
-  double max_saturated = 0.75;
-  double noise_factor = 4;  ///< whitening stops where the signal falls below this many noise powers
-  int peaks_per_rotation = 3;  ///< translations kept of each correlation surface
-  double min_overlap = 0.12;   ///< hypotheses with less common area are dropped
-  int max_hypotheses = 6;
-  double min_relative_score = 0.5;  ///< hypotheses below this part of the best score are dropped
-  double decisive_score =
-      1.0;  ///< no further rotations are tried once a hypothesis is better than this ...
-  double decisive_ratio =
-      0.7;  ///< ... unless their angular correlation is above this part of the best one's
-  PocParams poc{.taper = 0.4, .band_sigma = 0.16};
-  PolarParams polar;
-};
-
-/// Candidate rotations.
+/// Rotations that are worth a try.
 struct RotationRange {
   double theta_rad = 0;
   double reach_rad = 0;
@@ -54,8 +34,8 @@ struct Hypothesis {
 /// their wrapped alternatives (t +- W, t +- H) on the common area.
 class CoarseStage {
  public:
-  /// @param mask  See RegistrarParams::mask; empty: images have content everywhere.
-  explicit CoarseStage(cv::Size size, const cv::Mat& mask = {}, const CoarseParams& params = {});
+  /// @param mask  see RegistrarParams::mask; empty: images have content everywhere.
+  explicit CoarseStage(cv::Size size, const cv::Mat& mask = {});
 
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }
 
@@ -95,7 +75,6 @@ class CoarseStage {
   [[nodiscard]] std::vector<Hypothesis> Best(std::vector<Hypothesis> hypotheses) const;
   [[nodiscard]] ImageMotion ToFull(double theta_rad, double scale, double dx, double dy) const;
 
-  CoarseParams params_;
   cv::Size full_;
   int factor_ = 1;
   cv::Size work_;

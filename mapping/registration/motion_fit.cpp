@@ -9,6 +9,8 @@
 namespace ceilmap::registration {
 namespace {
 
+constexpr int kIterations = 12;
+
 using Parameters = Eigen::Vector4d;  // tx, ty, theta, ln scale
 
 Eigen::Matrix<double, 2, 4> Jacobian(const Eigen::Vector2d& p) {
@@ -125,7 +127,7 @@ MotionFit FitRobust(const std::vector<BlockShift>& blocks,
   Eigen::Matrix4d inverse;
   std::vector<double> distances(blocks.size());
   std::vector<double> standard(blocks.size());
-  for (int iteration = 0; iteration < params.iterations; ++iteration) {
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
     Parameters next;
     if (!Solve(Accumulate(blocks, fit.weights), params.estimate_scale, next, &inverse)) return fit;
     const double change = (next - parameters).head<2>().norm();
@@ -135,7 +137,7 @@ MotionFit FitRobust(const std::vector<BlockShift>& blocks,
       standard[i] = distances[i] * std::sqrt(blocks[i].quality);
     }
     // Median of |r| of a 2-D normal deviate is 1.1774 sigma.
-    fit.sigma_px = std::max(params.sigma_floor_px, Median(standard) / 1.1774);
+    fit.sigma_px = std::max(kSigmaFloorPx, Median(standard) / 1.1774);
     const double cut = 4.685 * fit.sigma_px;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const double u = standard[i] / cut;
@@ -151,8 +153,7 @@ MotionFit FitRobust(const std::vector<BlockShift>& blocks,
     fit.inliers += distances[i] < params.inlier_px ? 1 : 0;
   }
   const double freedom = std::max(1.0, 2 * total - (params.estimate_scale ? 4 : 3));
-  const double variance =
-      std::max(squares / freedom, params.sigma_floor_px * params.sigma_floor_px);
+  const double variance = std::max(squares / freedom, kSigmaFloorPx * kSigmaFloorPx);
   fit.covariance = variance * inverse;
   fit.motion = ToMotion(parameters);
   fit.ok = true;

@@ -25,10 +25,11 @@ struct BlockShift {
 
 struct FitParams {
   bool estimate_scale = false;
-  double inlier_px = 1.0;        ///< consensus: a block agrees within this (weighted) distance
-  double sigma_floor_px = 0.01;  ///< residuals are never believed to be smaller
-  int iterations = 12;
+  double inlier_px = 1.0;  ///< consensus: a block agrees within this (weighted) distance
 };
+
+/// Lower limit of the standard deviation of a fit's residuals.
+inline constexpr double kSigmaFloorPx = 0.01;
 
 struct MotionFit {
   bool ok = false;

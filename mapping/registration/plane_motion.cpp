@@ -143,7 +143,7 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
     auto sorted = sizes;
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
-    return std::max(params.sigma_floor_px, *middle / 1.1774);
+    return std::max(kSigmaFloorPx, *middle / 1.1774);
   };
   const std::vector<int> held = HeldParameters(params);
   for (int round = 0; round < 3; ++round) {

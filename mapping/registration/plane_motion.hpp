@@ -52,9 +52,8 @@ struct PlaneShift {
 };
 
 struct PlaneFitParams {
-  bool fit_height = true;        ///< false: the camera keeps its height (tz = start.height)
-  bool fit_tilt = true;          ///< false: level camera; tilts stay as they start
-  double sigma_floor_px = 0.01;  ///< residuals are never believed to be smaller
+  bool fit_height = true;  ///< false: the camera keeps its height (tz = start.height)
+  bool fit_tilt = true;    ///< false: level camera; tilts stay as they start
 };
 
 struct PlaneFit {

@@ -7,12 +7,23 @@
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::registration {
+namespace {
 
-PolarSearch::PolarSearch(cv::Size size, const PolarParams& params)
-    : params_(params),
-      log_step_(std::log(params.rho_max / params.rho_min) / (params.rings - 1)),
-      lines_(RealFft::Lines(params.rings, params.angles)),
-      line_(RealFft::Lines(1, params.angles)),
+constexpr int kAngles = 384;           // samples over the half turn that an amplitude spectrum has
+constexpr int kRings = 48;             // log-spaced radii
+constexpr double kRhoMin = 0.035;      // lowest radius, cycles per pixel of the working image
+constexpr double kRhoMax = 0.35;       // highest; above it lies mostly noise
+constexpr double kMaxScale = 1.45;     // scales are searched in [1 / kMaxScale, kMaxScale]
+constexpr double kMinRelative = 0.35;  // peaks below this fraction of the highest one are dropped
+constexpr int kMaxPeaks = 4;           // largest number of proposed rotations
+constexpr double kCrossBins = 1.5;     // samples closer than this to a frequency axis are left out
+
+}  // namespace
+
+PolarSearch::PolarSearch(cv::Size size)
+    : log_step_(std::log(kRhoMax / kRhoMin) / (kRings - 1)),
+      lines_(RealFft::Lines(kRings, kAngles)),
+      line_(RealFft::Lines(1, kAngles)),
       power_(static_cast<std::size_t>(size.height) *
              (static_cast<std::size_t>(size.width) / 2 + 1)),
       polar_(lines_.RealSize()),
@@ -24,11 +35,11 @@ void PolarSearch::MakeSamples(cv::Size size) {
   const int half_cols = size.width / 2 + 1;
   for (auto* table : {&right_, &down_, &weight_}) table->reserve(lines_.RealSize());
   for (auto* table : {&top_, &bottom_}) table->reserve(lines_.RealSize());
-  for (int r = 0; r < params_.rings; ++r) {
-    const double rho = params_.rho_min * std::exp(r * log_step_);
-    for (int a = 0; a < params_.angles; ++a) {
+  for (int r = 0; r < kRings; ++r) {
+    const double rho = kRhoMin * std::exp(r * log_step_);
+    for (int a = 0; a < kAngles; ++a) {
       // Angles over (-pi/2, pi/2]: the half with kx >= 0 that the real transform stores.
-      const double phi = std::numbers::pi * (static_cast<double>(a) / params_.angles - 0.5);
+      const double phi = std::numbers::pi * (static_cast<double>(a) / kAngles - 0.5);
       // A W x H image has unequal frequency axes: bins are kx W and ky H apart from zero.
       const double x = rho * std::cos(phi) * size.width;
       const double y = rho * std::sin(phi) * size.height;
@@ -39,7 +50,7 @@ void PolarSearch::MakeSamples(cv::Size size) {
       bottom_.push_back(wrap(row + 1) * half_cols + column);
       right_.push_back(static_cast<float>(x - column));
       down_.push_back(static_cast<float>(y - row));
-      weight_.push_back(std::min(std::abs(x), std::abs(y)) < params_.cross_bins ? 0.0F : 1.0F);
+      weight_.push_back(std::min(std::abs(x), std::abs(y)) < kCrossBins ? 0.0F : 1.0F);
     }
   }
 }
@@ -55,9 +66,9 @@ void PolarSearch::Analyze(std::span<const std::complex<float>> spectrum,
                           down_.data(),
                           polar_.size(),
                           polar_.data());
-  for (int r = 0; r < params_.rings; ++r) {
-    const auto first = static_cast<std::size_t>(r) * static_cast<std::size_t>(params_.angles);
-    kernels::CentreRing(weight_.data() + first, params_.angles, polar_.data() + first);
+  for (int r = 0; r < kRings; ++r) {
+    const auto first = static_cast<std::size_t>(r) * static_cast<std::size_t>(kAngles);
+    kernels::CentreRing(weight_.data() + first, kAngles, polar_.data() + first);
   }
   lines_.Forward({polar_.data(), polar_.size()}, rings);
 }
@@ -66,9 +77,9 @@ void PolarSearch::Correlate(std::span<const std::complex<float>> reference,
                             std::span<const std::complex<float>> current,
                             int ring_shift,
                             std::span<float> profile) {
-  const auto bins = static_cast<std::size_t>(params_.angles) / 2 + 1;
+  const auto bins = static_cast<std::size_t>(kAngles) / 2 + 1;
   const int first = std::max(0, -ring_shift);
-  const int last = std::min(params_.rings, params_.rings - ring_shift);
+  const int last = std::min(kRings, kRings - ring_shift);
   const int common_rings = last - first;
   const auto count = static_cast<std::size_t>(common_rings) * bins;
   const auto* a = reference.data() + static_cast<std::size_t>(first) * bins;
@@ -86,9 +97,8 @@ void PolarSearch::Correlate(std::span<const std::complex<float>> reference,
   // The lowest harmonics contain the shape of the frame and motion blur, not the content.
   sum_[0] = sum_[1] = 0;
   line_.Inverse({sum_.data(), sum_.size()}, profile);
-  // With fewer common rings, large coefficients are more likely by chance: the coefficient is
-  // scaled down with their number.
-  const double common = static_cast<double>(last - first) / params_.rings;
+  // Fewer common rings are easier to please: the coefficient is scaled down with their number.
+  const double common = static_cast<double>(last - first) / kRings;
   const auto norm =
       static_cast<float>(std::sqrt(common) / (2 * std::sqrt(energy_a * energy_b) + 1e-12));
   for (float& value : profile) value *= norm;
@@ -112,8 +122,8 @@ Vertex Parabola(double left, double centre, double right) {
 
 void PolarSearch::RingEnergies(std::span<const std::complex<float>> rings,
                                std::vector<double>& energies) const {
-  const auto bins = static_cast<std::size_t>(params_.angles) / 2 + 1;
-  energies.assign(static_cast<std::size_t>(params_.rings), 0.0);
+  const auto bins = static_cast<std::size_t>(kAngles) / 2 + 1;
+  energies.assign(static_cast<std::size_t>(kRings), 0.0);
   for (std::size_t r = 0; r < energies.size(); ++r) {
     // Without the two lowest harmonics, as in Correlate.
     energies[r] = kernels::Energy(rings.data() + r * bins + 2, bins - 2);
@@ -122,7 +132,7 @@ void PolarSearch::RingEnergies(std::span<const std::complex<float>> rings,
 
 void PolarSearch::CollectPeaks(
     int first_scale, int last_scale, int reach, int count, std::vector<RotationPeak>& peaks) const {
-  const int n = params_.angles;
+  const int n = kAngles;
   const auto at = [&](int s, int a) {
     return surface_[static_cast<std::size_t>(s) * static_cast<std::size_t>(n) +
                     static_cast<std::size_t>((a + n) % n)];
@@ -152,7 +162,7 @@ void PolarSearch::CollectPeaks(
                             ? Parabola(at(s - 1, a), at(s, a), at(s + 1, a))
                             : Vertex{0, at(s, a)};
     best = std::max(best, angle.value);
-    if (angle.value < params_.min_relative * best) break;
+    if (angle.value < kMinRelative * best) break;
     double theta = (a + angle.offset) * std::numbers::pi / n;
     if (theta >= std::numbers::pi / 2) theta -= std::numbers::pi;
     const RotationPeak peak{theta, std::exp((s + ring.offset - reach) * log_step_), angle.value};
@@ -171,9 +181,9 @@ std::vector<RotationPeak> PolarSearch::Search(std::span<const std::complex<float
                                               std::span<const std::complex<float>> current,
                                               bool estimate_scale) {
   const int reach =
-      estimate_scale ? static_cast<int>(std::ceil(std::log(params_.max_scale) / log_step_)) : 0;
+      estimate_scale ? static_cast<int>(std::ceil(std::log(kMaxScale) / log_step_)) : 0;
   const int scales = 2 * reach + 1;
-  const auto n = static_cast<std::size_t>(params_.angles);
+  const auto n = static_cast<std::size_t>(kAngles);
   RingEnergies(reference, reference_energy_);
   RingEnergies(current, current_energy_);
   surface_.resize(static_cast<std::size_t>(scales) * n);
@@ -184,9 +194,9 @@ std::vector<RotationPeak> PolarSearch::Search(std::span<const std::complex<float
         reference, current, reach - s, {surface_.data() + static_cast<std::size_t>(s) * n, n});
   }
   std::vector<RotationPeak> peaks;
-  CollectPeaks(0, scales - 1, reach, params_.max_peaks, peaks);
-  // Most pairs come from one camera at one height: scale 1 is always tried, because it has fewer
-  // degrees of freedom.
+  CollectPeaks(0, scales - 1, reach, kMaxPeaks, peaks);
+  // Most pairs come from one camera at one height: scale 1 is always worth a try, with less freedom
+  // to go wrong.
   if (estimate_scale) CollectPeaks(reach, reach, reach, 2, peaks);
   if (peaks.empty()) peaks.push_back({});
   return peaks;

@@ -9,18 +9,7 @@
 
 namespace ceilmap::registration {
 
-struct PolarParams {
-  int angles = 384;            ///< samples over the half turn that an amplitude spectrum has
-  int rings = 48;              ///< log-spaced radii
-  double rho_min = 0.035;      ///< lowest radius, cycles per pixel of the working image
-  double rho_max = 0.35;       ///< highest; above it lies mostly noise
-  double max_scale = 1.45;     ///< scales are searched in [1/max_scale, max_scale]
-  double min_relative = 0.35;  ///< peaks below this part of the highest one are dropped
-  int max_peaks = 4;           ///< how many rotations are proposed at the most
-  double cross_bins = 1.5;     ///< samples closer than this to a frequency axis are left out
-};
-
-/// A proposal: the content rotated by theta or theta + pi, and scaled.
+/// A proposal: the content turned by theta or theta + pi, and scaled.
 struct RotationPeak {
   double theta_rad = 0;  ///< in [-pi/2, pi/2)
   double scale = 1;
@@ -35,8 +24,8 @@ struct RotationPeak {
 /// one short inverse transform per scale. With a known scale there is only one.
 class PolarSearch {
  public:
-  /// @param size  Of the working image whose half spectrum (rows x (cols/2+1)) is analysed.
-  explicit PolarSearch(cv::Size size, const PolarParams& params = {});
+  /// @param size  of the working image whose half spectrum (rows x (cols/2+1)) is analysed.
+  explicit PolarSearch(cv::Size size);
 
   [[nodiscard]] std::size_t RingSpectrumSize() const { return lines_.SpectrumSize(); }
 
@@ -66,7 +55,6 @@ class PolarSearch {
   void RingEnergies(std::span<const std::complex<float>> rings,
                     std::vector<double>& energies) const;
 
-  PolarParams params_;
   double log_step_ = 0;  // ln of the ratio of successive radii
   // Bilinear positions of the polar samples in the half spectrum; weight 0: left out.
   std::vector<int> top_;

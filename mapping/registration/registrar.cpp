@@ -31,6 +31,13 @@ const char* ToString(Verdict verdict) {
 
 namespace {
 
+// Grey levels; images with less show nothing.
+constexpr double kMinContrast = 0.25;
+// Another motion with this part of the best agreement is a rival, and ...
+constexpr double kRivalRatio = 0.7;
+// ... stays one unless the images speak against it by so many nats.
+constexpr double kMinEvidence = 4.5;
+
 bool Differ(const ImageMotion& a, const ImageMotion& b) {
   return std::hypot(a.tx_px - b.tx_px, a.ty_px - b.ty_px) > 6.0 ||
          std::abs(WrapAngle(a.theta_rad - b.theta_rad)) > 0.03;
@@ -266,7 +273,7 @@ Registration Registrar::Impl::Choose(const Fine& reference,
                                      const Fine& current,
                                      const std::vector<Finalist>& finalists,
                                      const std::optional<MotionPrior>& prior) {
-  std::vector<Finalist> rivals = Rivals(finalists, params.rival_ratio);
+  std::vector<Finalist> rivals = Rivals(finalists, kRivalRatio);
   bool settled = true;
   bool disambiguated_by_prior = false;
   if (rivals.size() > 1) {
@@ -280,7 +287,7 @@ Registration Registrar::Impl::Choose(const Fine& reference,
     for (std::size_t i = 2; i < rivals.size(); ++i) {
       evidence = std::min(evidence, Evidence(rivals[0].dissimilarity, rivals[i].dissimilarity));
     }
-    disambiguated_by_prior = evidence <= params.min_evidence;
+    disambiguated_by_prior = evidence <= kMinEvidence;
     settled = !disambiguated_by_prior || ChooseByPrior(prior, rivals);
   }
   Registration result = rivals.front().result;
@@ -328,7 +335,7 @@ Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
     candidates.push_back(fine.Test(reference, current, hypothesis));
   }
   std::vector<Finalist> finalists;
-  for (const Candidate& rival : NearlyBest(candidates, params.rival_ratio)) {
+  for (const Candidate& rival : NearlyBest(candidates, kRivalRatio)) {
     finalists.push_back(fine.Refine(reference, current, rival));
   }
   Registration result = Choose(reference, current, finalists, prior);
@@ -349,8 +356,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   if (!reference.HasCoarse() || !current.HasCoarse()) {
     throw std::invalid_argument("Registrar::Register: a FrameSpectrum of AnalyzeFine");
   }
-  if (std::min(reference.coarse_->contrast, current.coarse_->contrast) <
-      impl_->params.min_contrast) {
+  if (std::min(ref.contrast, cur.contrast) < kMinContrast) {
     Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;

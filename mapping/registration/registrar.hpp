@@ -53,48 +53,23 @@ struct RegistrarParams {
   /// Where images have content (CeilingView::Mask): CV_8UC1 of the image's size, 0 where they
   /// have none; empty: everywhere. Blank borders would otherwise be matched with each other.
   cv::Mat mask;
-  int first_blocks = 24;  ///< blocks that test a coarse hypothesis and bring it close
   int final_blocks = 48;  ///< blocks of the last rounds
 
-  // Limits of acceptance. The measurements behind them: mapping/registration/README.md, "Limits of
-  // acceptance".
-
-  /// Sum of the peaks of agreeing blocks in the test of a hypothesis.
-  double min_support = 4.2;
-  /// Blocks that agree, ...
+  /// Blocks that must agree, > 0.
   int min_inliers = 5;
-  /// ... and their ratio to the compared blocks after the last round.
-  double min_inlier_ratio = 0.25;
-  /// Of the translation, from the residuals.
-  double max_sigma_px = 0.42;
-  /// Mean ln(1 + unexplained / expected energy) of the blocks; or, where it is larger, ...
-  double max_dissimilarity = 0.92;
-  /// ... agreement of rough blocks + fine blocks + 2 x POC peak of the whole images, 0..4.
+  /// Agreement of rough blocks + fine blocks + 2 x POC peak of the whole images, 0..4, from which
+  /// dissimilar images are accepted (other light, blur).
   double min_agreement = 1.8;
-  /// The same for images whose shorter side is below 240 px: their few blocks show little but
-  /// lines, which also agree at other places. A match that agrees by less must meet
-  /// `max_dissimilarity`.
-  double min_agreement_small = 2.3;
-  /// Where the dissimilarity is above `max_dissimilarity_weak`, rough and fine blocks alone must
-  /// also agree by `min_block_agreement`: motion blur of more than 12 px in one image splits the
-  /// peaks even of the rough blocks, which then agree on a place beside the true one.
-  double max_dissimilarity_weak = 1.9;
+  /// Very dissimilar images must also agree by this in rough and fine blocks alone, 0..2: a smear
+  /// of more than 12 px in one image splits the peaks even of the rough blocks, which then agree on
+  /// a place beside the truth (1.09 and less; images under other light have 1.15 and more).
   double min_block_agreement = 1.12;
   /// A part of the ceiling may have changed (covered, moved, switched off): then at least this
-  /// ratio of the blocks must agree, by at least `min_partial_agreement`, and the dissimilarity of
-  /// the best fifth of them must be at most `max_partial_dissimilarity`. Not for small images,
-  /// where such a part would be a few lines.
+  /// fraction of the blocks must agree, 0..1, and a fifth of them down to the noise. Not for small
+  /// images, where such a fraction would be a few lines. 1: never.
   double min_partial_inliers = 0.6;
-  double min_partial_agreement = 0.36;
-  double max_partial_dissimilarity = 1.4;
-  /// Used in place of the POC peak in Refine, where it is not computed.
+  /// Used as the POC peak in Refine, where it is not computed, 0..1.
   double refine_poc_peak = 0.3;
-  /// Grey levels; images with less contrast have no texture.
-  double min_contrast = 0.25;
-  /// Another motion with at least this fraction of the best agreement is a rival, and ...
-  double rival_ratio = 0.7;
-  /// ... remains one unless the evidence of the images against it is at least this, nats.
-  double min_evidence = 4.5;
 };
 
 /// Everything that is computed once of an image and kept: its working copies and spectra. Cheap to

@@ -58,7 +58,7 @@ ceilmap_add_test(calibrate_mirror_test WHOLE
     ${CMAKE_CURRENT_LIST_DIR}/calibrate_mirror_test.cpp
   LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_core)
 
-ceilmap_add_test(readme_test
+ceilmap_add_test(settings_test
   SOURCES
-    ${CMAKE_CURRENT_LIST_DIR}/readme_test.cpp
-  LINKS ceilmap_test_support)
+    ${CMAKE_CURRENT_LIST_DIR}/settings_test.cpp
+  LINKS ceilmap_app ceilmap_commands ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)

@@ -276,7 +276,7 @@ TEST(LocalizerParams, AreChecked) {
   params.min_overlap = 1.5;
   EXPECT_THROW(params.Validate(), InputError);
   params = {};
-  params.patches.kept = 0;
+  params.hypotheses.confirmations = 0;
   EXPECT_THROW(params.Validate(), InputError);
 }
 

@@ -93,13 +93,5 @@ TEST_F(MapPatchesTest, WhereLittleIsMappedThereIsNone) {
   EXPECT_GT(half->content, 0.3);
 }
 
-TEST_F(MapPatchesTest, ImpossibleParametersAreRefused) {
-  const calib::CeilingView view(UpCamera(), synthetic::kCeiling_m);
-  registration::Registrar registrar(view.Size());
-  PatchParams params;
-  params.headings = 3;
-  EXPECT_THROW(MapPatches(*map_->map, view, registrar, params), InputError);
-}
-
 }  // namespace
 }  // namespace ceilmap::localization

@@ -62,9 +62,9 @@ TEST(MotionModel, ErrorsAreAsLargeAsItSays) {
   int count = 0;
   for (int robot = 0; robot < 300; ++robot) {
     Pose2 T;
-    Eigen::Vector3d v(params.first_speed_sigma * normal(random),
-                      params.first_speed_sigma * normal(random),
-                      params.first_turn_sigma * normal(random));
+    Eigen::Vector3d v(MotionModel::kFirstSpeedSigma * normal(random),
+                      MotionModel::kFirstSpeedSigma * normal(random),
+                      MotionModel::kFirstTurnSigma * normal(random));
     MotionModel model;
     const auto measure = [&] {
       constexpr double kSigma = 0.01;

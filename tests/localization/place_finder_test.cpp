@@ -78,11 +78,5 @@ TEST_F(PlaceFinderTest, EndsBeforeItsIndexIsReady) {
   const PlaceFinder finder(*map_->map, view);  // must not crash or wait for long
 }
 
-TEST(PlaceFinder, ImpossibleParametersAreRefused) {
-  PlaceFinderParams params;
-  params.min_votes_ratio = 1;
-  EXPECT_THROW(params.Validate(), InputError);
-}
-
 }  // namespace
 }  // namespace ceilmap::localization

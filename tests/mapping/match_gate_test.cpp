@@ -22,9 +22,9 @@ TEST(MatchGate, FollowsTheLight) {
   MatchGate standard;
   for (int i = 0; i < 50; ++i) standard.Add(kGood);
   constexpr MatchQuality kDusk{0.95, 0.5, 1.2};
-  EXPECT_FALSE(standard.Accepts(kDusk));
-  for (int i = 0; i < MatchGateParams().remembered; ++i) standard.Add(kDusk);
-  EXPECT_TRUE(standard.Accepts(kDusk));
+  EXPECT_FALSE(standard.Meets(kDusk));
+  for (int i = 0; i < MatchGate::kRemembered; ++i) standard.Add(kDusk);
+  EXPECT_TRUE(standard.Meets(kDusk));
 }
 
 TEST(MatchGate, HasALimitHoweverBadTheRightOnesAre) {

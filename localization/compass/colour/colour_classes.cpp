@@ -16,6 +16,9 @@
 namespace ceilmap::colour {
 namespace {
 
+// Number of samples clustered, evenly chosen from those given, > 0.
+constexpr int kMaxSamples = 40000;
+
 constexpr int kSteps = 64;           // per channel in the table
 constexpr int kStep = 256 / kSteps;  // grey levels
 constexpr float kMinVariance = 4;    // of a class in each channel: noise of any camera
@@ -189,9 +192,6 @@ void ColourClassParams::Validate() const {
   if (classes < 2 || classes > kMaxClasses) {
     throw InputError(fmt::format("classes = {}, must be 2 to {}", classes, kMaxClasses));
   }
-  if (max_samples <= classes) {
-    throw InputError(fmt::format("most_samples = {}, must be more than classes", max_samples));
-  }
 }
 
 ColourClasses::ColourClasses(std::vector<ColourClass> classes)
@@ -225,7 +225,7 @@ ColourClasses::ColourClasses(std::vector<ColourClass> classes)
 
 ColourClasses ColourClasses::Learn(const cv::Mat& bgr, const ColourClassParams& params) {
   params.Validate();
-  const cv::Mat samples = ToYuv(bgr, params.max_samples);
+  const cv::Mat samples = ToYuv(bgr, kMaxSamples);
   RequireColours(samples, params.classes);
   std::vector<ColourClass> classes = params.clustering == Clustering::kMeans
                                          ? ByKMeans(samples, params)

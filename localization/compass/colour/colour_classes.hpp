@@ -15,9 +15,8 @@ enum class Clustering {
 
 struct ColourClassParams {
   Clustering clustering = Clustering::kMeans;
-  int classes = 8;          ///< 2 .. kMaxClasses
-  std::uint64_t seed = 1;   ///< equal samples and seeds give equal classes
-  int max_samples = 40000;  ///< number of samples clustered, evenly chosen from those given, > 0
+  int classes = 8;         ///< 2 .. kMaxClasses
+  std::uint64_t seed = 1;  ///< equal samples and seeds give equal classes
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

@@ -20,6 +20,46 @@
 namespace ceilmap::colour {
 namespace {
 
+// Expected dissimilarity of the features of a correct line, as a ratio of the largest possible
+// dissimilarity; smaller differences do not raise the likelihood, > 0.
+constexpr double kLineNoise = 0.005;
+// Expected fraction of the lines that differ from what was learned in their direction (people,
+// objects added or removed), [0, 1).
+constexpr double kChangedFraction = 0.3;
+
+constexpr double kExposureDrift = 0.01;
+// Number of independent lines that all lines of a frame together are equivalent to, because
+// neighbouring lines observe the same objects, > 0.
+constexpr double kEffectiveLines = 5;
+// A frame that shows the same content as the previous one contains no new information. A frame
+// has full weight after a turn of this angle, rad > 0, ...
+constexpr double kFreshTurnRad = 0.3;
+// ... and at least this fraction of the full weight otherwise, (0, 1].
+constexpr double kMinFresh = 0.1;
+// Standard deviation of the measured turn between frames: a constant, rad >= 0, and a ratio of
+// the turn, >= 0.
+constexpr double kTurnSigmaRad = 0.004;
+constexpr double kTurnSigmaRatio = 0.02;
+// Standard deviation of the robot's turn rate where no turn can be measured (darkness, no
+// overlap), rad/s, > 0.
+constexpr double kUnseenRateRadS = 0.6;
+// Standard deviation of the distance travelled by a robot with unknown position, in addition to
+// the measured motion: a ratio of that motion, >= 0, and m/sqrt(s), >= 0.
+constexpr double kWaySigmaRatio = 0.3;
+constexpr double kWaySigmaM = 0.1;
+// The same where the motion cannot be measured, m/sqrt(s).
+constexpr double kUnseenWaySigmaM = 1;
+// Largest distance of a possible position from a learned one, as a ratio of the depth, [0, 0.9].
+constexpr double kReach = 0.75;
+// Error of the cylinder as a model of the room: standard deviation of the heading per
+// displacement from the learned position (as a ratio of the depth), >= 0, rad; for estimated
+// positions, and for given positions.
+constexpr double kModelSigmaRad = 0.2;
+constexpr double kModelSigmaKnownRad = 0.06;
+// Only cells that contain at least this fraction of the total weight of the possible positions
+// are compared (ViCTORiA), [0, 1]. Used for given positions only.
+constexpr double kMinCellRatio = 0.2;
+
 using std::numbers::pi;
 
 constexpr double kSpacing = 0.15;  // of places, as a ratio of the depth
@@ -51,27 +91,7 @@ void ColourCompassParams::Validate() const {
   const auto require = [](bool holds, const char* what, double value, const char* must) {
     if (!holds) throw InputError(fmt::format("{} = {}, must be {}", what, value, must));
   };
-  require(line_noise > 0, "line_noise", line_noise, "> 0");
-  require(changed_fraction >= 0 && changed_fraction < 1,
-          "changed_fraction",
-          changed_fraction,
-          "in [0, 1)");
   require(exposure_sigma >= 0, "exposure_sigma", exposure_sigma, ">= 0");
-  require(exposure_drift >= 0, "exposure_drift", exposure_drift, ">= 0");
-  require(effective_lines > 0, "effective_lines", effective_lines, "> 0");
-  require(fresh_turn_rad > 0, "fresh_turn_rad", fresh_turn_rad, "> 0");
-  require(min_fresh > 0 && min_fresh <= 1, "least_fresh", min_fresh, "in (0, 1]");
-  require(turn_sigma_rad >= 0, "turn_sigma_rad", turn_sigma_rad, ">= 0");
-  require(turn_sigma_ratio >= 0, "turn_sigma_ratio", turn_sigma_ratio, ">= 0");
-  require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
-  require(way_sigma_ratio >= 0, "way_sigma_ratio", way_sigma_ratio, ">= 0");
-  require(way_sigma_m >= 0, "way_sigma_m", way_sigma_m, ">= 0");
-  require(unseen_way_sigma_m >= 0, "unseen_way_sigma_m", unseen_way_sigma_m, ">= 0");
-  require(model_sigma_rad >= 0, "model_sigma_rad", model_sigma_rad, ">= 0");
-  require(model_sigma_known_rad >= 0, "model_sigma_known_rad", model_sigma_known_rad, ">= 0");
-  require(reach >= 0 && reach <= kMaxOffset, "reach", reach, "in [0, 0.9]");
-  require(
-      min_cell_ratio >= 0 && min_cell_ratio <= 1, "min_cell_ratio", min_cell_ratio, "in [0, 1]");
 }
 
 struct ColourCompass::Impl {
@@ -79,11 +99,11 @@ struct ColourCompass::Impl {
       : model(std::move(learned)),
         forward(std::move(camera)),
         params((wanted.Validate(), wanted)),
-        matcher((Check(model), model), params.line_noise, params.changed_fraction),
+        matcher((Check(model), model), kLineNoise, kChangedFraction),
         strip(forward),
         reader(model.classes,
                model.kind == ModelKind::kSturm ? 0 : params.exposure_sigma,
-               params.exposure_drift) {
+               kExposureDrift) {
     turn_scale = 1 / (1 + std::max(0.0, params.camera_ahead_of_axle_m) / model.depth_m);
     SetPlaces();
   }
@@ -144,7 +164,7 @@ void ColourCompass::Impl::Check(const ColourModel& model) {
 
 void ColourCompass::Impl::SetPlaces() {
   const bool one = !params.parallax || model.kind == ModelKind::kSturm;
-  places = PlacesAround(model, one ? 0 : params.reach, kSpacing);
+  places = PlacesAround(model, one ? 0 : kReach, kSpacing);
   belief.emplace(static_cast<int>(places.size()));
   fits.resize(model.cells.size());
 }
@@ -164,25 +184,20 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
   if (!last_s) return;
   const double seconds = frame.stamp_s - *last_s;
   const double step_m = kSpacing * model.depth_m;
-  double sigma_m = params.unseen_way_sigma_m * std::sqrt(seconds);
-  if (turned) {
-    const double turn = turn_scale * turned->turn_rad;
+  double sigma_m = kUnseenWaySigmaM * std::sqrt(seconds);
+  if (seen) {
+    const double turn = turn_scale * seen->turn_rad;
     // Where objects are nearer on one side, driving past them appears as a turn.
     constexpr double kSideways = 0.1;
-    belief->Turn(
-        turn,
-        std::hypot(
-            params.turn_sigma_rad, params.turn_sigma_ratio * turn, kSideways * turned->ahead));
-    fresh = std::clamp(
-        (std::abs(turn) + std::abs(turned->ahead)) / params.fresh_turn_rad, params.min_fresh, 1.0);
-    const double travelled_m = turned->ahead * model.depth_m;
-    belief->Drive(travelled_m / step_m, places);
-    sigma_m =
-        std::hypot(params.way_sigma_ratio * travelled_m, params.way_sigma_m * std::sqrt(seconds));
+    belief->Turn(turn, std::hypot(kTurnSigmaRad, kTurnSigmaRatio * turn, kSideways * seen->ahead));
+    fresh = std::clamp((std::abs(turn) + std::abs(seen->ahead)) / kFreshTurnRad, kMinFresh, 1.0);
+    const double way_m = seen->ahead * model.depth_m;
+    belief->Drive(way_m / step_m, places);
+    sigma_m = std::hypot(kWaySigmaRatio * way_m, kWaySigmaM * std::sqrt(seconds));
   } else {
     ++counts.without_turn;
-    fresh = params.min_fresh;  // nothing is known about the change of the view
-    belief->Turn(0, params.unseen_rate_rad_s * seconds);
+    fresh = kMinFresh;  // nothing is known about the change of the view
+    belief->Turn(0, kUnseenRateRadS * seconds);
   }
   const double fraction = 0.5 * sigma_m * sigma_m / (step_m * step_m);
   constexpr double kMaxFraction = 0.2;
@@ -240,8 +255,7 @@ void ColourCompass::Impl::Compare(int cell) {
 void ColourCompass::Impl::FitAt(const LineFit& fit,
                                 const DirectionTable& directions,
                                 float* fit_of_yaws) const {
-  const auto scale =
-      static_cast<float>(fresh * params.effective_lines / static_cast<double>(fit.rows()));
+  const auto scale = static_cast<float>(fresh * kEffectiveLines / static_cast<double>(fit.rows()));
   // The columns of the distribution are a whole number of steps apart.
   static_assert(DirectionTable::kSteps % YawBelief::kYaws == 0);
   constexpr int kStride = DirectionTable::kSteps / YawBelief::kYaws;
@@ -284,7 +298,7 @@ double ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypothes
     all += hypothesis.weight;
   }
   const double most = *std::max_element(of_cell.begin(), of_cell.end());
-  const double least = std::min(params.min_cell_ratio * all, most);
+  const double least = std::min(kMinCellRatio * all, most);
   Eigen::RowVectorXf likelihood = Eigen::RowVectorXf::Zero(YawBelief::kYaws);
   Eigen::RowVectorXf fit(YawBelief::kYaws);
   Eigen::VectorXf near = Eigen::VectorXf::Constant(static_cast<Eigen::Index>(places.size()), 1e-6F);
@@ -327,7 +341,7 @@ std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
   me.used_s.reset();
   if (!lines.Usable()) {
     ++me.counts.below_horizon;
-    if (me.last_s) me.belief->Turn(0, me.params.unseen_rate_rad_s * (frame.stamp_s - *me.last_s));
+    if (me.last_s) me.belief->Turn(0, kUnseenRateRadS * (frame.stamp_s - *me.last_s));
     me.last_s = frame.stamp_s;
     me.strip.Reset();
     return std::nullopt;
@@ -352,8 +366,7 @@ std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
   const Eigen::Vector2d place = frame.places.empty() ? heading.place : MeanOf(frame.places);
   const int cell = NearestLearned(me.model, place);
   const double away = OffsetFrom(me.model, cell, place, kFarthest).norm();
-  const double sigma =
-      frame.places.empty() ? me.params.model_sigma_rad : me.params.model_sigma_known_rad;
+  const double sigma = frame.places.empty() ? kModelSigmaRad : kModelSigmaKnownRad;
   heading.variance_rad2 += sigma * sigma * away * away;
   return heading;
 }

@@ -51,14 +51,14 @@ struct Kept {
   std::shared_ptr<const ScanLines> lines;
 };
 
-GridParams AboutTheMiddle(const std::vector<Kept>& frames) {
+GridGeometry AboutTheMiddle(const std::vector<Kept>& frames) {
   Eigen::Vector2d least = frames.front().pose.T_map_base.Translation();
   Eigen::Vector2d most = least;
   for (const Kept& frame : frames) {
     least = least.cwiseMin(frame.pose.T_map_base.Translation());
     most = most.cwiseMax(frame.pose.T_map_base.Translation());
   }
-  GridParams grid;
+  GridGeometry grid;
   grid.min_x_m = 0.5 * (least.x() + most.x() - grid.width_m);
   grid.min_y_m = 0.5 * (least.y() + most.y() - grid.height_m);
   return grid;

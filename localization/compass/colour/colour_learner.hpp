@@ -28,7 +28,7 @@ struct LearnParams {
   ScanLineParams lines = {};
   int bins = 180;
   /// Unset: 6 x 4 m centred on the learned positions, 5 x 3 cells.
-  std::optional<GridParams> grid = std::nullopt;
+  std::optional<GridGeometry> grid = std::nullopt;
   /// Unset: estimated from the ratio by which measured turns exceed those of the robot (with a
   /// camera off its axle), otherwise the default of ColourModel.
   std::optional<double> depth_m = std::nullopt;

@@ -61,7 +61,7 @@ const char* ToString(ModelKind kind) {
   return kind == ModelKind::kVictoria ? "victoria" : "sturm";
 }
 
-void GridParams::Validate() const {
+void GridGeometry::Validate() const {
   Require(std::isfinite(min_x_m) && std::isfinite(min_y_m) && width_m > 0 && height_m > 0 &&
               std::isfinite(width_m) && std::isfinite(height_m),
           fmt::format("a grid of {} x {} m, must be > 0", width_m, height_m));
@@ -72,7 +72,7 @@ void GridParams::Validate() const {
                       kMaxPerSide));
 }
 
-int GridParams::CellOf(const Eigen::Vector2d& place) const {
+int GridGeometry::CellOf(const Eigen::Vector2d& place) const {
   const auto index = [](double at, double size, int count) {
     return static_cast<int>(std::clamp(std::floor(at / size * count), 0.0, count - 1.0));
   };
@@ -138,8 +138,8 @@ void Merge(const ColourModel& other, ColourModel& model) {
               std::equal(model.classes.begin(), model.classes.end(), other.classes.begin(), same),
           "their colour classes differ: only models that began as copies of one can be merged "
           "('compass update' keeps classes)");
-  const GridParams& a = model.grid;
-  const GridParams& b = other.grid;
+  const GridGeometry& a = model.grid;
+  const GridGeometry& b = other.grid;
   Require(model.bins == other.bins && a.min_x_m == b.min_x_m && a.min_y_m == b.min_y_m &&
               a.width_m == b.width_m && a.height_m == b.height_m && a.columns == b.columns &&
               a.rows == b.rows,

@@ -23,7 +23,7 @@ enum class ModelKind {
 const char* ToString(ModelKind kind);
 
 /// Layout of the cells: columns along x, rows along y, in the frame of the learned poses.
-struct GridParams {
+struct GridGeometry {
   double min_x_m = 0;
   double min_y_m = 0;
   double width_m = 6;  ///< > 0
@@ -72,7 +72,7 @@ struct ColourModel {
   ModelKind kind = ModelKind::kVictoria;
   std::vector<ColourClass> classes;
   int bins = 180;  ///< per cell, 36 .. 720
-  GridParams grid;
+  GridGeometry grid;
   std::vector<Cell> cells;  ///< grid.Cells() of them, row by row; one with kSturm
   /// Common distance of the observed objects, which determines the parallax when the robot is not
   /// at a learned position, m, > 0.

@@ -275,9 +275,9 @@ ModelKind KindOf(const Fields& fields) {
                             ToString(ModelKind::kSturm)));
 }
 
-GridParams GridOf(const Fields& fields) {
+colour::GridGeometry GridOf(const Fields& fields) {
   constexpr int kMaxSide = 100;
-  GridParams grid;
+  colour::GridGeometry grid;
   grid.min_x_m = fields.Number("min_x_m");
   grid.min_y_m = fields.Number("min_y_m");
   grid.width_m = fields.Number("width_m");

@@ -13,6 +13,9 @@
 namespace ceilmap::colour {
 namespace {
 
+// Between samples of a line, > 0; adjacent pixels with the same content add no information.
+constexpr double kStepPx = 3;
+
 using std::numbers::pi;
 
 /// Directions in the level frame of the robot (x ahead, z up), and their pixels.
@@ -105,9 +108,6 @@ void ScanLineParams::Validate() const {
   if (!(min_above_horizon >= 0 && min_above_horizon <= 1)) {
     throw InputError(fmt::format("min_above_horizon = {}, must be in [0, 1]", min_above_horizon));
   }
-  if (!(step_px > 0 && step_px < 1000)) {
-    throw InputError(fmt::format("step_px = {}, must be > 0 and < 1000", step_px));
-  }
 }
 
 ScanLines::ScanLines(const calib::MountedCamera& forward,
@@ -130,8 +130,8 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
   const double half = HalfField(rays, std::max(0.0, base + 0.01));
   std::vector<std::vector<cv::Point2d>> lines;
   for (int i = 0; i < params.lines; ++i) {
-    const double azimuth = rays.Azimuth() + half * (1 - (2.0 * i + 1) / params.lines);
-    std::vector<cv::Point2d> line = Line(rays, azimuth, params.step_px);
+    const double azimuth = looks.Azimuth() + half * (1 - (2.0 * i + 1) / params.lines);
+    std::vector<cv::Point2d> line = Line(looks, azimuth, kStepPx);
     constexpr std::size_t kMinSamples = 8;
     if (line.size() < kMinSamples) continue;
     azimuths_.push_back(azimuth);

@@ -13,8 +13,6 @@ struct ScanLineParams {
   int lines = 10;  ///< per frame, >= 2
   /// Frames with a smaller fraction of their pixels above the horizon are skipped, [0, 1].
   double min_above_horizon = 0.6;
-  double step_px = 3;  ///< between samples of a line, > 0; adjacent pixels with the same content
-                       ///< add no information
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

@@ -7,7 +7,6 @@
 #include <cstddef>
 
 #include "calib/base/error.hpp"
-#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "localization/compass/heading_variance.hpp"
 #include "localization/compass/labrosse/column_shift.hpp"
@@ -16,6 +15,15 @@
 
 namespace ceilmap::labrosse {
 namespace {
+
+// A panorama with less texture along its rows than this (RowTexture, grey levels, >= 0) gives no
+// information: it is uniform except for noise.
+constexpr double kMinTexture = 2;
+// Width over which the differences of two panoramas count as one independent error, rad, > 0.
+// Only the variance depends on it; the same value as for Labrosse2006.
+constexpr double kIndependentRad = std::numbers::pi / 45;
+// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
+constexpr double kUnseenRateRadS = 0.5;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
@@ -28,22 +36,11 @@ std::vector<double> Roots(const std::vector<std::uint64_t>& squared) {
 
 }  // namespace
 
-void Labrosse2004Params::Validate() const {
-  const FieldCheck require("labrosse2004");
-  require(min_texture >= 0, "min_texture", min_texture, ">= 0");
-  require(independent_rad > 0, "independent_rad", independent_rad, "> 0");
-  require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
-}
-
-Labrosse2004::Labrosse2004(const Labrosse2004Params& params) : params_(params) {
-  params_.Validate();
-}
-
 std::optional<compass::HeadingEstimate> Labrosse2004::Next(const compass::PanoramaFrame& frame) {
   check_.Take(frame);
   frame.panorama.copyTo(current_);
   const std::vector<float> everywhere(static_cast<std::size_t>(current_.cols), 1);
-  const bool textured = RowTexture(current_, everywhere) >= params_.min_texture;
+  const bool textured = RowTexture(current_, everywhere) >= kMinTexture;
   if (check_.Frames() == 1) reference_stamp_s_ = frame.stamp_s;
   if (reference_.empty()) {
     Hold(frame.stamp_s);
@@ -76,7 +73,7 @@ bool Labrosse2004::Turn() {
   const ShiftNeighbours around{distance(*shift - 1), distance(*shift), distance(*shift + 1)};
   const double column_rad = kTurn / columns;
   constexpr double kRounding = 1.0 / 12;
-  const double variance = kRounding + ShiftVariance(around, kTurn / params_.independent_rad);
+  const double variance = kRounding + ShiftVariance(around, kTurn / kIndependentRad);
   shift_columns_ = 2 * *shift == columns ? -*shift : *shift;
   estimate_.heading_rad = WrapAngle(at_reference_.heading_rad + *shift * column_rad);
   estimate_.variance_rad2 =
@@ -86,11 +83,10 @@ bool Labrosse2004::Turn() {
 }
 
 void Labrosse2004::Hold(double stamp_s) {
-  estimate_ = {
-      .heading_rad = at_reference_.heading_rad,
-      .variance_rad2 = compass::HeldVariance(
-          at_reference_.variance_rad2, params_.unseen_rate_rad_s, stamp_s - reference_stamp_s_),
-      .confidence = 0};
+  estimate_ = {.heading_rad = at_reference_.heading_rad,
+               .variance_rad2 = compass::HeldVariance(
+                   at_reference_.variance_rad2, kUnseenRateRadS, stamp_s - reference_stamp_s_),
+               .confidence = 0};
 }
 
 void Labrosse2004::MakeReference(double stamp_s) {

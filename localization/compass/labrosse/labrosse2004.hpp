@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -10,19 +9,6 @@
 #include "localization/compass/frame_check.hpp"
 
 namespace ceilmap::labrosse {
-
-struct Labrosse2004Params {
-  /// A panorama with less texture along its rows than this (RowTexture, grey levels, >= 0) gives no
-  /// information: it is uniform except for noise.
-  double min_texture = 2;
-  /// Width over which the differences of two panoramas count as one independent error, rad, > 0.
-  /// Only the variance depends on it; the same value as in Labrosse2006Params.
-  double independent_rad = std::numbers::pi / 45;
-  /// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
-  double unseen_rate_rad_s = 0.5;
-
-  void Validate() const;  ///< throws InputError naming field, value and range
-};
 
 /// The compass of Labrosse, "Visual compass", TAROS 2004. The change of heading is the whole number
 /// of columns that minimizes the distance of two successive panoramas, over all shifts and all
@@ -37,8 +23,6 @@ struct Labrosse2004Params {
 /// Time: columns^2 x rows x channels.
 class Labrosse2004 : public compass::Compass {
  public:
-  explicit Labrosse2004(const Labrosse2004Params& params = {});
-
   std::optional<compass::HeadingEstimate> Next(const compass::PanoramaFrame& frame) override;
   [[nodiscard]] compass::DistanceProfile Profile() const override;
   [[nodiscard]] std::int64_t References() const override { return references_; }
@@ -48,7 +32,6 @@ class Labrosse2004 : public compass::Compass {
   void Hold(double stamp_s);
   void MakeReference(double stamp_s);
 
-  Labrosse2004Params params_;
   compass::FrameCheck check_;
   cv::Mat current_;
   cv::Mat reference_;  ///< empty: no usable panorama so far

@@ -18,6 +18,20 @@
 namespace ceilmap::labrosse {
 namespace {
 
+// A panorama with less texture along its rows in the fields of view than this (RowTexture, grey
+// levels, >= 0) gives no information: it is uniform except for noise.
+constexpr double kMinTexture = 2;
+// A minimum with a smaller normalised amplitude, [0, 1), is rejected: the panoramas do not show
+// the same surroundings.
+constexpr double kMinAmplitude = 0.05;
+// Width over which the differences of two panoramas count as one independent error, rad, > 0: 4
+// deg. Only the variance depends on it.
+constexpr double kIndependentRad = std::numbers::pi / 45;
+// Standard deviation of the sub-pixel minimum between panoramas that agree, columns, > 0.
+constexpr double kInterpolationSigmaColumns = 0.05;
+// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
+constexpr double kUnseenRateRadS = 0.5;
+
 constexpr double kTurn = 2 * std::numbers::pi;
 
 }  // namespace
@@ -30,15 +44,6 @@ void Labrosse2006Params::Validate() const {
           "in (0, 2 pi]");
   require(threshold >= 0 && threshold <= 1, "threshold", threshold, "in [0, 1]");
   require(skip.value_or(0) >= 0, "skip", skip.value_or(0), ">= 0");
-  require(min_texture >= 0, "min_texture", min_texture, ">= 0");
-  require(min_amplitude >= 0 && min_amplitude < 1, "min_amplitude", min_amplitude, "in [0, 1)");
-  require(independent_rad > 0, "independent_rad", independent_rad, "> 0");
-  require(interpolation_sigma_columns > 0,
-          "interpolation_sigma_columns",
-          interpolation_sigma_columns,
-          "> 0");
-  require(unseen_rate_rad_s > 0, "unseen_rate_rad_s", unseen_rate_rad_s, "> 0");
-  search.Validate();
 }
 
 Labrosse2006::Labrosse2006(const Labrosse2006Params& params) : params_(params) {
@@ -52,7 +57,7 @@ std::optional<compass::HeadingEstimate> Labrosse2006::Next(const compass::Panora
   weights_ = compass::FieldsOfView::FrontAndBack(travel_.Direction(), params_.field_of_view_rad)
                  .ColumnWeights(frame.panorama.cols);
   frame.panorama.copyTo(current_);
-  const bool textured = RowTexture(current_, weights_) >= params_.min_texture;
+  const bool textured = RowTexture(current_, weights_) >= kMinTexture;
   if (check_.Frames() == 1) last_stamp_s_ = frame.stamp_s;
   if (reference_.panorama.empty()) {
     Begin(frame, textured);
@@ -90,7 +95,7 @@ void Labrosse2006::Follow(const compass::PanoramaFrame& frame) {
     PreviousBecomesReference();
     measured = Measure();
   }
-  const bool fits = measured.amplitude > 0 && measured.amplitude >= params_.min_amplitude;
+  const bool fits = measured.amplitude > 0 && measured.amplitude >= kMinAmplitude;
   if (fits) {
     Accept(measured, frame.stamp_s);
   } else {
@@ -111,13 +116,12 @@ Labrosse2006::Measurement Labrosse2006::Measure() const {
   const FoundShift found =
       FindShift([&](int shift) { return std::sqrt(static_cast<double>(distance.Squared(shift))); },
                 columns,
-                static_cast<int>(std::lround(expected_rad / kTurn * columns)),
-                params_.search);
+                static_cast<int>(std::lround(expected_rad / kTurn * columns)));
   const double seen = std::accumulate(weights_.begin(), weights_.end(), 0.0);
-  const double independent = std::max(seen / columns * kTurn / params_.independent_rad, 1.0);
+  const double independent = std::max(seen / columns * kTurn / kIndependentRad, 1.0);
   // Even a very flat minimum lies within the range of the probes.
-  const double reach = params_.search.probe_span_rad / kTurn * columns / 2;
-  const double interpolation = params_.interpolation_sigma_columns;
+  const double reach = kProbeSpanRad / kTurn * columns / 2;
+  const double interpolation = kInterpolationSigmaColumns;
   return {
       .shift_columns = found.columns + BlendedMinimum(found.distances, found.amplitude),
       .amplitude = found.amplitude,
@@ -134,7 +138,7 @@ double Labrosse2006::ExpectedHeading() const {
 /// view becomes the reference only where the current reference gives no information at all.
 bool Labrosse2006::PreviousIsBetter(const Measurement& measured) const {
   if (previous_.frame == reference_.frame) return false;
-  if (measured.amplitude < params_.min_amplitude) return true;
+  if (measured.amplitude < kMinAmplitude) return true;
   return previous_.measured && measured.amplitude < params_.threshold;
 }
 
@@ -168,7 +172,7 @@ void Labrosse2006::Accept(const Measurement& measured, double stamp_s) {
 void Labrosse2006::Hold(double stamp_s) {
   estimate_ = {.heading_rad = last_.heading_rad,
                .variance_rad2 = compass::HeldVariance(
-                   last_.variance_rad2, params_.unseen_rate_rad_s, stamp_s - last_stamp_s_),
+                   last_.variance_rad2, kUnseenRateRadS, stamp_s - last_stamp_s_),
                .confidence = 0};
 }
 

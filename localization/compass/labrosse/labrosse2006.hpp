@@ -30,20 +30,6 @@ struct Labrosse2006Params {
   /// with the one used before ("Fx n").
   std::optional<int> skip = std::nullopt;
   ExpectedTurn expected = ExpectedTurn::kAsBefore;
-  ShiftSearchParams search = {};
-  /// A panorama with less texture along its rows in the fields of view than this (RowTexture, grey
-  /// levels, >= 0) gives no information: it is uniform except for noise.
-  double min_texture = 2;
-  /// A minimum with a smaller normalised amplitude, [0, 1), is rejected: the panoramas do not show
-  /// the same surroundings.
-  double min_amplitude = 0.05;
-  /// Width over which the differences of two panoramas count as one independent error, rad, > 0: 4
-  /// deg. Only the variance depends on it.
-  double independent_rad = std::numbers::pi / 45;
-  /// Standard deviation of the sub-pixel minimum between panoramas that agree, columns, > 0.
-  double interpolation_sigma_columns = 0.05;
-  /// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
-  double unseen_rate_rad_s = 0.5;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

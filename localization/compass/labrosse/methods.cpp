@@ -5,7 +5,7 @@ namespace ceilmap::labrosse {
 std::unique_ptr<compass::Compass> MakeCompass(const CompassParams& params) {
   switch (params.method) {
     case Method::kLabrosse2004:
-      return std::make_unique<Labrosse2004>(params.labrosse2004);
+      return std::make_unique<Labrosse2004>();
     case Method::kLabrosse2006:
       return std::make_unique<Labrosse2006>(params.labrosse2006);
     case Method::kFft:

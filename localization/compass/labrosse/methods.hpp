@@ -21,7 +21,6 @@ struct CompassParams {
   // Only the parameters of the selected method are used.
   compass::FftCompassParams fft = {};
   Labrosse2006Params labrosse2006 = {};
-  Labrosse2004Params labrosse2004 = {};
 };
 
 /// @throws InputError on parameters of the method outside their range.

@@ -12,6 +12,9 @@
 namespace ceilmap::labrosse {
 namespace {
 
+// Number of shifts tried around a minimum, even, >= 2, half of them to either side.
+constexpr int kProbes = 8;
+
 constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Cache of the distances: each is computed once.
@@ -43,9 +46,9 @@ int Descend(KnownDistances& distance, int shift) {
   }
 }
 
-std::vector<int> ProbeOffsets(int columns, const ShiftSearchParams& params) {
-  const int half = params.probes / 2;
-  const double step = params.probe_span_rad / kTurn * columns / params.probes;
+std::vector<int> ProbeOffsets(int columns, double probe_span_rad) {
+  const int half = kProbes / 2;
+  const double step = probe_span_rad / kTurn * columns / kProbes;
   std::vector<int> offsets;
   for (int i = 1; i <= half; ++i) {
     // Where the columns are coarse, the probes are adjacent columns.
@@ -58,22 +61,12 @@ std::vector<int> ProbeOffsets(int columns, const ShiftSearchParams& params) {
 
 }  // namespace
 
-void ShiftSearchParams::Validate() const {
-  if (probes < 2 || probes % 2 != 0) {
-    throw InputError(fmt::format("shift search: probes = {}, must be even and at least 2", probes));
-  }
-  if (!(probe_span_rad > 0 && probe_span_rad < kTurn)) {
-    throw InputError(
-        fmt::format("shift search: probe_span_rad = {}, must be in (0, 2 pi)", probe_span_rad));
-  }
-}
-
 FoundShift FindShift(const std::function<double(int)>& distance,
                      int columns,
                      int start,
-                     const ShiftSearchParams& params) {
+                     double probe_span_rad) {
   KnownDistances known(distance, columns);
-  const std::vector<int> offsets = ProbeOffsets(columns, params);
+  const std::vector<int> offsets = ProbeOffsets(columns, probe_span_rad);
   int shift = Descend(known, start);
   while (true) {
     const int lowest = *std::min_element(offsets.begin(), offsets.end(), [&](int a, int b) {

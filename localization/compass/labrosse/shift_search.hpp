@@ -7,15 +7,8 @@
 
 namespace ceilmap::labrosse {
 
-struct ShiftSearchParams {
-  /// Number of shifts tried around a minimum, even, >= 2, half of them to either side.
-  int probes = 8;
-  /// Angle from the first probe to the last, rad, in (0, 2 pi): 20 deg, i.e. up to 10 deg to either
-  /// side.
-  double probe_span_rad = std::numbers::pi / 9;
-
-  void Validate() const;  ///< throws InputError naming field, value and range
-};
+/// Angle from the first probe to the last, rad: up to 10 deg to either side.
+inline constexpr double kProbeSpanRad = std::numbers::pi / 9;
 
 struct FoundShift {
   int columns = 0;  ///< not wrapped: near the start of the search
@@ -36,9 +29,10 @@ struct FoundShift {
 /// @param distance  Distance of the panoramas at a shift, >= 0; called at most once for each shift
 ///   in 0 .. columns - 1.
 /// @param columns  Width of the panoramas, >= 2.
+/// @param probe_span_rad  Angle from the first probe to the last, in (0, 2 pi).
 FoundShift FindShift(const std::function<double(int)>& distance,
                      int columns,
                      int start,
-                     const ShiftSearchParams& params = {});
+                     double probe_span_rad = kProbeSpanRad);
 
 }  // namespace ceilmap::labrosse

@@ -17,7 +17,7 @@ using nlohmann::json;
 class LivePageTest : public testing::Test {
  protected:
   LivePageTest() {
-    LivePage::Params params;
+    LivePage::Options params;
     params.max_frames = 100;
     params.farewell_s = 30;  // clients end it long before
     page::PageData start;

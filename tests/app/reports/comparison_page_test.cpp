@@ -43,7 +43,7 @@ class ComparisonPageTest : public testing::Test {
 
   const Pose2 kTEstimateTruth{5, -3, std::numbers::pi / 2};
   support::TestFolder folder_;
-  ComparisonParams params_;
+  ComparisonInputs params_;
 };
 
 TEST_F(ComparisonPageTest, RunsLieOnTheTruthInEitherFrame) {

@@ -332,9 +332,9 @@ TEST(Mosaic, RefusesWrongInput) {
   EXPECT_THAT(([&] { const MosaicRenderer renderer({graph::Keyframe{}}, metadata, no_image); }),
               ThrowsMessage<RunError>(HasSubstr("image of keyframe 0")));
   MosaicParams params;
-  params.feather_power = -1;
+  params.sharpness_power = -1;
   EXPECT_THAT([&] { params.Validate(); },
-              ThrowsMessage<InputError>(HasSubstr("feather_power = -1")));
+              ThrowsMessage<InputError>(HasSubstr("sharpness_power = -1")));
   params = {};
   params.resolution = std::nan("");
   EXPECT_THROW(params.Validate(), InputError);

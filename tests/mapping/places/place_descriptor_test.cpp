@@ -197,9 +197,9 @@ TEST(PlaceDescriber, BadInput) {
   EXPECT_EQ(MessageOf([] { (void)Describe(cv::Mat(kSize, CV_8UC3)); }),
             "place descriptor: the image must be CV_8UC1 with 640 x 480 pixels");
   PlaceDescriptorParams params = Params();
-  params.window_radius_px = 4;
+  params.units_per_px = 0;
   EXPECT_EQ(MessageOf([&] { PlaceDescriber(kSize, 1, params); }),
-            "PlaceDescriptorParams: window_radius_px = 4, must be in [8, 128]");
+            "PlaceDescriptorParams: units_per_px = 0, must be > 0");
 }
 
 }  // namespace

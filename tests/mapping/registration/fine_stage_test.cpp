@@ -10,6 +10,10 @@
 namespace ceilmap::registration {
 namespace {
 
+// Thresholds of the registration.
+constexpr double kMinSupport = 4.2;
+constexpr double kMinEvidence = 4.5;
+
 using synthetic::AngleErrorDeg;
 using synthetic::ShiftError;
 using synthetic::SyntheticCeiling;
@@ -50,7 +54,7 @@ TEST_F(FineStageTest, BringsARoughMotionToTheLastDigit) {
     Analyze(ceiling_.Render(kSize, truth), current_);
     for (const double off : {0.0, 4.0, -8.0}) {
       const Candidate candidate = fine_.Test(reference_, current_, Near(truth, off, 0.15 * off));
-      EXPECT_GT(candidate.support, 2 * params_.min_support) << off;
+      EXPECT_GT(candidate.support, 2 * kMinSupport) << off;
       EXPECT_LT(ShiftError(candidate.motion, truth), 1) << off;
       const Finalist finalist = fine_.Refine(reference_, current_, candidate);
       ASSERT_TRUE(finalist.result.ok()) << off;
@@ -113,7 +117,7 @@ TEST_F(FineStageTest, SeparatesTheTrueMotionFromOneByATile) {
   const Finalist wrong = refine_near(Compose(truth, ImageMotion{60, 0, 0, 1}));
   ASSERT_TRUE(right.result.ok());
   EXPECT_LT(ShiftError(right.result.motion, truth), 0.05);
-  EXPECT_GT(Evidence(right.dissimilarity, wrong.dissimilarity), params_.min_evidence);
+  EXPECT_GT(Evidence(right.dissimilarity, wrong.dissimilarity), kMinEvidence);
   EXPECT_EQ(Evidence(wrong.dissimilarity, right.dissimilarity),
             -Evidence(right.dissimilarity, wrong.dissimilarity));
 }

@@ -61,7 +61,7 @@ TEST(FitRobust, ExactMotions) {
     EXPECT_LT(Error(fit, truth), 1e-9);
     EXPECT_EQ(fit.inliers, 48);
     EXPECT_EQ(fit.weights.size(), 48U);
-    EXPECT_EQ(fit.sigma_px, FitParams().sigma_floor_px);
+    EXPECT_EQ(fit.sigma_px, kSigmaFloorPx);
   }
 }
 

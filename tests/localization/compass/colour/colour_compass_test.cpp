@@ -202,7 +202,7 @@ TEST_F(ColourCompassTest, RefusesWhatCannotBe) {
   ColourModel empty = model;
   for (Cell& cell : empty.cells) cell.bins.assign(180, {});
   EXPECT_THROW(ColourCompass(empty, forward_), InputError);
-  EXPECT_THROW(ColourCompass(model, forward_, {.line_noise = 0}), InputError);
+  EXPECT_THROW(ColourCompass(model, forward_, {.exposure_sigma = -1}), InputError);
   EXPECT_THROW(ColourLearner(forward_, {.bins = 10}), InputError);
 }
 

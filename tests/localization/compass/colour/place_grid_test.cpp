@@ -74,8 +74,8 @@ TEST(PlaceGrid, AllPlacesWithinReachHaveTheirNeighbours) {
   EXPECT_EQ(PlacesAround(model, 0, 0.125).size(), 1U);
 }
 
-TEST(GridParams, PlacesOutsideGoToTheNearestCell) {
-  const GridParams grid{
+TEST(GridGeometry, PlacesOutsideGoToTheNearestCell) {
+  const GridGeometry grid{
       .min_x_m = 1, .min_y_m = 2, .width_m = 6, .height_m = 4, .columns = 3, .rows = 2};
   EXPECT_EQ(grid.CellOf({1.1, 2.1}), 0);
   EXPECT_EQ(grid.CellOf({6.9, 2.1}), 2);

@@ -127,11 +127,5 @@ TEST(Labrosse2004, RefusesFramesThatDoNotFitTheRun) {
   EXPECT_EQ(ErrorOf(compass, {good, 2}), "no error");
 }
 
-TEST(Labrosse2004, RefusesUnusableParameters) {
-  EXPECT_THROW(Labrosse2004({.min_texture = -1}), InputError);
-  EXPECT_THROW(Labrosse2004({.independent_rad = 0}), InputError);
-  EXPECT_THROW(Labrosse2004({.unseen_rate_rad_s = std::nan("")}), InputError);
-}
-
 }  // namespace
 }  // namespace ceilmap::labrosse
