@@ -20,9 +20,9 @@ GlobalSearch::GlobalSearch(const store::MapReader& map,
                            const LocalizerParams& params)
     : matcher_(matcher),
       params_(params),
-      chain_(sight.View()),
-      finder_(map, sight.View()),
-      hypotheses_(sight.Span(), params.hypotheses),
+      chain_(matcher.View()),
+      finder_(map, matcher.View()),
+      hypotheses_(matcher.Span(), params.hypotheses),
       start_(params.start) {
   hypotheses_.Clear();
   if (start_) hypotheses_.Trust(*start_);
@@ -63,9 +63,10 @@ bool GlobalSearch::Move(const LevelFrame& frame) {
   if (step) {
     hypotheses_.Move(step->T_before_now,
                      step->covariance,
-                     !step->disambiguated_by_prior && unseen_s < kMaxDropoutS);
-  } else if (unseen_s > 0) {
-    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unseen_s, kTurnNoiseWhenLost * unseen_s);
+                     !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
+  } else if (unplaced_s > 0) {
+    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unplaced_s,
+                       kTurnNoiseWhenLost * unplaced_s);
   }
   last_placed_s_ = stamp_s;
   return true;
@@ -92,7 +93,7 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
   if (!place.any_yaw && !Fits(T_map_base, yaw)) return false;
   if (!start_ || frames_ > params_.max_frames_at_start_prior) return true;
   const double elapsed_s = stamp_s - *begin_s_;
-  const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * sight_.Span();
+  const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * matcher_.Span();
   const double turned = kTurnNoiseWhenLost * elapsed_s + kProposalRad;
   PoseEstimate start = *start_;
   if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
@@ -113,7 +114,7 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
                               const FrameSpectrum& spectrum,
                               const std::optional<HeadingPrior>& yaw) {
   ++searches_;
-  const double sigma = 0.5 * PlaceFinder::kSameRatio * sight_.Span();
+  const double sigma = 0.5 * PlaceFinder::kSameRatio * matcher_.Span();
   constexpr double kProposalVariance = 0.01;  // rad^2
   Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
   rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;

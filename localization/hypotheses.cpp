@@ -122,7 +122,7 @@ void Hypotheses::Add(const MapMatch& match) {
 }
 
 void Hypotheses::MatchAll(
-    const std::function<std::optional<MapMatch>(const Hypothesis&)>& look_at) {
+    const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at) {
   const double max_distance2 = kMaxSigmas * kMaxSigmas;
   // Lower limit of the motion's standard deviation: the camera's scale may not be known yet.
   constexpr double kFloorRatio = 0.005;  // of the span
@@ -143,9 +143,9 @@ void Hypotheses::MatchAll(
     }
     h.match = *match;
     h.misses = 0;
-    h.pose = look->pose;
-    ++h.looks;
-    const bool counts = !look->disambiguated_by_prior && (anew || look->peak >= kMinPeakAtRest);
+    h.pose = match->pose;
+    ++h.matches;
+    const bool counts = !match->disambiguated_by_prior && (anew || match->peak >= kMinPeakAtRest);
     h.confirmations += counts ? 1 : 0;
   }
   // Two hypotheses may converge to the same place: the one with more confirmations stays.
@@ -190,9 +190,9 @@ void Hypotheses::Weigh() {
     travelled_ = 0;
     for (Hypothesis& h : all_) {
       const double against =
-          h.recognised ? registration::Evidence(best.look.dissimilarity, h.look.dissimilarity)
+          h.recognised ? registration::Evidence(best.match.dissimilarity, h.match.dissimilarity)
                        : kMissEvidence;
-      h.evidence -= (h.looks == 1 ? 1 : weight) * against;
+      h.evidence -= (h.matches == 1 ? 1 : weight) * against;
     }
     const double most =
         std::max_element(all_.begin(), all_.end(), [](const auto& a, const auto& b) {

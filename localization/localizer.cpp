@@ -219,19 +219,20 @@ bool Localizer::Impl::Track(double stamp_s,
   if (PositionSigma(expected.covariance) > kVagueRatio * matcher.Span()) return false;
   ChoosePatch(expected);
   if (!patch) return false;
-  const std::optional<MapMatch> look = sight.MatchAt(*patch, spectrum, expected);
-  if (!look) return false;
-  const double floor = MapMatcher::kMinPriorSigmaPx * sight.View().MetresPerPixel();
+  const std::optional<MapMatch> match = matcher.MatchAt(*patch, spectrum, expected);
+  if (!match) return false;
+  const double floor = MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel();
   const double floor_rad = MapMatcher::kMinPriorSigmaRad;
   expected.covariance.diagonal() +=
       Eigen::Vector3d(floor * floor, floor * floor, floor_rad * floor_rad);
-  const double distance2 = SquaredDistance(look->pose, expected);
+  const double distance2 = SquaredDistance(match->pose, expected);
   if (!(distance2 <= kMaxSigmas * kMaxSigmas)) return false;
-  const double surprise = InnovationSigma(*look, motion.Pose());
-  motion.Update(look->pose);
-  Place(*look, location);
-  location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() += surprise * surprise;
-  CheckTilt(*patch, spectrum, *look, location);
+  const double innovation_sigma = InnovationSigma(*match, motion.Pose());
+  motion.Update(match->pose);
+  Place(*match, location);
+  location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() +=
+      innovation_sigma * innovation_sigma;
+  CheckTilt(*patch, spectrum, *match, location);
   location.pose.status = was_placed ? TrackingStatus::kTracking : TrackingStatus::kRelocalized;
   if (matcher.LearnScale(*match)) {
     patch.reset();
@@ -251,7 +252,7 @@ bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
   const PoseEstimate expected = motion_before->PredictedAt(stamp_s);
   const double off = (pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
   return off < kSigmas * std::hypot(PositionSigma(expected.covariance),
-                                    MapMatcher::kMinPriorSigmaPx * sight.View().MetresPerPixel());
+                                    MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel());
 }
 
 /// During a short period without texture the earlier prediction remains valid.

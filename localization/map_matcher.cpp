@@ -106,9 +106,9 @@ std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
   Registration found = registrar.Register(at.spectrum, frame, prior);
   verdict_ = found.verdict;
   if (!found.ok()) return std::nullopt;
-  MapMatch look;
-  look.scale = found.motion.scale;
-  if (std::abs(std::log(look.scale)) > kMaxScaleError) return std::nullopt;
+  MapMatch match;
+  match.scale = found.motion.scale;
+  if (std::abs(std::log(match.scale)) > kMaxScaleError) return std::nullopt;
   // Converts the shift to pixels of the patch, whose size on the ceiling is known.
   found.motion.tx_px /= match.scale;
   found.motion.ty_px /= match.scale;
@@ -158,7 +158,7 @@ double MapMatcher::Overlap(const Patch& at, const Pose2& T_map_base) const {
 
 bool MapMatcher::LearnScale(const MapMatch& match) {
   if (scale_known_) return false;
-  scales_.push_back(look.scale);
+  scales_.push_back(match.scale);
   if (static_cast<int>(scales_.size()) < scale_frames_) return false;
   std::sort(scales_.begin(), scales_.end());
   const double median = scales_[scales_.size() / 2];

@@ -69,15 +69,15 @@ double FramePrediction::ElapsedSeconds() const {
 
 bool FramePrediction::CeilingHidden() const {
   constexpr double kHalfImage = 0.5;
-  const double gone_s = GoneSeconds();
-  if (kUnseenSpeedRatio * gone_s <= kHalfImage) return false;
+  const double elapsed_s = ElapsedSeconds();
+  if (kUnseenSpeedRatio * elapsed_s <= kHalfImage) return false;
   // A low frame rate (an image every few seconds) is not a gap.
   return !last_ || !before_last_ ||
          elapsed_s > kGapSteps * (last_->stamp_s - before_last_->stamp_s);
 }
 
 bool FramePrediction::MayBeNear() const {
-  return kUnseenSpeedRatio * GoneSeconds() < kMaxStrayedRatio;
+  return kUnseenSpeedRatio * ElapsedSeconds() < kMaxStrayedRatio;
 }
 
 /// Difference from constant velocity: the smallest one among the velocities of the last step and of
@@ -118,14 +118,14 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   const Off off = even ? *even : still;
   constexpr double kUnknownSpeedRatio = 0.5;  // a recording may begin at full speed
   const double max_fraction =
-      even ? params_.uneven_ratio + 0.5 * kUnseenAccelerationRatio * gone_s * gone_s
-           : kUnknownSpeedPart + 2 * kUnseenSpeedRatio * gone_s;
+      even ? params_.uneven_ratio + 0.5 * kUnseenAccelerationRatio * elapsed_s * elapsed_s
+           : kUnknownSpeedRatio + 2 * kUnseenSpeedRatio * elapsed_s;
   // Standing still is always plausible, except after an implausible measurement. A heading was
   // already used in the prediction, and a compass may be disturbed: with a heading the yaw is not
   // checked here.
   const bool stopped = !contradicted_ && still.px < params_.uneven_ratio * side_px;
   const bool can = (stopped || off.px < max_fraction * side_px) &&
-                   (heading_ || off.rad < params_.uneven_rad + kUnseenTurnRadS * gone_s);
+                   (heading_ || off.rad < params_.uneven_rad + kUnseenTurnRadS * elapsed_s);
   contradicted_ = contradicted_ || !can;
   return can;
 }
@@ -138,9 +138,9 @@ double FramePrediction::InnovationSigma(const Pose2& T_map_base) const {
   constexpr double kSigmas = 3;
   constexpr double kInflation = 0.5;  // fraction of the position error
   const double side_px = std::max(view_.Size().width, view_.Size().height);
-  const double gone_s = GoneSeconds();
+  const double elapsed_s = ElapsedSeconds();
   const double sigma_px =
-      kExactPx + 0.5 * kUsualPart * kUnseenAccelerationRatio * side_px * gone_s * gone_s;
+      kExactPx + 0.5 * kUsualRatio * kUnseenAccelerationRatio * side_px * elapsed_s * elapsed_s;
   return off->px > kSigmas * sigma_px ? kInflation * off->px * view_.MetresPerPixel() : 0;
 }
 
@@ -161,8 +161,8 @@ std::optional<ExpectedPose> FramePrediction::Next() {
     }
   }
   const auto compass = Turn();
-  const double most = kPriorSigmaRad;
-  if (!compass || compass->variance_rad2 >= most * most) return expected;
+  const double max_sigma = kPriorSigmaRad;
+  if (!compass || compass->variance_rad2 >= max_sigma * max_sigma) return expected;
   // Within this limit the compass and the constant-velocity model agree on the quarter turn, and
   // either of them may have the error.
   constexpr double kSameSigmas = 2.5;
@@ -179,12 +179,12 @@ std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
   const auto compass = Turn();
   if (!compass || !last_placed_s_) return std::nullopt;
   const double side_px = std::max(view_.Size().width, view_.Size().height);
-  const double gone_s = stamp_s_ - *last_seen_s_;
+  const double elapsed_s = stamp_s_ - *last_placed_s_;
   const double known_px = kPriorSigmaRatio * side_px;
-  const double strayed_px = kUnseenSpeedRatio * side_px * gone_s;
-  ExpectedPose expected{T_last_seen_};
-  expected.T_map_base.yaw = WrapAngle(T_last_seen_.yaw + compass->turn_rad);
-  expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * gone_s);
+  const double strayed_px = kUnseenSpeedRatio * side_px * elapsed_s;
+  ExpectedPose expected{T_last_placed_};
+  expected.T_map_base.yaw = WrapAngle(T_last_placed_.yaw + compass->turn_rad);
+  expected.sigma_px = std::hypot(known_px, strayed_px, speed_px_s_ * elapsed_s);
   expected.sigma_rad = std::sqrt(compass->variance_rad2);
   expected.by_compass_alone = true;
   return expected;
@@ -200,10 +200,10 @@ Pose2 FramePrediction::Restart() {
 /// Standard deviation of the predicted position. The constant-velocity model is accurate enough to
 /// resolve even short periods of a periodic ceiling.
 double FramePrediction::Sigma() const {
-  const double most = kPriorSigmaRatio * std::max(view_.Size().width, view_.Size().height);
-  if (!error_px_) return most;
+  const double max_sigma = kPriorSigmaRatio * std::max(view_.Size().width, view_.Size().height);
+  if (!error_px_) return max_sigma;
   const double sigma = kPriorSigmaErrors * *error_px_;
-  return std::min(most, std::max(sigma, kMinPriorSigmaPx));
+  return std::min(max_sigma, std::max(sigma, kMinPriorSigmaPx));
 }
 
 void FramePrediction::Placed(const Pose2& T_map_base) {

@@ -54,8 +54,9 @@ void LoopCandidates::Add(std::int64_t id, const cv::Mat& descriptors) {
 std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
                                                double sigma,
                                                const graph::KeyframeGraph& graph,
-                                               int max_alike) const {
-  return sigma < kLooksSigmaRatio * span_ ? Around(id, sigma, graph) : Alike(id, graph, max_alike);
+                                               int max_candidates) const {
+  return sigma < kLooksSigmaRatio * span_ ? Around(id, sigma, graph)
+                                          : Retrieved(id, graph, max_candidates);
 }
 
 /// Most overlap first.

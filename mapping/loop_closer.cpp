@@ -152,7 +152,7 @@ std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
   }
   const bool rivalled =
       measured.disambiguated_by_prior || measured.runner_up > kMaxRivalRatio * measured.peak;
-  if (doubtful && rivalled) {
+  if (uncertain && rivalled) {
     ++counts.ambiguous;
     return std::nullopt;
   }
@@ -271,7 +271,7 @@ void LoopCloser::Close(std::int64_t id) {
         me.headings.Narrowed(relative.begin()->second, candidate, id);
     const double sigma_px =
         LargestSigma(predicted.covariance.topLeftCorner<2, 2>()) / me.view.MetresPerPixel();
-    const bool doubtful = doubt_px > kConfirmPx;
+    const bool uncertain = sigma_px > kConfirmPx;
     if (!me.WorthWhile(predicted, id)) continue;
     const double overlap = OverlapOf(me.view, predicted.T_from_to);
     if (!uncertain && overlap < params.candidates.min_overlap) continue;

@@ -296,7 +296,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
                     rival != tested.end() ? rival->matched : best->matched - best->distinct);
     return result;
   }
-  if (same_light_ && !standard_.Meets(Median(best->qualities))) {
+  if (same_light_ && !standard_.Accepts(Median(best->qualities))) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
         fmt::format("the ceiling is periodic: {} images agree, but not as well as neighbours do",

@@ -41,17 +41,29 @@ struct CalibrateCameraOptions {
   void Check() const;
 };
 
+// The library names the field first; the option has the same name.
+template <typename Function>
+auto NamingOption(const Function& function) {
+  try {
+    return function();
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("--{}", error.what()));
+  }
+}
+
 calibration::Board CalibrateCameraOptions::Board() const {
-  const cv::Size size = calibration::ParseCorners(corners);
-  calibration::Board result;
-  result.kind = calibration::ParseBoardKind(board);
-  result.columns = size.width;
-  result.rows = size.height;
-  result.square_m = square_m;
-  result.marker_m = marker_m;
-  result.dictionary = dictionary;
-  result.Validate();
-  return result;
+  return NamingOption([this] {
+    const cv::Size size = calibration::ParseCorners(corners);
+    calibration::Board result;
+    result.kind = calibration::ParseBoardKind(board);
+    result.columns = size.width;
+    result.rows = size.height;
+    result.square_m = square_m;
+    result.marker_m = marker_m;
+    result.dictionary = dictionary;
+    result.Validate();
+    return result;
+  });
 }
 
 void CalibrateCameraOptions::Check() const {
@@ -166,7 +178,7 @@ Command AddCalibrateCameraCommand(CLI::App& calibrate) {
                   "-o up.yaml\n"
                   "Fix the board to a flat plate. Record it about 15 times, in all parts of the "
                   "image, near, and "
-                  "tilted by 30 to 45 degrees to all sides; hold it still.");
+                  "tilted by 30 to 45 degrees to all sides. Do not move it during an exposure.");
   auto params = std::make_shared<CalibrateCameraOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("images", params->images, "A folder of images, a video, or several images")

@@ -96,8 +96,8 @@ MirrorObservation ObserveRecording(const CalibrateMirrorOptions& params) {
   return observation;
 }
 
-void CheckFound(const CalibrateMirrorOptions& params, const MirrorObservation& sight) {
-  switch (sight.fit.fault) {
+void CheckFound(const CalibrateMirrorOptions& params, const MirrorObservation& observation) {
+  switch (observation.fit.fault) {
     case calibration::MirrorFault::kNone:
       return;
     case calibration::MirrorFault::kNothingMoves:
@@ -212,7 +212,7 @@ void WriteMirrorReport(const fs::path& folder,
 }
 
 void WriteRig(const CalibrateMirrorOptions& params,
-              const MirrorObservation& sight,
+              const MirrorObservation& observation,
               terminal::Summary& summary) {
   const std::string text = ReadSettingsText(params.rig, "a rig file (format: calib/README.md)");
   calib::ParseRig(text, params.rig);

@@ -37,7 +37,7 @@ struct LearnCommandOptions {
   fs::path output;
   SettingsOptions settings;
 
-  // Checks everything that can be told without the recording. @throws InputError
+  // Checks everything that can be checked without the recording. @throws InputError
   void Resolve(const CLI::App& cli);
 
  private:
@@ -191,7 +191,7 @@ struct UpdateCommandOptions {
   recordings::ForwardOptions forward;
   fs::path poses;
   colour::ScanLineParams lines = {};
-  fs::path output;  // empty: the model itself
+  fs::path output;  // empty: the input model itself
   SettingsOptions settings;
 };
 
@@ -209,7 +209,7 @@ void RunUpdate(const UpdateCommandOptions& params,
   recordings::TakeLineOptions(cli, params.lines, settings.lines);
   settings.Validate();
   summary.settings = SettingsJson(resolved, {"colour_compass"});
-  colour::ColourModel stored = files::ReadColourModel(params.model);
+  colour::ColourModel stored = colour::ReadColourModel(params.model);
   stored.provenance += (stored.provenance.empty() ? "" : "\n") + common.command_line;
   recordings::ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
@@ -305,7 +305,7 @@ Command AddCompassUpdateCommand(CLI::App& compass) {
       "ceilmap compass update lab.colours --rig rig.yaml --forward later.mp4 --stamps later.csv "
       "--poses later.tum");
   auto params = std::make_shared<UpdateCommandOptions>();
-  command.cli->add_option("model", params->model, "The model, written anew at the end")
+  command.cli->add_option("model", params->model, "The model; it is replaced at the end")
       ->required()
       ->type_name("MODEL");
   params->forward.AddTo(*command.cli, "Input");

@@ -61,8 +61,8 @@ Command AddCompassMergeCommand(CLI::App& compass) {
                   "merge",
                   "Merges models that robots have updated from the same model.",
                   "ceilmap compass merge one.colours two.colours -o both.colours\n"
-                  "Models agree in their classes, grid and directions: learn one, hand it out, "
-                  "update it on each robot.");
+                  "The models must have the same classes, grid and directions: learn one model, "
+                  "copy it to each robot, and update it there.");
   auto params = std::make_shared<CompassMergeOptions>();
   command.cli->add_option("models", params->models, "The models")->required()->type_name("MODEL");
   command.cli

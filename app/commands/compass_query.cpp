@@ -272,7 +272,7 @@ Command AddCompassQueryCommand(CLI::App& compass) {
       ->required();
   add("--save", params->save, "The model after --update", "MODEL2");
   add("--truth", params->truth, "True poses: errors, also as columns of H.csv", "T.tum");
-  add("--plot", params->plot, "Figure with its gnuplot script and data", "DIR");
+  add("--plot", params->plot, "Folder for a figure with its gnuplot script and data", "DIR");
   params->settings.AddTo(cli);
   command.run = [params, &cli](const CommonOptions& common, terminal::Summary& summary) {
     RunQuery(*params, cli, common, summary);

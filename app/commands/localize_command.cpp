@@ -200,7 +200,7 @@ void LocateFrames(recordings::FrameSource& source,
   if (const auto estimate = localizer.Flush()) report(*estimate);
 }
 
-// A recording of another room, or nothing to see: no pose, and why.
+// The error for a run without any pose, with its likely cause.
 [[noreturn]] void ReportNothingFound(const LocalizeOptions& params,
                                      const reports::LocalizeResult& result) {
   const localization::LocalizerReport& report = result.report;
@@ -241,7 +241,7 @@ void WarnOfScale(const calib::Rig& rig,
   }
 }
 
-// What the live page has from the beginning: the map.
+// Initial content of the live page: the map.
 page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader& map) {
   page::PageData page;
   page.title = fmt::format(

@@ -61,7 +61,7 @@ std::vector<simulator::PathPose> ReadPath(const fs::path& tum_file) {
   return path;
 }
 
-// The scene with what the options change in it, and with the path of its TUM file.
+// The scene with the changes by options, and with the path of its TUM file.
 simulator::Scene MakeScene(const std::string& text, const SimulateOptions& params) {
   simulator::Scene scene = simulator::ParseScene(text, params.scene);
   if (params.seed) scene.seed = static_cast<std::uint64_t>(*params.seed);
@@ -278,7 +278,7 @@ Command AddSimulateCommand(CLI::App& program) {
       "and of a forward camera and one under a mirror if the scene has them.",
       "ceilmap simulate samples/scenes/hall.yaml -o hall\n"
       "  ceilmap map --rig hall/rig.yaml --up hall/up.mp4 --stamps hall/frames.csv -o hall.gpkg\n"
-      "samples/simulator/README.md tells what a scene holds.");
+      "samples/simulator/README.md describes the scene file.");
   auto params = std::make_shared<SimulateOptions>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";

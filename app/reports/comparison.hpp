@@ -70,8 +70,8 @@ struct Comparison {
 };
 
 /// Reads all files and compares them.
-/// @throws InputError on files that cannot be used, two estimates of one name, and an
-///   estimate that has no pose at the time of a true one.
+/// @throws InputError on unusable files, two estimates of the same name, and an estimate that has
+/// no pose at the time of a true one.
 Comparison Compare(const ComparisonInputs& params);
 
 }  // namespace ceilmap::reports

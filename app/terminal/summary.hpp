@@ -13,7 +13,7 @@ struct Summary {
   std::int64_t frames = 0;  ///< processed frames (or pairs, or poses, depending on the command)
   bool interrupted = false;
   nlohmann::ordered_json stages_ms = nlohmann::ordered_json::object();  ///< totals by stage
-  nlohmann::ordered_json quality = nlohmann::ordered_json::object();    ///< the command's figures
+  nlohmann::ordered_json quality = nlohmann::ordered_json::object();    ///< results of the command
   /// Resolved parameters of a command that reads --settings, by section; null: none.
   nlohmann::ordered_json settings;
   std::vector<std::filesystem::path> files;  ///< written

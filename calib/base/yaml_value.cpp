@@ -204,7 +204,7 @@ void YamlValue::FailUnknown(std::string_view meant) const {
   Throw(fmt::format("{}unknown key '{}'; did you mean '{}'?", Where(), key_, meant));
 }
 
-YamlValue YamlValue::At(std::string_view key, std::string_view mend) const {
+YamlValue YamlValue::At(std::string_view key, std::string_view fix) const {
   if (std::optional<YamlValue> child = Find(key)) return *std::move(child);
   const std::string name = (key_.empty() ? "" : key_ + ".") + std::string(key);
   Throw(Where() + name + " is missing, must be given; add " + std::string(fix));

@@ -171,7 +171,7 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
 }
 
 void FftCompass::Impl::Hold(double stamp_s) {
-  const double sigma = kUnseenRateRadS * (stamp_s - seen_stamp_s);
+  const double sigma = kUnseenRateRadS * (stamp_s - measured_stamp_s);
   // Beyond this variance the heading is unknown.
   constexpr double kAny = pi * pi;
   estimate.variance_rad2 = std::min(measured_variance + sigma * sigma, kAny);

@@ -129,8 +129,12 @@ std::optional<Estimate> CeilingMapper::Flush() {
 
 mapping::MappingResult CeilingMapper::Draw(const ProgressFunction& progress) {
   Impl& me = *impl_;
-  if (!me.extension) return me.mapper->Finish(progress);
-  return me.extension->Finish(me.source, me.view, me.mapping, *me.mapper, *me.writer, progress);
+  mapping::MappingResult result =
+      me.extension
+          ? me.extension->Finish(me.source, me.view, me.mapping, *me.mapper, *me.writer, progress)
+          : me.mapper->Finish(progress);
+  result.report.rectify_ms += me.rectify_ms;
+  return result;
 }
 
 void CeilingMapper::Commit() {

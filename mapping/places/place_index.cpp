@@ -26,7 +26,7 @@ constexpr int kCandidates = 60;     // keyframes with most votes that are tested
 constexpr double kTolerancePx = 5;  // of a window's place in that test, working pixels, > 0
 constexpr int kLinks = 12;  // HNSW: links per stored window, [4, 64]; more: exacter and larger
 
-constexpr int kPlace = 2;  // columns of a window's place
+constexpr int kPlace = 2;  // columns of a window's position
 
 // Squared distance of two vectors; a search in the graph computes about a thousand of these.
 CEILMAP_HOT float SquaredDistance(const void* first, const void* second, const void* dimension) {

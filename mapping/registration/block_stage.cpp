@@ -60,7 +60,7 @@ void BlockStage::TakeMask(const cv::Mat& mask, Level& level) const {
 
 void BlockStage::LayOutGrid() {
   const int block = block_px_;
-  // Two pixels of margin: the reach of bicubic sampling.
+  // Two pixels of margin for bicubic sampling.
   const int room_x = size_.width - block - 4;
   const int room_y = size_.height - block - 4;
   if (room_x < 0 || room_y < 0) return;
@@ -77,7 +77,7 @@ void BlockStage::LayOutGrid() {
   }
 }
 
-void BlockStage::PrepareReference(Level& level) const {
+void BlockStage::PrepareReference(Level& level) {
   const int block = block_px_;
   const int half = block / 2 + 1;
   const double noise = kNoiseFactor * level.noise_sigma * level.noise_sigma * poc_.WindowPower();

@@ -25,7 +25,7 @@ namespace ceilmap::registration {
 /// relative to its centre.
 class BlockStage {
  public:
-  /// @param mask  see RegistrarParams::mask, of the level's size; empty: images have content
+  /// @param mask  See RegistrarParams::mask, of the level's size; empty: images have content
   /// everywhere. @param block_px  side of a block; an even fast FFT size, a multiple of 4.
   explicit BlockStage(cv::Size size, const cv::Mat& mask = {}, int block_px = 64);
 

@@ -365,8 +365,8 @@ std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Coarse& refere
                                        estimate_scale);
   double best_score = 0;
   for (const RotationPeak& rotation : rotations) {
-    // A rotation that explained the images well ends the search, unless the next one looks about
-    // as good in the spectra (square tiles).
+    // A rotation that explains the images well ends the search, unless the spectra of the next one
+    // agree about as well (square tiles).
     if (best_score > kDecisiveScore && rotation.value < kDecisiveRatio * rotations.front().value) {
       break;
     }

@@ -11,7 +11,7 @@
 
 namespace ceilmap::registration {
 
-/// Rotations that are worth a try.
+/// Candidate rotations.
 struct RotationRange {
   double theta_rad = 0;
   double reach_rad = 0;
@@ -34,7 +34,7 @@ struct Hypothesis {
 /// their wrapped alternatives (t +- W, t +- H) on the common area.
 class CoarseStage {
  public:
-  /// @param mask  see RegistrarParams::mask; empty: images have content everywhere.
+  /// @param mask  See RegistrarParams::mask; empty: images have content everywhere.
   explicit CoarseStage(cv::Size size, const cv::Mat& mask = {});
 
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }

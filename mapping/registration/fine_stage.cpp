@@ -39,16 +39,18 @@ constexpr double kMaxDissimilarityWeak = 1.9;
 constexpr double kMinPartialAgreement = 0.36;
 constexpr double kMaxPartialDissimilarity = 1.4;
 
-constexpr int kWideSearch = 8;   // rough pixels: reaches what the coarse stage may be off by
-constexpr int kCloseSearch = 4;  // pixels of the level, once the motion is nearly right
+constexpr int kWideSearch = 8;   // rough pixels: covers the error of the coarse stage
+constexpr int kCloseSearch = 4;  // pixels of the level, for an approximate motion
 
 constexpr int kFineSide = 1200;  // maximum of the longer side of the fine level, approximately
 constexpr int kSmallSide = 240;  // shorter side; from here on there are six rows of rough blocks
 
 // Of the rough level. 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of
-// two images turns the sign of the spectrum beyond 1/length of the smear, which splits a phase-only
-// peak into twins beside the truth; this band stays below that for smears up to about ten pixels,
-// and noise hurts it least.
+// two images inverts
+// the sign of the spectrum above 1/length of the blur, which splits a phase-only
+// peak into two
+// peaks beside the true one; this band is below that limit for blurs up to about ten pixels,
+// it is the least sensitive to noise.
 constexpr int kRoughBlockPx = 32;
 
 // A pixel of the level has content only if all of its full pixels do.
@@ -365,7 +367,11 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Fine& reference,
   std::vector<int> valid;  // blocks of `shifts` that need not be measured again
   for (int round = 0; round < rounds; ++round) {
     const int count = round == 0 ? kFirstBlocks : params_.final_blocks;
-    const auto chosen = SelectUnder(reference, current, level_camera, fit.motion, count);
+    std::vector<int> chosen = SelectUnder(reference, current, level_camera, fit.motion, count);
+    if (valid.empty()) shifts.clear();
+    std::erase_if(chosen, [&valid](int block) {
+      return std::find(valid.begin(), valid.end(), block) != valid.end();
+    });
     const int search_px = round == 0 ? 2 * kWideSearch : kCloseSearch;
     fine_.MeasurePlane(
         reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, measured);

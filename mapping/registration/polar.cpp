@@ -97,7 +97,8 @@ void PolarSearch::Correlate(std::span<const std::complex<float>> reference,
   // The lowest harmonics contain the shape of the frame and motion blur, not the content.
   sum_[0] = sum_[1] = 0;
   line_.Inverse({sum_.data(), sum_.size()}, profile);
-  // Fewer common rings are easier to please: the coefficient is scaled down with their number.
+  // With fewer common rings, large coefficients are more likely by chance: the coefficient is
+  // scaled down with their number.
   const double common = static_cast<double>(last - first) / kRings;
   const auto norm =
       static_cast<float>(std::sqrt(common) / (2 * std::sqrt(energy_a * energy_b) + 1e-12));
@@ -195,8 +196,8 @@ std::vector<RotationPeak> PolarSearch::Search(std::span<const std::complex<float
   }
   std::vector<RotationPeak> peaks;
   CollectPeaks(0, scales - 1, reach, kMaxPeaks, peaks);
-  // Most pairs come from one camera at one height: scale 1 is always worth a try, with less freedom
-  // to go wrong.
+  // Most pairs come from one camera at one height: scale 1 is always tried, because it has fewer
+  // degrees of freedom.
   if (estimate_scale) CollectPeaks(reach, reach, reach, 2, peaks);
   if (peaks.empty()) peaks.push_back({});
   return peaks;

@@ -9,7 +9,7 @@
 
 namespace ceilmap::registration {
 
-/// A proposal: the content turned by theta or theta + pi, and scaled.
+/// A proposal: the content rotated by theta or theta + pi, and scaled.
 struct RotationPeak {
   double theta_rad = 0;  ///< in [-pi/2, pi/2)
   double scale = 1;
@@ -24,7 +24,7 @@ struct RotationPeak {
 /// one short inverse transform per scale. With a known scale there is only one.
 class PolarSearch {
  public:
-  /// @param size  of the working image whose half spectrum (rows x (cols/2+1)) is analysed.
+  /// @param size  Of the working image whose half spectrum (rows x (cols/2+1)) is analysed.
   explicit PolarSearch(cv::Size size);
 
   [[nodiscard]] std::size_t RingSpectrumSize() const { return lines_.SpectrumSize(); }

@@ -356,7 +356,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   if (!reference.HasCoarse() || !current.HasCoarse()) {
     throw std::invalid_argument("Registrar::Register: a FrameSpectrum of AnalyzeFine");
   }
-  if (std::min(ref.contrast, cur.contrast) < kMinContrast) {
+  if (std::min(reference.coarse_->contrast, current.coarse_->contrast) < kMinContrast) {
     Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;

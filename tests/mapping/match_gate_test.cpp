@@ -22,9 +22,9 @@ TEST(MatchGate, FollowsTheLight) {
   MatchGate standard;
   for (int i = 0; i < 50; ++i) standard.Add(kGood);
   constexpr MatchQuality kDusk{0.95, 0.5, 1.2};
-  EXPECT_FALSE(standard.Meets(kDusk));
+  EXPECT_FALSE(standard.Accepts(kDusk));
   for (int i = 0; i < MatchGate::kRemembered; ++i) standard.Add(kDusk);
-  EXPECT_TRUE(standard.Meets(kDusk));
+  EXPECT_TRUE(standard.Accepts(kDusk));
 }
 
 TEST(MatchGate, HasALimitHoweverBadTheRightOnesAre) {

@@ -185,15 +185,16 @@ void ColourCompass::Impl::Predict(const ColourFrame& frame) {
   const double seconds = frame.stamp_s - *last_s;
   const double step_m = kSpacing * model.depth_m;
   double sigma_m = kUnseenWaySigmaM * std::sqrt(seconds);
-  if (seen) {
-    const double turn = turn_scale * seen->turn_rad;
+  if (turned) {
+    const double turn = turn_scale * turned->turn_rad;
     // Where objects are nearer on one side, driving past them appears as a turn.
     constexpr double kSideways = 0.1;
-    belief->Turn(turn, std::hypot(kTurnSigmaRad, kTurnSigmaRatio * turn, kSideways * seen->ahead));
-    fresh = std::clamp((std::abs(turn) + std::abs(seen->ahead)) / kFreshTurnRad, kMinFresh, 1.0);
-    const double way_m = seen->ahead * model.depth_m;
-    belief->Drive(way_m / step_m, places);
-    sigma_m = std::hypot(kWaySigmaRatio * way_m, kWaySigmaM * std::sqrt(seconds));
+    belief->Turn(turn,
+                 std::hypot(kTurnSigmaRad, kTurnSigmaRatio * turn, kSideways * turned->ahead));
+    fresh = std::clamp((std::abs(turn) + std::abs(turned->ahead)) / kFreshTurnRad, kMinFresh, 1.0);
+    const double travelled_m = turned->ahead * model.depth_m;
+    belief->Drive(travelled_m / step_m, places);
+    sigma_m = std::hypot(kWaySigmaRatio * travelled_m, kWaySigmaM * std::sqrt(seconds));
   } else {
     ++counts.without_turn;
     fresh = kMinFresh;  // nothing is known about the change of the view

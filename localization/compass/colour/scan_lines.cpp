@@ -130,8 +130,8 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
   const double half = HalfField(rays, std::max(0.0, base + 0.01));
   std::vector<std::vector<cv::Point2d>> lines;
   for (int i = 0; i < params.lines; ++i) {
-    const double azimuth = looks.Azimuth() + half * (1 - (2.0 * i + 1) / params.lines);
-    std::vector<cv::Point2d> line = Line(looks, azimuth, kStepPx);
+    const double azimuth = rays.Azimuth() + half * (1 - (2.0 * i + 1) / params.lines);
+    std::vector<cv::Point2d> line = Line(rays, azimuth, kStepPx);
     constexpr std::size_t kMinSamples = 8;
     if (line.size() < kMinSamples) continue;
     azimuths_.push_back(azimuth);
