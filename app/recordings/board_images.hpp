@@ -8,7 +8,7 @@
 
 namespace ceilmap::recordings {
 
-/// Searches for a board in a folder of images, in several images, or in a video, with several images at
+/// Searches for a board in a folder of images, in several images, or in a video, several images at
 /// a time. A video is divided into at most 300 parts, of which the sharpest image each is searched.
 /// Ends early when the user interrupts.
 /// @param sources  One recording, or images.

@@ -20,7 +20,7 @@ struct RigRecording {
 };
 
 /// Reads the upward camera's recording of a spin or of a straight drive.
-/// @param view  of the upward camera as far as it is known. @param label  of relative to the progress.
+/// @param view  of the upward camera as far as it is known. @param label  of the progress.
 /// @throws InputError when the ceiling is lost for 5 consecutive frames.
 mount::CeilingRecording ReadCeiling(FrameSource& source,
                                     const calib::CeilingView& view,

@@ -42,9 +42,9 @@ struct ForwardMount {
   bool ok = false;  ///< false: too few matches, or none that agree
   Eigen::Matrix3d R_base_cam = Eigen::Matrix3d::Identity();
   /// Of a small rotation about the axes of base (x: roll, y: nose down, z: to the left), rad^2.
-  /// From the curvature, large where no motion determines it; it; from a delete-a-group one
-  /// after the of the recordings, which accounts for errors of the motion that all matches of
-  /// a image share; and from systematic_px, systematic_rad and lens_sigma_px.
+  /// From the curvature, large where no motion determines it; from a delete-a-group jackknife over
+  /// parts of the recordings, which accounts for errors of the motion that all matches of an image
+  /// share; and from systematic_px, systematic_rad and lens_sigma_px.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double sigma_px = 0;  ///< robust standard deviation of a match from its line
   std::size_t matches = 0;
@@ -53,7 +53,7 @@ struct ForwardMount {
 
 /// Robust least squares (Ceres, Cauchy's loss) over the rotation. The residual of a match is its
 /// distance from the half epipolar line ahead of the camera, i.e. from the best position for any
-/// 0.3 m to infinity. For a camera that rotates without translation the line
+/// depth from 0.3 m to infinity. For a camera that rotates without translation the line
 /// becomes a point, without a special case.
 /// @param motions  Of the recordings one after the other, in order of time.
 /// @param start  The camera in base: the initial rotation (within about 10 degrees), and the

@@ -207,8 +207,8 @@ void BlockStage::CopyBlock(const Level& level, cv::Point corner, RealArray& samp
       size_.width,
       poc_.WindowX().data(),
       poc_.WindowY().data(),
-      params_.block_px,
-      params_.block_px,
+      block_px_,
+      block_px_,
       samples.data());
 }
 

@@ -46,11 +46,9 @@ constexpr int kFineSide = 1200;  // maximum of the longer side of the fine level
 constexpr int kSmallSide = 240;  // shorter side; from here on there are six rows of rough blocks
 
 // Of the rough level. 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of
-// two images inverts
-// the sign of the spectrum above 1/length of the blur, which splits a phase-only
-// peak into two
-// peaks beside the true one; this band is below that limit for blurs up to about ten pixels,
-// it is the least sensitive to noise.
+// two images inverts the sign of the spectrum above 1/length of the blur, which splits a phase-only
+// peak into two peaks beside the true one. This band is below that limit for blurs up to about ten
+// pixels, and it is the least sensitive to noise.
 constexpr int kRoughBlockPx = 32;
 
 // A pixel of the level has content only if all of its full pixels do.

@@ -60,14 +60,13 @@ struct RegistrarParams {
   /// Agreement of rough blocks + fine blocks + 2 x POC peak of the whole images, 0..4, from which
   /// dissimilar images are accepted (other light, blur).
   double min_agreement = 1.8;
-  /// Very dissimilar images must also agree by this in rough and fine blocks alone, 0..2: a smear
-  /// of more than 12 px in one image splits the
-  /// peaks even of the rough blocks, which then agree on
-  /// a place beside the truth (1.09 and less; images under other light have 1.15 and one.
+  /// Very dissimilar images must also agree by this in rough and fine blocks alone, 0..2: motion
+  /// blur of more than 12 px in one image splits the peaks even of the rough blocks, which then
+  /// agree on a place beside the true one (mapping/registration/README.md, "Limits of acceptance").
   double min_block_agreement = 1.12;
   /// A part of the ceiling may have changed (covered, moved, switched off): then at least this
-  /// fraction of the blocks must agree, 0..1, and the noise. Not for small images,
-  /// where such a fraction would be a few lines. 1: never.
+  /// fraction of the blocks must agree, 0..1, and a fifth of them down to the noise. Not for small
+  /// images, where such a fraction would be a few lines. 1: never.
   double min_partial_inliers = 0.6;
   /// Used as the POC peak in Refine, where it is not computed, 0..1.
   double refine_poc_peak = 0.3;
