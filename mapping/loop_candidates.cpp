@@ -13,14 +13,14 @@ namespace {
 
 // Where the standard deviation of the position exceeds this fraction of an image's span,
 // candidates are retrieved by place recognition, > 0.
-constexpr double kLooksSigmaRatio = 0.15;
+constexpr double kMaxPositionSigmaRatio = 0.15;
 
 }  // namespace
 
 void LoopCandidatesParams::Validate() const {
   const FieldCheck require("loop closing");
   require(min_overlap > 0 && min_overlap < 1, "min_overlap", min_overlap, "in (0, 1)");
-  require(looks_gap >= 1, "looks_gap", looks_gap, "at least 1");
+  require(min_keyframe_gap >= 1, "min_keyframe_gap", min_keyframe_gap, "at least 1");
 }
 
 namespace {
@@ -55,8 +55,8 @@ std::vector<std::int64_t> LoopCandidates::Find(std::int64_t id,
                                                double sigma,
                                                const graph::KeyframeGraph& graph,
                                                int max_candidates) const {
-  return sigma < kLooksSigmaRatio * span_ ? Around(id, sigma, graph)
-                                          : Retrieved(id, graph, max_candidates);
+  return sigma < kMaxPositionSigmaRatio * span_ ? Around(id, sigma, graph)
+                                                : Retrieved(id, graph, max_candidates);
 }
 
 /// Most overlap first.
@@ -98,7 +98,7 @@ std::vector<std::int64_t> LoopCandidates::Retrieved(std::int64_t id,
   std::vector<std::int64_t> ids;
   for (const places::PlaceIndex::Match& match :
        places_.Search(latest_descriptors_, most, [&](std::int64_t other) {
-         return tied.contains(other) || (other < id && other + params_.looks_gap > id);
+         return tied.contains(other) || (other < id && other + params_.min_keyframe_gap > id);
        })) {
     ids.push_back(match.keyframe_id);
   }

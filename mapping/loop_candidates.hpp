@@ -14,7 +14,7 @@ struct LoopCandidatesParams {
   /// Smallest shared fraction of the images of candidates by position, (0, 1).
   double min_overlap = 0.35;
   /// ... excluding this number of preceding keyframes, which close no loop, >= 1.
-  int looks_gap = 10;
+  int min_keyframe_gap = 10;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

@@ -107,8 +107,8 @@ void DescribeLoops(LoopCloserParams& params, const Settings& settings) {
                  "",
                  Range::Open(0, 1),
                  "Smallest shared fraction of the images of candidates by position.");
-  candidates.Add("looks_gap",
-                 params.candidates.looks_gap,
+  candidates.Add("min_keyframe_gap",
+                 params.candidates.min_keyframe_gap,
                  "keyframes",
                  Range::AtLeast(1),
                  "Preceding keyframes that place recognition excludes.");

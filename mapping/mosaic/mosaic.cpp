@@ -90,7 +90,7 @@ void MosaicParams::Validate() const {
     fail("sharpness_power = " + std::to_string(sharpness_power) + ", must be in [0, 64]");
   }
   if (cache_images < 1) {
-    fail("cache_pictures = " + std::to_string(cache_images) + ", must be >= 1");
+    fail("cache_images = " + std::to_string(cache_images) + ", must be >= 1");
   }
   if (threads < 0) fail("threads = " + std::to_string(threads) + ", must be >= 0");
   if (!view_mask.empty() && view_mask.type() != CV_8UC1) fail("view_mask must be CV_8UC1");

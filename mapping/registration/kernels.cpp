@@ -198,13 +198,13 @@ constexpr std::array<std::array<float, 4>, kFractions> MakeCubicTable() {
 alignas(16) constexpr auto kCubicTable = MakeCubicTable();
 
 // The four products of a bicubic sample's columns with their weights; their sum is the sample.
-// @param p  the first tap. @param x_part, y_part  of the position behind the second one, in steps
-// of the table.
-inline Four CubicColumns(const float* p, std::ptrdiff_t w, int x_part, int y_part) {
-  const float* wy = kCubicTable[static_cast<std::size_t>(y_part)].data();
+// @param p  the first tap. @param x_fraction, y_fraction  of the position behind the second one, in
+// steps of the table.
+inline Four CubicColumns(const float* p, std::ptrdiff_t w, int x_fraction, int y_fraction) {
+  const float* wy = kCubicTable[static_cast<std::size_t>(y_fraction)].data();
   const Four column =
       Load(p) * wy[0] + Load(p + w) * wy[1] + Load(p + 2 * w) * wy[2] + Load(p + 3 * w) * wy[3];
-  return column * Load(kCubicTable[static_cast<std::size_t>(x_part)].data());
+  return column * Load(kCubicTable[static_cast<std::size_t>(x_fraction)].data());
 }
 
 // `total` is the sum of all values of dst, in four parts.
@@ -250,12 +250,12 @@ void SampleCubicWindowed(const float* src,
       const FourInt xs = __builtin_convertvector(at * step_x + row_x, FourInt);
       const FourInt ys = __builtin_convertvector(at * step_y + row_y, FourInt);
       const FourInt tap = (ys >> kFractionBits) * w + (xs >> kFractionBits);
-      const FourInt x_part = xs & (kFractions - 1);
-      const FourInt y_part = ys & (kFractions - 1);
-      const Four value = SumsOf(CubicColumns(first + tap[0], stride, x_part[0], y_part[0]),
-                                CubicColumns(first + tap[1], stride, x_part[1], y_part[1]),
-                                CubicColumns(first + tap[2], stride, x_part[2], y_part[2]),
-                                CubicColumns(first + tap[3], stride, x_part[3], y_part[3]));
+      const FourInt x_fraction = xs & (kFractions - 1);
+      const FourInt y_fraction = ys & (kFractions - 1);
+      const Four value = SumsOf(CubicColumns(first + tap[0], stride, x_fraction[0], y_fraction[0]),
+                                CubicColumns(first + tap[1], stride, x_fraction[1], y_fraction[1]),
+                                CubicColumns(first + tap[2], stride, x_fraction[2], y_fraction[2]),
+                                CubicColumns(first + tap[3], stride, x_fraction[3], y_fraction[3]));
       std::memcpy(out + x, &value, sizeof value);
       total += value;
     }

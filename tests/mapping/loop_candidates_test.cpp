@@ -50,7 +50,7 @@ TEST(LoopCandidates, ByAppearanceWhereThePositionIsNotKnown) {
   const std::vector<Pose2> truth = {{0, 0, 0}, {5, 0, 0}, {10, 0, 0}, {15, 0, 0}, {0.2, 0.1, 0.3}};
   const DriveUnder drive({}, truth);
   LoopCandidatesParams params;
-  params.looks_gap = 2;
+  params.min_keyframe_gap = 2;
   LoopCandidates candidates(drive.view, params);
   LoopCandidates patient(drive.view);
   for (std::int64_t id = 0; id < 5; ++id) {
@@ -72,10 +72,10 @@ TEST(LoopCandidates, ByAppearanceWhereThePositionIsNotKnown) {
 
 TEST(LoopCandidates, RefusesParametersThatCannotBe) {
   LoopCandidatesParams params;
-  params.looks_gap = 0;
+  params.min_keyframe_gap = 0;
   const calib::CeilingView view = synthetic::SmallView();
   EXPECT_THAT([&] { LoopCandidates(view, params); },
-              ThrowsMessage<InputError>("loop closing: looks_gap = 0, must be at least 1"));
+              ThrowsMessage<InputError>("loop closing: min_keyframe_gap = 0, must be at least 1"));
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ class Stops {
   /// Every earlier keyframe but the last two may be found again.
   static LoopCloserParams ShortGap() {
     LoopCloserParams params;
-    params.candidates.looks_gap = 3;
+    params.candidates.min_keyframe_gap = 3;
     return params;
   }
 
