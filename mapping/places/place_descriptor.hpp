@@ -29,10 +29,10 @@ struct PlaceDescriptorParams {
 /// spots with a minimum distance from each other: so two images of the same ceiling have windows at
 /// the same places even with a small overlap. Each window is sampled on rings around its keypoint
 /// and transformed along the angle. A rotation of the image by theta multiplies harmonic m of all
-/// rings by the same exp(-i m theta); it cancels in a conj(b) / sqrt(|a
-/// b|) of two neighbouring rings. These products and the rings' means form the vector: unlike
-/// amplitude spectra (Reddy & Chatterji 1996) it contains the relative rotation of the rings, which
-/// is important on weak plaster with noise.
+/// rings by the same exp(-i m theta); it cancels in a conj(b) / sqrt(|a b|) of two neighbouring
+/// rings. These products and the rings' means form the vector: unlike amplitude spectra (Reddy &
+/// Chatterji 1996) it contains the relative rotation of the rings, which is important on weak
+/// plaster with noise.
 ///
 /// Contains FFT plans and scratch memory: one object per thread. The result is deterministic on one
 /// machine, to the last bit.

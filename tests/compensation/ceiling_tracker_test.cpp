@@ -215,7 +215,7 @@ TEST(CeilingTracker, ATiltedFrameDrawnLevelIsAReference) {
   CeilingTracker::Frame tilted = robot.Observe({3.2, 2.5, 0.25}, tilt);
   robot.ExpectRight(robot.Tracker().Measure(tilted));
   cv::Mat level;
-  calib::LevelView(robot.View()).Draw(tilted.image, tilt, level);
+  calib::LevelView(robot.View()).Draw(tilted.image.pixels, tilt, level);
   robot.Tracker().SetReference(tilted, level);
   robot.ReferenceIs({3.2, 2.5, 0.25});
   robot.ExpectRight(robot.Measure({3.3, 2.5, 0.3}, FrontUp(3, kAxle, 1)));

@@ -53,7 +53,7 @@ TEST(ForwardEquation, ThePrintedFormVanishesAtTheSolution) {
   int unique = 0;
   for (int i = 0; i < 2000; ++i) {
     const Scene scene = Scene::Random(random);
-    const auto tilt = scene.Equation().SolveFromWall(scene.SeenWithWall()).Unique();
+    const auto tilt = scene.Equation().SolveFromWall(scene.ObservedWithWall()).Unique();
     if (!tilt) continue;
     ++unique;
     // It divides by s - 1, which loses digits at short base lines before far walls.
@@ -72,7 +72,7 @@ TEST(ForwardEquation, WallGivesTheTilt) {
     Scene scene = Scene::Random(random);
     if (i % 4 == 0) scene.base_shift_m = 0;
     if (i % 5 == 0) scene.tilt_rad = 0;
-    const ForwardSolution solution = scene.Equation().SolveFromWall(scene.SeenWithWall());
+    const ForwardSolution solution = scene.Equation().SolveFromWall(scene.ObservedWithWall());
     ASSERT_TRUE(scene.IsAmong(solution)) << scene;
     if (solution.Unique()) ++unique;
   }

@@ -22,7 +22,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // The wall stands between the two frames: behind the camera in B.
 TEST(ForwardEquation, AWallThatWasPassedIsRefused) {
   const Scene scene{0.14, 0.45, 2.6, 4 * kRadPerDeg, 3, 0.5};
-  WallObservation seen = scene.SeenWithWall();
+  WallObservation seen = scene.ObservedWithWall();
   seen.wall_per_m = 1 / 0.4;
   const ForwardSolution behind = scene.Equation().SolveFromWall(seen);
   EXPECT_EQ(behind.verdict, ForwardVerdict::kImplausible);

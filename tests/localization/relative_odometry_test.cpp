@@ -20,7 +20,7 @@ class RelativeOdometryTest : public testing::Test {
   }
   std::optional<ChainStep> Show(const cv::Mat& image) {
     ++index_;
-    return chain_.Next({image, index_, 0.1 * static_cast<double>(index_)});
+    return chain_.Next({{image, {}}, index_, 0.1 * static_cast<double>(index_)});
   }
 
   SyntheticCeiling ceiling_;
@@ -63,7 +63,7 @@ TEST_F(RelativeOdometryTest, BlankBordersDoNotHoldTheRobot) {
   for (int i = 0; i < 12; ++i, T = T * step) {
     cv::Mat image = Seen(plain, disc, T, static_cast<std::uint32_t>(i));
     image.setTo(0, mask == 0);
-    const auto measured = chain.Next({image, i, 0.1 * i});
+    const auto measured = chain.Next({{image, {}}, i, 0.1 * i});
     EXPECT_EQ(measured.has_value(), i > 0) << i;
     if (!measured) continue;
     const Pose2 off = step.Inverse() * measured->T_before_now;

@@ -121,12 +121,12 @@ TEST(PlaceDescriber, VectorsHaveLengthOneAndWindowsKeepTheirDistance) {
   const cv::Mat rows = Describe(SyntheticCeiling().Render(kSize));
   ASSERT_EQ(rows.type(), CV_32FC1);
   ASSERT_EQ(rows.cols, PlaceDescriber::Dimension());
-  ASSERT_EQ(rows.rows, Params().max_windows);
+  ASSERT_EQ(rows.rows, 32) << "the largest number";
   for (int i = 0; i < rows.rows; ++i) {
     EXPECT_NEAR(cv::norm(rows.row(i).colRange(2, rows.cols)), 1, 1e-5);
     for (int j = 0; j < i; ++j) {
       const double apart = cv::norm(rows.row(i).colRange(0, 2), rows.row(j).colRange(0, 2));
-      EXPECT_GE(apart, Params().min_distance_px - 1e-3);
+      EXPECT_GE(apart, 12 - 1e-3);
     }
   }
 }
@@ -157,8 +157,8 @@ TEST(PlaceDescriber, WindowsKeepOutOfTheMask) {
   ASSERT_GE(rows.rows, 10);
   double leftmost = 0;
   cv::minMaxLoc(rows.col(0), &leftmost);
-  // Column 200 lies 60 working pixels left of the centre.
-  EXPECT_GE(leftmost, -60 + Params().window_radius_px);
+  // Column 200 lies 60 working pixels left of the centre; a window has a radius of 24.
+  EXPECT_GE(leftmost, -60 + 24);
 }
 
 TEST(PlaceDescriber, OddSizesAndScales) {
