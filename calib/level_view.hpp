@@ -41,7 +41,8 @@ class LevelView {
   [[nodiscard]] Eigen::Isometry3d T_level_camera(const Tilt& tilt) const;
 
   cv::Size size_;
-  cv::Mat content_;  // 255 where a sample with this top left corner has content; empty: all have content
+  cv::Mat content_;  // 255 where a sample with this top left corner has content; empty: all have
+                     // content
   double focal_px_;
   double distance_m_;                // of the level camera from the ceiling
   Eigen::Vector2d principal_px_;     // from the top-left pixel's centre

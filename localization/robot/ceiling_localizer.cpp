@@ -50,12 +50,12 @@ struct CeilingLocalizer::Impl {
        const calib::Rig& rig,
        const localization::LocalizerParams& params)
       : map(file),
-        view(UpOf(rig), map.Metadata().ceiling_height_m),
-        localizer(MakeLocalizer(map, file, rig, params)) {}
+        localizer(MakeLocalizer(map, file, rig, params)),
+        view(UpOf(rig), map.Metadata().ceiling_height_m) {}
 
   store::MapReader map;
+  localization::Localizer localizer;  // refuses a map without a rig, which gives no view
   calib::CeilingView view;
-  localization::Localizer localizer;
 };
 
 CeilingLocalizer::CeilingLocalizer(const std::filesystem::path& map,

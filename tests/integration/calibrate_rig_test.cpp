@@ -228,8 +228,7 @@ TEST_F(CalibrateRigTest, AnAngleThatNothingTellsIsWarnedOf) {
       "straight/up",
       {"--rig=ahead.yaml", "--ceiling-height=2.5", "--straight-forward=straight/forward"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr(
-                "the forward camera's roll is known to "));
+  EXPECT_THAT(result.err, HasSubstr("the forward camera's roll is known to "));
   EXPECT_THAT(result.err, HasSubstr(" deg only; add --spin-forward\n"));
 }
 

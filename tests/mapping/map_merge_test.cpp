@@ -78,7 +78,7 @@ TEST(MapMerge, TooLittleInCommonIsRefused) {
   EXPECT_FALSE(Merge(a, far).ok());
   const MergeResult little = Merge(a, b);
   if (!little.ok()) {
-    EXPECT_THAT(little.results[1].reason, HasSubstr("too little"));
+    EXPECT_THAT(little.results[1].reason, HasSubstr("the overlap is too small"));
   }
 }
 
