@@ -63,7 +63,7 @@ void CheckSpin(const CeilingRecording& spin) {
   if (turn_deg >= kMinTurnDeg) return;
   throw InputError(fmt::format(
       "{}: the robot turns by {:.1f} deg only, must be at least {:.0f}; let it turn on the spot, "
-      "best once around",
+      "best by a full turn",
       spin.name,
       turn_deg,
       kMinTurnDeg));
