@@ -73,6 +73,7 @@ class Settings {
                  const std::vector<std::pair<std::string, Enum>>& choices,
                  std::string_view meaning) const {
     std::vector<std::string> names;
+    names.reserve(choices.size());
     for (const auto& choice : choices) names.push_back(choice.first);
     AddNamed(
         key,

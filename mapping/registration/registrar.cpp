@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <stdexcept>
 
 #include "calib/base/error.hpp"
 #include "calib/base/pose2.hpp"
+#include "mapping/registration/buffer_pool.hpp"
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/fine_stage.hpp"
 #include "mapping/registration/impulses.hpp"
@@ -126,41 +126,6 @@ bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist
   return period * (period - 2 * off) > kNineSigma2 * prior->sigma_px * prior->sigma_px;
 }
 
-/// Buffers of frames that nobody holds any more. A frame's buffers are megabytes: asking the system
-/// for them anew costs as much as a transform. Frames may outlive their registrar and end in any
-/// thread.
-template <typename Data>
-class Pool {
- public:
-  Pool() { free_.reserve(kMax); }
-
-  /// A buffer that returns to the pool with its last owner.
-  static std::shared_ptr<Data> Take(const std::shared_ptr<Pool>& pool) {
-    std::unique_ptr<Data> data = pool->TakeFree();
-    if (!data) data = std::make_unique<Data>();
-    return {data.release(), [pool](Data* released) { pool->TakeBack(released); }};
-  }
-
- private:
-  static constexpr std::size_t kMax = 4;
-
-  std::unique_ptr<Data> TakeFree() {
-    const std::scoped_lock lock(mutex_);
-    if (free_.empty()) return nullptr;
-    std::unique_ptr<Data> data = std::move(free_.back());
-    free_.pop_back();
-    return data;
-  }
-  void TakeBack(Data* released) {
-    std::unique_ptr<Data> data(released);
-    const std::scoped_lock lock(mutex_);
-    if (free_.size() < kMax) free_.push_back(std::move(data));
-  }
-
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Data>> free_;
-};
-
 }  // namespace
 
 struct Registrar::Impl {
@@ -173,8 +138,8 @@ struct Registrar::Impl {
   RegistrarParams params;
   CoarseStage coarse;
   FineStage fine;
-  std::shared_ptr<Pool<Coarse>> coarse_pool = std::make_shared<Pool<Coarse>>();
-  std::shared_ptr<Pool<Fine>> fine_pool = std::make_shared<Pool<Fine>>();
+  std::shared_ptr<BufferPool<Coarse>> coarse_pool = std::make_shared<BufferPool<Coarse>>();
+  std::shared_ptr<BufferPool<Fine>> fine_pool = std::make_shared<BufferPool<Fine>>();
   cv::Mat clean;
 
   std::shared_ptr<Coarse> AnalyzeCoarse(const cv::Mat& clean_grey,
@@ -195,7 +160,7 @@ struct Registrar::Impl {
 std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::Mat& clean_grey,
                                                                       float noise,
                                                                       const cv::Mat& mask) {
-  std::shared_ptr<Coarse> data = Pool<Coarse>::Take(coarse_pool);
+  std::shared_ptr<Coarse> data = BufferPool<Coarse>::Take(coarse_pool);
   coarse.Analyze(clean_grey, noise, *data, mask);
   return data;
 }
@@ -203,7 +168,7 @@ std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::
 std::shared_ptr<FrameSpectrum::Fine> Registrar::Impl::AnalyzeFine(const cv::Mat& clean_grey,
                                                                   float noise,
                                                                   const cv::Mat& mask) {
-  std::shared_ptr<Fine> data = Pool<Fine>::Take(fine_pool);
+  std::shared_ptr<Fine> data = BufferPool<Fine>::Take(fine_pool);
   data->rough_ready = false;
   data->fine_ready = false;
   fine.Analyze(clean_grey, noise, *data, mask);

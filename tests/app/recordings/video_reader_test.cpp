@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/recording_writer.hpp"
@@ -53,6 +55,29 @@ TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
   EXPECT_GT(read, kCount / 4);
   EXPECT_THAT(source.Warnings(),
               ElementsAre(HasSubstr("frames are damaged, or depend on damaged ones")));
+}
+
+// Black and white of a video are 16 and 235.
+TEST(VideoReader, GreyLevelsAreThoseOfTheColourImage) {
+  const support::TestFolder folder;
+  cv::Mat image(64, 96, CV_8UC1);
+  for (int x = 0; x < image.cols; ++x) image.col(x) = std::min(255, 24 * (x / 8));
+  const auto writer =
+      RecordingWriter::Create(RecordingFormat::kVideo, folder / "v.mp4", image.size(), 10);
+  for (int i = 0; i < 3; ++i) writer->Write(writer->Prepare(image));
+  writer->Commit();
+  FrameSource grey((folder / "v.mp4").string());
+  FrameSource colour((folder / "v.mp4").string(), {.pixels = Pixels::kColour});
+  Frame as_grey;
+  Frame as_colour;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(grey.Read(as_grey) && colour.Read(as_colour));
+    ASSERT_EQ(as_grey.image.type(), CV_8UC1);
+    cv::Mat expected;
+    cv::cvtColor(as_colour.image, expected, cv::COLOR_BGR2GRAY);
+    EXPECT_LE(cv::norm(as_grey.image, expected, cv::NORM_INF), 2);
+    EXPECT_LE(cv::norm(as_grey.image, image, cv::NORM_L1) / (64 * 96), 3);
+  }
 }
 
 }  // namespace

@@ -28,6 +28,27 @@ TEST_F(RegistrarTest, RandomMotionsOverTheFullCircle) {
   }
 }
 
+TEST_F(RegistrarTest, ASpectrumIsCompletedByAnyRegistrarOfItsSize) {
+  const SyntheticCeiling ceiling;
+  const cv::Mat image = ceiling.Render(kSize);
+  const cv::Mat other = ceiling.Render(kSize, {30, -12, 0.3, 1});
+  Registrar first(kSize);
+  Registrar second(kSize);
+  const FrameSpectrum fine = first.AnalyzeFine(image);
+  ASSERT_FALSE(fine.empty());
+  EXPECT_FALSE(fine.HasCoarse());
+  const FrameSpectrum whole = second.Complete(image, fine);
+  EXPECT_TRUE(whole.HasCoarse());
+  EXPECT_FALSE(fine.HasCoarse()) << "the one that was completed stays as it is";
+  const Registration completed = second.Register(whole, second.Complete(other, {}));
+  const Registration analyzed = first.Register(first.Analyze(image), first.Analyze(other));
+  ASSERT_TRUE(completed.ok());
+  EXPECT_EQ(completed.motion.tx_px, analyzed.motion.tx_px);
+  EXPECT_EQ(completed.motion.ty_px, analyzed.motion.ty_px);
+  EXPECT_EQ(completed.motion.theta_rad, analyzed.motion.theta_rad);
+  EXPECT_EQ(completed.covariance, analyzed.covariance);
+}
+
 TEST_F(RegistrarTest, LittleCommonAreaIsMostlyEnoughAndNeverMisleads) {
   std::mt19937 random(10);
   int answers = 0;
