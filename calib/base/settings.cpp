@@ -164,7 +164,9 @@ void Settings::AddNamed(std::string_view key,
 
 void Settings::ReadSection(const std::string& prefix, const YamlValue& section) const {
   for (const auto& [name, given] : section.Entries()) {
-    const std::string key = prefix.empty() ? name : prefix + "." + name;
+    std::string key = prefix;
+    if (!key.empty()) key += '.';
+    key += name;
     const auto setting = std::find_if(
         list_->begin(), list_->end(), [&key](const Setting& known) { return known.key == key; });
     if (setting != list_->end()) {
