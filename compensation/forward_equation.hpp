@@ -76,7 +76,7 @@ struct ForwardSolution {
 /// The equation states that A and B see the wall point at the same height. Eq. (1) as printed
 /// replaces D by the zoom s of the forward images, D = b s / (s - 1), and multiplies by D. This
 /// form has no pole: it holds for any base line, 0 included, and becomes tilt = th1 as D grows. See
-/// compensation/README.md, "Eq. (1)".
+/// compensation/README.md, "Tilt from the forward camera".
 class ForwardEquation {
  public:
   /// @param camera_height_m  `d`, the forward camera's height above the floor when level, in

@@ -112,7 +112,7 @@ struct TiltEstimator::Impl {
     std::optional<ForwardMotion> forward;
   };
   void Check(const TiltFrame& frame) const;
-  Seen MapMatch(const TiltFrame& frame, Moment& moment);
+  Seen Observe(const TiltFrame& frame, Moment& moment);
   [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
   void Measure(const Seen& seen, TiltEstimate& estimate);
   void Fuse(TiltEstimate& estimate);
@@ -133,7 +133,7 @@ void TiltEstimator::Impl::Check(const TiltFrame& frame) const {
   }
 }
 
-TiltEstimator::Impl::Seen TiltEstimator::Impl::MapMatch(const TiltFrame& frame, Moment& moment) {
+TiltEstimator::Impl::Seen TiltEstimator::Impl::Observe(const TiltFrame& frame, Moment& moment) {
   Seen seen;
   std::future<void> ahead;
   if (forward && !frame.forward.empty()) {
@@ -344,7 +344,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   me.moments.emplace_back();
   if (static_cast<int>(me.moments.size()) > kLevelFrames) me.moments.pop_front();
   Moment& moment = me.moments.back();
-  const Impl::Seen seen = me.MapMatch(frame, moment);
+  const Impl::Seen seen = me.Observe(frame, moment);
   TiltEstimate estimate;
   estimate.up = moment.ceiling.image;
   me.filter.Predict(frame.stamp_s);

@@ -185,8 +185,7 @@ const Hypothesis& Hypotheses::BestOfFrame() const {
 void Hypotheses::Weigh() {
   if (AnyMatch()) {
     const Hypothesis& best = BestOfFrame();
-    const double weight =
-        kFullWeightRatio > 0 ? std::min(1.0, travelled_ / (kFullWeightRatio * span_)) : 1;
+    const double weight = std::min(1.0, travelled_ / (kFullWeightRatio * span_));
     travelled_ = 0;
     for (Hypothesis& h : all_) {
       const double against =

@@ -139,7 +139,7 @@ field() {
     inside && $1 == key { sub(/,$/, "", $2); print $2; exit }' "$1"
 }
 
-# A line of a parameter ($3) of a rig ($2) by its summary ($1): its truth ($4), and the unit that errors are told in ($5 of it).
+# A line of a parameter ($3) of a rig ($2) by its summary ($1): its truth ($4), and the unit of its errors ($5 of it).
 compare() {
   local value sigma
   value=$(field "$1" "$3" value)

@@ -254,7 +254,7 @@ if [[ -n $data ]]; then experiment_lab; fi
 
 echo
 echo "Of the papers: below 0.10 rad on turns on the spot, at most 0.41 rad with boards that come and go. Known or not: whether"
-echo "the compass is told where the robot is. As published: known, and nothing is made of what places do to directions."
+echo "the position of the robot is given. As published: known, without a correction of directions for the position."
 gnuplot -e "folder = '$out'" "$root/samples/colour-experiments.gp"
 echo
 for figure in cells updating boards distance; do

@@ -17,7 +17,7 @@ measure() {
     --truth "$sample/truth.tum" -o "$result.csv" --summary "$result.json" "$@"
 }
 
-# All ways on a recording ($1), into a folder ($2). Labrosse unwraps with rows even in radius.
+# All methods on a recording ($1), into a folder ($2). Labrosse unwraps with rows even in radius.
 measure_all() {
   local sample=$1 folder=$2 skip
   local paper=(--method labrosse2006 --row-spacing radius)

@@ -89,7 +89,7 @@ experiment 2 "the front wheels climb debris, and the wheels of either side"
 
 echo
 echo "The paper reports about 21 cm brought down to about 11 % of it, set here beside x of both experiments."
-echo "Experiment 1 has no roll: across the path there is no error before, so its ratio there tells nothing."
+echo "Experiment 1 has no roll: across the path there is no error before, so its ratio there has no meaning."
 echo "evaluation.txt in the folders below has errors of the estimated tilt, report-*/*-errors.csv those of each frame."
 for number in 1 2; do
   echo

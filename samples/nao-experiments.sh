@@ -62,7 +62,7 @@ leave_one_out() {
       printf "%-14s %10.1f %8.1f %9.1f %10.2f %8.1f\n", $1, $3, $4, $6, $5, $7
     }
     END {
-      printf "%s: mean error %.2f rad of %d, %d within 45 deg; %d sure of themselves", name, sum / NR * atan2(0, -1) / 180, NR, quadrant, sure
+      printf "%s: mean error %.2f rad of %d, %d within 45 deg; %d certain", name, sum / NR * atan2(0, -1) / 180, NR, quadrant, sure
       if (sure) printf ": mean error %.2f rad", sure_sum / sure * atan2(0, -1) / 180
       print ""
     }' "$folder/headings.csv"

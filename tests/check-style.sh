@@ -38,7 +38,7 @@ echo "clang-tidy"
 log=$(mktemp)
 commands=$(mktemp -d)
 trap 'rm -rf "$log" "$commands"' EXIT
-# Without the precompiled headers, which are the compiler's own: so it also tells who includes too little.
+# Without the precompiled headers, which only the compiler can read; this also finds sources that include too little.
 sed -E 's# -Winvalid-pch -include [^ ]*/cmake_pch\.hxx##' "$database/compile_commands.json" >"$commands/compile_commands.json"
 if ! run-clang-tidy -quiet -p "$commands" -j "$(nproc)" "${quick[@]}" \
   "^$PWD/(calib|mapping|localization|compensation|app|samples)/" >"$log" 2>&1; then

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Has `ceilmap localize` follow a robot to and fro without end, and tells how its memory grows.
+# Lets `ceilmap localize` track a robot that drives to and fro without end, and reports the growth of its memory.
 #   tests/soak.sh [MINUTES=30] [PROGRAM=build/release/app/ceilmap]
 # Prints frames, the memory in use (VmRSS) and its slope in kB a minute, by least squares over all
 # that was sampled every five seconds after the first fifth of the time. Exits with 1 when the program

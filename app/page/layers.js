@@ -130,7 +130,7 @@ function graphLayers(model, panes, map) {
                  draw: () => drawKeyframes(model.keyframes, panes, map)});
   }
   if (model.edges.kind.includes('w')) {
-    layers.push({key: 'ways', text: 'Ways between keyframes', swatch: ['line', graph],
+    layers.push({key: 'ways', text: 'Edges between keyframes', swatch: ['line', graph],
                  shown: false, draw: () => drawEdges(model, 'w', {color: graph, weight: 1}, panes)});
   }
   if (model.edges.kind.includes('l')) {

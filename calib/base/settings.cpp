@@ -100,21 +100,32 @@ void Settings::Append(Setting setting) const {
   list_->push_back(std::move(setting));
 }
 
-void Settings::Add(std::string_view key,
-                   double& value,
-                   std::string_view unit,
-                   const SettingRange& range,
-                   std::string_view meaning) const {
+template <typename Number, typename Read>
+void Settings::AddNumber(std::string_view key,
+                         Number& value,
+                         std::string_view unit,
+                         const SettingRange& range,
+                         std::string_view meaning,
+                         const Read& read) const {
   Append({std::string(key),
           std::string(unit),
           range.Text(),
           std::string(meaning),
           [&value]() -> Setting::Value { return value; },
-          [&value, range](const YamlValue& given) {
-            const double number = given.Number();
+          [&value, range, read](const YamlValue& given) {
+            const Number number = read(given);
             CheckRange(given, number, range);
             value = number;
           }});
+}
+
+void Settings::Add(std::string_view key,
+                   double& value,
+                   std::string_view unit,
+                   const SettingRange& range,
+                   std::string_view meaning) const {
+  AddNumber(
+      key, value, unit, range, meaning, [](const YamlValue& given) { return given.Number(); });
 }
 
 void Settings::Add(std::string_view key,
@@ -122,17 +133,10 @@ void Settings::Add(std::string_view key,
                    std::string_view unit,
                    const SettingRange& range,
                    std::string_view meaning) const {
-  Append({std::string(key),
-          std::string(unit),
-          range.Text(),
-          std::string(meaning),
-          [&value]() -> Setting::Value { return value; },
-          [&value, range](const YamlValue& given) {
-            const int number =
-                given.WholeNumber(std::numeric_limits<int>::min(), std::numeric_limits<int>::max());
-            CheckRange(given, number, range);
-            value = number;
-          }});
+  AddNumber(key, value, unit, range, meaning, [](const YamlValue& given) {
+    using Limits = std::numeric_limits<int>;
+    return static_cast<int>(given.WholeNumber(Limits::min(), Limits::max()));
+  });
 }
 
 void Settings::Add(std::string_view key, bool& value, std::string_view meaning) const {

@@ -98,6 +98,13 @@ class Settings {
   void Parse(const std::string& text, const std::filesystem::path& file) const;
 
  private:
+  template <typename Number, typename Read>
+  void AddNumber(std::string_view key,
+                 Number& value,
+                 std::string_view unit,
+                 const SettingRange& range,
+                 std::string_view meaning,
+                 const Read& read) const;
   void AddNamed(std::string_view key,
                 const std::vector<std::string>& names,
                 std::string_view meaning,

@@ -41,7 +41,7 @@ struct CameraCalibration {
   std::vector<LeftOut> left_out;
 };
 
-/// Selects views, solves and judges the solution (calib/README.md, "The cameras").
+/// Selects views, solves and judges the solution (calib/README.md, "Calibration of a camera").
 /// @param max_views  at least 3.
 /// @throws InputError when the images do not determine the camera, with what is missing and what to
 ///   add.

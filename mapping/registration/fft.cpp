@@ -6,6 +6,7 @@
 #include <mutex>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 #include "mapping/registration/row_pairs.hpp"
 
@@ -126,6 +127,12 @@ struct PlaneFft::Impl {
   [[nodiscard]] std::complex<float>* Pair(int i) {
     return z.data() + static_cast<std::ptrdiff_t>(i) * cols;
   }
+  /// Rows 2i and 2i + 1 of a plane with rows of `length` values; null where there is no such row.
+  template <typename T>
+  [[nodiscard]] std::pair<T*, T*> Rows(T* plane, int i, std::size_t length) const {
+    T* const upper = plane + 2 * static_cast<std::size_t>(i) * length;
+    return {upper, 2 * i + 1 < rows ? upper + length : nullptr};
+  }
 };
 
 PlaneFft::Impl::Impl(int plane_rows, int plane_cols)
@@ -188,16 +195,13 @@ void PlaneFft::Forward(std::span<const float> in, std::span<std::complex<float>>
   RequireSize(in.size(), RealSize());
   RequireSize(out.size(), SpectrumSize());
   Impl& me = *impl_;
-  const bool odd = me.rows % 2 != 0;
   for (int i = 0; i < me.pairs; ++i) {
-    const float* upper = in.data() + static_cast<std::ptrdiff_t>(2 * i) * me.cols;
-    const float* lower = odd && i + 1 == me.pairs ? nullptr : upper + me.cols;
+    const auto [upper, lower] = me.Rows(in.data(), i, static_cast<std::size_t>(me.cols));
     kernels::PairRows(upper, lower, me.cols, me.Pair(i));
   }
   fftwf_execute(me.lines.forward);
   for (int i = 0; i < me.pairs; ++i) {
-    std::complex<float>* upper = out.data() + 2 * static_cast<std::size_t>(i) * me.Half();
-    std::complex<float>* lower = odd && i + 1 == me.pairs ? nullptr : upper + me.Half();
+    const auto [upper, lower] = me.Rows(out.data(), i, me.Half());
     kernels::SplitSpectra(me.Pair(i), me.cols, upper, lower);
   }
   fftwf_execute_dft(me.across.forward, AsFftw(out.data()), AsFftw(out.data()));
@@ -207,17 +211,14 @@ void PlaneFft::Inverse(std::span<std::complex<float>> in, std::span<float> out) 
   RequireSize(in.size(), SpectrumSize());
   RequireSize(out.size(), RealSize());
   Impl& me = *impl_;
-  const bool odd = me.rows % 2 != 0;
   fftwf_execute_dft(me.across.inverse, AsFftw(in.data()), AsFftw(in.data()));
   for (int i = 0; i < me.pairs; ++i) {
-    const std::complex<float>* upper = in.data() + 2 * static_cast<std::size_t>(i) * me.Half();
-    const std::complex<float>* lower = odd && i + 1 == me.pairs ? nullptr : upper + me.Half();
+    const auto [upper, lower] = me.Rows(in.data(), i, me.Half());
     kernels::JoinSpectra(upper, lower, me.cols, me.Pair(i));
   }
   fftwf_execute(me.lines.inverse);
   for (int i = 0; i < me.pairs; ++i) {
-    float* upper = out.data() + static_cast<std::ptrdiff_t>(2 * i) * me.cols;
-    float* lower = odd && i + 1 == me.pairs ? nullptr : upper + me.cols;
+    const auto [upper, lower] = me.Rows(out.data(), i, static_cast<std::size_t>(me.cols));
     kernels::SplitRows(me.Pair(i), me.cols, upper, lower);
   }
 }

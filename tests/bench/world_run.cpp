@@ -91,7 +91,7 @@ class OmniCompass {
  public:
   explicit OmniCompass(const calib::Rig& rig) : view_(rig.omni.value()) {}
 
-  std::optional<HeadingPrior> MapMatch(const cv::Mat& image, double stamp_s) {
+  std::optional<HeadingPrior> Measure(const cv::Mat& image, double stamp_s) {
     view_.Unwrap(image, panorama_);
     compass::PanoramaFrame frame;
     frame.panorama = panorama_;
@@ -174,7 +174,7 @@ WorldRun RunWorld(const simulator::Scene& scene,
     const double start = WallSeconds();
     mapping::FrameContext context;
     if (estimator) context.tilt = estimator->Estimate({image, forward, frame.stamp_s}).tilt;
-    if (compass) context.heading = compass->MapMatch(omni, frame.stamp_s);
+    if (compass) context.heading = compass->Measure(omni, frame.stamp_s);
     const graph::FramePose live = mapper.Process(image, frame.index, frame.stamp_s, context);
     const double spent = WallSeconds() - start;
     if (live.keyframe_id >= 0) {

@@ -44,7 +44,7 @@ struct Scene {
   ForwardMotion seen;
   double ceiling_motion_m = 0;
 
-  void MapMatch() {
+  void Observe() {
     const Tilt tilt{pitch_rad, roll_rad, pivot_m * std::sin(pitch_rad), {}};
     const Isometry3d T = tilt.T_level_base();
     const Vector3d along(std::cos(yaw_rad), std::sin(yaw_rad), 0);
@@ -82,7 +82,7 @@ TEST(ForwardSolver, FrontWheelsThatClimbAreExact) {
       Scene scene;
       scene.pitch_rad = deg * kRadPerDeg;
       scene.base_shift_m = base_shift_m;
-      scene.MapMatch();
+      scene.Observe();
       ForwardSolver solver(PapersRig(), 0, scene.Known());
       const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
       ASSERT_TRUE(tilt.has_value());
@@ -98,14 +98,14 @@ TEST(ForwardSolver, RearWheelsThatClimbAreExactButForThePivotsPlace) {
     Scene scene;
     scene.pitch_rad = deg * kRadPerDeg;
     scene.pivot_m = 0;
-    scene.MapMatch();
+    scene.Observe();
     ForwardSolver solver(PapersRig(), 0, scene.Known());
     auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
     ASSERT_TRUE(tilt.has_value());
     EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 1e-3 * kRadPerDeg) << deg;
     // Front wheels 10 cm before the mast lift its foot by that times the tilt, seen over 4 m.
     scene.pivot_m = 0.1;
-    scene.MapMatch();
+    scene.Observe();
     tilt = ForwardSolver(PapersRig(), 0, scene.Known()).Solve(scene.seen, scene.ceiling_motion_m);
     ASSERT_TRUE(tilt.has_value());
     EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.027 * scene.pitch_rad) << deg;
@@ -116,7 +116,7 @@ TEST(ForwardSolver, RollIsTheCamerasWhenItPointsStraightAhead) {
   Scene scene;
   scene.pitch_rad = -3 * kRadPerDeg;
   scene.roll_rad = 2.5 * kRadPerDeg;
-  scene.MapMatch();
+  scene.Observe();
   ForwardSolver solver(PapersRig(), 0, scene.Known());
   const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
   ASSERT_TRUE(tilt.has_value());
@@ -133,7 +133,7 @@ TEST(ForwardSolver, ACameraThatPointsAsideMixesPitchAndRoll) {
       scene.roll_rad = deg[1] * kRadPerDeg;
       scene.yaw_rad = yaw_deg * kRadPerDeg;
       scene.pivot_m = 0;  // in any climb: the foot stays
-      scene.MapMatch();
+      scene.Observe();
       calib::Rig rig = PapersRig();
       rig.axle_behind_mast_m = 0;
       ForwardSolver solver(rig, scene.yaw_rad, scene.Known());
@@ -151,13 +151,13 @@ TEST(ForwardSolver, LearnsTheWallsDistanceFromTheZoom) {
   for (int i = 1; i <= 12; ++i) {
     scene.base_shift_m = 0.4 - 0.02 * i;
     scene.wall_m = 1.6 + scene.base_shift_m;
-    scene.MapMatch();
+    scene.Observe();
     const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
     ASSERT_TRUE(tilt.has_value());
     EXPECT_NEAR(tilt->angles[0], 0, 1e-6);
   }
   scene.pitch_rad = -4.64 * kRadPerDeg;
-  scene.MapMatch();
+  scene.Observe();
   const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
   ASSERT_TRUE(tilt.has_value());
   EXPECT_NEAR(tilt->angles[0], scene.pitch_rad, 0.01 * kRadPerDeg);
@@ -174,7 +174,7 @@ TEST(ForwardSolver, KeystoneIsNoZoom) {
   for (int i = 0; i < 20; ++i) {
     scene.base_shift_m = 0.4;
     scene.wall_m = 1.6 + scene.base_shift_m;
-    scene.MapMatch();
+    scene.Observe();
     const auto tilt = solver.Solve(scene.seen, scene.ceiling_motion_m);
     ASSERT_TRUE(tilt.has_value());
     if (i > 15) {
@@ -187,7 +187,7 @@ TEST(ForwardSolver, AKeyframeFartherAheadIsNearerToTheWall) {
   Scene scene;
   scene.pitch_rad = -4 * kRadPerDeg;
   scene.wall_m = 2;
-  scene.MapMatch();
+  scene.Observe();
   ForwardSolverParams params = scene.Known();
   params.wall_per_m = 1 / (scene.wall_m - scene.base_shift_m + 0.7);  // of the keyframe before
   ForwardSolver solver(PapersRig(), 0, params);
@@ -202,7 +202,7 @@ TEST(ForwardSolver, OneFrameIsNotMoreAccurateThanItsWall) {
   Scene scene;
   scene.pitch_rad = -4.64 * kRadPerDeg;
   scene.wall_m = 1.9;
-  scene.MapMatch();
+  scene.Observe();
   scene.seen.sigma_tan_shift = 1e-5;
   scene.seen.sigma_zoom = 1e-4;
   ForwardSolverParams params;
@@ -218,7 +218,7 @@ TEST(ForwardSolver, WithoutTheCeilingsMotionParallaxIsLeftOut) {
   Scene scene;
   scene.pitch_rad = -4 * kRadPerDeg;
   scene.roll_rad = 1 * kRadPerDeg;
-  scene.MapMatch();
+  scene.Observe();
   ForwardSolver solver(PapersRig(), 0);
   const auto tilt = solver.Solve(scene.seen, std::nullopt);
   ASSERT_TRUE(tilt.has_value());
@@ -235,7 +235,7 @@ TEST(ForwardSolver, CovarianceIsThatOfManyNoisyFrames) {
   scene.roll_rad = 1 * kRadPerDeg;
   scene.yaw_rad = 25 * kRadPerDeg;
   scene.wall_m = 2;
-  scene.MapMatch();
+  scene.Observe();
   scene.seen.sigma_zoom = 100;  // no information on the wall
   ForwardSolverParams params = scene.Known();
   params.wall_per_m_sigma = 0.05;
@@ -269,7 +269,7 @@ TEST(ForwardSolver, CovarianceIsThatOfManyNoisyFrames) {
 
 TEST(ForwardSolver, RefusesWhatNoTiltExplains) {
   Scene scene;
-  scene.MapMatch();
+  scene.Observe();
   scene.seen.tan_shift = 3;
   ForwardSolver solver(PapersRig(), 0);
   EXPECT_FALSE(solver.Solve(scene.seen, scene.ceiling_motion_m).has_value());
@@ -280,7 +280,7 @@ TEST(ForwardSolver, RefusesWhatNoTiltExplains) {
 TEST(ForwardSolver, TakesTheCamerasHeightWhereTheRigHasNoD) {
   Scene scene;
   scene.pitch_rad = -4 * kRadPerDeg;
-  scene.MapMatch();
+  scene.Observe();
   calib::Rig rig = PapersRig();
   rig.forward_height_m.reset();
   const auto tilt = ForwardSolver(rig, 0, scene.Known()).Solve(scene.seen, scene.ceiling_motion_m);

@@ -9,9 +9,9 @@ namespace ceilmap::mosaic {
 namespace {
 
 /// A ceiling with one bright spot, and its image at a pose.
-cv::Mat MapMatch(const calib::CeilingView& view,
-                 const Pose2& T_map_base,
-                 const Eigen::Vector2d& spot) {
+cv::Mat ImageAt(const calib::CeilingView& view,
+                const Pose2& T_map_base,
+                const Eigen::Vector2d& spot) {
   cv::Mat image(view.Size(), CV_8UC1, cv::Scalar(50));
   const Eigen::Vector2d p_view = (T_map_base * view.T_base_view()).Inverse() * spot;
   const cv::Point2d pixel(p_view.x() / view.MetresPerPixel() + 0.5 * (view.Size().width - 1),
@@ -43,7 +43,7 @@ TEST(LiveMosaic, ImagesLieWhereTheyWereTaken) {
   const Eigen::Vector2d spot(4.1, -2.3);
   for (const Pose2& pose : {Pose2{4, -2, 0}, {4.3, -2.6, 2}, {3.7, -2.1, -1.2}, {4, -3, 3.1}}) {
     LiveMosaic mosaic(view);
-    mosaic.Add(MapMatch(view, pose, spot), pose);
+    mosaic.Add(ImageAt(view, pose, spot), pose);
     const Mosaic copy = mosaic.Copy();
     EXPECT_LT((SpotOn(copy) - spot).norm(), copy.grid.resolution);
   }
@@ -53,7 +53,7 @@ TEST(LiveMosaic, GrowsToAllSidesWithoutMovingWhatIsThere) {
   const calib::CeilingView view = View();
   const Eigen::Vector2d spot(0.3, 0.2);
   LiveMosaic mosaic(view);
-  mosaic.Add(MapMatch(view, {}, spot), {});
+  mosaic.Add(ImageAt(view, {}, spot), {});
   for (const Pose2& far : {Pose2{5, 0, 0.3}, {-5, 0, 0.3}, {0, 5, 0.3}, {0, -5, 0.3}}) {
     mosaic.Add(cv::Mat(view.Size(), CV_8UC1, cv::Scalar(50)), far);
     const Mosaic copy = mosaic.Copy();
@@ -77,7 +77,7 @@ TEST(LiveMosaic, StaysSmallHoweverFarTheRobotGoes) {
   const calib::CeilingView view = View();
   const Eigen::Vector2d spot(0.3, 0.2);
   LiveMosaic mosaic(view, 600);
-  mosaic.Add(MapMatch(view, {}, spot), {});
+  mosaic.Add(ImageAt(view, {}, spot), {});
   for (int i = 1; i < 200; ++i) {
     mosaic.Add(cv::Mat(view.Size(), CV_8UC1, cv::Scalar(50)), {1.0 * i, 0.5 * i, 0.1 * i});
   }
