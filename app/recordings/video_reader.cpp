@@ -7,6 +7,7 @@
 #include <deque>
 #include <opencv2/core.hpp>
 #include <set>
+#include <string_view>
 #include <utility>
 
 extern "C" {
@@ -306,7 +307,8 @@ bool VideoReader::Decoder::CopyLuma(cv::Mat& grey) const {
                       CV_8UC1,
                       frame_->data[0],
                       static_cast<std::size_t>(frame_->linesize[0]));
-  const bool full = frame_->color_range == AVCOL_RANGE_JPEG || pixels->nb_components < 3;
+  const bool full = frame_->color_range == AVCOL_RANGE_JPEG || pixels->nb_components < 3 ||
+                    std::string_view(pixels->name).starts_with("yuvj");
   if (full) {
     plane.copyTo(grey);
   } else {
