@@ -375,7 +375,8 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Fine& reference,
         reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, measured);
     shifts.insert(shifts.end(), measured.begin(), measured.end());
     const PlaneMotion from = fit.motion;
-    fit = FitPlaneMotion(level_camera, shifts, from, params);
+    const bool prepares = round == 0 && rounds > 1;
+    fit = FitPlaneMotion(level_camera, shifts, from, params, !prepares);
     if (!fit.ok) return fit;
     // A block measured again from less than this distance would give the same shift.
     constexpr double kSettledPx = 0.3;

@@ -207,6 +207,52 @@ inline Four CubicColumns(const float* p, std::ptrdiff_t w, int x_fraction, int y
   return column * Load(kCubicTable[static_cast<std::size_t>(x_fraction)].data());
 }
 
+// Eight neighbouring samples in the lanes of one vector.
+using Eight = float __attribute__((vector_size(32)));
+using EightInt = std::int32_t __attribute__((vector_size(32)));
+
+// Vectors are passed by reference: in registers they would need the instructions of the newest
+// machine everywhere.
+inline void Load(const float* p, Eight& v) {
+  std::memcpy(&v, p, sizeof v);
+}
+
+// The weights of MakeCubicTable() at eight positions, in steps of the table.
+struct CubicWeights {
+  explicit CubicWeights(const EightInt& fraction) {
+    const Eight t = __builtin_convertvector(fraction, Eight) * (1.0F / kFractions);
+    const Eight square = t * t;
+    before = ((1.0F - 0.5F * t) * t - 0.5F) * t;
+    at = (1.5F * t - 2.5F) * square + 1.0F;
+    next = ((2.0F - 1.5F * t) * t + 0.5F) * t;
+    after = (0.5F * t - 0.5F) * square;
+  }
+  Eight before, at, next, after;
+};
+
+// Adds one row of taps of eight neighbouring samples. @param p  the first tap of the first sample.
+inline void AddCubicRow(const float* p, const CubicWeights& x, const Eight& y, Eight& sum) {
+  Eight before, at, next, after;
+  Load(p, before);
+  Load(p + 1, at);
+  Load(p + 2, next);
+  Load(p + 3, after);
+  sum += y * (before * x.before + at * x.at + next * x.next + after * x.after);
+}
+
+// Eight samples whose second taps are neighbours in one row, at xs and ys in steps of the table.
+// @param p  the first tap of the first sample.
+inline void CubicEight(
+    const float* p, std::ptrdiff_t w, const EightInt& xs, const EightInt& ys, Eight& value) {
+  const CubicWeights x(xs & (kFractions - 1));
+  const CubicWeights y(ys & (kFractions - 1));
+  value = Eight{};
+  AddCubicRow(p, x, y.before, value);
+  AddCubicRow(p + w, x, y.at, value);
+  AddCubicRow(p + 2 * w, x, y.next, value);
+  AddCubicRow(p + 3 * w, x, y.after, value);
+}
+
 // `total` is the sum of all values of dst, in four parts.
 inline void SubtractMeanAndWindow(
     Four total, const float* wx, const float* wy, int dw, int dh, float* dst) {
@@ -238,14 +284,35 @@ void SampleCubicWindowed(const float* src,
                          float* dst) {
   const std::ptrdiff_t stride = w;
   const float* first = src - stride - 1;
+  const float step_x = kFractions * m.xx;
+  const float step_y = kFractions * m.yx;
+  const EightInt lane{0, 1, 2, 3, 4, 5, 6, 7};
+  const Eight offset = __builtin_convertvector(lane, Eight);
+  // Where the rotation is small, eight samples mostly are neighbours: one load of eight pixels has
+  // one tap of each.
+  const bool neighbours = std::abs(m.xx - 1) < 0.1F && std::abs(m.yx) < 0.1F;
   Four total{};
+  Eight total_of_eights{};
   float* out = dst;
   for (int y = 0; y < dh; ++y, out += dw) {
     const float row_x = kFractions * (m.xy * static_cast<float>(y) + m.x0) + 0.5F;
     const float row_y = kFractions * (m.yy * static_cast<float>(y) + m.y0) + 0.5F;
-    const float step_x = kFractions * m.xx;
-    const float step_y = kFractions * m.yx;
-    for (int x = 0; x < dw; x += 4) {
+    for (int x = 0; x < dw;) {
+      if (neighbours && x + 8 <= dw) {
+        const Eight at = offset + static_cast<float>(x);
+        const EightInt xs = __builtin_convertvector(at * step_x + row_x, EightInt);
+        const EightInt ys = __builtin_convertvector(at * step_y + row_y, EightInt);
+        const int tap_x = xs[0] >> kFractionBits;
+        const int tap_y = ys[0] >> kFractionBits;
+        if (tap_x + 7 == xs[7] >> kFractionBits && tap_y == ys[7] >> kFractionBits) {
+          Eight value;
+          CubicEight(first + tap_y * stride + tap_x, stride, xs, ys, value);
+          std::memcpy(out + x, &value, sizeof value);
+          total_of_eights += value;
+          x += 8;
+          continue;
+        }
+      }
       const Four at = Four{0, 1, 2, 3} + static_cast<float>(x);
       const FourInt xs = __builtin_convertvector(at * step_x + row_x, FourInt);
       const FourInt ys = __builtin_convertvector(at * step_y + row_y, FourInt);
@@ -258,8 +325,11 @@ void SampleCubicWindowed(const float* src,
                                 CubicColumns(first + tap[3], stride, x_fraction[3], y_fraction[3]));
       std::memcpy(out + x, &value, sizeof value);
       total += value;
+      x += 4;
     }
   }
+  total += __builtin_shufflevector(total_of_eights, total_of_eights, 0, 1, 2, 3) +
+           __builtin_shufflevector(total_of_eights, total_of_eights, 4, 5, 6, 7);
   SubtractMeanAndWindow(total, wx, wy, dw, dh, dst);
 }
 

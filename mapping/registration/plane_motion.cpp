@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace ceilmap::registration {
 namespace {
 
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Parameters = std::array<double, 6>;  // x, y, height, yaw, tilt_x, tilt_y
 
 // Current image position of a reference pixel; the plane lies at distance 1.
@@ -65,13 +67,6 @@ Eigen::Matrix2d Whitening(const PlaneShift& shift) {
   return llt.matrixU().toDenseMatrix() * shift.current_from_reference.inverse();
 }
 
-std::vector<int> HeldParameters(const PlaneFitParams& params) {
-  std::vector<int> held;
-  if (!params.fit_height) held.push_back(2);
-  if (!params.fit_tilt) held.insert(held.end(), {4, 5});
-  return held;
-}
-
 }  // namespace
 
 PlaneCamera PlaneCameraOf(const calib::CeilingView& view) {
@@ -124,67 +119,115 @@ PlaneMotion PlaneMotion::FromSimilarity(const PlaneCamera& camera, const ImageMo
   return plane;
 }
 
-PlaneFit FitPlaneMotion(const PlaneCamera& camera,
-                        const std::vector<PlaneShift>& shifts,
-                        const PlaneMotion& start,
-                        const PlaneFitParams& params) {
-  PlaneFit fit;
-  fit.motion = start;
-  fit.blocks = static_cast<int>(shifts.size());
-  if (shifts.size() < 6) return fit;
-  Parameters p = ToArray(start);
-  std::vector<double> sizes(shifts.size());
-  const auto robust_scale = [&] {
-    for (std::size_t i = 0; i < shifts.size(); ++i) {
-      const Eigen::Vector2d error =
-          Project(camera, p.data(), shifts[i].block.point) - shifts[i].seen;
-      sizes[i] = (Whitening(shifts[i]) * error).norm();
-    }
-    auto sorted = sizes;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    return std::max(kSigmaFloorPx, *middle / 1.1774);
-  };
-  const std::vector<int> held = HeldParameters(params);
-  for (int round = 0; round < 3; ++round) {
-    fit.sigma_px = robust_scale();
-    ceres::Problem problem;
-    // The scale belongs to the squared residual norm: Cauchy's 2.3849 sigma keeps 95 % efficiency.
+namespace {
+
+/// The problem of one fit: built once, solved with a changing scale of the loss.
+class PlaneProblem {
+ public:
+  PlaneProblem(const PlaneCamera& camera,
+               const std::vector<PlaneShift>& shifts,
+               const PlaneMotion& start,
+               const PlaneFitParams& params)
+      : parameters_(ToArray(start)), loss_(nullptr, ceres::TAKE_OWNERSHIP) {
+    residuals_.reserve(shifts.size());
     for (const PlaneShift& shift : shifts) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BlockResidual, 2, 6>(
-                                   new BlockResidual{&camera, &shift, Whitening(shift)}),
-                               new ceres::CauchyLoss(2.3849 * fit.sigma_px),
-                               p.data());
+      residuals_.push_back({&camera, &shift, Whitening(shift)});
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<BlockResidual, 2, 6>(
+                                    &residuals_.back(), ceres::DO_NOT_TAKE_OWNERSHIP),
+                                &loss_,
+                                parameters_.data());
     }
-    if (!held.empty()) problem.SetManifold(p.data(), new ceres::SubsetManifold(6, held));
+    std::vector<int> held;
+    if (!params.fit_height) held.push_back(2);
+    if (!params.fit_tilt) held.insert(held.end(), {4, 5});
+    if (!held.empty()) problem_.SetManifold(parameters_.data(), new ceres::SubsetManifold(6, held));
+  }
+
+  /// The robust standard deviation of a whitened residual's axis, at least kSigmaFloorPx.
+  double Scale() {
+    sizes_.clear();
+    for (const BlockResidual& residual : residuals_) {
+      Eigen::Vector2d whitened;
+      residual(parameters_.data(), whitened.data());
+      sizes_.push_back(whitened.norm());
+    }
+    const auto middle = sizes_.begin() + static_cast<std::ptrdiff_t>(sizes_.size() / 2);
+    std::nth_element(sizes_.begin(), middle, sizes_.end());
+    return std::max(kSigmaFloorPx, *middle / 1.1774);
+  }
+
+  bool Solve(double sigma_px) {
+    // The scale belongs to the squared residual norm: Cauchy's 2.3849 sigma keeps 95 % efficiency.
+    loss_.Reset(new ceres::CauchyLoss(2.3849 * sigma_px), ceres::TAKE_OWNERSHIP);
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
     options.logging_type = ceres::SILENT;
     options.max_num_iterations = 20;
     options.num_threads = 1;
     ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    if (!summary.IsSolutionUsable()) return fit;
-    if (round < 2) continue;
-    ceres::Covariance::Options covariance_options;
-    covariance_options.algorithm_type = ceres::DENSE_SVD;
+    ceres::Solve(options, &problem_, &summary);
+    return summary.IsSolutionUsable();
+  }
+
+  /// For a standard deviation of one; nothing when it cannot be computed.
+  std::optional<Matrix6d> Covariance() {
+    ceres::Covariance::Options options;
+    options.algorithm_type = ceres::DENSE_SVD;
     // Undetermined parameters result in a very large variance, without a message on stderr.
-    covariance_options.min_reciprocal_condition_number = 0;
-    ceres::Covariance covariance(covariance_options);
-    const std::vector<const double*> blocks{p.data()};
-    if (!covariance.Compute(blocks, &problem)) return fit;
+    options.min_reciprocal_condition_number = 0;
+    ceres::Covariance covariance(options);
+    const std::vector<const double*> blocks{parameters_.data()};
+    if (!covariance.Compute(blocks, &problem_)) return std::nullopt;
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> unscaled;
-    covariance.GetCovarianceBlock(p.data(), p.data(), unscaled.data());
-    fit.sigma_px = robust_scale();
-    fit.covariance = fit.sigma_px * fit.sigma_px * unscaled;
+    covariance.GetCovarianceBlock(parameters_.data(), parameters_.data(), unscaled.data());
+    return unscaled;
+  }
+
+  [[nodiscard]] const Parameters& At() const { return parameters_; }
+
+ private:
+  static ceres::Problem::Options Options() {
+    ceres::Problem::Options options;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    return options;
+  }
+
+  Parameters parameters_;
+  std::vector<BlockResidual> residuals_;
+  std::vector<double> sizes_;
+  ceres::LossFunctionWrapper loss_;
+  ceres::Problem problem_{Options()};
+};
+
+}  // namespace
+
+PlaneFit FitPlaneMotion(const PlaneCamera& camera,
+                        const std::vector<PlaneShift>& shifts,
+                        const PlaneMotion& start,
+                        const PlaneFitParams& params,
+                        bool with_covariance) {
+  PlaneFit fit;
+  fit.motion = start;
+  fit.blocks = static_cast<int>(shifts.size());
+  if (shifts.size() < 6) return fit;
+  PlaneProblem problem(camera, shifts, start, params);
+  constexpr int kScales = 3;
+  for (int round = 0; round < kScales; ++round) {
+    if (!problem.Solve(problem.Scale())) return fit;
+  }
+  fit.sigma_px = problem.Scale();
+  if (with_covariance) {
+    const auto unscaled = problem.Covariance();
+    if (!unscaled) return fit;
+    fit.covariance = fit.sigma_px * fit.sigma_px * *unscaled;
     if (!fit.covariance.allFinite()) return fit;
   }
+  fit.motion = FromArray(problem.At());
   for (const PlaneShift& shift : shifts) {
-    const Eigen::Vector2d error = Project(camera, p.data(), shift.block.point) - shift.seen;
+    const Eigen::Vector2d error = fit.motion.Apply(camera, shift.block.point) - shift.seen;
     const Eigen::Vector2d in_reference = shift.current_from_reference.inverse() * error;
     fit.inliers += in_reference.dot(shift.block.sharpness * in_reference) < 1 ? 1 : 0;
   }
-  fit.motion = FromArray(p);
   fit.ok = true;
   return fit;
 }

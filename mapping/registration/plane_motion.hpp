@@ -74,11 +74,12 @@ TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view);
 
 /// Robust least squares (Ceres; Cauchy loss on a robust scale, estimated twice) of the plane motion
 /// over all blocks; objects below the ceiling move by more than the plane and become outliers.
-/// Starts from `start`, which should be within a few degrees. Needs at least 6 blocks. About 1 ms
-/// for 50 blocks.
+/// Starts from `start`, which should be within a few degrees. Needs at least 6 blocks.
+/// @param with_covariance  false: the covariance stays zero, for a fit that only prepares another.
 PlaneFit FitPlaneMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,
-                        const PlaneFitParams& params = {});
+                        const PlaneFitParams& params = {},
+                        bool with_covariance = true);
 
 }  // namespace ceilmap::registration

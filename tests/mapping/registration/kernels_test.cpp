@@ -297,6 +297,9 @@ TEST(Kernels, SampleCubicIsCatmullRom) {
   // Positions are rounded to 1/512 px; this image changes by up to 3 a pixel.
   for (const Affine& m : {Affine{0.92F, -0.31F, 6.2F, 0.31F, 0.92F, 2.7F},
                           Affine{1.3F, 0.2F, 3.1F, -0.2F, 1.3F, 8.4F},
+                          // Nearly upright: eight samples at a time where they are neighbours.
+                          Affine{1.004F, -0.03F, 5.9F, 0.03F, 1.004F, 4.6F},
+                          Affine{0.97F, 0.08F, 2.2F, -0.08F, 0.97F, 6.1F},
                           Affine{-1, 0.01F, 30.5F, -0.01F, -1, 20.3F}}) {
     EXPECT_LT(Patch().WorstError(src, kW, m, sample), 0.006);
   }
