@@ -203,14 +203,22 @@ void CoarseStage::Analyze(const cv::Mat& grey,
                  {data.rings.data(), data.rings.size()});
 }
 
-void CoarseStage::TurnBack(const FrameSpectrum::Coarse& current, double theta_rad, double scale) {
+CoarseStage::TurnedBack CoarseStage::TurnBack(const FrameSpectrum::Coarse& current,
+                                              const RotationPeak& rotation) {
+  // Up to this distance at the corners, in working pixels, turning back changes nothing that the
+  // coarse stage could measure.
+  constexpr double kNegligible = 0.25;
+  const double half_diagonal = 0.5 * std::hypot(work_.width, work_.height);
+  if (half_diagonal * std::hypot(rotation.theta_rad, rotation.scale - 1) < kNegligible) {
+    return {current.flat, current.spectrum};
+  }
   // turned(x) = current(s R(theta) (x - c) + c): its content differs from the reference's by a
   // shift only. The window moves with the current image, so that it falls to zero at the image's
   // own borders.
   const double cx = 0.5 * (work_.width - 1);
   const double cy = 0.5 * (work_.height - 1);
-  const double c = scale * std::cos(theta_rad);
-  const double s = scale * std::sin(theta_rad);
+  const double c = rotation.scale * std::cos(rotation.theta_rad);
+  const double s = rotation.scale * std::sin(rotation.theta_rad);
   const kernels::Affine m{static_cast<float>(c),
                           static_cast<float>(-s),
                           static_cast<float>(cx - c * cx + s * cy),
@@ -226,6 +234,7 @@ void CoarseStage::TurnBack(const FrameSpectrum::Coarse& current, double theta_ra
                          turned_.data(),
                          windowed_.data());
   poc_.Transform(windowed_, turned_spectrum_);
+  return {turned_, turned_spectrum_};
 }
 
 ImageMotion CoarseStage::ToFull(double theta_rad, double scale, double dx, double dy) const {
@@ -285,6 +294,7 @@ Agreement Compare(const RealArray& reference,
 
 void CoarseStage::TestShift(const FrameSpectrum::Coarse& reference,
                             const RotationPeak& rotation,
+                            const TurnedBack& turned,
                             bool half_turn,
                             const PocPeak& peak,
                             std::vector<Hypothesis>& hypotheses) const {
@@ -301,7 +311,7 @@ void CoarseStage::TestShift(const FrameSpectrum::Coarse& reference,
       const cv::Point whole(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)));
       const double most = (1 - std::abs(x) / w) * (1 - std::abs(y) / h);
       if (most < kMinOverlap) continue;
-      const Agreement agreement = Compare(reference.flat, turned_, work_, whole, half_turn);
+      const Agreement agreement = Compare(reference.flat, turned.flat, work_, whole, half_turn);
       if (agreement.overlap < kMinOverlap) continue;
       Hypothesis hypothesis;
       hypothesis.motion =
@@ -318,16 +328,17 @@ void CoarseStage::TestShift(const FrameSpectrum::Coarse& reference,
 void CoarseStage::ProposeShifts(const FrameSpectrum::Coarse& reference,
                                 const FrameSpectrum::Coarse& current,
                                 const RotationPeak& rotation,
+                                const TurnedBack& turned,
                                 bool half_turn,
                                 std::vector<Hypothesis>& hypotheses) {
   const double sigma_product =
       static_cast<double>(reference.noise_sigma) * current.noise_sigma / (factor_ * factor_);
   poc_.Correlate(reference.spectrum,
-                 turned_spectrum_,
+                 turned.spectrum,
                  kNoiseFactor * sigma_product * poc_.WindowPower(),
                  half_turn);
   for (const PocPeak& peak : poc_.BestPeaks(kPeaksPerRotation)) {
-    TestShift(reference, rotation, half_turn, peak, hypotheses);
+    TestShift(reference, rotation, turned, half_turn, peak, hypotheses);
   }
 }
 
@@ -371,11 +382,11 @@ std::vector<Hypothesis> CoarseStage::Propose(const FrameSpectrum::Coarse& refere
       break;
     }
     const bool as_is = wanted(rotation.theta_rad);
-    const bool turned = wanted(rotation.theta_rad + std::numbers::pi);
-    if (!as_is && !turned) continue;
-    TurnBack(current, rotation.theta_rad, rotation.scale);
-    if (as_is) ProposeShifts(reference, current, rotation, false, hypotheses);
-    if (turned) ProposeShifts(reference, current, rotation, true, hypotheses);
+    const bool half_turned = wanted(rotation.theta_rad + std::numbers::pi);
+    if (!as_is && !half_turned) continue;
+    const TurnedBack turned = TurnBack(current, rotation);
+    if (as_is) ProposeShifts(reference, current, rotation, turned, false, hypotheses);
+    if (half_turned) ProposeShifts(reference, current, rotation, turned, true, hypotheses);
     for (const Hypothesis& h : hypotheses) best_score = std::max(best_score, h.score);
   }
   return Best(std::move(hypotheses));

@@ -61,14 +61,22 @@ class CoarseStage {
   [[nodiscard]] bool IsOverexposed() const;
   bool LimitLamps(const std::vector<float>& fading);
   void FadeToMean(const std::vector<float>& weights);
-  void TurnBack(const FrameSpectrum::Coarse& current, double theta_rad, double scale);
+  /// The current image after the inverse of a rotation and a scale.
+  struct TurnedBack {
+    const RealArray& flat;
+    const ComplexArray& spectrum;
+  };
+  /// The result is valid until the next call, and as long as `current`.
+  TurnedBack TurnBack(const FrameSpectrum::Coarse& current, const RotationPeak& rotation);
   void ProposeShifts(const FrameSpectrum::Coarse& reference,
                      const FrameSpectrum::Coarse& current,
                      const RotationPeak& rotation,
+                     const TurnedBack& turned,
                      bool half_turn,
                      std::vector<Hypothesis>& hypotheses);
   void TestShift(const FrameSpectrum::Coarse& reference,
                  const RotationPeak& rotation,
+                 const TurnedBack& turned,
                  bool half_turn,
                  const PocPeak& peak,
                  std::vector<Hypothesis>& hypotheses) const;
@@ -86,7 +94,7 @@ class CoarseStage {
   RealArray reduced_;
   RealArray mean_;
   RealArray windowed_;
-  RealArray turned_;  // current image, turned back
+  RealArray turned_;
   ComplexArray turned_spectrum_;
 };
 

@@ -79,8 +79,12 @@ void GatherBilinear(const float* plane,
 
 /// Catmull-Rom (bicubic) sampling of src at affine positions, times window wx[col] * wy[row]; every
 /// position must lie in [1, w-2) x [1, h-2); dw must be a multiple of 4. The samples' mean is
-/// subtracted before windowing. For rotations of less than a degree in 0.4 of the time of larger
-/// ones.
+/// subtracted before windowing.
+///
+/// Blocks whose sides are multiples of 8 take less than half the time where they are turned by up
+/// to 29 degrees against the axes of src, either way round, and a quarter where they are hardly
+/// turned: these are sampled along the rows of src and then along its columns (Catmull and Smith
+/// 1980). Both ways reproduce quadratic forms.
 void SampleCubicWindowed(const float* src,
                          int w,
                          const Affine& m,
