@@ -4,14 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/base/error.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/field_check.hpp"
 #include "compensation/bracketed_root.hpp"
 
 namespace ceilmap::compensation {
 namespace {
 
-constexpr double kCellRad = std::numbers::pi / 180;
+constexpr double kCellRad = kRadPerDeg;
 constexpr double kSameRootRad = 1e-12;
 constexpr double kTouch = 1e-15;  // a minimum this close to zero is a root
 constexpr double kNoSlope = 1e-9;

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <numbers>
 #include <optional>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "compensation/tilt_model.hpp"
 
 namespace ceilmap::compensation {
@@ -25,7 +25,7 @@ struct WallObservation {
 /// Limits of a tilt and of the wall, known before the measurement.
 struct ForwardLimits {
   /// Largest tilt to either side, in (0, kMaxTiltRad].
-  double max_tilt_rad = 15 * std::numbers::pi / 180;
+  double max_tilt_rad = 15 * kRadPerDeg;
   /// Distance of the nearest wall, from either frame, > 0. Solutions with a nearer wall are
   /// rejected.
   double nearest_wall_m = 0.3;

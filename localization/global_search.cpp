@@ -28,7 +28,7 @@ GlobalSearch::GlobalSearch(const store::MapReader& map,
   if (start_) hypotheses_.Trust(*start_);
 }
 
-void GlobalSearch::Reset(const std::optional<PoseEstimate>& start) {
+void GlobalSearch::Reset(const std::optional<PoseWithCovariance>& start) {
   hypotheses_.Clear();
   if (start) hypotheses_.Trust(*start);
   chain_.Reset();
@@ -38,7 +38,7 @@ void GlobalSearch::Reset(const std::optional<PoseEstimate>& start) {
   last_placed_s_.reset();
 }
 
-void GlobalSearch::BeginAt(const PoseEstimate& pose, const LevelFrame& frame) {
+void GlobalSearch::BeginAt(const PoseWithCovariance& pose, const LevelFrame& frame) {
   Reset();
   hypotheses_.Trust(pose);
   (void)chain_.Next(frame);
@@ -95,15 +95,15 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
   const double elapsed_s = stamp_s - *begin_s_;
   const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * matcher_.Span();
   const double turned = kTurnNoiseWhenLost * elapsed_s + kProposalRad;
-  PoseEstimate start = *start_;
-  if (place.any_yaw) T_map_base.yaw = start.T_map_base.yaw;
+  PoseWithCovariance start = *start_;
+  if (place.any_yaw) T_map_base.yaw = start.pose.yaw;
   start.covariance.diagonal() += Eigen::Vector3d(moved * moved, moved * moved, turned * turned);
   return SquaredDistance(start, {T_map_base}) < kSigmas * kSigmas;
 }
 
 std::optional<MapMatch> GlobalSearch::MatchNear(const Pose2& T_map_base,
                                                 const FrameSpectrum& spectrum,
-                                                const std::optional<PoseEstimate>& expected) {
+                                                const std::optional<PoseWithCovariance>& expected) {
   std::optional<MapMatch> match = matcher_.MatchNear(T_map_base, spectrum, expected);
   if (matcher_.Verdict() == registration::Verdict::kAmbiguous) ++ambiguous_matches_;
   return match;
@@ -129,12 +129,12 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
     for (const PlaceProposal& place : places) {
       if (place.any_yaw != any_yaw) continue;
       if (ambiguous_matches_ >= kEnoughAmbiguous || left-- <= 0) break;
-      std::optional<PoseEstimate> expected;
+      std::optional<PoseWithCovariance> expected;
       if (!any_yaw) expected = {place.T_map_base, rough};
       const std::optional<MapMatch> match = MatchNear(place.T_map_base, spectrum, expected);
       // A match that more than one pose explains gives no information about the place.
       if (!match || match->disambiguated_by_prior) continue;
-      if (Fits(match->pose.T_map_base, yaw)) hypotheses_.Add(*match);
+      if (Fits(match->pose.pose, yaw)) hypotheses_.Add(*match);
     }
   }
 }
@@ -152,7 +152,7 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
       yaw && (yaw->frame == HeadingFrame::kMap || frames_ <= params_.give_up_heading_after);
   if (use_yaw) hypotheses_.Turn(*yaw);
   hypotheses_.MatchAll(
-      [&](const Hypothesis& h) { return MatchNear(h.pose.T_map_base, spectrum, h.pose); });
+      [&](const Hypothesis& h) { return MatchNear(h.pose.pose, spectrum, h.pose); });
   if (hypotheses_.Accepted() == nullptr) {
     Relocalize(frame, spectrum, use_yaw ? yaw : std::nullopt);
   }

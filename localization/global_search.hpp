@@ -21,9 +21,9 @@ class GlobalSearch {
   GlobalSearch(const store::MapReader& map, MapMatcher& matcher, const LocalizerParams& params);
 
   /// Discards all hypotheses and begins near `start`, or anywhere on the map.
-  void Reset(const std::optional<PoseEstimate>& start = std::nullopt);
+  void Reset(const std::optional<PoseWithCovariance>& start = std::nullopt);
   /// Starts from a pose that was known a moment ago, when the robot took this frame.
-  void BeginAt(const PoseEstimate& pose, const LevelFrame& frame);
+  void BeginAt(const PoseWithCovariance& pose, const LevelFrame& frame);
   /// Call when the view of `matcher` has changed.
   void ChangeView();
 
@@ -47,7 +47,7 @@ class GlobalSearch {
                             const std::optional<HeadingPrior>& yaw) const;
   std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
                                     const registration::FrameSpectrum& spectrum,
-                                    const std::optional<PoseEstimate>& expected);
+                                    const std::optional<PoseWithCovariance>& expected);
   void Relocalize(const LevelFrame& frame,
                   const registration::FrameSpectrum& spectrum,
                   const std::optional<HeadingPrior>& yaw);
@@ -58,7 +58,7 @@ class GlobalSearch {
   PlaceFinder finder_;
   Hypotheses hypotheses_;
   std::int64_t searches_ = 0;
-  std::optional<PoseEstimate> start_;
+  std::optional<PoseWithCovariance> start_;
   int frames_ = 0;                       // since the search began
   std::optional<double> begin_s_;        // stamp of the first frame of the search
   std::optional<double> last_placed_s_;  // stamp of the last frame placed by the chain

@@ -7,19 +7,15 @@
 #include <iterator>
 #include <utility>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::localization {
 namespace {
 
 void CheckSample(const HeadingSample& sample, std::size_t number, const HeadingSample* before) {
-  const auto require = [number](bool good, const char* field, double value, const char* range) {
-    if (!good) {
-      throw InputError(
-          fmt::format("heading sample {}: {} = {}, must be {}", number, field, value, range));
-    }
-  };
+  const std::string owner = fmt::format("heading sample {}", number);
+  const FieldCheck require(owner);
   require(std::isfinite(sample.stamp_s), "stamp_s", sample.stamp_s, "finite");
   require(std::isfinite(sample.heading_rad),
           "heading_rad",
@@ -49,14 +45,12 @@ HeadingPrior Interpolate(const HeadingSample& before, const HeadingSample& after
 }  // namespace
 
 void HeadingTrackParams::Validate() const {
-  const auto require = [](const char* field, double value) {
-    if (!(std::isfinite(value) && value >= 0)) {
-      throw InputError(
-          fmt::format("heading track: {} = {}, must be finite and >= 0", field, value));
-    }
+  const FieldCheck require("heading track");
+  const auto not_negative = [&require](const char* field, double value) {
+    require(std::isfinite(value) && value >= 0, field, value, "finite and >= 0");
   };
-  require("variance_growth_rad2_per_s", variance_growth_rad2_per_s);
-  require("max_gap_s", max_gap_s);
+  not_negative("variance_growth_rad2_per_s", variance_growth_rad2_per_s);
+  not_negative("max_gap_s", max_gap_s);
 }
 
 HeadingTrack::HeadingTrack(std::vector<HeadingSample> samples, const HeadingTrackParams& params)

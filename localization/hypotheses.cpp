@@ -50,7 +50,7 @@ bool Hypotheses::Contains(const Pose2& T_map_base) const {
   constexpr double kNearRatio = 0.1;
   constexpr double kNearRad = 0.2;
   return std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
-    const Pose2& T = h.pose.T_map_base;
+    const Pose2& T = h.pose.pose;
     return std::hypot(T.x - T_map_base.x, T.y - T_map_base.y) < kNearRatio * span_ &&
            std::abs(WrapAngle(T.yaw - T_map_base.yaw)) < kNearRad;
   });
@@ -81,7 +81,7 @@ void Hypotheses::Spread(double sigma, double sigma_rad) {
 
 void Hypotheses::Turn(const HeadingPrior& yaw) {
   for (Hypothesis& h : all_) {
-    Pose2& T = h.pose.T_map_base;
+    Pose2& T = h.pose.pose;
     const double off = WrapAngle(yaw.heading_rad - T.yaw);
     const double variance = h.pose.covariance(2, 2) + yaw.variance_rad2;
     // The heading is disturbed, or the hypothesis is wrong: matching the image decides.
@@ -98,7 +98,7 @@ void Hypotheses::Turn(const HeadingPrior& yaw) {
   }
 }
 
-void Hypotheses::Trust(const PoseEstimate& pose) {
+void Hypotheses::Trust(const PoseWithCovariance& pose) {
   Hypothesis hypothesis;
   hypothesis.pose = pose;
   const double variance = pose.covariance.diagonal().head<2>().maxCoeff();
@@ -109,7 +109,7 @@ void Hypotheses::Trust(const PoseEstimate& pose) {
 
 void Hypotheses::Add(const MapMatch& match) {
   const bool known = std::any_of(all_.begin(), all_.end(), [&](const Hypothesis& h) {
-    return Same(h.pose.T_map_base, match.pose.T_map_base);
+    return Same(h.pose.pose, match.pose.pose);
   });
   if (known) return;
   Hypothesis hypothesis;
@@ -134,7 +134,7 @@ void Hypotheses::MatchAll(
   for (Hypothesis& h : all_) {
     const std::optional<MapMatch> match = match_at(h);
     // The match must also agree with the expected pose.
-    PoseEstimate expected = h.pose;
+    PoseWithCovariance expected = h.pose;
     expected.covariance.diagonal() += floors;
     h.recognised = match && SquaredDistance(match->pose, expected) < max_distance2;
     if (!h.recognised) {
@@ -155,7 +155,7 @@ void Hypotheses::MatchAll(
   std::vector<Hypothesis> kept;
   for (const Hypothesis& h : all_) {
     const bool twin = std::any_of(kept.begin(), kept.end(), [&](const Hypothesis& k) {
-      return Same(k.pose.T_map_base, h.pose.T_map_base);
+      return Same(k.pose.pose, h.pose.pose);
     });
     if (!twin) kept.push_back(h);
   }

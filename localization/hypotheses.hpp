@@ -21,8 +21,8 @@ struct HypothesesParams {
 
 /// Result of matching a frame with the map at one place.
 struct MapMatch {
-  PoseEstimate pose;  ///< measured
-  double scale = 1;   ///< of the frame against the map, if estimated
+  PoseWithCovariance pose;  ///< measured
+  double scale = 1;         ///< of the frame against the map, if estimated
   /// Other poses within the image explain it equally well: the match is no evidence against those.
   bool disambiguated_by_prior = false;
   double peak = 0;  ///< see registration::Registration
@@ -34,7 +34,7 @@ struct MapMatch {
 
 /// A place where the robot may be.
 struct Hypothesis {
-  PoseEstimate pose;
+  PoseWithCovariance pose;
   /// True for a pose that was known a moment ago: one match confirms it, even on a periodic
   /// ceiling.
   bool trusted = false;
@@ -75,7 +75,7 @@ class Hypotheses {
 
   /// Adds a pose known from before or from the user. It is trusted when its standard deviation is
   /// below a fifth of the span; otherwise it is a hypothesis like others.
-  void Trust(const PoseEstimate& pose);
+  void Trust(const PoseWithCovariance& pose);
   /// Adds the place of a match, unless it is one of the existing hypotheses.
   void Add(const MapMatch& match);
   /// True when there is a hypothesis at this place.

@@ -41,7 +41,7 @@ void LocalizerParams::Validate() const {
       speed_noise_when_lost_m_s > 0, "speed_noise_when_lost_m_s", speed_noise_when_lost_m_s, "> 0");
   require(scale_frames >= 0, "scale_frames", scale_frames, "at least 0");
   if (start) {
-    const Pose2& T = start->T_map_base;
+    const Pose2& T = start->pose;
     require(
         std::isfinite(T.x + T.y + T.yaw) && start->covariance.allFinite(), "start", T.x, "finite");
   }
@@ -71,7 +71,7 @@ struct Localizer::Impl {
   MotionModel motion;                        // started: the robot is tracked
   std::optional<TiltAngles> unnoticed_tilt;  // of the latest check, if significant
   LevelFrame last_frame;                     // the last one with a pose ...
-  PoseEstimate last_pose;                    // ... and its pose
+  PoseWithCovariance last_pose;              // ... and its pose
   std::optional<MotionModel> motion_before;  // at the time when the robot was lost
   LocalizerParams params;
   MapMatcher matcher;
@@ -96,10 +96,11 @@ struct Localizer::Impl {
                  Location& location);
   void InflateByTilt(Location& location);
   void Check(const CeilingFrame& frame) const;
-  void ChoosePatch(const PoseEstimate& expected);
+  void ChoosePatch(const PoseWithCovariance& expected);
   void TakeHeading(const HeadingPrior& yaw);
-  [[nodiscard]] bool CanBeAt(const PoseEstimate& pose, double stamp_s) const;
-  [[nodiscard]] double InnovationSigma(const MapMatch& match, const PoseEstimate& expected) const;
+  [[nodiscard]] bool CanBeAt(const PoseWithCovariance& pose, double stamp_s) const;
+  [[nodiscard]] double InnovationSigma(const MapMatch& match,
+                                       const PoseWithCovariance& expected) const;
   bool Track(double stamp_s,
              const FrameSpectrum& spectrum,
              const std::optional<HeadingPrior>& yaw,
@@ -169,8 +170,8 @@ void Localizer::Impl::Check(const CeilingFrame& frame) const {
 
 /// Keeps the patch while enough of it is in view. The next patch lies ahead, so that it can be used
 /// longer.
-void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
-  const Pose2& T_map_base = expected.T_map_base;
+void Localizer::Impl::ChoosePatch(const PoseWithCovariance& expected) {
+  const Pose2& T_map_base = expected.pose;
   if (patch && matcher.Overlap(*patch, T_map_base) >= params.min_overlap) return;
   constexpr double kSlow = 0.05;        // m/s: direction of travel not defined
   constexpr double kAheadRatio = 0.17;  // of the span
@@ -185,8 +186,8 @@ void Localizer::Impl::ChoosePatch(const PoseEstimate& expected) {
 
 /// A heading that contradicts the motion model is disturbed (steel, a crowd) and is not used.
 void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
-  const PoseEstimate expected = motion.Pose();
-  const double off = WrapAngle(yaw.heading_rad - expected.T_map_base.yaw);
+  const PoseWithCovariance expected = motion.Pose();
+  const double off = WrapAngle(yaw.heading_rad - expected.pose.yaw);
   const double variance = expected.covariance(2, 2) + yaw.variance_rad2;
   if (off * off > kMaxSigmas * kMaxSigmas * variance) return;
   motion.UpdateYaw(yaw.heading_rad, yaw.variance_rad2);
@@ -196,12 +197,12 @@ void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
 /// an error of its decoder, even if the match is good.
 /// @return standard deviation that accounts for this, m; 0 where the motion is near constant
 ///   velocity.
-double Localizer::Impl::InnovationSigma(const MapMatch& match, const PoseEstimate& expected) const {
+double Localizer::Impl::InnovationSigma(const MapMatch& match,
+                                        const PoseWithCovariance& expected) const {
   constexpr double kExactPx = 1.5;
   constexpr double kSigmas = 2.5;
   constexpr double kInflation = 0.5;  // of the position innovation
-  const double off =
-      (match.pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
+  const double off = (match.pose.pose.Translation() - expected.pose.Translation()).norm();
   const double sigma =
       std::hypot(PositionSigma(expected.covariance), kExactPx * matcher.View().MetresPerPixel());
   return off > kSigmas * sigma ? kInflation * off : 0;
@@ -213,7 +214,7 @@ bool Localizer::Impl::Track(double stamp_s,
                             Location& location) {
   motion.Predict(stamp_s);
   if (yaw) TakeHeading(*yaw);
-  PoseEstimate expected = motion.Pose();
+  PoseWithCovariance expected = motion.Pose();
   // After a gap in time one match is not enough, because of perceptual aliasing.
   constexpr double kVagueRatio = 0.2;
   if (PositionSigma(expected.covariance) > kVagueRatio * matcher.Span()) return false;
@@ -245,12 +246,12 @@ bool Localizer::Impl::Track(double stamp_s,
 
 /// Nobody carries a robot away within a second: a pose found within that time must be reachable
 /// from the last one.
-bool Localizer::Impl::CanBeAt(const PoseEstimate& pose, double stamp_s) const {
+bool Localizer::Impl::CanBeAt(const PoseWithCovariance& pose, double stamp_s) const {
   constexpr double kMomentSeconds = 1;
   constexpr double kSigmas = 3;
   if (!motion_before || stamp_s - last_frame.stamp_s > kMomentSeconds) return true;
-  const PoseEstimate expected = motion_before->PredictedAt(stamp_s);
-  const double off = (pose.T_map_base.Translation() - expected.T_map_base.Translation()).norm();
+  const PoseWithCovariance expected = motion_before->PredictedAt(stamp_s);
+  const double off = (pose.pose.Translation() - expected.pose.Translation()).norm();
   return off < kSigmas * std::hypot(PositionSigma(expected.covariance),
                                     MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel());
 }
@@ -281,8 +282,8 @@ void Localizer::Impl::Search(const LevelFrame& frame,
 }
 
 void Localizer::Impl::Place(const MapMatch& match, Location& location) {
-  location.pose.T_map_base = match.pose.T_map_base;
-  location.pose.covariance = match.pose.covariance + shape.At(match.pose.T_map_base);
+  location.pose.T_map_base = match.pose.pose;
+  location.pose.covariance = match.pose.covariance + shape.At(match.pose.pose);
   location.peak = match.peak;
   location.inliers = match.inliers;
   location.blocks = match.blocks;
@@ -378,7 +379,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   return location;
 }
 
-void Localizer::Reset(const std::optional<PoseEstimate>& start) {
+void Localizer::Reset(const std::optional<PoseWithCovariance>& start) {
   Impl& me = *impl_;
   me.params.start = start;
   me.params.Validate();

@@ -21,7 +21,7 @@ namespace ceilmap::localization {
 
 struct LocalizerParams {
   /// Start pose of the robot with its covariance; unset: anywhere on the map.
-  std::optional<PoseEstimate> start;
+  std::optional<PoseWithCovariance> start;
   /// Accuracy of relative headings (CeilingFrame::heading).
   HeadingParams heading;
   MotionModelParams motion;
@@ -134,7 +134,7 @@ class Localizer {
   /// Restarts the localizer: discards the robot's pose and the zero of its headings, and searches
   /// near `start`, or anywhere on the map. The estimated scale of the camera and the index of the
   /// map stay. Stamps must keep increasing. @throws InputError when `start` is not finite.
-  void Reset(const std::optional<PoseEstimate>& start = std::nullopt);
+  void Reset(const std::optional<PoseWithCovariance>& start = std::nullopt);
 
   [[nodiscard]] const LocalizerReport& Report() const;
 

@@ -88,9 +88,9 @@ void MapMatcher::Analyze(LevelFrame& frame) {
       pixels, frame.image.spectrum, tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(pixels));
 }
 
-MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseEstimate& expected) const {
+MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseWithCovariance& expected) const {
   MotionPrior prior;
-  prior.motion = mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * expected.T_map_base);
+  prior.motion = mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * expected.pose);
   prior.sigma_px =
       std::max(kMinPriorSigmaPx, PositionSigma(expected.covariance) / view_.MetresPerPixel());
   prior.sigma_theta_rad = std::max(kMinPriorSigmaRad, std::sqrt(expected.covariance(2, 2)));
@@ -99,7 +99,7 @@ MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseEstimate& expected) 
 
 std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
                                             const FrameSpectrum& frame,
-                                            const std::optional<PoseEstimate>& expected) {
+                                            const std::optional<PoseWithCovariance>& expected) {
   Registrar& registrar = scale_known_ ? registrar_ : scaling_;
   std::optional<MotionPrior> prior;
   if (expected) prior = PriorFor(at, *expected);
@@ -125,14 +125,14 @@ std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
 
 std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
                                               const FrameSpectrum& frame,
-                                              const std::optional<PoseEstimate>& expected) {
+                                              const std::optional<PoseWithCovariance>& expected) {
   const std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
   if (!at) return std::nullopt;
   std::optional<MapMatch> match = MatchAt(*at, frame, expected);
   if (!match) return std::nullopt;
   // The frame is the reference, so that places can be compared with each other.
   registration::ImageMotion to_map =
-      mapping::ImageMotionOf(view_, match->pose.T_map_base.Inverse() * at->T_map_base);
+      mapping::ImageMotionOf(view_, match->pose.pose.Inverse() * at->T_map_base);
   to_map.scale = 1 / match->scale;
   match->dissimilarity = registrar_.Compare(frame, at->spectrum, to_map);
   return match;
@@ -143,7 +143,7 @@ std::optional<TiltAngles> MapMatcher::MeasureTilt(const Patch& at,
                                                   const MapMatch& match) {
   const registration::PlaneCamera camera = registration::PlaneCameraOf(view_);
   const registration::PlaneMotion start = registration::PlaneMotion::FromSimilarity(
-      camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * match.pose.T_map_base));
+      camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * match.pose.pose));
   const registration::PlaneFit fit = registrar_.RefinePlane(at.spectrum, frame, camera, start);
   constexpr int kMinMatches = 12;
   if (!fit.ok || fit.inliers < kMinMatches || 2 * fit.inliers < fit.blocks) return std::nullopt;

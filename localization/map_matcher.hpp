@@ -43,12 +43,12 @@ class MapMatcher {
   /// @return nothing when the patch is not recognised; Verdict() gives the reason.
   std::optional<MapMatch> MatchAt(const Patch& at,
                                   const registration::FrameSpectrum& frame,
-                                  const std::optional<PoseEstimate>& expected);
+                                  const std::optional<PoseWithCovariance>& expected);
   [[nodiscard]] registration::Verdict Verdict() const { return verdict_; }
   /// Matches a frame near a place, and compares it for weighing places (MapMatch::dissimilarity).
   std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
                                     const registration::FrameSpectrum& frame,
-                                    const std::optional<PoseEstimate>& expected);
+                                    const std::optional<PoseWithCovariance>& expected);
   /// The residual tilt of a frame, measured against a level map.
   /// @param match  Match of the frame with this patch.
   /// @return nothing when the blocks do not determine it.
@@ -66,7 +66,7 @@ class MapMatcher {
 
  private:
   [[nodiscard]] registration::MotionPrior PriorFor(const Patch& at,
-                                                   const PoseEstimate& expected) const;
+                                                   const PoseWithCovariance& expected) const;
 
   const store::MapReader& map_;
   calib::MountedCamera up_;

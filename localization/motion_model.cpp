@@ -25,10 +25,10 @@ MotionModel::MotionModel(const MotionModelParams& params) : params_(params) {
   params_.Validate();
 }
 
-void MotionModel::Start(const PoseEstimate& pose, double stamp_s) {
+void MotionModel::Start(const PoseWithCovariance& pose, double stamp_s) {
   started_ = true;
   stamp_s_ = stamp_s;
-  state_ << pose.T_map_base.x, pose.T_map_base.y, pose.T_map_base.yaw, 0, 0, 0;
+  state_ << pose.pose.x, pose.pose.y, pose.pose.yaw, 0, 0, 0;
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>() = pose.covariance;
   const double speed = kFirstSpeedSigma * kFirstSpeedSigma;
@@ -36,7 +36,7 @@ void MotionModel::Start(const PoseEstimate& pose, double stamp_s) {
   covariance_.diagonal().tail<3>() << speed, speed, turn;
 }
 
-PoseEstimate MotionModel::PredictedAt(double stamp_s) const {
+PoseWithCovariance MotionModel::PredictedAt(double stamp_s) const {
   MotionModel later = *this;
   later.Predict(stamp_s);
   return later.Pose();
@@ -80,10 +80,10 @@ void MotionModel::Predict(double stamp_s) {
   covariance_ = F * covariance_ * F.transpose() + Q;
 }
 
-void MotionModel::Update(const PoseEstimate& measured) {
-  Eigen::Vector3d innovation(measured.T_map_base.x - state_[0],
-                             measured.T_map_base.y - state_[1],
-                             WrapAngle(measured.T_map_base.yaw - state_[2]));
+void MotionModel::Update(const PoseWithCovariance& measured) {
+  Eigen::Vector3d innovation(measured.pose.x - state_[0],
+                             measured.pose.y - state_[1],
+                             WrapAngle(measured.pose.yaw - state_[2]));
   const Eigen::Matrix3d S = covariance_.topLeftCorner<3, 3>() + measured.covariance;
   const Eigen::Matrix<double, 3, 6> HP = covariance_.topRows<3>();
   const Eigen::Matrix<double, 6, 3> K = S.ldlt().solve(HP).transpose();
@@ -105,23 +105,22 @@ void MotionModel::UpdateYaw(double yaw_rad, double variance_rad2) {
   covariance_ = I_KH * covariance_ * I_KH.transpose() + K * variance_rad2 * K.transpose();
 }
 
-PoseEstimate MotionModel::Pose() const {
+PoseWithCovariance MotionModel::Pose() const {
   return {{state_[0], state_[1], state_[2]}, covariance_.topLeftCorner<3, 3>()};
 }
 
-double SquaredDistance(const PoseEstimate& a, const PoseEstimate& b) {
-  const Eigen::Vector3d difference(a.T_map_base.x - b.T_map_base.x,
-                                   a.T_map_base.y - b.T_map_base.y,
-                                   WrapAngle(a.T_map_base.yaw - b.T_map_base.yaw));
+double SquaredDistance(const PoseWithCovariance& a, const PoseWithCovariance& b) {
+  const Eigen::Vector3d difference(
+      a.pose.x - b.pose.x, a.pose.y - b.pose.y, WrapAngle(a.pose.yaw - b.pose.yaw));
   const Eigen::Matrix3d spread = a.covariance + b.covariance;
   return difference.dot(spread.ldlt().solve(difference));
 }
 
-PoseEstimate Moved(const PoseEstimate& pose,
-                   const Pose2& T_base_next,
-                   const Eigen::Matrix3d& covariance) {
-  return {pose.T_map_base * T_base_next,
-          ComposeCovariance(pose.T_map_base, pose.covariance, T_base_next, covariance)};
+PoseWithCovariance Moved(const PoseWithCovariance& pose,
+                         const Pose2& T_base_next,
+                         const Eigen::Matrix3d& covariance) {
+  return {pose.pose * T_base_next,
+          ComposeCovariance(pose.pose, pose.covariance, T_base_next, covariance)};
 }
 
 }  // namespace ceilmap::localization

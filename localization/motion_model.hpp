@@ -2,16 +2,9 @@
 
 #include <Eigen/Core>
 
-#include "calib/base/pose2.hpp"
+#include "calib/base/pose_with_covariance.hpp"
 
 namespace ceilmap::localization {
-
-/// A pose with its covariance.
-struct PoseEstimate {
-  Pose2 T_map_base;
-  /// Of (x, y, yaw) in the map frame; m^2, m rad, rad^2.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
 
 struct MotionModelParams {
   /// Change of the robot's speed: growth of the variance of forward and sideways speed per second,
@@ -35,24 +28,24 @@ class MotionModel {
   explicit MotionModel(const MotionModelParams& params = {});
 
   /// Restarts with a measured pose and unknown velocity.
-  void Start(const PoseEstimate& pose, double stamp_s);
+  void Start(const PoseWithCovariance& pose, double stamp_s);
   [[nodiscard]] bool Started() const { return started_; }
   void Stop() { started_ = false; }
   [[nodiscard]] double Stamp() const { return stamp_s_; }
 
   /// The pose at a later time; the state does not change.
   /// @param stamp_s  A time before that of the state is taken as the state's time.
-  [[nodiscard]] PoseEstimate PredictedAt(double stamp_s) const;
+  [[nodiscard]] PoseWithCovariance PredictedAt(double stamp_s) const;
   /// Moves the state to a later time.
   void Predict(double stamp_s);
   /// Updates the state with a measurement of the pose at the state's time. Its error is assumed
   /// independent of earlier measurements.
-  void Update(const PoseEstimate& measured);
+  void Update(const PoseWithCovariance& measured);
   /// Updates the state with a measurement of the heading alone.
   /// @param variance_rad2  > 0.
   void UpdateYaw(double yaw_rad, double variance_rad2);
 
-  [[nodiscard]] PoseEstimate Pose() const;
+  [[nodiscard]] PoseWithCovariance Pose() const;
   /// Forward, sideways (left) and turning speed: m/s, m/s, rad/s.
   [[nodiscard]] Eigen::Vector3d Velocity() const { return state_.tail<3>(); }
 
@@ -69,12 +62,12 @@ class MotionModel {
 
 /// Squared Mahalanobis distance of two estimates of the same pose, the errors assumed independent:
 /// chi-squared with 3 degrees of freedom.
-double SquaredDistance(const PoseEstimate& a, const PoseEstimate& b);
+double SquaredDistance(const PoseWithCovariance& a, const PoseWithCovariance& b);
 
 /// The estimate after a motion: T_map_base * T_base_next, errors independent.
 /// @param covariance  Of T_base_next's (x, y, yaw), in the base frame.
-PoseEstimate Moved(const PoseEstimate& pose,
-                   const Pose2& T_base_next,
-                   const Eigen::Matrix3d& covariance);
+PoseWithCovariance Moved(const PoseWithCovariance& pose,
+                         const Pose2& T_base_next,
+                         const Eigen::Matrix3d& covariance);
 
 }  // namespace ceilmap::localization

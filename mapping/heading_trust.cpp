@@ -1,24 +1,21 @@
 #include "mapping/heading_trust.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::mapping {
 
 void HeadingTrust::Validate() const {
-  const auto require = [](const char* field, double value) {
-    if (!(value > 0 && std::isfinite(value))) {
-      throw InputError(fmt::format("heading: {} = {}, must be > 0", field, value));
-    }
+  const FieldCheck require("heading");
+  const auto positive = [&require](const char* field, double value) {
+    require(value > 0 && std::isfinite(value), field, value, "> 0");
   };
-  require("noise_rad", noise_rad);
-  require("max_sigmas", max_sigmas);
-  require("least_rad", min_rad);
+  positive("noise_rad", noise_rad);
+  positive("max_sigmas", max_sigmas);
+  positive("min_rad", min_rad);
 }
 
 bool Contradict(const HeadingTurn& compass, const HeadingTurn& other, const HeadingTrust& trust) {

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <numbers>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::commands {
@@ -73,7 +73,7 @@ labrosse::CompassParams CompassOptions::Resolve(labrosse::CompassParams params) 
   Check();
   params.method = kMethods.at(method);
   if (fov_deg) {
-    const double fov_rad = *fov_deg * std::numbers::pi / 180;
+    const double fov_rad = *fov_deg * kRadPerDeg;
     params.fft.field_of_view_rad = fov_rad;
     params.labrosse2006.field_of_view_rad = fov_rad;
   }

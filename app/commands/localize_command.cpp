@@ -84,7 +84,7 @@ localization::LocalizerParams LocalizeOptions::ForLocalizer(
     localization::LocalizerParams params) const {
   const files::PoseSpread spread = files::ParseSpread(start_spread, "--start-spread");
   if (!start.empty()) {
-    localization::PoseEstimate pose{files::ParsePose2(start, "--start")};
+    PoseWithCovariance pose{files::ParsePose2(start, "--start")};
     const double position = spread.position_m * spread.position_m;
     pose.covariance.diagonal() << position, position, spread.yaw_rad * spread.yaw_rad;
     params.start = pose;

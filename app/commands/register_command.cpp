@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <iterator>
 #include <map>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <system_error>
 #include <utility>
@@ -21,6 +20,7 @@
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "app/terminal/table.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -107,10 +107,6 @@ class PairRegistrar {
   std::map<std::pair<int, int>, registration::Registrar> registrars_;
 };
 
-double Degrees(double angle_rad) {
-  return angle_rad * 180 / std::numbers::pi;
-}
-
 std::string FormatCsv(const std::vector<PairResult>& results) {
   std::string text = "id,ok,tx,ty,theta_deg,scale,peak,runner_up,ms\n";
   for (const PairResult& result : results) {
@@ -121,7 +117,7 @@ std::string FormatCsv(const std::vector<PairResult>& results) {
                      ",1,{:.6f},{:.6f},{:.6f},{:.8f},{:.6f},{:.6f},{:.3f}\n",
                      found.motion.tx_px,
                      found.motion.ty_px,
-                     Degrees(found.motion.theta_rad),
+                     kDegPerRad * found.motion.theta_rad,
                      found.motion.scale,
                      found.peak,
                      found.runner_up,
@@ -167,7 +163,7 @@ void PrintResult(const PairResult& result) {
     table.AddRow({"tx", fmt::format("{:.4f}", found.motion.tx_px), "px, to the right"});
     table.AddRow({"ty", fmt::format("{:.4f}", found.motion.ty_px), "px, down"});
     table.AddRow(
-        {"theta", fmt::format("{:.4f}", Degrees(found.motion.theta_rad)), "deg, clockwise"});
+        {"theta", fmt::format("{:.4f}", kDegPerRad * found.motion.theta_rad), "deg, clockwise"});
     table.AddRow({"scale", fmt::format("{:.6f}", found.motion.scale)});
     table.AddRow({"overlap", fmt::format("{:.1f}", 100 * found.overlap), "%"});
     table.AddRow(

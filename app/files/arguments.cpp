@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <span>
 #include <string_view>
 #include <system_error>
 
 #include "app/files/csv.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::files {
@@ -37,7 +37,7 @@ Pose2 ParsePose2(const std::string& text, const std::string& option) {
   if (!ParseNumbers(text, values)) {
     throw InputError(fmt::format("{} {}: must be X,Y,YAW_DEG, e.g. 1.5,-0.2,90", option, text));
   }
-  return {values[0], values[1], WrapAngle(values[2] * std::numbers::pi / 180)};
+  return {values[0], values[1], WrapAngle(values[2] * kRadPerDeg)};
 }
 
 PoseSpread ParseSpread(const std::string& text, const std::string& option) {
@@ -46,7 +46,7 @@ PoseSpread ParseSpread(const std::string& text, const std::string& option) {
     throw InputError(
         fmt::format("{} {}: must be METRES,DEGREES, both > 0, e.g. 0.5,10", option, text));
   }
-  return {values[0], values[1] * std::numbers::pi / 180};
+  return {values[0], values[1] * kRadPerDeg};
 }
 
 std::optional<std::array<double, 4>> ParseFourNumbers(const std::string& text) {

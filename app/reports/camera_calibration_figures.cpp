@@ -10,7 +10,7 @@
 #include "app/reports/camera_calibration_report.hpp"
 #include "app/reports/report_folder.hpp"
 #include "app/terminal/console.hpp"
-#include "calib/base/error.hpp"
+#include "calib/base/degrees.hpp"
 
 namespace fs = std::filesystem;
 
@@ -119,7 +119,7 @@ figures::Figure ViewFigure(const calibration::CameraCalibration& calibration) {
     data += fmt::format("{},{:.4f},{:.2f},\"{}\"\n",
                         ++index,
                         view.rms_px,
-                        view.tilt_rad * 180 / CV_PI,
+                        view.tilt_rad * kDegPerRad,
                         calibration.views[view.view].name);
   }
   figures::Figure figure;

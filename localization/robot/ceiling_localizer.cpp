@@ -94,9 +94,7 @@ std::optional<Estimate> CeilingLocalizer::Flush() {
 }
 
 void CeilingLocalizer::Restart(const std::optional<PoseWithCovariance>& start) {
-  std::optional<localization::PoseEstimate> near;
-  if (start) near = localization::PoseEstimate{start->pose, start->covariance};
-  impl_->localizer.Reset(near);
+  impl_->localizer.Reset(start);
 }
 
 const store::MapReader& CeilingLocalizer::Map() const {

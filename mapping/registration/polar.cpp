@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/base/degrees.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::registration {
@@ -154,7 +155,7 @@ void PolarSearch::CollectPeaks(
       maxima.begin() + static_cast<std::ptrdiff_t>(kept),
       maxima.end(),
       [&](const auto& l, const auto& r) { return at(l.first, l.second) > at(r.first, r.second); });
-  const double same_angle = 3.0 * std::numbers::pi / 180;
+  const double same_angle = 3 * kRadPerDeg;
   double best = 0;
   for (std::size_t i = 0; i < kept && count > 0; ++i) {
     const auto [s, a] = maxima[i];

@@ -33,7 +33,7 @@ class HypothesesTest : public testing::Test {
     hypotheses_.Move(step, 1e-6 * Eigen::Matrix3d::Identity(), true);
     hypotheses_.MatchAll([&](const Hypothesis& h) -> std::optional<MapMatch> {
       for (const auto& [y, dissimilarity] : dissimilarity_at_y) {
-        if (std::abs(h.pose.T_map_base.y - y) < 0.1)
+        if (std::abs(h.pose.pose.y - y) < 0.1)
           return MatchAt({x_, y, 0}, dissimilarity, disambiguated_by_prior);
       }
       return std::nullopt;
@@ -45,7 +45,7 @@ class HypothesesTest : public testing::Test {
   [[nodiscard]] std::optional<double> AcceptedY() const {
     const Hypothesis* accepted = hypotheses_.Accepted();
     if (accepted == nullptr) return std::nullopt;
-    return accepted->pose.T_map_base.y;
+    return accepted->pose.pose.y;
   }
 
   void SetUp() override { hypotheses_.Clear(); }

@@ -25,7 +25,7 @@ class PeriodicMap : public testing::Test {
   /// Started at a pose that is known with this standard deviation in metres, and 1.1 degrees.
   static LocalizerParams StartingAt(const Pose2& T_map_base, double sigma) {
     LocalizerParams params;
-    PoseEstimate start{T_map_base};
+    PoseWithCovariance start{T_map_base};
     start.covariance.diagonal() << sigma * sigma, sigma * sigma, 4e-4;
     params.start = start;
     return params;
@@ -121,7 +121,7 @@ TEST(MarkedTile, ACompassResolvesTheQuarterTurnInTheDark) {
   const TrueMap map(ceiling);
   for (const bool compass : {true, false}) {
     LocalizerParams params;
-    params.start = PoseEstimate{kMark, Eigen::Vector3d(1e-4, 1e-4, 1e-4).asDiagonal()};
+    params.start = PoseWithCovariance{kMark, Eigen::Vector3d(1e-4, 1e-4, 1e-4).asDiagonal()};
     Visitor visitor(map, UpCamera(250, 0.5), params);
     Pose2 T = kMark;
     double variance = 1e-9;

@@ -68,7 +68,7 @@ TEST_F(LocalizerTest, TheFirstAcceptedFrameHasItsOwnStatus) {
 
 TEST_F(LocalizerTest, AStartPoseIsAcceptedAtOnce) {
   LocalizerParams params;
-  PoseEstimate start{{2.1, 1.95, 0.45}};
+  PoseWithCovariance start{{2.1, 1.95, 0.45}};
   start.covariance.diagonal() << 0.04, 0.04, 0.01;
   params.start = start;
   Visitor visitor(*map_, UpCamera(250, 0.5), params);
@@ -80,7 +80,7 @@ TEST_F(LocalizerTest, AStartPoseIsAcceptedAtOnce) {
 
 TEST_F(LocalizerTest, AWrongStartIsGivenUp) {
   LocalizerParams params;
-  PoseEstimate start{{4, 3.5, 0}};
+  PoseWithCovariance start{{4, 3.5, 0}};
   start.covariance.diagonal() << 1e-2, 1e-2, 1e-2;
   params.start = start;
   params.max_frames_at_start_prior = 4;

@@ -11,8 +11,8 @@
 namespace ceilmap::localization {
 namespace {
 
-PoseEstimate Known(const Pose2& T, double sigma = 1e-3, double sigma_rad = 1e-3) {
-  PoseEstimate pose{T};
+PoseWithCovariance Known(const Pose2& T, double sigma = 1e-3, double sigma_rad = 1e-3) {
+  PoseWithCovariance pose{T};
   pose.covariance.diagonal() << sigma * sigma, sigma * sigma, sigma_rad * sigma_rad;
   return pose;
 }
@@ -31,11 +31,11 @@ TEST(MotionModel, LearnsAnEvenSpeedAndKeepsIt) {
   EXPECT_NEAR(model.Velocity().x(), 0.5, 0.03);
   EXPECT_NEAR(model.Velocity().y(), 0.1, 0.03);
   EXPECT_NEAR(model.Velocity().z(), 0.3, 0.02);
-  const PoseEstimate later = model.PredictedAt(3.3);
+  const PoseWithCovariance later = model.PredictedAt(3.3);
   const Pose2 expected = T * step * step * step;
-  EXPECT_NEAR(later.T_map_base.x, expected.x, 5e-3);
-  EXPECT_NEAR(later.T_map_base.y, expected.y, 5e-3);
-  EXPECT_NEAR(WrapAngle(later.T_map_base.yaw - expected.yaw), 0, 5e-3);
+  EXPECT_NEAR(later.pose.x, expected.x, 5e-3);
+  EXPECT_NEAR(later.pose.y, expected.y, 5e-3);
+  EXPECT_NEAR(WrapAngle(later.pose.yaw - expected.yaw), 0, 5e-3);
   EXPECT_EQ(model.Stamp(), 3.0);  // PredictedAt changes nothing
 }
 
@@ -97,18 +97,19 @@ TEST(MotionModel, TakesAHeadingAlone) {
   MotionModel model;
   model.Start(Known({0, 0, 3.1}, 0.01, 0.2), 0);
   model.UpdateYaw(-3.1, 1e-6);  // across the turn
-  EXPECT_NEAR(model.Pose().T_map_base.yaw, -3.1, 1e-4);
+  EXPECT_NEAR(model.Pose().pose.yaw, -3.1, 1e-4);
   EXPECT_NEAR(model.Pose().covariance(2, 2), 1e-6, 1e-8);
-  EXPECT_EQ(model.Pose().T_map_base.x, 0);
+  EXPECT_EQ(model.Pose().pose.x, 0);
 }
 
 TEST(PoseEstimates, DistanceAndMotion) {
-  const PoseEstimate a = Known({0, 0, 3.1}, 0.1, 0.1);
-  const PoseEstimate b = Known({0.3, 0, -3.1}, 0.1, 0.1);
+  const PoseWithCovariance a = Known({0, 0, 3.1}, 0.1, 0.1);
+  const PoseWithCovariance b = Known({0.3, 0, -3.1}, 0.1, 0.1);
   const double turn = 2 * (std::acos(-1.0) - 3.1);
   EXPECT_NEAR(SquaredDistance(a, b), (0.09 + turn * turn) / 0.02, 1e-9);
-  const PoseEstimate moved = Moved(Known({1, 1, 0}, 0.1, 0.01), {2, 0, 1}, Eigen::Matrix3d::Zero());
-  EXPECT_NEAR(moved.T_map_base.x, 3, 1e-12);
+  const PoseWithCovariance moved =
+      Moved(Known({1, 1, 0}, 0.1, 0.01), {2, 0, 1}, Eigen::Matrix3d::Zero());
+  EXPECT_NEAR(moved.pose.x, 3, 1e-12);
   // The heading's error swings the robot sideways.
   EXPECT_NEAR(moved.covariance(1, 1), 0.01 + 4 * 1e-4, 1e-9);
 }

@@ -28,7 +28,7 @@ Tilt MakeTilt(double pitch_deg, double roll_deg, double lift_m) {
 class Visitor {
  public:
   explicit Visitor(const TrueMap& map, LocalizerParams params = {}) : ceiling_(map.ceiling) {
-    PoseEstimate start{truth_};
+    PoseWithCovariance start{truth_};
     start.covariance.diagonal() << 0.01, 0.01, 0.01;
     params.start = start;
     localizer_ = std::make_unique<Localizer>(*map.map, up_, params);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "localization/compass/colour/frame_reader.hpp"
 #include "localization/compass/colour/line_matcher.hpp"
@@ -88,9 +89,7 @@ Eigen::Vector2d MeanOf(std::span<const PlaceHypothesis> hypotheses) {
 
 void ColourCompassParams::Validate() const {
   lines.Validate();
-  const auto require = [](bool holds, const char* what, double value, const char* must) {
-    if (!holds) throw InputError(fmt::format("{} = {}, must be {}", what, value, must));
-  };
+  const FieldCheck require("colour compass");
   require(exposure_sigma >= 0, "exposure_sigma", exposure_sigma, ">= 0");
 }
 

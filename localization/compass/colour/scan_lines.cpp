@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::colour {
@@ -120,7 +121,7 @@ ScanLines::ScanLines(const calib::MountedCamera& forward,
   if (!(std::abs(rays.Elevation()) < kSteepest)) {
     throw InputError(
         fmt::format("the forward camera points {:.0f} deg above the horizon, must be within 60 deg",
-                    rays.Elevation() * 180 / pi));
+                    rays.Elevation() * kDegPerRad));
   }
   above_horizon_ = FractionAbove(rays, size_);
   if (above_horizon_ < params.min_above_horizon) return;
