@@ -11,7 +11,7 @@
 namespace ceilmap::calib {
 namespace {
 
-constexpr std::string_view kWhat = "a ROS camera_info file";
+constexpr std::string_view kCameraInfoFile = "a ROS camera_info file";
 constexpr int kMaxImagePx = 16384;
 constexpr std::string_view kFocalFix = "take it from the camera's calibration, in pixels";
 
@@ -111,7 +111,7 @@ PinholeCamera ParseCameraInfo(const YamlValue& info) {
 }
 
 PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::path& file) {
-  const YamlValue info = YamlValue::Parse(text, file, kWhat);
+  const YamlValue info = YamlValue::Parse(text, file, kCameraInfoFile);
   info.AllowOnly({"image_width",
                   "image_height",
                   "camera_name",
@@ -124,7 +124,7 @@ PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::pa
 }
 
 PinholeCamera ReadCameraInfo(const std::filesystem::path& file) {
-  return ParseCameraInfo(ReadSettingsText(file, kWhat), file);
+  return ParseCameraInfo(ReadSettingsText(file, kCameraInfoFile), file);
 }
 
 }  // namespace ceilmap::calib

@@ -7,14 +7,11 @@
 #include <string>
 
 #include "calib/base/error.hpp"
+#include "calib/size_text.hpp"
 #include "calib/virtual_camera.hpp"
 
 namespace ceilmap::calib {
 namespace {
-
-std::string SizeText(cv::Size size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
 
 Eigen::Vector2d CentreOf(cv::Size size) {
   return {0.5 * (size.width - 1), 0.5 * (size.height - 1)};

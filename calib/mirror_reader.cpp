@@ -9,7 +9,7 @@ namespace ceilmap::calib {
 namespace {
 
 /// Tolerance for values rounded to three or four digits by hand, in m or as a fraction of 1.
-constexpr double kTolerance = 1e-3;
+constexpr double kRedundancyTolerance = 1e-3;
 
 }  // namespace
 
@@ -36,12 +36,12 @@ HyperbolicMirror ParseMirror(const YamlValue& mirror, const Eigen::Isometry3d& T
   m.rim_radius_m = positive("rim_radius");
   m.rim_radius_px = positive("rim_radius_px");
   m.horizon_radius_px = positive("horizon_radius_px");
-  if (std::abs(m.C_m / std::hypot(m.A_m, m.B_m) - 1) > kTolerance) {
+  if (std::abs(m.C_m / std::hypot(m.A_m, m.B_m) - 1) > kRedundancyTolerance) {
     mirror.At("C", "").Fail("sqrt(A^2 + B^2)", "correct A, B or C");
   }
   if (const auto viewpoint = mirror.Find("base_link_to_viewpoint")) {
     const Eigen::Vector3d given(viewpoint->Numbers(3).data());
-    if ((T_base_cam * Eigen::Vector3d(0, 0, 2 * m.C_m) - given).norm() > kTolerance) {
+    if ((T_base_cam * Eigen::Vector3d(0, 0, 2 * m.C_m) - given).norm() > kRedundancyTolerance) {
       viewpoint->Fail("2 C along the camera's axis from the camera", "correct it or remove it");
     }
   }

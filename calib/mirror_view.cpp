@@ -9,15 +9,12 @@
 
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
+#include "calib/size_text.hpp"
 
 namespace ceilmap::calib {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-std::string SizeText(cv::Size size) {
-  return fmt::format("{} x {}", size.width, size.height);
-}
 
 std::string Degrees(double angle_rad) {
   return fmt::format("{:.4g} deg", angle_rad / kRadPerDeg);

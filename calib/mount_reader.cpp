@@ -11,7 +11,7 @@ namespace {
 
 /// Tolerance for values rounded to three or four digits by hand, in rad or m; a larger difference
 /// is an error.
-constexpr double kTolerance = 1e-3;
+constexpr double kRotationTolerance = 1e-3;
 
 /// The nearest rotation to a matrix that is nearly one, in the least-squares sense.
 Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& R) {
@@ -27,7 +27,7 @@ Eigen::Isometry3d ParsePoseMatrix(const YamlValue& value) {
   }
   const Eigen::Matrix3d R = rows.topLeftCorner<3, 3>();
   const double skew = (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (skew > kTolerance || R.determinant() < 0) {
+  if (skew > kRotationTolerance || R.determinant() < 0) {
     value.Fail("a pose with an orthonormal, right-handed rotation (R R^T = 1, det R = +1)",
                "correct it, or give translation and rotation_xyzw instead");
   }
@@ -40,7 +40,7 @@ Eigen::Isometry3d ParsePoseMatrix(const YamlValue& value) {
 Eigen::Matrix3d ParseQuaternion(const YamlValue& value) {
   const std::vector<double> q = value.Numbers(4);
   const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
-  if (std::abs(rotation.norm() - 1) > kTolerance) {
+  if (std::abs(rotation.norm() - 1) > kRotationTolerance) {
     value.Fail("a quaternion [x, y, z, w] of length 1", "divide it by its length");
   }
   return rotation.normalized().toRotationMatrix();
@@ -53,9 +53,9 @@ void CheckAgreement(const YamlValue& matrix,
   constexpr auto kFix = "remove the one that is wrong";
   if (R) {
     const double angle = Eigen::AngleAxisd(T_base_cam.linear().transpose() * *R).angle();
-    if (angle > kTolerance) matrix.Fail("the same rotation as rotation_xyzw", kFix);
+    if (angle > kRotationTolerance) matrix.Fail("the same rotation as rotation_xyzw", kFix);
   }
-  if (t && (T_base_cam.translation() - *t).norm() > kTolerance) {
+  if (t && (T_base_cam.translation() - *t).norm() > kRotationTolerance) {
     matrix.Fail("the same translation as translation", kFix);
   }
 }

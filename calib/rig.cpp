@@ -7,11 +7,10 @@
 #include "calib/camera_info.hpp"
 #include "calib/mirror_reader.hpp"
 #include "calib/mount_reader.hpp"
+#include "calib/rig_text.hpp"
 
 namespace ceilmap::calib {
 namespace {
-
-constexpr std::string_view kWhat = "a rig file (format: calib/README.md)";
 
 /// Inline or from a separate camera_info file, never both.
 PinholeCamera ParseIntrinsics(const YamlValue& value) {
@@ -131,7 +130,7 @@ void ParseCameras(const YamlValue& rig, Rig& result) {
 }  // namespace
 
 Rig ParseRig(const std::string& text, const std::filesystem::path& file) {
-  const YamlValue rig = YamlValue::Parse(text, file, kWhat);
+  const YamlValue rig = YamlValue::Parse(text, file, kRigFile);
   rig.AllowOnly({"robot", "a", "d", "h", "frames", "cameras"});
   Rig result;
   result.file = file;
@@ -150,7 +149,7 @@ Rig ParseRig(const std::string& text, const std::filesystem::path& file) {
 }
 
 Rig ReadRig(const std::filesystem::path& file) {
-  return ParseRig(ReadSettingsText(file, kWhat), file);
+  return ParseRig(ReadSettingsText(file, kRigFile), file);
 }
 
 }  // namespace ceilmap::calib

@@ -16,8 +16,6 @@ namespace fs = std::filesystem;
 namespace ceilmap::calib {
 namespace {
 
-constexpr std::string_view kWhat = "a rig file (format: calib/README.md)";
-
 YAML::Node List(const std::vector<double>& values) {
   YAML::Node list(YAML::NodeType::Sequence);
   for (const double value : values) list.push_back(NumberText(value));
@@ -120,12 +118,12 @@ auto Changed(const fs::path& file, const Change& change) {
     return change();
   } catch (const YAML::Exception& error) {
     throw InputError(file.string() + ": values cannot be put into it: " + error.msg +
-                     "; correct it there, or give " + std::string(kWhat));
+                     "; correct it there, or give " + std::string(kRigFile));
   }
 }
 
 YAML::Node Load(const std::string& text, const fs::path& file) {
-  YamlValue::Parse(text, file, kWhat);  // with its messages
+  YamlValue::Parse(text, file, kRigFile);  // with its messages
   return YAML::Load(text);
 }
 

@@ -4,10 +4,14 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "calib/mirror.hpp"
 
 namespace ceilmap::calib {
+
+/// What messages call a rig file.
+inline constexpr std::string_view kRigFile = "a rig file (format: calib/README.md)";
 
 /// A camera under a mirror, as measured in its images.
 struct MirrorValues {

@@ -5,16 +5,13 @@
 #include <string>
 
 #include "calib/base/error.hpp"
+#include "calib/size_text.hpp"
 
 namespace ceilmap::calib {
 namespace {
 
 /// A rectification that moves no pixel by more than this is omitted to avoid the interpolation.
 constexpr double kUntouchedPx = 1e-3;
-
-std::string SizeText(cv::Size size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
 
 }  // namespace
 

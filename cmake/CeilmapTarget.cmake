@@ -25,8 +25,9 @@ endif()
 target_compile_definitions(ceilmap_build_flags INTERFACE $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
 
 # Parsing OpenCV, Eigen and GoogleTest took half of the build, so that it is done once for the libraries and once for the
-# tests. Sources include what they use all the same: clang-tidy compiles them without, as does
-# -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON.
+# tests. For the same reason the preset release compiles several sources of a target as one (CMAKE_UNITY_BUILD), so that
+# names in the anonymous namespaces of one target are unique. Sources include what they use all the same:
+# tests/check-style.sh --deep compiles each alone and without precompiled headers.
 set(CEILMAP_COMMON_HEADERS
   <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <functional> <limits> <map> <memory> <numbers> <optional>
   <random> <span> <string> <thread> <utility> <vector>
@@ -40,6 +41,7 @@ function(ceilmap_add_precompiled name)
   add_library(${name} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} ceilmap_build_flags)
   target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
+  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)
 endfunction()
 
 # ceilmap_add_library(NAME SOURCES ... [INTERNAL_HEADERS ...] LINKS ...): the library ceilmap::NAME of the calling folder.

@@ -29,10 +29,10 @@ constexpr double kMaxSigmaRad = 5e-3;
 // value, rad.
 constexpr double kVagueSigmaRad = 2e-3;
 // A larger tilt is rejected as a wrong fit, rad: debris does not cause it.
-constexpr double kMaxTiltRad = 0.25;
+constexpr double kMaxMeasuredRad = 0.25;
 // Standard deviation of pitch and roll by errors that residuals do not show (things below the
 // ceiling, compression), rad.
-constexpr double kSystematicRad = 1.5e-4;
+constexpr double kCeilingSystematicRad = 1.5e-4;
 
 /// Standard deviation of the tilt, rad.
 double TiltSigma(const PlaneFit& fit) {
@@ -97,7 +97,7 @@ Isometry3d CeilingTracker::ToPose(const PlaneMotion& motion) const {
 bool CeilingTracker::IsSound(const PlaneFit& fit) const {
   return fit.ok && fit.inliers >= kMinInliers && fit.inliers >= kMinInlierRatio * fit.blocks &&
          fit.sigma_px <= kMaxSigmaPx && TiltSigma(fit) <= kMaxSigmaRad &&
-         std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= kMaxTiltRad;
+         std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= kMaxMeasuredRad;
 }
 
 CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
@@ -105,7 +105,7 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   motion.T_reference_base = ToPose(fit.motion);
   motion.inliers = fit.inliers;
   motion.blocks = fit.blocks;
-  const double systematic = kSystematicRad * kSystematicRad;
+  const double systematic = kCeilingSystematicRad * kCeilingSystematicRad;
   // The median of few residuals is a poor scale. It is too small when the fit adapts to the
   // residuals.
   constexpr double kFewBlocks = 12;

@@ -18,7 +18,7 @@ namespace {
 // Standard deviations of shift, roll and zoom by errors that residuals do not show: the scene is
 // not at one distance.
 constexpr double kSystematicPx = 0.5;
-constexpr double kSystematicRad = 4e-4;
+constexpr double kForwardSystematicRad = 4e-4;
 constexpr double kSystematicZoom = 2e-3;
 // Standard deviation that grows with the zoom: the nearer the scene, the larger the effect of
 // its depth. As a fraction of (zoom - 1); applies to the shift over the focal length and to the
@@ -109,7 +109,8 @@ ForwardMotion ForwardTracker::Describe(const Frame& frame, const Registration& f
       found.covariance(1, 1) + frame.variance_px2 + kSystematicPx * kSystematicPx;
   motion.sigma_tan_shift = std::hypot(std::sqrt(shift_px2) / focal, depth);
   motion.sigma_zoom = std::hypot(std::sqrt(found.covariance(3, 3)), kSystematicZoom);
-  motion.sigma_roll_rad = std::hypot(std::sqrt(found.covariance(2, 2)), kSystematicRad, depth);
+  motion.sigma_roll_rad =
+      std::hypot(std::sqrt(found.covariance(2, 2)), kForwardSystematicRad, depth);
   motion.inliers = found.inliers;
   motion.blocks = found.blocks;
   return motion;

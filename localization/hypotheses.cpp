@@ -18,7 +18,7 @@ constexpr double kMissEvidence = 2;
 constexpr double kFullWeightRatio = 0.08;
 // A match at the same spot confirms a place again only when its peak is at least this, 0..1.
 constexpr double kMinPeakAtRest = 0.5;
-constexpr double kMaxSigmas = 5;  // a match further from the expected pose is rejected
+constexpr double kMaxMatchSigmas = 5;  // a match further from the expected pose is rejected
 
 }  // namespace
 
@@ -85,7 +85,7 @@ void Hypotheses::Turn(const HeadingPrior& yaw) {
     const double off = WrapAngle(yaw.heading_rad - T.yaw);
     const double variance = h.pose.covariance(2, 2) + yaw.variance_rad2;
     // The heading is disturbed, or the hypothesis is wrong: matching the image decides.
-    if (off * off > kMaxSigmas * kMaxSigmas * variance) continue;
+    if (off * off > kMaxMatchSigmas * kMaxMatchSigmas * variance) continue;
     const Eigen::Vector3d gain = h.pose.covariance.col(2) / variance;
     T.x += gain.x() * off;
     T.y += gain.y() * off;
@@ -123,7 +123,7 @@ void Hypotheses::Add(const MapMatch& match) {
 
 void Hypotheses::MatchAll(
     const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at) {
-  const double max_distance2 = kMaxSigmas * kMaxSigmas;
+  const double max_distance2 = kMaxMatchSigmas * kMaxMatchSigmas;
   // Lower limit of the motion's standard deviation: the camera's scale may not be known yet.
   constexpr double kFloorRatio = 0.005;  // of the span
   constexpr double kFloorRad = 0.005;

@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "calib/base/error.hpp"
+#include "calib/base/pose_with_covariance.hpp"
 #include "mapping/planar_motion.hpp"
 
-#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::localization {
 
 void MotionModelParams::Validate() const {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/base/pose_with_covariance.hpp"
 #include "mapping/planar_motion.hpp"
 
-#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 namespace {
 

@@ -9,11 +9,11 @@
 
 #include "calib/base/field_check.hpp"
 #include "calib/base/lru_cache.hpp"
+#include "calib/base/pose_with_covariance.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/graph/pose_graph.hpp"
 #include "mapping/keyframe_headings.hpp"
 
-#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
 namespace {

@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "calib/base/field_check.hpp"
+#include "calib/base/pose_with_covariance.hpp"
 #include "mapping/planar_motion.hpp"
 
-#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
 namespace {

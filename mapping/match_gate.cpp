@@ -9,7 +9,7 @@ namespace ceilmap::mapping {
 namespace {
 
 // Relative to the median of the correct matches.
-constexpr double kMinInlierRatio = 0.93;
+constexpr double kMinTypicalInliers = 0.93;
 constexpr double kMinPeakRatio = 0.87;
 constexpr double kMaxDissimilarityRatio = 1.25;
 // Absolute upper limit, whatever the median is. The only limit on dissimilarity as long as no
@@ -54,7 +54,7 @@ bool MatchGate::Accepts(const MatchQuality& match) const {
     typical = Median({right_.begin(), right_.end()});
     typical.dissimilarity = std::min(typical.dissimilarity, most);
   }
-  return match.inlier_ratio >= kMinInlierRatio * typical.inlier_ratio &&
+  return match.inlier_ratio >= kMinTypicalInliers * typical.inlier_ratio &&
          match.peak >= kMinPeakRatio * typical.peak &&
          match.dissimilarity <= kMaxDissimilarityRatio * typical.dissimilarity;
 }

@@ -7,12 +7,12 @@
 #include <deque>
 
 #include "calib/base/error.hpp"
+#include "calib/base/pose_with_covariance.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/frame_prediction.hpp"
 #include "mapping/match_gate.hpp"
 #include "mapping/planar_motion.hpp"
 
-#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::mapping {
 
 using registration::FrameSpectrum;

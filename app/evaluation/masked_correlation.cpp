@@ -43,13 +43,13 @@ class ShiftSums {
   Eigen::FFT<double> fft_;
 };
 
-struct Moments {
+struct StandardScores {
   MaskedSignal signal;  // relative to its mean, in standard deviations
   std::vector<double> squares;
   double deviation = 0;
 };
 
-Moments Standardize(const MaskedSignal& signal) {
+StandardScores Standardize(const MaskedSignal& signal) {
   double count = 0;
   double sum = 0;
   double squares = 0;
@@ -59,7 +59,7 @@ Moments Standardize(const MaskedSignal& signal) {
     squares += signal.known[i] * signal.values[i] * signal.values[i];
   }
   const double mean = count > 0 ? sum / count : 0;
-  Moments moments{signal, {}, 0};
+  StandardScores moments{signal, {}, 0};
   if (count > 0) moments.deviation = std::sqrt(std::max(0.0, squares / count - mean * mean));
   const double scale = moments.deviation > 0 ? 1 / moments.deviation : 0;
   moments.squares.reserve(signal.values.size());
@@ -77,8 +77,8 @@ std::vector<ShiftAgreement> CorrelateShifts(const MaskedSignal& a, const MaskedS
   // Of the standardized signals: a smaller variance of a signal within an overlap is a rounding
   // error.
   constexpr double kMinVariance = 1e-6;
-  const Moments ma = Standardize(a);
-  const Moments mb = Standardize(b);
+  const StandardScores ma = Standardize(a);
+  const StandardScores mb = Standardize(b);
   ShiftSums sums(a.values.size() + b.values.size());
   const Spectrum known_a = sums.Transform(ma.signal.known);
   const Spectrum known_b = sums.Transform(mb.signal.known);

@@ -10,7 +10,7 @@
 namespace ceilmap::files {
 namespace {
 
-std::vector<evaluation::StampedHeading> HeadingsIn(const CsvTable& table) {
+std::vector<evaluation::StampedHeading> StampedHeadings(const CsvTable& table) {
   const std::size_t stamp_column = table.Column("timestamp");
   const std::size_t heading_column = table.Column("heading_deg");
   std::vector<evaluation::StampedHeading> headings;
@@ -33,7 +33,7 @@ Estimate ReadCsvEstimate(const std::filesystem::path& file) {
   Estimate estimate;
   const CsvTable table = ReadCsv(file);
   if (table.Has("heading_deg")) {
-    estimate.headings = HeadingsIn(table);
+    estimate.headings = StampedHeadings(table);
     return estimate;
   }
   if (!table.Has("status") || !table.Has("yaw_deg")) {

@@ -13,7 +13,7 @@ namespace ceilmap::reports {
 namespace {
 constexpr double kSmallErrorRad = 0.1;
 
-std::string Count(std::int64_t number) {
+std::string CountText(std::int64_t number) {
   return fmt::format("{}", number);
 }
 
@@ -26,7 +26,7 @@ double PartBelow(const evaluation::HeadingErrors& errors, double limit_rad) {
          static_cast<double>(errors.of.size());
 }
 
-void AddErrors(const evaluation::HeadingErrors& errors, terminal::Table& table) {
+void AddQueryErrors(const evaluation::HeadingErrors& errors, terminal::Table& table) {
   const auto add = [&table](const char* name, double error_deg) {
     table.AddRow({name,
                   fmt::format("{:.4f}", error_deg / kDegPerRad),
@@ -44,11 +44,13 @@ void AddErrors(const evaluation::HeadingErrors& errors, terminal::Table& table) 
 
 void AddUnused(const recordings::UnusedFrames& unused, terminal::Table& table) {
   if (unused.without_pose > 0) {
-    table.AddRow({"no pose", Count(unused.without_pose), "frames without a pose at their time"});
+    table.AddRow(
+        {"no pose", CountText(unused.without_pose), "frames without a pose at their time"});
   }
   if (unused.below_horizon > 0) {
-    table.AddRow(
-        {"skipped", Count(unused.below_horizon), "frames with too few pixels above the horizon"});
+    table.AddRow({"skipped",
+                  CountText(unused.below_horizon),
+                  "frames with too few pixels above the horizon"});
   }
 }
 
@@ -92,7 +94,8 @@ Content ContentOf(const colour::ColourModel& model) {
 void AddModelRows(const colour::ColourModel& model, terminal::Table& table) {
   const Content content = ContentOf(model);
   table.AddRow({"classes", fmt::format("{}", model.classes.size()), "of colours"});
-  table.AddRow({"cells", Count(content.cells), fmt::format("of {} seen from", model.cells.size())});
+  table.AddRow(
+      {"cells", CountText(content.cells), fmt::format("of {} seen from", model.cells.size())});
   table.AddRow({"directions",
                 fmt::format("{:.1f}", 100 * content.filled),
                 fmt::format("% of {} in each of these", model.bins)});
@@ -129,8 +132,8 @@ void PrintReport(const CompassLearnResult& result,
                  const colour::ColourModel& model,
                  const terminal::Summary& summary) {
   terminal::Table table;
-  table.AddRow({"frames", Count(result.frames)});
-  table.AddRow({"learned", Count(result.used)});
+  table.AddRow({"frames", CountText(result.frames)});
+  table.AddRow({"learned", CountText(result.used)});
   AddUnused(result.unused, table);
   AddModelRows(model, table);
   AddTimes("learning", result.learn_ms, result.frames, result.seconds, table);
@@ -175,15 +178,16 @@ void Summarize(const CompassQueryResult& result, terminal::Summary& summary) {
 
 void PrintReport(const CompassQueryResult& result, const terminal::Summary& summary) {
   terminal::Table table;
-  table.AddRow({"frames", Count(result.frames)});
-  table.AddRow({"headings", Count(static_cast<std::int64_t>(result.headings.size()))});
+  table.AddRow({"frames", CountText(result.frames)});
+  table.AddRow({"headings", CountText(static_cast<std::int64_t>(result.headings.size()))});
   AddUnused(result.unused, table);
   if (const auto ambiguous = summary.quality["unsure"].get<std::int64_t>(); ambiguous > 0) {
-    table.AddRow({"unsure", Count(ambiguous), "headings: others match too"});
+    table.AddRow({"unsure", CountText(ambiguous), "headings: others match too"});
   }
-  if (result.learned > 0) table.AddRow({"learned", Count(result.learned), "frames during the run"});
+  if (result.learned > 0)
+    table.AddRow({"learned", CountText(result.learned), "frames during the run"});
   if (result.reading.dropped > 0) {
-    table.AddRow({"dropped", Count(result.reading.dropped), "frames of a live source"});
+    table.AddRow({"dropped", CountText(result.reading.dropped), "frames of a live source"});
   }
   const compass::HeadingEstimate& last = result.headings.back().estimate;
   table.AddRow(
@@ -191,7 +195,7 @@ void PrintReport(const CompassQueryResult& result, const terminal::Summary& summ
        fmt::format("{:.2f}", kDegPerRad * last.heading_rad),
        fmt::format("deg at the end, sigma {:.2f}", kDegPerRad * std::sqrt(last.variance_rad2))});
   table.AddRow({"sigma", fmt::format("{:.2f}", kDegPerRad * result.MeanSigmaRad()), "deg, mean"});
-  if (result.errors) AddErrors(*result.errors, table);
+  if (result.errors) AddQueryErrors(*result.errors, table);
   AddTimes("compass", result.compass_ms, result.frames, result.seconds, table);
   Print(table, summary);
 }

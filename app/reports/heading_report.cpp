@@ -12,7 +12,7 @@
 namespace ceilmap::reports {
 namespace {
 
-void AddErrors(const evaluation::HeadingErrors& errors, terminal::Table& table) {
+void AddHeadingErrors(const evaluation::HeadingErrors& errors, terminal::Table& table) {
   const auto number = [](double value) { return fmt::format("{:.3f}", value); };
   table.AddRow({"true path", number(errors.path_m), "m"});
   table.AddRow({"true turns", number(errors.turned_deg), "deg"});
@@ -67,7 +67,7 @@ void PrintReport(const HeadingResult& result, const terminal::Summary& summary) 
       {"heading",
        fmt::format("{:.2f}", kDegPerRad * last.heading_rad),
        fmt::format("deg at the end, sigma {:.2f}", kDegPerRad * std::sqrt(last.variance_rad2))});
-  if (result.errors) AddErrors(*result.errors, table);
+  if (result.errors) AddHeadingErrors(*result.errors, table);
   table.AddRow({"unwrap", milliseconds(result.unwrap_ms), "ms a frame"});
   table.AddRow({"compass", milliseconds(result.compass_ms), "ms a frame"});
   const double rate = result.seconds > 0 ? frames / result.seconds : 0;

@@ -22,9 +22,6 @@ constexpr double kOutlierFactor = 3;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr int kPose = 6;
-constexpr Index kPinhole = 4;
-
 BoardPose PoseOf(const double* values) {
   return {{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
 }
@@ -41,7 +38,7 @@ class ViewCost final : public ceres::CostFunction {
       : lens_(std::move(lens)), points_(std::move(points)), measured_(measured) {
     set_num_residuals(2 * static_cast<int>(points_.size()));
     mutable_parameter_block_sizes()->push_back(static_cast<int>(lens_.values.size()));
-    mutable_parameter_block_sizes()->push_back(kPose);
+    mutable_parameter_block_sizes()->push_back(kPoseValues);
   }
 
   bool Evaluate(double const* const* parameters,
@@ -80,9 +77,9 @@ class ViewCost final : public ceres::CostFunction {
 };
 
 // A lens and the poses of some of the views.
-struct Estimate {
+struct CameraEstimate {
   Lens lens;
-  std::vector<std::array<double, kPose>> poses;
+  std::vector<std::array<double, kPoseValues>> poses;
   double squares_px2 = std::numeric_limits<double>::infinity();  // sum of squared residuals
 };
 
@@ -101,14 +98,15 @@ class Problem {
     return count;
   }
 
-  [[nodiscard]] std::optional<Estimate> Start() const;
-  void Minimise(const std::vector<bool>& free, Estimate& estimate) const;
-  [[nodiscard]] CameraSolution Solution(const Estimate& estimate, std::vector<bool> free) const;
+  [[nodiscard]] std::optional<CameraEstimate> Start() const;
+  void Minimise(const std::vector<bool>& free, CameraEstimate& estimate) const;
+  [[nodiscard]] CameraSolution Solution(const CameraEstimate& estimate,
+                                        std::vector<bool> free) const;
 
  private:
   [[nodiscard]] std::vector<double> FocalGuesses() const;
-  [[nodiscard]] std::optional<Estimate> StartAt(double focal_px) const;
-  void SetViews(const Estimate& estimate, CameraSolution& solution) const;
+  [[nodiscard]] std::optional<CameraEstimate> StartAt(double focal_px) const;
+  void SetViews(const CameraEstimate& estimate, CameraSolution& solution) const;
   [[nodiscard]] MatrixXd Covariance(const CameraSolution& solution,
                                     const std::vector<bool>& free) const;
 
@@ -141,8 +139,8 @@ std::vector<double> Problem::FocalGuesses() const {
   return guesses;
 }
 
-std::optional<Estimate> Problem::StartAt(double focal_px) const {
-  Estimate estimate{Lens::WithoutDistortion(model_, size_, focal_px), {}};
+std::optional<CameraEstimate> Problem::StartAt(double focal_px) const {
+  CameraEstimate estimate{Lens::WithoutDistortion(model_, size_, focal_px), {}};
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const std::optional<BoardPose> pose = FindPose(estimate.lens, board_, views_[i]);
     if (!pose) return std::nullopt;
@@ -154,10 +152,10 @@ std::optional<Estimate> Problem::StartAt(double focal_px) const {
 }
 
 // The best of the initial values, by residuals with free focal length and first coefficients.
-std::optional<Estimate> Problem::Start() const {
-  std::optional<Estimate> best;
+std::optional<CameraEstimate> Problem::Start() const {
+  std::optional<CameraEstimate> best;
   for (const double focal_px : FocalGuesses()) {
-    std::optional<Estimate> estimate = StartAt(focal_px);
+    std::optional<CameraEstimate> estimate = StartAt(focal_px);
     if (!estimate) continue;
     std::vector<bool> free(static_cast<std::size_t>(estimate->lens.values.size()), false);
     std::fill_n(free.begin(), 6, true);
@@ -168,7 +166,7 @@ std::optional<Estimate> Problem::Start() const {
   return best;
 }
 
-void Problem::Minimise(const std::vector<bool>& free, Estimate& estimate) const {
+void Problem::Minimise(const std::vector<bool>& free, CameraEstimate& estimate) const {
   ceres::Problem problem;
   double* const values = estimate.lens.values.data();
   const auto count = static_cast<int>(estimate.lens.values.size());
@@ -197,7 +195,7 @@ void Problem::Minimise(const std::vector<bool>& free, Estimate& estimate) const 
       summary.IsSolutionUsable() ? 2 * summary.final_cost : std::numeric_limits<double>::infinity();
 }
 
-void Problem::SetViews(const Estimate& estimate, CameraSolution& solution) const {
+void Problem::SetViews(const CameraEstimate& estimate, CameraSolution& solution) const {
   for (std::size_t i = 0; i < views_.size(); ++i) {
     SolvedView& view = solution.views.emplace_back();
     view.view = i;
@@ -227,7 +225,7 @@ MatrixXd Problem::Covariance(const CameraSolution& solution, const std::vector<b
   return LensCovariance(solution.lens, fitted, free);
 }
 
-CameraSolution Problem::Solution(const Estimate& estimate, std::vector<bool> free) const {
+CameraSolution Problem::Solution(const CameraEstimate& estimate, std::vector<bool> free) const {
   CameraSolution solution;
   solution.lens = estimate.lens;
   solution.free = std::move(free);
@@ -235,7 +233,7 @@ CameraSolution Problem::Solution(const Estimate& estimate, std::vector<bool> fre
   solution.rms_px = std::sqrt(estimate.squares_px2 / static_cast<double>(solution.corners));
   SetViews(estimate, solution);
   std::vector<bool> open = solution.free;
-  std::fill_n(open.begin(), kPinhole + OpenTerms(model_), true);
+  std::fill_n(open.begin(), kPinholeValues + OpenTerms(model_), true);
   solution.covariance = Covariance(solution, open);
   return solution;
 }
@@ -254,16 +252,18 @@ std::vector<std::vector<bool>> TermSets(const SolverParams& params) {
   }
   std::vector<std::vector<bool>> free;
   for (const std::vector<int>& set : sets) {
-    std::vector<bool>& terms = free.emplace_back(kPinhole + count, false);
-    std::fill_n(terms.begin(), kPinhole, true);
-    for (const int i : set) terms[static_cast<std::size_t>(kPinhole + i)] = true;
+    std::vector<bool>& terms = free.emplace_back(kPinholeValues + count, false);
+    std::fill_n(terms.begin(), kPinholeValues, true);
+    for (const int i : set) terms[kPinholeValues + static_cast<std::size_t>(i)] = true;
   }
-  free.emplace_back(kPinhole + count, true);
+  free.emplace_back(kPinholeValues + count, true);
   return free;
 }
 
 // Schwarz's criterion: twice the negative log likelihood plus a penalty per parameter.
-double Criterion(const Estimate& estimate, const std::vector<bool>& free, std::size_t corners) {
+double Criterion(const CameraEstimate& estimate,
+                 const std::vector<bool>& free,
+                 std::size_t corners) {
   const double numbers = 2 * static_cast<double>(corners);
   const auto values = static_cast<double>(std::count(free.begin(), free.end(), true));
   return numbers * std::log(std::max(estimate.squares_px2, 1e-12) / numbers) +
@@ -271,14 +271,14 @@ double Criterion(const Estimate& estimate, const std::vector<bool>& free, std::s
 }
 
 std::optional<CameraSolution> SolveOnce(const Problem& problem, const SolverParams& params) {
-  const std::optional<Estimate> start = problem.Start();
+  const std::optional<CameraEstimate> start = problem.Start();
   if (!start) return std::nullopt;
-  std::optional<Estimate> best;
+  std::optional<CameraEstimate> best;
   std::vector<bool> best_free;
   double least = std::numeric_limits<double>::infinity();
   for (const std::vector<bool>& free : TermSets(params)) {
-    Estimate estimate = *start;
-    for (std::size_t i = kPinhole; i < free.size(); ++i) {
+    CameraEstimate estimate = *start;
+    for (std::size_t i = kPinholeValues; i < free.size(); ++i) {
       if (!free[i]) estimate.lens.values[static_cast<Index>(i)] = 0;
     }
     problem.Minimise(free, estimate);

@@ -51,13 +51,13 @@ double Weight(double residual, double sigma) {
   return std::abs(x) < 1 ? (1 - x * x) * (1 - x * x) : 0;
 }
 
-struct Normal {
+struct CircleNormal {
   Matrix3d A = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
 };
 
-Normal NormalOf(const std::vector<Vector2d>& points, const Circle& circle, double sigma) {
-  Normal normal;
+CircleNormal NormalOf(const std::vector<Vector2d>& points, const Circle& circle, double sigma) {
+  CircleNormal normal;
   for (const Vector2d& point : points) {
     const double residual = Residual(circle, point);
     const Vector3d slope = Slope(circle, point);
@@ -119,7 +119,7 @@ std::optional<CircleFit> FitCircle(const std::vector<Vector2d>& points, const Ci
   constexpr int kRounds = 20;
   for (int round = 0; round < kRounds; ++round) {
     fit.sigma = RobustSigma(points, fit.circle);
-    const Normal normal = NormalOf(points, fit.circle, fit.sigma);
+    const CircleNormal normal = NormalOf(points, fit.circle, fit.sigma);
     const Eigen::LDLT<Matrix3d> solver(normal.A);
     if (solver.info() != Eigen::Success || !(normal.A.determinant() > 0)) return std::nullopt;
     const Vector3d step = -solver.solve(normal.b);

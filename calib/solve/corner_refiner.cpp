@@ -11,11 +11,11 @@ namespace {
 constexpr double kReach = 2;  // of the weight function, in standard deviations
 constexpr int kMinHalf = 2;
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Quadric = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // The saddle of a x^2 + b x y + c y^2 + d x + e y + f; nothing for an extremum or a ridge.
-std::optional<cv::Point2d> Saddle(const Vector6& quadric) {
+std::optional<cv::Point2d> Saddle(const Quadric& quadric) {
   const double a = quadric[0];
   const double b = quadric[1];
   const double c = quadric[2];
@@ -26,21 +26,21 @@ std::optional<cv::Point2d> Saddle(const Vector6& quadric) {
 }
 
 // The quadric around `centre` that fits the grey values; nothing when the window leaves the image.
-std::optional<Vector6> FitQuadric(const cv::Mat& grey, cv::Point2d centre, double sigma_px) {
+std::optional<Quadric> FitQuadric(const cv::Mat& grey, cv::Point2d centre, double sigma_px) {
   const int half = std::max(kMinHalf, static_cast<int>(std::ceil(kReach * sigma_px)));
   const int u0 = cvRound(centre.x);
   const int v0 = cvRound(centre.y);
   if (u0 < half || v0 < half || u0 + half >= grey.cols || v0 + half >= grey.rows)
     return std::nullopt;
   Matrix6 normal = Matrix6::Zero();
-  Vector6 right = Vector6::Zero();
+  Quadric right = Quadric::Zero();
   for (int v = v0 - half; v <= v0 + half; ++v) {
     const auto* const row = grey.ptr<unsigned char>(v);
     for (int u = u0 - half; u <= u0 + half; ++u) {
       const double x = u - centre.x;
       const double y = v - centre.y;
       const double bell = std::exp(-(x * x + y * y) / (sigma_px * sigma_px));  // squared
-      Vector6 terms;
+      Quadric terms;
       terms << x * x, x * y, y * y, x, y, 1;
       normal.noalias() += (bell * terms) * terms.transpose();
       right += bell * row[u] * terms;
@@ -59,7 +59,7 @@ std::optional<cv::Point2d> RefineCorner(const cv::Mat& grey,
   constexpr double kDonePx = 1e-4;
   cv::Point2d corner = start;
   for (int step = 0; step < kMaxSteps; ++step) {
-    const std::optional<Vector6> quadric = FitQuadric(grey, corner, sigma_px);
+    const std::optional<Quadric> quadric = FitQuadric(grey, corner, sigma_px);
     const std::optional<cv::Point2d> move = quadric ? Saddle(*quadric) : std::nullopt;
     if (!move) return std::nullopt;
     corner += *move;

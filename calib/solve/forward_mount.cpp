@@ -146,7 +146,7 @@ ceres::CostFunction* TurnCostOf(double sigma_rad) {
 }
 
 // The unknowns.
-struct Estimate {
+struct MountEstimate {
   Vector3d turn = Vector3d::Zero();     // of the camera, relative to the start
   std::vector<Vector6<double>> errors;  // of each motion: rotation and translation
 };
@@ -177,11 +177,11 @@ class Solver {
 
   // @param at  Start. @param curvature  Covariance of the rotation from the curvature, if
   // requested.
-  [[nodiscard]] std::optional<Estimate> Solve(Estimate at,
-                                              double sigma_px,
-                                              Range out,
-                                              Loss loss = Loss::kCauchy,
-                                              Matrix3d* curvature = nullptr) const {
+  [[nodiscard]] std::optional<MountEstimate> Solve(MountEstimate at,
+                                                   double sigma_px,
+                                                   Range out,
+                                                   Loss loss = Loss::kCauchy,
+                                                   Matrix3d* curvature = nullptr) const {
     ceres::Problem problem;
     ceres::Solver::Options options;
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -221,7 +221,7 @@ class Solver {
   }
 
   // Lengths of the residuals of all matches, in pixels.
-  [[nodiscard]] std::vector<double> Errors(const Estimate& at) const {
+  [[nodiscard]] std::vector<double> Errors(const MountEstimate& at) const {
     const Matrix3d R = TurnOf(at.turn.data()) * start_.linear();
     std::vector<double> errors;
     for (std::size_t i = 0; i < motions_.size(); ++i) {
@@ -255,7 +255,7 @@ class Solver {
 std::optional<Matrix3d> Systematic(const std::vector<MotionWithMatches>& motions,
                                    const Isometry3d& start,
                                    const ForwardMountParams& params,
-                                   const Estimate& at,
+                                   const MountEstimate& at,
                                    double sigma_px) {
   double edge = 0;  // of the images, in units of the focal length
   for (const MotionWithMatches& motion : motions) {
@@ -284,7 +284,7 @@ std::optional<Matrix3d> Systematic(const std::vector<MotionWithMatches>& motions
 // Delete-a-group jackknife over intervals of consecutive motions.
 std::optional<Matrix3d> Spread(const Solver& solver,
                                std::size_t motions,
-                               const Estimate& at,
+                               const MountEstimate& at,
                                double sigma_px) {
   constexpr std::size_t kGroups = 12;
   const std::size_t groups = std::min(kGroups, motions);
@@ -293,7 +293,7 @@ std::optional<Matrix3d> Spread(const Solver& solver,
   Vector3d mean = Vector3d::Zero();
   for (std::size_t g = 0; g < groups; ++g) {
     const Range out{motions * g / groups, motions * (g + 1) / groups};
-    const std::optional<Estimate> found = solver.Solve(at, sigma_px, out);
+    const std::optional<MountEstimate> found = solver.Solve(at, sigma_px, out);
     if (!found) return std::nullopt;
     without.push_back(found->turn);
     mean += found->turn / static_cast<double>(groups);
@@ -314,7 +314,7 @@ ForwardMount SolveForwardMount(const std::vector<MotionWithMatches>& motions,
   constexpr std::size_t kMinMatches = 50;
   if (mount.matches < kMinMatches) return mount;
   const Solver solver(motions, start, params);
-  Estimate at;
+  MountEstimate at;
   at.errors.assign(motions.size(), Vector6<double>::Zero());
   // A wrong rotation increases the residuals of all matches: the scale decreases with it.
   mount.sigma_px = solver.SigmaOf(solver.Errors(at));
@@ -322,7 +322,7 @@ ForwardMount SolveForwardMount(const std::vector<MotionWithMatches>& motions,
   constexpr double kSettled = 0.01;
   for (const Loss loss : {Loss::kHuber, Loss::kCauchy}) {
     for (int round = 0; round < kMaxRounds; ++round) {
-      const std::optional<Estimate> found = solver.Solve(at, mount.sigma_px, {}, loss);
+      const std::optional<MountEstimate> found = solver.Solve(at, mount.sigma_px, {}, loss);
       if (!found) return mount;
       at = *found;
       const double sigma_px = solver.SigmaOf(solver.Errors(at));

@@ -11,9 +11,6 @@
 namespace ceilmap::calibration {
 namespace {
 
-constexpr int kPose = 6;  // rotation and translation
-constexpr int kPinhole = 4;
-
 Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> AsEigen(
     const cv::Mat& matrix) {
   return {matrix.ptr<double>(), matrix.rows, matrix.cols};
@@ -53,8 +50,8 @@ std::vector<std::string> CoefficientNames(LensModel model) {
 Lens Lens::WithoutDistortion(LensModel model, cv::Size size, double focal_px) {
   Lens lens{model, size, {}};
   const auto coefficients = static_cast<Eigen::Index>(CoefficientNames(model).size());
-  lens.values = Eigen::VectorXd::Zero(kPinhole + coefficients);
-  lens.values.head<kPinhole>() << focal_px, focal_px, (size.width - 1) / 2.0,
+  lens.values = Eigen::VectorXd::Zero(kPinholeValues + coefficients);
+  lens.values.head<kPinholeValues>() << focal_px, focal_px, (size.width - 1) / 2.0,
       (size.height - 1) / 2.0;
   return lens;
 }
@@ -91,8 +88,8 @@ std::vector<cv::Point2d> Project(const Lens& lens,
   if (!wanted) return pixels;
   const auto all = AsEigen(jacobian);  // fisheye: lens, pose, skew; else: pose, lens
   const Eigen::Index lens_values = lens.values.size();
-  if (by_lens != nullptr) *by_lens = all.middleCols(fisheye ? 0 : kPose, lens_values);
-  if (by_pose != nullptr) *by_pose = all.middleCols(fisheye ? lens_values : 0, kPose);
+  if (by_lens != nullptr) *by_lens = all.middleCols(fisheye ? 0 : kPoseValues, lens_values);
+  if (by_pose != nullptr) *by_pose = all.middleCols(fisheye ? lens_values : 0, kPoseValues);
   return pixels;
 }
 

@@ -25,6 +25,9 @@ std::string RosName(LensModel model);
 /// Names of a model's coefficients, e.g. "k1".
 std::vector<std::string> CoefficientNames(LensModel model);
 
+inline constexpr int kPinholeValues = 4;  ///< Lens::values: fx, fy, cx, cy
+inline constexpr int kPoseValues = 6;     ///< BoardPose: rotation and translation
+
 /// The intrinsics of a camera.
 struct Lens {
   LensModel model = LensModel::kPlumbBob;

@@ -10,8 +10,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kPose = 6;
-
 // Derivatives of a view's pixels by the lens, projected orthogonally to those by its pose.
 MatrixXd ByLensAlone(const Lens& lens,
                      const BoardPose& pose,
@@ -64,7 +62,7 @@ MatrixXd LensCovariance(const Lens& lens,
     information += alone.transpose() * alone;
     disagreement += gradient * gradient.transpose();
     squares += residuals.squaredNorm();
-    spare += static_cast<double>(residuals.size() - kPose);
+    spare += static_cast<double>(residuals.size() - kPoseValues);
   }
   const auto count = static_cast<double>(views.size());
   const MatrixXd inverse = information.ldlt().solve(MatrixXd::Identity(values, values));

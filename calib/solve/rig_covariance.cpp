@@ -85,14 +85,14 @@ void AddOuter(const ceres::CRSMatrix& m, std::size_t row, double weight, MatrixX
   });
 }
 
-struct Normal {
+struct Hessians {
   MatrixXd hessian;  // of the robust cost
   MatrixXd gauss_newton;
 };
 
-Normal NormalOf(const RigProblem& problem, const Linearized& at) {
+Hessians NormalOf(const RigProblem& problem, const Linearized& at) {
   const int n = at.jacobian.num_cols;
-  Normal normal{MatrixXd::Zero(n, n), MatrixXd::Zero(n, n)};
+  Hessians normal{MatrixXd::Zero(n, n), MatrixXd::Zero(n, n)};
   std::size_t row = 0;
   VectorXd gradient = VectorXd::Zero(n);
   for (const BlockOwner& owner : problem.owners) {
@@ -120,7 +120,7 @@ Normal NormalOf(const RigProblem& problem, const Linearized& at) {
 }
 
 // Rows: change of the known parameters by each free parameter's gradient.
-MatrixXd InfluenceOf(const Normal& normal, const MatrixXd& asked) {
+MatrixXd InfluenceOf(const Hessians& normal, const MatrixXd& asked) {
   const Eigen::LLT<MatrixXd> exact(normal.hessian);
   if (exact.info() == Eigen::Success) return exact.solve(asked.transpose()).transpose();
   const Eigen::LDLT<MatrixXd> fallback(normal.gauss_newton);

@@ -16,7 +16,7 @@ constexpr double kWidthRad = 0.105;
 
 using std::numbers::pi;
 
-std::size_t Size(int n) {
+std::size_t Count(int n) {
   return static_cast<std::size_t>(n);
 }
 
@@ -62,17 +62,17 @@ SectorMatcher::SectorMatcher(cv::Size size, int channels)
     window_.push_back(static_cast<float>(0.5 + 0.5 * std::cos(pi * i / (half + 1))));
   }
   stride_ = columns_ + static_cast<int>(window_.size());
-  volume_.Resize(Size(2 * reach_ + 1) * Size(stride_));
-  doubled_.resize(Size(columns_ + 2 * reach_ + 2));
-  cost_.resize(Size(2 * reach_ + 1));
-  shifts_.reserve(Size(kSectors));
+  volume_.Resize(Count(2 * reach_ + 1) * Count(stride_));
+  doubled_.resize(Count(columns_ + 2 * reach_ + 2));
+  cost_.resize(Count(2 * reach_ + 1));
+  shifts_.reserve(Count(kSectors));
 }
 
 void SectorMatcher::Analyze(const cv::Mat& panorama, PanoramaLines& lines) const {
-  lines.samples.Resize(Size(rows_ * channels_) * Size(columns_));
+  lines.samples.Resize(Count(rows_ * channels_) * Count(columns_));
   for (int i = 0; i < rows_ * channels_; ++i) {
     const std::uint8_t* row = panorama.ptr(i / channels_) + i % channels_;
-    float* line = lines.samples.data() + Size(i) * Size(columns_);
+    float* line = lines.samples.data() + Count(i) * Count(columns_);
     std::uint32_t sum = 0;
     for (int u = 0; u < columns_; ++u) sum += row[u * channels_];
     Unpack(row, channels_, columns_, static_cast<float>(sum) / static_cast<float>(columns_), line);
@@ -88,22 +88,22 @@ void SectorMatcher::Compare(const PanoramaLines& reference,
   // doubled_(i) = reference(i - expected - reach_): the largest shift begins at 0.
   const int first = ((-expected - reach_) % columns_ + columns_) % columns_;
   for (int line = 0; line < lines; ++line) {
-    const float* from = reference.samples.data() + Size(line) * Size(columns_);
+    const float* from = reference.samples.data() + Count(line) * Count(columns_);
     for (int i = 0, u = first; i < columns_ + 2 * reach_; ++i) {
-      doubled_[Size(i)] = from[u];
+      doubled_[Count(i)] = from[u];
       if (++u == columns_) u = 0;
     }
-    const float* to = current.samples.data() + Size(line) * Size(columns_);
+    const float* to = current.samples.data() + Count(line) * Count(columns_);
     for (int k = 0; k <= 2 * reach_; ++k) {
       AddSquaredDifferences(to,
                             doubled_.data() + (2 * reach_ - k),
                             columns_,
-                            volume_.data() + Size(k) * Size(stride_));
+                            volume_.data() + Count(k) * Count(stride_));
     }
   }
   // The columns at the seam are repeated, so that windows need not wrap.
   for (int k = 0; k <= 2 * reach_; ++k) {
-    float* costs = volume_.data() + Size(k) * Size(stride_);
+    float* costs = volume_.data() + Count(k) * Count(stride_);
     std::copy_n(costs, window_.size(), costs + columns_);
   }
 }
@@ -115,9 +115,9 @@ void SectorMatcher::MeasureSector(int sector, int expected) {
   const int first = (centre - half + columns_) % columns_;
   double mean = 0;
   for (int k = 0; k <= 2 * reach_; ++k) {
-    const float* costs = volume_.data() + Size(k) * Size(stride_) + first;
+    const float* costs = volume_.data() + Count(k) * Count(stride_) + first;
     const double sum = WeightedSum(costs, window_.data(), static_cast<int>(window_.size()));
-    cost_[Size(k)] = sum;
+    cost_[Count(k)] = sum;
     mean += sum / (2 * reach_ + 1);
   }
   const auto least = std::min_element(cost_.begin(), cost_.end());
@@ -125,8 +125,8 @@ void SectorMatcher::MeasureSector(int sector, int expected) {
   // A shallow minimum is caused by noise; a minimum at the edge of the range is not a minimum.
   constexpr double kShallow = 0.8;
   if (k == 0 || k == 2 * reach_ || !(*least < kShallow * mean)) return;
-  const double before = cost_[Size(k - 1)];
-  const double after = cost_[Size(k + 1)];
+  const double before = cost_[Count(k - 1)];
+  const double after = cost_[Count(k + 1)];
   const double curvature = before - 2 * *least + after;
   if (!(curvature > 0)) return;
   const double shift = expected + k - reach_ + 0.5 * (before - after) / curvature;

@@ -10,7 +10,7 @@
 namespace ceilmap::robot {
 namespace {
 
-calib::CeilingView ViewOf(const calib::Rig& rig) {
+calib::CeilingView CeilingViewOf(const calib::Rig& rig) {
   if (!rig.up) throw InputError("the rig has no camera 'up'; add it under cameras");
   return {*rig.up, rig.ceiling_height_m};
 }
@@ -82,7 +82,7 @@ CeilingMapper::CeilingMapper(const std::optional<calib::Rig>& rig,
 CeilingMapper::CeilingMapper(const calib::Rig& rig,
                              const std::filesystem::path& map,
                              const CeilingMapperParams& params)
-    : CeilingMapper(rig, ViewOf(rig), map, params) {}
+    : CeilingMapper(rig, CeilingViewOf(rig), map, params) {}
 CeilingMapper::CeilingMapper(cv::Size size,
                              const std::filesystem::path& map,
                              const CeilingMapperParams& params)

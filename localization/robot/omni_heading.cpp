@@ -18,7 +18,7 @@ const calib::MountedCamera& OmniOf(const calib::Rig& rig) {
   return *rig.omni;
 }
 
-calib::MirrorView ViewOf(const calib::Rig& rig) {
+calib::MirrorView MirrorViewOf(const calib::Rig& rig) {
   try {
     return calib::MirrorView(OmniOf(rig));
   } catch (const InputError& error) {
@@ -30,7 +30,7 @@ calib::MirrorView ViewOf(const calib::Rig& rig) {
 }  // namespace
 
 OmniHeading::OmniHeading(const calib::Rig& rig)
-    : OmniHeading(ViewOf(rig),
+    : OmniHeading(MirrorViewOf(rig),
                   std::make_unique<compass::FftCompass>(),
                   OmniOf(rig).T_base_cam.translation().head<2>()) {}
 

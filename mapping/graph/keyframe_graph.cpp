@@ -8,6 +8,7 @@
 #include <string>
 
 #include "calib/base/pose_with_covariance.hpp"
+
 namespace ceilmap::graph {
 namespace {
 

@@ -10,6 +10,7 @@
 #include <unordered_set>
 
 #include "calib/base/pose_with_covariance.hpp"
+
 namespace ceilmap::graph {
 namespace {
 

@@ -26,7 +26,7 @@ constexpr int kCandidates = 60;     // keyframes with most votes that are tested
 constexpr double kTolerancePx = 5;  // of a window's place in that test, working pixels, > 0
 constexpr int kLinks = 12;  // HNSW: links per stored window, [4, 64]; more: exacter and larger
 
-constexpr int kPlace = 2;  // columns of a window's position
+constexpr int kPositionColumns = 2;  // columns of a window's position
 
 // Squared distance of two vectors; a search in the graph computes about a thousand of these.
 CEILMAP_HOT float SquaredDistance(const void* first, const void* second, const void* dimension) {
@@ -145,7 +145,7 @@ struct PlaceIndex::Impl {
 PlaceIndex::Impl::Impl(int dimension_in, const PlaceIndexParams& params_in)
     : dimension(dimension_in),
       params(params_in),
-      space(static_cast<std::size_t>(dimension_in - kPlace)),
+      space(static_cast<std::size_t>(dimension_in - kPositionColumns)),
       graph(&space,
             kFirstCapacity,
             static_cast<std::size_t>(kLinks),
@@ -201,7 +201,7 @@ std::vector<Vote> PlaceIndex::Impl::CollectVotes(
   if (keyframe_of.empty()) return votes;
   std::vector<Neighbour> neighbours;
   for (int q = 0; q < descriptors.rows; ++q) {
-    FindNeighbours(descriptors.ptr<float>(q) + kPlace, exclude, neighbours);
+    FindNeighbours(descriptors.ptr<float>(q) + kPositionColumns, exclude, neighbours);
     const bool enough = neighbours.size() == static_cast<std::size_t>(params.neighbours);
     const float dissimilarity = enough ? neighbours.back().distance : kDissimilarity;
     for (const Neighbour& neighbour : neighbours) {
@@ -240,8 +240,9 @@ PlaceIndex::Match PlaceIndex::Impl::Test(const cv::Mat& descriptors,
 
 PlaceIndex::PlaceIndex(int dimension, const PlaceIndexParams& params) {
   params.Validate();
-  if (dimension <= kPlace) {
-    throw InputError(fmt::format("place index: dimension = {}, must be > {}", dimension, kPlace));
+  if (dimension <= kPositionColumns) {
+    throw InputError(
+        fmt::format("place index: dimension = {}, must be > {}", dimension, kPositionColumns));
   }
   impl_ = std::make_unique<Impl>(dimension, params);
 }
@@ -264,7 +265,7 @@ void PlaceIndex::Add(std::int64_t keyframe_id, const cv::Mat& descriptors) {
   d.keyframe_ids.push_back(keyframe_id);
   for (int i = 0; i < descriptors.rows; ++i) {
     const auto* row = descriptors.ptr<float>(i);
-    d.graph.addPoint(row + kPlace, d.keyframe_of.size());
+    d.graph.addPoint(row + kPositionColumns, d.keyframe_of.size());
     d.keyframe_of.push_back(keyframe);
     d.places.emplace_back(row[0], row[1]);
   }

@@ -10,7 +10,7 @@ namespace ceilmap::registration {
 namespace {
 
 // Whitening stops where the signal falls below this many noise powers.
-constexpr double kNoiseFactor = 4;
+constexpr double kBlockNoiseFactor = 4;
 constexpr int kTargetBlocks = 90;  // the grid is laid out for about this many
 
 kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point corner) {
@@ -80,7 +80,8 @@ void BlockStage::LayOutGrid() {
 void BlockStage::PrepareReference(Level& level) {
   const int block = block_px_;
   const int half = block / 2 + 1;
-  const double noise = kNoiseFactor * level.noise_sigma * level.noise_sigma * poc_.WindowPower();
+  const double noise =
+      kBlockNoiseFactor * level.noise_sigma * level.noise_sigma * poc_.WindowPower();
   RealArray samples(poc_.Area());
   level.blocks.resize(corners_.size());
   for (std::size_t i = 0; i < corners_.size(); ++i) {
@@ -262,7 +263,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
                               int search_px,
                               BlockShift& shift) {
   const double noise =
-      kNoiseFactor * reference.noise_sigma * current.noise_sigma * poc_.WindowPower();
+      kBlockNoiseFactor * reference.noise_sigma * current.noise_sigma * poc_.WindowPower();
   SampleBlock(current, map, samples_);
   if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);

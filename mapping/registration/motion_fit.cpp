@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kIterations = 12;
 
-using Parameters = Eigen::Vector4d;  // tx, ty, theta, ln scale
+using Similarity = Eigen::Vector4d;  // tx, ty, theta, ln scale
 
 Eigen::Matrix<double, 2, 4> Jacobian(const Eigen::Vector2d& p) {
   Eigen::Matrix<double, 2, 4> j;
@@ -19,13 +19,13 @@ Eigen::Matrix<double, 2, 4> Jacobian(const Eigen::Vector2d& p) {
   return j;
 }
 
-double Distance(const BlockShift& block, const Parameters& parameters) {
+double Distance(const BlockShift& block, const Similarity& parameters) {
   const Eigen::Vector2d r = block.shift - Jacobian(block.point) * parameters;
   return std::sqrt(std::max(0.0, r.dot(block.sharpness * r)));
 }
 
 // The small motion of two blocks; false when they are too close to determine a rotation.
-bool FromPair(const BlockShift& a, const BlockShift& b, bool scale, Parameters& out) {
+bool FromPair(const BlockShift& a, const BlockShift& b, bool scale, Similarity& out) {
   const Eigen::Vector2d d = b.point - a.point;
   const double length2 = d.squaredNorm();
   if (length2 < 1) return false;
@@ -33,7 +33,7 @@ bool FromPair(const BlockShift& a, const BlockShift& b, bool scale, Parameters& 
   const double theta = (d.x() * e.y() - d.y() * e.x()) / length2;
   const double log_scale = scale ? d.dot(e) / length2 : 0.0;
   const Eigen::Vector2d middle = 0.5 * (a.point + b.point);
-  Parameters turn(0, 0, theta, log_scale);
+  Similarity turn(0, 0, theta, log_scale);
   const Eigen::Vector2d t = 0.5 * (a.shift + b.shift) - Jacobian(middle) * turn;
   out << t.x(), t.y(), theta, log_scale;
   return true;
@@ -60,7 +60,7 @@ Normal Accumulate(const std::vector<BlockShift>& blocks, const std::vector<doubl
 }
 
 // Solves for the free parameters; a fixed scale remains 0.
-bool Solve(const Normal& normal, bool scale, Parameters& out, Eigen::Matrix4d* inverse) {
+bool Solve(const Normal& normal, bool scale, Similarity& out, Eigen::Matrix4d* inverse) {
   const int n = scale ? 4 : 3;
   const Eigen::MatrixXd a = normal.a.topLeftCorner(n, n);
   // Coordinates are hundreds of pixels: scale the equations so that the pivots can be compared.
@@ -77,7 +77,7 @@ bool Solve(const Normal& normal, bool scale, Parameters& out, Eigen::Matrix4d* i
   return true;
 }
 
-ImageMotion ToMotion(const Parameters& p) {
+ImageMotion ToMotion(const Similarity& p) {
   return {p[0], p[1], p[2], std::exp(p[3])};
 }
 
@@ -86,10 +86,10 @@ ImageMotion ToMotion(const Parameters& p) {
 MotionFit FindConsensus(const std::vector<BlockShift>& blocks, const FitParams& params) {
   MotionFit best;
   double best_score = 0;
-  Parameters best_parameters = Parameters::Zero();
+  Similarity best_parameters = Similarity::Zero();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     for (std::size_t j = i + 1; j < blocks.size(); ++j) {
-      Parameters candidate;
+      Similarity candidate;
       if (!FromPair(blocks[i], blocks[j], params.estimate_scale, candidate)) continue;
       double score = 0;
       for (const BlockShift& block : blocks) {
@@ -108,7 +108,7 @@ MotionFit FindConsensus(const std::vector<BlockShift>& blocks, const FitParams& 
     best.weights[i] = Distance(blocks[i], best_parameters) < params.inlier_px ? 1.0 : 0.0;
     best.inliers += best.weights[i] > 0 ? 1 : 0;
   }
-  Parameters refined;
+  Similarity refined;
   if (Solve(Accumulate(blocks, best.weights), params.estimate_scale, refined, nullptr)) {
     best_parameters = refined;
   }
@@ -123,12 +123,12 @@ MotionFit FitRobust(const std::vector<BlockShift>& blocks,
   MotionFit fit;
   fit.weights = start_weights.empty() ? std::vector<double>(blocks.size(), 1.0) : start_weights;
   if (blocks.size() < 3) return fit;
-  Parameters parameters = Parameters::Zero();
+  Similarity parameters = Similarity::Zero();
   Eigen::Matrix4d inverse;
   std::vector<double> distances(blocks.size());
   std::vector<double> standard(blocks.size());
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    Parameters next;
+    Similarity next;
     if (!Solve(Accumulate(blocks, fit.weights), params.estimate_scale, next, &inverse)) return fit;
     const double change = (next - parameters).head<2>().norm();
     parameters = next;

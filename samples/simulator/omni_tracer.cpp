@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <utility>
+#include "samples/simulator/pixel_lattice.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -16,11 +17,7 @@ const cv::Vec3f kBody(0.16F, 0.14F, 0.13F);  // slightly blue
 const cv::Vec3f kLens(0.01F, 0.01F, 0.01F);
 constexpr double kLensBelow = -0.98;  // sine of an elevation, about -79 degrees
 
-/// Positions in a pixel, from its centre: a Fibonacci lattice, as in ray_tracer.cpp.
-constexpr int kLattice = 21;
-cv::Point2d LatticePoint(int i) {
-  return {(i + 0.5) / kLattice - 0.5, ((i * 13) % kLattice + 0.5) / kLattice - 0.5};
-}
+constexpr int kPointsInPixel = 21;
 
 /// Half of the longer side of a pixel's footprint on the ceiling at the rim, where it is smallest;
 /// the ceiling is not visible below the horizon.
@@ -165,12 +162,12 @@ void OmniTracer::View::SmoothEdges(const MirrorRays::Block& block) {
     for (int u = pixels.x; u < pixels.x + pixels.width; ++u) {
       if (!IsEdge(u, v)) continue;
       cv::Vec3f sum(0, 0, 0);
-      for (int i = 0; i < kLattice; ++i) {
-        const cv::Point2d offset = LatticePoint(i);
+      for (int i = 0; i < kPointsInPixel; ++i) {
+        const cv::Point2d offset = LatticePoint<kPointsInPixel, 13>(i);
         const auto d = tracer_.rays_.Direction(u + offset.x, v + offset.y);
         sum += d ? TraceRay(*d).light : kSurroundings;
       }
-      light_(v, u) = sum * (1.0F / kLattice);
+      light_(v, u) = sum * (1.0F / kPointsInPixel);
     }
   }
 }

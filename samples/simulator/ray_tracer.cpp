@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "samples/simulator/box_tracer.hpp"
+#include "samples/simulator/pixel_lattice.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -20,12 +21,7 @@ constexpr double kMinRise = 1e-3;  // minimum slope of a ray that hits the ceili
 constexpr int kTaps = 2 * CameraRays::kBlockSize;
 static_assert(kTaps <= CeilingWindow::kMaxSamples);
 
-/// 55 positions in a pixel, from its centre: a Fibonacci lattice, with all u and all v different,
-/// so that the position of an edge along rows or columns is accurate to 1/110 pixel.
-constexpr int kLattice = 55;
-cv::Point2d LatticePoint(int i) {
-  return {(i + 0.5) / kLattice - 0.5, ((i * 34) % kLattice + 0.5) / kLattice - 0.5};
-}
+constexpr int kLattice = 55;  // points in a pixel
 
 using TapArray = std::array<float, kTaps>;
 
@@ -274,7 +270,7 @@ void RayTracer::View::SmoothEdges(const CameraRays::Block& block, bool below_cei
       float sum = 0;
       cv::Vec3f coloured_sum(0, 0, 0);
       for (int i = 0; i < kLattice; ++i) {
-        const cv::Point2d offset = LatticePoint(i);
+        const cv::Point2d offset = LatticePoint<kLattice, 34>(i);
         const cv::Point2d ray = rays_.Ray(u, v, offset.x, offset.y);
         const auto [hit, colour] = TraceRay(ray.x, ray.y, below_ceiling);
         sum += hit.light;

@@ -15,7 +15,6 @@
 namespace ceilmap::calib {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 const MirrorRing kRing{{150.3, 141.8}, 40, 120};
 const cv::Size kSize(300, 280);
 
@@ -42,7 +41,7 @@ double Wave(double azimuth) {
 
 /// Azimuth that a column stands for.
 double AzimuthOf(int column, int columns) {
-  return kPi * (1 - 2.0 * column / columns);
+  return std::numbers::pi * (1 - 2.0 * column / columns);
 }
 
 cv::Mat Panorama(const MirrorView& view, const cv::Mat& raw) {
@@ -51,7 +50,7 @@ cv::Mat Panorama(const MirrorView& view, const cv::Mat& raw) {
   return panorama;
 }
 
-std::string ErrorOf(const std::function<void()>& call) {
+std::string MessageOf(const std::function<void()>& call) {
   try {
     call();
   } catch (const InputError& error) {
@@ -69,7 +68,7 @@ TEST(MirrorView, FrontIsInTheMiddleAndLeftAtAQuarter) {
     return std::abs(azimuth) < 10 * kRadPerDeg ? 255 : 0;
   });
   const cv::Mat left = Render(kSize, kRing.centre_px, [](double azimuth, double) {
-    return std::abs(azimuth - kPi / 2) < 10 * kRadPerDeg ? 255 : 0;
+    return std::abs(azimuth - std::numbers::pi / 2) < 10 * kRadPerDeg ? 255 : 0;
   });
   const MirrorView view(kSize, kRing, {.columns = 360, .rows = 5});
   for (int u = 0; u < 360; ++u) {
@@ -141,7 +140,7 @@ TEST(MirrorView, TurningTheRobotShiftsColumns) {
         Panorama(view, Render(kSize, kRing.centre_px, [](double a, double) { return Wave(a); }));
     for (int trial = 0; trial < 8; ++trial) {
       const int k = static_cast<int>(random() % kColumns);
-      const double turn = 2 * kPi * k / kColumns;
+      const double turn = 2 * std::numbers::pi * k / kColumns;
       const cv::Mat after = Panorama(view, Render(kSize, kRing.centre_px, [turn](double a, double) {
                                        return Wave(a + turn);
                                      }));
@@ -297,12 +296,12 @@ TEST(MirrorView, KeepsThePanoramasMemory) {
 
 TEST(MirrorViewFaults, Params) {
   const auto with = [](const MirrorViewParams& params) {
-    return ErrorOf([&] { MirrorView(OmniCamera(), params); });
+    return MessageOf([&] { MirrorView(OmniCamera(), params); });
   };
   EXPECT_EQ(with({.columns = 7}), "MirrorViewParams.columns = 7, must be in 8..16384");
   EXPECT_EQ(with({.columns = 16385}), "MirrorViewParams.columns = 16385, must be in 8..16384");
   EXPECT_EQ(with({.rows = 0}), "MirrorViewParams.rows = 0, must be in 1..4096");
-  EXPECT_EQ(with({.highest_elevation_rad = kPi / 2}),
+  EXPECT_EQ(with({.highest_elevation_rad = std::numbers::pi / 2}),
             "MirrorViewParams.highest_elevation_rad = 90 deg, must be above -90 deg and below "
             "90 deg");
   EXPECT_EQ(with({.lowest_elevation_rad = std::nan("")}),
@@ -320,18 +319,18 @@ TEST(MirrorViewFaults, Params) {
 TEST(MirrorViewFaults, Cameras) {
   MountedCamera omni = OmniCamera();
   omni.mirror.reset();
-  EXPECT_EQ(ErrorOf([&] { MirrorView view(omni); }),
+  EXPECT_EQ(MessageOf([&] { MirrorView view(omni); }),
             "mirror camera: has no mirror; describe it in the rig (calib/README.md)");
   omni.T_base_cam.linear().setIdentity();
   omni.T_base_cam.linear()(1, 1) = omni.T_base_cam.linear()(2, 2) = -1;
-  EXPECT_EQ(ErrorOf([&] { MirrorView view(omni); }),
+  EXPECT_EQ(MessageOf([&] { MirrorView view(omni); }),
             "mirror camera: its optical axis must point upwards (within 45 deg); correct the "
             "camera's pose in the rig");
 }
 
 TEST(MirrorViewFaults, Rings) {
   const auto with = [](const MirrorRing& ring, const MirrorViewParams& params = {}) {
-    return ErrorOf([&] { MirrorView(kSize, ring, params); });
+    return MessageOf([&] { MirrorView(kSize, ring, params); });
   };
   const std::string outside =
       "mirror camera: parts of the panorama lie outside the mirror or the image of 300 x 280 "
@@ -350,7 +349,7 @@ TEST(MirrorViewFaults, Rings) {
       "the mirror's A, B and C in the rig";
   EXPECT_EQ(with({{150, 140}, 40, 135}, {.row_spacing = PanoramaRows::kElevation}), unknown);
   EXPECT_EQ(with({{150, 140}, 40, 135}, {.lowest_elevation_rad = -0.1}), unknown);
-  EXPECT_EQ(ErrorOf([] {
+  EXPECT_EQ(MessageOf([] {
               MirrorView({1, 5}, kRing);
             }),
             "mirror camera: images of 1 x 5 pixels, must be 2 x 2 to 16384 x 16384");
@@ -359,11 +358,11 @@ TEST(MirrorViewFaults, Rings) {
 TEST(MirrorViewFaults, Images) {
   const MirrorView view(kSize, kRing);
   cv::Mat panorama;
-  EXPECT_EQ(ErrorOf([&] { view.Unwrap(cv::Mat(280, 301, CV_8UC1), panorama); }),
+  EXPECT_EQ(MessageOf([&] { view.Unwrap(cv::Mat(280, 301, CV_8UC1), panorama); }),
             "mirror image of 301 x 280 pixels, CV_8UC1, must be 300 x 280 and CV_8UC1 or CV_8UC3; "
             "use the rig or ring of the camera that took it");
-  EXPECT_NE(ErrorOf([&] { view.Unwrap(cv::Mat(kSize, CV_16UC1), panorama); }), "");
-  EXPECT_NE(ErrorOf([&] { view.Unwrap({}, panorama); }), "");
+  EXPECT_NE(MessageOf([&] { view.Unwrap(cv::Mat(kSize, CV_16UC1), panorama); }), "");
+  EXPECT_NE(MessageOf([&] { view.Unwrap({}, panorama); }), "");
 }
 
 }  // namespace

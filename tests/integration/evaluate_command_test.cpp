@@ -18,13 +18,6 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-// Without the folder of figures, which is there where gnuplot is.
-std::vector<std::string> FilesOf(const std::filesystem::path& report) {
-  std::vector<std::string> names = support::NamesIn(report);
-  std::erase(names, "figures");
-  return names;
-}
-
 TEST(Evaluate, ReportsEachEstimate) {
   const Recordings test;
   std::string truth;
@@ -93,7 +86,7 @@ TEST(Evaluate, ReportsTheBenefitOfCompensation) {
                                                   "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("20.00   2.00  0.100             10.00   3.00  0.300"));
-  EXPECT_THAT(FilesOf(test.out / "report"),
+  EXPECT_THAT(ReportFilesIn(test.out / "report"),
               ElementsAre("compensation.csv",
                           "estimates.csv",
                           "fused-errors.csv",
@@ -170,7 +163,7 @@ TEST(Evaluate, WithoutBeforeThereIsNoCompensation) {
       test.Run({"evaluate", "--truth=@truth.tum", "@truth.tum", "-o", "report"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, Not(HasSubstr("compensation")));
-  EXPECT_THAT(FilesOf(test.out / "report"),
+  EXPECT_THAT(ReportFilesIn(test.out / "report"),
               ElementsAre("estimates.csv",
                           "index.html",
                           "metrics.csv",

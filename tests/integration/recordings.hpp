@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -31,6 +32,13 @@ cameras:
       translation: [0, 0, 0.4]
       rotation_xyzw: [0, 0, 0.707106781186548, 0.707106781186548]
 )";
+
+/// Files of a report without the folder of figures, which is there where gnuplot is.
+inline std::vector<std::string> ReportFilesIn(const std::filesystem::path& report) {
+  std::vector<std::string> names = support::NamesIn(report);
+  std::erase(names, "figures");
+  return names;
+}
 
 constexpr int kFrames = 24;
 const cv::Size kImageSize(320, 240);

@@ -30,20 +30,13 @@ std::vector<std::string> With(std::vector<std::string> arguments,
   return arguments;
 }
 
-// Without the folder of figures, which is there where gnuplot is.
-std::vector<std::string> FilesOf(const std::filesystem::path& report) {
-  std::vector<std::string> names = NamesIn(report);
-  std::erase(names, "figures");
-  return names;
-}
-
 TEST(RunReport, OfAMap) {
   const Recordings test;
   const support::ProcessResult result =
       test.Run(With(kMap, {"--report=report", "--summary=s.json"}));
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("written report/index.html\n"));
-  EXPECT_THAT(FilesOf(test.out / "report"),
+  EXPECT_THAT(ReportFilesIn(test.out / "report"),
               ElementsAre("index.html", "metrics.json", "tables.md", "tables.tex"));
   const std::string page = ReadAll(test.out / "report/index.html");
   for (const char* text : {"Map m.gpkg", "run.avi", "data:image/", "Standard deviation"}) {
@@ -68,7 +61,7 @@ TEST(RunReport, OfARobotOnAMap) {
   const support::ProcessResult result = test.Run(LocalizeArguments(
       "m.gpkg", "@rig.yaml", "@run.avi", {"--stamps=@stamps.csv", "--report=report"}));
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(FilesOf(test.out / "report"),
+  EXPECT_THAT(ReportFilesIn(test.out / "report"),
               ElementsAre("index.html", "metrics.json", "tables.md", "tables.tex"));
   EXPECT_THAT(ReadAll(test.out / "report/index.html"), HasSubstr("run.avi on m.gpkg"));
   EXPECT_THAT(ReadAll(test.out / "report/tables.md"), HasSubstr("| placed |"));

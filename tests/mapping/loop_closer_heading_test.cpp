@@ -14,7 +14,7 @@ using synthetic::FourArms;
 using synthetic::Stop;
 using synthetic::Stops;
 
-constexpr int kPlaces = 5;  // of an arm
+constexpr int kHeadingPlaces = 5;  // of an arm
 
 /// A robot that drives along one arm (keyframes 0..4) and again along one (5..9). From one keyframe
 /// to the next its odometry is true to millimetres, but of the path between the two drives it has
@@ -22,13 +22,13 @@ constexpr int kPlaces = 5;  // of an arm
 class TwoDrives : public Stops {
  public:
   TwoDrives(const Pose2& T_first_second, bool compass) : Stops(FourArms()) {
-    for (int id = 0; id < 2 * kPlaces; ++id) {
-      const int i = id % kPlaces;
+    for (int id = 0; id < 2 * kHeadingPlaces; ++id) {
+      const int i = id % kHeadingPlaces;
       Stop stop;
-      stop.T_map_base = id < kPlaces ? Pose2{2.5 + 1.0 * i, 0, 0}
-                                     : T_first_second * Pose2{2.6 + 1.0 * i, 0.1, 0.05};
+      stop.T_map_base = id < kHeadingPlaces ? Pose2{2.5 + 1.0 * i, 0, 0}
+                                            : T_first_second * Pose2{2.6 + 1.0 * i, 0.1, 0.05};
       stop.appears_at = stop.T_map_base;
-      if (id == kPlaces) {
+      if (id == kHeadingPlaces) {
         stop.sigma = 5;
         stop.sigma_rad = 1.5;
       }

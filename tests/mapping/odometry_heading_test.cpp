@@ -30,9 +30,11 @@ struct Compass {
   double variance = 1e-6;
 };
 
-class Drive {
+class TurningDrive {
  public:
-  explicit Drive(const CeilingParams& ceiling, bool compass, const Pose2& start = {0.1, -0.2, 0.1})
+  explicit TurningDrive(const CeilingParams& ceiling,
+                        bool compass,
+                        const Pose2& start = {0.1, -0.2, 0.1})
       : ceiling_(ceiling), T_map_base_(start), odometry_(view_, start) {
     compass_.on = compass;
   }
@@ -89,7 +91,7 @@ CeilingParams MarkedCorner() {
   return params;
 }
 
-void DriveAndTurnFast(Drive& drive, double turn) {
+void DriveAndTurnFast(TurningDrive& drive, double turn) {
   drive.Process();
   for (int i = 0; i < 6; ++i) drive.Process({0.08, 0, 0});
   for (int i = 0; i < 2; ++i) drive.Process({0, 0, turn / 2});
@@ -98,7 +100,7 @@ void DriveAndTurnFast(Drive& drive, double turn) {
 
 TEST(OdometryWithCompass, FollowsAQuarterTurnWithinTwoFrames) {
   for (const double turn : {kQuarter, -kQuarter, 1.2 * kQuarter}) {
-    Drive drive(Periodic(kTilePx), true);
+    TurningDrive drive(Periodic(kTilePx), true);
     DriveAndTurnFast(drive, turn);
     for (const OdometryStep& step : drive.Steps()) {
       EXPECT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << step.pose.frame_index;
@@ -108,7 +110,7 @@ TEST(OdometryWithCompass, FollowsAQuarterTurnWithinTwoFrames) {
 }
 
 TEST(OdometryWithCompass, WithoutOneThePoseIsUnknownAfterSuchATurn) {
-  Drive drive(Periodic(kTilePx), false);
+  TurningDrive drive(Periodic(kTilePx), false);
   DriveAndTurnFast(drive, kQuarter);
   int unknown = 0;
   for (const OdometryStep& step : drive.Steps()) {
@@ -120,7 +122,7 @@ TEST(OdometryWithCompass, WithoutOneThePoseIsUnknownAfterSuchATurn) {
 
 TEST(OdometryWithCompass, IsCarriedThroughTheDark) {
   for (const bool compass : {true, false}) {
-    Drive drive(MarkedCorner(), compass);
+    TurningDrive drive(MarkedCorner(), compass);
     for (int i = 0; i < 3; ++i) drive.Process();
     for (int i = 0; i < 30; ++i) {
       EXPECT_EQ(drive.SeeNothing({0, 0, kQuarter / 30}).pose.status, graph::TrackingStatus::kLost);
@@ -135,7 +137,7 @@ TEST(OdometryWithCompass, IsCarriedThroughTheDark) {
 }
 
 TEST(OdometryWithCompass, DoesNotResolveTranslationsByATile) {
-  Drive drive(Periodic(kTilePx), true);
+  TurningDrive drive(Periodic(kTilePx), true);
   for (int i = 0; i < 3; ++i) drive.Process();
   for (int i = 0; i < 30; ++i) drive.SeeNothing({0, 0, kQuarter / 30});
   for (int i = 1; i < OdometryParams().restart_after; ++i) {
@@ -149,7 +151,7 @@ TEST(OdometryWithCompass, DoesNotResolveTranslationsByATile) {
 
 TEST(OdometryWithCompass, ADisturbedOneIsHarmlessOnADistinctiveCeiling) {
   for (const double jump : {0.1, 0.5, kQuarter, 3.0}) {
-    Drive drive({}, true);
+    TurningDrive drive({}, true);
     drive.Process();
     for (int i = 0; i < 12; ++i) {
       if (i % 4 == 2) drive.Disturb(jump);
@@ -166,7 +168,7 @@ TEST(OdometryWithCompass, ADisturbedOneIsHarmlessOnADistinctiveCeiling) {
 
 TEST(OdometryWithCompass, ASmallDisturbanceDoesNotHurtUnderTilesEither) {
   for (const double jump : {0.05, -0.1, 0.2, -0.3}) {
-    Drive drive(Periodic(kTilePx), true);
+    TurningDrive drive(Periodic(kTilePx), true);
     drive.Process();
     for (int i = 0; i < 12; ++i) {
       if (i % 4 == 2) drive.Disturb(jump);
@@ -179,7 +181,7 @@ TEST(OdometryWithCompass, ASmallDisturbanceDoesNotHurtUnderTilesEither) {
 
 TEST(OdometryWithCompass, FramesWithoutAHeadingMayLieBetween) {
   // The heading of the frame before the turn is missing: the turn counts from the one before that.
-  Drive drive(Periodic(kTilePx), true);
+  TurningDrive drive(Periodic(kTilePx), true);
   drive.Process();
   for (int i = 0; i < 4; ++i) drive.Process({0.05, 0, 0.1});
   drive.SwitchCompass(false);

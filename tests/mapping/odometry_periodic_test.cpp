@@ -23,12 +23,12 @@ using synthetic::Periodic;
 using synthetic::SyntheticCeiling;
 
 constexpr double kPixel = 0.01;  // metres on the ceiling, SmallView
-constexpr int kTilePx = 60;
-constexpr double kTile = kTilePx * kPixel;
+constexpr int kPeriodPx = 60;
+constexpr double kTile = kPeriodPx * kPixel;
 
-class Drive {
+class PeriodicDrive {
  public:
-  explicit Drive(const CeilingParams& ceiling, const OdometryParams& params = {})
+  explicit PeriodicDrive(const CeilingParams& ceiling, const OdometryParams& params = {})
       : ceiling_(ceiling), odometry_(view_, T_map_base_, params) {}
 
   /// Moves by T_before_after, and processes the image there.
@@ -84,7 +84,7 @@ class Drive {
   std::vector<Pose2> truths_;
 };
 
-void ExpectTrackedThroughout(const Drive& drive) {
+void ExpectTrackedThroughout(const PeriodicDrive& drive) {
   for (std::size_t i = 0; i < drive.Steps().size(); ++i) {
     EXPECT_EQ(drive.Steps()[i].pose.status, graph::TrackingStatus::kTracking) << i;
     EXPECT_LT(drive.ErrorPx(i), 1) << i;
@@ -93,7 +93,7 @@ void ExpectTrackedThroughout(const Drive& drive) {
 }
 
 /// Of each keyframe, the first one apart: that one was compared with none.
-std::vector<bool> AmbiguousKeyframes(const Drive& drive) {
+std::vector<bool> AmbiguousKeyframes(const PeriodicDrive& drive) {
   std::vector<bool> ambiguous;
   for (const OdometryStep& step : drive.Steps()) {
     if (step.new_keyframe && step.new_keyframe->id > 0) {
@@ -106,14 +106,14 @@ std::vector<bool> AmbiguousKeyframes(const Drive& drive) {
 TEST(OdometryUnderTiles, AnEvenDriveIsTrackedByThePrediction) {
   // Half a tile a frame: from one frame to the next, forward and backward are identical.
   for (const double turn : {0.0, 0.04}) {
-    Drive drive(Periodic(kTilePx));
+    PeriodicDrive drive(Periodic(kPeriodPx));
     drive.SpeedUpAndDriveEvenly(turn);
     ExpectTrackedThroughout(drive);
   }
 }
 
 TEST(OdometryUnderTiles, KeyframesSayThatOnlyThePredictionPlacedThem) {
-  Drive drive(Periodic(kTilePx));
+  PeriodicDrive drive(Periodic(kPeriodPx));
   drive.SpeedUpAndDriveEvenly();
   drive.Process({0.25, 0, 0});
   ExpectTrackedThroughout(drive);
@@ -122,7 +122,7 @@ TEST(OdometryUnderTiles, KeyframesSayThatOnlyThePredictionPlacedThem) {
   EXPECT_GE(periodic.size(), 4U);
   EXPECT_EQ(periodic, std::vector<bool>(periodic.size(), true));
   // The same drive under a ceiling with distinct places.
-  Drive other({});
+  PeriodicDrive other({});
   other.SpeedUpAndDriveEvenly();
   other.Process({0.25, 0, 0});
   other.Close();
@@ -136,7 +136,7 @@ TEST(OdometryUnderTiles, AnAccuratePredictionResolvesShortPeriods) {
   // start; where they end, the robot has moved evenly for long enough.
   CeilingParams ceiling = Periodic(30);
   ceiling.own_marks = {{10, -30}, {60, 20}, {110, -60}};
-  Drive drive(ceiling);
+  PeriodicDrive drive(ceiling);
   drive.Process();
   EXPECT_FALSE(drive.Process({0.2, 0, 0}).registration.disambiguated_by_prior);
   for (int i = 0; i < 20; ++i) drive.Process({0.2, 0, 0});
@@ -148,7 +148,7 @@ TEST(OdometryUnderTiles, AnUnevenDriveIsPredictedWithLessConfidence) {
   // Off the prediction by 14 px at every frame: more than three of the smallest sigmas.
   OdometryParams params;
   params.uneven_ratio = 0.04;
-  Drive drive(Periodic(kTilePx), params);
+  PeriodicDrive drive(Periodic(kPeriodPx), params);
   drive.Process();
   for (int i = 0; i < 12; ++i) drive.Process({i % 2 == 0 ? 0.10 : 0.24, 0, 0});
   ExpectTrackedThroughout(drive);
@@ -160,7 +160,7 @@ TEST(OdometryUnderTiles, AStartByHalfATileIsAmbiguous) {
   for (const double angle : {0.0, 1.6, 3.1, 4.7}) {
     const Pose2 direction{0, 0, angle};
     for (const double tiles : {0.15, 0.5}) {
-      Drive drive(Periodic(kTilePx));
+      PeriodicDrive drive(Periodic(kPeriodPx));
       drive.Process();
       const Eigen::Vector2d t = direction.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
       EXPECT_EQ(drive.Process({t.x(), t.y(), 0}).pose.status,
@@ -175,7 +175,7 @@ TEST(OdometryUnderTiles, ANeighbourThatWasNotProposedCountsToo) {
   // from the last keyframe are not among the candidates.
   for (const double tiles : {0.5, 0.6, 0.7}) {
     for (int eighth = 0; eighth < 8; ++eighth) {
-      Drive drive(Periodic(kTilePx));
+      PeriodicDrive drive(Periodic(kPeriodPx));
       drive.SpeedUpAndDriveEvenly();
       const Eigen::Vector2d off =
           Pose2{0, 0, eighth * std::numbers::pi / 4}.Rotation() * Eigen::Vector2d(tiles * kTile, 0);
@@ -198,7 +198,7 @@ class JumpUnderTiles : public testing::TestWithParam<Jump> {};
 /// A jump by a whole tile leaves no trace in the images. By half a tile the robot may be before
 /// or behind the place where it was expected, and this cannot be detected.
 TEST_P(JumpUnderTiles, LeavesNothingKnownUntilASegmentOfItsOwnBegins) {
-  Drive drive(Periodic(kTilePx));
+  PeriodicDrive drive(Periodic(kPeriodPx));
   drive.Process();
   for (int i = 0; i < 8; ++i) drive.Process({0.1, 0, 0});
   ExpectTrackedThroughout(drive);

@@ -1,5 +1,3 @@
-#include "mapping/planar_motion.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -8,9 +6,10 @@
 #include <numbers>
 #include <random>
 
-#include "calib/level_view.hpp"
-
 #include "calib/base/pose_with_covariance.hpp"
+#include "calib/level_view.hpp"
+#include "mapping/planar_motion.hpp"
+
 namespace ceilmap::mapping {
 namespace {
 

@@ -8,7 +8,7 @@ namespace {
 
 /// Minimum variance of a frequency, for kSturm: repeated observations of the same place differ by
 /// at least this.
-constexpr float kMinVariance = 4e-4F;
+constexpr float kMinBinVariance = 4e-4F;
 
 /// Empty bins give no information: they get the mean of the others.
 void FillEmpty(const std::vector<char>& empty, LineFit& fit) {
@@ -94,12 +94,12 @@ void LineMatcher::PrepareSturm(const std::vector<AngleBin>& bins, Prepared& prep
   for (std::size_t b = 0; b < bins.size(); ++b) {
     if (bins[b].empty()) continue;
     const auto at = static_cast<Eigen::Index>(b);
-    const Eigen::VectorXf variance = bins[b].variance.array() + kMinVariance;
+    const Eigen::VectorXf variance = bins[b].variance.array() + kMinBinVariance;
     prepared.inverse.col(at) = variance.cwiseInverse();
     prepared.columns.col(at) = bins[b].transitions.cwiseProduct(prepared.inverse.col(at));
     // Terms of the exponent that do not depend on the line, and the normalisation factor.
     prepared.offset(at) = bins[b].transitions.dot(prepared.columns.col(at)) +
-                          (variance / kMinVariance).array().log().sum();
+                          (variance / kMinBinVariance).array().log().sum();
   }
 }
 

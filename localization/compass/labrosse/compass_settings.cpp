@@ -1,16 +1,10 @@
 #include "localization/compass/labrosse/compass_settings.hpp"
 
-#include <numbers>
+#include "localization/compass/labrosse/constants.hpp"
 
 namespace ceilmap::labrosse {
 
 using Range = SettingRange;
-
-namespace {
-
-constexpr double kTurn = 2 * std::numbers::pi;
-
-}  // namespace
 
 void Describe(CompassParams& params, const Settings& settings) {
   const Settings fft = settings.In("fft");

@@ -10,22 +10,12 @@
 #include "calib/base/pose2.hpp"
 #include "localization/compass/heading_variance.hpp"
 #include "localization/compass/labrosse/column_shift.hpp"
+#include "localization/compass/labrosse/constants.hpp"
 #include "localization/compass/labrosse/field_distance.hpp"
 #include "localization/compass/labrosse/shift_minimum.hpp"
 
 namespace ceilmap::labrosse {
 namespace {
-
-// A panorama with less texture along its rows than this (RowTexture, grey levels, >= 0) gives no
-// information: it is uniform except for noise.
-constexpr double kMinTexture = 2;
-// Width over which the differences of two panoramas count as one independent error, rad, > 0.
-// Only the variance depends on it; the same value as for Labrosse2006.
-constexpr double kIndependentRad = std::numbers::pi / 45;
-// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
-constexpr double kUnseenRateRadS = 0.5;
-
-constexpr double kTurn = 2 * std::numbers::pi;
 
 std::vector<double> Roots(const std::vector<std::uint64_t>& squared) {
   std::vector<double> roots;

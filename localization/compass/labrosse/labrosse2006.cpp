@@ -12,27 +12,18 @@
 #include "calib/base/pose2.hpp"
 #include "localization/compass/fields_of_view.hpp"
 #include "localization/compass/heading_variance.hpp"
+#include "localization/compass/labrosse/constants.hpp"
 #include "localization/compass/labrosse/field_distance.hpp"
 #include "localization/compass/labrosse/shift_minimum.hpp"
 
 namespace ceilmap::labrosse {
 namespace {
 
-// A panorama with less texture along its rows in the fields of view than this (RowTexture, grey
-// levels, >= 0) gives no information: it is uniform except for noise.
-constexpr double kMinTexture = 2;
 // A minimum with a smaller normalised amplitude, [0, 1), is rejected: the panoramas do not show
 // the same surroundings.
 constexpr double kMinAmplitude = 0.05;
-// Width over which the differences of two panoramas count as one independent error, rad, > 0: 4
-// deg. Only the variance depends on it.
-constexpr double kIndependentRad = std::numbers::pi / 45;
 // Standard deviation of the sub-pixel minimum between panoramas that agree, columns, > 0.
 constexpr double kInterpolationSigmaColumns = 0.05;
-// Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
-constexpr double kUnseenRateRadS = 0.5;
-
-constexpr double kTurn = 2 * std::numbers::pi;
 
 }  // namespace
 

@@ -8,14 +8,13 @@
 #include <vector>
 
 #include "calib/base/error.hpp"
+#include "localization/compass/labrosse/constants.hpp"
 
 namespace ceilmap::labrosse {
 namespace {
 
 // Number of shifts tried around a minimum, even, >= 2, half of them to either side.
 constexpr int kProbes = 8;
-
-constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Cache of the distances: each is computed once.
 class KnownDistances {

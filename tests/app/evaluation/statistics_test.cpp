@@ -23,7 +23,7 @@ TEST(Statistics, OfAbsoluteValues) {
 }
 
 TEST(Statistics, OfOneValue) {
-  const ErrorStatistics s = Statistics({-7});
+  const ErrorStatistics s = Statistics(std::vector<double>{-7});
   EXPECT_EQ(s.rmse, 7);
   EXPECT_EQ(s.std, 0);
   EXPECT_EQ(s.min, 7);

@@ -10,12 +10,12 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const cv::Size kSize(96, 64);
+const cv::Size kMarkedSize(96, 64);
 
 /// Flat images whose brightness encodes their number.
-std::vector<cv::Mat> Numbered(int count) {
+std::vector<cv::Mat> Marked(int count) {
   std::vector<cv::Mat> images;
-  for (int i = 0; i < count; ++i) images.emplace_back(kSize, CV_8UC1, cv::Scalar(10 + 5 * i));
+  for (int i = 0; i < count; ++i) images.emplace_back(kMarkedSize, CV_8UC1, cv::Scalar(10 + 5 * i));
   return images;
 }
 
@@ -31,7 +31,7 @@ SynchronizedStream Frames(const support::TestFolder& folder,
                           int count,
                           double first_s,
                           double period_s) {
-  support::WriteImages(folder / "forward", Numbered(count));
+  support::WriteImages(folder / "forward", Marked(count));
   return SynchronizedStream(
       (folder / "forward").string(),
       folder.Write("forward.csv", support::StampsCsv(count, first_s, period_s)));
@@ -40,7 +40,7 @@ SynchronizedStream Frames(const support::TestFolder& folder,
 TEST(SynchronizedStream, GoOneToOneWithFramesOfTheSameTimes) {
   const support::TestFolder folder;
   SynchronizedStream frames = Frames(folder, 6, 100, 0.1);
-  EXPECT_EQ(frames.Size(), kSize);
+  EXPECT_EQ(frames.Size(), kMarkedSize);
   EXPECT_EQ(frames.Name(), (folder / "forward").string());
   for (int i = 0; i < 6; ++i) EXPECT_EQ(NumberAt(frames, 100 + 0.1 * i), i);
   const SynchronizedStream::Report report = frames.GetReport();
@@ -93,7 +93,7 @@ TEST(SynchronizedStream, OneThatEndsSoonerIsUsedAsFarAsItGoes) {
 
 TEST(SynchronizedStream, AnotherFrameRate) {
   const support::TestFolder folder;
-  support::WriteVideo(folder / "forward.avi", Numbered(30), 30);
+  support::WriteVideo(folder / "forward.avi", Marked(30), 30);
   SynchronizedStream frames((folder / "forward.avi").string(), {});
   std::vector<int> seen;
   for (int i = 0; i < 10; ++i) seen.push_back(NumberAt(frames, 0.1 * i));
@@ -104,7 +104,7 @@ TEST(SynchronizedStream, AnotherFrameRate) {
 // The first camera's stamps, 100.0 and on; the forward video has twice as many frames.
 TEST(SynchronizedStream, StampsOfAnotherRecordingGiveOnlyItsStart) {
   const support::TestFolder folder;
-  support::WriteVideo(folder / "forward.avi", Numbered(20), 20);
+  support::WriteVideo(folder / "forward.avi", Marked(20), 20);
   const auto stamps = folder.Write("up.csv", support::StampsCsv(10, 100, 0.1));
   SynchronizedStream frames((folder / "forward.avi").string(), stamps);
   std::vector<int> seen;
@@ -117,7 +117,7 @@ TEST(SynchronizedStream, StampsOfAnotherRecordingGiveOnlyItsStart) {
 
 TEST(SynchronizedStream, AsManyStampsAsFramesAreTheirs) {
   const support::TestFolder folder;
-  support::WriteVideo(folder / "forward.avi", Numbered(5), 25);
+  support::WriteVideo(folder / "forward.avi", Marked(5), 25);
   SynchronizedStream frames((folder / "forward.avi").string(),
                             folder.Write("up.csv", support::StampsCsv(5, 100, 0.1)));
   for (int i = 0; i < 5; ++i) EXPECT_EQ(NumberAt(frames, 100 + 0.1 * i), i);
@@ -126,7 +126,7 @@ TEST(SynchronizedStream, AsManyStampsAsFramesAreTheirs) {
 
 TEST(SynchronizedStream, ImagesWithoutTimeKeepStampsOfAnotherAsFarAsTheyGo) {
   const support::TestFolder folder;
-  support::WriteImages(folder / "forward", Numbered(6));
+  support::WriteImages(folder / "forward", Marked(6));
   const auto few = folder.Write("few.csv", support::StampsCsv(4, 100, 0.1));
   SynchronizedStream frames((folder / "forward").string(), few);
   std::vector<int> seen;
@@ -145,7 +145,7 @@ TEST(SynchronizedStream, ImagesWithoutTimeKeepStampsOfAnotherAsFarAsTheyGo) {
 
 TEST(SynchronizedStream, ADamagedImageEndsItWithAWarning) {
   const support::TestFolder folder;
-  support::WriteImages(folder / "forward", Numbered(6));
+  support::WriteImages(folder / "forward", Marked(6));
   folder.Write("forward/frame3.png", "this is no image");
   SynchronizedStream frames((folder / "forward").string(),
                             folder.Write("forward.csv", support::StampsCsv(6, 100, 0.1)));

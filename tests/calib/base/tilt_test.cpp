@@ -13,8 +13,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-
 Tilt MakeTilt(double pitch_rad, double roll_rad, double lift_m) {
   return {pitch_rad, roll_rad, lift_m, Eigen::Matrix2d::Zero()};
 }
@@ -37,14 +35,14 @@ TEST(Tilt, PitchLowersThePointAheadAndRollRaisesTheLeftSide) {
 
 // Turned by 90 degrees to the left, what is ahead of the robot is along y of the map.
 TEST(Tilt, IsInTheRobotsOwnAxesNotTheMaps) {
-  const Isometry3d T = ToSpace({3, -2, kPi / 2}, MakeTilt(30 * kRadPerDeg, 0, 0.1));
+  const Isometry3d T = ToSpace({3, -2, std::numbers::pi / 2}, MakeTilt(30 * kRadPerDeg, 0, 0.1));
   const Vector3d ahead = T * Vector3d(1, 0, 0);
   EXPECT_NEAR((ahead - Vector3d(3, -2 + std::sqrt(0.75), 0.1 - 0.5)).norm(), 0, 1e-15);
 }
 
 // Both quarter turns: rolled first, then pitched. The other order would send z to -y.
 TEST(Tilt, PitchesAboutTheLevelYAxisAfterRolling) {
-  const Isometry3d T = MakeTilt(kPi / 2, kPi / 2, 0).T_level_base();
+  const Isometry3d T = MakeTilt(std::numbers::pi / 2, std::numbers::pi / 2, 0).T_level_base();
   EXPECT_NEAR((T * Vector3d::UnitZ() - Vector3d(0, -1, 0)).norm(), 0, 1e-15);
   EXPECT_NEAR((T * Vector3d::UnitX() - Vector3d(0, 0, -1)).norm(), 0, 1e-15);
   EXPECT_NEAR((T * Vector3d::UnitY() - Vector3d(1, 0, 0)).norm(), 0, 1e-15);
@@ -56,7 +54,7 @@ TEST(Tilt, FromSpaceIsTheInverseOfToSpace) {
     return std::uniform_real_distribution<double>(-limit, limit)(random);
   };
   for (int i = 0; i < 500; ++i) {
-    const Pose2 pose{draw(20), draw(20), draw(kPi)};
+    const Pose2 pose{draw(20), draw(20), draw(std::numbers::pi)};
     const Tilt tilt = MakeTilt(draw(1.5), draw(3), draw(0.3));
     const PlanarTilt back = FromSpace(ToSpace(pose, tilt));
     EXPECT_NEAR(back.pose.x, pose.x, 1e-12);

@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-Board TestBoard(BoardKind kind) {
+Board BoardOfKind(BoardKind kind) {
   Board board;
   board.kind = kind;
   board.square_m = 0.025;
@@ -21,7 +21,7 @@ Board TestBoard(BoardKind kind) {
 }
 
 TEST(BoardDrawing, DrawsSquaresToScale) {
-  const BoardDrawing drawing = DrawBoard(TestBoard(BoardKind::kChessboard), ParsePaper("a4"));
+  const BoardDrawing drawing = DrawBoard(BoardOfKind(BoardKind::kChessboard), ParsePaper("a4"));
   EXPECT_EQ(drawing.width_mm, 297);
   EXPECT_EQ(drawing.height_mm, 210);
   ASSERT_EQ(drawing.rectangles.size(), 35U);  // of 10 x 7 squares every other one
@@ -34,7 +34,8 @@ TEST(BoardDrawing, DrawsSquaresToScale) {
 }
 
 TEST(BoardDrawing, SvgIsInMillimetres) {
-  const std::string svg = FormatSvg(DrawBoard(TestBoard(BoardKind::kChessboard), ParsePaper("a4")));
+  const std::string svg =
+      FormatSvg(DrawBoard(BoardOfKind(BoardKind::kChessboard), ParsePaper("a4")));
   EXPECT_THAT(svg, HasSubstr("width=\"297mm\" height=\"210mm\" viewBox=\"0 0 297 210\""));
   EXPECT_THAT(svg, HasSubstr("x=\"23.5000\""));
   EXPECT_THAT(svg, HasSubstr("width=\"100.0000\""));  // the ruler
@@ -42,7 +43,7 @@ TEST(BoardDrawing, SvgIsInMillimetres) {
 }
 
 TEST(BoardDrawing, PdfIsWhatReadersExpect) {
-  const std::string pdf = FormatPdf(DrawBoard(TestBoard(BoardKind::kCharuco), ParsePaper("a4")));
+  const std::string pdf = FormatPdf(DrawBoard(BoardOfKind(BoardKind::kCharuco), ParsePaper("a4")));
   EXPECT_TRUE(pdf.starts_with("%PDF-1.4\n"));
   EXPECT_TRUE(pdf.ends_with("%%EOF\n"));
   EXPECT_THAT(pdf, HasSubstr("/MediaBox [0 0 841.890 595.276]"));  // A4 in points
@@ -66,7 +67,7 @@ TEST(BoardDrawing, PdfIsWhatReadersExpect) {
 }
 
 TEST(BoardDrawing, TheMessageForALargeBoardNamesTheMaximum) {
-  Board board = TestBoard(BoardKind::kChessboard);
+  Board board = BoardOfKind(BoardKind::kChessboard);
   board.square_m = 0.03;
   try {
     DrawBoard(board, ParsePaper("a4"));

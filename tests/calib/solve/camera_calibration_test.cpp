@@ -9,12 +9,6 @@
 namespace ceilmap::calibration {
 namespace {
 
-Board TestBoard() {
-  Board board;
-  board.square_m = 0.025;
-  return board;
-}
-
 /// Boards at exact corners.
 BoardImages ExactImages(const Lens& lens, const std::vector<BoardPose>& poses) {
   const Board board = TestBoard();

@@ -17,12 +17,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-Board TestBoard() {
-  Board board;
-  board.square_m = 0.025;
-  return board;
-}
-
 // Corners of a known lens with noise, as a detector would give them.
 std::vector<BoardView> NoisyViews(const Lens& lens,
                                   const std::vector<BoardPose>& poses,

@@ -111,6 +111,12 @@ BoardPose PoseAt(const Board& board,
   return pose;
 }
 
+Board TestBoard() {
+  Board board;
+  board.square_m = 0.025;
+  return board;
+}
+
 std::vector<BoardPose> GoodPoses(const Board& board, const Lens& lens) {
   const auto at = [&](double x, double y, double across, double along, double turn, double part) {
     return PoseAt(board, lens, {x, y}, across, along, turn, part);

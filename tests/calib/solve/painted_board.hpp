@@ -41,6 +41,9 @@ BoardPose PoseAt(const Board& board,
                  double turn_rad,
                  double width_ratio);
 
+/// A chessboard with squares of 25 mm.
+Board TestBoard();
+
 /// Fifteen views as a person would take them: all parts of the image, tilts to all sides.
 std::vector<BoardPose> GoodPoses(const Board& board, const Lens& lens);
 

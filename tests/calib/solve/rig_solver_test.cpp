@@ -14,9 +14,9 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-constexpr double kFocalPx = 400;
+constexpr double kRigFocalPx = 400;
 
-RigMount Truth() {
+RigMount TrueMount() {
   RigMount mount;
   mount.tilt_rad = Vector2d(1.2, -0.7) * kRadPerDeg;
   mount.centre = {0.05, 0.07};
@@ -25,10 +25,10 @@ RigMount Truth() {
 }
 
 /// Observes points of the ceiling, in the mounted camera's frame, with noise.
-class SyntheticCamera {
+class MovingCamera {
  public:
-  SyntheticCamera(const RigMount& mount, unsigned seed, double noise_px)
-      : mount_(mount), random_(seed), noise_(noise_px / kFocalPx) {
+  MovingCamera(const RigMount& mount, unsigned seed, double noise_px)
+      : mount_(mount), random_(seed), noise_(noise_px / kRigFocalPx) {
     const Vector3d turn(mount.tilt_rad.x(), mount.tilt_rad.y(), 0);
     R_cam_twin_ = Eigen::AngleAxisd(-turn.norm(), turn.normalized()).toRotationMatrix();
   }
@@ -108,19 +108,19 @@ struct Case {
 };
 
 Case MakeCase(unsigned seed, double noise_px, int outliers = 0) {
-  SyntheticCamera camera(Truth(), seed, noise_px);
-  return {camera.Record(Spin(31), outliers), camera.Record(Ahead(Truth(), 21, 1.5), outliers)};
+  MovingCamera camera(TrueMount(), seed, noise_px);
+  return {camera.Record(Spin(31), outliers), camera.Record(Ahead(TrueMount(), 21, 1.5), outliers)};
 }
 
 RigSolution Solve(const Case& c, double lens_sigma_px = 0) {
   RigSolverParams params;
-  params.focal_px = kFocalPx;
+  params.focal_px = kRigFocalPx;
   params.lens_sigma_px = lens_sigma_px;
   return SolveRig(c.spin, c.straight, GuessMount(c.spin, c.straight), params);
 }
 
 Eigen::Matrix<double, 6, 1> ErrorsOf(const RigSolution& solution) {
-  const RigMount truth = Truth();
+  const RigMount truth = TrueMount();
   Eigen::Matrix<double, 6, 1> errors;
   errors << solution.mount.tilt_rad - truth.tilt_rad, solution.mount.centre - truth.centre,
       WrapAngle(solution.mount.yaw_rad - truth.yaw_rad), solution.travel - 1.5;
@@ -146,8 +146,8 @@ TEST(RigSolver, TheCentreIsGivenInBaseAxes) {
 TEST(RigSolver, TheGuessIsNearForALevelCamera) {
   const Case c = MakeCase(1, 0);
   const RigMount guess = GuessMount(c.spin, c.straight);
-  EXPECT_LT((guess.centre - Truth().centre).norm(), 1e-9);
-  EXPECT_NEAR(guess.yaw_rad, Truth().yaw_rad, 1e-9);
+  EXPECT_LT((guess.centre - TrueMount().centre).norm(), 1e-9);
+  EXPECT_NEAR(guess.yaw_rad, TrueMount().yaw_rad, 1e-9);
 }
 
 TEST(RigSolver, WhatMovesAsNoCeilingDoesIsLeftOut) {
@@ -181,8 +181,8 @@ TEST(RigSolver, AWrongLensIsInsideItsDeviation) {
   for (Recording* recording : {&c.spin, &c.straight}) {
     for (ViewPair& pair : recording->pairs) {
       for (PointCorrespondence& place : pair.places) {
-        place.first.x() += 0.5 / kFocalPx;  // the principal point is half a pixel off
-        place.second.x() += 0.5 / kFocalPx;
+        place.first.x() += 0.5 / kRigFocalPx;  // the principal point is half a pixel off
+        place.second.x() += 0.5 / kRigFocalPx;
       }
     }
   }
@@ -190,7 +190,7 @@ TEST(RigSolver, AWrongLensIsInsideItsDeviation) {
   const RigSolution solution = Solve(c, 0.5);
   // The centre takes it over, and residuals do not show it.
   const double error = std::abs(ErrorsOf(solution)[2]);
-  EXPECT_NEAR(error, 0.5 / kFocalPx, 0.1 / kFocalPx);
+  EXPECT_NEAR(error, 0.5 / kRigFocalPx, 0.1 / kRigFocalPx);
   EXPECT_GT(error, 10 * std::sqrt(blind.covariance(2, 2)));
   EXPECT_LT(error, 2 * std::sqrt(solution.covariance(2, 2)));
 }

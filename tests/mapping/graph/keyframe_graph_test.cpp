@@ -1,5 +1,3 @@
-#include "mapping/graph/keyframe_graph.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -7,13 +5,14 @@
 #include <random>
 #include <stdexcept>
 
+#include "calib/base/pose_with_covariance.hpp"
+#include "mapping/graph/keyframe_graph.hpp"
 #include "mapping/planar_motion.hpp"
 
-#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::graph {
 namespace {
 
-Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T, double sigma) {
+Edge EdgeWithSigma(std::int64_t from, std::int64_t to, const Pose2& T, double sigma) {
   Edge edge{from, to, Edge::Kind::kOdometry, T, {}};
   edge.information = Eigen::Vector3d(1, 1, 4).asDiagonal();
   edge.information /= sigma * sigma;
@@ -52,7 +51,7 @@ TEST(KeyframeGraph, FindsNeighboursWhereverTheyMove) {
 }
 
 TEST(KeyframeGraph, ReversedEdgeSaysTheSame) {
-  Edge edge = MakeEdge(4, 7, {1.2, -0.4, 2.5}, 0.1);
+  Edge edge = EdgeWithSigma(4, 7, {1.2, -0.4, 2.5}, 0.1);
   edge.information << 9, 1, 2, 1, 8, -1, 2, -1, 30;
   const Edge back = Reversed(edge);
   EXPECT_EQ(back.from, 7);
@@ -73,10 +72,10 @@ TEST(KeyframeGraph, FollowsThePathThatIsKnownBest) {
   KeyframeGraph graph(1.0, 0.5);
   for (std::int64_t id = 0; id < 5; ++id) graph.Add(id, {});
   const Pose2 step{1, 0.2, 0.3};
-  graph.Add(MakeEdge(0, 1, step, 0.01));
-  graph.Add(MakeEdge(2, 1, step.Inverse(), 0.01));  // against the path
-  graph.Add(MakeEdge(2, 3, step, 0.01));
-  graph.Add(MakeEdge(0, 3, {9, 9, 1}, 0.5));  // short, but bad
+  graph.Add(EdgeWithSigma(0, 1, step, 0.01));
+  graph.Add(EdgeWithSigma(2, 1, step.Inverse(), 0.01));  // against the path
+  graph.Add(EdgeWithSigma(2, 3, step, 0.01));
+  graph.Add(EdgeWithSigma(0, 3, {9, 9, 1}, 0.5));  // short, but bad
   const std::vector<std::int64_t> targets = {3, 4, 0};
   const auto relatives = graph.RelativeTo(0, targets);
   ASSERT_EQ(relatives.size(), 2U) << "nothing leads to keyframe 4";
@@ -85,9 +84,9 @@ TEST(KeyframeGraph, FollowsThePathThatIsKnownBest) {
   EXPECT_EQ(relatives.at(0).covariance, Eigen::Matrix3d::Zero());
   Eigen::Matrix3d expected = Eigen::Matrix3d::Zero();
   Pose2 T;
-  const Eigen::Matrix3d of_step = MakeEdge(0, 1, step, 0.01).information.inverse();
+  const Eigen::Matrix3d of_step = EdgeWithSigma(0, 1, step, 0.01).information.inverse();
   const Eigen::Matrix3d of_reversed =
-      Reversed(MakeEdge(2, 1, step.Inverse(), 0.01)).information.inverse();
+      Reversed(EdgeWithSigma(2, 1, step.Inverse(), 0.01)).information.inverse();
   for (const Eigen::Matrix3d& covariance : {of_step, of_reversed, of_step}) {
     expected = ComposeCovariance(T, expected, step, covariance);
     T = T * step;
@@ -102,8 +101,8 @@ TEST(KeyframeGraph, RefusesWhatCannotBe) {
   EXPECT_FALSE(graph.Has(1));
   EXPECT_THROW(graph.Add(2, {}), std::invalid_argument);
   EXPECT_THROW(graph.Add(-1, {}), std::invalid_argument);
-  EXPECT_THROW(graph.Add(MakeEdge(2, 3, {}, 1)), std::invalid_argument);
-  EXPECT_THROW(graph.Add(MakeEdge(2, 2, {}, 1)), std::invalid_argument);
+  EXPECT_THROW(graph.Add(EdgeWithSigma(2, 3, {}, 1)), std::invalid_argument);
+  EXPECT_THROW(graph.Add(EdgeWithSigma(2, 2, {}, 1)), std::invalid_argument);
   EXPECT_THROW(static_cast<void>(graph.T_map_base(1)), std::invalid_argument);
   EXPECT_THROW(KeyframeGraph(0, 1), std::invalid_argument);
 }

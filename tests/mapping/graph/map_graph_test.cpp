@@ -1,5 +1,3 @@
-#include "mapping/graph/map_graph.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -7,10 +5,11 @@
 #include <numbers>
 #include <random>
 
+#include "calib/base/pose_with_covariance.hpp"
+#include "mapping/graph/map_graph.hpp"
 #include "mapping/map_merge.hpp"
 #include "mapping/planar_motion.hpp"
 
-#include "calib/base/pose_with_covariance.hpp"
 namespace ceilmap::graph {
 namespace {
 

@@ -246,7 +246,7 @@ TEST(PlaceIndex, RecallOnACeiling) {
 }
 
 template <typename Action>
-std::string MessageOf(Action action) {
+std::string RefusalOf(Action action) {
   try {
     action();
   } catch (const InputError& error) {
@@ -260,19 +260,19 @@ TEST(PlaceIndex, BadInput) {
   const cv::Mat rows = RandomRows(3, random);
   PlaceIndex index(kDimension);
   index.Add(7, rows);
-  EXPECT_EQ(MessageOf([&] { index.Add(7, rows); }), "place index: keyframe 7 is known already");
-  EXPECT_EQ(MessageOf([&] { index.Add(8, rows.colRange(0, 10)); }),
+  EXPECT_EQ(RefusalOf([&] { index.Add(7, rows); }), "place index: keyframe 7 is known already");
+  EXPECT_EQ(RefusalOf([&] { index.Add(8, rows.colRange(0, 10)); }),
             "place index: descriptors must be CV_32FC1 with 34 columns");
-  EXPECT_EQ(MessageOf([&] { (void)index.Search(cv::Mat(3, kDimension, CV_64F), 1); }),
+  EXPECT_EQ(RefusalOf([&] { (void)index.Search(cv::Mat(3, kDimension, CV_64F), 1); }),
             "place index: descriptors must be CV_32FC1 with 34 columns");
-  EXPECT_EQ(MessageOf([&] { (void)index.Search(rows, 0); }), "place index: count = 0, must be > 0");
+  EXPECT_EQ(RefusalOf([&] { (void)index.Search(rows, 0); }), "place index: count = 0, must be > 0");
   cv::Mat broken = rows.clone();
   broken.at<float>(1, 5) = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(MessageOf([&] { index.Add(8, broken); }), "place index: descriptors must be finite");
-  EXPECT_EQ(MessageOf([] { PlaceIndex(2); }), "place index: dimension = 2, must be > 2");
+  EXPECT_EQ(RefusalOf([&] { index.Add(8, broken); }), "place index: descriptors must be finite");
+  EXPECT_EQ(RefusalOf([] { PlaceIndex(2); }), "place index: dimension = 2, must be > 2");
   PlaceIndexParams params;
   params.neighbours = 1;
-  EXPECT_EQ(MessageOf([&] { PlaceIndex(kDimension, params); }),
+  EXPECT_EQ(RefusalOf([&] { PlaceIndex(kDimension, params); }),
             "PlaceIndexParams: neighbours = 1, must be in [2, 1024]");
   EXPECT_EQ(index.KeyframeCount(), 1U);
 }

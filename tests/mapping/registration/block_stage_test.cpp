@@ -13,7 +13,7 @@ namespace {
 
 using synthetic::SyntheticCeiling;
 
-const cv::Size kSize(400, 300);
+const cv::Size kLevelSize(400, 300);
 
 Level MakeLevel(const cv::Mat& image) {
   Level level;
@@ -43,9 +43,9 @@ ShiftErrors ErrorsOf(const std::vector<BlockShift>& shifts,
 TEST(BlockStage, MeasuresWhatIsLeftOfTheMotion) {
   const SyntheticCeiling ceiling;
   const ImageMotion truth{31.3, -22.8, 0.4, 1};
-  BlockStage stage(kSize);
-  Level reference = MakeLevel(ceiling.RenderFloat(kSize));
-  const Level current = MakeLevel(ceiling.RenderFloat(kSize, truth));
+  BlockStage stage(kLevelSize);
+  Level reference = MakeLevel(ceiling.RenderFloat(kLevelSize));
+  const Level current = MakeLevel(ceiling.RenderFloat(kLevelSize, truth));
   stage.PrepareReference(reference);
   std::vector<BlockShift> shifts;
 
@@ -73,12 +73,12 @@ TEST(BlockStage, MeasuresWhatIsLeftOfTheMotion) {
 TEST(BlockStage, MeasuresUnderScale) {
   const SyntheticCeiling ceiling;
   const ImageMotion truth{-12, 9, -0.7, 0.85};
-  BlockStage stage(kSize);
-  Level reference = MakeLevel(ceiling.RenderFloat(kSize));
+  BlockStage stage(kLevelSize);
+  Level reference = MakeLevel(ceiling.RenderFloat(kLevelSize));
   stage.PrepareReference(reference);
   std::vector<BlockShift> shifts;
   stage.Measure(reference,
-                MakeLevel(ceiling.RenderFloat(kSize, truth)),
+                MakeLevel(ceiling.RenderFloat(kLevelSize, truth)),
                 truth,
                 stage.Select(reference, reference, truth, 40),
                 4,
@@ -88,8 +88,8 @@ TEST(BlockStage, MeasuresUnderScale) {
 
 TEST(BlockStage, SelectsSpreadBlocksThatBothImagesShow) {
   const SyntheticCeiling ceiling;
-  BlockStage stage(kSize);
-  Level reference = MakeLevel(ceiling.RenderFloat(kSize));
+  BlockStage stage(kLevelSize);
+  Level reference = MakeLevel(ceiling.RenderFloat(kLevelSize));
   stage.PrepareReference(reference);
   ASSERT_EQ(static_cast<int>(reference.blocks.size()), stage.GridSize());
   const auto all = stage.Select(reference, reference, {}, 10000);
@@ -108,17 +108,17 @@ TEST(BlockStage, SelectsSpreadBlocksThatBothImagesShow) {
   const ImageMotion half{200, 0, 0, 1};
   const auto seen = stage.Select(reference, reference, half, 10000);
   EXPECT_LT(static_cast<int>(seen.size()), 2 * stage.GridSize() / 3);
-  stage.Measure(reference, MakeLevel(ceiling.RenderFloat(kSize, half)), half, seen, 4, shifts);
+  stage.Measure(reference, MakeLevel(ceiling.RenderFloat(kLevelSize, half)), half, seen, 4, shifts);
   ASSERT_FALSE(shifts.empty());
   for (const BlockShift& s : shifts) EXPECT_LT(s.point.x(), 0);
   EXPECT_TRUE(stage.Select(reference, reference, {400, 0, 0, 1}, 10000).empty());
 }
 
 TEST(BlockStage, PrefersTexture) {
-  cv::Mat image(kSize, CV_32FC1, cv::Scalar(120));
+  cv::Mat image(kLevelSize, CV_32FC1, cv::Scalar(120));
   const SyntheticCeiling ceiling({.tile_px = 0, .lamps = false});
-  ceiling.RenderFloat(kSize)(cv::Rect(0, 0, 200, 300)).copyTo(image(cv::Rect(0, 0, 200, 300)));
-  BlockStage stage(kSize);
+  ceiling.RenderFloat(kLevelSize)(cv::Rect(0, 0, 200, 300)).copyTo(image(cv::Rect(0, 0, 200, 300)));
+  BlockStage stage(kLevelSize);
   Level level = MakeLevel(image);
   stage.PrepareReference(level);
   const auto chosen = stage.Select(level, level, {}, 6);
@@ -140,8 +140,8 @@ TEST(BlockStage, ImagesSmallerThanABlockHaveNoGrid) {
 }
 
 TEST(BlockStage, UniformImagesGiveNoShifts) {
-  BlockStage stage(kSize);
-  Level flat = MakeLevel(cv::Mat(kSize, CV_8UC1, cv::Scalar(90)));
+  BlockStage stage(kLevelSize);
+  Level flat = MakeLevel(cv::Mat(kLevelSize, CV_8UC1, cv::Scalar(90)));
   stage.PrepareReference(flat);
   std::vector<BlockShift> shifts;
   stage.Measure(flat, flat, {}, stage.Select(flat, flat, {}, 40), 4, shifts);
@@ -157,16 +157,16 @@ TEST(BlockStage, OnlyTheTrueMotionLeavesNothingUnexplained) {
                                   .marks = false,
                                   .own_marks = {{20, 10}}});
   const ImageMotion truth{10, -6, 0.05, 1};
-  BlockStage stage(kSize);
-  const Level reference = MakeLevel(ceiling.RenderFloat(kSize));
-  const Level current = MakeLevel(ceiling.RenderFloat(kSize, truth));
+  BlockStage stage(kLevelSize);
+  const Level reference = MakeLevel(ceiling.RenderFloat(kLevelSize));
+  const Level current = MakeLevel(ceiling.RenderFloat(kLevelSize, truth));
   const auto right = stage.Compare(reference, current, truth);
   const auto wrong = stage.Compare(reference, current, Compose(truth, ImageMotion{50, 0, 0, 1}));
   ASSERT_GT(right.blocks, 10);
   ASSERT_GT(wrong.blocks, 10);
   EXPECT_GT(Evidence(right, wrong), 6);
   // Brightness and contrast are free.
-  cv::Mat darker = 0.7 * ceiling.RenderFloat(kSize, truth) + 20;
+  cv::Mat darker = 0.7 * ceiling.RenderFloat(kLevelSize, truth) + 20;
   EXPECT_NEAR(stage.Compare(reference, MakeLevel(darker), truth).mean, right.mean, 0.01);
   EXPECT_EQ(stage.Compare(reference, current, {1000, 0, 0, 1}).blocks, 0);
 }

@@ -14,14 +14,13 @@ using synthetic::AngleErrorDeg;
 using synthetic::ShiftError;
 using synthetic::SyntheticCeiling;
 
-const cv::Size kSize(640, 480);
-constexpr double kPi = std::numbers::pi;
+const cv::Size kImageSize(640, 480);
 
 class CoarseStageTest : public testing::Test {
  protected:
   std::vector<Hypothesis> Propose(const ImageMotion& truth, bool estimate_scale = false) {
-    Analyze(ceiling_.Render(kSize), reference_);
-    Analyze(ceiling_.Render(kSize, truth), current_);
+    Analyze(ceiling_.Render(kImageSize), reference_);
+    Analyze(ceiling_.Render(kImageSize, truth), current_);
     return stage_.Propose(reference_, current_, estimate_scale);
   }
 
@@ -30,7 +29,7 @@ class CoarseStageTest : public testing::Test {
   }
 
   SyntheticCeiling ceiling_;
-  CoarseStage stage_{kSize};
+  CoarseStage stage_{kImageSize};
   FrameSpectrum::Coarse reference_;
   FrameSpectrum::Coarse current_;
 };
@@ -44,11 +43,11 @@ TEST_F(CoarseStageTest, WorksOnHalfTheImage) {
 TEST_F(CoarseStageTest, BestHypothesisIsNearTheTruth) {
   for (const ImageMotion& truth : {ImageMotion{0, 0, 0, 1},
                                    ImageMotion{37.3, -18.6, 0.3, 1},
-                                   ImageMotion{0, 0, kPi, 1},
-                                   ImageMotion{-55.1, 24.9, kPi - 0.02, 1},
+                                   ImageMotion{0, 0, std::numbers::pi, 1},
+                                   ImageMotion{-55.1, 24.9, std::numbers::pi - 0.02, 1},
                                    ImageMotion{81.5, 60.2, -2.4, 1},
                                    ImageMotion{-300, 10, 0, 1},
-                                   ImageMotion{20, 235, kPi, 1}}) {
+                                   ImageMotion{20, 235, std::numbers::pi, 1}}) {
     const auto hypotheses = Propose(truth);
     ASSERT_FALSE(hypotheses.empty());
     // Half a working pixel.
@@ -64,7 +63,7 @@ TEST_F(CoarseStageTest, BestHypothesisIsNearTheTruth) {
 
 TEST_F(CoarseStageTest, WithScale) {
   for (const ImageMotion& truth :
-       {ImageMotion{22, -31, 0.7, 1.3}, ImageMotion{-14, 5, kPi, 0.75}}) {
+       {ImageMotion{22, -31, 0.7, 1.3}, ImageMotion{-14, 5, std::numbers::pi, 0.75}}) {
     const auto hypotheses = Propose(truth, true);
     ASSERT_FALSE(hypotheses.empty());
     EXPECT_LT(ShiftError(hypotheses[0].motion, truth), 4);
@@ -79,7 +78,7 @@ TEST_F(CoarseStageTest, TriesOnlyRotationsInRange) {
   const auto expected = stage_.Propose(reference_, current_, false, RotationRange{0.35, 0.2});
   ASSERT_FALSE(expected.empty());
   EXPECT_LT(ShiftError(expected[0].motion, truth), 1);
-  for (const double elsewhere : {0.4 + kPi, 0.4 + kPi / 2, -0.6}) {
+  for (const double elsewhere : {0.4 + std::numbers::pi, 0.4 + std::numbers::pi / 2, -0.6}) {
     const RotationRange range{WrapAngle(elsewhere), 0.2};
     for (const Hypothesis& h : stage_.Propose(reference_, current_, false, range)) {
       EXPECT_LE(std::abs(WrapAngle(h.motion.theta_rad - elsewhere)), 0.21);
@@ -88,31 +87,31 @@ TEST_F(CoarseStageTest, TriesOnlyRotationsInRange) {
 }
 
 TEST_F(CoarseStageTest, ContrastIsThatOfTheTexture) {
-  Analyze(cv::Mat(kSize, CV_8UC1, cv::Scalar(200)), reference_);
+  Analyze(cv::Mat(kImageSize, CV_8UC1, cv::Scalar(200)), reference_);
   EXPECT_LT(reference_.contrast, 0.01);
   // A shallow slope of brightness is no texture; a ceiling is.
-  cv::Mat slope(kSize, CV_8UC1);
-  for (int v = 0; v < kSize.height; ++v) slope.row(v).setTo(40 + 0.25 * v);
+  cv::Mat slope(kImageSize, CV_8UC1);
+  for (int v = 0; v < kImageSize.height; ++v) slope.row(v).setTo(40 + 0.25 * v);
   Analyze(slope, reference_);
   EXPECT_LT(reference_.contrast, 3);
-  Analyze(ceiling_.Render(kSize), reference_);
+  Analyze(ceiling_.Render(kImageSize), reference_);
   EXPECT_GT(reference_.contrast, 8);
 }
 
 TEST(EstimateNoise, MeasuresWhiteNoise) {
   const SyntheticCeiling empty({.tile_px = 0, .speckle_grey = 0, .lamps = false, .marks = false});
   for (const double sigma : {1.0, 2.0, 5.0, 12.0}) {
-    EXPECT_NEAR(EstimateNoise(empty.Render(kSize, {}, sigma)) / sigma, 1, 0.06) << sigma;
+    EXPECT_NEAR(EstimateNoise(empty.Render(kImageSize, {}, sigma)) / sigma, 1, 0.06) << sigma;
   }
   // Texture raises it a little.
-  const float noise = EstimateNoise(SyntheticCeiling().Render(kSize, {}, 3));
+  const float noise = EstimateNoise(SyntheticCeiling().Render(kImageSize, {}, 3));
   EXPECT_GT(noise, 2.9);
   EXPECT_LT(noise, 3.6);
 }
 
 TEST(EstimateNoise, NeverBelowTheRoundingToEightBits) {
   for (const int grey : {0, 128, 255}) {
-    EXPECT_FLOAT_EQ(EstimateNoise(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey))), 0.3F);
+    EXPECT_FLOAT_EQ(EstimateNoise(cv::Mat(kImageSize, CV_8UC1, cv::Scalar(grey))), 0.3F);
   }
 }
 

@@ -18,7 +18,7 @@ using synthetic::AngleErrorDeg;
 using synthetic::ShiftError;
 using synthetic::SyntheticCeiling;
 
-const cv::Size kSize(480, 360);
+const cv::Size kFineSize(480, 360);
 
 class FineStageTest : public testing::Test {
  protected:
@@ -32,26 +32,26 @@ class FineStageTest : public testing::Test {
     hypothesis.motion.tx_px += off_px;
     hypothesis.motion.ty_px -= 0.5 * off_px;
     hypothesis.motion.theta_rad += off_deg * kRadPerDeg;
-    hypothesis.overlap = OverlapOf(truth, kSize);
+    hypothesis.overlap = OverlapOf(truth, kFineSize);
     hypothesis.peak = 0.5;  // what the coarse stage finds on smeared images
     hypothesis.peak = 0.3;  // as the coarse stage finds it
     return hypothesis;
   }
 
   RegistrarParams params_;
-  FineStage fine_{kSize, params_};
+  FineStage fine_{kFineSize, params_};
   SyntheticCeiling ceiling_;
   FrameSpectrum::Fine reference_;
   FrameSpectrum::Fine current_;
 };
 
 TEST_F(FineStageTest, BringsARoughMotionToTheLastDigit) {
-  Analyze(ceiling_.Render(kSize), reference_);
+  Analyze(ceiling_.Render(kFineSize), reference_);
   fine_.PrepareReference(reference_);
   for (const ImageMotion& truth : {ImageMotion{13.7, -41.2, 0.2, 1},
                                    ImageMotion{-60.3, 25.8, -2.1, 1},
                                    ImageMotion{0.25, 0.5, 3.1, 1}}) {
-    Analyze(ceiling_.Render(kSize, truth), current_);
+    Analyze(ceiling_.Render(kFineSize, truth), current_);
     for (const double off : {0.0, 4.0, -8.0}) {
       const Candidate candidate = fine_.Test(reference_, current_, Near(truth, off, 0.15 * off));
       EXPECT_GT(candidate.support, 2 * kMinSupport) << off;
@@ -69,10 +69,10 @@ TEST_F(FineStageTest, BringsARoughMotionToTheLastDigit) {
 TEST_F(FineStageTest, HoldsUnderBlurOfOneImage) {
   // A smear of 7 px turns the sign of the spectrum beyond 0.14 cycles per pixel.
   const ImageMotion truth{21.4, 8.3, 0.1, 1};
-  Analyze(ceiling_.Render(kSize), reference_);
+  Analyze(ceiling_.Render(kFineSize), reference_);
   fine_.PrepareReference(reference_);
   cv::Mat smeared;
-  cv::blur(ceiling_.Render(kSize, truth), smeared, {7, 1});
+  cv::blur(ceiling_.Render(kFineSize, truth), smeared, {7, 1});
   Analyze(smeared, current_);
   const Finalist finalist =
       fine_.Refine(reference_, current_, fine_.Test(reference_, current_, Near(truth, 3, 0.3)));
@@ -83,8 +83,8 @@ TEST_F(FineStageTest, HoldsUnderBlurOfOneImage) {
 
 TEST_F(FineStageTest, AcceptsNoWrongHypothesis) {
   const ImageMotion truth{21.4, 8.3, 0.1, 1};
-  Analyze(ceiling_.Render(kSize), reference_);
-  Analyze(ceiling_.Render(kSize, truth), current_);
+  Analyze(ceiling_.Render(kFineSize), reference_);
+  Analyze(ceiling_.Render(kFineSize, truth), current_);
   fine_.PrepareReference(reference_);
   for (const ImageMotion& wrong :
        {ImageMotion{75, -30, 0.1, 1}, ImageMotion{21, 8, 0.9, 1}, ImageMotion{21, 8, -2.7, 1}}) {
@@ -104,8 +104,8 @@ TEST_F(FineStageTest, SeparatesTheTrueMotionFromOneByATile) {
                                 .marks = false,
                                 .own_marks = {{30, 40}}});
   const ImageMotion truth{11, 7, 0.02, 1};
-  Analyze(tiles.Render(kSize), reference_);
-  Analyze(tiles.Render(kSize, truth), current_);
+  Analyze(tiles.Render(kFineSize), reference_);
+  Analyze(tiles.Render(kFineSize, truth), current_);
   fine_.PrepareReference(reference_);
   const auto refine_near = [&](const ImageMotion& motion) {
     Finalist finalist =

@@ -16,7 +16,7 @@ namespace ceilmap::registration {
 namespace {
 const PlaneCamera kCamera{457, {3, -2}};
 
-PlaneMotion RandomMotion(std::mt19937& random) {
+PlaneMotion RandomPlaneMotion(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
   return {0.2 * unit(random),
           0.2 * unit(random),
@@ -40,7 +40,7 @@ Eigen::Vector2d ByRays(const PlaneMotion& m, const Eigen::Vector2d& x) {
 TEST(PlaneMotion, AppliesLikeRays) {
   std::mt19937 random(1);
   for (int i = 0; i < 50; ++i) {
-    const PlaneMotion motion = RandomMotion(random);
+    const PlaneMotion motion = RandomPlaneMotion(random);
     const Eigen::Vector2d x(12.0 * i - 300, 230 - 9.0 * i);
     EXPECT_LT((motion.Apply(kCamera, x) - ByRays(motion, x)).norm(), 1e-9);
   }
@@ -101,7 +101,7 @@ TEST(PlaneMotion, JacobianIsTheDerivative) {
   std::mt19937 random(2);
   constexpr double kStep = 1e-4;
   for (int i = 0; i < 20; ++i) {
-    const PlaneMotion motion = RandomMotion(random);
+    const PlaneMotion motion = RandomPlaneMotion(random);
     const Eigen::Vector2d x(30.0 * i - 300, 230 - 22.0 * i);
     const Eigen::Matrix2d jacobian = motion.Jacobian(kCamera, x);
     for (int k = 0; k < 2; ++k) {
@@ -164,7 +164,7 @@ Six Difference(const PlaneMotion& a, const PlaneMotion& b) {
 TEST(FitPlaneMotion, ExactMotions) {
   std::mt19937 random(4);
   for (int i = 0; i < 10; ++i) {
-    const PlaneMotion truth = RandomMotion(random);
+    const PlaneMotion truth = RandomPlaneMotion(random);
     PlaneMotion start = truth;
     start.x += 0.004;
     start.yaw -= 0.005;

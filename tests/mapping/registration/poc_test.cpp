@@ -13,8 +13,7 @@
 namespace ceilmap::registration {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-const cv::Size kSize(96, 80);
+const cv::Size kWindowSize(96, 80);
 
 /// Periodic images: no window, so that shifts are exact.
 PocParams Periodic() {
@@ -24,7 +23,7 @@ PocParams Periodic() {
 /// White noise, i.e. all frequencies, shifted by any amount in its spectrum.
 class PeriodicImage {
  public:
-  explicit PeriodicImage(unsigned seed) : fft_(kSize.height, kSize.width) {
+  explicit PeriodicImage(unsigned seed) : fft_(kWindowSize.height, kWindowSize.width) {
     std::mt19937 random(seed);
     std::normal_distribution<float> normal(0, 20);
     RealArray samples(fft_.RealSize());
@@ -36,21 +35,22 @@ class PeriodicImage {
   /// Image with B(x) = A(x - shift), mean 0.
   [[nodiscard]] cv::Mat Shifted(const Eigen::Vector2d& shift) {
     ComplexArray bins(bins_.size());
-    const std::size_t half = static_cast<std::size_t>(kSize.width) / 2 + 1;
-    for (int row = 0; row < kSize.height; ++row) {
-      for (int col = 0; col <= kSize.width / 2; ++col) {
+    const std::size_t half = static_cast<std::size_t>(kWindowSize.width) / 2 + 1;
+    for (int row = 0; row < kWindowSize.height; ++row) {
+      for (int col = 0; col <= kWindowSize.width / 2; ++col) {
         // The highest frequency has no counterpart of the other sign; it is left out.
-        if (row == kSize.height / 2 || col == kSize.width / 2) continue;
-        const int k = row < kSize.height / 2 ? row : row - kSize.height;
-        const double turns = col * shift.x() / kSize.width + k * shift.y() / kSize.height;
+        if (row == kWindowSize.height / 2 || col == kWindowSize.width / 2) continue;
+        const int k = row < kWindowSize.height / 2 ? row : row - kWindowSize.height;
+        const double turns =
+            col * shift.x() / kWindowSize.width + k * shift.y() / kWindowSize.height;
         const std::size_t i = static_cast<std::size_t>(row) * half + static_cast<std::size_t>(col);
-        bins[i] = bins_[i] * std::complex<float>(std::polar(1.0, -2 * kPi * turns));
+        bins[i] = bins_[i] * std::complex<float>(std::polar(1.0, -2 * std::numbers::pi * turns));
       }
     }
     bins[0] = 0;
-    cv::Mat image(kSize, CV_32FC1);
+    cv::Mat image(kWindowSize, CV_32FC1);
     fft_.Inverse({bins.data(), bins.size()}, {image.ptr<float>(), fft_.RealSize()});
-    return image / kSize.area();
+    return image / kWindowSize.area();
   }
 
  private:
@@ -63,7 +63,7 @@ double ErrorTo(const PocPeak& peak, double x, double y) {
 }
 
 TEST(PocPlane, SubPixelShiftsOfPeriodicImages) {
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   PeriodicImage image(1);
   const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   std::mt19937 random(2);
@@ -79,7 +79,7 @@ TEST(PocPlane, SubPixelShiftsOfPeriodicImages) {
 }
 
 TEST(PocPlane, EqualImagesAgreeCompletely) {
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   PeriodicImage image(3);
   const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   poc.Correlate(a, poc.Spectrum(image.Shifted({-11, 7})), 1e-3);
@@ -92,23 +92,23 @@ TEST(PocPlane, EqualImagesAgreeCompletely) {
 TEST(PocPlane, HeightBetweenPixelsIsThatOfTheNearestSample) {
   // A Gaussian band of deviation s is a Gaussian peak exp(-(2 pi s r)^2 / 2); half a pixel on both
   // axes is the farthest that a sample can be off its top.
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   PeriodicImage image(4);
   const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   poc.Correlate(a, poc.Spectrum(image.Shifted({3.5, -2.5})), 1e-3);
-  const double lowest = std::exp(-0.5 * std::pow(2 * kPi * 0.12, 2) * 0.5);
+  const double lowest = std::exp(-0.5 * std::pow(2 * std::numbers::pi * 0.12, 2) * 0.5);
   EXPECT_NEAR(poc.BestPeaks(1).at(0).height, lowest, 0.01);
 }
 
 TEST(PocPlane, UnrelatedImagesDoNotAgree) {
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   const ComplexArray a = poc.Spectrum(PeriodicImage(5).Shifted({0, 0}));
   poc.Correlate(a, poc.Spectrum(PeriodicImage(6).Shifted({0, 0})), 1e-3);
   for (const PocPeak& peak : poc.BestPeaks(3)) EXPECT_LT(peak.height, 0.25);
 }
 
 TEST(PocPlane, FindsTheGhostToo) {
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   PeriodicImage image(7);
   const cv::Mat both = image.Shifted({12.3, -5.6}) + 0.6 * image.Shifted({-20.4, 17.7});
   poc.Correlate(poc.Spectrum(image.Shifted({0, 0})), poc.Spectrum(both), 1e-3);
@@ -121,29 +121,29 @@ TEST(PocPlane, FindsTheGhostToo) {
 }
 
 TEST(PocPlane, PeaksAcrossTheBorderAreFoundOnce) {
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   PeriodicImage image(8);
   const ComplexArray a = poc.Spectrum(image.Shifted({0, 0}));
   for (const Eigen::Vector2d& shift : {Eigen::Vector2d(-0.4, 0.4), Eigen::Vector2d(-47.6, 39.6)}) {
     poc.Correlate(a, poc.Spectrum(image.Shifted(shift)), 1e-3);
     const auto peaks = poc.BestPeaks(2);
     ASSERT_GE(peaks.size(), 1U);
-    EXPECT_NEAR(std::remainder(peaks[0].shift.x() - shift.x(), kSize.width), 0, 0.002);
-    EXPECT_NEAR(std::remainder(peaks[0].shift.y() - shift.y(), kSize.height), 0, 0.002);
+    EXPECT_NEAR(std::remainder(peaks[0].shift.x() - shift.x(), kWindowSize.width), 0, 0.002);
+    EXPECT_NEAR(std::remainder(peaks[0].shift.y() - shift.y(), kWindowSize.height), 0, 0.002);
     for (std::size_t i = 1; i < peaks.size(); ++i) EXPECT_LT(peaks[i].height, 0.2);
   }
 }
 
 TEST(PocPlane, HalfTurnIsAConjugate) {
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   PeriodicImage image(9);
   const cv::Mat first = image.Shifted({0, 0});
   const cv::Mat shifted = image.Shifted({8.25, -13.5});
-  cv::Mat turned(kSize, CV_32FC1);  // about pixel (0, 0)
-  for (int y = 0; y < kSize.height; ++y) {
-    for (int x = 0; x < kSize.width; ++x) {
-      turned.at<float>((kSize.height - y) % kSize.height, (kSize.width - x) % kSize.width) =
-          shifted.at<float>(y, x);
+  cv::Mat turned(kWindowSize, CV_32FC1);  // about pixel (0, 0)
+  for (int y = 0; y < kWindowSize.height; ++y) {
+    for (int x = 0; x < kWindowSize.width; ++x) {
+      turned.at<float>((kWindowSize.height - y) % kWindowSize.height,
+                       (kWindowSize.width - x) % kWindowSize.width) = shifted.at<float>(y, x);
     }
   }
   poc.Correlate(poc.Spectrum(first), poc.Spectrum(turned), 1e-3, true);
@@ -155,14 +155,14 @@ TEST(PocPlane, HalfTurnIsAConjugate) {
 }
 
 TEST(PocPlane, NoiseLowersThePeakAndHardlyMovesIt) {
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   PeriodicImage image(10);
   const cv::Mat first = image.Shifted({0, 0});
   cv::RNG random(11);
   for (int i = 0; i < 10; ++i) {
     const Eigen::Vector2d shift(0.7 * i - 3, 2.5 - 0.3 * i);
     cv::Mat second = image.Shifted(shift);
-    cv::Mat noise(kSize, CV_32FC1);
+    cv::Mat noise(kWindowSize, CV_32FC1);
     random.fill(noise, cv::RNG::NORMAL, 0, 10);  // half of the image's own deviation
     second += noise;
     poc.Correlate(poc.Spectrum(first), poc.Spectrum(second), 20 * 10 * poc.WindowPower());
@@ -211,7 +211,7 @@ TEST(PocPlane, ALineGivesOneDirectionOnly) {
 }
 
 TEST(PocPlane, SearchesWithinTheGivenReach) {
-  PocPlane poc(kSize, Periodic());
+  PocPlane poc(kWindowSize, Periodic());
   PeriodicImage image(13);
   poc.Correlate(poc.Spectrum(image.Shifted({0, 0})), poc.Spectrum(image.Shifted({9, 0})), 1e-3);
   EXPECT_LT(poc.PeakWithin(5).height, 0.3);
@@ -219,8 +219,8 @@ TEST(PocPlane, SearchesWithinTheGivenReach) {
 }
 
 TEST(PocPlane, EmptyImagesHaveNoPeak) {
-  PocPlane poc(kSize);
-  const ComplexArray nothing = poc.Spectrum(cv::Mat(kSize, CV_8UC1, cv::Scalar(77)));
+  PocPlane poc(kWindowSize);
+  const ComplexArray nothing = poc.Spectrum(cv::Mat(kWindowSize, CV_8UC1, cv::Scalar(77)));
   for (const double noise_power : {0.0, 1.0}) {
     poc.Correlate(nothing, nothing, noise_power);
     EXPECT_TRUE(poc.BestPeaks(3).empty());
@@ -229,10 +229,10 @@ TEST(PocPlane, EmptyImagesHaveNoPeak) {
 }
 
 TEST(PocPlane, RefusesOtherImages) {
-  PocPlane poc(kSize);
-  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kSize, CV_16UC1)), std::invalid_argument);
-  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kSize, CV_8UC3)), std::invalid_argument);
-  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kSize.width, kSize.height, CV_8UC1)),
+  PocPlane poc(kWindowSize);
+  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kWindowSize, CV_16UC1)), std::invalid_argument);
+  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kWindowSize, CV_8UC3)), std::invalid_argument);
+  EXPECT_THROW(poc.Spectrum(cv::Mat::zeros(kWindowSize.width, kWindowSize.height, CV_8UC1)),
                std::invalid_argument);
 }
 
@@ -240,8 +240,9 @@ TEST(TukeyWindow, BetweenNoneAndHann) {
   for (const float w : TukeyWindow(9, 0)) EXPECT_EQ(w, 1);
   const auto hann = TukeyWindow(30, 0.5);
   for (int i = 0; i < 30; ++i) {
-    EXPECT_NEAR(
-        hann[static_cast<std::size_t>(i)], std::pow(std::sin(kPi * (i + 0.5) / 30), 2), 1e-6);
+    EXPECT_NEAR(hann[static_cast<std::size_t>(i)],
+                std::pow(std::sin(std::numbers::pi * (i + 0.5) / 30), 2),
+                1e-6);
   }
   const auto window = TukeyWindow(41, 0.2);
   for (std::size_t i = 0; i < 41; ++i) EXPECT_EQ(window[i], window[40 - i]);

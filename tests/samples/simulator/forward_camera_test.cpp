@@ -15,7 +15,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPixels = 0.01;  // what "exact" means here
+constexpr double kExactForwardPx = 0.01;  // what "exact" means here
 
 /// Nothing but black, and a camera of 400 px at 0.4 m pointing along base x.
 Scene DarkForwardScene() {
@@ -70,8 +70,8 @@ TEST(ForwardCamera, WhatIsToTheLeftIsOnTheLeftAndWhatIsHigherIsAbove) {
   // u = cx - f Y / X, v = cy - f (Z - 0.4) / X with X = 4 m: 100 px a metre.
   const Renderer renderer(SquareOnTheWall(4.5, 1.1));
   const Vector2d seen = CentreOfMark(renderer.RenderForwardLight(Level(7.99999, 4, 0)), 0);
-  EXPECT_NEAR(seen.x(), 159.5 - 0.5 * 100, kPixels);
-  EXPECT_NEAR(seen.y(), 119.5 - 0.7 * 100, kPixels);
+  EXPECT_NEAR(seen.x(), 159.5 - 0.5 * 100, kExactForwardPx);
+  EXPECT_NEAR(seen.y(), 119.5 - 0.7 * 100, kExactForwardPx);
 }
 
 TEST(ForwardCamera, NoseUpMovesTheContentDown) {
@@ -81,9 +81,9 @@ TEST(ForwardCamera, NoseUpMovesTheContentDown) {
   nose_up.rotate(Eigen::AngleAxisd(-4 * kRadPerDeg, Vector3d::UnitY()));
   const Vector2d before = CentreOfMark(renderer.RenderForwardLight(level), 0);
   const Vector2d after = CentreOfMark(renderer.RenderForwardLight(nose_up), 0);
-  EXPECT_NEAR(after.x() - before.x(), 0, kPixels);
+  EXPECT_NEAR(after.x() - before.x(), 0, kExactForwardPx);
   EXPECT_GT(after.y() - before.y(), 400 * std::tan(4 * kRadPerDeg) - 0.5);
-  EXPECT_LT((after - ForwardPixel(renderer, nose_up, {11.99999, 4, 0.4})).norm(), kPixels);
+  EXPECT_LT((after - ForwardPixel(renderer, nose_up, {11.99999, 4, 0.4})).norm(), kExactForwardPx);
 }
 
 TEST(ForwardCamera, ThingsFollowTheRigsCameraModelEverywhere) {
@@ -106,7 +106,7 @@ TEST(ForwardCamera, ThingsFollowTheRigsCameraModelEverywhere) {
     if (expected.x() < 35 || expected.x() > 285 || expected.y() < 35 || expected.y() > 205)
       continue;
     const Vector2d seen = CentreOfMark(renderer.RenderForwardLight(T_map_base), 0);
-    EXPECT_LT((seen - expected).norm(), kPixels) << "pose " << i;
+    EXPECT_LT((seen - expected).norm(), kExactForwardPx) << "pose " << i;
     ++seen_times;
   }
   EXPECT_GE(seen_times, 12);
@@ -122,7 +122,7 @@ TEST(ForwardCamera, EdgesOfABoxLieWhereTheyAre) {
     const cv::Mat light = renderer.RenderForwardLight(Level(5.5, 4 + offset_m, 0));
     double right_px = 0;  // of row 119, right of its centre
     for (int u = 160; u < 320; ++u) right_px += light.at<float>(119, u) / 0.6;
-    EXPECT_NEAR(right_px, (0.4 + offset_m) * 200, kPixels);
+    EXPECT_NEAR(right_px, (0.4 + offset_m) * 200, kExactForwardPx);
   }
 }
 
@@ -133,7 +133,7 @@ TEST(ForwardCamera, FloorBeginsWhereTheWallEnds) {
   // 0.4 m below the camera, 4 m away: 40 px below the centre.
   double rows = 0;
   for (int v = 120; v < 240; ++v) rows += light.at<float>(v, 100) / 0.5;
-  EXPECT_NEAR(rows, 239.5 - (119.5 + 40), kPixels);
+  EXPECT_NEAR(rows, 239.5 - (119.5 + 40), kExactForwardPx);
   EXPECT_EQ(light.at<float>(150, 100), 0);
 }
 

@@ -10,7 +10,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPixels = 0.01;  // what "exact" means here
+constexpr double kExactPx = 0.01;  // what "exact" means here
 
 Scene MarkedScene(double x_m, double y_m, double radius_m = 0.05) {
   Scene scene = PlainScene();
@@ -25,19 +25,19 @@ Vector2d MarkInImage(const Scene& scene, const Isometry3d& T_map_base) {
 TEST(RendererGeometry, LampToTheLeftIsOnTheRightAndOneAheadIsAtTheTop) {
   // u = cx + f Y / Z, v = cy - f X / Z with 200 px a metre.
   const Vector2d left = MarkInImage(MarkedScene(6, 4.3), Level(6, 4, 0));
-  EXPECT_NEAR(left.x(), 159.5 + 0.3 * 200, kPixels);
-  EXPECT_NEAR(left.y(), 119.5, kPixels);
+  EXPECT_NEAR(left.x(), 159.5 + 0.3 * 200, kExactPx);
+  EXPECT_NEAR(left.y(), 119.5, kExactPx);
   const Vector2d ahead = MarkInImage(MarkedScene(6.25, 4), Level(6, 4, 0));
-  EXPECT_NEAR(ahead.x(), 159.5, kPixels);
-  EXPECT_NEAR(ahead.y(), 119.5 - 0.25 * 200, kPixels);
+  EXPECT_NEAR(ahead.x(), 159.5, kExactPx);
+  EXPECT_NEAR(ahead.y(), 119.5 - 0.25 * 200, kExactPx);
 }
 
 TEST(RendererGeometry, LeftTurnTurnsTheContentCounterClockwise) {
   const Scene scene = MarkedScene(6, 4.3);
   const Vector2d turned = MarkInImage(scene, Level(6, 4, 30));
   // From the right of the centre by 30 degrees towards the top.
-  EXPECT_NEAR(turned.x(), 159.5 + 60 * std::cos(30 * kRadPerDeg), kPixels);
-  EXPECT_NEAR(turned.y(), 119.5 - 60 * std::sin(30 * kRadPerDeg), kPixels);
+  EXPECT_NEAR(turned.x(), 159.5 + 60 * std::cos(30 * kRadPerDeg), kExactPx);
+  EXPECT_NEAR(turned.y(), 119.5 - 60 * std::sin(30 * kRadPerDeg), kExactPx);
 }
 
 TEST(RendererGeometry, MotionForwardMovesTheContentDownBySubpixels) {
@@ -46,8 +46,8 @@ TEST(RendererGeometry, MotionForwardMovesTheContentDownBySubpixels) {
   for (int i = 1; i <= 20; ++i) {
     const double step_px = i * 0.17;
     const Vector2d after = CentreOfMark(renderer.RenderLight(Level(6 + step_px / 200, 4, 0)));
-    EXPECT_NEAR(after.x() - before.x(), 0, kPixels);
-    EXPECT_NEAR(after.y() - before.y(), step_px, kPixels);
+    EXPECT_NEAR(after.x() - before.x(), 0, kExactPx);
+    EXPECT_NEAR(after.y() - before.y(), step_px, kExactPx);
   }
 }
 
@@ -86,8 +86,8 @@ TEST(RendererGeometry, BoxShowsParallax) {
   const Renderer renderer(scene);
   const Isometry3d T_map_base = Level(6.02, 4.03, 0);
   const Vector2d centre = CentreOfMark(renderer.RenderLight(T_map_base), 0.5);
-  EXPECT_NEAR(centre.x(), 159.5, kPixels);
-  EXPECT_NEAR(centre.y(), 119.5, kPixels);
+  EXPECT_NEAR(centre.x(), 159.5, kExactPx);
+  EXPECT_NEAR(centre.y(), 119.5, kExactPx);
   const cv::Mat light = renderer.RenderLight(T_map_base);
   double area_px = 0;
   for (int v = 0; v < light.rows; ++v) {
@@ -116,7 +116,7 @@ TEST(RendererGeometry, BoxEdgesLieWhereTheyAreToAHundredthOfAPixel) {
       mean += light.at<float>(v, column) / 200;
       inside += light.at<float>(v, column - 1) / 200;
     }
-    EXPECT_NEAR(mean / inside, edge + 0.5 - column, kPixels) << "edge at " << edge;
+    EXPECT_NEAR(mean / inside, edge + 0.5 - column, kExactPx) << "edge at " << edge;
   }
 }
 
@@ -145,7 +145,7 @@ TEST(RendererGeometry, WallBeginsWhereTheCeilingEnds) {
   EXPECT_NEAR(light.at<float>(50, 265), 0.85, 1e-3);
   double covered = 0;  // columns right of 250
   for (int u = 250; u < 270; ++u) covered += light.at<float>(50, u) / 0.85;
-  EXPECT_NEAR(covered, 269.5 - 259.5, kPixels);
+  EXPECT_NEAR(covered, 269.5 - 259.5, kExactPx);
 }
 
 TEST(RendererGeometry, LensShowsNothingBeyondItsCircle) {

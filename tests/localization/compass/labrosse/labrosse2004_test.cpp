@@ -16,8 +16,6 @@
 namespace ceilmap::labrosse {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 TEST(Labrosse2004, AddsUpTurns) {
   const cv::Mat world = compass::RandomPanorama(9, 360, CV_8UC3, 1);
   std::mt19937 random(2);
@@ -28,8 +26,8 @@ TEST(Labrosse2004, AddsUpTurns) {
     const auto estimate = compass.Next({compass::Rolled(world, heading), 0.1 * i});
     ASSERT_TRUE(estimate.has_value());
     EXPECT_NEAR(WrapAngle(estimate->heading_rad - heading * kRadPerDeg), 0, 1e-9);
-    EXPECT_LE(estimate->heading_rad, kPi);
-    EXPECT_GT(estimate->heading_rad, -kPi - 1e-12);
+    EXPECT_LE(estimate->heading_rad, std::numbers::pi);
+    EXPECT_GT(estimate->heading_rad, -std::numbers::pi - 1e-12);
     EXPECT_GT(estimate->variance_rad2, variance);
     EXPECT_EQ(estimate->confidence, 1);
     variance = estimate->variance_rad2;

@@ -20,8 +20,6 @@
 namespace ceilmap::labrosse {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 double ErrorDeg(const std::optional<compass::HeadingEstimate>& estimate, double heading_rad) {
   return WrapAngle(estimate.value().heading_rad - heading_rad) / kRadPerDeg;
 }
@@ -203,7 +201,7 @@ TEST(Labrosse2006, FieldsOfViewFollowTheTravel) {
       if (weights[static_cast<std::size_t>(u)] > 0) inside.col(u).copyTo(turned.col(u));
     }
     Labrosse2006 follows;
-    Labrosse2006 whole({.field_of_view_rad = 2 * kPi});
+    Labrosse2006 whole({.field_of_view_rad = 2 * std::numbers::pi});
     Labrosse2006 across;
     (void)follows.Next({world, 0});
     (void)whole.Next({world, 0});
