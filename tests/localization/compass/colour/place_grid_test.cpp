@@ -10,7 +10,7 @@ namespace {
 
 using std::numbers::pi;
 
-ColourModel Model(const std::vector<Eigen::Vector2d>& learned_at) {
+ColourModel GridModel(const std::vector<Eigen::Vector2d>& learned_at) {
   ColourModel model;
   model.classes.resize(2);
   model.grid = {.min_x_m = 0, .min_y_m = 0, .width_m = 6, .height_m = 4, .columns = 3, .rows = 2};
@@ -47,14 +47,14 @@ TEST(DirectionTable, BesideItThingsAheadStandElsewhere) {
 }
 
 TEST(PlaceGrid, TheNearestCellThatLearnedIsAsked) {
-  const ColourModel model = Model({{1, 1}, {5, 3}});
+  const ColourModel model = GridModel({{1, 1}, {5, 3}});
   EXPECT_EQ(NearestLearned(model, {2.5, 1.5}), 0);
   EXPECT_EQ(NearestLearned(model, {4, 3}), 5);
-  EXPECT_EQ(NearestLearned(Model({}), {4, 3}), -1);
+  EXPECT_EQ(NearestLearned(GridModel({}), {4, 3}), -1);
 }
 
 TEST(PlaceGrid, AllPlacesWithinReachHaveTheirNeighbours) {
-  ColourModel model = Model({{1, 1}});
+  ColourModel model = GridModel({{1, 1}});
   model.depth_m = 4;
   const std::vector<Place> places = PlacesAround(model, 0.5, 0.125);
   // A disc of radius 4 steps.
