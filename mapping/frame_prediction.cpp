@@ -50,7 +50,9 @@ FramePrediction::FramePrediction(const calib::CeilingView& view,
     : view_(view), params_(params), compass_(params.heading_noise_rad), T_last_placed_(origin) {}
 
 void FramePrediction::Begin(double stamp_s, const std::optional<HeadingPrior>& heading) {
-  stamp_s_ = stamp_s;
+  gap_s_ = given_stamp_s_ ? stamp_s - *given_stamp_s_ : 0;
+  given_stamp_s_ = stamp_s;
+  stamp_s_ = stamp_s + missing_s_;
   heading_ = heading.has_value();
   if (heading) compass_.Add(*heading);
 }
@@ -80,16 +82,17 @@ bool FramePrediction::MayBeNear() const {
   return kUnseenSpeedRatio * ElapsedSeconds() < kMaxStrayedRatio;
 }
 
-/// Difference from constant velocity: the smallest one among the velocities of the last step and of
-/// the last few steps, each also without the last frame, whose stamp may be wrong. Nothing where no
-/// motion was measured.
-std::optional<FramePrediction::Off> FramePrediction::OffEvenMotion(const Pose2& T_map_base) const {
+/// Difference from constant velocity at a time: the smallest one among the velocities of the last
+/// step and of the last few steps, each also without the last frame, whose stamp may be wrong.
+/// Nothing where no motion was measured.
+std::optional<FramePrediction::Off> FramePrediction::OffEvenMotion(const Pose2& T_map_base,
+                                                                   double stamp_s) const {
   std::optional<Off> smallest;
   const auto compare = [&](const PlacedFrame& from, const PlacedFrame& to) {
     const double step_s = to.stamp_s - from.stamp_s;
     if (step_s <= 0) return;
     const Pose2 step = from.T_map_base.Inverse() * to.T_map_base;
-    const Pose2 even = to.T_map_base * Interpolate(step, (stamp_s_ - to.stamp_s) / step_s);
+    const Pose2 even = to.T_map_base * Interpolate(step, (stamp_s - to.stamp_s) / step_s);
     const Off off = OffFrom(even, T_map_base);
     if (!smallest || off.px < smallest->px) smallest = off;
   };
@@ -107,19 +110,23 @@ FramePrediction::Off FramePrediction::OffFrom(const Pose2& expected,
           std::abs(WrapAngle(T_map_base.yaw - expected.yaw))};
 }
 
+/// Largest difference from constant velocity, in longer sides of the image.
+double FramePrediction::MaxUnevenRatio(double elapsed_s) const {
+  return params_.uneven_ratio + 0.5 * kUnseenAccelerationRatio * elapsed_s * elapsed_s;
+}
+
 bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   if (!last_placed_s_) return true;
   // After an implausible measurement only poses near constant velocity are accepted: the time that
   // passes does not make other poses more likely.
   const double elapsed_s = contradicted_ ? 0 : ElapsedSeconds();
   const double side_px = std::max(view_.Size().width, view_.Size().height);
-  const std::optional<Off> even = OffEvenMotion(T_map_base);
+  const std::optional<Off> even = OffEvenMotion(T_map_base, stamp_s_);
   const Off still = OffFrom(T_last_placed_, T_map_base);
   const Off off = even ? *even : still;
   constexpr double kUnknownSpeedRatio = 0.5;  // a recording may begin at full speed
   const double max_fraction =
-      even ? params_.uneven_ratio + 0.5 * kUnseenAccelerationRatio * elapsed_s * elapsed_s
-           : kUnknownSpeedRatio + 2 * kUnseenSpeedRatio * elapsed_s;
+      even ? MaxUnevenRatio(elapsed_s) : kUnknownSpeedRatio + 2 * kUnseenSpeedRatio * elapsed_s;
   // Standing still is always plausible, except after an implausible measurement. A heading was
   // already used in the prediction, and a compass may be disturbed: with a heading the yaw is not
   // checked here.
@@ -130,15 +137,39 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   return can;
 }
 
-double FramePrediction::InnovationSigma(const Pose2& T_map_base) const {
-  const std::optional<Off> off = OffEvenMotion(T_map_base);
+std::optional<int> FramePrediction::StepsTo(const Pose2& T_map_base) const {
+  constexpr int kMaxSteps = 9;
+  // Of numbers of steps that explain the pose about equally well, the smallest is the likeliest.
+  constexpr double kStepPenaltyPx = 1;
+  if (!(gap_s_ > 0)) return std::nullopt;
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  std::optional<int> best;
+  double best_px = 0;
+  for (int steps = 2; steps <= kMaxSteps; ++steps) {
+    const double missing_s = (steps - 1) * gap_s_;
+    const std::optional<Off> off = OffEvenMotion(T_map_base, stamp_s_ + missing_s);
+    if (!off) return std::nullopt;
+    const double elapsed_s = ElapsedSeconds() + missing_s;
+    if (off->px > MaxUnevenRatio(elapsed_s) * side_px) continue;
+    if (!heading_ && off->rad > params_.uneven_rad + kUnseenTurnRadS * elapsed_s) continue;
+    const double cost_px = off->px + kStepPenaltyPx * steps;
+    if (best && cost_px >= best_px) continue;
+    best = steps;
+    best_px = cost_px;
+  }
+  return best;
+}
+
+double FramePrediction::InnovationSigma(const Pose2& T_map_base, int steps) const {
+  const double missing_s = (steps - 1) * gap_s_;
+  const std::optional<Off> off = OffEvenMotion(T_map_base, stamp_s_ + missing_s);
   if (!off) return 0;
   constexpr double kExactPx = 1.5;
   constexpr double kUsualRatio = 0.1;  // of the largest accepted acceleration
   constexpr double kSigmas = 3;
   constexpr double kInflation = 0.5;  // fraction of the position error
   const double side_px = std::max(view_.Size().width, view_.Size().height);
-  const double elapsed_s = ElapsedSeconds();
+  const double elapsed_s = ElapsedSeconds() + missing_s;
   const double sigma_px =
       kExactPx + 0.5 * kUsualRatio * kUnseenAccelerationRatio * side_px * elapsed_s * elapsed_s;
   return off->px > kSigmas * sigma_px ? kInflation * off->px * view_.MetresPerPixel() : 0;
@@ -206,7 +237,10 @@ double FramePrediction::Sigma() const {
   return std::min(max_sigma, std::max(sigma, kMinPriorSigmaPx));
 }
 
-void FramePrediction::Placed(const Pose2& T_map_base) {
+void FramePrediction::Placed(const Pose2& T_map_base, int steps) {
+  const double missing_s = (steps - 1) * gap_s_;
+  missing_s_ += missing_s;
+  stamp_s_ += missing_s;
   if (predicted_) {
     constexpr double kKept = 0.9;  // per frame: decays within one to two seconds
     const double error_px =

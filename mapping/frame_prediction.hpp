@@ -40,11 +40,16 @@ class FramePrediction {
   /// Whether a measured pose is plausible under the constant-velocity model. It rejects perceptual
   /// aliasing: poses a few tiles away or rotated by a quarter turn whose images are the same.
   [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
+  /// How many times the last step the robot has moved since the last placed frame, where CanBeAt is
+  /// false because frames are missing that no stamp tells of: a recorder that drops frames and
+  /// numbers the others. Nothing where the pose is not on the way that the robot was driving.
+  /// @return 2 .. 9
+  [[nodiscard]] std::optional<int> StepsTo(const Pose2& T_map_base) const;
   /// Standard deviation that accounts for an implausible innovation. Where a measured position
   /// differs from the constant-velocity prediction, the image may be of another moment, or damaged
   /// without an error of its decoder, however well it fits. @return map units; 0 where the
-  /// innovation is plausible.
-  [[nodiscard]] double InnovationSigma(const Pose2& T_map_base) const;
+  /// innovation is plausible. @param steps  StepsTo, if that accepted the pose.
+  [[nodiscard]] double InnovationSigma(const Pose2& T_map_base, int steps = 1) const;
   /// Pose predicted from the last motion; nothing where the frame before could not be placed.
   [[nodiscard]] std::optional<ExpectedPose> Next();
   /// Pose predicted from the last known pose and the compass alone, after a loss; nothing without a
@@ -55,7 +60,9 @@ class FramePrediction {
   [[nodiscard]] Pose2 Restart();
 
   /// The frame was placed. Its measured yaw is the reference of later compass turns.
-  void Placed(const Pose2& T_map_base);
+  /// @param steps  StepsTo, if that accepted the pose: later predictions take the missing frames
+  /// into account.
+  void Placed(const Pose2& T_map_base, int steps = 1);
   void Lost();
 
  private:
@@ -70,13 +77,17 @@ class FramePrediction {
   [[nodiscard]] std::optional<HeadingTurn> Turn() const;
   [[nodiscard]] double Sigma() const;
   [[nodiscard]] double ElapsedSeconds() const;
-  [[nodiscard]] std::optional<Off> OffEvenMotion(const Pose2& T_map_base) const;
+  [[nodiscard]] std::optional<Off> OffEvenMotion(const Pose2& T_map_base, double stamp_s) const;
+  [[nodiscard]] double MaxUnevenRatio(double elapsed_s) const;
   [[nodiscard]] Off OffFrom(const Pose2& expected, const Pose2& T_map_base) const;
 
   const calib::CeilingView& view_;
   const OdometryParams& params_;
   HeadingSince compass_;
-  double stamp_s_ = 0;
+  double stamp_s_ = 0;    // of the current frame, with the time of missing frames before it
+  double missing_s_ = 0;  // that time
+  double gap_s_ = 0;      // from the frame before, by their stamps
+  std::optional<double> given_stamp_s_;
   bool heading_ = false;  // of the current frame
   std::optional<PlacedFrame> last_;
   std::optional<PlacedFrame> before_last_;

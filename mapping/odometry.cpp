@@ -65,6 +65,7 @@ struct Odometry::Impl {
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
   int consecutive_lost = 0;
+  int steps = 1;  // FramePrediction::StepsTo of the current frame
 
   [[nodiscard]] MotionPrior PriorFor(const ActiveKeyframe& reference,
                                      const ExpectedPose& expected) const;
@@ -80,6 +81,9 @@ struct Odometry::Impl {
                        const FrameSpectrum& spectrum,
                        const Registration& registration);
   void LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step);
+  bool Accepts(const ActiveKeyframe& reference,
+               const FrameSpectrum& spectrum,
+               const OdometryStep& step);
   bool TryReference(std::size_t index,
                     const FrameSpectrum& spectrum,
                     const std::optional<ExpectedPose>& expected,
@@ -171,6 +175,26 @@ void Odometry::Impl::LearnStandard(const FrameSpectrum& spectrum, const Odometry
   standard.Add(Quality(*reference, spectrum, step.registration));
 }
 
+/// Whether the robot can be where the registration puts it. Against the motion, only a place that
+/// is unique and looks as it did is accepted.
+bool Odometry::Impl::Accepts(const ActiveKeyframe& reference,
+                             const FrameSpectrum& spectrum,
+                             const OdometryStep& step) {
+  const auto looks_right = [&] {
+    return standard.Accepts(Quality(reference, spectrum, step.registration));
+  };
+  steps = 1;
+  if (prediction.CeilingHidden()) return looks_right();
+  if (prediction.CanBeAt(step.pose.T_map_base)) return true;
+  const std::optional<int> found = prediction.StepsTo(step.pose.T_map_base);
+  const bool gives_up = consecutive_lost + 1 >= params.restart_after;
+  if ((!found && !gives_up) || step.registration.disambiguated_by_prior || !looks_right()) {
+    return false;
+  }
+  steps = found.value_or(1);
+  return true;
+}
+
 bool Odometry::Impl::TryReference(std::size_t index,
                                   const FrameSpectrum& spectrum,
                                   const std::optional<ExpectedPose>& expected,
@@ -182,14 +206,11 @@ bool Odometry::Impl::TryReference(std::size_t index,
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   InflateTiltCovariance(view, step.pose.tilt, edge);
   Place(reference, edge, step.pose);
-  const bool accepted = prediction.CeilingHidden()
-                            ? standard.Accepts(Quality(reference, spectrum, step.registration))
-                            : prediction.CanBeAt(step.pose.T_map_base);
-  if (!accepted) {
+  if (!Accepts(reference, spectrum, step)) {
     step.registration.verdict = Verdict::kAmbiguous;
     return false;
   }
-  InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base), edge);
+  InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base, steps), edge);
   Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
   return true;
@@ -207,6 +228,8 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, gr
                        !step.pose.tilt.IsLevel() && last->overlap < kLevelOverlap;
   if (tilting) Bridge(step);
   if (TryReference(active.size() - 1, spectrum, expected, step, edge)) return true;
+  // Frames may be missing before this one, and it is far from where it is expected.
+  if (TryReference(active.size() - 1, spectrum, std::nullopt, step, edge)) return true;
   // The last placed frame has more overlap with this one than the reference has: it becomes the
   // keyframe.
   if (!last || last->edge.to >= 0 || step.registration.verdict == Verdict::kNoTexture) return false;
@@ -343,7 +366,7 @@ void Odometry::Impl::Remember(const OdometryStep& step,
                               const FrameSpectrum& spectrum,
                               const cv::Mat& image,
                               const graph::Edge& edge) {
-  prediction.Placed(step.pose.T_map_base);
+  prediction.Placed(step.pose.T_map_base, steps);
   consecutive_lost = 0;
   if (!last) last.emplace();
   last->pose = step.pose;

@@ -1,6 +1,8 @@
 // What faults of recordings and of the system do to `ceilmap map` and `ceilmap localize`:
 //   ceilmap_faults recordings [-o DIR]   every fault of a recording, three seeds each
 //   ceilmap_faults system [-o DIR]       every fault of the system
+//   ceilmap_faults videos CASE [-o DIR]  videos as cameras and phones make them; CASE is a part of
+//                                        WORLD/GROUP/CASE, e.g. lab-map/codec, or / for all
 //   ceilmap_faults one FAULT[:SEED] [-o DIR]   one row of the first table; with a seed only that
 //                                        run, whose files stay: up, up.csv, up.tum (the truth,
 //                                        of `map`; visited.tum: of `localize`), m.gpkg, t.csv
@@ -14,12 +16,14 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "calib/base/error.hpp"
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
+#include "tests/faults/videos.hpp"
 #include "tests/support/command_line.hpp"
 
 namespace ceilmap::faults {
@@ -103,6 +107,34 @@ bool RunRecordings(const std::filesystem::path& folder) {
   return survived;
 }
 
+// `only`: part of "WORLD/GROUP/CASE"; its files stay in the folder.
+bool RunVideos(const std::string& only, const std::filesystem::path& folder) {
+  fmt::print(
+      "| world | video | case | exit | placed | RMSE mm | largest mm | wrong |\n"
+      "|---|---|---|---|---|---|---|---|\n");
+  bool survived = true;
+  for (const World& world : AllWorlds()) {
+    for (const VideoCase& video : AllVideoCases()) {
+      const std::string name = world.name + "/" + video.group + "/" + video.name;
+      if (name.find(only) == std::string::npos) continue;
+      const std::optional<Outcome> outcome = MapVideo(world, video, 1, folder);
+      if (!outcome) continue;
+      fmt::print("| {} | {} | {} | {} | {:.1f} % | {:.2f} | {:.2f} | {} |\n",
+                 world.name,
+                 video.group,
+                 video.name,
+                 outcome->exit_code,
+                 100 * outcome->Coverage(),
+                 1e3 * outcome->rmse_m,
+                 1e3 * outcome->largest_m,
+                 outcome->wrong);
+      std::fflush(stdout);
+      survived = survived && outcome->wrong == 0;
+    }
+  }
+  return survived;
+}
+
 bool RunOne(const std::string& name, const std::filesystem::path& folder) {
   const std::size_t colon = name.rfind(':');
   const Fault& fault = FaultNamed(name.substr(0, colon));
@@ -150,13 +182,15 @@ bool RunSystem(const std::filesystem::path& folder) {
 }
 
 bool Run(const std::vector<std::string>& arguments) {
-  const char* const usage = "ceilmap_faults recordings|system|one FAULT[:SEED] [-o DIR]";
+  const char* const usage =
+      "ceilmap_faults recordings|system|one FAULT[:SEED]|videos CASE [-o DIR]";
   const support::CommandLine line = support::ParseCommandLine(
-      arguments, [](const std::string& mode) { return mode == "one"; }, usage);
+      arguments, [](const std::string& mode) { return mode == "one" || mode == "videos"; }, usage);
   const std::filesystem::path folder = std::filesystem::absolute(line.folder);
   std::filesystem::create_directories(folder);
   if (line.mode == "recordings") return RunRecordings(folder);
   if (line.mode == "one") return RunOne(line.scene.string(), folder);
+  if (line.mode == "videos") return RunVideos(line.scene.string(), folder);
   if (line.mode == "system") return RunSystem(folder);
   throw InputError(usage);
 }

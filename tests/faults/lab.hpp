@@ -7,37 +7,10 @@
 
 #include "calib/base/pose2.hpp"
 #include "tests/faults/fault.hpp"
-#include "tests/support/child_process.hpp"
+#include "tests/faults/outcome.hpp"
+#include "tests/faults/recording.hpp"
 
 namespace ceilmap::faults {
-
-/// What stands under a map's name after a run.
-enum class MapState {
-  kOld,  ///< bit by bit what stood there before
-  kNew,  ///< another map, which opens and contains all poses of its metadata
-  kLost  ///< neither
-};
-
-/// What the program did, and how right it was.
-struct Outcome {
-  int exit_code = 0;
-  /// Its message after a failure; "" after success.
-  std::string message;
-  /// Exit code 0, 1 or 2; when it is not 0, one line on stderr gives the reason.
-  bool orderly = false;
-  int shots = 0;      ///< images of the recording
-  int placed = 0;     ///< that got a pose
-  double rmse_m = 0;  ///< of these, against where their images were taken
-  double largest_m = 0;
-  /// Accepted although wrong: an error of more than 0.05 m or 0.02 rad, and by more than four of
-  /// the standard deviations that are claimed.
-  int wrong = 0;
-  MapState map = MapState::kOld;
-
-  [[nodiscard]] double Coverage() const;
-  /// No crash, no wrong pose, no map lost.
-  [[nodiscard]] bool Survived() const { return orderly && wrong == 0 && map != MapState::kLost; }
-};
 
 /// A room, the recording that it is mapped from, its map, and the recording of another robot there;
 /// both with truth. Runs the real program on faulty copies of them.
@@ -78,8 +51,5 @@ class Lab {
   Recording visited_;
   Pose2 T_room_map_;
 };
-
-/// What the run left, judged as all runs are.
-Outcome OutcomeOf(const support::ProcessResult& result, const Recording& shots);
 
 }  // namespace ceilmap::faults
