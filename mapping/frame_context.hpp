@@ -13,6 +13,8 @@ struct FrameContext {
   /// Heading from a compass or from wheel odometry. All headings of a recording come from one
   /// source: only turns between frames are used.
   std::optional<HeadingPrior> heading = std::nullopt;
+  /// Share of the image that repeats the one before (RepetitionMeter), 0..1.
+  double repeated = 0;
 };
 
 }  // namespace ceilmap::mapping

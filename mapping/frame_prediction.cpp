@@ -110,11 +110,6 @@ FramePrediction::Off FramePrediction::OffFrom(const Pose2& expected,
           std::abs(WrapAngle(T_map_base.yaw - expected.yaw))};
 }
 
-/// Largest difference from constant velocity, in longer sides of the image.
-double FramePrediction::MaxUnevenRatio(double elapsed_s) const {
-  return params_.uneven_ratio + 0.5 * kUnseenAccelerationRatio * elapsed_s * elapsed_s;
-}
-
 bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   if (!last_placed_s_) return true;
   // After an implausible measurement only poses near constant velocity are accepted: the time that
@@ -126,7 +121,8 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   const Off off = even ? *even : still;
   constexpr double kUnknownSpeedRatio = 0.5;  // a recording may begin at full speed
   const double max_fraction =
-      even ? MaxUnevenRatio(elapsed_s) : kUnknownSpeedRatio + 2 * kUnseenSpeedRatio * elapsed_s;
+      even ? params_.uneven_ratio + 0.5 * kUnseenAccelerationRatio * elapsed_s * elapsed_s
+           : kUnknownSpeedRatio + 2 * kUnseenSpeedRatio * elapsed_s;
   // Standing still is always plausible, except after an implausible measurement. A heading was
   // already used in the prediction, and a compass may be disturbed: with a heading the yaw is not
   // checked here.
@@ -143,14 +139,18 @@ std::optional<int> FramePrediction::StepsTo(const Pose2& T_map_base) const {
   constexpr double kStepPenaltyPx = 1;
   if (!(gap_s_ > 0)) return std::nullopt;
   const double side_px = std::max(view_.Size().width, view_.Size().height);
+  // The robot may have changed its speed or curved on the way, but not turned back.
+  constexpr double kUnevenShare = 0.25;  // of the way
+  const double max_px =
+      params_.uneven_ratio * side_px + kUnevenShare * OffFrom(T_last_placed_, T_map_base).px;
   std::optional<int> best;
   double best_px = 0;
   for (int steps = 2; steps <= kMaxSteps; ++steps) {
     const double missing_s = (steps - 1) * gap_s_;
     const std::optional<Off> off = OffEvenMotion(T_map_base, stamp_s_ + missing_s);
     if (!off) return std::nullopt;
+    if (off->px > max_px) continue;
     const double elapsed_s = ElapsedSeconds() + missing_s;
-    if (off->px > MaxUnevenRatio(elapsed_s) * side_px) continue;
     if (!heading_ && off->rad > params_.uneven_rad + kUnseenTurnRadS * elapsed_s) continue;
     const double cost_px = off->px + kStepPenaltyPx * steps;
     if (best && cost_px >= best_px) continue;

@@ -78,7 +78,6 @@ class FramePrediction {
   [[nodiscard]] double Sigma() const;
   [[nodiscard]] double ElapsedSeconds() const;
   [[nodiscard]] std::optional<Off> OffEvenMotion(const Pose2& T_map_base, double stamp_s) const;
-  [[nodiscard]] double MaxUnevenRatio(double elapsed_s) const;
   [[nodiscard]] Off OffFrom(const Pose2& expected, const Pose2& T_map_base) const;
 
   const calib::CeilingView& view_;

@@ -8,6 +8,7 @@
 #include "localization/robot/colour_heading.hpp"
 #include "localization/robot/omni_heading.hpp"
 #include "localization/robot/sample_heading.hpp"
+#include "mapping/repetition.hpp"
 
 namespace ceilmap::robot {
 namespace {
@@ -66,6 +67,7 @@ struct Sensors::Impl {
 
   Task Prepare(const Image& up);
   Frame Measure(const Task& task);
+  mapping::RepetitionMeter repetition;
   compensation::TiltEstimate MeasureTilt(const Task& task);
 };
 
@@ -97,6 +99,7 @@ Sensors::Frame Sensors::Impl::Measure(const Task& task) {
   if (task.residual && tilt) tilt->Correct(*task.residual);
   Frame frame{task.up, {}, {}};
   frame.context.heading = task.heading;
+  frame.context.repeated = repetition.Next(task.up.pixels);
   std::future<std::optional<HeadingPrior>> heading;
   if (task.by_camera != nullptr) {
     if (task.located) {

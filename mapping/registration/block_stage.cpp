@@ -220,7 +220,7 @@ Dissimilarity BlockStage::Compare(const Level& reference,
   // under the true motion.
   constexpr double kUnexplained = 0.02;
   const double noise =
-      static_cast<double>(reference.noise_sigma) * current.noise_sigma * poc_.WindowPower();
+      static_cast<double>(reference.white_sigma) * current.white_sigma * poc_.WindowPower();
   Dissimilarity result;
   result.by_block.assign(corners_.size(), -1);
   const auto n = static_cast<Eigen::Index>(samples_.size());

@@ -20,6 +20,11 @@ constexpr double kLampLimit = 7;
 constexpr double kMaxSaturated = 0.75;
 // Whitening stops where the signal falls below this many noise powers.
 constexpr double kNoiseFactor = 4;
+// White noise of any sensor, grey levels: videos of x264 have less from about CRF 25 on.
+constexpr float kSensorNoise = 1.3F;
+// The codec's error where no white noise is left, grey levels. Between 4 and 10 there is little
+// difference in coverage and error.
+constexpr float kCodingNoise = 6;
 constexpr int kPeaksPerRotation = 3;  // translations kept of each correlation surface
 constexpr double kMinOverlap = 0.12;  // hypotheses with less common area are dropped
 constexpr int kMaxHypotheses = 6;
@@ -77,6 +82,15 @@ float EstimateNoise(const cv::Mat& grey) {
                        static_cast<float>(std::max(histogram[bin], 1));
   const float median = bin == 0 ? 0.5F * inside : static_cast<float>(bin) - 0.5F + inside;
   return std::max(kRounding, median / (2 * 0.6745F));
+}
+
+bool IsEncoded(float white_noise) {
+  return white_noise < kSensorNoise;
+}
+
+float WhiteningNoise(float white_noise) {
+  const float removed = std::max(0.0F, 1 - white_noise / kSensorNoise);
+  return std::hypot(white_noise, kCodingNoise * removed);
 }
 
 CoarseStage::CoarseStage(cv::Size size, const cv::Mat& mask)

@@ -103,4 +103,13 @@ class CoarseStage {
 /// more where three quarters are black or white).
 float EstimateNoise(const cv::Mat& grey);
 
+/// True for less white noise than any camera's sensor has: the image was encoded at a low bitrate,
+/// or denoised.
+bool IsEncoded(float white_noise);
+
+/// Noise for the whitening, grey levels. An encoded image contains little at high spatial
+/// frequencies, and what it contains there is mostly the codec's error, which whitening would
+/// amplify: the less white noise is left, the coarser the codec was.
+float WhiteningNoise(float white_noise);
+
 }  // namespace ceilmap::registration

@@ -55,11 +55,10 @@ class FineStage {
  public:
   FineStage(cv::Size size, const RegistrarParams& params);
 
-  /// Fills the levels of `data`. @param grey  CV_8UC1, after CoarseStage::Analyze, which gives the
-  /// noise.
+  /// Fills the levels of `data`. @param grey  CV_8UC1. @param white_noise  EstimateNoise.
   /// @param mask  See CoarseStage::Analyze.
   void Analyze(const cv::Mat& grey,
-               float noise_sigma,
+               float white_noise,
                FrameSpectrum::Fine& data,
                const cv::Mat& mask = {}) const;
   /// Prepares `data` as a reference; once, thread-safe.

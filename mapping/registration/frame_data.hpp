@@ -18,7 +18,8 @@ struct ReferenceBlock {
 /// An image at one resolution of the fine stage.
 struct Level {
   RealArray grey;         ///< grey levels 0..255, row-major
-  float noise_sigma = 0;  ///< of white noise in `grey`, grey levels
+  float noise_sigma = 0;  ///< for the whitening (WhiteningNoise), grey levels
+  float white_sigma = 0;  ///< of white noise in `grey`, grey levels
   /// Area without content: integral (CV_32S) of the pixels without content; empty: only that of the
   /// common mask (RegistrarParams::mask).
   cv::Mat blank;
@@ -37,7 +38,8 @@ struct FrameSpectrum::Coarse {
 /// Data of a FrameSpectrum for the fine stage. Immutable once computed, except for the levels'
 /// blocks, which the first registration against this image computes once, under the lock.
 struct FrameSpectrum::Fine {
-  float noise_sigma = 0;  ///< of the image at full resolution, grey levels
+  float noise_sigma = 0;  ///< of the image at full resolution (WhiteningNoise), grey levels
+  bool encoded = false;   ///< at a low bitrate, or denoised
   bool impulses = false;  ///< the image has impulse noise, which was removed (WithoutImpulses)
   Level fine;             ///< the image, reduced if it is very large (FineStage)
   Level rough;            ///< half the resolution of `fine`

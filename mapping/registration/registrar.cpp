@@ -209,6 +209,10 @@ void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
   }
 }
 
+bool FrameSpectrum::IsEncoded() const {
+  return fine_ && fine_->encoded;
+}
+
 FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
   return Complete(grey, {}, mask);
 }

@@ -81,6 +81,9 @@ class FrameSpectrum {
   [[nodiscard]] bool empty() const { return !fine_; }
   /// False after Registrar::AnalyzeFine.
   [[nodiscard]] bool HasCoarse() const { return coarse_ != nullptr; }
+  /// The image has less noise than a camera's sensor: it was encoded at a low bitrate, or denoised.
+  /// Parts of it may be copies of earlier images. False for an empty spectrum.
+  [[nodiscard]] bool IsEncoded() const;
   struct Coarse;
   struct Fine;
 

@@ -403,5 +403,40 @@ TEST(OdometryParams, OutOfRange) {
   EXPECT_THROW(Odometry(view, {}, bad), InputError);
 }
 
+// A recorder drops frames and numbers the others: their times tell nothing of it.
+TEST(Odometry, FramesMayBeMissingWithoutATrace) {
+  Drive drive;
+  drive.Process();
+  const auto drive_on = [&](int steps) {
+    for (int i = 0; i < steps; ++i) drive.Move(0.12, 1);
+    drive.Process();
+  };
+  for (int i = 0; i < 6; ++i) drive_on(1);
+  for (const int steps : {2, 1, 3, 1, 1, 6, 1, 2, 2, 1}) drive_on(steps);
+  for (std::size_t i = 0; i < drive.Steps().size(); ++i) {
+    ASSERT_TRUE(Placed(drive.Steps()[i])) << i;
+    ExpectNear(drive.Steps()[i].pose.T_map_base, drive.Truths()[i], "frame " + std::to_string(i));
+  }
+}
+
+// What a codec repeats says nothing about the motion.
+TEST(Odometry, ARepeatedImageGivesNoPose) {
+  const CeilingView view = MakeView();
+  const SyntheticCeiling ceiling;
+  Odometry odometry(view, {});
+  const auto process = [&](int index, double repeated) {
+    FrameContext context;
+    context.repeated = repeated;
+    const Pose2 truth{0.05 * index, 0, 0};
+    return odometry.Process(
+        ceiling.Render({640, 480}, MotionAt(view, truth), 1.5, 1), index, 0.1 * index, context);
+  };
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(Placed(process(i, 0))) << i;
+  EXPECT_EQ(process(5, 0.8).pose.status, graph::TrackingStatus::kAmbiguous);
+  const OdometryStep after = process(6, 0.1);
+  ASSERT_TRUE(Placed(after));
+  ExpectNear(after.pose.T_map_base, {0.3, 0, 0}, "after the copy");
+}
+
 }  // namespace
 }  // namespace ceilmap::mapping

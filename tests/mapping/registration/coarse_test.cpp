@@ -115,5 +115,14 @@ TEST(EstimateNoise, NeverBelowTheRoundingToEightBits) {
   }
 }
 
+TEST(WhiteningNoise, IsLargerWhereACodecRemovedTheNoise) {
+  EXPECT_TRUE(IsEncoded(0.3F));
+  EXPECT_FALSE(IsEncoded(1.5F));
+  EXPECT_FLOAT_EQ(WhiteningNoise(1.5F), 1.5F);
+  EXPECT_FLOAT_EQ(WhiteningNoise(12), 12);
+  EXPECT_GT(WhiteningNoise(0.3F), 4);
+  EXPECT_GT(WhiteningNoise(0.3F), WhiteningNoise(0.8F));
+}
+
 }  // namespace
 }  // namespace ceilmap::registration
