@@ -263,7 +263,9 @@ bool BlockStage::MeasureBlock(const Level& reference,
                               int search_px,
                               BlockShift& shift) {
   const double noise =
-      kBlockNoiseFactor * reference.noise_sigma * current.noise_sigma * poc_.WindowPower();
+      kBlockNoiseFactor * poc_.WindowPower() *
+      WhiteningPower(
+          reference.noise_sigma, reference.white_sigma, current.noise_sigma, current.white_sigma);
   SampleBlock(current, map, samples_);
   if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);

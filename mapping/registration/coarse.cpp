@@ -20,11 +20,11 @@ constexpr double kLampLimit = 7;
 constexpr double kMaxSaturated = 0.75;
 // Whitening stops where the signal falls below this many noise powers.
 constexpr double kNoiseFactor = 4;
-// White noise of any sensor, grey levels: videos of x264 have less from about CRF 25 on.
-constexpr float kSensorNoise = 1.3F;
+// White noise of any sensor, grey levels: videos of x264 have less from CRF 25 to 30 on.
+constexpr float kSensorNoise = 1.0F;
 // The codec's error where no white noise is left, grey levels. Between 4 and 10 there is little
 // difference in coverage and error.
-constexpr float kCodingNoise = 6;
+constexpr float kCodingNoise = 5;
 constexpr int kPeaksPerRotation = 3;  // translations kept of each correlation surface
 constexpr double kMinOverlap = 0.12;  // hypotheses with less common area are dropped
 constexpr int kMaxHypotheses = 6;
@@ -181,7 +181,7 @@ void CoarseStage::FadeToMean(const std::vector<float>& weights) {
 }
 
 void CoarseStage::Analyze(const cv::Mat& grey,
-                          float noise_sigma,
+                          float white_noise,
                           FrameSpectrum::Coarse& data,
                           const cv::Mat& mask) {
   kernels::ReduceArea(grey.ptr<unsigned char>(start_.y) + start_.x,
@@ -207,7 +207,8 @@ void CoarseStage::Analyze(const cv::Mat& grey,
                                                    windowed_.data());
   data.contrast =
       overexposed ? 0 : static_cast<float>(std::sqrt(squares / static_cast<double>(poc_.Area())));
-  data.noise_sigma = noise_sigma;
+  data.noise_sigma = WhiteningNoise(white_noise);
+  data.white_sigma = white_noise;
   data.spectrum.Resize(poc_.SpectrumSize());
   poc_.Transform(windowed_, data.spectrum);
   data.rings.Resize(polar_.RingSpectrumSize());
@@ -346,7 +347,9 @@ void CoarseStage::ProposeShifts(const FrameSpectrum::Coarse& reference,
                                 bool half_turn,
                                 std::vector<Hypothesis>& hypotheses) {
   const double sigma_product =
-      static_cast<double>(reference.noise_sigma) * current.noise_sigma / (factor_ * factor_);
+      WhiteningPower(
+          reference.noise_sigma, reference.white_sigma, current.noise_sigma, current.white_sigma) /
+      (factor_ * factor_);
   poc_.Correlate(reference.spectrum,
                  turned.spectrum,
                  kNoiseFactor * sigma_product * poc_.WindowPower(),

@@ -43,7 +43,7 @@ class CoarseStage {
   /// @param grey  CV_8UC1, checked by the caller. @param mask  CV_8UC1 of the same size, 0 where
   /// this image has no content in addition to the common mask; empty: none.
   void Analyze(const cv::Mat& grey,
-               float noise_sigma,
+               float white_noise,
                FrameSpectrum::Coarse& data,
                const cv::Mat& mask = {});
 

@@ -124,7 +124,7 @@ void FineStage::Analyze(const cv::Mat& grey,
                         float white_noise,
                         FrameSpectrum::Fine& data,
                         const cv::Mat& mask) const {
-  data.noise_sigma = WhiteningNoise(white_noise);
+  data.white_sigma = white_noise;
   data.encoded = IsEncoded(white_noise);
   Fill(grey, fine_frame_.factor, fine_frame_.size, white_noise, data.fine);
   Fill(grey, 2 * fine_frame_.factor, rough_frame_.size, white_noise, data.rough);

@@ -234,7 +234,7 @@ FrameSpectrum Registrar::Complete(const cv::Mat& grey,
   Check(grey, mask);
   const FrameSpectrum::Fine& fine = *complete.fine_;
   const cv::Mat& clean = fine.impulses ? WithoutImpulses(grey, impl_->clean) : grey;
-  complete.coarse_ = impl_->AnalyzeCoarse(clean, fine.noise_sigma, mask);
+  complete.coarse_ = impl_->AnalyzeCoarse(clean, fine.white_sigma, mask);
   return complete;
 }
 

@@ -120,7 +120,7 @@ TEST(WhiteningNoise, IsLargerWhereACodecRemovedTheNoise) {
   EXPECT_FALSE(IsEncoded(1.5F));
   EXPECT_FLOAT_EQ(WhiteningNoise(1.5F), 1.5F);
   EXPECT_FLOAT_EQ(WhiteningNoise(12), 12);
-  EXPECT_GT(WhiteningNoise(0.3F), 4);
+  EXPECT_GT(WhiteningNoise(0.3F), 3);
   EXPECT_GT(WhiteningNoise(0.3F), WhiteningNoise(0.8F));
 }
 

