@@ -178,7 +178,7 @@ void AddGeometry(std::vector<VideoCase>& cases) {
     cases.push_back({"rotation flag", fmt::format("{} deg", degrees), {}, {}, false, encoder});
   }
   Options anamorphic = good;
-  anamorphic.insert(anamorphic.end(), {"-vf", "scale=iw*4/3:ih:flags=lanczos,setsar=3/4"});
+  anamorphic.insert(anamorphic.end(), {"-vf", "scale=trunc(iw*2/3)*2:ih:flags=lanczos,setsar=3/4"});
   cases.push_back({"aspect", "4:3 in 16:9", {}, {}, false, anamorphic});
 }
 
