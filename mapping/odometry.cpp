@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 
 #include "calib/base/error.hpp"
 #include "calib/base/pose_with_covariance.hpp"
@@ -12,6 +11,7 @@
 #include "mapping/frame_prediction.hpp"
 #include "mapping/match_gate.hpp"
 #include "mapping/planar_motion.hpp"
+#include "mapping/recent_keyframes.hpp"
 #include "mapping/repetition.hpp"
 
 namespace ceilmap::mapping {
@@ -40,12 +40,6 @@ constexpr double kStillRad = 0.003;
 // CRF 18 to 40: 0.4 to 1.0; where the codec repeated texture while the robot moved: 1.2 to 2.9.
 constexpr double kMaxStillDissimilarity = 1.15;
 
-/// A keyframe that new frames can still be registered against.
-struct ActiveKeyframe {
-  graph::Keyframe keyframe;
-  FrameSpectrum spectrum;
-};
-
 /// The frame before the current one, kept because it may have to become a keyframe.
 struct LastFrame {
   graph::FramePose pose;
@@ -63,37 +57,36 @@ struct Odometry::Impl {
       : view(ceiling_view),
         params(p),
         registrar(view.Size(), p.registration),
-        prediction(view, start, params) {}
+        prediction(view, start, params),
+        recent(view, params) {}
 
   const calib::CeilingView& view;
   OdometryParams params;
   Registrar registrar;
   FramePrediction prediction;
-  MatchGate standard;                 // learned from the edges of keyframes
-  std::deque<ActiveKeyframe> active;  // oldest first; the last one is the reference
+  MatchGate standard;      // learned from the edges of keyframes
+  RecentKeyframes recent;  // the latest one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
   int consecutive_lost = 0;
   int steps = 1;  // FramePrediction::StepsTo of the current frame
 
-  [[nodiscard]] MotionPrior PriorFor(const ActiveKeyframe& reference,
-                                     const ExpectedPose& expected) const;
-  Registration Measure(const ActiveKeyframe& reference,
+  Registration Measure(const RecentKeyframe& reference,
                        const FrameSpectrum& spectrum,
                        const std::optional<ExpectedPose>& expected);
-  void Place(const ActiveKeyframe& reference,
+  void Place(const RecentKeyframe& reference,
              const graph::Edge& edge,
              graph::FramePose& pose) const;
   Registration SelfRegister(const FrameSpectrum& spectrum);
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
-  MatchQuality Quality(const ActiveKeyframe& reference,
+  MatchQuality Quality(const RecentKeyframe& reference,
                        const FrameSpectrum& spectrum,
                        const Registration& registration);
   void LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step);
-  bool RestsOnCopies(const ActiveKeyframe& reference,
+  bool RestsOnCopies(const RecentKeyframe& reference,
                      const FrameSpectrum& spectrum,
                      const OdometryStep& step);
-  bool Accepts(const ActiveKeyframe& reference,
+  bool Accepts(const RecentKeyframe& reference,
                const FrameSpectrum& spectrum,
                const OdometryStep& step);
   bool TryReference(std::size_t index,
@@ -111,31 +104,20 @@ struct Odometry::Impl {
                     bool ambiguous,
                     OdometryStep& step);
   void Bridge(OdometryStep& step);
-  [[nodiscard]] cv::Mat Stored(const cv::Mat& image) const;
   [[nodiscard]] bool WantsKeyframe(const OdometryStep& step) const;
-  void ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
-                               graph::FramePose& pose,
-                               const graph::Edge& edge,
-                               std::vector<graph::Edge>& edges);
   void Remember(const OdometryStep& step,
                 const FrameSpectrum& spectrum,
                 const cv::Mat& image,
                 const graph::Edge& edge);
 };
 
-MotionPrior Odometry::Impl::PriorFor(const ActiveKeyframe& reference,
-                                     const ExpectedPose& expected) const {
-  const Pose2 T_reference_base = reference.keyframe.pose.T_map_base.Inverse() * expected.T_map_base;
-  return {ImageMotionOf(view, T_reference_base), expected.sigma_px, expected.sigma_rad};
-}
-
 /// Where only the compass gives the orientation, the registration is first done without a prior. A
 /// single motion that fits is accepted; the compass is then taken to be disturbed.
-Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
+Registration Odometry::Impl::Measure(const RecentKeyframe& reference,
                                      const FrameSpectrum& spectrum,
                                      const std::optional<ExpectedPose>& expected) {
   if (!expected) return registrar.Register(reference.spectrum, spectrum);
-  const MotionPrior prior = PriorFor(reference, *expected);
+  const MotionPrior prior = PriorFor(view, reference, *expected);
   if (!expected->by_compass_alone) return registrar.Register(reference.spectrum, spectrum, prior);
   Registration alone = registrar.Register(reference.spectrum, spectrum);
   if (alone.ok() || alone.verdict == Verdict::kNoTexture) return alone;
@@ -145,7 +127,7 @@ Registration Odometry::Impl::Measure(const ActiveKeyframe& reference,
   return turned;
 }
 
-void Odometry::Impl::Place(const ActiveKeyframe& reference,
+void Odometry::Impl::Place(const RecentKeyframe& reference,
                            const graph::Edge& edge,
                            graph::FramePose& pose) const {
   const graph::FramePose& from = reference.keyframe.pose;
@@ -164,6 +146,7 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
                            OdometryStep& step) {
   step.registration = SelfRegister(spectrum);
   if (!step.registration.ok()) return false;
+  recent.Clear();
   step.pose.T_map_base = prediction.Restart();
   step.pose.status = graph::TrackingStatus::kTracking;
   MakeKeyframe(step.pose, spectrum, image, {}, false, step);
@@ -171,7 +154,7 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
   return true;
 }
 
-MatchQuality Odometry::Impl::Quality(const ActiveKeyframe& reference,
+MatchQuality Odometry::Impl::Quality(const RecentKeyframe& reference,
                                      const FrameSpectrum& spectrum,
                                      const Registration& registration) {
   return QualityOf(registration,
@@ -180,16 +163,14 @@ MatchQuality Odometry::Impl::Quality(const ActiveKeyframe& reference,
 
 /// Learns the gate from a frame that was tracked continuously from the keyframe that placed it.
 void Odometry::Impl::LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step) {
-  const auto reference = std::find_if(active.begin(), active.end(), [&](const ActiveKeyframe& k) {
-    return k.keyframe.id == step.pose.keyframe_id;
-  });
-  if (reference == active.end() || prediction.CeilingHidden()) return;
+  const RecentKeyframe* const reference = recent.Find(step.pose.keyframe_id);
+  if (reference == nullptr || prediction.CeilingHidden()) return;
   standard.Add(Quality(*reference, spectrum, step.registration));
 }
 
 /// Whether the image fits only because a codec repeated weak texture at the same pixels while the
 /// robot moved on. If the robot really stands, all of an encoded image stays the same.
-bool Odometry::Impl::RestsOnCopies(const ActiveKeyframe& reference,
+bool Odometry::Impl::RestsOnCopies(const RecentKeyframe& reference,
                                    const FrameSpectrum& spectrum,
                                    const OdometryStep& step) {
   if (!spectrum.IsEncoded()) return false;
@@ -205,7 +186,7 @@ bool Odometry::Impl::RestsOnCopies(const ActiveKeyframe& reference,
 
 /// Whether the robot can be where the registration puts it. Against the motion, only a place that
 /// is unique and looks as it did is accepted.
-bool Odometry::Impl::Accepts(const ActiveKeyframe& reference,
+bool Odometry::Impl::Accepts(const RecentKeyframe& reference,
                              const FrameSpectrum& spectrum,
                              const OdometryStep& step) {
   const auto looks_right = [&] {
@@ -226,7 +207,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
                                   const std::optional<ExpectedPose>& expected,
                                   OdometryStep& step,
                                   graph::Edge& edge) {
-  const ActiveKeyframe& reference = active[index];
+  const RecentKeyframe& reference = recent[index];
   step.registration = Measure(reference, spectrum, expected);
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
@@ -253,21 +234,21 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, gr
   const bool tilting = last && last->edge.to < 0 && last->pose.tilt.IsLevel() &&
                        !step.pose.tilt.IsLevel() && last->overlap < kLevelOverlap;
   if (tilting) Bridge(step);
-  if (TryReference(active.size() - 1, spectrum, expected, step, edge)) return true;
+  if (TryReference(recent.Size() - 1, spectrum, expected, step, edge)) return true;
   // Frames may be missing before this one, and it is far from where it is expected.
-  if (TryReference(active.size() - 1, spectrum, std::nullopt, step, edge)) return true;
+  if (expected && TryReference(recent.Size() - 1, spectrum, std::nullopt, step, edge)) return true;
   // The last placed frame has more overlap with this one than the reference has: it becomes the
   // keyframe.
   if (!last || last->edge.to >= 0 || step.registration.verdict == Verdict::kNoTexture) return false;
   Bridge(step);
-  return TryReference(active.size() - 1, spectrum, expected, step, edge);
+  return TryReference(recent.Size() - 1, spectrum, expected, step, edge);
 }
 
 /// Makes the last frame a keyframe.
 void Odometry::Impl::Bridge(OdometryStep& step) {
   const LastFrame bridge = *last;
   MakeKeyframe(bridge.pose, bridge.spectrum, bridge.image, bridge.edge, bridge.ambiguous, step);
-  last->edge.to = active.back().keyframe.id;
+  last->edge.to = recent.Latest().keyframe.id;
 }
 
 bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
@@ -283,7 +264,7 @@ bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, 
   Registration tracked = step.registration;
   if (tracked.verdict == Verdict::kNoTexture || !prediction.MayBeNear()) return false;
   const std::optional<ExpectedPose> expected = prediction.AfterLoss();
-  for (std::size_t i = active.size(); i-- > 0;) {
+  for (std::size_t i = recent.Size(); i-- > 0;) {
     if (TryReference(i, spectrum, expected, step, edge)) {
       step.pose.status = graph::TrackingStatus::kRelocalized;
       return true;
@@ -300,71 +281,9 @@ bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
   if (step.registration.verdict == Verdict::kNoTexture) return false;
   if (++consecutive_lost < params.restart_after || step.new_keyframe) return false;
   const Registration failed = step.registration;
-  std::deque<ActiveKeyframe> before;
-  before.swap(active);
   if (Start(spectrum, image, step)) return true;
-  active.swap(before);
   step.registration = failed;
   return false;
-}
-
-void Odometry::Impl::ConnectToLocalKeyframes(const FrameSpectrum& spectrum,
-                                             graph::FramePose& pose,
-                                             const graph::Edge& edge,
-                                             std::vector<graph::Edge>& edges) {
-  // Each edge gives an estimate of the same pose; the estimates are averaged, weighted by their
-  // information.
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
-  const auto add = [&](const ActiveKeyframe& reference, const graph::Edge& tie) {
-    const Pose2 T = reference.keyframe.pose.T_map_base * tie.T_from_to;
-    const Eigen::Vector3d difference(
-        T.x - pose.T_map_base.x, T.y - pose.T_map_base.y, WrapAngle(T.yaw - pose.T_map_base.yaw));
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    turn.topLeftCorner<2, 2>() = reference.keyframe.pose.T_map_base.Rotation();
-    const Eigen::Matrix3d in_map = turn * tie.information * turn.transpose();
-    information += in_map;
-    weighted += in_map * difference;
-  };
-  const int width = view.Size().width;
-  const int height = view.Size().height;
-  for (std::size_t i = active.size(); i-- > 0;) {
-    const ActiveKeyframe& reference = active[i];
-    if (reference.keyframe.id == edge.from) {
-      add(reference, edge);
-      continue;
-    }
-    if (static_cast<int>(edges.size()) >= params.local_keyframes) break;
-    MotionPrior prior = PriorFor(reference, ExpectedPose{pose.T_map_base});
-    if (std::abs(prior.motion.tx_px) > 0.5 * width || std::abs(prior.motion.ty_px) > 0.5 * height)
-      continue;
-    prior.sigma_px = 3;
-    prior.sigma_theta_rad = 0.01;
-    const Registration registration = registrar.Register(reference.spectrum, spectrum, prior);
-    const double off = std::hypot(registration.motion.tx_px - prior.motion.tx_px,
-                                  registration.motion.ty_px - prior.motion.ty_px);
-    if (!registration.ok() || off > 5) continue;
-    graph::Edge tie =
-        MeasuredEdge(view, registration, reference.keyframe.id, edge.to, params.noise);
-    InflateTiltCovariance(view, pose.tilt, tie);
-    add(reference, tie);
-    edges.push_back(tie);
-  }
-  const Eigen::Vector3d correction = information.ldlt().solve(weighted);
-  pose.T_map_base.x += correction.x();
-  pose.T_map_base.y += correction.y();
-  pose.T_map_base.yaw = WrapAngle(pose.T_map_base.yaw + correction.z());
-}
-
-/// The stored form of an image: 0 means no content, so black pixels of the content are raised above
-/// 0 (Keyframe::image).
-cv::Mat Odometry::Impl::Stored(const cv::Mat& image) const {
-  cv::Mat stored;
-  cv::max(image, 1, stored);
-  const cv::Mat content = calib::ContentMask(image);
-  if (!content.empty()) cv::bitwise_and(stored, content, stored);
-  if (!view.Mask().empty()) cv::bitwise_and(stored, view.Mask(), stored);
-  return stored;
 }
 
 void Odometry::Impl::MakeKeyframe(const graph::FramePose& pose,
@@ -373,19 +292,9 @@ void Odometry::Impl::MakeKeyframe(const graph::FramePose& pose,
                                   const graph::Edge& edge,
                                   bool ambiguous,
                                   OdometryStep& step) {
-  graph::Keyframe keyframe{next_id++, pose, Stored(image), ambiguous};
-  keyframe.pose.keyframe_id = keyframe.id;
-  if (!active.empty()) {
-    graph::Edge tie = edge;
-    tie.to = keyframe.id;
-    step.new_edges.push_back(tie);
-    ConnectToLocalKeyframes(spectrum, keyframe.pose, tie, step.new_edges);
-  }
-  step.new_keyframe = keyframe;
+  step.new_keyframe =
+      recent.Add({next_id++, pose, image, ambiguous}, spectrum, edge, registrar, step.new_edges);
   step.new_spectrum = spectrum;
-  active.push_back({std::move(keyframe), spectrum});
-  active.back().keyframe.image.release();
-  while (static_cast<int>(active.size()) > params.recent_keyframes) active.pop_front();
 }
 
 void Odometry::Impl::Remember(const OdometryStep& step,
@@ -434,7 +343,7 @@ OdometryStep Odometry::Process(const cv::Mat& image,
   me.prediction.Begin(stamp_s, context.heading);
   graph::Edge edge;
   bool placed = false;
-  if (me.active.empty()) {
+  if (me.recent.Size() == 0) {
     placed = me.Start(spectrum, image, step);
   } else {
     placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge) ||
