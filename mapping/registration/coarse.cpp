@@ -8,6 +8,7 @@
 
 #include "calib/base/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
+#include "mapping/registration/noise.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -20,11 +21,6 @@ constexpr double kLampLimit = 7;
 constexpr double kMaxSaturated = 0.75;
 // Whitening stops where the signal falls below this many noise powers.
 constexpr double kNoiseFactor = 4;
-// White noise of any sensor, grey levels: videos of x264 have less from CRF 25 to 30 on.
-constexpr float kSensorNoise = 1.0F;
-// The codec's error where no white noise is left, grey levels. Between 4 and 10 there is little
-// difference in coverage and error.
-constexpr float kCodingNoise = 5;
 constexpr int kPeaksPerRotation = 3;  // translations kept of each correlation surface
 constexpr double kMinOverlap = 0.12;  // hypotheses with less common area are dropped
 constexpr int kMaxHypotheses = 6;
@@ -52,46 +48,6 @@ struct Agreement {
 };
 
 }  // namespace
-
-float EstimateNoise(const cv::Mat& grey) {
-  // Mixed second difference: zero on planes and straight axis-parallel edges; its standard
-  // deviation is 2 sigma.
-  std::array<int, 1021> histogram{};
-  int count = 0;
-  int all = 0;
-  for (int y = 0; y + 1 < grey.rows; y += 4) {
-    const auto* a = grey.ptr<unsigned char>(y);
-    const auto* b = grey.ptr<unsigned char>(y + 1);
-    for (int x = 0; x + 1 < grey.cols; x += 3) {
-      ++all;
-      if (a[x] >= 250 || a[x] <= 2) continue;
-      ++histogram[static_cast<std::size_t>(std::abs(a[x] - a[x + 1] - b[x] + b[x + 1]))];
-      ++count;
-    }
-  }
-  constexpr float kRounding = 0.3F;
-  // In an image that is mostly black or white, the remaining grey values are edges of objects.
-  constexpr int kMaxLost = 4;
-  if (kMaxLost * count <= all) return kRounding;
-  // Position of the median inside its bin by linear interpolation, because the differences are
-  // whole grey levels.
-  int below = 0;
-  std::size_t bin = 0;
-  while (below + histogram[bin] < (count + 1) / 2) below += histogram[bin++];
-  const float inside = (0.5F * static_cast<float>(count) - static_cast<float>(below)) /
-                       static_cast<float>(std::max(histogram[bin], 1));
-  const float median = bin == 0 ? 0.5F * inside : static_cast<float>(bin) - 0.5F + inside;
-  return std::max(kRounding, median / (2 * 0.6745F));
-}
-
-bool IsEncoded(float white_noise) {
-  return white_noise < kSensorNoise;
-}
-
-float WhiteningNoise(float white_noise) {
-  const float removed = std::max(0.0F, 1 - white_noise / kSensorNoise);
-  return std::hypot(white_noise, kCodingNoise * removed);
-}
 
 CoarseStage::CoarseStage(cv::Size size, const cv::Mat& mask)
     : full_(size),
@@ -207,12 +163,11 @@ void CoarseStage::Analyze(const cv::Mat& grey,
                                                    windowed_.data());
   data.contrast =
       overexposed ? 0 : static_cast<float>(std::sqrt(squares / static_cast<double>(poc_.Area())));
-  data.noise_sigma = WhiteningNoise(white_noise);
-  data.white_sigma = white_noise;
+  data.noise = MakeNoise(white_noise);
   data.spectrum.Resize(poc_.SpectrumSize());
   poc_.Transform(windowed_, data.spectrum);
   data.rings.Resize(polar_.RingSpectrumSize());
-  const double sigma = data.noise_sigma / factor_;
+  const double sigma = data.noise.whitening / factor_;
   polar_.Analyze({data.spectrum.data(), data.spectrum.size()},
                  static_cast<float>(sigma * sigma * poc_.WindowPower()),
                  {data.rings.data(), data.rings.size()});
@@ -346,10 +301,7 @@ void CoarseStage::ProposeShifts(const FrameSpectrum::Coarse& reference,
                                 const TurnedBack& turned,
                                 bool half_turn,
                                 std::vector<Hypothesis>& hypotheses) {
-  const double sigma_product =
-      WhiteningPower(
-          reference.noise_sigma, reference.white_sigma, current.noise_sigma, current.white_sigma) /
-      (factor_ * factor_);
+  const double sigma_product = WhiteningPower(reference.noise, current.noise) / (factor_ * factor_);
   poc_.Correlate(reference.spectrum,
                  turned.spectrum,
                  kNoiseFactor * sigma_product * poc_.WindowPower(),

@@ -39,7 +39,7 @@ class CoarseStage {
 
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }
 
-  /// Fills the data of the coarse stage: flat, spectrum, rings, noise_sigma and contrast.
+  /// Fills the data of the coarse stage: flat, spectrum, rings, noise and contrast.
   /// @param grey  CV_8UC1, checked by the caller. @param mask  CV_8UC1 of the same size, 0 where
   /// this image has no content in addition to the common mask; empty: none.
   void Analyze(const cv::Mat& grey,
@@ -97,19 +97,5 @@ class CoarseStage {
   RealArray turned_;
   ComplexArray turned_spectrum_;
 };
-
-/// Standard deviation of white noise in an image, in grey levels, from the median of its mixed
-/// second differences (texture increases it a little; at least 0.3, the rounding to 8 bits, and not
-/// more where three quarters are black or white).
-float EstimateNoise(const cv::Mat& grey);
-
-/// True for less white noise than any camera's sensor has: the image was encoded at a low bitrate,
-/// or denoised.
-bool IsEncoded(float white_noise);
-
-/// Noise for the whitening, grey levels. An encoded image contains little at high spatial
-/// frequencies, and what it contains there is mostly the codec's error, which whitening would
-/// amplify: the less white noise is left, the coarser the codec was.
-float WhiteningNoise(float white_noise);
 
 }  // namespace ceilmap::registration

@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/base/pose2.hpp"
-#include "mapping/registration/coarse.hpp"
 #include "mapping/registration/kernels.hpp"
 
 namespace ceilmap::registration {
@@ -66,11 +65,11 @@ double FineFactor(cv::Size full) {
   return reduction;
 }
 
-void Fill(const cv::Mat& grey, double factor, cv::Size size, float white_noise, Level& level) {
+void Fill(
+    const cv::Mat& grey, double factor, cv::Size size, const ImageNoise& noise, Level& level) {
   level.grey.Resize(static_cast<std::size_t>(size.area()));
   // An enlarged image has all its noise in a quarter of the band, twice as dense along each axis.
-  level.noise_sigma = WhiteningNoise(white_noise) / static_cast<float>(factor);
-  level.white_sigma = white_noise / static_cast<float>(factor);
+  level.noise = noise.Reduced(factor);
   if (factor < 1) {
     cv::Mat exact;
     grey.convertTo(exact, CV_32F);
@@ -124,10 +123,9 @@ void FineStage::Analyze(const cv::Mat& grey,
                         float white_noise,
                         FrameSpectrum::Fine& data,
                         const cv::Mat& mask) const {
-  data.white_sigma = white_noise;
-  data.encoded = IsEncoded(white_noise);
-  Fill(grey, fine_frame_.factor, fine_frame_.size, white_noise, data.fine);
-  Fill(grey, 2 * fine_frame_.factor, rough_frame_.size, white_noise, data.rough);
+  data.noise = MakeNoise(white_noise);
+  Fill(grey, fine_frame_.factor, fine_frame_.size, data.noise, data.fine);
+  Fill(grey, 2 * fine_frame_.factor, rough_frame_.size, data.noise, data.rough);
   fine_.TakeMask(LevelMask(mask, fine_frame_.size), data.fine);
   rough_.TakeMask(LevelMask(mask, rough_frame_.size), data.rough);
 }

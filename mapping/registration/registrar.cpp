@@ -12,6 +12,7 @@
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/fine_stage.hpp"
 #include "mapping/registration/impulses.hpp"
+#include "mapping/registration/noise.hpp"
 
 namespace ceilmap::registration {
 
@@ -210,7 +211,7 @@ void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
 }
 
 bool FrameSpectrum::IsEncoded() const {
-  return fine_ && fine_->encoded;
+  return fine_ && fine_->noise.IsEncoded();
 }
 
 FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
@@ -234,7 +235,7 @@ FrameSpectrum Registrar::Complete(const cv::Mat& grey,
   Check(grey, mask);
   const FrameSpectrum::Fine& fine = *complete.fine_;
   const cv::Mat& clean = fine.impulses ? WithoutImpulses(grey, impl_->clean) : grey;
-  complete.coarse_ = impl_->AnalyzeCoarse(clean, fine.white_sigma, mask);
+  complete.coarse_ = impl_->AnalyzeCoarse(clean, fine.noise.white, mask);
   return complete;
 }
 

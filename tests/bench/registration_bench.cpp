@@ -16,6 +16,7 @@
 #include "calib/base/degrees.hpp"
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/noise.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "tests/bench/registration_frames.hpp"
 #include "tests/bench/registration_yardsticks.hpp"

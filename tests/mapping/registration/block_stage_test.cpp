@@ -19,8 +19,7 @@ Level MakeLevel(const cv::Mat& image) {
   Level level;
   level.grey.Resize(image.total());
   image.convertTo(cv::Mat(image.size(), CV_32FC1, level.grey.data()), CV_32F);
-  level.noise_sigma = 0.3F;
-  level.white_sigma = 0.3F;
+  level.noise = {0.3F, 0.3F};
   return level;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "mapping/registration/noise.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::registration {
@@ -96,32 +97,6 @@ TEST_F(CoarseStageTest, ContrastIsThatOfTheTexture) {
   EXPECT_LT(reference_.contrast, 3);
   Analyze(ceiling_.Render(kImageSize), reference_);
   EXPECT_GT(reference_.contrast, 8);
-}
-
-TEST(EstimateNoise, MeasuresWhiteNoise) {
-  const SyntheticCeiling empty({.tile_px = 0, .speckle_grey = 0, .lamps = false, .marks = false});
-  for (const double sigma : {1.0, 2.0, 5.0, 12.0}) {
-    EXPECT_NEAR(EstimateNoise(empty.Render(kImageSize, {}, sigma)) / sigma, 1, 0.06) << sigma;
-  }
-  // Texture raises it a little.
-  const float noise = EstimateNoise(SyntheticCeiling().Render(kImageSize, {}, 3));
-  EXPECT_GT(noise, 2.9);
-  EXPECT_LT(noise, 3.6);
-}
-
-TEST(EstimateNoise, NeverBelowTheRoundingToEightBits) {
-  for (const int grey : {0, 128, 255}) {
-    EXPECT_FLOAT_EQ(EstimateNoise(cv::Mat(kImageSize, CV_8UC1, cv::Scalar(grey))), 0.3F);
-  }
-}
-
-TEST(WhiteningNoise, IsLargerWhereACodecRemovedTheNoise) {
-  EXPECT_TRUE(IsEncoded(0.3F));
-  EXPECT_FALSE(IsEncoded(1.5F));
-  EXPECT_FLOAT_EQ(WhiteningNoise(1.5F), 1.5F);
-  EXPECT_FLOAT_EQ(WhiteningNoise(12), 12);
-  EXPECT_GT(WhiteningNoise(0.3F), 3);
-  EXPECT_GT(WhiteningNoise(0.3F), WhiteningNoise(0.8F));
 }
 
 }  // namespace

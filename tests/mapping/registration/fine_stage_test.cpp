@@ -5,6 +5,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "mapping/registration/noise.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::registration {

@@ -1,0 +1,64 @@
+#include "mapping/registration/noise.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+namespace ceilmap::registration {
+namespace {
+
+// White noise of any sensor, grey levels: videos of x264 have less from CRF 25 to 30 on.
+constexpr float kSensorNoise = 1.0F;
+// The codec's error where no white noise is left, grey levels.
+constexpr float kCodingNoise = 5;
+
+}  // namespace
+
+ImageNoise ImageNoise::Reduced(double factor) const {
+  const auto divisor = static_cast<float>(factor);
+  return {white / divisor, whitening / divisor};
+}
+
+float EstimateNoise(const cv::Mat& grey) {
+  // Mixed second difference: zero on planes and straight axis-parallel edges; its standard
+  // deviation is 2 sigma.
+  std::array<int, 1021> histogram{};
+  int count = 0;
+  int all = 0;
+  for (int y = 0; y + 1 < grey.rows; y += 4) {
+    const auto* a = grey.ptr<unsigned char>(y);
+    const auto* b = grey.ptr<unsigned char>(y + 1);
+    for (int x = 0; x + 1 < grey.cols; x += 3) {
+      ++all;
+      if (a[x] >= 250 || a[x] <= 2) continue;
+      ++histogram[static_cast<std::size_t>(std::abs(a[x] - a[x + 1] - b[x] + b[x + 1]))];
+      ++count;
+    }
+  }
+  constexpr float kRounding = 0.3F;
+  // In an image that is mostly black or white, the remaining grey values are edges of objects.
+  constexpr int kMaxLost = 4;
+  if (kMaxLost * count <= all) return kRounding;
+  // Position of the median inside its bin by linear interpolation, because the differences are
+  // whole grey levels.
+  int below = 0;
+  std::size_t bin = 0;
+  while (below + histogram[bin] < (count + 1) / 2) below += histogram[bin++];
+  const float inside = (0.5F * static_cast<float>(count) - static_cast<float>(below)) /
+                       static_cast<float>(std::max(histogram[bin], 1));
+  const float median = bin == 0 ? 0.5F * inside : static_cast<float>(bin) - 0.5F + inside;
+  return std::max(kRounding, median / (2 * 0.6745F));
+}
+
+ImageNoise MakeNoise(float white) {
+  const float removed = std::max(0.0F, 1 - white / kSensorNoise);
+  return {white, std::hypot(white, kCodingNoise * removed)};
+}
+
+double WhiteningPower(const ImageNoise& a, const ImageNoise& b) {
+  const bool encoded = a.IsEncoded() && b.IsEncoded();
+  return encoded ? double{a.whitening} * b.whitening : double{a.white} * b.white;
+}
+
+}  // namespace ceilmap::registration

@@ -1,0 +1,54 @@
+#include "mapping/registration/noise.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+using synthetic::SyntheticCeiling;
+
+const cv::Size kNoiseSize(640, 480);
+
+TEST(EstimateNoise, MeasuresWhiteNoise) {
+  const SyntheticCeiling empty({.tile_px = 0, .speckle_grey = 0, .lamps = false, .marks = false});
+  for (const double sigma : {1.0, 2.0, 5.0, 12.0}) {
+    EXPECT_NEAR(EstimateNoise(empty.Render(kNoiseSize, {}, sigma)) / sigma, 1, 0.06) << sigma;
+  }
+  // Texture raises it a little.
+  const float noise = EstimateNoise(SyntheticCeiling().Render(kNoiseSize, {}, 3));
+  EXPECT_GT(noise, 2.9);
+  EXPECT_LT(noise, 3.6);
+}
+
+TEST(EstimateNoise, NeverBelowTheRoundingToEightBits) {
+  for (const int grey : {0, 128, 255}) {
+    EXPECT_FLOAT_EQ(EstimateNoise(cv::Mat(kNoiseSize, CV_8UC1, cv::Scalar(grey))), 0.3F);
+  }
+}
+
+TEST(WhiteningNoise, IsLargerWhereACodecRemovedTheNoise) {
+  EXPECT_TRUE(MakeNoise(0.3F).IsEncoded());
+  EXPECT_FALSE(MakeNoise(1.5F).IsEncoded());
+  EXPECT_FLOAT_EQ(MakeNoise(1.5F).whitening, 1.5F);
+  EXPECT_FLOAT_EQ(MakeNoise(12).whitening, 12);
+  EXPECT_GT(MakeNoise(0.3F).whitening, 3);
+  EXPECT_GT(MakeNoise(0.3F).whitening, MakeNoise(0.8F).whitening);
+}
+
+TEST(WhiteningNoise, OnlyOneImageWithoutNoiseIsNotACodec) {
+  const ImageNoise encoded = MakeNoise(0.3F);
+  const ImageNoise sensor = MakeNoise(2);
+  EXPECT_FLOAT_EQ(WhiteningPower(encoded, encoded), encoded.whitening * encoded.whitening);
+  EXPECT_FLOAT_EQ(WhiteningPower(encoded, sensor), 0.3F * 2);
+}
+
+TEST(WhiteningNoise, AReducedImageHasLess) {
+  const ImageNoise half = MakeNoise(0.3F).Reduced(2);
+  EXPECT_FLOAT_EQ(half.white, 0.15F);
+  EXPECT_TRUE(half.IsEncoded());
+}
+
+}  // namespace
+}  // namespace ceilmap::registration
