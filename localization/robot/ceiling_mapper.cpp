@@ -5,6 +5,7 @@
 #include "calib/base/error.hpp"
 #include "calib/base/stage_timer.hpp"
 #include "mapping/map_extension.hpp"
+#include "mapping/repetition.hpp"
 #include "mapping/store/map_file.hpp"
 
 namespace ceilmap::robot {
@@ -69,6 +70,7 @@ struct CeilingMapper::Impl {
   std::optional<mapping::MapExtension> extension;
   std::optional<store::MapWriter> writer;
   std::optional<mapping::Mapper> mapper;
+  mapping::RepetitionMeter repetition;
   registration::AnalyzedImage image;  // of the last frame
   cv::Mat buffer;                     // of a rectified image
   double rectify_ms = 0;
@@ -96,8 +98,10 @@ Estimate CeilingMapper::Map(const Frame& frame) {
     const StageTimer timer(me.rectify_ms);
     me.image.pixels = me.view.Rectify(frame.up.pixels, me.buffer);
   }
+  mapping::FrameContext context = frame.context;
+  context.repeated = me.repetition.Next(frame.up.pixels);
   const graph::FramePose pose =
-      me.mapper->Process(me.image, frame.up.index, frame.up.stamp_s, frame.context);
+      me.mapper->Process(me.image, frame.up.index, frame.up.stamp_s, context);
   Locate(pose.stamp_s,
          pose.status == TrackingStatus::kTracking ? std::optional(pose.T_map_base) : std::nullopt);
   Estimate estimate;

@@ -8,7 +8,6 @@
 #include "localization/robot/colour_heading.hpp"
 #include "localization/robot/omni_heading.hpp"
 #include "localization/robot/sample_heading.hpp"
-#include "mapping/repetition.hpp"
 
 namespace ceilmap::robot {
 namespace {
@@ -67,7 +66,6 @@ struct Sensors::Impl {
 
   Task Prepare(const Image& up);
   Frame Measure(const Task& task);
-  mapping::RepetitionMeter repetition;
   compensation::TiltEstimate MeasureTilt(const Task& task);
 };
 
@@ -99,7 +97,6 @@ Sensors::Frame Sensors::Impl::Measure(const Task& task) {
   if (task.residual && tilt) tilt->Correct(*task.residual);
   Frame frame{task.up, {}, {}};
   frame.context.heading = task.heading;
-  frame.context.repeated = repetition.Next(task.up.pixels);
   std::future<std::optional<HeadingPrior>> heading;
   if (task.by_camera != nullptr) {
     if (task.located) {
