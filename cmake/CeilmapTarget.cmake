@@ -10,6 +10,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   # GCC 12 sees an overlap in every '"text" + std::string' (GCC bug 105651, mended in 13).
   target_compile_options(ceilmap_build_flags INTERFACE -Wno-restrict)
 endif()
+if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC takes sources that are compiled as one for headers, whose anonymous namespaces would differ from use to use.
+  target_compile_options(ceilmap_build_flags INTERFACE -Wno-subobject-linkage)
+endif()
 if(CEILMAP_WERROR)
   target_compile_options(ceilmap_build_flags INTERFACE -Werror)
 endif()

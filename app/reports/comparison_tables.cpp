@@ -12,10 +12,6 @@ namespace {
 
 using evaluation::ErrorStatistics;
 
-std::string Count(std::int64_t count) {
-  return fmt::format("{}", count);
-}
-
 // Without values there is no ratio.
 std::string Fixed(double value, int decimals) {
   std::string text = fmt::format("{:.{}f}", value, decimals);
@@ -32,8 +28,8 @@ ReportTable CoverageTable(const Comparison& comparison) {
   for (const ComparedEstimate& estimate : comparison.estimates) {
     const double path_m = estimate.errors ? estimate.errors->path_m : estimate.heading.path_m;
     table.rows.push_back({estimate.file.name,
-                          Count(estimate.matched),
-                          Count(estimate.expected),
+                          fmt::to_string(estimate.matched),
+                          fmt::to_string(estimate.expected),
                           Fixed(estimate.Coverage(), 4),
                           Fixed(path_m, 3)});
   }
@@ -102,7 +98,7 @@ ReportTable SegmentTable(const Comparison& comparison) {
     for (const evaluation::SegmentErrors& segment : estimate.errors->segments) {
       table.rows.push_back({estimate.file.name,
                             fmt::format("{:g}", segment.length_m),
-                            Count(segment.translation_percent.count),
+                            fmt::to_string(segment.translation_percent.count),
                             Fixed(segment.translation_percent.mean, 4),
                             Fixed(segment.translation_percent.p95, 4),
                             Fixed(segment.rotation_deg_per_m.mean, 4),
@@ -153,7 +149,7 @@ ReportTable ConsistencyTable(const Comparison& comparison) {
     const evaluation::Nees& position = estimate.consistency->position;
     const evaluation::Nees& pose = estimate.consistency->pose;
     table.rows.push_back({estimate.file.name,
-                          Count(estimate.consistency->frames),
+                          fmt::to_string(estimate.consistency->frames),
                           Fixed(position.mean, 3),
                           fmt::format("{:g}", position.expected),
                           Fixed(100 * position.inside_95, 1),
@@ -176,7 +172,7 @@ ReportTable StatusTable(const Comparison& comparison) {
     std::vector<std::string> row = {estimate.file.name};
     for (const std::string& status : statuses) {
       const auto found = estimate.frames_of_status.find(status);
-      row.push_back(Count(found == estimate.frames_of_status.end() ? 0 : found->second));
+      row.push_back(fmt::to_string(found == estimate.frames_of_status.end() ? 0 : found->second));
     }
     table.rows.push_back(std::move(row));
   }

@@ -13,10 +13,6 @@ namespace ceilmap::reports {
 namespace {
 constexpr double kSmallErrorRad = 0.1;
 
-std::string CountText(std::int64_t number) {
-  return fmt::format("{}", number);
-}
-
 // Fraction of small errors, with the limit of the publications.
 double PartBelow(const evaluation::HeadingErrors& errors, double limit_rad) {
   const auto small = [limit_rad](const evaluation::HeadingError& error) {
@@ -45,11 +41,11 @@ void AddQueryErrors(const evaluation::HeadingErrors& errors, terminal::Table& ta
 void AddUnused(const recordings::UnusedFrames& unused, terminal::Table& table) {
   if (unused.without_pose > 0) {
     table.AddRow(
-        {"no pose", CountText(unused.without_pose), "frames without a pose at their time"});
+        {"no pose", fmt::to_string(unused.without_pose), "frames without a pose at their time"});
   }
   if (unused.below_horizon > 0) {
     table.AddRow({"skipped",
-                  CountText(unused.below_horizon),
+                  fmt::to_string(unused.below_horizon),
                   "frames with too few pixels above the horizon"});
   }
 }
@@ -95,7 +91,7 @@ void AddModelRows(const colour::ColourModel& model, terminal::Table& table) {
   const Content content = ContentOf(model);
   table.AddRow({"classes", fmt::format("{}", model.classes.size()), "of colours"});
   table.AddRow(
-      {"cells", CountText(content.cells), fmt::format("of {} seen from", model.cells.size())});
+      {"cells", fmt::to_string(content.cells), fmt::format("of {} seen from", model.cells.size())});
   table.AddRow({"directions",
                 fmt::format("{:.1f}", 100 * content.filled),
                 fmt::format("% of {} in each of these", model.bins)});
@@ -132,8 +128,8 @@ void PrintReport(const CompassLearnResult& result,
                  const colour::ColourModel& model,
                  const terminal::Summary& summary) {
   terminal::Table table;
-  table.AddRow({"frames", CountText(result.frames)});
-  table.AddRow({"learned", CountText(result.used)});
+  table.AddRow({"frames", fmt::to_string(result.frames)});
+  table.AddRow({"learned", fmt::to_string(result.used)});
   AddUnused(result.unused, table);
   AddModelRows(model, table);
   AddTimes("learning", result.learn_ms, result.frames, result.seconds, table);
@@ -178,16 +174,17 @@ void Summarize(const CompassQueryResult& result, terminal::Summary& summary) {
 
 void PrintReport(const CompassQueryResult& result, const terminal::Summary& summary) {
   terminal::Table table;
-  table.AddRow({"frames", CountText(result.frames)});
-  table.AddRow({"headings", CountText(static_cast<std::int64_t>(result.headings.size()))});
+  table.AddRow({"frames", fmt::to_string(result.frames)});
+  table.AddRow({"headings", fmt::to_string(static_cast<std::int64_t>(result.headings.size()))});
   AddUnused(result.unused, table);
   if (const auto ambiguous = summary.quality["unsure"].get<std::int64_t>(); ambiguous > 0) {
-    table.AddRow({"unsure", CountText(ambiguous), "headings: others match too"});
+    table.AddRow({"unsure", fmt::to_string(ambiguous), "headings: others match too"});
   }
-  if (result.learned > 0)
-    table.AddRow({"learned", CountText(result.learned), "frames during the run"});
+  if (result.learned > 0) {
+    table.AddRow({"learned", fmt::to_string(result.learned), "frames during the run"});
+  }
   if (result.reading.dropped > 0) {
-    table.AddRow({"dropped", CountText(result.reading.dropped), "frames of a live source"});
+    table.AddRow({"dropped", fmt::to_string(result.reading.dropped), "frames of a live source"});
   }
   const compass::HeadingEstimate& last = result.headings.back().estimate;
   table.AddRow(

@@ -52,8 +52,8 @@ class SizeVotes {
   SizeVotes(const BoardImages& images, const Board& board)
       : board_(board), needed_(std::min<std::size_t>(2, images.unseen.size())) {}
   bool Add(const cv::Mat& image, cv::Size corners) {
-    constexpr int kMinCorners = 20;
-    if (corners.area() < kMinCorners || !IsSeen(image, corners, board_)) return false;
+    constexpr int kMinBoardCorners = 20;
+    if (corners.area() < kMinBoardCorners || !IsSeen(image, corners, board_)) return false;
     return ++votes_[{corners.width, corners.height}] >= needed_;
   }
 

@@ -295,8 +295,8 @@ std::optional<CameraSolution> SolveOnce(const Problem& problem, const SolverPara
 
 // The view with the largest residuals, if it does not belong to the same board and camera.
 std::optional<std::size_t> Outlier(const CameraSolution& solution, double factor) {
-  constexpr std::size_t kMinViews = 4;  // three must remain
-  if (solution.UsedViews() < kMinViews) return std::nullopt;
+  constexpr std::size_t kMinToRemove = 4;  // three must remain
+  if (solution.UsedViews() < kMinToRemove) return std::nullopt;
   std::vector<double> rms_px;
   const SolvedView* worst = nullptr;
   for (const SolvedView& view : solution.views) {

@@ -32,10 +32,10 @@ class DepthMeter {
   [[nodiscard]] std::optional<double> Depth(double camera_ahead_of_axle_m) const {
     constexpr double kMinAhead = 0.05;
     constexpr double kNearest = 1;
-    constexpr double kFarthest = 20;
+    constexpr double kMaxDepths = 20;
     if (camera_ahead_of_axle_m < kMinAhead || turned_ < pi) return std::nullopt;
     const double excess = measured_ / turned_ - 1;
-    if (!(excess > camera_ahead_of_axle_m / kFarthest)) return std::nullopt;
+    if (!(excess > camera_ahead_of_axle_m / kMaxDepths)) return std::nullopt;
     return std::max(kNearest, camera_ahead_of_axle_m / excess);
   }
 
