@@ -33,6 +33,10 @@ constexpr double kMaxMeasuredRad = 0.25;
 // Standard deviation of pitch and roll by errors that residuals do not show (things below the
 // ceiling, compression), rad.
 constexpr double kCeilingSystematicRad = 1.5e-4;
+// Blocks of encoded images have errors in common: the codec moves areas larger than a block. The
+// standard deviation of the tilt grows by this fraction where the codec removed all noise of the
+// sensor. Without it, level frames of x264 at CRF 30 and 35 had up to 0.7 degrees.
+constexpr double kCommonCodingErrors = 1.7;
 
 /// Standard deviation of the tilt, rad.
 double TiltSigma(const PlaneFit& fit) {
@@ -153,6 +157,8 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
     if (!better && !sound) return std::nullopt;
   }
   CeilingMotion motion = Describe(fit);
+  const double loss = std::min(reference_.spectrum.CodingLoss(), frame.image.spectrum.CodingLoss());
+  motion.covariance *= std::pow(1 + kCommonCodingErrors * loss, 2);
   frame.T_reference_base = motion.T_reference_base;
   before_ = last_;
   last_ = Moment{FromSpace(motion.T_reference_base), frame.stamp_s};

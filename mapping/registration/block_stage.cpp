@@ -81,7 +81,7 @@ void BlockStage::PrepareReference(Level& level) {
   const int block = block_px_;
   const int half = block / 2 + 1;
   const double noise =
-      kBlockNoiseFactor * level.noise.whitening * level.noise.whitening * poc_.WindowPower();
+      kBlockNoiseFactor * level.noise.coded * level.noise.coded * poc_.WindowPower();
   RealArray samples(poc_.Area());
   level.blocks.resize(corners_.size());
   for (std::size_t i = 0; i < corners_.size(); ++i) {
@@ -215,12 +215,12 @@ void BlockStage::CopyBlock(const Level& level, cv::Point corner, RealArray& samp
 
 Dissimilarity BlockStage::Compare(const Level& reference,
                                   const Level& current,
-                                  const ImageMotion& motion) {
+                                  const ImageMotion& motion,
+                                  double noise_power) {
   // With sampling and compression about this fraction of a block's energy remains unexplained even
   // under the true motion.
   constexpr double kUnexplained = 0.02;
-  const double noise =
-      static_cast<double>(reference.noise.white) * current.noise.white * poc_.WindowPower();
+  const double noise = noise_power * poc_.WindowPower();
   Dissimilarity result;
   result.by_block.assign(corners_.size(), -1);
   const auto n = static_cast<Eigen::Index>(samples_.size());
@@ -263,7 +263,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
                               int search_px,
                               BlockShift& shift) {
   const double noise =
-      kBlockNoiseFactor * poc_.WindowPower() * WhiteningPower(reference.noise, current.noise);
+      kBlockNoiseFactor * poc_.WindowPower() * CodedPower(reference.noise, current.noise);
   SampleBlock(current, map, samples_);
   if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);

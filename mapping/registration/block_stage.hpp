@@ -53,8 +53,11 @@ class BlockStage {
                int search_px,
                std::vector<BlockShift>& shifts);
 
-  /// See Dissimilarity.
-  Dissimilarity Compare(const Level& reference, const Level& current, const ImageMotion& motion);
+  /// See Dissimilarity. @param noise_power  Expected difference of a pixel, grey levels squared.
+  Dissimilarity Compare(const Level& reference,
+                        const Level& current,
+                        const ImageMotion& motion,
+                        double noise_power);
 
   /// Shifts of the selected blocks under a plane motion, each block sampled with the motion's
   /// linear part at its centre; the motion is that of the level's image and camera.

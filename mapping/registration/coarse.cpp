@@ -167,7 +167,7 @@ void CoarseStage::Analyze(const cv::Mat& grey,
   data.spectrum.Resize(poc_.SpectrumSize());
   poc_.Transform(windowed_, data.spectrum);
   data.rings.Resize(polar_.RingSpectrumSize());
-  const double sigma = data.noise.whitening / factor_;
+  const double sigma = data.noise.coded / factor_;
   polar_.Analyze({data.spectrum.data(), data.spectrum.size()},
                  static_cast<float>(sigma * sigma * poc_.WindowPower()),
                  {data.rings.data(), data.rings.size()});
@@ -301,7 +301,7 @@ void CoarseStage::ProposeShifts(const FrameSpectrum::Coarse& reference,
                                 const TurnedBack& turned,
                                 bool half_turn,
                                 std::vector<Hypothesis>& hypotheses) {
-  const double sigma_product = WhiteningPower(reference.noise, current.noise) / (factor_ * factor_);
+  const double sigma_product = CodedPower(reference.noise, current.noise) / (factor_ * factor_);
   poc_.Correlate(reference.spectrum,
                  turned.spectrum,
                  kNoiseFactor * sigma_product * poc_.WindowPower(),

@@ -279,16 +279,17 @@ bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
                         Finalist& finalist) {
   const Registration& r = finalist.result;
   const double sigma = std::sqrt(r.covariance.diagonal().head<2>().maxCoeff());
-  const bool determined = sigma > 0 && sigma < kMaxSigmaPx && r.inliers >= params_.min_inliers &&
-                          r.inliers >= kMinInlierRatio * r.blocks;
-  if (!determined) return false;
+  finalist.determined = sigma > 0 && sigma < kMaxSigmaPx && r.inliers >= params_.min_inliers &&
+                        r.inliers >= kMinInlierRatio * r.blocks;
+  if (!finalist.determined) return false;
   // The lines between tiles fit at any position of a tiled ceiling, and blocks agree on them. So
   // either all blocks with more content than lines must agree too, or the images must be the same
   // down to the noise.
   const double by_blocks = candidate.Agreement() + finalist.agreement;
   const bool small = fine_frame_.factor < 1;
+  finalist.total_agreement = by_blocks + 2 * candidate.poc_peak;
   const bool agreed =
-      by_blocks + 2 * candidate.poc_peak > (small ? kMinAgreementSmall : params_.min_agreement);
+      finalist.total_agreement > (small ? kMinAgreementSmall : params_.min_agreement);
   if (agreed && by_blocks > params_.min_block_agreement) return true;
   Compare(reference, current, finalist);
   if (finalist.dissimilarity.mean < (agreed ? kMaxDissimilarityWeak : kMaxDissimilarity))
@@ -305,14 +306,25 @@ void FineStage::Compare(const FrameSpectrum::Fine& reference,
                         const FrameSpectrum::Fine& current,
                         Finalist& finalist) {
   if (finalist.dissimilarity.blocks > 0) return;
-  finalist.dissimilarity = Compare(reference, current, finalist.result.motion);
+  finalist.dissimilarity = CompareRough(reference,
+                                        current,
+                                        finalist.result.motion,
+                                        CodedPower(reference.rough.noise, current.rough.noise));
 }
 
 Dissimilarity FineStage::Compare(const FrameSpectrum::Fine& reference,
                                  const FrameSpectrum::Fine& current,
                                  const ImageMotion& motion) {
-  const ImageMotion fine = fine_frame_.FromFull(motion);
-  return rough_.Compare(reference.rough, current.rough, rough_frame_.FromFull(fine));
+  return CompareRough(
+      reference, current, motion, WhitePower(reference.rough.noise, current.rough.noise));
+}
+
+Dissimilarity FineStage::CompareRough(const FrameSpectrum::Fine& reference,
+                                      const FrameSpectrum::Fine& current,
+                                      const ImageMotion& motion,
+                                      double noise_power) {
+  const ImageMotion rough = rough_frame_.FromFull(fine_frame_.FromFull(motion));
+  return rough_.Compare(reference.rough, current.rough, rough, noise_power);
 }
 
 /// Maximum distance between the images of the corners under two motions, pixels of the level.

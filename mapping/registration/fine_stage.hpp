@@ -27,8 +27,11 @@ struct Candidate {
 /// A candidate after the last rounds.
 struct Finalist {
   Registration result;
-  double agreement = 0;         ///< mean over the compared blocks of the peaks of those that agree
-  Dissimilarity dissimilarity;  ///< see FineStage::Compare
+  double agreement = 0;  ///< mean over the compared blocks of the peaks of those that agree
+  /// Enough blocks agree on the motion, to sub-pixel accuracy; false: the fields below are not set.
+  bool determined = false;
+  double total_agreement = 0;   ///< RegistrarParams::min_agreement, 0..4
+  Dissimilarity dissimilarity;  ///< of the images, the error of their codec expected
   bool blurred = false;         ///< only the low band could be used
 };
 
@@ -83,6 +86,7 @@ class FineStage {
                const FrameSpectrum::Fine& current,
                Finalist& finalist);
 
+  /// Registrar::Compare.
   Dissimilarity Compare(const FrameSpectrum::Fine& reference,
                         const FrameSpectrum::Fine& current,
                         const ImageMotion& motion);
@@ -105,6 +109,10 @@ class FineStage {
                                        int count);
 
  private:
+  Dissimilarity CompareRough(const FrameSpectrum::Fine& reference,
+                             const FrameSpectrum::Fine& current,
+                             const ImageMotion& motion,
+                             double noise_power);
   [[nodiscard]] PlaneCamera LevelCamera(const PlaneCamera& camera) const;
   std::vector<int> SelectUnder(const FrameSpectrum::Fine& reference,
                                const FrameSpectrum::Fine& current,

@@ -17,7 +17,7 @@ constexpr float kCodingNoise = 5;
 
 ImageNoise ImageNoise::Reduced(double factor) const {
   const auto divisor = static_cast<float>(factor);
-  return {white / divisor, whitening / divisor};
+  return {white / divisor, coded / divisor, removed};
 }
 
 float EstimateNoise(const cv::Mat& grey) {
@@ -53,12 +53,15 @@ float EstimateNoise(const cv::Mat& grey) {
 
 ImageNoise MakeNoise(float white) {
   const float removed = std::max(0.0F, 1 - white / kSensorNoise);
-  return {white, std::hypot(white, kCodingNoise * removed)};
+  return {white, std::hypot(white, kCodingNoise * removed), removed};
 }
 
-double WhiteningPower(const ImageNoise& a, const ImageNoise& b) {
-  const bool encoded = a.IsEncoded() && b.IsEncoded();
-  return encoded ? double{a.whitening} * b.whitening : double{a.white} * b.white;
+double WhitePower(const ImageNoise& a, const ImageNoise& b) {
+  return double{a.white} * b.white;
+}
+
+double CodedPower(const ImageNoise& a, const ImageNoise& b) {
+  return a.IsEncoded() && b.IsEncoded() ? double{a.coded} * b.coded : WhitePower(a, b);
 }
 
 }  // namespace ceilmap::registration

@@ -38,6 +38,13 @@ constexpr double kMinContrast = 0.25;
 constexpr double kRivalRatio = 0.7;
 // ... stays one unless the images speak against it by so many nats.
 constexpr double kMinEvidence = 4.5;
+// Encoded images have lost the content that distinguishes places. Where the prior predicts the
+// motion to within so many standard deviations, ...
+constexpr double kExpectedSigmas = 3;
+// ... this inlier ratio ...
+constexpr double kMinExpectedInliers = 0.35;
+// ... and this total agreement (Finalist) are sufficient.
+constexpr double kMinExpectedAgreement = 0.9;
 
 bool Differ(const ImageMotion& a, const ImageMotion& b) {
   return std::hypot(a.tx_px - b.tx_px, a.ty_px - b.ty_px) > 6.0 ||
@@ -156,6 +163,8 @@ struct Registrar::Impl {
                       const Fine& current,
                       const std::vector<Finalist>& finalists,
                       const std::optional<MotionPrior>& prior);
+  [[nodiscard]] static const Finalist* FindExpected(const std::vector<Finalist>& finalists,
+                                                    const MotionPrior& prior);
 };
 
 std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::Mat& clean_grey,
@@ -210,8 +219,8 @@ void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
   }
 }
 
-bool FrameSpectrum::IsEncoded() const {
-  return fine_ && fine_->noise.IsEncoded();
+double FrameSpectrum::CodingLoss() const {
+  return fine_ ? fine_->noise.removed : 0;
 }
 
 FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
@@ -272,6 +281,20 @@ Registration Registrar::Impl::Choose(const Fine& reference,
   return result;
 }
 
+/// The finalist that agrees best among those that the prior predicts; null: none.
+const Finalist* Registrar::Impl::FindExpected(const std::vector<Finalist>& finalists,
+                                              const MotionPrior& prior) {
+  const Finalist* best = nullptr;
+  for (const Finalist& f : finalists) {
+    const Registration& r = f.result;
+    const bool agrees = f.determined && f.total_agreement > kMinExpectedAgreement &&
+                        r.inliers >= kMinExpectedInliers * r.blocks;
+    if (!agrees || PriorDistance2(prior, r.motion) > kExpectedSigmas * kExpectedSigmas) continue;
+    if (best == nullptr || f.agreement > best->agreement) best = &f;
+  }
+  return best;
+}
+
 /// On a periodic ceiling the motions with the most overlap come first, and the expected one may not
 /// be among them.
 void Registrar::Impl::AddExpected(const MotionPrior& prior,
@@ -309,6 +332,15 @@ Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
     finalists.push_back(fine.Refine(reference, current, rival));
   }
   Registration result = Choose(reference, current, finalists, prior);
+  if (result.verdict == Verdict::kNoMatch && prior && reference.noise.IsEncoded() &&
+      current.noise.IsEncoded()) {
+    if (const Finalist* const expected = FindExpected(finalists, *prior)) {
+      result = expected->result;
+      result.verdict = Verdict::kOk;
+      result.peak = expected->agreement;
+      result.disambiguated_by_prior = true;
+    }
+  }
   for (const Candidate& c : candidates) {
     if (finalists.size() == 1 && Differ(c.motion, result.motion)) {
       result.runner_up = std::max(result.runner_up, c.Agreement());

@@ -83,7 +83,10 @@ class FrameSpectrum {
   [[nodiscard]] bool HasCoarse() const { return coarse_ != nullptr; }
   /// The image has less noise than a camera's sensor: it was encoded at a low bitrate, or denoised.
   /// Parts of it may be copies of earlier images. False for an empty spectrum.
-  [[nodiscard]] bool IsEncoded() const;
+  [[nodiscard]] bool IsEncoded() const { return CodingLoss() > 0; }
+  /// Fraction of a sensor's white noise that a codec or a denoiser removed, 0..1: the more, the
+  /// larger the errors that remain in the image. 0 for an empty spectrum.
+  [[nodiscard]] double CodingLoss() const;
   struct Coarse;
   struct Fine;
 
@@ -132,8 +135,9 @@ class Registrar {
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt);
 
-  /// Disagreement of the images under an exact motion. Two comparisons of the same reference can be
-  /// weighed against each other (Evidence), with different current images too.
+  /// Disagreement of the images under an exact motion; errors of a codec count as differences. Two
+  /// comparisons of the same reference can be weighed against each other (Evidence), with different
+  /// current images too.
   [[nodiscard]] Dissimilarity Compare(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const ImageMotion& motion);
