@@ -25,6 +25,10 @@ constexpr double kMaxSigmaPx = 0.4;
 // with a poor initial value can converge to a wrong minimum, where half of the blocks agree by
 // chance. Such a fit has a large standard deviation.
 constexpr double kMaxSigmaRad = 5e-3;
+// Encoded images leave fewer exact blocks: where at least this ratio of the blocks agrees, the
+// standard deviation may be this large, rad.
+constexpr double kMinInlierRatioCoded = 0.75;
+constexpr double kMaxSigmaCodedRad = 1e-2;
 // A fit with a larger standard deviation than this is compared with one from a new initial
 // value, rad.
 constexpr double kVagueSigmaRad = 2e-3;
@@ -98,9 +102,11 @@ Isometry3d CeilingTracker::ToPose(const PlaneMotion& motion) const {
   return T_base_camera * ToSpace(planar, tilt) * T_base_camera.inverse();
 }
 
-bool CeilingTracker::IsSound(const PlaneFit& fit) const {
+bool CeilingTracker::IsSound(const PlaneFit& fit, double coding_loss) const {
+  const bool clear = coding_loss > 0 && fit.inliers >= kMinInlierRatioCoded * fit.blocks;
   return fit.ok && fit.inliers >= kMinInliers && fit.inliers >= kMinInlierRatio * fit.blocks &&
-         fit.sigma_px <= kMaxSigmaPx && TiltSigma(fit) <= kMaxSigmaRad &&
+         fit.sigma_px <= kMaxSigmaPx &&
+         TiltSigma(fit) <= (clear ? kMaxSigmaCodedRad : kMaxSigmaRad) &&
          std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= kMaxMeasuredRad;
 }
 
@@ -143,12 +149,13 @@ PlaneFit CeilingTracker::Find(Frame& frame) {
 
 std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (!HasReference()) return std::nullopt;
+  const double loss = std::min(reference_.spectrum.CodingLoss(), frame.image.spectrum.CodingLoss());
   PlaneFit fit = registrar_.RefinePlane(
       reference_.spectrum, frame.image.spectrum, camera_, ToMotion(Predict(frame.stamp_s)));
-  const bool sound = IsSound(fit);
+  const bool sound = IsSound(fit, loss);
   if (!sound || TiltSigma(fit) > kVagueSigmaRad) {
     const PlaneFit found = Find(frame);
-    const bool better = IsSound(found) && (!sound || TiltSigma(found) < TiltSigma(fit));
+    const bool better = IsSound(found, loss) && (!sound || TiltSigma(found) < TiltSigma(fit));
     if (better || !sound) {
       last_.reset();
       before_.reset();
@@ -157,7 +164,6 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
     if (!better && !sound) return std::nullopt;
   }
   CeilingMotion motion = Describe(fit);
-  const double loss = std::min(reference_.spectrum.CodingLoss(), frame.image.spectrum.CodingLoss());
   motion.covariance *= std::pow(1 + kCommonCodingErrors * loss, 2);
   frame.T_reference_base = motion.T_reference_base;
   before_ = last_;

@@ -65,7 +65,7 @@ class CeilingTracker {
   [[nodiscard]] registration::PlaneMotion ToMotion(const PlanarTilt& at) const;
   [[nodiscard]] Eigen::Isometry3d ToPose(const registration::PlaneMotion& motion) const;
   registration::PlaneFit Find(Frame& frame);
-  [[nodiscard]] bool IsSound(const registration::PlaneFit& fit) const;
+  [[nodiscard]] bool IsSound(const registration::PlaneFit& fit, double coding_loss) const;
   [[nodiscard]] CeilingMotion Describe(const registration::PlaneFit& fit) const;
   void MoveTo(const Eigen::Isometry3d& T_reference_new);
 
