@@ -40,7 +40,7 @@ constexpr double kCeilingSystematicRad = 1.5e-4;
 // Blocks of encoded images have errors in common: the codec moves areas larger than a block. The
 // standard deviation of the tilt grows by this fraction where the codec removed all noise of the
 // sensor. Without it, level frames of x264 at CRF 30 and 35 had up to 0.7 degrees.
-constexpr double kCommonCodingErrors = 1.7;
+constexpr double kCommonCodingErrors = 3;
 
 /// Standard deviation of the tilt, rad.
 double TiltSigma(const PlaneFit& fit) {

@@ -221,6 +221,39 @@ std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
   return expected;
 }
 
+std::optional<ExpectedPose> FramePrediction::Continued() const {
+  // The robot may have changed its motion by as much as the standard deviations of the prediction.
+  constexpr double kMaxSteps = 5;
+  if (recent_.size() < 2) return std::nullopt;
+  const PlacedFrame& first = recent_.front();
+  const PlacedFrame& latest = recent_.back();
+  const double known_s = latest.stamp_s - first.stamp_s;
+  const double step_s = known_s / static_cast<double>(recent_.size() - 1);
+  const double ahead_s = stamp_s_ - latest.stamp_s;
+  if (!(step_s > 0) || ahead_s > kMaxSteps * step_s) return std::nullopt;
+  const Pose2 motion = first.T_map_base.Inverse() * latest.T_map_base;
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  return ExpectedPose{latest.T_map_base * Interpolate(motion, ahead_s / known_s),
+                      kPriorSigmaRatio * side_px,
+                      kPriorSigmaRad};
+}
+
+bool FramePrediction::MustHaveMoved() const {
+  constexpr double kSteadyPx = 3;  // from frame to frame, at the border of the image
+  constexpr std::size_t kMinFrames = 3;
+  const std::optional<ExpectedPose> expected = Continued();
+  if (!expected || recent_.size() < kMinFrames) return false;
+  const double reach_px = 0.5 * std::max(view_.Size().width, view_.Size().height);
+  const auto motion_px = [&](const Pose2& from, const Pose2& to) {
+    const Off off = OffFrom(from, to);
+    return off.px + reach_px * off.rad;
+  };
+  for (std::size_t i = recent_.size() - kMinFrames; i + 1 < recent_.size(); ++i) {
+    if (motion_px(recent_[i].T_map_base, recent_[i + 1].T_map_base) < kSteadyPx) return false;
+  }
+  return motion_px(recent_.back().T_map_base, expected->T_map_base) > kSteadyPx;
+}
+
 Pose2 FramePrediction::Restart() {
   recent_.clear();
   const auto compass = Turn();

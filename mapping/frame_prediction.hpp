@@ -55,6 +55,12 @@ class FramePrediction {
   /// Pose predicted from the last known pose and the compass alone, after a loss; nothing without a
   /// compass. The position uncertainty grows fast with time.
   [[nodiscard]] std::optional<ExpectedPose> AfterLoss() const;
+  /// Pose predicted from the motion before a short loss; nothing where too much time has passed or
+  /// no motion is known. As uncertain as Next() at most.
+  [[nodiscard]] std::optional<ExpectedPose> Continued() const;
+  /// Whether the robot cannot be where it was placed last, after so short a time: it was driving
+  /// steadily, by several pixels from frame to frame.
+  [[nodiscard]] bool MustHaveMoved() const;
   /// Pose at which an unconnected segment begins: the last known position, and its yaw turned by
   /// the compass.
   [[nodiscard]] Pose2 Restart();

@@ -68,6 +68,7 @@ struct Odometry::Impl {
   RecentKeyframes recent;  // the latest one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
+  std::optional<Pose2> last_placed;  // kept during a loss
   int consecutive_lost = 0;
   int steps = 1;  // FramePrediction::StepsTo of the current frame
 
@@ -169,17 +170,23 @@ void Odometry::Impl::LearnStandard(const FrameSpectrum& spectrum, const Odometry
 }
 
 /// Whether the image fits only because a codec repeated weak texture at the same pixels while the
-/// robot moved on. If the robot really stands, all of an encoded image stays the same.
+/// robot moved on. If the robot really stands, all of an encoded image stays the same, and it has
+/// braked before.
 bool Odometry::Impl::RestsOnCopies(const RecentKeyframe& reference,
                                    const FrameSpectrum& spectrum,
                                    const OdometryStep& step) {
   if (!spectrum.IsEncoded()) return false;
-  const auto copies = [&](const FrameSpectrum& before, const Pose2& T_map_before) {
+  const auto still = [&](const Pose2& T_map_before) {
     const ImageMotion motion = ImageMotionOf(view, T_map_before.Inverse() * step.pose.T_map_base);
-    const bool still =
-        std::hypot(motion.tx_px, motion.ty_px) < kStillPx && std::abs(motion.theta_rad) < kStillRad;
-    return still && registrar.Compare(before, spectrum, motion).mean > kMaxStillDissimilarity;
+    return std::hypot(motion.tx_px, motion.ty_px) < kStillPx &&
+           std::abs(motion.theta_rad) < kStillRad;
   };
+  const auto copies = [&](const FrameSpectrum& before, const Pose2& T_map_before) {
+    if (!still(T_map_before)) return false;
+    const ImageMotion motion = ImageMotionOf(view, T_map_before.Inverse() * step.pose.T_map_base);
+    return registrar.Compare(before, spectrum, motion).mean > kMaxStillDissimilarity;
+  };
+  if (last_placed && still(*last_placed) && prediction.MustHaveMoved()) return true;
   return copies(reference.spectrum, reference.keyframe.pose.T_map_base) ||
          (last && copies(last->spectrum, last->pose.T_map_base));
 }
@@ -260,10 +267,11 @@ bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
 
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
   // The robot's position is unknown, so only an unambiguous match is accepted; without a compass,
-  // in any orientation.
+  // in any orientation. Encoded images no longer contain what makes a match unambiguous.
   Registration tracked = step.registration;
   if (tracked.verdict == Verdict::kNoTexture || !prediction.MayBeNear()) return false;
-  const std::optional<ExpectedPose> expected = prediction.AfterLoss();
+  std::optional<ExpectedPose> expected = prediction.AfterLoss();
+  if (!expected && spectrum.IsEncoded()) expected = prediction.Continued();
   for (std::size_t i = recent.Size(); i-- > 0;) {
     if (TryReference(i, spectrum, expected, step, edge)) {
       step.pose.status = graph::TrackingStatus::kRelocalized;
@@ -302,6 +310,7 @@ void Odometry::Impl::Remember(const OdometryStep& step,
                               const cv::Mat& image,
                               const graph::Edge& edge) {
   prediction.Placed(step.pose.T_map_base, steps);
+  last_placed = step.pose.T_map_base;
   consecutive_lost = 0;
   if (!last) last.emplace();
   last->pose = step.pose;

@@ -275,6 +275,10 @@ bool BlockStage::MeasureBlock(const Level& reference,
   shift.sharpness = peak.sharpness;
   shift.peak = peak.height;
   shift.quality = peak.height * peak.height / (1.05 - peak.height * peak.height);
+  if (reference.noise.IsEncoded() && current.noise.IsEncoded()) {
+    shift.signal = peak.signal;
+    shift.quality *= peak.signal;
+  }
   return true;
 }
 

@@ -39,6 +39,10 @@ constexpr double kMaxDissimilarityWeak = 1.9;
 constexpr double kMinPartialAgreement = 0.36;
 constexpr double kMaxPartialDissimilarity = 1.4;
 
+// Blocks of encoded images have errors in common. The standard deviations grow by this fraction
+// where the codec removed all noise of the sensor.
+constexpr double kCommonCodingErrors = 2;
+
 constexpr int kWideSearch = 8;   // rough pixels: covers the error of the coarse stage
 constexpr int kCloseSearch = 4;  // pixels of the level, for an approximate motion
 
@@ -268,6 +272,8 @@ Finalist FineStage::Refine(const FrameSpectrum::Fine& reference,
     result.verdict = Verdict::kOk;
     InflateBlurCovariance(reference, current, finalist);
   }
+  const float loss = std::min(reference.noise.removed, current.noise.removed);
+  result.covariance *= std::pow(1 + kCommonCodingErrors * loss, 2);
   result.covariance.topLeftCorner<2, 4>() *= fine_frame_.factor;
   result.covariance.topLeftCorner<4, 2>() *= fine_frame_.factor;
   return finalist;
@@ -287,6 +293,10 @@ bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
   // down to the noise.
   const double by_blocks = candidate.Agreement() + finalist.agreement;
   const bool small = fine_frame_.factor < 1;
+  const ImageMotion change = Compose(r.motion, candidate.motion.Inverse());
+  finalist.from_candidate_px =
+      std::hypot(change.tx_px, change.ty_px) +
+      0.5 * fine_frame_.factor * fine_frame_.size.width * std::abs(change.theta_rad);
   finalist.total_agreement = by_blocks + 2 * candidate.poc_peak;
   const bool agreed =
       finalist.total_agreement > (small ? kMinAgreementSmall : params_.min_agreement);

@@ -30,9 +30,10 @@ struct Finalist {
   double agreement = 0;  ///< mean over the compared blocks of the peaks of those that agree
   /// Enough blocks agree on the motion, to sub-pixel accuracy; false: the fields below are not set.
   bool determined = false;
-  double total_agreement = 0;   ///< RegistrarParams::min_agreement, 0..4
-  Dissimilarity dissimilarity;  ///< of the images, the error of their codec expected
-  bool blurred = false;         ///< only the low band could be used
+  double total_agreement = 0;    ///< RegistrarParams::min_agreement, 0..4
+  double from_candidate_px = 0;  ///< change since the candidate, at the image's border
+  Dissimilarity dissimilarity;   ///< of the images, the error of their codec expected
+  bool blurred = false;          ///< only the low band could be used
 };
 
 /// One reduced (or enlarged) image of the fine stage and its position in the full one: x_full =

@@ -94,7 +94,7 @@ MotionFit FindConsensus(const std::vector<BlockShift>& blocks, const FitParams& 
       double score = 0;
       for (const BlockShift& block : blocks) {
         const double ratio = Distance(block, candidate) / params.inlier_px;
-        if (ratio < 1) score += block.peak * (1 - ratio * ratio);
+        if (ratio < 1) score += block.signal * block.peak * (1 - ratio * ratio);
       }
       if (score > best_score) {
         best_score = score;

@@ -31,6 +31,18 @@ std::vector<float> GaussianBand(cv::Size size, double sigma) {
   return band;
 }
 
+// Sum over the whole spectrum.
+double Total(const std::vector<float>& half_band, cv::Size size) {
+  const int columns = size.width / 2 + 1;
+  double total = 0;
+  for (std::size_t i = 0; i < half_band.size(); ++i) {
+    const int column = static_cast<int>(i) % columns;
+    const bool once = column == 0 || (size.width % 2 == 0 && column == columns - 1);
+    total += (once ? 1 : 2) * static_cast<double>(half_band[i]);
+  }
+  return total;
+}
+
 double Power(const std::vector<float>& window) {
   double power = 0;
   for (const float w : window) power += static_cast<double>(w) * w;
@@ -65,6 +77,7 @@ PocPlane::PocPlane(cv::Size size, const PocParams& params)
       window_y_(TukeyWindow(size.height, params.taper)),
       window_power_(Power(window_x_) * Power(window_y_)),
       band_(GaussianBand(size, params.band_sigma)),
+      band_total_(Total(band_, size)),
       windowed_(fft_.RealSize()),
       cross_(fft_.SpectrumSize()),
       surface_(fft_.RealSize()) {}
@@ -140,6 +153,7 @@ PocPeak PocPlane::SubPixel(int x, int y) const {
   peak.shift = Eigen::Vector2d(Centred(x, size_.width), Centred(y, size_.height)) +
                offset.cwiseMax(-1.0).cwiseMin(1.0);
   peak.height = std::clamp(best / total_, 0.0, 1.0);
+  peak.signal = std::clamp(total_ / band_total_, 0.0, 1.0);
   peak.sharpness = curvature / std::pow(2 * std::numbers::pi * params_.band_sigma, 2);
   return peak;
 }

@@ -27,6 +27,8 @@ struct PocPeak {
   /// Curvature of the peak relative to the sharpest one of the band: 1 in directions with full
   /// texture, near 0 along an edge, where the shift is not determined.
   Eigen::Matrix2d sharpness = Eigen::Matrix2d::Identity();
+  /// Share of the band in which the content exceeds the noise, 0..1.
+  double signal = 0;
 };
 
 struct PocParams {
@@ -92,6 +94,7 @@ class PocPlane {
   std::vector<float> window_y_;
   double window_power_ = 0;
   std::vector<float> band_;
+  double band_total_ = 0;
   RealArray windowed_;
   ComplexArray cross_;
   RealArray surface_;

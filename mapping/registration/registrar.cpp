@@ -41,10 +41,16 @@ constexpr double kMinEvidence = 4.5;
 // Encoded images have lost the content that distinguishes places. Where the prior predicts the
 // motion to within so many standard deviations, ...
 constexpr double kExpectedSigmas = 3;
-// ... this inlier ratio ...
-constexpr double kMinExpectedInliers = 0.35;
-// ... and this total agreement (Finalist) are sufficient.
+// ... this total agreement (Finalist) is sufficient, if this ratio of the blocks agrees with at
+// most this standard deviation of the translation, px.
 constexpr double kMinExpectedAgreement = 0.9;
+constexpr double kMinExpectedInliers = 0.45;
+constexpr double kMaxExpectedSigmaPx = 0.4;
+// Blocks that a codec repeated must not have drawn it away from the coarse stage's motion, px.
+constexpr double kMaxFromCandidatePx = 4;
+// Its blocks have errors in common: standard deviations that are added, px and rad.
+constexpr double kExpectedSigmaPx = 0.7;
+constexpr double kExpectedSigmaRad = 0.005;
 
 bool Differ(const ImageMotion& a, const ImageMotion& b) {
   return std::hypot(a.tx_px - b.tx_px, a.ty_px - b.ty_px) > 6.0 ||
@@ -287,9 +293,13 @@ const Finalist* Registrar::Impl::FindExpected(const std::vector<Finalist>& final
   const Finalist* best = nullptr;
   for (const Finalist& f : finalists) {
     const Registration& r = f.result;
+    const double variance = r.covariance.diagonal().head<2>().maxCoeff();
     const bool agrees = f.determined && f.total_agreement > kMinExpectedAgreement &&
-                        r.inliers >= kMinExpectedInliers * r.blocks;
-    if (!agrees || PriorDistance2(prior, r.motion) > kExpectedSigmas * kExpectedSigmas) continue;
+                        r.inliers >= kMinExpectedInliers * r.blocks &&
+                        variance < kMaxExpectedSigmaPx * kMaxExpectedSigmaPx &&
+                        f.from_candidate_px < kMaxFromCandidatePx;
+    if (!agrees) continue;
+    if (PriorDistance2(prior, r.motion) > kExpectedSigmas * kExpectedSigmas) continue;
     if (best == nullptr || f.agreement > best->agreement) best = &f;
   }
   return best;
@@ -339,6 +349,10 @@ Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
       result.verdict = Verdict::kOk;
       result.peak = expected->agreement;
       result.disambiguated_by_prior = true;
+      result.covariance.diagonal().head<3>() +=
+          Eigen::Vector3d(kExpectedSigmaPx * kExpectedSigmaPx,
+                          kExpectedSigmaPx * kExpectedSigmaPx,
+                          kExpectedSigmaRad * kExpectedSigmaRad);
     }
   }
   for (const Candidate& c : candidates) {
