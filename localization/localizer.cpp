@@ -12,6 +12,7 @@
 #include "localization/map_matcher.hpp"
 #include "localization/map_uncertainty.hpp"
 #include "mapping/planar_motion.hpp"
+#include "mapping/repetition.hpp"
 
 namespace ceilmap::localization {
 
@@ -339,6 +340,13 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   location.pose.frame_index = frame.index;
   location.pose.stamp_s = frame.stamp_s;
   location.pose.tilt = frame.tilt;
+  if (frame.repeated > mapping::kMaxRepeated) {
+    location.pose.status = TrackingStatus::kAmbiguous;
+    me.last_stamp_s = frame.stamp_s;
+    ++me.report.repeated;
+    me.Count(location.pose.status);
+    return location;
+  }
   auto start = Clock::now();
   LevelFrame level = me.Levelled(frame);
   me.report.rectify_ms += MillisecondsSince(start);
@@ -376,6 +384,8 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   if (location.Placed()) me.Remember(frame, level, location);
   me.last_stamp_s = frame.stamp_s;
   me.Count(location.pose.status);
+  me.report.coding_loss += (spectrum.CodingLoss() - me.report.coding_loss) /
+                           static_cast<double>(me.report.frames - me.report.repeated);
   return location;
 }
 

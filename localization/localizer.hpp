@@ -62,6 +62,9 @@ struct CeilingFrame {
   /// The image, if it is rectified, and analysed as far as its spectrum goes, already; `grey` is
   /// then not used.
   registration::AnalyzedImage rectified = {};
+  /// Share of the image that repeats the one before (mapping::RepetitionMeter), 0..1. An image that
+  /// is mostly a copy gives no pose: its status is kAmbiguous.
+  double repeated = 0;
 };
 
 /// Pose of the robot, or the reason why it is unknown.
@@ -88,6 +91,8 @@ struct LocalizerReport {
   std::int64_t relocalized = 0;
   std::int64_t ambiguous = 0;
   std::int64_t lost = 0;
+  std::int64_t repeated = 0;  ///< part of ambiguous: images that repeat the one before
+  double coding_loss = 0;     ///< mean of FrameSpectrum::CodingLoss, 0..1
   std::int64_t searches = 0;  ///< of the whole map
   /// Scale of the ceiling's image against the rig: measured length / expected length; unset: not
   /// measured yet.

@@ -16,8 +16,10 @@
 #include "calib/base/stage_timer.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/map_merge.hpp"
+#include "mapping/missing_frames.hpp"
 #include "mapping/mosaic/map_builder.hpp"
 #include "mapping/places/place_descriptor.hpp"
+#include "mapping/repetition.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -78,6 +80,7 @@ struct Mapper::Impl {
         metadata(map_metadata),
         params(ForView(p, ceiling_view)),
         odometry(view, p.origin, params.odometry),
+        missing(view),
         closer(
             view, [this](std::int64_t id) { return writer.ReadImage(id); }, params.loops),
         describer(view.Size(),
@@ -90,6 +93,7 @@ struct Mapper::Impl {
   store::MapMetadata metadata;
   MapperParams params;
   Odometry odometry;
+  MissingFrames missing;
   LoopCloser closer;
   places::PlaceDescriber describer;
   std::future<void> closing;  // the loop closer's work on the last keyframe
@@ -141,6 +145,8 @@ void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
 
 void Mapper::Impl::Count(const OdometryStep& step) {
   ++report.frames;
+  report.coding_loss +=
+      (step.coding_loss - report.coding_loss) / static_cast<double>(report.frames);
   switch (step.pose.status) {
     case graph::TrackingStatus::kTracking:
     case graph::TrackingStatus::kRelocalized:
@@ -148,6 +154,8 @@ void Mapper::Impl::Count(const OdometryStep& step) {
       peaks.push_back(static_cast<float>(step.registration.peak));
       NoteLoss();
       graph.trajectory.push_back(step.pose);
+      missing.Add(step.pose.frame_index, step.pose.stamp_s, step.pose.T_map_base);
+      report.missing = missing.Count();
       break;
     case graph::TrackingStatus::kAmbiguous:
       ++report.ambiguous;
@@ -239,6 +247,7 @@ graph::FramePose Mapper::Process(const registration::AnalyzedImage& rectified,
   }
   me.KeepKeyframe(step);
   me.Count(step);
+  if (context.repeated > kMaxRepeated) ++me.report.repeated;
   return step.pose;
 }
 

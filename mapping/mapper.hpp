@@ -33,6 +33,10 @@ struct MapperReport {
   std::int64_t without_texture = 0;  ///< part of lost
   /// Tracked, but in a segment that is not connected with the map.
   std::int64_t unconnected = 0;
+  /// Estimated number of frames that are missing although the stamps have no gap (MissingFrames).
+  std::int64_t missing = 0;
+  std::int64_t repeated = 0;  ///< part of ambiguous: images that repeat the one before
+  double coding_loss = 0;     ///< mean of FrameSpectrum::CodingLoss, 0..1
   std::int64_t keyframes = 0;
   graph::MapQuality quality;
   double median_peak = 0;

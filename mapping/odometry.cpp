@@ -349,6 +349,7 @@ OdometryStep Odometry::Process(const cv::Mat& image,
   }
   const FrameSpectrum spectrum = me.registrar.Complete(
       image, analyzed, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
+  step.coding_loss = spectrum.CodingLoss();
   me.prediction.Begin(stamp_s, context.heading);
   graph::Edge edge;
   bool placed = false;

@@ -45,6 +45,7 @@ struct OdometryStep {
   registration::Registration registration;  ///< against the keyframe that placed the frame
   /// Measured against the keyframe that placed the frame (pose.keyframe_id); `to` has no meaning.
   graph::Edge tie;
+  double coding_loss = 0;  ///< FrameSpectrum::CodingLoss of the image, 0..1
   /// Set when this frame, or the one before it, became a keyframe in this step (with its image).
   std::optional<graph::Keyframe> new_keyframe;
   registration::FrameSpectrum new_spectrum;  ///< of the new keyframe

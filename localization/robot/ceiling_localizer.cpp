@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "calib/base/error.hpp"
+#include "mapping/repetition.hpp"
 
 namespace ceilmap::robot {
 namespace {
@@ -56,6 +57,7 @@ struct CeilingLocalizer::Impl {
   store::MapReader map;
   localization::Localizer localizer;  // refuses a map without a rig, which gives no view
   calib::CeilingView view;
+  mapping::RepetitionMeter repetition;
 };
 
 CeilingLocalizer::CeilingLocalizer(const std::filesystem::path& map,
@@ -65,12 +67,14 @@ CeilingLocalizer::CeilingLocalizer(const std::filesystem::path& map,
 CeilingLocalizer::~CeilingLocalizer() = default;
 
 Estimate CeilingLocalizer::Locate(const Frame& frame) {
-  const localization::Location location = impl_->localizer.Locate({frame.up.pixels,
-                                                                   frame.up.index,
-                                                                   frame.up.stamp_s,
-                                                                   frame.context.heading,
-                                                                   frame.context.tilt,
-                                                                   frame.rectified});
+  const localization::Location location =
+      impl_->localizer.Locate({frame.up.pixels,
+                               frame.up.index,
+                               frame.up.stamp_s,
+                               frame.context.heading,
+                               frame.context.tilt,
+                               frame.rectified,
+                               impl_->repetition.Next(frame.up.pixels)});
   if (location.tilt_left) CorrectTilt(*location.tilt_left);
   Sensors::Locate(frame.up.stamp_s,
                   location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);
