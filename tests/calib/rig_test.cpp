@@ -112,6 +112,40 @@ TEST(Rig, TakesAnAxleAheadOfTheMast) {
   EXPECT_EQ(ParseRig(Replaced(kRigText, "a: 0.14", "a: -0.2"), "r").axle_behind_mast_m, -0.2);
 }
 
+// The rig of calib/README.md, "Defaults".
+TEST(Rig, EightLinesAreEnough) {
+  const Rig rig = ParseRig(kMinimalRigText, "rig.yaml");
+  ASSERT_TRUE(rig.up);
+  EXPECT_EQ(rig.axle_behind_mast_m, 0);
+  EXPECT_FALSE(rig.up->camera.IsDistorted());
+  EXPECT_EQ(rig.up->exposure_time_s, 0);
+  EXPECT_EQ(rig.up->T_base_cam.translation(), Eigen::Vector3d(0, 0, 0.4));
+  // The image's right (x_cam) is the robot's left (+y), its bottom (y_cam) the robot's back (-x).
+  const Eigen::Matrix3d& R_base_cam = rig.up->T_base_cam.linear();
+  EXPECT_EQ(R_base_cam.col(0), Eigen::Vector3d::UnitY());
+  EXPECT_EQ(R_base_cam.col(1), -Eigen::Vector3d::UnitX());
+  EXPECT_EQ(R_base_cam.col(2), Eigen::Vector3d::UnitZ());
+  EXPECT_THAT(
+      rig.assumed,
+      ElementsAre(
+          "a = 0: the axle of the driven wheels is below the camera mast",
+          "cameras.up: it looks straight up, the top of its image is towards the robot's front",
+          "cameras.up: a lens without distortion"));
+  EXPECT_THAT(ParseRig(kRigText, "rig.yaml").assumed, ElementsAre());
+}
+
+TEST(Rig, AForwardCameraLooksAheadUnlessItsRotationIsGiven) {
+  const Rig rig =
+      ParseRig(Replaced(kRigText, "      rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]\n", ""), "rig.yaml");
+  const Eigen::Matrix3d& R_base_cam = rig.forward->T_base_cam.linear();
+  EXPECT_EQ(R_base_cam.col(0), -Eigen::Vector3d::UnitY());
+  EXPECT_EQ(R_base_cam.col(1), -Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(R_base_cam.col(2), Eigen::Vector3d::UnitX());
+  EXPECT_THAT(rig.assumed,
+              ElementsAre("cameras.forward: it looks straight ahead, level, the top of its image "
+                          "is up"));
+}
+
 TEST(Rig, MakesRoundedRotationsOrthonormal) {
   std::string text = Replaced(kRigText, "rotation_xyzw: [0, 0, 0.707106781, 0.707106781]\n", "\n");
   text =
