@@ -40,11 +40,30 @@ std::optional<FieldOfView> FieldOfViewOf(const PinholeCamera& camera) {
 }
 
 double YawOf(const Eigen::Vector3d& direction) {
-  return std::atan2(direction.y(), direction.x());
+  return std::atan2(direction.y(), direction.x()) + 0.0;  // not -0
 }
 
 double TiltOf(const Eigen::Matrix3d& R_base_cam) {
   return std::acos(std::clamp(R_base_cam(2, 2), -1.0, 1.0));
+}
+
+std::optional<std::array<Eigen::Vector2d, 4>> CornersOf(const MountedCamera& up,
+                                                        double ceiling_height_m) {
+  const double right = up.camera.width_px - 0.5;
+  const double bottom = up.camera.height_px - 0.5;
+  const std::array<Eigen::Vector2d, 4> pixels{
+      {{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}}};
+  const Eigen::Vector3d t = up.T_base_cam.translation();
+  std::array<Eigen::Vector2d, 4> corners;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const auto ray = Ray(up.camera, pixels[i].x(), pixels[i].y());
+    if (!ray) return std::nullopt;
+    const Eigen::Vector3d direction = up.T_base_cam.linear() * *ray;
+    constexpr double kMinRise = 0.02;  // 1 deg above the horizon
+    if (!(direction.z() > kMinRise)) return std::nullopt;
+    corners[i] = (t + (ceiling_height_m - t.z()) / direction.z() * direction).head<2>();
+  }
+  return corners;
 }
 
 UpFacts Describe(const MountedCamera& up, double ceiling_height_m) {
@@ -58,6 +77,7 @@ UpFacts Describe(const MountedCamera& up, double ceiling_height_m) {
   facts.ceiling_m = facts.m_per_px * Eigen::Vector2d(camera.width_px, camera.height_px);
   facts.top_yaw_rad = YawOf(-R.col(1));
   facts.right_yaw_rad = YawOf(R.col(0));
+  facts.corners_m = CornersOf(up, ceiling_height_m);
   return facts;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 
 #include "calib/rig.hpp"
@@ -25,6 +26,9 @@ struct UpFacts {
   /// above, so that pi/2 is the robot's left.
   double top_yaw_rad = 0;
   double right_yaw_rad = 0;  ///< the same for the right of the image
+  /// Points of the ceiling in base that the corners of the image show: top left, top right, bottom
+  /// right, bottom left; nothing where the lens model is not valid or a ray does not meet it.
+  std::optional<std::array<Eigen::Vector2d, 4>> corners_m;
 };
 
 /// The same of a forward camera.

@@ -33,6 +33,19 @@ TEST(RigFacts, FieldOfViewAndScaleOfAnUpwardCamera) {
   EXPECT_EQ(facts.up->tilt_rad, 0);
 }
 
+// The top left corner shows the ceiling ahead (+x) and to the robot's right (-y).
+TEST(RigFacts, CornersOfTheImageOnTheCeiling) {
+  std::string text = Replaced(kMinimalRigText, "457, 0, 319.5, 0, 457", "320, 0, 319.5, 0, 320");
+  text = Replaced(text, "[0, 0, 0.4]", "[0.1, 0, 0.4]");
+  const RigFacts facts = FactsOf(text);
+  ASSERT_TRUE(facts.up->corners_m);
+  const auto& corners = *facts.up->corners_m;
+  EXPECT_LT((corners[0] - Eigen::Vector2d(1.75, -2.2)).norm(), 1e-9);
+  EXPECT_LT((corners[1] - Eigen::Vector2d(1.75, 2.2)).norm(), 1e-9);
+  EXPECT_LT((corners[2] - Eigen::Vector2d(-1.55, 2.2)).norm(), 1e-9);
+  EXPECT_LT((corners[3] - Eigen::Vector2d(-1.55, -2.2)).norm(), 1e-9);
+}
+
 // Seen from below, the right of an image with its top to the front is the robot's left.
 TEST(RigFacts, DirectionsOfTheImage) {
   const RigFacts facts = FactsOf(kMinimalRigText);
