@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "calib/camera_info.hpp"
 #include "tests/calib/rig_text.hpp"
@@ -132,6 +134,25 @@ TEST(Rig, EightLinesAreEnough) {
           "cameras.up: it looks straight up, the top of its image is towards the robot's front",
           "cameras.up: a lens without distortion"));
   EXPECT_THAT(ParseRig(kRigText, "rig.yaml").assumed, ElementsAre());
+}
+
+/// The YAML block of a README after a text.
+std::string BlockOf(const char* readme, const std::string& after) {
+  std::ifstream stream(std::filesystem::path(CEILMAP_SOURCE_DIR) / readme);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const std::string begin = "```yaml\n";
+  const std::size_t at = text.find(begin, text.find(after)) + begin.size();
+  return text.substr(at, text.find("```", at) - at);
+}
+
+TEST(Rig, TheReadmesShowIt) {
+  EXPECT_EQ(BlockOf("calib/README.md", "### Defaults"), kMinimalRigText);
+  const std::string shown = BlockOf("README.md", "The shortest `rig.yaml`");
+  EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 8);
+  const Rig rig = ParseRig(shown, "README.md");
+  EXPECT_EQ(rig.up->camera.Matrix(), ParseRig(kMinimalRigText, "r").up->camera.Matrix());
+  EXPECT_EQ(rig.up->T_base_cam.translation().z(), 0.4);
+  EXPECT_EQ(rig.ceiling_height_m, 2.6);
 }
 
 TEST(Rig, AForwardCameraLooksAheadUnlessItsRotationIsGiven) {
