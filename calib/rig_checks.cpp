@@ -111,11 +111,12 @@ class RigChecks {
     if (!rig_.forward_height_m) return;
     const double d = *rig_.forward_height_m;
     if (!rig_.forward) {
-      Warn("d = {:g}: is the height of a forward camera, but there is no cameras.forward{}",
-           d,
-           rig_.up && std::abs(d - rig_.up->T_base_cam.translation().z()) < kSameHeightM
-               ? "; the height of the upward camera is z of its pose"
-               : "");
+      if (!rig_.up || std::abs(d - rig_.up->T_base_cam.translation().z()) > kSameHeightM) return;
+      Warn(
+          "d = {:g}: is the height of a forward camera, but there is no cameras.forward; the "
+          "height "
+          "of the upward camera is z of its pose",
+          d);
     } else if (d > kMaxHeightM) {
       WarnOfUnit("d", d, kUsualLength);
     } else {

@@ -23,6 +23,7 @@
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/yaml_value.hpp"
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
@@ -257,7 +258,15 @@ calib::Rig RigFor(const LocalizeOptions& params) {
   if (text.empty()) {
     throw InputError(fmt::format("{}: was made without a rig; give --rig", params.map.string()));
   }
-  return calib::ParseRig(text, params.map.string() + " (its rig)");
+  if (text.size() > kMaxSettingsBytes) {
+    throw InputError(
+        fmt::format("{}: its rig is larger than 1 MiB; give --rig", params.map.string()));
+  }
+  try {
+    return calib::ParseRig(text, params.map.string() + " (its rig)");
+  } catch (const InputError& error) {  // such as a camera_info file that is not here
+    throw InputError(fmt::format("{}; or give --rig", error.what()));
+  }
 }
 
 void RunLocalize(const LocalizeOptions& params,

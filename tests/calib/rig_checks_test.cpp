@@ -285,6 +285,7 @@ TEST(RigChecks, DOfAnUpwardCamera) {
   EXPECT_EQ(Outcome(Replaced(Replaced(GoodRig(), forward, ""), "d: 0.45", "d: 0.4")),
             "rig.yaml: d = 0.4: is the height of a forward camera, but there is no "
             "cameras.forward; the height of the upward camera is z of its pose");
+  EXPECT_EQ(Outcome(Replaced(GoodRig(), forward, "")), "");  // left over from another rig
 }
 
 TEST(RigChecks, TheRigsOfTheSamplesHaveNoWarning) {
