@@ -6,8 +6,9 @@
 namespace ceilmap::calib {
 namespace {
 
-constexpr double kMaxRadius = 100;  // 89.4 deg from the axis
+constexpr double kMinRadius = 1e-3;
 constexpr double kStep = 1.005;
+constexpr int kSteps = 2300;  // to a radius of 96, 89.4 deg from the axis
 
 double Distorted(const PinholeCamera& camera, double r) {
   const auto& [k1, k2, p1, p2, k3] = camera.distortion;
@@ -25,7 +26,8 @@ struct Bracket {
 Bracket FindRadius(const PinholeCamera& camera, double distorted) {
   Bracket bracket;
   double before = 0;
-  for (double r = 1e-3; r < kMaxRadius; r *= kStep) {
+  double r = kMinRadius;
+  for (int step = 0; step < kSteps; ++step, r *= kStep) {
     const double now = Distorted(camera, r);
     if (!(now > before)) return bracket;
     bracket.high = r;
@@ -45,8 +47,8 @@ std::optional<double> UndistortedRadius(const PinholeCamera& camera, double dist
   if (!camera.IsDistorted()) return distorted;
   Bracket bracket = FindRadius(camera, distorted);
   if (!bracket.reached) return std::nullopt;
-  constexpr int kSteps = 50;
-  for (int i = 0; i < kSteps; ++i) {
+  constexpr int kBisections = 50;
+  for (int i = 0; i < kBisections; ++i) {
     const double middle = (bracket.low + bracket.high) / 2;
     (Distorted(camera, middle) < distorted ? bracket.low : bracket.high) = middle;
   }
