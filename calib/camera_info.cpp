@@ -40,9 +40,10 @@ void ReadCameraMatrix(const YamlValue& info, PinholeCamera& camera) {
   camera.cy = k[5];
 }
 
-/// plumb_bob, or a camera declared to have no distortion: model "none" or "" with zero coefficients
-/// or without coefficients.
+/// plumb_bob, or a camera without distortion: no key about it, or model "none" or "" with zero
+/// coefficients or without coefficients.
 void ReadDistortion(const YamlValue& info, PinholeCamera& camera) {
+  if (!info.Find("distortion_model") && !info.Find("distortion_coefficients")) return;
   const YamlValue model = info.At("distortion_model", "distortion_model: plumb_bob");
   const std::string name = model.Text();
   const bool none = name.empty() || name == "none";

@@ -41,7 +41,10 @@ Eigen::Matrix3d ParseQuaternion(const YamlValue& value) {
   const std::vector<double> q = value.Numbers(4);
   const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
   if (std::abs(rotation.norm() - 1) > kRotationTolerance) {
-    value.Fail("a quaternion [x, y, z, w] of length 1", "divide it by its length");
+    constexpr double kMaxLength = 2;  // a longer one is hardly a rounded or scaled quaternion
+    value.Fail("a quaternion [x, y, z, w] of length 1",
+               rotation.norm() > kMaxLength ? "angles in degrees must be converted to one"
+                                            : "divide it by its length");
   }
   return rotation.normalized().toRotationMatrix();
 }
@@ -62,15 +65,15 @@ void CheckAgreement(const YamlValue& matrix,
 
 }  // namespace
 
-Eigen::Isometry3d ParseCameraPose(const YamlValue& pose) {
+Eigen::Isometry3d ParseCameraPose(const YamlValue& pose, const Eigen::Matrix3d& R_default) {
   pose.AllowOnly({"frame", "translation", "rotation_xyzw", "matrix"});
   if (const auto frame = pose.Find("frame")) frame->Text();
   const auto matrix = pose.Find("matrix");
   const auto read_t = [](const YamlValue& v) { return Eigen::Vector3d(v.Numbers(3).data()); };
   if (!matrix) {
     Eigen::Isometry3d T_base_cam = Eigen::Isometry3d::Identity();
-    T_base_cam.linear() = ParseQuaternion(
-        pose.At("rotation_xyzw", "the quaternion [x, y, z, w] of R in p_base = R p_cam + t"));
+    const auto rotation = pose.Find("rotation_xyzw");
+    T_base_cam.linear() = rotation ? ParseQuaternion(*rotation) : R_default;
     T_base_cam.translation() =
         read_t(pose.At("translation", "the camera's place [x, y, z] in base_link, in metres"));
     return T_base_cam;

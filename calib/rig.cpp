@@ -1,13 +1,15 @@
 #include "calib/rig.hpp"
 
-#include <cmath>
-#include <numbers>
+#include <fmt/format.h>
+
+#include <string_view>
 
 #include "calib/base/yaml_value.hpp"
 #include "calib/camera_info.hpp"
 #include "calib/mirror_reader.hpp"
 #include "calib/mount_reader.hpp"
 #include "calib/rig_text.hpp"
+#include "calib/rotation_slip.hpp"
 
 namespace ceilmap::calib {
 namespace {
@@ -58,7 +60,29 @@ void ParseMirrorOf(const YamlValue& value, const std::string& type, MountedCamer
   }
 }
 
-MountedCamera ParseCamera(const YamlValue& value) {
+/// The rotation of a camera for which the file gives none, and what it means.
+struct DefaultMount {
+  Eigen::Matrix3d R_base_cam;
+  std::string_view meaning;
+};
+
+DefaultMount DefaultUpMount() {
+  Eigen::Matrix3d R;  // x_cam = +y_base, y_cam = -x_base, z_cam = +z_base
+  R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  return {R, "it looks straight up, the top of its image is towards the robot's front"};
+}
+
+DefaultMount DefaultForwardMount() {
+  Eigen::Matrix3d R;  // x_cam = -y_base, y_cam = -z_base, z_cam = +x_base
+  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return {R, "it looks straight ahead, level, the top of its image is up"};
+}
+
+/// @param key  of the camera, for `assumed`, to which the values are added that are not given.
+MountedCamera ParseCamera(const YamlValue& value,
+                          const std::string& key,
+                          const DefaultMount& mount,
+                          std::vector<std::string>& assumed) {
   value.AllowOnly({"type",
                    "camera_info",
                    "image_width",
@@ -81,9 +105,17 @@ MountedCamera ParseCamera(const YamlValue& value) {
   mounted.camera = name == "mirror" ? ParseRingIntrinsics(value) : ParseIntrinsics(value);
   const YamlValue pose =
       value.At("base_link_to_camera", "base_link_to_camera with translation and rotation_xyzw");
-  mounted.T_base_cam = ParseCameraPose(pose);
+  mounted.T_base_cam = ParseCameraPose(pose, mount.R_base_cam);
+  if (!pose.Find("matrix") && !pose.Find("rotation_xyzw")) {
+    assumed.push_back(fmt::format("{}: {}", key, mount.meaning));
+  }
+  if (mounted.camera.fx > 0 && !value.Find("camera_info") && !value.Find("distortion_model")) {
+    assumed.push_back(key + ": a lens without distortion");
+  }
   if (mounted.T_base_cam.translation().z() < 0) {
-    pose.Fail("a pose on or above the floor (z >= 0)", "measure z from the floor upwards");
+    pose.Fail("a pose on or above the floor (z >= 0)",
+              "measure z from the floor upwards, and give the pose of the camera in base "
+              "(p_base = R p_cam + t), not its inverse");
   }
   if (const auto exposure = value.Find("exposure_time")) {
     mounted.exposure_time_s = exposure->Number();
@@ -99,11 +131,15 @@ void CheckUpwardCamera(const YamlValue& rig, const YamlValue& up, const Rig& res
   if (camera.mirror || camera.mirror_ring) {
     up.At("type", "").Fail("pinhole for the upward camera", "name a mirror camera omni");
   }
-  const double up_cosine = camera.T_base_cam.linear()(2, 2);
-  if (!(up_cosine > std::numbers::sqrt2 / 2)) {
+  if (!PointsUp(camera.T_base_cam.linear())) {
+    std::string slip = RotationSlip(camera.T_base_cam.linear(), PointsUp);
+    constexpr double kAhead = 0.9;  // cosine
+    if (slip.empty() && camera.T_base_cam.linear()(0, 2) > kAhead) {
+      slip = "it points ahead: is it the forward camera?";
+    }
     up.At("base_link_to_camera", "")
         .Fail("a pose whose optical axis points upwards (within 45 deg)",
-              "check its signs: p_base = R p_cam + t, z_cam along the view");
+              slip.empty() ? "check its signs: p_base = R p_cam + t, z_cam along the view" : slip);
   }
   if (!(result.ceiling_height_m > camera.T_base_cam.translation().z())) {
     rig.At("h", "").Fail(
@@ -115,12 +151,15 @@ void CheckUpwardCamera(const YamlValue& rig, const YamlValue& up, const Rig& res
 void ParseCameras(const YamlValue& rig, Rig& result) {
   const YamlValue cameras = rig.At("cameras", "cameras: with up, forward or omni below it");
   cameras.AllowOnly({"up", "forward", "omni"});
-  const auto read = [&](const char* name, std::optional<MountedCamera>& camera) {
-    if (const auto value = cameras.Find(name)) camera = ParseCamera(*value);
+  const auto read = [&](const std::string& name,
+                        const DefaultMount& mount,
+                        std::optional<MountedCamera>& camera) {
+    const auto value = cameras.Find(name);
+    if (value) camera = ParseCamera(*value, "cameras." + name, mount, result.assumed);
   };
-  read("up", result.up);
-  read("forward", result.forward);
-  read("omni", result.omni);
+  read("up", DefaultUpMount(), result.up);
+  read("forward", DefaultForwardMount(), result.forward);
+  read("omni", DefaultUpMount(), result.omni);
   if (!result.up && !result.forward && !result.omni) {
     cameras.Fail("at least one of up, forward, omni", "describe the robot's camera there");
   }
@@ -136,8 +175,11 @@ Rig ParseRig(const std::string& text, const std::filesystem::path& file) {
   result.file = file;
   result.source_yaml = text;
   if (const auto robot = rig.Find("robot")) result.robot = robot->Text();
-  result.axle_behind_mast_m =
-      rig.At("a", "the distance of the axle behind the mast in metres, e.g. a: 0.14").Number();
+  if (const auto a = rig.Find("a")) {
+    result.axle_behind_mast_m = a->Number();
+  } else {
+    result.assumed.emplace_back("a = 0: the axle of the driven wheels is below the camera mast");
+  }
   if (const auto d = rig.Find("d")) {
     result.forward_height_m = d->PositiveNumber("measure it from the floor upwards, in metres");
   }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/camera.hpp"
 #include "calib/mirror.hpp"
@@ -32,11 +33,14 @@ struct Rig {
   std::optional<MountedCamera> omni;
   std::filesystem::path file;  ///< where it was read from, for messages
   std::string source_yaml;     ///< the file's text as read, kept for provenance
+  /// Values that the file does not give and that are usual, one line for each: "a = 0: ...".
+  std::vector<std::string> assumed;
 };
 
 /// Reads rig.yaml (format: calib/README.md). The intrinsics of a camera are given inline in the
 /// form of ROS camera_info or in a separate camera_info file (`camera_info: PATH`, relative to
-/// rig.yaml).
+/// rig.yaml). `a`, the distortion and the rotation of a camera have defaults (calib/README.md,
+/// "Defaults").
 ///
 /// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to fix it` when a key is missing,
 ///   unknown, of the wrong type, or impossible (focal length <= 0, image size <= 0, pose not

@@ -13,6 +13,7 @@
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/images.hpp"
 #include "app/recordings/panorama_source.hpp"
+#include "app/recordings/rig_warnings.hpp"
 #include "app/reports/report_folder.hpp"
 #include "app/reports/report_table.hpp"
 #include "app/terminal/console.hpp"
@@ -215,7 +216,7 @@ void WriteRig(const CalibrateMirrorOptions& params,
               const MirrorObservation& observation,
               terminal::Summary& summary) {
   const std::string text = ReadSettingsText(params.rig, "a rig file (format: calib/README.md)");
-  calib::ParseRig(text, params.rig);
+  recordings::PrintRigWarnings(calib::ParseRig(text, params.rig));
   calib::RigValues values;
   values.omni = {InsideImage(observation.fit.ring, observation.image.size()),
                  observation.image.cols,

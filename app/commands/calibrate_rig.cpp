@@ -13,6 +13,7 @@
 #include "app/files/output_files.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/rig_recording.hpp"
+#include "app/recordings/rig_warnings.hpp"
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/reports/report_folder.hpp"
 #include "app/reports/rig_calibration_report.hpp"
@@ -128,6 +129,8 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
       calib::UpCameraFor(rig, straight_source.Name(), straight_source.Size());
   if (params.tape.ceiling_height_m) rig.ceiling_height_m = *params.tape.ceiling_height_m;
   const calib::CeilingView view(up, rig.ceiling_height_m);
+  // Where the tape measure gives the camera's height, the initial value may be 0.
+  if (!params.tape.GivesCameraHeight()) recordings::PrintRigWarnings(rig);
   const mount::CeilingRecording spin = recordings::ReadCeiling(spin_source, view, "spin");
   const mount::CeilingRecording straight =
       recordings::ReadCeiling(straight_source, view, "straight");

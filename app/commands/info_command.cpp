@@ -6,10 +6,15 @@
 #include <vector>
 
 #include "app/commands/commands.hpp"
+#include "app/files/output_files.hpp"
+#include "app/recordings/rig_warnings.hpp"
 #include "app/reports/map_quality.hpp"
+#include "app/reports/rig_drawing.hpp"
+#include "app/reports/rig_report.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/table.hpp"
 #include "calib/base/degrees.hpp"
+#include "calib/base/error.hpp"
 #include "calib/base/one_line.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -21,7 +26,8 @@ namespace {
 using nlohmann::ordered_json;
 
 struct InfoOptions {
-  fs::path map;
+  fs::path file;
+  fs::path drawing;
   bool json = false;
 };
 
@@ -156,8 +162,12 @@ void PrintTable(const MapInfo& info) {
   fmt::print("{}", table.Format(terminal::Table::Numbers::kLeft));
 }
 
-void RunInfo(const InfoOptions& params, terminal::Summary& summary) {
-  const MapInfo info = Inspect(params.map);
+void ReportMap(const InfoOptions& params, terminal::Summary& summary) {
+  if (!params.drawing.empty()) {
+    throw InputError(
+        "--svg: is the drawing of a rig; give RIG.yaml, or 'export' a map as a picture");
+  }
+  const MapInfo info = Inspect(params.file);
   summary.frames = static_cast<std::int64_t>(info.poses);
   summary.quality = {{"keyframes", info.keyframes}, {"covered_area", info.covered_area}};
   if (params.json) {
@@ -167,19 +177,51 @@ void RunInfo(const InfoOptions& params, terminal::Summary& summary) {
   }
 }
 
+void ReportRig(const InfoOptions& params, const CommonOptions& common, terminal::Summary& summary) {
+  if (!params.drawing.empty()) files::CheckOutputFiles({params.drawing});
+  const calib::Rig rig = calib::ReadRig(params.file);
+  recordings::PrintRigWarnings(rig);
+  if (params.json) {
+    using Handler = ordered_json::error_handler_t;
+    fmt::print("{}\n", reports::RigJson(rig).dump(2, ' ', false, Handler::replace));
+  } else {
+    fmt::print("{}", reports::DescribeRig(rig).Format(terminal::Table::Numbers::kLeft));
+  }
+  if (params.drawing.empty()) return;
+  files::WriteFileAtomically(params.drawing, reports::DrawRig(rig));
+  summary.files.push_back(params.drawing);
+  if (!params.json && !common.quiet) fmt::print("written {}\n", params.drawing.string());
+}
+
+void RunInfo(const InfoOptions& params, const CommonOptions& common, terminal::Summary& summary) {
+  const fs::path extension = params.file.extension();
+  if (extension == ".yaml" || extension == ".yml") {
+    ReportRig(params, common, summary);
+  } else {
+    ReportMap(params, summary);
+  }
+}
+
 }  // namespace
 
 Command AddInfoCommand(CLI::App& program) {
-  Command command =
-      MakeCommand(program,
-                  "info",
-                  "Reports the content and quality of a map: size, coverage, loops, weak spots.",
-                  "ceilmap info lab.gpkg --json");
+  Command command = MakeCommand(
+      program,
+      "info",
+      "Reports the content and quality of a map (size, coverage, loops, weak spots), or "
+      "what a rig means: what its cameras see, and how they are mounted.",
+      "ceilmap info lab.gpkg --json\n"
+      "  ceilmap info rig.yaml --svg rig.svg");
   auto params = std::make_shared<InfoOptions>();
-  command.cli->add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
+  command.cli->add_option("file", params->file, "The map or the rig")
+      ->required()
+      ->type_name("MAP.gpkg|RIG.yaml");
   command.cli->add_flag("--json", params->json, "One JSON object instead of a table");
-  command.run = [params](const CommonOptions&, terminal::Summary& summary) {
-    RunInfo(*params, summary);
+  command.cli
+      ->add_option("--svg", params->drawing, "Drawing of the rig: axes, cameras, what they see")
+      ->type_name("FILE.svg");
+  command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
+    RunInfo(*params, common, summary);
   };
   return command;
 }

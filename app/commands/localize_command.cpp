@@ -14,6 +14,7 @@
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/frame_source.hpp"
+#include "app/recordings/rig_warnings.hpp"
 #include "app/recordings/sensor_inputs.hpp"
 #include "app/reports/localize_report.hpp"
 #include "app/reports/page_parts.hpp"
@@ -22,6 +23,7 @@
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/yaml_value.hpp"
 #include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
@@ -250,6 +252,23 @@ page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader
   return page;
 }
 
+calib::Rig RigFor(const LocalizeOptions& params) {
+  if (!params.rig.empty()) return calib::ReadRig(params.rig);
+  const std::string text = store::MapReader(params.map).Metadata().rig_yaml;
+  if (text.empty()) {
+    throw InputError(fmt::format("{}: was made without a rig; give --rig", params.map.string()));
+  }
+  if (text.size() > kMaxSettingsBytes) {
+    throw InputError(
+        fmt::format("{}: its rig is larger than 1 MiB; give --rig", params.map.string()));
+  }
+  try {
+    return calib::ParseRig(text, params.map.string() + " (its rig)");
+  } catch (const InputError& error) {  // such as a camera_info file that is not here
+    throw InputError(fmt::format("{}; or give --rig", error.what()));
+  }
+}
+
 void RunLocalize(const LocalizeOptions& params,
                  const CommonOptions& common,
                  terminal::Summary& summary) {
@@ -259,7 +278,7 @@ void RunLocalize(const LocalizeOptions& params,
   summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
   localizer_params.localization = params.ForLocalizer(settings.localization);
-  const calib::Rig rig = calib::ReadRig(params.rig);
+  const calib::Rig rig = RigFor(params);
   recordings::FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
   calib::UpCameraFor(rig, source.Name(), source.Size());
   const HeadingFrame headings_frame =
@@ -272,6 +291,7 @@ void RunLocalize(const LocalizeOptions& params,
   reports::LocalizeResult result;
   Results results(params, calib::LevelView(localizer.View()));
   live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
+  if (!params.rig.empty()) recordings::PrintRigWarnings(rig);
   LocateFrames(source, sensors, localizer, results, watch, result);
   result.sensors = {&sensors, localizer.Sensed()};
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
@@ -291,6 +311,9 @@ void RunLocalize(const LocalizeOptions& params,
   }
   if (source.Stamps() == recordings::StampOrigin::kFrameIndex) {
     terminal::Note("no --stamps: images are taken to be one second apart");
+  }
+  if (params.rig.empty()) {
+    terminal::Note("no --rig: the camera is taken to be that of the robot that made the map");
   }
   WarnOfScale(rig, map.Metadata(), result);
   reports::Summarize(result, summary);
@@ -318,7 +341,8 @@ Command AddLocalizeCommand(CLI::App& program) {
     return cli.add_option(name, value, text)->type_name(type);
   };
   add("map", params->map, "The map, made with --rig", "MAP.gpkg")->required()->group(input);
-  add("--rig", params->rig, "This robot's cameras", "RIG.yaml")->required()->group(input);
+  add("--rig", params->rig, "This robot's cameras [those of the map's robot]", "RIG.yaml")
+      ->group(input);
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
       ->group(input);

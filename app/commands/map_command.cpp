@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/rig_options.hpp"
 #include "app/commands/sensor_options.hpp"
 #include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
@@ -15,6 +16,7 @@
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/frame_source.hpp"
+#include "app/recordings/rig_warnings.hpp"
 #include "app/recordings/sensor_inputs.hpp"
 #include "app/reports/map_report.hpp"
 #include "app/terminal/clock.hpp"
@@ -36,7 +38,7 @@ namespace {
 using std::chrono::steady_clock;
 
 struct MapOptions {
-  fs::path rig;
+  RigOptions rig;
   std::string up;
   fs::path stamps;
   std::string origin;
@@ -58,7 +60,14 @@ void MapOptions::Resolve() {
   if (append && !origin.empty()) {
     throw InputError("--origin: with --append the map has its origin already; leave it out");
   }
-  sensors.Check(!rig.empty());
+  rig.Check();
+  if (rig.IsNominal() && !(sensors.forward.empty() && sensors.omni.empty())) {
+    throw InputError(fmt::format("{}: --fov describes the upward camera alone; give --rig",
+                                 sensors.forward.empty() ? "--omni" : "--forward"));
+  }
+  // The distortion of an uncalibrated lens looks like tilt.
+  if (rig.IsNominal() && sensors.tilt.empty()) sensors.tilt = "none";
+  sensors.Check(rig.IsGiven());
   if (output.extension() != ".gpkg") {
     throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
   }
@@ -106,8 +115,8 @@ robot::CeilingMapper MakeMapper(const std::optional<calib::Rig>& rig,
 
 // Notes about assumptions of the map. They are printed at the end, so that an earlier error stays
 // one line.
-void ReportAssumptions(bool have_rig, recordings::StampOrigin stamps) {
-  if (!have_rig) terminal::Note("no --rig: lengths are in pixels of the recording, not in metres");
+void ReportAssumptions(const RigOptions& rig, recordings::StampOrigin stamps) {
+  if (const std::string text = rig.Assumption(); !text.empty()) terminal::PrintNote(text);
   if (stamps == recordings::StampOrigin::kFrameIndex) {
     terminal::Note("no --stamps: images are taken to be one second apart");
   }
@@ -225,9 +234,9 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   params.Resolve();
   const CommandSettings settings = params.settings.Read();
   summary.settings = SettingsJson(settings, {"mapping", "sensors"});
-  const std::optional<calib::Rig> rig =
-      params.rig.empty() ? std::nullopt : std::optional(calib::ReadRig(params.rig));
+  std::optional<calib::Rig> rig = params.rig.ReadFile();
   recordings::FrameSource source(params.up, {.stamps = params.stamps});
+  if (params.rig.IsNominal()) rig = params.rig.Nominal(source.Size());
   if (rig) calib::UpCameraFor(*rig, source.Name(), source.Size());
   recordings::SensorInputs sensors(
       params.sensors.Files(rig.has_value(), params.stamps, HeadingFrame::kRelative), rig);
@@ -239,6 +248,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   page.title = fmt::format("Map {}", params.output.filename().string());
   page.unit = unit;
   live::RunWatch watch(params.watch, params.up, std::move(page), mapper.View());
+  if (rig && !params.rig.IsNominal()) recordings::PrintRigWarnings(*rig);
   MapFrames(source, sensors, mapper, watch);
   reports::MapResult result;
   result.sensors = {&sensors, mapper.Sensed()};
@@ -249,7 +259,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   if (terminal::Interrupted()) ReportInterrupted(mapper);
   result.map = DrawMap(params, mapper);
   CommitFiles(result.map.frames, mapper, params, summary);
-  ReportAssumptions(rig.has_value(), source.Stamps());
+  ReportAssumptions(params.rig, source.Stamps());
 
   const terminal::Table facts = reports::FactsOf(result, unit, terminal::SecondsSince(start));
   reports::Summarize(result, source.Report(), unit, summary);
@@ -277,8 +287,7 @@ Command AddMapCommand(CLI::App& program) {
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type);
   };
-  add("--rig", params->rig, "The robot's cameras; without it the map is in pixels", "RIG.yaml")
-      ->group(input);
+  params->rig.AddTo(cli, input);
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
       ->group(input);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <system_error>
 
+#include "app/recordings/rig_warnings.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
@@ -117,6 +118,7 @@ ForwardFrames::ForwardFrames(const ForwardOptions& options)
   calib::ForwardCameraFor(rig_, source_.Name(), source_.Size());
   try {
     const colour::ScanLines lines(Camera());
+    PrintRigWarnings(rig_);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", options.rig.string(), error.what()));
   }

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "app/files/arguments.hpp"
+#include "app/recordings/rig_warnings.hpp"
 #include "app/terminal/clock.hpp"
 #include "calib/base/error.hpp"
 #include "calib/robot_rig.hpp"
@@ -52,7 +53,9 @@ PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
   const calib::Rig rig = calib::ReadRig(options.rig);
   const calib::MountedCamera& omni = calib::OmniCameraFor(rig, source.Name(), source.Size());
   try {
-    return {calib::MirrorView(omni, params), omni.T_base_cam.translation().head<2>()};
+    PlacedView placed{calib::MirrorView(omni, params), omni.T_base_cam.translation().head<2>()};
+    PrintRigWarnings(rig);
+    return placed;
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", place, error.what()));
   }

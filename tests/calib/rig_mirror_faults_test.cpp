@@ -15,7 +15,7 @@ TEST_P(RigMirrorFault, IsNamedWithLineKeyAndFix) {
   ExpectNamed(GetParam());
 }
 
-const Fault kFaults[] = {
+const Fault kMirrorFaults[] = {
     {"MirrorOnPinhole",
      "type: hyperbolic_mirror",
      "type: pinhole",
@@ -53,7 +53,7 @@ const Fault kFaults[] = {
      "inner_radius_px, outer_radius_px, centre_px; correct its spelling or remove it"},
 };
 
-INSTANTIATE_TEST_SUITE_P(All, RigMirrorFault, ::testing::ValuesIn(kFaults), NameOf);
+INSTANTIATE_TEST_SUITE_P(All, RigMirrorFault, ::testing::ValuesIn(kMirrorFaults), NameOf);
 
 /// A rig whose mirror has no known shape, with its mirror as given.
 std::string RingError(const std::string& mirror, const std::string& more = "") {

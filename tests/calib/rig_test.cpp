@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "calib/camera_info.hpp"
 #include "tests/calib/rig_text.hpp"
@@ -110,6 +112,59 @@ TEST(Rig, TakesNullAsAbsentForwardHeight) {
 
 TEST(Rig, TakesAnAxleAheadOfTheMast) {
   EXPECT_EQ(ParseRig(Replaced(kRigText, "a: 0.14", "a: -0.2"), "r").axle_behind_mast_m, -0.2);
+}
+
+// The rig of calib/README.md, "Defaults".
+TEST(Rig, EightLinesAreEnough) {
+  const Rig rig = ParseRig(kMinimalRigText, "rig.yaml");
+  ASSERT_TRUE(rig.up);
+  EXPECT_EQ(rig.axle_behind_mast_m, 0);
+  EXPECT_FALSE(rig.up->camera.IsDistorted());
+  EXPECT_EQ(rig.up->exposure_time_s, 0);
+  EXPECT_EQ(rig.up->T_base_cam.translation(), Eigen::Vector3d(0, 0, 0.4));
+  // The image's right (x_cam) is the robot's left (+y), its bottom (y_cam) the robot's back (-x).
+  const Eigen::Matrix3d& R_base_cam = rig.up->T_base_cam.linear();
+  EXPECT_EQ(R_base_cam.col(0), Eigen::Vector3d::UnitY());
+  EXPECT_EQ(R_base_cam.col(1), -Eigen::Vector3d::UnitX());
+  EXPECT_EQ(R_base_cam.col(2), Eigen::Vector3d::UnitZ());
+  EXPECT_THAT(
+      rig.assumed,
+      ElementsAre(
+          "a = 0: the axle of the driven wheels is below the camera mast",
+          "cameras.up: it looks straight up, the top of its image is towards the robot's front",
+          "cameras.up: a lens without distortion"));
+  EXPECT_THAT(ParseRig(kRigText, "rig.yaml").assumed, ElementsAre());
+}
+
+/// The YAML block of a README after a text.
+std::string BlockOf(const char* readme, const std::string& after) {
+  std::ifstream stream(std::filesystem::path(CEILMAP_SOURCE_DIR) / readme);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const std::string begin = "```yaml\n";
+  const std::size_t at = text.find(begin, text.find(after)) + begin.size();
+  return text.substr(at, text.find("```", at) - at);
+}
+
+TEST(Rig, TheReadmesShowIt) {
+  EXPECT_EQ(BlockOf("calib/README.md", "### Defaults"), kMinimalRigText);
+  const std::string shown = BlockOf("README.md", "The shortest `rig.yaml`");
+  EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 8);
+  const Rig rig = ParseRig(shown, "README.md");
+  EXPECT_EQ(rig.up->camera.Matrix(), ParseRig(kMinimalRigText, "r").up->camera.Matrix());
+  EXPECT_EQ(rig.up->T_base_cam.translation().z(), 0.4);
+  EXPECT_EQ(rig.ceiling_height_m, 2.6);
+}
+
+TEST(Rig, AForwardCameraLooksAheadUnlessItsRotationIsGiven) {
+  const Rig rig =
+      ParseRig(Replaced(kRigText, "      rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]\n", ""), "rig.yaml");
+  const Eigen::Matrix3d& R_base_cam = rig.forward->T_base_cam.linear();
+  EXPECT_EQ(R_base_cam.col(0), -Eigen::Vector3d::UnitY());
+  EXPECT_EQ(R_base_cam.col(1), -Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(R_base_cam.col(2), Eigen::Vector3d::UnitX());
+  EXPECT_THAT(rig.assumed,
+              ElementsAre("cameras.forward: it looks straight ahead, level, the top of its image "
+                          "is up"));
 }
 
 TEST(Rig, MakesRoundedRotationsOrthonormal) {

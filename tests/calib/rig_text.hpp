@@ -56,6 +56,17 @@ cameras:
       horizon_radius_px: 138.707
 )";
 
+/// The shortest rig of a ceiling map.
+inline const std::string kMinimalRigText = R"(h: 2.6
+cameras:
+  up:
+    type: pinhole
+    image_width: 640
+    image_height: 480
+    camera_matrix: {rows: 3, cols: 3, data: [457, 0, 319.5, 0, 457, 239.5, 0, 0, 1]}
+    base_link_to_camera: {translation: [0, 0, 0.4]}
+)";
+
 /// The text with its first `from` replaced. @throws std::logic_error when there is none.
 inline std::string Replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);

@@ -3,6 +3,8 @@
 #include <string>
 
 #include "calib/rig.hpp"
+#include "calib/rig_checks.hpp"
+#include "calib/rig_facts.hpp"
 #include "calib/rig_text.hpp"
 #include "tests/fuzz/promise.hpp"
 #include "tests/fuzz/targets.hpp"
@@ -31,6 +33,10 @@ void CheckRig(const calib::Rig& rig) {
   for (const auto* camera : {&rig.up, &rig.forward, &rig.omni}) {
     if (*camera) CheckCamera(**camera);
   }
+  for (const std::string& warning : calib::RigWarnings(rig)) {
+    Require(warning.find('\n') == std::string::npos, "a warning of several lines");
+  }
+  (void)calib::DescribeRig(rig);
 }
 
 bool Same(const calib::Rig& a, const calib::Rig& b) {

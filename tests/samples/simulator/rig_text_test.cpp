@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "calib/base/degrees.hpp"
 #include "calib/ceiling_view.hpp"
+#include "calib/rig_checks.hpp"
 #include "tests/samples/simulator/scenes.hpp"
 
 namespace ceilmap::simulator {
@@ -100,6 +103,16 @@ TEST(RigYaml, RectifiedImageIsTheCeilingToScale) {
   const Eigen::Vector2d p_map = Pose2{6, 4, 0.3} * (view.T_base_view() * p_view);
   EXPECT_NEAR(p_map.x(), 6.2, 0.0005);
   EXPECT_NEAR(p_map.y(), 4.1, 0.0005);
+}
+
+TEST(RigYaml, RigsOfTheScenesHaveNoWarning) {
+  const std::filesystem::path scenes =
+      std::filesystem::path(CEILMAP_SOURCE_DIR) / "samples" / "scenes";
+  for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const calib::Rig rig = calib::ParseRig(RigYaml(ReadScene(entry.path())), entry.path());
+    EXPECT_THAT(calib::RigWarnings(rig), ::testing::IsEmpty());
+  }
 }
 
 }  // namespace
