@@ -160,15 +160,20 @@ TEST(BlockStage, OnlyTheTrueMotionLeavesNothingUnexplained) {
   BlockStage stage(kLevelSize);
   const Level reference = MakeLevel(ceiling.RenderFloat(kLevelSize));
   const Level current = MakeLevel(ceiling.RenderFloat(kLevelSize, truth));
-  const auto right = stage.Compare(reference, current, truth);
-  const auto wrong = stage.Compare(reference, current, Compose(truth, ImageMotion{50, 0, 0, 1}));
+  constexpr double kNoisePower = 0.1;
+  const auto right = stage.Compare(reference, current, truth, kNoisePower);
+  const auto wrong =
+      stage.Compare(reference, current, Compose(truth, ImageMotion{50, 0, 0, 1}), kNoisePower);
   ASSERT_GT(right.blocks, 10);
   ASSERT_GT(wrong.blocks, 10);
   EXPECT_GT(Evidence(right, wrong), 6);
   // Brightness and contrast are free.
   cv::Mat darker = 0.7 * ceiling.RenderFloat(kLevelSize, truth) + 20;
-  EXPECT_NEAR(stage.Compare(reference, MakeLevel(darker), truth).mean, right.mean, 0.01);
-  EXPECT_EQ(stage.Compare(reference, current, {1000, 0, 0, 1}).blocks, 0);
+  EXPECT_NEAR(
+      stage.Compare(reference, MakeLevel(darker), truth, kNoisePower).mean, right.mean, 0.01);
+  EXPECT_EQ(stage.Compare(reference, current, {1000, 0, 0, 1}, kNoisePower).blocks, 0);
+  EXPECT_LT(stage.Compare(reference, current, truth, 25).mean, right.mean)
+      << "what the noise explains is no difference";
 }
 
 TEST(BlockStage, SmallDifferencesEverywhereAreNoEvidence) {

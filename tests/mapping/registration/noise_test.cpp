@@ -28,26 +28,27 @@ TEST(EstimateNoise, NeverBelowTheRoundingToEightBits) {
   }
 }
 
-TEST(WhiteningNoise, IsLargerWhereACodecRemovedTheNoise) {
+TEST(CodedNoise, IsLargerWhereACodecRemovedTheNoise) {
   EXPECT_TRUE(MakeNoise(0.3F).IsEncoded());
   EXPECT_FALSE(MakeNoise(1.5F).IsEncoded());
-  EXPECT_FLOAT_EQ(MakeNoise(1.5F).whitening, 1.5F);
-  EXPECT_FLOAT_EQ(MakeNoise(12).whitening, 12);
-  EXPECT_GT(MakeNoise(0.3F).whitening, 3);
-  EXPECT_GT(MakeNoise(0.3F).whitening, MakeNoise(0.8F).whitening);
+  EXPECT_FLOAT_EQ(MakeNoise(1.5F).coded, 1.5F);
+  EXPECT_FLOAT_EQ(MakeNoise(12).coded, 12);
+  EXPECT_GT(MakeNoise(0.3F).coded, 3);
+  EXPECT_GT(MakeNoise(0.3F).coded, MakeNoise(0.8F).coded);
 }
 
-TEST(WhiteningNoise, OnlyOneImageWithoutNoiseIsNotACodec) {
+TEST(CodedNoise, OnlyOneImageWithoutNoiseIsNotACodec) {
   const ImageNoise encoded = MakeNoise(0.3F);
   const ImageNoise sensor = MakeNoise(2);
-  EXPECT_FLOAT_EQ(WhiteningPower(encoded, encoded), encoded.whitening * encoded.whitening);
-  EXPECT_FLOAT_EQ(WhiteningPower(encoded, sensor), 0.3F * 2);
+  EXPECT_FLOAT_EQ(CodedPower(encoded, encoded), encoded.coded * encoded.coded);
+  EXPECT_FLOAT_EQ(CodedPower(encoded, sensor), 0.3F * 2);
+  EXPECT_FLOAT_EQ(WhitePower(encoded, encoded), 0.3F * 0.3F);
 }
 
-TEST(WhiteningNoise, AReducedImageHasLess) {
+TEST(CodedNoise, AReducedImageHasLess) {
   const ImageNoise half = MakeNoise(0.3F).Reduced(2);
   EXPECT_FLOAT_EQ(half.white, 0.15F);
-  EXPECT_TRUE(half.IsEncoded());
+  EXPECT_FLOAT_EQ(half.removed, 0.7F);
 }
 
 }  // namespace

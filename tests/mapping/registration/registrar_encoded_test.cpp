@@ -1,0 +1,75 @@
+// Images that a codec has robbed of their texture.
+
+#include <gmock/gmock.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+#include <vector>
+
+#include "tests/mapping/registration/registrar_fixture.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+// Quantized coefficients of blocks, as in a frame of a video that depends on no other.
+cv::Mat Encoded(const cv::Mat& image, int quality) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+}
+
+class RegistrarEncodedTest : public RegistrarTest {
+ protected:
+  static cv::Mat Shot(std::uint32_t seed, const ImageMotion& motion) {
+    constexpr int kQuality = 8;
+    const SyntheticCeiling ceiling({.seed = seed, .speckle_grey = 8});
+    return Encoded(ceiling.Render(kSize, motion, 1.5, seed), kQuality);
+  }
+  // Of neighbouring frames of a drive.
+  static ImageMotion SmallMotion(std::mt19937& random) {
+    std::uniform_real_distribution<double> unit(-1, 1);
+    return {60 * unit(random), 60 * unit(random), 0.3 * unit(random), 1};
+  }
+  static MotionPrior PriorNear(const ImageMotion& truth, double off_px) {
+    return {{truth.tx_px + off_px, truth.ty_px, truth.theta_rad + 0.03, 1}, 6, 0.1};
+  }
+};
+
+TEST_F(RegistrarEncodedTest, TheyAreKnownByTheirMissingNoise) {
+  const SyntheticCeiling ceiling;
+  EXPECT_GT(registrar_.Analyze(Shot(1, {})).CodingLoss(), 0.5);
+  EXPECT_EQ(registrar_.Analyze(ceiling.Render(kSize, {}, 1.5)).CodingLoss(), 0);
+  EXPECT_EQ(FrameSpectrum().CodingLoss(), 0);
+}
+
+TEST_F(RegistrarEncodedTest, APredictedMotionNeedsLessEvidence) {
+  std::mt19937 random(4);
+  int found = 0;
+  int without_prediction = 0;
+  constexpr int kPairs = 16;
+  for (std::uint32_t seed = 1; seed <= kPairs; ++seed) {
+    const ImageMotion truth = SmallMotion(random);
+    const cv::Mat reference = Shot(seed, {});
+    const cv::Mat current = Shot(seed, truth);
+    without_prediction += Register(reference, current).ok() ? 1 : 0;
+    const Registration r = Register(reference, current, PriorNear(truth, 7));
+    if (!r.ok()) continue;
+    ++found;
+    EXPECT_THAT(r, IsMotion(truth, 1.0, 0.3)) << seed;
+    const double sigma_px = std::sqrt(r.covariance.diagonal().head<2>().maxCoeff());
+    EXPECT_LT(ShiftError(r.motion, truth), 4 * sigma_px) << seed;
+  }
+  EXPECT_GE(found, kPairs - 2);
+  EXPECT_GT(found, without_prediction);
+}
+
+TEST_F(RegistrarEncodedTest, NothingIsFoundBetweenOtherPlaces) {
+  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+    const ImageMotion expected{20, -10, 0.1, 1};
+    EXPECT_FALSE(Register(Shot(seed, {}), Shot(seed + 100, {}), PriorNear(expected, 0)).ok())
+        << seed;
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::registration
