@@ -225,10 +225,11 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   params.Resolve();
   const CommandSettings settings = params.settings.Read();
   summary.settings = SettingsJson(settings, {"mapping", "sensors"});
-  const std::optional<calib::Rig> rig =
+  std::optional<calib::Rig> rig =
       params.rig.empty() ? std::nullopt : std::optional(calib::ReadRig(params.rig));
   recordings::FrameSource source(params.up, {.stamps = params.stamps});
-  if (rig) calib::UpCameraFor(*rig, source.Name(), source.Size());
+  std::optional<calib::CameraScaling> scaling;
+  if (rig) scaling = calib::FitUpCamera(*rig, source.Name(), source.Size());
   recordings::SensorInputs sensors(
       params.sensors.Files(rig.has_value(), params.stamps, HeadingFrame::kRelative), rig);
   robot::CeilingMapper mapper =
@@ -250,6 +251,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   result.map = DrawMap(params, mapper);
   CommitFiles(result.map.frames, mapper, params, summary);
   ReportAssumptions(rig.has_value(), source.Stamps());
+  reports::ReportScalings(scaling, sensors);
 
   const terminal::Table facts = reports::FactsOf(result, unit, terminal::SecondsSince(start));
   reports::Summarize(result, source.Report(), unit, summary);
