@@ -210,7 +210,7 @@ void FramePixels::ReadColour(const AVFrame& frame, cv::Mat& bgr) {
                                      width,
                                      height,
                                      AV_PIX_FMT_BGR24,
-                                     SWS_BICUBIC | SWS_ACCURATE_RND,
+                                     SWS_BICUBIC,
                                      nullptr,
                                      nullptr,
                                      nullptr));
