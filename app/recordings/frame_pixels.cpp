@@ -220,17 +220,12 @@ void FramePixels::ReadColour(const AVFrame& frame, cv::Mat& bgr) {
                                  name_,
                                  pixels != nullptr ? pixels : "(unknown)"));
   }
+  // The matrix of BT.601, as OpenCV's: a robot's program that reads its camera by OpenCV and a
+  // model of colours that was learned by this program then agree, whatever the video states.
   const std::optional<LumaPlane> luma = LumaOf(frame);
-  const int* const matrix = sws_getCoefficients(
-      frame.colorspace == AVCOL_SPC_UNSPECIFIED ? SWS_CS_DEFAULT : frame.colorspace);
-  sws_setColorspaceDetails(scaler_.get(),
-                           matrix,
-                           luma && luma->full_range ? 1 : 0,
-                           sws_getCoefficients(SWS_CS_DEFAULT),
-                           1,
-                           0,
-                           kNeutral,
-                           kNeutral);
+  const int* const matrix = sws_getCoefficients(SWS_CS_DEFAULT);
+  sws_setColorspaceDetails(
+      scaler_.get(), matrix, luma && luma->full_range ? 1 : 0, matrix, 1, 0, kNeutral, kNeutral);
   padded_.create(height + 1, (width + kPadding) / kPadding * kPadding, CV_8UC3);
   uint8_t* const rows = padded_.data;
   const int step = static_cast<int>(padded_.step);
