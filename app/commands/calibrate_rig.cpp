@@ -64,13 +64,51 @@ std::string KnownRig(const CalibrateRigOptions& params) {
   return calib::CompleteRig(text, file, guess);
 }
 
-// Checks the forward recordings before any work begins.
-void CheckForwardRecordings(const CalibrateRigOptions& params, const calib::Rig& rig) {
+// The intrinsics are common to both recordings.
+void CheckSameSize(const std::string& first,
+                   cv::Size first_size,
+                   const std::string& second,
+                   cv::Size second_size) {
+  if (first_size == second_size) return;
+  throw InputError(
+      fmt::format("{}: images are {}x{} px, those of {} {}x{}; record both in one size",
+                  second,
+                  second_size.width,
+                  second_size.height,
+                  first,
+                  first_size.width,
+                  first_size.height));
+}
+
+// Size of the forward images; empty when there is no forward recording. Opens the recordings before
+// any work begins.
+cv::Size ForwardSize(const CalibrateRigOptions& params) {
+  cv::Size size;
+  std::string first;
   for (const recordings::RigRecording& recording : {params.Spin(), params.Straight()}) {
     if (recording.forward.empty()) continue;
     const recordings::SynchronizedStream forward(recording.forward, recording.stamps);
-    calib::ForwardCameraFor(rig, recording.forward, forward.Size());
+    if (first.empty()) {
+      first = recording.forward;
+      size = forward.Size();
+    }
+    CheckSameSize(first, size, recording.forward, forward.Size());
   }
+  return size;
+}
+
+// Scales the rig's cameras to the sizes of the recordings.
+std::vector<calib::CameraScaling> FitRig(const CalibrateRigOptions& params,
+                                         cv::Size up,
+                                         cv::Size forward,
+                                         calib::Rig& rig) {
+  std::vector<calib::CameraScaling> scalings;
+  if (auto scaling = calib::FitUpCamera(rig, params.spin, up)) scalings.push_back(*scaling);
+  if (forward.empty()) return scalings;
+  const std::string spin = params.Spin().forward;
+  const std::string name = spin.empty() ? params.Straight().forward : spin;
+  if (auto scaling = calib::FitForwardCamera(rig, name, forward)) scalings.push_back(*scaling);
+  return scalings;
 }
 
 // The deviation above which an angle counts as not determined.
@@ -89,7 +127,7 @@ void WarnOfUncertainAngles(const mount::ForwardMount& forward) {
   check("roll", forward.roll_rad, "--spin-forward");
 }
 
-// @param rig  With the calibrated upward camera.
+// @param rig  With the calibrated upward camera, fitted to the recordings.
 // @return nothing without a recording of the forward camera.
 std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& params,
                                                     const calib::Rig& rig,
@@ -121,14 +159,14 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
   if (params.camera_height_m && rig.up) {
     rig.up->T_base_cam.translation().z() = *params.camera_height_m;
   }
-  CheckForwardRecordings(params, rig);
+  const cv::Size forward_size = ForwardSize(params);
   recordings::FrameSource spin_source(params.spin, {.stamps = params.spin_stamps});
   recordings::FrameSource straight_source(params.straight, {.stamps = params.straight_stamps});
-  calib::UpCameraFor(rig, spin_source.Name(), spin_source.Size());
-  const calib::MountedCamera& up =
-      calib::UpCameraFor(rig, straight_source.Name(), straight_source.Size());
+  const cv::Size size = spin_source.Size();
+  CheckSameSize(params.spin, size, params.straight, straight_source.Size());
+  const std::vector<calib::CameraScaling> scalings = FitRig(params, size, forward_size, rig);
   if (params.tape.ceiling_height_m) rig.ceiling_height_m = *params.tape.ceiling_height_m;
-  const calib::CeilingView view(up, rig.ceiling_height_m);
+  const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
   // Where the tape measure gives the camera's height, the initial value may be 0.
   if (!params.tape.GivesCameraHeight()) recordings::PrintRigWarnings(rig);
   const mount::CeilingRecording spin = recordings::ReadCeiling(spin_source, view, "spin");
@@ -155,8 +193,9 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
         params.straight);
   }
   const auto moving = steady_clock::now();
-  found.forward = CalibrateForward(
-      params, calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file), found.up);
+  calib::Rig measured = calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file);
+  FitRig(params, size, forward_size, measured);
+  found.forward = CalibrateForward(params, measured, found.up);
   out.stages_ms["motion"] = terminal::MillisecondsSince(moving);
   if (found.forward) values.T_base_forward = found.forward->T_base_forward;
   if (found.forward) WarnOfUncertainAngles(*found.forward);
@@ -165,6 +204,7 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
   calib::ParseRig(changed, params.output);  // fails if no command could read the result
   files::WriteFileAtomically(params.output, changed);
   out.files.push_back(params.output);
+  for (const calib::CameraScaling& scaling : scalings) terminal::PrintNote(scaling.Text());
   reports::Summarize(rig, found, out);
   if (!params.report.empty()) reports::WriteRigReport(params.report, rig, found, spin, out);
   if (!common.quiet) reports::PrintReport(rig, found, terminal::SecondsSince(start), out);

@@ -187,6 +187,7 @@ void Report(const recordings::PanoramaSource& source, const reports::HeadingResu
   for (const std::string& warning : source.Source().Warnings()) terminal::PrintWarning(warning);
   if (terminal::Interrupted())
     terminal::PrintNote(fmt::format("interrupted: {} frames were used", result.frames));
+  if (source.Scaling()) terminal::PrintNote(source.Scaling()->Text());
   if (source.Source().Stamps() == recordings::StampOrigin::kFrameIndex) {
     terminal::Note("no --stamps: images are taken to be one second apart");
   }

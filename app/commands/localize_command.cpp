@@ -278,14 +278,14 @@ void RunLocalize(const LocalizeOptions& params,
   summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
   localizer_params.localization = params.ForLocalizer(settings.localization);
-  const calib::Rig rig = RigFor(params);
+  std::optional<calib::Rig> rig = RigFor(params);
   recordings::FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
-  calib::UpCameraFor(rig, source.Name(), source.Size());
+  const auto scaling = calib::FitUpCamera(*rig, source.Name(), source.Size());
   const HeadingFrame headings_frame =
       params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
   recordings::SensorInputs sensors(params.sensors.Files(true, params.stamps, headings_frame), rig);
   localizer_params.sensors = sensors.Params(settings.sensors);
-  robot::CeilingLocalizer localizer(params.map, rig, localizer_params);
+  robot::CeilingLocalizer localizer(params.map, *rig, localizer_params);
   const store::MapReader& map = localizer.Map();
 
   reports::LocalizeResult result;
@@ -315,7 +315,8 @@ void RunLocalize(const LocalizeOptions& params,
   if (params.rig.empty()) {
     terminal::Note("no --rig: the camera is taken to be that of the robot that made the map");
   }
-  WarnOfScale(rig, map.Metadata(), result);
+  reports::ReportScalings(scaling, sensors);
+  WarnOfScale(*rig, map.Metadata(), result);
   reports::Summarize(result, summary);
   const terminal::Table facts = reports::FactsOf(result);
   const bool quiet = common.quiet || params.stream;

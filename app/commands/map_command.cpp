@@ -237,7 +237,8 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   std::optional<calib::Rig> rig = params.rig.ReadFile();
   recordings::FrameSource source(params.up, {.stamps = params.stamps});
   if (params.rig.IsNominal()) rig = params.rig.Nominal(source.Size());
-  if (rig) calib::UpCameraFor(*rig, source.Name(), source.Size());
+  std::optional<calib::CameraScaling> scaling;
+  if (rig) scaling = calib::FitUpCamera(*rig, source.Name(), source.Size());
   recordings::SensorInputs sensors(
       params.sensors.Files(rig.has_value(), params.stamps, HeadingFrame::kRelative), rig);
   robot::CeilingMapper mapper =
@@ -260,6 +261,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   result.map = DrawMap(params, mapper);
   CommitFiles(result.map.frames, mapper, params, summary);
   ReportAssumptions(params.rig, source.Stamps());
+  reports::ReportScalings(scaling, sensors);
 
   const terminal::Table facts = reports::FactsOf(result, unit, terminal::SecondsSince(start));
   reports::Summarize(result, source.Report(), unit, summary);

@@ -10,7 +10,6 @@
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
-#include "calib/robot_rig.hpp"
 
 namespace fs = std::filesystem;
 
@@ -114,8 +113,8 @@ void TakeLineOptions(const CLI::App& cli,
 ForwardFrames::ForwardFrames(const ForwardOptions& options)
     : source_(options.forward,
               {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}),
-      rig_(calib::ReadRig(options.rig)) {
-  calib::ForwardCameraFor(rig_, source_.Name(), source_.Size());
+      rig_(calib::ReadRig(options.rig)),
+      scaling_(calib::FitForwardCamera(rig_, source_.Name(), source_.Size())) {
   try {
     const colour::ScanLines lines(Camera());
     PrintRigWarnings(rig_);
@@ -184,6 +183,7 @@ Tilt TiltOf(const StampedPose& pose) {
 void ReportFrames(const ForwardFrames& frames, const UnusedFrames& unused) {
   for (const std::string& warning : frames.Source().Warnings()) terminal::PrintWarning(warning);
   if (terminal::Interrupted()) terminal::Note("interrupted: {} frames were used", frames.Count());
+  if (frames.Scaling()) terminal::PrintNote(frames.Scaling()->Text());
   if (frames.Source().Stamps() == StampOrigin::kFrameIndex) {
     terminal::Note("no --stamps: images are taken to be one second apart");
   }

@@ -11,6 +11,7 @@
 #include "app/recordings/frame_source.hpp"
 #include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
+#include "calib/robot_rig.hpp"
 #include "localization/compass/colour/scan_lines.hpp"
 
 namespace ceilmap::recordings {
@@ -58,6 +59,8 @@ class ForwardFrames {
   /// Distance of the camera ahead of the axle about which the robot turns.
   [[nodiscard]] double AheadOfAxleM() const;
   [[nodiscard]] const FrameSource& Source() const { return source_; }
+  /// How the rig's camera was scaled to the recording; nothing: it was not.
+  [[nodiscard]] const std::optional<calib::CameraScaling>& Scaling() const { return scaling_; }
 
  private:
   void CheckColour();
@@ -65,6 +68,7 @@ class ForwardFrames {
 
   FrameSource source_;
   calib::Rig rig_;
+  std::optional<calib::CameraScaling> scaling_;
   Frame frame_;
   std::int64_t count_ = 0;
   std::int64_t grey_ = 0;  // bright images without colours
@@ -100,8 +104,8 @@ struct UnusedFrames {
   std::int64_t below_horizon = 0;  ///< with too little of the image above the horizon
 };
 
-/// Prints the messages at the end of a run over a recording: its warnings, interruption, missing
-/// stamps, and unused frames.
+/// Prints the messages at the end of a run over a recording: its warnings, interruption, scaling of
+/// the camera, missing stamps, and unused frames.
 void ReportFrames(const ForwardFrames& frames, const UnusedFrames& unused);
 
 /// Throws the error for a run in which no frame could be used.

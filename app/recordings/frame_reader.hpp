@@ -36,7 +36,8 @@ class FrameReader {
   virtual bool Next(cv::Mat& image, std::optional<double>& time_s) = 0;
 
   [[nodiscard]] virtual Kind GetKind() const = 0;
-  /// Number of frames by the source's metadata; for a video it may be an estimate. Unset: unknown.
+  /// Number of frames by the source's metadata; for a video it may be an estimate, which is
+  /// corrected at the end. Unset: unknown.
   [[nodiscard]] virtual std::optional<std::int64_t> ExpectedFrames() const = 0;
   /// Frame period by the source's metadata, if it has one.
   [[nodiscard]] virtual std::optional<double> FramePeriod() const { return std::nullopt; }

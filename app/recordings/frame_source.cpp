@@ -191,7 +191,9 @@ void FrameSource::State::CheckEnd() {
   }
   const std::int64_t frames = next_index + reader->LeftOut() - left_out;
   const bool all_stamps = static_cast<std::size_t>(frames) >= stamps_s.size();
-  if (expected && next_index < *expected && !(stamps_of_another && all_stamps)) {
+  const bool early = expected && next_index < *expected &&
+                     next_index < reader->ExpectedFrames().value_or(*expected);
+  if (early && !(stamps_of_another && all_stamps)) {
     warnings.push_back(fmt::format(
         "{}: only {} of {} frames could be read; the file seems to be cut off or damaged",
         name,

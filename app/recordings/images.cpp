@@ -172,7 +172,7 @@ cv::Mat ReadImage(const fs::path& file, Pixels pixels) {
   }
   cv::Mat image;
   try {
-    image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+    image = cv::imread(file.string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
   } catch (const cv::Exception&) {
     image.release();  // a damaged or very large header; reported below
   }

@@ -47,8 +47,8 @@ enum class Pixels : std::uint8_t {
   kColour,  ///< CV_8UC3 (BGR), also of grey images
 };
 
-/// Reads an image file: to grey, colour by OpenCV's COLOR_BGR2GRAY, 16 bits scaled to 8, alpha and
-/// rotation flags ignored (the image as the camera took it).
+/// Reads an image file: to grey, colour by OpenCV's COLOR_BGR2GRAY, 16 bits scaled to 8, alpha
+/// ignored, turned by the EXIF orientation as viewers show it.
 /// @throws InputError naming the file.
 cv::Mat ReadImage(const std::filesystem::path& file, Pixels pixels);
 inline cv::Mat ReadGreyImage(const std::filesystem::path& file) {

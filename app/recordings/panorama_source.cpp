@@ -12,7 +12,6 @@
 #include "app/recordings/rig_warnings.hpp"
 #include "app/terminal/clock.hpp"
 #include "calib/base/error.hpp"
-#include "calib/robot_rig.hpp"
 #include "localization/compass/labrosse/column_shift.hpp"
 
 namespace ceilmap::recordings {
@@ -37,6 +36,7 @@ calib::MirrorViewParams ViewParams(const PanoramaOptions& options) {
 struct PlacedView {
   calib::MirrorView view;
   Eigen::Vector2d position;  // base frame, m
+  std::optional<calib::CameraScaling> scaling = {};
 };
 
 PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
@@ -50,10 +50,12 @@ PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
       throw InputError(fmt::format("{}: {}", place, error.what()));
     }
   }
-  const calib::Rig rig = calib::ReadRig(options.rig);
-  const calib::MountedCamera& omni = calib::OmniCameraFor(rig, source.Name(), source.Size());
+  calib::Rig rig = calib::ReadRig(options.rig);
+  const auto scaling = calib::FitOmniCamera(rig, source.Name(), source.Size());
   try {
-    PlacedView placed{calib::MirrorView(omni, params), omni.T_base_cam.translation().head<2>()};
+    PlacedView placed{calib::MirrorView(*rig.omni, params),
+                      rig.omni->T_base_cam.translation().head<2>(),
+                      scaling};
     PrintRigWarnings(rig);
     return placed;
   } catch (const InputError& error) {
@@ -188,6 +190,7 @@ PanoramaSource::PanoramaSource(const PanoramaOptions& options)
     PlacedView placed = MakeView(options, source_);
     view_ = std::move(placed.view);
     position_ = placed.position;
+    scaling_ = placed.scaling;
   } else {
     rising_ = options.azimuth == "rising";
     front_column_ = CheckedFront(options, source_);

@@ -11,6 +11,7 @@
 
 #include "app/recordings/frame_source.hpp"
 #include "calib/mirror_view.hpp"
+#include "calib/robot_rig.hpp"
 
 namespace ceilmap::recordings {
 
@@ -62,11 +63,14 @@ class PanoramaSource {
   [[nodiscard]] const Eigen::Vector2d& Position() const { return position_; }
   [[nodiscard]] const FrameSource& Source() const { return source_; }
   [[nodiscard]] double UnwrapMs() const { return unwrap_ms_; }
+  /// How the rig's camera was scaled to the recording; nothing: it was not.
+  [[nodiscard]] const std::optional<calib::CameraScaling>& Scaling() const { return scaling_; }
 
  private:
   FrameSource source_;
   std::optional<calib::MirrorView> view_;  // unset if the images are panoramas
   Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
+  std::optional<calib::CameraScaling> scaling_;
   bool rising_ = false;
   int front_column_ = 0;
   Frame frame_;

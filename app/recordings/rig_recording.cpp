@@ -6,7 +6,6 @@
 #include "app/terminal/console.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
-#include "calib/robot_rig.hpp"
 #include "compensation/mount/forward_matches.hpp"
 #include "compensation/mount/motion_in_space.hpp"
 
@@ -55,11 +54,9 @@ std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecordin
                                                                const calib::Rig& rig,
                                                                const std::string& label) {
   FrameSource up(recording.up, {.stamps = recording.stamps});
-  const calib::CeilingView view(calib::UpCameraFor(rig, up.Name(), up.Size()),
-                                rig.ceiling_height_m);
+  const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
   SynchronizedStream forward(recording.forward, recording.stamps);
-  mount::ForwardFeatureTracker tracker(
-      calib::ForwardCameraFor(rig, recording.forward, forward.Size()));
+  mount::ForwardFeatureTracker tracker(*rig.forward);
   mount::MotionInSpace motion(view);
   LostFrames lost(up);
   terminal::Progress progress(label, "frames", up.ExpectedFrames());

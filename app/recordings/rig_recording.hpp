@@ -28,10 +28,11 @@ mount::CeilingRecording ReadCeiling(FrameSource& source,
 
 /// Reads the recordings of both cameras: matches of the forward camera, with the robot's motion by
 /// the upward camera. Prints warnings of the forward recording.
-/// @param rig  With the calibrated upward camera and the approximate forward camera.
+/// @param rig  With the calibrated upward camera and the approximate forward camera, both fitted to
+/// the recordings (calib/robot_rig.hpp).
 /// @param label  Of the progress.
-/// @throws InputError when a source cannot be used, the forward camera is not in the rig, or the
-///   ceiling is lost for 5 consecutive frames.
+/// @throws InputError when a source cannot be used, or the ceiling is lost for 5 consecutive
+/// frames.
 std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecording& recording,
                                                                const calib::Rig& rig,
                                                                const std::string& label);

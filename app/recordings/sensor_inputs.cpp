@@ -1,7 +1,6 @@
 #include "app/recordings/sensor_inputs.hpp"
 
 #include "app/files/heading_csv.hpp"
-#include "calib/robot_rig.hpp"
 #include "localization/compass/colour/colour_model_file.hpp"
 
 namespace ceilmap::recordings {
@@ -16,9 +15,12 @@ const std::filesystem::path& OwnOr(const std::filesystem::path& own,
 
 }  // namespace
 
-SensorInputs::SensorInputs(const SensorFiles& files, const std::optional<calib::Rig>& rig)
+SensorInputs::SensorInputs(const SensorFiles& files, std::optional<calib::Rig>& rig)
     : files_(files) {
   if (!rig) return;
+  const auto keep = [this](const std::optional<calib::CameraScaling>& scaling) {
+    if (scaling) scalings_.push_back(*scaling);
+  };
   if (files.forward.empty()) {
     if (files_.tilt) files_.tilt = TiltMethod::kCeiling;
   } else if ((files.tilt && files.tilt != TiltMethod::kCeiling) || !files.heading_model.empty()) {
@@ -26,12 +28,12 @@ SensorInputs::SensorInputs(const SensorFiles& files, const std::optional<calib::
         files.forward,
         OwnOr(files.forward_stamps, files.stamps),
         files.heading_model.empty() ? Pixels::kGrey : Pixels::kColour);
-    calib::ForwardCameraFor(*rig, files.forward, forward_->Size());
+    keep(calib::FitForwardCamera(*rig, files.forward, forward_->Size()));
   }
   if (!files.omni.empty()) {
     omni_ = std::make_unique<SensorStream>(
         files.omni, OwnOr(files.omni_stamps, files.stamps), Pixels::kColour);
-    calib::OmniCameraFor(*rig, files.omni, omni_->Size());
+    keep(calib::FitOmniCamera(*rig, files.omni, omni_->Size()));
   }
 }
 

@@ -9,6 +9,7 @@
 #include "app/recordings/sensor_stream.hpp"
 #include "calib/base/heading.hpp"
 #include "calib/rig.hpp"
+#include "calib/robot_rig.hpp"
 #include "compensation/tilt_estimator.hpp"
 #include "localization/robot/sensors.hpp"
 
@@ -30,8 +31,9 @@ struct SensorFiles {
 /// Reads the recordings beside that of the upward camera and adds them to a mapper or localizer.
 class SensorInputs {
  public:
+  /// @param rig  its cameras are fitted to the recordings (calib/robot_rig.hpp).
   /// @throws InputError when a file cannot be used or does not fit the rig.
-  SensorInputs(const SensorFiles& files, const std::optional<calib::Rig>& rig);
+  SensorInputs(const SensorFiles& files, std::optional<calib::Rig>& rig);
 
   /// What the mapper or localizer has to know of these recordings.
   /// @param params  what the recordings do not determine is left as it is.
@@ -45,11 +47,14 @@ class SensorInputs {
   [[nodiscard]] const SensorStream* Forward() const { return forward_.get(); }
   [[nodiscard]] const SensorStream* Omni() const { return omni_.get(); }
   [[nodiscard]] const std::filesystem::path& HeadingFile() const { return files_.headings; }
+  /// Cameras of the rig that were scaled.
+  [[nodiscard]] const std::vector<calib::CameraScaling>& Scalings() const { return scalings_; }
 
  private:
   SensorFiles files_;
   std::unique_ptr<SensorStream> forward_;
   std::unique_ptr<SensorStream> omni_;
+  std::vector<calib::CameraScaling> scalings_;
 };
 
 }  // namespace ceilmap::recordings

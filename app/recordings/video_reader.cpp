@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -14,10 +15,9 @@ extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libavutil/log.h>
-#include <libavutil/pixdesc.h>
-#include <libswscale/swscale.h>
 }
 
+#include "app/recordings/video_geometry.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::recordings {
@@ -31,7 +31,6 @@ struct Release {
   void operator()(AVCodecContext* x) const { avcodec_free_context(&x); }
   void operator()(AVFrame* x) const { av_frame_free(&x); }
   void operator()(AVPacket* x) const { av_packet_free(&x); }
-  void operator()(SwsContext* x) const { sws_freeContext(x); }
 };
 template <typename T>
 using Held = std::unique_ptr<T, Release>;
@@ -47,26 +46,17 @@ bool StandsAlone(AVCodecID codec) {
   return descriptor != nullptr && (descriptor->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
 }
 
-// Luma of limited range is 16 to 235; as grey levels of 0 to 255.
-cv::Mat FullRange() {
-  constexpr double kBlack = 16;
-  constexpr double kWhite = 235;
-  cv::Mat levels(1, 256, CV_8UC1);
-  for (int i = 0; i < levels.cols; ++i) {
-    levels.at<uchar>(i) = cv::saturate_cast<uchar>(255 * (i - kBlack) / (kWhite - kBlack));
-  }
-  return levels;
-}
-
 }  // namespace
 
 struct VideoReader::Decoder {
   bool Open(const std::string& name, Input input);
   /// Decodes the next valid image into `frame`; false at the end.
   bool Decode();
-  void Convert(cv::Mat& bgr);
-  /// Copies the image's luma; false where the pixels have none that is ready to use.
-  bool CopyLuma(cv::Mat& grey) const;
+  /// The image of the last Decode.
+  [[nodiscard]] const AVFrame& Decoded() const { return *frame_; }
+  [[nodiscard]] FrameGeometry Geometry(const std::string& name) const {
+    return GeometryOf(*format_, *stream_, *frame_, name);
+  }
   [[nodiscard]] std::optional<double> Time() const;
   [[nodiscard]] cv::Size Size() const { return {codec_->width, codec_->height}; }
 
@@ -77,6 +67,11 @@ struct VideoReader::Decoder {
  private:
   bool OpenStream(const std::string& name, Input input);
   void Describe();
+  [[nodiscard]] std::int64_t PresentedFrames() const;
+  [[nodiscard]] double DurationS() const {
+    return static_cast<double>(format_->duration) / AV_TIME_BASE;
+  }
+  void ReviseEstimate();
   void Feed();
   void Receive();
   void Take();
@@ -93,12 +88,12 @@ struct VideoReader::Decoder {
   Held<AVCodecContext> codec_;
   Held<AVFrame> frame_{av_frame_alloc()};
   Held<AVPacket> packet_{av_packet_alloc()};
-  Held<SwsContext> scaler_;
-  cv::Mat padded_;
-  cv::Mat full_range_ = FullRange();
   AVStream* stream_ = nullptr;
   bool ended_ = false;                // no more packets
   bool drained_ = false;              // ... nor images
+  bool estimated_ = false;            // `expected`
+  std::int64_t presented_ = 0;        // images so far
+  double last_s_ = 0;                 // time of the last one
   std::multiset<std::int64_t> sent_;  // times of packets whose images were not returned yet
 
   // The decoder returns images in display order, but they depend on images that were sent before
@@ -162,17 +157,31 @@ bool VideoReader::Decoder::Open(const std::string& name, Input input) {
   return true;
 }
 
+// Frames by the container, 0: unknown. Those that the edit list of an MP4 file cuts off are stored
+// with it, and some of them are decoded, but they are not presented.
+std::int64_t VideoReader::Decoder::PresentedFrames() const {
+  const int stored = avformat_index_get_entries_count(stream_);
+  const bool has_edits = std::string_view(format_->iformat->name).starts_with("mov");
+  if (!has_edits || stored == 0 || stream_->nb_frames == 0) return stream_->nb_frames;
+  std::int64_t presented = 0;
+  for (int i = 0; i < stored; ++i) {
+    const AVIndexEntry* const entry = avformat_index_get_entry(stream_, i);
+    if ((entry->flags & AVINDEX_DISCARD_FRAME) == 0) ++presented;
+  }
+  return presented;
+}
+
 // Unknown counts and rates are zero, negative or invalid numbers.
 void VideoReader::Decoder::Describe() {
   constexpr double kMaxFrames = 1e9;
   constexpr double kHighestRate = 10000;
   const double rate = av_q2d(av_guess_frame_rate(format_.get(), stream_, nullptr));
   if (rate > 0 && rate <= kHighestRate) period_s = 1 / rate;
-  auto count = static_cast<double>(stream_->nb_frames);
-  if (count <= 0 && period_s && format_->duration > 0) {
-    count = std::round(static_cast<double>(format_->duration) / AV_TIME_BASE * rate);
-  }
+  auto count = static_cast<double>(PresentedFrames());
+  estimated_ = count <= 0;
+  if (estimated_ && period_s && format_->duration > 0) count = std::round(DurationS() * rate);
   if (count >= 1 && count < kMaxFrames) expected = static_cast<std::int64_t>(count);
+  estimated_ = estimated_ && expected;
 }
 
 // Sends the next packet to the decoder, or the end of the stream.
@@ -262,59 +271,22 @@ bool VideoReader::Decoder::Release() {
 
 bool VideoReader::Decoder::Decode() {
   while (!Release()) {
-    if (drained_) return false;
+    if (drained_) {
+      ReviseEstimate();
+      return false;
+    }
     Receive();
   }
+  ++presented_;
+  last_s_ = Time().value_or(last_s_);
   return true;
 }
 
-// Converts to OpenCV's BGR. The rows are padded, because the scaler may write beyond their ends.
-void VideoReader::Decoder::Convert(cv::Mat& bgr) {
-  constexpr int kPadding = 64;
-  const int width = frame_->width;
-  const int height = frame_->height;
-  scaler_.reset(sws_getCachedContext(scaler_.release(),
-                                     width,
-                                     height,
-                                     static_cast<AVPixelFormat>(frame_->format),
-                                     width,
-                                     height,
-                                     AV_PIX_FMT_BGR24,
-                                     SWS_BICUBIC,
-                                     nullptr,
-                                     nullptr,
-                                     nullptr));
-  if (!scaler_) throw InputError("its pixel format cannot be converted");
-  padded_.create(height + 1, (width + kPadding) / kPadding * kPadding, CV_8UC3);
-  uint8_t* const rows = padded_.data;
-  const int step = static_cast<int>(padded_.step);
-  sws_scale(scaler_.get(), frame_->data, frame_->linesize, 0, height, &rows, &step);
-  bgr = padded_(cv::Rect(0, 0, width, height));
-}
-
-// Most videos are YUV with a plane of luma of 8 bits, which is the grey image itself.
-bool VideoReader::Decoder::CopyLuma(cv::Mat& grey) const {
-  const auto format = static_cast<AVPixelFormat>(frame_->format);
-  const AVPixFmtDescriptor* const pixels = av_pix_fmt_desc_get(format);
-  constexpr std::uint64_t kOther = AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL |
-                                   AV_PIX_FMT_FLAG_BITSTREAM | AV_PIX_FMT_FLAG_HWACCEL |
-                                   AV_PIX_FMT_FLAG_BAYER;
-  if (pixels == nullptr || (pixels->flags & kOther) != 0 || frame_->linesize[0] <= 0) return false;
-  const AVComponentDescriptor& luma = pixels->comp[0];
-  if (luma.plane != 0 || luma.depth != 8 || luma.step != 1 || luma.offset != 0) return false;
-  const cv::Mat plane(frame_->height,
-                      frame_->width,
-                      CV_8UC1,
-                      frame_->data[0],
-                      static_cast<std::size_t>(frame_->linesize[0]));
-  const bool full = frame_->color_range == AVCOL_RANGE_JPEG || pixels->nb_components < 3 ||
-                    std::string_view(pixels->name).starts_with("yuvj");
-  if (full) {
-    plane.copyTo(grey);
-  } else {
-    cv::LUT(plane, full_range_, grey);
-  }
-  return true;
+// A video whose rate varies has fewer frames than its duration and rate give.
+void VideoReader::Decoder::ReviseEstimate() {
+  constexpr double kMaxMissingS = 0.5;
+  if (!estimated_ || last_s_ + kMaxMissingS < DurationS()) return;
+  expected = std::min(*expected, presented_ + left_out);
 }
 
 std::optional<double> VideoReader::Decoder::Time() const {
@@ -330,7 +302,7 @@ std::optional<double> VideoReader::Decoder::Time() const {
 VideoReader::VideoReader(std::string name, Input input, Pixels pixels)
     : name_(std::move(name)),
       input_(input),
-      pixels_(pixels),
+      pixels_(name_, pixels),
       decoder_(std::make_unique<Decoder>()) {
   if (!decoder_->Open(name_, input_)) {
     throw InputError(fmt::format("{}: {}", name_, WhyNotOpen(input_)));
@@ -341,12 +313,14 @@ VideoReader::VideoReader(std::string name, Input input, Pixels pixels)
 VideoReader::~VideoReader() = default;
 
 bool VideoReader::Next(cv::Mat& image, std::optional<double>& time_s) {
+  constexpr int kCheckedFrames = 25;  // the first ones of a mixed video can be progressive
   if (!decoder_->Decode()) return false;
-  if (pixels_ != Pixels::kGrey || !decoder_->CopyLuma(image)) {
-    cv::Mat bgr;
-    decoder_->Convert(bgr);
-    ConvertTo(pixels_, bgr, image, name_);
+  const AVFrame& frame = decoder_->Decoded();
+  if (checked_frames_ < kCheckedFrames) {
+    ++checked_frames_;
+    CheckProgressive(frame, name_);
   }
+  pixels_.Convert(frame, decoder_->Geometry(name_), image);
   CheckImageSize(image.size(), name_);
   time_s = decoder_->Time();
   return true;

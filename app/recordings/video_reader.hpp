@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/recordings/frame_pixels.hpp"
 #include "app/recordings/frame_reader.hpp"
 
 namespace ceilmap::recordings {
@@ -17,6 +18,11 @@ namespace ceilmap::recordings {
 /// position of the robot. Therefore a damaged image, and images that depend on one, are skipped
 /// until the next image that depends on no other. LeftOut() counts them, so that later frames keep
 /// their indices.
+///
+/// Images are as a player shows them (FramePixels): turned by the rotation flag, with square
+/// pixels. Times count from the first presented frame; frames that an edit list cuts off are not
+/// returned. Interlaced videos are refused: their two fields show the ceiling at different times.
+/// The decoder's flag of the first frames decides, because containers often state it wrongly.
 class VideoReader final : public FrameReader {
  public:
   enum class Input { kFile, kPipe, kStream };
@@ -25,6 +31,8 @@ class VideoReader final : public FrameReader {
   VideoReader(std::string name, Input input, Pixels pixels);
   ~VideoReader() override;
 
+  /// @throws InputError when the video is interlaced, is turned by an angle that is no multiple of
+  /// 90 degrees, or has pixels that cannot be converted.
   bool Next(cv::Mat& image, std::optional<double>& time_s) override;
   /// A stream with a known number of frames is a file on a server: it waits for its reader.
   [[nodiscard]] Kind GetKind() const override;
@@ -41,7 +49,8 @@ class VideoReader final : public FrameReader {
 
   std::string name_;
   Input input_;
-  Pixels pixels_;
+  FramePixels pixels_;
+  int checked_frames_ = 0;  // for interlacing
   std::unique_ptr<Decoder> decoder_;
 };
 

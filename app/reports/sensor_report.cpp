@@ -198,6 +198,14 @@ void AddRows(const SensorResult& result, terminal::Table& table) {
   }
 }
 
+void ReportScalings(const std::optional<calib::CameraScaling>& up,
+                    const recordings::SensorInputs& inputs) {
+  if (up) terminal::PrintNote(up->Text());
+  for (const calib::CameraScaling& scaling : inputs.Scalings()) {
+    terminal::PrintNote(scaling.Text());
+  }
+}
+
 void PrintDetail(const robot::Estimate& estimate) {
   if (!estimate.tilt.IsLevel()) {
     terminal::Detail("tilt at {:.6f} s: pitch {:.3f} deg, roll {:.3f} deg",

@@ -5,8 +5,9 @@
 
 namespace ceilmap::robot {
 
-/// An image as the camera took it, of the size that the rig states. The pixels are shared, not
-/// copied: do not write to them afterwards.
+/// An image as the camera took it, of the size that the rig states; calib::FitUpCamera and its
+/// siblings scale a rig to another size. The pixels are shared, not copied: do not write to them
+/// afterwards.
 struct Image {
   cv::Mat pixels;          ///< CV_8UC1; forward and mirror camera: also CV_8UC3 (BGR)
   double stamp_s = 0;      ///< middle of the exposure; one clock for all sensors

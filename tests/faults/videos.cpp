@@ -133,6 +133,7 @@ void AddCodecs(std::vector<VideoCase>& cases) {
                       "5",
                       "-crf",
                       text},
+                     {},
                      "up.webm"});
   }
   cases.push_back({"codec",
@@ -141,7 +142,50 @@ void AddCodecs(std::vector<VideoCase>& cases) {
                    {},
                    false,
                    {"-c:v", "mjpeg", "-pix_fmt", "yuvj420p", "-q:v", "20"},
+                   {},
                    "up.avi"});
+}
+
+Options With(Options options, const Options& more) {
+  options.insert(options.end(), more.begin(), more.end());
+  return options;
+}
+
+void AddPixels(std::vector<VideoCase>& cases) {
+  const Options good = X264(18, "medium");
+  for (const char* const format : {"yuv422p", "yuv444p", "yuv420p10le", "gray", "yuvj420p"}) {
+    cases.push_back({"pixels", format, {}, {}, false, With(good, {"-pix_fmt", format})});
+  }
+  cases.push_back({"pixels",
+                   "yuv420p12le of x265",
+                   {},
+                   {},
+                   false,
+                   {"-c:v",
+                    "libx265",
+                    "-x265-params",
+                    "log-level=error",
+                    "-crf",
+                    "18",
+                    "-pix_fmt",
+                    "yuv420p12le"}});
+  cases.push_back(
+      {"pixels", "RGB of FFV1", {}, {}, false, {"-c:v", "ffv1", "-pix_fmt", "bgr0"}, {}, "up.mkv"});
+  cases.push_back({"pixels",
+                   "odd size",
+                   {},
+                   {},
+                   false,
+                   {"-c:v", "mjpeg", "-q:v", "2", "-pix_fmt", "yuvj420p", "-vf", "scale=iw-1:ih-1"},
+                   {},
+                   "up.avi"});
+  const std::string fields = "tinterlace=interleave_top,setfield=tff";
+  cases.push_back({"interlaced",
+                   "two images in one",
+                   {},
+                   {},
+                   false,
+                   With(good, {"-vf", fields, "-flags", "+ilme+ildct"})});
 }
 
 void AddGeometry(std::vector<VideoCase>& cases) {
@@ -170,16 +214,31 @@ void AddGeometry(std::vector<VideoCase>& cases) {
        {},
        false,
        good});
+  // FFmpeg 5 takes the flag when it copies a stream, counter-clockwise.
   for (const auto& [degrees, filter] : std::vector<std::pair<int, std::string>>{
            {90, "transpose=clock"}, {180, "hflip,vflip"}, {270, "transpose=cclock"}}) {
-    Options encoder = good;
-    encoder.insert(encoder.end(),
-                   {"-vf", filter, "-metadata:s:v:0", fmt::format("rotate={}", degrees)});
-    cases.push_back({"rotation flag", fmt::format("{} deg", degrees), {}, {}, false, encoder});
+    cases.push_back({"rotation flag",
+                     fmt::format("{} deg", degrees),
+                     {},
+                     {},
+                     false,
+                     With(good, {"-vf", filter}),
+                     {"-metadata:s:v:0", fmt::format("rotate={}", degrees)}});
   }
-  Options anamorphic = good;
-  anamorphic.insert(anamorphic.end(), {"-vf", "scale=trunc(iw*2/3)*2:ih:flags=lanczos,setsar=3/4"});
+  const Options anamorphic =
+      With(good, {"-vf", "scale=trunc(iw*2/3)*2:ih:flags=lanczos,setsar=3/4"});
   cases.push_back({"aspect", "4:3 in 16:9", {}, {}, false, anamorphic});
+  const std::string half = "scale=iw/2:ih/2:flags=area";
+  cases.push_back({"scaled", "half of the rig's size", {}, {}, false, With(good, {"-vf", half})});
+  AddPixels(cases);
+}
+
+void RunFfmpeg(const Options& options, const fs::path& folder) {
+  const support::ProcessResult result =
+      support::ChildProcess(With({"/usr/bin/env", "ffmpeg", "-v", "error", "-y"}, options),
+                            folder.string())
+          .Wait();
+  if (result.exit_code != 0) throw std::runtime_error("ffmpeg: " + result.err);
 }
 
 void Encode(const Recording& shots,
@@ -195,28 +254,24 @@ void Encode(const Recording& shots,
                 static_cast<std::streamsize>(image.total()));
     }
   }
-  Options command = {"/usr/bin/env",
-                     "ffmpeg",
-                     "-v",
-                     "error",
-                     "-y",
-                     "-f",
-                     "rawvideo",
-                     "-pix_fmt",
-                     "gray",
-                     "-s",
-                     fmt::format("{}x{}", size.width, size.height),
-                     "-r",
-                     fmt::format("{}", rate_hz),
-                     "-i",
-                     "raw",
-                     "-pix_fmt",
-                     "yuv420p"};
-  command.insert(command.end(), video.encoder.begin(), video.encoder.end());
-  command.push_back(video.file);
-  const support::ProcessResult result = support::ChildProcess(command, folder.string()).Wait();
+  const Options command = {"-f",
+                           "rawvideo",
+                           "-pix_fmt",
+                           "gray",
+                           "-s",
+                           fmt::format("{}x{}", size.width, size.height),
+                           "-r",
+                           fmt::format("{}", rate_hz),
+                           "-i",
+                           "raw",
+                           "-pix_fmt",
+                           "yuv420p"};
+  const std::string first = video.flags.empty() ? video.file : "plain-" + video.file;
+  RunFfmpeg(With(With(command, video.encoder), {first}), folder);
   fs::remove(folder / "raw");
-  if (result.exit_code != 0) throw std::runtime_error("ffmpeg: " + result.err);
+  if (video.flags.empty()) return;
+  RunFfmpeg(With(With({"-i", first, "-c", "copy"}, video.flags), {video.file}), folder);
+  fs::remove(folder / first);
 }
 
 }  // namespace

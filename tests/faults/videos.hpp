@@ -33,8 +33,9 @@ struct VideoCase {
   std::function<void(simulator::Scene&)> scene = {};
   /// Frames that reach the file; empty: all.
   std::function<Recording(const Recording&, Random&)> frames = {};
-  bool stamps = false;               ///< the run is given the true times
-  std::vector<std::string> encoder;  ///< ffmpeg's options of the output
+  bool stamps = false;                  ///< the run is given the true times
+  std::vector<std::string> encoder;     ///< ffmpeg's options of the output
+  std::vector<std::string> flags = {};  ///< options of a second run, which copies the stream
   std::string file = "up.mp4";
 };
 

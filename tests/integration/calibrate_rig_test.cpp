@@ -222,6 +222,47 @@ TEST_F(CalibrateRigTest, SpinAndDriveDetermineTheForwardCamera) {
   EXPECT_DOUBLE_EQ(rig.forward->T_base_cam.translation().z(), 0.45);
 }
 
+// The same cameras, described at twice the size of the recordings.
+TEST_F(CalibrateRigTest, TheRigsCamerasAreScaledToTheRecordings) {
+  std::string twice = ReadAll(*folder_ / "ahead.yaml");
+  const auto replace = [&twice](const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = twice.find(from, at)) != std::string::npos; at += to.size()) {
+      twice.replace(at, from.size(), to);
+    }
+  };
+  replace("image_width: 320", "image_width: 640");
+  replace("image_height: 240", "image_height: 480");
+  replace("[230, 0, 159.5, 0, 230, 119.5,", "[460, 0, 319.5, 0, 460, 239.5,");
+  replace("[277, 0, 159.5, 0, 277, 119.5,", "[554, 0, 319.5, 0, 554, 239.5,");
+  folder_->Write("twice.yaml", twice);
+  const support::ProcessResult result = Calibrate("spin/up",
+                                                  "straight/up",
+                                                  {"--rig=twice.yaml",
+                                                   "--ceiling-height=2.5",
+                                                   "--spin-forward=spin/forward",
+                                                   "--straight-forward=straight/forward"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err,
+            "ceilmap: the rig's camera 'up' has 640x480 px, spin/up 320x240: its intrinsics are "
+            "scaled by 0.5\n"
+            "ceilmap: the rig's camera 'forward' has 640x480 px, spin/forward 320x240: its "
+            "intrinsics are scaled by 0.5\n");
+  ExpectMount();
+  ExpectTruth("forward_yaw_deg", 2, 0.15);
+  const calib::Rig found = calib::ReadRig(*folder_ / "new.yaml");
+  EXPECT_EQ(found.up->camera.fx, 460);
+  EXPECT_EQ(found.forward->camera.width_px, 640);
+}
+
+TEST_F(CalibrateRigTest, RecordingsOfTwoSizes) {
+  std::filesystem::create_directory(*folder_ / "small");
+  std::string image = "P5 160 120 255\n";
+  image.append(160 * 120, 'x');
+  folder_->Write("small/0.pgm", image);
+  ExpectFault(Calibrate("spin/up", "small", {"--rig=rough.yaml", "--ceiling-height=2.5"}),
+              "small: images are 160x120 px, those of spin/up 320x240; record both in one size");
+}
+
 TEST_F(CalibrateRigTest, AnAngleThatNothingTellsIsWarnedOf) {
   const support::ProcessResult result = Calibrate(
       "spin/up",

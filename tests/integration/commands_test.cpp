@@ -141,6 +141,42 @@ TEST(Map, QuietSaysNothing) {
   EXPECT_EQ(result.err, "");
 }
 
+TEST(Map, TheRigsCameraIsScaledToTheRecording) {
+  const Recordings test;
+  std::vector<cv::Mat> halves = CeilingImages();
+  for (cv::Mat& image : halves) cv::resize(image, image, {}, 0.5, 0.5, cv::INTER_AREA);
+  support::WriteImages(test.in / "half", halves);
+  const std::string note = fmt::format(
+      "ceilmap: the rig's camera 'up' has 320x240 px, {} 160x120: its intrinsics "
+      "are scaled by 0.5\n",
+      (test.in / "half").string());
+  support::ProcessResult result = test.Run({"map",
+                                            "--rig=@rig.yaml",
+                                            "--up=@half",
+                                            "--stamps=@stamps.csv",
+                                            "-o",
+                                            "m.gpkg",
+                                            "--trajectory=t.tum"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err, note);
+  ExpectStraightPath(test.out / "t.tum", 0.01, 100, 0.1);
+
+  result = test.Run({"localize",
+                     "m.gpkg",
+                     "--rig=@rig.yaml",
+                     "--up=@half",
+                     "--stamps=@stamps.csv",
+                     "-o",
+                     "again.tum"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err, note);
+  const std::vector<StampedPose> again = files::ReadTum(test.out / "again.tum");
+  EXPECT_GE(again.size(), static_cast<std::size_t>(kFrames - 4));  // the first need confirmation
+  const StampedPose& last = again.back();
+  EXPECT_NEAR(last.position.x(), -0.02 * (kFrames - 1), 0.002);
+  EXPECT_NEAR(last.position.y(), 0.06 * (kFrames - 1), 0.002);
+}
+
 TEST(Map, StartsAtTheOrigin) {
   const Recordings test;
   const support::ProcessResult result = test.Run({"map",

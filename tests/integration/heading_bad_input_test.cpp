@@ -45,7 +45,7 @@ const std::vector<BadHeading> kBadHeadings = {
     {"NoMirror", {"--omni=@omni"}, "--omni: needs --rig RIG.yaml, or --ring"},
     {"NoRig", {"--omni=@omni", "--rig=@none.yaml"}, "none.yaml: No such file"},
     {"NoOmniCamera", {"--omni=@omni", "--rig=@blind.yaml"}, "has no camera 'omni'"},
-    {"NotTheRigsSize", {"--omni=@small", "--rig=@rig.yaml"}, "100x100 px, but camera 'omni'"},
+    {"NotTheRigsSize", {"--omni=@small", "--rig=@rig.yaml"}, "100x80 px, but camera 'omni'"},
     {"RigAndRing", {"--omni=@omni", "--rig=@rig.yaml", "--ring=1,2,3,4"}, "--ring: the mirror is"},
     {"RingIsNone", {"--omni=@omni", "--ring=120,120,30"}, "must be U,V,INNER,OUTER"},
     {"RingInsideOut", {"--omni=@omni", "--ring=120,120,90,30"}, "0 < inner < outer"},

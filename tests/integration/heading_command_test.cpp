@@ -67,6 +67,23 @@ TEST_F(HeadingCommand, EveryMethodAndUnwrapping) {
   }
 }
 
+TEST_F(HeadingCommand, TheMirrorIsScaledToTheImages) {
+  std::vector<cv::Mat> halves;
+  for (int i = 0; i < kTurnFrames; ++i) {
+    const std::string file = (in_ / "omni" / fmt::format("frame{}.png", i)).string();
+    cv::resize(cv::imread(file), halves.emplace_back(), {}, 0.5, 0.5, cv::INTER_AREA);
+  }
+  support::WriteImages(in_ / "half", halves);
+  const support::ProcessResult result =
+      Run({"--rig=@rig.yaml", "--omni=@half", "--stamps=@stamps.csv", "-o", "h.csv"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err,
+            fmt::format("ceilmap: the rig's camera 'omni' has 240x240 px, {} 120x120: its "
+                        "intrinsics are scaled by 0.5\n",
+                        (in_ / "half").string()));
+  ExpectTurns("h.csv", 100, 0.1);
+}
+
 // How the camera is mounted does not matter to a robot that turns.
 TEST_F(HeadingCommand, WithACameraThatIsMountedTurned) {
   const support::ProcessResult result =

@@ -88,7 +88,7 @@ class HeadingCommand : public testing::Test {
     support::WriteImages(in_ / "narrow", {panoramas[0].colRange(0, 7).clone()});
     support::WriteImages(in_ / "sizes",
                          {panoramas[0], panoramas[1], panoramas[2].colRange(0, 200).clone()});
-    support::WriteImages(in_ / "small", {cv::Mat(100, 100, CV_8UC3, cv::Scalar(1, 2, 3))});
+    support::WriteImages(in_ / "small", {cv::Mat(80, 100, CV_8UC3, cv::Scalar(1, 2, 3))});
     in_.Write("text.mp4", "this is no video\n");
     in_.Write("short.csv", support::StampsCsv(kTurnFrames - 1, 100, 0.1));
     in_.Write("back.csv", "index,timestamp\n0,1\n1,0.5\n");

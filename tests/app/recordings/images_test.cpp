@@ -1,7 +1,9 @@
 #include "app/recordings/images.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 
 #include "tests/support/test_folder.hpp"
 
@@ -139,6 +141,51 @@ TEST(ReadGreyImage, ReadsBackWhatWasWritten) {
   EXPECT_EQ(grey.size(), cv::Size(7, 5));
   EXPECT_EQ(grey.type(), CV_8UC1);
   EXPECT_EQ(grey.at<uchar>(4, 6), 12);
+}
+
+// A JPEG file with an EXIF orientation (TIFF 6.0, tag 274).
+void WriteOriented(const fs::path& file, const cv::Mat& image, char orientation) {
+  std::vector<uchar> code;
+  cv::imencode(".jpg", image, code, {cv::IMWRITE_JPEG_QUALITY, 100});
+  std::string exif = {'\xFF', '\xE1', 0, 34, 'E', 'x', 'i', 'f', 0, 0};  // APP1 of 34 bytes
+  exif += {'M', 'M', 0, 42, 0, 0, 0, 8, 0, 1};                           // one entry
+  exif += {1, 18, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0, 0, 0, 0, 0};   // a short
+  std::string bytes(code.begin(), code.end());
+  bytes.insert(2, exif);
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+TEST(ReadImage, TurnsByTheExifOrientation) {
+  const support::TestFolder folder;
+  cv::Mat stored(32, 48, CV_8UC1);
+  for (int u = 0; u < stored.cols; ++u) stored.col(u) = 4 * u + 20;
+  stored.rowRange(0, 8) = 250;
+  cv::Mat transposed;
+  cv::transpose(stored, transposed);
+  struct Case {
+    char orientation;
+    const cv::Mat& image;
+    std::optional<int> flip;
+  };
+  const std::vector<Case> cases = {{1, stored, {}},
+                                   {2, stored, 1},
+                                   {3, stored, -1},
+                                   {4, stored, 0},
+                                   {5, transposed, {}},
+                                   {6, transposed, 1},
+                                   {7, transposed, -1},
+                                   {8, transposed, 0}};
+  for (const auto& [orientation, image, flip] : cases) {
+    WriteOriented(folder / "p.jpg", stored, orientation);
+    cv::Mat expected = image.clone();
+    if (flip) cv::flip(image, expected, *flip);
+    for (const Pixels pixels : {Pixels::kGrey, Pixels::kColour}) {
+      cv::Mat read = ReadImage(folder / "p.jpg", pixels);
+      ASSERT_EQ(read.size(), expected.size()) << int{orientation};
+      if (pixels == Pixels::kColour) cv::extractChannel(read, read, 0);
+      EXPECT_LE(cv::norm(read, expected, cv::NORM_INF), 3) << int{orientation};
+    }
+  }
 }
 
 TEST(ConvertTo, TakesImagesOfASizeThatCamerasHave) {

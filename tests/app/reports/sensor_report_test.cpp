@@ -21,9 +21,9 @@ class SensorReportTest : public testing::Test {
     recordings::SensorFiles files;
     files.forward = (folder_ / "forward").string();
     files.tilt = TiltMethod::kFused;
-    calib::Rig rig;
-    rig.forward.emplace();
-    rig.forward->camera = {96, 64, 80, 80, 47.5, 31.5, {}};
+    std::optional<calib::Rig> rig(std::in_place);
+    rig->forward.emplace();
+    rig->forward->camera = {96, 64, 80, 80, 47.5, 31.5, {}};
     inputs_.emplace(files, rig);
     result_.inputs = &*inputs_;
     result_.report.tilt_method = TiltMethod::kFused;
@@ -40,6 +40,20 @@ class SensorReportTest : public testing::Test {
   std::optional<recordings::SensorInputs> inputs_;
   SensorResult result_;
 };
+
+TEST_F(SensorReportTest, ACameraOfAnotherSizeIsScaledInTheRig) {
+  EXPECT_THAT(inputs_->Scalings(), IsEmpty());
+  recordings::SensorFiles files;
+  files.forward = (folder_ / "forward").string();
+  files.tilt = TiltMethod::kForward;
+  std::optional<calib::Rig> rig(std::in_place);
+  rig->forward.emplace();
+  rig->forward->camera = {192, 128, 160, 160, 95.5, 63.5, {}};
+  const recordings::SensorInputs inputs(files, rig);
+  ASSERT_EQ(inputs.Scalings().size(), 1U);
+  EXPECT_EQ(inputs.Scalings().front().camera, "forward");
+  EXPECT_EQ(rig->forward->camera.Matrix(), cv::Matx33d(80, 0, 47.5, 0, 80, 31.5, 0, 0, 1));
+}
 
 TEST_F(SensorReportTest, ASoundRunHasNoWarnings) {
   result_.report.tilt->by_forward = 8;
