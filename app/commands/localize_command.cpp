@@ -291,7 +291,7 @@ void RunLocalize(const LocalizeOptions& params,
   reports::LocalizeResult result;
   Results results(params, calib::LevelView(localizer.View()));
   live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
-  if (!params.rig.empty()) recordings::PrintRigWarnings(rig);
+  if (!params.rig.empty()) recordings::PrintRigWarnings(*rig);
   LocateFrames(source, sensors, localizer, results, watch, result);
   result.sensors = {&sensors, localizer.Sensed()};
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);

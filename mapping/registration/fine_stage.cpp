@@ -302,24 +302,34 @@ bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
       finalist.total_agreement > (small ? kMinAgreementSmall : params_.min_agreement);
   if (agreed && by_blocks > params_.min_block_agreement) return true;
   Compare(reference, current, finalist);
-  if (finalist.dissimilarity.mean < (agreed ? kMaxDissimilarityWeak : kMaxDissimilarity))
-    return true;
+  if (IsAlike(finalist, finalist.dissimilarity, agreed)) return true;
+  if (reference.noise.IsEncoded() && current.noise.IsEncoded()) {
+    const double noise_power = CodedPower(reference.rough.noise, current.rough.noise);
+    finalist.alike_but_for_codec =
+        IsAlike(finalist, CompareRough(reference, current, r.motion, noise_power), agreed);
+  }
+  return false;
+}
+
+bool FineStage::IsAlike(const Finalist& finalist,
+                        const Dissimilarity& dissimilarity,
+                        bool agreed) const {
   constexpr int kEnoughBlocks = 20;
   constexpr double kFifth = 0.2;
+  const Registration& r = finalist.result;
+  if (dissimilarity.mean < (agreed ? kMaxDissimilarityWeak : kMaxDissimilarity)) return true;
+  const bool small = fine_frame_.factor < 1;
   return !small && r.inliers >= kEnoughBlocks &&
          r.inliers >= params_.min_partial_inliers * r.blocks &&
          finalist.agreement > kMinPartialAgreement &&
-         finalist.dissimilarity.Quantile(kFifth) < kMaxPartialDissimilarity;
+         dissimilarity.Quantile(kFifth) < kMaxPartialDissimilarity;
 }
 
 void FineStage::Compare(const FrameSpectrum::Fine& reference,
                         const FrameSpectrum::Fine& current,
                         Finalist& finalist) {
   if (finalist.dissimilarity.blocks > 0) return;
-  finalist.dissimilarity = CompareRough(reference,
-                                        current,
-                                        finalist.result.motion,
-                                        CodedPower(reference.rough.noise, current.rough.noise));
+  finalist.dissimilarity = Compare(reference, current, finalist.result.motion);
 }
 
 Dissimilarity FineStage::Compare(const FrameSpectrum::Fine& reference,

@@ -32,8 +32,11 @@ struct Finalist {
   bool determined = false;
   double total_agreement = 0;    ///< RegistrarParams::min_agreement, 0..4
   double from_candidate_px = 0;  ///< change since the candidate, at the image's border
-  Dissimilarity dissimilarity;   ///< of the images, the error of their codec expected
-  bool blurred = false;          ///< only the low band could be used
+  Dissimilarity dissimilarity;   ///< see FineStage::Compare
+  /// The motion would be accepted if the error of the codec counted as noise. That error covers
+  /// what distinguishes places of a tiled ceiling, so it is sufficient for a predicted motion only.
+  bool alike_but_for_codec = false;
+  bool blurred = false;  ///< only the low band could be used
 };
 
 /// One reduced (or enlarged) image of the fine stage and its position in the full one: x_full =
@@ -110,6 +113,9 @@ class FineStage {
                                        int count);
 
  private:
+  [[nodiscard]] bool IsAlike(const Finalist& finalist,
+                             const Dissimilarity& dissimilarity,
+                             bool agreed) const;
   Dissimilarity CompareRough(const FrameSpectrum::Fine& reference,
                              const FrameSpectrum::Fine& current,
                              const ImageMotion& motion,

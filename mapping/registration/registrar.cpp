@@ -140,6 +140,15 @@ bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist
   return period * (period - 2 * off) > kNineSigma2 * prior->sigma_px * prior->sigma_px;
 }
 
+/// Whether a motion that the prior predicts is accepted although the verdict is kNoMatch.
+bool AgreesWeakly(const Finalist& f) {
+  const Registration& r = f.result;
+  const double variance = r.covariance.diagonal().head<2>().maxCoeff();
+  return f.total_agreement > kMinExpectedAgreement && r.inliers >= kMinExpectedInliers * r.blocks &&
+         variance < kMaxExpectedSigmaPx * kMaxExpectedSigmaPx &&
+         f.from_candidate_px < kMaxFromCandidatePx;
+}
+
 }  // namespace
 
 struct Registrar::Impl {
@@ -169,8 +178,8 @@ struct Registrar::Impl {
                       const Fine& current,
                       const std::vector<Finalist>& finalists,
                       const std::optional<MotionPrior>& prior);
-  [[nodiscard]] static const Finalist* FindExpected(const std::vector<Finalist>& finalists,
-                                                    const MotionPrior& prior);
+  [[nodiscard]] static std::optional<Registration> FindExpected(
+      const std::vector<Finalist>& finalists, const MotionPrior& prior);
 };
 
 std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::Mat& clean_grey,
@@ -287,22 +296,28 @@ Registration Registrar::Impl::Choose(const Fine& reference,
   return result;
 }
 
-/// The finalist that agrees best among those that the prior predicts; null: none.
-const Finalist* Registrar::Impl::FindExpected(const std::vector<Finalist>& finalists,
-                                              const MotionPrior& prior) {
+/// The finalist that agrees best among those that the prior predicts, in encoded images.
+std::optional<Registration> Registrar::Impl::FindExpected(const std::vector<Finalist>& finalists,
+                                                          const MotionPrior& prior) {
   const Finalist* best = nullptr;
   for (const Finalist& f : finalists) {
-    const Registration& r = f.result;
-    const double variance = r.covariance.diagonal().head<2>().maxCoeff();
-    const bool agrees = f.determined && f.total_agreement > kMinExpectedAgreement &&
-                        r.inliers >= kMinExpectedInliers * r.blocks &&
-                        variance < kMaxExpectedSigmaPx * kMaxExpectedSigmaPx &&
-                        f.from_candidate_px < kMaxFromCandidatePx;
+    const bool agrees = f.determined && (f.alike_but_for_codec || AgreesWeakly(f));
     if (!agrees) continue;
-    if (PriorDistance2(prior, r.motion) > kExpectedSigmas * kExpectedSigmas) continue;
+    if (PriorDistance2(prior, f.result.motion) > kExpectedSigmas * kExpectedSigmas) continue;
     if (best == nullptr || f.agreement > best->agreement) best = &f;
   }
-  return best;
+  if (best == nullptr) return std::nullopt;
+  Registration result = best->result;
+  result.verdict = Verdict::kOk;
+  result.peak = best->agreement;
+  if (!best->alike_but_for_codec) {
+    result.disambiguated_by_prior = true;
+    const double variance_px = kExpectedSigmaPx * kExpectedSigmaPx;
+    const double variance_rad = kExpectedSigmaRad * kExpectedSigmaRad;
+    result.covariance.diagonal().head<3>() +=
+        Eigen::Vector3d(variance_px, variance_px, variance_rad);
+  }
+  return result;
 }
 
 /// On a periodic ceiling the motions with the most overlap come first, and the expected one may not
@@ -344,16 +359,7 @@ Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
   Registration result = Choose(reference, current, finalists, prior);
   if (result.verdict == Verdict::kNoMatch && prior && reference.noise.IsEncoded() &&
       current.noise.IsEncoded()) {
-    if (const Finalist* const expected = FindExpected(finalists, *prior)) {
-      result = expected->result;
-      result.verdict = Verdict::kOk;
-      result.peak = expected->agreement;
-      result.disambiguated_by_prior = true;
-      result.covariance.diagonal().head<3>() +=
-          Eigen::Vector3d(kExpectedSigmaPx * kExpectedSigmaPx,
-                          kExpectedSigmaPx * kExpectedSigmaPx,
-                          kExpectedSigmaRad * kExpectedSigmaRad);
-    }
+    if (const auto expected = FindExpected(finalists, *prior)) result = *expected;
   }
   for (const Candidate& c : candidates) {
     if (finalists.size() == 1 && Differ(c.motion, result.motion)) {
