@@ -137,15 +137,18 @@ TEST(Readme, CommandsThatAreNotRunHereAreMarked) {
   }
 }
 
+// Those of users; developers' scripts only have to exist.
 TEST(Readme, ScriptsExistAndStateTheirTime) {
   const std::regex time("# .*([0-9] (s|min|h)\\b|minute|hour)");
+  const fs::path root = CEILMAP_SOURCE_DIR;
   int scripts = 0;
   for (const fs::path& file : Readmes()) {
     for (const Line& line : LinesOf(file)) {
       const std::string script = line.FirstWord();
       if (!script.ends_with(".sh") || script.find('/') == std::string::npos) continue;
       ++scripts;
-      EXPECT_TRUE(fs::exists(fs::path(CEILMAP_SOURCE_DIR) / script)) << file << ": " << line.text;
+      EXPECT_TRUE(fs::exists(root / script)) << file << ": " << line.text;
+      if (file != root / "README.md" && file != root / "samples/README.md") continue;
       EXPECT_TRUE(std::regex_search(line.text, time)) << file << ": " << line.text;
     }
   }
