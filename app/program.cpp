@@ -80,11 +80,10 @@ void CheckCommandName(const CLI::App& program, int argc, const char* const* argv
     });
     if (named == commands.end()) {
       const std::string before = cli == &program ? "" : FullName(*cli) + " ";
-      const std::string meant = DidYouMean(argv[i], CommandNames(*cli));
       throw InputError(fmt::format("there is no command '{0}{1}'{2} 'ceilmap {0}--help' lists them",
                                    before,
                                    argv[i],
-                                   meant.empty() ? ";" : meant));
+                                   DidYouMean(argv[i], CommandNames(*cli))));
     }
     cli = *named;
   }
@@ -112,15 +111,25 @@ void CheckOptionNames(const CLI::App& program) {
       for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
     }
     const std::string option = word.substr(0, word.find('='));
-    const std::string meant = DidYouMean(option, names);
     const std::string command = cli.get_parent() == nullptr ? "" : " " + FullName(cli);
     throw InputError(
         fmt::format("there is no option '{}' of 'ceilmap{}'{} 'ceilmap{} --help' lists them",
                     option,
                     command,
-                    meant.empty() ? ";" : meant,
+                    DidYouMean(option, names),
                     command));
   }
+}
+
+// After `help`: a command or a topic.
+void CheckHelpWord(const CLI::App& program, const std::string& word) {
+  std::vector<std::string> names = CommandNames(program);
+  const std::vector<std::string> topics = commands::HelpTopics();
+  names.insert(names.end(), topics.begin(), topics.end());
+  if (std::find(names.begin(), names.end(), word) != names.end()) return;
+  throw InputError(fmt::format("there is no command or topic '{}'{} 'ceilmap --help' lists them",
+                               word,
+                               DidYouMean(word, names)));
 }
 
 std::vector<commands::Command> AddCommands(CLI::App& program) {
@@ -193,22 +202,13 @@ const commands::Command* CommandLine::Parse(int argc, const char* const* argv) {
 // `help`: the program's help; `help TOPIC`; `help COMMAND`: that of `COMMAND --help`.
 const commands::Command* CommandLine::ParseHelp(int argc, const char* const* argv) {
   constexpr int kFirstWord = 2;
-  if (argc > kFirstWord) {
+  if (argc > kFirstWord && argv[kFirstWord][0] != '-') {
     const std::string word = argv[kFirstWord];
     if (const auto text = commands::HelpOn(word)) {
       answer_ = *text;
       return nullptr;
     }
-    std::vector<std::string> names = CommandNames(*program_);
-    const std::vector<std::string> topics = commands::HelpTopics();
-    names.insert(names.end(), topics.begin(), topics.end());
-    if (std::find(names.begin(), names.end(), word) == names.end()) {
-      const std::string meant = DidYouMean(word, names);
-      throw InputError(
-          fmt::format("there is no command or topic '{}'{} 'ceilmap --help' lists them",
-                      word,
-                      meant.empty() ? ";" : meant));
-    }
+    CheckHelpWord(*program_, word);
   }
   std::vector<const char*> words = {argv[0]};
   words.insert(words.end(), argv + kFirstWord, argv + argc);

@@ -37,7 +37,7 @@ std::string SimilarWord(std::string_view word, const std::vector<std::string>& k
 
 std::string DidYouMean(std::string_view word, const std::vector<std::string>& known) {
   const std::string similar = SimilarWord(word, known);
-  return similar.empty() ? "" : fmt::format("; did you mean '{}'?", similar);
+  return similar.empty() ? ";" : fmt::format("; did you mean '{}'?", similar);
 }
 
 }  // namespace ceilmap

@@ -14,7 +14,8 @@ std::size_t EditDistance(std::string_view a, std::string_view b);
 /// when none is similar (a distance of two, or of a third of the word if that is more).
 std::string SimilarWord(std::string_view word, const std::vector<std::string>& known);
 
-/// `; did you mean 'KNOWN'?` for the end of a message; empty when no word is similar.
+/// `; did you mean 'KNOWN'?`, or only `;` when no word is similar: stands in a message before the
+/// hint where the known words are listed.
 std::string DidYouMean(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace ceilmap

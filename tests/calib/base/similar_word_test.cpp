@@ -24,9 +24,9 @@ TEST(SimilarWord, IsEmptyWhenNoneIsSimilar) {
   EXPECT_EQ(SimilarWord("map", {}), "");
 }
 
-TEST(DidYouMean, IsTheEndOfAMessage) {
+TEST(DidYouMean, IsAPartOfAMessage) {
   EXPECT_EQ(DidYouMean("mpa", {"map"}), "; did you mean 'map'?");
-  EXPECT_EQ(DidYouMean("video", {"map"}), "");
+  EXPECT_EQ(DidYouMean("video", {"map"}), ";");
 }
 
 }  // namespace
