@@ -271,6 +271,7 @@ void RunLocalize(const LocalizeOptions& params,
   result.report = localizer.Report();
   result.reading = source.Report();
   result.stamps = source.Stamps();
+  result.has_start = !params.start.empty();
   result.seconds = terminal::SecondsSince(start);
   if (result.Placed() == 0) {
     results.CommitStatus();  // the file shows the reason

@@ -21,9 +21,11 @@ bool IsFailure(const Coverage& coverage) {
 std::string AmbiguousCause(const Coverage& coverage) {
   std::string text = "fit several places, because the ceiling is periodic; ";
   if (!coverage.has_heading) text += "give --omni or --heading, or ";
-  return text + (coverage.localizes
-                     ? "give --start, or drive farther, to where the ceiling is unique"
-                     : "drive where the ceiling is unique: past lamps, beams, signs or marks");
+  if (!coverage.localizes) {
+    return text + "drive where the ceiling is unique: past lamps, beams, signs or marks";
+  }
+  if (!coverage.has_start) text += "give --start, or ";
+  return text + "drive farther, to where the ceiling is unique";
 }
 
 std::string LostCause(const Coverage& coverage) {

@@ -25,6 +25,7 @@ struct Coverage {
   bool localizes = false;  ///< on an existing map; otherwise the run makes the map
   bool has_stamps = true;  ///< by --stamps, or by the clock of a live source
   bool has_heading = false;
+  bool has_start = false;  ///< --start of a localization
 
   /// 0..1; 0 without frames.
   [[nodiscard]] double Ratio() const;

@@ -7,7 +7,9 @@
 namespace ceilmap::reports {
 
 Coverage CoverageOf(const LocalizeResult& result) {
-  return CoverageOf(result.report, result.stamps, result.sensors);
+  Coverage coverage = CoverageOf(result.report, result.stamps, result.sensors);
+  coverage.has_start = result.has_start;
+  return coverage;
 }
 
 void Summarize(const LocalizeResult& result, terminal::Summary& summary) {

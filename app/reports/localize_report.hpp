@@ -19,6 +19,7 @@ struct LocalizeResult {
   localization::LocalizerReport report;
   recordings::FrameSourceReport reading;
   recordings::StampOrigin stamps = recordings::StampOrigin::kStampsFile;
+  bool has_start = false;                ///< by --start
   std::optional<double> first_placed_s;  ///< after the first frame
   std::optional<std::int64_t> first_placed_frame;
   double path_m = 0;        ///< sum of distances between placed frames

@@ -123,6 +123,10 @@ TEST(Coverage, AdvisesWhatIsNotGivenYetUnderAPeriodicCeiling) {
   EXPECT_EQ(LikelyCause(coverage),
             "70 fit several places, because the ceiling is periodic; give --start, or drive "
             "farther, to where the ceiling is unique");
+  coverage.has_start = true;
+  EXPECT_EQ(LikelyCause(coverage),
+            "70 fit several places, because the ceiling is periodic; drive farther, to where the "
+            "ceiling is unique");
 }
 
 TEST(Coverage, ALostRobotMayBeOnAnotherMap) {
