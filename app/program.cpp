@@ -12,11 +12,13 @@
 #include <vector>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/help.hpp"
 #include "app/files/output_files.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/similar_word.hpp"
 
 namespace ceilmap::app {
 namespace {
@@ -41,7 +43,7 @@ void RunCommand(const commands::Command& command) {
   const commands::CommonOptions& common = *command.common;
   if (common.quiet) terminal::SetVerbosity(terminal::Verbosity::kQuiet);
   if (common.verbose) terminal::SetVerbosity(terminal::Verbosity::kVerbose);
-  files::CheckOutputFiles({common.summary});
+  files::CheckOutputFiles({common.summary}, common.Existing());
   const auto start = std::chrono::steady_clock::now();
   terminal::Summary summary;
   command.run(common, summary);
@@ -50,6 +52,7 @@ void RunCommand(const commands::Command& command) {
     files::WriteFileAtomically(common.summary, summary.ToJson(FullName(*command.cli), seconds));
   }
   if (std::fflush(stdout) != 0) throw RunError("stdout cannot be written to");
+  if (!summary.failure.empty()) throw RunError(summary.failure);
 }
 
 // The selected command; require_subcommand(1) ensures that there is one.
@@ -57,6 +60,12 @@ const commands::Command& ChosenCommand(const std::vector<commands::Command>& com
   return *std::find_if(commands.begin(), commands.end(), [](const commands::Command& command) {
     return command.cli->parsed();
   });
+}
+
+std::vector<std::string> CommandNames(const CLI::App& cli) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : cli.get_subcommands({})) names.push_back(command->get_name());
+  return names;
 }
 
 // CLI11 would only report that a command is missing.
@@ -71,18 +80,17 @@ void CheckCommandName(const CLI::App& program, int argc, const char* const* argv
     });
     if (named == commands.end()) {
       const std::string before = cli == &program ? "" : FullName(*cli) + " ";
-      throw InputError(fmt::format(
-          "there is no command '{0}{1}'; 'ceilmap {0}--help' lists them", before, argv[i]));
+      throw InputError(fmt::format("there is no command '{0}{1}'{2} 'ceilmap {0}--help' lists them",
+                                   before,
+                                   argv[i],
+                                   DidYouMean(argv[i], CommandNames(*cli))));
     }
     cli = *named;
   }
   if (i < argc || cli == &program || cli->get_subcommands({}).empty()) return;
-  std::string names;
-  for (const CLI::App* command : cli->get_subcommands({})) {
-    names += (names.empty() ? "" : ", ") + command->get_name();
-  }
-  throw InputError(
-      fmt::format("{0}: give one of {1}; see 'ceilmap {0} --help'", FullName(*cli), names));
+  throw InputError(fmt::format("{0}: give one of {1}; see 'ceilmap {0} --help'",
+                               FullName(*cli),
+                               fmt::join(CommandNames(*cli), ", ")));
 }
 
 // The commands that were recognised in the command line.
@@ -90,6 +98,38 @@ const CLI::App& LastParsed(const CLI::App& program) {
   const CLI::App* cli = &program;
   while (!cli->get_subcommands().empty()) cli = cli->get_subcommands().front();
   return *cli;
+}
+
+// Refuses the first option that does not exist. CLI11 would report it behind options that are
+// missing, and without the one that was meant.
+void CheckOptionNames(const CLI::App& program) {
+  const CLI::App& cli = LastParsed(program);
+  for (const std::string& word : program.remaining(true)) {
+    if (!word.starts_with("--")) continue;
+    std::vector<std::string> names;
+    for (const CLI::Option* option : cli.get_options()) {
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+    const std::string option = word.substr(0, word.find('='));
+    const std::string command = cli.get_parent() == nullptr ? "" : " " + FullName(cli);
+    throw InputError(
+        fmt::format("there is no option '{}' of 'ceilmap{}'{} 'ceilmap{} --help' lists them",
+                    option,
+                    command,
+                    DidYouMean(option, names),
+                    command));
+  }
+}
+
+// After `help`: a command or a topic.
+void CheckHelpWord(const CLI::App& program, const std::string& word) {
+  std::vector<std::string> names = CommandNames(program);
+  const std::vector<std::string> topics = commands::HelpTopics();
+  names.insert(names.end(), topics.begin(), topics.end());
+  if (std::find(names.begin(), names.end(), word) != names.end()) return;
+  throw InputError(fmt::format("there is no command or topic '{}'{} 'ceilmap --help' lists them",
+                               word,
+                               DidYouMean(word, names)));
 }
 
 std::vector<commands::Command> AddCommands(CLI::App& program) {
@@ -131,11 +171,16 @@ CommandLine::CommandLine()
   program_->name("ceilmap");
   program_->set_version_flag("--version", std::string("ceilmap ") + CEILMAP_VERSION);
   program_->require_subcommand(1);
-  program_->footer("'ceilmap COMMAND --help' describes a command, with examples.");
+  program_->footer(
+      "'ceilmap COMMAND --help' describes a command, with examples; 'ceilmap help files' the "
+      "formats "
+      "of all\nfiles; 'ceilmap help troubleshooting' what messages mean and what to do.");
   commands_ = AddCommands(*program_);
+  program_->add_subcommand("help", "Describes a command, or a topic: files, troubleshooting.");
 }
 
 const commands::Command* CommandLine::Parse(int argc, const char* const* argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "help") return ParseHelp(argc, argv);
   CheckCommandName(*program_, argc, argv);
   try {
     program_->parse(argc, argv);
@@ -146,11 +191,29 @@ const commands::Command* CommandLine::Parse(int argc, const char* const* argv) {
       answer_ = answer.str();
       return nullptr;
     }
+    CheckOptionNames(*program_);
     const std::string name = FullName(LastParsed(*program_));
     throw InputError(
         fmt::format("{}; see 'ceilmap {}--help'", error.what(), name.empty() ? "" : name + " "));
   }
   return &ChosenCommand(commands_);
+}
+
+// `help`: the program's help; `help TOPIC`; `help COMMAND`: that of `COMMAND --help`.
+const commands::Command* CommandLine::ParseHelp(int argc, const char* const* argv) {
+  constexpr int kFirstWord = 2;
+  if (argc > kFirstWord && argv[kFirstWord][0] != '-') {
+    const std::string word = argv[kFirstWord];
+    if (const auto text = commands::HelpOn(word)) {
+      answer_ = *text;
+      return nullptr;
+    }
+    CheckHelpWord(*program_, word);
+  }
+  std::vector<const char*> words = {argv[0]};
+  words.insert(words.end(), argv + kFirstWord, argv + argc);
+  words.push_back("--help");
+  return Parse(static_cast<int>(words.size()), words.data());
 }
 
 int RunProgram(int argc, const char* const* argv) {

@@ -19,6 +19,8 @@ class CommandLine {
   [[nodiscard]] const std::string& Answer() const { return answer_; }
 
  private:
+  const commands::Command* ParseHelp(int argc, const char* const* argv);
+
   std::unique_ptr<CLI::App> program_;
   std::vector<commands::Command> commands_;
   std::string answer_;

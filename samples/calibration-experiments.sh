@@ -188,7 +188,7 @@ for ((rig = 1; rig <= rigs; ++rig)); do
     fi
   done
   rough "$out/spin-$rig/rig.yaml" >"$out/rough-$rig.yaml"
-  "$ceilmap" calibrate rig --quiet --rig "$out/rough-$rig.yaml" --spin "$out/spin-$rig/up.mp4" \
+  "$ceilmap" calibrate rig --force --quiet --rig "$out/rough-$rig.yaml" --spin "$out/spin-$rig/up.mp4" \
     --straight "$out/straight-$rig/up.mp4" --distance "$length" --spin-forward "$out/spin-$rig/forward.mp4" \
     --straight-forward "$out/straight-$rig/forward.mp4" -o "$out/rig-$rig.yaml" --summary "$out/rig-$rig.json"
   summary=$out/rig-$rig.json
@@ -210,7 +210,7 @@ for ((rig = 1; rig <= rigs; ++rig)); do
     "$ceilmap" simulate "$out/scenes/mirror-$rig.yaml" --quiet --force -o "$out/mirror-$rig"
   fi
   summary=$out/mirror-$rig.json
-  "$ceilmap" calibrate mirror --quiet --omni "$out/mirror-$rig/omni.mp4" --rig "$out/mirror-$rig/rig.yaml" \
+  "$ceilmap" calibrate mirror --force --quiet --omni "$out/mirror-$rig/omni.mp4" --rig "$out/mirror-$rig/rig.yaml" \
     -o "$out/mirror-$rig.yaml" --summary "$summary"
   {
     compare "$summary" "$rig" centre_u_px "$(awk -v u="$mirror_u" 'BEGIN { print 239.5 + u }')" 1

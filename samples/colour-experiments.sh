@@ -57,14 +57,14 @@ files_of() { printf '%s\n' --rig "$1/rig.yaml" --forward "$1/forward.mp4" --stam
 learn() {
   local files
   readarray -t files < <(files_of "$2")
-  "$ceilmap" compass learn --quiet "${files[@]}" --poses "$2/truth.tum" -o "$out/$1.colours" --summary "$out/$1.json" "${@:3}"
+  "$ceilmap" compass learn --force --quiet "${files[@]}" --poses "$2/truth.tum" -o "$out/$1.colours" --summary "$out/$1.json" "${@:3}"
 }
 
 # Puts a recording ($3) into a copy ($2) of a model ($1).
 update() {
   local files
   readarray -t files < <(files_of "$3")
-  "$ceilmap" compass update --quiet "$out/$1.colours" "${files[@]}" --poses "$3/truth.tum" -o "$out/$2.colours"
+  "$ceilmap" compass update --force --quiet "$out/$1.colours" "${files[@]}" --poses "$3/truth.tum" -o "$out/$2.colours"
 }
 
 # A number by its key ($2) from a summary ($1), where each key stands on a line of its own.
@@ -76,7 +76,7 @@ number() {
 query() {
   local files
   readarray -t files < <(files_of "$2")
-  "$ceilmap" compass query --quiet "$out/$1.colours" "${files[@]}" --truth "$2/truth.tum" -o "$out/results/$3.csv" \
+  "$ceilmap" compass query --force --quiet "$out/$1.colours" "${files[@]}" --truth "$2/truth.tum" -o "$out/results/$3.csv" \
     --summary "$out/results/$3.json" "${@:4}"
 }
 

@@ -13,7 +13,7 @@ row='%-24s %9s %8s %8s %11s %11s %8s\n'
 measure() {
   local sample=$1 result=$2
   shift 2
-  "$ceilmap" heading --quiet --rig "$sample/rig.yaml" --omni "$sample/omni.mp4" --stamps "$sample/frames.csv" \
+  "$ceilmap" heading --force --quiet --rig "$sample/rig.yaml" --omni "$sample/omni.mp4" --stamps "$sample/frames.csv" \
     --truth "$sample/truth.tum" -o "$result.csv" --summary "$result.json" "$@"
 }
 

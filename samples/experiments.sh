@@ -21,7 +21,7 @@ map_recording() {
   local sample=$1 folder=$2 method
   for method in "${methods[@]}"; do
     echo "mapping $(basename "$sample") with --tilt $method"
-    "$ceilmap" map --quiet --rig "$sample/rig.yaml" --up "$sample/up.mp4" --forward "$sample/forward.mp4" \
+    "$ceilmap" map --force --quiet --rig "$sample/rig.yaml" --up "$sample/up.mp4" --forward "$sample/forward.mp4" \
       --stamps "$sample/frames.csv" --origin "$(first_pose "$sample/truth.tum")" --tilt "$method" \
       -o "$folder/$method.gpkg" --trajectory "$folder/$method.tum" --uncompensated "$folder/$method-before.tum" \
       --picture "$folder/$method.png"
@@ -66,7 +66,7 @@ evaluate() {
   : >"$folder/evaluation.txt"
   for method in "${methods[@]}"; do
     rm -rf "$folder/report-$method"
-    "$ceilmap" evaluate --truth "$sample/truth.tum" --before "$folder/$method-before.tum" \
+    "$ceilmap" evaluate --force --truth "$sample/truth.tum" --before "$folder/$method-before.tum" \
       "$method=$folder/$method.tum" -o "$folder/report-$method" >>"$folder/evaluation.txt"
     echo >>"$folder/evaluation.txt"
   done

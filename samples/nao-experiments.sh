@@ -49,9 +49,9 @@ leave_one_out() {
     cp "$folder/$(printf '%03d' "$i").jpg" "$folder/one/"
     { echo index,timestamp; awk -v no=$((i + 1)) 'NR != no { print count++ "," $1 }' "$folder/poses.tum"; } >"$folder/others.csv"
     { echo index,timestamp; awk -v no=$((i + 1)) 'NR == no { print "0," $1 }' "$folder/poses.tum"; } >"$folder/one.csv"
-    "$ceilmap" compass learn --quiet --rig "$folder/rig.yaml" --forward "$folder/others" --stamps "$folder/others.csv" \
+    "$ceilmap" compass learn --force --quiet --rig "$folder/rig.yaml" --forward "$folder/others" --stamps "$folder/others.csv" \
       --poses "$folder/poses.tum" -o "$folder/model.colours" "${@:2}"
-    "$ceilmap" compass query --quiet "$folder/model.colours" --rig "$folder/rig.yaml" --forward "$folder/one" \
+    "$ceilmap" compass query --force --quiet "$folder/model.colours" --rig "$folder/rig.yaml" --forward "$folder/one" \
       --stamps "$folder/one.csv" --poses "$folder/poses.tum" --truth "$folder/poses.tum" -o "$folder/one-heading.csv" "${@:2}"
     printf '%s,' "$(sed -n "$((i + 1))p" "$folder/names.txt")"
     tail -n 1 "$folder/one-heading.csv"
@@ -117,7 +117,7 @@ leave_one_out wander-b
 uva uva
 echo
 echo "nao-uva as asked for (60 % of each picture above the horizon):"
-"$ceilmap" compass learn --rig "$out/uva/rig.yaml" --forward "$out/uva" --poses "$out/uva/poses.tum" -o "$out/uva/none.colours" ||
+"$ceilmap" compass learn --force --rig "$out/uva/rig.yaml" --forward "$out/uva" --poses "$out/uva/poses.tum" -o "$out/uva/none.colours" ||
   true
 echo "nao-uva with a fifth above the horizon:"
 leave_one_out uva --min-above-horizon 0.2

@@ -14,37 +14,37 @@ mkdir "$report"
 
 echo
 echo "1. A ceiling map from the upward camera's video"
-"$ceilmap" map --rig "$sample/rig.yaml" --up "$sample/up.mp4" --stamps "$sample/frames.csv" \
+"$ceilmap" map --force --rig "$sample/rig.yaml" --up "$sample/up.mp4" --stamps "$sample/frames.csv" \
   -o "$out/lab.gpkg" --trajectory "$out/lab.tum" --picture "$out/lab.png" --summary "$out/lab.json" \
   --report "$report/map-run"
 echo
 echo "2. What it scores against the exact truth (position after a planar alignment)"
-"$ceilmap" evaluate --truth "$sample/truth.tum" map="$out/lab.tum" --map "$out/lab.gpkg" -o "$report/map"
+"$ceilmap" evaluate --force --truth "$sample/truth.tum" map="$out/lab.tum" --map "$out/lab.gpkg" -o "$report/map"
 echo
 echo "3. Another robot, with another camera on another day, switched on anywhere on that map"
 second=$root/samples/lab-second-robot
-"$ceilmap" localize "$out/lab.gpkg" --rig "$second/rig.yaml" --up "$second/up.mp4" \
+"$ceilmap" localize --force "$out/lab.gpkg" --rig "$second/rig.yaml" --up "$second/up.mp4" \
   --stamps "$second/frames.csv" -o "$out/second.tum" --status "$out/second.csv" --report "$report/second-run"
 echo
 echo "4. What that scores"
-"$ceilmap" evaluate --truth "$second/truth.tum" --frame-from "$sample/truth.tum" "$out/lab.tum" \
+"$ceilmap" evaluate --force --truth "$second/truth.tum" --frame-from "$sample/truth.tum" "$out/lab.tum" \
   second="$out/second.csv" --map "$out/lab.gpkg" -o "$report/second"
 echo
 echo "5. A drive over debris: the tilt measured by forward camera and ceiling, and taken out"
 debris=$root/samples/lab-debris-1
-"$ceilmap" map --rig "$debris/rig.yaml" --up "$debris/up.mp4" --forward "$debris/forward.mp4" \
+"$ceilmap" map --force --rig "$debris/rig.yaml" --up "$debris/up.mp4" --forward "$debris/forward.mp4" \
   --stamps "$debris/frames.csv" -o "$out/debris.gpkg" --trajectory "$out/debris.tum" \
   --uncompensated "$out/debris-before.tum"
 echo
 echo "6. What that scores, before and after (samples/experiments.sh has the whole of it)"
-"$ceilmap" evaluate --truth "$debris/truth.tum" --before "$out/debris-before.tum" debris="$out/debris.tum" \
+"$ceilmap" evaluate --force --truth "$debris/truth.tum" --before "$out/debris-before.tum" debris="$out/debris.tum" \
   --map "$out/debris.gpkg" -o "$report/debris"
 echo
 echo "7. How a robot turns, by a camera under a convex mirror, and what that scores (samples/compass-experiments.sh has more)"
 omni=$root/samples/lab-omni-circle
-"$ceilmap" heading --rig "$omni/rig.yaml" --omni "$omni/omni.mp4" --stamps "$omni/frames.csv" \
+"$ceilmap" heading --force --rig "$omni/rig.yaml" --omni "$omni/omni.mp4" --stamps "$omni/frames.csv" \
   --truth "$omni/truth.tum" -o "$out/heading.csv" --plot "$report/heading-run"
-"$ceilmap" evaluate --truth "$omni/truth.tum" compass="$out/heading.csv" -o "$report/heading" --quiet
+"$ceilmap" evaluate --force --truth "$omni/truth.tum" compass="$out/heading.csv" -o "$report/heading" --quiet
 cp "$root/samples/report.html" "$report/index.html"
 echo
 echo "The map         $out/lab.gpkg   (QGIS and GDAL open it; 'ceilmap info' describes it)"

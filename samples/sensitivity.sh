@@ -28,10 +28,10 @@ wrong_rig() {
 # `largest error along the path in cm, RMSE of pitch in degrees` of a method ($2) with a rig ($1).
 measure() {
   local name=$2
-  "$ceilmap" map --quiet --rig "$1" --up "$sample/up.mp4" --forward "$sample/forward.mp4" --stamps "$sample/frames.csv" \
+  "$ceilmap" map --force --quiet --rig "$1" --up "$sample/up.mp4" --forward "$sample/forward.mp4" --stamps "$sample/frames.csv" \
     --tilt "$name" -o "$out/map.gpkg" --trajectory "$out/after.tum" --uncompensated "$out/before.tum"
   rm -rf "$out/report"
-  "$ceilmap" evaluate --quiet --truth "$sample/truth.tum" --before "$out/before.tum" "$name=$out/after.tum" \
+  "$ceilmap" evaluate --force --quiet --truth "$sample/truth.tum" --before "$out/before.tum" "$name=$out/after.tum" \
     -o "$out/report" >/dev/null
   awk -F, '
     NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }

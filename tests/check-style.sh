@@ -18,7 +18,7 @@ case "${1:-}" in
   '') ;;
   --deep)
     cmake --preset release -B build/style -D CMAKE_UNITY_BUILD=OFF >/dev/null
-    cmake --build build/style --target page_template >/dev/null
+    cmake --build build/style --target page_template help_texts >/dev/null
     database=build/style
     checks=()
     ;;

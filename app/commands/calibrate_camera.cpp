@@ -8,7 +8,6 @@
 #include "app/files/output_files.hpp"
 #include "app/recordings/board_images.hpp"
 #include "app/reports/camera_calibration_report.hpp"
-#include "app/reports/report_folder.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
@@ -38,7 +37,7 @@ struct CalibrateCameraOptions {
 
   // @throws InputError
   [[nodiscard]] calibration::Board Board() const;
-  void Check() const;
+  void Check(files::Existing existing) const;
 };
 
 // The library names the field first; the option has the same name.
@@ -66,7 +65,7 @@ calibration::Board CalibrateCameraOptions::Board() const {
   });
 }
 
-void CalibrateCameraOptions::Check() const {
+void CalibrateCameraOptions::Check(files::Existing existing) const {
   constexpr int kMinViews = 3;
   if (max_views < kMinViews) {
     throw InputError(fmt::format("--views {}: must be at least {}", max_views, kMinViews));
@@ -79,8 +78,8 @@ void CalibrateCameraOptions::Check() const {
   if (!print_board.empty() && !(images.empty() && output.empty())) {
     throw InputError("--print-board: print the board first, then calibrate with its images");
   }
-  files::CheckOutputFiles({output, print_board});
-  if (!report.empty()) reports::CheckReportFolder(report);
+  files::CheckOutputFiles({output, print_board}, existing);
+  if (!report.empty()) files::CheckOutputFolder(report, existing);
 }
 
 void PrintBoard(const CalibrateCameraOptions& params,
@@ -105,7 +104,7 @@ void PrintBoard(const CalibrateCameraOptions& params,
 void RunCalibrateCamera(const CalibrateCameraOptions& params,
                         const CommonOptions& common,
                         terminal::Summary& summary) {
-  params.Check();
+  params.Check(common.Existing());
   if (!params.print_board.empty()) return PrintBoard(params, common, summary);
   const calibration::Board board = params.Board();
   calibration::SolverParams solver;

@@ -43,10 +43,10 @@ struct CalibrateMirrorOptions {
   fs::path output;
 
   // Checks everything that can be checked without the recording. @throws InputError
-  void Check() const;
+  void Check(files::Existing existing) const;
 };
 
-void CalibrateMirrorOptions::Check() const {
+void CalibrateMirrorOptions::Check(files::Existing existing) const {
   if (!output.empty() && rig.empty()) {
     throw InputError(
         "calibrate mirror: -o writes a rig with the mirror added; give the existing rig by --rig");
@@ -54,8 +54,8 @@ void CalibrateMirrorOptions::Check() const {
   if (!panorama.empty() && panorama.extension() != ".png") {
     throw InputError(fmt::format("{}: the image's name must end in .png", panorama.string()));
   }
-  files::CheckOutputFiles({output, panorama});
-  if (!report.empty()) reports::CheckReportFolder(report);
+  files::CheckOutputFiles({output, panorama}, existing);
+  if (!report.empty()) files::CheckOutputFolder(report, existing);
 }
 
 // Result of the observation: the first image, and the fit to all images.
@@ -247,7 +247,7 @@ void PrintReport(const MirrorObservation& observation, const terminal::Summary& 
 void RunCalibrateMirror(const CalibrateMirrorOptions& params,
                         const CommonOptions& common,
                         terminal::Summary& summary) {
-  params.Check();
+  params.Check(common.Existing());
   std::optional<calib::MirrorRing> by_hand;
   if (!params.ring.empty()) by_hand = recordings::ParseRing(params.ring, "--ring");
   MirrorObservation observation =

@@ -15,7 +15,6 @@
 #include "app/recordings/rig_recording.hpp"
 #include "app/recordings/rig_warnings.hpp"
 #include "app/recordings/synchronized_stream.hpp"
-#include "app/reports/report_folder.hpp"
 #include "app/reports/rig_calibration_report.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
@@ -152,7 +151,7 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
                      const CommonOptions& common,
                      terminal::Summary& out) {
   const auto start = steady_clock::now();
-  params.Check();
+  params.Check(common.Existing());
   const fs::path& file = params.rig.empty() ? params.camera : params.rig;
   const std::string text = KnownRig(params);
   calib::Rig rig = calib::ParseRig(text, file);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "app/files/output_files.hpp"
-#include "app/reports/report_folder.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::commands {
@@ -16,7 +15,7 @@ void CheckPositive(const char* option, const std::optional<double>& value) {
 
 }  // namespace
 
-void CalibrateRigOptions::Check() const {
+void CalibrateRigOptions::Check(files::Existing existing) const {
   if (rig.empty() == camera.empty()) {
     throw InputError(
         "calibrate rig: give either --rig RIG.yaml, or --camera CAMERA_INFO.yaml for a rig that "
@@ -38,8 +37,8 @@ void CalibrateRigOptions::Check() const {
         "--rig instead of --camera, with cameras: forward in it");
   }
   CheckPositive("--lens-sigma", lens_sigma_px);
-  files::CheckOutputFiles({output});
-  if (!report.empty()) reports::CheckReportFolder(report);
+  files::CheckOutputFiles({output}, existing);
+  if (!report.empty()) files::CheckOutputFolder(report, existing);
 }
 
 void CalibrateRigOptions::AddInput(CLI::App& cli) {

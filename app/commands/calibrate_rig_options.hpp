@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "app/files/output_files.hpp"
 #include "app/recordings/rig_recording.hpp"
 #include "calib/solve/rig_solver.hpp"
 #include "compensation/mount/up_mount.hpp"
@@ -30,7 +31,7 @@ struct CalibrateRigOptions {
   /// Adds all of them to the command.
   void AddTo(CLI::App& cli);
   /// Checks everything that can be checked without the recordings. @throws InputError
-  void Check() const;
+  void Check(files::Existing existing) const;
 
   /// The recordings, with the forward camera where there is one.
   [[nodiscard]] recordings::RigRecording Spin() const { return {spin, spin_forward, spin_stamps}; }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/files/output_files.hpp"
 #include "app/terminal/summary.hpp"
 
 namespace ceilmap::commands {
@@ -14,9 +15,14 @@ namespace ceilmap::commands {
 /// Options of every command.
 struct CommonOptions {
   std::filesystem::path summary;  ///< --summary; empty: none
+  bool force = false;             ///< results may replace files that exist
   bool quiet = false;
   bool verbose = false;
   std::string command_line;  ///< as typed; provenance of a result
+
+  [[nodiscard]] files::Existing Existing() const {
+    return force ? files::Existing::kReplace : files::Existing::kRefuse;
+  }
 };
 
 /// A command: its name, its options, and its function. The function is called after the arguments
@@ -44,8 +50,8 @@ Command AddEvaluateCommand(CLI::App& program);
 Command AddSimulateCommand(CLI::App& program);
 Command AddSettingsCommand(CLI::App& program);
 
-/// Creates a command with --help, --summary, --quiet and --verbose. The help ends with `example`, a
-/// line that can be run. `program` may be a command with subcommands.
+/// Creates a command with --help, --summary, --force, --quiet and --verbose. The help ends with
+/// `example`, a line that can be run. `program` may be a command with subcommands.
 Command MakeCommand(CLI::App& program,
                     const std::string& name,
                     const std::string& description,

@@ -38,7 +38,7 @@ struct LearnCommandOptions {
   SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
-  void Resolve(const CLI::App& cli);
+  void Resolve(const CLI::App& cli, files::Existing existing);
 
  private:
   void TakeSettings(const CLI::App& cli);
@@ -85,7 +85,7 @@ void LearnCommandOptions::TakeSettings(const CLI::App& cli) {
   learn.lines = lines;
 }
 
-void LearnCommandOptions::Resolve(const CLI::App& cli) {
+void LearnCommandOptions::Resolve(const CLI::App& cli, files::Existing existing) {
   learn.kind = method == "sturm" ? colour::ModelKind::kSturm : colour::ModelKind::kVictoria;
   learn.classes.clustering =
       clustering == "mixture" ? colour::Clustering::kMixture : colour::Clustering::kMeans;
@@ -98,9 +98,9 @@ void LearnCommandOptions::Resolve(const CLI::App& cli) {
     learn.grid = ParseGrid(grid);
   }
   learn.Validate();
-  files::CheckOutputFiles({output});
   forward.CheckResult(output);
   recordings::CheckNotRead(output, {poses});
+  files::CheckOutputFiles({output}, existing);
 }
 
 colour::LearnedPose LearnedFrom(const StampedPose& pose) {
@@ -165,7 +165,7 @@ void RunLearn(LearnCommandOptions params,
               const CommonOptions& common,
               terminal::Summary& summary) {
   const auto start = steady_clock::now();
-  params.Resolve(cli);
+  params.Resolve(cli, common.Existing());
   CommandSettings resolved;
   resolved.colour_learn = params.learn;
   summary.settings = SettingsJson(resolved, {"colour_learn"});
@@ -201,9 +201,9 @@ void RunUpdate(const UpdateCommandOptions& params,
                terminal::Summary& summary) {
   const auto start = steady_clock::now();
   const fs::path& output = params.output.empty() ? params.model : params.output;
-  files::CheckOutputFiles({output});
   params.forward.CheckResult(output);
   recordings::CheckNotRead(output, {params.poses});
+  files::CheckOutputFiles({output}, common.Existing(), params.model);
   CommandSettings resolved = params.settings.Read();
   colour::ColourCompassParams& settings = resolved.colour_compass;
   recordings::TakeLineOptions(cli, params.lines, settings.lines);

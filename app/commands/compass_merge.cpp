@@ -38,7 +38,7 @@ void RunMerge(const CompassMergeOptions& params,
               const CommonOptions& common,
               terminal::Summary& summary) {
   if (params.models.size() < 2) throw InputError("compass merge: give at least two models");
-  files::CheckOutputFiles({params.output});
+  files::CheckOutputFiles({params.output}, common.Existing());
   colour::ColourModel model = MergeAll(params.models);
   model.provenance += (model.provenance.empty() ? "" : "\n") + common.command_line;
   colour::WriteColourModel(model, params.output);

@@ -44,24 +44,24 @@ struct QueryOptions {
   SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
-  void Check() const;
+  void Check(files::Existing existing) const;
   // The settings file, with the options that are given.
   [[nodiscard]] CommandSettings ResolveSettings(const CLI::App& cli) const;
 };
 
-void QueryOptions::Check() const {
+void QueryOptions::Check(files::Existing existing) const {
   if (update && poses.empty()) {
     throw InputError("--update: learning needs the position of the robot; give --poses too");
   }
   if (!save.empty() && !update) {
     throw InputError("--save: the model only changes with --update; give that too");
   }
-  files::CheckOutputFiles({output, save});
   for (const fs::path& result : {output, save}) {
     forward.CheckResult(result);
     recordings::CheckNotRead(result, {poses, truth});
   }
   recordings::CheckNotRead(output, {model});
+  files::CheckOutputFiles({output, save}, existing);
 }
 
 CommandSettings QueryOptions::ResolveSettings(const CLI::App& cli) const {
@@ -195,7 +195,7 @@ void RunQuery(const QueryOptions& params,
               const CommonOptions& common,
               terminal::Summary& summary) {
   const auto start = steady_clock::now();
-  params.Check();
+  params.Check(common.Existing());
   CommandSettings resolved = params.ResolveSettings(cli);
   colour::ColourCompassParams& settings = resolved.colour_compass;
   summary.settings = SettingsJson(resolved, {"colour_compass"});
@@ -204,7 +204,7 @@ void RunQuery(const QueryOptions& params,
   std::optional<recordings::PosesByTime> poses;
   if (!params.poses.empty()) poses.emplace(params.poses);
   std::optional<figures::FigureFolder> figures;
-  if (!params.plot.empty()) figures.emplace(params.plot);
+  if (!params.plot.empty()) figures.emplace(params.plot, common.Existing());
   colour::ColourModel model = colour::ReadColourModel(params.model);
   recordings::ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();

@@ -10,6 +10,7 @@
 #include "app/commands/commands.hpp"
 #include "app/files/arguments.hpp"
 #include "app/files/csv.hpp"
+#include "app/files/output_files.hpp"
 #include "app/page/page.hpp"
 #include "app/reports/comparison.hpp"
 #include "app/reports/comparison_figures.hpp"
@@ -108,7 +109,7 @@ void RunEvaluate(EvaluateOptions params, const CommonOptions& common, terminal::
   if (!params.comparison.frame_from.empty()) params.align = "frame-from";
   evaluation.segments.lengths_m = files::ParsePositiveNumbers(params.segments, "--segments");
   params.comparison.offset = ParseOffset(params.offset);
-  if (!params.report.empty()) reports::CheckReportFolder(params.report);
+  if (!params.report.empty()) files::CheckOutputFolder(params.report, common.Existing());
   std::optional<store::MapReader> map;
   if (!params.map.empty()) map.emplace(params.map);
 
@@ -195,7 +196,7 @@ Command AddEvaluateCommand(CLI::App& program) {
   cli.add_option("-o,--output",
                  params->report,
                  "Folder for a page (index.html), metrics.json, CSV files, tables in Markdown and "
-                 "LaTeX, and figures; new or empty")
+                 "LaTeX, and figures")
       ->type_name("REPORT_DIR");
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunEvaluate(*params, common, summary);

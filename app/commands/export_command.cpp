@@ -52,7 +52,7 @@ void RunExport(const ExportOptions& params,
         params.format));
   }
   const std::vector<fs::path> files = OutputFiles(params);
-  files::CheckOutputFiles(files);
+  files::CheckOutputFiles(files, common.Existing());
   const store::MapReader map(params.map);
   if (params.format == "png") {
     store::ExportPng(map, params.output, {.seen_from_below = params.from_below});

@@ -42,10 +42,10 @@ struct HeadingOptions {
   SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
-  void Check() const;
+  void Check(files::Existing existing) const;
 };
 
-void HeadingOptions::Check() const {
+void HeadingOptions::Check(files::Existing existing) const {
   panorama.Check();
   compass.Check();
   if (plot_frame && plot.empty()) {
@@ -55,7 +55,6 @@ void HeadingOptions::Check() const {
     throw InputError(fmt::format(
         "--plot-frame {}: must be at least 1; frame 0 has no earlier reference", *plot_frame));
   }
-  files::CheckOutputFiles({output});
   std::error_code ignored;
   for (const fs::path& source :
        {panorama.rig, panorama.stamps, travel, truth, fs::path(panorama.Source())}) {
@@ -63,6 +62,7 @@ void HeadingOptions::Check() const {
     throw InputError(
         fmt::format("{}: is read by this run and cannot be its result too", output.string()));
   }
+  files::CheckOutputFiles({output}, existing);
 }
 
 // The published methods have a column per degree by default.
@@ -202,7 +202,7 @@ void RunHeading(const HeadingOptions& params,
                 const CommonOptions& common,
                 terminal::Summary& summary) {
   const auto start = steady_clock::now();
-  params.Check();
+  params.Check(common.Existing());
   CommandSettings settings = params.settings.Read();
   settings.compass = params.compass.Resolve(settings.compass);
   summary.settings = SettingsJson(settings, {"compass"});
@@ -211,7 +211,7 @@ void RunHeading(const HeadingOptions& params,
   std::vector<StampedPose> poses;
   if (!params.travel.empty()) poses = files::ReadTum(params.travel);
   std::optional<figures::FigureFolder> figures;
-  if (!params.plot.empty()) figures.emplace(params.plot);
+  if (!params.plot.empty()) figures.emplace(params.plot, common.Existing());
   recordings::PanoramaSource source(ForMethod(params.panorama, params.compass.method));
   CheckPlotFrame(params, source.Source());
   const std::unique_ptr<compass::Compass> compass = labrosse::MakeCompass(settings.compass);

@@ -53,12 +53,12 @@ struct LocalizeOptions {
   SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
-  void Check() const;
+  void Check(files::Existing existing) const;
   [[nodiscard]] localization::LocalizerParams ForLocalizer(
       localization::LocalizerParams params) const;
 };
 
-void LocalizeOptions::Check() const {
+void LocalizeOptions::Check(files::Existing existing) const {
   sensors.Check(true);
   if (!sensors.heading_model.empty() && heading_zero != "first") {
     throw InputError(
@@ -69,7 +69,6 @@ void LocalizeOptions::Check() const {
     throw InputError(
         "--heading-zero: headings of --omni are relative to the first frame; leave it out");
   }
-  files::CheckOutputFiles({output, sensors.uncompensated, status});
   std::error_code ignored;
   for (const fs::path& target : {output, sensors.uncompensated, status}) {
     for (const fs::path& source :
@@ -79,7 +78,8 @@ void LocalizeOptions::Check() const {
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
     }
   }
-  watch.Check();
+  files::CheckOutputFiles({output, sensors.uncompensated, status}, existing);
+  watch.Check(existing);
 }
 
 localization::LocalizerParams LocalizeOptions::ForLocalizer(
@@ -205,21 +205,11 @@ void LocateFrames(recordings::FrameSource& source,
 // The error for a run without any pose, with its likely cause.
 [[noreturn]] void ReportNothingFound(const LocalizeOptions& params,
                                      const reports::LocalizeResult& result) {
-  const localization::LocalizerReport& report = result.report;
   if (terminal::Interrupted()) {
-    throw RunError(
-        fmt::format("interrupted after {} frames, before any could be placed", report.frames));
+    throw RunError(fmt::format("interrupted after {} frames, before any could be placed",
+                               result.report.frames));
   }
-  const char* const reason =
-      report.ambiguous > report.lost
-          ? "several places of the map match; drive farther, or give --start or --heading"
-          : "no place of the map matches; is it the map of this place, and the rig of this "
-            "robot?";
-  throw RunError(fmt::format("{}: none of its {} frames could be placed on {}: {}",
-                             params.up,
-                             report.frames,
-                             params.map.string(),
-                             reason));
+  throw RunError(reports::CoverageFailure(reports::CoverageOf(result), params.up));
 }
 
 // Warnings about differences between rig and map. The map's values are used.
@@ -273,7 +263,7 @@ void RunLocalize(const LocalizeOptions& params,
                  const CommonOptions& common,
                  terminal::Summary& summary) {
   const auto start = steady_clock::now();
-  params.Check();
+  params.Check(common.Existing());
   const CommandSettings settings = params.settings.Read();
   summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
@@ -300,6 +290,8 @@ void RunLocalize(const LocalizeOptions& params,
   }
   result.report = localizer.Report();
   result.reading = source.Report();
+  result.stamps = source.Stamps();
+  result.has_start = !params.start.empty();
   result.seconds = terminal::SecondsSince(start);
   if (result.Placed() == 0) {
     results.CommitStatus();  // the file shows the reason
@@ -317,6 +309,9 @@ void RunLocalize(const LocalizeOptions& params,
   }
   reports::ReportScalings(scaling, sensors);
   WarnOfScale(*rig, map.Metadata(), result);
+  const reports::Coverage coverage = reports::CoverageOf(result);
+  if (const auto warning = reports::CoverageWarning(coverage)) terminal::PrintWarning(*warning);
+  summary.failure = reports::CoverageFailure(coverage, params.up);
   reports::Summarize(result, summary);
   const terminal::Table facts = reports::FactsOf(result);
   const bool quiet = common.quiet || params.stream;

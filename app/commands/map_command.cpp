@@ -53,10 +53,10 @@ struct MapOptions {
   SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
-  void Resolve();
+  void Resolve(files::Existing existing);
 };
 
-void MapOptions::Resolve() {
+void MapOptions::Resolve(files::Existing existing) {
   if (append && !origin.empty()) {
     throw InputError("--origin: with --append the map has its origin already; leave it out");
   }
@@ -79,8 +79,9 @@ void MapOptions::Resolve() {
         fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
   }
   if (!origin.empty()) T_map_first = files::ParsePose2(origin, "--origin");
-  files::CheckOutputFiles({output, trajectory, sensors.uncompensated, picture});
-  watch.Check();
+  files::CheckOutputFiles(
+      {output, trajectory, sensors.uncompensated, picture}, existing, append ? output : fs::path());
+  watch.Check(existing);
 }
 
 std::string UtcNow() {
@@ -231,7 +232,7 @@ robot::CeilingMapperParams MapperParamsFor(const MapOptions& params,
 
 void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& summary) {
   const auto start = steady_clock::now();
-  params.Resolve();
+  params.Resolve(common.Existing());
   const CommandSettings settings = params.settings.Read();
   summary.settings = SettingsJson(settings, {"mapping", "sensors"});
   std::optional<calib::Rig> rig = params.rig.ReadFile();
@@ -253,6 +254,8 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   MapFrames(source, sensors, mapper, watch);
   reports::MapResult result;
   result.sensors = {&sensors, mapper.Sensed()};
+  result.reading = source.Report();
+  result.stamps = source.Stamps();
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
   for (const std::string& warning : reports::Warnings(result.sensors)) {
     terminal::PrintWarning(warning);
@@ -264,8 +267,8 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   reports::ReportScalings(scaling, sensors);
 
   const terminal::Table facts = reports::FactsOf(result, unit, terminal::SecondsSince(start));
-  reports::Summarize(result, source.Report(), unit, summary);
-  reports::WarnOfParts(result);
+  reports::Summarize(result, unit, summary);
+  reports::ReportCoverage(result, params.up, summary);
   if (!common.quiet) reports::PrintFacts(facts, summary);
   if (!watch.Wanted()) return;
   watch.Replace(result.map.frames);

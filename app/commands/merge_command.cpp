@@ -23,7 +23,7 @@ struct MergeCommandOptions {
   std::optional<double> resolution;
   fs::path output;
 
-  void Resolve() const {
+  void Resolve(files::Existing existing) const {
     if (maps.size() < 2) throw InputError("merge: give at least two maps");
     if (output.extension() != ".gpkg") {
       throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
@@ -32,7 +32,7 @@ struct MergeCommandOptions {
       throw InputError(
           fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
     }
-    files::CheckOutputFiles({output});
+    files::CheckOutputFiles({output}, existing);
   }
 };
 
@@ -90,7 +90,7 @@ void Report(const mapping::MergeResult& merged,
 void RunMerge(const MergeCommandOptions& params,
               const CommonOptions& common,
               terminal::Summary& summary) {
-  params.Resolve();
+  params.Resolve(common.Existing());
   std::vector<std::unique_ptr<store::MapReader>> maps;
   std::vector<const store::MapReader*> readers;
   for (const fs::path& file : params.maps) {

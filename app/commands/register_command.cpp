@@ -38,10 +38,10 @@ struct RegisterOptions {
   bool fixed_scale = false;
 
   // @throws InputError
-  void Validate() const;
+  void Validate(files::Existing existing) const;
 };
 
-void RegisterOptions::Validate() const {
+void RegisterOptions::Validate(files::Existing existing) const {
   const bool list = !pairs.empty();
   if (list == !images.empty() || (!list && images.size() != 2)) {
     throw InputError("give two images, REF.png CUR.png, or a list with --pairs PAIRS.csv");
@@ -49,7 +49,7 @@ void RegisterOptions::Validate() const {
   if (list && output.empty()) {
     throw InputError("--pairs needs -o OUT.csv for the results");
   }
-  files::CheckOutputFiles({output});
+  files::CheckOutputFiles({output}, existing);
 }
 
 struct PairResult {
@@ -195,7 +195,7 @@ std::vector<PairResult> RegisterAll(const std::vector<files::ImagePair>& pairs, 
 void RunRegister(const RegisterOptions& params,
                  const CommonOptions& common,
                  terminal::Summary& summary) {
-  params.Validate();
+  params.Validate(common.Existing());
   const bool list = !params.pairs.empty();
   std::vector<files::ImagePair> pairs;
   if (list) {

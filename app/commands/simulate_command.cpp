@@ -39,7 +39,6 @@ struct SimulateOptions {
   std::optional<int> frames;
   bool lossless = false;
   bool images = false;
-  bool force = false;
   fs::path output;
 
   [[nodiscard]] recordings::RecordingFormat Format() const {
@@ -248,7 +247,7 @@ void RunSimulate(const SimulateOptions& params,
       ReadSettingsText(params.scene, "a scene file (format: samples/simulator/README.md)");
   const simulator::Scene scene = MakeScene(text, params);
   std::vector<simulator::Frame> frames = simulator::MakePath(scene);
-  recordings::SimulationFolder folder(params.output, params.Format(), params.force);
+  recordings::SimulationFolder folder(params.output, params.Format(), common.Existing());
   const Recordings recordings = OpenRecordings(scene, params.Format(), folder);
   const simulator::Renderer renderer(scene);
 
@@ -311,7 +310,6 @@ Command AddSimulateCommand(CLI::App& program) {
   cli.add_flag("--pictures", params->images, "up/000000.png, ... instead of a video")
       ->excludes(lossless)
       ->group(result);
-  cli.add_flag("--force", params->force, "Replace an earlier recording in DIR")->group(result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunSimulate(*params, common, summary);
   };

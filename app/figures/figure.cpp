@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "app/figures/gnuplot.hpp"
-#include "app/files/output_files.hpp"
 #include "app/recordings/ordered_work.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
@@ -76,17 +75,8 @@ std::string GnuplotQuote(std::string_view text) {
   return quoted + "'";
 }
 
-FigureFolder::FigureFolder(fs::path folder) : folder_(std::move(folder)) {
-  std::error_code ignored;
-  if (!fs::is_directory(folder_, ignored)) {
-    if (fs::exists(folder_, ignored)) {
-      throw InputError(
-          fmt::format("{}: is a file, must be a folder for figures", folder_.string()));
-    }
-    files::CheckOutputFiles({folder_.has_filename() ? folder_ : folder_.parent_path()});
-  } else {
-    files::CheckOutputFiles({folder_ / "figure"});
-  }
+FigureFolder::FigureFolder(fs::path folder, files::Existing existing) : folder_(std::move(folder)) {
+  files::CheckOutputFolder(folder_, existing);
   if (!FindGnuplot()) {
     throw RunError(
         "gnuplot, which draws figures, is not installed; install it by "

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/figures/gnuplot.hpp"
+#include "app/files/output_files.hpp"
 
 namespace ceilmap::figures {
 
@@ -36,9 +37,11 @@ std::string GnuplotQuote(std::string_view text);
 class FigureFolder {
  public:
   /// Checks before the work that figures can be drawn. Creates no files.
-  /// @throws InputError when the folder cannot be created or written; RunError when gnuplot is not
-  /// installed.
-  explicit FigureFolder(std::filesystem::path folder);
+  /// @param existing  Whether files of a folder that is not empty may be replaced.
+  /// @throws InputError when the folder cannot be created or written, or must not be used; RunError
+  /// when gnuplot is not installed.
+  explicit FigureFolder(std::filesystem::path folder,
+                        files::Existing existing = files::Existing::kReplace);
 
   /// Writes script and data and draws the figure; replaces files of the same name.
   /// @throws RunError when gnuplot fails (with its message and the path of the script) or the disk

@@ -11,7 +11,9 @@ namespace fs = std::filesystem;
 
 namespace ceilmap::files {
 
-void CheckOutputFiles(const std::vector<fs::path>& targets) {
+void CheckOutputFiles(const std::vector<fs::path>& targets,
+                      Existing existing,
+                      const fs::path& changed) {
   std::set<fs::path> seen;
   for (const fs::path& target : targets) {
     if (target.empty()) continue;
@@ -27,7 +29,30 @@ void CheckOutputFiles(const std::vector<fs::path>& targets) {
       throw InputError(
           fmt::format("{}: is given for two results; give two different files", target.string()));
     }
+    if (existing == Existing::kRefuse && target != changed && fs::exists(target, ignored)) {
+      throw InputError(fmt::format(
+          "{}: exists already; give --force to replace it, or another name", target.string()));
+    }
   }
+}
+
+void CheckOutputFolder(const fs::path& folder, Existing existing) {
+  std::error_code ignored;
+  if (!fs::exists(folder, ignored)) {
+    CheckOutputFiles({folder.has_filename() ? folder : folder.parent_path()}, existing);
+    return;
+  }
+  if (!fs::is_directory(folder, ignored)) {
+    throw InputError(
+        fmt::format("{}: is a file, must be a folder; give another name", folder.string()));
+  }
+  if (existing == Existing::kRefuse && !fs::is_empty(folder, ignored)) {
+    throw InputError(fmt::format(
+        "{}: holds files already; give --force to replace those of the same names, or name a new "
+        "folder",
+        folder.string()));
+  }
+  const AtomicFile probe(folder / "result");  // throws if the folder cannot be written to
 }
 
 namespace {

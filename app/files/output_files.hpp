@@ -10,11 +10,21 @@
 
 namespace ceilmap::files {
 
+/// Whether results may replace files that exist (--force).
+enum class Existing { kRefuse, kReplace };
+
 /// Checks before a long run that its results can be stored. Empty paths are skipped; no files
 /// remain.
+/// @param changed  The target that the run changes, which may exist in any case; empty: none.
 /// @throws InputError when a folder does not exist or cannot be written to, a target exists but is
-/// not a regular file, or two targets are the same file.
-void CheckOutputFiles(const std::vector<std::filesystem::path>& targets);
+/// not a regular file or must not be replaced, or two targets are the same file.
+void CheckOutputFiles(const std::vector<std::filesystem::path>& targets,
+                      Existing existing,
+                      const std::filesystem::path& changed = {});
+
+/// Checks the same of a folder for results: it must be new or empty, or its files may be replaced.
+/// @throws InputError
+void CheckOutputFolder(const std::filesystem::path& folder, Existing existing);
 
 /// Writes a text to a file that becomes visible with Commit().
 /// @throws RunError when the disk cannot be written.

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "app/reports/page_parts.hpp"
-#include "app/reports/report_folder.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
 
@@ -32,8 +31,7 @@ ServerAddress AddressOf(const WatchOptions& options) {
 }  // namespace
 
 void WatchOptions::AddTo(CLI::App& cli, const std::string& group) {
-  cli.add_option(
-         "--report", report, "Folder for a page (index.html), figures and tables; new or empty")
+  cli.add_option("--report", report, "Folder for a page (index.html), figures and tables")
       ->type_name("DIR")
       ->group(group);
   cli.add_flag("--live",
@@ -48,8 +46,8 @@ void WatchOptions::AddTo(CLI::App& cli, const std::string& group) {
       ->group(group);
 }
 
-void WatchOptions::Check() const {
-  if (!report.empty()) reports::CheckReportFolder(report);
+void WatchOptions::Check(files::Existing existing) const {
+  if (!report.empty()) files::CheckOutputFolder(report, existing);
   if (Live()) AddressOf(*this);
 }
 

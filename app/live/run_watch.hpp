@@ -7,6 +7,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "app/files/output_files.hpp"
 #include "app/live/live_page.hpp"
 #include "app/reports/run_report.hpp"
 #include "app/terminal/summary.hpp"
@@ -26,7 +27,7 @@ struct WatchOptions {
 
   void AddTo(CLI::App& cli, const std::string& group);
   /// Checks the options before the run. @throws InputError
-  void Check() const;
+  void Check(files::Existing existing) const;
   [[nodiscard]] bool Live() const { return live || !live_at.empty(); }
 };
 

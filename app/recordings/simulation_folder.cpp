@@ -64,19 +64,21 @@ std::string ReplaceSeed(const std::string& text, std::uint64_t seed) {
 
 }  // namespace
 
-SimulationFolder::SimulationFolder(fs::path folder, RecordingFormat format, bool replace)
+SimulationFolder::SimulationFolder(fs::path folder,
+                                   RecordingFormat format,
+                                   files::Existing existing)
     : folder_(std::move(folder)), format_(format) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();  // DIR/
   std::error_code error;
   if (fs::is_directory(folder_, error)) {
-    RefuseEarlier(replace);
-    files::CheckOutputFiles({folder_ / kTextNames.front()});
+    RefuseEarlier(existing);
+    files::CheckOutputFiles({folder_ / kTextNames.front()}, files::Existing::kReplace);
   } else {
     if (fs::exists(folder_, error)) {
       throw InputError(
           fmt::format("{}: exists and is not a folder; name another", folder_.string()));
     }
-    files::CheckOutputFiles({folder_});  // its parent folder
+    files::CheckOutputFiles({folder_}, files::Existing::kRefuse);  // its parent folder
     made_ = fs::create_directory(folder_, error);
     if (error) {
       throw InputError(fmt::format(
@@ -85,15 +87,15 @@ SimulationFolder::SimulationFolder(fs::path folder, RecordingFormat format, bool
   }
 }
 
-void SimulationFolder::RefuseEarlier(bool replace) const {
+void SimulationFolder::RefuseEarlier(files::Existing existing) const {
   std::vector<fs::path> names(kTextNames.begin(), kTextNames.end());
   const std::vector<fs::path> images = ImageNames();
   names.insert(names.end(), images.begin(), images.end());
   std::error_code ignored;
   for (const fs::path& name : names) {
-    if (replace || !fs::exists(folder_ / name, ignored)) continue;
+    if (existing == files::Existing::kReplace || !fs::exists(folder_ / name, ignored)) continue;
     throw InputError(
-        fmt::format("{}: holds {} already; name another folder, or replace it by --force",
+        fmt::format("{}: holds {} already; give --force to replace it, or another name",
                     folder_.string(),
                     name.string()));
   }

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/files/output_files.hpp"
 #include "app/recordings/recording_writer.hpp"
 
 namespace ceilmap::recordings {
@@ -29,10 +30,10 @@ class SimulationFolder {
   };
 
   /// Creates the folder if it is missing; without Commit() the destructor removes it again.
-  /// @param replace  Commit() may replace an earlier recording in the folder.
+  /// @param existing  Whether Commit() may replace an earlier recording in the folder.
   /// @throws InputError when the folder cannot be created or written, or contains a recording that
   /// must not be replaced.
-  SimulationFolder(std::filesystem::path folder, RecordingFormat format, bool replace);
+  SimulationFolder(std::filesystem::path folder, RecordingFormat format, files::Existing existing);
   ~SimulationFolder();
   SimulationFolder(const SimulationFolder&) = delete;
   SimulationFolder& operator=(const SimulationFolder&) = delete;
@@ -47,7 +48,7 @@ class SimulationFolder {
                                             const Texts& texts);
 
  private:
-  void RefuseEarlier(bool replace) const;
+  void RefuseEarlier(files::Existing existing) const;
 
   std::filesystem::path folder_;
   RecordingFormat format_;

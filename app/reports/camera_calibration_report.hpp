@@ -27,7 +27,7 @@ std::vector<ReportTable> CameraTables(const calibration::CameraCalibration& cali
 /// Writes index.html, tables.md, metrics.json, figures of residuals, coverage and views, and an
 /// image before and after rectification. Without gnuplot there are no figures, and a warning is
 /// printed.
-/// @param folder  Already checked by CheckReportFolder. @return all files.
+/// @param folder  Already checked by files::CheckOutputFolder. @return all files.
 /// @throws RunError when the disk cannot be written.
 std::vector<std::filesystem::path> WriteCameraReport(
     const std::filesystem::path& folder, const calibration::CameraCalibration& calibration);

@@ -6,6 +6,12 @@
 
 namespace ceilmap::reports {
 
+Coverage CoverageOf(const LocalizeResult& result) {
+  Coverage coverage = CoverageOf(result.report, result.stamps, result.sensors);
+  coverage.has_start = result.has_start;
+  return coverage;
+}
+
 void Summarize(const LocalizeResult& result, terminal::Summary& summary) {
   const localization::LocalizerReport& report = result.report;
   summary.frames = report.frames;
@@ -18,17 +24,18 @@ void Summarize(const LocalizeResult& result, terminal::Summary& summary) {
   const auto or_null = [](const auto& value) {
     return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
   };
-  summary.quality = {{"tracking", report.tracking},
-                     {"relocalized", report.relocalized},
-                     {"ambiguous", report.ambiguous},
-                     {"lost", report.lost},
-                     {"dropped", result.reading.dropped},
-                     {"searches", report.searches},
-                     {"first_placed_frame", or_null(result.first_placed_frame)},
-                     {"scale", or_null(report.scale)},
-                     {"mean_sigma_m", result.mean_sigma_m},
-                     {"path", result.path_m},
-                     {"latency_ms", or_null(result.latency_ms)}};
+  Summarize(CoverageOf(result), summary.quality);
+  summary.quality.update({{"tracking", report.tracking},
+                          {"relocalized", report.relocalized},
+                          {"ambiguous", report.ambiguous},
+                          {"lost", report.lost},
+                          {"dropped", result.reading.dropped},
+                          {"searches", report.searches},
+                          {"first_placed_frame", or_null(result.first_placed_frame)},
+                          {"scale", or_null(report.scale)},
+                          {"mean_sigma_m", result.mean_sigma_m},
+                          {"path", result.path_m},
+                          {"latency_ms", or_null(result.latency_ms)}});
   Summarize(result.sensors, summary);
 }
 
@@ -38,10 +45,7 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   const double rate = result.seconds > 0 ? frames / result.seconds : 0;
   const auto count = [](std::int64_t n) { return fmt::format("{}", n); };
   terminal::Table table;
-  table.AddRow({"frames", count(report.frames)});
-  table.AddRow({"placed",
-                count(result.Placed()),
-                fmt::format("{:.1f} %", 100 * static_cast<double>(result.Placed()) / frames)});
+  table.AddRow({"on the map", ToString(CoverageOf(result))});
   if (result.first_placed_s) {
     table.AddRow({"found", fmt::format("{:.2f}", *result.first_placed_s), "s after the start"});
   }
@@ -51,7 +55,7 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   table.AddRow({"ambiguous", count(report.ambiguous)});
   table.AddRow({"lost", count(report.lost)});
   if (result.reading.dropped > 0) {
-    table.AddRow({"dropped", count(result.reading.dropped), "frames of a live source"});
+    table.AddRow({"dropped", count(result.reading.dropped), "more frames of a live source"});
   }
   AddRows(result.sensors, table);
   if (report.scale) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/recordings/frame_source.hpp"
+#include "app/reports/coverage.hpp"
 #include "app/reports/sensor_report.hpp"
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
@@ -17,6 +18,8 @@ struct LocalizeResult {
   SensorResult sensors;
   localization::LocalizerReport report;
   recordings::FrameSourceReport reading;
+  recordings::StampOrigin stamps = recordings::StampOrigin::kStampsFile;
+  bool has_start = false;                ///< by --start
   std::optional<double> first_placed_s;  ///< after the first frame
   std::optional<std::int64_t> first_placed_frame;
   double path_m = 0;        ///< sum of distances between placed frames
@@ -27,6 +30,8 @@ struct LocalizeResult {
 
   [[nodiscard]] std::int64_t Placed() const { return report.tracking + report.relocalized; }
 };
+
+Coverage CoverageOf(const LocalizeResult& result);
 
 /// Frames, stages and quality for --summary.
 void Summarize(const LocalizeResult& result, terminal::Summary& summary);

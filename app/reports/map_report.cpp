@@ -8,43 +8,51 @@
 
 namespace ceilmap::reports {
 
-void Summarize(const MapResult& result,
-               const recordings::FrameSourceReport& reading,
-               const std::string& unit,
-               terminal::Summary& summary) {
+void Summarize(const MapResult& result, const std::string& unit, terminal::Summary& summary) {
   const mapping::MapperReport& report = result.map.report;
   summary.frames = report.frames;
   summary.interrupted = terminal::Interrupted();
-  summary.stages_ms = {{"decode", reading.decode_ms},
+  summary.stages_ms = {{"decode", result.reading.decode_ms},
                        {"rectify", report.rectify_ms},
                        {"register", report.register_ms},
                        {"keyframe", report.keyframe_ms},
                        {"loops", report.loop_ms},
                        {"optimize", report.optimize_ms},
                        {"mosaic", report.mosaic_ms}};
-  summary.quality = {{"tracked", report.tracked},
-                     {"lost", report.lost},
-                     {"ambiguous", report.ambiguous},
-                     {"without_texture", report.without_texture},
-                     {"dropped", reading.dropped},
-                     {"unconnected", report.unconnected},
-                     {"keyframes", report.keyframes},
-                     {"loops", ToJson(report.quality.loops)},
-                     {"chi2_per_dof", report.quality.chi2_per_dof},
-                     {"loop_rms", report.quality.loop_rms},
-                     {"weak_spots", ToJson(result.map.weak_spots)},
-                     {"median_peak", report.median_peak},
-                     {"path", report.path},
-                     {"map_width_px", report.grid.width_px},
-                     {"map_height_px", report.grid.height_px},
-                     {"map_resolution", report.grid.resolution},
-                     {"unit", unit}};
+  Summarize(CoverageOf(result), summary.quality);
+  summary.quality.update({{"tracked", report.tracked},
+                          {"lost", report.lost},
+                          {"ambiguous", report.ambiguous},
+                          {"without_texture", report.without_texture},
+                          {"dropped", result.reading.dropped},
+                          {"unconnected", report.unconnected},
+                          {"keyframes", report.keyframes},
+                          {"loops", ToJson(report.quality.loops)},
+                          {"chi2_per_dof", report.quality.chi2_per_dof},
+                          {"loop_rms", report.quality.loop_rms},
+                          {"weak_spots", ToJson(result.map.weak_spots)},
+                          {"median_peak", report.median_peak},
+                          {"path", report.path},
+                          {"map_width_px", report.grid.width_px},
+                          {"map_height_px", report.grid.height_px},
+                          {"map_resolution", report.grid.resolution},
+                          {"unit", unit}});
   Summarize(result.sensors, summary);
 }
 
-void WarnOfParts(const MapResult& result) {
+Coverage CoverageOf(const MapResult& result) {
+  return CoverageOf(result.map.report, result.stamps, result.sensors);
+}
+
+void ReportCoverage(const MapResult& result,
+                    const std::string& source,
+                    terminal::Summary& summary) {
+  const Coverage coverage = CoverageOf(result);
+  summary.failure = CoverageFailure(coverage, source);
+  const std::optional<std::string> warning = CoverageWarning(coverage);
+  if (warning) terminal::PrintWarning(*warning);
   const std::int64_t frames = result.map.report.unconnected;
-  if (frames == 0) return;
+  if (frames == 0 || warning || !summary.failure.empty()) return;
   terminal::PrintWarning(fmt::format(
       "{} frames are left out: the robot was lost before them, and they are not connected to the "
       "rest; drive where the ceilings overlap, or map that part separately",
@@ -57,14 +65,21 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
   const int decimals = unit == "m" ? 3 : 1;
   const store::MosaicGrid& grid = report.grid;
   terminal::Table table;
-  table.AddRow({"frames", fmt::format("{}", report.frames)});
-  table.AddRow({"tracked", fmt::format("{}", report.tracked)});
-  table.AddRow({"lost", fmt::format("{}", report.lost)});
+  table.AddRow({"on the map", ToString(CoverageOf(result))});
+  table.AddRow({"lost",
+                fmt::format("{}", report.lost),
+                report.without_texture > 0
+                    ? fmt::format("{} of them without texture", report.without_texture)
+                    : ""});
   table.AddRow({"ambiguous", fmt::format("{}", report.ambiguous)});
   if (report.unconnected > 0) {
     table.AddRow({"unconnected",
                   fmt::format("{}", report.unconnected),
                   "of a part that is not connected to the map; left out"});
+  }
+  if (result.reading.dropped > 0) {
+    table.AddRow(
+        {"dropped", fmt::format("{}", result.reading.dropped), "more frames of a live source"});
   }
   AddRows(result.sensors, table);
   table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/recordings/frame_source.hpp"
+#include "app/reports/coverage.hpp"
 #include "app/reports/sensor_report.hpp"
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
@@ -15,17 +16,19 @@ namespace ceilmap::reports {
 /// Results of a mapping run.
 struct MapResult {
   mapping::MappingResult map;
+  recordings::FrameSourceReport reading;
+  recordings::StampOrigin stamps = recordings::StampOrigin::kStampsFile;
   SensorResult sensors;
 };
+Coverage CoverageOf(const MapResult& result);
 
 /// Frames, stages and quality for --summary. @param unit  of the map, "m" or "px".
-void Summarize(const MapResult& result,
-               const recordings::FrameSourceReport& reading,
-               const std::string& unit,
-               terminal::Summary& summary);
+void Summarize(const MapResult& result, const std::string& unit, terminal::Summary& summary);
 
-/// Prints a warning when frames are left out of the map because they are not connected to it.
-void WarnOfParts(const MapResult& result);
+/// Of frames that are not on the map: prints CoverageWarning, or a warning when frames are not
+/// connected to the map; sets summary.failure (CoverageFailure).
+/// @param source  Name of the recording.
+void ReportCoverage(const MapResult& result, const std::string& source, terminal::Summary& summary);
 
 /// Prints the table of a run.
 terminal::Table FactsOf(const MapResult& result, const std::string& unit, double seconds);

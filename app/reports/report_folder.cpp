@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <memory>
 #include <system_error>
 
 #include "app/files/output_files.hpp"
@@ -11,34 +12,29 @@ namespace fs = std::filesystem;
 
 namespace ceilmap::reports {
 
-void CheckReportFolder(const fs::path& folder) {
-  std::error_code ignored;
-  if (fs::is_directory(folder, ignored) && fs::is_empty(folder, ignored)) return;
-  if (fs::exists(folder, ignored)) {
-    throw InputError(
-        fmt::format("{}: exists and is not an empty folder; name a new one", folder.string()));
-  }
-  files::CheckOutputFiles({folder.has_filename() ? folder : folder.parent_path()});
-}
-
 std::vector<fs::path> WriteReport(const fs::path& folder, const std::vector<ReportFile>& files) {
   std::error_code error;
   const bool created = fs::create_directory(folder, error);
   if (error) {
     throw RunError(fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
   }
-  std::vector<fs::path> done;
+  std::vector<std::unique_ptr<AtomicFile>> targets;
   try {
     for (const ReportFile& file : files) {
-      files::WriteFileAtomically(folder / file.name, file.text);
-      done.push_back(folder / file.name);
+      targets.push_back(std::make_unique<AtomicFile>(folder / file.name));
+      files::WriteText(*targets.back(), file.text);
     }
   } catch (...) {
-    for (const fs::path& file : done) fs::remove(file, error);
+    targets.clear();
     if (created) fs::remove(folder, error);
     throw;
   }
-  return done;
+  std::vector<fs::path> names;
+  for (const auto& target : targets) {
+    target->Commit();
+    names.push_back(target->Target());
+  }
+  return names;
 }
 
 }  // namespace ceilmap::reports

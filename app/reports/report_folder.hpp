@@ -12,12 +12,8 @@ struct ReportFile {
   std::string text;
 };
 
-/// Checks before the work that a report can be stored. The folder must be new or empty, so that a
-/// report never replaces or joins other files.
-/// @throws InputError
-void CheckReportFolder(const std::filesystem::path& folder);
-
-/// Writes all of the files or none, into a folder that is created if missing.
+/// Writes all of the files or none, into a folder that is created if missing. Files of the same
+/// names are replaced (files::CheckOutputFolder before the work).
 /// @return their paths. @throws RunError when the disk cannot be written.
 std::vector<std::filesystem::path> WriteReport(const std::filesystem::path& folder,
                                                const std::vector<ReportFile>& files);

@@ -23,8 +23,8 @@ std::string RigHeader(const RigFindings& result);
 
 /// @param before  The initial rig.
 void Summarize(const calib::Rig& before, const RigFindings& result, terminal::Summary& summary);
-/// Writes figures, mosaics and tables into a folder that was checked by CheckReportFolder. Without
-/// gnuplot there are no figures, and a warning is printed.
+/// Writes figures, mosaics and tables into a folder that was checked by files::CheckOutputFolder.
+/// Without gnuplot there are no figures, and a warning is printed.
 void WriteRigReport(const std::filesystem::path& folder,
                     const calib::Rig& before,
                     const RigFindings& result,

@@ -31,7 +31,7 @@ ReportTable FactsTable(const std::string& title, const terminal::Table& facts);
 
 /// Writes index.html (the page), metrics.json, tables.md, tables.tex and figures/. Without gnuplot
 /// there are no figures, and a warning is printed.
-/// @param folder  Checked by CheckReportFolder before the run. @param page  The page.
+/// @param folder  Checked by files::CheckOutputFolder before the run. @param page  The page.
 /// @param summary  The files are added to it; its results are those of metrics.json.
 /// @throws RunError when the disk cannot be written.
 void WriteRunReport(const std::filesystem::path& folder,

@@ -4,29 +4,14 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <set>
+
+#include "calib/base/similar_word.hpp"
 
 namespace ceilmap {
 namespace {
 
 constexpr std::string_view kWhat = "a settings file";
-
-/// Levenshtein's distance.
-std::size_t EditDistance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
-    }
-  }
-  return row.back();
-}
 
 std::string_view LastName(std::string_view key) {
   const std::size_t dot = key.rfind('.');

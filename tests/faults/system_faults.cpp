@@ -192,8 +192,9 @@ SystemResult TwoWriters(const Lab& lab) {
   const Target target(lab);
   const Feed feed(lab.Folder() / "pipe", target.Shots());
   const fs::path map = target.Map();
-  ChildProcess first({CEILMAP_EXE, "map", "--rig=mapped.yaml", "--up=pipe", "-o", map.string()},
-                     lab.Folder().string());
+  ChildProcess first(
+      {CEILMAP_EXE, "map", "--rig=mapped.yaml", "--up=pipe", "-o", map.string(), "--force"},
+      lab.Folder().string());
   // It writes from then on, and for as long as there are images.
   const fs::path partial = map.parent_path() / ".m.gpkg.partial";
   std::error_code ignored;
@@ -222,6 +223,7 @@ SystemResult ReplacedWhileRead(const Lab& lab) {
                        "--up=pipe",
                        "-o",
                        "t.tum",
+                       "--force",
                        "--verbose"},
                       lab.Folder().string());
   (void)reader.WaitForErr("s: tracking");

@@ -126,7 +126,8 @@ class CalibrateRigTest : public testing::Test {
                                        "--straight=" + straight,
                                        "--summary=s.json",
                                        "-o",
-                                       "new.yaml"};
+                                       "new.yaml",
+                                       "--force"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return Run(arguments);
   }

@@ -189,10 +189,10 @@ class CompassCommand : public testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
-  /// Learns kLearn into a model.
+  /// Learns kLearn into a model, which is replaced.
   void Learn(const std::string& model, const std::vector<std::string>& more = {}) const {
     std::vector<std::string> arguments =
-        Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", model});
+        Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", model, "--force"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     const support::ProcessResult result = Run(arguments);
     ASSERT_EQ(result.exit_code, 0) << result.err;

@@ -4,6 +4,7 @@ ceilmap_add_test(commands_test
     ${CMAKE_CURRENT_LIST_DIR}/bad_input_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/commands_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/evaluate_command_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/help_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/localize_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/report_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/rig_command_test.cpp

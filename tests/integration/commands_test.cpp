@@ -95,7 +95,8 @@ TEST(Map, FromAVideoInMetres) {
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(test.out.Names(),
               UnorderedElementsAre("m.gpkg", "t.tum", "t0.tum", "m.png", "s.json"));
-  for (const char* text : {"frames", "keyframes", "path", "1.455", "frames/s", "written m.gpkg"}) {
+  for (const char* text :
+       {"24 of 24 frames (100 %)\n", "keyframes", "path", "1.455", "frames/s", "written m.gpkg"}) {
     EXPECT_THAT(result.out, HasSubstr(text));
   }
   ExpectStraightPath(test.out / "t.tum", 0.01, 100, 0.1);
@@ -104,6 +105,8 @@ TEST(Map, FromAVideoInMetres) {
   const auto summary = nlohmann::json::parse(ReadAll(test.out / "s.json"));
   EXPECT_EQ(summary["command"], "map");
   EXPECT_EQ(summary["frames"], kFrames);
+  EXPECT_EQ(summary["quality"]["on_map"], kFrames);
+  EXPECT_EQ(summary["quality"]["on_map_ratio"], 1);
   EXPECT_EQ(summary["quality"]["tracked"], kFrames);
   EXPECT_EQ(summary["quality"]["unit"], "m");
   EXPECT_EQ(summary["files"].size(), 4U);
@@ -113,6 +116,87 @@ TEST(Map, FromAVideoInMetres) {
   const cv::Size size = MosaicSize(test.out / "m.gpkg");
   EXPECT_NEAR(image.cols, size.width, 2);
   EXPECT_NEAR(image.rows, size.height, 2);
+}
+
+/// The first `seen` images of a recording, then uniform grey.
+std::vector<cv::Mat> ImagesThatEndInGrey(int seen) {
+  std::vector<cv::Mat> images = CeilingImages();
+  for (std::size_t i = static_cast<std::size_t>(seen); i < images.size(); ++i) {
+    images[i] = cv::Mat(kImageSize, CV_8UC1, cv::Scalar(90));
+  }
+  return images;
+}
+
+TEST(Map, WarnsWhenLessThanHalfIsOnIt) {
+  const Recordings test;
+  support::WriteImages(test.in / "grey", ImagesThatEndInGrey(8));
+  const support::ProcessResult result =
+      test.Run({"map", "--up=@grey", "--stamps=@stamps.csv", "-o", "m.gpkg"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err,
+            "ceilmap: no --rig: lengths are in pixels of the recording, not in metres\n"
+            "ceilmap: warning: only 8 of 24 frames (33 %) are on the map: 16 show no texture: "
+            "dark, uniform, covered or out of focus; light the room, focus on the ceiling, and "
+            "look at the images\n");
+  EXPECT_THAT(result.out, testing::MatchesRegex("on the map +8 of 24 frames \\(33 %\\)\n(.|\n)*"));
+}
+
+TEST(Map, FailsWhenLessThanATenthIsOnItButKeepsTheFiles) {
+  const Recordings test;
+  support::WriteImages(test.in / "grey", ImagesThatEndInGrey(2));
+  const support::ProcessResult result = test.Run({"map",
+                                                  "--rig=@rig.yaml",
+                                                  "--tilt=none",
+                                                  "--up=@grey",
+                                                  "--stamps=@stamps.csv",
+                                                  "-o",
+                                                  "m.gpkg",
+                                                  "--trajectory=t.tum",
+                                                  "--summary=s.json",
+                                                  "--report=report"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.err,
+            "ceilmap: " + (test.in / "grey").string() +
+                ": only 2 of 24 frames (8 %) are on the map: 22 show no texture: dark, uniform, "
+                "covered or out of focus; light the room, focus on the ceiling, and look at the "
+                "images\n");
+  EXPECT_THAT(result.out, testing::MatchesRegex("on the map +2 of 24 frames \\(8 %\\)\n(.|\n)*"));
+  EXPECT_THAT(test.out.Names(), UnorderedElementsAre("m.gpkg", "t.tum", "s.json", "report"));
+  const auto summary = nlohmann::json::parse(ReadAll(test.out / "s.json"));
+  EXPECT_EQ(summary["quality"]["on_map"], 2);
+}
+
+TEST(Map, ReplacesAnExistingFileOnlyByForce) {
+  const Recordings test;
+  std::vector<std::string> arguments{
+      "map", "--rig=@rig.yaml", "--up=@run.avi", "--stamps=@stamps.csv", "-o", "m.gpkg"};
+  ASSERT_EQ(test.Run(arguments).exit_code, 0);
+  const std::string before = ReadAll(test.out / "m.gpkg");
+  const support::ProcessResult refused = test.Run(arguments);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(refused.err,
+            "ceilmap: m.gpkg: exists already; give --force to replace it, or another name\n");
+  EXPECT_EQ(ReadAll(test.out / "m.gpkg"), before);
+  std::vector<std::string> forced = arguments;
+  forced.insert(forced.end(), {"--trajectory=t.tum", "--force"});
+  EXPECT_EQ(test.Run(forced).exit_code, 0);
+  EXPECT_THAT(test.out.Names(), UnorderedElementsAre("m.gpkg", "t.tum"));
+  EXPECT_NE(ReadAll(test.out / "m.gpkg"), before) << "its provenance is another";
+}
+
+TEST(Map, AppendingNeedsNoForce) {
+  const Recordings test;
+  std::vector<std::string> arguments{
+      "map", "--rig=@rig.yaml", "--up=@run.avi", "--stamps=@stamps.csv", "-o", "m.gpkg"};
+  ASSERT_EQ(test.Run(arguments).exit_code, 0);
+  arguments.emplace_back("--append");
+  const support::ProcessResult result = test.Run(arguments);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("24 of 24 frames (100 %)\n"));
+  test.out.Write("t.tum", "of an earlier run");
+  arguments.emplace_back("--trajectory=t.tum");
+  EXPECT_EQ(test.Run(arguments).err,
+            "ceilmap: t.tum: exists already; give --force to replace it, or another name\n");
 }
 
 TEST(Map, FromImagesInPixelsSaysSo) {

@@ -46,7 +46,7 @@ class CompassTest : public CompassCommand {
   /// Asks a model about kAgain. @return the mean error, rad.
   [[nodiscard]] double AskAgain(const std::string& model,
                                 const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> options = {"-o", "h.csv", "--summary=s.json"};
+    std::vector<std::string> options = {"-o", "h.csv", "--summary=s.json", "--force"};
     options.insert(options.end(), more.begin(), more.end());
     const support::ProcessResult result = Run(Of({"query", model}, "again", options));
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -95,10 +95,11 @@ TEST_F(CompassTest, ErrorsAgainstTheTruthAreAbsolute) {
   EXPECT_NEAR(std::stod(first[table.Column("true_heading_deg")]), kAgain.first_deg, 1e-3);
   // Against a truth that is turned, all is wrong by that turn.
   in_.Write("turned.tum", kAgain.Poses(30));
-  ASSERT_EQ(
-      Run(Of({"query", "m"}, "again", {"--truth=@turned.tum", "-o", "h.csv", "--summary=s.json"}))
-          .exit_code,
-      0);
+  ASSERT_EQ(Run(Of({"query", "m"},
+                   "again",
+                   {"--truth=@turned.tum", "-o", "h.csv", "--summary=s.json", "--force"}))
+                .exit_code,
+            0);
   EXPECT_NEAR(SummaryOf("s.json")["quality"]["errors"]["signed_mean_deg"].get<double>(), -30, 5);
 }
 
@@ -130,7 +131,8 @@ TEST_F(CompassTest, UpdateAndMergeFillAModel) {
   Record("rest", rest);
   Record("asked", asked);
   const auto ask = [&](const char* model) {
-    const support::ProcessResult result = Run(Of({"query", model}, "asked", {"-o", "h.csv"}));
+    const support::ProcessResult result =
+        Run(Of({"query", model}, "asked", {"-o", "h.csv", "--force"}));
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return MeanErrorRad("h.csv", asked);
   };
@@ -185,7 +187,7 @@ TEST_F(CompassTest, FramesThatCannotBeUsedAreCounted) {
   // Poses of the first frames only.
   in_.Write("short.tum", Turn{40, 0, 4, 1000}.Poses());
   const support::ProcessResult few =
-      Run(Of({"learn"}, "learn", {"--poses=@short.tum", "-o", "m", "--summary=s.json"}));
+      Run(Of({"learn"}, "learn", {"--poses=@short.tum", "-o", "m", "--summary=s.json", "--force"}));
   EXPECT_EQ(few.exit_code, 0) << few.err;
   EXPECT_EQ(few.err, "ceilmap: warning: 50 of 90 frames have no pose within 0.05 s\n");
   EXPECT_EQ(SummaryOf("s.json")["quality"]["used"], 40);
@@ -212,7 +214,7 @@ TEST_F(CompassTest, HasLowConfidenceForColoursInAnotherOrder) {
   WriteColourVideo(in_ / "swapped.avi", swapped);
   in_.Write("swapped.csv", kAgain.Stamps());
   const support::ProcessResult result =
-      Run(Of({"query", "m"}, "swapped", {"-o", "h.csv", "--summary=s.json"}));
+      Run(Of({"query", "m"}, "swapped", {"-o", "h.csv", "--summary=s.json", "--force"}));
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_GT(SummaryOf("s.json")["quality"]["mean_sigma_deg"].get<double>(), 3 * usual_deg);
   const auto headings = files::ReadHeadings(out_ / "h.csv");
@@ -249,6 +251,7 @@ TEST_F(CompassTest, ALiveQuestionEndsWithWhatItHas) {
                                        "--forward=@pipe.mjpeg",
                                        "-o",
                                        "h.csv",
+                                       "--force",
                                        "--verbose"}),
                               out_.Path());
   EXPECT_TRUE(child.WaitForErr("frame 20 at"));
@@ -276,6 +279,7 @@ TEST_F(CompassTest, LearningEndsWithWhatItHas) {
                                        "--poses=@still.tum",
                                        "-o",
                                        "m",
+                                       "--force",
                                        "--verbose"}),
                               out_.Path());
   EXPECT_TRUE(child.WaitForErr("frame 20 at"));

@@ -173,7 +173,7 @@ TEST_F(Durability, OfAMapThatIsMerged) {
   (void)Make(sites_.MapArguments("second", "b.gpkg"), "b.gpkg");
   Replacing command;
   command.old_map = Make(sites_.MapArguments("elsewhere", "old.gpkg"), "old.gpkg");
-  command.arguments = {"merge", "a.gpkg", "b.gpkg", "-o", kTarget};
+  command.arguments = {"merge", "a.gpkg", "b.gpkg", "-o", kTarget, "--force"};
   command.poses = Sites::kFirst + Sites::kSecond;
   Survive(command);
 }

@@ -57,6 +57,7 @@ TEST_F(HeadingCommand, EveryMethodAndUnwrapping) {
                                                  "-o",
                                                  "h.csv",
                                                  "--summary=s.json",
+                                                 "--force",
                                                  "--quiet"});
       EXPECT_EQ(result.exit_code, 0) << result.err;
       EXPECT_EQ(result.out, "");
@@ -181,7 +182,9 @@ TEST_F(HeadingCommand, DrawsHeadingsErrorsAndDistances) {
   const files::CsvTable distances = files::ReadCsv(out_ / "plots/distance-5.csv");
   EXPECT_EQ(distances.rows.size(), 360U);
   // The last frame, unless another is asked for.
-  EXPECT_EQ(Run({"--panorama=@panoramas", "-o", "h.csv", "--plot=others", "--quiet"}).exit_code, 0);
+  EXPECT_EQ(Run({"--panorama=@panoramas", "-o", "h.csv", "--plot=others", "--force", "--quiet"})
+                .exit_code,
+            0);
   EXPECT_THAT(support::NamesIn(out_ / "others"), Contains("distance-15.svg"));
 }
 

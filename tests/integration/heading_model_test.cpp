@@ -103,7 +103,7 @@ TEST_F(HeadingModel, AnAccurateHeadingExcludesPlaces) {
             static_cast<std::size_t>(kFrames - kTurning - 3));
   const support::ProcessResult result = Localize(std::numbers::pi / 2);
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr("none of its 24 frames could be placed"));
+  EXPECT_THAT(result.err, HasSubstr("none of its 24 frames is on the map"));
 }
 
 TEST_F(HeadingModel, NeedsAForwardCameraAndAModelAndNoOtherHeadings) {

@@ -63,7 +63,7 @@ TEST_F(LocalizeCommand, FindsAndFollows) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(test_.out.Names(), UnorderedElementsAre("t.tum", "t0.tum", "s.csv", "s.json"));
-  for (const char* text : {"placed", "found", "sigma", "frames/s", "written t.tum"}) {
+  for (const char* text : {"on the map", "found", "sigma", "frames/s", "written t.tum"}) {
     EXPECT_THAT(result.out, HasSubstr(text));
   }
   const std::vector<StampedPose> poses = files::ReadTum(test_.out / "t.tum");
@@ -97,6 +97,8 @@ TEST_F(LocalizeCommand, FindsAndFollows) {
   const auto summary = nlohmann::json::parse(support::ReadAll(test_.out / "s.json"));
   EXPECT_EQ(summary["command"], "localize");
   EXPECT_EQ(summary["frames"], kFrames);
+  EXPECT_EQ(summary["quality"]["on_map"], poses.size());
+  EXPECT_DOUBLE_EQ(summary["quality"]["on_map_ratio"], static_cast<double>(poses.size()) / kFrames);
   EXPECT_EQ(summary["quality"]["relocalized"], 1);
   EXPECT_EQ(summary["quality"]["dropped"], 0);
   EXPECT_LE(summary["quality"]["first_placed_frame"], 4);

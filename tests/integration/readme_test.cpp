@@ -14,34 +14,62 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A line that begins like this needs nothing but the repository and what the lines before it in
-/// the same file wrote.
+/// the same file wrote: it is run here.
 constexpr const char* kBuilt = "build/release/app/ceilmap";
+/// A line that begins like this needs files of the reader: a comment above it in its block, or
+/// behind it, has the mark.
 constexpr const char* kInstalled = "ceilmap";
+constexpr const char* kOwnFiles = "own files";
 
 using Words = std::vector<std::string>;
 
-/// Up to a comment.
-Words SplitWords(const std::string& line) {
-  std::istringstream stream(line);
-  Words words;
-  for (std::string word; stream >> word && word != "#";) words.push_back(word);
-  return words;
+/// A line of an indented block; continued lines are joined.
+struct Line {
+  std::string text;
+  bool own_files = false;  ///< it or a comment above it in its block has the mark
+
+  /// Up to a comment.
+  [[nodiscard]] Words SplitWords() const {
+    std::istringstream stream(text);
+    Words words;
+    for (std::string word; stream >> word && word != "#";) words.push_back(word);
+    return words;
+  }
+  [[nodiscard]] std::string FirstWord() const {
+    const Words words = SplitWords();
+    return words.empty() ? "" : words[0];
+  }
+  [[nodiscard]] bool IsCommand() const {
+    const std::string word = FirstWord();
+    return (word == kBuilt || word == kInstalled) && SplitWords().size() > 1;
+  }
+};
+
+std::vector<Line> LinesOf(const fs::path& file) {
+  std::ifstream stream(file);
+  std::vector<Line> lines;
+  bool own_files = false;
+  for (std::string text; std::getline(stream, text);) {
+    if (!text.starts_with("    ")) {
+      own_files = false;
+      continue;
+    }
+    for (std::string more; text.ends_with('\\') && std::getline(stream, more);) {
+      text.pop_back();
+      text += more;
+    }
+    text.erase(0, text.find_first_not_of(' '));
+    const bool marked = text.find(kOwnFiles) != std::string::npos;
+    own_files = own_files || (marked && text.starts_with('#'));
+    lines.push_back({text, own_files || marked});
+  }
+  return lines;
 }
 
-/// The command lines of indented blocks that begin with ceilmap; continued lines are joined.
 std::vector<Words> CommandsOf(const fs::path& file) {
-  std::ifstream stream(file);
   std::vector<Words> commands;
-  for (std::string line; std::getline(stream, line);) {
-    if (!line.starts_with("    ")) continue;
-    for (std::string more; line.ends_with('\\') && std::getline(stream, more);) {
-      line.pop_back();
-      line += more;
-    }
-    Words words = SplitWords(line);
-    if (words.size() > 1 && (words[0] == kBuilt || words[0] == kInstalled)) {
-      commands.push_back(std::move(words));
-    }
+  for (const Line& line : LinesOf(file)) {
+    if (line.IsCommand()) commands.push_back(line.SplitWords());
   }
   return commands;
 }
@@ -97,21 +125,57 @@ TEST(Readme, CommandsAndOptionsExist) {
   EXPECT_GT(commands, 50) << "of all READMEs";
 }
 
+TEST(Readme, CommandsThatAreNotRunHereAreMarked) {
+  for (const fs::path& file : Readmes()) {
+    for (const Line& line : LinesOf(file)) {
+      if (!line.IsCommand()) continue;
+      EXPECT_EQ(line.own_files, line.FirstWord() == kInstalled)
+          << file << ": " << line.text << "\nbegin it with " << kBuilt
+          << " if it runs on what the repository holds; otherwise write '# " << kOwnFiles
+          << ":' above it";
+    }
+  }
+}
+
+// Those of users; developers' scripts only have to exist.
+TEST(Readme, ScriptsExistAndStateTheirTime) {
+  const std::regex time("# .*([0-9] (s|min|h)\\b|minute|hour)");
+  const fs::path root = CEILMAP_SOURCE_DIR;
+  int scripts = 0;
+  for (const fs::path& file : Readmes()) {
+    for (const Line& line : LinesOf(file)) {
+      const std::string script = line.FirstWord();
+      if (!script.ends_with(".sh") || script.find('/') == std::string::npos) continue;
+      ++scripts;
+      EXPECT_TRUE(fs::exists(root / script)) << file << ": " << line.text;
+      if (file != root / "README.md" && file != root / "samples/README.md") continue;
+      EXPECT_TRUE(std::regex_search(line.text, time)) << file << ": " << line.text;
+    }
+  }
+  EXPECT_GT(scripts, 10) << "of all READMEs";
+}
+
 TEST(Readme, CommandsOnBundledDataRun) {
+  const std::regex assignment("[A-Z]+=.*");
   int run = 0;
   for (const fs::path& file : Readmes()) {
     const support::TestFolder folder;
     fs::create_directory_symlink(fs::path(CEILMAP_SOURCE_DIR) / "samples", folder / "samples");
-    for (Words command : CommandsOf(file)) {
-      if (command[0] != kBuilt) continue;
-      command.erase(command.begin());
-      ++run;
-      const auto result = support::RunCeilmap(command, folder.Path().string());
-      EXPECT_EQ(result.exit_code, 0) << file << ": " << testing::PrintToString(command) << '\n'
-                                     << result.err;
+    fs::create_directories((folder / kBuilt).parent_path());
+    fs::create_symlink(CEILMAP_EXE, folder / kBuilt);
+    std::string variables;
+    for (const Line& line : LinesOf(file)) {
+      const std::string word = line.FirstWord();
+      if (std::regex_match(line.text, assignment)) variables += line.text + "\n";
+      if (word != kBuilt && word != "echo") continue;
+      run += word == kBuilt ? 1 : 0;
+      const support::ProcessResult result =
+          support::ChildProcess({"/bin/sh", "-c", variables + line.text}, folder.Path().string())
+              .Wait();
+      EXPECT_EQ(result.exit_code, 0) << file << ": " << line.text << '\n' << result.err;
     }
   }
-  EXPECT_GT(run, 15) << "of all READMEs";
+  EXPECT_GT(run, 25) << "of all READMEs";
 }
 
 }  // namespace

@@ -60,12 +60,13 @@ inline std::vector<cv::Mat> ImagesFromElsewhere() {
   return images;
 }
 
-/// Arguments of a localization, the poses in `t.tum`, and more of them.
+/// Arguments of a localization, the poses in `t.tum` (replaced), and more of them.
 inline std::vector<std::string> LocalizeArguments(const std::string& map,
                                                   const std::string& rig,
                                                   const std::string& up,
                                                   const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments{"localize", map, "--rig=" + rig, "--up=" + up, "-o", "t.tum"};
+  std::vector<std::string> arguments{
+      "localize", map, "--rig=" + rig, "--up=" + up, "-o", "t.tum", "--force"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }

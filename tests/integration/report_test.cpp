@@ -64,17 +64,21 @@ TEST(RunReport, OfARobotOnAMap) {
   EXPECT_THAT(ReportFilesIn(test.out / "report"),
               ElementsAre("index.html", "metrics.json", "tables.md", "tables.tex"));
   EXPECT_THAT(ReadAll(test.out / "report/index.html"), HasSubstr("run.avi on m.gpkg"));
-  EXPECT_THAT(ReadAll(test.out / "report/tables.md"), HasSubstr("| placed |"));
+  EXPECT_THAT(ReadAll(test.out / "report/tables.md"), HasSubstr("| on the map |"));
 }
 
-TEST(RunReport, NeverReplacesAnything) {
+TEST(RunReport, ReplacesNothingWithoutForce) {
   const Recordings test;
   std::filesystem::create_directory(test.out / "report");
   test.out.Write("report/notes.txt", "mine");
   const support::ProcessResult result = test.Run(With(kMap, {"--report=report"}));
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("report: exists and is not an empty folder; name a new one"));
+  EXPECT_THAT(result.err,
+              HasSubstr("report: holds files already; give --force to replace those of the same "
+                        "names, or name a new folder"));
   EXPECT_THAT(test.out.Names(), ElementsAre("report")) << "reported before the work";
+  EXPECT_EQ(test.Run(With(kMap, {"--report=report", "--force"})).exit_code, 0);
+  EXPECT_THAT(NamesIn(test.out / "report"), testing::IsSupersetOf({"index.html", "notes.txt"}));
 }
 
 TEST(RunReport, NeedsNoGnuplotForItsPage) {

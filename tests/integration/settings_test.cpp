@@ -182,7 +182,8 @@ class SettingsOption : public testing::Test {
                       "--settings=@s.yaml",
                       "--summary=s.json",
                       "-o",
-                      "m.gpkg"});
+                      "m.gpkg",
+                      "--force"});
   }
   [[nodiscard]] nlohmann::json Summary() const {
     return nlohmann::json::parse(support::ReadAll(test_.out / "s.json"));

@@ -34,7 +34,8 @@ class Sites {
             "--stamps=@" + name + ".csv",
             "-o",
             map,
-            "--trajectory=" + name + ".tum"};
+            "--trajectory=" + name + ".tum",
+            "--force"};
   }
   [[nodiscard]] support::ProcessResult Map(const std::string& name, const std::string& map) const {
     return recordings.Run(MapArguments(name, map));

@@ -77,7 +77,8 @@ class TiltTest : public testing::Test {
                                        "m.gpkg",
                                        "--trajectory=t.tum",
                                        "--uncompensated=t0.tum",
-                                       "--summary=s.json"};
+                                       "--summary=s.json",
+                                       "--force"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const support::ProcessResult result = Run(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -193,7 +194,8 @@ TEST_F(TiltTest, UpwardFramesMayBeMissing) {
                                              "-o",
                                              "m2.gpkg",
                                              "--trajectory=t.tum",
-                                             "--summary=s.json"});
+                                             "--summary=s.json",
+                                             "--force"});
   ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
   EXPECT_EQ(mapped.err, "");
   const auto summary = nlohmann::json::parse(ReadAll(folder_ / "s.json"));

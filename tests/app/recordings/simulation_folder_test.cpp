@@ -27,38 +27,48 @@ TEST(WithSeed, SaysItWhereTheStyleIsAnother) {
 
 TEST(SimulationFolder, LeavesNothingWithoutCommit) {
   const support::TestFolder test;
-  { const SimulationFolder folder(test / "new", RecordingFormat::kVideo, false); }
+  {
+    const SimulationFolder folder(test / "new", RecordingFormat::kVideo, files::Existing::kRefuse);
+  }
   EXPECT_THAT(test.Names(), testing::IsEmpty());
 }
 
 TEST(SimulationFolder, RefusesWhatItMustNotReplace) {
   const support::TestFolder test;
-  const auto open = [&test](bool replace) {
-    const SimulationFolder folder(test.Path(), RecordingFormat::kImages, replace);
+  const auto open = [&test](files::Existing existing) {
+    const SimulationFolder folder(test.Path(), RecordingFormat::kImages, existing);
   };
   test.Write("notes.txt", "of somebody");
-  EXPECT_NO_THROW(open(false));
+  EXPECT_NO_THROW(open(files::Existing::kRefuse));
   test.Write("truth.tum", "of an earlier run");
-  support::ExpectInputError([&] { open(false); }, {"truth.tum", "--force"});
-  EXPECT_NO_THROW(open(true));
+  support::ExpectInputError(
+      [&] { open(files::Existing::kRefuse); },
+      {"holds truth.tum already; give --force to replace it, or another name"});
+  EXPECT_NO_THROW(open(files::Existing::kReplace));
   std::filesystem::create_directory(test / "up");
   test.Write("up/000000.png", "of an earlier run");
-  EXPECT_NO_THROW(open(true));
+  EXPECT_NO_THROW(open(files::Existing::kReplace));
   test.Write("up/holiday.png", "of somebody");
-  support::ExpectInputError([&] { open(true); }, {"up", "other things"});
+  support::ExpectInputError([&] { open(files::Existing::kReplace); }, {"up", "other things"});
   std::filesystem::remove_all(test / "up");
   std::filesystem::create_directory(test / "forward");
   test.Write("forward/holiday.png", "of somebody");
-  support::ExpectInputError([&] { open(true); }, {"forward", "other things"});
+  support::ExpectInputError([&] { open(files::Existing::kReplace); }, {"forward", "other things"});
   std::filesystem::remove_all(test / "forward");
   std::filesystem::remove(test / "truth.tum");
   test.Write("forward.mkv", "of an earlier run");
-  support::ExpectInputError([&] { open(false); }, {"forward.mkv", "--force"});
+  support::ExpectInputError([&] { open(files::Existing::kRefuse); }, {"forward.mkv", "--force"});
   support::ExpectInputError(
-      [&] { const SimulationFolder folder(test / "notes.txt", RecordingFormat::kVideo, true); },
+      [&] {
+        const SimulationFolder folder(
+            test / "notes.txt", RecordingFormat::kVideo, files::Existing::kReplace);
+      },
       {"notes.txt", "not a folder"});
   support::ExpectInputError(
-      [&] { const SimulationFolder folder(test / "none/new", RecordingFormat::kVideo, false); },
+      [&] {
+        const SimulationFolder folder(
+            test / "none/new", RecordingFormat::kVideo, files::Existing::kRefuse);
+      },
       {"none", "does not exist"});
 }
 
