@@ -139,12 +139,8 @@ class Results {
 // Sums over the frames.
 class Tally {
  public:
-  void Add(const robot::Estimate& estimate, bool live, reports::LocalizeResult& result) {
+  void Add(const robot::Estimate& estimate, reports::LocalizeResult& result) {
     if (!first_stamp_s_) first_stamp_s_ = estimate.stamp_s;
-    if (live) {
-      const double latency_ms = 1e3 * (terminal::ClockSeconds() - estimate.stamp_s);
-      result.latency_ms = std::max(latency_ms, result.latency_ms.value_or(0));
-    }
     if (!estimate.HasPose()) {
       had_pose_ = false;
       return;
@@ -177,13 +173,12 @@ void LocateFrames(recordings::FrameSource& source,
                   live::RunWatch& watch,
                   reports::LocalizeResult& result) {
   terminal::Progress progress("localizing", "frames", source.ExpectedFrames());
-  const bool live = source.Stamps() == recordings::StampOrigin::kClock;
   sensors.AddHeadings(localizer);
   Tally tally;
   std::int64_t done = 0;
   const auto report = [&](const robot::Estimate& estimate) {
     results.Add(estimate);
-    tally.Add(estimate, live, result);
+    tally.Add(estimate, result);
     watch.Add(robot::ToFramePose(estimate), source.ExpectedFrames());
     progress.Update(++done);
     reports::PrintDetail(estimate);
@@ -191,8 +186,9 @@ void LocateFrames(recordings::FrameSource& source,
   for (recordings::Frame frame; source.Read(frame); frame = {}) {
     sensors.ReadTo(frame.stamp_s, localizer);
     const robot::Image up{frame.image, frame.stamp_s, frame.index};
-    if (live) {
+    if (source.IsLive()) {
       report(localizer.AddCeiling(up));
+      result.latency.Add(1e3 * (source.Now() - frame.arrival_s));
     } else if (const auto estimate = localizer.AddCeilingPipelined(up)) {
       report(*estimate);
     }
@@ -260,7 +256,8 @@ void RunLocalize(const LocalizeOptions& params,
   robot::CeilingLocalizerParams localizer_params;
   localizer_params.localization = params.ForLocalizer(settings.localization);
   const calib::Rig rig = calib::ReadRig(params.rig);
-  recordings::FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
+  recordings::FrameSource source(
+      params.up, recordings::FrameSourceOptions{.stamps = params.stamps}.ForNewest());
   calib::UpCameraFor(rig, source.Name(), source.Size());
   const HeadingFrame headings_frame =
       params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;

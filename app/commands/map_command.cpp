@@ -116,9 +116,9 @@ void ReportAssumptions(bool have_rig, recordings::StampOrigin stamps) {
 void MapFrames(recordings::FrameSource& source,
                recordings::SensorInputs& sensors,
                robot::CeilingMapper& mapper,
-               live::RunWatch& watch) {
+               live::RunWatch& watch,
+               reports::MapResult& result) {
   terminal::Progress progress("mapping", "frames", source.ExpectedFrames());
-  const bool live = source.Stamps() == recordings::StampOrigin::kClock;
   sensors.AddHeadings(mapper);
   std::int64_t done = 0;
   const auto report = [&](const robot::Estimate& estimate) {
@@ -129,8 +129,9 @@ void MapFrames(recordings::FrameSource& source,
   for (recordings::Frame frame; source.Read(frame); frame = {}) {
     sensors.ReadTo(frame.stamp_s, mapper);
     const robot::Image up{frame.image, frame.stamp_s, frame.index};
-    if (live) {
+    if (source.IsLive()) {
       report(mapper.AddCeiling(up));
+      result.latency.Add(1e3 * (source.Now() - frame.arrival_s));
     } else if (const auto estimate = mapper.AddCeilingPipelined(up)) {
       report(*estimate);
     }
@@ -239,20 +240,21 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   page.title = fmt::format("Map {}", params.output.filename().string());
   page.unit = unit;
   live::RunWatch watch(params.watch, params.up, std::move(page), mapper.View());
-  MapFrames(source, sensors, mapper, watch);
   reports::MapResult result;
+  MapFrames(source, sensors, mapper, watch, result);
   result.sensors = {&sensors, mapper.Sensed()};
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
   for (const std::string& warning : reports::Warnings(result.sensors)) {
     terminal::PrintWarning(warning);
   }
   if (terminal::Interrupted()) ReportInterrupted(mapper);
+  result.reading = source.Report();
   result.map = DrawMap(params, mapper);
   CommitFiles(result.map.frames, mapper, params, summary);
   ReportAssumptions(rig.has_value(), source.Stamps());
 
   const terminal::Table facts = reports::FactsOf(result, unit, terminal::SecondsSince(start));
-  reports::Summarize(result, source.Report(), unit, summary);
+  reports::Summarize(result, unit, summary);
   reports::WarnOfParts(result);
   if (!common.quiet) reports::PrintFacts(facts, summary);
   if (!watch.Wanted()) return;

@@ -28,7 +28,7 @@ void Summarize(const LocalizeResult& result, terminal::Summary& summary) {
                      {"scale", or_null(report.scale)},
                      {"mean_sigma_m", result.mean_sigma_m},
                      {"path", result.path_m},
-                     {"latency_ms", or_null(result.latency_ms)}};
+                     {"stream", StreamJson(result.reading, result.latency)}};
   Summarize(result.sensors, summary);
 }
 
@@ -50,9 +50,6 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   }
   table.AddRow({"ambiguous", count(report.ambiguous)});
   table.AddRow({"lost", count(report.lost)});
-  if (result.reading.dropped > 0) {
-    table.AddRow({"dropped", count(result.reading.dropped), "frames of a live source"});
-  }
   AddRows(result.sensors, table);
   if (report.scale) {
     table.AddRow({"scale",
@@ -61,9 +58,7 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   }
   table.AddRow({"path", fmt::format("{:.3f}", result.path_m), "m"});
   table.AddRow({"sigma", fmt::format("{:.2f}", 1e3 * result.mean_sigma_m), "mm, of x and y"});
-  if (result.latency_ms) {
-    table.AddRow({"latency", fmt::format("{:.1f}", *result.latency_ms), "ms at the most"});
-  }
+  AddStreamRows(result.reading, result.latency, table);
   table.AddRow(
       {"time", fmt::format("{:.2f}", result.seconds), fmt::format("s ({:.1f} frames/s)", rate)});
   return table;

@@ -6,6 +6,7 @@
 
 #include "app/recordings/frame_source.hpp"
 #include "app/reports/sensor_report.hpp"
+#include "app/reports/stream_report.hpp"
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
 #include "localization/localizer.hpp"
@@ -21,8 +22,7 @@ struct LocalizeResult {
   std::optional<std::int64_t> first_placed_frame;
   double path_m = 0;        ///< sum of distances between placed frames
   double mean_sigma_m = 0;  ///< of x and y, root mean square over the placed frames
-  /// Longest time from a live frame's arrival to its pose; unset for recordings.
-  std::optional<double> latency_ms;
+  LatencyMeter latency;     ///< of the frames of a live source
   double seconds = 0;
 
   [[nodiscard]] std::int64_t Placed() const { return report.tracking + report.relocalized; }

@@ -8,14 +8,11 @@
 
 namespace ceilmap::reports {
 
-void Summarize(const MapResult& result,
-               const recordings::FrameSourceReport& reading,
-               const std::string& unit,
-               terminal::Summary& summary) {
+void Summarize(const MapResult& result, const std::string& unit, terminal::Summary& summary) {
   const mapping::MapperReport& report = result.map.report;
   summary.frames = report.frames;
   summary.interrupted = terminal::Interrupted();
-  summary.stages_ms = {{"decode", reading.decode_ms},
+  summary.stages_ms = {{"decode", result.reading.decode_ms},
                        {"rectify", report.rectify_ms},
                        {"register", report.register_ms},
                        {"keyframe", report.keyframe_ms},
@@ -26,7 +23,8 @@ void Summarize(const MapResult& result,
                      {"lost", report.lost},
                      {"ambiguous", report.ambiguous},
                      {"without_texture", report.without_texture},
-                     {"dropped", reading.dropped},
+                     {"dropped", result.reading.dropped},
+                     {"stream", StreamJson(result.reading, result.latency)},
                      {"unconnected", report.unconnected},
                      {"keyframes", report.keyframes},
                      {"loops", ToJson(report.quality.loops)},
@@ -85,6 +83,7 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
                             decimals),
                 unit});
   table.AddRow({"map", fmt::format("{} x {}", grid.width_px, grid.height_px), "px of the mosaic"});
+  AddStreamRows(result.reading, result.latency, table);
   table.AddRow({"time", fmt::format("{:.2f}", seconds), fmt::format("s ({:.1f} frames/s)", rate)});
   return table;
 }
