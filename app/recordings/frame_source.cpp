@@ -12,7 +12,6 @@
 #include <thread>
 #include <utility>
 
-#include "app/files/stamps.hpp"
 #include "app/recordings/frame_reader.hpp"
 #include "app/recordings/live_queue.hpp"
 #include "app/terminal/clock.hpp"
@@ -23,18 +22,6 @@ namespace ceilmap::recordings {
 namespace {
 
 using std::chrono::steady_clock;
-
-StampOrigin ChooseStamps(bool have_file, FrameReader::Kind kind) {
-  if (have_file) return StampOrigin::kStampsFile;
-  switch (kind) {
-    case FrameReader::Kind::kImages:
-      return StampOrigin::kFrameIndex;
-    case FrameReader::Kind::kLive:
-      return StampOrigin::kClock;
-    default:
-      return StampOrigin::kContainer;
-  }
-}
 
 void CheckNotInterrupted(const std::string& source) {
   if (terminal::Interrupted()) {
@@ -67,11 +54,6 @@ struct FrameSource::State {
   // Constant while the thread runs.
   std::string name;
   std::unique_ptr<FrameReader> reader;  // used by the thread only
-  std::vector<double> stamps_s;
-  std::string stamps_name;
-  bool stamps_of_another = false;
-  double first_stamp_s = 0;  // start of the recording's own time
-  StampOrigin stamp_origin = StampOrigin::kContainer;
   cv::Size size;
   std::optional<std::int64_t> expected;
   std::size_t read_ahead = 0;
@@ -81,9 +63,7 @@ struct FrameSource::State {
   std::int64_t next_index = 0;
   std::int64_t left_out = 0;  // by the reader, up to next_index
   int restarts = 0;           // of the reader, up to the last frame
-  double last_stamp_s = 0;
-  std::int64_t stamps_missing = 0;  // frames without their own stamp
-  std::int64_t stamps_wrong = 0;    // frames with a stamp that is not later than the one before
+  std::optional<FrameStamps> stamps;
 
   // Guarded by the lock.
   std::mutex mutex;
@@ -91,6 +71,7 @@ struct FrameSource::State {
   std::condition_variable taken;
   std::deque<Frame> queue;
   std::optional<LiveQueue> live;  // in place of the queue; constant whether there is one
+  bool live_times = false;        // its frames have presentation times
   std::vector<cv::Mat> spare;
   bool stop = false;
   bool ended = false;
@@ -100,13 +81,11 @@ struct FrameSource::State {
 
   std::thread thread;
 
-  void CheckStampCount();
-  void UseOwnTime();
   void SkipLeftOut();
   bool Decode(Frame& frame, std::optional<double>& time_s);
   bool DecodeFile(Frame& frame);
   bool DecodeLive();
-  double StampOf(std::int64_t index, const std::optional<double>& time_s);
+  double StampOf(const Frame& frame, const std::optional<double>& time_s);
   void AddOutages();
   void CheckEnd();
   cv::Mat TakeSpare();
@@ -117,48 +96,9 @@ struct FrameSource::State {
   void Run();
 };
 
-// A container's count may be an estimate, so the frames are counted before stamps are refused.
-void FrameSource::State::CheckStampCount() {
-  if (stamps_s.empty() || !expected) return;
-  const auto stamps = static_cast<std::int64_t>(stamps_s.size());
-  if (stamps == *expected) return;
-  const bool countable = reader->GetKind() == FrameReader::Kind::kVideo && !reader->CanStall();
-  if (countable) expected = CountFrames(name);
-  if (stamps == *expected) return;
-  if (stamps_of_another) {
-    UseOwnTime();
-    return;
-  }
-  throw InputError(fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
-                               stamps_name,
-                               stamps,
-                               name,
-                               *expected));
-}
-
-// Images without their own stamps use the given stamps as far as these go.
-void FrameSource::State::UseOwnTime() {
-  const bool has_time = reader->GetKind() == FrameReader::Kind::kVideo;
-  warnings.push_back(fmt::format("{} has {} frames, {} {} stamps: {}",
-                                 name,
-                                 *expected,
-                                 stamps_name,
-                                 stamps_s.size(),
-                                 has_time
-                                     ? "the video's own time is used, starting at the first stamp"
-                                     : "the first stamp belongs to the first frame"));
-  if (has_time) {
-    stamp_origin = StampOrigin::kContainer;
-    first_stamp_s = stamps_s.front();
-  }
-  stamps_s.resize(has_time ? 0 : std::min<std::size_t>(stamps_s.size(), *expected));
-}
-
 bool FrameSource::State::Decode(Frame& frame, std::optional<double>& time_s) {
   const auto start = steady_clock::now();
-  const bool no_stamp = stamp_origin == StampOrigin::kStampsFile && stamps_of_another &&
-                        static_cast<std::size_t>(next_index) >= stamps_s.size();
-  if (no_stamp || !reader->Next(frame.image, time_s)) return false;
+  if (stamps->EndBefore(next_index) || !reader->Next(frame.image, time_s)) return false;
   if (size.empty()) size = frame.image.size();
   if (frame.image.size() != size) {
     throw InputError(fmt::format("{}: frame {} is {}x{} px, the frames before it are {}x{}",
@@ -180,7 +120,7 @@ bool FrameSource::State::Decode(Frame& frame, std::optional<double>& time_s) {
 bool FrameSource::State::DecodeFile(Frame& frame) {
   std::optional<double> time_s;
   if (!Decode(frame, time_s)) return false;
-  frame.stamp_s = StampOf(frame.index, time_s);
+  frame.stamp_s = StampOf(frame, time_s);
   return true;
 }
 
@@ -195,10 +135,10 @@ bool FrameSource::State::DecodeLive() {
   const std::lock_guard lock(mutex);
   report.outages = outages;
   if (!read) return false;
-  if (stamp_origin == StampOrigin::kStampsFile) {
-    frame.stamp_s = StampOf(frame.index, time_s);
+  if (stamps->Origin() == StampOrigin::kStampsFile) {
+    frame.stamp_s = StampOf(frame, time_s);
   } else if (time_s) {
-    stamp_origin = StampOrigin::kStream;
+    live_times = true;
     if (reader->OnSteadyClock()) *time_s += clock_offset_s;
   }
   live->Push(std::move(frame), time_s, outages.count > restarts, spare);
@@ -215,32 +155,8 @@ void FrameSource::State::SkipLeftOut() {
   left_out = reader->LeftOut();
 }
 
-double FrameSource::State::StampOf(std::int64_t index, const std::optional<double>& time_s) {
-  double stamp_s = 0;
-  switch (stamp_origin) {
-    case StampOrigin::kStampsFile:
-      if (static_cast<std::size_t>(index) >= stamps_s.size()) {
-        throw InputError(fmt::format(
-            "{}: {} stamps, but {} has more frames", stamps_name, stamps_s.size(), name));
-      }
-      return stamps_s[static_cast<std::size_t>(index)];
-    case StampOrigin::kFrameIndex:
-      return static_cast<double>(index);
-    case StampOrigin::kStream:
-    case StampOrigin::kClock:
-      break;  // the queue's work
-    case StampOrigin::kContainer:
-      stamp_s = first_stamp_s + time_s.value_or(0);
-      if (!time_s) ++stamps_missing;
-      break;
-  }
-  // Some containers repeat or lose times, but stamps must increase.
-  if (index > 0 && stamp_s <= last_stamp_s) {
-    if (time_s) ++stamps_wrong;
-    stamp_s = last_stamp_s + reader->FramePeriod().value_or(1);
-  }
-  last_stamp_s = stamp_s;
-  return stamp_s;
+double FrameSource::State::StampOf(const Frame& frame, const std::optional<double>& time_s) {
+  return stamps->Of(frame.index, time_s, reader->FramePeriod().value_or(1));
 }
 
 // The caller holds the lock.
@@ -272,34 +188,17 @@ void FrameSource::State::CheckEnd() {
   }
   AddOutages();
   const std::int64_t frames = next_index + reader->LeftOut() - left_out;
-  const bool all_stamps = static_cast<std::size_t>(frames) >= stamps_s.size();
-  if (expected && next_index < *expected && !(stamps_of_another && all_stamps)) {
+  if (expected && next_index < *expected && !stamps->AllOfAnotherUsed(frames)) {
     warnings.push_back(fmt::format(
         "{}: only {} of {} frames could be read; the file seems to be cut off or damaged",
         name,
         next_index,
         *expected));
-  } else if (!stamps_s.empty() && !all_stamps && !stamps_of_another) {
-    throw InputError(fmt::format("{}: {} stamps, but {} has {} frames; give one line per frame",
-                                 stamps_name,
-                                 stamps_s.size(),
-                                 name,
-                                 frames));
+  } else {
+    stamps->CheckEnd(frames);
   }
-  const double period_s = reader->FramePeriod().value_or(1);
-  if (2 * stamps_missing > next_index) {
-    warnings.push_back(fmt::format(
-        "{}: its frames have no time stamps and are taken to be {:.6g} s apart; see --stamps",
-        name,
-        period_s));
-  }
-  if (stamps_wrong > 0) {
-    warnings.push_back(fmt::format(
-        "{}: the time of {} frames was not later than that of the frame before; each was put "
-        "{:.6g} s after it",
-        name,
-        stamps_wrong,
-        period_s));
+  for (std::string& warning : stamps->Warnings(next_index, reader->FramePeriod().value_or(1))) {
+    warnings.push_back(std::move(warning));
   }
 }
 
@@ -364,25 +263,21 @@ FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
     : state_(std::make_shared<State>()) {
   State& state = *state_;
   state.name = source;
-  if (!options.stamps.empty()) {
-    state.stamps_name = options.stamps.string();
-    state.stamps_s = files::ReadStamps(options.stamps);
-    state.stamps_of_another = options.stamps_of_another;
-  }
+  state.stamps.emplace(source, options.stamps, options.stamps_of_another);
   state.reader = reader ? std::move(reader) : OpenReader(source, options.pixels);
   state.warnings = state.reader->Remarks();
-  state.stamp_origin = ChooseStamps(!state.stamps_s.empty(), state.reader->GetKind());
   state.read_ahead = static_cast<std::size_t>(std::max(options.read_ahead, 1));
   state.report.live = state.reader->GetKind() == FrameReader::Kind::kLive;
+  if (!state.report.live) state.expected = state.reader->ExpectedFrames();
+  if (auto warning = state.stamps->Begin(*state.reader, state.expected)) {
+    state.warnings.push_back(std::move(*warning));
+  }
   if (state.report.live) {
     state.live.emplace(LiveQueueParams{.max_wait_s = options.live_wait_s,
                                        .max_behind_s = options.live_behind_s,
-                                       .stamp = state.stamp_origin != StampOrigin::kStampsFile,
+                                       .stamp = state.stamps->Origin() != StampOrigin::kStampsFile,
                                        .same_clock = state.reader->OnSteadyClock()});
-  } else {
-    state.expected = state.reader->ExpectedFrames();
   }
-  state.CheckStampCount();
   Frame first;
   if (state.live ? !state.DecodeLive() : !state.DecodeFile(first)) {
     CheckNotInterrupted(source);
@@ -451,7 +346,8 @@ std::optional<std::int64_t> FrameSource::ExpectedFrames() const {
 }
 StampOrigin FrameSource::Stamps() const {
   const std::lock_guard lock(state_->mutex);
-  return state_->stamp_origin;
+  const StampOrigin origin = state_->stamps->Origin();
+  return origin == StampOrigin::kClock && state_->live_times ? StampOrigin::kStream : origin;
 }
 bool FrameSource::IsLive() const {
   return state_->live.has_value();

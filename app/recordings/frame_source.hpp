@@ -11,19 +11,9 @@
 
 #include "app/recordings/frame.hpp"
 #include "app/recordings/frame_reader.hpp"
+#include "app/recordings/frame_stamps.hpp"
 
 namespace ceilmap::recordings {
-
-/// Source of the time stamps.
-enum class StampOrigin {
-  kStampsFile,  ///< the file given with --stamps
-  kContainer,   ///< the video's own time, relative to its start
-  kFrameIndex,  ///< none: image n is taken to be at n seconds
-  /// Live sources: the stream's presentation times, mapped to this machine's clock (StreamClock),
-  /// seconds since 1970; of a camera the driver's times of its images.
-  kStream,
-  kClock,  ///< live sources without times: this machine's clock at the arrival, since 1970
-};
 
 struct FrameSourceOptions {
   Pixels pixels = Pixels::kGrey;      ///< format of decoded images
