@@ -77,6 +77,9 @@ double FrameStamps::Of(std::int64_t index, const std::optional<double>& time_s, 
     }
     return stamps_s_[static_cast<std::size_t>(index)];
   }
+  // The first frames of some streams have no time: the others follow them.
+  const bool first_time = time_s && missing_ == index;
+  if (first_time && index > 0) first_s_ = std::max(first_s_, last_s_ + period_s - *time_s);
   double stamp_s = first_s_ + time_s.value_or(0);
   if (!time_s) ++missing_;
   // Some containers repeat or lose times, but stamps must increase.

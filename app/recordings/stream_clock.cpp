@@ -18,20 +18,27 @@ bool StreamClock::Breaks(const Times& frame) const {
 }
 
 void StreamClock::Restart() {
+  first_.reset();
   last_.reset();
+  without_time_ = 0;
   began_s_.reset();
+  settled_ = false;
   smallest_s_.reset();
   smallest_before_s_.reset();
   last_stamped_s_.reset();
 }
 
 void StreamClock::Arrive(const Times& frame) {
-  settled_ = !frame.time_s || same_clock_ || (settled_ && last_);
-  if (!frame.time_s) return;
   if (!began_s_) began_s_ = frame.arrival_s;
+  if (!frame.time_s) {
+    if (!first_ && ++without_time_ > 1) settled_ = true;
+    return;
+  }
+  if (same_clock_) settled_ = true;
+  if (!first_) first_ = frame;
   if (last_) {
     const double interval_s = *frame.time_s - *last_->time_s;
-    settled_ = settled_ || frame.arrival_s - last_->arrival_s >= 0.5 * interval_s;
+    if (frame.arrival_s - last_->arrival_s >= 0.5 * interval_s) settled_ = true;
   }
   MoveZero(frame.arrival_s - *frame.time_s, frame.arrival_s);
   CountMissing(frame);
@@ -69,10 +76,18 @@ bool StreamClock::Settled(double now_s) const {
   return settled_ || !began_s_ || now_s - *began_s_ >= kSettleS;
 }
 
+double StreamClock::Mapped(double time_s) const {
+  if (same_clock_) return time_s;
+  return time_s + std::min(*smallest_s_, smallest_before_s_.value_or(*smallest_s_));
+}
+
 double StreamClock::Target(const Times& frame) const {
-  if (!frame.time_s || !smallest_s_) return frame.arrival_s;
-  if (same_clock_) return *frame.time_s;
-  return *frame.time_s + std::min(*smallest_s_, smallest_before_s_.value_or(*smallest_s_));
+  if (frame.time_s) return Mapped(*frame.time_s);
+  if (!first_ || intervals_s_.empty()) return frame.arrival_s;
+  const double period_s = Median({intervals_s_.begin(), intervals_s_.end()});
+  const auto before_first = static_cast<double>(first_->index - frame.index);
+  if (before_first > 0) return Mapped(*first_->time_s) - before_first * period_s;
+  return *last_stamp_s_ + period_s;
 }
 
 double StreamClock::Stamp(const Times& frame) {

@@ -39,9 +39,11 @@ class StreamClock {
   void Arrive(const Times& frame);
 
   /// Senders begin with a burst of frames that are older than they appear. True when the burst is
-  /// over: a frame was waited for, the last frame has no presentation time, or 0.25 s have passed.
+  /// over: a frame was waited for, two frames had no presentation time, or 0.25 s have passed.
   [[nodiscard]] bool Settled(double now_s) const;
   /// The stamp of a frame that has arrived since the last Restart(); each at most once, in order.
+  /// A frame without presentation time in a stream that has them is a median interval from the
+  /// frames beside it.
   double Stamp(const Times& frame);
 
   /// Frames that are missing between those that arrived, by gaps between their presentation times
@@ -52,11 +54,15 @@ class StreamClock {
   void MoveZero(double delay_s, double arrival_s);
   void CountMissing(const Times& frame);
   [[nodiscard]] double Target(const Times& frame) const;
+  [[nodiscard]] double Mapped(double time_s) const;
 
   bool same_clock_;
-  std::optional<Times> last_;  // since Restart, with a presentation time
+  // Since Restart:
+  std::optional<Times> first_;  // with a presentation time
+  std::optional<Times> last_;   // with a presentation time
+  int without_time_ = 0;
   std::optional<double> began_s_;
-  bool settled_ = true;
+  bool settled_ = false;
   // Smallest arrival minus presentation time of this and of the last period of 5 s.
   double period_began_s_ = 0;
   std::optional<double> smallest_s_;

@@ -15,7 +15,7 @@ namespace {
 using testing::DoubleNear;
 using testing::ElementsAre;
 
-constexpr double kNear = 1e-6;
+constexpr double kAboutS = 1e-6;
 
 /// A source that can be opened again as often as there are readers; null: this attempt fails. Time
 /// passes only by waiting.
@@ -93,14 +93,14 @@ TEST_F(StreamReaderTest, WaitsLongerWithEachAttempt) {
   EXPECT_EQ(Next(), 1);
   EXPECT_EQ(Next(), 2);
   EXPECT_THAT(attempts_s_,
-              ElementsAre(DoubleNear(50, kNear),
-                          DoubleNear(50.5, kNear),
-                          DoubleNear(51.5, kNear),
-                          DoubleNear(53.5, kNear),
-                          DoubleNear(57.5, kNear),
-                          DoubleNear(62.5, kNear),
-                          DoubleNear(67.5, kNear)));
-  EXPECT_NEAR(reader_->GetOutages().seconds, 17.5, kNear);
+              ElementsAre(DoubleNear(50, kAboutS),
+                          DoubleNear(50.5, kAboutS),
+                          DoubleNear(51.5, kAboutS),
+                          DoubleNear(53.5, kAboutS),
+                          DoubleNear(57.5, kAboutS),
+                          DoubleNear(62.5, kAboutS),
+                          DoubleNear(67.5, kAboutS)));
+  EXPECT_NEAR(reader_->GetOutages().seconds, 17.5, kAboutS);
   EXPECT_FALSE(reader_->GetOutages().lost);
 }
 
@@ -108,7 +108,7 @@ TEST_F(StreamReaderTest, AFailureEndsTheRunAfter30Seconds) {
   Begin({1}, true);
   EXPECT_EQ(Next(), 1);
   EXPECT_EQ(Next(), -1);
-  EXPECT_NEAR(attempts_s_.back(), 80, kNear);
+  EXPECT_NEAR(attempts_s_.back(), 80, kAboutS);
   EXPECT_TRUE(reader_->GetOutages().lost);
   const std::size_t attempts = attempts_s_.size();
   EXPECT_EQ(Next(), -1) << "the end is the end";
@@ -120,10 +120,10 @@ TEST_F(StreamReaderTest, AStreamThatWasClosedIsOverAfter3Seconds) {
   EXPECT_EQ(Next(), 1);
   EXPECT_EQ(Next(), -1);
   EXPECT_THAT(attempts_s_,
-              ElementsAre(DoubleNear(50, kNear),
-                          DoubleNear(50.5, kNear),
-                          DoubleNear(51.5, kNear),
-                          DoubleNear(53, kNear)));
+              ElementsAre(DoubleNear(50, kAboutS),
+                          DoubleNear(50.5, kAboutS),
+                          DoubleNear(51.5, kAboutS),
+                          DoubleNear(53, kAboutS)));
   EXPECT_FALSE(reader_->GetOutages().lost) << "the ordinary end";
   EXPECT_THAT(
       notices_,
@@ -140,15 +140,16 @@ TEST_F(StreamReaderTest, AConnectionWithoutFramesIsNoReturn) {
   EXPECT_EQ(Next(), 1);
   EXPECT_EQ(Next(), 2);
   EXPECT_EQ(reader_->GetOutages().count, 1);
-  EXPECT_NEAR(reader_->GetOutages().seconds, 1.5, kNear);
+  EXPECT_NEAR(reader_->GetOutages().seconds, 1.5, kAboutS);
 }
 
 TEST_F(StreamReaderTest, AfterAShortConnectionTheFirstAttemptWaitsToo) {
   for (const int brightness : {2, 3, 4}) ThenOpens({brightness});
   Begin({1}, false);
   for (const int brightness : {1, 2, 3, 4}) EXPECT_EQ(Next(), brightness);
-  EXPECT_THAT(attempts_s_,
-              ElementsAre(DoubleNear(50, kNear), DoubleNear(50.5, kNear), DoubleNear(51, kNear)));
+  EXPECT_THAT(
+      attempts_s_,
+      ElementsAre(DoubleNear(50, kAboutS), DoubleNear(50.5, kAboutS), DoubleNear(51, kAboutS)));
 }
 
 TEST_F(StreamReaderTest, AnInterruptionEndsTheWaiting) {
