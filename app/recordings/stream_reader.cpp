@@ -64,27 +64,29 @@ bool StreamReader::TryAgain(cv::Mat& image, std::optional<double>& time_s) {
 
 bool StreamReader::Reopen(cv::Mat& image, std::optional<double>& time_s) {
   if (!reader_ || !Wait(0)) return false;
-  const double began_s = params_.now_s();
+  const bool was_short =
+      outages_.count > 0 && params_.now_s() - opened_s_ < params_.min_connection_s;
+  if (!was_short) outage_began_s_ = params_.now_s();
   const bool failed = reader_->Failed();
   const double limit_s = failed ? params_.max_outage_s : params_.max_pause_s;
-  params_.notice(fmt::format("{}: {}; waiting for it for up to {:.0f} s, Ctrl-C ends the run",
-                             name_,
-                             failed ? "no frames any more" : "the sender closed the stream",
-                             limit_s));
+  if (!was_short) {
+    params_.notice(fmt::format("{}: {}; waiting for it for up to {:.0f} s, Ctrl-C ends the run",
+                               name_,
+                               failed ? "no frames any more" : "the sender closed the stream",
+                               limit_s));
+  }
   Release();
-  const bool was_short = began_s - opened_s_ < params_.first_delay_s;
-  if (was_short && !Wait(std::min(params_.first_delay_s, limit_s))) return false;
-  const double end_s = began_s + limit_s;
-  double delay_s = params_.first_delay_s;
-  while (!TryAgain(image, time_s)) {
+  const double end_s = outage_began_s_ + limit_s;
+  double delay_s = was_short ? params_.first_delay_s : 0;
+  do {
     const double left_s = end_s - params_.now_s();
     if (left_s <= 0) {
       outages_.lost = failed;
       return false;
     }
     if (!Wait(std::min(delay_s, left_s))) return false;
-    delay_s = std::min(2 * delay_s, params_.max_delay_s);
-  }
+    delay_s = std::clamp(2 * delay_s, params_.first_delay_s, params_.max_delay_s);
+  } while (!TryAgain(image, time_s));
   opened_s_ = params_.now_s();
   ++outages_.count;
   outages_.seconds += params_.now_s() - last_frame_s_;

@@ -15,8 +15,11 @@ struct StreamReaderParams {
   double max_outage_s = 30;
   /// ... and after the sender closed the stream in order, which is how most streams end.
   double max_pause_s = 3;
-  /// Before the second attempt, and before the first one after a connection that was shorter than
-  /// this; doubles with each attempt, ...
+  /// A connection that was shorter than this is part of the outage before it: some senders repeat
+  /// their last frame for each client, for ever.
+  double min_connection_s = 2;
+  /// Before the second attempt, and before the first one after a short connection; doubles with
+  /// each attempt, ...
   double first_delay_s = 0.5;
   double max_delay_s = 5;  ///< ... up to this
 
@@ -67,6 +70,7 @@ class StreamReader final : public FrameReader {
   bool on_steady_clock_;
   std::int64_t left_out_ = 0;  // by earlier readers
   double opened_s_;
+  double outage_began_s_ = 0;
   double last_frame_s_;
   Outages outages_;
   std::atomic<bool> stop_ = false;

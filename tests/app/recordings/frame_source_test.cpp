@@ -314,11 +314,17 @@ TEST(FrameSource, ALiveSourceUsesTheGivenStamps) {
   EXPECT_THAT(ReadToEnd(source).stamps_s, ElementsAre(100, 100.25, 100.5));
 }
 
+// A second passes between any two looks at the clock.
+StreamReaderParams WithoutWaiting() {
+  StreamReaderParams params;
+  params.now_s = [now_s = 0.0]() mutable { return now_s += 1; };
+  params.sleep = [](double) {};
+  params.notice = [](const std::string&) {};
+  return params;
+}
+
 TEST(FrameSource, ReportsTheOutagesOfALiveSource) {
   auto again = std::make_shared<std::unique_ptr<FrameReader>>(FastCamera(2));
-  StreamReaderParams params;
-  params.max_pause_s = 0;
-  params.notice = [](const std::string&) {};
   FrameSource source = Live(std::make_unique<StreamReader>(
       "camera",
       FastCamera(3),
@@ -326,20 +332,18 @@ TEST(FrameSource, ReportsTheOutagesOfALiveSource) {
         if (!*again) throw InputError("not there");
         return std::move(*again);
       },
-      params));
+      WithoutWaiting()));
   EXPECT_THAT(ReadToEnd(source).indices, ElementsAre(0, 1, 2, 3, 4));
   EXPECT_EQ(source.Report().outages.count, 1);
   EXPECT_THAT(source.Warnings(),
-              ElementsAre("camera: it was interrupted 1 time, for 0.0 s in all, and opened again"));
+              ElementsAre("camera: it was interrupted 1 time, for 8.0 s in all, and opened again"));
 }
 
 TEST(FrameSource, AnotherSizeAfterAnOutageIsAnError) {
   auto again = std::make_shared<std::unique_ptr<FrameReader>>(std::make_unique<ScriptedReader>(
       std::vector<ScriptedReader::Image>{{1, {}, cv::Size(8, 6)}}));
-  StreamReaderParams params;
-  params.notice = [](const std::string&) {};
   FrameSource source = Live(std::make_unique<StreamReader>(
-      "camera", FastCamera(3), [again] { return std::move(*again); }, params));
+      "camera", FastCamera(3), [again] { return std::move(*again); }, WithoutWaiting()));
   support::ExpectInputError([&] { ReadToEnd(source); },
                             {"camera: frame 3 is 8x6 px, the frames before it are 4x4"});
 }

@@ -143,13 +143,29 @@ TEST_F(StreamReaderTest, AConnectionWithoutFramesIsNoReturn) {
   EXPECT_NEAR(reader_->GetOutages().seconds, 1.5, kAboutS);
 }
 
-TEST_F(StreamReaderTest, AfterAShortConnectionTheFirstAttemptWaitsToo) {
-  for (const int brightness : {2, 3, 4}) ThenOpens({brightness});
+TEST_F(StreamReaderTest, AShortConnectionDoesNotEndTheOutage) {
+  for (int i = 0; i < 100; ++i) ThenOpens({2});  // its last frame again for each client
   Begin({1}, false);
-  for (const int brightness : {1, 2, 3, 4}) EXPECT_EQ(Next(), brightness);
-  EXPECT_THAT(
-      attempts_s_,
-      ElementsAre(DoubleNear(50, kAboutS), DoubleNear(50.5, kAboutS), DoubleNear(51, kAboutS)));
+  EXPECT_EQ(Next(), 1);
+  int frames = 0;
+  while (Next() == 2) ++frames;
+  EXPECT_EQ(frames, 7);
+  EXPECT_EQ(attempts_s_.size(), 7U);
+  EXPECT_NEAR(attempts_s_[1], 50.5, kAboutS);
+  EXPECT_NEAR(attempts_s_.back(), 53, kAboutS);
+  EXPECT_EQ(notices_.size(), 1U);
+}
+
+TEST_F(StreamReaderTest, ALongerConnectionDoes) {
+  ThenOpens({2});
+  ThenOpens({3});
+  Begin({1}, false);
+  EXPECT_EQ(Next(), 1);
+  EXPECT_EQ(Next(), 2);
+  now_s_ += 2.5;
+  EXPECT_EQ(Next(), 3);
+  EXPECT_THAT(attempts_s_, ElementsAre(DoubleNear(50, kAboutS), DoubleNear(52.5, kAboutS)));
+  EXPECT_EQ(notices_.size(), 2U);
 }
 
 TEST_F(StreamReaderTest, AnInterruptionEndsTheWaiting) {
