@@ -188,7 +188,10 @@ void VideoReader::Decoder::Feed() {
     av_packet_unref(packet_.get());
     if (const int error = av_read_frame(format_.get(), packet_.get()); error < 0) {
       ended_ = true;
-      source_failed = error != AVERROR_EOF;
+      // Some demuxers return other errors at the end.
+      const AVIOContext* const io = format_->pb;
+      const bool closed = io != nullptr && io->eof_reached != 0 && io->error == 0;
+      source_failed = error != AVERROR_EOF && !closed;
       (void)avcodec_send_packet(codec_.get(), nullptr);
       return;
     }
