@@ -178,7 +178,7 @@ void ReportMap(const InfoOptions& params, terminal::Summary& summary) {
 }
 
 void ReportRig(const InfoOptions& params, const CommonOptions& common, terminal::Summary& summary) {
-  if (!params.drawing.empty()) files::CheckOutputFiles({params.drawing});
+  if (!params.drawing.empty()) files::CheckOutputFiles({params.drawing}, common.Existing());
   const calib::Rig rig = calib::ReadRig(params.file);
   recordings::PrintRigWarnings(rig);
   if (params.json) {

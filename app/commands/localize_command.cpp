@@ -13,6 +13,7 @@
 #include "app/files/status_csv.hpp"
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
+#include "app/recordings/bitrate.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/rig_warnings.hpp"
 #include "app/recordings/sensor_inputs.hpp"
@@ -141,12 +142,8 @@ class Results {
 // Sums over the frames.
 class Tally {
  public:
-  void Add(const robot::Estimate& estimate, bool live, reports::LocalizeResult& result) {
+  void Add(const robot::Estimate& estimate, reports::LocalizeResult& result) {
     if (!first_stamp_s_) first_stamp_s_ = estimate.stamp_s;
-    if (live) {
-      const double latency_ms = 1e3 * (terminal::ClockSeconds() - estimate.stamp_s);
-      result.latency_ms = std::max(latency_ms, result.latency_ms.value_or(0));
-    }
     if (!estimate.HasPose()) {
       had_pose_ = false;
       return;
@@ -179,13 +176,12 @@ void LocateFrames(recordings::FrameSource& source,
                   live::RunWatch& watch,
                   reports::LocalizeResult& result) {
   terminal::Progress progress("localizing", "frames", source.ExpectedFrames());
-  const bool live = source.Stamps() == recordings::StampOrigin::kClock;
   sensors.AddHeadings(localizer);
   Tally tally;
   std::int64_t done = 0;
   const auto report = [&](const robot::Estimate& estimate) {
     results.Add(estimate);
-    tally.Add(estimate, live, result);
+    tally.Add(estimate, result);
     watch.Add(robot::ToFramePose(estimate), source.ExpectedFrames());
     progress.Update(++done);
     reports::PrintDetail(estimate);
@@ -193,8 +189,9 @@ void LocateFrames(recordings::FrameSource& source,
   for (recordings::Frame frame; source.Read(frame); frame = {}) {
     sensors.ReadTo(frame.stamp_s, localizer);
     const robot::Image up{frame.image, frame.stamp_s, frame.index};
-    if (live) {
+    if (source.IsLive()) {
       report(localizer.AddCeiling(up));
+      result.latency.Add(1e3 * (source.Now() - frame.arrival_s));
     } else if (const auto estimate = localizer.AddCeilingPipelined(up)) {
       report(*estimate);
     }
@@ -269,7 +266,8 @@ void RunLocalize(const LocalizeOptions& params,
   robot::CeilingLocalizerParams localizer_params;
   localizer_params.localization = params.ForLocalizer(settings.localization);
   std::optional<calib::Rig> rig = RigFor(params);
-  recordings::FrameSource source(params.up, {.stamps = params.stamps, .live_queue = 1});
+  recordings::FrameSource source(
+      params.up, recordings::FrameSourceOptions{.stamps = params.stamps}.ForNewest());
   const auto scaling = calib::FitUpCamera(*rig, source.Name(), source.Size());
   const HeadingFrame headings_frame =
       params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
@@ -290,6 +288,7 @@ void RunLocalize(const LocalizeOptions& params,
   }
   result.report = localizer.Report();
   result.reading = source.Report();
+  result.bits_per_px = recordings::BitsPerPixel(params.up, result.reading.decoded, source.Size());
   result.stamps = source.Stamps();
   result.has_start = !params.start.empty();
   result.seconds = terminal::SecondsSince(start);
@@ -310,6 +309,10 @@ void RunLocalize(const LocalizeOptions& params,
   reports::ReportScalings(scaling, sensors);
   WarnOfScale(*rig, map.Metadata(), result);
   const reports::Coverage coverage = reports::CoverageOf(result);
+  for (const std::string& warning :
+       reports::RecordingWarnings(reports::RecordingFactsOf(result, params.up))) {
+    terminal::PrintWarning(warning);
+  }
   if (const auto warning = reports::CoverageWarning(coverage)) terminal::PrintWarning(*warning);
   summary.failure = reports::CoverageFailure(coverage, params.up);
   reports::Summarize(result, summary);

@@ -15,6 +15,7 @@
 #include "app/files/output_files.hpp"
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
+#include "app/recordings/bitrate.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/rig_warnings.hpp"
 #include "app/recordings/sensor_inputs.hpp"
@@ -126,9 +127,9 @@ void ReportAssumptions(const RigOptions& rig, recordings::StampOrigin stamps) {
 void MapFrames(recordings::FrameSource& source,
                recordings::SensorInputs& sensors,
                robot::CeilingMapper& mapper,
-               live::RunWatch& watch) {
+               live::RunWatch& watch,
+               reports::MapResult& result) {
   terminal::Progress progress("mapping", "frames", source.ExpectedFrames());
-  const bool live = source.Stamps() == recordings::StampOrigin::kClock;
   sensors.AddHeadings(mapper);
   std::int64_t done = 0;
   const auto report = [&](const robot::Estimate& estimate) {
@@ -139,8 +140,9 @@ void MapFrames(recordings::FrameSource& source,
   for (recordings::Frame frame; source.Read(frame); frame = {}) {
     sensors.ReadTo(frame.stamp_s, mapper);
     const robot::Image up{frame.image, frame.stamp_s, frame.index};
-    if (live) {
+    if (source.IsLive()) {
       report(mapper.AddCeiling(up));
+      result.latency.Add(1e3 * (source.Now() - frame.arrival_s));
     } else if (const auto estimate = mapper.AddCeilingPipelined(up)) {
       report(*estimate);
     }
@@ -251,11 +253,12 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   page.unit = unit;
   live::RunWatch watch(params.watch, params.up, std::move(page), mapper.View());
   if (rig && !params.rig.IsNominal()) recordings::PrintRigWarnings(*rig);
-  MapFrames(source, sensors, mapper, watch);
   reports::MapResult result;
+  MapFrames(source, sensors, mapper, watch, result);
   result.sensors = {&sensors, mapper.Sensed()};
   result.reading = source.Report();
   result.stamps = source.Stamps();
+  result.bits_per_px = recordings::BitsPerPixel(params.up, result.reading.decoded, source.Size());
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
   for (const std::string& warning : reports::Warnings(result.sensors)) {
     terminal::PrintWarning(warning);
@@ -268,6 +271,10 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
 
   const terminal::Table facts = reports::FactsOf(result, unit, terminal::SecondsSince(start));
   reports::Summarize(result, unit, summary);
+  for (const std::string& warning :
+       reports::RecordingWarnings(reports::RecordingFactsOf(result, params.up))) {
+    terminal::PrintWarning(warning);
+  }
   reports::ReportCoverage(result, params.up, summary);
   if (!common.quiet) reports::PrintFacts(facts, summary);
   if (!watch.Wanted()) return;

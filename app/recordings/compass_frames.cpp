@@ -112,7 +112,7 @@ void TakeLineOptions(const CLI::App& cli,
 
 ForwardFrames::ForwardFrames(const ForwardOptions& options)
     : source_(options.forward,
-              {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}),
+              FrameSourceOptions{.pixels = Pixels::kColour, .stamps = options.stamps}.ForNewest()),
       rig_(calib::ReadRig(options.rig)),
       scaling_(calib::FitForwardCamera(rig_, source_.Name(), source_.Size())) {
   try {

@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "app/recordings/images.hpp"
+#include "app/recordings/stream_reader.hpp"
 #include "app/recordings/video_reader.hpp"
+#include "app/terminal/clock.hpp"
 #include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
@@ -62,23 +64,51 @@ class CameraReader final : public FrameReader {
   }
 
   bool Next(cv::Mat& image, std::optional<double>& time_s) override {
+    failed_ = true;
     if (!capture_.read(image_) || image_.empty()) return false;
     ConvertTo(pixels_, image_, image, name_);
-    time_s.reset();  // its clock is not the system clock
+    time_s = BufferTime();
+    failed_ = false;
     return true;
   }
   [[nodiscard]] Kind GetKind() const override { return Kind::kLive; }
   [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override { return {}; }
   [[nodiscard]] std::optional<double> FramePeriod() const override { return period_s_; }
   [[nodiscard]] bool CanStall() const override { return true; }
+  [[nodiscard]] bool Failed() const override { return failed_; }
+  [[nodiscard]] bool OnSteadyClock() const override { return true; }
 
  private:
+  // The driver's time of the image, by most drivers on the steady clock; others are not used.
+  [[nodiscard]] std::optional<double> BufferTime() const {
+    constexpr double kOldestS = 1;
+    const double time_s = 1e-3 * capture_.get(cv::CAP_PROP_POS_MSEC);
+    const double age_s = terminal::SteadySeconds() - time_s;
+    return age_s >= 0 && age_s < kOldestS ? std::optional(time_s) : std::nullopt;
+  }
+
   std::string name_;
   Pixels pixels_;
+  bool failed_ = false;
   cv::VideoCapture capture_;
   cv::Mat image_;
   std::optional<double> period_s_;
 };
+
+// The kind of a stream is known when it is open: a file on a server has an end.
+std::unique_ptr<FrameReader> OpenStream(const std::string& url, Pixels pixels) {
+  const auto open = [url, pixels] {
+    return std::make_unique<VideoReader>(url, VideoReader::Input::kStream, pixels);
+  };
+  std::unique_ptr<FrameReader> first = open();
+  if (first->GetKind() != FrameReader::Kind::kLive) return first;
+  return std::make_unique<StreamReader>(url, std::move(first), open);
+}
+
+std::unique_ptr<FrameReader> OpenCamera(const std::string& name, Pixels pixels) {
+  const auto open = [name, pixels] { return std::make_unique<CameraReader>(name, pixels); };
+  return std::make_unique<StreamReader>(name, open(), open);
+}
 
 VideoReader::Input InputKind(const std::string& source) {
   std::error_code ignored;
@@ -103,10 +133,10 @@ void CheckFile(const std::string& source) {
 
 std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source, Pixels pixels) {
   using Input = VideoReader::Input;
-  if (source.starts_with("/dev/video")) return std::make_unique<CameraReader>(source, pixels);
+  if (source.starts_with("/dev/video")) return OpenCamera(source, pixels);
   const Input input = InputKind(source);
   std::error_code ignored;
-  if (input == Input::kStream) return std::make_unique<VideoReader>(source, input, pixels);
+  if (input == Input::kStream) return OpenStream(source, pixels);
   if (!fs::exists(source, ignored) && IsPattern(source)) {
     PatternImages images = ListPattern(source);
     std::vector<std::string> remarks;

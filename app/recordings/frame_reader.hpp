@@ -22,7 +22,7 @@ class FrameReader {
   };
 
   /// Opens SOURCE of the command line: a video file, a folder or printf pattern of images,
-  /// /dev/videoN, or a URL.
+  /// /dev/videoN, or a URL. Cameras and streams are opened again after a failure (StreamReader).
   /// @throws InputError when it cannot be opened.
   static std::unique_ptr<FrameReader> Open(const std::string& source,
                                            Pixels pixels = Pixels::kGrey);
@@ -31,7 +31,8 @@ class FrameReader {
 
   /// Reads the next frame into `image`, whose memory is reused, as CV_8UC1 or, with
   /// Pixels::kColour, CV_8UC3; false at the end.
-  /// @param time_s  Set to the frame's time in the recording, if it has one.
+  /// @param time_s  Set to the frame's time in the recording, if it has one. A live source may
+  /// begin at any time.
   /// @throws InputError when an image cannot be read.
   virtual bool Next(cv::Mat& image, std::optional<double>& time_s) = 0;
 
@@ -46,6 +47,19 @@ class FrameReader {
   /// Number of frames so far that Next skipped because they are damaged. They lie between the
   /// returned ones, or at the end.
   [[nodiscard]] virtual std::int64_t LeftOut() const { return 0; }
+  /// After Next has returned false: true when the source failed, false when it ended in order.
+  [[nodiscard]] virtual bool Failed() const { return false; }
+  /// True when the times that Next sets are by std::chrono::steady_clock.
+  [[nodiscard]] virtual bool OnSteadyClock() const { return false; }
+  /// Interruptions of a live source up to the last frame.
+  struct Outages {
+    int count = 0;       ///< times that it was opened again; its times then have another zero
+    double seconds = 0;  ///< from the last frame before to the first frame after, total
+    bool lost = false;   ///< it failed and did not return in time
+  };
+  [[nodiscard]] virtual Outages GetOutages() const { return {}; }
+  /// A reader that waits for its source to return gives up soon. Called from another thread.
+  virtual void Stop() {}
   /// Warnings about the source, one line each.
   [[nodiscard]] virtual std::vector<std::string> Remarks() const { return {}; }
 };

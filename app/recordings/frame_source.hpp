@@ -2,31 +2,18 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/recordings/frame.hpp"
 #include "app/recordings/frame_reader.hpp"
+#include "app/recordings/frame_stamps.hpp"
 
 namespace ceilmap::recordings {
-
-/// One image of a recording.
-struct Frame {
-  cv::Mat image;  ///< CV_8UC1, or CV_8UC3 (BGR) with Pixels::kColour
-  std::int64_t index =
-      0;               ///< 0, 1, ... in the recording; includes frames that a live source dropped
-  double stamp_s = 0;  ///< strictly increasing
-};
-
-/// Source of the time stamps.
-enum class StampOrigin {
-  kStampsFile,  ///< the file given with --stamps
-  kContainer,   ///< the video's own time, relative to its start
-  kFrameIndex,  ///< none: image n is taken to be at n seconds
-  kClock,  ///< this machine's clock at the arrival of the frame (live sources), seconds since 1970
-};
 
 struct FrameSourceOptions {
   Pixels pixels = Pixels::kGrey;      ///< format of decoded images
@@ -35,9 +22,13 @@ struct FrameSourceOptions {
   /// frame. Otherwise the recording's own time is used, from the first stamp on, with a warning.
   bool stamps_of_another = false;
   int read_ahead = 8;  ///< frames decoded in advance, > 0
-  /// The same for a live source: maximum number of waiting frames before the oldest is dropped. 1:
-  /// always the newest image.
-  int live_queue = 8;
+  /// Live sources: longest waiting time of a frame, and of all frames without a break, in seconds;
+  /// see LiveQueueParams. By default for a consumer that needs all frames.
+  double live_wait_s = 2;
+  double live_behind_s = std::numeric_limits<double>::infinity();
+
+  /// @return the options for a consumer that prefers the newest frame to all frames.
+  [[nodiscard]] FrameSourceOptions ForNewest() const;
 };
 
 /// Statistics of reading a recording, for the summary.
@@ -45,10 +36,15 @@ struct FrameSourceReport {
   std::int64_t decoded = 0;
   std::int64_t dropped = 0;  ///< by a live source, because they were not read in time
   double decode_ms = 0;      ///< total, in parallel with the consumer's work
+  bool live = false;         ///< a camera or a stream; what follows is of those only
+  /// Frames that never arrived, by gaps between their times; unset without such times.
+  std::optional<std::int64_t> missing;
+  FrameReader::Outages outages;
 };
 
 /// The frames of a recording (SOURCE of the command line), decoded ahead of time by a separate
-/// thread. Frames of files are never dropped; a live source keeps the newest.
+/// thread. Frames of files and pipes are never dropped. A live source is read continuously; frames
+/// that wait too long for their consumer are dropped.
 ///
 /// If a video ends earlier than its container states, the frames before are used, with a warning;
 /// every other problem of the input is an error.
@@ -72,12 +68,22 @@ class FrameSource {
   /// @throws InputError when an image cannot be read, its size differs from the first one's, or
   /// there are too few or too many stamps.
   bool Read(Frame& frame);
+  /// The same, but waits for at most that many seconds.
+  /// @return false also when there is no frame in time; Ended() shows which.
+  bool Read(Frame& frame, double max_wait_s);
+  /// True when Read will not return a frame any more.
+  [[nodiscard]] bool Ended() const;
 
   [[nodiscard]] const std::string& Name() const;
   [[nodiscard]] cv::Size Size() const;
   /// Unset for live sources and pipes.
   [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const;
   [[nodiscard]] StampOrigin Stamps() const;
+  /// True for cameras and streams: their frames have an arrival.
+  [[nodiscard]] bool IsLive() const;
+  /// The clock of a live source's frames: seconds since 1970 as this machine's clock was at the
+  /// start, from then on by the steady clock.
+  [[nodiscard]] double Now() const;
   [[nodiscard]] FrameSourceReport Report() const;
   /// Problems of the recording, one line each; complete when Read has returned false.
   [[nodiscard]] std::vector<std::string> Warnings() const;

@@ -185,7 +185,7 @@ void PanoramaOptions::Check() const {
 
 PanoramaSource::PanoramaSource(const PanoramaOptions& options)
     : source_(options.Source(),
-              {.pixels = Pixels::kColour, .stamps = options.stamps, .live_queue = 1}) {
+              FrameSourceOptions{.pixels = Pixels::kColour, .stamps = options.stamps}.ForNewest()) {
   if (!options.omni.empty()) {
     PlacedView placed = MakeView(options, source_);
     view_ = std::move(placed.view);

@@ -15,9 +15,15 @@ SensorStream::SensorStream(const std::string& source,
 
 SensorStream::SensorStream(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
 
+// A live camera that stopped does not hold up the upward one: it is waited for again when it has
+// returned.
 bool SensorStream::Read(Frame& frame) {
+  constexpr double kMaxWaitS = 0.2;
   try {
-    return source_->Read(frame);
+    if (!source_->IsLive()) return source_->Read(frame);
+    const bool read = source_->Read(frame, stalled_ ? 0 : kMaxWaitS);
+    stalled_ = !read;
+    return read;
   } catch (const InputError& error) {
     damage_ = error.what();
     return false;
@@ -27,8 +33,10 @@ bool SensorStream::Read(Frame& frame) {
 void SensorStream::ReadTo(double stamp_s, const Sink& add) {
   while (!ended_ && (!last_stamp_s_ || *last_stamp_s_ <= stamp_s)) {
     Frame frame;  // a new one each time: the receiver keeps the image
-    ended_ = !Read(frame);
-    if (ended_) return;
+    if (!Read(frame)) {
+      ended_ = !damage_.empty() || source_->Ended();
+      return;
+    }
     last_stamp_s_ = frame.stamp_s;
     add({frame.image, frame.stamp_s, frame.index});
   }

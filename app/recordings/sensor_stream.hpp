@@ -32,7 +32,8 @@ class SensorStream {
   [[nodiscard]] const std::string& Name() const { return source_->Name(); }
 
   /// Reads as far as the first image that is later than `stamp_s` and passes each image on. Waits
-  /// for images of a live source. Stamps must not decrease.
+  /// for images of a live source, up to 0.2 s, and no more until it delivers again. Stamps must not
+  /// decrease.
   void ReadTo(double stamp_s, const Sink& add);
 
   [[nodiscard]] FrameSourceReport Reading() const { return source_->Report(); }
@@ -45,6 +46,7 @@ class SensorStream {
   std::unique_ptr<FrameSource> source_;
   std::optional<double> last_stamp_s_;
   bool ended_ = false;
+  bool stalled_ = false;  // a live source without images in time
   std::string damage_;
 };
 

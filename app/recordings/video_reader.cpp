@@ -18,6 +18,7 @@ extern "C" {
 }
 
 #include "app/recordings/video_geometry.hpp"
+#include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::recordings {
@@ -61,6 +62,7 @@ struct VideoReader::Decoder {
   [[nodiscard]] cv::Size Size() const { return {codec_->width, codec_->height}; }
 
   std::int64_t left_out = 0;
+  bool source_failed = false;  // it ended by an error
   std::optional<std::int64_t> expected;
   std::optional<double> period_s;
 
@@ -80,7 +82,7 @@ struct VideoReader::Decoder {
   bool Trusted(std::int64_t order);
 
   // A network without data for this time is down.
-  static constexpr auto kPatience = std::chrono::seconds(30);
+  static constexpr auto kPatience = std::chrono::seconds(10);
   static int GivesUp(void* decoder);
   Clock::time_point asked_ = Clock::now();
 
@@ -112,7 +114,8 @@ struct VideoReader::Decoder {
 };
 
 int VideoReader::Decoder::GivesUp(void* decoder) {
-  return Clock::now() - static_cast<Decoder*>(decoder)->asked_ > kPatience ? 1 : 0;
+  const bool late = Clock::now() - static_cast<Decoder*>(decoder)->asked_ > kPatience;
+  return late || terminal::Interrupted() ? 1 : 0;
 }
 
 bool VideoReader::Decoder::OpenStream(const std::string& name, Input input) {
@@ -128,6 +131,9 @@ bool VideoReader::Decoder::OpenStream(const std::string& name, Input input) {
   av_dict_free(&options);
   if (error < 0) return false;  // `format` was released by this call
   format_.reset(format);
+  // Of a stream that cannot be rewound FFmpeg would first read 20 frames, to measure its rate.
+  const bool rewinds = format->pb != nullptr && (format->pb->seekable & AVIO_SEEKABLE_NORMAL) != 0;
+  if (input == Input::kStream && !rewinds) format->fps_probe_size = 0;
   return avformat_find_stream_info(format, nullptr) >= 0;
 }
 
@@ -189,8 +195,12 @@ void VideoReader::Decoder::Feed() {
   asked_ = Clock::now();
   do {
     av_packet_unref(packet_.get());
-    if (av_read_frame(format_.get(), packet_.get()) < 0) {
+    if (const int error = av_read_frame(format_.get(), packet_.get()); error < 0) {
       ended_ = true;
+      // Some demuxers return other errors at the end.
+      const AVIOContext* const io = format_->pb;
+      const bool closed = io != nullptr && io->eof_reached != 0 && io->error == 0;
+      source_failed = error != AVERROR_EOF && !closed;
       (void)avcodec_send_packet(codec_.get(), nullptr);
       return;
     }
@@ -290,12 +300,16 @@ void VideoReader::Decoder::ReviseEstimate() {
 }
 
 std::optional<double> VideoReader::Decoder::Time() const {
-  if (frame_->best_effort_timestamp == AV_NOPTS_VALUE) return std::nullopt;
+  // Of containers without time stamps, FFmpeg counts the frames at a rate that it assumes.
+  const bool counted = (format_->iformat->flags & AVFMT_NOTIMESTAMPS) != 0;
+  if (counted || frame_->best_effort_timestamp == AV_NOPTS_VALUE) return std::nullopt;
   const std::int64_t start = stream_->start_time == AV_NOPTS_VALUE ? 0 : stream_->start_time;
   const double time_s =
       static_cast<double>(frame_->best_effort_timestamp - start) * av_q2d(stream_->time_base);
   constexpr double kLatestSeconds = 1e10;
-  if (!(time_s >= 0 && time_s < kLatestSeconds)) return std::nullopt;
+  // A stream may begin anew with earlier times.
+  const bool early = time_s < 0 && format_->interrupt_callback.callback == nullptr;
+  if (early || !(std::abs(time_s) < kLatestSeconds)) return std::nullopt;
   return time_s;
 }
 
@@ -339,6 +353,9 @@ std::optional<std::int64_t> VideoReader::ExpectedFrames() const {
 }
 std::optional<double> VideoReader::FramePeriod() const {
   return decoder_->period_s;
+}
+bool VideoReader::Failed() const {
+  return decoder_->source_failed;
 }
 std::int64_t VideoReader::LeftOut() const {
   return decoder_->left_out;

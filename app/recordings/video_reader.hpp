@@ -40,6 +40,7 @@ class VideoReader final : public FrameReader {
   [[nodiscard]] std::optional<double> FramePeriod() const override;
   [[nodiscard]] bool CanStall() const override { return input_ != Input::kFile; }
   [[nodiscard]] std::int64_t LeftOut() const override;
+  [[nodiscard]] bool Failed() const override;
 
   /// As Next, without the image.
   bool Skip();

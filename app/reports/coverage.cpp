@@ -8,10 +8,8 @@
 namespace ceilmap::reports {
 namespace {
 
-bool HasOwnStamps(recordings::StampOrigin stamps) {
-  return stamps == recordings::StampOrigin::kStampsFile ||
-         stamps == recordings::StampOrigin::kClock;
-}
+// A larger fraction of the noise of a sensor is missing only in strongly compressed videos.
+constexpr double kMaxCodingLoss = 0.5;
 
 bool IsFailure(const Coverage& coverage) {
   return 10 * coverage.on_map < coverage.frames;
@@ -42,6 +40,11 @@ std::string LostCause(const Coverage& coverage) {
 
 }  // namespace
 
+bool HasOwnStamps(recordings::StampOrigin stamps) {
+  return stamps == recordings::StampOrigin::kStampsFile ||
+         stamps == recordings::StampOrigin::kClock || stamps == recordings::StampOrigin::kStream;
+}
+
 double Coverage::Ratio() const {
   return frames > 0 ? static_cast<double>(on_map) / static_cast<double>(frames) : 0;
 }
@@ -56,6 +59,7 @@ Coverage CoverageOf(const mapping::MapperReport& report,
   coverage.ambiguous = report.ambiguous;
   coverage.lost = report.lost - report.without_texture;
   coverage.unconnected = report.unconnected;
+  coverage.coding_loss = report.coding_loss;
   coverage.has_stamps = HasOwnStamps(stamps);
   coverage.has_heading = sensors.report.heading.has_value();
   return coverage;
@@ -69,6 +73,7 @@ Coverage CoverageOf(const localization::LocalizerReport& report,
   coverage.on_map = report.tracking + report.relocalized;
   coverage.ambiguous = report.ambiguous;
   coverage.lost = report.lost;
+  coverage.coding_loss = report.coding_loss;
   coverage.localizes = true;
   coverage.has_stamps = HasOwnStamps(stamps);
   coverage.has_heading = sensors.report.heading.has_value();
@@ -100,6 +105,11 @@ std::string LikelyCause(const Coverage& coverage) {
     return of_group(
         "show no texture: dark, uniform, covered or out of focus; light the room, focus on the "
         "ceiling, and look at the images");
+  }
+  if (coverage.coding_loss > kMaxCodingLoss && coverage.ambiguous < most) {
+    return of_group(
+        "could not be connected, because compression removed the texture of the ceiling; record "
+        "with a higher bitrate (x264: CRF 25 or less)");
   }
   if (coverage.unconnected == most) {
     return of_group(

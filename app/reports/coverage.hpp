@@ -22,6 +22,7 @@ struct Coverage {
   std::int64_t lost = 0;
   std::int64_t unconnected = 0;
 
+  double coding_loss = 0;  ///< fraction of the sensor's noise that the codec removed, 0..1
   bool localizes = false;  ///< on an existing map; otherwise the run makes the map
   bool has_stamps = true;  ///< by --stamps, or by the clock of a live source
   bool has_heading = false;
@@ -30,6 +31,9 @@ struct Coverage {
   /// 0..1; 0 without frames.
   [[nodiscard]] double Ratio() const;
 };
+
+/// Whether the stamps are the true times of the frames: by --stamps, or by a live source.
+bool HasOwnStamps(recordings::StampOrigin stamps);
 
 Coverage CoverageOf(const mapping::MapperReport& report,
                     recordings::StampOrigin stamps,

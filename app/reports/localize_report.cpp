@@ -35,8 +35,21 @@ void Summarize(const LocalizeResult& result, terminal::Summary& summary) {
                           {"scale", or_null(report.scale)},
                           {"mean_sigma_m", result.mean_sigma_m},
                           {"path", result.path_m},
-                          {"latency_ms", or_null(result.latency_ms)}});
+                          {"repeated", report.repeated},
+                          {"coding_loss", report.coding_loss},
+                          {"stream", StreamJson(result.reading, result.latency)}});
   Summarize(result.sensors, summary);
+}
+
+RecordingFacts RecordingFactsOf(const LocalizeResult& result, const std::string& source) {
+  RecordingFacts facts;
+  facts.source = source;
+  facts.frames = result.report.frames;
+  facts.has_stamps = HasOwnStamps(result.stamps);
+  facts.repeated = result.report.repeated;
+  facts.coding_loss = result.report.coding_loss;
+  facts.bits_per_px = result.bits_per_px;
+  return facts;
 }
 
 terminal::Table FactsOf(const LocalizeResult& result) {
@@ -54,9 +67,6 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   }
   table.AddRow({"ambiguous", count(report.ambiguous)});
   table.AddRow({"lost", count(report.lost)});
-  if (result.reading.dropped > 0) {
-    table.AddRow({"dropped", count(result.reading.dropped), "more frames of a live source"});
-  }
   AddRows(result.sensors, table);
   if (report.scale) {
     table.AddRow({"scale",
@@ -65,9 +75,7 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   }
   table.AddRow({"path", fmt::format("{:.3f}", result.path_m), "m"});
   table.AddRow({"sigma", fmt::format("{:.2f}", 1e3 * result.mean_sigma_m), "mm, of x and y"});
-  if (result.latency_ms) {
-    table.AddRow({"latency", fmt::format("{:.1f}", *result.latency_ms), "ms at the most"});
-  }
+  AddStreamRows(result.reading, result.latency, table);
   table.AddRow(
       {"time", fmt::format("{:.2f}", result.seconds), fmt::format("s ({:.1f} frames/s)", rate)});
   return table;

@@ -24,7 +24,11 @@ void Summarize(const MapResult& result, const std::string& unit, terminal::Summa
                           {"lost", report.lost},
                           {"ambiguous", report.ambiguous},
                           {"without_texture", report.without_texture},
+                          {"missing", report.missing},
+                          {"repeated", report.repeated},
+                          {"coding_loss", report.coding_loss},
                           {"dropped", result.reading.dropped},
+                          {"stream", StreamJson(result.reading, result.latency)},
                           {"unconnected", report.unconnected},
                           {"keyframes", report.keyframes},
                           {"loops", ToJson(report.quality.loops)},
@@ -42,6 +46,19 @@ void Summarize(const MapResult& result, const std::string& unit, terminal::Summa
 
 Coverage CoverageOf(const MapResult& result) {
   return CoverageOf(result.map.report, result.stamps, result.sensors);
+}
+
+RecordingFacts RecordingFactsOf(const MapResult& result, const std::string& source) {
+  const mapping::MapperReport& report = result.map.report;
+  RecordingFacts facts;
+  facts.source = source;
+  facts.frames = report.frames;
+  facts.missing = report.missing;
+  facts.has_stamps = HasOwnStamps(result.stamps);
+  facts.repeated = report.repeated;
+  facts.coding_loss = report.coding_loss;
+  facts.bits_per_px = result.bits_per_px;
+  return facts;
 }
 
 void ReportCoverage(const MapResult& result,
@@ -77,10 +94,6 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
                   fmt::format("{}", report.unconnected),
                   "of a part that is not connected to the map; left out"});
   }
-  if (result.reading.dropped > 0) {
-    table.AddRow(
-        {"dropped", fmt::format("{}", result.reading.dropped), "more frames of a live source"});
-  }
   AddRows(result.sensors, table);
   table.AddRow({"keyframes", fmt::format("{}", report.keyframes)});
   table.AddRow({"loops closed",
@@ -100,6 +113,7 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
                             decimals),
                 unit});
   table.AddRow({"map", fmt::format("{} x {}", grid.width_px, grid.height_px), "px of the mosaic"});
+  AddStreamRows(result.reading, result.latency, table);
   table.AddRow({"time", fmt::format("{:.2f}", seconds), fmt::format("s ({:.1f} frames/s)", rate)});
   return table;
 }

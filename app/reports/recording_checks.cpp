@@ -14,7 +14,8 @@ constexpr double kMinBitsPerPixel = 0.05;
 constexpr double kMaxCodingLoss = 0.5;
 
 bool IsNotable(std::int64_t count, std::int64_t frames) {
-  return count >= kMinFrames && static_cast<double>(count) >= kMinRatio * static_cast<double>(frames);
+  return count >= kMinFrames &&
+         static_cast<double>(count) >= kMinRatio * static_cast<double>(frames);
 }
 
 }  // namespace
@@ -37,11 +38,11 @@ std::vector<std::string> RecordingWarnings(const RecordingFacts& facts) {
                     *facts.bits_per_px));
   }
   if (IsNotable(facts.repeated, facts.frames)) {
-    warnings.push_back(
-        fmt::format("{}: {} frames repeat the one before and give no pose: the codec repeats them, "
-                    "or the camera does not deliver new ones; raise the bitrate, or check the camera",
-                    facts.source,
-                    facts.repeated));
+    warnings.push_back(fmt::format(
+        "{}: {} frames repeat the one before and give no pose: the codec repeats them, "
+        "or the camera does not deliver new ones; raise the bitrate, or check the camera",
+        facts.source,
+        facts.repeated));
   }
   return warnings;
 }

@@ -16,6 +16,12 @@ ceilmap_add_test(heading_command_test
     ${CMAKE_CURRENT_LIST_DIR}/heading_command_test.cpp
   LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
+ceilmap_add_test(stream_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/live_camera.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/stream_test.cpp
+  LINKS ceilmap_app ceilmap_test_support PkgConfig::ffmpeg PkgConfig::httplib opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
+
 ceilmap_add_test(simulate_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/simulate_test.cpp

@@ -7,7 +7,11 @@
 #include <future>
 #include <thread>
 
+#include "app/recordings/stream_reader.hpp"
+#include "app/terminal/clock.hpp"
 #include "app/terminal/interrupt.hpp"
+#include "calib/base/error.hpp"
+#include "tests/app/recordings/scripted_reader.hpp"
 #include "tests/support/synthetic_recording.hpp"
 #include "tests/support/test_folder.hpp"
 
@@ -259,47 +263,116 @@ TEST(FrameSource, LeavesAStalledPipeBehind) {
   close(descriptor);
 }
 
-/// A camera that delivers faster than they are read.
-class FastCamera : public FrameReader {
- public:
-  FastCamera(int frames, std::promise<void>& all_delivered)
-      : frames_(frames), all_delivered_(all_delivered) {}
+FrameSource Live(std::unique_ptr<FrameReader> reader, const FrameSourceOptions& options = {}) {
+  return FrameSource(std::move(reader), "camera", options);
+}
 
-  bool Next(cv::Mat& grey, std::optional<double>&) override {
-    if (delivered_ == frames_) {
-      all_delivered_.set_value();
-      return false;
-    }
-    grey = cv::Mat(4, 4, CV_8UC1, cv::Scalar(delivered_));
-    ++delivered_;
-    return true;
+std::unique_ptr<ScriptedReader> FastCamera(int frames) {
+  std::vector<ScriptedReader::Image> images;
+  for (int i = 0; i < frames; ++i) images.push_back({i, {}});
+  return std::make_unique<ScriptedReader>(std::move(images));
+}
+
+TEST(FrameSource, OfALiveSourceNothingIsLostAtFirst) {
+  FrameSource source = Live(FastCamera(10));
+  EXPECT_TRUE(source.IsLive());
+  EXPECT_EQ(source.Stamps(), StampOrigin::kClock);
+  EXPECT_THAT(ReadToEnd(source).indices, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
+  EXPECT_TRUE(source.Ended());
+  EXPECT_EQ(source.Report().decoded, 10);
+  EXPECT_EQ(source.Report().dropped, 0);
+  EXPECT_EQ(source.Report().missing, std::nullopt);
+}
+
+TEST(FrameSource, OfALiveSourceOnlyTheNewestFrameWaitsWhereThatIsWanted) {
+  FrameSource source = Live(FastCamera(10), {.live_wait_s = 0});
+  while (source.Report().decoded < 10) std::this_thread::yield();
+  const Taken taken = ReadToEnd(source);
+  ASSERT_THAT(taken.indices, ElementsAre(9)) << "counts what was dropped";
+  EXPECT_EQ(taken.images[0].at<uchar>(0, 0), 9);
+  EXPECT_EQ(source.Report().dropped, 9);
+}
+
+TEST(FrameSource, TheTimesOfAStreamAreOnThisMachinesClock) {
+  FrameSource source = Live(std::make_unique<ScriptedReader>(
+      std::vector<ScriptedReader::Image>{{1, 500.0}, {2, 500.01}, {3, 500.05}}));
+  EXPECT_EQ(source.Stamps(), StampOrigin::kStream);
+  const double now_s = source.Now();
+  EXPECT_NEAR(now_s, terminal::ClockSeconds(), 1);
+  const Taken taken = ReadToEnd(source);
+  ASSERT_EQ(taken.stamps_s.size(), 3U);
+  EXPECT_NEAR(taken.stamps_s[1] - taken.stamps_s[0], 0.01, 1e-6);
+  EXPECT_NEAR(taken.stamps_s[2] - taken.stamps_s[1], 0.04, 1e-6);
+  EXPECT_NEAR(taken.stamps_s[2], now_s, 10);
+}
+
+TEST(FrameSource, ALiveSourceUsesTheGivenStamps) {
+  const support::TestFolder folder;
+  const auto stamps = folder.Write("f.csv", support::StampsCsv(3, 100, 0.25));
+  FrameSource source = Live(FastCamera(3), {.stamps = stamps});
+  EXPECT_TRUE(source.IsLive());
+  EXPECT_THAT(ReadToEnd(source).stamps_s, ElementsAre(100, 100.25, 100.5));
+}
+
+// A second passes between any two looks at the clock.
+StreamReaderParams WithoutWaiting() {
+  StreamReaderParams params;
+  params.now_s = [now_s = 0.0]() mutable { return now_s += 1; };
+  params.sleep = [](double) {};
+  params.notice = [](const std::string&) {};
+  return params;
+}
+
+TEST(FrameSource, ReportsTheOutagesOfALiveSource) {
+  auto again = std::make_shared<std::unique_ptr<FrameReader>>(FastCamera(2));
+  FrameSource source = Live(std::make_unique<StreamReader>(
+      "camera",
+      FastCamera(3),
+      [again] {
+        if (!*again) throw InputError("not there");
+        return std::move(*again);
+      },
+      WithoutWaiting()));
+  EXPECT_THAT(ReadToEnd(source).indices, ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_EQ(source.Report().outages.count, 1);
+  EXPECT_THAT(source.Warnings(),
+              ElementsAre("camera: it was interrupted 1 time, for 8.0 s in all, and opened again"));
+}
+
+TEST(FrameSource, AnotherSizeAfterAnOutageIsAnError) {
+  auto again = std::make_shared<std::unique_ptr<FrameReader>>(std::make_unique<ScriptedReader>(
+      std::vector<ScriptedReader::Image>{{1, {}, cv::Size(8, 6)}}));
+  FrameSource source = Live(std::make_unique<StreamReader>(
+      "camera", FastCamera(3), [again] { return std::move(*again); }, WithoutWaiting()));
+  support::ExpectInputError([&] { ReadToEnd(source); },
+                            {"camera: frame 3 is 8x6 px, the frames before it are 4x4"});
+}
+
+/// A camera that waits for ever once it has delivered a frame.
+class StalledCamera : public ScriptedReader {
+ public:
+  explicit StalledCamera(std::shared_future<void> end)
+      : ScriptedReader(std::vector<Image>{{1, {}}}), end_(std::move(end)) {}
+  bool Next(cv::Mat& image, std::optional<double>& time_s) override {
+    if (ScriptedReader::Next(image, time_s)) return true;
+    end_.wait();
+    return false;
   }
-  [[nodiscard]] Kind GetKind() const override { return Kind::kLive; }
-  [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override { return std::nullopt; }
 
  private:
-  int frames_;
-  int delivered_ = 0;
-  std::promise<void>& all_delivered_;
+  std::shared_future<void> end_;
 };
 
-TEST(FrameSource, OfALiveSourceOnlyTheNewestFrameWaits) {
-  for (const int queue : {1, 3}) {
-    std::promise<void> all_delivered;
-    FrameSourceOptions options;
-    options.live_queue = queue;
-    FrameSource source(std::make_unique<FastCamera>(10, all_delivered), "camera", options);
-    all_delivered.get_future().wait();
-    Frame frame;
-    for (int i = 10 - queue; i < 10; ++i) {
-      ASSERT_TRUE(source.Read(frame));
-      EXPECT_EQ(frame.index, i);  // counts what was dropped
-      EXPECT_EQ(frame.image.at<unsigned char>(0, 0), i);
-    }
-    EXPECT_FALSE(source.Read(frame));
-    EXPECT_EQ(source.Report().dropped, 10 - queue);
-    EXPECT_EQ(source.Report().decoded, 10);
-  }
+TEST(FrameSource, WaitsNoLongerThanItIsTold) {
+  std::promise<void> end;
+  FrameSource source = Live(std::make_unique<StalledCamera>(end.get_future().share()));
+  Frame frame;
+  EXPECT_TRUE(source.Read(frame));
+  EXPECT_FALSE(source.Read(frame, 0));
+  EXPECT_FALSE(source.Ended());
+  end.set_value();
+  EXPECT_FALSE(source.Read(frame));
+  EXPECT_TRUE(source.Ended());
 }
 
 }  // namespace

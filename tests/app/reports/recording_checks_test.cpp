@@ -40,9 +40,10 @@ TEST(RecordingWarnings, ALowBitrateIsStatedWithItsFigure) {
   facts.coding_loss = 0.7;
   EXPECT_THAT(RecordingWarnings(facts), IsEmpty()) << "denoised, but stored well";
   facts.bits_per_px = 0.0288;
-  EXPECT_THAT(RecordingWarnings(facts),
-              ElementsAre("up.mp4: is compressed to 0.029 bits per pixel, which removes the texture "
-                          "of the ceiling; record with 0.1 or more (x264: CRF 25 or less)"));
+  EXPECT_THAT(
+      RecordingWarnings(facts),
+      ElementsAre("up.mp4: is compressed to 0.029 bits per pixel, which removes the texture "
+                  "of the ceiling; record with 0.1 or more (x264: CRF 25 or less)"));
   facts.coding_loss = 0.2;
   EXPECT_THAT(RecordingWarnings(facts), IsEmpty()) << "small, but with all its noise";
 }
@@ -50,10 +51,11 @@ TEST(RecordingWarnings, ALowBitrateIsStatedWithItsFigure) {
 TEST(RecordingWarnings, RepeatedFramesAreCounted) {
   RecordingFacts facts = Good();
   facts.repeated = 12;
-  EXPECT_THAT(RecordingWarnings(facts),
-              ElementsAre("up.mp4: 12 frames repeat the one before and give no pose: the codec "
-                          "repeats them, or the camera does not deliver new ones; raise the bitrate, "
-                          "or check the camera"));
+  EXPECT_THAT(
+      RecordingWarnings(facts),
+      ElementsAre("up.mp4: 12 frames repeat the one before and give no pose: the codec "
+                  "repeats them, or the camera does not deliver new ones; raise the bitrate, "
+                  "or check the camera"));
 }
 
 }  // namespace
