@@ -438,5 +438,44 @@ TEST(Odometry, ARepeatedImageGivesNoPose) {
   ExpectNear(after.pose.T_map_base, {0.3, 0, 0}, "after the copy");
 }
 
+// A drive whose images have no noise of a sensor, as those of a codec.
+class EncodedDrive {
+ public:
+  /// @param shown_x_m  Where the image was taken. @return the frame's step.
+  OdometryStep Process(double shown_x_m) {
+    const cv::Mat image = ceiling_.Render({640, 480}, MotionAt(view_, {shown_x_m, 0, 0}));
+    const int index = index_++;
+    return odometry_.Process(image, index, 0.1 * index);
+  }
+
+ private:
+  CeilingView view_ = MakeView();
+  SyntheticCeiling ceiling_;
+  Odometry odometry_{view_, {}};
+  int index_ = 0;
+};
+
+TEST(Odometry, ACodecThatRepeatsAnImageDoesNotStopTheRobot) {
+  EncodedDrive drive;
+  double x_m = 0;
+  for (int i = 0; i < 6; ++i) EXPECT_TRUE(Placed(drive.Process(x_m += 0.05))) << i;
+  EXPECT_FALSE(Placed(drive.Process(x_m))) << "the image before once more, at full speed";
+  x_m += 0.05;
+  for (int i = 0; i < 4; ++i) {
+    const OdometryStep step = drive.Process(x_m += 0.05);
+    ASSERT_TRUE(Placed(step)) << i;
+    ExpectNear(step.pose.T_map_base, {x_m - 0.05, 0, 0}, "after the repeated image");
+  }
+}
+
+TEST(Odometry, ARobotThatBrakesAndStandsKeepsItsPoseInEncodedImages) {
+  EncodedDrive drive;
+  double x_m = 0;
+  double step_m = 0.05;
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(Placed(drive.Process(x_m += step_m)));
+  for (; step_m > 0; step_m -= 0.008) EXPECT_TRUE(Placed(drive.Process(x_m += step_m)));
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(Placed(drive.Process(x_m))) << "standing, " << i;
+}
+
 }  // namespace
 }  // namespace ceilmap::mapping
