@@ -55,7 +55,8 @@ class Stream : public testing::Test {
             "-o",
             "m.gpkg",
             "--trajectory=t.tum",
-            "--summary=s.json"};
+            "--summary=s.json",
+            "--force"};
   }
   nlohmann::json Quality() const {
     return nlohmann::json::parse(support::ReadAll(test_.out / "s.json"))["quality"];
