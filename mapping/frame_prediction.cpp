@@ -33,6 +33,8 @@ constexpr double kMaxStrayedRatio = 1.5;
 // Frames are missing where the time to the last frame is more than this multiple of the time
 // between the last two frames.
 constexpr double kGapSteps = 3;
+// Largest number of steps to the next frame where frames are missing without a gap in the stamps.
+constexpr int kMaxSteps = 9;
 
 /// The motion with another turn, on a circular arc of the same chord length: half of the difference
 /// of turn rotates the chord.
@@ -134,7 +136,6 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
 }
 
 std::optional<int> FramePrediction::StepsTo(const Pose2& T_map_base) const {
-  constexpr int kMaxSteps = 9;
   // Of numbers of steps that explain the pose about equally well, the smallest is the likeliest.
   constexpr double kStepPenaltyPx = 1;
   if (!(gap_s_ > 0)) return std::nullopt;
@@ -157,7 +158,30 @@ std::optional<int> FramePrediction::StepsTo(const Pose2& T_map_base) const {
     best = steps;
     best_px = cost_px;
   }
-  return best;
+  return best ? best : StepsAhead(T_map_base);
+}
+
+/// A robot that turned or was slow may have driven straight ahead in the missing frames, at most as
+/// fast as it was before.
+std::optional<int> FramePrediction::StepsAhead(const Pose2& T_map_base) const {
+  constexpr double kMaxSideways = 0.25;  // of the way ahead
+  if (recent_.size() < 2 || !(fastest_px_s_ > 0)) return std::nullopt;
+  const double unit = view_.MetresPerPixel();
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  const auto ahead_px = [&](const Pose2& from, const Pose2& to) {
+    return (from.Inverse() * to).x / unit;
+  };
+  const double before_px =
+      ahead_px(recent_[recent_.size() - 2].T_map_base, recent_.back().T_map_base);
+  const Pose2 way = T_last_placed_.Inverse() * T_map_base;
+  const double way_px = way.Translation().norm() / unit;
+  const bool ahead = way.x > 0 && before_px > -params_.uneven_ratio * side_px &&
+                     std::abs(way.y) < kMaxSideways * way.x + params_.uneven_ratio * side_px * unit;
+  if (!ahead || std::abs(way.yaw) > params_.uneven_rad) return std::nullopt;
+  for (int steps = 2; steps <= kMaxSteps; ++steps) {
+    if (way_px < fastest_px_s_ * (ElapsedSeconds() + (steps - 1) * gap_s_)) return steps;
+  }
+  return std::nullopt;
 }
 
 double FramePrediction::InnovationSigma(const Pose2& T_map_base, int steps) const {
@@ -223,14 +247,14 @@ std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
 
 std::optional<ExpectedPose> FramePrediction::Continued() const {
   // The robot may have changed its motion by as much as the standard deviations of the prediction.
-  constexpr double kMaxSteps = 5;
+  constexpr double kMaxLostSteps = 5;
   if (recent_.size() < 2) return std::nullopt;
   const PlacedFrame& first = recent_.front();
   const PlacedFrame& latest = recent_.back();
   const double known_s = latest.stamp_s - first.stamp_s;
   const double step_s = known_s / static_cast<double>(recent_.size() - 1);
   const double ahead_s = stamp_s_ - latest.stamp_s;
-  if (!(step_s > 0) || ahead_s > kMaxSteps * step_s) return std::nullopt;
+  if (!(step_s > 0) || ahead_s > kMaxLostSteps * step_s) return std::nullopt;
   const Pose2 motion = first.T_map_base.Inverse() * latest.T_map_base;
   const double side_px = std::max(view_.Size().width, view_.Size().height);
   return ExpectedPose{latest.T_map_base * Interpolate(motion, ahead_s / known_s),
@@ -288,6 +312,7 @@ void FramePrediction::Placed(const Pose2& T_map_base, int steps) {
     const double distance =
         (T_map_base.Translation() - before_last_->T_map_base.Translation()).norm();
     speed_px_s_ = distance / view_.MetresPerPixel() / (last_->stamp_s - before_last_->stamp_s);
+    if (steps == 1) fastest_px_s_ = std::max(fastest_px_s_, speed_px_s_);
   }
   T_last_placed_ = T_map_base;
   last_placed_s_ = stamp_s_;

@@ -82,6 +82,7 @@ class FramePrediction {
   };
   [[nodiscard]] std::optional<HeadingTurn> Turn() const;
   [[nodiscard]] double Sigma() const;
+  [[nodiscard]] std::optional<int> StepsAhead(const Pose2& T_map_base) const;
   [[nodiscard]] double ElapsedSeconds() const;
   [[nodiscard]] std::optional<Off> OffEvenMotion(const Pose2& T_map_base, double stamp_s) const;
   [[nodiscard]] Off OffFrom(const Pose2& expected, const Pose2& T_map_base) const;
@@ -101,6 +102,7 @@ class FramePrediction {
   std::deque<PlacedFrame> recent_;  // the last placed frames of this segment
   bool contradicted_ = false;       // an implausible pose was measured since the last placed frame
   double speed_px_s_ = 0;           // speed at the last placed frame
+  double fastest_px_s_ = 0;         // of the recording so far
   double marked_yaw_ = 0;           // yaw of the last placed frame with a heading
   std::optional<Pose2> predicted_;  // pose of this frame by the constant-velocity model
   std::optional<double> error_px_;  // largest recent error of the predictions, decaying

@@ -20,8 +20,8 @@ constexpr double kMaxExpectedSigmaPx = 0.4;
 // Blocks that a codec repeated must not have drawn it away from the coarse stage's motion, px.
 constexpr double kMaxFromCandidatePx = 4;
 // Its blocks have errors in common: standard deviations that are added, px and rad.
-constexpr double kExpectedSigmaPx = 0.7;
-constexpr double kExpectedSigmaRad = 0.005;
+constexpr double kExpectedSigmaPx = 1;
+constexpr double kExpectedSigmaRad = 0.008;
 
 /// Squared distance of a motion from the prior, in standard deviations.
 double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion) {

@@ -419,6 +419,20 @@ TEST(Odometry, FramesMayBeMissingWithoutATrace) {
   }
 }
 
+// Where the robot turned before, constant velocity leads elsewhere.
+TEST(Odometry, FramesMayBeMissingWhereTheRobotDrivesOffAfterATurn) {
+  Drive drive;
+  DriveEvenly(drive);
+  for (int i = 0; i < 6; ++i) {
+    drive.Move(0, 8);
+    ASSERT_TRUE(Placed(drive.Process())) << i;
+  }
+  drive.Move(0.2, 0);  // in four frames at the speed before the turn
+  const OdometryStep after = drive.Process();
+  ASSERT_TRUE(Placed(after));
+  ExpectNear(after.pose.T_map_base, drive.Truth(), "after the missing frames");
+}
+
 // What a codec repeats says nothing about the motion.
 TEST(Odometry, ARepeatedImageGivesNoPose) {
   const CeilingView view = MakeView();
