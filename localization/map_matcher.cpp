@@ -57,7 +57,7 @@ calib::CeilingView MakeFirstView(const store::MapReader& map, const calib::Mount
 }
 
 registration::RegistrarParams WithScale(const calib::CeilingView& view, bool estimate_scale) {
-  return {.estimate_scale = estimate_scale, .mask = view.Mask()};
+  return {.estimate_scale = estimate_scale, .mask = view.Mask(), .same_recording = false};
 }
 
 }  // namespace

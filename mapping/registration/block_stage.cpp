@@ -31,8 +31,9 @@ kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point 
 
 }  // namespace
 
-BlockStage::BlockStage(cv::Size size, const cv::Mat& mask, int block_px)
+BlockStage::BlockStage(cv::Size size, const cv::Mat& mask, int block_px, bool same_recording)
     : block_px_(block_px),
+      same_recording_(same_recording),
       size_(size),
       poc_({block_px, block_px}),
       samples_(poc_.Area()),
@@ -262,8 +263,9 @@ bool BlockStage::MeasureBlock(const Level& reference,
                               const kernels::Affine& map,
                               int search_px,
                               BlockShift& shift) {
-  const double noise =
-      kBlockNoiseFactor * poc_.WindowPower() * CodedPower(reference.noise, current.noise);
+  const double power = same_recording_ ? CodedPower(reference.noise, current.noise)
+                                       : WhitePower(reference.noise, current.noise);
+  const double noise = kBlockNoiseFactor * poc_.WindowPower() * power;
   SampleBlock(current, map, samples_);
   if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);
@@ -275,7 +277,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
   shift.sharpness = peak.sharpness;
   shift.peak = peak.height;
   shift.quality = peak.height * peak.height / (1.05 - peak.height * peak.height);
-  if (reference.noise.IsEncoded() && current.noise.IsEncoded()) {
+  if (same_recording_ && reference.noise.IsEncoded() && current.noise.IsEncoded()) {
     shift.signal = peak.signal;
     shift.quality *= peak.signal;
   }

@@ -27,7 +27,11 @@ class BlockStage {
  public:
   /// @param mask  See RegistrarParams::mask, of the level's size; empty: images have content
   /// everywhere. @param block_px  side of a block; an even fast FFT size, a multiple of 4.
-  explicit BlockStage(cv::Size size, const cv::Mat& mask = {}, int block_px = 64);
+  /// @param same_recording  RegistrarParams::same_recording.
+  explicit BlockStage(cv::Size size,
+                      const cv::Mat& mask = {},
+                      int block_px = 64,
+                      bool same_recording = true);
 
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
 
@@ -86,6 +90,7 @@ class BlockStage {
   void LayOutGrid();
 
   int block_px_;
+  bool same_recording_;
   cv::Size size_;
   cv::Mat any_blank_;  // 255 where no image has content; empty: nowhere
   cv::Mat blank_;      // its integral

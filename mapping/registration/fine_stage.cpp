@@ -54,6 +54,7 @@ constexpr int kSmallSide = 240;  // shorter side; from here on there are six row
 // peak into two peaks beside the true one. This band is below that limit for blurs up to about ten
 // pixels, and it is the least sensitive to noise.
 constexpr int kRoughBlockPx = 32;
+constexpr int kFineBlockPx = 64;
 
 // A pixel of the level has content only if all of its full pixels do.
 cv::Mat LevelMask(const cv::Mat& mask, cv::Size size) {
@@ -120,8 +121,14 @@ FineStage::FineStage(cv::Size size, const RegistrarParams& params)
     : params_(params),
       fine_frame_(size, FineFactor(size)),
       rough_frame_(fine_frame_.size, 2),
-      rough_(rough_frame_.size, LevelMask(params.mask, rough_frame_.size), kRoughBlockPx),
-      fine_(fine_frame_.size, LevelMask(params.mask, fine_frame_.size)) {}
+      rough_(rough_frame_.size,
+             LevelMask(params.mask, rough_frame_.size),
+             kRoughBlockPx,
+             params.same_recording),
+      fine_(fine_frame_.size,
+            LevelMask(params.mask, fine_frame_.size),
+            kFineBlockPx,
+            params.same_recording) {}
 
 void FineStage::Analyze(const cv::Mat& grey,
                         float white_noise,
@@ -272,7 +279,8 @@ Finalist FineStage::Refine(const FrameSpectrum::Fine& reference,
     result.verdict = Verdict::kOk;
     InflateBlurCovariance(reference, current, finalist);
   }
-  const float loss = std::min(reference.noise.removed, current.noise.removed);
+  const float loss =
+      params_.same_recording ? std::min(reference.noise.removed, current.noise.removed) : 0;
   result.covariance *= std::pow(1 + kCommonCodingErrors * loss, 2);
   result.covariance.topLeftCorner<2, 4>() *= fine_frame_.factor;
   result.covariance.topLeftCorner<4, 2>() *= fine_frame_.factor;

@@ -221,8 +221,8 @@ Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
     finalists.push_back(fine.Refine(reference, current, rival));
   }
   Registration result = Choose(reference, current, finalists, prior);
-  if (result.verdict == Verdict::kNoMatch && prior && reference.noise.IsEncoded() &&
-      current.noise.IsEncoded()) {
+  if (result.verdict == Verdict::kNoMatch && prior && params.same_recording &&
+      reference.noise.IsEncoded() && current.noise.IsEncoded()) {
     if (const auto expected = FindExpected(finalists, *prior)) result = *expected;
   }
   for (const Candidate& c : candidates) {

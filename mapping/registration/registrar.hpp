@@ -53,6 +53,10 @@ struct RegistrarParams {
   /// Where images have content (CeilingView::Mask): CV_8UC1 of the image's size, 0 where they
   /// have none; empty: everywhere. Blank borders would otherwise be matched with each other.
   cv::Mat mask;
+  /// The images are frames of one recording: where they have no noise, a codec removed it, and a
+  /// motion that the prior predicts needs less evidence. False: an image without noise may be
+  /// drawn from a map, or blurred.
+  bool same_recording = true;
   int final_blocks = 48;  ///< blocks of the last rounds
 
   /// Blocks that must agree, > 0.
