@@ -172,7 +172,9 @@ CEILMAP_INLINE float SampleHardlyTurned(
     const float top = m.yx * static_cast<float>(a) + m.y0 - static_cast<float>(rows.first);
     for (int b = 0; b < dh; ++b) {
       const float y = m.yy * static_cast<float>(b) + top;
-      const auto whole = static_cast<std::size_t>(y);
+      // Rounding may put the first or the last sample beside the rows that it needs.
+      const auto whole =
+          static_cast<std::size_t>(std::clamp(static_cast<int>(y), 1, rows.last - rows.first - 2));
       Eight value;
       Interpolate(lines[whole - 1],
                   lines[whole],
