@@ -42,7 +42,8 @@ class FramePrediction {
   [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
   /// How many times the last step the robot has moved since the last placed frame, where CanBeAt is
   /// false because frames are missing that no stamp tells of: a recorder that drops frames and
-  /// numbers the others. Nothing where the pose is not on the way that the robot was driving.
+  /// numbers the others. Nothing where the pose is neither on the way that the robot was driving
+  /// nor straight ahead of it, as far as it can have driven at its highest speed so far.
   /// @return 2 .. 9
   [[nodiscard]] std::optional<int> StepsTo(const Pose2& T_map_base) const;
   /// Standard deviation that accounts for an implausible innovation. Where a measured position

@@ -176,17 +176,19 @@ bool Odometry::Impl::RestsOnCopies(const RecentKeyframe& reference,
                                    const FrameSpectrum& spectrum,
                                    const OdometryStep& step) {
   if (!spectrum.IsEncoded()) return false;
-  const auto still = [&](const Pose2& T_map_before) {
-    const ImageMotion motion = ImageMotionOf(view, T_map_before.Inverse() * step.pose.T_map_base);
+  const auto motion_since = [&](const Pose2& T_map_before) {
+    return ImageMotionOf(view, T_map_before.Inverse() * step.pose.T_map_base);
+  };
+  const auto still = [](const ImageMotion& motion) {
     return std::hypot(motion.tx_px, motion.ty_px) < kStillPx &&
            std::abs(motion.theta_rad) < kStillRad;
   };
   const auto copies = [&](const FrameSpectrum& before, const Pose2& T_map_before) {
-    if (!still(T_map_before)) return false;
-    const ImageMotion motion = ImageMotionOf(view, T_map_before.Inverse() * step.pose.T_map_base);
-    return registrar.Compare(before, spectrum, motion).mean > kMaxStillDissimilarity;
+    const ImageMotion motion = motion_since(T_map_before);
+    return still(motion) &&
+           registrar.Compare(before, spectrum, motion).mean > kMaxStillDissimilarity;
   };
-  if (last_placed && still(*last_placed) && prediction.MustHaveMoved()) return true;
+  if (last_placed && still(motion_since(*last_placed)) && prediction.MustHaveMoved()) return true;
   return copies(reference.spectrum, reference.keyframe.pose.T_map_base) ||
          (last && copies(last->spectrum, last->pose.T_map_base));
 }
