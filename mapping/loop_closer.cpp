@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "calib/base/field_check.hpp"
@@ -82,6 +83,7 @@ struct LoopCloser::Impl {
   graph::KeyframeGraph graph;
   KeyframeHeadings headings;
   LruCache<FrameSpectrum> spectra;
+  std::unordered_map<std::int64_t, std::shared_ptr<const heights::HeightField>> heights;
   LoopCandidates candidates;
   LoopVerifier judge;
   std::vector<Pose2> recorded;  // by id: pose of the keyframe when it was added
@@ -102,10 +104,16 @@ struct LoopCloser::Impl {
 };
 
 FrameSpectrum LoopCloser::Impl::Spectrum(std::int64_t id) {
-  if (const FrameSpectrum* kept = spectra.Find(id)) return *kept;
-  const cv::Mat image = load(id);
-  FrameSpectrum spectrum = registrar.Analyze(image, calib::ContentMask(image));
-  spectra.Insert(id, spectrum);
+  FrameSpectrum spectrum;
+  if (const FrameSpectrum* kept = spectra.Find(id)) {
+    spectrum = *kept;
+  } else {
+    const cv::Mat image = load(id);
+    spectrum = registrar.Analyze(image, calib::ContentMask(image));
+    spectra.Insert(id, spectrum);
+  }
+  const auto known = heights.find(id);
+  if (known != heights.end()) spectrum.SetHeights(known->second);
   return spectrum;
 }
 
@@ -242,6 +250,9 @@ void LoopCloser::Add(const graph::Keyframe& keyframe,
   for (const graph::Edge& edge : edges) me.graph.Add(edge);
   if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
+  if (spectrum.Heights() != nullptr) {
+    me.heights[keyframe.id] = std::make_shared<const heights::HeightField>(*spectrum.Heights());
+  }
   if (!descriptors.empty()) me.candidates.Add(keyframe.id, descriptors);
 }
 

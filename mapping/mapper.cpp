@@ -29,6 +29,7 @@ void SetForView(const calib::CeilingView& view, registration::RegistrarParams& p
   // disturb the other parameters.
   if (view.FocalLength() <= 0) params.estimate_scale = true;
   params.mask = view.Mask();
+  params.camera = registration::PlaneCameraOf(view);
 }
 
 MapperParams ForView(MapperParams params, const calib::CeilingView& view) {

@@ -25,6 +25,10 @@ using registration::Verdict;
 
 namespace {
 
+// Where fewer of the blocks agree with one plane, the ceiling may have depth. It has where at least
+// this part of the measured heights is off the plane.
+constexpr double kPlaneInlierRatio = 0.75;
+constexpr double kMinDepthRatio = 0.15;
 // A new keyframe is made when a smaller fraction of the compared blocks agrees.
 constexpr double kMinInlierRatio = 0.5;
 // A tilted frame is a poor keyframe: its image has blank borders and its position is less
@@ -75,6 +79,10 @@ struct Odometry::Impl {
   Registration Measure(const RecentKeyframe& reference,
                        const FrameSpectrum& spectrum,
                        const std::optional<ExpectedPose>& expected);
+  Registration MeasureDepth(const RecentKeyframe& reference,
+                            const FrameSpectrum& spectrum,
+                            const std::optional<ExpectedPose>& expected,
+                            const Registration& plane);
   void Place(const RecentKeyframe& reference,
              const graph::Edge& edge,
              graph::FramePose& pose) const;
@@ -126,6 +134,24 @@ Registration Odometry::Impl::Measure(const RecentKeyframe& reference,
   turned.disambiguated_by_prior =
       turned.disambiguated_by_prior || alone.verdict == Verdict::kAmbiguous;
   return turned;
+}
+
+/// A ceiling that is not one plane shows in blocks that do not move with the others. Where their
+/// heights explain them, the keyframe has depth from then on.
+Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
+                                          const FrameSpectrum& spectrum,
+                                          const std::optional<ExpectedPose>& expected,
+                                          const Registration& plane) {
+  if (reference.spectrum.Heights() != nullptr || plane.verdict == Verdict::kNoTexture) return plane;
+  if (plane.ok() && plane.inliers >= kPlaneInlierRatio * plane.blocks) return plane;
+  std::optional<MotionPrior> prior;
+  if (expected) prior = PriorFor(view, reference, *expected);
+  Registration deep = registrar.RegisterWithDepth(reference.spectrum, spectrum, prior);
+  if (!deep.ok() || deep.heights->scale_sigma >= heights::kUnknownScale ||
+       deep.heights->DepthRatio() < kMinDepthRatio) {
+    return plane;
+  }
+  return deep;
 }
 
 void Odometry::Impl::Place(const RecentKeyframe& reference,
@@ -217,7 +243,9 @@ bool Odometry::Impl::TryReference(std::size_t index,
                                   OdometryStep& step,
                                   graph::Edge& edge) {
   const RecentKeyframe& reference = recent[index];
-  step.registration = Measure(reference, spectrum, expected);
+  step.registration = MeasureDepth(
+      reference, spectrum, expected, Measure(reference, spectrum, expected));
+  if (getenv("DBG")) fprintf(stderr,"try ref %d (of %d) expected=%d sigma=%.1f ok=%d\n",(int)index,(int)recent.Size(),(int)expected.has_value(),expected?expected->sigma_px:0,(int)step.registration.ok());
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   InflateTiltCovariance(view, step.pose.tilt, edge);
@@ -229,6 +257,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
   InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base, steps), edge);
   Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
+  if (step.registration.heights) recent.SetHeights(index, step.registration.heights);
   return true;
 }
 
@@ -304,7 +333,7 @@ void Odometry::Impl::MakeKeyframe(const graph::FramePose& pose,
                                   OdometryStep& step) {
   step.new_keyframe =
       recent.Add({next_id++, pose, image, ambiguous}, spectrum, edge, registrar, step.new_edges);
-  step.new_spectrum = spectrum;
+  step.new_spectrum = recent.Latest().spectrum;
 }
 
 void Odometry::Impl::Remember(const OdometryStep& step,

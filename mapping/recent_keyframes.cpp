@@ -77,6 +77,62 @@ void RecentKeyframes::Connect(const FrameSpectrum& spectrum,
   pose.T_map_base.yaw = WrapAngle(pose.T_map_base.yaw + correction.z());
 }
 
+namespace {
+
+/// Corrects the scale of a new keyframe's heights. Errors of the scale grow from keyframe to
+/// keyframe; the plane whose height the rig states, where it is seen, limits them.
+void Rescale(heights::HeightField& field) {
+  // Standard deviations: of the scale from one keyframe to the next, and of the plane's ratio as
+  // one image shows it.
+  constexpr double kDrift = 0.006;
+  constexpr double kSeen = 0.012;
+  constexpr double kSigmas = 4;
+  const double before = std::hypot(field.scale_sigma, kDrift);
+  field.scale_sigma = before;
+  const std::optional<double> plane = heights::FindReference(field.cells);
+  if (getenv("DBG")) fprintf(stderr, "gauge %.4f sigma %.4f\n", plane.value_or(-1), before);
+  if (!plane || std::abs(*plane - 1) > kSigmas * std::hypot(before, kSeen)) return;
+  const double gain = before * before / (before * before + kSeen * kSeen);
+  field.Scale(1 / (1 + gain * (*plane - 1)));
+  field.scale_sigma = std::sqrt(1 - gain) * before;
+}
+
+}  // namespace
+
+/// The heights of a new keyframe: those that the keyframe which placed it predicts, refined by the
+/// earlier keyframes' images. None where that keyframe has none, or where the ceiling has become
+/// plane.
+void RecentKeyframes::MeasureHeights(const graph::FramePose& pose,
+                                     std::int64_t placed_by,
+                                     registration::Registrar& registrar,
+                                     FrameSpectrum& spectrum) const {
+  const RecentKeyframe* const reference = Find(placed_by);
+  if (reference == nullptr || reference->spectrum.Heights() == nullptr) return;
+  const auto motion_between = [this](const Pose2& from, const Pose2& to) {
+    return ImageMotionOf(view_, from.Inverse() * to);
+  };
+  const auto set = [&spectrum](heights::HeightField&& field) {
+    spectrum.SetHeights(std::make_shared<const heights::HeightField>(std::move(field)));
+  };
+  set(registrar.PredictHeights(
+      reference->spectrum, motion_between(reference->keyframe.pose.T_map_base, pose.T_map_base)));
+  for (std::size_t i = keyframes_.size(); i-- > 0;) {
+    const registration::ImageMotion back =
+        motion_between(pose.T_map_base, keyframes_[i].keyframe.pose.T_map_base);
+    constexpr double kMinCommon = 0.3;
+    if (registration::OverlapOf(back, view_.Size()) < kMinCommon) break;
+    if (!getenv("NOREF")) set(registrar.RefineHeights(spectrum, keyframes_[i].spectrum, back));
+  }
+  heights::HeightField field = *spectrum.Heights();
+  Rescale(field);
+  constexpr double kPlaneBelow = 0.05;
+  if (field.DepthRatio() < kPlaneBelow) {
+    spectrum.SetHeights(nullptr);
+  } else {
+    set(std::move(field));
+  }
+}
+
 /// The stored form of an image: 0 means no content, so black pixels of the content are raised above
 /// 0 (Keyframe::image).
 cv::Mat RecentKeyframes::Stored(const cv::Mat& image) const {
@@ -100,7 +156,9 @@ graph::Keyframe RecentKeyframes::Add(graph::Keyframe keyframe,
     edges.push_back(edge);
     Connect(spectrum, keyframe.pose, edge, registrar, edges);
   }
-  keyframes_.push_back({keyframe, spectrum});
+  FrameSpectrum with_heights = spectrum;
+  if (!keyframes_.empty()) MeasureHeights(keyframe.pose, edge.from, registrar, with_heights);
+  keyframes_.push_back({keyframe, with_heights});
   keyframes_.back().keyframe.image.release();
   while (static_cast<int>(keyframes_.size()) > params_.recent_keyframes) keyframes_.pop_front();
   return keyframe;

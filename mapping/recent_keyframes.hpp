@@ -46,17 +46,25 @@ class RecentKeyframes {
   /// @param edge  from the keyframe that placed it; without meaning for the first one.
   /// @param edges  takes the edges to the new keyframe; none for the first one.
   /// @return the keyframe as it is stored: its image with black pixels raised to 1
-  /// (Keyframe::image).
+  /// (Keyframe::image). Latest().spectrum has the heights of the ceiling where it has depth.
   graph::Keyframe Add(graph::Keyframe keyframe,
                       const registration::FrameSpectrum& spectrum,
                       graph::Edge edge,
                       registration::Registrar& registrar,
                       std::vector<graph::Edge>& edges);
+  /// Heights of the ceiling in a keyframe's image, refined by a frame.
+  void SetHeights(std::size_t index, std::shared_ptr<const heights::HeightField> heights) {
+    keyframes_[index].spectrum.SetHeights(std::move(heights));
+  }
   /// A new segment begins.
   void Clear() { keyframes_.clear(); }
 
  private:
   [[nodiscard]] cv::Mat Stored(const cv::Mat& image) const;
+  void MeasureHeights(const graph::FramePose& pose,
+                      std::int64_t placed_by,
+                      registration::Registrar& registrar,
+                      registration::FrameSpectrum& spectrum) const;
   void Connect(const registration::FrameSpectrum& spectrum,
                graph::FramePose& pose,
                const graph::Edge& edge,

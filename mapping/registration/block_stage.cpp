@@ -11,7 +11,6 @@ namespace {
 
 // Whitening stops where the signal falls below this many noise powers.
 constexpr double kBlockNoiseFactor = 4;
-constexpr int kTargetBlocks = 90;  // the grid is laid out for about this many
 
 kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point corner) {
   // Block pixel (x, y) is reference pixel corner + (x, y); its image is s R (p - c) + t + c.
@@ -31,18 +30,22 @@ kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point 
 
 }  // namespace
 
-BlockStage::BlockStage(cv::Size size, const cv::Mat& mask, int block_px, bool same_recording)
-    : block_px_(block_px),
+BlockStage::BlockStage(cv::Size size,
+                       const cv::Mat& mask,
+                       const BlockGrid& grid,
+                       bool same_recording)
+    : blocks_(grid.of_level),
+      block_px_(grid.block_px),
       same_recording_(same_recording),
       size_(size),
-      poc_({block_px, block_px}),
+      poc_({grid.block_px, grid.block_px}),
       samples_(poc_.Area()),
       spectrum_(poc_.SpectrumSize()) {
   if (!mask.empty()) {
     any_blank_ = mask < 255;
     blank_ = IntegralOf(any_blank_);
   }
-  LayOutGrid();
+  LayOutGrid(grid.blocks);
 }
 
 cv::Mat BlockStage::IntegralOf(const cv::Mat& blank) {
@@ -59,14 +62,14 @@ void BlockStage::TakeMask(const cv::Mat& mask, Level& level) const {
   level.blank = IntegralOf(blank);
 }
 
-void BlockStage::LayOutGrid() {
+void BlockStage::LayOutGrid(int blocks) {
   const int block = block_px_;
   // Two pixels of margin for bicubic sampling.
   const int room_x = size_.width - block - 4;
   const int room_y = size_.height - block - 4;
   if (room_x < 0 || room_y < 0) return;
   const double area = static_cast<double>(room_x + block) * (room_y + block);
-  const double step = std::max(block / 2.0, std::sqrt(area / kTargetBlocks));
+  const double step = std::max(block / 2.0, std::sqrt(area / blocks));
   grid_ = {1 + static_cast<int>(room_x / step), 1 + static_cast<int>(room_y / step)};
   for (int j = 0; j < grid_.height; ++j) {
     for (int i = 0; i < grid_.width; ++i) {
@@ -84,10 +87,11 @@ void BlockStage::PrepareReference(Level& level) {
   const double noise =
       kBlockNoiseFactor * level.noise.coded * level.noise.coded * poc_.WindowPower();
   RealArray samples(poc_.Area());
-  level.blocks.resize(corners_.size());
+  std::vector<ReferenceBlock>& blocks = level.*blocks_;
+  blocks.resize(corners_.size());
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     CopyBlock(level, corners_[i], samples);
-    ReferenceBlock& out = level.blocks[i];
+    ReferenceBlock& out = blocks[i];
     out.spectrum.Resize(poc_.SpectrumSize());
     out.blank = IsBlank(samples);
     poc_.Transform(samples, out.spectrum);
@@ -121,7 +125,7 @@ bool BlockStage::IsBlank(const RealArray& samples) const {
 }
 
 bool BlockStage::Usable(const Level& reference, int block) const {
-  return !reference.blocks[static_cast<std::size_t>(block)].blank &&
+  return !(reference.*blocks_)[static_cast<std::size_t>(block)].blank &&
          Inside(SamplingMap({}, size_, corners_[static_cast<std::size_t>(block)]), reference);
 }
 
@@ -165,7 +169,7 @@ std::vector<int> BlockStage::Select(const Level& reference,
     if (Usable(reference, i) && Inside(map, current)) inside.push_back(i);
   }
   if (static_cast<int>(inside.size()) <= count) return inside;
-  const auto texture = [&](int i) { return reference.blocks[static_cast<std::size_t>(i)].texture; };
+  const auto texture = [&](int i) { return (reference.*blocks_)[static_cast<std::size_t>(i)].texture; };
   // Neighbourhoods of 2x2 grid positions; first the best of each, then the second best of each, ...
   std::vector<std::vector<int>> cells(
       static_cast<std::size_t>((grid_.width + 1) / 2 * ((grid_.height + 1) / 2)));
@@ -269,7 +273,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
   SampleBlock(current, map, samples_);
   if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);
-  poc_.Correlate(reference.blocks[static_cast<std::size_t>(block)].spectrum, spectrum_, noise);
+  poc_.Correlate((reference.*blocks_)[static_cast<std::size_t>(block)].spectrum, spectrum_, noise);
   const PocPeak peak = poc_.PeakWithin(search_px);
   if (peak.height <= 0) return false;
   shift.point = Centre(block);
@@ -306,13 +310,16 @@ void BlockStage::MeasurePlane(const Level& reference,
                               const PlaneMotion& motion,
                               const std::vector<int>& chosen,
                               int search_px,
-                              std::vector<PlaneShift>& shifts) {
+                              std::vector<PlaneShift>& shifts,
+                              std::span<const double> rho) {
   shifts.clear();
   const double middle = 0.5 * (block_px_ - 1);
-  for (const int i : chosen) {
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const int i = chosen[k];
+    const double height = rho.empty() ? 1 : rho[k];
     const Eigen::Vector2d centre = Centre(i);
-    const Eigen::Vector2d seen = motion.Apply(camera, centre);
-    const Eigen::Matrix2d linear = motion.Jacobian(camera, centre);
+    const Eigen::Vector2d seen = motion.Apply(camera, centre, height);
+    const Eigen::Matrix2d linear = motion.Jacobian(camera, centre, height);
     const Eigen::Vector2d corner =
         seen + Eigen::Vector2d(0.5 * (size_.width - 1), 0.5 * (size_.height - 1)) -
         linear * Eigen::Vector2d(middle, middle);
@@ -327,6 +334,8 @@ void BlockStage::MeasurePlane(const Level& reference,
       continue;
     shift.seen = seen + linear * shift.block.shift;
     shift.current_from_reference = linear;
+    shift.index = i;
+    shift.rho = height;
     shifts.push_back(shift);
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <span>
 #include <vector>
 
 #include "mapping/registration/fft.hpp"
@@ -11,6 +12,14 @@
 #include "mapping/registration/poc.hpp"
 
 namespace ceilmap::registration {
+
+/// The blocks of a BlockStage.
+struct BlockGrid {
+  int block_px = 64;  ///< side of a block; an even fast FFT size, a multiple of 4
+  int blocks = 90;    ///< the grid is laid out for about this many; they overlap by half at most
+  /// Where the level keeps the blocks of this grid.
+  std::vector<ReferenceBlock> Level::*of_level = &Level::blocks;
+};
 
 /// The fine stage: block POC. A grid of small blocks of the reference is compared with the current
 /// image sampled under an approximate motion; each block gives the remaining shift, to a few
@@ -26,14 +35,17 @@ namespace ceilmap::registration {
 class BlockStage {
  public:
   /// @param mask  See RegistrarParams::mask, of the level's size; empty: images have content
-  /// everywhere. @param block_px  side of a block; an even fast FFT size, a multiple of 4.
-  /// @param same_recording  RegistrarParams::same_recording.
+  /// everywhere. @param same_recording  RegistrarParams::same_recording.
   explicit BlockStage(cv::Size size,
                       const cv::Mat& mask = {},
-                      int block_px = 64,
+                      const BlockGrid& grid = {},
                       bool same_recording = true);
 
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
+  /// Columns and rows of the grid, block = row * columns + column.
+  [[nodiscard]] cv::Size Grid() const { return grid_; }
+  /// Of a block of the reference, from the image's centre, pixels.
+  [[nodiscard]] Eigen::Vector2d Centre(int block) const;
 
   /// Fills level.blank. @param mask  Of the level's size, 0 where this image has no content in
   /// addition to the common mask; empty: none.
@@ -65,13 +77,15 @@ class BlockStage {
 
   /// Shifts of the selected blocks under a plane motion, each block sampled with the motion's
   /// linear part at its centre; the motion is that of the level's image and camera.
+  /// @param rho  inverse height ratio of each selected block (PlaneMotion::Apply); empty: all 1.
   void MeasurePlane(const Level& reference,
                     const Level& current,
                     const PlaneCamera& camera,
                     const PlaneMotion& motion,
                     const std::vector<int>& chosen,
                     int search_px,
-                    std::vector<PlaneShift>& shifts);
+                    std::vector<PlaneShift>& shifts,
+                    std::span<const double> rho = {});
 
  private:
   void SampleBlock(const Level& level, const kernels::Affine& map, RealArray& samples) const;
@@ -86,9 +100,9 @@ class BlockStage {
   [[nodiscard]] bool Usable(const Level& reference, int block) const;
   [[nodiscard]] bool Inside(const kernels::Affine& map, const Level& level) const;
   static cv::Mat IntegralOf(const cv::Mat& blank);
-  [[nodiscard]] Eigen::Vector2d Centre(int block) const;
-  void LayOutGrid();
+  void LayOutGrid(int blocks);
 
+  std::vector<ReferenceBlock> Level::*blocks_;
   int block_px_;
   bool same_recording_;
   cv::Size size_;

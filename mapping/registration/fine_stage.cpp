@@ -49,26 +49,7 @@ constexpr int kCloseSearch = 4;  // pixels of the level, for an approximate moti
 constexpr int kFineSide = 1200;  // maximum of the longer side of the fine level, approximately
 constexpr int kSmallSide = 240;  // shorter side; from here on there are six rows of rough blocks
 
-// Of the rough level. 0.12 cycles per rough pixel are 0.06 per fine pixel. Motion blur in one of
-// two images inverts the sign of the spectrum above 1/length of the blur, which splits a phase-only
-// peak into two peaks beside the true one. This band is below that limit for blurs up to about ten
-// pixels, and it is the least sensitive to noise.
-constexpr int kRoughBlockPx = 32;
 constexpr int kFineBlockPx = 64;
-
-// A pixel of the level has content only if all of its full pixels do.
-cv::Mat LevelMask(const cv::Mat& mask, cv::Size size) {
-  if (mask.empty()) return {};
-  cv::Mat reduced;
-  cv::resize(mask, reduced, size, 0, 0, cv::INTER_AREA);
-  return reduced;
-}
-
-double FineFactor(cv::Size full) {
-  if (std::min(full.width, full.height) < kSmallSide) return 0.5;
-  const int reduction = 1 + (std::max(full.width, full.height) - 1) / kFineSide;
-  return reduction;
-}
 
 void Fill(
     const cv::Mat& grey, double factor, cv::Size size, const ImageNoise& noise, Level& level) {
@@ -91,6 +72,19 @@ void Fill(
 }
 
 }  // namespace
+
+cv::Mat LevelMask(const cv::Mat& mask, cv::Size size) {
+  if (mask.empty()) return {};
+  cv::Mat reduced;
+  cv::resize(mask, reduced, size, 0, 0, cv::INTER_AREA);
+  return reduced;
+}
+
+double FineFactor(cv::Size full) {
+  if (std::min(full.width, full.height) < kSmallSide) return 0.5;
+  const int reduction = 1 + (std::max(full.width, full.height) - 1) / kFineSide;
+  return reduction;
+}
 
 LevelFrame::LevelFrame(cv::Size full, double full_px_per_level_px)
     : factor(full_px_per_level_px),
@@ -117,17 +111,21 @@ ImageMotion LevelFrame::ToFull(const ImageMotion& level) const {
   return full;
 }
 
+PlaneCamera LevelFrame::CameraOf(const PlaneCamera& full) const {
+  return {full.focal_px / factor, (full.principal_px - offset) / factor};
+}
+
 FineStage::FineStage(cv::Size size, const RegistrarParams& params)
     : params_(params),
       fine_frame_(size, FineFactor(size)),
       rough_frame_(fine_frame_.size, 2),
       rough_(rough_frame_.size,
              LevelMask(params.mask, rough_frame_.size),
-             kRoughBlockPx,
+             {kRoughBlockPx},
              params.same_recording),
       fine_(fine_frame_.size,
             LevelMask(params.mask, fine_frame_.size),
-            kFineBlockPx,
+            {kFineBlockPx},
             params.same_recording) {}
 
 void FineStage::Analyze(const cv::Mat& grey,
@@ -371,13 +369,6 @@ double FineStage::CornerStep(const PlaneCamera& camera,
   return largest;
 }
 
-// A plane motion is in units of the plane's distance: it is the same on every level, only the
-// camera differs.
-PlaneCamera FineStage::LevelCamera(const PlaneCamera& camera) const {
-  return {camera.focal_px / fine_frame_.factor,
-          (camera.principal_px - fine_frame_.offset) / fine_frame_.factor};
-}
-
 // The selection needs only an approximate common area.
 std::vector<int> FineStage::SelectUnder(const FrameSpectrum::Fine& reference,
                                         const FrameSpectrum::Fine& current,
@@ -398,7 +389,7 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Fine& reference,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params,
                                 int rounds) {
-  const PlaneCamera level_camera = LevelCamera(camera);
+  const PlaneCamera level_camera = fine_frame_.CameraOf(camera);
   PlaneFit fit;
   fit.motion = start;
   std::vector<PlaneShift> shifts;
@@ -435,7 +426,7 @@ std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Fine& refer
                                                 const PlaneCamera& camera,
                                                 const PlaneMotion& motion,
                                                 int count) {
-  const PlaneCamera level_camera = LevelCamera(camera);
+  const PlaneCamera level_camera = fine_frame_.CameraOf(camera);
   const auto chosen = SelectUnder(reference, current, level_camera, motion, count);
   std::vector<PlaneShift> shifts;
   fine_.MeasurePlane(

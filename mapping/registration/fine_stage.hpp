@@ -46,11 +46,26 @@ struct LevelFrame {
   LevelFrame(cv::Size full, double full_px_per_level_px);
   [[nodiscard]] ImageMotion FromFull(const ImageMotion& full) const;
   [[nodiscard]] ImageMotion ToFull(const ImageMotion& level) const;
+  /// The camera of the level. A plane motion is in units of the plane's distance: it is the same on
+  /// every level, only the camera differs.
+  [[nodiscard]] PlaneCamera CameraOf(const PlaneCamera& full) const;
 
   double factor = 1;
   cv::Size size;
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
 };
+
+/// Side of the blocks of the rough level, its pixels. 0.12 cycles per rough pixel are 0.06 per fine
+/// pixel. Motion blur in one of two images inverts the sign of the spectrum above 1/length of the
+/// blur, which splits a phase-only peak into two peaks beside the true one. This band is below that
+/// limit for blurs up to about ten pixels, and it is the least sensitive to noise.
+inline constexpr int kRoughBlockPx = 32;
+
+/// Full pixels per pixel of the fine level (FineStage): a whole number, or one half.
+double FineFactor(cv::Size full);
+/// A mask at the size of a level: a pixel of the level has content only if all of its full pixels
+/// do. Empty for an empty mask.
+cv::Mat LevelMask(const cv::Mat& mask, cv::Size size);
 
 /// The fine stage of registration on two levels: blocks of a rough level (half the resolution of
 /// the fine one), which use the low band and are robust against noise and motion blur, and blocks
@@ -120,7 +135,6 @@ class FineStage {
                              const FrameSpectrum::Fine& current,
                              const ImageMotion& motion,
                              double noise_power);
-  [[nodiscard]] PlaneCamera LevelCamera(const PlaneCamera& camera) const;
   std::vector<int> SelectUnder(const FrameSpectrum::Fine& reference,
                                const FrameSpectrum::Fine& current,
                                const PlaneCamera& level_camera,

@@ -24,6 +24,7 @@ struct Level {
   /// common mask (RegistrarParams::mask).
   cv::Mat blank;
   std::vector<ReferenceBlock> blocks;  ///< of the grid; only of a reference
+  std::vector<ReferenceBlock> small_blocks;  ///< of the grid of DepthStage; only of its reference
 };
 
 /// Data of a FrameSpectrum for the coarse stage. Immutable once computed.
@@ -46,6 +47,7 @@ struct FrameSpectrum::Fine {
   std::mutex blocks_mutex;
   bool rough_ready = false;
   bool fine_ready = false;
+  bool small_ready = false;
 };
 
 }  // namespace ceilmap::registration

@@ -15,15 +15,18 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Parameters = std::array<double, 6>;  // x, y, height, yaw, tilt_x, tilt_y
 
-// Current image position of a reference pixel; the plane lies at distance 1.
+// Current image position of a reference pixel; the point lies at distance 1 / rho.
 template <typename T>
-Eigen::Matrix<T, 2, 1> Project(const PlaneCamera& camera, const T* p, const Eigen::Vector2d& x) {
+Eigen::Matrix<T, 2, 1> Project(const PlaneCamera& camera,
+                               const T* p,
+                               const Eigen::Vector2d& x,
+                               double rho = 1) {
   using std::cos;
   using std::sin;
   const Eigen::Vector2d ray = (x - camera.principal_px) / camera.focal_px;
-  const T dx = T(ray.x()) - p[0];
-  const T dy = T(ray.y()) - p[1];
-  const T dz = T(1.0) - p[2];
+  const T dx = T(ray.x()) - rho * p[0];
+  const T dy = T(ray.y()) - rho * p[1];
+  const T dz = T(1.0) - rho * p[2];
   // R' = Rx(-tilt_x) Ry(-tilt_y) Rz(-yaw), one after another.
   const T ax = cos(p[3]) * dx + sin(p[3]) * dy;
   const T ay = -sin(p[3]) * dx + cos(p[3]) * dy;
@@ -87,20 +90,23 @@ TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view) {
   return tilt;
 }
 
-Eigen::Vector2d PlaneMotion::Apply(const PlaneCamera& camera, const Eigen::Vector2d& at) const {
+Eigen::Vector2d PlaneMotion::Apply(const PlaneCamera& camera,
+                                   const Eigen::Vector2d& at,
+                                   double rho) const {
   const Parameters p = ToArray(*this);
-  return Project(camera, p.data(), at);
+  return Project(camera, p.data(), at, rho);
 }
 
-Eigen::Matrix2d PlaneMotion::Jacobian(const PlaneCamera& camera, const Eigen::Vector2d& at) const {
+Eigen::Matrix2d PlaneMotion::Jacobian(const PlaneCamera& camera,
+                                      const Eigen::Vector2d& at,
+                                      double rho) const {
   const double h = 1e-3;
+  const auto moved = [&](double du, double dv) {
+    return Apply(camera, at + Eigen::Vector2d(du, dv), rho);
+  };
   Eigen::Matrix2d j;
-  j.col(0) =
-      (Apply(camera, at + Eigen::Vector2d(h, 0)) - Apply(camera, at - Eigen::Vector2d(h, 0))) /
-      (2 * h);
-  j.col(1) =
-      (Apply(camera, at + Eigen::Vector2d(0, h)) - Apply(camera, at - Eigen::Vector2d(0, h))) /
-      (2 * h);
+  j.col(0) = (moved(h, 0) - moved(-h, 0)) / (2 * h);
+  j.col(1) = (moved(0, h) - moved(0, -h)) / (2 * h);
   return j;
 }
 
@@ -117,6 +123,14 @@ PlaneMotion PlaneMotion::FromSimilarity(const PlaneCamera& camera, const ImageMo
   plane.x = -(c * centre_ray.x() + s * centre_ray.y());
   plane.y = -(-s * centre_ray.x() + c * centre_ray.y());
   return plane;
+}
+
+ImageMotion PlaneMotion::ToSimilarity(const PlaneCamera& camera) const {
+  PlaneMotion level = *this;
+  level.tilt_x = 0;
+  level.tilt_y = 0;
+  const Eigen::Vector2d t = level.Apply(camera, Eigen::Vector2d::Zero());
+  return {t.x(), t.y(), -yaw, 1 / (1 - height)};
 }
 
 namespace {

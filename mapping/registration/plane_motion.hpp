@@ -36,11 +36,20 @@ struct PlaneMotion {
 
   /// Position of the reference pixel x in the current image; both relative to the image's centre.
   /// Only valid in front of the camera (tilts well below 90 degrees).
-  [[nodiscard]] Eigen::Vector2d Apply(const PlaneCamera& camera, const Eigen::Vector2d& x) const;
+  /// @param rho  inverse height ratio of the point: the plane's distance from the reference camera
+  /// divided by the point's. 1: in the plane; > 1: below it. x_cur ~ K R' (r - rho t).
+  [[nodiscard]] Eigen::Vector2d Apply(const PlaneCamera& camera,
+                                      const Eigen::Vector2d& x,
+                                      double rho = 1) const;
   /// Derivative of Apply by x.
-  [[nodiscard]] Eigen::Matrix2d Jacobian(const PlaneCamera& camera, const Eigen::Vector2d& x) const;
+  [[nodiscard]] Eigen::Matrix2d Jacobian(const PlaneCamera& camera,
+                                         const Eigen::Vector2d& x,
+                                         double rho = 1) const;
   /// The motion without tilt that moves pixels like `motion`.
   static PlaneMotion FromSimilarity(const PlaneCamera& camera, const ImageMotion& motion);
+  /// The inverse of FromSimilarity: what the motion does to the images of points in the plane when
+  /// its tilts are left out.
+  [[nodiscard]] ImageMotion ToSimilarity(const PlaneCamera& camera) const;
 };
 
 /// Measurement of one block for a plane motion.
@@ -49,6 +58,9 @@ struct PlaneShift {
   Eigen::Vector2d seen;  ///< the block's centre in the current image, from its centre
   Eigen::Matrix2d current_from_reference =
       Eigen::Matrix2d::Identity();  ///< local linear part of the sampling
+  int index = -1;                   ///< of the block in its grid
+  double rho = 1;                   ///< inverse height ratio with which it was sampled ...
+  double rho_sigma = 0;             ///< ... and its standard deviation; 0: known
 };
 
 struct PlaneFitParams {

@@ -10,6 +10,7 @@
 #include "calib/base/pose2.hpp"
 #include "mapping/registration/buffer_pool.hpp"
 #include "mapping/registration/coarse.hpp"
+#include "mapping/registration/depth_stage.hpp"
 #include "mapping/registration/fine_stage.hpp"
 #include "mapping/registration/impulses.hpp"
 #include "mapping/registration/noise.hpp"
@@ -45,12 +46,19 @@ struct Registrar::Impl {
   Impl(cv::Size image_size, const RegistrarParams& p)
       : size(image_size), params(p), coarse(image_size, p.mask), fine(image_size, p) {}
 
+  /// Made for the first image with depth.
+  DepthStage& Depth() {
+    if (!depth) depth.emplace(size, params);
+    return *depth;
+  }
+
   using Coarse = FrameSpectrum::Coarse;
   using Fine = FrameSpectrum::Fine;
   cv::Size size;
   RegistrarParams params;
   CoarseStage coarse;
   FineStage fine;
+  std::optional<DepthStage> depth;
   std::shared_ptr<BufferPool<Coarse>> coarse_pool = std::make_shared<BufferPool<Coarse>>();
   std::shared_ptr<BufferPool<Fine>> fine_pool = std::make_shared<BufferPool<Fine>>();
   cv::Mat clean;
@@ -68,6 +76,10 @@ struct Registrar::Impl {
                       const Fine& current,
                       const std::vector<Finalist>& finalists,
                       const std::optional<MotionPrior>& prior);
+  Registration RunWithDepth(const FrameSpectrum& reference_spectrum,
+                            const heights::HeightField& known,
+                            const FrameSpectrum& current_spectrum,
+                            const std::optional<MotionPrior>& prior);
 };
 
 std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::Mat& clean_grey,
@@ -84,6 +96,7 @@ std::shared_ptr<FrameSpectrum::Fine> Registrar::Impl::AnalyzeFine(const cv::Mat&
   std::shared_ptr<Fine> data = BufferPool<Fine>::Take(fine_pool);
   data->rough_ready = false;
   data->fine_ready = false;
+  data->small_ready = false;
   fine.Analyze(clean_grey, noise, *data, mask);
   return data;
 }
@@ -233,6 +246,54 @@ Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
   return result;
 }
 
+/// The prior's motion first; where it does not fit, the proposals of the coarse stage.
+Registration Registrar::Impl::RunWithDepth(const FrameSpectrum& reference_spectrum,
+                                           const heights::HeightField& known,
+                                           const FrameSpectrum& current_spectrum,
+                                           const std::optional<MotionPrior>& prior) {
+  Fine& reference = *reference_spectrum.fine_;
+  const Fine& current = *current_spectrum.fine_;
+  fine.PrepareReference(reference);
+  Depth().PrepareReference(reference);
+  constexpr double kReachPx = 30;
+  if (prior && prior->sigma_px < kReachPx) {
+    Registration expected = depth->Match(reference, known, current, prior->motion);
+    if (expected.ok()) return expected;
+  }
+  std::optional<RotationRange> near;
+  if (prior) near = {prior->motion.theta_rad, 4 * prior->sigma_theta_rad + 0.05};
+  Registration best;
+  for (const Hypothesis& hypothesis :
+       coarse.Propose(*reference_spectrum.coarse_, *current_spectrum.coarse_, false, near)) {
+    Registration found = depth->Match(reference, known, current, hypothesis.motion);
+    if (!found.ok()) continue;
+    if (best.ok() && !Differ(best.motion, found.motion)) continue;
+    if (found.peak > best.peak) std::swap(best, found);
+    best.runner_up = std::max(best.runner_up, found.peak);
+  }
+  if (best.ok() && best.runner_up > kRivalRatio * best.peak) best.verdict = Verdict::kAmbiguous;
+  return best;
+}
+
+Registration Registrar::RegisterWithDepth(const FrameSpectrum& reference,
+                                          const FrameSpectrum& current,
+                                          const std::optional<MotionPrior>& prior) {
+  return impl_->RunWithDepth(reference, impl_->Depth().Unknown(), current, prior);
+}
+
+heights::HeightField Registrar::PredictHeights(const FrameSpectrum& reference,
+                                               const ImageMotion& motion) const {
+  return impl_->Depth().Predicted(*reference.heights_, motion);
+}
+
+heights::HeightField Registrar::RefineHeights(const FrameSpectrum& reference,
+                                              const FrameSpectrum& other,
+                                              const ImageMotion& motion) {
+  impl_->fine.PrepareReference(*reference.fine_);
+  impl_->Depth().PrepareReference(*reference.fine_);
+  return impl_->Depth().Refined(*reference.fine_, *reference.heights_, *other.fine_, motion);
+}
+
 Registration Registrar::Register(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const std::optional<MotionPrior>& prior) {
@@ -246,6 +307,9 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;
+  }
+  if (reference.heights_) {
+    return impl_->RunWithDepth(reference, *reference.heights_, current, prior);
   }
   if (prior) {
     // Motions that the prior excludes need not be computed, as long as the expected one is found.

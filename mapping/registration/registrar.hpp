@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "mapping/heights/height_field.hpp"
 #include "mapping/registration/plane_motion.hpp"
 #include "mapping/registration/registration.hpp"
 
@@ -45,6 +46,9 @@ struct Registration {
   /// (kAmbiguous). The images of such a place do not distinguish it from others.
   bool disambiguated_by_prior = false;
 
+  /// Heights of the reference, refined by this registration; only of a registration with depth.
+  std::shared_ptr<const heights::HeightField> heights;
+
   [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
 };
 
@@ -58,6 +62,9 @@ struct RegistrarParams {
   /// drawn from a map, or blurred.
   bool same_recording = true;
   int final_blocks = 48;  ///< blocks of the last rounds
+  /// Of the images, for ceilings with depth: the principal point must be known. Focal length 0: not
+  /// known, and not needed for a level robot.
+  PlaneCamera camera = {};
 
   /// Blocks that must agree, > 0.
   int min_inliers = 5;
@@ -91,6 +98,12 @@ class FrameSpectrum {
   /// Fraction of a sensor's white noise that a codec or a denoiser removed, 0..1: the more, the
   /// larger the errors that remain in the image. 0 for an empty spectrum.
   [[nodiscard]] double CodingLoss() const;
+  /// Heights of the ceiling in this image; nullptr: the ceiling is taken to be plane. A Registrar
+  /// uses them where the image is the reference.
+  [[nodiscard]] const heights::HeightField* Heights() const { return heights_.get(); }
+  void SetHeights(std::shared_ptr<const heights::HeightField> heights) {
+    heights_ = std::move(heights);
+  }
   struct Coarse;
   struct Fine;
 
@@ -98,6 +111,7 @@ class FrameSpectrum {
   friend class Registrar;
   std::shared_ptr<Coarse> coarse_;
   std::shared_ptr<Fine> fine_;
+  std::shared_ptr<const heights::HeightField> heights_;
 };
 
 /// An image that is rectified and analysed once for all that register it: tilt, odometry, search.
@@ -138,6 +152,21 @@ class Registrar {
   [[nodiscard]] Registration Register(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt);
+
+  /// The same where nothing is known of the heights of the reference, and the ceiling may have
+  /// depth. The result has heights.
+  [[nodiscard]] Registration RegisterWithDepth(
+      const FrameSpectrum& reference,
+      const FrameSpectrum& current,
+      const std::optional<MotionPrior>& prior = std::nullopt);
+
+  /// The heights of `current` as those of `reference` predict them. @param reference  has heights.
+  [[nodiscard]] heights::HeightField PredictHeights(const FrameSpectrum& reference,
+                                                    const ImageMotion& motion) const;
+  /// Heights of `reference`, which has some, refined by another image under a known motion.
+  [[nodiscard]] heights::HeightField RefineHeights(const FrameSpectrum& reference,
+                                                   const FrameSpectrum& other,
+                                                   const ImageMotion& motion);
 
   /// Disagreement of the images under an exact motion; errors of a codec count as differences. Two
   /// comparisons of the same reference can be weighed against each other (Evidence), with different

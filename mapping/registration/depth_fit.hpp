@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mapping/registration/plane_motion.hpp"
+
+namespace ceilmap::registration {
+
+struct DepthFitParams {
+  bool fit_tilt = false;  ///< false: level camera; tilts stay as they start
+  /// Standard deviation of a fully informative block at the start, pixels. It falls to what the
+  /// residuals show.
+  double start_sigma_px = 1;
+};
+
+/// What a fit says of one block.
+struct BlockHeight {
+  double rho = 1;    ///< inverse height ratio, with what was known before (PlaneShift::rho)
+  double sigma = 0;  ///< of rho
+  bool inlier = false;
+  /// Evidence of the block for the motion, its height being free: 0 where the block shows only an
+  /// edge across the direction of travel, 1 for full texture at a known height.
+  double evidence = 0;
+};
+
+struct DepthFit {
+  bool ok = false;
+  PlaneMotion motion;
+  /// Of (x, y, yaw, tilt_x, tilt_y); zero rows and columns for fixed parameters. Heights are
+  /// integrated out.
+  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
+  double sigma_px = 0;  ///< robust standard deviation of a fully informative block, one axis
+  double support = 0;   ///< sum over the inliers of peak * evidence
+  int inliers = 0;
+  std::vector<BlockHeight> blocks;  ///< of each shift
+};
+
+/// Motion of a camera under a ceiling with a height at every place: one rotation and one
+/// translation, and for each block an inverse height ratio rho with a prior (GEOMETRY of
+/// calib/README.md, "Ceilings with depth"). The position of a block in the current image is linear
+/// in rho: an error of rho moves it along the line of travel by g = d x_cur / d rho. So rho is
+/// integrated out: the covariance of the residual is that of the measurement plus sigma_rho^2 g g'.
+/// Blocks of unknown height determine rotation and direction only; blocks of known height determine
+/// the length too. Iterated least squares with Cauchy's weights; the scale of the residuals is
+/// estimated. The height of the camera is not fitted.
+DepthFit FitDepthMotion(const PlaneCamera& camera,
+                        const std::vector<PlaneShift>& shifts,
+                        const PlaneMotion& start,
+                        const DepthFitParams& params = {});
+
+}  // namespace ceilmap::registration

@@ -1,0 +1,284 @@
+#include "mapping/registration/depth_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace ceilmap::registration {
+namespace {
+
+constexpr int kSmallBlockPx = 32;
+constexpr int kSmallBlocks = 300;
+constexpr int kMeasured = 200;  // blocks of a round
+constexpr int kRoughBlocks = 48;
+constexpr int kRoughSearch = 8;  // rough pixels
+constexpr int kSmallSearch = 5;
+
+// A rough block shows a larger area, seldom of one height.
+constexpr float kRoughRhoSigma = 0.04F;
+// Smallest standard deviation of an inverse height ratio: what a block is does not change, but
+// matching has errors that remain.
+constexpr float kRhoFloor = 0.0025F;
+// The same in pixels of one measurement.
+constexpr double kMatchFloorPx = 0.12;
+// Standard deviation of the scale of a field of heights: which part of the deck is the plane whose
+// height the rig states.
+constexpr double kScaleSigma = 0.003;
+// Error of the reference plane's displacement where only one image shows which surface it is.
+constexpr double kScaleErrorPx = 0.4;
+
+// Acceptance.
+constexpr int kMinDepthInliers = 12;
+constexpr double kMinDepthInlierRatio = 0.35;
+constexpr double kMinDepthSupport = 4.2;
+constexpr double kMaxDepthSigmaPx = 0.5;
+
+// From this displacement of the reference plane on, pixels, the heights show which surface it is.
+constexpr double kMinTravelPx = 5;
+
+PlaneCamera CameraOf(cv::Size size, const RegistrarParams& params) {
+  PlaneCamera camera = params.camera;
+  // Without tilts the focal length has no effect.
+  if (camera.focal_px <= 0) camera.focal_px = std::max(size.width, size.height);
+  return camera;
+}
+
+/// Displacement of the reference plane between two level images, apart from the rotation.
+double TravelPx(const PlaneMotion& motion, const PlaneCamera& camera) {
+  return camera.focal_px * std::hypot(motion.x, motion.y);
+}
+
+}  // namespace
+
+DepthStage::DepthStage(cv::Size size, const RegistrarParams& params)
+    : params_(params),
+      fine_frame_(size, FineFactor(size)),
+      rough_frame_(fine_frame_.size, 2),
+      camera_(CameraOf(size, params)),
+      fine_camera_(fine_frame_.CameraOf(camera_)),
+      rough_camera_(rough_frame_.CameraOf(fine_camera_)),
+      rough_(rough_frame_.size,
+             LevelMask(params.mask, rough_frame_.size),
+             {kRoughBlockPx},
+             params.same_recording),
+      small_(fine_frame_.size,
+             LevelMask(params.mask, fine_frame_.size),
+             {kSmallBlockPx, kSmallBlocks, &Level::small_blocks},
+             params.same_recording) {
+  unknown_.grid = small_.Grid();
+  const int cells = small_.GridSize();
+  if (cells == 0) return;
+  const Eigen::Vector2d first = small_.Centre(0);
+  const Eigen::Vector2d last = small_.Centre(cells - 1);
+  const Eigen::Vector2d steps(std::max(1, unknown_.grid.width - 1),
+                              std::max(1, unknown_.grid.height - 1));
+  unknown_.first_px = fine_frame_.factor * first + fine_frame_.offset;
+  unknown_.step_px = fine_frame_.factor * (last - first).cwiseQuotient(steps);
+  unknown_.cells.assign(static_cast<std::size_t>(cells), heights::kUnknown);
+}
+
+void DepthStage::PrepareReference(FrameSpectrum::Fine& data) {
+  const std::scoped_lock lock(data.blocks_mutex);
+  if (data.small_ready) return;
+  small_.PrepareReference(data.fine);
+  data.small_ready = true;
+}
+
+ImageMotion DepthStage::OnFine(const PlaneMotion& motion) const {
+  return motion.ToSimilarity(fine_camera_);
+}
+
+DepthFit DepthStage::FitRough(const FrameSpectrum::Fine& reference,
+                              const heights::HeightField& known,
+                              const FrameSpectrum::Fine& current,
+                              const PlaneMotion& start) {
+  const auto chosen = rough_.Select(
+      reference.rough, current.rough, start.ToSimilarity(rough_camera_), kRoughBlocks);
+  std::vector<double> rho;
+  std::vector<float> sigma;
+  for (const int block : chosen) {
+    const Eigen::Vector2d at = 2 * rough_.Centre(block) + rough_frame_.offset;
+    const heights::HeightCell cell = known.Around(fine_frame_.factor * at + fine_frame_.offset);
+    rho.push_back(cell.rho);
+    sigma.push_back(std::hypot(cell.sigma, kRoughRhoSigma));
+  }
+  std::vector<PlaneShift> shifts;
+  rough_.MeasurePlane(reference.rough,
+                      current.rough,
+                      rough_camera_,
+                      start,
+                      chosen,
+                      kRoughSearch,
+                      shifts,
+                      rho);
+  for (PlaneShift& shift : shifts) {
+    const auto at = std::find(chosen.begin(), chosen.end(), shift.index) - chosen.begin();
+    shift.rho_sigma = sigma[static_cast<std::size_t>(at)];
+  }
+  if (getenv("DBG")) { int bad=0; for (auto&x:shifts) bad+= !std::isfinite(x.rho)||!std::isfinite(x.rho_sigma)||!std::isfinite(x.seen.x())||x.rho_sigma==0; fprintf(stderr,"rough shifts=%d of %d bad=%d\n",(int)shifts.size(),(int)chosen.size(),bad);}
+  DepthFitParams fit;
+  fit.start_sigma_px = 2;
+  return FitDepthMotion(rough_camera_, shifts, start, fit);
+}
+
+/// Measures blocks where `known` predicts them. The prior of the fit stays that of `shifts`' own
+/// cell: the caller sets it.
+void DepthStage::MeasureSmall(const FrameSpectrum::Fine& reference,
+                              const heights::HeightField& known,
+                              const FrameSpectrum::Fine& current,
+                              const PlaneMotion& motion,
+                              const std::vector<int>& chosen,
+                              std::vector<PlaneShift>& shifts) {
+  std::vector<double> rho;
+  rho.reserve(chosen.size());
+  for (const int block : chosen) rho.push_back(known.cells[static_cast<std::size_t>(block)].rho);
+  small_.MeasurePlane(
+      reference.fine, current.fine, fine_camera_, motion, chosen, kSmallSearch, shifts, rho);
+  for (PlaneShift& shift : shifts) {
+    shift.rho_sigma = known.cells[static_cast<std::size_t>(shift.index)].sigma;
+  }
+}
+
+void DepthStage::Absorb(const DepthFit& fit,
+                        const std::vector<PlaneShift>& shifts,
+                        heights::HeightField& field) const {
+  const double travel = TravelPx(fit.motion, fine_camera_);
+  if (travel < 1) return;
+  const auto floor = static_cast<float>(std::hypot(kRhoFloor, kMatchFloorPx / travel));
+  for (std::size_t i = 0; i < shifts.size(); ++i) {
+    heights::HeightCell& cell = field.cells[static_cast<std::size_t>(shifts[i].index)];
+    const BlockHeight& seen = fit.blocks[i];
+    if (seen.inlier) {
+      // No more certain than one measurement of this travel can be.
+      if (seen.sigma >= cell.sigma) continue;
+      cell.rho = static_cast<float>(seen.rho);
+      cell.sigma = std::max(static_cast<float>(seen.sigma), std::min(cell.sigma, floor));
+    } else {
+      // Another surface of the block matched, or something moved.
+      constexpr float kForget = 1.3F;
+      cell.sigma = std::min(heights::kUnknown.sigma, kForget * std::max(cell.sigma, floor));
+    }
+  }
+}
+
+Eigen::Matrix4d DepthStage::ImageCovariance(const DepthFit& fit, double scale_sigma) const {
+  const auto image = [this](const PlaneMotion& motion) {
+    const ImageMotion m = motion.ToSimilarity(camera_);
+    return Eigen::Vector3d(m.tx_px, m.ty_px, m.theta_rad);
+  };
+  const Eigen::Vector3d at = image(fit.motion);
+  constexpr double kStep = 1e-6;
+  Eigen::Matrix3d jacobian;
+  for (int i = 0; i < 3; ++i) {
+    PlaneMotion moved = fit.motion;
+    (i == 0 ? moved.x : i == 1 ? moved.y : moved.yaw) += kStep;
+    jacobian.col(i) = (image(moved) - at) / kStep;
+  }
+  Eigen::Matrix3d motion = fit.covariance.topLeftCorner<3, 3>();
+  const Eigen::Vector2d t(fit.motion.x, fit.motion.y);
+  motion.topLeftCorner<2, 2>() += scale_sigma * scale_sigma * t * t.transpose();
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  covariance.topLeftCorner<3, 3>() = jacobian * motion * jacobian.transpose();
+  return covariance;
+}
+
+/// Where the scale of the heights is not known well yet, the longer travel shows better which of
+/// them belong to the reference plane. @return factor of all translations
+double DepthStage::ScaleToReference(double travel_px, heights::HeightField& field) const {
+  const double sigma = std::hypot(kScaleSigma, kScaleErrorPx / std::max(travel_px, 1e-3));
+  if (travel_px < kMinTravelPx || sigma > field.scale_sigma) return 1;
+  const auto rho = heights::FindReference(field.cells);
+  constexpr double kSigmas = 3;
+  if (!rho || std::abs(*rho - 1) > kSigmas * std::hypot(sigma, field.scale_sigma)) return 1;
+  const double known = 1 / (field.scale_sigma * field.scale_sigma);
+  const double seen = 1 / (sigma * sigma);
+  const double factor = 1 + (*rho - 1) * seen / (known + seen);
+  field.Scale(1 / factor);
+  field.scale_sigma = sigma;
+  return factor;
+}
+
+Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
+                               const heights::HeightField& known,
+                               const FrameSpectrum::Fine& current,
+                               const ImageMotion& start) {
+  Registration result;
+  result.motion = start;
+  ImageMotion level = start;
+  level.scale = 1;
+  DepthFit fit =
+      FitRough(reference, known, current, PlaneMotion::FromSimilarity(camera_, level));
+  if (getenv("DBG")) fprintf(stderr,"rough start=%.2f,%.2f,%.4f ok=%d in=%d of %d sig=%.2f sup=%.1f\n",start.tx_px,start.ty_px,start.theta_rad,(int)fit.ok,fit.inliers,(int)fit.blocks.size(),fit.sigma_px,fit.support);
+  if (!fit.ok || fit.inliers < kMinDepthInliers / 2) return result;
+  heights::HeightField field = known;
+  std::vector<PlaneShift> shifts;
+  constexpr int kRounds = 2;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto chosen =
+        small_.Select(reference.fine, current.fine, OnFine(fit.motion), kMeasured);
+    MeasureSmall(reference, field, current, fit.motion, chosen, shifts);
+    // Blocks are sampled where the last round found them, and judged by what was known before.
+    for (PlaneShift& shift : shifts) {
+      const heights::HeightCell& cell = known.cells[static_cast<std::size_t>(shift.index)];
+      shift.rho = cell.rho;
+      shift.rho_sigma = cell.sigma;
+    }
+    DepthFitParams params;
+    params.start_sigma_px = round == 0 ? 1.5 : 0.6;
+    fit = FitDepthMotion(fine_camera_, shifts, fit.motion, params);
+    if (!fit.ok) return result;
+    field = known;
+    Absorb(fit, shifts, field);
+  }
+  const double relative = ScaleToReference(TravelPx(fit.motion, camera_), field);
+  fit.motion.x *= relative;
+  fit.motion.y *= relative;
+  result.motion = fit.motion.ToSimilarity(camera_);
+  result.blocks = static_cast<int>(shifts.size());
+  result.inliers = fit.inliers;
+  result.peak = fit.support / std::max<double>(1, static_cast<double>(shifts.size()));
+  result.overlap = OverlapOf(OnFine(fit.motion), fine_frame_.size);
+  result.covariance = ImageCovariance(fit, 0);
+  const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
+  result.covariance = ImageCovariance(fit, field.scale_sigma);
+  if (getenv("DBG")) {
+    fprintf(stderr, "match t=%.2f,%.2f th=%.4f start=%.2f,%.2f blocks=%d in=%d sup=%.1f sig=%.3f cov=%.3f scaled=%.4f dr=%.2f ref=%.4f\n", result.motion.tx_px, result.motion.ty_px, result.motion.theta_rad, start.tx_px, start.ty_px, result.blocks, fit.inliers, fit.support, fit.sigma_px, sigma, field.scale_sigma, field.DepthRatio(), heights::FindReference(field.cells).value_or(-1));
+    if (getenv("DBG")[0]=='2') { int h[40]={}; for (auto&c:field.cells) if (c.sigma<0.08) { int b=(int)((c.rho-0.6)/0.03); if (b>=0&&b<40) h[b]++; } for(int i=0;i<40;i++) fprintf(stderr,"%d ",h[i]); fprintf(stderr,"\n"); }
+  }
+  if (fit.inliers >= kMinDepthInliers && fit.inliers >= kMinDepthInlierRatio * result.blocks &&
+      fit.support > kMinDepthSupport && sigma < kMaxDepthSigmaPx * std::max(1.0, fine_frame_.factor)) {
+    result.verdict = Verdict::kOk;
+    result.heights = std::make_shared<const heights::HeightField>(std::move(field));
+  }
+  return result;
+}
+
+heights::HeightField DepthStage::Refined(const FrameSpectrum::Fine& reference,
+                                         const heights::HeightField& known,
+                                         const FrameSpectrum::Fine& other,
+                                         const ImageMotion& motion) {
+  const PlaneMotion plane = PlaneMotion::FromSimilarity(camera_, motion);
+  std::vector<int> all(static_cast<std::size_t>(small_.GridSize()));
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  const auto chosen = small_.Select(
+      reference.fine, other.fine, OnFine(plane), static_cast<int>(all.size()));
+  std::vector<PlaneShift> shifts;
+  MeasureSmall(reference, known, other, plane, chosen, shifts);
+  DepthFitParams params;
+  params.start_sigma_px = 0.6;
+  // The motion is known: the fit only gives the scale of the residuals and judges the blocks.
+  DepthFit fit = FitDepthMotion(fine_camera_, shifts, plane, params);
+  heights::HeightField field = known;
+  if (fit.ok) Absorb(fit, shifts, field);
+  return field;
+}
+
+heights::HeightField DepthStage::Predicted(const heights::HeightField& known,
+                                           const ImageMotion& motion) const {
+  const PlaneMotion plane = PlaneMotion::FromSimilarity(camera_, motion);
+  return heights::Predict(known, unknown_, [&](const Eigen::Vector2d& x, double rho) {
+    return plane.Apply(camera_, x, rho);
+  });
+}
+
+}  // namespace ceilmap::registration

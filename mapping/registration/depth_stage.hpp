@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "mapping/heights/height_field.hpp"
+#include "mapping/registration/block_stage.hpp"
+#include "mapping/registration/depth_fit.hpp"
+#include "mapping/registration/fine_stage.hpp"
+#include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/registrar.hpp"
+
+namespace ceilmap::registration {
+
+/// Registration under a ceiling with depth: small blocks, each sampled where its height predicts
+/// it, and FitDepthMotion. A motion must be known to about 16 pixels; the heights of the reference
+/// may be unknown. Motions and heights in the interface are those of full pixels.
+class DepthStage {
+ public:
+  DepthStage(cv::Size size, const RegistrarParams& params);
+
+  /// Prepares `data` as a reference; once, thread-safe. FineStage::PrepareReference comes first.
+  void PrepareReference(FrameSpectrum::Fine& data);
+
+  /// The grid of cells, one for each small block; all unknown.
+  [[nodiscard]] const heights::HeightField& Unknown() const { return unknown_; }
+
+  /// Result: kOk or kNoMatch; `peak` and `heights` are set.
+  Registration Match(const FrameSpectrum::Fine& reference,
+                     const heights::HeightField& known,
+                     const FrameSpectrum::Fine& current,
+                     const ImageMotion& start);
+
+  /// `known`, refined by another image whose motion is known.
+  heights::HeightField Refined(const FrameSpectrum::Fine& reference,
+                               const heights::HeightField& known,
+                               const FrameSpectrum::Fine& other,
+                               const ImageMotion& motion);
+
+  /// The heights of the current image, from those of the reference.
+  [[nodiscard]] heights::HeightField Predicted(const heights::HeightField& known,
+                                               const ImageMotion& motion) const;
+
+ private:
+  DepthFit FitRough(const FrameSpectrum::Fine& reference,
+                    const heights::HeightField& known,
+                    const FrameSpectrum::Fine& current,
+                    const PlaneMotion& start);
+  void MeasureSmall(const FrameSpectrum::Fine& reference,
+                    const heights::HeightField& known,
+                    const FrameSpectrum::Fine& current,
+                    const PlaneMotion& motion,
+                    const std::vector<int>& chosen,
+                    std::vector<PlaneShift>& shifts);
+  [[nodiscard]] ImageMotion OnFine(const PlaneMotion& motion) const;
+  void Absorb(const DepthFit& fit,
+              const std::vector<PlaneShift>& shifts,
+              heights::HeightField& field) const;
+  [[nodiscard]] Eigen::Matrix4d ImageCovariance(const DepthFit& fit, double scale_sigma) const;
+  double ScaleToReference(double travel_px, heights::HeightField& field) const;
+
+  RegistrarParams params_;
+  LevelFrame fine_frame_;
+  LevelFrame rough_frame_;  // its parent is the fine level
+  PlaneCamera camera_;      // of the full image
+  PlaneCamera fine_camera_;
+  PlaneCamera rough_camera_;
+  BlockStage rough_;
+  BlockStage small_;
+  heights::HeightField unknown_;
+};
+
+}  // namespace ceilmap::registration
