@@ -250,10 +250,12 @@ void LoopCloser::Add(const graph::Keyframe& keyframe,
   for (const graph::Edge& edge : edges) me.graph.Add(edge);
   if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
-  if (spectrum.Heights() != nullptr) {
-    me.heights[keyframe.id] = std::make_shared<const heights::HeightField>(*spectrum.Heights());
-  }
+  if (keyframe.heights) me.heights[keyframe.id] = keyframe.heights;
   if (!descriptors.empty()) me.candidates.Add(keyframe.id, descriptors);
+}
+
+void LoopCloser::SetHeights(std::int64_t id, std::shared_ptr<const heights::HeightField> heights) {
+  impl_->heights[id] = std::move(heights);
 }
 
 void LoopCloser::Add(const graph::Edge& edge) {

@@ -67,7 +67,30 @@ struct NewKeyframe {
   graph::Keyframe keyframe;  // with its image
   registration::FrameSpectrum spectrum;
   std::vector<graph::Edge> edges;
+  std::shared_ptr<const heights::HeightField> refined_heights;  // of the keyframe before
+  std::int64_t refined_id = -1;
 };
+
+/// The scale of a map whose keyframes all have depth is that of its heights. All of them together
+/// show best which surface is the one whose height the rig states.
+void ScaleToReference(const Pose2& T_base_view, graph::MapGraph& map) {
+  std::vector<heights::HeightCell> cells;
+  std::size_t with_depth = 0;
+  for (const graph::Keyframe& keyframe : map.keyframes) {
+    if (!keyframe.heights) continue;
+    ++with_depth;
+    cells.insert(cells.end(), keyframe.heights->cells.begin(), keyframe.heights->cells.end());
+  }
+  constexpr double kMost = 0.9;  // otherwise keyframes without depth give the scale
+  if (with_depth == 0 ||
+      static_cast<double>(with_depth) < kMost * static_cast<double>(map.keyframes.size())) {
+    return;
+  }
+  const std::optional<double> reference = heights::FindReference(cells);
+  if (getenv("DBG")) fprintf(stderr, "final scale %.4f of %d cells\n", reference.value_or(-1), (int)cells.size());
+  if (!reference) return;
+  graph::Scale(map, *reference, T_base_view);
+}
 
 }  // namespace
 
@@ -125,6 +148,7 @@ void Mapper::Impl::CloseLoops(NewKeyframe added) {
   const cv::Mat descriptors =
       describer.Describe(level ? image : cv::Mat(image.size(), CV_8UC1, cv::Scalar(0)));
   writer.AddDescriptors(added.keyframe.id, descriptors);
+  if (added.refined_heights) closer.SetHeights(added.refined_id, added.refined_heights);
   closer.Add(added.keyframe, added.spectrum, added.edges, descriptors);
   closer.Close(added.keyframe.id);
   constexpr std::int64_t kReturnEvery = 100;  // keyframes; it takes a few milliseconds
@@ -136,6 +160,15 @@ void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
   const StageTimer timer(report.keyframe_ms);
   writer.AddImage(step.new_keyframe->id, step.new_keyframe->image);
   NewKeyframe added{*step.new_keyframe, step.new_spectrum, step.new_edges};
+  if (step.refined_heights) {
+    added.refined_heights = step.refined_heights;
+    added.refined_id = step.refined_id;
+    const auto refined = std::find_if(
+        graph.keyframes.rbegin(), graph.keyframes.rend(), [&](const graph::Keyframe& keyframe) {
+          return keyframe.id == step.refined_id;
+        });
+    if (refined != graph.keyframes.rend()) refined->heights = step.refined_heights;
+  }
   step.new_keyframe->image.release();
   graph.keyframes.push_back(*step.new_keyframe);
   WaitForLoops();
@@ -276,6 +309,7 @@ void Mapper::Close() {
   me.JoinSegments();
   me.graph.quality.loops += me.closer.Counts();
   graph::Optimize(me.graph, me.params.pose_graph);
+  ScaleToReference(me.view.T_base_view(), me.graph);
   const cv::Size size = me.view.Size();
   graph::FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
   me.report.keyframes = static_cast<std::int64_t>(me.graph.keyframes.size());

@@ -331,6 +331,10 @@ void Odometry::Impl::MakeKeyframe(const graph::FramePose& pose,
                                   const graph::Edge& edge,
                                   bool ambiguous,
                                   OdometryStep& step) {
+  if (recent.Size() > 0) {
+    step.refined_heights = recent.Latest().spectrum.SharedHeights();
+    step.refined_id = recent.Latest().keyframe.id;
+  }
   step.new_keyframe =
       recent.Add({next_id++, pose, image, ambiguous}, spectrum, edge, registrar, step.new_edges);
   step.new_spectrum = recent.Latest().spectrum;

@@ -49,6 +49,9 @@ struct OdometryStep {
   /// Set when this frame, or the one before it, became a keyframe in this step (with its image).
   std::optional<graph::Keyframe> new_keyframe;
   registration::FrameSpectrum new_spectrum;  ///< of the new keyframe
+  /// Heights of the keyframe before the new one, refined by all frames since; nullptr: none.
+  std::shared_ptr<const heights::HeightField> refined_heights;
+  std::int64_t refined_id = -1;  ///< of that keyframe
   /// Measured motions that connect it with earlier keyframes; none for the first one of a segment.
   std::vector<graph::Edge> new_edges;
 };

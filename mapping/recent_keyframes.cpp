@@ -84,14 +84,14 @@ namespace {
 void Rescale(heights::HeightField& field) {
   // Standard deviations: of the scale from one keyframe to the next, and of the plane's ratio as
   // one image shows it.
-  constexpr double kDrift = 0.006;
-  constexpr double kSeen = 0.012;
+  constexpr double kDrift = 0.003;
+  constexpr double kSeen = 0.015;
   constexpr double kSigmas = 4;
   const double before = std::hypot(field.scale_sigma, kDrift);
   field.scale_sigma = before;
   const std::optional<double> plane = heights::FindReference(field.cells);
   if (getenv("DBG")) fprintf(stderr, "gauge %.4f sigma %.4f\n", plane.value_or(-1), before);
-  if (!plane || std::abs(*plane - 1) > kSigmas * std::hypot(before, kSeen)) return;
+  if (getenv("NOGAUGE") || !plane || std::abs(*plane - 1) > kSigmas * std::hypot(before, kSeen)) return;
   const double gain = before * before / (before * before + kSeen * kSeen);
   field.Scale(1 / (1 + gain * (*plane - 1)));
   field.scale_sigma = std::sqrt(1 - gain) * before;
@@ -158,6 +158,7 @@ graph::Keyframe RecentKeyframes::Add(graph::Keyframe keyframe,
   }
   FrameSpectrum with_heights = spectrum;
   if (!keyframes_.empty()) MeasureHeights(keyframe.pose, edge.from, registrar, with_heights);
+  keyframe.heights = with_heights.SharedHeights();
   keyframes_.push_back({keyframe, with_heights});
   keyframes_.back().keyframe.image.release();
   while (static_cast<int>(keyframes_.size()) > params_.recent_keyframes) keyframes_.pop_front();

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "calib/base/heading.hpp"
 #include "calib/base/pose2.hpp"
 #include "calib/base/tilt.hpp"
+#include "mapping/heights/height_field.hpp"
 
 namespace ceilmap::graph {
 
@@ -54,6 +56,8 @@ struct Keyframe {
   /// Several motions explained its image equally well, and the prediction alone selected one
   /// (strictly periodic ceiling, Registration::disambiguated_by_prior).
   bool ambiguous = false;
+  /// Heights of the ceiling in the image; nullptr: the ceiling is taken to be plane there.
+  std::shared_ptr<const heights::HeightField> heights;
 };
 
 /// Loads the image of a keyframe (CV_8UC1, rectified) from its storage.

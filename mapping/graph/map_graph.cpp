@@ -218,6 +218,38 @@ void KeepOnly(MapGraph& graph, const std::unordered_set<std::int64_t>& keyframe_
   std::erase_if(graph.weak_spots, [&](const WeakSpot& s) { return gone(s.keyframe_id); });
 }
 
+void Scale(MapGraph& graph, double factor, const Pose2& T_base_view) {
+  const Pose2 T_view_base = T_base_view.Inverse();
+  const auto scaled = [&](const Pose2& T) {
+    Pose2 view = T_view_base * T * T_base_view;
+    view.x *= factor;
+    view.y *= factor;
+    return T_base_view * view * T_view_base;
+  };
+  // Poses are relative to the first one, whose own pose is not measured.
+  const Pose2 T_map_first = graph.keyframes.front().pose.T_map_base;
+  const auto scale = [&](FramePose& pose) {
+    pose.T_map_base = T_map_first * scaled(T_map_first.Inverse() * pose.T_map_base);
+    pose.covariance.topLeftCorner<2, 2>() *= factor * factor;
+    pose.covariance.topRightCorner<2, 1>() *= factor;
+    pose.covariance.bottomLeftCorner<1, 2>() *= factor;
+  };
+  for (Keyframe& keyframe : graph.keyframes) {
+    scale(keyframe.pose);
+    if (!keyframe.heights) continue;
+    auto heights = std::make_shared<heights::HeightField>(*keyframe.heights);
+    heights->Scale(1 / factor);
+    keyframe.heights = std::move(heights);
+  }
+  for (FramePose& frame : graph.trajectory) scale(frame);
+  for (Edge& edge : graph.edges) {
+    edge.T_from_to = scaled(edge.T_from_to);
+    edge.information.topLeftCorner<2, 2>() /= factor * factor;
+    edge.information.topRightCorner<2, 1>() /= factor;
+    edge.information.bottomLeftCorner<1, 2>() /= factor;
+  }
+}
+
 void MoveAll(MapGraph& graph, const Pose2& T_new_old) {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = T_new_old.Rotation();

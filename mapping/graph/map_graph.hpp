@@ -82,6 +82,12 @@ void KeepOnly(MapGraph& graph, const std::unordered_set<std::int64_t>& keyframe_
 /// Moves the whole map: T_new_base = T_new_old * T_old_base, and rotates covariances with it.
 void MoveAll(MapGraph& graph, const Pose2& T_new_old);
 
+/// Multiplies all distances of the map, as the camera measured them, by a factor > 0; heights that
+/// are relative to the reference plane are divided by it.
+/// @param T_base_view  CeilingView::T_base_view: rotations about the base move the camera by
+/// distances that are known.
+void Scale(MapGraph& graph, double factor, const Pose2& T_base_view);
+
 /// Computes the most likely poses of all keyframes given all edges, with the first keyframe fixed.
 /// Loop closures that contradict the rest are removed (quality.loops.outliers). Then computes the
 /// covariances of keyframes and frames relative to the first keyframe, scaled up where the

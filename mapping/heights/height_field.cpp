@@ -10,35 +10,49 @@ namespace {
 // A cell lies off the reference plane when it differs by more than this, and by three standard
 // deviations.
 constexpr double kOffPlane = 0.02;
-// Half width of a surface in rho. A corrugated deck with skylights spans about 0.02.
-constexpr double kSurface = 0.025;
-// Part of the measured cells that a reference plane has at least.
+// A corrugated deck with its skylights is a cluster of surfaces; part of rho, to each side. It has at
+// least this part of all measured cells.
+constexpr double kCluster = 0.025;
 constexpr double kLargeArea = 0.07;
+// One surface of the cluster; the reference is the farthest whose area is comparable to the largest.
+constexpr double kSurface = 0.01;
+constexpr double kComparable = 0.85;
 constexpr double kFar = 0.5;  // range of rho in which the reference plane is searched
 constexpr double kNear = 3.0;
-constexpr double kBin = 0.005;
+constexpr double kBin = 0.0025;
 
 double Weight(const HeightCell& cell) {
   return cell.sigma < kMeasuredSigma ? 1.0 : 0.0;
 }
 
-/// Weighted mean within the surface around `middle`, iterated.
-double MeanNear(const std::vector<HeightCell>& cells, double middle) {
-  constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds; ++round) {
-    double sum = 0;
-    double total = 0;
+/// Counts of measured cells in bins of rho.
+class Histogram {
+ public:
+  explicit Histogram(const std::vector<HeightCell>& cells) {
     for (const HeightCell& cell : cells) {
-      if (Weight(cell) == 0 || std::abs(cell.rho - middle) > kSurface * middle) continue;
-      const double w = 1 / (1e-4 + static_cast<double>(cell.sigma) * cell.sigma);
-      sum += w * cell.rho;
-      total += w;
+      if (Weight(cell) == 0) continue;
+      total_ += 1;
+      const auto bin = static_cast<std::ptrdiff_t>((cell.rho - kFar) / kBin);
+      if (bin >= 0 && bin < kBins) sums_[static_cast<std::size_t>(bin) + 1] += 1;
     }
-    if (total == 0) break;
-    middle = sum / total;
+    for (std::size_t i = 1; i < sums_.size(); ++i) sums_[i] += sums_[i - 1];
   }
-  return middle;
-}
+  [[nodiscard]] double Total() const { return total_; }
+  static double Rho(int bin) { return kFar + kBin * (bin + 0.5); }
+  static int Bins() { return kBins; }
+  /// Cells within a part of rho around the middle of a bin.
+  [[nodiscard]] double Within(int bin, double part) const {
+    const auto half = static_cast<int>(std::lround(part * Rho(bin) / kBin));
+    const int from = std::max(0, bin - half);
+    const int to = std::min(kBins, bin + half + 1);
+    return sums_[static_cast<std::size_t>(to)] - sums_[static_cast<std::size_t>(from)];
+  }
+
+ private:
+  static constexpr int kBins = static_cast<int>((kNear - kFar) / kBin);
+  std::array<double, kBins + 1> sums_{};
+  double total_ = 0;
+};
 
 }  // namespace
 
@@ -94,53 +108,30 @@ void HeightField::Scale(double factor) {
 }
 
 std::optional<double> FindReference(const std::vector<HeightCell>& cells) {
-  constexpr auto kBins = static_cast<std::size_t>((kNear - kFar) / kBin);
-  std::array<double, kBins> mass{};
-  double total = 0;
-  for (const HeightCell& cell : cells) {
-    if (Weight(cell) == 0) continue;
-    total += 1;
-    const auto bin = static_cast<std::ptrdiff_t>((cell.rho - kFar) / kBin);
-    if (bin >= 0 && bin < static_cast<std::ptrdiff_t>(kBins)) {
-      mass[static_cast<std::size_t>(bin)] += 1;
-    }
-  }
+  const Histogram histogram(cells);
   constexpr double kEnough = 20;
-  if (total < kEnough) return std::nullopt;
-  // The first surface with enough area; its middle is where the window holds most.
-  const auto inside = [&](std::size_t bin) {
-    const double rho = kFar + kBin * (static_cast<double>(bin) + 0.5);
-    const auto half = static_cast<std::size_t>(std::lround(kSurface * rho / kBin));
-    double sum = 0;
-    for (std::size_t i = bin > half ? bin - half : 0; i <= std::min(kBins - 1, bin + half); ++i) {
-      sum += mass[i];
-    }
-    return sum;
-  };
-  for (std::size_t bin = 0; bin < kBins; ++bin) {
-    if (inside(bin) < kLargeArea * total) continue;
-    std::size_t best = bin;
-    const double rho = kFar + kBin * static_cast<double>(bin);
-    const auto reach = static_cast<std::size_t>(std::lround(2 * kSurface * rho / kBin));
-    for (std::size_t i = bin; i < std::min(kBins, bin + reach); ++i) {
-      if (inside(i) > inside(best)) best = i;
-    }
-    return MeanNear(cells, kFar + kBin * (static_cast<double>(best) + 0.5));
+  if (histogram.Total() < kEnough) return std::nullopt;
+  int first = 0;
+  while (first < Histogram::Bins() &&
+         histogram.Within(first, kCluster) < kLargeArea * histogram.Total()) {
+    ++first;
   }
-  return std::nullopt;
-}
-
-std::optional<double> FindReferenceNear(const std::vector<HeightCell>& cells) {
-  int total = 0;
-  int near = 0;
+  if (first == Histogram::Bins()) return std::nullopt;
+  const auto reach = static_cast<int>(std::lround(3 * kCluster * Histogram::Rho(first) / kBin));
+  const int end = std::min(Histogram::Bins(), first + reach);
+  double most = 0;
+  for (int bin = first; bin < end; ++bin) most = std::max(most, histogram.Within(bin, kSurface));
+  int surface = first;
+  while (histogram.Within(surface, kSurface) < kComparable * most) ++surface;
+  const double middle = Histogram::Rho(surface);
+  double sum = 0;
+  double count = 0;
   for (const HeightCell& cell : cells) {
-    if (Weight(cell) == 0) continue;
-    ++total;
-    near += std::abs(cell.rho - 1) < kSurface ? 1 : 0;
+    if (Weight(cell) == 0 || std::abs(cell.rho - middle) > kSurface * middle) continue;
+    sum += cell.rho;
+    count += 1;
   }
-  constexpr int kEnough = 15;
-  if (near < kEnough || near < kLargeArea * total) return std::nullopt;
-  return MeanNear(cells, 1);
+  return count > 0 ? sum / count : middle;
 }
 
 HeightField Predict(const HeightField& from,

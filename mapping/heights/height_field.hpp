@@ -50,13 +50,11 @@ struct HeightField {
   void Scale(double factor);
 };
 
-/// Ratio of the reference plane among measured ratios whose scale is not known yet: the lowest
-/// surface in rho (the farthest one) that covers a large part of the ceiling. Nothing where no
-/// surface stands out. @param sigma  largest deviation of a cell that counts.
+/// Ratio of the reference plane among measured ratios: the farthest surface (the lowest in rho) that
+/// covers a large part of the ceiling; among surfaces within a few per cent, such as a deck and its
+/// skylights, the farthest whose area is comparable to the largest. Nothing where no surface stands
+/// out.
 std::optional<double> FindReference(const std::vector<HeightCell>& cells);
-
-/// The same where the scale is known to a few per cent: mean of the ratios near 1.
-std::optional<double> FindReferenceNear(const std::vector<HeightCell>& cells);
 
 /// The field as another image sees it. @param moved  takes a point of this image with its ratio to
 /// the other image. Cells that no point of this field reaches are kUnknown. Ratios of a level robot

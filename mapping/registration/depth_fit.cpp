@@ -130,7 +130,7 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
       const Linearised& l = rows[i];
       const Eigen::Matrix2d w = Information(l, shifts[i].rho_sigma, sigma);
       const double chi2 = l.residual.dot(w * l.residual);
-      const double weight = 1 / (1 + chi2 / (kCauchy * kCauchy));
+      const double u = 1 - chi2 / 16; const double weight = round < 3 ? 1 / (1 + chi2 / (kCauchy * kCauchy)) : u > 0 ? u * u : 0;
       a += weight * l.jacobian.transpose() * w * l.jacobian;
       b += weight * l.jacobian.transpose() * w * l.residual;
       // Degrees of freedom that the height leaves: 1 where it is unknown, 2 where it is known.
@@ -138,6 +138,9 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
       const double median_chi2 = 0.455 + 0.931 * (degrees - 1);
       sizes.push_back(chi2 / median_chi2);
     }
+    const double ratio = std::sqrt(Median(sizes));
+    sigma = std::clamp(sigma * std::clamp(ratio, 0.3, 2.0), kSigmaFloor, kSigmaCeiling);
+    if (!params.fit_motion) continue;
     const Eigen::MatrixXd used = a.topLeftCorner(n, n);
     const Eigen::VectorXd d = used.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(d.asDiagonal() * used * d.asDiagonal());
@@ -146,11 +149,9 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
     step.head(n) = d.asDiagonal() * ldlt.solve(d.asDiagonal() * b.head(n));
     fit.motion = Moved(fit.motion, step);
     inverse = d.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(n, n)) * d.asDiagonal();
-    const double ratio = std::sqrt(Median(sizes));
-    sigma = std::clamp(sigma * std::clamp(ratio, 0.3, 2.0), kSigmaFloor, kSigmaCeiling);
   }
   fit.sigma_px = sigma;
-  fit.covariance.topLeftCorner(n, n) = inverse;
+  if (params.fit_motion) fit.covariance.topLeftCorner(n, n) = inverse;
   fit.blocks.reserve(shifts.size());
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     const Linearised l = Linearise(camera, shifts[i], fit.motion, 0);

@@ -8,6 +8,7 @@
 namespace ceilmap::registration {
 
 struct DepthFitParams {
+  bool fit_motion = true;  ///< false: the motion is known; only the heights are wanted
   bool fit_tilt = false;  ///< false: level camera; tilts stay as they start
   /// Standard deviation of a fully informative block at the start, pixels. It falls to what the
   /// residuals show.

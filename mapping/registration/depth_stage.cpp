@@ -9,10 +9,10 @@ namespace {
 
 constexpr int kSmallBlockPx = 32;
 constexpr int kSmallBlocks = 300;
-constexpr int kMeasured = 200;  // blocks of a round
+constexpr int kMeasured = 300;  // blocks of a round
 constexpr int kRoughBlocks = 48;
 constexpr int kRoughSearch = 8;  // rough pixels
-constexpr int kSmallSearch = 5;
+constexpr int kSmallSearch = 3;
 
 // A rough block shows a larger area, seldom of one height.
 constexpr float kRoughRhoSigma = 0.04F;
@@ -23,7 +23,7 @@ constexpr float kRhoFloor = 0.0025F;
 constexpr double kMatchFloorPx = 0.12;
 // Standard deviation of the scale of a field of heights: which part of the deck is the plane whose
 // height the rig states.
-constexpr double kScaleSigma = 0.003;
+constexpr double kScaleSigma = 0.01;
 // Error of the reference plane's displacement where only one image shows which surface it is.
 constexpr double kScaleErrorPx = 0.4;
 
@@ -186,7 +186,8 @@ Eigen::Matrix4d DepthStage::ImageCovariance(const DepthFit& fit, double scale_si
 /// them belong to the reference plane. @return factor of all translations
 double DepthStage::ScaleToReference(double travel_px, heights::HeightField& field) const {
   const double sigma = std::hypot(kScaleSigma, kScaleErrorPx / std::max(travel_px, 1e-3));
-  if (travel_px < kMinTravelPx || sigma > field.scale_sigma) return 1;
+  constexpr double kBetter = 0.7;
+  if (travel_px < kMinTravelPx || sigma > kBetter * field.scale_sigma) return 1;
   const auto rho = heights::FindReference(field.cells);
   constexpr double kSigmas = 3;
   if (!rho || std::abs(*rho - 1) > kSigmas * std::hypot(sigma, field.scale_sigma)) return 1;
@@ -217,11 +218,13 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
     const auto chosen =
         small_.Select(reference.fine, current.fine, OnFine(fit.motion), kMeasured);
     MeasureSmall(reference, field, current, fit.motion, chosen, shifts);
+    int measured = 0; for (const PlaneShift& shift : shifts) measured += known.cells[static_cast<std::size_t>(shift.index)].sigma < heights::kMeasuredSigma;
     // Blocks are sampled where the last round found them, and judged by what was known before.
     for (PlaneShift& shift : shifts) {
       const heights::HeightCell& cell = known.cells[static_cast<std::size_t>(shift.index)];
       shift.rho = cell.rho;
       shift.rho_sigma = cell.sigma;
+      if (measured > 20 && cell.sigma > heights::kMeasuredSigma) shift.rho_sigma = 2;
     }
     DepthFitParams params;
     params.start_sigma_px = round == 0 ? 1.5 : 0.6;
@@ -266,7 +269,7 @@ heights::HeightField DepthStage::Refined(const FrameSpectrum::Fine& reference,
   MeasureSmall(reference, known, other, plane, chosen, shifts);
   DepthFitParams params;
   params.start_sigma_px = 0.6;
-  // The motion is known: the fit only gives the scale of the residuals and judges the blocks.
+  params.fit_motion = false;
   DepthFit fit = FitDepthMotion(fine_camera_, shifts, plane, params);
   heights::HeightField field = known;
   if (fit.ok) Absorb(fit, shifts, field);

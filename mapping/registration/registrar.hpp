@@ -101,6 +101,9 @@ class FrameSpectrum {
   /// Heights of the ceiling in this image; nullptr: the ceiling is taken to be plane. A Registrar
   /// uses them where the image is the reference.
   [[nodiscard]] const heights::HeightField* Heights() const { return heights_.get(); }
+  [[nodiscard]] const std::shared_ptr<const heights::HeightField>& SharedHeights() const {
+    return heights_;
+  }
   void SetHeights(std::shared_ptr<const heights::HeightField> heights) {
     heights_ = std::move(heights);
   }
