@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calib/base/statistics.hpp"
@@ -11,8 +12,12 @@
 namespace ceilmap::registration {
 namespace {
 
-using Vector5d = Eigen::Matrix<double, 5, 1>;
-using Matrix5d = Eigen::Matrix<double, 5, 5>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// Parameters in the order of the equations (those of a level camera first): their places in the
+// covariance.
+constexpr std::array<int, 6> kOrder = {0, 1, 3, 2, 4, 5};  // x, y, yaw, height, tilt_x, tilt_y
 
 constexpr int kRounds = 8;
 constexpr double kCauchy = 2.4;
@@ -27,17 +32,18 @@ constexpr double kMaxSigmas = 3;
 struct Linearised {
   Eigen::Vector2d residual;               // measured - predicted
   Eigen::Vector2d along;                  // d predicted / d rho
-  Eigen::Matrix<double, 2, 5> jacobian;   // d predicted / d (x, y, yaw, tilt_x, tilt_y)
+  Eigen::Matrix<double, 2, 6> jacobian;   // d predicted / d (kOrder)
   Eigen::Matrix2d measured;               // information of the measurement for sigma 1
 };
 
-PlaneMotion Moved(const PlaneMotion& m, const Vector5d& step) {
+PlaneMotion Moved(const PlaneMotion& m, const Vector6d& step) {
   PlaneMotion moved = m;
   moved.x += step[0];
   moved.y += step[1];
   moved.yaw += step[2];
-  moved.tilt_x += step[3];
-  moved.tilt_y += step[4];
+  moved.height += step[3];
+  moved.tilt_x += step[4];
+  moved.tilt_y += step[5];
   return moved;
 }
 
@@ -54,7 +60,7 @@ Linearised Linearise(const PlaneCamera& camera,
   l.along = back * (motion.Apply(camera, x, shift.rho + kStep) - predicted) / kStep;
   l.jacobian.setZero();
   for (int i = 0; i < parameters; ++i) {
-    Vector5d step = Vector5d::Zero();
+    Vector6d step = Vector6d::Zero();
     step[i] = kStep;
     l.jacobian.col(i) = back * (Moved(motion, step).Apply(camera, x, shift.rho) - predicted) / kStep;
   }
@@ -116,14 +122,14 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
   fit.motion = start;
   constexpr std::size_t kFewest = 6;
   if (shifts.size() < kFewest) return fit;
-  const int n = params.fit_tilt ? 5 : 3;
+  const int n = params.fit_tilt ? 6 : 3;
   double sigma = params.start_sigma_px;
   std::vector<double> sizes;
   std::vector<Linearised> rows(shifts.size());
   Eigen::MatrixXd inverse;
   for (int round = 0; round < kRounds; ++round) {
-    Matrix5d a = Matrix5d::Zero();
-    Vector5d b = Vector5d::Zero();
+    Matrix6d a = Matrix6d::Zero();
+    Vector6d b = Vector6d::Zero();
     sizes.clear();
     for (std::size_t i = 0; i < shifts.size(); ++i) {
       rows[i] = Linearise(camera, shifts[i], fit.motion, n);
@@ -145,13 +151,15 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
     const Eigen::VectorXd d = used.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(d.asDiagonal() * used * d.asDiagonal());
     if (ldlt.info() != Eigen::Success || ldlt.vectorD().minCoeff() < 1e-9) return fit;
-    Vector5d step = Vector5d::Zero();
+    Vector6d step = Vector6d::Zero();
     step.head(n) = d.asDiagonal() * ldlt.solve(d.asDiagonal() * b.head(n));
     fit.motion = Moved(fit.motion, step);
     inverse = d.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(n, n)) * d.asDiagonal();
   }
   fit.sigma_px = sigma;
-  if (params.fit_motion) fit.covariance.topLeftCorner(n, n) = inverse;
+  for (int i = 0; params.fit_motion && i < n; ++i) {
+    for (int j = 0; j < n; ++j) fit.covariance(kOrder[static_cast<std::size_t>(i)], kOrder[static_cast<std::size_t>(j)]) = inverse(i, j);
+  }
   fit.blocks.reserve(shifts.size());
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     const Linearised l = Linearise(camera, shifts[i], fit.motion, 0);

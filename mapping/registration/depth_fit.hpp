@@ -9,7 +9,8 @@ namespace ceilmap::registration {
 
 struct DepthFitParams {
   bool fit_motion = true;  ///< false: the motion is known; only the heights are wanted
-  bool fit_tilt = false;  ///< false: level camera; tilts stay as they start
+  /// False: level camera at one height; tilts and height stay as they start.
+  bool fit_tilt = false;
   /// Standard deviation of a fully informative block at the start, pixels. It falls to what the
   /// residuals show.
   double start_sigma_px = 1;
@@ -28,9 +29,9 @@ struct BlockHeight {
 struct DepthFit {
   bool ok = false;
   PlaneMotion motion;
-  /// Of (x, y, yaw, tilt_x, tilt_y); zero rows and columns for fixed parameters. Heights are
-  /// integrated out.
-  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
+  /// Of (x, y, height, yaw, tilt_x, tilt_y), as in PlaneFit; zero rows and columns for fixed
+  /// parameters. The heights of blocks are integrated out.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   double sigma_px = 0;  ///< robust standard deviation of a fully informative block, one axis
   double support = 0;   ///< sum over the inliers of peak * evidence
   int inliers = 0;
@@ -44,7 +45,7 @@ struct DepthFit {
 /// integrated out: the covariance of the residual is that of the measurement plus sigma_rho^2 g g'.
 /// Blocks of unknown height determine rotation and direction only; blocks of known height determine
 /// the length too. Iterated least squares with Cauchy's weights; the scale of the residuals is
-/// estimated. The height of the camera is not fitted.
+/// estimated. 
 DepthFit FitDepthMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,

@@ -1,6 +1,7 @@
 #include "mapping/registration/depth_stage.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -26,6 +27,8 @@ constexpr double kMatchFloorPx = 0.12;
 constexpr double kScaleSigma = 0.01;
 // Error of the reference plane's displacement where only one image shows which surface it is.
 constexpr double kScaleErrorPx = 0.4;
+
+constexpr double kNotKnown = 2;
 
 // Acceptance.
 constexpr int kMinDepthInliers = 12;
@@ -91,7 +94,8 @@ ImageMotion DepthStage::OnFine(const PlaneMotion& motion) const {
 DepthFit DepthStage::FitRough(const FrameSpectrum::Fine& reference,
                               const heights::HeightField& known,
                               const FrameSpectrum::Fine& current,
-                              const PlaneMotion& start) {
+                              const PlaneMotion& start,
+                              bool fit_tilt) {
   const auto chosen = rough_.Select(
       reference.rough, current.rough, start.ToSimilarity(rough_camera_), kRoughBlocks);
   std::vector<double> rho;
@@ -118,6 +122,7 @@ DepthFit DepthStage::FitRough(const FrameSpectrum::Fine& reference,
   if (getenv("DBG")) { int bad=0; for (auto&x:shifts) bad+= !std::isfinite(x.rho)||!std::isfinite(x.rho_sigma)||!std::isfinite(x.seen.x())||x.rho_sigma==0; fprintf(stderr,"rough shifts=%d of %d bad=%d\n",(int)shifts.size(),(int)chosen.size(),bad);}
   DepthFitParams fit;
   fit.start_sigma_px = 2;
+  fit.fit_tilt = fit_tilt;
   return FitDepthMotion(rough_camera_, shifts, start, fit);
 }
 
@@ -136,6 +141,25 @@ void DepthStage::MeasureSmall(const FrameSpectrum::Fine& reference,
       reference.fine, current.fine, fine_camera_, motion, chosen, kSmallSearch, shifts, rho);
   for (PlaneShift& shift : shifts) {
     shift.rho_sigma = known.cells[static_cast<std::size_t>(shift.index)].sigma;
+  }
+}
+
+/// Blocks are sampled where the last round found them, and judged by what was known before.
+void DepthStage::SetPriors(const heights::HeightField& known, std::vector<PlaneShift>& shifts) {
+  const auto cell_of = [&known](const PlaneShift& shift) {
+    return known.cells[static_cast<std::size_t>(shift.index)];
+  };
+  const auto measured = std::count_if(shifts.begin(), shifts.end(), [&](const PlaneShift& shift) {
+    return cell_of(shift).sigma < heights::kMeasuredSigma;
+  });
+  for (PlaneShift& shift : shifts) {
+    const heights::HeightCell cell = cell_of(shift);
+    shift.rho = cell.rho;
+    shift.rho_sigma = cell.sigma;
+    // Many cells with the same assumption are not many measurements: where others are measured,
+    // these say nothing of the length of the travel.
+    constexpr int kEnough = 20;
+    if (measured > kEnough && cell.sigma > heights::kMeasuredSigma) shift.rho_sigma = kNotKnown;
   }
 }
 
@@ -174,7 +198,8 @@ Eigen::Matrix4d DepthStage::ImageCovariance(const DepthFit& fit, double scale_si
     (i == 0 ? moved.x : i == 1 ? moved.y : moved.yaw) += kStep;
     jacobian.col(i) = (image(moved) - at) / kStep;
   }
-  Eigen::Matrix3d motion = fit.covariance.topLeftCorner<3, 3>();
+  constexpr std::array<int, 3> kLevel = {0, 1, 3};  // x, y, yaw
+  Eigen::Matrix3d motion = fit.covariance(kLevel, kLevel);
   const Eigen::Vector2d t(fit.motion.x, fit.motion.y);
   motion.topLeftCorner<2, 2>() += scale_sigma * scale_sigma * t * t.transpose();
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
@@ -199,6 +224,30 @@ double DepthStage::ScaleToReference(double travel_px, heights::HeightField& fiel
   return factor;
 }
 
+bool DepthStage::FitSmall(const FrameSpectrum::Fine& reference,
+                          const heights::HeightField& known,
+                          const FrameSpectrum::Fine& current,
+                          bool fit_tilt,
+                          DepthFit& fit,
+                          heights::HeightField& field) {
+  field = known;
+  std::vector<PlaneShift> shifts;
+  constexpr int kRounds = 2;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto chosen = small_.Select(reference.fine, current.fine, OnFine(fit.motion), kMeasured);
+    MeasureSmall(reference, field, current, fit.motion, chosen, shifts);
+    SetPriors(known, shifts);
+    DepthFitParams params;
+    params.fit_tilt = fit_tilt;
+    params.start_sigma_px = round == 0 ? 1.5 : 0.6;
+    fit = FitDepthMotion(fine_camera_, shifts, fit.motion, params);
+    if (!fit.ok) return false;
+    field = known;
+    Absorb(fit, shifts, field);
+  }
+  return true;
+}
+
 Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
                                const heights::HeightField& known,
                                const FrameSpectrum::Fine& current,
@@ -208,38 +257,19 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   ImageMotion level = start;
   level.scale = 1;
   DepthFit fit =
-      FitRough(reference, known, current, PlaneMotion::FromSimilarity(camera_, level));
-  if (getenv("DBG")) fprintf(stderr,"rough start=%.2f,%.2f,%.4f ok=%d in=%d of %d sig=%.2f sup=%.1f\n",start.tx_px,start.ty_px,start.theta_rad,(int)fit.ok,fit.inliers,(int)fit.blocks.size(),fit.sigma_px,fit.support);
-  if (!fit.ok || fit.inliers < kMinDepthInliers / 2) return result;
-  heights::HeightField field = known;
-  std::vector<PlaneShift> shifts;
-  constexpr int kRounds = 2;
-  for (int round = 0; round < kRounds; ++round) {
-    const auto chosen =
-        small_.Select(reference.fine, current.fine, OnFine(fit.motion), kMeasured);
-    MeasureSmall(reference, field, current, fit.motion, chosen, shifts);
-    int measured = 0; for (const PlaneShift& shift : shifts) measured += known.cells[static_cast<std::size_t>(shift.index)].sigma < heights::kMeasuredSigma;
-    // Blocks are sampled where the last round found them, and judged by what was known before.
-    for (PlaneShift& shift : shifts) {
-      const heights::HeightCell& cell = known.cells[static_cast<std::size_t>(shift.index)];
-      shift.rho = cell.rho;
-      shift.rho_sigma = cell.sigma;
-      if (measured > 20 && cell.sigma > heights::kMeasuredSigma) shift.rho_sigma = 2;
-    }
-    DepthFitParams params;
-    params.start_sigma_px = round == 0 ? 1.5 : 0.6;
-    fit = FitDepthMotion(fine_camera_, shifts, fit.motion, params);
-    if (!fit.ok) return result;
-    field = known;
-    Absorb(fit, shifts, field);
+      FitRough(reference, known, current, PlaneMotion::FromSimilarity(camera_, level), false);
+  heights::HeightField field;
+  if (!fit.ok || fit.inliers < kMinDepthInliers / 2 ||
+      !FitSmall(reference, known, current, false, fit, field)) {
+    return result;
   }
   const double relative = ScaleToReference(TravelPx(fit.motion, camera_), field);
   fit.motion.x *= relative;
   fit.motion.y *= relative;
   result.motion = fit.motion.ToSimilarity(camera_);
-  result.blocks = static_cast<int>(shifts.size());
+  result.blocks = static_cast<int>(fit.blocks.size());
   result.inliers = fit.inliers;
-  result.peak = fit.support / std::max<double>(1, static_cast<double>(shifts.size()));
+  result.peak = fit.support / std::max<double>(1, static_cast<double>(fit.blocks.size()));
   result.overlap = OverlapOf(OnFine(fit.motion), fine_frame_.size);
   result.covariance = ImageCovariance(fit, 0);
   const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
@@ -253,6 +283,27 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
     result.verdict = Verdict::kOk;
     result.heights = std::make_shared<const heights::HeightField>(std::move(field));
   }
+  return result;
+}
+
+PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
+                                 const heights::HeightField& known,
+                                 const FrameSpectrum::Fine& current,
+                                 const PlaneMotion& start) {
+  PlaneFit result;
+  result.motion = start;
+  DepthFit fit = FitRough(reference, known, current, start, true);
+  heights::HeightField field;
+  if (!fit.ok || fit.inliers < kMinDepthInliers / 2 ||
+      !FitSmall(reference, known, current, true, fit, field)) {
+    return result;
+  }
+  result.motion = fit.motion;
+  result.covariance = fit.covariance;
+  result.sigma_px = fine_frame_.factor * fit.sigma_px;
+  result.inliers = fit.inliers;
+  result.blocks = static_cast<int>(fit.blocks.size());
+  result.ok = fit.inliers >= kMinDepthInliers && fit.support > kMinDepthSupport;
   return result;
 }
 

@@ -33,6 +33,12 @@ class DepthStage {
                      const FrameSpectrum::Fine& current,
                      const ImageMotion& start);
 
+  /// The motion with tilt, from one that is known to about 16 pixels.
+  PlaneFit MatchTilted(const FrameSpectrum::Fine& reference,
+                       const heights::HeightField& known,
+                       const FrameSpectrum::Fine& current,
+                       const PlaneMotion& start);
+
   /// `known`, refined by another image whose motion is known.
   heights::HeightField Refined(const FrameSpectrum::Fine& reference,
                                const heights::HeightField& known,
@@ -47,7 +53,15 @@ class DepthStage {
   DepthFit FitRough(const FrameSpectrum::Fine& reference,
                     const heights::HeightField& known,
                     const FrameSpectrum::Fine& current,
-                    const PlaneMotion& start);
+                    const PlaneMotion& start,
+                    bool fit_tilt);
+  /// Measures and fits at full resolution from fit.motion; `field` takes the heights.
+  bool FitSmall(const FrameSpectrum::Fine& reference,
+                const heights::HeightField& known,
+                const FrameSpectrum::Fine& current,
+                bool fit_tilt,
+                DepthFit& fit,
+                heights::HeightField& field);
   void MeasureSmall(const FrameSpectrum::Fine& reference,
                     const heights::HeightField& known,
                     const FrameSpectrum::Fine& current,
@@ -55,6 +69,7 @@ class DepthStage {
                     const std::vector<int>& chosen,
                     std::vector<PlaneShift>& shifts);
   [[nodiscard]] ImageMotion OnFine(const PlaneMotion& motion) const;
+  static void SetPriors(const heights::HeightField& known, std::vector<PlaneShift>& shifts);
   void Absorb(const DepthFit& fit,
               const std::vector<PlaneShift>& shifts,
               heights::HeightField& field) const;

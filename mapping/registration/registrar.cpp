@@ -281,6 +281,14 @@ Registration Registrar::RegisterWithDepth(const FrameSpectrum& reference,
   return impl_->RunWithDepth(reference, impl_->Depth().Unknown(), current, prior);
 }
 
+PlaneFit Registrar::RefineWithDepth(const FrameSpectrum& reference,
+                                    const FrameSpectrum& current,
+                                    const PlaneMotion& start) {
+  impl_->fine.PrepareReference(*reference.fine_);
+  impl_->Depth().PrepareReference(*reference.fine_);
+  return impl_->depth->MatchTilted(*reference.fine_, *reference.heights_, *current.fine_, start);
+}
+
 heights::HeightField Registrar::PredictHeights(const FrameSpectrum& reference,
                                                const ImageMotion& motion) const {
   return impl_->Depth().Predicted(*reference.heights_, motion);

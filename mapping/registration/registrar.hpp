@@ -195,6 +195,11 @@ class Registrar {
                                      const PlaneMotion& start,
                                      const PlaneFitParams& params = {});
 
+  /// The same under a ceiling with depth. @param reference  has heights; a level view.
+  [[nodiscard]] PlaneFit RefineWithDepth(const FrameSpectrum& reference,
+                                         const FrameSpectrum& current,
+                                         const PlaneMotion& start);
+
   /// The measurements to which RefinePlane fits a motion, for fits of more than one motion to them:
   /// the positions of blocks of the reference in the current image, in pixels of the full images,
   /// from their centres. @param motion  known to about 2 px over the image. Needs no level
