@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "calib/base/error.hpp"
 #include "calib/level_view.hpp"
@@ -42,6 +44,31 @@ constexpr double kCeilingSystematicRad = 1.5e-4;
 // sensor. Without it, level frames of x264 at CRF 30 and 35 had up to 0.7 degrees.
 constexpr double kCommonCodingErrors = 3;
 
+// Under a ceiling with depth: matching is less exact where a block shows several surfaces, and a
+// frame is level for the heights' sake when its tilt is below this number of standard deviations.
+constexpr double kMinInlierRatioDepth = 0.3;
+constexpr double kMaxSigmaDepthPx = 1.2;
+constexpr double kDepthSystematicRad = 1.2e-3;
+// Blocks have errors in common: factor of the variance.
+constexpr double kDepthInflation = 14;
+constexpr double kLevelSigmas = 3;
+// Where fewer of the blocks agree with one plane, the ceiling may have depth. It has where at least
+// this part of the measured heights is off the plane.
+constexpr double kPlaneInlierRatio = 0.75;
+constexpr double kMinDepthRatio = 0.15;
+// Below this part a new reference is taken to be plane.
+constexpr double kStillPlane = 0.05;
+// Standard deviations of a predicted motion, where depth is searched.
+constexpr double kPriorPx = 8;
+constexpr double kPriorRad = 0.05;
+
+registration::RegistrarParams ParamsFor(const calib::CeilingView& view) {
+  registration::RegistrarParams params;
+  params.mask = view.Mask();
+  params.camera = registration::PlaneCameraOf(view);
+  return params;
+}
+
 /// Standard deviation of the tilt, rad.
 double TiltSigma(const PlaneFit& fit) {
   return std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace());
@@ -58,7 +85,7 @@ CeilingTracker::CeilingTracker(const calib::CeilingView& view)
     : view_(view),
       camera_(registration::PlaneCameraOf(view)),
       distance_m_(view.FocalLength() * view.MetresPerPixel()),
-      registrar_(view.Size(), registration::RegistrarParams{.mask = view.Mask()}) {
+      registrar_(view.Size(), ParamsFor(view)) {
   if (!(camera_.focal_px > 0)) {
     throw InputError("tilt cannot be seen on the ceiling without a rig");
   }
@@ -103,6 +130,11 @@ Isometry3d CeilingTracker::ToPose(const PlaneMotion& motion) const {
 }
 
 bool CeilingTracker::IsSound(const PlaneFit& fit, double coding_loss) const {
+  if (reference_.spectrum.Heights() != nullptr) {
+    return fit.ok && fit.inliers >= kMinInlierRatioDepth * fit.blocks &&
+           fit.sigma_px <= kMaxSigmaDepthPx && TiltSigma(fit) <= kMaxSigmaRad &&
+           std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) <= kMaxMeasuredRad;
+  }
   const bool clear = coding_loss > 0 && fit.inliers >= kMinInlierRatioCoded * fit.blocks;
   return fit.ok && fit.inliers >= kMinInliers && fit.inliers >= kMinInlierRatio * fit.blocks &&
          fit.sigma_px <= kMaxSigmaPx &&
@@ -115,12 +147,15 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   motion.T_reference_base = ToPose(fit.motion);
   motion.inliers = fit.inliers;
   motion.blocks = fit.blocks;
-  const double systematic = kCeilingSystematicRad * kCeilingSystematicRad;
+  const bool depth = reference_.spectrum.Heights() != nullptr;
+  const double systematic = std::pow(depth ? kDepthSystematicRad : kCeilingSystematicRad, 2);
   // The median of few residuals is a poor scale. It is too small when the fit adapts to the
   // residuals.
   constexpr double kFewBlocks = 12;
   const double few = 1 + std::pow(kFewBlocks / fit.inliers, 2);
-  motion.covariance = few * registration::TiltOf(fit, view_).covariance;
+  motion.depth = depth;
+  motion.covariance =
+      few * (depth ? kDepthInflation : 1) * registration::TiltOf(fit, view_).covariance;
   motion.covariance.diagonal().array() += systematic;
   // The visible fraction of the reference's image, for a level robot.
   const Pose2 planar = FromSpace(motion.T_reference_base).pose;
@@ -141,17 +176,55 @@ PlaneFit CeilingTracker::Find(Frame& frame) {
   frame.image.spectrum = registrar_.Complete(frame.image.pixels, frame.image.spectrum);
   const Registration found = registrar_.Register(reference_.spectrum, frame.image.spectrum);
   if (found.verdict == registration::Verdict::kNoTexture) return {};
-  return registrar_.RefinePlane(reference_.spectrum,
-                                frame.image.spectrum,
-                                camera_,
-                                PlaneMotion::FromSimilarity(camera_, found.motion));
+  return Fit(frame, PlaneMotion::FromSimilarity(camera_, found.motion));
+}
+
+PlaneFit CeilingTracker::Fit(const Frame& frame, const PlaneMotion& start) {
+  return reference_.spectrum.Heights() != nullptr
+             ? registrar_.RefineWithDepth(reference_.spectrum, frame.image.spectrum, start)
+             : registrar_.RefinePlane(reference_.spectrum, frame.image.spectrum, camera_, start);
+}
+
+/// Whether heights explain the images where one plane does not; the reference then has them. Until
+/// it has, the robot is taken to be level.
+bool CeilingTracker::FindDepth(Frame& frame) {
+  reference_.spectrum =
+      registrar_.Complete(reference_.pixels, reference_.spectrum, reference_content_);
+  frame.image.spectrum = registrar_.Complete(frame.image.pixels, frame.image.spectrum);
+  PlanarTilt level = Predict(frame.stamp_s);
+  level.tilt = {};
+  registration::MotionPrior prior{ToMotion(level).ToSimilarity(camera_), kPriorPx, kPriorRad};
+  const Registration deep =
+      registrar_.RegisterWithDepth(reference_.spectrum, frame.image.spectrum, prior);
+  if (!deep.ok() || deep.heights->scale_sigma >= heights::kUnknownScale ||
+      deep.heights->DepthRatio() < kMinDepthRatio) {
+    return false;
+  }
+  reference_.spectrum.SetHeights(deep.heights);
+  return true;
+}
+
+/// A level frame refines the heights of the reference.
+void CeilingTracker::LearnHeights(const PlaneFit& fit) {
+  const Eigen::Vector2d tilt(fit.motion.tilt_x, fit.motion.tilt_y);
+  const Eigen::Matrix2d spread =
+      kDepthInflation * fit.covariance.bottomRightCorner<2, 2>() +
+      kDepthSystematicRad * kDepthSystematicRad * Eigen::Matrix2d::Identity();
+  if (getenv("DBG")) fprintf(stderr,"tilt %.4f %.4f deg sigma %.4f %.4f h %.4f in %d/%d s %.2f\n",57.3*tilt.x(),57.3*tilt.y(),57.3*sqrt(fit.covariance(4,4)),57.3*sqrt(fit.covariance(5,5)),fit.motion.height,fit.inliers,fit.blocks,fit.sigma_px);
+  if (!fit.level_heights || tilt.dot(spread.inverse() * tilt) > kLevelSigmas * kLevelSigmas) return;
+  reference_.spectrum.SetHeights(fit.level_heights);
 }
 
 std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (!HasReference()) return std::nullopt;
   const double loss = std::min(reference_.spectrum.CodingLoss(), frame.image.spectrum.CodingLoss());
-  PlaneFit fit = registrar_.RefinePlane(
-      reference_.spectrum, frame.image.spectrum, camera_, ToMotion(Predict(frame.stamp_s)));
+  PlaneFit fit = Fit(frame, ToMotion(Predict(frame.stamp_s)));
+  const bool plane = reference_.spectrum.Heights() == nullptr;
+  if (plane && (!fit.ok || fit.inliers < kPlaneInlierRatio * fit.blocks) && FindDepth(frame)) {
+    PlanarTilt level = Predict(frame.stamp_s);
+    level.tilt = {};
+    fit = Fit(frame, ToMotion(level));
+  }
   const bool sound = IsSound(fit, loss);
   if (!sound || TiltSigma(fit) > kVagueSigmaRad) {
     const PlaneFit found = Find(frame);
@@ -163,6 +236,7 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
     if (better) fit = found;
     if (!better && !sound) return std::nullopt;
   }
+  if (reference_.spectrum.Heights() != nullptr) LearnHeights(fit);
   CeilingMotion motion = Describe(fit);
   motion.covariance *= std::pow(1 + kCommonCodingErrors * loss, 2);
   frame.T_reference_base = motion.T_reference_base;
@@ -184,16 +258,36 @@ void CeilingTracker::MoveTo(const Isometry3d& T_reference_new) {
   }
 }
 
+/// @param T_old_new  motion of the level robot from the old reference to the new one.
+void CeilingTracker::TakeReference(const registration::AnalyzedImage& image,
+                                   const Isometry3d& T_old_new) {
+  const registration::AnalyzedImage old = reference_;
+  reference_ = image;
+  if (old.spectrum.Heights() == nullptr) return;
+  const PlanarTilt forth{FromSpace(T_old_new).pose, {}};
+  const PlanarTilt back{forth.pose.Inverse(), {}};
+  const auto set = [this](heights::HeightField field) {
+    reference_.spectrum.SetHeights(std::make_shared<const heights::HeightField>(std::move(field)));
+  };
+  set(registrar_.PredictHeights(old.spectrum, ToMotion(forth).ToSimilarity(camera_)));
+  set(registrar_.RefineHeights(
+      reference_.spectrum, old.spectrum, ToMotion(back).ToSimilarity(camera_)));
+  if (reference_.spectrum.Heights()->DepthRatio() < kStillPlane) {
+    reference_.spectrum.SetHeights(nullptr);
+  }
+}
+
 void CeilingTracker::SetReference(const Frame& frame) {
   MoveTo(frame.T_reference_base);
-  reference_ = frame.image;
   reference_content_.release();
+  TakeReference(frame.image, Levelled(frame.T_reference_base));
 }
 
 void CeilingTracker::SetReference(const Frame& frame, const cv::Mat& level) {
   MoveTo(frame.T_reference_base);
   reference_content_ = calib::ContentMask(level);
-  reference_ = {level.clone(), registrar_.AnalyzeFine(level, reference_content_)};
+  TakeReference({level.clone(), registrar_.AnalyzeFine(level, reference_content_)},
+                Levelled(frame.T_reference_base));
 }
 
 }  // namespace ceilmap::compensation

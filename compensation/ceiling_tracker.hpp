@@ -19,6 +19,7 @@ struct CeilingMotion {
   double overlap = 0;  ///< visible fraction of the reference's image, 0..1
   int inliers = 0;
   int blocks = 0;
+  bool depth = false;  ///< the ceiling has depth: blocks are measured well over short travels only
 };
 
 /// Pitch and roll from the keystone (perspective) distortion of the ceiling. Many small blocks of a
@@ -26,6 +27,9 @@ struct CeilingMotion {
 /// under a plane is fitted to their displacements (Registrar::RefinePlane). The fit gives tilt,
 /// height and position together. They are relative to the reference, so that they do not drift. No
 /// forward camera is needed. Equations: compensation/README.md, "Tilt from the ceiling".
+///
+/// Where the ceiling has depth, things at other heights would be taken for a tilt. The reference
+/// then has heights (FrameSpectrum::Heights), learned from level frames.
 class CeilingTracker {
  public:
   /// An analysed image, which can become the reference.
@@ -65,9 +69,13 @@ class CeilingTracker {
   [[nodiscard]] registration::PlaneMotion ToMotion(const PlanarTilt& at) const;
   [[nodiscard]] Eigen::Isometry3d ToPose(const registration::PlaneMotion& motion) const;
   registration::PlaneFit Find(Frame& frame);
+  registration::PlaneFit Fit(const Frame& frame, const registration::PlaneMotion& start);
+  bool FindDepth(Frame& frame);
+  void LearnHeights(const registration::PlaneFit& fit);
   [[nodiscard]] bool IsSound(const registration::PlaneFit& fit, double coding_loss) const;
   [[nodiscard]] CeilingMotion Describe(const registration::PlaneFit& fit) const;
   void MoveTo(const Eigen::Isometry3d& T_reference_new);
+  void TakeReference(const registration::AnalyzedImage& image, const Eigen::Isometry3d& T_old_new);
 
   const calib::CeilingView& view_;
   registration::PlaneCamera camera_;

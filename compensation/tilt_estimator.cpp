@@ -28,6 +28,7 @@ constexpr double kNoiseMarginSigmas = 1;
 // when the zoom of the forward image has changed by more than `kRenewZoom`.
 constexpr int kLevelFrames = 3;
 constexpr double kRenewOverlap = 0.8;
+constexpr double kRenewOverlapDepth = 0.92;  // under a ceiling with depth
 constexpr double kRenewZoom = 0.03;
 // A tilted frame becomes the keyframe, drawn level, when the visible fraction is below this.
 constexpr double kMinOverlap = 0.55;
@@ -316,7 +317,9 @@ void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate
 
 /// Makes one of the preceding level frames the keyframe, when a new keyframe is needed.
 void TiltEstimator::Impl::Renew(const Seen& seen) {
-  const bool far = seen.ceiling && seen.ceiling->overlap < kRenewOverlap;
+  const bool far =
+      seen.ceiling &&
+      seen.ceiling->overlap < (seen.ceiling->depth ? kRenewOverlapDepth : kRenewOverlap);
   const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > kRenewZoom;
   const bool none =
       moments.back().forward && (!forward->HasReference() || forward_failed >= kRestartAfter);

@@ -304,6 +304,13 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
   result.inliers = fit.inliers;
   result.blocks = static_cast<int>(fit.blocks.size());
   result.ok = fit.inliers >= kMinDepthInliers && fit.support > kMinDepthSupport;
+  // The position that a level camera would have: tilt and position are correlated.
+  fit.motion = PlaneMotion::FromSimilarity(camera_, start.ToSimilarity(camera_));
+  fit.motion.height = 0;
+  if (result.ok && FitSmall(reference, known, current, false, fit, field)) {
+    ScaleToReference(TravelPx(fit.motion, camera_), field);
+    result.level_heights = std::make_shared<const heights::HeightField>(std::move(field));
+  }
   return result;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "calib/base/tilt.hpp"
 #include "calib/ceiling_view.hpp"
+#include "mapping/heights/height_field.hpp"
 #include "mapping/registration/motion_fit.hpp"
 
 namespace ceilmap::registration {
@@ -77,6 +79,9 @@ struct PlaneFit {
   double sigma_px = 0;  ///< robust standard deviation of a fully informative block, one axis
   int inliers = 0;      ///< within 1 px ...
   int blocks = 0;       ///< ... out of this number
+  /// Heights of the reference, refined as if the camera were level (tilt and height 0); only of a
+  /// fit with depth.
+  std::shared_ptr<const heights::HeightField> level_heights;
 };
 
 /// The fit's tilt as pitch and roll of base, for small tilts: within 0.01 degrees up to 4. The
