@@ -1,9 +1,14 @@
 #include "samples/simulator/fixtures.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <vector>
 
 #include "samples/simulator/random.hpp"
+#include "samples/simulator/structures.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -85,7 +90,16 @@ class Scatter {
   std::vector<Box>& boxes_;
 };
 
-}  // namespace
+/// The middles of both lower edges of each beam.
+void AddBeamPoints(const Scene& scene, std::vector<NamedPoint>& points) {
+  std::vector<Box> beams;
+  AddBeams(scene, beams);
+  for (const Box& beam : beams) {
+    for (const double side : {-0.5, 0.5}) {
+      points.push_back({"beam", {beam.x_m + side * beam.length_m, beam.y_m, beam.bottom_m}});
+    }
+  }
+}
 
 std::vector<Box> MakeFixtures(const Scene& scene) {
   const Fixtures& f = scene.fixtures;
@@ -110,6 +124,22 @@ std::vector<Box> MakeFixtures(const Scene& scene) {
     return Box{0, 0, size, size, drop, 0, random.Uniform(0, 45), random.Uniform(0.25, 0.7)};
   });
   return boxes;
+}
+
+}  // namespace
+
+Objects MakeObjects(const Scene& scene) {
+  Objects objects;
+  for (const Box& box : MakeFixtures(scene)) {
+    objects.solids.push_back(SolidOf(box, scene.fixtures.contrast));
+  }
+  AddBeamPoints(scene, objects.points);
+  AddStructures(scene, objects);
+  std::map<std::string, int> counts;
+  for (NamedPoint& point : objects.points) {
+    point.name = fmt::format("{}-{}", point.name, ++counts[point.name]);
+  }
+  return objects;
 }
 
 }  // namespace ceilmap::simulator

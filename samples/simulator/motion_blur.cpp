@@ -27,7 +27,7 @@ Isometry3d During(const Exposure& exposure, double time) {
 }
 
 /// Times of the exposure, in [-1, 1], whose mean image has the same blur.
-std::vector<double> Moments(double blur_px) {
+std::vector<double> Times(double blur_px) {
   if (!(blur_px > 0.1)) return {0};
   // Two images at Gauss's points have the same spread as the whole motion, and a similar appearance
   // while they are less than a pixel apart.
@@ -104,10 +104,10 @@ double BlurLength(const calib::MountedCamera& mounted,
   return longest;
 }
 
-std::vector<Isometry3d> PosesDuring(const Exposure& exposure, double blur_px) {
-  std::vector<Isometry3d> poses;
-  for (const double moment : Moments(blur_px)) poses.push_back(During(exposure, moment));
-  return poses;
+std::vector<Moment> MomentsDuring(const Exposure& exposure, double blur_px) {
+  std::vector<Moment> moments;
+  for (const double time : Times(blur_px)) moments.push_back({During(exposure, time), time});
+  return moments;
 }
 
 }  // namespace ceilmap::simulator

@@ -6,8 +6,8 @@
 #include <limits>
 #include <optional>
 
-#include "samples/simulator/box_tracer.hpp"
 #include "samples/simulator/pixel_lattice.hpp"
+#include "samples/simulator/solid_in_view.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -33,7 +33,7 @@ class RayTracer::View {
   View(const RayTracer& tracer,
        const CameraRays& rays,
        const Isometry3d& T_map_cam,
-       const std::vector<PaintedBox>& movers);
+       const std::vector<PaintedSolid>& movers);
   [[nodiscard]] cv::Mat Trace();
 
  private:
@@ -51,13 +51,16 @@ class RayTracer::View {
   [[nodiscard]] bool IsBelowCeiling(const CameraRays::Block& block) const;
   [[nodiscard]] Footprint CeilingFootprint() const;
   void ChooseWindow(const Footprint& seen);
-  void ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour);
+  void ChooseSolid(const Footprint& seen,
+                   const Solid& solid,
+                   const Eigen::AlignedBox3d& bounds,
+                   const cv::Vec3f& colour);
   [[nodiscard]] cv::Mat Result() const { return coloured_.empty() ? light_ : coloured_; }
   void TraceCeilingBlock(const CameraRays::Block& block);
   void TraceMixedBlock(const CameraRays::Block& block, bool below_ceiling);
   void SmoothEdges(const CameraRays::Block& block, bool below_ceiling);
   [[nodiscard]] bool IsEdge(int u, int v) const;
-  void ChooseNearBoxes(const cv::Rect2d& rays);
+  void ChooseNearSolids(const cv::Rect2d& rays);
   [[nodiscard]] Place TraceRay(double x, double y, bool below_ceiling) const;
   [[nodiscard]] float CeilingLight(double x, double y) const;
 
@@ -71,29 +74,33 @@ class RayTracer::View {
   RowVector3d to_column_;  // of (x, y, 1); over to_depth_: column in the window
   RowVector3d to_row_;
   RowVector3d to_depth_;
-  std::vector<BoxInView> boxes_;
-  std::vector<cv::Vec3f> colours_;  // of boxes_
-  std::vector<std::size_t> near_;   // of boxes_, those that may be visible in the current block
+  std::vector<SolidInView> solids_;
+  std::vector<cv::Vec3f> colours_;  // of solids_
+  std::vector<std::size_t> near_;   // of solids_, those that may be visible in the current block
   cv::Mat light_;
   cv::Mat_<cv::Vec3f> coloured_;  // the same in colours; empty for a grey camera
   cv::Mat surfaces_;              // of each tap; only for blocks with several surfaces
 };
 
-RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m, double saturation)
-    : boxes_(std::move(boxes)), surfaces_(scene), ceiling_(scene, texel_m) {
-  if (saturation > 0) paints_.emplace(scene.seed, boxes_.size(), saturation);
+RayTracer::RayTracer(const Scene& scene,
+                     std::vector<Solid> solids,
+                     double texel_m,
+                     double saturation)
+    : solids_(std::move(solids)), surfaces_(scene), ceiling_(scene, texel_m) {
+  for (const Solid& solid : solids_) bounds_.push_back(Bounds(solid));
+  if (saturation > 0) paints_.emplace(scene.seed, solids_.size(), saturation);
 }
 
 cv::Mat RayTracer::Trace(const CameraRays& rays,
                          const Isometry3d& T_map_cam,
-                         const std::vector<PaintedBox>& movers) const {
+                         const std::vector<PaintedSolid>& movers) const {
   return View(*this, rays, T_map_cam, movers).Trace();
 }
 
 RayTracer::View::View(const RayTracer& tracer,
                       const CameraRays& rays,
                       const Isometry3d& T_map_cam,
-                      const std::vector<PaintedBox>& movers)
+                      const std::vector<PaintedSolid>& movers)
     : tracer_(tracer),
       room_(tracer.surfaces_.GetRoom()),
       rays_(rays),
@@ -102,13 +109,15 @@ RayTracer::View::View(const RayTracer& tracer,
       p_(T_map_cam.translation()) {
   const Footprint seen = CeilingFootprint();
   ChooseWindow(seen);
-  for (std::size_t i = 0; i < tracer.boxes_.size(); ++i) {
-    ChooseBox(
+  for (std::size_t i = 0; i < tracer.solids_.size(); ++i) {
+    ChooseSolid(
         seen,
-        tracer.boxes_[i],
-        tracer.paints_ ? tracer.paints_->Of(RoomSurfaces::BoxSurface(i, 0)) : cv::Vec3f(1, 1, 1));
+        tracer.solids_[i],
+        tracer.bounds_[i],
+        tracer.paints_ ? tracer.paints_->Of(RoomSurfaces::SolidSurface(i, 0)) : cv::Vec3f(1, 1, 1));
   }
-  for (const PaintedBox& mover : movers) ChooseBox(seen, mover.box, mover.colour);
+  for (const PaintedSolid& mover : movers)
+    ChooseSolid(seen, mover.solid, Bounds(mover.solid), mover.colour);
 }
 
 std::optional<Eigen::Vector2d> RayTracer::View::OnCeiling(double x, double y) const {
@@ -151,11 +160,16 @@ void RayTracer::View::ChooseWindow(const Footprint& seen) {
             window_.pitch_y_m;
 }
 
-void RayTracer::View::ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour) {
+void RayTracer::View::ChooseSolid(const Footprint& seen,
+                                  const Solid& solid,
+                                  const Eigen::AlignedBox3d& bounds,
+                                  const cv::Vec3f& colour) {
   Eigen::AlignedBox2d region = seen.box;
   region.extend(p_.head<2>());
-  if (!region.intersects(BoxInView::Ground(box))) return;
-  boxes_.emplace_back(box, T_map_cam_);
+  const Eigen::AlignedBox2d ground(Eigen::Vector2d(bounds.min().head<2>()),
+                                   Eigen::Vector2d(bounds.max().head<2>()));
+  if (!region.intersects(ground)) return;
+  solids_.emplace_back(solid, T_map_cam_);
   colours_.push_back(colour);
 }
 
@@ -173,10 +187,10 @@ bool RayTracer::View::IsBelowCeiling(const CameraRays::Block& block) const {
   return true;
 }
 
-void RayTracer::View::ChooseNearBoxes(const cv::Rect2d& rays) {
+void RayTracer::View::ChooseNearSolids(const cv::Rect2d& rays) {
   near_.clear();
-  for (std::size_t i = 0; i < boxes_.size(); ++i) {
-    if (boxes_[i].MayShowIn(rays)) near_.push_back(i);
+  for (std::size_t i = 0; i < solids_.size(); ++i) {
+    if (solids_[i].MayShowIn(rays)) near_.push_back(i);
   }
 }
 
@@ -185,7 +199,7 @@ cv::Mat RayTracer::View::Trace() {
   if (tracer_.paints_) coloured_ = cv::Mat_<cv::Vec3f>(rays_.Size(), cv::Vec3f(0, 0, 0));
   std::vector<const CameraRays::Block*> mixed;
   for (const CameraRays::Block& block : rays_.Blocks()) {
-    ChooseNearBoxes(block.rays);
+    ChooseNearSolids(block.rays);
     if (near_.empty() && IsBelowCeiling(block)) {
       TraceCeilingBlock(block);
     } else {
@@ -196,7 +210,7 @@ cv::Mat RayTracer::View::Trace() {
   surfaces_ = cv::Mat(rays_.Size() * 2, CV_16UC1, cv::Scalar(kCeiling));
   for (const bool smooth : {false, true}) {
     for (const CameraRays::Block* block : mixed) {
-      ChooseNearBoxes(block->rays);
+      ChooseNearSolids(block->rays);
       const bool below_ceiling = IsBelowCeiling(*block);
       smooth ? SmoothEdges(*block, below_ceiling) : TraceMixedBlock(*block, below_ceiling);
     }
@@ -301,18 +315,18 @@ RayTracer::View::Place RayTracer::View::TraceRay(double x, double y, bool below_
   if (!below_ceiling) {
     hit = tracer_.surfaces_.Trace(p_, direction, rays_.PixelSpan(), distance);
   }
-  std::size_t nearest = boxes_.size();
-  BoxInView::Entry entry;
+  std::size_t nearest = solids_.size();
+  SolidInView::Entry entry;
   for (const std::size_t i : near_) {
-    const auto candidate = boxes_[i].Enter(direction, distance);
+    const auto candidate = solids_[i].Enter(direction, distance);
     if (!candidate) continue;
     distance = candidate->distance;
     entry = *candidate;
     nearest = i;
-    hit.surface = RoomSurfaces::BoxSurface(i, entry.face);
+    hit.surface = RoomSurfaces::SolidSurface(i, entry.face);
   }
-  if (nearest < boxes_.size()) {
-    hit.light = tracer_.surfaces_.BoxLight(boxes_[nearest], direction, entry);
+  if (nearest < solids_.size()) {
+    hit.light = tracer_.surfaces_.SolidLight(solids_[nearest], direction, entry);
     return {hit, colours_[nearest]};
   }
   if (hit.surface == kCeiling) hit.light = CeilingLight(x, y);

@@ -21,7 +21,7 @@ class RayTracer {
  public:
   /// @param texel_m  Distance of the ceiling's samples, best half of a pixel's footprint.
   /// @param saturation  Of the colours; 0: a grey camera.
-  RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m, double saturation = 0);
+  RayTracer(const Scene& scene, std::vector<Solid> solids, double texel_m, double saturation = 0);
 
   /// The light on the pixels, 0 outside the lens's field of view: CV_32FC1 of a grey camera; else
   /// CV_32FC3, blue, green, red, whose luminance is that of a grey camera. Thread-safe.
@@ -29,14 +29,15 @@ class RayTracer {
   /// their own colours.
   [[nodiscard]] cv::Mat Trace(const CameraRays& rays,
                               const Eigen::Isometry3d& T_map_cam,
-                              const std::vector<PaintedBox>& movers = {}) const;
+                              const std::vector<PaintedSolid>& movers = {}) const;
 
-  [[nodiscard]] const std::vector<Box>& Boxes() const { return boxes_; }
+  [[nodiscard]] const std::vector<Solid>& Solids() const { return solids_; }
 
  private:
   class View;  // one camera pose
 
-  std::vector<Box> boxes_;
+  std::vector<Solid> solids_;
+  std::vector<Eigen::AlignedBox3d> bounds_;  // of solids_
   RoomSurfaces surfaces_;
   std::optional<Paints> paints_;  // of a colour camera
   CeilingTexture ceiling_;

@@ -7,6 +7,7 @@
 #include "calib/base/error.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/scene_fields.hpp"
+#include "samples/simulator/structures.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -131,6 +132,31 @@ void CheckOmni(const Scene& scene) {
   }
 }
 
+void CheckStructures(const Scene& scene) {
+  constexpr double kMaxSolids = 2e6;
+  double solids = 0;
+  for (const Structure& of : scene.structures) {
+    const std::string name = fmt::format("structures.{}", of.name);
+    CheckGroup(name.c_str(), of, kStructureFields);
+    const bool round = (Only(of.kind) & kRoundStructures) != 0;
+    const double top_m = of.height_m + (round ? of.width_m : of.depth_m);
+    if (!(top_m <= scene.room.height_m)) {
+      Fail(name + ".height_m",
+           of.height_m,
+           fmt::format("so low that its top, {:g} m higher, is not above the ceiling "
+                       "(room.height_m)",
+                       top_m - of.height_m));
+    }
+    if (of.to_m != 0 && !(of.to_m > of.from_m)) {
+      Fail(name + ".to_m", of.to_m, "greater than from_m, or 0 for the room's end");
+    }
+    solids += CountSolids(of, scene.room);
+    if (solids > kMaxSolids) {
+      Fail(name + ".every_m", of.every_m, "greater: the structures have more than a million parts");
+    }
+  }
+}
+
 void CheckMovers(const Scene& scene) {
   for (std::size_t i = 0; i < scene.movers.size(); ++i) {
     const Mover& mover = scene.movers[i];
@@ -205,6 +231,7 @@ void Scene::Validate() const {
   }
   CheckMarks(*this);
   CheckBoxes(*this);
+  CheckStructures(*this);
   CheckMovers(*this);
   CheckSteps("picture", image.exposure_steps);
   CheckPath(*this);

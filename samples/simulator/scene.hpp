@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "samples/simulator/structure.hpp"
+
 namespace ceilmap::simulator {
 
 /// The simulated scene: a room, its ceiling and objects below it, a robot with an upward camera and
@@ -278,6 +280,7 @@ struct Scene {
   std::optional<Camera> forward;   ///< forward camera, with the same image times
   std::optional<OmniCamera> omni;  ///< omnidirectional camera, with the same image times
   Image image;                     ///< of all cameras
+  std::vector<Structure> structures;
   std::vector<Mover> movers;
   Path path;
   Debris debris;  ///< not with PathKind::kTum, whose poses contain the tilt
