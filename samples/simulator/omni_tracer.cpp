@@ -194,7 +194,7 @@ OmniTracer::View::Place OmniTracer::View::TraceRay(const Vector3d& d_cam) const 
     nearest = i;
   }
   if (nearest < solids_.size()) {
-    const float light = surfaces.SolidLight(solids_[nearest], d, entry);
+    const float light = surfaces.SolidLight(solids_[nearest], entry.distance * d, entry.face);
     return {light * colours_[nearest], RoomSurfaces::SolidSurface(nearest, entry.face)};
   }
   if (hit.surface == kCeiling) hit.light = CeilingLight(viewpoint_ + to_hull * d);

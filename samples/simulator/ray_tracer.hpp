@@ -14,9 +14,12 @@
 
 namespace ceilmap::simulator {
 
+/// Accuracy of edges between surfaces: 1/100 or 1/40 pixel.
+enum class EdgeQuality { kFine, kCoarse };
+
 /// The image of a camera anywhere in the room: the ceiling, the walls with their posters, the
 /// floor, and boxes with parallax and side faces. Rays are straight and surfaces emit the same
-/// light in every direction. Edges between surfaces are accurate to 1/100 pixel.
+/// light in every direction.
 class RayTracer {
  public:
   /// @param texel_m  Distance of the ceiling's samples, best half of a pixel's footprint.
@@ -29,7 +32,8 @@ class RayTracer {
   /// their own colours.
   [[nodiscard]] cv::Mat Trace(const CameraRays& rays,
                               const Eigen::Isometry3d& T_map_cam,
-                              const std::vector<PaintedSolid>& movers = {}) const;
+                              const std::vector<PaintedSolid>& movers = {},
+                              EdgeQuality edges = EdgeQuality::kFine) const;
 
   [[nodiscard]] const std::vector<Solid>& Solids() const { return solids_; }
 

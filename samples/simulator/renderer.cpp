@@ -72,17 +72,20 @@ class Eye {
   }
 
   [[nodiscard]] cv::Mat Trace(const Isometry3d& T_map_base,
-                              const std::vector<PaintedSolid>& movers) const {
-    return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers);
+                              const std::vector<PaintedSolid>& movers = {},
+                              EdgeQuality edges = EdgeQuality::kFine) const {
+    return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers, edges);
   }
 
   /// @param blur_px  Motion in the image.
   [[nodiscard]] cv::Mat Take(const Exposure& exposure, double blur_px, const Frame& frame) const {
     const std::vector<Moment> moments = MomentsDuring(exposure, blur_px);
+    // The mean of several images has finer edges than each of them.
+    const EdgeQuality edges = moments.size() > 1 ? EdgeQuality::kCoarse : EdgeQuality::kFine;
     cv::Mat light;
     for (const Moment& moment : moments) {
       const double shift_s = moment.time * exposure_time_s_ / 2;
-      const cv::Mat now = Trace(moment.T_map_base, MoversAt(scene_, frame.stamp_s, shift_s));
+      const cv::Mat now = Trace(moment.T_map_base, MoversAt(scene_, frame.stamp_s, shift_s), edges);
       if (light.empty()) {
         light = now;
       } else {
@@ -185,11 +188,11 @@ cv::Mat Renderer::RenderOmni(const Frame& frame) const {
 }
 
 cv::Mat Renderer::RenderLight(const Isometry3d& T_map_base) const {
-  return parts_->up.Trace(T_map_base, {});
+  return parts_->up.Trace(T_map_base);
 }
 
 cv::Mat Renderer::RenderForwardLight(const Isometry3d& T_map_base) const {
-  return parts_->Forward().Trace(T_map_base, {});
+  return parts_->Forward().Trace(T_map_base);
 }
 
 cv::Mat Renderer::RenderOmniLight(const Frame& frame) const {

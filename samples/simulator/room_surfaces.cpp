@@ -56,11 +56,11 @@ float RoomSurfaces::FloorLight(const Vector3d& at, double footprint_m) const {
 }
 
 float RoomSurfaces::SolidLight(const SolidInView& solid,
-                               const Vector3d& direction,
-                               const SolidInView::Entry& entry) const {
-  const float light = solid.Light(direction, entry);
+                               const Vector3d& from_camera,
+                               int face) const {
+  const float light = solid.Light(from_camera, face);
   if (solid.Contrast() == 0) return light;
-  const Eigen::Vector2d at = solid.OnFace(direction, entry);
+  const Eigen::Vector2d at = solid.OnFace(from_camera, face);
   return std::max(0.0F, light * (1 + solid.Contrast() * wall_.At(at.x(), at.y())));
 }
 

@@ -43,10 +43,11 @@ class RoomSurfaces {
                           const Eigen::Vector3d& direction,
                           double pixel_span,
                           double& distance) const;
-  /// The light of a solid at the entry of a ray.
+  /// The light of a solid. @param from_camera  Vector in map from the camera to a point of the
+  /// face.
   [[nodiscard]] float SolidLight(const SolidInView& solid,
-                                 const Eigen::Vector3d& direction,
-                                 const SolidInView::Entry& entry) const;
+                                 const Eigen::Vector3d& from_camera,
+                                 int face) const;
   /// @param index  of the solid. @param face  as SolidInView::Entry.
   static std::uint16_t SolidSurface(std::size_t index, int face) {
     return static_cast<std::uint16_t>(kSolids + (index % kMaxSolids) * 6 + face);

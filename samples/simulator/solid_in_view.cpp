@@ -3,18 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace ceilmap::simulator {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Corners with the low and with the high value of a coordinate.
+constexpr int kCorners = 8;
 
 }  // namespace
 
 SolidInView::SolidInView(const Solid& solid, const Eigen::Isometry3d& T_map_cam)
     : is_round_(solid.is_round),
       R_solid_map_(solid.T_map_solid.linear().transpose()),
+      R_solid_cam_((R_solid_map_ * T_map_cam.linear()).cast<float>()),
       low_(solid.low),
       high_(solid.high),
       camera_(ToSolid(T_map_cam.translation() - solid.T_map_solid.translation())),
@@ -22,26 +23,39 @@ SolidInView::SolidInView(const Solid& solid, const Eigen::Isometry3d& T_map_cam)
       radius_((solid.high.y() - solid.low.y()) / 2),
       brightness_(static_cast<float>(solid.brightness)),
       contrast_(static_cast<float>(solid.contrast)),
-      texture_offset_(solid.texture_offset),
-      rays_low_(kInfinity, kInfinity),
-      rays_high_(-kInfinity, -kInfinity) {
-  const Eigen::Isometry3d T_cam_map = T_map_cam.inverse();
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d p_cam = T_cam_map * Corner(solid, corner);
-    if (p_cam.z() < 1e-3) {  // beside or behind the camera: may appear anywhere
-      rays_low_ = {-kInfinity, -kInfinity};
-      rays_high_ = {kInfinity, kInfinity};
+      texture_offset_(solid.texture_offset) {
+  FindRays(solid, T_map_cam.inverse());
+}
+
+void SolidInView::FindRays(const Solid& solid, const Eigen::Isometry3d& T_cam_map) {
+  int longest = 0;
+  (high_ - low_).maxCoeff(&longest);
+  std::array<Eigen::Vector2d, kCorners> seen;
+  Eigen::Vector2d along(0, 0);
+  for (int i = 0; i < kCorners; ++i) {
+    const Eigen::Vector3d p_cam = T_cam_map * Corner(solid, i);
+    if (p_cam.z() < 1e-3) {
+      anywhere_ = true;
       return;
     }
-    const cv::Point2d ray(p_cam.x() / p_cam.z(), p_cam.y() / p_cam.z());
-    rays_low_ = {std::min(rays_low_.x, ray.x), std::min(rays_low_.y, ray.y)};
-    rays_high_ = {std::max(rays_high_.x, ray.x), std::max(rays_high_.y, ray.y)};
+    seen.at(i) = p_cam.head<2>() / p_cam.z();
+    along += ((i >> longest) & 1) != 0 ? seen.at(i) : -seen.at(i);
+  }
+  if (along.norm() > 1e-9) across_ = Eigen::Vector2d(-along.y(), along.x()).normalized();
+  for (const Eigen::Vector2d& ray : seen) {
+    rays_.extend(Eigen::Vector3d(ray.x(), ray.y(), across_.dot(ray)));
   }
 }
 
 bool SolidInView::MayShowIn(const cv::Rect2d& rays) const {
-  return rays_high_.x >= rays.x && rays_low_.x <= rays.x + rays.width && rays_high_.y >= rays.y &&
-         rays_low_.y <= rays.y + rays.height;
+  if (anywhere_) return true;
+  const Eigen::Vector2d half(rays.width / 2, rays.height / 2);
+  const Eigen::Vector2d centre(rays.x + half.x(), rays.y + half.y());
+  const double reach = across_.cwiseAbs().dot(half);
+  const double middle = across_.dot(centre);
+  return rays_.max().x() >= rays.x && rays_.min().x() <= rays.x + rays.width &&
+         rays_.max().y() >= rays.y && rays_.min().y() <= rays.y + rays.height &&
+         rays_.max().z() >= middle - reach && rays_.min().z() <= middle + reach;
 }
 
 std::optional<SolidInView::Entry> SolidInView::Enter(const Eigen::Vector3d& direction,
@@ -94,13 +108,13 @@ std::optional<SolidInView::Entry> SolidInView::EnterCylinder(const Eigen::Vector
   return entry;
 }
 
-Eigen::Vector2d SolidInView::OnFace(const Eigen::Vector3d& direction, const Entry& entry) const {
-  const Eigen::Vector3d at = camera_ + entry.distance * ToSolid(direction);
-  if (is_round_ && entry.face == 2) {
+Eigen::Vector2d SolidInView::OnFace(const Eigen::Vector3d& from_camera, int face) const {
+  const Eigen::Vector3d at = camera_ + ToSolid(from_camera);
+  if (is_round_ && face == 2) {
     const Eigen::Vector2d out = FromAxis(at);
     return texture_offset_ + Eigen::Vector2d(at.x(), radius_ * std::atan2(out.y(), out.x()));
   }
-  switch (entry.face / 2) {
+  switch (face / 2) {
     case 0:
       return texture_offset_ + Eigen::Vector2d(at.y(), at.z());
     case 1:
@@ -110,18 +124,18 @@ Eigen::Vector2d SolidInView::OnFace(const Eigen::Vector3d& direction, const Entr
   }
 }
 
-float SolidInView::Light(const Eigen::Vector3d& direction, const Entry& entry) const {
+float SolidInView::Light(const Eigen::Vector3d& from_camera, int face) const {
   if (!is_round_) {
     constexpr std::array<float, 3> kShades{0.6F, 0.75F, 1};
-    return brightness_ * kShades.at(static_cast<std::size_t>(entry.face / 2));
+    return brightness_ * kShades.at(static_cast<std::size_t>(face / 2));
   }
-  // By the outward normal: 1 downwards, 0.7 to the sides.
-  Eigen::Vector3d normal(entry.face == 0 ? -1 : 1, 0, 0);  // in the solid's frame
-  if (entry.face == 2) {
+  // By the outward normal: 1 downwards, 0.6 to the sides.
+  Eigen::Vector3d normal(face == 0 ? -1 : 1, 0, 0);  // in the solid's frame
+  if (face == 2) {
     normal.x() = 0;
-    normal.tail<2>() = FromAxis(camera_ + entry.distance * ToSolid(direction)) / radius_;
+    normal.tail<2>() = FromAxis(camera_ + ToSolid(from_camera)).normalized();
   }
-  return brightness_ * static_cast<float>(0.7 - 0.3 * R_solid_map_.col(2).dot(normal));
+  return brightness_ * static_cast<float>(0.6 - 0.4 * R_solid_map_.col(2).dot(normal));
 }
 
 }  // namespace ceilmap::simulator

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "samples/simulator/ray_batch.hpp"
 #include "samples/simulator/solid.hpp"
 
 namespace ceilmap::simulator {
@@ -27,11 +29,16 @@ class SolidInView {
   /// @param direction  In map, of any length. @return nothing when the ray misses the solid, hits
   /// it not nearer than `limit`, or starts in it.
   [[nodiscard]] std::optional<Entry> Enter(const Eigen::Vector3d& direction, double limit) const;
+  /// The same for many rays: replaces distance, solid and face where this solid is nearer.
+  /// @param number  Of this solid.
+  void EnterNearer(RayBatch& rays, std::int32_t number) const;
+
   /// Metres along the two axes of the face; around a cylinder along its circumference.
-  [[nodiscard]] Eigen::Vector2d OnFace(const Eigen::Vector3d& direction, const Entry& entry) const;
+  /// @param from_camera  Vector in map from the camera to a point of the face.
+  [[nodiscard]] Eigen::Vector2d OnFace(const Eigen::Vector3d& from_camera, int face) const;
   /// Light of the face without texture: an underside has the brightness of the solid, others have
   /// less.
-  [[nodiscard]] float Light(const Eigen::Vector3d& direction, const Entry& entry) const;
+  [[nodiscard]] float Light(const Eigen::Vector3d& from_camera, int face) const;
   /// Standard deviation of the texture.
   [[nodiscard]] float Contrast() const { return contrast_; }
 
@@ -39,8 +46,11 @@ class SolidInView {
   [[nodiscard]] Eigen::Vector3d ToSolid(const Eigen::Vector3d& v_map) const {
     return R_solid_map_ * v_map;
   }
+  void FindRays(const Solid& solid, const Eigen::Isometry3d& T_cam_map);
   [[nodiscard]] std::optional<Entry> EnterBox(const Eigen::Vector3d& d, double limit) const;
   [[nodiscard]] std::optional<Entry> EnterCylinder(const Eigen::Vector3d& d, double limit) const;
+  void EnterBoxNearer(RayBatch& rays, std::int32_t number) const;
+  void EnterCylinderNearer(RayBatch& rays, std::int32_t number) const;
   /// From a cylinder's axis, in the y-z plane of the solid.
   [[nodiscard]] Eigen::Vector2d FromAxis(const Eigen::Vector3d& at) const {
     return at.tail<2>() - axis_;
@@ -48,6 +58,7 @@ class SolidInView {
 
   bool is_round_;
   Eigen::Matrix3d R_solid_map_;
+  Eigen::Matrix3f R_solid_cam_;
   Eigen::Vector3d low_;  // corners in the solid's frame
   Eigen::Vector3d high_;
   Eigen::Vector3d camera_;  // in the solid's frame
@@ -56,8 +67,10 @@ class SolidInView {
   float brightness_;
   float contrast_;
   Eigen::Vector2d texture_offset_;
-  cv::Point2d rays_low_;  // of all rays that hit the solid
-  cv::Point2d rays_high_;
+  bool anywhere_ = false;  // a part is beside or behind the camera
+  // Of all rays (x, y) that hit the solid: ranges of x, of y, and across its longest edges.
+  Eigen::Vector2d across_{1, 0};
+  Eigen::AlignedBox3d rays_;
 };
 
 }  // namespace ceilmap::simulator
