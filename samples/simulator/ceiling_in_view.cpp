@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace ceilmap::simulator {
 namespace {
@@ -17,12 +18,18 @@ constexpr double kMinRise = 1e-3;  // minimum slope of a ray that hits the ceili
 
 CeilingInView::CeilingInView(const Room& room,
                              const CeilingTexture& texture,
+                             const DeckRibs& ribs,
                              const CameraRays& rays,
                              const Eigen::Isometry3d& T_map_cam)
     : room_(room),
+      ribs_(ribs),
+      pixel_span_(static_cast<float>(rays.PixelSpan())),
       R_map_cam_(T_map_cam.linear()),
       camera_(T_map_cam.translation()),
       rise_(static_cast<float>(room.height_m - camera_.z())) {
+  if (ribs.Exist()) {
+    rib_phase_ = static_cast<float>(std::fmod(camera_.y(), ribs.EveryM()));
+  }
   FindFootprint(rays);
   const Vector2d low = footprint_.isEmpty() ? Vector2d(0, 0) : footprint_.min();
   const Vector2d high = footprint_.isEmpty() ? Vector2d(0, 0) : footprint_.max();
@@ -78,25 +85,62 @@ bool CeilingInView::Fills(const CameraRays::Block& block) const {
   return true;
 }
 
+void CeilingInView::Find(
+    const float* x, const float* y, int count, float* column, float* row) const {
+  for (int i = 0; i < count; ++i) {
+    const float scale = 1 / (to_depth_[0] * x[i] + to_depth_[1] * y[i] + to_depth_[2]);
+    column[i] = (to_column_[0] * x[i] + to_column_[1] * y[i] + to_column_[2]) * scale;
+    row[i] = (to_row_[0] * x[i] + to_row_[1] * y[i] + to_row_[2]) * scale;
+  }
+}
+
+void CeilingInView::FindOnRibs(
+    const float* x, const float* y, int count, float* column, float* row, float* shade) const {
+  const Eigen::RowVector3f to_x = R_map_cam_.row(0).cast<float>();
+  const Eigen::RowVector3f to_y = R_map_cam_.row(1).cast<float>();
+  const auto columns_per_m = static_cast<float>(1 / window_.pitch_x_m);
+  const auto rows_per_m = static_cast<float>(1 / window_.pitch_y_m);
+  std::array<float, CeilingWindow::kMaxSamples> slope{};
+  std::array<float, CeilingWindow::kMaxSamples> at{};
+  std::array<float, CeilingWindow::kMaxSamples> footprint{};
+  std::array<float, CeilingWindow::kMaxSamples> rise{};
+  for (int i = 0; i < count; ++i) {
+    const float scale = 1 / (to_depth_[0] * x[i] + to_depth_[1] * y[i] + to_depth_[2]);
+    slope[i] = (to_y[0] * x[i] + to_y[1] * y[i] + to_y[2]) * scale;
+    at[i] = rib_phase_ + rise_ * slope[i];
+    footprint[i] = 0.5F * rise_ * pixel_span_ * scale * scale;  // of one of a pixel's four taps
+  }
+  ribs_.See(at.data(), slope.data(), footprint.data(), count, shade, rise.data());
+  for (int i = 0; i < count; ++i) {
+    const float scale = 1 / (to_depth_[0] * x[i] + to_depth_[1] * y[i] + to_depth_[2]);
+    column[i] += rise[i] * columns_per_m * scale * (to_x[0] * x[i] + to_x[1] * y[i] + to_x[2]);
+    row[i] += rise[i] * rows_per_m * slope[i];
+  }
+}
+
 void CeilingInView::Light(const float* x, const float* y, int count, float* light) const {
-  std::array<float, CeilingWindow::kMaxSamples> u;
-  std::array<float, CeilingWindow::kMaxSamples> v;
-  const auto max_u = static_cast<float>(window_.light.cols - 2);
-  const auto max_v = static_cast<float>(window_.light.rows - 2);
+  std::array<float, CeilingWindow::kMaxSamples> column;
+  std::array<float, CeilingWindow::kMaxSamples> row;
+  std::array<float, CeilingWindow::kMaxSamples> shade;
+  const auto max_column = static_cast<float>(window_.light.cols - 2);
+  const auto max_row = static_cast<float>(window_.light.rows - 2);
   const auto within = [](float value, float most) {  // 0 if it is not a number
     const float positive = value > 0 ? value : 0;
     return positive < most ? positive : most;
   };
   for (int first = 0; first < count; first += CeilingWindow::kMaxSamples) {
     const int n = std::min(count - first, CeilingWindow::kMaxSamples);
-    for (int i = 0; i < n; ++i) {
-      const float a = x[first + i];
-      const float b = y[first + i];
-      const float scale = 1 / (to_depth_[0] * a + to_depth_[1] * b + to_depth_[2]);
-      u[i] = within((to_column_[0] * a + to_column_[1] * b + to_column_[2]) * scale, max_u);
-      v[i] = within((to_row_[0] * a + to_row_[1] * b + to_row_[2]) * scale, max_v);
+    Find(x + first, y + first, n, column.data(), row.data());
+    if (ribs_.Exist()) {
+      FindOnRibs(x + first, y + first, n, column.data(), row.data(), shade.data());
     }
-    window_.Sample(u.data(), v.data(), n, light + first);
+    for (int i = 0; i < n; ++i) {
+      column[i] = within(column[i], max_column);
+      row[i] = within(row[i], max_row);
+    }
+    window_.Sample(column.data(), row.data(), n, light + first);
+    if (!ribs_.Exist()) continue;
+    for (int i = 0; i < n; ++i) light[first + i] *= shade[i];
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "samples/simulator/camera_rays.hpp"
 #include "samples/simulator/ceiling_texture.hpp"
+#include "samples/simulator/deck_ribs.hpp"
 #include "samples/simulator/scene.hpp"
 
 namespace ceilmap::simulator {
@@ -14,6 +15,7 @@ class CeilingInView {
  public:
   CeilingInView(const Room& room,
                 const CeilingTexture& texture,
+                const DeckRibs& ribs,
                 const CameraRays& rays,
                 const Eigen::Isometry3d& T_map_cam);
 
@@ -33,12 +35,20 @@ class CeilingInView {
  private:
   [[nodiscard]] std::optional<Eigen::Vector2d> At(double x, double y) const;
   void FindFootprint(const CameraRays& rays);
+  /// Samples of the texture that rays see, `count` at most kMaxSamples.
+  void Find(const float* x, const float* y, int count, float* column, float* row) const;
+  /// Moves the samples to the surfaces of the ribs. @param shade  Factors of their light.
+  void FindOnRibs(
+      const float* x, const float* y, int count, float* column, float* row, float* shade) const;
 
   const Room& room_;
+  const DeckRibs& ribs_;
+  float pixel_span_;  // size of a pixel at a distance of one metre
   Eigen::Matrix3d R_map_cam_;
   Eigen::Vector3d camera_;  // in map
   Eigen::AlignedBox2d footprint_;
   CeilingWindow window_;
+  float rib_phase_ = 0;           // y of the camera, in a rib's period, metres
   float rise_;                    // from the camera to the ceiling
   Eigen::RowVector3f to_column_;  // of (x, y, 1); over to_depth_: column in the window
   Eigen::RowVector3f to_row_;

@@ -101,7 +101,7 @@ RayTracer::RayTracer(const Scene& scene,
                      std::vector<Solid> solids,
                      double texel_m,
                      double saturation)
-    : solids_(std::move(solids)), surfaces_(scene), ceiling_(scene, texel_m) {
+    : solids_(std::move(solids)), surfaces_(scene), ceiling_(scene, texel_m), ribs_(scene.ceiling) {
   for (const Solid& solid : solids_) bounds_.push_back(Bounds(solid));
   if (saturation > 0) paints_.emplace(scene.seed, solids_.size(), saturation);
 }
@@ -122,7 +122,7 @@ RayTracer::View::View(const RayTracer& tracer,
       rays_(rays),
       T_map_cam_(T_map_cam),
       R_(T_map_cam.linear()),
-      ceiling_(tracer.surfaces_.GetRoom(), tracer.ceiling_, rays, T_map_cam),
+      ceiling_(tracer.surfaces_.GetRoom(), tracer.ceiling_, tracer.ribs_, rays, T_map_cam),
       lattice_(Lattice(edges)) {
   for (std::size_t i = 0; i < tracer.solids_.size(); ++i) {
     ChooseSolid(
@@ -143,7 +143,9 @@ void RayTracer::View::ChooseSolid(const Solid& solid,
   const Eigen::AlignedBox2d ground(Eigen::Vector2d(bounds.min().head<2>()),
                                    Eigen::Vector2d(bounds.max().head<2>()));
   if (!region.intersects(ground)) return;
-  solids_.emplace_back(solid, T_map_cam_);
+  const SolidInView seen(solid, T_map_cam_);
+  if (!seen.MayShow()) return;
+  solids_.push_back(seen);
   colours_.push_back(colour);
 }
 

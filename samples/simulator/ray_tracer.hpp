@@ -7,6 +7,7 @@
 
 #include "samples/simulator/camera_rays.hpp"
 #include "samples/simulator/ceiling_texture.hpp"
+#include "samples/simulator/deck_ribs.hpp"
 #include "samples/simulator/movers.hpp"
 #include "samples/simulator/paints.hpp"
 #include "samples/simulator/room_surfaces.hpp"
@@ -45,6 +46,7 @@ class RayTracer {
   RoomSurfaces surfaces_;
   std::optional<Paints> paints_;  // of a colour camera
   CeilingTexture ceiling_;
+  DeckRibs ribs_;
 };
 
 }  // namespace ceilmap::simulator

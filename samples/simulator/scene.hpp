@@ -74,6 +74,10 @@ struct Ceiling {
   double stains_per_100m2 = 4;   ///< water stains and scuffs
   double vents_per_100m2 = 1.5;  ///< tiles replaced by an air vent
   double lamps_off_share = 0.0;  ///< fraction of the lamps that are switched off
+  /// Ribs of a corrugated deck, along x, at this spacing; 0: the ceiling is flat. The lower flanges
+  /// are at room.height_m, the upper ones rib_depth_m higher.
+  double rib_every_m = 0;
+  double rib_depth_m = 0.05;
   /// Additional marks at random positions, of random size and shape (all kinds).
   int marks = 0;
   std::vector<Mark> marks_at;

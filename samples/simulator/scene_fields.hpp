@@ -66,6 +66,8 @@ constexpr std::array kCeilingFields{
     Field<Ceiling>{"stains_per_100m2", &Ceiling::stains_per_100m2, 0, 500, kTilesOnly},
     Field<Ceiling>{"vents_per_100m2", &Ceiling::vents_per_100m2, 0, 500, kTilesOnly},
     Field<Ceiling>{"lamps_off_share", &Ceiling::lamps_off_share, 0, 1, kTilesOnly},
+    Field<Ceiling>{"rib_every_m", &Ceiling::rib_every_m, 0, 10},
+    Field<Ceiling>{"rib_depth_m", &Ceiling::rib_depth_m, 0.001, 1},
     Field<Ceiling>{"marks", &Ceiling::marks, 0, 100000},
 };
 

@@ -33,22 +33,35 @@ void SolidInView::FindRays(const Solid& solid, const Eigen::Isometry3d& T_cam_ma
   std::array<Eigen::Vector2d, kCorners> seen;
   Eigen::Vector2d along(0, 0);
   for (int i = 0; i < kCorners; ++i) {
-    const Eigen::Vector3d p_cam = T_cam_map * Corner(solid, i);
-    if (p_cam.z() < 1e-3) {
-      anywhere_ = true;
-      return;
-    }
+    const Eigen::Vector3d& p_cam = corners_.at(i) = T_cam_map * Corner(solid, i);
+    is_ahead_ &= p_cam.z() > 1e-3;
     seen.at(i) = p_cam.head<2>() / p_cam.z();
     along += ((i >> longest) & 1) != 0 ? seen.at(i) : -seen.at(i);
   }
+  if (!is_ahead_) return;
   if (along.norm() > 1e-9) across_ = Eigen::Vector2d(-along.y(), along.x()).normalized();
   for (const Eigen::Vector2d& ray : seen) {
     rays_.extend(Eigen::Vector3d(ray.x(), ray.y(), across_.dot(ray)));
   }
 }
 
+bool SolidInView::MayShow() const {
+  return std::any_of(corners_.begin(), corners_.end(), [](const auto& p) { return p.z() > 0; });
+}
+
+// The pyramid of the rays has four sides; a solid that is beyond one of them is not in it.
+bool SolidInView::CornersMayShowIn(const cv::Rect2d& rays) const {
+  const auto any = [this](const auto& inside) {
+    return std::any_of(corners_.begin(), corners_.end(), inside);
+  };
+  return any([&](const auto& p) { return p.x() > rays.x * p.z(); }) &&
+         any([&](const auto& p) { return p.x() < (rays.x + rays.width) * p.z(); }) &&
+         any([&](const auto& p) { return p.y() > rays.y * p.z(); }) &&
+         any([&](const auto& p) { return p.y() < (rays.y + rays.height) * p.z(); });
+}
+
 bool SolidInView::MayShowIn(const cv::Rect2d& rays) const {
-  if (anywhere_) return true;
+  if (!is_ahead_) return CornersMayShowIn(rays);
   const Eigen::Vector2d half(rays.width / 2, rays.height / 2);
   const Eigen::Vector2d centre(rays.x + half.x(), rays.y + half.y());
   const double reach = across_.cwiseAbs().dot(half);

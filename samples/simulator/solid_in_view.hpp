@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -23,6 +24,8 @@ class SolidInView {
 
   SolidInView(const Solid& solid, const Eigen::Isometry3d& T_map_cam);
 
+  /// False when the whole solid is behind the camera.
+  [[nodiscard]] bool MayShow() const;
   /// False when no ray (x, y, 1) of the optical frame with (x, y) in `rays` hits the solid.
   [[nodiscard]] bool MayShowIn(const cv::Rect2d& rays) const;
 
@@ -47,6 +50,7 @@ class SolidInView {
     return R_solid_map_ * v_map;
   }
   void FindRays(const Solid& solid, const Eigen::Isometry3d& T_cam_map);
+  [[nodiscard]] bool CornersMayShowIn(const cv::Rect2d& rays) const;
   [[nodiscard]] std::optional<Entry> EnterBox(const Eigen::Vector3d& d, double limit) const;
   [[nodiscard]] std::optional<Entry> EnterCylinder(const Eigen::Vector3d& d, double limit) const;
   void EnterBoxNearer(RayBatch& rays, std::int32_t number) const;
@@ -67,8 +71,9 @@ class SolidInView {
   float brightness_;
   float contrast_;
   Eigen::Vector2d texture_offset_;
-  bool anywhere_ = false;  // a part is beside or behind the camera
-  // Of all rays (x, y) that hit the solid: ranges of x, of y, and across its longest edges.
+  std::array<Eigen::Vector3d, 8> corners_;  // in cam
+  bool is_ahead_ = true;                    // all corners are before the camera
+  // Then, of all rays (x, y) that hit the solid: ranges of x, of y, and across its longest edges.
   Eigen::Vector2d across_{1, 0};
   Eigen::AlignedBox3d rays_;
 };

@@ -212,9 +212,10 @@ void BuildPipe(StructureRun& run, double s0, double s1) {
   const double c = run.Across();
   const double radius = of.width_m / 2;
   const double axis = of.height_m + radius;
+  const double brightness = of.brightness * run.Dice().Uniform(0.6, 1.6);  // of this run's paint
   const std::vector<double> joints = Steps(s0, s1, of.every_m);
   for (std::size_t i = 0; i + 1 < joints.size(); ++i) {
-    run.Cylinder({joints[i], c, axis}, {joints[i + 1], c, axis}, of.width_m, of.brightness);
+    run.Cylinder({joints[i], c, axis}, {joints[i + 1], c, axis}, of.width_m, brightness);
   }
   const double rim = 0.01 + 0.1 * of.width_m;
   for (std::size_t i = 1; i + 1 < joints.size(); ++i) {
@@ -223,15 +224,12 @@ void BuildPipe(StructureRun& run, double s0, double s1) {
     run.Cylinder({s - half, c, axis},
                  {s + half, c, axis},
                  of.width_m + 2 * rim,
-                 of.brightness * run.Dice().Uniform(0.5, 1.6));
+                 brightness * run.Dice().Uniform(0.5, 1.6));
     run.Point(s, c, of.height_m - rim);
   }
-  for (const double s : DetailPlaces(run, s0, s1)) {  // a valve or a label
-    const double half = run.Dice().Uniform(0.03, 0.08);
-    run.Cylinder({s, c, of.height_m - 0.03},
-                 {s, c, axis},
-                 2 * half + of.width_m,
-                 run.Dice().Uniform(0.05, 0.6));
+  for (const double s : DetailPlaces(run, s0, s1)) {  // valves
+    const double diameter = of.width_m + run.Dice().Uniform(0.01, 0.07);
+    run.Cylinder({s, c, of.height_m - 0.02}, {s, c, axis}, diameter, run.Dice().Uniform(0.05, 0.6));
   }
   for (const double s : HangerPlaces(of, s0, s1)) run.Hanger(s, c, axis);
 }
