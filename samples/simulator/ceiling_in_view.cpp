@@ -110,6 +110,8 @@ void CeilingInView::FindOnRibs(
     at[i] = rib_phase_ + rise_ * slope[i];
     footprint[i] = 0.5F * rise_ * pixel_span_ * scale * scale;  // of one of a pixel's four taps
   }
+  const auto widest = static_cast<float>(ribs_.EveryM() / 2);
+  for (int i = 0; i < count; ++i) footprint[i] = std::min(footprint[i], widest);
   ribs_.See(at.data(), slope.data(), footprint.data(), count, shade, rise.data());
   for (int i = 0; i < count; ++i) {
     const float scale = 1 / (to_depth_[0] * x[i] + to_depth_[1] * y[i] + to_depth_[2]);

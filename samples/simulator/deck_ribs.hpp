@@ -16,7 +16,8 @@ class DeckRibs {
   /// What rays see: shade[i] is replaced by the factor of the light, and rise[i] by the mean height
   /// of the visible surfaces above the lower flanges, metres.
   /// @param y  Where the rays meet the plane of the lower flanges, metres from any rib's middle of
-  /// its lower flange. @param slope  dy/dz of the rays. @param footprint_m  Width of their mean.
+  /// its lower flange. @param slope  dy/dz of the rays. @param footprint_m  Width of
+  /// their mean, > 0 and at most half of EveryM().
   void See(const float* y,
            const float* slope,
            const float* footprint_m,

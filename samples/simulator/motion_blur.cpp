@@ -51,14 +51,14 @@ double DistanceToHull(const Vector3d& from, const Vector3d& direction, const Roo
 
 }  // namespace
 
-std::vector<Vector3d> CeilingInCorners(const calib::MountedCamera& mounted,
-                                       const Isometry3d& T_map_base,
-                                       double ceiling_height_m) {
+std::vector<Vector3d> PlaneInCorners(const calib::MountedCamera& mounted,
+                                     const Isometry3d& T_map_base,
+                                     double height_m) {
   const calib::PinholeCamera& camera = mounted.camera;
   const double right = camera.width_px - 1;
   const double low = camera.height_px - 1;
   const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
-  const double rise = ceiling_height_m - T_map_cam.translation().z();
+  const double rise = height_m - T_map_cam.translation().z();
   std::vector<Vector3d> points_map;
   for (const Vector2d& corner :
        {Vector2d(0, 0), Vector2d(right, 0), Vector2d(0, low), Vector2d(right, low)}) {

@@ -164,7 +164,7 @@ cv::Mat Renderer::Render(const Frame& frame) const {
     blur_px =
         BlurLength(up.Mounted(),
                    exposure,
-                   CeilingInCorners(up.Mounted(), frame.T_map_base, parts_->rig.ceiling_height_m));
+                   PlaneInCorners(up.Mounted(), frame.T_map_base, NearestHeight(parts_->scene)));
     blur_px = std::max(blur_px, MovingBlurLength(parts_->scene, parts_->scene.camera));
   }
   return up.Take(exposure, blur_px, frame);

@@ -161,6 +161,16 @@ std::vector<Solid> MovingStructures(const Scene& scene, double now_s) {
   return objects.solids;
 }
 
+double NearestHeight(const Scene& scene) {
+  double height_m = scene.room.height_m;
+  for (const Structure& of : scene.structures) {
+    if (of.height_m > scene.camera.mount_height_m + 0.1) {
+      height_m = std::min(height_m, of.height_m);
+    }
+  }
+  return height_m;
+}
+
 double MovingBlurLength(const Scene& scene, const Camera& camera) {
   double longest_px = 0;
   for (const Structure& of : scene.structures) {

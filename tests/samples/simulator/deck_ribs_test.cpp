@@ -15,7 +15,7 @@ struct RibsInRay {
 };
 
 /// Ribs every 0.2 m, 0.05 m deep: troughs from 0.05 to 0.15 m, upper flanges from 0.064 to 0.136 m.
-RibsInRay See(float y, float slope, float footprint_m = 1e-5F) {
+RibsInRay See(float y, float slope, float footprint_m = 1e-4F) {
   Ceiling ceiling;
   ceiling.rib_every_m = 0.2;
   ceiling.rib_depth_m = 0.05;
