@@ -24,11 +24,11 @@ static_assert(kFineLattice <= RayBatch::kCapacity);
 static_assert(4 * CameraRays::kPartSize * CameraRays::kPartSize <= RayBatch::kCapacity);
 
 std::vector<cv::Point2d> Lattice(EdgeQuality edges) {
-  std::vector<cv::Point2d> points;
-  const int count = edges == EdgeQuality::kFine ? kFineLattice : kCoarseLattice;
-  for (int i = 0; i < count; ++i) {
-    points.push_back(edges == EdgeQuality::kFine ? LatticePoint<kFineLattice, 34>(i)
-                                                 : LatticePoint<kCoarseLattice, 13>(i));
+  const bool fine = edges == EdgeQuality::kFine;
+  std::vector<cv::Point2d> points(fine ? kFineLattice : kCoarseLattice);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const int n = static_cast<int>(i);
+    points[i] = fine ? LatticePoint<kFineLattice, 34>(n) : LatticePoint<kCoarseLattice, 13>(n);
   }
   return points;
 }

@@ -17,11 +17,8 @@ std::vector<double> Steps(double s0, double s1, double every_m) {
 
 /// Positions of hangers, half a distance from the run's ends.
 std::vector<double> HangerPlaces(const Structure& structure, double s0, double s1) {
-  std::vector<double> places;
-  const double every_m = structure.hanger_every_m;
-  if (every_m <= 0) return places;
-  for (double s = s0 + every_m / 2; s < s1; s += every_m) places.push_back(s);
-  return places;
+  if (structure.hanger_every_m <= 0) return {};
+  return PlacesBetween(s0, s1, structure.hanger_every_m);
 }
 
 /// Random positions of details.

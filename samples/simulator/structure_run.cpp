@@ -1,6 +1,7 @@
 #include "samples/simulator/structure_run.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ceilmap::simulator {
 namespace {
@@ -8,6 +9,15 @@ namespace {
 constexpr double kHangerWidth = 0.012;  // metres
 
 }  // namespace
+
+std::vector<double> PlacesBetween(double s0, double s1, double every_m) {
+  const double count = std::max(0.0, std::ceil((s1 - s0) / every_m - 0.5));
+  std::vector<double> places(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    places[i] = s0 + (static_cast<double>(i) + 0.5) * every_m;
+  }
+  return places;
+}
 
 StructureRun::StructureRun(
     const Structure& structure, double across_m, double ceiling_m, Random& random, Objects& objects)

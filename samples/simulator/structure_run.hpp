@@ -56,6 +56,9 @@ class StructureRun {
   Objects& objects_;
 };
 
+/// Positions between s0 and s1 at equal distances > 0, the first one half a distance from s0.
+std::vector<double> PlacesBetween(double s0, double s1, double every_m);
+
 /// Builds a run of a truss, duct, round duct, tray or pipe from s0 to s1.
 void BuildContinuous(StructureRun& run, double s0, double s1);
 /// Builds a pendant, tube or skylight with its centre at s.

@@ -69,7 +69,7 @@ void ForEach(const Scene& scene,
       build(run, extent.from_m);
       continue;
     }
-    for (double s = extent.from_m + of.every_m / 2; s < extent.to_m; s += of.every_m) {
+    for (const double s : PlacesBetween(extent.from_m, extent.to_m, of.every_m)) {
       const double across_m = at_m + deviation();
       const double place_m = s + deviation();
       if (!exists()) continue;
@@ -116,7 +116,7 @@ void BuildCrane(StructureRun& run, double s0, double s1, double now_s) {
     const double at = c + side * (of.width_m - girder);
     run.Block(s0, s1, at - girder / 2, at + girder / 2, low, low + of.depth_m, of.brightness);
   }
-  for (double s = s0 + of.every_m / 2; s < s1; s += of.every_m) {  // ties between the girders
+  for (const double s : PlacesBetween(s0, s1, of.every_m)) {  // ties between the girders
     run.Block(s - 0.04,
               s + 0.04,
               c - of.width_m / 2 + girder,
