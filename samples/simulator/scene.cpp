@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "calib/base/error.hpp"
@@ -137,6 +139,12 @@ void CheckStructures(const Scene& scene) {
   double solids = 0;
   for (const Structure& of : scene.structures) {
     const std::string name = fmt::format("structures.{}", of.name);
+    const bool plain = std::all_of(of.name.begin(), of.name.end(), [](unsigned char c) {
+      return std::isalnum(c) != 0 || c == '-' || c == '_';
+    });
+    if (!plain || of.name.empty()) {
+      throw InputError(name + " has a wrong name, must consist of letters, digits, '-' and '_'");
+    }
     CheckGroup(name.c_str(), of, kStructureFields);
     const bool round = (Only(of.kind) & kRoundStructures) != 0;
     const double top_m = of.height_m + (round ? of.width_m : of.depth_m);
@@ -147,8 +155,12 @@ void CheckStructures(const Scene& scene) {
                        "(room.height_m)",
                        top_m - of.height_m));
     }
-    if (of.to_m != 0 && !(of.to_m > of.from_m)) {
-      Fail(name + ".to_m", of.to_m, "greater than from_m, or 0 for the room's end");
+    const double room_m = of.along == Axis::kY ? scene.room.width_m : scene.room.length_m;
+    const double end_m = of.to_m > 0 ? std::min(of.to_m, room_m) : room_m;
+    if (!(of.from_m < end_m)) {
+      Fail(name + ".from_m",
+           of.from_m,
+           fmt::format("less than the end of the runs, {:g} (to_m, or the room's end)", end_m));
     }
     solids += CountSolids(of, scene.room);
     if (solids > kMaxSolids) {

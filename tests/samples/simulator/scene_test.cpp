@@ -173,7 +173,11 @@ TEST(Scene, FaultsOfStructuresAreSaidWithTheirLine) {
             "s.yaml: structures.a.height_m = 2.5, must be so low that its top, 0.35 m higher, is "
             "not above the ceiling (room.height_m)");
   EXPECT_EQ(ErrorOf("structures:\n  a: {kind: pipe, from_m: 3, to_m: 2}"),
-            "s.yaml: structures.a.to_m = 2, must be greater than from_m, or 0 for the room's end");
+            "s.yaml: structures.a.from_m = 3, must be less than the end of the runs, 2 (to_m, or "
+            "the room's end)");
+  EXPECT_EQ(ErrorOf("structures:\n  'a,b': {kind: pipe}"),
+            "s.yaml: structures.a,b has a wrong name, must consist of letters, digits, '-' and "
+            "'_'");
   EXPECT_THAT(ErrorOf("room: {length_m: 2000, width_m: 2000}\nstructures:\n"
                       "  a: {kind: tray, spacing_m: 1, every_m: 0.05}"),
               HasSubstr("structures.a.every_m = 0.05, must be greater"));
