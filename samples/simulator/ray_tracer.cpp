@@ -356,10 +356,10 @@ void RayTracer::View::TracePixel(int u, int v, const MixedPart& part) {
   MeetSolids(near_);
   groups_.clear();
   for (int i = 0; i < batch_.count; ++i) {
-    std::size_t k = 0;
-    while (k < groups_.size() && groups_[k].surface != batch_.surface[i]) ++k;
-    if (k == groups_.size()) groups_.emplace_back();
-    AddTo(groups_[k], i);
+    const auto same = std::find_if(groups_.begin(), groups_.end(), [&](const Group& group) {
+      return group.surface == batch_.surface[i];
+    });
+    AddTo(same == groups_.end() ? groups_.emplace_back() : *same, i);
   }
   light_(v, u) = 0;
   if (!coloured_.empty()) coloured_(v, u) = {0, 0, 0};

@@ -58,10 +58,11 @@ float RoomSurfaces::FloorLight(const Vector3d& at, double footprint_m) const {
 float RoomSurfaces::SolidLight(const SolidInView& solid,
                                const Vector3d& from_camera,
                                int face) const {
-  const float light = solid.Light(from_camera, face);
+  const Vector3d at = solid.InSolid(from_camera);
+  const float light = solid.Light(at, face);
   if (solid.Contrast() == 0) return light;
-  const Eigen::Vector2d at = solid.OnFace(from_camera, face);
-  return std::max(0.0F, light * (1 + solid.Contrast() * wall_.At(at.x(), at.y())));
+  const Eigen::Vector2d on_face = solid.OnFace(at, face);
+  return std::max(0.0F, light * (1 + solid.Contrast() * wall_.At(on_face.x(), on_face.y())));
 }
 
 }  // namespace ceilmap::simulator

@@ -121,8 +121,7 @@ std::optional<SolidInView::Entry> SolidInView::EnterCylinder(const Eigen::Vector
   return entry;
 }
 
-Eigen::Vector2d SolidInView::OnFace(const Eigen::Vector3d& from_camera, int face) const {
-  const Eigen::Vector3d at = camera_ + ToSolid(from_camera);
+Eigen::Vector2d SolidInView::OnFace(const Eigen::Vector3d& at, int face) const {
   if (is_round_ && face == 2) {
     const Eigen::Vector2d out = FromAxis(at);
     return texture_offset_ + Eigen::Vector2d(at.x(), radius_ * std::atan2(out.y(), out.x()));
@@ -137,7 +136,7 @@ Eigen::Vector2d SolidInView::OnFace(const Eigen::Vector3d& from_camera, int face
   }
 }
 
-float SolidInView::Light(const Eigen::Vector3d& from_camera, int face) const {
+float SolidInView::Light(const Eigen::Vector3d& at, int face) const {
   if (!is_round_) {
     constexpr std::array<float, 3> kShades{0.6F, 0.75F, 1};
     return brightness_ * kShades.at(static_cast<std::size_t>(face / 2));
@@ -146,7 +145,7 @@ float SolidInView::Light(const Eigen::Vector3d& from_camera, int face) const {
   Eigen::Vector3d normal(face == 0 ? -1 : 1, 0, 0);  // in the solid's frame
   if (face == 2) {
     normal.x() = 0;
-    normal.tail<2>() = FromAxis(camera_ + ToSolid(from_camera)).normalized();
+    normal.tail<2>() = FromAxis(at) / radius_;
   }
   return brightness_ * static_cast<float>(0.6 - 0.4 * R_solid_map_.col(2).dot(normal));
 }

@@ -36,12 +36,16 @@ class SolidInView {
   /// @param number  Of this solid.
   void EnterNearer(RayBatch& rays, std::int32_t number) const;
 
+  /// The point, in the solid's frame, at a vector in map from the camera.
+  [[nodiscard]] Eigen::Vector3d InSolid(const Eigen::Vector3d& from_camera) const {
+    return camera_ + ToSolid(from_camera);
+  }
   /// Metres along the two axes of the face; around a cylinder along its circumference.
-  /// @param from_camera  Vector in map from the camera to a point of the face.
-  [[nodiscard]] Eigen::Vector2d OnFace(const Eigen::Vector3d& from_camera, int face) const;
+  /// @param at  Point of the face in the solid's frame.
+  [[nodiscard]] Eigen::Vector2d OnFace(const Eigen::Vector3d& at, int face) const;
   /// Light of the face without texture: an underside has the brightness of the solid, others have
   /// less.
-  [[nodiscard]] float Light(const Eigen::Vector3d& from_camera, int face) const;
+  [[nodiscard]] float Light(const Eigen::Vector3d& at, int face) const;
   /// Standard deviation of the texture.
   [[nodiscard]] float Contrast() const { return contrast_; }
 

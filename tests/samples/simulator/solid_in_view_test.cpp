@@ -103,7 +103,7 @@ TEST(SolidInView, FacesHaveTheirLight) {
   const SolidInView bar(solid, Isometry3d::Identity());
   const auto light = [&](const Vector3d& direction) {
     const auto entry = bar.Enter(direction, 100);
-    return entry ? bar.Light(entry->distance * direction, entry->face) : -1;
+    return entry ? bar.Light(bar.InSolid(entry->distance * direction), entry->face) : -1;
   };
   EXPECT_FLOAT_EQ(light({0, 0.25, 1}), 1);     // underside
   EXPECT_FLOAT_EQ(light({0, 0.2, 1}), 0.75F);  // long side towards the camera
