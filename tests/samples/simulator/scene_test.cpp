@@ -205,7 +205,8 @@ TEST(Scene, SamplesAreValid) {
                            "colour-boards",
                            "plant",
                            "plant-debris",
-                           "beams-corridor"}) {
+                           "beams-corridor",
+                           "fans"}) {
     const fs::path file = scenes / (std::string(name) + ".yaml");
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }
