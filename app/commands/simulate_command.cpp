@@ -166,6 +166,18 @@ std::string StampsText(const std::vector<StampedPose>& poses) {
   return text;
 }
 
+// Known points of structures and beams; empty without any.
+std::string PointsText(const std::vector<simulator::NamedPoint>& points) {
+  if (points.empty()) return {};
+  std::string text = "name,x,y,z\n";
+  for (const simulator::NamedPoint& point : points) {
+    const Eigen::Vector3d& p = point.p_map;
+    fmt::format_to(
+        std::back_inserter(text), "{},{:.6f},{:.6f},{:.6f}\n", point.name, p.x(), p.y(), p.z());
+  }
+  return text;
+}
+
 // Length and extent of the path.
 struct PathExtent {
   explicit PathExtent(const std::vector<StampedPose>& poses) {
@@ -259,7 +271,8 @@ void RunSimulate(const SimulateOptions& params,
                                 {.stamps = StampsText(poses),
                                  .truth = files::FormatTum(poses),
                                  .rig = simulator::RigYaml(scene),
-                                 .scene = recordings::WithSeed(text, params.scene, scene.seed)});
+                                 .scene = recordings::WithSeed(text, params.scene, scene.seed),
+                                 .points = PointsText(renderer.GetObjects().points)});
 
   const PathExtent path(poses);
   const double seconds = terminal::SecondsSince(start);
@@ -297,7 +310,9 @@ Command AddSimulateCommand(CLI::App& program) {
          "-o,--output",
          params->output,
          "Folder, created if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
-         "forward.mp4 of a forward camera, omni.mp4 of a camera under a mirror")
+         "forward.mp4 of a forward camera, omni.mp4 of a camera under a mirror, points.csv of "
+         "known "
+         "points of structures")
       ->required()
       ->type_name("DIR")
       ->group(result);

@@ -13,8 +13,8 @@
 namespace ceilmap::recordings {
 
 /// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4`, `omni.mp4` (or
-/// `up.mkv`, or the images `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`. Other
-/// files in it are not changed.
+/// `up.mkv`, or the images `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`, and
+/// `points.csv` if there are known points. Other files in it are not changed.
 class SimulationFolder {
  public:
   /// The images of one camera, `up`, `forward` or `omni`.
@@ -27,6 +27,7 @@ class SimulationFolder {
     std::string truth;
     std::string rig;
     std::string scene;
+    std::string points;  ///< empty: the recording has no points.csv
   };
 
   /// Creates the folder if it is missing; without Commit() the destructor removes it again.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace ceilmap::simulator {
 namespace {
@@ -37,7 +38,7 @@ CameraRays::CameraRays(const calib::PinholeCamera& camera) : camera_(camera), si
     }
   }
   for (int c = 0; c < 2 * size_.width; ++c) column_x_.push_back(static_cast<float>(Tap(0, c).x));
-  MakeBlocks();
+  blocks_ = MakeBlocks(cv::Rect(cv::Point(), size_), kBlockSize);
 }
 
 cv::Point2d CameraRays::Undistort(double u, double v) const {
@@ -86,12 +87,12 @@ cv::Point2d CameraRays::Ray(int u, int v, double du, double dv) const {
   return 0.25 * (a + b + c + d) + du * (b + d - a - c) + dv * (c + d - a - b);
 }
 
-void CameraRays::MakeBlocks() {
-  const cv::Rect all(cv::Point(), size_);
+std::vector<CameraRays::Block> CameraRays::MakeBlocks(const cv::Rect& pixels, int size) const {
   const double margin = 1 / std::min(camera_.fx, camera_.fy);  // a pixel; half of one is needed
-  for (int v = 0; v < size_.height; v += kBlockSize) {
-    for (int u = 0; u < size_.width; u += kBlockSize) {
-      Block block{cv::Rect(u, v, kBlockSize, kBlockSize) & all, {}, true};
+  std::vector<Block> blocks;
+  for (int v = pixels.y; v < pixels.y + pixels.height; v += size) {
+    for (int u = pixels.x; u < pixels.x + pixels.width; u += size) {
+      Block block{cv::Rect(u, v, size, size) & pixels, {}, true, {}};
       cv::Point2d low(1e9, 1e9);
       cv::Point2d high(-1e9, -1e9);
       const cv::Rect taps(2 * u, 2 * v, 2 * block.pixels.width, 2 * block.pixels.height);
@@ -106,9 +107,11 @@ void CameraRays::MakeBlocks() {
       const cv::Point2d border(margin, margin);
       block.rays = high.x < low.x ? cv::Rect2d(0, 0, -1, -1)  // outside the lens's field of view
                                   : cv::Rect2d(low - border, high + border);
-      blocks_.push_back(block);
+      if (size > kPartSize) block.parts = MakeBlocks(block.pixels, kPartSize);
+      blocks.push_back(std::move(block));
     }
   }
+  return blocks;
 }
 
 }  // namespace ceilmap::simulator

@@ -19,8 +19,10 @@ class CameraRays {
     cv::Rect pixels;
     cv::Rect2d rays;
     bool whole = true;
+    std::vector<Block> parts;  ///< of kPartSize pixels; a part has no parts
   };
   static constexpr int kBlockSize = 32;  // pixels
+  static constexpr int kPartSize = 8;
 
   explicit CameraRays(const calib::PinholeCamera& camera);
 
@@ -38,7 +40,7 @@ class CameraRays {
  private:
   [[nodiscard]] cv::Point2d Undistort(double u, double v) const;
   [[nodiscard]] cv::Point2d Tap(int tap_row, int tap_column) const;
-  void MakeBlocks();
+  [[nodiscard]] std::vector<Block> MakeBlocks(const cv::Rect& pixels, int size) const;
 
   calib::PinholeCamera camera_;
   cv::Size size_;

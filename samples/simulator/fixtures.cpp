@@ -1,29 +1,25 @@
 #include "samples/simulator/fixtures.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <vector>
 
 #include "samples/simulator/random.hpp"
+#include "samples/simulator/structure_run.hpp"
+#include "samples/simulator/structures.hpp"
 
 namespace ceilmap::simulator {
 namespace {
-
-/// The first position is half a spacing from the start, the next ones are a spacing apart.
-std::vector<double> Places(double every_m, double length_m) {
-  std::vector<double> places(
-      static_cast<std::size_t>(std::max(0.0, std::ceil(length_m / every_m - 0.5))));
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    places[i] = (static_cast<double>(i) + 0.5) * every_m;
-  }
-  return places;
-}
 
 void AddBeams(const Scene& scene, std::vector<Box>& boxes) {
   const Fixtures& f = scene.fixtures;
   if (f.beam_every_m <= 0) return;
   const Room& room = scene.room;
   const double depth = std::min(f.beam_depth_m, room.height_m);
-  for (const double x : Places(f.beam_every_m, room.length_m)) {
+  for (const double x : PlacesBetween(0, room.length_m, f.beam_every_m)) {
     boxes.push_back({x,
                      room.width_m / 2,
                      f.beam_width_m,
@@ -39,8 +35,8 @@ void AddPillars(const Scene& scene, std::vector<Box>& boxes) {
   const Fixtures& f = scene.fixtures;
   if (f.pillar_every_m <= 0) return;
   const Room& room = scene.room;
-  for (const double y : Places(f.pillar_every_m, room.width_m)) {
-    for (const double x : Places(f.pillar_every_m, room.length_m)) {
+  for (const double y : PlacesBetween(0, room.width_m, f.pillar_every_m)) {
+    for (const double x : PlacesBetween(0, room.length_m, f.pillar_every_m)) {
       boxes.push_back({x,
                        y,
                        f.pillar_width_m,
@@ -85,7 +81,16 @@ class Scatter {
   std::vector<Box>& boxes_;
 };
 
-}  // namespace
+/// The middles of both lower edges of each beam.
+void AddBeamPoints(const Scene& scene, std::vector<NamedPoint>& points) {
+  std::vector<Box> beams;
+  AddBeams(scene, beams);
+  for (const Box& beam : beams) {
+    for (const double side : {-0.5, 0.5}) {
+      points.push_back({"beam", {beam.x_m + side * beam.length_m, beam.y_m, beam.bottom_m}});
+    }
+  }
+}
 
 std::vector<Box> MakeFixtures(const Scene& scene) {
   const Fixtures& f = scene.fixtures;
@@ -110,6 +115,22 @@ std::vector<Box> MakeFixtures(const Scene& scene) {
     return Box{0, 0, size, size, drop, 0, random.Uniform(0, 45), random.Uniform(0.25, 0.7)};
   });
   return boxes;
+}
+
+}  // namespace
+
+Objects MakeObjects(const Scene& scene) {
+  Objects objects;
+  for (const Box& box : MakeFixtures(scene)) {
+    objects.solids.push_back(SolidOf(box, scene.fixtures.contrast));
+  }
+  AddBeamPoints(scene, objects.points);
+  AddStructures(scene, objects);
+  std::map<std::string, int> counts;
+  for (NamedPoint& point : objects.points) {
+    point.name = fmt::format("{}-{}", point.name, ++counts[point.name]);
+  }
+  return objects;
 }
 
 }  // namespace ceilmap::simulator

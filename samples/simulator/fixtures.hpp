@@ -1,12 +1,12 @@
 #pragma once
 
-#include <vector>
-
-#include "samples/simulator/scene.hpp"
+#include "samples/simulator/solid.hpp"
 
 namespace ceilmap::simulator {
 
-/// All boxes of a scene: listed ones, beams and pillars, and random ones.
-std::vector<Box> MakeFixtures(const Scene& scene);
+/// Everything that stands still between floor and ceiling: the boxes of the fixtures (listed ones,
+/// beams and pillars, random ones) and the structures. Known points are numbered by their name:
+/// `duct-1`, `duct-2`, ...
+Objects MakeObjects(const Scene& scene);
 
 }  // namespace ceilmap::simulator

@@ -27,7 +27,7 @@ Isometry3d During(const Exposure& exposure, double time) {
 }
 
 /// Times of the exposure, in [-1, 1], whose mean image has the same blur.
-std::vector<double> Moments(double blur_px) {
+std::vector<double> Times(double blur_px) {
   if (!(blur_px > 0.1)) return {0};
   // Two images at Gauss's points have the same spread as the whole motion, and a similar appearance
   // while they are less than a pixel apart.
@@ -51,14 +51,14 @@ double DistanceToHull(const Vector3d& from, const Vector3d& direction, const Roo
 
 }  // namespace
 
-std::vector<Vector3d> CeilingInCorners(const calib::MountedCamera& mounted,
-                                       const Isometry3d& T_map_base,
-                                       double ceiling_height_m) {
+std::vector<Vector3d> PlaneInCorners(const calib::MountedCamera& mounted,
+                                     const Isometry3d& T_map_base,
+                                     double height_m) {
   const calib::PinholeCamera& camera = mounted.camera;
   const double right = camera.width_px - 1;
   const double low = camera.height_px - 1;
   const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
-  const double rise = ceiling_height_m - T_map_cam.translation().z();
+  const double rise = height_m - T_map_cam.translation().z();
   std::vector<Vector3d> points_map;
   for (const Vector2d& corner :
        {Vector2d(0, 0), Vector2d(right, 0), Vector2d(0, low), Vector2d(right, low)}) {
@@ -104,10 +104,10 @@ double BlurLength(const calib::MountedCamera& mounted,
   return longest;
 }
 
-std::vector<Isometry3d> PosesDuring(const Exposure& exposure, double blur_px) {
-  std::vector<Isometry3d> poses;
-  for (const double moment : Moments(blur_px)) poses.push_back(During(exposure, moment));
-  return poses;
+std::vector<Moment> MomentsDuring(const Exposure& exposure, double blur_px) {
+  std::vector<Moment> moments;
+  for (const double time : Times(blur_px)) moments.push_back({During(exposure, time), time});
+  return moments;
 }
 
 }  // namespace ceilmap::simulator

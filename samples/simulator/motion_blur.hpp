@@ -15,10 +15,10 @@ struct Exposure {
   Eigen::Isometry3d T_map_base_close;
 };
 
-/// Points of the ceiling in the corners of an upward camera's image.
-std::vector<Eigen::Vector3d> CeilingInCorners(const calib::MountedCamera& camera,
-                                              const Eigen::Isometry3d& T_map_base,
-                                              double ceiling_height_m);
+/// Points in the corners of an upward camera's image, on the plane at a height above the floor.
+std::vector<Eigen::Vector3d> PlaneInCorners(const calib::MountedCamera& camera,
+                                            const Eigen::Isometry3d& T_map_base,
+                                            double height_m);
 
 /// Points of the empty room at nine positions of any camera's image, corners included.
 std::vector<Eigen::Vector3d> RoomInImage(const calib::MountedCamera& camera,
@@ -30,8 +30,14 @@ double BlurLength(const calib::MountedCamera& camera,
                   const Exposure& exposure,
                   const std::vector<Eigen::Vector3d>& points_map);
 
-/// The robot's poses whose mean image has the blur of the whole exposure: one without blur, more
-/// with increasing blur.
-std::vector<Eigen::Isometry3d> PosesDuring(const Exposure& exposure, double blur_px);
+/// A moment of an exposure.
+struct Moment {
+  Eigen::Isometry3d T_map_base;
+  double time = 0;  ///< -1: the shutter opens, 1: it closes
+};
+
+/// Moments whose mean image has the blur of the whole exposure: one without blur, more with
+/// increasing blur.
+std::vector<Moment> MomentsDuring(const Exposure& exposure, double blur_px);
 
 }  // namespace ceilmap::simulator

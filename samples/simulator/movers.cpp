@@ -1,13 +1,14 @@
 #include "samples/simulator/movers.hpp"
 
 #include "samples/simulator/paints.hpp"
+#include "samples/simulator/structures.hpp"
 
 namespace ceilmap::simulator {
 
-std::vector<PaintedBox> MoversAt(const Scene& scene, const Frame& frame) {
+std::vector<PaintedSolid> MoversAt(const Scene& scene, double stamp_s, double shift_s) {
   const double start_s = scene.path.kind == PathKind::kTum ? 0 : scene.path.start_stamp_s;
-  const double now_s = frame.stamp_s - start_s;
-  std::vector<PaintedBox> seen;
+  const double now_s = stamp_s - start_s;
+  std::vector<PaintedSolid> seen;
   for (const Mover& m : scene.movers) {
     if (now_s < m.from_s || now_s > m.to_s) continue;
     const double moved_s = now_s - m.from_s;
@@ -21,7 +22,11 @@ std::vector<PaintedBox> MoversAt(const Scene& scene, const Frame& frame) {
                   m.yaw_deg,
                   brightness};
     const cv::Vec3f colour(cv::Vec3d(m.blue, m.green, m.red));
-    seen.push_back({box, brightness > 0 ? colour / brightness : cv::Vec3f(1, 1, 1)});
+    seen.push_back({SolidOf(box, scene.fixtures.contrast),
+                    brightness > 0 ? colour / brightness : cv::Vec3f(1, 1, 1)});
+  }
+  for (const Solid& solid : MovingStructures(scene, now_s + shift_s)) {
+    seen.push_back({solid, cv::Vec3f(1, 1, 1)});
   }
   return seen;
 }

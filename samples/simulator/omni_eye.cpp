@@ -19,15 +19,15 @@ ImageModel ColourModel(const Scene& scene, PixelPurposes purposes) {
 
 }  // namespace
 
-OmniEye::OmniEye(const Scene& scene, std::vector<Box> boxes)
+OmniEye::OmniEye(const Scene& scene, std::vector<Solid> solids)
     : scene_(scene),
-      tracer_(scene, std::move(boxes)),
+      tracer_(scene, std::move(solids)),
       colours_{ColourModel(scene, {Purpose::kOmniBlueGain, Purpose::kOmniBlueNoise}),
                ColourModel(scene, {Purpose::kOmniGreenGain, Purpose::kOmniGreenNoise}),
                ColourModel(scene, {Purpose::kOmniRedGain, Purpose::kOmniRedNoise})} {}
 
 cv::Mat OmniEye::Light(const Frame& frame) const {
-  return tracer_.Trace(frame.T_map_base, MoversAt(scene_, frame));
+  return tracer_.Trace(frame.T_map_base, MoversAt(scene_, frame.stamp_s));
 }
 
 cv::Mat OmniEye::Take(const Frame& frame) const {

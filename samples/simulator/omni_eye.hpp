@@ -15,7 +15,7 @@ namespace ceilmap::simulator {
 class OmniEye {
  public:
   /// @param scene  Valid, with an omni camera.
-  OmniEye(const Scene& scene, std::vector<Box> boxes);
+  OmniEye(const Scene& scene, std::vector<Solid> solids);
 
   /// The light on the pixels: CV_32FC3, blue, green, red, 1 = white.
   [[nodiscard]] cv::Mat Light(const Frame& frame) const;

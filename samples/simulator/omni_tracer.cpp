@@ -27,19 +27,11 @@ double TexelSize(const Scene& scene, const MirrorRays& rays) {
   return std::min(0.04, height_m / (rise * rise) * rays.PixelSpan() / 2);
 }
 
-Cone ConeOf(const Box& box, const Vector3d& from) {
-  const double yaw = box.yaw_deg * std::numbers::pi / 180;
+Cone ConeOf(const Solid& solid, const Vector3d& from) {
   std::vector<Vector3d> corners;
-  for (int corner = 0; corner < 8; ++corner) {
-    const double x = (corner & 1) != 0 ? box.length_m / 2 : -box.length_m / 2;
-    const double y = (corner & 2) != 0 ? box.width_m / 2 : -box.width_m / 2;
-    corners.emplace_back(Vector3d(box.x_m + std::cos(yaw) * x - std::sin(yaw) * y,
-                                  box.y_m + std::sin(yaw) * x + std::cos(yaw) * y,
-                                  (corner & 4) != 0 ? box.top_m : box.bottom_m) -
-                         from);
-  }
+  for (int corner = 0; corner < 8; ++corner) corners.push_back(Corner(solid, corner) - from);
   Cone cone = Cone::Around(corners);
-  // Only within a half space the cone around the corners contains the box.
+  // Only within a half space the cone around the corners contains the solid.
   if (!(cone.angle_rad < 1.5)) cone.angle_rad = std::numbers::pi;
   return cone;
 }
@@ -50,7 +42,7 @@ class OmniTracer::View {
  public:
   View(const OmniTracer& tracer,
        const Isometry3d& T_map_base,
-       const std::vector<PaintedBox>& movers);
+       const std::vector<PaintedSolid>& movers);
   [[nodiscard]] cv::Mat Trace();
 
  private:
@@ -59,7 +51,7 @@ class OmniTracer::View {
     std::uint16_t surface = kNothing;
   };
 
-  void Add(const Box& box, const cv::Vec3f& colour);
+  void Add(const Solid& solid, const cv::Vec3f& colour);
   void ChooseNear(const MirrorRays::Block& block);
   void TraceBlock(const MirrorRays::Block& block);
   void SmoothEdges(const MirrorRays::Block& block);
@@ -71,29 +63,29 @@ class OmniTracer::View {
   Vector3d viewpoint_;  // in map
   Eigen::Matrix3d R_map_cam_;
   CeilingWindow window_;
-  std::vector<BoxInView> boxes_;
-  std::vector<cv::Vec3f> colours_;  // of boxes_
-  std::vector<Cone> cones_;         // of boxes_, in map
-  std::vector<std::size_t> near_;   // of boxes_, those that may be visible in the current block
+  std::vector<SolidInView> solids_;
+  std::vector<cv::Vec3f> colours_;  // of solids_
+  std::vector<Cone> cones_;         // of solids_, in map
+  std::vector<std::size_t> near_;   // of solids_, those that may be visible in the current block
   cv::Mat_<cv::Vec3f> light_;
   cv::Mat_<std::uint16_t> surface_;
 };
 
-OmniTracer::OmniTracer(const Scene& scene, std::vector<Box> boxes)
-    : boxes_(std::move(boxes)),
+OmniTracer::OmniTracer(const Scene& scene, std::vector<Solid> solids)
+    : solids_(std::move(solids)),
       rays_(*scene.omni),
       surfaces_(scene),
-      paints_(scene.seed, boxes_.size(), scene.omni->saturation),
+      paints_(scene.seed, solids_.size(), scene.omni->saturation),
       ceiling_(scene, TexelSize(scene, rays_)) {}
 
 cv::Mat OmniTracer::Trace(const Isometry3d& T_map_base,
-                          const std::vector<PaintedBox>& movers) const {
+                          const std::vector<PaintedSolid>& movers) const {
   return View(*this, T_map_base, movers).Trace();
 }
 
 OmniTracer::View::View(const OmniTracer& tracer,
                        const Isometry3d& T_map_base,
-                       const std::vector<PaintedBox>& movers)
+                       const std::vector<PaintedSolid>& movers)
     : tracer_(tracer),
       viewpoint_(T_map_base * tracer.rays_.ViewpointInBase()),
       R_map_cam_(T_map_base.linear() * tracer.rays_.R_base_cam()),
@@ -101,24 +93,24 @@ OmniTracer::View::View(const OmniTracer& tracer,
       surface_(tracer.rays_.Size(), kNothing) {
   const Room& room = tracer.surfaces_.GetRoom();
   window_ = tracer.ceiling_.Window(0, 0, room.length_m, room.width_m);
-  for (std::size_t i = 0; i < tracer.boxes_.size(); ++i) {
-    Add(tracer.boxes_[i], tracer.paints_.Of(RoomSurfaces::BoxSurface(i, 0)));
+  for (std::size_t i = 0; i < tracer.solids_.size(); ++i) {
+    Add(tracer.solids_[i], tracer.paints_.Of(RoomSurfaces::SolidSurface(i, 0)));
   }
-  for (const PaintedBox& mover : movers) Add(mover.box, mover.colour);
+  for (const PaintedSolid& mover : movers) Add(mover.solid, mover.colour);
 }
 
-void OmniTracer::View::Add(const Box& box, const cv::Vec3f& colour) {
+void OmniTracer::View::Add(const Solid& solid, const cv::Vec3f& colour) {
   Isometry3d T_map_view = Isometry3d::Identity();
   T_map_view.translation() = viewpoint_;
-  boxes_.emplace_back(box, T_map_view);
+  solids_.emplace_back(solid, T_map_view);
   colours_.push_back(colour);
-  cones_.push_back(ConeOf(box, viewpoint_));
+  cones_.push_back(ConeOf(solid, viewpoint_));
 }
 
 void OmniTracer::View::ChooseNear(const MirrorRays::Block& block) {
   const Vector3d axis = R_map_cam_ * block.cone.axis;
   near_.clear();
-  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+  for (std::size_t i = 0; i < solids_.size(); ++i) {
     if (cones_[i].Intersects(axis, block.cone.angle_rad)) near_.push_back(i);
   }
 }
@@ -192,18 +184,18 @@ OmniTracer::View::Place OmniTracer::View::TraceRay(const Vector3d& d_cam) const 
   double distance = 0;
   Hit hit = surfaces.Trace(viewpoint_, d, tracer_.rays_.PixelSpan(), distance);
   const double to_hull = distance;
-  std::size_t nearest = boxes_.size();
-  BoxInView::Entry entry;
+  std::size_t nearest = solids_.size();
+  SolidInView::Entry entry;
   for (const std::size_t i : near_) {
-    const auto candidate = boxes_[i].Enter(d, distance);
+    const auto candidate = solids_[i].Enter(d, distance);
     if (!candidate) continue;
     distance = candidate->distance;
     entry = *candidate;
     nearest = i;
   }
-  if (nearest < boxes_.size()) {
-    const float light = surfaces.BoxLight(boxes_[nearest], d, entry);
-    return {light * colours_[nearest], RoomSurfaces::BoxSurface(nearest, entry.face)};
+  if (nearest < solids_.size()) {
+    const float light = surfaces.SolidLight(solids_[nearest], entry.distance * d, entry.face);
+    return {light * colours_[nearest], RoomSurfaces::SolidSurface(nearest, entry.face)};
   }
   if (hit.surface == kCeiling) hit.light = CeilingLight(viewpoint_ + to_hull * d);
   return {hit.light * tracer_.paints_.Of(hit.surface), hit.surface};

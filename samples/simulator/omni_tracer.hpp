@@ -19,17 +19,17 @@ namespace ceilmap::simulator {
 class OmniTracer {
  public:
   /// @param scene  valid, with an omni camera.
-  OmniTracer(const Scene& scene, std::vector<Box> boxes);
+  OmniTracer(const Scene& scene, std::vector<Solid> solids);
 
   /// The light on the pixels: CV_32FC3, blue, green, red. Its luminance is that of a grey camera.
   /// Thread-safe.
   [[nodiscard]] cv::Mat Trace(const Eigen::Isometry3d& T_map_base,
-                              const std::vector<PaintedBox>& movers) const;
+                              const std::vector<PaintedSolid>& movers) const;
 
  private:
   class View;  // one pose
 
-  std::vector<Box> boxes_;
+  std::vector<Solid> solids_;
   MirrorRays rays_;
   RoomSurfaces surfaces_;
   Paints paints_;

@@ -34,18 +34,18 @@ double Luminance(double red, double green, double blue) {
   return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
 }
 
-Paints::Paints(std::uint64_t seed, std::size_t boxes, double saturation) {
+Paints::Paints(std::uint64_t seed, std::size_t solids, double saturation) {
   Random random(seed, Purpose::kPaints);
-  hull_ = Tints(kBoxes, 0.02 * saturation, 0.06 * saturation, random);
+  hull_ = Tints(kSolids, 0.02 * saturation, 0.06 * saturation, random);
   for (const std::size_t colourless : {kCeiling, kNothing, kRobot}) hull_[colourless] = {1, 1, 1};
   posters_ = Tints(kHues, 0.1 * saturation, 0.5 * saturation, random);
-  boxes_ = Tints(
-      std::clamp<std::size_t>(boxes, 1, kMaxBoxes), 0.05 * saturation, 0.4 * saturation, random);
+  solids_ = Tints(
+      std::clamp<std::size_t>(solids, 1, kMaxSolids), 0.05 * saturation, 0.4 * saturation, random);
 }
 
 const cv::Vec3f& Paints::Of(std::uint16_t surface) const {
-  if (surface < kBoxes) return hull_[surface];
-  if (surface < kPosters) return boxes_[((surface - kBoxes) / 6U) % boxes_.size()];
+  if (surface < kSolids) return hull_[surface];
+  if (surface < kPosters) return solids_[((surface - kSolids) / 6U) % solids_.size()];
   return posters_[Mix(surface) % kHues];
 }
 

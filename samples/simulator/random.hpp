@@ -34,6 +34,7 @@ enum class Purpose : std::uint64_t {
   kForwardGreenNoise,
   kForwardBlueGain,
   kForwardBlueNoise,
+  kStructures,
 };
 
 /// A well-mixed 64-bit number from any number (splitmix64, Steele et al. 2014).

@@ -3,27 +3,35 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <optional>
+#include <span>
 
-#include "samples/simulator/box_tracer.hpp"
+#include "samples/simulator/ceiling_in_view.hpp"
 #include "samples/simulator/pixel_lattice.hpp"
+#include "samples/simulator/ray_batch.hpp"
+#include "samples/simulator/solid_in_view.hpp"
 
 namespace ceilmap::simulator {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
-using Eigen::RowVector3d;
 using Eigen::Vector3d;
+using Eigen::Vector3f;
 
-constexpr double kMinRise = 1e-3;  // minimum slope of a ray that hits the ceiling
-constexpr int kTaps = 2 * CameraRays::kBlockSize;
-static_assert(kTaps <= CeilingWindow::kMaxSamples);
+constexpr int kFineLattice = 55;  // points in a pixel at an edge
+constexpr int kCoarseLattice = 21;
+static_assert(kFineLattice <= RayBatch::kCapacity);
+static_assert(4 * CameraRays::kPartSize * CameraRays::kPartSize <= RayBatch::kCapacity);
 
-constexpr int kLattice = 55;  // points in a pixel
-
-using TapArray = std::array<float, kTaps>;
+std::vector<cv::Point2d> Lattice(EdgeQuality edges) {
+  const bool fine = edges == EdgeQuality::kFine;
+  std::vector<cv::Point2d> points(fine ? kFineLattice : kCoarseLattice);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const int n = static_cast<int>(i);
+    points[i] = fine ? LatticePoint<kFineLattice, 34>(n) : LatticePoint<kCoarseLattice, 13>(n);
+  }
+  return points;
+}
 
 }  // namespace
 
@@ -33,193 +41,161 @@ class RayTracer::View {
   View(const RayTracer& tracer,
        const CameraRays& rays,
        const Isometry3d& T_map_cam,
-       const std::vector<PaintedBox>& movers);
+       const std::vector<PaintedSolid>& movers,
+       EdgeQuality edges);
   [[nodiscard]] cv::Mat Trace();
 
  private:
-  struct Place {
-    Hit hit;
-    cv::Vec3f colour{1, 1, 1};  // of unit luminance; only for colour cameras
+  /// A part of the image in which not only the ceiling is visible.
+  struct MixedPart {
+    const CameraRays::Block* block = nullptr;
+    std::size_t first = 0;  // of candidates_, solids that may be visible in it
+    std::size_t last = 0;
+    bool below_ceiling = false;  // all of its rays reach the ceiling before a wall
   };
-  struct Footprint {
-    Eigen::AlignedBox2d box;
-    bool endless = false;  // some rays never reach the ceiling
+  /// Rays of a pixel that meet the same surface.
+  struct Group {
+    std::uint16_t surface = kNothing;
+    std::int32_t solid = -1;
+    std::int32_t face = 0;
+    int count = 0;
+    Vector3f at{0, 0, 0};  // sum over the rays: point of a solid, or ray to the hull; in cam
+    float hull_light = 0;  // sum
   };
 
-  [[nodiscard]] std::optional<Eigen::Vector2d> OnCeiling(double x, double y) const;
-  /// True when all of the block's rays reach the ceiling before a wall.
-  [[nodiscard]] bool IsBelowCeiling(const CameraRays::Block& block) const;
-  [[nodiscard]] Footprint CeilingFootprint() const;
-  void ChooseWindow(const Footprint& seen);
-  void ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour);
-  [[nodiscard]] cv::Mat Result() const { return coloured_.empty() ? light_ : coloured_; }
-  void TraceCeilingBlock(const CameraRays::Block& block);
-  void TraceMixedBlock(const CameraRays::Block& block, bool below_ceiling);
-  void SmoothEdges(const CameraRays::Block& block, bool below_ceiling);
+  [[nodiscard]] std::span<const std::int32_t> Candidates(const MixedPart& part) const {
+    return std::span(candidates_).subspan(part.first, part.last - part.first);
+  }
+  void ChooseSolid(const Solid& solid, const Eigen::AlignedBox3d& bounds, const cv::Vec3f& colour);
+  void DivideImage();
+  void TraceCeiling(const CameraRays::Block& block);
+  void TracePart(const MixedPart& part);
+  void SmoothEdges(const MixedPart& part);
+  void TracePixel(int u, int v, const MixedPart& part);
   [[nodiscard]] bool IsEdge(int u, int v) const;
-  void ChooseNearBoxes(const cv::Rect2d& rays);
-  [[nodiscard]] Place TraceRay(double x, double y, bool below_ceiling) const;
-  [[nodiscard]] float CeilingLight(double x, double y) const;
+  void MeetHull(bool below_ceiling);
+  void MeetSolids(std::span<const std::int32_t> candidates);
+  void AddTo(Group& group, int ray) const;
+  [[nodiscard]] float LightOf(const Group& group) const;
+  void Shade(int u, int v, float light, const Group& group);
 
   const RayTracer& tracer_;
-  const Room& room_;
   const CameraRays& rays_;
   Isometry3d T_map_cam_;
   Matrix3d R_;  // of T_map_cam
-  Vector3d p_;  // the camera in map
-  CeilingWindow window_;
-  RowVector3d to_column_;  // of (x, y, 1); over to_depth_: column in the window
-  RowVector3d to_row_;
-  RowVector3d to_depth_;
-  std::vector<BoxInView> boxes_;
-  std::vector<cv::Vec3f> colours_;  // of boxes_
-  std::vector<std::size_t> near_;   // of boxes_, those that may be visible in the current block
-  cv::Mat light_;
+  CeilingInView ceiling_;
+  std::vector<cv::Point2d> lattice_;  // offsets in a pixel at an edge
+  std::vector<SolidInView> solids_;
+  std::vector<cv::Vec3f> colours_;  // of solids_
+  std::vector<MixedPart> mixed_;
+  std::vector<std::int32_t> candidates_;  // of solids_, for mixed_
+  std::vector<std::int32_t> near_;        // of solids_, for one pixel
+  RayBatch batch_;
+  std::vector<Group> groups_;  // of one pixel
+  cv::Mat_<float> light_;
   cv::Mat_<cv::Vec3f> coloured_;  // the same in colours; empty for a grey camera
-  cv::Mat surfaces_;              // of each tap; only for blocks with several surfaces
+  cv::Mat surfaces_;              // of each tap
 };
 
-RayTracer::RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m, double saturation)
-    : boxes_(std::move(boxes)), surfaces_(scene), ceiling_(scene, texel_m) {
-  if (saturation > 0) paints_.emplace(scene.seed, boxes_.size(), saturation);
+RayTracer::RayTracer(const Scene& scene,
+                     std::vector<Solid> solids,
+                     double texel_m,
+                     double saturation)
+    : solids_(std::move(solids)), surfaces_(scene), ceiling_(scene, texel_m), ribs_(scene.ceiling) {
+  for (const Solid& solid : solids_) bounds_.push_back(Bounds(solid));
+  if (saturation > 0) paints_.emplace(scene.seed, solids_.size(), saturation);
 }
 
 cv::Mat RayTracer::Trace(const CameraRays& rays,
                          const Isometry3d& T_map_cam,
-                         const std::vector<PaintedBox>& movers) const {
-  return View(*this, rays, T_map_cam, movers).Trace();
+                         const std::vector<PaintedSolid>& movers,
+                         EdgeQuality edges) const {
+  return View(*this, rays, T_map_cam, movers, edges).Trace();
 }
 
 RayTracer::View::View(const RayTracer& tracer,
                       const CameraRays& rays,
                       const Isometry3d& T_map_cam,
-                      const std::vector<PaintedBox>& movers)
+                      const std::vector<PaintedSolid>& movers,
+                      EdgeQuality edges)
     : tracer_(tracer),
-      room_(tracer.surfaces_.GetRoom()),
       rays_(rays),
       T_map_cam_(T_map_cam),
       R_(T_map_cam.linear()),
-      p_(T_map_cam.translation()) {
-  const Footprint seen = CeilingFootprint();
-  ChooseWindow(seen);
-  for (std::size_t i = 0; i < tracer.boxes_.size(); ++i) {
-    ChooseBox(
-        seen,
-        tracer.boxes_[i],
-        tracer.paints_ ? tracer.paints_->Of(RoomSurfaces::BoxSurface(i, 0)) : cv::Vec3f(1, 1, 1));
+      ceiling_(tracer.surfaces_.GetRoom(), tracer.ceiling_, tracer.ribs_, rays, T_map_cam),
+      lattice_(Lattice(edges)) {
+  for (std::size_t i = 0; i < tracer.solids_.size(); ++i) {
+    ChooseSolid(
+        tracer.solids_[i],
+        tracer.bounds_[i],
+        tracer.paints_ ? tracer.paints_->Of(RoomSurfaces::SolidSurface(i, 0)) : cv::Vec3f(1, 1, 1));
   }
-  for (const PaintedBox& mover : movers) ChooseBox(seen, mover.box, mover.colour);
-}
-
-std::optional<Eigen::Vector2d> RayTracer::View::OnCeiling(double x, double y) const {
-  const Vector3d direction = R_ * Vector3d(x, y, 1);
-  if (!(direction.z() > kMinRise)) return std::nullopt;
-  return (p_ + (room_.height_m - p_.z()) / direction.z() * direction).head<2>();
-}
-
-RayTracer::View::Footprint RayTracer::View::CeilingFootprint() const {
-  Footprint seen;
-  for (const CameraRays::Block& block : rays_.Blocks()) {
-    const cv::Rect2d& r = block.rays;
-    if (!(r.width >= 0)) continue;
-    for (const double x : {r.x, r.x + r.width}) {
-      for (const double y : {r.y, r.y + r.height}) {
-        const auto at = OnCeiling(x, y);
-        if (at) seen.box.extend(*at);
-        seen.endless |= !at;
-      }
-    }
+  for (const PaintedSolid& mover : movers) {
+    ChooseSolid(mover.solid, Bounds(mover.solid), mover.colour);
   }
-  const Eigen::AlignedBox2d room(Eigen::Vector2d(0, 0),
-                                 Eigen::Vector2d(room_.length_m, room_.width_m));
-  seen.box = seen.endless ? room : seen.box.intersection(room);
-  return seen;
 }
 
-void RayTracer::View::ChooseWindow(const Footprint& seen) {
-  const Eigen::Vector2d low = seen.box.isEmpty() ? Eigen::Vector2d(0, 0) : seen.box.min();
-  const Eigen::Vector2d high = seen.box.isEmpty() ? Eigen::Vector2d(0, 0) : seen.box.max();
-  window_ = tracer_.ceiling_.Window(low.x(), low.y(), high.x(), high.y());
-  // p + (h - p.z) R (x, y, 1) / (R.row(2) (x, y, 1)), as one fraction.
-  const double rise = room_.height_m - p_.z();
-  const auto column0 = static_cast<double>(window_.column0);
-  const auto row0 = static_cast<double>(window_.row0);
-  to_depth_ = R_.row(2);
-  to_column_ = (rise * R_.row(0) + (p_.x() - (column0 + 0.5) * window_.pitch_x_m) * to_depth_) /
-               window_.pitch_x_m;
-  to_row_ = (rise * R_.row(1) + (p_.y() - (row0 + 0.5) * window_.pitch_y_m) * to_depth_) /
-            window_.pitch_y_m;
-}
-
-void RayTracer::View::ChooseBox(const Footprint& seen, const Box& box, const cv::Vec3f& colour) {
-  Eigen::AlignedBox2d region = seen.box;
-  region.extend(p_.head<2>());
-  if (!region.intersects(BoxInView::Ground(box))) return;
-  boxes_.emplace_back(box, T_map_cam_);
+void RayTracer::View::ChooseSolid(const Solid& solid,
+                                  const Eigen::AlignedBox3d& bounds,
+                                  const cv::Vec3f& colour) {
+  Eigen::AlignedBox2d region = ceiling_.Footprint();
+  region.extend(Eigen::Vector2d(T_map_cam_.translation().head<2>()));
+  const Eigen::AlignedBox2d ground(Eigen::Vector2d(bounds.min().head<2>()),
+                                   Eigen::Vector2d(bounds.max().head<2>()));
+  if (!region.intersects(ground)) return;
+  const SolidInView seen(solid, T_map_cam_);
+  if (!seen.MayShow()) return;
+  solids_.push_back(seen);
   colours_.push_back(colour);
 }
 
-bool RayTracer::View::IsBelowCeiling(const CameraRays::Block& block) const {
-  if (!block.whole) return false;
-  const cv::Rect2d& r = block.rays;
-  for (const double x : {r.x, r.x + r.width}) {
-    for (const double y : {r.y, r.y + r.height}) {
-      const auto at = OnCeiling(x, y);
-      const bool inside =
-          at && at->x() > 0 && at->x() < room_.length_m && at->y() > 0 && at->y() < room_.width_m;
-      if (!inside) return false;
-    }
-  }
-  return true;
-}
-
-void RayTracer::View::ChooseNearBoxes(const cv::Rect2d& rays) {
-  near_.clear();
-  for (std::size_t i = 0; i < boxes_.size(); ++i) {
-    if (boxes_[i].MayShowIn(rays)) near_.push_back(i);
-  }
-}
-
 cv::Mat RayTracer::View::Trace() {
-  light_ = cv::Mat(rays_.Size(), CV_32FC1, cv::Scalar(0));
+  light_ = cv::Mat_<float>(rays_.Size(), 0.0F);
   if (tracer_.paints_) coloured_ = cv::Mat_<cv::Vec3f>(rays_.Size(), cv::Vec3f(0, 0, 0));
-  std::vector<const CameraRays::Block*> mixed;
-  for (const CameraRays::Block& block : rays_.Blocks()) {
-    ChooseNearBoxes(block.rays);
-    if (near_.empty() && IsBelowCeiling(block)) {
-      TraceCeilingBlock(block);
-    } else {
-      mixed.push_back(&block);
-    }
-  }
-  if (mixed.empty()) return Result();
-  surfaces_ = cv::Mat(rays_.Size() * 2, CV_16UC1, cv::Scalar(kCeiling));
-  for (const bool smooth : {false, true}) {
-    for (const CameraRays::Block* block : mixed) {
-      ChooseNearBoxes(block->rays);
-      const bool below_ceiling = IsBelowCeiling(*block);
-      smooth ? SmoothEdges(*block, below_ceiling) : TraceMixedBlock(*block, below_ceiling);
-    }
-  }
-  return Result();
+  DivideImage();
+  if (!mixed_.empty()) surfaces_ = cv::Mat(rays_.Size() * 2, CV_16UC1, cv::Scalar(kCeiling));
+  for (const MixedPart& part : mixed_) TracePart(part);
+  for (const MixedPart& part : mixed_) SmoothEdges(part);
+  return coloured_.empty() ? cv::Mat(light_) : cv::Mat(coloured_);
 }
 
-void RayTracer::View::TraceCeilingBlock(const CameraRays::Block& block) {
-  const Eigen::RowVector3f column = to_column_.cast<float>();
-  const Eigen::RowVector3f row = to_row_.cast<float>();
-  const Eigen::RowVector3f depth = to_depth_.cast<float>();
-  TapArray x, y, light;
+// Blocks and parts that show only the ceiling are traced at once.
+void RayTracer::View::DivideImage() {
+  std::vector<std::int32_t> near;
+  for (const CameraRays::Block& block : rays_.Blocks()) {
+    near.clear();
+    for (std::size_t i = 0; i < solids_.size(); ++i) {
+      if (solids_[i].MayShowIn(block.rays)) near.push_back(static_cast<std::int32_t>(i));
+    }
+    if (near.empty() && ceiling_.Fills(block)) {
+      TraceCeiling(block);
+      continue;
+    }
+    for (const CameraRays::Block& part : block.parts) {
+      MixedPart mixed{&part, candidates_.size(), 0, ceiling_.Fills(part)};
+      for (const std::int32_t i : near) {
+        if (solids_[i].MayShowIn(part.rays)) candidates_.push_back(i);
+      }
+      mixed.last = candidates_.size();
+      if (mixed.last == mixed.first && mixed.below_ceiling) {
+        TraceCeiling(part);
+      } else {
+        mixed_.push_back(mixed);
+      }
+    }
+  }
+}
+
+void RayTracer::View::TraceCeiling(const CameraRays::Block& block) {
+  constexpr int kTaps = 2 * CameraRays::kBlockSize;
+  std::array<float, kTaps> x;
+  std::array<float, kTaps> y;
+  std::array<float, kTaps> light;
   const cv::Rect& pixels = block.pixels;
   const int taps = 2 * pixels.width;
   for (int tap_row = 2 * pixels.y; tap_row < 2 * (pixels.y + pixels.height); ++tap_row) {
     rays_.TapRow(tap_row, 2 * pixels.x, taps, x.data(), y.data());
-    for (int i = 0; i < taps; ++i) {
-      const float scale = 1 / (depth[0] * x[i] + depth[1] * y[i] + depth[2]);
-      const float u = (column[0] * x[i] + column[1] * y[i] + column[2]) * scale;
-      y[i] = (row[0] * x[i] + row[1] * y[i] + row[2]) * scale;
-      x[i] = u;
-    }
-    window_.Sample(x.data(), y.data(), taps, light.data());
+    ceiling_.Light(x.data(), y.data(), taps, light.data());
     auto* out = light_.ptr<float>(tap_row / 2) + pixels.x;
     for (int i = 0; i < pixels.width; ++i) out[i] += 0.25F * (light[2 * i] + light[2 * i + 1]);
   }
@@ -230,25 +206,112 @@ void RayTracer::View::TraceCeilingBlock(const CameraRays::Block& block) {
   cv::merge(planes.data(), planes.size(), coloured);
 }
 
-void RayTracer::View::TraceMixedBlock(const CameraRays::Block& block, bool below_ceiling) {
-  std::array<float, kTaps> x{};
-  std::array<float, kTaps> y{};
-  const cv::Rect& pixels = block.pixels;
-  for (int tap_row = 2 * pixels.y; tap_row < 2 * (pixels.y + pixels.height); ++tap_row) {
-    rays_.TapRow(tap_row, 2 * pixels.x, 2 * pixels.width, x.data(), y.data());
-    auto* out = light_.ptr<float>(tap_row / 2) + pixels.x;
-    auto* surfaces = surfaces_.ptr<std::uint16_t>(tap_row) + std::ptrdiff_t{2} * pixels.x;
-    for (int i = 0; i < 2 * pixels.width; ++i) {
-      const auto [hit, colour] = TraceRay(x[i], y[i], below_ceiling);
-      out[i / 2] += 0.25F * hit.light;
-      if (!coloured_.empty()) {
-        coloured_(tap_row / 2, pixels.x + i / 2) += 0.25F * hit.light * colour;
-      }
-      surfaces[i] = hit.surface;
+void RayTracer::View::MeetHull(bool below_ceiling) {
+  RayBatch& rays = batch_;
+  if (below_ceiling) {
+    for (int i = 0; i < rays.count; ++i) rays.distance[i] = ceiling_.Distance(rays.x[i], rays.y[i]);
+    std::fill_n(rays.hull_light.begin(), rays.count, 0.0F);
+    std::fill_n(rays.surface.begin(), rays.count, kCeiling);
+    return;
+  }
+  for (int i = 0; i < rays.count; ++i) {
+    Hit hit;
+    double distance = 0;
+    if (!std::isnan(rays.x[i])) {
+      hit = tracer_.surfaces_.Trace(T_map_cam_.translation(),
+                                    R_ * Vector3d(rays.x[i], rays.y[i], 1),
+                                    rays_.PixelSpan(),
+                                    distance);
+    }
+    rays.distance[i] = static_cast<float>(distance);
+    rays.hull_light[i] = hit.light;
+    rays.surface[i] = hit.surface;
+  }
+}
+
+void RayTracer::View::MeetSolids(std::span<const std::int32_t> candidates) {
+  RayBatch& rays = batch_;
+  std::fill_n(rays.solid.begin(), rays.count, -1);
+  for (const std::int32_t i : candidates) solids_[i].EnterNearer(rays, i);
+  for (int i = 0; i < rays.count; ++i) {
+    if (rays.solid[i] >= 0) {
+      rays.surface[i] = RoomSurfaces::SolidSurface(rays.solid[i], rays.face[i]);
     }
   }
 }
 
+void RayTracer::View::AddTo(Group& group, int ray) const {
+  const float length = batch_.solid[ray] >= 0 ? batch_.distance[ray] : 1;
+  group.surface = batch_.surface[ray];
+  group.solid = batch_.solid[ray];
+  group.face = batch_.face[ray];
+  group.count += 1;
+  group.at += length * Vector3f(batch_.x[ray], batch_.y[ray], 1);
+  group.hull_light += batch_.hull_light[ray];
+}
+
+/// Mean light on the rays of a group.
+float RayTracer::View::LightOf(const Group& group) const {
+  const Vector3f at = group.at / static_cast<float>(group.count);
+  if (group.solid >= 0) {
+    return tracer_.surfaces_.SolidLight(solids_[group.solid], R_ * at.cast<double>(), group.face);
+  }
+  if (group.surface != kCeiling) return group.hull_light / static_cast<float>(group.count);
+  float light = 0;
+  ceiling_.Light(&at.x(), &at.y(), 1, &light);
+  return light;
+}
+
+/// Adds light of the group's surface to a pixel.
+void RayTracer::View::Shade(int u, int v, float light, const Group& group) {
+  light_(v, u) += light;
+  if (coloured_.empty()) return;
+  const cv::Vec3f& colour =
+      group.solid >= 0 ? colours_[group.solid] : tracer_.paints_->Of(group.surface);
+  coloured_(v, u) += light * colour;
+}
+
+void RayTracer::View::TracePart(const MixedPart& part) {
+  const cv::Rect& pixels = part.block->pixels;
+  const int taps = 2 * pixels.width;
+  batch_.count = 2 * pixels.height * taps;
+  for (int row = 0; row < 2 * pixels.height; ++row) {
+    rays_.TapRow(
+        2 * pixels.y + row, 2 * pixels.x, taps, &batch_.x[row * taps], &batch_.y[row * taps]);
+  }
+  MeetHull(part.below_ceiling);
+  MeetSolids(Candidates(part));
+  RayBatch::Array<float> ceiling;
+  const auto surfaces_end = batch_.surface.begin() + batch_.count;
+  if (std::find(batch_.surface.begin(), surfaces_end, kCeiling) != surfaces_end) {
+    ceiling_.Light(batch_.x.data(), batch_.y.data(), batch_.count, ceiling.data());
+  }
+  for (int row = 0; row < 2 * pixels.height; ++row) {
+    std::copy_n(&batch_.surface[row * taps],
+                taps,
+                surfaces_.ptr<std::uint16_t>(2 * pixels.y + row) + std::ptrdiff_t{2} * pixels.x);
+  }
+  for (int v = 0; v < pixels.height; ++v) {
+    for (int u = 0; u < pixels.width; ++u) {
+      const int first = 2 * v * taps + 2 * u;
+      const std::array<int, 4> rays{first, first + 1, first + taps, first + taps + 1};
+      Group group;
+      bool one = true;  // else SmoothEdges does it
+      for (const int ray : rays) one &= batch_.surface[ray] == batch_.surface[first];
+      if (!one) continue;
+      for (const int ray : rays) AddTo(group, ray);
+      float light = 0;
+      if (group.surface == kCeiling) {
+        for (const int ray : rays) light += ceiling[ray] / 4;
+      } else {
+        light = LightOf(group);
+      }
+      Shade(pixels.x + u, pixels.y + v, light, group);
+    }
+  }
+}
+
+/// True unless the taps of a pixel and those next to them show the same surface.
 bool RayTracer::View::IsEdge(int u, int v) const {
   const int left = std::max(0, 2 * u - 1);
   const int right = std::min(surfaces_.cols - 1, 2 * u + 2);
@@ -262,61 +325,48 @@ bool RayTracer::View::IsEdge(int u, int v) const {
   return false;
 }
 
-void RayTracer::View::SmoothEdges(const CameraRays::Block& block, bool below_ceiling) {
-  const cv::Rect& pixels = block.pixels;
+void RayTracer::View::SmoothEdges(const MixedPart& part) {
+  const cv::Rect& pixels = part.block->pixels;
   for (int v = pixels.y; v < pixels.y + pixels.height; ++v) {
     for (int u = pixels.x; u < pixels.x + pixels.width; ++u) {
-      if (!IsEdge(u, v)) continue;
-      float sum = 0;
-      cv::Vec3f coloured_sum(0, 0, 0);
-      for (int i = 0; i < kLattice; ++i) {
-        const cv::Point2d offset = LatticePoint<kLattice, 34>(i);
-        const cv::Point2d ray = rays_.Ray(u, v, offset.x, offset.y);
-        const auto [hit, colour] = TraceRay(ray.x, ray.y, below_ceiling);
-        sum += hit.light;
-        coloured_sum += hit.light * colour;
-      }
-      light_.at<float>(v, u) = sum / kLattice;
-      if (!coloured_.empty()) coloured_(v, u) = coloured_sum * (1.0F / kLattice);
+      if (IsEdge(u, v)) TracePixel(u, v, part);
     }
   }
 }
 
-float RayTracer::View::CeilingLight(double x, double y) const {
-  const double z = to_depth_[0] * x + to_depth_[1] * y + to_depth_[2];
-  const double column = (to_column_[0] * x + to_column_[1] * y + to_column_[2]) / z;
-  const double row = (to_row_[0] * x + to_row_[1] * y + to_row_[2]) / z;
-  const auto u = static_cast<float>(std::clamp(column, 0.0, window_.light.cols - 2.0));
-  const auto v = static_cast<float>(std::clamp(row, 0.0, window_.light.rows - 2.0));
-  float light = 0;
-  window_.Sample(&u, &v, 1, &light);
-  return light;
-}
-
-RayTracer::View::Place RayTracer::View::TraceRay(double x, double y, bool below_ceiling) const {
-  if (std::isnan(x)) return {};
-  const Vector3d direction = R_ * Vector3d(x, y, 1);
-  double distance = (room_.height_m - p_.z()) / direction.z();
-  Hit hit{0, kCeiling};
-  if (!below_ceiling) {
-    hit = tracer_.surfaces_.Trace(p_, direction, rays_.PixelSpan(), distance);
+void RayTracer::View::TracePixel(int u, int v, const MixedPart& part) {
+  const cv::Point2d centre = rays_.Ray(u, v, 0, 0);
+  const cv::Point2d step_u = rays_.Ray(u, v, 1, 0) - centre;
+  const cv::Point2d step_v = rays_.Ray(u, v, 0, 1) - centre;
+  batch_.count = 0;
+  for (const cv::Point2d& offset : lattice_) {
+    const cv::Point2d ray = centre + offset.x * step_u + offset.y * step_v;
+    batch_.x[batch_.count] = static_cast<float>(ray.x);
+    batch_.y[batch_.count++] = static_cast<float>(ray.y);
   }
-  std::size_t nearest = boxes_.size();
-  BoxInView::Entry entry;
-  for (const std::size_t i : near_) {
-    const auto candidate = boxes_[i].Enter(direction, distance);
-    if (!candidate) continue;
-    distance = candidate->distance;
-    entry = *candidate;
-    nearest = i;
-    hit.surface = RoomSurfaces::BoxSurface(i, entry.face);
+  const cv::Point2d size(std::abs(step_u.x) + std::abs(step_v.x),
+                         std::abs(step_u.y) + std::abs(step_v.y));
+  const cv::Rect2d pixel(centre.x - size.x / 2, centre.y - size.y / 2, size.x, size.y);
+  near_.clear();
+  for (const std::int32_t i : Candidates(part)) {
+    if (part.block->whole && !solids_[i].MayShowIn(pixel)) continue;
+    near_.push_back(i);
   }
-  if (nearest < boxes_.size()) {
-    hit.light = tracer_.surfaces_.BoxLight(boxes_[nearest], direction, entry);
-    return {hit, colours_[nearest]};
+  MeetHull(part.below_ceiling);
+  MeetSolids(near_);
+  groups_.clear();
+  for (int i = 0; i < batch_.count; ++i) {
+    const auto same = std::find_if(groups_.begin(), groups_.end(), [&](const Group& group) {
+      return group.surface == batch_.surface[i];
+    });
+    AddTo(same == groups_.end() ? groups_.emplace_back() : *same, i);
   }
-  if (hit.surface == kCeiling) hit.light = CeilingLight(x, y);
-  return tracer_.paints_ ? Place{hit, tracer_.paints_->Of(hit.surface)} : Place{hit};
+  light_(v, u) = 0;
+  if (!coloured_.empty()) coloured_(v, u) = {0, 0, 0};
+  for (const Group& group : groups_) {
+    const float share = static_cast<float>(group.count) / static_cast<float>(batch_.count);
+    Shade(u, v, share * LightOf(group), group);
+  }
 }
 
 }  // namespace ceilmap::simulator

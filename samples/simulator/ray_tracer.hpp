@@ -7,6 +7,7 @@
 
 #include "samples/simulator/camera_rays.hpp"
 #include "samples/simulator/ceiling_texture.hpp"
+#include "samples/simulator/deck_ribs.hpp"
 #include "samples/simulator/movers.hpp"
 #include "samples/simulator/paints.hpp"
 #include "samples/simulator/room_surfaces.hpp"
@@ -14,14 +15,17 @@
 
 namespace ceilmap::simulator {
 
+/// Accuracy of edges between surfaces: 1/100 or 1/40 pixel.
+enum class EdgeQuality { kFine, kCoarse };
+
 /// The image of a camera anywhere in the room: the ceiling, the walls with their posters, the
 /// floor, and boxes with parallax and side faces. Rays are straight and surfaces emit the same
-/// light in every direction. Edges between surfaces are accurate to 1/100 pixel.
+/// light in every direction.
 class RayTracer {
  public:
   /// @param texel_m  Distance of the ceiling's samples, best half of a pixel's footprint.
   /// @param saturation  Of the colours; 0: a grey camera.
-  RayTracer(const Scene& scene, std::vector<Box> boxes, double texel_m, double saturation = 0);
+  RayTracer(const Scene& scene, std::vector<Solid> solids, double texel_m, double saturation = 0);
 
   /// The light on the pixels, 0 outside the lens's field of view: CV_32FC1 of a grey camera; else
   /// CV_32FC3, blue, green, red, whose luminance is that of a grey camera. Thread-safe.
@@ -29,17 +33,20 @@ class RayTracer {
   /// their own colours.
   [[nodiscard]] cv::Mat Trace(const CameraRays& rays,
                               const Eigen::Isometry3d& T_map_cam,
-                              const std::vector<PaintedBox>& movers = {}) const;
+                              const std::vector<PaintedSolid>& movers = {},
+                              EdgeQuality edges = EdgeQuality::kFine) const;
 
-  [[nodiscard]] const std::vector<Box>& Boxes() const { return boxes_; }
+  [[nodiscard]] const std::vector<Solid>& Solids() const { return solids_; }
 
  private:
   class View;  // one camera pose
 
-  std::vector<Box> boxes_;
+  std::vector<Solid> solids_;
+  std::vector<Eigen::AlignedBox3d> bounds_;  // of solids_
   RoomSurfaces surfaces_;
   std::optional<Paints> paints_;  // of a colour camera
   CeilingTexture ceiling_;
+  DeckRibs ribs_;
 };
 
 }  // namespace ceilmap::simulator

@@ -16,6 +16,7 @@
 #include "samples/simulator/movers.hpp"
 #include "samples/simulator/omni_eye.hpp"
 #include "samples/simulator/ray_tracer.hpp"
+#include "samples/simulator/structures.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -59,44 +60,49 @@ class Eye {
   Eye(const Scene& scene,
       const Camera& camera,
       const calib::MountedCamera& mounted,
+      const std::vector<Solid>& solids,
       double texel_m,
       std::span<const PixelPurposes> pixels)
       : mounted_(mounted),
         rays_(mounted.camera),
-        tracer_(scene, MakeFixtures(scene), texel_m, camera.saturation) {
+        scene_(scene),
+        exposure_time_s_(camera.exposure_time_s),
+        tracer_(scene, solids, texel_m, camera.saturation) {
     for (const PixelPurposes& plane : pixels) planes_.emplace_back(scene, camera, plane);
   }
 
   [[nodiscard]] cv::Mat Trace(const Isometry3d& T_map_base,
-                              const std::vector<PaintedBox>& movers = {}) const {
-    return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers);
+                              const std::vector<PaintedSolid>& movers = {},
+                              EdgeQuality edges = EdgeQuality::kFine) const {
+    return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers, edges);
   }
 
   /// @param blur_px  Motion in the image.
-  [[nodiscard]] cv::Mat Take(const Exposure& exposure,
-                             double blur_px,
-                             const Frame& frame,
-                             const std::vector<PaintedBox>& movers) const {
-    const std::vector<Isometry3d> poses = PosesDuring(exposure, blur_px);
+  [[nodiscard]] cv::Mat Take(const Exposure& exposure, double blur_px, const Frame& frame) const {
+    const std::vector<Moment> moments = MomentsDuring(exposure, blur_px);
+    // The mean of several images has finer edges than each of them.
+    const EdgeQuality edges = moments.size() > 1 ? EdgeQuality::kCoarse : EdgeQuality::kFine;
     cv::Mat light;
-    for (const Isometry3d& T_map_base : poses) {
-      const cv::Mat now = Trace(T_map_base, movers);
+    for (const Moment& moment : moments) {
+      const double shift_s = moment.time * exposure_time_s_ / 2;
+      const cv::Mat now = Trace(moment.T_map_base, MoversAt(scene_, frame.stamp_s, shift_s), edges);
       if (light.empty()) {
         light = now;
       } else {
         light += now;
       }
     }
-    if (poses.size() > 1) light *= 1.0 / static_cast<double>(poses.size());
+    if (moments.size() > 1) light *= 1.0 / static_cast<double>(moments.size());
     return DevelopPlanes(planes_, light, frame);
   }
 
   [[nodiscard]] const calib::MountedCamera& Mounted() const { return mounted_; }
-  [[nodiscard]] const std::vector<Box>& Boxes() const { return tracer_.Boxes(); }
 
  private:
   calib::MountedCamera mounted_;
   CameraRays rays_;
+  const Scene& scene_;
+  double exposure_time_s_;
   RayTracer tracer_;
   std::vector<ImageModel> planes_;  // one, or blue, green, red
 };
@@ -107,14 +113,20 @@ struct Renderer::Parts {
   explicit Parts(const Scene& valid_scene)
       : scene(valid_scene),
         rig(calib::ParseRig(RigYaml(scene), "rig.yaml")),
-        up(scene, scene.camera, *rig.up, TexelSize(scene), std::span(&kUpPixels, 1)) {
-    if (scene.omni) omni.emplace(scene, up.Boxes());
+        objects(MakeObjects(scene)),
+        up(scene,
+           scene.camera,
+           *rig.up,
+           objects.solids,
+           TexelSize(scene),
+           std::span(&kUpPixels, 1)) {
+    if (scene.omni) omni.emplace(scene, objects.solids);
     if (!scene.forward) return;
     const Camera& camera = *scene.forward;
     const std::span<const PixelPurposes> pixels =
         camera.saturation > 0 ? std::span<const PixelPurposes>(kForwardColours)
                               : std::span(&kForwardPixels, 1);
-    forward.emplace(scene, camera, *rig.forward, ForwardTexelSize(scene), pixels);
+    forward.emplace(scene, camera, *rig.forward, objects.solids, ForwardTexelSize(scene), pixels);
   }
 
   [[nodiscard]] const Eye& Forward() const {
@@ -133,6 +145,7 @@ struct Renderer::Parts {
 
   Scene scene;
   calib::Rig rig;
+  Objects objects;
   Eye up;
   std::optional<Eye> forward;
   std::optional<OmniEye> omni;
@@ -151,9 +164,10 @@ cv::Mat Renderer::Render(const Frame& frame) const {
     blur_px =
         BlurLength(up.Mounted(),
                    exposure,
-                   CeilingInCorners(up.Mounted(), frame.T_map_base, parts_->rig.ceiling_height_m));
+                   PlaneInCorners(up.Mounted(), frame.T_map_base, NearestHeight(parts_->scene)));
+    blur_px = std::max(blur_px, MovingBlurLength(parts_->scene, parts_->scene.camera));
   }
-  return up.Take(exposure, blur_px, frame, MoversAt(parts_->scene, frame));
+  return up.Take(exposure, blur_px, frame);
 }
 
 cv::Mat Renderer::RenderForward(const Frame& frame) const {
@@ -166,7 +180,7 @@ cv::Mat Renderer::RenderForward(const Frame& frame) const {
                          exposure,
                          RoomInImage(forward.Mounted(), frame.T_map_base, parts_->scene.room));
   }
-  return forward.Take(exposure, blur_px, frame, MoversAt(parts_->scene, frame));
+  return forward.Take(exposure, blur_px, frame);
 }
 
 cv::Mat Renderer::RenderOmni(const Frame& frame) const {
@@ -193,8 +207,8 @@ const calib::Rig& Renderer::GetRig() const {
   return parts_->rig;
 }
 
-const std::vector<Box>& Renderer::Boxes() const {
-  return parts_->up.Boxes();
+const Objects& Renderer::GetObjects() const {
+  return parts_->objects;
 }
 
 }  // namespace ceilmap::simulator

@@ -3,11 +3,11 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
-#include <vector>
 
 #include "calib/rig.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/scene.hpp"
+#include "samples/simulator/solid.hpp"
 
 namespace ceilmap::simulator {
 
@@ -51,8 +51,9 @@ class Renderer {
   [[nodiscard]] const Scene& GetScene() const;
   /// The robot of MakePath and Render, parsed from RigYaml().
   [[nodiscard]] const calib::Rig& GetRig() const;
-  /// All objects between floor and ceiling, including random ones.
-  [[nodiscard]] const std::vector<Box>& Boxes() const;
+  /// All objects between floor and ceiling that stand still, including random ones, with known
+  /// points of structures and beams.
+  [[nodiscard]] const Objects& GetObjects() const;
 
  private:
   struct Parts;

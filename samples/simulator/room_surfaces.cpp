@@ -10,11 +10,7 @@ namespace ceilmap::simulator {
 using Eigen::Vector3d;
 
 RoomSurfaces::RoomSurfaces(const Scene& scene)
-    : room_(scene.room),
-      box_contrast_(static_cast<float>(scene.fixtures.contrast)),
-      wall_(scene.seed),
-      posters_(scene),
-      floor_(scene.seed) {}
+    : room_(scene.room), wall_(scene.seed), posters_(scene), floor_(scene.seed) {}
 
 Hit RoomSurfaces::Trace(const Vector3d& from,
                         const Vector3d& d,
@@ -59,12 +55,14 @@ float RoomSurfaces::FloorLight(const Vector3d& at, double footprint_m) const {
       std::max(0.0, room_.floor_brightness * (1 + room_.floor_contrast * texture)));
 }
 
-float RoomSurfaces::BoxLight(const BoxInView& box,
-                             const Vector3d& direction,
-                             const BoxInView::Entry& entry) const {
-  const Eigen::Vector2d at = box.OnFace(direction, entry);
-  const float texture = 1 + box_contrast_ * wall_.At(at.x(), at.y());
-  return std::max(0.0F, box.Light(entry) * texture);
+float RoomSurfaces::SolidLight(const SolidInView& solid,
+                               const Vector3d& from_camera,
+                               int face) const {
+  const Vector3d at = solid.InSolid(from_camera);
+  const float light = solid.Light(at, face);
+  if (solid.Contrast() == 0) return light;
+  const Eigen::Vector2d on_face = solid.OnFace(at, face);
+  return std::max(0.0F, light * (1 + solid.Contrast() * wall_.At(on_face.x(), on_face.y())));
 }
 
 }  // namespace ceilmap::simulator

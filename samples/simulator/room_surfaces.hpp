@@ -3,15 +3,15 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "samples/simulator/box_tracer.hpp"
 #include "samples/simulator/floor_texture.hpp"
 #include "samples/simulator/scene.hpp"
+#include "samples/simulator/solid_in_view.hpp"
 #include "samples/simulator/wall_posters.hpp"
 #include "samples/simulator/wall_texture.hpp"
 
 namespace ceilmap::simulator {
 
-/// Numbers of surfaces; boxes follow with six faces each, then the fields of posters. Two adjacent
+/// Numbers of surfaces; solids follow with six faces each, then the fields of posters. Two adjacent
 /// surfaces have different numbers.
 enum Surface : std::uint16_t {
   kCeiling = 0,
@@ -19,10 +19,10 @@ enum Surface : std::uint16_t {
   kFloor = 5,
   kNothing = 6,  ///< outside the field of view
   kRobot = 7,
-  kBoxes = 8,
+  kSolids = 8,
   kPosters = 48100
 };
-constexpr int kMaxBoxes = 8000;          ///< more boxes reuse numbers
+constexpr int kMaxSolids = 8000;         ///< more solids reuse numbers
 constexpr int kMaxPosterFields = 17000;  ///< the same
 
 /// Surface hit by a ray.
@@ -31,7 +31,7 @@ struct Hit {
   std::uint16_t surface = kNothing;
 };
 
-/// The light of the walls, posters, floor and boxes. Thread-safe.
+/// The light of the walls, posters, floor and solids. Thread-safe.
 class RoomSurfaces {
  public:
   explicit RoomSurfaces(const Scene& scene);
@@ -43,13 +43,14 @@ class RoomSurfaces {
                           const Eigen::Vector3d& direction,
                           double pixel_span,
                           double& distance) const;
-  /// The light of a box at the entry of a ray.
-  [[nodiscard]] float BoxLight(const BoxInView& box,
-                               const Eigen::Vector3d& direction,
-                               const BoxInView::Entry& entry) const;
-  /// @param index  of the box. @param face  as BoxInView::Entry.
-  static std::uint16_t BoxSurface(std::size_t index, int face) {
-    return static_cast<std::uint16_t>(kBoxes + (index % kMaxBoxes) * 6 + face);
+  /// The light of a solid. @param from_camera  Vector in map from the camera to a point of the
+  /// face.
+  [[nodiscard]] float SolidLight(const SolidInView& solid,
+                                 const Eigen::Vector3d& from_camera,
+                                 int face) const;
+  /// @param index  of the solid. @param face  as SolidInView::Entry.
+  static std::uint16_t SolidSurface(std::size_t index, int face) {
+    return static_cast<std::uint16_t>(kSolids + (index % kMaxSolids) * 6 + face);
   }
   [[nodiscard]] const Room& GetRoom() const { return room_; }
 
@@ -58,8 +59,7 @@ class RoomSurfaces {
   [[nodiscard]] float FloorLight(const Eigen::Vector3d& at, double footprint_m) const;
 
   Room room_;
-  float box_contrast_;
-  WallTexture wall_;  // also for boxes
+  WallTexture wall_;  // also for solids
   WallPosters posters_;
   FloorTexture floor_;
 };

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "calib/base/error.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/scene_fields.hpp"
+#include "samples/simulator/structures.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -131,6 +134,41 @@ void CheckOmni(const Scene& scene) {
   }
 }
 
+void CheckStructures(const Scene& scene) {
+  constexpr double kMaxSolids = 2e6;
+  double solids = 0;
+  for (const Structure& of : scene.structures) {
+    const std::string name = fmt::format("structures.{}", of.name);
+    const bool plain = std::all_of(of.name.begin(), of.name.end(), [](unsigned char c) {
+      return std::isalnum(c) != 0 || c == '-' || c == '_';
+    });
+    if (!plain || of.name.empty()) {
+      throw InputError(name + " has a wrong name, must consist of letters, digits, '-' and '_'");
+    }
+    CheckGroup(name.c_str(), of, kStructureFields);
+    const bool round = (Only(of.kind) & kRoundStructures) != 0;
+    const double top_m = of.height_m + (round ? of.width_m : of.depth_m);
+    if (!(top_m <= scene.room.height_m)) {
+      Fail(name + ".height_m",
+           of.height_m,
+           fmt::format("so low that its top, {:g} m higher, is not above the ceiling "
+                       "(room.height_m)",
+                       top_m - of.height_m));
+    }
+    const double room_m = of.along == Axis::kY ? scene.room.width_m : scene.room.length_m;
+    const double end_m = of.to_m > 0 ? std::min(of.to_m, room_m) : room_m;
+    if (!(of.from_m < end_m)) {
+      Fail(name + ".from_m",
+           of.from_m,
+           fmt::format("less than the end of the runs, {:g} (to_m, or the room's end)", end_m));
+    }
+    solids += CountSolids(of, scene.room);
+    if (solids > kMaxSolids) {
+      Fail(name + ".every_m", of.every_m, "greater: the structures have more than a million parts");
+    }
+  }
+}
+
 void CheckMovers(const Scene& scene) {
   for (std::size_t i = 0; i < scene.movers.size(); ++i) {
     const Mover& mover = scene.movers[i];
@@ -205,6 +243,7 @@ void Scene::Validate() const {
   }
   CheckMarks(*this);
   CheckBoxes(*this);
+  CheckStructures(*this);
   CheckMovers(*this);
   CheckSteps("picture", image.exposure_steps);
   CheckPath(*this);

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "samples/simulator/structure.hpp"
+
 namespace ceilmap::simulator {
 
 /// The simulated scene: a room, its ceiling and objects below it, a robot with an upward camera and
@@ -72,6 +74,10 @@ struct Ceiling {
   double stains_per_100m2 = 4;   ///< water stains and scuffs
   double vents_per_100m2 = 1.5;  ///< tiles replaced by an air vent
   double lamps_off_share = 0.0;  ///< fraction of the lamps that are switched off
+  /// Ribs of a corrugated deck, along x, at this spacing; 0: the ceiling is flat. The lower flanges
+  /// are at room.height_m, the upper ones rib_depth_m higher.
+  double rib_every_m = 0;
+  double rib_depth_m = 0.05;
   /// Additional marks at random positions, of random size and shape (all kinds).
   int marks = 0;
   std::vector<Mark> marks_at;
@@ -278,6 +284,7 @@ struct Scene {
   std::optional<Camera> forward;   ///< forward camera, with the same image times
   std::optional<OmniCamera> omni;  ///< omnidirectional camera, with the same image times
   Image image;                     ///< of all cameras
+  std::vector<Structure> structures;
   std::vector<Mover> movers;
   Path path;
   Debris debris;  ///< not with PathKind::kTum, whose poses contain the tilt

@@ -66,6 +66,8 @@ constexpr std::array kCeilingFields{
     Field<Ceiling>{"stains_per_100m2", &Ceiling::stains_per_100m2, 0, 500, kTilesOnly},
     Field<Ceiling>{"vents_per_100m2", &Ceiling::vents_per_100m2, 0, 500, kTilesOnly},
     Field<Ceiling>{"lamps_off_share", &Ceiling::lamps_off_share, 0, 1, kTilesOnly},
+    Field<Ceiling>{"rib_every_m", &Ceiling::rib_every_m, 0, 10},
+    Field<Ceiling>{"rib_depth_m", &Ceiling::rib_depth_m, 0.001, 1},
     Field<Ceiling>{"marks", &Ceiling::marks, 0, 100000},
 };
 
@@ -136,6 +138,35 @@ constexpr std::array kMoverFields{
     Field<Mover>{"to_s", &Mover::to_s, -1e10, 1e10},
 };
 
+constexpr unsigned kCrane = Only(StructureKind::kCrane);
+constexpr unsigned kFan = Only(StructureKind::kFan);
+constexpr unsigned kLongLamps = Only(StructureKind::kTube) | Only(StructureKind::kSkylight);
+constexpr unsigned kRoundStructures = Only(StructureKind::kRoundDuct) | Only(StructureKind::kPipe);
+constexpr unsigned kDetailed = kRoundStructures | Only(StructureKind::kDuct);
+constexpr unsigned kHanging = kDetailed | Only(StructureKind::kTray);
+
+constexpr std::array kStructureFields{
+    Field<Structure>{"height_m", &Structure::height_m, 0, 100},
+    Field<Structure>{"width_m", &Structure::width_m, 0.01, 50},
+    Field<Structure>{"depth_m", &Structure::depth_m, 0.01, 20, ~kRoundStructures},
+    Field<Structure>{"length_m", &Structure::length_m, 0.1, 100, kLongLamps},
+    Field<Structure>{"at_m", &Structure::at_m, 0, 2000},
+    Field<Structure>{"spacing_m", &Structure::spacing_m, 0, 2000},
+    Field<Structure>{"runs", &Structure::runs, 0, 100000},
+    Field<Structure>{"from_m", &Structure::from_m, 0, 2000},
+    Field<Structure>{"to_m", &Structure::to_m, 0, 2000},
+    Field<Structure>{"every_m", &Structure::every_m, 0.05, 2000},
+    Field<Structure>{"hanger_every_m", &Structure::hanger_every_m, 0, 2000, kHanging},
+    Field<Structure>{"jitter_m", &Structure::jitter_m, 0, 100},
+    Field<Structure>{"share", &Structure::share, 0, 1},
+    Field<Structure>{"details_per_10m", &Structure::details_per_10m, 0, 100, kDetailed},
+    Field<Structure>{"brightness", &Structure::brightness, 0, 7},
+    Field<Structure>{"contrast", &Structure::contrast, 0, 0.3},
+    Field<Structure>{"turn_rate_deg_s", &Structure::turn_rate_deg_s, -3600, 3600, kFan},
+    Field<Structure>{"speed_m_s", &Structure::speed_m_s, 0, 100, kCrane},
+    Field<Structure>{"travel_m", &Structure::travel_m, 0, 2000, kCrane},
+};
+
 constexpr std::array kImageFields{
     Field<Image>{"motion_blur", &Image::motion_blur},
     Field<Image>{"blur_px", &Image::blur_px, 0, 20},
@@ -177,6 +208,9 @@ constexpr std::array kBumpFields{
 constexpr std::array<std::string_view, 4> kCeilingKinds{"tiles", "periodic", "plaster", "uniform"};
 constexpr std::array<std::string_view, 5> kPathKinds{
     "lawnmower", "loops", "waypoints", "random_walk", "tum"};
+constexpr std::array<std::string_view, 10> kStructureKinds{
+    "truss", "duct", "round_duct", "tray", "pipe", "pendant", "tube", "skylight", "fan", "crane"};
+constexpr std::array<std::string_view, 2> kAxes{"x", "y"};
 
 /// Columns of the lists, for messages.
 constexpr std::string_view kMarkColumns = "x_m, y_m, radius_m, brightness";

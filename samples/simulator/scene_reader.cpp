@@ -67,8 +67,11 @@ void ReadFields(const YamlValue& value,
 }
 
 template <typename Kind, std::size_t N>
-void ReadKind(const YamlValue& value, const std::array<std::string_view, N>& names, Kind& kind) {
-  const auto given = value.Find("kind");
+void ReadKind(const YamlValue& value,
+              const std::array<std::string_view, N>& names,
+              Kind& kind,
+              std::string_view key = "kind") {
+  const auto given = value.Find(key);
   if (!given) return;
   const std::string text = given->Text();
   for (std::size_t i = 0; i < N; ++i) {
@@ -211,6 +214,22 @@ void ReadFieldRows(const YamlValue& value,
   });
 }
 
+Structure ReadStructure(const std::string& name, const YamlValue& value) {
+  AllowOnly(value, kStructureFields, "kind", "along");
+  StructureKind kind = StructureKind::kPipe;
+  (void)value.At("kind", fmt::format("one of {}", fmt::join(kStructureKinds, ", ")));
+  ReadKind(value, kStructureKinds, kind);
+  Structure structure = DefaultStructure(kind);
+  structure.name = name;
+  ReadKind(value, kAxes, structure.along, "along");
+  ReadFields(value,
+             kStructureFields,
+             structure,
+             Only(kind),
+             kStructureKinds.at(static_cast<std::size_t>(kind)));
+  return structure;
+}
+
 void ReadDebris(const YamlValue& value, const Path& path, Debris& debris) {
   value.AllowOnly({"bumps"});
   const auto bumps = value.Find("bumps");
@@ -232,6 +251,7 @@ Scene ReadAll(const YamlValue& root) {
                   "forward",
                   "omni",
                   "picture",
+                  "structures",
                   "movers",
                   "path",
                   "debris"});
@@ -254,6 +274,11 @@ Scene ReadAll(const YamlValue& root) {
     ReadForward(*forward, scene.forward.emplace(DefaultForwardCamera()));
   }
   if (const auto omni = root.Find("omni")) ReadOmni(*omni, scene.omni.emplace());
+  if (const auto structures = root.Find("structures")) {
+    for (const auto& [name, value] : structures->Entries()) {
+      scene.structures.push_back(ReadStructure(name, value));
+    }
+  }
   ReadFieldRows(root, "movers", kMoverColumns, kMoverFields, scene.movers);
   if (const auto image = root.Find("picture")) ReadImage(*image, scene.image);
   if (const auto path = root.Find("path")) ReadPath(*path, scene.path);

@@ -199,6 +199,19 @@ TEST_F(SimulateTest, ReplacesAnEarlierRecordingOnlyWithForce) {
   EXPECT_EQ(files::ReadTum(folder_ / "run/truth.tum").size(), 2U);
 }
 
+TEST_F(SimulateTest, StructuresHaveKnownPoints) {
+  folder_.Write("lamps.yaml",
+                kScene + "structures:\n  lamp: {kind: pendant, height_m: 1.9, every_m: 7}\n");
+  Simulate({"lamps.yaml", "-o", "run", "--frames", "2"});
+  EXPECT_EQ(ReadAll(folder_ / "run/points.csv"), "name,x,y,z\nlamp-1,3.500000,1.000000,1.900000\n");
+  const support::ProcessResult refused = Run({"simulate", "lamps.yaml", "-o", "run"});
+  EXPECT_EQ(refused.exit_code, 2);
+  // The same scene without structures: the earlier points go.
+  Simulate({"scene.yaml", "-o", "run", "--frames", "2", "--force"});
+  EXPECT_THAT(NamesIn("run"),
+              ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
+}
+
 TEST_F(SimulateTest, ForwardCameraHasAVideoOfItsOwn) {
   const std::string forward = "forward: {width_px: 200, height_px: 160, focal_px: 170}\n";
   folder_.Write("both.yaml", kScene + forward + "debris: {bumps: [1, 0.6, 4, 1]}\n");

@@ -142,6 +142,47 @@ TEST(Scene, FaultsOfOmniCameraAndMoversAreSaid) {
   EXPECT_THAT(ErrorOf("ceiling: {symmetric: true}"), HasSubstr("absent for kind tiles"));
 }
 
+TEST(Scene, ReadsStructuresWithTheDefaultsOfTheirKind) {
+  const Scene scene = ParseScene(R"(structures:
+  supply: {kind: duct, along: y, height_m: 2, at_m: 3, spacing_m: 4, runs: 2}
+  fan: {kind: fan, height_m: 2.1, turn_rate_deg_s: -90}
+)",
+                                 "s.yaml");
+  ASSERT_EQ(scene.structures.size(), 2U);
+  const Structure& duct = scene.structures[0];
+  EXPECT_EQ(duct.name, "supply");
+  EXPECT_EQ(duct.kind, StructureKind::kDuct);
+  EXPECT_EQ(duct.along, Axis::kY);
+  EXPECT_EQ(duct.runs, 2);
+  EXPECT_EQ(duct.width_m, 0.6);  // a duct's own default
+  EXPECT_EQ(scene.structures[1].along, Axis::kX);
+  EXPECT_EQ(scene.structures[1].turn_rate_deg_s, -90);
+}
+
+TEST(Scene, FaultsOfStructuresAreSaidWithTheirLine) {
+  EXPECT_EQ(ErrorOf("structures:\n  a: {kind: wire}"),
+            "s.yaml:2: structures.a.kind = wire, must be one of truss, duct, round_duct, tray, "
+            "pipe, pendant, tube, skylight, fan, crane; correct it");
+  EXPECT_THAT(ErrorOf("structures:\n  a: {height_m: 2}"), HasSubstr("s.yaml:2: structures.a.kind"));
+  EXPECT_EQ(ErrorOf("structures:\n  a: {kind: pipe, depth_m: 0.1}"),
+            "s.yaml:2: structures.a.depth_m = 0.1, must be absent for kind pipe; remove it, it "
+            "would have no effect");
+  EXPECT_EQ(ErrorOf("structures:\n  a: {kind: pipe, along: z}"),
+            "s.yaml:2: structures.a.along = z, must be one of x, y; correct it");
+  EXPECT_EQ(ErrorOf("structures:\n  a: {kind: duct, height_m: 2.5}"),
+            "s.yaml: structures.a.height_m = 2.5, must be so low that its top, 0.35 m higher, is "
+            "not above the ceiling (room.height_m)");
+  EXPECT_EQ(ErrorOf("structures:\n  a: {kind: pipe, from_m: 3, to_m: 2}"),
+            "s.yaml: structures.a.from_m = 3, must be less than the end of the runs, 2 (to_m, or "
+            "the room's end)");
+  EXPECT_EQ(ErrorOf("structures:\n  'a,b': {kind: pipe}"),
+            "s.yaml: structures.a,b has a wrong name, must consist of letters, digits, '-' and "
+            "'_'");
+  EXPECT_THAT(ErrorOf("room: {length_m: 2000, width_m: 2000}\nstructures:\n"
+                      "  a: {kind: tray, spacing_m: 1, every_m: 0.05}"),
+              HasSubstr("structures.a.every_m = 0.05, must be greater"));
+}
+
 TEST(Scene, PathOfATumFileStartsAtTheScene) {
   const Scene scene = ParseScene("path: {kind: tum, tum_file: drive.tum}", "some/where/s.yaml");
   EXPECT_EQ(scene.path.tum_file, std::filesystem::path("some/where/drive.tum"));
@@ -161,7 +202,11 @@ TEST(Scene, SamplesAreValid) {
                            "periodic-turns",
                            "dark-turn",
                            "colour-room",
-                           "colour-boards"}) {
+                           "colour-boards",
+                           "plant",
+                           "plant-debris",
+                           "beams-corridor",
+                           "fans"}) {
     const fs::path file = scenes / (std::string(name) + ".yaml");
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }
