@@ -49,7 +49,7 @@ class MapReader;
 
 /// Writes NAME.gpkg: an OGC GeoPackage with the layers `mosaic` (raster tile pyramid, grey +
 /// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots` (vector) and the tables
-/// `keyframe_images`, `ceilmap_metadata`.
+/// `keyframe_pictures`, `place_descriptors`, `keyframe_heights`, `view_mask`, `ceilmap_metadata`.
 ///
 /// All data are written to a partial file beside the target (with a fixed name, so that the next
 /// run replaces the partial file of a killed one); Commit() closes it, syncs it to disk and renames
@@ -116,7 +116,8 @@ class MapReader {
 
   [[nodiscard]] const MapMetadata& Metadata() const;
   [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic
-  [[nodiscard]] std::vector<graph::Keyframe> ReadKeyframes() const;  ///< without images, by id
+  /// By id, with heights, without images.
+  [[nodiscard]] std::vector<graph::Keyframe> ReadKeyframes() const;
   [[nodiscard]] cv::Mat ReadImage(std::int64_t keyframe_id) const;
   /// CV_32FC1 as returned by PlaceDescriber.
   [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;

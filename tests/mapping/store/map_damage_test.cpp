@@ -176,6 +176,66 @@ TEST(MapDamage, ImpossibleRows) {
   }
 }
 
+/// The message of reading the keyframes of a good map changed by `sql`, without the file's name.
+std::string MessageOfKeyframes(const std::string& sql) {
+  const support::TempFolder folder;
+  const fs::path file = Altered(folder, {sql});
+  try {
+    (void)MapReader(file).ReadKeyframes();
+    return "";
+  } catch (const InputError& error) {
+    return std::string(error.what()).substr(file.string().size());
+  }
+}
+
+TEST(MapDamage, ImpossibleHeights) {
+  const auto damaged = [](const std::string& what) {
+    return ": table keyframe_heights, row 4: " + what + "; the file is damaged";
+  };
+  const auto set = [](const std::string& what) {
+    return "UPDATE keyframe_heights SET " + what + " WHERE id = 4";
+  };
+  EXPECT_EQ(MessageOfKeyframes(set("columns = 4")), "");
+  for (const char* size : {"columns = 3",
+                           "columns = 0",
+                           "columns = -4",
+                           "columns = 2147483647, rows = 2147483647",
+                           "rows = 4",
+                           "float32 = NULL",
+                           "float32 = x'00'",
+                           "float32 = substr(float32, 1, 95)"}) {
+    EXPECT_EQ(MessageOfKeyframes(set(size)), damaged("heights of an impossible size")) << size;
+  }
+  EXPECT_EQ(MessageOfKeyframes(set("columns = NULL")), damaged("no value in column 'columns'"));
+  EXPECT_EQ(MessageOfKeyframes(set("first_v = -9e999")), damaged("column 'first_v' is not finite"));
+  for (const char* grid :
+       {"first_u = 1e9", "step_u = 0", "step_v = -16", "step_v = 1e9", "scale_sigma = -0.1"}) {
+    EXPECT_EQ(MessageOfKeyframes(set(grid)), damaged("heights on an impossible grid")) << grid;
+  }
+  // The first cell's rho or sigma as NaN, infinity, -1 and 2^24.
+  for (const char* number : {"0000C07F", "0000807F", "000080BF", "0000804B"}) {
+    const std::string bytes = std::string("x'") + number + "'";
+    EXPECT_EQ(
+        MessageOfKeyframes(set("float32 = CAST(" + bytes + " || substr(float32, 5) AS BLOB)")),
+        damaged("heights out of range"))
+        << number;
+    EXPECT_EQ(MessageOfKeyframes(set("float32 = CAST(substr(float32, 1, 4) || " + bytes +
+                                     " || substr(float32, 9) AS BLOB)")),
+              damaged("heights out of range"))
+        << number;
+  }
+  EXPECT_EQ(MessageOfKeyframes("UPDATE keyframe_heights SET id = 9 WHERE id = 4"),
+            ": table keyframe_heights: keyframe 9 is missing; the file is damaged");
+}
+
+TEST(MapDamage, MapsWithoutHeightsAreRead) {
+  const support::TempFolder folder;
+  const MapReader reader(Altered(folder, {"DROP TABLE keyframe_heights"}));
+  for (const graph::Keyframe& keyframe : reader.ReadKeyframes()) {
+    EXPECT_EQ(keyframe.heights, nullptr);
+  }
+}
+
 TEST(MapDamage, ImagesOfAnotherSizeAreNotDecoded) {
   const support::TempFolder folder;
   // The header of a PNG of 60000 x 60000 pixels.

@@ -86,6 +86,29 @@ TEST(MapFile, KeepsPosesEdgesAndImagesExactly) {
   }
 }
 
+TEST(MapFile, KeepsHeightsExactly) {
+  const support::TempFolder folder;
+  const SmallMap map;
+  map.Write(folder / "map.gpkg");
+  const std::vector<graph::Keyframe> read = MapReader(folder / "map.gpkg").ReadGraph().keyframes;
+  ASSERT_EQ(read.size(), map.keyframes.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    ASSERT_EQ(read[i].heights != nullptr, i == 1 || i == 4) << i;
+    if (!read[i].heights) continue;
+    const heights::HeightField& a = *read[i].heights;
+    const heights::HeightField& b = *map.keyframes[i].heights;
+    EXPECT_EQ(a.grid, b.grid);
+    EXPECT_EQ(a.first_px, b.first_px);
+    EXPECT_EQ(a.step_px, b.step_px);
+    EXPECT_EQ(a.scale_sigma, b.scale_sigma);
+    ASSERT_EQ(a.cells.size(), b.cells.size());
+    for (std::size_t c = 0; c < a.cells.size(); ++c) {
+      EXPECT_EQ(a.cells[c].rho, b.cells[c].rho);
+      EXPECT_EQ(a.cells[c].sigma, b.cells[c].sigma);
+    }
+  }
+}
+
 TEST(MapFile, KeepsWeakSpotsAndQualityExactly) {
   const support::TempFolder folder;
   const graph::MapGraph graph = SmallMap().Graph();
