@@ -171,6 +171,37 @@ ordered_json PictureToJson(const PagePicture& picture, const std::string& url) {
           {"extent", {picture.min_x, picture.min_y, picture.max_x, picture.max_y}}};
 }
 
+// A byte for each cell: 0 where not known, otherwise 1 more than the steps above the lowest height.
+ordered_json HeightsToJson(const PageHeights& heights) {
+  constexpr double kFinestStepM = 0.01;
+  constexpr int kMaxSteps = 254;
+  double lowest = std::numeric_limits<double>::infinity();
+  double highest = -lowest;
+  for (const float metres : heights.metres) {
+    if (std::isnan(metres)) continue;
+    lowest = std::min<double>(lowest, metres);
+    highest = std::max<double>(highest, metres);
+  }
+  if (!(lowest <= highest)) return nullptr;
+  const double step = std::max(kFinestStepM, (highest - lowest) / kMaxSteps);
+  std::vector<unsigned char> cells;
+  cells.reserve(heights.metres.size());
+  for (const float metres : heights.metres) {
+    cells.push_back(std::isnan(metres)
+                        ? 0
+                        : static_cast<unsigned char>(1 + std::lround((metres - lowest) / step)));
+  }
+  return {{"columns", heights.columns},
+          {"rows", heights.rows},
+          {"min_x", heights.min_x},
+          {"max_y", heights.max_y},
+          {"cell", heights.cell},
+          {"lowest_m", lowest},
+          {"highest_m", highest},
+          {"step_m", step},
+          {"cells", Base64(cells)}};
+}
+
 ordered_json KeyframesToJson(const std::vector<PageKeyframe>& keyframes) {
   ordered_json json = {{"id", ordered_json::array()},
                        {"x", ordered_json::array()},
@@ -268,6 +299,7 @@ std::string WriteDocument(const PageData& data,
                       {"state", StateToJson(state)},
                       {"first_stamp_s", first_s},
                       {"picture", PictureToJson(data.picture, picture_url)},
+                      {"heights", HeightsToJson(data.heights)},
                       {"paths", PathsToJson(data.paths, first_s)},
                       {"keyframes", KeyframesToJson(data.keyframes)},
                       {"edges", EdgesToJson(data.edges)},
