@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -175,14 +176,17 @@ ordered_json PictureToJson(const PagePicture& picture, const std::string& url) {
 ordered_json HeightsToJson(const PageHeights& heights) {
   constexpr double kFinestStepM = 0.01;
   constexpr int kMaxSteps = 254;
-  double lowest = std::numeric_limits<double>::infinity();
-  double highest = -lowest;
-  for (const float metres : heights.metres) {
-    if (std::isnan(metres)) continue;
-    lowest = std::min<double>(lowest, metres);
-    highest = std::max<double>(highest, metres);
-  }
-  if (!(lowest <= highest)) return nullptr;
+  std::vector<float> known;
+  std::copy_if(
+      heights.metres.begin(), heights.metres.end(), std::back_inserter(known), [](float metres) {
+        return !std::isnan(metres);
+      });
+  if (known.empty()) return nullptr;
+  std::sort(known.begin(), known.end());
+  const double lowest = known.front();
+  const double highest = known.back();
+  // Few wrong heights must not take up the scale of colours.
+  const std::size_t outliers = known.size() / 50;  // at each end
   const double step = std::max(kFinestStepM, (highest - lowest) / kMaxSteps);
   std::vector<unsigned char> cells;
   cells.reserve(heights.metres.size());
@@ -198,6 +202,7 @@ ordered_json HeightsToJson(const PageHeights& heights) {
           {"cell", heights.cell},
           {"lowest_m", lowest},
           {"highest_m", highest},
+          {"colours_m", {known[outliers], known[known.size() - 1 - outliers]}},
           {"step_m", step},
           {"cells", Base64(cells)}};
 }

@@ -137,23 +137,25 @@ function drawHeights(heights) {
   const canvas = make('canvas', {width: heights.columns, height: heights.rows});
   const context = canvas.getContext('2d');
   const picture = context.createImageData(heights.columns, heights.rows);
-  const span = heights.highest_m - heights.lowest_m || 1;
+  const [from, to] = heights.colours_m;
   heights.cells.forEach((cell, i) => {
     if (!cell) return;
-    picture.data.set([...heightColour((heights.metres(i) - heights.lowest_m) / span), 255], 4 * i);
+    picture.data.set([...heightColour((heights.metres(i) - from) / (to - from || 1)), 255], 4 * i);
   });
   context.putImageData(picture, 0, 0);
   const [minX, minY, maxX, maxY] = heights.extent;
   return L.imageOverlay(canvas.toDataURL(), [[minY, minX], [maxY, maxX]],
-                        {className: 'heights', pane: 'heights', alt: 'Heights', opacity: 0.7});
+                        {className: 'heights', pane: 'heights', alt: 'Heights', opacity: 0.8});
 }
 
 /** The scale: a height of each colour, from the highest to the lowest. */
-function heightLegend({lowest_m: lowest, highest_m: highest}) {
-  const steps = highest > lowest ? heightColours.length - 1 : 0;
+function heightLegend({lowest_m: lowest, highest_m: highest, colours_m: [from, to]}) {
+  const steps = to > from ? heightColours.length - 1 : 0;
   return Object.fromEntries(Array.from({length: steps + 1}, (_, i) => {
     const part = steps ? 1 - i / steps : 0;
-    return [`${decimals(lowest + part * (highest - lowest), 2)} m`,
+    // The colours of the ends are also those of heights beyond.
+    const sign = i === 0 && highest > to ? '\u2265 ' : i === steps && lowest < from ? '\u2264 ' : '';
+    return [`${sign}${decimals(from + part * (to - from), 2)} m`,
             `rgb(${heightColour(part).join()})`];
   }));
 }

@@ -1,11 +1,11 @@
 // Heights of a map compared with known points of the ceiling:
-//   ceilmap_heights_bench MAP.gpkg POINTS.csv TRUTH.tum
+//   ceilmap_heights_bench MAP.gpkg POINTS.csv TRUTH.tum [--all]
 // POINTS.csv has the columns name,x,y,z in the frame of TRUTH.tum, metres above the floor. The map
 // is aligned by its trajectory. The height of a point is that of the map's raster, as `export
 // --format heights` and the page show it. Errors are those of the height above the camera, relative
 // to it. `cells agree` is the fraction of the measured cells of all keyframes within half a cell of
 // the point that have its height within 8 %: low where the point is missed in the images, not by
-// the raster. Exits with 1 when a bound is broken.
+// the raster. `--all` lists each point. Exits with 1 when a bound is broken.
 
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ constexpr double kMaxMedian = 0.03;
 constexpr double kMaxError90 = 0.08;
 
 struct Point {
-  std::string kind;  // name without its number
+  std::string name;
   Eigen::Vector2d p_map;
   double z_m = 0;  // above the floor
 };
@@ -69,7 +69,7 @@ std::vector<Point> ReadPoints(const std::string& file, const Pose2& T_map_truth)
     const Eigen::Vector2d p_truth(table.Number(row, table.Column("x")),
                                   table.Number(row, table.Column("y")));
     points.push_back(
-        {KindOf(row.fields[name]), T_map_truth * p_truth, table.Number(row, table.Column("z"))});
+        {row.fields[name], T_map_truth * p_truth, table.Number(row, table.Column("z"))});
   }
   return points;
 }
@@ -161,14 +161,29 @@ void Print(const std::string& kind, const std::vector<Result>& results, bool& go
   good = median <= kMaxMedian && error90 <= kMaxError90;
 }
 
-int Run(const std::string& map_file, const std::string& points_file, const std::string& truth) {
+int Run(const std::string& map_file,
+        const std::string& points_file,
+        const std::string& truth,
+        bool list) {
   const store::MapReader map(map_file);
   const Comparison comparison(map);
   std::map<std::string, std::vector<Result>> kinds;
   std::vector<Result> all;
   for (const Point& point : ReadPoints(points_file, AlignMap(map, files::ReadTum(truth)))) {
     all.push_back(comparison.Compare(point));
-    kinds[point.kind].push_back(all.back());
+    const Result& result = all.back();
+    kinds[KindOf(point.name)].push_back(result);
+    if (!list) continue;
+    fmt::print(
+        "{:<14} at ({:6.2f}, {:6.2f}), {:.2f} m above the floor: error {:>+6.1f} %, {} of {} "
+        "cells agree\n",
+        point.name,
+        point.p_map.x(),
+        point.p_map.y(),
+        point.z_m,
+        100 * result.error.value_or(std::nan("")),
+        result.agree,
+        result.cells);
   }
   fmt::print("{:<12} {:>7} {:>6} {:>9} {:>9} {:>9} {:>12}\n",
              "",
@@ -189,12 +204,13 @@ int Run(const std::string& map_file, const std::string& points_file, const std::
 }  // namespace ceilmap::bench
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    fmt::print(stderr, "usage: ceilmap_heights_bench MAP.gpkg POINTS.csv TRUTH.tum\n");
+  const bool list = argc == 5 && std::string(argv[4]) == "--all";
+  if (argc != 4 && !list) {
+    fmt::print(stderr, "usage: ceilmap_heights_bench MAP.gpkg POINTS.csv TRUTH.tum [--all]\n");
     return 2;
   }
   try {
-    return ceilmap::bench::Run(argv[1], argv[2], argv[3]);
+    return ceilmap::bench::Run(argv[1], argv[2], argv[3], list);
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;

@@ -109,7 +109,8 @@ TEST_F(PageInBrowser, ShowsHeightsAsALayerAndUnderThePointer) {
       browser_->Run("const image = document.querySelector('img.heights');"
                     "const canvas = document.createElement('canvas');"
                     "[canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];"
-                    "const context = canvas.getContext('2d'); context.drawImage(image, 0, 0);"
+                    "const context = canvas.getContext('2d', {willReadFrequently: true}); "
+                    "context.drawImage(image, 0, 0);"
                     "return [[20, 4], [20, 5], [20, 9], [0, 0]].map(([u, v]) => "
                     "[...context.getImageData(u, v, 1, 1).data].join())"),
       json({"48,18,59,255", "31,158,137,255", "253,231,80,255", "0,0,0,0"}));

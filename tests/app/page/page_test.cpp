@@ -225,13 +225,18 @@ TEST(PageDocument, HoldsHeightsInSteps) {
   EXPECT_EQ(heights["cell"], 0.5);
   EXPECT_EQ(heights["lowest_m"], 3.5);
   EXPECT_EQ(heights["highest_m"], 4);
+  EXPECT_THAT(heights["colours_m"], ElementsAre(3.5, 4));
   EXPECT_EQ(heights["step_m"], 0.01);
   EXPECT_EQ(heights["cells"], "AQADMw==");  // 1, 0, 3, 51
   data.heights.metres[3] = 3.5F + 2 * 2.54F;
   heights = DocumentOf(data)["heights"];
   EXPECT_NEAR(heights["step_m"].get<double>(), 0.02, 1e-6);
   EXPECT_EQ(heights["cells"], "AQAC/w==");  // 1, 0, 2, 255
-  data.heights.metres.assign(4, std::nanf(""));
+  data.heights = {10, 10, 0, 0, 1, std::vector<float>(100, 5)};
+  for (const int i : {3, 10, 50}) data.heights.metres[i] = 9;
+  for (const int i : {4, 11}) data.heights.metres[i] = 1;
+  EXPECT_THAT(DocumentOf(data)["heights"]["colours_m"], ElementsAre(5, 9));
+  data.heights.metres.assign(100, std::nanf(""));
   EXPECT_TRUE(DocumentOf(data)["heights"].is_null());
 }
 
