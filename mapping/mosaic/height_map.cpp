@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
-#include "mapping/mosaic/view_placement.hpp"
+#include "calib/base/parallel.hpp"
 #include "mapping/store/map_metadata.hpp"
 
 namespace ceilmap::mosaic {
@@ -21,10 +22,17 @@ constexpr float kCovers = 1.0F / 3;
 /// A place is known from this weight on; one accurate block at half of its radius has 0.5.
 constexpr float kMinWeight = 0.1F;
 constexpr double kAccurate = 0.01;  // standard deviation of a vote of weight 1
-constexpr int kFillPasses = 5;      // widest gap that is filled, cells from its border
+/// A surface hides a place if its ratio is larger than that of the ray by this part.
+constexpr float kNearer = 0.05F;
+constexpr int kFillPasses = 5;  // widest gap that is filled, cells from its border
 
 std::int64_t SquareKey(int x, int y) {
   return std::int64_t{y} * (std::int64_t{1} << 32) + x;
+}
+
+cv::Point SquareAt(std::int64_t key) {
+  const auto x = static_cast<std::int32_t>(key & 0xffffffff);
+  return {x, static_cast<int>((key - x) / (std::int64_t{1} << 32))};
 }
 
 int SquareOf(int cell) {
@@ -51,6 +59,16 @@ void ForEachPoint(const std::vector<graph::Keyframe>& keyframes,
     }
   }
 }
+
+/// The height of one cell of a keyframe, in the raster. The centre of the first pixel is (0, 0).
+struct Vote {
+  float col;
+  float row;
+  float radius;  // of influence, pixels of the raster
+  float rho;
+  float weight;
+};
+using Votes = std::unordered_map<std::int64_t, std::vector<Vote>>;  // by square
 
 /// One surface as seen by one vote at a place.
 struct Opinion {
@@ -125,10 +143,55 @@ void FillBorder(cv::Mat& rho) {
   }
 }
 
-}  // namespace
+/// Calls visit(col, row, weight) for each pixel of the window that a vote reaches.
+template <typename Visit>
+void ForEachReached(const Vote& vote, const cv::Rect& window, const Visit& visit) {
+  const auto from = [&](float at) { return static_cast<int>(std::ceil(at - vote.radius)); };
+  const auto to = [&](float at) { return static_cast<int>(std::floor(at + vote.radius)); };
+  const int last_row = std::min(window.br().y - 1, to(vote.row));
+  const int last_col = std::min(window.br().x - 1, to(vote.col));
+  for (int row = std::max(window.y, from(vote.row)); row <= last_row; ++row) {
+    for (int col = std::max(window.x, from(vote.col)); col <= last_col; ++col) {
+      const float dx = (static_cast<float>(col) - vote.col) / vote.radius;
+      const float dy = (static_cast<float>(row) - vote.row) / vote.radius;
+      const float part = 1 - dx * dx - dy * dy;
+      if (part > 0) visit(col, row, vote.weight * part * part);
+    }
+  }
+}
 
-HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
-                     const store::MapMetadata& metadata) {
+cv::Mat ElectAll(const Votes& votes, const cv::Rect& window) {
+  std::vector<std::vector<Opinion>> opinions(static_cast<std::size_t>(window.area()));
+  constexpr int kFar = static_cast<int>(kMaxRadius) + 1;
+  for (int y = SquareOf(window.y - kFar); y <= SquareOf(window.br().y - 1 + kFar); ++y) {
+    for (int x = SquareOf(window.x - kFar); x <= SquareOf(window.br().x - 1 + kFar); ++x) {
+      const auto found = votes.find(SquareKey(x, y));
+      if (found == votes.end()) continue;
+      for (const Vote& vote : found->second) {
+        ForEachReached(vote, window, [&](int col, int row, float weight) {
+          const int at = (row - window.y) * window.width + col - window.x;
+          opinions[static_cast<std::size_t>(at)].push_back({vote.rho, weight});
+        });
+      }
+    }
+  }
+  cv::Mat rho(window.size(), CV_32FC1);
+  std::transform(opinions.begin(), opinions.end(), rho.begin<float>(), Elect);
+  return rho;
+}
+
+/// One square of the raster. Its values do not depend on the others.
+cv::Mat MakeSquare(const Votes& votes, const cv::Point& square) {
+  constexpr int kWide = kSquare + 2 * kFillPasses;
+  const cv::Point first = kSquare * square - cv::Point(kFillPasses, kFillPasses);
+  cv::Mat rho = ElectAll(votes, {first, cv::Size(kWide, kWide)});
+  for (int pass = 0; pass < kFillPasses; ++pass) FillBorder(rho);
+  return rho(cv::Rect(kFillPasses, kFillPasses, kSquare, kSquare)).clone();
+}
+
+/// Extent of a raster; without pixels where nothing is known, or the numbers are no usable ones.
+store::MosaicGrid GridOf(const std::vector<graph::Keyframe>& keyframes,
+                         const store::MapMetadata& metadata) {
   double finest = 0;
   cv::Point2d low;
   cv::Point2d high;
@@ -140,89 +203,152 @@ HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
                  low = first ? at : cv::Point2d(std::min(low.x, at.x), std::min(low.y, at.y));
                  high = first ? at : cv::Point2d(std::max(high.x, at.x), std::max(high.y, at.y));
                });
-  if (!(finest > 0)) return;
-  // Without pixels where the numbers are not those of a building.
+  if (!(finest > 0)) return {};
+  constexpr double kMargin = kMaxRadius + kFillPasses;
+  constexpr double kMaxPixels = 1e9;
   store::MosaicGrid grid;
   grid.resolution = finest / kCellsPerStep;
-  const double margin = kMaxRadius + kFillPasses;
-  grid.min_x = (std::floor(low.x / grid.resolution) - margin) * grid.resolution;
-  grid.max_y = (std::ceil(high.y / grid.resolution) + margin) * grid.resolution;
-  constexpr double kMaxPixels = 1e9;
-  grid.width_px = static_cast<int>(
-      std::min(std::ceil((high.x - grid.min_x) / grid.resolution) + margin, kMaxPixels));
-  grid.height_px = static_cast<int>(
-      std::min(std::ceil((grid.max_y - low.y) / grid.resolution) + margin, kMaxPixels));
-  if (!store::Problem(grid).empty()) return;
-  grid_ = grid;
+  grid.min_x = (std::floor(low.x / grid.resolution) - kMargin) * grid.resolution;
+  grid.max_y = (std::ceil(high.y / grid.resolution) + kMargin) * grid.resolution;
+  const auto pixels = [&](double length) {
+    return static_cast<int>(std::min(std::ceil(length / grid.resolution) + kMargin, kMaxPixels));
+  };
+  grid.width_px = pixels(high.x - grid.min_x);
+  grid.height_px = pixels(grid.max_y - low.y);
+  return store::Problem(grid).empty() ? grid : store::MosaicGrid();
+}
+
+}  // namespace
+
+HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
+                     const store::MapMetadata& metadata,
+                     int threads)
+    : grid_(GridOf(keyframes, metadata)) {
+  if (grid_.width_px == 0) return;
+  Votes votes;
   ForEachPoint(keyframes,
                metadata,
                [&](const cv::Point2d& at, const heights::HeightCell& cell, double step) {
                  const double radius = kReach * step / (cell.rho * grid_.resolution);
                  const double part = kAccurate / std::max<double>(cell.sigma, kAccurate);
-                 Add({static_cast<float>((at.x - grid_.min_x) / grid_.resolution - 0.5),
-                      static_cast<float>((grid_.max_y - at.y) / grid_.resolution - 0.5),
-                      std::min(static_cast<float>(radius), kMaxRadius),
-                      cell.rho,
-                      static_cast<float>(part * part)});
+                 const Vote vote{static_cast<float>((at.x - grid_.min_x) / grid_.resolution - 0.5),
+                                 static_cast<float>((grid_.max_y - at.y) / grid_.resolution - 0.5),
+                                 std::min(static_cast<float>(radius), kMaxRadius),
+                                 cell.rho,
+                                 static_cast<float>(part * part)};
+                 const int x = SquareOf(static_cast<int>(vote.col));
+                 const int y = SquareOf(static_cast<int>(vote.row));
+                 votes[SquareKey(x, y)].push_back(vote);
+                 // Votes reach into the squares around their own.
+                 for (int v = y - 1; v <= y + 1; ++v) {
+                   for (int u = x - 1; u <= x + 1; ++u) squares_[SquareKey(u, v)];
+                 }
                });
-}
-
-void HeightMap::Add(const Vote& vote) {
-  votes_[SquareKey(SquareOf(static_cast<int>(vote.col)), SquareOf(static_cast<int>(vote.row)))]
-      .push_back(vote);
-}
-
-cv::Mat HeightMap::Elected(const cv::Rect& window) const {
-  std::vector<std::vector<Opinion>> opinions(static_cast<std::size_t>(window.area()));
-  const auto reach = static_cast<int>(kMaxRadius) + 1;
-  for (int y = SquareOf(window.y - reach); y <= SquareOf(window.br().y - 1 + reach); ++y) {
-    for (int x = SquareOf(window.x - reach); x <= SquareOf(window.br().x - 1 + reach); ++x) {
-      const auto found = votes_.find(SquareKey(x, y));
-      if (found == votes_.end()) continue;
-      for (const Vote& vote : found->second) {
-        const int first_col =
-            std::max(window.x, static_cast<int>(std::ceil(vote.col - vote.radius)));
-        const int last_col =
-            std::min(window.br().x - 1, static_cast<int>(std::floor(vote.col + vote.radius)));
-        const int first_row =
-            std::max(window.y, static_cast<int>(std::ceil(vote.row - vote.radius)));
-        const int last_row =
-            std::min(window.br().y - 1, static_cast<int>(std::floor(vote.row + vote.radius)));
-        for (int row = first_row; row <= last_row; ++row) {
-          for (int col = first_col; col <= last_col; ++col) {
-            const float dx = (static_cast<float>(col) - vote.col) / vote.radius;
-            const float dy = (static_cast<float>(row) - vote.row) / vote.radius;
-            const float fall = 1 - dx * dx - dy * dy;
-            if (fall <= 0) continue;
-            const auto at =
-                static_cast<std::size_t>(row - window.y) * static_cast<std::size_t>(window.width) +
-                static_cast<std::size_t>(col - window.x);
-            opinions[at].push_back({vote.rho, vote.weight * fall * fall});
-          }
-        }
-      }
+  std::vector<std::pair<std::int64_t, cv::Mat*>> work;
+  for (auto& [key, square] : squares_) work.emplace_back(key, &square);
+  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
+  ParallelFor(static_cast<int>(work.size()), std::max(threads, 1), [&](int i) {
+    const auto& [key, square] = work[static_cast<std::size_t>(i)];
+    *square = MakeSquare(votes, SquareAt(key));
+  });
+  bool first = true;
+  for (const auto& [key, square] : squares_) {
+    for (const float rho : cv::Mat_<float>(square)) {
+      if (rho <= 0) continue;
+      range_[0] = first ? rho : std::min(range_[0], rho);
+      range_[1] = first ? rho : std::max(range_[1], rho);
+      first = false;
     }
   }
-  cv::Mat rho(window.size(), CV_32FC1);
-  for (int row = 0; row < window.height; ++row) {
-    for (int col = 0; col < window.width; ++col) {
-      rho.at<float>(row, col) =
-          Elect(opinions[static_cast<std::size_t>(row) * static_cast<std::size_t>(window.width) +
-                         static_cast<std::size_t>(col)]);
-    }
-  }
-  return rho;
+}
+
+float HeightMap::At(int col, int row) const {
+  const cv::Point square(SquareOf(col), SquareOf(row));
+  const auto found = squares_.find(SquareKey(square.x, square.y));
+  if (found == squares_.end()) return 0;
+  return found->second.ptr<float>(row - kSquare * square.y)[col - kSquare * square.x];
 }
 
 cv::Mat HeightMap::Ratios(const cv::Rect& window) const {
-  if (empty() || window.empty()) return cv::Mat(window.size(), CV_32FC1, cv::Scalar(0));
-  const cv::Rect wide(window.x - kFillPasses,
-                      window.y - kFillPasses,
-                      window.width + 2 * kFillPasses,
-                      window.height + 2 * kFillPasses);
-  cv::Mat rho = Elected(wide);
-  for (int pass = 0; pass < kFillPasses; ++pass) FillBorder(rho);
-  return rho(cv::Rect(kFillPasses, kFillPasses, window.width, window.height)).clone();
+  cv::Mat ratios(window.size(), CV_32FC1);
+  for (int row = 0; row < window.height; ++row) {
+    auto* values = ratios.ptr<float>(row);
+    for (int col = 0; col < window.width; ++col) {
+      values[col] = At(window.x + col, window.y + row);
+    }
+  }
+  return ratios;
+}
+
+namespace {
+
+/// The ratio at a position of the raster, 0: not known. @param value  (col, row) of the raster.
+template <typename Value>
+float Interpolate(float x, float y, const Value& value) {
+  const float nearest = value(cvRound(x), cvRound(y));
+  if (nearest <= 0) return 0;
+  const int col = cvFloor(x);
+  const int row = cvFloor(y);
+  const float fx = x - static_cast<float>(col);
+  const float fy = y - static_cast<float>(row);
+  const auto surface = [&](int u, int v) {
+    const float rho = value(u, v);
+    return std::abs(rho - nearest) <= 2 * kSameSurface * nearest ? rho : nearest;
+  };
+  return (1 - fy) * ((1 - fx) * surface(col, row) + fx * surface(col + 1, row)) +
+         fy * ((1 - fx) * surface(col, row + 1) + fx * surface(col + 1, row + 1));
+}
+
+}  // namespace
+
+float HeightMap::RatioAt(double x_map, double y_map) const {
+  return Interpolate(static_cast<float>((x_map - grid_.min_x) / grid_.resolution - 0.5),
+                     static_cast<float>((grid_.max_y - y_map) / grid_.resolution - 0.5),
+                     [this](int col, int row) { return At(col, row); });
+}
+
+cv::Mat HeightMap::RatiosOver(const cv::Rect& window, const store::MosaicGrid& mosaic) const {
+  if (empty()) return {};
+  const double scale = mosaic.resolution / grid_.resolution;
+  const double x = (mosaic.min_x - grid_.min_x) / grid_.resolution + 0.5 * scale - 0.5;
+  const double y = (grid_.max_y - mosaic.max_y) / grid_.resolution + 0.5 * scale - 0.5;
+  const cv::Point first(cvFloor(x + window.x * scale) - 1, cvFloor(y + window.y * scale) - 1);
+  const cv::Point last(cvCeil(x + window.br().x * scale) + 1,
+                       cvCeil(y + window.br().y * scale) + 1);
+  const cv::Mat raster = Ratios({first, last + cv::Point(1, 1)});
+  if (cv::countNonZero(raster) == 0) return {};
+  const auto value = [&](int col, int row) {
+    return raster.ptr<float>(row - first.y)[col - first.x];
+  };
+  cv::Mat ratios(window.size(), CV_32FC1);
+  for (int row = 0; row < window.height; ++row) {
+    const auto v = static_cast<float>(y + (window.y + row) * scale);
+    auto* values = ratios.ptr<float>(row);
+    for (int col = 0; col < window.width; ++col) {
+      const float rho = Interpolate(static_cast<float>(x + (window.x + col) * scale), v, value);
+      values[col] = rho > 0 ? rho : 1;
+    }
+  }
+  return ratios;
+}
+
+bool HeightMap::Sees(const ViewPlacement& view, const cv::Point2d& p_map, float rho) const {
+  // At the ratio r the ray is above `foot` + rho / r * (p_map - foot), foot: below the camera.
+  const float nearest = range_[1];
+  if (empty() || rho * (1 + kNearer) >= nearest) return true;
+  const cv::Point2d foot = view.Foot();
+  const cv::Point2d way = p_map - foot;
+  const double last = rho / nearest;  // part of the way
+  const double cells = cv::norm(way) * (1 - last) / grid_.resolution;
+  const int steps = cvCeil(cells);
+  for (int i = 1; i <= steps; ++i) {
+    const double part = 1 - (1 - last) * i / steps;
+    const cv::Point2d at = foot + part * way;
+    const float surface = At(cvFloor((at.x - grid_.min_x) / grid_.resolution),
+                             cvFloor((grid_.max_y - at.y) / grid_.resolution));
+    if (surface * part > rho * (1 + kNearer)) return false;
+  }
+  return true;
 }
 
 }  // namespace ceilmap::mosaic

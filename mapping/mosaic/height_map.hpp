@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mapping/graph/keyframe.hpp"
+#include "mapping/mosaic/view_placement.hpp"
 #include "mapping/store/map_file.hpp"
 
 namespace ceilmap::mosaic {
@@ -22,32 +23,36 @@ class HeightMap {
  public:
   HeightMap() = default;
   /// @param keyframes  final poses; images are not used.
-  HeightMap(const std::vector<graph::Keyframe>& keyframes, const store::MapMetadata& metadata);
+  /// @param threads  0: as many as the machine has cores.
+  HeightMap(const std::vector<graph::Keyframe>& keyframes,
+            const store::MapMetadata& metadata,
+            int threads = 0);
 
   /// Whether no keyframe has heights: the ceiling is one plane.
-  [[nodiscard]] bool empty() const { return votes_.empty(); }
+  [[nodiscard]] bool empty() const { return squares_.empty(); }
   /// Extent of the raster and position of its pixels, as those of a mosaic; of 0 x 0 pixels where
   /// empty. Its resolution is a quarter of the distance between the cells of the keyframes.
   [[nodiscard]] const store::MosaicGrid& Grid() const { return grid_; }
   /// rho of a window of the raster, CV_32FC1; 0 where nothing is known (the reference plane is the
-  /// best guess there). A value does not depend on the window. Thread-safe.
+  /// best guess there). Thread-safe.
   /// @param window  may extend beyond the grid, where nothing is known.
   [[nodiscard]] cv::Mat Ratios(const cv::Rect& window) const;
+  /// rho at a place of the map, interpolated where neighbours are of one surface; 0: not known.
+  [[nodiscard]] float RatioAt(double x_map, double y_map) const;
+  /// rho at the centres of a mosaic's pixels, 1 where it is not known; no matrix where all are.
+  [[nodiscard]] cv::Mat RatiosOver(const cv::Rect& window, const store::MosaicGrid& mosaic) const;
+  /// Smallest and largest known ratio; 1 and 1 where empty.
+  [[nodiscard]] cv::Vec2f Range() const { return range_; }
+  /// Whether a view sees a place: no nearer surface lies on the ray to it.
+  /// @param rho  of the place.
+  [[nodiscard]] bool Sees(const ViewPlacement& view, const cv::Point2d& p_map, float rho) const;
 
  private:
-  struct Vote {
-    float col;  // position in the grid; the centre of the first pixel is (0, 0)
-    float row;
-    float radius;  // of influence, pixels of the grid
-    float rho;
-    float weight;
-  };
-
-  void Add(const Vote& vote);
-  [[nodiscard]] cv::Mat Elected(const cv::Rect& window) const;
+  [[nodiscard]] float At(int col, int row) const;
 
   store::MosaicGrid grid_;
-  std::unordered_map<std::int64_t, std::vector<Vote>> votes_;  // by square of the grid
+  std::unordered_map<std::int64_t, cv::Mat> squares_;  // CV_32FC1, parts of the raster
+  cv::Vec2f range_{1, 1};
 };
 
 }  // namespace ceilmap::mosaic

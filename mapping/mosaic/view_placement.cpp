@@ -31,13 +31,17 @@ cv::Point2d ViewPlacement::ToMap(double u, double v, double rho) const {
   return ToMap(principal_.x + (u - principal_.x) / rho, principal_.y + (v - principal_.y) / rho);
 }
 
-cv::Rect2d ViewPlacement::Bounds() const {
+cv::Rect2d ViewPlacement::Bounds(double rho) const {
   const double right = size_.width - 0.5;
   const double bottom = size_.height - 0.5;
-  cv::Point2d low = ToMap(-0.5, -0.5);
+  // On the reference plane the result does not depend on the principal point, not even by rounding.
+  const auto corner_at = [&](double u, double v) {
+    return rho == 1 ? ToMap(u, v) : ToMap(u, v, rho);
+  };
+  cv::Point2d low = corner_at(-0.5, -0.5);
   cv::Point2d high = low;
   for (const cv::Point2d& corner :
-       {ToMap(right, -0.5), ToMap(-0.5, bottom), ToMap(right, bottom)}) {
+       {corner_at(right, -0.5), corner_at(-0.5, bottom), corner_at(right, bottom)}) {
     low = {std::min(low.x, corner.x), std::min(low.y, corner.y)};
     high = {std::max(high.x, corner.x), std::max(high.y, corner.y)};
   }

@@ -37,8 +37,12 @@ class ViewPlacement {
 
   /// Centre of the image in the map.
   [[nodiscard]] cv::Point2d Centre() const { return {x_, y_}; }
-  /// Axis-aligned box in the map around the image, up to the pixels' outer edges.
-  [[nodiscard]] cv::Rect2d Bounds() const;
+  /// The place below the camera, which it sees straight above, whatever the height.
+  [[nodiscard]] cv::Point2d Foot() const { return ToMap(principal_.x, principal_.y); }
+  [[nodiscard]] const cv::Point2d& Principal() const { return principal_; }  ///< pixel
+  /// Axis-aligned box in the map around the image, up to the pixels' outer edges, of what it
+  /// shows of ratio rho.
+  [[nodiscard]] cv::Rect2d Bounds(double rho = 1) const;
 
  private:
   double x_;
