@@ -96,7 +96,11 @@ TEST(MapDamage, ImpossibleMetadata) {
                                                         {"view_width_px", "2000000000"},
                                                         {"view_height_px", "0"},
                                                         {"view_units_per_px", "inf"},
-                                                        {"T_base_view_x", "1e300"}}) {
+                                                        {"T_base_view_x", "1e300"},
+                                                        {"view_focal_px", "-1"},
+                                                        {"view_focal_px", "inf"},
+                                                        {"view_principal_x_px", "nan"},
+                                                        {"view_principal_y_px", "1e10"}}) {
     const support::TempFolder folder;
     std::string sql = "UPDATE ceilmap_metadata SET value = '";
     sql.append(value).append("' WHERE key = '").append(key).append("'");
@@ -230,7 +234,12 @@ TEST(MapDamage, ImpossibleHeights) {
 
 TEST(MapDamage, MapsWithoutHeightsAreRead) {
   const support::TempFolder folder;
-  const MapReader reader(Altered(folder, {"DROP TABLE keyframe_heights"}));
+  const MapReader reader(Altered(folder,
+                                 {"DROP TABLE keyframe_heights",
+                                  "DELETE FROM ceilmap_metadata WHERE key LIKE 'view_focal%'",
+                                  "DELETE FROM ceilmap_metadata WHERE key LIKE 'view_princ%'"}));
+  EXPECT_EQ(reader.Metadata().view_focal_px, 0);
+  EXPECT_EQ(HeightAboveFloor(reader.Metadata(), 1), std::nullopt);
   for (const graph::Keyframe& keyframe : reader.ReadKeyframes()) {
     EXPECT_EQ(keyframe.heights, nullptr);
   }

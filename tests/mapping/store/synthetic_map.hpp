@@ -21,6 +21,8 @@ inline MapMetadata Metadata(cv::Size view_size, double units_per_px) {
   metadata.robot = "robot 1";
   metadata.view_size = view_size;
   metadata.view_units_per_px = units_per_px;
+  metadata.view_focal_px = 440;
+  metadata.view_principal_px = {1.0 / 3, -2};
   metadata.T_base_view = {0.01, -0.02, 1.5707963267948966};
   metadata.program_version = "0.1.0";
   metadata.provenance = "ceilmap map --up video.mp4";
