@@ -17,6 +17,10 @@ MapExtension::MapExtension(const std::filesystem::path& file,
   const std::string problem = Incompatibility(metadata_, recording);
   if (!problem.empty()) throw InputError(fmt::format("{}: {}", file.string(), problem));
   if (resolution) metadata_.resolution = *resolution;
+  if (metadata_.view_focal_px == 0) {  // a map of an earlier version; the camera is of one kind
+    metadata_.view_focal_px = recording.view_focal_px;
+    metadata_.view_principal_px = recording.view_principal_px;
+  }
   metadata_.provenance += "\n" + recording.provenance;
   metadata_.program_version = recording.program_version;
   for (const graph::Keyframe& keyframe : map_.ReadKeyframes()) {

@@ -11,12 +11,13 @@ rows=(
   "calib/base:"
   "calib: calib/base"
   "calib/solve: calib calib/base"
-  "mapping/registration: calib calib/base"
-  "mapping/graph: calib/base"
+  "mapping/heights: calib/base"
+  "mapping/registration: mapping/heights calib calib/base"
+  "mapping/graph: mapping/heights calib/base"
   "mapping/places: mapping/registration calib/base"
-  "mapping/store: mapping/graph calib/base"
-  "mapping/mosaic: mapping/store mapping/graph calib calib/base"
-  "mapping: mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration calib calib/base"
+  "mapping/store: mapping/graph mapping/heights calib/base"
+  "mapping/mosaic: mapping/store mapping/graph mapping/heights calib calib/base"
+  "mapping: mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/base"
   "compensation: mapping/registration calib calib/base"
   "compensation/mount: compensation mapping/registration calib/solve calib calib/base"
   "localization/compass: mapping/registration calib/base"
@@ -34,10 +35,10 @@ rows=(
     localization/compass/labrosse localization/compass/colour mapping mapping/registration compensation/mount calib/solve calib calib/base"
   "app/figures: app/recordings app/files app/terminal app/evaluation localization/compass calib/base"
   "app/reports: app/figures app/recordings app/files app/terminal app/page app/evaluation localization/robot localization
-    localization/compass/colour compensation/mount calib/solve mapping mapping/store mapping/graph calib calib/base"
+    localization/compass/colour compensation/mount calib/solve mapping mapping/mosaic mapping/store mapping/graph mapping/heights calib calib/base"
   "app/live: app/reports app/files app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
   "app/commands: app/live app/reports app/figures app/recordings app/files app/terminal app/page samples/simulator
-    localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/store
+    localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/mosaic mapping/store
     mapping/graph mapping/registration compensation/mount calib/solve calib calib/base"
   "app: app/commands app/files app/terminal calib/base"
 )

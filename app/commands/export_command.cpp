@@ -10,6 +10,7 @@
 #include "app/files/tum.hpp"
 #include "calib/base/error.hpp"
 #include "mapping/graph/g2o.hpp"
+#include "mapping/mosaic/floor_heights.hpp"
 #include "mapping/store/export.hpp"
 
 namespace fs = std::filesystem;
@@ -23,6 +24,27 @@ struct ExportOptions {
   fs::path output;
   bool from_below = false;
 };
+
+/// Heights at the pixels of the mosaic.
+void ExportHeights(const store::MapReader& map, const fs::path& output) {
+  const std::vector<graph::Keyframe> keyframes = map.ReadKeyframes();
+  if (std::none_of(keyframes.begin(), keyframes.end(), [](const graph::Keyframe& keyframe) {
+        return keyframe.heights != nullptr;
+      })) {
+    throw InputError("the map has no heights: its ceiling is one plane");
+  }
+  const mosaic::FloorHeights heights(keyframes, map.Metadata());
+  if (heights.empty()) {
+    throw InputError("the map's heights are not in metres; make the map again with a rig");
+  }
+  if (map.Grid().width_px == 0) {
+    throw InputError("the map holds no mosaic, so there is no raster for its heights");
+  }
+  store::ExportHeights(
+      map.Grid(),
+      [&](const cv::Rect& window, cv::Mat& metres) { metres = heights.Window(map.Grid(), window); },
+      output);
+}
 
 // Of every recording of the map. Stamps may repeat if recordings were merged.
 std::string TrajectoryText(const store::MapReader& map) {
@@ -58,6 +80,8 @@ void RunExport(const ExportOptions& params,
     store::ExportPng(map, params.output, {.seen_from_below = params.from_below});
   } else if (params.format == "geotiff") {
     store::ExportGeoTiff(map, params.output);
+  } else if (params.format == "heights") {
+    ExportHeights(map, params.output);
   } else if (params.format == "g2o") {
     files::WriteFileAtomically(params.output, graph::FormatG2o(map.ReadGraph()));
   } else if (params.format == "tum") {
@@ -78,15 +102,17 @@ Command AddExportCommand(CLI::App& program) {
   Command command = MakeCommand(program,
                                 "export",
                                 "Converts a map for other programs: its mosaic for ROS map_server "
-                                "and Nav2, GIS or people, its "
-                                "pose graph as g2o text, its trajectory as TUM lines.",
-                                "ceilmap export lab.gpkg --format ros -o lab.yaml");
+                                "and Nav2, GIS or people, the heights of its ceiling as a "
+                                "GeoTIFF, its pose graph as g2o text, its trajectory as TUM "
+                                "lines.",
+                                "ceilmap export lab.gpkg --format ros -o lab.yaml\n"
+                                "  ceilmap export plant.gpkg --format heights -o plant.tif");
   auto params = std::make_shared<ExportOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
   cli.add_option("--format", params->format, "Format of the result")
       ->required()
-      ->check(CLI::IsMember({"ros", "geotiff", "png", "g2o", "tum"}));
+      ->check(CLI::IsMember({"ros", "geotiff", "heights", "png", "g2o", "tum"}));
   cli.add_option("-o,--output", params->output, "Output file; with ros PATH.yaml and PATH.png")
       ->required()
       ->type_name("PATH");

@@ -8,6 +8,7 @@
 #include "app/commands/commands.hpp"
 #include "app/files/output_files.hpp"
 #include "app/recordings/rig_warnings.hpp"
+#include "app/reports/height_summary.hpp"
 #include "app/reports/map_quality.hpp"
 #include "app/reports/rig_drawing.hpp"
 #include "app/reports/rig_report.hpp"
@@ -36,6 +37,7 @@ struct MapInfo {
   store::MapMetadata metadata;
   store::MosaicGrid grid;
   std::size_t keyframes = 0;
+  reports::HeightSummary heights;
   std::size_t poses = 0;
   std::size_t edges = 0;
   double first_stamp_s = 0;
@@ -71,7 +73,9 @@ MapInfo Inspect(const fs::path& file) {
   MapInfo info;
   info.metadata = map.Metadata();
   info.grid = map.Grid();
-  info.keyframes = map.ReadKeyframes().size();
+  const std::vector<graph::Keyframe> keyframes = map.ReadKeyframes();
+  info.keyframes = keyframes.size();
+  info.heights = reports::SummarizeHeights(keyframes, info.metadata);
   info.edges = map.ReadEdges().size();
   const std::vector<graph::FramePose> trajectory = map.ReadTrajectory();
   info.poses = trajectory.size();
@@ -111,6 +115,7 @@ ordered_json ToJson(const MapInfo& info) {
         {"height_px", grid.height_px}}},
       {"covered_area", info.covered_area},
       {"keyframes", info.keyframes},
+      {"heights", reports::ToJson(info.heights)},
       {"trajectory_poses", info.poses},
       {"first_stamp_s", info.first_stamp_s},
       {"last_stamp_s", info.last_stamp_s},
@@ -140,6 +145,7 @@ void PrintTable(const MapInfo& info) {
       {"y from, to", fmt::format("{:.3f}, {:.3f} {}", grid.max_y - height, grid.max_y, unit)});
   table.AddRow({"area seen", fmt::format("{:.3f} {}^2", info.covered_area, unit)});
   table.AddRow({"keyframes", fmt::format("{}", info.keyframes)});
+  table.AddRow({"heights", reports::Describe(info.heights)});
   table.AddRow({"trajectory", fmt::format("{} poses", info.poses)});
   table.AddRow({"time", fmt::format("{:.3f} .. {:.3f} s", info.first_stamp_s, info.last_stamp_s)});
   table.AddRow({"edges", fmt::format("{}", info.edges)});
@@ -208,7 +214,7 @@ Command AddInfoCommand(CLI::App& program) {
   Command command = MakeCommand(
       program,
       "info",
-      "Reports the content and quality of a map (size, coverage, loops, weak spots), or "
+      "Reports the content and quality of a map (size, coverage, heights, loops, weak spots), or "
       "what a rig means: what its cameras see, and how they are mounted.",
       "ceilmap info lab.gpkg --json\n"
       "  ceilmap info rig.yaml --svg rig.svg");

@@ -97,6 +97,7 @@ ServedContent LivePage::Document(const std::string& query) {
       return {kJson, page::WriteUnchanged(state)};
     }
     data = data_;
+    if (running_) data.heights = {};  // they are large and do not change; the last page has them
     frames = frames_;
     const page::PagePicture& picture = under_->picture;
     if (running_) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -171,6 +172,41 @@ ordered_json PictureToJson(const PagePicture& picture, const std::string& url) {
           {"extent", {picture.min_x, picture.min_y, picture.max_x, picture.max_y}}};
 }
 
+// A byte for each cell: 0 where not known, otherwise 1 more than the steps above the lowest height.
+ordered_json HeightsToJson(const PageHeights& heights) {
+  constexpr double kFinestStepM = 0.01;
+  constexpr int kMaxSteps = 254;
+  std::vector<float> known;
+  std::copy_if(
+      heights.metres.begin(), heights.metres.end(), std::back_inserter(known), [](float metres) {
+        return !std::isnan(metres);
+      });
+  if (known.empty()) return nullptr;
+  std::sort(known.begin(), known.end());
+  const double lowest = known.front();
+  const double highest = known.back();
+  // Few wrong heights must not take up the scale of colours.
+  const std::size_t outliers = known.size() / 50;  // at each end
+  const double step = std::max(kFinestStepM, (highest - lowest) / kMaxSteps);
+  std::vector<unsigned char> cells;
+  cells.reserve(heights.metres.size());
+  for (const float metres : heights.metres) {
+    cells.push_back(std::isnan(metres)
+                        ? 0
+                        : static_cast<unsigned char>(1 + std::lround((metres - lowest) / step)));
+  }
+  return {{"columns", heights.columns},
+          {"rows", heights.rows},
+          {"min_x", heights.min_x},
+          {"max_y", heights.max_y},
+          {"cell", heights.cell},
+          {"lowest_m", lowest},
+          {"highest_m", highest},
+          {"colours_m", {known[outliers], known[known.size() - 1 - outliers]}},
+          {"step_m", step},
+          {"cells", Base64(cells)}};
+}
+
 ordered_json KeyframesToJson(const std::vector<PageKeyframe>& keyframes) {
   ordered_json json = {{"id", ordered_json::array()},
                        {"x", ordered_json::array()},
@@ -268,6 +304,7 @@ std::string WriteDocument(const PageData& data,
                       {"state", StateToJson(state)},
                       {"first_stamp_s", first_s},
                       {"picture", PictureToJson(data.picture, picture_url)},
+                      {"heights", HeightsToJson(data.heights)},
                       {"paths", PathsToJson(data.paths, first_s)},
                       {"keyframes", KeyframesToJson(data.keyframes)},
                       {"edges", EdgesToJson(data.edges)},

@@ -20,6 +20,33 @@ function longestStep(stamps) {
   return Math.max(0.3, 3 * usual) + halfStampStep;
 }
 
+/** Heights of the ceiling above the floor (m), on a grid of square cells. */
+class Heights {
+  constructor(json) {
+    Object.assign(this, json);
+    const text = atob(json.cells);
+    this.cells = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
+  }
+
+  get extent() {
+    const {min_x: minX, max_y: maxY, cell, columns, rows} = this;
+    return [minX, maxY - rows * cell, minX + columns * cell, maxY];
+  }
+
+  /** Of a cell; NaN where not known. */
+  metres(index) {
+    return this.cells[index] ? this.lowest_m + (this.cells[index] - 1) * this.step_m : NaN;
+  }
+
+  /** At a place of the map; NaN where not known. */
+  at(x, y) {
+    const column = Math.floor((x - this.min_x) / this.cell);
+    const row = Math.floor((this.max_y - y) / this.cell);
+    const inside = column >= 0 && column < this.columns && row >= 0 && row < this.rows;
+    return inside ? this.metres(row * this.columns + column) : NaN;
+  }
+}
+
 /** One trajectory. */
 class Path {
   constructor(json, firstStamp) {
@@ -142,6 +169,7 @@ function readDocument(json) {
     unit: json.unit,
     state: json.state,
     picture: json.picture,
+    heights: json.heights && new Heights(json.heights),
     paths,
     charts,
     tables: json.tables,

@@ -120,6 +120,46 @@ function drawSpots(spots, panes) {
     }).bindTooltip(make('span', {}, spot.text))));
 }
 
+/** Colours of heights, from the lowest to the highest: dark to light, also in print. */
+const heightColours = [[48, 18, 59], [65, 69, 171], [57, 118, 186], [31, 158, 137], [94, 201, 98],
+                       [190, 215, 52], [253, 231, 80]];
+
+/** @param part  0: lowest, 1: highest. */
+function heightColour(part) {
+  const at = Math.min(Math.max(part, 0), 1) * (heightColours.length - 1);
+  const below = Math.min(Math.floor(at), heightColours.length - 2);
+  return heightColours[below].map((value, k) =>
+    Math.round(value + (at - below) * (heightColours[below + 1][k] - value)));
+}
+
+/** The heights as a picture, transparent where they are not known. */
+function drawHeights(heights) {
+  const canvas = make('canvas', {width: heights.columns, height: heights.rows});
+  const context = canvas.getContext('2d');
+  const picture = context.createImageData(heights.columns, heights.rows);
+  const [from, to] = heights.colours_m;
+  heights.cells.forEach((cell, i) => {
+    if (!cell) return;
+    picture.data.set([...heightColour((heights.metres(i) - from) / (to - from || 1)), 255], 4 * i);
+  });
+  context.putImageData(picture, 0, 0);
+  const [minX, minY, maxX, maxY] = heights.extent;
+  return L.imageOverlay(canvas.toDataURL(), [[minY, minX], [maxY, maxX]],
+                        {className: 'heights', pane: 'heights', alt: 'Heights', opacity: 0.8});
+}
+
+/** The scale: a height of each colour, from the highest to the lowest. */
+function heightLegend({lowest_m: lowest, highest_m: highest, colours_m: [from, to]}) {
+  const steps = to > from ? heightColours.length - 1 : 0;
+  return Object.fromEntries(Array.from({length: steps + 1}, (_, i) => {
+    const part = steps ? 1 - i / steps : 0;
+    // The colours of the ends are also those of heights beyond.
+    const sign = i === 0 && highest > to ? '\u2265 ' : i === steps && lowest < from ? '\u2264 ' : '';
+    return [`${sign}${decimals(from + part * (to - from), 2)} m`,
+            `rgb(${heightColour(part).join()})`];
+  }));
+}
+
 /** The layers of graph and spots, of those that the page has. */
 function graphLayers(model, panes, map) {
   const layers = [];
@@ -164,7 +204,11 @@ function qualityLayers(model, panes) {
 
 /** All layers of the page, from the lowest up, with keys that no two share. */
 function pageLayers(model, panes, map) {
-  const fixed = [...qualityLayers(model, panes), ...graphLayers(model, panes, map)];
+  const ceiling = !model.heights ? [] : [{
+    key: 'heights', text: 'Height above the floor',
+    swatch: ['band', `rgb(${heightColours[2].join()})`], legend: heightLegend(model.heights),
+    shown: false, draw: () => drawHeights(model.heights)}];
+  const fixed = [...ceiling, ...qualityLayers(model, panes), ...graphLayers(model, panes, map)];
   const taken = new Set(['mosaic', 'views', ...fixed.map((layer) => layer.key)]);
   const order = {truth: 0, before: 1, run: 2};
   const sorted = [...model.paths].sort((a, b) => order[a.role] - order[b.role]);

@@ -76,6 +76,33 @@ const ScaleBar = L.Control.extend({
   },
 });
 
+/** Where the pointer is, and the height of the ceiling there. */
+const PointerText = L.Control.extend({
+  options: {position: 'bottomright'},
+  onAdd(map) {
+    this.text = make('div', {class: 'pointer', hidden: true});
+    map.on('mousemove', this.update, this);
+    map.on('mouseout', this.hide, this);
+    return this.text;
+  },
+  onRemove(map) {
+    map.off('mousemove', this.update, this);
+    map.off('mouseout', this.hide, this);
+  },
+  update({latlng}) {
+    if (!this.options.model) return;
+    const {unit, heights} = this.options.model;
+    const digits = unit === 'm' ? 2 : 0;
+    const height = heights ? heights.at(latlng.lng, latlng.lat) : NaN;
+    const texts = [`x ${decimals(latlng.lng, digits)}`, `y ${decimals(latlng.lat, digits)} ${unit}`];
+    if (Number.isFinite(height)) texts.push(`height ${decimals(height, 2)} m`);
+    else if (heights) texts.push('height not known');
+    this.text.textContent = texts.join(' \u00b7 ');
+    this.text.hidden = false;
+  },
+  hide() { this.text.hidden = true; },
+});
+
 class MapView {
   /** @param onPick  called with the stamp of the pose that was clicked at. */
   constructor(container, onPick) {
@@ -93,7 +120,8 @@ class MapView {
     this.map.createPane('robots').style.zIndex = 620;
     this.map.createPane('floor').style.zIndex = 440;
     this.floor = L.svg({pane: 'floor'});
-    for (const pane of ['floor', 'robots']) this.map.getPane(pane).style.pointerEvents = 'none';
+    this.map.createPane('heights').style.zIndex = 250;
+    for (const pane of ['floor', 'robots', 'heights']) this.map.getPane(pane).style.pointerEvents = 'none';
     this.addControls();
     this.chosen = new Map();  // what the user has switched: key -> shown
     this.layers = [];
@@ -132,6 +160,7 @@ class MapView {
     });
     new Fit({position: 'topleft'}).addTo(this.map);
     this.scaleBar = new ScaleBar().addTo(this.map);
+    this.pointer = new PointerText().addTo(this.map);
   }
 
   resize() {
@@ -143,6 +172,7 @@ class MapView {
   show(model) {
     this.model = model;
     this.scaleBar.options.unit = model.unit;
+    this.pointer.options.model = model;
     this.showPicture(model.picture);
     for (const layer of this.layers) this.switchLayer(layer, false);
     for (const robot of this.robots) robot.remove();
@@ -194,11 +224,12 @@ class MapView {
 
   bounds() {
     const bounds = L.latLngBounds([]);
-    const {picture, paths, keyframes, spots} = this.model;
+    const {picture, heights, paths, keyframes, spots} = this.model;
     const extend = (xs, ys) => {
       for (let i = 0; i < xs.length; ++i) if (!Number.isNaN(xs[i])) bounds.extend([ys[i], xs[i]]);
     };
     if (picture) extend([picture.extent[0], picture.extent[2]], [picture.extent[1], picture.extent[3]]);
+    if (heights) extend([heights.extent[0], heights.extent[2]], [heights.extent[1], heights.extent[3]]);
     for (const path of paths) extend(path.x, path.y);
     extend(keyframes.x, keyframes.y);
     extend(spots.map((spot) => spot.x), spots.map((spot) => spot.y));

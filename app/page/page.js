@@ -146,6 +146,11 @@ window.ceilmap = {
   /** Shows another document (docs: app/page/README.md). */
   update(json) { page.update(json); },
   state() { return page.state(); },
+  /** Height of the ceiling above the floor at a place (m); null where it is not known. */
+  heightAt(x, y) {
+    const height = page.model && page.model.heights ? page.model.heights.at(x, y) : NaN;
+    return Number.isFinite(height) ? height : null;
+  },
   /** Pixel of the map's rectangle where a place (in the page's unit) is drawn. */
   pixelOf(x, y) { return page.map.pixelOf(x, y); },
 };

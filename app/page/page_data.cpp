@@ -33,6 +33,19 @@ void ValidatePicture(const PagePicture& picture) {
           "extent of the picture is empty or not finite");
 }
 
+void ValidateHeights(const PageHeights& heights) {
+  if (heights.empty()) return;
+  Require(heights.columns > 0 && heights.rows > 0 &&
+              heights.metres.size() == static_cast<std::size_t>(heights.columns) *
+                                           static_cast<std::size_t>(heights.rows),
+          "the heights are not as many as the cells of their grid");
+  Require(IsFinite(heights.min_x, heights.max_y, heights.cell) && heights.cell > 0,
+          "grid of the heights is empty or not finite");
+  for (const float metres : heights.metres) {
+    Require(!std::isinf(metres), "a height is infinite");
+  }
+}
+
 void ValidatePose(const PagePose& pose, const std::string& where) {
   const bool none = std::isnan(pose.x) && std::isnan(pose.y) && std::isnan(pose.yaw_rad);
   Require(none || IsFinite(pose.x, pose.y, pose.yaw_rad),
@@ -111,6 +124,7 @@ void ValidateTable(const PageTable& table) {
 void PageData::Validate() const {
   Require(unit == "m" || unit == "px", "unit " + Quoted(unit) + ", must be m or px");
   ValidatePicture(picture);
+  ValidateHeights(heights);
   ValidatePaths(paths);
   ValidateGraph(keyframes, edges);
   for (const PageSpot& spot : spots) {

@@ -73,6 +73,18 @@ struct PagePicture {
   [[nodiscard]] bool empty() const { return bytes.empty(); }
 };
 
+/// Heights of the ceiling above the floor, on a grid of square cells over the map.
+struct PageHeights {
+  int columns = 0;
+  int rows = 0;
+  double min_x = 0;           ///< left edge of the first column, in the page's frame
+  double max_y = 0;           ///< upper edge of the first row
+  double cell = 0;            ///< side of a cell, > 0
+  std::vector<float> metres;  ///< row by row, columns * rows; NaN where not known
+
+  [[nodiscard]] bool empty() const { return metres.empty(); }
+};
+
 /// A curve of a chart. Unknown values are NaN: the line is interrupted there.
 struct PageSeries {
   std::string name;              ///< as PagePath::name if it belongs to a path: same colour
@@ -101,6 +113,7 @@ struct PageData {
   std::string note;        ///< a line below the title, e.g. the source of the page
   std::string unit = "m";  ///< of lengths, "m" or "px"
   PagePicture picture;
+  PageHeights heights;
   std::vector<PagePath> paths;
   std::vector<PageKeyframe> keyframes;
   std::vector<PageEdge> edges;

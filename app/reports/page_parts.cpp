@@ -13,6 +13,7 @@
 #include "app/page/mosaic_picture.hpp"
 #include "app/reports/map_quality.hpp"
 #include "calib/base/degrees.hpp"
+#include "mapping/mosaic/floor_heights.hpp"
 
 namespace ceilmap::reports {
 namespace {
@@ -43,6 +44,28 @@ page::PageChart TimeChart(std::string title, std::string y_label, page::PageSeri
   chart.y_label = std::move(y_label);
   chart.series.push_back(std::move(series));
   return chart;
+}
+
+/// At most `kMaxSide` cells on a side, over the mosaic.
+page::PageHeights HeightsOf(const std::vector<graph::Keyframe>& keyframes,
+                            const store::MapMetadata& metadata,
+                            const store::MosaicGrid& whole) {
+  constexpr int kMaxSide = 600;
+  constexpr int kMosaicPixels = 4;  // a cell is not finer
+  const mosaic::FloorHeights heights(keyframes, metadata);
+  if (heights.empty() || whole.width_px == 0 || whole.height_px == 0) return {};
+  const int side = std::max(whole.width_px, whole.height_px);
+  const int factor = std::max(kMosaicPixels, (side + kMaxSide - 1) / kMaxSide);
+  store::MosaicGrid grid = whole;
+  grid.resolution *= factor;
+  grid.width_px = (whole.width_px + factor - 1) / factor;
+  grid.height_px = (whole.height_px + factor - 1) / factor;
+  const cv::Mat metres = heights.Window(grid, {0, 0, grid.width_px, grid.height_px});
+  if (cv::countNonZero(metres == metres) == 0) return {};
+  page::PageHeights result{
+      grid.width_px, grid.height_px, grid.min_x, grid.max_y, grid.resolution, {}};
+  result.metres.assign(metres.begin<float>(), metres.end<float>());
+  return result;
 }
 
 double PositionSigma(const FramePose& frame) {
@@ -105,7 +128,9 @@ void AddGraph(const graph::MapGraph& graph, page::PageData& data) {
 void AddMap(const store::MapReader& map, page::PageData& data) {
   data.unit = map.Metadata().unit;
   data.picture = page::MakeMosaicPicture(map);
-  AddGraph(map.ReadGraph(), data);
+  const graph::MapGraph graph = map.ReadGraph();
+  data.heights = HeightsOf(graph.keyframes, map.Metadata(), map.Grid());
+  AddGraph(graph, data);
 }
 
 void AddTables(const std::vector<ReportTable>& tables, page::PageData& data) {

@@ -26,7 +26,7 @@ std::vector<std::array<double, 2>> FootprintOf(const calib::CeilingView& view);
 
 /// Keyframes, edges and weak spots of a map. @param unit  of the map, "m" or "px".
 void AddGraph(const graph::MapGraph& graph, page::PageData& data);
-/// The same for a map file, with its mosaic.
+/// The same for a map file, with its mosaic and its heights.
 void AddMap(const store::MapReader& map, page::PageData& data);
 
 void AddTables(const std::vector<ReportTable>& tables, page::PageData& data);

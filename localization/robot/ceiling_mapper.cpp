@@ -16,6 +16,10 @@ calib::CeilingView CeilingViewOf(const calib::Rig& rig) {
   return {*rig.up, rig.ceiling_height_m};
 }
 
+Eigen::Vector2d ImageCentre(cv::Size size) {
+  return {0.5 * (size.width - 1), 0.5 * (size.height - 1)};
+}
+
 store::MapMetadata Describe(const std::optional<calib::Rig>& rig,
                             const calib::CeilingView& view,
                             const CeilingMapperParams& params) {
@@ -30,6 +34,8 @@ store::MapMetadata Describe(const std::optional<calib::Rig>& rig,
   metadata.view_size = view.Size();
   metadata.view_units_per_px = view.MetresPerPixel();
   metadata.T_base_view = view.T_base_view();
+  metadata.view_focal_px = view.FocalLength();
+  metadata.view_principal_px = view.PrincipalPoint() - ImageCentre(view.Size());
   metadata.view_mask = view.Mask();
   metadata.program_version = CEILMAP_VERSION;
   metadata.provenance = params.provenance;

@@ -46,6 +46,7 @@ std::optional<double> FlatPatchMean(const cv::Mat& image, const cv::Point2d& pix
 std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement>& views,
                                                  cv::Size size,
                                                  double units_per_px,
+                                                 const HeightMap& heights,
                                                  const std::function<cv::Mat(std::size_t)>& load) {
   const double spacing = std::min(size.width, size.height) * units_per_px / kLatticeAcross;
   const cv::Point2d centre((size.width - 1) / 2.0, (size.height - 1) / 2.0);
@@ -58,8 +59,11 @@ std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement
     const auto last_y = static_cast<std::int64_t>(std::floor(box.br().y / spacing));
     for (auto y = static_cast<std::int64_t>(std::ceil(box.y / spacing)); y <= last_y; ++y) {
       for (auto x = static_cast<std::int64_t>(std::ceil(box.x / spacing)); x <= last_x; ++x) {
+        const cv::Point2d at(static_cast<double>(x) * spacing, static_cast<double>(y) * spacing);
+        const float rho = heights.RatioAt(at.x, at.y);
         const cv::Point2d pixel =
-            views[k].ToPixel(static_cast<double>(x) * spacing, static_cast<double>(y) * spacing);
+            rho > 0 ? views[k].ToPixel(at.x, at.y, rho) : views[k].ToPixel(at.x, at.y);
+        if (rho > 0 && !heights.Sees(views[k], at, rho)) continue;
         const std::optional<double> grey = FlatPatchMean(image, pixel);
         if (!grey) continue;
         const int point = point_ids.try_emplace({x, y}, point_ids.size()).first->second;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mapping/mosaic/exposure.hpp"
+#include "mapping/mosaic/height_map.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 
 namespace ceilmap::mosaic {
@@ -13,10 +14,13 @@ namespace ceilmap::mosaic {
 /// A point counts where its patch in the image is flat: saturated (>= 250) and dark (<= 3) pixels
 /// give no ratio, and at an edge a small error of the pose would be taken for one of the exposure.
 ///
+/// Views that do not see the point, because a nearer surface hides it, are left out.
+///
 /// @param load  image of the view with that index, CV_8UC1 of `size`; each image is loaded once.
 std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement>& views,
                                                  cv::Size size,
                                                  double units_per_px,
+                                                 const HeightMap& heights,
                                                  const std::function<cv::Mat(std::size_t)>& load);
 
 }  // namespace ceilmap::mosaic

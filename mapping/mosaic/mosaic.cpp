@@ -43,14 +43,23 @@ struct RowMap {
   int last = 0;
 };
 
-/// Narrows [first, last) to the columns where 0 <= start + column * step <= limit.
-void Clip(double start, double step, double limit, int& first, int& last) {
+/// Inverse height ratios of a tile's pixels; no matrix: all are 1.
+struct TileRatios {
+  explicit TileRatios(const cv::Mat& ratios) : rho(ratios) {
+    if (!rho.empty()) cv::minMaxLoc(rho, &min);
+  }
+  cv::Mat rho;
+  double min = 1;
+};
+
+/// Narrows [first, last) to the columns where lowest <= start + column * step <= limit.
+void Clip(double start, double step, double lowest, double limit, int& first, int& last) {
   constexpr double kSlack = 1e-6;  // pixels; centres exactly on the border count as inside
   if (std::abs(step) < 1e-12) {
-    if (start < -kSlack || start > limit + kSlack) last = first;
+    if (start < lowest - kSlack || start > limit + kSlack) last = first;
     return;
   }
-  double low = (-kSlack - start) / step;
+  double low = (lowest - kSlack - start) / step;
   double high = (limit + kSlack - start) / step;
   if (low > high) std::swap(low, high);
   const double columns = last;
@@ -108,12 +117,13 @@ struct MosaicRenderer::Impl {
   void Survey();
   void WeighBySharpness(const std::vector<double>& sharpness);
   std::vector<int> ViewsAt(const cv::Rect& tile) const;
-  RowMap MapRow(const ViewPlacement& view, const cv::Rect& tile, int row) const;
+  RowMap MapRow(const ViewPlacement& view, const cv::Rect& tile, int row, double min_rho) const;
   bool HasBlanks(const cv::Mat& image) const;
   template <typename Visit>
   void ForEachPixel(int k,
                     const Agreement& agreement,
                     const cv::Rect& tile,
+                    const TileRatios& ratios,
                     const Visit& visit) const;
   void RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Mat alpha) const;
 
@@ -123,6 +133,7 @@ struct MosaicRenderer::Impl {
   graph::ImageLoader load;
   std::vector<std::int64_t> ids;
   std::vector<ViewPlacement> views;
+  HeightMap heights;
   std::vector<float> gain_factors;  // 1 / exp(g_k)
   std::vector<float> view_weights;  // below 1 for blurred images
   std::vector<bool> has_blanks;     // true for images of a tilted robot
@@ -142,6 +153,7 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
       units_per_px(metadata.view_units_per_px),
       load(std::move(loader)),
       views(PlaceViews(keyframes, metadata)),
+      heights(keyframes, metadata, mosaic_params.threads),
       thumbnails(metadata.view_size),
       cache([this](std::int64_t id) { return LoadImage(id); }, mosaic_params.cache_images) {
   for (const graph::Keyframe& keyframe : keyframes) ids.push_back(keyframe.id);
@@ -168,7 +180,7 @@ void MosaicRenderer::Impl::Survey() {
   };
   if (params.level_exposure) {
     exposure = SolveExposure(static_cast<int>(views.size()),
-                             ObserveExposure(views, view_size, units_per_px, image));
+                             ObserveExposure(views, view_size, units_per_px, heights, image));
   } else {
     for (std::size_t k = 0; k < views.size(); ++k) image(k);
   }
@@ -264,7 +276,7 @@ std::int64_t TileKey(int tile_x, int tile_y) {
 
 void MosaicRenderer::Impl::MakeIndex() {
   for (std::size_t k = 0; k < views.size(); ++k) {
-    const cv::Rect2d box = views[k].Bounds();
+    const cv::Rect2d box = views[k].Bounds(std::min(1.0F, heights.Range()[0]));
     const auto tile_of = [&](double units) {
       return std::max(static_cast<int>(units / grid.resolution) / kTilePx, 0);
     };
@@ -283,10 +295,11 @@ std::vector<int> MosaicRenderer::Impl::ViewsAt(const cv::Rect& tile) const {
 }
 
 /// Anchored at the mosaic's origin, not at the tile's, so that the value of a point does not depend
-/// on the rendered window.
+/// on the rendered window. @param min_rho  of the tile: the row map is that of the reference plane.
 RowMap MosaicRenderer::Impl::MapRow(const ViewPlacement& view,
                                     const cv::Rect& tile,
-                                    int row) const {
+                                    int row,
+                                    double min_rho) const {
   const double x = grid.min_x + 0.5 * grid.resolution;
   const double y = grid.max_y - (tile.y + row + 0.5) * grid.resolution;
   RowMap map;
@@ -294,8 +307,13 @@ RowMap MosaicRenderer::Impl::MapRow(const ViewPlacement& view,
   map.step = view.ToPixel(x + grid.resolution, y) - map.start;
   map.first = tile.x;
   map.last = tile.x + tile.width;
-  Clip(map.start.x, map.step.x, view_size.width - 1, map.first, map.last);
-  Clip(map.start.y, map.step.y, view_size.height - 1, map.first, map.last);
+  const auto clip = [&](double start, double step, double side, double principal) {
+    const double low = min_rho == 1 ? 0 : principal + (0 - principal) / min_rho;
+    const double high = min_rho == 1 ? side - 1 : principal + (side - 1 - principal) / min_rho;
+    Clip(start, step, low, high, map.first, map.last);
+  };
+  clip(map.start.x, map.step.x, view_size.width, view.Principal().x);
+  clip(map.start.y, map.step.y, view_size.height, view.Principal().y);
   return map;
 }
 
@@ -305,6 +323,7 @@ template <typename Visit>
 void MosaicRenderer::Impl::ForEachPixel(int k,
                                         const Agreement& agreement,
                                         const cv::Rect& tile,
+                                        const TileRatios& ratios,
                                         const Visit& visit) const {
   const ViewPlacement& view = views[k];
   ImageCache::Image blanks;
@@ -312,10 +331,15 @@ void MosaicRenderer::Impl::ForEachPixel(int k,
   const double max_u = view_size.width - 1;
   const double max_v = view_size.height - 1;
   for (int row = 0; row < tile.height; ++row) {
-    const RowMap map = MapRow(view, tile, row);
+    const RowMap map = MapRow(view, tile, row, ratios.min);
+    const float* row_ratios = ratios.rho.empty() ? nullptr : ratios.rho.ptr<float>(row) - tile.x;
     for (int col = map.first; col < map.last; ++col) {
-      const cv::Point2d pixel(std::clamp(map.start.x + col * map.step.x, 0.0, max_u),
-                              std::clamp(map.start.y + col * map.step.y, 0.0, max_v));
+      cv::Point2d pixel = map.start + col * map.step;
+      if (row_ratios != nullptr) {
+        pixel = view.Principal() + row_ratios[col] * (pixel - view.Principal());
+        if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x <= max_u && pixel.y <= max_v)) continue;
+      }
+      pixel = {std::clamp(pixel.x, 0.0, max_u), std::clamp(pixel.y, 0.0, max_v)};
       if (blanks && TouchesBlank(*blanks, pixel)) continue;
       // Weight and vignetting are smooth: the values of the nearest pixel suffice.
       const Shading& shade = shading.ptr<Shading>(cvRound(pixel.y))[cvRound(pixel.x)];
@@ -329,14 +353,16 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
   const std::vector<int> candidates = ViewsAt(tile);
   std::vector<Agreement> agreements(candidates.size());
   if (params.reject_outliers) {
-    agreements = CompareViews(tile, grid, views, candidates, thumbnails);
+    agreements = CompareViews(tile, grid, views, candidates, thumbnails, heights);
   }
+  const TileRatios ratios(heights.RatiosOver(tile, grid));
   cv::Mat largest(tile.size(), CV_32FC1, cv::Scalar(0));
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const float share = view_weights[candidates[i]];
     ForEachPixel(candidates[i],
                  agreements[i],
                  tile,
+                 ratios,
                  [&](cv::Point at, cv::Point2d /*pixel*/, float weight, float /*vignetting*/) {
                    float& most = largest.ptr<float>(at.y)[at.x];
                    most = std::max(most, share * weight);
@@ -350,6 +376,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
     ForEachPixel(candidates[i],
                  agreements[i],
                  tile,
+                 ratios,
                  [&](cv::Point at, cv::Point2d pixel, float weight, float vignetting) {
                    weight *= share;
                    if (weight <= kNegligible * largest.ptr<float>(at.y)[at.x]) return;
@@ -388,6 +415,10 @@ MosaicRenderer::~MosaicRenderer() = default;
 
 const store::MosaicGrid& MosaicRenderer::Grid() const {
   return impl_->grid;
+}
+
+const HeightMap& MosaicRenderer::Heights() const {
+  return impl_->heights;
 }
 
 void MosaicRenderer::Render(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) const {

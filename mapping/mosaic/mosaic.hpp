@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mapping/graph/keyframe.hpp"
+#include "mapping/mosaic/height_map.hpp"
 #include "mapping/store/map_file.hpp"
 
 namespace ceilmap::mosaic {
@@ -38,6 +39,10 @@ struct MosaicParams {
 /// vignetting profile v(r) (even polynomial, v(0) = 0) for the camera, solved by linear least
 /// squares (robust: saturated and dark pixels left out, Huber) from points that several keyframes
 /// observe; then each image is divided by exp(g_k + v(r)).
+///
+/// Heights: where keyframes have height fields, each pixel shows the surface of HeightMap at its
+/// place, sampled where each image shows a point of that height. An image in which a nearer surface
+/// hides the place has no weight.
 class MosaicRenderer {
  public:
   /// @param keyframes  poses (images ignored), at least one.
@@ -52,6 +57,8 @@ class MosaicRenderer {
 
   /// Smallest grid that contains all images, with its edges on multiples of the resolution.
   [[nodiscard]] const store::MosaicGrid& Grid() const;
+  /// Heights of the ceiling; empty where no keyframe has any.
+  [[nodiscard]] const HeightMap& Heights() const;
   /// Grey as seen from above (see MosaicGrid), alpha 255 where any image sees the ceiling.
   /// Thread-safe, and uses several threads itself. The value of a point does not depend on the
   /// window.

@@ -102,33 +102,42 @@ std::vector<Agreement> CompareViews(const cv::Rect& tile,
                                     const store::MosaicGrid& grid,
                                     const std::vector<ViewPlacement>& views,
                                     const std::vector<int>& candidates,
-                                    const Thumbnails& thumbnails) {
+                                    const Thumbnails& thumbnails,
+                                    const HeightMap& heights) {
   std::vector<Agreement> agreements(candidates.size());
-  if (candidates.size() < kMinViews) return agreements;
+  if (candidates.size() < (heights.empty() ? kMinViews : 2)) return agreements;
   // Cells around the tile: one more on each side for the interpolation, one for the erosion.
   const cv::Point first(FloorDiv(tile.x, kCellPx) - 2, FloorDiv(tile.y, kCellPx) - 2);
   const cv::Size size(FloorDiv(tile.br().x - 1, kCellPx) + 3 - first.x,
                       FloorDiv(tile.br().y - 1, kCellPx) + 3 - first.y);
   std::vector<float> greys(candidates.size());
   std::vector<float> seen;
+  const auto set = [&](std::size_t i, int row, int col, float factor) {
+    cv::Mat& cells = agreements[i].cells_;
+    if (cells.empty()) cells = cv::Mat(size, CV_32FC1, cv::Scalar(1));
+    cells.at<float>(row, col) = factor;
+  };
   for (int row = 0; row < size.height; ++row) {
     const double y = grid.max_y - (first.y + row + 0.5) * kCellPx * grid.resolution;
     for (int col = 0; col < size.width; ++col) {
       const double x = grid.min_x + (first.x + col + 0.5) * kCellPx * grid.resolution;
+      const float rho = heights.empty() ? 0 : heights.RatioAt(x, y);
       seen.clear();
       for (std::size_t i = 0; i < candidates.size(); ++i) {
         const int k = candidates[i];
-        greys[i] = thumbnails.At(k, views[static_cast<std::size_t>(k)].ToPixel(x, y));
+        const ViewPlacement& view = views[static_cast<std::size_t>(k)];
+        greys[i] = thumbnails.At(k, rho > 0 ? view.ToPixel(x, y, rho) : view.ToPixel(x, y));
+        if (greys[i] >= 0 && rho > 0 && !heights.Sees(view, {x, y}, rho)) {
+          set(i, row, col, kOutlierFactor);
+          greys[i] = -1;
+        }
         if (greys[i] >= 0) seen.push_back(greys[i]);
       }
       if (seen.size() < kMinViews) continue;
       const float median = Median(seen);
       for (std::size_t i = 0; i < candidates.size(); ++i) {
         const float factor = greys[i] < 0 ? 1 : Factor(greys[i], median);
-        if (factor == 1) continue;
-        cv::Mat& cells = agreements[i].cells_;
-        if (cells.empty()) cells = cv::Mat(size, CV_32FC1, cv::Scalar(1));
-        cells.at<float>(row, col) = factor;
+        if (factor != 1) set(i, row, col, factor);
       }
     }
   }

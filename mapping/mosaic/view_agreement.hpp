@@ -3,6 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "mapping/mosaic/height_map.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -28,8 +29,8 @@ class Thumbnails {
 
 /// Agreement of a view with the others over a tile of the mosaic: a factor on its weights. It is 1
 /// in most places, and close to 0 where the view's thumbnail differs by more than a fifth from the
-/// median of at least three views. Sampled on cells of 8 x 8 mosaic pixels, interpolated between
-/// them.
+/// median of at least three views, or where a nearer surface hides the place from it. Sampled on
+/// cells of 8 x 8 mosaic pixels, interpolated between them.
 class Agreement {
  public:
   /// Whether agreement is full over the whole tile, which is the usual case.
@@ -42,7 +43,8 @@ class Agreement {
                                              const store::MosaicGrid&,
                                              const std::vector<ViewPlacement>&,
                                              const std::vector<int>&,
-                                             const Thumbnails&);
+                                             const Thumbnails&,
+                                             const HeightMap&);
   cv::Point first_cell_;
   cv::Mat cells_;  // CV_32FC1
 };
@@ -53,6 +55,7 @@ std::vector<Agreement> CompareViews(const cv::Rect& tile,
                                     const store::MosaicGrid& grid,
                                     const std::vector<ViewPlacement>& views,
                                     const std::vector<int>& candidates,
-                                    const Thumbnails& thumbnails);
+                                    const Thumbnails& thumbnails,
+                                    const HeightMap& heights);
 
 }  // namespace ceilmap::mosaic

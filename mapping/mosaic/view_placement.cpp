@@ -5,12 +5,16 @@
 
 namespace ceilmap::mosaic {
 
-ViewPlacement::ViewPlacement(const Pose2& T_map_view, cv::Size size, double units_per_px)
+ViewPlacement::ViewPlacement(const Pose2& T_map_view,
+                             cv::Size size,
+                             double units_per_px,
+                             const cv::Point2d& principal_px)
     : x_(T_map_view.x),
       y_(T_map_view.y),
       u_per_x_(std::cos(T_map_view.yaw) / units_per_px),
       u_per_y_(std::sin(T_map_view.yaw) / units_per_px),
       centre_((size.width - 1) / 2.0, (size.height - 1) / 2.0),
+      principal_(centre_ + principal_px),
       size_(size) {}
 
 cv::Point2d ViewPlacement::ToMap(double u, double v) const {
@@ -23,13 +27,21 @@ cv::Point2d ViewPlacement::ToMap(double u, double v) const {
           y_ + (u_per_y_ * du + u_per_x_ * dv) / squared};
 }
 
-cv::Rect2d ViewPlacement::Bounds() const {
+cv::Point2d ViewPlacement::ToMap(double u, double v, double rho) const {
+  return ToMap(principal_.x + (u - principal_.x) / rho, principal_.y + (v - principal_.y) / rho);
+}
+
+cv::Rect2d ViewPlacement::Bounds(double rho) const {
   const double right = size_.width - 0.5;
   const double bottom = size_.height - 0.5;
-  cv::Point2d low = ToMap(-0.5, -0.5);
+  // On the reference plane the result does not depend on the principal point, not even by rounding.
+  const auto corner_at = [&](double u, double v) {
+    return rho == 1 ? ToMap(u, v) : ToMap(u, v, rho);
+  };
+  cv::Point2d low = corner_at(-0.5, -0.5);
   cv::Point2d high = low;
   for (const cv::Point2d& corner :
-       {ToMap(right, -0.5), ToMap(-0.5, bottom), ToMap(right, bottom)}) {
+       {corner_at(right, -0.5), corner_at(-0.5, bottom), corner_at(right, bottom)}) {
     low = {std::min(low.x, corner.x), std::min(low.y, corner.y)};
     high = {std::max(high.x, corner.x), std::max(high.y, corner.y)};
   }
@@ -43,7 +55,8 @@ std::vector<ViewPlacement> PlaceViews(const std::vector<graph::Keyframe>& keyfra
   for (const graph::Keyframe& keyframe : keyframes) {
     views.emplace_back(keyframe.pose.T_map_base * metadata.T_base_view,
                        metadata.view_size,
-                       metadata.view_units_per_px);
+                       metadata.view_units_per_px,
+                       cv::Point2d(metadata.view_principal_px.x(), metadata.view_principal_px.y()));
   }
   return views;
 }

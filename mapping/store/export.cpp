@@ -4,11 +4,14 @@
 #include <array>
 #include <charconv>
 #include <fstream>
+#include <limits>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
 #include "mapping/store/gdal_support.hpp"
+#include "mapping/store/map_metadata.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -64,6 +67,64 @@ CPLErr WriteWindow(GDALDataset& dataset, const cv::Rect& window, cv::Mat& pixels
                           nullptr);
 }
 
+CPLErr WriteHeights(GDALRasterBand& band, const cv::Rect& window, cv::Mat& metres) {
+  return band.RasterIO(GF_Write,
+                       window.x,
+                       window.y,
+                       window.width,
+                       window.height,
+                       metres.data,
+                       window.width,
+                       window.height,
+                       GDT_Float32,
+                       0,
+                       static_cast<GSpacing>(metres.step),
+                       nullptr);
+}
+
+CPLStringList TiffOptions() {
+  CPLStringList options;
+  options.SetNameValue("TILED", "YES");
+  options.SetNameValue("BLOCKXSIZE", std::to_string(kTilePx).c_str());
+  options.SetNameValue("BLOCKYSIZE", std::to_string(kTilePx).c_str());
+  options.SetNameValue("COMPRESS", "DEFLATE");
+  options.SetNameValue("BIGTIFF", "IF_SAFER");
+  return options;
+}
+
+/// Sets the dataset's position in the map.
+bool Place(GDALDataset& dataset, const MosaicGrid& grid, const std::string& unit) {
+  std::array<double, 6> transform = {
+      grid.min_x, grid.resolution, 0, grid.max_y, 0, -grid.resolution};
+  const OGRSpatialReference srs = LocalSrs(unit);
+  return dataset.SetSpatialRef(&srs) == CE_None &&
+         dataset.SetGeoTransform(transform.data()) == CE_None;
+}
+
+/// Windows of one row of tiles each.
+std::vector<cv::Rect> Strips(const MosaicGrid& grid) {
+  std::vector<cv::Rect> strips;
+  for (int y = 0; y < grid.height_px; y += kTilePx) {
+    strips.emplace_back(0, y, grid.width_px, std::min(kTilePx, grid.height_px - y));
+  }
+  return strips;
+}
+
+/// The pyramid, until the whole image fits into one tile.
+bool BuildOverviews(GDALDataset& dataset, const char* resampling) {
+  std::vector<int> factors;
+  const int side = std::max(dataset.GetRasterXSize(), dataset.GetRasterYSize());
+  for (int factor = 2; side > factor / 2 * kTilePx; factor *= 2) factors.push_back(factor);
+  return factors.empty() || dataset.BuildOverviews(resampling,
+                                                   static_cast<int>(factors.size()),
+                                                   factors.data(),
+                                                   0,
+                                                   nullptr,
+                                                   nullptr,
+                                                   nullptr,
+                                                   nullptr) == CE_None;
+}
+
 /// Writes an image that is transparent in unmapped areas.
 void WritePng(cv::Mat pixels, const AtomicFile& file) {
   const GdalScope gdal;
@@ -113,46 +174,54 @@ void ExportGeoTiff(const MapReader& map, const fs::path& file) {
   {
     const GdalScope gdal;
     const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");
-    CPLStringList options;
-    options.SetNameValue("TILED", "YES");
-    options.SetNameValue("BLOCKXSIZE", std::to_string(kTilePx).c_str());
-    options.SetNameValue("BLOCKYSIZE", std::to_string(kTilePx).c_str());
-    options.SetNameValue("COMPRESS", "DEFLATE");
+    CPLStringList options = TiffOptions();
     options.SetNameValue("PREDICTOR", "2");
     options.SetNameValue("ALPHA", "YES");
-    options.SetNameValue("BIGTIFF", "IF_SAFER");
     GDALDatasetUniquePtr tiff(Driver("GTiff").Create(
         target.PartialPath().c_str(), grid.width_px, grid.height_px, 2, GDT_Byte, options.List()));
-    Check(gdal, tiff != nullptr, file);
-    std::array<double, 6> transform = {
-        grid.min_x, grid.resolution, 0, grid.max_y, 0, -grid.resolution};
-    const OGRSpatialReference srs = LocalSrs(map.Metadata().unit);
-    Check(
-        gdal,
-        tiff->SetSpatialRef(&srs) == CE_None && tiff->SetGeoTransform(transform.data()) == CE_None,
-        file);
-    for (int y = 0; y < grid.height_px; y += kTilePx) {
-      const cv::Rect window(0, y, grid.width_px, std::min(kTilePx, grid.height_px - y));
+    Check(gdal, tiff && Place(*tiff, grid, map.Metadata().unit), file);
+    for (const cv::Rect& window : Strips(grid)) {
       cv::Mat pixels = ReadWindow(map, window);
       Check(gdal, WriteWindow(*tiff, window, pixels) == CE_None, file);
     }
-    std::vector<int> factors;
-    for (int factor = 2; std::max(grid.width_px, grid.height_px) > factor / 2 * kTilePx;
-         factor *= 2) {
-      factors.push_back(factor);
+    Check(gdal, BuildOverviews(*tiff, "AVERAGE"), file);
+    tiff.reset();
+    Check(gdal, true, file);
+  }
+  target.Commit();
+}
+
+void ExportHeights(const MosaicGrid& grid, const HeightSource& source, const fs::path& file) {
+  if (const std::string problem = Problem(grid); !problem.empty()) throw InputError(problem);
+  AtomicFile target(file);
+  {
+    const GdalScope gdal;
+    const GdalOption no_aux("GDAL_PAM_ENABLED", "NO");
+    CPLStringList options = TiffOptions();
+    options.SetNameValue("PREDICTOR", "3");
+    GDALDatasetUniquePtr tiff(Driver("GTiff").Create(target.PartialPath().c_str(),
+                                                     grid.width_px,
+                                                     grid.height_px,
+                                                     1,
+                                                     GDT_Float32,
+                                                     options.List()));
+    Check(gdal, tiff && Place(*tiff, grid, "m"), file);
+    GDALRasterBand& band = *tiff->GetRasterBand(1);
+    band.SetDescription("heights");
+    Check(gdal,
+          band.SetNoDataValue(std::numeric_limits<double>::quiet_NaN()) == CE_None &&
+              band.SetUnitType("m") == CE_None,
+          file);
+    for (const cv::Rect& window : Strips(grid)) {
+      cv::Mat metres;
+      source(window, metres);
+      if (metres.size() != window.size() || metres.type() != CV_32FC1) {
+        throw RunError("the source of the heights gave an image of another size or type");
+      }
+      Check(gdal, WriteHeights(band, window, metres) == CE_None, file);
     }
-    if (!factors.empty()) {
-      Check(gdal,
-            tiff->BuildOverviews("AVERAGE",
-                                 static_cast<int>(factors.size()),
-                                 factors.data(),
-                                 0,
-                                 nullptr,
-                                 nullptr,
-                                 nullptr,
-                                 nullptr) == CE_None,
-            file);
-    }
+    // A mean of two surfaces would be the height of neither.
+    Check(gdal, BuildOverviews(*tiff, "NEAREST"), file);
     tiff.reset();
     Check(gdal, true, file);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <opencv2/core.hpp>
 
 #include "mapping/store/map_file.hpp"
@@ -19,6 +20,17 @@ void ExportPng(const MapReader& map,
 
 /// Tiled, compressed GeoTIFF with overviews and the map's local engineering SRS.
 void ExportGeoTiff(const MapReader& map, const std::filesystem::path& file);
+
+/// Fills a window of a raster of heights: metres above the floor, CV_32FC1, NaN where not known.
+using HeightSource = std::function<void(const cv::Rect& window, cv::Mat& metres)>;
+
+/// GeoTIFF of one band `heights`, 32 bit numbers in metres above the floor, NaN for no data; tiled
+/// and compressed, with the map's SRS.
+/// @param grid  of the raster, usually the mosaic's: the two files then lie on each other pixel by
+/// pixel.
+void ExportHeights(const MosaicGrid& grid,
+                   const HeightSource& source,
+                   const std::filesystem::path& file);
 
 /// `PATH.yaml` + `PATH.png` (PATH with or without .yaml) in the format of ROS map_server and Nav2:
 /// image, resolution, origin [x, y, yaw] of the lower left pixel's corner, negate, thresholds,

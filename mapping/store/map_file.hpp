@@ -1,9 +1,11 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,10 +25,19 @@ struct MapMetadata {
   cv::Size view_size;            ///< size of the keyframe images
   double view_units_per_px = 0;  ///< units on the ceiling per keyframe image pixel
   Pose2 T_base_view;             ///< CeilingView::T_base_view of the mapping camera
-  cv::Mat view_mask;             ///< CeilingView::Mask of the keyframe images; empty: none
+  /// CeilingView::FocalLength of the mapping camera; 0: not known, all heights are then relative.
+  double view_focal_px = 0;
+  /// Its principal point, from the centre ((W-1)/2, (H-1)/2) of the keyframe images, pixels.
+  Eigen::Vector2d view_principal_px = Eigen::Vector2d::Zero();
+  cv::Mat view_mask;  ///< CeilingView::Mask of the keyframe images; empty: none
   std::string program_version;
   std::string provenance;  ///< command line, source names, date; free text
 };
+
+/// Height above the floor, metres, of a point of the ceiling with inverse height ratio `rho` > 0
+/// (mapping/heights/height_field.hpp); nothing where the focal length or the height of the ceiling
+/// is not known.
+std::optional<double> HeightAboveFloor(const MapMetadata& metadata, double rho);
 
 /// Extent of a mosaic and position of its pixels in the map: pixel (col, row) of the full mosaic
 /// has its CENTRE at
@@ -49,7 +60,7 @@ class MapReader;
 
 /// Writes NAME.gpkg: an OGC GeoPackage with the layers `mosaic` (raster tile pyramid, grey +
 /// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots` (vector) and the tables
-/// `keyframe_images`, `ceilmap_metadata`.
+/// `keyframe_pictures`, `place_descriptors`, `keyframe_heights`, `view_mask`, `ceilmap_metadata`.
 ///
 /// All data are written to a partial file beside the target (with a fixed name, so that the next
 /// run replaces the partial file of a killed one); Commit() closes it, syncs it to disk and renames
@@ -116,7 +127,8 @@ class MapReader {
 
   [[nodiscard]] const MapMetadata& Metadata() const;
   [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic
-  [[nodiscard]] std::vector<graph::Keyframe> ReadKeyframes() const;  ///< without images, by id
+  /// By id, with heights, without images.
+  [[nodiscard]] std::vector<graph::Keyframe> ReadKeyframes() const;
   [[nodiscard]] cv::Mat ReadImage(std::int64_t keyframe_id) const;
   /// CV_32FC1 as returned by PlaceDescriber.
   [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;

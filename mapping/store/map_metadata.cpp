@@ -47,6 +47,10 @@ Number Value(const std::map<std::string, std::string>& rows, const char* key) {
   return value;
 }
 
+double ValueOr(const std::map<std::string, std::string>& rows, const char* key, double otherwise) {
+  return rows.count(key) > 0 ? Value<double>(rows, key) : otherwise;
+}
+
 bool IsPositive(double value) {
   return std::isfinite(value) && value > 0;
 }
@@ -69,6 +73,9 @@ std::map<std::string, std::string> ToRows(const MapMetadata& m) {
           {"T_base_view_x", ToText(m.T_base_view.x)},
           {"T_base_view_y", ToText(m.T_base_view.y)},
           {"T_base_view_yaw_rad", ToText(m.T_base_view.yaw)},
+          {"view_focal_px", ToText(m.view_focal_px)},
+          {"view_principal_x_px", ToText(m.view_principal_px.x())},
+          {"view_principal_y_px", ToText(m.view_principal_px.y())},
           {"program_version", m.program_version},
           {"provenance", m.provenance}};
 }
@@ -122,6 +129,10 @@ MapMetadata FromRows(const std::map<std::string, std::string>& rows) {
   m.T_base_view.x = Value<double>(rows, "T_base_view_x");
   m.T_base_view.y = Value<double>(rows, "T_base_view_y");
   m.T_base_view.yaw = Value<double>(rows, "T_base_view_yaw_rad");
+  // Absent in maps that were made before ceilings had heights.
+  m.view_focal_px = ValueOr(rows, "view_focal_px", 0);
+  m.view_principal_px = {ValueOr(rows, "view_principal_x_px", 0),
+                         ValueOr(rows, "view_principal_y_px", 0)};
   m.program_version = Text(rows, "program_version");
   m.provenance = Text(rows, "provenance");
   if (const std::string problem = Problem(m); !problem.empty()) {
@@ -150,7 +161,19 @@ std::string Problem(const MapMetadata& m) {
   if (!IsCoordinate(T.x) || !IsCoordinate(T.y) || !IsCoordinate(T.yaw)) {
     return "T_base_view must be finite";
   }
+  if (!std::isfinite(m.view_focal_px) || m.view_focal_px < 0) return "view_focal_px must be >= 0";
+  if (!IsCoordinate(m.view_principal_px.x()) || !IsCoordinate(m.view_principal_px.y())) {
+    return "view_principal_px must be finite";
+  }
   return {};
+}
+
+std::optional<double> HeightAboveFloor(const MapMetadata& metadata, double rho) {
+  const double reference_m = metadata.view_focal_px * metadata.view_units_per_px;
+  if (metadata.unit != "m" || reference_m <= 0 || metadata.ceiling_height_m <= 0 || rho <= 0) {
+    return std::nullopt;
+  }
+  return metadata.ceiling_height_m + reference_m * (1 / rho - 1);
 }
 
 std::string Problem(const MosaicGrid& grid) {

@@ -98,8 +98,11 @@ struct MapReader::Impl {
     }
   }
   OGRLayer& Layer(const char* name) const;
+  [[nodiscard]] bool Has(const char* table) const;
   template <typename Row, typename Convert>
   std::vector<Row> ReadAll(const char* table, Convert convert) const;
+
+  void AddHeights(std::vector<graph::Keyframe>& keyframes) const;
 
   void CheckCurrent() const;
   void OpenTables();
@@ -134,7 +137,7 @@ void MapReader::Impl::OpenTables() {
   const GdalScope gdal;
   database = Open(path, GDAL_OF_VECTOR, {"LIST_ALL_TABLES=NO", nullptr});
   if (!database) Throw("cannot be read as a GeoPackage (" + gdal.Message() + ")");
-  if (database->GetLayerByName(tables::kMetadata) == nullptr) {
+  if (!Has(tables::kMetadata)) {
     Throw("is a GeoPackage but no ceilmap map; give one made by 'ceilmap map'");
   }
   std::map<std::string, std::string> rows;
@@ -193,6 +196,10 @@ void MapReader::Impl::OpenMosaic() {
   }
 }
 
+bool MapReader::Impl::Has(const char* table) const {
+  return database->GetLayerByName(table) != nullptr;
+}
+
 OGRLayer& MapReader::Impl::Layer(const char* name) const {
   OGRLayer* layer = database->GetLayerByName(name);
   if (layer == nullptr) Throw(std::string("has no table ") + name + "; the file is damaged");
@@ -217,6 +224,28 @@ std::vector<Row> MapReader::Impl::ReadAll(const char* table, Convert convert) co
   return rows;
 }
 
+/// @param keyframes  by id.
+void MapReader::Impl::AddHeights(std::vector<graph::Keyframe>& keyframes) const {
+  {
+    const std::lock_guard lock(mutex);
+    const GdalScope gdal;
+    if (!Has(tables::kHeights)) return;
+  }
+  using Row = std::pair<std::int64_t, std::shared_ptr<const heights::HeightField>>;
+  for (Row& row : ReadAll<Row>(tables::kHeights, tables::ToHeights)) {
+    const auto found = std::lower_bound(
+        keyframes.begin(),
+        keyframes.end(),
+        row.first,
+        [](const graph::Keyframe& keyframe, std::int64_t id) { return keyframe.id < id; });
+    if (found == keyframes.end() || found->id != row.first) {
+      Throw("table " + std::string(tables::kHeights) + ": keyframe " + std::to_string(row.first) +
+            " is missing; the file is damaged");
+    }
+    found->heights = std::move(row.second);
+  }
+}
+
 MapReader::MapReader(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
 MapReader::~MapReader() {
   const GdalScope gdal;
@@ -239,6 +268,7 @@ std::vector<graph::Keyframe> MapReader::ReadKeyframes() const {
   std::sort(keyframes.begin(),
             keyframes.end(),
             [](const graph::Keyframe& a, const graph::Keyframe& b) { return a.id < b.id; });
+  impl_->AddHeights(keyframes);
   return keyframes;
 }
 

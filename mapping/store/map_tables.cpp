@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "calib/base/error.hpp"
@@ -23,7 +24,15 @@ constexpr char kPitch[] = "pitch_rad";
 constexpr char kRoll[] = "roll_rad";
 constexpr char kLift[] = "lift";
 
+constexpr char kFloats[] = "float32";  // of descriptors and heights
+
 constexpr double kMaxCoordinate = 1e9;
+
+// Cells are stored as they are in memory: rho, sigma, row by row.
+static_assert(sizeof(heights::HeightCell) == 2 * sizeof(float));
+constexpr int kMaxHeightCells = 1 << 14;  // columns, rows
+constexpr double kMaxPixel = 1 << 15;     // coordinates in an image
+constexpr double kMaxRatio = 1e3;         // of heights, and of their inverse
 
 using FeaturePtr = OGRFeatureUniquePtr;
 
@@ -188,7 +197,18 @@ OGRLayer* CreateImages(GDALDataset& dataset, const char* name) {
 OGRLayer* CreateDescriptors(GDALDataset& dataset) {
   OGRLayer* layer = CreateTable(dataset, kDescriptors, nullptr, wkbNone, "id");
   const bool done = layer != nullptr && AddField(*layer, "columns", OFTInteger) &&
-                    AddField(*layer, "float32", OFTBinary);
+                    AddField(*layer, kFloats, OFTBinary);
+  return done ? layer : nullptr;
+}
+
+OGRLayer* CreateHeights(GDALDataset& dataset) {
+  OGRLayer* layer = CreateTable(dataset, kHeights, nullptr, wkbNone, "id");
+  const bool done = layer != nullptr && AddField(*layer, "columns", OFTInteger) &&
+                    AddField(*layer, "rows", OFTInteger) && AddField(*layer, "first_u", OFTReal) &&
+                    AddField(*layer, "first_v", OFTReal) && AddField(*layer, "step_u", OFTReal) &&
+                    AddField(*layer, "step_v", OFTReal) &&
+                    AddField(*layer, "scale_sigma", OFTReal) &&
+                    AddField(*layer, kFloats, OFTBinary);
   return done ? layer : nullptr;
 }
 
@@ -255,7 +275,23 @@ bool Append(OGRLayer& layer, std::int64_t keyframe_id, const cv::Mat& descriptor
   row->SetField("columns", descriptors.cols);
   const cv::Mat whole = descriptors.isContinuous() ? descriptors : descriptors.clone();
   row->SetField(
-      row->GetFieldIndex("float32"), static_cast<int>(whole.total() * sizeof(float)), whole.ptr());
+      row->GetFieldIndex(kFloats), static_cast<int>(whole.total() * sizeof(float)), whole.ptr());
+  return layer.CreateFeature(row.get()) == OGRERR_NONE;
+}
+
+bool Append(OGRLayer& layer, std::int64_t keyframe_id, const heights::HeightField& heights) {
+  const FeaturePtr row = NewRow(layer);
+  row->SetFID(keyframe_id);
+  row->SetField("columns", heights.grid.width);
+  row->SetField("rows", heights.grid.height);
+  row->SetField("first_u", heights.first_px.x());
+  row->SetField("first_v", heights.first_px.y());
+  row->SetField("step_u", heights.step_px.x());
+  row->SetField("step_v", heights.step_px.y());
+  row->SetField("scale_sigma", heights.scale_sigma);
+  row->SetField(row->GetFieldIndex(kFloats),
+                static_cast<int>(heights.cells.size() * sizeof(heights::HeightCell)),
+                heights.cells.data());
   return layer.CreateFeature(row.get()) == OGRERR_NONE;
 }
 
@@ -324,6 +360,37 @@ graph::WeakSpot ToWeakSpot(OGRFeature& row) {
   ThrowDamaged(row, "unknown kind");
 }
 
+std::pair<std::int64_t, std::shared_ptr<const heights::HeightField>> ToHeights(OGRFeature& row) {
+  const std::int64_t columns = Integer(row, "columns");
+  const std::int64_t rows = Integer(row, "rows");
+  int bytes = 0;
+  const int field = row.GetFieldIndex(kFloats);
+  const GByte* data = field >= 0 ? row.GetFieldAsBinary(field, &bytes) : nullptr;
+  if (columns < 1 || columns > kMaxHeightCells || rows < 1 || rows > kMaxHeightCells ||
+      bytes != columns * rows * static_cast<std::int64_t>(sizeof(heights::HeightCell))) {
+    ThrowDamaged(row, "heights of an impossible size");
+  }
+  auto field_of_heights = std::make_shared<heights::HeightField>();
+  heights::HeightField& result = *field_of_heights;
+  result.grid = {static_cast<int>(columns), static_cast<int>(rows)};
+  result.first_px = {Real(row, "first_u"), Real(row, "first_v")};
+  result.step_px = {Real(row, "step_u"), Real(row, "step_v")};
+  result.scale_sigma = Real(row, "scale_sigma");
+  if (result.first_px.cwiseAbs().maxCoeff() > kMaxPixel || result.step_px.minCoeff() <= 0 ||
+      result.step_px.maxCoeff() > kMaxPixel || result.scale_sigma < 0) {
+    ThrowDamaged(row, "heights on an impossible grid");
+  }
+  result.cells.resize(static_cast<std::size_t>(columns * rows));
+  std::memcpy(result.cells.data(), data, static_cast<std::size_t>(bytes));
+  for (const heights::HeightCell& cell : result.cells) {
+    if (!(cell.rho >= 1 / kMaxRatio && cell.rho <= kMaxRatio && cell.sigma >= 0 &&
+          cell.sigma <= kMaxRatio)) {
+      ThrowDamaged(row, "heights out of range");
+    }
+  }
+  return {row.GetFID(), std::move(field_of_heights)};
+}
+
 std::vector<unsigned char> ReadPng(OGRLayer& images, std::int64_t keyframe_id) {
   const FeaturePtr row(images.GetFeature(keyframe_id));
   const int column = row ? row->GetFieldIndex(kPng) : -1;
@@ -344,7 +411,7 @@ cv::Mat ReadDescriptors(OGRLayer& descriptors, std::int64_t keyframe_id) {
   }
   const std::int64_t columns = Integer(*row, "columns");
   int bytes = 0;
-  const int field = row->GetFieldIndex("float32");
+  const int field = row->GetFieldIndex(kFloats);
   const GByte* data = field >= 0 ? row->GetFieldAsBinary(field, &bytes) : nullptr;
   if (columns < 1 || columns > kMaxColumns || bytes % (columns * sizeof(float)) != 0) {
     ThrowDamaged(*row, "place descriptors of an impossible size");

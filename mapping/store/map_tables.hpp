@@ -2,7 +2,9 @@
 
 #include <ogrsf_frmts.h>
 
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mapping/graph/keyframe.hpp"
@@ -19,7 +21,8 @@ inline constexpr char kEdges[] = "edges";
 inline constexpr char kWeakSpots[] = "weak_spots";
 inline constexpr char kImages[] = "keyframe_pictures";
 inline constexpr char kDescriptors[] = "place_descriptors";
-inline constexpr char kMask[] = "view_mask";  ///< one row, as kImages; none: no mask
+inline constexpr char kHeights[] = "keyframe_heights";  ///< absent in maps of earlier versions
+inline constexpr char kMask[] = "view_mask";            ///< one row, as kImages; none: no mask
 inline constexpr char kMetadata[] = "ceilmap_metadata";
 inline constexpr char kPng[] = "png";  ///< column of kImages
 inline constexpr char kKey[] = "key";  ///< columns of kMetadata
@@ -34,6 +37,7 @@ OGRLayer* CreateWeakSpots(GDALDataset& dataset, OGRSpatialReference& srs);
 /// @param name  kImages or kMask.
 OGRLayer* CreateImages(GDALDataset& dataset, const char* name);
 OGRLayer* CreateDescriptors(GDALDataset& dataset);
+OGRLayer* CreateHeights(GDALDataset& dataset);
 OGRLayer* CreateMetadata(GDALDataset& dataset);
 
 /// Adds a row; false when GDAL fails. An edge is a line between its two keyframes.
@@ -46,6 +50,7 @@ bool Append(OGRLayer& layer,
 bool Append(OGRLayer& layer, const graph::WeakSpot& spot);
 bool Append(OGRLayer& layer, std::int64_t keyframe_id, const std::vector<unsigned char>& png);
 bool Append(OGRLayer& layer, std::int64_t keyframe_id, const cv::Mat& descriptors);
+bool Append(OGRLayer& layer, std::int64_t keyframe_id, const heights::HeightField& heights);
 bool Append(OGRLayer& layer, const std::string& key, const std::string& value);
 
 /// The inverse. @throws InputError (without the file's name) for a missing column and for invalid
@@ -54,6 +59,8 @@ graph::Keyframe ToKeyframe(OGRFeature& row);
 graph::FramePose ToFramePose(OGRFeature& row);
 graph::Edge ToEdge(OGRFeature& row);
 graph::WeakSpot ToWeakSpot(OGRFeature& row);
+/// A keyframe's id and its heights.
+std::pair<std::int64_t, std::shared_ptr<const heights::HeightField>> ToHeights(OGRFeature& row);
 /// The stored bytes of a keyframe's image. @throws InputError when there are none.
 std::vector<unsigned char> ReadPng(OGRLayer& images, std::int64_t keyframe_id);
 /// CV_32FC1. @throws InputError when there are none or their size is invalid.

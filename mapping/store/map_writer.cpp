@@ -101,7 +101,8 @@ void MapWriter::Impl::CreateTables() {
         tables::CreateKeyframes(*dataset, srs) && tables::CreateTrajectory(*dataset, srs) &&
             tables::CreateEdges(*dataset, srs) && tables::CreateWeakSpots(*dataset, srs) &&
             tables::CreateImages(*dataset, tables::kImages) &&
-            tables::CreateImages(*dataset, tables::kMask) && tables::CreateDescriptors(*dataset));
+            tables::CreateImages(*dataset, tables::kMask) && tables::CreateDescriptors(*dataset) &&
+            tables::CreateHeights(*dataset));
   OGRLayer* rows = tables::CreateMetadata(*dataset);
   Check(gdal, rows != nullptr);
   for (const auto& [key, value] : ToRows(metadata)) Check(gdal, tables::Append(*rows, key, value));
@@ -268,6 +269,9 @@ void MapWriter::WriteGraph(const graph::MapGraph& graph) {
   for (const graph::Keyframe& keyframe : graph.keyframes) {
     impl_->Check(gdal, tables::Append(impl_->Layer(tables::kKeyframes), keyframe));
     poses[keyframe.id] = keyframe.pose.T_map_base;
+    if (!keyframe.heights) continue;
+    OGRLayer& heights = impl_->Layer(tables::kHeights);
+    impl_->Check(gdal, tables::Append(heights, keyframe.id, *keyframe.heights));
   }
   for (const graph::FramePose& frame : graph.trajectory) {
     impl_->Check(gdal, tables::Append(impl_->Layer(tables::kTrajectory), frame));

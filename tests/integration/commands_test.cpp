@@ -10,6 +10,7 @@
 #include "mapping/store/map_file.hpp"
 #include "tests/integration/endless_stream.hpp"
 #include "tests/integration/recordings.hpp"
+#include "tests/mapping/store/synthetic_map.hpp"
 
 namespace ceilmap::integration {
 namespace {
@@ -400,6 +401,44 @@ TEST(Export, WritesEveryFormat) {
   cv::flip(below, flipped, 1);
   EXPECT_EQ(cv::norm(above, flipped, cv::NORM_INF), 0);
   EXPECT_THAT(ReadAll(test.out / "ros.yaml"), HasSubstr("image: ros.png"));
+}
+
+TEST(Export, HeightsAndTheirSummaryAreThoseOfTheMap) {
+  const Recordings test;
+  store::synthetic::SmallMap map;  // the ceiling at 2.6 m, 2.2 m above the camera
+  map.Write(test.out / "m.gpkg");
+  const support::ProcessResult table = test.Run({"info", "m.gpkg"});
+  EXPECT_THAT(table.out, HasSubstr("in 2 keyframes, 2.01 to 2.60 m above the floor"));
+  const auto info = nlohmann::json::parse(test.Run({"info", "m.gpkg", "--json"}).out);
+  EXPECT_EQ(info["heights"]["keyframes"], 2);
+  const support::ProcessResult result =
+      test.Run({"export", "m.gpkg", "--format=heights", "-o", "heights.tif"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.out, "written heights.tif\n");
+  const cv::Mat heights = cv::imread((test.out / "heights.tif").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(heights.type(), CV_32FC1);
+  EXPECT_EQ(heights.size(),
+            cv::Size(store::synthetic::kGrid.width_px, store::synthetic::kGrid.height_px));
+}
+
+TEST(Export, APlaneHasNoHeights) {
+  const Recordings test;
+  store::synthetic::SmallMap map;
+  for (graph::Keyframe& keyframe : map.keyframes) keyframe.heights = nullptr;
+  map.Write(test.out / "plane.gpkg");
+  const support::ProcessResult plane =
+      test.Run({"export", "plane.gpkg", "--format=heights", "-o", "heights.tif"});
+  EXPECT_EQ(plane.exit_code, 2);
+  EXPECT_EQ(plane.err, "ceilmap: the map has no heights: its ceiling is one plane\n");
+  map = {};
+  map.metadata.view_focal_px = 0;
+  map.Write(test.out / "px.gpkg");
+  const support::ProcessResult relative =
+      test.Run({"export", "px.gpkg", "--format=heights", "-o", "heights.tif"});
+  EXPECT_EQ(relative.exit_code, 2);
+  EXPECT_EQ(relative.err,
+            "ceilmap: the map's heights are not in metres; make the map again with a rig\n");
+  EXPECT_THAT(test.out.Names(), ElementsAre("plane.gpkg", "px.gpkg"));
 }
 
 TEST(Export, PixelsAreNoMetresForRos) {

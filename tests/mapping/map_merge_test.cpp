@@ -59,6 +59,32 @@ TEST(MapMerge, PartsOfOneCeilingComeTogether) {
   EXPECT_EQ(merged.graph.keyframes.front().pose.T_map_base.x, 0);
 }
 
+TEST(MapMerge, KeyframesKeepTheirHeights) {
+  DriveUnder a({}, Row(0, 0, 4));
+  DriveUnder b({}, Row(0.7, 0.6, 4, std::numbers::pi), {}, 1000);
+  // Of the plane that the ceiling is; recognized by the last number.
+  const auto heights = [](double scale_sigma) {
+    auto field = std::make_shared<heights::HeightField>();
+    field->grid = {64, 64};
+    field->first_px = {-160, -120};
+    field->step_px = {5, 4};
+    field->cells.assign(64 * 64, {1, 0.01F});
+    field->scale_sigma = scale_sigma;
+    return field;
+  };
+  a.graph.keyframes[1].heights = heights(0.011);
+  b.graph.keyframes[2].heights = heights(0.012);
+  const MergeResult merged = Merge(a, b);
+  ASSERT_TRUE(merged.ok()) << merged.results[1].reason;
+  ASSERT_EQ(merged.graph.keyframes.size(), 8U);
+  for (const graph::Keyframe& keyframe : merged.graph.keyframes) {
+    const bool deep = keyframe.id == 1 || keyframe.id == 1002;
+    ASSERT_EQ(keyframe.heights != nullptr, deep) << keyframe.id;
+    if (!deep) continue;
+    EXPECT_EQ(keyframe.heights->scale_sigma, keyframe.id == 1 ? 0.011 : 0.012);
+  }
+}
+
 TEST(MapMerge, OtherCeilingsAreRefused) {
   CeilingParams other;
   other.seed = 99;

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <cstdio>
 
 #include "tests/app/page/page_in_browser.hpp"
 #include "tests/app/page/sample_page.hpp"
@@ -9,6 +10,7 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 TEST_F(PageInBrowser, NeedsNoNetwork) {
   Open(sample::Comparison());
@@ -55,6 +57,89 @@ TEST_F(PageInBrowser, BoxesSwitchLayers) {
   EXPECT_FALSE(RobotNamed("full")["shown"]) << "its path is switched off";
   EXPECT_EQ(browser_->Run("return document.querySelectorAll('img.mosaic').length"), 0);
   Show("other-layers");
+}
+
+/// A ceiling at 5 m with a duct at 3.5 m across it, and a corner of which nothing is known.
+PageHeights SomeHeights(const PagePicture& picture) {
+  PageHeights heights{40, 0, picture.min_x, picture.max_y, 0, {}};
+  heights.cell = (picture.max_x - picture.min_x) / heights.columns;
+  heights.rows = static_cast<int>((picture.max_y - picture.min_y) / heights.cell);
+  for (int row = 0; row < heights.rows; ++row) {
+    for (int column = 0; column < heights.columns; ++column) {
+      const float metres = row == 4 ? 3.5F : row == 5 ? 4.25F : 5;
+      heights.metres.push_back(row < 2 && column < 2 ? std::nanf("") : metres);
+    }
+  }
+  return heights;
+}
+
+TEST_F(PageInBrowser, ShowsHeightsAsALayerAndUnderThePointer) {
+  PageData data = sample::Comparison();
+  data.heights = SomeHeights(data.picture);
+  Open(data);
+  const auto height_at = [&](double column, double row) {
+    return browser_->Run("return ceilmap.heightAt(arguments[0], arguments[1])",
+                         {data.heights.min_x + column * data.heights.cell,
+                          data.heights.max_y - row * data.heights.cell});
+  };
+  EXPECT_EQ(height_at(20, 4.5), 3.5);
+  EXPECT_EQ(height_at(20, 5.5), 4.25);
+  EXPECT_EQ(height_at(39.99, 0.01), 5);
+  EXPECT_EQ(height_at(0.5, 0.5), nullptr);
+  EXPECT_EQ(height_at(-0.01, 4.5), nullptr);
+  EXPECT_EQ(height_at(20, -0.01), nullptr);
+
+  EXPECT_EQ(State()["layers"]["heights"], false);
+  EXPECT_EQ(browser_->Run("return document.querySelectorAll('img.heights').length"), 0);
+  browser_->Click("[data-layer='heights']");
+  EXPECT_EQ(State()["layers"]["heights"], true);
+  ASSERT_TRUE(browser_->WaitFor("document.querySelector('img.heights').naturalWidth === 40"));
+  const json box = browser_->Run(
+      "const box = document.querySelector('img.heights').getBoundingClientRect();"
+      "const map = document.getElementById('map').getBoundingClientRect();"
+      "return [box.left - map.left - 1, box.top - map.top - 1, box.right - map.left - 1, "
+      "box.bottom - map.top - 1]");
+  const PageHeights& heights = data.heights;
+  ExpectNear({box[0], box[1]}, PixelOf(heights.min_x, heights.max_y));
+  ExpectNear({box[2], box[3]},
+             PixelOf(heights.min_x + heights.columns * heights.cell,
+                     heights.max_y - heights.rows * heights.cell));
+  // The lowest and the highest, and no colour where nothing is known.
+  EXPECT_EQ(
+      browser_->Run("const image = document.querySelector('img.heights');"
+                    "const canvas = document.createElement('canvas');"
+                    "[canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];"
+                    "const context = canvas.getContext('2d', {willReadFrequently: true}); "
+                    "context.drawImage(image, 0, 0);"
+                    "return [[20, 4], [20, 5], [20, 9], [0, 0]].map(([u, v]) => "
+                    "[...context.getImageData(u, v, 1, 1).data].join())"),
+      json({"48,18,59,255", "31,158,137,255", "253,231,80,255", "0,0,0,0"}));
+  EXPECT_EQ(TextOf("#layers .legend li"), "5.00 m");
+  EXPECT_EQ(TextOf("#layers .legend li:last-child"), "3.50 m");
+
+  EXPECT_EQ(browser_->Run("return document.querySelector('.pointer').hidden"), true);
+  const double x = heights.min_x + 20.5 * heights.cell;
+  const json pixel = PixelOf(x, heights.max_y - 4.5 * heights.cell);
+  const int u = static_cast<int>(pixel[0].get<double>());
+  const int v = static_cast<int>(pixel[1].get<double>());
+  browser_->Drag("#map", u, v, u, v);
+  EXPECT_THAT(TextOf(".pointer"), HasSubstr(" m \u00b7 height 3.50 m"));
+  Show("heights");
+}
+
+TEST_F(PageInBrowser, ShowsWhereThePointerIs) {
+  Open(sample::Comparison());
+  const json pixel = PixelOf(2, -1.5);
+  const int u = static_cast<int>(std::lround(pixel[0].get<double>()));
+  const int v = static_cast<int>(std::lround(pixel[1].get<double>()));
+  browser_->Drag("#map", u, v, u, v);
+  const std::string text = TextOf(".pointer");
+  double x = 0;
+  double y = 0;
+  ASSERT_EQ(std::sscanf(text.c_str(), "x %lf \u00b7 y \u2212%lf m", &x, &y), 2) << text;
+  EXPECT_NEAR(x, 2, 0.1);
+  EXPECT_NEAR(y, 1.5, 0.1);
+  EXPECT_THAT(text, Not(HasSubstr("height")));
 }
 
 TEST_F(PageInBrowser, ListsOnlyLayersThatExist) {

@@ -64,6 +64,21 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"PictureExtent",
                 [](PageData& d) { d.picture.max_x = d.picture.min_x; },
                 "extent of the picture is empty"},
+        Mistake{"HeightsCount",
+                [](PageData& d) {
+                  d.heights = {2, 2, 0, 0, 1, {5, 5, 5}};
+                },
+                "the heights are not as many as the cells of their grid"},
+        Mistake{"HeightsGrid",
+                [](PageData& d) {
+                  d.heights = {1, 2, 0, 0, 0, {5, 5}};
+                },
+                "grid of the heights is empty or not finite"},
+        Mistake{"HeightsInfinite",
+                [](PageData& d) {
+                  d.heights = {1, 2, 0, 0, 1, {5, HUGE_VALF}};
+                },
+                "a height is infinite"},
         Mistake{"NoName", [](PageData& d) { d.paths[1].name = ""; }, "a path without a name"},
         Mistake{"SameName",
                 [](PageData& d) { d.paths[2].name = d.paths[1].name; },
@@ -196,6 +211,33 @@ TEST(PageDocument, HoldsThePictureOrItsUrl) {
   EXPECT_THAT(DocumentOf(data)["picture"]["extent"], ElementsAre(1, 2, 3, 4));
   const json served = json::parse(WriteDocument(data, {}, "picture?v=7"));
   EXPECT_EQ(served["picture"]["url"], "picture?v=7");
+}
+
+TEST(PageDocument, HoldsHeightsInSteps) {
+  PageData data;
+  EXPECT_TRUE(DocumentOf(data)["heights"].is_null());
+  data.heights = {2, 2, -1, 3, 0.5, {3.5F, std::nanf(""), 3.52F, 4}};
+  json heights = DocumentOf(data)["heights"];
+  EXPECT_EQ(heights["columns"], 2);
+  EXPECT_EQ(heights["rows"], 2);
+  EXPECT_EQ(heights["min_x"], -1);
+  EXPECT_EQ(heights["max_y"], 3);
+  EXPECT_EQ(heights["cell"], 0.5);
+  EXPECT_EQ(heights["lowest_m"], 3.5);
+  EXPECT_EQ(heights["highest_m"], 4);
+  EXPECT_THAT(heights["colours_m"], ElementsAre(3.5, 4));
+  EXPECT_EQ(heights["step_m"], 0.01);
+  EXPECT_EQ(heights["cells"], "AQADMw==");  // 1, 0, 3, 51
+  data.heights.metres[3] = 3.5F + 2 * 2.54F;
+  heights = DocumentOf(data)["heights"];
+  EXPECT_NEAR(heights["step_m"].get<double>(), 0.02, 1e-6);
+  EXPECT_EQ(heights["cells"], "AQAC/w==");  // 1, 0, 2, 255
+  data.heights = {10, 10, 0, 0, 1, std::vector<float>(100, 5)};
+  for (const int i : {3, 10, 50}) data.heights.metres[i] = 9;
+  for (const int i : {4, 11}) data.heights.metres[i] = 1;
+  EXPECT_THAT(DocumentOf(data)["heights"]["colours_m"], ElementsAre(5, 9));
+  data.heights.metres.assign(100, std::nanf(""));
+  EXPECT_TRUE(DocumentOf(data)["heights"].is_null());
 }
 
 TEST(PageDocument, HasTheState) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -66,6 +67,71 @@ class Export : public ::testing::Test {
 
   support::TempFolder folder_;
 };
+
+/// A ramp across a raster; nothing is known in its first column.
+void FillHeights(const cv::Rect& window, cv::Mat& metres) {
+  metres.create(window.size(), CV_32FC1);
+  for (int row = 0; row < window.height; ++row) {
+    for (int col = 0; col < window.width; ++col) {
+      const int x = col + window.x;
+      metres.at<float>(row, col) =
+          x == 0 ? std::nanf("") : 3 + 1e-3F * static_cast<float>(x + 10 * (row + window.y));
+    }
+  }
+}
+
+TEST_F(Export, Heights) {
+  ExportHeights(kGrid, FillHeights, folder_ / "heights.tif");
+  EXPECT_EQ(folder_.CountFiles(), 2U);
+  const GDALDatasetUniquePtr tiff = Open(folder_ / "heights.tif");
+  ASSERT_NE(tiff, nullptr);
+  ASSERT_EQ(tiff->GetRasterCount(), 1);
+  GDALRasterBand& band = *tiff->GetRasterBand(1);
+  EXPECT_STREQ(band.GetDescription(), "heights");
+  EXPECT_STREQ(band.GetUnitType(), "m");
+  EXPECT_EQ(band.GetRasterDataType(), GDT_Float32);
+  int has_no_data = 0;
+  EXPECT_TRUE(std::isnan(band.GetNoDataValue(&has_no_data)));
+  EXPECT_TRUE(has_no_data);
+  EXPECT_GT(band.GetOverviewCount(), 0);
+  std::array<double, 6> transform{};
+  ASSERT_EQ(tiff->GetGeoTransform(transform.data()), CE_None);
+  EXPECT_DOUBLE_EQ(transform[0], kGrid.min_x);
+  EXPECT_DOUBLE_EQ(transform[1], kGrid.resolution);
+  EXPECT_DOUBLE_EQ(transform[3], kGrid.max_y);
+  EXPECT_DOUBLE_EQ(transform[5], -kGrid.resolution);
+  EXPECT_NE(tiff->GetSpatialRef(), nullptr);
+  cv::Mat expected;
+  FillHeights({0, 0, kGrid.width_px, kGrid.height_px}, expected);
+  cv::Mat read(band.GetYSize(), band.GetXSize(), CV_32FC1);
+  ASSERT_EQ(read.size(), expected.size());
+  ASSERT_EQ(band.RasterIO(GF_Read,
+                          0,
+                          0,
+                          read.cols,
+                          read.rows,
+                          read.data,
+                          read.cols,
+                          read.rows,
+                          GDT_Float32,
+                          0,
+                          0,
+                          nullptr),
+            CE_None);
+  EXPECT_TRUE(std::isnan(read.at<float>(17, 0)));
+  const cv::Rect known(1, 0, read.cols - 1, read.rows);
+  EXPECT_EQ(cv::norm(read(known), expected(known), cv::NORM_INF), 0);
+}
+
+TEST_F(Export, HeightsThatCannotBeMadeLeaveNothing) {
+  EXPECT_THROW(
+      ExportHeights(
+          kGrid,
+          [](const cv::Rect& window, cv::Mat& metres) { metres.create(window.size(), CV_8UC1); },
+          folder_ / "heights.tif"),
+      RunError);
+  EXPECT_EQ(folder_.CountFiles(), 1U);
+}
 
 TEST_F(Export, Png) {
   const MapReader map(folder_ / "map.gpkg");

@@ -96,7 +96,11 @@ TEST(MapDamage, ImpossibleMetadata) {
                                                         {"view_width_px", "2000000000"},
                                                         {"view_height_px", "0"},
                                                         {"view_units_per_px", "inf"},
-                                                        {"T_base_view_x", "1e300"}}) {
+                                                        {"T_base_view_x", "1e300"},
+                                                        {"view_focal_px", "-1"},
+                                                        {"view_focal_px", "inf"},
+                                                        {"view_principal_x_px", "nan"},
+                                                        {"view_principal_y_px", "1e10"}}) {
     const support::TempFolder folder;
     std::string sql = "UPDATE ceilmap_metadata SET value = '";
     sql.append(value).append("' WHERE key = '").append(key).append("'");
@@ -173,6 +177,71 @@ TEST(MapDamage, ImpossibleRows) {
     EXPECT_THAT(reading(sql),
                 ThrowsMessage<InputError>(AllOf(HasSubstr("altered.gpkg"), HasSubstr("row"))))
         << sql;
+  }
+}
+
+/// The message of reading the keyframes of a good map changed by `sql`, without the file's name.
+std::string MessageOfKeyframes(const std::string& sql) {
+  const support::TempFolder folder;
+  const fs::path file = Altered(folder, {sql});
+  try {
+    (void)MapReader(file).ReadKeyframes();
+    return "";
+  } catch (const InputError& error) {
+    return std::string(error.what()).substr(file.string().size());
+  }
+}
+
+TEST(MapDamage, ImpossibleHeights) {
+  const auto damaged = [](const std::string& what) {
+    return ": table keyframe_heights, row 4: " + what + "; the file is damaged";
+  };
+  const auto set = [](const std::string& what) {
+    return "UPDATE keyframe_heights SET " + what + " WHERE id = 4";
+  };
+  EXPECT_EQ(MessageOfKeyframes(set("columns = 4")), "");
+  for (const char* size : {"columns = 3",
+                           "columns = 0",
+                           "columns = -4",
+                           "columns = 2147483647, rows = 2147483647",
+                           "rows = 4",
+                           "float32 = NULL",
+                           "float32 = x'00'",
+                           "float32 = substr(float32, 1, 95)"}) {
+    EXPECT_EQ(MessageOfKeyframes(set(size)), damaged("heights of an impossible size")) << size;
+  }
+  EXPECT_EQ(MessageOfKeyframes(set("columns = NULL")), damaged("no value in column 'columns'"));
+  EXPECT_EQ(MessageOfKeyframes(set("first_v = -9e999")), damaged("column 'first_v' is not finite"));
+  for (const char* grid :
+       {"first_u = 1e9", "step_u = 0", "step_v = -16", "step_v = 1e9", "scale_sigma = -0.1"}) {
+    EXPECT_EQ(MessageOfKeyframes(set(grid)), damaged("heights on an impossible grid")) << grid;
+  }
+  // The first cell's rho or sigma as NaN, infinity, -1 and 2^24.
+  for (const char* number : {"0000C07F", "0000807F", "000080BF", "0000804B"}) {
+    const std::string bytes = std::string("x'") + number + "'";
+    EXPECT_EQ(
+        MessageOfKeyframes(set("float32 = CAST(" + bytes + " || substr(float32, 5) AS BLOB)")),
+        damaged("heights out of range"))
+        << number;
+    EXPECT_EQ(MessageOfKeyframes(set("float32 = CAST(substr(float32, 1, 4) || " + bytes +
+                                     " || substr(float32, 9) AS BLOB)")),
+              damaged("heights out of range"))
+        << number;
+  }
+  EXPECT_EQ(MessageOfKeyframes("UPDATE keyframe_heights SET id = 9 WHERE id = 4"),
+            ": table keyframe_heights: keyframe 9 is missing; the file is damaged");
+}
+
+TEST(MapDamage, MapsWithoutHeightsAreRead) {
+  const support::TempFolder folder;
+  const MapReader reader(Altered(folder,
+                                 {"DROP TABLE keyframe_heights",
+                                  "DELETE FROM ceilmap_metadata WHERE key LIKE 'view_focal%'",
+                                  "DELETE FROM ceilmap_metadata WHERE key LIKE 'view_princ%'"}));
+  EXPECT_EQ(reader.Metadata().view_focal_px, 0);
+  EXPECT_EQ(HeightAboveFloor(reader.Metadata(), 1), std::nullopt);
+  for (const graph::Keyframe& keyframe : reader.ReadKeyframes()) {
+    EXPECT_EQ(keyframe.heights, nullptr);
   }
 }
 

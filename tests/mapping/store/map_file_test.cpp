@@ -48,6 +48,8 @@ TEST(MapFile, KeepsMetadataExactly) {
   EXPECT_EQ(read.robot, map.metadata.robot);
   EXPECT_EQ(read.view_size, map.metadata.view_size);
   EXPECT_EQ(read.view_units_per_px, map.metadata.view_units_per_px);
+  EXPECT_EQ(read.view_focal_px, map.metadata.view_focal_px);
+  EXPECT_EQ(read.view_principal_px, map.metadata.view_principal_px);
   EXPECT_EQ(read.T_base_view.x, map.metadata.T_base_view.x);
   EXPECT_EQ(read.T_base_view.y, map.metadata.T_base_view.y);
   EXPECT_EQ(read.T_base_view.yaw, map.metadata.T_base_view.yaw);
@@ -83,6 +85,41 @@ TEST(MapFile, KeepsPosesEdgesAndImagesExactly) {
     EXPECT_EQ(edges[i].T_from_to.y, map.edges[i].T_from_to.y);
     EXPECT_EQ(edges[i].T_from_to.yaw, map.edges[i].T_from_to.yaw);
     EXPECT_EQ(edges[i].information, map.edges[i].information);
+  }
+}
+
+TEST(MapFile, HeightsAboveTheFloorAreThoseOfTheReferencePlaneAndTheRatio) {
+  MapMetadata metadata = SmallMap().metadata;
+  metadata.ceiling_height_m = 5;
+  metadata.view_units_per_px = 0.01;
+  metadata.view_focal_px = 400;  // the camera is 4 m below the ceiling
+  EXPECT_DOUBLE_EQ(HeightAboveFloor(metadata, 1).value(), 5);
+  EXPECT_DOUBLE_EQ(HeightAboveFloor(metadata, 2).value(), 3);
+  EXPECT_EQ(HeightAboveFloor(metadata, 0), std::nullopt);
+  metadata.unit = "px";
+  EXPECT_EQ(HeightAboveFloor(metadata, 1), std::nullopt);
+}
+
+TEST(MapFile, KeepsHeightsExactly) {
+  const support::TempFolder folder;
+  const SmallMap map;
+  map.Write(folder / "map.gpkg");
+  const std::vector<graph::Keyframe> read = MapReader(folder / "map.gpkg").ReadGraph().keyframes;
+  ASSERT_EQ(read.size(), map.keyframes.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    ASSERT_EQ(read[i].heights != nullptr, i == 1 || i == 4) << i;
+    if (!read[i].heights) continue;
+    const heights::HeightField& a = *read[i].heights;
+    const heights::HeightField& b = *map.keyframes[i].heights;
+    EXPECT_EQ(a.grid, b.grid);
+    EXPECT_EQ(a.first_px, b.first_px);
+    EXPECT_EQ(a.step_px, b.step_px);
+    EXPECT_EQ(a.scale_sigma, b.scale_sigma);
+    ASSERT_EQ(a.cells.size(), b.cells.size());
+    for (std::size_t c = 0; c < a.cells.size(); ++c) {
+      EXPECT_EQ(a.cells[c].rho, b.cells[c].rho);
+      EXPECT_EQ(a.cells[c].sigma, b.cells[c].sigma);
+    }
   }
 }
 

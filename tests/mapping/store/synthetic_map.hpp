@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ inline MapMetadata Metadata(cv::Size view_size, double units_per_px) {
   metadata.robot = "robot 1";
   metadata.view_size = view_size;
   metadata.view_units_per_px = units_per_px;
+  metadata.view_focal_px = 440;
+  metadata.view_principal_px = {1.0 / 3, -2};
   metadata.T_base_view = {0.01, -0.02, 1.5707963267948966};
   metadata.program_version = "0.1.0";
   metadata.provenance = "ceilmap map --up video.mp4";
@@ -102,6 +105,20 @@ inline cv::Mat Image(std::int64_t id, cv::Size size) {
   return image;
 }
 
+/// Heights of a ceiling with depth on a grid of 4 x 3 cells.
+inline std::shared_ptr<const heights::HeightField> Heights(std::int64_t id) {
+  auto field = std::make_shared<heights::HeightField>();
+  field->grid = {4, 3};
+  field->first_px = {-24.5, -16 + 0.1 * static_cast<double>(id)};
+  field->step_px = {16, 1.0 / 3};
+  field->scale_sigma = 0.01 / 3;
+  for (int i = 0; i < field->grid.area(); ++i) {
+    const float rho = 1 + 0.1F * static_cast<float>(i) / 3;
+    field->cells.push_back(i % 5 == 4 ? heights::kUnknown : heights::HeightCell{rho, 0.003F * rho});
+  }
+  return field;
+}
+
 struct SmallMap {
   MapMetadata metadata = Metadata({64, 48}, 0.005);
   std::vector<graph::Keyframe> keyframes = Lawnmower(3, 2, 0.1);
@@ -109,6 +126,7 @@ struct SmallMap {
   std::vector<graph::Edge> edges;
 
   SmallMap() {
+    for (const std::size_t i : {1, 4}) keyframes[i].heights = Heights(keyframes[i].id);
     for (int i = 0; i < 40; ++i) {
       graph::FramePose frame;
       frame.frame_index = i;

@@ -1,0 +1,354 @@
+#include "mapping/mosaic/height_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "calib/base/parallel.hpp"
+#include "mapping/store/map_metadata.hpp"
+
+namespace ceilmap::mosaic {
+namespace {
+
+constexpr double kCellsPerStep = 4;  // cells of the raster across one step of a height field
+constexpr int kSquare = 32;          // side of the squares by which votes are stored, cells
+/// Radius in which a block votes, steps of its field. Blocks overlap by half: its side is two.
+constexpr double kReach = 1.0;
+constexpr float kMaxRadius = 8;  // cells
+/// Votes for one surface differ by no more than this part of rho to each side.
+constexpr float kSameSurface = 0.025F;
+/// A surface covers a place if it has this part of the votes of the most frequent surface.
+constexpr float kCovers = 1.0F / 3;
+/// A place is known from this weight on; one accurate block at half of its radius has 0.5.
+constexpr float kMinWeight = 0.1F;
+constexpr double kAccurate = 0.01;  // standard deviation of a vote of weight 1
+/// A surface hides a place if its ratio is larger than that of the ray by this part.
+constexpr float kNearer = 0.05F;
+constexpr int kFillPasses = 5;  // widest gap that is filled, cells from its border
+
+std::int64_t SquareKey(int x, int y) {
+  return std::int64_t{y} * (std::int64_t{1} << 32) + x;
+}
+
+cv::Point SquareAt(std::int64_t key) {
+  const auto x = static_cast<std::int32_t>(key & 0xffffffff);
+  return {x, static_cast<int>((key - x) / (std::int64_t{1} << 32))};
+}
+
+int SquareOf(int cell) {
+  return cell >= 0 ? cell / kSquare : -((kSquare - 1 - cell) / kSquare);
+}
+
+/// Calls visit(x, y, rho, sigma, step) for each measured cell, in map coordinates.
+template <typename Visit>
+void ForEachPoint(const std::vector<graph::Keyframe>& keyframes,
+                  const store::MapMetadata& metadata,
+                  const Visit& visit) {
+  const std::vector<ViewPlacement> views = PlaceViews(keyframes, metadata);
+  const cv::Point2d centre((metadata.view_size.width - 1) / 2.0,
+                           (metadata.view_size.height - 1) / 2.0);
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    if (!keyframes[k].heights) continue;
+    const heights::HeightField& field = *keyframes[k].heights;
+    const double step = field.step_px.minCoeff() * metadata.view_units_per_px;
+    for (std::size_t i = 0; i < field.cells.size(); ++i) {
+      const heights::HeightCell& cell = field.cells[i];
+      if (!(cell.sigma < heights::kMeasuredSigma) || !(cell.rho > 0)) continue;
+      const Eigen::Vector2d at = field.Centre(i);
+      visit(views[k].ToMap(centre.x + at.x(), centre.y + at.y(), cell.rho), cell, step);
+    }
+  }
+}
+
+/// The height of one cell of a keyframe, in the raster. The centre of the first pixel is (0, 0).
+struct Vote {
+  float col;
+  float row;
+  float radius;  // of influence, pixels of the raster
+  float rho;
+  float weight;
+};
+using Votes = std::unordered_map<std::int64_t, std::vector<Vote>>;  // by square
+
+/// One surface as seen by one vote at a place.
+struct Opinion {
+  float rho;
+  float weight;
+};
+
+/// The ratio of the surface that covers a place; 0: not known. @param opinions  sorted.
+float Elect(std::vector<Opinion>& opinions) {
+  std::sort(opinions.begin(), opinions.end(), [](const Opinion& a, const Opinion& b) {
+    return a.rho > b.rho || (a.rho == b.rho && a.weight > b.weight);
+  });
+  const std::size_t count = opinions.size();
+  // Weight of the votes around each vote.
+  const auto around = [&](std::size_t i) {
+    const float tolerance = kSameSurface * opinions[i].rho;
+    std::size_t first = i;
+    while (first > 0 && opinions[first - 1].rho - opinions[i].rho <= tolerance) --first;
+    std::size_t end = i + 1;
+    while (end < count && opinions[i].rho - opinions[end].rho <= tolerance) ++end;
+    return std::pair(first, end);
+  };
+  const auto weight = [&](std::pair<std::size_t, std::size_t> range) {
+    float sum = 0;
+    for (std::size_t i = range.first; i < range.second; ++i) sum += opinions[i].weight;
+    return sum;
+  };
+  float most = 0;
+  for (std::size_t i = 0; i < count; ++i) most = std::max(most, weight(around(i)));
+  if (most < kMinWeight) return 0;
+  // From the nearest on: the first surface with enough votes, at the vote where it has the most.
+  std::size_t best = 0;
+  float best_weight = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float here = weight(around(i));
+    if (best_weight >= kCovers * most &&
+        opinions[best].rho - opinions[i].rho > kSameSurface * opinions[best].rho) {
+      break;
+    }
+    if (here >= kCovers * most && here > best_weight) {
+      best = i;
+      best_weight = here;
+    }
+  }
+  const auto [first, end] = around(best);
+  float sum = 0;
+  for (std::size_t i = first; i < end; ++i) {
+    sum += opinions[i].weight;
+    if (2 * sum >= best_weight) return opinions[i].rho;
+  }
+  return opinions[best].rho;
+}
+
+/// Cells that are not known get the median of their known neighbours.
+void FillBorder(cv::Mat& rho) {
+  const cv::Mat before = rho.clone();
+  std::vector<float> known;
+  for (int row = 0; row < rho.rows; ++row) {
+    for (int col = 0; col < rho.cols; ++col) {
+      if (before.at<float>(row, col) > 0) continue;
+      known.clear();
+      for (int r = std::max(0, row - 1); r <= std::min(rho.rows - 1, row + 1); ++r) {
+        for (int c = std::max(0, col - 1); c <= std::min(rho.cols - 1, col + 1); ++c) {
+          if (before.at<float>(r, c) > 0) known.push_back(before.at<float>(r, c));
+        }
+      }
+      if (known.empty()) continue;
+      const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+      std::nth_element(known.begin(), middle, known.end());
+      rho.at<float>(row, col) = *middle;
+    }
+  }
+}
+
+/// Calls visit(col, row, weight) for each pixel of the window that a vote reaches.
+template <typename Visit>
+void ForEachReached(const Vote& vote, const cv::Rect& window, const Visit& visit) {
+  const auto from = [&](float at) { return static_cast<int>(std::ceil(at - vote.radius)); };
+  const auto to = [&](float at) { return static_cast<int>(std::floor(at + vote.radius)); };
+  const int last_row = std::min(window.br().y - 1, to(vote.row));
+  const int last_col = std::min(window.br().x - 1, to(vote.col));
+  for (int row = std::max(window.y, from(vote.row)); row <= last_row; ++row) {
+    for (int col = std::max(window.x, from(vote.col)); col <= last_col; ++col) {
+      const float dx = (static_cast<float>(col) - vote.col) / vote.radius;
+      const float dy = (static_cast<float>(row) - vote.row) / vote.radius;
+      const float part = 1 - dx * dx - dy * dy;
+      if (part > 0) visit(col, row, vote.weight * part * part);
+    }
+  }
+}
+
+cv::Mat ElectAll(const Votes& votes, const cv::Rect& window) {
+  std::vector<std::vector<Opinion>> opinions(static_cast<std::size_t>(window.area()));
+  constexpr int kFar = static_cast<int>(kMaxRadius) + 1;
+  for (int y = SquareOf(window.y - kFar); y <= SquareOf(window.br().y - 1 + kFar); ++y) {
+    for (int x = SquareOf(window.x - kFar); x <= SquareOf(window.br().x - 1 + kFar); ++x) {
+      const auto found = votes.find(SquareKey(x, y));
+      if (found == votes.end()) continue;
+      for (const Vote& vote : found->second) {
+        ForEachReached(vote, window, [&](int col, int row, float weight) {
+          const int at = (row - window.y) * window.width + col - window.x;
+          opinions[static_cast<std::size_t>(at)].push_back({vote.rho, weight});
+        });
+      }
+    }
+  }
+  cv::Mat rho(window.size(), CV_32FC1);
+  std::transform(opinions.begin(), opinions.end(), rho.begin<float>(), Elect);
+  return rho;
+}
+
+/// One square of the raster. Its values do not depend on the others.
+cv::Mat MakeSquare(const Votes& votes, const cv::Point& square) {
+  constexpr int kWide = kSquare + 2 * kFillPasses;
+  const cv::Point first = kSquare * square - cv::Point(kFillPasses, kFillPasses);
+  cv::Mat rho = ElectAll(votes, {first, cv::Size(kWide, kWide)});
+  for (int pass = 0; pass < kFillPasses; ++pass) FillBorder(rho);
+  return rho(cv::Rect(kFillPasses, kFillPasses, kSquare, kSquare)).clone();
+}
+
+/// Extent of a raster; without pixels where nothing is known, or the numbers are no usable ones.
+store::MosaicGrid GridOf(const std::vector<graph::Keyframe>& keyframes,
+                         const store::MapMetadata& metadata) {
+  double finest = 0;
+  cv::Point2d low;
+  cv::Point2d high;
+  ForEachPoint(keyframes,
+               metadata,
+               [&](const cv::Point2d& at, const heights::HeightCell& /*cell*/, double step) {
+                 const bool first = finest == 0;
+                 finest = first ? step : std::min(finest, step);
+                 low = first ? at : cv::Point2d(std::min(low.x, at.x), std::min(low.y, at.y));
+                 high = first ? at : cv::Point2d(std::max(high.x, at.x), std::max(high.y, at.y));
+               });
+  if (!(finest > 0)) return {};
+  constexpr double kMargin = kMaxRadius + kFillPasses;
+  constexpr double kMaxPixels = 1e9;
+  store::MosaicGrid grid;
+  grid.resolution = finest / kCellsPerStep;
+  grid.min_x = (std::floor(low.x / grid.resolution) - kMargin) * grid.resolution;
+  grid.max_y = (std::ceil(high.y / grid.resolution) + kMargin) * grid.resolution;
+  const auto pixels = [&](double length) {
+    return static_cast<int>(std::min(std::ceil(length / grid.resolution) + kMargin, kMaxPixels));
+  };
+  grid.width_px = pixels(high.x - grid.min_x);
+  grid.height_px = pixels(grid.max_y - low.y);
+  return store::Problem(grid).empty() ? grid : store::MosaicGrid();
+}
+
+}  // namespace
+
+HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
+                     const store::MapMetadata& metadata,
+                     int threads)
+    : grid_(GridOf(keyframes, metadata)) {
+  if (grid_.width_px == 0) return;
+  Votes votes;
+  ForEachPoint(keyframes,
+               metadata,
+               [&](const cv::Point2d& at, const heights::HeightCell& cell, double step) {
+                 const double radius = kReach * step / (cell.rho * grid_.resolution);
+                 const double part = kAccurate / std::max<double>(cell.sigma, kAccurate);
+                 const Vote vote{static_cast<float>((at.x - grid_.min_x) / grid_.resolution - 0.5),
+                                 static_cast<float>((grid_.max_y - at.y) / grid_.resolution - 0.5),
+                                 std::min(static_cast<float>(radius), kMaxRadius),
+                                 cell.rho,
+                                 static_cast<float>(part * part)};
+                 const int x = SquareOf(static_cast<int>(vote.col));
+                 const int y = SquareOf(static_cast<int>(vote.row));
+                 votes[SquareKey(x, y)].push_back(vote);
+                 // Votes reach into the squares around their own.
+                 for (int v = y - 1; v <= y + 1; ++v) {
+                   for (int u = x - 1; u <= x + 1; ++u) squares_[SquareKey(u, v)];
+                 }
+               });
+  std::vector<std::pair<std::int64_t, cv::Mat*>> work;
+  for (auto& [key, square] : squares_) work.emplace_back(key, &square);
+  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
+  ParallelFor(static_cast<int>(work.size()), std::max(threads, 1), [&](int i) {
+    const auto& [key, square] = work[static_cast<std::size_t>(i)];
+    *square = MakeSquare(votes, SquareAt(key));
+  });
+  bool first = true;
+  for (const auto& [key, square] : squares_) {
+    for (const float rho : cv::Mat_<float>(square)) {
+      if (rho <= 0) continue;
+      range_[0] = first ? rho : std::min(range_[0], rho);
+      range_[1] = first ? rho : std::max(range_[1], rho);
+      first = false;
+    }
+  }
+}
+
+float HeightMap::At(int col, int row) const {
+  const cv::Point square(SquareOf(col), SquareOf(row));
+  const auto found = squares_.find(SquareKey(square.x, square.y));
+  if (found == squares_.end()) return 0;
+  return found->second.ptr<float>(row - kSquare * square.y)[col - kSquare * square.x];
+}
+
+cv::Mat HeightMap::Ratios(const cv::Rect& window) const {
+  cv::Mat ratios(window.size(), CV_32FC1);
+  for (int row = 0; row < window.height; ++row) {
+    auto* values = ratios.ptr<float>(row);
+    for (int col = 0; col < window.width; ++col) {
+      values[col] = At(window.x + col, window.y + row);
+    }
+  }
+  return ratios;
+}
+
+namespace {
+
+/// The ratio at a position of the raster, 0: not known. @param value  (col, row) of the raster.
+template <typename Value>
+float Interpolate(float x, float y, const Value& value) {
+  const float nearest = value(cvRound(x), cvRound(y));
+  if (nearest <= 0) return 0;
+  const int col = cvFloor(x);
+  const int row = cvFloor(y);
+  const float fx = x - static_cast<float>(col);
+  const float fy = y - static_cast<float>(row);
+  const auto surface = [&](int u, int v) {
+    const float rho = value(u, v);
+    return std::abs(rho - nearest) <= 2 * kSameSurface * nearest ? rho : nearest;
+  };
+  return (1 - fy) * ((1 - fx) * surface(col, row) + fx * surface(col + 1, row)) +
+         fy * ((1 - fx) * surface(col, row + 1) + fx * surface(col + 1, row + 1));
+}
+
+}  // namespace
+
+float HeightMap::RatioAt(double x_map, double y_map) const {
+  return Interpolate(static_cast<float>((x_map - grid_.min_x) / grid_.resolution - 0.5),
+                     static_cast<float>((grid_.max_y - y_map) / grid_.resolution - 0.5),
+                     [this](int col, int row) { return At(col, row); });
+}
+
+cv::Mat HeightMap::RatiosOver(const cv::Rect& window, const store::MosaicGrid& mosaic) const {
+  if (empty()) return {};
+  const double scale = mosaic.resolution / grid_.resolution;
+  const double x = (mosaic.min_x - grid_.min_x) / grid_.resolution + 0.5 * scale - 0.5;
+  const double y = (grid_.max_y - mosaic.max_y) / grid_.resolution + 0.5 * scale - 0.5;
+  const cv::Point first(cvFloor(x + window.x * scale) - 1, cvFloor(y + window.y * scale) - 1);
+  const cv::Point last(cvCeil(x + window.br().x * scale) + 1,
+                       cvCeil(y + window.br().y * scale) + 1);
+  const cv::Mat raster = Ratios({first, last + cv::Point(1, 1)});
+  if (cv::countNonZero(raster) == 0) return {};
+  const auto value = [&](int col, int row) {
+    return raster.ptr<float>(row - first.y)[col - first.x];
+  };
+  cv::Mat ratios(window.size(), CV_32FC1);
+  for (int row = 0; row < window.height; ++row) {
+    const auto v = static_cast<float>(y + (window.y + row) * scale);
+    auto* values = ratios.ptr<float>(row);
+    for (int col = 0; col < window.width; ++col) {
+      const float rho = Interpolate(static_cast<float>(x + (window.x + col) * scale), v, value);
+      values[col] = rho > 0 ? rho : 1;
+    }
+  }
+  return ratios;
+}
+
+bool HeightMap::Sees(const ViewPlacement& view, const cv::Point2d& p_map, float rho) const {
+  // At the ratio r the ray is above `foot` + rho / r * (p_map - foot), foot: below the camera.
+  const float nearest = range_[1];
+  if (empty() || rho * (1 + kNearer) >= nearest) return true;
+  const cv::Point2d foot = view.Foot();
+  const cv::Point2d way = p_map - foot;
+  const double last = rho / nearest;  // part of the way
+  const double cells = cv::norm(way) * (1 - last) / grid_.resolution;
+  const int steps = cvCeil(cells);
+  for (int i = 1; i <= steps; ++i) {
+    const double part = 1 - (1 - last) * i / steps;
+    const cv::Point2d at = foot + part * way;
+    const float surface = At(cvFloor((at.x - grid_.min_x) / grid_.resolution),
+                             cvFloor((grid_.max_y - at.y) / grid_.resolution));
+    if (surface * part > rho * (1 + kNearer)) return false;
+  }
+  return true;
+}
+
+}  // namespace ceilmap::mosaic

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <unordered_map>
+#include <vector>
+
+#include "mapping/graph/keyframe.hpp"
+#include "mapping/mosaic/view_placement.hpp"
+#include "mapping/store/map_file.hpp"
+
+namespace ceilmap::mosaic {
+
+/// Heights of the ceiling over the map, from the height fields of all keyframes: a raster of
+/// inverse height ratios rho (mapping/heights/height_field.hpp; store::HeightAboveFloor converts
+/// them to metres).
+///
+/// Each measured cell of a keyframe votes at the place in the map where its point is. The value of
+/// a place is the median of the votes for one surface: the nearest (largest rho) among those with
+/// at least a third of the votes of the most frequent one. Small gaps get the value of their
+/// neighbours.
+class HeightMap {
+ public:
+  HeightMap() = default;
+  /// @param keyframes  final poses; images are not used.
+  /// @param threads  0: as many as the machine has cores.
+  HeightMap(const std::vector<graph::Keyframe>& keyframes,
+            const store::MapMetadata& metadata,
+            int threads = 0);
+
+  /// Whether no keyframe has heights: the ceiling is one plane.
+  [[nodiscard]] bool empty() const { return squares_.empty(); }
+  /// Extent of the raster and position of its pixels, as those of a mosaic; of 0 x 0 pixels where
+  /// empty. Its resolution is a quarter of the distance between the cells of the keyframes.
+  [[nodiscard]] const store::MosaicGrid& Grid() const { return grid_; }
+  /// rho of a window of the raster, CV_32FC1; 0 where nothing is known (the reference plane is the
+  /// best guess there). Thread-safe.
+  /// @param window  may extend beyond the grid, where nothing is known.
+  [[nodiscard]] cv::Mat Ratios(const cv::Rect& window) const;
+  /// rho at a place of the map, interpolated where neighbours are of one surface; 0: not known.
+  [[nodiscard]] float RatioAt(double x_map, double y_map) const;
+  /// rho at the centres of a mosaic's pixels, 1 where it is not known; no matrix where all are.
+  [[nodiscard]] cv::Mat RatiosOver(const cv::Rect& window, const store::MosaicGrid& mosaic) const;
+  /// Smallest and largest known ratio; 1 and 1 where empty.
+  [[nodiscard]] cv::Vec2f Range() const { return range_; }
+  /// Whether a view sees a place: no nearer surface lies on the ray to it.
+  /// @param rho  of the place.
+  [[nodiscard]] bool Sees(const ViewPlacement& view, const cv::Point2d& p_map, float rho) const;
+
+ private:
+  [[nodiscard]] float At(int col, int row) const;
+
+  store::MosaicGrid grid_;
+  std::unordered_map<std::int64_t, cv::Mat> squares_;  // CV_32FC1, parts of the raster
+  cv::Vec2f range_{1, 1};
+};
+
+}  // namespace ceilmap::mosaic
