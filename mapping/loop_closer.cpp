@@ -255,7 +255,24 @@ void LoopCloser::Add(const graph::Keyframe& keyframe,
 }
 
 void LoopCloser::SetHeights(std::int64_t id, std::shared_ptr<const heights::HeightField> heights) {
-  impl_->heights[id] = std::move(heights);
+  Impl& me = *impl_;
+  me.heights[id] = std::move(heights);
+  if (getenv("NOREV")) return;
+  std::vector<graph::Edge> back;
+  for (const std::size_t e : me.graph.EdgesOf(id)) {
+    const graph::Edge& edge = me.graph.Edges()[e];
+    if (edge.to != id || edge.from > id) continue;
+    const std::vector<std::int64_t> target = {edge.from};
+    const auto relative = me.graph.RelativeTo(id, target);
+    if (relative.empty()) continue;
+    MotionPrior prior = me.Prior(relative.begin()->second.T_from_to, 0, 0);
+    const Registration measured = me.registrar.Register(me.Spectrum(id), me.Spectrum(edge.from), prior);
+    if (!measured.ok()) continue;
+    const graph::Edge reverse = MeasuredEdge(me.view, measured, id, edge.from, me.params.noise);
+    if (!me.judge.Agrees(reverse, relative.begin()->second)) continue;
+    back.push_back(reverse);
+  }
+  for (const graph::Edge& edge : back) me.graph.Add(edge);
 }
 
 void LoopCloser::Add(const graph::Edge& edge) {

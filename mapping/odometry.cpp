@@ -29,6 +29,8 @@ namespace {
 // this part of the measured heights is off the plane.
 constexpr double kPlaneInlierRatio = 0.75;
 constexpr double kMinDepthRatio = 0.15;
+// Under a ceiling with depth a keyframe sees other sides of things soon, and its blocks change.
+constexpr double kMinDepthOverlap = 0.82;
 // A new keyframe is made when a smaller fraction of the compared blocks agrees.
 constexpr double kMinInlierRatio = 0.5;
 // A tilted frame is a poor keyframe: its image has blank borders and its position is less
@@ -292,7 +294,9 @@ void Odometry::Impl::Bridge(OdometryStep& step) {
 bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
   const Registration& r = step.registration;
   const bool level = step.pose.tilt.IsLevel();
-  return r.overlap < (level ? params.min_overlap : kMinTiltedOverlap) ||
+  const double min_overlap =
+      r.heights ? std::max(params.min_overlap, kMinDepthOverlap) : params.min_overlap;
+  return r.overlap < (level ? min_overlap : kMinTiltedOverlap) ||
          (level && r.inliers < kMinInlierRatio * r.blocks);
 }
 
