@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <thread>
 #include <unordered_map>
 
@@ -13,6 +14,7 @@
 #include "mapping/mosaic/exposure_sampling.hpp"
 #include "mapping/mosaic/image_cache.hpp"
 #include "mapping/mosaic/levelling.hpp"
+#include "mapping/mosaic/photo_cost.hpp"
 #include "mapping/mosaic/sharpness.hpp"
 #include "mapping/mosaic/view_agreement.hpp"
 #include "mapping/mosaic/view_placement.hpp"
@@ -30,7 +32,7 @@ constexpr double kFeatherPower = 4;
 /// Side of the part of the mosaic that one thread renders at a time.
 constexpr int kTilePx = 256;
 /// Rows and columns repeated around a cached image, so that sampling needs no border checks.
-constexpr int kPadding = 2;
+constexpr int kPadding = kPhotoPadding;
 /// An image is ignored at a point where its weight is below this fraction of the largest one: it
 /// would change the grey value by less than half a level, but costs as much as the others.
 constexpr float kNegligible = 0.02F;
@@ -80,6 +82,10 @@ inline float Sample(const cv::Mat& padded, const cv::Point2d& pixel) {
   return upper + fv * (lower - upper);
 }
 
+std::int64_t TileKey(int tile_x, int tile_y) {
+  return std::int64_t{tile_y} * (std::int64_t{1} << 32) + tile_x;
+}
+
 /// Whether Sample would include pixels without content.
 bool TouchesBlank(const cv::Mat& padded, const cv::Point2d& pixel) {
   const unsigned char* top = padded.ptr<unsigned char>(static_cast<int>(pixel.y) + kPadding) +
@@ -115,6 +121,7 @@ struct MosaicRenderer::Impl {
   void MakeGrid();
   void MakeIndex();
   void Survey();
+  void RefineHeights();
   void WeighBySharpness(const std::vector<double>& sharpness);
   std::vector<int> ViewsAt(const cv::Rect& tile) const;
   RowMap MapRow(const ViewPlacement& view, const cv::Rect& tile, int row, double min_rho) const;
@@ -162,6 +169,34 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
   MakeGrid();
   MakeIndex();
   Survey();
+  if (!heights.empty()) RefineHeights();
+}
+
+void MosaicRenderer::Impl::RefineHeights() {
+  const store::MosaicGrid& raster = heights.Grid();
+  const double scale = raster.resolution / grid.resolution;
+  const cv::Point2d offset((raster.min_x - grid.min_x) / grid.resolution,
+                           (grid.max_y - raster.max_y) / grid.resolution);
+  heights.Refine(
+      [&](const cv::Rect& part) {
+        std::set<int> touching;
+        const auto tile_of = [&](double pixels) { return cvFloor(pixels / kTilePx); };
+        for (int y = tile_of(offset.y + scale * part.y);
+             y <= tile_of(offset.y + scale * part.br().y);
+             ++y) {
+          for (int x = tile_of(offset.x + scale * part.x);
+               x <= tile_of(offset.x + scale * part.br().x);
+               ++x) {
+            const auto found = index.find(TileKey(x, y));
+            if (found != index.end()) touching.insert(found->second.begin(), found->second.end());
+          }
+        }
+        std::vector<PhotoView> photos;
+        for (const int k : touching)
+          photos.push_back({&views[k], cache.Get(ids[k]), gain_factors[k]});
+        return std::make_unique<PhotoCost>(std::move(photos), raster, view_size, units_per_px);
+      },
+      params.threads);
 }
 
 /// The single pass over all images before rendering: exposure, sharpness, thumbnails.
@@ -268,10 +303,6 @@ void MosaicRenderer::Impl::MakeGrid() {
     resolution *= 2;
   }
   throw RunError("the keyframes' poses are no usable numbers");
-}
-
-std::int64_t TileKey(int tile_x, int tile_y) {
-  return std::int64_t{tile_y} * (std::int64_t{1} << 32) + tile_x;
 }
 
 void MosaicRenderer::Impl::MakeIndex() {
