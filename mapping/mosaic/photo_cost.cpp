@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "mapping/mosaic/padded_image.hpp"
+
 namespace ceilmap::mosaic {
 namespace {
 
@@ -15,19 +17,6 @@ constexpr double kMargin = 2;       // pixels of the image around a patch
 
 constexpr std::size_t kSamples = std::size_t{kSide} * kSide;
 using Patch = std::array<float, kSamples>;
-
-float Bilinear(const cv::Mat& padded, double u, double v) {
-  const int iu = static_cast<int>(u);
-  const int iv = static_cast<int>(v);
-  const auto fu = static_cast<float>(u - iu);
-  const auto fv = static_cast<float>(v - iv);
-  const auto* top = padded.ptr<unsigned char>(iv + kPhotoPadding) + iu + kPhotoPadding;
-  const auto* bottom = top + padded.step[0];
-  const float upper = static_cast<float>(top[0]) + fu * static_cast<float>(top[1] - top[0]);
-  const float lower =
-      static_cast<float>(bottom[0]) + fu * static_cast<float>(bottom[1] - bottom[0]);
-  return upper + fv * (lower - upper);
-}
 
 }  // namespace
 
@@ -74,8 +63,7 @@ float PhotoCost::Cost(float rho) const {
     for (int j = 0; j < kSide; ++j) {
       for (int i = 0; i < kSide; ++i) {
         const cv::Point2d pixel = corner + i * across + j * up;
-        patch[static_cast<std::size_t>(j * kSide + i)] =
-            view.gain * Bilinear(*view.image, pixel.x, pixel.y);
+        patch[static_cast<std::size_t>(j * kSide + i)] = view.gain * Sample(*view.image, pixel);
       }
     }
   }

@@ -13,10 +13,9 @@ namespace ceilmap::mosaic {
 /// An image that may show a place.
 struct PhotoView {
   const ViewPlacement* placement = nullptr;
-  ImageCache::Image image;  ///< padded by kPhotoPadding pixels
+  ImageCache::Image image;  ///< padded by kPadding pixels
   float gain = 1;           ///< factor that levels the image
 };
-inline constexpr int kPhotoPadding = 2;
 
 /// Cost of a ratio by the images: patches of 5 x 5 samples at a place, in the up to five images in
 /// which it is most central, are compared with the most central one by their levelled grey values.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mapping/mosaic/padded_image.hpp"
 #include "mapping/mosaic/photo_cost.hpp"
 #include "tests/mapping/mosaic/two_planes.hpp"
 
@@ -74,13 +75,8 @@ TEST(PhotoCost, IsLeastAtTheTrueRatio) {
   std::vector<PhotoView> photos;
   for (std::size_t k = 0; k < drive.views.size(); ++k) {
     auto padded = std::make_shared<cv::Mat>();
-    cv::copyMakeBorder(drive.images[k],
-                       *padded,
-                       kPhotoPadding,
-                       kPhotoPadding,
-                       kPhotoPadding,
-                       kPhotoPadding,
-                       cv::BORDER_REPLICATE);
+    cv::copyMakeBorder(
+        drive.images[k], *padded, kPadding, kPadding, kPadding, kPadding, cv::BORDER_REPLICATE);
     photos.push_back({&drive.views[k], padded, 1});
   }
   const store::MosaicGrid grid{-1, 1, 0.02, 100, 100};
