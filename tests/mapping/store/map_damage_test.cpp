@@ -96,7 +96,9 @@ TEST(MapDamage, ImpossibleMetadata) {
                                                         {"view_width_px", "2000000000"},
                                                         {"view_height_px", "0"},
                                                         {"view_units_per_px", "inf"},
-                                                        {"T_base_view_x", "1e300"}}) {
+                                                        {"T_base_view_x", "1e300"},
+                                                        {"view_focal_px", "-1"},
+                                                        {"view_principal_x_px", "nan"}}) {
     const support::TempFolder folder;
     std::string sql = "UPDATE ceilmap_metadata SET value = '";
     sql.append(value).append("' WHERE key = '").append(key).append("'");
@@ -108,6 +110,16 @@ TEST(MapDamage, ImpossibleMetadata) {
   const support::TempFolder folder;
   EXPECT_THAT(Opening(Altered(folder, {"DELETE FROM ceilmap_metadata WHERE key = 'unit'"})),
               ThrowsMessage<InputError>(HasSubstr("no 'unit'")));
+}
+
+TEST(MapDamage, MapsMadeBeforeCeilingsHadHeightsAreRead) {
+  const support::TempFolder folder;
+  const MapReader map(
+      Altered(folder,
+              {"DELETE FROM ceilmap_metadata WHERE key IN ('view_focal_px', 'view_principal_x_px', "
+               "'view_principal_y_px')"}));
+  EXPECT_EQ(map.Metadata().view_focal_px, 0);
+  EXPECT_EQ(map.Metadata().view_principal_px, Eigen::Vector2d(0, 0));
 }
 
 TEST(MapDamage, MissingTable) {

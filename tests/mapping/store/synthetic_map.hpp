@@ -109,6 +109,8 @@ struct SmallMap {
   std::vector<graph::Edge> edges;
 
   SmallMap() {
+    metadata.view_focal_px = 1001.0 / 3;
+    metadata.view_principal_px = {4.1, -1.0 / 7};
     for (int i = 0; i < 40; ++i) {
       graph::FramePose frame;
       frame.frame_index = i;
