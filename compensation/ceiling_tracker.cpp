@@ -210,7 +210,6 @@ void CeilingTracker::LearnHeights(const PlaneFit& fit) {
   const Eigen::Matrix2d spread =
       kDepthInflation * fit.covariance.bottomRightCorner<2, 2>() +
       kDepthSystematicRad * kDepthSystematicRad * Eigen::Matrix2d::Identity();
-  if (getenv("DBG")) fprintf(stderr,"tilt %.4f %.4f deg sigma %.4f %.4f h %.4f in %d/%d s %.2f\n",57.3*tilt.x(),57.3*tilt.y(),57.3*sqrt(fit.covariance(4,4)),57.3*sqrt(fit.covariance(5,5)),fit.motion.height,fit.inliers,fit.blocks,fit.sigma_px);
   if (!fit.level_heights || tilt.dot(spread.inverse() * tilt) > kLevelSigmas * kLevelSigmas) return;
   reference_.spectrum.SetHeights(fit.level_heights);
 }

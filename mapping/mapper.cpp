@@ -87,8 +87,6 @@ void ScaleToReference(const Pose2& T_base_view, graph::MapGraph& map) {
     return;
   }
   const std::optional<double> reference = heights::FindReference(cells);
-  if (getenv("DBG")) fprintf(stderr, "final scale %.4f of %d cells\n", reference.value_or(-1), (int)cells.size());
-  if (getenv("DBG")) { int h[40]={}; double sum=0,n=0; for(auto&c:cells) if(c.sigma<0.03){int b=(int)((c.rho-0.94)/0.0025); if(b>=0&&b<40)h[b]++; if(c.rho>0.965&&c.rho<1.035){sum+=c.rho;n++;}} fprintf(stderr,"pooled mean %.4f n %d:",sum/n,(int)n); for(int i=0;i<40;i++)fprintf(stderr," %d",h[i]); fprintf(stderr,"\n"); }
   if (!reference) return;
   graph::Scale(map, *reference, T_base_view);
 }

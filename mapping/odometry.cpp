@@ -247,7 +247,6 @@ bool Odometry::Impl::TryReference(std::size_t index,
   const RecentKeyframe& reference = recent[index];
   step.registration = MeasureDepth(
       reference, spectrum, expected, Measure(reference, spectrum, expected));
-  if (getenv("DBG")) fprintf(stderr,"try ref %d (of %d) expected=%d sigma=%.1f ok=%d\n",(int)index,(int)recent.Size(),(int)expected.has_value(),expected?expected->sigma_px:0,(int)step.registration.ok());
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   InflateTiltCovariance(view, step.pose.tilt, edge);

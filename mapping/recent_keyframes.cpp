@@ -90,8 +90,7 @@ void Rescale(heights::HeightField& field) {
   const double before = std::hypot(field.scale_sigma, kDrift);
   field.scale_sigma = before;
   const std::optional<double> plane = heights::FindReference(field.cells);
-  if (getenv("DBG")) fprintf(stderr, "gauge %.4f sigma %.4f\n", plane.value_or(-1), before);
-  if (getenv("NOGAUGE") || !plane || std::abs(*plane - 1) > kSigmas * std::hypot(before, kSeen)) return;
+  if (!plane || std::abs(*plane - 1) > kSigmas * std::hypot(before, kSeen)) return;
   const double gain = before * before / (before * before + kSeen * kSeen);
   field.Scale(1 / (1 + gain * (*plane - 1)));
   field.scale_sigma = std::sqrt(1 - gain) * before;
@@ -121,7 +120,7 @@ void RecentKeyframes::MeasureHeights(const graph::FramePose& pose,
         motion_between(pose.T_map_base, keyframes_[i].keyframe.pose.T_map_base);
     constexpr double kMinCommon = 0.3;
     if (registration::OverlapOf(back, view_.Size()) < kMinCommon) break;
-    if (!getenv("NOREF")) set(registrar.RefineHeights(spectrum, keyframes_[i].spectrum, back));
+    set(registrar.RefineHeights(spectrum, keyframes_[i].spectrum, back));
   }
   heights::HeightField field = *spectrum.Heights();
   Rescale(field);

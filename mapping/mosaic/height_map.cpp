@@ -181,10 +181,9 @@ cv::Mat ElectAll(const Votes& votes, const cv::Rect& window) {
 }
 
 /// One square of the raster. Its values do not depend on the others.
-cv::Mat MakeSquare(const Votes& votes, const cv::Point& square) {
+cv::Mat MakeSquare(const Votes& votes, const cv::Point& first) {
   constexpr int kWide = kSquare + 2 * kFillPasses;
-  const cv::Point first = kSquare * square - cv::Point(kFillPasses, kFillPasses);
-  cv::Mat rho = ElectAll(votes, {first, cv::Size(kWide, kWide)});
+  cv::Mat rho = ElectAll(votes, {first.x - kFillPasses, first.y - kFillPasses, kWide, kWide});
   for (int pass = 0; pass < kFillPasses; ++pass) FillBorder(rho);
   return rho(cv::Rect(kFillPasses, kFillPasses, kSquare, kSquare)).clone();
 }
@@ -244,13 +243,40 @@ HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
                    for (int u = x - 1; u <= x + 1; ++u) squares_[SquareKey(u, v)];
                  }
                });
-  std::vector<std::pair<std::int64_t, cv::Mat*>> work;
-  for (auto& [key, square] : squares_) work.emplace_back(key, &square);
-  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
-  ParallelFor(static_cast<int>(work.size()), std::max(threads, 1), [&](int i) {
-    const auto& [key, square] = work[static_cast<std::size_t>(i)];
-    *square = MakeSquare(votes, SquareAt(key));
+  ForEachSquare(
+      threads, [&](const cv::Point& first, cv::Mat& square) { square = MakeSquare(votes, first); });
+  FindRange();
+}
+
+void HeightMap::Refine(const CostMaker& costs, int threads) {
+  const HeightMap before = *this;  // Refined squares are new matrices.
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    const cv::Rect wide(first.x - kRefinementReach,
+                        first.y - kRefinementReach,
+                        kSquare + 2 * kRefinementReach,
+                        kSquare + 2 * kRefinementReach);
+    cv::Mat ratios = before.Ratios(wide);
+    if (cv::countNonZero(ratios) == 0) return;
+    const std::unique_ptr<RatioCost> cost = costs(wide);
+    RefineRatios(ratios, wide.tl(), *cost);
+    square = ratios(cv::Rect(kRefinementReach, kRefinementReach, kSquare, kSquare)).clone();
   });
+  FindRange();
+}
+
+template <typename Work>
+void HeightMap::ForEachSquare(int threads, const Work& work) {
+  std::vector<std::pair<std::int64_t, cv::Mat*>> squares;
+  for (auto& [key, square] : squares_) squares.emplace_back(key, &square);
+  std::sort(squares.begin(), squares.end());  // neighbours use the same images
+  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
+  ParallelFor(static_cast<int>(squares.size()), std::max(threads, 1), [&](int i) {
+    const auto& [key, square] = squares[static_cast<std::size_t>(i)];
+    work(kSquare * SquareAt(key), *square);
+  });
+}
+
+void HeightMap::FindRange() {
   bool first = true;
   for (const auto& [key, square] : squares_) {
     for (const float rho : cv::Mat_<float>(square)) {

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <unordered_map>
 #include <vector>
 
 #include "mapping/graph/keyframe.hpp"
+#include "mapping/mosaic/height_refinement.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -28,6 +31,11 @@ class HeightMap {
             const store::MapMetadata& metadata,
             int threads = 0);
 
+  /// Refines the raster by the images (RefineRatios), part by part.
+  /// @param costs  the cost for the pixels of a part of the raster; called from several threads.
+  using CostMaker = std::function<std::unique_ptr<RatioCost>(const cv::Rect& part)>;
+  void Refine(const CostMaker& costs, int threads = 0);
+
   /// Whether no keyframe has heights: the ceiling is one plane.
   [[nodiscard]] bool empty() const { return squares_.empty(); }
   /// Extent of the raster and position of its pixels, as those of a mosaic; of 0 x 0 pixels where
@@ -49,6 +57,10 @@ class HeightMap {
 
  private:
   [[nodiscard]] float At(int col, int row) const;
+  /// Calls work(square's first pixel, square) for all squares, in threads.
+  template <typename Work>
+  void ForEachSquare(int threads, const Work& work);
+  void FindRange();
 
   store::MosaicGrid grid_;
   std::unordered_map<std::int64_t, cv::Mat> squares_;  // CV_32FC1, parts of the raster

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <thread>
 #include <unordered_map>
 
@@ -13,7 +14,10 @@
 #include "mapping/mosaic/exposure_sampling.hpp"
 #include "mapping/mosaic/image_cache.hpp"
 #include "mapping/mosaic/levelling.hpp"
+#include "mapping/mosaic/padded_image.hpp"
+#include "mapping/mosaic/photo_cost.hpp"
 #include "mapping/mosaic/sharpness.hpp"
+#include "mapping/mosaic/tile_rows.hpp"
 #include "mapping/mosaic/view_agreement.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 #include "mapping/store/map_metadata.hpp"
@@ -24,68 +28,17 @@ namespace {
 // Feathering: an image's weight falls from its centre to its border as (distance to the
 // border)^power. 1 is a plain linear feather; larger values take each point of the ceiling
 // almost entirely from the image in which it is most central, which avoids doubled edges from
-// things below the ceiling (parallax) and from small pose errors.
+// small errors of the poses and of the heights.
 constexpr double kFeatherPower = 4;
 
 /// Side of the part of the mosaic that one thread renders at a time.
 constexpr int kTilePx = 256;
-/// Rows and columns repeated around a cached image, so that sampling needs no border checks.
-constexpr int kPadding = 2;
 /// An image is ignored at a point where its weight is below this fraction of the largest one: it
 /// would change the grey value by less than half a level, but costs as much as the others.
 constexpr float kNegligible = 0.02F;
-/// Pixels of an image along one row of the mosaic: (u, v) = start + column * step, for the columns
-/// [first, last) of the tile that lie inside the image.
-struct RowMap {
-  cv::Point2d start;
-  cv::Point2d step;
-  int first = 0;
-  int last = 0;
-};
 
-/// Inverse height ratios of a tile's pixels; no matrix: all are 1.
-struct TileRatios {
-  explicit TileRatios(const cv::Mat& ratios) : rho(ratios) {
-    if (!rho.empty()) cv::minMaxLoc(rho, &min);
-  }
-  cv::Mat rho;
-  double min = 1;
-};
-
-/// Narrows [first, last) to the columns where lowest <= start + column * step <= limit.
-void Clip(double start, double step, double lowest, double limit, int& first, int& last) {
-  constexpr double kSlack = 1e-6;  // pixels; centres exactly on the border count as inside
-  if (std::abs(step) < 1e-12) {
-    if (start < lowest - kSlack || start > limit + kSlack) last = first;
-    return;
-  }
-  double low = (lowest - kSlack - start) / step;
-  double high = (limit + kSlack - start) / step;
-  if (low > high) std::swap(low, high);
-  const double columns = last;
-  first = std::max(first, static_cast<int>(std::ceil(std::clamp(low, 0.0, columns))));
-  last = std::min(last, static_cast<int>(std::floor(std::clamp(high, -1.0, columns - 1))) + 1);
-}
-
-/// Bilinear grey at a pixel of a padded image.
-inline float Sample(const cv::Mat& padded, const cv::Point2d& pixel) {
-  const int iu = static_cast<int>(pixel.x);
-  const int iv = static_cast<int>(pixel.y);
-  const auto fu = static_cast<float>(pixel.x - iu);
-  const auto fv = static_cast<float>(pixel.y - iv);
-  const unsigned char* top = padded.ptr<unsigned char>(iv + kPadding) + iu + kPadding;
-  const unsigned char* bottom = top + padded.step[0];
-  const auto upper = static_cast<float>(top[0]) + fu * static_cast<float>(top[1] - top[0]);
-  const auto lower = static_cast<float>(bottom[0]) + fu * static_cast<float>(bottom[1] - bottom[0]);
-  return upper + fv * (lower - upper);
-}
-
-/// Whether Sample would include pixels without content.
-bool TouchesBlank(const cv::Mat& padded, const cv::Point2d& pixel) {
-  const unsigned char* top = padded.ptr<unsigned char>(static_cast<int>(pixel.y) + kPadding) +
-                             static_cast<int>(pixel.x) + kPadding;
-  const unsigned char* bottom = top + padded.step[0];
-  return top[0] == 0 || top[1] == 0 || bottom[0] == 0 || bottom[1] == 0;
+std::int64_t TileKey(int tile_x, int tile_y) {
+  return std::int64_t{tile_y} * (std::int64_t{1} << 32) + tile_x;
 }
 
 }  // namespace
@@ -115,9 +68,9 @@ struct MosaicRenderer::Impl {
   void MakeGrid();
   void MakeIndex();
   void Survey();
+  void RefineHeights();
   void WeighBySharpness(const std::vector<double>& sharpness);
   std::vector<int> ViewsAt(const cv::Rect& tile) const;
-  RowMap MapRow(const ViewPlacement& view, const cv::Rect& tile, int row, double min_rho) const;
   bool HasBlanks(const cv::Mat& image) const;
   template <typename Visit>
   void ForEachPixel(int k,
@@ -162,6 +115,34 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
   MakeGrid();
   MakeIndex();
   Survey();
+  if (!heights.empty()) RefineHeights();
+}
+
+void MosaicRenderer::Impl::RefineHeights() {
+  const store::MosaicGrid& raster = heights.Grid();
+  const double scale = raster.resolution / grid.resolution;
+  const cv::Point2d offset((raster.min_x - grid.min_x) / grid.resolution,
+                           (grid.max_y - raster.max_y) / grid.resolution);
+  heights.Refine(
+      [&](const cv::Rect& part) {
+        std::set<int> touching;
+        const auto tile_of = [&](double pixels) { return cvFloor(pixels / kTilePx); };
+        for (int y = tile_of(offset.y + scale * part.y);
+             y <= tile_of(offset.y + scale * part.br().y);
+             ++y) {
+          for (int x = tile_of(offset.x + scale * part.x);
+               x <= tile_of(offset.x + scale * part.br().x);
+               ++x) {
+            const auto found = index.find(TileKey(x, y));
+            if (found != index.end()) touching.insert(found->second.begin(), found->second.end());
+          }
+        }
+        std::vector<PhotoView> photos;
+        for (const int k : touching)
+          photos.push_back({&views[k], cache.Get(ids[k]), gain_factors[k]});
+        return std::make_unique<PhotoCost>(std::move(photos), raster, view_size, units_per_px);
+      },
+      params.threads);
 }
 
 /// The single pass over all images before rendering: exposure, sharpness, thumbnails.
@@ -270,13 +251,13 @@ void MosaicRenderer::Impl::MakeGrid() {
   throw RunError("the keyframes' poses are no usable numbers");
 }
 
-std::int64_t TileKey(int tile_x, int tile_y) {
-  return std::int64_t{tile_y} * (std::int64_t{1} << 32) + tile_x;
-}
-
 void MosaicRenderer::Impl::MakeIndex() {
   for (std::size_t k = 0; k < views.size(); ++k) {
-    const cv::Rect2d box = views[k].Bounds(std::min(1.0F, heights.Range()[0]));
+    cv::Rect2d box = views[k].Bounds();
+    if (!heights.empty()) {
+      box |= views[k].Bounds(heights.Range()[0]);
+      box |= views[k].Bounds(heights.Range()[1]);
+    }
     const auto tile_of = [&](double units) {
       return std::max(static_cast<int>(units / grid.resolution) / kTilePx, 0);
     };
@@ -294,29 +275,6 @@ std::vector<int> MosaicRenderer::Impl::ViewsAt(const cv::Rect& tile) const {
   return found == index.end() ? std::vector<int>() : found->second;
 }
 
-/// Anchored at the mosaic's origin, not at the tile's, so that the value of a point does not depend
-/// on the rendered window. @param min_rho  of the tile: the row map is that of the reference plane.
-RowMap MosaicRenderer::Impl::MapRow(const ViewPlacement& view,
-                                    const cv::Rect& tile,
-                                    int row,
-                                    double min_rho) const {
-  const double x = grid.min_x + 0.5 * grid.resolution;
-  const double y = grid.max_y - (tile.y + row + 0.5) * grid.resolution;
-  RowMap map;
-  map.start = view.ToPixel(x, y);
-  map.step = view.ToPixel(x + grid.resolution, y) - map.start;
-  map.first = tile.x;
-  map.last = tile.x + tile.width;
-  const auto clip = [&](double start, double step, double side, double principal) {
-    const double low = min_rho == 1 ? 0 : principal + (0 - principal) / min_rho;
-    const double high = min_rho == 1 ? side - 1 : principal + (side - 1 - principal) / min_rho;
-    Clip(start, step, low, high, map.first, map.last);
-  };
-  clip(map.start.x, map.step.x, view_size.width, view.Principal().x);
-  clip(map.start.y, map.step.y, view_size.height, view.Principal().y);
-  return map;
-}
-
 /// Calls visit(position in the tile, image pixel, weight, vignetting factor) for each pixel of
 /// the tile that lies inside the image.
 template <typename Visit>
@@ -331,7 +289,7 @@ void MosaicRenderer::Impl::ForEachPixel(int k,
   const double max_u = view_size.width - 1;
   const double max_v = view_size.height - 1;
   for (int row = 0; row < tile.height; ++row) {
-    const RowMap map = MapRow(view, tile, row, ratios.min);
+    const RowMap map = MapRow(view, view_size, grid, tile, row, ratios);
     const float* row_ratios = ratios.rho.empty() ? nullptr : ratios.rho.ptr<float>(row) - tile.x;
     for (int col = map.first; col < map.last; ++col) {
       cv::Point2d pixel = map.start + col * map.step;

@@ -119,7 +119,6 @@ DepthFit DepthStage::FitRough(const FrameSpectrum::Fine& reference,
     const auto at = std::find(chosen.begin(), chosen.end(), shift.index) - chosen.begin();
     shift.rho_sigma = sigma[static_cast<std::size_t>(at)];
   }
-  if (getenv("DBG")) { int bad=0; for (auto&x:shifts) bad+= !std::isfinite(x.rho)||!std::isfinite(x.rho_sigma)||!std::isfinite(x.seen.x())||x.rho_sigma==0; fprintf(stderr,"rough shifts=%d of %d bad=%d\n",(int)shifts.size(),(int)chosen.size(),bad);}
   DepthFitParams fit;
   fit.start_sigma_px = 2;
   fit.fit_tilt = fit_tilt;
@@ -274,10 +273,6 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   result.covariance = ImageCovariance(fit, 0);
   const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
   result.covariance = ImageCovariance(fit, field.scale_sigma);
-  if (getenv("DBG")) {
-    fprintf(stderr, "match t=%.2f,%.2f th=%.4f start=%.2f,%.2f blocks=%d in=%d sup=%.1f sig=%.3f cov=%.3f scaled=%.4f dr=%.2f ref=%.4f\n", result.motion.tx_px, result.motion.ty_px, result.motion.theta_rad, start.tx_px, start.ty_px, result.blocks, fit.inliers, fit.support, fit.sigma_px, sigma, field.scale_sigma, field.DepthRatio(), heights::FindReference(field.cells).value_or(-1));
-    if (getenv("DBG")[0]=='2') { int h[40]={}; for (auto&c:field.cells) if (c.sigma<0.08) { int b=(int)((c.rho-0.6)/0.03); if (b>=0&&b<40) h[b]++; } for(int i=0;i<40;i++) fprintf(stderr,"%d ",h[i]); fprintf(stderr,"\n"); }
-  }
   if (fit.inliers >= kMinDepthInliers && fit.inliers >= kMinDepthInlierRatio * result.blocks &&
       fit.support > kMinDepthSupport && sigma < kMaxDepthSigmaPx * std::max(1.0, fine_frame_.factor)) {
     result.verdict = Verdict::kOk;

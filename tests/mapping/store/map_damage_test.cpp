@@ -114,6 +114,16 @@ TEST(MapDamage, ImpossibleMetadata) {
               ThrowsMessage<InputError>(HasSubstr("no 'unit'")));
 }
 
+TEST(MapDamage, MapsMadeBeforeCeilingsHadHeightsAreRead) {
+  const support::TempFolder folder;
+  const MapReader map(
+      Altered(folder,
+              {"DELETE FROM ceilmap_metadata WHERE key IN ('view_focal_px', 'view_principal_x_px', "
+               "'view_principal_y_px')"}));
+  EXPECT_EQ(map.Metadata().view_focal_px, 0);
+  EXPECT_EQ(map.Metadata().view_principal_px, Eigen::Vector2d(0, 0));
+}
+
 TEST(MapDamage, MissingTable) {
   const support::TempFolder folder;
   EXPECT_THAT(Opening(Altered(folder, {"DROP TABLE edges"})),

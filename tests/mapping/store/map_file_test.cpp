@@ -53,6 +53,8 @@ TEST(MapFile, KeepsMetadataExactly) {
   EXPECT_EQ(read.T_base_view.x, map.metadata.T_base_view.x);
   EXPECT_EQ(read.T_base_view.y, map.metadata.T_base_view.y);
   EXPECT_EQ(read.T_base_view.yaw, map.metadata.T_base_view.yaw);
+  EXPECT_EQ(read.view_focal_px, map.metadata.view_focal_px);
+  EXPECT_EQ(read.view_principal_px, map.metadata.view_principal_px);
   EXPECT_EQ(read.program_version, map.metadata.program_version);
   EXPECT_EQ(read.provenance, map.metadata.provenance);
 }
