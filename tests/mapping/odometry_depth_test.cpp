@@ -1,0 +1,75 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+
+#include "calib/base/degrees.hpp"
+#include "mapping/odometry.hpp"
+#include "tests/mapping/registration/synthetic_depth.hpp"
+
+namespace ceilmap::mapping {
+namespace {
+
+using registration::synthetic::MotionAt;
+using registration::synthetic::SyntheticDepth;
+
+/// The principal point is the centre of the image (SyntheticDepth); 5 mm per pixel of the plane.
+calib::CeilingView CentredView() {
+  calib::MountedCamera up;
+  up.camera = {640, 480, 440, 440, 319.5, 239.5, {}};
+  up.T_base_cam.linear() =
+      Eigen::AngleAxisd(90 * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  up.T_base_cam.translation() = Eigen::Vector3d(0, 0, 0.4);
+  return {up, 2.6};
+}
+
+OdometryParams ParamsOf(const calib::CeilingView& view) {
+  OdometryParams params;
+  params.registration.camera = registration::PlaneCameraOf(view);
+  return params;
+}
+
+TEST(OdometryDepth, DrivesUnderACeilingWithTwoHeights) {
+  const SyntheticDepth ceiling(1.35);
+  const calib::CeilingView view = CentredView();
+  Odometry odometry(view, {}, ParamsOf(view));
+  Pose2 truth;
+  double largest = 0;
+  int keyframes = 0;
+  int with_heights = 0;
+  for (int i = 0; i < 45; ++i) {
+    const cv::Mat image = ceiling.Render(
+        view.Size(), MotionAt(view, truth), 1, static_cast<std::uint32_t>(i) + 1);
+    const OdometryStep step = odometry.Process(image, i, 0.1 * i);
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
+    const Pose2 off = truth.Inverse() * step.pose.T_map_base;
+    largest = std::max(largest, std::hypot(off.x, off.y));
+    EXPECT_LT(std::abs(off.yaw), 0.2 * kRadPerDeg) << i;
+    keyframes += step.new_keyframe ? 1 : 0;
+    with_heights += step.new_keyframe && step.new_keyframe->heights ? 1 : 0;
+    truth = truth * Pose2{0.06, 0, (i < 20 ? 0 : 2) * kRadPerDeg};
+  }
+  EXPECT_LT(largest, 0.03);  // of 2.6 m; one plane: lost, or the steps of the strips, 1.35 times
+  EXPECT_GE(keyframes, 5);
+  EXPECT_GE(with_heights, keyframes - 1);  // the first one is measured afterwards
+}
+
+TEST(OdometryDepth, OnePlaneStaysOnePlane) {
+  const SyntheticDepth ceiling(1.35, 0.0);
+  const calib::CeilingView view = CentredView();
+  Odometry odometry(view, {}, ParamsOf(view));
+  Pose2 truth;
+  for (int i = 0; i < 12; ++i) {
+    const OdometryStep step = odometry.Process(
+        ceiling.Render(view.Size(), MotionAt(view, truth), 1, static_cast<std::uint32_t>(i) + 1),
+        i,
+        0.1 * i);
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
+    EXPECT_FALSE(step.registration.heights) << i;
+    EXPECT_FALSE(step.new_keyframe && step.new_keyframe->heights) << i;
+    truth = truth * Pose2{0.08, 0, 1 * kRadPerDeg};
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::mapping

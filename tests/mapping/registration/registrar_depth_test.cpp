@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "mapping/registration/registrar.hpp"
+#include "tests/mapping/registration/synthetic_depth.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+using heights::HeightField;
+using synthetic::SyntheticDepth;
+
+const cv::Size kSize{640, 480};
+constexpr double kNearRho = 1.35;
+
+class RegistrarDepth : public testing::Test {
+ protected:
+  FrameSpectrum See(const ImageMotion& motion, std::uint32_t seed) {
+    return registrar_.Analyze(ceiling_.Render(kSize, motion, 1, seed));
+  }
+  static MotionPrior Near(ImageMotion motion) {
+    motion.tx_px += 3;
+    motion.theta_rad += 0.004;
+    return {motion, 4, 0.1};
+  }
+  static double Error(const Registration& r, const ImageMotion& truth) {
+    return std::hypot(r.motion.tx_px - truth.tx_px, r.motion.ty_px - truth.ty_px);
+  }
+
+  SyntheticDepth ceiling_{kNearRho};
+  Registrar registrar_{kSize};
+};
+
+TEST_F(RegistrarDepth, OneImageShowsHeightsAndTheReferencePlane) {
+  const ImageMotion truth{4, 30, 0.03};
+  const FrameSpectrum reference = See({}, 1);
+  const Registration found =
+      registrar_.RegisterWithDepth(reference, See(truth, 2), MotionPrior{{0, 20, 0}, 8, 0.1});
+  ASSERT_TRUE(found.ok());
+  ASSERT_TRUE(found.heights);
+  EXPECT_LT(Error(found, truth), 0.6);
+  EXPECT_NEAR(found.motion.theta_rad, truth.theta_rad, 1e-3);
+  EXPECT_NEAR(found.heights->DepthRatio(), 0.45, 0.2);
+  int right = 0;
+  int wrong = 0;
+  for (std::size_t i = 0; i < found.heights->cells.size(); ++i) {
+    const heights::HeightCell& cell = found.heights->cells[i];
+    const Eigen::Vector2d at = found.heights->Centre(i);
+    bool inside = true;  // one height in all of the block
+    for (const double side : {-18.0, 18.0}) {
+      inside = inside && ceiling_.Cover(at + Eigen::Vector2d(side, 0)) == ceiling_.Cover(at);
+    }
+    if (!inside || cell.sigma > 0.03F) continue;
+    const double rho = ceiling_.Cover(at) > 0 ? kNearRho : 1;
+    (std::abs(cell.rho - rho) < 0.04 ? right : wrong) += 1;
+  }
+  EXPECT_GT(right, 60);
+  EXPECT_LE(wrong, right / 20);
+}
+
+TEST_F(RegistrarDepth, KnownHeightsMakeTheMotionExact) {
+  FrameSpectrum reference = See({}, 1);
+  const ImageMotion first{2, 25, 0.01};
+  const Registration found =
+      registrar_.RegisterWithDepth(reference, See(first, 2), MotionPrior{{0, 20, 0}, 8, 0.1});
+  ASSERT_TRUE(found.ok());
+  auto scaled = std::make_shared<HeightField>(*found.heights);
+  scaled->scale_sigma = 0.001;
+  reference.SetHeights(scaled);
+  const double scale = std::hypot(found.motion.tx_px, found.motion.ty_px) / std::hypot(2, 25);
+  for (const ImageMotion& truth : {ImageMotion{-20, 50, 0.2}, ImageMotion{60, 45, -0.6}}) {
+    const Registration next = registrar_.Register(reference, See(truth, 3), Near(truth));
+    ASSERT_TRUE(next.ok());
+    EXPECT_NEAR(next.motion.tx_px, scale * truth.tx_px, 0.25);
+    EXPECT_NEAR(next.motion.ty_px, scale * truth.ty_px, 0.25);
+    EXPECT_NEAR(next.motion.theta_rad, truth.theta_rad, 5e-4);
+  }
+}
+
+TEST_F(RegistrarDepth, WithoutAPriorTheSpectraPropose) {
+  FrameSpectrum reference = See({}, 1);
+  const ImageMotion truth{-25, 40, 1.9};
+  const Registration found = registrar_.RegisterWithDepth(reference, See(truth, 2));
+  ASSERT_TRUE(found.ok());
+  EXPECT_LT(Error(found, truth), 1);
+}
+
+TEST_F(RegistrarDepth, OtherPlacesAreRefused) {
+  const SyntheticDepth elsewhere(kNearRho, 0.45, 400);
+  const FrameSpectrum reference = See({}, 1);
+  const FrameSpectrum other = registrar_.Analyze(elsewhere.Render(kSize, {}, 1, 5));
+  EXPECT_FALSE(registrar_.RegisterWithDepth(reference, other).ok());
+  for (int i = 0; i < 8; ++i) {
+    const MotionPrior prior{{10.0 * i, -7.0 * i, 0.1 * i}, 4, 0.1};
+    EXPECT_FALSE(registrar_.RegisterWithDepth(reference, other, prior).ok()) << i;
+  }
+}
+
+TEST_F(RegistrarDepth, HeightsArePredictedForTheNextKeyframeAndRefined) {
+  FrameSpectrum reference = See({}, 1);
+  const ImageMotion truth{5, 60, 0.05};
+  const Registration found =
+      registrar_.RegisterWithDepth(reference, See(truth, 2), MotionPrior{{0, 50, 0}, 8, 0.1});
+  ASSERT_TRUE(found.ok());
+  reference.SetHeights(found.heights);
+  FrameSpectrum next = See(truth, 2);
+  next.SetHeights(
+      std::make_shared<HeightField>(registrar_.PredictHeights(reference, found.motion)));
+  const auto measured = [](const HeightField& field) {
+    int count = 0;
+    for (const heights::HeightCell& cell : field.cells) count += cell.sigma < 0.02F ? 1 : 0;
+    return count;
+  };
+  const HeightField refined =
+      registrar_.RefineHeights(next, reference, found.motion.Inverse());
+  EXPECT_GT(measured(refined), 2 * measured(*next.Heights()));
+  EXPECT_GT(refined.DepthRatio(), 0.25);
+}
+
+}  // namespace
+}  // namespace ceilmap::registration
