@@ -248,22 +248,6 @@ HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
   FindRange();
 }
 
-void HeightMap::Refine(const CostMaker& costs, int threads) {
-  const HeightMap before = *this;  // Refined squares are new matrices.
-  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
-    const cv::Rect wide(first.x - kRefinementReach,
-                        first.y - kRefinementReach,
-                        kSquare + 2 * kRefinementReach,
-                        kSquare + 2 * kRefinementReach);
-    cv::Mat ratios = before.Ratios(wide);
-    if (cv::countNonZero(ratios) == 0) return;
-    const std::unique_ptr<RatioCost> cost = costs(wide);
-    RefineRatios(ratios, wide.tl(), *cost);
-    square = ratios(cv::Rect(kRefinementReach, kRefinementReach, kSquare, kSquare)).clone();
-  });
-  FindRange();
-}
-
 template <typename Work>
 void HeightMap::ForEachSquare(int threads, const Work& work) {
   std::vector<std::pair<std::int64_t, cv::Mat*>> squares;

@@ -1,14 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <unordered_map>
 #include <vector>
 
 #include "mapping/graph/keyframe.hpp"
-#include "mapping/mosaic/height_refinement.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -30,11 +27,6 @@ class HeightMap {
   HeightMap(const std::vector<graph::Keyframe>& keyframes,
             const store::MapMetadata& metadata,
             int threads = 0);
-
-  /// Refines the raster by the images (RefineRatios), part by part.
-  /// @param costs  the cost for the pixels of a part of the raster; called from several threads.
-  using CostMaker = std::function<std::unique_ptr<RatioCost>(const cv::Rect& part)>;
-  void Refine(const CostMaker& costs, int threads = 0);
 
   /// Whether no keyframe has heights: the ceiling is one plane.
   [[nodiscard]] bool empty() const { return squares_.empty(); }

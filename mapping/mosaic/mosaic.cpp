@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <set>
 #include <thread>
 #include <unordered_map>
 
@@ -15,7 +14,6 @@
 #include "mapping/mosaic/image_cache.hpp"
 #include "mapping/mosaic/levelling.hpp"
 #include "mapping/mosaic/padded_image.hpp"
-#include "mapping/mosaic/photo_cost.hpp"
 #include "mapping/mosaic/sharpness.hpp"
 #include "mapping/mosaic/tile_rows.hpp"
 #include "mapping/mosaic/view_agreement.hpp"
@@ -68,7 +66,6 @@ struct MosaicRenderer::Impl {
   void MakeGrid();
   void MakeIndex();
   void Survey();
-  void RefineHeights();
   void WeighBySharpness(const std::vector<double>& sharpness);
   std::vector<int> ViewsAt(const cv::Rect& tile) const;
   bool HasBlanks(const cv::Mat& image) const;
@@ -115,34 +112,6 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
   MakeGrid();
   MakeIndex();
   Survey();
-  if (!heights.empty()) RefineHeights();
-}
-
-void MosaicRenderer::Impl::RefineHeights() {
-  const store::MosaicGrid& raster = heights.Grid();
-  const double scale = raster.resolution / grid.resolution;
-  const cv::Point2d offset((raster.min_x - grid.min_x) / grid.resolution,
-                           (grid.max_y - raster.max_y) / grid.resolution);
-  heights.Refine(
-      [&](const cv::Rect& part) {
-        std::set<int> touching;
-        const auto tile_of = [&](double pixels) { return cvFloor(pixels / kTilePx); };
-        for (int y = tile_of(offset.y + scale * part.y);
-             y <= tile_of(offset.y + scale * part.br().y);
-             ++y) {
-          for (int x = tile_of(offset.x + scale * part.x);
-               x <= tile_of(offset.x + scale * part.br().x);
-               ++x) {
-            const auto found = index.find(TileKey(x, y));
-            if (found != index.end()) touching.insert(found->second.begin(), found->second.end());
-          }
-        }
-        std::vector<PhotoView> photos;
-        for (const int k : touching)
-          photos.push_back({&views[k], cache.Get(ids[k]), gain_factors[k]});
-        return std::make_unique<PhotoCost>(std::move(photos), raster, view_size, units_per_px);
-      },
-      params.threads);
 }
 
 /// The single pass over all images before rendering: exposure, sharpness, thumbnails.

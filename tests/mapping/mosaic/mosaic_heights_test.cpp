@@ -83,40 +83,6 @@ TEST(MosaicHeights, AViewThatDoesNotSeeAPlaceHasNoWeight) {
   EXPECT_LT(mosaic.Rms({0.98, -0.2, 0.04, 0.4}), 2);
 }
 
-/// Pixels of the raster within 0.3 of the plate whose ratio is that of the other surface.
-int Wrong(const HeightMap& map) {
-  int wrong = 0;
-  for (double y = kPlate.y - 0.3; y < kPlate.br().y + 0.3; y += map.Grid().resolution) {
-    for (double x = kPlate.x - 0.3; x < kPlate.br().x + 0.3; x += map.Grid().resolution) {
-      const bool plate = map.RatioAt(x, y) > 1.1;
-      wrong += plate != two_planes::OnPlate({x, y}) ? 1 : 0;
-    }
-  }
-  return wrong;
-}
-
-TEST(MosaicHeights, TheImagesPlaceTheBorderOfASurface) {
-  Drive drive = two_planes::Rows();
-  // Blocks at the border show the plate, whose texture is stronger.
-  for (graph::Keyframe& keyframe : drive.keyframes) {
-    auto field = std::make_shared<heights::HeightField>(*keyframe.heights);
-    for (std::size_t i = 0; i < field->cells.size(); ++i) {
-      for (const double dx : {-1.0, 0.0, 1.0}) {
-        const Eigen::Vector2d beside = field->Centre(i) + Eigen::Vector2d(dx * 8, 0);
-        const auto cell = field->CellAt(beside);
-        if (cell && keyframe.heights->cells[*cell].rho > 1) {
-          field->cells[i].rho = static_cast<float>(two_planes::kPlateRho);
-        }
-      }
-    }
-    keyframe.heights = field;
-  }
-  const int measured = Wrong(HeightMap(drive.keyframes, drive.metadata));
-  const MosaicRenderer renderer(drive.keyframes, drive.metadata, drive.Loader(), Unlevelled());
-  EXPECT_GT(measured, 400);
-  EXPECT_LT(Wrong(renderer.Heights()), 0.85 * measured);
-}
-
 TEST(MosaicHeights, WhatMovesIsLeftOut) {
   Drive drive = two_planes::Rows();
   // A dark object on the plate in the image that shows it best.
