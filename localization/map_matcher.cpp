@@ -56,8 +56,17 @@ calib::CeilingView MakeFirstView(const store::MapReader& map, const calib::Mount
   return view;
 }
 
+/// Scales that differ between heights cannot be one scale of the camera: a map with heights takes
+/// the rig's.
+mosaic::HeightMap HeightsOf(const store::MapReader& map) {
+  return {map.ReadKeyframes(), map.Metadata()};
+}
+
 registration::RegistrarParams WithScale(const calib::CeilingView& view, bool estimate_scale) {
-  return {.estimate_scale = estimate_scale, .mask = view.Mask(), .same_recording = false};
+  return {.estimate_scale = estimate_scale,
+          .mask = view.Mask(),
+          .same_recording = false,
+          .camera = registration::PlaneCameraOf(view)};
 }
 
 }  // namespace
@@ -78,8 +87,16 @@ MapMatcher::MapMatcher(const store::MapReader& map,
       span_(mapping::SpanOf(view_)),
       registrar_(view_.Size(), WithScale(view_, false)),
       scaling_(view_.Size(), WithScale(view_, true)),
-      patches_(std::make_unique<MapPatches>(map, view_, registrar_)),
-      scale_known_(params.scale_frames == 0) {}
+      heights_(HeightsOf(map)),
+      scale_known_(params.scale_frames == 0 || !heights_.empty()) {
+  DrawAnew();
+}
+
+void MapMatcher::DrawAnew() {
+  patches_.reset();
+  depth_ = std::make_unique<DepthDrawing>(heights_, map_.Metadata(), view_);
+  patches_ = std::make_unique<MapPatches>(map_, view_, *depth_, registrar_);
+}
 
 void MapMatcher::Analyze(LevelFrame& frame) {
   tilt_ = frame.tilt;
@@ -144,6 +161,8 @@ std::optional<TiltAngles> MapMatcher::MeasureTilt(const Patch& at,
   const registration::PlaneCamera camera = registration::PlaneCameraOf(view_);
   const registration::PlaneMotion start = registration::PlaneMotion::FromSimilarity(
       camera, mapping::ImageMotionOf(view_, at.T_map_base.Inverse() * match.pose.pose));
+  // Under a ceiling with depth the blocks have too many errors in common for a check of the tilt.
+  if (at.spectrum.Heights() != nullptr) return std::nullopt;
   const registration::PlaneFit fit = registrar_.RefinePlane(at.spectrum, frame, camera, start);
   constexpr int kMinMatches = 12;
   if (!fit.ok || fit.inliers < kMinMatches || 2 * fit.inliers < fit.blocks) return std::nullopt;
@@ -172,9 +191,8 @@ bool MapMatcher::LearnScale(const MapMatch& match) {
   }
   scale_known_ = true;
   scale_ = median;
-  patches_.reset();
   view_ = MakeView(up_, map_.Metadata().ceiling_height_m, median);
-  patches_ = std::make_unique<MapPatches>(map_, view_, registrar_);
+  DrawAnew();
   return true;
 }
 

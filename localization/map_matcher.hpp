@@ -65,6 +65,7 @@ class MapMatcher {
   [[nodiscard]] std::optional<double> Scale() const { return scale_; }
 
  private:
+  void DrawAnew();
   [[nodiscard]] registration::MotionPrior PriorFor(const Patch& at,
                                                    const PoseWithCovariance& expected) const;
 
@@ -76,6 +77,8 @@ class MapMatcher {
   double span_;
   registration::Registrar registrar_;
   registration::Registrar scaling_;  // until the scale is known
+  mosaic::HeightMap heights_;  // empty: the ceiling is one plane
+  std::unique_ptr<DepthDrawing> depth_;
   std::unique_ptr<MapPatches> patches_;
   std::vector<double> scales_;
   std::optional<double> scale_;

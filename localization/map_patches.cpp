@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "calib/base/lru_cache.hpp"
 #include "mapping/mosaic/view_placement.hpp"
@@ -35,11 +37,28 @@ struct Node {
   }
 };
 
+/// From the centre of the image.
+cv::Point2d PrincipalOf(const calib::CeilingView& view) {
+  const Eigen::Vector2d principal = registration::PlaneCameraOf(view).principal_px;
+  return {principal.x(), principal.y()};
+}
+
+/// Heights of a patch that shows enough depth.
+void SetHeights(const cv::Mat& ratios,
+                const registration::Registrar& registrar,
+                registration::FrameSpectrum& spectrum) {
+  heights::HeightField field = DepthDrawing::Field(ratios, registrar.EmptyHeights());
+  constexpr double kMinDepthRatio = 0.05;
+  if (field.DepthRatio() < kMinDepthRatio) return;
+  spectrum.SetHeights(std::make_shared<const heights::HeightField>(std::move(field)));
+}
+
 }  // namespace
 
 struct MapPatches::Impl {
   const store::MapReader& map;
   const calib::CeilingView& view;
+  const DepthDrawing& depth;
   registration::Registrar& registrar;
   double spacing = 0;  // map units
   LruCache<std::shared_ptr<const Patch>> patches;
@@ -68,11 +87,13 @@ Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
 
 MapPatches::MapPatches(const store::MapReader& map,
                        const calib::CeilingView& view,
+                       const DepthDrawing& depth,
                        registration::Registrar& registrar) {
   const double shorter = std::min(view.Size().width, view.Size().height) * view.MetresPerPixel();
   impl_ = std::make_unique<Impl>(
       Impl{map,
            view,
+           depth,
            registrar,
            kSpacingRatio * shorter,
            LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(kKeptPatches)),
@@ -87,24 +108,25 @@ std::shared_ptr<const Patch> MapPatches::Near(const Pose2& T_map_base) {
   if (const auto* known = me.patches.Find(node.Key())) return *known;
   Patch patch;
   patch.T_map_base = me.PoseOf(node);
-  Draw(patch.T_map_base, me.grey, me.mask);
+  const cv::Mat ratios = Draw(patch.T_map_base, me.grey, me.mask);
   patch.content = cv::countNonZero(me.mask) / static_cast<double>(me.mask.total());
   std::shared_ptr<const Patch> result;
   if (patch.content >= kMinContent) {
     const bool whole = patch.content == 1;
     patch.spectrum = me.registrar.Analyze(me.grey, whole ? cv::Mat() : me.mask);
+    if (!ratios.empty()) SetHeights(ratios, me.registrar, patch.spectrum);
     result = std::make_shared<const Patch>(std::move(patch));
   }
   me.patches.Insert(node.Key(), result);
   return result;
 }
 
-void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
+cv::Mat MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
   const Impl& me = *impl_;
   const store::MosaicGrid& grid = me.map.Grid();
   const cv::Size size = me.view.Size();
   const mosaic::ViewPlacement placement(
-      T_map_base * me.view.T_base_view(), size, me.view.MetresPerPixel());
+      T_map_base * me.view.T_base_view(), size, me.view.MetresPerPixel(), PrincipalOf(me.view));
   grey.create(size, CV_8UC1);
   mask.create(size, CV_8UC1);
   // The window of the mosaic around the view, with room for the interpolation.
@@ -123,7 +145,7 @@ void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) con
                         cv::Point(column(bounds.br().x + margin), row(bounds.y - margin)));
   if (window.empty()) {
     mask.setTo(0);
-    return;
+    return {};
   }
   cv::Mat seen;
   cv::Mat alpha;
@@ -141,30 +163,44 @@ void MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) con
     cv::resize(seen, seen, reduced, 0, 0, cv::INTER_AREA);
     cv::resize(alpha, alpha, reduced, 0, 0, cv::INTER_AREA);
   }
-  // Pixel of the read window under a pixel of the patch: an affine mapping, given by three points.
-  const auto in_window = [&](double u, double v) {
-    const cv::Point2d p = placement.ToMap(u, v);
+  const auto in_window = [&](const cv::Point2d& p) {
     const double along = (p.x - grid.min_x) / grid.resolution - 0.5 - window.x;
     const double down = (grid.max_y - p.y) / grid.resolution - 0.5 - window.y;
     return cv::Point2d((along + 0.5) / factor - 0.5, (down + 0.5) / factor - 0.5);
   };
-  const cv::Point2d origin = in_window(0, 0);
-  const cv::Point2d along_u = in_window(1, 0) - origin;
-  const cv::Point2d along_v = in_window(0, 1) - origin;
-  const cv::Matx23d map(along_u.x, along_v.x, origin.x, along_u.y, along_v.y, origin.y);
-  cv::warpAffine(
-      seen, grey, map, size, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
-  cv::warpAffine(alpha,
-                 mask,
-                 map,
-                 size,
-                 cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
-                 cv::BORDER_CONSTANT,
-                 cv::Scalar(0));
+  cv::Mat ratios;
+  if (me.depth.HasDepth()) {
+    ratios = me.depth.Ratios(placement);
+    cv::Mat sources(size, CV_32FC2);
+    for (int v = 0; v < size.height; ++v) {
+      for (int u = 0; u < size.width; ++u) {
+        const cv::Point2d p = in_window(placement.ToMap(u, v, ratios.at<float>(v, u)));
+        sources.at<cv::Vec2f>(v, u) = {static_cast<float>(p.x), static_cast<float>(p.y)};
+      }
+    }
+    cv::remap(seen, grey, sources, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+    cv::remap(alpha, mask, sources, {}, cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+  } else {
+    // An affine mapping, given by three points.
+    const cv::Point2d origin = in_window(placement.ToMap(0, 0));
+    const cv::Point2d along_u = in_window(placement.ToMap(1, 0)) - origin;
+    const cv::Point2d along_v = in_window(placement.ToMap(0, 1)) - origin;
+    const cv::Matx23d map(along_u.x, along_v.x, origin.x, along_u.y, along_v.y, origin.y);
+    cv::warpAffine(
+        seen, grey, map, size, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+    cv::warpAffine(alpha,
+                   mask,
+                   map,
+                   size,
+                   cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                   cv::BORDER_CONSTANT,
+                   cv::Scalar(0));
+  }
   cv::threshold(mask, mask, 254, 255, cv::THRESH_BINARY);
   // The interpolation reaches two pixels beyond an edge.
   cv::erode(mask, mask, cv::Mat(), {-1, -1}, 2, cv::BORDER_CONSTANT, cv::Scalar(255));
   grey.setTo(0, mask == 0);  // black is ignored by the noise estimate
+  return ratios;
 }
 
 }  // namespace ceilmap::localization

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "calib/ceiling_view.hpp"
+#include "localization/depth_drawing.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -23,14 +24,18 @@ struct Patch {
 /// when a robot stays, turns or returns. Cost of a new patch for 640 x 480 px: reading a window of
 /// the map (GDAL keeps the tiles used last), one warp, one Analyze: about 10 ms.
 ///
+/// On a map with heights a patch shows each surface where a camera of this height sees it, and has
+/// the heights of what it shows.
+///
 /// The mosaic is used instead of the nearest keyframe image: it fills the patch to its corners for
 /// a camera at any height, and is as exact.
 class MapPatches {
  public:
-  /// @param map, view, registrar  Must outlive the object.
+  /// @param map, view, depth, registrar  Must outlive the object.
   /// @param view  View of the robot being localized, in the map's unit of length.
   MapPatches(const store::MapReader& map,
              const calib::CeilingView& view,
+             const DepthDrawing& depth,
              registration::Registrar& registrar);
   ~MapPatches();
 
@@ -40,7 +45,8 @@ class MapPatches {
   /// Draws the view from exactly this pose.
   /// @param grey, mask  CV_8UC1 of the view's size; mask is 0 where nothing is mapped, grey has no
   ///   meaning there.
-  void Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const;
+  /// @return inverse height ratio of each pixel, CV_32FC1; empty on a map without heights.
+  cv::Mat Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const;
 
  private:
   struct Impl;

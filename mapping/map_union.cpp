@@ -46,13 +46,14 @@ class Stores {
 
 LoopCloserParams ForView(const MapperParams& params,
                          const calib::CeilingView& view,
-                         const std::string& unit) {
+                         const store::MapMetadata& metadata) {
   LoopCloserParams loops = params.loops;
   loops.registration = params.odometry.registration;
   loops.noise = params.odometry.noise;
   loops.heading.noise_rad = params.odometry.heading_noise_rad;
   loops.registration.mask = view.Mask();
-  loops.registration.estimate_scale = unit == "px";
+  loops.registration.camera = {metadata.view_focal_px, metadata.view_principal_px};
+  loops.registration.estimate_scale = metadata.unit == "px";
   return loops;
 }
 
@@ -72,7 +73,7 @@ MergeResult Unite(const std::vector<graph::MapGraph>& parts,
       parts,
       [&](std::int64_t id) { return stores.Image(id); },
       [&](std::int64_t id) { return stores.Descriptors(id); },
-      ForView(params, view, metadata.unit),
+      ForView(params, view, metadata),
       params.pose_graph);
   if (!merged.ok()) return merged;
   for (const graph::Keyframe& keyframe : merged.graph.keyframes) {

@@ -67,7 +67,8 @@ struct NewKeyframe {
   graph::Keyframe keyframe;  // with its image
   registration::FrameSpectrum spectrum;
   std::vector<graph::Edge> edges;
-  std::shared_ptr<const heights::HeightField> refined_heights;  // of the keyframe before
+  // Of the keyframe before.
+  std::shared_ptr<const heights::HeightField> refined_heights = nullptr;
   std::int64_t refined_id = -1;
 };
 

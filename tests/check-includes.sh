@@ -23,7 +23,7 @@ rows=(
   "localization/compass: mapping/registration calib/base"
   "localization/compass/labrosse: localization/compass calib/base"
   "localization/compass/colour: calib calib/base"
-  "localization: mapping mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration calib calib/base"
+  "localization: mapping mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/base"
   "localization/robot: localization localization/compass localization/compass/colour compensation mapping mapping/store
     mapping/graph calib calib/base"
   "samples/simulator: calib calib/base"

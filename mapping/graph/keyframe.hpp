@@ -57,7 +57,7 @@ struct Keyframe {
   /// (strictly periodic ceiling, Registration::disambiguated_by_prior).
   bool ambiguous = false;
   /// Heights of the ceiling in the image; nullptr: the ceiling is taken to be plane there.
-  std::shared_ptr<const heights::HeightField> heights;
+  std::shared_ptr<const heights::HeightField> heights = nullptr;
 };
 
 /// Loads the image of a keyframe (CV_8UC1, rectified) from its storage.

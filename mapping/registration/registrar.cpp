@@ -289,6 +289,10 @@ PlaneFit Registrar::RefineWithDepth(const FrameSpectrum& reference,
   return impl_->depth->MatchTilted(*reference.fine_, *reference.heights_, *current.fine_, start);
 }
 
+const heights::HeightField& Registrar::EmptyHeights() const {
+  return impl_->Depth().Unknown();
+}
+
 heights::HeightField Registrar::PredictHeights(const FrameSpectrum& reference,
                                                const ImageMotion& motion) const {
   return impl_->Depth().Predicted(*reference.heights_, motion);

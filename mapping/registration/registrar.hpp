@@ -163,6 +163,8 @@ class Registrar {
       const FrameSpectrum& current,
       const std::optional<MotionPrior>& prior = std::nullopt);
 
+  /// The grid of cells of height fields, nothing known.
+  [[nodiscard]] const heights::HeightField& EmptyHeights() const;
   /// The heights of `current` as those of `reference` predict them. @param reference  has heights.
   [[nodiscard]] heights::HeightField PredictHeights(const FrameSpectrum& reference,
                                                     const ImageMotion& motion) const;

@@ -43,7 +43,7 @@ double Error(const MotionFit& fit, const Parameters& truth) {
 const Parameters kRigid(0.6, -1.1, 0.004, 0);
 const Parameters kSimilarity(-0.8, 0.3, -0.003, 0.005);
 
-FitParams WithScale(bool scale) {
+FitParams ScaleParams(bool scale) {
   FitParams params;
   params.estimate_scale = scale;
   return params;
@@ -56,7 +56,7 @@ TEST(FitRobust, ExactMotions) {
     const bool scale = i % 2 == 0;
     const Parameters truth(
         3 * unit(random), 3 * unit(random), 0.02 * unit(random), scale ? 0.02 * unit(random) : 0);
-    const MotionFit fit = FitRobust(Grid(truth), WithScale(scale));
+    const MotionFit fit = FitRobust(Grid(truth), ScaleParams(scale));
     ASSERT_TRUE(fit.ok);
     EXPECT_LT(Error(fit, truth), 1e-9);
     EXPECT_EQ(fit.inliers, 48);
@@ -66,7 +66,7 @@ TEST(FitRobust, ExactMotions) {
 }
 
 TEST(FitRobust, HoldsAFixedScale) {
-  const MotionFit fit = FitRobust(Grid(kSimilarity), WithScale(false));
+  const MotionFit fit = FitRobust(Grid(kSimilarity), ScaleParams(false));
   ASSERT_TRUE(fit.ok);
   EXPECT_EQ(fit.motion.scale, 1);
   EXPECT_EQ(fit.covariance.row(3).norm(), 0);
@@ -97,7 +97,7 @@ std::vector<BlockShift> WithOutliers(const Parameters& truth, unsigned seed) {
 TEST(FindConsensus, FortyPercentOutliers) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     for (const Parameters& truth : {kRigid, kSimilarity}) {
-      const FitParams params = WithScale(truth[3] != 0);
+      const FitParams params = ScaleParams(truth[3] != 0);
       const auto blocks = WithOutliers(truth, seed);
       const MotionFit consensus = FindConsensus(blocks, params);
       ASSERT_TRUE(consensus.ok);
@@ -117,7 +117,7 @@ TEST(FindConsensus, FortyPercentOutliers) {
 TEST(FitRobust, FewOutliersNeedNoStart) {
   auto blocks = Grid(kRigid);
   for (std::size_t i = 0; i < blocks.size(); i += 6) blocks[i].shift += Eigen::Vector2d(-4, 3);
-  const MotionFit fit = FitRobust(blocks, WithScale(false));
+  const MotionFit fit = FitRobust(blocks, ScaleParams(false));
   ASSERT_TRUE(fit.ok);
   EXPECT_LT(Error(fit, kRigid), 1e-6);
 }
@@ -138,7 +138,7 @@ void CheckCovariance(const Parameters& truth, bool varied_quality) {
       blocks[i].shift +=
           Eigen::Vector2d(normal(random), normal(random)) / std::sqrt(blocks[i].quality);
     }
-    const MotionFit fit = FitRobust(blocks, WithScale(scale));
+    const MotionFit fit = FitRobust(blocks, ScaleParams(scale));
     ASSERT_TRUE(fit.ok);
     squares += (ParametersOf(fit) - truth).cwiseAbs2() / kDraws;
     reported += fit.covariance.diagonal() / kDraws;
@@ -167,10 +167,10 @@ TEST(FitRobust, BlocksOnEdgesCountAcrossTheEdge) {
     blocks[i].sharpness = Eigen::Vector2d(sees_x ? 1 : 0, sees_x ? 0 : 1).asDiagonal();
     (sees_x ? blocks[i].shift.y() : blocks[i].shift.x()) += along_the_edge(random);
   }
-  const MotionFit consensus = FindConsensus(blocks, WithScale(false));
+  const MotionFit consensus = FindConsensus(blocks, ScaleParams(false));
   ASSERT_TRUE(consensus.ok);
   EXPECT_EQ(consensus.inliers, 48);
-  const MotionFit fit = FitRobust(blocks, WithScale(false), consensus.weights);
+  const MotionFit fit = FitRobust(blocks, ScaleParams(false), consensus.weights);
   ASSERT_TRUE(fit.ok);
   EXPECT_LT(Error(fit, kRigid), 1e-9);
 }
@@ -178,19 +178,19 @@ TEST(FitRobust, BlocksOnEdgesCountAcrossTheEdge) {
 TEST(FitRobust, ParallelEdgesAloneDetermineNothing) {
   auto blocks = Grid(kRigid);
   for (BlockShift& block : blocks) block.sharpness = Eigen::Vector2d(1, 0).asDiagonal();
-  EXPECT_FALSE(FitRobust(blocks, WithScale(false)).ok);
+  EXPECT_FALSE(FitRobust(blocks, ScaleParams(false)).ok);
 }
 
 TEST(FitRobust, TooFewOrOneSpotIsNotOk) {
   for (const std::size_t n : {0U, 1U, 2U}) {
     auto blocks = Grid(kRigid);
     blocks.resize(n);
-    EXPECT_FALSE(FitRobust(blocks, WithScale(false)).ok) << n;
-    EXPECT_FALSE(FindConsensus(blocks, WithScale(false)).ok) << n;
+    EXPECT_FALSE(FitRobust(blocks, ScaleParams(false)).ok) << n;
+    EXPECT_FALSE(FindConsensus(blocks, ScaleParams(false)).ok) << n;
   }
   const std::vector<BlockShift> same(10, Grid(kRigid).front());
-  EXPECT_FALSE(FitRobust(same, WithScale(false)).ok);
-  EXPECT_FALSE(FindConsensus(same, WithScale(false)).ok);
+  EXPECT_FALSE(FitRobust(same, ScaleParams(false)).ok);
+  EXPECT_FALSE(FindConsensus(same, ScaleParams(false)).ok);
 }
 
 TEST(FitRobust, WorthlessBlocksAreNotOk) {
@@ -199,7 +199,7 @@ TEST(FitRobust, WorthlessBlocksAreNotOk) {
     block.quality = 0;
     block.sharpness.setZero();
   }
-  const MotionFit fit = FitRobust(blocks, WithScale(true));
+  const MotionFit fit = FitRobust(blocks, ScaleParams(true));
   EXPECT_FALSE(fit.ok);
   EXPECT_TRUE(fit.covariance.allFinite());
 }
@@ -209,7 +209,7 @@ TEST(FindConsensus, ChanceIsNoConsensus) {
   std::uniform_real_distribution<double> any(-8, 8);
   auto blocks = Grid(kRigid);
   for (BlockShift& block : blocks) block.shift = {any(random), any(random)};
-  EXPECT_LT(FindConsensus(blocks, WithScale(false)).inliers, 14);
+  EXPECT_LT(FindConsensus(blocks, ScaleParams(false)).inliers, 14);
 }
 
 }  // namespace
