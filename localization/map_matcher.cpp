@@ -95,7 +95,7 @@ MapMatcher::MapMatcher(const store::MapReader& map,
 void MapMatcher::DrawAnew() {
   patches_.reset();
   depth_ = std::make_unique<DepthDrawing>(heights_, map_.Metadata(), view_);
-  patches_ = std::make_unique<MapPatches>(map_, view_, *depth_, registrar_);
+  patches_ = std::make_unique<MapPatches>(map_, view_, registrar_, depth_.get());
 }
 
 void MapMatcher::Analyze(LevelFrame& frame) {

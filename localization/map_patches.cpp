@@ -58,8 +58,8 @@ void SetHeights(const cv::Mat& ratios,
 struct MapPatches::Impl {
   const store::MapReader& map;
   const calib::CeilingView& view;
-  const DepthDrawing& depth;
   registration::Registrar& registrar;
+  const DepthDrawing* depth;
   double spacing = 0;  // map units
   LruCache<std::shared_ptr<const Patch>> patches;
   cv::Mat grey;
@@ -87,14 +87,14 @@ Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
 
 MapPatches::MapPatches(const store::MapReader& map,
                        const calib::CeilingView& view,
-                       const DepthDrawing& depth,
-                       registration::Registrar& registrar) {
+                       registration::Registrar& registrar,
+                       const DepthDrawing* depth) {
   const double shorter = std::min(view.Size().width, view.Size().height) * view.MetresPerPixel();
   impl_ = std::make_unique<Impl>(
       Impl{map,
            view,
-           depth,
            registrar,
+           depth,
            kSpacingRatio * shorter,
            LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(kKeptPatches)),
            {},
@@ -169,8 +169,8 @@ cv::Mat MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) 
     return cv::Point2d((along + 0.5) / factor - 0.5, (down + 0.5) / factor - 0.5);
   };
   cv::Mat ratios;
-  if (me.depth.HasDepth()) {
-    ratios = me.depth.Ratios(placement);
+  if (me.depth != nullptr && me.depth->HasDepth()) {
+    ratios = me.depth->Ratios(placement);
     cv::Mat sources(size, CV_32FC2);
     for (int v = 0; v < size.height; ++v) {
       for (int u = 0; u < size.width; ++u) {

@@ -33,10 +33,11 @@ class MapPatches {
  public:
   /// @param map, view, depth, registrar  Must outlive the object.
   /// @param view  View of the robot being localized, in the map's unit of length.
+  /// @param depth  of the same view; nullptr: the ceiling is taken to be one plane.
   MapPatches(const store::MapReader& map,
              const calib::CeilingView& view,
-             const DepthDrawing& depth,
-             registration::Registrar& registrar);
+             registration::Registrar& registrar,
+             const DepthDrawing* depth = nullptr);
   ~MapPatches();
 
   /// The patch whose lattice point is nearest to a pose; null where too little is mapped.

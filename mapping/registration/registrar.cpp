@@ -76,6 +76,7 @@ struct Registrar::Impl {
                       const Fine& current,
                       const std::vector<Finalist>& finalists,
                       const std::optional<MotionPrior>& prior);
+  heights::HeightField OnGrid(const heights::HeightField& known);
   Registration RunWithDepth(const FrameSpectrum& reference_spectrum,
                             const heights::HeightField& known,
                             const FrameSpectrum& current_spectrum,
@@ -246,11 +247,19 @@ Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
   return result;
 }
 
+/// Heights on the grid of this registrar: those of a map file may be on another one.
+heights::HeightField Registrar::Impl::OnGrid(const heights::HeightField& known) {
+  const heights::HeightField& grid = Depth().Unknown();
+  if (known.grid == grid.grid && known.cells.size() == grid.cells.size()) return known;
+  return heights::Predict(known, grid, [](const Eigen::Vector2d& x, double) { return x; });
+}
+
 /// The prior's motion first; where it does not fit, the proposals of the coarse stage.
 Registration Registrar::Impl::RunWithDepth(const FrameSpectrum& reference_spectrum,
-                                           const heights::HeightField& known,
+                                           const heights::HeightField& given,
                                            const FrameSpectrum& current_spectrum,
                                            const std::optional<MotionPrior>& prior) {
+  const heights::HeightField known = OnGrid(given);
   Fine& reference = *reference_spectrum.fine_;
   const Fine& current = *current_spectrum.fine_;
   fine.PrepareReference(reference);
@@ -286,7 +295,8 @@ PlaneFit Registrar::RefineWithDepth(const FrameSpectrum& reference,
                                     const PlaneMotion& start) {
   impl_->fine.PrepareReference(*reference.fine_);
   impl_->Depth().PrepareReference(*reference.fine_);
-  return impl_->depth->MatchTilted(*reference.fine_, *reference.heights_, *current.fine_, start);
+  return impl_->depth->MatchTilted(
+      *reference.fine_, impl_->OnGrid(*reference.heights_), *current.fine_, start);
 }
 
 const heights::HeightField& Registrar::EmptyHeights() const {
@@ -303,7 +313,8 @@ heights::HeightField Registrar::RefineHeights(const FrameSpectrum& reference,
                                               const ImageMotion& motion) {
   impl_->fine.PrepareReference(*reference.fine_);
   impl_->Depth().PrepareReference(*reference.fine_);
-  return impl_->Depth().Refined(*reference.fine_, *reference.heights_, *other.fine_, motion);
+  return impl_->Depth().Refined(
+      *reference.fine_, impl_->OnGrid(*reference.heights_), *other.fine_, motion);
 }
 
 Registration Registrar::Register(const FrameSpectrum& reference,
