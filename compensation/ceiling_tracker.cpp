@@ -56,6 +56,9 @@ constexpr double kLevelSigmas = 3;
 // this part of the measured heights is off the plane.
 constexpr double kPlaneInlierRatio = 0.75;
 constexpr double kMinDepthRatio = 0.15;
+// Heights are believed where this part of the blocks agrees, with this mean evidence.
+constexpr double kMinDepthInliers = 0.6;
+constexpr double kMinDepthPeak = 0.25;
 // Below this part a new reference is taken to be plane.
 constexpr double kStillPlane = 0.05;
 // Standard deviations of a predicted motion, where depth is searched.
@@ -196,7 +199,8 @@ bool CeilingTracker::FindDepth(Frame& frame) {
   registration::MotionPrior prior{ToMotion(level).ToSimilarity(camera_), kPriorPx, kPriorRad};
   const Registration deep =
       registrar_.RegisterWithDepth(reference_.spectrum, frame.image.spectrum, prior);
-  if (!deep.ok() || deep.heights->scale_sigma >= heights::kUnknownScale ||
+  if (!deep.ok() || deep.peak < kMinDepthPeak || deep.inliers < kMinDepthInliers * deep.blocks ||
+      deep.heights->scale_sigma >= heights::kUnknownScale ||
       deep.heights->DepthRatio() < kMinDepthRatio) {
     return false;
   }

@@ -17,6 +17,7 @@ struct RelativeOdometry::Impl {
     mapping::OdometryParams params;
     params.local_keyframes = 1;
     params.registration.mask = view.Mask();
+    params.registration.camera = registration::PlaneCameraOf(view);
     params.restart_after = std::numeric_limits<int>::max();  // restarted here instead
     return std::make_unique<mapping::Odometry>(view, Pose2{}, params);
   }

@@ -29,6 +29,9 @@ namespace {
 // this part of the measured heights is off the plane.
 constexpr double kPlaneInlierRatio = 0.75;
 constexpr double kMinDepthRatio = 0.15;
+// Heights are believed where this part of the blocks agrees, with this mean evidence.
+constexpr double kMinDepthInliers = 0.6;
+constexpr double kMinDepthPeak = 0.25;
 // Under a ceiling with depth a keyframe sees other sides of things soon, and its blocks change.
 constexpr double kMinDepthOverlap = 0.82;
 // A new keyframe is made when a smaller fraction of the compared blocks agrees.
@@ -144,12 +147,16 @@ Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
                                           const FrameSpectrum& spectrum,
                                           const std::optional<ExpectedPose>& expected,
                                           const Registration& plane) {
-  if (reference.spectrum.Heights() != nullptr || plane.verdict == Verdict::kNoTexture) return plane;
+  // Unknown heights explain more than one plane does, so they are tried only near a predicted
+  // motion, and never to decide between motions.
+  if (reference.spectrum.Heights() != nullptr || !expected ||
+      plane.verdict == Verdict::kNoTexture || plane.verdict == Verdict::kAmbiguous) {
+    return plane;
+  }
   if (plane.ok() && plane.inliers >= kPlaneInlierRatio * plane.blocks) return plane;
-  std::optional<MotionPrior> prior;
-  if (expected) prior = PriorFor(view, reference, *expected);
-  Registration deep = registrar.RegisterWithDepth(reference.spectrum, spectrum, prior);
-  if (!deep.ok() || deep.heights->scale_sigma >= heights::kUnknownScale ||
+  Registration deep = registrar.RegisterWithDepth(
+      reference.spectrum, spectrum, PriorFor(view, reference, *expected));
+  if (!deep.ok() || deep.peak < kMinDepthPeak || deep.inliers < kMinDepthInliers * deep.blocks || deep.heights->scale_sigma >= heights::kUnknownScale ||
        deep.heights->DepthRatio() < kMinDepthRatio) {
     return plane;
   }

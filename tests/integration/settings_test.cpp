@@ -107,6 +107,7 @@ const std::map<std::string, std::string> kExceptions = {
     {"LoopCloserParams.registration", "that of the odometry"},
     {"RegistrarParams.estimate_scale", "depends on the rig"},
     {"RegistrarParams.mask", "depends on the camera"},
+    {"RegistrarParams.camera", "depends on the camera"},
     {"RegistrarParams.same_recording", "depends on the use"},
     {"MosaicParams.resolution", "--resolution"},
     {"MosaicParams.view_mask", "depends on the camera"},

@@ -127,8 +127,6 @@ struct SmallMap {
 
   SmallMap() {
     for (const std::size_t i : {1, 4}) keyframes[i].heights = Heights(keyframes[i].id);
-    metadata.view_focal_px = 1001.0 / 3;
-    metadata.view_principal_px = {4.1, -1.0 / 7};
     for (int i = 0; i < 40; ++i) {
       graph::FramePose frame;
       frame.frame_index = i;
