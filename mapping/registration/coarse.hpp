@@ -25,6 +25,9 @@ struct Hypothesis {
   double overlap = 0;      ///< common area, fraction of the reference
   double score =
       0;  ///< peak + correlation * sqrt(overlap): the more common area, the less is chance
+  /// Matches of local features that agree with the motion; 0: not proposed by features, which have
+  /// no peak, correlation and score.
+  int feature_inliers = 0;
 };
 
 /// The coarse stage of registration, RI-POC: rotation (and scale) by PolarSearch on the amplitude

@@ -57,6 +57,10 @@ struct RegistrarParams {
   /// motion that the prior predicts needs less evidence. False: an image without noise may be
   /// drawn from a map, or blurred.
   bool same_recording = true;
+  /// Where the amplitude spectra propose no motion that explains the images (little in common,
+  /// depth, perspective), matches of local features propose one: for images without a match that
+  /// takes ten times longer.
+  bool local_features = true;
   int final_blocks = 48;  ///< blocks of the last rounds
 
   /// Blocks that must agree, > 0.
