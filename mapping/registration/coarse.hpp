@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/local_features.hpp"
 #include "mapping/registration/poc.hpp"
 #include "mapping/registration/polar.hpp"
 #include "mapping/registration/registration.hpp"
@@ -25,9 +26,7 @@ struct Hypothesis {
   double overlap = 0;      ///< common area, fraction of the reference
   double score =
       0;  ///< peak + correlation * sqrt(overlap): the more common area, the less is chance
-  /// Matches of local features that agree with the motion; 0: not proposed by features, which have
-  /// no peak, correlation and score.
-  int feature_inliers = 0;
+  FeatureEvidence features;  ///< of a motion proposed by features: no peak, correlation and score
 };
 
 /// The coarse stage of registration, RI-POC: rotation (and scale) by PolarSearch on the amplitude

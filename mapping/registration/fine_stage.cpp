@@ -39,11 +39,6 @@ constexpr double kMaxDissimilarityWeak = 1.9;
 constexpr double kMinPartialAgreement = 0.36;
 constexpr double kMaxPartialDissimilarity = 1.4;
 
-// A motion that this many matches of local features agree on is accepted where the rough and the
-// fine blocks agree by this in sum, 0..2.
-constexpr int kMinFeatureInliers = 8;
-constexpr double kMinFeatureAgreement = 1.3;
-
 // Blocks of encoded images have errors in common. The standard deviations grow by this fraction
 // where the codec removed all noise of the sensor.
 constexpr double kCommonCodingErrors = 2;
@@ -161,29 +156,6 @@ void FineStage::PrepareFine(FrameSpectrum::Fine& data) {
   data.fine_ready = true;
 }
 
-const LocalFeatures& FineStage::FeaturesOf(FrameSpectrum::Fine& data) const {
-  const std::scoped_lock lock(data.blocks_mutex);
-  if (!data.features_ready) {
-    data.features = DetectFeatures(data.rough, rough_frame_.size, rough_.BlankOf(data.rough));
-    data.features_ready = true;
-  }
-  return data.features;
-}
-
-std::vector<Hypothesis> FineStage::ProposeByFeatures(FrameSpectrum::Fine& reference,
-                                                     FrameSpectrum::Fine& current) const {
-  std::vector<Hypothesis> hypotheses;
-  for (const FeatureMotion& found :
-       MotionsOfFeatures(FeaturesOf(reference), FeaturesOf(current), params_.estimate_scale)) {
-    Hypothesis hypothesis;
-    hypothesis.motion = fine_frame_.ToFull(rough_frame_.ToFull(found.motion));
-    hypothesis.overlap = OverlapOf(found.motion, rough_frame_.size);
-    hypothesis.feature_inliers = found.inliers;
-    hypotheses.push_back(hypothesis);
-  }
-  return hypotheses;
-}
-
 void FineStage::MeasureRough(const FrameSpectrum::Fine& reference,
                              const FrameSpectrum::Fine& current,
                              const ImageMotion& motion,
@@ -221,7 +193,7 @@ Candidate FineStage::Test(const FrameSpectrum::Fine& reference,
   candidate.motion = hypothesis.motion;
   candidate.overlap = hypothesis.overlap;
   candidate.poc_peak = hypothesis.peak;
-  candidate.feature_inliers = hypothesis.feature_inliers;
+  candidate.features = hypothesis.features;
   const ImageMotion start = fine_frame_.FromFull(hypothesis.motion);
   MeasureRough(reference, current, start, kFirstBlocks, kWideSearch);
   FitParams fit;
@@ -325,6 +297,9 @@ bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
   finalist.determined = sigma > 0 && sigma < kMaxSigmaPx && r.inliers >= params_.min_inliers &&
                         r.inliers >= kMinInlierRatio * r.blocks;
   if (!finalist.determined) return false;
+  if (candidate.features.inliers > 0) {
+    return FeaturesAreSound(reference, current, candidate, finalist);
+  }
   // The lines between tiles fit at any position of a tiled ceiling, and blocks agree on them. So
   // either all blocks with more content than lines must agree too, or the images must be the same
   // down to the noise.
@@ -337,14 +312,8 @@ bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
   finalist.total_agreement = by_blocks + 2 * candidate.poc_peak;
   const bool agreed =
       finalist.total_agreement > (small ? kMinAgreementSmall : params_.min_agreement);
-  const bool by_features = candidate.feature_inliers > 0;
-  if (by_features && candidate.feature_inliers >= kMinFeatureInliers &&
-      by_blocks > kMinFeatureAgreement) {
-    return true;
-  }
   if (agreed && by_blocks > params_.min_block_agreement) return true;
   Compare(reference, current, finalist);
-  if (by_features) return finalist.dissimilarity.mean < kMaxDissimilarity;
   if (IsAlike(finalist, finalist.dissimilarity, agreed)) return true;
   if (reference.noise.IsEncoded() && current.noise.IsEncoded()) {
     const double noise_power = CodedPower(reference.rough.noise, current.rough.noise);

@@ -20,7 +20,7 @@ struct Candidate {
   double support = 0;   ///< sum of the peaks of the blocks that agree with one motion
   int inliers = 0;
   int blocks = 0;
-  int feature_inliers = 0;  ///< Hypothesis
+  FeatureEvidence features;  ///< of a motion proposed by features
 
   [[nodiscard]] double Agreement() const { return support / std::max(blocks, 1); }
 };
@@ -120,6 +120,13 @@ class FineStage {
 
  private:
   const LocalFeatures& FeaturesOf(FrameSpectrum::Fine& data) const;
+  bool FeaturesAreSound(const FrameSpectrum::Fine& reference,
+                        const FrameSpectrum::Fine& current,
+                        const Candidate& candidate,
+                        Finalist& finalist);
+  bool AgreesUpToDepth(const FrameSpectrum::Fine& reference,
+                       const FrameSpectrum::Fine& current,
+                       Finalist& finalist);
   [[nodiscard]] bool IsAlike(const Finalist& finalist,
                              const Dissimilarity& dissimilarity,
                              bool agreed) const;

@@ -23,10 +23,15 @@ constexpr double kContrastThreshold = 0.01;  // of cv::SIFT
 
 // A match must be closer than this ratio of the second-closest descriptor.
 constexpr double kMaxDistanceRatio = 0.85;
-constexpr std::size_t kMaxMatches = 150;  // the most distinctive ones are used
+constexpr std::size_t kMaxMatches = 150;  // the most distinctive ones determine the motion
 
 // Pixels of the level. A match agrees with a motion within this distance.
 constexpr double kAgreementPx = 2;
+constexpr double kNearAgreementPx = 6;  // FeatureEvidence::consistency
+// FeatureEvidence::coverage counts cells of this grid with at least so many features.
+constexpr int kCellColumns = 8;
+constexpr int kCellRows = 6;
+constexpr int kMinCellFeatures = 3;
 // Two matches closer than this do not determine a rotation.
 constexpr double kMinBaselinePx = 16;
 // The orientations and the sizes of matched keypoints agree with the motion's this well.
@@ -95,12 +100,15 @@ std::vector<FeatureMatch> Match(const LocalFeatures& reference, const LocalFeatu
   std::stable_sort(matches.begin(), matches.end(), [](const auto& x, const auto& y) {
     return x.ratio < y.ratio;
   });
-  if (matches.size() > kMaxMatches) matches.resize(kMaxMatches);
   return matches;
 }
 
+bool AgreesWithin(double px, const FeatureMatch& match, const ImageMotion& motion) {
+  return (motion.Apply(match.from) - match.to).squaredNorm() < px * px;
+}
+
 bool Agrees(const FeatureMatch& match, const ImageMotion& motion) {
-  return (motion.Apply(match.from) - match.to).squaredNorm() < kAgreementPx * kAgreementPx;
+  return AgreesWithin(kAgreementPx, match, motion);
 }
 
 // The motion of two matches; false when they contradict each other.
@@ -166,8 +174,13 @@ ImageMotion FitMatches(const std::vector<FeatureMatch>& matches,
   return fit;
 }
 
-FeatureMotion Consensus(const std::vector<FeatureMatch>& matches, bool estimate_scale) {
-  FeatureMotion best;
+struct Consensus {
+  ImageMotion motion;
+  int inliers = 0;
+};
+
+Consensus FindFeatureConsensus(const std::vector<FeatureMatch>& matches, bool estimate_scale) {
+  Consensus best;
   const auto inliers_of = [&matches](const ImageMotion& motion) {
     return static_cast<int>(std::count_if(
         matches.begin(), matches.end(), [&](const auto& match) { return Agrees(match, motion); }));
@@ -183,7 +196,47 @@ FeatureMotion Consensus(const std::vector<FeatureMatch>& matches, bool estimate_
   if (best.inliers == 0) return best;
   const ImageMotion fit = FitMatches(matches, best.motion, estimate_scale);
   const int inliers = inliers_of(fit);
-  return inliers >= best.inliers ? FeatureMotion{fit, inliers} : best;
+  return inliers >= best.inliers ? Consensus{fit, inliers} : best;
+}
+
+FeatureEvidence EvidenceOf(const ImageMotion& motion,
+                           int inliers,
+                           const LocalFeatures& reference,
+                           const std::vector<FeatureMatch>& matches) {
+  const Eigen::Vector2d half(0.5 * reference.size.width, 0.5 * reference.size.height);
+  const auto in_common = [&](const Eigen::Vector2d& point) {
+    const Eigen::Vector2d seen = motion.Apply(point).cwiseAbs();
+    return seen.x() < half.x() && seen.y() < half.y();
+  };
+  const auto cell = [&](const Eigen::Vector2d& point) {
+    const Eigen::Vector2d at = (point + half).cwiseQuotient(2 * half);
+    const int column = std::clamp(static_cast<int>(kCellColumns * at.x()), 0, kCellColumns - 1);
+    const int row = std::clamp(static_cast<int>(kCellRows * at.y()), 0, kCellRows - 1);
+    return static_cast<std::size_t>(row * kCellColumns + column);
+  };
+  std::vector<int> features(static_cast<std::size_t>(kCellColumns * kCellRows));
+  std::vector<bool> covered(features.size());
+  for (const auto& keypoint : reference.keypoints) {
+    if (in_common(keypoint.point)) ++features[cell(keypoint.point)];
+  }
+  int common = 0;
+  int consistent = 0;
+  for (const FeatureMatch& match : matches) {
+    if (!in_common(match.from)) continue;
+    ++common;
+    if (AgreesWithin(kNearAgreementPx, match, motion)) ++consistent;
+    if (Agrees(match, motion)) covered[cell(match.from)] = true;
+  }
+  int cells = 0;
+  int cells_covered = 0;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (features[i] < kMinCellFeatures) continue;
+    ++cells;
+    if (covered[i]) ++cells_covered;
+  }
+  return {inliers,
+          static_cast<double>(consistent) / std::max(common, 1),
+          static_cast<double>(cells_covered) / std::max(cells, 1)};
 }
 
 }  // namespace
@@ -213,6 +266,7 @@ LocalFeatures DetectFeatures(const Level& level, cv::Size size, const cv::Mat& b
   }
   std::vector<cv::KeyPoint> found;
   LocalFeatures features;
+  features.size = size;
   sift->detectAndCompute(Normalized(level, size), mask, found, features.descriptors);
   const Eigen::Vector2d centre(0.5 * (size.width - 1), 0.5 * (size.height - 1));
   for (const cv::KeyPoint& keypoint : found) {
@@ -226,14 +280,18 @@ LocalFeatures DetectFeatures(const Level& level, cv::Size size, const cv::Mat& b
 std::vector<FeatureMotion> MotionsOfFeatures(const LocalFeatures& reference,
                                              const LocalFeatures& current,
                                              bool estimate_scale) {
-  std::vector<FeatureMatch> matches = Match(reference, current);
+  const std::vector<FeatureMatch> matches = Match(reference, current);
+  std::vector<FeatureMatch> left(
+      matches.begin(),
+      matches.begin() + static_cast<std::ptrdiff_t>(std::min(matches.size(), kMaxMatches)));
   std::vector<FeatureMotion> motions;
+  int first = 0;
   while (motions.size() < kMaxMotions) {
-    const FeatureMotion next = Consensus(matches, estimate_scale);
-    if (next.inliers < kMinInliers) break;
-    if (!motions.empty() && 2 * next.inliers < motions.front().inliers) break;
-    motions.push_back(next);
-    std::erase_if(matches, [&next](const auto& match) { return Agrees(match, next.motion); });
+    const Consensus next = FindFeatureConsensus(left, estimate_scale);
+    if (next.inliers < kMinInliers || 2 * next.inliers < first) break;
+    if (motions.empty()) first = next.inliers;
+    motions.push_back({next.motion, EvidenceOf(next.motion, next.inliers, reference, matches)});
+    std::erase_if(left, [&next](const auto& match) { return Agrees(match, next.motion); });
   }
   return motions;
 }

@@ -20,6 +20,7 @@ struct LocalFeatures {
     double angle_rad = 0;  ///< orientation, clockwise on the screen
     double size_px = 1;    ///< > 0
   };
+  cv::Size size;  ///< of the level
   std::vector<Keypoint> keypoints;
   cv::Mat descriptors;  ///< CV_8UC1, a row for each keypoint; empty if there are none
 };
@@ -30,10 +31,18 @@ inline constexpr int kMaxFeatures = 600;
 /// @param blank  Integral of the pixels without content, as Level::blank; empty: all have content.
 LocalFeatures DetectFeatures(const Level& level, cv::Size size, const cv::Mat& blank);
 
+/// How well matches of features agree with a motion.
+struct FeatureEvidence {
+  int inliers = 0;  ///< matches that agree to two pixels of the level; 0: not proposed by features
+  /// Fraction of the matches in the common area that agree to six pixels, as near things do.
+  double consistency = 0;
+  double coverage = 0;  ///< fraction of the common area's cells with features that has an inlier
+};
+
 /// A motion on which matches of features agree, in pixels of the level.
 struct FeatureMotion {
   ImageMotion motion;
-  int inliers = 0;  ///< matches that agree with it, to about two pixels
+  FeatureEvidence evidence;
 };
 
 /// Motions on which most matches agree, the one with the most inliers first: at most three
