@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Registration of pairs of frames by the fraction of the image that they have in common.
 
-usage: overlap_pairs.py RECORDING -o DIR [--ceilmap PROGRAM] [--pairs 400] [--frames DIR] [ARGUMENT ...]
+usage: overlap_pairs.py RECORDING -o DIR [--ceilmap PROGRAM] [--pairs 400] [ARGUMENT ...]
 
 RECORDING holds up.mp4, rig.yaml (level ceiling, pinhole without distortion) and truth.tum. Random pairs of
 frames of every band of overlap are drawn with a fixed seed, registered by `ceilmap register` (ARGUMENTs
 are passed on), and compared with the truth. An answer is right within 3 px and 0.5 deg. Needs
-python3-opencv. Prints a table.
+python3-opencv and python3-yaml. Prints a table; exits with 1 when an answer is wrong.
 """
 import argparse
 import csv
@@ -16,6 +16,7 @@ import subprocess
 
 import cv2
 import numpy as np
+import yaml
 
 MAX_PX = 3.0
 MAX_DEG = 0.5
@@ -23,20 +24,11 @@ BANDS = [(10, 20), (20, 30), (30, 40), (40, 50), (50, 60), (60, 80)]
 
 
 def read_rig(path):
-    """Height of the ceiling, camera height, K and size of the camera `up`."""
-    h = z = k = None
-    in_up = False
-    for line in open(path):
-        text = line.split("#")[0].rstrip()
-        if text.startswith("h:"):
-            h = float(text.split(":")[1])
-        if text.strip() == "up:":
-            in_up = True
-        if in_up and "camera_matrix" in text and k is None:
-            k = np.array(eval(text[text.index("data:") + 5:].rstrip("}")), float).reshape(3, 3)
-        if in_up and "translation:" in text and z is None:
-            z = eval(text.split(":")[1])[2]
-    return h - z, k
+    """Distance of the ceiling from the camera `up`, and the camera matrix."""
+    rig = yaml.safe_load(open(path))
+    up = rig["cameras"]["up"]
+    distance = rig["h"] - up["base_link_to_camera"]["translation"][2]
+    return distance, np.array(up["camera_matrix"]["data"], float).reshape(3, 3)
 
 
 def read_truth(path):
@@ -122,6 +114,7 @@ def main():
                    check=True, stdout=subprocess.DEVNULL)
     found = {row["id"]: row for row in csv.DictReader(open(results))}
 
+    any_wrong = False
     print(f"{'overlap':>10}{'pairs':>7}{'right':>9}{'wrong':>9}{'median px':>11}{'p95 px':>8}{'median ms':>11}")
     for band in BANDS:
         right, wrong, errors, ms = 0, 0, [], []
@@ -137,12 +130,14 @@ def main():
                 errors.append(error)
             else:
                 wrong += 1
+                any_wrong = True
                 print(f"# wrong: {i} {j} {common:.0f} %: {error:.1f} px {turn:.2f} deg")
         total = max(1, len(chosen[band]))
         median, p95 = np.percentile(errors, [50, 95]) if errors else (math.nan, math.nan)
         print(f"{band[0]:>5}-{band[1]} %{len(chosen[band]):>7}{100 * right / total:>8.1f}%{100 * wrong / total:>8.2f}%"
               f"{median:>11.3f}{p95:>8.3f}{np.median(ms) if ms else math.nan:>11.2f}")
+    return 1 if any_wrong else 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

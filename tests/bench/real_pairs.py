@@ -91,7 +91,8 @@ def main():
     parser.add_argument("--verbose", action="store_true", help="a line for each pair")
     args, passed_on = parser.parse_known_args()
 
-    print(f"{'set':<18}{'pairs':>6}{'SIFT':>6}{'answered':>9}{'right':>6}{'wrong':>6}{'other answers':>15}{'worst % of width':>18}")
+    print(f"{'set':<18}{'pairs':>6}{'SIFT':>6}{'answered':>9}{'right':>6}{'wrong':>6}"
+          f"{'other answers':>15}{'worst % of width':>18}")
     for name, (_, neighbours) in SETS.items():
         folder = os.path.join(os.path.abspath(args.output), name)
         paths = images_of(args.data, name, folder)
