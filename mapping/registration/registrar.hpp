@@ -59,7 +59,8 @@ struct RegistrarParams {
   bool same_recording = true;
   /// Where the amplitude spectra propose no motion that explains the images (little in common,
   /// depth, perspective), matches of local features (SIFT) propose one. Other images take no
-  /// longer; a pair of 640x480 without a match takes 10 ms more, and 20 to 30 ms once for each image.
+  /// longer; a pair of 640x480 without a match takes 10 ms more, and 20 to 30 ms once for each
+  /// image.
   bool local_features = false;
   int final_blocks = 48;  ///< blocks of the last rounds
 
