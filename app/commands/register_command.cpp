@@ -61,7 +61,10 @@ struct PairResult {
 // Registers pairs of any size. The FFT plans of a size are created once.
 class PairRegistrar {
  public:
-  explicit PairRegistrar(bool fixed_scale) { params_.estimate_scale = !fixed_scale; }
+  explicit PairRegistrar(bool fixed_scale) {
+    params_.estimate_scale = !fixed_scale;
+    params_.local_features = true;
+  }
 
   // @throws InputError when an image cannot be read or the sizes differ.
   PairResult Run(const files::ImagePair& pair) {

@@ -141,7 +141,7 @@ bool BlockStage::Inside(const kernels::Affine& m, const Level& level) const {
       }
     }
   }
-  const cv::Mat& blank = level.blank.empty() ? blank_ : level.blank;
+  const cv::Mat& blank = BlankOf(level);
   if (blank.empty()) return true;
   // A block with any blank pixel in its image is left out.
   const float x0 = m.x0 + std::min(0.0F, m.xx * last) + std::min(0.0F, m.xy * last);

@@ -51,6 +51,11 @@ class BlockStage {
   /// addition to the common mask; empty: none.
   void TakeMask(const cv::Mat& mask, Level& level) const;
 
+  /// Integral (CV_32S) of the pixels without content; empty: all have content.
+  [[nodiscard]] const cv::Mat& BlankOf(const Level& level) const {
+    return level.blank.empty() ? blank_ : level.blank;
+  }
+
   /// Fills level.blocks: afterwards the level can be a reference.
   void PrepareReference(Level& level);
 

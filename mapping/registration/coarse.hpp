@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/local_features.hpp"
 #include "mapping/registration/poc.hpp"
 #include "mapping/registration/polar.hpp"
 #include "mapping/registration/registration.hpp"
@@ -25,6 +26,7 @@ struct Hypothesis {
   double overlap = 0;      ///< common area, fraction of the reference
   double score =
       0;  ///< peak + correlation * sqrt(overlap): the more common area, the less is chance
+  FeatureEvidence features;  ///< of a motion proposed by features: no peak, correlation and score
 };
 
 /// The coarse stage of registration, RI-POC: rotation (and scale) by PolarSearch on the amplitude

@@ -191,6 +191,7 @@ Candidate FineStage::Test(const FrameSpectrum::Fine& reference,
   candidate.motion = hypothesis.motion;
   candidate.overlap = hypothesis.overlap;
   candidate.poc_peak = hypothesis.peak;
+  candidate.features = hypothesis.features;
   const ImageMotion start = fine_frame_.FromFull(hypothesis.motion);
   MeasureRough(reference, current, start, kFirstBlocks, kWideSearch);
   FitParams fit;
@@ -294,6 +295,9 @@ bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
   finalist.determined = sigma > 0 && sigma < kMaxSigmaPx && r.inliers >= params_.min_inliers &&
                         r.inliers >= kMinInlierRatio * r.blocks;
   if (!finalist.determined) return false;
+  if (candidate.features.inliers > 0) {
+    return FeaturesAreSound(reference, current, candidate, finalist);
+  }
   // The lines between tiles fit at any position of a tiled ceiling, and blocks agree on them. So
   // either all blocks with more content than lines must agree too, or the images must be the same
   // down to the noise.

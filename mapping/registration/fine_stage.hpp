@@ -20,6 +20,7 @@ struct Candidate {
   double support = 0;   ///< sum of the peaks of the blocks that agree with one motion
   int inliers = 0;
   int blocks = 0;
+  FeatureEvidence features;  ///< of a motion proposed by features
 
   [[nodiscard]] double Agreement() const { return support / std::max(blocks, 1); }
 };
@@ -88,6 +89,11 @@ class FineStage {
   /// The same for RefinePlane only.
   void PrepareFine(FrameSpectrum::Fine& data);
 
+  /// Motions on which local features of the images agree (MotionsOfFeatures); computes and keeps
+  /// the features of an image once, thread-safe.
+  std::vector<Hypothesis> ProposeByFeatures(FrameSpectrum::Fine& reference,
+                                            FrameSpectrum::Fine& current) const;
+
   /// True when Test would find the motion, starting at this one.
   [[nodiscard]] bool Reaches(const ImageMotion& start, const ImageMotion& motion) const;
   /// True when blocks agree on a motion near the hypothesis (within 16 fine pixels and about 3
@@ -128,6 +134,14 @@ class FineStage {
                                        int count);
 
  private:
+  const LocalFeatures& FeaturesOf(FrameSpectrum::Fine& data) const;
+  bool FeaturesAreSound(const FrameSpectrum::Fine& reference,
+                        const FrameSpectrum::Fine& current,
+                        const Candidate& candidate,
+                        Finalist& finalist);
+  bool AgreesUpToDepth(const FrameSpectrum::Fine& reference,
+                       const FrameSpectrum::Fine& current,
+                       Finalist& finalist);
   [[nodiscard]] bool IsAlike(const Finalist& finalist,
                              const Dissimilarity& dissimilarity,
                              bool agreed) const;

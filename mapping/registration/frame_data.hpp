@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mapping/registration/fft.hpp"
+#include "mapping/registration/local_features.hpp"
 #include "mapping/registration/noise.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -37,7 +38,8 @@ struct FrameSpectrum::Coarse {
 };
 
 /// Data of a FrameSpectrum for the fine stage. Immutable once computed, except for the levels'
-/// blocks, which the first registration against this image computes once, under the lock.
+/// blocks and the features, which the first registration that needs them computes once, under the
+/// lock.
 struct FrameSpectrum::Fine {
   ImageNoise noise;       ///< of the image at full resolution
   bool impulses = false;  ///< the image has impulse noise, which was removed (WithoutImpulses)
@@ -48,6 +50,8 @@ struct FrameSpectrum::Fine {
   bool rough_ready = false;
   bool fine_ready = false;
   bool small_ready = false;
+  LocalFeatures features;  ///< of `rough`
+  bool features_ready = false;
 };
 
 }  // namespace ceilmap::registration

@@ -68,10 +68,17 @@ struct Registrar::Impl {
                                         const cv::Mat& mask);
   std::shared_ptr<Fine> AnalyzeFine(const cv::Mat& clean_grey, float noise, const cv::Mat& mask);
   void AddExpected(const MotionPrior& prior, std::vector<Hypothesis>& hypotheses) const;
-  Registration Run(const FrameSpectrum& reference_spectrum,
-                   const FrameSpectrum& current_spectrum,
+  Registration Run(const FrameSpectrum& reference,
+                   const FrameSpectrum& current,
                    const std::optional<MotionPrior>& prior,
                    const std::optional<RotationRange>& near);
+  Registration RunFeatures(const FrameSpectrum& reference,
+                           const FrameSpectrum& current,
+                           const std::optional<MotionPrior>& prior);
+  Registration Verify(Fine& reference,
+                      const Fine& current,
+                      const std::vector<Hypothesis>& hypotheses,
+                      const std::optional<MotionPrior>& prior);
   Registration Choose(const Fine& reference,
                       const Fine& current,
                       const std::vector<Finalist>& finalists,
@@ -98,6 +105,7 @@ std::shared_ptr<FrameSpectrum::Fine> Registrar::Impl::AnalyzeFine(const cv::Mat&
   data->rough_ready = false;
   data->fine_ready = false;
   data->small_ready = false;
+  data->features_ready = false;
   fine.Analyze(clean_grey, noise, *data, mask);
   return data;
 }
@@ -214,16 +222,12 @@ void Registrar::Impl::AddExpected(const MotionPrior& prior,
   if (expected.overlap > kMinOverlap) hypotheses.push_back(expected);
 }
 
-Registration Registrar::Impl::Run(const FrameSpectrum& reference_spectrum,
-                                  const FrameSpectrum& current_spectrum,
-                                  const std::optional<MotionPrior>& prior,
-                                  const std::optional<RotationRange>& near) {
-  auto hypotheses = coarse.Propose(
-      *reference_spectrum.coarse_, *current_spectrum.coarse_, params.estimate_scale, near);
-  if (hypotheses.empty()) return {};
-  Fine& reference = *reference_spectrum.fine_;
-  const Fine& current = *current_spectrum.fine_;
-  if (prior) AddExpected(*prior, hypotheses);
+/// Tests the hypotheses with blocks, refines the best ones and chooses among them.
+/// @param hypotheses  not empty.
+Registration Registrar::Impl::Verify(Fine& reference,
+                                     const Fine& current,
+                                     const std::vector<Hypothesis>& hypotheses,
+                                     const std::optional<MotionPrior>& prior) {
   fine.PrepareReference(reference);
   std::vector<Candidate> candidates;
   candidates.reserve(hypotheses.size());
@@ -317,6 +321,25 @@ heights::HeightField Registrar::RefineHeights(const FrameSpectrum& reference,
       *reference.fine_, impl_->OnGrid(*reference.heights_), *other.fine_, motion);
 }
 
+Registration Registrar::Impl::Run(const FrameSpectrum& reference,
+                                  const FrameSpectrum& current,
+                                  const std::optional<MotionPrior>& prior,
+                                  const std::optional<RotationRange>& near) {
+  auto hypotheses =
+      coarse.Propose(*reference.coarse_, *current.coarse_, params.estimate_scale, near);
+  if (hypotheses.empty()) return {};
+  if (prior) AddExpected(*prior, hypotheses);
+  return Verify(*reference.fine_, *current.fine_, hypotheses, prior);
+}
+
+Registration Registrar::Impl::RunFeatures(const FrameSpectrum& reference,
+                                          const FrameSpectrum& current,
+                                          const std::optional<MotionPrior>& prior) {
+  const auto hypotheses = fine.ProposeByFeatures(*reference.fine_, *current.fine_);
+  if (hypotheses.empty()) return {};
+  return Verify(*reference.fine_, *current.fine_, hypotheses, prior);
+}
+
 Registration Registrar::Register(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const std::optional<MotionPrior>& prior) {
@@ -341,7 +364,12 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     Registration expected = impl_->Run(reference, current, prior, near);
     if (expected.ok()) return expected;
   }
-  return impl_->Run(reference, current, prior, std::nullopt);
+  Registration found = impl_->Run(reference, current, prior, std::nullopt);
+  if (found.verdict == Verdict::kNoMatch && impl_->params.local_features) {
+    const Registration by_features = impl_->RunFeatures(reference, current, prior);
+    if (by_features.verdict != Verdict::kNoMatch) return by_features;
+  }
+  return found;
 }
 
 PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
