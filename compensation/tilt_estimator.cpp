@@ -317,9 +317,8 @@ void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate
 
 /// Makes one of the preceding level frames the keyframe, when a new keyframe is needed.
 void TiltEstimator::Impl::Renew(const Seen& seen) {
-  const bool far =
-      seen.ceiling &&
-      seen.ceiling->overlap < (seen.ceiling->depth ? kRenewOverlapDepth : kRenewOverlap);
+  const bool far = seen.ceiling && seen.ceiling->overlap <
+                                       (seen.ceiling->depth ? kRenewOverlapDepth : kRenewOverlap);
   const bool near = seen.forward && std::abs(seen.forward->zoom - 1) > kRenewZoom;
   const bool none =
       moments.back().forward && (!forward->HasReference() || forward_failed >= kRestartAfter);

@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-
 namespace ceilmap::localization {
 namespace {
 
@@ -69,7 +68,8 @@ cv::Mat DepthDrawing::Ratios(const mosaic::ViewPlacement& placement) const {
     const float rho = raster.At(p);
     return rho > 0 ? ToView(rho) : 1.0;
   };
-  cv::Mat coarse((size.height + kStepPx - 1) / kStepPx, (size.width + kStepPx - 1) / kStepPx, CV_32FC1);
+  cv::Mat coarse(
+      (size.height + kStepPx - 1) / kStepPx, (size.width + kStepPx - 1) / kStepPx, CV_32FC1);
   const double pixel = raster.resolution / view_.MetresPerPixel();  // of the raster, in the view
   for (int row = 0; row < coarse.rows; ++row) {
     for (int col = 0; col < coarse.cols; ++col) {
@@ -93,12 +93,8 @@ cv::Mat DepthDrawing::Ratios(const mosaic::ViewPlacement& placement) const {
     }
   }
   cv::Mat ratios;
-  cv::resize(coarse,
-             ratios,
-             {coarse.cols * kStepPx, coarse.rows * kStepPx},
-             0,
-             0,
-             cv::INTER_NEAREST);
+  cv::resize(
+      coarse, ratios, {coarse.cols * kStepPx, coarse.rows * kStepPx}, 0, 0, cv::INTER_NEAREST);
   return ratios(cv::Rect({0, 0}, size)).clone();
 }
 
@@ -110,10 +106,11 @@ heights::HeightField DepthDrawing::Field(const cv::Mat& ratios, heights::HeightF
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
     const Eigen::Vector2d at =
         grid.Centre(i) + Eigen::Vector2d(0.5 * (ratios.cols - 1), 0.5 * (ratios.rows - 1));
-    const cv::Rect cell =
-        cv::Rect(static_cast<int>(at.x()) - kHalf, static_cast<int>(at.y()) - kHalf, 2 * kHalf,
-                 2 * kHalf) &
-        whole;
+    const cv::Rect cell = cv::Rect(static_cast<int>(at.x()) - kHalf,
+                                   static_cast<int>(at.y()) - kHalf,
+                                   2 * kHalf,
+                                   2 * kHalf) &
+                          whole;
     if (cell.empty()) continue;
     values.clear();
     for (int v = cell.y; v < cell.br().y; v += kStepPx) {
@@ -124,8 +121,9 @@ heights::HeightField DepthDrawing::Field(const cv::Mat& ratios, heights::HeightF
     const auto part = [&](double share) {
       return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
     };
-    grid.cells[i] = {part(0.5), std::min(heights::kUnknown.sigma,
-                                         std::hypot(kSigma, 0.5F * (part(0.9) - part(0.1))))};
+    grid.cells[i] = {
+        part(0.5),
+        std::min(heights::kUnknown.sigma, std::hypot(kSigma, 0.5F * (part(0.9) - part(0.1))))};
   }
   constexpr double kScaleSigma = 0.003;
   grid.scale_sigma = kScaleSigma;

@@ -32,13 +32,12 @@ class DepthDrawing {
   [[nodiscard]] cv::Mat Ratios(const mosaic::ViewPlacement& placement) const;
 
   /// The ratios of a view on a grid of cells.
-  [[nodiscard]] static heights::HeightField Field(const cv::Mat& ratios,
-                                                  heights::HeightField grid);
+  [[nodiscard]] static heights::HeightField Field(const cv::Mat& ratios, heights::HeightField grid);
 
  private:
   const mosaic::HeightMap& heights_;
   const calib::CeilingView& view_;
-  double map_distance_ = 0;   // of the cameras from the reference plane, map units
+  double map_distance_ = 0;  // of the cameras from the reference plane, map units
   double view_distance_ = 0;
 };
 

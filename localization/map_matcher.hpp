@@ -77,7 +77,7 @@ class MapMatcher {
   double span_;
   registration::Registrar registrar_;
   registration::Registrar scaling_;  // until the scale is known
-  mosaic::HeightMap heights_;  // empty: the ceiling is one plane
+  mosaic::HeightMap heights_;        // empty: the ceiling is one plane
   std::unique_ptr<DepthDrawing> depth_;
   std::unique_ptr<MapPatches> patches_;
   std::vector<double> scales_;

@@ -265,7 +265,8 @@ void LoopCloser::SetHeights(std::int64_t id, std::shared_ptr<const heights::Heig
     const auto relative = me.graph.RelativeTo(id, target);
     if (relative.empty()) continue;
     MotionPrior prior = me.Prior(relative.begin()->second.T_from_to, 0, 0);
-    const Registration measured = me.registrar.Register(me.Spectrum(id), me.Spectrum(edge.from), prior);
+    const Registration measured =
+        me.registrar.Register(me.Spectrum(id), me.Spectrum(edge.from), prior);
     if (!measured.ok()) continue;
     const graph::Edge reverse = MeasuredEdge(me.view, measured, id, edge.from, me.params.noise);
     if (!me.judge.Agrees(reverse, relative.begin()->second)) continue;

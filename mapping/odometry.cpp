@@ -156,8 +156,9 @@ Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
   if (plane.ok() && plane.inliers >= kPlaneInlierRatio * plane.blocks) return plane;
   Registration deep = registrar.RegisterWithDepth(
       reference.spectrum, spectrum, PriorFor(view, reference, *expected));
-  if (!deep.ok() || deep.peak < kMinDepthPeak || deep.inliers < kMinDepthInliers * deep.blocks || deep.heights->scale_sigma >= heights::kUnknownScale ||
-       deep.heights->DepthRatio() < kMinDepthRatio) {
+  if (!deep.ok() || deep.peak < kMinDepthPeak || deep.inliers < kMinDepthInliers * deep.blocks ||
+      deep.heights->scale_sigma >= heights::kUnknownScale ||
+      deep.heights->DepthRatio() < kMinDepthRatio) {
     return plane;
   }
   return deep;
@@ -252,8 +253,8 @@ bool Odometry::Impl::TryReference(std::size_t index,
                                   OdometryStep& step,
                                   graph::Edge& edge) {
   const RecentKeyframe& reference = recent[index];
-  step.registration = MeasureDepth(
-      reference, spectrum, expected, Measure(reference, spectrum, expected));
+  step.registration =
+      MeasureDepth(reference, spectrum, expected, Measure(reference, spectrum, expected));
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   InflateTiltCovariance(view, step.pose.tilt, edge);

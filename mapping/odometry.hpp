@@ -57,9 +57,10 @@ struct OdometryStep {
 };
 
 /// Visual odometry on the ceiling. Every frame is registered against the last keyframe instead of
-/// the frame before it, so that errors accumulate per keyframe and not per frame. Requires a plane
-/// ceiling, and a level robot or images from which its tilt was removed (calib/README.md, "Motion
-/// of a level robot").
+/// the frame before it, so that errors accumulate per keyframe and not per frame. Requires a level
+/// robot or images from which its tilt was removed (calib/README.md, "Motion of a level robot").
+/// Where the ceiling is not one plane, keyframes get heights (mapping/README.md, "Ceilings with
+/// depth").
 ///
 /// The last frame that was still measured well becomes a keyframe when the next frame is measured
 /// poorly; a frame becomes a keyframe itself when it has moved far enough. A new keyframe is

@@ -10,11 +10,12 @@ namespace {
 // A cell lies off the reference plane when it differs by more than this, and by three standard
 // deviations.
 constexpr double kOffPlane = 0.02;
-// A corrugated deck with its skylights is a cluster of surfaces; part of rho, to each side. It has at
-// least this part of all measured cells.
+// A corrugated deck with its skylights is a cluster of surfaces; part of rho, to each side. It has
+// at least this part of all measured cells.
 constexpr double kCluster = 0.025;
 constexpr double kLargeArea = 0.07;
-// One surface of the cluster; the reference is the farthest whose area is comparable to the largest.
+// One surface of the cluster; the reference is the farthest whose area is comparable to the
+// largest.
 constexpr double kSurface = 0.01;
 constexpr double kComparable = 0.85;
 constexpr double kFar = 0.5;  // range of rho in which the reference plane is searched

@@ -50,10 +50,10 @@ struct HeightField {
   void Scale(double factor);
 };
 
-/// Ratio of the reference plane among measured ratios: the farthest surface (the lowest in rho) that
-/// covers a large part of the ceiling; among surfaces within a few per cent, such as a deck and its
-/// skylights, the farthest whose area is comparable to the largest. Nothing where no surface stands
-/// out.
+/// Ratio of the reference plane among measured ratios: the farthest surface (the lowest in rho)
+/// that covers a large part of the ceiling; among surfaces within a few per cent, such as a deck
+/// and its skylights, the farthest whose area is comparable to the largest. Nothing where no
+/// surface stands out.
 std::optional<double> FindReference(const std::vector<HeightCell>& cells);
 
 /// The field as another image sees it. @param moved  takes a point of this image with its ratio to

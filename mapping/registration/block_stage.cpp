@@ -169,7 +169,9 @@ std::vector<int> BlockStage::Select(const Level& reference,
     if (Usable(reference, i) && Inside(map, current)) inside.push_back(i);
   }
   if (static_cast<int>(inside.size()) <= count) return inside;
-  const auto texture = [&](int i) { return (reference.*blocks_)[static_cast<std::size_t>(i)].texture; };
+  const auto texture = [&](int i) {
+    return (reference.*blocks_)[static_cast<std::size_t>(i)].texture;
+  };
   // Neighbourhoods of 2x2 grid positions; first the best of each, then the second best of each, ...
   std::vector<std::vector<int>> cells(
       static_cast<std::size_t>((grid_.width + 1) / 2 * ((grid_.height + 1) / 2)));

@@ -30,10 +30,10 @@ constexpr double kMaxSigmas = 3;
 
 /// Residual and derivatives of one block, in pixels of the reference.
 struct Linearised {
-  Eigen::Vector2d residual;               // measured - predicted
-  Eigen::Vector2d along;                  // d predicted / d rho
-  Eigen::Matrix<double, 2, 6> jacobian;   // d predicted / d (kOrder)
-  Eigen::Matrix2d measured;               // information of the measurement for sigma 1
+  Eigen::Vector2d residual;              // measured - predicted
+  Eigen::Vector2d along;                 // d predicted / d rho
+  Eigen::Matrix<double, 2, 6> jacobian;  // d predicted / d (kOrder)
+  Eigen::Matrix2d measured;              // information of the measurement for sigma 1
 };
 
 PlaneMotion Moved(const PlaneMotion& m, const Vector6d& step) {
@@ -62,7 +62,8 @@ Linearised Linearise(const PlaneCamera& camera,
   for (int i = 0; i < parameters; ++i) {
     Vector6d step = Vector6d::Zero();
     step[i] = kStep;
-    l.jacobian.col(i) = back * (Moved(motion, step).Apply(camera, x, shift.rho) - predicted) / kStep;
+    l.jacobian.col(i) =
+        back * (Moved(motion, step).Apply(camera, x, shift.rho) - predicted) / kStep;
   }
   // A measured curvature may be slightly negative along an edge.
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> sharpness;
@@ -98,11 +99,10 @@ BlockHeight Judge(const Linearised& l, const PlaneShift& shift, double sigma_px)
       weight * (l.residual.dot(m * l.residual) - (info > 1e-12 ? pull * pull / info : 0));
   const double off_rho = info > 1e-12 ? std::abs(pull / info) : 0;
   const double slack = kMaxOffPx / std::max(l.along.norm(), 1e-9);
-  out.inlier = across2 < kMaxOffPx * kMaxOffPx &&
-               off_rho < kMaxSigmas * shift.rho_sigma + slack;
+  out.inlier = across2 < kMaxOffPx * kMaxOffPx && off_rho < kMaxSigmas * shift.rho_sigma + slack;
   const Eigen::Matrix2d w = Information(l, shift.rho_sigma, sigma_px);
-  out.evidence = std::clamp(
-      sigma_px * sigma_px * w.trace() / std::max(1e-9, shift.block.quality), 0.0, 1.0);
+  out.evidence =
+      std::clamp(sigma_px * sigma_px * w.trace() / std::max(1e-9, shift.block.quality), 0.0, 1.0);
   return out;
 }
 
@@ -136,11 +136,13 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
       const Linearised& l = rows[i];
       const Eigen::Matrix2d w = Information(l, shifts[i].rho_sigma, sigma);
       const double chi2 = l.residual.dot(w * l.residual);
-      const double u = 1 - chi2 / 16; const double weight = round < 3 ? 1 / (1 + chi2 / (kCauchy * kCauchy)) : u > 0 ? u * u : 0;
+      const double u = 1 - chi2 / 16;
+      const double weight = round < 3 ? 1 / (1 + chi2 / (kCauchy * kCauchy)) : u > 0 ? u * u : 0;
       a += weight * l.jacobian.transpose() * w * l.jacobian;
       b += weight * l.jacobian.transpose() * w * l.residual;
       // Degrees of freedom that the height leaves: 1 where it is unknown, 2 where it is known.
-      const double degrees = std::clamp((w * l.measured.inverse()).trace() * sigma * sigma, 1.0, 2.0);
+      const double degrees =
+          std::clamp((w * l.measured.inverse()).trace() * sigma * sigma, 1.0, 2.0);
       const double median_chi2 = 0.455 + 0.931 * (degrees - 1);
       sizes.push_back(chi2 / median_chi2);
     }
@@ -158,7 +160,9 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
   }
   fit.sigma_px = sigma;
   for (int i = 0; params.fit_motion && i < n; ++i) {
-    for (int j = 0; j < n; ++j) fit.covariance(kOrder[static_cast<std::size_t>(i)], kOrder[static_cast<std::size_t>(j)]) = inverse(i, j);
+    for (int j = 0; j < n; ++j)
+      fit.covariance(kOrder[static_cast<std::size_t>(i)], kOrder[static_cast<std::size_t>(j)]) =
+          inverse(i, j);
   }
   fit.blocks.reserve(shifts.size());
   for (std::size_t i = 0; i < shifts.size(); ++i) {

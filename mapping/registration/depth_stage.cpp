@@ -31,13 +31,13 @@ constexpr double kScaleErrorPx = 0.4;
 constexpr double kNotKnown = 2;
 
 // Acceptance.
-constexpr int kMinDepthInliers = 12;
-constexpr double kMinDepthInlierRatio = 0.35;
-constexpr double kMinDepthSupport = 4.2;
-// Mean evidence of a block. Simulated plants: at other places up to 0.073, at the true ones 0.082 and
-// more (median 0.16).
-constexpr double kMinDepthPeak = 0.08;
-constexpr double kMaxDepthSigmaPx = 0.5;
+constexpr int kMinMatchInliers = 12;
+constexpr double kMinMatchInlierRatio = 0.35;
+constexpr double kMinMatchSupport = 4.2;
+// Mean evidence of a block. Simulated plants: at other places up to 0.073, at the true ones 0.082
+// and more (median 0.16).
+constexpr double kMinMatchPeak = 0.08;
+constexpr double kMaxMatchSigmaPx = 0.5;
 
 // From this displacement of the reference plane on, pixels, the heights show which surface it is.
 constexpr double kMinTravelPx = 5;
@@ -110,14 +110,8 @@ DepthFit DepthStage::FitRough(const FrameSpectrum::Fine& reference,
     sigma.push_back(std::hypot(cell.sigma, kRoughRhoSigma));
   }
   std::vector<PlaneShift> shifts;
-  rough_.MeasurePlane(reference.rough,
-                      current.rough,
-                      rough_camera_,
-                      start,
-                      chosen,
-                      kRoughSearch,
-                      shifts,
-                      rho);
+  rough_.MeasurePlane(
+      reference.rough, current.rough, rough_camera_, start, chosen, kRoughSearch, shifts, rho);
   for (PlaneShift& shift : shifts) {
     const auto at = std::find(chosen.begin(), chosen.end(), shift.index) - chosen.begin();
     shift.rho_sigma = sigma[static_cast<std::size_t>(at)];
@@ -261,7 +255,7 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   DepthFit fit =
       FitRough(reference, known, current, PlaneMotion::FromSimilarity(camera_, level), false);
   heights::HeightField field;
-  if (!fit.ok || fit.inliers < kMinDepthInliers / 2 ||
+  if (!fit.ok || fit.inliers < kMinMatchInliers / 2 ||
       !FitSmall(reference, known, current, false, fit, field)) {
     return result;
   }
@@ -276,8 +270,9 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   result.covariance = ImageCovariance(fit, 0);
   const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
   result.covariance = ImageCovariance(fit, field.scale_sigma);
-  if (fit.inliers >= kMinDepthInliers && fit.inliers >= kMinDepthInlierRatio * result.blocks &&
-      fit.support > kMinDepthSupport && result.peak > kMinDepthPeak && sigma < kMaxDepthSigmaPx * std::max(1.0, fine_frame_.factor)) {
+  if (fit.inliers >= kMinMatchInliers && fit.inliers >= kMinMatchInlierRatio * result.blocks &&
+      fit.support > kMinMatchSupport && result.peak > kMinMatchPeak &&
+      sigma < kMaxMatchSigmaPx * std::max(1.0, fine_frame_.factor)) {
     result.verdict = Verdict::kOk;
     result.heights = std::make_shared<const heights::HeightField>(std::move(field));
   }
@@ -292,7 +287,7 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
   result.motion = start;
   DepthFit fit = FitRough(reference, known, current, start, true);
   heights::HeightField field;
-  if (!fit.ok || fit.inliers < kMinDepthInliers / 2 ||
+  if (!fit.ok || fit.inliers < kMinMatchInliers / 2 ||
       !FitSmall(reference, known, current, true, fit, field)) {
     return result;
   }
@@ -301,7 +296,7 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
   result.sigma_px = fine_frame_.factor * fit.sigma_px;
   result.inliers = fit.inliers;
   result.blocks = static_cast<int>(fit.blocks.size());
-  result.ok = fit.inliers >= kMinDepthInliers && fit.support > kMinDepthSupport;
+  result.ok = fit.inliers >= kMinMatchInliers && fit.support > kMinMatchSupport;
   // The position that a level camera would have: tilt and position are correlated.
   fit.motion = PlaneMotion::FromSimilarity(camera_, start.ToSimilarity(camera_));
   fit.motion.height = 0;
@@ -319,8 +314,8 @@ heights::HeightField DepthStage::Refined(const FrameSpectrum::Fine& reference,
   const PlaneMotion plane = PlaneMotion::FromSimilarity(camera_, motion);
   std::vector<int> all(static_cast<std::size_t>(small_.GridSize()));
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const auto chosen = small_.Select(
-      reference.fine, other.fine, OnFine(plane), static_cast<int>(all.size()));
+  const auto chosen =
+      small_.Select(reference.fine, other.fine, OnFine(plane), static_cast<int>(all.size()));
   std::vector<PlaneShift> shifts;
   MeasureSmall(reference, known, other, plane, chosen, shifts);
   DepthFitParams params;

@@ -24,7 +24,7 @@ struct Level {
   /// Area without content: integral (CV_32S) of the pixels without content; empty: only that of the
   /// common mask (RegistrarParams::mask).
   cv::Mat blank;
-  std::vector<ReferenceBlock> blocks;  ///< of the grid; only of a reference
+  std::vector<ReferenceBlock> blocks;        ///< of the grid; only of a reference
   std::vector<ReferenceBlock> small_blocks;  ///< of the grid of DepthStage; only of its reference
 };
 

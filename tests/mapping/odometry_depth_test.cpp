@@ -38,8 +38,8 @@ TEST(OdometryDepth, DrivesUnderACeilingWithTwoHeights) {
   int keyframes = 0;
   int with_heights = 0;
   for (int i = 0; i < 45; ++i) {
-    const cv::Mat image = ceiling.Render(
-        view.Size(), MotionAt(view, truth), 1, static_cast<std::uint32_t>(i) + 1);
+    const cv::Mat image =
+        ceiling.Render(view.Size(), MotionAt(view, truth), 1, static_cast<std::uint32_t>(i) + 1);
     const OdometryStep step = odometry.Process(image, i, 0.1 * i);
     ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
     const Pose2 off = truth.Inverse() * step.pose.T_map_base;

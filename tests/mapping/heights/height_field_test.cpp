@@ -64,9 +64,9 @@ TEST(HeightField, ScaleLeavesUnknownCellsAlone) {
 
 TEST(FindReference, TakesTheFarthestLargeSurface) {
   std::vector<HeightCell> cells;
-  Add(cells, 60, 1.04F, 0.004F);   // the deck, at a scale that is not known yet
-  Add(cells, 120, 1.3F, 0.004F);   // ducts: more of them, but nearer
-  Add(cells, 4, 0.8F, 0.05F);      // wrong matches
+  Add(cells, 60, 1.04F, 0.004F);  // the deck, at a scale that is not known yet
+  Add(cells, 120, 1.3F, 0.004F);  // ducts: more of them, but nearer
+  Add(cells, 4, 0.8F, 0.05F);     // wrong matches
   const auto reference = FindReference(cells);
   ASSERT_TRUE(reference);
   EXPECT_NEAR(*reference, 1.04, 0.003);

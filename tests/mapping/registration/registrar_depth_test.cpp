@@ -36,8 +36,7 @@ class RegistrarDepth : public testing::Test {
 TEST_F(RegistrarDepth, OneImageShowsHeightsAndTheReferencePlane) {
   const ImageMotion truth{4, 30, 0.03};
   const FrameSpectrum reference = See({}, 1);
-  const Registration found =
-      registrar_.RegisterWithDepth(reference, See(truth, 2), Near(truth));
+  const Registration found = registrar_.RegisterWithDepth(reference, See(truth, 2), Near(truth));
   ASSERT_TRUE(found.ok());
   ASSERT_TRUE(found.heights);
   EXPECT_LT(Error(found, truth), 0.6);
@@ -109,8 +108,7 @@ TEST_F(RegistrarDepth, HeightsArePredictedForTheNextKeyframeAndRefined) {
     for (const heights::HeightCell& cell : field.cells) count += cell.sigma < 0.02F ? 1 : 0;
     return count;
   };
-  const HeightField refined =
-      registrar_.RefineHeights(next, reference, found.motion.Inverse());
+  const HeightField refined = registrar_.RefineHeights(next, reference, found.motion.Inverse());
   EXPECT_GT(measured(refined), 1.2 * measured(*next.Heights()));
   EXPECT_GT(refined.DepthRatio(), 0.25);
 }
