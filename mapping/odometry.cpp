@@ -154,6 +154,9 @@ Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
     return plane;
   }
   if (plane.ok() && plane.inliers >= kPlaneInlierRatio * plane.blocks) return plane;
+  // Blocks of a blurred image differ from each other too.
+  constexpr double kBlurred = 0.2;
+  if (spectrum.CodingLoss() > reference.spectrum.CodingLoss() + kBlurred) return plane;
   Registration deep = registrar.RegisterWithDepth(
       reference.spectrum, spectrum, PriorFor(view, reference, *expected));
   if (!deep.ok() || deep.peak < kMinDepthPeak || deep.inliers < kMinDepthInliers * deep.blocks ||

@@ -91,13 +91,14 @@ HeightCell HeightField::Around(const Eigen::Vector2d& x_px) const {
 
 double HeightField::DepthRatio() const {
   int measured = 0;
-  int off = 0;
+  int off = 0;  // nearer ones less farther ones
   for (const HeightCell& cell : cells) {
     if (Weight(cell) == 0) continue;
     ++measured;
-    off += std::abs(cell.rho - 1) > std::max(kOffPlane, 3.0 * cell.sigma) ? 1 : 0;
+    if (std::abs(cell.rho - 1) > std::max(kOffPlane, 3.0 * cell.sigma))
+      off += cell.rho > 1 ? 1 : -1;
   }
-  return measured > 0 ? static_cast<double>(off) / measured : 0;
+  return measured > 0 ? static_cast<double>(std::max(0, off)) / measured : 0;
 }
 
 void HeightField::Scale(double factor) {

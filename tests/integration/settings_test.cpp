@@ -108,6 +108,7 @@ const std::map<std::string, std::string> kExceptions = {
     {"RegistrarParams.estimate_scale", "depends on the rig"},
     {"RegistrarParams.mask", "depends on the camera"},
     {"RegistrarParams.camera", "depends on the camera"},
+    {"RegistrarParams.local_features", "depends on the use"},
     {"RegistrarParams.same_recording", "depends on the use"},
     {"MosaicParams.resolution", "--resolution"},
     {"MosaicParams.view_mask", "depends on the camera"},

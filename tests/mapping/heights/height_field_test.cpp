@@ -51,6 +51,8 @@ TEST(HeightField, DepthRatioCountsMeasuredCellsOffThePlane) {
   field.cells[1] = {1.03F, 0.02F};  // within three standard deviations
   field.cells[2] = kUnknown;
   EXPECT_DOUBLE_EQ(field.DepthRatio(), 1.0 / 9);
+  field.cells[3] = {0.8F, 0.01F};
+  EXPECT_EQ(field.DepthRatio(), 0);
 }
 
 TEST(HeightField, ScaleLeavesUnknownCellsAlone) {
