@@ -59,8 +59,10 @@ class Histogram {
 
 Eigen::Vector2d HeightField::Centre(std::size_t cell) const {
   const auto columns = static_cast<std::size_t>(grid.width);
-  return first_px + step_px.cwiseProduct(Eigen::Vector2d(static_cast<double>(cell % columns),
-                                                         static_cast<double>(cell / columns)));
+  const std::size_t column = cell % columns;
+  const std::size_t row = cell / columns;
+  return first_px + step_px.cwiseProduct(
+                        Eigen::Vector2d(static_cast<double>(column), static_cast<double>(row)));
 }
 
 std::optional<std::size_t> HeightField::CellAt(const Eigen::Vector2d& x_px) const {

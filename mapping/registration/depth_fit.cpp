@@ -77,7 +77,7 @@ Linearised Linearise(const PlaneCamera& camera,
 /// Information of the residual with the height integrated out.
 Eigen::Matrix2d Information(const Linearised& l, double rho_sigma, double sigma_px) {
   // (C + s^2 g g')^-1 = M - M g g' M / (1 / s^2 + g' M g),  M = C^-1
-  const Eigen::Matrix2d m = l.measured / (sigma_px * sigma_px);
+  Eigen::Matrix2d m = l.measured / (sigma_px * sigma_px);
   if (rho_sigma <= 0) return m;
   const Eigen::Vector2d mg = m * l.along;
   return m - mg * mg.transpose() / (1 / (rho_sigma * rho_sigma) + l.along.dot(mg));

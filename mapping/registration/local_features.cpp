@@ -212,9 +212,9 @@ FeatureEvidence EvidenceOf(const ImageMotion& motion,
     const Eigen::Vector2d at = (point + half).cwiseQuotient(2 * half);
     const int column = std::clamp(static_cast<int>(kCellColumns * at.x()), 0, kCellColumns - 1);
     const int row = std::clamp(static_cast<int>(kCellRows * at.y()), 0, kCellRows - 1);
-    return static_cast<std::size_t>(row * kCellColumns + column);
+    return static_cast<std::size_t>(row) * kCellColumns + static_cast<std::size_t>(column);
   };
-  std::vector<int> features(static_cast<std::size_t>(kCellColumns * kCellRows));
+  std::vector<int> features(static_cast<std::size_t>(kCellColumns) * kCellRows);
   std::vector<bool> covered(features.size());
   for (const auto& keypoint : reference.keypoints) {
     if (in_common(keypoint.point)) ++features[cell(keypoint.point)];

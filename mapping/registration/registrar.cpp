@@ -366,7 +366,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   }
   Registration found = impl_->Run(reference, current, prior, std::nullopt);
   if (found.verdict == Verdict::kNoMatch && impl_->params.local_features) {
-    const Registration by_features = impl_->RunFeatures(reference, current, prior);
+    Registration by_features = impl_->RunFeatures(reference, current, prior);
     if (by_features.verdict != Verdict::kNoMatch) return by_features;
   }
   return found;

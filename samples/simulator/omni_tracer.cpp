@@ -28,8 +28,10 @@ double TexelSize(const Scene& scene, const MirrorRays& rays) {
 }
 
 Cone ConeOf(const Solid& solid, const Vector3d& from) {
+  constexpr int kCorners = 8;
   std::vector<Vector3d> corners;
-  for (int corner = 0; corner < 8; ++corner) corners.push_back(Corner(solid, corner) - from);
+  corners.reserve(kCorners);
+  for (int corner = 0; corner < kCorners; ++corner) corners.push_back(Corner(solid, corner) - from);
   Cone cone = Cone::Around(corners);
   // Only within a half space the cone around the corners contains the solid.
   if (!(cone.angle_rad < 1.5)) cone.angle_rad = std::numbers::pi;
