@@ -45,8 +45,8 @@ struct HeightField {
   /// The ratio at a point: that of the most accurate of the 3x3 cells around it.
   [[nodiscard]] HeightCell Around(const Eigen::Vector2d& x_px) const;
   /// Fraction of the measured cells that are clearly below the reference plane, 0..1, less those
-  /// that are clearly above it: nothing hangs there, and errors of matches in blurred images go both
-  /// ways.
+  /// that are clearly above it: nothing hangs there, and errors of matches in blurred images go
+  /// both ways.
   [[nodiscard]] double DepthRatio() const;
   /// Multiplies all ratios.
   void Scale(double factor);
