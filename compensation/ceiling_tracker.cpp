@@ -44,21 +44,18 @@ constexpr double kCeilingSystematicRad = 1.5e-4;
 // sensor. Without it, level frames of x264 at CRF 30 and 35 had up to 0.7 degrees.
 constexpr double kCommonCodingErrors = 3;
 
-// Under a ceiling with depth: matching is less exact where a block shows several surfaces, and a
-// frame is level for the heights' sake when its tilt is below this number of standard deviations.
+// Under a ceiling with depth matching is less exact, because a block may show several surfaces: the
+// limits that correspond to kMinInlierRatio, kMaxSigmaPx and kCeilingSystematicRad; ...
 constexpr double kMinInlierRatioDepth = 0.3;
 constexpr double kMaxSigmaDepthPx = 1.2;
 constexpr double kDepthSystematicRad = 1.2e-3;
-// Blocks have errors in common: factor of the variance.
+// ... the factor of the variance of the tilt, because blocks have errors in common; ...
 constexpr double kDepthInflation = 14;
+// ... and the number of standard deviations of its tilt below which a frame is level, so that it
+// may refine the heights.
 constexpr double kLevelSigmas = 3;
-// Where fewer of the blocks agree with one plane, the ceiling may have depth. It has where at least
-// this part of the measured heights is off the plane.
+// Where fewer of the blocks agree with one plane, the ceiling may have depth.
 constexpr double kPlaneInlierRatio = 0.75;
-constexpr double kMinDepthRatio = 0.15;
-// Heights are believed where this part of the blocks agrees, with this mean evidence.
-constexpr double kMinDepthInliers = 0.6;
-constexpr double kMinDepthPeak = 0.25;
 // Below this part a new reference is taken to be plane.
 constexpr double kStillPlane = 0.05;
 // Standard deviations of a predicted motion, where depth is searched.
@@ -199,11 +196,7 @@ bool CeilingTracker::FindDepth(Frame& frame) {
   registration::MotionPrior prior{ToMotion(level).ToSimilarity(camera_), kPriorPx, kPriorRad};
   const Registration deep =
       registrar_.RegisterWithDepth(reference_.spectrum, frame.image.spectrum, prior);
-  if (!deep.ok() || deep.peak < kMinDepthPeak || deep.inliers < kMinDepthInliers * deep.blocks ||
-      deep.heights->scale_sigma >= heights::kUnknownScale ||
-      deep.heights->DepthRatio() < kMinDepthRatio) {
-    return false;
-  }
+  if (!deep.ShowsDepth()) return false;
   reference_.spectrum.SetHeights(deep.heights);
   return true;
 }

@@ -25,13 +25,6 @@ using registration::Verdict;
 
 namespace {
 
-// Where fewer of the blocks agree with one plane, the ceiling may have depth. It has where at least
-// this part of the measured heights is off the plane.
-constexpr double kPlaneInlierRatio = 0.75;
-constexpr double kMinDepthRatio = 0.15;
-// Heights are believed where this part of the blocks agrees, with this mean evidence.
-constexpr double kMinDepthInliers = 0.6;
-constexpr double kMinDepthPeak = 0.25;
 // Under a ceiling with depth a keyframe sees other sides of things soon, and its blocks change.
 constexpr double kMinDepthOverlap = 0.82;
 // A new keyframe is made when a smaller fraction of the compared blocks agrees.
@@ -153,18 +146,13 @@ Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
       plane.verdict == Verdict::kNoTexture || plane.verdict == Verdict::kAmbiguous) {
     return plane;
   }
-  if (plane.ok() && plane.inliers >= kPlaneInlierRatio * plane.blocks) return plane;
+  if (plane.IsPlane()) return plane;
   // Blocks of a blurred image differ from each other too.
   constexpr double kBlurred = 0.2;
   if (spectrum.CodingLoss() > reference.spectrum.CodingLoss() + kBlurred) return plane;
   Registration deep = registrar.RegisterWithDepth(
       reference.spectrum, spectrum, PriorFor(view, reference, *expected));
-  if (!deep.ok() || deep.peak < kMinDepthPeak || deep.inliers < kMinDepthInliers * deep.blocks ||
-      deep.heights->scale_sigma >= heights::kUnknownScale ||
-      deep.heights->DepthRatio() < kMinDepthRatio) {
-    return plane;
-  }
-  return deep;
+  return deep.ShowsDepth() ? deep : plane;
 }
 
 void Odometry::Impl::Place(const RecentKeyframe& reference,

@@ -106,12 +106,6 @@ BlockHeight Judge(const Linearised& l, const PlaneShift& shift, double sigma_px)
   return out;
 }
 
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 DepthFit FitDepthMotion(const PlaneCamera& camera,

@@ -122,8 +122,7 @@ DepthFit DepthStage::FitRough(const FrameSpectrum::Fine& reference,
   return FitDepthMotion(rough_camera_, shifts, start, fit);
 }
 
-/// Measures blocks where `known` predicts them. The prior of the fit stays that of `shifts`' own
-/// cell: the caller sets it.
+/// Measures blocks where `known` predicts them, with its heights as the priors of a fit.
 void DepthStage::MeasureSmall(const FrameSpectrum::Fine& reference,
                               const heights::HeightField& known,
                               const FrameSpectrum::Fine& current,
@@ -312,16 +311,13 @@ heights::HeightField DepthStage::Refined(const FrameSpectrum::Fine& reference,
                                          const FrameSpectrum::Fine& other,
                                          const ImageMotion& motion) {
   const PlaneMotion plane = PlaneMotion::FromSimilarity(camera_, motion);
-  std::vector<int> all(static_cast<std::size_t>(small_.GridSize()));
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const auto chosen =
-      small_.Select(reference.fine, other.fine, OnFine(plane), static_cast<int>(all.size()));
+  const auto chosen = small_.Select(reference.fine, other.fine, OnFine(plane), small_.GridSize());
   std::vector<PlaneShift> shifts;
   MeasureSmall(reference, known, other, plane, chosen, shifts);
   DepthFitParams params;
   params.start_sigma_px = 0.6;
   params.fit_motion = false;
-  DepthFit fit = FitDepthMotion(fine_camera_, shifts, plane, params);
+  const DepthFit fit = FitDepthMotion(fine_camera_, shifts, plane, params);
   heights::HeightField field = known;
   if (fit.ok) Absorb(fit, shifts, field);
   return field;

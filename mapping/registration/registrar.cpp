@@ -34,6 +34,13 @@ const char* ToString(Verdict verdict) {
 
 namespace {
 
+// Part of the blocks that agree with one plane, where the ceiling is one.
+constexpr double kPlaneInlierRatio = 0.75;
+// Unknown heights are believed where this part of the blocks agrees, with this mean evidence, ...
+constexpr double kBelievedInlierRatio = 0.6;
+constexpr double kBelievedPeak = 0.25;
+// ... and this part of the measured heights is off the plane.
+constexpr double kMinDepthRatio = 0.15;
 // Grey levels; images with less show nothing.
 constexpr double kMinContrast = 0.25;
 // Another motion with this part of the best agreement is a rival, and ...
@@ -41,6 +48,15 @@ constexpr double kRivalRatio = 0.7;
 // ... stays one unless the images speak against it by so many nats.
 constexpr double kMinEvidence = 4.5;
 }  // namespace
+
+bool Registration::IsPlane() const {
+  return ok() && inliers >= kPlaneInlierRatio * blocks;
+}
+
+bool Registration::ShowsDepth() const {
+  return ok() && heights && peak >= kBelievedPeak && inliers >= kBelievedInlierRatio * blocks &&
+         heights->scale_sigma < heights::kUnknownScale && heights->DepthRatio() >= kMinDepthRatio;
+}
 
 struct Registrar::Impl {
   Impl(cv::Size image_size, const RegistrarParams& p)

@@ -50,6 +50,12 @@ struct Registration {
   std::shared_ptr<const heights::HeightField> heights;
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
+  /// Whether most blocks agree with one plane. Otherwise the ceiling may have depth.
+  [[nodiscard]] bool IsPlane() const;
+  /// Of RegisterWithDepth, where nothing was known of the heights: whether these may be believed. A
+  /// large part of the blocks agrees, with sufficient evidence, the scale is known, and a part of
+  /// the ceiling is clearly below the reference plane.
+  [[nodiscard]] bool ShowsDepth() const;
 };
 
 struct RegistrarParams {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "calib/base/error.hpp"
+#include "tests/mapping/odometry_drive.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::mapping {
@@ -22,71 +23,12 @@ using calib::CeilingView;
 using registration::Verdict;
 using registration::synthetic::MotionAt;
 using registration::synthetic::SyntheticCeiling;
+using synthetic_drive::Drive;
+using synthetic_drive::DriveEvenly;
+using synthetic_drive::ExpectNear;
+using synthetic_drive::MakeView;
+using synthetic_drive::Placed;
 constexpr double kMillimetre = 1e-3;
-
-/// Camera ahead of the axis and to its right, turned a little in its mount; 5 mm per pixel, 3.2 m x
-/// 2.4 m in view.
-CeilingView MakeView() {
-  calib::MountedCamera up;
-  up.camera = {640, 480, 440, 440, 322.5, 238, {}};
-  up.T_base_cam.linear() =
-      Eigen::AngleAxisd(93 * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  up.T_base_cam.translation() = Eigen::Vector3d(0.12, -0.05, 0.4);
-  return {up, 2.6};
-}
-
-/// A robot that drives under a synthetic ceiling with images as its only input.
-class Drive {
- public:
-  explicit Drive(const Pose2& origin = {0.4, -0.3, 0.5}, const OdometryParams& params = {})
-      : T_map_base_(origin), odometry_(view_, origin, params) {}
-
-  void Move(double forward_m, double turn_deg) {
-    T_map_base_ = T_map_base_ * Pose2{forward_m, 0, turn_deg * kRadPerDeg};
-  }
-  void Jump(const Pose2& T_map_base) { T_map_base_ = T_map_base; }
-  OdometryStep Process() {
-    return ProcessImage(ceiling_.Render(kSize, MotionAt(view_, T_map_base_), 1.5, Next()));
-  }
-  OdometryStep SeeUniform(int grey) {
-    Next();
-    return ProcessImage(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey)));
-  }
-
-  OdometryStep Close() { return odometry_.Close(); }
-
-  [[nodiscard]] const Pose2& Truth() const { return T_map_base_; }
-  [[nodiscard]] const std::vector<OdometryStep>& Steps() const { return steps_; }
-  [[nodiscard]] const std::vector<Pose2>& Truths() const { return truths_; }
-  [[nodiscard]] const CeilingView& View() const { return view_; }
-
- private:
-  static inline const cv::Size kSize{640, 480};
-
-  std::uint32_t Next() { return static_cast<std::uint32_t>(truths_.size()) + 1; }
-  OdometryStep ProcessImage(const cv::Mat& image) {
-    const auto index = static_cast<std::int64_t>(truths_.size());
-    truths_.push_back(T_map_base_);
-    steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
-    return steps_.back();
-  }
-
-  SyntheticCeiling ceiling_;
-  CeilingView view_ = MakeView();
-  Pose2 T_map_base_;
-  Odometry odometry_;
-  std::vector<OdometryStep> steps_;
-  std::vector<Pose2> truths_;
-};
-
-void ExpectNear(const Pose2& pose, const Pose2& truth, const std::string& what) {
-  EXPECT_LT((pose.Translation() - truth.Translation()).norm(), kMillimetre) << what;
-  EXPECT_LT(std::abs(WrapAngle(pose.yaw - truth.yaw)), 0.02 * kRadPerDeg) << what;
-}
-
-bool Placed(const OdometryStep& step) {
-  return graph::HasPose(step.pose.status);
-}
 
 /// About 6 m: straight, a left turn, straight, a right turn.
 void DrivePathWithTurns(Drive& drive) {
@@ -282,15 +224,6 @@ TEST(Odometry, AFastFrameIsBridgedByTheLastGoodOne) {
   ExpectNear(fast.pose.T_map_base, drive.Truth(), "fast");
 }
 
-/// Drives evenly, 0.06 m a frame.
-void DriveEvenly(Drive& drive, int frames = 12) {
-  drive.Process();
-  for (int i = 0; i < frames; ++i) {
-    drive.Move(0.06, 0);
-    ASSERT_TRUE(Placed(drive.Process())) << i;
-  }
-}
-
 TEST(Odometry, AJumpOfTheRobotIsNotAccepted) {
   // Images that a damaged stream shifted as a whole fit without a flaw.
   Drive drive;
@@ -401,94 +334,6 @@ TEST(OdometryParams, OutOfRange) {
   bad.min_overlap = 2;
   const CeilingView view = MakeView();
   EXPECT_THROW(Odometry(view, {}, bad), InputError);
-}
-
-// A recorder drops frames and numbers the others: their times tell nothing of it.
-TEST(Odometry, FramesMayBeMissingWithoutATrace) {
-  Drive drive;
-  drive.Process();
-  const auto drive_on = [&](int steps) {
-    for (int i = 0; i < steps; ++i) drive.Move(0.12, 1);
-    drive.Process();
-  };
-  for (int i = 0; i < 6; ++i) drive_on(1);
-  for (const int steps : {2, 1, 3, 1, 1, 6, 1, 2, 2, 1}) drive_on(steps);
-  for (std::size_t i = 0; i < drive.Steps().size(); ++i) {
-    ASSERT_TRUE(Placed(drive.Steps()[i])) << i;
-    ExpectNear(drive.Steps()[i].pose.T_map_base, drive.Truths()[i], "frame " + std::to_string(i));
-  }
-}
-
-// Where the robot turned before, constant velocity leads elsewhere.
-TEST(Odometry, FramesMayBeMissingWhereTheRobotDrivesOffAfterATurn) {
-  Drive drive;
-  DriveEvenly(drive);
-  for (int i = 0; i < 6; ++i) {
-    drive.Move(0, 8);
-    ASSERT_TRUE(Placed(drive.Process())) << i;
-  }
-  drive.Move(0.2, 0);  // in four frames at the speed before the turn
-  const OdometryStep after = drive.Process();
-  ASSERT_TRUE(Placed(after));
-  ExpectNear(after.pose.T_map_base, drive.Truth(), "after the missing frames");
-}
-
-// What a codec repeats says nothing about the motion.
-TEST(Odometry, ARepeatedImageGivesNoPose) {
-  const CeilingView view = MakeView();
-  const SyntheticCeiling ceiling;
-  Odometry odometry(view, {});
-  const auto process = [&](int index, double repeated) {
-    FrameContext context;
-    context.repeated = repeated;
-    const Pose2 truth{0.05 * index, 0, 0};
-    return odometry.Process(
-        ceiling.Render({640, 480}, MotionAt(view, truth), 1.5, 1), index, 0.1 * index, context);
-  };
-  for (int i = 0; i < 5; ++i) EXPECT_TRUE(Placed(process(i, 0))) << i;
-  EXPECT_EQ(process(5, 0.8).pose.status, graph::TrackingStatus::kAmbiguous);
-  const OdometryStep after = process(6, 0.1);
-  ASSERT_TRUE(Placed(after));
-  ExpectNear(after.pose.T_map_base, {0.3, 0, 0}, "after the copy");
-}
-
-// A drive whose images have no noise of a sensor, as those of a codec.
-class EncodedDrive {
- public:
-  /// @param shown_x_m  Where the image was taken. @return the frame's step.
-  OdometryStep Process(double shown_x_m) {
-    const cv::Mat image = ceiling_.Render({640, 480}, MotionAt(view_, {shown_x_m, 0, 0}));
-    const int index = index_++;
-    return odometry_.Process(image, index, 0.1 * index);
-  }
-
- private:
-  CeilingView view_ = MakeView();
-  SyntheticCeiling ceiling_;
-  Odometry odometry_{view_, {}};
-  int index_ = 0;
-};
-
-TEST(Odometry, ACodecThatRepeatsAnImageDoesNotStopTheRobot) {
-  EncodedDrive drive;
-  double x_m = 0;
-  for (int i = 0; i < 6; ++i) EXPECT_TRUE(Placed(drive.Process(x_m += 0.05))) << i;
-  EXPECT_FALSE(Placed(drive.Process(x_m))) << "the image before once more, at full speed";
-  x_m += 0.05;
-  for (int i = 0; i < 4; ++i) {
-    const OdometryStep step = drive.Process(x_m += 0.05);
-    ASSERT_TRUE(Placed(step)) << i;
-    ExpectNear(step.pose.T_map_base, {x_m - 0.05, 0, 0}, "after the repeated image");
-  }
-}
-
-TEST(Odometry, ARobotThatBrakesAndStandsKeepsItsPoseInEncodedImages) {
-  EncodedDrive drive;
-  double x_m = 0;
-  double step_m = 0.05;
-  for (int i = 0; i < 5; ++i) EXPECT_TRUE(Placed(drive.Process(x_m += step_m)));
-  for (; step_m > 0; step_m -= 0.008) EXPECT_TRUE(Placed(drive.Process(x_m += step_m)));
-  for (int i = 0; i < 5; ++i) EXPECT_TRUE(Placed(drive.Process(x_m))) << "standing, " << i;
 }
 
 }  // namespace
