@@ -63,7 +63,8 @@ class LoopCloser {
            const registration::FrameSpectrum& spectrum = {},
            std::span<const graph::Edge> edges = {},
            const cv::Mat& descriptors = {});
-  /// Heights of a keyframe, refined by later frames.
+  /// Heights of a keyframe, refined by later frames. Measures the keyframe's edges to earlier ones
+  /// again with them, backwards, as further edges.
   void SetHeights(std::int64_t id, std::shared_ptr<const heights::HeightField> heights);
   /// An edge between known keyframes, measured elsewhere.
   void Add(const graph::Edge& edge);

@@ -117,6 +117,15 @@ std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadat
         b.view_units_per_px,
         a.unit);
   }
+  // Heights are relative to the camera's distance from the ceiling.
+  if (a.view_focal_px > 0 && b.view_focal_px > 0 &&
+      std::abs(a.view_focal_px / b.view_focal_px - 1) > kSameScale) {
+    return fmt::format(
+        "their cameras have focal lengths of {:.6g} and {:.6g} px; use maps of one kind of camera "
+        "at one height",
+        a.view_focal_px,
+        b.view_focal_px);
+  }
   return {};
 }
 

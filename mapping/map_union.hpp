@@ -18,7 +18,7 @@ using UnionProgress = std::function<void(int, int)>;
 calib::CeilingView ViewOf(const store::MapMetadata& metadata);
 
 /// Why images of the two maps cannot be used in one map, as a readable message; empty when they
-/// can. Different mountings are allowed, different scales and image sizes are not.
+/// can. Different mountings are allowed; different scales, focal lengths and image sizes are not.
 std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadata& b);
 
 /// Writes the union of maps, in the frame of the first, to the writer (without Commit). Nothing is

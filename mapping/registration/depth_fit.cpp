@@ -20,7 +20,6 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 constexpr std::array<int, 6> kOrder = {0, 1, 3, 2, 4, 5};  // x, y, yaw, height, tilt_x, tilt_y
 
 constexpr int kRounds = 8;
-constexpr double kCauchy = 2.4;
 constexpr double kSigmaCeiling = 3;
 constexpr double kSigmaFloor = 0.03;  // px; matching errors that blocks have in common
 // A block agrees when its residual across the direction of travel is smaller than this, and the one
@@ -83,6 +82,17 @@ Eigen::Matrix2d Information(const Linearised& l, double rho_sigma, double sigma_
   return m - mg * mg.transpose() / (1 / (rho_sigma * rho_sigma) + l.along.dot(mg));
 }
 
+/// Weight of a residual: first Cauchy's, which reaches far errors of the start; then Tukey's
+/// biweight, because a nearer thing at the edge of a block pulls only one way.
+double RobustWeight(double chi2, int round) {
+  constexpr int kCauchyRounds = 3;
+  constexpr double kCauchy = 2.4;  // standard deviations
+  constexpr double kTukey = 4;
+  if (round < kCauchyRounds) return 1 / (1 + chi2 / (kCauchy * kCauchy));
+  const double inside = std::max(0.0, 1 - chi2 / (kTukey * kTukey));
+  return inside * inside;
+}
+
 /// What one block says of its height and whether it agrees, at the final motion.
 BlockHeight Judge(const Linearised& l, const PlaneShift& shift, double sigma_px) {
   BlockHeight out;
@@ -130,8 +140,7 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
       const Linearised& l = rows[i];
       const Eigen::Matrix2d w = Information(l, shifts[i].rho_sigma, sigma);
       const double chi2 = l.residual.dot(w * l.residual);
-      const double u = 1 - chi2 / 16;
-      const double weight = round < 3 ? 1 / (1 + chi2 / (kCauchy * kCauchy)) : u > 0 ? u * u : 0;
+      const double weight = RobustWeight(chi2, round);
       a += weight * l.jacobian.transpose() * w * l.jacobian;
       b += weight * l.jacobian.transpose() * w * l.residual;
       // Degrees of freedom that the height leaves: 1 where it is unknown, 2 where it is known.

@@ -40,12 +40,11 @@ struct DepthFit {
 
 /// Motion of a camera under a ceiling with a height at every place: one rotation and one
 /// translation, and for each block an inverse height ratio rho with a prior (mapping/README.md,
-/// "Ceilings with depth"). The position of a block in the current image is linear
-/// in rho: an error of rho moves it along the line of travel by g = d x_cur / d rho. So rho is
-/// integrated out: the covariance of the residual is that of the measurement plus sigma_rho^2 g g'.
-/// Blocks of unknown height determine rotation and direction only; blocks of known height determine
-/// the length too. Iterated least squares with Cauchy's weights; the scale of the residuals is
-/// estimated.
+/// "Ceilings with depth"). The position of a block in the current image is linear in rho: an error
+/// of rho moves it along the line of travel by g = d x_cur / d rho. So rho is integrated out: the
+/// covariance of the residual is that of the measurement plus sigma_rho^2 g g'. Blocks of unknown
+/// height determine rotation and direction only; blocks of known height determine the length too.
+/// Iterated least squares with robust weights; the scale of the residuals is estimated.
 DepthFit FitDepthMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,

@@ -243,6 +243,18 @@ bool DepthStage::FitSmall(const FrameSpectrum::Fine& reference,
   return true;
 }
 
+bool DepthStage::Fit(const FrameSpectrum::Fine& reference,
+                     const heights::HeightField& known,
+                     const FrameSpectrum::Fine& current,
+                     const PlaneMotion& start,
+                     bool fit_tilt,
+                     DepthFit& fit,
+                     heights::HeightField& field) {
+  fit = FitRough(reference, known, current, start, fit_tilt);
+  return fit.ok && fit.inliers >= kMinMatchInliers / 2 &&
+         FitSmall(reference, known, current, fit_tilt, fit, field);
+}
+
 Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
                                const heights::HeightField& known,
                                const FrameSpectrum::Fine& current,
@@ -251,13 +263,10 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   result.motion = start;
   ImageMotion level = start;
   level.scale = 1;
-  DepthFit fit =
-      FitRough(reference, known, current, PlaneMotion::FromSimilarity(camera_, level), false);
+  DepthFit fit;
   heights::HeightField field;
-  if (!fit.ok || fit.inliers < kMinMatchInliers / 2 ||
-      !FitSmall(reference, known, current, false, fit, field)) {
-    return result;
-  }
+  const PlaneMotion from = PlaneMotion::FromSimilarity(camera_, level);
+  if (!Fit(reference, known, current, from, false, fit, field)) return result;
   const double relative = ScaleToReference(TravelPx(fit.motion, camera_), field);
   fit.motion.x *= relative;
   fit.motion.y *= relative;
@@ -284,12 +293,9 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
                                  const PlaneMotion& start) {
   PlaneFit result;
   result.motion = start;
-  DepthFit fit = FitRough(reference, known, current, start, true);
+  DepthFit fit;
   heights::HeightField field;
-  if (!fit.ok || fit.inliers < kMinMatchInliers / 2 ||
-      !FitSmall(reference, known, current, true, fit, field)) {
-    return result;
-  }
+  if (!Fit(reference, known, current, start, true, fit, field)) return result;
   result.motion = fit.motion;
   result.covariance = fit.covariance;
   result.sigma_px = fine_frame_.factor * fit.sigma_px;

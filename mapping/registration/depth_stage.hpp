@@ -62,6 +62,14 @@ class DepthStage {
                 bool fit_tilt,
                 DepthFit& fit,
                 heights::HeightField& field);
+  /// FitRough from `start`, then FitSmall. @return false where too few blocks agree.
+  bool Fit(const FrameSpectrum::Fine& reference,
+           const heights::HeightField& known,
+           const FrameSpectrum::Fine& current,
+           const PlaneMotion& start,
+           bool fit_tilt,
+           DepthFit& fit,
+           heights::HeightField& field);
   void MeasureSmall(const FrameSpectrum::Fine& reference,
                     const heights::HeightField& known,
                     const FrameSpectrum::Fine& current,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mapping/map_union.hpp"
 #include "tests/mapping/synthetic_drive.hpp"
 
 namespace ceilmap::mapping {
@@ -186,6 +187,21 @@ TEST(MapMerge, RenumberingKeepsWhatBelongsTogether) {
   EXPECT_EQ(graph.edges[0].from, 50);
   EXPECT_EQ(graph.edges[0].to, 51);
   EXPECT_EQ(graph.weak_spots[0].keyframe_id, 52);
+}
+
+// Heights are relative to the distance of the camera from the ceiling.
+TEST(Incompatibility, CamerasAtOtherDistancesFromTheCeiling) {
+  store::MapMetadata a;
+  a.view_size = {640, 480};
+  a.view_units_per_px = 0.01;
+  store::MapMetadata b = a;
+  EXPECT_EQ(Incompatibility(a, b), "");
+  a.view_focal_px = 400;
+  EXPECT_EQ(Incompatibility(a, b), "") << "an older map does not state it";
+  b.view_focal_px = 440;
+  EXPECT_EQ(Incompatibility(a, b),
+            "their cameras have focal lengths of 400 and 440 px; use maps of one kind of camera at "
+            "one height");
 }
 
 }  // namespace
