@@ -58,6 +58,25 @@ double DepthDrawing::ToView(double map_rho) const {
   return view_distance_ / std::max(height, kNearest * view_distance_);
 }
 
+double DepthDrawing::ToMap(double view_rho) const {
+  return map_distance_ / (view_distance_ / view_rho + map_distance_ - view_distance_);
+}
+
+SeenSurface DepthDrawing::SurfaceOf(const mosaic::ViewPlacement& placement,
+                                    const cv::Mat& ratios) const {
+  SeenSurface seen{
+      cv::Mat(ratios.size(), CV_32FC2), cv::Mat(ratios.size(), CV_32FC1), placement.Foot()};
+  for (int v = 0; v < ratios.rows; ++v) {
+    for (int u = 0; u < ratios.cols; ++u) {
+      const float rho = ratios.at<float>(v, u);
+      const cv::Point2d place = placement.ToMap(u, v, rho) - seen.origin;
+      seen.places.at<cv::Vec2f>(v, u) = {static_cast<float>(place.x), static_cast<float>(place.y)};
+      seen.ratios.at<float>(v, u) = static_cast<float>(ToMap(rho));
+    }
+  }
+  return seen;
+}
+
 cv::Mat DepthDrawing::Ratios(const mosaic::ViewPlacement& placement) const {
   const cv::Size size = view_.Size();
   const Raster raster = Read(heights_, placement.Bounds(1));

@@ -16,8 +16,6 @@ constexpr double kMissEvidence = 2;
 // Matches at the same spot are not independent: a match has full weight only after a distance
 // travelled of at least this fraction of the image's span.
 constexpr double kFullWeightRatio = 0.08;
-// A match at the same spot confirms a place again only when its peak is at least this, 0..1.
-constexpr double kMinPeakAtRest = 0.5;
 constexpr double kMaxMatchSigmas = 5;  // a match further from the expected pose is rejected
 
 }  // namespace
@@ -145,7 +143,7 @@ void Hypotheses::MatchAll(
     h.misses = 0;
     h.pose = match->pose;
     ++h.matches;
-    const bool counts = !match->disambiguated_by_prior && (anew || match->peak >= kMinPeakAtRest);
+    const bool counts = !match->disambiguated_by_prior && (anew || match->distinct);
     h.confirmations += counts ? 1 : 0;
   }
   // Two hypotheses may converge to the same place: the one with more confirmations stays.

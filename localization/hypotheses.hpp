@@ -28,6 +28,8 @@ struct MapMatch {
   double peak = 0;  ///< see registration::Registration
   int inliers = 0;
   int blocks = 0;
+  /// It explains the image so well that it confirms a place again without further travel.
+  bool distinct = false;
   /// Of the frame (reference) against the map at that place.
   registration::Dissimilarity dissimilarity;
 };

@@ -170,19 +170,29 @@ void Localizer::Impl::Check(const CeilingFrame& frame) const {
 }
 
 /// Keeps the patch while enough of it is in view. The next patch lies ahead, so that it can be used
-/// longer.
+/// longer. Under a ceiling with depth a patch shows soon what is hidden from the robot: it is used
+/// for a shorter way, and drawn where the robot will be.
 void Localizer::Impl::ChoosePatch(const PoseWithCovariance& expected) {
+  constexpr double kMinDepthOverlap = 0.85;
+  const bool depth = matcher.HasDepth();
+  const double min_overlap =
+      depth ? std::max(params.min_overlap, kMinDepthOverlap) : params.min_overlap;
   const Pose2& T_map_base = expected.pose;
-  if (patch && matcher.Overlap(*patch, T_map_base) >= params.min_overlap) return;
-  constexpr double kSlow = 0.05;        // m/s: direction of travel not defined
-  constexpr double kAheadRatio = 0.17;  // of the span
+  const auto in_view = [&] { return patch && matcher.Overlap(*patch, T_map_base) >= min_overlap; };
+  if (in_view()) return;
+  const auto draw = [&](const Pose2& at) {
+    patch = depth ? matcher.Patches().Exactly(at) : matcher.Patches().Near(at);
+  };
+  constexpr double kSlow = 0.05;  // m/s: direction of travel not defined
+  // Of the span: less than the way for which a patch is used.
+  const double ahead_ratio = depth ? 0.05 : 0.17;
   const Eigen::Vector2d velocity = motion.Velocity().head<2>();
   if (velocity.norm() > kSlow) {
-    const Eigen::Vector2d ahead = kAheadRatio * matcher.Span() * velocity.normalized();
-    patch = matcher.Patches().Near(T_map_base * Pose2{ahead.x(), ahead.y(), 0});
-    if (patch && matcher.Overlap(*patch, T_map_base) >= params.min_overlap) return;
+    const Eigen::Vector2d ahead = ahead_ratio * matcher.Span() * velocity.normalized();
+    draw(T_map_base * Pose2{ahead.x(), ahead.y(), 0});
+    if (in_view()) return;
   }
-  patch = matcher.Patches().Near(T_map_base);
+  draw(T_map_base);
 }
 
 /// A heading that contradicts the motion model is disturbed (steel, a crowd) and is not used.

@@ -20,6 +20,10 @@ namespace {
 
 // A match is rejected when its scale differs by more than this from what the rig implies.
 constexpr double kMaxScaleError = 0.05;
+// MapMatch::distinct. Of 118 matches at the right places of a simulated plant 110 had a peak of
+// 0.16 or more; none of 150 at wrong places remained where it was.
+constexpr double kDistinctPeak = 0.5;
+constexpr double kDistinctDepthPeak = 0.15;
 // Standard deviation of a residual tilt, beyond what residuals show, rad, > 0.
 constexpr double kTiltNoiseRad = 3e-4;
 // Standard deviations of a match with the map by errors that residuals do not show (things below
@@ -62,10 +66,13 @@ mosaic::HeightMap HeightsOf(const store::MapReader& map) {
   return {map.ReadKeyframes(), map.Metadata()};
 }
 
-registration::RegistrarParams WithScale(const calib::CeilingView& view, bool estimate_scale) {
+registration::RegistrarParams WithScale(const calib::CeilingView& view,
+                                        bool estimate_scale,
+                                        bool local_features) {
   return {.estimate_scale = estimate_scale,
           .mask = view.Mask(),
           .same_recording = false,
+          .local_features = local_features,
           .camera = registration::PlaneCameraOf(view)};
 }
 
@@ -85,9 +92,9 @@ MapMatcher::MapMatcher(const store::MapReader& map,
       scale_frames_(params.scale_frames),
       view_(MakeFirstView(map, up)),
       span_(mapping::SpanOf(view_)),
-      registrar_(view_.Size(), WithScale(view_, false)),
-      scaling_(view_.Size(), WithScale(view_, true)),
       heights_(HeightsOf(map)),
+      registrar_(view_.Size(), WithScale(view_, false, !heights_.empty())),
+      scaling_(view_.Size(), WithScale(view_, true, false)),
       scale_known_(params.scale_frames == 0 || !heights_.empty()) {
   DrawAnew();
 }
@@ -137,15 +144,39 @@ std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
   match.peak = found.peak;
   match.inliers = found.inliers;
   match.blocks = found.blocks;
+  match.distinct =
+      match.peak >= (at.spectrum.Heights() != nullptr ? kDistinctDepthPeak : kDistinctPeak);
   return match;
+}
+
+/// The patch of a lattice point near the robot shows a ceiling with depth from another place, where
+/// other things hide others. The map is drawn again as the robot sees it from the pose found. At
+/// other places than the true one such a match fails, or leads away (localization/README.md).
+std::shared_ptr<const Patch> MapMatcher::MatchExactly(const FrameSpectrum& frame,
+                                                      std::optional<MapMatch>& match) {
+  constexpr int kMaxTries = 3;
+  for (int i = 0; i < kMaxTries && match; ++i) {
+    const MapMatch before = *match;
+    const std::shared_ptr<const Patch> at = patches_->Exactly(before.pose.pose);
+    if (!at) break;
+    match = MatchAt(*at, frame, before.pose);
+    constexpr double kSamePx = 4;
+    if (match && (match->pose.pose.Translation() - before.pose.pose.Translation()).norm() <
+                     kSamePx * view_.MetresPerPixel()) {
+      return at;
+    }
+  }
+  match.reset();
+  return nullptr;
 }
 
 std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
                                               const FrameSpectrum& frame,
                                               const std::optional<PoseWithCovariance>& expected) {
-  const std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
+  std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
   if (!at) return std::nullopt;
   std::optional<MapMatch> match = MatchAt(*at, frame, expected);
+  if (match && at->spectrum.Heights() != nullptr) at = MatchExactly(frame, match);
   if (!match) return std::nullopt;
   // The frame is the reference, so that places can be compared with each other.
   registration::ImageMotion to_map =

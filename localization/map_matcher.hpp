@@ -37,6 +37,8 @@ class MapMatcher {
   /// follow.
   void Analyze(LevelFrame& frame);
   [[nodiscard]] MapPatches& Patches() { return *patches_; }
+  /// Whether the map has heights that a camera of another height can use.
+  [[nodiscard]] bool HasDepth() const { return depth_->HasDepth(); }
 
   /// Matches a frame with a patch.
   /// @param expected  Its expected pose; unset: nothing is known, not even the yaw.
@@ -68,6 +70,8 @@ class MapMatcher {
   void DrawAnew();
   [[nodiscard]] registration::MotionPrior PriorFor(const Patch& at,
                                                    const PoseWithCovariance& expected) const;
+  std::shared_ptr<const Patch> MatchExactly(const registration::FrameSpectrum& frame,
+                                            std::optional<MapMatch>& match);
 
   const store::MapReader& map_;
   calib::MountedCamera up_;
@@ -75,9 +79,9 @@ class MapMatcher {
   calib::CeilingView view_;
   Tilt tilt_;  // that was removed from the frame
   double span_;
+  mosaic::HeightMap heights_;  // empty: the ceiling is one plane
   registration::Registrar registrar_;
   registration::Registrar scaling_;  // until the scale is known
-  mosaic::HeightMap heights_;        // empty: the ceiling is one plane
   std::unique_ptr<DepthDrawing> depth_;
   std::unique_ptr<MapPatches> patches_;
   std::vector<double> scales_;

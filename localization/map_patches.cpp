@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calib/base/lru_cache.hpp"
+#include "localization/keyframe_drawing.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 
 namespace ceilmap::localization {
@@ -60,6 +61,7 @@ struct MapPatches::Impl {
   const calib::CeilingView& view;
   registration::Registrar& registrar;
   const DepthDrawing* depth;
+  KeyframeDrawing keyframes;
   double spacing = 0;  // map units
   LruCache<std::shared_ptr<const Patch>> patches;
   cv::Mat grey;
@@ -67,6 +69,7 @@ struct MapPatches::Impl {
 
   [[nodiscard]] Node NodeNear(const Pose2& T_map_base) const;
   [[nodiscard]] Pose2 PoseOf(const Node& node) const;
+  void DrawPlane(const mosaic::ViewPlacement& placement, cv::Mat& to, cv::Mat& content) const;
 };
 
 Node MapPatches::Impl::NodeNear(const Pose2& T_map_base) const {
@@ -95,6 +98,7 @@ MapPatches::MapPatches(const store::MapReader& map,
            view,
            registrar,
            depth,
+           KeyframeDrawing(map, depth),
            kSpacingRatio * shorter,
            LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(kKeptPatches)),
            {},
@@ -106,29 +110,32 @@ std::shared_ptr<const Patch> MapPatches::Near(const Pose2& T_map_base) {
   Impl& me = *impl_;
   const Node node = me.NodeNear(T_map_base);
   if (const auto* known = me.patches.Find(node.Key())) return *known;
-  Patch patch;
-  patch.T_map_base = me.PoseOf(node);
-  const cv::Mat ratios = Draw(patch.T_map_base, me.grey, me.mask);
-  patch.content = cv::countNonZero(me.mask) / static_cast<double>(me.mask.total());
-  std::shared_ptr<const Patch> result;
-  if (patch.content >= kMinContent) {
-    const bool whole = patch.content == 1;
-    patch.spectrum = me.registrar.Analyze(me.grey, whole ? cv::Mat() : me.mask);
-    if (!ratios.empty()) SetHeights(ratios, me.registrar, patch.spectrum);
-    result = std::make_shared<const Patch>(std::move(patch));
-  }
+  std::shared_ptr<const Patch> result = Exactly(me.PoseOf(node));
   me.patches.Insert(node.Key(), result);
   return result;
 }
 
-cv::Mat MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
-  const Impl& me = *impl_;
-  const store::MosaicGrid& grid = me.map.Grid();
-  const cv::Size size = me.view.Size();
-  const mosaic::ViewPlacement placement(
-      T_map_base * me.view.T_base_view(), size, me.view.MetresPerPixel(), PrincipalOf(me.view));
-  grey.create(size, CV_8UC1);
-  mask.create(size, CV_8UC1);
+std::shared_ptr<const Patch> MapPatches::Exactly(const Pose2& T_map_base) {
+  Impl& me = *impl_;
+  Patch patch;
+  patch.T_map_base = T_map_base;
+  const cv::Mat ratios = Draw(T_map_base, me.grey, me.mask);
+  patch.content = cv::countNonZero(me.mask) / static_cast<double>(me.mask.total());
+  if (patch.content < kMinContent) return nullptr;
+  const bool whole = patch.content == 1;
+  patch.spectrum = me.registrar.Analyze(me.grey, whole ? cv::Mat() : me.mask);
+  if (!ratios.empty()) SetHeights(ratios, me.registrar, patch.spectrum);
+  return std::make_shared<const Patch>(std::move(patch));
+}
+
+/// From the mosaic, as one plane.
+void MapPatches::Impl::DrawPlane(const mosaic::ViewPlacement& placement,
+                                 cv::Mat& to,
+                                 cv::Mat& content) const {
+  const store::MosaicGrid& grid = map.Grid();
+  const cv::Size size = view.Size();
+  to.create(size, CV_8UC1);
+  content.create(size, CV_8UC1);
   // The window of the mosaic around the view, with room for the interpolation.
   constexpr double kMarginPx = 4;
   const cv::Rect2d bounds = placement.Bounds();
@@ -144,15 +151,15 @@ cv::Mat MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) 
   const cv::Rect window(cv::Point(column(bounds.x - margin), row(bounds.br().y + margin)),
                         cv::Point(column(bounds.br().x + margin), row(bounds.y - margin)));
   if (window.empty()) {
-    mask.setTo(0);
-    return {};
+    content.setTo(0);
+    return;
   }
   cv::Mat seen;
   cv::Mat alpha;
-  me.map.ReadMosaic(window, seen, alpha);
+  map.ReadMosaic(window, seen, alpha);
   // For a camera of lower resolution, means of the map's pixels are used.
   const int factor =
-      std::max(1, static_cast<int>(std::lround(me.view.MetresPerPixel() / grid.resolution)));
+      std::max(1, static_cast<int>(std::lround(view.MetresPerPixel() / grid.resolution)));
   if (factor > 1) {
     const cv::Size reduced((window.width + factor - 1) / factor,
                            (window.height + factor - 1) / factor);
@@ -168,35 +175,32 @@ cv::Mat MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) 
     const double down = (grid.max_y - p.y) / grid.resolution - 0.5 - window.y;
     return cv::Point2d((along + 0.5) / factor - 0.5, (down + 0.5) / factor - 0.5);
   };
+  // An affine mapping, given by three points.
+  const cv::Point2d origin = in_window(placement.ToMap(0, 0));
+  const cv::Point2d along_u = in_window(placement.ToMap(1, 0)) - origin;
+  const cv::Point2d along_v = in_window(placement.ToMap(0, 1)) - origin;
+  const cv::Matx23d affine(along_u.x, along_v.x, origin.x, along_u.y, along_v.y, origin.y);
+  const int warp = cv::WARP_INVERSE_MAP;
+  cv::warpAffine(seen, to, affine, size, cv::INTER_CUBIC | warp, cv::BORDER_REPLICATE);
+  cv::warpAffine(
+      alpha, content, affine, size, cv::INTER_LINEAR | warp, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::threshold(content, content, 254, 255, cv::THRESH_BINARY);
+}
+
+cv::Mat MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
+  Impl& me = *impl_;
+  const mosaic::ViewPlacement placement(T_map_base * me.view.T_base_view(),
+                                        me.view.Size(),
+                                        me.view.MetresPerPixel(),
+                                        PrincipalOf(me.view));
   cv::Mat ratios;
   if (me.depth != nullptr && me.depth->HasDepth()) {
     ratios = me.depth->Ratios(placement);
-    cv::Mat sources(size, CV_32FC2);
-    for (int v = 0; v < size.height; ++v) {
-      for (int u = 0; u < size.width; ++u) {
-        const cv::Point2d p = in_window(placement.ToMap(u, v, ratios.at<float>(v, u)));
-        sources.at<cv::Vec2f>(v, u) = {static_cast<float>(p.x), static_cast<float>(p.y)};
-      }
-    }
-    cv::remap(seen, grey, sources, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-    cv::remap(alpha, mask, sources, {}, cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+    me.keyframes.Draw(
+        placement, me.view.MetresPerPixel(), me.depth->SurfaceOf(placement, ratios), grey, mask);
   } else {
-    // An affine mapping, given by three points.
-    const cv::Point2d origin = in_window(placement.ToMap(0, 0));
-    const cv::Point2d along_u = in_window(placement.ToMap(1, 0)) - origin;
-    const cv::Point2d along_v = in_window(placement.ToMap(0, 1)) - origin;
-    const cv::Matx23d map(along_u.x, along_v.x, origin.x, along_u.y, along_v.y, origin.y);
-    cv::warpAffine(
-        seen, grey, map, size, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
-    cv::warpAffine(alpha,
-                   mask,
-                   map,
-                   size,
-                   cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
-                   cv::BORDER_CONSTANT,
-                   cv::Scalar(0));
+    me.DrawPlane(placement, grey, mask);
   }
-  cv::threshold(mask, mask, 254, 255, cv::THRESH_BINARY);
   // The interpolation reaches two pixels beyond an edge.
   cv::erode(mask, mask, cv::Mat(), {-1, -1}, 2, cv::BORDER_CONSTANT, cv::Scalar(255));
   grey.setTo(0, mask == 0);  // black is ignored by the noise estimate

@@ -24,11 +24,10 @@ struct Patch {
 /// when a robot stays, turns or returns. Cost of a new patch for 640 x 480 px: reading a window of
 /// the map (GDAL keeps the tiles used last), one warp, one Analyze: about 10 ms.
 ///
-/// On a map with heights a patch shows each surface where a camera of this height sees it, and has
-/// the heights of what it shows.
-///
 /// The mosaic is used instead of the nearest keyframe image: it fills the patch to its corners for
-/// a camera at any height, and is as exact.
+/// a camera at any height, and is as exact. On a map with heights the nearest keyframes are used
+/// (KeyframeDrawing): a patch shows each surface where a camera of this height sees it, and has the
+/// heights of what it shows.
 class MapPatches {
  public:
   /// @param map, view, depth, registrar  Must outlive the object.
@@ -42,6 +41,9 @@ class MapPatches {
 
   /// The patch whose lattice point is nearest to a pose; null where too little is mapped.
   [[nodiscard]] std::shared_ptr<const Patch> Near(const Pose2& T_map_base);
+
+  /// The patch as seen from exactly this pose; not kept. Null as Near.
+  [[nodiscard]] std::shared_ptr<const Patch> Exactly(const Pose2& T_map_base);
 
   /// Draws the view from exactly this pose.
   /// @param grey, mask  CV_8UC1 of the view's size; mask is 0 where nothing is mapped, grey has no

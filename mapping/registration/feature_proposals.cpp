@@ -36,10 +36,21 @@ const LocalFeatures& FineStage::FeaturesOf(FrameSpectrum::Fine& data) const {
 }
 
 std::vector<Hypothesis> FineStage::ProposeByFeatures(FrameSpectrum::Fine& reference,
-                                                     FrameSpectrum::Fine& current) const {
+                                                     FrameSpectrum::Fine& current,
+                                                     const heights::HeightField* known) const {
+  const LocalFeatures& from = FeaturesOf(reference);
+  FeatureHeights heights;
+  if (known != nullptr) {
+    heights.principal_px = rough_frame_.CameraOf(fine_frame_.CameraOf(params_.camera)).principal_px;
+    heights.rho.reserve(from.keypoints.size());
+    for (const LocalFeatures::Keypoint& keypoint : from.keypoints) {
+      const Eigen::Vector2d fine = rough_frame_.factor * keypoint.point + rough_frame_.offset;
+      heights.rho.push_back(known->Around(fine_frame_.factor * fine + fine_frame_.offset).rho);
+    }
+  }
   std::vector<Hypothesis> hypotheses;
   for (const FeatureMotion& found :
-       MotionsOfFeatures(FeaturesOf(reference), FeaturesOf(current), params_.estimate_scale)) {
+       MotionsOfFeatures(from, FeaturesOf(current), params_.estimate_scale, heights)) {
     Hypothesis hypothesis;
     hypothesis.motion = fine_frame_.ToFull(rough_frame_.ToFull(found.motion));
     hypothesis.overlap = OverlapOf(found.motion, rough_frame_.size);

@@ -91,8 +91,10 @@ class FineStage {
 
   /// Motions on which local features of the images agree (MotionsOfFeatures); computes and keeps
   /// the features of an image once, thread-safe.
+  /// @param known  Heights of the reference; nullptr: the ceiling is one plane.
   std::vector<Hypothesis> ProposeByFeatures(FrameSpectrum::Fine& reference,
-                                            FrameSpectrum::Fine& current) const;
+                                            FrameSpectrum::Fine& current,
+                                            const heights::HeightField* known = nullptr) const;
 
   /// True when Test would find the motion, starting at this one.
   [[nodiscard]] bool Reaches(const ImageMotion& start, const ImageMotion& motion) const;

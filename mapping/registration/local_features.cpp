@@ -41,9 +41,11 @@ constexpr double kMaxFeatureScale = 1.45;
 constexpr int kMinInliers = 5;
 constexpr std::size_t kMaxMotions = 3;
 
+// Points are relative to the principal point.
 struct FeatureMatch {
   Eigen::Vector2d from;
   Eigen::Vector2d to;
+  double rho = 1;  // of the reference's point
   double turn_rad = 0;
   double ratio = 0;  // distance of the descriptors, of the second-closest one's
 };
@@ -64,7 +66,9 @@ cv::Mat Normalized(const Level& level, cv::Size size) {
   return image;
 }
 
-std::vector<FeatureMatch> Match(const LocalFeatures& reference, const LocalFeatures& current) {
+std::vector<FeatureMatch> Match(const LocalFeatures& reference,
+                                const LocalFeatures& current,
+                                const FeatureHeights& heights) {
   std::vector<FeatureMatch> matches;
   if (reference.keypoints.size() < 2 || current.keypoints.size() < 2) return matches;
   const auto as_floats = [](const LocalFeatures& features) {
@@ -95,7 +99,11 @@ std::vector<FeatureMatch> Match(const LocalFeatures& reference, const LocalFeatu
     if (ratio > kMaxDistanceRatio) continue;
     const auto& from = reference.keypoints[static_cast<std::size_t>(i)];
     const auto& to = current.keypoints[static_cast<std::size_t>(j)];
-    matches.push_back({from.point, to.point, WrapAngle(to.angle_rad - from.angle_rad), ratio});
+    matches.push_back({from.point - heights.principal_px,
+                       to.point - heights.principal_px,
+                       heights.rho.empty() ? 1 : heights.rho[static_cast<std::size_t>(i)],
+                       WrapAngle(to.angle_rad - from.angle_rad),
+                       ratio});
   }
   std::stable_sort(matches.begin(), matches.end(), [](const auto& x, const auto& y) {
     return x.ratio < y.ratio;
@@ -104,20 +112,22 @@ std::vector<FeatureMatch> Match(const LocalFeatures& reference, const LocalFeatu
 }
 
 bool AgreesWithin(double px, const FeatureMatch& match, const ImageMotion& motion) {
-  return (motion.Apply(match.from) - match.to).squaredNorm() < px * px;
+  const Eigen::Vector2d nearer = (match.rho - 1) * Eigen::Vector2d(motion.tx_px, motion.ty_px);
+  return (motion.Apply(match.from) + nearer - match.to).squaredNorm() < px * px;
 }
 
 bool Agrees(const FeatureMatch& match, const ImageMotion& motion) {
   return AgreesWithin(kAgreementPx, match, motion);
 }
 
-// The motion of two matches; false when they contradict each other.
+// The motion of two matches; false when they contradict each other. to = R from + rho t holds for
+// each; the difference in which t cancels determines the rotation.
 bool MotionOfPair(const FeatureMatch& a,
                   const FeatureMatch& b,
                   bool estimate_scale,
                   ImageMotion& motion) {
-  const Eigen::Vector2d d = b.from - a.from;
-  const Eigen::Vector2d e = b.to - a.to;
+  const Eigen::Vector2d d = a.rho * b.from - b.rho * a.from;
+  const Eigen::Vector2d e = a.rho * b.to - b.rho * a.to;
   const double from = d.norm();
   const double to = e.norm();
   if (std::min(from, to) < kMinBaselinePx) return false;
@@ -134,41 +144,39 @@ bool MotionOfPair(const FeatureMatch& a,
   motion.tx_px = 0;
   motion.ty_px = 0;
   const Eigen::Vector2d t =
-      0.5 * (a.to + b.to) - motion.Apply(Eigen::Vector2d(0.5 * (a.from + b.from)));
+      (a.to + b.to - motion.Apply(Eigen::Vector2d(a.from + b.from))) / (a.rho + b.rho);
   motion.tx_px = t.x();
   motion.ty_px = t.y();
   return true;
 }
 
-// Least squares over the matches that agree with `motion`.
+// Least squares over the matches that agree with `motion`: the translation is eliminated, and the
+// rotation has a closed form.
 ImageMotion FitMatches(const std::vector<FeatureMatch>& matches,
                        const ImageMotion& motion,
                        bool estimate_scale) {
   Eigen::Vector2d from = Eigen::Vector2d::Zero();
   Eigen::Vector2d to = Eigen::Vector2d::Zero();
+  double dot = 0, cross = 0, squares = 0, weight = 0;
   int count = 0;
   for (const FeatureMatch& match : matches) {
     if (!Agrees(match, motion)) continue;
-    from += match.from;
-    to += match.to;
+    from += match.rho * match.from;
+    to += match.rho * match.to;
+    weight += match.rho * match.rho;
+    dot += match.from.dot(match.to);
+    cross += match.from.x() * match.to.y() - match.from.y() * match.to.x();
+    squares += match.from.squaredNorm();
     ++count;
   }
   if (count < 2) return motion;
-  from /= count;
-  to /= count;
-  double dot = 0, cross = 0, squares = 0;
-  for (const FeatureMatch& match : matches) {
-    if (!Agrees(match, motion)) continue;
-    const Eigen::Vector2d d = match.from - from;
-    const Eigen::Vector2d e = match.to - to;
-    dot += d.dot(e);
-    cross += d.x() * e.y() - d.y() * e.x();
-    squares += d.squaredNorm();
-  }
+  dot -= from.dot(to) / weight;
+  cross -= (from.x() * to.y() - from.y() * to.x()) / weight;
+  squares -= from.squaredNorm() / weight;
   if (squares <= 0) return motion;
   ImageMotion fit{
       0, 0, std::atan2(cross, dot), estimate_scale ? std::hypot(dot, cross) / squares : 1};
-  const Eigen::Vector2d t = to - fit.Apply(from);
+  const Eigen::Vector2d t = (to - fit.Apply(from)) / weight;
   fit.tx_px = t.x();
   fit.ty_px = t.y();
   return fit;
@@ -202,14 +210,15 @@ Consensus FindFeatureConsensus(const std::vector<FeatureMatch>& matches, bool es
 FeatureEvidence EvidenceOf(const ImageMotion& motion,
                            int inliers,
                            const LocalFeatures& reference,
-                           const std::vector<FeatureMatch>& matches) {
+                           const std::vector<FeatureMatch>& matches,
+                           const Eigen::Vector2d& principal) {
   const Eigen::Vector2d half(0.5 * reference.size.width, 0.5 * reference.size.height);
   const auto in_common = [&](const Eigen::Vector2d& point) {
-    const Eigen::Vector2d seen = motion.Apply(point).cwiseAbs();
+    const Eigen::Vector2d seen = (motion.Apply(point) + principal).cwiseAbs();
     return seen.x() < half.x() && seen.y() < half.y();
   };
   const auto cell = [&](const Eigen::Vector2d& point) {
-    const Eigen::Vector2d at = (point + half).cwiseQuotient(2 * half);
+    const Eigen::Vector2d at = (point + principal + half).cwiseQuotient(2 * half);
     const int column = std::clamp(static_cast<int>(kCellColumns * at.x()), 0, kCellColumns - 1);
     const int row = std::clamp(static_cast<int>(kCellRows * at.y()), 0, kCellRows - 1);
     return static_cast<std::size_t>(row) * kCellColumns + static_cast<std::size_t>(column);
@@ -217,7 +226,8 @@ FeatureEvidence EvidenceOf(const ImageMotion& motion,
   std::vector<int> features(static_cast<std::size_t>(kCellColumns) * kCellRows);
   std::vector<bool> covered(features.size());
   for (const auto& keypoint : reference.keypoints) {
-    if (in_common(keypoint.point)) ++features[cell(keypoint.point)];
+    const Eigen::Vector2d point = keypoint.point - principal;
+    if (in_common(point)) ++features[cell(point)];
   }
   int common = 0;
   int consistent = 0;
@@ -279,18 +289,26 @@ LocalFeatures DetectFeatures(const Level& level, cv::Size size, const cv::Mat& b
 
 std::vector<FeatureMotion> MotionsOfFeatures(const LocalFeatures& reference,
                                              const LocalFeatures& current,
-                                             bool estimate_scale) {
-  const std::vector<FeatureMatch> matches = Match(reference, current);
+                                             bool estimate_scale,
+                                             const FeatureHeights& heights) {
+  const std::vector<FeatureMatch> matches = Match(reference, current, heights);
   std::vector<FeatureMatch> left(
       matches.begin(),
       matches.begin() + static_cast<std::ptrdiff_t>(std::min(matches.size(), kMaxMatches)));
   std::vector<FeatureMotion> motions;
+  const Eigen::Vector2d& principal = heights.principal_px;
   int first = 0;
   while (motions.size() < kMaxMotions) {
     const Consensus next = FindFeatureConsensus(left, estimate_scale);
     if (next.inliers < kMinInliers || 2 * next.inliers < first) break;
     if (motions.empty()) first = next.inliers;
-    motions.push_back({next.motion, EvidenceOf(next.motion, next.inliers, reference, matches)});
+    FeatureMotion found{next.motion,
+                        EvidenceOf(next.motion, next.inliers, reference, matches, principal)};
+    // Relative to the centre of the level.
+    const Eigen::Vector2d t = principal + next.motion.Apply(-principal);
+    found.motion.tx_px = t.x();
+    found.motion.ty_px = t.y();
+    motions.push_back(found);
     std::erase_if(left, [&next](const auto& match) { return Agrees(match, next.motion); });
   }
   return motions;

@@ -45,12 +45,20 @@ struct FeatureMotion {
   FeatureEvidence evidence;
 };
 
+/// Heights of the reference's keypoints, on a ceiling with depth.
+struct FeatureHeights {
+  std::vector<double> rho;  ///< of each keypoint (heights::HeightCell::rho); empty: all 1
+  /// About which a level camera rotates, pixels from the level's centre.
+  Eigen::Vector2d principal_px = Eigen::Vector2d::Zero();
+};
+
 /// Motions on which most matches agree, the one with the most inliers first: at most three
 /// different ones, each with at least half of the first one's inliers. Found among all pairs of
 /// matches: the same input always gives the same result. @param estimate_scale  false: scale 1;
-/// true: 0.7 .. 1.4.
+/// true: 0.7 .. 1.4; not with heights. @return motions of the reference plane.
 std::vector<FeatureMotion> MotionsOfFeatures(const LocalFeatures& reference,
                                              const LocalFeatures& current,
-                                             bool estimate_scale);
+                                             bool estimate_scale,
+                                             const FeatureHeights& heights = {});
 
 }  // namespace ceilmap::registration

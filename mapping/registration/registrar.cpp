@@ -281,7 +281,7 @@ Registration Registrar::Impl::RunWithDepth(const FrameSpectrum& reference_spectr
                                            const std::optional<MotionPrior>& prior) {
   const heights::HeightField known = OnGrid(given);
   Fine& reference = *reference_spectrum.fine_;
-  const Fine& current = *current_spectrum.fine_;
+  Fine& current = *current_spectrum.fine_;
   fine.PrepareReference(reference);
   Depth().PrepareReference(reference);
   constexpr double kReachPx = 30;
@@ -292,13 +292,18 @@ Registration Registrar::Impl::RunWithDepth(const FrameSpectrum& reference_spectr
   std::optional<RotationRange> near;
   if (prior) near = {prior->motion.theta_rad, 4 * prior->sigma_theta_rad + 0.05};
   Registration best;
-  for (const Hypothesis& hypothesis :
-       coarse.Propose(*reference_spectrum.coarse_, *current_spectrum.coarse_, false, near)) {
-    Registration found = depth->Match(reference, known, current, hypothesis.motion);
-    if (!found.ok()) continue;
-    if (best.ok() && !Differ(best.motion, found.motion)) continue;
-    if (found.peak > best.peak) std::swap(best, found);
-    best.runner_up = std::max(best.runner_up, found.peak);
+  const auto verify = [&](const std::vector<Hypothesis>& hypotheses) {
+    for (const Hypothesis& hypothesis : hypotheses) {
+      Registration found = depth->Match(reference, known, current, hypothesis.motion);
+      if (!found.ok()) continue;
+      if (best.ok() && !Differ(best.motion, found.motion)) continue;
+      if (found.peak > best.peak) std::swap(best, found);
+      best.runner_up = std::max(best.runner_up, found.peak);
+    }
+  };
+  verify(coarse.Propose(*reference_spectrum.coarse_, *current_spectrum.coarse_, false, near));
+  if (!best.ok() && params.local_features) {
+    verify(fine.ProposeByFeatures(reference, current, &known));
   }
   if (best.ok() && best.runner_up > kRivalRatio * best.peak) best.verdict = Verdict::kAmbiguous;
   return best;

@@ -16,7 +16,7 @@ MapMatch MatchAt(const Pose2& T, double dissimilarity, bool disambiguated_by_pri
   MapMatch match;
   match.pose = {T, 1e-6 * Eigen::Matrix3d::Identity()};
   match.disambiguated_by_prior = disambiguated_by_prior;
-  match.peak = 0.7;
+  match.distinct = true;
   match.dissimilarity.by_block.assign(10, static_cast<float>(dissimilarity));
   match.dissimilarity.mean = dissimilarity;
   match.dissimilarity.blocks = 10;
@@ -98,21 +98,21 @@ TEST_F(HypothesesTest, MatchesByThePriorConfirmNothing) {
   EXPECT_FALSE(AcceptedY());
 }
 
-TEST_F(HypothesesTest, AtRestOnlyAGoodMatchConfirmsAgain) {
-  const auto match_again = [this](double peak) {
+TEST_F(HypothesesTest, AtRestOnlyADistinctMatchConfirmsAgain) {
+  const auto match_again = [this](bool distinct) {
     hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
       MapMatch match = MatchAt({0, 5, 0}, 0.2);
-      match.peak = peak;
+      match.distinct = distinct;
       return match;
     });
     hypotheses_.Weigh();
   };
   hypotheses_.Add(MatchAt({0, 5, 0}, 0.2));
   hypotheses_.Weigh();
-  match_again(0.3);  // the earlier travel counts
-  for (int i = 0; i < 10; ++i) match_again(0.3);
+  match_again(false);  // the earlier travel counts
+  for (int i = 0; i < 10; ++i) match_again(false);
   EXPECT_FALSE(AcceptedY());
-  match_again(0.7);
+  match_again(true);
   EXPECT_EQ(AcceptedY(), 5);
 }
 
@@ -126,7 +126,7 @@ TEST_F(HypothesesTest, ManySmallStepsAddUp) {
     hypotheses_.Move({0.05, 0, 0}, 1e-6 * Eigen::Matrix3d::Identity(), true);
     hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
       MapMatch match = MatchAt({x, 5, 0}, 0.2);
-      match.peak = 0.3;
+      match.distinct = false;
       return match;
     });
     hypotheses_.Weigh();

@@ -12,13 +12,13 @@ namespace {
 using heights::HeightField;
 using synthetic::SyntheticDepth;
 
-const cv::Size kSize{640, 480};
+const cv::Size kDeckSize{640, 480};
 constexpr double kNearRho = 1.35;
 
 class RegistrarDepth : public testing::Test {
  protected:
   FrameSpectrum See(const ImageMotion& motion, std::uint32_t seed) {
-    return registrar_.Analyze(ceiling_.Render(kSize, motion, 1, seed));
+    return registrar_.Analyze(ceiling_.Render(kDeckSize, motion, 1, seed));
   }
   static MotionPrior Near(ImageMotion motion) {
     motion.tx_px += 3;
@@ -30,7 +30,7 @@ class RegistrarDepth : public testing::Test {
   }
 
   SyntheticDepth ceiling_{kNearRho};
-  Registrar registrar_{kSize};
+  Registrar registrar_{kDeckSize};
 };
 
 TEST_F(RegistrarDepth, OneImageShowsHeightsAndTheReferencePlane) {
@@ -81,7 +81,7 @@ TEST_F(RegistrarDepth, KnownHeightsMakeTheMotionExact) {
 TEST_F(RegistrarDepth, OtherPlacesAreRefused) {
   const SyntheticDepth elsewhere(kNearRho, 0.45, 400);
   const FrameSpectrum reference = See({}, 1);
-  const FrameSpectrum other = registrar_.Analyze(elsewhere.Render(kSize, {}, 1, 5));
+  const FrameSpectrum other = registrar_.Analyze(elsewhere.Render(kDeckSize, {}, 1, 5));
   EXPECT_FALSE(registrar_.RegisterWithDepth(reference, other).ok());
   for (int i = 0; i < 8; ++i) {
     const MotionPrior prior{{10.0 * i, -7.0 * i, 0.1 * i}, 4, 0.1};

@@ -28,7 +28,17 @@ class SyntheticDepth {
     ImageMotion nearer = motion;
     nearer.tx_px *= rho_;
     nearer.ty_px *= rho_;
-    const cv::Mat far = far_.Render(size, motion, noise_sigma, 2 * noise_seed);
+    return Render(size, motion, nearer, noise_sigma, noise_seed);
+  }
+
+  /// The same for a camera of any height and focal length. @param farther, nearer  motions of the
+  /// reference plane and of the strips.
+  [[nodiscard]] cv::Mat Render(cv::Size size,
+                               const ImageMotion& farther,
+                               const ImageMotion& nearer,
+                               double noise_sigma,
+                               std::uint32_t noise_seed) const {
+    const cv::Mat far = far_.Render(size, farther, noise_sigma, 2 * noise_seed);
     cv::Mat image = near_.Render(size, nearer, noise_sigma, 2 * noise_seed + 1);
     const ImageMotion back = nearer.Inverse();
     for (int v = 0; v < size.height; ++v) {
