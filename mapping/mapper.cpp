@@ -15,6 +15,7 @@
 #include "calib/base/error.hpp"
 #include "calib/base/stage_timer.hpp"
 #include "calib/level_view.hpp"
+#include "mapping/dense_heights.hpp"
 #include "mapping/map_merge.hpp"
 #include "mapping/missing_frames.hpp"
 #include "mapping/mosaic/map_builder.hpp"
@@ -322,6 +323,11 @@ MappingResult Mapper::Finish(const std::function<void(int, int)>& progress) {
   Impl& me = *impl_;
   {
     const StageTimer timer(me.report.mosaic_ms);
+    MeasureDenseHeights(
+        me.view,
+        [&me](std::int64_t id) { return me.writer.ReadImage(id); },
+        me.params.mosaic.threads,
+        me.graph);
     me.report.grid = mosaic::WriteMap(me.graph, me.metadata, me.params.mosaic, me.writer, progress);
   }
   return {me.graph.trajectory, me.report, me.graph.weak_spots};

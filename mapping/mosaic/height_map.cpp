@@ -10,8 +10,11 @@
 namespace ceilmap::mosaic {
 namespace {
 
-constexpr double kCellsPerStep = 4;  // cells of the raster across one step of a height field
-constexpr int kSquare = 32;          // side of the squares by which votes are stored, cells
+// Cells of the raster across one step of a height field of blocks; at least so many pixels of an
+// image.
+constexpr double kCellsPerStep = 4;
+constexpr double kMinCellPx = 4;
+constexpr int kSquare = 32;  // side of the squares by which votes are stored, cells
 /// Radius in which a block votes, steps of its field. Blocks overlap by half: its side is two.
 constexpr double kReach = 1.0;
 constexpr float kMaxRadius = 8;  // cells
@@ -24,7 +27,7 @@ constexpr float kMinWeight = 0.1F;
 constexpr double kAccurate = 0.01;  // standard deviation of a vote of weight 1
 /// A surface hides a place if its ratio is larger than that of the ray by this part.
 constexpr float kNearer = 0.05F;
-constexpr int kFillPasses = 5;  // widest gap that is filled, cells from its border
+constexpr int kFillReach = 5;  // widest gap that is filled, cells from its border
 
 std::int64_t SquareKey(int x, int y) {
   return std::int64_t{y} * (std::int64_t{1} << 32) + x;
@@ -122,23 +125,29 @@ float Elect(std::vector<Opinion>& opinions) {
   return opinions[best].rho;
 }
 
-/// Cells that are not known get the median of their known neighbours.
-void FillBorder(cv::Mat& rho) {
+/// Cells that are not known get the ratio of a known surface near them: of several the farther one,
+/// because the gap is what the nearer one hides from most images.
+void FillGaps(cv::Mat& rho) {
+  constexpr double kFarther = 0.2;  // quantile
   const cv::Mat before = rho.clone();
   std::vector<float> known;
   for (int row = 0; row < rho.rows; ++row) {
     for (int col = 0; col < rho.cols; ++col) {
       if (before.at<float>(row, col) > 0) continue;
       known.clear();
-      for (int r = std::max(0, row - 1); r <= std::min(rho.rows - 1, row + 1); ++r) {
-        for (int c = std::max(0, col - 1); c <= std::min(rho.cols - 1, col + 1); ++c) {
-          if (before.at<float>(r, c) > 0) known.push_back(before.at<float>(r, c));
+      for (int r = std::max(0, row - kFillReach); r <= std::min(rho.rows - 1, row + kFillReach);
+           ++r) {
+        const auto* values = before.ptr<float>(r);
+        for (int c = std::max(0, col - kFillReach); c <= std::min(rho.cols - 1, col + kFillReach);
+             ++c) {
+          if (values[c] > 0) known.push_back(values[c]);
         }
       }
       if (known.empty()) continue;
-      const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
-      std::nth_element(known.begin(), middle, known.end());
-      rho.at<float>(row, col) = *middle;
+      const auto farther =
+          known.begin() + static_cast<std::ptrdiff_t>(kFarther * static_cast<double>(known.size()));
+      std::nth_element(known.begin(), farther, known.end());
+      rho.at<float>(row, col) = *farther;
     }
   }
 }
@@ -182,31 +191,43 @@ cv::Mat ElectAll(const Votes& votes, const cv::Rect& window) {
 
 /// One square of the raster. Its values do not depend on the others.
 cv::Mat MakeSquare(const Votes& votes, const cv::Point& first) {
-  constexpr int kWide = kSquare + 2 * kFillPasses;
-  cv::Mat rho = ElectAll(votes, {first.x - kFillPasses, first.y - kFillPasses, kWide, kWide});
-  for (int pass = 0; pass < kFillPasses; ++pass) FillBorder(rho);
-  return rho(cv::Rect(kFillPasses, kFillPasses, kSquare, kSquare)).clone();
+  constexpr int kWide = kSquare + 2 * kFillReach;
+  cv::Mat rho = ElectAll(votes, {first.x - kFillReach, first.y - kFillReach, kWide, kWide});
+  FillGaps(rho);
+  return rho(cv::Rect(kFillReach, kFillReach, kSquare, kSquare)).clone();
+}
+
+/// Smallest distance of the cells of the height fields, map units; 0: there are none.
+double FinestStep(const std::vector<graph::Keyframe>& keyframes,
+                  const store::MapMetadata& metadata) {
+  double finest = 0;
+  for (const graph::Keyframe& keyframe : keyframes) {
+    if (!keyframe.heights) continue;
+    const double step = keyframe.heights->step_px.minCoeff() * metadata.view_units_per_px;
+    finest = finest == 0 ? step : std::min(finest, step);
+  }
+  return finest;
 }
 
 /// Extent of a raster; without pixels where nothing is known, or the numbers are no usable ones.
 store::MosaicGrid GridOf(const std::vector<graph::Keyframe>& keyframes,
                          const store::MapMetadata& metadata) {
-  double finest = 0;
+  const double finest = FinestStep(keyframes, metadata);
   cv::Point2d low;
   cv::Point2d high;
+  bool first = true;
   ForEachPoint(keyframes,
                metadata,
-               [&](const cv::Point2d& at, const heights::HeightCell& /*cell*/, double step) {
-                 const bool first = finest == 0;
-                 finest = first ? step : std::min(finest, step);
+               [&](const cv::Point2d& at, const heights::HeightCell& /*cell*/, double /*step*/) {
                  low = first ? at : cv::Point2d(std::min(low.x, at.x), std::min(low.y, at.y));
                  high = first ? at : cv::Point2d(std::max(high.x, at.x), std::max(high.y, at.y));
+                 first = false;
                });
-  if (!(finest > 0)) return {};
-  constexpr double kMargin = kMaxRadius + kFillPasses;
+  if (first || !(finest > 0)) return {};
+  constexpr double kMargin = kMaxRadius + kFillReach;
   constexpr double kMaxPixels = 1e9;
   store::MosaicGrid grid;
-  grid.resolution = finest / kCellsPerStep;
+  grid.resolution = std::max(finest / kCellsPerStep, kMinCellPx * metadata.view_units_per_px);
   grid.min_x = (std::floor(low.x / grid.resolution) - kMargin) * grid.resolution;
   grid.max_y = (std::ceil(high.y / grid.resolution) + kMargin) * grid.resolution;
   const auto pixels = [&](double length) {
@@ -224,17 +245,20 @@ HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
                      int threads)
     : grid_(GridOf(keyframes, metadata)) {
   if (grid_.width_px == 0) return;
+  const double finest = FinestStep(keyframes, metadata);
   Votes votes;
   ForEachPoint(keyframes,
                metadata,
                [&](const cv::Point2d& at, const heights::HeightCell& cell, double step) {
                  const double radius = kReach * step / (cell.rho * grid_.resolution);
                  const double part = kAccurate / std::max<double>(cell.sigma, kAccurate);
+                 // Where there are finer fields, blocks fill what those leave open.
+                 const double share = finest / step;
                  const Vote vote{static_cast<float>((at.x - grid_.min_x) / grid_.resolution - 0.5),
                                  static_cast<float>((grid_.max_y - at.y) / grid_.resolution - 0.5),
                                  std::min(static_cast<float>(radius), kMaxRadius),
                                  cell.rho,
-                                 static_cast<float>(part * part)};
+                                 static_cast<float>(share * share * part * part)};
                  const int x = SquareOf(static_cast<int>(vote.col));
                  const int y = SquareOf(static_cast<int>(vote.row));
                  votes[SquareKey(x, y)].push_back(vote);
