@@ -266,8 +266,10 @@ void CeilingTracker::TakeReference(const registration::AnalyzedImage& image,
     reference_.spectrum.SetHeights(std::make_shared<const heights::HeightField>(std::move(field)));
   };
   set(registrar_.PredictHeights(old.spectrum, ToMotion(forth).ToSimilarity(camera_)));
-  set(registrar_.RefineHeights(
-      reference_.spectrum, old.spectrum, ToMotion(back).ToSimilarity(camera_)));
+  heights::HeightField refined = registrar_.RefineHeights(
+      reference_.spectrum, old.spectrum, ToMotion(back).ToSimilarity(camera_));
+  heights::PullToReference(refined);
+  set(std::move(refined));
   if (reference_.spectrum.Heights()->DepthRatio() < kStillPlane) {
     reference_.spectrum.SetHeights(nullptr);
   }

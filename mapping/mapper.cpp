@@ -136,6 +136,7 @@ struct Mapper::Impl {
   }
   void CloseLoops(NewKeyframe added);
   void KeepKeyframe(OdometryStep& step);
+  void CorrectScale(const OdometryStep& step);
   void Count(const OdometryStep& step);
   void NoteLoss();
   void JoinSegments();
@@ -178,6 +179,25 @@ void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
   });
 }
 
+/// The first frames under a ceiling with depth are measured before the heights show which of them
+/// belong to the reference plane. Later ones correct their distance from the keyframe.
+void Mapper::Impl::CorrectScale(const OdometryStep& step) {
+  if (step.registration.rescaled == 1) return;
+  const std::int64_t id = step.pose.keyframe_id;
+  const auto keyframe = std::find_if(graph.keyframes.rbegin(),
+                                     graph.keyframes.rend(),
+                                     [id](const auto& candidate) { return candidate.id == id; });
+  if (keyframe == graph.keyframes.rend()) return;
+  const Pose2& T_map_keyframe = keyframe->pose.T_map_base;
+  for (auto frame = graph.trajectory.rbegin(); frame != graph.trajectory.rend(); ++frame) {
+    if (frame->keyframe_id != id) break;
+    Pose2 T = T_map_keyframe.Inverse() * frame->T_map_base;
+    T.x *= step.registration.rescaled;
+    T.y *= step.registration.rescaled;
+    frame->T_map_base = T_map_keyframe * T;
+  }
+}
+
 void Mapper::Impl::Count(const OdometryStep& step) {
   ++report.frames;
   report.coding_loss +=
@@ -188,6 +208,7 @@ void Mapper::Impl::Count(const OdometryStep& step) {
       ++report.tracked;
       peaks.push_back(static_cast<float>(step.registration.peak));
       NoteLoss();
+      CorrectScale(step);
       graph.trajectory.push_back(step.pose);
       missing.Add(step.pose.frame_index, step.pose.stamp_s, step.pose.T_map_base);
       report.missing = missing.Count();

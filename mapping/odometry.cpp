@@ -152,7 +152,14 @@ Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
   if (spectrum.CodingLoss() > reference.spectrum.CodingLoss() + kBlurred) return plane;
   Registration deep = registrar.RegisterWithDepth(
       reference.spectrum, spectrum, PriorFor(view, reference, *expected));
-  return deep.ShowsDepth() ? deep : plane;
+  if (!deep.ShowsDepth()) return plane;
+  // Until now the plane was that of most blocks, not the reference plane.
+  const auto travel = [](const Registration& r) {
+    return std::hypot(r.motion.tx_px, r.motion.ty_px);
+  };
+  constexpr double kMinTravelPx = 2;
+  if (plane.ok() && travel(plane) > kMinTravelPx) deep.rescaled = travel(deep) / travel(plane);
+  return deep;
 }
 
 void Odometry::Impl::Place(const RecentKeyframe& reference,

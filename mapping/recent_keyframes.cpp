@@ -77,27 +77,6 @@ void RecentKeyframes::Connect(const FrameSpectrum& spectrum,
   pose.T_map_base.yaw = WrapAngle(pose.T_map_base.yaw + correction.z());
 }
 
-namespace {
-
-/// Corrects the scale of a new keyframe's heights. Errors of the scale grow from keyframe to
-/// keyframe; the plane whose height the rig states, where it is seen, limits them.
-void Rescale(heights::HeightField& field) {
-  // Standard deviations: of the scale from one keyframe to the next, and of the plane's ratio as
-  // one image shows it.
-  constexpr double kDrift = 0.003;
-  constexpr double kSeen = 0.015;
-  constexpr double kSigmas = 4;
-  const double before = std::hypot(field.scale_sigma, kDrift);
-  field.scale_sigma = before;
-  const std::optional<double> plane = heights::FindReference(field.cells);
-  if (!plane || std::abs(*plane - 1) > kSigmas * std::hypot(before, kSeen)) return;
-  const double gain = before * before / (before * before + kSeen * kSeen);
-  field.Scale(1 / (1 + gain * (*plane - 1)));
-  field.scale_sigma = std::sqrt(1 - gain) * before;
-}
-
-}  // namespace
-
 /// The heights of a new keyframe: those that the keyframe which placed it predicts, refined by the
 /// earlier keyframes' images. None where that keyframe has none, or where the ceiling has become
 /// plane.
@@ -123,7 +102,7 @@ void RecentKeyframes::MeasureHeights(const graph::FramePose& pose,
     set(registrar.RefineHeights(spectrum, keyframes_[i].spectrum, back));
   }
   heights::HeightField field = *spectrum.Heights();
-  Rescale(field);
+  heights::PullToReference(field);
   constexpr double kPlaneBelow = 0.05;
   if (field.DepthRatio() < kPlaneBelow) {
     spectrum.SetHeights(nullptr);

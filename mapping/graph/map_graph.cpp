@@ -56,15 +56,74 @@ std::vector<Tie> Ties(const MapGraph& graph) {
   return ties;
 }
 
-void PlaceFrames(MapGraph& graph, const std::vector<Tie>& ties, double variance_factor) {
+/// The way from a keyframe to the next one of the same recording, before the graph changes it.
+struct Leg {
+  Pose2 T_keyframe_next;
+  std::int64_t next_id = 0;
+  std::int64_t next_frame = 0;  // frame indices
+  std::int64_t first_frame = 0;
+};
+using Legs = std::unordered_map<std::int64_t, Leg>;  // by keyframe
+
+Legs LegsOf(const MapGraph& graph) {
+  std::unordered_set<std::int64_t> joined;  // keyframes that the odometry joined to the one before
+  for (const Edge& edge : graph.edges) {
+    if (edge.kind == Edge::Kind::kOdometry && edge.to == edge.from + 1) joined.insert(edge.to);
+  }
+  Legs legs;
+  for (std::size_t i = 1; i < graph.keyframes.size(); ++i) {
+    const Keyframe& from = graph.keyframes[i - 1];
+    const Keyframe& to = graph.keyframes[i];
+    if (to.id != from.id + 1 || !joined.contains(to.id)) continue;
+    legs[from.id] = {from.pose.T_map_base.Inverse() * to.pose.T_map_base,
+                     to.id,
+                     to.pose.frame_index,
+                     from.pose.frame_index};
+  }
+  return legs;
+}
+
+/// The pose of a frame relative to its keyframe, after the next keyframe has moved: the frames
+/// between the two share the correction in proportion to the distance travelled.
+Pose2 Stretched(const Pose2& T_keyframe_frame,
+                std::int64_t frame_index,
+                const Leg& leg,
+                const Pose2& T_keyframe_next) {
+  if (frame_index < leg.first_frame || frame_index > leg.next_frame) return T_keyframe_frame;
+  const Pose2& before = leg.T_keyframe_next;
+  const double way = before.Translation().norm();
+  constexpr double kTurning = 0.2;  // rad; less of a turn, and the distance shows the progress
+  const double part =
+      way > 0 && std::abs(before.yaw) < kTurning
+          ? T_keyframe_frame.Translation().norm() / way
+          : static_cast<double>(frame_index - leg.first_frame) /
+                std::max<double>(1, static_cast<double>(leg.next_frame - leg.first_frame));
+  const double share = std::min(1.0, part);
+  return {T_keyframe_frame.x + share * (T_keyframe_next.x - before.x),
+          T_keyframe_frame.y + share * (T_keyframe_next.y - before.y),
+          WrapAngle(T_keyframe_frame.yaw + share * WrapAngle(T_keyframe_next.yaw - before.yaw))};
+}
+
+void PlaceFrames(MapGraph& graph,
+                 const std::vector<Tie>& ties,
+                 const Legs& legs,
+                 double variance_factor) {
   const KeyframesById keyframes = ById(graph.keyframes);
   for (std::size_t i = 0; i < ties.size(); ++i) {
     FramePose& frame = graph.trajectory[i];
     const FramePose& keyframe = keyframes.at(frame.keyframe_id)->pose;
-    frame.T_map_base = keyframe.T_map_base * ties[i].T_keyframe_frame;
+    Pose2 T_keyframe_frame = ties[i].T_keyframe_frame;
+    if (const auto leg = legs.find(frame.keyframe_id); leg != legs.end()) {
+      const Pose2& T_map_next = keyframes.at(leg->second.next_id)->pose.T_map_base;
+      T_keyframe_frame = Stretched(T_keyframe_frame,
+                                   frame.frame_index,
+                                   leg->second,
+                                   keyframe.T_map_base.Inverse() * T_map_next);
+    }
+    frame.T_map_base = keyframe.T_map_base * T_keyframe_frame;
     frame.covariance = ComposeCovariance(keyframe.T_map_base,
                                          keyframe.covariance,
-                                         ties[i].T_keyframe_frame,
+                                         T_keyframe_frame,
                                          variance_factor * ties[i].covariance);
   }
 }
@@ -168,8 +227,18 @@ void MoveKeyframes(MapGraph& graph, const std::vector<Pose2>& poses) {
     pose.T_map_base = T_new_old * pose.T_map_base;
     pose.covariance = turn * pose.covariance * turn.transpose();
   };
+  const Legs legs = LegsOf(graph);
   for (FramePose& frame : graph.trajectory) {
-    move(frame, frame.keyframe_id, keyframes.at(frame.keyframe_id)->pose.T_map_base);
+    const Pose2& before = keyframes.at(frame.keyframe_id)->pose.T_map_base;
+    if (const auto leg = legs.find(frame.keyframe_id); leg != legs.end()) {
+      const Pose2& after = poses[static_cast<std::size_t>(frame.keyframe_id)];
+      const Pose2& next = poses[static_cast<std::size_t>(leg->second.next_id)];
+      frame.T_map_base = before * Stretched(before.Inverse() * frame.T_map_base,
+                                            frame.frame_index,
+                                            leg->second,
+                                            after.Inverse() * next);
+    }
+    move(frame, frame.keyframe_id, before);
   }
   for (Keyframe& keyframe : graph.keyframes) {
     move(keyframe.pose, keyframe.id, keyframe.pose.T_map_base);
@@ -272,6 +341,7 @@ void Optimize(MapGraph& graph, const PoseGraphParams& params) {
   constexpr double kMaxSigmas = 6;
   if (graph.keyframes.empty()) return;
   const std::vector<Tie> ties = Ties(graph);
+  const Legs legs = LegsOf(graph);
   const std::vector<std::int64_t> fixed = {graph.keyframes.front().id};
   std::vector<Pose2> poses = PosesById(graph);
   // Where all residuals are larger than the edges' covariances predict, the covariances are wrong
@@ -301,7 +371,7 @@ void Optimize(MapGraph& graph, const PoseGraphParams& params) {
     keyframe.pose.T_map_base = poses[index];
     keyframe.pose.covariance = variance_factor * covariances[index];
   }
-  PlaceFrames(graph, ties, variance_factor);
+  PlaceFrames(graph, ties, legs, variance_factor);
   for (WeakSpot& spot : graph.weak_spots) {
     spot.x = poses[static_cast<std::size_t>(spot.keyframe_id)].x;
     spot.y = poses[static_cast<std::size_t>(spot.keyframe_id)].y;

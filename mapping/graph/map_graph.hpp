@@ -65,8 +65,9 @@ struct MapGraph {
 /// Poses of the keyframes by id, for OptimizePoses.
 std::vector<Pose2> PosesById(const MapGraph& graph);
 
-/// Moves the keyframes to `poses` (by id). Each frame of the trajectory moves rigidly with its
-/// keyframe, and covariances are rotated with them.
+/// Moves the keyframes to `poses` (by id). Each frame of the trajectory moves with its keyframe;
+/// where the next keyframe moves otherwise, the frames between the two share the difference.
+/// Covariances are rotated with the keyframe.
 void MoveKeyframes(MapGraph& graph, const std::vector<Pose2>& poses);
 
 /// Length of the path through the frames, map units; gaps count as straight lines.

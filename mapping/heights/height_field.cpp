@@ -138,6 +138,21 @@ std::optional<double> FindReference(const std::vector<HeightCell>& cells) {
   return count > 0 ? sum / count : middle;
 }
 
+void PullToReference(HeightField& field) {
+  // Standard deviations: of the scale from one keyframe to the next, and of the plane's ratio as
+  // one image shows it.
+  constexpr double kDrift = 0.003;
+  constexpr double kSeen = 0.015;
+  constexpr double kSigmas = 4;
+  const double before = std::hypot(field.scale_sigma, kDrift);
+  field.scale_sigma = before;
+  const std::optional<double> plane = FindReference(field.cells);
+  if (!plane || std::abs(*plane - 1) > kSigmas * std::hypot(before, kSeen)) return;
+  const double gain = before * before / (before * before + kSeen * kSeen);
+  field.Scale(1 / (1 + gain * (*plane - 1)));
+  field.scale_sigma = std::sqrt(1 - gain) * before;
+}
+
 HeightField Predict(const HeightField& from,
                     const HeightField& blank,
                     const std::function<Eigen::Vector2d(const Eigen::Vector2d&, double)>& moved) {

@@ -58,6 +58,12 @@ struct HeightField {
 /// surface stands out.
 std::optional<double> FindReference(const std::vector<HeightCell>& cells);
 
+/// Corrects the scale of a new reference's heights, which were predicted from those of the one
+/// before, by the reference plane where it is seen: errors of the scale would grow from one to the
+/// next. A plane that is too far off for the known uncertainty is another surface, and only that
+/// uncertainty grows.
+void PullToReference(HeightField& field);
+
 /// The field as another image sees it. @param moved  takes a point of this image with its ratio to
 /// the other image. Cells that no point of this field reaches are kUnknown. Ratios of a level robot
 /// do not change from image to image.

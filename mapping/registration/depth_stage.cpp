@@ -270,6 +270,7 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   const double relative = ScaleToReference(TravelPx(fit.motion, camera_), field);
   fit.motion.x *= relative;
   fit.motion.y *= relative;
+  result.rescaled = relative;
   result.motion = fit.motion.ToSimilarity(camera_);
   result.blocks = static_cast<int>(fit.blocks.size());
   result.inliers = fit.inliers;

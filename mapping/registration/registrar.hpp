@@ -48,6 +48,9 @@ struct Registration {
 
   /// Heights of the reference, refined by this registration; only of a registration with depth.
   std::shared_ptr<const heights::HeightField> heights;
+  /// Factor of the translation by which this registration corrected the scale of the reference's
+  /// heights: translations that were measured with the earlier scale are wrong by it.
+  double rescaled = 1;
 
   [[nodiscard]] bool ok() const { return verdict == Verdict::kOk; }
   /// Whether most blocks agree with one plane. Otherwise the ceiling may have depth.

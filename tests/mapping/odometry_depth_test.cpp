@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "calib/base/degrees.hpp"
 #include "mapping/odometry.hpp"
@@ -52,6 +53,29 @@ TEST(OdometryDepth, DrivesUnderACeilingWithTwoHeights) {
   EXPECT_LT(largest, 0.03);  // of 2.6 m; one plane: lost, or the steps of the strips, 1.35 times
   EXPECT_GE(keyframes, 5);
   EXPECT_GE(with_heights, keyframes - 1);  // the first one is measured afterwards
+}
+
+TEST(OdometryDepth, LaterFramesCorrectTheScaleOfTheFirst) {
+  // Most of the image hangs below the plane, so that the first frames follow the strips.
+  const SyntheticDepth ceiling(1.35, 0.62);
+  const calib::CeilingView view = CentredView();
+  Odometry odometry(view, {}, ParamsOf(view));
+  std::vector<double> ratios;  // of the travelled distance to the true one
+  double first_error = 0;
+  for (int i = 0; i < 14; ++i) {
+    const Pose2 truth{0.005 * i * i, 0, 0};
+    const cv::Mat image =
+        ceiling.Render(view.Size(), MotionAt(view, truth), 1, static_cast<std::uint32_t>(i) + 1);
+    const OdometryStep step = odometry.Process(image, i, 0.1 * i);
+    ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
+    if (step.pose.keyframe_id != 0) break;
+    for (double& ratio : ratios) ratio *= step.registration.rescaled;
+    if (i > 1) ratios.push_back(step.pose.T_map_base.x / truth.x);
+    if (i > 1) first_error = std::max(first_error, std::abs(ratios.back() - 1));
+  }
+  ASSERT_GT(ratios.size(), 5U);
+  EXPECT_GT(first_error, 0.12);
+  for (const double ratio : ratios) EXPECT_NEAR(ratio, 1, 0.06);
 }
 
 TEST(OdometryDepth, OnePlaneStaysOnePlane) {

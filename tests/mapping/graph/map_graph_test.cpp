@@ -229,6 +229,32 @@ TEST(MapGraph, MovingAllKeepsEverythingInPlaceToEachOther) {
   }
 }
 
+TEST(MapGraph, FramesBetweenTwoKeyframesShareTheCorrection) {
+  MapGraph graph;
+  for (int i = 0; i < 2; ++i) {
+    Keyframe keyframe;
+    keyframe.id = keyframe.pose.keyframe_id = i;
+    keyframe.pose.frame_index = 10 * i;
+    keyframe.pose.T_map_base = {2.0 * i, 0, 0};
+    graph.keyframes.push_back(keyframe);
+  }
+  graph.edges.push_back({0, 1, Edge::Kind::kOdometry, {2, 0, 0}, Eigen::Matrix3d::Identity()});
+  for (const auto& [index, x] : {std::pair(2, 0.5), std::pair(9, 1.8), std::pair(12, 2.4)}) {
+    FramePose frame;
+    frame.frame_index = index;
+    frame.keyframe_id = 0;
+    frame.T_map_base = {x, 0, 0};
+    graph.trajectory.push_back(frame);
+  }
+  MoveKeyframes(graph, {{0, 0, 0}, {2.2, -0.1, 0.02}});
+  EXPECT_NEAR(graph.trajectory[0].T_map_base.x, 0.55, 1e-12);
+  EXPECT_NEAR(graph.trajectory[0].T_map_base.y, -0.025, 1e-12);
+  EXPECT_NEAR(graph.trajectory[0].T_map_base.yaw, 0.005, 1e-12);
+  EXPECT_NEAR(graph.trajectory[1].T_map_base.x, 1.98, 1e-12);
+  // It was placed by the earlier keyframe alone, after the later one.
+  EXPECT_NEAR(graph.trajectory[2].T_map_base.x, 2.4, 1e-12);
+}
+
 TEST(MapGraph, ChangingTheViewChangesNoImagesPlace) {
   Circle circle(2);
   MapGraph changed = circle.graph;

@@ -90,6 +90,30 @@ TEST(FindReference, NeedsMeasuredCells) {
   EXPECT_FALSE(FindReference({}));
 }
 
+TEST(PullToReference, LimitsTheDriftOfTheScale) {
+  HeightField field = Field({10, 10});
+  field.cells.clear();
+  Add(field.cells, 60, 1.02F, 0.004F);  // the deck
+  Add(field.cells, 40, 1.3F, 0.004F);
+  field.scale_sigma = 0.02;
+  PullToReference(field);
+  EXPECT_GT(field.cells[0].rho, 1.0F);
+  EXPECT_LT(field.cells[0].rho, 1.012F);
+  EXPECT_NEAR(field.cells[99].rho / field.cells[0].rho, 1.3 / 1.02, 0.01);
+  EXPECT_LT(field.scale_sigma, 0.02);
+}
+
+TEST(PullToReference, ASurfaceFarFromThePlaneIsAnotherOne) {
+  HeightField field = Field({10, 10});
+  field.cells.clear();
+  Add(field.cells, 100, 1.3F, 0.004F);
+  const std::vector<HeightCell> before = field.cells;
+  field.scale_sigma = 0.005;
+  PullToReference(field);
+  EXPECT_EQ(field.cells[0].rho, before[0].rho);
+  EXPECT_GT(field.scale_sigma, 0.005);
+}
+
 TEST(Predict, MovesMeasuredCellsAndForgetsTheRest) {
   HeightField from = Field({5, 3});
   from.scale_sigma = 0.01;
