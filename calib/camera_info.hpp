@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/base/yaml_value.hpp"
-#include "calib/camera.hpp"
+#include "calib/lens.hpp"
 
 namespace ceilmap::calib {
 
@@ -16,16 +16,16 @@ namespace ceilmap::calib {
 /// describe the rectified image of a stereo pair.
 ///
 /// @throws InputError naming file, line, key and the fix.
-PinholeCamera ReadCameraInfo(const std::filesystem::path& file);
+Lens ReadCameraInfo(const std::filesystem::path& file);
 
 /// The same from a file's text. @param file  its name in messages.
-PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::path& file);
+Lens ParseCameraInfo(const std::string& text, const std::filesystem::path& file);
 
 /// The same from a map of keys already read. The caller checks for unknown keys.
-PinholeCamera ParseCameraInfo(const YamlValue& info);
+Lens ParseCameraInfo(const YamlValue& info);
 
 /// Reads image_width, image_height and camera_name only; the focal lengths are 0.
-PinholeCamera ParseImageSize(const YamlValue& info);
+Lens ParseImageSize(const YamlValue& info);
 
 /// The content of a camera_info file, for any lens model of ROS.
 struct CameraInfo {

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calib/camera.hpp"
+#include "calib/lens.hpp"
 
 namespace ceilmap::simulator {
 
@@ -24,7 +24,7 @@ class CameraRays {
   static constexpr int kBlockSize = 32;  // pixels
   static constexpr int kPartSize = 8;
 
-  explicit CameraRays(const calib::PinholeCamera& camera);
+  explicit CameraRays(const calib::Lens& camera);
 
   [[nodiscard]] cv::Size Size() const { return size_; }
   /// Size of a pixel at a depth of one metre.
@@ -42,7 +42,7 @@ class CameraRays {
   [[nodiscard]] cv::Point2d Tap(int tap_row, int tap_column) const;
   [[nodiscard]] std::vector<Block> MakeBlocks(const cv::Rect& pixels, int size) const;
 
-  calib::PinholeCamera camera_;
+  calib::Lens camera_;
   cv::Size size_;
   cv::Mat taps_;                 // CV_32FC2, x and y of each tap; empty without distortion
   std::vector<float> column_x_;  // x of each tap column; without distortion

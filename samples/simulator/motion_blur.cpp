@@ -54,7 +54,7 @@ double DistanceToHull(const Vector3d& from, const Vector3d& direction, const Roo
 std::vector<Vector3d> PlaneInCorners(const calib::MountedCamera& mounted,
                                      const Isometry3d& T_map_base,
                                      double height_m) {
-  const calib::PinholeCamera& camera = mounted.camera;
+  const calib::Lens& camera = mounted.camera;
   const double right = camera.width_px - 1;
   const double low = camera.height_px - 1;
   const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
@@ -72,7 +72,7 @@ std::vector<Vector3d> PlaneInCorners(const calib::MountedCamera& mounted,
 std::vector<Vector3d> RoomInImage(const calib::MountedCamera& mounted,
                                   const Isometry3d& T_map_base,
                                   const Room& room) {
-  const calib::PinholeCamera& camera = mounted.camera;
+  const calib::Lens& camera = mounted.camera;
   const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
   std::vector<Vector3d> points_map;
   for (const double u : {0.0, (camera.width_px - 1) / 2.0, camera.width_px - 1.0}) {
@@ -90,7 +90,7 @@ std::vector<Vector3d> RoomInImage(const calib::MountedCamera& mounted,
 double BlurLength(const calib::MountedCamera& mounted,
                   const Exposure& exposure,
                   const std::vector<Vector3d>& points_map) {
-  const calib::PinholeCamera& camera = mounted.camera;
+  const calib::Lens& camera = mounted.camera;
   double longest = 0;
   for (const Vector3d& p_map : points_map) {
     const auto seen_from = [&](const Isometry3d& T_map_base) {

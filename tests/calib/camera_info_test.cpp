@@ -20,15 +20,14 @@ CameraInfo TestInfo() {
 TEST(CameraInfo, IsReadBackAsItWasWritten) {
   const CameraInfo info = TestInfo();
   const std::string text = FormatCameraInfo(info);
-  const PinholeCamera camera =
-      ParseCameraInfo(YamlValue::Parse(text, "up.yaml", "a camera_info file"));
+  const Lens camera = ParseCameraInfo(YamlValue::Parse(text, "up.yaml", "a camera_info file"));
   EXPECT_EQ(camera.width_px, 640);
   EXPECT_EQ(camera.height_px, 480);
   EXPECT_EQ(camera.fx, info.pinhole[0]);
   EXPECT_EQ(camera.fy, info.pinhole[1]);
   EXPECT_EQ(camera.cx, info.pinhole[2]);
   EXPECT_EQ(camera.cy, info.pinhole[3]);
-  EXPECT_THAT(camera.distortion, testing::ElementsAreArray(info.distortion));
+  EXPECT_THAT(camera.Coefficients(), testing::ElementsAreArray(info.distortion));
 }
 
 // As camera_calibration_parsers has it.

@@ -19,7 +19,7 @@ void ReadAsCameraInfo(std::string_view bytes) {
   info.rectified = info.pinhole;
   info.distortion_model = "plumb_bob";
   info.distortion.assign(camera->distortion.begin(), camera->distortion.end());
-  const calib::PinholeCamera again = calib::ParseCameraInfo(calib::FormatCameraInfo(info), kFile);
+  const calib::Lens again = calib::ParseCameraInfo(calib::FormatCameraInfo(info), kFile);
   Require(again.Size() == camera->Size() && again.fx == camera->fx && again.fy == camera->fy &&
               again.cx == camera->cx && again.cy == camera->cy &&
               again.distortion == camera->distortion,

@@ -128,7 +128,7 @@ class CalibrateCamera : public testing::Test {
   }
   void ExpectTestLens(const std::string& file, double focal_ratio, double centre_px) const {
     const Lens lens = calibration::TestLens();
-    const calib::PinholeCamera camera = calib::ReadCameraInfo(out_ / file);
+    const calib::Lens camera = calib::ReadCameraInfo(out_ / file);
     EXPECT_EQ(camera.Size(), lens.size);
     EXPECT_NEAR(camera.fx / lens.values[0], 1, focal_ratio);
     EXPECT_NEAR(camera.fy / lens.values[1], 1, focal_ratio);

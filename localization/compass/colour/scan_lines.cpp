@@ -53,7 +53,7 @@ class ViewRays {
            pixel.y() <= camera_.Size().height - 1;
   }
 
-  calib::PinholeCamera camera_;
+  calib::Lens camera_;
   Eigen::Matrix3d R_cam_level_;
 };
 

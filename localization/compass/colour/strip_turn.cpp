@@ -75,7 +75,7 @@ BestShift FindShift(const cv::Mat& a, const cv::Mat& b, Columns of, int from, in
 }  // namespace
 
 StripTurn::StripTurn(const calib::MountedCamera& forward) {
-  const calib::PinholeCamera& camera = forward.camera;
+  const calib::Lens& camera = forward.camera;
   const Eigen::Matrix3d R_cam_base = forward.T_base_cam.linear().transpose();
   const Eigen::Vector3d axis = R_cam_base.row(2).transpose();
   const double middle = std::atan2(axis.y(), axis.x());

@@ -1,4 +1,4 @@
-#include "calib/camera.hpp"
+#include "calib/lens.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 namespace ceilmap::calib {
 namespace {
 
-PinholeCamera MakeCamera() {
-  PinholeCamera camera;
+Lens MakeCamera() {
+  Lens camera;
   camera.width_px = 640;
   camera.height_px = 480;
   camera.fx = 457;
@@ -19,7 +19,7 @@ PinholeCamera MakeCamera() {
   return camera;
 }
 
-TEST(PinholeCamera, ProjectsByHand) {
+TEST(Lens, ProjectsByHand) {
   // 0.5 m right and 0.2 m down at 2 m: 457 * 0.25 right, 460 * 0.1 down of the principal point.
   const auto pixel = MakeCamera().Project({0.5, 0.2, 2});
   ASSERT_TRUE(pixel);
@@ -27,8 +27,8 @@ TEST(PinholeCamera, ProjectsByHand) {
   EXPECT_NEAR(pixel->y(), 239.5 + 46, 1e-12);
 }
 
-TEST(PinholeCamera, BarrelDistortionPullsInwards) {
-  PinholeCamera camera = MakeCamera();
+TEST(Lens, BarrelDistortionPullsInwards) {
+  Lens camera = MakeCamera();
   EXPECT_FALSE(camera.IsDistorted());
   camera.distortion[0] = -0.1;
   EXPECT_TRUE(camera.IsDistorted());
@@ -36,11 +36,11 @@ TEST(PinholeCamera, BarrelDistortionPullsInwards) {
   EXPECT_NEAR(camera.Project({1, 0, 2})->x(), 319.5 + 457 * 0.4875, 1e-12);
 }
 
-TEST(PinholeCamera, AgreesWithOpenCv) {
+TEST(Lens, AgreesWithOpenCv) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> slope(-0.8, 0.8);
   std::uniform_real_distribution<double> depth(0.5, 5);
-  PinholeCamera camera = MakeCamera();
+  Lens camera = MakeCamera();
   camera.distortion = {-0.12, 0.02, 0.001, -0.002, 0.003};
   for (int i = 0; i < 500; ++i) {
     const double z = depth(random);
@@ -59,13 +59,13 @@ TEST(PinholeCamera, AgreesWithOpenCv) {
   }
 }
 
-TEST(PinholeCamera, ShowsNothingBehindItself) {
+TEST(Lens, ShowsNothingBehindItself) {
   EXPECT_FALSE(MakeCamera().Project({0.1, 0.1, 0}));
   EXPECT_FALSE(MakeCamera().Project({0.1, 0.1, -1}));
 }
 
-TEST(PinholeCamera, RefusesRaysWhereTheModelFoldsBack) {
-  PinholeCamera camera = MakeCamera();
+TEST(Lens, RefusesRaysWhereTheModelFoldsBack) {
+  Lens camera = MakeCamera();
   camera.distortion[0] = -0.3;  // slope 1 - 0.9 r^2: grows up to r = 1.0541
   EXPECT_TRUE(camera.Project({1.05, 0, 1}));
   EXPECT_FALSE(camera.Project({1.06, 0, 1}));
