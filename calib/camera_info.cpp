@@ -83,17 +83,17 @@ std::string FormatMatrix(const char* key, int rows, const std::vector<double>& d
 }  // namespace
 
 std::string FormatCameraInfo(const CameraInfo& info) {
-  const auto& [fx, fy, cx, cy] = info.pinhole;
+  const Lens& lens = info.lens;
   const auto& [rx, ry, rcx, rcy] = info.rectified;
   std::string text;
   for (const std::string& remark : info.remarks) text += "# " + remark + "\n";
   text += fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n",
-                      info.size.width,
-                      info.size.height,
+                      lens.width_px,
+                      lens.height_px,
                       QuotedText(info.name));
-  text += FormatMatrix("camera_matrix", 3, {fx, 0, cx, 0, fy, cy, 0, 0, 1});
-  text += fmt::format("distortion_model: {}\n", info.distortion_model);
-  text += FormatMatrix("distortion_coefficients", 1, info.distortion);
+  text += FormatMatrix("camera_matrix", 3, {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1});
+  text += fmt::format("distortion_model: {}\n", RosName(lens.model));
+  text += FormatMatrix("distortion_coefficients", 1, lens.Coefficients());
   text += FormatMatrix("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1});
   text += FormatMatrix("projection_matrix", 3, {rx, 0, rcx, 0, 0, ry, rcy, 0, 0, 0, 1, 0});
   return text;

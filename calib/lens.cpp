@@ -136,6 +136,66 @@ std::optional<Vector2d> Undistort(const Lens& lens, const Vector2d& distorted, V
   return slope;
 }
 
+/// A position in the image, in focal lengths from the principal point, with its derivatives.
+struct DistortionDerivatives {
+  Vector2d position;
+  Eigen::Matrix<double, 2, 3> by_point;
+  Eigen::Matrix<double, 2, 8> by_coefficients = Eigen::Matrix<double, 2, 8>::Zero();
+};
+
+DistortionDerivatives PinholeDerivatives(const Lens& lens, const Vector3d& p) {
+  const double x = p.x() / p.z();
+  const double y = p.y() / p.z();
+  const Vector2d slope(x, y);
+  const double s = slope.squaredNorm();
+  DistortionDerivatives result;
+  Matrix2d by_slope;
+  result.position = Distort(lens, slope, &by_slope);
+  Eigen::Matrix<double, 2, 3> slope_by_point;
+  slope_by_point << 1 / p.z(), 0, -x / p.z(), 0, 1 / p.z(), -y / p.z();
+  result.by_point = by_slope * slope_by_point;
+  const RadialFunction radial = RadialOf(lens);
+  const double below = radial.d[0] + s * (radial.d[1] + s * (radial.d[2] + s * radial.d[3]));
+  const double factor = radial.FactorAndSlope(s)[0];
+  auto& by = result.by_coefficients;
+  by.col(0) = s / below * slope;
+  by.col(1) = s * s / below * slope;
+  by.col(2) = Vector2d(2 * x * y, s + 2 * y * y);
+  by.col(3) = Vector2d(s + 2 * x * x, 2 * x * y);
+  by.col(4) = s * s * s / below * slope;
+  if (lens.model == LensModel::kRational) {
+    by.col(5) = -s * factor / below * slope;
+    by.col(6) = -s * s * factor / below * slope;
+    by.col(7) = -s * s * s * factor / below * slope;
+  }
+  return result;
+}
+
+DistortionDerivatives FisheyeDerivatives(const Lens& lens, const Vector3d& p) {
+  const double across = p.head<2>().norm();
+  const double square = p.squaredNorm();
+  const double theta = std::atan2(across, p.z());
+  const double s = theta * theta;
+  const Vector2d factor = RadialOf(lens).FactorAndSlope(s);
+  const double radius = theta * factor[0];
+  DistortionDerivatives result;
+  if (!(across > 0)) {  // on the axis
+    result.position.setZero();
+    result.by_point << 1 / p.z(), 0, 0, 0, 1 / p.z(), 0;
+    return result;
+  }
+  const Vector2d towards = p.head<2>() / across;
+  const double slope = factor[0] + 2 * s * factor[1];  // of the radius, by theta
+  result.position = radius * towards;
+  const Matrix2d along = towards * towards.transpose();
+  result.by_point.leftCols<2>() =
+      slope * p.z() / square * along + radius / across * (Matrix2d::Identity() - along);
+  result.by_point.col(2) = -slope * across / square * towards;
+  double power = theta * s;
+  for (int i = 0; i < 4; ++i, power *= s) result.by_coefficients.col(i) = power * towards;
+  return result;
+}
+
 }  // namespace
 
 std::string_view RosName(LensModel model) {
@@ -176,6 +236,32 @@ bool Lens::IsDistorted() const {
 std::vector<double> Lens::Coefficients() const {
   const auto count = static_cast<std::ptrdiff_t>(CoefficientNames(model).size());
   return {distortion.begin(), distortion.begin() + count};
+}
+
+Lens Lens::WithoutDistortion(LensModel model, cv::Size size, double focal_px) {
+  return {size.width,
+          size.height,
+          focal_px,
+          focal_px,
+          (size.width - 1) / 2.0,
+          (size.height - 1) / 2.0,
+          {},
+          model};
+}
+
+Eigen::VectorXd Lens::Values() const {
+  const std::vector<double> k = Coefficients();
+  Eigen::VectorXd values(4 + static_cast<Eigen::Index>(k.size()));
+  values << fx, fy, cx, cy, Eigen::Map<const Eigen::VectorXd>(k.data(), values.size() - 4);
+  return values;
+}
+
+void Lens::SetValues(const Eigen::VectorXd& values) {
+  fx = values[0];
+  fy = values[1];
+  cx = values[2];
+  cy = values[3];
+  std::copy(values.begin() + 4, values.end(), distortion.begin());
 }
 
 std::optional<Vector2d> Lens::Project(const Vector3d& p_cam) const {
@@ -264,6 +350,22 @@ std::optional<double> Lens::Angle(double radius) const {
     (Radius(middle) < radius ? low : high) = middle;
   }
   return high;
+}
+
+ProjectionDerivatives ProjectWithDerivatives(const Lens& lens, const Vector3d& p_cam) {
+  const bool fisheye = lens.model == LensModel::kEquidistant;
+  const DistortionDerivatives d =
+      fisheye ? FisheyeDerivatives(lens, p_cam) : PinholeDerivatives(lens, p_cam);
+  const Vector2d focal(lens.fx, lens.fy);
+  ProjectionDerivatives result;
+  result.pixel = focal.cwiseProduct(d.position) + Vector2d(lens.cx, lens.cy);
+  result.by_point = focal.asDiagonal() * d.by_point;
+  result.by_lens.setZero();
+  result.by_lens(0, 0) = d.position.x();
+  result.by_lens(1, 1) = d.position.y();
+  result.by_lens(0, 2) = result.by_lens(1, 3) = 1;
+  result.by_lens.rightCols<8>() = focal.asDiagonal() * d.by_coefficients;
+  return result;
 }
 
 }  // namespace ceilmap::calib

@@ -46,12 +46,18 @@ struct Lens {
   std::array<double, 8> distortion{};  ///< the coefficients of the model; those beyond are zero
   LensModel model = LensModel::kPlumbBob;
 
+  /// A lens without coefficients, with the centre of the image as its principal point.
+  static Lens WithoutDistortion(LensModel model, cv::Size size, double focal_px);
+
   /// False for a pinhole: rays appear at the tangent of their angle. A fisheye is always distorted.
   [[nodiscard]] bool IsDistorted() const;
   [[nodiscard]] cv::Size Size() const { return {width_px, height_px}; }
   [[nodiscard]] cv::Matx33d Matrix() const { return {fx, 0, cx, 0, fy, cy, 0, 0, 1}; }
   /// The coefficients of the model: 5, 8 or 4.
   [[nodiscard]] std::vector<double> Coefficients() const;
+  /// fx, fy, cx, cy, then the coefficients, as the solvers of the calibration estimate them.
+  [[nodiscard]] Eigen::VectorXd Values() const;
+  void SetValues(const Eigen::VectorXd& values);
 
   /// Pixel that shows the point p_cam of the optical frame. It may lie outside the image.
   /// @return nothing beyond the valid angle and, except with the equidistant model, for a point
