@@ -22,7 +22,8 @@ CameraRays::CameraRays(const calib::Lens& camera) : camera_(camera), size_(camer
 cv::Point2d CameraRays::Undistort(double u, double v) const {
   const auto ray = camera_.Ray({u, v});
   const double nothing = std::numeric_limits<double>::quiet_NaN();
-  if (!ray || !(ray->z() > 0)) return {nothing, nothing};
+  constexpr double kMinDepth = 0.0175;  // 89 deg from the axis: farther out the image is dark
+  if (!ray || !(ray->z() > kMinDepth)) return {nothing, nothing};
   return {ray->x() / ray->z(), ray->y() / ray->z()};
 }
 
@@ -57,8 +58,24 @@ cv::Point2d CameraRays::Ray(int u, int v, double du, double dv) const {
   return 0.25 * (a + b + c + d) + du * (b + d - a - c) + dv * (c + d - a - b);
 }
 
+/// A pixel; half of one is needed. Towards the rim of a wide lens, pixels are larger.
+double CameraRays::Margin(const cv::Rect& taps) const {
+  double margin = PixelSpan();
+  if (taps_.empty()) return margin;
+  const auto add = [&margin](const cv::Point2d& a, const cv::Point2d& b) {
+    const cv::Point2d step = a - b;
+    margin = std::fmax(margin, 2 * std::fmax(std::abs(step.x), std::abs(step.y)));
+  };
+  for (int r = taps.y; r < taps.y + taps.height; ++r) {
+    for (int c = taps.x; c < taps.x + taps.width; ++c) {
+      if (c > taps.x) add(Tap(r, c), Tap(r, c - 1));
+      if (r > taps.y) add(Tap(r, c), Tap(r - 1, c));
+    }
+  }
+  return margin;
+}
+
 std::vector<CameraRays::Block> CameraRays::MakeBlocks(const cv::Rect& pixels, int size) const {
-  const double margin = 1 / std::min(camera_.fx, camera_.fy);  // a pixel; half of one is needed
   std::vector<Block> blocks;
   for (int v = pixels.y; v < pixels.y + pixels.height; v += size) {
     for (int u = pixels.x; u < pixels.x + pixels.width; u += size) {
@@ -74,6 +91,7 @@ std::vector<CameraRays::Block> CameraRays::MakeBlocks(const cv::Rect& pixels, in
           high = {std::fmax(high.x, ray.x), std::fmax(high.y, ray.y)};
         }
       }
+      const double margin = Margin(taps);
       const cv::Point2d border(margin, margin);
       block.rays = high.x < low.x ? cv::Rect2d(0, 0, -1, -1)  // outside the lens's field of view
                                   : cv::Rect2d(low - border, high + border);

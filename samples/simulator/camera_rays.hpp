@@ -10,7 +10,8 @@ namespace ceilmap::simulator {
 
 /// The rays of a camera's pixels. Each pixel has four taps at (u +- 0.25, v +- 0.25): tap (row r,
 /// column c) of the image lies at u = (c - 0.5) / 2, v = (r - 0.5) / 2. A ray is the point (x, y,
-/// 1) of the optical frame, without distortion.
+/// 1) of the optical frame, without distortion. Pixels more than 89 degrees from the axis have
+/// none.
 class CameraRays {
  public:
   /// A part of the image and the bounding rectangle of x and y of its pixels' rays, borders
@@ -40,6 +41,7 @@ class CameraRays {
  private:
   [[nodiscard]] cv::Point2d Undistort(double u, double v) const;
   [[nodiscard]] cv::Point2d Tap(int tap_row, int tap_column) const;
+  [[nodiscard]] double Margin(const cv::Rect& taps) const;
   [[nodiscard]] std::vector<Block> MakeBlocks(const cv::Rect& pixels, int size) const;
 
   calib::Lens camera_;
