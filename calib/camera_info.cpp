@@ -24,7 +24,7 @@ std::vector<double> ReadMatrix(const YamlValue& matrix, int rows, int cols) {
       .Numbers(static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols));
 }
 
-void ReadCameraMatrix(const YamlValue& info, PinholeCamera& camera) {
+void ReadCameraMatrix(const YamlValue& info, Lens& camera) {
   const YamlValue matrix = info.At(
       "camera_matrix", "camera_matrix: {rows: 3, cols: 3, data: [fx, 0, cx, 0, fy, cy, 0, 0, 1]}");
   const std::vector<double> k = ReadMatrix(matrix, 3, 3);
@@ -40,20 +40,27 @@ void ReadCameraMatrix(const YamlValue& info, PinholeCamera& camera) {
   camera.cy = k[5];
 }
 
-/// plumb_bob, or a camera without distortion: no key about it, or model "none" or "" with zero
-/// coefficients or without coefficients.
-void ReadDistortion(const YamlValue& info, PinholeCamera& camera) {
+/// A lens model of ROS, or a camera without distortion: no key about it, or model "none" or "" with
+/// zero coefficients or without coefficients.
+void ReadDistortion(const YamlValue& info, Lens& camera) {
   if (!info.Find("distortion_model") && !info.Find("distortion_coefficients")) return;
   const YamlValue model = info.At("distortion_model", "distortion_model: plumb_bob");
   const std::string name = model.Text();
   const bool none = name.empty() || name == "none";
-  if (!none && name != "plumb_bob") {
-    model.Fail("plumb_bob or none", "calibrate the camera again with the plumb_bob model");
+  const auto found = FindLensModel(name);
+  if (!none && !found) {
+    model.Fail("plumb_bob, rational_polynomial, equidistant or none",
+               "calibrate the camera again with one of these models");
   }
   if (none && !info.Find("distortion_coefficients")) return;
+  camera.model = found.value_or(LensModel::kPlumbBob);
+  const std::vector<std::string> names = CoefficientNames(camera.model);
+  const auto count = static_cast<int>(names.size());
   const YamlValue matrix =
       info.At("distortion_coefficients",
-              "distortion_coefficients: {rows: 1, cols: 5, data: [k1, k2, p1, p2, k3]}");
+              fmt::format("distortion_coefficients: {{rows: 1, cols: {}, data: [{}]}}",
+                          count,
+                          fmt::join(names, ", ")));
   if (none) {
     matrix.AllowOnly({"rows", "cols", "data"});
     const YamlValue data = matrix.At("data", "data: [0, 0, 0, 0, 0]");
@@ -61,7 +68,7 @@ void ReadDistortion(const YamlValue& info, PinholeCamera& camera) {
     if (std::all_of(zeros.begin(), zeros.end(), [](double k) { return k == 0; })) return;
     data.Fail("all zero for a camera without distortion", "or write distortion_model: plumb_bob");
   }
-  const std::vector<double> d = ReadMatrix(matrix, 1, 5);
+  const std::vector<double> d = ReadMatrix(matrix, 1, count);
   std::copy(d.begin(), d.end(), camera.distortion.begin());
 }
 
@@ -76,24 +83,24 @@ std::string FormatMatrix(const char* key, int rows, const std::vector<double>& d
 }  // namespace
 
 std::string FormatCameraInfo(const CameraInfo& info) {
-  const auto& [fx, fy, cx, cy] = info.pinhole;
+  const Lens& lens = info.lens;
   const auto& [rx, ry, rcx, rcy] = info.rectified;
   std::string text;
   for (const std::string& remark : info.remarks) text += "# " + remark + "\n";
   text += fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n",
-                      info.size.width,
-                      info.size.height,
+                      lens.width_px,
+                      lens.height_px,
                       QuotedText(info.name));
-  text += FormatMatrix("camera_matrix", 3, {fx, 0, cx, 0, fy, cy, 0, 0, 1});
-  text += fmt::format("distortion_model: {}\n", info.distortion_model);
-  text += FormatMatrix("distortion_coefficients", 1, info.distortion);
+  text += FormatMatrix("camera_matrix", 3, {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1});
+  text += fmt::format("distortion_model: {}\n", RosName(lens.model));
+  text += FormatMatrix("distortion_coefficients", 1, lens.Coefficients());
   text += FormatMatrix("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1});
   text += FormatMatrix("projection_matrix", 3, {rx, 0, rcx, 0, 0, ry, rcy, 0, 0, 0, 1, 0});
   return text;
 }
 
-PinholeCamera ParseImageSize(const YamlValue& info) {
-  PinholeCamera camera;
+Lens ParseImageSize(const YamlValue& info) {
+  Lens camera;
   camera.width_px =
       info.At("image_width", "the image's width in pixels").WholeNumber(1, kMaxImagePx);
   camera.height_px =
@@ -102,8 +109,8 @@ PinholeCamera ParseImageSize(const YamlValue& info) {
   return camera;
 }
 
-PinholeCamera ParseCameraInfo(const YamlValue& info) {
-  PinholeCamera camera = ParseImageSize(info);
+Lens ParseCameraInfo(const YamlValue& info) {
+  Lens camera = ParseImageSize(info);
   ReadCameraMatrix(info, camera);
   ReadDistortion(info, camera);
   if (const auto r = info.Find("rectification_matrix")) ReadMatrix(*r, 3, 3);
@@ -111,7 +118,7 @@ PinholeCamera ParseCameraInfo(const YamlValue& info) {
   return camera;
 }
 
-PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::path& file) {
+Lens ParseCameraInfo(const std::string& text, const std::filesystem::path& file) {
   const YamlValue info = YamlValue::Parse(text, file, kCameraInfoFile);
   info.AllowOnly({"image_width",
                   "image_height",
@@ -124,7 +131,7 @@ PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::pa
   return ParseCameraInfo(info);
 }
 
-PinholeCamera ReadCameraInfo(const std::filesystem::path& file) {
+Lens ReadCameraInfo(const std::filesystem::path& file) {
   return ParseCameraInfo(ReadSettingsText(file, kCameraInfoFile), file);
 }
 

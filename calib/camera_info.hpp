@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/base/yaml_value.hpp"
-#include "calib/camera.hpp"
+#include "calib/lens.hpp"
 
 namespace ceilmap::calib {
 
@@ -16,31 +16,28 @@ namespace ceilmap::calib {
 /// describe the rectified image of a stereo pair.
 ///
 /// @throws InputError naming file, line, key and the fix.
-PinholeCamera ReadCameraInfo(const std::filesystem::path& file);
+Lens ReadCameraInfo(const std::filesystem::path& file);
 
 /// The same from a file's text. @param file  its name in messages.
-PinholeCamera ParseCameraInfo(const std::string& text, const std::filesystem::path& file);
+Lens ParseCameraInfo(const std::string& text, const std::filesystem::path& file);
 
 /// The same from a map of keys already read. The caller checks for unknown keys.
-PinholeCamera ParseCameraInfo(const YamlValue& info);
+Lens ParseCameraInfo(const YamlValue& info);
 
 /// Reads image_width, image_height and camera_name only; the focal lengths are 0.
-PinholeCamera ParseImageSize(const YamlValue& info);
+Lens ParseImageSize(const YamlValue& info);
 
-/// The content of a camera_info file, for any lens model of ROS.
+/// The content of a camera_info file.
 struct CameraInfo {
   std::string name;
-  cv::Size size;
-  std::array<double, 4> pinhole{};  ///< fx, fy, cx, cy in pixels
-  std::string distortion_model;     ///< "plumb_bob", "rational_polynomial", "equidistant"
-  std::vector<double> distortion;   ///< 5, 8 or 4 coefficients
+  Lens lens;
   /// fx, fy, cx, cy of the images that ROS rectifies: its projection_matrix.
   std::array<double, 4> rectified{};
   std::vector<std::string> remarks;  ///< comment lines at the top of the file
 };
 
-/// Writes the text of a camera_info file, readable by ROS's camera_calibration_parsers and, with
-/// plumb_bob, by ReadCameraInfo. All digits of the numbers are kept.
+/// Writes the text of a camera_info file, readable by ROS's camera_calibration_parsers and by
+/// ReadCameraInfo. All digits of the numbers are kept.
 std::string FormatCameraInfo(const CameraInfo& info);
 
 }  // namespace ceilmap::calib

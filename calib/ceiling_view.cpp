@@ -18,7 +18,7 @@ Eigen::Vector2d CentreOf(cv::Size size) {
 }
 
 void CheckUsable(const MountedCamera& up, double ceiling_height_m) {
-  const PinholeCamera& camera = up.camera;
+  const Lens& camera = up.camera;
   if (camera.width_px < 2 || camera.height_px < 2) {
     throw InputError("upward camera: image size = " + SizeText(camera.Size()) +
                      ", must be at least 2 x 2 pixels; correct the rig");
@@ -49,13 +49,14 @@ double TwistAboutZ(const Eigen::Matrix3d& R_base_cam) {
 
 CeilingView::CeilingView(const MountedCamera& up, double ceiling_height_m) {
   CheckUsable(up, ceiling_height_m);
-  size_ = up.camera.Size();
+  raw_size_ = up.camera.Size();
   const double yaw_rad = TwistAboutZ(up.T_base_cam.linear());
   const Eigen::Matrix3d R_base_view =
       Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const VirtualCamera view(up, R_base_view);
-  focal_px_ = view.FocalLength();
-  principal_px_ = view.PrincipalPoint();
+  const ViewFrame frame = UpwardFrame(up, R_base_view);
+  size_ = frame.size;
+  focal_px_ = frame.focal_px;
+  principal_px_ = frame.principal_px;
   const Eigen::Vector3d& t_base_cam = up.T_base_cam.translation();
   T_base_camera_.translation() = t_base_cam;
   T_base_camera_.linear() = R_base_view;
@@ -63,7 +64,7 @@ CeilingView::CeilingView(const MountedCamera& up, double ceiling_height_m) {
   const Pose2 T_base_cam{t_base_cam.x(), t_base_cam.y(), yaw_rad};
   const Eigen::Vector2d offset = m_per_px_ * (CentreOf(size_) - principal_px_);
   T_base_view_ = T_base_cam * Pose2{offset.x(), offset.y(), 0};
-  table_ = view.MakeTable();
+  table_ = VirtualCamera(up, R_base_view, frame).MakeTable();
   if (table_.empty()) return;
   mask_ = table_.Mask();
   if (cv::countNonZero(mask_) == size_.area()) mask_.release();
@@ -71,7 +72,7 @@ CeilingView::CeilingView(const MountedCamera& up, double ceiling_height_m) {
 
 CeilingView CeilingView::InPixels(cv::Size size) {
   CeilingView view;
-  view.size_ = size;
+  view.size_ = view.raw_size_ = size;
   view.principal_px_ = CentreOf(size);
   view.T_base_view_.yaw = std::numbers::pi / 2;
   return view;
@@ -87,7 +88,7 @@ CeilingView CeilingView::OfRectified(cv::Size size,
                      " m per pixel cannot be, or its mask does not fit");
   }
   CeilingView view;
-  view.size_ = size;
+  view.size_ = view.raw_size_ = size;
   view.principal_px_ = CentreOf(size);
   view.m_per_px_ = m_per_px;
   view.T_base_view_ = T_base_view;
@@ -96,7 +97,7 @@ CeilingView CeilingView::OfRectified(cv::Size size,
 }
 
 const cv::Mat& CeilingView::Rectify(const cv::Mat& raw, cv::Mat& buffer) const {
-  return RectifyBy(table_, size_, raw, buffer);
+  return RectifyBy(table_, raw_size_, raw, buffer);
 }
 
 }  // namespace ceilmap::calib

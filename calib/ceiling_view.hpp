@@ -41,12 +41,15 @@ class CeilingView {
                                  const Pose2& T_base_view,
                                  const cv::Mat& mask = {});
 
-  /// Size of the images taken and returned.
+  /// Size of the raw images that Rectify takes.
+  [[nodiscard]] cv::Size RawSize() const { return raw_size_; }
+  /// Size of the view, in which Rectify returns images. It differs from RawSize for wide lenses,
+  /// and where the rig gives another one (calib/README.md, "The ceiling view").
   [[nodiscard]] cv::Size Size() const { return size_; }
   /// Metres on the ceiling per pixel (1 without a rig), > 0.
   [[nodiscard]] double MetresPerPixel() const { return m_per_px_; }
   [[nodiscard]] const Pose2& T_base_view() const { return T_base_view_; }
-  /// Focal length of the virtual camera in pixels, sqrt(fx fy); 0 when it is not known.
+  /// Focal length of the virtual camera in pixels; 0 when it is not known.
   [[nodiscard]] double FocalLength() const { return focal_px_; }
   /// Principal point of the virtual camera, from the top-left pixel's centre, pixels. The centre of
   /// the image when the camera is not known.
@@ -60,7 +63,8 @@ class CeilingView {
   /// Rectifies a raw image into the view. Returns `raw` itself (no copy) when no rectification is
   /// needed, else fills and returns `buffer`. Pixels without a source in the raw image become 0 and
   /// are 0 in Mask().
-  /// @param raw  CV_8UC1 of Size(). @throws InputError on another type or size. Thread-safe with a
+  /// @param raw  CV_8UC1 of RawSize(). @throws InputError on another type or size. Thread-safe with
+  /// a
   ///   buffer per thread.
   const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer) const;
   /// CV_8UC1 of Size(), 255 where the rectified image has content; empty when all pixels have
@@ -70,6 +74,7 @@ class CeilingView {
  private:
   CeilingView() = default;
 
+  cv::Size raw_size_;
   cv::Size size_;
   double m_per_px_ = 1;
   double focal_px_ = 0;

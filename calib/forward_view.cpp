@@ -10,7 +10,7 @@
 namespace ceilmap::calib {
 
 ForwardView::ForwardView(const MountedCamera& forward) : size_(forward.camera.Size()) {
-  const PinholeCamera& camera = forward.camera;
+  const Lens& camera = forward.camera;
   if (camera.width_px < 2 || camera.height_px < 2 || !(camera.fx > 0 && camera.fy > 0)) {
     throw InputError("forward camera: image size and focal lengths must be > 0; correct the rig");
   }
@@ -25,11 +25,11 @@ ForwardView::ForwardView(const MountedCamera& forward) : size_(forward.camera.Si
   R_ahead_view << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   const Eigen::Matrix3d R_base_view =
       Eigen::AngleAxisd(yaw_rad_, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_ahead_view;
-  const VirtualCamera view(forward, R_base_view);
-  focal_px_ = view.FocalLength();
+  const ViewFrame frame = SameSizeFrame(forward, R_base_view);
+  focal_px_ = frame.focal_px;
   horizon_px_ =
-      view.PrincipalPoint() - Eigen::Vector2d(0.5 * (size_.width - 1), 0.5 * (size_.height - 1));
-  table_ = view.MakeTable();
+      frame.principal_px - Eigen::Vector2d(0.5 * (size_.width - 1), 0.5 * (size_.height - 1));
+  table_ = VirtualCamera(forward, R_base_view, frame).MakeTable();
   if (table_.empty()) return;
   mask_ = table_.Mask();
   if (cv::countNonZero(mask_) == size_.area()) mask_.release();

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "calib/base/degrees.hpp"
-#include "calib/lens_range.hpp"
 
 namespace ceilmap::calib {
 namespace {
@@ -22,6 +21,7 @@ constexpr double kMaxFocalMm = 50;       // larger numbers are not a focal lengt
 constexpr double kMaxTangential = 0.02;  // of p1 and p2
 constexpr double kMinRadiusRatio = 0.6;  // of a ray without and with the distortion
 constexpr double kMaxRadiusRatio = 4;
+constexpr double kMinFisheyeAngle = 80 * kRadPerDeg;  // of an image circle inside the image
 
 bool Near(double value, double middle, double side) {
   return std::abs(value - middle) <= kMaxOffCentre * side;
@@ -35,7 +35,7 @@ bool Alike(double a, double b, double tolerance) {
   return std::abs(a / b - 1) <= tolerance;
 }
 
-std::string SwappedFocalLength(const PinholeCamera& c) {
+std::string SwappedFocalLength(const Lens& c) {
   const bool swapped = Near(c.fx, Middle(c.width_px), c.width_px) &&
                        Near(c.fy, Middle(c.height_px), c.height_px) &&
                        Alike(c.cx, c.cy, kMaxAspectError);
@@ -49,7 +49,7 @@ std::string SwappedFocalLength(const PinholeCamera& c) {
       c.cy);
 }
 
-std::string SwappedSides(const PinholeCamera& c) {
+std::string SwappedSides(const Lens& c) {
   const bool swapped =
       Near(c.cx, Middle(c.height_px), c.height_px) && Near(c.cy, Middle(c.width_px), c.width_px);
   if (!swapped) return "";
@@ -62,7 +62,7 @@ std::string SwappedSides(const PinholeCamera& c) {
       c.height_px);
 }
 
-std::string OtherImageSize(const PinholeCamera& c) {
+std::string OtherImageSize(const Lens& c) {
   const double width = 2 * c.cx + 1;
   const double height = 2 * c.cy + 1;
   constexpr double kTolerance = 0.1;
@@ -82,7 +82,7 @@ std::string OtherImageSize(const PinholeCamera& c) {
       1 / scale);
 }
 
-std::string PrincipalPointSlip(const PinholeCamera& c) {
+std::string PrincipalPointSlip(const Lens& c) {
   const double u = Middle(c.width_px);
   const double v = Middle(c.height_px);
   if (Near(c.cx, u, c.width_px) && Near(c.cy, v, c.height_px)) return "";
@@ -98,7 +98,7 @@ std::string PrincipalPointSlip(const PinholeCamera& c) {
       v);
 }
 
-std::string FocalLengthSlip(const PinholeCamera& c) {
+std::string FocalLengthSlip(const Lens& c) {
   if (!Alike(c.fx, c.fy, kMaxAspectError)) {
     return fmt::format(
         "fx, fy = {:g}, {:g} differ by {:.0f} %: pixels of most cameras are square; are the "
@@ -120,44 +120,57 @@ std::string FocalLengthSlip(const PinholeCamera& c) {
   return start + "are the intrinsics those of another image size or camera?";
 }
 
-std::string DistortionSlip(const PinholeCamera& c) {
-  const auto& [k1, k2, p1, p2, k3] = c.distortion;
-  if (std::max(std::abs(p1), std::abs(p2)) > kMaxTangential) {
-    return fmt::format(
-        "p1, p2 = {:g}, {:g} are larger than those of a lens; the order is k1, k2, p1, p2, k3",
-        p1,
-        p2);
+/// The largest distance from the principal point that the image shows, in focal lengths.
+double CornerRadius(const Lens& c) {
+  const double x = std::max(std::abs(c.cx), std::abs(c.width_px - 1 - c.cx));
+  const double y = std::max(std::abs(c.cy), std::abs(c.height_px - 1 - c.cy));
+  return std::hypot(x / c.fx, y / c.fy);
+}
+
+std::string DistortionSlip(const Lens& c) {
+  if (!c.IsDistorted()) return "";
+  const std::string names = fmt::format("{}", fmt::join(CoefficientNames(c.model), ", "));
+  const bool fisheye = c.model == LensModel::kEquidistant;
+  if (!fisheye && std::max(std::abs(c.distortion[2]), std::abs(c.distortion[3])) > kMaxTangential) {
+    return fmt::format("p1, p2 = {:g}, {:g} are larger than those of a lens; the order is {}",
+                       c.distortion[2],
+                       c.distortion[3],
+                       names);
   }
-  constexpr auto kQuestion =
-      "are the distortion coefficients those of another lens, or in another order than k1, k2, p1, "
-      "p2, k3?";
-  if (const double valid = ValidRatio(c); valid < 1) {
+  const std::string question = fmt::format(
+      "are the distortion coefficients those of another lens, or in another order than {}?", names);
+  const double corner = CornerRadius(c);
+  const double valid_angle = c.ValidAngle();
+  const double valid = c.Radius(valid_angle);
+  if (fisheye && valid_angle > kMinFisheyeAngle) return "";
+  if (valid < corner) {
     return fmt::format(
         "the distortion is valid only to {:.0f} % of the distance from the principal point to the "
         "farthest corner: {}",
-        100 * valid,
-        kQuestion);
+        100 * valid / corner,
+        question);
   }
-  const double corner = CornerRadius(c);
-  const double ratio = UndistortedRadius(c, corner).value_or(corner) / corner;
+  if (fisheye) return "";
+  const auto undistorted = c.Angle(corner);
+  const double ratio = undistorted ? std::tan(*undistorted) / corner : 1;
   if (ratio >= kMinRadiusRatio && ratio <= kMaxRadiusRatio) return "";
   return fmt::format(
       "the distortion moves the image's corners to {:.0f} % of their distance from the principal "
       "point: {}",
       100 / ratio,
-      kQuestion);
+      question);
 }
 
 }  // namespace
 
-std::string LensSlip(const PinholeCamera& camera) {
+std::string LensSlip(const Lens& camera) {
   for (const auto& find : {PrincipalPointSlip, FocalLengthSlip, DistortionSlip}) {
     if (std::string slip = find(camera); !slip.empty()) return slip;
   }
   return "";
 }
 
-std::string MirrorSlip(const PinholeCamera& camera, const HyperbolicMirror& mirror) {
+std::string MirrorSlip(const Lens& camera, const HyperbolicMirror& mirror) {
   constexpr double kMaxRimM = 1;
   if (mirror.rim_radius_m > kMaxRimM) {
     return fmt::format(

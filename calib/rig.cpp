@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <string_view>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/yaml_value.hpp"
 #include "calib/camera_info.hpp"
 #include "calib/mirror_reader.hpp"
@@ -15,7 +17,7 @@ namespace ceilmap::calib {
 namespace {
 
 /// Inline or from a separate camera_info file, never both.
-PinholeCamera ParseIntrinsics(const YamlValue& value) {
+Lens ParseIntrinsics(const YamlValue& value) {
   const auto path = value.Find("camera_info");
   if (!path) return ParseCameraInfo(value);
   for (const char* key : {"image_width",
@@ -33,7 +35,7 @@ PinholeCamera ParseIntrinsics(const YamlValue& value) {
 }
 
 /// For a ring only the image size of the camera is needed.
-PinholeCamera ParseRingIntrinsics(const YamlValue& value) {
+Lens ParseRingIntrinsics(const YamlValue& value) {
   for (const char* key :
        {"camera_info", "camera_matrix", "distortion_model", "distortion_coefficients"}) {
     if (value.Find(key)) return ParseIntrinsics(value);
@@ -47,7 +49,7 @@ void ParseMirrorOf(const YamlValue& value, const std::string& type, MountedCamer
     mounted.mirror = ParseMirror(value.At("mirror", "mirror: {A: ..., B: ..., C: ..., ...}"),
                                  mounted.T_base_cam);
   } else if (type == "mirror") {
-    const PinholeCamera& camera = mounted.camera;
+    const Lens& camera = mounted.camera;
     std::optional<Eigen::Vector2d> axis_px;
     if (camera.fx > 0) axis_px = {camera.cx, camera.cy};
     mounted.mirror_ring = ParseMirrorRing(
@@ -78,6 +80,34 @@ DefaultMount DefaultForwardMount() {
   return {R, "it looks straight ahead, level, the top of its image is up"};
 }
 
+ViewChoice ParseViewChoice(const YamlValue& value) {
+  value.AllowOnly({"field_of_view_deg", "size"});
+  constexpr double kMinDeg = 10;
+  constexpr double kMaxDeg = 150;
+  constexpr int kMinSizePx = 64;
+  constexpr int kMaxSizePx = 8192;
+  ViewChoice choice;
+  if (const auto angle = value.Find("field_of_view_deg")) {
+    const double deg = angle->Number();
+    if (!(deg >= kMinDeg && deg <= kMaxDeg)) {
+      angle->Fail(fmt::format("{:g} to {:g}", kMinDeg, kMaxDeg),
+                  "give the angle across the width of the view");
+    }
+    choice.field_of_view_rad = deg * kRadPerDeg;
+  }
+  if (const auto size = value.Find("size")) {
+    const std::vector<double> sides = size->Numbers(2);
+    for (const double side : sides) {
+      if (side != std::floor(side) || side < kMinSizePx || side > kMaxSizePx) {
+        size->Fail(fmt::format("two whole numbers from {} to {}", kMinSizePx, kMaxSizePx),
+                   "give the width and height of the view in pixels");
+      }
+    }
+    choice.size = cv::Size(static_cast<int>(sides[0]), static_cast<int>(sides[1]));
+  }
+  return choice;
+}
+
 /// @param key  of the camera, for `assumed`, to which the values are added that are not given.
 MountedCamera ParseCamera(const YamlValue& value,
                           const std::string& key,
@@ -95,6 +125,7 @@ MountedCamera ParseCamera(const YamlValue& value,
                    "projection_matrix",
                    "base_link_to_camera",
                    "exposure_time",
+                   "view",
                    "mirror"});
   const YamlValue type = value.At("type", "type: pinhole, hyperbolic_mirror or mirror");
   const std::string name = type.Text();
@@ -120,6 +151,10 @@ MountedCamera ParseCamera(const YamlValue& value,
   if (const auto exposure = value.Find("exposure_time")) {
     mounted.exposure_time_s = exposure->Number();
     if (mounted.exposure_time_s < 0) exposure->Fail(">= 0", "give it in seconds, or 0");
+  }
+  if (const auto view = value.Find("view")) {
+    if (key != "cameras.up") view->Fail("absent for this camera", "only the upward camera has it");
+    mounted.view = ParseViewChoice(*view);
   }
   ParseMirrorOf(value, name, mounted);
   return mounted;

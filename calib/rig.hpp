@@ -6,17 +6,25 @@
 #include <string>
 #include <vector>
 
-#include "calib/camera.hpp"
+#include "calib/lens.hpp"
 #include "calib/mirror.hpp"
 
 namespace ceilmap::calib {
 
+/// What a rig states about the virtual image of its upward camera; the rest is chosen from the
+/// lens.
+struct ViewChoice {
+  std::optional<double> field_of_view_rad;  ///< along the width
+  std::optional<cv::Size> size;
+};
+
 /// A camera on the robot.
 struct MountedCamera {
-  PinholeCamera camera;  ///< focal lengths 0: not known, only with mirror_ring
+  Lens camera;  ///< focal lengths 0: not known, only with mirror_ring
   /// p_base = T_base_cam * p_cam; cam is the optical frame.
   Eigen::Isometry3d T_base_cam = Eigen::Isometry3d::Identity();
   double exposure_time_s = 0;
+  std::optional<ViewChoice> view;          ///< only for the upward camera
   std::optional<HyperbolicMirror> mirror;  ///< only for type hyperbolic_mirror
   std::optional<MirrorRing> mirror_ring;   ///< only for type mirror, of unknown shape
 };

@@ -3,31 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/lens_range.hpp"
-
 namespace ceilmap::calib {
 namespace {
 
-/// Direction of the ray of a pixel in the optical frame, of length 1.
-std::optional<Eigen::Vector3d> Ray(const PinholeCamera& camera, double u, double v) {
-  const Eigen::Vector2d distorted((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
-  const double radius = distorted.norm();
-  const auto undistorted = UndistortedRadius(camera, radius);
-  if (!undistorted) return std::nullopt;
-  const double scale = radius > 0 ? *undistorted / radius : 1;
-  return (scale * distorted).homogeneous().normalized();
-}
-
-std::optional<double> AngleBetween(const PinholeCamera& camera,
+std::optional<double> AngleBetween(const Lens& camera,
                                    const Eigen::Vector2d& pixel,
                                    const Eigen::Vector2d& other) {
-  const auto a = Ray(camera, pixel.x(), pixel.y());
-  const auto b = Ray(camera, other.x(), other.y());
+  const auto a = camera.Ray(pixel);
+  const auto b = camera.Ray(other);
   if (!a || !b) return std::nullopt;
   return std::atan2(a->cross(*b).norm(), a->dot(*b));
 }
 
-std::optional<FieldOfView> FieldOfViewOf(const PinholeCamera& camera) {
+std::optional<FieldOfView> FieldOfViewOf(const Lens& camera) {
   const double right = camera.width_px - 0.5;
   const double bottom = camera.height_px - 0.5;
   const double u = (camera.width_px - 1) / 2.0;
@@ -56,7 +44,7 @@ std::optional<std::array<Eigen::Vector2d, 4>> CornersOf(const MountedCamera& up,
   const Eigen::Vector3d t = up.T_base_cam.translation();
   std::array<Eigen::Vector2d, 4> corners;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const auto ray = Ray(up.camera, pixels[i].x(), pixels[i].y());
+    const auto ray = up.camera.Ray(pixels[i]);
     if (!ray) return std::nullopt;
     const Eigen::Vector3d direction = up.T_base_cam.linear() * *ray;
     constexpr double kMinRise = 0.02;  // 1 deg above the horizon
@@ -67,7 +55,7 @@ std::optional<std::array<Eigen::Vector2d, 4>> CornersOf(const MountedCamera& up,
 }
 
 UpFacts Describe(const MountedCamera& up, double ceiling_height_m) {
-  const PinholeCamera& camera = up.camera;
+  const Lens& camera = up.camera;
   const Eigen::Matrix3d& R = up.T_base_cam.linear();
   UpFacts facts;
   facts.field_of_view = FieldOfViewOf(camera);

@@ -51,6 +51,11 @@ MountedCamera ScaledTo(const MountedCamera& mounted, cv::Size size) {
   const cv::Size from = mounted.camera.Size();
   MountedCamera scaled = mounted;
   scaled.camera = ScaledTo(mounted.camera, size);
+  if (mounted.view && mounted.view->size) {
+    const Ratios ratios = RatiosOf(from, size);
+    scaled.view->size = cv::Size(cvRound(ratios.x * mounted.view->size->width),
+                                 cvRound(ratios.y * mounted.view->size->height));
+  }
   if (mounted.mirror_ring) scaled.mirror_ring = ScaledTo(*mounted.mirror_ring, from, size);
   if (scaled.mirror) {
     const Ratios ratios = RatiosOf(from, size);
@@ -108,9 +113,9 @@ std::string CameraScaling::Text() const {
       std::sqrt(ratios.x * ratios.y));
 }
 
-PinholeCamera ScaledTo(const PinholeCamera& camera, cv::Size size) {
+Lens ScaledTo(const Lens& camera, cv::Size size) {
   const Ratios ratios = RatiosOf(camera.Size(), size);
-  PinholeCamera scaled = camera;
+  Lens scaled = camera;
   scaled.width_px = size.width;
   scaled.height_px = size.height;
   scaled.fx = ratios.x * camera.fx;

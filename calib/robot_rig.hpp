@@ -22,7 +22,7 @@ struct CameraScaling {
 /// The same camera with images of another size: focal lengths and principal point are scaled by the
 /// ratios of the widths and heights, where the image's corner stays at pixel (-0.5, -0.5). The
 /// distortion coefficients do not depend on the size.
-PinholeCamera ScaledTo(const PinholeCamera& camera, cv::Size size);
+Lens ScaledTo(const Lens& camera, cv::Size size);
 
 /// Prepares a camera of the rig for a recording: the camera is scaled where the recording has the
 /// same images in another size. Call it before the rig is used for the recording.

@@ -1,6 +1,5 @@
 #include "calib/virtual_camera.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <string>
 
@@ -15,28 +14,27 @@ constexpr double kUntouchedPx = 1e-3;
 
 }  // namespace
 
-VirtualCamera::VirtualCamera(const MountedCamera& mounted, const Eigen::Matrix3d& R_base_view)
-    : camera_(mounted.camera),
-      focal_px_(std::sqrt(mounted.camera.fx * mounted.camera.fy)),
-      R_cam_view_(mounted.T_base_cam.linear().transpose() * R_base_view) {
-  const Eigen::Vector3d axis = R_cam_view_.transpose().col(2);
-  principal_px_ = Eigen::Vector2d(camera_.cx, camera_.cy) - focal_px_ * axis.head<2>() / axis.z();
-}
+VirtualCamera::VirtualCamera(const MountedCamera& mounted,
+                             const Eigen::Matrix3d& R_base_view,
+                             const ViewFrame& frame)
+    : lens_(mounted.camera),
+      frame_(frame),
+      R_cam_view_(mounted.T_base_cam.linear().transpose() * R_base_view) {}
 
 std::optional<cv::Point2d> VirtualCamera::Raw(double u, double v) const {
-  const Eigen::Vector2d slope = (Eigen::Vector2d(u, v) - principal_px_) / focal_px_;
-  const auto raw = camera_.Project(R_cam_view_ * slope.homogeneous());
+  const auto raw = RawPixel(lens_, R_cam_view_, frame_, {u, v});
   if (!raw) return std::nullopt;
   return cv::Point2d(raw->x(), raw->y());
 }
 
 /// Largest displacement over a grid of pixels that includes the borders.
 bool VirtualCamera::MovesPixels() const {
+  if (frame_.size != lens_.Size()) return true;
   constexpr int kSteps = 16;
   for (int i = 0; i <= kSteps; ++i) {
     for (int j = 0; j <= kSteps; ++j) {
-      const double u = (camera_.width_px - 1.0) * i / kSteps;
-      const double v = (camera_.height_px - 1.0) * j / kSteps;
+      const double u = (frame_.size.width - 1.0) * i / kSteps;
+      const double v = (frame_.size.height - 1.0) * j / kSteps;
       const auto raw = Raw(u, v);
       if (!raw || std::hypot(raw->x - u, raw->y - v) > kUntouchedPx) return true;
     }
@@ -46,7 +44,7 @@ bool VirtualCamera::MovesPixels() const {
 
 RemapTable VirtualCamera::MakeTable() const {
   if (!MovesPixels()) return {};
-  return {camera_.Size(), [this](int u, int v) { return Raw(u, v); }};
+  return {lens_.Size(), frame_.size, [this](int u, int v) { return Raw(u, v); }};
 }
 
 const cv::Mat& RectifyBy(const RemapTable& table,

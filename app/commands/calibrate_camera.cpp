@@ -50,6 +50,13 @@ auto NamingOption(const Function& function) {
   }
 }
 
+calib::LensModel ParseModel(const std::string& text) {
+  const std::string name = text == "rational" ? "rational_polynomial" : text;
+  const auto model = calib::FindLensModel(name);
+  if (model) return *model;
+  throw InputError(fmt::format("--model {}: must be plumb_bob, rational or equidistant", text));
+}
+
 calibration::Board CalibrateCameraOptions::Board() const {
   return NamingOption([this] {
     const cv::Size size = calibration::ParseCorners(corners);
@@ -108,7 +115,7 @@ void RunCalibrateCamera(const CalibrateCameraOptions& params,
   if (!params.print_board.empty()) return PrintBoard(params, common, summary);
   const calibration::Board board = params.Board();
   calibration::SolverParams solver;
-  solver.model = NamingOption([&] { return calibration::ParseLensModel(params.model); });
+  solver.model = ParseModel(params.model);
   solver.choose_terms = !params.all_terms;
   calibration::BoardImages images = recordings::FindBoards(params.images, board);
   if (terminal::Interrupted()) throw RunError("interrupted before all images were processed");
@@ -116,9 +123,6 @@ void RunCalibrateCamera(const CalibrateCameraOptions& params,
       board, std::move(images), solver, static_cast<std::size_t>(params.max_views));
   calibration.name = params.name;
   for (const std::string& warning : calibration.warnings) terminal::PrintWarning(warning);
-  if (solver.model != calibration::LensModel::kPlumbBob) {
-    terminal::Note("rig.yaml takes plumb_bob cameras only; this one is for ROS and others");
-  }
   summary.frames = calibration.images.images;
   summary.quality = reports::CameraJson(calibration);
   files::WriteFileAtomically(params.output,

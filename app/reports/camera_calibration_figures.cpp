@@ -11,6 +11,7 @@
 #include "app/reports/report_folder.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/degrees.hpp"
+#include "calib/solve/rectification.hpp"
 
 namespace fs = std::filesystem;
 
@@ -56,7 +57,7 @@ std::string ResidualData(const calibration::CameraCalibration& calibration) {
 // A round factor with which an arrow of the RMS is about two hundredths of the image long.
 double ArrowScale(const calibration::CameraCalibration& calibration) {
   const double wanted =
-      0.02 * calibration.solution.lens.size.width / std::max(1e-6, calibration.solution.rms_px);
+      0.02 * calibration.solution.lens.width_px / std::max(1e-6, calibration.solution.rms_px);
   const double decade = std::pow(10, std::floor(std::log10(wanted)));
   return wanted / decade >= 5 ? 5 * decade : wanted / decade >= 2 ? 2 * decade : decade;
 }
@@ -65,11 +66,11 @@ figures::Figure ResidualFigure(const calibration::CameraCalibration& calibration
   figures::Figure figure;
   figure.name = "residuals";
   figure.width_px = kWidthPx;
-  figure.height_px = HeightOf(calibration.solution.lens.size);
+  figure.height_px = HeightOf(calibration.solution.lens.Size());
   figure.data = {{"residuals.csv", ResidualData(calibration)}};
   const double scale = ArrowScale(calibration);
   figure.settings =
-      ImageAxes(calibration.solution.lens.size) +
+      ImageAxes(calibration.solution.lens.Size()) +
       fmt::format(
           "set title 'Measured minus modelled corners, {:g} times as long; RMS {:.3f} px'\n",
           scale,
@@ -82,7 +83,7 @@ figures::Figure ResidualFigure(const calibration::CameraCalibration& calibration
 }
 
 figures::Figure CoverageFigure(const calibration::CameraCalibration& calibration) {
-  const cv::Size size = calibration.solution.lens.size;
+  const cv::Size size = calibration.solution.lens.Size();
   std::string cells = "u_px,v_px,boards\n";
   for (std::size_t i = 0; i < calibration.coverage.boards.size(); ++i) {
     const std::size_t row = i / Coverage::kColumns;

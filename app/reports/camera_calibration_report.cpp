@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calib/base/degrees.hpp"
+#include "calib/solve/rectification.hpp"
 
 namespace ceilmap::reports {
 namespace {
@@ -16,9 +17,9 @@ using calibration::CameraSolution;
 using calibration::SolvedView;
 constexpr Eigen::Index kPinhole = 4;
 
-std::vector<std::string> ValueNames(calibration::LensModel model) {
+std::vector<std::string> ValueNames(calib::LensModel model) {
   std::vector<std::string> names = {"fx", "fy", "cx", "cy"};
-  for (std::string& name : calibration::CoefficientNames(model)) names.push_back(std::move(name));
+  for (std::string& name : calib::CoefficientNames(model)) names.push_back(std::move(name));
   return names;
 }
 
@@ -54,13 +55,14 @@ terminal::Table CameraFacts(const calibration::CameraCalibration& calibration) {
                 fmt::format("{:.3f}", solution.rms_px),
                 fmt::format("px, over {} corners", solution.corners)});
   const std::vector<std::string> names = ValueNames(solution.lens.model);
-  for (Eigen::Index i = 0; i < solution.lens.values.size(); ++i) {
+  const Eigen::VectorXd values = solution.lens.Values();
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
     const auto index = static_cast<std::size_t>(i);
     const bool free = solution.free[index];
     const char* const unit = i < kPinhole ? "px"
                              : free       ? ""
                                     : "not estimated: it does not differ from 0 significantly";
-    table.AddRow({names[index], WithSigma(solution.lens.values[i], solution.Sigma(i)), unit});
+    table.AddRow({names[index], WithSigma(values[i], solution.Sigma(i)), unit});
   }
   table.AddRow({"standard deviation",
                 fmt::format("{:.2f}", solution.CornerSigma()),
@@ -74,13 +76,14 @@ nlohmann::ordered_json CameraJson(const calibration::CameraCalibration& calibrat
   const CameraSolution& solution = calibration.solution;
   nlohmann::ordered_json json;
   json["board"] = calibration.board.Name();
-  json["distortion_model"] = calibration::RosName(solution.lens.model);
-  json["image_width"] = solution.lens.size.width;
-  json["image_height"] = solution.lens.size.height;
+  json["distortion_model"] = calib::RosName(solution.lens.model);
+  json["image_width"] = solution.lens.width_px;
+  json["image_height"] = solution.lens.height_px;
   const std::vector<std::string> names = ValueNames(solution.lens.model);
-  for (Eigen::Index i = 0; i < solution.lens.values.size(); ++i) {
+  const Eigen::VectorXd values = solution.lens.Values();
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
     const std::string& name = names[static_cast<std::size_t>(i)];
-    json["values"][name] = solution.lens.values[i];
+    json["values"][name] = values[i];
     json["sigmas"][name] = solution.Sigma(i);
   }
   json["rms_px"] = solution.rms_px;
@@ -109,14 +112,12 @@ calib::CameraInfo CameraInfoOf(const calibration::CameraCalibration& calibration
   const CameraSolution& solution = calibration.solution;
   calib::CameraInfo info;
   info.name = calibration.name;
-  info.size = solution.lens.size;
-  std::copy_n(solution.lens.values.data(), kPinhole, info.pinhole.begin());
-  info.distortion_model = calibration::RosName(solution.lens.model);
-  info.distortion = solution.lens.Coefficients();
+  info.lens = solution.lens;
   info.rectified = calibration::RectifiedPinhole(solution.lens);
   std::string sigmas = "standard deviations:";
   const std::vector<std::string> names = ValueNames(solution.lens.model);
-  for (Eigen::Index i = 0; i < solution.lens.values.size(); ++i) {
+  const Eigen::VectorXd values = solution.lens.Values();
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
     sigmas += fmt::format(" {} {:.3g}", names[static_cast<std::size_t>(i)], solution.Sigma(i));
   }
   info.remarks = {fmt::format("ceilmap calibrate camera: {} views of a {}, RMS {:.3f} px",
@@ -131,9 +132,10 @@ std::vector<ReportTable> CameraTables(const calibration::CameraCalibration& cali
   const CameraSolution& solution = calibration.solution;
   ReportTable lens{"Camera", {"value", "estimate", "sigma"}, {}};
   const std::vector<std::string> names = ValueNames(solution.lens.model);
-  for (Eigen::Index i = 0; i < solution.lens.values.size(); ++i) {
+  const Eigen::VectorXd values = solution.lens.Values();
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
     lens.rows.push_back({names[static_cast<std::size_t>(i)],
-                         fmt::format("{:.6g}", solution.lens.values[i]),
+                         fmt::format("{:.6g}", values[i]),
                          fmt::format("{:.2g}", solution.Sigma(i))});
   }
   ReportTable views{"Views", {"image", "RMS (px)", "tilt (deg)", "edge (px)", "corners"}, {}};

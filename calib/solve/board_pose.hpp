@@ -6,7 +6,7 @@
 
 #include "calib/solve/board.hpp"
 #include "calib/solve/board_detector.hpp"
-#include "calib/solve/lens.hpp"
+#include "calib/solve/board_projection.hpp"
 
 namespace ceilmap::calibration {
 

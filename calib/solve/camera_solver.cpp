@@ -34,10 +34,15 @@ Index OpenTerms(LensModel model) {
 // Residuals of one view, as functions of the lens and the view's pose.
 class ViewCost final : public ceres::CostFunction {
  public:
-  ViewCost(Lens lens, std::vector<cv::Point3d> points, const std::vector<cv::Point2d>& measured)
-      : lens_(std::move(lens)), points_(std::move(points)), measured_(measured) {
+  ViewCost(const Lens& lens,
+           std::vector<cv::Point3d> points,
+           const std::vector<cv::Point2d>& measured)
+      : lens_(lens),
+        values_(lens.Values().size()),
+        points_(std::move(points)),
+        measured_(measured) {
     set_num_residuals(2 * static_cast<int>(points_.size()));
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(lens_.values.size()));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(values_));
     mutable_parameter_block_sizes()->push_back(kPoseValues);
   }
 
@@ -45,9 +50,9 @@ class ViewCost final : public ceres::CostFunction {
                 double* residuals,
                 double** jacobians) const override {
     Lens lens = lens_;
-    std::copy_n(parameters[0], lens.values.size(), lens.values.data());
+    lens.SetValues(Eigen::Map<const Eigen::VectorXd>(parameters[0], values_));
     const BoardPose pose = PoseOf(parameters[1]);
-    if (!(lens.values[0] > 0 && lens.values[1] > 0)) return false;
+    if (!(lens.fx > 0 && lens.fy > 0)) return false;
     MatrixXd by_lens;
     MatrixXd by_pose;
     const bool derive = jacobians != nullptr;
@@ -72,6 +77,7 @@ class ViewCost final : public ceres::CostFunction {
   }
 
   Lens lens_;  // its model; the values are the parameters
+  Index values_;
   std::vector<cv::Point3d> points_;
   std::vector<cv::Point2d> measured_;
 };
@@ -157,7 +163,7 @@ std::optional<CameraEstimate> Problem::Start() const {
   for (const double focal_px : FocalGuesses()) {
     std::optional<CameraEstimate> estimate = StartAt(focal_px);
     if (!estimate) continue;
-    std::vector<bool> free(static_cast<std::size_t>(estimate->lens.values.size()), false);
+    std::vector<bool> free(static_cast<std::size_t>(estimate->lens.Values().size()), false);
     std::fill_n(free.begin(), 6, true);
     Minimise(free, *estimate);
     if (!best || estimate->squares_px2 < best->squares_px2) best = std::move(estimate);
@@ -168,8 +174,9 @@ std::optional<CameraEstimate> Problem::Start() const {
 
 void Problem::Minimise(const std::vector<bool>& free, CameraEstimate& estimate) const {
   ceres::Problem problem;
-  double* const values = estimate.lens.values.data();
-  const auto count = static_cast<int>(estimate.lens.values.size());
+  Eigen::VectorXd solved = estimate.lens.Values();
+  double* const values = solved.data();
+  const auto count = static_cast<int>(solved.size());
   problem.AddParameterBlock(values, count);
   std::vector<int> fixed;
   for (int i = 0; i < count; ++i) {
@@ -191,6 +198,7 @@ void Problem::Minimise(const std::vector<bool>& free, CameraEstimate& estimate) 
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  estimate.lens.SetValues(solved);
   estimate.squares_px2 =
       summary.IsSolutionUsable() ? 2 * summary.final_cost : std::numeric_limits<double>::infinity();
 }
@@ -279,7 +287,7 @@ std::optional<CameraSolution> SolveOnce(const Problem& problem, const SolverPara
   for (const std::vector<bool>& free : TermSets(params)) {
     CameraEstimate estimate = *start;
     for (std::size_t i = kPinholeValues; i < free.size(); ++i) {
-      if (!free[i]) estimate.lens.values[static_cast<Index>(i)] = 0;
+      if (!free[i]) estimate.lens.distortion[i - kPinholeValues] = 0;
     }
     problem.Minimise(free, estimate);
     if (!std::isfinite(estimate.squares_px2)) continue;
@@ -311,17 +319,12 @@ std::optional<std::size_t> Outlier(const CameraSolution& solution, double factor
 }
 
 // The direction of a pixel, or of the last pixel on the line to it that has a direction.
-std::optional<cv::Point3d> RayTowards(const Lens& lens, const cv::Point2d& pixel) {
-  constexpr double kFarthest = 20;  // tangent of the angle from the axis
+std::optional<Eigen::Vector3d> RayTowards(const Lens& lens, const Eigen::Vector2d& pixel) {
   constexpr int kSteps = 20;
-  const cv::Point2d centre(lens.values[2], lens.values[3]);
+  const Eigen::Vector2d centre(lens.cx, lens.cy);
   for (int step = kSteps; step > 0; --step) {
     const double fraction = static_cast<double>(step) / kSteps;
-    const cv::Point2d at = centre + fraction * (pixel - centre);
-    const cv::Point2d p = Undistort(lens, {at}).front();
-    if (!(std::abs(p.x) < kFarthest && std::abs(p.y) < kFarthest)) continue;
-    const cv::Point3d ray(p.x, p.y, 1);
-    if (cv::norm(Project(lens, {}, {ray}).front() - at) < 0.1) return ray;
+    if (const auto ray = lens.Ray(centre + fraction * (pixel - centre))) return ray;
   }
   return std::nullopt;
 }
@@ -343,17 +346,17 @@ std::size_t CameraSolution::UsedViews() const {
 }
 
 double CameraSolution::CornerSigma() const {
-  const double right = lens.size.width - 1;
-  const double bottom = lens.size.height - 1;
+  const double right = lens.width_px - 1;
+  const double bottom = lens.height_px - 1;
   double greatest = 0;
-  for (const cv::Point2d& corner : {cv::Point2d(0, 0),
-                                    cv::Point2d(right, 0),
-                                    cv::Point2d(0, bottom),
-                                    cv::Point2d(right, bottom)}) {
-    const std::optional<cv::Point3d> ray = RayTowards(lens, corner);
+  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0),
+                                        Eigen::Vector2d(right, 0),
+                                        Eigen::Vector2d(0, bottom),
+                                        Eigen::Vector2d(right, bottom)}) {
+    const std::optional<Eigen::Vector3d> ray = RayTowards(lens, corner);
     if (!ray) return std::numeric_limits<double>::infinity();
-    MatrixXd by_lens;
-    Project(lens, {}, {*ray}, &by_lens);
+    const MatrixXd by_lens =
+        calib::ProjectWithDerivatives(lens, *ray).by_lens.leftCols(covariance.cols());
     const Eigen::Matrix2d spread = by_lens * covariance * by_lens.transpose();
     greatest = std::max(greatest, RootOf(spread.trace()));
   }

@@ -7,7 +7,7 @@
 
 #include "calib/solve/board.hpp"
 #include "calib/solve/board_detector.hpp"
-#include "calib/solve/lens.hpp"
+#include "calib/solve/board_projection.hpp"
 
 namespace ceilmap::calibration {
 
@@ -31,11 +31,11 @@ struct SolvedView {
 /// A calibrated camera.
 struct CameraSolution {
   Lens lens;
-  /// Of Lens::values, see LensCovariance. k1, k2, p1 and p2 (of a fisheye k1, k2) are included even
+  /// Of Lens::Values, see LensCovariance. k1, k2, p1 and p2 (of a fisheye k1, k2) are included even
   /// if they were fixed: they do not differ from zero significantly, which contributes to the
   /// uncertainty of focal lengths and centre. Rows and columns of other fixed values are zero.
   Eigen::MatrixXd covariance;
-  std::vector<bool> free;         ///< which of Lens::values were estimated
+  std::vector<bool> free;         ///< which of Lens::Values were estimated
   double rms_px = 0;              ///< root of the mean squared length over all used corners
   std::size_t corners = 0;        ///< number of used corners
   std::vector<SolvedView> views;  ///< in the input order; including those left out

@@ -70,7 +70,8 @@ MatrixXd LensCovariance(const Lens& lens,
   const MatrixXd by_views = count / std::max(1.0, count - 1) * inverse * disagreement * inverse;
   const VectorXd growth =
       (by_views.diagonal().array() / by_curvature.diagonal().array()).max(1.0).sqrt().matrix();
-  MatrixXd covariance = MatrixXd::Zero(lens.values.size(), lens.values.size());
+  const Index values_count = lens.Values().size();
+  MatrixXd covariance = MatrixXd::Zero(values_count, values_count);
   covariance(kept, kept) = growth.asDiagonal() * by_curvature * growth.asDiagonal();
   return covariance;
 }

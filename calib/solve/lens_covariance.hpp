@@ -4,11 +4,11 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calib/solve/lens.hpp"
+#include "calib/solve/board_projection.hpp"
 
 namespace ceilmap::calibration {
 
-/// Information of one view on Lens::values, with the view's pose eliminated, per square pixel of
+/// Information of one view on Lens::Values, with the view's pose eliminated, per square pixel of
 /// corner noise.
 Eigen::MatrixXd LensInformation(const Lens& lens,
                                 const BoardPose& pose,
@@ -21,7 +21,7 @@ struct FittedView {
   const std::vector<cv::Point2d>* residuals_px = nullptr;
 };
 
-/// Covariance of Lens::values at the minimum of a fit; rows and columns of values that are not
+/// Covariance of Lens::Values at the minimum of a fit; rows and columns of values that are not
 /// `free` are zero.
 ///
 /// Computed from the curvature of the squared residuals, whose size gives the corners' noise, and

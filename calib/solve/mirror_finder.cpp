@@ -147,7 +147,7 @@ cv::Mat LightOf(const cv::Mat& image) {
 // outside.
 cv::Mat NotSaturated(const cv::Mat& image) {
   constexpr int kLimit = 250;
-  constexpr int kReach = 9;  // px across
+  constexpr int kSpan = 9;  // px across
   cv::Mat brightest = image;
   if (image.channels() > 1) {
     cv::Mat channel;
@@ -158,7 +158,7 @@ cv::Mat NotSaturated(const cv::Mat& image) {
     }
   }
   cv::Mat sound;
-  cv::erode(brightest < kLimit, sound, cv::Mat(kReach, kReach, CV_8UC1, cv::Scalar(1)));
+  cv::erode(brightest < kLimit, sound, cv::Mat(kSpan, kSpan, CV_8UC1, cv::Scalar(1)));
   return sound;
 }
 

@@ -72,12 +72,13 @@ std::vector<MatrixXd> Informations(const Board& board,
                                    const std::vector<BoardView>& views,
                                    const Lens& lens) {
   constexpr double kSharpPx = 2;
+  const Eigen::Index values = lens.Values().size();
   std::vector<MatrixXd> informations;
   informations.reserve(views.size());
   for (const BoardView& view : views) {
     const std::optional<BoardPose> pose = FindPose(lens, board, view);
     if (!pose) {
-      informations.push_back(MatrixXd::Zero(lens.values.size(), lens.values.size()));
+      informations.push_back(MatrixXd::Zero(values, values));
       continue;
     }
     const double noise = std::max(1.0, view.edge_px / kSharpPx);
@@ -117,7 +118,7 @@ std::vector<std::size_t> ChooseViews(const Board& board,
   }
   const std::vector<MatrixXd> informations = Informations(board, views, solution->lens);
   constexpr double kNextToNothing = 1e-6;  // one view alone does not determine all values
-  const Eigen::Index values = solution->lens.values.size();
+  const Eigen::Index values = solution->lens.Values().size();
   MatrixXd known = kNextToNothing * MatrixXd::Identity(values, values);
   std::vector<bool> taken(views.size(), false);
   chosen.clear();

@@ -61,10 +61,10 @@ void JudgeTilt(const CameraSolution& solution, Judgement& judgement) {
 void JudgeSigmas(const CameraSolution& solution, Judgement& judgement) {
   constexpr double kMaxRelative = 0.02;
   constexpr double kGoodRelative = 0.005;
-  const double focal = std::max(solution.Sigma(0) / solution.lens.values[0],
-                                solution.Sigma(1) / solution.lens.values[1]);
+  const double focal =
+      std::max(solution.Sigma(0) / solution.lens.fx, solution.Sigma(1) / solution.lens.fy);
   const double centre = std::max(solution.Sigma(2), solution.Sigma(3)) /
-                        std::max(solution.lens.size.width, solution.lens.size.height);
+                        std::max(solution.lens.width_px, solution.lens.height_px);
   if (focal > kGoodRelative || !std::isfinite(focal)) {
     (focal < kMaxRelative ? judgement.warnings : judgement.faults)
         .push_back(fmt::format("the focal length has a standard deviation of {:.1f} %: add views "
@@ -102,7 +102,7 @@ void JudgeCoverage(const Coverage& coverage, Judgement& judgement) {
 }
 
 void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
-  const double width_px = std::max(solution.lens.size.width, solution.lens.size.height);
+  const double width_px = std::max(solution.lens.width_px, solution.lens.height_px);
   constexpr double kMaxRatio = 0.01;
   constexpr double kGoodRatio = 0.0015;
   const double ratio = solution.rms_px / width_px;
@@ -119,11 +119,9 @@ void JudgeFit(const CameraSolution& solution, Judgement& judgement) {
 // Content beyond the model's range is lost by rectification.
 void JudgeReach(const Lens& lens, Judgement& judgement) {
   constexpr double kGoodShare = 0.98;
-  const double across =
-      std::max(lens.values[2], lens.size.width - 1 - lens.values[2]) / lens.values[0];
-  const double down =
-      std::max(lens.values[3], lens.size.height - 1 - lens.values[3]) / lens.values[1];
-  const double share = Reach(lens) / std::hypot(across, down);
+  const double across = std::max(lens.cx, lens.width_px - 1 - lens.cx) / lens.fx;
+  const double down = std::max(lens.cy, lens.height_px - 1 - lens.cy) / lens.fy;
+  const double share = lens.Radius(lens.ValidAngle()) / std::hypot(across, down);
   if (share >= kGoodShare) return;
   judgement.warnings.push_back(fmt::format(
       "the distortion model is valid only to {:.0f} % of the distance to the image's corners; "

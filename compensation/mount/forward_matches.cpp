@@ -170,9 +170,9 @@ void ForwardFeatureTracker::AddPair(const cv::Mat& image, const Isometry3d& T_fi
 std::vector<Vector2d> ForwardFeatureTracker::Rays(const std::vector<cv::Point2f>& pixels) const {
   std::vector<Vector2d> rays;
   if (pixels.empty()) return rays;
-  const calib::PinholeCamera& camera = forward_.camera;
+  const calib::Lens& camera = forward_.camera;
   std::vector<cv::Point2f> undistorted;
-  cv::undistortPoints(pixels, undistorted, camera.Matrix(), camera.distortion);
+  cv::undistortPoints(pixels, undistorted, camera.Matrix(), camera.Coefficients());
   rays.reserve(undistorted.size());
   for (const cv::Point2f& p : undistorted) rays.emplace_back(p.x, p.y);
   return rays;

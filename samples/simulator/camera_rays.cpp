@@ -1,34 +1,12 @@
 #include "samples/simulator/camera_rays.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 namespace ceilmap::simulator {
-namespace {
-
-using Eigen::Matrix2d;
-using Eigen::Vector2d;
-
-/// Brown-Conrady as in calib::PinholeCamera, and its derivative.
-Vector2d Distort(const std::array<double, 5>& k, const Vector2d& p, Matrix2d& derivative) {
-  const double x = p.x();
-  const double y = p.y();
-  const double r2 = p.squaredNorm();
-  const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-  const double slope = 2 * (k[0] + r2 * (2 * k[1] + r2 * 3 * k[4]));  // d radial / d r2, doubled
-  const double mixed = x * y * slope + 2 * k[2] * x + 2 * k[3] * y;
-  derivative << radial + x * x * slope + 2 * k[2] * y + 6 * k[3] * x, mixed, mixed,
-      radial + y * y * slope + 6 * k[2] * y + 2 * k[3] * x;
-  return {x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x),
-          y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y};
-}
-
-}  // namespace
-
-CameraRays::CameraRays(const calib::PinholeCamera& camera) : camera_(camera), size_(camera.Size()) {
+CameraRays::CameraRays(const calib::Lens& camera) : camera_(camera), size_(camera.Size()) {
   if (camera_.IsDistorted()) {
     taps_.create(2 * size_.height, 2 * size_.width, CV_32FC2);
     for (int r = 0; r < taps_.rows; ++r) {
@@ -42,18 +20,11 @@ CameraRays::CameraRays(const calib::PinholeCamera& camera) : camera_(camera), si
 }
 
 cv::Point2d CameraRays::Undistort(double u, double v) const {
-  const Vector2d wanted((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy);
-  Vector2d ray = wanted;
-  for (int i = 0; i < 30; ++i) {  // Newton's method
-    Matrix2d derivative;
-    const Vector2d error = Distort(camera_.distortion, ray, derivative) - wanted;
-    ray -= derivative.inverse() * error;
-    if (error.squaredNorm() < 1e-24) break;
-  }
-  const auto seen = camera_.Project({ray.x(), ray.y(), 1});
+  const auto ray = camera_.Ray({u, v});
   const double nothing = std::numeric_limits<double>::quiet_NaN();
-  if (!seen || !((*seen - Vector2d(u, v)).norm() < 1e-6)) return {nothing, nothing};
-  return {ray.x(), ray.y()};
+  constexpr double kMinDepth = 0.0175;  // 89 deg from the axis: farther out the image is dark
+  if (!ray || !(ray->z() > kMinDepth)) return {nothing, nothing};
+  return {ray->x() / ray->z(), ray->y() / ray->z()};
 }
 
 cv::Point2d CameraRays::Tap(int tap_row, int tap_column) const {
@@ -87,8 +58,24 @@ cv::Point2d CameraRays::Ray(int u, int v, double du, double dv) const {
   return 0.25 * (a + b + c + d) + du * (b + d - a - c) + dv * (c + d - a - b);
 }
 
+/// A pixel; half of one is needed. Towards the rim of a wide lens, pixels are larger.
+double CameraRays::Margin(const cv::Rect& taps) const {
+  double margin = PixelSpan();
+  if (taps_.empty()) return margin;
+  const auto add = [&margin](const cv::Point2d& a, const cv::Point2d& b) {
+    const cv::Point2d step = a - b;
+    margin = std::fmax(margin, 2 * std::fmax(std::abs(step.x), std::abs(step.y)));
+  };
+  for (int r = taps.y; r < taps.y + taps.height; ++r) {
+    for (int c = taps.x; c < taps.x + taps.width; ++c) {
+      if (c > taps.x) add(Tap(r, c), Tap(r, c - 1));
+      if (r > taps.y) add(Tap(r, c), Tap(r - 1, c));
+    }
+  }
+  return margin;
+}
+
 std::vector<CameraRays::Block> CameraRays::MakeBlocks(const cv::Rect& pixels, int size) const {
-  const double margin = 1 / std::min(camera_.fx, camera_.fy);  // a pixel; half of one is needed
   std::vector<Block> blocks;
   for (int v = pixels.y; v < pixels.y + pixels.height; v += size) {
     for (int u = pixels.x; u < pixels.x + pixels.width; u += size) {
@@ -104,6 +91,7 @@ std::vector<CameraRays::Block> CameraRays::MakeBlocks(const cv::Rect& pixels, in
           high = {std::fmax(high.x, ray.x), std::fmax(high.y, ray.y)};
         }
       }
+      const double margin = Margin(taps);
       const cv::Point2d border(margin, margin);
       block.rays = high.x < low.x ? cv::Rect2d(0, 0, -1, -1)  // outside the lens's field of view
                                   : cv::Rect2d(low - border, high + border);

@@ -49,12 +49,26 @@ double DistanceToHull(const Vector3d& from, const Vector3d& direction, const Roo
   return distance;
 }
 
+/// The ray of a pixel, with z = 1; for wide lenses that of the last pixel on the line to it that is
+/// less than 70 degrees from the axis.
+Vector3d RayTowards(const calib::Lens& lens, const Vector2d& pixel) {
+  constexpr double kMinDepth = 0.34;
+  constexpr int kSteps = 32;
+  const Vector2d centre(lens.cx, lens.cy);
+  for (int step = 0; step < kSteps; ++step) {
+    const double fraction = 1 - static_cast<double>(step) / kSteps;
+    const auto ray = lens.Ray(centre + fraction * (pixel - centre));
+    if (ray && ray->z() > kMinDepth) return *ray / ray->z();
+  }
+  return Vector3d::UnitZ();
+}
+
 }  // namespace
 
 std::vector<Vector3d> PlaneInCorners(const calib::MountedCamera& mounted,
                                      const Isometry3d& T_map_base,
                                      double height_m) {
-  const calib::PinholeCamera& camera = mounted.camera;
+  const calib::Lens& camera = mounted.camera;
   const double right = camera.width_px - 1;
   const double low = camera.height_px - 1;
   const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
@@ -62,9 +76,7 @@ std::vector<Vector3d> PlaneInCorners(const calib::MountedCamera& mounted,
   std::vector<Vector3d> points_map;
   for (const Vector2d& corner :
        {Vector2d(0, 0), Vector2d(right, 0), Vector2d(0, low), Vector2d(right, low)}) {
-    const Vector3d ray(
-        (corner.x() - camera.cx) / camera.fx, (corner.y() - camera.cy) / camera.fy, 1);
-    points_map.emplace_back(T_map_cam * (rise * ray));
+    points_map.emplace_back(T_map_cam * (rise * RayTowards(camera, corner)));
   }
   return points_map;
 }
@@ -72,13 +84,12 @@ std::vector<Vector3d> PlaneInCorners(const calib::MountedCamera& mounted,
 std::vector<Vector3d> RoomInImage(const calib::MountedCamera& mounted,
                                   const Isometry3d& T_map_base,
                                   const Room& room) {
-  const calib::PinholeCamera& camera = mounted.camera;
+  const calib::Lens& camera = mounted.camera;
   const Isometry3d T_map_cam = T_map_base * mounted.T_base_cam;
   std::vector<Vector3d> points_map;
   for (const double u : {0.0, (camera.width_px - 1) / 2.0, camera.width_px - 1.0}) {
     for (const double v : {0.0, (camera.height_px - 1) / 2.0, camera.height_px - 1.0}) {
-      const Vector3d ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
-      const Vector3d direction = T_map_cam.linear() * ray;
+      const Vector3d direction = T_map_cam.linear() * RayTowards(camera, {u, v});
       const double distance = DistanceToHull(T_map_cam.translation(), direction, room);
       if (std::isfinite(distance))
         points_map.emplace_back(T_map_cam.translation() + distance * direction);
@@ -90,16 +101,16 @@ std::vector<Vector3d> RoomInImage(const calib::MountedCamera& mounted,
 double BlurLength(const calib::MountedCamera& mounted,
                   const Exposure& exposure,
                   const std::vector<Vector3d>& points_map) {
-  const calib::PinholeCamera& camera = mounted.camera;
+  const calib::Lens& camera = mounted.camera;
   double longest = 0;
   for (const Vector3d& p_map : points_map) {
     const auto seen_from = [&](const Isometry3d& T_map_base) {
       const Vector3d p = (T_map_base * mounted.T_base_cam).inverse() * p_map;
-      return Vector2d(camera.fx * p.x() / p.z(), camera.fy * p.y() / p.z());
+      return camera.Project(p);
     };
-    longest = std::max(
-        longest,
-        (seen_from(exposure.T_map_base_close) - seen_from(exposure.T_map_base_open)).norm());
+    const auto first = seen_from(exposure.T_map_base_open);
+    const auto last = seen_from(exposure.T_map_base_close);
+    if (first && last) longest = std::max(longest, (*last - *first).norm());
   }
   return longest;
 }

@@ -38,7 +38,9 @@ double TexelSize(const Scene& scene) {
 /// viewing angle is flat, and finer samples would cause aliasing.
 double ForwardTexelSize(const Scene& scene) {
   const Camera& camera = *scene.forward;
-  const double half_view = std::atan(camera.height_px / 2.0 / camera.focal_px);
+  const double half_height = camera.height_px / 2.0 / camera.focal_px;
+  const bool fisheye = camera.distortion_model == calib::LensModel::kEquidistant;
+  const double half_view = fisheye ? std::min(half_height, 1.4) : std::atan(half_height);
   const double raised = std::abs(camera.mount_pitch_deg) * std::numbers::pi / 180 + half_view;
   const double rise = std::sin(std::clamp(raised, 0.1, std::numbers::pi / 2));
   const double span_rad = std::pow(std::cos(half_view), 2) / camera.focal_px;

@@ -43,7 +43,8 @@ struct Intrinsics {
   double focal_px = 0;
   double offset_x_px = 0;  // of the principal point from the image's centre
   double offset_y_px = 0;
-  std::array<double, 5> distortion{};
+  calib::LensModel model = calib::LensModel::kPlumbBob;
+  std::array<double, 8> distortion{};
 };
 
 std::string IntrinsicsText(const char* name, const Intrinsics& c) {
@@ -59,10 +60,13 @@ std::string IntrinsicsText(const char* name, const Intrinsics& c) {
       cx,
       f,
       cy);
+  const std::size_t count = calib::CoefficientNames(c.model).size();
   text += fmt::format(
-      "    distortion_model: plumb_bob\n"
-      "    distortion_coefficients: {{rows: 1, cols: 5, data: [{:.12g}]}}\n",
-      fmt::join(c.distortion, ", "));
+      "    distortion_model: {}\n"
+      "    distortion_coefficients: {{rows: 1, cols: {}, data: [{:.12g}]}}\n",
+      calib::RosName(c.model),
+      count,
+      fmt::join(c.distortion.begin(), c.distortion.begin() + count, ", "));
   text += "    rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n";
   text += fmt::format(
       "    projection_matrix: {{rows: 3, cols: 4, data: [{}, 0, {}, 0, 0, {}, {}, 0, 0, 0, 1, "
@@ -101,7 +105,8 @@ std::string ExposureText(double exposure_time_s) {
 
 std::string CameraText(const char* name, const Camera& c, const Matrix3d& R) {
   return fmt::format("  {}:\n    type: pinhole\n", name) +
-         IntrinsicsText(name, {c.width_px, c.height_px, c.focal_px, 0, 0, c.distortion}) +
+         IntrinsicsText(
+             name, {c.width_px, c.height_px, c.focal_px, 0, 0, c.distortion_model, c.distortion}) +
          PoseText(name, R, {c.mount_x_m, c.mount_y_m, c.mount_height_m}) +
          ExposureText(c.exposure_time_s);
 }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/lens.hpp"
 #include "samples/simulator/structure.hpp"
 
 namespace ceilmap::simulator {
@@ -125,7 +126,8 @@ struct Camera {
   int width_px = 640;
   int height_px = 480;
   double focal_px = 457.0;  ///< in both axes; the principal point is at the image's centre
-  std::array<double, 5> distortion{};  ///< plumb_bob k1, k2, p1, p2, k3
+  calib::LensModel distortion_model = calib::LensModel::kPlumbBob;
+  std::array<double, 8> distortion{};  ///< coefficients of the model; the rest is zero
   double mount_x_m = 0;                ///< in base
   double mount_y_m = 0;
   double mount_height_m = 0.4;  ///< above the floor

@@ -172,17 +172,32 @@ void ReadPath(const YamlValue& value, Path& path) {
   }
 }
 
+void ReadLens(const YamlValue& value, Camera& camera) {
+  if (const auto name = value.Find("distortion_model")) {
+    const auto model = calib::FindLensModel(name->Text());
+    if (!model) {
+      name->Fail("one of plumb_bob, rational_polynomial, equidistant", "correct it");
+    }
+    camera.distortion_model = *model;
+  }
+  const auto given = value.Find("distortion");
+  if (!given) return;
+  const std::vector<double> read =
+      given->Numbers(calib::CoefficientNames(camera.distortion_model).size());
+  std::copy(read.begin(), read.end(), camera.distortion.begin());
+}
+
 void ReadCamera(const YamlValue& value, Camera& camera) {
-  AllowOnly(value, kCameraFields, "distortion");
+  AllowOnly(value, kCameraFields, "distortion_model", "distortion");
   ReadFields(value, kCameraFields, camera);
-  ReadArray(value, "distortion", camera.distortion);
+  ReadLens(value, camera);
 }
 
 void ReadForward(const YamlValue& value, Camera& camera) {
-  AllowOnly(value, kCameraFields, "distortion", "saturation");
+  AllowOnly(value, kCameraFields, "distortion_model", "distortion", "saturation");
   ReadFields(value, kCameraFields, camera);
   ReadFields(value, kForwardFields, camera);
-  ReadArray(value, "distortion", camera.distortion);
+  ReadLens(value, camera);
 }
 
 void ReadOmni(const YamlValue& value, OmniCamera& camera) {

@@ -8,27 +8,31 @@ namespace {
 CameraInfo TestInfo() {
   CameraInfo info;
   info.name = "up \"1\"";
-  info.size = {640, 480};
-  info.pinhole = {457.0073621, 458.1, 319.123456789012, 239.5};
-  info.distortion_model = "plumb_bob";
-  info.distortion = {-0.25, 0.0625, 1e-5, -2e-4, 0};
+  info.lens = {640, 480, 457.0073621, 458.1, 319.123456789012, 239.5, {-0.25, 0.0625, 1e-5, -2e-4}};
   info.rectified = {400, 401, 318, 240};
   info.remarks = {"a remark"};
   return info;
 }
 
+Lens ReadBack(const CameraInfo& info) {
+  return ParseCameraInfo(YamlValue::Parse(FormatCameraInfo(info), "up.yaml", "a camera_info file"));
+}
+
 TEST(CameraInfo, IsReadBackAsItWasWritten) {
-  const CameraInfo info = TestInfo();
-  const std::string text = FormatCameraInfo(info);
-  const PinholeCamera camera =
-      ParseCameraInfo(YamlValue::Parse(text, "up.yaml", "a camera_info file"));
-  EXPECT_EQ(camera.width_px, 640);
-  EXPECT_EQ(camera.height_px, 480);
-  EXPECT_EQ(camera.fx, info.pinhole[0]);
-  EXPECT_EQ(camera.fy, info.pinhole[1]);
-  EXPECT_EQ(camera.cx, info.pinhole[2]);
-  EXPECT_EQ(camera.cy, info.pinhole[3]);
-  EXPECT_THAT(camera.distortion, testing::ElementsAreArray(info.distortion));
+  CameraInfo info = TestInfo();
+  const std::vector<std::pair<LensModel, std::array<double, 8>>> lenses = {
+      {LensModel::kPlumbBob, info.lens.distortion},
+      {LensModel::kRational, {0.2, -0.01, 1e-3, -2e-3, 0.001, 0.4, 0.01, 0.001}},
+      {LensModel::kEquidistant, {0.05, -0.01, 0.002, -1e-5}}};
+  for (const auto& [model, distortion] : lenses) {
+    info.lens.model = model;
+    info.lens.distortion = distortion;
+    const Lens lens = ReadBack(info);
+    EXPECT_EQ(lens.model, model);
+    EXPECT_EQ(lens.Size(), cv::Size(640, 480));
+    EXPECT_EQ(lens.Values(), info.lens.Values());
+    EXPECT_EQ(lens.distortion, distortion);
+  }
 }
 
 // As camera_calibration_parsers has it.

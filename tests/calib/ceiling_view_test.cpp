@@ -56,7 +56,7 @@ double Pattern(double x, double y) {
 
 /// What a raw camera shows of the pattern: for every pixel, its ray by numerical inversion.
 cv::Mat RenderRaw(const MountedCamera& up) {
-  const PinholeCamera& camera = up.camera;
+  const Lens& camera = up.camera;
   cv::Mat raw(camera.Size(), CV_8UC1);
   for (int v = 0; v < raw.rows; ++v) {
     for (int u = 0; u < raw.cols; ++u) {

@@ -43,7 +43,7 @@ double Wall(double left, double up) {
 
 /// What a raw camera shows of that wall, which stands at a right angle to a direction of base.
 cv::Mat RenderRaw(const MountedCamera& forward, double wall_yaw_rad) {
-  const PinholeCamera& camera = forward.camera;
+  const Lens& camera = forward.camera;
   cv::Mat raw(camera.Size(), CV_8UC1);
   for (int v = 0; v < raw.rows; ++v) {
     for (int u = 0; u < raw.cols; ++u) {
@@ -157,17 +157,16 @@ TEST(ForwardView, RefusesCamerasThatDoNotPointForward) {
 TEST(ForwardView, RefusesCamerasThatCannotBe) {
   const char* const message =
       "forward camera: image size and focal lengths must be > 0; correct the rig";
-  const auto expect_refusal = [&](const std::function<void(PinholeCamera&)>& spoil) {
+  const auto expect_refusal = [&](const std::function<void(Lens&)>& spoil) {
     MountedCamera forward = ForwardCamera(0);
     spoil(forward.camera);
     EXPECT_THAT([&] { ForwardView{forward}; }, testing::ThrowsMessage<InputError>(message));
   };
-  expect_refusal([](PinholeCamera& camera) { camera.width_px = 1; });
-  expect_refusal([](PinholeCamera& camera) { camera.height_px = 0; });
-  expect_refusal([](PinholeCamera& camera) { camera.fx = 0; });
-  expect_refusal([](PinholeCamera& camera) { camera.fy = -3; });
-  expect_refusal(
-      [](PinholeCamera& camera) { camera.fx = std::numeric_limits<double>::quiet_NaN(); });
+  expect_refusal([](Lens& camera) { camera.width_px = 1; });
+  expect_refusal([](Lens& camera) { camera.height_px = 0; });
+  expect_refusal([](Lens& camera) { camera.fx = 0; });
+  expect_refusal([](Lens& camera) { camera.fy = -3; });
+  expect_refusal([](Lens& camera) { camera.fx = std::numeric_limits<double>::quiet_NaN(); });
 }
 
 }  // namespace

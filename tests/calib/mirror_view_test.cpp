@@ -177,7 +177,7 @@ TEST(MirrorView, AQuarterTurnIsAQuarterOfTheColumns) {
 cv::Mat RenderMirror(const MountedCamera& omni,
                      const std::function<double(const Eigen::Vector3d&)>& world) {
   cv::Mat raw(omni.camera.Size(), CV_8UC1, cv::Scalar(0));
-  const PinholeCamera& camera = omni.camera;
+  const Lens& camera = omni.camera;
   const double rim_slope = omni.mirror->CameraSlope(omni.mirror->RimElevation()) + 3 / camera.fx;
   for (int v = 0; v < raw.rows; ++v) {
     for (int u = 0; u < raw.cols; ++u) {

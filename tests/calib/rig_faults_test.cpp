@@ -157,9 +157,14 @@ const Fault kFaults[] = {
      "a list of 5 numbers, not 4; complete or shorten the list"},
     {"OtherDistortionModel",
      "distortion_model: plumb_bob",
+     "distortion_model: thin_prism",
+     "rig.yaml:13: cameras.up.distortion_model = thin_prism, must be plumb_bob, "
+     "rational_polynomial, equidistant or none; calibrate the camera again with one of these "
+     "models"},
+    {"FiveCoefficientsOfAFisheye",
+     "distortion_model: plumb_bob",
      "distortion_model: equidistant",
-     "rig.yaml:13: cameras.up.distortion_model = equidistant, must be plumb_bob or none; calibrate "
-     "the camera again with the plumb_bob model"},
+     "rig.yaml:14: cameras.up.distortion_coefficients.cols = 5, must be 4; correct the value"},
     {"NoneWithDistortion",
      "distortion_model: plumb_bob",
      "distortion_model: none",

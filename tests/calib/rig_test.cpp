@@ -46,7 +46,7 @@ TEST(Rig, ReadsAPinholeCamera) {
   ASSERT_TRUE(rig.up);
   EXPECT_EQ(rig.up->camera.Size(), cv::Size(640, 480));
   EXPECT_EQ(rig.up->camera.Matrix(), cv::Matx33d(457, 0, 319.5, 0, 458, 239.5, 0, 0, 1));
-  EXPECT_THAT(rig.up->camera.distortion, ElementsAre(-0.12, 0.02, 0.001, -0.002, 0.003));
+  EXPECT_THAT(rig.up->camera.distortion, ElementsAre(-0.12, 0.02, 0.001, -0.002, 0.003, 0, 0, 0));
   EXPECT_EQ(rig.up->exposure_time_s, 0.005);
   EXPECT_FALSE(rig.up->mirror);
   // The image's right (x_cam) is the robot's left (+y), its bottom (y_cam) the robot's back (-x).
@@ -196,7 +196,7 @@ distortion_coefficients:
   text.replace(begin, end - begin, "    camera_info: up.yaml\n");
   const Rig rig = ReadRig(Write("rig.yaml", text));
   EXPECT_EQ(rig.up->camera.Matrix(), cv::Matx33d(430.15, 0, 311.2, 0, 430.6, 236.9, 0, 0, 1));
-  EXPECT_THAT(rig.up->camera.distortion, ElementsAre(-0.33, 0.11, -0.0004, 0.0002, 0));
+  EXPECT_THAT(rig.up->camera.distortion, ElementsAre(-0.33, 0.11, -0.0004, 0.0002, 0, 0, 0, 0));
   EXPECT_EQ(ReadCameraInfo(folder_ / "up.yaml").fy, 430.6);
 }
 

@@ -41,8 +41,8 @@ TEST(FitUpCamera, ScalesAboutTheCornerOfTheImage) {
 
 // A block of 2 x 2 pixels becomes one: its centre at (u + 0.5, v + 0.5) is the new pixel's centre.
 TEST(ScaledTo, AgreesWithBlocksOfPixels) {
-  const PinholeCamera camera{640, 480, 457, 458, 311.2, 236.9, {-0.12, 0.02, 0.001, -0.002, 0}};
-  const PinholeCamera half = ScaledTo(camera, {320, 240});
+  const Lens camera{640, 480, 457, 458, 311.2, 236.9, {-0.12, 0.02, 0.001, -0.002, 0}};
+  const Lens half = ScaledTo(camera, {320, 240});
   const Eigen::Vector3d p_cam(0.3, -0.2, 1.1);
   const Eigen::Vector2d whole_px = *camera.Project(p_cam);
   const Eigen::Vector2d half_px = *half.Project(p_cam);

@@ -14,14 +14,11 @@ void ReadAsCameraInfo(std::string_view bytes) {
   Require(camera->width_px > 0 && camera->height_px > 0 && camera->fx > 0 && camera->fy > 0,
           "a camera that cannot be");
   calib::CameraInfo info;
-  info.size = camera->Size();
-  info.pinhole = {camera->fx, camera->fy, camera->cx, camera->cy};
-  info.rectified = info.pinhole;
-  info.distortion_model = "plumb_bob";
-  info.distortion.assign(camera->distortion.begin(), camera->distortion.end());
-  const calib::PinholeCamera again = calib::ParseCameraInfo(calib::FormatCameraInfo(info), kFile);
+  info.lens = *camera;
+  info.rectified = {camera->fx, camera->fy, camera->cx, camera->cy};
+  const calib::Lens again = calib::ParseCameraInfo(calib::FormatCameraInfo(info), kFile);
   Require(again.Size() == camera->Size() && again.fx == camera->fx && again.fy == camera->fy &&
-              again.cx == camera->cx && again.cy == camera->cy &&
+              again.cx == camera->cx && again.cy == camera->cy && again.model == camera->model &&
               again.distortion == camera->distortion,
           "a camera reads back as another one");
 }

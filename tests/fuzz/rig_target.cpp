@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kFile = "/nowhere/rig.yaml";
 
 void CheckCamera(const calib::MountedCamera& mounted) {
-  const calib::PinholeCamera& camera = mounted.camera;
+  const calib::Lens& camera = mounted.camera;
   Require(camera.width_px > 0 && camera.height_px > 0, "a camera without an image");
   Require(camera.fx >= 0 && camera.fy >= 0 && std::isfinite(camera.fx + camera.fy) &&
               std::isfinite(camera.cx) && std::isfinite(camera.cy),

@@ -35,8 +35,8 @@ class ViewRays {
     return pixel;
   }
   [[nodiscard]] bool IsAbove(double u, double v) const {
-    const Eigen::Vector3d ray((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1);
-    return (R_cam_level_.transpose() * ray).z() > 0;
+    const auto ray = camera_.Ray({u, v});
+    return ray && (R_cam_level_.transpose() * *ray).z() > 0;
   }
   /// Azimuth of the optical axis.
   [[nodiscard]] double Azimuth() const {
@@ -53,7 +53,7 @@ class ViewRays {
            pixel.y() <= camera_.Size().height - 1;
   }
 
-  calib::PinholeCamera camera_;
+  calib::Lens camera_;
   Eigen::Matrix3d R_cam_level_;
 };
 

@@ -72,16 +72,22 @@ BestShift FindShift(const cv::Mat& a, const cv::Mat& b, Columns of, int from, in
   return {from + static_cast<double>(least - difference.begin()) + fraction, *least};
 }
 
+/// Angle from the axis at a distance from the principal point, in focal lengths.
+double HalfView(const calib::Lens& lens, double radius) {
+  constexpr double kMax = 1.2;  // of wide lenses, the middle part is used
+  return std::min(kMax, lens.Angle(radius).value_or(lens.ValidAngle()));
+}
+
 }  // namespace
 
 StripTurn::StripTurn(const calib::MountedCamera& forward) {
-  const calib::PinholeCamera& camera = forward.camera;
+  const calib::Lens& camera = forward.camera;
   const Eigen::Matrix3d R_cam_base = forward.T_base_cam.linear().transpose();
   const Eigen::Vector3d axis = R_cam_base.row(2).transpose();
   const double middle = std::atan2(axis.y(), axis.x());
   const double pitch = std::asin(std::clamp(axis.z(), -1.0, 1.0));
-  const double half = 0.92 * std::atan(0.5 * camera.width_px / camera.fx);
-  const double half_height = std::atan(0.5 * camera.height_px / camera.fy);
+  const double half = 0.92 * HalfView(camera, 0.5 * camera.width_px / camera.fx);
+  const double half_height = HalfView(camera, 0.5 * camera.height_px / camera.fy);
   // From the horizon upwards, or as near to it as the field of view allows.
   const double lowest = std::max(0.03, pitch - 0.85 * half_height);
   const double highest = std::max(lowest + 0.1, pitch + 0.7 * half_height);

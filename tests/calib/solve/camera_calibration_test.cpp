@@ -14,8 +14,8 @@ BoardImages ExactImages(const Lens& lens, const std::vector<BoardPose>& poses) {
   const Board board = TestBoard();
   BoardImages images;
   images.name = "boards";
-  images.size = lens.size;
-  images.sample = cv::Mat(lens.size, CV_8UC1, cv::Scalar(128));
+  images.size = lens.Size();
+  images.sample = cv::Mat(lens.Size(), CV_8UC1, cv::Scalar(128));
   for (const BoardPose& pose : poses) {
     BoardView& view = images.views.emplace_back();
     view.name = std::to_string(++images.images);
@@ -42,7 +42,7 @@ TEST(CameraCalibration, FindsTheLensAndNamesWhatIsLeftOut) {
   images.views[2].edge_px = 20;  // blurred
   images.without_board = {"empty"};
   const CameraCalibration found = CalibrateCamera(TestBoard(), images, {}, 10);
-  EXPECT_NEAR(found.solution.lens.values[0], lens.values[0], 0.5);
+  EXPECT_NEAR(found.solution.lens.fx, lens.fx, 0.5);
   EXPECT_EQ(found.views.size(), 10U);
   ASSERT_EQ(found.left_out.size(), 1U + 1U + 4U);
   EXPECT_EQ(found.left_out[0].name, "empty");

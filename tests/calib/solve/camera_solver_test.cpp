@@ -48,12 +48,12 @@ TEST(CameraSolver, FindsALensFromPaintedImages) {
   for (const BoardPose& pose : GoodPoses(board, lens)) {
     views.push_back(DetectBoard(painter.Paint(pose), board).value());
   }
-  const auto solution = SolveCamera(board, views, lens.size);
+  const auto solution = SolveCamera(board, views, lens.Size());
   ASSERT_TRUE(solution);
-  EXPECT_NEAR(solution->lens.values[0] / lens.values[0], 1, 0.002);
-  EXPECT_NEAR(solution->lens.values[1] / lens.values[1], 1, 0.002);
-  EXPECT_NEAR(solution->lens.values[2], lens.values[2], 0.6);
-  EXPECT_NEAR(solution->lens.values[3], lens.values[3], 0.6);
+  EXPECT_NEAR(solution->lens.Values()[0] / lens.Values()[0], 1, 0.002);
+  EXPECT_NEAR(solution->lens.Values()[1] / lens.Values()[1], 1, 0.002);
+  EXPECT_NEAR(solution->lens.Values()[2], lens.Values()[2], 0.6);
+  EXPECT_NEAR(solution->lens.Values()[3], lens.Values()[3], 0.6);
   EXPECT_LT(solution->rms_px, 0.1);
   EXPECT_EQ(solution->UsedViews(), views.size());
 }
@@ -67,14 +67,16 @@ TEST(CameraSolver, StandardDeviationsAreThoseOfTheErrors) {
   constexpr int kNoises = 20;
   double sum = 0;
   for (int seed = 0; seed < kNoises; ++seed) {
-    const auto solution = SolveCamera(
-        TestBoard(), NoisyViews(lens, poses, 0.2, static_cast<unsigned>(seed)), lens.size, params);
+    const auto solution = SolveCamera(TestBoard(),
+                                      NoisyViews(lens, poses, 0.2, static_cast<unsigned>(seed)),
+                                      lens.Size(),
+                                      params);
     ASSERT_TRUE(solution);
     EXPECT_NEAR(solution->rms_px, 0.2 * std::sqrt(2), 0.02);
-    for (Eigen::Index i = 0; i < lens.values.size(); ++i) {
-      const double error = (solution->lens.values[i] - lens.values[i]) / solution->Sigma(i);
+    for (Eigen::Index i = 0; i < lens.Values().size(); ++i) {
+      const double error = (solution->lens.Values()[i] - lens.Values()[i]) / solution->Sigma(i);
       EXPECT_LT(std::abs(error), 4) << "value " << i << ", noise " << seed;
-      sum += error * error / static_cast<double>(lens.values.size());
+      sum += error * error / static_cast<double>(lens.Values().size());
     }
   }
   EXPECT_GT(sum / kNoises, 0.4);
@@ -84,7 +86,7 @@ TEST(CameraSolver, StandardDeviationsAreThoseOfTheErrors) {
 TEST(CameraSolver, WhatHasNoVarianceIsNotKnown) {
   CameraSolution solution;
   solution.lens = TestLens();
-  const auto n = static_cast<Eigen::Index>(solution.lens.values.size());
+  const auto n = static_cast<Eigen::Index>(solution.lens.Values().size());
   solution.covariance = Eigen::MatrixXd::Zero(n, n);
   EXPECT_EQ(solution.CornerSigma(), 0);
   solution.covariance(1, 1) = std::numeric_limits<double>::quiet_NaN();
@@ -99,31 +101,30 @@ TEST(CameraSolver, LeavesOutTermsThatTheViewsDoNotNeed) {
   Lens lens = Lens::WithoutDistortion(LensModel::kPlumbBob, {480, 360}, 400);
   const auto free_terms = [&] {
     const auto views = NoisyViews(lens, GoodPoses(TestBoard(), lens), 0.1, 1);
-    return SolveCamera(TestBoard(), views, lens.size).value().free;
+    return SolveCamera(TestBoard(), views, lens.Size()).value().free;
   };
   EXPECT_THAT(free_terms(),
               testing::ElementsAre(true, true, true, true, false, false, false, false, false));
-  lens.values[4] = -0.2;
+  lens.distortion[0] = -0.2;
   EXPECT_THAT(free_terms(),
               testing::ElementsAre(true, true, true, true, true, false, false, false, false));
-  lens.values.tail<5>() << -0.2, 0.05, 0.004, -0.003, 0;
+  lens.distortion = {-0.2, 0.05, 0.004, -0.003};
   EXPECT_THAT(free_terms(),
               testing::ElementsAre(true, true, true, true, true, true, true, true, false));
 }
 
 TEST(CameraSolver, FindsFisheyeLenses) {
   Lens lens = Lens::WithoutDistortion(LensModel::kEquidistant, {480, 360}, 150);
-  lens.values[4] = 0.05;
-  lens.values[5] = -0.01;
+  lens.distortion = {0.05, -0.01};
   Lens narrow = TestLens();  // places the boards
-  narrow.values[0] = narrow.values[1] = 250;
-  narrow.values.tail<5>().setZero();
+  narrow.fx = narrow.fy = 250;
+  narrow.distortion = {};
   SolverParams params;
   params.model = LensModel::kEquidistant;
   const auto views = NoisyViews(lens, GoodPoses(TestBoard(), narrow), 0.1, 3);
-  const auto solution = SolveCamera(TestBoard(), views, lens.size, params);
+  const auto solution = SolveCamera(TestBoard(), views, lens.Size(), params);
   ASSERT_TRUE(solution);
-  EXPECT_NEAR(solution->lens.values[0], 150, 4 * solution->Sigma(0));
+  EXPECT_NEAR(solution->lens.Values()[0], 150, 4 * solution->Sigma(0));
   EXPECT_LT(solution->Sigma(0), 1.5);
   EXPECT_NEAR(solution->rms_px, 0.14, 0.02);
 }
@@ -134,51 +135,31 @@ TEST(CameraSolver, LeavesOutViewsThatDoNotFit) {
   for (std::size_t i = 0; i < views[4].corners_px.size(); ++i) {
     views[4].corners_px[i].x += 2 * std::sin(static_cast<double>(i));  // e.g. a rolling shutter
   }
-  const auto solution = SolveCamera(TestBoard(), views, lens.size);
+  const auto solution = SolveCamera(TestBoard(), views, lens.Size());
   ASSERT_TRUE(solution);
   EXPECT_EQ(solution->UsedViews(), views.size() - 1);
   EXPECT_FALSE(solution->views[4].used);
   EXPECT_GT(solution->views[4].rms_px, 1);
-  EXPECT_NEAR(solution->lens.values[0], lens.values[0], 4 * solution->Sigma(0));
+  EXPECT_NEAR(solution->lens.Values()[0], lens.Values()[0], 4 * solution->Sigma(0));
 }
 
-TEST(Lens, ReachEndsWhereTheModelFoldsBack) {
-  Lens lens = Lens::WithoutDistortion(LensModel::kPlumbBob, {480, 360}, 400);
-  EXPECT_NEAR(Reach(lens), 10, 1e-9);  // the limit of the search
-  lens.values[4] = -0.1;               // r - 0.1 r^3 has its maximum at r = sqrt(10 / 3)
-  EXPECT_NEAR(Reach(lens), std::sqrt(10.0 / 3) * 2 / 3, 1e-4);
-  Lens fisheye = Lens::WithoutDistortion(LensModel::kEquidistant, {480, 360}, 150);
-  EXPECT_NEAR(Reach(fisheye), 3.14159, 1e-4);
-}
-
-TEST(Lens, UndistortsWhatItProjects) {
-  Lens rational = Lens::WithoutDistortion(LensModel::kRational, {480, 360}, 400);
-  rational.values.tail<8>() << 0.2, -0.01, 1e-3, -2e-3, 0.001, 0.4, 0.01, 0.001;
-  Lens fisheye = Lens::WithoutDistortion(LensModel::kEquidistant, {480, 360}, 150);
-  fisheye.values.tail<4>() << 0.05, -0.01, 0.002, 0;
-  for (const Lens& lens : {TestLens(), rational, fisheye}) {
-    const std::vector<cv::Point2d> pixels =
-        Project(lens, {}, {{0.1, 0.2, 1}, {-0.4, 0.3, 1}, {0.5, -0.4, 1}});
-    const std::vector<cv::Point2d> plane = Undistort(lens, pixels);
-    EXPECT_LT(cv::norm(plane[1] - cv::Point2d(-0.4, 0.3)), 1e-6);
-    EXPECT_LT(cv::norm(plane[2] - cv::Point2d(0.5, -0.4)), 1e-6);
-  }
-}
-
-// By small steps, for each model: OpenCV orders derivatives differently for fisheye lenses.
-TEST(Lens, DerivativesAreThoseOfTheProjection) {
+// By small steps, for each model.
+TEST(BoardProjection, DerivativesAreThoseOfTheProjection) {
   for (const LensModel model :
        {LensModel::kPlumbBob, LensModel::kRational, LensModel::kEquidistant}) {
     Lens lens = Lens::WithoutDistortion(model, {480, 360}, 300);
+    lens.distortion = {0.1, -0.02, 0.003, -0.002};
     const BoardPose pose{{0.1, -0.2, 0.3}, {0.05, -0.04, 0.5}};
     const std::vector<cv::Point3d> points = {{0, 0, 0}, {0.2, 0.1, 0}};
     Eigen::MatrixXd by_lens;
     Eigen::MatrixXd by_pose;
     const auto pixels = Project(lens, pose, points, &by_lens, &by_pose);
     constexpr double kStep = 1e-6;
-    for (Eigen::Index i = 0; i < lens.values.size(); ++i) {
+    for (Eigen::Index i = 0; i < lens.Values().size(); ++i) {
       Lens moved = lens;
-      moved.values[i] += kStep;
+      Eigen::VectorXd values = lens.Values();
+      values[i] += kStep;
+      moved.SetValues(values);
       const cv::Point2d change = (Project(moved, pose, points)[1] - pixels[1]) / kStep;
       EXPECT_NEAR(by_lens(2, i), change.x, 1e-3);
       EXPECT_NEAR(by_lens(3, i), change.y, 1e-3);
@@ -202,13 +183,13 @@ TEST(ViewChoice, TakesTheMostInformativeViews) {
     if (i % 10 == 5) poses.push_back(good[static_cast<std::size_t>(1 + i / 10)]);
   }
   const auto views = NoisyViews(lens, poses, 0.1, 1);
-  const auto chosen = ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 10);
+  const auto chosen = ChooseViews(TestBoard(), views, lens.Size(), LensModel::kPlumbBob, 10);
   ASSERT_EQ(chosen.size(), 10U);
   EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
   for (const std::size_t chosen_id : {6U, 17U, 28U, 39U, 50U, 61U})
     EXPECT_THAT(chosen, testing::Contains(chosen_id));
-  EXPECT_EQ(chosen, ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 10));
-  EXPECT_EQ(ChooseViews(TestBoard(), views, lens.size, LensModel::kPlumbBob, 99).size(),
+  EXPECT_EQ(chosen, ChooseViews(TestBoard(), views, lens.Size(), LensModel::kPlumbBob, 10));
+  EXPECT_EQ(ChooseViews(TestBoard(), views, lens.Size(), LensModel::kPlumbBob, 99).size(),
             views.size());
 }
 
@@ -216,8 +197,8 @@ class Judging : public testing::Test {
  protected:
   Judgement Judge(const std::vector<BoardPose>& poses) const {
     const auto views = NoisyViews(lens_, poses, 0.1, 5);
-    return JudgeCamera(SolveCamera(TestBoard(), views, lens_.size).value(),
-                       FindCoverage(views, lens_.size));
+    return JudgeCamera(SolveCamera(TestBoard(), views, lens_.Size()).value(),
+                       FindCoverage(views, lens_.Size()));
   }
   BoardPose At(double x, double y, double tilt, double part) const {
     return PoseAt(TestBoard(), lens_, {x, y}, tilt, 0, 0, part);
@@ -252,9 +233,9 @@ TEST_F(Judging, ReportsWhereBoardsAreMissing) {
 
 TEST_F(Judging, CountsViewsThatDiffer) {
   std::vector<BoardPose> poses(8, At(0.5, 0.5, 0.4, 0.5));
-  EXPECT_EQ(DistinctViews(NoisyViews(lens_, poses, 0.3, 1), lens_.size), 1U);
+  EXPECT_EQ(DistinctViews(NoisyViews(lens_, poses, 0.3, 1), lens_.Size()), 1U);
   poses.push_back(At(0.6, 0.5, 0.4, 0.5));
-  EXPECT_EQ(DistinctViews(NoisyViews(lens_, poses, 0.3, 1), lens_.size), 2U);
+  EXPECT_EQ(DistinctViews(NoisyViews(lens_, poses, 0.3, 1), lens_.Size()), 2U);
 }
 
 TEST_F(Judging, CallsViewsBlurredByTheirSquares) {

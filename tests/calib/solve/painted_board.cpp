@@ -36,6 +36,11 @@ cv::Matx33d RotationOf(const BoardPose& pose) {
   return R;
 }
 
+cv::Vec3d RayOf(const Lens& lens, const Eigen::Vector2d& pixel) {
+  const Eigen::Vector3d ray = lens.Ray(pixel).value();
+  return {ray.x(), ray.y(), ray.z()};
+}
+
 }  // namespace
 
 BoardPainter::BoardPainter(const Board& board, const Lens& lens) : board_(board), lens_(lens) {
@@ -45,34 +50,33 @@ BoardPainter::BoardPainter(const Board& board, const Lens& lens) : board_(board)
   const double square_mm = 1e3 * board.square_m;
   const double left_mm = (drawing.width_mm - square_mm * (board.columns + 1)) / 2;
   first_corner_px_ = {(left_mm + square_mm) * kSheetPxPerMm, (r.y_mm + square_mm) * kSheetPxPerMm};
-  std::vector<cv::Point2d> pixels;
-  for (int v = 0; v < lens.size.height * kParts; ++v) {
-    for (int u = 0; u < lens.size.width * kParts; ++u) {
-      pixels.emplace_back((u + 0.5) / kParts - 0.5, (v + 0.5) / kParts - 0.5);
+  for (int v = 0; v < lens.Size().height * kParts; ++v) {
+    for (int u = 0; u < lens.Size().width * kParts; ++u) {
+      rays_.push_back(RayOf(lens, {(u + 0.5) / kParts - 0.5, (v + 0.5) / kParts - 0.5}));
     }
   }
-  rays_ = Undistort(lens, pixels);
 }
 
 cv::Mat BoardPainter::Paint(const BoardPose& pose) const {
   const cv::Matx33d R = RotationOf(pose);
   const cv::Vec3d normal(R(0, 2), R(1, 2), R(2, 2));
   const double distance = normal.dot(pose.translation);
-  cv::Mat1f fine(lens_.size.height * kParts, lens_.size.width * kParts);
+  cv::Mat1f fine(lens_.Size().height * kParts, lens_.Size().width * kParts);
   std::size_t i = 0;
   for (float& value : fine) {
-    const cv::Point2d& ray = rays_[i++];
-    const cv::Vec3d direction(ray.x, ray.y, 1);
+    const cv::Vec3d& direction = rays_[i++];
     const double depth = distance / normal.dot(direction);
     const cv::Vec3d p = R.t() * (depth * direction - pose.translation);
     const double x = first_corner_px_.x + 1e3 * p[0] * kSheetPxPerMm;
     const double y = first_corner_px_.y + 1e3 * p[1] * kSheetPxPerMm;
     const bool on_sheet = depth > 0 && x >= 0 && y >= 0 && x < sheet_.cols && y < sheet_.rows;
-    value = on_sheet ? 40 + 0.7F * sheet_(static_cast<int>(y), static_cast<int>(x))
-                     : 60 + 20 * static_cast<float>(std::sin(3 * ray.x) * std::cos(4 * ray.y));
+    value =
+        on_sheet
+            ? 40 + 0.7F * sheet_(static_cast<int>(y), static_cast<int>(x))
+            : 60 + 20 * static_cast<float>(std::sin(3 * direction[0]) * std::cos(4 * direction[1]));
   }
   cv::Mat small;
-  cv::resize(fine, small, lens_.size, 0, 0, cv::INTER_AREA);
+  cv::resize(fine, small, lens_.Size(), 0, 0, cv::INTER_AREA);
   cv::GaussianBlur(small, small, {}, 0.6);  // a lens's
   cv::Mat image;
   small.convertTo(image, CV_8U);
@@ -102,12 +106,11 @@ BoardPose PoseAt(const Board& board,
   BoardPose pose;
   cv::Rodrigues(R, pose.rotation);
   const double width_m = (board.columns + 1) * board.square_m;
-  const double depth_m = lens.values[0] * width_m / (width_ratio * lens.size.width);
-  const cv::Point2d ray =
-      Undistort(lens, {{at.x * lens.size.width, at.y * lens.size.height}}).front();
+  const double depth_m = lens.fx * width_m / (width_ratio * lens.Size().width);
+  const cv::Vec3d ray = RayOf(lens, {at.x * lens.Size().width, at.y * lens.Size().height});
   const cv::Vec3d centre(
       (board.columns - 1) * board.square_m / 2, (board.rows - 1) * board.square_m / 2, 0);
-  pose.translation = depth_m * cv::Vec3d(ray.x, ray.y, 1) - R * centre;
+  pose.translation = depth_m / ray[2] * ray - R * centre;
   return pose;
 }
 
@@ -139,9 +142,7 @@ std::vector<BoardPose> GoodPoses(const Board& board, const Lens& lens) {
 }
 
 Lens TestLens() {
-  Lens lens = Lens::WithoutDistortion(LensModel::kPlumbBob, {480, 360}, 380);
-  lens.values << 380, 381, 243, 176, -0.25, 0.06, 0, 0, 0;
-  return lens;
+  return {480, 360, 380, 381, 243, 176, {-0.25, 0.06}};
 }
 
 }  // namespace ceilmap::calibration

@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "calib/solve/board.hpp"
-#include "calib/solve/lens.hpp"
+#include "calib/solve/board_projection.hpp"
 
 namespace ceilmap::calibration {
 
 /// Paints the image of a printed board: rays through parts of every pixel, averaged.
 class BoardPainter {
  public:
-  /// @param lens  its undistortion must reach every pixel.
+  /// @param lens  valid in every pixel.
   BoardPainter(const Board& board, const Lens& lens);
 
   /// @param pose  of the drawn board: origin at its upper left corner where four squares meet, x to
@@ -26,7 +26,7 @@ class BoardPainter {
   Lens lens_;
   cv::Mat1f sheet_;              // 0 black, 255 white
   cv::Point2d first_corner_px_;  // on the sheet
-  std::vector<cv::Point2d> rays_;
+  std::vector<cv::Vec3d> rays_;
 };
 
 /// A pose whose board's centre is seen at a part of the image (0 to 1 from left and top).

@@ -16,7 +16,7 @@ namespace ceilmap::colour {
 /// A forward camera of 320 x 240 px and 61 deg, 0.5 m above the floor, raised by `pitch_deg`.
 inline calib::MountedCamera ForwardCamera(double pitch_deg = 14, double ahead_m = 0) {
   calib::MountedCamera mounted;
-  calib::PinholeCamera& camera = mounted.camera;
+  calib::Lens& camera = mounted.camera;
   camera.width_px = 320;
   camera.height_px = 240;
   camera.fx = camera.fy = 272;
@@ -46,7 +46,7 @@ class ColouredRoom {
   [[nodiscard]] cv::Mat Render(const calib::MountedCamera& forward,
                                const Pose2& T_room_base,
                                double light = 1) const {
-    const calib::PinholeCamera& camera = forward.camera;
+    const calib::Lens& camera = forward.camera;
     cv::Mat image(camera.Size(), CV_8UC3);
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(T_room_base.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();

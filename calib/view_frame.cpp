@@ -1,0 +1,118 @@
+#include "calib/view_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/base/degrees.hpp"
+
+namespace ceilmap::calib {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kMaxStretch = 2.6;  // 52 deg from the axis of an equidistant lens
+constexpr double kMaxAngle = 75 * kRadPerDeg;
+constexpr int kMinExtentPx = 32;  // in each direction
+
+Vector2d MiddleOf(cv::Size size) {
+  return {0.5 * (size.width - 1), 0.5 * (size.height - 1)};
+}
+
+double FocalOf(const Lens& lens) {
+  return std::sqrt(lens.fx * lens.fy);
+}
+
+/// Stretch, along the radius, of a part of the raw image at this angle from the axis.
+double Stretch(const Lens& lens, double angle_rad) {
+  constexpr double kStep = 1e-4;
+  const double raw = (lens.Radius(angle_rad + kStep) - lens.Radius(angle_rad)) / kStep;
+  const double view = 1 / (std::cos(angle_rad) * std::cos(angle_rad));
+  return view / raw;
+}
+
+/// Half the diagonal of the largest view, in focal lengths.
+double MaxHalfDiagonal(const Lens& lens) {
+  constexpr double kStep = 0.1 * kRadPerDeg;
+  const double valid = std::min(lens.ValidAngle(), kMaxAngle);
+  double angle = kStep;
+  while (angle + kStep < valid && Stretch(lens, angle + kStep) < kMaxStretch) angle += kStep;
+  return std::tan(angle);
+}
+
+/// Number of pixels from the vertical towards one side, to the end of the raw image.
+int Extent(const MountedCamera& up,
+           const Eigen::Matrix3d& R_cam_view,
+           const Vector2d& step,
+           double most) {
+  const Lens& lens = up.camera;
+  const ViewFrame frame{{}, FocalOf(lens), Vector2d::Zero()};
+  int extent = 0;
+  while (extent + 1 <= most) {
+    const auto raw = RawPixel(lens, R_cam_view, frame, (extent + 1) * step);
+    const bool inside = raw && raw->minCoeff() >= 0 && raw->x() <= lens.width_px - 1 &&
+                        raw->y() <= lens.height_px - 1;
+    if (!inside) break;
+    ++extent;
+  }
+  return std::max(extent, kMinExtentPx);
+}
+
+ViewFrame WideFrame(const MountedCamera& up, const Eigen::Matrix3d& R_cam_view) {
+  const Lens& lens = up.camera;
+  const double diagonal = std::hypot(lens.width_px, lens.height_px);
+  const double half = FocalOf(lens) * MaxHalfDiagonal(lens);
+  const double half_width = half * lens.width_px / diagonal;
+  const double half_height = half * lens.height_px / diagonal;
+  const int left = Extent(up, R_cam_view, {-1, 0}, half_width);
+  const int top = Extent(up, R_cam_view, {0, -1}, half_height);
+  const int right = Extent(up, R_cam_view, {1, 0}, half_width);
+  const int bottom = Extent(up, R_cam_view, {0, 1}, half_height);
+  // Even numbers of columns and rows.
+  const cv::Size size((left + right + 1) / 2 * 2, (top + bottom + 1) / 2 * 2);
+  return {size, FocalOf(lens), Vector2d(left, top)};
+}
+
+/// The vertical is in the middle of the image.
+ViewFrame ChosenFrame(const ViewChoice& choice, const Lens& lens) {
+  ViewFrame frame;
+  frame.focal_px = FocalOf(lens);
+  frame.size = choice.size.value_or(lens.Size());
+  if (choice.field_of_view_rad) {
+    const double half = std::tan(*choice.field_of_view_rad / 2);
+    if (choice.size) {
+      frame.focal_px = frame.size.width / (2 * half);
+    } else {
+      const double width = 2 * half * frame.focal_px;
+      frame.size.width = 2 * static_cast<int>(std::lround(width / 2));
+      frame.size.height =
+          2 * static_cast<int>(std::lround(width * lens.height_px / lens.width_px / 2));
+    }
+  }
+  frame.principal_px = MiddleOf(frame.size);
+  return frame;
+}
+
+}  // namespace
+
+ViewFrame SameSizeFrame(const MountedCamera& mounted, const Eigen::Matrix3d& R_base_view) {
+  const Lens& lens = mounted.camera;
+  const Eigen::Vector3d axis = R_base_view.transpose() * mounted.T_base_cam.linear().col(2);
+  const double focal_px = FocalOf(lens);
+  return {lens.Size(), focal_px, Vector2d(lens.cx, lens.cy) - focal_px * axis.head<2>() / axis.z()};
+}
+
+ViewFrame UpwardFrame(const MountedCamera& up, const Eigen::Matrix3d& R_base_view) {
+  if (up.view) return ChosenFrame(*up.view, up.camera);
+  if (up.camera.model == LensModel::kPlumbBob) return SameSizeFrame(up, R_base_view);
+  return WideFrame(up, up.T_base_cam.linear().transpose() * R_base_view);
+}
+
+std::optional<Vector2d> RawPixel(const Lens& lens,
+                                 const Eigen::Matrix3d& R_cam_view,
+                                 const ViewFrame& frame,
+                                 const Vector2d& pixel) {
+  const Vector2d slope = (pixel - frame.principal_px) / frame.focal_px;
+  return lens.Project(R_cam_view * slope.homogeneous());
+}
+
+}  // namespace ceilmap::calib

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+#include "calib/rig.hpp"
+
+namespace ceilmap::calib {
+
+/// Image of a virtual pinhole camera without distortion and with square pixels.
+struct ViewFrame {
+  cv::Size size;
+  double focal_px = 0;
+  /// From the centre of the top-left pixel; may lie outside the image.
+  Eigen::Vector2d principal_px = Eigen::Vector2d::Zero();
+};
+
+/// The image of a virtual camera with the size and the focal length sqrt(fx fy) of the mounted one,
+/// whose axis keeps its pixel, so that the image keeps its content.
+/// @param R_base_view  its optical axes in base; its z axis within 90 degrees of that of the
+///   camera.
+ViewFrame SameSizeFrame(const MountedCamera& mounted, const Eigen::Matrix3d& R_base_view);
+
+/// The image of the virtual upward camera.
+///
+/// plumb_bob: SameSizeFrame. The wide lens models: the focal length sqrt(fx fy) keeps the
+/// resolution at the image's centre. The sides have the ratio of those of the raw image. Half the
+/// diagonal ends where the view stretches the raw image 2.6 times along the radius; an equidistant
+/// lens thus gets a diagonal of 104 deg. A side ends earlier where the raw image ends. A ViewChoice
+/// of the rig overrides this; the vertical is then in the middle of the image.
+ViewFrame UpwardFrame(const MountedCamera& up, const Eigen::Matrix3d& R_base_view);
+
+/// Position in the raw image of a pixel of the virtual image; nothing where the lens shows none.
+std::optional<Eigen::Vector2d> RawPixel(const Lens& lens,
+                                        const Eigen::Matrix3d& R_cam_view,
+                                        const ViewFrame& frame,
+                                        const Eigen::Vector2d& pixel);
+
+}  // namespace ceilmap::calib
