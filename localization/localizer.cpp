@@ -98,6 +98,8 @@ struct Localizer::Impl {
   void InflateByTilt(Location& location);
   void Check(const CeilingFrame& frame) const;
   void ChoosePatch(const PoseWithCovariance& expected);
+  std::optional<MapMatch> MatchFromBeside(const FrameSpectrum& spectrum,
+                                          const PoseWithCovariance& expected);
   void TakeHeading(const HeadingPrior& yaw);
   [[nodiscard]] bool CanBeAt(const PoseWithCovariance& pose, double stamp_s) const;
   [[nodiscard]] double InnovationSigma(const MapMatch& match,
@@ -195,6 +197,20 @@ void Localizer::Impl::ChoosePatch(const PoseWithCovariance& expected) {
   draw(T_map_base);
 }
 
+/// Where the patch is drawn from the robot's own place, no block can be explained by its height, and
+/// small distortions of the image (rolling shutter) exclude many. From a place beside it they are
+/// not.
+std::optional<MapMatch> Localizer::Impl::MatchFromBeside(const FrameSpectrum& spectrum,
+                                                         const PoseWithCovariance& expected) {
+  constexpr double kBesideRatio = 0.06;  // of the span
+  const Pose2 beside = expected.pose * Pose2{kBesideRatio * matcher.Span(), 0, 0};
+  const std::shared_ptr<const Patch> other = matcher.Patches().Exactly(beside);
+  if (!other) return std::nullopt;
+  std::optional<MapMatch> match = matcher.MatchAt(*other, spectrum, expected);
+  if (match) patch = other;
+  return match;
+}
+
 /// A heading that contradicts the motion model is disturbed (steel, a crowd) and is not used.
 void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
   const PoseWithCovariance expected = motion.Pose();
@@ -231,7 +247,8 @@ bool Localizer::Impl::Track(double stamp_s,
   if (PositionSigma(expected.covariance) > kVagueRatio * matcher.Span()) return false;
   ChoosePatch(expected);
   if (!patch) return false;
-  const std::optional<MapMatch> match = matcher.MatchAt(*patch, spectrum, expected);
+  std::optional<MapMatch> match = matcher.MatchAt(*patch, spectrum, expected);
+  if (!match && matcher.HasDepth()) match = MatchFromBeside(spectrum, expected);
   if (!match) return false;
   const double floor = MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel();
   const double floor_rad = MapMatcher::kMinPriorSigmaRad;

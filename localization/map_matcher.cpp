@@ -176,7 +176,15 @@ std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
   std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
   if (!at) return std::nullopt;
   std::optional<MapMatch> match = MatchAt(*at, frame, expected);
-  if (match && at->spectrum.Heights() != nullptr) at = MatchExactly(frame, match);
+  if (match && at->spectrum.Heights() != nullptr) {
+    match->distinct = false;
+    std::optional<MapMatch> exact = match;
+    const std::shared_ptr<const Patch> there = MatchExactly(frame, exact);
+    if (exact) {
+      at = there;
+      match = exact;
+    }
+  }
   if (!match) return std::nullopt;
   // The frame is the reference, so that places can be compared with each other.
   registration::ImageMotion to_map =
