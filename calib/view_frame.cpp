@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kMaxStretch = 2.6;  // 52 deg from the axis of an equidistant lens
+constexpr double kMaxStretch = 2;  // 45 deg from the axis of an equidistant lens
 constexpr double kMaxAngle = 75 * kRadPerDeg;
 constexpr int kMinExtentPx = 32;  // in each direction
 

@@ -29,8 +29,8 @@ ViewFrame SameSizeFrame(const MountedCamera& mounted, const Eigen::Matrix3d& R_b
 ///
 /// plumb_bob: SameSizeFrame. The wide lens models: the focal length sqrt(fx fy) keeps the
 /// resolution at the image's centre. The sides have the ratio of those of the raw image. Half the
-/// diagonal ends where the view stretches the raw image 2.6 times along the radius; an equidistant
-/// lens thus gets a diagonal of 104 deg. A side ends earlier where the raw image ends. A ViewChoice
+/// diagonal ends where the view stretches the raw image twice along the radius; an equidistant lens
+/// thus gets a diagonal of 90 deg. A side ends earlier where the raw image ends. A ViewChoice
 /// of the rig overrides this; the vertical is then in the middle of the image.
 ViewFrame UpwardFrame(const MountedCamera& up);
 

@@ -25,12 +25,12 @@ MountedCamera Fisheye(double focal_px) {
 }
 
 TEST(UpwardFrame, EndsWhereAFisheyeIsStretchedTooMuch) {
-  // 1 / cos^2 = 2.6 at tan = sqrt(1.6): half the diagonal has 200 sqrt(1.6) = 252.98 px, its sides
-  // 4/5 and 3/5 of it: 202.4 and 151.8 px.
-  const ViewFrame frame = UpwardFrame(Fisheye(200));
-  EXPECT_EQ(frame.focal_px, 200);
-  EXPECT_EQ(frame.size, cv::Size(404, 302));
-  EXPECT_EQ(frame.principal_px, Eigen::Vector2d(202, 151));
+  // 1 / cos^2 = 2 at tan = 1: half the diagonal has 201 px, its sides 4/5 and 3/5 of it: 160.8 and
+  // 120.6 px.
+  const ViewFrame frame = UpwardFrame(Fisheye(201));
+  EXPECT_EQ(frame.focal_px, 201);
+  EXPECT_EQ(frame.size, cv::Size(320, 240));
+  EXPECT_EQ(frame.principal_px, Eigen::Vector2d(160, 120));
 }
 
 TEST(UpwardFrame, EndsWhereTheRawImageEnds) {
@@ -41,17 +41,16 @@ TEST(UpwardFrame, EndsWhereTheRawImageEnds) {
 }
 
 TEST(UpwardFrame, OfATiltedCameraIsCutWhereItsImageEnds) {
-  MountedCamera up = Fisheye(400);
+  MountedCamera up = Fisheye(401);
   // Nose down by 15 deg: the camera looks ahead, its image ends earlier behind the robot.
   up.T_base_cam.linear() =
       Eigen::AngleAxisd(15 * kRadPerDeg, Eigen::Vector3d::UnitY()).toRotationMatrix() *
       up.T_base_cam.linear();
   const ViewFrame frame = UpwardFrame(up);
-  // Half the diagonal 505.96 px, half the height 303.6 px: to the front in full. The raw image's
-  // end is 239.5 / 400 rad = 34.306 deg from the axis: behind, 19.306 deg from the vertical.
-  EXPECT_EQ(frame.principal_px.y(), 303);
-  // 400 tan(19.306 deg) = 140.1 px.
-  EXPECT_EQ(frame.size.height, 303 + 1 + 140);
+  // Half the diagonal 401 px, half the height 240.6 px: to the front in full. The raw image's end
+  // is 239.5 / 401 rad = 34.220 deg from the axis: behind, 19.220 deg from the vertical, 139.8 px.
+  EXPECT_EQ(frame.principal_px.y(), 240);
+  EXPECT_EQ(frame.size.height, 240 + 1 + 139);
   const auto raw =
       RawPixel(up.camera,
                up.T_base_cam.linear().transpose() *
@@ -61,7 +60,7 @@ TEST(UpwardFrame, OfATiltedCameraIsCutWhereItsImageEnds) {
                frame.principal_px);
   ASSERT_TRUE(raw);  // the vertical is 15 deg from the axis, towards the robot's back: below
   EXPECT_NEAR(raw->x(), 319.5, 1e-9);
-  EXPECT_NEAR(raw->y(), 239.5 + 400 * 15 * kRadPerDeg, 1e-9);
+  EXPECT_NEAR(raw->y(), 239.5 + 401 * 15 * kRadPerDeg, 1e-9);
 }
 
 TEST(UpwardFrame, KeepsTheSizeOfAPlumbBobCamera) {
