@@ -39,21 +39,15 @@ void CheckUsable(const MountedCamera& up, double ceiling_height_m) {
   }
 }
 
-/// The rotation about z in R_base_cam = (tilt about a horizontal axis) * Rz(yaw).
-double TwistAboutZ(const Eigen::Matrix3d& R_base_cam) {
-  const Eigen::Quaterniond q(R_base_cam);
-  return WrapAngle(2 * std::atan2(q.z(), q.w()));
-}
-
 }  // namespace
 
 CeilingView::CeilingView(const MountedCamera& up, double ceiling_height_m) {
   CheckUsable(up, ceiling_height_m);
   raw_size_ = up.camera.Size();
-  const double yaw_rad = TwistAboutZ(up.T_base_cam.linear());
+  const double yaw_rad = UpwardYaw(up.T_base_cam.linear());
   const Eigen::Matrix3d R_base_view =
       Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const ViewFrame frame = UpwardFrame(up, R_base_view);
+  const ViewFrame frame = UpwardFrame(up);
   size_ = frame.size;
   focal_px_ = frame.focal_px;
   principal_px_ = frame.principal_px;

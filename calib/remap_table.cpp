@@ -1,14 +1,18 @@
 #include "calib/remap_table.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "calib/base/hot.hpp"
 
 namespace ceilmap::calib {
 namespace {
 
 constexpr int kPartBits = 11;
 constexpr std::uint32_t kOne = 1U << kPartBits;
-constexpr std::uint32_t kHalf = 1U << (2 * kPartBits - 1);
+constexpr int kShift = 2 * kPartBits;
+constexpr std::uint32_t kHalf = 1U << (kShift - 1);
 
 }  // namespace
 
@@ -54,14 +58,47 @@ void RemapTable::Apply(const cv::Mat& raw, cv::Mat& result) const {
   result.create(size_, raw.type());
   CV_Assert(result.data != raw.data);
   if (raw.channels() == 1) {
-    Gather<1>(raw, result);
+    GatherGrey(raw, result);
   } else {
-    Gather<3>(raw, result);
+    GatherColour(raw, result);
   }
 }
 
-template <int kChannels>
-void RemapTable::Gather(const cv::Mat& raw, cv::Mat& result) const {
+/// In parts: first the neighbours, then the arithmetic, which the compiler vectorizes.
+CEILMAP_HOT void RemapTable::GatherGrey(const cv::Mat& raw, cv::Mat& result) const {
+  constexpr int kPart = 64;
+  std::array<std::uint32_t, kPart> upper;  // left and right neighbour, in the low bytes
+  std::array<std::uint32_t, kPart> lower;
+  const std::size_t step = raw.step[0];
+  const std::uint8_t* const pixels = raw.data;
+  for (int v = 0; v < size_.height; ++v) {
+    auto* out = result.ptr<std::uint8_t>(v);
+    const Tap* taps = taps_.data() + static_cast<std::ptrdiff_t>(v) * size_.width;
+    for (int first = 0; first < size_.width; first += kPart, taps += kPart, out += kPart) {
+      const int count = std::min(kPart, size_.width - first);
+      for (int i = 0; i < count; ++i) {
+        const Tap& tap = taps[i];
+        const std::size_t at =
+            tap.x < 0 ? 0
+                      : static_cast<std::size_t>(tap.y) * step + static_cast<std::size_t>(tap.x);
+        const std::uint8_t* p = pixels + at;
+        upper[i] = p[0] | static_cast<std::uint32_t>(p[1]) << 8U;
+        lower[i] = p[step] | static_cast<std::uint32_t>(p[step + 1]) << 8U;
+      }
+      for (int i = 0; i < count; ++i) {
+        const std::uint32_t right = taps[i].x_weight;
+        const std::uint32_t below = taps[i].y_weight;
+        const std::uint32_t above = (upper[i] & 255U) * (kOne - right) + (upper[i] >> 8U) * right;
+        const std::uint32_t under = (lower[i] & 255U) * (kOne - right) + (lower[i] >> 8U) * right;
+        const std::uint32_t grey = (above * (kOne - below) + under * below + kHalf) >> kShift;
+        out[i] = static_cast<std::uint8_t>(taps[i].x < 0 ? 0 : grey);
+      }
+    }
+  }
+}
+
+void RemapTable::GatherColour(const cv::Mat& raw, cv::Mat& result) const {
+  constexpr int kChannels = 3;
   const std::size_t step = raw.step[0];
   const Tap* tap = taps_.data();
   for (int v = 0; v < size_.height; ++v) {
@@ -78,8 +115,8 @@ void RemapTable::Gather(const cv::Mat& raw, cv::Mat& result) const {
       for (int c = 0; c < kChannels; ++c, ++p) {
         const std::uint32_t upper = p[0] * (kOne - right) + p[kChannels] * right;
         const std::uint32_t lower = p[step] * (kOne - right) + p[step + kChannels] * right;
-        out[c] = static_cast<std::uint8_t>((upper * (kOne - below) + lower * below + kHalf) >>
-                                           (2 * kPartBits));
+        out[c] =
+            static_cast<std::uint8_t>((upper * (kOne - below) + lower * below + kHalf) >> kShift);
       }
     }
   }

@@ -42,8 +42,8 @@ class RemapTable {
     std::uint16_t y_weight = 0;
   };
   static Tap MakeTap(cv::Point2d at, cv::Size raw);
-  template <int kChannels>
-  void Gather(const cv::Mat& raw, cv::Mat& result) const;
+  void GatherGrey(const cv::Mat& raw, cv::Mat& result) const;
+  void GatherColour(const cv::Mat& raw, cv::Mat& result) const;
 
   cv::Size raw_size_;
   cv::Size size_;          // of results

@@ -1,7 +1,10 @@
 #include "calib/rig_facts.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "calib/view_frame.hpp"
 
 namespace ceilmap::calib {
 namespace {
@@ -12,6 +15,8 @@ std::optional<double> AngleBetween(const Lens& camera,
   const auto a = camera.Ray(pixel);
   const auto b = camera.Ray(other);
   if (!a || !b) return std::nullopt;
+  // On both sides of the axis, where a fisheye may show more than 180 degrees between them.
+  if (camera.model == LensModel::kEquidistant) return std::acos(a->z()) + std::acos(b->z());
   return std::atan2(a->cross(*b).norm(), a->dot(*b));
 }
 
@@ -27,6 +32,13 @@ std::optional<FieldOfView> FieldOfViewOf(const Lens& camera) {
   return FieldOfView{*horizontal, *vertical, *diagonal};
 }
 
+FieldOfView FieldOfViewOf(const ViewFrame& frame) {
+  Lens pinhole = Lens::WithoutDistortion(LensModel::kPlumbBob, frame.size, frame.focal_px);
+  pinhole.cx = frame.principal_px.x();
+  pinhole.cy = frame.principal_px.y();
+  return FieldOfViewOf(pinhole).value();
+}
+
 double YawOf(const Eigen::Vector3d& direction) {
   return std::atan2(direction.y(), direction.x()) + 0.0;  // not -0
 }
@@ -37,12 +49,23 @@ double TiltOf(const Eigen::Matrix3d& R_base_cam) {
 
 std::optional<std::array<Eigen::Vector2d, 4>> CornersOf(const MountedCamera& up,
                                                         double ceiling_height_m) {
-  const double right = up.camera.width_px - 0.5;
-  const double bottom = up.camera.height_px - 0.5;
+  const bool wide = up.view || up.camera.model != LensModel::kPlumbBob;
+  const ViewFrame frame = UpwardFrame(up);
+  const cv::Size size = wide ? frame.size : up.camera.Size();
+  const double right = size.width - 0.5;
+  const double bottom = size.height - 0.5;
   const std::array<Eigen::Vector2d, 4> pixels{
       {{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}}};
   const Eigen::Vector3d t = up.T_base_cam.translation();
   std::array<Eigen::Vector2d, 4> corners;
+  if (wide) {
+    const Eigen::Rotation2Dd R_base_view(UpwardYaw(up.T_base_cam.linear()));
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const Eigen::Vector2d slope = (pixels[i] - frame.principal_px) / frame.focal_px;
+      corners[i] = t.head<2>() + (ceiling_height_m - t.z()) * (R_base_view * slope);
+    }
+    return corners;
+  }
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const auto ray = up.camera.Ray(pixels[i]);
     if (!ray) return std::nullopt;
@@ -61,8 +84,11 @@ UpFacts Describe(const MountedCamera& up, double ceiling_height_m) {
   facts.field_of_view = FieldOfViewOf(camera);
   facts.tilt_rad = TiltOf(R);
   facts.distance_m = ceiling_height_m - up.T_base_cam.translation().z();
-  facts.m_per_px = facts.distance_m / std::sqrt(camera.fx * camera.fy);
-  facts.ceiling_m = facts.m_per_px * Eigen::Vector2d(camera.width_px, camera.height_px);
+  const ViewFrame frame = UpwardFrame(up);
+  facts.view_px = frame.size;
+  facts.view = FieldOfViewOf(frame);
+  facts.m_per_px = facts.distance_m / frame.focal_px;
+  facts.ceiling_m = facts.m_per_px * Eigen::Vector2d(frame.size.width, frame.size.height);
   facts.top_yaw_rad = YawOf(-R.col(1));
   facts.right_yaw_rad = YawOf(R.col(0));
   facts.corners_m = CornersOf(up, ceiling_height_m);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <opencv2/core.hpp>
 #include <optional>
 
 #include "calib/rig.hpp"
@@ -20,14 +21,17 @@ struct UpFacts {
   std::optional<FieldOfView> field_of_view;  ///< nothing where the lens model is not valid
   double tilt_rad = 0;                       ///< of the optical axis from the vertical
   double distance_m = 0;                     ///< of camera and ceiling
-  double m_per_px = 0;                       ///< on the ceiling, after rectification
-  Eigen::Vector2d ceiling_m = Eigen::Vector2d::Zero();  ///< width and height of the image there
+  cv::Size view_px;                          ///< of the virtual upward image (CeilingView)
+  FieldOfView view;                          ///< of that image
+  double m_per_px = 0;                       ///< on the ceiling, in that image
+  Eigen::Vector2d ceiling_m = Eigen::Vector2d::Zero();  ///< width and height of that image there
   /// Direction in base to which the top of the image points: 0 ahead, counter-clockwise seen from
   /// above, so that pi/2 is the robot's left.
   double top_yaw_rad = 0;
   double right_yaw_rad = 0;  ///< the same for the right of the image
-  /// Points of the ceiling in base that the corners of the image show: top left, top right, bottom
-  /// right, bottom left; nothing where the lens model is not valid or a ray does not meet it.
+  /// Points of the ceiling in base that the corners of the image show, of a wide lens those of the
+  /// virtual image: top left, top right, bottom right, bottom left; nothing where the lens model is
+  /// not valid or a ray does not meet it.
   std::optional<std::array<Eigen::Vector2d, 4>> corners_m;
 };
 

@@ -1,16 +1,18 @@
 #include "calib/view_frame.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/base/degrees.hpp"
+#include "calib/base/pose2.hpp"
 
 namespace ceilmap::calib {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kMaxStretch = 2.6;  // 52 deg from the axis of an equidistant lens
+constexpr double kMaxStretch = 2;  // 45 deg from the axis of an equidistant lens
 constexpr double kMaxAngle = 75 * kRadPerDeg;
 constexpr int kMinExtentPx = 32;  // in each direction
 
@@ -24,7 +26,7 @@ double FocalOf(const Lens& lens) {
 
 /// Stretch, along the radius, of a part of the raw image at this angle from the axis.
 double Stretch(const Lens& lens, double angle_rad) {
-  constexpr double kStep = 1e-4;
+  constexpr double kStep = 1e-6;
   const double raw = (lens.Radius(angle_rad + kStep) - lens.Radius(angle_rad)) / kStep;
   const double view = 1 / (std::cos(angle_rad) * std::cos(angle_rad));
   return view / raw;
@@ -32,10 +34,15 @@ double Stretch(const Lens& lens, double angle_rad) {
 
 /// Half the diagonal of the largest view, in focal lengths.
 double MaxHalfDiagonal(const Lens& lens) {
-  constexpr double kStep = 0.1 * kRadPerDeg;
+  constexpr double kStep = 1 * kRadPerDeg;
   const double valid = std::min(lens.ValidAngle(), kMaxAngle);
   double angle = kStep;
   while (angle + kStep < valid && Stretch(lens, angle + kStep) < kMaxStretch) angle += kStep;
+  double beyond = std::min(valid, angle + kStep);
+  for (int i = 0; i < 20; ++i) {
+    const double middle = (angle + beyond) / 2;
+    (Stretch(lens, middle) < kMaxStretch ? angle : beyond) = middle;
+  }
   return std::tan(angle);
 }
 
@@ -101,7 +108,15 @@ ViewFrame SameSizeFrame(const MountedCamera& mounted, const Eigen::Matrix3d& R_b
   return {lens.Size(), focal_px, Vector2d(lens.cx, lens.cy) - focal_px * axis.head<2>() / axis.z()};
 }
 
-ViewFrame UpwardFrame(const MountedCamera& up, const Eigen::Matrix3d& R_base_view) {
+double UpwardYaw(const Eigen::Matrix3d& R_base_cam) {
+  const Eigen::Quaterniond q(R_base_cam);
+  return WrapAngle(2 * std::atan2(q.z(), q.w()));
+}
+
+ViewFrame UpwardFrame(const MountedCamera& up) {
+  const Eigen::Matrix3d R_base_view =
+      Eigen::AngleAxisd(UpwardYaw(up.T_base_cam.linear()), Eigen::Vector3d::UnitZ())
+          .toRotationMatrix();
   if (up.view) return ChosenFrame(*up.view, up.camera);
   if (up.camera.model == LensModel::kPlumbBob) return SameSizeFrame(up, R_base_view);
   return WideFrame(up, up.T_base_cam.linear().transpose() * R_base_view);

@@ -15,6 +15,10 @@ struct ViewFrame {
   Eigen::Vector2d principal_px = Eigen::Vector2d::Zero();
 };
 
+/// The rotation about z of a mounted camera that looks up, rad: of R_base_cam = (tilt about a
+/// horizontal axis) * Rz(yaw). The virtual upward camera has this yaw, and no tilt.
+double UpwardYaw(const Eigen::Matrix3d& R_base_cam);
+
 /// The image of a virtual camera with the size and the focal length sqrt(fx fy) of the mounted one,
 /// whose axis keeps its pixel, so that the image keeps its content.
 /// @param R_base_view  its optical axes in base; its z axis within 90 degrees of that of the
@@ -25,10 +29,10 @@ ViewFrame SameSizeFrame(const MountedCamera& mounted, const Eigen::Matrix3d& R_b
 ///
 /// plumb_bob: SameSizeFrame. The wide lens models: the focal length sqrt(fx fy) keeps the
 /// resolution at the image's centre. The sides have the ratio of those of the raw image. Half the
-/// diagonal ends where the view stretches the raw image 2.6 times along the radius; an equidistant
-/// lens thus gets a diagonal of 104 deg. A side ends earlier where the raw image ends. A ViewChoice
+/// diagonal ends where the view stretches the raw image twice along the radius; an equidistant lens
+/// thus gets a diagonal of 90 deg. A side ends earlier where the raw image ends. A ViewChoice
 /// of the rig overrides this; the vertical is then in the middle of the image.
-ViewFrame UpwardFrame(const MountedCamera& up, const Eigen::Matrix3d& R_base_view);
+ViewFrame UpwardFrame(const MountedCamera& up);
 
 /// Position in the raw image of a pixel of the virtual image; nothing where the lens shows none.
 std::optional<Eigen::Vector2d> RawPixel(const Lens& lens,

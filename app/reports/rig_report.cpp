@@ -45,6 +45,14 @@ std::string AxleText(double behind_m) {
 void AddUp(const calib::MountedCamera& camera, const calib::UpFacts& up, terminal::Table& table) {
   table.AddRow({"upward camera", PlaceText(camera)});
   table.AddRow({"  field of view", FieldOfViewText(up.field_of_view)});
+  if (up.view_px != camera.camera.Size() || camera.view) {
+    table.AddRow({"  view",
+                  fmt::format("{} x {} px, {}, {}",
+                              up.view_px.width,
+                              up.view_px.height,
+                              FieldOfViewText(up.view),
+                              camera.view ? "as the rig states" : "chosen from the lens")});
+  }
   table.AddRow({"  sees",
                 fmt::format("{:.2f} x {:.2f} m of the ceiling, {:.2f} m above it, at {:.3g} mm per "
                             "pixel",
@@ -120,6 +128,8 @@ ordered_json CameraJson(const calib::MountedCamera& camera) {
 ordered_json ToJson(const calib::MountedCamera& camera, const calib::UpFacts& up) {
   ordered_json json = CameraJson(camera);
   json["field_of_view_deg"] = ToJson(up.field_of_view);
+  json["view_px"] = {up.view_px.width, up.view_px.height};
+  json["view_field_of_view_deg"] = ToJson(up.view);
   json["distance_m"] = up.distance_m;
   json["m_per_px"] = up.m_per_px;
   json["ceiling_m"] = {up.ceiling_m.x(), up.ceiling_m.y()};

@@ -82,7 +82,7 @@ void CheckCourse(const CeilingRecording& straight, double turn_rad, double max_d
 
 void CheckStraight(const CeilingRecording& straight, double rough_distance_m) {
   constexpr double kMinLengthM = 0.5;
-  constexpr double kMaxTurnDeg = 6;  // an unknown tilt causes a part of it
+  constexpr double kMaxTurnDeg = 15;  // an unknown tilt of 15 deg causes half of it
   const std::vector<Pose2> poses = RoughPoses(straight);
   CheckCourse(straight, RangeOfHeadings(poses), kMaxTurnDeg);
   const double length_m =
@@ -149,7 +149,7 @@ RigSolution Solve(const calib::Rig& rig,
   params.lens_sigma_px = lens_sigma_px;
   RigMount mount = MountOf(up.T_base_cam.linear());
   RigSolution solution;
-  constexpr int kMaxRounds = 4;
+  constexpr int kMaxRounds = 8;
   constexpr double kSettled = 2e-5;  // rad, or relative to the distance of the ceiling
   for (int round = 0; round < kMaxRounds; ++round) {
     const auto measure = [&](const CeilingRecording& recording, const std::vector<Pose2>& cameras) {

@@ -33,6 +33,23 @@ TEST(RigFacts, FieldOfViewAndScaleOfAnUpwardCamera) {
   EXPECT_EQ(facts.up->tilt_rad, 0);
 }
 
+// 640 px at f = 321 px. The view ends 321 px from the vertical, at a stretch of 2: 2 * 256 x 2 *
+// 192 px.
+TEST(RigFacts, ViewOfAFisheye) {
+  const RigFacts facts =
+      FactsOf(Replaced(Replaced(kMinimalRigText, "457, 0, 319.5, 0, 457", "321, 0, 319.5, 0, 321"),
+                       "    base_link",
+                       "    distortion_model: equidistant\n"
+                       "    distortion_coefficients: {rows: 1, cols: 4, data: [0, 0, 0, 0]}\n"
+                       "    base_link"));
+  EXPECT_NEAR(facts.up->field_of_view->horizontal_rad, 640.0 / 321, 1e-9);
+  EXPECT_NEAR(facts.up->field_of_view->diagonal_rad, 800.0 / 321, 1e-9);
+  EXPECT_EQ(facts.up->view_px, cv::Size(512, 384));
+  EXPECT_NEAR(facts.up->view.horizontal_rad, 2 * std::atan(256.0 / 321), 1e-5);
+  EXPECT_NEAR(facts.up->ceiling_m.x(), 512 * 2.2 / 321, 1e-9);
+  EXPECT_NEAR(facts.up->corners_m->at(0).x(), 192.5 * 2.2 / 321, 1e-9);
+}
+
 // The top left corner shows the ceiling ahead (+x) and to the robot's right (-y).
 TEST(RigFacts, CornersOfTheImageOnTheCeiling) {
   std::string text = Replaced(kMinimalRigText, "457, 0, 319.5, 0, 457", "320, 0, 319.5, 0, 320");

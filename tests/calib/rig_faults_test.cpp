@@ -165,6 +165,22 @@ const Fault kFaults[] = {
      "distortion_model: plumb_bob",
      "distortion_model: equidistant",
      "rig.yaml:14: cameras.up.distortion_coefficients.cols = 5, must be 4; correct the value"},
+    {"ViewOfALargeAngle",
+     "    exposure_time: 0.005",
+     "    view: {field_of_view_deg: 170}",
+     "rig.yaml:22: cameras.up.view.field_of_view_deg = 170, must be 10 to 150; give the angle "
+     "across "
+     "the width of the view"},
+    {"ViewOfNoSize",
+     "    exposure_time: 0.005",
+     "    view: {size: [640.5, 480]}",
+     "rig.yaml:22: cameras.up.view.size = [640.5, 480], must be two whole numbers from 64 to 8192; "
+     "give the width and height of the view in pixels"},
+    {"ViewOfAForwardCamera",
+     "    image_width: 320",
+     "    view: {field_of_view_deg: 90}\n    image_width: 320",
+     "rig.yaml:25: cameras.forward.view = {...}, must be absent for this camera; only the upward "
+     "camera has it"},
     {"NoneWithDistortion",
      "distortion_model: plumb_bob",
      "distortion_model: none",

@@ -68,6 +68,27 @@ TEST(Rig, ReadsAPoseFromAQuaternionAlone) {
   EXPECT_EQ(rig.forward->T_base_cam.translation().z(), 0.45);
 }
 
+TEST(Rig, ReadsWideLensesAndTheirView) {
+  std::string text =
+      Replaced(kRigText, "distortion_model: plumb_bob", "distortion_model: equidistant");
+  text = Replaced(text,
+                  "cols: 5, data: [-0.12, 0.02, 0.001, -0.002, 0.003]",
+                  "cols: 4, data: [0.1, 0.2, 0.3, 0.4]");
+  const Rig fisheye = ParseRig(text, "rig.yaml");
+  EXPECT_EQ(fisheye.up->camera.model, LensModel::kEquidistant);
+  EXPECT_THAT(fisheye.up->camera.Coefficients(), ElementsAre(0.1, 0.2, 0.3, 0.4));
+  EXPECT_FALSE(fisheye.up->view);
+  text = Replaced(text,
+                  "    exposure_time",
+                  "    view: {field_of_view_deg: 90, size: [600, 400]}\n    exposure_time");
+  const Rig chosen = ParseRig(text, "rig.yaml");
+  ASSERT_TRUE(chosen.up->view);
+  EXPECT_NEAR(chosen.up->view->field_of_view_rad.value(), std::numbers::pi / 2, 1e-12);
+  EXPECT_EQ(chosen.up->view->size, cv::Size(600, 400));
+  EXPECT_FALSE(ParseRig(Replaced(text, "field_of_view_deg: 90, ", ""), "rig.yaml")
+                   .up->view->field_of_view_rad);
+}
+
 TEST(Rig, ReadsAMirror) {
   const Rig rig = ParseRig(kRigText, "rig.yaml");
   ASSERT_TRUE(rig.omni && rig.omni->mirror);

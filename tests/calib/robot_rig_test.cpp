@@ -39,6 +39,14 @@ TEST(FitUpCamera, ScalesAboutTheCornerOfTheImage) {
   EXPECT_EQ(rig.up->camera.distortion, ParseRig(kRigText, "rig.yaml").up->camera.distortion);
 }
 
+TEST(FitUpCamera, ScalesTheStatedView) {
+  Rig rig = ParseRig(kRigText, "rig.yaml");
+  rig.up->view = ViewChoice{1.5, cv::Size(600, 400)};
+  ASSERT_TRUE(FitUpCamera(rig, "up.mp4", {320, 240}));
+  EXPECT_EQ(rig.up->view->size, cv::Size(300, 200));
+  EXPECT_EQ(rig.up->view->field_of_view_rad, 1.5);
+}
+
 // A block of 2 x 2 pixels becomes one: its centre at (u + 0.5, v + 0.5) is the new pixel's centre.
 TEST(ScaledTo, AgreesWithBlocksOfPixels) {
   const Lens camera{640, 480, 457, 458, 311.2, 236.9, {-0.12, 0.02, 0.001, -0.002, 0}};

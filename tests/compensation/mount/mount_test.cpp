@@ -134,7 +134,7 @@ TEST_F(MountTest, RecordingsThatCannotBeUsed) {
   EXPECT_THAT(FaultOf(Rough(), *straight_, *straight_, tape),
               testing::StartsWith("straight: the robot turns by 0."));
   EXPECT_THAT(FaultOf(Rough(), *spin_, *spin_, tape),
-              testing::HasSubstr(" on its straight drive, must be at most 6; "));
+              testing::HasSubstr(" on its straight drive, must be at most 15; "));
   CeilingRecording empty;
   empty.name = "empty";
   EXPECT_EQ(FaultOf(Rough(), *spin_, empty, tape), "empty: has no images");

@@ -68,6 +68,28 @@ TEST(RendererGeometry, MarkFollowsTheRigsCameraModelEverywhere) {
   }
 }
 
+// Up to 70 degrees from the axis, under an endless ceiling.
+TEST(RendererGeometry, MarkFollowsAFisheyesModel) {
+  Scene scene = MarkedScene(50.1, 50.2, 0.04);
+  scene.camera.focal_px = 160;
+  scene.room = {.length_m = 100, .width_m = 100, .height_m = 2.4};
+  scene.camera.distortion_model = calib::LensModel::kEquidistant;
+  scene.camera.distortion = {-0.03, 0.006, -0.001, 0.0001};
+  scene.camera.mount_pitch_deg = 10;
+  const Renderer renderer(scene);
+  int seen_marks = 0;
+  for (int i = 0; i < 24; ++i) {
+    const Isometry3d T_map_base =
+        Level(50.05 + 2 * std::cos(1.7 * i), 50.1 + std::sin(2.3 * i), 37.0 * i);
+    const Vector2d expected = Pixel(renderer, T_map_base, {50.1, 50.2, 2.4});
+    if (expected.x() < 8 || expected.x() > 311 || expected.y() < 8 || expected.y() > 231) continue;
+    ++seen_marks;
+    const Vector2d seen = CentreOfMark(renderer.RenderLight(T_map_base));
+    EXPECT_LT((seen - expected).norm(), 0.05) << "pose " << i;
+  }
+  EXPECT_GT(seen_marks, 12);
+}
+
 TEST(RendererGeometry, TiltMovesTheMarkInTheImage) {
   const Renderer renderer(MarkedScene(6.1, 4.2, 0.01));
   Isometry3d T_map_base = Level(6, 4, 20);
