@@ -1,5 +1,6 @@
 #include "calib/lens.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
