@@ -55,7 +55,7 @@ TEST(LocalFeatures, HeightsMakeOneMotionOfAllMatches) {
 }
 
 TEST(LocalFeatures, WithoutHeightsOneOfTheHeightsDeterminesTheMotion) {
-  const Pair pair = MakePair({30, -18, 0.5, 1}, {});
+  const Pair pair = MakePair({30, -18, 0.5, 1}, Eigen::Vector2d::Zero());
   const auto found = MotionsOfFeatures(pair.reference, pair.current, false);
   ASSERT_FALSE(found.empty());
   EXPECT_LE(found.front().evidence.inliers, 25);
