@@ -197,9 +197,9 @@ void Localizer::Impl::ChoosePatch(const PoseWithCovariance& expected) {
   draw(T_map_base);
 }
 
-/// Where the patch is drawn from the robot's own place, no block can be explained by its height, and
-/// small distortions of the image (rolling shutter) exclude many. From a place beside it they are
-/// not.
+/// Where the patch is drawn from the robot's own place, no block can be explained by its height,
+/// and small distortions of the image (rolling shutter) exclude many. From a place beside it they
+/// are not.
 std::optional<MapMatch> Localizer::Impl::MatchFromBeside(const FrameSpectrum& spectrum,
                                                          const PoseWithCovariance& expected) {
   constexpr double kBesideRatio = 0.06;  // of the span
