@@ -157,7 +157,7 @@ std::shared_ptr<const Patch> MapMatcher::MatchExactly(const FrameSpectrum& frame
   constexpr int kMaxTries = 3;
   for (int i = 0; i < kMaxTries && match; ++i) {
     const MapMatch before = *match;
-    const std::shared_ptr<const Patch> at = patches_->Exactly(before.pose.pose);
+    std::shared_ptr<const Patch> at = patches_->Exactly(before.pose.pose);
     if (!at) break;
     match = MatchAt(*at, frame, before.pose);
     constexpr double kSamePx = 4;

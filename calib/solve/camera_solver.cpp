@@ -324,7 +324,7 @@ std::optional<Eigen::Vector3d> RayTowards(const Lens& lens, const Eigen::Vector2
   const Eigen::Vector2d centre(lens.cx, lens.cy);
   for (int step = kSteps; step > 0; --step) {
     const double fraction = static_cast<double>(step) / kSteps;
-    if (const auto ray = lens.Ray(centre + fraction * (pixel - centre))) return ray;
+    if (auto ray = lens.Ray(centre + fraction * (pixel - centre))) return ray;
   }
   return std::nullopt;
 }

@@ -1,5 +1,6 @@
 #include "mapping/heights/stereo.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -188,8 +189,9 @@ void FillCells(const cv::Mat& ratios, float pixel_sigma, HeightField& field) {
       const float middle = values[values.size() / 2];
       const float spread =
           values[values.size() - 1 - values.size() / 6] - values[values.size() / 6];
-      field.cells[static_cast<std::size_t>(row * field.grid.width + col)] = {
-          middle, std::max(kMinSigma, std::hypot(pixel_sigma, 0.5F * spread))};
+      const auto cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(field.grid.width) +
+                        static_cast<std::size_t>(col);
+      field.cells[cell] = {middle, std::max(kMinSigma, std::hypot(pixel_sigma, 0.5F * spread))};
     }
   }
 }

@@ -1,3 +1,5 @@
+// Dense stereo, on the synthetic ceiling with depth of the registration tests.
+
 #include "mapping/heights/stereo.hpp"
 
 #include <gtest/gtest.h>
