@@ -158,7 +158,12 @@ Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
     return std::hypot(r.motion.tx_px, r.motion.ty_px);
   };
   constexpr double kMinTravelPx = 2;
-  if (plane.ok() && travel(plane) > kMinTravelPx) deep.rescaled = travel(deep) / travel(plane);
+  if (!plane.ok() || travel(plane) < kMinTravelPx) return deep;
+  // A mean height between the plane and half of its height; otherwise one of the two is wrong.
+  constexpr double kNearest = 0.5;
+  constexpr double kFarthest = 1.2;
+  const double ratio = travel(deep) / travel(plane);
+  if (ratio > kNearest && ratio < kFarthest) deep.rescaled = ratio;
   return deep;
 }
 
