@@ -68,29 +68,16 @@ class DepthMap {
     for (int i = 0; i < 2 * kColumns; ++i) {
       const bool back = i >= kColumns;
       const int column = back ? 2 * kColumns - 1 - i : i;
-      graph::Keyframe keyframe;
-      keyframe.id = i;
-      keyframe.pose.keyframe_id = i;
-      keyframe.pose.frame_index = i;
-      keyframe.pose.T_map_base = {1.2 * column, back ? 1.2 : 0, back ? std::numbers::pi : 0};
-      keyframe.heights = std::make_shared<const heights::HeightField>(
-          TrueHeights(view, keyframe.pose.T_map_base, registrar.EmptyHeights()));
-      const cv::Mat image =
-          SeenBelow(ceiling, view, keyframe.pose.T_map_base, static_cast<std::uint32_t>(i) + 100);
-      writer.AddImage(i, image);
-      writer.AddDescriptors(i, describer.Describe(image));
-      if (i > 0) {
-        const Pose2& before = graph.keyframes.back().pose.T_map_base;
-        graph::Edge tie{i - 1,
-                        i,
-                        graph::Edge::Kind::kOdometry,
-                        before.Inverse() * keyframe.pose.T_map_base,
-                        {}};
-        tie.information = Eigen::Vector3d(1e6, 1e6, 1e7).asDiagonal();
-        graph.edges.push_back(tie);
-      }
-      graph.keyframes.push_back(keyframe);
-      graph.trajectory.push_back(keyframe.pose);
+      const Pose2 T_map_base{1.2 * column, back ? 1.2 : 0, back ? std::numbers::pi : 0};
+      AddKeyframe({i,
+                   T_map_base,
+                   SeenBelow(ceiling, view, T_map_base, static_cast<std::uint32_t>(i) + 100),
+                   Eigen::Vector3d(1e6, 1e6, 1e7),
+                   std::make_shared<const heights::HeightField>(
+                       TrueHeights(view, T_map_base, registrar.EmptyHeights()))},
+                  describer,
+                  writer,
+                  graph);
     }
     mosaic::MosaicParams mosaic;
     mosaic.resolution = metadata.resolution;

@@ -46,6 +46,42 @@ inline cv::Mat Seen(const SyntheticCeiling& ceiling,
   return ceiling.Render(view.Size(), motion, 1.5, noise_seed);
 }
 
+/// A keyframe at its true pose.
+struct TrueKeyframe {
+  std::int64_t id = 0;
+  Pose2 T_map_base;
+  cv::Mat image;
+  Eigen::Vector3d information =
+      Eigen::Vector3d::Zero();  ///< diagonal, of the edge to the one before
+  std::shared_ptr<const heights::HeightField> heights;
+};
+
+inline void AddKeyframe(const TrueKeyframe& added,
+                        places::PlaceDescriber& describer,
+                        store::MapWriter& writer,
+                        graph::MapGraph& graph) {
+  graph::Keyframe keyframe;
+  keyframe.id = added.id;
+  keyframe.pose.keyframe_id = added.id;
+  keyframe.pose.frame_index = added.id;
+  keyframe.pose.T_map_base = added.T_map_base;
+  keyframe.heights = added.heights;
+  writer.AddImage(added.id, added.image);
+  writer.AddDescriptors(added.id, describer.Describe(added.image));
+  if (!graph.keyframes.empty()) {
+    const Pose2& before = graph.keyframes.back().pose.T_map_base;
+    graph::Edge tie{added.id - 1,
+                    added.id,
+                    graph::Edge::Kind::kOdometry,
+                    before.Inverse() * added.T_map_base,
+                    {}};
+    tie.information = added.information.asDiagonal();
+    graph.edges.push_back(tie);
+  }
+  graph.keyframes.push_back(keyframe);
+  graph.trajectory.push_back(keyframe.pose);
+}
+
 /// A map of about `columns` x `rows` keyframes, 0.8 m apart, from the origin to the right and up;
 /// even rows face along x, odd ones back.
 class TrueMap {
@@ -71,27 +107,15 @@ class TrueMap {
       const int row = i / columns;
       const bool back = row % 2 == 1;
       const int column = back ? columns - 1 - i % columns : i % columns;
-      graph::Keyframe keyframe;
-      keyframe.id = i;
-      keyframe.pose.keyframe_id = i;
-      keyframe.pose.frame_index = i;
-      keyframe.pose.T_map_base = {column * kStep, row * kStep, back ? std::numbers::pi : 0};
-      const cv::Mat image =
-          Seen(ceiling, view, keyframe.pose.T_map_base, static_cast<std::uint32_t>(i) + 100);
-      writer.AddImage(i, image);
-      writer.AddDescriptors(i, describer.Describe(image));
-      if (i > 0) {
-        const Pose2& before = graph.keyframes.back().pose.T_map_base;
-        graph::Edge tie{i - 1,
-                        i,
-                        graph::Edge::Kind::kOdometry,
-                        before.Inverse() * keyframe.pose.T_map_base,
-                        {}};
-        tie.information = Eigen::Vector3d(1e8, 1e8, 1e9).asDiagonal();
-        graph.edges.push_back(tie);
-      }
-      graph.keyframes.push_back(keyframe);
-      graph.trajectory.push_back(keyframe.pose);
+      const Pose2 T_map_base{column * kStep, row * kStep, back ? std::numbers::pi : 0};
+      AddKeyframe({i,
+                   T_map_base,
+                   Seen(ceiling, view, T_map_base, static_cast<std::uint32_t>(i) + 100),
+                   Eigen::Vector3d(1e8, 1e8, 1e9),
+                   nullptr},
+                  describer,
+                  writer,
+                  graph);
     }
     mosaic::MosaicParams mosaic;
     mosaic.resolution = metadata.resolution;
