@@ -105,12 +105,24 @@ LiveCamera::LiveCamera(const std::vector<cv::Mat>& images, int breaks_after)
 }
 
 LiveCamera::~LiveCamera() {
+  {
+    const std::scoped_lock lock(stop_mutex_);
+    stop_ = true;
+  }
+  stopped_.notify_all();
   server_.stop();
   thread_.join();
 }
 
 std::string LiveCamera::Url() const {
   return fmt::format("http://127.0.0.1:{}/up", port_);
+}
+
+// A camera has an image only after it was taken. False when the camera is switched off meanwhile.
+bool LiveCamera::WaitUntilTaken(int image) {
+  const double wait_s = start_s_ + image / kRate - terminal::SteadySeconds();
+  std::unique_lock lock(stop_mutex_);
+  return !stopped_.wait_for(lock, std::chrono::duration<double>(wait_s), [this] { return stop_; });
 }
 
 // After the last image the camera is there, but has nothing to send.
@@ -125,8 +137,7 @@ bool LiveCamera::Send(httplib::DataSink& sink) {
   if (connections_ == 1) end = std::min(end, breaks_after_);
   NutWriter nut(SizeOf(jpegs_.front()));
   for (; next_ < end; ++next_) {
-    const double wait_s = start_s_ + next_ / kRate - terminal::SteadySeconds();
-    std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+    if (!WaitUntilTaken(next_)) return false;
     const std::string bytes = nut.Add(jpegs_[static_cast<std::size_t>(next_)], next_);
     if (!sink.write(bytes.data(), bytes.size())) return false;
   }

@@ -2,6 +2,8 @@
 
 #include <httplib.h>
 
+#include <condition_variable>
+#include <mutex>
 #include <opencv2/core.hpp>
 #include <string>
 #include <thread>
@@ -25,12 +27,16 @@ class LiveCamera {
 
  private:
   bool Send(httplib::DataSink& sink);
+  bool WaitUntilTaken(int image);
 
   std::vector<std::string> jpegs_;
   int breaks_after_;
   int connections_ = 0;
   int next_ = 0;  // image
   double start_s_ = 0;
+  std::mutex stop_mutex_;
+  std::condition_variable stopped_;
+  bool stop_ = false;
   httplib::Server server_;
   int port_ = 0;
   std::thread thread_;
