@@ -7,6 +7,7 @@
 #include <string>
 
 #include "calib/base/error.hpp"
+#include "calib/rolling_shutter.hpp"
 #include "calib/size_text.hpp"
 #include "calib/virtual_camera.hpp"
 
@@ -39,6 +40,20 @@ void CheckUsable(const MountedCamera& up, double ceiling_height_m) {
   }
 }
 
+/// Motion of the content of a view: p_base = R (m x + t) of a fixed point changes by
+/// -(v + yaw J p_base).
+ImageFlow FlowOf(const Twist2& velocity, const Pose2& T_base_view, double m_per_px) {
+  const Eigen::Vector2d t = T_base_view.Translation();
+  const Eigen::Vector2d turning = velocity.yaw_rad_s * Eigen::Vector2d(-t.y(), t.x());
+  const Eigen::Vector2d moved =
+      T_base_view.Rotation().transpose() * (velocity.linear_m_s + turning);
+  return {-moved / m_per_px, -velocity.yaw_rad_s};
+}
+
+RemapTable Identity(cv::Size size) {
+  return {size, [](int u, int v) { return cv::Point2d(u, v); }};
+}
+
 }  // namespace
 
 CeilingView::CeilingView(const MountedCamera& up, double ceiling_height_m) {
@@ -58,7 +73,12 @@ CeilingView::CeilingView(const MountedCamera& up, double ceiling_height_m) {
   const Pose2 T_base_cam{t_base_cam.x(), t_base_cam.y(), yaw_rad};
   const Eigen::Vector2d offset = m_per_px_ * (CentreOf(size_) - principal_px_);
   T_base_view_ = T_base_cam * Pose2{offset.x(), offset.y(), 0};
-  table_ = VirtualCamera(up, R_base_view, frame).MakeTable();
+  const VirtualCamera camera(up, R_base_view, frame);
+  table_ = camera.MakeTable();
+  if (up.readout_time_s != 0) {
+    shutter_ = std::make_shared<const RollingShutter>(camera, up.readout_time_s);
+    if (table_.empty()) table_ = Identity(size_);
+  }
   if (table_.empty()) return;
   mask_ = table_.Mask();
   if (cv::countNonZero(mask_) == size_.area()) mask_.release();
@@ -90,8 +110,17 @@ CeilingView CeilingView::OfRectified(cv::Size size,
   return view;
 }
 
-const cv::Mat& CeilingView::Rectify(const cv::Mat& raw, cv::Mat& buffer) const {
-  return RectifyBy(table_, raw_size_, raw, buffer);
+const cv::Mat& CeilingView::Rectify(const cv::Mat& raw,
+                                    cv::Mat& buffer,
+                                    const Twist2& velocity) const {
+  const bool still = velocity.linear_m_s.isZero(0) && velocity.yaw_rad_s == 0;
+  if (!shutter_ || still) return RectifyBy(table_, raw_size_, raw, buffer);
+  CheckRaw(raw, raw_size_);
+  const cv::Mat source = raw;  // keeps the pixels when raw and buffer are the same
+  if (buffer.data == source.data) buffer.release();
+  const ImageFlow flow = FlowOf(velocity, T_base_view_, m_per_px_);
+  table_.Apply(source, shutter_->ShiftBy(flow), buffer);
+  return buffer;
 }
 
 }  // namespace ceilmap::calib

@@ -1,13 +1,17 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <opencv2/core.hpp>
 
 #include "calib/base/pose2.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/remap_table.hpp"
 #include "calib/rig.hpp"
 
 namespace ceilmap::calib {
+
+class RollingShutter;
 
 /// The model of the upward camera that all other libraries use: a virtual pinhole camera that
 /// points exactly upwards, without distortion and with square pixels, rotated about z like the
@@ -57,6 +61,9 @@ class CeilingView {
   /// The virtual camera's optical frame in base (identity when it is not known): its optical axis
   /// is parallel to base z, and it is rotated about z like the mounted camera.
   [[nodiscard]] const Eigen::Isometry3d& T_base_camera() const { return T_base_camera_; }
+  /// True when the rows of an image are exposed at different times
+  /// (MountedCamera::readout_time_s).
+  [[nodiscard]] bool HasRollingShutter() const { return shutter_ != nullptr; }
   /// True when Rectify changes the image.
   [[nodiscard]] bool NeedsRectification() const { return !table_.empty(); }
 
@@ -66,7 +73,12 @@ class CeilingView {
   /// @param raw  CV_8UC1 of RawSize(). @throws InputError on another type or size. Thread-safe with
   /// a
   ///   buffer per thread.
-  const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer) const;
+  /// @param velocity  Of base at the time of the image. An image of a rolling shutter is drawn as
+  /// at
+  ///   the time of its middle row, for a level robot and a plane ceiling; without a rolling shutter
+  ///   the velocity has no effect. Pixels at the border whose content had left the image repeat
+  ///   that of the border.
+  const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer, const Twist2& velocity = {}) const;
   /// CV_8UC1 of Size(), 255 where the rectified image has content; empty when all pixels have
   /// content.
   [[nodiscard]] const cv::Mat& Mask() const { return mask_; }
@@ -81,7 +93,8 @@ class CeilingView {
   Eigen::Vector2d principal_px_ = Eigen::Vector2d::Zero();
   Eigen::Isometry3d T_base_camera_ = Eigen::Isometry3d::Identity();
   Pose2 T_base_view_;
-  RemapTable table_;  // empty: no rectification is needed
+  RemapTable table_;                               // empty: no rectification is needed
+  std::shared_ptr<const RollingShutter> shutter_;  // null: all rows are exposed at once
   cv::Mat mask_;
 };
 

@@ -13,6 +13,7 @@ constexpr int kPartBits = 11;
 constexpr std::uint32_t kOne = 1U << kPartBits;
 constexpr int kShift = 2 * kPartBits;
 constexpr std::uint32_t kHalf = 1U << (kShift - 1);
+constexpr int kPart = 64;  // pixels of a row that are drawn together
 
 }  // namespace
 
@@ -57,43 +58,96 @@ void RemapTable::Apply(const cv::Mat& raw, cv::Mat& result) const {
   CV_Assert((raw.type() == CV_8UC1 || raw.type() == CV_8UC3) && raw.size() == raw_size_);
   result.create(size_, raw.type());
   CV_Assert(result.data != raw.data);
-  if (raw.channels() == 1) {
-    GatherGrey(raw, result);
-  } else {
+  if (raw.channels() == 3) {
     GatherColour(raw, result);
+    return;
+  }
+  for (int v = 0; v < size_.height; ++v) {
+    const Tap* taps = taps_.data() + static_cast<std::ptrdiff_t>(v) * size_.width;
+    auto* out = result.ptr<std::uint8_t>(v);
+    for (int u = 0; u < size_.width; u += kPart) {
+      GatherGrey(raw, taps + u, std::min(kPart, size_.width - u), out + u);
+    }
+  }
+}
+
+void RemapTable::Apply(const cv::Mat& raw, const SourceShift& shift, cv::Mat& result) const {
+  CV_Assert(raw.type() == CV_8UC1 && raw.size() == raw_size_);
+  CV_Assert(shift.nodes.size() == SourceShift::NodesFor(size_));
+  result.create(size_, CV_8UC1);
+  CV_Assert(result.data != raw.data);
+  std::array<Tap, kPart> shifted;
+  for (int v = 0; v < size_.height; ++v) {
+    auto* out = result.ptr<std::uint8_t>(v);
+    for (int u = 0; u < size_.width; u += kPart) {
+      const int count = std::min(kPart, size_.width - u);
+      ShiftTaps(shift, {u, v}, count, shifted.data());
+      GatherGrey(raw, shifted.data(), count, out + u);
+    }
+  }
+}
+
+/// Along a row the shift is linear between two nodes.
+CEILMAP_HOT void RemapTable::ShiftTaps(const SourceShift& shift,
+                                       cv::Point first,
+                                       int count,
+                                       Tap* shifted) const {
+  constexpr int kSpacing = SourceShift::kSpacingPx;
+  static_assert(kPart % kSpacing == 0);
+  const Tap* taps = taps_.data() + static_cast<std::ptrdiff_t>(first.y) * size_.width + first.x;
+  const int row = first.y / kSpacing;
+  const float below = static_cast<float>(first.y % kSpacing) / kSpacing;
+  const auto node = [&](int column) -> cv::Vec2f {
+    return (shift.nodes(row, column) * (1 - below) + shift.nodes(row + 1, column) * below) *
+           static_cast<float>(kOne);
+  };
+  const auto right = static_cast<float>((raw_size_.width - 1) * static_cast<int>(kOne));
+  const auto bottom = static_cast<float>((raw_size_.height - 1) * static_cast<int>(kOne));
+  for (int i = 0; i < count; i += kSpacing) {
+    const cv::Vec2f from = node((first.x + i) / kSpacing);
+    const cv::Vec2f step = (node((first.x + i) / kSpacing + 1) - from) * (1.0F / kSpacing);
+    for (int k = 0; k < std::min(kSpacing, count - i); ++k) {
+      const Tap& tap = taps[i + k];
+      const auto part = static_cast<float>(k);
+      const auto at_x = static_cast<float>((tap.x << kPartBits) + tap.x_weight);
+      const auto at_y = static_cast<float>((tap.y << kPartBits) + tap.y_weight);
+      const float x = std::clamp(at_x + from[0] + part * step[0], 0.0F, right);
+      const float y = std::clamp(at_y + from[1] + part * step[1], 0.0F, bottom);
+      const int xi = std::min(static_cast<int>(x + 0.5F), static_cast<int>(right) - 1);
+      const int yi = std::min(static_cast<int>(y + 0.5F), static_cast<int>(bottom) - 1);
+      constexpr int kWeights = static_cast<int>(kOne) - 1;
+      shifted[i + k] = {static_cast<std::int16_t>(tap.x < 0 ? -1 : xi >> kPartBits),
+                        static_cast<std::int16_t>(yi >> kPartBits),
+                        static_cast<std::uint16_t>(xi & kWeights),
+                        static_cast<std::uint16_t>(yi & kWeights)};
+    }
   }
 }
 
 /// In parts: first the neighbours, then the arithmetic, which the compiler vectorizes.
-CEILMAP_HOT void RemapTable::GatherGrey(const cv::Mat& raw, cv::Mat& result) const {
-  constexpr int kPart = 64;
+CEILMAP_HOT void RemapTable::GatherGrey(const cv::Mat& raw,
+                                        const Tap* taps,
+                                        int count,
+                                        std::uint8_t* out) {
   std::array<std::uint32_t, kPart> upper;  // left and right neighbour, in the low bytes
   std::array<std::uint32_t, kPart> lower;
   const std::size_t step = raw.step[0];
   const std::uint8_t* const pixels = raw.data;
-  for (int v = 0; v < size_.height; ++v) {
-    auto* out = result.ptr<std::uint8_t>(v);
-    const Tap* taps = taps_.data() + static_cast<std::ptrdiff_t>(v) * size_.width;
-    for (int first = 0; first < size_.width; first += kPart, taps += kPart, out += kPart) {
-      const int count = std::min(kPart, size_.width - first);
-      for (int i = 0; i < count; ++i) {
-        const Tap& tap = taps[i];
-        const std::size_t at =
-            tap.x < 0 ? 0
-                      : static_cast<std::size_t>(tap.y) * step + static_cast<std::size_t>(tap.x);
-        const std::uint8_t* p = pixels + at;
-        upper[i] = p[0] | static_cast<std::uint32_t>(p[1]) << 8U;
-        lower[i] = p[step] | static_cast<std::uint32_t>(p[step + 1]) << 8U;
-      }
-      for (int i = 0; i < count; ++i) {
-        const std::uint32_t right = taps[i].x_weight;
-        const std::uint32_t below = taps[i].y_weight;
-        const std::uint32_t above = (upper[i] & 255U) * (kOne - right) + (upper[i] >> 8U) * right;
-        const std::uint32_t under = (lower[i] & 255U) * (kOne - right) + (lower[i] >> 8U) * right;
-        const std::uint32_t grey = (above * (kOne - below) + under * below + kHalf) >> kShift;
-        out[i] = static_cast<std::uint8_t>(taps[i].x < 0 ? 0 : grey);
-      }
-    }
+  for (int i = 0; i < count; ++i) {
+    const Tap& tap = taps[i];
+    const std::size_t at =
+        tap.x < 0 ? 0 : static_cast<std::size_t>(tap.y) * step + static_cast<std::size_t>(tap.x);
+    const std::uint8_t* p = pixels + at;
+    upper[i] = p[0] | static_cast<std::uint32_t>(p[1]) << 8U;
+    lower[i] = p[step] | static_cast<std::uint32_t>(p[step + 1]) << 8U;
+  }
+  for (int i = 0; i < count; ++i) {
+    const std::uint32_t right = taps[i].x_weight;
+    const std::uint32_t below = taps[i].y_weight;
+    const std::uint32_t above = (upper[i] & 255U) * (kOne - right) + (upper[i] >> 8U) * right;
+    const std::uint32_t under = (lower[i] & 255U) * (kOne - right) + (lower[i] >> 8U) * right;
+    const std::uint32_t grey = (above * (kOne - below) + under * below + kHalf) >> kShift;
+    out[i] = static_cast<std::uint8_t>(taps[i].x < 0 ? 0 : grey);
   }
 }
 

@@ -8,6 +8,16 @@
 
 namespace ceilmap::calib {
 
+/// Displacements of the sources of a RemapTable, in pixels of the raw image: at the nodes of a
+/// grid, bilinear between them.
+struct SourceShift {
+  static constexpr int kSpacingPx = 16;  ///< node (i, j) is pixel (16 j, 16 i) of the result
+  cv::Mat2f nodes;                       ///< of NodesFor rows and columns
+  static cv::Size NodesFor(cv::Size result) {
+    return {(result.width - 1) / kSpacingPx + 2, (result.height - 1) / kSpacingPx + 2};
+  }
+};
+
 /// A precomputed warp of 8-bit images of one size, grey or colour, bilinear with fractions of
 /// 1/2048 px. Sources at whole pixels are copied.
 ///
@@ -33,6 +43,10 @@ class RemapTable {
   /// @param raw  CV_8UC1 or CV_8UC3 of the table's size. @param result  of the same type, allocated
   ///   unless it fits; must not share memory with `raw`; 0 where there is no content. Thread-safe.
   void Apply(const cv::Mat& raw, cv::Mat& result) const;
+  /// The same with displaced sources. Displaced sources outside the raw image are moved to its
+  /// border: content stays where Mask() says. @param raw  CV_8UC1. Takes 1.2 times as long as
+  /// without.
+  void Apply(const cv::Mat& raw, const SourceShift& shift, cv::Mat& result) const;
 
  private:
   struct Tap {
@@ -42,7 +56,8 @@ class RemapTable {
     std::uint16_t y_weight = 0;
   };
   static Tap MakeTap(cv::Point2d at, cv::Size raw);
-  void GatherGrey(const cv::Mat& raw, cv::Mat& result) const;
+  static void GatherGrey(const cv::Mat& raw, const Tap* taps, int count, std::uint8_t* out);
+  void ShiftTaps(const SourceShift& shift, cv::Point first, int count, Tap* shifted) const;
   void GatherColour(const cv::Mat& raw, cv::Mat& result) const;
 
   cv::Size raw_size_;

@@ -108,6 +108,17 @@ ViewChoice ParseViewChoice(const YamlValue& value) {
   return choice;
 }
 
+double ParseReadoutTime(const YamlValue& value) {
+  constexpr double kMaxSeconds = 0.2;
+  const double seconds = value.Number();
+  if (!(std::abs(seconds) <= kMaxSeconds)) {
+    value.Fail(fmt::format("from -{0:g} to {0:g}", kMaxSeconds),
+               "give it in seconds, from the first to the last row; negative: the bottom row is "
+               "first");
+  }
+  return seconds;
+}
+
 /// @param key  of the camera, for `assumed`, to which the values are added that are not given.
 MountedCamera ParseCamera(const YamlValue& value,
                           const std::string& key,
@@ -125,6 +136,7 @@ MountedCamera ParseCamera(const YamlValue& value,
                    "projection_matrix",
                    "base_link_to_camera",
                    "exposure_time",
+                   "readout_time_s",
                    "view",
                    "mirror"});
   const YamlValue type = value.At("type", "type: pinhole, hyperbolic_mirror or mirror");
@@ -151,6 +163,12 @@ MountedCamera ParseCamera(const YamlValue& value,
   if (const auto exposure = value.Find("exposure_time")) {
     mounted.exposure_time_s = exposure->Number();
     if (mounted.exposure_time_s < 0) exposure->Fail(">= 0", "give it in seconds, or 0");
+  }
+  if (const auto readout = value.Find("readout_time_s")) {
+    if (key != "cameras.up") {
+      readout->Fail("absent for this camera", "only the upward camera has it");
+    }
+    mounted.readout_time_s = ParseReadoutTime(*readout);
   }
   if (const auto view = value.Find("view")) {
     if (key != "cameras.up") view->Fail("absent for this camera", "only the upward camera has it");

@@ -24,6 +24,9 @@ struct MountedCamera {
   /// p_base = T_base_cam * p_cam; cam is the optical frame.
   Eigen::Isometry3d T_base_cam = Eigen::Isometry3d::Identity();
   double exposure_time_s = 0;
+  /// Rolling shutter: from the exposure of the first row to that of the last one; < 0: the last row
+  /// is first. Stamps are of the middle row. Only for the upward camera.
+  double readout_time_s = 0;
   std::optional<ViewChoice> view;          ///< only for the upward camera
   std::optional<HyperbolicMirror> mirror;  ///< only for type hyperbolic_mirror
   std::optional<MirrorRing> mirror_ring;   ///< only for type mirror, of unknown shape

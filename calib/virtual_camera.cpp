@@ -47,15 +47,19 @@ RemapTable VirtualCamera::MakeTable() const {
   return {lens_.Size(), frame_.size, [this](int u, int v) { return Raw(u, v); }};
 }
 
-const cv::Mat& RectifyBy(const RemapTable& table,
-                         cv::Size size,
-                         const cv::Mat& raw,
-                         cv::Mat& buffer) {
+void CheckRaw(const cv::Mat& raw, cv::Size size) {
   if (raw.type() != CV_8UC1 || raw.size() != size) {
     throw InputError("image of " + SizeText(raw.size()) + " pixels" +
                      (raw.type() == CV_8UC1 ? "" : " that is not 8-bit grey") + ", must be " +
                      SizeText(size) + " and 8-bit grey; use the rig of the camera that took it");
   }
+}
+
+const cv::Mat& RectifyBy(const RemapTable& table,
+                         cv::Size size,
+                         const cv::Mat& raw,
+                         cv::Mat& buffer) {
+  CheckRaw(raw, size);
   if (table.empty()) return raw;
   const cv::Mat source = raw;  // keeps the pixels when raw and buffer are the same
   if (buffer.data == source.data) buffer.release();

@@ -22,15 +22,22 @@ class VirtualCamera {
 
   /// The table that draws the virtual image; empty when it would move no pixel by 0.001 px.
   [[nodiscard]] RemapTable MakeTable() const;
+  /// Position of a pixel of the virtual image in the raw image, which may lie outside it; nothing
+  /// where the lens shows none.
+  [[nodiscard]] std::optional<cv::Point2d> Raw(double u, double v) const;
+  [[nodiscard]] cv::Size Size() const { return frame_.size; }
+  [[nodiscard]] cv::Size RawSize() const { return lens_.Size(); }
 
  private:
-  [[nodiscard]] std::optional<cv::Point2d> Raw(double u, double v) const;
   [[nodiscard]] bool MovesPixels() const;
 
   Lens lens_;
   ViewFrame frame_;
   Eigen::Matrix3d R_cam_view_;
 };
+
+/// @throws InputError when a raw image is not CV_8UC1 of this size.
+void CheckRaw(const cv::Mat& raw, cv::Size size);
 
 /// Warps a raw image by a table. Returns the image itself, without a copy, when the table is empty.
 /// @param size  of raw images. @throws InputError when it is not CV_8UC1 of this size.

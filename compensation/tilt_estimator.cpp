@@ -149,7 +149,8 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Observe(const TiltFrame& frame, M
   }
   {
     const StageTimer timer(report.ceiling_ms);
-    moment.ceiling = ceiling.Analyze(view.Rectify(frame.up, rectified), frame.stamp_s);
+    moment.ceiling =
+        ceiling.Analyze(view.Rectify(frame.up, rectified, frame.velocity), frame.stamp_s);
     seen.ceiling = ceiling.Measure(moment.ceiling);
     moment.has_ceiling = seen.ceiling.has_value();
   }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "calib/base/tilt.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
 #include "compensation/ceiling_tracker.hpp"
 #include "compensation/forward_solver.hpp"
@@ -38,6 +39,8 @@ struct TiltFrame {
   cv::Mat up;       ///< CV_8UC1, as the camera took it
   cv::Mat forward;  ///< the same; empty: no image
   double stamp_s = 0;
+  /// Of the robot, for an upward camera with a rolling shutter (CeilingView::Rectify).
+  Twist2 velocity = {};
 };
 
 /// The measurement on which a frame's tilt is based.

@@ -53,7 +53,7 @@ void GlobalSearch::ChangeView() {
 
 /// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
 /// no texture.
-bool GlobalSearch::Move(const LevelFrame& frame) {
+bool GlobalSearch::Move(const LevelFrame& frame, Result& result) {
   constexpr double kMaxDropoutS = 1;  // after a longer dropout the robot may have been carried
   const double stamp_s = frame.stamp_s;
   if (!begin_s_) begin_s_ = stamp_s;
@@ -61,6 +61,9 @@ bool GlobalSearch::Move(const LevelFrame& frame) {
   if (!step && !chain_.Began()) return false;
   const double unplaced_s = stamp_s - last_placed_s_.value_or(*begin_s_);
   if (step) {
+    if (unplaced_s > 0) {
+      result.velocity = {stamp_s - unplaced_s / 2, Twist2::Mean(step->T_before_now, unplaced_s)};
+    }
     hypotheses_.Move(step->T_before_now,
                      step->covariance,
                      !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
@@ -143,7 +146,7 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
                                         const FrameSpectrum& spectrum,
                                         const std::optional<HeadingPrior>& yaw) {
   Result result;
-  if (!Move(frame)) return result;
+  if (!Move(frame, result)) return result;
   ++frames_;
   ambiguous_matches_ = 0;
   // A compass that has drifted, or whose zero is wrong, must not exclude the right place

@@ -32,6 +32,7 @@ class GlobalSearch {
     graph::TrackingStatus status = graph::TrackingStatus::kLost;  ///< kRelocalized: pose found
     MapMatch match;                                               ///< that determined the pose
     int hypotheses = 0;                                           ///< places where the robot may be
+    std::optional<StampedTwist2> velocity;  ///< mean since the frame before, at the middle
   };
   /// @param yaw  The robot's yaw on the map, if a compass gives it.
   Result Next(const LevelFrame& frame,
@@ -41,7 +42,7 @@ class GlobalSearch {
   [[nodiscard]] std::int64_t Searches() const { return searches_; }
 
  private:
-  bool Move(const LevelFrame& frame);
+  bool Move(const LevelFrame& frame, Result& result);
   [[nodiscard]] bool Wanted(const PlaceProposal& place,
                             double stamp_s,
                             const std::optional<HeadingPrior>& yaw) const;

@@ -120,7 +120,8 @@ struct Localizer::Impl {
 
 LevelFrame Localizer::Impl::Levelled(const CeilingFrame& frame) {
   LevelFrame level{frame.rectified, frame.index, frame.stamp_s, frame.tilt, frame.heading};
-  if (level.image.pixels.empty()) level.image = {matcher.View().Rectify(frame.grey, rectified), {}};
+  if (level.image.pixels.empty())
+    level.image = {matcher.View().Rectify(frame.grey, rectified, frame.velocity), {}};
   if (frame.tilt.IsLevel()) return level;
   if (!level_view) level_view.emplace(matcher.View());
   level_view->Draw(level.image.pixels, frame.tilt, levelled);
@@ -297,6 +298,7 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   const GlobalSearch::Result result = search.Next(frame, spectrum, yaw);
   location.pose.status = result.status;
   location.hypotheses = result.hypotheses;
+  location.velocity = result.velocity;
   report.searches = search.Searches();
   if (result.status != TrackingStatus::kRelocalized) return;
   if (!CanBeAt(result.match.pose, frame.stamp_s)) {

@@ -65,6 +65,8 @@ struct CeilingFrame {
   /// Share of the image that repeats the one before (mapping::RepetitionMeter), 0..1. An image that
   /// is mostly a copy gives no pose: its status is kAmbiguous.
   double repeated = 0;
+  /// Of the robot, for a camera with a rolling shutter (CeilingView::Rectify).
+  Twist2 velocity = {};
 };
 
 /// Pose of the robot, or the reason why it is unknown.
@@ -80,6 +82,9 @@ struct Location {
   /// CeilingFrame::tilt. A significant one is included in the pose's covariance, from this frame
   /// until a check finds the robot level.
   std::optional<TiltAngles> tilt_left;
+  /// Mean velocity since the frame before, at the middle of that time, measured while the place is
+  /// searched.
+  std::optional<StampedTwist2> velocity;
 
   [[nodiscard]] bool Placed() const { return graph::HasPose(pose.status); }
 };

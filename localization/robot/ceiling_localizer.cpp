@@ -74,8 +74,10 @@ Estimate CeilingLocalizer::Locate(const Frame& frame) {
                                frame.context.heading,
                                frame.context.tilt,
                                frame.rectified,
-                               impl_->repetition.Next(frame.up.pixels)});
+                               impl_->repetition.Next(frame.up.pixels),
+                               frame.velocity});
   if (location.tilt_left) CorrectTilt(*location.tilt_left);
+  if (location.velocity) Move(*location.velocity);
   Sensors::Locate(frame.up.stamp_s,
                   location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);
   return ToEstimate(location, frame.context.heading);

@@ -102,7 +102,7 @@ Estimate CeilingMapper::Map(const Frame& frame) {
   me.image = frame.rectified;
   if (me.image.pixels.empty()) {
     const StageTimer timer(me.rectify_ms);
-    me.image.pixels = me.view.Rectify(frame.up.pixels, me.buffer);
+    me.image.pixels = me.view.Rectify(frame.up.pixels, me.buffer, frame.velocity);
   }
   mapping::FrameContext context = frame.context;
   context.repeated = me.repetition.Next(frame.up.pixels);

@@ -8,6 +8,7 @@
 #include "localization/robot/colour_heading.hpp"
 #include "localization/robot/omni_heading.hpp"
 #include "localization/robot/sample_heading.hpp"
+#include "localization/robot/velocity_predictor.hpp"
 
 namespace ceilmap::robot {
 namespace {
@@ -21,6 +22,7 @@ struct Located {
 /// that images can be added meanwhile.
 struct Task {
   Image up;
+  Twist2 velocity;
   std::optional<Image> forward;
   std::optional<Image> omni;
   std::optional<HeadingPrior> heading;  // by samples
@@ -62,6 +64,7 @@ struct Sensors::Impl {
   // Feedback for the next frame that is measured; it waits while one is being measured.
   std::optional<TiltAngles> residual;
   std::optional<Located> located;
+  VelocityPredictor velocity;
   std::future<Frame> measuring;
 
   Task Prepare(const Image& up);
@@ -72,6 +75,7 @@ struct Sensors::Impl {
 Task Sensors::Impl::Prepare(const Image& up) {
   Task task;
   task.up = up;
+  task.velocity = velocity.At(up.stamp_s);
   task.forward = forward.Nearest(up.stamp_s);
   task.omni = omni.Nearest(up.stamp_s);
   if (samples) task.heading = samples->At(up.stamp_s, nullptr);
@@ -85,6 +89,7 @@ compensation::TiltEstimate Sensors::Impl::MeasureTilt(const Task& task) {
   compensation::TiltFrame frame;
   frame.up = task.up.pixels;
   frame.stamp_s = task.up.stamp_s;
+  frame.velocity = task.velocity;
   if (task.forward) frame.forward = task.forward->pixels;
   if (frame.forward.channels() == 3) {
     cv::cvtColor(frame.forward, forward_grey, cv::COLOR_BGR2GRAY);
@@ -95,7 +100,7 @@ compensation::TiltEstimate Sensors::Impl::MeasureTilt(const Task& task) {
 
 Sensors::Frame Sensors::Impl::Measure(const Task& task) {
   if (task.residual && tilt) tilt->Correct(*task.residual);
-  Frame frame{task.up, {}, {}};
+  Frame frame{task.up, task.velocity, {}, {}};
   frame.context.heading = task.heading;
   std::future<std::optional<HeadingPrior>> heading;
   if (task.by_camera != nullptr) {
@@ -185,6 +190,11 @@ void Sensors::CorrectTilt(const TiltAngles& residual) {
 
 void Sensors::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
   impl_->located = Located{stamp_s, T_map_base};
+  impl_->velocity.AddPose(T_map_base, stamp_s);
+}
+
+void Sensors::Move(const StampedTwist2& velocity) {
+  impl_->velocity.Add(velocity);
 }
 
 }  // namespace ceilmap::robot

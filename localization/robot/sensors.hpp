@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "calib/base/heading.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
 #include "compensation/tilt_estimator.hpp"
 #include "localization/compass/colour/colour_model.hpp"
@@ -60,6 +61,7 @@ class Sensors {
   /// An upward frame with what the other sensors report of it.
   struct Frame {
     Image up;
+    Twist2 velocity;  ///< predicted, to correct the image of a rolling shutter
     mapping::FrameContext context;
     /// The upward image, rectified and analysed while the tilt was measured; empty: it was not.
     registration::AnalyzedImage rectified;
@@ -82,8 +84,10 @@ class Sensors {
 
   /// Residual tilt of the frame taken last, measured against the map.
   void CorrectTilt(const TiltAngles& residual);
-  /// Pose of the frame taken last, or that it is not known.
+  /// Pose of the frame taken last, or that it is not known. Call it after each frame.
   void Locate(double stamp_s, const std::optional<Pose2>& T_map_base);
+  /// Velocity that was measured without a pose.
+  void Move(const StampedTwist2& velocity);
 
  private:
   struct Impl;

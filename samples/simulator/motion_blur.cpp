@@ -20,24 +20,6 @@ Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double 
   return T;
 }
 
-/// At the fraction `time` in [-1, 1] of the half exposure before or after its middle.
-Isometry3d During(const Exposure& exposure, double time) {
-  return time < 0 ? Between(exposure.T_map_base, exposure.T_map_base_open, -time)
-                  : Between(exposure.T_map_base, exposure.T_map_base_close, time);
-}
-
-/// Times of the exposure, in [-1, 1], whose mean image has the same blur.
-std::vector<double> Times(double blur_px) {
-  if (!(blur_px > 0.1)) return {0};
-  // Two images at Gauss's points have the same spread as the whole motion, and a similar appearance
-  // while they are less than a pixel apart.
-  if (blur_px < 1.5) return {-1 / std::sqrt(3.0), 1 / std::sqrt(3.0)};
-  const int count = std::clamp(static_cast<int>(std::ceil(blur_px / 0.75)), 3, 64);
-  std::vector<double> moments(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) moments[i] = (2.0 * i + 1) / count - 1;
-  return moments;
-}
-
 /// Length of a ray from inside the room to its hull, in lengths of `direction`.
 double DistanceToHull(const Vector3d& from, const Vector3d& direction, const Room& room) {
   const Vector3d size(room.length_m, room.width_m, room.height_m);
@@ -64,6 +46,13 @@ Vector3d RayTowards(const calib::Lens& lens, const Vector2d& pixel) {
 }
 
 }  // namespace
+
+Isometry3d PoseDuring(const Exposure& exposure, double after_middle_s) {
+  if (after_middle_s == 0) return exposure.T_map_base;
+  const double part = after_middle_s / exposure.half_s;
+  return part < 0 ? Between(exposure.T_map_base, exposure.T_map_base_open, -part)
+                  : Between(exposure.T_map_base, exposure.T_map_base_close, part);
+}
 
 std::vector<Vector3d> PlaneInCorners(const calib::MountedCamera& mounted,
                                      const Isometry3d& T_map_base,
@@ -115,9 +104,14 @@ double BlurLength(const calib::MountedCamera& mounted,
   return longest;
 }
 
-std::vector<Moment> MomentsDuring(const Exposure& exposure, double blur_px) {
-  std::vector<Moment> moments;
-  for (const double time : Times(blur_px)) moments.push_back({During(exposure, time), time});
+std::vector<double> TimesOfBlur(double blur_px) {
+  if (!(blur_px > 0.1)) return {0};
+  // Two images at Gauss's points have the same spread as the whole motion, and a similar appearance
+  // while they are less than a pixel apart.
+  if (blur_px < 1.5) return {-1 / std::sqrt(3.0), 1 / std::sqrt(3.0)};
+  const int count = std::clamp(static_cast<int>(std::ceil(blur_px / 0.75)), 3, 64);
+  std::vector<double> moments(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) moments[i] = (2.0 * i + 1) / count - 1;
   return moments;
 }
 

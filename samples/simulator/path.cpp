@@ -103,7 +103,7 @@ std::vector<Frame> PlannedFrames(const Scene& scene) {
                     kMaxFrames));
   }
   const auto pose_at = [&](double t) { return BaseAt(scene, drive, t); };
-  const double half = scene.camera.exposure_time_s / 2;
+  const double half = HalfExposure(scene.camera);
   const double forward_half = scene.forward ? scene.forward->exposure_time_s / 2 : 0;
   std::vector<Frame> frames;
   frames.reserve(static_cast<std::size_t>(count));

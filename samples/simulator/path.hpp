@@ -15,9 +15,9 @@ struct Frame {
   double stamp_s = 0;  ///< middle of the exposure, the time of the pose
   Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_map_base_open =
-      Eigen::Isometry3d::Identity();  ///< at the beginning of the exposure
+      Eigen::Isometry3d::Identity();  ///< at the beginning of the exposure, of any row
   Eigen::Isometry3d T_map_base_close =
-      Eigen::Isometry3d::Identity();  ///< at the end of the exposure
+      Eigen::Isometry3d::Identity();  ///< at the end of the exposure, of any row
   // The same for the forward camera, whose exposure has the same middle and may be longer.
   Eigen::Isometry3d T_map_base_forward_open = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_map_base_forward_close = Eigen::Isometry3d::Identity();

@@ -43,7 +43,7 @@ class RayTracer::View {
        const Isometry3d& T_map_cam,
        const std::vector<PaintedSolid>& movers,
        EdgeQuality edges);
-  [[nodiscard]] cv::Mat Trace();
+  [[nodiscard]] cv::Mat Trace(cv::Range rows);
 
  private:
   /// A part of the image in which not only the ceiling is visible.
@@ -67,7 +67,7 @@ class RayTracer::View {
     return std::span(candidates_).subspan(part.first, part.last - part.first);
   }
   void ChooseSolid(const Solid& solid, const Eigen::AlignedBox3d& bounds, const cv::Vec3f& colour);
-  void DivideImage();
+  void DivideImage(cv::Range rows);
   void TraceCeiling(const CameraRays::Block& block);
   void TracePart(const MixedPart& part);
   void SmoothEdges(const MixedPart& part);
@@ -109,8 +109,9 @@ RayTracer::RayTracer(const Scene& scene,
 cv::Mat RayTracer::Trace(const CameraRays& rays,
                          const Isometry3d& T_map_cam,
                          const std::vector<PaintedSolid>& movers,
-                         EdgeQuality edges) const {
-  return View(*this, rays, T_map_cam, movers, edges).Trace();
+                         EdgeQuality edges,
+                         cv::Range rows) const {
+  return View(*this, rays, T_map_cam, movers, edges).Trace(rows);
 }
 
 RayTracer::View::View(const RayTracer& tracer,
@@ -149,29 +150,40 @@ void RayTracer::View::ChooseSolid(const Solid& solid,
   colours_.push_back(colour);
 }
 
-cv::Mat RayTracer::View::Trace() {
+cv::Mat RayTracer::View::Trace(cv::Range rows) {
   light_ = cv::Mat_<float>(rays_.Size(), 0.0F);
   if (tracer_.paints_) coloured_ = cv::Mat_<cv::Vec3f>(rays_.Size(), cv::Vec3f(0, 0, 0));
-  DivideImage();
+  if (rows == cv::Range::all()) rows = {0, rays_.Size().height};
+  DivideImage(rows);
   if (!mixed_.empty()) surfaces_ = cv::Mat(rays_.Size() * 2, CV_16UC1, cv::Scalar(kCeiling));
   for (const MixedPart& part : mixed_) TracePart(part);
   for (const MixedPart& part : mixed_) SmoothEdges(part);
   return coloured_.empty() ? cv::Mat(light_) : cv::Mat(coloured_);
 }
 
-// Blocks and parts that show only the ceiling are traced at once.
-void RayTracer::View::DivideImage() {
+// Blocks and parts that show only the ceiling are traced at once. Edges are found from the rows
+// beside theirs.
+void RayTracer::View::DivideImage(cv::Range rows) {
+  const cv::Range needed(rows.start - 1, rows.end + 1);
+  const auto has_needed = [&](const CameraRays::Block& block) {
+    return block.pixels.y < needed.end && block.pixels.br().y > needed.start;
+  };
+  const auto is_needed = [&](const CameraRays::Block& block) {
+    return block.pixels.y >= needed.start && block.pixels.br().y <= needed.end;
+  };
   std::vector<std::int32_t> near;
   for (const CameraRays::Block& block : rays_.Blocks()) {
+    if (!has_needed(block)) continue;
     near.clear();
     for (std::size_t i = 0; i < solids_.size(); ++i) {
       if (solids_[i].MayShowIn(block.rays)) near.push_back(static_cast<std::int32_t>(i));
     }
-    if (near.empty() && ceiling_.Fills(block)) {
+    if (near.empty() && is_needed(block) && ceiling_.Fills(block)) {
       TraceCeiling(block);
       continue;
     }
     for (const CameraRays::Block& part : block.parts) {
+      if (!has_needed(part)) continue;
       MixedPart mixed{&part, candidates_.size(), 0, ceiling_.Fills(part)};
       for (const std::int32_t i : near) {
         if (solids_[i].MayShowIn(part.rays)) candidates_.push_back(i);

@@ -30,11 +30,12 @@ class RayTracer {
   /// The light on the pixels, 0 outside the lens's field of view: CV_32FC1 of a grey camera; else
   /// CV_32FC3, blue, green, red, whose luminance is that of a grey camera. Thread-safe.
   /// @param movers  Boxes at that moment, in addition to those of the constructor; always with
-  /// their own colours.
+  /// their own colours. @param rows  Of the image; the content of others is not defined.
   [[nodiscard]] cv::Mat Trace(const CameraRays& rays,
                               const Eigen::Isometry3d& T_map_cam,
                               const std::vector<PaintedSolid>& movers = {},
-                              EdgeQuality edges = EdgeQuality::kFine) const;
+                              EdgeQuality edges = EdgeQuality::kFine,
+                              cv::Range rows = cv::Range::all()) const;
 
   [[nodiscard]] const std::vector<Solid>& Solids() const { return solids_; }
 

@@ -69,42 +69,68 @@ class Eye {
         rays_(mounted.camera),
         scene_(scene),
         exposure_time_s_(camera.exposure_time_s),
+        readout_time_s_(camera.readout_time_s),
         tracer_(scene, solids, texel_m, camera.saturation) {
     for (const PixelPurposes& plane : pixels) planes_.emplace_back(scene, camera, plane);
   }
 
   [[nodiscard]] cv::Mat Trace(const Isometry3d& T_map_base,
                               const std::vector<PaintedSolid>& movers = {},
-                              EdgeQuality edges = EdgeQuality::kFine) const {
-    return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers, edges);
+                              EdgeQuality edges = EdgeQuality::kFine,
+                              cv::Range rows = cv::Range::all()) const {
+    return tracer_.Trace(rays_, T_map_base * mounted_.T_base_cam, movers, edges, rows);
   }
 
-  /// @param blur_px  Motion in the image.
+  /// @param blur_px  Motion in the image during the exposure of a row.
   [[nodiscard]] cv::Mat Take(const Exposure& exposure, double blur_px, const Frame& frame) const {
-    const std::vector<Moment> moments = MomentsDuring(exposure, blur_px);
-    // The mean of several images has finer edges than each of them.
-    const EdgeQuality edges = moments.size() > 1 ? EdgeQuality::kCoarse : EdgeQuality::kFine;
-    cv::Mat light;
-    for (const Moment& moment : moments) {
-      const double shift_s = moment.time * exposure_time_s_ / 2;
-      const cv::Mat now = Trace(moment.T_map_base, MoversAt(scene_, frame.stamp_s, shift_s), edges);
-      if (light.empty()) {
-        light = now;
-      } else {
-        light += now;
-      }
+    if (readout_time_s_ == 0) {
+      return DevelopPlanes(
+          planes_, Light(exposure, blur_px, frame, 0, {0, mounted_.camera.height_px}), frame);
     }
-    if (moments.size() > 1) light *= 1.0 / static_cast<double>(moments.size());
+    cv::Mat light;
+    const int height = mounted_.camera.height_px;
+    for (int row = 0; row < height; row += CameraRays::kPartSize) {
+      const cv::Range rows(row, std::min(row + CameraRays::kPartSize, height));
+      const double middle = (rows.start + rows.end - 1) / 2.0 / (height - 1) - 0.5;
+      const cv::Mat now = Light(exposure, blur_px, frame, middle * readout_time_s_, rows);
+      if (light.empty()) light.create(now.size(), now.type());
+      now.rowRange(rows).copyTo(light.rowRange(rows));
+    }
     return DevelopPlanes(planes_, light, frame);
   }
 
   [[nodiscard]] const calib::MountedCamera& Mounted() const { return mounted_; }
 
  private:
+  /// Mean light during the exposure of rows. @param after_middle_s  of its middle.
+  [[nodiscard]] cv::Mat Light(const Exposure& exposure,
+                              double blur_px,
+                              const Frame& frame,
+                              double after_middle_s,
+                              cv::Range rows) const {
+    const std::vector<double> times = TimesOfBlur(blur_px);
+    // The mean of several images has finer edges than each of them.
+    const EdgeQuality edges = times.size() > 1 ? EdgeQuality::kCoarse : EdgeQuality::kFine;
+    cv::Mat light;
+    for (const double time : times) {
+      const double shift_s = after_middle_s + time * exposure_time_s_ / 2;
+      const cv::Mat now = Trace(
+          PoseDuring(exposure, shift_s), MoversAt(scene_, frame.stamp_s, shift_s), edges, rows);
+      if (light.empty()) {
+        light = now;
+      } else {
+        light += now;
+      }
+    }
+    if (times.size() > 1) light *= 1.0 / static_cast<double>(times.size());
+    return light;
+  }
+
   calib::MountedCamera mounted_;
   CameraRays rays_;
   const Scene& scene_;
   double exposure_time_s_;
+  double readout_time_s_;
   RayTracer tracer_;
   std::vector<ImageModel> planes_;  // one, or blue, green, red
 };
@@ -160,13 +186,18 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 cv::Mat Renderer::Render(const Frame& frame) const {
   const Eye& up = parts_->up;
-  const Exposure exposure{frame.T_map_base, frame.T_map_base_open, frame.T_map_base_close};
+  const Camera& camera = parts_->scene.camera;
+  const Exposure exposure{
+      frame.T_map_base, frame.T_map_base_open, frame.T_map_base_close, HalfExposure(camera)};
   double blur_px = 0;
   if (parts_->scene.image.motion_blur) {
     blur_px =
         BlurLength(up.Mounted(),
                    exposure,
                    PlaneInCorners(up.Mounted(), frame.T_map_base, NearestHeight(parts_->scene)));
+    if (camera.readout_time_s != 0) {
+      blur_px *= camera.exposure_time_s / 2 / exposure.half_s;  // of one row
+    }
     blur_px = std::max(blur_px, MovingBlurLength(parts_->scene, parts_->scene.camera));
   }
   return up.Take(exposure, blur_px, frame);
@@ -174,8 +205,10 @@ cv::Mat Renderer::Render(const Frame& frame) const {
 
 cv::Mat Renderer::RenderForward(const Frame& frame) const {
   const Eye& forward = parts_->Forward();
-  const Exposure exposure{
-      frame.T_map_base, frame.T_map_base_forward_open, frame.T_map_base_forward_close};
+  const Exposure exposure{frame.T_map_base,
+                          frame.T_map_base_forward_open,
+                          frame.T_map_base_forward_close,
+                          HalfExposure(*parts_->scene.forward)};
   double blur_px = 0;
   if (parts_->scene.image.motion_blur) {
     blur_px = BlurLength(forward.Mounted(),

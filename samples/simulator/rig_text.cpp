@@ -103,12 +103,18 @@ std::string ExposureText(double exposure_time_s) {
       exposure_time_s);
 }
 
+std::string ReadoutText(double readout_time_s) {
+  if (readout_time_s == 0) return "";
+  return fmt::format("    readout_time_s: {:.12g}   # from the first to the last row\n",
+                     readout_time_s);
+}
+
 std::string CameraText(const char* name, const Camera& c, const Matrix3d& R) {
   return fmt::format("  {}:\n    type: pinhole\n", name) +
          IntrinsicsText(
              name, {c.width_px, c.height_px, c.focal_px, 0, 0, c.distortion_model, c.distortion}) +
          PoseText(name, R, {c.mount_x_m, c.mount_y_m, c.mount_height_m}) +
-         ExposureText(c.exposure_time_s);
+         ExposureText(c.exposure_time_s) + ReadoutText(c.readout_time_s);
 }
 
 std::string OmniText(const OmniCamera& c) {

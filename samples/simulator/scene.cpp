@@ -52,6 +52,7 @@ void CheckForward(const Scene& scene) {
   if (!scene.forward) return;
   CheckCamera("forward", *scene.forward, scene.room);
   CheckGroup("forward", *scene.forward, kForwardFields);
+  CheckRange("forward.readout_time_s", scene.forward->readout_time_s, 0, 0);
   if (!(scene.forward->mount_height_m > 0)) {
     Fail("forward.mount_height_m", scene.forward->mount_height_m, "above the floor");
   }

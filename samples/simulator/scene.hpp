@@ -135,8 +135,17 @@ struct Camera {
   double mount_pitch_deg = 0;   ///< deviation from level
   double mount_roll_deg = 0;
   double exposure_time_s = 0.005;
+  /// Rolling shutter, upward camera only: from the exposure of the first row to that of the last
+  /// one; < 0: the last row is first.
+  double readout_time_s = 0;
   double saturation = 0;  ///< of the colours, forward camera only; 0: a grey camera
 };
+
+/// Half of the time from the beginning of the exposure of the first row to the end of that of the
+/// last one.
+inline double HalfExposure(const Camera& camera) {
+  return (camera.exposure_time_s + std::abs(camera.readout_time_s)) / 2;
+}
 
 /// A forward camera with default values: 60 degrees wide, 0.45 m high.
 inline Camera DefaultForwardCamera() {

@@ -100,6 +100,10 @@ constexpr std::array kCameraFields{
 };
 
 /// In addition to those of all cameras.
+constexpr std::array kUpFields{
+    Field<Camera>{"readout_time_s", &Camera::readout_time_s, -0.2, 0.2},
+};
+
 constexpr std::array kForwardFields{
     Field<Camera>{"saturation", &Camera::saturation, 0, 1},
 };

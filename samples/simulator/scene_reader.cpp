@@ -188,8 +188,9 @@ void ReadLens(const YamlValue& value, Camera& camera) {
 }
 
 void ReadCamera(const YamlValue& value, Camera& camera) {
-  AllowOnly(value, kCameraFields, "distortion_model", "distortion");
+  AllowOnly(value, kCameraFields, "distortion_model", "distortion", "readout_time_s");
   ReadFields(value, kCameraFields, camera);
+  ReadFields(value, kUpFields, camera);
   ReadLens(value, camera);
 }
 

@@ -83,7 +83,7 @@ std::vector<Frame> TumFrames(const Scene& scene) {
     }
     frames.push_back(frame);
   }
-  const double half = scene.camera.exposure_time_s / 2;
+  const double half = HalfExposure(scene.camera);
   const double forward_half = scene.forward ? scene.forward->exposure_time_s / 2 : 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].T_map_base_open = Near(frames, i, -half);

@@ -38,6 +38,49 @@ TEST(RemapTable, InterpolatesByHand) {
   EXPECT_EQ(result.at<std::uint8_t>(1, 1), 78);  // (75 + 80) / 2 = 77.5
 }
 
+TEST(RemapTable, ShiftsItsSources) {
+  const cv::Size size(70, 37);
+  const cv::Mat raw = RandomImage(size);
+  const auto source = [](int u, int v) { return cv::Point2d(0.9 * u + 1.25, 0.8 * v + 2.5); };
+  // Linear in the pixel, so that the grid gives it exactly.
+  const auto shift_at = [](int u, int v) {
+    return cv::Point2d(0.25 - u / 64.0, 0.5 + v / 32.0 - u / 128.0);
+  };
+  SourceShift shift;
+  shift.nodes.create(SourceShift::NodesFor(size));
+  for (int i = 0; i < shift.nodes.rows; ++i) {
+    for (int j = 0; j < shift.nodes.cols; ++j) {
+      const cv::Point2d at = shift_at(SourceShift::kSpacingPx * j, SourceShift::kSpacingPx * i);
+      shift.nodes(i, j) = {static_cast<float>(at.x), static_cast<float>(at.y)};
+    }
+  }
+  cv::Mat expected;
+  RemapTable(size, [&](int u, int v) {
+    return source(u, v) + shift_at(u, v);
+  }).Apply(raw, expected);
+  cv::Mat result;
+  RemapTable(size, source).Apply(raw, shift, result);
+  EXPECT_LE(cv::norm(expected, result, cv::NORM_INF), 1);  // positions are rounded twice
+  shift.nodes.setTo(cv::Scalar::all(0));
+  RemapTable(size, source).Apply(raw, shift, result);
+  RemapTable(size, source).Apply(raw, expected);
+  EXPECT_EQ(cv::norm(expected, result, cv::NORM_INF), 0);
+}
+
+TEST(RemapTable, ShiftedSourcesEndAtTheBorder) {
+  const cv::Mat raw = (cv::Mat_<std::uint8_t>(2, 2) << 10, 20, 30, 40);
+  const RemapTable table({2, 2}, [](int u, int v) { return cv::Point2d(u, v); });
+  SourceShift shift;
+  shift.nodes.create(SourceShift::NodesFor({2, 2}));
+  cv::Mat result;
+  shift.nodes.setTo(cv::Scalar(5, -5));
+  table.Apply(raw, shift, result);
+  EXPECT_EQ(cv::countNonZero(result != 20), 0);
+  shift.nodes.setTo(cv::Scalar(-5, 5));
+  table.Apply(raw, shift, result);
+  EXPECT_EQ(cv::countNonZero(result != 30), 0);
+}
+
 TEST(RemapTable, IsZeroAndMaskedWhereThereIsNoSource) {
   const cv::Mat raw(10, 10, CV_8UC1, cv::Scalar(77));
   const RemapTable table({10, 10}, [](int u, int v) -> std::optional<cv::Point2d> {

@@ -181,6 +181,16 @@ const Fault kFaults[] = {
      "    view: {field_of_view_deg: 90}\n    image_width: 320",
      "rig.yaml:25: cameras.forward.view = {...}, must be absent for this camera; only the upward "
      "camera has it"},
+    {"ReadoutInMilliseconds",
+     "    exposure_time: 0.005",
+     "    readout_time_s: 25",
+     "rig.yaml:22: cameras.up.readout_time_s = 25, must be from -0.2 to 0.2; give it in seconds, "
+     "from the first to the last row; negative: the bottom row is first"},
+    {"ReadoutOfAForwardCamera",
+     "    image_width: 320",
+     "    readout_time_s: 0.02\n    image_width: 320",
+     "rig.yaml:25: cameras.forward.readout_time_s = 0.02, must be absent for this camera; only the "
+     "upward camera has it"},
     {"NoneWithDistortion",
      "distortion_model: plumb_bob",
      "distortion_model: none",

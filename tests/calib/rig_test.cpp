@@ -89,6 +89,13 @@ TEST(Rig, ReadsWideLensesAndTheirView) {
                    .up->view->field_of_view_rad);
 }
 
+TEST(Rig, ReadsTheReadoutTimeOfARollingShutter) {
+  EXPECT_EQ(ParseRig(kRigText, "rig.yaml").up->readout_time_s, 0);
+  const std::string rolling =
+      Replaced(kRigText, "    exposure_time", "    readout_time_s: -0.02\n    exposure_time");
+  EXPECT_EQ(ParseRig(rolling, "rig.yaml").up->readout_time_s, -0.02);
+}
+
 TEST(Rig, ReadsAMirror) {
   const Rig rig = ParseRig(kRigText, "rig.yaml");
   ASSERT_TRUE(rig.omni && rig.omni->mirror);

@@ -1,5 +1,5 @@
 // Cameras with wide lenses, mounted askew, through the real executable: a map by a fisheye, and
-// localization between a fisheye and a pinhole.
+// localization between a fisheye and a pinhole, a rolling shutter.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -110,6 +110,13 @@ TEST_F(LensTest, MapsAndLocalizesWithAFisheyeAndAPinhole) {
   Map("pinhole");
   Localize("pinhole", "fisheye");
   ExpectNear("fisheye-on-pinhole.tum", "fisheye", "pinhole", 40, 0.003);
+}
+
+// Between the first and the last row the robot turns by up to 3 degrees.
+TEST_F(LensTest, MapsWithARollingShutter) {
+  Simulate("rolling", kFisheye + "  readout_time_s: 0.03\n", "2, 2, 4, 2, 4, 3");
+  Map("rolling");
+  ExpectNear("rolling.tum", "rolling", "rolling", 40, 0.005);
 }
 
 }  // namespace

@@ -51,6 +51,31 @@ TEST(RendererGeometry, MotionForwardMovesTheContentDownBySubpixels) {
   }
 }
 
+// A strip of rows shows the ceiling from the pose at its own time.
+TEST(RendererGeometry, RowsOfARollingShutterHaveTheirOwnTime) {
+  for (const double readout_time_s : {0.1, -0.1}) {
+    Scene scene = PlainScene();
+    scene.ceiling.marks_at = {{6, 4, 0.4, 0.0}, {6.3, 4.4, 0.1, 0.0}, {5.7, 4.1, 0.2, 0.9}};
+    scene.camera.readout_time_s = readout_time_s;
+    scene.camera.exposure_time_s = 0;
+    Frame frame = StillFrame(0, {6, 4, 0.3});
+    frame.T_map_base_open = Level(5.9, 4.05, 0.2 / kRadPerDeg);
+    frame.T_map_base_close = Level(6.1, 3.95, 0.4 / kRadPerDeg);
+    const cv::Mat rolling = Renderer(scene).Render(frame);
+    scene.camera.readout_time_s = 0;
+    const Renderer still(scene);
+    for (const int first : {0, 64, 232}) {
+      const double time = ((first + 3.5) / 239 - 0.5) * 2 * (readout_time_s > 0 ? 1 : -1);
+      const Isometry3d there =
+          Level(6 + 0.1 * time, 4 - 0.05 * time, (0.3 + 0.1 * time) / kRadPerDeg);
+      Frame at = StillFrame(0, {6, 4, 0});
+      at.T_map_base = at.T_map_base_open = at.T_map_base_close = there;
+      const cv::Range rows(first, first + 8);
+      EXPECT_LE(cv::norm(rolling.rowRange(rows), still.Render(at).rowRange(rows), cv::NORM_INF), 2);
+    }
+  }
+}
+
 TEST(RendererGeometry, MarkFollowsTheRigsCameraModelEverywhere) {
   Scene scene = MarkedScene(6.1, 4.2, 0.02);
   scene.camera.mount_x_m = 0.1;
