@@ -76,6 +76,7 @@ CeilingView::CeilingView(const MountedCamera& up, double ceiling_height_m) {
   const VirtualCamera camera(up, R_base_view, frame);
   table_ = camera.MakeTable();
   if (up.readout_time_s != 0) {
+    readout_time_s_ = up.readout_time_s;
     shutter_ = std::make_shared<const RollingShutter>(camera, up.readout_time_s);
     if (table_.empty()) table_ = Identity(size_);
   }
@@ -108,6 +109,12 @@ CeilingView CeilingView::OfRectified(cv::Size size,
   view.T_base_view_ = T_base_view;
   view.mask_ = mask.clone();
   return view;
+}
+
+double CeilingView::ReadoutMotion(const Twist2& velocity) const {
+  const ImageFlow flow = FlowOf(velocity, T_base_view_, m_per_px_);
+  const double turning = std::abs(flow.yaw_rad_s) * CentreOf(size_).norm();
+  return 0.5 * std::abs(readout_time_s_) * (flow.linear_px_s.norm() + turning);
 }
 
 const cv::Mat& CeilingView::Rectify(const cv::Mat& raw,

@@ -64,6 +64,8 @@ class CeilingView {
   /// True when the rows of an image are exposed at different times
   /// (MountedCamera::readout_time_s).
   [[nodiscard]] bool HasRollingShutter() const { return shutter_ != nullptr; }
+  /// Upper limit of the motion of the content between the middle row and the first or last one, px.
+  [[nodiscard]] double ReadoutMotion(const Twist2& velocity) const;
   /// True when Rectify changes the image.
   [[nodiscard]] bool NeedsRectification() const { return !table_.empty(); }
 
@@ -93,7 +95,8 @@ class CeilingView {
   Eigen::Vector2d principal_px_ = Eigen::Vector2d::Zero();
   Eigen::Isometry3d T_base_camera_ = Eigen::Isometry3d::Identity();
   Pose2 T_base_view_;
-  RemapTable table_;                               // empty: no rectification is needed
+  RemapTable table_;  // empty: no rectification is needed
+  double readout_time_s_ = 0;
   std::shared_ptr<const RollingShutter> shutter_;  // null: all rows are exposed at once
   cv::Mat mask_;
 };

@@ -236,7 +236,7 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   CeilingMotion motion = Describe(fit);
   motion.covariance *= std::pow(1 + kCommonCodingErrors * loss, 2);
   frame.T_reference_base = motion.T_reference_base;
-  before_ = last_;
+  if (!last_ || last_->stamp_s < frame.stamp_s) before_ = last_;  // not measured again
   last_ = Moment{FromSpace(motion.T_reference_base), frame.stamp_s};
   return motion;
 }

@@ -47,7 +47,7 @@ class CeilingTracker {
   /// @param image  CV_8UC1, rectified. Stamps must increase.
   Frame Analyze(const cv::Mat& image, double stamp_s);
   /// Measures a frame against the reference and stores its motion for the next prediction. Sets
-  /// frame.T_reference_base.
+  /// frame.T_reference_base. A second frame of the same stamp replaces the first.
   /// @return nothing when the motion cannot be measured; the stored motion is then discarded.
   std::optional<CeilingMotion> Measure(Frame& frame);
 

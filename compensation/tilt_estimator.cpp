@@ -9,6 +9,7 @@
 
 #include "calib/base/error.hpp"
 #include "calib/base/stage_timer.hpp"
+#include "calib/base/velocity_predictor.hpp"
 #include "calib/level_view.hpp"
 
 namespace ceilmap::compensation {
@@ -49,6 +50,7 @@ constexpr double kAssumedSigmaRad = 0.002;
 struct Moment {
   CeilingTracker::Frame ceiling;
   bool has_ceiling = false;                      // measured against the reference
+  bool has_pose = false;                         // the same, or the reference itself
   std::optional<ForwardTracker::Frame> forward;  // unset when the image has no texture
   bool level = false;
 };
@@ -99,6 +101,7 @@ struct TiltEstimator::Impl {
   std::optional<Isometry3d> T_reference_forward = Isometry3d::Identity();
   double reference_variance = 0;  // of the tilt of the ceiling's keyframe
   std::optional<double> last_stamp_s;
+  VelocityPredictor velocity;  // by the ceiling; used with a rolling shutter
   std::deque<Moment> moments;  // the latest ones, oldest first
   cv::Mat rectified;
   cv::Mat forward_rectified;
@@ -113,6 +116,9 @@ struct TiltEstimator::Impl {
     std::optional<ForwardMotion> forward;
   };
   void Check(const TiltFrame& frame) const;
+  [[nodiscard]] Pose2 Apparent(const Isometry3d& T_reference_base) const;
+  [[nodiscard]] std::optional<StampedTwist2> MeanVelocity(const Moment& moment) const;
+  std::optional<CeilingMotion> MeasureCeiling(const TiltFrame& frame, Moment& moment);
   Seen Observe(const TiltFrame& frame, Moment& moment);
   [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
   void Measure(const Seen& seen, TiltEstimate& estimate);
@@ -134,6 +140,51 @@ void TiltEstimator::Impl::Check(const TiltFrame& frame) const {
   }
 }
 
+/// Pose of a level robot that would see the ceiling at the same place. The image moves with it,
+/// whether the robot tilts or the measured tilt is wrong: it can be measured better than the pose.
+Pose2 TiltEstimator::Impl::Apparent(const Isometry3d& T_reference_base) const {
+  const PlanarTilt at = FromSpace(T_reference_base);
+  const Eigen::Vector2d seen = at.pose * level_view.CeilingShift(at.tilt);
+  return {seen.x(), seen.y(), at.pose.yaw};
+}
+
+/// Velocity of the image at a frame that was measured; nothing when the frame before was not.
+std::optional<StampedTwist2> TiltEstimator::Impl::MeanVelocity(const Moment& moment) const {
+  if (moments.size() < 2 || !moments[moments.size() - 2].has_pose) return std::nullopt;
+  const CeilingTracker::Frame& before = moments[moments.size() - 2].ceiling;
+  const CeilingTracker::Frame& now = moment.ceiling;
+  const double duration_s = now.stamp_s - before.stamp_s;
+  const Pose2 T_before_now =
+      Apparent(before.T_reference_base).Inverse() * Apparent(now.T_reference_base);
+  return StampedTwist2{now.stamp_s - duration_s / 2, Twist2::Mean(T_before_now, duration_s)};
+}
+
+/// An image of a rolling shutter needs the velocity that it serves to measure. It is measured again
+/// where the predicted one was wrong: the robot begins to move or to turn, or the prediction is of
+/// many frames ago.
+std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame& frame,
+                                                                 Moment& moment) {
+  constexpr int kMaxAgain = 2;
+  constexpr double kExactPx = 0.3;
+  Twist2 assumed = velocity.At(frame.stamp_s).value_or(frame.velocity);
+  for (int again = 0;; ++again) {
+    moment.ceiling = ceiling.Analyze(view.Rectify(frame.up, rectified, assumed), frame.stamp_s);
+    const std::optional<CeilingMotion> seen = ceiling.Measure(moment.ceiling);
+    if (!view.HasRollingShutter() || !seen) return seen;
+    const std::optional<StampedTwist2> mean = MeanVelocity(moment);
+    if (!mean) return seen;
+    VelocityPredictor measured = velocity;
+    measured.Add(*mean);
+    const Twist2 now = measured.At(frame.stamp_s).value_or(mean->velocity);
+    const Twist2 off{now.linear_m_s - assumed.linear_m_s, now.yaw_rad_s - assumed.yaw_rad_s};
+    if (again == kMaxAgain || view.ReadoutMotion(off) < kExactPx) {
+      velocity = measured;
+      return seen;
+    }
+    assumed = now;
+  }
+}
+
 TiltEstimator::Impl::Seen TiltEstimator::Impl::Observe(const TiltFrame& frame, Moment& moment) {
   Seen seen;
   std::future<void> ahead;
@@ -149,10 +200,8 @@ TiltEstimator::Impl::Seen TiltEstimator::Impl::Observe(const TiltFrame& frame, M
   }
   {
     const StageTimer timer(report.ceiling_ms);
-    moment.ceiling =
-        ceiling.Analyze(view.Rectify(frame.up, rectified, frame.velocity), frame.stamp_s);
-    seen.ceiling = ceiling.Measure(moment.ceiling);
-    moment.has_ceiling = seen.ceiling.has_value();
+    seen.ceiling = MeasureCeiling(frame, moment);
+    moment.has_ceiling = moment.has_pose = seen.ceiling.has_value();
   }
   if (ahead.valid()) ahead.get();
   return seen;
@@ -304,6 +353,7 @@ bool TiltEstimator::Impl::WantsNewBeginning(const Moment& moment) {
 
 void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate) {
   moment.ceiling.T_reference_base = Isometry3d::Identity();
+  moment.has_pose = true;
   T_reference_forward.reset();
   if (moment.level) {
     MakeKeyframe(Moment(moment));

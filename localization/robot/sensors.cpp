@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "calib/base/error.hpp"
+#include "calib/base/velocity_predictor.hpp"
 #include "localization/robot/colour_heading.hpp"
 #include "localization/robot/omni_heading.hpp"
 #include "localization/robot/sample_heading.hpp"
-#include "localization/robot/velocity_predictor.hpp"
 
 namespace ceilmap::robot {
 namespace {
@@ -75,7 +75,7 @@ struct Sensors::Impl {
 Task Sensors::Impl::Prepare(const Image& up) {
   Task task;
   task.up = up;
-  task.velocity = velocity.At(up.stamp_s);
+  task.velocity = velocity.At(up.stamp_s).value_or(Twist2{});
   task.forward = forward.Nearest(up.stamp_s);
   task.omni = omni.Nearest(up.stamp_s);
   if (samples) task.heading = samples->At(up.stamp_s, nullptr);

@@ -1,8 +1,8 @@
-#include "localization/robot/velocity_predictor.hpp"
+#include "calib/base/velocity_predictor.hpp"
 
 #include <cmath>
 
-namespace ceilmap::robot {
+namespace ceilmap {
 namespace {
 
 // More than wheels on a floor reach.
@@ -42,8 +42,8 @@ void VelocityPredictor::AddPose(const std::optional<Pose2>& T_map_base, double s
   if (T_map_base) placed_ = {*T_map_base, stamp_s};
 }
 
-Twist2 VelocityPredictor::At(double stamp_s) const {
-  if (!last_ || stamp_s - last_->stamp_s > kMaxAge_s) return {};
+std::optional<Twist2> VelocityPredictor::At(double stamp_s) const {
+  if (!last_ || stamp_s - last_->stamp_s > kMaxAge_s) return std::nullopt;
   Twist2 velocity = last_->velocity;
   if (!before_) return velocity;
   const Twist2& before = before_->velocity;
@@ -53,4 +53,4 @@ Twist2 VelocityPredictor::At(double stamp_s) const {
   return velocity;
 }
 
-}  // namespace ceilmap::robot
+}  // namespace ceilmap
