@@ -63,6 +63,12 @@ void AddUp(const calib::MountedCamera& camera, const calib::UpFacts& up, termina
   table.AddRow({"  top of image", DirectionText(up.top_yaw_rad)});
   table.AddRow({"  right of image", DirectionText(up.right_yaw_rad)});
   table.AddRow({"  tilt", fmt::format("{:.1f} deg from the vertical", up.tilt_rad * kDegPerRad)});
+  if (camera.readout_time_s != 0) {
+    table.AddRow({"  rolling shutter",
+                  fmt::format("{:.3g} ms, {} row first",
+                              1e3 * std::abs(camera.readout_time_s),
+                              camera.readout_time_s > 0 ? "top" : "bottom")});
+  }
 }
 
 std::string LookText(const calib::ForwardFacts& forward) {
@@ -136,6 +142,7 @@ ordered_json ToJson(const calib::MountedCamera& camera, const calib::UpFacts& up
   json["image_top_yaw_deg"] = up.top_yaw_rad * kDegPerRad;
   json["image_right_yaw_deg"] = up.right_yaw_rad * kDegPerRad;
   json["tilt_deg"] = up.tilt_rad * kDegPerRad;
+  json["readout_time_s"] = camera.readout_time_s;
   return json;
 }
 
