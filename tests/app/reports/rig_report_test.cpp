@@ -21,6 +21,7 @@ cameras:
     image_height: 480
     camera_matrix: {rows: 3, cols: 3, data: [320, 0, 319.5, 0, 320, 239.5, 0, 0, 1]}
     base_link_to_camera: {translation: [0.1, 0, 1], rotation_xyzw: [0, 0, 0, 1]}
+    readout_time_s: -0.02
   forward:
     type: pinhole
     image_width: 640
@@ -61,6 +62,7 @@ TEST(RigReport, EveryValue) {
           ElementsAre("  top of image", "the robot's right"),
           ElementsAre("  right of image", "the robot's front"),
           ElementsAre("  tilt", "0.0 deg from the vertical"),
+          ElementsAre("  rolling shutter", "20 ms, bottom row first"),
           ElementsAre("forward camera", "640 x 480 px at x, y, z = 0.000, 0.000, 0.500 m"),
           ElementsAre("  field of view", "90.0 x 73.7 deg, diagonal 102.7 deg"),
           ElementsAre("  looks at", "the robot's front, 14.0 deg up"),
