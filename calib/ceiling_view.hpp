@@ -75,11 +75,10 @@ class CeilingView {
   /// @param raw  CV_8UC1 of RawSize(). @throws InputError on another type or size. Thread-safe with
   /// a
   ///   buffer per thread.
-  /// @param velocity  Of base at the time of the image. An image of a rolling shutter is drawn as
-  /// at
-  ///   the time of its middle row, for a level robot and a plane ceiling; without a rolling shutter
-  ///   the velocity has no effect. Pixels at the border whose content had left the image repeat
-  ///   that of the border.
+  /// @param velocity  Of base at the time of the image, for a rolling shutter; else without effect.
+  ///   The image is drawn as at the time of its middle row, for a level robot and a plane ceiling.
+  ///   Pixels at the border whose content had left the image repeat that of the border. Takes three
+  ///   times as long as for a robot at rest.
   const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer, const Twist2& velocity = {}) const;
   /// CV_8UC1 of Size(), 255 where the rectified image has content; empty when all pixels have
   /// content.
