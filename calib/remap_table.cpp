@@ -103,6 +103,7 @@ CEILMAP_HOT void RemapTable::ShiftTaps(const SourceShift& shift,
   };
   const auto right = static_cast<float>((raw_size_.width - 1) * static_cast<int>(kOne));
   const auto bottom = static_cast<float>((raw_size_.height - 1) * static_cast<int>(kOne));
+  constexpr float kHalfUnit = 0.5F;
   for (int i = 0; i < count; i += kSpacing) {
     const cv::Vec2f from = node((first.x + i) / kSpacing);
     const cv::Vec2f step = (node((first.x + i) / kSpacing + 1) - from) * (1.0F / kSpacing);
@@ -111,10 +112,11 @@ CEILMAP_HOT void RemapTable::ShiftTaps(const SourceShift& shift,
       const auto part = static_cast<float>(k);
       const auto at_x = static_cast<float>((tap.x << kPartBits) + tap.x_weight);
       const auto at_y = static_cast<float>((tap.y << kPartBits) + tap.y_weight);
-      const float x = std::clamp(at_x + from[0] + part * step[0], 0.0F, right);
-      const float y = std::clamp(at_y + from[1] + part * step[1], 0.0F, bottom);
-      const int xi = std::min(static_cast<int>(x + 0.5F), static_cast<int>(right) - 1);
-      const int yi = std::min(static_cast<int>(y + 0.5F), static_cast<int>(bottom) - 1);
+      // Truncated below, which rounds them.
+      const float x = std::clamp(at_x + from[0] + part * step[0] + kHalfUnit, 0.0F, right - 1);
+      const float y = std::clamp(at_y + from[1] + part * step[1] + kHalfUnit, 0.0F, bottom - 1);
+      const int xi = static_cast<int>(x);
+      const int yi = static_cast<int>(y);
       constexpr int kWeights = static_cast<int>(kOne) - 1;
       shifted[i + k] = {static_cast<std::int16_t>(tap.x < 0 ? -1 : xi >> kPartBits),
                         static_cast<std::int16_t>(yi >> kPartBits),

@@ -6,22 +6,22 @@ namespace ceilmap {
 namespace {
 
 // More than wheels on a floor reach.
-constexpr double kMaxAcceleration_m_s2 = 8;
-constexpr double kMaxAcceleration_rad_s2 = 20;
-constexpr double kMaxAge_s = 0.5;
+constexpr double kMaxAcceleration = 8;      // m/s^2
+constexpr double kMaxYawAcceleration = 20;  // rad/s^2
+constexpr double kMaxAgeSeconds = 0.5;
 
 bool IsReached(const StampedTwist2& before, const StampedTwist2& now) {
   const double seconds = now.stamp_s - before.stamp_s;
   const Twist2& a = before.velocity;
   const Twist2& b = now.velocity;
-  return (b.linear_m_s - a.linear_m_s).norm() <= kMaxAcceleration_m_s2 * seconds &&
-         std::abs(b.yaw_rad_s - a.yaw_rad_s) <= kMaxAcceleration_rad_s2 * seconds;
+  return (b.linear_m_s - a.linear_m_s).norm() <= kMaxAcceleration * seconds &&
+         std::abs(b.yaw_rad_s - a.yaw_rad_s) <= kMaxYawAcceleration * seconds;
 }
 
 }  // namespace
 
 void VelocityPredictor::Add(const StampedTwist2& measured) {
-  const bool fresh = last_ && measured.stamp_s - last_->stamp_s <= kMaxAge_s;
+  const bool fresh = last_ && measured.stamp_s - last_->stamp_s <= kMaxAgeSeconds;
   if (fresh && !left_out_ && !IsReached(*last_, measured)) {
     left_out_ = true;
     return;
@@ -43,7 +43,7 @@ void VelocityPredictor::AddPose(const std::optional<Pose2>& T_map_base, double s
 }
 
 std::optional<Twist2> VelocityPredictor::At(double stamp_s) const {
-  if (!last_ || stamp_s - last_->stamp_s > kMaxAge_s) return std::nullopt;
+  if (!last_ || stamp_s - last_->stamp_s > kMaxAgeSeconds) return std::nullopt;
   Twist2 velocity = last_->velocity;
   if (!before_) return velocity;
   const Twist2& before = before_->velocity;
