@@ -230,6 +230,7 @@ void Scene::Validate() const {
   CheckGroup("picture", image, kImageFields);
   CheckGroup("path", path, kPathFields);
   CheckCamera("camera", camera, room);
+  CheckGroup("camera", camera, kUpFields);
   CheckForward(*this);
   CheckOmni(*this);
   const double narrow = std::min(ceiling.tile_length_m, ceiling.tile_width_m);

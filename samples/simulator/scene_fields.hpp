@@ -99,11 +99,12 @@ constexpr std::array kCameraFields{
     Field<Camera>{"exposure_time_s", &Camera::exposure_time_s, 0, 10},
 };
 
-/// In addition to those of all cameras.
+/// Of the upward camera, in addition to those of all cameras.
 constexpr std::array kUpFields{
     Field<Camera>{"readout_time_s", &Camera::readout_time_s, -0.2, 0.2},
 };
 
+/// The same of the forward camera.
 constexpr std::array kForwardFields{
     Field<Camera>{"saturation", &Camera::saturation, 0, 1},
 };
