@@ -73,6 +73,7 @@ struct Odometry::Impl {
   std::optional<Pose2> last_placed;  // kept during a loss
   int consecutive_lost = 0;
   int steps = 1;  // FramePrediction::StepsTo of the current frame
+  double best_inlier_ratio = 0;  // of the frames that the reference placed
 
   Registration Measure(const RecentKeyframe& reference,
                        const FrameSpectrum& spectrum,
@@ -151,8 +152,11 @@ Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
   constexpr double kBlurred = 0.2;
   if (spectrum.CodingLoss() > reference.spectrum.CodingLoss() + kBlurred) return plane;
   Registration deep = registrar.RegisterWithDepth(
-      reference.spectrum, spectrum, PriorFor(view, reference, *expected));
-  if (!deep.ShowsDepth()) return plane;
+      reference.spectrum,
+      spectrum,
+      PriorFor(view, reference, *expected),
+      plane.blocks > 0 ? std::optional(plane.motion) : std::nullopt);
+  if (!deep.ShowsDepth() && (plane.ok() || !deep.IsBestGuess())) return plane;
   // Until now the plane was that of most blocks, not the reference plane.
   const auto travel = [](const Registration& r) {
     return std::hypot(r.motion.tx_px, r.motion.ty_px);
@@ -269,6 +273,11 @@ bool Odometry::Impl::TryReference(std::size_t index,
   InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base, steps), edge);
   Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
+  if (index + 1 == recent.Size() && step.registration.blocks > 0) {
+    best_inlier_ratio =
+        std::max(best_inlier_ratio,
+                 static_cast<double>(step.registration.inliers) / step.registration.blocks);
+  }
   if (step.registration.heights) recent.SetHeights(index, step.registration.heights);
   return true;
 }
@@ -306,8 +315,10 @@ bool Odometry::Impl::WantsKeyframe(const OdometryStep& step) const {
   const bool level = step.pose.tilt.IsLevel();
   const double min_overlap =
       r.heights ? std::max(params.min_overlap, kMinDepthOverlap) : params.min_overlap;
+  // Under a ceiling with weak texture never more than a part of the blocks agrees.
+  const double usual = r.heights ? best_inlier_ratio : 1;
   return r.overlap < (level ? min_overlap : kMinTiltedOverlap) ||
-         (level && r.inliers < kMinInlierRatio * r.blocks);
+         (level && r.inliers < kMinInlierRatio * usual * r.blocks);
 }
 
 bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
@@ -352,6 +363,7 @@ void Odometry::Impl::MakeKeyframe(const graph::FramePose& pose,
   step.new_keyframe =
       recent.Add({next_id++, pose, image, ambiguous}, spectrum, edge, registrar, step.new_edges);
   step.new_spectrum = recent.Latest().spectrum;
+  best_inlier_ratio = 0;
 }
 
 void Odometry::Impl::Remember(const OdometryStep& step,

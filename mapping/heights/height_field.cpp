@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "calib/base/statistics.hpp"
+
 namespace ceilmap::heights {
 namespace {
 
@@ -22,19 +24,24 @@ constexpr double kFar = 0.5;  // range of rho in which the reference plane is se
 constexpr double kNear = 3.0;
 constexpr double kBin = 0.0025;
 
+// Errors of weakly measured cells spread a surface, and its far end would be taken for another one.
+constexpr double kAccurate = 0.02;
+
+/// 1 for a cell that is measured accurately, less for others.
 double Weight(const HeightCell& cell) {
-  return cell.sigma < kMeasuredSigma ? 1.0 : 0.0;
+  if (cell.sigma >= kMeasuredSigma) return 0;
+  return std::min(1.0, std::pow(kAccurate / cell.sigma, 2));
 }
 
-/// Counts of measured cells in bins of rho.
+/// Weights of measured cells in bins of rho.
 class Histogram {
  public:
   explicit Histogram(const std::vector<HeightCell>& cells) {
     for (const HeightCell& cell : cells) {
-      if (Weight(cell) == 0) continue;
-      total_ += 1;
+      const double weight = Weight(cell);
+      total_ += weight;
       const auto bin = static_cast<std::ptrdiff_t>((cell.rho - kFar) / kBin);
-      if (bin >= 0 && bin < kBins) sums_[static_cast<std::size_t>(bin) + 1] += 1;
+      if (bin >= 0 && bin < kBins) sums_[static_cast<std::size_t>(bin) + 1] += weight;
     }
     for (std::size_t i = 1; i < sums_.size(); ++i) sums_[i] += sums_[i - 1];
   }
@@ -95,12 +102,27 @@ double HeightField::DepthRatio() const {
   int measured = 0;
   int off = 0;  // nearer ones less farther ones
   for (const HeightCell& cell : cells) {
-    if (Weight(cell) == 0) continue;
+    if (cell.sigma >= kMeasuredSigma) continue;
     ++measured;
     if (std::abs(cell.rho - 1) > std::max(kOffPlane, 3.0 * cell.sigma))
       off += cell.rho > 1 ? 1 : -1;
   }
   return measured > 0 ? static_cast<double>(std::max(0, off)) / measured : 0;
+}
+
+double HeightField::UnevenRatio() const {
+  std::vector<double> measured;
+  for (const HeightCell& cell : cells) {
+    if (cell.sigma < kMeasuredSigma) measured.push_back(cell.rho);
+  }
+  if (measured.empty()) return 0;
+  const double total = static_cast<double>(measured.size());
+  const double middle = Median(measured);
+  const auto off = std::count_if(cells.begin(), cells.end(), [middle](const HeightCell& cell) {
+    return cell.sigma < kMeasuredSigma &&
+           std::abs(cell.rho - middle) > std::max(kOffPlane * middle, 3.0 * cell.sigma);
+  });
+  return static_cast<double>(off) / total;
 }
 
 void HeightField::Scale(double factor) {
@@ -131,9 +153,9 @@ std::optional<double> FindReference(const std::vector<HeightCell>& cells) {
   double sum = 0;
   double count = 0;
   for (const HeightCell& cell : cells) {
-    if (Weight(cell) == 0 || std::abs(cell.rho - middle) > kSurface * middle) continue;
-    sum += cell.rho;
-    count += 1;
+    if (std::abs(cell.rho - middle) > kSurface * middle) continue;
+    sum += Weight(cell) * cell.rho;
+    count += Weight(cell);
   }
   return count > 0 ? sum / count : middle;
 }

@@ -48,6 +48,9 @@ struct HeightField {
   /// that are clearly above it: nothing hangs there, and errors of matches in blurred images go
   /// both ways.
   [[nodiscard]] double DepthRatio() const;
+  /// Fraction of the measured cells that are clearly off their median, 0..1: how far the ceiling
+  /// is from one plane, whatever the scale of the ratios.
+  [[nodiscard]] double UnevenRatio() const;
   /// Multiplies all ratios.
   void Scale(double factor);
 };

@@ -99,18 +99,23 @@ void BlockStage::PrepareReference(Level& level) {
     double xx = 0;
     double yy = 0;
     double xy = 0;
+    double signal = 0;
+    double all = 0;
     std::size_t k = 0;
     for (int row = 0; row < block; ++row) {
       const double ky = row <= block / 2 ? row : row - block;
       for (int col = 0; col < half; ++col, ++k) {
         const double power = std::norm(out.spectrum[k]);
         const double weight = poc_.Band()[k] * power / (power + noise);
+        signal += weight;
+        all += poc_.Band()[k];
         xx += weight * col * col;
         yy += weight * ky * ky;
         xy += weight * col * ky;
       }
     }
     // Smaller eigenvalue of the sharpness: the information of the block in its worst direction.
+    out.content = all > 0 ? signal / all : 0;
     out.texture = 0.5 * (xx + yy - std::hypot(xx - yy, 2 * xy));
   }
 }
@@ -282,6 +287,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
   shift.shift = peak.shift;
   shift.sharpness = peak.sharpness;
   shift.peak = peak.height;
+  shift.content = (reference.*blocks_)[static_cast<std::size_t>(block)].content;
   shift.quality = peak.height * peak.height / (1.05 - peak.height * peak.height);
   if (same_recording_ && reference.noise.IsEncoded() && current.noise.IsEncoded()) {
     shift.signal = peak.signal;

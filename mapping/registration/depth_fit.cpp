@@ -172,7 +172,9 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
     const Linearised l = Linearise(camera, shifts[i], fit.motion, 0);
     const BlockHeight height = Judge(l, shifts[i], sigma);
     fit.blocks.push_back(height);
+    fit.content += shifts[i].block.content;
     if (!height.inlier) continue;
+    fit.inlier_content += shifts[i].block.content;
     ++fit.inliers;
     fit.support += shifts[i].block.peak * height.evidence;
   }

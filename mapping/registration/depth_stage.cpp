@@ -211,12 +211,9 @@ double DepthStage::ScaleToReference(double travel_px, heights::HeightField& fiel
   const auto rho = heights::FindReference(field.cells);
   constexpr double kSigmas = 3;
   if (!rho || std::abs(*rho - 1) > kSigmas * std::hypot(sigma, field.scale_sigma)) return 1;
-  const double known = 1 / (field.scale_sigma * field.scale_sigma);
-  const double seen = 1 / (sigma * sigma);
-  const double factor = 1 + (*rho - 1) * seen / (known + seen);
-  field.Scale(1 / factor);
+  field.Scale(1 / *rho);
   field.scale_sigma = sigma;
-  return factor;
+  return *rho;
 }
 
 bool DepthStage::FitSmall(const FrameSpectrum::Fine& reference,
@@ -276,6 +273,10 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   result.inliers = fit.inliers;
   result.peak = fit.support / std::max<double>(1, static_cast<double>(fit.blocks.size()));
   result.overlap = OverlapOf(OnFine(fit.motion), fine_frame_.size);
+  if (fit.content > 0) {
+    result.textured_peak = fit.support / fit.content;
+    result.textured_inliers = fit.inlier_content / fit.content;
+  }
   result.covariance = ImageCovariance(fit, 0);
   const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
   result.covariance = ImageCovariance(fit, field.scale_sigma);

@@ -14,6 +14,9 @@ namespace ceilmap::registration {
 struct ReferenceBlock {
   ComplexArray spectrum;  ///< of the windowed block
   double texture = 0;  ///< sharpness of its correlation peak in the worst direction, see BlockStage
+  /// Agreement of the block with a perfect match in an image with the same noise, 0..1: near 1 for
+  /// strong texture, near 0 where there is only noise.
+  double content = 0;
   bool blank = false;  ///< constant grey level (black, saturated): no information
 };
 

@@ -36,11 +36,17 @@ namespace {
 
 // Part of the blocks that agree with one plane, where the ceiling is one.
 constexpr double kPlaneInlierRatio = 0.75;
-// Unknown heights are believed where this part of the blocks agrees, with this mean evidence, ...
-constexpr double kBelievedInlierRatio = 0.6;
+// Unknown heights are believed where this part of the blocks, or of their texture, agrees, with this
+// mean evidence, ...
+constexpr double kBelievedInliers = 0.6;
 constexpr double kBelievedPeak = 0.25;
-// ... and this part of the measured heights is off the plane.
-constexpr double kMinDepthRatio = 0.15;
+// ... and this part of the measured heights is off most of the others. Level frames of flat ceilings
+// have up to 0.06.
+constexpr double kMinUnevenRatio = 0.1;
+// Where one plane explains nothing, less is sufficient. From starts that were too far away, wrong
+// motions had up to 0.15 and 0.5.
+constexpr double kGuessedInliers = 0.55;
+constexpr double kGuessedPeak = 0.17;
 // Grey levels; images with less show nothing.
 constexpr double kMinContrast = 0.25;
 // Another motion with this part of the best agreement is a rival, and ...
@@ -53,9 +59,14 @@ bool Registration::IsPlane() const {
   return ok() && inliers >= kPlaneInlierRatio * blocks;
 }
 
+bool Registration::IsBestGuess() const {
+  return ok() && textured_peak >= kGuessedPeak && textured_inliers >= kGuessedInliers;
+}
+
 bool Registration::ShowsDepth() const {
-  return ok() && heights && peak >= kBelievedPeak && inliers >= kBelievedInlierRatio * blocks &&
-         heights->scale_sigma < heights::kUnknownScale && heights->DepthRatio() >= kMinDepthRatio;
+  const bool believed = (peak >= kBelievedPeak && inliers >= kBelievedInliers * blocks) ||
+                        (textured_peak >= kBelievedPeak && textured_inliers >= kBelievedInliers);
+  return ok() && heights && believed && heights->UnevenRatio() >= kMinUnevenRatio;
 }
 
 struct Registrar::Impl {
@@ -103,7 +114,8 @@ struct Registrar::Impl {
   Registration RunWithDepth(const FrameSpectrum& reference_spectrum,
                             const heights::HeightField& known,
                             const FrameSpectrum& current_spectrum,
-                            const std::optional<MotionPrior>& prior);
+                            const std::optional<MotionPrior>& prior,
+                            const std::optional<ImageMotion>& start);
 };
 
 std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::Mat& clean_grey,
@@ -278,17 +290,23 @@ heights::HeightField Registrar::Impl::OnGrid(const heights::HeightField& known) 
 Registration Registrar::Impl::RunWithDepth(const FrameSpectrum& reference_spectrum,
                                            const heights::HeightField& given,
                                            const FrameSpectrum& current_spectrum,
-                                           const std::optional<MotionPrior>& prior) {
+                                           const std::optional<MotionPrior>& prior,
+                                           const std::optional<ImageMotion>& start) {
   const heights::HeightField known = OnGrid(given);
   Fine& reference = *reference_spectrum.fine_;
   Fine& current = *current_spectrum.fine_;
   fine.PrepareReference(reference);
   Depth().PrepareReference(reference);
   constexpr double kReachPx = 30;
+  Registration expected;
   if (prior && prior->sigma_px < kReachPx) {
-    Registration expected = depth->Match(reference, known, current, prior->motion);
-    if (expected.ok()) return expected;
+    expected = depth->Match(reference, known, current, prior->motion);
   }
+  if (start) {
+    Registration other = depth->Match(reference, known, current, *start);
+    if (other.ok() && (!expected.ok() || other.peak > expected.peak)) std::swap(expected, other);
+  }
+  if (expected.ok()) return expected;
   std::optional<RotationRange> near;
   if (prior) near = {prior->motion.theta_rad, 4 * prior->sigma_theta_rad + 0.05};
   Registration best;
@@ -311,8 +329,9 @@ Registration Registrar::Impl::RunWithDepth(const FrameSpectrum& reference_spectr
 
 Registration Registrar::RegisterWithDepth(const FrameSpectrum& reference,
                                           const FrameSpectrum& current,
-                                          const std::optional<MotionPrior>& prior) {
-  return impl_->RunWithDepth(reference, impl_->Depth().Unknown(), current, prior);
+                                          const std::optional<MotionPrior>& prior,
+                                          const std::optional<ImageMotion>& start) {
+  return impl_->RunWithDepth(reference, impl_->Depth().Unknown(), current, prior, start);
 }
 
 PlaneFit Registrar::RefineWithDepth(const FrameSpectrum& reference,
@@ -376,7 +395,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     return none;
   }
   if (reference.heights_) {
-    return impl_->RunWithDepth(reference, *reference.heights_, current, prior);
+    return impl_->RunWithDepth(reference, *reference.heights_, current, prior, std::nullopt);
   }
   if (prior) {
     // Motions that the prior excludes need not be computed, as long as the expected one is found.

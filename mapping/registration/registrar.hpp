@@ -46,6 +46,12 @@ struct Registration {
   /// (kAmbiguous). The images of such a place do not distinguish it from others.
   bool disambiguated_by_prior = false;
 
+  /// The same two parts by texture, of a registration with depth: of blocks with weak texture no more
+  /// than a part can agree. Agreement of the blocks, and texture of those that agree, both as a part
+  /// of the texture of all compared blocks, 0..1.
+  double textured_peak = 0;
+  double textured_inliers = 0;
+
   /// Heights of the reference, refined by this registration; only of a registration with depth.
   std::shared_ptr<const heights::HeightField> heights;
   /// Factor of the translation by which this registration corrected the scale of the reference's
@@ -56,9 +62,12 @@ struct Registration {
   /// Whether most blocks agree with one plane. Otherwise the ceiling may have depth.
   [[nodiscard]] bool IsPlane() const;
   /// Of RegisterWithDepth, where nothing was known of the heights: whether these may be believed. A
-  /// large part of the blocks agrees, with sufficient evidence, the scale is known, and a part of
-  /// the ceiling is clearly below the reference plane.
+  /// large part of the blocks agrees, with sufficient evidence, and a part of the ceiling is clearly
+  /// off the height of most of it.
   [[nodiscard]] bool ShowsDepth() const;
+  /// The same where no plane explains the images: the alternative is to know nothing. A part of the
+  /// texture agrees, and the heights may still be unknown.
+  [[nodiscard]] bool IsBestGuess() const;
 };
 
 struct RegistrarParams {
@@ -171,11 +180,13 @@ class Registrar {
                                       const std::optional<MotionPrior>& prior = std::nullopt);
 
   /// The same where nothing is known of the heights of the reference, and the ceiling may have
-  /// depth. The result has heights.
+  /// depth. The result has heights. @param start  A motion near which the true one may be, as the
+  /// prior's: of a registration that takes the ceiling to be plane.
   [[nodiscard]] Registration RegisterWithDepth(
       const FrameSpectrum& reference,
       const FrameSpectrum& current,
-      const std::optional<MotionPrior>& prior = std::nullopt);
+      const std::optional<MotionPrior>& prior = std::nullopt,
+      const std::optional<ImageMotion>& start = std::nullopt);
 
   /// The grid of cells of height fields, nothing known.
   [[nodiscard]] const heights::HeightField& EmptyHeights() const;
