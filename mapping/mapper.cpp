@@ -16,6 +16,7 @@
 #include "calib/base/stage_timer.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/dense_heights.hpp"
+#include "mapping/height_scales.hpp"
 #include "mapping/map_merge.hpp"
 #include "mapping/missing_frames.hpp"
 #include "mapping/mosaic/map_builder.hpp"
@@ -331,6 +332,11 @@ void Mapper::Close() {
   me.JoinSegments();
   me.graph.quality.loops += me.closer.Counts();
   graph::Optimize(me.graph, me.params.pose_graph);
+  const auto scales = ConsistentScales(me.view, me.graph);
+  if (!scales.empty()) {
+    graph::ScaleMotions(me.graph, scales, me.view.T_base_view());
+    graph::Optimize(me.graph, me.params.pose_graph);
+  }
   ScaleToReference(me.view.T_base_view(), me.graph);
   const cv::Size size = me.view.Size();
   graph::FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
@@ -349,6 +355,7 @@ MappingResult Mapper::Finish(const std::function<void(int, int)>& progress) {
         [&me](std::int64_t id) { return me.writer.ReadImage(id); },
         me.params.mosaic.threads,
         me.graph);
+    ScaleToReference(me.view.T_base_view(), me.graph);
     me.report.grid = mosaic::WriteMap(me.graph, me.metadata, me.params.mosaic, me.writer, progress);
   }
   return {me.graph.trajectory, me.report, me.graph.weak_spots};

@@ -174,36 +174,70 @@ void KeepOnly(MapGraph& graph, const std::unordered_set<std::int64_t>& keyframe_
   std::erase_if(graph.weak_spots, [&](const WeakSpot& s) { return gone(s.keyframe_id); });
 }
 
+namespace {
+
+/// A motion of base of which the camera measured the distance with an error of scale: rotations
+/// about base move the camera by distances that are known.
+Pose2 Scaled(const Pose2& T, double factor, const Pose2& T_base_view) {
+  Pose2 view = T_base_view.Inverse() * T * T_base_view;
+  view.x *= factor;
+  view.y *= factor;
+  return T_base_view * view * T_base_view.Inverse();
+}
+
+void ScaleEdge(Edge& edge, double factor, const Pose2& T_base_view) {
+  edge.T_from_to = Scaled(edge.T_from_to, factor, T_base_view);
+  edge.information.topLeftCorner<2, 2>() /= factor * factor;
+  edge.information.topRightCorner<2, 1>() /= factor;
+  edge.information.bottomLeftCorner<1, 2>() /= factor;
+}
+
+void ScaleHeights(Keyframe& keyframe, double factor) {
+  if (!keyframe.heights) return;
+  auto heights = std::make_shared<heights::HeightField>(*keyframe.heights);
+  heights->Scale(1 / factor);
+  keyframe.heights = std::move(heights);
+}
+
+}  // namespace
+
 void Scale(MapGraph& graph, double factor, const Pose2& T_base_view) {
-  const Pose2 T_view_base = T_base_view.Inverse();
-  const auto scaled = [&](const Pose2& T) {
-    Pose2 view = T_view_base * T * T_base_view;
-    view.x *= factor;
-    view.y *= factor;
-    return T_base_view * view * T_view_base;
-  };
   // Poses are relative to the first one, whose own pose is not measured.
   const Pose2 T_map_first = graph.keyframes.front().pose.T_map_base;
   const auto scale = [&](FramePose& pose) {
-    pose.T_map_base = T_map_first * scaled(T_map_first.Inverse() * pose.T_map_base);
+    pose.T_map_base =
+        T_map_first * Scaled(T_map_first.Inverse() * pose.T_map_base, factor, T_base_view);
     pose.covariance.topLeftCorner<2, 2>() *= factor * factor;
     pose.covariance.topRightCorner<2, 1>() *= factor;
     pose.covariance.bottomLeftCorner<1, 2>() *= factor;
   };
   for (Keyframe& keyframe : graph.keyframes) {
     scale(keyframe.pose);
-    if (!keyframe.heights) continue;
-    auto heights = std::make_shared<heights::HeightField>(*keyframe.heights);
-    heights->Scale(1 / factor);
-    keyframe.heights = std::move(heights);
+    ScaleHeights(keyframe, factor);
   }
   for (FramePose& frame : graph.trajectory) scale(frame);
-  for (Edge& edge : graph.edges) {
-    edge.T_from_to = scaled(edge.T_from_to);
-    edge.information.topLeftCorner<2, 2>() /= factor * factor;
-    edge.information.topRightCorner<2, 1>() /= factor;
-    edge.information.bottomLeftCorner<1, 2>() /= factor;
+  for (Edge& edge : graph.edges) ScaleEdge(edge, factor, T_base_view);
+}
+
+void ScaleMotions(MapGraph& graph,
+                  const std::unordered_map<std::int64_t, double>& factors,
+                  const Pose2& T_base_view) {
+  const auto factor_of = [&factors](std::int64_t id) {
+    const auto found = factors.find(id);
+    return found == factors.end() ? 1.0 : found->second;
+  };
+  std::unordered_map<std::int64_t, Pose2> poses;
+  for (Keyframe& keyframe : graph.keyframes) {
+    poses[keyframe.id] = keyframe.pose.T_map_base;
+    ScaleHeights(keyframe, factor_of(keyframe.id));
   }
+  for (FramePose& frame : graph.trajectory) {
+    const auto keyframe = poses.find(frame.keyframe_id);
+    if (keyframe == poses.end()) continue;
+    const Pose2 T = keyframe->second.Inverse() * frame.T_map_base;
+    frame.T_map_base = keyframe->second * Scaled(T, factor_of(frame.keyframe_id), T_base_view);
+  }
+  for (Edge& edge : graph.edges) ScaleEdge(edge, factor_of(edge.from), T_base_view);
 }
 
 void MoveAll(MapGraph& graph, const Pose2& T_new_old) {

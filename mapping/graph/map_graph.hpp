@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
@@ -88,6 +89,13 @@ void MoveAll(MapGraph& graph, const Pose2& T_new_old);
 /// @param T_base_view  CeilingView::T_base_view: rotations about the base move the camera by
 /// distances that are known.
 void Scale(MapGraph& graph, double factor, const Pose2& T_base_view);
+
+/// The same for the motions that were measured against each keyframe, and for its heights. Changes
+/// edges, and frames relative to their keyframe; keyframes stay until the graph is optimized.
+/// @param factors  by keyframe id, > 0; keyframes without an entry stay as they are.
+void ScaleMotions(MapGraph& graph,
+                  const std::unordered_map<std::int64_t, double>& factors,
+                  const Pose2& T_base_view);
 
 /// Computes the most likely poses of all keyframes given all edges, with the first keyframe fixed.
 /// Loop closures that contradict the rest are removed (quality.loops.outliers). Then computes the

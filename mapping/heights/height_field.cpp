@@ -20,9 +20,12 @@ constexpr double kLargeArea = 0.07;
 // largest.
 constexpr double kSurface = 0.01;
 constexpr double kComparable = 0.85;
+// The same with very many cells, and how many these are.
+constexpr double kFineSurface = 0.004;
+constexpr double kManyCells = 5000;
 constexpr double kFar = 0.5;  // range of rho in which the reference plane is searched
 constexpr double kNear = 3.0;
-constexpr double kBin = 0.0025;
+constexpr double kBin = 0.001;
 
 // Errors of weakly measured cells spread a surface, and its far end would be taken for another one.
 constexpr double kAccurate = 0.02;
@@ -48,9 +51,13 @@ class Histogram {
   [[nodiscard]] double Total() const { return total_; }
   static double Rho(int bin) { return kFar + kBin * (bin + 0.5); }
   static int Bins() { return kBins; }
+  /// A part of rho in bins.
+  static int BinsOf(double part, int bin) {
+    return static_cast<int>(std::lround(part * Rho(bin) / kBin));
+  }
   /// Cells within a part of rho around the middle of a bin.
   [[nodiscard]] double Within(int bin, double part) const {
-    const auto half = static_cast<int>(std::lround(part * Rho(bin) / kBin));
+    const int half = BinsOf(part, bin);
     const int from = std::max(0, bin - half);
     const int to = std::min(kBins, bin + half + 1);
     return sums_[static_cast<std::size_t>(to)] - sums_[static_cast<std::size_t>(from)];
@@ -143,17 +150,31 @@ std::optional<double> FindReference(const std::vector<HeightCell>& cells) {
     ++first;
   }
   if (first == Histogram::Bins()) return std::nullopt;
-  const auto reach = static_cast<int>(std::lround(3 * kCluster * Histogram::Rho(first) / kBin));
-  const int end = std::min(Histogram::Bins(), first + reach);
+  const int end = std::min(Histogram::Bins(), first + Histogram::BinsOf(3 * kCluster, first));
   double most = 0;
   for (int bin = first; bin < end; ++bin) most = std::max(most, histogram.Within(bin, kSurface));
   int surface = first;
   while (histogram.Within(surface, kSurface) < kComparable * most) ++surface;
+  double half = kSurface;
+  if (histogram.Total() > kManyCells) {
+    // Many cells resolve what lies within one surface: the crests of a corrugated deck.
+    half = kFineSurface;
+    const int from = std::max(0, surface - Histogram::BinsOf(kSurface, surface));
+    const int to = std::min(Histogram::Bins(), surface + 2 * Histogram::BinsOf(kSurface, surface));
+    most = 0;
+    for (int bin = from; bin < to; ++bin) most = std::max(most, histogram.Within(bin, half));
+    surface = from;
+    while (histogram.Within(surface, half) < kComparable * most) ++surface;
+    while (surface + 1 < Histogram::Bins() &&
+           histogram.Within(surface + 1, half) > histogram.Within(surface, half)) {
+      ++surface;
+    }
+  }
   const double middle = Histogram::Rho(surface);
   double sum = 0;
   double count = 0;
   for (const HeightCell& cell : cells) {
-    if (std::abs(cell.rho - middle) > kSurface * middle) continue;
+    if (std::abs(cell.rho - middle) > half * middle) continue;
     sum += Weight(cell) * cell.rho;
     count += Weight(cell);
   }

@@ -209,8 +209,9 @@ double DepthStage::ScaleToReference(double travel_px, heights::HeightField& fiel
   constexpr double kBetter = 0.7;
   if (travel_px < kMinTravelPx || sigma > kBetter * field.scale_sigma) return 1;
   const auto rho = heights::FindReference(field.cells);
+  // What the first images took for the reference plane may be another surface.
   constexpr double kSigmas = 3;
-  if (!rho || std::abs(*rho - 1) > kSigmas * std::hypot(sigma, field.scale_sigma)) return 1;
+  if (!rho || std::abs(*rho - 1) > kSigmas * heights::kUnknownScale) return 1;
   field.Scale(1 / *rho);
   field.scale_sigma = sigma;
   return *rho;
