@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kMaxStretch = 2;  // 45 deg from the axis of an equidistant lens
-constexpr double kMaxAngle = 75 * kRadPerDeg;
+// Of half the diagonal of a wide lens's view.
+constexpr double kMaxAngle = 65 * kRadPerDeg;
 constexpr int kMinExtentPx = 32;  // in each direction
 
 Vector2d MiddleOf(cv::Size size) {
@@ -24,35 +24,24 @@ double FocalOf(const Lens& lens) {
   return std::sqrt(lens.fx * lens.fy);
 }
 
-/// Stretch, along the radius, of a part of the raw image at this angle from the axis.
-double Stretch(const Lens& lens, double angle_rad) {
-  constexpr double kStep = 1e-6;
-  const double raw = (lens.Radius(angle_rad + kStep) - lens.Radius(angle_rad)) / kStep;
-  const double view = 1 / (std::cos(angle_rad) * std::cos(angle_rad));
-  return view / raw;
-}
-
-/// Half the diagonal of the largest view, in focal lengths.
-double MaxHalfDiagonal(const Lens& lens) {
-  constexpr double kStep = 1 * kRadPerDeg;
-  const double valid = std::min(lens.ValidAngle(), kMaxAngle);
+/// Angle from the axis at the corners of the raw image, at most kMaxAngle.
+double CornerAngle(const Lens& lens) {
+  constexpr double kStep = 0.1 * kRadPerDeg;
+  const double radius = std::hypot(lens.width_px, lens.height_px) / 2 / FocalOf(lens);
+  const double most = std::min(lens.ValidAngle(), kMaxAngle);
   double angle = kStep;
-  while (angle + kStep < valid && Stretch(lens, angle + kStep) < kMaxStretch) angle += kStep;
-  double beyond = std::min(valid, angle + kStep);
-  for (int i = 0; i < 20; ++i) {
-    const double middle = (angle + beyond) / 2;
-    (Stretch(lens, middle) < kMaxStretch ? angle : beyond) = middle;
-  }
-  return std::tan(angle);
+  while (angle + kStep < most && lens.Radius(angle) < radius) angle += kStep;
+  return angle;
 }
 
 /// Number of pixels from the vertical towards one side, to the end of the raw image.
 int Extent(const MountedCamera& up,
            const Eigen::Matrix3d& R_cam_view,
+           double focal_px,
            const Vector2d& step,
            double most) {
   const Lens& lens = up.camera;
-  const ViewFrame frame{{}, FocalOf(lens), Vector2d::Zero()};
+  const ViewFrame frame{{}, focal_px, Vector2d::Zero()};
   int extent = 0;
   while (extent + 1 <= most) {
     const auto raw = RawPixel(lens, R_cam_view, frame, (extent + 1) * step);
@@ -66,17 +55,17 @@ int Extent(const MountedCamera& up,
 
 ViewFrame WideFrame(const MountedCamera& up, const Eigen::Matrix3d& R_cam_view) {
   const Lens& lens = up.camera;
-  const double diagonal = std::hypot(lens.width_px, lens.height_px);
-  const double half = FocalOf(lens) * MaxHalfDiagonal(lens);
-  const double half_width = half * lens.width_px / diagonal;
-  const double half_height = half * lens.height_px / diagonal;
-  const int left = Extent(up, R_cam_view, {-1, 0}, half_width);
-  const int top = Extent(up, R_cam_view, {0, -1}, half_height);
-  const int right = Extent(up, R_cam_view, {1, 0}, half_width);
-  const int bottom = Extent(up, R_cam_view, {0, 1}, half_height);
+  const double half_diagonal = std::hypot(lens.width_px, lens.height_px) / 2;
+  const double focal_px = std::min(FocalOf(lens), half_diagonal / std::tan(CornerAngle(lens)));
+  const double half_width = lens.width_px / 2.0;
+  const double half_height = lens.height_px / 2.0;
+  const int left = Extent(up, R_cam_view, focal_px, {-1, 0}, half_width);
+  const int top = Extent(up, R_cam_view, focal_px, {0, -1}, half_height);
+  const int right = Extent(up, R_cam_view, focal_px, {1, 0}, half_width);
+  const int bottom = Extent(up, R_cam_view, focal_px, {0, 1}, half_height);
   // Even numbers of columns and rows.
   const cv::Size size((left + right + 1) / 2 * 2, (top + bottom + 1) / 2 * 2);
-  return {size, FocalOf(lens), Vector2d(left, top)};
+  return {size, focal_px, Vector2d(left, top)};
 }
 
 /// The vertical is in the middle of the image.

@@ -27,11 +27,11 @@ ViewFrame SameSizeFrame(const MountedCamera& mounted, const Eigen::Matrix3d& R_b
 
 /// The image of the virtual upward camera.
 ///
-/// plumb_bob: SameSizeFrame. The wide lens models: the focal length sqrt(fx fy) keeps the
-/// resolution at the image's centre. The sides have the ratio of those of the raw image. Half the
-/// diagonal ends where the view stretches the raw image twice along the radius; an equidistant lens
-/// thus gets a diagonal of 90 deg. A side ends earlier where the raw image ends. A ViewChoice
-/// of the rig overrides this; the vertical is then in the middle of the image.
+/// plumb_bob: SameSizeFrame. The wide lens models: as many pixels as the raw image; half the
+/// diagonal is the angle at the raw image's corners, at most 65 deg. The resolution at the centre
+/// is lower than that of the raw image, which is stretched towards the rim. A side ends earlier
+/// where the raw image ends. A ViewChoice of the rig overrides this; the vertical is then in the
+/// middle of the image.
 ViewFrame UpwardFrame(const MountedCamera& up);
 
 /// Position in the raw image of a pixel of the virtual image; nothing where the lens shows none.

@@ -1,6 +1,7 @@
 #include "compensation/tilt_filter.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace ceilmap::compensation {
@@ -12,8 +13,10 @@ constexpr double kFirstSigmaRad = 0.1;
 constexpr double kFirstRateSigma = 0.5;
 // A measurement with a larger innovation, in standard deviations, is rejected.
 constexpr double kMaxSigmas = 5;
-// After a longer gap between frames, s, the rates are reset.
-constexpr double kForgetS = 0.5;
+// After a longer time without a measurement, s, and more than this number of frames, the rates are
+// reset: a wheel climbs a cable within 0.1 s.
+constexpr double kForgetS = 0.1;
+constexpr double kForgetFrames = 1.5;
 
 }  // namespace
 
@@ -30,9 +33,10 @@ void TiltFilter::Predict(double stamp_s) {
     covariance_.topLeftCorner<2, 2>() =
         kFirstSigmaRad * kFirstSigmaRad * Eigen::Matrix2d::Identity();
     ForgetRates();
+    measured_s_ = stamp_s;
   } else {
     const double dt = stamp_s - *stamp_s_;
-    if (dt > kForgetS) ForgetRates();
+    if (stamp_s - measured_s_ > std::max(kForgetS, kForgetFrames * dt)) ForgetRates();
     Eigen::Matrix4d step = Eigen::Matrix4d::Identity();
     step.topRightCorner<2, 2>() = dt * Eigen::Matrix2d::Identity();
     // Constant acceleration over the step.
@@ -50,6 +54,7 @@ bool TiltFilter::Update(const TiltAngles& measured) {
   const Eigen::Matrix2d spread = covariance_.topLeftCorner<2, 2>() + measured.covariance;
   const Eigen::Matrix2d weight = spread.inverse();
   if (!(off.dot(weight * off) <= kMaxSigmas * kMaxSigmas)) return false;
+  measured_s_ = *stamp_s_;
   const Eigen::Matrix<double, 4, 2> gain = covariance_.leftCols<2>() * weight;
   state_ += gain * off;
   covariance_ -= gain * covariance_.topRows<2>();
@@ -58,6 +63,7 @@ bool TiltFilter::Update(const TiltAngles& measured) {
 }
 
 void TiltFilter::Restart(const TiltAngles& measured) {
+  if (stamp_s_) measured_s_ = *stamp_s_;
   state_.head<2>() = measured.angles;
   covariance_.topLeftCorner<2, 2>() = measured.covariance;
   ForgetRates();

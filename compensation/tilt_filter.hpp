@@ -20,7 +20,7 @@ class TiltFilter {
   explicit TiltFilter(const TiltFilterParams& params = {}) : params_(params) {}
 
   /// Predicts to this time, which must not go back. The initial state is level with a large
-  /// covariance.
+  /// covariance. The rates continue over single frames without a measurement only.
   void Predict(double stamp_s);
   /// @return false when the angles were rejected as an outlier and not used.
   bool Update(const TiltAngles& measured);
@@ -37,6 +37,7 @@ class TiltFilter {
 
   TiltFilterParams params_;
   std::optional<double> stamp_s_;
+  double measured_s_ = 0;  // time of the last measurement that was used
   Eigen::Vector4d state_ = Eigen::Vector4d::Zero();  // pitch, roll, their rates
   Eigen::Matrix4d covariance_ = Eigen::Matrix4d::Zero();
 };
