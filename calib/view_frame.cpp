@@ -12,8 +12,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Of half the diagonal of a wide lens's view.
+// Of half the diagonal of a wide lens's view: the largest, and up to which the view has the
+// resolution of the raw image's centre.
 constexpr double kMaxAngle = 65 * kRadPerDeg;
+constexpr double kFullAngle = 45 * kRadPerDeg;
 constexpr int kMinExtentPx = 32;  // in each direction
 
 Vector2d MiddleOf(cv::Size size) {
@@ -55,10 +57,15 @@ int Extent(const MountedCamera& up,
 
 ViewFrame WideFrame(const MountedCamera& up, const Eigen::Matrix3d& R_cam_view) {
   const Lens& lens = up.camera;
-  const double half_diagonal = std::hypot(lens.width_px, lens.height_px) / 2;
-  const double focal_px = std::min(FocalOf(lens), half_diagonal / std::tan(CornerAngle(lens)));
-  const double half_width = lens.width_px / 2.0;
-  const double half_height = lens.height_px / 2.0;
+  const double raw_px = std::hypot(lens.width_px, lens.height_px) / 2;
+  const double angle = CornerAngle(lens);
+  // Half the diagonal at the resolution of the raw image's centre; less for wide angles.
+  const double full_px = FocalOf(lens) * std::tan(angle);
+  const double part = std::clamp((angle - kFullAngle) / (kMaxAngle - kFullAngle), 0.0, 1.0);
+  const double half_px = full_px + part * std::min(0.0, raw_px - full_px);
+  const double focal_px = half_px / std::tan(angle);
+  const double half_width = half_px / raw_px * lens.width_px / 2;
+  const double half_height = half_px / raw_px * lens.height_px / 2;
   const int left = Extent(up, R_cam_view, focal_px, {-1, 0}, half_width);
   const int top = Extent(up, R_cam_view, focal_px, {0, -1}, half_height);
   const int right = Extent(up, R_cam_view, focal_px, {1, 0}, half_width);

@@ -27,11 +27,11 @@ ViewFrame SameSizeFrame(const MountedCamera& mounted, const Eigen::Matrix3d& R_b
 
 /// The image of the virtual upward camera.
 ///
-/// plumb_bob: SameSizeFrame. The wide lens models: as many pixels as the raw image; half the
-/// diagonal is the angle at the raw image's corners, at most 65 deg. The resolution at the centre
-/// is lower than that of the raw image, which is stretched towards the rim. A side ends earlier
-/// where the raw image ends. A ViewChoice of the rig overrides this; the vertical is then in the
-/// middle of the image.
+/// plumb_bob: SameSizeFrame. The wide lens models: half the diagonal is the angle at the raw
+/// image's corners, at most 65 deg. Up to 45 deg the view has the resolution sqrt(fx fy) of the raw
+/// image's centre; towards 65 deg it falls until the view has no more pixels than the raw image. A
+/// side ends earlier where the raw image ends. A ViewChoice of the rig overrides this; the vertical
+/// is then in the middle of the image.
 ViewFrame UpwardFrame(const MountedCamera& up);
 
 /// Position in the raw image of a pixel of the virtual image; nothing where the lens shows none.

@@ -42,7 +42,7 @@ constexpr double kBelievedInliers = 0.6;
 constexpr double kBelievedPeak = 0.25;
 // ... and this part of the measured heights is off most of the others. Level frames of flat ceilings
 // have up to 0.06.
-constexpr double kMinUnevenRatio = 0.1;
+constexpr double kMinUnevenRatio = 0.15;
 // Where one plane explains nothing, less is sufficient. From starts that were too far away, wrong
 // motions had up to 0.15 and 0.5.
 constexpr double kGuessedInliers = 0.55;
