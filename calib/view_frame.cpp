@@ -32,8 +32,8 @@ double CornerAngle(const Lens& lens) {
   const double radius = std::hypot(lens.width_px, lens.height_px) / 2 / FocalOf(lens);
   const double most = std::min(lens.ValidAngle(), kMaxAngle);
   double angle = kStep;
-  while (angle + kStep < most && lens.Radius(angle) < radius) angle += kStep;
-  return angle;
+  while (angle < most && lens.Radius(angle) < radius) angle += kStep;
+  return std::min(angle, most);
 }
 
 /// Number of pixels from the vertical towards one side, to the end of the raw image.

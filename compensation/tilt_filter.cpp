@@ -13,10 +13,12 @@ constexpr double kFirstSigmaRad = 0.1;
 constexpr double kFirstRateSigma = 0.5;
 // A measurement with a larger innovation, in standard deviations, is rejected.
 constexpr double kMaxSigmas = 5;
-// After a longer time without a measurement, s, and more than this number of frames, the rates are
-// reset: a wheel climbs a cable within 0.1 s.
-constexpr double kForgetS = 0.1;
-constexpr double kForgetFrames = 1.5;
+// After a longer gap between frames, s, the rates are reset.
+constexpr double kForgetS = 0.5;
+// Rates do not continue for a longer time without a measurement, s, of more than this number of
+// frames: a wheel climbs a cable within 0.1 s, and a false rate would tip the robot over.
+constexpr double kBridgedS = 0.1;
+constexpr double kBridgedFrames = 1.5;
 
 }  // namespace
 
@@ -36,7 +38,10 @@ void TiltFilter::Predict(double stamp_s) {
     measured_s_ = stamp_s;
   } else {
     const double dt = stamp_s - *stamp_s_;
-    if (stamp_s - measured_s_ > std::max(kForgetS, kForgetFrames * dt)) ForgetRates();
+    if (dt > kForgetS) ForgetRates();
+    if (stamp_s - measured_s_ > std::max(kBridgedS, kBridgedFrames * dt)) {
+      state_.tail<2>().setZero();
+    }
     Eigen::Matrix4d step = Eigen::Matrix4d::Identity();
     step.topRightCorner<2, 2>() = dt * Eigen::Matrix2d::Identity();
     // Constant acceleration over the step.

@@ -33,8 +33,9 @@ TEST(RigFacts, FieldOfViewAndScaleOfAnUpwardCamera) {
   EXPECT_EQ(facts.up->tilt_rad, 0);
 }
 
-// 640 px at f = 321 px. The view ends 321 px from the vertical, at a stretch of 2: 2 * 256 x 2 *
-// 192 px.
+// 640 px at f = 321 px: the corners are 71 deg from the axis. The view has f = 400 px / tan(65 deg)
+// = 186.5 px; the raw image ends 319.5 / 321 rad and 239.5 / 321 rad from the axis, 287.4 px and
+// 172.4 px in the view.
 TEST(RigFacts, ViewOfAFisheye) {
   const RigFacts facts =
       FactsOf(Replaced(Replaced(kMinimalRigText, "457, 0, 319.5, 0, 457", "321, 0, 319.5, 0, 321"),
@@ -44,10 +45,10 @@ TEST(RigFacts, ViewOfAFisheye) {
                        "    base_link"));
   EXPECT_NEAR(facts.up->field_of_view->horizontal_rad, 640.0 / 321, 1e-9);
   EXPECT_NEAR(facts.up->field_of_view->diagonal_rad, 800.0 / 321, 1e-9);
-  EXPECT_EQ(facts.up->view_px, cv::Size(512, 384));
-  EXPECT_NEAR(facts.up->view.horizontal_rad, 2 * std::atan(256.0 / 321), 1e-5);
-  EXPECT_NEAR(facts.up->ceiling_m.x(), 512 * 2.2 / 321, 1e-9);
-  EXPECT_NEAR(facts.up->corners_m->at(0).x(), 192.5 * 2.2 / 321, 1e-9);
+  EXPECT_EQ(facts.up->view_px, cv::Size(574, 344));
+  EXPECT_NEAR(facts.up->view.horizontal_rad, 2 * std::atan(287.0 / 186.52), 1e-3);
+  EXPECT_NEAR(facts.up->ceiling_m.x(), 574 * 2.2 / 186.52, 1e-3);
+  EXPECT_NEAR(facts.up->corners_m->at(0).x(), 172.5 * 2.2 / 186.52, 1e-3);
 }
 
 // The top left corner shows the ceiling ahead (+x) and to the robot's right (-y).

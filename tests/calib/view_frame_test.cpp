@@ -24,13 +24,21 @@ MountedCamera Fisheye(double focal_px) {
   return Level(Lens::WithoutDistortion(LensModel::kEquidistant, {640, 480}, focal_px));
 }
 
-TEST(UpwardFrame, EndsWhereAFisheyeIsStretchedTooMuch) {
-  // 1 / cos^2 = 2 at tan = 1: half the diagonal has 201 px, its sides 4/5 and 3/5 of it: 160.8 and
-  // 120.6 px.
+TEST(UpwardFrame, OfAFisheyeHasNoMorePixelsThanItsImage) {
+  // The corners are 400 px / 201 px = 114 deg from the axis; the view ends at 65 deg.
   const ViewFrame frame = UpwardFrame(Fisheye(201));
-  EXPECT_EQ(frame.focal_px, 201);
-  EXPECT_EQ(frame.size, cv::Size(320, 240));
-  EXPECT_EQ(frame.principal_px, Eigen::Vector2d(160, 120));
+  EXPECT_NEAR(frame.focal_px, 400 / std::tan(65 * kRadPerDeg), 0.5);
+  EXPECT_EQ(frame.size, cv::Size(640, 480));
+  EXPECT_EQ(frame.principal_px, Eigen::Vector2d(320, 240));
+}
+
+TEST(UpwardFrame, LosesResolutionWithItsAngle) {
+  // Corners 55 deg from the axis, half way between 45 and 65 deg: half the diagonal is the mean of
+  // f tan(55 deg) and 400 px.
+  const double focal_px = 400 / (55 * kRadPerDeg);
+  const ViewFrame frame = UpwardFrame(Fisheye(focal_px));
+  const double slope = std::tan(55 * kRadPerDeg);
+  EXPECT_NEAR(frame.focal_px, (focal_px * slope + 400) / 2 / slope, 1);
 }
 
 TEST(UpwardFrame, EndsWhereTheRawImageEnds) {
@@ -47,10 +55,13 @@ TEST(UpwardFrame, OfATiltedCameraIsCutWhereItsImageEnds) {
       Eigen::AngleAxisd(15 * kRadPerDeg, Eigen::Vector3d::UnitY()).toRotationMatrix() *
       up.T_base_cam.linear();
   const ViewFrame frame = UpwardFrame(up);
-  // Half the diagonal 401 px, half the height 240.6 px: to the front in full. The raw image's end
-  // is 239.5 / 401 rad = 34.220 deg from the axis: behind, 19.220 deg from the vertical, 139.8 px.
-  EXPECT_EQ(frame.principal_px.y(), 240);
-  EXPECT_EQ(frame.size.height, 240 + 1 + 139);
+  // The corners are 400 / 401 rad = 57.154 deg from the axis: half the diagonal has 0.6077 * 400 +
+  // 0.3923 * 401 tan(57.154 deg) = 486.7 px, half the height 292.0 px: to the front in full. The
+  // focal length is 486.7 px / tan(57.154 deg) = 314.2 px. The raw image's end is 239.5 / 401 rad =
+  // 34.220 deg from the axis: behind, 19.220 deg from the vertical, 109.5 px.
+  EXPECT_NEAR(frame.focal_px, 314.2, 1);
+  EXPECT_NEAR(frame.principal_px.y(), 292, 1);
+  EXPECT_NEAR(frame.size.height, 292 + 1 + 109, 2);
   const auto raw =
       RawPixel(up.camera,
                up.T_base_cam.linear().transpose() *

@@ -95,6 +95,14 @@ TEST(TiltFilter, ForgetsRatesAfterAGap) {
   EXPECT_NEAR(filter.Now().covariance(0, 1), 0, 1e-12);
 }
 
+TEST(TiltFilter, BridgesSingleFramesOnly) {
+  TiltFilter filter = Rising();
+  filter.Predict(1.1);
+  EXPECT_NEAR(filter.Now().angles[0], 0.11, 1e-3);
+  for (int i = 2; i <= 20; ++i) filter.Predict(1 + 0.1 * i);
+  EXPECT_NEAR(filter.Now().angles[0], 0.11, 1e-3);
+}
+
 TEST(TiltFilter, RefusesAnOutlierAndStaysAsItWas) {
   TiltFilter filter = Rising();
   filter.Predict(1.1);

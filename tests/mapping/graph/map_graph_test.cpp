@@ -229,6 +229,41 @@ TEST(MapGraph, MovingAllKeepsEverythingInPlaceToEachOther) {
   }
 }
 
+TEST(MapGraph, MotionsAreScaledByTheirKeyframe) {
+  Circle circle(1);
+  const Pose2 T_base_view{0.2, 0, 1.57};
+  MapGraph scaled = circle.graph;
+  heights::HeightField field;
+  field.grid = {1, 1};
+  field.cells = {{1.2F, 0.01F}};
+  scaled.keyframes[2].heights = std::make_shared<const heights::HeightField>(field);
+  ScaleMotions(scaled, {{2, 1.25}}, T_base_view);
+  EXPECT_FLOAT_EQ(scaled.keyframes[2].heights->cells[0].rho, 1.2F / 1.25F);
+  for (std::size_t i = 0; i < scaled.edges.size(); ++i) {
+    // The camera's way grows, the turn stays.
+    const Pose2 before = T_base_view.Inverse() * circle.graph.edges[i].T_from_to * T_base_view;
+    const Pose2 after = T_base_view.Inverse() * scaled.edges[i].T_from_to * T_base_view;
+    const double factor = scaled.edges[i].from == 2 ? 1.25 : 1;
+    EXPECT_NEAR(after.x, factor * before.x, 1e-12);
+    EXPECT_NEAR(after.y, factor * before.y, 1e-12);
+    EXPECT_NEAR(after.yaw, before.yaw, 1e-12);
+    EXPECT_NEAR(scaled.edges[i].information(0, 0) * factor * factor,
+                circle.graph.edges[i].information(0, 0),
+                1e-6);
+  }
+  for (std::size_t i = 0; i < scaled.trajectory.size(); ++i) {
+    const bool moved = circle.graph.trajectory[i].keyframe_id == 2 &&
+                       (circle.graph.keyframes[2].pose.T_map_base.Inverse() *
+                        circle.graph.trajectory[i].T_map_base)
+                               .Translation()
+                               .norm() > 1e-9;
+    const double step = (scaled.trajectory[i].T_map_base.Translation() -
+                         circle.graph.trajectory[i].T_map_base.Translation())
+                            .norm();
+    EXPECT_EQ(step > 1e-9, moved) << i;
+  }
+}
+
 TEST(MapGraph, FramesBetweenTwoKeyframesShareTheCorrection) {
   MapGraph graph;
   for (int i = 0; i < 2; ++i) {

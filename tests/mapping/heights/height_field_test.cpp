@@ -55,6 +55,19 @@ TEST(HeightField, DepthRatioCountsMeasuredCellsOffThePlane) {
   EXPECT_EQ(field.DepthRatio(), 0);
 }
 
+TEST(HeightField, UnevenRatioDoesNotDependOnTheScale) {
+  HeightField field = Field({5, 2}, {1.15F, 0.01F});
+  EXPECT_EQ(field.UnevenRatio(), 0);
+  field.cells[0] = {1.3F, 0.01F};
+  field.cells[1] = {1.0F, 0.01F};
+  field.cells[2] = {1.18F, 0.03F};  // within three standard deviations
+  field.cells[3] = kUnknown;
+  EXPECT_DOUBLE_EQ(field.UnevenRatio(), 2.0 / 9);
+  field.Scale(0.8);
+  EXPECT_DOUBLE_EQ(field.UnevenRatio(), 2.0 / 9);
+  EXPECT_EQ(Field({5, 2}).UnevenRatio(), 0);
+}
+
 TEST(HeightField, ScaleLeavesUnknownCellsAlone) {
   HeightField field = Field({2, 1});
   field.cells[0] = {1.2F, 0.01F};
@@ -81,6 +94,28 @@ TEST(FindReference, OfADeckAndItsSkylightsTheDeck) {
   const auto reference = FindReference(cells);
   ASSERT_TRUE(reference);
   EXPECT_NEAR(*reference, 1.0, 0.004);
+}
+
+// Weak texture: the far end of the poorly measured cells is no surface of its own.
+TEST(FindReference, InaccurateCellsDoNotSpreadASurface) {
+  std::vector<HeightCell> cells;
+  Add(cells, 60, 1.1F, 0.004F);
+  Add(cells, 120, 1.1F, 0.06F);
+  for (std::size_t i = 60; i < cells.size(); ++i) cells[i].sigma = 0.06F;
+  const auto reference = FindReference(cells);
+  ASSERT_TRUE(reference);
+  EXPECT_NEAR(*reference, 1.1, 0.004);
+}
+
+// Crests of a corrugated deck, and its valleys: all heights of a map resolve them.
+TEST(FindReference, ManyCellsResolveACorrugatedDeck) {
+  std::vector<HeightCell> cells;
+  Add(cells, 4000, 1.0F, 0.002F);
+  Add(cells, 4000, 1.012F, 0.003F);
+  Add(cells, 3000, 1.024F, 0.004F);
+  const auto reference = FindReference(cells);
+  ASSERT_TRUE(reference);
+  EXPECT_NEAR(*reference, 1.0, 0.0015);
 }
 
 TEST(FindReference, NeedsMeasuredCells) {
