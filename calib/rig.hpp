@@ -16,6 +16,9 @@ namespace ceilmap::calib {
 struct ViewChoice {
   std::optional<double> field_of_view_rad;  ///< along the width
   std::optional<cv::Size> size;
+  /// Where neither of these is given: largest angle from the vertical, of half the diagonal. Not in
+  /// rig files: localization limits the view to what its map shows.
+  std::optional<double> max_angle_rad = std::nullopt;
 };
 
 /// A camera on the robot.

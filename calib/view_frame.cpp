@@ -58,7 +58,8 @@ int Extent(const MountedCamera& up,
 ViewFrame WideFrame(const MountedCamera& up, const Eigen::Matrix3d& R_cam_view) {
   const Lens& lens = up.camera;
   const double raw_px = std::hypot(lens.width_px, lens.height_px) / 2;
-  const double angle = CornerAngle(lens);
+  double angle = CornerAngle(lens);
+  if (up.view && up.view->max_angle_rad) angle = std::min(angle, *up.view->max_angle_rad);
   // Half the diagonal at the resolution of the raw image's centre; less for wide angles.
   const double full_px = FocalOf(lens) * std::tan(angle);
   const double part = std::clamp((angle - kFullAngle) / (kMaxAngle - kFullAngle), 0.0, 1.0);
@@ -113,7 +114,9 @@ ViewFrame UpwardFrame(const MountedCamera& up) {
   const Eigen::Matrix3d R_base_view =
       Eigen::AngleAxisd(UpwardYaw(up.T_base_cam.linear()), Eigen::Vector3d::UnitZ())
           .toRotationMatrix();
-  if (up.view) return ChosenFrame(*up.view, up.camera);
+  if (up.view && (up.view->field_of_view_rad || up.view->size)) {
+    return ChosenFrame(*up.view, up.camera);
+  }
   if (up.camera.model == LensModel::kPlumbBob) return SameSizeFrame(up, R_base_view);
   return WideFrame(up, up.T_base_cam.linear().transpose() * R_base_view);
 }

@@ -84,6 +84,18 @@ double PositionSigma(const Eigen::Matrix3d& covariance) {
   return std::sqrt(std::max(0.0, mean + root));
 }
 
+calib::MountedCamera SuitedTo(const store::MapMetadata& map, const calib::MountedCamera& up) {
+  constexpr double kMaxRatio = 1.2;
+  const double half_diagonal_m =
+      0.5 * map.view_units_per_px * std::hypot(map.view_size.width, map.view_size.height);
+  const double distance_m = map.ceiling_height_m - up.T_base_cam.translation().z();
+  calib::MountedCamera suited = up;
+  if (map.unit == "m" && !suited.view && distance_m > 0) {
+    suited.view = calib::ViewChoice{{}, {}, std::atan2(kMaxRatio * half_diagonal_m, distance_m)};
+  }
+  return suited;
+}
+
 MapMatcher::MapMatcher(const store::MapReader& map,
                        const calib::MountedCamera& up,
                        const LocalizerParams& params)

@@ -16,6 +16,11 @@
 
 namespace ceilmap::localization {
 
+/// The camera with a view that shows not much more of the ceiling than the map's images do, if it is
+/// chosen from the lens (calib::UpwardFrame): where the map ends in a view, nothing can be compared.
+/// @param map  in metres.
+calib::MountedCamera SuitedTo(const store::MapMetadata& map, const calib::MountedCamera& up);
+
 /// Matches frames of the robot being localized with the map, and estimates the scale of its camera.
 /// The part of Localizer that processes images; Localizer interprets the poses.
 class MapMatcher {

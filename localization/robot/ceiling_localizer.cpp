@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "calib/base/error.hpp"
+#include "localization/map_matcher.hpp"
 #include "mapping/repetition.hpp"
 
 namespace ceilmap::robot {
@@ -44,17 +45,25 @@ localization::Localizer MakeLocalizer(const store::MapReader& map,
   }
 }
 
+/// The rig with the view of the upward camera that suits the map.
+calib::Rig SuitedTo(const store::MapReader& map, calib::Rig rig) {
+  rig.up = localization::SuitedTo(map.Metadata(), UpOf(rig));
+  return rig;
+}
+
 }  // namespace
 
 struct CeilingLocalizer::Impl {
   Impl(const std::filesystem::path& file,
-       const calib::Rig& rig,
+       const calib::Rig& given,
        const localization::LocalizerParams& params)
       : map(file),
+        rig(SuitedTo(map, given)),
         localizer(MakeLocalizer(map, file, rig, params)),
         view(UpOf(rig), map.Metadata().ceiling_height_m) {}
 
   store::MapReader map;
+  calib::Rig rig;
   localization::Localizer localizer;  // refuses a map without a rig, which gives no view
   calib::CeilingView view;
   mapping::RepetitionMeter repetition;
@@ -63,7 +72,9 @@ struct CeilingLocalizer::Impl {
 CeilingLocalizer::CeilingLocalizer(const std::filesystem::path& map,
                                    const calib::Rig& rig,
                                    const CeilingLocalizerParams& params)
-    : Sensors(rig, params.sensors), impl_(std::make_unique<Impl>(map, rig, params.localization)) {}
+    : CeilingLocalizer(std::make_unique<Impl>(map, rig, params.localization), params.sensors) {}
+CeilingLocalizer::CeilingLocalizer(std::unique_ptr<Impl> impl, const SensorsParams& sensors)
+    : Sensors(impl->rig, sensors), impl_(std::move(impl)) {}
 CeilingLocalizer::~CeilingLocalizer() = default;
 
 Estimate CeilingLocalizer::Locate(const Frame& frame) {

@@ -57,6 +57,7 @@ class CeilingLocalizer : public Sensors {
   Estimate Locate(const Frame& frame);
 
   struct Impl;
+  CeilingLocalizer(std::unique_ptr<Impl> impl, const SensorsParams& sensors);
   std::unique_ptr<Impl> impl_;
 };
 
