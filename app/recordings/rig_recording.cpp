@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/progress.hpp"
@@ -43,9 +45,11 @@ mount::CeilingRecording ReadCeiling(FrameSource& source,
   terminal::Progress progress(label, "frames", source.ExpectedFrames());
   Frame frame;
   std::int64_t frames = 0;
+  const bool has_times = source.Stamps() != StampOrigin::kFrameIndex;
   while (source.Read(frame)) {
     progress.Update(++frames);
-    lost.Count(frame, recorder.Add(frame.image));
+    lost.Count(frame,
+               recorder.Add(frame.image, has_times ? std::optional(frame.stamp_s) : std::nullopt));
   }
   return recorder.Finish();
 }
