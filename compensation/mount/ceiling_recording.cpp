@@ -73,10 +73,27 @@ std::optional<Pose2> CeilingRecorder::Match(const registration::FrameSpectrum& c
   const registration::MotionPrior prior{
       ImageMotionOf(camera_, expected), kSigmaRatio * view_.Size().width, kSigmaDeg * kRadPerDeg};
   const registration::Registration found = registrar_.Register(key_.spectrum, current, prior);
-  if (!found.ok()) return std::nullopt;
+  if (!found.ok()) return Follow(current, expected);
   const registration::PlaneMotion motion =
       registration::PlaneMotion::FromSimilarity(camera_, found.motion);
   return Pose2{motion.x, motion.y, motion.yaw};
+}
+
+// The images of a tilted camera do not agree by a similarity: under a ceiling of little texture too
+// few blocks may be left.
+std::optional<Pose2> CeilingRecorder::Follow(const registration::FrameSpectrum& current,
+                                             const Pose2& expected) {
+  if (path_.size() < 2) return std::nullopt;  // nothing is known of the motion
+  const registration::PlaneFit fit =
+      registrar_.RefinePlane(key_.spectrum, current, camera_, LevelMotion(expected));
+  constexpr int kMinBlocks = 12;
+  constexpr double kMinInliers = 0.8;  // within a pixel
+  constexpr double kMaxTilt = 0.02;
+  if (!fit.ok || fit.blocks < kMinBlocks || fit.inliers < kMinInliers * fit.blocks ||
+      std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) > kMaxTilt) {
+    return std::nullopt;
+  }
+  return Pose2{fit.motion.x, fit.motion.y, fit.motion.yaw};
 }
 
 bool CeilingRecorder::IsFarFromKeyframe(const Pose2& T_key_current) const {

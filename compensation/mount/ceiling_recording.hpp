@@ -63,6 +63,7 @@ class CeilingRecorder {
   };
 
   std::optional<Pose2> Match(const registration::FrameSpectrum& current);
+  std::optional<Pose2> Follow(const registration::FrameSpectrum& current, const Pose2& expected);
   [[nodiscard]] bool IsFarFromKeyframe(const Pose2& T_key_current) const;
   void Keep(AnalyzedKeyframe frame);
 
