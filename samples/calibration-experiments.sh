@@ -110,12 +110,19 @@ mirror_radius() {
   }'
 }
 
+# Part of the way after a number of steps out of all of them; the first three accelerate, the last three brake.
+ramp='function ramp(step, steps) {
+  if (step < 3) return step * step / 6 / (steps - 3)
+  return step > steps - 3 ? 1 - ramp(steps - step, steps) : (step - 1.5) / (steps - 3)
+}'
+
 # A full turn about the axle at X ($1), Y ($2), from START_DEG ($3) on, in so many steps ($4, default 72).
 turn() {
-  awk -v x="$1" -v y="$2" -v start="$3" -v a="$axle" -v steps="${4:-72}" 'BEGIN {
+  awk -v x="$1" -v y="$2" -v start="$3" -v a="$axle" -v steps="${4:-72}" "$ramp"'
+  BEGIN {
     pi = 4 * atan2(1, 1)
     for (i = 0; i <= steps; ++i) {
-      yaw = (start + 360 * i / steps) * pi / 180
+      yaw = (start + 360 * ramp(i, steps)) * pi / 180
       printf "%.6f %.9f %.9f 0 0 0 %.9f %.9f\n", 100 + i / 6, x + a * cos(yaw), y + a * sin(yaw), sin(yaw / 2), cos(yaw / 2)
     }
   }'
@@ -123,12 +130,13 @@ turn() {
 
 # From X ($1), Y ($2) ahead on a course in degrees ($3), so far ($4), 6 cm a frame.
 ahead() {
-  awk -v x="$1" -v y="$2" -v course="$3" -v way="$4" 'BEGIN {
+  awk -v x="$1" -v y="$2" -v course="$3" -v way="$4" "$ramp"'
+  BEGIN {
     yaw = course * 4 * atan2(1, 1) / 180
     steps = int(way / 0.06 + 0.5)
     for (i = 0; i <= steps; ++i) {
-      s = way * i / steps
-      printf "%.6f %.9f %.9f 0 0 0 %.9f %.9f\n", 100 + i / 8, x + s * cos(yaw), y + s * sin(yaw), sin(yaw / 2), cos(yaw / 2)
+      s = way * ramp(i, steps)
+      printf "%.6f %.9f %.9f 0 0 0 %.9f %.9f\n", 100 + i / 4, x + s * cos(yaw), y + s * sin(yaw), sin(yaw / 2), cos(yaw / 2)
     }
   }'
 }
