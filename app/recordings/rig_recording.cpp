@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/progress.hpp"
@@ -43,9 +45,11 @@ mount::CeilingRecording ReadCeiling(FrameSource& source,
   terminal::Progress progress(label, "frames", source.ExpectedFrames());
   Frame frame;
   std::int64_t frames = 0;
+  const bool has_times = source.Stamps() != StampOrigin::kFrameIndex;
   while (source.Read(frame)) {
     progress.Update(++frames);
-    lost.Count(frame, recorder.Add(frame.image));
+    lost.Count(frame,
+               recorder.Add(frame.image, has_times ? std::optional(frame.stamp_s) : std::nullopt));
   }
   return recorder.Finish();
 }
@@ -57,15 +61,14 @@ std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecordin
   const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
   SynchronizedStream forward(recording.forward, recording.stamps);
   mount::ForwardFeatureTracker tracker(*rig.forward);
-  mount::MotionInSpace motion(view);
+  mount::MotionInSpace motion(view, recording.start);
   LostFrames lost(up);
   terminal::Progress progress(label, "frames", up.ExpectedFrames());
   Frame frame;
-  cv::Mat buffer;
   std::int64_t frames = 0;
   while (up.Read(frame)) {
     progress.Update(++frames);
-    const auto T_first_base = motion.Add(view.Rectify(frame.image, buffer), frame.stamp_s);
+    const auto T_first_base = motion.Add(frame.image, frame.stamp_s);
     tracker.Add(forward.At(frame.stamp_s), T_first_base);
     lost.Count(frame, T_first_base.has_value());
   }

@@ -42,6 +42,12 @@ mount::Measured InDegrees(const mount::Measured& m) {
   return {kDegPerRad * m.value, kDegPerRad * m.sigma};
 }
 
+// Milliseconds; the rig's own value without a deviation where it was not measured.
+mount::Measured ReadoutOf(const mount::ReadoutFinding& readout) {
+  if (!readout.is_determined) return {1e3 * readout.used_s, 0};
+  return {1e3 * readout.readout_time_s.value, 1e3 * readout.readout_time_s.sigma};
+}
+
 // Parameters from the upward camera's recordings.
 std::vector<Parameter> MountParameters(const calib::Rig& before, const mount::UpMount& result) {
   const MountAngles angles = AnglesOf(before.up->T_base_cam.linear());
@@ -58,6 +64,12 @@ std::vector<Parameter> MountParameters(const calib::Rig& before, const mount::Up
       {"yaw_deg", "yaw", "deg", kDegPerRad * angles.yaw_rad, InDegrees(result.yaw_rad), 3},
       {"pitch_deg", "pitch", "deg", kDegPerRad * angles.pitch_rad, InDegrees(result.pitch_rad), 3},
       {"roll_deg", "roll", "deg", kDegPerRad * angles.roll_rad, InDegrees(result.roll_rad), 3},
+      {"readout_ms",
+       "read-out",
+       "ms",
+       1000 * before.up->readout_time_s,
+       ReadoutOf(result.readout),
+       2},
       {"h_m", "h", "m", before.ceiling_height_m, result.ceiling_height_m},
       {"distance_m", "ceiling above camera", "m", Z, result.distance_m},
       {"mm_per_px", "scale", "mm/px", 1000 * Z / focal_px, millimetres(result.m_per_px)}};
@@ -114,6 +126,7 @@ std::string RigHeader(const RigFindings& found) {
   add("up: yaw", result.yaw_rad, kDegPerRad, "deg");
   add("up: pitch", result.pitch_rad, kDegPerRad, "deg");
   add("up: roll", result.roll_rad, kDegPerRad, "deg");
+  if (result.readout.is_determined) add("up: read-out", result.readout.readout_time_s, 1, "s");
   if (found.forward) {
     add("forward: yaw", found.forward->yaw_rad, kDegPerRad, "deg");
     add("forward: pitch (up)", found.forward->pitch_rad, kDegPerRad, "deg");

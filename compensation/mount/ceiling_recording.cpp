@@ -26,10 +26,14 @@ CeilingRecorder::CeilingRecorder(const std::string& name, const calib::CeilingVi
   recording_.name = name;
 }
 
-bool CeilingRecorder::Add(const cv::Mat& image) {
+bool CeilingRecorder::Add(const cv::Mat& image, std::optional<double> stamp_s) {
+  recording_.has_stamps = stamp_s.has_value();
+  const double time_s = stamp_s.value_or(static_cast<double>(recording_.frames));
   ++recording_.frames;
-  AnalyzedKeyframe current{{image.clone(), {}}, registrar_.Analyze(view_.Rectify(image, buffer_))};
+  AnalyzedKeyframe current{
+      {image.clone(), {}, {}}, path_.size(), registrar_.Analyze(view_.Rectify(image, buffer_))};
   if (recording_.keyframes.empty()) {
+    path_.push_back({time_s, {}});
     Keep(std::move(current));
     return true;
   }
@@ -44,6 +48,7 @@ bool CeilingRecorder::Add(const cv::Mat& image) {
   step_ = T_first_last_.Inverse() * T_first_current;
   T_first_last_ = T_first_current;
   current.keyframe.T_first_camera = T_first_current;
+  path_.push_back({time_s, T_first_current});
   if (IsFarFromKeyframe(*T_key_current)) {
     Keep(std::move(current));
     last_.reset();
@@ -55,6 +60,9 @@ bool CeilingRecorder::Add(const cv::Mat& image) {
 
 CeilingRecording CeilingRecorder::Finish() {
   if (last_) Keep(std::move(*last_));
+  for (std::size_t i = 0; i < recording_.keyframes.size(); ++i) {
+    recording_.keyframes[i].velocity = VelocityAt(path_, path_indices_[i]);
+  }
   return std::move(recording_);
 }
 
@@ -65,10 +73,27 @@ std::optional<Pose2> CeilingRecorder::Match(const registration::FrameSpectrum& c
   const registration::MotionPrior prior{
       ImageMotionOf(camera_, expected), kSigmaRatio * view_.Size().width, kSigmaDeg * kRadPerDeg};
   const registration::Registration found = registrar_.Register(key_.spectrum, current, prior);
-  if (!found.ok()) return std::nullopt;
+  if (!found.ok()) return Follow(current, expected);
   const registration::PlaneMotion motion =
       registration::PlaneMotion::FromSimilarity(camera_, found.motion);
   return Pose2{motion.x, motion.y, motion.yaw};
+}
+
+// The images of a tilted camera do not agree by a similarity: under a ceiling of little texture too
+// few blocks may be left.
+std::optional<Pose2> CeilingRecorder::Follow(const registration::FrameSpectrum& current,
+                                             const Pose2& expected) {
+  if (path_.size() < 2) return std::nullopt;  // nothing is known of the motion
+  const registration::PlaneFit fit =
+      registrar_.RefinePlane(key_.spectrum, current, camera_, LevelMotion(expected));
+  constexpr int kMinBlocks = 12;
+  constexpr double kMinInliers = 0.8;  // within a pixel
+  constexpr double kMaxTilt = 0.02;
+  if (!fit.ok || fit.blocks < kMinBlocks || fit.inliers < kMinInliers * fit.blocks ||
+      std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) > kMaxTilt) {
+    return std::nullopt;
+  }
+  return Pose2{fit.motion.x, fit.motion.y, fit.motion.yaw};
 }
 
 bool CeilingRecorder::IsFarFromKeyframe(const Pose2& T_key_current) const {
@@ -82,10 +107,15 @@ void CeilingRecorder::Keep(AnalyzedKeyframe frame) {
   T_first_last_ = key_.keyframe.T_first_camera;
   std::vector<CeilingKeyframe>& keyframes = recording_.keyframes;
   keyframes.push_back(key_.keyframe);
+  path_indices_.push_back(key_.path_index);
   if (keyframes.size() < kMaxKeyframes) return;
-  std::vector<CeilingKeyframe> half;
-  for (std::size_t i = 0; i < keyframes.size(); i += 2) half.push_back(std::move(keyframes[i]));
-  keyframes = std::move(half);
+  const std::size_t half = (keyframes.size() + 1) / 2;
+  for (std::size_t i = 1; i < half; ++i) {
+    keyframes[i] = std::move(keyframes[2 * i]);
+    path_indices_[i] = path_indices_[2 * i];
+  }
+  keyframes.resize(half);
+  path_indices_.resize(half);
   min_distance_ratio_ *= 2;
   min_turn_rad_ *= 2;
 }

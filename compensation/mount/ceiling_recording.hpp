@@ -8,6 +8,8 @@
 
 #include "calib/base/pose2.hpp"
 #include "calib/ceiling_view.hpp"
+#include "calib/solve/rig_solver.hpp"
+#include "compensation/mount/view_velocities.hpp"
 #include "mapping/registration/plane_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -19,6 +21,8 @@ struct CeilingKeyframe {
   /// Rough pose of the camera, from image to image: p_first = T_first_camera * p_camera, with x
   /// right and y down as in a level image. In units of the distance between ceiling and camera.
   Pose2 T_first_camera;
+  /// Of the camera, in the same units. Of recordings without stamps: per interval between images.
+  calibration::ViewVelocity velocity;
 };
 
 /// A turn on the spot or a drive under the ceiling.
@@ -27,6 +31,7 @@ struct CeilingRecording {
   /// Among them the first and the last image that matched. At most 96.
   std::vector<CeilingKeyframe> keyframes;
   std::int64_t frames = 0;  ///< all images, with those that did not match
+  bool has_stamps = false;  ///< of all images
 };
 
 /// Selects the keyframes of a recording: images that are at least a fixed distance or turn apart.
@@ -41,9 +46,11 @@ class CeilingRecorder {
   /// Registers the next image to the last keyframe, or to the last image if it is too far from
   /// that.
   /// @param image  CV_8UC1, as the camera took it, of the view's camera.
+  /// @param stamp_s  Its time, later than that of the image before. Needed for the read-out time of
+  ///   a rolling shutter; either all images have one, or none.
   /// @return false when it matches neither: the image is not used. Several consecutive ones mean
   ///   that the recording cannot be used.
-  bool Add(const cv::Mat& image);
+  bool Add(const cv::Mat& image, std::optional<double> stamp_s = std::nullopt);
 
   /// The whole recording. To be called once, after the last image.
   CeilingRecording Finish();
@@ -51,10 +58,12 @@ class CeilingRecorder {
  private:
   struct AnalyzedKeyframe {
     CeilingKeyframe keyframe;
+    std::size_t path_index = 0;
     registration::FrameSpectrum spectrum;
   };
 
   std::optional<Pose2> Match(const registration::FrameSpectrum& current);
+  std::optional<Pose2> Follow(const registration::FrameSpectrum& current, const Pose2& expected);
   [[nodiscard]] bool IsFarFromKeyframe(const Pose2& T_key_current) const;
   void Keep(AnalyzedKeyframe frame);
 
@@ -63,6 +72,8 @@ class CeilingRecorder {
   registration::Registrar registrar_;
   cv::Mat buffer_;
   CeilingRecording recording_;
+  std::vector<TimedPose> path_;            // of all images that matched
+  std::vector<std::size_t> path_indices_;  // of the keyframes
   AnalyzedKeyframe key_;
   std::optional<AnalyzedKeyframe> last_;  // unless it is the keyframe
   Pose2 T_first_last_;

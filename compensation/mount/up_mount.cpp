@@ -5,13 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <future>
-#include <utility>
 #include <vector>
 
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "compensation/mount/ceiling_pairs.hpp"
+#include "compensation/mount/mount_solver.hpp"
 
 namespace ceilmap::mount {
 namespace {
@@ -97,94 +96,11 @@ void CheckStraight(const CeilingRecording& straight, double rough_distance_m) {
   }
 }
 
-// Rz(yaw) after a tilt about a horizontal axis.
-RigMount MountOf(const Matrix3d& R_base_cam) {
-  RigMount mount;
-  const Eigen::Quaterniond q(R_base_cam);
-  mount.yaw_rad = WrapAngle(2 * std::atan2(q.z(), q.w()));
-  const Matrix3d tilt =
-      Eigen::AngleAxisd(-mount.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_base_cam;
-  const Eigen::AngleAxisd turn(tilt);
-  mount.tilt_rad = turn.angle() * turn.axis().head<2>();
-  return mount;
-}
-
-Matrix3d RotationOf(const RigMount& mount) {
-  const double angle = mount.tilt_rad.norm();
-  Matrix3d tilt = Matrix3d::Identity();
-  if (angle > 0) {
-    const Eigen::Vector3d axis(mount.tilt_rad.x() / angle, mount.tilt_rad.y() / angle, 0);
-    tilt = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
-  }
-  return Eigen::AngleAxisd(mount.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix() * tilt;
-}
-
-std::vector<Pose2> CamerasOf(const std::vector<Pose2>& views, const Vector2d& centre) {
-  std::vector<Pose2> cameras;
-  cameras.reserve(views.size());
-  for (const Pose2& view : views) {
-    const Vector2d at = view * centre;
-    cameras.push_back({at.x(), at.y(), view.yaw});
-  }
-  return cameras;
-}
-
-double Change(const RigMount& a, const RigMount& b) {
-  return std::max({(a.tilt_rad - b.tilt_rad).norm(),
-                   (a.centre - b.centre).norm(),
-                   std::abs(WrapAngle(a.yaw_rad - b.yaw_rad))});
-}
-
-// Alternates measurement and fit: blocks are measured more accurately with a better prediction of
-// the motion between the images, and when the images are more level.
-RigSolution Solve(const calib::Rig& rig,
-                  const CeilingRecording& spin,
-                  const CeilingRecording& straight,
-                  double lens_sigma_px) {
-  calib::MountedCamera up = *rig.up;
-  std::vector<Pose2> spin_cameras = RoughPoses(spin);
-  std::vector<Pose2> straight_cameras = RoughPoses(straight);
-  calibration::RigSolverParams params;
-  params.focal_px = std::sqrt(up.camera.fx * up.camera.fy);
-  params.lens_sigma_px = lens_sigma_px;
-  RigMount mount = MountOf(up.T_base_cam.linear());
-  RigSolution solution;
-  constexpr int kMaxRounds = 8;
-  constexpr double kSettled = 2e-5;  // rad, or relative to the distance of the ceiling
-  for (int round = 0; round < kMaxRounds; ++round) {
-    const auto measure = [&](const CeilingRecording& recording, const std::vector<Pose2>& cameras) {
-      return MeasurePairs(recording, up, rig.ceiling_height_m, cameras, round > 0);
-    };
-    auto driving =
-        std::async(std::launch::async, [&] { return measure(straight, straight_cameras); });
-    const calibration::Recording spun = measure(spin, spin_cameras);
-    const calibration::Recording driven = driving.get();
-    if (round == 0) {
-      const Vector2d tilt = mount.tilt_rad;
-      mount = calibration::GuessMount(spun, driven);
-      mount.tilt_rad = tilt;
-    }
-    solution = calibration::SolveRig(spun, driven, mount, params);
-    if (!solution.ok) {
-      throw InputError(
-          fmt::format("{}: too few places of the ceiling could be followed; record it under a "
-                      "ceiling with more texture",
-                      spin.name));
-    }
-    const double change = Change(mount, solution.mount);
-    mount = solution.mount;
-    up.T_base_cam.linear() = RotationOf(mount);
-    spin_cameras = CamerasOf(solution.spin, mount.centre);
-    straight_cameras = CamerasOf(solution.straight, mount.centre);
-    if (round > 0 && change < kSettled) break;
-  }
-  return solution;
-}
-
 // Z with its deviation, and the heights and lengths that follow from it.
 void SetScale(const calib::Rig& rig, const TapeMeasures& tape, UpMount& result) {
   const RigSolution& solution = result.solution;
-  const double travel_ratio = std::sqrt(solution.covariance(5, 5)) / solution.travel;
+  const double travel_ratio =
+      std::sqrt(solution.covariance(calibration::kTravel, calibration::kTravel)) / solution.travel;
   double Z = 0;
   double sigma = 0;
   result.camera_z_m = {rig.up->T_base_cam.translation().z(), 0};
@@ -220,7 +136,8 @@ void SetPosition(const calib::Rig& rig, UpMount& result) {
   J.leftCols<2>() = Pose2{0, 0, mount.yaw_rad}.Rotation();
   J.col(2) = Vector2d(-in_base.y(), in_base.x());
   const Eigen::Matrix2d spread =
-      J * result.solution.covariance.block<3, 3>(2, 2) * J.transpose() * Z * Z +
+      J * result.solution.covariance.block<3, 3>(calibration::kCentreX, calibration::kCentreX) *
+          J.transpose() * Z * Z +
       in_base * in_base.transpose() * result.distance_m.sigma * result.distance_m.sigma;
   const double mast_x = rig.up->T_base_cam.translation().x();
   result.axle_behind_mast_m = {Z * in_base.x() - mast_x, std::sqrt(spread(0, 0))};
@@ -231,7 +148,8 @@ void SetAngles(UpMount& result) {
   const RigMount& mount = result.solution.mount;
   const Matrix3d R = RotationOf(mount);
   const auto& covariance = result.solution.covariance;
-  result.yaw_rad = {std::atan2(-R(0, 1), R(0, 0)), std::sqrt(covariance(4, 4))};
+  result.yaw_rad = {std::atan2(-R(0, 1), R(0, 0)),
+                    std::sqrt(covariance(calibration::kYaw, calibration::kYaw))};
   // p_base = Rx(roll) Ry(pitch) Rz(yaw) p_cam: the third column is Rx(roll) Ry(pitch) z.
   result.pitch_rad.value = std::asin(R(0, 2));
   result.roll_rad.value = std::atan2(-R(1, 2), R(2, 2));
@@ -288,7 +206,9 @@ UpMount MeasureUpMount(const calib::Rig& rig,
   CheckSpin(spin);
   CheckStraight(straight, rig.ceiling_height_m - rig.up->T_base_cam.translation().z());
   UpMount result;
-  result.solution = Solve(rig, spin, straight, lens_sigma_px);
+  const SolvedMount solved = SolveMount(rig, spin, straight, lens_sigma_px);
+  result.solution = solved.solution;
+  result.readout = solved.readout;
   SetScale(rig, tape, result);
   SetPosition(rig, result);
   SetAngles(result);
@@ -299,6 +219,11 @@ UpMount MeasureUpMount(const calib::Rig& rig,
   result.T_base_up.linear() = RotationOf(result.solution.mount);
   result.T_base_up.translation() << rig.up->T_base_cam.translation().x(), result.camera_y_m.value,
       result.camera_z_m.value;
+  Eigen::Isometry3d level = result.T_base_up;
+  level.linear() =
+      Eigen::AngleAxisd(result.solution.mount.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  result.spin_start = InBase(solved.starts[0], level, result.distance_m.value);
+  result.straight_start = InBase(solved.starts[1], level, result.distance_m.value);
   return result;
 }
 

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "calib/rig.hpp"
+#include "calib/solve/rig_solver.hpp"
+#include "compensation/mount/ceiling_recording.hpp"
+#include "compensation/mount/up_mount.hpp"
+
+namespace ceilmap::mount {
+
+/// The rotation of a mount: p_base = R p_cam.
+Eigen::Matrix3d RotationOf(const calibration::RigMount& mount);
+
+/// The mount in units of the ceiling's distance, and the read-out time, from keyframes of a turn on
+/// the spot and of a straight drive.
+struct SolvedMount {
+  calibration::RigSolution solution;
+  ReadoutFinding readout;
+  /// Velocities of the levelled camera at the first images of both recordings.
+  std::array<calibration::ViewVelocity, 2> starts;
+};
+
+/// Alternates the measurement of pairs of images and the fit of the mount to them until the mount
+/// does not change. A camera whose read-out time cannot be told from 0, or not at all, is solved
+/// again with a known one: the mount is then more accurate.
+/// @param rig  See MeasureUpMount. @throws InputError when the ceiling has too little texture.
+SolvedMount SolveMount(const calib::Rig& rig,
+                       const CeilingRecording& spin,
+                       const CeilingRecording& straight,
+                       double lens_sigma_px);
+
+}  // namespace ceilmap::mount
