@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+#include <utility>
+
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/progress.hpp"
@@ -48,6 +51,36 @@ mount::CeilingRecording ReadCeiling(FrameSource& source,
     lost.Count(frame, recorder.Add(frame.image));
   }
   return recorder.Finish();
+}
+
+FollowedDrive FollowDrive(FrameSource& source, const calib::CeilingView& view, double seconds) {
+  constexpr int kMaxLost = 3;
+  constexpr std::size_t kLeastKeyframes = 3;
+  FollowedDrive drive;
+  std::optional<mount::CeilingRecorder> recorder;
+  const auto end_part = [&] {
+    mount::CeilingRecording part = recorder->Finish();
+    if (part.keyframes.size() >= kLeastKeyframes) drive.parts.push_back(std::move(part));
+    recorder.reset();
+  };
+  terminal::Progress progress("drive", "frames", source.ExpectedFrames());
+  Frame frame;
+  std::optional<double> first_s;
+  int lost = 0;
+  while (source.Read(frame)) {
+    if (!first_s) first_s = frame.stamp_s;
+    if (source.Stamps() != StampOrigin::kFrameIndex && frame.stamp_s - *first_s > seconds) break;
+    progress.Update(++drive.frames);
+    if (!recorder) recorder.emplace(source.Name(), view);
+    const bool matched = recorder->Add(frame.image, frame.stamp_s);
+    lost = matched ? 0 : lost + 1;
+    if (!matched) ++drive.lost;
+    if (lost < kMaxLost) continue;
+    end_part();
+    lost = 0;
+  }
+  if (recorder) end_part();
+  return drive;
 }
 
 std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecording& recording,

@@ -26,10 +26,12 @@ CeilingRecorder::CeilingRecorder(const std::string& name, const calib::CeilingVi
   recording_.name = name;
 }
 
-bool CeilingRecorder::Add(const cv::Mat& image) {
+bool CeilingRecorder::Add(const cv::Mat& image, double stamp_s) {
   ++recording_.frames;
-  AnalyzedKeyframe current{{image.clone(), {}}, registrar_.Analyze(view_.Rectify(image, buffer_))};
+  AnalyzedKeyframe current{{image.clone(), {}, stamp_s},
+                           registrar_.Analyze(view_.Rectify(image, buffer_))};
   if (recording_.keyframes.empty()) {
+    recording_.track.push_back({stamp_s, {}});
     Keep(std::move(current));
     return true;
   }
@@ -44,6 +46,7 @@ bool CeilingRecorder::Add(const cv::Mat& image) {
   step_ = T_first_last_.Inverse() * T_first_current;
   T_first_last_ = T_first_current;
   current.keyframe.T_first_camera = T_first_current;
+  recording_.track.push_back({stamp_s, T_first_current});
   if (IsFarFromKeyframe(*T_key_current)) {
     Keep(std::move(current));
     last_.reset();

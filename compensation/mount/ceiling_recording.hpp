@@ -19,6 +19,13 @@ struct CeilingKeyframe {
   /// Rough pose of the camera, from image to image: p_first = T_first_camera * p_camera, with x
   /// right and y down as in a level image. In units of the distance between ceiling and camera.
   Pose2 T_first_camera;
+  double stamp_s = 0;
+};
+
+/// The pose of a frame, as in CeilingKeyframe.
+struct TrackedFrame {
+  double stamp_s = 0;
+  Pose2 T_first_camera;
 };
 
 /// A turn on the spot or a drive under the ceiling.
@@ -26,7 +33,8 @@ struct CeilingRecording {
   std::string name;  ///< for messages
   /// Among them the first and the last image that matched. At most 96.
   std::vector<CeilingKeyframe> keyframes;
-  std::int64_t frames = 0;  ///< all images, with those that did not match
+  std::vector<TrackedFrame> track;  ///< of all images that matched, in order of time
+  std::int64_t frames = 0;          ///< all images, with those that did not match
 };
 
 /// Selects the keyframes of a recording: images that are at least a fixed distance or turn apart.
@@ -41,9 +49,10 @@ class CeilingRecorder {
   /// Registers the next image to the last keyframe, or to the last image if it is too far from
   /// that.
   /// @param image  CV_8UC1, as the camera took it, of the view's camera.
+  /// @param stamp_s  only kept, for users of the recording that need times.
   /// @return false when it matches neither: the image is not used. Several consecutive ones mean
   ///   that the recording cannot be used.
-  bool Add(const cv::Mat& image);
+  bool Add(const cv::Mat& image, double stamp_s = 0);
 
   /// The whole recording. To be called once, after the last image.
   CeilingRecording Finish();
