@@ -14,6 +14,7 @@
 #include "app/reports/rig_check_report.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/interrupt.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/robot_rig.hpp"
 #include "compensation/mount/drive_check.hpp"
@@ -61,6 +62,18 @@ bool Fit(calib::Rig& rig, const std::string& source, cv::Size size) {
   }
 }
 
+// A drive that says little of the rig is no result.
+void CheckTurns(const reports::RigCheck& check) {
+  constexpr double kLeastTurnDeg = 45;
+  if (!check.drive || check.drive->turn_rad >= kLeastTurnDeg * kRadPerDeg) return;
+  throw InputError(
+      fmt::format("{}: the robot turns by {:.0f} deg only, must be at least {:.0f}; drive straight "
+                  "ahead, turn, and drive straight ahead again",
+                  check.source,
+                  check.drive->turn_rad * kDegPerRad,
+                  kLeastTurnDeg));
+}
+
 void RunCalibrateCheck(const CalibrateCheckOptions& params,
                        const CommonOptions& common,
                        terminal::Summary& out) {
@@ -83,6 +96,7 @@ void RunCalibrateCheck(const CalibrateCheckOptions& params,
     check.frames = drive.frames;
     check.lost = drive.lost;
     if (!drive.parts.empty()) check.drive = mount::CheckDrive(rig, drive.parts, knowledge);
+    CheckTurns(check);
   }
   out.interrupted = terminal::Interrupted();
   reports::Summarize(check, out);

@@ -232,9 +232,16 @@ CheckedProperty AxleRow(const DriveCheck& drive) {
 
 CheckedProperty MirrorRow(const DriveCheck& drive) {
   constexpr const char* kName = "mirrored";
-  if (!drive.mirrored) return Unchecked(kName, kName, "needs --first-turn or --odometry");
-  CheckedProperty row{kName, kName, "no", *drive.mirrored ? "yes" : "no", "", "", ""};
-  if (*drive.mirrored) {
+  CheckedProperty row{kName, kName, "no", "no", "", "", ""};
+  if (drive.leans_mirrored && drive.mirrored.value_or(true)) {
+    row.seen = "yes";
+    row.complaint =
+        "the images are mirrored: the camera leans to the other side than by the rig; switch off the "
+        "flip of the camera's driver";
+  } else if (!drive.mirrored) {
+    return Unchecked(kName, kName, "needs --first-turn or --odometry");
+  } else if (*drive.mirrored) {
+    row.seen = "yes";
     row.complaint =
         "the images are mirrored: the robot turns left where they show a turn to the right; switch "
         "off the flip of the camera's driver";
@@ -245,7 +252,7 @@ CheckedProperty MirrorRow(const DriveCheck& drive) {
 CheckedProperty StampsRow(const DriveCheck& drive) {
   constexpr const char* kKey = "stamps_late_ms";
   constexpr const char* kName = "stamps late by";
-  if (!drive.late_s) return Unchecked(kKey, kName, "needs --odometry");
+  if (!drive.late_s) return Unchecked(kKey, kName, "needs --odometry and turns");
   CheckedProperty row = Row(kKey, kName, *drive.late_s, kMilliseconds);
   if (!drive.late_s->IsWrong()) return row;
   const double late_ms = 1000 * drive.late_s->seen.value;
@@ -268,7 +275,7 @@ std::vector<CheckedProperty> CheckedProperties(const RigCheck& check) {
   rows.push_back(MirrorRow(drive));
   rows.push_back(LensRow(check));
   rows.push_back(FocalRow(drive));
-  if (drive.mirrored.value_or(false)) return rows;  // the rest is that of a mirrored robot
+  if (drive.mirrored.value_or(drive.leans_mirrored)) return rows;  // the rest is that of a mirrored robot
   for (const CheckedProperty& row : TiltRows(drive)) rows.push_back(row);
   rows.push_back(YawRow(drive));
   rows.push_back(AxleRow(drive));

@@ -30,14 +30,14 @@ Vector2<T> TurnedBy(const T& angle, const Vector2<T>& v) {
 // The point on the ceiling from the camera at the time of the image's middle row.
 template <typename T>
 Vector2<T> OnCeilingOf(const T* errors, const LevelSight& sight) {
-  const Eigen::Map<const Eigen::Matrix<T, 3, 1>> lens(errors + kFocal);
+  const Eigen::Map<const Eigen::Matrix<T, 3, 1>> lens(errors + kCameraFocal);
   const Vector2<T> slope = sight.slope.cast<T>() + sight.by_lens.cast<T>() * lens;
-  const T turn[3] = {errors[kTiltX], errors[kTiltY], T(0)};
+  const T turn[3] = {errors[kCameraTiltX], errors[kCameraTiltY], T(0)};
   const T ray[3] = {slope.x(), slope.y(), T(1)};
   T level[3];
   ceres::AngleAxisRotatePoint(turn, ray, level);
   const Vector2<T> seen(level[0] / level[2], level[1] / level[2]);
-  const T time = errors[kReadout] * sight.row_ratio;
+  const T time = errors[kCameraReadout] * sight.row_ratio;
   return TurnedBy<T>(sight.velocity.yaw_rad_s * time, seen) +
          sight.velocity.linear_m_s.cast<T>() * time;
 }
@@ -48,8 +48,9 @@ Vector2<T> ErrorOf(const T* errors, const T* first, const T* second, const Drive
   const Vector2<T> seen_second = OnCeilingOf(errors, point.at_second);
   const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
   // A longer focal length makes the ceiling smaller, but not the errors in the image.
-  return (1.0 + errors[kFocal]) * (TurnedBy<T>(-first[2], moved) +
-                                   TurnedBy<T>(second[2] - first[2], seen_second) - seen_first);
+  return (TurnedBy<T>(-first[2], moved) +
+                                   TurnedBy<T>(second[2] - first[2], seen_second) - seen_first) /
+         (1.0 - errors[kCameraFocal]);
 }
 
 struct PointResidual {
@@ -145,16 +146,19 @@ double EdgePx(const Sights& sights, const Drive& drive) {
   return edge_px;
 }
 
-// Of an error in units of Z: the point's own error, and its height times the travel.
+// Of an error in units of Z. Where the ceiling has depth, a point's place along the travel counts
+// nearly nothing: heights belong to places, so that their errors do not average out.
 Matrix2d WeightOf(const DrivePoint& point,
                   const DriveParameters& parameters,
                   double focal_px,
                   const DriveScales& scales) {
   const Matrix2d measured = focal_px / scales.place_px * point.whitening;
   if (scales.depth_ratio <= 0) return measured;
+  constexpr double kDepthSigmas = 20;
   const auto& first = parameters.cameras[static_cast<std::size_t>(point.first)];
   const auto& second = parameters.cameras[static_cast<std::size_t>(point.second)];
-  const Vector2d travel = scales.depth_ratio *
+  const double size = 1 / (1 - parameters.errors[kCameraFocal]);  // as that of the errors
+  const Vector2d travel = size * kDepthSigmas * scales.depth_ratio *
                           TurnedBy<double>(-first[2], {second[0] - first[0], second[1] - first[1]});
   const Matrix2d information = measured.transpose() * measured;
   // Sherman and Morrison: (C + t t')^-1.
@@ -211,19 +215,19 @@ DriveProblem::DriveProblem(const std::vector<DrivePoint>& points,
   }
   problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<PriorResidual, kCameraErrors, kCameraErrors>(
-          new PriorResidual{{0, 0, 0, 0, 0, parameters.errors[kReadout]}}),
+          new PriorResidual{{0, 0, 0, 0, 0, parameters.errors[kCameraReadout]}}),
       nullptr,
       parameters.errors.data());
   std::vector<int> fixed;
   const auto estimate = [&](int value, bool asked) {
     (asked ? estimated : fixed).push_back(value);
   };
-  estimate(kTiltX, true);
-  estimate(kTiltY, true);
-  estimate(kFocal, params.focal);
-  estimate(kRadial3, params.radial);
-  estimate(kRadial5, params.radial);
-  estimate(kReadout, params.readout);
+  estimate(kCameraTiltX, true);
+  estimate(kCameraTiltY, true);
+  estimate(kCameraFocal, params.focal);
+  estimate(kCameraRadial3, params.radial);
+  estimate(kCameraRadial5, params.radial);
+  estimate(kCameraReadout, params.readout);
   if (!fixed.empty()) {
     problem.SetManifold(parameters.errors.data(),
                         new ceres::SubsetManifold(kCameraErrors, fixed));

@@ -15,7 +15,7 @@ namespace ceilmap::calibration {
 /// One sight of a point, prepared. Internal to the drive solver.
 struct LevelSight {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< (x/z, y/z) in the levelled axes
-  /// Change of the slope by kFocal, kRadial3, kRadial5.
+  /// Change of the slope by kCameraFocal, kCameraRadial3, kCameraRadial5.
   Eigen::Matrix<double, 2, 3> by_lens = Eigen::Matrix<double, 2, 3>::Zero();
   double row_ratio = 0;  ///< of its row from the middle one: -0.5 .. 0.5
   Twist2 velocity;
@@ -51,7 +51,7 @@ struct DriveScales {
 };
 
 /// Difference between the point of the first image and that of the second, in the axes of the first
-/// levelled camera, in units of Z times (1 + kFocal): in
+/// levelled camera, in units of Z times 1 / (1 - kCameraFocal): in
 /// pixels when multiplied by the focal length of the rig.
 Eigen::Vector2d DriveError(const DriveParameters& parameters, const DrivePoint& point);
 

@@ -19,7 +19,9 @@ constexpr double kMedianOfAxis = 0.6745;  // of the size of a normal error in on
 Vector2d TravelBetween(const DriveParameters& parameters, const DrivePoint& point) {
   const auto& first = parameters.cameras[static_cast<std::size_t>(point.first)];
   const auto& second = parameters.cameras[static_cast<std::size_t>(point.second)];
-  return Pose2{0, 0, -first[2]}.Rotation() * Vector2d(second[0] - first[0], second[1] - first[1]);
+  const double size = 1 / (1 - parameters.errors[kCameraFocal]);  // as that of the errors
+  return size *
+         (Pose2{0, 0, -first[2]}.Rotation() * Vector2d(second[0] - first[0], second[1] - first[1]));
 }
 
 // The noise from the errors across the direction of travel, which heights do not change; the depth
@@ -157,7 +159,7 @@ class DriveCovariance {
 
 DriveParameters StartOf(const calib::MountedCamera& up, const Drive& drive) {
   DriveParameters parameters;
-  parameters.errors[kReadout] = up.readout_time_s;
+  parameters.errors[kCameraReadout] = up.readout_time_s;
   for (const Pose2& camera : drive.cameras) {
     parameters.cameras.push_back({camera.x, camera.y, camera.yaw});
   }

@@ -24,12 +24,12 @@ struct Drive {
 
 /// Indices of the values of CameraErrors.
 enum CameraError : int {
-  kTiltX,  ///< rotation of the camera about the levelled x and y, rad
-  kTiltY,
-  kFocal,    ///< relative: the focal length is (1 + value) times the rig's
-  kRadial3,  ///< displacement at the edge of a pixel's place in the image outwards that the lens
-  kRadial5,  ///< model lacks, px, with the third and the fifth power of the radius
-  kReadout,  ///< read-out time itself, s
+  kCameraTiltX,  ///< rotation of the camera about the levelled x and y, rad
+  kCameraTiltY,
+  kCameraFocal,    ///< the focal length is 1 / (1 - value) times the rig's
+  kCameraRadial3,  ///< displacement at the edge of a pixel's place in the image outwards that the lens
+  kCameraRadial5,  ///< model lacks, px, with the third and the fifth power of the radius
+  kCameraReadout,  ///< read-out time itself, s
   kCameraErrors
 };
 using CameraErrors = Eigen::Matrix<double, kCameraErrors, 1>;
@@ -58,8 +58,8 @@ struct DriveSolution {
 };
 
 /// Robust least squares (Ceres, Cauchy's loss) over all points: the camera's errors and a free pose
-/// of each view. Where the ceiling has depth, a point may lie farther along the direction of travel
-/// than the plane would: these errors get a weight of their own.
+/// of each view. Where the ceiling has depth, only the errors across the direction of travel count:
+/// along it, a point below the plane moves farther.
 /// @param up  the camera as the rig states it.
 DriveSolution SolveDrive(const calib::MountedCamera& up,
                          const Drive& drive,

@@ -1,6 +1,7 @@
 #include "compensation/mount/ceiling_recording.hpp"
 
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "calib/base/degrees.hpp"
@@ -58,17 +59,37 @@ bool CeilingRecorder::Add(const cv::Mat& image, double stamp_s) {
 
 CeilingRecording CeilingRecorder::Finish() {
   if (last_) Keep(std::move(*last_));
+  recording_.has_depth = 2 * matched_with_depth_ > recording_.frames;
   return std::move(recording_);
 }
 
-std::optional<Pose2> CeilingRecorder::Match(const registration::FrameSpectrum& current) {
+// With the heights of the keyframe, where one plane does not explain the images.
+registration::Registration CeilingRecorder::Register(const registration::FrameSpectrum& current) {
   const Pose2 expected = key_.keyframe.T_first_camera.Inverse() * T_first_last_ * step_;
   constexpr double kSigmaRatio = 0.1;  // of the image's width
   constexpr double kSigmaDeg = 10;
   const registration::MotionPrior prior{
       ImageMotionOf(camera_, expected), kSigmaRatio * view_.Size().width, kSigmaDeg * kRadPerDeg};
-  const registration::Registration found = registrar_.Register(key_.spectrum, current, prior);
+  registration::Registration found = registrar_.Register(key_.spectrum, current, prior);
+  const bool plane = found.ok() && found.IsPlane();
+  if (key_.spectrum.Heights() == nullptr && !plane &&
+      found.verdict != registration::Verdict::kNoTexture) {
+    const registration::Registration deep =
+        registrar_.RegisterWithDepth(key_.spectrum, current, prior);
+    if (deep.ShowsDepth()) found = deep;
+  }
+  return found;
+}
+
+std::optional<Pose2> CeilingRecorder::Match(registration::FrameSpectrum& current) {
+  const registration::Registration found = Register(current);
   if (!found.ok()) return std::nullopt;
+  if (found.heights) {
+    ++matched_with_depth_;
+    key_.spectrum.SetHeights(found.heights);
+    current.SetHeights(std::make_shared<heights::HeightField>(
+        registrar_.PredictHeights(key_.spectrum, found.motion)));
+  }
   const registration::PlaneMotion motion =
       registration::PlaneMotion::FromSimilarity(camera_, found.motion);
   return Pose2{motion.x, motion.y, motion.yaw};

@@ -35,6 +35,7 @@ struct CeilingRecording {
   std::vector<CeilingKeyframe> keyframes;
   std::vector<TrackedFrame> track;  ///< of all images that matched, in order of time
   std::int64_t frames = 0;          ///< all images, with those that did not match
+  bool has_depth = false;           ///< most keyframes show parts below the ceiling's plane
 };
 
 /// Selects the keyframes of a recording: images that are at least a fixed distance or turn apart.
@@ -63,7 +64,8 @@ class CeilingRecorder {
     registration::FrameSpectrum spectrum;
   };
 
-  std::optional<Pose2> Match(const registration::FrameSpectrum& current);
+  std::optional<Pose2> Match(registration::FrameSpectrum& current);
+  registration::Registration Register(const registration::FrameSpectrum& current);
   [[nodiscard]] bool IsFarFromKeyframe(const Pose2& T_key_current) const;
   void Keep(AnalyzedKeyframe frame);
 
@@ -72,6 +74,7 @@ class CeilingRecorder {
   registration::Registrar registrar_;
   cv::Mat buffer_;
   CeilingRecording recording_;
+  std::int64_t matched_with_depth_ = 0;
   AnalyzedKeyframe key_;
   std::optional<AnalyzedKeyframe> last_;  // unless it is the keyframe
   Pose2 T_first_last_;

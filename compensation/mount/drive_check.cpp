@@ -20,7 +20,7 @@ constexpr double kSigmas = 4;
 constexpr double kTiltLimitRad = 0.5 * kRadPerDeg;
 constexpr double kYawLimitRad = 1 * kRadPerDeg;
 constexpr double kLensLimitRatio = 1.0 / 640;  // of the image's width
-constexpr double kFocalLimitRatio = 0.01;
+constexpr double kFocalLimitRatio = 0.015;
 constexpr double kReadoutLimitS = 0.003;
 constexpr double kScaleLimitRatio = 0.02;
 constexpr double kAxleLimitM = 0.01;
@@ -40,8 +40,8 @@ Matrix3d LevelOf(const calib::MountedCamera& up) {
 // The camera with the rotation that a fit found.
 calib::MountedCamera Tilted(const calib::MountedCamera& up, const DriveSolution& solution) {
   const Matrix3d R_base_level = LevelOf(up);
-  const Eigen::Vector3d turn(solution.errors[calibration::kTiltX],
-                             solution.errors[calibration::kTiltY],
+  const Eigen::Vector3d turn(solution.errors[calibration::kCameraTiltX],
+                             solution.errors[calibration::kCameraTiltY],
                              0);
   Matrix3d tilt = Matrix3d::Identity();
   if (turn.norm() > 0) tilt = Eigen::AngleAxisd(turn.norm(), turn.normalized());
@@ -56,6 +56,18 @@ double YawOfLevel(const calib::MountedCamera& up) {
   return std::atan2(R(1, 0), R(0, 0));
 }
 
+// Whether the optical axis leans to the other side of the image than the rig states, as in a
+// mirrored image. @param axis  horizontal parts of the axis in the levelled camera's axes.
+bool LeansMirrored(const Vector2d& stated_axis, const Vector2d& seen_axis) {
+  constexpr double kClose = 0.2;
+  const double difference = (seen_axis - stated_axis).norm();
+  for (const double sign : {-1.0, 1.0}) {
+    const Vector2d mirrored(sign * stated_axis.x(), -sign * stated_axis.y());
+    if ((seen_axis - mirrored).norm() < kClose * difference) return true;
+  }
+  return false;
+}
+
 void CheckTilt(const calib::MountedCamera& up, DriveCheck& check) {
   const auto roll = [](const Matrix3d& R) { return std::atan2(-R(1, 2), R(2, 2)); };
   const auto pitch = [](const Matrix3d& R) { return std::asin(R(0, 2)); };
@@ -66,6 +78,10 @@ void CheckTilt(const calib::MountedCamera& up, DriveCheck& check) {
       turn * check.camera.covariance.topLeftCorner<2, 2>() * turn.transpose();
   check.roll_rad = {roll(stated), {roll(seen), std::sqrt(covariance(0, 0))}, kTiltLimitRad};
   check.pitch_rad = {pitch(stated), {pitch(seen), std::sqrt(covariance(1, 1))}, kTiltLimitRad};
+  const Matrix3d R_level_base = LevelOf(up).transpose();
+  const auto axis = [&](const Matrix3d& R) -> Vector2d { return (R_level_base * R).col(2).head<2>(); };
+  const bool wrong = check.pitch_rad.IsWrong() || check.roll_rad.IsWrong();
+  check.leans_mirrored = wrong && LeansMirrored(axis(stated), axis(seen));
 }
 
 // The displacement by the terms of third and fifth power, at radii from 0 to 1, without its best
@@ -81,10 +97,10 @@ void CheckLens(const calib::MountedCamera& up, DriveCheck& check) {
   }
   linear /= squares;
   const DriveSolution& solution = check.with_lens;
-  const Eigen::Vector2d terms(solution.errors[calibration::kRadial3],
-                              solution.errors[calibration::kRadial5]);
+  const Eigen::Vector2d terms(solution.errors[calibration::kCameraRadial3],
+                              solution.errors[calibration::kCameraRadial5]);
   const Eigen::Matrix2d covariance =
-      solution.covariance.block<2, 2>(calibration::kRadial3, calibration::kRadial3);
+      solution.covariance.block<2, 2>(calibration::kCameraRadial3, calibration::kCameraRadial3);
   check.lens_px.limit = kLensLimitRatio * up.camera.width_px;
   for (int i = 1; i <= kSteps; ++i) {
     const double r = static_cast<double>(i) / kSteps;
@@ -100,9 +116,9 @@ void CheckLens(const calib::MountedCamera& up, DriveCheck& check) {
 void CheckFocal(const calib::MountedCamera& up, const DriveSolution& with_focal, DriveCheck& check) {
   const double focal_px = FocalOf(up);
   check.focal_px_seen = {focal_px,
-                         {focal_px * (1 + with_focal.errors[calibration::kFocal]),
-                          focal_px * std::sqrt(with_focal.covariance(calibration::kFocal,
-                                                                     calibration::kFocal))},
+                         {focal_px / (1 - with_focal.errors[calibration::kCameraFocal]),
+                          focal_px * std::sqrt(with_focal.covariance(calibration::kCameraFocal,
+                                                                     calibration::kCameraFocal))},
                          kFocalLimitRatio * focal_px};
   constexpr double kAsGood = 1.15;
   check.focal_explains_lens = check.focal_px_seen.IsWrong() &&
@@ -110,9 +126,9 @@ void CheckFocal(const calib::MountedCamera& up, const DriveSolution& with_focal,
 }
 
 void CheckReadout(const calib::MountedCamera& up, DriveCheck& check) {
-  const double variance = check.camera.covariance(calibration::kReadout, calibration::kReadout);
+  const double variance = check.camera.covariance(calibration::kCameraReadout, calibration::kCameraReadout);
   check.readout_s = {up.readout_time_s,
-                     {check.camera.errors[calibration::kReadout], std::sqrt(variance)},
+                     {check.camera.errors[calibration::kCameraReadout], std::sqrt(variance)},
                      kReadoutLimitS};
 }
 
@@ -171,7 +187,7 @@ void CheckOdometry(const calib::Rig& rig,
   check.odometry = FitOdometry(steps, knowledge.odometry);
   if (!check.odometry) return;
   check.mirrored = check.odometry->mirrored;
-  check.late_s = Checked{0, check.odometry->late_s, kLateLimitS};
+  if (check.odometry->late_s) check.late_s = Checked{0, *check.odometry->late_s, kLateLimitS};
   const Measured& seen = check.odometry->distance_m;
   const double stated_m = rig.ceiling_height_m - rig.up->T_base_cam.translation().z();
   check.distance_m = Checked{stated_m,
@@ -221,23 +237,34 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
   DriveMeasurer measurer(rig.ceiling_height_m, parts);
   DriveCheck check;
   check.focal_px = FocalOf(up);
-  Drive drive = measurer.Measure(up, false);
+  // A plane that is fitted to things at several heights would be tilted.
+  bool depth = measurer.HasDepth();
+  const std::vector<DriveStep> rough_steps = measurer.Steps();
+  Drive drive = measurer.Measure(up, depth);
   check.camera = calibration::SolveDrive(up, drive, {});
   if (!check.camera.ok) return std::nullopt;
   measurer.Improve(check.camera.cameras);
+  // Errors of the rig can look like depth until they are estimated.
+  constexpr double kLeastDepth = 0.01;
+  depth = depth && check.camera.depth_ratio > kLeastDepth;
   constexpr double kAccuratePx = 0.5;
-  drive = measurer.Measure(Tilted(up, check.camera), check.camera.sigma_px < kAccuratePx);
+  drive = measurer.Measure(Tilted(up, check.camera), depth || check.camera.sigma_px < kAccuratePx);
   check.camera = calibration::SolveDrive(up, drive, {});
   check.with_lens = calibration::SolveDrive(up, drive, {.radial = true});
   const DriveSolution with_focal = calibration::SolveDrive(up, drive, {.focal = true});
   if (!check.camera.ok || !check.with_lens.ok || !with_focal.ok) return std::nullopt;
   CheckLens(up, check);
   CheckFocal(up, with_focal, check);
-  if (check.lens_px.IsWrong()) {
-    check.camera = check.focal_explains_lens ? with_focal : check.with_lens;
+  if (check.lens_px.IsWrong() && !check.focal_explains_lens) {
+    check.camera = check.with_lens;
+  } else if (check.focal_px_seen.IsWrong()) {
+    check.camera = with_focal;
   }
   measurer.Improve(check.camera.cameras);
-  const std::vector<DriveStep> steps = measurer.Steps();
+  // The rough poses have the scale of the ceiling's plane, which the fit loses where most points are
+  // below it.
+  const std::vector<DriveStep> steps = depth ? rough_steps : measurer.Steps();
+  for (const DriveStep& step : steps) check.turn_rad += std::abs(step.turn_rad);
   const double scale_doubt = check.camera.depth_ratio;
   CheckDirection(steps, knowledge, check);
   CheckDistance(rig, check.camera.cameras, parts.size(), knowledge, scale_doubt, check);

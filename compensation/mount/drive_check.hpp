@@ -52,6 +52,8 @@ struct DriveCheck {
   bool focal_explains_lens = false;  ///< the focal length alone explains lens_px
   Checked roll_rad;                  ///< of the camera in base: p_base = Rx(roll) Ry(pitch) ...
   Checked pitch_rad;                 ///< ... Rz(yaw) p_cam
+  /// The tilt is that of a mirrored image.
+  bool leans_mirrored = false;
   Checked readout_s;
   std::optional<Checked> yaw_rad;  ///< for robots whose wheels do not slip sideways
   /// x of the camera relative to the axle, by the rig's heights. Without distance_m it shows the
@@ -60,6 +62,7 @@ struct DriveCheck {
   std::optional<Checked> distance_m;  ///< camera to ceiling, from odometry or the known distance
   std::optional<bool> mirrored;
   std::optional<Checked> late_s;  ///< of the stamps; stated as 0
+  double turn_rad = 0;            ///< sum of the sizes of all turns
   std::optional<WheelMotion> wheels;
   std::optional<OdometryFit> odometry;
 };

@@ -63,6 +63,12 @@ void DriveMeasurer::Improve(const std::vector<Pose2>& cameras) {
   }
 }
 
+bool DriveMeasurer::HasDepth() const {
+  return std::any_of(parts_.begin(), parts_.end(), [](const CeilingRecording& part) {
+    return part.has_depth;
+  });
+}
+
 std::vector<DriveStep> DriveMeasurer::Steps() const {
   std::vector<DriveStep> steps;
   std::size_t view = 0;

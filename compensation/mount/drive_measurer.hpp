@@ -22,6 +22,8 @@ class DriveMeasurer {
   void Improve(const std::vector<Pose2>& cameras);
   /// The motion between consecutive keyframes of each part.
   [[nodiscard]] std::vector<DriveStep> Steps() const;
+  /// Whether the parts show things below the ceiling's plane.
+  [[nodiscard]] bool HasDepth() const;
 
  private:
   double ceiling_height_m_;

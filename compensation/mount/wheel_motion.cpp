@@ -126,8 +126,6 @@ std::optional<WheelMotion> FitWheels(const std::vector<DriveStep>& steps) {
   motion.ahead = ValueOf(fit, 1);
   std::vector<double> lengths;
   for (const DriveStep& step : steps) {
-    motion.turn_rad += std::abs(step.turn_rad);
-    motion.length += step.moved.norm();
     lengths.push_back(step.moved.norm());
   }
   motion.slip = fit.sigma / std::max(1e-9, Median(lengths));
@@ -219,7 +217,7 @@ Offset FindOffset(const std::vector<DriveStep>& steps, const OdometryTrack& trac
   const double before = CostOf(steps, track, sign, best.offset_s - kWideS).mean;
   const double after = CostOf(steps, track, sign, best.offset_s + kWideS).mean;
   const double curvature = (before + after - 2 * best.cost) / (kWideS * kWideS);
-  if (!std::isfinite(curvature) || curvature <= 0) return best;
+  if (!std::isfinite(curvature) || curvature <= 0) return best;  // sigma 0: not determined
   best.offset_s -= std::clamp((after - before) / (2 * kWideS * curvature), -kWideS, kWideS);
   const auto count = static_cast<double>(CostOf(steps, track, sign, best.offset_s).steps);
   best.sigma_s = std::hypot(0.001, std::sqrt(2 * best.cost / (curvature * count)));
@@ -243,7 +241,11 @@ std::optional<OdometryFit> FitOdometry(const std::vector<DriveStep>& steps,
   fit.mirrored = mirrored.cost < straight.cost;
   const Offset& offset = fit.mirrored ? mirrored : straight;
   if (!std::isfinite(offset.cost)) return std::nullopt;
-  fit.late_s = {-offset.offset_s, offset.sigma_s};
+  // At a constant rate of turning, any offset fits.
+  constexpr double kMostSigmaS = 0.02;
+  if (offset.sigma_s > 0 && offset.sigma_s < kMostSigmaS) {
+    fit.late_s = Measured{-offset.offset_s, offset.sigma_s};
+  }
   // distance * R(yaw) * moved + lever * (c_y, -c_x) = moved by the odometry.
   std::vector<Eigen::RowVector4d> rows;
   std::vector<double> right;

@@ -24,8 +24,6 @@ struct WheelMotion {
   Measured yaw_rad;      ///< of the levelled camera in base
   Measured ahead;        ///< x of the camera relative to the axle, in units of the ceiling's distance
   double slip = 0;       ///< sideways, robust standard deviation relative to the steps' length
-  double turn_rad = 0;   ///< sum of the turns' sizes
-  double length = 0;     ///< of the drive, in units of the ceiling's distance
 };
 
 /// The direction in which the robot drives most is taken as ahead.
@@ -35,7 +33,8 @@ std::optional<WheelMotion> FitWheels(const std::vector<DriveStep>& steps);
 /// The camera compared with a trajectory of the same drive.
 struct OdometryFit {
   bool mirrored = false;  ///< the camera turns right where the odometry turns left
-  Measured late_s;        ///< how much the images' stamps are later than the odometry's
+  /// How much the images' stamps are later than the odometry's; needs changes of the turn rate.
+  std::optional<Measured> late_s;
   Measured distance_m;    ///< from the camera to the ceiling
   Measured yaw_rad;       ///< of the levelled camera in base
 };
